@@ -1,0 +1,46 @@
+"""A geometric-algebra compiler: multivector definitions in, specialised and proved kernels out."""
+
+from .algebra.algebra import Algebra
+from .algebra.layout import SCALAR, Layout
+from .algebra.multivector import Multivector
+from .frontend.kernel import Kernel, array, kernel
+from .frontend.operations import (
+    absolute,
+    acos,
+    anticommutator,
+    assemble,
+    atan2,
+    clifford_conjugate,
+    coefficient,
+    commutator,
+    cos,
+    dual,
+    equal,
+    exp,
+    geometric_product,
+    grade,
+    grade_involution,
+    hestenes_product,
+    inner_product,
+    inverse,
+    join,
+    left_contraction,
+    log,
+    maximum,
+    meet,
+    minimum,
+    norm,
+    norm_squared,
+    normalize,
+    outer_product,
+    polarity,
+    regressive_product,
+    reverse,
+    right_contraction,
+    sandwich,
+    scalar_product,
+    select,
+    sin,
+    sqrt,
+    undual,
+)

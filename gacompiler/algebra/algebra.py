@@ -1,0 +1,194 @@
+"""An algebra is data: names of basis vectors and their Gram matrix."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from fractions import Fraction
+from functools import cached_property
+from itertools import combinations
+from typing import TYPE_CHECKING
+
+from ..errors import AlgebraError
+from .blades import BladeProducts, Gram, Rational, Terms, exact
+from .multivector import Multivector
+from .naming import BladeNames
+
+if TYPE_CHECKING:
+    from .coefficients import Coefficient
+    from .layout import Layout, Relations
+
+
+class Algebra:
+    """The geometric algebra of a symmetric bilinear form.
+
+    Parameters
+    ----------
+    name : str
+        How messages and generated files call it.
+    vectors : str or sequence of str
+        Names of the basis vectors, ``"e1 e2 e3 e0"``. Their order is the order of bits in a bitmap.
+    gram : sequence
+        Either the squares of the vectors (an orthogonal basis) or the whole symmetric matrix of their inner products,
+        in exact rationals. Zero squares, null pairs and oblique bases are all native.
+    spellings : str, optional
+        Blades that are to be printed otherwise than in ascending order, ``"e01 e02 e03 e0123"``. The spelling of the
+        pseudoscalar fixes its sign.
+    layouts : callable, optional
+        Makes the named layouts of the algebra, which then are its attributes: ``PGA3.MOTOR``.
+
+    Examples
+    --------
+    >>> G3 = Algebra("G3", "e1 e2 e3", [1, 1, 1])
+    >>> e1, e2, e3 = G3.basis()
+    >>> print(e1 * e2 * e1)
+    -1*e2
+    """
+
+    def __init__(
+        self,
+        name: str,
+        vectors: str | Sequence[str],
+        gram: Sequence[Rational] | Sequence[Sequence[Rational]],
+        spellings: str = "",
+        layouts: Callable[[Algebra], Iterable[Layout]] | None = None,
+    ) -> None:
+        self.name = name
+        self.vectors = tuple(vectors.split() if isinstance(vectors, str) else vectors)
+        self.gram = _gram(name, gram, len(self.vectors))
+        self._names = BladeNames(name, self.vectors, tuple(spellings.split()))
+        self._products = BladeProducts(self.gram)
+        self._make_layouts = layouts
+
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, Algebra) and (self.vectors, self.gram) == (other.vectors, other.gram)
+
+    def __hash__(self) -> int:
+        return hash((self.vectors, self.gram))
+
+    def __repr__(self) -> str:
+        return f"Algebra({self.name}: {' '.join(self.vectors)})"
+
+    @property
+    def dimension(self) -> int:
+        """Number of basis vectors."""
+        return len(self.vectors)
+
+    @property
+    def everything(self) -> int:
+        """Bitmap of the pseudoscalar."""
+        return (1 << self.dimension) - 1
+
+    def blades(self, *grades: int) -> tuple[int, ...]:
+        """Bitmaps of the basis blades of the given grades (all of them by default), by grade and then by bitmap."""
+        wanted = grades or tuple(range(self.dimension + 1))
+        return tuple(
+            blade
+            for k in wanted
+            for blade in sorted(sum(1 << i for i in chosen) for chosen in combinations(range(self.dimension), k))
+        )
+
+    def blade(self, spelling: str) -> tuple[int, int]:
+        """Sign and bitmap of a blade given in any spelling: ``e31``, ``e3e1``, ``e3^e1``, ``1``."""
+        return self._names.parse(spelling)
+
+    def spelling(self, blade: int) -> tuple[int, str]:
+        """Sign and printed name of a basis blade; the sign says how the name's orientation relates to the bitmap's."""
+        return self._names.spell(blade)
+
+    def blade_product(self, a: int, b: int) -> Terms:
+        """Geometric product of two basis blades."""
+        return self._products(a, b)
+
+    def multivector(self, coefficients: Mapping[str, Coefficient]) -> Multivector:
+        """A multivector from spelled blades, ``PGA3.multivector({"e032": 1})``; any ring."""
+        terms: dict[int, Coefficient] = {}
+        for spelling, value in coefficients.items():
+            sign, blade = self.blade(spelling)
+            signed = value if sign > 0 else -value
+            terms[blade] = terms[blade] + signed if blade in terms else signed
+        return Multivector(self, terms)
+
+    def scalar(self, value: Coefficient) -> Multivector:
+        """`value` times 1."""
+        return Multivector(self, {0: value})
+
+    def basis(self) -> tuple[Multivector, ...]:
+        """The basis vectors."""
+        return tuple(Multivector(self, {1 << k: 1}) for k in range(self.dimension))
+
+    @cached_property
+    def pseudoscalar(self) -> Multivector:
+        """The unit pseudoscalar, oriented as its spelling says."""
+        sign, _ = self.spelling(self.everything)
+        return Multivector(self, {self.everything: sign})
+
+    @cached_property
+    def is_degenerate(self) -> bool:
+        """Whether some vector is orthogonal to all, so that the pseudoscalar has no inverse."""
+        return (self.pseudoscalar * self.pseudoscalar).scalar == 0
+
+    def layout(
+        self,
+        name: str,
+        blades: str,
+        *,
+        fixed: Mapping[str, Rational] | None = None,
+        implied: Mapping[str, Callable[[Mapping[str, Coefficient]], Coefficient]] | None = None,
+        unit: bool = False,
+        relations: Relations | None = None,
+    ) -> Layout:
+        """A layout of one's own, see `gacompiler.algebra.layout.Layout`."""
+        from .layout import Layout
+
+        return Layout.of(self, name, blades, fixed=fixed, implied=implied, unit=unit, relations=relations)
+
+    @cached_property
+    def layouts(self) -> Mapping[str, Layout]:
+        """The named layouts of this algebra."""
+        return {layout.name: layout for layout in (self._make_layouts(self) if self._make_layouts else ())}
+
+    @cached_property
+    def full(self) -> Layout:
+        """All ``2**n`` coefficients, no relation."""
+        return self.layout("full", self._spell(self.blades()))
+
+    @cached_property
+    def even(self) -> Layout:
+        """The even subalgebra, no relation."""
+        return self.layout("even", self._spell(self.blades(*range(0, self.dimension + 1, 2))))
+
+    @cached_property
+    def UNIT_EVEN(self) -> Layout:  # noqa: N802 - a layout, named as the catalog names layouts
+        """The even subalgebra with ``x ~x = 1``."""
+        return self.layout("UNIT_EVEN", " ".join(self.even.blades), unit=True)
+
+    def _spell(self, blades: Iterable[int]) -> str:
+        return " ".join(self.spelling(blade)[1] for blade in blades)
+
+    def __getattr__(self, name: str) -> Layout:
+        if name.startswith("_"):
+            raise AttributeError(name)
+        known = self.layouts
+        if name in known:
+            return known[name]
+        raise AlgebraErrorForAttribute(
+            self.name, f"no layout {name}", "one of " + " ".join([*known, "full", "even", "UNIT_EVEN"]), "or define it with layout()"
+        )
+
+
+class AlgebraErrorForAttribute(AlgebraError, AttributeError):
+    """An unknown layout, asked for as an attribute."""
+
+
+def _gram(name: str, gram: Sequence[Rational] | Sequence[Sequence[Rational]], n: int) -> Gram:
+    rows = [list(row) if isinstance(row, Sequence) else row for row in gram]
+    if all(not isinstance(row, list) for row in rows):
+        rows = [[row if i == j else 0 for j in range(len(rows))] for i, row in enumerate(rows)]
+    matrix = tuple(tuple(exact(Fraction(value)) for value in row) for row in rows)  # type: ignore[union-attr,arg-type]
+    if len(matrix) != n or any(len(row) != n for row in matrix):
+        raise AlgebraError(name, f"a Gram matrix of {len(matrix)} rows for {n} basis vectors", f"{n} x {n} or {n} squares")
+    if any(matrix[i][j] != matrix[j][i] for i in range(n) for j in range(i)):
+        raise AlgebraError(name, "a Gram matrix that is not symmetric")
+    return matrix
+
+

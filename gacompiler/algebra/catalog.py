@@ -1,0 +1,167 @@
+"""The algebras people use by name, with their layouts.
+
+Coefficients are ordered by grade and then by bitmap of the basis vectors, except where a layout has an order of its own
+that its users expect (a point is x, y, z).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+
+from .algebra import Algebra
+from .coefficients import scale
+from .layout import Layout
+
+
+def _half_square(names: str):  # type: ignore[no-untyped-def]
+    """Half the sum of squares of the named coefficients: the einf coefficient of a conformal point."""
+    from fractions import Fraction
+
+    def function(coefficient):  # type: ignore[no-untyped-def]
+        total = sum(coefficient[name] * coefficient[name] for name in names.split())
+        return scale(total, Fraction(1, 2))
+
+    return function
+
+
+def _numbers(names: str):  # type: ignore[no-untyped-def]
+    def layouts(algebra: Algebra) -> Iterable[Layout]:
+        yield algebra.layout("NUMBER", names)
+        yield algebra.layout("UNIT_NUMBER", names, unit=True)
+
+    return layouts
+
+
+def _vga2(algebra: Algebra) -> Iterable[Layout]:
+    yield algebra.layout("VECTOR", "e1 e2")
+    yield algebra.layout("ROTOR", "1 e12", unit=True)
+    yield algebra.layout("EVEN", "1 e12")
+    yield algebra.layout("BIVECTOR", "e12")
+    yield algebra.layout("UNIT_VECTOR", "e1 e2", unit=True)
+
+
+def _vga3(algebra: Algebra) -> Iterable[Layout]:
+    yield algebra.layout("VECTOR", "e1 e2 e3")
+    yield algebra.layout("BIVECTOR", "e12 e13 e23")
+    yield algebra.layout("ROTOR", "1 e12 e13 e23", unit=True)
+    yield algebra.layout("EVEN", "1 e12 e13 e23")
+    yield algebra.layout("UNIT_VECTOR", "e1 e2 e3", unit=True)
+    yield algebra.layout("PSEUDOSCALAR", "e123")
+
+
+def _quaternion(algebra: Algebra) -> Iterable[Layout]:
+    yield algebra.layout("QUATERNION", "1 e1 e2 e12")
+    yield algebra.layout("UNIT_QUATERNION", "1 e1 e2 e12", unit=True)
+    yield algebra.layout("VECTOR", "e1 e2 e12")
+
+
+def _pga2(algebra: Algebra) -> Iterable[Layout]:
+    yield algebra.layout("POINT", "e20 e01", fixed={"e12": 1})
+    yield algebra.layout("DIRECTION", "e20 e01")
+    yield algebra.layout("LINE", "e1 e2 e0")
+    yield algebra.layout("UNIT_LINE", "e1 e2 e0", unit=True)
+    yield algebra.layout("MOTOR", "1 e12 e20 e01", unit=True)
+    yield algebra.layout("ROTOR", "1 e12", unit=True)
+    yield algebra.layout("TRANSLATOR", "e20 e01", fixed={"1": 1}, unit=True)
+    yield algebra.layout("EVEN", "1 e12 e20 e01")
+    yield algebra.layout("BIVECTOR", "e12 e20 e01")
+
+
+def _pga3(algebra: Algebra) -> Iterable[Layout]:
+    yield algebra.layout("POINT", "e032 e013 e021", fixed={"e123": 1})
+    yield algebra.layout("DIRECTION", "e032 e013 e021")
+    yield algebra.layout("LINE", "e12 e13 e23 e01 e02 e03")
+    yield algebra.layout("PLANE", "e1 e2 e3 e0")
+    yield algebra.layout("MOTOR", "1 e12 e13 e23 e01 e02 e03 e0123", unit=True)
+    yield algebra.layout("ROTOR", "1 e12 e13 e23", unit=True)
+    yield algebra.layout("TRANSLATOR", "e01 e02 e03", fixed={"1": 1}, unit=True)
+    yield algebra.layout("EVEN", "1 e12 e13 e23 e01 e02 e03 e0123")
+    yield algebra.layout("UNIT_LINE", "e12 e13 e23 e01 e02 e03", unit=True)
+    yield algebra.layout("UNIT_PLANE", "e1 e2 e3 e0", unit=True)
+    yield algebra.layout("IDEAL_LINE", "e01 e02 e03")
+    yield algebra.layout("TRIVECTOR", "e123 e032 e013 e021")
+
+
+def _cga2(algebra: Algebra) -> Iterable[Layout]:
+    yield algebra.layout("POINT", "e1 e2", fixed={"e0": 1}, implied={"einf": _half_square("e1 e2")})
+    yield algebra.layout("VECTOR", "e1 e2 e0 einf")
+    yield algebra.layout("POINT_PAIR", " ".join(algebra.spelling(b)[1] for b in algebra.blades(2)))
+    yield algebra.layout("CIRCLE", " ".join(algebra.spelling(b)[1] for b in algebra.blades(3)))
+    yield algebra.layout("LINE", "e12inf e10inf e20inf")
+    yield algebra.layout("ROTOR", "1 e12", unit=True)
+    yield algebra.layout("TRANSLATOR", "e1inf e2inf", fixed={"1": 1}, unit=True)
+    yield algebra.layout("MOTOR", "1 e12 e1inf e2inf", unit=True)
+
+
+def _cga3(algebra: Algebra) -> Iterable[Layout]:
+    yield algebra.layout("POINT", "e1 e2 e3", fixed={"e0": 1}, implied={"einf": _half_square("e1 e2 e3")})
+    yield algebra.layout("DUAL_PLANE", "e1 e2 e3 einf")
+    yield algebra.layout("VECTOR", "e1 e2 e3 e0 einf")
+    yield algebra.layout("POINT_PAIR", " ".join(algebra.spelling(b)[1] for b in algebra.blades(2)))
+    yield algebra.layout("LINE", "e12inf e13inf e23inf e10inf e20inf e30inf")
+    yield algebra.layout("CIRCLE", " ".join(algebra.spelling(b)[1] for b in algebra.blades(3)))
+    yield algebra.layout("PLANE", "e123inf e120inf e130inf e230inf")
+    yield algebra.layout("SPHERE", " ".join(algebra.spelling(b)[1] for b in algebra.blades(4)))
+    yield algebra.layout("ROTOR", "1 e12 e13 e23", unit=True)
+    yield algebra.layout("TRANSLATOR", "e1inf e2inf e3inf", fixed={"1": 1}, unit=True)
+    yield algebra.layout("MOTOR", "1 e12 e13 e23 e1inf e2inf e3inf e123inf", unit=True)
+    yield algebra.layout("DILATOR", "1 e0inf", unit=True)
+
+
+def _sta(algebra: Algebra) -> Iterable[Layout]:
+    yield algebra.layout("VECTOR", "g0 g1 g2 g3")
+    yield algebra.layout("BIVECTOR", "g10 g20 g30 g12 g13 g23")
+    yield algebra.layout("ROTOR", "1 g10 g20 g30 g12 g13 g23 g0123", unit=True)
+    yield algebra.layout("EVEN", "1 g10 g20 g30 g12 g13 g23 g0123")
+    yield algebra.layout("TRIVECTOR", " ".join(algebra.spelling(b)[1] for b in algebra.blades(3)))
+
+
+def null_pairs(n: int, name: str | None = None) -> Algebra:
+    """G(n, n) in a basis of null pairs: ``w_i . v_j = 1`` where ``i = j``, every other inner product 0.
+
+    With orthonormal ``s_i**2 = 1`` and ``t_i**2 = -1``: ``w_i = (s_i + t_i) / 2`` and ``v_i = s_i - t_i``.
+    """
+    vectors = [f"w{i + 1}" for i in range(n)] + [f"v{i + 1}" for i in range(n)]
+    gram = [[int(abs(i - j) == n) for j in range(2 * n)] for i in range(2 * n)]
+
+    def layouts(algebra: Algebra) -> Iterable[Layout]:
+        yield algebra.layout("NULL_VECTOR", " ".join(vectors[:n]))
+        yield algebra.layout("DUAL_NULL_VECTOR", " ".join(vectors[n:]))
+        yield algebra.layout("VECTOR", " ".join(vectors))
+        yield algebra.layout("BIVECTOR", " ".join(algebra.spelling(b)[1] for b in algebra.blades(2)))
+
+    return Algebra(name or f"G{n}{n}", vectors, gram, layouts=layouts)
+
+
+def orthogonal(p: int, q: int = 0, r: int = 0, name: str | None = None) -> Algebra:
+    """G(p, q, r): ``e1 ...`` with `p` squares +1, then `q` squares -1, then `r` squares 0."""
+    vectors = [f"e{i + 1}" for i in range(p + q + r)]
+    return Algebra(name or f"G({p},{q},{r})", vectors, [1] * p + [-1] * q + [0] * r)
+
+
+def _null_gram(n: int) -> list[list[int]]:
+    """Euclidean e1..en, then the null pair e0, einf with ``einf . e0 = -1``."""
+    gram = [[int(i == j and i < n) for j in range(n + 2)] for i in range(n + 2)]
+    gram[n][n + 1] = gram[n + 1][n] = -1
+    return gram
+
+
+COMPLEX = Algebra("COMPLEX", "e1", [-1], layouts=_numbers("1 e1"))
+DUAL_NUMBERS = Algebra("DUAL_NUMBERS", "e0", [0], layouts=_numbers("1 e0"))
+DOUBLE_NUMBERS = Algebra("DOUBLE_NUMBERS", "e1", [1], layouts=_numbers("1 e1"))
+QUATERNIONS = Algebra("QUATERNIONS", "e1 e2", [-1, -1], layouts=_quaternion)
+VGA2 = Algebra("VGA2", "e1 e2", [1, 1], layouts=_vga2)
+VGA3 = Algebra("VGA3", "e1 e2 e3", [1, 1, 1], layouts=_vga3)
+PGA2 = Algebra("PGA2", "e1 e2 e0", [1, 1, 0], "e20 e01 e012", layouts=_pga2)
+PGA3 = Algebra("PGA3", "e1 e2 e3 e0", [1, 1, 1, 0], "e01 e02 e03 e021 e013 e032 e0123", layouts=_pga3)
+CGA2 = Algebra("CGA2", "e1 e2 e0 einf", _null_gram(2), "e012inf", layouts=_cga2)
+CGA3 = Algebra("CGA3", "e1 e2 e3 e0 einf", _null_gram(3), "e0123inf", layouts=_cga3)
+STA = Algebra("STA", "g0 g1 g2 g3", [1, -1, -1, -1], "g10 g20 g30", layouts=_sta)
+G33 = null_pairs(3)
+
+CATALOG = {
+    algebra.name: algebra
+    for algebra in (
+        COMPLEX, DUAL_NUMBERS, DOUBLE_NUMBERS, QUATERNIONS, VGA2, VGA3, PGA2, PGA3, CGA2, CGA3, STA, G33,
+    )
+}  # fmt: skip

@@ -1,0 +1,170 @@
+"""What a coefficient must be able to do: the one place that knows the kinds of numbers a multivector can hold.
+
+A multivector needs ``+``, ``-`` and ``*`` of its coefficients, and little else. ints and Fractions are exact;
+floats, complex numbers and numpy arrays are numeric; mpmath numbers are numeric to any precision; symbolic rings
+(`gacompiler.rings.Polynomial`, `gacompiler.ir.Scalar`) bring their own ``scalar_function``; sympy expressions work
+because they have operators.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping
+from fractions import Fraction
+from typing import Any
+
+import numpy as np
+
+from ..errors import InexactError
+
+Coefficient = Any
+
+
+def is_exact(value: Coefficient) -> bool:
+    """Whether `value` is an integer or a fraction."""
+    return isinstance(value, (int, Fraction)) and not isinstance(value, bool)
+
+
+def is_zero(value: Coefficient) -> bool:
+    """Whether `value` is exactly zero *by its form*: a numeric array never is, so sparsity never depends on data."""
+    if isinstance(value, (int, Fraction, float, complex)):
+        return value == 0
+    if isinstance(value, np.ndarray):
+        return False
+    return getattr(value, "is_zero", False) is True
+
+
+def scale(value: Coefficient, factor: int | Fraction) -> Coefficient:
+    """`value` times an exact number, without leaving the kind of `value`."""
+    if factor == 1:
+        return value
+    if factor == -1:
+        return -value
+    if isinstance(factor, Fraction) and (isinstance(value, (float, complex, np.ndarray, np.generic)) or _is_mpmath(value)):
+        return value * factor.numerator / factor.denominator
+    return value * factor
+
+
+def divide(a: Coefficient, b: Coefficient) -> Coefficient:
+    """``a / b``, exact where both are."""
+    if is_exact(b) and is_exact(a):
+        if b == 0:
+            raise ZeroDivisionError("division by a coefficient that is exactly zero")
+        quotient = Fraction(a) / b
+        return quotient.numerator if quotient.denominator == 1 else quotient
+    if is_exact(b):
+        return scale(a, 1 / Fraction(b))
+    return a / b
+
+
+def _is_mpmath(value: Coefficient) -> bool:
+    return type(value).__module__.startswith("mpmath")
+
+
+def _exact_sqrt(x: Any) -> Fraction:
+    x = Fraction(x)
+    root = Fraction(math.isqrt(abs(x.numerator)), math.isqrt(x.denominator))
+    if root * root != x:
+        raise InexactError("sqrt", f"{x} has no rational root", remedy="use floats or mpmath numbers")
+    return root
+
+
+def _exact_at(point: int, value: int, name: str) -> Callable[[Any], Fraction]:
+    def function(x: Any) -> Fraction:
+        if x != point:
+            raise InexactError(name, f"{name}({x}) is not rational", remedy="use floats or mpmath numbers")
+        return Fraction(value)
+
+    return function
+
+
+def _exact_atan2(y: Any, x: Any) -> Fraction:
+    if y != 0 or x <= 0:
+        raise InexactError("atan2", f"atan2({y}, {x}) is not rational", remedy="use floats or mpmath numbers")
+    return Fraction(0)
+
+
+_ANY: dict[str, Callable[..., Any]] = {
+    "abs": abs,
+    "minimum": lambda a, b: a if a <= b else b,
+    "maximum": lambda a, b: a if a >= b else b,
+    "less": lambda a, b: int(a < b),
+    "less_equal": lambda a, b: int(a <= b),
+    "equal": lambda a, b: int(a == b),
+    "select": lambda condition, a, b: a if condition else b,
+}
+
+EXACT: Mapping[str, Callable[..., Any]] = _ANY | {
+    "sqrt": _exact_sqrt,
+    "sin": _exact_at(0, 0, "sin"),
+    "cos": _exact_at(0, 1, "cos"),
+    "exp": _exact_at(0, 1, "exp"),
+    "log": _exact_at(1, 0, "log"),
+    "acos": _exact_at(1, 0, "acos"),
+    "atan2": _exact_atan2,
+}
+
+FLOAT: Mapping[str, Callable[..., Any]] = _ANY | {
+    name: getattr(math, name) for name in ("sqrt", "sin", "cos", "exp", "log", "acos", "atan2")
+}
+
+ARRAY: Mapping[str, Callable[..., Any]] = {
+    "abs": np.abs,
+    "minimum": np.minimum,
+    "maximum": np.maximum,
+    "less": lambda a, b: np.less(a, b) * 1.0,
+    "less_equal": lambda a, b: np.less_equal(a, b) * 1.0,
+    "equal": lambda a, b: np.equal(a, b) * 1.0,
+    "select": lambda condition, a, b: np.where(np.asarray(condition) != 0, a, b),
+    "sqrt": np.sqrt,
+    "sin": np.sin,
+    "cos": np.cos,
+    "exp": np.exp,
+    "log": np.log,
+    "acos": np.arccos,
+    "atan2": np.arctan2,
+}
+
+
+def scalar_function(name: str, *arguments: Coefficient) -> Coefficient:
+    """Apply the scalar function `name` in whatever ring the arguments live.
+
+    Raises
+    ------
+    InexactError
+        When every argument is exact and the value is not rational.
+    """
+    for argument in arguments:
+        own = getattr(argument, "scalar_function", None)
+        if own is not None:
+            return own(name, arguments)
+    if any(isinstance(argument, (np.ndarray, np.generic)) for argument in arguments):
+        return ARRAY[name](*arguments)
+    if any(_is_mpmath(argument) for argument in arguments):
+        return _mpmath_function(name, arguments)
+    if any(type(argument).__module__.startswith("sympy") for argument in arguments):
+        return _sympy_function(name, arguments)
+    if all(is_exact(argument) for argument in arguments):
+        return EXACT[name](*arguments)
+    return FLOAT[name](*arguments)
+
+
+def _mpmath_function(name: str, arguments: tuple[Any, ...]) -> Any:
+    import mpmath
+
+    lifted = [
+        mpmath.mpf(a.numerator) / a.denominator if isinstance(a, Fraction) else mpmath.mpmathify(a) for a in arguments
+    ]
+    return _ANY[name](*lifted) if name in _ANY else getattr(mpmath, name)(*lifted)
+
+
+def _sympy_function(name: str, arguments: tuple[Any, ...]) -> Any:
+    import sympy
+
+    names = {"abs": "Abs", "minimum": "Min", "maximum": "Max"}
+    if name in ("less", "less_equal", "equal"):
+        relation = {"less": sympy.Lt, "less_equal": sympy.Le, "equal": sympy.Eq}[name](*arguments)
+        return sympy.Piecewise((1, relation), (0, True))
+    if name == "select":
+        return sympy.Piecewise((arguments[1], sympy.Ne(arguments[0], 0)), (arguments[2], True))
+    return getattr(sympy, names.get(name, name))(*arguments)

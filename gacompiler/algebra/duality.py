@@ -1,0 +1,54 @@
+"""Complements (metric-free duals), the metric polarity, and the regressive product."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+from ..errors import AlgebraError
+from .blades import reordering_sign
+from .coefficients import divide
+from .multivector import Multivector
+
+
+def _complement(a: Multivector, sign: Callable[[int, int], int]) -> Multivector:
+    everything = a.algebra.everything
+    orientation, _ = a.algebra.spelling(everything)
+    terms = {}
+    for blade, value in a.terms.items():
+        other = everything ^ blade
+        terms[other] = value if sign(blade, other) * orientation > 0 else -value
+    return Multivector(a.algebra, terms)
+
+
+def dual(a: Multivector) -> Multivector:
+    """Right complement: ``b ^ dual(b) = I`` for every basis blade. Exists in every metric."""
+    return _complement(a, reordering_sign)
+
+
+def undual(a: Multivector) -> Multivector:
+    """Left complement, the inverse of `dual`: ``undual(b) ^ b = I`` for every basis blade."""
+    return _complement(a, lambda blade, other: reordering_sign(other, blade))
+
+
+def polarity(a: Multivector) -> Multivector:
+    """The metric dual ``a I**-1``.
+
+    Raises
+    ------
+    AlgebraError
+        In a degenerate metric, where the pseudoscalar has no inverse.
+    """
+    pseudoscalar = a.algebra.pseudoscalar
+    square = (pseudoscalar * pseudoscalar).scalar
+    if square == 0:
+        raise AlgebraError(
+            f"polarity in {a.algebra.name}",
+            "the metric is degenerate and I has no inverse",
+            remedy="use dual(), which needs no metric",
+        )
+    return a * pseudoscalar.map(lambda value: divide(value, square))
+
+
+def regressive_product(a: Multivector, b: Multivector) -> Multivector:
+    """``undual(dual(a) ^ dual(b))``: the meet of hyperplanes, the join where points are pseudovectors. Metric-free."""
+    return undual(dual(a).product("outer_product", dual(b)))

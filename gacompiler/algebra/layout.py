@@ -1,0 +1,168 @@
+"""Layouts: which coefficients of a multivector are stored, and what is known of the rest."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from fractions import Fraction
+
+from ..errors import LayoutError
+from .algebra import Algebra
+from .blades import Rational, exact
+from .coefficients import Coefficient, is_zero
+from .multivector import Multivector
+
+Relations = Callable[[Multivector], Multivector | Sequence[Multivector]]
+Implication = Callable[[Mapping[str, Coefficient]], Coefficient]
+
+
+@dataclass(frozen=True, slots=True)
+class Slot:
+    """One coefficient: the blade's name, its bitmap, and the sign between the two orientations."""
+
+    name: str
+    blade: int
+    sign: int
+
+
+@dataclass(frozen=True, slots=True)
+class Layout:
+    """A type of multivector.
+
+    Attributes
+    ----------
+    algebra : Algebra
+    name : str
+    stored : tuple of Slot
+        The coefficients that an array of this layout holds, in order.
+    fixed : tuple of (Slot, rational)
+        Coefficients that are the same for every element: a point's weight 1.
+    implied : tuple of (Slot, callable)
+        Coefficients that are polynomials of the stored ones, as functions of the mapping name -> stored coefficient.
+    unit : bool
+        Whether ``x ~x = 1`` holds, every coefficient of it.
+    user_relations : callable, optional
+        Maps an element to a multivector (or several) all of whose coefficients are zero.
+    """
+
+    algebra: Algebra
+    name: str
+    stored: tuple[Slot, ...]
+    fixed: tuple[tuple[Slot, Rational], ...] = ()
+    implied: tuple[tuple[Slot, Implication], ...] = ()
+    unit: bool = False
+    user_relations: Relations | None = None
+
+    @classmethod
+    def of(
+        cls,
+        algebra: Algebra,
+        name: str,
+        blades: str,
+        *,
+        fixed: Mapping[str, Rational] | None = None,
+        implied: Mapping[str, Implication] | None = None,
+        unit: bool = False,
+        relations: Relations | None = None,
+    ) -> Layout:
+        """Build a layout from spelled blades, checking that no blade is named twice."""
+
+        def slot(spelling: str) -> Slot:
+            sign, blade = algebra.blade(spelling)
+            return Slot(spelling, blade, sign)
+
+        layout = cls(
+            algebra,
+            name,
+            tuple(slot(spelling) for spelling in blades.split()),
+            tuple((slot(spelling), exact(Fraction(value))) for spelling, value in (fixed or {}).items()),
+            tuple((slot(spelling), function) for spelling, function in (implied or {}).items()),
+            unit,
+            relations,
+        )
+        seen: dict[int, str] = {}
+        for one in (*layout.stored, *(s for s, _ in layout.fixed), *(s for s, _ in layout.implied)):
+            if one.blade in seen:
+                raise LayoutError(f"layout {name}", f"{one.name} and {seen[one.blade]} are the same blade", "each blade once")
+            seen[one.blade] = one.name
+        return layout
+
+    @property
+    def blades(self) -> tuple[str, ...]:
+        """Names of the stored coefficients, in order."""
+        return tuple(slot.name for slot in self.stored)
+
+    @property
+    def size(self) -> int:
+        """Number of stored coefficients."""
+        return len(self.stored)
+
+    @property
+    def is_scalar(self) -> bool:
+        """Whether the only coefficient is that of 1: then arrays have no blade axis."""
+        return not self.fixed and not self.implied and [slot.blade for slot in self.stored] == [0]
+
+    @property
+    def support(self) -> frozenset[int]:
+        """Bitmaps of all blades an element may have."""
+        slots = (*self.stored, *(slot for slot, value in self.fixed if value), *(slot for slot, _ in self.implied))
+        return frozenset(slot.blade for slot in slots)
+
+    @property
+    def has_relations(self) -> bool:
+        """Whether anything is known of the stored coefficients."""
+        return self.unit or self.user_relations is not None
+
+    def element(self, coefficients: Sequence[Coefficient]) -> Multivector:
+        """The multivector with these stored coefficients, over whatever ring they live in."""
+        if len(coefficients) != self.size:
+            raise LayoutError(f"layout {self.name}", f"{len(coefficients)} coefficients", f"{self.size}: {' '.join(self.blades)}")
+        terms = {slot.blade: _signed(value, slot) for slot, value in zip(self.stored, coefficients, strict=True)}
+        terms |= {slot.blade: _signed(value, slot) for slot, value in self.fixed}
+        if self.implied:
+            named = dict(zip(self.blades, coefficients, strict=True))
+            terms |= {slot.blade: _signed(function(named), slot) for slot, function in self.implied}
+        return Multivector(self.algebra, terms)
+
+    def coefficients(self, element: Multivector) -> tuple[Coefficient, ...]:
+        """The stored coefficients of `element`.
+
+        Raises
+        ------
+        LayoutError
+            When the element has a blade that this layout cannot hold, or a fixed coefficient of another value.
+        """
+        for blade in element.terms:
+            if blade not in self.support:
+                name = self.algebra.spelling(blade)[1]
+                raise LayoutError(f"layout {self.name}", f"an element with blade {name}", f"only {' '.join(self.blades)}")
+        for slot, value in self.fixed:
+            if not is_zero(element.terms.get(slot.blade, 0) - _signed(value, slot)):
+                raise LayoutError(
+                    f"layout {self.name}", f"{slot.name} = {_signed(element.terms.get(slot.blade, 0), slot)}", f"{slot.name} = {value}"
+                )
+        return tuple(_signed(element.terms.get(slot.blade, 0), slot) for slot in self.stored)
+
+    def relations(self, element: Multivector) -> tuple[Coefficient, ...]:
+        """Everything that is zero for an element of this layout, as coefficients of the element's ring."""
+        zero: list[Coefficient] = []
+        if self.unit:
+            # in a finite-dimensional algebra either implies the other, but not by polynomials of the same degree
+            zero += (element * ~element - 1).terms.values()
+            zero += (~element * element - 1).terms.values()
+        if self.user_relations is not None:
+            found = self.user_relations(element)
+            for each in [found] if isinstance(found, Multivector) else found:
+                zero += element.lift(each).terms.values()
+        return tuple(zero)
+
+    def __str__(self) -> str:
+        return f"{self.algebra.name}.{self.name}"
+
+
+def _signed(value: Coefficient, slot: Slot) -> Coefficient:
+    return value if slot.sign > 0 else -value
+
+
+SCALARS = Algebra("scalars", (), ())
+SCALAR = Layout.of(SCALARS, "SCALAR", "1")

@@ -1,0 +1,204 @@
+"""Multivectors: a mapping from basis blade to coefficient, over any ring."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Mapping
+from types import MappingProxyType
+from typing import TYPE_CHECKING, Any
+
+from ..errors import AlgebraError
+from .blades import grade
+from .coefficients import Coefficient, divide, is_zero
+from .products import product
+
+if TYPE_CHECKING:
+    from .algebra import Algebra
+
+
+class Multivector:
+    """An element of `algebra`, immutable.
+
+    Parameters
+    ----------
+    algebra : Algebra
+    terms : mapping of int to coefficient
+        Coefficient of each basis blade (a bitmap); blades that are absent have coefficient zero.
+
+    Notes
+    -----
+    Operators: ``+ -``, ``*`` geometric product, ``^`` outer product, ``&`` regressive product, ``~`` reverse,
+    ``/`` by a scalar, ``**`` by a natural number. Python gives ``^`` and ``&`` a lower precedence than ``+``: use
+    parentheses. Every other operation is a function, see `gacompiler.algebra.operations`.
+    """
+
+    __slots__ = ("algebra", "terms")
+
+    algebra: Algebra
+    terms: Mapping[int, Coefficient]
+
+    def __init__(self, algebra: Algebra, terms: Mapping[int, Coefficient]) -> None:
+        object.__setattr__(self, "algebra", algebra)
+        kept = {blade: terms[blade] for blade in sorted(terms) if not is_zero(terms[blade])}
+        object.__setattr__(self, "terms", MappingProxyType(kept))
+
+    def __setattr__(self, name: str, value: object) -> None:
+        raise AttributeError(f"a Multivector is immutable; cannot set {name}")
+
+    def __getitem__(self, blade: str | int) -> Coefficient:
+        """Coefficient of a blade, by any spelling (``"e31"``) or by bitmap."""
+        sign, bitmap = self.algebra.blade(blade) if isinstance(blade, str) else (1, blade)
+        value = self.terms.get(bitmap, 0)
+        return value if sign > 0 else -value
+
+    @property
+    def grades(self) -> tuple[int, ...]:
+        """Grades that occur, ascending."""
+        return tuple(sorted({grade(blade) for blade in self.terms}))
+
+    @property
+    def scalar(self) -> Coefficient:
+        """The coefficient of 1."""
+        return self.terms.get(0, 0)
+
+    def grade(self, *grades: int) -> Multivector:
+        """The part of the given grades."""
+        return self.keep(lambda blade: grade(blade) in grades)
+
+    def keep(self, predicate: Callable[[int], bool]) -> Multivector:
+        """The part on the blades (bitmaps) for which `predicate` holds."""
+        return Multivector(self.algebra, {blade: value for blade, value in self.terms.items() if predicate(blade)})
+
+    def map(self, function: Callable[[Coefficient], Coefficient]) -> Multivector:
+        """`function` applied to every coefficient."""
+        return Multivector(self.algebra, {blade: function(value) for blade, value in self.terms.items()})
+
+    def with_signs(self, sign_of_grade: Callable[[int], int]) -> Multivector:
+        """Every coefficient times a sign that depends on the grade: all involutions are of this form."""
+        return Multivector(
+            self.algebra,
+            {blade: value if sign_of_grade(grade(blade)) > 0 else -value for blade, value in self.terms.items()},
+        )
+
+    def product(self, name: str, other: Multivector) -> Multivector:
+        """One of the products of `gacompiler.algebra.products.GRADE_RULES`."""
+        return Multivector(self.algebra, product(self.algebra, name, self.terms, other.terms))
+
+    def lift(self, other: Any) -> Multivector:
+        """`other` as a multivector of the same algebra; anything that is not a multivector is a scalar."""
+        if isinstance(other, Multivector):
+            if other.algebra != self.algebra:
+                raise AlgebraError(
+                    "operation on two multivectors",
+                    f"algebras {self.algebra.name} and {other.algebra.name}",
+                    "the same algebra",
+                    "convert one of them by its coefficients",
+                )
+            return other
+        return Multivector(self.algebra, {0: other})
+
+    def __add__(self, other: Any) -> Multivector:
+        if _defers(other):
+            return NotImplemented
+        terms = dict(self.terms)
+        for blade, value in self.lift(other).terms.items():
+            terms[blade] = terms[blade] + value if blade in terms else value
+        return Multivector(self.algebra, terms)
+
+    def __radd__(self, other: Any) -> Multivector:
+        return self + other
+
+    def __neg__(self) -> Multivector:
+        return self.map(lambda value: -value)
+
+    def __pos__(self) -> Multivector:
+        return self
+
+    def __sub__(self, other: Any) -> Multivector:
+        return NotImplemented if _defers(other) else self + -self.lift(other)
+
+    def __rsub__(self, other: Any) -> Multivector:
+        return -self + other
+
+    def __mul__(self, other: Any) -> Multivector:
+        return NotImplemented if _defers(other) else self.product("geometric_product", self.lift(other))
+
+    def __rmul__(self, other: Any) -> Multivector:
+        return self.lift(other).product("geometric_product", self)
+
+    def __xor__(self, other: Any) -> Multivector:
+        return NotImplemented if _defers(other) else self.product("outer_product", self.lift(other))
+
+    def __rxor__(self, other: Any) -> Multivector:
+        return self.lift(other).product("outer_product", self)
+
+    def __and__(self, other: Any) -> Multivector:
+        from .duality import regressive_product
+
+        return NotImplemented if _defers(other) else regressive_product(self, self.lift(other))
+
+    def __truediv__(self, other: Any) -> Multivector:
+        if _defers(other):
+            return NotImplemented
+        divisor = self.lift(other)
+        if any(divisor.terms) or not divisor.terms:
+            raise AlgebraError(
+                "division", f"divisor {divisor}", "a non-zero scalar", "multiply by inverse(divisor) on the side you mean"
+            )
+        return self.map(lambda value: divide(value, divisor.scalar))
+
+    def __pow__(self, exponent: int) -> Multivector:
+        if not isinstance(exponent, int) or exponent < 0:
+            raise AlgebraError("power", f"exponent {exponent!r}", "a natural number", "use inverse() or exp() and log()")
+        result = self.lift(1)
+        for _ in range(exponent):
+            result = result * self
+        return result
+
+    def __invert__(self) -> Multivector:
+        from .involutions import reverse
+
+        return reverse(self)
+
+    def __eq__(self, other: object) -> bool:
+        """Exact equality of every coefficient (for exact rings)."""
+        if isinstance(other, Multivector) and other.algebra != self.algebra:
+            return False
+        difference = self - self.lift(other)
+        return all(bool(value == 0) for value in difference.terms.values())
+
+    __hash__ = None  # type: ignore[assignment]
+
+    def __str__(self) -> str:
+        if not self.terms:
+            return "0"
+        parts = []
+        for blade in sorted(self.terms, key=lambda blade: (grade(blade), blade)):
+            sign, name = self.algebra.spelling(blade)
+            value = self.terms[blade] if sign > 0 else -self.terms[blade]
+            text = f"{value}" if blade == 0 else name if _is_one(value) else f"{_bracket(str(value))}*{name}"
+            parts.append(text)
+        return " + ".join(parts).replace("+ -", "- ")
+
+    def __repr__(self) -> str:
+        return f"{self.algebra.name}: {self}"
+
+
+def _defers(other: object) -> bool:
+    """Expressions of the frontend take over when they meet a constant multivector."""
+    return getattr(other, "takes_over_multivector", False) is True
+
+
+def _is_one(value: Coefficient) -> bool:
+    return isinstance(value, int) and value == 1
+
+
+def _bracket(text: str) -> str:
+    return f"({text})" if " " in text else text
+
+
+def sum_of(algebra: Algebra, parts: Iterable[Multivector]) -> Multivector:
+    """The sum of `parts`, zero when there are none."""
+    total = Multivector(algebra, {})
+    for part in parts:
+        total = total + part
+    return total
