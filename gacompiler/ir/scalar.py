@@ -1,0 +1,290 @@
+"""Scalar expressions: one closed set of operations, one node, shared by construction.
+
+A `Graph` owns its nodes; asking for the same operation on the same arguments gives the same node, so common
+subexpressions are found while building. Constructors fold what is true in every ring (``x + 0``, ``x * 1``, ``-(-x)``)
+and nothing else. Constants are exact rationals.
+"""
+
+from __future__ import annotations
+
+from enum import Enum
+from fractions import Fraction
+from typing import Any
+
+from ..errors import KernelError
+
+Rational = int | Fraction
+
+
+class Op(Enum):
+    """The operations of the scalar language; values are their names everywhere."""
+
+    CONSTANT = "constant"
+    VARIABLE = "variable"
+    # ring
+    ADD = "add"
+    SUBTRACT = "subtract"
+    MULTIPLY = "multiply"
+    NEGATE = "negate"
+    # field and functions
+    DIVIDE = "divide"
+    SQRT = "sqrt"
+    SIN = "sin"
+    COS = "cos"
+    ATAN2 = "atan2"
+    ACOS = "acos"
+    EXP = "exp"
+    LOG = "log"
+    # piecewise; comparisons give 1 or 0
+    ABS = "abs"
+    MINIMUM = "minimum"
+    MAXIMUM = "maximum"
+    LESS = "less"
+    LESS_EQUAL = "less_equal"
+    EQUAL = "equal"
+    SELECT = "select"
+
+
+LEAVES = (Op.CONSTANT, Op.VARIABLE)
+COMMUTATIVE = (Op.ADD, Op.MULTIPLY, Op.EQUAL, Op.MINIMUM, Op.MAXIMUM)
+RING = (Op.ADD, Op.SUBTRACT, Op.MULTIPLY, Op.NEGATE)
+ARITY: dict[Op, int] = {
+    Op.CONSTANT: 0, Op.VARIABLE: 0, Op.NEGATE: 1, Op.SQRT: 1, Op.SIN: 1, Op.COS: 1, Op.ACOS: 1, Op.EXP: 1, Op.LOG: 1,
+    Op.ABS: 1, Op.ADD: 2, Op.SUBTRACT: 2, Op.MULTIPLY: 2, Op.DIVIDE: 2, Op.ATAN2: 2, Op.MINIMUM: 2, Op.MAXIMUM: 2,
+    Op.LESS: 2, Op.LESS_EQUAL: 2, Op.EQUAL: 2, Op.SELECT: 3,
+}  # fmt: skip
+
+
+class Scalar:
+    """One node of a `Graph`. Immutable; equal nodes are identical."""
+
+    __slots__ = ("arguments", "graph", "index", "op", "value")
+
+    graph: Graph
+    op: Op
+    arguments: tuple[Scalar, ...]
+    value: Rational | str
+    index: int
+
+    def __init__(self, graph: Graph, op: Op, arguments: tuple[Scalar, ...], value: Rational | str, index: int) -> None:
+        for name, content in zip(
+            ("graph", "op", "arguments", "value", "index"), (graph, op, arguments, value, index), strict=True
+        ):
+            object.__setattr__(self, name, content)
+
+    def __setattr__(self, name: str, value: object) -> None:
+        raise AttributeError(f"a Scalar is immutable; cannot set {name}")
+
+    @property
+    def is_constant(self) -> bool:
+        """Whether this node is an exact number."""
+        return self.op is Op.CONSTANT
+
+    @property
+    def is_zero(self) -> bool:
+        """Whether this node is the number 0."""
+        return self.op is Op.CONSTANT and self.value == 0
+
+    def scalar_function(self, name: str, arguments: tuple[Any, ...]) -> Scalar:
+        """What `gacompiler.algebra.coefficients.scalar_function` calls for this ring."""
+        return self.graph.apply(Op(name), *arguments)
+
+    def __add__(self, other: Any) -> Scalar:
+        return self.graph.apply(Op.ADD, self, other)
+
+    def __radd__(self, other: Any) -> Scalar:
+        return self.graph.apply(Op.ADD, other, self)
+
+    def __sub__(self, other: Any) -> Scalar:
+        return self.graph.apply(Op.SUBTRACT, self, other)
+
+    def __rsub__(self, other: Any) -> Scalar:
+        return self.graph.apply(Op.SUBTRACT, other, self)
+
+    def __mul__(self, other: Any) -> Scalar:
+        return self.graph.apply(Op.MULTIPLY, self, other)
+
+    def __rmul__(self, other: Any) -> Scalar:
+        return self.graph.apply(Op.MULTIPLY, other, self)
+
+    def __truediv__(self, other: Any) -> Scalar:
+        return self.graph.apply(Op.DIVIDE, self, other)
+
+    def __rtruediv__(self, other: Any) -> Scalar:
+        return self.graph.apply(Op.DIVIDE, other, self)
+
+    def __neg__(self) -> Scalar:
+        return self.graph.apply(Op.NEGATE, self)
+
+    def __repr__(self) -> str:
+        if self.op in LEAVES:
+            return str(self.value)
+        return f"{self.op.value}({', '.join(map(repr, self.arguments))})"
+
+
+class Graph:
+    """The nodes of one kernel. Node numbers follow creation, so the same construction gives the same numbers."""
+
+    def __init__(self) -> None:
+        self._nodes: dict[tuple[Any, ...], Scalar] = {}
+
+    def constant(self, value: Rational) -> Scalar:
+        """An exact number."""
+        return self._node(Op.CONSTANT, (), Fraction(value))
+
+    def variable(self, name: str) -> Scalar:
+        """An input, or any name the program defines elsewhere."""
+        return self._node(Op.VARIABLE, (), name)
+
+    def lift(self, value: Any) -> Scalar:
+        """`value` as a node of this graph."""
+        if isinstance(value, Scalar):
+            return value
+        if isinstance(value, (int, Fraction)):
+            return self.constant(value)
+        if isinstance(value, float) and value.is_integer():
+            return self.constant(int(value))
+        raise KernelError(
+            "constant in a kernel",
+            f"{value!r} of type {type(value).__name__}",
+            "an exact number (int or Fraction)",
+            "write a float as the Fraction that you mean",
+        )
+
+    def apply(self, op: Op, *arguments: Any) -> Scalar:
+        """The node ``op(arguments)``, folded where that is exact."""
+        nodes = tuple(self.lift(argument) for argument in arguments)
+        folded = _fold(self, op, nodes)
+        if folded is not None:
+            return folded
+        if op in COMMUTATIVE and nodes[0].index > nodes[1].index:
+            nodes = nodes[::-1]
+        return self._node(op, nodes, "")
+
+    def _node(self, op: Op, arguments: tuple[Scalar, ...], value: Rational | str) -> Scalar:
+        key = (op, value, *(argument.index for argument in arguments))
+        node = self._nodes.get(key)
+        if node is None:
+            node = self._nodes[key] = Scalar(self, op, arguments, value, len(self._nodes))
+        return node
+
+
+def _fold(graph: Graph, op: Op, nodes: tuple[Scalar, ...]) -> Scalar | None:
+    """The simpler node that equals ``op(nodes)`` in every ring, if there is one."""
+    match op:
+        case Op.ADD:
+            return _fold_add(graph, *nodes)
+        case Op.SUBTRACT:
+            return _fold_subtract(graph, *nodes)
+        case Op.MULTIPLY:
+            return _fold_multiply(graph, *nodes)
+        case Op.NEGATE:
+            return _fold_negate(graph, *nodes)
+        case Op.DIVIDE:
+            return _fold_divide(graph, *nodes)
+        case Op.SELECT:
+            return _fold_select(*nodes)
+        case _:
+            return _fold_function(graph, op, nodes)
+
+
+def _number(node: Scalar) -> Fraction | None:
+    return node.value if isinstance(node.value, Fraction) else None
+
+
+def _fold_add(graph: Graph, a: Scalar, b: Scalar) -> Scalar | None:
+    x, y = _number(a), _number(b)
+    if x is not None and y is not None:
+        return graph.constant(x + y)
+    if x == 0:
+        return b
+    if y == 0:
+        return a
+    if b.op is Op.NEGATE:
+        return graph.apply(Op.SUBTRACT, a, b.arguments[0])
+    if a.op is Op.NEGATE:
+        return graph.apply(Op.SUBTRACT, b, a.arguments[0])
+    return None
+
+
+def _fold_subtract(graph: Graph, a: Scalar, b: Scalar) -> Scalar | None:
+    x, y = _number(a), _number(b)
+    if x is not None and y is not None:
+        return graph.constant(x - y)
+    if a is b:
+        return graph.constant(0)
+    if y == 0:
+        return a
+    if x == 0:
+        return graph.apply(Op.NEGATE, b)
+    if b.op is Op.NEGATE:
+        return graph.apply(Op.ADD, a, b.arguments[0])
+    if a.op is Op.NEGATE:
+        return graph.apply(Op.NEGATE, graph.apply(Op.ADD, a.arguments[0], b))
+    return None
+
+
+def _fold_multiply(graph: Graph, a: Scalar, b: Scalar) -> Scalar | None:
+    x, y = _number(a), _number(b)
+    if x is not None and y is not None:
+        return graph.constant(x * y)
+    if y is not None:
+        a, b, x, y = b, a, y, x
+    if x == 0:
+        return a
+    if x == 1:
+        return b
+    if x == -1:
+        return graph.apply(Op.NEGATE, b)
+    if a.op is Op.NEGATE:
+        return graph.apply(Op.NEGATE, graph.apply(Op.MULTIPLY, a.arguments[0], b))
+    if b.op is Op.NEGATE:
+        return graph.apply(Op.NEGATE, graph.apply(Op.MULTIPLY, a, b.arguments[0]))
+    if x is not None and x < 0:
+        return graph.apply(Op.NEGATE, graph.apply(Op.MULTIPLY, graph.constant(-x), b))
+    return None
+
+
+def _fold_negate(graph: Graph, a: Scalar) -> Scalar | None:
+    x = _number(a)
+    if x is not None:
+        return graph.constant(-x)
+    if a.op is Op.NEGATE:
+        return a.arguments[0]
+    if a.op is Op.SUBTRACT:
+        return graph.apply(Op.SUBTRACT, a.arguments[1], a.arguments[0])
+    return None
+
+
+def _fold_divide(graph: Graph, a: Scalar, b: Scalar) -> Scalar | None:
+    x, y = _number(a), _number(b)
+    if y == 0:
+        raise KernelError("division", "the divisor is identically zero", "a divisor that can differ from zero")
+    if y is not None:
+        return graph.apply(Op.MULTIPLY, a, graph.constant(1 / y))
+    if x == 0:
+        return a
+    if a.op is Op.NEGATE:
+        return graph.apply(Op.NEGATE, graph.apply(Op.DIVIDE, a.arguments[0], b))
+    return None
+
+
+def _fold_select(condition: Scalar, a: Scalar, b: Scalar) -> Scalar | None:
+    x = _number(condition)
+    if x is not None:
+        return a if x else b
+    return a if a is b else None
+
+
+def _fold_function(graph: Graph, op: Op, nodes: tuple[Scalar, ...]) -> Scalar | None:
+    """Functions of numbers fold only where the value is rational (``sqrt(4)``, ``cos(0)``)."""
+    from ..algebra.coefficients import EXACT
+    from ..errors import InexactError
+
+    numbers = [_number(node) for node in nodes]
+    if any(number is None for number in numbers):
+        return None
+    try:
+        return graph.constant(EXACT[op.value](*numbers))
+    except InexactError:
+        return None

@@ -1,0 +1,51 @@
+"""What a valid program is. Called after every pass that makes one."""
+
+from __future__ import annotations
+
+from ..errors import ProofError
+from .program import Operand, Program
+from .scalar import ARITY, LEAVES
+
+
+def verify(program: Program) -> Program:
+    """`program` itself, when every name is defined once, before its use, and every line is used.
+
+    Raises
+    ------
+    ProofError
+        Naming the first line that is not valid.
+    """
+
+    def fail(found: str) -> None:
+        raise ProofError(f"program {program.name}", found, remedy="this is a defect of the compiler, please report it")
+
+    defined: set[str] = set()
+    for argument in program.arguments:
+        for component in argument.components:
+            if component in defined:
+                fail(f"{component} is defined twice")
+            defined.add(component)
+    temporaries: set[str] = set()
+    used: set[str] = set()
+
+    def check(operand: Operand, place: str) -> None:
+        if isinstance(operand, str):
+            used.add(operand)
+            if operand not in defined:
+                fail(f"{place} uses {operand} before it is defined")
+
+    for line in program.lines:
+        if line.op in LEAVES or len(line.operands) != ARITY[line.op]:
+            fail(f"{line.target} = {line.op.value} of {len(line.operands)} operands")
+        for operand in line.operands:
+            check(operand, line.target)
+        if line.target in defined:
+            fail(f"{line.target} is defined twice")
+        defined.add(line.target)
+        temporaries.add(line.target)
+    for result in program.results:
+        for operand in result.operands:
+            check(operand, result.name)
+    if temporaries - used:
+        fail(f"{min(temporaries - used)} is never used")
+    return program
