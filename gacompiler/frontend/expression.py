@@ -1,0 +1,359 @@
+"""Multivector expressions: what a kernel's function returns when it is called on symbols.
+
+An expression is a node with an operation, arguments and an algebra. Products, sandwiches and duals stay visible; no
+coefficient exists yet. `evaluate` gives an expression its meaning over any ring by the operations of the algebra layer.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Container, Iterator, Mapping, Sequence
+from typing import Any
+
+from ..algebra.algebra import Algebra
+from ..algebra.layout import SCALARS, Layout
+from ..algebra.multivector import Multivector
+from ..algebra.operations import OPERATIONS, SCALAR_FUNCTIONS
+from ..errors import KernelError
+
+INPUT, CONSTANT, GRADE, COEFFICIENT, ASSEMBLE = "input", "constant", "grade", "coefficient", "assemble"
+
+
+class Expression:
+    """A multivector that is not yet computed.
+
+    Attributes
+    ----------
+    operation : str
+        ``"input"``, ``"constant"``, ``"grade"``, ``"coefficient"``, ``"assemble"`` or a name of
+        `gacompiler.algebra.operations.OPERATIONS`.
+    arguments : tuple of Expression
+    data : object
+        What the operation needs besides: an input's `Input`, a constant's `Multivector`, grades, or a blade.
+    algebra : Algebra
+    """
+
+    __slots__ = ("_blades", "_hash", "algebra", "arguments", "data", "operation")
+
+    takes_over_multivector = True
+
+    def __init__(self, operation: str, arguments: tuple[Expression, ...], data: Any, algebra: Algebra) -> None:
+        self.operation, self.arguments, self.data, self.algebra = operation, arguments, data, algebra
+        content = tuple(sorted(data.terms.items())) if isinstance(data, Multivector) else data
+        self._hash = hash((operation, arguments, content, algebra))
+        self._blades: frozenset[int] | None = None
+
+    def __hash__(self) -> int:
+        return self._hash
+
+    def same(self, other: Expression) -> bool:
+        """Whether both are built alike (``==`` is left to Python: two expressions are equal when they are one)."""
+        if self is other:
+            return True
+        return (
+            self._hash == other._hash
+            and self.operation == other.operation
+            and self.algebra == other.algebra
+            and len(self.arguments) == len(other.arguments)
+            and _same_data(self.data, other.data)
+            and all(a.same(b) for a, b in zip(self.arguments, other.arguments, strict=True))
+        )
+
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, Expression) and self.same(other)
+
+    @property
+    def blades(self) -> frozenset[int]:
+        """Bitmaps of the blades this expression can have, by its form."""
+        if self._blades is None:
+            self._blades = _possible_blades(self)
+        return self._blades
+
+    @property
+    def is_scalar(self) -> bool:
+        """Whether only the coefficient of 1 can occur."""
+        return self.blades <= {0}
+
+    def grade(self, *grades: int) -> Expression:
+        """The part of the given grades."""
+        return Expression(GRADE, (self,), grades, self.algebra)
+
+    def __getitem__(self, blade: str) -> Expression:
+        """The coefficient of a blade, in any spelling, as a scalar."""
+        return Expression(COEFFICIENT, (self,), self.algebra.blade(blade), SCALARS)
+
+    def __add__(self, other: Any) -> Expression:
+        return node("add", self, other)
+
+    def __radd__(self, other: Any) -> Expression:
+        return node("add", other, self)
+
+    def __sub__(self, other: Any) -> Expression:
+        return node("subtract", self, other)
+
+    def __rsub__(self, other: Any) -> Expression:
+        return node("subtract", other, self)
+
+    def __mul__(self, other: Any) -> Expression:
+        return node("geometric_product", self, other)
+
+    def __rmul__(self, other: Any) -> Expression:
+        return node("geometric_product", other, self)
+
+    def __xor__(self, other: Any) -> Expression:
+        return node("outer_product", self, other)
+
+    def __rxor__(self, other: Any) -> Expression:
+        return node("outer_product", other, self)
+
+    def __and__(self, other: Any) -> Expression:
+        return node("regressive_product", self, other)
+
+    def __rand__(self, other: Any) -> Expression:
+        return node("regressive_product", other, self)
+
+    def __truediv__(self, other: Any) -> Expression:
+        return node("divide", self, other)
+
+    def __rtruediv__(self, other: Any) -> Expression:
+        return node("divide", other, self)
+
+    def __pow__(self, exponent: int) -> Expression:
+        if not isinstance(exponent, int) or exponent < 0:
+            raise KernelError("power in a kernel", f"exponent {exponent!r}", "a natural number", "use inverse()")
+        result = lift(1)
+        for k in range(exponent):
+            result = self if k == 0 else result * self
+        return result
+
+    def __neg__(self) -> Expression:
+        return node("negate", self)
+
+    def __pos__(self) -> Expression:
+        return self
+
+    def __invert__(self) -> Expression:
+        return node("reverse", self)
+
+    def __lt__(self, other: Any) -> Expression:
+        return node("less", self, other)
+
+    def __le__(self, other: Any) -> Expression:
+        return node("less_equal", self, other)
+
+    def __gt__(self, other: Any) -> Expression:
+        return node("less", other, self)
+
+    def __ge__(self, other: Any) -> Expression:
+        return node("less_equal", other, self)
+
+    def __bool__(self) -> bool:
+        raise KernelError(
+            "a kernel", "Python asked for the truth of an expression", remedy="use select(condition, a, b) instead of if, and, or"
+        )
+
+    def __iter__(self) -> Iterator[Any]:
+        raise KernelError("a kernel", "an expression cannot be iterated", remedy='ask for a coefficient, x["e12"]')
+
+    def __str__(self) -> str:
+        return text_of(self)
+
+    def __repr__(self) -> str:
+        return f"Expression({self})"
+
+    def _repr_latex_(self) -> str:
+        from .latex import latex_of
+
+        return f"${latex_of(self)}$"
+
+
+class Input:
+    """Where an input's coefficients come from: the kernel's argument, its layout, and names of the coefficients."""
+
+    __slots__ = ("components", "layout", "name")
+
+    def __init__(self, name: str, layout: Layout, components: tuple[str, ...]) -> None:
+        self.name, self.layout, self.components = name, layout, components
+
+    def __hash__(self) -> int:
+        return hash((self.name, self.components))
+
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, Input) and (self.name, self.components) == (other.name, other.components)
+
+
+def _same_data(a: Any, b: Any) -> bool:
+    if isinstance(a, Multivector) and isinstance(b, Multivector):
+        return dict(a.terms) == dict(b.terms)
+    return bool(a == b)
+
+
+def lift(value: Any) -> Expression:
+    """`value` as an expression: numbers and multivectors become constants."""
+    if isinstance(value, Expression):
+        return value
+    if isinstance(value, Multivector):
+        return Expression(CONSTANT, (), value, value.algebra)
+    from ..ir.scalar import Graph
+
+    number = Graph().lift(value).value
+    return Expression(CONSTANT, (), SCALARS.scalar(_int_if_whole(number)), SCALARS)
+
+
+def _int_if_whole(number: Any) -> Any:
+    return number.numerator if number.denominator == 1 else number
+
+
+def node(operation: str, *arguments: Any) -> Expression:
+    """The expression ``operation(arguments)``; raises where the algebras differ or a scalar is needed."""
+    lifted = tuple(lift(argument) for argument in arguments)
+    algebra = SCALARS
+    for argument in lifted:
+        if argument.algebra != SCALARS and argument.algebra != algebra:
+            if algebra != SCALARS:
+                raise KernelError(
+                    operation,
+                    f"arguments of {algebra.name} and {argument.algebra.name}",
+                    "one algebra",
+                    'carry coefficients over one by one: assemble(algebra, {"e1": x["e1"]})',
+                )
+            algebra = argument.algebra
+    needs_scalars = lifted if operation in SCALAR_FUNCTIONS else lifted[1:] if operation == "divide" else ()
+    for argument in needs_scalars:
+        if not argument.is_scalar:
+            names = " ".join(argument.algebra.spelling(blade)[1] for blade in sorted(argument.blades))
+            raise KernelError(
+                operation, f"{argument}, which can have blades {names}", "a scalar", "use inverse(), norm_squared() or a coefficient"
+            )
+    return Expression(operation, lifted, None, algebra)
+
+
+def evaluate(
+    expressions: Sequence[Expression],
+    inputs: Mapping[str, Any],
+    memory: dict[Expression, Multivector] | None = None,
+) -> list[Multivector]:
+    """The meaning of expressions over the ring of the coefficients in `inputs` (component name -> coefficient).
+
+    `memory` holds values of nodes that need not be computed, and receives those that are.
+    """
+    memory = {} if memory is None else memory
+
+    for expression in topological(expressions, memory):
+        memory[expression] = _apply(expression, [memory[argument] for argument in expression.arguments], inputs)
+    return [memory[expression] for expression in expressions]
+
+
+def topological(expressions: Sequence[Expression], known: Container[Expression] = ()) -> list[Expression]:
+    """All nodes below `expressions` that are not `known`, arguments before what uses them."""
+    order: dict[Expression, None] = {}
+    stack = list(reversed(expressions))
+    while stack:
+        expression = stack[-1]
+        waiting = [a for a in expression.arguments if a not in order and a not in known]
+        if expression in order or expression in known:
+            stack.pop()
+        elif waiting:
+            stack.extend(reversed(waiting))
+        else:
+            order[expression] = None
+            stack.pop()
+    return list(order)
+
+
+def _apply(expression: Expression, values: list[Multivector], inputs: Mapping[str, Any]) -> Multivector:
+    match expression.operation:
+        case "input":
+            source: Input = expression.data
+            return source.layout.element([inputs[name] for name in source.components])
+        case "constant":
+            constant: Multivector = expression.data
+            return constant
+        case "grade":
+            return values[0].grade(*expression.data)
+        case "coefficient":
+            sign, blade = expression.data
+            coefficient = values[0].terms.get(blade, 0)
+            return SCALARS.scalar(coefficient if sign > 0 else -coefficient)
+        case "assemble":
+            terms = {
+                blade: value.scalar if sign > 0 else -value.scalar
+                for (sign, blade), value in zip(expression.data, values, strict=True)
+            }
+            return Multivector(expression.algebra, terms)
+        case operation:
+            algebra = expression.algebra
+            lifted = [v if v.algebra is algebra else Multivector(algebra, v.terms) for v in values]
+            return OPERATIONS[operation](*lifted)
+
+
+class _Something:
+    """A coefficient of which nothing is known: the ring in which no sum cancels."""
+
+    is_zero = False
+
+    def scalar_function(self, name: str, arguments: tuple[Any, ...]) -> _Something:
+        return self
+
+    def _same(self, other: Any = None) -> _Something:
+        return self
+
+    __add__ = __radd__ = __sub__ = __rsub__ = __mul__ = __rmul__ = __truediv__ = __rtruediv__ = _same
+    __neg__ = _same
+
+
+SOMETHING = _Something()
+
+
+def _possible_blades(expression: Expression) -> frozenset[int]:
+    if expression.operation == INPUT:
+        support: frozenset[int] = expression.data.layout.support
+        return support
+    if expression.operation == CONSTANT:
+        return frozenset(expression.data.terms)
+    if expression.operation == "inverse":
+        (argument,) = expression.arguments
+        return _powers(argument)
+    values = [Multivector(a.algebra, dict.fromkeys(a.blades, SOMETHING)) for a in expression.arguments]
+    return frozenset(_apply(expression, values, {}).terms)
+
+
+def _powers(argument: Expression) -> frozenset[int]:
+    """Blades that polynomials in the argument and its involutions can have: those its own blades generate."""
+    found = set(argument.blades)
+    while True:
+        new = {
+            c for a in found for b in argument.blades for c in argument.algebra.blade_product(a, b)
+        } - found  # fmt: skip
+        if not new:
+            return frozenset(found)
+        found |= new
+
+
+_INFIX = {
+    "add": "+", "subtract": "-", "geometric_product": "*", "outer_product": "^", "regressive_product": "&",
+    "divide": "/", "less": "<", "less_equal": "<=",
+}  # fmt: skip
+
+
+def text_of(expression: Expression) -> str:
+    """The expression as one would type it."""
+    inner = [text_of(argument) for argument in expression.arguments]
+    match expression.operation:
+        case "input":
+            return str(expression.data.components[0] if expression.data.layout.is_scalar else expression.data.name)
+        case "constant":
+            text = str(expression.data)
+            return f"({text})" if " " in text else text
+        case "negate":
+            return f"-{inner[0]}"
+        case "reverse":
+            return f"~{inner[0]}"
+        case "grade":
+            return f"{inner[0]}.grade({', '.join(map(str, expression.data))})"
+        case "coefficient":
+            sign, blade = expression.data
+            return f"{'' if sign > 0 else '-'}{inner[0]}[{expression.arguments[0].algebra.spelling(blade)[1]}]"
+        case operation if operation in _INFIX:
+            return f"({inner[0]} {_INFIX[operation]} {inner[1]})"
+        case operation:
+            return f"{operation}({', '.join(inner)})"

@@ -1,0 +1,236 @@
+"""Declaring kernels: names, layouts, results. No work is done before a kernel is compiled."""
+
+from __future__ import annotations
+
+import inspect
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from itertools import product
+from math import prod
+from typing import Any
+
+from ..algebra.layout import Layout
+from ..errors import KernelError
+from .expression import INPUT, Expression, Input, lift
+
+
+@dataclass(frozen=True, slots=True)
+class ArrayOf:
+    """Several elements of one layout in an array of the given shape; in a kernel, nested tuples."""
+
+    layout: Layout
+    shape: tuple[int, ...]
+
+
+Type = Layout | ArrayOf
+
+
+def array(layout: Layout, *shape: int) -> ArrayOf:
+    """A parameter or result that is an array: ``array(SCALAR, 4, 4)`` is a matrix, ``array(POINT, 3)`` three points."""
+    if not shape or not all(isinstance(n, int) and n > 0 for n in shape):
+        raise KernelError("array()", f"shape {shape}", "positive sizes, as in array(SCALAR, 4, 4)")
+    return ArrayOf(layout, shape)
+
+
+@dataclass(frozen=True, slots=True)
+class Parameter:
+    """One argument of a kernel: an array of shape `shape`, blades last."""
+
+    name: str
+    type: Type
+
+    @property
+    def layout(self) -> Layout:
+        """The layout of each element."""
+        return self.type.layout if isinstance(self.type, ArrayOf) else self.type
+
+    @property
+    def outer_shape(self) -> tuple[int, ...]:
+        """Shape without the blade axis."""
+        return self.type.shape if isinstance(self.type, ArrayOf) else ()
+
+    @property
+    def shape(self) -> tuple[int, ...]:
+        """Core shape of the array."""
+        return self.outer_shape + (() if self.layout.is_scalar else (self.layout.size,))
+
+    @property
+    def components(self) -> tuple[str, ...]:
+        """Names of the entries, in C order."""
+        return tuple(name for names in self._elements() for name in names)
+
+    def _elements(self) -> list[tuple[str, ...]]:
+        found = []
+        for place in product(*map(range, self.outer_shape)):
+            stem = "_".join([self.name, *map(str, place)])
+            blades = [name.replace("^", "_") for name in self.layout.blades]
+            found.append((stem,) if self.layout.is_scalar else tuple(f"{stem}_{blade}" for blade in blades))
+        return found
+
+    def symbols(self) -> Any:
+        """What the kernel's function is called with: an expression, or nested tuples of them."""
+        elements = [
+            Expression(INPUT, (), Input(self.name, self.layout, names), self.layout.algebra) for names in self._elements()
+        ]
+        return _nested(elements, self.outer_shape)
+
+
+def _nested(flat: list[Any], shape: tuple[int, ...]) -> Any:
+    if not shape:
+        return flat[0]
+    step = prod(shape[1:])
+    return tuple(_nested(flat[k * step : (k + 1) * step], shape[1:]) for k in range(shape[0]))
+
+
+@dataclass(frozen=True, slots=True)
+class Kernel:
+    """A definition: call it on expressions or multivectors to use it inside another kernel."""
+
+    name: str
+    function: Callable[..., Any]
+    parameters: tuple[Parameter, ...]
+    returns: Type | tuple[Type, ...] | None
+    summary: str
+
+    def __call__(self, *arguments: Any) -> Any:
+        return self.function(*arguments)
+
+    @property
+    def where(self) -> str:
+        """File and line of the definition, for messages."""
+        code = getattr(self.function, "__code__", None)
+        return f"{code.co_filename}:{code.co_firstlineno}: kernel {self.name}" if code else f"kernel {self.name}"
+
+
+@dataclass(frozen=True, slots=True)
+class Output:
+    """One result of a traced kernel: expressions in C order over the outer shape, and the layout asked for."""
+
+    name: str
+    outer_shape: tuple[int, ...]
+    expressions: tuple[Expression, ...]
+    layout: Layout | None
+
+
+@dataclass(frozen=True, slots=True)
+class Trace:
+    """A kernel called once on symbols."""
+
+    kernel: Kernel
+    outputs: tuple[Output, ...]
+
+    @property
+    def expressions(self) -> tuple[Expression, ...]:
+        """All output expressions in order."""
+        return tuple(expression for output in self.outputs for expression in output.expressions)
+
+
+def kernel(*, returns: Any = None, **parameters: Any) -> Callable[[Callable[..., Any]], Kernel]:
+    """Declare the function below as a kernel.
+
+    Parameters
+    ----------
+    returns : Layout, ArrayOf or tuple of these, optional
+        Pins the layout of the result; otherwise it is inferred. A result that does not fit is an error.
+    **parameters : Layout, ArrayOf or tuple of equal layouts
+        The type of each parameter of the function, by name.
+
+    Examples
+    --------
+    >>> from gacompiler.algebra.catalog import PGA3
+    >>> @kernel(m=PGA3.MOTOR, p=PGA3.POINT)
+    ... def move_point(m, p):
+    ...     return m * p * ~m
+    """
+
+    def declare(function: Callable[..., Any]) -> Kernel:
+        names = list(inspect.signature(function).parameters)
+        where = f"kernel {function.__name__}"
+        if names != list(parameters):
+            raise KernelError(
+                where, f"parameters ({', '.join(names)}) but types for ({', '.join(parameters)})", "the same names in the same order"
+            )
+        declared = tuple(Parameter(name, _type(where, name, given)) for name, given in parameters.items())
+        seen: dict[str, str] = {}
+        for parameter in declared:
+            for component in parameter.components:
+                if component in seen:
+                    raise KernelError(
+                        where, f"{parameter.name} and {seen[component]} both have an entry {component}", remedy="rename one of them"
+                    )
+                seen[component] = parameter.name
+        pinned = returns
+        if isinstance(returns, tuple):
+            pinned = tuple(_type(where, "returns", each) for each in returns)
+        elif returns is not None:
+            pinned = _type(where, "returns", returns)
+        return Kernel(function.__name__, function, declared, pinned, inspect.getdoc(function) or "")
+
+    return declare
+
+
+def _type(where: str, name: str, given: Any) -> Type:
+    if isinstance(given, (Layout, ArrayOf)):
+        return given
+    if isinstance(given, tuple) and given and all(isinstance(each, Layout) for each in given):
+        if len(set(given)) == 1:
+            return ArrayOf(given[0], (len(given),))
+        raise KernelError(where, f"{name} is a tuple of different layouts", "equal layouts", "make them separate parameters")
+    raise KernelError(
+        where, f"{name} is declared as {given!r}", "a layout such as PGA3.MOTOR, SCALAR, or array(layout, n)"
+    )
+
+
+def trace(definition: Kernel) -> Trace:
+    """Call the kernel's function on symbols."""
+    symbols = [parameter.symbols() for parameter in definition.parameters]
+    value = definition.function(*symbols)
+    if value is None:
+        raise KernelError(definition.where, "the function returns nothing", "an expression, or a tuple of them")
+    pinned = definition.returns
+    if isinstance(value, tuple) and not isinstance(pinned, ArrayOf):
+        if not value:
+            raise KernelError(definition.where, "the function returns an empty tuple", "at least one result")
+        types: tuple[Type | None, ...] = pinned if isinstance(pinned, tuple) else (pinned,) * len(value)
+        if len(types) != len(value):
+            raise KernelError(definition.where, f"{len(value)} results", f"{len(types)} as returns= says")
+        outputs = tuple(_output(definition, f"out_{k}", v, t) for k, (v, t) in enumerate(zip(value, types, strict=True)))
+    elif isinstance(pinned, tuple):
+        raise KernelError(definition.where, "one result", f"a tuple of {len(pinned)} as returns= says")
+    else:
+        outputs = (_output(definition, "out", value, pinned),)
+    _check_inputs(definition, outputs)
+    return Trace(definition, outputs)
+
+
+def _output(definition: Kernel, name: str, value: Any, pinned: Type | None) -> Output:
+    if isinstance(pinned, ArrayOf):
+        flat = _flatten(definition, name, value, pinned.shape)
+        return Output(name, pinned.shape, tuple(map(lift, flat)), pinned.layout)
+    if isinstance(value, (tuple, list)):
+        raise KernelError(definition.where, f"{name} is a nested tuple", remedy="declare returns=array(layout, n, ...)")
+    return Output(name, (), (lift(value),), pinned)
+
+
+def _flatten(definition: Kernel, name: str, value: Any, shape: tuple[int, ...]) -> list[Any]:
+    if not shape:
+        return [value]
+    if not isinstance(value, (tuple, list)) or len(value) != shape[0]:
+        found = f"a sequence of {len(value)}" if isinstance(value, (tuple, list)) else type(value).__name__
+        raise KernelError(definition.where, f"{name} is {found}", f"{shape[0]} entries, as returns= says")
+    return [entry for each in value for entry in _flatten(definition, name, each, shape[1:])]
+
+
+def _check_inputs(definition: Kernel, outputs: tuple[Output, ...]) -> None:
+    """Refuse inputs that belong to another kernel: they would be undefined here."""
+    own: Mapping[str, str] = {c: p.name for p in definition.parameters for c in p.components}
+    todo = [expression for output in outputs for expression in output.expressions]
+    seen: set[Expression] = set()
+    while todo:
+        expression = todo.pop()
+        if expression in seen:
+            continue
+        seen.add(expression)
+        if expression.operation == INPUT and any(c not in own for c in expression.data.components):
+            raise KernelError(definition.where, f"uses {expression.data.name}, an input of another kernel", "its own parameters")
+        todo.extend(expression.arguments)

@@ -1,0 +1,195 @@
+"""Deciding what each result is: which coefficients vanish, which are constant, and so which layout holds it.
+
+Exact points that satisfy the inputs' relations refute; polynomials modulo those relations prove. A coefficient is left
+out only when it is proved to be what it seems.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from fractions import Fraction
+from random import Random
+from typing import Any
+
+import mpmath
+
+from ..algebra.algebra import Algebra
+from ..algebra.layout import SCALAR, SCALARS, Layout
+from ..algebra.multivector import Multivector
+from ..errors import InexactError, KernelError, TooLargeError
+from ..frontend.expression import Expression, evaluate
+from ..frontend.kernel import Kernel, Output, Trace
+from ..ir.scalar import Scalar
+from ..rings.points import DIGITS, point
+from .lower import Lowering, Slot, author_scalars, stages
+
+POINTS = 3
+
+
+@dataclass(frozen=True, slots=True)
+class Decision:
+    """The layout of each output, and the numbers to compute, in the order of the result arrays."""
+
+    layouts: tuple[Layout, ...]
+    slots: tuple[tuple[Slot, ...], ...]
+    constants: Mapping[tuple[int, int], Any]
+    """Proved constants by (expression, blade)."""
+
+
+def sample(kernel: Kernel, random: Random, *, near_one: bool = False) -> dict[str, Any]:
+    """A random value of every input component that satisfies the relations of the layouts."""
+    values: dict[str, Any] = {}
+    for parameter in kernel.parameters:
+        step = parameter.layout.size
+        for start in range(0, len(parameter.components), step):
+            names = parameter.components[start : start + step]
+            values.update(zip(names, point(parameter.layout, random, near_one=near_one), strict=True))
+    return values
+
+
+def meaning(expressions: Sequence[Expression], inputs: Mapping[str, Any]) -> list[Multivector]:
+    """The author's definition at a point: exact where the functions in it allow, else to `DIGITS` digits."""
+    if all(isinstance(value, (int, Fraction)) for value in inputs.values()):
+        try:
+            return evaluate(expressions, inputs)
+        except InexactError:
+            pass
+    with mpmath.workdps(DIGITS):
+        return evaluate(expressions, {name: to_mpmath(value) for name, value in inputs.items()})
+
+
+def to_mpmath(value: Any) -> Any:
+    """A number of any kind as an mpmath number at the current precision."""
+    return mpmath.mpf(value.numerator) / value.denominator if isinstance(value, (int, Fraction)) else mpmath.mpf(value)
+
+
+def decide(trace: Trace) -> Decision:
+    """Decide every coefficient of every result."""
+    expressions = trace.expressions
+    author = author_scalars(trace.kernel, expressions)
+    supports = [tuple(value.terms) for value in author]
+    suspected = _suspects(trace, supports)
+    for k, value in enumerate(author):
+        for blade, scalar in value.terms.items():
+            if not isinstance(scalar, Scalar):
+                suspected[k, blade] = Fraction(scalar)
+            elif scalar.is_constant:
+                suspected[k, blade] = scalar.value
+    constants = _prove(trace, suspected)
+    layouts, slots = [], []
+    first = 0
+    for output in trace.outputs:
+        numbers = range(first, first + len(output.expressions))
+        first += len(output.expressions)
+        found = {
+            blade: _common(constants, [(k, blade) for k in numbers], [supports[k] for k in numbers])
+            for blade in sorted({blade for k in numbers for blade in supports[k]})
+        }
+        layout = output.layout or _infer(output, found)
+        _check(trace, output, layout, found)
+        layouts.append(layout)
+        slots.append(tuple(Slot(k, slot.blade, slot.sign) for k in numbers for slot in layout.stored))
+    return Decision(tuple(layouts), tuple(slots), constants)
+
+
+def _common(constants: Mapping[tuple[int, int], Any], keys: list[tuple[int, int]], supports: list[tuple[int, ...]]) -> Any:
+    """The constant that all elements of an array have on a blade, or None."""
+    values = {constants.get(key) if key[1] in support else 0 for key, support in zip(keys, supports, strict=True)}
+    return values.pop() if len(values) == 1 else None
+
+
+def _suspects(trace: Trace, supports: list[tuple[int, ...]]) -> dict[tuple[int, int], Any]:
+    """Coefficients that have the same rational value at several points."""
+    random = Random(7)
+    values = []
+    for _ in range(POINTS):
+        try:
+            values.append(meaning(trace.expressions, sample(trace.kernel, random)))
+        except (ZeroDivisionError, ValueError):
+            return {}
+    found = {}
+    for k, support in enumerate(supports):
+        for blade in support:
+            at_points = [value[k].terms.get(blade, 0) for value in values]
+            first = _rational(at_points[0])
+            if first is not None and all(_rational(value) == first for value in at_points):
+                found[k, blade] = first
+    return found
+
+
+def _rational(value: Any) -> Fraction | None:
+    """`value` as a rational, when it is one of small size to the working precision."""
+    if isinstance(value, (int, Fraction)):
+        return Fraction(value)
+    with mpmath.workdps(DIGITS):
+        try:
+            near = Fraction(int(mpmath.nint(value * 720720)), 720720)
+            error = abs(value - mpmath.mpf(near.numerator) / near.denominator)
+        except (TypeError, ValueError, OverflowError):
+            return None
+        return near if error < mpmath.mpf(10) ** (-DIGITS // 2) else None
+
+
+def _prove(trace: Trace, suspected: Mapping[tuple[int, int], Any]) -> dict[tuple[int, int], Any]:
+    """Those suspects that polynomials prove to be constant."""
+    if not suspected:
+        return {}
+    proved: dict[tuple[int, int], Any] = {}
+    expressions = trace.expressions
+    for cuts in (frozenset[Expression](), frozenset(stages(expressions))):
+        open_keys = [key for key in suspected if key not in proved]
+        if not open_keys:
+            break
+        try:
+            lowered = Lowering(trace.kernel, expressions, cuts)
+            system = lowered.system([Slot(k, blade) for k, blade in open_keys])
+        except TooLargeError:
+            continue
+        for key, polynomial in zip(open_keys, system.outputs, strict=True):
+            if polynomial.constant_value is not None and polynomial.constant_value == suspected[key]:
+                proved[key] = suspected[key]
+    return proved
+
+
+def _infer(output: Output, found: Mapping[int, Any]) -> Layout:
+    """The layout that holds a result: a named one with the same blades if the algebra has it, else one made for it."""
+    algebra = next((e.algebra for e in output.expressions if e.algebra != SCALARS), SCALARS)
+    variable = {blade for blade, value in found.items() if value is None}
+    fixed = {blade: value for blade, value in found.items() if value is not None and value != 0}
+    if not variable:
+        variable, fixed = set(fixed) or {0}, {}
+    if variable == {0} and not fixed:
+        return SCALAR
+    for candidate in algebra.layouts.values():
+        named_fixed = {slot.blade: slot.sign * value for slot, value in candidate.fixed}
+        if not candidate.implied and not candidate.unit and {s.blade for s in candidate.stored} == variable and named_fixed == fixed:
+            return candidate
+    return _made_for(algebra, variable, fixed)
+
+
+def _made_for(algebra: Algebra, variable: set[int], fixed: Mapping[int, Any]) -> Layout:
+    order = [blade for blade in algebra.blades() if blade in variable] if algebra.dimension <= 10 else sorted(variable, key=lambda b: (b.bit_count(), b))
+    names = [algebra.spelling(blade)[1] for blade in order]
+    constants = {algebra.spelling(blade)[1]: algebra.spelling(blade)[0] * value for blade, value in fixed.items()}
+    return algebra.layout("(" + " ".join(names) + ")", " ".join(names), fixed=constants)
+
+
+def _check(trace: Trace, output: Output, layout: Layout, found: Mapping[int, Any]) -> None:
+    """Refuse a pinned layout that cannot hold the result."""
+    algebra = layout.algebra
+    where = trace.kernel.where
+    own = next((e.algebra for e in output.expressions if e.algebra != SCALARS), algebra)
+    if own != algebra and own != SCALARS and algebra != SCALARS:
+        raise KernelError(where, f"a result of {own.name}", f"{layout} as returns= says")
+    for blade, value in found.items():
+        if value != 0 and blade not in layout.support:
+            name = own.spelling(blade)[1]
+            raise KernelError(
+                where, f"the result has blade {name}", f"only {' '.join(layout.blades)} as returns={layout} says", f"add {name} to the layout, or take .grade() of what you mean"
+            )
+    for slot, value in layout.fixed:
+        if found.get(slot.blade, 0) != slot.sign * value:
+            raise KernelError(
+                where, f"the coefficient of {slot.name} is not known to be {value}", f"{slot.name} = {value} as returns={layout} says", "normalise the result, or return a layout that stores it"
+            )

@@ -1,0 +1,271 @@
+"""Factorising several sums of products together: greedy extraction of common divisors.
+
+The *fast extract* of multi-level logic synthesis (Rajski & Vasudevamurthi, IEEE Trans. CAD 11(6), 1992), carried over
+to polynomials as Hosangadi, Fallah and Kastner did for arithmetic (IEEE Trans. CAD 25(10), 2006). Two kinds of
+divisors are looked for in all sums at once:
+
+- a sum of two terms, up to sign, found by dividing a pair of terms by what they have in common;
+- a product of two literals.
+
+The one that saves most is given a name and replaced everywhere, until none saves anything. A coefficient other than
+one is a literal like any variable, so common factors 2 are found by the same rule.
+"""
+
+from __future__ import annotations
+
+from collections import Counter, defaultdict
+from dataclasses import dataclass
+from fractions import Fraction
+from heapq import heappop, heappush
+
+from ..algebra.blades import Rational
+from ..rings.polynomial import Polynomial
+
+Literal = int
+Cube = tuple[Literal, ...]
+Sum = dict[Cube, int]
+"""Cube to sign; the cubes are sorted tuples of literals with repetition."""
+
+_NUMBER = 1 << 30
+"""Literals from here on are numbers; they sort behind all variables."""
+
+
+@dataclass(frozen=True, slots=True)
+class Factored:
+    """Sums after extraction: the given ones, then one for each new variable."""
+
+    sums: tuple[Sum, ...]
+    n_given: int
+    first_new: int
+    numbers: tuple[Fraction, ...]
+
+    def number(self, literal: Literal) -> Fraction | None:
+        """The number a literal stands for, if it is one."""
+        return self.numbers[literal - _NUMBER] if literal >= _NUMBER else None
+
+    def new_sum(self, variable: int) -> Sum | None:
+        """The sum that defines a variable made here."""
+        k = variable - self.first_new
+        return self.sums[self.n_given + k] if 0 <= k < len(self.sums) - self.n_given else None
+
+
+@dataclass(frozen=True, slots=True)
+class Policy:
+    """Choices that are better for one kernel and worse for another, so that callers try several.
+
+    Attributes
+    ----------
+    prefer_products : bool
+        Which divisor to take first when a product and a sum save the same.
+    split_numbers : bool
+        Whether to start by collecting the terms of a sum that have the same numeric factor: ``x + 2 (...)``.
+    """
+
+    prefer_products: bool = False
+    split_numbers: bool = False
+
+
+def factor(polynomials: tuple[Polynomial, ...], first_new: int, policy: Policy) -> Factored:
+    """Extract common divisors from `polynomials`; new variables count up from `first_new`."""
+    extraction = _Extraction(first_new, policy)
+    for polynomial in polynomials:
+        extraction.append(polynomial)
+    extraction.run()
+    return Factored(tuple(extraction.sums), len(polynomials), first_new, tuple(extraction.numbers))
+
+
+def _products(cube: Cube) -> int:
+    """Multiplications that a product of literals takes."""
+    return len(cube) - 1 if cube else 0
+
+
+def _common(a: Cube, b: Cube) -> tuple[Cube, Cube, Cube]:
+    """What two cubes share, and what is left of each."""
+    i = j = 0
+    shared: list[int] = []
+    left: list[int] = []
+    right: list[int] = []
+    while i < len(a) and j < len(b):
+        if a[i] == b[j]:
+            shared.append(a[i])
+            i += 1
+            j += 1
+        elif a[i] < b[j]:
+            left.append(a[i])
+            i += 1
+        else:
+            right.append(b[j])
+            j += 1
+    return tuple(shared), (*left, *a[i:]), (*right, *b[j:])
+
+
+SumKey = tuple[Cube, Cube, int]
+PairKey = tuple[Literal, Literal]
+Place = tuple[int, Cube, Cube]
+
+
+class _Extraction:
+    def __init__(self, first_new: int, policy: Policy) -> None:
+        self.sums: list[Sum] = []
+        self._groups: list[dict[Rational, list[tuple[Cube, Rational]]]] = []
+        self.numbers: list[Fraction] = []
+        self._next = first_new
+        self._rank = (1, 0) if policy.prefer_products else (0, 1)
+        self._split = policy.split_numbers
+        self._literal_of: dict[Fraction, Literal] = {}
+        self._places: dict[SumKey, dict[Place, int]] = defaultdict(dict)
+        self._saved: dict[SumKey, int] = defaultdict(int)
+        self._uses: dict[PairKey, dict[tuple[int, Cube], int]] = defaultdict(dict)
+        self._count: dict[PairKey, int] = defaultdict(int)
+        self._heap: list[tuple[int, int, tuple[object, ...], bool]] = []
+
+    def append(self, polynomial: Polynomial) -> None:
+        """A new sum, from a polynomial."""
+        self.sums.append({})
+        self._groups.append({})
+        sizes = Counter(abs(value) for value in polynomial.terms.values())
+        for monomial, value in polynomial.key:
+            size = abs(value)
+            if self._split and size != 1 and sizes[size] > 1:
+                self._groups[-1].setdefault(size, []).append((monomial, value))
+            else:
+                self._add(len(self.sums) - 1, monomial, value)
+
+    def run(self) -> None:
+        """Extract until nothing saves anything."""
+        for index, groups in enumerate(self._groups):
+            for size, terms in sorted(groups.items()):
+                variable = self._define({})
+                for monomial, value in terms:
+                    self._add(len(self.sums) - 1, monomial, 1 if value > 0 else -1)
+                self._add(index, (variable,), size)
+        while self._heap:
+            value, rank, key, checked = heappop(self._heap)
+            if rank == self._rank[0]:
+                self._try_sum(-value, rank, key, checked)  # type: ignore[arg-type]
+            else:
+                self._try_product(-value, key)  # type: ignore[arg-type]
+
+    # -- terms ------------------------------------------------------------------------------------------------------
+
+    def _number(self, value: Fraction) -> Literal:
+        if value not in self._literal_of:
+            self._literal_of[value] = _NUMBER + len(self.numbers)
+            self.numbers.append(value)
+        return self._literal_of[value]
+
+    def _add(self, index: int, cube: Cube, value: Rational) -> None:
+        """Add ``value * cube`` to a sum, keeping signs apart from magnitudes."""
+        if abs(value) != 1:
+            cube = tuple(sorted((*cube, self._number(Fraction(abs(value))))))
+        sign = 1 if value > 0 else -1
+        present = self.sums[index].get(cube)
+        if present is not None:
+            self._remove(index, cube)
+            if present == sign:
+                self._add(index, cube, 2 * sign)
+            return
+        self._register(index, cube, sign, 1)
+        self.sums[index][cube] = sign
+
+    def _remove(self, index: int, cube: Cube) -> None:
+        sign = self.sums[index].pop(cube)
+        self._register(index, cube, sign, -1)
+
+    def _register(self, index: int, cube: Cube, sign: int, change: int) -> None:
+        """Enter (or take out) every divisor that this term makes with the others of its sum."""
+        for other, other_sign in self.sums[index].items():
+            a, b = (cube, other) if cube < other else (other, cube)
+            shared, left, right = _common(a, b)
+            if (len(right), right) < (len(left), left):
+                left, right = right, left
+            key = (left, right, sign * other_sign)
+            saving = _products(a) + _products(b) + 1 - len(shared)
+            place = (index, a, b)
+            if change > 0:
+                self._places[key][place] = saving
+            else:
+                del self._places[key][place]
+            self._saved[key] += change * saving
+            self._push_sum(key)
+        for x, y, times in _literal_pairs(cube):
+            pair = (x, y)
+            if change > 0:
+                self._uses[pair][(index, cube)] = times
+            else:
+                del self._uses[pair][(index, cube)]
+            self._count[pair] += change * times
+            if self._count[pair] > 1:
+                heappush(self._heap, (1 - self._count[pair], self._rank[1], pair, False))
+
+    def _push_sum(self, key: SumKey) -> None:
+        value = self._saved[key] - 1 - _products(key[0]) - _products(key[1])
+        if value > 0:
+            heappush(self._heap, (-value, self._rank[0], key, False))
+
+    # -- divisors ---------------------------------------------------------------------------------------------------
+
+    def _try_sum(self, value: int, rank: int, key: SumKey, checked: bool) -> None:
+        left, right, relative = key
+        definition = 1 + _products(left) + _products(right)
+        if not checked and value != self._saved[key] - definition:
+            return
+        chosen = self._disjoint(key)
+        actual = sum(saving for _, saving in chosen) - definition
+        if actual <= 0 or (checked and actual != value):
+            return
+        if actual < value and self._heap and -self._heap[0][0] > actual:
+            heappush(self._heap, (-actual, rank, key, True))
+            return
+        variable = self._define({left: 1, right: relative})
+        for (index, a, b), _ in chosen:
+            shared, a_left, _ = _common(a, b)
+            sign = self.sums[index][a if a_left == left else b]
+            self._remove(index, a)
+            self._remove(index, b)
+            self._add(index, tuple(sorted((*shared, variable))), sign)
+
+    def _disjoint(self, key: SumKey) -> list[tuple[Place, int]]:
+        """Occurrences that share no term, the most saving first."""
+        chosen = []
+        taken: set[tuple[int, Cube]] = set()
+        for place, saving in sorted(self._places[key].items(), key=lambda item: (-item[1], item[0])):
+            index, a, b = place
+            if (index, a) in taken or (index, b) in taken:
+                continue
+            taken |= {(index, a), (index, b)}
+            chosen.append((place, saving))
+        return chosen
+
+    def _try_product(self, value: int, pair: PairKey) -> None:
+        if value != self._count[pair] - 1:
+            return
+        places = sorted(self._uses[pair].items())
+        variable = self._define({pair: 1})
+        for (index, cube), times in places:
+            rest = list(cube)
+            for _ in range(times):
+                rest.remove(pair[0])
+                rest.remove(pair[1])
+            sign = self.sums[index][cube]
+            self._remove(index, cube)
+            self._add(index, tuple(sorted(rest + [variable] * times)), sign)
+
+    def _define(self, terms: Sum) -> int:
+        variable = self._next
+        self._next += 1
+        self.sums.append({})
+        for cube, sign in terms.items():
+            self.sums[-1][cube] = sign
+        return variable
+
+
+def _literal_pairs(cube: Cube) -> list[tuple[Literal, Literal, int]]:
+    """Distinct pairs of literals in a cube, and how many disjoint copies of each it holds."""
+    count: dict[int, int] = {}
+    for literal in cube:
+        count[literal] = count.get(literal, 0) + 1
+    literals = list(count)
+    pairs = [(x, x, count[x] // 2) for x in literals if count[x] > 1]
+    pairs += [(x, y, min(count[x], count[y])) for i, x in enumerate(literals) for y in literals[i + 1 :]]
+    return pairs

@@ -1,0 +1,179 @@
+"""From multivector expressions to scalars: polynomials over the inputs, with some nodes kept as named results."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+
+from ..algebra.multivector import Multivector
+from ..errors import KernelError
+from ..frontend.expression import Expression, evaluate, topological
+from ..frontend.facts import is_unit
+from ..frontend.kernel import Kernel
+from ..ir.scalar import Graph, Scalar
+from ..rings.ideal import Ideal
+from ..rings.polynomial import Polynomial, PolynomialRing
+from .system import Definition, System
+
+
+@dataclass(frozen=True, slots=True)
+class Slot:
+    """One number that a kernel has to compute: the coefficient of a blade in one of its result expressions."""
+
+    expression: int
+    blade: int
+    sign: int = 1
+
+
+def author_scalars(kernel: Kernel, expressions: Sequence[Expression]) -> list[Multivector]:
+    """The results as the author wrote them, over shared scalar expressions."""
+    graph = Graph()
+    inputs = {name: graph.variable(name) for parameter in kernel.parameters for name in parameter.components}
+    return evaluate(expressions, inputs)
+
+
+def pick(values: Sequence[Multivector], slots: Iterable[Slot], graph: Graph) -> tuple[Scalar, ...]:
+    """The scalars of `slots` in results over scalar expressions."""
+    found = []
+    for slot in slots:
+        value = graph.lift(values[slot.expression].terms.get(slot.blade, 0))
+        found.append(value if slot.sign > 0 else -value)
+    return tuple(found)
+
+
+class Relations:
+    """What is known to vanish, and polynomials reduced by it."""
+
+    def __init__(self, ring: PolynomialRing) -> None:
+        self._ring = ring
+        self._known: list[Polynomial] = []
+        self._ideals: dict[tuple[tuple[int, ...], int], Ideal] = {}
+
+    def add(self, relations: Iterable[Polynomial]) -> None:
+        """More that vanishes.
+
+        Raises
+        ------
+        KernelError
+            When a relation is a number other than zero.
+        """
+        for relation in relations:
+            if relation.constant_value not in (0, None):
+                raise KernelError("relations of the inputs", f"{relation.constant_value} = 0", "relations that can hold")
+            if not relation.is_zero:
+                self._known.append(relation)
+
+    def reduce(self, polynomials: Sequence[Polynomial]) -> list[Polynomial]:
+        """Normal forms, modulo those relations that share variables with `polynomials`."""
+        degree = max((polynomial.degree for polynomial in polynomials), default=0)
+        known = self._known + self._ring.atom_relations()
+        relevant = _connected(polynomials, known)
+        if not relevant:
+            return list(polynomials)
+        key = (tuple(relevant), degree)
+        if key not in self._ideals:
+            self._ideals[key] = Ideal((known[k] for k in relevant if known[k].degree <= degree), degree)
+        return [self._ideals[key].reduce(polynomial) for polynomial in polynomials]
+
+
+def _connected(polynomials: Sequence[Polynomial], relations: Sequence[Polynomial]) -> list[int]:
+    variables = {variable for polynomial in polynomials for variable in polynomial.variables}
+    chosen: set[int] = set()
+    while True:
+        more = {k for k, r in enumerate(relations) if k not in chosen and variables & set(r.variables)}
+        if not more:
+            return sorted(chosen)
+        chosen |= more
+        variables |= {variable for k in more for variable in relations[k].variables}
+
+
+class Lowering:
+    """Polynomials of the nodes of a kernel's expressions.
+
+    Parameters
+    ----------
+    kernel : Kernel
+    expressions : sequence of Expression
+    cuts : set of Expression
+        Nodes whose coefficients become names instead of being multiplied out.
+    reduce : bool
+        Whether polynomials are reduced modulo what is known of the inputs.
+    budget : int
+        Largest number of terms of one polynomial.
+    """
+
+    def __init__(
+        self,
+        kernel: Kernel,
+        expressions: Sequence[Expression],
+        cuts: frozenset[Expression] = frozenset(),
+        reduce: bool = True,
+        budget: int = 20_000,
+    ) -> None:
+        self.ring = PolynomialRing(budget)
+        inputs: dict[str, Polynomial] = {}
+        for parameter in kernel.parameters:
+            inputs.update({name: self.ring.variable(name) for name in parameter.components})
+        self._n_inputs = len(self.ring.names)
+        self.relations = Relations(self.ring)
+        for expression in topological(expressions):
+            if expression.operation == "input":
+                layout = expression.data.layout
+                if layout.has_relations:
+                    (element,) = evaluate([expression], inputs)
+                    self.relations.add(layout.relations(element))
+        self._reduce = reduce
+        self._definitions: list[Definition] = []
+        memory: dict[Expression, Multivector] = {}
+        for number, expression in enumerate(e for e in topological(expressions) if e in cuts):
+            (value,) = evaluate([expression], inputs, memory)
+            memory[expression] = self._named(f"s{number}", value)
+            if is_unit(expression):
+                self.relations.add((memory[expression] * ~memory[expression] - 1).terms.values())
+        self.values = evaluate(expressions, inputs, memory)
+
+    def _named(self, stem: str, value: Multivector) -> Multivector:
+        """`value` with new variables for its coefficients, except those that are numbers or inputs already."""
+        blades = list(value.terms)
+        polynomials = [self.ring.lift(value.terms[blade]) for blade in blades]
+        if self._reduce:
+            polynomials = self.relations.reduce(polynomials)
+        terms = {}
+        for blade, polynomial in zip(blades, polynomials, strict=True):
+            if polynomial.degree <= 1 and len(polynomial.terms) <= 1:
+                terms[blade] = polynomial
+                continue
+            name = value.algebra.spelling(blade)[1].replace("^", "_")
+            variable = self.ring.variable(f"{stem}_{name}")
+            self._definitions.append(Definition(len(self.ring.names) - 1, polynomial))
+            terms[blade] = variable
+        return Multivector(value.algebra, terms)
+
+    def system(self, slots: Sequence[Slot]) -> System:
+        """What has to be computed for `slots`."""
+        outputs = []
+        for slot in slots:
+            value = self.ring.lift(self.values[slot.expression].terms.get(slot.blade, 0))
+            outputs.append(value if slot.sign > 0 else -value)
+        if self._reduce:
+            outputs = self.relations.reduce(outputs)
+        return System(self.ring, self._n_inputs, tuple(self._definitions), tuple(outputs))
+
+
+def stages(expressions: Sequence[Expression]) -> list[Expression]:
+    """Nodes worth naming: products and what contains them, not results themselves, nor what only moves signs."""
+    heavy = (
+        "geometric_product", "outer_product", "left_contraction", "right_contraction", "inner_product", "inverse",
+        "hestenes_product", "scalar_product", "regressive_product", "commutator", "anticommutator", "sandwich",
+        "norm_squared", "norm", "normalize", "divide", "add", "subtract",
+    )  # fmt: skip
+    used = {argument for expression in topological(expressions) for argument in expression.arguments}
+    return [e for e in topological(expressions) if e.operation in heavy and e in used and not _is_linear_in_inputs(e)]
+
+
+def _is_linear_in_inputs(expression: Expression) -> bool:
+    """Sums of inputs cost nothing to keep inside what uses them."""
+    if expression.operation in ("input", "constant"):
+        return True
+    plain = ("add", "subtract", "negate", "reverse", "grade", "dual", "undual", "coefficient", "assemble")
+    return expression.operation in plain and all(map(_is_linear_in_inputs, expression.arguments))

@@ -1,0 +1,94 @@
+"""The compiler, read from top to bottom: a kernel's definition goes in, a program comes out.
+
+Every pass takes the record of what is known so far and returns a new one with its own field filled in; nothing is
+changed in place, so each stage can be looked at afterwards (``gac show --stage NAME``).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+
+from ..errors import GacError, KernelError
+from ..frontend.expression import Expression
+from ..frontend.kernel import Kernel, Trace, trace
+from ..ir.cost import Cost
+from ..ir.program import Program
+from .decide import Decision, decide
+from .rewrite import rewrite
+from .search import Candidate, Search
+
+
+@dataclass(frozen=True, slots=True)
+class Compilation:
+    """All that is known of a kernel while it is compiled."""
+
+    kernel: Kernel
+    trace: Trace | None = None
+    variants: dict[str, tuple[Expression, ...]] | None = None
+    decision: Decision | None = None
+    candidates: tuple[Candidate, ...] = ()
+    best: Candidate | None = None
+
+    @property
+    def program(self) -> Program:
+        """The program that won."""
+        assert self.best is not None
+        return self.best.program
+
+    @property
+    def cost(self) -> Cost:
+        """Its cost."""
+        assert self.best is not None
+        return self.best.cost
+
+
+def trace_kernel(record: Compilation) -> Compilation:
+    """Call the kernel's function on symbols: a multivector expression for each result."""
+    return replace(record, trace=trace(record.kernel))
+
+
+def rewrite_expressions(record: Compilation) -> Compilation:
+    """Find other ways to write the same expressions."""
+    assert record.trace is not None
+    return replace(record, variants=rewrite(record.trace.expressions))
+
+
+def decide_results(record: Compilation) -> Compilation:
+    """Prove which coefficients vanish or are constant, and choose the layouts of the results."""
+    assert record.trace is not None
+    return replace(record, decision=decide(record.trace))
+
+
+def choose_program(record: Compilation) -> Compilation:
+    """Lower, factorise, share and schedule every candidate; keep the cheapest."""
+    assert record.trace is not None and record.variants is not None and record.decision is not None
+    results = []
+    for output, layout, slots in zip(record.trace.outputs, record.decision.layouts, record.decision.slots, strict=True):
+        shape = output.outer_shape + (() if layout.is_scalar else (layout.size,))
+        results.append((output.name, shape, slots))
+    best, found = Search(record.kernel, record.variants, results).best()
+    return replace(record, best=best, candidates=tuple(found))
+
+
+PIPELINE: tuple[Callable[[Compilation], Compilation], ...] = (
+    trace_kernel,
+    rewrite_expressions,
+    decide_results,
+    choose_program,
+)
+
+
+def compile_kernel(kernel: Kernel) -> Compilation:
+    """Run the pipeline on one kernel. Messages of errors say which kernel."""
+    record = Compilation(kernel)
+    try:
+        for stage in PIPELINE:
+            record = stage(record)
+    except GacError as error:
+        if kernel.name in error.where:
+            raise
+        raise KernelError(kernel.where, f"{error.where}: {error.found}", error.expected, error.remedy) from error
+    except ZeroDivisionError as error:
+        raise KernelError(kernel.where, "division by an expression that is identically zero") from error
+    return record

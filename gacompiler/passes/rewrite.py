@@ -1,0 +1,124 @@
+"""Other ways to write the same multivector expression. Each rule holds exactly; cost decides later which one is used.
+
+The rules look at the whole expression, where one product's code could not: ``m * p * ~m`` is a sandwich, a sandwich
+by a product is two sandwiches, and a unit even versor ``m`` commutes with every product, so that
+``(m >> a) & (m >> b)`` is ``m >> (a & b)`` and drops out of scalars.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+from ..frontend.expression import Expression, node
+from ..frontend.facts import is_unit, is_unit_even_versor, parity
+
+Rule = Callable[[Expression], Expression | None]
+
+_EQUIVARIANT = (
+    "geometric_product", "outer_product", "left_contraction", "right_contraction", "inner_product", "hestenes_product",
+    "scalar_product", "regressive_product", "commutator", "anticommutator", "add", "subtract", "sandwich",
+)  # fmt: skip
+_EQUIVARIANT_ALONE = ("reverse", "grade_involution", "clifford_conjugate", "negate", "inverse", "norm_squared", "grade")
+
+
+def recognise_sandwich(expression: Expression) -> Expression | None:
+    """``m * x * ~m`` is ``sandwich(m, x)`` for even `m`."""
+    if expression.operation != "geometric_product":
+        return None
+    left, right = expression.arguments
+    if left.operation == "geometric_product":
+        (versor, x), last = left.arguments, right
+        if last == ~versor and parity(versor) == 0:
+            return node("sandwich", versor, x)
+    if right.operation == "geometric_product":
+        versor, (x, last) = left, right.arguments
+        if last == ~versor and parity(versor) == 0:
+            return node("sandwich", versor, x)
+    return None
+
+
+def divide_by_reversing(expression: Expression) -> Expression | None:
+    """The inverse of a unit element is its reverse."""
+    if expression.operation == "inverse" and is_unit(expression.arguments[0]):
+        return ~expression.arguments[0]
+    return None
+
+
+def split_sandwich(expression: Expression) -> Expression | None:
+    """``sandwich(a b, x)`` is ``sandwich(a, sandwich(b, x))`` for even `a` and `b`."""
+    if expression.operation != "sandwich":
+        return None
+    versor, x = expression.arguments
+    if versor.operation != "geometric_product" or any(parity(factor) != 0 for factor in versor.arguments):
+        return None
+    a, b = versor.arguments
+    return node("sandwich", a, node("sandwich", b, x))
+
+
+def join_sandwich(expression: Expression) -> Expression | None:
+    """``sandwich(a, sandwich(b, x))`` is ``sandwich(a b, x)`` for even `a` and `b`."""
+    if expression.operation != "sandwich" or expression.arguments[1].operation != "sandwich":
+        return None
+    a, (b, x) = expression.arguments[0], expression.arguments[1].arguments
+    return node("sandwich", a * b, x) if parity(a) == 0 and parity(b) == 0 else None
+
+
+def pull_out_versor(expression: Expression) -> Expression | None:
+    """An equivariant operation on things moved by the same unit even versor is the moved operation on the things."""
+    if expression.operation in _EQUIVARIANT_ALONE and expression.arguments[0].operation == "sandwich":
+        versor, x = expression.arguments[0].arguments
+        if is_unit_even_versor(versor):
+            inner = Expression(expression.operation, (x,), expression.data, x.algebra)
+            return node("sandwich", versor, inner)
+    if expression.operation in _EQUIVARIANT and all(a.operation == "sandwich" for a in expression.arguments):
+        versors = [argument.arguments[0] for argument in expression.arguments]
+        if all(versor == versors[0] for versor in versors) and is_unit_even_versor(versors[0]):
+            moved = [argument.arguments[1] for argument in expression.arguments]
+            return node("sandwich", versors[0], node(expression.operation, *moved))
+    return None
+
+
+def drop_versor(expression: Expression) -> Expression | None:
+    """A unit even versor leaves scalars and pseudoscalars as they are."""
+    if expression.operation != "sandwich":
+        return None
+    versor, x = expression.arguments
+    invariant = {0, expression.algebra.everything}
+    return x if x.blades <= invariant and is_unit_even_versor(versor) else None
+
+
+RECOGNISE: tuple[Rule, ...] = (recognise_sandwich, divide_by_reversing)
+PULL_OUT: tuple[Rule, ...] = (*RECOGNISE, pull_out_versor, drop_versor)
+SPLIT: tuple[Rule, ...] = (*PULL_OUT, split_sandwich)
+COMBINE: tuple[Rule, ...] = (*PULL_OUT, join_sandwich)
+
+STRATEGIES: dict[str, tuple[Rule, ...]] = {
+    "as written": (),
+    "sandwiches recognised": RECOGNISE,
+    "versors pulled out": PULL_OUT,
+    "sandwiches one by one": SPLIT,
+    "sandwiches combined": COMBINE,
+}
+
+
+def rewrite(expressions: tuple[Expression, ...]) -> dict[str, tuple[Expression, ...]]:
+    """The different results of every strategy, by its name; the author's own form is the first."""
+    found: dict[str, tuple[Expression, ...]] = {}
+    for name, rules in STRATEGIES.items():
+        memory: dict[Expression, Expression] = {}
+        result = tuple(_everywhere(expression, rules, memory) for expression in expressions)
+        if result not in found.values():
+            found[name] = result
+    return found
+
+
+def _everywhere(expression: Expression, rules: tuple[Rule, ...], memory: dict[Expression, Expression]) -> Expression:
+    """Apply `rules` from the leaves up until none applies."""
+    if expression not in memory:
+        arguments = tuple(_everywhere(argument, rules, memory) for argument in expression.arguments)
+        current = expression
+        if arguments != expression.arguments:
+            current = Expression(expression.operation, arguments, expression.data, expression.algebra)
+        changed = next((new for rule in rules if (new := rule(current)) is not None), None)
+        memory[expression] = current if changed is None else _everywhere(changed, rules, memory)
+    return memory[expression]

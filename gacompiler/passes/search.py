@@ -1,0 +1,137 @@
+"""Candidates compete: several ways to compute the same numbers, the cheapest wins.
+
+The families are the author's own structure; and, for every rewriting of the expression, every choice of named
+intermediate results, with and without reduction modulo the relations, in differences where the numbers allow it, the
+factorised polynomials. The order of candidates is fixed, and the first of the cheapest is taken.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from itertools import combinations
+
+from ..errors import TooLargeError
+from ..frontend.expression import Expression, evaluate
+from ..frontend.kernel import Kernel
+from ..ir.cost import Cost, cost
+from ..ir.program import Argument, Program
+from ..ir.scalar import Graph, Scalar
+from ..rings.polynomial import total_terms
+from .factor import Policy
+from .lower import Lowering, Slot, pick, stages
+from .schedule import schedule
+from .share import share
+from .shift import shift
+from .system import System
+
+TERM_LIMIT = 2_000
+"""Systems with more terms than this are not factorised: the time grows with the square of a sum's terms."""
+MANY_TERMS = 300
+"""Systems with more terms than this are factorised under one policy only."""
+HOPELESS = 4
+"""Systems with more terms than this many times the best cost so far are not factorised: they do not catch up."""
+STAGE_LIMIT = 3
+"""With more stages than this, not all sets of them are tried, but none, all, all but one and single ones."""
+
+
+@dataclass(frozen=True, slots=True)
+class Candidate:
+    """One way to compute a kernel."""
+
+    origin: str
+    program: Program
+    cost: Cost
+
+
+ResultShape = tuple[str, tuple[int, ...], tuple[Slot, ...]]
+
+
+class Search:
+    """Tries the families on one kernel.
+
+    Parameters
+    ----------
+    kernel : Kernel
+    variants : mapping
+        Name of a rewriting -> result expressions.
+    results : sequence of (name, shape, slots)
+    """
+
+    def __init__(
+        self, kernel: Kernel, variants: Mapping[str, tuple[Expression, ...]], results: Sequence[ResultShape]
+    ) -> None:
+        self._kernel = kernel
+        self._variants = variants
+        self._results = tuple(results)
+        self._slots = tuple(slot for _, _, slots in results for slot in slots)
+        self._arguments = tuple(Argument(p.name, p.shape, p.components) for p in kernel.parameters)
+
+    def candidates(self) -> list[Candidate]:
+        """All candidates that were tried, in order."""
+        found = [self._candidate(name, self._direct(variant)) for name, variant in self._variants.items()]
+        least = min(candidate.cost.total for candidate in found)
+        first: list[tuple[str, System, Candidate]] = []
+        for origin, system in sorted(self._systems(), key=lambda pair: _size(pair[1])):
+            if _size(system) > HOPELESS * least:
+                break
+            candidate = self._factorise(origin, system, Policy(split_numbers=True))
+            first.append((origin, system, candidate))
+            least = min(least, candidate.cost.total)
+        found += [candidate for _, _, candidate in first]
+        best = sorted(range(len(first)), key=lambda k: (first[k][2].cost.total, k))[:2]
+        for k in best:
+            origin, system, _ = first[k]
+            if total_terms(system.outputs) <= MANY_TERMS:
+                for policy in (Policy(), Policy(prefer_products=True), Policy(prefer_products=True, split_numbers=True)):
+                    found.append(self._factorise(origin, system, policy))
+        return found
+
+    def best(self) -> tuple[Candidate, list[Candidate]]:
+        """The cheapest candidate, and all of them."""
+        found = self.candidates()
+        return min(found, key=lambda candidate: candidate.cost.total), found
+
+    def _candidate(self, origin: str, scalars: Sequence[Scalar]) -> Candidate:
+        todo = iter(scalars)
+        results = tuple((name, shape, tuple(next(todo) for _ in slots)) for name, shape, slots in self._results)
+        program = schedule(self._kernel.name, self._arguments, results)
+        return Candidate(origin, program, cost(program))
+
+    def _direct(self, expressions: Sequence[Expression]) -> tuple[Scalar, ...]:
+        graph = Graph()
+        inputs = {name: graph.variable(name) for parameter in self._kernel.parameters for name in parameter.components}
+        return pick(evaluate(expressions, inputs), self._slots, graph)
+
+    def _factorise(self, origin: str, system: System, policy: Policy) -> Candidate:
+        choices = [name for name in Policy.__slots__ if getattr(policy, name)]
+        return self._candidate(", ".join([origin, "factorised", *choices]), share(system, policy))
+
+    def _systems(self) -> Iterator[tuple[str, System]]:
+        seen: set[str] = set()
+        for name, expressions in self._variants.items():
+            for cuts in _choices_of_stages(stages(expressions)):
+                for reduce in (True, False):
+                    try:
+                        lowering = Lowering(self._kernel, expressions, cuts, reduce, budget=TERM_LIMIT)
+                        system = lowering.system(self._slots)
+                    except TooLargeError:
+                        continue
+                    origin = ", ".join([name, f"{len(cuts)} stages", *(["reduced"] if reduce else [])])
+                    for how, each in (("", system), (", in differences", shift(system))):
+                        if each is not None and _size(each) <= TERM_LIMIT and str(each) not in seen:
+                            seen.add(str(each))
+                            yield origin + how, each
+
+
+def _size(system: System) -> int:
+    definitions, _ = system.live()
+    return total_terms([*system.outputs, *(definition.polynomial for definition in definitions)])
+
+
+def _choices_of_stages(found: list[Expression]) -> Iterable[frozenset[Expression]]:
+    if len(found) <= STAGE_LIMIT:
+        sizes: Iterable[int] = range(len(found) + 1)
+    else:
+        sizes = (0, 1, len(found) - 1, len(found)) if len(found) <= 6 else (len(found),)
+    return [frozenset(chosen) for size in sizes for chosen in combinations(found, size)]

@@ -1,0 +1,99 @@
+"""From factored sums to scalar expressions, sharing what is equal and dividing once where once is enough."""
+
+from __future__ import annotations
+
+from collections import Counter
+
+from ..ir.scalar import Graph, Op, Scalar
+from .factor import Cube, Factored, Policy, Sum, factor
+from .system import System
+
+
+def share(system: System, policy: Policy) -> tuple[Scalar, ...]:
+    """The outputs of `system` as scalar expressions over the names of its inputs."""
+    return _Builder(system, policy).outputs()
+
+
+class _Builder:
+    def __init__(self, system: System, policy: Policy) -> None:
+        self._ring = system.ring
+        self._system = system
+        self._graph = Graph()
+        definitions, atoms = system.live()
+        polynomials = list(system.outputs)
+        self._sum_of: dict[int, int] = {}
+        for definition in definitions:
+            self._sum_of[definition.variable] = len(polynomials)
+            polynomials.append(definition.polynomial)
+        self._atom_arguments: dict[int, tuple[int, ...]] = {}
+        for variable in atoms:
+            arguments = system.ring.atom_of(variable).arguments
+            self._atom_arguments[variable] = tuple(range(len(polynomials), len(polynomials) + len(arguments)))
+            polynomials.extend(arguments)
+        self._factored: Factored = factor(tuple(polynomials), len(system.ring.names), policy)
+        self._values: dict[int, Scalar] = {}
+        self._sums: dict[int, Scalar] = {}
+        self._reciprocal_uses = Counter(
+            literal
+            for terms in self._factored.sums
+            for cube in terms
+            for literal in cube
+            if literal < 0 and system.ring.atom_of(literal).op is Op.DIVIDE
+        )
+
+    def outputs(self) -> tuple[Scalar, ...]:
+        for k in range(self._system.n_inputs):
+            self._values[k] = self._graph.variable(self._ring.names[k])
+        return tuple(self._sum(k) for k in range(len(self._system.outputs)))
+
+    def _value(self, variable: int) -> Scalar:
+        if variable not in self._values:
+            self._values[variable] = self._compute(variable)
+        return self._values[variable]
+
+    def _compute(self, variable: int) -> Scalar:
+        number = self._factored.number(variable)
+        if number is not None:
+            return self._graph.constant(number)
+        if variable < 0:
+            arguments = (self._sum(k) for k in self._atom_arguments[variable])
+            return self._graph.apply(self._ring.atom_of(variable).op, *arguments)
+        if variable in self._sum_of:
+            return self._sum(self._sum_of[variable])
+        terms = self._factored.new_sum(variable)
+        assert terms is not None
+        return self._terms(terms)
+
+    def _sum(self, index: int) -> Scalar:
+        if index not in self._sums:
+            self._sums[index] = self._terms(self._factored.sums[index])
+        return self._sums[index]
+
+    def _terms(self, terms: Sum) -> Scalar:
+        """Positive terms first; a sum without any is the negative of its opposite."""
+        ordered = sorted(terms, key=lambda cube: (-terms[cube], -len(cube), cube))
+        if not ordered:
+            return self._graph.constant(0)
+        flip = terms[ordered[0]] < 0
+        total: Scalar | None = None
+        for cube in ordered:
+            value = self._cube(cube)
+            if total is None:
+                total = value
+            elif (terms[cube] < 0) == flip:
+                total = total + value
+            else:
+                total = total - value
+        assert total is not None
+        return -total if flip else total
+
+    def _cube(self, cube: Cube) -> Scalar:
+        divisors = [literal for literal in cube if self._reciprocal_uses.get(literal) == 1]
+        product = self._graph.constant(1)
+        for literal in cube:
+            if literal not in divisors:
+                product = product * self._value(literal)
+        for literal in divisors:
+            (_, divisor) = self._atom_arguments[literal]
+            product = product / self._sum(divisor)
+        return product

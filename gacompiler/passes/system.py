@@ -1,0 +1,60 @@
+"""The form between multivectors and programs: polynomials in the inputs and in named intermediate results."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+
+from ..rings.polynomial import Polynomial, PolynomialRing
+
+
+@dataclass(frozen=True, slots=True)
+class Definition:
+    """A variable of the ring that is a name for a polynomial."""
+
+    variable: int
+    polynomial: Polynomial
+
+
+@dataclass(frozen=True, slots=True)
+class System:
+    """What a kernel computes.
+
+    Attributes
+    ----------
+    ring : PolynomialRing
+        Its first `n_inputs` variables are the kernel's inputs; its atoms are values of functions.
+    definitions : tuple of Definition
+        Intermediate results; each uses inputs, atoms and earlier definitions.
+    outputs : tuple of Polynomial
+    """
+
+    ring: PolynomialRing
+    n_inputs: int
+    definitions: tuple[Definition, ...]
+    outputs: tuple[Polynomial, ...]
+
+    def live(self) -> tuple[tuple[Definition, ...], tuple[int, ...]]:
+        """The definitions and the atoms (variables, descending) that the outputs need."""
+        by_variable = {definition.variable: definition for definition in self.definitions}
+        needed: set[int] = set()
+        todo = [variable for polynomial in self.outputs for variable in polynomial.variables]
+        while todo:
+            variable = todo.pop()
+            if variable in needed or 0 <= variable < self.n_inputs:
+                continue
+            needed.add(variable)
+            for polynomial in self._parts(variable, by_variable):
+                todo.extend(polynomial.variables)
+        kept = tuple(definition for definition in self.definitions if definition.variable in needed)
+        return kept, tuple(sorted((v for v in needed if v < 0), reverse=True))
+
+    def _parts(self, variable: int, by_variable: dict[int, Definition]) -> Iterable[Polynomial]:
+        if variable < 0:
+            return self.ring.atom_of(variable).arguments
+        return (by_variable[variable].polynomial,)
+
+    def __str__(self) -> str:
+        kept, _ = self.live()
+        lines = [f"{self.ring.name(d.variable)} = {d.polynomial}" for d in kept]
+        return "\n".join([*lines, *(f"out[{k}] = {p}" for k, p in enumerate(self.outputs))])

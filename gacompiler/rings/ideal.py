@@ -1,0 +1,149 @@
+"""Relations as an ideal: what polynomials become when some are known to vanish.
+
+A Groebner basis up to a degree bound is enough, because a kernel's outputs have a degree that is known. A polynomial
+whose normal form is zero vanishes wherever the relations hold; the converse may fail at the bound, and then the
+answer is the safe one, "not known to vanish".
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from fractions import Fraction
+from itertools import combinations
+
+from ..algebra.blades import Rational, exact
+from ..errors import KernelError
+from .polynomial import Monomial, Polynomial
+
+PAIR_LIMIT = 200
+"""Largest number of S-polynomials looked at; the ideals of unit versors in the catalog need far fewer."""
+
+
+class Ideal:
+    """Reduces polynomials modulo relations.
+
+    Parameters
+    ----------
+    relations : iterable of Polynomial
+        Each is zero.
+    degree : int
+        Products of relations are completed up to this degree.
+
+    Raises
+    ------
+    KernelError
+        When the relations contradict each other (they imply ``1 = 0``).
+    """
+
+    def __init__(self, relations: Iterable[Polynomial], degree: int) -> None:
+        self._basis: dict[Monomial, Polynomial] = {}
+        self._lengths: tuple[int, ...] = ()
+        for relation in sorted(relations, key=lambda p: (p.degree, len(p.terms), p.key)):
+            self._add(relation)
+        self._complete(degree)
+
+    @property
+    def basis(self) -> tuple[Polynomial, ...]:
+        """The relations in reduced form."""
+        return tuple(self._basis[leading] for leading in sorted(self._basis, key=lambda m: (len(m), m)))
+
+    def reduce(self, polynomial: Polynomial) -> Polynomial:
+        """The normal form."""
+        if not self._basis:
+            return polynomial
+        todo = dict(polynomial.terms)
+        done: dict[Monomial, Rational] = {}
+        while todo:
+            monomial = min(todo, key=lambda m: (-len(m), m)) if len(todo) < 8 else next(iter(todo))
+            value = todo.pop(monomial)
+            leading = self._divisor(monomial)
+            if leading is None:
+                total = done.get(monomial, 0) + value
+                if total:
+                    done[monomial] = exact(total)
+                else:
+                    done.pop(monomial, None)
+                continue
+            cofactor = _quotient(monomial, leading)
+            for other, factor in self._basis[leading].terms.items():
+                if other == leading:
+                    continue
+                target = tuple(sorted(other + cofactor))
+                total = todo.get(target, 0) - value * factor
+                if total:
+                    todo[target] = total
+                else:
+                    todo.pop(target, None)
+        return Polynomial(polynomial.ring, done)
+
+    def _divisor(self, monomial: Monomial) -> Monomial | None:
+        """A leading monomial of the basis that divides `monomial`; the choice does not depend on dict order."""
+        for length in self._lengths:
+            if length <= len(monomial):
+                for candidate in combinations(monomial, length):
+                    if candidate in self._basis:
+                        return candidate
+        return None
+
+    def _add(self, relation: Polynomial) -> bool:
+        reduced = self.reduce(relation)
+        if reduced.is_zero:
+            return False
+        if reduced.constant_value is not None:
+            raise KernelError("relations of the inputs", "they contradict each other (they imply 1 = 0)", "relations that some element satisfies")
+        leading = reduced.leading
+        monic = reduced * (1 / Fraction(reduced.terms[leading]))
+        affected = [m for m in self._basis if _divides(leading, m)]
+        replaced = [self._basis.pop(m) for m in affected]
+        self._basis[leading] = monic
+        self._lengths = tuple(sorted({len(m) for m in self._basis}))
+        for old in replaced:
+            self._add(old)
+        for other in [m for m, p in self._basis.items() if m != leading and any(_divides(leading, t) for t in p.terms)]:
+            polynomial = self._basis[other]
+            tail = Polynomial(polynomial.ring, {m: v for m, v in polynomial.terms.items() if m != other})
+            self._basis[other] = self.reduce(tail) + Polynomial(polynomial.ring, {other: 1})
+        return True
+
+    def _complete(self, degree: int) -> None:
+        looked_at: set[tuple[Monomial, Monomial]] = set()
+        while len(looked_at) < PAIR_LIMIT:
+            pair = next((pair for pair in self._pairs(degree) if pair not in looked_at), None)
+            if pair is None:
+                return
+            looked_at.add(pair)
+            a, b = pair
+            union = _union(a, b)
+            ring = self._basis[a].ring
+            left = self._basis[a] * Polynomial(ring, {_quotient(union, a): 1})
+            right = self._basis[b] * Polynomial(ring, {_quotient(union, b): 1})
+            self._add(left - right)
+
+    def _pairs(self, degree: int) -> list[tuple[Monomial, Monomial]]:
+        leads = sorted(self._basis, key=lambda m: (len(m), m))
+        pairs = [(a, b) for a, b in combinations(leads, 2) if set(a) & set(b) and len(_union(a, b)) <= degree]
+        return sorted(pairs, key=lambda pair: (len(_union(*pair)), pair))
+
+
+def _divides(a: Monomial, b: Monomial) -> bool:
+    rest = list(b)
+    for variable in a:
+        if variable not in rest:
+            return False
+        rest.remove(variable)
+    return True
+
+
+def _quotient(a: Monomial, b: Monomial) -> Monomial:
+    rest = list(a)
+    for variable in b:
+        rest.remove(variable)
+    return tuple(rest)
+
+
+def _union(a: Monomial, b: Monomial) -> Monomial:
+    rest = list(a)
+    for variable in b:
+        if variable in rest:
+            rest.remove(variable)
+    return tuple(sorted(rest + list(b)))

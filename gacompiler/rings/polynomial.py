@@ -1,0 +1,271 @@
+"""Canonical sparse polynomials with exact coefficients: two of them are equal when their terms are.
+
+A variable is an integer. Inputs and named intermediate results count up from 0; *atoms* (values of functions that are
+not polynomials, such as ``sqrt(x)``) count down from -1. A monomial is the sorted tuple of its variables, with
+repetition, so that ``x**2 y`` is ``(x, x, y)``. Monomials are ordered by degree, then variables with smaller numbers
+are larger: an atom is larger than anything it was made of, and a versor's scalar coefficient, which comes first in its
+layout, is larger than the others.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+from fractions import Fraction
+from heapq import merge
+from typing import Any
+
+from ..algebra.blades import Rational, exact
+from ..errors import KernelError, TooLargeError
+from ..ir.scalar import Op
+
+Monomial = tuple[int, ...]
+Key = tuple[tuple[Monomial, Rational], ...]
+
+
+@dataclass(frozen=True, slots=True)
+class Atom:
+    """The value of a function of polynomials, known only by that."""
+
+    op: Op
+    arguments: tuple[Polynomial, ...]
+
+
+class PolynomialRing:
+    """Names of variables, and the atoms made so far.
+
+    Parameters
+    ----------
+    budget : int
+        Largest number of terms a product may have before `TooLargeError` is raised.
+    """
+
+    def __init__(self, budget: int = 20_000) -> None:
+        self.budget = budget
+        self.names: list[str] = []
+        self.atoms: list[Atom] = []
+        self._atom_numbers: dict[tuple[Op, tuple[Key, ...]], int] = {}
+
+    def variable(self, name: str) -> Polynomial:
+        """A new variable."""
+        self.names.append(name)
+        return Polynomial(self, {(len(self.names) - 1,): 1})
+
+    def constant(self, value: Rational) -> Polynomial:
+        """A number."""
+        return Polynomial(self, {(): exact(value)} if value else {})
+
+    def lift(self, value: Any) -> Polynomial:
+        """`value` as a polynomial of this ring."""
+        if isinstance(value, Polynomial):
+            return value
+        if isinstance(value, (int, Fraction)):
+            return self.constant(value)
+        if isinstance(value, float) and value.is_integer():
+            return self.constant(int(value))
+        raise KernelError(
+            "constant in a kernel",
+            f"{value!r} of type {type(value).__name__}",
+            "an exact number (int or Fraction)",
+            "write a float as the Fraction that you mean",
+        )
+
+    def atom(self, op: Op, *arguments: Polynomial) -> Polynomial:
+        """The value ``op(arguments)`` as a variable; equal arguments give the same one."""
+        key = (op, tuple(argument.key for argument in arguments))
+        number = self._atom_numbers.get(key)
+        if number is None:
+            self.atoms.append(Atom(op, arguments))
+            number = self._atom_numbers[key] = -len(self.atoms)
+        return Polynomial(self, {(number,): 1})
+
+    def atom_of(self, variable: int) -> Atom:
+        """What an atom (a negative variable) stands for."""
+        return self.atoms[-variable - 1]
+
+    def name(self, variable: int) -> str:
+        """The printed name of a variable."""
+        if variable >= 0:
+            return self.names[variable]
+        atom = self.atom_of(variable)
+        return f"{atom.op.value}({', '.join(map(str, atom.arguments))})"
+
+    def atom_relations(self) -> list[Polynomial]:
+        """What is known of the atoms: ``sqrt(x)**2 = x``, ``(1/x) x = 1``, ``sin**2 + cos**2 = 1``."""
+        relations = []
+        for k, atom in enumerate(self.atoms):
+            value = Polynomial(self, {(-k - 1,): 1})
+            if atom.op is Op.SQRT:
+                relations.append(value * value - atom.arguments[0])
+            elif atom.op is Op.DIVIDE:
+                relations.append(value * atom.arguments[1] - atom.arguments[0])
+            elif atom.op is Op.SIN:
+                number = self._atom_numbers.get((Op.COS, (atom.arguments[0].key,)))
+                if number is not None:
+                    cosine = Polynomial(self, {(number,): 1})
+                    relations.append(value * value + cosine * cosine - 1)
+        return relations
+
+
+class Polynomial:
+    """A polynomial, immutable; `terms` maps monomials to non-zero exact coefficients."""
+
+    __slots__ = ("_key", "ring", "terms")
+
+    def __init__(self, ring: PolynomialRing, terms: Mapping[Monomial, Rational]) -> None:
+        self.ring = ring
+        self.terms = terms
+        self._key: Key | None = None
+
+    @property
+    def key(self) -> Key:
+        """The terms in a canonical order; equal polynomials have equal keys."""
+        if self._key is None:
+            self._key = tuple(sorted(self.terms.items(), key=lambda term: (-len(term[0]), term[0])))
+        return self._key
+
+    @property
+    def is_zero(self) -> bool:
+        """Whether there is no term."""
+        return not self.terms
+
+    @property
+    def constant_value(self) -> Rational | None:
+        """The number this polynomial is, or None."""
+        if not self.terms:
+            return 0
+        return self.terms[()] if len(self.terms) == 1 and () in self.terms else None
+
+    @property
+    def degree(self) -> int:
+        """Total degree; -1 for zero."""
+        return max(map(len, self.terms), default=-1)
+
+    @property
+    def variables(self) -> tuple[int, ...]:
+        """Variables that occur, ascending."""
+        return tuple(sorted({variable for monomial in self.terms for variable in monomial}))
+
+    @property
+    def leading(self) -> Monomial:
+        """The largest monomial."""
+        return min(self.terms, key=lambda monomial: (-len(monomial), monomial))
+
+    def __add__(self, other: Any) -> Polynomial:
+        other = self._operand(other)
+        if len(self.terms) < len(other.terms):
+            self, other = other, self
+        terms = dict(self.terms)
+        for monomial, value in other.terms.items():
+            total = terms.get(monomial, 0) + value
+            if total:
+                terms[monomial] = exact(total)
+            else:
+                del terms[monomial]
+        return Polynomial(self.ring, terms)
+
+    __radd__ = __add__
+
+    def __neg__(self) -> Polynomial:
+        return Polynomial(self.ring, {monomial: -value for monomial, value in self.terms.items()})
+
+    def __sub__(self, other: Any) -> Polynomial:
+        return self + -self._operand(other)
+
+    def __rsub__(self, other: Any) -> Polynomial:
+        return -self + other
+
+    def __mul__(self, other: Any) -> Polynomial:
+        other = self._operand(other)
+        if len(self.terms) * len(other.terms) > 50 * self.ring.budget:
+            raise TooLargeError("product of polynomials", f"{len(self.terms)} x {len(other.terms)} terms")
+        terms: dict[Monomial, Rational] = {}
+        get = terms.get
+        for a, x in self.terms.items():
+            for b, y in other.terms.items():
+                monomial = tuple(merge(a, b)) if a and b else a or b
+                terms[monomial] = get(monomial, 0) + x * y
+        result = {monomial: exact(value) for monomial, value in terms.items() if value}
+        if len(result) > self.ring.budget:
+            raise TooLargeError("product of polynomials", f"{len(result)} terms")
+        return Polynomial(self.ring, result)
+
+    __rmul__ = __mul__
+
+    def __truediv__(self, other: Any) -> Polynomial:
+        divisor = self._operand(other)
+        number = divisor.constant_value
+        if number == 0:
+            raise KernelError("division", "the divisor is identically zero", "a divisor that can differ from zero")
+        if number is not None:
+            return self * (1 / Fraction(number))
+        content = Fraction(divisor.terms[divisor.leading])
+        return self * (1 / content) * self.ring.atom(Op.DIVIDE, self.ring.constant(1), divisor * (1 / content))
+
+    def __rtruediv__(self, other: Any) -> Polynomial:
+        return self._operand(other) / self
+
+    def __eq__(self, other: object) -> bool:
+        if isinstance(other, (int, Fraction)):
+            return self.constant_value == other
+        return isinstance(other, Polynomial) and self.terms == other.terms
+
+    def __hash__(self) -> int:
+        return hash(self.key)
+
+    def scalar_function(self, name: str, arguments: tuple[Any, ...]) -> Polynomial:
+        """What `gacompiler.algebra.coefficients.scalar_function` calls for this ring."""
+        from ..algebra.coefficients import EXACT
+        from ..errors import InexactError
+
+        lifted = tuple(self.ring.lift(argument) for argument in arguments)
+        numbers = [argument.constant_value for argument in lifted]
+        if name == "select" and numbers[0] is not None:
+            return lifted[1] if numbers[0] else lifted[2]
+        if all(number is not None for number in numbers):
+            try:
+                return self.ring.constant(EXACT[name](*numbers))
+            except InexactError:
+                pass
+        return self.ring.atom(Op(name), *lifted)
+
+    def substitute(self, values: Mapping[int, Polynomial]) -> Polynomial:
+        """Replace variables by polynomials."""
+        result = self.ring.constant(0)
+        kept: dict[Monomial, Rational] = {}
+        for monomial, value in self.terms.items():
+            if not any(variable in values for variable in monomial):
+                kept[monomial] = value
+                continue
+            product = self.ring.constant(value)
+            for variable in monomial:
+                product = product * values.get(variable, Polynomial(self.ring, {(variable,): 1}))
+            result = result + product
+        return result + Polynomial(self.ring, kept)
+
+    def _operand(self, other: Any) -> Polynomial:
+        return other if isinstance(other, Polynomial) else self.ring.lift(other)
+
+    def __str__(self) -> str:
+        if not self.terms:
+            return "0"
+        text = " + ".join(_term(self.ring, monomial, value) for monomial, value in self.key)
+        return text.replace("+ -", "- ")
+
+    def __repr__(self) -> str:
+        return f"Polynomial({self})"
+
+
+def _term(ring: PolynomialRing, monomial: Monomial, value: Rational) -> str:
+    if not monomial:
+        return str(value)
+    powers: dict[int, int] = {}
+    for variable in monomial:
+        powers[variable] = powers.get(variable, 0) + 1
+    text = "*".join(ring.name(variable) + (f"**{k}" if k > 1 else "") for variable, k in powers.items())
+    return text if value == 1 else f"-{text}" if value == -1 else f"{value}*{text}"
+
+
+def total_terms(polynomials: Iterable[Polynomial]) -> int:
+    """Number of terms of several polynomials together."""
+    return sum(len(polynomial.terms) for polynomial in polynomials)
