@@ -158,7 +158,7 @@ class Algebra:
         return self.layout("even", self._spell(self.blades(*range(0, self.dimension + 1, 2))))
 
     @cached_property
-    def UNIT_EVEN(self) -> Layout:  # noqa: N802 - a layout, named as the catalog names layouts
+    def UNIT_EVEN(self) -> Layout:
         """The even subalgebra with ``x ~x = 1``."""
         return self.layout("UNIT_EVEN", " ".join(self.even.blades), unit=True)
 
@@ -172,7 +172,10 @@ class Algebra:
         if name in known:
             return known[name]
         raise AlgebraErrorForAttribute(
-            self.name, f"no layout {name}", "one of " + " ".join([*known, "full", "even", "UNIT_EVEN"]), "or define it with layout()"
+            self.name,
+            f"no layout {name}",
+            "one of " + " ".join([*known, "full", "even", "UNIT_EVEN"]),
+            "or define it with layout()",
         )
 
 
@@ -186,9 +189,9 @@ def _gram(name: str, gram: Sequence[Rational] | Sequence[Sequence[Rational]], n:
         rows = [[row if i == j else 0 for j in range(len(rows))] for i, row in enumerate(rows)]
     matrix = tuple(tuple(exact(Fraction(value)) for value in row) for row in rows)  # type: ignore[union-attr,arg-type]
     if len(matrix) != n or any(len(row) != n for row in matrix):
-        raise AlgebraError(name, f"a Gram matrix of {len(matrix)} rows for {n} basis vectors", f"{n} x {n} or {n} squares")
+        raise AlgebraError(
+            name, f"a Gram matrix of {len(matrix)} rows for {n} basis vectors", f"{n} x {n} or {n} squares"
+        )
     if any(matrix[i][j] != matrix[j][i] for i in range(n) for j in range(i)):
         raise AlgebraError(name, "a Gram matrix that is not symmetric")
     return matrix
-
-

@@ -40,7 +40,9 @@ def scale(value: Coefficient, factor: int | Fraction) -> Coefficient:
         return value
     if factor == -1:
         return -value
-    if isinstance(factor, Fraction) and (isinstance(value, (float, complex, np.ndarray, np.generic)) or _is_mpmath(value)):
+    if isinstance(factor, Fraction) and (
+        isinstance(value, (float, complex, np.ndarray, np.generic)) or _is_mpmath(value)
+    ):
         return value * factor.numerator / factor.denominator
     return value * factor
 

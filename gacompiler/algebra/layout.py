@@ -83,7 +83,9 @@ class Layout:
         seen: dict[int, str] = {}
         for one in (*layout.stored, *(s for s, _ in layout.fixed), *(s for s, _ in layout.implied)):
             if one.blade in seen:
-                raise LayoutError(f"layout {name}", f"{one.name} and {seen[one.blade]} are the same blade", "each blade once")
+                raise LayoutError(
+                    f"layout {name}", f"{one.name} and {seen[one.blade]} are the same blade", "each blade once"
+                )
             seen[one.blade] = one.name
         return layout
 
@@ -116,7 +118,9 @@ class Layout:
     def element(self, coefficients: Sequence[Coefficient]) -> Multivector:
         """The multivector with these stored coefficients, over whatever ring they live in."""
         if len(coefficients) != self.size:
-            raise LayoutError(f"layout {self.name}", f"{len(coefficients)} coefficients", f"{self.size}: {' '.join(self.blades)}")
+            raise LayoutError(
+                f"layout {self.name}", f"{len(coefficients)} coefficients", f"{self.size}: {' '.join(self.blades)}"
+            )
         terms = {slot.blade: _signed(value, slot) for slot, value in zip(self.stored, coefficients, strict=True)}
         terms |= {slot.blade: _signed(value, slot) for slot, value in self.fixed}
         if self.implied:
@@ -135,11 +139,15 @@ class Layout:
         for blade in element.terms:
             if blade not in self.support:
                 name = self.algebra.spelling(blade)[1]
-                raise LayoutError(f"layout {self.name}", f"an element with blade {name}", f"only {' '.join(self.blades)}")
+                raise LayoutError(
+                    f"layout {self.name}", f"an element with blade {name}", f"only {' '.join(self.blades)}"
+                )
         for slot, value in self.fixed:
             if not is_zero(element.terms.get(slot.blade, 0) - _signed(value, slot)):
                 raise LayoutError(
-                    f"layout {self.name}", f"{slot.name} = {_signed(element.terms.get(slot.blade, 0), slot)}", f"{slot.name} = {value}"
+                    f"layout {self.name}",
+                    f"{slot.name} = {_signed(element.terms.get(slot.blade, 0), slot)}",
+                    f"{slot.name} = {value}",
                 )
         return tuple(_signed(element.terms.get(slot.blade, 0), slot) for slot in self.stored)
 

@@ -142,13 +142,18 @@ class Multivector:
         divisor = self.lift(other)
         if any(divisor.terms) or not divisor.terms:
             raise AlgebraError(
-                "division", f"divisor {divisor}", "a non-zero scalar", "multiply by inverse(divisor) on the side you mean"
+                "division",
+                f"divisor {divisor}",
+                "a non-zero scalar",
+                "multiply by inverse(divisor) on the side you mean",
             )
         return self.map(lambda value: divide(value, divisor.scalar))
 
     def __pow__(self, exponent: int) -> Multivector:
         if not isinstance(exponent, int) or exponent < 0:
-            raise AlgebraError("power", f"exponent {exponent!r}", "a natural number", "use inverse() or exp() and log()")
+            raise AlgebraError(
+                "power", f"exponent {exponent!r}", "a natural number", "use inverse() or exp() and log()"
+            )
         result = self.lift(1)
         for _ in range(exponent):
             result = result * self

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from ..errors import AlgebraError
-from .coefficients import divide, scale, scalar_function
+from .coefficients import divide, scalar_function, scale
 from .involutions import clifford_conjugate, grade_involution, reverse
 from .multivector import Multivector
 
@@ -44,7 +44,10 @@ def sandwich(v: Multivector, x: Multivector) -> Multivector:
     parities = {grade & 1 for grade in v.grades}
     if len(parities) > 1:
         raise AlgebraError(
-            "sandwich", f"a versor of grades {v.grades}", "all grades even or all odd", "write v * x * ~v if that is meant"
+            "sandwich",
+            f"a versor of grades {v.grades}",
+            "all grades even or all odd",
+            "write v * x * ~v if that is meant",
         )
     return v * (grade_involution(x) if parities == {1} else x) * reverse(v)
 

@@ -148,7 +148,9 @@ class Expression:
 
     def __bool__(self) -> bool:
         raise KernelError(
-            "a kernel", "Python asked for the truth of an expression", remedy="use select(condition, a, b) instead of if, and, or"
+            "a kernel",
+            "Python asked for the truth of an expression",
+            remedy="use select(condition, a, b) instead of if, and, or",
         )
 
     def __iter__(self) -> Iterator[Any]:
@@ -222,7 +224,10 @@ def node(operation: str, *arguments: Any) -> Expression:
         if not argument.is_scalar:
             names = " ".join(argument.algebra.spelling(blade)[1] for blade in sorted(argument.blades))
             raise KernelError(
-                operation, f"{argument}, which can have blades {names}", "a scalar", "use inverse(), norm_squared() or a coefficient"
+                operation,
+                f"{argument}, which can have blades {names}",
+                "a scalar",
+                "use inverse(), norm_squared() or a coefficient",
             )
     return Expression(operation, lifted, None, algebra)
 

@@ -35,4 +35,3 @@ def is_unit_even_versor(expression: Expression) -> bool:
     of `m` being a versor; in up to five dimensions every even element with ``m ~m = 1`` is one (Lounesto 2001, §17).
     """
     return is_unit(expression) and parity(expression) == 0 and expression.algebra.dimension <= 5
-

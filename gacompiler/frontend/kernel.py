@@ -70,7 +70,8 @@ class Parameter:
     def symbols(self) -> Any:
         """What the kernel's function is called with: an expression, or nested tuples of them."""
         elements = [
-            Expression(INPUT, (), Input(self.name, self.layout, names), self.layout.algebra) for names in self._elements()
+            Expression(INPUT, (), Input(self.name, self.layout, names), self.layout.algebra)
+            for names in self._elements()
         ]
         return _nested(elements, self.outer_shape)
 
@@ -148,7 +149,9 @@ def kernel(*, returns: Any = None, **parameters: Any) -> Callable[[Callable[...,
         where = f"kernel {function.__name__}"
         if names != list(parameters):
             raise KernelError(
-                where, f"parameters ({', '.join(names)}) but types for ({', '.join(parameters)})", "the same names in the same order"
+                where,
+                f"parameters ({', '.join(names)}) but types for ({', '.join(parameters)})",
+                "the same names in the same order",
             )
         declared = tuple(Parameter(name, _type(where, name, given)) for name, given in parameters.items())
         seen: dict[str, str] = {}
@@ -156,7 +159,9 @@ def kernel(*, returns: Any = None, **parameters: Any) -> Callable[[Callable[...,
             for component in parameter.components:
                 if component in seen:
                     raise KernelError(
-                        where, f"{parameter.name} and {seen[component]} both have an entry {component}", remedy="rename one of them"
+                        where,
+                        f"{parameter.name} and {seen[component]} both have an entry {component}",
+                        remedy="rename one of them",
                     )
                 seen[component] = parameter.name
         pinned = returns
@@ -175,7 +180,9 @@ def _type(where: str, name: str, given: Any) -> Type:
     if isinstance(given, tuple) and given and all(isinstance(each, Layout) for each in given):
         if len(set(given)) == 1:
             return ArrayOf(given[0], (len(given),))
-        raise KernelError(where, f"{name} is a tuple of different layouts", "equal layouts", "make them separate parameters")
+        raise KernelError(
+            where, f"{name} is a tuple of different layouts", "equal layouts", "make them separate parameters"
+        )
     raise KernelError(
         where, f"{name} is declared as {given!r}", "a layout such as PGA3.MOTOR, SCALAR, or array(layout, n)"
     )
@@ -194,7 +201,9 @@ def trace(definition: Kernel) -> Trace:
         types: tuple[Type | None, ...] = pinned if isinstance(pinned, tuple) else (pinned,) * len(value)
         if len(types) != len(value):
             raise KernelError(definition.where, f"{len(value)} results", f"{len(types)} as returns= says")
-        outputs = tuple(_output(definition, f"out_{k}", v, t) for k, (v, t) in enumerate(zip(value, types, strict=True)))
+        outputs = tuple(
+            _output(definition, f"out_{k}", v, t) for k, (v, t) in enumerate(zip(value, types, strict=True))
+        )
     elif isinstance(pinned, tuple):
         raise KernelError(definition.where, "one result", f"a tuple of {len(pinned)} as returns= says")
     else:
@@ -232,5 +241,7 @@ def _check_inputs(definition: Kernel, outputs: tuple[Output, ...]) -> None:
             continue
         seen.add(expression)
         if expression.operation == INPUT and any(c not in own for c in expression.data.components):
-            raise KernelError(definition.where, f"uses {expression.data.name}, an input of another kernel", "its own parameters")
+            raise KernelError(
+                definition.where, f"uses {expression.data.name}, an input of another kernel", "its own parameters"
+            )
         todo.extend(expression.arguments)

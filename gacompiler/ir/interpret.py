@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from ..algebra.coefficients import divide, scale, scalar_function
+from ..algebra.coefficients import divide, scalar_function, scale
 from .program import Operand, Program
 from .scalar import Op, Rational
 

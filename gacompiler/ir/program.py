@@ -92,7 +92,15 @@ class Program:
         return "\n".join(text)
 
 
-_INFIX = {Op.ADD: "+", Op.SUBTRACT: "-", Op.MULTIPLY: "*", Op.DIVIDE: "/", Op.LESS: "<", Op.LESS_EQUAL: "<=", Op.EQUAL: "=="}
+_INFIX = {
+    Op.ADD: "+",
+    Op.SUBTRACT: "-",
+    Op.MULTIPLY: "*",
+    Op.DIVIDE: "/",
+    Op.LESS: "<",
+    Op.LESS_EQUAL: "<=",
+    Op.EQUAL: "==",
+}
 
 
 def _line(line: Line) -> str:

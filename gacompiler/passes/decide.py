@@ -64,8 +64,8 @@ def to_mpmath(value: Any) -> Any:
     return mpmath.mpf(value.numerator) / value.denominator if isinstance(value, (int, Fraction)) else mpmath.mpf(value)
 
 
-def decide(trace: Trace) -> Decision:
-    """Decide every coefficient of every result."""
+def decide(trace: Trace, variants: Sequence[Sequence[Expression]]) -> Decision:
+    """Decide every coefficient of every result; `variants` are other ways to write them, simpler ones perhaps."""
     expressions = trace.expressions
     author = author_scalars(trace.kernel, expressions)
     supports = [tuple(value.terms) for value in author]
@@ -76,7 +76,7 @@ def decide(trace: Trace) -> Decision:
                 suspected[k, blade] = Fraction(scalar)
             elif scalar.is_constant:
                 suspected[k, blade] = scalar.value
-    constants = _prove(trace, suspected)
+    constants = _prove(trace, suspected, variants)
     layouts, slots = [], []
     first = 0
     for output in trace.outputs:
@@ -93,7 +93,9 @@ def decide(trace: Trace) -> Decision:
     return Decision(tuple(layouts), tuple(slots), constants)
 
 
-def _common(constants: Mapping[tuple[int, int], Any], keys: list[tuple[int, int]], supports: list[tuple[int, ...]]) -> Any:
+def _common(
+    constants: Mapping[tuple[int, int], Any], keys: list[tuple[int, int]], supports: list[tuple[int, ...]]
+) -> Any:
     """The constant that all elements of an array have on a blade, or None."""
     values = {constants.get(key) if key[1] in support else 0 for key, support in zip(keys, supports, strict=True)}
     return values.pop() if len(values) == 1 else None
@@ -131,24 +133,25 @@ def _rational(value: Any) -> Fraction | None:
         return near if error < mpmath.mpf(10) ** (-DIGITS // 2) else None
 
 
-def _prove(trace: Trace, suspected: Mapping[tuple[int, int], Any]) -> dict[tuple[int, int], Any]:
-    """Those suspects that polynomials prove to be constant."""
-    if not suspected:
-        return {}
+def _prove(
+    trace: Trace, suspected: Mapping[tuple[int, int], Any], variants: Sequence[Sequence[Expression]]
+) -> dict[tuple[int, int], Any]:
+    """Those suspects that polynomials prove to be constant, in whichever way of writing them proves it first."""
     proved: dict[tuple[int, int], Any] = {}
-    expressions = trace.expressions
-    for cuts in (frozenset[Expression](), frozenset(stages(expressions))):
-        open_keys = [key for key in suspected if key not in proved]
-        if not open_keys:
-            break
-        try:
-            lowered = Lowering(trace.kernel, expressions, cuts)
-            system = lowered.system([Slot(k, blade) for k, blade in open_keys])
-        except TooLargeError:
-            continue
-        for key, polynomial in zip(open_keys, system.outputs, strict=True):
-            if polynomial.constant_value is not None and polynomial.constant_value == suspected[key]:
-                proved[key] = suspected[key]
+    ways = [(variant, cuts) for variant in variants for cuts in (frozenset[Expression](), frozenset(stages(variant)))]
+    for budget in (300, 20_000):
+        for variant, cuts in ways:
+            open_keys = [key for key in suspected if key not in proved]
+            if not open_keys:
+                return proved
+            try:
+                lowered = Lowering(trace.kernel, variant, cuts, budget=budget)
+                system = lowered.system([Slot(k, blade) for k, blade in open_keys])
+            except TooLargeError:
+                continue
+            for key, polynomial in zip(open_keys, system.outputs, strict=True):
+                if polynomial.constant_value is not None and polynomial.constant_value == suspected[key]:
+                    proved[key] = suspected[key]
     return proved
 
 
@@ -163,13 +166,22 @@ def _infer(output: Output, found: Mapping[int, Any]) -> Layout:
         return SCALAR
     for candidate in algebra.layouts.values():
         named_fixed = {slot.blade: slot.sign * value for slot, value in candidate.fixed}
-        if not candidate.implied and not candidate.unit and {s.blade for s in candidate.stored} == variable and named_fixed == fixed:
+        if (
+            not candidate.implied
+            and not candidate.unit
+            and {s.blade for s in candidate.stored} == variable
+            and named_fixed == fixed
+        ):
             return candidate
     return _made_for(algebra, variable, fixed)
 
 
 def _made_for(algebra: Algebra, variable: set[int], fixed: Mapping[int, Any]) -> Layout:
-    order = [blade for blade in algebra.blades() if blade in variable] if algebra.dimension <= 10 else sorted(variable, key=lambda b: (b.bit_count(), b))
+    order = (
+        [blade for blade in algebra.blades() if blade in variable]
+        if algebra.dimension <= 10
+        else sorted(variable, key=lambda b: (b.bit_count(), b))
+    )
     names = [algebra.spelling(blade)[1] for blade in order]
     constants = {algebra.spelling(blade)[1]: algebra.spelling(blade)[0] * value for blade, value in fixed.items()}
     return algebra.layout("(" + " ".join(names) + ")", " ".join(names), fixed=constants)
@@ -186,10 +198,16 @@ def _check(trace: Trace, output: Output, layout: Layout, found: Mapping[int, Any
         if value != 0 and blade not in layout.support:
             name = own.spelling(blade)[1]
             raise KernelError(
-                where, f"the result has blade {name}", f"only {' '.join(layout.blades)} as returns={layout} says", f"add {name} to the layout, or take .grade() of what you mean"
+                where,
+                f"the result has blade {name}",
+                f"only {' '.join(layout.blades)} as returns={layout} says",
+                f"add {name} to the layout, or take .grade() of what you mean",
             )
     for slot, value in layout.fixed:
         if found.get(slot.blade, 0) != slot.sign * value:
             raise KernelError(
-                where, f"the coefficient of {slot.name} is not known to be {value}", f"{slot.name} = {value} as returns={layout} says", "normalise the result, or return a layout that stores it"
+                where,
+                f"the coefficient of {slot.name} is not known to be {value}",
+                f"{slot.name} = {value} as returns={layout} says",
+                "normalise the result, or return a layout that stores it",
             )

@@ -82,6 +82,8 @@ def _products(cube: Cube) -> int:
 def _common(a: Cube, b: Cube) -> tuple[Cube, Cube, Cube]:
     """What two cubes share, and what is left of each."""
     i = j = 0
+    if a and b and (a[-1] < b[0] or b[-1] < a[0]):
+        return (), a, b
     shared: list[int] = []
     left: list[int] = []
     right: list[int] = []
@@ -174,20 +176,25 @@ class _Extraction:
 
     def _register(self, index: int, cube: Cube, sign: int, change: int) -> None:
         """Enter (or take out) every divisor that this term makes with the others of its sum."""
+        places, saved, heap, rank = self._places, self._saved, self._heap, self._rank[0]
+        own = len(cube) or 1
         for other, other_sign in self.sums[index].items():
-            a, b = (cube, other) if cube < other else (other, cube)
-            shared, left, right = _common(a, b)
+            first = cube < other
+            shared, left, right = _common(cube, other) if first else _common(other, cube)
             if (len(right), right) < (len(left), left):
                 left, right = right, left
             key = (left, right, sign * other_sign)
-            saving = _products(a) + _products(b) + 1 - len(shared)
-            place = (index, a, b)
+            saving = own + (len(other) or 1) - 1 - len(shared)
+            place = (index, cube, other) if first else (index, other, cube)
             if change > 0:
-                self._places[key][place] = saving
+                places[key][place] = saving
             else:
-                del self._places[key][place]
-            self._saved[key] += change * saving
-            self._push_sum(key)
+                del places[key][place]
+            total = saved[key] + change * saving
+            saved[key] = total
+            value = total + 1 - (len(left) or 1) - len(right)
+            if value > 0:
+                heappush(heap, (-value, rank, key, False))
         for x, y, times in _literal_pairs(cube):
             pair = (x, y)
             if change > 0:
@@ -197,11 +204,6 @@ class _Extraction:
             self._count[pair] += change * times
             if self._count[pair] > 1:
                 heappush(self._heap, (1 - self._count[pair], self._rank[1], pair, False))
-
-    def _push_sum(self, key: SumKey) -> None:
-        value = self._saved[key] - 1 - _products(key[0]) - _products(key[1])
-        if value > 0:
-            heappush(self._heap, (-value, self._rank[0], key, False))
 
     # -- divisors ---------------------------------------------------------------------------------------------------
 

@@ -59,7 +59,9 @@ class Relations:
         """
         for relation in relations:
             if relation.constant_value not in (0, None):
-                raise KernelError("relations of the inputs", f"{relation.constant_value} = 0", "relations that can hold")
+                raise KernelError(
+                    "relations of the inputs", f"{relation.constant_value} = 0", "relations that can hold"
+                )
             if not relation.is_zero:
                 self._known.append(relation)
 

@@ -7,40 +7,15 @@ changed in place, so each stage can be looked at afterwards (``gac show --stage 
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 from ..errors import GacError, KernelError
-from ..frontend.expression import Expression
-from ..frontend.kernel import Kernel, Trace, trace
-from ..ir.cost import Cost
-from ..ir.program import Program
-from .decide import Decision, decide
+from ..frontend.kernel import Kernel, trace
+from .decide import decide
+from .prove import prove_program
+from .record import Compilation
 from .rewrite import rewrite
-from .search import Candidate, Search
-
-
-@dataclass(frozen=True, slots=True)
-class Compilation:
-    """All that is known of a kernel while it is compiled."""
-
-    kernel: Kernel
-    trace: Trace | None = None
-    variants: dict[str, tuple[Expression, ...]] | None = None
-    decision: Decision | None = None
-    candidates: tuple[Candidate, ...] = ()
-    best: Candidate | None = None
-
-    @property
-    def program(self) -> Program:
-        """The program that won."""
-        assert self.best is not None
-        return self.best.program
-
-    @property
-    def cost(self) -> Cost:
-        """Its cost."""
-        assert self.best is not None
-        return self.best.cost
+from .search import Search
 
 
 def trace_kernel(record: Compilation) -> Compilation:
@@ -56,8 +31,8 @@ def rewrite_expressions(record: Compilation) -> Compilation:
 
 def decide_results(record: Compilation) -> Compilation:
     """Prove which coefficients vanish or are constant, and choose the layouts of the results."""
-    assert record.trace is not None
-    return replace(record, decision=decide(record.trace))
+    assert record.trace is not None and record.variants is not None
+    return replace(record, decision=decide(record.trace, tuple(record.variants.values())))
 
 
 def choose_program(record: Compilation) -> Compilation:
@@ -76,6 +51,7 @@ PIPELINE: tuple[Callable[[Compilation], Compilation], ...] = (
     rewrite_expressions,
     decide_results,
     choose_program,
+    prove_program,
 )
 
 

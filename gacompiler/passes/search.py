@@ -27,9 +27,11 @@ from .system import System
 
 TERM_LIMIT = 2_000
 """Systems with more terms than this are not factorised: the time grows with the square of a sum's terms."""
+SMALL = 200
+"""Polynomials up to this many terms are always multiplied out, whatever the best cost."""
 MANY_TERMS = 300
 """Systems with more terms than this are factorised under one policy only."""
-HOPELESS = 4
+HOPELESS = 3
 """Systems with more terms than this many times the best cost so far are not factorised: they do not catch up."""
 STAGE_LIMIT = 3
 """With more stages than this, not all sets of them are tried, but none, all, all but one and single ones."""
@@ -65,12 +67,14 @@ class Search:
         self._variants = variants
         self._results = tuple(results)
         self._slots = tuple(slot for _, _, slots in results for slot in slots)
+        self._budget = TERM_LIMIT
         self._arguments = tuple(Argument(p.name, p.shape, p.components) for p in kernel.parameters)
 
     def candidates(self) -> list[Candidate]:
         """All candidates that were tried, in order."""
         found = [self._candidate(name, self._direct(variant)) for name, variant in self._variants.items()]
         least = min(candidate.cost.total for candidate in found)
+        self._budget = max(HOPELESS * least, SMALL)
         first: list[tuple[str, System, Candidate]] = []
         for origin, system in sorted(self._systems(), key=lambda pair: _size(pair[1])):
             if _size(system) > HOPELESS * least:
@@ -83,7 +87,11 @@ class Search:
         for k in best:
             origin, system, _ = first[k]
             if total_terms(system.outputs) <= MANY_TERMS:
-                for policy in (Policy(), Policy(prefer_products=True), Policy(prefer_products=True, split_numbers=True)):
+                for policy in (
+                    Policy(),
+                    Policy(prefer_products=True),
+                    Policy(prefer_products=True, split_numbers=True),
+                ):
                     found.append(self._factorise(origin, system, policy))
         return found
 
@@ -113,7 +121,7 @@ class Search:
             for cuts in _choices_of_stages(stages(expressions)):
                 for reduce in (True, False):
                     try:
-                        lowering = Lowering(self._kernel, expressions, cuts, reduce, budget=TERM_LIMIT)
+                        lowering = Lowering(self._kernel, expressions, cuts, reduce, budget=self._budget)
                         system = lowering.system(self._slots)
                     except TooLargeError:
                         continue

@@ -90,7 +90,11 @@ class Ideal:
         if reduced.is_zero:
             return False
         if reduced.constant_value is not None:
-            raise KernelError("relations of the inputs", "they contradict each other (they imply 1 = 0)", "relations that some element satisfies")
+            raise KernelError(
+                "relations of the inputs",
+                "they contradict each other (they imply 1 = 0)",
+                "relations that some element satisfies",
+            )
         leading = reduced.leading
         monic = reduced * (1 / Fraction(reduced.terms[leading]))
         affected = [m for m in self._basis if _divides(leading, m)]

@@ -65,7 +65,9 @@ def _unit_versor(layout: Layout, vectors: Sequence[int], random: Random) -> Mult
     algebra = layout.algebra
     product = algebra.scalar(1)
     for _ in range(2 * ((len(vectors) + 1) // 2)):
-        product = product * Multivector(algebra, {1 << k: Fraction(random.randint(-6, 6), random.randint(1, 3)) for k in vectors})
+        product = product * Multivector(
+            algebra, {1 << k: Fraction(random.randint(-6, 6), random.randint(1, 3)) for k in vectors}
+        )
     norm = norm_squared(product).scalar
     return None if norm == 0 else (product * product).map(lambda value: divide(value, norm))
 
@@ -127,11 +129,15 @@ def _newton(layout: Layout, random: Random) -> list[Any]:
                     return x
                 jacobian = mpmath.matrix([[_value(_derivative(r, k), x) for k in range(len(x))] for r in relations])
                 try:
-                    step = jacobian.T * mpmath.lu_solve(jacobian * jacobian.T + mpmath.mpf(10) ** -40 * mpmath.eye(len(relations)), values)
+                    step = jacobian.T * mpmath.lu_solve(
+                        jacobian * jacobian.T + mpmath.mpf(10) ** -40 * mpmath.eye(len(relations)), values
+                    )
                 except ZeroDivisionError:
                     break
                 x = [a - b for a, b in zip(x, step, strict=True)]
-    raise InexactError(f"layout {layout.name}", "no element that satisfies its relations was found", remedy="check the relations")
+    raise InexactError(
+        f"layout {layout.name}", "no element that satisfies its relations was found", remedy="check the relations"
+    )
 
 
 def _value(polynomial: Polynomial, x: Sequence[Any]) -> Any:

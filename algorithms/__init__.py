@@ -1,0 +1,1 @@
+"""Algorithms of geometric computing on generated kernels."""

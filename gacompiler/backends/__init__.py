@@ -1,0 +1,30 @@
+"""From programs to text and libraries: C, and the Python that numba and array namespaces share."""
+
+from __future__ import annotations
+
+from .build import NO_COMPILER, build_library, find_compiler, library_name, library_path
+from .c import c_header, c_source
+from .documentation import body_is_intact
+from .module import KernelSource, LayoutText, ModuleSource
+from .python import check_names, python_source
+from .readers import c_functions, c_programs, python_functions, python_programs
+
+__all__ = [
+    "NO_COMPILER",
+    "KernelSource",
+    "LayoutText",
+    "ModuleSource",
+    "body_is_intact",
+    "build_library",
+    "c_functions",
+    "c_header",
+    "c_programs",
+    "c_source",
+    "check_names",
+    "find_compiler",
+    "library_name",
+    "library_path",
+    "python_functions",
+    "python_programs",
+    "python_source",
+]

@@ -1,0 +1,51 @@
+"""What every backend prints: a module is a name, where it came from, and its kernels."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from ..ir.cost import Cost
+from ..ir.program import Program
+
+
+@dataclass(frozen=True, slots=True)
+class LayoutText:
+    """A layout as a generated module carries it: plain names and numbers."""
+
+    name: str
+    """For readers, ``PGA3.MOTOR``."""
+    blades: tuple[str, ...]
+    """Stored coefficients, in order."""
+    fixed: tuple[tuple[str, str], ...] = ()
+    """Coefficients that are the same for every element, and their value, ``("e123", "1")``."""
+    unit: bool = False
+    """Whether ``x ~x = 1`` is assumed."""
+
+
+@dataclass(frozen=True, slots=True)
+class KernelSource:
+    """One kernel, ready to print."""
+
+    program: Program
+    summary: str
+    """The author's docstring, dedented."""
+    layouts: tuple[tuple[str, LayoutText], ...]
+    """One for each argument and then for each result, under the program's names of them."""
+    cost: Cost
+    relations: tuple[str, ...] = ()
+    """What the kernel assumes of its inputs, for readers: ``m ~m = 1``."""
+    error: str = ""
+    """The measured error, for readers: ``1.5 ulp (1000 random inputs)``; empty while it is being measured."""
+
+
+@dataclass(frozen=True, slots=True)
+class ModuleSource:
+    """All kernels of one spec."""
+
+    name: str
+    summary: str
+    """The spec's docstring."""
+    command: str
+    """The command that makes it again."""
+    spec_hash: str
+    kernels: tuple[KernelSource, ...]

@@ -1,0 +1,139 @@
+"""How every operation, number and name is written in C and in Python: tables, and nothing that depends on a kernel.
+
+One line of a program is one statement is one rounding, so no table knows about precedence. The Python text is written
+once, for floats under numba and for array namespaces: its functions are free names that each of them binds.
+"""
+
+from __future__ import annotations
+
+import keyword
+import re
+from collections.abc import Mapping
+from fractions import Fraction
+
+from ..errors import BackendError
+from ..ir.program import Operand
+from ..ir.scalar import LEAVES, Op, Rational
+
+C: Mapping[Op, str] = {
+    Op.ADD: "{0} + {1}",
+    Op.SUBTRACT: "{0} - {1}",
+    Op.MULTIPLY: "{0} * {1}",
+    Op.DIVIDE: "{0} / {1}",
+    Op.NEGATE: "-{0}",
+    Op.SQRT: "SQRT({0})",
+    Op.SIN: "SIN({0})",
+    Op.COS: "COS({0})",
+    Op.ATAN2: "ATAN2({0}, {1})",
+    Op.ACOS: "ACOS({0})",
+    Op.EXP: "EXP({0})",
+    Op.LOG: "LOG({0})",
+    Op.ABS: "ABS({0})",
+    Op.MINIMUM: "MINIMUM({0}, {1})",
+    Op.MAXIMUM: "MAXIMUM({0}, {1})",
+    Op.LESS: "LESS({0}, {1})",
+    Op.LESS_EQUAL: "LESS_EQUAL({0}, {1})",
+    Op.EQUAL: "EQUAL({0}, {1})",
+    Op.SELECT: "SELECT({0}, {1}, {2})",
+}
+"""The right side of a C statement; the capitals are macros of the emitted file."""
+
+PYTHON: Mapping[Op, str] = {
+    op: text if op in (Op.ADD, Op.SUBTRACT, Op.MULTIPLY, Op.DIVIDE, Op.NEGATE) else text.lower()
+    for op, text in C.items()
+}
+"""The right side of a Python statement; the functions carry the names of the operations."""
+
+C_MACROS: Mapping[Op, str] = {
+    Op.SQRT: "SQRT(x) FUNCTION(sqrt)(x)",
+    Op.SIN: "SIN(x) FUNCTION(sin)(x)",
+    Op.COS: "COS(x) FUNCTION(cos)(x)",
+    Op.ATAN2: "ATAN2(y, x) FUNCTION(atan2)(y, x)",
+    Op.ACOS: "ACOS(x) FUNCTION(acos)(x)",
+    Op.EXP: "EXP(x) FUNCTION(exp)(x)",
+    Op.LOG: "LOG(x) FUNCTION(log)(x)",
+    Op.ABS: "ABS(x) FUNCTION(fabs)(x)",
+    Op.MINIMUM: "MINIMUM(a, b) ((a) < (b) || (a) != (a) ? (a) : (b))",
+    Op.MAXIMUM: "MAXIMUM(a, b) ((a) > (b) || (a) != (a) ? (a) : (b))",
+    Op.LESS: "LESS(a, b) ((REAL)((a) < (b)))",
+    Op.LESS_EQUAL: "LESS_EQUAL(a, b) ((REAL)((a) <= (b)))",
+    Op.EQUAL: "EQUAL(a, b) ((REAL)((a) == (b)))",
+    Op.SELECT: "SELECT(condition, a, b) ((condition) != 0 ? (a) : (b))",
+}
+"""What the macros of `C` mean. Minimum and maximum give NaN where either operand is NaN."""
+
+assert set(C) == set(Op) - set(LEAVES), "every operation is printable"
+
+_EXACT_INTEGER = 2**53
+
+
+def number(value: Rational) -> str:
+    """`value` as text that C and Python read as the nearest double: ``2``, ``0.5``, ``(1.0 / 3.0)``.
+
+    Numbers that a double holds are written as they are. Others are written as a quotient of two integers that it
+    holds: IEEE division rounds that correctly, and an exact reader sees the rational number itself.
+    """
+    value = Fraction(value)
+    top, bottom = value.numerator, value.denominator
+    if bottom == 1 and abs(top) < 2**31:
+        return str(top)
+    try:
+        nearest = float(value)
+    except OverflowError as error:
+        raise BackendError("constant", f"{value} overflows a double", "a smaller number") from error
+    if Fraction(nearest) == value:
+        return repr(nearest)
+    if max(abs(top), bottom) <= _EXACT_INTEGER:
+        return f"({top}.0 / {bottom}.0)"
+    return repr(nearest)
+
+
+_C_WORDS = frozenset(
+    """
+    asm auto bool break case char const constexpr continue default do double else enum extern false float for fortran
+    goto if inline int long nullptr register restrict return short signed sizeof static struct switch thread_local true
+    typedef typeof union unsigned void volatile while intptr_t uintptr_t linux unix i386
+    REAL NAME FUNCTION INLINE WIDE ANY_ORDER NAN INFINITY NULL M_E M_PI
+    """.split()  # noqa: SIM905
+)
+"""Keywords, macros and types. Functions of ``<math.h>`` are not here: a parameter may hide one, the macros may not."""
+
+_FUNCTIONS = frozenset({"fabs", *(op.value for op in Op), *(op.value.upper() for op in Op)})
+
+RESERVED = _C_WORDS | _FUNCTIONS | {*keyword.kwlist, *keyword.softkwlist, "range", "len"}
+"""Names that a variable of an emitted function cannot have, in any of the languages."""
+
+
+class Names:
+    """The variables of one emitted function, in one language: legal, distinct, as near to the program's as possible."""
+
+    def __init__(self) -> None:
+        self._taken: set[str] = set()
+        self._variables: dict[str, str] = {}
+
+    def fresh(self, wanted: str) -> str:
+        """A legal name that nothing else has."""
+        name = re.sub(r"\W", "_", wanted, flags=re.ASCII)
+        if not name or name[0].isdigit() or name[0] == "_":
+            name = f"v{name}"
+        while name in RESERVED or name in self._taken:
+            name += "_"
+        self._taken.add(name)
+        return name
+
+    def define(self, variable: str) -> str:
+        """The name of a program's variable from here on."""
+        name = self._variables[variable] = self.fresh(variable)
+        return name
+
+    def alias(self, variable: str, name: str) -> None:
+        """Let a program's variable be a name that exists."""
+        self._variables[variable] = name
+
+    def python(self, operand: Operand) -> str:
+        """`operand` in Python text."""
+        return self._variables[operand] if isinstance(operand, str) else number(operand)
+
+    def c(self, operand: Operand) -> str:
+        """`operand` in C text; numbers take the type of the kernel."""
+        return self._variables[operand] if isinstance(operand, str) else f"(REAL){number(operand)}"

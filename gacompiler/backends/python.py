@@ -1,0 +1,172 @@
+"""The Python module of a spec: runtime, layouts, kernels, in one file that needs numpy and nothing of this package."""
+
+from __future__ import annotations
+
+import ast
+import builtins
+from collections.abc import Iterable
+from functools import cache
+from pathlib import Path
+
+from ..errors import BackendError
+from ..ir.program import Argument, Result
+from .build import FOLDER, library_name
+from .c import c_source, environment
+from .documentation import docstring, stamp
+from .module import KernelSource, LayoutText, ModuleSource
+from .numba import function_text
+
+_WIDTH = 120
+
+
+def python_source(module: ModuleSource) -> str:
+    """The ``.py`` of a module.
+
+    Parameters
+    ----------
+    module : ModuleSource
+        What to print.
+
+    Returns
+    -------
+    str
+        The text. It carries the name of the library that `c_source` of the same module builds into, so that the module
+        never loads another.
+    """
+    check_names(module)
+    layouts = _layout_names(module)
+    names = [kernel.program.name for kernel in module.kernels]
+    body = (
+        environment()
+        .get_template("module.py.jinja")
+        .render(
+            name=module.name,
+            summary=_escaped(module.summary.strip()),
+            runtime=runtime_text(),
+            folder=FOLDER,
+            library=library_name(module.name, c_source(module)),
+            layouts=[_layout(name, layout) for layout, name in layouts.items()],
+            kernels=[_kernel(kernel, layouts) for kernel in module.kernels],
+            names=_tuple(names),
+            public=_list([*names, "Kernel", "Layout", "backend", "kernels"]),
+        )
+    )
+    return stamp(body, module, "#")
+
+
+@cache
+def runtime_text() -> str:
+    """What every module holds before its kernels: the runtime files as one, with their imports together."""
+    imports: set[str] = set()
+    bodies = []
+    for name in ("functions", "strides", "libraries", "kernel"):
+        text = (Path(__file__).parent / "templates" / f"runtime_{name}.py").read_text(encoding="utf-8")
+        nodes = [node for node in ast.parse(text).body if isinstance(node, (ast.Import, ast.ImportFrom))]
+        bodies.append("\n".join(text.splitlines()[nodes[-1].end_lineno or 0 :]).strip("\n"))
+        for node in nodes:
+            if isinstance(node, ast.Import):
+                imports.update(ast.unparse(node).splitlines())
+            elif not node.level and node.module != "__future__":
+                imports.update(f"from {node.module} import {alias.name}" for alias in node.names)
+    imports.remove("import numpy as np")
+    standard = sorted(imports, key=lambda line: (line.startswith("from"), line))
+    return "\n".join([*standard, "", "import numpy as np", "", *bodies[:1], *(f"\n\n{body}" for body in bodies[1:])])
+
+
+@cache
+def _runtime_names() -> frozenset[str]:
+    names: set[str] = {"backend", "kernels"}
+    for node in ast.parse(runtime_text()).body:
+        if isinstance(node, (ast.Import, ast.ImportFrom)):
+            names.update((alias.asname or alias.name).partition(".")[0] for alias in node.names)
+        elif isinstance(node, (ast.FunctionDef, ast.ClassDef)):
+            names.add(node.name)
+        elif isinstance(node, (ast.Assign, ast.AnnAssign)):
+            targets = node.targets if isinstance(node, ast.Assign) else [node.target]
+            names.update(name.id for target in targets for name in ast.walk(target) if isinstance(name, ast.Name))
+    return frozenset(names)
+
+
+def check_names(module: ModuleSource) -> None:
+    """Raise `BackendError` where a kernel would hide a name that the emitted module needs."""
+    taken: dict[str, str] = dict.fromkeys([*sorted(_runtime_names()), *dir(builtins)], "the module itself")
+    for kernel in module.kernels:
+        name = kernel.program.name
+        for own in (name, f"_{name}", f"_{name}_loop"):
+            if own in taken:
+                raise BackendError(
+                    f"kernel {name}",
+                    f"its name {own} belongs to {taken[own]}",
+                    "a name that is free",
+                    "rename the kernel",
+                )
+            taken[own] = f"kernel {name}"
+
+
+def _layout_names(module: ModuleSource) -> dict[LayoutText, str]:
+    """The layouts that occur, once each, under short private names."""
+    names: dict[LayoutText, str] = {}
+    for kernel in module.kernels:
+        for _, layout in kernel.layouts:
+            if layout not in names:
+                short = "".join(c if c.isalnum() else "_" for c in layout.name.rpartition(".")[2]).upper()
+                name = f"_LAYOUT_{short}"
+                while name in names.values():
+                    name += "_"
+                names[layout] = name
+    return names
+
+
+def _layout(name: str, layout: LayoutText) -> str:
+    fixed = _tuple_of(f"({_string(blade)}, {_string(value)})" for blade, value in layout.fixed)
+    lines = [f"{name} = Layout(", f"    name={_string(layout.name)},", "    blades=("]
+    line = "       "
+    for blade in layout.blades:
+        text = f" {_string(blade)},"
+        if len(line) + len(text) > _WIDTH:
+            lines.append(line)
+            line = "       "
+        line += text
+    lines += [line, "    ),"] if layout.blades else ["    ),"]
+    return "\n".join([*lines, f"    fixed={fixed},", f"    unit={layout.unit},", ")"])
+
+
+def _kernel(kernel: KernelSource, layouts: dict[LayoutText, str]) -> dict[str, object]:
+    program = kernel.program
+    return {
+        "name": program.name,
+        "function": "\n".join(function_text(program)),
+        "doc": f'"""{_escaped(docstring(kernel))}\n"""',
+        "inputs": _parts(program.arguments),
+        "outputs": _parts(program.results),
+        "layouts": "{" + ", ".join(f"{_string(name)}: {layouts[layout]}" for name, layout in kernel.layouts) + "}",
+        "cost": "{" + ", ".join(f"{_string(name)}: {count}" for name, count in kernel.cost.as_dict().items()) + "}",
+        "polynomial": program.is_polynomial,
+    }
+
+
+def _parts(parts: tuple[Argument, ...] | tuple[Result, ...]) -> str:
+    return _tuple_of(f"({_string(part.name)}, {part.shape})" for part in parts)
+
+
+def _tuple_of(texts: Iterable[str]) -> str:
+    items = list(texts)
+    return "(" + ", ".join(items) + ("," if len(items) == 1 else "") + ")"
+
+
+def _string(text: str) -> str:
+    quoted = repr(text)
+    return f'"{quoted[1:-1]}"' if quoted[0] == "'" and '"' not in quoted else quoted
+
+
+def _tuple(names: list[str]) -> str:
+    return "(\n" + "".join(f"    {_string(name)},\n" for name in names) + ")"
+
+
+def _list(names: list[str]) -> str:
+    return "[\n" + "".join(f"    {_string(name)},\n" for name in names) + "]"
+
+
+def _escaped(text: str) -> str:
+    text = text.replace("\\", "\\\\").replace('"""', '\\"\\"\\"')
+    return text + " " if text.endswith('"') else text

@@ -1,0 +1,324 @@
+"""The kernel object of a generated module: it checks its arguments and finds the way to run them.
+
+Copied into every generated module as it is, with the other ``runtime_`` files.
+"""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Callable, Mapping
+from types import MappingProxyType
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from .runtime_functions import _array_functions, _bound, _components, _like, _namespace, _stacked
+from .runtime_libraries import _c_element, _c_loop, _compiled, _from_buffer, _numba_loop, backend
+from .runtime_strides import _apart, _coalesced, _steps, _usable
+
+_ndarray, _empty = np.ndarray, np.empty
+_FLOAT32, _FLOAT64 = np.dtype(np.float32), np.dtype(np.float64)
+_DENSE = 0x101
+"""numpy's flags of an aligned array in C order."""
+_LOCK = threading.RLock()
+
+
+class Layout(NamedTuple):
+    """Which coefficients the last axis of an array holds.
+
+    Attributes
+    ----------
+    name : str
+        As the algebra calls it.
+    blades : tuple of str
+        The stored coefficients, in order.
+    fixed : tuple of (str, str)
+        Coefficients that are the same for every element, and their value.
+    unit : bool
+        Whether ``x ~x = 1`` is assumed.
+    """
+
+    name: str
+    blades: tuple[str, ...]
+    fixed: tuple[tuple[str, str], ...] = ()
+    unit: bool = False
+
+
+class Kernel:
+    """A generated function: call it on arrays. Leading axes broadcast; the last axes are those of `signature`.
+
+    Attributes
+    ----------
+    name, signature : str
+        The signature is that of a generalised ufunc, ``(8),(3)->(3)``.
+    layouts : mapping of str to Layout
+        By name of argument and result.
+    cost : mapping of str to int
+        Operations for one element: mul, add, div, sqrt, call, fma.
+    jit
+        The scalar kernel for loops under ``numba.njit``: ``jit(m, p, out)`` on one element; a scalar argument is a
+        float, a scalar result is written to entry 0 of a vector of length 1.
+    """
+
+    def __init__(
+        self,
+        name: str,
+        doc: str,
+        inputs: tuple[tuple[str, tuple[int, ...]], ...],
+        outputs: tuple[tuple[str, tuple[int, ...]], ...],
+        layouts: dict[str, Layout],
+        cost: dict[str, int],
+        polynomial: bool,
+        functions: tuple[Callable[..., None], Callable[..., None]],
+    ) -> None:
+        self.name = self.__name__ = self.__qualname__ = name
+        self.__doc__ = doc
+        self.layouts: Mapping[str, Layout] = MappingProxyType(layouts)
+        self.cost: Mapping[str, int] = MappingProxyType(cost)
+        self.signature = "->".join(
+            ",".join(f"({','.join(map(str, shape))})" for _, shape in parts) for parts in (inputs, outputs)
+        )
+        self._inputs, self._outputs = inputs, outputs
+        self._shapes = [shape for _, shape in inputs]
+        self._out_shapes = [shape for _, shape in outputs]
+        self._all_shapes = [*self._shapes, *self._out_shapes]
+        self._n_inputs = len(inputs)
+        self._single_out = self._out_shapes[0] if len(outputs) == 1 and self._out_shapes[0] else None
+        self._polynomial = polynomial
+        self._functions = functions
+        self._loops: dict[Any, Callable[..., Any]] = {}
+        self._element: Callable[..., Any] | None = None
+        self._jit: Any = None
+
+    def __repr__(self) -> str:
+        return f"<kernel {self.__module__}.{self.name}{self.signature}>"
+
+    def __reduce__(self) -> str:
+        return self.name
+
+    def __call__(self, *arrays: Any, out: Any = None) -> Any:
+        element = self._element
+        if element is not None and len(arrays) == self._n_inputs:
+            # One element of C-ordered doubles, the call that per-call overhead matters for.
+            pointers = []
+            for array, shape in zip(arrays, self._shapes):  # noqa: B905
+                if type(array) is _ndarray:
+                    if array.dtype is not _FLOAT64 or array.shape != shape or array.flags.num & _DENSE != _DENSE:
+                        break
+                    pointers.append(_from_buffer(array) if shape else float(array))
+                elif type(array) is float and not shape:
+                    pointers.append(array)
+                else:
+                    break
+            else:
+                if out is None:
+                    if self._single_out is not None:
+                        out = _empty(self._single_out)
+                        element(*pointers, _from_buffer(out))
+                        return out
+                    results = [_empty(shape) for shape in self._out_shapes]
+                    element(*pointers, *map(_from_buffer, results))
+                    return _returned(results)
+                if (
+                    type(out) is _ndarray
+                    and out.dtype is _FLOAT64
+                    and out.shape == self._single_out
+                    and out.flags.carray
+                ):
+                    element(*pointers, _from_buffer(out))
+                    return out
+        return self._call(arrays, out)
+
+    @property
+    def jit(self) -> Any:
+        """The scalar kernel, compiled by numba on its first call."""
+        if self._jit is None:
+            with _LOCK:
+                if self._jit is None:
+                    self._jit = _compiled(self._functions[0], {})
+        return self._jit
+
+    def _call(self, arrays: tuple[Any, ...], out: Any) -> Any:
+        if len(arrays) != len(self._inputs):
+            names = ", ".join(name for name, _ in self._inputs)
+            raise TypeError(f"{self.name}: {len(arrays)} arguments; expected {len(self._inputs)} ({names})")
+        namespace = _namespace(arrays)
+        if namespace is not np:
+            return self._call_arrays(namespace, arrays, out)
+        operands, dtype = self._checked(arrays)
+        leading = self._leading(operands)
+        outs = self._checked_outs(out, leading, dtype)
+        if dtype.kind == "c" or backend == "arrays":
+            results = self._evaluate(np, operands, leading)
+            if outs is None:
+                outs = [np.asarray(result, dtype, order="C") for result in results]
+            else:
+                for target, result in zip(outs, results, strict=True):
+                    target[...] = result
+        else:
+            if outs is None:
+                outs = [np.empty(leading + shape, dtype) for shape in self._out_shapes]
+                self._run(operands, outs, leading, dtype, False)
+            else:
+                self._run(operands, outs, leading, dtype, True)
+        if out is not None:
+            return out
+        return _returned(outs)
+
+    def _checked(self, arrays: tuple[Any, ...]) -> tuple[list[Any], np.dtype[Any]]:
+        """The arguments as arrays of one type, and that type."""
+        operands, strong = [], []
+        for (name, shape), value in zip(self._inputs, arrays, strict=True):
+            array = self._as_array(name, value)
+            if array.shape[array.ndim - len(shape) :] != shape or array.ndim < len(shape):
+                raise ValueError(
+                    f"{self.name}: argument {name} has shape {array.shape}; expected {_shape_text(shape)}"
+                    + self._blades(name)
+                )
+            operands.append(array)
+            if type(value) not in (int, float):
+                strong.append(array.dtype)
+        if not strong:
+            dtype = _FLOAT64
+        elif all(other is strong[0] for other in strong):
+            dtype = strong[0]
+        else:
+            dtype = np.result_type(*strong)
+        if not dtype.isnative:
+            dtype = dtype.newbyteorder("=")
+        if dtype.kind == "c" and not self._polynomial:
+            raise TypeError(
+                f"{self.name}: complex arguments, but the kernel is not polynomial; expected float32 or float64"
+            )
+        return [_usable(operand, dtype) for operand in operands], dtype
+
+    def _as_array(self, name: str, value: Any) -> np.ndarray[Any, Any]:
+        given = isinstance(value, (np.ndarray, np.generic))
+        try:
+            array = np.asarray(value)
+        except ValueError as error:
+            raise ValueError(f"{self.name}: argument {name} is not an array of numbers ({error})") from None
+        if not given and array.dtype.kind in "iu":
+            array = array.astype(_FLOAT64)
+        if array.dtype.kind not in "fc" or array.dtype.itemsize not in ((4, 8) if array.dtype.kind == "f" else (8, 16)):
+            raise TypeError(
+                f"{self.name}: argument {name} has dtype {array.dtype}; expected float32, float64"
+                + (", complex64 or complex128" if self._polynomial else "")
+                + f"; convert it with {name}.astype(float)"
+            )
+        return array
+
+    def _leading(self, operands: list[Any]) -> tuple[int, ...]:
+        shapes = [
+            operand.shape[: operand.ndim - len(shape)] for operand, shape in zip(operands, self._shapes, strict=True)
+        ]
+        longest = max(shapes, key=len)
+        if all(shape == longest or not shape for shape in shapes):
+            return tuple(longest)
+        try:
+            return np.broadcast_shapes(*shapes)
+        except ValueError:
+            text = ", ".join(
+                f"{name} {tuple(operand.shape)}" for (name, _), operand in zip(self._inputs, operands, strict=True)
+            )
+            raise ValueError(f"{self.name}: leading axes do not broadcast: {text}; expected {self.signature}") from None
+
+    def _checked_outs(self, out: Any, leading: tuple[int, ...], dtype: np.dtype[Any]) -> list[Any] | None:
+        if out is None:
+            return None
+        outs = [out] if len(self._outputs) == 1 and not isinstance(out, tuple) else out
+        if not isinstance(outs, (list, tuple)) or len(outs) != len(self._outputs):
+            names = ", ".join(name for name, _ in self._outputs)
+            found = f"{len(outs)} arrays" if isinstance(outs, (list, tuple)) else type(out).__name__
+            raise TypeError(f"{self.name}: out is {found}; expected a tuple of {len(self._outputs)} arrays ({names})")
+        for (name, shape), target in zip(self._outputs, outs, strict=True):
+            place = f"{self.name}: out" if len(outs) == 1 else f"{self.name}: out {name}"
+            if not isinstance(target, np.ndarray):
+                raise TypeError(f"{place} is {type(target).__name__}; expected an array")
+            if target.shape != leading + shape:
+                raise ValueError(f"{place} has shape {target.shape}; expected {leading + shape}{self._blades(name)}")
+            if target.dtype != dtype:
+                raise TypeError(f"{place} has dtype {target.dtype}; expected {dtype}, the type of the arguments")
+            if not target.flags.writeable:
+                raise ValueError(f"{place} is read-only; expected an array that can be written")
+        return list(outs)
+
+    def _blades(self, name: str) -> str:
+        layout = self.layouts.get(name)
+        return f" with last axis {' '.join(layout.blades)}" if layout is not None and layout.blades else ""
+
+    def _run(
+        self, operands: list[Any], outs: list[Any], leading: tuple[int, ...], dtype: np.dtype[Any], given: bool
+    ) -> None:
+        """Fill `outs`, with the inner loop over the longest axis that all arrays have at constant strides."""
+        if 0 in leading:
+            return
+        targets = outs
+        if given:
+            targets = list(outs)
+            for k, target in enumerate(outs):
+                if not target.flags.aligned or any(np.may_share_memory(target, other) for other in outs[:k]):
+                    targets[k] = np.empty(target.shape, dtype)
+            operands = [_apart(operand, targets) for operand in operands]
+        arrays = [*operands, *targets]
+        steps = [_steps(array, leading, shape) for array, shape in zip(arrays, self._all_shapes, strict=True)]
+        sizes, steps = _coalesced(leading, steps)
+        inner = max(range(len(sizes)), key=lambda axis: (sizes[axis], axis)) if len(sizes) > 1 else 0
+        self._loop(dtype)(arrays, sizes, steps, inner)
+        for target, final in zip(targets, outs, strict=True):
+            if target is not final:
+                final[...] = target
+
+    def _loop(self, dtype: np.dtype[Any]) -> Callable[..., None]:
+        loop = self._loops.get(dtype)
+        if loop is None:
+            with _LOCK:
+                make = _c_loop if backend == "c" else _numba_loop
+                loop = self._loops[dtype] = make(self, dtype)
+                if backend == "c" and self._element is None and len(self._inputs):
+                    self._element = _c_element(self)
+        return loop
+
+    def _evaluate(self, namespace: Any, operands: list[Any], leading: tuple[int, ...]) -> list[Any]:
+        """The results by array expressions on whole components."""
+        parts = [
+            _components(operand, shape) if shape else operand
+            for operand, shape in zip(operands, self._shapes, strict=True)
+        ]
+        results: list[dict[Any, Any]] = [{} for _ in self._outputs]
+        with np.errstate(all="ignore"):
+            _bound(self._functions[0], _array_functions(namespace))(*parts, *results)
+        first = operands[0][(..., *(0 for _ in self._shapes[0]))] if self._shapes[0] else operands[0]
+        like = namespace.zeros_like(namespace.broadcast_to(first, leading))
+        for operand, shape in zip(operands[1:], self._shapes[1:], strict=True):
+            part = operand[(..., *(0 for _ in shape))] if shape else operand
+            like = like + namespace.zeros_like(part)
+        return [
+            _stacked(namespace, [_like(namespace, part, like) for part in result.values()], shape)
+            for result, shape in zip(results, self._out_shapes, strict=True)
+        ]
+
+    def _call_arrays(self, namespace: Any, arrays: tuple[Any, ...], out: Any) -> Any:
+        if out is not None:
+            raise TypeError(f"{self.name}: out is for numpy arrays; found arguments of {namespace.__name__}")
+        operands = []
+        for (name, shape), value in zip(self._inputs, arrays, strict=True):
+            operand = value if hasattr(value, "shape") else namespace.asarray(value)
+            found = tuple(operand.shape)
+            if len(found) < len(shape) or found[len(found) - len(shape) :] != shape:
+                raise ValueError(
+                    f"{self.name}: argument {name} has shape {found}; expected {_shape_text(shape)}{self._blades(name)}"
+                )
+            operands.append(operand)
+        results = self._evaluate(namespace, operands, self._leading(operands))
+        return results[0] if len(results) == 1 else tuple(results)
+
+
+def _returned(results: list[Any]) -> Any:
+    """Results as a call gives them: one or a tuple, and numbers where there is no axis."""
+    results = [result if result.ndim else result[()] for result in results]
+    return results[0] if len(results) == 1 else tuple(results)
+
+
+def _shape_text(shape: tuple[int, ...]) -> str:
+    return f"({', '.join(['...', *map(str, shape)])})"

@@ -1,0 +1,73 @@
+"""Batches: which elements there are, where they lie, and what overlaps.
+
+Copied into every generated module as it is, with the other ``runtime_`` files.
+"""
+
+from __future__ import annotations
+
+import itertools
+from typing import Any
+
+import numpy as np
+
+
+def _usable(array: Any, dtype: np.dtype[Any]) -> Any:
+    if array.dtype is dtype and array.flags.aligned:
+        return array
+    return np.require(array, dtype, "A")
+
+
+def _apart(array: Any, outs: list[Any]) -> Any:
+    """`array`, or a copy where writing an output would change an element that is still to be read."""
+    for out in outs:
+        if np.may_share_memory(array, out) and not (
+            array.shape == out.shape and array.strides == out.strides and _address(array) == _address(out)
+        ):
+            return array.copy()
+    return array
+
+
+def _steps(array: Any, leading: tuple[int, ...], shape: tuple[int, ...]) -> tuple[int, ...]:
+    """Bytes from element to element along each leading axis, then along the axes of one element."""
+    strides: tuple[int, ...] = array.strides
+    missing = len(leading) + len(shape) - len(strides)
+    if not missing and array.shape[: len(leading)] == leading:
+        return strides
+    outer = [
+        step if size > 1 else 0 for step, size in zip(strides, array.shape[: len(leading) - missing], strict=False)
+    ]
+    return (*(0 for _ in range(missing)), *outer, *strides[len(outer) :])
+
+
+def _coalesced(leading: tuple[int, ...], steps: list[tuple[int, ...]]) -> tuple[list[int], list[tuple[int, ...]]]:
+    """The fewest loops over the same elements: neighbouring axes become one where every array allows it."""
+    depth = len(leading)
+    if depth == 1:
+        return list(leading), steps
+    axes = [axis for axis in range(depth) if leading[axis] > 1]
+    axes.sort(key=lambda axis: [-abs(step[axis]) for step in reversed(steps)])
+    sizes: list[int] = []
+    kept: list[list[int]] = []
+    for axis in axes:
+        strides = [step[axis] for step in steps]
+        if kept and all(outer == stride * leading[axis] for outer, stride in zip(kept[-1], strides, strict=True)):
+            kept[-1], sizes[-1] = strides, sizes[-1] * leading[axis]
+        else:
+            kept.append(strides)
+            sizes.append(leading[axis])
+    if not sizes:
+        sizes, kept = [1], [[0] * len(steps)]
+    return sizes, [(*(strides[k] for strides in kept), *step[depth:]) for k, step in enumerate(steps)]
+
+
+def _offsets(sizes: list[int], steps: list[tuple[int, ...]], inner: int) -> list[list[int]]:
+    """Where the inner loop starts in every array, once for each turn of the outer loops."""
+    outer = [axis for axis in range(len(sizes)) if axis != inner]
+    return [
+        [sum(step[axis] * turn for axis, turn in zip(outer, turns, strict=True)) for step in steps]
+        for turns in itertools.product(*(range(sizes[axis]) for axis in outer))
+    ]
+
+
+def _address(array: Any) -> int:
+    return int(array.__array_interface__["data"][0])

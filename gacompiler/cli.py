@@ -1,0 +1,371 @@
+"""The command line: ``gac``."""
+
+from __future__ import annotations
+
+import json
+import sys
+from pathlib import Path
+from typing import Any
+
+import click
+from rich.console import Console
+from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn
+from rich.table import Table
+
+from .algebra.catalog import CATALOG
+from .backends import NO_COMPILER, build_library
+from .errors import GacError, SpecError, StaleError
+from .frontend.kernel import Kernel
+from .generate import Spec, compare, compile_spec, generated_folder, load_spec, own_specs, render, write
+from .inspect import SHOWN, STAGES, described, latex, stage_text
+from .passes.pipeline import compile_kernel
+from .passes.record import Compilation
+from .prove import Verdict, verify_module
+from .runtime import load_module
+
+
+class Commands(click.Group):
+    """Turns errors people can act on into one line and exit status 1."""
+
+    def invoke(self, context: click.Context) -> Any:
+        """Run a command."""
+        try:
+            return super().invoke(context)
+        except GacError as error:
+            Console(stderr=True, highlight=False, soft_wrap=True).print(f"[red]gac: error:[/] {_plain(str(error))}")
+            sys.exit(1)
+
+
+def _plain(text: str) -> str:
+    return text.replace("[", r"\[")
+
+
+def _examples(*lines: str) -> str:
+    return "\b\nExamples:\n" + "\n".join(f"  {line}" for line in lines)
+
+
+@click.group(
+    cls=Commands,
+    context_settings={"help_option_names": ["-h", "--help"]},
+    epilog=_examples(
+        "gac new my_kernels          write a starter spec",
+        "gac generate my_kernels.py  write my_kernels.py, .c and .h into out/, and build the C",
+        "gac show my_kernels.py:move_point",
+    ),
+)
+@click.version_option(package_name="gacompiler")
+def main() -> None:
+    """Compile geometric-algebra definitions into specialised, proved kernels."""
+
+
+_json = click.option("--json", "as_json", is_flag=True, help="Print JSON instead of a table.")
+
+
+@main.command(
+    epilog=_examples(
+        "gac generate my_kernels.py -o out",
+        "gac generate --all           the modules under generated/",
+        "gac generate --all pga3 cga3",
+    )
+)
+@click.argument("specs", nargs=-1)
+@click.option(
+    "-o", "--output", type=click.Path(path_type=Path), default=None, help="Folder to write to [default: out]."
+)
+@click.option("--all", "own", is_flag=True, help="Regenerate the modules under generated/ (or those named).")
+@click.option("--no-build", is_flag=True, help="Do not compile the C.")
+def generate(specs: tuple[str, ...], output: Path | None, own: bool, no_build: bool) -> None:
+    """Write a module (.py, .c, .h) for each spec file, and compile its C if a compiler is there."""
+    if not specs and not own:
+        raise click.UsageError("name at least one spec file, or give --all")
+    folder = output or (generated_folder() if own else Path("out"))
+    found = _own(specs) if own else [load_spec(Path(spec)) for spec in specs]
+    with _progress(sum(len(spec.kernels) for spec in found)) as advance:
+        modules = [
+            (spec, render(compile_spec(spec, lambda name, module=spec.name: advance(f"{module}.{name}"))))
+            for spec in found
+        ]  # type: ignore[misc]
+    for spec, files in modules:
+        changed = write(files, folder)
+        built = None if no_build else build_library(folder / f"{spec.name}.c")
+        state = f"{len(spec.kernels)} kernels" + (", unchanged" if not changed else "")
+        click.echo(f"{folder / spec.name}.py .c .h: {state}" + (f", built {built.name}" if built else ""))
+    if not no_build and found and build_library(folder / f"{found[0].name}.c") is None:
+        click.echo(f"note: {NO_COMPILER}", err=True)
+
+
+@main.command(epilog=_examples("gac build             the modules under generated/", "gac build out"))
+@click.argument("folder", required=False, type=click.Path(path_type=Path))
+@click.option("--force", is_flag=True, help="Compile again even where a library is current.")
+def build(folder: Path | None, force: bool) -> None:
+    """Compile the C files of a folder of generated modules."""
+    place = folder or generated_folder()
+    sources = sorted(place.glob("*.c"))
+    if not sources:
+        raise SpecError(str(place), "no generated C file in it", remedy="run `gac generate` first")
+    for source in sources:
+        library = build_library(source, force=force)
+        if library is None:
+            click.echo(f"note: {NO_COMPILER}", err=True)
+            return
+        click.echo(f"{source}: {library.name}, {library.stat().st_size / 1e6:.2f} MB")
+
+
+@main.command(epilog=_examples("gac check", "gac check pga3"))
+@click.argument("names", nargs=-1)
+def check(names: tuple[str, ...]) -> None:
+    """Compare generated/ with what the specs give now; print the differences and exit 1 if there are any."""
+    folder = generated_folder()
+    found = _own(names)
+    files: dict[str, str] = {}
+    with _progress(sum(len(spec.kernels) for spec in found)) as advance:
+        for spec in found:
+            files |= render(compile_spec(spec, lambda name, module=spec.name: advance(f"{module}.{name}")))  # type: ignore[misc]
+    diffs = compare(files, folder)
+    known = {f"{path.stem}.{ending}" for path in own_specs() for ending in ("py", "c", "h")} | {"__init__.py"}
+    orphans = sorted(
+        path.name for path in folder.glob("*.*") if path.suffix in (".py", ".c", ".h") and path.name not in known
+    )
+    for diff in diffs:
+        click.echo(diff)
+    if diffs or orphans:
+        stale = f"{len(diffs)} files differ" + (f", no spec makes {' '.join(orphans)}" if orphans else "")
+        raise StaleError(str(folder), stale, remedy="run `make generated`, or delete what no spec makes")
+    click.echo(f"{folder}: {len(files)} files are what the specs give")
+
+
+@main.command(
+    epilog=_examples(
+        "gac show my_kernels.py:move_point",
+        "gac show my_kernels.py:move_point --stage candidates",
+        "gac show my_kernels.py:move_point --latex",
+    )
+)
+@click.argument("target", metavar="SPEC:KERNEL")
+@click.option("--stage", type=click.Choice(list(STAGES)), help="Only this stage.")
+@click.option("--why", is_flag=True, help="The candidates and what each costs: the same as --stage candidates.")
+@click.option("--latex", "as_latex", is_flag=True, help="The definition and the program as LaTeX.")
+def show(target: str, stage: str | None, why: bool, as_latex: bool) -> None:
+    """Show how a kernel is made, stage by stage."""
+    record = compile_kernel(_kernel(target))
+    if as_latex:
+        click.echo(latex(record))
+        return
+    chosen = (stage,) if stage else ("candidates",) if why else SHOWN
+    console = Console(highlight=False, soft_wrap=True)
+    for name in chosen:
+        if len(chosen) > 1:
+            console.print(f"[bold cyan]{name}[/]")
+        click.echo(stage_text(record, name) + ("\n" if len(chosen) > 1 else ""))
+
+
+@main.command(
+    epilog=_examples(
+        "gac cost my_kernels.py", "gac cost my_kernels.py --json", "gac cost pga3            a module under generated/"
+    )
+)
+@click.argument("spec")
+@_json
+def cost(spec: str, as_json: bool) -> None:
+    """Count the operations of every kernel: mul, add, div, sqrt, call, choice, fma."""
+    records = _compiled(_spec(spec))
+    counts = {record.kernel.name: record.cost.as_dict() for record in records}
+    if as_json:
+        click.echo(json.dumps(counts, indent=2))
+        return
+    _table(
+        ["kernel", "mul", "add", "div", "sqrt", "call", "choice", "fma"],
+        [[n, *map(str, c.values())] for n, c in counts.items()],
+    )
+
+
+@main.command(
+    epilog=_examples(
+        "gac verify my_kernels.py          the files in out/, if they are there",
+        "gac verify pga3",
+        "gac verify my_kernels.py -o build",
+    )
+)
+@click.argument("specs", nargs=-1)
+@click.option(
+    "-o",
+    "--output",
+    type=click.Path(path_type=Path),
+    default=None,
+    help="Folder of the generated files [default: out].",
+)
+@click.option("--all", "own", is_flag=True, help="Every module under generated/.")
+@_json
+def verify(specs: tuple[str, ...], output: Path | None, own: bool, as_json: bool) -> None:
+    """Prove the generated files on disk: read them back and compare every kernel with its definition.
+
+    Exact rational points that satisfy the relations decide; what runs is then measured in ulp. Exit status 1 if any
+    kernel is not proved.
+    """
+    found = _own(()) if own else [_spec(spec) for spec in specs]
+    if not found:
+        raise click.UsageError("name at least one spec, or give --all")
+    rows: list[tuple[str, Verdict]] = []
+    for spec in found:
+        folder = output or (generated_folder() if _is_own(spec) else Path("out"))
+        records = _compiled(spec)
+        module = (
+            load_module(folder / f"{spec.name}.py", f"_gac_verify_{spec.name}")
+            if (folder / f"{spec.name}.py").is_file()
+            else None
+        )
+        rows += [(spec.name, verdict) for verdict in verify_module(folder, spec.name, records, module)]
+    if as_json:
+        click.echo(json.dumps([{"module": m, **_verdict(v)} for m, v in rows], indent=2))
+    else:
+        _table(
+            ["kernel", "proved", "points", "error/ulp", "runs on", "difference"],
+            [
+                [f"{m}.{v.kernel}", _proved(v), str(v.points), f"{v.error:.1f}", v.runs_on, v.python or v.c]
+                for m, v in rows
+            ],
+        )
+    failed = [f"{m}.{v.kernel}" for m, v in rows if not v.is_proved]
+    if failed:
+        click.echo(f"{len(failed)} of {len(rows)} kernels are not proved: {' '.join(failed)}", err=True)
+        sys.exit(1)
+
+
+def _verdict(verdict: Verdict) -> dict[str, Any]:
+    return {name: getattr(verdict, name) for name in Verdict.__slots__} | {"proved": verdict.is_proved}
+
+
+def _proved(verdict: Verdict) -> str:
+    return ("exactly" if verdict.is_rational else "to 40 digits") if verdict.is_proved else "NO"
+
+
+@main.command(
+    "list",
+    epilog=_examples(
+        "gac list                     algebras and checked-in modules",
+        "gac list my_kernels.py       its kernels",
+        "gac list PGA3                its layouts",
+    ),
+)
+@click.argument("what", required=False)
+@_json
+def list_(what: str | None, as_json: bool) -> None:
+    """List algebras and modules, the kernels of a spec, or the layouts of an algebra."""
+    if what in CATALOG:
+        algebra = CATALOG[what]
+        rows = [[layout.name, described(layout)] for layout in algebra.layouts.values()]
+        header = ["layout", "what it holds"]
+    elif what is not None:
+        header = ["kernel", "parameters", "summary"]
+        rows = [
+            [
+                k.name,
+                ", ".join(f"{p.name}: {p.layout}{list(p.outer_shape) or ''}" for p in k.parameters),
+                k.summary.split("\n")[0],
+            ]
+            for k in _spec(what).kernels
+        ]
+    else:
+        header = ["name", "kind", "about"]
+        rows = [[a.name, "algebra", " ".join(a.vectors)] for a in CATALOG.values()]
+        for path in own_specs():
+            spec = load_spec(path)
+            rows.append([f"generated.{path.stem}", f"{len(spec.kernels)} kernels", spec.summary.split("\n")[0]])
+    if as_json:
+        click.echo(json.dumps([dict(zip(header, row, strict=True)) for row in rows], indent=2))
+    else:
+        _table(header, rows)
+
+
+@main.command(epilog=_examples("gac new my_kernels", "gac new my_kernels --algebra CGA3"))
+@click.argument("name")
+@click.option("--algebra", type=click.Choice(list(CATALOG)), default="PGA3", show_default=True)
+def new(name: str, algebra: str) -> None:
+    """Write a commented starter spec NAME.py in this folder."""
+    stem = name.removesuffix(".py")
+    if not stem.isidentifier():
+        raise SpecError(name, "cannot name a module", "letters, digits and _")
+    path = Path(f"{stem}.py")
+    if path.exists():
+        raise SpecError(str(path), "exists already", remedy="choose another name")
+    template = Path(__file__).parent / "backends" / "templates" / "spec.py.txt"
+    first = next(layout.name for layout in CATALOG[algebra].layouts.values() if layout.size > 1)
+    write({path.name: template.read_text().replace("ALGEBRA", algebra).replace("LAYOUT", first)}, path.parent)
+    click.echo(f"{path}: edit it, then run `gac generate {path}`")
+
+
+# -- what the commands share --------------------------------------------------------------------------------------------
+
+
+def _own(names: tuple[str, ...]) -> list[Spec]:
+    known = {path.stem: path for path in own_specs()}
+    unknown = [name for name in names if name not in known]
+    if unknown:
+        raise SpecError(unknown[0], "no such module", "one of " + " ".join(known))
+    return [load_spec(known[name], f"gac generate --all {name}") for name in (names or known)]
+
+
+def _is_own(spec: Spec) -> bool:
+    return spec.command.startswith("gac generate --all")
+
+
+def _spec(text: str) -> Spec:
+    """A spec by path, or a checked-in module by name."""
+    own = {path.stem for path in own_specs()}
+    return _own((text,))[0] if text in own and not Path(text).is_file() else load_spec(Path(text))
+
+
+def _kernel(target: str) -> Kernel:
+    path, colon, name = target.rpartition(":")
+    if not colon:
+        raise SpecError(target, "no kernel named", "SPEC:KERNEL, such as my_kernels.py:move_point")
+    kernels = {kernel.name: kernel for kernel in _spec(path).kernels}
+    if name not in kernels:
+        raise SpecError(path, f"no kernel {name}", "one of " + " ".join(kernels))
+    return kernels[name]
+
+
+def _compiled(spec: Spec) -> list[Compilation]:
+    with _progress(len(spec.kernels)) as advance:
+        records = []
+        for kernel in spec.kernels:
+            advance(kernel.name)
+            records.append(compile_kernel(kernel))
+        return records
+
+
+class _progress:
+    """A bar on standard error when that is a terminal, nothing otherwise."""
+
+    def __init__(self, total: int) -> None:
+        self._total = total
+
+    def __enter__(self) -> Any:
+        console = Console(stderr=True)
+        self._bar = Progress(
+            TextColumn("{task.description}"),
+            BarColumn(),
+            MofNCompleteColumn(),
+            console=console,
+            transient=True,
+            disable=not console.is_terminal,
+        )
+        self._bar.start()
+        task = self._bar.add_task("", total=self._total)
+        return lambda name: self._bar.update(task, advance=1, description=name)
+
+    def __exit__(self, *error: object) -> None:
+        self._bar.stop()
+
+
+def _table(header: list[str], rows: list[list[str]]) -> None:
+    """A coloured table on a terminal, aligned plain text elsewhere."""
+    if Console().is_terminal:
+        table = Table(*header, header_style="bold cyan")
+        for row in rows:
+            table.add_row(*map(_plain, row))
+        Console().print(table)
+        return
+    widths = [max(map(len, column)) for column in zip(header, *rows, strict=True)]
+    for row in [header, *rows]:
+        click.echo("  ".join(text.ljust(width) for text, width in zip(row, widths, strict=True)).rstrip())

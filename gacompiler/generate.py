@@ -1,0 +1,208 @@
+"""From spec files to the text of modules. Pure but for `load_spec`, `write` and `compare`, which touch files."""
+
+from __future__ import annotations
+
+import difflib
+import hashlib
+import importlib.util
+import os
+import sys
+import tempfile
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from types import ModuleType
+
+from .algebra.layout import Layout
+from .backends import c_header, c_source, python_source
+from .backends.module import KernelSource, LayoutText, ModuleSource
+from .errors import BackendError, GacError, SpecError
+from .frontend.kernel import Kernel
+from .passes.pipeline import Compilation, compile_kernel
+from .prove import rounding_error
+
+Progress = Callable[[str], None]
+
+
+@dataclass(frozen=True, slots=True)
+class Spec:
+    """A file of kernels."""
+
+    name: str
+    command: str
+    summary: str
+    digest: str
+    kernels: tuple[Kernel, ...]
+
+
+def load_spec(path: Path, command: str | None = None) -> Spec:
+    """Run a spec file and collect its kernels, in the order of their definition.
+
+    Raises
+    ------
+    SpecError
+        When the file is missing, is not Python, fails, or defines no kernel.
+    """
+    if not path.is_file():
+        raise SpecError(
+            str(path), "no such file", "a Python file with @kernel functions", "write one with `gac new NAME`"
+        )
+    text = path.read_text()
+    try:
+        code = compile(text, str(path), "exec")
+    except SyntaxError as error:
+        raise SpecError(f"{path}:{error.lineno}:{error.offset}", f"syntax error: {error.msg}") from error
+    name = path.stem
+    if not name.isidentifier():
+        raise SpecError(str(path), f"{name!r} cannot name a module", "letters, digits and _", "rename the file")
+    module = ModuleType(f"_gac_spec_{name}")
+    module.__file__ = str(path)
+    sys.path.insert(0, str(path.resolve().parent))
+    try:
+        exec(code, module.__dict__)
+    except GacError:
+        raise
+    except Exception as error:
+        raise SpecError(_place(path, error), f"{type(error).__name__}: {error}") from error
+    finally:
+        sys.path.remove(str(path.resolve().parent))
+    kernels = tuple(
+        value
+        for value in module.__dict__.values()
+        if isinstance(value, Kernel) and value.function.__module__ == module.__name__
+    )
+    if not kernels:
+        raise SpecError(str(path), "no kernel in it", "at least one function under @kernel(...)")
+    taken: set[str] = set()
+    for kernel in kernels:
+        if kernel.name in taken:
+            raise SpecError(str(path), f"kernel {kernel.name} is defined twice", remedy="rename one of them")
+        taken.add(kernel.name)
+    digest = hashlib.sha256(text.encode()).hexdigest()[:16]
+    return Spec(
+        name,
+        command or f"gac generate {path.name}",
+        (module.__doc__ or f"Kernels of {path.name}.").strip(),
+        digest,
+        kernels,
+    )
+
+
+def _place(path: Path, error: BaseException) -> str:
+    line = None
+    trace = error.__traceback__
+    while trace is not None:
+        if trace.tb_frame.f_code.co_filename == str(path):
+            line = trace.tb_lineno
+        trace = trace.tb_next
+    return f"{path}:{line}" if line else str(path)
+
+
+def layout_text(layout: Layout) -> LayoutText:
+    """A layout as generated modules carry it."""
+    fixed = tuple((slot.name, str(value)) for slot, value in layout.fixed)
+    implied = tuple((slot.name, "implied") for slot, _ in layout.implied)
+    name = layout.name if layout.is_scalar else str(layout)
+    return LayoutText(name, () if layout.is_scalar else layout.blades, (*fixed, *implied), layout.unit)
+
+
+def kernel_source(record: Compilation) -> KernelSource:
+    """A compiled kernel, ready to print."""
+    kernel, decision, trace = record.kernel, record.decision, record.trace
+    assert decision is not None and trace is not None
+    layouts = [(parameter.name, layout_text(parameter.layout)) for parameter in kernel.parameters]
+    layouts += [
+        (output.name, layout_text(layout)) for output, layout in zip(trace.outputs, decision.layouts, strict=True)
+    ]
+    relations = [f"{p.name} ~{p.name} = 1" for p in kernel.parameters if p.layout.unit]
+    relations += [f"the relations of {p.layout.name} on {p.name}" for p in kernel.parameters if p.layout.user_relations]
+    return KernelSource(
+        record.program, kernel.summary, tuple(layouts), record.cost, tuple(relations), rounding_error(record)
+    )
+
+
+def compile_spec(spec: Spec, progress: Progress = lambda name: None) -> ModuleSource:
+    """Compile every kernel of a spec; `progress` is told each name before its turn."""
+    sources = []
+    for kernel in spec.kernels:
+        progress(kernel.name)
+        sources.append(kernel_source(compile_kernel(kernel)))
+    return ModuleSource(spec.name, spec.summary, spec.command, spec.digest, tuple(sources))
+
+
+def render(module: ModuleSource) -> dict[str, str]:
+    """The files of a module: name -> text."""
+    return {
+        f"{module.name}.py": python_source(module),
+        f"{module.name}.c": c_source(module),
+        f"{module.name}.h": c_header(module),
+    }
+
+
+def write(files: Mapping[str, str], folder: Path) -> list[Path]:
+    """Write files whole or not at all: all are first written beside their places, then renamed.
+
+    Returns the paths whose content changed.
+
+    Raises
+    ------
+    BackendError
+        When the folder cannot be written; existing files are then as they were.
+    """
+    temporary: dict[Path, Path] = {}
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        for name, text in files.items():
+            path = folder / name
+            if path.is_file() and path.read_text() == text:
+                continue
+            handle, scratch = tempfile.mkstemp(dir=folder, prefix=f".{name}.")
+            temporary[path] = Path(scratch)
+            with os.fdopen(handle, "w") as stream:
+                stream.write(text)
+            os.chmod(scratch, 0o644)
+        for path, scratch_path in temporary.items():
+            os.replace(scratch_path, path)
+    except OSError as error:
+        for scratch_path in temporary.values():
+            scratch_path.unlink(missing_ok=True)
+        raise BackendError(
+            str(folder), error.strerror or str(error), "a folder that can be written", "choose another with -o"
+        ) from error
+    return list(temporary)
+
+
+def compare(files: Mapping[str, str], folder: Path) -> list[str]:
+    """Unified diffs from the files in `folder` to what they should be; empty when all are current."""
+    diffs = []
+    for name, text in files.items():
+        path = folder / name
+        found = path.read_text().splitlines(keepends=True) if path.is_file() else []
+        diff = difflib.unified_diff(
+            found, text.splitlines(keepends=True), f"{path}", f"{path} (as the spec gives it now)"
+        )
+        diffs.append("".join(diff))
+    return [diff for diff in diffs if diff]
+
+
+def own_specs() -> list[Path]:
+    """The spec files of the modules that are checked in under ``generated``."""
+    folder = Path(__file__).parent / "specs"
+    return sorted(path for path in folder.glob("*.py") if path.stem != "__init__")
+
+
+def generated_folder() -> Path:
+    """Where the checked-in modules live: the ``generated`` package beside this one."""
+    found = importlib.util.find_spec("generated")
+    if found is not None and found.submodule_search_locations:
+        return Path(next(iter(found.submodule_search_locations)))
+    return Path(__file__).parent.parent / "generated"
+
+
+def render_own(paths: Iterable[Path], progress: Progress = lambda name: None) -> dict[str, str]:
+    """The text of checked-in modules."""
+    files: dict[str, str] = {}
+    for path in paths:
+        spec = load_spec(path, f"gac generate --all {path.stem}")
+        files |= render(compile_spec(spec, lambda name, module=spec.name: progress(f"{module}.{name}")))  # type: ignore[misc]
+    return files

@@ -1,0 +1,154 @@
+"""Proof by evaluation: a program is its author's definition, at exact points that satisfy the relations.
+
+Two rational functions of bounded degree that agree at random points of a variety agree on it but for a chance that
+falls with every point (Schwartz 1980, Zippel 1979).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from fractions import Fraction
+from random import Random
+from typing import Any
+
+import mpmath
+
+from ..errors import InexactError, ProofError
+from ..ir.interpret import interpret
+from ..ir.program import Program
+from ..ir.scalar import RING, Op
+from ..rings.points import DIGITS
+from .decide import meaning, sample, to_mpmath
+from .record import Compilation
+
+TOLERANCE_DIGITS = 40
+"""Agreement asked for where a value is not rational, of `DIGITS` digits computed."""
+EXACT_POINTS = 5
+BRANCH_POINTS = 60
+"""Points for kernels with branches, so that every branch is taken."""
+
+Reader = Callable[..., Sequence[Any]]
+
+
+@dataclass(frozen=True, slots=True)
+class Truth:
+    """Inputs of a kernel and what its author's definition gives there, in the order of the result arrays."""
+
+    inputs: tuple[tuple[Any, ...], ...]
+    results: tuple[tuple[Any, ...], ...]
+    is_exact: bool
+
+
+def truths(record: Compilation, seed: int = 11, n: int | None = None) -> list[Truth]:
+    """Points for a compiled kernel with the values of its definition; points where that is undefined are passed over."""
+    kernel, decision, trace = record.kernel, record.decision, record.trace
+    assert decision is not None and trace is not None
+    random = Random(seed)
+    wanted = n if n is not None else BRANCH_POINTS if _has_branches(record.program) else EXACT_POINTS
+    found: list[Truth] = []
+    for _ in range(4 * wanted):
+        point = sample(kernel, random)
+        try:
+            values = meaning(trace.expressions, point)
+        except (ZeroDivisionError, ValueError, mpmath.libmp.ComplexResult):
+            continue
+        results = tuple(
+            tuple(_signed(values[slot.expression].terms.get(slot.blade, 0), slot.sign) for slot in slots)
+            for slots in decision.slots
+        )
+        flat = [value for result in results for value in result]
+        if any(
+            isinstance(value, mpmath.mpc) or (isinstance(value, mpmath.mpf) and not mpmath.isfinite(value))
+            for value in flat
+        ):
+            continue
+        exact = all(isinstance(value, (int, Fraction)) for value in [*flat, *point.values()])
+        inputs = tuple(tuple(point[name] for name in parameter.components) for parameter in kernel.parameters)
+        found.append(Truth(inputs, results, exact))
+        if len(found) == wanted:
+            return found
+    if not found:
+        raise ProofError(
+            f"kernel {kernel.name}",
+            f"its definition is undefined at {4 * wanted} random points",
+            remedy="check its domain",
+        )
+    return found
+
+
+def _signed(value: Any, sign: int) -> Any:
+    return value if sign > 0 else -value
+
+
+def _has_branches(program: Program) -> bool:
+    return any(line.op not in (*RING, Op.DIVIDE, Op.SQRT) for line in program.lines)
+
+
+def disagreement(reader: Reader, known: Sequence[Truth]) -> str:
+    """How a function over any ring differs from the definition, or an empty string.
+
+    `reader` takes one flat sequence for each argument and gives the flat results, one after the other.
+    """
+    for number, truth in enumerate(known):
+        expected = [value for result in truth.results for value in result]
+        try:
+            found = list(read(reader, truth))
+        except (ArithmeticError, ValueError, KeyError, NameError, TypeError, IndexError, InexactError) as error:
+            return f"fails at point {number}: {type(error).__name__}: {error}"
+        if len(found) != len(expected):
+            return f"gives {len(found)} numbers, expected {len(expected)}"
+        for k, (a, b) in enumerate(zip(found, expected, strict=True)):
+            if not _same(a, b):
+                return f"entry {k} at point {number} is {_short(a)}, expected {_short(b)}"
+    return ""
+
+
+def read(reader: Reader, truth: Truth) -> Sequence[Any]:
+    if truth.is_exact:
+        try:
+            return reader(*truth.inputs)
+        except InexactError:
+            pass
+    with mpmath.workdps(DIGITS):
+        return reader(*(tuple(map(to_mpmath, values)) for values in truth.inputs))
+
+
+def _same(a: Any, b: Any) -> bool:
+    if isinstance(a, (int, Fraction)) and isinstance(b, (int, Fraction)):
+        return a == b
+    with mpmath.workdps(DIGITS):
+        x, y = to_mpmath(a), to_mpmath(b)
+        return bool(abs(x - y) <= mpmath.mpf(10) ** -TOLERANCE_DIGITS * (1 + abs(y)))
+
+
+def _short(value: Any) -> str:
+    return mpmath.nstr(value, 12) if isinstance(value, mpmath.mpf) else str(value)
+
+
+def program_reader(program: Program) -> Reader:
+    """A program as a function of flat sequences."""
+
+    def reader(*inputs: Sequence[Any]) -> list[Any]:
+        named = {argument.name: values for argument, values in zip(program.arguments, inputs, strict=True)}
+        inexact = any(isinstance(v, mpmath.mpf) for values in inputs for v in values)
+        results = interpret(program, named, to_mpmath if inexact else lambda value: value)
+        return [value for result in program.results for value in results[result.name]]
+
+    return reader
+
+
+def prove_program(record: Compilation) -> Compilation:
+    """Compare the program that won with the author's definition.
+
+    Raises
+    ------
+    ProofError
+        When they differ: a defect of the compiler, or a relation that the layouts declare and the points do not have.
+    """
+    difference = disagreement(program_reader(record.program), truths(record))
+    if difference:
+        raise ProofError(
+            f"kernel {record.kernel.name}", difference, remedy="this is a defect of the compiler, please report it"
+        )
+    return record

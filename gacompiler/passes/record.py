@@ -1,0 +1,36 @@
+"""All that is known of a kernel while it is compiled: one record, filled in from pass to pass."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from ..frontend.expression import Expression
+from ..frontend.kernel import Kernel, Trace
+from ..ir.cost import Cost
+from ..ir.program import Program
+from .decide import Decision
+from .search import Candidate
+
+
+@dataclass(frozen=True, slots=True)
+class Compilation:
+    """The stages of one kernel; a field is empty until its pass has run."""
+
+    kernel: Kernel
+    trace: Trace | None = None
+    variants: dict[str, tuple[Expression, ...]] | None = None
+    decision: Decision | None = None
+    candidates: tuple[Candidate, ...] = ()
+    best: Candidate | None = None
+
+    @property
+    def program(self) -> Program:
+        """The program that won."""
+        assert self.best is not None
+        return self.best.program
+
+    @property
+    def cost(self) -> Cost:
+        """Its cost."""
+        assert self.best is not None
+        return self.best.cost

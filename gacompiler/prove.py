@@ -1,0 +1,176 @@
+"""Proof of what was emitted: the text on disk is the author's definition, and what runs is that up to rounding."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from fractions import Fraction
+from math import inf, nextafter, ulp
+from pathlib import Path
+from random import Random
+from typing import Any
+
+import mpmath
+import numpy as np
+
+from .backends import c_functions, python_functions
+from .errors import ProofError
+from .frontend.kernel import Kernel
+from .ir.interpret import evaluate
+from .ir.program import Program
+from .ir.scalar import Op
+from .passes.decide import sample, to_mpmath
+from .passes.prove import Reader, Truth, disagreement, program_reader, read, truths
+from .passes.record import Compilation
+from .rings.points import DIGITS
+
+ERROR_POINTS = 64
+
+
+def rounding_error(record: Compilation) -> str:
+    """The largest error of the program in double precision, in ulp of its largest result, for readers."""
+    worst = measured_error(record.program, record.kernel)
+    return f"{worst:.1f} ulp of the largest coefficient, {ERROR_POINTS} random inputs"
+
+
+def measured_error(program: Program, kernel: Kernel) -> float:
+    """The largest error in ulp over `ERROR_POINTS` random elements, against the same program without rounding."""
+    random = Random(5)
+    worst = 0.0
+    for _ in range(ERROR_POINTS):
+        point = {name: float(value) for name, value in sample(kernel, random, near_one=True).items()}
+        inputs = [tuple(point[name] for name in argument.components) for argument in program.arguments]
+        try:
+            rounded = run_in_double(program, inputs)
+            exact = read(program_reader(program), Truth(tuple(tuple(map(Fraction, v)) for v in inputs), (), True))
+        except (ZeroDivisionError, ValueError, OverflowError):
+            continue
+        worst = max(worst, _ulps(rounded, exact))
+    return worst
+
+
+def run_in_double(program: Program, inputs: Sequence[Sequence[float]]) -> list[float]:
+    """The program in IEEE double, each operation rounded once; functions are rounded correctly, on every machine."""
+    values: dict[str, float] = {}
+    for argument, given in zip(program.arguments, inputs, strict=True):
+        values.update(zip(argument.components, given, strict=True))
+    for line in program.lines:
+        operands = [values[o] if isinstance(o, str) else float(o) for o in line.operands]
+        if line.op in (Op.SIN, Op.COS, Op.ATAN2, Op.ACOS, Op.EXP, Op.LOG):
+            with mpmath.workdps(30):
+                values[line.target] = float(evaluate(line.op, [mpmath.mpf(operand) for operand in operands]))
+        else:
+            values[line.target] = float(evaluate(line.op, operands))
+    return [values[o] if isinstance(o, str) else float(o) for result in program.results for o in result.operands]
+
+
+def _ulps(rounded: Sequence[float], exact: Sequence[Any]) -> float:
+    with mpmath.workdps(DIGITS):
+        true = [to_mpmath(value) for value in exact]
+        largest = max((abs(value) for value in true), default=mpmath.mpf(0))
+        if largest == 0:
+            return 0.0 if not any(rounded) else inf
+        unit = ulp(min(float(largest), nextafter(inf, 0)))
+        return max(float(abs(mpmath.mpf(a) - b)) / unit for a, b in zip(rounded, true, strict=True))
+
+
+@dataclass(frozen=True, slots=True)
+class Verdict:
+    """What is known of one emitted kernel.
+
+    Attributes
+    ----------
+    python, c : str
+        How the text differs from the definition; empty when it does not.
+    error : float
+        Largest error measured in what runs, in ulp of the largest result; not a number where nothing runs.
+    runs_on : str
+        The backend that was run.
+    points : int
+        Number of exact points.
+    is_rational : bool
+        Whether the comparison was in exact rationals; otherwise to 40 digits.
+    """
+
+    kernel: str
+    python: str
+    c: str
+    error: float
+    runs_on: str
+    points: int
+    is_rational: bool
+
+    @property
+    def is_proved(self) -> bool:
+        """Whether both texts agree with the definition and what runs agrees to rounding."""
+        return not self.python and not self.c and not self.error > LARGEST_ERROR
+
+
+LARGEST_ERROR = 1e6
+"""Ulp; a wrong sign in what runs gives 1e15."""
+
+
+def verify_module(folder: Path, name: str, records: Sequence[Compilation], module: Any = None) -> list[Verdict]:
+    """Read a generated module's files back and compare every kernel with its definition.
+
+    Where the imported `module` is given, what it computes is measured too.
+    """
+    texts = []
+    for ending in ("py", "c"):
+        path = folder / f"{name}.{ending}"
+        if not path.is_file():
+            raise ProofError(str(path), "no such file", "a generated module", "run `gac generate` first")
+        texts.append(path.read_text())
+    python, c = python_functions(texts[0]), c_functions(texts[1])
+    return [
+        verify_kernel(record, python, c, getattr(module, record.kernel.name, None), getattr(module, "backend", ""))
+        for record in records
+    ]
+
+
+def verify_kernel(
+    record: Compilation, python: Mapping[str, Reader], c: Mapping[str, Reader], run: Any = None, backend: str = ""
+) -> Verdict:
+    """Compare one kernel's texts with its definition at exact points, and measure what `run` computes in double."""
+    known = truths(record)
+    name = record.kernel.name
+    error, runs_on = float("nan"), ""
+    if run is not None:
+        error, runs_on = _error_of(run, record), backend
+    return Verdict(
+        name,
+        disagreement(_flat(python[name]), known) if name in python else "is not in the Python text",
+        disagreement(_flat(c[name]), known) if name in c else "is not in the C text",
+        error,
+        runs_on,
+        len(known),
+        all(truth.is_exact for truth in known),
+    )
+
+
+def _flat(reader: Reader) -> Reader:
+    """Results one after the other, of a function that gives a tuple for each."""
+    return lambda *inputs: [value for result in reader(*inputs) for value in result]
+
+
+def _error_of(run: Any, record: Compilation) -> float:
+    """Largest error in ulp of a generated function on `ERROR_POINTS` random elements, against the program without rounding."""
+    program, random = record.program, Random(6)
+    points = [sample(record.kernel, random, near_one=True) for _ in range(ERROR_POINTS)]
+    arrays = [
+        np.array([[float(point[name]) for name in a.components] for point in points]).reshape((len(points), *a.shape))
+        for a in program.arguments
+    ]
+    found = run(*arrays)
+    results = [
+        np.asarray(result).reshape(len(points), -1) for result in (found if isinstance(found, tuple) else (found,))
+    ]
+    reader, worst = program_reader(program), 0.0
+    for k in range(len(points)):
+        inputs = tuple(tuple(map(Fraction, array[k].ravel().tolist())) for array in arrays)
+        rounded = [value for result in results for value in result[k].tolist()]
+        try:
+            worst = max(worst, _ulps(rounded, read(reader, Truth(inputs, (), True))))
+        except (ZeroDivisionError, ValueError):
+            continue
+    return worst

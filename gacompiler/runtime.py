@@ -1,0 +1,103 @@
+"""Compile a kernel from within Python: generated into a cache, built, imported, ready to call."""
+
+from __future__ import annotations
+
+import hashlib
+import importlib.util
+import os
+import sys
+import tempfile
+from pathlib import Path
+from types import ModuleType
+from typing import Any
+
+from .backends import build_library, find_compiler
+from .backends.module import ModuleSource
+from .errors import BackendError, KernelError
+from .frontend.kernel import Kernel
+from .generate import kernel_source, render, write
+from .passes.pipeline import compile_kernel
+
+BACKENDS = ("c", "numba", "arrays")
+
+_compiled: dict[tuple[Kernel, str], Any] = {}
+
+
+def compile(kernel: Kernel, backend: str | None = None) -> Any:
+    """Compile `kernel` and return a function on arrays.
+
+    Parameters
+    ----------
+    kernel : Kernel
+        A function under ``@kernel``.
+    backend : {"c", "numba", "arrays"}, optional
+        What runs it; by default ``c`` where a C compiler is found, else ``numba``. ``arrays`` uses plain array
+        expressions and also takes torch and jax arrays.
+
+    Returns
+    -------
+    callable
+        As in a generated module: leading axes broadcast, ``out=`` avoids allocation, see its ``help()``.
+
+    Raises
+    ------
+    KernelError
+        When the definition cannot be compiled.
+    BackendError
+        When the backend is unknown or not there.
+
+    Notes
+    -----
+    Generated files and libraries are kept in a folder named after their content, under ``$GAC_CACHE`` or the user's
+    cache folder, so the second time costs an import.
+    """
+    if not isinstance(kernel, Kernel):
+        raise KernelError("compile()", f"an object of type {type(kernel).__name__}", "a function under @kernel(...)")
+    if backend is None:
+        backend = "c" if find_compiler() else "numba"
+    if backend not in BACKENDS:
+        raise BackendError("compile()", f"backend {backend!r}", "one of " + ", ".join(BACKENDS))
+    key = (kernel, backend)
+    if key not in _compiled:
+        _compiled[key] = _compile(kernel, backend)
+    return _compiled[key]
+
+
+def _compile(kernel: Kernel, backend: str) -> Any:
+    source = kernel_source(compile_kernel(kernel))
+    files = render(ModuleSource(kernel.name, kernel.summary or kernel.name, "gacompiler.compile", "", (source,)))
+    digest = hashlib.sha256("".join(files.values()).encode()).hexdigest()[:16]
+    folder = cache_folder() / f"{kernel.name}-{digest}"
+    write(files, folder)
+    if backend == "c" and build_library(folder / f"{kernel.name}.c") is None:
+        raise BackendError("compile()", "no C compiler", "cc, gcc or clang on the PATH", 'use backend="numba"')
+    module = load_module(folder / f"{kernel.name}.py", f"_gac_{kernel.name}_{digest}_{backend}", backend)
+    return getattr(module, kernel.name)
+
+
+def load_module(path: Path, name: str, backend: str | None = None) -> ModuleType:
+    """Import a generated module from a file, and make it use `backend`."""
+    spec = importlib.util.spec_from_file_location(name, path)
+    if spec is None or spec.loader is None:
+        raise BackendError(str(path), "cannot be imported", "a generated module")
+    module = importlib.util.module_from_spec(spec)
+    sys.modules[name] = module
+    spec.loader.exec_module(module)
+    if backend is not None:
+        module.backend = backend  # type: ignore[attr-defined]
+    return module
+
+
+def cache_folder() -> Path:
+    """Where compiled kernels are kept; a temporary folder where nothing else can be written."""
+    chosen = os.environ.get("GAC_CACHE")
+    base = Path(chosen) if chosen else Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache") / "gacompiler"
+    try:
+        base.mkdir(parents=True, exist_ok=True)
+        if os.access(base, os.W_OK):
+            return base
+    except OSError:
+        pass
+    if chosen:
+        raise BackendError(chosen, "cannot be written", "a folder that can", "set GAC_CACHE to another")
+    return Path(tempfile.mkdtemp(prefix="gacompiler-"))

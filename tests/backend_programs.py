@@ -1,0 +1,115 @@
+"""Programs for the backend tests, built by hand."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from math import prod
+from typing import Any
+
+from gacompiler.backends.module import KernelSource, LayoutText, ModuleSource
+from gacompiler.ir.cost import cost
+from gacompiler.ir.program import Argument, Line, Program, Result
+from gacompiler.ir.scalar import ARITY, LEAVES, Graph, Op, Scalar
+from gacompiler.ir.verify import verify
+
+Shape = tuple[int, ...]
+
+
+def argument(name: str, shape: Shape) -> Argument:
+    """An argument whose components are numbered."""
+    return Argument(name, shape, tuple(f"{name}_{k}" for k in range(prod(shape))) if shape else (name,))
+
+
+def traced(
+    name: str, shapes: dict[str, Shape], function: Callable[..., Any], results: dict[str, Shape] | None = None
+) -> Program:
+    """The program of a function of lists of scalars (or scalars) that returns one list, scalar, or a tuple of them."""
+    graph = Graph()
+    arguments = tuple(argument(key, shape) for key, shape in shapes.items())
+    values = [
+        [graph.variable(c) for c in part.components] if part.shape else graph.variable(part.components[0])
+        for part in arguments
+    ]
+    returned = function(*values)
+    outputs = returned if isinstance(returned, tuple) else (returned,)
+    flat = [list(output) if isinstance(output, (list, tuple)) else [output] for output in outputs]
+    shapes_out = results or {"out": (len(flat[0]),)}
+    lines: dict[int, Line] = {}
+
+    def operand(node: Scalar) -> Any:
+        if node.op in LEAVES:
+            return node.value
+        if node.index not in lines:
+            operands = tuple(operand(a) for a in node.arguments)
+            lines[node.index] = Line(f"t{len(lines)}", node.op, operands)
+        return lines[node.index].target
+
+    final = tuple(
+        Result(key, shape, tuple(operand(graph.lift(x)) for x in values_out))
+        for (key, shape), values_out in zip(shapes_out.items(), flat, strict=True)
+    )
+    return verify(Program(name, arguments, tuple(lines.values()), final))
+
+
+def cross(a: list[Any], b: list[Any]) -> list[Any]:
+    """The cross product."""
+    return [a[(k + 1) % 3] * b[(k + 2) % 3] - a[(k + 2) % 3] * b[(k + 1) % 3] for k in range(3)]
+
+
+def _move_point(m: list[Any], p: list[Any]) -> list[Any]:
+    """The rigid motion of a point; the motor has w, b (3), t (3), s."""
+    w, b, t, s = m[0], m[1:4], m[4:7], m[7]
+    first = [x + y for x, y in zip(cross(b, p), t, strict=True)]
+    second = [w * x + y - s * z for x, y, z in zip(first, cross(b, first), b, strict=True)]
+    return [x + 2 * y for x, y in zip(p, second, strict=True)]
+
+
+def _normalize(v: list[Any]) -> tuple[list[Any], Any]:
+    squared = v[0] * v[0] + v[1] * v[1] + v[2] * v[2]
+    norm = squared.graph.apply(Op.SQRT, squared)
+    return [x / norm for x in v], norm
+
+
+def _matrix_product(a: list[Any], b: list[Any]) -> list[Any]:
+    return [
+        sum((a[4 * i + k] * b[4 * k + j] for k in range(1, 4)), a[4 * i] * b[j]) for i in range(4) for j in range(4)
+    ]
+
+
+MOVE_POINT = traced("move_point", {"m": (8,), "p": (3,)}, _move_point)
+NORMALIZE = traced("normalize", {"v": (3,)}, _normalize, {"unit": (3,), "length": ()})
+MATRIX_PRODUCT = traced("matrix_product", {"a": (4, 4), "b": (4, 4)}, _matrix_product, {"out": (4, 4)})
+SWAP = traced("swap", {"a": (2,)}, lambda a: [a[1], a[0]])
+CONSTANTS = traced("constants", {"x": (2,)}, lambda x: [0, x[0] / 3, -x[1] * 7 / 2, 5, x[0]])
+INTERPOLATE = traced(
+    "interpolate", {"p": (3,), "q": (3,), "t": ()}, lambda p, q, t: [a + t * (b - a) for a, b in zip(p, q, strict=True)]
+)
+DISTANCE = traced("distance", {"x": (), "y": ()}, lambda x, y: x * x + y * y, {"out": ()})
+
+
+def operation(op: Op) -> Program:
+    """The program that applies one operation to scalars."""
+    names = ("x", "y", "z")[: ARITY[op]]
+    arguments = tuple(Argument(name, (), (name,)) for name in names)
+    line = Line("t0", op, names)
+    return Program(f"one_{op.value}", arguments, (line,), (Result("out", (), ("t0",)),))
+
+
+OPERATIONS = tuple(operation(op) for op in Op if op not in LEAVES)
+
+
+def kernel_source(program: Program, **more: Any) -> KernelSource:
+    """A kernel with numbered layouts."""
+    layouts = tuple(
+        (part.name, LayoutText(f"TEST.{part.name.upper()}", tuple(f"e{k}" for k in range(part.shape[0]))))
+        for part in (*program.arguments, *program.results)
+        if len(part.shape) == 1
+    )
+    return KernelSource(program, f"What {program.name} does.\n\nAt length.", layouts, cost(program), **more)
+
+
+def module_source(name: str, *programs: Program) -> ModuleSource:
+    """A module of programs."""
+    return ModuleSource(
+        name, "Kernels of the tests.", f"gac generate {name}.py", "0" * 64, tuple(map(kernel_source, programs))
+    )
