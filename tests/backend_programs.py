@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from fractions import Fraction
 from math import prod
 from typing import Any
 
@@ -113,3 +114,32 @@ def module_source(name: str, *programs: Program) -> ModuleSource:
     return ModuleSource(
         name, "Kernels of the tests.", f"gac generate {name}.py", "0" * 64, tuple(map(kernel_source, programs))
     )
+
+
+def _all_operations() -> Program:
+    arguments = tuple(Argument(name, (), (name,)) for name in ("x", "y", "z"))
+    operations = [op for op in Op if op not in LEAVES]
+    lines = tuple(Line(f"t{k}", op, ("x", "y", "z")[: ARITY[op]]) for k, op in enumerate(operations))
+    return Program(
+        "all_operations", arguments, lines, (Result("out", (len(lines),), tuple(line.target for line in lines)),)
+    )
+
+
+ALL_OPERATIONS = _all_operations()
+
+ODD_NAMES = Program(
+    "odd_names",
+    (
+        Argument("lambda", (2,), ("I", "t0")),
+        Argument("args", (), ("for",)),
+        Argument("out", (2,), ("sqrt", "REAL")),
+        Argument("i", (), ("n",)),
+    ),
+    (
+        Line("a b", Op.MULTIPLY, ("I", "for")),
+        Line("out", Op.SUBTRACT, ("sqrt", "a b")),
+        Line("x0", Op.MAXIMUM, ("out", "REAL")),
+        Line("_", Op.SELECT, ("n", "x0", Fraction(-1, 3))),
+    ),
+    (Result("result", (2,), ("_", "t0")), Result("lambda_", (), ("x0",))),
+)

@@ -56,6 +56,8 @@ def divide(a: Coefficient, b: Coefficient) -> Coefficient:
         return quotient.numerator if quotient.denominator == 1 else quotient
     if is_exact(b):
         return scale(a, 1 / Fraction(b))
+    if isinstance(a, Fraction) and _is_mpmath(b):
+        return a.numerator / (b * a.denominator)
     return a / b
 
 

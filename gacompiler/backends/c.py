@@ -8,6 +8,7 @@ which arrays overlap. It is compiled for the strides that matter (`_variants`), 
 
 from __future__ import annotations
 
+import textwrap
 from functools import cache
 from math import prod
 from pathlib import Path
@@ -20,6 +21,8 @@ from .module import KernelSource, ModuleSource
 from .printers import C_MACROS, C, Names
 
 POLICY = "contraction: -ffp-contract=off (every operation is rounded once)"
+
+_WIDTH = 116
 
 _LARGE = 400
 """Lines of a program above which only the variants that pay for their compile time are made."""
@@ -65,7 +68,7 @@ def c_body(name: str, programs: list[Program]) -> str:
         macros=[text for op, text in C_MACROS.items() if op in used],
         loads=_loads([argument.shape for program in programs for argument in program.arguments]),
         stores=_stores([result.shape for program in programs for result in program.results]),
-        kernels=["\n".join([*kernel_text(program), "", *loop_text(program)]) for program in programs],
+        kernels=["\n".join(_wrapped([*kernel_text(program), "", *loop_text(program)])) for program in programs],
     )
 
 
@@ -81,12 +84,28 @@ def c_header(module: ModuleSource) -> str:
 
 def _prototypes(module: str, kernel: KernelSource) -> list[str]:
     texts = []
+    name = f"{module}_{kernel.program.name}"
     for real, suffix in (("double", "f64"), ("float", "f32")):
-        name = f"{module}_{kernel.program.name}"
         texts.append(f"void {name}_{suffix}({', '.join(_parameters(kernel.program, real)[0])});")
     loop = "(char **args, const intptr_t *dimensions, const intptr_t *steps);"
     texts += [f"void {name}_loop_{suffix}{loop}" for suffix in ("f64", "f32")]
-    return texts
+    return _wrapped(texts)
+
+
+def _wrapped(lines: list[str]) -> list[str]:
+    """Lines of C, long ones continued."""
+    wrapped = []
+    for line in lines:
+        indent = " " * (len(line) - len(line.lstrip()))
+        wrapped += textwrap.wrap(
+            line.strip(),
+            _WIDTH,
+            initial_indent=indent,
+            subsequent_indent=f"{indent}    ",
+            break_long_words=False,
+            break_on_hyphens=False,
+        ) or [""]
+    return wrapped
 
 
 def _parameters(program: Program, real: str) -> tuple[list[str], Names]:

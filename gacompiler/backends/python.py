@@ -57,20 +57,21 @@ def python_source(module: ModuleSource) -> str:
 @cache
 def runtime_text() -> str:
     """What every module holds before its kernels: the runtime files as one, with their imports together."""
-    imports: set[str] = set()
+    modules: set[str] = set()
+    names: dict[str, set[str]] = {}
     bodies = []
-    for name in ("functions", "strides", "libraries", "kernel"):
-        text = (Path(__file__).parent / "templates" / f"runtime_{name}.py").read_text(encoding="utf-8")
+    for part in ("functions", "strides", "libraries", "kernel"):
+        text = (Path(__file__).parent / "templates" / f"runtime_{part}.py").read_text(encoding="utf-8")
         nodes = [node for node in ast.parse(text).body if isinstance(node, (ast.Import, ast.ImportFrom))]
         bodies.append("\n".join(text.splitlines()[nodes[-1].end_lineno or 0 :]).strip("\n"))
         for node in nodes:
             if isinstance(node, ast.Import):
-                imports.update(ast.unparse(node).splitlines())
+                modules.update(ast.unparse(node).splitlines())
             elif not node.level and node.module != "__future__":
-                imports.update(f"from {node.module} import {alias.name}" for alias in node.names)
-    imports.remove("import numpy as np")
-    standard = sorted(imports, key=lambda line: (line.startswith("from"), line))
-    return "\n".join([*standard, "", "import numpy as np", "", *bodies[:1], *(f"\n\n{body}" for body in bodies[1:])])
+                names.setdefault(str(node.module), set()).update(alias.name for alias in node.names)
+    modules.remove("import numpy as np")
+    lines = sorted(modules) + [f"from {module} import {', '.join(sorted(names[module]))}" for module in sorted(names)]
+    return "\n".join([*lines, "", "import numpy as np", *(f"\n\n{body}" for body in bodies)])
 
 
 @cache
@@ -139,14 +140,14 @@ def _kernel(kernel: KernelSource, layouts: dict[LayoutText, str]) -> dict[str, o
         "doc": f'"""{_escaped(docstring(kernel))}\n"""',
         "inputs": _parts(program.arguments),
         "outputs": _parts(program.results),
-        "layouts": "{" + ", ".join(f"{_string(name)}: {layouts[layout]}" for name, layout in kernel.layouts) + "}",
+        "layouts": [f"{_string(name)}: {layouts[layout]}" for name, layout in kernel.layouts],
         "cost": "{" + ", ".join(f"{_string(name)}: {count}" for name, count in kernel.cost.as_dict().items()) + "}",
         "polynomial": program.is_polynomial,
     }
 
 
-def _parts(parts: tuple[Argument, ...] | tuple[Result, ...]) -> str:
-    return _tuple_of(f"({_string(part.name)}, {part.shape})" for part in parts)
+def _parts(parts: tuple[Argument, ...] | tuple[Result, ...]) -> list[str]:
+    return [f"({_string(part.name)}, {part.shape})" for part in parts]
 
 
 def _tuple_of(texts: Iterable[str]) -> str:

@@ -86,12 +86,14 @@ def c_programs(text: str) -> dict[str, Program]:
     if include is None:
         raise BackendError("C text", "no #include of its header", "a generated C file")
     for k, line in enumerate(lines):
-        head = re.fullmatch(r"INLINE void NAME\((\w+)\)\((.*)\)", line)
-        if head:
-            end = lines.index("}", k)
+        if line.startswith("INLINE void NAME("):
+            start, end = lines.index("{", k), lines.index("}", k)
+            head = re.fullmatch(r"INLINE void NAME\((\w+)\)\((.*)\)", re.sub(r"\s+", " ", " ".join(lines[k:start])))
+            if head is None:
+                raise BackendError("C text", f"line {line!r}", "a kernel that gacompiler writes")
             each = lines[end + 1 : lines.index("}", end + 1)]
             parameters = _c_parameters(head[1], head[2], each)
-            statements = [_c_statement(head[1], statement) for statement in lines[k + 2 : end]]
+            statements = [_c_statement(head[1], statement) for statement in lines[start + 1 : end]]
             kept = [statement for statement in statements if statement]
             programs.append(_program(head[1], parameters, kept, lambda part: list(map(str, range(prod(part.shape))))))
     _compare("C text", c_body(include[1], programs), body)

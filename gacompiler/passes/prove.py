@@ -53,10 +53,11 @@ def truths(record: Compilation, seed: int = 11, n: int | None = None) -> list[Tr
             values = meaning(trace.expressions, point)
         except (ZeroDivisionError, ValueError, mpmath.libmp.ComplexResult):
             continue
-        results = tuple(
-            tuple(_signed(values[slot.expression].terms.get(slot.blade, 0), slot.sign) for slot in slots)
-            for slots in decision.slots
-        )
+        with mpmath.workdps(DIGITS):  # even a minus sign rounds to the precision in force
+            results = tuple(
+                tuple(_signed(values[slot.expression].terms.get(slot.blade, 0), slot.sign) for slot in slots)
+                for slots in decision.slots
+            )
         flat = [value for result in results for value in result]
         if any(
             isinstance(value, mpmath.mpc) or (isinstance(value, mpmath.mpf) and not mpmath.isfinite(value))

@@ -51,7 +51,7 @@ def _c_function(name: str, types: str) -> Any:
         import ctypes
 
         # This FFI is the one that cffi's compiled modules use; it reads C types without loading a C parser.
-        import _cffi_backend
+        import _cffi_backend  # type: ignore[import-untyped]
 
         _ffi = _cffi_backend.FFI()
         _from_buffer = _ffi.from_buffer

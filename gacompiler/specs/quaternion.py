@@ -1,0 +1,239 @@
+"""Quaternions (w, x, y, z), scalar first, as the even elements of G(3): ``i = e32, j = e13, k = e21``.
+
+``i i = j j = k k = i j k = -1``. The unit quaternion ``cos(angle/2) + sin(angle/2) (x i + y j + z k)`` turns vectors by
+the right-hand rule about the unit vector (x, y, z) and acts by ``q v ~q``; ``p q`` does ``q`` first; ``q`` and ``-q``
+are the same rotation. Angles are in radians. Kernels that need a unit quaternion say so; the others take any.
+"""
+
+from fractions import Fraction
+
+import gacompiler as ga
+from gacompiler import SCALAR, array, kernel
+from gacompiler.algebra.catalog import VGA3
+
+QUATERNION = VGA3.layout("QUATERNION", "1 e32 e13 e21")
+UNIT_QUATERNION = VGA3.layout("UNIT_QUATERNION", "1 e32 e13 e21", unit=True)
+VECTOR = VGA3.VECTOR
+COMPLEX, MATRIX = array(SCALAR, 2), array(SCALAR, 3, 3)
+
+AXES = VGA3.basis()
+NEARLY_ZERO = Fraction(1, 10**18)
+NEARLY_OPPOSITE = Fraction(1, 10**8)
+ROUNDING = Fraction(1, 10**28)
+
+
+def _quaternion(w, x, y, z):
+    return ga.assemble(VGA3, {"1": w, "e32": x, "e13": y, "e21": z})
+
+
+def _coordinates(v):
+    return v["e1"], v["e2"], v["e3"]
+
+
+def _exponential(v):
+    """``exp(v)`` of a quaternion without scalar part."""
+    u2 = ga.norm_squared(v)
+    tiny = u2 < NEARLY_ZERO
+    u = ga.sqrt(ga.select(tiny, 1, u2))
+    return ga.select(tiny, 1, ga.cos(u)) + ga.select(tiny, 1, ga.sin(u) / u) * v
+
+
+def _half_rotation(q):
+    """Half the rotation vector of a unit quaternion, as a quaternion, by the angle of `q` or `-q` in [0, pi/2]."""
+    v = q.grade(2)
+    u2 = ga.norm_squared(v)
+    tiny = u2 < NEARLY_ZERO
+    u = ga.sqrt(ga.select(tiny, 1, u2))
+    stretch = ga.select(tiny, 1, ga.atan2(u, ga.absolute(q["1"])) / u)
+    return ga.select(q["1"] < 0, -stretch, stretch) * v
+
+
+def _logarithm(q):
+    """The principal logarithm; that of a negative number is taken along i."""
+    v = q.grade(2)
+    u2 = ga.norm_squared(v)
+    none = ga.equal(u2, 0)
+    angle = ga.atan2(ga.sqrt(u2), q["1"])
+    stretch = ga.select(none, 0, angle / ga.sqrt(ga.select(none, 1, u2)))
+    along_i = _quaternion(0, ga.select(none, angle, 0), 0, 0)
+    return ga.log(ga.norm_squared(q)) / 2 + stretch * v + along_i
+
+
+def _exponential_of_any(q):
+    return ga.exp(q["1"]) * _exponential(q.grade(2))
+
+
+def _choose(condition, these, those):
+    return tuple(ga.select(condition, a, b) for a, b in zip(these, those, strict=True))
+
+
+@kernel(p=QUATERNION, q=QUATERNION, returns=QUATERNION)
+def product(p, q):
+    """The product ``p q`` of any two quaternions; as rotations, `q` is done first."""
+    return p * q
+
+
+@kernel(q=QUATERNION, returns=QUATERNION)
+def conjugate(q):
+    """The quaternion with i, j and k negated: the inverse of a unit quaternion."""
+    return ~q
+
+
+@kernel(q=QUATERNION)
+def norm(q):
+    """The norm ``sqrt(w**2 + x**2 + y**2 + z**2)``."""
+    return ga.norm(q)
+
+
+@kernel(q=QUATERNION, returns=QUATERNION)
+def inverse(q):
+    """The inverse of any quaternion but 0."""
+    return ga.inverse(q)
+
+
+@kernel(q=QUATERNION, returns=UNIT_QUATERNION)
+def normalize(q):
+    """The quaternion divided by its norm, which must not be 0."""
+    return ga.normalize(q)
+
+
+@kernel(q=UNIT_QUATERNION, v=VECTOR)
+def rotate_vector(q, v):
+    """The vector turned by the unit quaternion: ``q v ~q``."""
+    return q * v * ~q
+
+
+@kernel(q=UNIT_QUATERNION, v=VECTOR)
+def rotate_vector_back(q, v):
+    """The vector turned by the inverse of the unit quaternion: ``~q v q``."""
+    return ~q * v * q
+
+
+@kernel(q=UNIT_QUATERNION, returns=MATRIX)
+def to_matrix(q):
+    """The 3 x 3 rotation matrix of a unit quaternion, which acts on columns."""
+    return tuple(zip(*(_coordinates(q * axis * ~q) for axis in AXES), strict=True))
+
+
+@kernel(matrix=MATRIX, returns=UNIT_QUATERNION)
+def from_matrix(matrix):
+    """The unit quaternion of a rotation matrix, the one of two whose scalar part is not negative.
+
+    The largest of the four squares of the coefficients, which is at least 1/4, says which row of their products is
+    divided by its length (Shepperd, *J. Guidance and Control* 1:223, 1978), so that all rotations, half turns among
+    them, are equally accurate and the result has norm 1 also where the matrix is orthogonal only nearly. At an exact
+    half turn both signs are right.
+    """
+    t = matrix
+    x, y, z = t[2][1] - t[1][2], t[0][2] - t[2][0], t[1][0] - t[0][1]
+    xy, xz, yz = t[0][1] + t[1][0], t[0][2] + t[2][0], t[1][2] + t[2][1]
+    ww, xx = 1 + t[0][0] + t[1][1] + t[2][2], 1 + t[0][0] - t[1][1] - t[2][2]
+    yy, zz = 1 - t[0][0] + t[1][1] - t[2][2], 1 - t[0][0] - t[1][1] + t[2][2]
+    upper = _choose(xx <= ww, (ww, x, y, z), (x, xx, xy, xz))
+    lower = _choose(zz <= yy, (y, xy, yy, yz), (z, xz, yz, zz))
+    row = _choose(ga.maximum(yy, zz) <= ga.maximum(ww, xx), upper, lower)
+    factor = ga.select(row[0] < 0, -1, 1) / ga.sqrt(sum(a * a for a in row))
+    return _quaternion(*(factor * a for a in row))
+
+
+@kernel(axis=VECTOR, angle=SCALAR, returns=UNIT_QUATERNION)
+def from_axis_angle(axis, angle):
+    """The rotation about an axis, right-handed, in radians. The axis may have any length but 0."""
+    return ga.cos(angle / 2) - ga.sin(angle / 2) / ga.norm(axis) * ga.dual(axis)
+
+
+@kernel(v=VECTOR, returns=UNIT_QUATERNION)
+def from_rotation_vector(v):
+    """The rotation about `v` by its length in radians; smooth where the vector is 0."""
+    return _exponential(-ga.dual(v) / 2)
+
+
+@kernel(q=UNIT_QUATERNION)
+def to_rotation_vector(q):
+    """Axis times angle of a unit quaternion, the angle in [0, pi]. At half turns the two signs are equally near."""
+    return -2 * ga.dual(_half_rotation(q))
+
+
+@kernel(roll=SCALAR, pitch=SCALAR, yaw=SCALAR, returns=UNIT_QUATERNION)
+def from_roll_pitch_yaw(roll, pitch, yaw):
+    """Turn about x by `roll`, then about the fixed y by `pitch`, then about the fixed z by `yaw`."""
+    turn_x = _quaternion(ga.cos(roll / 2), ga.sin(roll / 2), 0, 0)
+    turn_y = _quaternion(ga.cos(pitch / 2), 0, ga.sin(pitch / 2), 0)
+    turn_z = _quaternion(ga.cos(yaw / 2), 0, 0, ga.sin(yaw / 2))
+    return turn_z * turn_y * turn_x
+
+
+@kernel(a=VECTOR, b=VECTOR, returns=UNIT_QUATERNION)
+def between_vectors(a, b):
+    """The smallest rotation that takes the direction of `a` to that of `b`, both of any length but 0.
+
+    It is ``1 + b a`` for unit vectors, normalised. Where they are opposite to within 1e-4 radians, it is the product
+    of two reflections instead: along ``a - b``, which takes `a` to `b` however ill-defined their plane is, and along
+    a vector orthogonal to `b`, in the plane of `a` and `b` as long as they have one. So exactly opposite vectors give
+    a half turn about some axis orthogonal to them.
+    """
+    a, b = ga.normalize(a), ga.normalize(b)
+    half = 1 + b * a
+    sum_squared = ga.norm_squared(a + b)
+    x, y, z = (ga.absolute(c) for c in _coordinates(b))
+    flattest = ga.select(x <= ga.minimum(y, z), AXES[0], ga.select(y <= z, AXES[1], AXES[2]))
+    towards = ga.select(sum_squared < ROUNDING, flattest, a + b)
+    fixing = ga.normalize(towards - ga.scalar_product(towards, b) * b)
+    reflections = fixing * ga.normalize(a - b)
+    norm_squared = ga.norm_squared(half)
+    opposite = norm_squared < NEARLY_OPPOSITE
+    return ga.select(opposite, reflections, half / ga.sqrt(ga.select(opposite, 1, norm_squared)))
+
+
+@kernel(p=UNIT_QUATERNION, q=UNIT_QUATERNION)
+def angle_between(p, q):
+    """The angle of the rotation from `p` to `q` or `-q`, in [0, pi], accurate also near 0."""
+    difference = ~p * q
+    return 2 * ga.atan2(ga.norm(difference.grade(2)), ga.absolute(difference["1"]))
+
+
+@kernel(q=QUATERNION, returns=QUATERNION)
+def exponential(q):
+    """``exp(q)`` of any quaternion: ``exp(w) (cos u + v sin(u)/u)`` with the vector part v and its norm u."""
+    return _exponential_of_any(q)
+
+
+@kernel(q=QUATERNION, returns=QUATERNION)
+def logarithm(q):
+    """The principal logarithm of any quaternion but 0: ``log |q|`` plus the angle in [0, pi] along the vector part.
+
+    A negative number has no vector part; its angle pi is taken along i.
+    """
+    return _logarithm(q)
+
+
+@kernel(q=QUATERNION, t=SCALAR, returns=QUATERNION)
+def power(q, t):
+    """``exp(t log(q))`` of any quaternion but 0, with the principal logarithm."""
+    return _exponential_of_any(t * _logarithm(q))
+
+
+@kernel(p=UNIT_QUATERNION, q=UNIT_QUATERNION, t=SCALAR, returns=UNIT_QUATERNION)
+def slerp(p, q, t):
+    """The rotation that is `p` at ``t = 0`` and `q` (or `-q`) at ``t = 1``, at constant speed along the short way."""
+    return p * _exponential(t * _half_rotation(~p * q))
+
+
+@kernel(q=QUATERNION, returns=(COMPLEX, COMPLEX))
+def pack_two_sided(q):
+    """The two complex numbers that stand for a quaternion in the two-sided Fourier transform, real parts first.
+
+    ``q = (z_plus (1 + k) + z_minus (1 - k)) / 2`` with ``z_plus = (w + z) + i (x - y)`` and
+    ``z_minus = (w - z) + i (x + y)``. Then ``exp(-i s) q exp(-j t)`` multiplies ``z_plus`` by ``exp(-i (s - t))`` and
+    ``z_minus`` by ``exp(-i (s + t))``, so that one complex transform of each gives that of the quaternion.
+    """
+    w, x, y, z = (q[name] for name in QUATERNION.blades)
+    return (w + z, x - y), (w - z, x + y)
+
+
+@kernel(z_plus=COMPLEX, z_minus=COMPLEX, returns=QUATERNION)
+def unpack_two_sided(z_plus, z_minus):
+    """The quaternion of two complex numbers, real parts first: the inverse of `pack_two_sided`."""
+    w, x = (z_plus[0] + z_minus[0]) / 2, (z_minus[1] + z_plus[1]) / 2
+    y, z = (z_minus[1] - z_plus[1]) / 2, (z_plus[0] - z_minus[0]) / 2
+    return _quaternion(w, x, y, z)

@@ -1,0 +1,128 @@
+"""The command line as a person meets it: output, exit status, one-line errors."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import pytest
+from click.testing import CliRunner, Result
+
+from gacompiler.cli import main
+
+SPEC = '''
+from gacompiler import kernel, sandwich
+from gacompiler.algebra.catalog import PGA3
+
+@kernel(m=PGA3.MOTOR, p=PGA3.POINT)
+def move_point(m, p):
+    """Move the point `p` by the unit motor `m`: ``m p ~m``."""
+    return sandwich(m, p)
+'''
+
+
+@pytest.fixture
+def here(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "my_kernels.py").write_text(SPEC)
+    return tmp_path
+
+
+def run(*words: str) -> Result:
+    return CliRunner().invoke(main, list(words))
+
+
+def test_generate_then_verify(here: Path) -> None:
+    result = run("generate", "my_kernels.py", "-o", "out")
+    assert result.exit_code == 0, result.output
+    assert {"my_kernels.py", "my_kernels.c", "my_kernels.h"} <= {path.name for path in (here / "out").iterdir()}
+    result = run("verify", "my_kernels.py")
+    assert result.exit_code == 0 and "exactly" in result.output
+    assert "unchanged" in run("generate", "my_kernels.py", "-o", "out").output
+
+
+def test_verify_finds_a_flipped_sign(here: Path) -> None:
+    run("generate", "my_kernels.py", "--no-build")
+    for name in ("my_kernels.py", "my_kernels.c"):
+        path = here / "out" / name
+        text = path.read_text()
+        place = text.rindex("p_e032 + ") if "p_e032 + " in text else text.rindex(" + ", 0, text.rindex("out[0]"))
+        path.write_text(text[:place] + text[place:].replace(" + ", " - ", 1))
+        assert run("verify", "my_kernels.py").exit_code == 1
+        path.write_text(text)
+    assert run("verify", "my_kernels.py").exit_code == 0
+
+
+def test_cost_json(here: Path) -> None:
+    counts = json.loads(run("cost", "my_kernels.py", "--json").output)["move_point"]
+    assert (counts["mul"], counts["add"], counts["div"], counts["sqrt"], counts["call"]) == (21, 18, 0, 0, 0)
+    assert counts["fma"] <= 39
+
+
+@pytest.mark.parametrize("stage", ["trace", "rewrite", "decide", "lower", "candidates", "program", "c", "python"])
+def test_every_stage_is_shown(here: Path, stage: str) -> None:
+    result = run("show", "my_kernels.py:move_point", "--stage", stage)
+    assert result.exit_code == 0 and len(result.output) > 20
+
+
+def test_latex(here: Path) -> None:
+    text = run("show", "my_kernels.py:move_point", "--latex").output
+    assert text.startswith("\\begin{align*}") and r"\widetilde{m}" in text
+
+
+def test_new_writes_a_spec_that_compiles(here: Path) -> None:
+    for algebra in ("PGA3", "CGA2", "VGA3", "STA"):
+        name = f"fresh_{algebra.lower()}"
+        assert run("new", name, "--algebra", algebra).exit_code == 0
+        result = run("cost", f"{name}.py")
+        assert result.exit_code == 0, result.output
+    again = run("new", "fresh_pga3")
+    assert again.exit_code == 1 and "exists" in again.output
+
+
+@pytest.mark.parametrize("what", [(), ("PGA3",), ("my_kernels.py",)])
+def test_list(here: Path, what: tuple[str, ...]) -> None:
+    assert run("list", *what).exit_code == 0
+    assert json.loads(run("list", *what, "--json").output)
+
+
+def test_every_command_has_help_with_examples() -> None:
+    for command in main.commands:
+        text = run(command, "--help").output
+        assert "Examples:" in text and f"gac {command}" in text
+
+
+@pytest.mark.parametrize(
+    ("body", "words"),
+    [
+        ("@kernel(m=PGA3.MOTR)\ndef f(m):\n    return m", ["PGA3", "MOTR", "MOTOR"]),
+        ("@kernel(m=PGA3.MOTOR)\ndef f(m):\n    return m['e7']", ["e7", "PGA3"]),
+        ("@kernel(m=PGA3.MOTOR, returns=PGA3.POINT)\ndef f(m):\n    return m", ["f", "blade", "POINT"]),
+        ("@kernel(m=PGA3.LINE)\ndef f(m):\n    return 1 / (m ^ m ^ m)['1']", ["f", "zero"]),
+        ("@kernel(m=PGA3.MOTOR, v=VGA3.VECTOR)\ndef f(m, v):\n    return m * v", ["f", "PGA3", "VGA3"]),
+    ],
+)
+def test_bad_kernels_are_one_clear_line(here: Path, body: str, words: list[str]) -> None:
+    (here / "bad.py").write_text(
+        f"from gacompiler import kernel\nfrom gacompiler.algebra.catalog import PGA3, VGA3\n\n{body}\n"
+    )
+    before = sorted(path.name for path in here.iterdir())
+    result = run("generate", "bad.py")
+    assert result.exit_code == 1
+    message = result.output.strip()
+    assert message.startswith("gac: error:") and message.count("\n") == 0, message
+    assert all(word in message for word in words), message
+    assert sorted(path.name for path in here.iterdir()) == before
+
+
+def test_unwritable_folder(here: Path) -> None:
+    (here / "taken").write_text("a file")
+    result = run("generate", "my_kernels.py", "-o", "taken")
+    assert result.exit_code == 1 and "taken" in result.output
+
+
+def test_no_compiler_is_a_note(here: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("PATH", "")
+    monkeypatch.delenv("CC", raising=False)
+    result = run("generate", "my_kernels.py")
+    assert result.exit_code == 0 and "compiler" in result.output
