@@ -8,11 +8,12 @@ import shlex
 import shutil
 import subprocess
 import tempfile
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 from ..errors import BackendError
 
-FLAGS = ("-O3", "-std=c17", "-fPIC", "-shared", "-ffp-contract=off", "-fno-math-errno")
+FLAGS = ("-O3", "-std=c17", "-fPIC", "-ffp-contract=off", "-fno-math-errno")
 """No flag depends on the machine: the loops carry code for wide vectors and choose when they are loaded."""
 
 FOLDER = "_build"
@@ -76,34 +77,47 @@ def build_library(c_path: Path, *, force: bool = False) -> Path | None:
         return None
     try:
         target.parent.mkdir(exist_ok=True)
-        handle, name = tempfile.mkstemp(prefix=f".{c_path.stem}-", suffix=".tmp", dir=target.parent)
-        os.close(handle)
+        scratch = Path(tempfile.mkdtemp(prefix=f".{c_path.stem}-", dir=target.parent))
     except OSError as error:
         raise BackendError(
             str(target.parent), error.strerror or str(error), "a folder that can be written", "choose another with -o"
         ) from error
-    temporary = Path(name)
     try:
-        _compile(compiler, c_path, temporary)
-        temporary.chmod(0o755)
-        os.replace(temporary, target)
+        os.replace(_compile(compiler, c_path, scratch), target)
     finally:
-        temporary.unlink(missing_ok=True)
+        shutil.rmtree(scratch, ignore_errors=True)
     for stale in target.parent.glob(f"{c_path.stem}-{'[0-9a-f]' * 16}.so"):
         if stale != target:
             stale.unlink(missing_ok=True)
     return target
 
 
-def _compile(compiler: tuple[str, ...], c_path: Path, target: Path) -> None:
-    command = [*compiler, *FLAGS, str(c_path), "-o", str(target), "-lm"]
+def _compile(compiler: tuple[str, ...], c_path: Path, folder: Path) -> Path:
+    """The library in a scratch folder; the two precisions are compiled side by side."""
+    objects = [folder / f"{only}.o" for only in ("f64", "f32")]
+    commands = [
+        [*compiler, *FLAGS, f"-DONLY_{part.stem.upper()}", "-c", str(c_path), "-o", str(part)] for part in objects
+    ]
+    library = folder / "library.so"
+    for runs in (commands, [[*compiler, "-shared", *map(str, objects), "-o", str(library), "-lm"]]):
+        with ThreadPoolExecutor() as threads:
+            for command, run in zip(runs, threads.map(_run, runs), strict=True):
+                _check(command, run, c_path)
+    return library
+
+
+def _run(command: list[str]) -> subprocess.CompletedProcess[str]:
     try:
-        run = subprocess.run(command, capture_output=True, text=True, errors="replace")
+        return subprocess.run(command, capture_output=True, text=True, errors="replace")
     except OSError as error:
-        raise BackendError(compiler[0], error.strerror or str(error), "a C compiler") from error
-    if run.returncode != 0:
-        lines = run.stderr.splitlines()
-        first = next((line for line in lines if "error" in line), lines[0] if lines else f"status {run.returncode}")
-        raise BackendError(
-            str(c_path), f"{compiler[0]} failed: {first.strip()}", "a file that compiles", f"run {shlex.join(command)}"
-        )
+        raise BackendError(command[0], error.strerror or str(error), "a C compiler") from error
+
+
+def _check(command: list[str], run: subprocess.CompletedProcess[str], c_path: Path) -> None:
+    if run.returncode == 0:
+        return
+    lines = run.stderr.splitlines()
+    first = next((line for line in lines if "error" in line), lines[0] if lines else f"status {run.returncode}")
+    raise BackendError(
+        str(c_path), f"{command[0]} failed: {first.strip()}", "a file that compiles", f"run {shlex.join(command)}"
+    )

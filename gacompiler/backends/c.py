@@ -187,6 +187,11 @@ def loop_text(program: Program) -> list[str]:
     ]
     lines += ["    }", "}", ""]
     lines += [
+        f"static void NAME({program.name}_any)(intptr_t n, char **args, const intptr_t *steps)",
+        "{",
+        f"    {each}(n, args, {', '.join(f'steps[{k}]' for k in range(len(steps) + len(flat_cores)))});",
+        "}",
+        "",
         f"WIDE void NAME({program.name}_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)",
         "{",
         "    const intptr_t n = dimensions[0], w = sizeof(REAL);",
@@ -198,7 +203,7 @@ def loop_text(program: Program) -> list[str]:
     for condition, arguments in _variants(program, steps, cores):
         lines += [f"    {branch} ({condition})", f"        {each}(n, args, {', '.join(arguments)});"]
         branch = "else if"
-    lines += ["    else", f"        {each}(n, args, {', '.join([*steps, *flat_cores])});", "}"]
+    lines += ["    else", f"        NAME({program.name}_any)(n, args, steps);", "}"]
     return lines
 
 
@@ -206,15 +211,15 @@ def _variants(program: Program, steps: list[str], cores: list[list[str]]) -> lis
     """Condition on the strides, and the constants that then stand for them.
 
     Structure of arrays (each component contiguous over the batch) and C order (each element contiguous), with all
-    arguments varying or one of them the same for the whole batch; its part of the work then leaves the loop.
+    arguments varying or some the same for the whole batch; their part of the work then leaves the loop.
     """
     parts: list[Part] = [*program.arguments, *program.results]
     large = len(program.lines) > _LARGE
-    fixed = [None, *_uniform(program)]
+    choices = list(dict.fromkeys([(), _uniform(program)]))
     variants = []
     flat_cores = [name for core in cores for name in core]
-    for one in fixed:
-        widths = ["0" if k == one else "w" for k in range(len(parts))]
+    for uniform in choices:
+        widths = ["0" if k in uniform else "w" for k in range(len(parts))]
         condition = " && ".join(f"{step} == {width}" for step, width in zip(steps, widths, strict=True))
         variants.append((condition, [*widths, *flat_cores]))
     if large or all(prod(part.shape) == 1 for part in parts):
@@ -222,17 +227,23 @@ def _variants(program: Program, steps: list[str], cores: list[list[str]]) -> lis
     dense = [_dense(part.shape) for part in parts]
     flat_dense = [width for widths in dense for width in widths]
     same_core = [f"{core} == {width}" for core, width in zip(flat_cores, flat_dense, strict=True)]
-    for one in fixed:
-        widths = ["0" if k == one else _times(prod(part.shape)) for k, part in enumerate(parts)]
+    for uniform in choices:
+        widths = ["0" if k in uniform else _times(prod(part.shape)) for k, part in enumerate(parts)]
         same_step = [f"{step} == {width}" for step, width in zip(steps, widths, strict=True)]
         variants.append((" && ".join([*same_step, *same_core]), [*widths, *flat_dense]))
     return variants
 
 
-def _uniform(program: Program) -> range:
-    """The arguments that have a variant of the loop in which they are the same for the whole batch."""
-    n_inputs = len(program.arguments)
-    return range(0 if n_inputs < 2 or len(program.lines) > _LARGE else n_inputs)
+def _uniform(program: Program) -> tuple[int, ...]:
+    """The arguments that have a variant of the loop in which they are the same for the whole batch.
+
+    All scalars beside arrays, else the largest array: one motor for many points.
+    """
+    sizes = [prod(argument.shape) for argument in program.arguments]
+    if len(sizes) < 2 or len(program.lines) > _LARGE:
+        return ()
+    scalars = tuple(k for k, argument in enumerate(program.arguments) if not argument.shape)
+    return scalars if 0 < len(scalars) < len(sizes) else (sizes.index(max(sizes)),)
 
 
 def _times(count: int) -> str:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
+from enum import Enum
 
 from ..algebra.multivector import Multivector
 from ..errors import KernelError
@@ -13,6 +14,7 @@ from ..frontend.kernel import Kernel
 from ..ir.scalar import Graph, Scalar
 from ..rings.ideal import Ideal
 from ..rings.polynomial import Polynomial, PolynomialRing
+from ..rings.sparse import simplify
 from .system import Definition, System
 
 
@@ -41,6 +43,14 @@ def pick(values: Sequence[Multivector], slots: Iterable[Slot], graph: Graph) -> 
     return tuple(found)
 
 
+class Reduction(Enum):
+    """What is done with polynomials that are equal modulo the relations."""
+
+    NONE = "not reduced"
+    NORMAL = "reduced"
+    SPARSE = "made sparse"
+
+
 class Relations:
     """What is known to vanish, and polynomials reduced by it."""
 
@@ -65,13 +75,17 @@ class Relations:
             if not relation.is_zero:
                 self._known.append(relation)
 
-    def reduce(self, polynomials: Sequence[Polynomial]) -> list[Polynomial]:
-        """Normal forms, modulo those relations that share variables with `polynomials`."""
+    def reduce(self, polynomials: Sequence[Polynomial], how: Reduction) -> list[Polynomial]:
+        """Polynomials equal to the given ones, modulo those relations that share variables with them."""
+        if how is Reduction.NONE:
+            return list(polynomials)
         degree = max((polynomial.degree for polynomial in polynomials), default=0)
         known = self._known + self._ring.atom_relations()
         relevant = _connected(polynomials, known)
         if not relevant:
             return list(polynomials)
+        if how is Reduction.SPARSE:
+            return [simplify(polynomial, [known[k] for k in relevant]) for polynomial in polynomials]
         key = (tuple(relevant), degree)
         if key not in self._ideals:
             self._ideals[key] = Ideal((known[k] for k in relevant if known[k].degree <= degree), degree)
@@ -98,8 +112,10 @@ class Lowering:
     expressions : sequence of Expression
     cuts : set of Expression
         Nodes whose coefficients become names instead of being multiplied out.
-    reduce : bool
-        Whether polynomials are reduced modulo what is known of the inputs.
+    reduction : Reduction
+        How polynomials are changed by what is known of the inputs.
+    name_implied : bool
+        Whether coefficients that a layout implies become names instead of being multiplied out.
     budget : int
         Largest number of terms of one polynomial.
     """
@@ -109,8 +125,9 @@ class Lowering:
         kernel: Kernel,
         expressions: Sequence[Expression],
         cuts: frozenset[Expression] = frozenset(),
-        reduce: bool = True,
+        reduction: Reduction = Reduction.NORMAL,
         budget: int = 20_000,
+        name_implied: bool = False,
     ) -> None:
         self.ring = PolynomialRing(budget)
         inputs: dict[str, Polynomial] = {}
@@ -124,9 +141,13 @@ class Lowering:
                 if layout.has_relations:
                     (element,) = evaluate([expression], inputs)
                     self.relations.add(layout.relations(element))
-        self._reduce = reduce
+        self._reduction = reduction
         self._definitions: list[Definition] = []
         memory: dict[Expression, Multivector] = {}
+        for expression in topological(expressions) if name_implied else ():
+            if expression.operation == "input" and expression.data.layout.implied:
+                (element,) = evaluate([expression], inputs)
+                memory[expression] = self._named(expression.data.components[0].rpartition("_")[0], element)
         for number, expression in enumerate(e for e in topological(expressions) if e in cuts):
             (value,) = evaluate([expression], inputs, memory)
             memory[expression] = self._named(f"s{number}", value)
@@ -138,8 +159,7 @@ class Lowering:
         """`value` with new variables for its coefficients, except those that are numbers or inputs already."""
         blades = list(value.terms)
         polynomials = [self.ring.lift(value.terms[blade]) for blade in blades]
-        if self._reduce:
-            polynomials = self.relations.reduce(polynomials)
+        polynomials = self.relations.reduce(polynomials, self._reduction)
         terms = {}
         for blade, polynomial in zip(blades, polynomials, strict=True):
             if polynomial.degree <= 1 and len(polynomial.terms) <= 1:
@@ -157,8 +177,7 @@ class Lowering:
         for slot in slots:
             value = self.ring.lift(self.values[slot.expression].terms.get(slot.blade, 0))
             outputs.append(value if slot.sign > 0 else -value)
-        if self._reduce:
-            outputs = self.relations.reduce(outputs)
+        outputs = self.relations.reduce(outputs, self._reduction)
         return System(self.ring, self._n_inputs, tuple(self._definitions), tuple(outputs))
 
 

@@ -19,7 +19,8 @@ from ..ir.program import Argument, Program
 from ..ir.scalar import Graph, Scalar
 from ..rings.polynomial import total_terms
 from .factor import Policy
-from .lower import Lowering, Slot, pick, stages
+from .lower import Lowering, Reduction, Slot, pick, stages
+from .resubstitute import resubstitute
 from .schedule import schedule
 from .share import share
 from .shift import shift
@@ -68,6 +69,7 @@ class Search:
         self._results = tuple(results)
         self._slots = tuple(slot for _, _, slots in results for slot in slots)
         self._budget = TERM_LIMIT
+        self._has_implied = any(parameter.layout.implied for parameter in kernel.parameters)
         self._arguments = tuple(Argument(p.name, p.shape, p.components) for p in kernel.parameters)
 
     def candidates(self) -> list[Candidate]:
@@ -119,17 +121,31 @@ class Search:
         seen: set[str] = set()
         for name, expressions in self._variants.items():
             for cuts in _choices_of_stages(stages(expressions)):
-                for reduce in (True, False):
-                    try:
-                        lowering = Lowering(self._kernel, expressions, cuts, reduce, budget=self._budget)
-                        system = lowering.system(self._slots)
-                    except TooLargeError:
-                        continue
-                    origin = ", ".join([name, f"{len(cuts)} stages", *(["reduced"] if reduce else [])])
-                    for how, each in (("", system), (", in differences", shift(system))):
-                        if each is not None and _size(each) <= TERM_LIMIT and str(each) not in seen:
-                            seen.add(str(each))
-                            yield origin + how, each
+                for reduction in Reduction:
+                    for name_implied in (False, True) if self._has_implied else (False,):
+                        try:
+                            lowering = Lowering(self._kernel, expressions, cuts, reduction, self._budget, name_implied)
+                            system = lowering.system(self._slots)
+                        except TooLargeError:
+                            continue
+                        origin = f"{name}, {len(cuts)} stages, {reduction.value}{', implied named' if name_implied else ''}"
+                        for how, each in _forms(system):
+                            if _size(each) <= TERM_LIMIT and str(each) not in seen:
+                                seen.add(str(each))
+                                yield origin + how, each
+
+
+def _forms(system: System) -> Iterator[tuple[str, System]]:
+    """A system, and the other forms it has."""
+    yield "", system
+    divided = resubstitute(system)
+    for how, each in (("", system), (", results by results", divided)):
+        if each is not None:
+            if each is divided:
+                yield how, each
+            shifted = shift(each)
+            if shifted is not None:
+                yield how + ", in differences", shifted
 
 
 def _size(system: System) -> int:

@@ -18,16 +18,11 @@ VARIABLE_LIMIT = 40
 
 
 def shift(system: System) -> System | None:
-    """`system` in differences of its inputs, or None where there is no such direction."""
+    """`system` with as many of its polynomials as possible in differences, or None where none can be."""
     definitions, atoms = system.live()
-    polynomials = [*system.outputs, *(definition.polynomial for definition in definitions)]
-    for atom in atoms:
-        polynomials.extend(system.ring.atom_of(atom).arguments)
-    used = sorted({v for p in polynomials for v in p.variables if 0 <= v < system.n_inputs})
-    if not used or len(used) > VARIABLE_LIMIT or atoms:
-        return None
-    directions = _null_space(_jacobian(polynomials, used), len(used))
-    if not directions:
+    polynomials = [*(definition.polynomial for definition in definitions), *system.outputs]
+    group, used, directions = _invariant_group(polynomials)
+    if atoms or not directions:
         return None
     ring = system.ring
     values: dict[int, Polynomial] = {}
@@ -43,9 +38,34 @@ def shift(system: System) -> System | None:
             name = ring.variable(f"d_{ring.names[used[k]]}")
             added.append(Definition(len(ring.names) - 1, difference))
             values[used[k]] = name
-    changed = tuple(Definition(d.variable, d.polynomial.substitute(values)) for d in definitions)
-    outputs = tuple(polynomial.substitute(values) for polynomial in system.outputs)
-    return System(ring, system.n_inputs, (*added, *changed), outputs)
+    changed = [p.substitute(values) if k in group else p for k, p in enumerate(polynomials)]
+    renewed = tuple(Definition(d.variable, p) for d, p in zip(definitions, changed, strict=False))
+    return System(ring, system.n_inputs, (*added, *renewed), tuple(changed[len(definitions) :]))
+
+
+def _invariant_group(polynomials: list[Polynomial]) -> tuple[set[int], list[int], list[list[Fraction]]]:
+    """Polynomials that common directions leave unchanged, their variables, and the directions.
+
+    Starts from all that have such a direction of their own that moves several variables, and drops those with the
+    fewest until a common one is left.
+    """
+    freedom = {k: _freedom(polynomial) for k, polynomial in enumerate(polynomials) if polynomial.degree > 1}
+    group = [k for k, directions in freedom.items() if directions]
+    while group:
+        used = sorted({variable for k in group for variable in polynomials[k].variables if variable >= 0})
+        if len(used) <= VARIABLE_LIMIT:
+            directions = _null_space(_jacobian([polynomials[k] for k in group], used), len(used))
+            if directions:
+                return set(group), used, directions
+        least = min(freedom[k] for k in group)
+        group.remove(max(k for k in group if freedom[k] == least))
+    return set(), [], []
+
+
+def _freedom(polynomial: Polynomial) -> int:
+    """Number of directions that leave one polynomial unchanged."""
+    used = [variable for variable in polynomial.variables if variable >= 0]
+    return len(_null_space(_jacobian([polynomial], used), len(used))) if len(used) <= VARIABLE_LIMIT else 0
 
 
 def _jacobian(polynomials: list[Polynomial], variables: list[int]) -> list[dict[int, Fraction]]:

@@ -1,7 +1,7 @@
 """The Euclidean plane by plane-based geometric algebra G(2,0,1): points, lines and rigid motions.
 
-Lines are vectors: ``a e1 + b e2 + c e0`` is the line ``a x + b y + c = 0``. Points are bivectors: ``x e20 + y e01 + e12``.
-Without the term ``e12`` that is a direction, which translations leave alone.
+Lines are vectors: ``a e1 + b e2 + c e0`` is the line ``a x + b y + c = 0``. Points are bivectors:
+``x e20 + y e01 + e12``. Without the term ``e12`` that is a direction, which translations leave alone.
 
 A motor ``m`` moves everything by the same product ``m x ~m``. ``exp(-angle/2 p)`` turns about the point ``p`` from x
 towards y, and ``1 + (y e20 - x e01)/2`` translates by (x, y). ``m n`` does ``n`` first. ``m`` and ``-m`` are the same
@@ -116,15 +116,18 @@ def point_from_bivector(b):
     return b / b["e12"]
 
 
-@kernel(l=LINE)
-def normalize_line(l):
+@kernel(line=LINE)
+def normalize_line(line):
     """The line divided by the length of its normal, which must not be 0."""
-    return ga.normalize(l)
+    return ga.normalize(line)
 
 
 @kernel(a=POINT, b=POINT)
 def join_points(a, b):
-    """The line from `a` to `b`, its normal a quarter turn left of it; its norm is their distance. 0 if they are the same."""
+    """The line from `a` to `b`, its normal a quarter turn to the left; its norm is their distance.
+
+    It is 0 where the points are the same.
+    """
     return a & b
 
 
@@ -134,19 +137,19 @@ def join_point_direction(p, d):
     return p & d
 
 
-@kernel(l=LINE, k=LINE)
-def meet_lines(l, k):
-    """The point, with a weight, in which two lines meet. The weight is the sine of the angle from `l` to `k`.
+@kernel(line=LINE, other=LINE)
+def meet_lines(line, other):
+    """The point, with a weight, in which two lines meet. The weight is the sine of the angle from `line` to `other`.
 
     Parallel lines meet in a direction (weight 0); a line with itself gives 0.
     """
-    return l ^ k
+    return line ^ other
 
 
-@kernel(p=POINT, l=LINE)
-def line_orthogonal_to_line(p, l):
+@kernel(p=POINT, line=LINE)
+def line_orthogonal_to_line(p, line):
     """The line through the point `p` along the normal of the line; of the same norm."""
-    return ga.inner_product(p, l)
+    return ga.inner_product(p, line)
 
 
 @kernel(a=POINT, b=POINT)
@@ -161,10 +164,10 @@ def distance_points(a, b):
     return ga.norm(a & b)
 
 
-@kernel(p=POINT, l=UNIT_LINE)
-def signed_distance_point_line(p, l):
+@kernel(p=POINT, line=UNIT_LINE)
+def signed_distance_point_line(p, line):
     """The distance of a point to a normalised line, positive on the side of the normal."""
-    return p & l
+    return p & line
 
 
 @kernel(a=POINT, b=POINT, c=POINT)
@@ -173,28 +176,28 @@ def signed_area(a, b, c):
     return a & b & c
 
 
-@kernel(l=LINE, k=LINE)
-def angle_between_lines(l, k):
-    """The angle from the normal of `l` to that of `k`, in (-pi, pi], positive from x towards y."""
-    return ga.atan2((l ^ k)["e12"], ga.scalar_product(l, k))
+@kernel(line=LINE, other=LINE)
+def angle_between_lines(line, other):
+    """The angle from the normal of `line` to that of `other`, in (-pi, pi], positive from x towards y."""
+    return ga.atan2((line ^ other)["e12"], ga.scalar_product(line, other))
 
 
-@kernel(p=POINT, l=LINE)
-def project_point_on_line(p, l):
+@kernel(p=POINT, line=LINE)
+def project_point_on_line(p, line):
     """The point of the line, of any norm but 0, that is nearest to the point `p`."""
-    return ga.inner_product(p, l) * ga.inverse(l)
+    return ga.inner_product(p, line) * ga.inverse(line)
 
 
-@kernel(p=POINT, l=UNIT_LINE)
-def project_point_on_unit_line(p, l):
+@kernel(p=POINT, line=UNIT_LINE)
+def project_point_on_unit_line(p, line):
     """The point of the normalised line that is nearest to the point `p`."""
-    return ga.inner_product(p, l) * l
+    return ga.inner_product(p, line) * line
 
 
-@kernel(p=POINT, l=UNIT_LINE)
-def reflect_point(p, l):
+@kernel(p=POINT, line=UNIT_LINE)
+def reflect_point(p, line):
     """The mirror image of the point `p` in the normalised line."""
-    return -(l * p * l)
+    return -(line * p * line)
 
 
 # Motors.
@@ -236,10 +239,10 @@ def move_direction(m, d):
     return m * d * ~m
 
 
-@kernel(m=MOTOR, l=LINE)
-def move_line(m, l):
-    """The line moved by the unit motor `m`: ``m l ~m``."""
-    return m * l * ~m
+@kernel(m=MOTOR, line=LINE)
+def move_line(m, line):
+    """The line moved by the unit motor `m`: ``m line ~m``."""
+    return m * line * ~m
 
 
 @kernel(m=MOTOR, p=POINT)
@@ -293,8 +296,13 @@ def motor_from_matrix(matrix):
 
     The last row is not looked at. Where the rest is no rotation, the nearest rotation is taken.
     """
-    angle = ga.atan2(matrix[1][0] - matrix[0][1], matrix[0][0] + matrix[1][1])
-    return _translator([matrix[0][2], matrix[1][2]]) * _rotor(angle)
+    cosine, sine = matrix[0][0] + matrix[1][1], matrix[1][0] - matrix[0][1]
+    length = ga.sqrt(cosine * cosine + sine * sine)
+    sharp, left = cosine >= 0, ga.select(sine < 0, -1, 1)
+    w = ga.select(sharp, length + cosine, left * sine)
+    z = ga.select(sharp, sine, left * (length - cosine))
+    rotor = ga.assemble(PGA2, {"1": w, "e12": -z}) / ga.sqrt(w * w + z * z)
+    return _translator([matrix[0][2], matrix[1][2]]) * rotor
 
 
 @kernel(b=BIVECTOR, returns=MOTOR)

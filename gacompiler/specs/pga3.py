@@ -1,9 +1,9 @@
 """Euclidean space by plane-based geometric algebra G(3,0,1): points, lines, planes and rigid motions.
 
-Planes are vectors: ``a e1 + b e2 + c e3 + d e0`` is the plane ``a x + b y + c z + d = 0``. Lines are bivectors: the line
-of direction ``d`` through ``p`` is ``d1 e23 - d2 e13 + d3 e12 + m1 e01 + m2 e02 + m3 e03`` with the moment ``m = p x d``.
-Points are trivectors: ``x e032 + y e013 + z e021 + e123``. Without the term ``e123`` that is a direction, which
-translations leave alone.
+Planes are vectors: ``a e1 + b e2 + c e3 + d e0`` is the plane ``a x + b y + c z + d = 0``. Lines are bivectors: that
+of direction ``d`` through ``p`` is ``d1 e23 - d2 e13 + d3 e12 + m1 e01 + m2 e02 + m3 e03``, where ``m = p x d`` is the
+moment. Points are trivectors: ``x e032 + y e013 + z e021 + e123``. Without the term ``e123`` that is a direction,
+which translations leave alone.
 
 A motor ``m`` moves everything by the same product ``m x ~m``. The motor ``exp(-angle/2 line)`` turns by the right-hand
 rule about the unit line ``line``, and ``1 - (x e01 + y e02 + z e03)/2`` translates by (x, y, z). ``m n`` does ``n``
@@ -161,16 +161,16 @@ def point_from_trivector(t):
     return t / t["e123"]
 
 
-@kernel(l=LINE)
-def normalize_line(l):
+@kernel(line=LINE)
+def normalize_line(line):
     """The line divided by the length of its direction. A line at infinity has length 0 and cannot be normalised."""
-    return ga.normalize(l)
+    return ga.normalize(line)
 
 
-@kernel(p=PLANE)
-def normalize_plane(p):
+@kernel(plane=PLANE)
+def normalize_plane(plane):
     """The plane divided by the length of its normal. The plane at infinity has length 0 and cannot be normalised."""
-    return ga.normalize(p)
+    return ga.normalize(plane)
 
 
 @kernel(a=POINT, b=POINT)
@@ -185,13 +185,13 @@ def join_point_direction(p, d):
     return p & d
 
 
-@kernel(p=POINT, l=LINE)
-def join_point_line(p, l):
+@kernel(p=POINT, line=LINE)
+def join_point_line(p, line):
     """The plane that contains the point and the line; 0 where the point lies on the line.
 
     Its norm is the distance of the point times the norm of the line.
     """
-    return p & l
+    return p & line
 
 
 @kernel(a=POINT, b=POINT, c=POINT)
@@ -221,14 +221,14 @@ def meet_planes(p, q):
     return p ^ q
 
 
-@kernel(l=LINE, p=PLANE)
-def meet_line_plane(l, p):
+@kernel(line=LINE, plane=PLANE)
+def meet_line_plane(line, plane):
     """The point, with a weight, in which a line meets a plane.
 
     The weight is the inner product of direction and normal: 0, a direction, where they are parallel; all is 0 where
     the line lies in the plane.
     """
-    return l ^ p
+    return line ^ plane
 
 
 @kernel(p=PLANE, q=PLANE, r=PLANE)
@@ -237,22 +237,22 @@ def meet_three_planes(p, q, r):
     return p ^ q ^ r
 
 
-@kernel(p=POINT, q=PLANE)
-def line_orthogonal_to_plane(p, q):
-    """The line through the point `p` along the normal of the plane `q`; its norm is that of the plane."""
-    return ga.inner_product(q, p)
+@kernel(p=POINT, plane=PLANE)
+def line_orthogonal_to_plane(p, plane):
+    """The line through the point `p` along the normal of the plane; its norm is that of the plane."""
+    return ga.inner_product(plane, p)
 
 
-@kernel(p=POINT, l=LINE)
-def plane_orthogonal_to_line(p, l):
+@kernel(p=POINT, line=LINE)
+def plane_orthogonal_to_line(p, line):
     """The plane through the point `p` whose normal is the direction of the line; its norm is that of the line."""
-    return ga.inner_product(p, ~l)
+    return ga.inner_product(p, ~line)
 
 
-@kernel(p=POINT, q=PLANE)
-def plane_through_point(p, q):
-    """The plane through the point `p` that is parallel to the plane `q`, of the same norm."""
-    return ga.inner_product(p, q) * ~p
+@kernel(p=POINT, plane=PLANE)
+def plane_through_point(p, plane):
+    """The plane through the point `p` that is parallel to the plane, of the same norm."""
+    return ga.inner_product(p, plane) * ~p
 
 
 @kernel(a=POINT, b=POINT)
@@ -267,25 +267,25 @@ def distance_points(a, b):
     return ga.norm(a & b)
 
 
-@kernel(p=POINT, q=UNIT_PLANE)
-def signed_distance_point_plane(p, q):
+@kernel(p=POINT, plane=UNIT_PLANE)
+def signed_distance_point_plane(p, plane):
     """The distance of a point to a normalised plane, positive on the side of the normal."""
-    return q & p
+    return plane & p
 
 
-@kernel(p=POINT, l=UNIT_LINE)
-def distance_point_line(p, l):
+@kernel(p=POINT, line=UNIT_LINE)
+def distance_point_line(p, line):
     """The distance of a point to a normalised line."""
-    return ga.norm(p & l)
+    return ga.norm(p & line)
 
 
-@kernel(l=UNIT_LINE, k=UNIT_LINE)
-def mutual_moment(l, k):
+@kernel(line=UNIT_LINE, other=UNIT_LINE)
+def mutual_moment(line, other):
     """Distance times sine of the angle of two normalised lines; 0 exactly where they meet or are parallel.
 
     With points p, q and directions d, e it is ``(p - q) . (d x e)``.
     """
-    return l & k
+    return line & other
 
 
 @kernel(p=UNIT_PLANE, q=UNIT_PLANE)
@@ -294,50 +294,50 @@ def angle_between_planes(p, q):
     return ga.atan2(ga.norm(p ^ q), ga.scalar_product(p, q))
 
 
-@kernel(l=UNIT_LINE, k=UNIT_LINE)
-def angle_between_lines(l, k):
+@kernel(line=UNIT_LINE, other=UNIT_LINE)
+def angle_between_lines(line, other):
     """The angle between the directions of two normalised lines, in [0, pi], accurate also where it is small."""
-    return ga.atan2(ga.norm(ga.commutator(l, k)), ga.scalar_product(l, ~k))
+    return ga.atan2(ga.norm(ga.commutator(line, other)), ga.scalar_product(line, ~other))
 
 
-@kernel(p=POINT, q=PLANE)
-def project_point_on_plane(p, q):
-    """The point of the plane `q`, of any norm but 0, that is nearest to the point `p`."""
-    return ga.right_contraction(p, q) * ga.inverse(q)
+@kernel(p=POINT, plane=PLANE)
+def project_point_on_plane(p, plane):
+    """The point of the plane, of any norm but 0, that is nearest to the point `p`."""
+    return ga.right_contraction(p, plane) * ga.inverse(plane)
 
 
-@kernel(p=POINT, q=UNIT_PLANE)
-def project_point_on_unit_plane(p, q):
-    """The point of the normalised plane `q` that is nearest to the point `p`."""
-    return ga.right_contraction(p, q) * q
+@kernel(p=POINT, plane=UNIT_PLANE)
+def project_point_on_unit_plane(p, plane):
+    """The point of the normalised plane that is nearest to the point `p`."""
+    return ga.right_contraction(p, plane) * plane
 
 
-@kernel(p=POINT, l=LINE)
-def project_point_on_line(p, l):
+@kernel(p=POINT, line=LINE)
+def project_point_on_line(p, line):
     """The point of the line that is nearest to the point `p`: where the plane through `p` orthogonal to it meets it.
 
     The line may have any norm but 0.
     """
-    foot = ga.inner_product(p, l) ^ l
+    foot = ga.inner_product(p, line) ^ line
     return foot / foot["e123"]
 
 
-@kernel(p=POINT, l=UNIT_LINE)
-def project_point_on_unit_line(p, l):
+@kernel(p=POINT, line=UNIT_LINE)
+def project_point_on_unit_line(p, line):
     """The point of the normalised line that is nearest to the point `p`."""
-    return ga.right_contraction(p, l) * ~l
+    return ga.right_contraction(p, line) * ~line
 
 
-@kernel(l=LINE, q=UNIT_PLANE)
-def project_line_on_unit_plane(l, q):
+@kernel(line=LINE, plane=UNIT_PLANE)
+def project_line_on_unit_plane(line, plane):
     """The orthogonal projection of a line on a normalised plane; at infinity where the line is orthogonal to it."""
-    return ga.right_contraction(l, q) * q
+    return ga.right_contraction(line, plane) * plane
 
 
-@kernel(p=POINT, q=UNIT_PLANE)
-def reflect_point(p, q):
-    """The mirror image of the point `p` in the normalised plane `q`."""
-    return q * p * q
+@kernel(p=POINT, plane=UNIT_PLANE)
+def reflect_point(p, plane):
+    """The mirror image of the point `p` in the normalised plane."""
+    return plane * p * plane
 
 
 # Motors.
@@ -389,16 +389,16 @@ def move_direction(m, d):
     return m * d * ~m
 
 
-@kernel(m=MOTOR, l=LINE)
-def move_line(m, l):
-    """The line, or any bivector such as a twist, moved by the unit motor `m`: ``m l ~m``."""
-    return m * l * ~m
+@kernel(m=MOTOR, line=LINE)
+def move_line(m, line):
+    """The line, or any bivector such as a twist, moved by the unit motor `m`: ``m line ~m``."""
+    return m * line * ~m
 
 
-@kernel(m=MOTOR, p=PLANE)
-def move_plane(m, p):
-    """The plane `p` moved by the unit motor `m`: ``m p ~m``."""
-    return m * p * ~m
+@kernel(m=MOTOR, plane=PLANE)
+def move_plane(m, plane):
+    """The plane moved by the unit motor `m`: ``m plane ~m``."""
+    return m * plane * ~m
 
 
 @kernel(m=MOTOR, n=MOTOR, returns=MOTOR)
@@ -611,7 +611,7 @@ def motor_between_planes(a, b):
 
 @kernel(m=MOTOR, returns=array(SCALAR, 6, 6))
 def motor_to_adjoint(m):
-    """The 6 x 6 matrix by which a unit motor moves lines and twists: on columns in the order of a line's coefficients."""
+    """The 6 x 6 matrix of a unit motor on lines and twists: on columns of their coefficients in a line's order."""
     moved = [m * PGA3.multivector({name: 1}) * ~m for name in LINE.blades]
     return tuple(tuple(column[name] for column in moved) for name in LINE.blades)
 
@@ -631,13 +631,13 @@ def twist_on_point(v, p):
     return ga.commutator(p, v)
 
 
-@kernel(v=LINE, l=LINE)
-def twist_on_line(v, l):
-    """The rate of change of the line `l` under the twist `v`, as in `twist_on_point`."""
-    return ga.commutator(l, v)
+@kernel(v=LINE, line=LINE)
+def twist_on_line(v, line):
+    """The rate of change of the line under the twist `v`, as in `twist_on_point`."""
+    return ga.commutator(line, v)
 
 
-@kernel(v=LINE, p=PLANE)
-def twist_on_plane(v, p):
-    """The rate of change of the plane `p` under the twist `v`, as in `twist_on_point`."""
-    return ga.commutator(p, v)
+@kernel(v=LINE, plane=PLANE)
+def twist_on_plane(v, plane):
+    """The rate of change of the plane under the twist `v`, as in `twist_on_point`."""
+    return ga.commutator(plane, v)

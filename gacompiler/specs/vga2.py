@@ -15,9 +15,12 @@ E1, E2 = VGA2.basis()
 
 
 def _rotor(cosine, sine):
-    """The rotor by the angle of the direction (cosine, sine), of any length but 0, in (-pi, pi]."""
-    half = ga.atan2(sine, cosine) / 2
-    return ga.cos(half) - ga.sin(half) * E1 * E2
+    """The rotor, scalar part not negative, by the angle of the direction (cosine, sine), of any length but 0."""
+    length = ga.sqrt(cosine * cosine + sine * sine)
+    sharp, left = cosine >= 0, ga.select(sine < 0, -1, 1)
+    w = ga.select(sharp, length + cosine, left * sine)
+    z = ga.select(sharp, sine, left * (length - cosine))
+    return (w - z * E1 * E2) / ga.sqrt(w * w + z * z)
 
 
 @kernel(a=FULL, b=FULL)
@@ -82,7 +85,7 @@ def dot_product(a, b):
 
 @kernel(a=VECTOR, b=VECTOR)
 def signed_area(a, b):
-    """The signed area of the parallelogram of two vectors, the coefficient of ``a ^ b``; positive if `b` is left of `a`."""
+    """The signed area of the parallelogram of two vectors, positive where `b` is on the left of `a`."""
     return (a ^ b)["e12"]
 
 

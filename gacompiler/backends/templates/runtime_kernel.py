@@ -142,11 +142,15 @@ class Kernel:
         if len(arrays) != len(self._inputs):
             names = ", ".join(name for name, _ in self._inputs)
             raise TypeError(f"{self.name}: {len(arrays)} arguments; expected {len(self._inputs)} ({names})")
-        namespace = _namespace(arrays)
-        if namespace is not np:
-            return self._call_arrays(namespace, arrays, out)
-        operands, dtype = self._checked(arrays)
-        leading = self._leading(operands)
+        plain = self._plain(arrays)
+        if plain is not None:
+            operands, (leading, dtype) = list(arrays), plain
+        else:
+            namespace = _namespace(arrays)
+            if namespace is not np:
+                return self._call_arrays(namespace, arrays, out)
+            operands, dtype = self._checked(arrays)
+            leading = self._leading(operands)
         outs = self._checked_outs(out, leading, dtype)
         if dtype.kind == "c" or backend == "arrays":
             results = self._evaluate(np, operands, leading)
@@ -164,6 +168,29 @@ class Kernel:
         if out is not None:
             return out
         return _returned(outs)
+
+    def _plain(self, arrays: tuple[Any, ...]) -> tuple[tuple[int, ...], np.dtype[Any]] | None:
+        """Leading shape and type, if these are aligned float arrays of one type and of one leading shape or none."""
+        leading: tuple[int, ...] = ()
+        dtype = None
+        for array, shape in zip(arrays, self._shapes):  # noqa: B905
+            if type(array) is not _ndarray:
+                return None
+            if dtype is None:
+                dtype = array.dtype
+                if dtype is not _FLOAT64 and dtype is not _FLOAT32:
+                    return None
+            elif array.dtype is not dtype:
+                return None
+            found = array.shape
+            n_leading = len(found) - len(shape)
+            if n_leading < 0 or found[n_leading:] != shape or not array.flags.aligned:
+                return None
+            if n_leading:
+                if leading and leading != found[:n_leading]:
+                    return None
+                leading = found[:n_leading]
+        return None if dtype is None else (leading, dtype)
 
     def _checked(self, arrays: tuple[Any, ...]) -> tuple[list[Any], np.dtype[Any]]:
         """The arguments as arrays of one type, and that type."""
@@ -261,7 +288,7 @@ class Kernel:
                     targets[k] = np.empty(target.shape, dtype)
             operands = [_apart(operand, targets) for operand in operands]
         arrays = [*operands, *targets]
-        steps = [_steps(array, leading, shape) for array, shape in zip(arrays, self._all_shapes, strict=True)]
+        steps = [_steps(array, leading, shape) for array, shape in zip(arrays, self._all_shapes)]  # noqa: B905
         sizes, steps = _coalesced(leading, steps)
         inner = max(range(len(sizes)), key=lambda axis: (sizes[axis], axis)) if len(sizes) > 1 else 0
         self._loop(dtype)(arrays, sizes, steps, inner)

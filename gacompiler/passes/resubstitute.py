@@ -1,0 +1,101 @@
+"""Results from results: a result is expressed by others where polynomial division makes it cheaper.
+
+The plane through three points has its offset as the inner product of its normal with one of them. Nobody has to know
+that: the offset's polynomial is divided by those of the normal, and what remains is zero.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from ..algebra.blades import Rational, exact
+from ..rings.polynomial import Monomial, Polynomial
+from ..rings.sparse import weight
+from .system import Definition, System
+
+TERM_LIMIT = 400
+"""Systems with more terms than this are left alone."""
+STEPS = 200
+"""Largest number of quotient terms."""
+
+
+def resubstitute(system: System) -> System | None:
+    """`system` with its most expensive results divided by the others, or None where that saves nothing."""
+    if len(system.outputs) < 2 or sum(len(p.terms) for p in system.outputs) > TERM_LIMIT:
+        return None
+    ring = system.ring
+    order = sorted(range(len(system.outputs)), key=lambda k: (len(system.outputs[k].terms), system.outputs[k].degree, k))
+    names: dict[int, Polynomial] = {}
+    outputs = list(system.outputs)
+    divided = False
+    for place, k in enumerate(order):
+        others = [j for j in order[:place] if len(outputs[j].terms) > 1]
+        found = _divide(system.outputs[k], [system.outputs[j] for j in others])
+        if found is None:
+            continue
+        quotients, remainder = found
+        divided = True
+        result = remainder
+        for j, quotient in zip(others, quotients, strict=True):
+            if not quotient.is_zero:
+                if j not in names:
+                    names[j] = ring.variable(f"r{j}")
+                result = result + quotient * names[j]
+        outputs[k] = result
+    if not divided:
+        return None
+    added = []
+    for j, name in names.items():
+        (variable,) = name.variables
+        added.append(Definition(variable, outputs[j]))
+        outputs[j] = name
+    return System(ring, system.n_inputs, (*system.definitions, *added), tuple(outputs))
+
+
+def _divide(
+    polynomial: Polynomial, divisors: Sequence[Polynomial]
+) -> tuple[list[Polynomial], Polynomial] | None:
+    """Quotients and remainder, when writing them costs less than the polynomial."""
+    leads = [(divisor.leading, divisor) for divisor in divisors]
+    rest = dict(polynomial.terms)
+    remainder: dict[Monomial, Rational] = {}
+    quotients: list[dict[Monomial, Rational]] = [{} for _ in divisors]
+    for _ in range(STEPS):
+        if not rest:
+            break
+        monomial = min(rest, key=lambda m: (-len(m), m))
+        value = rest[monomial]
+        for number, (lead, divisor) in enumerate(leads):
+            cofactor = _quotient(monomial, lead)
+            if cofactor is not None:
+                factor = exact(value / divisor.terms[lead]) if value % divisor.terms[lead] == 0 else None
+                if factor is None:
+                    continue
+                quotients[number][cofactor] = quotients[number].get(cofactor, 0) + factor
+                for part, part_value in divisor.terms.items():
+                    target = tuple(sorted(part + cofactor))
+                    total = rest.get(target, 0) - factor * part_value
+                    if total:
+                        rest[target] = exact(total)
+                    else:
+                        rest.pop(target, None)
+                break
+        else:
+            remainder[monomial] = rest.pop(monomial)
+    else:
+        return None
+    before = sum(weight(m, v) for m, v in polynomial.terms.items())
+    after = sum(weight(m, v) for m, v in remainder.items()) + sum(weight(m, v) + 1 for q in quotients for m, v in q.items())
+    if after >= before:
+        return None
+    ring = polynomial.ring
+    return [Polynomial(ring, quotient) for quotient in quotients], Polynomial(ring, remainder)
+
+
+def _quotient(monomial: Monomial, part: Monomial) -> Monomial | None:
+    rest = list(monomial)
+    for variable in part:
+        if variable not in rest:
+            return None
+        rest.remove(variable)
+    return tuple(rest)

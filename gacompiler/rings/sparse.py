@@ -1,0 +1,71 @@
+"""Making a polynomial cheaper, not canonical: multiples of relations are subtracted as long as that saves something.
+
+A normal form eliminates the same monomial everywhere. Often different results want different ones eliminated: of
+``n1**2 + n2**2 + n3**2 = 1`` each coordinate of a projection wants its own square back.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from ..algebra.blades import Rational, exact
+from .polynomial import Monomial, Polynomial
+
+ROUNDS = 400
+"""Largest number of multiples that are subtracted from one polynomial."""
+
+
+def weight(monomial: Monomial, value: Rational) -> int:
+    """Operations that a term costs by itself: its products, and the sum it is added by."""
+    return max(len(monomial), 1) + (value not in (1, -1))
+
+
+def simplify(polynomial: Polynomial, relations: Sequence[Polynomial]) -> Polynomial:
+    """An equal polynomial, modulo `relations`, whose terms cost no more; greedy and deterministic."""
+    terms = dict(polynomial.terms)
+    for _ in range(ROUNDS):
+        best: tuple[int, Monomial, int, Rational] | None = None
+        seen: set[tuple[Monomial, int, Rational]] = set()
+        for monomial in sorted(terms, key=lambda m: (-len(m), m)):
+            for number, relation in enumerate(relations):
+                for part, factor in relation.key:
+                    cofactor = _quotient(monomial, part)
+                    if cofactor is None:
+                        continue
+                    multiple = exact(terms[monomial] / factor) if terms[monomial] % factor == 0 else None
+                    if multiple is None or (cofactor, number, multiple) in seen:
+                        continue
+                    seen.add((cofactor, number, multiple))
+                    gain = _gain(terms, relation, cofactor, multiple)
+                    if gain > 0 and (best is None or gain > best[0]):
+                        best = (gain, cofactor, number, multiple)
+        if best is None:
+            break
+        _, cofactor, number, multiple = best
+        for part, factor in relations[number].terms.items():
+            target = tuple(sorted(part + cofactor))
+            total = terms.get(target, 0) - multiple * factor
+            if total:
+                terms[target] = exact(total)
+            else:
+                terms.pop(target, None)
+    return Polynomial(polynomial.ring, terms)
+
+
+def _gain(terms: dict[Monomial, Rational], relation: Polynomial, cofactor: Monomial, multiple: Rational) -> int:
+    gain = 0
+    for part, factor in relation.terms.items():
+        target = tuple(sorted(part + cofactor))
+        old = terms.get(target, 0)
+        new = old - multiple * factor
+        gain += (weight(target, old) if old else 0) - (weight(target, new) if new else 0)
+    return gain
+
+
+def _quotient(monomial: Monomial, part: Monomial) -> Monomial | None:
+    rest = list(monomial)
+    for variable in part:
+        if variable not in rest:
+            return None
+        rest.remove(variable)
+    return tuple(rest)

@@ -1,0 +1,257 @@
+"""Spacetime algebra G(1,3): vectors, fields and Lorentz transformations, with ``g0**2 = 1`` and ``c = 1``.
+
+A bivector ``E1 g10 + E2 g20 + E3 g30 - B3 g12 + B2 g13 - B1 g23`` is the electromagnetic field ``E + I B``, with
+``I = g0123`` and the relative vectors ``gk g0`` of the observer g0. A rotor acts on everything by ``r x ~r``:
+``exp(rapidity/2 gk0)`` boosts g0 along gk, and ``exp(angle/2 g12)`` turns g1 towards g2. ``r s`` does ``s`` first, and
+``r`` and ``-r`` are the same transformation. Angles are in radians, velocities are fractions of the speed of light.
+"""
+
+import gacompiler as ga
+from gacompiler import SCALAR, array, kernel
+from gacompiler.algebra.catalog import STA
+
+VECTOR, BIVECTOR, TRIVECTOR, ROTOR, EVEN, FULL = STA.VECTOR, STA.BIVECTOR, STA.TRIVECTOR, STA.ROTOR, STA.EVEN, STA.full
+RELATIVE = array(SCALAR, 3)
+
+G0, G1, G2, G3 = STA.basis()
+
+
+def _relative(x):
+    """The relative vector ``x1 g10 + x2 g20 + x3 g30``."""
+    return ga.assemble(STA, {"g10": x[0], "g20": x[1], "g30": x[2]})
+
+
+def _unit(x):
+    """``x (x ~x)**(-1/2)`` by the principal root of the complex number ``x ~x = s + p I``, of positive real part."""
+    square = x * ~x
+    s, p = square["1"], square["g0123"]
+    size = ga.sqrt(s * s + p * p)
+    real = ga.sqrt((size + s) / 2)
+    return x * (real - p / (2 * real) * STA.pseudoscalar) / size
+
+
+# Products, involutions and duals of any two elements.
+
+
+@kernel(a=FULL, b=FULL)
+def geometric_product(a, b):
+    """The geometric product ``a b`` of any two elements."""
+    return a * b
+
+
+@kernel(a=FULL, b=FULL)
+def outer_product(a, b):
+    """The outer product ``a ^ b`` of any two elements."""
+    return a ^ b
+
+
+@kernel(a=FULL, b=FULL)
+def regressive_product(a, b):
+    """The regressive product ``a & b`` of any two elements."""
+    return a & b
+
+
+@kernel(a=FULL, b=FULL)
+def inner_product(a, b):
+    """The inner product of any two elements: of grades p and q, the part of grade \\|p - q\\| of ``a b``."""
+    return ga.inner_product(a, b)
+
+
+@kernel(a=EVEN, b=EVEN)
+def even_product(a, b):
+    """The geometric product of two even elements, such as spinors."""
+    return a * b
+
+
+@kernel(a=FULL)
+def reverse(a):
+    """The reverse ``~a`` of any element: the order of vectors in every product turned round."""
+    return ~a
+
+
+@kernel(a=FULL)
+def grade_involution(a):
+    """Any element with its odd part negated."""
+    return ga.grade_involution(a)
+
+
+@kernel(a=FULL)
+def dual(a):
+    """The right complement of any element: ``b ^ dual(b) = g0123`` for basis blades."""
+    return ga.dual(a)
+
+
+@kernel(a=FULL)
+def polarity(a):
+    """The metric dual ``a g0123**-1``."""
+    return ga.polarity(a)
+
+
+@kernel(a=EVEN)
+def even_reverse(a):
+    """The reverse of an even element: the inverse of a unit rotor."""
+    return ~a
+
+
+# Vectors.
+
+
+@kernel(a=VECTOR, b=VECTOR, returns=EVEN)
+def vector_product(a, b):
+    """The geometric product of two vectors: their interval plus the bivector ``a ^ b``."""
+    return a * b
+
+
+@kernel(a=VECTOR, b=VECTOR)
+def dot_product(a, b):
+    """The inner product of two vectors: ``a0 b0 - a1 b1 - a2 b2 - a3 b3``."""
+    return ga.scalar_product(a, b)
+
+
+@kernel(a=VECTOR, b=VECTOR)
+def wedge_vectors(a, b):
+    """The bivector ``a ^ b`` of two vectors."""
+    return a ^ b
+
+
+@kernel(v=VECTOR)
+def interval(v):
+    """The square of a vector: positive if timelike, negative if spacelike, 0 if lightlike."""
+    return v * v
+
+
+@kernel(v=VECTOR, returns=(SCALAR, RELATIVE))
+def spacetime_split(v):
+    """Time and position of a vector for the observer g0: scalar and relative vector of ``v g0``."""
+    split = v * G0
+    return split["1"], (split["g10"], split["g20"], split["g30"])
+
+
+@kernel(velocity=RELATIVE)
+def proper_velocity(velocity):
+    """The proper velocity ``(1 + v) g0 / sqrt(1 - v**2)`` of a velocity slower than light."""
+    x, y, z = velocity
+    return (G0 + x * G1 + y * G2 + z * G3) / ga.sqrt(1 - x * x - y * y - z * z)
+
+
+# Lorentz transformations.
+
+
+@kernel(a=ROTOR, b=ROTOR, returns=ROTOR)
+def rotor_product(a, b):
+    """The rotor that does `b` first and then `a`."""
+    return a * b
+
+
+@kernel(r=ROTOR, returns=ROTOR)
+def rotor_inverse(r):
+    """The inverse of a unit rotor, which is its reverse."""
+    return ~r
+
+
+@kernel(x=EVEN, returns=ROTOR)
+def normalize_rotor(x):
+    """The unit rotor of an even element: ``x (x ~x)**(-1/2)`` with the principal root of ``x ~x = s + p I``.
+
+    Undefined where ``x ~x`` is 0 or a negative number.
+    """
+    return _unit(x)
+
+
+@kernel(r=ROTOR, v=VECTOR)
+def transform_vector(r, v):
+    """The vector transformed by the unit rotor: ``r v ~r``."""
+    return r * v * ~r
+
+
+@kernel(r=ROTOR, f=BIVECTOR)
+def transform_bivector(r, f):
+    """The bivector, such as a field, transformed by the unit rotor: ``r f ~r``."""
+    return r * f * ~r
+
+
+@kernel(direction=RELATIVE, rapidity=SCALAR, returns=ROTOR)
+def boost_from_rapidity(direction, rapidity):
+    """The boost along a direction, of any length but 0: g0 goes to the proper velocity of speed ``tanh(rapidity)``."""
+    x, y, z = direction
+    grown, shrunk = ga.exp(rapidity / 2), ga.exp(-rapidity / 2)
+    factor = (grown - shrunk) / 2 / ga.sqrt(x * x + y * y + z * z)
+    return (grown + shrunk) / 2 + factor * _relative(direction)
+
+
+@kernel(velocity=RELATIVE, returns=ROTOR)
+def boost_from_velocity(velocity):
+    """The boost of g0 to a velocity slower than light: ``1 + u g0``, normalised, with the proper velocity u."""
+    x, y, z = velocity
+    gamma = 1 / ga.sqrt(1 - x * x - y * y - z * z)
+    return (1 + gamma + gamma * _relative(velocity)) / ga.sqrt(2 * (1 + gamma))
+
+
+@kernel(a=VECTOR, b=VECTOR, returns=ROTOR)
+def boost_between_velocities(a, b):
+    """The boost in the plane of two proper velocities that takes `a` to `b`: ``1 + b a``, normalised."""
+    return (1 + b * a) / ga.sqrt(2 * (1 + ga.scalar_product(a, b)))
+
+
+@kernel(axis=RELATIVE, angle=SCALAR, returns=ROTOR)
+def rotor_from_axis_angle(axis, angle):
+    """The rotation of space about an axis, right-handed, in radians. The axis may have any length but 0."""
+    x, y, z = axis
+    factor = ga.sin(angle / 2) / ga.sqrt(x * x + y * y + z * z)
+    return ga.cos(angle / 2) - factor * STA.pseudoscalar * _relative(axis)
+
+
+@kernel(r=ROTOR, returns=array(SCALAR, 4, 4))
+def rotor_to_matrix(r):
+    """The 4 x 4 Lorentz matrix of a unit rotor, which acts on columns (t, x, y, z)."""
+    columns = [r * axis * ~r for axis in (G0, G1, G2, G3)]
+    return tuple(tuple(column[name] for column in columns) for name in ("g0", "g1", "g2", "g3"))
+
+
+# Electromagnetism and spinors.
+
+
+@kernel(e=RELATIVE, b=RELATIVE)
+def field_from_electric_magnetic(e, b):
+    """The field ``E + I B`` of the electric and magnetic field that the observer g0 measures."""
+    return _relative(e) + STA.pseudoscalar * _relative(b)
+
+
+@kernel(f=BIVECTOR, returns=(RELATIVE, RELATIVE))
+def field_to_electric_magnetic(f):
+    """The electric and the magnetic field that the observer g0 measures."""
+    return (f["g10"], f["g20"], f["g30"]), (-f["g23"], f["g13"], -f["g12"])
+
+
+@kernel(f=BIVECTOR, returns=(SCALAR, SCALAR))
+def field_invariants(f):
+    """What all observers agree on: ``E**2 - B**2`` and ``E . B``, from ``F F = E**2 - B**2 + 2 I E . B``."""
+    square = f * f
+    return square["1"], square["g0123"] / 2
+
+
+@kernel(f=BIVECTOR, u=VECTOR)
+def lorentz_force(f, u):
+    """The rate of change of momentum of a unit charge of proper velocity `u` in the field `f`: ``F . u``."""
+    return ga.right_contraction(f, u)
+
+
+@kernel(f=BIVECTOR, n=VECTOR)
+def field_stress_energy(f, n):
+    """The flux ``-F n F / 2`` of energy and momentum through the hypersurface of normal `n`.
+
+    For ``n = g0``: energy density ``(E**2 + B**2)/2`` and Poynting vector ``E x B``.
+    """
+    return -(f * n * f) / 2
+
+
+@kernel(psi=EVEN)
+def dirac_current(psi):
+    """The current ``psi g0 ~psi`` of a spinor."""
+    return psi * G0 * ~psi
+
+
+@kernel(psi=EVEN)
+def dirac_spin(psi):
+    """The spin vector ``psi g3 ~psi`` of a spinor."""
+    return psi * G3 * ~psi
