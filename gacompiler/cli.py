@@ -81,10 +81,7 @@ def generate(specs: tuple[str, ...], output: Path | None, own: bool, no_build: b
     folder = output or (generated_folder() if own else Path("out"))
     found = _own(specs) if own else [load_spec(Path(spec)) for spec in specs]
     with _progress(sum(len(spec.kernels) for spec in found)) as advance:
-        modules = [
-            (spec, render(compile_spec(spec, lambda name, module=spec.name: advance(f"{module}.{name}"))))
-            for spec in found
-        ]  # type: ignore[misc]
+        modules = [(spec, render(compile_spec(spec, advance))) for spec in found]
     for spec, files in modules:
         changed = write(files, folder)
         built = None if no_build else build_library(folder / f"{spec.name}.c")
@@ -120,7 +117,7 @@ def check(names: tuple[str, ...]) -> None:
     files: dict[str, str] = {}
     with _progress(sum(len(spec.kernels) for spec in found)) as advance:
         for spec in found:
-            files |= render(compile_spec(spec, lambda name, module=spec.name: advance(f"{module}.{name}")))  # type: ignore[misc]
+            files |= render(compile_spec(spec, advance))
     diffs = compare(files, folder)
     known = {f"{path.stem}.{ending}" for path in own_specs() for ending in ("py", "c", "h")} | {"__init__.py"}
     orphans = sorted(
@@ -294,7 +291,7 @@ def new(name: str, algebra: str) -> None:
     click.echo(f"{path}: edit it, then run `gac generate {path}`")
 
 
-# -- what the commands share --------------------------------------------------------------------------------------------
+# What the commands share.
 
 
 def _own(names: tuple[str, ...]) -> list[Spec]:

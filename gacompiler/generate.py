@@ -18,7 +18,8 @@ from .backends import c_header, c_source, python_source
 from .backends.module import KernelSource, LayoutText, ModuleSource
 from .errors import BackendError, GacError, SpecError
 from .frontend.kernel import Kernel
-from .passes.pipeline import Compilation, compile_kernel
+from .passes.pipeline import compile_kernel
+from .passes.record import Compilation
 from .prove import rounding_error
 
 Progress = Callable[[str], None]
@@ -122,10 +123,10 @@ def kernel_source(record: Compilation) -> KernelSource:
 
 
 def compile_spec(spec: Spec, progress: Progress = lambda name: None) -> ModuleSource:
-    """Compile every kernel of a spec; `progress` is told each name before its turn."""
+    """Compile every kernel of a spec; `progress` is told each one's name before its turn."""
     sources = []
     for kernel in spec.kernels:
-        progress(kernel.name)
+        progress(f"{spec.name}.{kernel.name}")
         sources.append(kernel_source(compile_kernel(kernel)))
     return ModuleSource(spec.name, spec.summary, spec.command, spec.digest, tuple(sources))
 
@@ -204,5 +205,5 @@ def render_own(paths: Iterable[Path], progress: Progress = lambda name: None) ->
     files: dict[str, str] = {}
     for path in paths:
         spec = load_spec(path, f"gac generate --all {path.stem}")
-        files |= render(compile_spec(spec, lambda name, module=spec.name: progress(f"{module}.{name}")))  # type: ignore[misc]
+        files |= render(compile_spec(spec, progress))
     return files

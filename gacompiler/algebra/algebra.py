@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 
 from ..errors import AlgebraError
 from .blades import BladeProducts, Gram, Rational, Terms, exact
+from .coefficients import is_zero
 from .multivector import Multivector
 from .naming import BladeNames
 
@@ -60,10 +61,15 @@ class Algebra:
         self._make_layouts = layouts
 
     def __eq__(self, other: object) -> bool:
-        return isinstance(other, Algebra) and (self.vectors, self.gram) == (other.vectors, other.gram)
+        """Algebras are equal when their products and their duals are."""
+        return isinstance(other, Algebra) and self._identity == other._identity
 
     def __hash__(self) -> int:
-        return hash((self.vectors, self.gram))
+        return hash(self._identity)
+
+    @cached_property
+    def _identity(self) -> tuple[object, ...]:
+        return self.vectors, self.gram, self.spelling(self.everything)[0]
 
     def __repr__(self) -> str:
         return f"Algebra({self.name}: {' '.join(self.vectors)})"
@@ -125,7 +131,7 @@ class Algebra:
     @cached_property
     def is_degenerate(self) -> bool:
         """Whether some vector is orthogonal to all, so that the pseudoscalar has no inverse."""
-        return (self.pseudoscalar * self.pseudoscalar).scalar == 0
+        return is_zero((self.pseudoscalar * self.pseudoscalar).scalar)
 
     def layout(
         self,
@@ -184,10 +190,11 @@ class AlgebraErrorForAttribute(AlgebraError, AttributeError):
 
 
 def _gram(name: str, gram: Sequence[Rational] | Sequence[Sequence[Rational]], n: int) -> Gram:
-    rows = [list(row) if isinstance(row, Sequence) else row for row in gram]
-    if all(not isinstance(row, list) for row in rows):
-        rows = [[row if i == j else 0 for j in range(len(rows))] for i, row in enumerate(rows)]
-    matrix = tuple(tuple(exact(Fraction(value)) for value in row) for row in rows)  # type: ignore[union-attr,arg-type]
+    rows = [
+        list(row) if isinstance(row, Sequence) else [row if i == j else 0 for j in range(len(gram))]
+        for i, row in enumerate(gram)
+    ]
+    matrix = tuple(tuple(exact(Fraction(value)) for value in row) for row in rows)
     if len(matrix) != n or any(len(row) != n for row in matrix):
         raise AlgebraError(
             name, f"a Gram matrix of {len(matrix)} rows for {n} basis vectors", f"{n} x {n} or {n} squares"

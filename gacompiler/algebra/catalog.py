@@ -10,7 +10,9 @@ from collections.abc import Iterable
 
 from .algebra import Algebra
 from .coefficients import scale
+from .involutions import clifford_conjugate
 from .layout import Layout
+from .multivector import Multivector
 
 
 def _half_square(names: str):  # type: ignore[no-untyped-def]
@@ -24,10 +26,15 @@ def _half_square(names: str):  # type: ignore[no-untyped-def]
     return function
 
 
+def _conjugate_is_inverse(x: Multivector) -> Multivector:
+    """The conjugate of a complex number or a quaternion negates its vectors, which the reverse does not."""
+    return x * clifford_conjugate(x) - 1
+
+
 def _numbers(names: str):  # type: ignore[no-untyped-def]
     def layouts(algebra: Algebra) -> Iterable[Layout]:
         yield algebra.layout("NUMBER", names)
-        yield algebra.layout("UNIT_NUMBER", names, unit=True)
+        yield algebra.layout("UNIT_NUMBER", names, relations=_conjugate_is_inverse)
 
     return layouts
 
@@ -51,7 +58,7 @@ def _vga3(algebra: Algebra) -> Iterable[Layout]:
 
 def _quaternion(algebra: Algebra) -> Iterable[Layout]:
     yield algebra.layout("QUATERNION", "1 e1 e2 e12")
-    yield algebra.layout("UNIT_QUATERNION", "1 e1 e2 e12", unit=True)
+    yield algebra.layout("UNIT_QUATERNION", "1 e1 e2 e12", relations=_conjugate_is_inverse)
     yield algebra.layout("VECTOR", "e1 e2 e12")
 
 

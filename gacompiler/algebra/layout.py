@@ -149,7 +149,14 @@ class Layout:
                     f"{slot.name} = {_signed(element.terms.get(slot.blade, 0), slot)}",
                     f"{slot.name} = {value}",
                 )
-        return tuple(_signed(element.terms.get(slot.blade, 0), slot) for slot in self.stored)
+        stored = tuple(_signed(element.terms.get(slot.blade, 0), slot) for slot in self.stored)
+        for slot, function in self.implied:
+            value, wanted = element.terms.get(slot.blade, 0), function(dict(zip(self.blades, stored, strict=True)))
+            if not is_zero(value - _signed(wanted, slot)):
+                raise LayoutError(
+                    f"layout {self.name}", f"{slot.name} = {_signed(value, slot)}", f"{slot.name} = {wanted}"
+                )
+        return stored
 
     def relations(self, element: Multivector) -> tuple[Coefficient, ...]:
         """Everything that is zero for an element of this layout, as coefficients of the element's ring."""

@@ -32,6 +32,7 @@ class Multivector:
     """
 
     __slots__ = ("algebra", "terms")
+    __array_ufunc__ = None  # so that an array on the left leaves the operation to the multivector
 
     algebra: Algebra
     terms: Mapping[int, Coefficient]
@@ -105,7 +106,7 @@ class Multivector:
         return Multivector(self.algebra, terms)
 
     def __radd__(self, other: Any) -> Multivector:
-        return self + other
+        return self.__add__(other)
 
     def __neg__(self) -> Multivector:
         return self.map(lambda value: -value)
@@ -117,7 +118,7 @@ class Multivector:
         return NotImplemented if _defers(other) else self + -self.lift(other)
 
     def __rsub__(self, other: Any) -> Multivector:
-        return -self + other
+        return (-self).__add__(other)
 
     def __mul__(self, other: Any) -> Multivector:
         return NotImplemented if _defers(other) else self.product("geometric_product", self.lift(other))
@@ -168,7 +169,10 @@ class Multivector:
         """Exact equality of every coefficient (for exact rings)."""
         if isinstance(other, Multivector) and other.algebra != self.algebra:
             return False
-        difference = self - self.lift(other)
+        try:
+            difference = self - self.lift(other)
+        except TypeError:
+            return NotImplemented
         return all(bool(value == 0) for value in difference.terms.values())
 
     __hash__ = None  # type: ignore[assignment]

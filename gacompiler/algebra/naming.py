@@ -55,13 +55,17 @@ class BladeNames:
             if all(name in self._index for name in names):
                 return [self._index[name] for name in names]
             readings: list[list[int]] = []
+        elif spelling in self._index:
+            readings = [[self._index[spelling]]]
         else:
             readings = self._readings(spelling, "")
-        if not readings:
+            readings = [reading for reading in readings if len(set(reading)) == len(reading)] or readings[:1]
+        if not readings or not readings[0]:
+            example = self.spell(3)[1] if len(self._vectors) > 1 else "1"
             raise AlgebraError(
                 f"blade {spelling!r}",
                 f"not a blade of {self._algebra}",
-                f"1 or products of its basis vectors {' '.join(self._vectors)}, such as {self.spell(3 if len(self._vectors) > 1 else 0)[1]}",
+                f"1 or products of its basis vectors {' '.join(self._vectors)}, such as {example}",
             )
         if len(readings) > 1:
             raise AlgebraError(

@@ -62,18 +62,20 @@ def inverse(a: Multivector) -> Multivector:
     Raises
     ------
     AlgebraError
-        When `a` is exactly zero.
-    ZeroDivisionError
-        When `a` is exact and has no inverse.
+        When `a` has no inverse, as far as its form tells: an exact element always tells.
     """
     if not a.terms:
         raise AlgebraError("inverse", "an element that is zero", "an invertible element")
     for conjugate in (reverse(a), clifford_conjugate(a)):
         squared = a * conjugate
+        if not squared.terms:
+            raise AlgebraError("inverse", f"{a} times its conjugate is zero", "an invertible element")
         if not any(squared.terms):
             return conjugate / squared
         opposite = squared.grade(0) - (squared - squared.grade(0))
         determinant = squared * opposite
+        if not determinant.terms:
+            raise AlgebraError("inverse", f"the norm of {a} is a zero divisor", "an invertible element")
         if not any(determinant.terms):
             return conjugate * opposite / determinant
     return _inverse_by_recursion(a)
@@ -81,8 +83,10 @@ def inverse(a: Multivector) -> Multivector:
 
 def _inverse_by_recursion(a: Multivector) -> Multivector:
     size = 2 ** ((a.algebra.dimension + 1) // 2)
-    power = a
+    power = adjugate = a
     for k in range(1, size):
         adjugate = power - divide(scale(power.scalar, size), k)
         power = a * adjugate
+    if 0 not in power.terms:
+        raise AlgebraError("inverse", f"the determinant of {a} is zero", "an invertible element")
     return adjugate / power.grade(0)

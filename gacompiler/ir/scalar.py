@@ -90,28 +90,28 @@ class Scalar:
         return self.graph.apply(Op(name), *arguments)
 
     def __add__(self, other: Any) -> Scalar:
-        return self.graph.apply(Op.ADD, self, other)
+        return self.graph.binary(Op.ADD, self, other)
 
     def __radd__(self, other: Any) -> Scalar:
-        return self.graph.apply(Op.ADD, other, self)
+        return self.graph.binary(Op.ADD, other, self)
 
     def __sub__(self, other: Any) -> Scalar:
-        return self.graph.apply(Op.SUBTRACT, self, other)
+        return self.graph.binary(Op.SUBTRACT, self, other)
 
     def __rsub__(self, other: Any) -> Scalar:
-        return self.graph.apply(Op.SUBTRACT, other, self)
+        return self.graph.binary(Op.SUBTRACT, other, self)
 
     def __mul__(self, other: Any) -> Scalar:
-        return self.graph.apply(Op.MULTIPLY, self, other)
+        return self.graph.binary(Op.MULTIPLY, self, other)
 
     def __rmul__(self, other: Any) -> Scalar:
-        return self.graph.apply(Op.MULTIPLY, other, self)
+        return self.graph.binary(Op.MULTIPLY, other, self)
 
     def __truediv__(self, other: Any) -> Scalar:
-        return self.graph.apply(Op.DIVIDE, self, other)
+        return self.graph.binary(Op.DIVIDE, self, other)
 
     def __rtruediv__(self, other: Any) -> Scalar:
-        return self.graph.apply(Op.DIVIDE, other, self)
+        return self.graph.binary(Op.DIVIDE, other, self)
 
     def __neg__(self) -> Scalar:
         return self.graph.apply(Op.NEGATE, self)
@@ -139,6 +139,8 @@ class Graph:
     def lift(self, value: Any) -> Scalar:
         """`value` as a node of this graph."""
         if isinstance(value, Scalar):
+            if value.graph is not self:
+                raise KernelError("scalar expression", "nodes of two graphs meet", "nodes of one graph")
             return value
         if isinstance(value, (int, Fraction)):
             return self.constant(value)
@@ -150,6 +152,12 @@ class Graph:
             "an exact number (int or Fraction)",
             "write a float as the Fraction that you mean",
         )
+
+    def binary(self, op: Op, a: Any, b: Any) -> Scalar:
+        """`apply` for operators: what is no scalar may know what to do with one."""
+        if all(isinstance(value, (Scalar, int, float, Fraction)) for value in (a, b)):
+            return self.apply(op, a, b)
+        return NotImplemented
 
     def apply(self, op: Op, *arguments: Any) -> Scalar:
         """The node ``op(arguments)``, folded where that is exact."""

@@ -74,6 +74,10 @@ def factor(polynomials: tuple[Polynomial, ...], first_new: int, policy: Policy) 
     return Factored(tuple(extraction.sums), len(polynomials), first_new, tuple(extraction.numbers))
 
 
+def _size(value: Rational) -> Rational:
+    return value if value > 0 else -value
+
+
 def _products(cube: Cube) -> int:
     """Multiplications that a product of literals takes."""
     return len(cube) - 1 if cube else 0
@@ -125,9 +129,9 @@ class _Extraction:
         """A new sum, from a polynomial."""
         self.sums.append({})
         self._groups.append({})
-        sizes = Counter(abs(value) for value in polynomial.terms.values())
+        sizes: Counter[Rational] = Counter(_size(value) for value in polynomial.terms.values())
         for monomial, value in polynomial.key:
-            size = abs(value)
+            size = _size(value)
             if self._split and size != 1 and sizes[size] > 1:
                 self._groups[-1].setdefault(size, []).append((monomial, value))
             else:
@@ -158,8 +162,9 @@ class _Extraction:
 
     def _add(self, index: int, cube: Cube, value: Rational) -> None:
         """Add ``value * cube`` to a sum, keeping signs apart from magnitudes."""
-        if abs(value) != 1:
-            cube = tuple(sorted((*cube, self._number(Fraction(abs(value))))))
+        size = _size(value)
+        if size != 1:
+            cube = tuple(sorted((*cube, self._number(Fraction(size)))))
         sign = 1 if value > 0 else -1
         present = self.sums[index].get(cube)
         if present is not None:

@@ -7,6 +7,7 @@ that: the offset's polynomial is divided by those of the normal, and what remain
 from __future__ import annotations
 
 from collections.abc import Sequence
+from fractions import Fraction
 
 from ..algebra.blades import Rational, exact
 from ..rings.polynomial import Monomial, Polynomial
@@ -24,7 +25,9 @@ def resubstitute(system: System) -> System | None:
     if len(system.outputs) < 2 or sum(len(p.terms) for p in system.outputs) > TERM_LIMIT:
         return None
     ring = system.ring
-    order = sorted(range(len(system.outputs)), key=lambda k: (len(system.outputs[k].terms), system.outputs[k].degree, k))
+    order = sorted(
+        range(len(system.outputs)), key=lambda k: (len(system.outputs[k].terms), system.outputs[k].degree, k)
+    )
     names: dict[int, Polynomial] = {}
     outputs = list(system.outputs)
     divided = False
@@ -52,9 +55,7 @@ def resubstitute(system: System) -> System | None:
     return System(ring, system.n_inputs, (*system.definitions, *added), tuple(outputs))
 
 
-def _divide(
-    polynomial: Polynomial, divisors: Sequence[Polynomial]
-) -> tuple[list[Polynomial], Polynomial] | None:
+def _divide(polynomial: Polynomial, divisors: Sequence[Polynomial]) -> tuple[list[Polynomial], Polynomial] | None:
     """Quotients and remainder, when writing them costs less than the polynomial."""
     leads = [(divisor.leading, divisor) for divisor in divisors]
     rest = dict(polynomial.terms)
@@ -68,7 +69,7 @@ def _divide(
         for number, (lead, divisor) in enumerate(leads):
             cofactor = _quotient(monomial, lead)
             if cofactor is not None:
-                factor = exact(value / divisor.terms[lead]) if value % divisor.terms[lead] == 0 else None
+                factor = exact(Fraction(value) / divisor.terms[lead]) if value % divisor.terms[lead] == 0 else None
                 if factor is None:
                     continue
                 quotients[number][cofactor] = quotients[number].get(cofactor, 0) + factor
@@ -85,7 +86,9 @@ def _divide(
     else:
         return None
     before = sum(weight(m, v) for m, v in polynomial.terms.items())
-    after = sum(weight(m, v) for m, v in remainder.items()) + sum(weight(m, v) + 1 for q in quotients for m, v in q.items())
+    after = sum(weight(m, v) for m, v in remainder.items()) + sum(
+        weight(m, v) + 1 for q in quotients for m, v in q.items()
+    )
     if after >= before:
         return None
     ring = polynomial.ring

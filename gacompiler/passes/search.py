@@ -128,7 +128,9 @@ class Search:
                             system = lowering.system(self._slots)
                         except TooLargeError:
                             continue
-                        origin = f"{name}, {len(cuts)} stages, {reduction.value}{', implied named' if name_implied else ''}"
+                        origin = (
+                            f"{name}, {len(cuts)} stages, {reduction.value}{', implied named' if name_implied else ''}"
+                        )
                         for how, each in _forms(system):
                             if _size(each) <= TERM_LIMIT and str(each) not in seen:
                                 seen.add(str(each))

@@ -17,6 +17,7 @@ import mpmath
 
 from ..algebra.blades import grade
 from ..algebra.coefficients import divide
+from ..algebra.involutions import clifford_conjugate
 from ..algebra.layout import Layout
 from ..algebra.multivector import Multivector
 from ..algebra.versors import norm_squared
@@ -28,8 +29,8 @@ DIGITS = 60
 
 
 def random_fraction(random: Random) -> Fraction:
-    """A small rational that is not zero."""
-    return Fraction(random.choice((-1, 1)) * random.randint(1, 9), random.randint(1, 5))
+    """A rational that is neither zero nor so small that ``x * x`` and ``x + x`` might agree."""
+    return Fraction(random.choice((-1, 1)) * random.randint(11, 97), random.choice((1, 2, 3, 5, 7)))
 
 
 def point(layout: Layout, random: Random, *, near_one: bool = False) -> list[Any]:
@@ -39,7 +40,7 @@ def point(layout: Layout, random: Random, *, near_one: bool = False) -> list[Any
     """
     if not layout.has_relations:
         return [_coefficient(random, near_one) for _ in layout.stored]
-    for make in (_versor, _blade):
+    for make in (_versor, _blade, _number):
         found = make(layout, random)
         if found is not None:
             return found
@@ -85,6 +86,13 @@ def _versor(layout: Layout, random: Random) -> list[Any] | None:
             return found
     free = [random_fraction(random) for _ in layout.stored]
     return _accepted(layout, layout.element(free))
+
+
+def _number(layout: Layout, random: Random) -> list[Any] | None:
+    """For complex numbers, quaternions and their like: ``x x / (x times its Clifford conjugate)``."""
+    x = layout.element([random_fraction(random) for _ in layout.stored])
+    norm = x * clifford_conjugate(x)
+    return _accepted(layout, (x * x).map(lambda value: divide(value, norm.scalar))) if norm.scalar else None
 
 
 def _blade(layout: Layout, random: Random) -> list[Any] | None:

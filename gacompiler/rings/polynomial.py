@@ -152,6 +152,8 @@ class Polynomial:
         return min(self.terms, key=lambda monomial: (-len(monomial), monomial))
 
     def __add__(self, other: Any) -> Polynomial:
+        if not isinstance(other, _OPERANDS):
+            return NotImplemented
         other = self._operand(other)
         if len(self.terms) < len(other.terms):
             self, other = other, self
@@ -170,12 +172,16 @@ class Polynomial:
         return Polynomial(self.ring, {monomial: -value for monomial, value in self.terms.items()})
 
     def __sub__(self, other: Any) -> Polynomial:
+        if not isinstance(other, _OPERANDS):
+            return NotImplemented
         return self + -self._operand(other)
 
     def __rsub__(self, other: Any) -> Polynomial:
-        return -self + other
+        return -self + self._operand(other)
 
     def __mul__(self, other: Any) -> Polynomial:
+        if not isinstance(other, _OPERANDS):
+            return NotImplemented
         other = self._operand(other)
         if len(self.terms) * len(other.terms) > 50 * self.ring.budget:
             raise TooLargeError("product of polynomials", f"{len(self.terms)} x {len(other.terms)} terms")
@@ -254,6 +260,10 @@ class Polynomial:
 
     def __repr__(self) -> str:
         return f"Polynomial({self})"
+
+
+_OPERANDS = (Polynomial, int, float, Fraction)
+"""What takes part in arithmetic; anything else may know what to do with a polynomial."""
 
 
 def _term(ring: PolynomialRing, monomial: Monomial, value: Rational) -> str:

@@ -7,6 +7,7 @@ A normal form eliminates the same monomial everywhere. Often different results w
 from __future__ import annotations
 
 from collections.abc import Sequence
+from fractions import Fraction
 
 from ..algebra.blades import Rational, exact
 from .polynomial import Monomial, Polynomial
@@ -32,7 +33,7 @@ def simplify(polynomial: Polynomial, relations: Sequence[Polynomial]) -> Polynom
                     cofactor = _quotient(monomial, part)
                     if cofactor is None:
                         continue
-                    multiple = exact(terms[monomial] / factor) if terms[monomial] % factor == 0 else None
+                    multiple = exact(Fraction(terms[monomial]) / factor) if terms[monomial] % factor == 0 else None
                     if multiple is None or (cofactor, number, multiple) in seen:
                         continue
                     seen.add((cofactor, number, multiple))
