@@ -20,11 +20,9 @@ from heapq import heappop, heappush
 
 from ..algebra.blades import Rational
 from ..rings.polynomial import Polynomial
+from .kernels import Cube, Sum, best_divisor
 
 Literal = int
-Cube = tuple[Literal, ...]
-Sum = dict[Cube, int]
-"""Cube to sign; the cubes are sorted tuples of literals with repetition."""
 
 _NUMBER = 1 << 30
 """Literals from here on are numbers; they sort behind all variables."""
@@ -59,10 +57,13 @@ class Policy:
         Which divisor to take first when a product and a sum save the same.
     split_numbers : bool
         Whether to start by collecting the terms of a sum that have the same numeric factor: ``x + 2 (...)``.
+    long_sums_first : bool
+        Whether to start with common divisors of any number of terms (`gacompiler.passes.kernels`).
     """
 
     prefer_products: bool = False
     split_numbers: bool = False
+    long_sums_first: bool = False
 
 
 def factor(polynomials: tuple[Polynomial, ...], first_new: int, policy: Policy) -> Factored:
@@ -118,6 +119,7 @@ class _Extraction:
         self._next = first_new
         self._rank = (1, 0) if policy.prefer_products else (0, 1)
         self._split = policy.split_numbers
+        self._long_sums_first = policy.long_sums_first
         self._literal_of: dict[Fraction, Literal] = {}
         self._places: dict[SumKey, dict[Place, int]] = defaultdict(dict)
         self._saved: dict[SumKey, int] = defaultdict(int)
@@ -145,6 +147,15 @@ class _Extraction:
                 for monomial, value in terms:
                     self._add(len(self.sums) - 1, monomial, 1 if value > 0 else -1)
                 self._add(index, (variable,), size)
+        while self._long_sums_first and (found := best_divisor(self.sums)):
+            divisor, places = found
+            variable = self._define({})
+            for cube, sign in divisor:
+                self._add(len(self.sums) - 1, cube, sign)
+            for index, cofactor, sign in places:
+                for cube, _ in divisor:
+                    self._remove(index, tuple(sorted((*cofactor, *cube))))
+                self._add(index, tuple(sorted((*cofactor, variable))), sign)
         while self._heap:
             value, rank, key, checked = heappop(self._heap)
             if rank == self._rank[0]:

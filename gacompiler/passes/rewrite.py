@@ -87,6 +87,16 @@ def drop_versor(expression: Expression) -> Expression | None:
     return x if x.blades <= invariant and is_unit_even_versor(versor) else None
 
 
+def sandwich_as_difference(expression: Expression) -> Expression | None:
+    """``m x ~m = x + (m x - x m) ~m`` for unit `m`: what commutes with `x` is not multiplied out."""
+    if expression.operation != "sandwich":
+        return None
+    versor, x = expression.arguments
+    if not is_unit(versor) or parity(versor) != 0:
+        return None
+    return x + 2 * (node("commutator", versor, x) * ~versor)
+
+
 RECOGNISE: tuple[Rule, ...] = (recognise_sandwich, divide_by_reversing)
 PULL_OUT: tuple[Rule, ...] = (*RECOGNISE, pull_out_versor, drop_versor)
 SPLIT: tuple[Rule, ...] = (*PULL_OUT, split_sandwich)
@@ -98,6 +108,7 @@ STRATEGIES: dict[str, tuple[Rule, ...]] = {
     "versors pulled out": PULL_OUT,
     "sandwiches one by one": SPLIT,
     "sandwiches combined": COMBINE,
+    "sandwiches as differences": (*SPLIT, sandwich_as_difference),
 }
 
 

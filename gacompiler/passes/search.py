@@ -90,6 +90,8 @@ class Search:
             origin, system, _ = first[k]
             if total_terms(system.outputs) <= MANY_TERMS:
                 for policy in (
+                    Policy(split_numbers=True, long_sums_first=True),
+                    Policy(prefer_products=True, split_numbers=True, long_sums_first=True),
                     Policy(),
                     Policy(prefer_products=True),
                     Policy(prefer_products=True, split_numbers=True),

@@ -50,7 +50,8 @@ def _centre(x):
 
 def _radius_squared(x):
     """Squared radius of a round, negative for an imaginary one."""
-    return ga.scalar_product(x, ga.grade_involution(x)) / ga.norm_squared(ga.left_contraction(EINF, x))
+    carrier = ga.left_contraction(EINF, x)
+    return ga.scalar_product(x, ga.grade_involution(x)) / ga.scalar_product(carrier, carrier)
 
 
 # Products, involutions and duals of any two elements.

@@ -205,9 +205,9 @@ def join_three_points(a, b, c):
 
 @kernel(a=POINT, b=POINT, c=POINT, d=POINT)
 def join_four_points(a, b, c, d):
-    """Six times the signed volume of a tetrahedron: positive where the plane a b c has `d` on the side it turns from.
+    """Six times the signed volume ``det[b - a, c - a, d - a]`` of a tetrahedron; 0 where the points lie in one plane.
 
-    That is ``det[b - a, c - a, d - a]`` negated; it is 0 where the points lie in one plane.
+    It is positive where `d` is on the side of the normal of ``join_three_points(a, b, c)``.
     """
     return a & b & c & d
 

@@ -117,10 +117,6 @@ def triangulate(first, second, pixel, partner):
     orthogonal to the epipolar line. All is 0 where the line of sight goes through the second camera's centre.
     """
     sight = (first[0] - pixel[0] * first[2]) ^ (first[1] - pixel[1] * first[2])
-    centre = ga.undual(first[0] ^ first[1] ^ first[2])
-    at_infinity = ga.undual(sight ^ first[2])
-    x, y, w = (ga.scalar_product(row, centre) for row in second)
-    u, v, h = (ga.scalar_product(row, at_infinity) for row in second)
-    along_x, along_y = u * w - x * h, v * w - y * h
+    epipolar_x, epipolar_y = ((sight ^ second[k] ^ second[m])["e1234"] for k, m in NEXT[:2])
     column, row = second[0] - partner[0] * second[2], second[1] - partner[1] * second[2]
-    return ga.undual(sight ^ (along_x * column + along_y * row))
+    return ga.undual(sight ^ (epipolar_x * row - epipolar_y * column))

@@ -177,12 +177,11 @@ def between_vectors(a, b):
     sum_squared = ga.norm_squared(a + b)
     x, y, z = (ga.absolute(c) for c in _coordinates(b))
     flattest = ga.select(x <= ga.minimum(y, z), AXES[0], ga.select(y <= z, AXES[1], AXES[2]))
-    towards = ga.select(sum_squared < ROUNDING, flattest, a + b)
+    opposite, exactly = sum_squared < NEARLY_OPPOSITE, sum_squared < ROUNDING
+    towards = ga.select(opposite, ga.select(exactly, flattest, a + b), flattest)
     fixing = ga.normalize(towards - ga.scalar_product(towards, b) * b)
-    reflections = fixing * ga.normalize(a - b)
-    norm_squared = ga.norm_squared(half)
-    opposite = norm_squared < NEARLY_OPPOSITE
-    return ga.select(opposite, reflections, half / ga.sqrt(ga.select(opposite, 1, norm_squared)))
+    reflections = fixing * ga.normalize(ga.select(opposite, a - b, AXES[0]))
+    return ga.select(opposite, reflections, half / ga.sqrt(ga.select(opposite, 1, ga.norm_squared(half))))
 
 
 @kernel(p=UNIT_QUATERNION, q=UNIT_QUATERNION)
