@@ -5,73 +5,24 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
-from math import inf, nextafter, ulp
 from pathlib import Path
 from random import Random
 from typing import Any
 
-import mpmath
 import numpy as np
 
 from .backends import body_is_intact, c_functions, python_functions
 from .errors import ProofError
-from .frontend.kernel import Kernel
-from .ir.interpret import evaluate
-from .ir.program import Program
-from .ir.scalar import Op
-from .passes.decide import sample, to_mpmath
+from .passes.accuracy import ERROR_POINTS, measured_error, ulps
 from .passes.prove import Reader, Truth, disagreement, program_reader, read, truths
 from .passes.record import Compilation
-from .rings.points import DIGITS
-
-ERROR_POINTS = 64
+from .passes.samples import sample
 
 
 def rounding_error(record: Compilation) -> str:
     """The largest error of the program in double precision, in ulp of its largest result, for readers."""
     worst = measured_error(record.program, record.kernel)
     return f"{worst:.1f} ulp of the largest coefficient, {ERROR_POINTS} random inputs"
-
-
-def measured_error(program: Program, kernel: Kernel) -> float:
-    """The largest error in ulp over `ERROR_POINTS` random elements, against the same program without rounding."""
-    random = Random(5)
-    worst = 0.0
-    for _ in range(ERROR_POINTS):
-        point = {name: float(value) for name, value in sample(kernel, random, near_one=True).items()}
-        inputs = [tuple(point[name] for name in argument.components) for argument in program.arguments]
-        try:
-            rounded = run_in_double(program, inputs)
-            exact = read(program_reader(program), Truth(tuple(tuple(map(Fraction, v)) for v in inputs), (), True))
-        except (ZeroDivisionError, ValueError, OverflowError):
-            continue
-        worst = max(worst, _ulps(rounded, exact))
-    return worst
-
-
-def run_in_double(program: Program, inputs: Sequence[Sequence[float]]) -> list[float]:
-    """The program in IEEE double, each operation rounded once; functions are rounded correctly, on every machine."""
-    values: dict[str, float] = {}
-    for argument, given in zip(program.arguments, inputs, strict=True):
-        values.update(zip(argument.components, given, strict=True))
-    for line in program.lines:
-        operands = [values[o] if isinstance(o, str) else float(o) for o in line.operands]
-        if line.op in (Op.SIN, Op.COS, Op.ATAN2, Op.ACOS, Op.EXP, Op.LOG):
-            with mpmath.workdps(30):
-                values[line.target] = float(evaluate(line.op, [mpmath.mpf(operand) for operand in operands]))
-        else:
-            values[line.target] = float(evaluate(line.op, operands))
-    return [values[o] if isinstance(o, str) else float(o) for result in program.results for o in result.operands]
-
-
-def _ulps(rounded: Sequence[float], exact: Sequence[Any]) -> float:
-    with mpmath.workdps(DIGITS):
-        true = [to_mpmath(value) for value in exact]
-        largest = max((abs(value) for value in true), default=mpmath.mpf(0))
-        if largest == 0:
-            return 0.0 if not any(rounded) else inf
-        unit = ulp(min(float(largest), nextafter(inf, 0)))
-        return max(float(abs(mpmath.mpf(a) - b)) / unit for a, b in zip(rounded, true, strict=True))
 
 
 @dataclass(frozen=True, slots=True)
@@ -172,7 +123,7 @@ def _error_of(run: Any, record: Compilation) -> float:
         inputs = tuple(tuple(map(Fraction, array[k].ravel().tolist())) for array in arrays)
         rounded = [value for result in results for value in result[k].tolist()]
         try:
-            worst = max(worst, _ulps(rounded, read(reader, Truth(inputs, (), True))))
+            worst = max(worst, ulps(rounded, read(reader, Truth(inputs, (), True))))
         except (ZeroDivisionError, ValueError):
             continue
     return worst

@@ -157,7 +157,7 @@ class Graph:
         """`apply` for operators: what is no scalar may know what to do with one."""
         if all(isinstance(value, (Scalar, int, float, Fraction)) for value in (a, b)):
             return self.apply(op, a, b)
-        return NotImplemented
+        return NotImplemented  # type: ignore[no-any-return]
 
     def apply(self, op: Op, *arguments: Any) -> Scalar:
         """The node ``op(arguments)``, folded where that is exact."""

@@ -16,15 +16,18 @@ import mpmath
 
 from ..algebra.algebra import Algebra
 from ..algebra.layout import SCALAR, SCALARS, Layout
+from ..algebra.layout import Slot as LayoutSlot
 from ..algebra.multivector import Multivector
-from ..errors import InexactError, KernelError, TooLargeError
-from ..frontend.expression import Expression, evaluate
-from ..frontend.kernel import Kernel, Output, Trace
+from ..errors import KernelError, TooLargeError
+from ..frontend.expression import Expression
+from ..frontend.kernel import Output, Trace
 from ..ir.scalar import Scalar
-from ..rings.points import DIGITS, point
-from .lower import Lowering, Slot, author_scalars, stages
+from ..rings.points import DIGITS
+from ..rings.polynomial import Polynomial
+from .lower import Lowering, Reduction, Slot, author_scalars, stages
+from .samples import samples
 
-POINTS = 3
+POINTS = 4
 
 
 @dataclass(frozen=True, slots=True)
@@ -35,33 +38,6 @@ class Decision:
     slots: tuple[tuple[Slot, ...], ...]
     constants: Mapping[tuple[int, int], Any]
     """Proved constants by (expression, blade)."""
-
-
-def sample(kernel: Kernel, random: Random, *, near_one: bool = False) -> dict[str, Any]:
-    """A random value of every input component that satisfies the relations of the layouts."""
-    values: dict[str, Any] = {}
-    for parameter in kernel.parameters:
-        step = parameter.layout.size
-        for start in range(0, len(parameter.components), step):
-            names = parameter.components[start : start + step]
-            values.update(zip(names, point(parameter.layout, random, near_one=near_one), strict=True))
-    return values
-
-
-def meaning(expressions: Sequence[Expression], inputs: Mapping[str, Any]) -> list[Multivector]:
-    """The author's definition at a point: exact where the functions in it allow, else to `DIGITS` digits."""
-    if all(isinstance(value, (int, Fraction)) for value in inputs.values()):
-        try:
-            return evaluate(expressions, inputs)
-        except InexactError:
-            pass
-    with mpmath.workdps(DIGITS):
-        return evaluate(expressions, {name: to_mpmath(value) for name, value in inputs.items()})
-
-
-def to_mpmath(value: Any) -> Any:
-    """A number of any kind as an mpmath number at the current precision."""
-    return mpmath.mpf(value.numerator) / value.denominator if isinstance(value, (int, Fraction)) else mpmath.mpf(value)
 
 
 def decide(trace: Trace, variants: Sequence[Sequence[Expression]]) -> Decision:
@@ -103,13 +79,9 @@ def _common(
 
 def _suspects(trace: Trace, supports: list[tuple[int, ...]]) -> dict[tuple[int, int], Any]:
     """Coefficients that have the same rational value at several points."""
-    random = Random(7)
-    values = []
-    for _ in range(POINTS):
-        try:
-            values.append(meaning(trace.expressions, sample(trace.kernel, random)))
-        except (ZeroDivisionError, ValueError):
-            return {}
+    values = [value for _, value in samples(trace.kernel, trace.expressions, Random(7), POINTS)]
+    if not values:
+        return {}
     found = {}
     for k, support in enumerate(supports):
         for blade in support:
@@ -203,6 +175,8 @@ def _check(trace: Trace, output: Output, layout: Layout, found: Mapping[int, Any
                 f"only {' '.join(layout.blades)} as returns={layout} says",
                 f"add {name} to the layout, or take .grade() of what you mean",
             )
+    if layout.implied:
+        _check_implied(trace, output, layout)
     for slot, value in layout.fixed:
         if found.get(slot.blade, 0) != slot.sign * value:
             raise KernelError(
@@ -211,3 +185,26 @@ def _check(trace: Trace, output: Output, layout: Layout, found: Mapping[int, Any
                 f"{slot.name} = {value} as returns={layout} says",
                 "normalise the result, or return a layout that stores it",
             )
+
+
+def _check_implied(trace: Trace, output: Output, layout: Layout) -> None:
+    """Refuse a layout that implies coefficients which the result is not proved to have."""
+    lowered = Lowering(trace.kernel, output.expressions)
+    for value in lowered.values:
+        stored = {slot.name: _coefficient(lowered, value, slot) for slot in layout.stored}
+        wanted = [function(stored) for _, function in layout.implied]
+        found = [_coefficient(lowered, value, slot) for slot, _ in layout.implied]
+        differences = lowered.relations.reduce([a - b for a, b in zip(found, wanted, strict=True)], Reduction.NORMAL)
+        for (slot, _), difference in zip(layout.implied, differences, strict=True):
+            if not difference.is_zero:
+                raise KernelError(
+                    trace.kernel.where,
+                    f"the coefficient of {slot.name} is not known to be what {layout} implies",
+                    f"a {layout.name} as returns= says",
+                    "build the result from its stored coefficients, or return a layout that stores it",
+                )
+
+
+def _coefficient(lowered: Lowering, value: Multivector, slot: LayoutSlot) -> Polynomial:
+    polynomial = lowered.ring.lift(value.terms.get(slot.blade, 0))
+    return polynomial if slot.sign > 0 else -polynomial

@@ -1,8 +1,8 @@
 """Common divisors of more than two terms: intersections of quotients.
 
-A sum divided by a literal is its quotient; the common part of two quotients, up to sign, is a divisor of both sums, with
-the literals as cofactors. These are the *kernel intersections* of multi-level logic synthesis (Brayton & McMullen, ISCAS
-1982), restricted to cofactors of one literal.
+A sum divided by a literal is its quotient; the common part of two quotients, up to sign, is a divisor of both sums,
+with the literals as cofactors. These are the *kernel intersections* of multi-level logic synthesis (Brayton &
+McMullen, ISCAS 1982), restricted to cofactors of one literal.
 """
 
 from __future__ import annotations

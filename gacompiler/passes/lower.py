@@ -46,9 +46,9 @@ def pick(values: Sequence[Multivector], slots: Iterable[Slot], graph: Graph) -> 
 class Reduction(Enum):
     """What is done with polynomials that are equal modulo the relations."""
 
-    NONE = "not reduced"
     NORMAL = "reduced"
     SPARSE = "made sparse"
+    NONE = "not reduced"
 
 
 class Relations:
@@ -58,6 +58,11 @@ class Relations:
         self._ring = ring
         self._known: list[Polynomial] = []
         self._ideals: dict[tuple[tuple[int, ...], int], Ideal] = {}
+
+    @property
+    def known(self) -> bool:
+        """Whether anything is known, so that reducing could change something."""
+        return bool(self._known or self._ring.atoms)
 
     def add(self, relations: Iterable[Polynomial]) -> None:
         """More that vanishes.

@@ -11,6 +11,7 @@ from dataclasses import replace
 
 from ..errors import GacError, KernelError
 from ..frontend.kernel import Kernel, trace
+from .accuracy import most_accurate_enough
 from .decide import decide
 from .prove import prove_program
 from .record import Compilation
@@ -35,21 +36,26 @@ def decide_results(record: Compilation) -> Compilation:
     return replace(record, decision=decide(record.trace, tuple(record.variants.values())))
 
 
-def choose_program(record: Compilation) -> Compilation:
-    """Lower, factorise, share and schedule every candidate; keep the cheapest."""
+def find_candidates(record: Compilation) -> Compilation:
+    """Lower, factorise, share and schedule the results in many ways."""
     assert record.trace is not None and record.variants is not None and record.decision is not None
     results = []
     for output, layout, slots in zip(record.trace.outputs, record.decision.layouts, record.decision.slots, strict=True):
         shape = output.outer_shape + (() if layout.is_scalar else (layout.size,))
         results.append((output.name, shape, slots))
-    best, found = Search(record.kernel, record.variants, results).best()
-    return replace(record, best=best, candidates=tuple(found))
+    return replace(record, candidates=tuple(Search(record.kernel, record.variants, results).candidates()))
+
+
+def choose_program(record: Compilation) -> Compilation:
+    """Keep the cheapest candidate that is accurate enough."""
+    return replace(record, best=most_accurate_enough(record.kernel, record.candidates))
 
 
 PIPELINE: tuple[Callable[[Compilation], Compilation], ...] = (
     trace_kernel,
     rewrite_expressions,
     decide_results,
+    find_candidates,
     choose_program,
     prove_program,
 )

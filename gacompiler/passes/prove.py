@@ -19,8 +19,8 @@ from ..ir.interpret import interpret
 from ..ir.program import Program
 from ..ir.scalar import RING, Op
 from ..rings.points import DIGITS
-from .decide import meaning, sample, to_mpmath
 from .record import Compilation
+from .samples import samples, to_mpmath
 
 TOLERANCE_DIGITS = 40
 """Agreement asked for where a value is not rational, of `DIGITS` digits computed."""
@@ -47,32 +47,19 @@ def truths(record: Compilation, seed: int = 11, n: int | None = None) -> list[Tr
     random = Random(seed)
     wanted = n if n is not None else BRANCH_POINTS if _has_branches(record.program) else EXACT_POINTS
     found: list[Truth] = []
-    for _ in range(4 * wanted):
-        point = sample(kernel, random)
-        try:
-            values = meaning(trace.expressions, point)
-        except (ZeroDivisionError, ValueError, mpmath.libmp.ComplexResult):
-            continue
+    for point, values in samples(kernel, trace.expressions, random, wanted):
         with mpmath.workdps(DIGITS):  # even a minus sign rounds to the precision in force
             results = tuple(
                 tuple(_signed(values[slot.expression].terms.get(slot.blade, 0), slot.sign) for slot in slots)
                 for slots in decision.slots
             )
-        flat = [value for result in results for value in result]
-        if any(
-            isinstance(value, mpmath.mpc) or (isinstance(value, mpmath.mpf) and not mpmath.isfinite(value))
-            for value in flat
-        ):
-            continue
-        exact = all(isinstance(value, (int, Fraction)) for value in [*flat, *point.values()])
+        exact = all(isinstance(v, (int, Fraction)) for v in [*(v for r in results for v in r), *point.values()])
         inputs = tuple(tuple(point[name] for name in parameter.components) for parameter in kernel.parameters)
         found.append(Truth(inputs, results, exact))
-        if len(found) == wanted:
-            return found
     if not found:
         raise ProofError(
             f"kernel {kernel.name}",
-            f"its definition is undefined at {4 * wanted} random points",
+            f"its definition is undefined at {8 * wanted} random points",
             remedy="check its domain",
         )
     return found

@@ -26,14 +26,13 @@ from .share import share
 from .shift import shift
 from .system import System
 
-TERM_LIMIT = 2_000
-"""Systems with more terms than this are not factorised: the time grows with the square of a sum's terms."""
-SMALL = 200
+SMALL = 60
 """Polynomials up to this many terms are always multiplied out, whatever the best cost."""
 MANY_TERMS = 300
 """Systems with more terms than this are factorised under one policy only."""
 HOPELESS = 3
-"""Systems with more terms than this many times the best cost so far are not factorised: they do not catch up."""
+"""Systems with more terms than this many times the best cost so far are not factorised: they do not catch up, and
+the time grows with the square of a sum's terms."""
 STAGE_LIMIT = 3
 """With more stages than this, not all sets of them are tried, but none, all, all but one and single ones."""
 
@@ -68,22 +67,22 @@ class Search:
         self._variants = variants
         self._results = tuple(results)
         self._slots = tuple(slot for _, _, slots in results for slot in slots)
-        self._budget = TERM_LIMIT
+        self._budget = SMALL
         self._has_implied = any(parameter.layout.implied for parameter in kernel.parameters)
         self._arguments = tuple(Argument(p.name, p.shape, p.components) for p in kernel.parameters)
 
     def candidates(self) -> list[Candidate]:
         """All candidates that were tried, in order."""
-        found = [self._candidate(name, self._direct(variant)) for name, variant in self._variants.items()]
+        direct = {name: self._candidate(name, self._direct(variant)) for name, variant in self._variants.items()}
+        found = list(direct.values())
         least = min(candidate.cost.total for candidate in found)
         self._budget = max(HOPELESS * least, SMALL)
         first: list[tuple[str, System, Candidate]] = []
-        for origin, system in sorted(self._systems(), key=lambda pair: _size(pair[1])):
-            if _size(system) > HOPELESS * least:
-                break
+        for origin, system in self._systems(sorted(direct, key=lambda name: direct[name].cost.total)):
             candidate = self._factorise(origin, system, Policy(split_numbers=True))
             first.append((origin, system, candidate))
             least = min(least, candidate.cost.total)
+            self._budget = max(HOPELESS * least, SMALL)
         found += [candidate for _, _, candidate in first]
         best = sorted(range(len(first)), key=lambda k: (first[k][2].cost.total, k))[:2]
         for k in best:
@@ -98,11 +97,6 @@ class Search:
                 ):
                     found.append(self._factorise(origin, system, policy))
         return found
-
-    def best(self) -> tuple[Candidate, list[Candidate]]:
-        """The cheapest candidate, and all of them."""
-        found = self.candidates()
-        return min(found, key=lambda candidate: candidate.cost.total), found
 
     def _candidate(self, origin: str, scalars: Sequence[Scalar]) -> Candidate:
         todo = iter(scalars)
@@ -119,9 +113,11 @@ class Search:
         choices = [name for name in Policy.__slots__ if getattr(policy, name)]
         return self._candidate(", ".join([origin, "factorised", *choices]), share(system, policy))
 
-    def _systems(self) -> Iterator[tuple[str, System]]:
+    def _systems(self, names: Sequence[str]) -> Iterator[tuple[str, System]]:
+        """Different systems that are small enough to catch up with the best so far, the simplest rewriting first."""
         seen: set[str] = set()
-        for name, expressions in self._variants.items():
+        for name in names:
+            expressions = self._variants[name]
             for cuts in _choices_of_stages(stages(expressions)):
                 for reduction in Reduction:
                     for name_implied in (False, True) if self._has_implied else (False,):
@@ -133,10 +129,14 @@ class Search:
                         origin = (
                             f"{name}, {len(cuts)} stages, {reduction.value}{', implied named' if name_implied else ''}"
                         )
+                        if _size(system) > self._budget:
+                            continue
                         for how, each in _forms(system):
-                            if _size(each) <= TERM_LIMIT and str(each) not in seen:
+                            if _size(each) <= self._budget and str(each) not in seen:
                                 seen.add(str(each))
                                 yield origin + how, each
+                    if not lowering.relations.known:
+                        break
 
 
 def _forms(system: System) -> Iterator[tuple[str, System]]:

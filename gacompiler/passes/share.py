@@ -5,7 +5,8 @@ from __future__ import annotations
 from collections import Counter
 
 from ..ir.scalar import Graph, Op, Scalar
-from .factor import Cube, Factored, Policy, Sum, factor
+from .factor import Factored, Policy, factor
+from .kernels import Cube, Sum
 from .system import System
 
 

@@ -19,11 +19,32 @@ VARIABLE_LIMIT = 40
 
 def shift(system: System) -> System | None:
     """`system` with as many of its polynomials as possible in differences, or None where none can be."""
+    ring = system.ring
     definitions, atoms = system.live()
-    polynomials = [*(definition.polynomial for definition in definitions), *system.outputs]
+    arguments = [argument for atom in atoms for argument in ring.atom_of(atom).arguments]
+    polynomials = [*(definition.polynomial for definition in definitions), *system.outputs, *arguments]
     group, used, directions = _invariant_group(polynomials)
-    if atoms or not directions:
+    if not directions:
         return None
+    values, added = _differences(system, used, directions)
+    changed = [p.substitute(values) if k in group else p for k, p in enumerate(polynomials)]
+    rest = iter(changed[len(definitions) + len(system.outputs) :])
+    renewed_atoms: dict[int, Polynomial] = {}
+    for variable in atoms:  # an atom comes after those in its arguments
+        atom = ring.atom_of(variable)
+        new = [next(rest).substitute(renewed_atoms) for _ in atom.arguments]
+        if any(a != b for a, b in zip(new, atom.arguments, strict=True)):
+            renewed_atoms[variable] = ring.atom(atom.op, *new)
+    changed = [polynomial.substitute(renewed_atoms) for polynomial in changed]
+    renewed = tuple(Definition(d.variable, p) for d, p in zip(definitions, changed, strict=False))
+    outputs = changed[len(definitions) : len(definitions) + len(system.outputs)]
+    return System(ring, system.n_inputs, (*added, *renewed), tuple(outputs))
+
+
+def _differences(
+    system: System, used: list[int], directions: list[list[Fraction]]
+) -> tuple[dict[int, Polynomial], list[Definition]]:
+    """What variables become when one of each direction is put at zero, and the differences that this names."""
     ring = system.ring
     values: dict[int, Polynomial] = {}
     added: list[Definition] = []
@@ -34,13 +55,10 @@ def shift(system: System) -> System | None:
         for k in moved[:-1]:
             ratio = direction[k] / direction[base]
             old = values.get(used[k], Polynomial(ring, {(used[k],): 1}))
-            difference = old - Polynomial(ring, {(used[base],): ratio})
             name = ring.variable(f"d_{ring.names[used[k]]}")
-            added.append(Definition(len(ring.names) - 1, difference))
+            added.append(Definition(len(ring.names) - 1, old - Polynomial(ring, {(used[base],): ratio})))
             values[used[k]] = name
-    changed = [p.substitute(values) if k in group else p for k, p in enumerate(polynomials)]
-    renewed = tuple(Definition(d.variable, p) for d, p in zip(definitions, changed, strict=False))
-    return System(ring, system.n_inputs, (*added, *renewed), tuple(changed[len(definitions) :]))
+    return values, added
 
 
 def _invariant_group(polynomials: list[Polynomial]) -> tuple[set[int], list[int], list[list[Fraction]]]:

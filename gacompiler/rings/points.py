@@ -33,15 +33,16 @@ def random_fraction(random: Random) -> Fraction:
     return Fraction(random.choice((-1, 1)) * random.randint(11, 97), random.choice((1, 2, 3, 5, 7)))
 
 
-def point(layout: Layout, random: Random, *, near_one: bool = False) -> list[Any]:
+def point(layout: Layout, random: Random, *, spread: Fraction = Fraction(1), near_one: bool = False) -> list[Any]:
     """Random stored coefficients of an element of `layout`: Fractions where possible, else mpmath numbers.
 
-    `near_one` keeps magnitudes moderate, for measuring floating-point error.
+    `spread` scales free coefficients, and says how far versors are from 1; `near_one` keeps magnitudes moderate, for
+    measuring floating-point error.
     """
     if not layout.has_relations:
-        return [_coefficient(random, near_one) for _ in layout.stored]
+        return [spread * _coefficient(random, near_one) for _ in layout.stored]
     for make in (_versor, _blade, _number):
-        found = make(layout, random)
+        found = make(layout, random, spread)
         if found is not None:
             return found
     return _newton(layout, random)
@@ -62,40 +63,45 @@ def _vectors_within(layout: Layout, even_only: bool) -> tuple[int, ...]:
     return ()
 
 
-def _unit_versor(layout: Layout, vectors: Sequence[int], random: Random) -> Multivector | None:
+def _unit_versor(layout: Layout, vectors: Sequence[int], random: Random, spread: Fraction) -> Multivector | None:
     algebra = layout.algebra
     product = algebra.scalar(1)
-    for _ in range(2 * ((len(vectors) + 1) // 2)):
-        product = product * Multivector(
-            algebra, {1 << k: Fraction(random.randint(-6, 6), random.randint(1, 3)) for k in vectors}
+
+    def vector(size: Fraction) -> Multivector:
+        return Multivector(
+            algebra, {1 << k: size * Fraction(random.randint(-6, 6), random.randint(1, 3)) for k in vectors}
         )
+
+    for _ in range((len(vectors) + 1) // 2):
+        first = vector(Fraction(1))
+        product = product * first * (first + vector(spread))
     norm = norm_squared(product).scalar
     return None if norm == 0 else (product * product).map(lambda value: divide(value, norm))
 
 
-def _versor(layout: Layout, random: Random) -> list[Any] | None:
+def _versor(layout: Layout, random: Random, spread: Fraction) -> list[Any] | None:
     if 0 not in layout.support:
         return None
     for _ in range(4):
         vectors = _vectors_within(layout, True)
         if len(vectors) < 2:
             vectors = ()
-        versor = _unit_versor(layout, vectors, random) if vectors else None
+        versor = _unit_versor(layout, vectors, random, spread) if vectors else None
         found = _accepted(layout, versor)
         if found is not None:
             return found
-    free = [random_fraction(random) for _ in layout.stored]
+    free = [spread * random_fraction(random) for _ in layout.stored]
     return _accepted(layout, layout.element(free))
 
 
-def _number(layout: Layout, random: Random) -> list[Any] | None:
+def _number(layout: Layout, random: Random, spread: Fraction) -> list[Any] | None:
     """For complex numbers, quaternions and their like: ``x x / (x times its Clifford conjugate)``."""
-    x = layout.element([random_fraction(random) for _ in layout.stored])
+    x = layout.element([random_fraction(random) * (spread if slot.blade else 1) for slot in layout.stored])
     norm = x * clifford_conjugate(x)
     return _accepted(layout, (x * x).map(lambda value: divide(value, norm.scalar))) if norm.scalar else None
 
 
-def _blade(layout: Layout, random: Random) -> list[Any] | None:
+def _blade(layout: Layout, random: Random, spread: Fraction) -> list[Any] | None:
     algebra = layout.algebra
     for slot in layout.stored:
         seed = Multivector(algebra, {slot.blade: 1})
@@ -103,7 +109,7 @@ def _blade(layout: Layout, random: Random) -> list[Any] | None:
             continue
         for size in range(algebra.dimension, 1, -1):
             for vectors in combinations(range(algebra.dimension), size):
-                versor = _unit_versor(layout, vectors, random)
+                versor = _unit_versor(layout, vectors, random, spread)
                 if versor is None:
                     continue
                 found = _accepted(layout, versor * seed * ~versor)

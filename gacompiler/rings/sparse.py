@@ -12,6 +12,8 @@ from fractions import Fraction
 from ..algebra.blades import Rational, exact
 from .polynomial import Monomial, Polynomial
 
+TERM_LIMIT = 60
+"""Longer polynomials are left as they are."""
 ROUNDS = 400
 """Largest number of multiples that are subtracted from one polynomial."""
 
@@ -24,6 +26,8 @@ def weight(monomial: Monomial, value: Rational) -> int:
 def simplify(polynomial: Polynomial, relations: Sequence[Polynomial]) -> Polynomial:
     """An equal polynomial, modulo `relations`, whose terms cost no more; greedy and deterministic."""
     terms = dict(polynomial.terms)
+    if len(terms) > TERM_LIMIT:
+        return polynomial
     for _ in range(ROUNDS):
         best: tuple[int, Monomial, int, Rational] | None = None
         seen: set[tuple[Monomial, int, Rational]] = set()
