@@ -2,8 +2,8 @@
 
 Relations hold exactly for the elements that are meant, and to rounding for the elements that arrive. Replacing
 ``b**2`` by ``1 - s**2`` is exact for unit rotors and useless close to the identity. So every candidate runs in double
-precision on ordinary elements, on versors close to 1 and on arguments close to each other, and is compared with the author's
-structure without rounding.
+precision on ordinary elements, on versors close to 1 and on arguments close to each other, and is compared with the
+author's structure without rounding.
 """
 
 from __future__ import annotations

@@ -126,15 +126,15 @@ class Search:
                             system = lowering.system(self._slots)
                         except TooLargeError:
                             continue
-                        origin = (
-                            f"{name}, {len(cuts)} stages, {reduction.value}{', implied named' if name_implied else ''}"
-                        )
+                        how = [reduction.value] if lowering.relations.known else []
+                        how += ["implied named"] if name_implied else []
+                        origin = ", ".join([name, f"{len(cuts)} stages", *how])
                         if _size(system) > self._budget:
                             continue
-                        for how, each in _forms(system):
+                        for form, each in _forms(system):
                             if _size(each) <= self._budget and str(each) not in seen:
                                 seen.add(str(each))
-                                yield origin + how, each
+                                yield origin + form, each
                     if not lowering.relations.known:
                         break
 
