@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import os
 import sys
 from pathlib import Path
 from typing import Any
@@ -86,7 +87,7 @@ def generate(specs: tuple[str, ...], output: Path | None, own: bool, no_build: b
         changed = write(files, folder)
         built = None if no_build else build_library(folder / f"{spec.name}.c")
         state = f"{len(spec.kernels)} kernels" + (", unchanged" if not changed else "")
-        click.echo(f"{folder / spec.name}.py .c .h: {state}" + (f", built {built.name}" if built else ""))
+        click.echo(f"{_near(folder / spec.name)}.py .c .h: {state}" + (f", built {built.name}" if built else ""))
     if not no_build and found and build_library(folder / f"{found[0].name}.c") is None:
         click.echo(f"note: {NO_COMPILER}", err=True)
 
@@ -105,7 +106,7 @@ def build(folder: Path | None, force: bool) -> None:
         if library is None:
             click.echo(f"note: {NO_COMPILER}", err=True)
             return
-        click.echo(f"{source}: {library.name}, {library.stat().st_size / 1e6:.2f} MB")
+        click.echo(f"{_near(source)}: {library.name}, {library.stat().st_size / 1e6:.2f} MB")
 
 
 @main.command(epilog=_examples("gac check", "gac check pga3"))
@@ -128,7 +129,7 @@ def check(names: tuple[str, ...]) -> None:
     if diffs or orphans:
         stale = f"{len(diffs)} files differ" + (f", no spec makes {' '.join(orphans)}" if orphans else "")
         raise StaleError(str(folder), stale, remedy="run `make generated`, or delete what no spec makes")
-    click.echo(f"{folder}: {len(files)} files are what the specs give")
+    click.echo(f"{_near(folder)}: {len(files)} files are what the specs give")
 
 
 @main.command(
@@ -292,6 +293,11 @@ def new(name: str, algebra: str) -> None:
 
 
 # What the commands share.
+
+
+def _near(path: Path) -> str:
+    """A path as seen from here."""
+    return os.path.relpath(path) if path.is_absolute() else str(path)
 
 
 def _own(names: tuple[str, ...]) -> list[Spec]:

@@ -32,6 +32,10 @@ class AlgebraError(GacError):
     """A blade, metric or operation that the algebra does not have."""
 
 
+class ZeroDivisorError(AlgebraError, ZeroDivisionError):
+    """A divisor that is exactly zero, or an element without inverse."""
+
+
 class LayoutError(GacError):
     """Coefficients that a layout does not describe or cannot hold."""
 

@@ -11,10 +11,11 @@ from typing import Any
 
 import numpy as np
 
-from .backends import body_is_intact, c_functions, python_functions
+from .backends import body_is_intact, c_programs, python_programs
 from .errors import ProofError
+from .ir.program import Program
 from .passes.accuracy import ERROR_POINTS, measured_error, ulps
-from .passes.prove import Reader, Truth, disagreement, program_reader, read, truths
+from .passes.prove import Truth, disagreement, program_reader, read, truths
 from .passes.record import Compilation
 from .passes.samples import sample
 
@@ -72,7 +73,7 @@ def verify_module(folder: Path, name: str, records: Sequence[Compilation], modul
         if not path.is_file():
             raise ProofError(str(path), "no such file", "a generated module", "run `gac generate` first")
         texts.append(path.read_text())
-    python, c = python_functions(texts[0]), c_functions(texts[1])
+    python, c = python_programs(texts[0]), c_programs(texts[1])
     edited = ["" if body_is_intact(text) else "was edited after generation" for text in texts]
     whole = [Verdict("(text)", edited[0], edited[1], float("nan"), "", 0, True)] if any(edited) else []
     return whole + [
@@ -82,7 +83,7 @@ def verify_module(folder: Path, name: str, records: Sequence[Compilation], modul
 
 
 def verify_kernel(
-    record: Compilation, python: Mapping[str, Reader], c: Mapping[str, Reader], run: Any = None, backend: str = ""
+    record: Compilation, python: Mapping[str, Program], c: Mapping[str, Program], run: Any = None, backend: str = ""
 ) -> Verdict:
     """Compare one kernel's texts with its definition at exact points, and measure what `run` computes in double."""
     known = truths(record)
@@ -92,18 +93,13 @@ def verify_kernel(
         error, runs_on = _error_of(run, record), backend
     return Verdict(
         name,
-        disagreement(_flat(python[name]), known) if name in python else "is not in the Python text",
-        disagreement(_flat(c[name]), known) if name in c else "is not in the C text",
+        disagreement(program_reader(python[name]), known) if name in python else "is not in the Python text",
+        disagreement(program_reader(c[name]), known) if name in c else "is not in the C text",
         error,
         runs_on,
         len(known),
         all(truth.is_exact for truth in known),
     )
-
-
-def _flat(reader: Reader) -> Reader:
-    """Results one after the other, of a function that gives a tuple for each."""
-    return lambda *inputs: [value for result in reader(*inputs) for value in result]
 
 
 def _error_of(run: Any, record: Compilation) -> float:
@@ -124,6 +120,6 @@ def _error_of(run: Any, record: Compilation) -> float:
         rounded = [value for result in results for value in result[k].tolist()]
         try:
             worst = max(worst, ulps(rounded, read(reader, Truth(inputs, (), True))))
-        except (ZeroDivisionError, ValueError):
+        except (ArithmeticError, ValueError):
             continue
     return worst

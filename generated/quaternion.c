@@ -2,7 +2,7 @@
 // command: gac generate --all quaternion
 // spec: 7183c69fda306014
 // contraction: -ffp-contract=off (every operation is rounded once)
-// body: 6fc54e7a98fae40a7dac129e59743f1d7f28d99a1117d05a4d9d869fc3c8f5fa
+// body: e7b1ce1905de4fb2f7a5ad6a158b80b2b9a248593b2104e58a4ad45814396e7c
 
 #ifndef REAL
 #include "quaternion.h"
@@ -1302,7 +1302,7 @@ INLINE void NAME(angle_between)(const REAL *p, const REAL *q, REAL *out)
     const REAL t33 = t31 + t32;
     const REAL t34 = ABS(t33);
     const REAL t35 = ATAN2(t26, t34);
-    const REAL t36 = t35 * (REAL)2;
+    const REAL t36 = (REAL)2 * t35;
     out[0] = t36;
 }
 

@@ -2,7 +2,7 @@
 // command: gac generate --all vga2
 // spec: 5e8a70341a0646d7
 // contraction: -ffp-contract=off (every operation is rounded once)
-// body: 8b15d928627fcba7faf8559fdfce4a728c87d54a962b517a23e462d09172af98
+// body: 38d6012e669866c5dd760f137511130f34e031509fa628f0e5ce2b82c54122f0
 
 #ifndef REAL
 #include "vga2.h"
@@ -1503,7 +1503,7 @@ INLINE void NAME(rotor_to_angle)(const REAL *r, REAL *out)
     const REAL t2 = SELECT(t0, r_e12, t1);
     const REAL t3 = ABS(r_1);
     const REAL t4 = ATAN2(t2, t3);
-    const REAL t5 = t4 * (REAL)2;
+    const REAL t5 = (REAL)2 * t4;
     out[0] = t5;
 }
 

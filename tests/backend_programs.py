@@ -2,11 +2,16 @@
 
 from __future__ import annotations
 
+import importlib.util
+import sys
 from collections.abc import Callable
 from fractions import Fraction
 from math import prod
+from pathlib import Path
+from types import ModuleType
 from typing import Any
 
+from gacompiler.backends import c_header, c_source, python_source
 from gacompiler.backends.module import KernelSource, LayoutText, ModuleSource
 from gacompiler.ir.cost import cost
 from gacompiler.ir.program import Argument, Line, Program, Result
@@ -143,3 +148,19 @@ ODD_NAMES = Program(
     ),
     (Result("result", (2,), ("_", "t0")), Result("lambda_", (), ("x0",))),
 )
+
+
+def write(module: ModuleSource, folder: Path) -> Path:
+    (folder / f"{module.name}.c").write_text(c_source(module))
+    (folder / f"{module.name}.h").write_text(c_header(module))
+    (folder / f"{module.name}.py").write_text(python_source(module))
+    return folder / f"{module.name}.c"
+
+
+def load(path: Path, name: str) -> ModuleType:
+    spec = importlib.util.spec_from_file_location(name, path)
+    assert spec is not None and spec.loader is not None
+    module = importlib.util.module_from_spec(spec)
+    sys.modules[name] = module
+    spec.loader.exec_module(module)
+    return module

@@ -44,7 +44,7 @@ from gacompiler.rings.polynomial import PolynomialRing
         (VGA3, "e321", -1, "e1 e2 e3"),
         (VGA3, "1", 1, ""),
         (PGA3, "e01", -1, "e1 e0"),
-        (PGA3, "e032", 1, "e2 e3 e0"),
+        (PGA3, "e032", -1, "e2 e3 e0"),
         (CGA3, "einf", 1, "einf"),
         (CGA3, "e1inf", 1, "e1 einf"),
         (CGA3, "einf1", -1, "e1 einf"),
@@ -218,10 +218,12 @@ def test_numbers_and_multivectors() -> None:
     assert (1 + e1 + e1 * e2).grade(0, 2) == 1 + e1 * e2
 
 
-@pytest.mark.parametrize("divisor", [VGA3.basis()[0], VGA3.scalar(0), 1 + VGA3.basis()[0]])
+@pytest.mark.parametrize("divisor", [VGA3.basis()[0], 1 + VGA3.basis()[0]])
 def test_division_is_by_scalars_only(divisor: Multivector) -> None:
-    with pytest.raises(AlgebraError, match=r"division: divisor .*; expected a non-zero scalar; multiply by inverse"):
+    with pytest.raises(AlgebraError, match=r"division: divisor .*; expected a scalar; multiply by inverse"):
         _ = VGA3.basis()[0] / divisor
+    with pytest.raises(ZeroDivisionError, match="expected a divisor other than zero"):
+        _ = VGA3.basis()[0] / VGA3.scalar(0)
     with pytest.raises(ZeroDivisionError):
         divide(1, 0)
 
@@ -233,10 +235,12 @@ def test_powers_are_natural(exponent: Any) -> None:
 
 
 def test_every_operation_is_named_once() -> None:
-    wanted = """geometric_product outer_product left_contraction right_contraction scalar_product regressive_product
-        commutator anticommutator reverse grade_involution clifford_conjugate dual undual polarity sandwich inverse
-        norm_squared norm normalize""".split()
-    assert set(wanted) <= set(OPERATIONS)
+    wanted = (
+        "geometric_product outer_product left_contraction right_contraction scalar_product regressive_product "
+        "commutator anticommutator reverse grade_involution clifford_conjugate dual undual polarity sandwich inverse "
+        "norm_squared norm normalize"
+    )
+    assert set(wanted.split(" ")) <= set(OPERATIONS)
     x = 3 * VGA3.basis()[0] + VGA3.basis()[1] * 4
     assert OPERATIONS["norm"](x) == 5 and OPERATIONS["normalize"](x) == x / 5
 
@@ -320,7 +324,7 @@ def test_inverse_in_six_dimensions_by_recursion() -> None:
     ids=str,
 )
 def test_what_has_no_inverse_says_so(x: Multivector) -> None:
-    with pytest.raises((AlgebraError, ZeroDivisionError), match="inverse"):
+    with pytest.raises((AlgebraError, ZeroDivisionError), match=r"^inverse"):
         inverse(x)
 
 
@@ -558,7 +562,8 @@ def test_scalar_functions_agree_in_all_rings(name: str) -> None:
     """Exact numbers, floats, arrays, mpmath numbers and sympy give the same value where it is rational."""
     arguments: dict[str, tuple[int, ...]] = {
         "sqrt": (4,), "sin": (0,), "cos": (0,), "exp": (0,), "log": (1,), "acos": (1,), "atan2": (0, 2), "abs": (-3,),
-        "minimum": (2, 3), "maximum": (2, 3), "less": (2, 3), "less_equal": (3, 3), "equal": (2, 3), "select": (1, 5, 7),
+        "minimum": (2, 3), "maximum": (2, 3), "less": (2, 3), "less_equal": (3, 3), "equal": (2, 3),
+        "select": (1, 5, 7),
     }  # fmt: skip
     exact = scalar_function(name, *arguments[name])
     assert scalar_function(name, *map(float, arguments[name])) == float(exact)

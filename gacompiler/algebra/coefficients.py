@@ -15,7 +15,7 @@ from typing import Any
 
 import numpy as np
 
-from ..errors import InexactError
+from ..errors import InexactError, ZeroDivisorError
 
 Coefficient = Any
 
@@ -51,7 +51,7 @@ def divide(a: Coefficient, b: Coefficient) -> Coefficient:
     """``a / b``, exact where both are."""
     if is_exact(b) and is_exact(a):
         if b == 0:
-            raise ZeroDivisionError("division by a coefficient that is exactly zero")
+            raise ZeroDivisorError("division", f"{a} / 0", "a divisor other than zero")
         quotient = Fraction(a) / b
         return quotient.numerator if quotient.denominator == 1 else quotient
     if is_exact(b):
@@ -159,6 +159,8 @@ def _mpmath_function(name: str, arguments: tuple[Any, ...]) -> Any:
     lifted = [
         mpmath.mpf(a.numerator) / a.denominator if isinstance(a, Fraction) else mpmath.mpmathify(a) for a in arguments
     ]
+    if (name in _ANY or name == "atan2") and any(isinstance(value, mpmath.mpc) for value in lifted):
+        raise ValueError(f"{name} of a number that is not real")
     return _ANY[name](*lifted) if name in _ANY else getattr(mpmath, name)(*lifted)
 
 

@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterable, Mapping
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any
 
-from ..errors import AlgebraError
+from ..errors import AlgebraError, ZeroDivisorError
 from .blades import grade
 from .coefficients import Coefficient, divide, is_zero
 from .products import product
@@ -141,12 +141,11 @@ class Multivector:
         if _defers(other):
             return NotImplemented
         divisor = self.lift(other)
-        if any(divisor.terms) or not divisor.terms:
+        if not divisor.terms:
+            raise ZeroDivisorError("division", f"{self} / 0", "a divisor other than zero")
+        if any(divisor.terms):
             raise AlgebraError(
-                "division",
-                f"divisor {divisor}",
-                "a non-zero scalar",
-                "multiply by inverse(divisor) on the side you mean",
+                "division", f"divisor {divisor}", "a scalar", "multiply by inverse(divisor) on the side you mean"
             )
         return self.map(lambda value: divide(value, divisor.scalar))
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from ..errors import AlgebraError
+from ..errors import AlgebraError, ZeroDivisorError
 from .coefficients import divide, scalar_function, scale
 from .involutions import clifford_conjugate, grade_involution, reverse
 from .multivector import Multivector
@@ -61,21 +61,21 @@ def inverse(a: Multivector) -> Multivector:
 
     Raises
     ------
-    AlgebraError
+    ZeroDivisorError
         When `a` has no inverse, as far as its form tells: an exact element always tells.
     """
     if not a.terms:
-        raise AlgebraError("inverse", "an element that is zero", "an invertible element")
+        raise ZeroDivisorError("inverse", "an element that is zero", "an invertible element")
     for conjugate in (reverse(a), clifford_conjugate(a)):
         squared = a * conjugate
         if not squared.terms:
-            raise AlgebraError("inverse", f"{a} times its conjugate is zero", "an invertible element")
+            raise ZeroDivisorError("inverse", f"{a} times its conjugate is zero", "an invertible element")
         if not any(squared.terms):
             return conjugate / squared
         opposite = squared.grade(0) - (squared - squared.grade(0))
         determinant = squared * opposite
         if not determinant.terms:
-            raise AlgebraError("inverse", f"the norm of {a} is a zero divisor", "an invertible element")
+            raise ZeroDivisorError("inverse", f"the norm of {a} is a zero divisor", "an invertible element")
         if not any(determinant.terms):
             return conjugate * opposite / determinant
     return _inverse_by_recursion(a)
@@ -88,5 +88,5 @@ def _inverse_by_recursion(a: Multivector) -> Multivector:
         adjugate = power - divide(scale(power.scalar, size), k)
         power = a * adjugate
     if 0 not in power.terms:
-        raise AlgebraError("inverse", f"the determinant of {a} is zero", "an invertible element")
+        raise ZeroDivisorError("inverse", f"the determinant of {a} is zero", "an invertible element")
     return adjugate / power.grade(0)

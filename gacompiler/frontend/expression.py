@@ -6,7 +6,7 @@ coefficient exists yet. `evaluate` gives an expression its meaning over any ring
 
 from __future__ import annotations
 
-from collections.abc import Container, Iterator, Mapping, Sequence
+from collections.abc import Callable, Container, Iterator, Mapping, Sequence
 from typing import Any
 
 from ..algebra.algebra import Algebra
@@ -77,9 +77,10 @@ class Expression:
         """The part of the given grades."""
         return Expression(GRADE, (self,), grades, self.algebra)
 
-    def __getitem__(self, blade: str) -> Expression:
-        """The coefficient of a blade, in any spelling, as a scalar."""
-        return Expression(COEFFICIENT, (self,), self.algebra.blade(blade), SCALARS)
+    def __getitem__(self, blade: str | int) -> Expression:
+        """The coefficient of a blade, in any spelling or by bitmap, as a scalar."""
+        where = self.algebra.blade(blade) if isinstance(blade, str) else (1, blade)
+        return Expression(COEFFICIENT, (self,), where, SCALARS)
 
     def __add__(self, other: Any) -> Expression:
         return node("add", self, other)
@@ -236,15 +237,19 @@ def evaluate(
     expressions: Sequence[Expression],
     inputs: Mapping[str, Any],
     memory: dict[Expression, Multivector] | None = None,
+    lift: Callable[[Any], Any] | None = None,
 ) -> list[Multivector]:
     """The meaning of expressions over the ring of the coefficients in `inputs` (component name -> coefficient).
 
-    `memory` holds values of nodes that need not be computed, and receives those that are.
+    `memory` holds values of nodes that need not be computed, and receives those that are. `lift` brings exact constants
+    into the ring, so that functions of them are taken there: the root of 2 is a number in some rings only.
     """
     memory = {} if memory is None else memory
 
     for expression in topological(expressions, memory):
-        memory[expression] = _apply(expression, [memory[argument] for argument in expression.arguments], inputs)
+        value = _apply(expression, [memory[argument] for argument in expression.arguments], inputs)
+        leaf = expression.operation in (INPUT, CONSTANT)
+        memory[expression] = value.map(lift) if leaf and lift is not None else value
     return [memory[expression] for expression in expressions]
 
 
@@ -342,7 +347,13 @@ _INFIX = {
 
 def text_of(expression: Expression) -> str:
     """The expression as one would type it."""
-    inner = [text_of(argument) for argument in expression.arguments]
+    texts: dict[Expression, str] = {}
+    for each in topological([expression]):
+        texts[each] = _text(each, [texts[argument] for argument in each.arguments])
+    return texts[expression]
+
+
+def _text(expression: Expression, inner: list[str]) -> str:
     match expression.operation:
         case "input":
             return str(expression.data.components[0] if expression.data.layout.is_scalar else expression.data.name)

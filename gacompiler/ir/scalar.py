@@ -11,7 +11,7 @@ from enum import Enum
 from fractions import Fraction
 from typing import Any
 
-from ..errors import KernelError
+from ..errors import KernelError, ZeroDivisorError
 
 Rational = int | Fraction
 
@@ -142,7 +142,7 @@ class Graph:
             if value.graph is not self:
                 raise KernelError("scalar expression", "nodes of two graphs meet", "nodes of one graph")
             return value
-        if isinstance(value, (int, Fraction)):
+        if isinstance(value, (int, Fraction)) and not isinstance(value, bool):
             return self.constant(value)
         if isinstance(value, float) and value.is_integer():
             return self.constant(int(value))
@@ -150,7 +150,7 @@ class Graph:
             "constant in a kernel",
             f"{value!r} of type {type(value).__name__}",
             "an exact number (int or Fraction)",
-            "write a float as the Fraction that you mean",
+            "write a float as the Fraction that you mean, a comparison as equal(a, b) or a < b",
         )
 
     def binary(self, op: Op, a: Any, b: Any) -> Scalar:
@@ -267,7 +267,7 @@ def _fold_negate(graph: Graph, a: Scalar) -> Scalar | None:
 def _fold_divide(graph: Graph, a: Scalar, b: Scalar) -> Scalar | None:
     x, y = _number(a), _number(b)
     if y == 0:
-        raise KernelError("division", "the divisor is identically zero", "a divisor that can differ from zero")
+        raise ZeroDivisorError("division", "the divisor is identically zero", "a divisor that can differ from zero")
     if y is not None:
         return graph.apply(Op.MULTIPLY, a, graph.constant(1 / y))
     if x == 0:

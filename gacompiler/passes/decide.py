@@ -140,7 +140,7 @@ def _infer(output: Output, found: Mapping[int, Any]) -> Layout:
         named_fixed = {slot.blade: slot.sign * value for slot, value in candidate.fixed}
         if (
             not candidate.implied
-            and not candidate.unit
+            and not candidate.has_relations
             and {s.blade for s in candidate.stored} == variable
             and named_fixed == fixed
         ):

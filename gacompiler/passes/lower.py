@@ -31,7 +31,7 @@ def author_scalars(kernel: Kernel, expressions: Sequence[Expression]) -> list[Mu
     """The results as the author wrote them, over shared scalar expressions."""
     graph = Graph()
     inputs = {name: graph.variable(name) for parameter in kernel.parameters for name in parameter.components}
-    return evaluate(expressions, inputs)
+    return evaluate(expressions, inputs, lift=graph.lift)
 
 
 def pick(values: Sequence[Multivector], slots: Iterable[Slot], graph: Graph) -> tuple[Scalar, ...]:
@@ -144,21 +144,21 @@ class Lowering:
             if expression.operation == "input":
                 layout = expression.data.layout
                 if layout.has_relations:
-                    (element,) = evaluate([expression], inputs)
+                    (element,) = evaluate([expression], inputs, lift=self.ring.lift)
                     self.relations.add(layout.relations(element))
         self._reduction = reduction
         self._definitions: list[Definition] = []
         memory: dict[Expression, Multivector] = {}
         for expression in topological(expressions) if name_implied else ():
             if expression.operation == "input" and expression.data.layout.implied:
-                (element,) = evaluate([expression], inputs)
+                (element,) = evaluate([expression], inputs, lift=self.ring.lift)
                 memory[expression] = self._named(expression.data.components[0].rpartition("_")[0], element)
         for number, expression in enumerate(e for e in topological(expressions) if e in cuts):
-            (value,) = evaluate([expression], inputs, memory)
+            (value,) = evaluate([expression], inputs, memory, self.ring.lift)
             memory[expression] = self._named(f"s{number}", value)
             if is_unit(expression):
                 self.relations.add((memory[expression] * ~memory[expression] - 1).terms.values())
-        self.values = evaluate(expressions, inputs, memory)
+        self.values = evaluate(expressions, inputs, memory, self.ring.lift)
 
     def _named(self, stem: str, value: Multivector) -> Multivector:
         """`value` with new variables for its coefficients, except those that are numbers or inputs already."""
@@ -193,13 +193,12 @@ def stages(expressions: Sequence[Expression]) -> list[Expression]:
         "hestenes_product", "scalar_product", "regressive_product", "commutator", "anticommutator", "sandwich",
         "norm_squared", "norm", "normalize", "divide", "add", "subtract",
     )  # fmt: skip
-    used = {argument for expression in topological(expressions) for argument in expression.arguments}
-    return [e for e in topological(expressions) if e.operation in heavy and e in used and not _is_linear_in_inputs(e)]
-
-
-def _is_linear_in_inputs(expression: Expression) -> bool:
-    """Sums of inputs cost nothing to keep inside what uses them."""
-    if expression.operation in ("input", "constant"):
-        return True
     plain = ("add", "subtract", "negate", "reverse", "grade", "dual", "undual", "coefficient", "assemble")
-    return expression.operation in plain and all(map(_is_linear_in_inputs, expression.arguments))
+    order = topological(expressions)
+    used = {argument for expression in order for argument in expression.arguments}
+    linear: set[Expression] = set()  # sums of inputs cost nothing to keep inside what uses them
+    for expression in order:
+        leaf = expression.operation in ("input", "constant")
+        if leaf or (expression.operation in plain and all(argument in linear for argument in expression.arguments)):
+            linear.add(expression)
+    return [e for e in order if e.operation in heavy and e in used and e not in linear]

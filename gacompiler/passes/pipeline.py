@@ -67,10 +67,12 @@ def compile_kernel(kernel: Kernel) -> Compilation:
     try:
         for stage in PIPELINE:
             record = stage(record)
+    except ZeroDivisionError as error:
+        raise KernelError(
+            kernel.where, "it divides by an expression that is identically zero", "a divisor that can differ from zero"
+        ) from error
     except GacError as error:
         if kernel.name in error.where:
             raise
         raise KernelError(kernel.where, f"{error.where}: {error.found}", error.expected, error.remedy) from error
-    except ZeroDivisionError as error:
-        raise KernelError(kernel.where, "division by an expression that is identically zero") from error
     return record

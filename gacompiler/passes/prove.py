@@ -93,13 +93,23 @@ def disagreement(reader: Reader, known: Sequence[Truth]) -> str:
 
 
 def read(reader: Reader, truth: Truth) -> Sequence[Any]:
+    """What `reader` gives at a point: exactly where it can, else to `DIGITS` digits.
+
+    Raises
+    ------
+    ValueError
+        When a result is not a real number.
+    """
     if truth.is_exact:
         try:
             return reader(*truth.inputs)
         except InexactError:
             pass
     with mpmath.workdps(DIGITS):
-        return reader(*(tuple(map(to_mpmath, values)) for values in truth.inputs))
+        results = reader(*(tuple(map(to_mpmath, values)) for values in truth.inputs))
+    if any(isinstance(value, mpmath.mpc) for value in results):
+        raise ValueError("a result is not real")
+    return results
 
 
 def _same(a: Any, b: Any) -> bool:

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
-from ..frontend.expression import Expression, node
+from ..frontend.expression import Expression, node, topological
 from ..frontend.facts import is_unit, is_unit_even_versor, parity
 
 Rule = Callable[[Expression], Expression | None]
@@ -125,11 +125,11 @@ def rewrite(expressions: tuple[Expression, ...]) -> dict[str, tuple[Expression, 
 
 def _everywhere(expression: Expression, rules: tuple[Rule, ...], memory: dict[Expression, Expression]) -> Expression:
     """Apply `rules` from the leaves up until none applies."""
-    if expression not in memory:
-        arguments = tuple(_everywhere(argument, rules, memory) for argument in expression.arguments)
-        current = expression
-        if arguments != expression.arguments:
-            current = Expression(expression.operation, arguments, expression.data, expression.algebra)
+    for each in topological([expression], memory):
+        arguments = tuple(memory[argument] for argument in each.arguments)
+        current = each
+        if arguments != each.arguments:
+            current = Expression(each.operation, arguments, each.data, each.algebra)
         changed = next((new for rule in rules if (new := rule(current)) is not None), None)
-        memory[expression] = current if changed is None else _everywhere(changed, rules, memory)
+        memory[each] = current if changed is None else _everywhere(changed, rules, memory)
     return memory[expression]

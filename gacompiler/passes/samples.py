@@ -63,7 +63,7 @@ def meaning(expressions: Sequence[Expression], inputs: Mapping[str, Any]) -> lis
         except InexactError:
             pass
     with mpmath.workdps(DIGITS):
-        return evaluate(expressions, {name: to_mpmath(value) for name, value in inputs.items()})
+        return evaluate(expressions, {name: to_mpmath(value) for name, value in inputs.items()}, lift=to_mpmath)
 
 
 def to_mpmath(value: Any) -> Any:

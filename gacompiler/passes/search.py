@@ -28,13 +28,21 @@ from .system import System
 
 SMALL = 60
 """Polynomials up to this many terms are always multiplied out, whatever the best cost."""
-MANY_TERMS = 300
-"""Systems with more terms than this are factorised under one policy only."""
 HOPELESS = 3
 """Systems with more terms than this many times the best cost so far are not factorised: they do not catch up, and
 the time grows with the square of a sum's terms."""
+FIRST_EFFORT, MORE_EFFORT = 30_000, 20_000
+"""Pairs of terms that may be looked at while comparing systems, and while refining the best two under `POLICIES`."""
+POLICIES = (
+    Policy(split_numbers=True, long_sums_first=True),
+    Policy(prefer_products=True, split_numbers=True, long_sums_first=True),
+    Policy(),
+    Policy(prefer_products=True),
+    Policy(prefer_products=True, split_numbers=True),
+)
 STAGE_LIMIT = 3
-"""With more stages than this, not all sets of them are tried, but none, all, all but one and single ones."""
+"""With more stages than this, not all sets of them are tried, but all, all but one, single ones and none; with many
+more, only all: sets with many named results come first, because their systems are small."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -78,23 +86,23 @@ class Search:
         least = min(candidate.cost.total for candidate in found)
         self._budget = max(HOPELESS * least, SMALL)
         first: list[tuple[str, System, Candidate]] = []
-        for origin, system in self._systems(sorted(direct, key=lambda name: direct[name].cost.total)):
+        names = sorted(direct, key=lambda name: direct[name].cost.total)
+        effort = 0
+        for origin, system in sorted(self._systems(names), key=lambda pair: _effort(pair[1])):
+            effort += _effort(system)
+            if first and (effort > FIRST_EFFORT or _size(system) > HOPELESS * least):
+                break
             candidate = self._factorise(origin, system, Policy(split_numbers=True))
             first.append((origin, system, candidate))
             least = min(least, candidate.cost.total)
-            self._budget = max(HOPELESS * least, SMALL)
         found += [candidate for _, _, candidate in first]
         best = sorted(range(len(first)), key=lambda k: (first[k][2].cost.total, k))[:2]
+        effort = 0
         for k in best:
             origin, system, _ = first[k]
-            if total_terms(system.outputs) <= MANY_TERMS:
-                for policy in (
-                    Policy(split_numbers=True, long_sums_first=True),
-                    Policy(prefer_products=True, split_numbers=True, long_sums_first=True),
-                    Policy(),
-                    Policy(prefer_products=True),
-                    Policy(prefer_products=True, split_numbers=True),
-                ):
+            for policy in POLICIES:
+                effort += _effort(system)
+                if effort <= MORE_EFFORT:
                     found.append(self._factorise(origin, system, policy))
         return found
 
@@ -107,7 +115,7 @@ class Search:
     def _direct(self, expressions: Sequence[Expression]) -> tuple[Scalar, ...]:
         graph = Graph()
         inputs = {name: graph.variable(name) for parameter in self._kernel.parameters for name in parameter.components}
-        return pick(evaluate(expressions, inputs), self._slots, graph)
+        return pick(evaluate(expressions, inputs, lift=graph.lift), self._slots, graph)
 
     def _factorise(self, origin: str, system: System, policy: Policy) -> Candidate:
         choices = [name for name in Policy.__slots__ if getattr(policy, name)]
@@ -120,13 +128,15 @@ class Search:
             expressions = self._variants[name]
             for cuts in _choices_of_stages(stages(expressions)):
                 for reduction in Reduction:
+                    anything_known = True
                     for name_implied in (False, True) if self._has_implied else (False,):
                         try:
                             lowering = Lowering(self._kernel, expressions, cuts, reduction, self._budget, name_implied)
                             system = lowering.system(self._slots)
                         except TooLargeError:
                             continue
-                        how = [reduction.value] if lowering.relations.known else []
+                        anything_known = lowering.relations.known
+                        how = [reduction.value] if anything_known else []
                         how += ["implied named"] if name_implied else []
                         origin = ", ".join([name, f"{len(cuts)} stages", *how])
                         if _size(system) > self._budget:
@@ -135,7 +145,7 @@ class Search:
                             if _size(each) <= self._budget and str(each) not in seen:
                                 seen.add(str(each))
                                 yield origin + form, each
-                    if not lowering.relations.known:
+                    if not anything_known:
                         break
 
 
@@ -157,9 +167,15 @@ def _size(system: System) -> int:
     return total_terms([*system.outputs, *(definition.polynomial for definition in definitions)])
 
 
+def _effort(system: System) -> int:
+    definitions, _ = system.live()
+    polynomials = [*system.outputs, *(definition.polynomial for definition in definitions)]
+    return sum(len(polynomial.terms) ** 2 for polynomial in polynomials)
+
+
 def _choices_of_stages(found: list[Expression]) -> Iterable[frozenset[Expression]]:
     if len(found) <= STAGE_LIMIT:
-        sizes: Iterable[int] = range(len(found) + 1)
+        sizes: Iterable[int] = range(len(found), -1, -1)
     else:
-        sizes = (0, 1, len(found) - 1, len(found)) if len(found) <= 6 else (len(found),)
+        sizes = (len(found), len(found) - 1, 1, 0) if len(found) <= 6 else (len(found),)
     return [frozenset(chosen) for size in sizes for chosen in combinations(found, size)]

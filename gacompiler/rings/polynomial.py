@@ -16,7 +16,7 @@ from heapq import merge
 from typing import Any
 
 from ..algebra.blades import Rational, exact
-from ..errors import KernelError, TooLargeError
+from ..errors import KernelError, TooLargeError, ZeroDivisorError
 from ..ir.scalar import Op
 
 Monomial = tuple[int, ...]
@@ -202,7 +202,7 @@ class Polynomial:
         divisor = self._operand(other)
         number = divisor.constant_value
         if number == 0:
-            raise KernelError("division", "the divisor is identically zero", "a divisor that can differ from zero")
+            raise ZeroDivisorError("division", "the divisor is identically zero", "a divisor that can differ from zero")
         if number is not None:
             return self * (1 / Fraction(number))
         content = Fraction(divisor.terms[divisor.leading])

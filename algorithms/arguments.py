@@ -1,0 +1,74 @@
+"""What callers hand in, checked once at the door: shapes, types and the name of the argument at fault."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+Reals = NDArray[Any]
+"""An array of float32 or float64."""
+
+_FLOAT32, _FLOAT64 = np.dtype(np.float32), np.dtype(np.float64)
+
+
+def real_array(value: ArrayLike, name: str, shape: tuple[int, ...] = (), meaning: str = "") -> Reals:
+    """`value` as an array of floats whose last axes have a given shape.
+
+    Parameters
+    ----------
+    value : array_like, (..., *shape)
+        Real numbers. float32 stays; integers, and booleans, which are exact, become float64.
+    name : str
+        What the caller calls the argument.
+    shape : tuple of int
+        The last axes; -1 stands for any length.
+    meaning : str, optional
+        What the last axes are, for the message.
+
+    Returns
+    -------
+    array, (..., *shape)
+        float32 or float64, in the byte order of the machine; the caller's own memory where that is possible.
+
+    Raises
+    ------
+    TypeError
+        Where the values are not real numbers.
+    ValueError
+        Where the shape is another.
+    """
+    try:
+        array = np.asarray(value)
+    except ValueError as error:
+        raise ValueError(f"{name}: not an array of numbers ({error}); expected {_shape_text(shape, meaning)}") from None
+    if array.dtype.kind not in "fiub":
+        raise TypeError(f"{name}: dtype {array.dtype}; expected real numbers, float32 or float64")
+    found = array.shape[max(array.ndim - len(shape), 0) :]
+    if len(found) != len(shape) or any(want not in (-1, have) for want, have in zip(shape, found, strict=True)):
+        raise ValueError(f"{name}: shape {array.shape}; expected {_shape_text(shape, meaning)}")
+    return array.astype(_FLOAT32 if array.dtype.kind == "f" and array.dtype.itemsize == 4 else _FLOAT64, copy=False)
+
+
+def finite_number(value: object, name: str) -> float:
+    """`value` as a float.
+
+    Raises
+    ------
+    TypeError
+        Where it is not a real number.
+    ValueError
+        Where it is infinite or NaN.
+    """
+    if isinstance(value, bool) or not isinstance(value, (int, float, np.integer, np.floating)):
+        raise TypeError(f"{name}: {value!r}; expected a number")
+    number = float(value)
+    if not np.isfinite(number):
+        raise ValueError(f"{name}: {number}; expected a finite number")
+    return number
+
+
+def _shape_text(shape: tuple[int, ...], meaning: str) -> str:
+    text = ", ".join(["...", *("any" if length < 0 else str(length) for length in shape)])
+    return f"({text})" + (f", {meaning}" if meaning else "")
