@@ -247,9 +247,8 @@ def evaluate(
     memory = {} if memory is None else memory
 
     for expression in topological(expressions, memory):
-        value = _apply(expression, [memory[argument] for argument in expression.arguments], inputs)
-        leaf = expression.operation in (INPUT, CONSTANT)
-        memory[expression] = value.map(lift) if leaf and lift is not None else value
+        values = [memory[argument] for argument in expression.arguments]
+        memory[expression] = apply_operation(expression, values, inputs, lift)
     return [memory[expression] for expression in expressions]
 
 
@@ -268,6 +267,17 @@ def topological(expressions: Sequence[Expression], known: Container[Expression] 
             order[expression] = None
             stack.pop()
     return list(order)
+
+
+def apply_operation(
+    expression: Expression,
+    values: list[Multivector],
+    inputs: Mapping[str, Any],
+    lift: Callable[[Any], Any] | None = None,
+) -> Multivector:
+    """One node, given the values of its arguments; see `evaluate`."""
+    value = _apply(expression, values, inputs)
+    return value.map(lift) if lift is not None and expression.operation in (INPUT, CONSTANT) else value
 
 
 def _apply(expression: Expression, values: list[Multivector], inputs: Mapping[str, Any]) -> Multivector:

@@ -20,6 +20,7 @@ from ..ir.scalar import Graph, Scalar
 from ..rings.polynomial import total_terms
 from .factor import Policy
 from .lower import Lowering, Reduction, Slot, pick, stages
+from .matrices import evaluate_by_matrices, levels
 from .resubstitute import resubstitute
 from .schedule import schedule
 from .share import share
@@ -82,7 +83,7 @@ class Search:
     def candidates(self) -> list[Candidate]:
         """All candidates that were tried, in order."""
         direct = {name: self._candidate(name, self._direct(variant)) for name, variant in self._variants.items()}
-        found = list(direct.values())
+        found = [*direct.values(), *self._by_matrices()]
         least = min(candidate.cost.total for candidate in found)
         self._budget = max(HOPELESS * least, SMALL)
         first: list[tuple[str, System, Candidate]] = []
@@ -114,8 +115,20 @@ class Search:
 
     def _direct(self, expressions: Sequence[Expression]) -> tuple[Scalar, ...]:
         graph = Graph()
-        inputs = {name: graph.variable(name) for parameter in self._kernel.parameters for name in parameter.components}
-        return pick(evaluate(expressions, inputs, lift=graph.lift), self._slots, graph)
+        return pick(evaluate(expressions, self._inputs(graph), lift=graph.lift), self._slots, graph)
+
+    def _by_matrices(self) -> Iterator[Candidate]:
+        """The author's structure with its large products through matrices, by one level, two, and so on."""
+        name, expressions = next(iter(self._variants.items()))
+        for depth in range(1, max(len(levels(e.algebra)) for e in expressions) + 1):
+            graph = Graph()
+            values = evaluate_by_matrices(expressions, self._inputs(graph), graph.lift, depth)
+            if values is None:
+                return
+            yield self._candidate(f"{name}, {2**depth} x {2**depth} matrices", pick(values, self._slots, graph))
+
+    def _inputs(self, graph: Graph) -> dict[str, Scalar]:
+        return {name: graph.variable(name) for parameter in self._kernel.parameters for name in parameter.components}
 
     def _factorise(self, origin: str, system: System, policy: Policy) -> Candidate:
         choices = [name for name in Policy.__slots__ if getattr(policy, name)]
