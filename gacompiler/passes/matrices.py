@@ -61,24 +61,27 @@ def levels(algebra: Algebra) -> tuple[Level, ...]:
     if algebra.dimension > LARGEST_DIMENSION:
         return ()
     space = frozenset(algebra.blades())
+    tag = 0  # a vector anticommutes with earlier pairs; times their bivectors it commutes
     for u, v in _null_pairs(algebra):
-        c = algebra.gram[u.bit_length() - 1][v.bit_length() - 1]
-        inside = frozenset(
-            blade | (u | v if blade.bit_count() & 1 else 0) for blade in space if _without(blade, u, v) == blade
-        )
+        first, second, both = u | tag, v | tag, u | v
+        product_of_pair = algebra.blade_product(first, second)
+        g, w = 2 * product_of_pair[0], product_of_pair[both]
+        half = Fraction(g, 2) / w
+        outside = [blade for blade in space if not blade & both]
+        inside = frozenset(blade if _commute(algebra, blade, first) else blade | both for blade in outside)
         level = _level(
             algebra,
             space,
             inside,
-            ({0: 1}, {u: 1}, {v: 1}, {u | v: 1}),
-            (((1, 0), (0, 1)), ((0, 0), (1, 0)), ((0, 2 * c), (0, 0)), ((-c, 0), (0, c))),
+            ({0: 1}, {first: 1}, {second: 1}, {both: 1}),
+            (((1, 0), (0, 1)), ((0, 0), (1, 0)), ((0, g), (0, 0)), ((-half, 0), (0, half))),
             (((1, 0), (0, 1)), ((0, 0), (1, 0)), ((0, 1), (0, 0)), ((-1, 0), (0, 1))),
-            (Fraction(1, 2), Fraction(1), 1 / Fraction(2 * c), 1 / Fraction(2 * c)),
+            (Fraction(1, 2), Fraction(1), 1 / Fraction(g), 1 / (2 * half)),
         )
         if level is None:
             return tuple(found)
         found.append(level)
-        space = inside
+        space, tag = inside, tag | both
     while (pair := _involutions(algebra, space)) is not None:
         a, b = pair
         inside = frozenset(z for z in space if _commute(algebra, z, a) and _commute(algebra, z, b))
@@ -96,12 +99,6 @@ def levels(algebra: Algebra) -> tuple[Level, ...]:
         found.append(level)
         space = inside
     return tuple(found)
-
-
-def _without(blade: int, *others: int) -> int:
-    for other in others:
-        blade &= ~other
-    return blade
 
 
 def _null_pairs(algebra: Algebra) -> Iterator[tuple[int, int]]:
@@ -143,7 +140,9 @@ def matrix_product(algebra: Algebra, a: Terms, b: Terms, depth: int) -> dict[int
     chosen = levels(algebra)[:depth]
     blocks = _multiply(algebra, _to_blocks(chosen, a), _to_blocks(chosen, b), depth)
     values, scales = _from_blocks(chosen, blocks)
-    result = {blade: scale(value, scales[blade]) for blade, value in sorted(values.items())}
+    # sums that cancel for every element (odd blades in a product of even ones) do not cancel by their form
+    possible = {blade for x in a for y in b for blade in algebra.blade_product(x, y)}
+    result = {blade: scale(values[blade], scales[blade]) for blade in sorted(possible) if blade in values}
     return {blade: value for blade, value in result.items() if not is_zero(value)}
 
 

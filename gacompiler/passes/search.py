@@ -91,7 +91,7 @@ class Search:
         effort = 0
         for origin, system in sorted(self._systems(names), key=lambda pair: _effort(pair[1])):
             effort += _effort(system)
-            if first and (effort > FIRST_EFFORT or _size(system) > HOPELESS * least):
+            if effort > (FIRST_EFFORT if first else 2 * FIRST_EFFORT) or (first and _size(system) > HOPELESS * least):
                 break
             candidate = self._factorise(origin, system, Policy(split_numbers=True))
             first.append((origin, system, candidate))
