@@ -112,11 +112,16 @@ def _null_pairs(algebra: Algebra) -> Iterator[tuple[int, int]]:
 def _involutions(algebra: Algebra, space: frozenset[int]) -> tuple[int, int] | None:
     """The first two blades that square to 1 and anticommute."""
     ones = [b for b in sorted(space, key=lambda b: (b.bit_count(), b)) if b and algebra.blade_product(b, b) == {0: 1}]
-    return next(((a, b) for k, a in enumerate(ones) for b in ones[k + 1 :] if not _commute(algebra, a, b)), None)
+    return next(((a, b) for k, a in enumerate(ones) for b in ones[k + 1 :] if _anticommute(algebra, a, b)), None)
 
 
 def _commute(algebra: Algebra, a: int, b: int) -> bool:
     return algebra.blade_product(a, b) == algebra.blade_product(b, a)
+
+
+def _anticommute(algebra: Algebra, a: int, b: int) -> bool:
+    ab, ba = algebra.blade_product(a, b), algebra.blade_product(b, a)
+    return len(ab) == 1 and all(ba.get(blade) == -value for blade, value in ab.items())
 
 
 def _level(

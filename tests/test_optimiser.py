@@ -1,0 +1,234 @@
+"""The passes that find cheaper programs: each keeps its meaning exactly, and does what it is for."""
+
+from __future__ import annotations
+
+from fractions import Fraction
+from random import Random
+from typing import Any
+
+import pytest
+
+from gacompiler import Algebra, kernel, norm_squared, sandwich, sqrt
+from gacompiler.algebra.catalog import CGA3, PGA3, STA, VGA3, null_pairs, orthogonal
+from gacompiler.algebra.products import product
+from gacompiler.frontend.kernel import Kernel
+from gacompiler.passes.accuracy import most_accurate_enough, run_in_double, ulps
+from gacompiler.passes.kernels import best_divisor
+from gacompiler.passes.lower import Lowering, Reduction, Slot
+from gacompiler.passes.matrices import levels, matrix_product
+from gacompiler.passes.pipeline import compile_kernel
+from gacompiler.passes.resubstitute import resubstitute
+from gacompiler.passes.samples import SPREADS, sample, samples
+from gacompiler.passes.shift import shift
+from gacompiler.passes.system import System
+from gacompiler.rings.polynomial import Polynomial, PolynomialRing
+from gacompiler.rings.sparse import simplify
+
+
+def value(polynomial: Polynomial, at: dict[int, Any]) -> Any:
+    """A polynomial at a point."""
+    total = Fraction(0)
+    for monomial, factor in polynomial.terms.items():
+        term = Fraction(factor)
+        for variable in monomial:
+            term *= at[variable]
+        total += term
+    return total
+
+
+def outputs_at(system: System, inputs: list[Fraction]) -> list[Fraction]:
+    """The results of a system without atoms at a point; definitions may come in any order."""
+    at: dict[int, Any] = dict(enumerate(inputs))
+    todo = list(system.definitions)
+    while todo:
+        ready = [d for d in todo if all(v in at for v in d.polynomial.variables)]
+        assert ready
+        for definition in ready:
+            at[definition.variable] = value(definition.polynomial, at)
+            todo.remove(definition)
+    return [value(polynomial, at) for polynomial in system.outputs]
+
+
+@pytest.mark.parametrize(
+    "algebra",
+    [
+        CGA3,
+        PGA3,
+        VGA3,
+        STA,
+        null_pairs(2),
+        null_pairs(3),
+        orthogonal(4),
+        orthogonal(0, 4),
+        orthogonal(6),
+        orthogonal(2, 1, 2),
+    ],
+    ids=lambda algebra: algebra.name,
+)
+def test_matrix_product_is_the_geometric_product(algebra: Algebra) -> None:
+    random = Random(4)
+    found = levels(algebra)
+    assert found
+    for depth in range(1, len(found) + 1):
+        for blades in (algebra.blades(), algebra.blades(*range(0, algebra.dimension + 1, 2)), algebra.blades(1, 2)):
+            a, b = ({blade: Fraction(random.randint(-9, 9), random.randint(1, 4)) for blade in blades} for _ in "ab")
+            a, b = ({k: v for k, v in x.items() if v} for x in (a, b))
+            assert matrix_product(algebra, a, b, depth) == product(algebra, "geometric_product", a, b)
+
+
+def test_algebras_without_matrices_have_no_levels() -> None:
+    oblique = Algebra("oblique", "a b", [[1, Fraction(1, 2)], [Fraction(1, 2), 1]])
+    assert levels(oblique) == () == levels(orthogonal(0, 1)) == levels(orthogonal(0, 0, 3))
+
+
+def test_real_matrices_of_eight_dimensions() -> None:
+    """G(8, 0) is the algebra of real 16 x 16 matrices."""
+    assert len(levels(orthogonal(8))) == 4
+
+
+def test_sparse_gives_each_result_its_own_square() -> None:
+    ring = PolynomialRing()
+    x, a, b, c = (ring.variable(name) for name in "xabc")
+    relation = a * a + b * b + c * c - 1
+    assert simplify(x * b * b + x * c * c, [relation]) == x - x * a * a
+    assert simplify(x * a * a + x * c * c, [relation]) == x - x * b * b
+    assert simplify(a * b, [relation]) == a * b
+
+
+def test_sparse_stays_equal_on_the_relations() -> None:
+    ring = PolynomialRing()
+    s, p = ring.variable("s"), ring.variable("p")
+    relation = s * s + p * p - 1
+    random = Random(1)
+    for _ in range(50):
+        polynomial = sum(
+            (random.randint(-3, 3) * _power(s, i) * _power(p, j) for i in range(4) for j in range(3)),
+            ring.constant(0),
+        )
+        simple = simplify(polynomial, [relation])
+        t = Fraction(random.randint(1, 9), random.randint(1, 9))
+        at = {0: (1 - t * t) / (1 + t * t), 1: 2 * t / (1 + t * t)}
+        assert value(simple, at) == value(polynomial, at)
+
+
+def _power(x: Polynomial, n: int) -> Polynomial:
+    result = x.ring.constant(1)
+    for _ in range(n):
+        result = result * x
+    return result
+
+
+def test_long_divisor_is_found_up_to_sign() -> None:
+    """``x (a + b + c)`` and ``d - y (a + b + c)``: variables 0..5 are a, b, c, d, x, y."""
+    sums = [{(0, 4): 1, (1, 4): 1, (2, 4): 1}, {(3,): 1, (0, 5): -1, (1, 5): -1, (2, 5): -1}]
+    found = best_divisor(sums)
+    assert found is not None
+    divisor, places = found
+    assert divisor == (((0,), 1), ((1,), 1), ((2,), 1))
+    assert sorted(places) == [(0, (4,), 1), (1, (5,), -1)]
+    assert best_divisor([{(0,): 1, (1,): 1, (2,): 1}]) is None
+
+
+def plane_system() -> System:
+    @kernel(a=PGA3.POINT, b=PGA3.POINT, c=PGA3.POINT)
+    def plane(a, b, c):  # type: ignore[no-untyped-def]
+        return a & b & c
+
+    record = compile_kernel(plane)
+    assert record.trace is not None and record.decision is not None
+    lowering = Lowering(plane, record.trace.expressions, reduction=Reduction.NONE)
+    return lowering.system(record.decision.slots[0])
+
+
+def test_offset_of_a_plane_is_divided_by_its_normal() -> None:
+    system = plane_system()
+    divided = resubstitute(system)
+    assert divided is not None
+    assert sum(len(p.terms) for p in divided.outputs) < sum(len(p.terms) for p in system.outputs)
+    random = Random(5)
+    for _ in range(10):
+        inputs = [Fraction(random.randint(-9, 9), random.randint(1, 5)) for _ in range(9)]
+        assert outputs_at(divided, inputs) == outputs_at(system, inputs)
+
+
+def test_the_normal_is_put_in_differences_though_the_offset_is_not() -> None:
+    system = plane_system()
+    divided = resubstitute(system)
+    assert divided is not None
+    shifted = shift(divided)
+    assert shifted is not None
+    random = Random(6)
+    for _ in range(10):
+        inputs = [Fraction(random.randint(-9, 9), random.randint(1, 5)) for _ in range(9)]
+        assert outputs_at(shifted, inputs) == outputs_at(system, inputs)
+
+
+def test_differences_reach_into_functions() -> None:
+    @kernel(p=CGA3.POINT, q=CGA3.POINT)
+    def distance(p, q):  # type: ignore[no-untyped-def]
+        return sqrt(-2 * (p * q).grade(0))
+
+    cost = compile_kernel(distance).cost
+    assert (cost.mul, cost.add, cost.sqrt) == (3, 5, 1)
+
+
+def test_a_cheap_form_that_loses_digits_is_not_taken() -> None:
+    """Close to the identity ``1 - s**2`` says nothing about the angle, though it is exact for unit rotors."""
+
+    @kernel(r=VGA3.ROTOR)
+    def sine_squared(r):  # type: ignore[no-untyped-def]
+        return norm_squared(r.grade(2))
+
+    record = compile_kernel(sine_squared)
+    cheapest = min(record.candidates, key=lambda candidate: candidate.cost.total)
+    assert cheapest.cost.total < record.cost.total
+    assert most_accurate_enough(sine_squared, record.candidates) is record.best
+    assert run_in_double(record.program, [[1.0, 1e-9, 0.0, 0.0]]) == [1e-18]
+    assert run_in_double(cheapest.program, [[1.0, 1e-9, 0.0, 0.0]]) == [0.0]
+
+
+def test_ulps_are_those_of_the_largest_result() -> None:
+    assert ulps([1.0, 1e-20], [Fraction(1), Fraction(0)]) < 1
+    assert ulps([1.0 + 2**-52], [Fraction(1)]) == 1
+    assert ulps([0.0], [Fraction(0)]) == 0
+
+
+def kernel_with_domain() -> Kernel:
+    @kernel(v=VGA3.VECTOR)
+    def gamma(v):  # type: ignore[no-untyped-def]
+        return 1 / sqrt(1 - norm_squared(v))
+
+    return gamma
+
+
+def test_samples_meet_a_bounded_domain() -> None:
+    definition = kernel_with_domain()
+    record = compile_kernel(definition)
+    assert record.trace is not None
+    found = list(samples(definition, record.trace.expressions, Random(1), 5))
+    assert len(found) == 5
+    assert all(sum(x * x for x in inputs.values()) < 1 for inputs, _ in found)
+
+
+@pytest.mark.parametrize("spread", sorted(set(SPREADS)))
+def test_samples_satisfy_the_relations_at_every_spread(spread: Fraction) -> None:
+    @kernel(m=PGA3.MOTOR, n=CGA3.UNIT_EVEN)
+    def both(m, n):  # type: ignore[no-untyped-def]
+        return m["1"] * n["1"]
+
+    at = sample(both, Random(2), spread=spread)
+    for parameter in both.parameters:
+        element = parameter.layout.element([at[name] for name in parameter.components])
+        assert element * ~element == 1
+
+
+def test_a_slot_of_the_other_orientation_changes_sign() -> None:
+    @kernel(m=PGA3.MOTOR, p=PGA3.POINT)
+    def move(m, p):  # type: ignore[no-untyped-def]
+        return sandwich(m, p)
+
+    record = compile_kernel(move)
+    assert record.trace is not None
+    lowering = Lowering(move, record.trace.expressions)
+    plus, minus = lowering.system([Slot(0, 7)]).outputs, lowering.system([Slot(0, 7, -1)]).outputs
+    assert plus[0] == -minus[0]
