@@ -10,7 +10,7 @@ from collections.abc import Sequence
 from fractions import Fraction
 
 from ..algebra.blades import Rational, exact
-from ..rings.polynomial import Monomial, Polynomial
+from ..rings.polynomial import Monomial, Polynomial, quotient
 from ..rings.sparse import weight
 from .system import Definition, System
 
@@ -39,11 +39,11 @@ def resubstitute(system: System) -> System | None:
         quotients, remainder = found
         divided = True
         result = remainder
-        for j, quotient in zip(others, quotients, strict=True):
-            if not quotient.is_zero:
+        for j, factor in zip(others, quotients, strict=True):
+            if not factor.is_zero:
                 if j not in names:
                     names[j] = ring.variable(f"r{j}")
-                result = result + quotient * names[j]
+                result = result + factor * names[j]
         outputs[k] = result
     if not divided:
         return None
@@ -67,7 +67,7 @@ def _divide(polynomial: Polynomial, divisors: Sequence[Polynomial]) -> tuple[lis
         monomial = min(rest, key=lambda m: (-len(m), m))
         value = rest[monomial]
         for number, (lead, divisor) in enumerate(leads):
-            cofactor = _quotient(monomial, lead)
+            cofactor = quotient(monomial, lead)
             if cofactor is not None:
                 factor = exact(Fraction(value) / divisor.terms[lead]) if value % divisor.terms[lead] == 0 else None
                 if factor is None:
@@ -92,13 +92,4 @@ def _divide(polynomial: Polynomial, divisors: Sequence[Polynomial]) -> tuple[lis
     if after >= before:
         return None
     ring = polynomial.ring
-    return [Polynomial(ring, quotient) for quotient in quotients], Polynomial(ring, remainder)
-
-
-def _quotient(monomial: Monomial, part: Monomial) -> Monomial | None:
-    rest = list(monomial)
-    for variable in part:
-        if variable not in rest:
-            return None
-        rest.remove(variable)
-    return tuple(rest)
+    return [Polynomial(ring, terms) for terms in quotients], Polynomial(ring, remainder)

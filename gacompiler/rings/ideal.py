@@ -13,7 +13,7 @@ from itertools import combinations
 
 from ..algebra.blades import Rational, exact
 from ..errors import KernelError
-from .polynomial import Monomial, Polynomial
+from .polynomial import Monomial, Polynomial, quotient
 
 PAIR_LIMIT = 200
 """Largest number of S-polynomials looked at; the ideals of unit versors in the catalog need far fewer."""
@@ -64,7 +64,8 @@ class Ideal:
                 else:
                     done.pop(monomial, None)
                 continue
-            cofactor = _quotient(monomial, leading)
+            cofactor = quotient(monomial, leading)
+            assert cofactor is not None
             for other, factor in self._basis[leading].terms.items():
                 if other == leading:
                     continue
@@ -97,13 +98,15 @@ class Ideal:
             )
         leading = reduced.leading
         monic = reduced * (1 / Fraction(reduced.terms[leading]))
-        affected = [m for m in self._basis if _divides(leading, m)]
+        affected = [m for m in self._basis if quotient(m, leading) is not None]
         replaced = [self._basis.pop(m) for m in affected]
         self._basis[leading] = monic
         self._lengths = tuple(sorted({len(m) for m in self._basis}))
         for old in replaced:
             self._add(old)
-        for other in [m for m, p in self._basis.items() if m != leading and any(_divides(leading, t) for t in p.terms)]:
+        for other in [
+            m for m, p in self._basis.items() if m != leading and any(quotient(t, leading) is not None for t in p.terms)
+        ]:
             polynomial = self._basis[other]
             tail = Polynomial(polynomial.ring, {m: v for m, v in polynomial.terms.items() if m != other})
             self._basis[other] = self.reduce(tail) + Polynomial(polynomial.ring, {other: 1})
@@ -119,30 +122,13 @@ class Ideal:
             a, b = pair
             union = _union(a, b)
             ring = self._basis[a].ring
-            left = self._basis[a] * Polynomial(ring, {_quotient(union, a): 1})
-            right = self._basis[b] * Polynomial(ring, {_quotient(union, b): 1})
+            left, right = (self._basis[m] * Polynomial(ring, {quotient(union, m) or (): 1}) for m in (a, b))
             self._add(left - right)
 
     def _pairs(self, degree: int) -> list[tuple[Monomial, Monomial]]:
         leads = sorted(self._basis, key=lambda m: (len(m), m))
         pairs = [(a, b) for a, b in combinations(leads, 2) if set(a) & set(b) and len(_union(a, b)) <= degree]
         return sorted(pairs, key=lambda pair: (len(_union(*pair)), pair))
-
-
-def _divides(a: Monomial, b: Monomial) -> bool:
-    rest = list(b)
-    for variable in a:
-        if variable not in rest:
-            return False
-        rest.remove(variable)
-    return True
-
-
-def _quotient(a: Monomial, b: Monomial) -> Monomial:
-    rest = list(a)
-    for variable in b:
-        rest.remove(variable)
-    return tuple(rest)
 
 
 def _union(a: Monomial, b: Monomial) -> Monomial:

@@ -276,6 +276,16 @@ def _term(ring: PolynomialRing, monomial: Monomial, value: Rational) -> str:
     return text if value == 1 else f"-{text}" if value == -1 else f"{value}*{text}"
 
 
+def quotient(monomial: Monomial, divisor: Monomial) -> Monomial | None:
+    """``monomial / divisor``, or None where that is no monomial."""
+    rest = list(monomial)
+    for variable in divisor:
+        if variable not in rest:
+            return None
+        rest.remove(variable)
+    return tuple(rest)
+
+
 def total_terms(polynomials: Iterable[Polynomial]) -> int:
     """Number of terms of several polynomials together."""
     return sum(len(polynomial.terms) for polynomial in polynomials)

@@ -10,7 +10,7 @@ from collections.abc import Sequence
 from fractions import Fraction
 
 from ..algebra.blades import Rational, exact
-from .polynomial import Monomial, Polynomial
+from .polynomial import Monomial, Polynomial, quotient
 
 TERM_LIMIT = 60
 """Longer polynomials are left as they are."""
@@ -34,7 +34,7 @@ def simplify(polynomial: Polynomial, relations: Sequence[Polynomial]) -> Polynom
         for monomial in sorted(terms, key=lambda m: (-len(m), m)):
             for number, relation in enumerate(relations):
                 for part, factor in relation.key:
-                    cofactor = _quotient(monomial, part)
+                    cofactor = quotient(monomial, part)
                     if cofactor is None:
                         continue
                     multiple = exact(Fraction(terms[monomial]) / factor) if terms[monomial] % factor == 0 else None
@@ -65,12 +65,3 @@ def _gain(terms: dict[Monomial, Rational], relation: Polynomial, cofactor: Monom
         new = old - multiple * factor
         gain += (weight(target, old) if old else 0) - (weight(target, new) if new else 0)
     return gain
-
-
-def _quotient(monomial: Monomial, part: Monomial) -> Monomial | None:
-    rest = list(monomial)
-    for variable in part:
-        if variable not in rest:
-            return None
-        rest.remove(variable)
-    return tuple(rest)
