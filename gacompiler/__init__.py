@@ -5,6 +5,7 @@ from typing import Any
 from .algebra.algebra import Algebra
 from .algebra.layout import SCALAR, Layout
 from .algebra.multivector import Multivector
+from .derivatives import jacobian, jvp, matrix_of, vjp
 from .frontend.kernel import Kernel, array, kernel
 from .frontend.operations import (
     absolute,
@@ -59,10 +60,10 @@ def __getattr__(name: str) -> Any:
 
 
 __all__ = [
-    "SCALAR", "Algebra", "Kernel", "Layout", "Multivector", "absolute", "acos", "anticommutator", "array", "assemble",
-    "atan2", "clifford_conjugate", "coefficient", "commutator", "compile", "cos", "dual", "equal", "exp",
-    "geometric_product", "grade", "grade_involution", "hestenes_product", "inner_product", "inverse", "join", "kernel",
-    "left_contraction", "log", "maximum", "meet", "minimum", "norm", "norm_squared", "normalize", "outer_product",
-    "polarity", "regressive_product", "reverse", "right_contraction", "sandwich", "scalar_product", "select", "sin",
-    "sqrt", "undual",
+    "SCALAR", "Algebra", "Kernel", "Layout", "Multivector", "absolute", "acos", "anticommutator", "array",
+    "assemble", "atan2", "clifford_conjugate", "coefficient", "commutator", "compile", "cos", "dual", "equal",
+    "exp", "geometric_product", "grade", "grade_involution", "hestenes_product", "inner_product", "inverse",
+    "jacobian", "join", "jvp", "kernel", "left_contraction", "log", "matrix_of", "maximum", "meet", "minimum",
+    "norm", "norm_squared", "normalize", "outer_product", "polarity", "regressive_product", "reverse",
+    "right_contraction", "sandwich", "scalar_product", "select", "sin", "sqrt", "undual", "vjp",
 ]  # fmt: skip

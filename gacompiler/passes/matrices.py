@@ -1,9 +1,9 @@
-"""Dense products through matrices: a geometric algebra is an algebra of small matrices, and those multiply in fewer steps.
+"""Dense products through matrices: a geometric algebra is an algebra of small matrices, which multiply in fewer steps.
 
-Two anticommuting blades that square to 1 (or a null pair of vectors) generate the real 2 x 2 matrices. Every element is a
-2 x 2 matrix over the blades that commute with both: Cl = M2(R) (x) C, where C is again spanned by blades, and so on
-(Lounesto, *Clifford Algebras and Spinors*, 2001, ch. 16; Porteous 1995). One level takes the product of two elements of
-a size to eight products of a quarter of the size instead of sixteen, for a few sums on the way in and out.
+Two anticommuting blades that square to 1 (or a null pair of vectors) generate the real 2 x 2 matrices. Every element is
+a 2 x 2 matrix over the blades that commute with both: Cl = M2(R) (x) C, where C is again spanned by blades, and so on
+(Lounesto, *Clifford Algebras and Spinors*, 2001, ch. 16; Porteous 1995). One level takes the product of two elements
+to eight products of elements of a quarter of the size instead of sixteen, for a few sums on the way in and out.
 
 Zero squares are no obstacle: a degenerate vector stays in C, where products that vanish are not formed.
 """

@@ -41,7 +41,7 @@ class Truth:
 
 
 def truths(record: Compilation, seed: int = 11, n: int | None = None) -> list[Truth]:
-    """Points for a compiled kernel and what its definition gives there; points where it gives nothing are passed over."""
+    """Points for a compiled kernel and what its definition gives there; points where it gives nothing are left out."""
     kernel, decision, trace = record.kernel, record.decision, record.trace
     assert decision is not None and trace is not None
     random = Random(seed)

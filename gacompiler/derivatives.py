@@ -1,0 +1,317 @@
+"""Derivatives and matrices of kernels, as kernels: they are compiled, counted and proved like any other.
+
+Every product is bilinear, so the derivative of an expression along a tangent is again an expression, by the product
+rule, and nothing is said here about coefficients or metrics. A column of a Jacobian is the derivative along a basis
+blade; for a versor, along a bivector times the versor, which stays on the manifold.
+
+At the switch of a `select` the derivative is that of the side taken; of ``abs`` at zero that of the negative side,
+of ``minimum`` and ``maximum`` at equal arguments that of the second.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from fractions import Fraction
+from typing import Any
+
+from .algebra.layout import SCALAR, SCALARS, Layout
+from .algebra.multivector import Multivector
+from .algebra.products import GRADE_RULES
+from .errors import KernelError
+from .frontend.expression import ASSEMBLE, COEFFICIENT, CONSTANT, GRADE, INPUT, Expression, lift, node, topological
+from .frontend.kernel import ArrayOf, Kernel, Parameter, trace
+from .frontend.operations import assemble
+from .passes.decide import decide
+from .passes.rewrite import rewrite
+
+_BILINEAR = (*GRADE_RULES, "regressive_product", "commutator", "anticommutator")
+_LINEAR = ("negate", "reverse", "grade_involution", "clifford_conjugate", "dual", "undual", "polarity")
+_ZERO = ("less", "less_equal", "equal")
+
+
+def derivative(expressions: Sequence[Expression], tangents: Mapping[Expression, Expression]) -> list[Expression]:
+    """Derivatives of expressions along `tangents` (input node -> its tangent); other inputs are held."""
+    zero = lift(0)
+    found: dict[Expression, Expression] = {}
+    for expression in topological(expressions):
+        if expression.operation in (INPUT, CONSTANT):
+            found[expression] = tangents.get(expression, zero)
+        else:
+            found[expression] = _rule(expression, [found[argument] for argument in expression.arguments])
+    return [found[expression] for expression in expressions]
+
+
+def _is_zero(expression: Expression) -> bool:
+    return expression.operation == CONSTANT and not expression.data.terms
+
+
+def _sum(parts: Sequence[Expression]) -> Expression:
+    kept = [part for part in parts if not _is_zero(part)]
+    total = kept[0] if kept else lift(0)
+    for part in kept[1:]:
+        total = total + part
+    return total
+
+
+def _rule(expression: Expression, d: list[Expression]) -> Expression:
+    """The derivative of one node, given those of its arguments."""
+    if all(map(_is_zero, d)):
+        return lift(0)
+    operation, arguments = expression.operation, expression.arguments
+    if operation in _BILINEAR:
+        (a, b), (da, db) = arguments, d
+        left = lift(0) if _is_zero(da) else node(operation, da, b)
+        right = lift(0) if _is_zero(db) else node(operation, a, db)
+        return _sum([left, right])
+    if operation in _LINEAR:
+        return node(operation, d[0])
+    if operation in (GRADE, COEFFICIENT):
+        return lift(0) if d[0].algebra == SCALARS != arguments[0].algebra else _same(expression, d)
+    if operation == ASSEMBLE:
+        return _same(expression, d)
+    if operation == "add":
+        return _sum(d)
+    if operation == "subtract":
+        return _sum([d[0], lift(0) if _is_zero(d[1]) else -d[1]])
+    if operation == "sandwich":
+        v, x = arguments
+        (dv, dx) = d
+        odd = {blade.bit_count() & 1 for blade in v.blades} == {1}
+        moved = node("grade_involution", x) if odd else x
+        parts = [lift(0) if _is_zero(dx) else node("sandwich", v, dx)]
+        if not _is_zero(dv):
+            parts += [dv * moved * ~v, v * moved * ~dv]
+        return _sum(parts)
+    return _scalar_rule(expression, d)
+
+
+def _same(expression: Expression, d: list[Expression]) -> Expression:
+    return Expression(expression.operation, tuple(d), expression.data, expression.algebra)
+
+
+def _scalar_rule(expression: Expression, d: list[Expression]) -> Expression:
+    """Quotients, norms and functions; the value itself is reused where it occurs in its derivative."""
+    x = expression.arguments
+    value, half = expression, Fraction(1, 2)
+    match expression.operation:
+        case "divide":
+            first = lift(0) if _is_zero(d[0]) else d[0] / x[1]
+            return first if _is_zero(d[1]) else _sum([first, -(value * d[1]) / x[1]])
+        case "inverse":
+            return -(value * d[0] * value)
+        case "norm_squared":
+            return node("scalar_product", d[0], ~x[0]) + node("scalar_product", x[0], ~d[0])
+        case "norm":
+            return half * _rule(node("norm_squared", x[0]), d) / value
+        case "normalize":
+            size = node("norm", x[0])
+            return d[0] / size - value * _rule(size, d) / size
+        case "sqrt":
+            return half * d[0] / value
+        case "sin":
+            return node("cos", x[0]) * d[0]
+        case "cos":
+            return -(node("sin", x[0]) * d[0])
+        case "exp":
+            return value * d[0]
+        case "log":
+            return d[0] / x[0]
+        case "acos":
+            return -d[0] / node("sqrt", 1 - x[0] * x[0])
+        case "atan2":
+            return (x[1] * d[0] - x[0] * d[1]) / (x[0] * x[0] + x[1] * x[1])
+        case "abs":
+            return node("select", x[0] > 0, d[0], -d[0])
+        case "minimum":
+            return node("select", x[0] < x[1], d[0], d[1])
+        case "maximum":
+            return node("select", x[1] < x[0], d[0], d[1])
+        case "select":
+            return node("select", x[0], d[1], d[2])
+        case operation if operation in _ZERO:
+            return lift(0)
+        case operation:
+            raise KernelError("derivative", f"no rule for {operation}", "an operation with a derivative")
+
+
+Tangents = Callable[[Expression, Layout], list[Expression]]
+
+
+def _coefficient_tangents(_: Expression, layout: Layout) -> list[Expression]:
+    """One basis blade for each stored coefficient."""
+    if layout.implied:
+        raise KernelError(
+            "jacobian()",
+            f"{layout} has implied coefficients",
+            "a layout that stores what it has",
+            "rebuild the element inside the kernel",
+        )
+    return [lift(Multivector(layout.algebra, {slot.blade: slot.sign})) for slot in layout.stored]
+
+
+def _bivector_tangents(side: str) -> Tangents:
+    def tangents(versor: Expression, layout: Layout) -> list[Expression]:
+        blades = [lift(Multivector(layout.algebra, {blade: 1})) for blade in layout.algebra.blades(2)]
+        return [blade * versor if side == "left" else versor * blade for blade in blades]
+
+    return tangents
+
+
+_KINDS: Mapping[str, Tangents] = {
+    "coefficients": _coefficient_tangents,
+    "left": _bivector_tangents("left"),
+    "right": _bivector_tangents("right"),
+}
+
+
+def _parameter(definition: Kernel, wrt: str) -> tuple[int, Parameter]:
+    for k, parameter in enumerate(definition.parameters):
+        if parameter.name == wrt:
+            if parameter.outer_shape:
+                raise KernelError(
+                    definition.where, f"{wrt} is an array", "one multivector or scalar to differentiate by"
+                )
+            return k, parameter
+    names = " ".join(parameter.name for parameter in definition.parameters)
+    raise KernelError(definition.where, f"no parameter {wrt}", f"one of {names}")
+
+
+def _numbers(value: Expression, layout: Layout) -> list[Expression]:
+    """The stored coefficients of a result, as scalar expressions."""
+    if value.algebra == SCALARS:
+        return [value if slot.blade == 0 else lift(0) for slot in layout.stored]
+    return [Expression(COEFFICIENT, (value,), (slot.sign, slot.blade), SCALARS) for slot in layout.stored]
+
+
+def _result_layout(definition: Kernel) -> Layout:
+    """The layout of the one result that a kernel has."""
+    traced = trace(definition)
+    if len(traced.outputs) != 1 or traced.outputs[0].outer_shape:
+        raise KernelError(definition.where, "several results", "one multivector or scalar to differentiate")
+    return decide(traced, tuple(rewrite(traced.expressions).values())).layouts[0]
+
+
+def jacobian(definition: Kernel, wrt: str, tangent: str = "coefficients") -> Kernel:
+    """A kernel that gives the value of `definition` and its Jacobian with respect to one parameter.
+
+    Parameters
+    ----------
+    definition : Kernel
+        With one result.
+    wrt : str
+        Name of a parameter.
+    tangent : {"coefficients", "left", "right"}
+        Derivatives by each stored coefficient; or along ``B m`` or ``m B`` for each basis bivector `B`, which stays on
+        the manifold of versors. A motor ``exp(B) m`` has the left Jacobian's columns as derivatives at ``B = 0``.
+
+    Returns
+    -------
+    Kernel
+        Named ``<name>_jacobian_<wrt>``, with results ``out`` and the matrix, one row for each coefficient of the value.
+    """
+    if tangent not in _KINDS:
+        raise KernelError("jacobian()", f"tangent {tangent!r}", "one of " + ", ".join(_KINDS))
+    place, parameter = _parameter(definition, wrt)
+    layout = _result_layout(definition)
+    sample = _KINDS[tangent](parameter.symbols(), parameter.layout)
+
+    def function(*arguments: Expression) -> Any:
+        value = lift(definition.function(*arguments))
+        variable = arguments[place]
+        columns = [
+            _numbers(derivative([value], {variable: t})[0], layout) for t in _KINDS[tangent](variable, parameter.layout)
+        ]
+        return value, tuple(tuple(column[row] for column in columns) for row in range(layout.size))
+
+    summary = f"Value and Jacobian of `{definition.name}` by {wrt} ({tangent})."
+    matrix = ArrayOf(SCALAR, (layout.size, len(sample)))
+    return Kernel(f"{definition.name}_jacobian_{wrt}", function, definition.parameters, (layout, matrix), summary)
+
+
+def matrix_of(definition: Kernel, wrt: str) -> Kernel:
+    """A kernel that gives the matrix of `definition`, which must be linear in the parameter `wrt`.
+
+    ``f(..., x, ...)`` is the matrix times the stored coefficients of `x`; the parameter itself is no longer one.
+
+    Raises
+    ------
+    KernelError
+        When the result is not linear in `wrt`.
+    """
+    place, parameter = _parameter(definition, wrt)
+    layout = _result_layout(definition)
+    others = tuple(p for p in definition.parameters if p.name != wrt)
+
+    def function(*arguments: Expression) -> Any:
+        variable = parameter.symbols()
+        value = lift(definition.function(*arguments[:place], variable, *arguments[place:]))
+        columns = []
+        for t in _coefficient_tangents(variable, parameter.layout):
+            (column,) = derivative([value], {variable: t})
+            if any(e.operation == INPUT and e == variable for e in topological([column])):
+                raise KernelError(definition.where, f"the result is not linear in {wrt}", "a linear expression")
+            columns.append(_numbers(column, layout))
+        return tuple(tuple(column[row] for column in columns) for row in range(layout.size))
+
+    summary = f"Matrix of `{definition.name}` as a linear map of {wrt}."
+    matrix = ArrayOf(SCALAR, (layout.size, parameter.layout.size))
+    return Kernel(f"{definition.name}_matrix", function, others, matrix, summary)
+
+
+def jvp(definition: Kernel, wrt: str) -> Kernel:
+    """A kernel that gives the value of `definition` and its derivative along a tangent of the parameter `wrt`.
+
+    The tangent is a further parameter ``<wrt>_tangent``, of the same coefficients and without relations.
+    """
+    place, parameter = _parameter(definition, wrt)
+    layout = _result_layout(definition)
+    tangent = Parameter(f"{wrt}_tangent", _free(parameter.layout))
+
+    def function(*arguments: Expression) -> Any:
+        value = lift(definition.function(*arguments[:-1]))
+        (slope,) = derivative([value], {arguments[place]: arguments[-1]})
+        numbers = _numbers(slope, layout)
+        return value, numbers[0] if layout.is_scalar else assemble(
+            layout.algebra, dict(zip(layout.blades, numbers, strict=True))
+        )
+
+    summary = f"Value of `{definition.name}` and its derivative along {tangent.name}."
+    return Kernel(
+        f"{definition.name}_jvp_{wrt}", function, (*definition.parameters, tangent), (layout, _free(layout)), summary
+    )
+
+
+def vjp(definition: Kernel, wrt: str) -> Kernel:
+    """A kernel that gives the value of `definition` and the gradient of its product with a cotangent.
+
+    The cotangent is a further parameter ``cotangent`` with the result's coefficients; the gradient is an array of one
+    number for each stored coefficient of `wrt`: the transposed Jacobian times the cotangent. No metric takes part.
+    """
+    place, parameter = _parameter(definition, wrt)
+    layout = _result_layout(definition)
+    cotangent = Parameter("cotangent", _free(layout))
+
+    def function(*arguments: Expression) -> Any:
+        value = lift(definition.function(*arguments[:-1]))
+        weights = _numbers(arguments[-1], layout)
+        gradient = []
+        for t in _coefficient_tangents(arguments[place], parameter.layout):
+            column = _numbers(derivative([value], {arguments[place]: t})[0], layout)
+            gradient.append(_sum([weight * entry for weight, entry in zip(weights, column, strict=True)]))
+        return value, tuple(gradient)
+
+    summary = f"Value of `{definition.name}` and the gradient by {wrt} of its product with the cotangent."
+    return Kernel(
+        f"{definition.name}_vjp_{wrt}",
+        function,
+        (*definition.parameters, cotangent),
+        (layout, ArrayOf(SCALAR, (parameter.layout.size,))),
+        summary,
+    )
+
+
+def _free(layout: Layout) -> Layout:
+    """The stored coefficients of a layout alone: what its tangents have."""
+    if layout.is_scalar:
+        return SCALAR
+    return layout.algebra.layout(f"{layout.name}_TANGENT", " ".join(layout.blades))
