@@ -2,7 +2,7 @@
 // command: gac generate --all quaternion
 // spec: 7183c69fda306014
 // contraction: -ffp-contract=off (every operation is rounded once)
-// body: e7b1ce1905de4fb2f7a5ad6a158b80b2b9a248593b2104e58a4ad45814396e7c
+// body: 85778784258b40cdba9b6adf1ed70180c5189cf86fccb79f2b0ef0bced307000
 
 #ifndef REAL
 #include "quaternion.h"
@@ -466,23 +466,23 @@ INLINE void NAME(rotate_vector)(const REAL *q, const REAL *v, REAL *out)
     const REAL t6 = t4 - t5;
     const REAL t7 = q_e13 * t6;
     const REAL t8 = t3 + t7;
-    const REAL t9 = q_e32 * v_e3;
-    const REAL t10 = q_e21 * v_e1;
+    const REAL t9 = q_e21 * v_e1;
+    const REAL t10 = q_e32 * v_e3;
     const REAL t11 = t9 - t10;
     const REAL t12 = q_e21 * t11;
-    const REAL t13 = t8 + t12;
+    const REAL t13 = t8 - t12;
     const REAL t14 = t13 * (REAL)2;
     const REAL t15 = v_e1 + t14;
-    const REAL t16 = q_e21 * t2;
-    const REAL t17 = q_1 * t11;
-    const REAL t18 = t16 - t17;
+    const REAL t16 = q_1 * t11;
+    const REAL t17 = q_e21 * t2;
+    const REAL t18 = t16 + t17;
     const REAL t19 = q_e32 * t6;
     const REAL t20 = t18 - t19;
     const REAL t21 = (REAL)2 * t20;
     const REAL t22 = v_e2 + t21;
     const REAL t23 = q_1 * t6;
     const REAL t24 = q_e32 * t11;
-    const REAL t25 = t23 - t24;
+    const REAL t25 = t23 + t24;
     const REAL t26 = q_e13 * t2;
     const REAL t27 = t25 - t26;
     const REAL t28 = (REAL)2 * t27;

@@ -2,7 +2,7 @@
 // command: gac generate --all vga2
 // spec: 5e8a70341a0646d7
 // contraction: -ffp-contract=off (every operation is rounded once)
-// body: 38d6012e669866c5dd760f137511130f34e031509fa628f0e5ce2b82c54122f0
+// body: 37df35efa586a291eb822a15a2005ed11e75cce05a39ac6adc3e886743e4d6dc
 
 #ifndef REAL
 #include "vga2.h"
@@ -1331,18 +1331,19 @@ INLINE void NAME(rotate_vector)(const REAL *r, const REAL *v, REAL *out)
     const REAL r_e12 = r[1];
     const REAL v_e1 = v[0];
     const REAL v_e2 = v[1];
-    const REAL t0 = r_e12 * (REAL)2;
-    const REAL t1 = r_e12 * t0;
-    const REAL t2 = (REAL)1 - t1;
+    const REAL t0 = r_1 * r_1;
+    const REAL t1 = r_e12 * r_e12;
+    const REAL t2 = t0 - t1;
     const REAL t3 = v_e1 * t2;
-    const REAL t4 = r_1 * t0;
-    const REAL t5 = v_e2 * t4;
-    const REAL t6 = t3 + t5;
-    const REAL t7 = v_e2 * t2;
-    const REAL t8 = v_e1 * t4;
-    const REAL t9 = t7 - t8;
-    out[0] = t6;
-    out[1] = t9;
+    const REAL t4 = r_1 * r_e12;
+    const REAL t5 = t4 * (REAL)2;
+    const REAL t6 = v_e2 * t5;
+    const REAL t7 = t3 + t6;
+    const REAL t8 = v_e2 * t2;
+    const REAL t9 = v_e1 * t5;
+    const REAL t10 = t8 - t9;
+    out[0] = t7;
+    out[1] = t10;
 }
 
 static INLINE void NAME(rotate_vector_each)(intptr_t n, char **args, intptr_t s0, intptr_t s1, intptr_t s2, intptr_t
@@ -1394,18 +1395,19 @@ INLINE void NAME(rotate_vector_back)(const REAL *r, const REAL *v, REAL *out)
     const REAL r_e12 = r[1];
     const REAL v_e1 = v[0];
     const REAL v_e2 = v[1];
-    const REAL t0 = r_e12 * (REAL)2;
-    const REAL t1 = r_e12 * t0;
-    const REAL t2 = (REAL)1 - t1;
+    const REAL t0 = r_1 * r_1;
+    const REAL t1 = r_e12 * r_e12;
+    const REAL t2 = t0 - t1;
     const REAL t3 = v_e1 * t2;
-    const REAL t4 = r_1 * t0;
-    const REAL t5 = v_e2 * t4;
-    const REAL t6 = t3 - t5;
-    const REAL t7 = v_e2 * t2;
-    const REAL t8 = v_e1 * t4;
-    const REAL t9 = t8 + t7;
-    out[0] = t6;
-    out[1] = t9;
+    const REAL t4 = r_1 * r_e12;
+    const REAL t5 = t4 * (REAL)2;
+    const REAL t6 = v_e2 * t5;
+    const REAL t7 = t3 - t6;
+    const REAL t8 = v_e2 * t2;
+    const REAL t9 = v_e1 * t5;
+    const REAL t10 = t9 + t8;
+    out[0] = t7;
+    out[1] = t10;
 }
 
 static INLINE void NAME(rotate_vector_back_each)(intptr_t n, char **args, intptr_t s0, intptr_t s1, intptr_t s2,
