@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import ast
 import difflib
 import hashlib
 import importlib.util
@@ -74,11 +75,16 @@ def load_spec(path: Path, command: str | None = None) -> Spec:
     )
     if not kernels:
         raise SpecError(str(path), "no kernel in it", "at least one function under @kernel(...)")
-    taken: set[str] = set()
-    for kernel in kernels:
-        if kernel.name in taken:
-            raise SpecError(str(path), f"kernel {kernel.name} is defined twice", remedy="rename one of them")
-        taken.add(kernel.name)
+    seen: dict[str, int] = {}
+    for statement in ast.parse(text).body:
+        if isinstance(statement, ast.FunctionDef):
+            if statement.name in seen and statement.name in {kernel.name for kernel in kernels}:
+                raise SpecError(
+                    f"{path}:{statement.lineno}",
+                    f"{statement.name} is defined twice, first in line {seen[statement.name]}",
+                    remedy="rename one of them",
+                )
+            seen[statement.name] = statement.lineno
     digest = hashlib.sha256(text.encode()).hexdigest()[:16]
     return Spec(
         name,
