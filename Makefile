@@ -3,23 +3,38 @@ BIN := .venv/bin
 
 # As a variable, and not as `pip install -c`, the pins also hold for the build backend.
 export PIP_CONSTRAINT := .ci/constraints.txt
+export PIP_DISABLE_PIP_VERSION_CHECK := 1
+
+# What generated/ is made of, and what is made.
+SPECS := $(filter-out %/__init__.py,$(wildcard gacompiler/specs/*.py))
+MODULES := $(foreach end,py c h,$(SPECS:gacompiler/specs/%.py=generated/%.$(end)))
+COMPILER := $(shell find gacompiler -name '*.py' -o -name '*.jinja')
+
+# Steps that must follow one another are lines of a recipe, so that they do under `make -j` too.
+MAKEFLAGS += --no-print-directory
 
 .DEFAULT_GOAL := help
-.PHONY: demo test peers generated check lint types bench build help clean
+.PHONY: demo test peers generated check lint types bench build help clean FORCE
 
-demo: build ## Run the generated kernels on real input; figures in build/demo
+demo: .venv/.installed ## Generate what is stale, build, run on real input; figures in build/demo
+	@$(MAKE) build/.generated
+	@$(MAKE) build
 	$(BIN)/python -m algorithms.demo
 
 test: build ## Run the tests
 	$(BIN)/pytest -n 2
 
-peers: build .venv/.peers ## Compare with other libraries (slow)
-	$(BIN)/pytest -m peers
+peers: .venv/.peers ## Compare with other libraries (slow)
+	@$(MAKE) build
+	$(BIN)/pytest -n 2 -m peers
 
 generated: .venv/.installed ## Write generated/ anew from the specs
-	$(BIN)/gac generate --all
+	@echo "Generating $(words $(SPECS)) modules, about half a minute"
+	$(BIN)/gac generate --all --no-build
+	@mkdir -p build && touch build/.generated
 
 check: .venv/.installed ## Fail if generated/ is not what the specs give
+	@echo "Comparing $(words $(SPECS)) modules with their specs, about half a minute"
 	$(BIN)/gac check
 
 lint: .venv/.installed ## Check style and formatting
@@ -29,24 +44,31 @@ lint: .venv/.installed ## Check style and formatting
 types: .venv/.installed ## Check types
 	$(BIN)/mypy
 
-bench: build ## Measure generation time and kernel speed
+bench: build ## Measure generation and kernels beside peers; write docs/benchmarks.md
 	$(BIN)/python -m benchmarks
 
 build: .venv/.installed ## Compile the generated C, if a compiler is there
+	@echo "Compiling what changed in generated/"
 	$(BIN)/gac build
 
 help: ## List the targets
 	@awk -F ':.*## ' '/^[a-z]+:.*## / { printf "%-10s %s\n", $$1, $$2 }' Makefile
 
 clean: ## Remove what was built and cached; .venv stays
-	rm -rf build dist *.egg-info .hypothesis .mypy_cache .pytest_cache .ruff_cache
-	find gacompiler generated algorithms tests benchmarks \( -name __pycache__ -prune -o -name '*.so' -o -name '*.o' \) -exec rm -rf {} +
+	rm -rf build dist *.egg-info .hypothesis .mypy_cache .pytest_cache .ruff_cache generated/_build
+	find gacompiler generated algorithms tests benchmarks -name __pycache__ -prune -exec rm -rf {} +
+
+# Older than the compiler, or than a generated file that somebody touched, or a file is missing: generate.
+build/.generated: $(COMPILER) $(wildcard $(MODULES)) $(if $(filter-out $(wildcard $(MODULES)),$(MODULES)),FORCE)
+	@$(MAKE) generated
 
 .venv/.installed: pyproject.toml .ci/constraints.txt
+	@echo "Installing into .venv, a minute or two"
 	$(PYTHON) -m venv .venv
 	$(BIN)/pip install --quiet --editable '.[test]'
-	touch $@
+	@touch $@
 
 .venv/.peers: .venv/.installed
+	@echo "Installing other libraries into .venv, a minute or two"
 	$(BIN)/pip install --quiet --editable '.[peers]'
-	touch $@
+	@touch $@

@@ -102,6 +102,8 @@ def build(folder: Path | None, force: bool) -> None:
     if not sources:
         raise SpecError(str(place), "no generated C file in it", remedy="run `gac generate` first")
     for source in sources:
+        if Console(stderr=True).is_terminal:
+            click.echo(f"{_near(source)} ...", err=True)
         library = build_library(source, force=force)
         if library is None:
             click.echo(f"note: {NO_COMPILER}", err=True)

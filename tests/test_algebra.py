@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import operator
-import time
 import tracemalloc
 from collections.abc import Callable
 from fractions import Fraction
@@ -369,7 +368,6 @@ def test_sixteen_dimensions_without_tables() -> None:
     gram = [[Fraction(int(i == j)) + Fraction(int(abs(i - j) == 1), 3) for j in range(16)] for i in range(16)]
     for algebra in (Algebra("WIDE", [f"x{chr(ord('a') + k)}" for k in range(16)], gram), orthogonal(8, 8)):
         draw = Draw(algebra, "wide")
-        start = time.perf_counter()
         tracemalloc.start()
         a, b, c = draw.vectors(3)
         assert (a * b) * c == a * (b * c)
@@ -381,7 +379,6 @@ def test_sixteen_dimensions_without_tables() -> None:
         _, peak = tracemalloc.get_traced_memory()
         tracemalloc.stop()
         assert peak < 60_000_000
-        assert time.perf_counter() - start < 20
         assert len(algebra._products._memory) < 40_000
 
 

@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from enum import Enum
+from functools import cache
 
+from ..algebra.blades import Rational
+from ..algebra.layout import Layout
 from ..algebra.multivector import Multivector
 from ..errors import KernelError
 from ..frontend.expression import Expression, evaluate, topological
@@ -13,7 +16,7 @@ from ..frontend.facts import is_unit
 from ..frontend.kernel import Kernel
 from ..ir.scalar import Graph, Scalar
 from ..rings.ideal import Ideal
-from ..rings.polynomial import Polynomial, PolynomialRing
+from ..rings.polynomial import Monomial, Polynomial, PolynomialRing
 from ..rings.sparse import simplify
 from .system import Definition, System
 
@@ -108,6 +111,14 @@ def _connected(polynomials: Sequence[Polynomial], relations: Sequence[Polynomial
         variables |= {variable for k in more for variable in relations[k].variables}
 
 
+@cache
+def _relation_terms(layout: Layout, places: tuple[int, ...]) -> tuple[Mapping[Monomial, Rational], ...]:
+    """The relations of a layout whose coefficients are the given variables; the same in every lowering of a kernel."""
+    ring = PolynomialRing()
+    variables = [Polynomial(ring, {(place,): 1}) for place in places]
+    return tuple(ring.lift(relation).terms for relation in layout.relations(layout.element(variables)))
+
+
 class Lowering:
     """Polynomials of the nodes of a kernel's expressions.
 
@@ -140,12 +151,13 @@ class Lowering:
             inputs.update({name: self.ring.variable(name) for name in parameter.components})
         self._n_inputs = len(self.ring.names)
         self.relations = Relations(self.ring)
+        place = {name: k for k, name in enumerate(self.ring.names)}
         for expression in topological(expressions):
-            if expression.operation == "input":
-                layout = expression.data.layout
-                if layout.has_relations:
-                    (element,) = evaluate([expression], inputs, lift=self.ring.lift)
-                    self.relations.add(layout.relations(element))
+            if expression.operation == "input" and expression.data.layout.has_relations:
+                places = tuple(place[name] for name in expression.data.components)
+                self.relations.add(
+                    Polynomial(self.ring, terms) for terms in _relation_terms(expression.data.layout, places)
+                )
         self._reduction = reduction
         self._definitions: list[Definition] = []
         memory: dict[Expression, Multivector] = {}

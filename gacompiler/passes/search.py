@@ -32,7 +32,7 @@ SMALL = 60
 HOPELESS = 3
 """Systems with more terms than this many times the best cost so far are not factorised: they do not catch up, and
 the time grows with the square of a sum's terms."""
-FIRST_EFFORT, MORE_EFFORT = 30_000, 20_000
+FIRST_EFFORT, MORE_EFFORT = 14_000, 8_000
 """Pairs of terms that may be looked at while comparing systems, and while refining the best two under `POLICIES`."""
 POLICIES = (
     Policy(split_numbers=True, long_sums_first=True),

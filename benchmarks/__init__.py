@@ -1,0 +1,1 @@
+"""How long the compiler takes, and how fast its kernels are beside named peers: ``python -m benchmarks``."""

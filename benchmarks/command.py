@@ -1,0 +1,106 @@
+"""What ``python -m benchmarks`` does: measures, and writes a page."""
+
+from __future__ import annotations
+
+import argparse
+import os
+import sys
+from pathlib import Path
+
+from rich.console import Console
+from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
+
+from gacompiler.generate import load_spec
+
+from . import generation, kernels
+from .cases import CASES
+from .libraries import LIBRARIES, installed
+from .machine import machine
+from .report import Run, page
+from .timing import FULL, QUICK
+
+_ABOUT = "How long the compiler takes, and how fast its kernels are beside named peers, as a page in Markdown."
+
+
+def main(arguments: list[str] | None = None) -> int:
+    """Measure and write the page; the exit status is 0 unless it cannot be written.
+
+    Parameters
+    ----------
+    arguments : list of str, optional
+        Of the command line; left out, those of the process.
+    """
+    options = _parser().parse_args(arguments)
+    out: Path = options.out
+    try:
+        out.parent.mkdir(parents=True, exist_ok=True)
+        out.open("a").close()
+    except OSError as error:
+        print(
+            f"benchmarks: {out}: {error.strerror}; expected a file to write to; choose one with --out", file=sys.stderr
+        )
+        return 1
+    if not options.quick:
+        _use_one_processor()
+    effort = QUICK if options.quick else FULL
+    sizes = tuple(sorted(set(options.sizes or (kernels.QUICK_SIZES if options.quick else kernels.SIZES))))
+    paths = generation.specs(options.quick)
+    console = Console(stderr=True)
+    columns = (TextColumn("{task.description:<44}"), BarColumn(), MofNCompleteColumn(), TimeElapsedColumn())
+    with Progress(*columns, console=console, disable=not console.is_terminal) as bar:
+        total = sum(len(load_spec(path).kernels) for path in paths)
+        compiling = bar.add_task("generate", total=total)
+        running = bar.add_task("run", total=len(CASES))
+        found = generation.generation(
+            paths, lambda name: bar.update(compiling, advance=1, description=f"generate {name}")
+        )
+        limits = machine(effort, options.quick)
+        times = tuple(
+            kernels.measure(case, sizes, effort, lambda name: bar.update(running, advance=1, description=f"run {name}"))
+            for case in CASES
+        )
+    figure = None
+    if any(size > 1 for size in sizes):
+        from .figure import draw
+
+        figure = out.with_suffix(".png")
+        draw(figure, limits, sizes, times)
+    absent = tuple(name for name in LIBRARIES if not installed(name))
+    run = Run(
+        limits,
+        found,
+        sizes,
+        times,
+        kernels.backends(),
+        absent,
+        options.quick,
+        effort.repeats,
+        figure.name if figure else None,
+    )
+    out.write_text(page(run))
+    print(f"{out}: {len(found.kernels)} kernels generated, {len(times)} measured" + (f"; {figure}" if figure else ""))
+    return 0
+
+
+def _parser() -> argparse.ArgumentParser:
+    parser = argparse.ArgumentParser(prog="python -m benchmarks", description=_ABOUT)
+    parser.add_argument("--quick", action="store_true", help="see that everything works; figures not for quoting")
+    parser.add_argument(
+        "--out", type=Path, default=Path("docs/benchmarks.md"), metavar="FILE", help="the page to write [%(default)s]"
+    )
+    parser.add_argument(
+        "--sizes", type=_size, nargs="+", metavar="N", help="numbers of elements [1 1000 100000 1000000]"
+    )
+    return parser
+
+
+def _size(text: str) -> int:
+    if not text.isdecimal() or int(text) < 1:
+        raise argparse.ArgumentTypeError(f"{text!r} is no number of elements; expected 1 or more")
+    return int(text)
+
+
+def _use_one_processor() -> None:
+    """Keep this process on one processor, where the system allows it."""
+    if hasattr(os, "sched_setaffinity"):
+        os.sched_setaffinity(0, {max(os.sched_getaffinity(0))})

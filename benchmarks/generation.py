@@ -1,0 +1,87 @@
+"""How long it takes to generate each kernel of every spec, and each module."""
+
+from __future__ import annotations
+
+import statistics
+import time
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass
+from pathlib import Path
+
+from gacompiler.backends.module import ModuleSource
+from gacompiler.generate import kernel_source, load_spec, own_specs, render
+from gacompiler.passes.pipeline import compile_kernel
+
+QUICK_MODULES = ("vga2",)
+"""What a quick run generates."""
+
+
+@dataclass(frozen=True, slots=True)
+class KernelTime:
+    """Seconds to generate one kernel: to compile and prove it, and to measure its rounding error."""
+
+    module: str
+    kernel: str
+    compiling: float
+    rounding: float
+
+    @property
+    def total(self) -> float:
+        """Seconds in all."""
+        return self.compiling + self.rounding
+
+
+@dataclass(frozen=True, slots=True)
+class ModuleTime:
+    """Seconds to generate one module, printing included."""
+
+    module: str
+    n_kernels: int
+    total: float
+
+
+@dataclass(frozen=True, slots=True)
+class Generation:
+    """What was measured."""
+
+    kernels: tuple[KernelTime, ...]
+    modules: tuple[ModuleTime, ...]
+
+    @property
+    def median(self) -> float:
+        """Seconds of the kernel in the middle."""
+        return statistics.median(time.total for time in self.kernels)
+
+    @property
+    def slowest(self) -> tuple[KernelTime, ...]:
+        """The ten kernels that took longest, longest first."""
+        return tuple(sorted(self.kernels, key=lambda time: (-time.total, time.module, time.kernel))[:10])
+
+    def above(self, limit: float) -> int:
+        """How many kernels took longer than `limit` seconds."""
+        return sum(time.total > limit for time in self.kernels)
+
+
+def specs(quick: bool) -> list[Path]:
+    """The spec files that are generated."""
+    return [path for path in own_specs() if not quick or path.stem in QUICK_MODULES]
+
+
+def generation(paths: Iterable[Path], progress: Callable[[str], None]) -> Generation:
+    """Generate every kernel of these specs once, as ``gac generate`` does; `progress` is told each one's name."""
+    kernels, modules = [], []
+    for path in paths:
+        begin = time.perf_counter()
+        spec = load_spec(path)
+        sources = []
+        for kernel in spec.kernels:
+            progress(f"{spec.name}.{kernel.name}")
+            start = time.perf_counter()
+            record = compile_kernel(kernel)
+            compiled = time.perf_counter()
+            sources.append(kernel_source(record))
+            done = time.perf_counter()
+            kernels.append(KernelTime(spec.name, kernel.name, compiled - start, done - compiled))
+        render(ModuleSource(spec.name, spec.summary, spec.command, spec.digest, tuple(sources)))
+        modules.append(ModuleTime(spec.name, len(sources), time.perf_counter() - begin))
+    return Generation(tuple(kernels), tuple(modules))

@@ -1,0 +1,157 @@
+"""Other libraries of geometric algebra as peers: kingdon on arrays, clifford on one element after the other.
+
+Both work on orthogonal vectors. Where ours are null, coefficients are carried over before the clock starts, by the
+matrix that writes each of our blades in theirs.
+"""
+
+from __future__ import annotations
+
+import importlib
+import re
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+Vector = dict[int, float]
+"""Coefficients by bitmap over the orthogonal vectors."""
+
+_CGA3 = {"e1": {1: 1.0}, "e2": {2: 1.0}, "e3": {4: 1.0}, "e0": {8: -0.5, 16: 0.5}, "einf": {8: 1.0, 16: 1.0}}
+_PGA3 = {"e1": {1: 1.0}, "e2": {2: 1.0}, "e3": {4: 1.0}, "e0": {8: 1.0}}
+
+ALGEBRAS: dict[str, tuple[tuple[int, ...], dict[str, Vector]]] = {
+    "pga3": ((1, 1, 1, 0), _PGA3),
+    "cga3": ((1, 1, 1, 1, -1), _CGA3),
+    "vga3": ((1, 1, 1), {name: _PGA3[name] for name in ("e1", "e2", "e3")}),
+}
+"""By module: the squares of the orthogonal vectors, and our vectors in them."""
+
+FORMULAS = {"product": "a * b", "sandwich": "a x ~a", "outer": "a ^ b ^ c"}
+"""What a kernel is in the words of both libraries."""
+
+
+@dataclass(frozen=True, slots=True)
+class Call:
+    """Something to time, and how to read its result in our coefficients."""
+
+    run: Callable[[], Any]
+    read: Callable[[Any], np.ndarray]
+
+
+Peer = Callable[[Any, str, str, Sequence[np.ndarray]], Call]
+"""Of a kernel, its module, its formula and its arguments."""
+
+
+def installed(name: str) -> bool:
+    """Whether a library can be imported."""
+    try:
+        importlib.import_module(name)
+    except ImportError:
+        return False
+    return True
+
+
+def kingdon(kernel: Any, module: str, formula: str, arrays: Sequence[np.ndarray]) -> Call:
+    """kingdon: multivectors whose coefficients are arrays."""
+    squares, _ = ALGEBRAS[module]
+    algebra = _memo(("kingdon", module), lambda: _module("kingdon").Algebra(signature=list(squares), start_index=1))
+    arguments = []
+    for layout, array in zip(kernel.layouts.values(), arrays, strict=False):
+        matrix, constant = _blades(module, layout)
+        values = array @ matrix.T + constant
+        keys = [k for k in range(len(constant)) if matrix[k].any() or constant[k]]
+        values = [values[..., k].copy() for k in keys]
+        arguments.append(algebra.multivector(values=values, keys=tuple(keys)))
+    run = _formula(formula, arguments, lambda a, x: a >> x)
+
+    def read(result: Any) -> np.ndarray:
+        terms = dict(result.items())
+        shape = np.broadcast_shapes(*(np.shape(value) for value in terms.values()))
+        return _own(kernel, module, [np.broadcast_to(terms.get(k, 0.0), shape) for k in range(1 << len(squares))])
+
+    return Call(run, read)
+
+
+def clifford(kernel: Any, module: str, formula: str, arrays: Sequence[np.ndarray]) -> Call:
+    """clifford: one multivector of all coefficients for each element, in a loop of Python."""
+    squares, _ = ALGEBRAS[module]
+    layout = _memo(("clifford", module), lambda: _module("clifford").Layout(list(squares)))
+    bitmaps = [sum(1 << (k - 1) for k in names) for names in layout.bladeTupList]
+    shape = np.broadcast_shapes(*(array.shape[:-1] for array in arrays))
+    columns = []
+    for own, array in zip(kernel.layouts.values(), arrays, strict=False):
+        matrix, constant = _blades(module, own)
+        values = (array @ matrix.T + constant)[..., bitmaps]
+        made = [layout.MultiVector(value) for value in values.reshape(-1, len(bitmaps))]
+        columns.append(made * (int(np.prod(shape)) // len(made)))
+    one = [_formula(formula, arguments, lambda a, x: a * x * ~a) for arguments in zip(*columns, strict=True)]
+
+    def read(results: Any) -> np.ndarray:
+        values = np.empty((len(results), len(bitmaps)))
+        values[:, bitmaps] = [result.value for result in results]
+        return _own(kernel, module, list(values.T)).reshape(*shape, -1)
+
+    return Call(lambda: [each() for each in one], read)
+
+
+LIBRARIES: dict[str, tuple[Peer, int]] = {"kingdon": (kingdon, 10**9), "clifford": (clifford, 1000)}
+"""By name: the peer, and the most elements it is tried on. clifford's time for one does not depend on their number."""
+
+
+def _formula(name: str, arguments: Sequence[Any], sandwich: Callable[[Any, Any], Any]) -> Callable[[], Any]:
+    if name == "sandwich":
+        a, x = arguments
+        return lambda: sandwich(a, x)
+    if name == "product":
+        a, b = arguments
+        return lambda: a * b
+    a, b, c = arguments
+    return lambda: a ^ b ^ c
+
+
+def _own(kernel: Any, module: str, theirs: list[np.ndarray]) -> np.ndarray:
+    """Their coefficients by bitmap, as ours of the result: the last axis is the blades."""
+    matrix, constant = _blades(module, list(kernel.layouts.values())[-1])
+    return (np.stack(theirs, -1) - constant) @ np.linalg.pinv(matrix).T
+
+
+def _blades(module: str, layout: Any) -> tuple[np.ndarray, np.ndarray]:
+    """Our stored blades as columns of their coefficients, and the sum of our fixed ones."""
+    squares, vectors = ALGEBRAS[module]
+    matrix = np.zeros((1 << len(squares), len(layout.blades)))
+    constant = np.zeros(len(matrix))
+    for column, blade in enumerate(layout.blades):
+        for bitmap, value in _outer(vectors, blade).items():
+            matrix[bitmap, column] = value
+    for blade, value in layout.fixed:
+        for bitmap, coefficient in _outer(vectors, blade).items():
+            constant[bitmap] += float(value) * coefficient
+    return matrix, constant
+
+
+def _outer(vectors: dict[str, Vector], blade: str) -> Vector:
+    """The outer product of the vectors in a blade's name, such as e12inf."""
+    product: Vector = {0: 1.0}
+    for index in re.findall(r"inf|\d", blade[1:]):
+        terms: Vector = {}
+        for left, a in product.items():
+            for right, b in vectors[f"e{index}"].items():
+                if not left & right:
+                    sign = -1 if (left & -right).bit_count() & 1 else 1
+                    terms[left | right] = terms.get(left | right, 0.0) + sign * a * b
+        product = terms
+    return product
+
+
+_made: dict[tuple[str, str], Any] = {}
+
+
+def _memo(key: tuple[str, str], make: Callable[[], Any]) -> Any:
+    if key not in _made:
+        _made[key] = make()
+    return _made[key]
+
+
+def _module(name: str) -> Any:
+    return importlib.import_module(name)

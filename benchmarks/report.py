@@ -1,0 +1,191 @@
+"""The page that a run writes: the same rows in the same order every time, only the figures differ."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+
+from .generation import Generation
+from .kernels import ORDERS, TYPES, KernelTimes
+from .machine import Machine
+
+_BYTES = {"float64": 8, "float32": 4}
+_MISSING = "–"
+
+
+@dataclass(frozen=True, slots=True)
+class Run:
+    """All that one run measured."""
+
+    machine: Machine
+    generation: Generation
+    sizes: tuple[int, ...]
+    kernels: tuple[KernelTimes, ...]
+    backends: dict[str, str]
+    absent: tuple[str, ...]
+    quick: bool
+    repeats: int
+    figure: str | None
+
+
+def page(run: Run) -> str:
+    """A run as Markdown."""
+    sections = [_opening(run), _machine(run), _method(run), _generation(run)]
+    sections += [_kernels(run, kind) for kind in TYPES]
+    sections += [_peers(run), _bandwidth(run)]
+    return "\n".join(sections)
+
+
+def _opening(run: Run) -> str:
+    lines = ["# Benchmarks", "", "Written by `make bench`; not edited by hand."]
+    if run.quick:
+        lines += ["", "**A quick run: to see that everything works. Its figures are not for quoting.**"]
+    return "\n".join([*lines, ""])
+
+
+def _machine(run: Run) -> str:
+    return "## Machine\n\n" + _table(("what", "is"), run.machine.facts)
+
+
+def _method(run: Run) -> str:
+    ran = "; ".join(f"{module}: {backend}" for module, backend in run.backends.items())
+    lines = [
+        "## Method",
+        "",
+        f"- One thread on one processor. Each figure is the median of {run.repeats} measurements after a warm call;",
+        "  short calls are repeated until a measurement lasts long enough for the clock.",
+        "- A kernel is called from Python with `out=`, so a figure for 1 element is the time of one call.",
+        f"- Backend of each module: {ran}.",
+        "- Arguments are random. A versor stands beside each element, unless the row says one motor.",
+        "- A peer gives the same result from the same numbers; it is compared with the kernel before it is timed. What",
+        "  it needs in another form (matrices, its own objects) is made before the clock starts.",
+    ]
+    if run.absent:
+        names = " and ".join(run.absent)
+        lines.append(f"- Not installed, so without rows here: {names}. `make .venv/.peers` installs them.")
+    return "\n".join([*lines, ""])
+
+
+def _generation(run: Run) -> str:
+    found = run.generation
+    slowest = found.slowest[0]
+    total = sum(module.total for module in found.modules)
+    number = sum(module.n_kernels for module in found.modules)
+    summary = [
+        ("kernels", str(number)),
+        ("median", _seconds(found.median)),
+        ("slowest", f"{_seconds(slowest.total)}, {slowest.module}.{slowest.kernel}"),
+        ("above 0.1 s", str(found.above(0.1))),
+        ("above 1 s", str(found.above(1.0))),
+        ("all modules, printing included", _seconds(total)),
+    ]
+    modules = [(module.module, str(module.n_kernels), _seconds(module.total)) for module in found.modules]
+    kernels = [
+        (f"{time.module}.{time.kernel}", _seconds(time.compiling), _seconds(time.rounding), _seconds(time.total))
+        for time in found.slowest
+    ]
+    return "\n".join(
+        [
+            "## Generation",
+            "",
+            "From a definition to a proved program with its measured rounding error, as `gac generate` does it.",
+            "",
+            _table(("all kernels", "time"), summary),
+            _table(("module", "kernels", "time"), modules),
+            "The ten slowest kernels:",
+            "",
+            _table(("kernel", "compile and prove", "rounding error", "together"), kernels),
+        ]
+    )
+
+
+def _kernels(run: Run, kind: str) -> str:
+    columns = [(size, order) for size in run.sizes for order in (ORDERS if size > 1 else ORDERS[:1])]
+    header = ("kernel", "mul", "add", "others")
+    header += tuple(f"{size:,}" + (f" {order}" if size > 1 else "") for size, order in columns)
+    rows = []
+    for kernel in run.kernels:
+        others = ", ".join(f"{kernel.cost[name]} {name}" for name in ("div", "sqrt", "call") if kernel.cost[name])
+        times = [_ns(kernel.times[kind, order][run.sizes.index(size)]) for size, order in columns]
+        rows.append((kernel.case.title, str(kernel.cost["mul"]), str(kernel.cost["add"]), others, *times))
+    return "\n".join(
+        [
+            f"## Kernels, {kind}",
+            "",
+            "Nanoseconds for each element, by number of elements. C: C order, elements after one another; F: Fortran "
+            "order,",
+            "which is a structure of arrays.",
+            "",
+            _table(header, rows),
+        ]
+    )
+
+
+def _peers(run: Run) -> str:
+    header = ("kernel", "peer", "what it computes", *(f"{size:,}" for size in run.sizes))
+    rows = []
+    for kernel in run.kernels:
+        own = kernel.times["float64", "C"]
+        for peer in kernel.peers:
+            ratios = [
+                _MISSING if theirs is None else _ratio(theirs / ours)
+                for theirs, ours in zip(peer.times, own, strict=True)
+            ]
+            rows.append((kernel.case.title, peer.library, peer.text, *ratios))
+    return "\n".join(
+        [
+            "## Peers",
+            "",
+            "How many times as long the peer takes as the kernel, in the same run: float64, C order for the kernel. "
+            f"{_MISSING}: not",
+            "tried, for it would take too long. clifford works on one element after the other, so its time for each "
+            "does not",
+            "depend on their number.",
+            "",
+            _table(header, rows),
+        ]
+    )
+
+
+def _bandwidth(run: Run) -> str:
+    size = run.sizes[-1]
+    header = ("kernel", "coefficients", *(f"{kind} {order}" for kind in TYPES for order in ORDERS))
+    rows = []
+    for kernel in run.kernels:
+        shares = []
+        for kind in TYPES:
+            for order in ORDERS:
+                speed = kernel.moved * _BYTES[kind] / kernel.times[kind, order][-1]
+                shares.append(f"{100 * speed / run.machine.copy_memory:.0f} %")
+        rows.append((kernel.case.title, str(kernel.moved), *shares))
+    text = [
+        f"## Share of the memory's speed, {size:,} elements",
+        "",
+        "Bytes that the kernel must read and write, as a share of those that `numpy.copyto` copies from memory in the "
+        "same time.",
+        "Above 100 %, the arrays fit in a cache, or stores go past it.",
+        "",
+        _table(header, rows),
+    ]
+    if run.figure:
+        text += [f"![Operations in a second over operations for each byte, float64, Fortran order]({run.figure})", ""]
+    return "\n".join(text)
+
+
+def _table(header: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
+    lines = ["| " + " | ".join(header) + " |", "|" + "|".join("---" for _ in header) + "|"]
+    lines += ["| " + " | ".join(cell.replace("|", "\\|") for cell in row) + " |" for row in rows]
+    return "\n".join([*lines, ""])
+
+
+def _seconds(value: float) -> str:
+    return f"{value:.1f} s" if value >= 10 else f"{value:.2f} s" if value >= 1 else f"{1e3 * value:.0f} ms"
+
+
+def _ns(value: float) -> str:
+    value *= 1e9
+    return f"{value:,.0f}" if value >= 100 else f"{value:.1f}" if value >= 10 else f"{value:.2f}"
+
+
+def _ratio(value: float) -> str:
+    return f"{value:,.0f}" if value >= 10 else f"{value:.1f}" if value >= 1 else f"{value:.2f}"
