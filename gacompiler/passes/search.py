@@ -29,6 +29,8 @@ from .system import System
 
 SMALL = 60
 """Polynomials up to this many terms are always multiplied out, whatever the best cost."""
+LARGEST = 1_500
+"""Polynomials with more terms than this are never multiplied out to be factorised."""
 HOPELESS = 3
 """Systems with more terms than this many times the best cost so far are not factorised: they do not catch up, and
 the time grows with the square of a sum's terms."""
@@ -85,7 +87,7 @@ class Search:
         direct = {name: self._candidate(name, self._direct(variant)) for name, variant in self._variants.items()}
         found = [*direct.values(), *self._by_matrices()]
         least = min(candidate.cost.total for candidate in found)
-        self._budget = max(HOPELESS * least, SMALL)
+        self._budget = min(max(HOPELESS * least, SMALL), LARGEST)
         first: list[tuple[str, System, Candidate]] = []
         names = sorted(direct, key=lambda name: direct[name].cost.total)
         effort = 0

@@ -183,7 +183,7 @@ class Polynomial:
         if not isinstance(other, _OPERANDS):
             return NotImplemented
         other = self._operand(other)
-        if len(self.terms) * len(other.terms) > 50 * self.ring.budget:
+        if len(self.terms) * len(other.terms) > 20 * self.ring.budget:
             raise TooLargeError("product of polynomials", f"{len(self.terms)} x {len(other.terms)} terms")
         terms: dict[Monomial, Rational] = {}
         get = terms.get
