@@ -2,7 +2,7 @@
 // command: gac generate --all cga3
 // spec: 7bd1dfc7bf039307
 // contraction: -ffp-contract=off (every operation is rounded once)
-// body: 096c76f0ed6736520ade2da8d5d57becdc2cc63c494817fb9db2949ffb45f185
+// body: 523ad684e73d0516c0d30026caf16f8bac28cac62a293be83b69d39cd3d5bc1c
 
 #ifndef REAL
 #include "cga3.h"
@@ -31,6 +31,35 @@
 #else
 #define WIDE
 #endif
+
+// Loops run over whole vectors: a block is padded to a multiple of this many elements.
+#define LANES 16
+#define PADDED(n) (((n) + LANES - 1) & -LANES)
+
+// A vector of neighbours in memory.
+#if defined(__has_builtin)
+#if __has_builtin(__builtin_shufflevector)
+#define SHUFFLE __builtin_shufflevector
+#define VECTOR(n) __attribute__((vector_size((n) * sizeof(REAL)), aligned(sizeof(REAL)), may_alias))
+#endif
+#endif
+
+// An argument or a result: how many numbers, along which axes, and which is the first of its strides.
+struct part {
+    int size, rank, first, shape[2];
+};
+
+typedef void loop_function(intptr_t n, char **args, const intptr_t *strides);
+
+// The loops of a kernel: rows, rows with the `hoisted` arguments (a bit each) the same for all, and both in C order.
+struct kernel {
+    loop_function *loops[4];
+    unsigned hoisted;
+    int n_inputs, n_parts;
+    const struct part *parts;
+};
+
+enum { PARTS = 5, CORES = 5, SPACE = 4096 };
 
 #define SQRT(x) FUNCTION(sqrt)(x)
 #define SIN(x) FUNCTION(sin)(x)
@@ -327,6 +356,232 @@ static INLINE void NAME(store_32)(char *a, intptr_t ca, const REAL *x)
     *(REAL *)(a + 29 * ca) = x[29];
     *(REAL *)(a + 30 * ca) = x[30];
     *(REAL *)(a + 31 * ca) = x[31];
+}
+
+// Blocks of a batch, and how they get there from strides of any kind: a component of a part (an argument or a result)
+// is a row, `row` numbers long, of the elements of a block.
+
+#ifdef SHUFFLE
+typedef REAL NAME(four) VECTOR(4);
+typedef REAL NAME(eight) VECTOR(8);
+
+// Four numbers at each of eight places, `s` bytes apart, as eight numbers at each of four.
+static INLINE void NAME(turn_8x4)(const char *a, intptr_t s, REAL *x, intptr_t row)
+{
+    NAME(eight) a0, a1, a2, a3;
+#define PAIR(k) SHUFFLE(*(const NAME(four) *)(a + (k) * s), *(const NAME(four) *)(a + ((k) + 4) * s), \
+        0, 1, 2, 3, 4, 5, 6, 7)
+    a0 = PAIR(0);
+    a1 = PAIR(1);
+    a2 = PAIR(2);
+    a3 = PAIR(3);
+#undef PAIR
+    const NAME(eight) b0 = SHUFFLE(a0, a1, 0, 8, 1, 9, 4, 12, 5, 13), b1 = SHUFFLE(a0, a1, 2, 10, 3, 11, 6, 14, 7, 15);
+    const NAME(eight) b2 = SHUFFLE(a2, a3, 0, 8, 1, 9, 4, 12, 5, 13), b3 = SHUFFLE(a2, a3, 2, 10, 3, 11, 6, 14, 7, 15);
+    *(NAME(eight) *)x = SHUFFLE(b0, b2, 0, 1, 8, 9, 4, 5, 12, 13);
+    *(NAME(eight) *)(x + row) = SHUFFLE(b0, b2, 2, 3, 10, 11, 6, 7, 14, 15);
+    *(NAME(eight) *)(x + 2 * row) = SHUFFLE(b1, b3, 0, 1, 8, 9, 4, 5, 12, 13);
+    *(NAME(eight) *)(x + 3 * row) = SHUFFLE(b1, b3, 2, 3, 10, 11, 6, 7, 14, 15);
+}
+
+static INLINE void NAME(turn_4x4)(const char *a, intptr_t s, char *b, intptr_t t)
+{
+    const NAME(four) a0 = *(const NAME(four) *)a, a1 = *(const NAME(four) *)(a + s);
+    const NAME(four) a2 = *(const NAME(four) *)(a + 2 * s), a3 = *(const NAME(four) *)(a + 3 * s);
+    const NAME(four) b0 = SHUFFLE(a0, a1, 0, 4, 2, 6), b1 = SHUFFLE(a0, a1, 1, 5, 3, 7);
+    const NAME(four) b2 = SHUFFLE(a2, a3, 0, 4, 2, 6), b3 = SHUFFLE(a2, a3, 1, 5, 3, 7);
+    *(NAME(four) *)b = SHUFFLE(b0, b2, 0, 1, 4, 5);
+    *(NAME(four) *)(b + t) = SHUFFLE(b1, b3, 0, 1, 4, 5);
+    *(NAME(four) *)(b + 2 * t) = SHUFFLE(b0, b2, 2, 3, 6, 7);
+    *(NAME(four) *)(b + 3 * t) = SHUFFLE(b1, b3, 2, 3, 6, 7);
+}
+#endif
+
+// Rows of `size` components that lie `c` bytes apart, of `n` elements that lie `s` bytes apart.
+WIDE static void NAME(load_rows)(REAL *x, intptr_t row, const char *a, intptr_t s, intptr_t c, intptr_t size,
+    intptr_t n)
+{
+    const intptr_t w = sizeof(REAL);
+    intptr_t done = 0;
+    if (size == 3 && c == w && s == 3 * w) {
+        const REAL *b = (const REAL *)a;
+        ANY_ORDER
+        for (intptr_t i = 0; i < n; ++i) {
+            x[i] = b[3 * i];
+            x[i + row] = b[3 * i + 1];
+            x[i + 2 * row] = b[3 * i + 2];
+        }
+        return;
+    }
+#ifdef SHUFFLE
+    if (size >= 4 && c == w) {
+        for (; done + 8 <= n; done += 8) {
+            for (intptr_t k = 0; k < size; k += 4) {
+                const intptr_t first = k + 4 <= size ? k : size - 4;
+                NAME(turn_8x4)(a + done * s + first * w, s, x + first * row + done, row);
+            }
+        }
+    } else if (s != w) {
+        for (; done + 4 <= n; done += 4) {
+            for (intptr_t k = 0; k < size; ++k) {
+                const char *b = a + done * s + k * c;
+                *(NAME(four) *)(x + k * row + done) = (NAME(four)){*(const REAL *)b, *(const REAL *)(b + s),
+                    *(const REAL *)(b + 2 * s), *(const REAL *)(b + 3 * s)};
+            }
+        }
+    }
+#endif
+    if (done == n)
+        return;
+    for (intptr_t k = 0; k < size; ++k) {
+        const char *from = a + k * c;
+        REAL *to = x + k * row;
+        if (s == w) {
+            ANY_ORDER
+            for (intptr_t i = done; i < n; ++i)
+                to[i] = ((const REAL *)from)[i];
+        } else {
+            for (intptr_t i = done; i < n; ++i)
+                to[i] = *(const REAL *)(from + i * s);
+        }
+    }
+}
+
+// The inverse of load_rows.
+WIDE static void NAME(store_rows)(char *a, intptr_t s, intptr_t c, const REAL *x, intptr_t row, intptr_t size,
+    intptr_t n)
+{
+    const intptr_t w = sizeof(REAL);
+    intptr_t done = 0;
+    if (size == 3 && c == w && s == 3 * w) {
+        REAL *b = (REAL *)a;
+        ANY_ORDER
+        for (intptr_t i = 0; i < n; ++i) {
+            b[3 * i] = x[i];
+            b[3 * i + 1] = x[i + row];
+            b[3 * i + 2] = x[i + 2 * row];
+        }
+        return;
+    }
+#ifdef SHUFFLE
+    if (size >= 4 && c == w) {
+        for (; done + 4 <= n; done += 4) {
+            for (intptr_t k = 0; k < size; k += 4) {
+                const intptr_t first = k + 4 <= size ? k : size - 4;
+                NAME(turn_4x4)((const char *)(x + first * row + done), row * w, a + done * s + first * w, s);
+            }
+        }
+    }
+#endif
+    if (done == n)
+        return;
+    for (intptr_t k = 0; k < size; ++k) {
+        const REAL *from = x + k * row;
+        char *to = a + k * c;
+        for (intptr_t i = done; i < n; ++i)
+            *(REAL *)(to + i * s) = from[i];
+    }
+}
+
+// All rows of a part, from the batch or back to it; axes that lie as one are moved as one.
+static void NAME(move_part)(int back, REAL *x, intptr_t row, const struct part *part, char *a, intptr_t s,
+    const intptr_t *c, intptr_t n)
+{
+    intptr_t count = 1, step = sizeof(REAL);
+    int axis = part->rank;
+    for (; axis > 0 && (count == 1 || c[axis - 1] == count * step); --axis) {
+        step = count == 1 ? c[axis - 1] : step;
+        count *= part->shape[axis - 1];
+    }
+    for (intptr_t k = 0; k < part->size; k += count) {
+        intptr_t offset = 0, rest = k / count;
+        for (int outer = axis; outer-- > 0; rest /= part->shape[outer])
+            offset += rest % part->shape[outer] * c[outer];
+        if (back)
+            NAME(store_rows)(a + offset, s, step, x + k * row, row, count, n);
+        else
+            NAME(load_rows)(x + k * row, row, a + offset, s, step, count, n);
+    }
+}
+
+// Runs a kernel over a batch in blocks. What lies at unit stride, or is hoisted, is used where it lies, and so is a
+// whole batch in C order if there is a loop for it; everything else goes through rows.
+static void NAME(batch)(const struct kernel *kernel, char **args, intptr_t n, const intptr_t *steps)
+{
+    const intptr_t w = sizeof(REAL), *strides = steps + kernel->n_parts;
+    const int n_parts = kernel->n_parts, n_inputs = kernel->n_inputs;
+    enum { SAME, HOISTED, UNIT, ANY } kinds[PARTS];
+    _Alignas(64) REAL space[SPACE];
+    REAL *rows[PARTS];
+    char *starts[PARTS];
+    intptr_t cores[CORES], row_cores[CORES], total = 0, bytes = 0;
+    unsigned hoisted = kernel->hoisted;
+    int in_place = 1, dense = kernel->loops[2] != NULL;
+    for (int p = 0; p < n_parts; ++p) {
+        total += kernel->parts[p].size;
+        bytes += steps[p] < 0 ? -steps[p] : steps[p];
+        if (hoisted >> p & 1 && steps[p] != 0)
+            hoisted = 0;
+    }
+    // Long rows spare calls; beyond the last cache, short ones keep reading and writing going side by side.
+    intptr_t row = n < (1 << 24) / (bytes + 1) ? 64 : LANES;
+    while (row > LANES && row * total > SPACE)
+        row /= 2;
+    total = 0;
+    for (int p = 0; p < n_parts; ++p) {
+        const struct part *part = &kernel->parts[p];
+        const intptr_t *c = strides + part->first;
+        intptr_t step = w, row_step = row * w;
+        starts[p] = args[p];
+        rows[p] = space + row * total;
+        total += part->size;
+        kinds[p] = hoisted >> p & 1 ? HOISTED : p < n_inputs && steps[p] == 0 ? SAME : steps[p] == w ? UNIT : ANY;
+        in_place = in_place && (kinds[p] == UNIT || kinds[p] == HOISTED);
+        for (int q = part->rank; q-- > 0; step *= part->shape[q], row_step *= part->shape[q]) {
+            cores[part->first + q] = c[q];
+            row_cores[part->first + q] = row_step;
+            dense = dense && c[q] == step;
+        }
+        dense = dense && (kinds[p] == HOISTED || steps[p] == step);
+    }
+    for (int p = 0; p < n_inputs && !dense; ++p) {
+        const struct part *part = &kernel->parts[p];
+        if (kinds[p] == SAME) {
+            starts[p] = (char *)rows[p];
+            NAME(move_part)(0, rows[p], row, part, args[p], 0, strides + part->first, n < row ? PADDED(n) : row);
+            for (int q = part->first; q < part->first + part->rank; ++q)
+                cores[q] = row_cores[q];
+        }
+    }
+    for (intptr_t i = 0, m; i < n; i += m) {
+        const int last = n - i < LANES;
+        if (dense && !last) {
+            m = n & -LANES;
+            kernel->loops[hoisted ? 3 : 2](m, starts, cores);
+            continue;
+        }
+        m = last ? n - i : in_place || n - i < row ? (n - i) & -LANES : row;
+        for (int p = 0; p < n_parts; ++p) {
+            const struct part *part = &kernel->parts[p];
+            if (kinds[p] == UNIT && !last)
+                starts[p] = args[p] + i * w;
+            if (kinds[p] < UNIT || (kinds[p] == UNIT && !last))
+                continue;
+            starts[p] = (char *)rows[p];
+            for (int q = part->first; q < part->first + part->rank; ++q)
+                cores[q] = row_cores[q];
+            if (p < n_inputs)
+                NAME(move_part)(0, rows[p], row, part, args[p] + i * steps[p], steps[p], strides + part->first, m);
+            for (intptr_t k = 0; last && p < n_inputs && k < part->size; ++k)
+                for (intptr_t j = m; j < LANES; ++j)
+                    rows[p][k * row + j] = rows[p][k * row + m - 1];
+        }
+        kernel->loops[hoisted ? 1 : 0](m, starts, cores);
+        for (int p = n_inputs; p < n_parts; ++p)
+            if (starts[p] == (char *)rows[p])
+                NAME(move_part)(1, rows[p], row, &kernel->parts[p], args[p] + i * steps[p], steps[p],
+                    strides + kernel->parts[p].first, m);
+    }
 }
 
 INLINE void NAME(geometric_product)(const REAL *a, const REAL *b, REAL *out)
@@ -1132,39 +1387,30 @@ INLINE void NAME(geometric_product)(const REAL *a, const REAL *b, REAL *out)
     out[31] = t702;
 }
 
-static INLINE void NAME(geometric_product_each)(intptr_t n, char **args, intptr_t s0, intptr_t s1, intptr_t s2,
-    intptr_t c0a, intptr_t c1a, intptr_t c2a)
+WIDE static void NAME(geometric_product_block)(intptr_t n, char **args, const intptr_t *strides)
 {
+    const intptr_t w = sizeof(REAL);
+    const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
     char *a0 = args[0];
     char *a1 = args[1];
     char *a2 = args[2];
     ANY_ORDER
-    for (intptr_t i = 0; i < n; ++i) {
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
         REAL x0[32];
         REAL x1[32];
         REAL x2[32];
-        NAME(load_32)(x0, a0 + i * s0, c0a);
-        NAME(load_32)(x1, a1 + i * s1, c1a);
+        NAME(load_32)(x0, a0 + i * w, c0a);
+        NAME(load_32)(x1, a1 + i * w, c1a);
         NAME(geometric_product)(x0, x1, x2);
-        NAME(store_32)(a2 + i * s2, c2a, x2);
+        NAME(store_32)(a2 + i * w, c2a, x2);
     }
 }
 
-static void NAME(geometric_product_any)(intptr_t n, char **args, const intptr_t *steps)
+void NAME(geometric_product_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
-    NAME(geometric_product_each)(n, args, steps[0], steps[1], steps[2], steps[3], steps[4], steps[5]);
-}
-
-WIDE void NAME(geometric_product_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
-{
-    const intptr_t n = dimensions[0], w = sizeof(REAL);
-    const intptr_t s0 = steps[0], s1 = steps[1], s2 = steps[2], c0a = steps[3], c1a = steps[4], c2a = steps[5];
-    if (n < 1)
-        return;
-    if (s0 == w && s1 == w && s2 == w)
-        NAME(geometric_product_each)(n, args, w, w, w, c0a, c1a, c2a);
-    else
-        NAME(geometric_product_any)(n, args, steps);
+    static const struct part parts[] = {{32, 1, 0, {32}}, {32, 1, 1, {32}}, {32, 1, 2, {32}}};
+    static const struct kernel kernel = {{NAME(geometric_product_block), NULL, NULL, NULL}, 0, 2, 3, parts};
+    NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
 INLINE void NAME(outer_product)(const REAL *a, const REAL *b, REAL *out)
@@ -1721,39 +1967,30 @@ INLINE void NAME(outer_product)(const REAL *a, const REAL *b, REAL *out)
     out[31] = t453;
 }
 
-static INLINE void NAME(outer_product_each)(intptr_t n, char **args, intptr_t s0, intptr_t s1, intptr_t s2, intptr_t
-    c0a, intptr_t c1a, intptr_t c2a)
+WIDE static void NAME(outer_product_block)(intptr_t n, char **args, const intptr_t *strides)
 {
+    const intptr_t w = sizeof(REAL);
+    const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
     char *a0 = args[0];
     char *a1 = args[1];
     char *a2 = args[2];
     ANY_ORDER
-    for (intptr_t i = 0; i < n; ++i) {
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
         REAL x0[32];
         REAL x1[32];
         REAL x2[32];
-        NAME(load_32)(x0, a0 + i * s0, c0a);
-        NAME(load_32)(x1, a1 + i * s1, c1a);
+        NAME(load_32)(x0, a0 + i * w, c0a);
+        NAME(load_32)(x1, a1 + i * w, c1a);
         NAME(outer_product)(x0, x1, x2);
-        NAME(store_32)(a2 + i * s2, c2a, x2);
+        NAME(store_32)(a2 + i * w, c2a, x2);
     }
 }
 
-static void NAME(outer_product_any)(intptr_t n, char **args, const intptr_t *steps)
+void NAME(outer_product_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
-    NAME(outer_product_each)(n, args, steps[0], steps[1], steps[2], steps[3], steps[4], steps[5]);
-}
-
-WIDE void NAME(outer_product_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
-{
-    const intptr_t n = dimensions[0], w = sizeof(REAL);
-    const intptr_t s0 = steps[0], s1 = steps[1], s2 = steps[2], c0a = steps[3], c1a = steps[4], c2a = steps[5];
-    if (n < 1)
-        return;
-    if (s0 == w && s1 == w && s2 == w)
-        NAME(outer_product_each)(n, args, w, w, w, c0a, c1a, c2a);
-    else
-        NAME(outer_product_any)(n, args, steps);
+    static const struct part parts[] = {{32, 1, 0, {32}}, {32, 1, 1, {32}}, {32, 1, 2, {32}}};
+    static const struct kernel kernel = {{NAME(outer_product_block), NULL, NULL, NULL}, 0, 2, 3, parts};
+    NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
 INLINE void NAME(regressive_product)(const REAL *a, const REAL *b, REAL *out)
@@ -2310,39 +2547,30 @@ INLINE void NAME(regressive_product)(const REAL *a, const REAL *b, REAL *out)
     out[31] = t453;
 }
 
-static INLINE void NAME(regressive_product_each)(intptr_t n, char **args, intptr_t s0, intptr_t s1, intptr_t s2,
-    intptr_t c0a, intptr_t c1a, intptr_t c2a)
+WIDE static void NAME(regressive_product_block)(intptr_t n, char **args, const intptr_t *strides)
 {
+    const intptr_t w = sizeof(REAL);
+    const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
     char *a0 = args[0];
     char *a1 = args[1];
     char *a2 = args[2];
     ANY_ORDER
-    for (intptr_t i = 0; i < n; ++i) {
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
         REAL x0[32];
         REAL x1[32];
         REAL x2[32];
-        NAME(load_32)(x0, a0 + i * s0, c0a);
-        NAME(load_32)(x1, a1 + i * s1, c1a);
+        NAME(load_32)(x0, a0 + i * w, c0a);
+        NAME(load_32)(x1, a1 + i * w, c1a);
         NAME(regressive_product)(x0, x1, x2);
-        NAME(store_32)(a2 + i * s2, c2a, x2);
+        NAME(store_32)(a2 + i * w, c2a, x2);
     }
 }
 
-static void NAME(regressive_product_any)(intptr_t n, char **args, const intptr_t *steps)
+void NAME(regressive_product_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
-    NAME(regressive_product_each)(n, args, steps[0], steps[1], steps[2], steps[3], steps[4], steps[5]);
-}
-
-WIDE void NAME(regressive_product_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
-{
-    const intptr_t n = dimensions[0], w = sizeof(REAL);
-    const intptr_t s0 = steps[0], s1 = steps[1], s2 = steps[2], c0a = steps[3], c1a = steps[4], c2a = steps[5];
-    if (n < 1)
-        return;
-    if (s0 == w && s1 == w && s2 == w)
-        NAME(regressive_product_each)(n, args, w, w, w, c0a, c1a, c2a);
-    else
-        NAME(regressive_product_any)(n, args, steps);
+    static const struct part parts[] = {{32, 1, 0, {32}}, {32, 1, 1, {32}}, {32, 1, 2, {32}}};
+    static const struct kernel kernel = {{NAME(regressive_product_block), NULL, NULL, NULL}, 0, 2, 3, parts};
+    NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
 INLINE void NAME(inner_product)(const REAL *a, const REAL *b, REAL *out)
@@ -3289,39 +3517,30 @@ INLINE void NAME(inner_product)(const REAL *a, const REAL *b, REAL *out)
     out[31] = t843;
 }
 
-static INLINE void NAME(inner_product_each)(intptr_t n, char **args, intptr_t s0, intptr_t s1, intptr_t s2, intptr_t
-    c0a, intptr_t c1a, intptr_t c2a)
+WIDE static void NAME(inner_product_block)(intptr_t n, char **args, const intptr_t *strides)
 {
+    const intptr_t w = sizeof(REAL);
+    const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
     char *a0 = args[0];
     char *a1 = args[1];
     char *a2 = args[2];
     ANY_ORDER
-    for (intptr_t i = 0; i < n; ++i) {
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
         REAL x0[32];
         REAL x1[32];
         REAL x2[32];
-        NAME(load_32)(x0, a0 + i * s0, c0a);
-        NAME(load_32)(x1, a1 + i * s1, c1a);
+        NAME(load_32)(x0, a0 + i * w, c0a);
+        NAME(load_32)(x1, a1 + i * w, c1a);
         NAME(inner_product)(x0, x1, x2);
-        NAME(store_32)(a2 + i * s2, c2a, x2);
+        NAME(store_32)(a2 + i * w, c2a, x2);
     }
 }
 
-static void NAME(inner_product_any)(intptr_t n, char **args, const intptr_t *steps)
+void NAME(inner_product_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
-    NAME(inner_product_each)(n, args, steps[0], steps[1], steps[2], steps[3], steps[4], steps[5]);
-}
-
-WIDE void NAME(inner_product_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
-{
-    const intptr_t n = dimensions[0], w = sizeof(REAL);
-    const intptr_t s0 = steps[0], s1 = steps[1], s2 = steps[2], c0a = steps[3], c1a = steps[4], c2a = steps[5];
-    if (n < 1)
-        return;
-    if (s0 == w && s1 == w && s2 == w)
-        NAME(inner_product_each)(n, args, w, w, w, c0a, c1a, c2a);
-    else
-        NAME(inner_product_any)(n, args, steps);
+    static const struct part parts[] = {{32, 1, 0, {32}}, {32, 1, 1, {32}}, {32, 1, 2, {32}}};
+    static const struct kernel kernel = {{NAME(inner_product_block), NULL, NULL, NULL}, 0, 2, 3, parts};
+    NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
 INLINE void NAME(even_product)(const REAL *a, const REAL *b, REAL *out)
@@ -3672,47 +3891,30 @@ INLINE void NAME(even_product)(const REAL *a, const REAL *b, REAL *out)
     out[15] = t295;
 }
 
-static INLINE void NAME(even_product_each)(intptr_t n, char **args, intptr_t s0, intptr_t s1, intptr_t s2, intptr_t
-    c0a, intptr_t c1a, intptr_t c2a)
+WIDE static void NAME(even_product_block)(intptr_t n, char **args, const intptr_t *strides)
 {
+    const intptr_t w = sizeof(REAL);
+    const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
     char *a0 = args[0];
     char *a1 = args[1];
     char *a2 = args[2];
-    REAL x0[16];
-    NAME(load_16)(x0, a0, c0a);
     ANY_ORDER
-    for (intptr_t i = 0; i < n; ++i) {
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
+        REAL x0[16];
         REAL x1[16];
         REAL x2[16];
-        if (s0 != 0)
-            NAME(load_16)(x0, a0 + i * s0, c0a);
-        NAME(load_16)(x1, a1 + i * s1, c1a);
+        NAME(load_16)(x0, a0 + i * w, c0a);
+        NAME(load_16)(x1, a1 + i * w, c1a);
         NAME(even_product)(x0, x1, x2);
-        NAME(store_16)(a2 + i * s2, c2a, x2);
+        NAME(store_16)(a2 + i * w, c2a, x2);
     }
 }
 
-static void NAME(even_product_any)(intptr_t n, char **args, const intptr_t *steps)
+void NAME(even_product_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
-    NAME(even_product_each)(n, args, steps[0], steps[1], steps[2], steps[3], steps[4], steps[5]);
-}
-
-WIDE void NAME(even_product_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
-{
-    const intptr_t n = dimensions[0], w = sizeof(REAL);
-    const intptr_t s0 = steps[0], s1 = steps[1], s2 = steps[2], c0a = steps[3], c1a = steps[4], c2a = steps[5];
-    if (n < 1)
-        return;
-    if (s0 == w && s1 == w && s2 == w)
-        NAME(even_product_each)(n, args, w, w, w, c0a, c1a, c2a);
-    else if (s0 == 0 && s1 == w && s2 == w)
-        NAME(even_product_each)(n, args, 0, w, w, c0a, c1a, c2a);
-    else if (s0 == 16 * w && s1 == 16 * w && s2 == 16 * w && c0a == w && c1a == w && c2a == w)
-        NAME(even_product_each)(n, args, 16 * w, 16 * w, 16 * w, w, w, w);
-    else if (s0 == 0 && s1 == 16 * w && s2 == 16 * w && c0a == w && c1a == w && c2a == w)
-        NAME(even_product_each)(n, args, 0, 16 * w, 16 * w, w, w, w);
-    else
-        NAME(even_product_any)(n, args, steps);
+    static const struct part parts[] = {{16, 1, 0, {16}}, {16, 1, 1, {16}}, {16, 1, 2, {16}}};
+    static const struct kernel kernel = {{NAME(even_product_block), NULL, NULL, NULL}, 0, 2, 3, parts};
+    NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
 INLINE void NAME(reverse)(const REAL *a, REAL *out)
@@ -3803,37 +4005,27 @@ INLINE void NAME(reverse)(const REAL *a, REAL *out)
     out[31] = a_e0123inf;
 }
 
-static INLINE void NAME(reverse_each)(intptr_t n, char **args, intptr_t s0, intptr_t s1, intptr_t c0a, intptr_t c1a)
+WIDE static void NAME(reverse_block)(intptr_t n, char **args, const intptr_t *strides)
 {
+    const intptr_t w = sizeof(REAL);
+    const intptr_t c0a = strides[0], c1a = strides[1];
     char *a0 = args[0];
     char *a1 = args[1];
     ANY_ORDER
-    for (intptr_t i = 0; i < n; ++i) {
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
         REAL x0[32];
         REAL x1[32];
-        NAME(load_32)(x0, a0 + i * s0, c0a);
+        NAME(load_32)(x0, a0 + i * w, c0a);
         NAME(reverse)(x0, x1);
-        NAME(store_32)(a1 + i * s1, c1a, x1);
+        NAME(store_32)(a1 + i * w, c1a, x1);
     }
 }
 
-static void NAME(reverse_any)(intptr_t n, char **args, const intptr_t *steps)
+void NAME(reverse_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
-    NAME(reverse_each)(n, args, steps[0], steps[1], steps[2], steps[3]);
-}
-
-WIDE void NAME(reverse_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
-{
-    const intptr_t n = dimensions[0], w = sizeof(REAL);
-    const intptr_t s0 = steps[0], s1 = steps[1], c0a = steps[2], c1a = steps[3];
-    if (n < 1)
-        return;
-    if (s0 == w && s1 == w)
-        NAME(reverse_each)(n, args, w, w, c0a, c1a);
-    else if (s0 == 32 * w && s1 == 32 * w && c0a == w && c1a == w)
-        NAME(reverse_each)(n, args, 32 * w, 32 * w, w, w);
-    else
-        NAME(reverse_any)(n, args, steps);
+    static const struct part parts[] = {{32, 1, 0, {32}}, {32, 1, 1, {32}}};
+    static const struct kernel kernel = {{NAME(reverse_block), NULL, NULL, NULL}, 0, 1, 2, parts};
+    NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
 INLINE void NAME(even_reverse)(const REAL *a, REAL *out)
@@ -3882,38 +4074,27 @@ INLINE void NAME(even_reverse)(const REAL *a, REAL *out)
     out[15] = a_e230inf;
 }
 
-static INLINE void NAME(even_reverse_each)(intptr_t n, char **args, intptr_t s0, intptr_t s1, intptr_t c0a, intptr_t
-    c1a)
+WIDE static void NAME(even_reverse_block)(intptr_t n, char **args, const intptr_t *strides)
 {
+    const intptr_t w = sizeof(REAL);
+    const intptr_t c0a = strides[0], c1a = strides[1];
     char *a0 = args[0];
     char *a1 = args[1];
     ANY_ORDER
-    for (intptr_t i = 0; i < n; ++i) {
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
         REAL x0[16];
         REAL x1[16];
-        NAME(load_16)(x0, a0 + i * s0, c0a);
+        NAME(load_16)(x0, a0 + i * w, c0a);
         NAME(even_reverse)(x0, x1);
-        NAME(store_16)(a1 + i * s1, c1a, x1);
+        NAME(store_16)(a1 + i * w, c1a, x1);
     }
 }
 
-static void NAME(even_reverse_any)(intptr_t n, char **args, const intptr_t *steps)
+void NAME(even_reverse_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
-    NAME(even_reverse_each)(n, args, steps[0], steps[1], steps[2], steps[3]);
-}
-
-WIDE void NAME(even_reverse_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
-{
-    const intptr_t n = dimensions[0], w = sizeof(REAL);
-    const intptr_t s0 = steps[0], s1 = steps[1], c0a = steps[2], c1a = steps[3];
-    if (n < 1)
-        return;
-    if (s0 == w && s1 == w)
-        NAME(even_reverse_each)(n, args, w, w, c0a, c1a);
-    else if (s0 == 16 * w && s1 == 16 * w && c0a == w && c1a == w)
-        NAME(even_reverse_each)(n, args, 16 * w, 16 * w, w, w);
-    else
-        NAME(even_reverse_any)(n, args, steps);
+    static const struct part parts[] = {{16, 1, 0, {16}}, {16, 1, 1, {16}}};
+    static const struct kernel kernel = {{NAME(even_reverse_block), NULL, NULL, NULL}, 0, 1, 2, parts};
+    NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
 INLINE void NAME(grade_involution)(const REAL *a, REAL *out)
@@ -4000,38 +4181,27 @@ INLINE void NAME(grade_involution)(const REAL *a, REAL *out)
     out[31] = t15;
 }
 
-static INLINE void NAME(grade_involution_each)(intptr_t n, char **args, intptr_t s0, intptr_t s1, intptr_t c0a,
-    intptr_t c1a)
+WIDE static void NAME(grade_involution_block)(intptr_t n, char **args, const intptr_t *strides)
 {
+    const intptr_t w = sizeof(REAL);
+    const intptr_t c0a = strides[0], c1a = strides[1];
     char *a0 = args[0];
     char *a1 = args[1];
     ANY_ORDER
-    for (intptr_t i = 0; i < n; ++i) {
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
         REAL x0[32];
         REAL x1[32];
-        NAME(load_32)(x0, a0 + i * s0, c0a);
+        NAME(load_32)(x0, a0 + i * w, c0a);
         NAME(grade_involution)(x0, x1);
-        NAME(store_32)(a1 + i * s1, c1a, x1);
+        NAME(store_32)(a1 + i * w, c1a, x1);
     }
 }
 
-static void NAME(grade_involution_any)(intptr_t n, char **args, const intptr_t *steps)
+void NAME(grade_involution_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
-    NAME(grade_involution_each)(n, args, steps[0], steps[1], steps[2], steps[3]);
-}
-
-WIDE void NAME(grade_involution_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
-{
-    const intptr_t n = dimensions[0], w = sizeof(REAL);
-    const intptr_t s0 = steps[0], s1 = steps[1], c0a = steps[2], c1a = steps[3];
-    if (n < 1)
-        return;
-    if (s0 == w && s1 == w)
-        NAME(grade_involution_each)(n, args, w, w, c0a, c1a);
-    else if (s0 == 32 * w && s1 == 32 * w && c0a == w && c1a == w)
-        NAME(grade_involution_each)(n, args, 32 * w, 32 * w, w, w);
-    else
-        NAME(grade_involution_any)(n, args, steps);
+    static const struct part parts[] = {{32, 1, 0, {32}}, {32, 1, 1, {32}}};
+    static const struct kernel kernel = {{NAME(grade_involution_block), NULL, NULL, NULL}, 0, 1, 2, parts};
+    NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
 INLINE void NAME(dual)(const REAL *a, REAL *out)
@@ -4120,37 +4290,27 @@ INLINE void NAME(dual)(const REAL *a, REAL *out)
     out[31] = a_1;
 }
 
-static INLINE void NAME(dual_each)(intptr_t n, char **args, intptr_t s0, intptr_t s1, intptr_t c0a, intptr_t c1a)
+WIDE static void NAME(dual_block)(intptr_t n, char **args, const intptr_t *strides)
 {
+    const intptr_t w = sizeof(REAL);
+    const intptr_t c0a = strides[0], c1a = strides[1];
     char *a0 = args[0];
     char *a1 = args[1];
     ANY_ORDER
-    for (intptr_t i = 0; i < n; ++i) {
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
         REAL x0[32];
         REAL x1[32];
-        NAME(load_32)(x0, a0 + i * s0, c0a);
+        NAME(load_32)(x0, a0 + i * w, c0a);
         NAME(dual)(x0, x1);
-        NAME(store_32)(a1 + i * s1, c1a, x1);
+        NAME(store_32)(a1 + i * w, c1a, x1);
     }
 }
 
-static void NAME(dual_any)(intptr_t n, char **args, const intptr_t *steps)
+void NAME(dual_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
-    NAME(dual_each)(n, args, steps[0], steps[1], steps[2], steps[3]);
-}
-
-WIDE void NAME(dual_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
-{
-    const intptr_t n = dimensions[0], w = sizeof(REAL);
-    const intptr_t s0 = steps[0], s1 = steps[1], c0a = steps[2], c1a = steps[3];
-    if (n < 1)
-        return;
-    if (s0 == w && s1 == w)
-        NAME(dual_each)(n, args, w, w, c0a, c1a);
-    else if (s0 == 32 * w && s1 == 32 * w && c0a == w && c1a == w)
-        NAME(dual_each)(n, args, 32 * w, 32 * w, w, w);
-    else
-        NAME(dual_any)(n, args, steps);
+    static const struct part parts[] = {{32, 1, 0, {32}}, {32, 1, 1, {32}}};
+    static const struct kernel kernel = {{NAME(dual_block), NULL, NULL, NULL}, 0, 1, 2, parts};
+    NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
 INLINE void NAME(undual)(const REAL *a, REAL *out)
@@ -4239,37 +4399,27 @@ INLINE void NAME(undual)(const REAL *a, REAL *out)
     out[31] = a_1;
 }
 
-static INLINE void NAME(undual_each)(intptr_t n, char **args, intptr_t s0, intptr_t s1, intptr_t c0a, intptr_t c1a)
+WIDE static void NAME(undual_block)(intptr_t n, char **args, const intptr_t *strides)
 {
+    const intptr_t w = sizeof(REAL);
+    const intptr_t c0a = strides[0], c1a = strides[1];
     char *a0 = args[0];
     char *a1 = args[1];
     ANY_ORDER
-    for (intptr_t i = 0; i < n; ++i) {
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
         REAL x0[32];
         REAL x1[32];
-        NAME(load_32)(x0, a0 + i * s0, c0a);
+        NAME(load_32)(x0, a0 + i * w, c0a);
         NAME(undual)(x0, x1);
-        NAME(store_32)(a1 + i * s1, c1a, x1);
+        NAME(store_32)(a1 + i * w, c1a, x1);
     }
 }
 
-static void NAME(undual_any)(intptr_t n, char **args, const intptr_t *steps)
+void NAME(undual_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
-    NAME(undual_each)(n, args, steps[0], steps[1], steps[2], steps[3]);
-}
-
-WIDE void NAME(undual_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
-{
-    const intptr_t n = dimensions[0], w = sizeof(REAL);
-    const intptr_t s0 = steps[0], s1 = steps[1], c0a = steps[2], c1a = steps[3];
-    if (n < 1)
-        return;
-    if (s0 == w && s1 == w)
-        NAME(undual_each)(n, args, w, w, c0a, c1a);
-    else if (s0 == 32 * w && s1 == 32 * w && c0a == w && c1a == w)
-        NAME(undual_each)(n, args, 32 * w, 32 * w, w, w);
-    else
-        NAME(undual_any)(n, args, steps);
+    static const struct part parts[] = {{32, 1, 0, {32}}, {32, 1, 1, {32}}};
+    static const struct kernel kernel = {{NAME(undual_block), NULL, NULL, NULL}, 0, 1, 2, parts};
+    NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
 INLINE void NAME(polarity)(const REAL *a, REAL *out)
@@ -4356,38 +4506,27 @@ INLINE void NAME(polarity)(const REAL *a, REAL *out)
     out[31] = t15;
 }
 
-static INLINE void NAME(polarity_each)(intptr_t n, char **args, intptr_t s0, intptr_t s1, intptr_t c0a, intptr_t
-    c1a)
+WIDE static void NAME(polarity_block)(intptr_t n, char **args, const intptr_t *strides)
 {
+    const intptr_t w = sizeof(REAL);
+    const intptr_t c0a = strides[0], c1a = strides[1];
     char *a0 = args[0];
     char *a1 = args[1];
     ANY_ORDER
-    for (intptr_t i = 0; i < n; ++i) {
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
         REAL x0[32];
         REAL x1[32];
-        NAME(load_32)(x0, a0 + i * s0, c0a);
+        NAME(load_32)(x0, a0 + i * w, c0a);
         NAME(polarity)(x0, x1);
-        NAME(store_32)(a1 + i * s1, c1a, x1);
+        NAME(store_32)(a1 + i * w, c1a, x1);
     }
 }
 
-static void NAME(polarity_any)(intptr_t n, char **args, const intptr_t *steps)
+void NAME(polarity_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
-    NAME(polarity_each)(n, args, steps[0], steps[1], steps[2], steps[3]);
-}
-
-WIDE void NAME(polarity_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
-{
-    const intptr_t n = dimensions[0], w = sizeof(REAL);
-    const intptr_t s0 = steps[0], s1 = steps[1], c0a = steps[2], c1a = steps[3];
-    if (n < 1)
-        return;
-    if (s0 == w && s1 == w)
-        NAME(polarity_each)(n, args, w, w, c0a, c1a);
-    else if (s0 == 32 * w && s1 == 32 * w && c0a == w && c1a == w)
-        NAME(polarity_each)(n, args, 32 * w, 32 * w, w, w);
-    else
-        NAME(polarity_any)(n, args, steps);
+    static const struct part parts[] = {{32, 1, 0, {32}}, {32, 1, 1, {32}}};
+    static const struct kernel kernel = {{NAME(polarity_block), NULL, NULL, NULL}, 0, 1, 2, parts};
+    NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
 INLINE void NAME(embed_point)(const REAL *x, REAL *out)
@@ -4408,38 +4547,27 @@ INLINE void NAME(embed_point)(const REAL *x, REAL *out)
     out[4] = t5;
 }
 
-static INLINE void NAME(embed_point_each)(intptr_t n, char **args, intptr_t s0, intptr_t s1, intptr_t c0a, intptr_t
-    c1a)
+WIDE static void NAME(embed_point_block)(intptr_t n, char **args, const intptr_t *strides)
 {
+    const intptr_t w = sizeof(REAL);
+    const intptr_t c0a = strides[0], c1a = strides[1];
     char *a0 = args[0];
     char *a1 = args[1];
     ANY_ORDER
-    for (intptr_t i = 0; i < n; ++i) {
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
         REAL x0[3];
         REAL x1[5];
-        NAME(load_3)(x0, a0 + i * s0, c0a);
+        NAME(load_3)(x0, a0 + i * w, c0a);
         NAME(embed_point)(x0, x1);
-        NAME(store_5)(a1 + i * s1, c1a, x1);
+        NAME(store_5)(a1 + i * w, c1a, x1);
     }
 }
 
-static void NAME(embed_point_any)(intptr_t n, char **args, const intptr_t *steps)
+void NAME(embed_point_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
-    NAME(embed_point_each)(n, args, steps[0], steps[1], steps[2], steps[3]);
-}
-
-WIDE void NAME(embed_point_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
-{
-    const intptr_t n = dimensions[0], w = sizeof(REAL);
-    const intptr_t s0 = steps[0], s1 = steps[1], c0a = steps[2], c1a = steps[3];
-    if (n < 1)
-        return;
-    if (s0 == w && s1 == w)
-        NAME(embed_point_each)(n, args, w, w, c0a, c1a);
-    else if (s0 == 3 * w && s1 == 5 * w && c0a == w && c1a == w)
-        NAME(embed_point_each)(n, args, 3 * w, 5 * w, w, w);
-    else
-        NAME(embed_point_any)(n, args, steps);
+    static const struct part parts[] = {{3, 1, 0, {3}}, {5, 1, 1, {5}}};
+    static const struct kernel kernel = {{NAME(embed_point_block), NULL, NULL, NULL}, 0, 1, 2, parts};
+    NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
 INLINE void NAME(extract_point)(const REAL *x, REAL *out)
@@ -4457,38 +4585,27 @@ INLINE void NAME(extract_point)(const REAL *x, REAL *out)
     out[2] = t3;
 }
 
-static INLINE void NAME(extract_point_each)(intptr_t n, char **args, intptr_t s0, intptr_t s1, intptr_t c0a,
-    intptr_t c1a)
+WIDE static void NAME(extract_point_block)(intptr_t n, char **args, const intptr_t *strides)
 {
+    const intptr_t w = sizeof(REAL);
+    const intptr_t c0a = strides[0], c1a = strides[1];
     char *a0 = args[0];
     char *a1 = args[1];
     ANY_ORDER
-    for (intptr_t i = 0; i < n; ++i) {
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
         REAL x0[5];
         REAL x1[3];
-        NAME(load_5)(x0, a0 + i * s0, c0a);
+        NAME(load_5)(x0, a0 + i * w, c0a);
         NAME(extract_point)(x0, x1);
-        NAME(store_3)(a1 + i * s1, c1a, x1);
+        NAME(store_3)(a1 + i * w, c1a, x1);
     }
 }
 
-static void NAME(extract_point_any)(intptr_t n, char **args, const intptr_t *steps)
+void NAME(extract_point_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
-    NAME(extract_point_each)(n, args, steps[0], steps[1], steps[2], steps[3]);
-}
-
-WIDE void NAME(extract_point_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
-{
-    const intptr_t n = dimensions[0], w = sizeof(REAL);
-    const intptr_t s0 = steps[0], s1 = steps[1], c0a = steps[2], c1a = steps[3];
-    if (n < 1)
-        return;
-    if (s0 == w && s1 == w)
-        NAME(extract_point_each)(n, args, w, w, c0a, c1a);
-    else if (s0 == 5 * w && s1 == 3 * w && c0a == w && c1a == w)
-        NAME(extract_point_each)(n, args, 5 * w, 3 * w, w, w);
-    else
-        NAME(extract_point_any)(n, args, steps);
+    static const struct part parts[] = {{5, 1, 0, {5}}, {3, 1, 1, {3}}};
+    static const struct kernel kernel = {{NAME(extract_point_block), NULL, NULL, NULL}, 0, 1, 2, parts};
+    NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
 INLINE void NAME(normalize_vector)(const REAL *x, REAL *out)
@@ -4510,38 +4627,27 @@ INLINE void NAME(normalize_vector)(const REAL *x, REAL *out)
     out[4] = t4;
 }
 
-static INLINE void NAME(normalize_vector_each)(intptr_t n, char **args, intptr_t s0, intptr_t s1, intptr_t c0a,
-    intptr_t c1a)
+WIDE static void NAME(normalize_vector_block)(intptr_t n, char **args, const intptr_t *strides)
 {
+    const intptr_t w = sizeof(REAL);
+    const intptr_t c0a = strides[0], c1a = strides[1];
     char *a0 = args[0];
     char *a1 = args[1];
     ANY_ORDER
-    for (intptr_t i = 0; i < n; ++i) {
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
         REAL x0[5];
         REAL x1[5];
-        NAME(load_5)(x0, a0 + i * s0, c0a);
+        NAME(load_5)(x0, a0 + i * w, c0a);
         NAME(normalize_vector)(x0, x1);
-        NAME(store_5)(a1 + i * s1, c1a, x1);
+        NAME(store_5)(a1 + i * w, c1a, x1);
     }
 }
 
-static void NAME(normalize_vector_any)(intptr_t n, char **args, const intptr_t *steps)
+void NAME(normalize_vector_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
-    NAME(normalize_vector_each)(n, args, steps[0], steps[1], steps[2], steps[3]);
-}
-
-WIDE void NAME(normalize_vector_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
-{
-    const intptr_t n = dimensions[0], w = sizeof(REAL);
-    const intptr_t s0 = steps[0], s1 = steps[1], c0a = steps[2], c1a = steps[3];
-    if (n < 1)
-        return;
-    if (s0 == w && s1 == w)
-        NAME(normalize_vector_each)(n, args, w, w, c0a, c1a);
-    else if (s0 == 5 * w && s1 == 5 * w && c0a == w && c1a == w)
-        NAME(normalize_vector_each)(n, args, 5 * w, 5 * w, w, w);
-    else
-        NAME(normalize_vector_any)(n, args, steps);
+    static const struct part parts[] = {{5, 1, 0, {5}}, {5, 1, 1, {5}}};
+    static const struct kernel kernel = {{NAME(normalize_vector_block), NULL, NULL, NULL}, 0, 1, 2, parts};
+    NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
 INLINE void NAME(inner_product_of_points)(const REAL *a, const REAL *b, REAL *out)
@@ -4565,47 +4671,89 @@ INLINE void NAME(inner_product_of_points)(const REAL *a, const REAL *b, REAL *ou
     out[0] = t9;
 }
 
-static INLINE void NAME(inner_product_of_points_each)(intptr_t n, char **args, intptr_t s0, intptr_t s1, intptr_t
-    s2, intptr_t c0a, intptr_t c1a)
+WIDE static void NAME(inner_product_of_points_block)(intptr_t n, char **args, const intptr_t *strides)
 {
+    const intptr_t w = sizeof(REAL);
+    const intptr_t c0a = strides[0], c1a = strides[1];
+    char *a0 = args[0];
+    char *a1 = args[1];
+    char *a2 = args[2];
+    ANY_ORDER
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
+        REAL x0[3];
+        REAL x1[3];
+        REAL x2[1];
+        NAME(load_3)(x0, a0 + i * w, c0a);
+        NAME(load_3)(x1, a1 + i * w, c1a);
+        NAME(inner_product_of_points)(x0, x1, x2);
+        NAME(store_scalar)(a2 + i * w, x2);
+    }
+}
+
+WIDE static void NAME(inner_product_of_points_block_uniform)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    const intptr_t c0a = strides[0], c1a = strides[1];
     char *a0 = args[0];
     char *a1 = args[1];
     char *a2 = args[2];
     REAL x0[3];
     NAME(load_3)(x0, a0, c0a);
     ANY_ORDER
-    for (intptr_t i = 0; i < n; ++i) {
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
         REAL x1[3];
         REAL x2[1];
-        if (s0 != 0)
-            NAME(load_3)(x0, a0 + i * s0, c0a);
-        NAME(load_3)(x1, a1 + i * s1, c1a);
+        NAME(load_3)(x1, a1 + i * w, c1a);
         NAME(inner_product_of_points)(x0, x1, x2);
-        NAME(store_scalar)(a2 + i * s2, x2);
+        NAME(store_scalar)(a2 + i * w, x2);
     }
 }
 
-static void NAME(inner_product_of_points_any)(intptr_t n, char **args, const intptr_t *steps)
+WIDE static void NAME(inner_product_of_points_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
-    NAME(inner_product_of_points_each)(n, args, steps[0], steps[1], steps[2], steps[3], steps[4]);
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    char *a0 = args[0];
+    char *a1 = args[1];
+    char *a2 = args[2];
+    ANY_ORDER
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
+        REAL x0[3];
+        REAL x1[3];
+        REAL x2[1];
+        NAME(load_3)(x0, a0 + i * 3 * w, w);
+        NAME(load_3)(x1, a1 + i * 3 * w, w);
+        NAME(inner_product_of_points)(x0, x1, x2);
+        NAME(store_scalar)(a2 + i * w, x2);
+    }
 }
 
-WIDE void NAME(inner_product_of_points_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
+WIDE static void NAME(inner_product_of_points_dense_uniform)(intptr_t n, char **args, const intptr_t *strides)
 {
-    const intptr_t n = dimensions[0], w = sizeof(REAL);
-    const intptr_t s0 = steps[0], s1 = steps[1], s2 = steps[2], c0a = steps[3], c1a = steps[4];
-    if (n < 1)
-        return;
-    if (s0 == w && s1 == w && s2 == w)
-        NAME(inner_product_of_points_each)(n, args, w, w, w, c0a, c1a);
-    else if (s0 == 0 && s1 == w && s2 == w)
-        NAME(inner_product_of_points_each)(n, args, 0, w, w, c0a, c1a);
-    else if (s0 == 3 * w && s1 == 3 * w && s2 == w && c0a == w && c1a == w)
-        NAME(inner_product_of_points_each)(n, args, 3 * w, 3 * w, w, w, w);
-    else if (s0 == 0 && s1 == 3 * w && s2 == w && c0a == w && c1a == w)
-        NAME(inner_product_of_points_each)(n, args, 0, 3 * w, w, w, w);
-    else
-        NAME(inner_product_of_points_any)(n, args, steps);
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    char *a0 = args[0];
+    char *a1 = args[1];
+    char *a2 = args[2];
+    REAL x0[3];
+    NAME(load_3)(x0, a0, w);
+    ANY_ORDER
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
+        REAL x1[3];
+        REAL x2[1];
+        NAME(load_3)(x1, a1 + i * 3 * w, w);
+        NAME(inner_product_of_points)(x0, x1, x2);
+        NAME(store_scalar)(a2 + i * w, x2);
+    }
+}
+
+void NAME(inner_product_of_points_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
+{
+    static const struct part parts[] = {{3, 1, 0, {3}}, {3, 1, 1, {3}}, {1, 0, 2, {0}}};
+    static const struct kernel kernel = {{NAME(inner_product_of_points_block),
+        NAME(inner_product_of_points_block_uniform), NAME(inner_product_of_points_dense),
+        NAME(inner_product_of_points_dense_uniform)}, 1, 2, 3, parts};
+    NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
 INLINE void NAME(distance_squared_points)(const REAL *a, const REAL *b, REAL *out)
@@ -4627,47 +4775,89 @@ INLINE void NAME(distance_squared_points)(const REAL *a, const REAL *b, REAL *ou
     out[0] = t7;
 }
 
-static INLINE void NAME(distance_squared_points_each)(intptr_t n, char **args, intptr_t s0, intptr_t s1, intptr_t
-    s2, intptr_t c0a, intptr_t c1a)
+WIDE static void NAME(distance_squared_points_block)(intptr_t n, char **args, const intptr_t *strides)
 {
+    const intptr_t w = sizeof(REAL);
+    const intptr_t c0a = strides[0], c1a = strides[1];
+    char *a0 = args[0];
+    char *a1 = args[1];
+    char *a2 = args[2];
+    ANY_ORDER
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
+        REAL x0[3];
+        REAL x1[3];
+        REAL x2[1];
+        NAME(load_3)(x0, a0 + i * w, c0a);
+        NAME(load_3)(x1, a1 + i * w, c1a);
+        NAME(distance_squared_points)(x0, x1, x2);
+        NAME(store_scalar)(a2 + i * w, x2);
+    }
+}
+
+WIDE static void NAME(distance_squared_points_block_uniform)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    const intptr_t c0a = strides[0], c1a = strides[1];
     char *a0 = args[0];
     char *a1 = args[1];
     char *a2 = args[2];
     REAL x0[3];
     NAME(load_3)(x0, a0, c0a);
     ANY_ORDER
-    for (intptr_t i = 0; i < n; ++i) {
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
         REAL x1[3];
         REAL x2[1];
-        if (s0 != 0)
-            NAME(load_3)(x0, a0 + i * s0, c0a);
-        NAME(load_3)(x1, a1 + i * s1, c1a);
+        NAME(load_3)(x1, a1 + i * w, c1a);
         NAME(distance_squared_points)(x0, x1, x2);
-        NAME(store_scalar)(a2 + i * s2, x2);
+        NAME(store_scalar)(a2 + i * w, x2);
     }
 }
 
-static void NAME(distance_squared_points_any)(intptr_t n, char **args, const intptr_t *steps)
+WIDE static void NAME(distance_squared_points_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
-    NAME(distance_squared_points_each)(n, args, steps[0], steps[1], steps[2], steps[3], steps[4]);
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    char *a0 = args[0];
+    char *a1 = args[1];
+    char *a2 = args[2];
+    ANY_ORDER
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
+        REAL x0[3];
+        REAL x1[3];
+        REAL x2[1];
+        NAME(load_3)(x0, a0 + i * 3 * w, w);
+        NAME(load_3)(x1, a1 + i * 3 * w, w);
+        NAME(distance_squared_points)(x0, x1, x2);
+        NAME(store_scalar)(a2 + i * w, x2);
+    }
 }
 
-WIDE void NAME(distance_squared_points_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
+WIDE static void NAME(distance_squared_points_dense_uniform)(intptr_t n, char **args, const intptr_t *strides)
 {
-    const intptr_t n = dimensions[0], w = sizeof(REAL);
-    const intptr_t s0 = steps[0], s1 = steps[1], s2 = steps[2], c0a = steps[3], c1a = steps[4];
-    if (n < 1)
-        return;
-    if (s0 == w && s1 == w && s2 == w)
-        NAME(distance_squared_points_each)(n, args, w, w, w, c0a, c1a);
-    else if (s0 == 0 && s1 == w && s2 == w)
-        NAME(distance_squared_points_each)(n, args, 0, w, w, c0a, c1a);
-    else if (s0 == 3 * w && s1 == 3 * w && s2 == w && c0a == w && c1a == w)
-        NAME(distance_squared_points_each)(n, args, 3 * w, 3 * w, w, w, w);
-    else if (s0 == 0 && s1 == 3 * w && s2 == w && c0a == w && c1a == w)
-        NAME(distance_squared_points_each)(n, args, 0, 3 * w, w, w, w);
-    else
-        NAME(distance_squared_points_any)(n, args, steps);
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    char *a0 = args[0];
+    char *a1 = args[1];
+    char *a2 = args[2];
+    REAL x0[3];
+    NAME(load_3)(x0, a0, w);
+    ANY_ORDER
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
+        REAL x1[3];
+        REAL x2[1];
+        NAME(load_3)(x1, a1 + i * 3 * w, w);
+        NAME(distance_squared_points)(x0, x1, x2);
+        NAME(store_scalar)(a2 + i * w, x2);
+    }
+}
+
+void NAME(distance_squared_points_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
+{
+    static const struct part parts[] = {{3, 1, 0, {3}}, {3, 1, 1, {3}}, {1, 0, 2, {0}}};
+    static const struct kernel kernel = {{NAME(distance_squared_points_block),
+        NAME(distance_squared_points_block_uniform), NAME(distance_squared_points_dense),
+        NAME(distance_squared_points_dense_uniform)}, 1, 2, 3, parts};
+    NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
 INLINE void NAME(distance_points)(const REAL *a, const REAL *b, REAL *out)
@@ -4690,47 +4880,88 @@ INLINE void NAME(distance_points)(const REAL *a, const REAL *b, REAL *out)
     out[0] = t8;
 }
 
-static INLINE void NAME(distance_points_each)(intptr_t n, char **args, intptr_t s0, intptr_t s1, intptr_t s2,
-    intptr_t c0a, intptr_t c1a)
+WIDE static void NAME(distance_points_block)(intptr_t n, char **args, const intptr_t *strides)
 {
+    const intptr_t w = sizeof(REAL);
+    const intptr_t c0a = strides[0], c1a = strides[1];
+    char *a0 = args[0];
+    char *a1 = args[1];
+    char *a2 = args[2];
+    ANY_ORDER
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
+        REAL x0[3];
+        REAL x1[3];
+        REAL x2[1];
+        NAME(load_3)(x0, a0 + i * w, c0a);
+        NAME(load_3)(x1, a1 + i * w, c1a);
+        NAME(distance_points)(x0, x1, x2);
+        NAME(store_scalar)(a2 + i * w, x2);
+    }
+}
+
+WIDE static void NAME(distance_points_block_uniform)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    const intptr_t c0a = strides[0], c1a = strides[1];
     char *a0 = args[0];
     char *a1 = args[1];
     char *a2 = args[2];
     REAL x0[3];
     NAME(load_3)(x0, a0, c0a);
     ANY_ORDER
-    for (intptr_t i = 0; i < n; ++i) {
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
         REAL x1[3];
         REAL x2[1];
-        if (s0 != 0)
-            NAME(load_3)(x0, a0 + i * s0, c0a);
-        NAME(load_3)(x1, a1 + i * s1, c1a);
+        NAME(load_3)(x1, a1 + i * w, c1a);
         NAME(distance_points)(x0, x1, x2);
-        NAME(store_scalar)(a2 + i * s2, x2);
+        NAME(store_scalar)(a2 + i * w, x2);
     }
 }
 
-static void NAME(distance_points_any)(intptr_t n, char **args, const intptr_t *steps)
+WIDE static void NAME(distance_points_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
-    NAME(distance_points_each)(n, args, steps[0], steps[1], steps[2], steps[3], steps[4]);
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    char *a0 = args[0];
+    char *a1 = args[1];
+    char *a2 = args[2];
+    ANY_ORDER
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
+        REAL x0[3];
+        REAL x1[3];
+        REAL x2[1];
+        NAME(load_3)(x0, a0 + i * 3 * w, w);
+        NAME(load_3)(x1, a1 + i * 3 * w, w);
+        NAME(distance_points)(x0, x1, x2);
+        NAME(store_scalar)(a2 + i * w, x2);
+    }
 }
 
-WIDE void NAME(distance_points_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
+WIDE static void NAME(distance_points_dense_uniform)(intptr_t n, char **args, const intptr_t *strides)
 {
-    const intptr_t n = dimensions[0], w = sizeof(REAL);
-    const intptr_t s0 = steps[0], s1 = steps[1], s2 = steps[2], c0a = steps[3], c1a = steps[4];
-    if (n < 1)
-        return;
-    if (s0 == w && s1 == w && s2 == w)
-        NAME(distance_points_each)(n, args, w, w, w, c0a, c1a);
-    else if (s0 == 0 && s1 == w && s2 == w)
-        NAME(distance_points_each)(n, args, 0, w, w, c0a, c1a);
-    else if (s0 == 3 * w && s1 == 3 * w && s2 == w && c0a == w && c1a == w)
-        NAME(distance_points_each)(n, args, 3 * w, 3 * w, w, w, w);
-    else if (s0 == 0 && s1 == 3 * w && s2 == w && c0a == w && c1a == w)
-        NAME(distance_points_each)(n, args, 0, 3 * w, w, w, w);
-    else
-        NAME(distance_points_any)(n, args, steps);
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    char *a0 = args[0];
+    char *a1 = args[1];
+    char *a2 = args[2];
+    REAL x0[3];
+    NAME(load_3)(x0, a0, w);
+    ANY_ORDER
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
+        REAL x1[3];
+        REAL x2[1];
+        NAME(load_3)(x1, a1 + i * 3 * w, w);
+        NAME(distance_points)(x0, x1, x2);
+        NAME(store_scalar)(a2 + i * w, x2);
+    }
+}
+
+void NAME(distance_points_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
+{
+    static const struct part parts[] = {{3, 1, 0, {3}}, {3, 1, 1, {3}}, {1, 0, 2, {0}}};
+    static const struct kernel kernel = {{NAME(distance_points_block), NAME(distance_points_block_uniform),
+        NAME(distance_points_dense), NAME(distance_points_dense_uniform)}, 1, 2, 3, parts};
+    NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
 INLINE void NAME(inner_product_of_vectors)(const REAL *a, const REAL *b, REAL *out)
@@ -4757,47 +4988,50 @@ INLINE void NAME(inner_product_of_vectors)(const REAL *a, const REAL *b, REAL *o
     out[0] = t8;
 }
 
-static INLINE void NAME(inner_product_of_vectors_each)(intptr_t n, char **args, intptr_t s0, intptr_t s1, intptr_t
-    s2, intptr_t c0a, intptr_t c1a)
+WIDE static void NAME(inner_product_of_vectors_block)(intptr_t n, char **args, const intptr_t *strides)
 {
+    const intptr_t w = sizeof(REAL);
+    const intptr_t c0a = strides[0], c1a = strides[1];
+    char *a0 = args[0];
+    char *a1 = args[1];
+    char *a2 = args[2];
+    ANY_ORDER
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
+        REAL x0[5];
+        REAL x1[5];
+        REAL x2[1];
+        NAME(load_5)(x0, a0 + i * w, c0a);
+        NAME(load_5)(x1, a1 + i * w, c1a);
+        NAME(inner_product_of_vectors)(x0, x1, x2);
+        NAME(store_scalar)(a2 + i * w, x2);
+    }
+}
+
+WIDE static void NAME(inner_product_of_vectors_block_uniform)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    const intptr_t c0a = strides[0], c1a = strides[1];
     char *a0 = args[0];
     char *a1 = args[1];
     char *a2 = args[2];
     REAL x0[5];
     NAME(load_5)(x0, a0, c0a);
     ANY_ORDER
-    for (intptr_t i = 0; i < n; ++i) {
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
         REAL x1[5];
         REAL x2[1];
-        if (s0 != 0)
-            NAME(load_5)(x0, a0 + i * s0, c0a);
-        NAME(load_5)(x1, a1 + i * s1, c1a);
+        NAME(load_5)(x1, a1 + i * w, c1a);
         NAME(inner_product_of_vectors)(x0, x1, x2);
-        NAME(store_scalar)(a2 + i * s2, x2);
+        NAME(store_scalar)(a2 + i * w, x2);
     }
 }
 
-static void NAME(inner_product_of_vectors_any)(intptr_t n, char **args, const intptr_t *steps)
+void NAME(inner_product_of_vectors_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
-    NAME(inner_product_of_vectors_each)(n, args, steps[0], steps[1], steps[2], steps[3], steps[4]);
-}
-
-WIDE void NAME(inner_product_of_vectors_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
-{
-    const intptr_t n = dimensions[0], w = sizeof(REAL);
-    const intptr_t s0 = steps[0], s1 = steps[1], s2 = steps[2], c0a = steps[3], c1a = steps[4];
-    if (n < 1)
-        return;
-    if (s0 == w && s1 == w && s2 == w)
-        NAME(inner_product_of_vectors_each)(n, args, w, w, w, c0a, c1a);
-    else if (s0 == 0 && s1 == w && s2 == w)
-        NAME(inner_product_of_vectors_each)(n, args, 0, w, w, c0a, c1a);
-    else if (s0 == 5 * w && s1 == 5 * w && s2 == w && c0a == w && c1a == w)
-        NAME(inner_product_of_vectors_each)(n, args, 5 * w, 5 * w, w, w, w);
-    else if (s0 == 0 && s1 == 5 * w && s2 == w && c0a == w && c1a == w)
-        NAME(inner_product_of_vectors_each)(n, args, 0, 5 * w, w, w, w);
-    else
-        NAME(inner_product_of_vectors_any)(n, args, steps);
+    static const struct part parts[] = {{5, 1, 0, {5}}, {5, 1, 1, {5}}, {1, 0, 2, {0}}};
+    static const struct kernel kernel = {{NAME(inner_product_of_vectors_block),
+        NAME(inner_product_of_vectors_block_uniform), NULL, NULL}, 1, 2, 3, parts};
+    NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
 INLINE void NAME(power_of_point)(const REAL *p, const REAL *s, REAL *out)
@@ -4827,47 +5061,50 @@ INLINE void NAME(power_of_point)(const REAL *p, const REAL *s, REAL *out)
     out[0] = t13;
 }
 
-static INLINE void NAME(power_of_point_each)(intptr_t n, char **args, intptr_t s0, intptr_t s1, intptr_t s2,
-    intptr_t c0a, intptr_t c1a)
+WIDE static void NAME(power_of_point_block)(intptr_t n, char **args, const intptr_t *strides)
 {
+    const intptr_t w = sizeof(REAL);
+    const intptr_t c0a = strides[0], c1a = strides[1];
+    char *a0 = args[0];
+    char *a1 = args[1];
+    char *a2 = args[2];
+    ANY_ORDER
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
+        REAL x0[3];
+        REAL x1[5];
+        REAL x2[1];
+        NAME(load_3)(x0, a0 + i * w, c0a);
+        NAME(load_5)(x1, a1 + i * w, c1a);
+        NAME(power_of_point)(x0, x1, x2);
+        NAME(store_scalar)(a2 + i * w, x2);
+    }
+}
+
+WIDE static void NAME(power_of_point_block_uniform)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    const intptr_t c0a = strides[0], c1a = strides[1];
     char *a0 = args[0];
     char *a1 = args[1];
     char *a2 = args[2];
     REAL x1[5];
     NAME(load_5)(x1, a1, c1a);
     ANY_ORDER
-    for (intptr_t i = 0; i < n; ++i) {
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
         REAL x0[3];
         REAL x2[1];
-        NAME(load_3)(x0, a0 + i * s0, c0a);
-        if (s1 != 0)
-            NAME(load_5)(x1, a1 + i * s1, c1a);
+        NAME(load_3)(x0, a0 + i * w, c0a);
         NAME(power_of_point)(x0, x1, x2);
-        NAME(store_scalar)(a2 + i * s2, x2);
+        NAME(store_scalar)(a2 + i * w, x2);
     }
 }
 
-static void NAME(power_of_point_any)(intptr_t n, char **args, const intptr_t *steps)
+void NAME(power_of_point_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
-    NAME(power_of_point_each)(n, args, steps[0], steps[1], steps[2], steps[3], steps[4]);
-}
-
-WIDE void NAME(power_of_point_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
-{
-    const intptr_t n = dimensions[0], w = sizeof(REAL);
-    const intptr_t s0 = steps[0], s1 = steps[1], s2 = steps[2], c0a = steps[3], c1a = steps[4];
-    if (n < 1)
-        return;
-    if (s0 == w && s1 == w && s2 == w)
-        NAME(power_of_point_each)(n, args, w, w, w, c0a, c1a);
-    else if (s0 == w && s1 == 0 && s2 == w)
-        NAME(power_of_point_each)(n, args, w, 0, w, c0a, c1a);
-    else if (s0 == 3 * w && s1 == 5 * w && s2 == w && c0a == w && c1a == w)
-        NAME(power_of_point_each)(n, args, 3 * w, 5 * w, w, w, w);
-    else if (s0 == 3 * w && s1 == 0 && s2 == w && c0a == w && c1a == w)
-        NAME(power_of_point_each)(n, args, 3 * w, 0, w, w, w);
-    else
-        NAME(power_of_point_any)(n, args, steps);
+    static const struct part parts[] = {{3, 1, 0, {3}}, {5, 1, 1, {5}}, {1, 0, 2, {0}}};
+    static const struct kernel kernel = {{NAME(power_of_point_block), NAME(power_of_point_block_uniform), NULL,
+        NULL}, 2, 2, 3, parts};
+    NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
 INLINE void NAME(signed_distance_point_plane)(const REAL *p, const REAL *plane, REAL *out)
@@ -4895,47 +5132,89 @@ INLINE void NAME(signed_distance_point_plane)(const REAL *p, const REAL *plane, 
     out[0] = t12;
 }
 
-static INLINE void NAME(signed_distance_point_plane_each)(intptr_t n, char **args, intptr_t s0, intptr_t s1,
-    intptr_t s2, intptr_t c0a, intptr_t c1a)
+WIDE static void NAME(signed_distance_point_plane_block)(intptr_t n, char **args, const intptr_t *strides)
 {
+    const intptr_t w = sizeof(REAL);
+    const intptr_t c0a = strides[0], c1a = strides[1];
+    char *a0 = args[0];
+    char *a1 = args[1];
+    char *a2 = args[2];
+    ANY_ORDER
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
+        REAL x0[3];
+        REAL x1[4];
+        REAL x2[1];
+        NAME(load_3)(x0, a0 + i * w, c0a);
+        NAME(load_4)(x1, a1 + i * w, c1a);
+        NAME(signed_distance_point_plane)(x0, x1, x2);
+        NAME(store_scalar)(a2 + i * w, x2);
+    }
+}
+
+WIDE static void NAME(signed_distance_point_plane_block_uniform)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    const intptr_t c0a = strides[0], c1a = strides[1];
     char *a0 = args[0];
     char *a1 = args[1];
     char *a2 = args[2];
     REAL x1[4];
     NAME(load_4)(x1, a1, c1a);
     ANY_ORDER
-    for (intptr_t i = 0; i < n; ++i) {
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
         REAL x0[3];
         REAL x2[1];
-        NAME(load_3)(x0, a0 + i * s0, c0a);
-        if (s1 != 0)
-            NAME(load_4)(x1, a1 + i * s1, c1a);
+        NAME(load_3)(x0, a0 + i * w, c0a);
         NAME(signed_distance_point_plane)(x0, x1, x2);
-        NAME(store_scalar)(a2 + i * s2, x2);
+        NAME(store_scalar)(a2 + i * w, x2);
     }
 }
 
-static void NAME(signed_distance_point_plane_any)(intptr_t n, char **args, const intptr_t *steps)
+WIDE static void NAME(signed_distance_point_plane_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
-    NAME(signed_distance_point_plane_each)(n, args, steps[0], steps[1], steps[2], steps[3], steps[4]);
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    char *a0 = args[0];
+    char *a1 = args[1];
+    char *a2 = args[2];
+    ANY_ORDER
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
+        REAL x0[3];
+        REAL x1[4];
+        REAL x2[1];
+        NAME(load_3)(x0, a0 + i * 3 * w, w);
+        NAME(load_4)(x1, a1 + i * 4 * w, w);
+        NAME(signed_distance_point_plane)(x0, x1, x2);
+        NAME(store_scalar)(a2 + i * w, x2);
+    }
 }
 
-WIDE void NAME(signed_distance_point_plane_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
+WIDE static void NAME(signed_distance_point_plane_dense_uniform)(intptr_t n, char **args, const intptr_t *strides)
 {
-    const intptr_t n = dimensions[0], w = sizeof(REAL);
-    const intptr_t s0 = steps[0], s1 = steps[1], s2 = steps[2], c0a = steps[3], c1a = steps[4];
-    if (n < 1)
-        return;
-    if (s0 == w && s1 == w && s2 == w)
-        NAME(signed_distance_point_plane_each)(n, args, w, w, w, c0a, c1a);
-    else if (s0 == w && s1 == 0 && s2 == w)
-        NAME(signed_distance_point_plane_each)(n, args, w, 0, w, c0a, c1a);
-    else if (s0 == 3 * w && s1 == 4 * w && s2 == w && c0a == w && c1a == w)
-        NAME(signed_distance_point_plane_each)(n, args, 3 * w, 4 * w, w, w, w);
-    else if (s0 == 3 * w && s1 == 0 && s2 == w && c0a == w && c1a == w)
-        NAME(signed_distance_point_plane_each)(n, args, 3 * w, 0, w, w, w);
-    else
-        NAME(signed_distance_point_plane_any)(n, args, steps);
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    char *a0 = args[0];
+    char *a1 = args[1];
+    char *a2 = args[2];
+    REAL x1[4];
+    NAME(load_4)(x1, a1, w);
+    ANY_ORDER
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
+        REAL x0[3];
+        REAL x2[1];
+        NAME(load_3)(x0, a0 + i * 3 * w, w);
+        NAME(signed_distance_point_plane)(x0, x1, x2);
+        NAME(store_scalar)(a2 + i * w, x2);
+    }
+}
+
+void NAME(signed_distance_point_plane_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
+{
+    static const struct part parts[] = {{3, 1, 0, {3}}, {4, 1, 1, {4}}, {1, 0, 2, {0}}};
+    static const struct kernel kernel = {{NAME(signed_distance_point_plane_block),
+        NAME(signed_distance_point_plane_block_uniform), NAME(signed_distance_point_plane_dense),
+        NAME(signed_distance_point_plane_dense_uniform)}, 2, 2, 3, parts};
+    NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
 INLINE void NAME(distance_point_line)(const REAL *p, const REAL *line, REAL *out)
@@ -4978,47 +5257,50 @@ INLINE void NAME(distance_point_line)(const REAL *p, const REAL *line, REAL *out
     out[0] = t25;
 }
 
-static INLINE void NAME(distance_point_line_each)(intptr_t n, char **args, intptr_t s0, intptr_t s1, intptr_t s2,
-    intptr_t c0a, intptr_t c1a)
+WIDE static void NAME(distance_point_line_block)(intptr_t n, char **args, const intptr_t *strides)
 {
+    const intptr_t w = sizeof(REAL);
+    const intptr_t c0a = strides[0], c1a = strides[1];
+    char *a0 = args[0];
+    char *a1 = args[1];
+    char *a2 = args[2];
+    ANY_ORDER
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
+        REAL x0[3];
+        REAL x1[6];
+        REAL x2[1];
+        NAME(load_3)(x0, a0 + i * w, c0a);
+        NAME(load_6)(x1, a1 + i * w, c1a);
+        NAME(distance_point_line)(x0, x1, x2);
+        NAME(store_scalar)(a2 + i * w, x2);
+    }
+}
+
+WIDE static void NAME(distance_point_line_block_uniform)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    const intptr_t c0a = strides[0], c1a = strides[1];
     char *a0 = args[0];
     char *a1 = args[1];
     char *a2 = args[2];
     REAL x1[6];
     NAME(load_6)(x1, a1, c1a);
     ANY_ORDER
-    for (intptr_t i = 0; i < n; ++i) {
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
         REAL x0[3];
         REAL x2[1];
-        NAME(load_3)(x0, a0 + i * s0, c0a);
-        if (s1 != 0)
-            NAME(load_6)(x1, a1 + i * s1, c1a);
+        NAME(load_3)(x0, a0 + i * w, c0a);
         NAME(distance_point_line)(x0, x1, x2);
-        NAME(store_scalar)(a2 + i * s2, x2);
+        NAME(store_scalar)(a2 + i * w, x2);
     }
 }
 
-static void NAME(distance_point_line_any)(intptr_t n, char **args, const intptr_t *steps)
+void NAME(distance_point_line_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
-    NAME(distance_point_line_each)(n, args, steps[0], steps[1], steps[2], steps[3], steps[4]);
-}
-
-WIDE void NAME(distance_point_line_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
-{
-    const intptr_t n = dimensions[0], w = sizeof(REAL);
-    const intptr_t s0 = steps[0], s1 = steps[1], s2 = steps[2], c0a = steps[3], c1a = steps[4];
-    if (n < 1)
-        return;
-    if (s0 == w && s1 == w && s2 == w)
-        NAME(distance_point_line_each)(n, args, w, w, w, c0a, c1a);
-    else if (s0 == w && s1 == 0 && s2 == w)
-        NAME(distance_point_line_each)(n, args, w, 0, w, c0a, c1a);
-    else if (s0 == 3 * w && s1 == 6 * w && s2 == w && c0a == w && c1a == w)
-        NAME(distance_point_line_each)(n, args, 3 * w, 6 * w, w, w, w);
-    else if (s0 == 3 * w && s1 == 0 && s2 == w && c0a == w && c1a == w)
-        NAME(distance_point_line_each)(n, args, 3 * w, 0, w, w, w);
-    else
-        NAME(distance_point_line_any)(n, args, steps);
+    static const struct part parts[] = {{3, 1, 0, {3}}, {6, 1, 1, {6}}, {1, 0, 2, {0}}};
+    static const struct kernel kernel = {{NAME(distance_point_line_block), NAME(distance_point_line_block_uniform),
+        NULL, NULL}, 2, 2, 3, parts};
+    NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
 INLINE void NAME(point_pair_from_points)(const REAL *a, const REAL *b, REAL *out)
@@ -5075,47 +5357,50 @@ INLINE void NAME(point_pair_from_points)(const REAL *a, const REAL *b, REAL *out
     out[9] = t33;
 }
 
-static INLINE void NAME(point_pair_from_points_each)(intptr_t n, char **args, intptr_t s0, intptr_t s1, intptr_t s2,
-    intptr_t c0a, intptr_t c1a, intptr_t c2a)
+WIDE static void NAME(point_pair_from_points_block)(intptr_t n, char **args, const intptr_t *strides)
 {
+    const intptr_t w = sizeof(REAL);
+    const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
+    char *a0 = args[0];
+    char *a1 = args[1];
+    char *a2 = args[2];
+    ANY_ORDER
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
+        REAL x0[3];
+        REAL x1[3];
+        REAL x2[10];
+        NAME(load_3)(x0, a0 + i * w, c0a);
+        NAME(load_3)(x1, a1 + i * w, c1a);
+        NAME(point_pair_from_points)(x0, x1, x2);
+        NAME(store_10)(a2 + i * w, c2a, x2);
+    }
+}
+
+WIDE static void NAME(point_pair_from_points_block_uniform)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
     char *a0 = args[0];
     char *a1 = args[1];
     char *a2 = args[2];
     REAL x0[3];
     NAME(load_3)(x0, a0, c0a);
     ANY_ORDER
-    for (intptr_t i = 0; i < n; ++i) {
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
         REAL x1[3];
         REAL x2[10];
-        if (s0 != 0)
-            NAME(load_3)(x0, a0 + i * s0, c0a);
-        NAME(load_3)(x1, a1 + i * s1, c1a);
+        NAME(load_3)(x1, a1 + i * w, c1a);
         NAME(point_pair_from_points)(x0, x1, x2);
-        NAME(store_10)(a2 + i * s2, c2a, x2);
+        NAME(store_10)(a2 + i * w, c2a, x2);
     }
 }
 
-static void NAME(point_pair_from_points_any)(intptr_t n, char **args, const intptr_t *steps)
+void NAME(point_pair_from_points_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
-    NAME(point_pair_from_points_each)(n, args, steps[0], steps[1], steps[2], steps[3], steps[4], steps[5]);
-}
-
-WIDE void NAME(point_pair_from_points_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
-{
-    const intptr_t n = dimensions[0], w = sizeof(REAL);
-    const intptr_t s0 = steps[0], s1 = steps[1], s2 = steps[2], c0a = steps[3], c1a = steps[4], c2a = steps[5];
-    if (n < 1)
-        return;
-    if (s0 == w && s1 == w && s2 == w)
-        NAME(point_pair_from_points_each)(n, args, w, w, w, c0a, c1a, c2a);
-    else if (s0 == 0 && s1 == w && s2 == w)
-        NAME(point_pair_from_points_each)(n, args, 0, w, w, c0a, c1a, c2a);
-    else if (s0 == 3 * w && s1 == 3 * w && s2 == 10 * w && c0a == w && c1a == w && c2a == w)
-        NAME(point_pair_from_points_each)(n, args, 3 * w, 3 * w, 10 * w, w, w, w);
-    else if (s0 == 0 && s1 == 3 * w && s2 == 10 * w && c0a == w && c1a == w && c2a == w)
-        NAME(point_pair_from_points_each)(n, args, 0, 3 * w, 10 * w, w, w, w);
-    else
-        NAME(point_pair_from_points_any)(n, args, steps);
+    static const struct part parts[] = {{3, 1, 0, {3}}, {3, 1, 1, {3}}, {10, 1, 2, {10}}};
+    static const struct kernel kernel = {{NAME(point_pair_from_points_block),
+        NAME(point_pair_from_points_block_uniform), NULL, NULL}, 1, 2, 3, parts};
+    NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
 INLINE void NAME(circle_from_points)(const REAL *a, const REAL *b, const REAL *c, REAL *out)
@@ -5205,9 +5490,32 @@ INLINE void NAME(circle_from_points)(const REAL *a, const REAL *b, const REAL *c
     out[9] = t56;
 }
 
-static INLINE void NAME(circle_from_points_each)(intptr_t n, char **args, intptr_t s0, intptr_t s1, intptr_t s2,
-    intptr_t s3, intptr_t c0a, intptr_t c1a, intptr_t c2a, intptr_t c3a)
+WIDE static void NAME(circle_from_points_block)(intptr_t n, char **args, const intptr_t *strides)
 {
+    const intptr_t w = sizeof(REAL);
+    const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2], c3a = strides[3];
+    char *a0 = args[0];
+    char *a1 = args[1];
+    char *a2 = args[2];
+    char *a3 = args[3];
+    ANY_ORDER
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
+        REAL x0[3];
+        REAL x1[3];
+        REAL x2[3];
+        REAL x3[10];
+        NAME(load_3)(x0, a0 + i * w, c0a);
+        NAME(load_3)(x1, a1 + i * w, c1a);
+        NAME(load_3)(x2, a2 + i * w, c2a);
+        NAME(circle_from_points)(x0, x1, x2, x3);
+        NAME(store_10)(a3 + i * w, c3a, x3);
+    }
+}
+
+WIDE static void NAME(circle_from_points_block_uniform)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2], c3a = strides[3];
     char *a0 = args[0];
     char *a1 = args[1];
     char *a2 = args[2];
@@ -5215,43 +5523,23 @@ static INLINE void NAME(circle_from_points_each)(intptr_t n, char **args, intptr
     REAL x0[3];
     NAME(load_3)(x0, a0, c0a);
     ANY_ORDER
-    for (intptr_t i = 0; i < n; ++i) {
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
         REAL x1[3];
         REAL x2[3];
         REAL x3[10];
-        if (s0 != 0)
-            NAME(load_3)(x0, a0 + i * s0, c0a);
-        NAME(load_3)(x1, a1 + i * s1, c1a);
-        NAME(load_3)(x2, a2 + i * s2, c2a);
+        NAME(load_3)(x1, a1 + i * w, c1a);
+        NAME(load_3)(x2, a2 + i * w, c2a);
         NAME(circle_from_points)(x0, x1, x2, x3);
-        NAME(store_10)(a3 + i * s3, c3a, x3);
+        NAME(store_10)(a3 + i * w, c3a, x3);
     }
 }
 
-static void NAME(circle_from_points_any)(intptr_t n, char **args, const intptr_t *steps)
+void NAME(circle_from_points_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
-    NAME(circle_from_points_each)(n, args, steps[0], steps[1], steps[2], steps[3], steps[4], steps[5], steps[6],
-        steps[7]);
-}
-
-WIDE void NAME(circle_from_points_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
-{
-    const intptr_t n = dimensions[0], w = sizeof(REAL);
-    const intptr_t s0 = steps[0], s1 = steps[1], s2 = steps[2], s3 = steps[3], c0a = steps[4], c1a = steps[5], c2a =
-        steps[6], c3a = steps[7];
-    if (n < 1)
-        return;
-    if (s0 == w && s1 == w && s2 == w && s3 == w)
-        NAME(circle_from_points_each)(n, args, w, w, w, w, c0a, c1a, c2a, c3a);
-    else if (s0 == 0 && s1 == w && s2 == w && s3 == w)
-        NAME(circle_from_points_each)(n, args, 0, w, w, w, c0a, c1a, c2a, c3a);
-    else if (s0 == 3 * w && s1 == 3 * w && s2 == 3 * w && s3 == 10 * w && c0a == w && c1a == w && c2a == w && c3a ==
-        w)
-        NAME(circle_from_points_each)(n, args, 3 * w, 3 * w, 3 * w, 10 * w, w, w, w, w);
-    else if (s0 == 0 && s1 == 3 * w && s2 == 3 * w && s3 == 10 * w && c0a == w && c1a == w && c2a == w && c3a == w)
-        NAME(circle_from_points_each)(n, args, 0, 3 * w, 3 * w, 10 * w, w, w, w, w);
-    else
-        NAME(circle_from_points_any)(n, args, steps);
+    static const struct part parts[] = {{3, 1, 0, {3}}, {3, 1, 1, {3}}, {3, 1, 2, {3}}, {10, 1, 3, {10}}};
+    static const struct kernel kernel = {{NAME(circle_from_points_block), NAME(circle_from_points_block_uniform),
+        NULL, NULL}, 1, 3, 4, parts};
+    NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
 INLINE void NAME(sphere_from_points)(const REAL *a, const REAL *b, const REAL *c, const REAL *d, REAL *out)
@@ -5356,9 +5644,35 @@ INLINE void NAME(sphere_from_points)(const REAL *a, const REAL *b, const REAL *c
     out[4] = t63;
 }
 
-static INLINE void NAME(sphere_from_points_each)(intptr_t n, char **args, intptr_t s0, intptr_t s1, intptr_t s2,
-    intptr_t s3, intptr_t s4, intptr_t c0a, intptr_t c1a, intptr_t c2a, intptr_t c3a, intptr_t c4a)
+WIDE static void NAME(sphere_from_points_block)(intptr_t n, char **args, const intptr_t *strides)
 {
+    const intptr_t w = sizeof(REAL);
+    const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2], c3a = strides[3], c4a = strides[4];
+    char *a0 = args[0];
+    char *a1 = args[1];
+    char *a2 = args[2];
+    char *a3 = args[3];
+    char *a4 = args[4];
+    ANY_ORDER
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
+        REAL x0[3];
+        REAL x1[3];
+        REAL x2[3];
+        REAL x3[3];
+        REAL x4[5];
+        NAME(load_3)(x0, a0 + i * w, c0a);
+        NAME(load_3)(x1, a1 + i * w, c1a);
+        NAME(load_3)(x2, a2 + i * w, c2a);
+        NAME(load_3)(x3, a3 + i * w, c3a);
+        NAME(sphere_from_points)(x0, x1, x2, x3, x4);
+        NAME(store_5)(a4 + i * w, c4a, x4);
+    }
+}
+
+WIDE static void NAME(sphere_from_points_block_uniform)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2], c3a = strides[3], c4a = strides[4];
     char *a0 = args[0];
     char *a1 = args[1];
     char *a2 = args[2];
@@ -5367,46 +5681,26 @@ static INLINE void NAME(sphere_from_points_each)(intptr_t n, char **args, intptr
     REAL x0[3];
     NAME(load_3)(x0, a0, c0a);
     ANY_ORDER
-    for (intptr_t i = 0; i < n; ++i) {
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
         REAL x1[3];
         REAL x2[3];
         REAL x3[3];
         REAL x4[5];
-        if (s0 != 0)
-            NAME(load_3)(x0, a0 + i * s0, c0a);
-        NAME(load_3)(x1, a1 + i * s1, c1a);
-        NAME(load_3)(x2, a2 + i * s2, c2a);
-        NAME(load_3)(x3, a3 + i * s3, c3a);
+        NAME(load_3)(x1, a1 + i * w, c1a);
+        NAME(load_3)(x2, a2 + i * w, c2a);
+        NAME(load_3)(x3, a3 + i * w, c3a);
         NAME(sphere_from_points)(x0, x1, x2, x3, x4);
-        NAME(store_5)(a4 + i * s4, c4a, x4);
+        NAME(store_5)(a4 + i * w, c4a, x4);
     }
 }
 
-static void NAME(sphere_from_points_any)(intptr_t n, char **args, const intptr_t *steps)
+void NAME(sphere_from_points_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
-    NAME(sphere_from_points_each)(n, args, steps[0], steps[1], steps[2], steps[3], steps[4], steps[5], steps[6],
-        steps[7], steps[8], steps[9]);
-}
-
-WIDE void NAME(sphere_from_points_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
-{
-    const intptr_t n = dimensions[0], w = sizeof(REAL);
-    const intptr_t s0 = steps[0], s1 = steps[1], s2 = steps[2], s3 = steps[3], s4 = steps[4], c0a = steps[5], c1a =
-        steps[6], c2a = steps[7], c3a = steps[8], c4a = steps[9];
-    if (n < 1)
-        return;
-    if (s0 == w && s1 == w && s2 == w && s3 == w && s4 == w)
-        NAME(sphere_from_points_each)(n, args, w, w, w, w, w, c0a, c1a, c2a, c3a, c4a);
-    else if (s0 == 0 && s1 == w && s2 == w && s3 == w && s4 == w)
-        NAME(sphere_from_points_each)(n, args, 0, w, w, w, w, c0a, c1a, c2a, c3a, c4a);
-    else if (s0 == 3 * w && s1 == 3 * w && s2 == 3 * w && s3 == 3 * w && s4 == 5 * w && c0a == w && c1a == w && c2a
-        == w && c3a == w && c4a == w)
-        NAME(sphere_from_points_each)(n, args, 3 * w, 3 * w, 3 * w, 3 * w, 5 * w, w, w, w, w, w);
-    else if (s0 == 0 && s1 == 3 * w && s2 == 3 * w && s3 == 3 * w && s4 == 5 * w && c0a == w && c1a == w && c2a == w
-        && c3a == w && c4a == w)
-        NAME(sphere_from_points_each)(n, args, 0, 3 * w, 3 * w, 3 * w, 5 * w, w, w, w, w, w);
-    else
-        NAME(sphere_from_points_any)(n, args, steps);
+    static const struct part parts[] = {{3, 1, 0, {3}}, {3, 1, 1, {3}}, {3, 1, 2, {3}}, {3, 1, 3, {3}}, {5, 1, 4,
+        {5}}};
+    static const struct kernel kernel = {{NAME(sphere_from_points_block), NAME(sphere_from_points_block_uniform),
+        NULL, NULL}, 1, 4, 5, parts};
+    NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
 INLINE void NAME(line_from_points)(const REAL *a, const REAL *b, REAL *out)
@@ -5437,47 +5731,50 @@ INLINE void NAME(line_from_points)(const REAL *a, const REAL *b, REAL *out)
     out[5] = t11;
 }
 
-static INLINE void NAME(line_from_points_each)(intptr_t n, char **args, intptr_t s0, intptr_t s1, intptr_t s2,
-    intptr_t c0a, intptr_t c1a, intptr_t c2a)
+WIDE static void NAME(line_from_points_block)(intptr_t n, char **args, const intptr_t *strides)
 {
+    const intptr_t w = sizeof(REAL);
+    const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
+    char *a0 = args[0];
+    char *a1 = args[1];
+    char *a2 = args[2];
+    ANY_ORDER
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
+        REAL x0[3];
+        REAL x1[3];
+        REAL x2[6];
+        NAME(load_3)(x0, a0 + i * w, c0a);
+        NAME(load_3)(x1, a1 + i * w, c1a);
+        NAME(line_from_points)(x0, x1, x2);
+        NAME(store_6)(a2 + i * w, c2a, x2);
+    }
+}
+
+WIDE static void NAME(line_from_points_block_uniform)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
     char *a0 = args[0];
     char *a1 = args[1];
     char *a2 = args[2];
     REAL x0[3];
     NAME(load_3)(x0, a0, c0a);
     ANY_ORDER
-    for (intptr_t i = 0; i < n; ++i) {
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
         REAL x1[3];
         REAL x2[6];
-        if (s0 != 0)
-            NAME(load_3)(x0, a0 + i * s0, c0a);
-        NAME(load_3)(x1, a1 + i * s1, c1a);
+        NAME(load_3)(x1, a1 + i * w, c1a);
         NAME(line_from_points)(x0, x1, x2);
-        NAME(store_6)(a2 + i * s2, c2a, x2);
+        NAME(store_6)(a2 + i * w, c2a, x2);
     }
 }
 
-static void NAME(line_from_points_any)(intptr_t n, char **args, const intptr_t *steps)
+void NAME(line_from_points_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
-    NAME(line_from_points_each)(n, args, steps[0], steps[1], steps[2], steps[3], steps[4], steps[5]);
-}
-
-WIDE void NAME(line_from_points_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
-{
-    const intptr_t n = dimensions[0], w = sizeof(REAL);
-    const intptr_t s0 = steps[0], s1 = steps[1], s2 = steps[2], c0a = steps[3], c1a = steps[4], c2a = steps[5];
-    if (n < 1)
-        return;
-    if (s0 == w && s1 == w && s2 == w)
-        NAME(line_from_points_each)(n, args, w, w, w, c0a, c1a, c2a);
-    else if (s0 == 0 && s1 == w && s2 == w)
-        NAME(line_from_points_each)(n, args, 0, w, w, c0a, c1a, c2a);
-    else if (s0 == 3 * w && s1 == 3 * w && s2 == 6 * w && c0a == w && c1a == w && c2a == w)
-        NAME(line_from_points_each)(n, args, 3 * w, 3 * w, 6 * w, w, w, w);
-    else if (s0 == 0 && s1 == 3 * w && s2 == 6 * w && c0a == w && c1a == w && c2a == w)
-        NAME(line_from_points_each)(n, args, 0, 3 * w, 6 * w, w, w, w);
-    else
-        NAME(line_from_points_any)(n, args, steps);
+    static const struct part parts[] = {{3, 1, 0, {3}}, {3, 1, 1, {3}}, {6, 1, 2, {6}}};
+    static const struct kernel kernel = {{NAME(line_from_points_block), NAME(line_from_points_block_uniform), NULL,
+        NULL}, 1, 2, 3, parts};
+    NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
 INLINE void NAME(line_from_point_direction)(const REAL *p, const REAL *d, REAL *out)
@@ -5508,47 +5805,50 @@ INLINE void NAME(line_from_point_direction)(const REAL *p, const REAL *d, REAL *
     out[5] = t11;
 }
 
-static INLINE void NAME(line_from_point_direction_each)(intptr_t n, char **args, intptr_t s0, intptr_t s1, intptr_t
-    s2, intptr_t c0a, intptr_t c1a, intptr_t c2a)
+WIDE static void NAME(line_from_point_direction_block)(intptr_t n, char **args, const intptr_t *strides)
 {
+    const intptr_t w = sizeof(REAL);
+    const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
+    char *a0 = args[0];
+    char *a1 = args[1];
+    char *a2 = args[2];
+    ANY_ORDER
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
+        REAL x0[3];
+        REAL x1[3];
+        REAL x2[6];
+        NAME(load_3)(x0, a0 + i * w, c0a);
+        NAME(load_3)(x1, a1 + i * w, c1a);
+        NAME(line_from_point_direction)(x0, x1, x2);
+        NAME(store_6)(a2 + i * w, c2a, x2);
+    }
+}
+
+WIDE static void NAME(line_from_point_direction_block_uniform)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
     char *a0 = args[0];
     char *a1 = args[1];
     char *a2 = args[2];
     REAL x0[3];
     NAME(load_3)(x0, a0, c0a);
     ANY_ORDER
-    for (intptr_t i = 0; i < n; ++i) {
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
         REAL x1[3];
         REAL x2[6];
-        if (s0 != 0)
-            NAME(load_3)(x0, a0 + i * s0, c0a);
-        NAME(load_3)(x1, a1 + i * s1, c1a);
+        NAME(load_3)(x1, a1 + i * w, c1a);
         NAME(line_from_point_direction)(x0, x1, x2);
-        NAME(store_6)(a2 + i * s2, c2a, x2);
+        NAME(store_6)(a2 + i * w, c2a, x2);
     }
 }
 
-static void NAME(line_from_point_direction_any)(intptr_t n, char **args, const intptr_t *steps)
+void NAME(line_from_point_direction_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
-    NAME(line_from_point_direction_each)(n, args, steps[0], steps[1], steps[2], steps[3], steps[4], steps[5]);
-}
-
-WIDE void NAME(line_from_point_direction_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
-{
-    const intptr_t n = dimensions[0], w = sizeof(REAL);
-    const intptr_t s0 = steps[0], s1 = steps[1], s2 = steps[2], c0a = steps[3], c1a = steps[4], c2a = steps[5];
-    if (n < 1)
-        return;
-    if (s0 == w && s1 == w && s2 == w)
-        NAME(line_from_point_direction_each)(n, args, w, w, w, c0a, c1a, c2a);
-    else if (s0 == 0 && s1 == w && s2 == w)
-        NAME(line_from_point_direction_each)(n, args, 0, w, w, c0a, c1a, c2a);
-    else if (s0 == 3 * w && s1 == 3 * w && s2 == 6 * w && c0a == w && c1a == w && c2a == w)
-        NAME(line_from_point_direction_each)(n, args, 3 * w, 3 * w, 6 * w, w, w, w);
-    else if (s0 == 0 && s1 == 3 * w && s2 == 6 * w && c0a == w && c1a == w && c2a == w)
-        NAME(line_from_point_direction_each)(n, args, 0, 3 * w, 6 * w, w, w, w);
-    else
-        NAME(line_from_point_direction_any)(n, args, steps);
+    static const struct part parts[] = {{3, 1, 0, {3}}, {3, 1, 1, {3}}, {6, 1, 2, {6}}};
+    static const struct kernel kernel = {{NAME(line_from_point_direction_block),
+        NAME(line_from_point_direction_block_uniform), NULL, NULL}, 1, 2, 3, parts};
+    NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
 INLINE void NAME(plane_from_points)(const REAL *a, const REAL *b, const REAL *c, REAL *out)
@@ -5588,9 +5888,32 @@ INLINE void NAME(plane_from_points)(const REAL *a, const REAL *b, const REAL *c,
     out[3] = t6;
 }
 
-static INLINE void NAME(plane_from_points_each)(intptr_t n, char **args, intptr_t s0, intptr_t s1, intptr_t s2,
-    intptr_t s3, intptr_t c0a, intptr_t c1a, intptr_t c2a, intptr_t c3a)
+WIDE static void NAME(plane_from_points_block)(intptr_t n, char **args, const intptr_t *strides)
 {
+    const intptr_t w = sizeof(REAL);
+    const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2], c3a = strides[3];
+    char *a0 = args[0];
+    char *a1 = args[1];
+    char *a2 = args[2];
+    char *a3 = args[3];
+    ANY_ORDER
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
+        REAL x0[3];
+        REAL x1[3];
+        REAL x2[3];
+        REAL x3[4];
+        NAME(load_3)(x0, a0 + i * w, c0a);
+        NAME(load_3)(x1, a1 + i * w, c1a);
+        NAME(load_3)(x2, a2 + i * w, c2a);
+        NAME(plane_from_points)(x0, x1, x2, x3);
+        NAME(store_4)(a3 + i * w, c3a, x3);
+    }
+}
+
+WIDE static void NAME(plane_from_points_block_uniform)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2], c3a = strides[3];
     char *a0 = args[0];
     char *a1 = args[1];
     char *a2 = args[2];
@@ -5598,43 +5921,67 @@ static INLINE void NAME(plane_from_points_each)(intptr_t n, char **args, intptr_
     REAL x0[3];
     NAME(load_3)(x0, a0, c0a);
     ANY_ORDER
-    for (intptr_t i = 0; i < n; ++i) {
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
         REAL x1[3];
         REAL x2[3];
         REAL x3[4];
-        if (s0 != 0)
-            NAME(load_3)(x0, a0 + i * s0, c0a);
-        NAME(load_3)(x1, a1 + i * s1, c1a);
-        NAME(load_3)(x2, a2 + i * s2, c2a);
+        NAME(load_3)(x1, a1 + i * w, c1a);
+        NAME(load_3)(x2, a2 + i * w, c2a);
         NAME(plane_from_points)(x0, x1, x2, x3);
-        NAME(store_4)(a3 + i * s3, c3a, x3);
+        NAME(store_4)(a3 + i * w, c3a, x3);
     }
 }
 
-static void NAME(plane_from_points_any)(intptr_t n, char **args, const intptr_t *steps)
+WIDE static void NAME(plane_from_points_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
-    NAME(plane_from_points_each)(n, args, steps[0], steps[1], steps[2], steps[3], steps[4], steps[5], steps[6],
-        steps[7]);
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    char *a0 = args[0];
+    char *a1 = args[1];
+    char *a2 = args[2];
+    char *a3 = args[3];
+    ANY_ORDER
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
+        REAL x0[3];
+        REAL x1[3];
+        REAL x2[3];
+        REAL x3[4];
+        NAME(load_3)(x0, a0 + i * 3 * w, w);
+        NAME(load_3)(x1, a1 + i * 3 * w, w);
+        NAME(load_3)(x2, a2 + i * 3 * w, w);
+        NAME(plane_from_points)(x0, x1, x2, x3);
+        NAME(store_4)(a3 + i * 4 * w, w, x3);
+    }
 }
 
-WIDE void NAME(plane_from_points_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
+WIDE static void NAME(plane_from_points_dense_uniform)(intptr_t n, char **args, const intptr_t *strides)
 {
-    const intptr_t n = dimensions[0], w = sizeof(REAL);
-    const intptr_t s0 = steps[0], s1 = steps[1], s2 = steps[2], s3 = steps[3], c0a = steps[4], c1a = steps[5], c2a =
-        steps[6], c3a = steps[7];
-    if (n < 1)
-        return;
-    if (s0 == w && s1 == w && s2 == w && s3 == w)
-        NAME(plane_from_points_each)(n, args, w, w, w, w, c0a, c1a, c2a, c3a);
-    else if (s0 == 0 && s1 == w && s2 == w && s3 == w)
-        NAME(plane_from_points_each)(n, args, 0, w, w, w, c0a, c1a, c2a, c3a);
-    else if (s0 == 3 * w && s1 == 3 * w && s2 == 3 * w && s3 == 4 * w && c0a == w && c1a == w && c2a == w && c3a ==
-        w)
-        NAME(plane_from_points_each)(n, args, 3 * w, 3 * w, 3 * w, 4 * w, w, w, w, w);
-    else if (s0 == 0 && s1 == 3 * w && s2 == 3 * w && s3 == 4 * w && c0a == w && c1a == w && c2a == w && c3a == w)
-        NAME(plane_from_points_each)(n, args, 0, 3 * w, 3 * w, 4 * w, w, w, w, w);
-    else
-        NAME(plane_from_points_any)(n, args, steps);
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    char *a0 = args[0];
+    char *a1 = args[1];
+    char *a2 = args[2];
+    char *a3 = args[3];
+    REAL x0[3];
+    NAME(load_3)(x0, a0, w);
+    ANY_ORDER
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
+        REAL x1[3];
+        REAL x2[3];
+        REAL x3[4];
+        NAME(load_3)(x1, a1 + i * 3 * w, w);
+        NAME(load_3)(x2, a2 + i * 3 * w, w);
+        NAME(plane_from_points)(x0, x1, x2, x3);
+        NAME(store_4)(a3 + i * 4 * w, w, x3);
+    }
+}
+
+void NAME(plane_from_points_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
+{
+    static const struct part parts[] = {{3, 1, 0, {3}}, {3, 1, 1, {3}}, {3, 1, 2, {3}}, {4, 1, 3, {4}}};
+    static const struct kernel kernel = {{NAME(plane_from_points_block), NAME(plane_from_points_block_uniform),
+        NAME(plane_from_points_dense), NAME(plane_from_points_dense_uniform)}, 1, 3, 4, parts};
+    NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
 INLINE void NAME(dual_sphere_from_centre)(const REAL *centre, REAL radius, REAL *out)
@@ -5657,47 +6004,50 @@ INLINE void NAME(dual_sphere_from_centre)(const REAL *centre, REAL radius, REAL 
     out[4] = t7;
 }
 
-static INLINE void NAME(dual_sphere_from_centre_each)(intptr_t n, char **args, intptr_t s0, intptr_t s1, intptr_t
-    s2, intptr_t c0a, intptr_t c2a)
+WIDE static void NAME(dual_sphere_from_centre_block)(intptr_t n, char **args, const intptr_t *strides)
 {
+    const intptr_t w = sizeof(REAL);
+    const intptr_t c0a = strides[0], c2a = strides[1];
+    char *a0 = args[0];
+    char *a1 = args[1];
+    char *a2 = args[2];
+    ANY_ORDER
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
+        REAL x0[3];
+        REAL x1[1];
+        REAL x2[5];
+        NAME(load_3)(x0, a0 + i * w, c0a);
+        NAME(load_scalar)(x1, a1 + i * w);
+        NAME(dual_sphere_from_centre)(x0, x1[0], x2);
+        NAME(store_5)(a2 + i * w, c2a, x2);
+    }
+}
+
+WIDE static void NAME(dual_sphere_from_centre_block_uniform)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    const intptr_t c0a = strides[0], c2a = strides[1];
     char *a0 = args[0];
     char *a1 = args[1];
     char *a2 = args[2];
     REAL x1[1];
     NAME(load_scalar)(x1, a1);
     ANY_ORDER
-    for (intptr_t i = 0; i < n; ++i) {
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
         REAL x0[3];
         REAL x2[5];
-        NAME(load_3)(x0, a0 + i * s0, c0a);
-        if (s1 != 0)
-            NAME(load_scalar)(x1, a1 + i * s1);
+        NAME(load_3)(x0, a0 + i * w, c0a);
         NAME(dual_sphere_from_centre)(x0, x1[0], x2);
-        NAME(store_5)(a2 + i * s2, c2a, x2);
+        NAME(store_5)(a2 + i * w, c2a, x2);
     }
 }
 
-static void NAME(dual_sphere_from_centre_any)(intptr_t n, char **args, const intptr_t *steps)
+void NAME(dual_sphere_from_centre_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
-    NAME(dual_sphere_from_centre_each)(n, args, steps[0], steps[1], steps[2], steps[3], steps[4]);
-}
-
-WIDE void NAME(dual_sphere_from_centre_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
-{
-    const intptr_t n = dimensions[0], w = sizeof(REAL);
-    const intptr_t s0 = steps[0], s1 = steps[1], s2 = steps[2], c0a = steps[3], c2a = steps[4];
-    if (n < 1)
-        return;
-    if (s0 == w && s1 == w && s2 == w)
-        NAME(dual_sphere_from_centre_each)(n, args, w, w, w, c0a, c2a);
-    else if (s0 == w && s1 == 0 && s2 == w)
-        NAME(dual_sphere_from_centre_each)(n, args, w, 0, w, c0a, c2a);
-    else if (s0 == 3 * w && s1 == w && s2 == 5 * w && c0a == w && c2a == w)
-        NAME(dual_sphere_from_centre_each)(n, args, 3 * w, w, 5 * w, w, w);
-    else if (s0 == 3 * w && s1 == 0 && s2 == 5 * w && c0a == w && c2a == w)
-        NAME(dual_sphere_from_centre_each)(n, args, 3 * w, 0, 5 * w, w, w);
-    else
-        NAME(dual_sphere_from_centre_any)(n, args, steps);
+    static const struct part parts[] = {{3, 1, 0, {3}}, {1, 0, 1, {0}}, {5, 1, 1, {5}}};
+    static const struct kernel kernel = {{NAME(dual_sphere_from_centre_block),
+        NAME(dual_sphere_from_centre_block_uniform), NULL, NULL}, 2, 2, 3, parts};
+    NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
 INLINE void NAME(dual_sphere_through_point)(const REAL *centre, const REAL *p, REAL *out)
@@ -5726,47 +6076,50 @@ INLINE void NAME(dual_sphere_through_point)(const REAL *centre, const REAL *p, R
     out[4] = t10;
 }
 
-static INLINE void NAME(dual_sphere_through_point_each)(intptr_t n, char **args, intptr_t s0, intptr_t s1, intptr_t
-    s2, intptr_t c0a, intptr_t c1a, intptr_t c2a)
+WIDE static void NAME(dual_sphere_through_point_block)(intptr_t n, char **args, const intptr_t *strides)
 {
+    const intptr_t w = sizeof(REAL);
+    const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
+    char *a0 = args[0];
+    char *a1 = args[1];
+    char *a2 = args[2];
+    ANY_ORDER
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
+        REAL x0[3];
+        REAL x1[3];
+        REAL x2[5];
+        NAME(load_3)(x0, a0 + i * w, c0a);
+        NAME(load_3)(x1, a1 + i * w, c1a);
+        NAME(dual_sphere_through_point)(x0, x1, x2);
+        NAME(store_5)(a2 + i * w, c2a, x2);
+    }
+}
+
+WIDE static void NAME(dual_sphere_through_point_block_uniform)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
     char *a0 = args[0];
     char *a1 = args[1];
     char *a2 = args[2];
     REAL x0[3];
     NAME(load_3)(x0, a0, c0a);
     ANY_ORDER
-    for (intptr_t i = 0; i < n; ++i) {
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
         REAL x1[3];
         REAL x2[5];
-        if (s0 != 0)
-            NAME(load_3)(x0, a0 + i * s0, c0a);
-        NAME(load_3)(x1, a1 + i * s1, c1a);
+        NAME(load_3)(x1, a1 + i * w, c1a);
         NAME(dual_sphere_through_point)(x0, x1, x2);
-        NAME(store_5)(a2 + i * s2, c2a, x2);
+        NAME(store_5)(a2 + i * w, c2a, x2);
     }
 }
 
-static void NAME(dual_sphere_through_point_any)(intptr_t n, char **args, const intptr_t *steps)
+void NAME(dual_sphere_through_point_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
-    NAME(dual_sphere_through_point_each)(n, args, steps[0], steps[1], steps[2], steps[3], steps[4], steps[5]);
-}
-
-WIDE void NAME(dual_sphere_through_point_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
-{
-    const intptr_t n = dimensions[0], w = sizeof(REAL);
-    const intptr_t s0 = steps[0], s1 = steps[1], s2 = steps[2], c0a = steps[3], c1a = steps[4], c2a = steps[5];
-    if (n < 1)
-        return;
-    if (s0 == w && s1 == w && s2 == w)
-        NAME(dual_sphere_through_point_each)(n, args, w, w, w, c0a, c1a, c2a);
-    else if (s0 == 0 && s1 == w && s2 == w)
-        NAME(dual_sphere_through_point_each)(n, args, 0, w, w, c0a, c1a, c2a);
-    else if (s0 == 3 * w && s1 == 3 * w && s2 == 5 * w && c0a == w && c1a == w && c2a == w)
-        NAME(dual_sphere_through_point_each)(n, args, 3 * w, 3 * w, 5 * w, w, w, w);
-    else if (s0 == 0 && s1 == 3 * w && s2 == 5 * w && c0a == w && c1a == w && c2a == w)
-        NAME(dual_sphere_through_point_each)(n, args, 0, 3 * w, 5 * w, w, w, w);
-    else
-        NAME(dual_sphere_through_point_any)(n, args, steps);
+    static const struct part parts[] = {{3, 1, 0, {3}}, {3, 1, 1, {3}}, {5, 1, 2, {5}}};
+    static const struct kernel kernel = {{NAME(dual_sphere_through_point_block),
+        NAME(dual_sphere_through_point_block_uniform), NULL, NULL}, 1, 2, 3, parts};
+    NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
 INLINE void NAME(sphere_from_centre)(const REAL *centre, REAL radius, REAL *out)
@@ -5791,47 +6144,50 @@ INLINE void NAME(sphere_from_centre)(const REAL *centre, REAL radius, REAL *out)
     out[4] = t9;
 }
 
-static INLINE void NAME(sphere_from_centre_each)(intptr_t n, char **args, intptr_t s0, intptr_t s1, intptr_t s2,
-    intptr_t c0a, intptr_t c2a)
+WIDE static void NAME(sphere_from_centre_block)(intptr_t n, char **args, const intptr_t *strides)
 {
+    const intptr_t w = sizeof(REAL);
+    const intptr_t c0a = strides[0], c2a = strides[1];
+    char *a0 = args[0];
+    char *a1 = args[1];
+    char *a2 = args[2];
+    ANY_ORDER
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
+        REAL x0[3];
+        REAL x1[1];
+        REAL x2[5];
+        NAME(load_3)(x0, a0 + i * w, c0a);
+        NAME(load_scalar)(x1, a1 + i * w);
+        NAME(sphere_from_centre)(x0, x1[0], x2);
+        NAME(store_5)(a2 + i * w, c2a, x2);
+    }
+}
+
+WIDE static void NAME(sphere_from_centre_block_uniform)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    const intptr_t c0a = strides[0], c2a = strides[1];
     char *a0 = args[0];
     char *a1 = args[1];
     char *a2 = args[2];
     REAL x1[1];
     NAME(load_scalar)(x1, a1);
     ANY_ORDER
-    for (intptr_t i = 0; i < n; ++i) {
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
         REAL x0[3];
         REAL x2[5];
-        NAME(load_3)(x0, a0 + i * s0, c0a);
-        if (s1 != 0)
-            NAME(load_scalar)(x1, a1 + i * s1);
+        NAME(load_3)(x0, a0 + i * w, c0a);
         NAME(sphere_from_centre)(x0, x1[0], x2);
-        NAME(store_5)(a2 + i * s2, c2a, x2);
+        NAME(store_5)(a2 + i * w, c2a, x2);
     }
 }
 
-static void NAME(sphere_from_centre_any)(intptr_t n, char **args, const intptr_t *steps)
+void NAME(sphere_from_centre_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
-    NAME(sphere_from_centre_each)(n, args, steps[0], steps[1], steps[2], steps[3], steps[4]);
-}
-
-WIDE void NAME(sphere_from_centre_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
-{
-    const intptr_t n = dimensions[0], w = sizeof(REAL);
-    const intptr_t s0 = steps[0], s1 = steps[1], s2 = steps[2], c0a = steps[3], c2a = steps[4];
-    if (n < 1)
-        return;
-    if (s0 == w && s1 == w && s2 == w)
-        NAME(sphere_from_centre_each)(n, args, w, w, w, c0a, c2a);
-    else if (s0 == w && s1 == 0 && s2 == w)
-        NAME(sphere_from_centre_each)(n, args, w, 0, w, c0a, c2a);
-    else if (s0 == 3 * w && s1 == w && s2 == 5 * w && c0a == w && c2a == w)
-        NAME(sphere_from_centre_each)(n, args, 3 * w, w, 5 * w, w, w);
-    else if (s0 == 3 * w && s1 == 0 && s2 == 5 * w && c0a == w && c2a == w)
-        NAME(sphere_from_centre_each)(n, args, 3 * w, 0, 5 * w, w, w);
-    else
-        NAME(sphere_from_centre_any)(n, args, steps);
+    static const struct part parts[] = {{3, 1, 0, {3}}, {1, 0, 1, {0}}, {5, 1, 1, {5}}};
+    static const struct kernel kernel = {{NAME(sphere_from_centre_block), NAME(sphere_from_centre_block_uniform),
+        NULL, NULL}, 2, 2, 3, parts};
+    NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
 INLINE void NAME(dual_plane_from_normal)(const REAL *normal, REAL distance, REAL *out)
@@ -5845,47 +6201,89 @@ INLINE void NAME(dual_plane_from_normal)(const REAL *normal, REAL distance, REAL
     out[3] = distance;
 }
 
-static INLINE void NAME(dual_plane_from_normal_each)(intptr_t n, char **args, intptr_t s0, intptr_t s1, intptr_t s2,
-    intptr_t c0a, intptr_t c2a)
+WIDE static void NAME(dual_plane_from_normal_block)(intptr_t n, char **args, const intptr_t *strides)
 {
+    const intptr_t w = sizeof(REAL);
+    const intptr_t c0a = strides[0], c2a = strides[1];
+    char *a0 = args[0];
+    char *a1 = args[1];
+    char *a2 = args[2];
+    ANY_ORDER
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
+        REAL x0[3];
+        REAL x1[1];
+        REAL x2[4];
+        NAME(load_3)(x0, a0 + i * w, c0a);
+        NAME(load_scalar)(x1, a1 + i * w);
+        NAME(dual_plane_from_normal)(x0, x1[0], x2);
+        NAME(store_4)(a2 + i * w, c2a, x2);
+    }
+}
+
+WIDE static void NAME(dual_plane_from_normal_block_uniform)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    const intptr_t c0a = strides[0], c2a = strides[1];
     char *a0 = args[0];
     char *a1 = args[1];
     char *a2 = args[2];
     REAL x1[1];
     NAME(load_scalar)(x1, a1);
     ANY_ORDER
-    for (intptr_t i = 0; i < n; ++i) {
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
         REAL x0[3];
         REAL x2[4];
-        NAME(load_3)(x0, a0 + i * s0, c0a);
-        if (s1 != 0)
-            NAME(load_scalar)(x1, a1 + i * s1);
+        NAME(load_3)(x0, a0 + i * w, c0a);
         NAME(dual_plane_from_normal)(x0, x1[0], x2);
-        NAME(store_4)(a2 + i * s2, c2a, x2);
+        NAME(store_4)(a2 + i * w, c2a, x2);
     }
 }
 
-static void NAME(dual_plane_from_normal_any)(intptr_t n, char **args, const intptr_t *steps)
+WIDE static void NAME(dual_plane_from_normal_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
-    NAME(dual_plane_from_normal_each)(n, args, steps[0], steps[1], steps[2], steps[3], steps[4]);
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    char *a0 = args[0];
+    char *a1 = args[1];
+    char *a2 = args[2];
+    ANY_ORDER
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
+        REAL x0[3];
+        REAL x1[1];
+        REAL x2[4];
+        NAME(load_3)(x0, a0 + i * 3 * w, w);
+        NAME(load_scalar)(x1, a1 + i * w);
+        NAME(dual_plane_from_normal)(x0, x1[0], x2);
+        NAME(store_4)(a2 + i * 4 * w, w, x2);
+    }
 }
 
-WIDE void NAME(dual_plane_from_normal_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
+WIDE static void NAME(dual_plane_from_normal_dense_uniform)(intptr_t n, char **args, const intptr_t *strides)
 {
-    const intptr_t n = dimensions[0], w = sizeof(REAL);
-    const intptr_t s0 = steps[0], s1 = steps[1], s2 = steps[2], c0a = steps[3], c2a = steps[4];
-    if (n < 1)
-        return;
-    if (s0 == w && s1 == w && s2 == w)
-        NAME(dual_plane_from_normal_each)(n, args, w, w, w, c0a, c2a);
-    else if (s0 == w && s1 == 0 && s2 == w)
-        NAME(dual_plane_from_normal_each)(n, args, w, 0, w, c0a, c2a);
-    else if (s0 == 3 * w && s1 == w && s2 == 4 * w && c0a == w && c2a == w)
-        NAME(dual_plane_from_normal_each)(n, args, 3 * w, w, 4 * w, w, w);
-    else if (s0 == 3 * w && s1 == 0 && s2 == 4 * w && c0a == w && c2a == w)
-        NAME(dual_plane_from_normal_each)(n, args, 3 * w, 0, 4 * w, w, w);
-    else
-        NAME(dual_plane_from_normal_any)(n, args, steps);
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    char *a0 = args[0];
+    char *a1 = args[1];
+    char *a2 = args[2];
+    REAL x1[1];
+    NAME(load_scalar)(x1, a1);
+    ANY_ORDER
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
+        REAL x0[3];
+        REAL x2[4];
+        NAME(load_3)(x0, a0 + i * 3 * w, w);
+        NAME(dual_plane_from_normal)(x0, x1[0], x2);
+        NAME(store_4)(a2 + i * 4 * w, w, x2);
+    }
+}
+
+void NAME(dual_plane_from_normal_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
+{
+    static const struct part parts[] = {{3, 1, 0, {3}}, {1, 0, 1, {0}}, {4, 1, 1, {4}}};
+    static const struct kernel kernel = {{NAME(dual_plane_from_normal_block),
+        NAME(dual_plane_from_normal_block_uniform), NAME(dual_plane_from_normal_dense),
+        NAME(dual_plane_from_normal_dense_uniform)}, 2, 2, 3, parts};
+    NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
 INLINE void NAME(bisector_plane)(const REAL *a, const REAL *b, REAL *out)
@@ -5917,47 +6315,88 @@ INLINE void NAME(bisector_plane)(const REAL *a, const REAL *b, REAL *out)
     out[3] = t14;
 }
 
-static INLINE void NAME(bisector_plane_each)(intptr_t n, char **args, intptr_t s0, intptr_t s1, intptr_t s2,
-    intptr_t c0a, intptr_t c1a, intptr_t c2a)
+WIDE static void NAME(bisector_plane_block)(intptr_t n, char **args, const intptr_t *strides)
 {
+    const intptr_t w = sizeof(REAL);
+    const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
+    char *a0 = args[0];
+    char *a1 = args[1];
+    char *a2 = args[2];
+    ANY_ORDER
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
+        REAL x0[3];
+        REAL x1[3];
+        REAL x2[4];
+        NAME(load_3)(x0, a0 + i * w, c0a);
+        NAME(load_3)(x1, a1 + i * w, c1a);
+        NAME(bisector_plane)(x0, x1, x2);
+        NAME(store_4)(a2 + i * w, c2a, x2);
+    }
+}
+
+WIDE static void NAME(bisector_plane_block_uniform)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
     char *a0 = args[0];
     char *a1 = args[1];
     char *a2 = args[2];
     REAL x0[3];
     NAME(load_3)(x0, a0, c0a);
     ANY_ORDER
-    for (intptr_t i = 0; i < n; ++i) {
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
         REAL x1[3];
         REAL x2[4];
-        if (s0 != 0)
-            NAME(load_3)(x0, a0 + i * s0, c0a);
-        NAME(load_3)(x1, a1 + i * s1, c1a);
+        NAME(load_3)(x1, a1 + i * w, c1a);
         NAME(bisector_plane)(x0, x1, x2);
-        NAME(store_4)(a2 + i * s2, c2a, x2);
+        NAME(store_4)(a2 + i * w, c2a, x2);
     }
 }
 
-static void NAME(bisector_plane_any)(intptr_t n, char **args, const intptr_t *steps)
+WIDE static void NAME(bisector_plane_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
-    NAME(bisector_plane_each)(n, args, steps[0], steps[1], steps[2], steps[3], steps[4], steps[5]);
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    char *a0 = args[0];
+    char *a1 = args[1];
+    char *a2 = args[2];
+    ANY_ORDER
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
+        REAL x0[3];
+        REAL x1[3];
+        REAL x2[4];
+        NAME(load_3)(x0, a0 + i * 3 * w, w);
+        NAME(load_3)(x1, a1 + i * 3 * w, w);
+        NAME(bisector_plane)(x0, x1, x2);
+        NAME(store_4)(a2 + i * 4 * w, w, x2);
+    }
 }
 
-WIDE void NAME(bisector_plane_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
+WIDE static void NAME(bisector_plane_dense_uniform)(intptr_t n, char **args, const intptr_t *strides)
 {
-    const intptr_t n = dimensions[0], w = sizeof(REAL);
-    const intptr_t s0 = steps[0], s1 = steps[1], s2 = steps[2], c0a = steps[3], c1a = steps[4], c2a = steps[5];
-    if (n < 1)
-        return;
-    if (s0 == w && s1 == w && s2 == w)
-        NAME(bisector_plane_each)(n, args, w, w, w, c0a, c1a, c2a);
-    else if (s0 == 0 && s1 == w && s2 == w)
-        NAME(bisector_plane_each)(n, args, 0, w, w, c0a, c1a, c2a);
-    else if (s0 == 3 * w && s1 == 3 * w && s2 == 4 * w && c0a == w && c1a == w && c2a == w)
-        NAME(bisector_plane_each)(n, args, 3 * w, 3 * w, 4 * w, w, w, w);
-    else if (s0 == 0 && s1 == 3 * w && s2 == 4 * w && c0a == w && c1a == w && c2a == w)
-        NAME(bisector_plane_each)(n, args, 0, 3 * w, 4 * w, w, w, w);
-    else
-        NAME(bisector_plane_any)(n, args, steps);
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    char *a0 = args[0];
+    char *a1 = args[1];
+    char *a2 = args[2];
+    REAL x0[3];
+    NAME(load_3)(x0, a0, w);
+    ANY_ORDER
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
+        REAL x1[3];
+        REAL x2[4];
+        NAME(load_3)(x1, a1 + i * 3 * w, w);
+        NAME(bisector_plane)(x0, x1, x2);
+        NAME(store_4)(a2 + i * 4 * w, w, x2);
+    }
+}
+
+void NAME(bisector_plane_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
+{
+    static const struct part parts[] = {{3, 1, 0, {3}}, {3, 1, 1, {3}}, {4, 1, 2, {4}}};
+    static const struct kernel kernel = {{NAME(bisector_plane_block), NAME(bisector_plane_block_uniform),
+        NAME(bisector_plane_dense), NAME(bisector_plane_dense_uniform)}, 1, 2, 3, parts};
+    NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
 INLINE void NAME(sphere_polarity)(const REAL *sphere, REAL *out)
@@ -5977,38 +6416,27 @@ INLINE void NAME(sphere_polarity)(const REAL *sphere, REAL *out)
     out[4] = t2;
 }
 
-static INLINE void NAME(sphere_polarity_each)(intptr_t n, char **args, intptr_t s0, intptr_t s1, intptr_t c0a,
-    intptr_t c1a)
+WIDE static void NAME(sphere_polarity_block)(intptr_t n, char **args, const intptr_t *strides)
 {
+    const intptr_t w = sizeof(REAL);
+    const intptr_t c0a = strides[0], c1a = strides[1];
     char *a0 = args[0];
     char *a1 = args[1];
     ANY_ORDER
-    for (intptr_t i = 0; i < n; ++i) {
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
         REAL x0[5];
         REAL x1[5];
-        NAME(load_5)(x0, a0 + i * s0, c0a);
+        NAME(load_5)(x0, a0 + i * w, c0a);
         NAME(sphere_polarity)(x0, x1);
-        NAME(store_5)(a1 + i * s1, c1a, x1);
+        NAME(store_5)(a1 + i * w, c1a, x1);
     }
 }
 
-static void NAME(sphere_polarity_any)(intptr_t n, char **args, const intptr_t *steps)
+void NAME(sphere_polarity_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
-    NAME(sphere_polarity_each)(n, args, steps[0], steps[1], steps[2], steps[3]);
-}
-
-WIDE void NAME(sphere_polarity_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
-{
-    const intptr_t n = dimensions[0], w = sizeof(REAL);
-    const intptr_t s0 = steps[0], s1 = steps[1], c0a = steps[2], c1a = steps[3];
-    if (n < 1)
-        return;
-    if (s0 == w && s1 == w)
-        NAME(sphere_polarity_each)(n, args, w, w, c0a, c1a);
-    else if (s0 == 5 * w && s1 == 5 * w && c0a == w && c1a == w)
-        NAME(sphere_polarity_each)(n, args, 5 * w, 5 * w, w, w);
-    else
-        NAME(sphere_polarity_any)(n, args, steps);
+    static const struct part parts[] = {{5, 1, 0, {5}}, {5, 1, 1, {5}}};
+    static const struct kernel kernel = {{NAME(sphere_polarity_block), NULL, NULL, NULL}, 0, 1, 2, parts};
+    NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
 INLINE void NAME(plane_polarity)(const REAL *plane, REAL *out)
@@ -6026,38 +6454,44 @@ INLINE void NAME(plane_polarity)(const REAL *plane, REAL *out)
     out[3] = t2;
 }
 
-static INLINE void NAME(plane_polarity_each)(intptr_t n, char **args, intptr_t s0, intptr_t s1, intptr_t c0a,
-    intptr_t c1a)
+WIDE static void NAME(plane_polarity_block)(intptr_t n, char **args, const intptr_t *strides)
 {
+    const intptr_t w = sizeof(REAL);
+    const intptr_t c0a = strides[0], c1a = strides[1];
     char *a0 = args[0];
     char *a1 = args[1];
     ANY_ORDER
-    for (intptr_t i = 0; i < n; ++i) {
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
         REAL x0[4];
         REAL x1[4];
-        NAME(load_4)(x0, a0 + i * s0, c0a);
+        NAME(load_4)(x0, a0 + i * w, c0a);
         NAME(plane_polarity)(x0, x1);
-        NAME(store_4)(a1 + i * s1, c1a, x1);
+        NAME(store_4)(a1 + i * w, c1a, x1);
     }
 }
 
-static void NAME(plane_polarity_any)(intptr_t n, char **args, const intptr_t *steps)
+WIDE static void NAME(plane_polarity_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
-    NAME(plane_polarity_each)(n, args, steps[0], steps[1], steps[2], steps[3]);
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    char *a0 = args[0];
+    char *a1 = args[1];
+    ANY_ORDER
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
+        REAL x0[4];
+        REAL x1[4];
+        NAME(load_4)(x0, a0 + i * 4 * w, w);
+        NAME(plane_polarity)(x0, x1);
+        NAME(store_4)(a1 + i * 4 * w, w, x1);
+    }
 }
 
-WIDE void NAME(plane_polarity_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
+void NAME(plane_polarity_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
-    const intptr_t n = dimensions[0], w = sizeof(REAL);
-    const intptr_t s0 = steps[0], s1 = steps[1], c0a = steps[2], c1a = steps[3];
-    if (n < 1)
-        return;
-    if (s0 == w && s1 == w)
-        NAME(plane_polarity_each)(n, args, w, w, c0a, c1a);
-    else if (s0 == 4 * w && s1 == 4 * w && c0a == w && c1a == w)
-        NAME(plane_polarity_each)(n, args, 4 * w, 4 * w, w, w);
-    else
-        NAME(plane_polarity_any)(n, args, steps);
+    static const struct part parts[] = {{4, 1, 0, {4}}, {4, 1, 1, {4}}};
+    static const struct kernel kernel = {{NAME(plane_polarity_block), NULL, NAME(plane_polarity_dense), NULL}, 0, 1,
+        2, parts};
+    NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
 INLINE void NAME(sphere_centre)(const REAL *sphere, REAL *out)
@@ -6077,38 +6511,27 @@ INLINE void NAME(sphere_centre)(const REAL *sphere, REAL *out)
     out[2] = t5;
 }
 
-static INLINE void NAME(sphere_centre_each)(intptr_t n, char **args, intptr_t s0, intptr_t s1, intptr_t c0a,
-    intptr_t c1a)
+WIDE static void NAME(sphere_centre_block)(intptr_t n, char **args, const intptr_t *strides)
 {
+    const intptr_t w = sizeof(REAL);
+    const intptr_t c0a = strides[0], c1a = strides[1];
     char *a0 = args[0];
     char *a1 = args[1];
     ANY_ORDER
-    for (intptr_t i = 0; i < n; ++i) {
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
         REAL x0[5];
         REAL x1[3];
-        NAME(load_5)(x0, a0 + i * s0, c0a);
+        NAME(load_5)(x0, a0 + i * w, c0a);
         NAME(sphere_centre)(x0, x1);
-        NAME(store_3)(a1 + i * s1, c1a, x1);
+        NAME(store_3)(a1 + i * w, c1a, x1);
     }
 }
 
-static void NAME(sphere_centre_any)(intptr_t n, char **args, const intptr_t *steps)
+void NAME(sphere_centre_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
-    NAME(sphere_centre_each)(n, args, steps[0], steps[1], steps[2], steps[3]);
-}
-
-WIDE void NAME(sphere_centre_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
-{
-    const intptr_t n = dimensions[0], w = sizeof(REAL);
-    const intptr_t s0 = steps[0], s1 = steps[1], c0a = steps[2], c1a = steps[3];
-    if (n < 1)
-        return;
-    if (s0 == w && s1 == w)
-        NAME(sphere_centre_each)(n, args, w, w, c0a, c1a);
-    else if (s0 == 5 * w && s1 == 3 * w && c0a == w && c1a == w)
-        NAME(sphere_centre_each)(n, args, 5 * w, 3 * w, w, w);
-    else
-        NAME(sphere_centre_any)(n, args, steps);
+    static const struct part parts[] = {{5, 1, 0, {5}}, {3, 1, 1, {3}}};
+    static const struct kernel kernel = {{NAME(sphere_centre_block), NULL, NULL, NULL}, 0, 1, 2, parts};
+    NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
 INLINE void NAME(sphere_radius_squared)(const REAL *sphere, REAL *out)
@@ -6133,37 +6556,27 @@ INLINE void NAME(sphere_radius_squared)(const REAL *sphere, REAL *out)
     out[0] = t11;
 }
 
-static INLINE void NAME(sphere_radius_squared_each)(intptr_t n, char **args, intptr_t s0, intptr_t s1, intptr_t c0a)
+WIDE static void NAME(sphere_radius_squared_block)(intptr_t n, char **args, const intptr_t *strides)
 {
+    const intptr_t w = sizeof(REAL);
+    const intptr_t c0a = strides[0];
     char *a0 = args[0];
     char *a1 = args[1];
     ANY_ORDER
-    for (intptr_t i = 0; i < n; ++i) {
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
         REAL x0[5];
         REAL x1[1];
-        NAME(load_5)(x0, a0 + i * s0, c0a);
+        NAME(load_5)(x0, a0 + i * w, c0a);
         NAME(sphere_radius_squared)(x0, x1);
-        NAME(store_scalar)(a1 + i * s1, x1);
+        NAME(store_scalar)(a1 + i * w, x1);
     }
 }
 
-static void NAME(sphere_radius_squared_any)(intptr_t n, char **args, const intptr_t *steps)
+void NAME(sphere_radius_squared_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
-    NAME(sphere_radius_squared_each)(n, args, steps[0], steps[1], steps[2]);
-}
-
-WIDE void NAME(sphere_radius_squared_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
-{
-    const intptr_t n = dimensions[0], w = sizeof(REAL);
-    const intptr_t s0 = steps[0], s1 = steps[1], c0a = steps[2];
-    if (n < 1)
-        return;
-    if (s0 == w && s1 == w)
-        NAME(sphere_radius_squared_each)(n, args, w, w, c0a);
-    else if (s0 == 5 * w && s1 == w && c0a == w)
-        NAME(sphere_radius_squared_each)(n, args, 5 * w, w, w);
-    else
-        NAME(sphere_radius_squared_any)(n, args, steps);
+    static const struct part parts[] = {{5, 1, 0, {5}}, {1, 0, 1, {0}}};
+    static const struct kernel kernel = {{NAME(sphere_radius_squared_block), NULL, NULL, NULL}, 0, 1, 2, parts};
+    NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
 INLINE void NAME(circle_centre)(const REAL *circle, REAL *out)
@@ -6207,38 +6620,27 @@ INLINE void NAME(circle_centre)(const REAL *circle, REAL *out)
     out[2] = t26;
 }
 
-static INLINE void NAME(circle_centre_each)(intptr_t n, char **args, intptr_t s0, intptr_t s1, intptr_t c0a,
-    intptr_t c1a)
+WIDE static void NAME(circle_centre_block)(intptr_t n, char **args, const intptr_t *strides)
 {
+    const intptr_t w = sizeof(REAL);
+    const intptr_t c0a = strides[0], c1a = strides[1];
     char *a0 = args[0];
     char *a1 = args[1];
     ANY_ORDER
-    for (intptr_t i = 0; i < n; ++i) {
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
         REAL x0[10];
         REAL x1[3];
-        NAME(load_10)(x0, a0 + i * s0, c0a);
+        NAME(load_10)(x0, a0 + i * w, c0a);
         NAME(circle_centre)(x0, x1);
-        NAME(store_3)(a1 + i * s1, c1a, x1);
+        NAME(store_3)(a1 + i * w, c1a, x1);
     }
 }
 
-static void NAME(circle_centre_any)(intptr_t n, char **args, const intptr_t *steps)
+void NAME(circle_centre_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
-    NAME(circle_centre_each)(n, args, steps[0], steps[1], steps[2], steps[3]);
-}
-
-WIDE void NAME(circle_centre_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
-{
-    const intptr_t n = dimensions[0], w = sizeof(REAL);
-    const intptr_t s0 = steps[0], s1 = steps[1], c0a = steps[2], c1a = steps[3];
-    if (n < 1)
-        return;
-    if (s0 == w && s1 == w)
-        NAME(circle_centre_each)(n, args, w, w, c0a, c1a);
-    else if (s0 == 10 * w && s1 == 3 * w && c0a == w && c1a == w)
-        NAME(circle_centre_each)(n, args, 10 * w, 3 * w, w, w);
-    else
-        NAME(circle_centre_any)(n, args, steps);
+    static const struct part parts[] = {{10, 1, 0, {10}}, {3, 1, 1, {3}}};
+    static const struct kernel kernel = {{NAME(circle_centre_block), NULL, NULL, NULL}, 0, 1, 2, parts};
+    NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
 INLINE void NAME(circle_radius_squared)(const REAL *circle, REAL *out)
@@ -6277,37 +6679,27 @@ INLINE void NAME(circle_radius_squared)(const REAL *circle, REAL *out)
     out[0] = t20;
 }
 
-static INLINE void NAME(circle_radius_squared_each)(intptr_t n, char **args, intptr_t s0, intptr_t s1, intptr_t c0a)
+WIDE static void NAME(circle_radius_squared_block)(intptr_t n, char **args, const intptr_t *strides)
 {
+    const intptr_t w = sizeof(REAL);
+    const intptr_t c0a = strides[0];
     char *a0 = args[0];
     char *a1 = args[1];
     ANY_ORDER
-    for (intptr_t i = 0; i < n; ++i) {
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
         REAL x0[10];
         REAL x1[1];
-        NAME(load_10)(x0, a0 + i * s0, c0a);
+        NAME(load_10)(x0, a0 + i * w, c0a);
         NAME(circle_radius_squared)(x0, x1);
-        NAME(store_scalar)(a1 + i * s1, x1);
+        NAME(store_scalar)(a1 + i * w, x1);
     }
 }
 
-static void NAME(circle_radius_squared_any)(intptr_t n, char **args, const intptr_t *steps)
+void NAME(circle_radius_squared_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
-    NAME(circle_radius_squared_each)(n, args, steps[0], steps[1], steps[2]);
-}
-
-WIDE void NAME(circle_radius_squared_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
-{
-    const intptr_t n = dimensions[0], w = sizeof(REAL);
-    const intptr_t s0 = steps[0], s1 = steps[1], c0a = steps[2];
-    if (n < 1)
-        return;
-    if (s0 == w && s1 == w)
-        NAME(circle_radius_squared_each)(n, args, w, w, c0a);
-    else if (s0 == 10 * w && s1 == w && c0a == w)
-        NAME(circle_radius_squared_each)(n, args, 10 * w, w, w);
-    else
-        NAME(circle_radius_squared_any)(n, args, steps);
+    static const struct part parts[] = {{10, 1, 0, {10}}, {1, 0, 1, {0}}};
+    static const struct kernel kernel = {{NAME(circle_radius_squared_block), NULL, NULL, NULL}, 0, 1, 2, parts};
+    NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
 INLINE void NAME(circle_plane)(const REAL *circle, REAL *out)
@@ -6322,38 +6714,27 @@ INLINE void NAME(circle_plane)(const REAL *circle, REAL *out)
     out[3] = circle_e230;
 }
 
-static INLINE void NAME(circle_plane_each)(intptr_t n, char **args, intptr_t s0, intptr_t s1, intptr_t c0a, intptr_t
-    c1a)
+WIDE static void NAME(circle_plane_block)(intptr_t n, char **args, const intptr_t *strides)
 {
+    const intptr_t w = sizeof(REAL);
+    const intptr_t c0a = strides[0], c1a = strides[1];
     char *a0 = args[0];
     char *a1 = args[1];
     ANY_ORDER
-    for (intptr_t i = 0; i < n; ++i) {
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
         REAL x0[10];
         REAL x1[4];
-        NAME(load_10)(x0, a0 + i * s0, c0a);
+        NAME(load_10)(x0, a0 + i * w, c0a);
         NAME(circle_plane)(x0, x1);
-        NAME(store_4)(a1 + i * s1, c1a, x1);
+        NAME(store_4)(a1 + i * w, c1a, x1);
     }
 }
 
-static void NAME(circle_plane_any)(intptr_t n, char **args, const intptr_t *steps)
+void NAME(circle_plane_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
-    NAME(circle_plane_each)(n, args, steps[0], steps[1], steps[2], steps[3]);
-}
-
-WIDE void NAME(circle_plane_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
-{
-    const intptr_t n = dimensions[0], w = sizeof(REAL);
-    const intptr_t s0 = steps[0], s1 = steps[1], c0a = steps[2], c1a = steps[3];
-    if (n < 1)
-        return;
-    if (s0 == w && s1 == w)
-        NAME(circle_plane_each)(n, args, w, w, c0a, c1a);
-    else if (s0 == 10 * w && s1 == 4 * w && c0a == w && c1a == w)
-        NAME(circle_plane_each)(n, args, 10 * w, 4 * w, w, w);
-    else
-        NAME(circle_plane_any)(n, args, steps);
+    static const struct part parts[] = {{10, 1, 0, {10}}, {4, 1, 1, {4}}};
+    static const struct kernel kernel = {{NAME(circle_plane_block), NULL, NULL, NULL}, 0, 1, 2, parts};
+    NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
 INLINE void NAME(circle_axis)(const REAL *circle, REAL *out)
@@ -6374,38 +6755,27 @@ INLINE void NAME(circle_axis)(const REAL *circle, REAL *out)
     out[5] = circle_e120;
 }
 
-static INLINE void NAME(circle_axis_each)(intptr_t n, char **args, intptr_t s0, intptr_t s1, intptr_t c0a, intptr_t
-    c1a)
+WIDE static void NAME(circle_axis_block)(intptr_t n, char **args, const intptr_t *strides)
 {
+    const intptr_t w = sizeof(REAL);
+    const intptr_t c0a = strides[0], c1a = strides[1];
     char *a0 = args[0];
     char *a1 = args[1];
     ANY_ORDER
-    for (intptr_t i = 0; i < n; ++i) {
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
         REAL x0[10];
         REAL x1[6];
-        NAME(load_10)(x0, a0 + i * s0, c0a);
+        NAME(load_10)(x0, a0 + i * w, c0a);
         NAME(circle_axis)(x0, x1);
-        NAME(store_6)(a1 + i * s1, c1a, x1);
+        NAME(store_6)(a1 + i * w, c1a, x1);
     }
 }
 
-static void NAME(circle_axis_any)(intptr_t n, char **args, const intptr_t *steps)
+void NAME(circle_axis_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
-    NAME(circle_axis_each)(n, args, steps[0], steps[1], steps[2], steps[3]);
-}
-
-WIDE void NAME(circle_axis_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
-{
-    const intptr_t n = dimensions[0], w = sizeof(REAL);
-    const intptr_t s0 = steps[0], s1 = steps[1], c0a = steps[2], c1a = steps[3];
-    if (n < 1)
-        return;
-    if (s0 == w && s1 == w)
-        NAME(circle_axis_each)(n, args, w, w, c0a, c1a);
-    else if (s0 == 10 * w && s1 == 6 * w && c0a == w && c1a == w)
-        NAME(circle_axis_each)(n, args, 10 * w, 6 * w, w, w);
-    else
-        NAME(circle_axis_any)(n, args, steps);
+    static const struct part parts[] = {{10, 1, 0, {10}}, {6, 1, 1, {6}}};
+    static const struct kernel kernel = {{NAME(circle_axis_block), NULL, NULL, NULL}, 0, 1, 2, parts};
+    NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
 INLINE void NAME(point_pair_centre)(const REAL *pair, REAL *out)
@@ -6450,38 +6820,27 @@ INLINE void NAME(point_pair_centre)(const REAL *pair, REAL *out)
     out[2] = t27;
 }
 
-static INLINE void NAME(point_pair_centre_each)(intptr_t n, char **args, intptr_t s0, intptr_t s1, intptr_t c0a,
-    intptr_t c1a)
+WIDE static void NAME(point_pair_centre_block)(intptr_t n, char **args, const intptr_t *strides)
 {
+    const intptr_t w = sizeof(REAL);
+    const intptr_t c0a = strides[0], c1a = strides[1];
     char *a0 = args[0];
     char *a1 = args[1];
     ANY_ORDER
-    for (intptr_t i = 0; i < n; ++i) {
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
         REAL x0[10];
         REAL x1[3];
-        NAME(load_10)(x0, a0 + i * s0, c0a);
+        NAME(load_10)(x0, a0 + i * w, c0a);
         NAME(point_pair_centre)(x0, x1);
-        NAME(store_3)(a1 + i * s1, c1a, x1);
+        NAME(store_3)(a1 + i * w, c1a, x1);
     }
 }
 
-static void NAME(point_pair_centre_any)(intptr_t n, char **args, const intptr_t *steps)
+void NAME(point_pair_centre_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
-    NAME(point_pair_centre_each)(n, args, steps[0], steps[1], steps[2], steps[3]);
-}
-
-WIDE void NAME(point_pair_centre_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
-{
-    const intptr_t n = dimensions[0], w = sizeof(REAL);
-    const intptr_t s0 = steps[0], s1 = steps[1], c0a = steps[2], c1a = steps[3];
-    if (n < 1)
-        return;
-    if (s0 == w && s1 == w)
-        NAME(point_pair_centre_each)(n, args, w, w, c0a, c1a);
-    else if (s0 == 10 * w && s1 == 3 * w && c0a == w && c1a == w)
-        NAME(point_pair_centre_each)(n, args, 10 * w, 3 * w, w, w);
-    else
-        NAME(point_pair_centre_any)(n, args, steps);
+    static const struct part parts[] = {{10, 1, 0, {10}}, {3, 1, 1, {3}}};
+    static const struct kernel kernel = {{NAME(point_pair_centre_block), NULL, NULL, NULL}, 0, 1, 2, parts};
+    NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
 INLINE void NAME(point_pair_radius_squared)(const REAL *pair, REAL *out)
@@ -6519,38 +6878,27 @@ INLINE void NAME(point_pair_radius_squared)(const REAL *pair, REAL *out)
     out[0] = t19;
 }
 
-static INLINE void NAME(point_pair_radius_squared_each)(intptr_t n, char **args, intptr_t s0, intptr_t s1, intptr_t
-    c0a)
+WIDE static void NAME(point_pair_radius_squared_block)(intptr_t n, char **args, const intptr_t *strides)
 {
+    const intptr_t w = sizeof(REAL);
+    const intptr_t c0a = strides[0];
     char *a0 = args[0];
     char *a1 = args[1];
     ANY_ORDER
-    for (intptr_t i = 0; i < n; ++i) {
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
         REAL x0[10];
         REAL x1[1];
-        NAME(load_10)(x0, a0 + i * s0, c0a);
+        NAME(load_10)(x0, a0 + i * w, c0a);
         NAME(point_pair_radius_squared)(x0, x1);
-        NAME(store_scalar)(a1 + i * s1, x1);
+        NAME(store_scalar)(a1 + i * w, x1);
     }
 }
 
-static void NAME(point_pair_radius_squared_any)(intptr_t n, char **args, const intptr_t *steps)
+void NAME(point_pair_radius_squared_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
-    NAME(point_pair_radius_squared_each)(n, args, steps[0], steps[1], steps[2]);
-}
-
-WIDE void NAME(point_pair_radius_squared_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
-{
-    const intptr_t n = dimensions[0], w = sizeof(REAL);
-    const intptr_t s0 = steps[0], s1 = steps[1], c0a = steps[2];
-    if (n < 1)
-        return;
-    if (s0 == w && s1 == w)
-        NAME(point_pair_radius_squared_each)(n, args, w, w, c0a);
-    else if (s0 == 10 * w && s1 == w && c0a == w)
-        NAME(point_pair_radius_squared_each)(n, args, 10 * w, w, w);
-    else
-        NAME(point_pair_radius_squared_any)(n, args, steps);
+    static const struct part parts[] = {{10, 1, 0, {10}}, {1, 0, 1, {0}}};
+    static const struct kernel kernel = {{NAME(point_pair_radius_squared_block), NULL, NULL, NULL}, 0, 1, 2, parts};
+    NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
 INLINE void NAME(point_pair_points)(const REAL *pair, REAL *out_0, REAL *out_1)
@@ -6626,41 +6974,30 @@ INLINE void NAME(point_pair_points)(const REAL *pair, REAL *out_0, REAL *out_1)
     out_1[2] = t52;
 }
 
-static INLINE void NAME(point_pair_points_each)(intptr_t n, char **args, intptr_t s0, intptr_t s1, intptr_t s2,
-    intptr_t c0a, intptr_t c1a, intptr_t c2a)
+WIDE static void NAME(point_pair_points_block)(intptr_t n, char **args, const intptr_t *strides)
 {
+    const intptr_t w = sizeof(REAL);
+    const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
     char *a0 = args[0];
     char *a1 = args[1];
     char *a2 = args[2];
     ANY_ORDER
-    for (intptr_t i = 0; i < n; ++i) {
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
         REAL x0[10];
         REAL x1[3];
         REAL x2[3];
-        NAME(load_10)(x0, a0 + i * s0, c0a);
+        NAME(load_10)(x0, a0 + i * w, c0a);
         NAME(point_pair_points)(x0, x1, x2);
-        NAME(store_3)(a1 + i * s1, c1a, x1);
-        NAME(store_3)(a2 + i * s2, c2a, x2);
+        NAME(store_3)(a1 + i * w, c1a, x1);
+        NAME(store_3)(a2 + i * w, c2a, x2);
     }
 }
 
-static void NAME(point_pair_points_any)(intptr_t n, char **args, const intptr_t *steps)
+void NAME(point_pair_points_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
-    NAME(point_pair_points_each)(n, args, steps[0], steps[1], steps[2], steps[3], steps[4], steps[5]);
-}
-
-WIDE void NAME(point_pair_points_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
-{
-    const intptr_t n = dimensions[0], w = sizeof(REAL);
-    const intptr_t s0 = steps[0], s1 = steps[1], s2 = steps[2], c0a = steps[3], c1a = steps[4], c2a = steps[5];
-    if (n < 1)
-        return;
-    if (s0 == w && s1 == w && s2 == w)
-        NAME(point_pair_points_each)(n, args, w, w, w, c0a, c1a, c2a);
-    else if (s0 == 10 * w && s1 == 3 * w && s2 == 3 * w && c0a == w && c1a == w && c2a == w)
-        NAME(point_pair_points_each)(n, args, 10 * w, 3 * w, 3 * w, w, w, w);
-    else
-        NAME(point_pair_points_any)(n, args, steps);
+    static const struct part parts[] = {{10, 1, 0, {10}}, {3, 1, 1, {3}}, {3, 1, 2, {3}}};
+    static const struct kernel kernel = {{NAME(point_pair_points_block), NULL, NULL, NULL}, 0, 1, 3, parts};
+    NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
 INLINE void NAME(meet_spheres)(const REAL *a, const REAL *b, REAL *out)
@@ -6717,47 +7054,50 @@ INLINE void NAME(meet_spheres)(const REAL *a, const REAL *b, REAL *out)
     out[9] = t29;
 }
 
-static INLINE void NAME(meet_spheres_each)(intptr_t n, char **args, intptr_t s0, intptr_t s1, intptr_t s2, intptr_t
-    c0a, intptr_t c1a, intptr_t c2a)
+WIDE static void NAME(meet_spheres_block)(intptr_t n, char **args, const intptr_t *strides)
 {
+    const intptr_t w = sizeof(REAL);
+    const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
+    char *a0 = args[0];
+    char *a1 = args[1];
+    char *a2 = args[2];
+    ANY_ORDER
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
+        REAL x0[5];
+        REAL x1[5];
+        REAL x2[10];
+        NAME(load_5)(x0, a0 + i * w, c0a);
+        NAME(load_5)(x1, a1 + i * w, c1a);
+        NAME(meet_spheres)(x0, x1, x2);
+        NAME(store_10)(a2 + i * w, c2a, x2);
+    }
+}
+
+WIDE static void NAME(meet_spheres_block_uniform)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
     char *a0 = args[0];
     char *a1 = args[1];
     char *a2 = args[2];
     REAL x0[5];
     NAME(load_5)(x0, a0, c0a);
     ANY_ORDER
-    for (intptr_t i = 0; i < n; ++i) {
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
         REAL x1[5];
         REAL x2[10];
-        if (s0 != 0)
-            NAME(load_5)(x0, a0 + i * s0, c0a);
-        NAME(load_5)(x1, a1 + i * s1, c1a);
+        NAME(load_5)(x1, a1 + i * w, c1a);
         NAME(meet_spheres)(x0, x1, x2);
-        NAME(store_10)(a2 + i * s2, c2a, x2);
+        NAME(store_10)(a2 + i * w, c2a, x2);
     }
 }
 
-static void NAME(meet_spheres_any)(intptr_t n, char **args, const intptr_t *steps)
+void NAME(meet_spheres_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
-    NAME(meet_spheres_each)(n, args, steps[0], steps[1], steps[2], steps[3], steps[4], steps[5]);
-}
-
-WIDE void NAME(meet_spheres_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
-{
-    const intptr_t n = dimensions[0], w = sizeof(REAL);
-    const intptr_t s0 = steps[0], s1 = steps[1], s2 = steps[2], c0a = steps[3], c1a = steps[4], c2a = steps[5];
-    if (n < 1)
-        return;
-    if (s0 == w && s1 == w && s2 == w)
-        NAME(meet_spheres_each)(n, args, w, w, w, c0a, c1a, c2a);
-    else if (s0 == 0 && s1 == w && s2 == w)
-        NAME(meet_spheres_each)(n, args, 0, w, w, c0a, c1a, c2a);
-    else if (s0 == 5 * w && s1 == 5 * w && s2 == 10 * w && c0a == w && c1a == w && c2a == w)
-        NAME(meet_spheres_each)(n, args, 5 * w, 5 * w, 10 * w, w, w, w);
-    else if (s0 == 0 && s1 == 5 * w && s2 == 10 * w && c0a == w && c1a == w && c2a == w)
-        NAME(meet_spheres_each)(n, args, 0, 5 * w, 10 * w, w, w, w);
-    else
-        NAME(meet_spheres_any)(n, args, steps);
+    static const struct part parts[] = {{5, 1, 0, {5}}, {5, 1, 1, {5}}, {10, 1, 2, {10}}};
+    static const struct kernel kernel = {{NAME(meet_spheres_block), NAME(meet_spheres_block_uniform), NULL, NULL},
+        1, 2, 3, parts};
+    NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
 INLINE void NAME(meet_sphere_plane)(const REAL *sphere, const REAL *plane, REAL *out)
@@ -6809,47 +7149,50 @@ INLINE void NAME(meet_sphere_plane)(const REAL *sphere, const REAL *plane, REAL 
     out[9] = t25;
 }
 
-static INLINE void NAME(meet_sphere_plane_each)(intptr_t n, char **args, intptr_t s0, intptr_t s1, intptr_t s2,
-    intptr_t c0a, intptr_t c1a, intptr_t c2a)
+WIDE static void NAME(meet_sphere_plane_block)(intptr_t n, char **args, const intptr_t *strides)
 {
+    const intptr_t w = sizeof(REAL);
+    const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
+    char *a0 = args[0];
+    char *a1 = args[1];
+    char *a2 = args[2];
+    ANY_ORDER
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
+        REAL x0[5];
+        REAL x1[4];
+        REAL x2[10];
+        NAME(load_5)(x0, a0 + i * w, c0a);
+        NAME(load_4)(x1, a1 + i * w, c1a);
+        NAME(meet_sphere_plane)(x0, x1, x2);
+        NAME(store_10)(a2 + i * w, c2a, x2);
+    }
+}
+
+WIDE static void NAME(meet_sphere_plane_block_uniform)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
     char *a0 = args[0];
     char *a1 = args[1];
     char *a2 = args[2];
     REAL x0[5];
     NAME(load_5)(x0, a0, c0a);
     ANY_ORDER
-    for (intptr_t i = 0; i < n; ++i) {
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
         REAL x1[4];
         REAL x2[10];
-        if (s0 != 0)
-            NAME(load_5)(x0, a0 + i * s0, c0a);
-        NAME(load_4)(x1, a1 + i * s1, c1a);
+        NAME(load_4)(x1, a1 + i * w, c1a);
         NAME(meet_sphere_plane)(x0, x1, x2);
-        NAME(store_10)(a2 + i * s2, c2a, x2);
+        NAME(store_10)(a2 + i * w, c2a, x2);
     }
 }
 
-static void NAME(meet_sphere_plane_any)(intptr_t n, char **args, const intptr_t *steps)
+void NAME(meet_sphere_plane_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
-    NAME(meet_sphere_plane_each)(n, args, steps[0], steps[1], steps[2], steps[3], steps[4], steps[5]);
-}
-
-WIDE void NAME(meet_sphere_plane_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
-{
-    const intptr_t n = dimensions[0], w = sizeof(REAL);
-    const intptr_t s0 = steps[0], s1 = steps[1], s2 = steps[2], c0a = steps[3], c1a = steps[4], c2a = steps[5];
-    if (n < 1)
-        return;
-    if (s0 == w && s1 == w && s2 == w)
-        NAME(meet_sphere_plane_each)(n, args, w, w, w, c0a, c1a, c2a);
-    else if (s0 == 0 && s1 == w && s2 == w)
-        NAME(meet_sphere_plane_each)(n, args, 0, w, w, c0a, c1a, c2a);
-    else if (s0 == 5 * w && s1 == 4 * w && s2 == 10 * w && c0a == w && c1a == w && c2a == w)
-        NAME(meet_sphere_plane_each)(n, args, 5 * w, 4 * w, 10 * w, w, w, w);
-    else if (s0 == 0 && s1 == 4 * w && s2 == 10 * w && c0a == w && c1a == w && c2a == w)
-        NAME(meet_sphere_plane_each)(n, args, 0, 4 * w, 10 * w, w, w, w);
-    else
-        NAME(meet_sphere_plane_any)(n, args, steps);
+    static const struct part parts[] = {{5, 1, 0, {5}}, {4, 1, 1, {4}}, {10, 1, 2, {10}}};
+    static const struct kernel kernel = {{NAME(meet_sphere_plane_block), NAME(meet_sphere_plane_block_uniform),
+        NULL, NULL}, 1, 2, 3, parts};
+    NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
 INLINE void NAME(meet_three_spheres)(const REAL *a, const REAL *b, const REAL *c, REAL *out)
@@ -6962,9 +7305,32 @@ INLINE void NAME(meet_three_spheres)(const REAL *a, const REAL *b, const REAL *c
     out[9] = t80;
 }
 
-static INLINE void NAME(meet_three_spheres_each)(intptr_t n, char **args, intptr_t s0, intptr_t s1, intptr_t s2,
-    intptr_t s3, intptr_t c0a, intptr_t c1a, intptr_t c2a, intptr_t c3a)
+WIDE static void NAME(meet_three_spheres_block)(intptr_t n, char **args, const intptr_t *strides)
 {
+    const intptr_t w = sizeof(REAL);
+    const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2], c3a = strides[3];
+    char *a0 = args[0];
+    char *a1 = args[1];
+    char *a2 = args[2];
+    char *a3 = args[3];
+    ANY_ORDER
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
+        REAL x0[5];
+        REAL x1[5];
+        REAL x2[5];
+        REAL x3[10];
+        NAME(load_5)(x0, a0 + i * w, c0a);
+        NAME(load_5)(x1, a1 + i * w, c1a);
+        NAME(load_5)(x2, a2 + i * w, c2a);
+        NAME(meet_three_spheres)(x0, x1, x2, x3);
+        NAME(store_10)(a3 + i * w, c3a, x3);
+    }
+}
+
+WIDE static void NAME(meet_three_spheres_block_uniform)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2], c3a = strides[3];
     char *a0 = args[0];
     char *a1 = args[1];
     char *a2 = args[2];
@@ -6972,43 +7338,23 @@ static INLINE void NAME(meet_three_spheres_each)(intptr_t n, char **args, intptr
     REAL x0[5];
     NAME(load_5)(x0, a0, c0a);
     ANY_ORDER
-    for (intptr_t i = 0; i < n; ++i) {
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
         REAL x1[5];
         REAL x2[5];
         REAL x3[10];
-        if (s0 != 0)
-            NAME(load_5)(x0, a0 + i * s0, c0a);
-        NAME(load_5)(x1, a1 + i * s1, c1a);
-        NAME(load_5)(x2, a2 + i * s2, c2a);
+        NAME(load_5)(x1, a1 + i * w, c1a);
+        NAME(load_5)(x2, a2 + i * w, c2a);
         NAME(meet_three_spheres)(x0, x1, x2, x3);
-        NAME(store_10)(a3 + i * s3, c3a, x3);
+        NAME(store_10)(a3 + i * w, c3a, x3);
     }
 }
 
-static void NAME(meet_three_spheres_any)(intptr_t n, char **args, const intptr_t *steps)
+void NAME(meet_three_spheres_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
-    NAME(meet_three_spheres_each)(n, args, steps[0], steps[1], steps[2], steps[3], steps[4], steps[5], steps[6],
-        steps[7]);
-}
-
-WIDE void NAME(meet_three_spheres_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
-{
-    const intptr_t n = dimensions[0], w = sizeof(REAL);
-    const intptr_t s0 = steps[0], s1 = steps[1], s2 = steps[2], s3 = steps[3], c0a = steps[4], c1a = steps[5], c2a =
-        steps[6], c3a = steps[7];
-    if (n < 1)
-        return;
-    if (s0 == w && s1 == w && s2 == w && s3 == w)
-        NAME(meet_three_spheres_each)(n, args, w, w, w, w, c0a, c1a, c2a, c3a);
-    else if (s0 == 0 && s1 == w && s2 == w && s3 == w)
-        NAME(meet_three_spheres_each)(n, args, 0, w, w, w, c0a, c1a, c2a, c3a);
-    else if (s0 == 5 * w && s1 == 5 * w && s2 == 5 * w && s3 == 10 * w && c0a == w && c1a == w && c2a == w && c3a ==
-        w)
-        NAME(meet_three_spheres_each)(n, args, 5 * w, 5 * w, 5 * w, 10 * w, w, w, w, w);
-    else if (s0 == 0 && s1 == 5 * w && s2 == 5 * w && s3 == 10 * w && c0a == w && c1a == w && c2a == w && c3a == w)
-        NAME(meet_three_spheres_each)(n, args, 0, 5 * w, 5 * w, 10 * w, w, w, w, w);
-    else
-        NAME(meet_three_spheres_any)(n, args, steps);
+    static const struct part parts[] = {{5, 1, 0, {5}}, {5, 1, 1, {5}}, {5, 1, 2, {5}}, {10, 1, 3, {10}}};
+    static const struct kernel kernel = {{NAME(meet_three_spheres_block), NAME(meet_three_spheres_block_uniform),
+        NULL, NULL}, 1, 3, 4, parts};
+    NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
 INLINE void NAME(meet_line_sphere)(const REAL *line, const REAL *sphere, REAL *out)
@@ -7070,47 +7416,50 @@ INLINE void NAME(meet_line_sphere)(const REAL *line, const REAL *sphere, REAL *o
     out[9] = t33;
 }
 
-static INLINE void NAME(meet_line_sphere_each)(intptr_t n, char **args, intptr_t s0, intptr_t s1, intptr_t s2,
-    intptr_t c0a, intptr_t c1a, intptr_t c2a)
+WIDE static void NAME(meet_line_sphere_block)(intptr_t n, char **args, const intptr_t *strides)
 {
+    const intptr_t w = sizeof(REAL);
+    const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
+    char *a0 = args[0];
+    char *a1 = args[1];
+    char *a2 = args[2];
+    ANY_ORDER
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
+        REAL x0[6];
+        REAL x1[5];
+        REAL x2[10];
+        NAME(load_6)(x0, a0 + i * w, c0a);
+        NAME(load_5)(x1, a1 + i * w, c1a);
+        NAME(meet_line_sphere)(x0, x1, x2);
+        NAME(store_10)(a2 + i * w, c2a, x2);
+    }
+}
+
+WIDE static void NAME(meet_line_sphere_block_uniform)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
     char *a0 = args[0];
     char *a1 = args[1];
     char *a2 = args[2];
     REAL x0[6];
     NAME(load_6)(x0, a0, c0a);
     ANY_ORDER
-    for (intptr_t i = 0; i < n; ++i) {
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
         REAL x1[5];
         REAL x2[10];
-        if (s0 != 0)
-            NAME(load_6)(x0, a0 + i * s0, c0a);
-        NAME(load_5)(x1, a1 + i * s1, c1a);
+        NAME(load_5)(x1, a1 + i * w, c1a);
         NAME(meet_line_sphere)(x0, x1, x2);
-        NAME(store_10)(a2 + i * s2, c2a, x2);
+        NAME(store_10)(a2 + i * w, c2a, x2);
     }
 }
 
-static void NAME(meet_line_sphere_any)(intptr_t n, char **args, const intptr_t *steps)
+void NAME(meet_line_sphere_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
-    NAME(meet_line_sphere_each)(n, args, steps[0], steps[1], steps[2], steps[3], steps[4], steps[5]);
-}
-
-WIDE void NAME(meet_line_sphere_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
-{
-    const intptr_t n = dimensions[0], w = sizeof(REAL);
-    const intptr_t s0 = steps[0], s1 = steps[1], s2 = steps[2], c0a = steps[3], c1a = steps[4], c2a = steps[5];
-    if (n < 1)
-        return;
-    if (s0 == w && s1 == w && s2 == w)
-        NAME(meet_line_sphere_each)(n, args, w, w, w, c0a, c1a, c2a);
-    else if (s0 == 0 && s1 == w && s2 == w)
-        NAME(meet_line_sphere_each)(n, args, 0, w, w, c0a, c1a, c2a);
-    else if (s0 == 6 * w && s1 == 5 * w && s2 == 10 * w && c0a == w && c1a == w && c2a == w)
-        NAME(meet_line_sphere_each)(n, args, 6 * w, 5 * w, 10 * w, w, w, w);
-    else if (s0 == 0 && s1 == 5 * w && s2 == 10 * w && c0a == w && c1a == w && c2a == w)
-        NAME(meet_line_sphere_each)(n, args, 0, 5 * w, 10 * w, w, w, w);
-    else
-        NAME(meet_line_sphere_any)(n, args, steps);
+    static const struct part parts[] = {{6, 1, 0, {6}}, {5, 1, 1, {5}}, {10, 1, 2, {10}}};
+    static const struct kernel kernel = {{NAME(meet_line_sphere_block), NAME(meet_line_sphere_block_uniform), NULL,
+        NULL}, 1, 2, 3, parts};
+    NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
 INLINE void NAME(meet_circle_plane)(const REAL *circle, const REAL *plane, REAL *out)
@@ -7181,47 +7530,50 @@ INLINE void NAME(meet_circle_plane)(const REAL *circle, const REAL *plane, REAL 
     out[9] = t39;
 }
 
-static INLINE void NAME(meet_circle_plane_each)(intptr_t n, char **args, intptr_t s0, intptr_t s1, intptr_t s2,
-    intptr_t c0a, intptr_t c1a, intptr_t c2a)
+WIDE static void NAME(meet_circle_plane_block)(intptr_t n, char **args, const intptr_t *strides)
 {
+    const intptr_t w = sizeof(REAL);
+    const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
+    char *a0 = args[0];
+    char *a1 = args[1];
+    char *a2 = args[2];
+    ANY_ORDER
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
+        REAL x0[10];
+        REAL x1[4];
+        REAL x2[10];
+        NAME(load_10)(x0, a0 + i * w, c0a);
+        NAME(load_4)(x1, a1 + i * w, c1a);
+        NAME(meet_circle_plane)(x0, x1, x2);
+        NAME(store_10)(a2 + i * w, c2a, x2);
+    }
+}
+
+WIDE static void NAME(meet_circle_plane_block_uniform)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
     char *a0 = args[0];
     char *a1 = args[1];
     char *a2 = args[2];
     REAL x0[10];
     NAME(load_10)(x0, a0, c0a);
     ANY_ORDER
-    for (intptr_t i = 0; i < n; ++i) {
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
         REAL x1[4];
         REAL x2[10];
-        if (s0 != 0)
-            NAME(load_10)(x0, a0 + i * s0, c0a);
-        NAME(load_4)(x1, a1 + i * s1, c1a);
+        NAME(load_4)(x1, a1 + i * w, c1a);
         NAME(meet_circle_plane)(x0, x1, x2);
-        NAME(store_10)(a2 + i * s2, c2a, x2);
+        NAME(store_10)(a2 + i * w, c2a, x2);
     }
 }
 
-static void NAME(meet_circle_plane_any)(intptr_t n, char **args, const intptr_t *steps)
+void NAME(meet_circle_plane_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
-    NAME(meet_circle_plane_each)(n, args, steps[0], steps[1], steps[2], steps[3], steps[4], steps[5]);
-}
-
-WIDE void NAME(meet_circle_plane_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
-{
-    const intptr_t n = dimensions[0], w = sizeof(REAL);
-    const intptr_t s0 = steps[0], s1 = steps[1], s2 = steps[2], c0a = steps[3], c1a = steps[4], c2a = steps[5];
-    if (n < 1)
-        return;
-    if (s0 == w && s1 == w && s2 == w)
-        NAME(meet_circle_plane_each)(n, args, w, w, w, c0a, c1a, c2a);
-    else if (s0 == 0 && s1 == w && s2 == w)
-        NAME(meet_circle_plane_each)(n, args, 0, w, w, c0a, c1a, c2a);
-    else if (s0 == 10 * w && s1 == 4 * w && s2 == 10 * w && c0a == w && c1a == w && c2a == w)
-        NAME(meet_circle_plane_each)(n, args, 10 * w, 4 * w, 10 * w, w, w, w);
-    else if (s0 == 0 && s1 == 4 * w && s2 == 10 * w && c0a == w && c1a == w && c2a == w)
-        NAME(meet_circle_plane_each)(n, args, 0, 4 * w, 10 * w, w, w, w);
-    else
-        NAME(meet_circle_plane_any)(n, args, steps);
+    static const struct part parts[] = {{10, 1, 0, {10}}, {4, 1, 1, {4}}, {10, 1, 2, {10}}};
+    static const struct kernel kernel = {{NAME(meet_circle_plane_block), NAME(meet_circle_plane_block_uniform),
+        NULL, NULL}, 1, 2, 3, parts};
+    NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
 INLINE void NAME(meet_circle_sphere)(const REAL *circle, const REAL *sphere, REAL *out)
@@ -7309,47 +7661,50 @@ INLINE void NAME(meet_circle_sphere)(const REAL *circle, const REAL *sphere, REA
     out[9] = t55;
 }
 
-static INLINE void NAME(meet_circle_sphere_each)(intptr_t n, char **args, intptr_t s0, intptr_t s1, intptr_t s2,
-    intptr_t c0a, intptr_t c1a, intptr_t c2a)
+WIDE static void NAME(meet_circle_sphere_block)(intptr_t n, char **args, const intptr_t *strides)
 {
+    const intptr_t w = sizeof(REAL);
+    const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
+    char *a0 = args[0];
+    char *a1 = args[1];
+    char *a2 = args[2];
+    ANY_ORDER
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
+        REAL x0[10];
+        REAL x1[5];
+        REAL x2[10];
+        NAME(load_10)(x0, a0 + i * w, c0a);
+        NAME(load_5)(x1, a1 + i * w, c1a);
+        NAME(meet_circle_sphere)(x0, x1, x2);
+        NAME(store_10)(a2 + i * w, c2a, x2);
+    }
+}
+
+WIDE static void NAME(meet_circle_sphere_block_uniform)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
     char *a0 = args[0];
     char *a1 = args[1];
     char *a2 = args[2];
     REAL x0[10];
     NAME(load_10)(x0, a0, c0a);
     ANY_ORDER
-    for (intptr_t i = 0; i < n; ++i) {
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
         REAL x1[5];
         REAL x2[10];
-        if (s0 != 0)
-            NAME(load_10)(x0, a0 + i * s0, c0a);
-        NAME(load_5)(x1, a1 + i * s1, c1a);
+        NAME(load_5)(x1, a1 + i * w, c1a);
         NAME(meet_circle_sphere)(x0, x1, x2);
-        NAME(store_10)(a2 + i * s2, c2a, x2);
+        NAME(store_10)(a2 + i * w, c2a, x2);
     }
 }
 
-static void NAME(meet_circle_sphere_any)(intptr_t n, char **args, const intptr_t *steps)
+void NAME(meet_circle_sphere_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
-    NAME(meet_circle_sphere_each)(n, args, steps[0], steps[1], steps[2], steps[3], steps[4], steps[5]);
-}
-
-WIDE void NAME(meet_circle_sphere_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
-{
-    const intptr_t n = dimensions[0], w = sizeof(REAL);
-    const intptr_t s0 = steps[0], s1 = steps[1], s2 = steps[2], c0a = steps[3], c1a = steps[4], c2a = steps[5];
-    if (n < 1)
-        return;
-    if (s0 == w && s1 == w && s2 == w)
-        NAME(meet_circle_sphere_each)(n, args, w, w, w, c0a, c1a, c2a);
-    else if (s0 == 0 && s1 == w && s2 == w)
-        NAME(meet_circle_sphere_each)(n, args, 0, w, w, c0a, c1a, c2a);
-    else if (s0 == 10 * w && s1 == 5 * w && s2 == 10 * w && c0a == w && c1a == w && c2a == w)
-        NAME(meet_circle_sphere_each)(n, args, 10 * w, 5 * w, 10 * w, w, w, w);
-    else if (s0 == 0 && s1 == 5 * w && s2 == 10 * w && c0a == w && c1a == w && c2a == w)
-        NAME(meet_circle_sphere_each)(n, args, 0, 5 * w, 10 * w, w, w, w);
-    else
-        NAME(meet_circle_sphere_any)(n, args, steps);
+    static const struct part parts[] = {{10, 1, 0, {10}}, {5, 1, 1, {5}}, {10, 1, 2, {10}}};
+    static const struct kernel kernel = {{NAME(meet_circle_sphere_block), NAME(meet_circle_sphere_block_uniform),
+        NULL, NULL}, 1, 2, 3, parts};
+    NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
 INLINE void NAME(meet_planes)(const REAL *a, const REAL *b, REAL *out)
@@ -7388,47 +7743,50 @@ INLINE void NAME(meet_planes)(const REAL *a, const REAL *b, REAL *out)
     out[5] = t17;
 }
 
-static INLINE void NAME(meet_planes_each)(intptr_t n, char **args, intptr_t s0, intptr_t s1, intptr_t s2, intptr_t
-    c0a, intptr_t c1a, intptr_t c2a)
+WIDE static void NAME(meet_planes_block)(intptr_t n, char **args, const intptr_t *strides)
 {
+    const intptr_t w = sizeof(REAL);
+    const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
+    char *a0 = args[0];
+    char *a1 = args[1];
+    char *a2 = args[2];
+    ANY_ORDER
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
+        REAL x0[4];
+        REAL x1[4];
+        REAL x2[6];
+        NAME(load_4)(x0, a0 + i * w, c0a);
+        NAME(load_4)(x1, a1 + i * w, c1a);
+        NAME(meet_planes)(x0, x1, x2);
+        NAME(store_6)(a2 + i * w, c2a, x2);
+    }
+}
+
+WIDE static void NAME(meet_planes_block_uniform)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
     char *a0 = args[0];
     char *a1 = args[1];
     char *a2 = args[2];
     REAL x0[4];
     NAME(load_4)(x0, a0, c0a);
     ANY_ORDER
-    for (intptr_t i = 0; i < n; ++i) {
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
         REAL x1[4];
         REAL x2[6];
-        if (s0 != 0)
-            NAME(load_4)(x0, a0 + i * s0, c0a);
-        NAME(load_4)(x1, a1 + i * s1, c1a);
+        NAME(load_4)(x1, a1 + i * w, c1a);
         NAME(meet_planes)(x0, x1, x2);
-        NAME(store_6)(a2 + i * s2, c2a, x2);
+        NAME(store_6)(a2 + i * w, c2a, x2);
     }
 }
 
-static void NAME(meet_planes_any)(intptr_t n, char **args, const intptr_t *steps)
+void NAME(meet_planes_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
-    NAME(meet_planes_each)(n, args, steps[0], steps[1], steps[2], steps[3], steps[4], steps[5]);
-}
-
-WIDE void NAME(meet_planes_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
-{
-    const intptr_t n = dimensions[0], w = sizeof(REAL);
-    const intptr_t s0 = steps[0], s1 = steps[1], s2 = steps[2], c0a = steps[3], c1a = steps[4], c2a = steps[5];
-    if (n < 1)
-        return;
-    if (s0 == w && s1 == w && s2 == w)
-        NAME(meet_planes_each)(n, args, w, w, w, c0a, c1a, c2a);
-    else if (s0 == 0 && s1 == w && s2 == w)
-        NAME(meet_planes_each)(n, args, 0, w, w, c0a, c1a, c2a);
-    else if (s0 == 4 * w && s1 == 4 * w && s2 == 6 * w && c0a == w && c1a == w && c2a == w)
-        NAME(meet_planes_each)(n, args, 4 * w, 4 * w, 6 * w, w, w, w);
-    else if (s0 == 0 && s1 == 4 * w && s2 == 6 * w && c0a == w && c1a == w && c2a == w)
-        NAME(meet_planes_each)(n, args, 0, 4 * w, 6 * w, w, w, w);
-    else
-        NAME(meet_planes_any)(n, args, steps);
+    static const struct part parts[] = {{4, 1, 0, {4}}, {4, 1, 1, {4}}, {6, 1, 2, {6}}};
+    static const struct kernel kernel = {{NAME(meet_planes_block), NAME(meet_planes_block_uniform), NULL, NULL}, 1,
+        2, 3, parts};
+    NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
 INLINE void NAME(meet_line_plane)(const REAL *line, const REAL *plane, REAL *out)
@@ -7472,47 +7830,50 @@ INLINE void NAME(meet_line_plane)(const REAL *line, const REAL *plane, REAL *out
     out[2] = t23;
 }
 
-static INLINE void NAME(meet_line_plane_each)(intptr_t n, char **args, intptr_t s0, intptr_t s1, intptr_t s2,
-    intptr_t c0a, intptr_t c1a, intptr_t c2a)
+WIDE static void NAME(meet_line_plane_block)(intptr_t n, char **args, const intptr_t *strides)
 {
+    const intptr_t w = sizeof(REAL);
+    const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
+    char *a0 = args[0];
+    char *a1 = args[1];
+    char *a2 = args[2];
+    ANY_ORDER
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
+        REAL x0[6];
+        REAL x1[4];
+        REAL x2[3];
+        NAME(load_6)(x0, a0 + i * w, c0a);
+        NAME(load_4)(x1, a1 + i * w, c1a);
+        NAME(meet_line_plane)(x0, x1, x2);
+        NAME(store_3)(a2 + i * w, c2a, x2);
+    }
+}
+
+WIDE static void NAME(meet_line_plane_block_uniform)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
     char *a0 = args[0];
     char *a1 = args[1];
     char *a2 = args[2];
     REAL x0[6];
     NAME(load_6)(x0, a0, c0a);
     ANY_ORDER
-    for (intptr_t i = 0; i < n; ++i) {
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
         REAL x1[4];
         REAL x2[3];
-        if (s0 != 0)
-            NAME(load_6)(x0, a0 + i * s0, c0a);
-        NAME(load_4)(x1, a1 + i * s1, c1a);
+        NAME(load_4)(x1, a1 + i * w, c1a);
         NAME(meet_line_plane)(x0, x1, x2);
-        NAME(store_3)(a2 + i * s2, c2a, x2);
+        NAME(store_3)(a2 + i * w, c2a, x2);
     }
 }
 
-static void NAME(meet_line_plane_any)(intptr_t n, char **args, const intptr_t *steps)
+void NAME(meet_line_plane_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
-    NAME(meet_line_plane_each)(n, args, steps[0], steps[1], steps[2], steps[3], steps[4], steps[5]);
-}
-
-WIDE void NAME(meet_line_plane_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
-{
-    const intptr_t n = dimensions[0], w = sizeof(REAL);
-    const intptr_t s0 = steps[0], s1 = steps[1], s2 = steps[2], c0a = steps[3], c1a = steps[4], c2a = steps[5];
-    if (n < 1)
-        return;
-    if (s0 == w && s1 == w && s2 == w)
-        NAME(meet_line_plane_each)(n, args, w, w, w, c0a, c1a, c2a);
-    else if (s0 == 0 && s1 == w && s2 == w)
-        NAME(meet_line_plane_each)(n, args, 0, w, w, c0a, c1a, c2a);
-    else if (s0 == 6 * w && s1 == 4 * w && s2 == 3 * w && c0a == w && c1a == w && c2a == w)
-        NAME(meet_line_plane_each)(n, args, 6 * w, 4 * w, 3 * w, w, w, w);
-    else if (s0 == 0 && s1 == 4 * w && s2 == 3 * w && c0a == w && c1a == w && c2a == w)
-        NAME(meet_line_plane_each)(n, args, 0, 4 * w, 3 * w, w, w, w);
-    else
-        NAME(meet_line_plane_any)(n, args, steps);
+    static const struct part parts[] = {{6, 1, 0, {6}}, {4, 1, 1, {4}}, {3, 1, 2, {3}}};
+    static const struct kernel kernel = {{NAME(meet_line_plane_block), NAME(meet_line_plane_block_uniform), NULL,
+        NULL}, 1, 2, 3, parts};
+    NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
 INLINE void NAME(motor_product)(const REAL *a, const REAL *b, REAL *out)
@@ -7631,47 +7992,50 @@ INLINE void NAME(motor_product)(const REAL *a, const REAL *b, REAL *out)
     out[7] = t87;
 }
 
-static INLINE void NAME(motor_product_each)(intptr_t n, char **args, intptr_t s0, intptr_t s1, intptr_t s2, intptr_t
-    c0a, intptr_t c1a, intptr_t c2a)
+WIDE static void NAME(motor_product_block)(intptr_t n, char **args, const intptr_t *strides)
 {
+    const intptr_t w = sizeof(REAL);
+    const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
+    char *a0 = args[0];
+    char *a1 = args[1];
+    char *a2 = args[2];
+    ANY_ORDER
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
+        REAL x0[8];
+        REAL x1[8];
+        REAL x2[8];
+        NAME(load_8)(x0, a0 + i * w, c0a);
+        NAME(load_8)(x1, a1 + i * w, c1a);
+        NAME(motor_product)(x0, x1, x2);
+        NAME(store_8)(a2 + i * w, c2a, x2);
+    }
+}
+
+WIDE static void NAME(motor_product_block_uniform)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
     char *a0 = args[0];
     char *a1 = args[1];
     char *a2 = args[2];
     REAL x0[8];
     NAME(load_8)(x0, a0, c0a);
     ANY_ORDER
-    for (intptr_t i = 0; i < n; ++i) {
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
         REAL x1[8];
         REAL x2[8];
-        if (s0 != 0)
-            NAME(load_8)(x0, a0 + i * s0, c0a);
-        NAME(load_8)(x1, a1 + i * s1, c1a);
+        NAME(load_8)(x1, a1 + i * w, c1a);
         NAME(motor_product)(x0, x1, x2);
-        NAME(store_8)(a2 + i * s2, c2a, x2);
+        NAME(store_8)(a2 + i * w, c2a, x2);
     }
 }
 
-static void NAME(motor_product_any)(intptr_t n, char **args, const intptr_t *steps)
+void NAME(motor_product_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
-    NAME(motor_product_each)(n, args, steps[0], steps[1], steps[2], steps[3], steps[4], steps[5]);
-}
-
-WIDE void NAME(motor_product_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
-{
-    const intptr_t n = dimensions[0], w = sizeof(REAL);
-    const intptr_t s0 = steps[0], s1 = steps[1], s2 = steps[2], c0a = steps[3], c1a = steps[4], c2a = steps[5];
-    if (n < 1)
-        return;
-    if (s0 == w && s1 == w && s2 == w)
-        NAME(motor_product_each)(n, args, w, w, w, c0a, c1a, c2a);
-    else if (s0 == 0 && s1 == w && s2 == w)
-        NAME(motor_product_each)(n, args, 0, w, w, c0a, c1a, c2a);
-    else if (s0 == 8 * w && s1 == 8 * w && s2 == 8 * w && c0a == w && c1a == w && c2a == w)
-        NAME(motor_product_each)(n, args, 8 * w, 8 * w, 8 * w, w, w, w);
-    else if (s0 == 0 && s1 == 8 * w && s2 == 8 * w && c0a == w && c1a == w && c2a == w)
-        NAME(motor_product_each)(n, args, 0, 8 * w, 8 * w, w, w, w);
-    else
-        NAME(motor_product_any)(n, args, steps);
+    static const struct part parts[] = {{8, 1, 0, {8}}, {8, 1, 1, {8}}, {8, 1, 2, {8}}};
+    static const struct kernel kernel = {{NAME(motor_product_block), NAME(motor_product_block_uniform), NULL, NULL},
+        1, 2, 3, parts};
+    NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
 INLINE void NAME(motor_inverse)(const REAL *m, REAL *out)
@@ -7700,38 +8064,44 @@ INLINE void NAME(motor_inverse)(const REAL *m, REAL *out)
     out[7] = m_e123inf;
 }
 
-static INLINE void NAME(motor_inverse_each)(intptr_t n, char **args, intptr_t s0, intptr_t s1, intptr_t c0a,
-    intptr_t c1a)
+WIDE static void NAME(motor_inverse_block)(intptr_t n, char **args, const intptr_t *strides)
 {
+    const intptr_t w = sizeof(REAL);
+    const intptr_t c0a = strides[0], c1a = strides[1];
     char *a0 = args[0];
     char *a1 = args[1];
     ANY_ORDER
-    for (intptr_t i = 0; i < n; ++i) {
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
         REAL x0[8];
         REAL x1[8];
-        NAME(load_8)(x0, a0 + i * s0, c0a);
+        NAME(load_8)(x0, a0 + i * w, c0a);
         NAME(motor_inverse)(x0, x1);
-        NAME(store_8)(a1 + i * s1, c1a, x1);
+        NAME(store_8)(a1 + i * w, c1a, x1);
     }
 }
 
-static void NAME(motor_inverse_any)(intptr_t n, char **args, const intptr_t *steps)
+WIDE static void NAME(motor_inverse_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
-    NAME(motor_inverse_each)(n, args, steps[0], steps[1], steps[2], steps[3]);
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    char *a0 = args[0];
+    char *a1 = args[1];
+    ANY_ORDER
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
+        REAL x0[8];
+        REAL x1[8];
+        NAME(load_8)(x0, a0 + i * 8 * w, w);
+        NAME(motor_inverse)(x0, x1);
+        NAME(store_8)(a1 + i * 8 * w, w, x1);
+    }
 }
 
-WIDE void NAME(motor_inverse_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
+void NAME(motor_inverse_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
-    const intptr_t n = dimensions[0], w = sizeof(REAL);
-    const intptr_t s0 = steps[0], s1 = steps[1], c0a = steps[2], c1a = steps[3];
-    if (n < 1)
-        return;
-    if (s0 == w && s1 == w)
-        NAME(motor_inverse_each)(n, args, w, w, c0a, c1a);
-    else if (s0 == 8 * w && s1 == 8 * w && c0a == w && c1a == w)
-        NAME(motor_inverse_each)(n, args, 8 * w, 8 * w, w, w);
-    else
-        NAME(motor_inverse_any)(n, args, steps);
+    static const struct part parts[] = {{8, 1, 0, {8}}, {8, 1, 1, {8}}};
+    static const struct kernel kernel = {{NAME(motor_inverse_block), NULL, NAME(motor_inverse_dense), NULL}, 0, 1,
+        2, parts};
+    NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
 INLINE void NAME(rotor_from_axis_angle)(const REAL *axis, REAL angle, REAL *out)
@@ -7760,9 +8130,29 @@ INLINE void NAME(rotor_from_axis_angle)(const REAL *axis, REAL angle, REAL *out)
     out[3] = t14;
 }
 
-static INLINE void NAME(rotor_from_axis_angle_each)(intptr_t n, char **args, intptr_t s0, intptr_t s1, intptr_t s2,
-    intptr_t c0a, intptr_t c2a)
+WIDE static void NAME(rotor_from_axis_angle_block)(intptr_t n, char **args, const intptr_t *strides)
 {
+    const intptr_t w = sizeof(REAL);
+    const intptr_t c0a = strides[0], c2a = strides[1];
+    char *a0 = args[0];
+    char *a1 = args[1];
+    char *a2 = args[2];
+    ANY_ORDER
+    for (intptr_t i = 0; i < n; ++i) {
+        REAL x0[3];
+        REAL x1[1];
+        REAL x2[4];
+        NAME(load_3)(x0, a0 + i * w, c0a);
+        NAME(load_scalar)(x1, a1 + i * w);
+        NAME(rotor_from_axis_angle)(x0, x1[0], x2);
+        NAME(store_4)(a2 + i * w, c2a, x2);
+    }
+}
+
+WIDE static void NAME(rotor_from_axis_angle_block_uniform)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    const intptr_t c0a = strides[0], c2a = strides[1];
     char *a0 = args[0];
     char *a1 = args[1];
     char *a2 = args[2];
@@ -7772,35 +8162,18 @@ static INLINE void NAME(rotor_from_axis_angle_each)(intptr_t n, char **args, int
     for (intptr_t i = 0; i < n; ++i) {
         REAL x0[3];
         REAL x2[4];
-        NAME(load_3)(x0, a0 + i * s0, c0a);
-        if (s1 != 0)
-            NAME(load_scalar)(x1, a1 + i * s1);
+        NAME(load_3)(x0, a0 + i * w, c0a);
         NAME(rotor_from_axis_angle)(x0, x1[0], x2);
-        NAME(store_4)(a2 + i * s2, c2a, x2);
+        NAME(store_4)(a2 + i * w, c2a, x2);
     }
 }
 
-static void NAME(rotor_from_axis_angle_any)(intptr_t n, char **args, const intptr_t *steps)
+void NAME(rotor_from_axis_angle_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
-    NAME(rotor_from_axis_angle_each)(n, args, steps[0], steps[1], steps[2], steps[3], steps[4]);
-}
-
-WIDE void NAME(rotor_from_axis_angle_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
-{
-    const intptr_t n = dimensions[0], w = sizeof(REAL);
-    const intptr_t s0 = steps[0], s1 = steps[1], s2 = steps[2], c0a = steps[3], c2a = steps[4];
-    if (n < 1)
-        return;
-    if (s0 == w && s1 == w && s2 == w)
-        NAME(rotor_from_axis_angle_each)(n, args, w, w, w, c0a, c2a);
-    else if (s0 == w && s1 == 0 && s2 == w)
-        NAME(rotor_from_axis_angle_each)(n, args, w, 0, w, c0a, c2a);
-    else if (s0 == 3 * w && s1 == w && s2 == 4 * w && c0a == w && c2a == w)
-        NAME(rotor_from_axis_angle_each)(n, args, 3 * w, w, 4 * w, w, w);
-    else if (s0 == 3 * w && s1 == 0 && s2 == 4 * w && c0a == w && c2a == w)
-        NAME(rotor_from_axis_angle_each)(n, args, 3 * w, 0, 4 * w, w, w);
-    else
-        NAME(rotor_from_axis_angle_any)(n, args, steps);
+    static const struct part parts[] = {{3, 1, 0, {3}}, {1, 0, 1, {0}}, {4, 1, 1, {4}}};
+    static const struct kernel kernel = {{NAME(rotor_from_axis_angle_block),
+        NAME(rotor_from_axis_angle_block_uniform), NULL, NULL}, 2, 2, 3, parts};
+    NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
 INLINE void NAME(translator_from_vector)(const REAL *t, REAL *out)
@@ -7819,38 +8192,44 @@ INLINE void NAME(translator_from_vector)(const REAL *t, REAL *out)
     out[2] = t5;
 }
 
-static INLINE void NAME(translator_from_vector_each)(intptr_t n, char **args, intptr_t s0, intptr_t s1, intptr_t
-    c0a, intptr_t c1a)
+WIDE static void NAME(translator_from_vector_block)(intptr_t n, char **args, const intptr_t *strides)
 {
+    const intptr_t w = sizeof(REAL);
+    const intptr_t c0a = strides[0], c1a = strides[1];
     char *a0 = args[0];
     char *a1 = args[1];
     ANY_ORDER
-    for (intptr_t i = 0; i < n; ++i) {
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
         REAL x0[3];
         REAL x1[3];
-        NAME(load_3)(x0, a0 + i * s0, c0a);
+        NAME(load_3)(x0, a0 + i * w, c0a);
         NAME(translator_from_vector)(x0, x1);
-        NAME(store_3)(a1 + i * s1, c1a, x1);
+        NAME(store_3)(a1 + i * w, c1a, x1);
     }
 }
 
-static void NAME(translator_from_vector_any)(intptr_t n, char **args, const intptr_t *steps)
+WIDE static void NAME(translator_from_vector_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
-    NAME(translator_from_vector_each)(n, args, steps[0], steps[1], steps[2], steps[3]);
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    char *a0 = args[0];
+    char *a1 = args[1];
+    ANY_ORDER
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
+        REAL x0[3];
+        REAL x1[3];
+        NAME(load_3)(x0, a0 + i * 3 * w, w);
+        NAME(translator_from_vector)(x0, x1);
+        NAME(store_3)(a1 + i * 3 * w, w, x1);
+    }
 }
 
-WIDE void NAME(translator_from_vector_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
+void NAME(translator_from_vector_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
-    const intptr_t n = dimensions[0], w = sizeof(REAL);
-    const intptr_t s0 = steps[0], s1 = steps[1], c0a = steps[2], c1a = steps[3];
-    if (n < 1)
-        return;
-    if (s0 == w && s1 == w)
-        NAME(translator_from_vector_each)(n, args, w, w, c0a, c1a);
-    else if (s0 == 3 * w && s1 == 3 * w && c0a == w && c1a == w)
-        NAME(translator_from_vector_each)(n, args, 3 * w, 3 * w, w, w);
-    else
-        NAME(translator_from_vector_any)(n, args, steps);
+    static const struct part parts[] = {{3, 1, 0, {3}}, {3, 1, 1, {3}}};
+    static const struct kernel kernel = {{NAME(translator_from_vector_block), NULL,
+        NAME(translator_from_vector_dense), NULL}, 0, 1, 2, parts};
+    NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
 INLINE void NAME(dilator_from_scale)(REAL scale, REAL *out)
@@ -7865,37 +8244,44 @@ INLINE void NAME(dilator_from_scale)(REAL scale, REAL *out)
     out[1] = t5;
 }
 
-static INLINE void NAME(dilator_from_scale_each)(intptr_t n, char **args, intptr_t s0, intptr_t s1, intptr_t c1a)
+WIDE static void NAME(dilator_from_scale_block)(intptr_t n, char **args, const intptr_t *strides)
 {
+    const intptr_t w = sizeof(REAL);
+    const intptr_t c1a = strides[0];
     char *a0 = args[0];
     char *a1 = args[1];
     ANY_ORDER
-    for (intptr_t i = 0; i < n; ++i) {
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
         REAL x0[1];
         REAL x1[2];
-        NAME(load_scalar)(x0, a0 + i * s0);
+        NAME(load_scalar)(x0, a0 + i * w);
         NAME(dilator_from_scale)(x0[0], x1);
-        NAME(store_2)(a1 + i * s1, c1a, x1);
+        NAME(store_2)(a1 + i * w, c1a, x1);
     }
 }
 
-static void NAME(dilator_from_scale_any)(intptr_t n, char **args, const intptr_t *steps)
+WIDE static void NAME(dilator_from_scale_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
-    NAME(dilator_from_scale_each)(n, args, steps[0], steps[1], steps[2]);
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    char *a0 = args[0];
+    char *a1 = args[1];
+    ANY_ORDER
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
+        REAL x0[1];
+        REAL x1[2];
+        NAME(load_scalar)(x0, a0 + i * w);
+        NAME(dilator_from_scale)(x0[0], x1);
+        NAME(store_2)(a1 + i * 2 * w, w, x1);
+    }
 }
 
-WIDE void NAME(dilator_from_scale_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
+void NAME(dilator_from_scale_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
-    const intptr_t n = dimensions[0], w = sizeof(REAL);
-    const intptr_t s0 = steps[0], s1 = steps[1], c1a = steps[2];
-    if (n < 1)
-        return;
-    if (s0 == w && s1 == w)
-        NAME(dilator_from_scale_each)(n, args, w, w, c1a);
-    else if (s0 == w && s1 == 2 * w && c1a == w)
-        NAME(dilator_from_scale_each)(n, args, w, 2 * w, w);
-    else
-        NAME(dilator_from_scale_any)(n, args, steps);
+    static const struct part parts[] = {{1, 0, 0, {0}}, {2, 1, 0, {2}}};
+    static const struct kernel kernel = {{NAME(dilator_from_scale_block), NULL, NAME(dilator_from_scale_dense),
+        NULL}, 0, 1, 2, parts};
+    NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
 INLINE void NAME(motor_from_rotor_translation)(const REAL *r, const REAL *t, REAL *out)
@@ -7941,47 +8327,89 @@ INLINE void NAME(motor_from_rotor_translation)(const REAL *r, const REAL *t, REA
     out[7] = t23;
 }
 
-static INLINE void NAME(motor_from_rotor_translation_each)(intptr_t n, char **args, intptr_t s0, intptr_t s1,
-    intptr_t s2, intptr_t c0a, intptr_t c1a, intptr_t c2a)
+WIDE static void NAME(motor_from_rotor_translation_block)(intptr_t n, char **args, const intptr_t *strides)
 {
+    const intptr_t w = sizeof(REAL);
+    const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
+    char *a0 = args[0];
+    char *a1 = args[1];
+    char *a2 = args[2];
+    ANY_ORDER
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
+        REAL x0[4];
+        REAL x1[3];
+        REAL x2[8];
+        NAME(load_4)(x0, a0 + i * w, c0a);
+        NAME(load_3)(x1, a1 + i * w, c1a);
+        NAME(motor_from_rotor_translation)(x0, x1, x2);
+        NAME(store_8)(a2 + i * w, c2a, x2);
+    }
+}
+
+WIDE static void NAME(motor_from_rotor_translation_block_uniform)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
     char *a0 = args[0];
     char *a1 = args[1];
     char *a2 = args[2];
     REAL x0[4];
     NAME(load_4)(x0, a0, c0a);
     ANY_ORDER
-    for (intptr_t i = 0; i < n; ++i) {
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
         REAL x1[3];
         REAL x2[8];
-        if (s0 != 0)
-            NAME(load_4)(x0, a0 + i * s0, c0a);
-        NAME(load_3)(x1, a1 + i * s1, c1a);
+        NAME(load_3)(x1, a1 + i * w, c1a);
         NAME(motor_from_rotor_translation)(x0, x1, x2);
-        NAME(store_8)(a2 + i * s2, c2a, x2);
+        NAME(store_8)(a2 + i * w, c2a, x2);
     }
 }
 
-static void NAME(motor_from_rotor_translation_any)(intptr_t n, char **args, const intptr_t *steps)
+WIDE static void NAME(motor_from_rotor_translation_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
-    NAME(motor_from_rotor_translation_each)(n, args, steps[0], steps[1], steps[2], steps[3], steps[4], steps[5]);
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    char *a0 = args[0];
+    char *a1 = args[1];
+    char *a2 = args[2];
+    ANY_ORDER
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
+        REAL x0[4];
+        REAL x1[3];
+        REAL x2[8];
+        NAME(load_4)(x0, a0 + i * 4 * w, w);
+        NAME(load_3)(x1, a1 + i * 3 * w, w);
+        NAME(motor_from_rotor_translation)(x0, x1, x2);
+        NAME(store_8)(a2 + i * 8 * w, w, x2);
+    }
 }
 
-WIDE void NAME(motor_from_rotor_translation_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
+WIDE static void NAME(motor_from_rotor_translation_dense_uniform)(intptr_t n, char **args, const intptr_t *strides)
 {
-    const intptr_t n = dimensions[0], w = sizeof(REAL);
-    const intptr_t s0 = steps[0], s1 = steps[1], s2 = steps[2], c0a = steps[3], c1a = steps[4], c2a = steps[5];
-    if (n < 1)
-        return;
-    if (s0 == w && s1 == w && s2 == w)
-        NAME(motor_from_rotor_translation_each)(n, args, w, w, w, c0a, c1a, c2a);
-    else if (s0 == 0 && s1 == w && s2 == w)
-        NAME(motor_from_rotor_translation_each)(n, args, 0, w, w, c0a, c1a, c2a);
-    else if (s0 == 4 * w && s1 == 3 * w && s2 == 8 * w && c0a == w && c1a == w && c2a == w)
-        NAME(motor_from_rotor_translation_each)(n, args, 4 * w, 3 * w, 8 * w, w, w, w);
-    else if (s0 == 0 && s1 == 3 * w && s2 == 8 * w && c0a == w && c1a == w && c2a == w)
-        NAME(motor_from_rotor_translation_each)(n, args, 0, 3 * w, 8 * w, w, w, w);
-    else
-        NAME(motor_from_rotor_translation_any)(n, args, steps);
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    char *a0 = args[0];
+    char *a1 = args[1];
+    char *a2 = args[2];
+    REAL x0[4];
+    NAME(load_4)(x0, a0, w);
+    ANY_ORDER
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
+        REAL x1[3];
+        REAL x2[8];
+        NAME(load_3)(x1, a1 + i * 3 * w, w);
+        NAME(motor_from_rotor_translation)(x0, x1, x2);
+        NAME(store_8)(a2 + i * 8 * w, w, x2);
+    }
+}
+
+void NAME(motor_from_rotor_translation_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
+{
+    static const struct part parts[] = {{4, 1, 0, {4}}, {3, 1, 1, {3}}, {8, 1, 2, {8}}};
+    static const struct kernel kernel = {{NAME(motor_from_rotor_translation_block),
+        NAME(motor_from_rotor_translation_block_uniform), NAME(motor_from_rotor_translation_dense),
+        NAME(motor_from_rotor_translation_dense_uniform)}, 1, 2, 3, parts};
+    NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
 INLINE void NAME(motor_from_line)(const REAL *line, REAL angle, REAL *out)
@@ -8021,9 +8449,29 @@ INLINE void NAME(motor_from_line)(const REAL *line, REAL angle, REAL *out)
     out[7] = (REAL)0;
 }
 
-static INLINE void NAME(motor_from_line_each)(intptr_t n, char **args, intptr_t s0, intptr_t s1, intptr_t s2,
-    intptr_t c0a, intptr_t c2a)
+WIDE static void NAME(motor_from_line_block)(intptr_t n, char **args, const intptr_t *strides)
 {
+    const intptr_t w = sizeof(REAL);
+    const intptr_t c0a = strides[0], c2a = strides[1];
+    char *a0 = args[0];
+    char *a1 = args[1];
+    char *a2 = args[2];
+    ANY_ORDER
+    for (intptr_t i = 0; i < n; ++i) {
+        REAL x0[6];
+        REAL x1[1];
+        REAL x2[8];
+        NAME(load_6)(x0, a0 + i * w, c0a);
+        NAME(load_scalar)(x1, a1 + i * w);
+        NAME(motor_from_line)(x0, x1[0], x2);
+        NAME(store_8)(a2 + i * w, c2a, x2);
+    }
+}
+
+WIDE static void NAME(motor_from_line_block_uniform)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    const intptr_t c0a = strides[0], c2a = strides[1];
     char *a0 = args[0];
     char *a1 = args[1];
     char *a2 = args[2];
@@ -8033,35 +8481,18 @@ static INLINE void NAME(motor_from_line_each)(intptr_t n, char **args, intptr_t 
     for (intptr_t i = 0; i < n; ++i) {
         REAL x0[6];
         REAL x2[8];
-        NAME(load_6)(x0, a0 + i * s0, c0a);
-        if (s1 != 0)
-            NAME(load_scalar)(x1, a1 + i * s1);
+        NAME(load_6)(x0, a0 + i * w, c0a);
         NAME(motor_from_line)(x0, x1[0], x2);
-        NAME(store_8)(a2 + i * s2, c2a, x2);
+        NAME(store_8)(a2 + i * w, c2a, x2);
     }
 }
 
-static void NAME(motor_from_line_any)(intptr_t n, char **args, const intptr_t *steps)
+void NAME(motor_from_line_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
-    NAME(motor_from_line_each)(n, args, steps[0], steps[1], steps[2], steps[3], steps[4]);
-}
-
-WIDE void NAME(motor_from_line_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
-{
-    const intptr_t n = dimensions[0], w = sizeof(REAL);
-    const intptr_t s0 = steps[0], s1 = steps[1], s2 = steps[2], c0a = steps[3], c2a = steps[4];
-    if (n < 1)
-        return;
-    if (s0 == w && s1 == w && s2 == w)
-        NAME(motor_from_line_each)(n, args, w, w, w, c0a, c2a);
-    else if (s0 == w && s1 == 0 && s2 == w)
-        NAME(motor_from_line_each)(n, args, w, 0, w, c0a, c2a);
-    else if (s0 == 6 * w && s1 == w && s2 == 8 * w && c0a == w && c2a == w)
-        NAME(motor_from_line_each)(n, args, 6 * w, w, 8 * w, w, w);
-    else if (s0 == 6 * w && s1 == 0 && s2 == 8 * w && c0a == w && c2a == w)
-        NAME(motor_from_line_each)(n, args, 6 * w, 0, 8 * w, w, w);
-    else
-        NAME(motor_from_line_any)(n, args, steps);
+    static const struct part parts[] = {{6, 1, 0, {6}}, {1, 0, 1, {0}}, {8, 1, 1, {8}}};
+    static const struct kernel kernel = {{NAME(motor_from_line_block), NAME(motor_from_line_block_uniform), NULL,
+        NULL}, 2, 2, 3, parts};
+    NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
 INLINE void NAME(motor_to_matrix)(const REAL *m, REAL *out)
@@ -8143,38 +8574,27 @@ INLINE void NAME(motor_to_matrix)(const REAL *m, REAL *out)
     out[15] = (REAL)1;
 }
 
-static INLINE void NAME(motor_to_matrix_each)(intptr_t n, char **args, intptr_t s0, intptr_t s1, intptr_t c0a,
-    intptr_t c1a, intptr_t c1b)
+WIDE static void NAME(motor_to_matrix_block)(intptr_t n, char **args, const intptr_t *strides)
 {
+    const intptr_t w = sizeof(REAL);
+    const intptr_t c0a = strides[0], c1a = strides[1], c1b = strides[2];
     char *a0 = args[0];
     char *a1 = args[1];
     ANY_ORDER
-    for (intptr_t i = 0; i < n; ++i) {
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
         REAL x0[8];
         REAL x1[16];
-        NAME(load_8)(x0, a0 + i * s0, c0a);
+        NAME(load_8)(x0, a0 + i * w, c0a);
         NAME(motor_to_matrix)(x0, x1);
-        NAME(store_4x4)(a1 + i * s1, c1a, c1b, x1);
+        NAME(store_4x4)(a1 + i * w, c1a, c1b, x1);
     }
 }
 
-static void NAME(motor_to_matrix_any)(intptr_t n, char **args, const intptr_t *steps)
+void NAME(motor_to_matrix_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
-    NAME(motor_to_matrix_each)(n, args, steps[0], steps[1], steps[2], steps[3], steps[4]);
-}
-
-WIDE void NAME(motor_to_matrix_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
-{
-    const intptr_t n = dimensions[0], w = sizeof(REAL);
-    const intptr_t s0 = steps[0], s1 = steps[1], c0a = steps[2], c1a = steps[3], c1b = steps[4];
-    if (n < 1)
-        return;
-    if (s0 == w && s1 == w)
-        NAME(motor_to_matrix_each)(n, args, w, w, c0a, c1a, c1b);
-    else if (s0 == 8 * w && s1 == 16 * w && c0a == w && c1a == 4 * w && c1b == w)
-        NAME(motor_to_matrix_each)(n, args, 8 * w, 16 * w, w, 4 * w, w);
-    else
-        NAME(motor_to_matrix_any)(n, args, steps);
+    static const struct part parts[] = {{8, 1, 0, {8}}, {16, 2, 1, {4, 4}}};
+    static const struct kernel kernel = {{NAME(motor_to_matrix_block), NULL, NULL, NULL}, 0, 1, 2, parts};
+    NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
 INLINE void NAME(move_point)(const REAL *m, const REAL *p, REAL *out)
@@ -8234,47 +8654,88 @@ INLINE void NAME(move_point)(const REAL *m, const REAL *p, REAL *out)
     out[2] = t38;
 }
 
-static INLINE void NAME(move_point_each)(intptr_t n, char **args, intptr_t s0, intptr_t s1, intptr_t s2, intptr_t
-    c0a, intptr_t c1a, intptr_t c2a)
+WIDE static void NAME(move_point_block)(intptr_t n, char **args, const intptr_t *strides)
 {
+    const intptr_t w = sizeof(REAL);
+    const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
+    char *a0 = args[0];
+    char *a1 = args[1];
+    char *a2 = args[2];
+    ANY_ORDER
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
+        REAL x0[8];
+        REAL x1[3];
+        REAL x2[3];
+        NAME(load_8)(x0, a0 + i * w, c0a);
+        NAME(load_3)(x1, a1 + i * w, c1a);
+        NAME(move_point)(x0, x1, x2);
+        NAME(store_3)(a2 + i * w, c2a, x2);
+    }
+}
+
+WIDE static void NAME(move_point_block_uniform)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
     char *a0 = args[0];
     char *a1 = args[1];
     char *a2 = args[2];
     REAL x0[8];
     NAME(load_8)(x0, a0, c0a);
     ANY_ORDER
-    for (intptr_t i = 0; i < n; ++i) {
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
         REAL x1[3];
         REAL x2[3];
-        if (s0 != 0)
-            NAME(load_8)(x0, a0 + i * s0, c0a);
-        NAME(load_3)(x1, a1 + i * s1, c1a);
+        NAME(load_3)(x1, a1 + i * w, c1a);
         NAME(move_point)(x0, x1, x2);
-        NAME(store_3)(a2 + i * s2, c2a, x2);
+        NAME(store_3)(a2 + i * w, c2a, x2);
     }
 }
 
-static void NAME(move_point_any)(intptr_t n, char **args, const intptr_t *steps)
+WIDE static void NAME(move_point_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
-    NAME(move_point_each)(n, args, steps[0], steps[1], steps[2], steps[3], steps[4], steps[5]);
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    char *a0 = args[0];
+    char *a1 = args[1];
+    char *a2 = args[2];
+    ANY_ORDER
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
+        REAL x0[8];
+        REAL x1[3];
+        REAL x2[3];
+        NAME(load_8)(x0, a0 + i * 8 * w, w);
+        NAME(load_3)(x1, a1 + i * 3 * w, w);
+        NAME(move_point)(x0, x1, x2);
+        NAME(store_3)(a2 + i * 3 * w, w, x2);
+    }
 }
 
-WIDE void NAME(move_point_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
+WIDE static void NAME(move_point_dense_uniform)(intptr_t n, char **args, const intptr_t *strides)
 {
-    const intptr_t n = dimensions[0], w = sizeof(REAL);
-    const intptr_t s0 = steps[0], s1 = steps[1], s2 = steps[2], c0a = steps[3], c1a = steps[4], c2a = steps[5];
-    if (n < 1)
-        return;
-    if (s0 == w && s1 == w && s2 == w)
-        NAME(move_point_each)(n, args, w, w, w, c0a, c1a, c2a);
-    else if (s0 == 0 && s1 == w && s2 == w)
-        NAME(move_point_each)(n, args, 0, w, w, c0a, c1a, c2a);
-    else if (s0 == 8 * w && s1 == 3 * w && s2 == 3 * w && c0a == w && c1a == w && c2a == w)
-        NAME(move_point_each)(n, args, 8 * w, 3 * w, 3 * w, w, w, w);
-    else if (s0 == 0 && s1 == 3 * w && s2 == 3 * w && c0a == w && c1a == w && c2a == w)
-        NAME(move_point_each)(n, args, 0, 3 * w, 3 * w, w, w, w);
-    else
-        NAME(move_point_any)(n, args, steps);
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    char *a0 = args[0];
+    char *a1 = args[1];
+    char *a2 = args[2];
+    REAL x0[8];
+    NAME(load_8)(x0, a0, w);
+    ANY_ORDER
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
+        REAL x1[3];
+        REAL x2[3];
+        NAME(load_3)(x1, a1 + i * 3 * w, w);
+        NAME(move_point)(x0, x1, x2);
+        NAME(store_3)(a2 + i * 3 * w, w, x2);
+    }
+}
+
+void NAME(move_point_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
+{
+    static const struct part parts[] = {{8, 1, 0, {8}}, {3, 1, 1, {3}}, {3, 1, 2, {3}}};
+    static const struct kernel kernel = {{NAME(move_point_block), NAME(move_point_block_uniform),
+        NAME(move_point_dense), NAME(move_point_dense_uniform)}, 1, 2, 3, parts};
+    NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
 INLINE void NAME(rotate_point)(const REAL *r, const REAL *p, REAL *out)
@@ -8321,47 +8782,88 @@ INLINE void NAME(rotate_point)(const REAL *r, const REAL *p, REAL *out)
     out[2] = t29;
 }
 
-static INLINE void NAME(rotate_point_each)(intptr_t n, char **args, intptr_t s0, intptr_t s1, intptr_t s2, intptr_t
-    c0a, intptr_t c1a, intptr_t c2a)
+WIDE static void NAME(rotate_point_block)(intptr_t n, char **args, const intptr_t *strides)
 {
+    const intptr_t w = sizeof(REAL);
+    const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
+    char *a0 = args[0];
+    char *a1 = args[1];
+    char *a2 = args[2];
+    ANY_ORDER
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
+        REAL x0[4];
+        REAL x1[3];
+        REAL x2[3];
+        NAME(load_4)(x0, a0 + i * w, c0a);
+        NAME(load_3)(x1, a1 + i * w, c1a);
+        NAME(rotate_point)(x0, x1, x2);
+        NAME(store_3)(a2 + i * w, c2a, x2);
+    }
+}
+
+WIDE static void NAME(rotate_point_block_uniform)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
     char *a0 = args[0];
     char *a1 = args[1];
     char *a2 = args[2];
     REAL x0[4];
     NAME(load_4)(x0, a0, c0a);
     ANY_ORDER
-    for (intptr_t i = 0; i < n; ++i) {
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
         REAL x1[3];
         REAL x2[3];
-        if (s0 != 0)
-            NAME(load_4)(x0, a0 + i * s0, c0a);
-        NAME(load_3)(x1, a1 + i * s1, c1a);
+        NAME(load_3)(x1, a1 + i * w, c1a);
         NAME(rotate_point)(x0, x1, x2);
-        NAME(store_3)(a2 + i * s2, c2a, x2);
+        NAME(store_3)(a2 + i * w, c2a, x2);
     }
 }
 
-static void NAME(rotate_point_any)(intptr_t n, char **args, const intptr_t *steps)
+WIDE static void NAME(rotate_point_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
-    NAME(rotate_point_each)(n, args, steps[0], steps[1], steps[2], steps[3], steps[4], steps[5]);
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    char *a0 = args[0];
+    char *a1 = args[1];
+    char *a2 = args[2];
+    ANY_ORDER
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
+        REAL x0[4];
+        REAL x1[3];
+        REAL x2[3];
+        NAME(load_4)(x0, a0 + i * 4 * w, w);
+        NAME(load_3)(x1, a1 + i * 3 * w, w);
+        NAME(rotate_point)(x0, x1, x2);
+        NAME(store_3)(a2 + i * 3 * w, w, x2);
+    }
 }
 
-WIDE void NAME(rotate_point_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
+WIDE static void NAME(rotate_point_dense_uniform)(intptr_t n, char **args, const intptr_t *strides)
 {
-    const intptr_t n = dimensions[0], w = sizeof(REAL);
-    const intptr_t s0 = steps[0], s1 = steps[1], s2 = steps[2], c0a = steps[3], c1a = steps[4], c2a = steps[5];
-    if (n < 1)
-        return;
-    if (s0 == w && s1 == w && s2 == w)
-        NAME(rotate_point_each)(n, args, w, w, w, c0a, c1a, c2a);
-    else if (s0 == 0 && s1 == w && s2 == w)
-        NAME(rotate_point_each)(n, args, 0, w, w, c0a, c1a, c2a);
-    else if (s0 == 4 * w && s1 == 3 * w && s2 == 3 * w && c0a == w && c1a == w && c2a == w)
-        NAME(rotate_point_each)(n, args, 4 * w, 3 * w, 3 * w, w, w, w);
-    else if (s0 == 0 && s1 == 3 * w && s2 == 3 * w && c0a == w && c1a == w && c2a == w)
-        NAME(rotate_point_each)(n, args, 0, 3 * w, 3 * w, w, w, w);
-    else
-        NAME(rotate_point_any)(n, args, steps);
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    char *a0 = args[0];
+    char *a1 = args[1];
+    char *a2 = args[2];
+    REAL x0[4];
+    NAME(load_4)(x0, a0, w);
+    ANY_ORDER
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
+        REAL x1[3];
+        REAL x2[3];
+        NAME(load_3)(x1, a1 + i * 3 * w, w);
+        NAME(rotate_point)(x0, x1, x2);
+        NAME(store_3)(a2 + i * 3 * w, w, x2);
+    }
+}
+
+void NAME(rotate_point_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
+{
+    static const struct part parts[] = {{4, 1, 0, {4}}, {3, 1, 1, {3}}, {3, 1, 2, {3}}};
+    static const struct kernel kernel = {{NAME(rotate_point_block), NAME(rotate_point_block_uniform),
+        NAME(rotate_point_dense), NAME(rotate_point_dense_uniform)}, 1, 2, 3, parts};
+    NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
 INLINE void NAME(translate_point)(const REAL *t, const REAL *p, REAL *out)
@@ -8383,47 +8885,88 @@ INLINE void NAME(translate_point)(const REAL *t, const REAL *p, REAL *out)
     out[2] = t5;
 }
 
-static INLINE void NAME(translate_point_each)(intptr_t n, char **args, intptr_t s0, intptr_t s1, intptr_t s2,
-    intptr_t c0a, intptr_t c1a, intptr_t c2a)
+WIDE static void NAME(translate_point_block)(intptr_t n, char **args, const intptr_t *strides)
 {
+    const intptr_t w = sizeof(REAL);
+    const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
+    char *a0 = args[0];
+    char *a1 = args[1];
+    char *a2 = args[2];
+    ANY_ORDER
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
+        REAL x0[3];
+        REAL x1[3];
+        REAL x2[3];
+        NAME(load_3)(x0, a0 + i * w, c0a);
+        NAME(load_3)(x1, a1 + i * w, c1a);
+        NAME(translate_point)(x0, x1, x2);
+        NAME(store_3)(a2 + i * w, c2a, x2);
+    }
+}
+
+WIDE static void NAME(translate_point_block_uniform)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
     char *a0 = args[0];
     char *a1 = args[1];
     char *a2 = args[2];
     REAL x0[3];
     NAME(load_3)(x0, a0, c0a);
     ANY_ORDER
-    for (intptr_t i = 0; i < n; ++i) {
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
         REAL x1[3];
         REAL x2[3];
-        if (s0 != 0)
-            NAME(load_3)(x0, a0 + i * s0, c0a);
-        NAME(load_3)(x1, a1 + i * s1, c1a);
+        NAME(load_3)(x1, a1 + i * w, c1a);
         NAME(translate_point)(x0, x1, x2);
-        NAME(store_3)(a2 + i * s2, c2a, x2);
+        NAME(store_3)(a2 + i * w, c2a, x2);
     }
 }
 
-static void NAME(translate_point_any)(intptr_t n, char **args, const intptr_t *steps)
+WIDE static void NAME(translate_point_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
-    NAME(translate_point_each)(n, args, steps[0], steps[1], steps[2], steps[3], steps[4], steps[5]);
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    char *a0 = args[0];
+    char *a1 = args[1];
+    char *a2 = args[2];
+    ANY_ORDER
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
+        REAL x0[3];
+        REAL x1[3];
+        REAL x2[3];
+        NAME(load_3)(x0, a0 + i * 3 * w, w);
+        NAME(load_3)(x1, a1 + i * 3 * w, w);
+        NAME(translate_point)(x0, x1, x2);
+        NAME(store_3)(a2 + i * 3 * w, w, x2);
+    }
 }
 
-WIDE void NAME(translate_point_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
+WIDE static void NAME(translate_point_dense_uniform)(intptr_t n, char **args, const intptr_t *strides)
 {
-    const intptr_t n = dimensions[0], w = sizeof(REAL);
-    const intptr_t s0 = steps[0], s1 = steps[1], s2 = steps[2], c0a = steps[3], c1a = steps[4], c2a = steps[5];
-    if (n < 1)
-        return;
-    if (s0 == w && s1 == w && s2 == w)
-        NAME(translate_point_each)(n, args, w, w, w, c0a, c1a, c2a);
-    else if (s0 == 0 && s1 == w && s2 == w)
-        NAME(translate_point_each)(n, args, 0, w, w, c0a, c1a, c2a);
-    else if (s0 == 3 * w && s1 == 3 * w && s2 == 3 * w && c0a == w && c1a == w && c2a == w)
-        NAME(translate_point_each)(n, args, 3 * w, 3 * w, 3 * w, w, w, w);
-    else if (s0 == 0 && s1 == 3 * w && s2 == 3 * w && c0a == w && c1a == w && c2a == w)
-        NAME(translate_point_each)(n, args, 0, 3 * w, 3 * w, w, w, w);
-    else
-        NAME(translate_point_any)(n, args, steps);
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    char *a0 = args[0];
+    char *a1 = args[1];
+    char *a2 = args[2];
+    REAL x0[3];
+    NAME(load_3)(x0, a0, w);
+    ANY_ORDER
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
+        REAL x1[3];
+        REAL x2[3];
+        NAME(load_3)(x1, a1 + i * 3 * w, w);
+        NAME(translate_point)(x0, x1, x2);
+        NAME(store_3)(a2 + i * 3 * w, w, x2);
+    }
+}
+
+void NAME(translate_point_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
+{
+    static const struct part parts[] = {{3, 1, 0, {3}}, {3, 1, 1, {3}}, {3, 1, 2, {3}}};
+    static const struct kernel kernel = {{NAME(translate_point_block), NAME(translate_point_block_uniform),
+        NAME(translate_point_dense), NAME(translate_point_dense_uniform)}, 1, 2, 3, parts};
+    NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
 INLINE void NAME(dilate_point)(const REAL *d, const REAL *p, REAL *out)
@@ -8444,47 +8987,88 @@ INLINE void NAME(dilate_point)(const REAL *d, const REAL *p, REAL *out)
     out[2] = t5;
 }
 
-static INLINE void NAME(dilate_point_each)(intptr_t n, char **args, intptr_t s0, intptr_t s1, intptr_t s2, intptr_t
-    c0a, intptr_t c1a, intptr_t c2a)
+WIDE static void NAME(dilate_point_block)(intptr_t n, char **args, const intptr_t *strides)
 {
+    const intptr_t w = sizeof(REAL);
+    const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
+    char *a0 = args[0];
+    char *a1 = args[1];
+    char *a2 = args[2];
+    ANY_ORDER
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
+        REAL x0[2];
+        REAL x1[3];
+        REAL x2[3];
+        NAME(load_2)(x0, a0 + i * w, c0a);
+        NAME(load_3)(x1, a1 + i * w, c1a);
+        NAME(dilate_point)(x0, x1, x2);
+        NAME(store_3)(a2 + i * w, c2a, x2);
+    }
+}
+
+WIDE static void NAME(dilate_point_block_uniform)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
     char *a0 = args[0];
     char *a1 = args[1];
     char *a2 = args[2];
     REAL x1[3];
     NAME(load_3)(x1, a1, c1a);
     ANY_ORDER
-    for (intptr_t i = 0; i < n; ++i) {
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
         REAL x0[2];
         REAL x2[3];
-        NAME(load_2)(x0, a0 + i * s0, c0a);
-        if (s1 != 0)
-            NAME(load_3)(x1, a1 + i * s1, c1a);
+        NAME(load_2)(x0, a0 + i * w, c0a);
         NAME(dilate_point)(x0, x1, x2);
-        NAME(store_3)(a2 + i * s2, c2a, x2);
+        NAME(store_3)(a2 + i * w, c2a, x2);
     }
 }
 
-static void NAME(dilate_point_any)(intptr_t n, char **args, const intptr_t *steps)
+WIDE static void NAME(dilate_point_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
-    NAME(dilate_point_each)(n, args, steps[0], steps[1], steps[2], steps[3], steps[4], steps[5]);
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    char *a0 = args[0];
+    char *a1 = args[1];
+    char *a2 = args[2];
+    ANY_ORDER
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
+        REAL x0[2];
+        REAL x1[3];
+        REAL x2[3];
+        NAME(load_2)(x0, a0 + i * 2 * w, w);
+        NAME(load_3)(x1, a1 + i * 3 * w, w);
+        NAME(dilate_point)(x0, x1, x2);
+        NAME(store_3)(a2 + i * 3 * w, w, x2);
+    }
 }
 
-WIDE void NAME(dilate_point_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
+WIDE static void NAME(dilate_point_dense_uniform)(intptr_t n, char **args, const intptr_t *strides)
 {
-    const intptr_t n = dimensions[0], w = sizeof(REAL);
-    const intptr_t s0 = steps[0], s1 = steps[1], s2 = steps[2], c0a = steps[3], c1a = steps[4], c2a = steps[5];
-    if (n < 1)
-        return;
-    if (s0 == w && s1 == w && s2 == w)
-        NAME(dilate_point_each)(n, args, w, w, w, c0a, c1a, c2a);
-    else if (s0 == w && s1 == 0 && s2 == w)
-        NAME(dilate_point_each)(n, args, w, 0, w, c0a, c1a, c2a);
-    else if (s0 == 2 * w && s1 == 3 * w && s2 == 3 * w && c0a == w && c1a == w && c2a == w)
-        NAME(dilate_point_each)(n, args, 2 * w, 3 * w, 3 * w, w, w, w);
-    else if (s0 == 2 * w && s1 == 0 && s2 == 3 * w && c0a == w && c1a == w && c2a == w)
-        NAME(dilate_point_each)(n, args, 2 * w, 0, 3 * w, w, w, w);
-    else
-        NAME(dilate_point_any)(n, args, steps);
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    char *a0 = args[0];
+    char *a1 = args[1];
+    char *a2 = args[2];
+    REAL x1[3];
+    NAME(load_3)(x1, a1, w);
+    ANY_ORDER
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
+        REAL x0[2];
+        REAL x2[3];
+        NAME(load_2)(x0, a0 + i * 2 * w, w);
+        NAME(dilate_point)(x0, x1, x2);
+        NAME(store_3)(a2 + i * 3 * w, w, x2);
+    }
+}
+
+void NAME(dilate_point_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
+{
+    static const struct part parts[] = {{2, 1, 0, {2}}, {3, 1, 1, {3}}, {3, 1, 2, {3}}};
+    static const struct kernel kernel = {{NAME(dilate_point_block), NAME(dilate_point_block_uniform),
+        NAME(dilate_point_dense), NAME(dilate_point_dense_uniform)}, 2, 2, 3, parts};
+    NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
 INLINE void NAME(move_vector)(const REAL *m, const REAL *x, REAL *out)
@@ -8574,47 +9158,50 @@ INLINE void NAME(move_vector)(const REAL *m, const REAL *x, REAL *out)
     out[4] = t64;
 }
 
-static INLINE void NAME(move_vector_each)(intptr_t n, char **args, intptr_t s0, intptr_t s1, intptr_t s2, intptr_t
-    c0a, intptr_t c1a, intptr_t c2a)
+WIDE static void NAME(move_vector_block)(intptr_t n, char **args, const intptr_t *strides)
 {
+    const intptr_t w = sizeof(REAL);
+    const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
+    char *a0 = args[0];
+    char *a1 = args[1];
+    char *a2 = args[2];
+    ANY_ORDER
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
+        REAL x0[8];
+        REAL x1[5];
+        REAL x2[5];
+        NAME(load_8)(x0, a0 + i * w, c0a);
+        NAME(load_5)(x1, a1 + i * w, c1a);
+        NAME(move_vector)(x0, x1, x2);
+        NAME(store_5)(a2 + i * w, c2a, x2);
+    }
+}
+
+WIDE static void NAME(move_vector_block_uniform)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
     char *a0 = args[0];
     char *a1 = args[1];
     char *a2 = args[2];
     REAL x0[8];
     NAME(load_8)(x0, a0, c0a);
     ANY_ORDER
-    for (intptr_t i = 0; i < n; ++i) {
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
         REAL x1[5];
         REAL x2[5];
-        if (s0 != 0)
-            NAME(load_8)(x0, a0 + i * s0, c0a);
-        NAME(load_5)(x1, a1 + i * s1, c1a);
+        NAME(load_5)(x1, a1 + i * w, c1a);
         NAME(move_vector)(x0, x1, x2);
-        NAME(store_5)(a2 + i * s2, c2a, x2);
+        NAME(store_5)(a2 + i * w, c2a, x2);
     }
 }
 
-static void NAME(move_vector_any)(intptr_t n, char **args, const intptr_t *steps)
+void NAME(move_vector_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
-    NAME(move_vector_each)(n, args, steps[0], steps[1], steps[2], steps[3], steps[4], steps[5]);
-}
-
-WIDE void NAME(move_vector_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
-{
-    const intptr_t n = dimensions[0], w = sizeof(REAL);
-    const intptr_t s0 = steps[0], s1 = steps[1], s2 = steps[2], c0a = steps[3], c1a = steps[4], c2a = steps[5];
-    if (n < 1)
-        return;
-    if (s0 == w && s1 == w && s2 == w)
-        NAME(move_vector_each)(n, args, w, w, w, c0a, c1a, c2a);
-    else if (s0 == 0 && s1 == w && s2 == w)
-        NAME(move_vector_each)(n, args, 0, w, w, c0a, c1a, c2a);
-    else if (s0 == 8 * w && s1 == 5 * w && s2 == 5 * w && c0a == w && c1a == w && c2a == w)
-        NAME(move_vector_each)(n, args, 8 * w, 5 * w, 5 * w, w, w, w);
-    else if (s0 == 0 && s1 == 5 * w && s2 == 5 * w && c0a == w && c1a == w && c2a == w)
-        NAME(move_vector_each)(n, args, 0, 5 * w, 5 * w, w, w, w);
-    else
-        NAME(move_vector_any)(n, args, steps);
+    static const struct part parts[] = {{8, 1, 0, {8}}, {5, 1, 1, {5}}, {5, 1, 2, {5}}};
+    static const struct kernel kernel = {{NAME(move_vector_block), NAME(move_vector_block_uniform), NULL, NULL}, 1,
+        2, 3, parts};
+    NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
 INLINE void NAME(move_point_pair)(const REAL *m, const REAL *x, REAL *out)
@@ -8842,47 +9429,30 @@ INLINE void NAME(move_point_pair)(const REAL *m, const REAL *x, REAL *out)
     out[9] = t192;
 }
 
-static INLINE void NAME(move_point_pair_each)(intptr_t n, char **args, intptr_t s0, intptr_t s1, intptr_t s2,
-    intptr_t c0a, intptr_t c1a, intptr_t c2a)
+WIDE static void NAME(move_point_pair_block)(intptr_t n, char **args, const intptr_t *strides)
 {
+    const intptr_t w = sizeof(REAL);
+    const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
     char *a0 = args[0];
     char *a1 = args[1];
     char *a2 = args[2];
-    REAL x1[10];
-    NAME(load_10)(x1, a1, c1a);
     ANY_ORDER
-    for (intptr_t i = 0; i < n; ++i) {
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
         REAL x0[8];
+        REAL x1[10];
         REAL x2[10];
-        NAME(load_8)(x0, a0 + i * s0, c0a);
-        if (s1 != 0)
-            NAME(load_10)(x1, a1 + i * s1, c1a);
+        NAME(load_8)(x0, a0 + i * w, c0a);
+        NAME(load_10)(x1, a1 + i * w, c1a);
         NAME(move_point_pair)(x0, x1, x2);
-        NAME(store_10)(a2 + i * s2, c2a, x2);
+        NAME(store_10)(a2 + i * w, c2a, x2);
     }
 }
 
-static void NAME(move_point_pair_any)(intptr_t n, char **args, const intptr_t *steps)
+void NAME(move_point_pair_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
-    NAME(move_point_pair_each)(n, args, steps[0], steps[1], steps[2], steps[3], steps[4], steps[5]);
-}
-
-WIDE void NAME(move_point_pair_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
-{
-    const intptr_t n = dimensions[0], w = sizeof(REAL);
-    const intptr_t s0 = steps[0], s1 = steps[1], s2 = steps[2], c0a = steps[3], c1a = steps[4], c2a = steps[5];
-    if (n < 1)
-        return;
-    if (s0 == w && s1 == w && s2 == w)
-        NAME(move_point_pair_each)(n, args, w, w, w, c0a, c1a, c2a);
-    else if (s0 == w && s1 == 0 && s2 == w)
-        NAME(move_point_pair_each)(n, args, w, 0, w, c0a, c1a, c2a);
-    else if (s0 == 8 * w && s1 == 10 * w && s2 == 10 * w && c0a == w && c1a == w && c2a == w)
-        NAME(move_point_pair_each)(n, args, 8 * w, 10 * w, 10 * w, w, w, w);
-    else if (s0 == 8 * w && s1 == 0 && s2 == 10 * w && c0a == w && c1a == w && c2a == w)
-        NAME(move_point_pair_each)(n, args, 8 * w, 0, 10 * w, w, w, w);
-    else
-        NAME(move_point_pair_any)(n, args, steps);
+    static const struct part parts[] = {{8, 1, 0, {8}}, {10, 1, 1, {10}}, {10, 1, 2, {10}}};
+    static const struct kernel kernel = {{NAME(move_point_pair_block), NULL, NULL, NULL}, 0, 2, 3, parts};
+    NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
 INLINE void NAME(move_line)(const REAL *m, const REAL *x, REAL *out)
@@ -8999,47 +9569,50 @@ INLINE void NAME(move_line)(const REAL *m, const REAL *x, REAL *out)
     out[5] = t89;
 }
 
-static INLINE void NAME(move_line_each)(intptr_t n, char **args, intptr_t s0, intptr_t s1, intptr_t s2, intptr_t
-    c0a, intptr_t c1a, intptr_t c2a)
+WIDE static void NAME(move_line_block)(intptr_t n, char **args, const intptr_t *strides)
 {
+    const intptr_t w = sizeof(REAL);
+    const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
+    char *a0 = args[0];
+    char *a1 = args[1];
+    char *a2 = args[2];
+    ANY_ORDER
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
+        REAL x0[8];
+        REAL x1[6];
+        REAL x2[6];
+        NAME(load_8)(x0, a0 + i * w, c0a);
+        NAME(load_6)(x1, a1 + i * w, c1a);
+        NAME(move_line)(x0, x1, x2);
+        NAME(store_6)(a2 + i * w, c2a, x2);
+    }
+}
+
+WIDE static void NAME(move_line_block_uniform)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
     char *a0 = args[0];
     char *a1 = args[1];
     char *a2 = args[2];
     REAL x0[8];
     NAME(load_8)(x0, a0, c0a);
     ANY_ORDER
-    for (intptr_t i = 0; i < n; ++i) {
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
         REAL x1[6];
         REAL x2[6];
-        if (s0 != 0)
-            NAME(load_8)(x0, a0 + i * s0, c0a);
-        NAME(load_6)(x1, a1 + i * s1, c1a);
+        NAME(load_6)(x1, a1 + i * w, c1a);
         NAME(move_line)(x0, x1, x2);
-        NAME(store_6)(a2 + i * s2, c2a, x2);
+        NAME(store_6)(a2 + i * w, c2a, x2);
     }
 }
 
-static void NAME(move_line_any)(intptr_t n, char **args, const intptr_t *steps)
+void NAME(move_line_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
-    NAME(move_line_each)(n, args, steps[0], steps[1], steps[2], steps[3], steps[4], steps[5]);
-}
-
-WIDE void NAME(move_line_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
-{
-    const intptr_t n = dimensions[0], w = sizeof(REAL);
-    const intptr_t s0 = steps[0], s1 = steps[1], s2 = steps[2], c0a = steps[3], c1a = steps[4], c2a = steps[5];
-    if (n < 1)
-        return;
-    if (s0 == w && s1 == w && s2 == w)
-        NAME(move_line_each)(n, args, w, w, w, c0a, c1a, c2a);
-    else if (s0 == 0 && s1 == w && s2 == w)
-        NAME(move_line_each)(n, args, 0, w, w, c0a, c1a, c2a);
-    else if (s0 == 8 * w && s1 == 6 * w && s2 == 6 * w && c0a == w && c1a == w && c2a == w)
-        NAME(move_line_each)(n, args, 8 * w, 6 * w, 6 * w, w, w, w);
-    else if (s0 == 0 && s1 == 6 * w && s2 == 6 * w && c0a == w && c1a == w && c2a == w)
-        NAME(move_line_each)(n, args, 0, 6 * w, 6 * w, w, w, w);
-    else
-        NAME(move_line_any)(n, args, steps);
+    static const struct part parts[] = {{8, 1, 0, {8}}, {6, 1, 1, {6}}, {6, 1, 2, {6}}};
+    static const struct kernel kernel = {{NAME(move_line_block), NAME(move_line_block_uniform), NULL, NULL}, 1, 2,
+        3, parts};
+    NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
 INLINE void NAME(move_circle)(const REAL *m, const REAL *x, REAL *out)
@@ -9267,47 +9840,30 @@ INLINE void NAME(move_circle)(const REAL *m, const REAL *x, REAL *out)
     out[9] = t192;
 }
 
-static INLINE void NAME(move_circle_each)(intptr_t n, char **args, intptr_t s0, intptr_t s1, intptr_t s2, intptr_t
-    c0a, intptr_t c1a, intptr_t c2a)
+WIDE static void NAME(move_circle_block)(intptr_t n, char **args, const intptr_t *strides)
 {
+    const intptr_t w = sizeof(REAL);
+    const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
     char *a0 = args[0];
     char *a1 = args[1];
     char *a2 = args[2];
-    REAL x1[10];
-    NAME(load_10)(x1, a1, c1a);
     ANY_ORDER
-    for (intptr_t i = 0; i < n; ++i) {
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
         REAL x0[8];
+        REAL x1[10];
         REAL x2[10];
-        NAME(load_8)(x0, a0 + i * s0, c0a);
-        if (s1 != 0)
-            NAME(load_10)(x1, a1 + i * s1, c1a);
+        NAME(load_8)(x0, a0 + i * w, c0a);
+        NAME(load_10)(x1, a1 + i * w, c1a);
         NAME(move_circle)(x0, x1, x2);
-        NAME(store_10)(a2 + i * s2, c2a, x2);
+        NAME(store_10)(a2 + i * w, c2a, x2);
     }
 }
 
-static void NAME(move_circle_any)(intptr_t n, char **args, const intptr_t *steps)
+void NAME(move_circle_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
-    NAME(move_circle_each)(n, args, steps[0], steps[1], steps[2], steps[3], steps[4], steps[5]);
-}
-
-WIDE void NAME(move_circle_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
-{
-    const intptr_t n = dimensions[0], w = sizeof(REAL);
-    const intptr_t s0 = steps[0], s1 = steps[1], s2 = steps[2], c0a = steps[3], c1a = steps[4], c2a = steps[5];
-    if (n < 1)
-        return;
-    if (s0 == w && s1 == w && s2 == w)
-        NAME(move_circle_each)(n, args, w, w, w, c0a, c1a, c2a);
-    else if (s0 == w && s1 == 0 && s2 == w)
-        NAME(move_circle_each)(n, args, w, 0, w, c0a, c1a, c2a);
-    else if (s0 == 8 * w && s1 == 10 * w && s2 == 10 * w && c0a == w && c1a == w && c2a == w)
-        NAME(move_circle_each)(n, args, 8 * w, 10 * w, 10 * w, w, w, w);
-    else if (s0 == 8 * w && s1 == 0 && s2 == 10 * w && c0a == w && c1a == w && c2a == w)
-        NAME(move_circle_each)(n, args, 8 * w, 0, 10 * w, w, w, w);
-    else
-        NAME(move_circle_any)(n, args, steps);
+    static const struct part parts[] = {{8, 1, 0, {8}}, {10, 1, 1, {10}}, {10, 1, 2, {10}}};
+    static const struct kernel kernel = {{NAME(move_circle_block), NULL, NULL, NULL}, 0, 2, 3, parts};
+    NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
 INLINE void NAME(move_plane)(const REAL *m, const REAL *x, REAL *out)
@@ -9374,47 +9930,88 @@ INLINE void NAME(move_plane)(const REAL *m, const REAL *x, REAL *out)
     out[3] = t43;
 }
 
-static INLINE void NAME(move_plane_each)(intptr_t n, char **args, intptr_t s0, intptr_t s1, intptr_t s2, intptr_t
-    c0a, intptr_t c1a, intptr_t c2a)
+WIDE static void NAME(move_plane_block)(intptr_t n, char **args, const intptr_t *strides)
 {
+    const intptr_t w = sizeof(REAL);
+    const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
+    char *a0 = args[0];
+    char *a1 = args[1];
+    char *a2 = args[2];
+    ANY_ORDER
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
+        REAL x0[8];
+        REAL x1[4];
+        REAL x2[4];
+        NAME(load_8)(x0, a0 + i * w, c0a);
+        NAME(load_4)(x1, a1 + i * w, c1a);
+        NAME(move_plane)(x0, x1, x2);
+        NAME(store_4)(a2 + i * w, c2a, x2);
+    }
+}
+
+WIDE static void NAME(move_plane_block_uniform)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
     char *a0 = args[0];
     char *a1 = args[1];
     char *a2 = args[2];
     REAL x0[8];
     NAME(load_8)(x0, a0, c0a);
     ANY_ORDER
-    for (intptr_t i = 0; i < n; ++i) {
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
         REAL x1[4];
         REAL x2[4];
-        if (s0 != 0)
-            NAME(load_8)(x0, a0 + i * s0, c0a);
-        NAME(load_4)(x1, a1 + i * s1, c1a);
+        NAME(load_4)(x1, a1 + i * w, c1a);
         NAME(move_plane)(x0, x1, x2);
-        NAME(store_4)(a2 + i * s2, c2a, x2);
+        NAME(store_4)(a2 + i * w, c2a, x2);
     }
 }
 
-static void NAME(move_plane_any)(intptr_t n, char **args, const intptr_t *steps)
+WIDE static void NAME(move_plane_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
-    NAME(move_plane_each)(n, args, steps[0], steps[1], steps[2], steps[3], steps[4], steps[5]);
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    char *a0 = args[0];
+    char *a1 = args[1];
+    char *a2 = args[2];
+    ANY_ORDER
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
+        REAL x0[8];
+        REAL x1[4];
+        REAL x2[4];
+        NAME(load_8)(x0, a0 + i * 8 * w, w);
+        NAME(load_4)(x1, a1 + i * 4 * w, w);
+        NAME(move_plane)(x0, x1, x2);
+        NAME(store_4)(a2 + i * 4 * w, w, x2);
+    }
 }
 
-WIDE void NAME(move_plane_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
+WIDE static void NAME(move_plane_dense_uniform)(intptr_t n, char **args, const intptr_t *strides)
 {
-    const intptr_t n = dimensions[0], w = sizeof(REAL);
-    const intptr_t s0 = steps[0], s1 = steps[1], s2 = steps[2], c0a = steps[3], c1a = steps[4], c2a = steps[5];
-    if (n < 1)
-        return;
-    if (s0 == w && s1 == w && s2 == w)
-        NAME(move_plane_each)(n, args, w, w, w, c0a, c1a, c2a);
-    else if (s0 == 0 && s1 == w && s2 == w)
-        NAME(move_plane_each)(n, args, 0, w, w, c0a, c1a, c2a);
-    else if (s0 == 8 * w && s1 == 4 * w && s2 == 4 * w && c0a == w && c1a == w && c2a == w)
-        NAME(move_plane_each)(n, args, 8 * w, 4 * w, 4 * w, w, w, w);
-    else if (s0 == 0 && s1 == 4 * w && s2 == 4 * w && c0a == w && c1a == w && c2a == w)
-        NAME(move_plane_each)(n, args, 0, 4 * w, 4 * w, w, w, w);
-    else
-        NAME(move_plane_any)(n, args, steps);
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    char *a0 = args[0];
+    char *a1 = args[1];
+    char *a2 = args[2];
+    REAL x0[8];
+    NAME(load_8)(x0, a0, w);
+    ANY_ORDER
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
+        REAL x1[4];
+        REAL x2[4];
+        NAME(load_4)(x1, a1 + i * 4 * w, w);
+        NAME(move_plane)(x0, x1, x2);
+        NAME(store_4)(a2 + i * 4 * w, w, x2);
+    }
+}
+
+void NAME(move_plane_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
+{
+    static const struct part parts[] = {{8, 1, 0, {8}}, {4, 1, 1, {4}}, {4, 1, 2, {4}}};
+    static const struct kernel kernel = {{NAME(move_plane_block), NAME(move_plane_block_uniform),
+        NAME(move_plane_dense), NAME(move_plane_dense_uniform)}, 1, 2, 3, parts};
+    NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
 INLINE void NAME(move_sphere)(const REAL *m, const REAL *x, REAL *out)
@@ -9504,47 +10101,50 @@ INLINE void NAME(move_sphere)(const REAL *m, const REAL *x, REAL *out)
     out[4] = t64;
 }
 
-static INLINE void NAME(move_sphere_each)(intptr_t n, char **args, intptr_t s0, intptr_t s1, intptr_t s2, intptr_t
-    c0a, intptr_t c1a, intptr_t c2a)
+WIDE static void NAME(move_sphere_block)(intptr_t n, char **args, const intptr_t *strides)
 {
+    const intptr_t w = sizeof(REAL);
+    const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
+    char *a0 = args[0];
+    char *a1 = args[1];
+    char *a2 = args[2];
+    ANY_ORDER
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
+        REAL x0[8];
+        REAL x1[5];
+        REAL x2[5];
+        NAME(load_8)(x0, a0 + i * w, c0a);
+        NAME(load_5)(x1, a1 + i * w, c1a);
+        NAME(move_sphere)(x0, x1, x2);
+        NAME(store_5)(a2 + i * w, c2a, x2);
+    }
+}
+
+WIDE static void NAME(move_sphere_block_uniform)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
     char *a0 = args[0];
     char *a1 = args[1];
     char *a2 = args[2];
     REAL x0[8];
     NAME(load_8)(x0, a0, c0a);
     ANY_ORDER
-    for (intptr_t i = 0; i < n; ++i) {
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
         REAL x1[5];
         REAL x2[5];
-        if (s0 != 0)
-            NAME(load_8)(x0, a0 + i * s0, c0a);
-        NAME(load_5)(x1, a1 + i * s1, c1a);
+        NAME(load_5)(x1, a1 + i * w, c1a);
         NAME(move_sphere)(x0, x1, x2);
-        NAME(store_5)(a2 + i * s2, c2a, x2);
+        NAME(store_5)(a2 + i * w, c2a, x2);
     }
 }
 
-static void NAME(move_sphere_any)(intptr_t n, char **args, const intptr_t *steps)
+void NAME(move_sphere_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
-    NAME(move_sphere_each)(n, args, steps[0], steps[1], steps[2], steps[3], steps[4], steps[5]);
-}
-
-WIDE void NAME(move_sphere_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
-{
-    const intptr_t n = dimensions[0], w = sizeof(REAL);
-    const intptr_t s0 = steps[0], s1 = steps[1], s2 = steps[2], c0a = steps[3], c1a = steps[4], c2a = steps[5];
-    if (n < 1)
-        return;
-    if (s0 == w && s1 == w && s2 == w)
-        NAME(move_sphere_each)(n, args, w, w, w, c0a, c1a, c2a);
-    else if (s0 == 0 && s1 == w && s2 == w)
-        NAME(move_sphere_each)(n, args, 0, w, w, c0a, c1a, c2a);
-    else if (s0 == 8 * w && s1 == 5 * w && s2 == 5 * w && c0a == w && c1a == w && c2a == w)
-        NAME(move_sphere_each)(n, args, 8 * w, 5 * w, 5 * w, w, w, w);
-    else if (s0 == 0 && s1 == 5 * w && s2 == 5 * w && c0a == w && c1a == w && c2a == w)
-        NAME(move_sphere_each)(n, args, 0, 5 * w, 5 * w, w, w, w);
-    else
-        NAME(move_sphere_any)(n, args, steps);
+    static const struct part parts[] = {{8, 1, 0, {8}}, {5, 1, 1, {5}}, {5, 1, 2, {5}}};
+    static const struct kernel kernel = {{NAME(move_sphere_block), NAME(move_sphere_block_uniform), NULL, NULL}, 1,
+        2, 3, parts};
+    NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
 INLINE void NAME(transform_vector)(const REAL *v, const REAL *x, REAL *out)
@@ -9783,47 +10383,30 @@ INLINE void NAME(transform_vector)(const REAL *v, const REAL *x, REAL *out)
     out[4] = t205;
 }
 
-static INLINE void NAME(transform_vector_each)(intptr_t n, char **args, intptr_t s0, intptr_t s1, intptr_t s2,
-    intptr_t c0a, intptr_t c1a, intptr_t c2a)
+WIDE static void NAME(transform_vector_block)(intptr_t n, char **args, const intptr_t *strides)
 {
+    const intptr_t w = sizeof(REAL);
+    const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
     char *a0 = args[0];
     char *a1 = args[1];
     char *a2 = args[2];
-    REAL x0[16];
-    NAME(load_16)(x0, a0, c0a);
     ANY_ORDER
-    for (intptr_t i = 0; i < n; ++i) {
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
+        REAL x0[16];
         REAL x1[5];
         REAL x2[5];
-        if (s0 != 0)
-            NAME(load_16)(x0, a0 + i * s0, c0a);
-        NAME(load_5)(x1, a1 + i * s1, c1a);
+        NAME(load_16)(x0, a0 + i * w, c0a);
+        NAME(load_5)(x1, a1 + i * w, c1a);
         NAME(transform_vector)(x0, x1, x2);
-        NAME(store_5)(a2 + i * s2, c2a, x2);
+        NAME(store_5)(a2 + i * w, c2a, x2);
     }
 }
 
-static void NAME(transform_vector_any)(intptr_t n, char **args, const intptr_t *steps)
+void NAME(transform_vector_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
-    NAME(transform_vector_each)(n, args, steps[0], steps[1], steps[2], steps[3], steps[4], steps[5]);
-}
-
-WIDE void NAME(transform_vector_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
-{
-    const intptr_t n = dimensions[0], w = sizeof(REAL);
-    const intptr_t s0 = steps[0], s1 = steps[1], s2 = steps[2], c0a = steps[3], c1a = steps[4], c2a = steps[5];
-    if (n < 1)
-        return;
-    if (s0 == w && s1 == w && s2 == w)
-        NAME(transform_vector_each)(n, args, w, w, w, c0a, c1a, c2a);
-    else if (s0 == 0 && s1 == w && s2 == w)
-        NAME(transform_vector_each)(n, args, 0, w, w, c0a, c1a, c2a);
-    else if (s0 == 16 * w && s1 == 5 * w && s2 == 5 * w && c0a == w && c1a == w && c2a == w)
-        NAME(transform_vector_each)(n, args, 16 * w, 5 * w, 5 * w, w, w, w);
-    else if (s0 == 0 && s1 == 5 * w && s2 == 5 * w && c0a == w && c1a == w && c2a == w)
-        NAME(transform_vector_each)(n, args, 0, 5 * w, 5 * w, w, w, w);
-    else
-        NAME(transform_vector_any)(n, args, steps);
+    static const struct part parts[] = {{16, 1, 0, {16}}, {5, 1, 1, {5}}, {5, 1, 2, {5}}};
+    static const struct kernel kernel = {{NAME(transform_vector_block), NULL, NULL, NULL}, 0, 2, 3, parts};
+    NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
 INLINE void NAME(reflect_point)(const REAL *p, const REAL *plane, REAL *out)
@@ -9882,47 +10465,88 @@ INLINE void NAME(reflect_point)(const REAL *p, const REAL *plane, REAL *out)
     out[2] = t41;
 }
 
-static INLINE void NAME(reflect_point_each)(intptr_t n, char **args, intptr_t s0, intptr_t s1, intptr_t s2, intptr_t
-    c0a, intptr_t c1a, intptr_t c2a)
+WIDE static void NAME(reflect_point_block)(intptr_t n, char **args, const intptr_t *strides)
 {
+    const intptr_t w = sizeof(REAL);
+    const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
+    char *a0 = args[0];
+    char *a1 = args[1];
+    char *a2 = args[2];
+    ANY_ORDER
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
+        REAL x0[3];
+        REAL x1[4];
+        REAL x2[3];
+        NAME(load_3)(x0, a0 + i * w, c0a);
+        NAME(load_4)(x1, a1 + i * w, c1a);
+        NAME(reflect_point)(x0, x1, x2);
+        NAME(store_3)(a2 + i * w, c2a, x2);
+    }
+}
+
+WIDE static void NAME(reflect_point_block_uniform)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
     char *a0 = args[0];
     char *a1 = args[1];
     char *a2 = args[2];
     REAL x1[4];
     NAME(load_4)(x1, a1, c1a);
     ANY_ORDER
-    for (intptr_t i = 0; i < n; ++i) {
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
         REAL x0[3];
         REAL x2[3];
-        NAME(load_3)(x0, a0 + i * s0, c0a);
-        if (s1 != 0)
-            NAME(load_4)(x1, a1 + i * s1, c1a);
+        NAME(load_3)(x0, a0 + i * w, c0a);
         NAME(reflect_point)(x0, x1, x2);
-        NAME(store_3)(a2 + i * s2, c2a, x2);
+        NAME(store_3)(a2 + i * w, c2a, x2);
     }
 }
 
-static void NAME(reflect_point_any)(intptr_t n, char **args, const intptr_t *steps)
+WIDE static void NAME(reflect_point_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
-    NAME(reflect_point_each)(n, args, steps[0], steps[1], steps[2], steps[3], steps[4], steps[5]);
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    char *a0 = args[0];
+    char *a1 = args[1];
+    char *a2 = args[2];
+    ANY_ORDER
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
+        REAL x0[3];
+        REAL x1[4];
+        REAL x2[3];
+        NAME(load_3)(x0, a0 + i * 3 * w, w);
+        NAME(load_4)(x1, a1 + i * 4 * w, w);
+        NAME(reflect_point)(x0, x1, x2);
+        NAME(store_3)(a2 + i * 3 * w, w, x2);
+    }
 }
 
-WIDE void NAME(reflect_point_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
+WIDE static void NAME(reflect_point_dense_uniform)(intptr_t n, char **args, const intptr_t *strides)
 {
-    const intptr_t n = dimensions[0], w = sizeof(REAL);
-    const intptr_t s0 = steps[0], s1 = steps[1], s2 = steps[2], c0a = steps[3], c1a = steps[4], c2a = steps[5];
-    if (n < 1)
-        return;
-    if (s0 == w && s1 == w && s2 == w)
-        NAME(reflect_point_each)(n, args, w, w, w, c0a, c1a, c2a);
-    else if (s0 == w && s1 == 0 && s2 == w)
-        NAME(reflect_point_each)(n, args, w, 0, w, c0a, c1a, c2a);
-    else if (s0 == 3 * w && s1 == 4 * w && s2 == 3 * w && c0a == w && c1a == w && c2a == w)
-        NAME(reflect_point_each)(n, args, 3 * w, 4 * w, 3 * w, w, w, w);
-    else if (s0 == 3 * w && s1 == 0 && s2 == 3 * w && c0a == w && c1a == w && c2a == w)
-        NAME(reflect_point_each)(n, args, 3 * w, 0, 3 * w, w, w, w);
-    else
-        NAME(reflect_point_any)(n, args, steps);
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    char *a0 = args[0];
+    char *a1 = args[1];
+    char *a2 = args[2];
+    REAL x1[4];
+    NAME(load_4)(x1, a1, w);
+    ANY_ORDER
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
+        REAL x0[3];
+        REAL x2[3];
+        NAME(load_3)(x0, a0 + i * 3 * w, w);
+        NAME(reflect_point)(x0, x1, x2);
+        NAME(store_3)(a2 + i * 3 * w, w, x2);
+    }
+}
+
+void NAME(reflect_point_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
+{
+    static const struct part parts[] = {{3, 1, 0, {3}}, {4, 1, 1, {4}}, {3, 1, 2, {3}}};
+    static const struct kernel kernel = {{NAME(reflect_point_block), NAME(reflect_point_block_uniform),
+        NAME(reflect_point_dense), NAME(reflect_point_dense_uniform)}, 2, 2, 3, parts};
+    NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
 INLINE void NAME(invert_point)(const REAL *p, const REAL *s, REAL *out)
@@ -10018,46 +10642,49 @@ INLINE void NAME(invert_point)(const REAL *p, const REAL *s, REAL *out)
     out[2] = t77;
 }
 
-static INLINE void NAME(invert_point_each)(intptr_t n, char **args, intptr_t s0, intptr_t s1, intptr_t s2, intptr_t
-    c0a, intptr_t c1a, intptr_t c2a)
+WIDE static void NAME(invert_point_block)(intptr_t n, char **args, const intptr_t *strides)
 {
+    const intptr_t w = sizeof(REAL);
+    const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
+    char *a0 = args[0];
+    char *a1 = args[1];
+    char *a2 = args[2];
+    ANY_ORDER
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
+        REAL x0[3];
+        REAL x1[5];
+        REAL x2[3];
+        NAME(load_3)(x0, a0 + i * w, c0a);
+        NAME(load_5)(x1, a1 + i * w, c1a);
+        NAME(invert_point)(x0, x1, x2);
+        NAME(store_3)(a2 + i * w, c2a, x2);
+    }
+}
+
+WIDE static void NAME(invert_point_block_uniform)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
     char *a0 = args[0];
     char *a1 = args[1];
     char *a2 = args[2];
     REAL x1[5];
     NAME(load_5)(x1, a1, c1a);
     ANY_ORDER
-    for (intptr_t i = 0; i < n; ++i) {
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
         REAL x0[3];
         REAL x2[3];
-        NAME(load_3)(x0, a0 + i * s0, c0a);
-        if (s1 != 0)
-            NAME(load_5)(x1, a1 + i * s1, c1a);
+        NAME(load_3)(x0, a0 + i * w, c0a);
         NAME(invert_point)(x0, x1, x2);
-        NAME(store_3)(a2 + i * s2, c2a, x2);
+        NAME(store_3)(a2 + i * w, c2a, x2);
     }
 }
 
-static void NAME(invert_point_any)(intptr_t n, char **args, const intptr_t *steps)
+void NAME(invert_point_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
-    NAME(invert_point_each)(n, args, steps[0], steps[1], steps[2], steps[3], steps[4], steps[5]);
-}
-
-WIDE void NAME(invert_point_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
-{
-    const intptr_t n = dimensions[0], w = sizeof(REAL);
-    const intptr_t s0 = steps[0], s1 = steps[1], s2 = steps[2], c0a = steps[3], c1a = steps[4], c2a = steps[5];
-    if (n < 1)
-        return;
-    if (s0 == w && s1 == w && s2 == w)
-        NAME(invert_point_each)(n, args, w, w, w, c0a, c1a, c2a);
-    else if (s0 == w && s1 == 0 && s2 == w)
-        NAME(invert_point_each)(n, args, w, 0, w, c0a, c1a, c2a);
-    else if (s0 == 3 * w && s1 == 5 * w && s2 == 3 * w && c0a == w && c1a == w && c2a == w)
-        NAME(invert_point_each)(n, args, 3 * w, 5 * w, 3 * w, w, w, w);
-    else if (s0 == 3 * w && s1 == 0 && s2 == 3 * w && c0a == w && c1a == w && c2a == w)
-        NAME(invert_point_each)(n, args, 3 * w, 0, 3 * w, w, w, w);
-    else
-        NAME(invert_point_any)(n, args, steps);
+    static const struct part parts[] = {{3, 1, 0, {3}}, {5, 1, 1, {5}}, {3, 1, 2, {3}}};
+    static const struct kernel kernel = {{NAME(invert_point_block), NAME(invert_point_block_uniform), NULL, NULL},
+        2, 2, 3, parts};
+    NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 #endif

@@ -2,7 +2,7 @@
 // command: gac generate --all pga2
 // spec: 7c44e0807464f29a
 // contraction: -ffp-contract=off (every operation is rounded once)
-// body: 21db521ad13e96a97585e2c6a1e62a3191b658bfadab275a259c97a5046d268e
+// body: d664eea40a2b028fdc27cca778fdcf236893acb8c3cc978a68b059bacb2bf6ec
 
 #ifndef REAL
 #include "pga2.h"
@@ -31,6 +31,35 @@
 #else
 #define WIDE
 #endif
+
+// Loops run over whole vectors: a block is padded to a multiple of this many elements.
+#define LANES 16
+#define PADDED(n) (((n) + LANES - 1) & -LANES)
+
+// A vector of neighbours in memory.
+#if defined(__has_builtin)
+#if __has_builtin(__builtin_shufflevector)
+#define SHUFFLE __builtin_shufflevector
+#define VECTOR(n) __attribute__((vector_size((n) * sizeof(REAL)), aligned(sizeof(REAL)), may_alias))
+#endif
+#endif
+
+// An argument or a result: how many numbers, along which axes, and which is the first of its strides.
+struct part {
+    int size, rank, first, shape[2];
+};
+
+typedef void loop_function(intptr_t n, char **args, const intptr_t *strides);
+
+// The loops of a kernel: rows, rows with the `hoisted` arguments (a bit each) the same for all, and both in C order.
+struct kernel {
+    loop_function *loops[4];
+    unsigned hoisted;
+    int n_inputs, n_parts;
+    const struct part *parts;
+};
+
+enum { PARTS = 4, CORES = 3, SPACE = 4096 };
 
 #define SQRT(x) FUNCTION(sqrt)(x)
 #define SIN(x) FUNCTION(sin)(x)
@@ -162,6 +191,232 @@ static INLINE void NAME(store_8)(char *a, intptr_t ca, const REAL *x)
     *(REAL *)(a + 7 * ca) = x[7];
 }
 
+// Blocks of a batch, and how they get there from strides of any kind: a component of a part (an argument or a result)
+// is a row, `row` numbers long, of the elements of a block.
+
+#ifdef SHUFFLE
+typedef REAL NAME(four) VECTOR(4);
+typedef REAL NAME(eight) VECTOR(8);
+
+// Four numbers at each of eight places, `s` bytes apart, as eight numbers at each of four.
+static INLINE void NAME(turn_8x4)(const char *a, intptr_t s, REAL *x, intptr_t row)
+{
+    NAME(eight) a0, a1, a2, a3;
+#define PAIR(k) SHUFFLE(*(const NAME(four) *)(a + (k) * s), *(const NAME(four) *)(a + ((k) + 4) * s), \
+        0, 1, 2, 3, 4, 5, 6, 7)
+    a0 = PAIR(0);
+    a1 = PAIR(1);
+    a2 = PAIR(2);
+    a3 = PAIR(3);
+#undef PAIR
+    const NAME(eight) b0 = SHUFFLE(a0, a1, 0, 8, 1, 9, 4, 12, 5, 13), b1 = SHUFFLE(a0, a1, 2, 10, 3, 11, 6, 14, 7, 15);
+    const NAME(eight) b2 = SHUFFLE(a2, a3, 0, 8, 1, 9, 4, 12, 5, 13), b3 = SHUFFLE(a2, a3, 2, 10, 3, 11, 6, 14, 7, 15);
+    *(NAME(eight) *)x = SHUFFLE(b0, b2, 0, 1, 8, 9, 4, 5, 12, 13);
+    *(NAME(eight) *)(x + row) = SHUFFLE(b0, b2, 2, 3, 10, 11, 6, 7, 14, 15);
+    *(NAME(eight) *)(x + 2 * row) = SHUFFLE(b1, b3, 0, 1, 8, 9, 4, 5, 12, 13);
+    *(NAME(eight) *)(x + 3 * row) = SHUFFLE(b1, b3, 2, 3, 10, 11, 6, 7, 14, 15);
+}
+
+static INLINE void NAME(turn_4x4)(const char *a, intptr_t s, char *b, intptr_t t)
+{
+    const NAME(four) a0 = *(const NAME(four) *)a, a1 = *(const NAME(four) *)(a + s);
+    const NAME(four) a2 = *(const NAME(four) *)(a + 2 * s), a3 = *(const NAME(four) *)(a + 3 * s);
+    const NAME(four) b0 = SHUFFLE(a0, a1, 0, 4, 2, 6), b1 = SHUFFLE(a0, a1, 1, 5, 3, 7);
+    const NAME(four) b2 = SHUFFLE(a2, a3, 0, 4, 2, 6), b3 = SHUFFLE(a2, a3, 1, 5, 3, 7);
+    *(NAME(four) *)b = SHUFFLE(b0, b2, 0, 1, 4, 5);
+    *(NAME(four) *)(b + t) = SHUFFLE(b1, b3, 0, 1, 4, 5);
+    *(NAME(four) *)(b + 2 * t) = SHUFFLE(b0, b2, 2, 3, 6, 7);
+    *(NAME(four) *)(b + 3 * t) = SHUFFLE(b1, b3, 2, 3, 6, 7);
+}
+#endif
+
+// Rows of `size` components that lie `c` bytes apart, of `n` elements that lie `s` bytes apart.
+WIDE static void NAME(load_rows)(REAL *x, intptr_t row, const char *a, intptr_t s, intptr_t c, intptr_t size,
+    intptr_t n)
+{
+    const intptr_t w = sizeof(REAL);
+    intptr_t done = 0;
+    if (size == 3 && c == w && s == 3 * w) {
+        const REAL *b = (const REAL *)a;
+        ANY_ORDER
+        for (intptr_t i = 0; i < n; ++i) {
+            x[i] = b[3 * i];
+            x[i + row] = b[3 * i + 1];
+            x[i + 2 * row] = b[3 * i + 2];
+        }
+        return;
+    }
+#ifdef SHUFFLE
+    if (size >= 4 && c == w) {
+        for (; done + 8 <= n; done += 8) {
+            for (intptr_t k = 0; k < size; k += 4) {
+                const intptr_t first = k + 4 <= size ? k : size - 4;
+                NAME(turn_8x4)(a + done * s + first * w, s, x + first * row + done, row);
+            }
+        }
+    } else if (s != w) {
+        for (; done + 4 <= n; done += 4) {
+            for (intptr_t k = 0; k < size; ++k) {
+                const char *b = a + done * s + k * c;
+                *(NAME(four) *)(x + k * row + done) = (NAME(four)){*(const REAL *)b, *(const REAL *)(b + s),
+                    *(const REAL *)(b + 2 * s), *(const REAL *)(b + 3 * s)};
+            }
+        }
+    }
+#endif
+    if (done == n)
+        return;
+    for (intptr_t k = 0; k < size; ++k) {
+        const char *from = a + k * c;
+        REAL *to = x + k * row;
+        if (s == w) {
+            ANY_ORDER
+            for (intptr_t i = done; i < n; ++i)
+                to[i] = ((const REAL *)from)[i];
+        } else {
+            for (intptr_t i = done; i < n; ++i)
+                to[i] = *(const REAL *)(from + i * s);
+        }
+    }
+}
+
+// The inverse of load_rows.
+WIDE static void NAME(store_rows)(char *a, intptr_t s, intptr_t c, const REAL *x, intptr_t row, intptr_t size,
+    intptr_t n)
+{
+    const intptr_t w = sizeof(REAL);
+    intptr_t done = 0;
+    if (size == 3 && c == w && s == 3 * w) {
+        REAL *b = (REAL *)a;
+        ANY_ORDER
+        for (intptr_t i = 0; i < n; ++i) {
+            b[3 * i] = x[i];
+            b[3 * i + 1] = x[i + row];
+            b[3 * i + 2] = x[i + 2 * row];
+        }
+        return;
+    }
+#ifdef SHUFFLE
+    if (size >= 4 && c == w) {
+        for (; done + 4 <= n; done += 4) {
+            for (intptr_t k = 0; k < size; k += 4) {
+                const intptr_t first = k + 4 <= size ? k : size - 4;
+                NAME(turn_4x4)((const char *)(x + first * row + done), row * w, a + done * s + first * w, s);
+            }
+        }
+    }
+#endif
+    if (done == n)
+        return;
+    for (intptr_t k = 0; k < size; ++k) {
+        const REAL *from = x + k * row;
+        char *to = a + k * c;
+        for (intptr_t i = done; i < n; ++i)
+            *(REAL *)(to + i * s) = from[i];
+    }
+}
+
+// All rows of a part, from the batch or back to it; axes that lie as one are moved as one.
+static void NAME(move_part)(int back, REAL *x, intptr_t row, const struct part *part, char *a, intptr_t s,
+    const intptr_t *c, intptr_t n)
+{
+    intptr_t count = 1, step = sizeof(REAL);
+    int axis = part->rank;
+    for (; axis > 0 && (count == 1 || c[axis - 1] == count * step); --axis) {
+        step = count == 1 ? c[axis - 1] : step;
+        count *= part->shape[axis - 1];
+    }
+    for (intptr_t k = 0; k < part->size; k += count) {
+        intptr_t offset = 0, rest = k / count;
+        for (int outer = axis; outer-- > 0; rest /= part->shape[outer])
+            offset += rest % part->shape[outer] * c[outer];
+        if (back)
+            NAME(store_rows)(a + offset, s, step, x + k * row, row, count, n);
+        else
+            NAME(load_rows)(x + k * row, row, a + offset, s, step, count, n);
+    }
+}
+
+// Runs a kernel over a batch in blocks. What lies at unit stride, or is hoisted, is used where it lies, and so is a
+// whole batch in C order if there is a loop for it; everything else goes through rows.
+static void NAME(batch)(const struct kernel *kernel, char **args, intptr_t n, const intptr_t *steps)
+{
+    const intptr_t w = sizeof(REAL), *strides = steps + kernel->n_parts;
+    const int n_parts = kernel->n_parts, n_inputs = kernel->n_inputs;
+    enum { SAME, HOISTED, UNIT, ANY } kinds[PARTS];
+    _Alignas(64) REAL space[SPACE];
+    REAL *rows[PARTS];
+    char *starts[PARTS];
+    intptr_t cores[CORES], row_cores[CORES], total = 0, bytes = 0;
+    unsigned hoisted = kernel->hoisted;
+    int in_place = 1, dense = kernel->loops[2] != NULL;
+    for (int p = 0; p < n_parts; ++p) {
+        total += kernel->parts[p].size;
+        bytes += steps[p] < 0 ? -steps[p] : steps[p];
+        if (hoisted >> p & 1 && steps[p] != 0)
+            hoisted = 0;
+    }
+    // Long rows spare calls; beyond the last cache, short ones keep reading and writing going side by side.
+    intptr_t row = n < (1 << 24) / (bytes + 1) ? 64 : LANES;
+    while (row > LANES && row * total > SPACE)
+        row /= 2;
+    total = 0;
+    for (int p = 0; p < n_parts; ++p) {
+        const struct part *part = &kernel->parts[p];
+        const intptr_t *c = strides + part->first;
+        intptr_t step = w, row_step = row * w;
+        starts[p] = args[p];
+        rows[p] = space + row * total;
+        total += part->size;
+        kinds[p] = hoisted >> p & 1 ? HOISTED : p < n_inputs && steps[p] == 0 ? SAME : steps[p] == w ? UNIT : ANY;
+        in_place = in_place && (kinds[p] == UNIT || kinds[p] == HOISTED);
+        for (int q = part->rank; q-- > 0; step *= part->shape[q], row_step *= part->shape[q]) {
+            cores[part->first + q] = c[q];
+            row_cores[part->first + q] = row_step;
+            dense = dense && c[q] == step;
+        }
+        dense = dense && (kinds[p] == HOISTED || steps[p] == step);
+    }
+    for (int p = 0; p < n_inputs && !dense; ++p) {
+        const struct part *part = &kernel->parts[p];
+        if (kinds[p] == SAME) {
+            starts[p] = (char *)rows[p];
+            NAME(move_part)(0, rows[p], row, part, args[p], 0, strides + part->first, n < row ? PADDED(n) : row);
+            for (int q = part->first; q < part->first + part->rank; ++q)
+                cores[q] = row_cores[q];
+        }
+    }
+    for (intptr_t i = 0, m; i < n; i += m) {
+        const int last = n - i < LANES;
+        if (dense && !last) {
+            m = n & -LANES;
+            kernel->loops[hoisted ? 3 : 2](m, starts, cores);
+            continue;
+        }
+        m = last ? n - i : in_place || n - i < row ? (n - i) & -LANES : row;
+        for (int p = 0; p < n_parts; ++p) {
+            const struct part *part = &kernel->parts[p];
+            if (kinds[p] == UNIT && !last)
+                starts[p] = args[p] + i * w;
+            if (kinds[p] < UNIT || (kinds[p] == UNIT && !last))
+                continue;
+            starts[p] = (char *)rows[p];
+            for (int q = part->first; q < part->first + part->rank; ++q)
+                cores[q] = row_cores[q];
+            if (p < n_inputs)
+                NAME(move_part)(0, rows[p], row, part, args[p] + i * steps[p], steps[p], strides + part->first, m);
+            for (intptr_t k = 0; last && p < n_inputs && k < part->size; ++k)
+                for (intptr_t j = m; j < LANES; ++j)
+                    rows[p][k * row + j] = rows[p][k * row + m - 1];
+        }
+        kernel->loops[hoisted ? 1 : 0](m, starts, cores);
+        for (int p = n_inputs; p < n_parts; ++p)
+            if (starts[p] == (char *)rows[p])
+                NAME(move_part)(1, rows[p], row, &kernel->parts[p], args[p] + i * steps[p], steps[p],
+                    strides + kernel->parts[p].first, m);
+    }
+}
+
 INLINE void NAME(geometric_product)(const REAL *a, const REAL *b, REAL *out)
 {
     const REAL a_1 = a[0];
@@ -263,47 +518,50 @@ INLINE void NAME(geometric_product)(const REAL *a, const REAL *b, REAL *out)
     out[7] = t72;
 }
 
-static INLINE void NAME(geometric_product_each)(intptr_t n, char **args, intptr_t s0, intptr_t s1, intptr_t s2,
-    intptr_t c0a, intptr_t c1a, intptr_t c2a)
+WIDE static void NAME(geometric_product_block)(intptr_t n, char **args, const intptr_t *strides)
 {
+    const intptr_t w = sizeof(REAL);
+    const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
+    char *a0 = args[0];
+    char *a1 = args[1];
+    char *a2 = args[2];
+    ANY_ORDER
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
+        REAL x0[8];
+        REAL x1[8];
+        REAL x2[8];
+        NAME(load_8)(x0, a0 + i * w, c0a);
+        NAME(load_8)(x1, a1 + i * w, c1a);
+        NAME(geometric_product)(x0, x1, x2);
+        NAME(store_8)(a2 + i * w, c2a, x2);
+    }
+}
+
+WIDE static void NAME(geometric_product_block_uniform)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
     char *a0 = args[0];
     char *a1 = args[1];
     char *a2 = args[2];
     REAL x0[8];
     NAME(load_8)(x0, a0, c0a);
     ANY_ORDER
-    for (intptr_t i = 0; i < n; ++i) {
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
         REAL x1[8];
         REAL x2[8];
-        if (s0 != 0)
-            NAME(load_8)(x0, a0 + i * s0, c0a);
-        NAME(load_8)(x1, a1 + i * s1, c1a);
+        NAME(load_8)(x1, a1 + i * w, c1a);
         NAME(geometric_product)(x0, x1, x2);
-        NAME(store_8)(a2 + i * s2, c2a, x2);
+        NAME(store_8)(a2 + i * w, c2a, x2);
     }
 }
 
-static void NAME(geometric_product_any)(intptr_t n, char **args, const intptr_t *steps)
+void NAME(geometric_product_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
-    NAME(geometric_product_each)(n, args, steps[0], steps[1], steps[2], steps[3], steps[4], steps[5]);
-}
-
-WIDE void NAME(geometric_product_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
-{
-    const intptr_t n = dimensions[0], w = sizeof(REAL);
-    const intptr_t s0 = steps[0], s1 = steps[1], s2 = steps[2], c0a = steps[3], c1a = steps[4], c2a = steps[5];
-    if (n < 1)
-        return;
-    if (s0 == w && s1 == w && s2 == w)
-        NAME(geometric_product_each)(n, args, w, w, w, c0a, c1a, c2a);
-    else if (s0 == 0 && s1 == w && s2 == w)
-        NAME(geometric_product_each)(n, args, 0, w, w, c0a, c1a, c2a);
-    else if (s0 == 8 * w && s1 == 8 * w && s2 == 8 * w && c0a == w && c1a == w && c2a == w)
-        NAME(geometric_product_each)(n, args, 8 * w, 8 * w, 8 * w, w, w, w);
-    else if (s0 == 0 && s1 == 8 * w && s2 == 8 * w && c0a == w && c1a == w && c2a == w)
-        NAME(geometric_product_each)(n, args, 0, 8 * w, 8 * w, w, w, w);
-    else
-        NAME(geometric_product_any)(n, args, steps);
+    static const struct part parts[] = {{8, 1, 0, {8}}, {8, 1, 1, {8}}, {8, 1, 2, {8}}};
+    static const struct kernel kernel = {{NAME(geometric_product_block), NAME(geometric_product_block_uniform),
+        NULL, NULL}, 1, 2, 3, parts};
+    NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
 INLINE void NAME(outer_product)(const REAL *a, const REAL *b, REAL *out)
@@ -380,47 +638,88 @@ INLINE void NAME(outer_product)(const REAL *a, const REAL *b, REAL *out)
     out[7] = t45;
 }
 
-static INLINE void NAME(outer_product_each)(intptr_t n, char **args, intptr_t s0, intptr_t s1, intptr_t s2, intptr_t
-    c0a, intptr_t c1a, intptr_t c2a)
+WIDE static void NAME(outer_product_block)(intptr_t n, char **args, const intptr_t *strides)
 {
+    const intptr_t w = sizeof(REAL);
+    const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
+    char *a0 = args[0];
+    char *a1 = args[1];
+    char *a2 = args[2];
+    ANY_ORDER
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
+        REAL x0[8];
+        REAL x1[8];
+        REAL x2[8];
+        NAME(load_8)(x0, a0 + i * w, c0a);
+        NAME(load_8)(x1, a1 + i * w, c1a);
+        NAME(outer_product)(x0, x1, x2);
+        NAME(store_8)(a2 + i * w, c2a, x2);
+    }
+}
+
+WIDE static void NAME(outer_product_block_uniform)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
     char *a0 = args[0];
     char *a1 = args[1];
     char *a2 = args[2];
     REAL x0[8];
     NAME(load_8)(x0, a0, c0a);
     ANY_ORDER
-    for (intptr_t i = 0; i < n; ++i) {
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
         REAL x1[8];
         REAL x2[8];
-        if (s0 != 0)
-            NAME(load_8)(x0, a0 + i * s0, c0a);
-        NAME(load_8)(x1, a1 + i * s1, c1a);
+        NAME(load_8)(x1, a1 + i * w, c1a);
         NAME(outer_product)(x0, x1, x2);
-        NAME(store_8)(a2 + i * s2, c2a, x2);
+        NAME(store_8)(a2 + i * w, c2a, x2);
     }
 }
 
-static void NAME(outer_product_any)(intptr_t n, char **args, const intptr_t *steps)
+WIDE static void NAME(outer_product_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
-    NAME(outer_product_each)(n, args, steps[0], steps[1], steps[2], steps[3], steps[4], steps[5]);
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    char *a0 = args[0];
+    char *a1 = args[1];
+    char *a2 = args[2];
+    ANY_ORDER
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
+        REAL x0[8];
+        REAL x1[8];
+        REAL x2[8];
+        NAME(load_8)(x0, a0 + i * 8 * w, w);
+        NAME(load_8)(x1, a1 + i * 8 * w, w);
+        NAME(outer_product)(x0, x1, x2);
+        NAME(store_8)(a2 + i * 8 * w, w, x2);
+    }
 }
 
-WIDE void NAME(outer_product_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
+WIDE static void NAME(outer_product_dense_uniform)(intptr_t n, char **args, const intptr_t *strides)
 {
-    const intptr_t n = dimensions[0], w = sizeof(REAL);
-    const intptr_t s0 = steps[0], s1 = steps[1], s2 = steps[2], c0a = steps[3], c1a = steps[4], c2a = steps[5];
-    if (n < 1)
-        return;
-    if (s0 == w && s1 == w && s2 == w)
-        NAME(outer_product_each)(n, args, w, w, w, c0a, c1a, c2a);
-    else if (s0 == 0 && s1 == w && s2 == w)
-        NAME(outer_product_each)(n, args, 0, w, w, c0a, c1a, c2a);
-    else if (s0 == 8 * w && s1 == 8 * w && s2 == 8 * w && c0a == w && c1a == w && c2a == w)
-        NAME(outer_product_each)(n, args, 8 * w, 8 * w, 8 * w, w, w, w);
-    else if (s0 == 0 && s1 == 8 * w && s2 == 8 * w && c0a == w && c1a == w && c2a == w)
-        NAME(outer_product_each)(n, args, 0, 8 * w, 8 * w, w, w, w);
-    else
-        NAME(outer_product_any)(n, args, steps);
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    char *a0 = args[0];
+    char *a1 = args[1];
+    char *a2 = args[2];
+    REAL x0[8];
+    NAME(load_8)(x0, a0, w);
+    ANY_ORDER
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
+        REAL x1[8];
+        REAL x2[8];
+        NAME(load_8)(x1, a1 + i * 8 * w, w);
+        NAME(outer_product)(x0, x1, x2);
+        NAME(store_8)(a2 + i * 8 * w, w, x2);
+    }
+}
+
+void NAME(outer_product_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
+{
+    static const struct part parts[] = {{8, 1, 0, {8}}, {8, 1, 1, {8}}, {8, 1, 2, {8}}};
+    static const struct kernel kernel = {{NAME(outer_product_block), NAME(outer_product_block_uniform),
+        NAME(outer_product_dense), NAME(outer_product_dense_uniform)}, 1, 2, 3, parts};
+    NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
 INLINE void NAME(regressive_product)(const REAL *a, const REAL *b, REAL *out)
@@ -497,47 +796,88 @@ INLINE void NAME(regressive_product)(const REAL *a, const REAL *b, REAL *out)
     out[7] = t45;
 }
 
-static INLINE void NAME(regressive_product_each)(intptr_t n, char **args, intptr_t s0, intptr_t s1, intptr_t s2,
-    intptr_t c0a, intptr_t c1a, intptr_t c2a)
+WIDE static void NAME(regressive_product_block)(intptr_t n, char **args, const intptr_t *strides)
 {
+    const intptr_t w = sizeof(REAL);
+    const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
+    char *a0 = args[0];
+    char *a1 = args[1];
+    char *a2 = args[2];
+    ANY_ORDER
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
+        REAL x0[8];
+        REAL x1[8];
+        REAL x2[8];
+        NAME(load_8)(x0, a0 + i * w, c0a);
+        NAME(load_8)(x1, a1 + i * w, c1a);
+        NAME(regressive_product)(x0, x1, x2);
+        NAME(store_8)(a2 + i * w, c2a, x2);
+    }
+}
+
+WIDE static void NAME(regressive_product_block_uniform)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
     char *a0 = args[0];
     char *a1 = args[1];
     char *a2 = args[2];
     REAL x0[8];
     NAME(load_8)(x0, a0, c0a);
     ANY_ORDER
-    for (intptr_t i = 0; i < n; ++i) {
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
         REAL x1[8];
         REAL x2[8];
-        if (s0 != 0)
-            NAME(load_8)(x0, a0 + i * s0, c0a);
-        NAME(load_8)(x1, a1 + i * s1, c1a);
+        NAME(load_8)(x1, a1 + i * w, c1a);
         NAME(regressive_product)(x0, x1, x2);
-        NAME(store_8)(a2 + i * s2, c2a, x2);
+        NAME(store_8)(a2 + i * w, c2a, x2);
     }
 }
 
-static void NAME(regressive_product_any)(intptr_t n, char **args, const intptr_t *steps)
+WIDE static void NAME(regressive_product_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
-    NAME(regressive_product_each)(n, args, steps[0], steps[1], steps[2], steps[3], steps[4], steps[5]);
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    char *a0 = args[0];
+    char *a1 = args[1];
+    char *a2 = args[2];
+    ANY_ORDER
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
+        REAL x0[8];
+        REAL x1[8];
+        REAL x2[8];
+        NAME(load_8)(x0, a0 + i * 8 * w, w);
+        NAME(load_8)(x1, a1 + i * 8 * w, w);
+        NAME(regressive_product)(x0, x1, x2);
+        NAME(store_8)(a2 + i * 8 * w, w, x2);
+    }
 }
 
-WIDE void NAME(regressive_product_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
+WIDE static void NAME(regressive_product_dense_uniform)(intptr_t n, char **args, const intptr_t *strides)
 {
-    const intptr_t n = dimensions[0], w = sizeof(REAL);
-    const intptr_t s0 = steps[0], s1 = steps[1], s2 = steps[2], c0a = steps[3], c1a = steps[4], c2a = steps[5];
-    if (n < 1)
-        return;
-    if (s0 == w && s1 == w && s2 == w)
-        NAME(regressive_product_each)(n, args, w, w, w, c0a, c1a, c2a);
-    else if (s0 == 0 && s1 == w && s2 == w)
-        NAME(regressive_product_each)(n, args, 0, w, w, c0a, c1a, c2a);
-    else if (s0 == 8 * w && s1 == 8 * w && s2 == 8 * w && c0a == w && c1a == w && c2a == w)
-        NAME(regressive_product_each)(n, args, 8 * w, 8 * w, 8 * w, w, w, w);
-    else if (s0 == 0 && s1 == 8 * w && s2 == 8 * w && c0a == w && c1a == w && c2a == w)
-        NAME(regressive_product_each)(n, args, 0, 8 * w, 8 * w, w, w, w);
-    else
-        NAME(regressive_product_any)(n, args, steps);
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    char *a0 = args[0];
+    char *a1 = args[1];
+    char *a2 = args[2];
+    REAL x0[8];
+    NAME(load_8)(x0, a0, w);
+    ANY_ORDER
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
+        REAL x1[8];
+        REAL x2[8];
+        NAME(load_8)(x1, a1 + i * 8 * w, w);
+        NAME(regressive_product)(x0, x1, x2);
+        NAME(store_8)(a2 + i * 8 * w, w, x2);
+    }
+}
+
+void NAME(regressive_product_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
+{
+    static const struct part parts[] = {{8, 1, 0, {8}}, {8, 1, 1, {8}}, {8, 1, 2, {8}}};
+    static const struct kernel kernel = {{NAME(regressive_product_block), NAME(regressive_product_block_uniform),
+        NAME(regressive_product_dense), NAME(regressive_product_dense_uniform)}, 1, 2, 3, parts};
+    NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
 INLINE void NAME(inner_product)(const REAL *a, const REAL *b, REAL *out)
@@ -624,47 +964,88 @@ INLINE void NAME(inner_product)(const REAL *a, const REAL *b, REAL *out)
     out[7] = t55;
 }
 
-static INLINE void NAME(inner_product_each)(intptr_t n, char **args, intptr_t s0, intptr_t s1, intptr_t s2, intptr_t
-    c0a, intptr_t c1a, intptr_t c2a)
+WIDE static void NAME(inner_product_block)(intptr_t n, char **args, const intptr_t *strides)
 {
+    const intptr_t w = sizeof(REAL);
+    const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
+    char *a0 = args[0];
+    char *a1 = args[1];
+    char *a2 = args[2];
+    ANY_ORDER
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
+        REAL x0[8];
+        REAL x1[8];
+        REAL x2[8];
+        NAME(load_8)(x0, a0 + i * w, c0a);
+        NAME(load_8)(x1, a1 + i * w, c1a);
+        NAME(inner_product)(x0, x1, x2);
+        NAME(store_8)(a2 + i * w, c2a, x2);
+    }
+}
+
+WIDE static void NAME(inner_product_block_uniform)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
     char *a0 = args[0];
     char *a1 = args[1];
     char *a2 = args[2];
     REAL x0[8];
     NAME(load_8)(x0, a0, c0a);
     ANY_ORDER
-    for (intptr_t i = 0; i < n; ++i) {
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
         REAL x1[8];
         REAL x2[8];
-        if (s0 != 0)
-            NAME(load_8)(x0, a0 + i * s0, c0a);
-        NAME(load_8)(x1, a1 + i * s1, c1a);
+        NAME(load_8)(x1, a1 + i * w, c1a);
         NAME(inner_product)(x0, x1, x2);
-        NAME(store_8)(a2 + i * s2, c2a, x2);
+        NAME(store_8)(a2 + i * w, c2a, x2);
     }
 }
 
-static void NAME(inner_product_any)(intptr_t n, char **args, const intptr_t *steps)
+WIDE static void NAME(inner_product_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
-    NAME(inner_product_each)(n, args, steps[0], steps[1], steps[2], steps[3], steps[4], steps[5]);
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    char *a0 = args[0];
+    char *a1 = args[1];
+    char *a2 = args[2];
+    ANY_ORDER
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
+        REAL x0[8];
+        REAL x1[8];
+        REAL x2[8];
+        NAME(load_8)(x0, a0 + i * 8 * w, w);
+        NAME(load_8)(x1, a1 + i * 8 * w, w);
+        NAME(inner_product)(x0, x1, x2);
+        NAME(store_8)(a2 + i * 8 * w, w, x2);
+    }
 }
 
-WIDE void NAME(inner_product_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
+WIDE static void NAME(inner_product_dense_uniform)(intptr_t n, char **args, const intptr_t *strides)
 {
-    const intptr_t n = dimensions[0], w = sizeof(REAL);
-    const intptr_t s0 = steps[0], s1 = steps[1], s2 = steps[2], c0a = steps[3], c1a = steps[4], c2a = steps[5];
-    if (n < 1)
-        return;
-    if (s0 == w && s1 == w && s2 == w)
-        NAME(inner_product_each)(n, args, w, w, w, c0a, c1a, c2a);
-    else if (s0 == 0 && s1 == w && s2 == w)
-        NAME(inner_product_each)(n, args, 0, w, w, c0a, c1a, c2a);
-    else if (s0 == 8 * w && s1 == 8 * w && s2 == 8 * w && c0a == w && c1a == w && c2a == w)
-        NAME(inner_product_each)(n, args, 8 * w, 8 * w, 8 * w, w, w, w);
-    else if (s0 == 0 && s1 == 8 * w && s2 == 8 * w && c0a == w && c1a == w && c2a == w)
-        NAME(inner_product_each)(n, args, 0, 8 * w, 8 * w, w, w, w);
-    else
-        NAME(inner_product_any)(n, args, steps);
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    char *a0 = args[0];
+    char *a1 = args[1];
+    char *a2 = args[2];
+    REAL x0[8];
+    NAME(load_8)(x0, a0, w);
+    ANY_ORDER
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
+        REAL x1[8];
+        REAL x2[8];
+        NAME(load_8)(x1, a1 + i * 8 * w, w);
+        NAME(inner_product)(x0, x1, x2);
+        NAME(store_8)(a2 + i * 8 * w, w, x2);
+    }
+}
+
+void NAME(inner_product_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
+{
+    static const struct part parts[] = {{8, 1, 0, {8}}, {8, 1, 1, {8}}, {8, 1, 2, {8}}};
+    static const struct kernel kernel = {{NAME(inner_product_block), NAME(inner_product_block_uniform),
+        NAME(inner_product_dense), NAME(inner_product_dense_uniform)}, 1, 2, 3, parts};
+    NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
 INLINE void NAME(reverse)(const REAL *a, REAL *out)
@@ -691,37 +1072,43 @@ INLINE void NAME(reverse)(const REAL *a, REAL *out)
     out[7] = t3;
 }
 
-static INLINE void NAME(reverse_each)(intptr_t n, char **args, intptr_t s0, intptr_t s1, intptr_t c0a, intptr_t c1a)
+WIDE static void NAME(reverse_block)(intptr_t n, char **args, const intptr_t *strides)
 {
+    const intptr_t w = sizeof(REAL);
+    const intptr_t c0a = strides[0], c1a = strides[1];
     char *a0 = args[0];
     char *a1 = args[1];
     ANY_ORDER
-    for (intptr_t i = 0; i < n; ++i) {
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
         REAL x0[8];
         REAL x1[8];
-        NAME(load_8)(x0, a0 + i * s0, c0a);
+        NAME(load_8)(x0, a0 + i * w, c0a);
         NAME(reverse)(x0, x1);
-        NAME(store_8)(a1 + i * s1, c1a, x1);
+        NAME(store_8)(a1 + i * w, c1a, x1);
     }
 }
 
-static void NAME(reverse_any)(intptr_t n, char **args, const intptr_t *steps)
+WIDE static void NAME(reverse_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
-    NAME(reverse_each)(n, args, steps[0], steps[1], steps[2], steps[3]);
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    char *a0 = args[0];
+    char *a1 = args[1];
+    ANY_ORDER
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
+        REAL x0[8];
+        REAL x1[8];
+        NAME(load_8)(x0, a0 + i * 8 * w, w);
+        NAME(reverse)(x0, x1);
+        NAME(store_8)(a1 + i * 8 * w, w, x1);
+    }
 }
 
-WIDE void NAME(reverse_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
+void NAME(reverse_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
-    const intptr_t n = dimensions[0], w = sizeof(REAL);
-    const intptr_t s0 = steps[0], s1 = steps[1], c0a = steps[2], c1a = steps[3];
-    if (n < 1)
-        return;
-    if (s0 == w && s1 == w)
-        NAME(reverse_each)(n, args, w, w, c0a, c1a);
-    else if (s0 == 8 * w && s1 == 8 * w && c0a == w && c1a == w)
-        NAME(reverse_each)(n, args, 8 * w, 8 * w, w, w);
-    else
-        NAME(reverse_any)(n, args, steps);
+    static const struct part parts[] = {{8, 1, 0, {8}}, {8, 1, 1, {8}}};
+    static const struct kernel kernel = {{NAME(reverse_block), NULL, NAME(reverse_dense), NULL}, 0, 1, 2, parts};
+    NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
 INLINE void NAME(grade_involution)(const REAL *a, REAL *out)
@@ -748,38 +1135,44 @@ INLINE void NAME(grade_involution)(const REAL *a, REAL *out)
     out[7] = t3;
 }
 
-static INLINE void NAME(grade_involution_each)(intptr_t n, char **args, intptr_t s0, intptr_t s1, intptr_t c0a,
-    intptr_t c1a)
+WIDE static void NAME(grade_involution_block)(intptr_t n, char **args, const intptr_t *strides)
 {
+    const intptr_t w = sizeof(REAL);
+    const intptr_t c0a = strides[0], c1a = strides[1];
     char *a0 = args[0];
     char *a1 = args[1];
     ANY_ORDER
-    for (intptr_t i = 0; i < n; ++i) {
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
         REAL x0[8];
         REAL x1[8];
-        NAME(load_8)(x0, a0 + i * s0, c0a);
+        NAME(load_8)(x0, a0 + i * w, c0a);
         NAME(grade_involution)(x0, x1);
-        NAME(store_8)(a1 + i * s1, c1a, x1);
+        NAME(store_8)(a1 + i * w, c1a, x1);
     }
 }
 
-static void NAME(grade_involution_any)(intptr_t n, char **args, const intptr_t *steps)
+WIDE static void NAME(grade_involution_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
-    NAME(grade_involution_each)(n, args, steps[0], steps[1], steps[2], steps[3]);
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    char *a0 = args[0];
+    char *a1 = args[1];
+    ANY_ORDER
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
+        REAL x0[8];
+        REAL x1[8];
+        NAME(load_8)(x0, a0 + i * 8 * w, w);
+        NAME(grade_involution)(x0, x1);
+        NAME(store_8)(a1 + i * 8 * w, w, x1);
+    }
 }
 
-WIDE void NAME(grade_involution_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
+void NAME(grade_involution_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
-    const intptr_t n = dimensions[0], w = sizeof(REAL);
-    const intptr_t s0 = steps[0], s1 = steps[1], c0a = steps[2], c1a = steps[3];
-    if (n < 1)
-        return;
-    if (s0 == w && s1 == w)
-        NAME(grade_involution_each)(n, args, w, w, c0a, c1a);
-    else if (s0 == 8 * w && s1 == 8 * w && c0a == w && c1a == w)
-        NAME(grade_involution_each)(n, args, 8 * w, 8 * w, w, w);
-    else
-        NAME(grade_involution_any)(n, args, steps);
+    static const struct part parts[] = {{8, 1, 0, {8}}, {8, 1, 1, {8}}};
+    static const struct kernel kernel = {{NAME(grade_involution_block), NULL, NAME(grade_involution_dense), NULL},
+        0, 1, 2, parts};
+    NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
 INLINE void NAME(dual)(const REAL *a, REAL *out)
@@ -802,37 +1195,43 @@ INLINE void NAME(dual)(const REAL *a, REAL *out)
     out[7] = a_1;
 }
 
-static INLINE void NAME(dual_each)(intptr_t n, char **args, intptr_t s0, intptr_t s1, intptr_t c0a, intptr_t c1a)
+WIDE static void NAME(dual_block)(intptr_t n, char **args, const intptr_t *strides)
 {
+    const intptr_t w = sizeof(REAL);
+    const intptr_t c0a = strides[0], c1a = strides[1];
     char *a0 = args[0];
     char *a1 = args[1];
     ANY_ORDER
-    for (intptr_t i = 0; i < n; ++i) {
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
         REAL x0[8];
         REAL x1[8];
-        NAME(load_8)(x0, a0 + i * s0, c0a);
+        NAME(load_8)(x0, a0 + i * w, c0a);
         NAME(dual)(x0, x1);
-        NAME(store_8)(a1 + i * s1, c1a, x1);
+        NAME(store_8)(a1 + i * w, c1a, x1);
     }
 }
 
-static void NAME(dual_any)(intptr_t n, char **args, const intptr_t *steps)
+WIDE static void NAME(dual_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
-    NAME(dual_each)(n, args, steps[0], steps[1], steps[2], steps[3]);
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    char *a0 = args[0];
+    char *a1 = args[1];
+    ANY_ORDER
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
+        REAL x0[8];
+        REAL x1[8];
+        NAME(load_8)(x0, a0 + i * 8 * w, w);
+        NAME(dual)(x0, x1);
+        NAME(store_8)(a1 + i * 8 * w, w, x1);
+    }
 }
 
-WIDE void NAME(dual_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
+void NAME(dual_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
-    const intptr_t n = dimensions[0], w = sizeof(REAL);
-    const intptr_t s0 = steps[0], s1 = steps[1], c0a = steps[2], c1a = steps[3];
-    if (n < 1)
-        return;
-    if (s0 == w && s1 == w)
-        NAME(dual_each)(n, args, w, w, c0a, c1a);
-    else if (s0 == 8 * w && s1 == 8 * w && c0a == w && c1a == w)
-        NAME(dual_each)(n, args, 8 * w, 8 * w, w, w);
-    else
-        NAME(dual_any)(n, args, steps);
+    static const struct part parts[] = {{8, 1, 0, {8}}, {8, 1, 1, {8}}};
+    static const struct kernel kernel = {{NAME(dual_block), NULL, NAME(dual_dense), NULL}, 0, 1, 2, parts};
+    NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
 INLINE void NAME(undual)(const REAL *a, REAL *out)
@@ -855,37 +1254,43 @@ INLINE void NAME(undual)(const REAL *a, REAL *out)
     out[7] = a_1;
 }
 
-static INLINE void NAME(undual_each)(intptr_t n, char **args, intptr_t s0, intptr_t s1, intptr_t c0a, intptr_t c1a)
+WIDE static void NAME(undual_block)(intptr_t n, char **args, const intptr_t *strides)
 {
+    const intptr_t w = sizeof(REAL);
+    const intptr_t c0a = strides[0], c1a = strides[1];
     char *a0 = args[0];
     char *a1 = args[1];
     ANY_ORDER
-    for (intptr_t i = 0; i < n; ++i) {
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
         REAL x0[8];
         REAL x1[8];
-        NAME(load_8)(x0, a0 + i * s0, c0a);
+        NAME(load_8)(x0, a0 + i * w, c0a);
         NAME(undual)(x0, x1);
-        NAME(store_8)(a1 + i * s1, c1a, x1);
+        NAME(store_8)(a1 + i * w, c1a, x1);
     }
 }
 
-static void NAME(undual_any)(intptr_t n, char **args, const intptr_t *steps)
+WIDE static void NAME(undual_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
-    NAME(undual_each)(n, args, steps[0], steps[1], steps[2], steps[3]);
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    char *a0 = args[0];
+    char *a1 = args[1];
+    ANY_ORDER
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
+        REAL x0[8];
+        REAL x1[8];
+        NAME(load_8)(x0, a0 + i * 8 * w, w);
+        NAME(undual)(x0, x1);
+        NAME(store_8)(a1 + i * 8 * w, w, x1);
+    }
 }
 
-WIDE void NAME(undual_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
+void NAME(undual_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
-    const intptr_t n = dimensions[0], w = sizeof(REAL);
-    const intptr_t s0 = steps[0], s1 = steps[1], c0a = steps[2], c1a = steps[3];
-    if (n < 1)
-        return;
-    if (s0 == w && s1 == w)
-        NAME(undual_each)(n, args, w, w, c0a, c1a);
-    else if (s0 == 8 * w && s1 == 8 * w && c0a == w && c1a == w)
-        NAME(undual_each)(n, args, 8 * w, 8 * w, w, w);
-    else
-        NAME(undual_any)(n, args, steps);
+    static const struct part parts[] = {{8, 1, 0, {8}}, {8, 1, 1, {8}}};
+    static const struct kernel kernel = {{NAME(undual_block), NULL, NAME(undual_dense), NULL}, 0, 1, 2, parts};
+    NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
 INLINE void NAME(norm)(const REAL *a, REAL *out)
@@ -905,37 +1310,43 @@ INLINE void NAME(norm)(const REAL *a, REAL *out)
     out[0] = t7;
 }
 
-static INLINE void NAME(norm_each)(intptr_t n, char **args, intptr_t s0, intptr_t s1, intptr_t c0a)
+WIDE static void NAME(norm_block)(intptr_t n, char **args, const intptr_t *strides)
 {
+    const intptr_t w = sizeof(REAL);
+    const intptr_t c0a = strides[0];
     char *a0 = args[0];
     char *a1 = args[1];
     ANY_ORDER
-    for (intptr_t i = 0; i < n; ++i) {
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
         REAL x0[8];
         REAL x1[1];
-        NAME(load_8)(x0, a0 + i * s0, c0a);
+        NAME(load_8)(x0, a0 + i * w, c0a);
         NAME(norm)(x0, x1);
-        NAME(store_scalar)(a1 + i * s1, x1);
+        NAME(store_scalar)(a1 + i * w, x1);
     }
 }
 
-static void NAME(norm_any)(intptr_t n, char **args, const intptr_t *steps)
+WIDE static void NAME(norm_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
-    NAME(norm_each)(n, args, steps[0], steps[1], steps[2]);
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    char *a0 = args[0];
+    char *a1 = args[1];
+    ANY_ORDER
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
+        REAL x0[8];
+        REAL x1[1];
+        NAME(load_8)(x0, a0 + i * 8 * w, w);
+        NAME(norm)(x0, x1);
+        NAME(store_scalar)(a1 + i * w, x1);
+    }
 }
 
-WIDE void NAME(norm_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
+void NAME(norm_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
-    const intptr_t n = dimensions[0], w = sizeof(REAL);
-    const intptr_t s0 = steps[0], s1 = steps[1], c0a = steps[2];
-    if (n < 1)
-        return;
-    if (s0 == w && s1 == w)
-        NAME(norm_each)(n, args, w, w, c0a);
-    else if (s0 == 8 * w && s1 == w && c0a == w)
-        NAME(norm_each)(n, args, 8 * w, w, w);
-    else
-        NAME(norm_any)(n, args, steps);
+    static const struct part parts[] = {{8, 1, 0, {8}}, {1, 0, 1, {0}}};
+    static const struct kernel kernel = {{NAME(norm_block), NULL, NAME(norm_dense), NULL}, 0, 1, 2, parts};
+    NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
 INLINE void NAME(point_from_bivector)(const REAL *b, REAL *out)
@@ -950,38 +1361,44 @@ INLINE void NAME(point_from_bivector)(const REAL *b, REAL *out)
     out[1] = t2;
 }
 
-static INLINE void NAME(point_from_bivector_each)(intptr_t n, char **args, intptr_t s0, intptr_t s1, intptr_t c0a,
-    intptr_t c1a)
+WIDE static void NAME(point_from_bivector_block)(intptr_t n, char **args, const intptr_t *strides)
 {
+    const intptr_t w = sizeof(REAL);
+    const intptr_t c0a = strides[0], c1a = strides[1];
     char *a0 = args[0];
     char *a1 = args[1];
     ANY_ORDER
-    for (intptr_t i = 0; i < n; ++i) {
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
         REAL x0[3];
         REAL x1[2];
-        NAME(load_3)(x0, a0 + i * s0, c0a);
+        NAME(load_3)(x0, a0 + i * w, c0a);
         NAME(point_from_bivector)(x0, x1);
-        NAME(store_2)(a1 + i * s1, c1a, x1);
+        NAME(store_2)(a1 + i * w, c1a, x1);
     }
 }
 
-static void NAME(point_from_bivector_any)(intptr_t n, char **args, const intptr_t *steps)
+WIDE static void NAME(point_from_bivector_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
-    NAME(point_from_bivector_each)(n, args, steps[0], steps[1], steps[2], steps[3]);
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    char *a0 = args[0];
+    char *a1 = args[1];
+    ANY_ORDER
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
+        REAL x0[3];
+        REAL x1[2];
+        NAME(load_3)(x0, a0 + i * 3 * w, w);
+        NAME(point_from_bivector)(x0, x1);
+        NAME(store_2)(a1 + i * 2 * w, w, x1);
+    }
 }
 
-WIDE void NAME(point_from_bivector_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
+void NAME(point_from_bivector_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
-    const intptr_t n = dimensions[0], w = sizeof(REAL);
-    const intptr_t s0 = steps[0], s1 = steps[1], c0a = steps[2], c1a = steps[3];
-    if (n < 1)
-        return;
-    if (s0 == w && s1 == w)
-        NAME(point_from_bivector_each)(n, args, w, w, c0a, c1a);
-    else if (s0 == 3 * w && s1 == 2 * w && c0a == w && c1a == w)
-        NAME(point_from_bivector_each)(n, args, 3 * w, 2 * w, w, w);
-    else
-        NAME(point_from_bivector_any)(n, args, steps);
+    static const struct part parts[] = {{3, 1, 0, {3}}, {2, 1, 1, {2}}};
+    static const struct kernel kernel = {{NAME(point_from_bivector_block), NULL, NAME(point_from_bivector_dense),
+        NULL}, 0, 1, 2, parts};
+    NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
 INLINE void NAME(normalize_line)(const REAL *line, REAL *out)
@@ -1002,38 +1419,44 @@ INLINE void NAME(normalize_line)(const REAL *line, REAL *out)
     out[2] = t7;
 }
 
-static INLINE void NAME(normalize_line_each)(intptr_t n, char **args, intptr_t s0, intptr_t s1, intptr_t c0a,
-    intptr_t c1a)
+WIDE static void NAME(normalize_line_block)(intptr_t n, char **args, const intptr_t *strides)
 {
+    const intptr_t w = sizeof(REAL);
+    const intptr_t c0a = strides[0], c1a = strides[1];
     char *a0 = args[0];
     char *a1 = args[1];
     ANY_ORDER
-    for (intptr_t i = 0; i < n; ++i) {
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
         REAL x0[3];
         REAL x1[3];
-        NAME(load_3)(x0, a0 + i * s0, c0a);
+        NAME(load_3)(x0, a0 + i * w, c0a);
         NAME(normalize_line)(x0, x1);
-        NAME(store_3)(a1 + i * s1, c1a, x1);
+        NAME(store_3)(a1 + i * w, c1a, x1);
     }
 }
 
-static void NAME(normalize_line_any)(intptr_t n, char **args, const intptr_t *steps)
+WIDE static void NAME(normalize_line_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
-    NAME(normalize_line_each)(n, args, steps[0], steps[1], steps[2], steps[3]);
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    char *a0 = args[0];
+    char *a1 = args[1];
+    ANY_ORDER
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
+        REAL x0[3];
+        REAL x1[3];
+        NAME(load_3)(x0, a0 + i * 3 * w, w);
+        NAME(normalize_line)(x0, x1);
+        NAME(store_3)(a1 + i * 3 * w, w, x1);
+    }
 }
 
-WIDE void NAME(normalize_line_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
+void NAME(normalize_line_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
-    const intptr_t n = dimensions[0], w = sizeof(REAL);
-    const intptr_t s0 = steps[0], s1 = steps[1], c0a = steps[2], c1a = steps[3];
-    if (n < 1)
-        return;
-    if (s0 == w && s1 == w)
-        NAME(normalize_line_each)(n, args, w, w, c0a, c1a);
-    else if (s0 == 3 * w && s1 == 3 * w && c0a == w && c1a == w)
-        NAME(normalize_line_each)(n, args, 3 * w, 3 * w, w, w);
-    else
-        NAME(normalize_line_any)(n, args, steps);
+    static const struct part parts[] = {{3, 1, 0, {3}}, {3, 1, 1, {3}}};
+    static const struct kernel kernel = {{NAME(normalize_line_block), NULL, NAME(normalize_line_dense), NULL}, 0, 1,
+        2, parts};
+    NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
 INLINE void NAME(join_points)(const REAL *a, const REAL *b, REAL *out)
@@ -1052,47 +1475,88 @@ INLINE void NAME(join_points)(const REAL *a, const REAL *b, REAL *out)
     out[2] = t4;
 }
 
-static INLINE void NAME(join_points_each)(intptr_t n, char **args, intptr_t s0, intptr_t s1, intptr_t s2, intptr_t
-    c0a, intptr_t c1a, intptr_t c2a)
+WIDE static void NAME(join_points_block)(intptr_t n, char **args, const intptr_t *strides)
 {
+    const intptr_t w = sizeof(REAL);
+    const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
+    char *a0 = args[0];
+    char *a1 = args[1];
+    char *a2 = args[2];
+    ANY_ORDER
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
+        REAL x0[2];
+        REAL x1[2];
+        REAL x2[3];
+        NAME(load_2)(x0, a0 + i * w, c0a);
+        NAME(load_2)(x1, a1 + i * w, c1a);
+        NAME(join_points)(x0, x1, x2);
+        NAME(store_3)(a2 + i * w, c2a, x2);
+    }
+}
+
+WIDE static void NAME(join_points_block_uniform)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
     char *a0 = args[0];
     char *a1 = args[1];
     char *a2 = args[2];
     REAL x0[2];
     NAME(load_2)(x0, a0, c0a);
     ANY_ORDER
-    for (intptr_t i = 0; i < n; ++i) {
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
         REAL x1[2];
         REAL x2[3];
-        if (s0 != 0)
-            NAME(load_2)(x0, a0 + i * s0, c0a);
-        NAME(load_2)(x1, a1 + i * s1, c1a);
+        NAME(load_2)(x1, a1 + i * w, c1a);
         NAME(join_points)(x0, x1, x2);
-        NAME(store_3)(a2 + i * s2, c2a, x2);
+        NAME(store_3)(a2 + i * w, c2a, x2);
     }
 }
 
-static void NAME(join_points_any)(intptr_t n, char **args, const intptr_t *steps)
+WIDE static void NAME(join_points_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
-    NAME(join_points_each)(n, args, steps[0], steps[1], steps[2], steps[3], steps[4], steps[5]);
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    char *a0 = args[0];
+    char *a1 = args[1];
+    char *a2 = args[2];
+    ANY_ORDER
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
+        REAL x0[2];
+        REAL x1[2];
+        REAL x2[3];
+        NAME(load_2)(x0, a0 + i * 2 * w, w);
+        NAME(load_2)(x1, a1 + i * 2 * w, w);
+        NAME(join_points)(x0, x1, x2);
+        NAME(store_3)(a2 + i * 3 * w, w, x2);
+    }
 }
 
-WIDE void NAME(join_points_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
+WIDE static void NAME(join_points_dense_uniform)(intptr_t n, char **args, const intptr_t *strides)
 {
-    const intptr_t n = dimensions[0], w = sizeof(REAL);
-    const intptr_t s0 = steps[0], s1 = steps[1], s2 = steps[2], c0a = steps[3], c1a = steps[4], c2a = steps[5];
-    if (n < 1)
-        return;
-    if (s0 == w && s1 == w && s2 == w)
-        NAME(join_points_each)(n, args, w, w, w, c0a, c1a, c2a);
-    else if (s0 == 0 && s1 == w && s2 == w)
-        NAME(join_points_each)(n, args, 0, w, w, c0a, c1a, c2a);
-    else if (s0 == 2 * w && s1 == 2 * w && s2 == 3 * w && c0a == w && c1a == w && c2a == w)
-        NAME(join_points_each)(n, args, 2 * w, 2 * w, 3 * w, w, w, w);
-    else if (s0 == 0 && s1 == 2 * w && s2 == 3 * w && c0a == w && c1a == w && c2a == w)
-        NAME(join_points_each)(n, args, 0, 2 * w, 3 * w, w, w, w);
-    else
-        NAME(join_points_any)(n, args, steps);
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    char *a0 = args[0];
+    char *a1 = args[1];
+    char *a2 = args[2];
+    REAL x0[2];
+    NAME(load_2)(x0, a0, w);
+    ANY_ORDER
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
+        REAL x1[2];
+        REAL x2[3];
+        NAME(load_2)(x1, a1 + i * 2 * w, w);
+        NAME(join_points)(x0, x1, x2);
+        NAME(store_3)(a2 + i * 3 * w, w, x2);
+    }
+}
+
+void NAME(join_points_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
+{
+    static const struct part parts[] = {{2, 1, 0, {2}}, {2, 1, 1, {2}}, {3, 1, 2, {3}}};
+    static const struct kernel kernel = {{NAME(join_points_block), NAME(join_points_block_uniform),
+        NAME(join_points_dense), NAME(join_points_dense_uniform)}, 1, 2, 3, parts};
+    NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
 INLINE void NAME(join_point_direction)(const REAL *p, const REAL *d, REAL *out)
@@ -1110,47 +1574,89 @@ INLINE void NAME(join_point_direction)(const REAL *p, const REAL *d, REAL *out)
     out[2] = t3;
 }
 
-static INLINE void NAME(join_point_direction_each)(intptr_t n, char **args, intptr_t s0, intptr_t s1, intptr_t s2,
-    intptr_t c0a, intptr_t c1a, intptr_t c2a)
+WIDE static void NAME(join_point_direction_block)(intptr_t n, char **args, const intptr_t *strides)
 {
+    const intptr_t w = sizeof(REAL);
+    const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
+    char *a0 = args[0];
+    char *a1 = args[1];
+    char *a2 = args[2];
+    ANY_ORDER
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
+        REAL x0[2];
+        REAL x1[2];
+        REAL x2[3];
+        NAME(load_2)(x0, a0 + i * w, c0a);
+        NAME(load_2)(x1, a1 + i * w, c1a);
+        NAME(join_point_direction)(x0, x1, x2);
+        NAME(store_3)(a2 + i * w, c2a, x2);
+    }
+}
+
+WIDE static void NAME(join_point_direction_block_uniform)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
     char *a0 = args[0];
     char *a1 = args[1];
     char *a2 = args[2];
     REAL x0[2];
     NAME(load_2)(x0, a0, c0a);
     ANY_ORDER
-    for (intptr_t i = 0; i < n; ++i) {
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
         REAL x1[2];
         REAL x2[3];
-        if (s0 != 0)
-            NAME(load_2)(x0, a0 + i * s0, c0a);
-        NAME(load_2)(x1, a1 + i * s1, c1a);
+        NAME(load_2)(x1, a1 + i * w, c1a);
         NAME(join_point_direction)(x0, x1, x2);
-        NAME(store_3)(a2 + i * s2, c2a, x2);
+        NAME(store_3)(a2 + i * w, c2a, x2);
     }
 }
 
-static void NAME(join_point_direction_any)(intptr_t n, char **args, const intptr_t *steps)
+WIDE static void NAME(join_point_direction_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
-    NAME(join_point_direction_each)(n, args, steps[0], steps[1], steps[2], steps[3], steps[4], steps[5]);
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    char *a0 = args[0];
+    char *a1 = args[1];
+    char *a2 = args[2];
+    ANY_ORDER
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
+        REAL x0[2];
+        REAL x1[2];
+        REAL x2[3];
+        NAME(load_2)(x0, a0 + i * 2 * w, w);
+        NAME(load_2)(x1, a1 + i * 2 * w, w);
+        NAME(join_point_direction)(x0, x1, x2);
+        NAME(store_3)(a2 + i * 3 * w, w, x2);
+    }
 }
 
-WIDE void NAME(join_point_direction_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
+WIDE static void NAME(join_point_direction_dense_uniform)(intptr_t n, char **args, const intptr_t *strides)
 {
-    const intptr_t n = dimensions[0], w = sizeof(REAL);
-    const intptr_t s0 = steps[0], s1 = steps[1], s2 = steps[2], c0a = steps[3], c1a = steps[4], c2a = steps[5];
-    if (n < 1)
-        return;
-    if (s0 == w && s1 == w && s2 == w)
-        NAME(join_point_direction_each)(n, args, w, w, w, c0a, c1a, c2a);
-    else if (s0 == 0 && s1 == w && s2 == w)
-        NAME(join_point_direction_each)(n, args, 0, w, w, c0a, c1a, c2a);
-    else if (s0 == 2 * w && s1 == 2 * w && s2 == 3 * w && c0a == w && c1a == w && c2a == w)
-        NAME(join_point_direction_each)(n, args, 2 * w, 2 * w, 3 * w, w, w, w);
-    else if (s0 == 0 && s1 == 2 * w && s2 == 3 * w && c0a == w && c1a == w && c2a == w)
-        NAME(join_point_direction_each)(n, args, 0, 2 * w, 3 * w, w, w, w);
-    else
-        NAME(join_point_direction_any)(n, args, steps);
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    char *a0 = args[0];
+    char *a1 = args[1];
+    char *a2 = args[2];
+    REAL x0[2];
+    NAME(load_2)(x0, a0, w);
+    ANY_ORDER
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
+        REAL x1[2];
+        REAL x2[3];
+        NAME(load_2)(x1, a1 + i * 2 * w, w);
+        NAME(join_point_direction)(x0, x1, x2);
+        NAME(store_3)(a2 + i * 3 * w, w, x2);
+    }
+}
+
+void NAME(join_point_direction_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
+{
+    static const struct part parts[] = {{2, 1, 0, {2}}, {2, 1, 1, {2}}, {3, 1, 2, {3}}};
+    static const struct kernel kernel = {{NAME(join_point_direction_block),
+        NAME(join_point_direction_block_uniform), NAME(join_point_direction_dense),
+        NAME(join_point_direction_dense_uniform)}, 1, 2, 3, parts};
+    NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
 INLINE void NAME(meet_lines)(const REAL *line, const REAL *other, REAL *out)
@@ -1175,47 +1681,88 @@ INLINE void NAME(meet_lines)(const REAL *line, const REAL *other, REAL *out)
     out[2] = t8;
 }
 
-static INLINE void NAME(meet_lines_each)(intptr_t n, char **args, intptr_t s0, intptr_t s1, intptr_t s2, intptr_t
-    c0a, intptr_t c1a, intptr_t c2a)
+WIDE static void NAME(meet_lines_block)(intptr_t n, char **args, const intptr_t *strides)
 {
+    const intptr_t w = sizeof(REAL);
+    const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
+    char *a0 = args[0];
+    char *a1 = args[1];
+    char *a2 = args[2];
+    ANY_ORDER
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
+        REAL x0[3];
+        REAL x1[3];
+        REAL x2[3];
+        NAME(load_3)(x0, a0 + i * w, c0a);
+        NAME(load_3)(x1, a1 + i * w, c1a);
+        NAME(meet_lines)(x0, x1, x2);
+        NAME(store_3)(a2 + i * w, c2a, x2);
+    }
+}
+
+WIDE static void NAME(meet_lines_block_uniform)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
     char *a0 = args[0];
     char *a1 = args[1];
     char *a2 = args[2];
     REAL x0[3];
     NAME(load_3)(x0, a0, c0a);
     ANY_ORDER
-    for (intptr_t i = 0; i < n; ++i) {
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
         REAL x1[3];
         REAL x2[3];
-        if (s0 != 0)
-            NAME(load_3)(x0, a0 + i * s0, c0a);
-        NAME(load_3)(x1, a1 + i * s1, c1a);
+        NAME(load_3)(x1, a1 + i * w, c1a);
         NAME(meet_lines)(x0, x1, x2);
-        NAME(store_3)(a2 + i * s2, c2a, x2);
+        NAME(store_3)(a2 + i * w, c2a, x2);
     }
 }
 
-static void NAME(meet_lines_any)(intptr_t n, char **args, const intptr_t *steps)
+WIDE static void NAME(meet_lines_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
-    NAME(meet_lines_each)(n, args, steps[0], steps[1], steps[2], steps[3], steps[4], steps[5]);
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    char *a0 = args[0];
+    char *a1 = args[1];
+    char *a2 = args[2];
+    ANY_ORDER
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
+        REAL x0[3];
+        REAL x1[3];
+        REAL x2[3];
+        NAME(load_3)(x0, a0 + i * 3 * w, w);
+        NAME(load_3)(x1, a1 + i * 3 * w, w);
+        NAME(meet_lines)(x0, x1, x2);
+        NAME(store_3)(a2 + i * 3 * w, w, x2);
+    }
 }
 
-WIDE void NAME(meet_lines_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
+WIDE static void NAME(meet_lines_dense_uniform)(intptr_t n, char **args, const intptr_t *strides)
 {
-    const intptr_t n = dimensions[0], w = sizeof(REAL);
-    const intptr_t s0 = steps[0], s1 = steps[1], s2 = steps[2], c0a = steps[3], c1a = steps[4], c2a = steps[5];
-    if (n < 1)
-        return;
-    if (s0 == w && s1 == w && s2 == w)
-        NAME(meet_lines_each)(n, args, w, w, w, c0a, c1a, c2a);
-    else if (s0 == 0 && s1 == w && s2 == w)
-        NAME(meet_lines_each)(n, args, 0, w, w, c0a, c1a, c2a);
-    else if (s0 == 3 * w && s1 == 3 * w && s2 == 3 * w && c0a == w && c1a == w && c2a == w)
-        NAME(meet_lines_each)(n, args, 3 * w, 3 * w, 3 * w, w, w, w);
-    else if (s0 == 0 && s1 == 3 * w && s2 == 3 * w && c0a == w && c1a == w && c2a == w)
-        NAME(meet_lines_each)(n, args, 0, 3 * w, 3 * w, w, w, w);
-    else
-        NAME(meet_lines_any)(n, args, steps);
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    char *a0 = args[0];
+    char *a1 = args[1];
+    char *a2 = args[2];
+    REAL x0[3];
+    NAME(load_3)(x0, a0, w);
+    ANY_ORDER
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
+        REAL x1[3];
+        REAL x2[3];
+        NAME(load_3)(x1, a1 + i * 3 * w, w);
+        NAME(meet_lines)(x0, x1, x2);
+        NAME(store_3)(a2 + i * 3 * w, w, x2);
+    }
+}
+
+void NAME(meet_lines_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
+{
+    static const struct part parts[] = {{3, 1, 0, {3}}, {3, 1, 1, {3}}, {3, 1, 2, {3}}};
+    static const struct kernel kernel = {{NAME(meet_lines_block), NAME(meet_lines_block_uniform),
+        NAME(meet_lines_dense), NAME(meet_lines_dense_uniform)}, 1, 2, 3, parts};
+    NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
 INLINE void NAME(line_orthogonal_to_line)(const REAL *p, const REAL *line, REAL *out)
@@ -1233,47 +1780,89 @@ INLINE void NAME(line_orthogonal_to_line)(const REAL *p, const REAL *line, REAL 
     out[2] = t3;
 }
 
-static INLINE void NAME(line_orthogonal_to_line_each)(intptr_t n, char **args, intptr_t s0, intptr_t s1, intptr_t
-    s2, intptr_t c0a, intptr_t c1a, intptr_t c2a)
+WIDE static void NAME(line_orthogonal_to_line_block)(intptr_t n, char **args, const intptr_t *strides)
 {
+    const intptr_t w = sizeof(REAL);
+    const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
+    char *a0 = args[0];
+    char *a1 = args[1];
+    char *a2 = args[2];
+    ANY_ORDER
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
+        REAL x0[2];
+        REAL x1[3];
+        REAL x2[3];
+        NAME(load_2)(x0, a0 + i * w, c0a);
+        NAME(load_3)(x1, a1 + i * w, c1a);
+        NAME(line_orthogonal_to_line)(x0, x1, x2);
+        NAME(store_3)(a2 + i * w, c2a, x2);
+    }
+}
+
+WIDE static void NAME(line_orthogonal_to_line_block_uniform)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
     char *a0 = args[0];
     char *a1 = args[1];
     char *a2 = args[2];
     REAL x1[3];
     NAME(load_3)(x1, a1, c1a);
     ANY_ORDER
-    for (intptr_t i = 0; i < n; ++i) {
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
         REAL x0[2];
         REAL x2[3];
-        NAME(load_2)(x0, a0 + i * s0, c0a);
-        if (s1 != 0)
-            NAME(load_3)(x1, a1 + i * s1, c1a);
+        NAME(load_2)(x0, a0 + i * w, c0a);
         NAME(line_orthogonal_to_line)(x0, x1, x2);
-        NAME(store_3)(a2 + i * s2, c2a, x2);
+        NAME(store_3)(a2 + i * w, c2a, x2);
     }
 }
 
-static void NAME(line_orthogonal_to_line_any)(intptr_t n, char **args, const intptr_t *steps)
+WIDE static void NAME(line_orthogonal_to_line_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
-    NAME(line_orthogonal_to_line_each)(n, args, steps[0], steps[1], steps[2], steps[3], steps[4], steps[5]);
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    char *a0 = args[0];
+    char *a1 = args[1];
+    char *a2 = args[2];
+    ANY_ORDER
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
+        REAL x0[2];
+        REAL x1[3];
+        REAL x2[3];
+        NAME(load_2)(x0, a0 + i * 2 * w, w);
+        NAME(load_3)(x1, a1 + i * 3 * w, w);
+        NAME(line_orthogonal_to_line)(x0, x1, x2);
+        NAME(store_3)(a2 + i * 3 * w, w, x2);
+    }
 }
 
-WIDE void NAME(line_orthogonal_to_line_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
+WIDE static void NAME(line_orthogonal_to_line_dense_uniform)(intptr_t n, char **args, const intptr_t *strides)
 {
-    const intptr_t n = dimensions[0], w = sizeof(REAL);
-    const intptr_t s0 = steps[0], s1 = steps[1], s2 = steps[2], c0a = steps[3], c1a = steps[4], c2a = steps[5];
-    if (n < 1)
-        return;
-    if (s0 == w && s1 == w && s2 == w)
-        NAME(line_orthogonal_to_line_each)(n, args, w, w, w, c0a, c1a, c2a);
-    else if (s0 == w && s1 == 0 && s2 == w)
-        NAME(line_orthogonal_to_line_each)(n, args, w, 0, w, c0a, c1a, c2a);
-    else if (s0 == 2 * w && s1 == 3 * w && s2 == 3 * w && c0a == w && c1a == w && c2a == w)
-        NAME(line_orthogonal_to_line_each)(n, args, 2 * w, 3 * w, 3 * w, w, w, w);
-    else if (s0 == 2 * w && s1 == 0 && s2 == 3 * w && c0a == w && c1a == w && c2a == w)
-        NAME(line_orthogonal_to_line_each)(n, args, 2 * w, 0, 3 * w, w, w, w);
-    else
-        NAME(line_orthogonal_to_line_any)(n, args, steps);
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    char *a0 = args[0];
+    char *a1 = args[1];
+    char *a2 = args[2];
+    REAL x1[3];
+    NAME(load_3)(x1, a1, w);
+    ANY_ORDER
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
+        REAL x0[2];
+        REAL x2[3];
+        NAME(load_2)(x0, a0 + i * 2 * w, w);
+        NAME(line_orthogonal_to_line)(x0, x1, x2);
+        NAME(store_3)(a2 + i * 3 * w, w, x2);
+    }
+}
+
+void NAME(line_orthogonal_to_line_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
+{
+    static const struct part parts[] = {{2, 1, 0, {2}}, {3, 1, 1, {3}}, {3, 1, 2, {3}}};
+    static const struct kernel kernel = {{NAME(line_orthogonal_to_line_block),
+        NAME(line_orthogonal_to_line_block_uniform), NAME(line_orthogonal_to_line_dense),
+        NAME(line_orthogonal_to_line_dense_uniform)}, 2, 2, 3, parts};
+    NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
 INLINE void NAME(distance_squared_points)(const REAL *a, const REAL *b, REAL *out)
@@ -1290,47 +1879,89 @@ INLINE void NAME(distance_squared_points)(const REAL *a, const REAL *b, REAL *ou
     out[0] = t4;
 }
 
-static INLINE void NAME(distance_squared_points_each)(intptr_t n, char **args, intptr_t s0, intptr_t s1, intptr_t
-    s2, intptr_t c0a, intptr_t c1a)
+WIDE static void NAME(distance_squared_points_block)(intptr_t n, char **args, const intptr_t *strides)
 {
+    const intptr_t w = sizeof(REAL);
+    const intptr_t c0a = strides[0], c1a = strides[1];
+    char *a0 = args[0];
+    char *a1 = args[1];
+    char *a2 = args[2];
+    ANY_ORDER
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
+        REAL x0[2];
+        REAL x1[2];
+        REAL x2[1];
+        NAME(load_2)(x0, a0 + i * w, c0a);
+        NAME(load_2)(x1, a1 + i * w, c1a);
+        NAME(distance_squared_points)(x0, x1, x2);
+        NAME(store_scalar)(a2 + i * w, x2);
+    }
+}
+
+WIDE static void NAME(distance_squared_points_block_uniform)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    const intptr_t c0a = strides[0], c1a = strides[1];
     char *a0 = args[0];
     char *a1 = args[1];
     char *a2 = args[2];
     REAL x0[2];
     NAME(load_2)(x0, a0, c0a);
     ANY_ORDER
-    for (intptr_t i = 0; i < n; ++i) {
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
         REAL x1[2];
         REAL x2[1];
-        if (s0 != 0)
-            NAME(load_2)(x0, a0 + i * s0, c0a);
-        NAME(load_2)(x1, a1 + i * s1, c1a);
+        NAME(load_2)(x1, a1 + i * w, c1a);
         NAME(distance_squared_points)(x0, x1, x2);
-        NAME(store_scalar)(a2 + i * s2, x2);
+        NAME(store_scalar)(a2 + i * w, x2);
     }
 }
 
-static void NAME(distance_squared_points_any)(intptr_t n, char **args, const intptr_t *steps)
+WIDE static void NAME(distance_squared_points_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
-    NAME(distance_squared_points_each)(n, args, steps[0], steps[1], steps[2], steps[3], steps[4]);
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    char *a0 = args[0];
+    char *a1 = args[1];
+    char *a2 = args[2];
+    ANY_ORDER
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
+        REAL x0[2];
+        REAL x1[2];
+        REAL x2[1];
+        NAME(load_2)(x0, a0 + i * 2 * w, w);
+        NAME(load_2)(x1, a1 + i * 2 * w, w);
+        NAME(distance_squared_points)(x0, x1, x2);
+        NAME(store_scalar)(a2 + i * w, x2);
+    }
 }
 
-WIDE void NAME(distance_squared_points_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
+WIDE static void NAME(distance_squared_points_dense_uniform)(intptr_t n, char **args, const intptr_t *strides)
 {
-    const intptr_t n = dimensions[0], w = sizeof(REAL);
-    const intptr_t s0 = steps[0], s1 = steps[1], s2 = steps[2], c0a = steps[3], c1a = steps[4];
-    if (n < 1)
-        return;
-    if (s0 == w && s1 == w && s2 == w)
-        NAME(distance_squared_points_each)(n, args, w, w, w, c0a, c1a);
-    else if (s0 == 0 && s1 == w && s2 == w)
-        NAME(distance_squared_points_each)(n, args, 0, w, w, c0a, c1a);
-    else if (s0 == 2 * w && s1 == 2 * w && s2 == w && c0a == w && c1a == w)
-        NAME(distance_squared_points_each)(n, args, 2 * w, 2 * w, w, w, w);
-    else if (s0 == 0 && s1 == 2 * w && s2 == w && c0a == w && c1a == w)
-        NAME(distance_squared_points_each)(n, args, 0, 2 * w, w, w, w);
-    else
-        NAME(distance_squared_points_any)(n, args, steps);
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    char *a0 = args[0];
+    char *a1 = args[1];
+    char *a2 = args[2];
+    REAL x0[2];
+    NAME(load_2)(x0, a0, w);
+    ANY_ORDER
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
+        REAL x1[2];
+        REAL x2[1];
+        NAME(load_2)(x1, a1 + i * 2 * w, w);
+        NAME(distance_squared_points)(x0, x1, x2);
+        NAME(store_scalar)(a2 + i * w, x2);
+    }
+}
+
+void NAME(distance_squared_points_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
+{
+    static const struct part parts[] = {{2, 1, 0, {2}}, {2, 1, 1, {2}}, {1, 0, 2, {0}}};
+    static const struct kernel kernel = {{NAME(distance_squared_points_block),
+        NAME(distance_squared_points_block_uniform), NAME(distance_squared_points_dense),
+        NAME(distance_squared_points_dense_uniform)}, 1, 2, 3, parts};
+    NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
 INLINE void NAME(distance_points)(const REAL *a, const REAL *b, REAL *out)
@@ -1348,47 +1979,88 @@ INLINE void NAME(distance_points)(const REAL *a, const REAL *b, REAL *out)
     out[0] = t5;
 }
 
-static INLINE void NAME(distance_points_each)(intptr_t n, char **args, intptr_t s0, intptr_t s1, intptr_t s2,
-    intptr_t c0a, intptr_t c1a)
+WIDE static void NAME(distance_points_block)(intptr_t n, char **args, const intptr_t *strides)
 {
+    const intptr_t w = sizeof(REAL);
+    const intptr_t c0a = strides[0], c1a = strides[1];
+    char *a0 = args[0];
+    char *a1 = args[1];
+    char *a2 = args[2];
+    ANY_ORDER
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
+        REAL x0[2];
+        REAL x1[2];
+        REAL x2[1];
+        NAME(load_2)(x0, a0 + i * w, c0a);
+        NAME(load_2)(x1, a1 + i * w, c1a);
+        NAME(distance_points)(x0, x1, x2);
+        NAME(store_scalar)(a2 + i * w, x2);
+    }
+}
+
+WIDE static void NAME(distance_points_block_uniform)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    const intptr_t c0a = strides[0], c1a = strides[1];
     char *a0 = args[0];
     char *a1 = args[1];
     char *a2 = args[2];
     REAL x0[2];
     NAME(load_2)(x0, a0, c0a);
     ANY_ORDER
-    for (intptr_t i = 0; i < n; ++i) {
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
         REAL x1[2];
         REAL x2[1];
-        if (s0 != 0)
-            NAME(load_2)(x0, a0 + i * s0, c0a);
-        NAME(load_2)(x1, a1 + i * s1, c1a);
+        NAME(load_2)(x1, a1 + i * w, c1a);
         NAME(distance_points)(x0, x1, x2);
-        NAME(store_scalar)(a2 + i * s2, x2);
+        NAME(store_scalar)(a2 + i * w, x2);
     }
 }
 
-static void NAME(distance_points_any)(intptr_t n, char **args, const intptr_t *steps)
+WIDE static void NAME(distance_points_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
-    NAME(distance_points_each)(n, args, steps[0], steps[1], steps[2], steps[3], steps[4]);
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    char *a0 = args[0];
+    char *a1 = args[1];
+    char *a2 = args[2];
+    ANY_ORDER
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
+        REAL x0[2];
+        REAL x1[2];
+        REAL x2[1];
+        NAME(load_2)(x0, a0 + i * 2 * w, w);
+        NAME(load_2)(x1, a1 + i * 2 * w, w);
+        NAME(distance_points)(x0, x1, x2);
+        NAME(store_scalar)(a2 + i * w, x2);
+    }
 }
 
-WIDE void NAME(distance_points_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
+WIDE static void NAME(distance_points_dense_uniform)(intptr_t n, char **args, const intptr_t *strides)
 {
-    const intptr_t n = dimensions[0], w = sizeof(REAL);
-    const intptr_t s0 = steps[0], s1 = steps[1], s2 = steps[2], c0a = steps[3], c1a = steps[4];
-    if (n < 1)
-        return;
-    if (s0 == w && s1 == w && s2 == w)
-        NAME(distance_points_each)(n, args, w, w, w, c0a, c1a);
-    else if (s0 == 0 && s1 == w && s2 == w)
-        NAME(distance_points_each)(n, args, 0, w, w, c0a, c1a);
-    else if (s0 == 2 * w && s1 == 2 * w && s2 == w && c0a == w && c1a == w)
-        NAME(distance_points_each)(n, args, 2 * w, 2 * w, w, w, w);
-    else if (s0 == 0 && s1 == 2 * w && s2 == w && c0a == w && c1a == w)
-        NAME(distance_points_each)(n, args, 0, 2 * w, w, w, w);
-    else
-        NAME(distance_points_any)(n, args, steps);
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    char *a0 = args[0];
+    char *a1 = args[1];
+    char *a2 = args[2];
+    REAL x0[2];
+    NAME(load_2)(x0, a0, w);
+    ANY_ORDER
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
+        REAL x1[2];
+        REAL x2[1];
+        NAME(load_2)(x1, a1 + i * 2 * w, w);
+        NAME(distance_points)(x0, x1, x2);
+        NAME(store_scalar)(a2 + i * w, x2);
+    }
+}
+
+void NAME(distance_points_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
+{
+    static const struct part parts[] = {{2, 1, 0, {2}}, {2, 1, 1, {2}}, {1, 0, 2, {0}}};
+    static const struct kernel kernel = {{NAME(distance_points_block), NAME(distance_points_block_uniform),
+        NAME(distance_points_dense), NAME(distance_points_dense_uniform)}, 1, 2, 3, parts};
+    NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
 INLINE void NAME(signed_distance_point_line)(const REAL *p, const REAL *line, REAL *out)
@@ -1405,47 +2077,89 @@ INLINE void NAME(signed_distance_point_line)(const REAL *p, const REAL *line, RE
     out[0] = t3;
 }
 
-static INLINE void NAME(signed_distance_point_line_each)(intptr_t n, char **args, intptr_t s0, intptr_t s1, intptr_t
-    s2, intptr_t c0a, intptr_t c1a)
+WIDE static void NAME(signed_distance_point_line_block)(intptr_t n, char **args, const intptr_t *strides)
 {
+    const intptr_t w = sizeof(REAL);
+    const intptr_t c0a = strides[0], c1a = strides[1];
+    char *a0 = args[0];
+    char *a1 = args[1];
+    char *a2 = args[2];
+    ANY_ORDER
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
+        REAL x0[2];
+        REAL x1[3];
+        REAL x2[1];
+        NAME(load_2)(x0, a0 + i * w, c0a);
+        NAME(load_3)(x1, a1 + i * w, c1a);
+        NAME(signed_distance_point_line)(x0, x1, x2);
+        NAME(store_scalar)(a2 + i * w, x2);
+    }
+}
+
+WIDE static void NAME(signed_distance_point_line_block_uniform)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    const intptr_t c0a = strides[0], c1a = strides[1];
     char *a0 = args[0];
     char *a1 = args[1];
     char *a2 = args[2];
     REAL x1[3];
     NAME(load_3)(x1, a1, c1a);
     ANY_ORDER
-    for (intptr_t i = 0; i < n; ++i) {
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
         REAL x0[2];
         REAL x2[1];
-        NAME(load_2)(x0, a0 + i * s0, c0a);
-        if (s1 != 0)
-            NAME(load_3)(x1, a1 + i * s1, c1a);
+        NAME(load_2)(x0, a0 + i * w, c0a);
         NAME(signed_distance_point_line)(x0, x1, x2);
-        NAME(store_scalar)(a2 + i * s2, x2);
+        NAME(store_scalar)(a2 + i * w, x2);
     }
 }
 
-static void NAME(signed_distance_point_line_any)(intptr_t n, char **args, const intptr_t *steps)
+WIDE static void NAME(signed_distance_point_line_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
-    NAME(signed_distance_point_line_each)(n, args, steps[0], steps[1], steps[2], steps[3], steps[4]);
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    char *a0 = args[0];
+    char *a1 = args[1];
+    char *a2 = args[2];
+    ANY_ORDER
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
+        REAL x0[2];
+        REAL x1[3];
+        REAL x2[1];
+        NAME(load_2)(x0, a0 + i * 2 * w, w);
+        NAME(load_3)(x1, a1 + i * 3 * w, w);
+        NAME(signed_distance_point_line)(x0, x1, x2);
+        NAME(store_scalar)(a2 + i * w, x2);
+    }
 }
 
-WIDE void NAME(signed_distance_point_line_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
+WIDE static void NAME(signed_distance_point_line_dense_uniform)(intptr_t n, char **args, const intptr_t *strides)
 {
-    const intptr_t n = dimensions[0], w = sizeof(REAL);
-    const intptr_t s0 = steps[0], s1 = steps[1], s2 = steps[2], c0a = steps[3], c1a = steps[4];
-    if (n < 1)
-        return;
-    if (s0 == w && s1 == w && s2 == w)
-        NAME(signed_distance_point_line_each)(n, args, w, w, w, c0a, c1a);
-    else if (s0 == w && s1 == 0 && s2 == w)
-        NAME(signed_distance_point_line_each)(n, args, w, 0, w, c0a, c1a);
-    else if (s0 == 2 * w && s1 == 3 * w && s2 == w && c0a == w && c1a == w)
-        NAME(signed_distance_point_line_each)(n, args, 2 * w, 3 * w, w, w, w);
-    else if (s0 == 2 * w && s1 == 0 && s2 == w && c0a == w && c1a == w)
-        NAME(signed_distance_point_line_each)(n, args, 2 * w, 0, w, w, w);
-    else
-        NAME(signed_distance_point_line_any)(n, args, steps);
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    char *a0 = args[0];
+    char *a1 = args[1];
+    char *a2 = args[2];
+    REAL x1[3];
+    NAME(load_3)(x1, a1, w);
+    ANY_ORDER
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
+        REAL x0[2];
+        REAL x2[1];
+        NAME(load_2)(x0, a0 + i * 2 * w, w);
+        NAME(signed_distance_point_line)(x0, x1, x2);
+        NAME(store_scalar)(a2 + i * w, x2);
+    }
+}
+
+void NAME(signed_distance_point_line_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
+{
+    static const struct part parts[] = {{2, 1, 0, {2}}, {3, 1, 1, {3}}, {1, 0, 2, {0}}};
+    static const struct kernel kernel = {{NAME(signed_distance_point_line_block),
+        NAME(signed_distance_point_line_block_uniform), NAME(signed_distance_point_line_dense),
+        NAME(signed_distance_point_line_dense_uniform)}, 2, 2, 3, parts};
+    NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
 INLINE void NAME(signed_area)(const REAL *a, const REAL *b, const REAL *c, REAL *out)
@@ -1466,9 +2180,32 @@ INLINE void NAME(signed_area)(const REAL *a, const REAL *b, const REAL *c, REAL 
     out[0] = t6;
 }
 
-static INLINE void NAME(signed_area_each)(intptr_t n, char **args, intptr_t s0, intptr_t s1, intptr_t s2, intptr_t
-    s3, intptr_t c0a, intptr_t c1a, intptr_t c2a)
+WIDE static void NAME(signed_area_block)(intptr_t n, char **args, const intptr_t *strides)
 {
+    const intptr_t w = sizeof(REAL);
+    const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
+    char *a0 = args[0];
+    char *a1 = args[1];
+    char *a2 = args[2];
+    char *a3 = args[3];
+    ANY_ORDER
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
+        REAL x0[2];
+        REAL x1[2];
+        REAL x2[2];
+        REAL x3[1];
+        NAME(load_2)(x0, a0 + i * w, c0a);
+        NAME(load_2)(x1, a1 + i * w, c1a);
+        NAME(load_2)(x2, a2 + i * w, c2a);
+        NAME(signed_area)(x0, x1, x2, x3);
+        NAME(store_scalar)(a3 + i * w, x3);
+    }
+}
+
+WIDE static void NAME(signed_area_block_uniform)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
     char *a0 = args[0];
     char *a1 = args[1];
     char *a2 = args[2];
@@ -1476,41 +2213,67 @@ static INLINE void NAME(signed_area_each)(intptr_t n, char **args, intptr_t s0, 
     REAL x0[2];
     NAME(load_2)(x0, a0, c0a);
     ANY_ORDER
-    for (intptr_t i = 0; i < n; ++i) {
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
         REAL x1[2];
         REAL x2[2];
         REAL x3[1];
-        if (s0 != 0)
-            NAME(load_2)(x0, a0 + i * s0, c0a);
-        NAME(load_2)(x1, a1 + i * s1, c1a);
-        NAME(load_2)(x2, a2 + i * s2, c2a);
+        NAME(load_2)(x1, a1 + i * w, c1a);
+        NAME(load_2)(x2, a2 + i * w, c2a);
         NAME(signed_area)(x0, x1, x2, x3);
-        NAME(store_scalar)(a3 + i * s3, x3);
+        NAME(store_scalar)(a3 + i * w, x3);
     }
 }
 
-static void NAME(signed_area_any)(intptr_t n, char **args, const intptr_t *steps)
+WIDE static void NAME(signed_area_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
-    NAME(signed_area_each)(n, args, steps[0], steps[1], steps[2], steps[3], steps[4], steps[5], steps[6]);
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    char *a0 = args[0];
+    char *a1 = args[1];
+    char *a2 = args[2];
+    char *a3 = args[3];
+    ANY_ORDER
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
+        REAL x0[2];
+        REAL x1[2];
+        REAL x2[2];
+        REAL x3[1];
+        NAME(load_2)(x0, a0 + i * 2 * w, w);
+        NAME(load_2)(x1, a1 + i * 2 * w, w);
+        NAME(load_2)(x2, a2 + i * 2 * w, w);
+        NAME(signed_area)(x0, x1, x2, x3);
+        NAME(store_scalar)(a3 + i * w, x3);
+    }
 }
 
-WIDE void NAME(signed_area_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
+WIDE static void NAME(signed_area_dense_uniform)(intptr_t n, char **args, const intptr_t *strides)
 {
-    const intptr_t n = dimensions[0], w = sizeof(REAL);
-    const intptr_t s0 = steps[0], s1 = steps[1], s2 = steps[2], s3 = steps[3], c0a = steps[4], c1a = steps[5], c2a =
-        steps[6];
-    if (n < 1)
-        return;
-    if (s0 == w && s1 == w && s2 == w && s3 == w)
-        NAME(signed_area_each)(n, args, w, w, w, w, c0a, c1a, c2a);
-    else if (s0 == 0 && s1 == w && s2 == w && s3 == w)
-        NAME(signed_area_each)(n, args, 0, w, w, w, c0a, c1a, c2a);
-    else if (s0 == 2 * w && s1 == 2 * w && s2 == 2 * w && s3 == w && c0a == w && c1a == w && c2a == w)
-        NAME(signed_area_each)(n, args, 2 * w, 2 * w, 2 * w, w, w, w, w);
-    else if (s0 == 0 && s1 == 2 * w && s2 == 2 * w && s3 == w && c0a == w && c1a == w && c2a == w)
-        NAME(signed_area_each)(n, args, 0, 2 * w, 2 * w, w, w, w, w);
-    else
-        NAME(signed_area_any)(n, args, steps);
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    char *a0 = args[0];
+    char *a1 = args[1];
+    char *a2 = args[2];
+    char *a3 = args[3];
+    REAL x0[2];
+    NAME(load_2)(x0, a0, w);
+    ANY_ORDER
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
+        REAL x1[2];
+        REAL x2[2];
+        REAL x3[1];
+        NAME(load_2)(x1, a1 + i * 2 * w, w);
+        NAME(load_2)(x2, a2 + i * 2 * w, w);
+        NAME(signed_area)(x0, x1, x2, x3);
+        NAME(store_scalar)(a3 + i * w, x3);
+    }
+}
+
+void NAME(signed_area_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
+{
+    static const struct part parts[] = {{2, 1, 0, {2}}, {2, 1, 1, {2}}, {2, 1, 2, {2}}, {1, 0, 3, {0}}};
+    static const struct kernel kernel = {{NAME(signed_area_block), NAME(signed_area_block_uniform),
+        NAME(signed_area_dense), NAME(signed_area_dense_uniform)}, 1, 3, 4, parts};
+    NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
 INLINE void NAME(angle_between_lines)(const REAL *line, const REAL *other, REAL *out)
@@ -1529,9 +2292,29 @@ INLINE void NAME(angle_between_lines)(const REAL *line, const REAL *other, REAL 
     out[0] = t6;
 }
 
-static INLINE void NAME(angle_between_lines_each)(intptr_t n, char **args, intptr_t s0, intptr_t s1, intptr_t s2,
-    intptr_t c0a, intptr_t c1a)
+WIDE static void NAME(angle_between_lines_block)(intptr_t n, char **args, const intptr_t *strides)
 {
+    const intptr_t w = sizeof(REAL);
+    const intptr_t c0a = strides[0], c1a = strides[1];
+    char *a0 = args[0];
+    char *a1 = args[1];
+    char *a2 = args[2];
+    ANY_ORDER
+    for (intptr_t i = 0; i < n; ++i) {
+        REAL x0[3];
+        REAL x1[3];
+        REAL x2[1];
+        NAME(load_3)(x0, a0 + i * w, c0a);
+        NAME(load_3)(x1, a1 + i * w, c1a);
+        NAME(angle_between_lines)(x0, x1, x2);
+        NAME(store_scalar)(a2 + i * w, x2);
+    }
+}
+
+WIDE static void NAME(angle_between_lines_block_uniform)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    const intptr_t c0a = strides[0], c1a = strides[1];
     char *a0 = args[0];
     char *a1 = args[1];
     char *a2 = args[2];
@@ -1541,35 +2324,18 @@ static INLINE void NAME(angle_between_lines_each)(intptr_t n, char **args, intpt
     for (intptr_t i = 0; i < n; ++i) {
         REAL x1[3];
         REAL x2[1];
-        if (s0 != 0)
-            NAME(load_3)(x0, a0 + i * s0, c0a);
-        NAME(load_3)(x1, a1 + i * s1, c1a);
+        NAME(load_3)(x1, a1 + i * w, c1a);
         NAME(angle_between_lines)(x0, x1, x2);
-        NAME(store_scalar)(a2 + i * s2, x2);
+        NAME(store_scalar)(a2 + i * w, x2);
     }
 }
 
-static void NAME(angle_between_lines_any)(intptr_t n, char **args, const intptr_t *steps)
+void NAME(angle_between_lines_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
-    NAME(angle_between_lines_each)(n, args, steps[0], steps[1], steps[2], steps[3], steps[4]);
-}
-
-WIDE void NAME(angle_between_lines_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
-{
-    const intptr_t n = dimensions[0], w = sizeof(REAL);
-    const intptr_t s0 = steps[0], s1 = steps[1], s2 = steps[2], c0a = steps[3], c1a = steps[4];
-    if (n < 1)
-        return;
-    if (s0 == w && s1 == w && s2 == w)
-        NAME(angle_between_lines_each)(n, args, w, w, w, c0a, c1a);
-    else if (s0 == 0 && s1 == w && s2 == w)
-        NAME(angle_between_lines_each)(n, args, 0, w, w, c0a, c1a);
-    else if (s0 == 3 * w && s1 == 3 * w && s2 == w && c0a == w && c1a == w)
-        NAME(angle_between_lines_each)(n, args, 3 * w, 3 * w, w, w, w);
-    else if (s0 == 0 && s1 == 3 * w && s2 == w && c0a == w && c1a == w)
-        NAME(angle_between_lines_each)(n, args, 0, 3 * w, w, w, w);
-    else
-        NAME(angle_between_lines_any)(n, args, steps);
+    static const struct part parts[] = {{3, 1, 0, {3}}, {3, 1, 1, {3}}, {1, 0, 2, {0}}};
+    static const struct kernel kernel = {{NAME(angle_between_lines_block), NAME(angle_between_lines_block_uniform),
+        NULL, NULL}, 1, 2, 3, parts};
+    NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
 INLINE void NAME(project_point_on_line)(const REAL *p, const REAL *line, REAL *out)
@@ -1599,47 +2365,89 @@ INLINE void NAME(project_point_on_line)(const REAL *p, const REAL *line, REAL *o
     out[1] = t15;
 }
 
-static INLINE void NAME(project_point_on_line_each)(intptr_t n, char **args, intptr_t s0, intptr_t s1, intptr_t s2,
-    intptr_t c0a, intptr_t c1a, intptr_t c2a)
+WIDE static void NAME(project_point_on_line_block)(intptr_t n, char **args, const intptr_t *strides)
 {
+    const intptr_t w = sizeof(REAL);
+    const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
+    char *a0 = args[0];
+    char *a1 = args[1];
+    char *a2 = args[2];
+    ANY_ORDER
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
+        REAL x0[2];
+        REAL x1[3];
+        REAL x2[2];
+        NAME(load_2)(x0, a0 + i * w, c0a);
+        NAME(load_3)(x1, a1 + i * w, c1a);
+        NAME(project_point_on_line)(x0, x1, x2);
+        NAME(store_2)(a2 + i * w, c2a, x2);
+    }
+}
+
+WIDE static void NAME(project_point_on_line_block_uniform)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
     char *a0 = args[0];
     char *a1 = args[1];
     char *a2 = args[2];
     REAL x1[3];
     NAME(load_3)(x1, a1, c1a);
     ANY_ORDER
-    for (intptr_t i = 0; i < n; ++i) {
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
         REAL x0[2];
         REAL x2[2];
-        NAME(load_2)(x0, a0 + i * s0, c0a);
-        if (s1 != 0)
-            NAME(load_3)(x1, a1 + i * s1, c1a);
+        NAME(load_2)(x0, a0 + i * w, c0a);
         NAME(project_point_on_line)(x0, x1, x2);
-        NAME(store_2)(a2 + i * s2, c2a, x2);
+        NAME(store_2)(a2 + i * w, c2a, x2);
     }
 }
 
-static void NAME(project_point_on_line_any)(intptr_t n, char **args, const intptr_t *steps)
+WIDE static void NAME(project_point_on_line_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
-    NAME(project_point_on_line_each)(n, args, steps[0], steps[1], steps[2], steps[3], steps[4], steps[5]);
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    char *a0 = args[0];
+    char *a1 = args[1];
+    char *a2 = args[2];
+    ANY_ORDER
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
+        REAL x0[2];
+        REAL x1[3];
+        REAL x2[2];
+        NAME(load_2)(x0, a0 + i * 2 * w, w);
+        NAME(load_3)(x1, a1 + i * 3 * w, w);
+        NAME(project_point_on_line)(x0, x1, x2);
+        NAME(store_2)(a2 + i * 2 * w, w, x2);
+    }
 }
 
-WIDE void NAME(project_point_on_line_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
+WIDE static void NAME(project_point_on_line_dense_uniform)(intptr_t n, char **args, const intptr_t *strides)
 {
-    const intptr_t n = dimensions[0], w = sizeof(REAL);
-    const intptr_t s0 = steps[0], s1 = steps[1], s2 = steps[2], c0a = steps[3], c1a = steps[4], c2a = steps[5];
-    if (n < 1)
-        return;
-    if (s0 == w && s1 == w && s2 == w)
-        NAME(project_point_on_line_each)(n, args, w, w, w, c0a, c1a, c2a);
-    else if (s0 == w && s1 == 0 && s2 == w)
-        NAME(project_point_on_line_each)(n, args, w, 0, w, c0a, c1a, c2a);
-    else if (s0 == 2 * w && s1 == 3 * w && s2 == 2 * w && c0a == w && c1a == w && c2a == w)
-        NAME(project_point_on_line_each)(n, args, 2 * w, 3 * w, 2 * w, w, w, w);
-    else if (s0 == 2 * w && s1 == 0 && s2 == 2 * w && c0a == w && c1a == w && c2a == w)
-        NAME(project_point_on_line_each)(n, args, 2 * w, 0, 2 * w, w, w, w);
-    else
-        NAME(project_point_on_line_any)(n, args, steps);
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    char *a0 = args[0];
+    char *a1 = args[1];
+    char *a2 = args[2];
+    REAL x1[3];
+    NAME(load_3)(x1, a1, w);
+    ANY_ORDER
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
+        REAL x0[2];
+        REAL x2[2];
+        NAME(load_2)(x0, a0 + i * 2 * w, w);
+        NAME(project_point_on_line)(x0, x1, x2);
+        NAME(store_2)(a2 + i * 2 * w, w, x2);
+    }
+}
+
+void NAME(project_point_on_line_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
+{
+    static const struct part parts[] = {{2, 1, 0, {2}}, {3, 1, 1, {3}}, {2, 1, 2, {2}}};
+    static const struct kernel kernel = {{NAME(project_point_on_line_block),
+        NAME(project_point_on_line_block_uniform), NAME(project_point_on_line_dense),
+        NAME(project_point_on_line_dense_uniform)}, 2, 2, 3, parts};
+    NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
 INLINE void NAME(project_point_on_unit_line)(const REAL *p, const REAL *line, REAL *out)
@@ -1663,47 +2471,89 @@ INLINE void NAME(project_point_on_unit_line)(const REAL *p, const REAL *line, RE
     out[1] = t9;
 }
 
-static INLINE void NAME(project_point_on_unit_line_each)(intptr_t n, char **args, intptr_t s0, intptr_t s1, intptr_t
-    s2, intptr_t c0a, intptr_t c1a, intptr_t c2a)
+WIDE static void NAME(project_point_on_unit_line_block)(intptr_t n, char **args, const intptr_t *strides)
 {
+    const intptr_t w = sizeof(REAL);
+    const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
+    char *a0 = args[0];
+    char *a1 = args[1];
+    char *a2 = args[2];
+    ANY_ORDER
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
+        REAL x0[2];
+        REAL x1[3];
+        REAL x2[2];
+        NAME(load_2)(x0, a0 + i * w, c0a);
+        NAME(load_3)(x1, a1 + i * w, c1a);
+        NAME(project_point_on_unit_line)(x0, x1, x2);
+        NAME(store_2)(a2 + i * w, c2a, x2);
+    }
+}
+
+WIDE static void NAME(project_point_on_unit_line_block_uniform)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
     char *a0 = args[0];
     char *a1 = args[1];
     char *a2 = args[2];
     REAL x1[3];
     NAME(load_3)(x1, a1, c1a);
     ANY_ORDER
-    for (intptr_t i = 0; i < n; ++i) {
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
         REAL x0[2];
         REAL x2[2];
-        NAME(load_2)(x0, a0 + i * s0, c0a);
-        if (s1 != 0)
-            NAME(load_3)(x1, a1 + i * s1, c1a);
+        NAME(load_2)(x0, a0 + i * w, c0a);
         NAME(project_point_on_unit_line)(x0, x1, x2);
-        NAME(store_2)(a2 + i * s2, c2a, x2);
+        NAME(store_2)(a2 + i * w, c2a, x2);
     }
 }
 
-static void NAME(project_point_on_unit_line_any)(intptr_t n, char **args, const intptr_t *steps)
+WIDE static void NAME(project_point_on_unit_line_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
-    NAME(project_point_on_unit_line_each)(n, args, steps[0], steps[1], steps[2], steps[3], steps[4], steps[5]);
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    char *a0 = args[0];
+    char *a1 = args[1];
+    char *a2 = args[2];
+    ANY_ORDER
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
+        REAL x0[2];
+        REAL x1[3];
+        REAL x2[2];
+        NAME(load_2)(x0, a0 + i * 2 * w, w);
+        NAME(load_3)(x1, a1 + i * 3 * w, w);
+        NAME(project_point_on_unit_line)(x0, x1, x2);
+        NAME(store_2)(a2 + i * 2 * w, w, x2);
+    }
 }
 
-WIDE void NAME(project_point_on_unit_line_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
+WIDE static void NAME(project_point_on_unit_line_dense_uniform)(intptr_t n, char **args, const intptr_t *strides)
 {
-    const intptr_t n = dimensions[0], w = sizeof(REAL);
-    const intptr_t s0 = steps[0], s1 = steps[1], s2 = steps[2], c0a = steps[3], c1a = steps[4], c2a = steps[5];
-    if (n < 1)
-        return;
-    if (s0 == w && s1 == w && s2 == w)
-        NAME(project_point_on_unit_line_each)(n, args, w, w, w, c0a, c1a, c2a);
-    else if (s0 == w && s1 == 0 && s2 == w)
-        NAME(project_point_on_unit_line_each)(n, args, w, 0, w, c0a, c1a, c2a);
-    else if (s0 == 2 * w && s1 == 3 * w && s2 == 2 * w && c0a == w && c1a == w && c2a == w)
-        NAME(project_point_on_unit_line_each)(n, args, 2 * w, 3 * w, 2 * w, w, w, w);
-    else if (s0 == 2 * w && s1 == 0 && s2 == 2 * w && c0a == w && c1a == w && c2a == w)
-        NAME(project_point_on_unit_line_each)(n, args, 2 * w, 0, 2 * w, w, w, w);
-    else
-        NAME(project_point_on_unit_line_any)(n, args, steps);
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    char *a0 = args[0];
+    char *a1 = args[1];
+    char *a2 = args[2];
+    REAL x1[3];
+    NAME(load_3)(x1, a1, w);
+    ANY_ORDER
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
+        REAL x0[2];
+        REAL x2[2];
+        NAME(load_2)(x0, a0 + i * 2 * w, w);
+        NAME(project_point_on_unit_line)(x0, x1, x2);
+        NAME(store_2)(a2 + i * 2 * w, w, x2);
+    }
+}
+
+void NAME(project_point_on_unit_line_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
+{
+    static const struct part parts[] = {{2, 1, 0, {2}}, {3, 1, 1, {3}}, {2, 1, 2, {2}}};
+    static const struct kernel kernel = {{NAME(project_point_on_unit_line_block),
+        NAME(project_point_on_unit_line_block_uniform), NAME(project_point_on_unit_line_dense),
+        NAME(project_point_on_unit_line_dense_uniform)}, 2, 2, 3, parts};
+    NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
 INLINE void NAME(reflect_point)(const REAL *p, const REAL *line, REAL *out)
@@ -1730,47 +2580,88 @@ INLINE void NAME(reflect_point)(const REAL *p, const REAL *line, REAL *out)
     out[1] = t12;
 }
 
-static INLINE void NAME(reflect_point_each)(intptr_t n, char **args, intptr_t s0, intptr_t s1, intptr_t s2, intptr_t
-    c0a, intptr_t c1a, intptr_t c2a)
+WIDE static void NAME(reflect_point_block)(intptr_t n, char **args, const intptr_t *strides)
 {
+    const intptr_t w = sizeof(REAL);
+    const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
+    char *a0 = args[0];
+    char *a1 = args[1];
+    char *a2 = args[2];
+    ANY_ORDER
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
+        REAL x0[2];
+        REAL x1[3];
+        REAL x2[2];
+        NAME(load_2)(x0, a0 + i * w, c0a);
+        NAME(load_3)(x1, a1 + i * w, c1a);
+        NAME(reflect_point)(x0, x1, x2);
+        NAME(store_2)(a2 + i * w, c2a, x2);
+    }
+}
+
+WIDE static void NAME(reflect_point_block_uniform)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
     char *a0 = args[0];
     char *a1 = args[1];
     char *a2 = args[2];
     REAL x1[3];
     NAME(load_3)(x1, a1, c1a);
     ANY_ORDER
-    for (intptr_t i = 0; i < n; ++i) {
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
         REAL x0[2];
         REAL x2[2];
-        NAME(load_2)(x0, a0 + i * s0, c0a);
-        if (s1 != 0)
-            NAME(load_3)(x1, a1 + i * s1, c1a);
+        NAME(load_2)(x0, a0 + i * w, c0a);
         NAME(reflect_point)(x0, x1, x2);
-        NAME(store_2)(a2 + i * s2, c2a, x2);
+        NAME(store_2)(a2 + i * w, c2a, x2);
     }
 }
 
-static void NAME(reflect_point_any)(intptr_t n, char **args, const intptr_t *steps)
+WIDE static void NAME(reflect_point_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
-    NAME(reflect_point_each)(n, args, steps[0], steps[1], steps[2], steps[3], steps[4], steps[5]);
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    char *a0 = args[0];
+    char *a1 = args[1];
+    char *a2 = args[2];
+    ANY_ORDER
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
+        REAL x0[2];
+        REAL x1[3];
+        REAL x2[2];
+        NAME(load_2)(x0, a0 + i * 2 * w, w);
+        NAME(load_3)(x1, a1 + i * 3 * w, w);
+        NAME(reflect_point)(x0, x1, x2);
+        NAME(store_2)(a2 + i * 2 * w, w, x2);
+    }
 }
 
-WIDE void NAME(reflect_point_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
+WIDE static void NAME(reflect_point_dense_uniform)(intptr_t n, char **args, const intptr_t *strides)
 {
-    const intptr_t n = dimensions[0], w = sizeof(REAL);
-    const intptr_t s0 = steps[0], s1 = steps[1], s2 = steps[2], c0a = steps[3], c1a = steps[4], c2a = steps[5];
-    if (n < 1)
-        return;
-    if (s0 == w && s1 == w && s2 == w)
-        NAME(reflect_point_each)(n, args, w, w, w, c0a, c1a, c2a);
-    else if (s0 == w && s1 == 0 && s2 == w)
-        NAME(reflect_point_each)(n, args, w, 0, w, c0a, c1a, c2a);
-    else if (s0 == 2 * w && s1 == 3 * w && s2 == 2 * w && c0a == w && c1a == w && c2a == w)
-        NAME(reflect_point_each)(n, args, 2 * w, 3 * w, 2 * w, w, w, w);
-    else if (s0 == 2 * w && s1 == 0 && s2 == 2 * w && c0a == w && c1a == w && c2a == w)
-        NAME(reflect_point_each)(n, args, 2 * w, 0, 2 * w, w, w, w);
-    else
-        NAME(reflect_point_any)(n, args, steps);
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    char *a0 = args[0];
+    char *a1 = args[1];
+    char *a2 = args[2];
+    REAL x1[3];
+    NAME(load_3)(x1, a1, w);
+    ANY_ORDER
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
+        REAL x0[2];
+        REAL x2[2];
+        NAME(load_2)(x0, a0 + i * 2 * w, w);
+        NAME(reflect_point)(x0, x1, x2);
+        NAME(store_2)(a2 + i * 2 * w, w, x2);
+    }
+}
+
+void NAME(reflect_point_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
+{
+    static const struct part parts[] = {{2, 1, 0, {2}}, {3, 1, 1, {3}}, {2, 1, 2, {2}}};
+    static const struct kernel kernel = {{NAME(reflect_point_block), NAME(reflect_point_block_uniform),
+        NAME(reflect_point_dense), NAME(reflect_point_dense_uniform)}, 2, 2, 3, parts};
+    NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
 INLINE void NAME(motor_product)(const REAL *a, const REAL *b, REAL *out)
@@ -1809,47 +2700,88 @@ INLINE void NAME(motor_product)(const REAL *a, const REAL *b, REAL *out)
     out[3] = t19;
 }
 
-static INLINE void NAME(motor_product_each)(intptr_t n, char **args, intptr_t s0, intptr_t s1, intptr_t s2, intptr_t
-    c0a, intptr_t c1a, intptr_t c2a)
+WIDE static void NAME(motor_product_block)(intptr_t n, char **args, const intptr_t *strides)
 {
+    const intptr_t w = sizeof(REAL);
+    const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
+    char *a0 = args[0];
+    char *a1 = args[1];
+    char *a2 = args[2];
+    ANY_ORDER
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
+        REAL x0[4];
+        REAL x1[4];
+        REAL x2[4];
+        NAME(load_4)(x0, a0 + i * w, c0a);
+        NAME(load_4)(x1, a1 + i * w, c1a);
+        NAME(motor_product)(x0, x1, x2);
+        NAME(store_4)(a2 + i * w, c2a, x2);
+    }
+}
+
+WIDE static void NAME(motor_product_block_uniform)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
     char *a0 = args[0];
     char *a1 = args[1];
     char *a2 = args[2];
     REAL x0[4];
     NAME(load_4)(x0, a0, c0a);
     ANY_ORDER
-    for (intptr_t i = 0; i < n; ++i) {
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
         REAL x1[4];
         REAL x2[4];
-        if (s0 != 0)
-            NAME(load_4)(x0, a0 + i * s0, c0a);
-        NAME(load_4)(x1, a1 + i * s1, c1a);
+        NAME(load_4)(x1, a1 + i * w, c1a);
         NAME(motor_product)(x0, x1, x2);
-        NAME(store_4)(a2 + i * s2, c2a, x2);
+        NAME(store_4)(a2 + i * w, c2a, x2);
     }
 }
 
-static void NAME(motor_product_any)(intptr_t n, char **args, const intptr_t *steps)
+WIDE static void NAME(motor_product_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
-    NAME(motor_product_each)(n, args, steps[0], steps[1], steps[2], steps[3], steps[4], steps[5]);
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    char *a0 = args[0];
+    char *a1 = args[1];
+    char *a2 = args[2];
+    ANY_ORDER
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
+        REAL x0[4];
+        REAL x1[4];
+        REAL x2[4];
+        NAME(load_4)(x0, a0 + i * 4 * w, w);
+        NAME(load_4)(x1, a1 + i * 4 * w, w);
+        NAME(motor_product)(x0, x1, x2);
+        NAME(store_4)(a2 + i * 4 * w, w, x2);
+    }
 }
 
-WIDE void NAME(motor_product_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
+WIDE static void NAME(motor_product_dense_uniform)(intptr_t n, char **args, const intptr_t *strides)
 {
-    const intptr_t n = dimensions[0], w = sizeof(REAL);
-    const intptr_t s0 = steps[0], s1 = steps[1], s2 = steps[2], c0a = steps[3], c1a = steps[4], c2a = steps[5];
-    if (n < 1)
-        return;
-    if (s0 == w && s1 == w && s2 == w)
-        NAME(motor_product_each)(n, args, w, w, w, c0a, c1a, c2a);
-    else if (s0 == 0 && s1 == w && s2 == w)
-        NAME(motor_product_each)(n, args, 0, w, w, c0a, c1a, c2a);
-    else if (s0 == 4 * w && s1 == 4 * w && s2 == 4 * w && c0a == w && c1a == w && c2a == w)
-        NAME(motor_product_each)(n, args, 4 * w, 4 * w, 4 * w, w, w, w);
-    else if (s0 == 0 && s1 == 4 * w && s2 == 4 * w && c0a == w && c1a == w && c2a == w)
-        NAME(motor_product_each)(n, args, 0, 4 * w, 4 * w, w, w, w);
-    else
-        NAME(motor_product_any)(n, args, steps);
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    char *a0 = args[0];
+    char *a1 = args[1];
+    char *a2 = args[2];
+    REAL x0[4];
+    NAME(load_4)(x0, a0, w);
+    ANY_ORDER
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
+        REAL x1[4];
+        REAL x2[4];
+        NAME(load_4)(x1, a1 + i * 4 * w, w);
+        NAME(motor_product)(x0, x1, x2);
+        NAME(store_4)(a2 + i * 4 * w, w, x2);
+    }
+}
+
+void NAME(motor_product_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
+{
+    static const struct part parts[] = {{4, 1, 0, {4}}, {4, 1, 1, {4}}, {4, 1, 2, {4}}};
+    static const struct kernel kernel = {{NAME(motor_product_block), NAME(motor_product_block_uniform),
+        NAME(motor_product_dense), NAME(motor_product_dense_uniform)}, 1, 2, 3, parts};
+    NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
 INLINE void NAME(even_product)(const REAL *a, const REAL *b, REAL *out)
@@ -1888,47 +2820,88 @@ INLINE void NAME(even_product)(const REAL *a, const REAL *b, REAL *out)
     out[3] = t19;
 }
 
-static INLINE void NAME(even_product_each)(intptr_t n, char **args, intptr_t s0, intptr_t s1, intptr_t s2, intptr_t
-    c0a, intptr_t c1a, intptr_t c2a)
+WIDE static void NAME(even_product_block)(intptr_t n, char **args, const intptr_t *strides)
 {
+    const intptr_t w = sizeof(REAL);
+    const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
+    char *a0 = args[0];
+    char *a1 = args[1];
+    char *a2 = args[2];
+    ANY_ORDER
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
+        REAL x0[4];
+        REAL x1[4];
+        REAL x2[4];
+        NAME(load_4)(x0, a0 + i * w, c0a);
+        NAME(load_4)(x1, a1 + i * w, c1a);
+        NAME(even_product)(x0, x1, x2);
+        NAME(store_4)(a2 + i * w, c2a, x2);
+    }
+}
+
+WIDE static void NAME(even_product_block_uniform)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
     char *a0 = args[0];
     char *a1 = args[1];
     char *a2 = args[2];
     REAL x0[4];
     NAME(load_4)(x0, a0, c0a);
     ANY_ORDER
-    for (intptr_t i = 0; i < n; ++i) {
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
         REAL x1[4];
         REAL x2[4];
-        if (s0 != 0)
-            NAME(load_4)(x0, a0 + i * s0, c0a);
-        NAME(load_4)(x1, a1 + i * s1, c1a);
+        NAME(load_4)(x1, a1 + i * w, c1a);
         NAME(even_product)(x0, x1, x2);
-        NAME(store_4)(a2 + i * s2, c2a, x2);
+        NAME(store_4)(a2 + i * w, c2a, x2);
     }
 }
 
-static void NAME(even_product_any)(intptr_t n, char **args, const intptr_t *steps)
+WIDE static void NAME(even_product_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
-    NAME(even_product_each)(n, args, steps[0], steps[1], steps[2], steps[3], steps[4], steps[5]);
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    char *a0 = args[0];
+    char *a1 = args[1];
+    char *a2 = args[2];
+    ANY_ORDER
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
+        REAL x0[4];
+        REAL x1[4];
+        REAL x2[4];
+        NAME(load_4)(x0, a0 + i * 4 * w, w);
+        NAME(load_4)(x1, a1 + i * 4 * w, w);
+        NAME(even_product)(x0, x1, x2);
+        NAME(store_4)(a2 + i * 4 * w, w, x2);
+    }
 }
 
-WIDE void NAME(even_product_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
+WIDE static void NAME(even_product_dense_uniform)(intptr_t n, char **args, const intptr_t *strides)
 {
-    const intptr_t n = dimensions[0], w = sizeof(REAL);
-    const intptr_t s0 = steps[0], s1 = steps[1], s2 = steps[2], c0a = steps[3], c1a = steps[4], c2a = steps[5];
-    if (n < 1)
-        return;
-    if (s0 == w && s1 == w && s2 == w)
-        NAME(even_product_each)(n, args, w, w, w, c0a, c1a, c2a);
-    else if (s0 == 0 && s1 == w && s2 == w)
-        NAME(even_product_each)(n, args, 0, w, w, c0a, c1a, c2a);
-    else if (s0 == 4 * w && s1 == 4 * w && s2 == 4 * w && c0a == w && c1a == w && c2a == w)
-        NAME(even_product_each)(n, args, 4 * w, 4 * w, 4 * w, w, w, w);
-    else if (s0 == 0 && s1 == 4 * w && s2 == 4 * w && c0a == w && c1a == w && c2a == w)
-        NAME(even_product_each)(n, args, 0, 4 * w, 4 * w, w, w, w);
-    else
-        NAME(even_product_any)(n, args, steps);
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    char *a0 = args[0];
+    char *a1 = args[1];
+    char *a2 = args[2];
+    REAL x0[4];
+    NAME(load_4)(x0, a0, w);
+    ANY_ORDER
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
+        REAL x1[4];
+        REAL x2[4];
+        NAME(load_4)(x1, a1 + i * 4 * w, w);
+        NAME(even_product)(x0, x1, x2);
+        NAME(store_4)(a2 + i * 4 * w, w, x2);
+    }
+}
+
+void NAME(even_product_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
+{
+    static const struct part parts[] = {{4, 1, 0, {4}}, {4, 1, 1, {4}}, {4, 1, 2, {4}}};
+    static const struct kernel kernel = {{NAME(even_product_block), NAME(even_product_block_uniform),
+        NAME(even_product_dense), NAME(even_product_dense_uniform)}, 1, 2, 3, parts};
+    NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
 INLINE void NAME(motor_inverse)(const REAL *m, REAL *out)
@@ -1946,38 +2919,44 @@ INLINE void NAME(motor_inverse)(const REAL *m, REAL *out)
     out[3] = t2;
 }
 
-static INLINE void NAME(motor_inverse_each)(intptr_t n, char **args, intptr_t s0, intptr_t s1, intptr_t c0a,
-    intptr_t c1a)
+WIDE static void NAME(motor_inverse_block)(intptr_t n, char **args, const intptr_t *strides)
 {
+    const intptr_t w = sizeof(REAL);
+    const intptr_t c0a = strides[0], c1a = strides[1];
     char *a0 = args[0];
     char *a1 = args[1];
     ANY_ORDER
-    for (intptr_t i = 0; i < n; ++i) {
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
         REAL x0[4];
         REAL x1[4];
-        NAME(load_4)(x0, a0 + i * s0, c0a);
+        NAME(load_4)(x0, a0 + i * w, c0a);
         NAME(motor_inverse)(x0, x1);
-        NAME(store_4)(a1 + i * s1, c1a, x1);
+        NAME(store_4)(a1 + i * w, c1a, x1);
     }
 }
 
-static void NAME(motor_inverse_any)(intptr_t n, char **args, const intptr_t *steps)
+WIDE static void NAME(motor_inverse_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
-    NAME(motor_inverse_each)(n, args, steps[0], steps[1], steps[2], steps[3]);
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    char *a0 = args[0];
+    char *a1 = args[1];
+    ANY_ORDER
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
+        REAL x0[4];
+        REAL x1[4];
+        NAME(load_4)(x0, a0 + i * 4 * w, w);
+        NAME(motor_inverse)(x0, x1);
+        NAME(store_4)(a1 + i * 4 * w, w, x1);
+    }
 }
 
-WIDE void NAME(motor_inverse_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
+void NAME(motor_inverse_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
-    const intptr_t n = dimensions[0], w = sizeof(REAL);
-    const intptr_t s0 = steps[0], s1 = steps[1], c0a = steps[2], c1a = steps[3];
-    if (n < 1)
-        return;
-    if (s0 == w && s1 == w)
-        NAME(motor_inverse_each)(n, args, w, w, c0a, c1a);
-    else if (s0 == 4 * w && s1 == 4 * w && c0a == w && c1a == w)
-        NAME(motor_inverse_each)(n, args, 4 * w, 4 * w, w, w);
-    else
-        NAME(motor_inverse_any)(n, args, steps);
+    static const struct part parts[] = {{4, 1, 0, {4}}, {4, 1, 1, {4}}};
+    static const struct kernel kernel = {{NAME(motor_inverse_block), NULL, NAME(motor_inverse_dense), NULL}, 0, 1,
+        2, parts};
+    NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
 INLINE void NAME(normalize_motor)(const REAL *x, REAL *out)
@@ -2001,38 +2980,44 @@ INLINE void NAME(normalize_motor)(const REAL *x, REAL *out)
     out[3] = t8;
 }
 
-static INLINE void NAME(normalize_motor_each)(intptr_t n, char **args, intptr_t s0, intptr_t s1, intptr_t c0a,
-    intptr_t c1a)
+WIDE static void NAME(normalize_motor_block)(intptr_t n, char **args, const intptr_t *strides)
 {
+    const intptr_t w = sizeof(REAL);
+    const intptr_t c0a = strides[0], c1a = strides[1];
     char *a0 = args[0];
     char *a1 = args[1];
     ANY_ORDER
-    for (intptr_t i = 0; i < n; ++i) {
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
         REAL x0[4];
         REAL x1[4];
-        NAME(load_4)(x0, a0 + i * s0, c0a);
+        NAME(load_4)(x0, a0 + i * w, c0a);
         NAME(normalize_motor)(x0, x1);
-        NAME(store_4)(a1 + i * s1, c1a, x1);
+        NAME(store_4)(a1 + i * w, c1a, x1);
     }
 }
 
-static void NAME(normalize_motor_any)(intptr_t n, char **args, const intptr_t *steps)
+WIDE static void NAME(normalize_motor_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
-    NAME(normalize_motor_each)(n, args, steps[0], steps[1], steps[2], steps[3]);
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    char *a0 = args[0];
+    char *a1 = args[1];
+    ANY_ORDER
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
+        REAL x0[4];
+        REAL x1[4];
+        NAME(load_4)(x0, a0 + i * 4 * w, w);
+        NAME(normalize_motor)(x0, x1);
+        NAME(store_4)(a1 + i * 4 * w, w, x1);
+    }
 }
 
-WIDE void NAME(normalize_motor_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
+void NAME(normalize_motor_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
-    const intptr_t n = dimensions[0], w = sizeof(REAL);
-    const intptr_t s0 = steps[0], s1 = steps[1], c0a = steps[2], c1a = steps[3];
-    if (n < 1)
-        return;
-    if (s0 == w && s1 == w)
-        NAME(normalize_motor_each)(n, args, w, w, c0a, c1a);
-    else if (s0 == 4 * w && s1 == 4 * w && c0a == w && c1a == w)
-        NAME(normalize_motor_each)(n, args, 4 * w, 4 * w, w, w);
-    else
-        NAME(normalize_motor_any)(n, args, steps);
+    static const struct part parts[] = {{4, 1, 0, {4}}, {4, 1, 1, {4}}};
+    static const struct kernel kernel = {{NAME(normalize_motor_block), NULL, NAME(normalize_motor_dense), NULL}, 0,
+        1, 2, parts};
+    NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
 INLINE void NAME(move_point)(const REAL *m, const REAL *p, REAL *out)
@@ -2061,47 +3046,88 @@ INLINE void NAME(move_point)(const REAL *m, const REAL *p, REAL *out)
     out[1] = t13;
 }
 
-static INLINE void NAME(move_point_each)(intptr_t n, char **args, intptr_t s0, intptr_t s1, intptr_t s2, intptr_t
-    c0a, intptr_t c1a, intptr_t c2a)
+WIDE static void NAME(move_point_block)(intptr_t n, char **args, const intptr_t *strides)
 {
+    const intptr_t w = sizeof(REAL);
+    const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
+    char *a0 = args[0];
+    char *a1 = args[1];
+    char *a2 = args[2];
+    ANY_ORDER
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
+        REAL x0[4];
+        REAL x1[2];
+        REAL x2[2];
+        NAME(load_4)(x0, a0 + i * w, c0a);
+        NAME(load_2)(x1, a1 + i * w, c1a);
+        NAME(move_point)(x0, x1, x2);
+        NAME(store_2)(a2 + i * w, c2a, x2);
+    }
+}
+
+WIDE static void NAME(move_point_block_uniform)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
     char *a0 = args[0];
     char *a1 = args[1];
     char *a2 = args[2];
     REAL x0[4];
     NAME(load_4)(x0, a0, c0a);
     ANY_ORDER
-    for (intptr_t i = 0; i < n; ++i) {
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
         REAL x1[2];
         REAL x2[2];
-        if (s0 != 0)
-            NAME(load_4)(x0, a0 + i * s0, c0a);
-        NAME(load_2)(x1, a1 + i * s1, c1a);
+        NAME(load_2)(x1, a1 + i * w, c1a);
         NAME(move_point)(x0, x1, x2);
-        NAME(store_2)(a2 + i * s2, c2a, x2);
+        NAME(store_2)(a2 + i * w, c2a, x2);
     }
 }
 
-static void NAME(move_point_any)(intptr_t n, char **args, const intptr_t *steps)
+WIDE static void NAME(move_point_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
-    NAME(move_point_each)(n, args, steps[0], steps[1], steps[2], steps[3], steps[4], steps[5]);
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    char *a0 = args[0];
+    char *a1 = args[1];
+    char *a2 = args[2];
+    ANY_ORDER
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
+        REAL x0[4];
+        REAL x1[2];
+        REAL x2[2];
+        NAME(load_4)(x0, a0 + i * 4 * w, w);
+        NAME(load_2)(x1, a1 + i * 2 * w, w);
+        NAME(move_point)(x0, x1, x2);
+        NAME(store_2)(a2 + i * 2 * w, w, x2);
+    }
 }
 
-WIDE void NAME(move_point_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
+WIDE static void NAME(move_point_dense_uniform)(intptr_t n, char **args, const intptr_t *strides)
 {
-    const intptr_t n = dimensions[0], w = sizeof(REAL);
-    const intptr_t s0 = steps[0], s1 = steps[1], s2 = steps[2], c0a = steps[3], c1a = steps[4], c2a = steps[5];
-    if (n < 1)
-        return;
-    if (s0 == w && s1 == w && s2 == w)
-        NAME(move_point_each)(n, args, w, w, w, c0a, c1a, c2a);
-    else if (s0 == 0 && s1 == w && s2 == w)
-        NAME(move_point_each)(n, args, 0, w, w, c0a, c1a, c2a);
-    else if (s0 == 4 * w && s1 == 2 * w && s2 == 2 * w && c0a == w && c1a == w && c2a == w)
-        NAME(move_point_each)(n, args, 4 * w, 2 * w, 2 * w, w, w, w);
-    else if (s0 == 0 && s1 == 2 * w && s2 == 2 * w && c0a == w && c1a == w && c2a == w)
-        NAME(move_point_each)(n, args, 0, 2 * w, 2 * w, w, w, w);
-    else
-        NAME(move_point_any)(n, args, steps);
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    char *a0 = args[0];
+    char *a1 = args[1];
+    char *a2 = args[2];
+    REAL x0[4];
+    NAME(load_4)(x0, a0, w);
+    ANY_ORDER
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
+        REAL x1[2];
+        REAL x2[2];
+        NAME(load_2)(x1, a1 + i * 2 * w, w);
+        NAME(move_point)(x0, x1, x2);
+        NAME(store_2)(a2 + i * 2 * w, w, x2);
+    }
+}
+
+void NAME(move_point_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
+{
+    static const struct part parts[] = {{4, 1, 0, {4}}, {2, 1, 1, {2}}, {2, 1, 2, {2}}};
+    static const struct kernel kernel = {{NAME(move_point_block), NAME(move_point_block_uniform),
+        NAME(move_point_dense), NAME(move_point_dense_uniform)}, 1, 2, 3, parts};
+    NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
 INLINE void NAME(move_direction)(const REAL *m, const REAL *d, REAL *out)
@@ -2125,47 +3151,88 @@ INLINE void NAME(move_direction)(const REAL *m, const REAL *d, REAL *out)
     out[1] = t10;
 }
 
-static INLINE void NAME(move_direction_each)(intptr_t n, char **args, intptr_t s0, intptr_t s1, intptr_t s2,
-    intptr_t c0a, intptr_t c1a, intptr_t c2a)
+WIDE static void NAME(move_direction_block)(intptr_t n, char **args, const intptr_t *strides)
 {
+    const intptr_t w = sizeof(REAL);
+    const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
+    char *a0 = args[0];
+    char *a1 = args[1];
+    char *a2 = args[2];
+    ANY_ORDER
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
+        REAL x0[4];
+        REAL x1[2];
+        REAL x2[2];
+        NAME(load_4)(x0, a0 + i * w, c0a);
+        NAME(load_2)(x1, a1 + i * w, c1a);
+        NAME(move_direction)(x0, x1, x2);
+        NAME(store_2)(a2 + i * w, c2a, x2);
+    }
+}
+
+WIDE static void NAME(move_direction_block_uniform)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
     char *a0 = args[0];
     char *a1 = args[1];
     char *a2 = args[2];
     REAL x0[4];
     NAME(load_4)(x0, a0, c0a);
     ANY_ORDER
-    for (intptr_t i = 0; i < n; ++i) {
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
         REAL x1[2];
         REAL x2[2];
-        if (s0 != 0)
-            NAME(load_4)(x0, a0 + i * s0, c0a);
-        NAME(load_2)(x1, a1 + i * s1, c1a);
+        NAME(load_2)(x1, a1 + i * w, c1a);
         NAME(move_direction)(x0, x1, x2);
-        NAME(store_2)(a2 + i * s2, c2a, x2);
+        NAME(store_2)(a2 + i * w, c2a, x2);
     }
 }
 
-static void NAME(move_direction_any)(intptr_t n, char **args, const intptr_t *steps)
+WIDE static void NAME(move_direction_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
-    NAME(move_direction_each)(n, args, steps[0], steps[1], steps[2], steps[3], steps[4], steps[5]);
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    char *a0 = args[0];
+    char *a1 = args[1];
+    char *a2 = args[2];
+    ANY_ORDER
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
+        REAL x0[4];
+        REAL x1[2];
+        REAL x2[2];
+        NAME(load_4)(x0, a0 + i * 4 * w, w);
+        NAME(load_2)(x1, a1 + i * 2 * w, w);
+        NAME(move_direction)(x0, x1, x2);
+        NAME(store_2)(a2 + i * 2 * w, w, x2);
+    }
 }
 
-WIDE void NAME(move_direction_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
+WIDE static void NAME(move_direction_dense_uniform)(intptr_t n, char **args, const intptr_t *strides)
 {
-    const intptr_t n = dimensions[0], w = sizeof(REAL);
-    const intptr_t s0 = steps[0], s1 = steps[1], s2 = steps[2], c0a = steps[3], c1a = steps[4], c2a = steps[5];
-    if (n < 1)
-        return;
-    if (s0 == w && s1 == w && s2 == w)
-        NAME(move_direction_each)(n, args, w, w, w, c0a, c1a, c2a);
-    else if (s0 == 0 && s1 == w && s2 == w)
-        NAME(move_direction_each)(n, args, 0, w, w, c0a, c1a, c2a);
-    else if (s0 == 4 * w && s1 == 2 * w && s2 == 2 * w && c0a == w && c1a == w && c2a == w)
-        NAME(move_direction_each)(n, args, 4 * w, 2 * w, 2 * w, w, w, w);
-    else if (s0 == 0 && s1 == 2 * w && s2 == 2 * w && c0a == w && c1a == w && c2a == w)
-        NAME(move_direction_each)(n, args, 0, 2 * w, 2 * w, w, w, w);
-    else
-        NAME(move_direction_any)(n, args, steps);
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    char *a0 = args[0];
+    char *a1 = args[1];
+    char *a2 = args[2];
+    REAL x0[4];
+    NAME(load_4)(x0, a0, w);
+    ANY_ORDER
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
+        REAL x1[2];
+        REAL x2[2];
+        NAME(load_2)(x1, a1 + i * 2 * w, w);
+        NAME(move_direction)(x0, x1, x2);
+        NAME(store_2)(a2 + i * 2 * w, w, x2);
+    }
+}
+
+void NAME(move_direction_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
+{
+    static const struct part parts[] = {{4, 1, 0, {4}}, {2, 1, 1, {2}}, {2, 1, 2, {2}}};
+    static const struct kernel kernel = {{NAME(move_direction_block), NAME(move_direction_block_uniform),
+        NAME(move_direction_dense), NAME(move_direction_dense_uniform)}, 1, 2, 3, parts};
+    NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
 INLINE void NAME(move_line)(const REAL *m, const REAL *line, REAL *out)
@@ -2198,47 +3265,88 @@ INLINE void NAME(move_line)(const REAL *m, const REAL *line, REAL *out)
     out[2] = t15;
 }
 
-static INLINE void NAME(move_line_each)(intptr_t n, char **args, intptr_t s0, intptr_t s1, intptr_t s2, intptr_t
-    c0a, intptr_t c1a, intptr_t c2a)
+WIDE static void NAME(move_line_block)(intptr_t n, char **args, const intptr_t *strides)
 {
+    const intptr_t w = sizeof(REAL);
+    const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
+    char *a0 = args[0];
+    char *a1 = args[1];
+    char *a2 = args[2];
+    ANY_ORDER
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
+        REAL x0[4];
+        REAL x1[3];
+        REAL x2[3];
+        NAME(load_4)(x0, a0 + i * w, c0a);
+        NAME(load_3)(x1, a1 + i * w, c1a);
+        NAME(move_line)(x0, x1, x2);
+        NAME(store_3)(a2 + i * w, c2a, x2);
+    }
+}
+
+WIDE static void NAME(move_line_block_uniform)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
     char *a0 = args[0];
     char *a1 = args[1];
     char *a2 = args[2];
     REAL x0[4];
     NAME(load_4)(x0, a0, c0a);
     ANY_ORDER
-    for (intptr_t i = 0; i < n; ++i) {
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
         REAL x1[3];
         REAL x2[3];
-        if (s0 != 0)
-            NAME(load_4)(x0, a0 + i * s0, c0a);
-        NAME(load_3)(x1, a1 + i * s1, c1a);
+        NAME(load_3)(x1, a1 + i * w, c1a);
         NAME(move_line)(x0, x1, x2);
-        NAME(store_3)(a2 + i * s2, c2a, x2);
+        NAME(store_3)(a2 + i * w, c2a, x2);
     }
 }
 
-static void NAME(move_line_any)(intptr_t n, char **args, const intptr_t *steps)
+WIDE static void NAME(move_line_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
-    NAME(move_line_each)(n, args, steps[0], steps[1], steps[2], steps[3], steps[4], steps[5]);
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    char *a0 = args[0];
+    char *a1 = args[1];
+    char *a2 = args[2];
+    ANY_ORDER
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
+        REAL x0[4];
+        REAL x1[3];
+        REAL x2[3];
+        NAME(load_4)(x0, a0 + i * 4 * w, w);
+        NAME(load_3)(x1, a1 + i * 3 * w, w);
+        NAME(move_line)(x0, x1, x2);
+        NAME(store_3)(a2 + i * 3 * w, w, x2);
+    }
 }
 
-WIDE void NAME(move_line_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
+WIDE static void NAME(move_line_dense_uniform)(intptr_t n, char **args, const intptr_t *strides)
 {
-    const intptr_t n = dimensions[0], w = sizeof(REAL);
-    const intptr_t s0 = steps[0], s1 = steps[1], s2 = steps[2], c0a = steps[3], c1a = steps[4], c2a = steps[5];
-    if (n < 1)
-        return;
-    if (s0 == w && s1 == w && s2 == w)
-        NAME(move_line_each)(n, args, w, w, w, c0a, c1a, c2a);
-    else if (s0 == 0 && s1 == w && s2 == w)
-        NAME(move_line_each)(n, args, 0, w, w, c0a, c1a, c2a);
-    else if (s0 == 4 * w && s1 == 3 * w && s2 == 3 * w && c0a == w && c1a == w && c2a == w)
-        NAME(move_line_each)(n, args, 4 * w, 3 * w, 3 * w, w, w, w);
-    else if (s0 == 0 && s1 == 3 * w && s2 == 3 * w && c0a == w && c1a == w && c2a == w)
-        NAME(move_line_each)(n, args, 0, 3 * w, 3 * w, w, w, w);
-    else
-        NAME(move_line_any)(n, args, steps);
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    char *a0 = args[0];
+    char *a1 = args[1];
+    char *a2 = args[2];
+    REAL x0[4];
+    NAME(load_4)(x0, a0, w);
+    ANY_ORDER
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
+        REAL x1[3];
+        REAL x2[3];
+        NAME(load_3)(x1, a1 + i * 3 * w, w);
+        NAME(move_line)(x0, x1, x2);
+        NAME(store_3)(a2 + i * 3 * w, w, x2);
+    }
+}
+
+void NAME(move_line_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
+{
+    static const struct part parts[] = {{4, 1, 0, {4}}, {3, 1, 1, {3}}, {3, 1, 2, {3}}};
+    static const struct kernel kernel = {{NAME(move_line_block), NAME(move_line_block_uniform),
+        NAME(move_line_dense), NAME(move_line_dense_uniform)}, 1, 2, 3, parts};
+    NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
 INLINE void NAME(move_point_back)(const REAL *m, const REAL *p, REAL *out)
@@ -2267,47 +3375,88 @@ INLINE void NAME(move_point_back)(const REAL *m, const REAL *p, REAL *out)
     out[1] = t13;
 }
 
-static INLINE void NAME(move_point_back_each)(intptr_t n, char **args, intptr_t s0, intptr_t s1, intptr_t s2,
-    intptr_t c0a, intptr_t c1a, intptr_t c2a)
+WIDE static void NAME(move_point_back_block)(intptr_t n, char **args, const intptr_t *strides)
 {
+    const intptr_t w = sizeof(REAL);
+    const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
+    char *a0 = args[0];
+    char *a1 = args[1];
+    char *a2 = args[2];
+    ANY_ORDER
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
+        REAL x0[4];
+        REAL x1[2];
+        REAL x2[2];
+        NAME(load_4)(x0, a0 + i * w, c0a);
+        NAME(load_2)(x1, a1 + i * w, c1a);
+        NAME(move_point_back)(x0, x1, x2);
+        NAME(store_2)(a2 + i * w, c2a, x2);
+    }
+}
+
+WIDE static void NAME(move_point_back_block_uniform)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
     char *a0 = args[0];
     char *a1 = args[1];
     char *a2 = args[2];
     REAL x0[4];
     NAME(load_4)(x0, a0, c0a);
     ANY_ORDER
-    for (intptr_t i = 0; i < n; ++i) {
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
         REAL x1[2];
         REAL x2[2];
-        if (s0 != 0)
-            NAME(load_4)(x0, a0 + i * s0, c0a);
-        NAME(load_2)(x1, a1 + i * s1, c1a);
+        NAME(load_2)(x1, a1 + i * w, c1a);
         NAME(move_point_back)(x0, x1, x2);
-        NAME(store_2)(a2 + i * s2, c2a, x2);
+        NAME(store_2)(a2 + i * w, c2a, x2);
     }
 }
 
-static void NAME(move_point_back_any)(intptr_t n, char **args, const intptr_t *steps)
+WIDE static void NAME(move_point_back_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
-    NAME(move_point_back_each)(n, args, steps[0], steps[1], steps[2], steps[3], steps[4], steps[5]);
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    char *a0 = args[0];
+    char *a1 = args[1];
+    char *a2 = args[2];
+    ANY_ORDER
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
+        REAL x0[4];
+        REAL x1[2];
+        REAL x2[2];
+        NAME(load_4)(x0, a0 + i * 4 * w, w);
+        NAME(load_2)(x1, a1 + i * 2 * w, w);
+        NAME(move_point_back)(x0, x1, x2);
+        NAME(store_2)(a2 + i * 2 * w, w, x2);
+    }
 }
 
-WIDE void NAME(move_point_back_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
+WIDE static void NAME(move_point_back_dense_uniform)(intptr_t n, char **args, const intptr_t *strides)
 {
-    const intptr_t n = dimensions[0], w = sizeof(REAL);
-    const intptr_t s0 = steps[0], s1 = steps[1], s2 = steps[2], c0a = steps[3], c1a = steps[4], c2a = steps[5];
-    if (n < 1)
-        return;
-    if (s0 == w && s1 == w && s2 == w)
-        NAME(move_point_back_each)(n, args, w, w, w, c0a, c1a, c2a);
-    else if (s0 == 0 && s1 == w && s2 == w)
-        NAME(move_point_back_each)(n, args, 0, w, w, c0a, c1a, c2a);
-    else if (s0 == 4 * w && s1 == 2 * w && s2 == 2 * w && c0a == w && c1a == w && c2a == w)
-        NAME(move_point_back_each)(n, args, 4 * w, 2 * w, 2 * w, w, w, w);
-    else if (s0 == 0 && s1 == 2 * w && s2 == 2 * w && c0a == w && c1a == w && c2a == w)
-        NAME(move_point_back_each)(n, args, 0, 2 * w, 2 * w, w, w, w);
-    else
-        NAME(move_point_back_any)(n, args, steps);
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    char *a0 = args[0];
+    char *a1 = args[1];
+    char *a2 = args[2];
+    REAL x0[4];
+    NAME(load_4)(x0, a0, w);
+    ANY_ORDER
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
+        REAL x1[2];
+        REAL x2[2];
+        NAME(load_2)(x1, a1 + i * 2 * w, w);
+        NAME(move_point_back)(x0, x1, x2);
+        NAME(store_2)(a2 + i * 2 * w, w, x2);
+    }
+}
+
+void NAME(move_point_back_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
+{
+    static const struct part parts[] = {{4, 1, 0, {4}}, {2, 1, 1, {2}}, {2, 1, 2, {2}}};
+    static const struct kernel kernel = {{NAME(move_point_back_block), NAME(move_point_back_block_uniform),
+        NAME(move_point_back_dense), NAME(move_point_back_dense_uniform)}, 1, 2, 3, parts};
+    NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
 INLINE void NAME(rotor_from_angle)(REAL angle, REAL *out)
@@ -2320,37 +3469,27 @@ INLINE void NAME(rotor_from_angle)(REAL angle, REAL *out)
     out[1] = t3;
 }
 
-static INLINE void NAME(rotor_from_angle_each)(intptr_t n, char **args, intptr_t s0, intptr_t s1, intptr_t c1a)
+WIDE static void NAME(rotor_from_angle_block)(intptr_t n, char **args, const intptr_t *strides)
 {
+    const intptr_t w = sizeof(REAL);
+    const intptr_t c1a = strides[0];
     char *a0 = args[0];
     char *a1 = args[1];
     ANY_ORDER
     for (intptr_t i = 0; i < n; ++i) {
         REAL x0[1];
         REAL x1[2];
-        NAME(load_scalar)(x0, a0 + i * s0);
+        NAME(load_scalar)(x0, a0 + i * w);
         NAME(rotor_from_angle)(x0[0], x1);
-        NAME(store_2)(a1 + i * s1, c1a, x1);
+        NAME(store_2)(a1 + i * w, c1a, x1);
     }
 }
 
-static void NAME(rotor_from_angle_any)(intptr_t n, char **args, const intptr_t *steps)
+void NAME(rotor_from_angle_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
-    NAME(rotor_from_angle_each)(n, args, steps[0], steps[1], steps[2]);
-}
-
-WIDE void NAME(rotor_from_angle_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
-{
-    const intptr_t n = dimensions[0], w = sizeof(REAL);
-    const intptr_t s0 = steps[0], s1 = steps[1], c1a = steps[2];
-    if (n < 1)
-        return;
-    if (s0 == w && s1 == w)
-        NAME(rotor_from_angle_each)(n, args, w, w, c1a);
-    else if (s0 == w && s1 == 2 * w && c1a == w)
-        NAME(rotor_from_angle_each)(n, args, w, 2 * w, w);
-    else
-        NAME(rotor_from_angle_any)(n, args, steps);
+    static const struct part parts[] = {{1, 0, 0, {0}}, {2, 1, 0, {2}}};
+    static const struct kernel kernel = {{NAME(rotor_from_angle_block), NULL, NULL, NULL}, 0, 1, 2, parts};
+    NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
 INLINE void NAME(translator_from_vector)(const REAL *v, REAL *out)
@@ -2364,38 +3503,44 @@ INLINE void NAME(translator_from_vector)(const REAL *v, REAL *out)
     out[1] = t2;
 }
 
-static INLINE void NAME(translator_from_vector_each)(intptr_t n, char **args, intptr_t s0, intptr_t s1, intptr_t
-    c0a, intptr_t c1a)
+WIDE static void NAME(translator_from_vector_block)(intptr_t n, char **args, const intptr_t *strides)
 {
+    const intptr_t w = sizeof(REAL);
+    const intptr_t c0a = strides[0], c1a = strides[1];
     char *a0 = args[0];
     char *a1 = args[1];
     ANY_ORDER
-    for (intptr_t i = 0; i < n; ++i) {
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
         REAL x0[2];
         REAL x1[2];
-        NAME(load_2)(x0, a0 + i * s0, c0a);
+        NAME(load_2)(x0, a0 + i * w, c0a);
         NAME(translator_from_vector)(x0, x1);
-        NAME(store_2)(a1 + i * s1, c1a, x1);
+        NAME(store_2)(a1 + i * w, c1a, x1);
     }
 }
 
-static void NAME(translator_from_vector_any)(intptr_t n, char **args, const intptr_t *steps)
+WIDE static void NAME(translator_from_vector_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
-    NAME(translator_from_vector_each)(n, args, steps[0], steps[1], steps[2], steps[3]);
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    char *a0 = args[0];
+    char *a1 = args[1];
+    ANY_ORDER
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
+        REAL x0[2];
+        REAL x1[2];
+        NAME(load_2)(x0, a0 + i * 2 * w, w);
+        NAME(translator_from_vector)(x0, x1);
+        NAME(store_2)(a1 + i * 2 * w, w, x1);
+    }
 }
 
-WIDE void NAME(translator_from_vector_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
+void NAME(translator_from_vector_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
-    const intptr_t n = dimensions[0], w = sizeof(REAL);
-    const intptr_t s0 = steps[0], s1 = steps[1], c0a = steps[2], c1a = steps[3];
-    if (n < 1)
-        return;
-    if (s0 == w && s1 == w)
-        NAME(translator_from_vector_each)(n, args, w, w, c0a, c1a);
-    else if (s0 == 2 * w && s1 == 2 * w && c0a == w && c1a == w)
-        NAME(translator_from_vector_each)(n, args, 2 * w, 2 * w, w, w);
-    else
-        NAME(translator_from_vector_any)(n, args, steps);
+    static const struct part parts[] = {{2, 1, 0, {2}}, {2, 1, 1, {2}}};
+    static const struct kernel kernel = {{NAME(translator_from_vector_block), NULL,
+        NAME(translator_from_vector_dense), NULL}, 0, 1, 2, parts};
+    NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
 INLINE void NAME(motor_from_point)(const REAL *p, REAL angle, REAL *out)
@@ -2416,9 +3561,29 @@ INLINE void NAME(motor_from_point)(const REAL *p, REAL angle, REAL *out)
     out[3] = t7;
 }
 
-static INLINE void NAME(motor_from_point_each)(intptr_t n, char **args, intptr_t s0, intptr_t s1, intptr_t s2,
-    intptr_t c0a, intptr_t c2a)
+WIDE static void NAME(motor_from_point_block)(intptr_t n, char **args, const intptr_t *strides)
 {
+    const intptr_t w = sizeof(REAL);
+    const intptr_t c0a = strides[0], c2a = strides[1];
+    char *a0 = args[0];
+    char *a1 = args[1];
+    char *a2 = args[2];
+    ANY_ORDER
+    for (intptr_t i = 0; i < n; ++i) {
+        REAL x0[2];
+        REAL x1[1];
+        REAL x2[4];
+        NAME(load_2)(x0, a0 + i * w, c0a);
+        NAME(load_scalar)(x1, a1 + i * w);
+        NAME(motor_from_point)(x0, x1[0], x2);
+        NAME(store_4)(a2 + i * w, c2a, x2);
+    }
+}
+
+WIDE static void NAME(motor_from_point_block_uniform)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    const intptr_t c0a = strides[0], c2a = strides[1];
     char *a0 = args[0];
     char *a1 = args[1];
     char *a2 = args[2];
@@ -2428,35 +3593,18 @@ static INLINE void NAME(motor_from_point_each)(intptr_t n, char **args, intptr_t
     for (intptr_t i = 0; i < n; ++i) {
         REAL x0[2];
         REAL x2[4];
-        NAME(load_2)(x0, a0 + i * s0, c0a);
-        if (s1 != 0)
-            NAME(load_scalar)(x1, a1 + i * s1);
+        NAME(load_2)(x0, a0 + i * w, c0a);
         NAME(motor_from_point)(x0, x1[0], x2);
-        NAME(store_4)(a2 + i * s2, c2a, x2);
+        NAME(store_4)(a2 + i * w, c2a, x2);
     }
 }
 
-static void NAME(motor_from_point_any)(intptr_t n, char **args, const intptr_t *steps)
+void NAME(motor_from_point_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
-    NAME(motor_from_point_each)(n, args, steps[0], steps[1], steps[2], steps[3], steps[4]);
-}
-
-WIDE void NAME(motor_from_point_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
-{
-    const intptr_t n = dimensions[0], w = sizeof(REAL);
-    const intptr_t s0 = steps[0], s1 = steps[1], s2 = steps[2], c0a = steps[3], c2a = steps[4];
-    if (n < 1)
-        return;
-    if (s0 == w && s1 == w && s2 == w)
-        NAME(motor_from_point_each)(n, args, w, w, w, c0a, c2a);
-    else if (s0 == w && s1 == 0 && s2 == w)
-        NAME(motor_from_point_each)(n, args, w, 0, w, c0a, c2a);
-    else if (s0 == 2 * w && s1 == w && s2 == 4 * w && c0a == w && c2a == w)
-        NAME(motor_from_point_each)(n, args, 2 * w, w, 4 * w, w, w);
-    else if (s0 == 2 * w && s1 == 0 && s2 == 4 * w && c0a == w && c2a == w)
-        NAME(motor_from_point_each)(n, args, 2 * w, 0, 4 * w, w, w);
-    else
-        NAME(motor_from_point_any)(n, args, steps);
+    static const struct part parts[] = {{2, 1, 0, {2}}, {1, 0, 1, {0}}, {4, 1, 1, {4}}};
+    static const struct kernel kernel = {{NAME(motor_from_point_block), NAME(motor_from_point_block_uniform), NULL,
+        NULL}, 2, 2, 3, parts};
+    NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
 INLINE void NAME(motor_from_angle_translation)(REAL angle, const REAL *v, REAL *out)
@@ -2482,9 +3630,29 @@ INLINE void NAME(motor_from_angle_translation)(REAL angle, const REAL *v, REAL *
     out[3] = t12;
 }
 
-static INLINE void NAME(motor_from_angle_translation_each)(intptr_t n, char **args, intptr_t s0, intptr_t s1,
-    intptr_t s2, intptr_t c1a, intptr_t c2a)
+WIDE static void NAME(motor_from_angle_translation_block)(intptr_t n, char **args, const intptr_t *strides)
 {
+    const intptr_t w = sizeof(REAL);
+    const intptr_t c1a = strides[0], c2a = strides[1];
+    char *a0 = args[0];
+    char *a1 = args[1];
+    char *a2 = args[2];
+    ANY_ORDER
+    for (intptr_t i = 0; i < n; ++i) {
+        REAL x0[1];
+        REAL x1[2];
+        REAL x2[4];
+        NAME(load_scalar)(x0, a0 + i * w);
+        NAME(load_2)(x1, a1 + i * w, c1a);
+        NAME(motor_from_angle_translation)(x0[0], x1, x2);
+        NAME(store_4)(a2 + i * w, c2a, x2);
+    }
+}
+
+WIDE static void NAME(motor_from_angle_translation_block_uniform)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    const intptr_t c1a = strides[0], c2a = strides[1];
     char *a0 = args[0];
     char *a1 = args[1];
     char *a2 = args[2];
@@ -2494,35 +3662,18 @@ static INLINE void NAME(motor_from_angle_translation_each)(intptr_t n, char **ar
     for (intptr_t i = 0; i < n; ++i) {
         REAL x1[2];
         REAL x2[4];
-        if (s0 != 0)
-            NAME(load_scalar)(x0, a0 + i * s0);
-        NAME(load_2)(x1, a1 + i * s1, c1a);
+        NAME(load_2)(x1, a1 + i * w, c1a);
         NAME(motor_from_angle_translation)(x0[0], x1, x2);
-        NAME(store_4)(a2 + i * s2, c2a, x2);
+        NAME(store_4)(a2 + i * w, c2a, x2);
     }
 }
 
-static void NAME(motor_from_angle_translation_any)(intptr_t n, char **args, const intptr_t *steps)
+void NAME(motor_from_angle_translation_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
-    NAME(motor_from_angle_translation_each)(n, args, steps[0], steps[1], steps[2], steps[3], steps[4]);
-}
-
-WIDE void NAME(motor_from_angle_translation_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
-{
-    const intptr_t n = dimensions[0], w = sizeof(REAL);
-    const intptr_t s0 = steps[0], s1 = steps[1], s2 = steps[2], c1a = steps[3], c2a = steps[4];
-    if (n < 1)
-        return;
-    if (s0 == w && s1 == w && s2 == w)
-        NAME(motor_from_angle_translation_each)(n, args, w, w, w, c1a, c2a);
-    else if (s0 == 0 && s1 == w && s2 == w)
-        NAME(motor_from_angle_translation_each)(n, args, 0, w, w, c1a, c2a);
-    else if (s0 == w && s1 == 2 * w && s2 == 4 * w && c1a == w && c2a == w)
-        NAME(motor_from_angle_translation_each)(n, args, w, 2 * w, 4 * w, w, w);
-    else if (s0 == 0 && s1 == 2 * w && s2 == 4 * w && c1a == w && c2a == w)
-        NAME(motor_from_angle_translation_each)(n, args, 0, 2 * w, 4 * w, w, w);
-    else
-        NAME(motor_from_angle_translation_any)(n, args, steps);
+    static const struct part parts[] = {{1, 0, 0, {0}}, {2, 1, 0, {2}}, {4, 1, 1, {4}}};
+    static const struct kernel kernel = {{NAME(motor_from_angle_translation_block),
+        NAME(motor_from_angle_translation_block_uniform), NULL, NULL}, 1, 2, 3, parts};
+    NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
 INLINE void NAME(motor_to_angle_translation)(const REAL *m, REAL *out_0, REAL *out_1)
@@ -2550,9 +3701,10 @@ INLINE void NAME(motor_to_angle_translation)(const REAL *m, REAL *out_0, REAL *o
     out_1[1] = t13;
 }
 
-static INLINE void NAME(motor_to_angle_translation_each)(intptr_t n, char **args, intptr_t s0, intptr_t s1, intptr_t
-    s2, intptr_t c0a, intptr_t c2a)
+WIDE static void NAME(motor_to_angle_translation_block)(intptr_t n, char **args, const intptr_t *strides)
 {
+    const intptr_t w = sizeof(REAL);
+    const intptr_t c0a = strides[0], c2a = strides[1];
     char *a0 = args[0];
     char *a1 = args[1];
     char *a2 = args[2];
@@ -2561,30 +3713,19 @@ static INLINE void NAME(motor_to_angle_translation_each)(intptr_t n, char **args
         REAL x0[4];
         REAL x1[1];
         REAL x2[2];
-        NAME(load_4)(x0, a0 + i * s0, c0a);
+        NAME(load_4)(x0, a0 + i * w, c0a);
         NAME(motor_to_angle_translation)(x0, x1, x2);
-        NAME(store_scalar)(a1 + i * s1, x1);
-        NAME(store_2)(a2 + i * s2, c2a, x2);
+        NAME(store_scalar)(a1 + i * w, x1);
+        NAME(store_2)(a2 + i * w, c2a, x2);
     }
 }
 
-static void NAME(motor_to_angle_translation_any)(intptr_t n, char **args, const intptr_t *steps)
+void NAME(motor_to_angle_translation_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
-    NAME(motor_to_angle_translation_each)(n, args, steps[0], steps[1], steps[2], steps[3], steps[4]);
-}
-
-WIDE void NAME(motor_to_angle_translation_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
-{
-    const intptr_t n = dimensions[0], w = sizeof(REAL);
-    const intptr_t s0 = steps[0], s1 = steps[1], s2 = steps[2], c0a = steps[3], c2a = steps[4];
-    if (n < 1)
-        return;
-    if (s0 == w && s1 == w && s2 == w)
-        NAME(motor_to_angle_translation_each)(n, args, w, w, w, c0a, c2a);
-    else if (s0 == 4 * w && s1 == w && s2 == 2 * w && c0a == w && c2a == w)
-        NAME(motor_to_angle_translation_each)(n, args, 4 * w, w, 2 * w, w, w);
-    else
-        NAME(motor_to_angle_translation_any)(n, args, steps);
+    static const struct part parts[] = {{4, 1, 0, {4}}, {1, 0, 1, {0}}, {2, 1, 1, {2}}};
+    static const struct kernel kernel = {{NAME(motor_to_angle_translation_block), NULL, NULL, NULL}, 0, 1, 3,
+        parts};
+    NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
 INLINE void NAME(motor_to_matrix)(const REAL *m, REAL *out)
@@ -2616,38 +3757,27 @@ INLINE void NAME(motor_to_matrix)(const REAL *m, REAL *out)
     out[8] = (REAL)1;
 }
 
-static INLINE void NAME(motor_to_matrix_each)(intptr_t n, char **args, intptr_t s0, intptr_t s1, intptr_t c0a,
-    intptr_t c1a, intptr_t c1b)
+WIDE static void NAME(motor_to_matrix_block)(intptr_t n, char **args, const intptr_t *strides)
 {
+    const intptr_t w = sizeof(REAL);
+    const intptr_t c0a = strides[0], c1a = strides[1], c1b = strides[2];
     char *a0 = args[0];
     char *a1 = args[1];
     ANY_ORDER
-    for (intptr_t i = 0; i < n; ++i) {
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
         REAL x0[4];
         REAL x1[9];
-        NAME(load_4)(x0, a0 + i * s0, c0a);
+        NAME(load_4)(x0, a0 + i * w, c0a);
         NAME(motor_to_matrix)(x0, x1);
-        NAME(store_3x3)(a1 + i * s1, c1a, c1b, x1);
+        NAME(store_3x3)(a1 + i * w, c1a, c1b, x1);
     }
 }
 
-static void NAME(motor_to_matrix_any)(intptr_t n, char **args, const intptr_t *steps)
+void NAME(motor_to_matrix_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
-    NAME(motor_to_matrix_each)(n, args, steps[0], steps[1], steps[2], steps[3], steps[4]);
-}
-
-WIDE void NAME(motor_to_matrix_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
-{
-    const intptr_t n = dimensions[0], w = sizeof(REAL);
-    const intptr_t s0 = steps[0], s1 = steps[1], c0a = steps[2], c1a = steps[3], c1b = steps[4];
-    if (n < 1)
-        return;
-    if (s0 == w && s1 == w)
-        NAME(motor_to_matrix_each)(n, args, w, w, c0a, c1a, c1b);
-    else if (s0 == 4 * w && s1 == 9 * w && c0a == w && c1a == 3 * w && c1b == w)
-        NAME(motor_to_matrix_each)(n, args, 4 * w, 9 * w, w, 3 * w, w);
-    else
-        NAME(motor_to_matrix_any)(n, args, steps);
+    static const struct part parts[] = {{4, 1, 0, {4}}, {9, 2, 1, {3, 3}}};
+    static const struct kernel kernel = {{NAME(motor_to_matrix_block), NULL, NULL, NULL}, 0, 1, 2, parts};
+    NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
 INLINE void NAME(motor_from_matrix)(const REAL *matrix, REAL *out)
@@ -2698,38 +3828,27 @@ INLINE void NAME(motor_from_matrix)(const REAL *matrix, REAL *out)
     out[3] = t33;
 }
 
-static INLINE void NAME(motor_from_matrix_each)(intptr_t n, char **args, intptr_t s0, intptr_t s1, intptr_t c0a,
-    intptr_t c0b, intptr_t c1a)
+WIDE static void NAME(motor_from_matrix_block)(intptr_t n, char **args, const intptr_t *strides)
 {
+    const intptr_t w = sizeof(REAL);
+    const intptr_t c0a = strides[0], c0b = strides[1], c1a = strides[2];
     char *a0 = args[0];
     char *a1 = args[1];
     ANY_ORDER
-    for (intptr_t i = 0; i < n; ++i) {
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
         REAL x0[9];
         REAL x1[4];
-        NAME(load_3x3)(x0, a0 + i * s0, c0a, c0b);
+        NAME(load_3x3)(x0, a0 + i * w, c0a, c0b);
         NAME(motor_from_matrix)(x0, x1);
-        NAME(store_4)(a1 + i * s1, c1a, x1);
+        NAME(store_4)(a1 + i * w, c1a, x1);
     }
 }
 
-static void NAME(motor_from_matrix_any)(intptr_t n, char **args, const intptr_t *steps)
+void NAME(motor_from_matrix_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
-    NAME(motor_from_matrix_each)(n, args, steps[0], steps[1], steps[2], steps[3], steps[4]);
-}
-
-WIDE void NAME(motor_from_matrix_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
-{
-    const intptr_t n = dimensions[0], w = sizeof(REAL);
-    const intptr_t s0 = steps[0], s1 = steps[1], c0a = steps[2], c0b = steps[3], c1a = steps[4];
-    if (n < 1)
-        return;
-    if (s0 == w && s1 == w)
-        NAME(motor_from_matrix_each)(n, args, w, w, c0a, c0b, c1a);
-    else if (s0 == 9 * w && s1 == 4 * w && c0a == 3 * w && c0b == w && c1a == w)
-        NAME(motor_from_matrix_each)(n, args, 9 * w, 4 * w, 3 * w, w, w);
-    else
-        NAME(motor_from_matrix_any)(n, args, steps);
+    static const struct part parts[] = {{9, 2, 0, {3, 3}}, {4, 1, 2, {4}}};
+    static const struct kernel kernel = {{NAME(motor_from_matrix_block), NULL, NULL, NULL}, 0, 1, 2, parts};
+    NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
 INLINE void NAME(motor_exponential)(const REAL *b, REAL *out)
@@ -2754,38 +3873,27 @@ INLINE void NAME(motor_exponential)(const REAL *b, REAL *out)
     out[3] = t10;
 }
 
-static INLINE void NAME(motor_exponential_each)(intptr_t n, char **args, intptr_t s0, intptr_t s1, intptr_t c0a,
-    intptr_t c1a)
+WIDE static void NAME(motor_exponential_block)(intptr_t n, char **args, const intptr_t *strides)
 {
+    const intptr_t w = sizeof(REAL);
+    const intptr_t c0a = strides[0], c1a = strides[1];
     char *a0 = args[0];
     char *a1 = args[1];
     ANY_ORDER
     for (intptr_t i = 0; i < n; ++i) {
         REAL x0[3];
         REAL x1[4];
-        NAME(load_3)(x0, a0 + i * s0, c0a);
+        NAME(load_3)(x0, a0 + i * w, c0a);
         NAME(motor_exponential)(x0, x1);
-        NAME(store_4)(a1 + i * s1, c1a, x1);
+        NAME(store_4)(a1 + i * w, c1a, x1);
     }
 }
 
-static void NAME(motor_exponential_any)(intptr_t n, char **args, const intptr_t *steps)
+void NAME(motor_exponential_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
-    NAME(motor_exponential_each)(n, args, steps[0], steps[1], steps[2], steps[3]);
-}
-
-WIDE void NAME(motor_exponential_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
-{
-    const intptr_t n = dimensions[0], w = sizeof(REAL);
-    const intptr_t s0 = steps[0], s1 = steps[1], c0a = steps[2], c1a = steps[3];
-    if (n < 1)
-        return;
-    if (s0 == w && s1 == w)
-        NAME(motor_exponential_each)(n, args, w, w, c0a, c1a);
-    else if (s0 == 3 * w && s1 == 4 * w && c0a == w && c1a == w)
-        NAME(motor_exponential_each)(n, args, 3 * w, 4 * w, w, w);
-    else
-        NAME(motor_exponential_any)(n, args, steps);
+    static const struct part parts[] = {{3, 1, 0, {3}}, {4, 1, 1, {4}}};
+    static const struct kernel kernel = {{NAME(motor_exponential_block), NULL, NULL, NULL}, 0, 1, 2, parts};
+    NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
 INLINE void NAME(motor_logarithm)(const REAL *m, REAL *out)
@@ -2813,38 +3921,27 @@ INLINE void NAME(motor_logarithm)(const REAL *m, REAL *out)
     out[2] = t13;
 }
 
-static INLINE void NAME(motor_logarithm_each)(intptr_t n, char **args, intptr_t s0, intptr_t s1, intptr_t c0a,
-    intptr_t c1a)
+WIDE static void NAME(motor_logarithm_block)(intptr_t n, char **args, const intptr_t *strides)
 {
+    const intptr_t w = sizeof(REAL);
+    const intptr_t c0a = strides[0], c1a = strides[1];
     char *a0 = args[0];
     char *a1 = args[1];
     ANY_ORDER
     for (intptr_t i = 0; i < n; ++i) {
         REAL x0[4];
         REAL x1[3];
-        NAME(load_4)(x0, a0 + i * s0, c0a);
+        NAME(load_4)(x0, a0 + i * w, c0a);
         NAME(motor_logarithm)(x0, x1);
-        NAME(store_3)(a1 + i * s1, c1a, x1);
+        NAME(store_3)(a1 + i * w, c1a, x1);
     }
 }
 
-static void NAME(motor_logarithm_any)(intptr_t n, char **args, const intptr_t *steps)
+void NAME(motor_logarithm_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
-    NAME(motor_logarithm_each)(n, args, steps[0], steps[1], steps[2], steps[3]);
-}
-
-WIDE void NAME(motor_logarithm_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
-{
-    const intptr_t n = dimensions[0], w = sizeof(REAL);
-    const intptr_t s0 = steps[0], s1 = steps[1], c0a = steps[2], c1a = steps[3];
-    if (n < 1)
-        return;
-    if (s0 == w && s1 == w)
-        NAME(motor_logarithm_each)(n, args, w, w, c0a, c1a);
-    else if (s0 == 4 * w && s1 == 3 * w && c0a == w && c1a == w)
-        NAME(motor_logarithm_each)(n, args, 4 * w, 3 * w, w, w);
-    else
-        NAME(motor_logarithm_any)(n, args, steps);
+    static const struct part parts[] = {{4, 1, 0, {4}}, {3, 1, 1, {3}}};
+    static const struct kernel kernel = {{NAME(motor_logarithm_block), NULL, NULL, NULL}, 0, 1, 2, parts};
+    NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
 INLINE void NAME(interpolate_motors)(const REAL *a, const REAL *b, REAL t, REAL *out)
@@ -2931,9 +4028,32 @@ INLINE void NAME(interpolate_motors)(const REAL *a, const REAL *b, REAL t, REAL 
     out[3] = t67;
 }
 
-static INLINE void NAME(interpolate_motors_each)(intptr_t n, char **args, intptr_t s0, intptr_t s1, intptr_t s2,
-    intptr_t s3, intptr_t c0a, intptr_t c1a, intptr_t c3a)
+WIDE static void NAME(interpolate_motors_block)(intptr_t n, char **args, const intptr_t *strides)
 {
+    const intptr_t w = sizeof(REAL);
+    const intptr_t c0a = strides[0], c1a = strides[1], c3a = strides[2];
+    char *a0 = args[0];
+    char *a1 = args[1];
+    char *a2 = args[2];
+    char *a3 = args[3];
+    ANY_ORDER
+    for (intptr_t i = 0; i < n; ++i) {
+        REAL x0[4];
+        REAL x1[4];
+        REAL x2[1];
+        REAL x3[4];
+        NAME(load_4)(x0, a0 + i * w, c0a);
+        NAME(load_4)(x1, a1 + i * w, c1a);
+        NAME(load_scalar)(x2, a2 + i * w);
+        NAME(interpolate_motors)(x0, x1, x2[0], x3);
+        NAME(store_4)(a3 + i * w, c3a, x3);
+    }
+}
+
+WIDE static void NAME(interpolate_motors_block_uniform)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    const intptr_t c0a = strides[0], c1a = strides[1], c3a = strides[2];
     char *a0 = args[0];
     char *a1 = args[1];
     char *a2 = args[2];
@@ -2945,37 +4065,19 @@ static INLINE void NAME(interpolate_motors_each)(intptr_t n, char **args, intptr
         REAL x0[4];
         REAL x1[4];
         REAL x3[4];
-        NAME(load_4)(x0, a0 + i * s0, c0a);
-        NAME(load_4)(x1, a1 + i * s1, c1a);
-        if (s2 != 0)
-            NAME(load_scalar)(x2, a2 + i * s2);
+        NAME(load_4)(x0, a0 + i * w, c0a);
+        NAME(load_4)(x1, a1 + i * w, c1a);
         NAME(interpolate_motors)(x0, x1, x2[0], x3);
-        NAME(store_4)(a3 + i * s3, c3a, x3);
+        NAME(store_4)(a3 + i * w, c3a, x3);
     }
 }
 
-static void NAME(interpolate_motors_any)(intptr_t n, char **args, const intptr_t *steps)
+void NAME(interpolate_motors_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
-    NAME(interpolate_motors_each)(n, args, steps[0], steps[1], steps[2], steps[3], steps[4], steps[5], steps[6]);
-}
-
-WIDE void NAME(interpolate_motors_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
-{
-    const intptr_t n = dimensions[0], w = sizeof(REAL);
-    const intptr_t s0 = steps[0], s1 = steps[1], s2 = steps[2], s3 = steps[3], c0a = steps[4], c1a = steps[5], c3a =
-        steps[6];
-    if (n < 1)
-        return;
-    if (s0 == w && s1 == w && s2 == w && s3 == w)
-        NAME(interpolate_motors_each)(n, args, w, w, w, w, c0a, c1a, c3a);
-    else if (s0 == w && s1 == w && s2 == 0 && s3 == w)
-        NAME(interpolate_motors_each)(n, args, w, w, 0, w, c0a, c1a, c3a);
-    else if (s0 == 4 * w && s1 == 4 * w && s2 == w && s3 == 4 * w && c0a == w && c1a == w && c3a == w)
-        NAME(interpolate_motors_each)(n, args, 4 * w, 4 * w, w, 4 * w, w, w, w);
-    else if (s0 == 4 * w && s1 == 4 * w && s2 == 0 && s3 == 4 * w && c0a == w && c1a == w && c3a == w)
-        NAME(interpolate_motors_each)(n, args, 4 * w, 4 * w, 0, 4 * w, w, w, w);
-    else
-        NAME(interpolate_motors_any)(n, args, steps);
+    static const struct part parts[] = {{4, 1, 0, {4}}, {4, 1, 1, {4}}, {1, 0, 2, {0}}, {4, 1, 2, {4}}};
+    static const struct kernel kernel = {{NAME(interpolate_motors_block), NAME(interpolate_motors_block_uniform),
+        NULL, NULL}, 4, 3, 4, parts};
+    NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
 INLINE void NAME(twist_on_point)(const REAL *v, const REAL *p, REAL *out)
@@ -2993,46 +4095,87 @@ INLINE void NAME(twist_on_point)(const REAL *v, const REAL *p, REAL *out)
     out[1] = t3;
 }
 
-static INLINE void NAME(twist_on_point_each)(intptr_t n, char **args, intptr_t s0, intptr_t s1, intptr_t s2,
-    intptr_t c0a, intptr_t c1a, intptr_t c2a)
+WIDE static void NAME(twist_on_point_block)(intptr_t n, char **args, const intptr_t *strides)
 {
+    const intptr_t w = sizeof(REAL);
+    const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
+    char *a0 = args[0];
+    char *a1 = args[1];
+    char *a2 = args[2];
+    ANY_ORDER
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
+        REAL x0[3];
+        REAL x1[2];
+        REAL x2[2];
+        NAME(load_3)(x0, a0 + i * w, c0a);
+        NAME(load_2)(x1, a1 + i * w, c1a);
+        NAME(twist_on_point)(x0, x1, x2);
+        NAME(store_2)(a2 + i * w, c2a, x2);
+    }
+}
+
+WIDE static void NAME(twist_on_point_block_uniform)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
     char *a0 = args[0];
     char *a1 = args[1];
     char *a2 = args[2];
     REAL x0[3];
     NAME(load_3)(x0, a0, c0a);
     ANY_ORDER
-    for (intptr_t i = 0; i < n; ++i) {
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
         REAL x1[2];
         REAL x2[2];
-        if (s0 != 0)
-            NAME(load_3)(x0, a0 + i * s0, c0a);
-        NAME(load_2)(x1, a1 + i * s1, c1a);
+        NAME(load_2)(x1, a1 + i * w, c1a);
         NAME(twist_on_point)(x0, x1, x2);
-        NAME(store_2)(a2 + i * s2, c2a, x2);
+        NAME(store_2)(a2 + i * w, c2a, x2);
     }
 }
 
-static void NAME(twist_on_point_any)(intptr_t n, char **args, const intptr_t *steps)
+WIDE static void NAME(twist_on_point_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
-    NAME(twist_on_point_each)(n, args, steps[0], steps[1], steps[2], steps[3], steps[4], steps[5]);
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    char *a0 = args[0];
+    char *a1 = args[1];
+    char *a2 = args[2];
+    ANY_ORDER
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
+        REAL x0[3];
+        REAL x1[2];
+        REAL x2[2];
+        NAME(load_3)(x0, a0 + i * 3 * w, w);
+        NAME(load_2)(x1, a1 + i * 2 * w, w);
+        NAME(twist_on_point)(x0, x1, x2);
+        NAME(store_2)(a2 + i * 2 * w, w, x2);
+    }
 }
 
-WIDE void NAME(twist_on_point_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
+WIDE static void NAME(twist_on_point_dense_uniform)(intptr_t n, char **args, const intptr_t *strides)
 {
-    const intptr_t n = dimensions[0], w = sizeof(REAL);
-    const intptr_t s0 = steps[0], s1 = steps[1], s2 = steps[2], c0a = steps[3], c1a = steps[4], c2a = steps[5];
-    if (n < 1)
-        return;
-    if (s0 == w && s1 == w && s2 == w)
-        NAME(twist_on_point_each)(n, args, w, w, w, c0a, c1a, c2a);
-    else if (s0 == 0 && s1 == w && s2 == w)
-        NAME(twist_on_point_each)(n, args, 0, w, w, c0a, c1a, c2a);
-    else if (s0 == 3 * w && s1 == 2 * w && s2 == 2 * w && c0a == w && c1a == w && c2a == w)
-        NAME(twist_on_point_each)(n, args, 3 * w, 2 * w, 2 * w, w, w, w);
-    else if (s0 == 0 && s1 == 2 * w && s2 == 2 * w && c0a == w && c1a == w && c2a == w)
-        NAME(twist_on_point_each)(n, args, 0, 2 * w, 2 * w, w, w, w);
-    else
-        NAME(twist_on_point_any)(n, args, steps);
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    char *a0 = args[0];
+    char *a1 = args[1];
+    char *a2 = args[2];
+    REAL x0[3];
+    NAME(load_3)(x0, a0, w);
+    ANY_ORDER
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
+        REAL x1[2];
+        REAL x2[2];
+        NAME(load_2)(x1, a1 + i * 2 * w, w);
+        NAME(twist_on_point)(x0, x1, x2);
+        NAME(store_2)(a2 + i * 2 * w, w, x2);
+    }
+}
+
+void NAME(twist_on_point_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
+{
+    static const struct part parts[] = {{3, 1, 0, {3}}, {2, 1, 1, {2}}, {2, 1, 2, {2}}};
+    static const struct kernel kernel = {{NAME(twist_on_point_block), NAME(twist_on_point_block_uniform),
+        NAME(twist_on_point_dense), NAME(twist_on_point_dense_uniform)}, 1, 2, 3, parts};
+    NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 #endif

@@ -2,7 +2,7 @@
 // command: gac generate --all projective3
 // spec: f8468e264e68aa93
 // contraction: -ffp-contract=off (every operation is rounded once)
-// body: e44a67023fc481ac3bf3295b901539f077aa5fffe16baad82411f9db23966b50
+// body: 93156ca65ade58bd6561465f70f4b819795de0f1795a8e85593d1d6241abc6a2
 
 #ifndef REAL
 #include "projective3.h"
@@ -31,6 +31,35 @@
 #else
 #define WIDE
 #endif
+
+// Loops run over whole vectors: a block is padded to a multiple of this many elements.
+#define LANES 16
+#define PADDED(n) (((n) + LANES - 1) & -LANES)
+
+// A vector of neighbours in memory.
+#if defined(__has_builtin)
+#if __has_builtin(__builtin_shufflevector)
+#define SHUFFLE __builtin_shufflevector
+#define VECTOR(n) __attribute__((vector_size((n) * sizeof(REAL)), aligned(sizeof(REAL)), may_alias))
+#endif
+#endif
+
+// An argument or a result: how many numbers, along which axes, and which is the first of its strides.
+struct part {
+    int size, rank, first, shape[2];
+};
+
+typedef void loop_function(intptr_t n, char **args, const intptr_t *strides);
+
+// The loops of a kernel: rows, rows with the `hoisted` arguments (a bit each) the same for all, and both in C order.
+struct kernel {
+    loop_function *loops[4];
+    unsigned hoisted;
+    int n_inputs, n_parts;
+    const struct part *parts;
+};
+
+enum { PARTS = 5, CORES = 7, SPACE = 4096 };
 
 #define SQRT(x) FUNCTION(sqrt)(x)
 
@@ -152,6 +181,232 @@ static INLINE void NAME(store_6)(char *a, intptr_t ca, const REAL *x)
     *(REAL *)(a + 5 * ca) = x[5];
 }
 
+// Blocks of a batch, and how they get there from strides of any kind: a component of a part (an argument or a result)
+// is a row, `row` numbers long, of the elements of a block.
+
+#ifdef SHUFFLE
+typedef REAL NAME(four) VECTOR(4);
+typedef REAL NAME(eight) VECTOR(8);
+
+// Four numbers at each of eight places, `s` bytes apart, as eight numbers at each of four.
+static INLINE void NAME(turn_8x4)(const char *a, intptr_t s, REAL *x, intptr_t row)
+{
+    NAME(eight) a0, a1, a2, a3;
+#define PAIR(k) SHUFFLE(*(const NAME(four) *)(a + (k) * s), *(const NAME(four) *)(a + ((k) + 4) * s), \
+        0, 1, 2, 3, 4, 5, 6, 7)
+    a0 = PAIR(0);
+    a1 = PAIR(1);
+    a2 = PAIR(2);
+    a3 = PAIR(3);
+#undef PAIR
+    const NAME(eight) b0 = SHUFFLE(a0, a1, 0, 8, 1, 9, 4, 12, 5, 13), b1 = SHUFFLE(a0, a1, 2, 10, 3, 11, 6, 14, 7, 15);
+    const NAME(eight) b2 = SHUFFLE(a2, a3, 0, 8, 1, 9, 4, 12, 5, 13), b3 = SHUFFLE(a2, a3, 2, 10, 3, 11, 6, 14, 7, 15);
+    *(NAME(eight) *)x = SHUFFLE(b0, b2, 0, 1, 8, 9, 4, 5, 12, 13);
+    *(NAME(eight) *)(x + row) = SHUFFLE(b0, b2, 2, 3, 10, 11, 6, 7, 14, 15);
+    *(NAME(eight) *)(x + 2 * row) = SHUFFLE(b1, b3, 0, 1, 8, 9, 4, 5, 12, 13);
+    *(NAME(eight) *)(x + 3 * row) = SHUFFLE(b1, b3, 2, 3, 10, 11, 6, 7, 14, 15);
+}
+
+static INLINE void NAME(turn_4x4)(const char *a, intptr_t s, char *b, intptr_t t)
+{
+    const NAME(four) a0 = *(const NAME(four) *)a, a1 = *(const NAME(four) *)(a + s);
+    const NAME(four) a2 = *(const NAME(four) *)(a + 2 * s), a3 = *(const NAME(four) *)(a + 3 * s);
+    const NAME(four) b0 = SHUFFLE(a0, a1, 0, 4, 2, 6), b1 = SHUFFLE(a0, a1, 1, 5, 3, 7);
+    const NAME(four) b2 = SHUFFLE(a2, a3, 0, 4, 2, 6), b3 = SHUFFLE(a2, a3, 1, 5, 3, 7);
+    *(NAME(four) *)b = SHUFFLE(b0, b2, 0, 1, 4, 5);
+    *(NAME(four) *)(b + t) = SHUFFLE(b1, b3, 0, 1, 4, 5);
+    *(NAME(four) *)(b + 2 * t) = SHUFFLE(b0, b2, 2, 3, 6, 7);
+    *(NAME(four) *)(b + 3 * t) = SHUFFLE(b1, b3, 2, 3, 6, 7);
+}
+#endif
+
+// Rows of `size` components that lie `c` bytes apart, of `n` elements that lie `s` bytes apart.
+WIDE static void NAME(load_rows)(REAL *x, intptr_t row, const char *a, intptr_t s, intptr_t c, intptr_t size,
+    intptr_t n)
+{
+    const intptr_t w = sizeof(REAL);
+    intptr_t done = 0;
+    if (size == 3 && c == w && s == 3 * w) {
+        const REAL *b = (const REAL *)a;
+        ANY_ORDER
+        for (intptr_t i = 0; i < n; ++i) {
+            x[i] = b[3 * i];
+            x[i + row] = b[3 * i + 1];
+            x[i + 2 * row] = b[3 * i + 2];
+        }
+        return;
+    }
+#ifdef SHUFFLE
+    if (size >= 4 && c == w) {
+        for (; done + 8 <= n; done += 8) {
+            for (intptr_t k = 0; k < size; k += 4) {
+                const intptr_t first = k + 4 <= size ? k : size - 4;
+                NAME(turn_8x4)(a + done * s + first * w, s, x + first * row + done, row);
+            }
+        }
+    } else if (s != w) {
+        for (; done + 4 <= n; done += 4) {
+            for (intptr_t k = 0; k < size; ++k) {
+                const char *b = a + done * s + k * c;
+                *(NAME(four) *)(x + k * row + done) = (NAME(four)){*(const REAL *)b, *(const REAL *)(b + s),
+                    *(const REAL *)(b + 2 * s), *(const REAL *)(b + 3 * s)};
+            }
+        }
+    }
+#endif
+    if (done == n)
+        return;
+    for (intptr_t k = 0; k < size; ++k) {
+        const char *from = a + k * c;
+        REAL *to = x + k * row;
+        if (s == w) {
+            ANY_ORDER
+            for (intptr_t i = done; i < n; ++i)
+                to[i] = ((const REAL *)from)[i];
+        } else {
+            for (intptr_t i = done; i < n; ++i)
+                to[i] = *(const REAL *)(from + i * s);
+        }
+    }
+}
+
+// The inverse of load_rows.
+WIDE static void NAME(store_rows)(char *a, intptr_t s, intptr_t c, const REAL *x, intptr_t row, intptr_t size,
+    intptr_t n)
+{
+    const intptr_t w = sizeof(REAL);
+    intptr_t done = 0;
+    if (size == 3 && c == w && s == 3 * w) {
+        REAL *b = (REAL *)a;
+        ANY_ORDER
+        for (intptr_t i = 0; i < n; ++i) {
+            b[3 * i] = x[i];
+            b[3 * i + 1] = x[i + row];
+            b[3 * i + 2] = x[i + 2 * row];
+        }
+        return;
+    }
+#ifdef SHUFFLE
+    if (size >= 4 && c == w) {
+        for (; done + 4 <= n; done += 4) {
+            for (intptr_t k = 0; k < size; k += 4) {
+                const intptr_t first = k + 4 <= size ? k : size - 4;
+                NAME(turn_4x4)((const char *)(x + first * row + done), row * w, a + done * s + first * w, s);
+            }
+        }
+    }
+#endif
+    if (done == n)
+        return;
+    for (intptr_t k = 0; k < size; ++k) {
+        const REAL *from = x + k * row;
+        char *to = a + k * c;
+        for (intptr_t i = done; i < n; ++i)
+            *(REAL *)(to + i * s) = from[i];
+    }
+}
+
+// All rows of a part, from the batch or back to it; axes that lie as one are moved as one.
+static void NAME(move_part)(int back, REAL *x, intptr_t row, const struct part *part, char *a, intptr_t s,
+    const intptr_t *c, intptr_t n)
+{
+    intptr_t count = 1, step = sizeof(REAL);
+    int axis = part->rank;
+    for (; axis > 0 && (count == 1 || c[axis - 1] == count * step); --axis) {
+        step = count == 1 ? c[axis - 1] : step;
+        count *= part->shape[axis - 1];
+    }
+    for (intptr_t k = 0; k < part->size; k += count) {
+        intptr_t offset = 0, rest = k / count;
+        for (int outer = axis; outer-- > 0; rest /= part->shape[outer])
+            offset += rest % part->shape[outer] * c[outer];
+        if (back)
+            NAME(store_rows)(a + offset, s, step, x + k * row, row, count, n);
+        else
+            NAME(load_rows)(x + k * row, row, a + offset, s, step, count, n);
+    }
+}
+
+// Runs a kernel over a batch in blocks. What lies at unit stride, or is hoisted, is used where it lies, and so is a
+// whole batch in C order if there is a loop for it; everything else goes through rows.
+static void NAME(batch)(const struct kernel *kernel, char **args, intptr_t n, const intptr_t *steps)
+{
+    const intptr_t w = sizeof(REAL), *strides = steps + kernel->n_parts;
+    const int n_parts = kernel->n_parts, n_inputs = kernel->n_inputs;
+    enum { SAME, HOISTED, UNIT, ANY } kinds[PARTS];
+    _Alignas(64) REAL space[SPACE];
+    REAL *rows[PARTS];
+    char *starts[PARTS];
+    intptr_t cores[CORES], row_cores[CORES], total = 0, bytes = 0;
+    unsigned hoisted = kernel->hoisted;
+    int in_place = 1, dense = kernel->loops[2] != NULL;
+    for (int p = 0; p < n_parts; ++p) {
+        total += kernel->parts[p].size;
+        bytes += steps[p] < 0 ? -steps[p] : steps[p];
+        if (hoisted >> p & 1 && steps[p] != 0)
+            hoisted = 0;
+    }
+    // Long rows spare calls; beyond the last cache, short ones keep reading and writing going side by side.
+    intptr_t row = n < (1 << 24) / (bytes + 1) ? 64 : LANES;
+    while (row > LANES && row * total > SPACE)
+        row /= 2;
+    total = 0;
+    for (int p = 0; p < n_parts; ++p) {
+        const struct part *part = &kernel->parts[p];
+        const intptr_t *c = strides + part->first;
+        intptr_t step = w, row_step = row * w;
+        starts[p] = args[p];
+        rows[p] = space + row * total;
+        total += part->size;
+        kinds[p] = hoisted >> p & 1 ? HOISTED : p < n_inputs && steps[p] == 0 ? SAME : steps[p] == w ? UNIT : ANY;
+        in_place = in_place && (kinds[p] == UNIT || kinds[p] == HOISTED);
+        for (int q = part->rank; q-- > 0; step *= part->shape[q], row_step *= part->shape[q]) {
+            cores[part->first + q] = c[q];
+            row_cores[part->first + q] = row_step;
+            dense = dense && c[q] == step;
+        }
+        dense = dense && (kinds[p] == HOISTED || steps[p] == step);
+    }
+    for (int p = 0; p < n_inputs && !dense; ++p) {
+        const struct part *part = &kernel->parts[p];
+        if (kinds[p] == SAME) {
+            starts[p] = (char *)rows[p];
+            NAME(move_part)(0, rows[p], row, part, args[p], 0, strides + part->first, n < row ? PADDED(n) : row);
+            for (int q = part->first; q < part->first + part->rank; ++q)
+                cores[q] = row_cores[q];
+        }
+    }
+    for (intptr_t i = 0, m; i < n; i += m) {
+        const int last = n - i < LANES;
+        if (dense && !last) {
+            m = n & -LANES;
+            kernel->loops[hoisted ? 3 : 2](m, starts, cores);
+            continue;
+        }
+        m = last ? n - i : in_place || n - i < row ? (n - i) & -LANES : row;
+        for (int p = 0; p < n_parts; ++p) {
+            const struct part *part = &kernel->parts[p];
+            if (kinds[p] == UNIT && !last)
+                starts[p] = args[p] + i * w;
+            if (kinds[p] < UNIT || (kinds[p] == UNIT && !last))
+                continue;
+            starts[p] = (char *)rows[p];
+            for (int q = part->first; q < part->first + part->rank; ++q)
+                cores[q] = row_cores[q];
+            if (p < n_inputs)
+                NAME(move_part)(0, rows[p], row, part, args[p] + i * steps[p], steps[p], strides + part->first, m);
+            for (intptr_t k = 0; last && p < n_inputs && k < part->size; ++k)
+                for (intptr_t j = m; j < LANES; ++j)
+                    rows[p][k * row + j] = rows[p][k * row + m - 1];
+        }
+        kernel->loops[hoisted ? 1 : 0](m, starts, cores);
+        for (int p = n_inputs; p < n_parts; ++p)
+            if (starts[p] == (char *)rows[p])
+                NAME(move_part)(1, rows[p], row, &kernel->parts[p], args[p] + i * steps[p], steps[p],
+                    strides + kernel->parts[p].first, m);
+    }
+}
+
 INLINE void NAME(bracket)(const REAL *a, const REAL *b, const REAL *c, const REAL *d, REAL *out)
 {
     const REAL a_e1 = a[0];
@@ -218,9 +473,35 @@ INLINE void NAME(bracket)(const REAL *a, const REAL *b, const REAL *c, const REA
     out[0] = t44;
 }
 
-static INLINE void NAME(bracket_each)(intptr_t n, char **args, intptr_t s0, intptr_t s1, intptr_t s2, intptr_t s3,
-    intptr_t s4, intptr_t c0a, intptr_t c1a, intptr_t c2a, intptr_t c3a)
+WIDE static void NAME(bracket_block)(intptr_t n, char **args, const intptr_t *strides)
 {
+    const intptr_t w = sizeof(REAL);
+    const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2], c3a = strides[3];
+    char *a0 = args[0];
+    char *a1 = args[1];
+    char *a2 = args[2];
+    char *a3 = args[3];
+    char *a4 = args[4];
+    ANY_ORDER
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
+        REAL x0[4];
+        REAL x1[4];
+        REAL x2[4];
+        REAL x3[4];
+        REAL x4[1];
+        NAME(load_4)(x0, a0 + i * w, c0a);
+        NAME(load_4)(x1, a1 + i * w, c1a);
+        NAME(load_4)(x2, a2 + i * w, c2a);
+        NAME(load_4)(x3, a3 + i * w, c3a);
+        NAME(bracket)(x0, x1, x2, x3, x4);
+        NAME(store_scalar)(a4 + i * w, x4);
+    }
+}
+
+WIDE static void NAME(bracket_block_uniform)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2], c3a = strides[3];
     char *a0 = args[0];
     char *a1 = args[1];
     char *a2 = args[2];
@@ -229,46 +510,76 @@ static INLINE void NAME(bracket_each)(intptr_t n, char **args, intptr_t s0, intp
     REAL x0[4];
     NAME(load_4)(x0, a0, c0a);
     ANY_ORDER
-    for (intptr_t i = 0; i < n; ++i) {
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
         REAL x1[4];
         REAL x2[4];
         REAL x3[4];
         REAL x4[1];
-        if (s0 != 0)
-            NAME(load_4)(x0, a0 + i * s0, c0a);
-        NAME(load_4)(x1, a1 + i * s1, c1a);
-        NAME(load_4)(x2, a2 + i * s2, c2a);
-        NAME(load_4)(x3, a3 + i * s3, c3a);
+        NAME(load_4)(x1, a1 + i * w, c1a);
+        NAME(load_4)(x2, a2 + i * w, c2a);
+        NAME(load_4)(x3, a3 + i * w, c3a);
         NAME(bracket)(x0, x1, x2, x3, x4);
-        NAME(store_scalar)(a4 + i * s4, x4);
+        NAME(store_scalar)(a4 + i * w, x4);
     }
 }
 
-static void NAME(bracket_any)(intptr_t n, char **args, const intptr_t *steps)
+WIDE static void NAME(bracket_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
-    NAME(bracket_each)(n, args, steps[0], steps[1], steps[2], steps[3], steps[4], steps[5], steps[6], steps[7],
-        steps[8]);
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    char *a0 = args[0];
+    char *a1 = args[1];
+    char *a2 = args[2];
+    char *a3 = args[3];
+    char *a4 = args[4];
+    ANY_ORDER
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
+        REAL x0[4];
+        REAL x1[4];
+        REAL x2[4];
+        REAL x3[4];
+        REAL x4[1];
+        NAME(load_4)(x0, a0 + i * 4 * w, w);
+        NAME(load_4)(x1, a1 + i * 4 * w, w);
+        NAME(load_4)(x2, a2 + i * 4 * w, w);
+        NAME(load_4)(x3, a3 + i * 4 * w, w);
+        NAME(bracket)(x0, x1, x2, x3, x4);
+        NAME(store_scalar)(a4 + i * w, x4);
+    }
 }
 
-WIDE void NAME(bracket_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
+WIDE static void NAME(bracket_dense_uniform)(intptr_t n, char **args, const intptr_t *strides)
 {
-    const intptr_t n = dimensions[0], w = sizeof(REAL);
-    const intptr_t s0 = steps[0], s1 = steps[1], s2 = steps[2], s3 = steps[3], s4 = steps[4], c0a = steps[5], c1a =
-        steps[6], c2a = steps[7], c3a = steps[8];
-    if (n < 1)
-        return;
-    if (s0 == w && s1 == w && s2 == w && s3 == w && s4 == w)
-        NAME(bracket_each)(n, args, w, w, w, w, w, c0a, c1a, c2a, c3a);
-    else if (s0 == 0 && s1 == w && s2 == w && s3 == w && s4 == w)
-        NAME(bracket_each)(n, args, 0, w, w, w, w, c0a, c1a, c2a, c3a);
-    else if (s0 == 4 * w && s1 == 4 * w && s2 == 4 * w && s3 == 4 * w && s4 == w && c0a == w && c1a == w && c2a == w
-        && c3a == w)
-        NAME(bracket_each)(n, args, 4 * w, 4 * w, 4 * w, 4 * w, w, w, w, w, w);
-    else if (s0 == 0 && s1 == 4 * w && s2 == 4 * w && s3 == 4 * w && s4 == w && c0a == w && c1a == w && c2a == w &&
-        c3a == w)
-        NAME(bracket_each)(n, args, 0, 4 * w, 4 * w, 4 * w, w, w, w, w, w);
-    else
-        NAME(bracket_any)(n, args, steps);
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    char *a0 = args[0];
+    char *a1 = args[1];
+    char *a2 = args[2];
+    char *a3 = args[3];
+    char *a4 = args[4];
+    REAL x0[4];
+    NAME(load_4)(x0, a0, w);
+    ANY_ORDER
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
+        REAL x1[4];
+        REAL x2[4];
+        REAL x3[4];
+        REAL x4[1];
+        NAME(load_4)(x1, a1 + i * 4 * w, w);
+        NAME(load_4)(x2, a2 + i * 4 * w, w);
+        NAME(load_4)(x3, a3 + i * 4 * w, w);
+        NAME(bracket)(x0, x1, x2, x3, x4);
+        NAME(store_scalar)(a4 + i * w, x4);
+    }
+}
+
+void NAME(bracket_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
+{
+    static const struct part parts[] = {{4, 1, 0, {4}}, {4, 1, 1, {4}}, {4, 1, 2, {4}}, {4, 1, 3, {4}}, {1, 0, 4,
+        {0}}};
+    static const struct kernel kernel = {{NAME(bracket_block), NAME(bracket_block_uniform), NAME(bracket_dense),
+        NAME(bracket_dense_uniform)}, 1, 4, 5, parts};
+    NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
 INLINE void NAME(join_points)(const REAL *a, const REAL *b, REAL *out)
@@ -307,47 +618,50 @@ INLINE void NAME(join_points)(const REAL *a, const REAL *b, REAL *out)
     out[5] = t17;
 }
 
-static INLINE void NAME(join_points_each)(intptr_t n, char **args, intptr_t s0, intptr_t s1, intptr_t s2, intptr_t
-    c0a, intptr_t c1a, intptr_t c2a)
+WIDE static void NAME(join_points_block)(intptr_t n, char **args, const intptr_t *strides)
 {
+    const intptr_t w = sizeof(REAL);
+    const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
+    char *a0 = args[0];
+    char *a1 = args[1];
+    char *a2 = args[2];
+    ANY_ORDER
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
+        REAL x0[4];
+        REAL x1[4];
+        REAL x2[6];
+        NAME(load_4)(x0, a0 + i * w, c0a);
+        NAME(load_4)(x1, a1 + i * w, c1a);
+        NAME(join_points)(x0, x1, x2);
+        NAME(store_6)(a2 + i * w, c2a, x2);
+    }
+}
+
+WIDE static void NAME(join_points_block_uniform)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
     char *a0 = args[0];
     char *a1 = args[1];
     char *a2 = args[2];
     REAL x0[4];
     NAME(load_4)(x0, a0, c0a);
     ANY_ORDER
-    for (intptr_t i = 0; i < n; ++i) {
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
         REAL x1[4];
         REAL x2[6];
-        if (s0 != 0)
-            NAME(load_4)(x0, a0 + i * s0, c0a);
-        NAME(load_4)(x1, a1 + i * s1, c1a);
+        NAME(load_4)(x1, a1 + i * w, c1a);
         NAME(join_points)(x0, x1, x2);
-        NAME(store_6)(a2 + i * s2, c2a, x2);
+        NAME(store_6)(a2 + i * w, c2a, x2);
     }
 }
 
-static void NAME(join_points_any)(intptr_t n, char **args, const intptr_t *steps)
+void NAME(join_points_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
-    NAME(join_points_each)(n, args, steps[0], steps[1], steps[2], steps[3], steps[4], steps[5]);
-}
-
-WIDE void NAME(join_points_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
-{
-    const intptr_t n = dimensions[0], w = sizeof(REAL);
-    const intptr_t s0 = steps[0], s1 = steps[1], s2 = steps[2], c0a = steps[3], c1a = steps[4], c2a = steps[5];
-    if (n < 1)
-        return;
-    if (s0 == w && s1 == w && s2 == w)
-        NAME(join_points_each)(n, args, w, w, w, c0a, c1a, c2a);
-    else if (s0 == 0 && s1 == w && s2 == w)
-        NAME(join_points_each)(n, args, 0, w, w, c0a, c1a, c2a);
-    else if (s0 == 4 * w && s1 == 4 * w && s2 == 6 * w && c0a == w && c1a == w && c2a == w)
-        NAME(join_points_each)(n, args, 4 * w, 4 * w, 6 * w, w, w, w);
-    else if (s0 == 0 && s1 == 4 * w && s2 == 6 * w && c0a == w && c1a == w && c2a == w)
-        NAME(join_points_each)(n, args, 0, 4 * w, 6 * w, w, w, w);
-    else
-        NAME(join_points_any)(n, args, steps);
+    static const struct part parts[] = {{4, 1, 0, {4}}, {4, 1, 1, {4}}, {6, 1, 2, {6}}};
+    static const struct kernel kernel = {{NAME(join_points_block), NAME(join_points_block_uniform), NULL, NULL}, 1,
+        2, 3, parts};
+    NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
 INLINE void NAME(join_three_points)(const REAL *a, const REAL *b, const REAL *c, REAL *out)
@@ -410,9 +724,32 @@ INLINE void NAME(join_three_points)(const REAL *a, const REAL *b, const REAL *c,
     out[3] = t39;
 }
 
-static INLINE void NAME(join_three_points_each)(intptr_t n, char **args, intptr_t s0, intptr_t s1, intptr_t s2,
-    intptr_t s3, intptr_t c0a, intptr_t c1a, intptr_t c2a, intptr_t c3a)
+WIDE static void NAME(join_three_points_block)(intptr_t n, char **args, const intptr_t *strides)
 {
+    const intptr_t w = sizeof(REAL);
+    const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2], c3a = strides[3];
+    char *a0 = args[0];
+    char *a1 = args[1];
+    char *a2 = args[2];
+    char *a3 = args[3];
+    ANY_ORDER
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
+        REAL x0[4];
+        REAL x1[4];
+        REAL x2[4];
+        REAL x3[4];
+        NAME(load_4)(x0, a0 + i * w, c0a);
+        NAME(load_4)(x1, a1 + i * w, c1a);
+        NAME(load_4)(x2, a2 + i * w, c2a);
+        NAME(join_three_points)(x0, x1, x2, x3);
+        NAME(store_4)(a3 + i * w, c3a, x3);
+    }
+}
+
+WIDE static void NAME(join_three_points_block_uniform)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2], c3a = strides[3];
     char *a0 = args[0];
     char *a1 = args[1];
     char *a2 = args[2];
@@ -420,43 +757,67 @@ static INLINE void NAME(join_three_points_each)(intptr_t n, char **args, intptr_
     REAL x0[4];
     NAME(load_4)(x0, a0, c0a);
     ANY_ORDER
-    for (intptr_t i = 0; i < n; ++i) {
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
         REAL x1[4];
         REAL x2[4];
         REAL x3[4];
-        if (s0 != 0)
-            NAME(load_4)(x0, a0 + i * s0, c0a);
-        NAME(load_4)(x1, a1 + i * s1, c1a);
-        NAME(load_4)(x2, a2 + i * s2, c2a);
+        NAME(load_4)(x1, a1 + i * w, c1a);
+        NAME(load_4)(x2, a2 + i * w, c2a);
         NAME(join_three_points)(x0, x1, x2, x3);
-        NAME(store_4)(a3 + i * s3, c3a, x3);
+        NAME(store_4)(a3 + i * w, c3a, x3);
     }
 }
 
-static void NAME(join_three_points_any)(intptr_t n, char **args, const intptr_t *steps)
+WIDE static void NAME(join_three_points_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
-    NAME(join_three_points_each)(n, args, steps[0], steps[1], steps[2], steps[3], steps[4], steps[5], steps[6],
-        steps[7]);
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    char *a0 = args[0];
+    char *a1 = args[1];
+    char *a2 = args[2];
+    char *a3 = args[3];
+    ANY_ORDER
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
+        REAL x0[4];
+        REAL x1[4];
+        REAL x2[4];
+        REAL x3[4];
+        NAME(load_4)(x0, a0 + i * 4 * w, w);
+        NAME(load_4)(x1, a1 + i * 4 * w, w);
+        NAME(load_4)(x2, a2 + i * 4 * w, w);
+        NAME(join_three_points)(x0, x1, x2, x3);
+        NAME(store_4)(a3 + i * 4 * w, w, x3);
+    }
 }
 
-WIDE void NAME(join_three_points_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
+WIDE static void NAME(join_three_points_dense_uniform)(intptr_t n, char **args, const intptr_t *strides)
 {
-    const intptr_t n = dimensions[0], w = sizeof(REAL);
-    const intptr_t s0 = steps[0], s1 = steps[1], s2 = steps[2], s3 = steps[3], c0a = steps[4], c1a = steps[5], c2a =
-        steps[6], c3a = steps[7];
-    if (n < 1)
-        return;
-    if (s0 == w && s1 == w && s2 == w && s3 == w)
-        NAME(join_three_points_each)(n, args, w, w, w, w, c0a, c1a, c2a, c3a);
-    else if (s0 == 0 && s1 == w && s2 == w && s3 == w)
-        NAME(join_three_points_each)(n, args, 0, w, w, w, c0a, c1a, c2a, c3a);
-    else if (s0 == 4 * w && s1 == 4 * w && s2 == 4 * w && s3 == 4 * w && c0a == w && c1a == w && c2a == w && c3a ==
-        w)
-        NAME(join_three_points_each)(n, args, 4 * w, 4 * w, 4 * w, 4 * w, w, w, w, w);
-    else if (s0 == 0 && s1 == 4 * w && s2 == 4 * w && s3 == 4 * w && c0a == w && c1a == w && c2a == w && c3a == w)
-        NAME(join_three_points_each)(n, args, 0, 4 * w, 4 * w, 4 * w, w, w, w, w);
-    else
-        NAME(join_three_points_any)(n, args, steps);
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    char *a0 = args[0];
+    char *a1 = args[1];
+    char *a2 = args[2];
+    char *a3 = args[3];
+    REAL x0[4];
+    NAME(load_4)(x0, a0, w);
+    ANY_ORDER
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
+        REAL x1[4];
+        REAL x2[4];
+        REAL x3[4];
+        NAME(load_4)(x1, a1 + i * 4 * w, w);
+        NAME(load_4)(x2, a2 + i * 4 * w, w);
+        NAME(join_three_points)(x0, x1, x2, x3);
+        NAME(store_4)(a3 + i * 4 * w, w, x3);
+    }
+}
+
+void NAME(join_three_points_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
+{
+    static const struct part parts[] = {{4, 1, 0, {4}}, {4, 1, 1, {4}}, {4, 1, 2, {4}}, {4, 1, 3, {4}}};
+    static const struct kernel kernel = {{NAME(join_three_points_block), NAME(join_three_points_block_uniform),
+        NAME(join_three_points_dense), NAME(join_three_points_dense_uniform)}, 1, 3, 4, parts};
+    NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
 INLINE void NAME(project_point)(const REAL *camera, const REAL *place, REAL *out)
@@ -501,48 +862,50 @@ INLINE void NAME(project_point)(const REAL *camera, const REAL *place, REAL *out
     out[1] = t20;
 }
 
-static INLINE void NAME(project_point_each)(intptr_t n, char **args, intptr_t s0, intptr_t s1, intptr_t s2, intptr_t
-    c0a, intptr_t c0b, intptr_t c1a, intptr_t c2a)
+WIDE static void NAME(project_point_block)(intptr_t n, char **args, const intptr_t *strides)
 {
+    const intptr_t w = sizeof(REAL);
+    const intptr_t c0a = strides[0], c0b = strides[1], c1a = strides[2], c2a = strides[3];
+    char *a0 = args[0];
+    char *a1 = args[1];
+    char *a2 = args[2];
+    ANY_ORDER
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
+        REAL x0[12];
+        REAL x1[3];
+        REAL x2[2];
+        NAME(load_3x4)(x0, a0 + i * w, c0a, c0b);
+        NAME(load_3)(x1, a1 + i * w, c1a);
+        NAME(project_point)(x0, x1, x2);
+        NAME(store_2)(a2 + i * w, c2a, x2);
+    }
+}
+
+WIDE static void NAME(project_point_block_uniform)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    const intptr_t c0a = strides[0], c0b = strides[1], c1a = strides[2], c2a = strides[3];
     char *a0 = args[0];
     char *a1 = args[1];
     char *a2 = args[2];
     REAL x0[12];
     NAME(load_3x4)(x0, a0, c0a, c0b);
     ANY_ORDER
-    for (intptr_t i = 0; i < n; ++i) {
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
         REAL x1[3];
         REAL x2[2];
-        if (s0 != 0)
-            NAME(load_3x4)(x0, a0 + i * s0, c0a, c0b);
-        NAME(load_3)(x1, a1 + i * s1, c1a);
+        NAME(load_3)(x1, a1 + i * w, c1a);
         NAME(project_point)(x0, x1, x2);
-        NAME(store_2)(a2 + i * s2, c2a, x2);
+        NAME(store_2)(a2 + i * w, c2a, x2);
     }
 }
 
-static void NAME(project_point_any)(intptr_t n, char **args, const intptr_t *steps)
+void NAME(project_point_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
-    NAME(project_point_each)(n, args, steps[0], steps[1], steps[2], steps[3], steps[4], steps[5], steps[6]);
-}
-
-WIDE void NAME(project_point_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
-{
-    const intptr_t n = dimensions[0], w = sizeof(REAL);
-    const intptr_t s0 = steps[0], s1 = steps[1], s2 = steps[2], c0a = steps[3], c0b = steps[4], c1a = steps[5], c2a
-        = steps[6];
-    if (n < 1)
-        return;
-    if (s0 == w && s1 == w && s2 == w)
-        NAME(project_point_each)(n, args, w, w, w, c0a, c0b, c1a, c2a);
-    else if (s0 == 0 && s1 == w && s2 == w)
-        NAME(project_point_each)(n, args, 0, w, w, c0a, c0b, c1a, c2a);
-    else if (s0 == 12 * w && s1 == 3 * w && s2 == 2 * w && c0a == 4 * w && c0b == w && c1a == w && c2a == w)
-        NAME(project_point_each)(n, args, 12 * w, 3 * w, 2 * w, 4 * w, w, w, w);
-    else if (s0 == 0 && s1 == 3 * w && s2 == 2 * w && c0a == 4 * w && c0b == w && c1a == w && c2a == w)
-        NAME(project_point_each)(n, args, 0, 3 * w, 2 * w, 4 * w, w, w, w);
-    else
-        NAME(project_point_any)(n, args, steps);
+    static const struct part parts[] = {{12, 2, 0, {3, 4}}, {3, 1, 2, {3}}, {2, 1, 3, {2}}};
+    static const struct kernel kernel = {{NAME(project_point_block), NAME(project_point_block_uniform), NULL, NULL},
+        1, 2, 3, parts};
+    NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
 INLINE void NAME(project_homogeneous_point)(const REAL *camera, const REAL *point, REAL *out)
@@ -589,49 +952,50 @@ INLINE void NAME(project_homogeneous_point)(const REAL *camera, const REAL *poin
     out[2] = t20;
 }
 
-static INLINE void NAME(project_homogeneous_point_each)(intptr_t n, char **args, intptr_t s0, intptr_t s1, intptr_t
-    s2, intptr_t c0a, intptr_t c0b, intptr_t c1a, intptr_t c2a)
+WIDE static void NAME(project_homogeneous_point_block)(intptr_t n, char **args, const intptr_t *strides)
 {
+    const intptr_t w = sizeof(REAL);
+    const intptr_t c0a = strides[0], c0b = strides[1], c1a = strides[2], c2a = strides[3];
+    char *a0 = args[0];
+    char *a1 = args[1];
+    char *a2 = args[2];
+    ANY_ORDER
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
+        REAL x0[12];
+        REAL x1[4];
+        REAL x2[3];
+        NAME(load_3x4)(x0, a0 + i * w, c0a, c0b);
+        NAME(load_4)(x1, a1 + i * w, c1a);
+        NAME(project_homogeneous_point)(x0, x1, x2);
+        NAME(store_3)(a2 + i * w, c2a, x2);
+    }
+}
+
+WIDE static void NAME(project_homogeneous_point_block_uniform)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    const intptr_t c0a = strides[0], c0b = strides[1], c1a = strides[2], c2a = strides[3];
     char *a0 = args[0];
     char *a1 = args[1];
     char *a2 = args[2];
     REAL x0[12];
     NAME(load_3x4)(x0, a0, c0a, c0b);
     ANY_ORDER
-    for (intptr_t i = 0; i < n; ++i) {
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
         REAL x1[4];
         REAL x2[3];
-        if (s0 != 0)
-            NAME(load_3x4)(x0, a0 + i * s0, c0a, c0b);
-        NAME(load_4)(x1, a1 + i * s1, c1a);
+        NAME(load_4)(x1, a1 + i * w, c1a);
         NAME(project_homogeneous_point)(x0, x1, x2);
-        NAME(store_3)(a2 + i * s2, c2a, x2);
+        NAME(store_3)(a2 + i * w, c2a, x2);
     }
 }
 
-static void NAME(project_homogeneous_point_any)(intptr_t n, char **args, const intptr_t *steps)
+void NAME(project_homogeneous_point_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
-    NAME(project_homogeneous_point_each)(n, args, steps[0], steps[1], steps[2], steps[3], steps[4], steps[5],
-        steps[6]);
-}
-
-WIDE void NAME(project_homogeneous_point_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
-{
-    const intptr_t n = dimensions[0], w = sizeof(REAL);
-    const intptr_t s0 = steps[0], s1 = steps[1], s2 = steps[2], c0a = steps[3], c0b = steps[4], c1a = steps[5], c2a
-        = steps[6];
-    if (n < 1)
-        return;
-    if (s0 == w && s1 == w && s2 == w)
-        NAME(project_homogeneous_point_each)(n, args, w, w, w, c0a, c0b, c1a, c2a);
-    else if (s0 == 0 && s1 == w && s2 == w)
-        NAME(project_homogeneous_point_each)(n, args, 0, w, w, c0a, c0b, c1a, c2a);
-    else if (s0 == 12 * w && s1 == 4 * w && s2 == 3 * w && c0a == 4 * w && c0b == w && c1a == w && c2a == w)
-        NAME(project_homogeneous_point_each)(n, args, 12 * w, 4 * w, 3 * w, 4 * w, w, w, w);
-    else if (s0 == 0 && s1 == 4 * w && s2 == 3 * w && c0a == 4 * w && c0b == w && c1a == w && c2a == w)
-        NAME(project_homogeneous_point_each)(n, args, 0, 4 * w, 3 * w, 4 * w, w, w, w);
-    else
-        NAME(project_homogeneous_point_any)(n, args, steps);
+    static const struct part parts[] = {{12, 2, 0, {3, 4}}, {4, 1, 2, {4}}, {3, 1, 3, {3}}};
+    static const struct kernel kernel = {{NAME(project_homogeneous_point_block),
+        NAME(project_homogeneous_point_block_uniform), NULL, NULL}, 1, 2, 3, parts};
+    NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
 INLINE void NAME(camera_centre)(const REAL *camera, REAL *out)
@@ -694,38 +1058,27 @@ INLINE void NAME(camera_centre)(const REAL *camera, REAL *out)
     out[3] = t39;
 }
 
-static INLINE void NAME(camera_centre_each)(intptr_t n, char **args, intptr_t s0, intptr_t s1, intptr_t c0a,
-    intptr_t c0b, intptr_t c1a)
+WIDE static void NAME(camera_centre_block)(intptr_t n, char **args, const intptr_t *strides)
 {
+    const intptr_t w = sizeof(REAL);
+    const intptr_t c0a = strides[0], c0b = strides[1], c1a = strides[2];
     char *a0 = args[0];
     char *a1 = args[1];
     ANY_ORDER
-    for (intptr_t i = 0; i < n; ++i) {
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
         REAL x0[12];
         REAL x1[4];
-        NAME(load_3x4)(x0, a0 + i * s0, c0a, c0b);
+        NAME(load_3x4)(x0, a0 + i * w, c0a, c0b);
         NAME(camera_centre)(x0, x1);
-        NAME(store_4)(a1 + i * s1, c1a, x1);
+        NAME(store_4)(a1 + i * w, c1a, x1);
     }
 }
 
-static void NAME(camera_centre_any)(intptr_t n, char **args, const intptr_t *steps)
+void NAME(camera_centre_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
-    NAME(camera_centre_each)(n, args, steps[0], steps[1], steps[2], steps[3], steps[4]);
-}
-
-WIDE void NAME(camera_centre_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
-{
-    const intptr_t n = dimensions[0], w = sizeof(REAL);
-    const intptr_t s0 = steps[0], s1 = steps[1], c0a = steps[2], c0b = steps[3], c1a = steps[4];
-    if (n < 1)
-        return;
-    if (s0 == w && s1 == w)
-        NAME(camera_centre_each)(n, args, w, w, c0a, c0b, c1a);
-    else if (s0 == 12 * w && s1 == 4 * w && c0a == 4 * w && c0b == w && c1a == w)
-        NAME(camera_centre_each)(n, args, 12 * w, 4 * w, 4 * w, w, w);
-    else
-        NAME(camera_centre_any)(n, args, steps);
+    static const struct part parts[] = {{12, 2, 0, {3, 4}}, {4, 1, 2, {4}}};
+    static const struct kernel kernel = {{NAME(camera_centre_block), NULL, NULL, NULL}, 0, 1, 2, parts};
+    NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
 INLINE void NAME(back_project_pixel)(const REAL *camera, const REAL *pixel, REAL *out)
@@ -786,48 +1139,50 @@ INLINE void NAME(back_project_pixel)(const REAL *camera, const REAL *pixel, REAL
     out[5] = t33;
 }
 
-static INLINE void NAME(back_project_pixel_each)(intptr_t n, char **args, intptr_t s0, intptr_t s1, intptr_t s2,
-    intptr_t c0a, intptr_t c0b, intptr_t c1a, intptr_t c2a)
+WIDE static void NAME(back_project_pixel_block)(intptr_t n, char **args, const intptr_t *strides)
 {
+    const intptr_t w = sizeof(REAL);
+    const intptr_t c0a = strides[0], c0b = strides[1], c1a = strides[2], c2a = strides[3];
+    char *a0 = args[0];
+    char *a1 = args[1];
+    char *a2 = args[2];
+    ANY_ORDER
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
+        REAL x0[12];
+        REAL x1[2];
+        REAL x2[6];
+        NAME(load_3x4)(x0, a0 + i * w, c0a, c0b);
+        NAME(load_2)(x1, a1 + i * w, c1a);
+        NAME(back_project_pixel)(x0, x1, x2);
+        NAME(store_6)(a2 + i * w, c2a, x2);
+    }
+}
+
+WIDE static void NAME(back_project_pixel_block_uniform)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    const intptr_t c0a = strides[0], c0b = strides[1], c1a = strides[2], c2a = strides[3];
     char *a0 = args[0];
     char *a1 = args[1];
     char *a2 = args[2];
     REAL x0[12];
     NAME(load_3x4)(x0, a0, c0a, c0b);
     ANY_ORDER
-    for (intptr_t i = 0; i < n; ++i) {
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
         REAL x1[2];
         REAL x2[6];
-        if (s0 != 0)
-            NAME(load_3x4)(x0, a0 + i * s0, c0a, c0b);
-        NAME(load_2)(x1, a1 + i * s1, c1a);
+        NAME(load_2)(x1, a1 + i * w, c1a);
         NAME(back_project_pixel)(x0, x1, x2);
-        NAME(store_6)(a2 + i * s2, c2a, x2);
+        NAME(store_6)(a2 + i * w, c2a, x2);
     }
 }
 
-static void NAME(back_project_pixel_any)(intptr_t n, char **args, const intptr_t *steps)
+void NAME(back_project_pixel_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
-    NAME(back_project_pixel_each)(n, args, steps[0], steps[1], steps[2], steps[3], steps[4], steps[5], steps[6]);
-}
-
-WIDE void NAME(back_project_pixel_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
-{
-    const intptr_t n = dimensions[0], w = sizeof(REAL);
-    const intptr_t s0 = steps[0], s1 = steps[1], s2 = steps[2], c0a = steps[3], c0b = steps[4], c1a = steps[5], c2a
-        = steps[6];
-    if (n < 1)
-        return;
-    if (s0 == w && s1 == w && s2 == w)
-        NAME(back_project_pixel_each)(n, args, w, w, w, c0a, c0b, c1a, c2a);
-    else if (s0 == 0 && s1 == w && s2 == w)
-        NAME(back_project_pixel_each)(n, args, 0, w, w, c0a, c0b, c1a, c2a);
-    else if (s0 == 12 * w && s1 == 2 * w && s2 == 6 * w && c0a == 4 * w && c0b == w && c1a == w && c2a == w)
-        NAME(back_project_pixel_each)(n, args, 12 * w, 2 * w, 6 * w, 4 * w, w, w, w);
-    else if (s0 == 0 && s1 == 2 * w && s2 == 6 * w && c0a == 4 * w && c0b == w && c1a == w && c2a == w)
-        NAME(back_project_pixel_each)(n, args, 0, 2 * w, 6 * w, 4 * w, w, w, w);
-    else
-        NAME(back_project_pixel_any)(n, args, steps);
+    static const struct part parts[] = {{12, 2, 0, {3, 4}}, {2, 1, 2, {2}}, {6, 1, 3, {6}}};
+    static const struct kernel kernel = {{NAME(back_project_pixel_block), NAME(back_project_pixel_block_uniform),
+        NULL, NULL}, 1, 2, 3, parts};
+    NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
 INLINE void NAME(fundamental_matrix_from_cameras)(const REAL *first, const REAL *second, REAL *out)
@@ -1074,51 +1429,53 @@ INLINE void NAME(fundamental_matrix_from_cameras)(const REAL *first, const REAL 
     out[8] = t206;
 }
 
-static INLINE void NAME(fundamental_matrix_from_cameras_each)(intptr_t n, char **args, intptr_t s0, intptr_t s1,
-    intptr_t s2, intptr_t c0a, intptr_t c0b, intptr_t c1a, intptr_t c1b, intptr_t c2a, intptr_t c2b)
+WIDE static void NAME(fundamental_matrix_from_cameras_block)(intptr_t n, char **args, const intptr_t *strides)
 {
+    const intptr_t w = sizeof(REAL);
+    const intptr_t c0a = strides[0], c0b = strides[1], c1a = strides[2], c1b = strides[3], c2a = strides[4], c2b =
+        strides[5];
+    char *a0 = args[0];
+    char *a1 = args[1];
+    char *a2 = args[2];
+    ANY_ORDER
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
+        REAL x0[12];
+        REAL x1[12];
+        REAL x2[9];
+        NAME(load_3x4)(x0, a0 + i * w, c0a, c0b);
+        NAME(load_3x4)(x1, a1 + i * w, c1a, c1b);
+        NAME(fundamental_matrix_from_cameras)(x0, x1, x2);
+        NAME(store_3x3)(a2 + i * w, c2a, c2b, x2);
+    }
+}
+
+WIDE static void NAME(fundamental_matrix_from_cameras_block_uniform)(intptr_t n, char **args, const intptr_t
+    *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    const intptr_t c0a = strides[0], c0b = strides[1], c1a = strides[2], c1b = strides[3], c2a = strides[4], c2b =
+        strides[5];
     char *a0 = args[0];
     char *a1 = args[1];
     char *a2 = args[2];
     REAL x0[12];
     NAME(load_3x4)(x0, a0, c0a, c0b);
     ANY_ORDER
-    for (intptr_t i = 0; i < n; ++i) {
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
         REAL x1[12];
         REAL x2[9];
-        if (s0 != 0)
-            NAME(load_3x4)(x0, a0 + i * s0, c0a, c0b);
-        NAME(load_3x4)(x1, a1 + i * s1, c1a, c1b);
+        NAME(load_3x4)(x1, a1 + i * w, c1a, c1b);
         NAME(fundamental_matrix_from_cameras)(x0, x1, x2);
-        NAME(store_3x3)(a2 + i * s2, c2a, c2b, x2);
+        NAME(store_3x3)(a2 + i * w, c2a, c2b, x2);
     }
 }
 
-static void NAME(fundamental_matrix_from_cameras_any)(intptr_t n, char **args, const intptr_t *steps)
+void NAME(fundamental_matrix_from_cameras_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
-    NAME(fundamental_matrix_from_cameras_each)(n, args, steps[0], steps[1], steps[2], steps[3], steps[4], steps[5],
-        steps[6], steps[7], steps[8]);
-}
-
-WIDE void NAME(fundamental_matrix_from_cameras_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
-{
-    const intptr_t n = dimensions[0], w = sizeof(REAL);
-    const intptr_t s0 = steps[0], s1 = steps[1], s2 = steps[2], c0a = steps[3], c0b = steps[4], c1a = steps[5], c1b
-        = steps[6], c2a = steps[7], c2b = steps[8];
-    if (n < 1)
-        return;
-    if (s0 == w && s1 == w && s2 == w)
-        NAME(fundamental_matrix_from_cameras_each)(n, args, w, w, w, c0a, c0b, c1a, c1b, c2a, c2b);
-    else if (s0 == 0 && s1 == w && s2 == w)
-        NAME(fundamental_matrix_from_cameras_each)(n, args, 0, w, w, c0a, c0b, c1a, c1b, c2a, c2b);
-    else if (s0 == 12 * w && s1 == 12 * w && s2 == 9 * w && c0a == 4 * w && c0b == w && c1a == 4 * w && c1b == w &&
-        c2a == 3 * w && c2b == w)
-        NAME(fundamental_matrix_from_cameras_each)(n, args, 12 * w, 12 * w, 9 * w, 4 * w, w, 4 * w, w, 3 * w, w);
-    else if (s0 == 0 && s1 == 12 * w && s2 == 9 * w && c0a == 4 * w && c0b == w && c1a == 4 * w && c1b == w && c2a
-        == 3 * w && c2b == w)
-        NAME(fundamental_matrix_from_cameras_each)(n, args, 0, 12 * w, 9 * w, 4 * w, w, 4 * w, w, 3 * w, w);
-    else
-        NAME(fundamental_matrix_from_cameras_any)(n, args, steps);
+    static const struct part parts[] = {{12, 2, 0, {3, 4}}, {12, 2, 2, {3, 4}}, {9, 2, 4, {3, 3}}};
+    static const struct kernel kernel = {{NAME(fundamental_matrix_from_cameras_block),
+        NAME(fundamental_matrix_from_cameras_block_uniform), NULL, NULL}, 1, 2, 3, parts};
+    NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
 INLINE void NAME(epipole_from_cameras)(const REAL *first, const REAL *second, REAL *out)
@@ -1211,51 +1568,50 @@ INLINE void NAME(epipole_from_cameras)(const REAL *first, const REAL *second, RE
     out[2] = t58;
 }
 
-static INLINE void NAME(epipole_from_cameras_each)(intptr_t n, char **args, intptr_t s0, intptr_t s1, intptr_t s2,
-    intptr_t c0a, intptr_t c0b, intptr_t c1a, intptr_t c1b, intptr_t c2a)
+WIDE static void NAME(epipole_from_cameras_block)(intptr_t n, char **args, const intptr_t *strides)
 {
+    const intptr_t w = sizeof(REAL);
+    const intptr_t c0a = strides[0], c0b = strides[1], c1a = strides[2], c1b = strides[3], c2a = strides[4];
+    char *a0 = args[0];
+    char *a1 = args[1];
+    char *a2 = args[2];
+    ANY_ORDER
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
+        REAL x0[12];
+        REAL x1[12];
+        REAL x2[3];
+        NAME(load_3x4)(x0, a0 + i * w, c0a, c0b);
+        NAME(load_3x4)(x1, a1 + i * w, c1a, c1b);
+        NAME(epipole_from_cameras)(x0, x1, x2);
+        NAME(store_3)(a2 + i * w, c2a, x2);
+    }
+}
+
+WIDE static void NAME(epipole_from_cameras_block_uniform)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    const intptr_t c0a = strides[0], c0b = strides[1], c1a = strides[2], c1b = strides[3], c2a = strides[4];
     char *a0 = args[0];
     char *a1 = args[1];
     char *a2 = args[2];
     REAL x0[12];
     NAME(load_3x4)(x0, a0, c0a, c0b);
     ANY_ORDER
-    for (intptr_t i = 0; i < n; ++i) {
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
         REAL x1[12];
         REAL x2[3];
-        if (s0 != 0)
-            NAME(load_3x4)(x0, a0 + i * s0, c0a, c0b);
-        NAME(load_3x4)(x1, a1 + i * s1, c1a, c1b);
+        NAME(load_3x4)(x1, a1 + i * w, c1a, c1b);
         NAME(epipole_from_cameras)(x0, x1, x2);
-        NAME(store_3)(a2 + i * s2, c2a, x2);
+        NAME(store_3)(a2 + i * w, c2a, x2);
     }
 }
 
-static void NAME(epipole_from_cameras_any)(intptr_t n, char **args, const intptr_t *steps)
+void NAME(epipole_from_cameras_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
-    NAME(epipole_from_cameras_each)(n, args, steps[0], steps[1], steps[2], steps[3], steps[4], steps[5], steps[6],
-        steps[7]);
-}
-
-WIDE void NAME(epipole_from_cameras_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
-{
-    const intptr_t n = dimensions[0], w = sizeof(REAL);
-    const intptr_t s0 = steps[0], s1 = steps[1], s2 = steps[2], c0a = steps[3], c0b = steps[4], c1a = steps[5], c1b
-        = steps[6], c2a = steps[7];
-    if (n < 1)
-        return;
-    if (s0 == w && s1 == w && s2 == w)
-        NAME(epipole_from_cameras_each)(n, args, w, w, w, c0a, c0b, c1a, c1b, c2a);
-    else if (s0 == 0 && s1 == w && s2 == w)
-        NAME(epipole_from_cameras_each)(n, args, 0, w, w, c0a, c0b, c1a, c1b, c2a);
-    else if (s0 == 12 * w && s1 == 12 * w && s2 == 3 * w && c0a == 4 * w && c0b == w && c1a == 4 * w && c1b == w &&
-        c2a == w)
-        NAME(epipole_from_cameras_each)(n, args, 12 * w, 12 * w, 3 * w, 4 * w, w, 4 * w, w, w);
-    else if (s0 == 0 && s1 == 12 * w && s2 == 3 * w && c0a == 4 * w && c0b == w && c1a == 4 * w && c1b == w && c2a
-        == w)
-        NAME(epipole_from_cameras_each)(n, args, 0, 12 * w, 3 * w, 4 * w, w, 4 * w, w, w);
-    else
-        NAME(epipole_from_cameras_any)(n, args, steps);
+    static const struct part parts[] = {{12, 2, 0, {3, 4}}, {12, 2, 2, {3, 4}}, {3, 1, 4, {3}}};
+    static const struct kernel kernel = {{NAME(epipole_from_cameras_block),
+        NAME(epipole_from_cameras_block_uniform), NULL, NULL}, 1, 2, 3, parts};
+    NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
 INLINE void NAME(epipolar_line)(const REAL *fundamental, const REAL *pixel, REAL *out)
@@ -1288,48 +1644,50 @@ INLINE void NAME(epipolar_line)(const REAL *fundamental, const REAL *pixel, REAL
     out[2] = t11;
 }
 
-static INLINE void NAME(epipolar_line_each)(intptr_t n, char **args, intptr_t s0, intptr_t s1, intptr_t s2, intptr_t
-    c0a, intptr_t c0b, intptr_t c1a, intptr_t c2a)
+WIDE static void NAME(epipolar_line_block)(intptr_t n, char **args, const intptr_t *strides)
 {
+    const intptr_t w = sizeof(REAL);
+    const intptr_t c0a = strides[0], c0b = strides[1], c1a = strides[2], c2a = strides[3];
+    char *a0 = args[0];
+    char *a1 = args[1];
+    char *a2 = args[2];
+    ANY_ORDER
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
+        REAL x0[9];
+        REAL x1[2];
+        REAL x2[3];
+        NAME(load_3x3)(x0, a0 + i * w, c0a, c0b);
+        NAME(load_2)(x1, a1 + i * w, c1a);
+        NAME(epipolar_line)(x0, x1, x2);
+        NAME(store_3)(a2 + i * w, c2a, x2);
+    }
+}
+
+WIDE static void NAME(epipolar_line_block_uniform)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    const intptr_t c0a = strides[0], c0b = strides[1], c1a = strides[2], c2a = strides[3];
     char *a0 = args[0];
     char *a1 = args[1];
     char *a2 = args[2];
     REAL x0[9];
     NAME(load_3x3)(x0, a0, c0a, c0b);
     ANY_ORDER
-    for (intptr_t i = 0; i < n; ++i) {
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
         REAL x1[2];
         REAL x2[3];
-        if (s0 != 0)
-            NAME(load_3x3)(x0, a0 + i * s0, c0a, c0b);
-        NAME(load_2)(x1, a1 + i * s1, c1a);
+        NAME(load_2)(x1, a1 + i * w, c1a);
         NAME(epipolar_line)(x0, x1, x2);
-        NAME(store_3)(a2 + i * s2, c2a, x2);
+        NAME(store_3)(a2 + i * w, c2a, x2);
     }
 }
 
-static void NAME(epipolar_line_any)(intptr_t n, char **args, const intptr_t *steps)
+void NAME(epipolar_line_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
-    NAME(epipolar_line_each)(n, args, steps[0], steps[1], steps[2], steps[3], steps[4], steps[5], steps[6]);
-}
-
-WIDE void NAME(epipolar_line_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
-{
-    const intptr_t n = dimensions[0], w = sizeof(REAL);
-    const intptr_t s0 = steps[0], s1 = steps[1], s2 = steps[2], c0a = steps[3], c0b = steps[4], c1a = steps[5], c2a
-        = steps[6];
-    if (n < 1)
-        return;
-    if (s0 == w && s1 == w && s2 == w)
-        NAME(epipolar_line_each)(n, args, w, w, w, c0a, c0b, c1a, c2a);
-    else if (s0 == 0 && s1 == w && s2 == w)
-        NAME(epipolar_line_each)(n, args, 0, w, w, c0a, c0b, c1a, c2a);
-    else if (s0 == 9 * w && s1 == 2 * w && s2 == 3 * w && c0a == 3 * w && c0b == w && c1a == w && c2a == w)
-        NAME(epipolar_line_each)(n, args, 9 * w, 2 * w, 3 * w, 3 * w, w, w, w);
-    else if (s0 == 0 && s1 == 2 * w && s2 == 3 * w && c0a == 3 * w && c0b == w && c1a == w && c2a == w)
-        NAME(epipolar_line_each)(n, args, 0, 2 * w, 3 * w, 3 * w, w, w, w);
-    else
-        NAME(epipolar_line_any)(n, args, steps);
+    static const struct part parts[] = {{9, 2, 0, {3, 3}}, {2, 1, 2, {2}}, {3, 1, 3, {3}}};
+    static const struct kernel kernel = {{NAME(epipolar_line_block), NAME(epipolar_line_block_uniform), NULL, NULL},
+        1, 2, 3, parts};
+    NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
 INLINE void NAME(distance_to_epipolar_line)(const REAL *fundamental, const REAL *pixel, const REAL *partner, REAL
@@ -1372,9 +1730,32 @@ INLINE void NAME(distance_to_epipolar_line)(const REAL *fundamental, const REAL 
     out[0] = t20;
 }
 
-static INLINE void NAME(distance_to_epipolar_line_each)(intptr_t n, char **args, intptr_t s0, intptr_t s1, intptr_t
-    s2, intptr_t s3, intptr_t c0a, intptr_t c0b, intptr_t c1a, intptr_t c2a)
+WIDE static void NAME(distance_to_epipolar_line_block)(intptr_t n, char **args, const intptr_t *strides)
 {
+    const intptr_t w = sizeof(REAL);
+    const intptr_t c0a = strides[0], c0b = strides[1], c1a = strides[2], c2a = strides[3];
+    char *a0 = args[0];
+    char *a1 = args[1];
+    char *a2 = args[2];
+    char *a3 = args[3];
+    ANY_ORDER
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
+        REAL x0[9];
+        REAL x1[2];
+        REAL x2[2];
+        REAL x3[1];
+        NAME(load_3x3)(x0, a0 + i * w, c0a, c0b);
+        NAME(load_2)(x1, a1 + i * w, c1a);
+        NAME(load_2)(x2, a2 + i * w, c2a);
+        NAME(distance_to_epipolar_line)(x0, x1, x2, x3);
+        NAME(store_scalar)(a3 + i * w, x3);
+    }
+}
+
+WIDE static void NAME(distance_to_epipolar_line_block_uniform)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    const intptr_t c0a = strides[0], c0b = strides[1], c1a = strides[2], c2a = strides[3];
     char *a0 = args[0];
     char *a1 = args[1];
     char *a2 = args[2];
@@ -1382,43 +1763,23 @@ static INLINE void NAME(distance_to_epipolar_line_each)(intptr_t n, char **args,
     REAL x0[9];
     NAME(load_3x3)(x0, a0, c0a, c0b);
     ANY_ORDER
-    for (intptr_t i = 0; i < n; ++i) {
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
         REAL x1[2];
         REAL x2[2];
         REAL x3[1];
-        if (s0 != 0)
-            NAME(load_3x3)(x0, a0 + i * s0, c0a, c0b);
-        NAME(load_2)(x1, a1 + i * s1, c1a);
-        NAME(load_2)(x2, a2 + i * s2, c2a);
+        NAME(load_2)(x1, a1 + i * w, c1a);
+        NAME(load_2)(x2, a2 + i * w, c2a);
         NAME(distance_to_epipolar_line)(x0, x1, x2, x3);
-        NAME(store_scalar)(a3 + i * s3, x3);
+        NAME(store_scalar)(a3 + i * w, x3);
     }
 }
 
-static void NAME(distance_to_epipolar_line_any)(intptr_t n, char **args, const intptr_t *steps)
+void NAME(distance_to_epipolar_line_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
-    NAME(distance_to_epipolar_line_each)(n, args, steps[0], steps[1], steps[2], steps[3], steps[4], steps[5],
-        steps[6], steps[7]);
-}
-
-WIDE void NAME(distance_to_epipolar_line_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
-{
-    const intptr_t n = dimensions[0], w = sizeof(REAL);
-    const intptr_t s0 = steps[0], s1 = steps[1], s2 = steps[2], s3 = steps[3], c0a = steps[4], c0b = steps[5], c1a =
-        steps[6], c2a = steps[7];
-    if (n < 1)
-        return;
-    if (s0 == w && s1 == w && s2 == w && s3 == w)
-        NAME(distance_to_epipolar_line_each)(n, args, w, w, w, w, c0a, c0b, c1a, c2a);
-    else if (s0 == 0 && s1 == w && s2 == w && s3 == w)
-        NAME(distance_to_epipolar_line_each)(n, args, 0, w, w, w, c0a, c0b, c1a, c2a);
-    else if (s0 == 9 * w && s1 == 2 * w && s2 == 2 * w && s3 == w && c0a == 3 * w && c0b == w && c1a == w && c2a ==
-        w)
-        NAME(distance_to_epipolar_line_each)(n, args, 9 * w, 2 * w, 2 * w, w, 3 * w, w, w, w);
-    else if (s0 == 0 && s1 == 2 * w && s2 == 2 * w && s3 == w && c0a == 3 * w && c0b == w && c1a == w && c2a == w)
-        NAME(distance_to_epipolar_line_each)(n, args, 0, 2 * w, 2 * w, w, 3 * w, w, w, w);
-    else
-        NAME(distance_to_epipolar_line_any)(n, args, steps);
+    static const struct part parts[] = {{9, 2, 0, {3, 3}}, {2, 1, 2, {2}}, {2, 1, 3, {2}}, {1, 0, 4, {0}}};
+    static const struct kernel kernel = {{NAME(distance_to_epipolar_line_block),
+        NAME(distance_to_epipolar_line_block_uniform), NULL, NULL}, 1, 3, 4, parts};
+    NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
 INLINE void NAME(sampson_distance)(const REAL *fundamental, const REAL *pixel, const REAL *partner, REAL *out)
@@ -1472,9 +1833,32 @@ INLINE void NAME(sampson_distance)(const REAL *fundamental, const REAL *pixel, c
     out[0] = t32;
 }
 
-static INLINE void NAME(sampson_distance_each)(intptr_t n, char **args, intptr_t s0, intptr_t s1, intptr_t s2,
-    intptr_t s3, intptr_t c0a, intptr_t c0b, intptr_t c1a, intptr_t c2a)
+WIDE static void NAME(sampson_distance_block)(intptr_t n, char **args, const intptr_t *strides)
 {
+    const intptr_t w = sizeof(REAL);
+    const intptr_t c0a = strides[0], c0b = strides[1], c1a = strides[2], c2a = strides[3];
+    char *a0 = args[0];
+    char *a1 = args[1];
+    char *a2 = args[2];
+    char *a3 = args[3];
+    ANY_ORDER
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
+        REAL x0[9];
+        REAL x1[2];
+        REAL x2[2];
+        REAL x3[1];
+        NAME(load_3x3)(x0, a0 + i * w, c0a, c0b);
+        NAME(load_2)(x1, a1 + i * w, c1a);
+        NAME(load_2)(x2, a2 + i * w, c2a);
+        NAME(sampson_distance)(x0, x1, x2, x3);
+        NAME(store_scalar)(a3 + i * w, x3);
+    }
+}
+
+WIDE static void NAME(sampson_distance_block_uniform)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    const intptr_t c0a = strides[0], c0b = strides[1], c1a = strides[2], c2a = strides[3];
     char *a0 = args[0];
     char *a1 = args[1];
     char *a2 = args[2];
@@ -1482,43 +1866,23 @@ static INLINE void NAME(sampson_distance_each)(intptr_t n, char **args, intptr_t
     REAL x0[9];
     NAME(load_3x3)(x0, a0, c0a, c0b);
     ANY_ORDER
-    for (intptr_t i = 0; i < n; ++i) {
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
         REAL x1[2];
         REAL x2[2];
         REAL x3[1];
-        if (s0 != 0)
-            NAME(load_3x3)(x0, a0 + i * s0, c0a, c0b);
-        NAME(load_2)(x1, a1 + i * s1, c1a);
-        NAME(load_2)(x2, a2 + i * s2, c2a);
+        NAME(load_2)(x1, a1 + i * w, c1a);
+        NAME(load_2)(x2, a2 + i * w, c2a);
         NAME(sampson_distance)(x0, x1, x2, x3);
-        NAME(store_scalar)(a3 + i * s3, x3);
+        NAME(store_scalar)(a3 + i * w, x3);
     }
 }
 
-static void NAME(sampson_distance_any)(intptr_t n, char **args, const intptr_t *steps)
+void NAME(sampson_distance_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
-    NAME(sampson_distance_each)(n, args, steps[0], steps[1], steps[2], steps[3], steps[4], steps[5], steps[6],
-        steps[7]);
-}
-
-WIDE void NAME(sampson_distance_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
-{
-    const intptr_t n = dimensions[0], w = sizeof(REAL);
-    const intptr_t s0 = steps[0], s1 = steps[1], s2 = steps[2], s3 = steps[3], c0a = steps[4], c0b = steps[5], c1a =
-        steps[6], c2a = steps[7];
-    if (n < 1)
-        return;
-    if (s0 == w && s1 == w && s2 == w && s3 == w)
-        NAME(sampson_distance_each)(n, args, w, w, w, w, c0a, c0b, c1a, c2a);
-    else if (s0 == 0 && s1 == w && s2 == w && s3 == w)
-        NAME(sampson_distance_each)(n, args, 0, w, w, w, c0a, c0b, c1a, c2a);
-    else if (s0 == 9 * w && s1 == 2 * w && s2 == 2 * w && s3 == w && c0a == 3 * w && c0b == w && c1a == w && c2a ==
-        w)
-        NAME(sampson_distance_each)(n, args, 9 * w, 2 * w, 2 * w, w, 3 * w, w, w, w);
-    else if (s0 == 0 && s1 == 2 * w && s2 == 2 * w && s3 == w && c0a == 3 * w && c0b == w && c1a == w && c2a == w)
-        NAME(sampson_distance_each)(n, args, 0, 2 * w, 2 * w, w, 3 * w, w, w, w);
-    else
-        NAME(sampson_distance_any)(n, args, steps);
+    static const struct part parts[] = {{9, 2, 0, {3, 3}}, {2, 1, 2, {2}}, {2, 1, 3, {2}}, {1, 0, 4, {0}}};
+    static const struct kernel kernel = {{NAME(sampson_distance_block), NAME(sampson_distance_block_uniform), NULL,
+        NULL}, 1, 3, 4, parts};
+    NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
 INLINE void NAME(triangulate)(const REAL *first, const REAL *second, const REAL *pixel, const REAL *partner, REAL
@@ -1696,57 +2060,37 @@ INLINE void NAME(triangulate)(const REAL *first, const REAL *second, const REAL 
     out[3] = t137;
 }
 
-static INLINE void NAME(triangulate_each)(intptr_t n, char **args, intptr_t s0, intptr_t s1, intptr_t s2, intptr_t
-    s3, intptr_t s4, intptr_t c0a, intptr_t c0b, intptr_t c1a, intptr_t c1b, intptr_t c2a, intptr_t c3a, intptr_t
-    c4a)
+WIDE static void NAME(triangulate_block)(intptr_t n, char **args, const intptr_t *strides)
 {
+    const intptr_t w = sizeof(REAL);
+    const intptr_t c0a = strides[0], c0b = strides[1], c1a = strides[2], c1b = strides[3], c2a = strides[4], c3a =
+        strides[5], c4a = strides[6];
     char *a0 = args[0];
     char *a1 = args[1];
     char *a2 = args[2];
     char *a3 = args[3];
     char *a4 = args[4];
-    REAL x0[12];
-    NAME(load_3x4)(x0, a0, c0a, c0b);
     ANY_ORDER
-    for (intptr_t i = 0; i < n; ++i) {
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
+        REAL x0[12];
         REAL x1[12];
         REAL x2[2];
         REAL x3[2];
         REAL x4[4];
-        if (s0 != 0)
-            NAME(load_3x4)(x0, a0 + i * s0, c0a, c0b);
-        NAME(load_3x4)(x1, a1 + i * s1, c1a, c1b);
-        NAME(load_2)(x2, a2 + i * s2, c2a);
-        NAME(load_2)(x3, a3 + i * s3, c3a);
+        NAME(load_3x4)(x0, a0 + i * w, c0a, c0b);
+        NAME(load_3x4)(x1, a1 + i * w, c1a, c1b);
+        NAME(load_2)(x2, a2 + i * w, c2a);
+        NAME(load_2)(x3, a3 + i * w, c3a);
         NAME(triangulate)(x0, x1, x2, x3, x4);
-        NAME(store_4)(a4 + i * s4, c4a, x4);
+        NAME(store_4)(a4 + i * w, c4a, x4);
     }
 }
 
-static void NAME(triangulate_any)(intptr_t n, char **args, const intptr_t *steps)
+void NAME(triangulate_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
-    NAME(triangulate_each)(n, args, steps[0], steps[1], steps[2], steps[3], steps[4], steps[5], steps[6], steps[7],
-        steps[8], steps[9], steps[10], steps[11]);
-}
-
-WIDE void NAME(triangulate_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
-{
-    const intptr_t n = dimensions[0], w = sizeof(REAL);
-    const intptr_t s0 = steps[0], s1 = steps[1], s2 = steps[2], s3 = steps[3], s4 = steps[4], c0a = steps[5], c0b =
-        steps[6], c1a = steps[7], c1b = steps[8], c2a = steps[9], c3a = steps[10], c4a = steps[11];
-    if (n < 1)
-        return;
-    if (s0 == w && s1 == w && s2 == w && s3 == w && s4 == w)
-        NAME(triangulate_each)(n, args, w, w, w, w, w, c0a, c0b, c1a, c1b, c2a, c3a, c4a);
-    else if (s0 == 0 && s1 == w && s2 == w && s3 == w && s4 == w)
-        NAME(triangulate_each)(n, args, 0, w, w, w, w, c0a, c0b, c1a, c1b, c2a, c3a, c4a);
-    else if (s0 == 12 * w && s1 == 12 * w && s2 == 2 * w && s3 == 2 * w && s4 == 4 * w && c0a == 4 * w && c0b == w
-        && c1a == 4 * w && c1b == w && c2a == w && c3a == w && c4a == w)
-        NAME(triangulate_each)(n, args, 12 * w, 12 * w, 2 * w, 2 * w, 4 * w, 4 * w, w, 4 * w, w, w, w, w);
-    else if (s0 == 0 && s1 == 12 * w && s2 == 2 * w && s3 == 2 * w && s4 == 4 * w && c0a == 4 * w && c0b == w && c1a
-        == 4 * w && c1b == w && c2a == w && c3a == w && c4a == w)
-        NAME(triangulate_each)(n, args, 0, 12 * w, 2 * w, 2 * w, 4 * w, 4 * w, w, 4 * w, w, w, w, w);
-    else
-        NAME(triangulate_any)(n, args, steps);
+    static const struct part parts[] = {{12, 2, 0, {3, 4}}, {12, 2, 2, {3, 4}}, {2, 1, 4, {2}}, {2, 1, 5, {2}}, {4,
+        1, 6, {4}}};
+    static const struct kernel kernel = {{NAME(triangulate_block), NULL, NULL, NULL}, 0, 4, 5, parts};
+    NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 #endif

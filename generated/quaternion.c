@@ -2,7 +2,7 @@
 // command: gac generate --all quaternion
 // spec: 7183c69fda306014
 // contraction: -ffp-contract=off (every operation is rounded once)
-// body: 85778784258b40cdba9b6adf1ed70180c5189cf86fccb79f2b0ef0bced307000
+// body: 1fed794b3773fbfcb949088917d396ad547543a34952f58c66ed577b9c8fc2db
 
 #ifndef REAL
 #include "quaternion.h"
@@ -31,6 +31,35 @@
 #else
 #define WIDE
 #endif
+
+// Loops run over whole vectors: a block is padded to a multiple of this many elements.
+#define LANES 16
+#define PADDED(n) (((n) + LANES - 1) & -LANES)
+
+// A vector of neighbours in memory.
+#if defined(__has_builtin)
+#if __has_builtin(__builtin_shufflevector)
+#define SHUFFLE __builtin_shufflevector
+#define VECTOR(n) __attribute__((vector_size((n) * sizeof(REAL)), aligned(sizeof(REAL)), may_alias))
+#endif
+#endif
+
+// An argument or a result: how many numbers, along which axes, and which is the first of its strides.
+struct part {
+    int size, rank, first, shape[2];
+};
+
+typedef void loop_function(intptr_t n, char **args, const intptr_t *strides);
+
+// The loops of a kernel: rows, rows with the `hoisted` arguments (a bit each) the same for all, and both in C order.
+struct kernel {
+    loop_function *loops[4];
+    unsigned hoisted;
+    int n_inputs, n_parts;
+    const struct part *parts;
+};
+
+enum { PARTS = 4, CORES = 3, SPACE = 4096 };
 
 #define SQRT(x) FUNCTION(sqrt)(x)
 #define SIN(x) FUNCTION(sin)(x)
@@ -143,6 +172,232 @@ static INLINE void NAME(store_4)(char *a, intptr_t ca, const REAL *x)
     *(REAL *)(a + 3 * ca) = x[3];
 }
 
+// Blocks of a batch, and how they get there from strides of any kind: a component of a part (an argument or a result)
+// is a row, `row` numbers long, of the elements of a block.
+
+#ifdef SHUFFLE
+typedef REAL NAME(four) VECTOR(4);
+typedef REAL NAME(eight) VECTOR(8);
+
+// Four numbers at each of eight places, `s` bytes apart, as eight numbers at each of four.
+static INLINE void NAME(turn_8x4)(const char *a, intptr_t s, REAL *x, intptr_t row)
+{
+    NAME(eight) a0, a1, a2, a3;
+#define PAIR(k) SHUFFLE(*(const NAME(four) *)(a + (k) * s), *(const NAME(four) *)(a + ((k) + 4) * s), \
+        0, 1, 2, 3, 4, 5, 6, 7)
+    a0 = PAIR(0);
+    a1 = PAIR(1);
+    a2 = PAIR(2);
+    a3 = PAIR(3);
+#undef PAIR
+    const NAME(eight) b0 = SHUFFLE(a0, a1, 0, 8, 1, 9, 4, 12, 5, 13), b1 = SHUFFLE(a0, a1, 2, 10, 3, 11, 6, 14, 7, 15);
+    const NAME(eight) b2 = SHUFFLE(a2, a3, 0, 8, 1, 9, 4, 12, 5, 13), b3 = SHUFFLE(a2, a3, 2, 10, 3, 11, 6, 14, 7, 15);
+    *(NAME(eight) *)x = SHUFFLE(b0, b2, 0, 1, 8, 9, 4, 5, 12, 13);
+    *(NAME(eight) *)(x + row) = SHUFFLE(b0, b2, 2, 3, 10, 11, 6, 7, 14, 15);
+    *(NAME(eight) *)(x + 2 * row) = SHUFFLE(b1, b3, 0, 1, 8, 9, 4, 5, 12, 13);
+    *(NAME(eight) *)(x + 3 * row) = SHUFFLE(b1, b3, 2, 3, 10, 11, 6, 7, 14, 15);
+}
+
+static INLINE void NAME(turn_4x4)(const char *a, intptr_t s, char *b, intptr_t t)
+{
+    const NAME(four) a0 = *(const NAME(four) *)a, a1 = *(const NAME(four) *)(a + s);
+    const NAME(four) a2 = *(const NAME(four) *)(a + 2 * s), a3 = *(const NAME(four) *)(a + 3 * s);
+    const NAME(four) b0 = SHUFFLE(a0, a1, 0, 4, 2, 6), b1 = SHUFFLE(a0, a1, 1, 5, 3, 7);
+    const NAME(four) b2 = SHUFFLE(a2, a3, 0, 4, 2, 6), b3 = SHUFFLE(a2, a3, 1, 5, 3, 7);
+    *(NAME(four) *)b = SHUFFLE(b0, b2, 0, 1, 4, 5);
+    *(NAME(four) *)(b + t) = SHUFFLE(b1, b3, 0, 1, 4, 5);
+    *(NAME(four) *)(b + 2 * t) = SHUFFLE(b0, b2, 2, 3, 6, 7);
+    *(NAME(four) *)(b + 3 * t) = SHUFFLE(b1, b3, 2, 3, 6, 7);
+}
+#endif
+
+// Rows of `size` components that lie `c` bytes apart, of `n` elements that lie `s` bytes apart.
+WIDE static void NAME(load_rows)(REAL *x, intptr_t row, const char *a, intptr_t s, intptr_t c, intptr_t size,
+    intptr_t n)
+{
+    const intptr_t w = sizeof(REAL);
+    intptr_t done = 0;
+    if (size == 3 && c == w && s == 3 * w) {
+        const REAL *b = (const REAL *)a;
+        ANY_ORDER
+        for (intptr_t i = 0; i < n; ++i) {
+            x[i] = b[3 * i];
+            x[i + row] = b[3 * i + 1];
+            x[i + 2 * row] = b[3 * i + 2];
+        }
+        return;
+    }
+#ifdef SHUFFLE
+    if (size >= 4 && c == w) {
+        for (; done + 8 <= n; done += 8) {
+            for (intptr_t k = 0; k < size; k += 4) {
+                const intptr_t first = k + 4 <= size ? k : size - 4;
+                NAME(turn_8x4)(a + done * s + first * w, s, x + first * row + done, row);
+            }
+        }
+    } else if (s != w) {
+        for (; done + 4 <= n; done += 4) {
+            for (intptr_t k = 0; k < size; ++k) {
+                const char *b = a + done * s + k * c;
+                *(NAME(four) *)(x + k * row + done) = (NAME(four)){*(const REAL *)b, *(const REAL *)(b + s),
+                    *(const REAL *)(b + 2 * s), *(const REAL *)(b + 3 * s)};
+            }
+        }
+    }
+#endif
+    if (done == n)
+        return;
+    for (intptr_t k = 0; k < size; ++k) {
+        const char *from = a + k * c;
+        REAL *to = x + k * row;
+        if (s == w) {
+            ANY_ORDER
+            for (intptr_t i = done; i < n; ++i)
+                to[i] = ((const REAL *)from)[i];
+        } else {
+            for (intptr_t i = done; i < n; ++i)
+                to[i] = *(const REAL *)(from + i * s);
+        }
+    }
+}
+
+// The inverse of load_rows.
+WIDE static void NAME(store_rows)(char *a, intptr_t s, intptr_t c, const REAL *x, intptr_t row, intptr_t size,
+    intptr_t n)
+{
+    const intptr_t w = sizeof(REAL);
+    intptr_t done = 0;
+    if (size == 3 && c == w && s == 3 * w) {
+        REAL *b = (REAL *)a;
+        ANY_ORDER
+        for (intptr_t i = 0; i < n; ++i) {
+            b[3 * i] = x[i];
+            b[3 * i + 1] = x[i + row];
+            b[3 * i + 2] = x[i + 2 * row];
+        }
+        return;
+    }
+#ifdef SHUFFLE
+    if (size >= 4 && c == w) {
+        for (; done + 4 <= n; done += 4) {
+            for (intptr_t k = 0; k < size; k += 4) {
+                const intptr_t first = k + 4 <= size ? k : size - 4;
+                NAME(turn_4x4)((const char *)(x + first * row + done), row * w, a + done * s + first * w, s);
+            }
+        }
+    }
+#endif
+    if (done == n)
+        return;
+    for (intptr_t k = 0; k < size; ++k) {
+        const REAL *from = x + k * row;
+        char *to = a + k * c;
+        for (intptr_t i = done; i < n; ++i)
+            *(REAL *)(to + i * s) = from[i];
+    }
+}
+
+// All rows of a part, from the batch or back to it; axes that lie as one are moved as one.
+static void NAME(move_part)(int back, REAL *x, intptr_t row, const struct part *part, char *a, intptr_t s,
+    const intptr_t *c, intptr_t n)
+{
+    intptr_t count = 1, step = sizeof(REAL);
+    int axis = part->rank;
+    for (; axis > 0 && (count == 1 || c[axis - 1] == count * step); --axis) {
+        step = count == 1 ? c[axis - 1] : step;
+        count *= part->shape[axis - 1];
+    }
+    for (intptr_t k = 0; k < part->size; k += count) {
+        intptr_t offset = 0, rest = k / count;
+        for (int outer = axis; outer-- > 0; rest /= part->shape[outer])
+            offset += rest % part->shape[outer] * c[outer];
+        if (back)
+            NAME(store_rows)(a + offset, s, step, x + k * row, row, count, n);
+        else
+            NAME(load_rows)(x + k * row, row, a + offset, s, step, count, n);
+    }
+}
+
+// Runs a kernel over a batch in blocks. What lies at unit stride, or is hoisted, is used where it lies, and so is a
+// whole batch in C order if there is a loop for it; everything else goes through rows.
+static void NAME(batch)(const struct kernel *kernel, char **args, intptr_t n, const intptr_t *steps)
+{
+    const intptr_t w = sizeof(REAL), *strides = steps + kernel->n_parts;
+    const int n_parts = kernel->n_parts, n_inputs = kernel->n_inputs;
+    enum { SAME, HOISTED, UNIT, ANY } kinds[PARTS];
+    _Alignas(64) REAL space[SPACE];
+    REAL *rows[PARTS];
+    char *starts[PARTS];
+    intptr_t cores[CORES], row_cores[CORES], total = 0, bytes = 0;
+    unsigned hoisted = kernel->hoisted;
+    int in_place = 1, dense = kernel->loops[2] != NULL;
+    for (int p = 0; p < n_parts; ++p) {
+        total += kernel->parts[p].size;
+        bytes += steps[p] < 0 ? -steps[p] : steps[p];
+        if (hoisted >> p & 1 && steps[p] != 0)
+            hoisted = 0;
+    }
+    // Long rows spare calls; beyond the last cache, short ones keep reading and writing going side by side.
+    intptr_t row = n < (1 << 24) / (bytes + 1) ? 64 : LANES;
+    while (row > LANES && row * total > SPACE)
+        row /= 2;
+    total = 0;
+    for (int p = 0; p < n_parts; ++p) {
+        const struct part *part = &kernel->parts[p];
+        const intptr_t *c = strides + part->first;
+        intptr_t step = w, row_step = row * w;
+        starts[p] = args[p];
+        rows[p] = space + row * total;
+        total += part->size;
+        kinds[p] = hoisted >> p & 1 ? HOISTED : p < n_inputs && steps[p] == 0 ? SAME : steps[p] == w ? UNIT : ANY;
+        in_place = in_place && (kinds[p] == UNIT || kinds[p] == HOISTED);
+        for (int q = part->rank; q-- > 0; step *= part->shape[q], row_step *= part->shape[q]) {
+            cores[part->first + q] = c[q];
+            row_cores[part->first + q] = row_step;
+            dense = dense && c[q] == step;
+        }
+        dense = dense && (kinds[p] == HOISTED || steps[p] == step);
+    }
+    for (int p = 0; p < n_inputs && !dense; ++p) {
+        const struct part *part = &kernel->parts[p];
+        if (kinds[p] == SAME) {
+            starts[p] = (char *)rows[p];
+            NAME(move_part)(0, rows[p], row, part, args[p], 0, strides + part->first, n < row ? PADDED(n) : row);
+            for (int q = part->first; q < part->first + part->rank; ++q)
+                cores[q] = row_cores[q];
+        }
+    }
+    for (intptr_t i = 0, m; i < n; i += m) {
+        const int last = n - i < LANES;
+        if (dense && !last) {
+            m = n & -LANES;
+            kernel->loops[hoisted ? 3 : 2](m, starts, cores);
+            continue;
+        }
+        m = last ? n - i : in_place || n - i < row ? (n - i) & -LANES : row;
+        for (int p = 0; p < n_parts; ++p) {
+            const struct part *part = &kernel->parts[p];
+            if (kinds[p] == UNIT && !last)
+                starts[p] = args[p] + i * w;
+            if (kinds[p] < UNIT || (kinds[p] == UNIT && !last))
+                continue;
+            starts[p] = (char *)rows[p];
+            for (int q = part->first; q < part->first + part->rank; ++q)
+                cores[q] = row_cores[q];
+            if (p < n_inputs)
+                NAME(move_part)(0, rows[p], row, part, args[p] + i * steps[p], steps[p], strides + part->first, m);
+            for (intptr_t k = 0; last && p < n_inputs && k < part->size; ++k)
+                for (intptr_t j = m; j < LANES; ++j)
+                    rows[p][k * row + j] = rows[p][k * row + m - 1];
+        }
+        kernel->loops[hoisted ? 1 : 0](m, starts, cores);
+        for (int p = n_inputs; p < n_parts; ++p)
+            if (starts[p] == (char *)rows[p])
+                NAME(move_part)(1, rows[p], row, &kernel->parts[p], args[p] + i * steps[p], steps[p],
+                    strides + kernel->parts[p].first, m);
+    }
+}
+
 INLINE void NAME(product)(const REAL *p, const REAL *q, REAL *out)
 {
     const REAL p_1 = p[0];
@@ -187,47 +442,88 @@ INLINE void NAME(product)(const REAL *p, const REAL *q, REAL *out)
     out[3] = t27;
 }
 
-static INLINE void NAME(product_each)(intptr_t n, char **args, intptr_t s0, intptr_t s1, intptr_t s2, intptr_t c0a,
-    intptr_t c1a, intptr_t c2a)
+WIDE static void NAME(product_block)(intptr_t n, char **args, const intptr_t *strides)
 {
+    const intptr_t w = sizeof(REAL);
+    const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
+    char *a0 = args[0];
+    char *a1 = args[1];
+    char *a2 = args[2];
+    ANY_ORDER
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
+        REAL x0[4];
+        REAL x1[4];
+        REAL x2[4];
+        NAME(load_4)(x0, a0 + i * w, c0a);
+        NAME(load_4)(x1, a1 + i * w, c1a);
+        NAME(product)(x0, x1, x2);
+        NAME(store_4)(a2 + i * w, c2a, x2);
+    }
+}
+
+WIDE static void NAME(product_block_uniform)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
     char *a0 = args[0];
     char *a1 = args[1];
     char *a2 = args[2];
     REAL x0[4];
     NAME(load_4)(x0, a0, c0a);
     ANY_ORDER
-    for (intptr_t i = 0; i < n; ++i) {
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
         REAL x1[4];
         REAL x2[4];
-        if (s0 != 0)
-            NAME(load_4)(x0, a0 + i * s0, c0a);
-        NAME(load_4)(x1, a1 + i * s1, c1a);
+        NAME(load_4)(x1, a1 + i * w, c1a);
         NAME(product)(x0, x1, x2);
-        NAME(store_4)(a2 + i * s2, c2a, x2);
+        NAME(store_4)(a2 + i * w, c2a, x2);
     }
 }
 
-static void NAME(product_any)(intptr_t n, char **args, const intptr_t *steps)
+WIDE static void NAME(product_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
-    NAME(product_each)(n, args, steps[0], steps[1], steps[2], steps[3], steps[4], steps[5]);
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    char *a0 = args[0];
+    char *a1 = args[1];
+    char *a2 = args[2];
+    ANY_ORDER
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
+        REAL x0[4];
+        REAL x1[4];
+        REAL x2[4];
+        NAME(load_4)(x0, a0 + i * 4 * w, w);
+        NAME(load_4)(x1, a1 + i * 4 * w, w);
+        NAME(product)(x0, x1, x2);
+        NAME(store_4)(a2 + i * 4 * w, w, x2);
+    }
 }
 
-WIDE void NAME(product_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
+WIDE static void NAME(product_dense_uniform)(intptr_t n, char **args, const intptr_t *strides)
 {
-    const intptr_t n = dimensions[0], w = sizeof(REAL);
-    const intptr_t s0 = steps[0], s1 = steps[1], s2 = steps[2], c0a = steps[3], c1a = steps[4], c2a = steps[5];
-    if (n < 1)
-        return;
-    if (s0 == w && s1 == w && s2 == w)
-        NAME(product_each)(n, args, w, w, w, c0a, c1a, c2a);
-    else if (s0 == 0 && s1 == w && s2 == w)
-        NAME(product_each)(n, args, 0, w, w, c0a, c1a, c2a);
-    else if (s0 == 4 * w && s1 == 4 * w && s2 == 4 * w && c0a == w && c1a == w && c2a == w)
-        NAME(product_each)(n, args, 4 * w, 4 * w, 4 * w, w, w, w);
-    else if (s0 == 0 && s1 == 4 * w && s2 == 4 * w && c0a == w && c1a == w && c2a == w)
-        NAME(product_each)(n, args, 0, 4 * w, 4 * w, w, w, w);
-    else
-        NAME(product_any)(n, args, steps);
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    char *a0 = args[0];
+    char *a1 = args[1];
+    char *a2 = args[2];
+    REAL x0[4];
+    NAME(load_4)(x0, a0, w);
+    ANY_ORDER
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
+        REAL x1[4];
+        REAL x2[4];
+        NAME(load_4)(x1, a1 + i * 4 * w, w);
+        NAME(product)(x0, x1, x2);
+        NAME(store_4)(a2 + i * 4 * w, w, x2);
+    }
+}
+
+void NAME(product_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
+{
+    static const struct part parts[] = {{4, 1, 0, {4}}, {4, 1, 1, {4}}, {4, 1, 2, {4}}};
+    static const struct kernel kernel = {{NAME(product_block), NAME(product_block_uniform), NAME(product_dense),
+        NAME(product_dense_uniform)}, 1, 2, 3, parts};
+    NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
 INLINE void NAME(conjugate)(const REAL *q, REAL *out)
@@ -245,38 +541,44 @@ INLINE void NAME(conjugate)(const REAL *q, REAL *out)
     out[3] = t2;
 }
 
-static INLINE void NAME(conjugate_each)(intptr_t n, char **args, intptr_t s0, intptr_t s1, intptr_t c0a, intptr_t
-    c1a)
+WIDE static void NAME(conjugate_block)(intptr_t n, char **args, const intptr_t *strides)
 {
+    const intptr_t w = sizeof(REAL);
+    const intptr_t c0a = strides[0], c1a = strides[1];
     char *a0 = args[0];
     char *a1 = args[1];
     ANY_ORDER
-    for (intptr_t i = 0; i < n; ++i) {
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
         REAL x0[4];
         REAL x1[4];
-        NAME(load_4)(x0, a0 + i * s0, c0a);
+        NAME(load_4)(x0, a0 + i * w, c0a);
         NAME(conjugate)(x0, x1);
-        NAME(store_4)(a1 + i * s1, c1a, x1);
+        NAME(store_4)(a1 + i * w, c1a, x1);
     }
 }
 
-static void NAME(conjugate_any)(intptr_t n, char **args, const intptr_t *steps)
+WIDE static void NAME(conjugate_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
-    NAME(conjugate_each)(n, args, steps[0], steps[1], steps[2], steps[3]);
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    char *a0 = args[0];
+    char *a1 = args[1];
+    ANY_ORDER
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
+        REAL x0[4];
+        REAL x1[4];
+        NAME(load_4)(x0, a0 + i * 4 * w, w);
+        NAME(conjugate)(x0, x1);
+        NAME(store_4)(a1 + i * 4 * w, w, x1);
+    }
 }
 
-WIDE void NAME(conjugate_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
+void NAME(conjugate_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
-    const intptr_t n = dimensions[0], w = sizeof(REAL);
-    const intptr_t s0 = steps[0], s1 = steps[1], c0a = steps[2], c1a = steps[3];
-    if (n < 1)
-        return;
-    if (s0 == w && s1 == w)
-        NAME(conjugate_each)(n, args, w, w, c0a, c1a);
-    else if (s0 == 4 * w && s1 == 4 * w && c0a == w && c1a == w)
-        NAME(conjugate_each)(n, args, 4 * w, 4 * w, w, w);
-    else
-        NAME(conjugate_any)(n, args, steps);
+    static const struct part parts[] = {{4, 1, 0, {4}}, {4, 1, 1, {4}}};
+    static const struct kernel kernel = {{NAME(conjugate_block), NULL, NAME(conjugate_dense), NULL}, 0, 1, 2,
+        parts};
+    NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
 INLINE void NAME(norm)(const REAL *q, REAL *out)
@@ -296,37 +598,43 @@ INLINE void NAME(norm)(const REAL *q, REAL *out)
     out[0] = t7;
 }
 
-static INLINE void NAME(norm_each)(intptr_t n, char **args, intptr_t s0, intptr_t s1, intptr_t c0a)
+WIDE static void NAME(norm_block)(intptr_t n, char **args, const intptr_t *strides)
 {
+    const intptr_t w = sizeof(REAL);
+    const intptr_t c0a = strides[0];
     char *a0 = args[0];
     char *a1 = args[1];
     ANY_ORDER
-    for (intptr_t i = 0; i < n; ++i) {
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
         REAL x0[4];
         REAL x1[1];
-        NAME(load_4)(x0, a0 + i * s0, c0a);
+        NAME(load_4)(x0, a0 + i * w, c0a);
         NAME(norm)(x0, x1);
-        NAME(store_scalar)(a1 + i * s1, x1);
+        NAME(store_scalar)(a1 + i * w, x1);
     }
 }
 
-static void NAME(norm_any)(intptr_t n, char **args, const intptr_t *steps)
+WIDE static void NAME(norm_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
-    NAME(norm_each)(n, args, steps[0], steps[1], steps[2]);
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    char *a0 = args[0];
+    char *a1 = args[1];
+    ANY_ORDER
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
+        REAL x0[4];
+        REAL x1[1];
+        NAME(load_4)(x0, a0 + i * 4 * w, w);
+        NAME(norm)(x0, x1);
+        NAME(store_scalar)(a1 + i * w, x1);
+    }
 }
 
-WIDE void NAME(norm_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
+void NAME(norm_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
-    const intptr_t n = dimensions[0], w = sizeof(REAL);
-    const intptr_t s0 = steps[0], s1 = steps[1], c0a = steps[2];
-    if (n < 1)
-        return;
-    if (s0 == w && s1 == w)
-        NAME(norm_each)(n, args, w, w, c0a);
-    else if (s0 == 4 * w && s1 == w && c0a == w)
-        NAME(norm_each)(n, args, 4 * w, w, w);
-    else
-        NAME(norm_any)(n, args, steps);
+    static const struct part parts[] = {{4, 1, 0, {4}}, {1, 0, 1, {0}}};
+    static const struct kernel kernel = {{NAME(norm_block), NULL, NAME(norm_dense), NULL}, 0, 1, 2, parts};
+    NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
 INLINE void NAME(inverse)(const REAL *q, REAL *out)
@@ -356,37 +664,43 @@ INLINE void NAME(inverse)(const REAL *q, REAL *out)
     out[3] = t14;
 }
 
-static INLINE void NAME(inverse_each)(intptr_t n, char **args, intptr_t s0, intptr_t s1, intptr_t c0a, intptr_t c1a)
+WIDE static void NAME(inverse_block)(intptr_t n, char **args, const intptr_t *strides)
 {
+    const intptr_t w = sizeof(REAL);
+    const intptr_t c0a = strides[0], c1a = strides[1];
     char *a0 = args[0];
     char *a1 = args[1];
     ANY_ORDER
-    for (intptr_t i = 0; i < n; ++i) {
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
         REAL x0[4];
         REAL x1[4];
-        NAME(load_4)(x0, a0 + i * s0, c0a);
+        NAME(load_4)(x0, a0 + i * w, c0a);
         NAME(inverse)(x0, x1);
-        NAME(store_4)(a1 + i * s1, c1a, x1);
+        NAME(store_4)(a1 + i * w, c1a, x1);
     }
 }
 
-static void NAME(inverse_any)(intptr_t n, char **args, const intptr_t *steps)
+WIDE static void NAME(inverse_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
-    NAME(inverse_each)(n, args, steps[0], steps[1], steps[2], steps[3]);
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    char *a0 = args[0];
+    char *a1 = args[1];
+    ANY_ORDER
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
+        REAL x0[4];
+        REAL x1[4];
+        NAME(load_4)(x0, a0 + i * 4 * w, w);
+        NAME(inverse)(x0, x1);
+        NAME(store_4)(a1 + i * 4 * w, w, x1);
+    }
 }
 
-WIDE void NAME(inverse_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
+void NAME(inverse_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
-    const intptr_t n = dimensions[0], w = sizeof(REAL);
-    const intptr_t s0 = steps[0], s1 = steps[1], c0a = steps[2], c1a = steps[3];
-    if (n < 1)
-        return;
-    if (s0 == w && s1 == w)
-        NAME(inverse_each)(n, args, w, w, c0a, c1a);
-    else if (s0 == 4 * w && s1 == 4 * w && c0a == w && c1a == w)
-        NAME(inverse_each)(n, args, 4 * w, 4 * w, w, w);
-    else
-        NAME(inverse_any)(n, args, steps);
+    static const struct part parts[] = {{4, 1, 0, {4}}, {4, 1, 1, {4}}};
+    static const struct kernel kernel = {{NAME(inverse_block), NULL, NAME(inverse_dense), NULL}, 0, 1, 2, parts};
+    NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
 INLINE void NAME(normalize)(const REAL *q, REAL *out)
@@ -414,38 +728,44 @@ INLINE void NAME(normalize)(const REAL *q, REAL *out)
     out[3] = t12;
 }
 
-static INLINE void NAME(normalize_each)(intptr_t n, char **args, intptr_t s0, intptr_t s1, intptr_t c0a, intptr_t
-    c1a)
+WIDE static void NAME(normalize_block)(intptr_t n, char **args, const intptr_t *strides)
 {
+    const intptr_t w = sizeof(REAL);
+    const intptr_t c0a = strides[0], c1a = strides[1];
     char *a0 = args[0];
     char *a1 = args[1];
     ANY_ORDER
-    for (intptr_t i = 0; i < n; ++i) {
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
         REAL x0[4];
         REAL x1[4];
-        NAME(load_4)(x0, a0 + i * s0, c0a);
+        NAME(load_4)(x0, a0 + i * w, c0a);
         NAME(normalize)(x0, x1);
-        NAME(store_4)(a1 + i * s1, c1a, x1);
+        NAME(store_4)(a1 + i * w, c1a, x1);
     }
 }
 
-static void NAME(normalize_any)(intptr_t n, char **args, const intptr_t *steps)
+WIDE static void NAME(normalize_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
-    NAME(normalize_each)(n, args, steps[0], steps[1], steps[2], steps[3]);
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    char *a0 = args[0];
+    char *a1 = args[1];
+    ANY_ORDER
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
+        REAL x0[4];
+        REAL x1[4];
+        NAME(load_4)(x0, a0 + i * 4 * w, w);
+        NAME(normalize)(x0, x1);
+        NAME(store_4)(a1 + i * 4 * w, w, x1);
+    }
 }
 
-WIDE void NAME(normalize_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
+void NAME(normalize_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
-    const intptr_t n = dimensions[0], w = sizeof(REAL);
-    const intptr_t s0 = steps[0], s1 = steps[1], c0a = steps[2], c1a = steps[3];
-    if (n < 1)
-        return;
-    if (s0 == w && s1 == w)
-        NAME(normalize_each)(n, args, w, w, c0a, c1a);
-    else if (s0 == 4 * w && s1 == 4 * w && c0a == w && c1a == w)
-        NAME(normalize_each)(n, args, 4 * w, 4 * w, w, w);
-    else
-        NAME(normalize_any)(n, args, steps);
+    static const struct part parts[] = {{4, 1, 0, {4}}, {4, 1, 1, {4}}};
+    static const struct kernel kernel = {{NAME(normalize_block), NULL, NAME(normalize_dense), NULL}, 0, 1, 2,
+        parts};
+    NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
 INLINE void NAME(rotate_vector)(const REAL *q, const REAL *v, REAL *out)
@@ -492,47 +812,88 @@ INLINE void NAME(rotate_vector)(const REAL *q, const REAL *v, REAL *out)
     out[2] = t29;
 }
 
-static INLINE void NAME(rotate_vector_each)(intptr_t n, char **args, intptr_t s0, intptr_t s1, intptr_t s2, intptr_t
-    c0a, intptr_t c1a, intptr_t c2a)
+WIDE static void NAME(rotate_vector_block)(intptr_t n, char **args, const intptr_t *strides)
 {
+    const intptr_t w = sizeof(REAL);
+    const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
+    char *a0 = args[0];
+    char *a1 = args[1];
+    char *a2 = args[2];
+    ANY_ORDER
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
+        REAL x0[4];
+        REAL x1[3];
+        REAL x2[3];
+        NAME(load_4)(x0, a0 + i * w, c0a);
+        NAME(load_3)(x1, a1 + i * w, c1a);
+        NAME(rotate_vector)(x0, x1, x2);
+        NAME(store_3)(a2 + i * w, c2a, x2);
+    }
+}
+
+WIDE static void NAME(rotate_vector_block_uniform)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
     char *a0 = args[0];
     char *a1 = args[1];
     char *a2 = args[2];
     REAL x0[4];
     NAME(load_4)(x0, a0, c0a);
     ANY_ORDER
-    for (intptr_t i = 0; i < n; ++i) {
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
         REAL x1[3];
         REAL x2[3];
-        if (s0 != 0)
-            NAME(load_4)(x0, a0 + i * s0, c0a);
-        NAME(load_3)(x1, a1 + i * s1, c1a);
+        NAME(load_3)(x1, a1 + i * w, c1a);
         NAME(rotate_vector)(x0, x1, x2);
-        NAME(store_3)(a2 + i * s2, c2a, x2);
+        NAME(store_3)(a2 + i * w, c2a, x2);
     }
 }
 
-static void NAME(rotate_vector_any)(intptr_t n, char **args, const intptr_t *steps)
+WIDE static void NAME(rotate_vector_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
-    NAME(rotate_vector_each)(n, args, steps[0], steps[1], steps[2], steps[3], steps[4], steps[5]);
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    char *a0 = args[0];
+    char *a1 = args[1];
+    char *a2 = args[2];
+    ANY_ORDER
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
+        REAL x0[4];
+        REAL x1[3];
+        REAL x2[3];
+        NAME(load_4)(x0, a0 + i * 4 * w, w);
+        NAME(load_3)(x1, a1 + i * 3 * w, w);
+        NAME(rotate_vector)(x0, x1, x2);
+        NAME(store_3)(a2 + i * 3 * w, w, x2);
+    }
 }
 
-WIDE void NAME(rotate_vector_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
+WIDE static void NAME(rotate_vector_dense_uniform)(intptr_t n, char **args, const intptr_t *strides)
 {
-    const intptr_t n = dimensions[0], w = sizeof(REAL);
-    const intptr_t s0 = steps[0], s1 = steps[1], s2 = steps[2], c0a = steps[3], c1a = steps[4], c2a = steps[5];
-    if (n < 1)
-        return;
-    if (s0 == w && s1 == w && s2 == w)
-        NAME(rotate_vector_each)(n, args, w, w, w, c0a, c1a, c2a);
-    else if (s0 == 0 && s1 == w && s2 == w)
-        NAME(rotate_vector_each)(n, args, 0, w, w, c0a, c1a, c2a);
-    else if (s0 == 4 * w && s1 == 3 * w && s2 == 3 * w && c0a == w && c1a == w && c2a == w)
-        NAME(rotate_vector_each)(n, args, 4 * w, 3 * w, 3 * w, w, w, w);
-    else if (s0 == 0 && s1 == 3 * w && s2 == 3 * w && c0a == w && c1a == w && c2a == w)
-        NAME(rotate_vector_each)(n, args, 0, 3 * w, 3 * w, w, w, w);
-    else
-        NAME(rotate_vector_any)(n, args, steps);
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    char *a0 = args[0];
+    char *a1 = args[1];
+    char *a2 = args[2];
+    REAL x0[4];
+    NAME(load_4)(x0, a0, w);
+    ANY_ORDER
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
+        REAL x1[3];
+        REAL x2[3];
+        NAME(load_3)(x1, a1 + i * 3 * w, w);
+        NAME(rotate_vector)(x0, x1, x2);
+        NAME(store_3)(a2 + i * 3 * w, w, x2);
+    }
+}
+
+void NAME(rotate_vector_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
+{
+    static const struct part parts[] = {{4, 1, 0, {4}}, {3, 1, 1, {3}}, {3, 1, 2, {3}}};
+    static const struct kernel kernel = {{NAME(rotate_vector_block), NAME(rotate_vector_block_uniform),
+        NAME(rotate_vector_dense), NAME(rotate_vector_dense_uniform)}, 1, 2, 3, parts};
+    NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
 INLINE void NAME(rotate_vector_back)(const REAL *q, const REAL *v, REAL *out)
@@ -579,47 +940,88 @@ INLINE void NAME(rotate_vector_back)(const REAL *q, const REAL *v, REAL *out)
     out[2] = t29;
 }
 
-static INLINE void NAME(rotate_vector_back_each)(intptr_t n, char **args, intptr_t s0, intptr_t s1, intptr_t s2,
-    intptr_t c0a, intptr_t c1a, intptr_t c2a)
+WIDE static void NAME(rotate_vector_back_block)(intptr_t n, char **args, const intptr_t *strides)
 {
+    const intptr_t w = sizeof(REAL);
+    const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
+    char *a0 = args[0];
+    char *a1 = args[1];
+    char *a2 = args[2];
+    ANY_ORDER
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
+        REAL x0[4];
+        REAL x1[3];
+        REAL x2[3];
+        NAME(load_4)(x0, a0 + i * w, c0a);
+        NAME(load_3)(x1, a1 + i * w, c1a);
+        NAME(rotate_vector_back)(x0, x1, x2);
+        NAME(store_3)(a2 + i * w, c2a, x2);
+    }
+}
+
+WIDE static void NAME(rotate_vector_back_block_uniform)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
     char *a0 = args[0];
     char *a1 = args[1];
     char *a2 = args[2];
     REAL x0[4];
     NAME(load_4)(x0, a0, c0a);
     ANY_ORDER
-    for (intptr_t i = 0; i < n; ++i) {
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
         REAL x1[3];
         REAL x2[3];
-        if (s0 != 0)
-            NAME(load_4)(x0, a0 + i * s0, c0a);
-        NAME(load_3)(x1, a1 + i * s1, c1a);
+        NAME(load_3)(x1, a1 + i * w, c1a);
         NAME(rotate_vector_back)(x0, x1, x2);
-        NAME(store_3)(a2 + i * s2, c2a, x2);
+        NAME(store_3)(a2 + i * w, c2a, x2);
     }
 }
 
-static void NAME(rotate_vector_back_any)(intptr_t n, char **args, const intptr_t *steps)
+WIDE static void NAME(rotate_vector_back_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
-    NAME(rotate_vector_back_each)(n, args, steps[0], steps[1], steps[2], steps[3], steps[4], steps[5]);
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    char *a0 = args[0];
+    char *a1 = args[1];
+    char *a2 = args[2];
+    ANY_ORDER
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
+        REAL x0[4];
+        REAL x1[3];
+        REAL x2[3];
+        NAME(load_4)(x0, a0 + i * 4 * w, w);
+        NAME(load_3)(x1, a1 + i * 3 * w, w);
+        NAME(rotate_vector_back)(x0, x1, x2);
+        NAME(store_3)(a2 + i * 3 * w, w, x2);
+    }
 }
 
-WIDE void NAME(rotate_vector_back_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
+WIDE static void NAME(rotate_vector_back_dense_uniform)(intptr_t n, char **args, const intptr_t *strides)
 {
-    const intptr_t n = dimensions[0], w = sizeof(REAL);
-    const intptr_t s0 = steps[0], s1 = steps[1], s2 = steps[2], c0a = steps[3], c1a = steps[4], c2a = steps[5];
-    if (n < 1)
-        return;
-    if (s0 == w && s1 == w && s2 == w)
-        NAME(rotate_vector_back_each)(n, args, w, w, w, c0a, c1a, c2a);
-    else if (s0 == 0 && s1 == w && s2 == w)
-        NAME(rotate_vector_back_each)(n, args, 0, w, w, c0a, c1a, c2a);
-    else if (s0 == 4 * w && s1 == 3 * w && s2 == 3 * w && c0a == w && c1a == w && c2a == w)
-        NAME(rotate_vector_back_each)(n, args, 4 * w, 3 * w, 3 * w, w, w, w);
-    else if (s0 == 0 && s1 == 3 * w && s2 == 3 * w && c0a == w && c1a == w && c2a == w)
-        NAME(rotate_vector_back_each)(n, args, 0, 3 * w, 3 * w, w, w, w);
-    else
-        NAME(rotate_vector_back_any)(n, args, steps);
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    char *a0 = args[0];
+    char *a1 = args[1];
+    char *a2 = args[2];
+    REAL x0[4];
+    NAME(load_4)(x0, a0, w);
+    ANY_ORDER
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
+        REAL x1[3];
+        REAL x2[3];
+        NAME(load_3)(x1, a1 + i * 3 * w, w);
+        NAME(rotate_vector_back)(x0, x1, x2);
+        NAME(store_3)(a2 + i * 3 * w, w, x2);
+    }
+}
+
+void NAME(rotate_vector_back_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
+{
+    static const struct part parts[] = {{4, 1, 0, {4}}, {3, 1, 1, {3}}, {3, 1, 2, {3}}};
+    static const struct kernel kernel = {{NAME(rotate_vector_back_block), NAME(rotate_vector_back_block_uniform),
+        NAME(rotate_vector_back_dense), NAME(rotate_vector_back_dense_uniform)}, 1, 2, 3, parts};
+    NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
 INLINE void NAME(to_matrix)(const REAL *q, REAL *out)
@@ -665,38 +1067,27 @@ INLINE void NAME(to_matrix)(const REAL *q, REAL *out)
     out[8] = t25;
 }
 
-static INLINE void NAME(to_matrix_each)(intptr_t n, char **args, intptr_t s0, intptr_t s1, intptr_t c0a, intptr_t
-    c1a, intptr_t c1b)
+WIDE static void NAME(to_matrix_block)(intptr_t n, char **args, const intptr_t *strides)
 {
+    const intptr_t w = sizeof(REAL);
+    const intptr_t c0a = strides[0], c1a = strides[1], c1b = strides[2];
     char *a0 = args[0];
     char *a1 = args[1];
     ANY_ORDER
-    for (intptr_t i = 0; i < n; ++i) {
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
         REAL x0[4];
         REAL x1[9];
-        NAME(load_4)(x0, a0 + i * s0, c0a);
+        NAME(load_4)(x0, a0 + i * w, c0a);
         NAME(to_matrix)(x0, x1);
-        NAME(store_3x3)(a1 + i * s1, c1a, c1b, x1);
+        NAME(store_3x3)(a1 + i * w, c1a, c1b, x1);
     }
 }
 
-static void NAME(to_matrix_any)(intptr_t n, char **args, const intptr_t *steps)
+void NAME(to_matrix_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
-    NAME(to_matrix_each)(n, args, steps[0], steps[1], steps[2], steps[3], steps[4]);
-}
-
-WIDE void NAME(to_matrix_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
-{
-    const intptr_t n = dimensions[0], w = sizeof(REAL);
-    const intptr_t s0 = steps[0], s1 = steps[1], c0a = steps[2], c1a = steps[3], c1b = steps[4];
-    if (n < 1)
-        return;
-    if (s0 == w && s1 == w)
-        NAME(to_matrix_each)(n, args, w, w, c0a, c1a, c1b);
-    else if (s0 == 4 * w && s1 == 9 * w && c0a == w && c1a == 3 * w && c1b == w)
-        NAME(to_matrix_each)(n, args, 4 * w, 9 * w, w, 3 * w, w);
-    else
-        NAME(to_matrix_any)(n, args, steps);
+    static const struct part parts[] = {{4, 1, 0, {4}}, {9, 2, 1, {3, 3}}};
+    static const struct kernel kernel = {{NAME(to_matrix_block), NULL, NULL, NULL}, 0, 1, 2, parts};
+    NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
 INLINE void NAME(from_matrix)(const REAL *matrix, REAL *out)
@@ -762,38 +1153,27 @@ INLINE void NAME(from_matrix)(const REAL *matrix, REAL *out)
     out[3] = t45;
 }
 
-static INLINE void NAME(from_matrix_each)(intptr_t n, char **args, intptr_t s0, intptr_t s1, intptr_t c0a, intptr_t
-    c0b, intptr_t c1a)
+WIDE static void NAME(from_matrix_block)(intptr_t n, char **args, const intptr_t *strides)
 {
+    const intptr_t w = sizeof(REAL);
+    const intptr_t c0a = strides[0], c0b = strides[1], c1a = strides[2];
     char *a0 = args[0];
     char *a1 = args[1];
     ANY_ORDER
-    for (intptr_t i = 0; i < n; ++i) {
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
         REAL x0[9];
         REAL x1[4];
-        NAME(load_3x3)(x0, a0 + i * s0, c0a, c0b);
+        NAME(load_3x3)(x0, a0 + i * w, c0a, c0b);
         NAME(from_matrix)(x0, x1);
-        NAME(store_4)(a1 + i * s1, c1a, x1);
+        NAME(store_4)(a1 + i * w, c1a, x1);
     }
 }
 
-static void NAME(from_matrix_any)(intptr_t n, char **args, const intptr_t *steps)
+void NAME(from_matrix_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
-    NAME(from_matrix_each)(n, args, steps[0], steps[1], steps[2], steps[3], steps[4]);
-}
-
-WIDE void NAME(from_matrix_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
-{
-    const intptr_t n = dimensions[0], w = sizeof(REAL);
-    const intptr_t s0 = steps[0], s1 = steps[1], c0a = steps[2], c0b = steps[3], c1a = steps[4];
-    if (n < 1)
-        return;
-    if (s0 == w && s1 == w)
-        NAME(from_matrix_each)(n, args, w, w, c0a, c0b, c1a);
-    else if (s0 == 9 * w && s1 == 4 * w && c0a == 3 * w && c0b == w && c1a == w)
-        NAME(from_matrix_each)(n, args, 9 * w, 4 * w, 3 * w, w, w);
-    else
-        NAME(from_matrix_any)(n, args, steps);
+    static const struct part parts[] = {{9, 2, 0, {3, 3}}, {4, 1, 2, {4}}};
+    static const struct kernel kernel = {{NAME(from_matrix_block), NULL, NULL, NULL}, 0, 1, 2, parts};
+    NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
 INLINE void NAME(from_axis_angle)(const REAL *axis, REAL angle, REAL *out)
@@ -820,9 +1200,29 @@ INLINE void NAME(from_axis_angle)(const REAL *axis, REAL angle, REAL *out)
     out[3] = t12;
 }
 
-static INLINE void NAME(from_axis_angle_each)(intptr_t n, char **args, intptr_t s0, intptr_t s1, intptr_t s2,
-    intptr_t c0a, intptr_t c2a)
+WIDE static void NAME(from_axis_angle_block)(intptr_t n, char **args, const intptr_t *strides)
 {
+    const intptr_t w = sizeof(REAL);
+    const intptr_t c0a = strides[0], c2a = strides[1];
+    char *a0 = args[0];
+    char *a1 = args[1];
+    char *a2 = args[2];
+    ANY_ORDER
+    for (intptr_t i = 0; i < n; ++i) {
+        REAL x0[3];
+        REAL x1[1];
+        REAL x2[4];
+        NAME(load_3)(x0, a0 + i * w, c0a);
+        NAME(load_scalar)(x1, a1 + i * w);
+        NAME(from_axis_angle)(x0, x1[0], x2);
+        NAME(store_4)(a2 + i * w, c2a, x2);
+    }
+}
+
+WIDE static void NAME(from_axis_angle_block_uniform)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    const intptr_t c0a = strides[0], c2a = strides[1];
     char *a0 = args[0];
     char *a1 = args[1];
     char *a2 = args[2];
@@ -832,35 +1232,18 @@ static INLINE void NAME(from_axis_angle_each)(intptr_t n, char **args, intptr_t 
     for (intptr_t i = 0; i < n; ++i) {
         REAL x0[3];
         REAL x2[4];
-        NAME(load_3)(x0, a0 + i * s0, c0a);
-        if (s1 != 0)
-            NAME(load_scalar)(x1, a1 + i * s1);
+        NAME(load_3)(x0, a0 + i * w, c0a);
         NAME(from_axis_angle)(x0, x1[0], x2);
-        NAME(store_4)(a2 + i * s2, c2a, x2);
+        NAME(store_4)(a2 + i * w, c2a, x2);
     }
 }
 
-static void NAME(from_axis_angle_any)(intptr_t n, char **args, const intptr_t *steps)
+void NAME(from_axis_angle_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
-    NAME(from_axis_angle_each)(n, args, steps[0], steps[1], steps[2], steps[3], steps[4]);
-}
-
-WIDE void NAME(from_axis_angle_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
-{
-    const intptr_t n = dimensions[0], w = sizeof(REAL);
-    const intptr_t s0 = steps[0], s1 = steps[1], s2 = steps[2], c0a = steps[3], c2a = steps[4];
-    if (n < 1)
-        return;
-    if (s0 == w && s1 == w && s2 == w)
-        NAME(from_axis_angle_each)(n, args, w, w, w, c0a, c2a);
-    else if (s0 == w && s1 == 0 && s2 == w)
-        NAME(from_axis_angle_each)(n, args, w, 0, w, c0a, c2a);
-    else if (s0 == 3 * w && s1 == w && s2 == 4 * w && c0a == w && c2a == w)
-        NAME(from_axis_angle_each)(n, args, 3 * w, w, 4 * w, w, w);
-    else if (s0 == 3 * w && s1 == 0 && s2 == 4 * w && c0a == w && c2a == w)
-        NAME(from_axis_angle_each)(n, args, 3 * w, 0, 4 * w, w, w);
-    else
-        NAME(from_axis_angle_any)(n, args, steps);
+    static const struct part parts[] = {{3, 1, 0, {3}}, {1, 0, 1, {0}}, {4, 1, 1, {4}}};
+    static const struct kernel kernel = {{NAME(from_axis_angle_block), NAME(from_axis_angle_block_uniform), NULL,
+        NULL}, 2, 2, 3, parts};
+    NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
 INLINE void NAME(from_rotation_vector)(const REAL *v, REAL *out)
@@ -892,38 +1275,27 @@ INLINE void NAME(from_rotation_vector)(const REAL *v, REAL *out)
     out[3] = t17;
 }
 
-static INLINE void NAME(from_rotation_vector_each)(intptr_t n, char **args, intptr_t s0, intptr_t s1, intptr_t c0a,
-    intptr_t c1a)
+WIDE static void NAME(from_rotation_vector_block)(intptr_t n, char **args, const intptr_t *strides)
 {
+    const intptr_t w = sizeof(REAL);
+    const intptr_t c0a = strides[0], c1a = strides[1];
     char *a0 = args[0];
     char *a1 = args[1];
     ANY_ORDER
     for (intptr_t i = 0; i < n; ++i) {
         REAL x0[3];
         REAL x1[4];
-        NAME(load_3)(x0, a0 + i * s0, c0a);
+        NAME(load_3)(x0, a0 + i * w, c0a);
         NAME(from_rotation_vector)(x0, x1);
-        NAME(store_4)(a1 + i * s1, c1a, x1);
+        NAME(store_4)(a1 + i * w, c1a, x1);
     }
 }
 
-static void NAME(from_rotation_vector_any)(intptr_t n, char **args, const intptr_t *steps)
+void NAME(from_rotation_vector_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
-    NAME(from_rotation_vector_each)(n, args, steps[0], steps[1], steps[2], steps[3]);
-}
-
-WIDE void NAME(from_rotation_vector_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
-{
-    const intptr_t n = dimensions[0], w = sizeof(REAL);
-    const intptr_t s0 = steps[0], s1 = steps[1], c0a = steps[2], c1a = steps[3];
-    if (n < 1)
-        return;
-    if (s0 == w && s1 == w)
-        NAME(from_rotation_vector_each)(n, args, w, w, c0a, c1a);
-    else if (s0 == 3 * w && s1 == 4 * w && c0a == w && c1a == w)
-        NAME(from_rotation_vector_each)(n, args, 3 * w, 4 * w, w, w);
-    else
-        NAME(from_rotation_vector_any)(n, args, steps);
+    static const struct part parts[] = {{3, 1, 0, {3}}, {4, 1, 1, {4}}};
+    static const struct kernel kernel = {{NAME(from_rotation_vector_block), NULL, NULL, NULL}, 0, 1, 2, parts};
+    NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
 INLINE void NAME(to_rotation_vector)(const REAL *q, REAL *out)
@@ -953,38 +1325,27 @@ INLINE void NAME(to_rotation_vector)(const REAL *q, REAL *out)
     out[2] = t15;
 }
 
-static INLINE void NAME(to_rotation_vector_each)(intptr_t n, char **args, intptr_t s0, intptr_t s1, intptr_t c0a,
-    intptr_t c1a)
+WIDE static void NAME(to_rotation_vector_block)(intptr_t n, char **args, const intptr_t *strides)
 {
+    const intptr_t w = sizeof(REAL);
+    const intptr_t c0a = strides[0], c1a = strides[1];
     char *a0 = args[0];
     char *a1 = args[1];
     ANY_ORDER
     for (intptr_t i = 0; i < n; ++i) {
         REAL x0[4];
         REAL x1[3];
-        NAME(load_4)(x0, a0 + i * s0, c0a);
+        NAME(load_4)(x0, a0 + i * w, c0a);
         NAME(to_rotation_vector)(x0, x1);
-        NAME(store_3)(a1 + i * s1, c1a, x1);
+        NAME(store_3)(a1 + i * w, c1a, x1);
     }
 }
 
-static void NAME(to_rotation_vector_any)(intptr_t n, char **args, const intptr_t *steps)
+void NAME(to_rotation_vector_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
-    NAME(to_rotation_vector_each)(n, args, steps[0], steps[1], steps[2], steps[3]);
-}
-
-WIDE void NAME(to_rotation_vector_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
-{
-    const intptr_t n = dimensions[0], w = sizeof(REAL);
-    const intptr_t s0 = steps[0], s1 = steps[1], c0a = steps[2], c1a = steps[3];
-    if (n < 1)
-        return;
-    if (s0 == w && s1 == w)
-        NAME(to_rotation_vector_each)(n, args, w, w, c0a, c1a);
-    else if (s0 == 4 * w && s1 == 3 * w && c0a == w && c1a == w)
-        NAME(to_rotation_vector_each)(n, args, 4 * w, 3 * w, w, w);
-    else
-        NAME(to_rotation_vector_any)(n, args, steps);
+    static const struct part parts[] = {{4, 1, 0, {4}}, {3, 1, 1, {3}}};
+    static const struct kernel kernel = {{NAME(to_rotation_vector_block), NULL, NULL, NULL}, 0, 1, 2, parts};
+    NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
 INLINE void NAME(from_roll_pitch_yaw)(REAL roll, REAL pitch, REAL yaw, REAL *out)
@@ -1020,9 +1381,32 @@ INLINE void NAME(from_roll_pitch_yaw)(REAL roll, REAL pitch, REAL yaw, REAL *out
     out[3] = t24;
 }
 
-static INLINE void NAME(from_roll_pitch_yaw_each)(intptr_t n, char **args, intptr_t s0, intptr_t s1, intptr_t s2,
-    intptr_t s3, intptr_t c3a)
+WIDE static void NAME(from_roll_pitch_yaw_block)(intptr_t n, char **args, const intptr_t *strides)
 {
+    const intptr_t w = sizeof(REAL);
+    const intptr_t c3a = strides[0];
+    char *a0 = args[0];
+    char *a1 = args[1];
+    char *a2 = args[2];
+    char *a3 = args[3];
+    ANY_ORDER
+    for (intptr_t i = 0; i < n; ++i) {
+        REAL x0[1];
+        REAL x1[1];
+        REAL x2[1];
+        REAL x3[4];
+        NAME(load_scalar)(x0, a0 + i * w);
+        NAME(load_scalar)(x1, a1 + i * w);
+        NAME(load_scalar)(x2, a2 + i * w);
+        NAME(from_roll_pitch_yaw)(x0[0], x1[0], x2[0], x3);
+        NAME(store_4)(a3 + i * w, c3a, x3);
+    }
+}
+
+WIDE static void NAME(from_roll_pitch_yaw_block_uniform)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    const intptr_t c3a = strides[0];
     char *a0 = args[0];
     char *a1 = args[1];
     char *a2 = args[2];
@@ -1034,36 +1418,19 @@ static INLINE void NAME(from_roll_pitch_yaw_each)(intptr_t n, char **args, intpt
         REAL x1[1];
         REAL x2[1];
         REAL x3[4];
-        if (s0 != 0)
-            NAME(load_scalar)(x0, a0 + i * s0);
-        NAME(load_scalar)(x1, a1 + i * s1);
-        NAME(load_scalar)(x2, a2 + i * s2);
+        NAME(load_scalar)(x1, a1 + i * w);
+        NAME(load_scalar)(x2, a2 + i * w);
         NAME(from_roll_pitch_yaw)(x0[0], x1[0], x2[0], x3);
-        NAME(store_4)(a3 + i * s3, c3a, x3);
+        NAME(store_4)(a3 + i * w, c3a, x3);
     }
 }
 
-static void NAME(from_roll_pitch_yaw_any)(intptr_t n, char **args, const intptr_t *steps)
+void NAME(from_roll_pitch_yaw_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
-    NAME(from_roll_pitch_yaw_each)(n, args, steps[0], steps[1], steps[2], steps[3], steps[4]);
-}
-
-WIDE void NAME(from_roll_pitch_yaw_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
-{
-    const intptr_t n = dimensions[0], w = sizeof(REAL);
-    const intptr_t s0 = steps[0], s1 = steps[1], s2 = steps[2], s3 = steps[3], c3a = steps[4];
-    if (n < 1)
-        return;
-    if (s0 == w && s1 == w && s2 == w && s3 == w)
-        NAME(from_roll_pitch_yaw_each)(n, args, w, w, w, w, c3a);
-    else if (s0 == 0 && s1 == w && s2 == w && s3 == w)
-        NAME(from_roll_pitch_yaw_each)(n, args, 0, w, w, w, c3a);
-    else if (s0 == w && s1 == w && s2 == w && s3 == 4 * w && c3a == w)
-        NAME(from_roll_pitch_yaw_each)(n, args, w, w, w, 4 * w, w);
-    else if (s0 == 0 && s1 == w && s2 == w && s3 == 4 * w && c3a == w)
-        NAME(from_roll_pitch_yaw_each)(n, args, 0, w, w, 4 * w, w);
-    else
-        NAME(from_roll_pitch_yaw_any)(n, args, steps);
+    static const struct part parts[] = {{1, 0, 0, {0}}, {1, 0, 0, {0}}, {1, 0, 0, {0}}, {4, 1, 0, {4}}};
+    static const struct kernel kernel = {{NAME(from_roll_pitch_yaw_block), NAME(from_roll_pitch_yaw_block_uniform),
+        NULL, NULL}, 1, 3, 4, parts};
+    NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
 INLINE void NAME(between_vectors)(const REAL *a, const REAL *b, REAL *out)
@@ -1213,47 +1580,30 @@ INLINE void NAME(between_vectors)(const REAL *a, const REAL *b, REAL *out)
     out[3] = t132;
 }
 
-static INLINE void NAME(between_vectors_each)(intptr_t n, char **args, intptr_t s0, intptr_t s1, intptr_t s2,
-    intptr_t c0a, intptr_t c1a, intptr_t c2a)
+WIDE static void NAME(between_vectors_block)(intptr_t n, char **args, const intptr_t *strides)
 {
+    const intptr_t w = sizeof(REAL);
+    const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
     char *a0 = args[0];
     char *a1 = args[1];
     char *a2 = args[2];
-    REAL x0[3];
-    NAME(load_3)(x0, a0, c0a);
     ANY_ORDER
-    for (intptr_t i = 0; i < n; ++i) {
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
+        REAL x0[3];
         REAL x1[3];
         REAL x2[4];
-        if (s0 != 0)
-            NAME(load_3)(x0, a0 + i * s0, c0a);
-        NAME(load_3)(x1, a1 + i * s1, c1a);
+        NAME(load_3)(x0, a0 + i * w, c0a);
+        NAME(load_3)(x1, a1 + i * w, c1a);
         NAME(between_vectors)(x0, x1, x2);
-        NAME(store_4)(a2 + i * s2, c2a, x2);
+        NAME(store_4)(a2 + i * w, c2a, x2);
     }
 }
 
-static void NAME(between_vectors_any)(intptr_t n, char **args, const intptr_t *steps)
+void NAME(between_vectors_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
-    NAME(between_vectors_each)(n, args, steps[0], steps[1], steps[2], steps[3], steps[4], steps[5]);
-}
-
-WIDE void NAME(between_vectors_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
-{
-    const intptr_t n = dimensions[0], w = sizeof(REAL);
-    const intptr_t s0 = steps[0], s1 = steps[1], s2 = steps[2], c0a = steps[3], c1a = steps[4], c2a = steps[5];
-    if (n < 1)
-        return;
-    if (s0 == w && s1 == w && s2 == w)
-        NAME(between_vectors_each)(n, args, w, w, w, c0a, c1a, c2a);
-    else if (s0 == 0 && s1 == w && s2 == w)
-        NAME(between_vectors_each)(n, args, 0, w, w, c0a, c1a, c2a);
-    else if (s0 == 3 * w && s1 == 3 * w && s2 == 4 * w && c0a == w && c1a == w && c2a == w)
-        NAME(between_vectors_each)(n, args, 3 * w, 3 * w, 4 * w, w, w, w);
-    else if (s0 == 0 && s1 == 3 * w && s2 == 4 * w && c0a == w && c1a == w && c2a == w)
-        NAME(between_vectors_each)(n, args, 0, 3 * w, 4 * w, w, w, w);
-    else
-        NAME(between_vectors_any)(n, args, steps);
+    static const struct part parts[] = {{3, 1, 0, {3}}, {3, 1, 1, {3}}, {4, 1, 2, {4}}};
+    static const struct kernel kernel = {{NAME(between_vectors_block), NULL, NULL, NULL}, 0, 2, 3, parts};
+    NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
 INLINE void NAME(angle_between)(const REAL *p, const REAL *q, REAL *out)
@@ -1306,9 +1656,29 @@ INLINE void NAME(angle_between)(const REAL *p, const REAL *q, REAL *out)
     out[0] = t36;
 }
 
-static INLINE void NAME(angle_between_each)(intptr_t n, char **args, intptr_t s0, intptr_t s1, intptr_t s2, intptr_t
-    c0a, intptr_t c1a)
+WIDE static void NAME(angle_between_block)(intptr_t n, char **args, const intptr_t *strides)
 {
+    const intptr_t w = sizeof(REAL);
+    const intptr_t c0a = strides[0], c1a = strides[1];
+    char *a0 = args[0];
+    char *a1 = args[1];
+    char *a2 = args[2];
+    ANY_ORDER
+    for (intptr_t i = 0; i < n; ++i) {
+        REAL x0[4];
+        REAL x1[4];
+        REAL x2[1];
+        NAME(load_4)(x0, a0 + i * w, c0a);
+        NAME(load_4)(x1, a1 + i * w, c1a);
+        NAME(angle_between)(x0, x1, x2);
+        NAME(store_scalar)(a2 + i * w, x2);
+    }
+}
+
+WIDE static void NAME(angle_between_block_uniform)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    const intptr_t c0a = strides[0], c1a = strides[1];
     char *a0 = args[0];
     char *a1 = args[1];
     char *a2 = args[2];
@@ -1318,35 +1688,18 @@ static INLINE void NAME(angle_between_each)(intptr_t n, char **args, intptr_t s0
     for (intptr_t i = 0; i < n; ++i) {
         REAL x1[4];
         REAL x2[1];
-        if (s0 != 0)
-            NAME(load_4)(x0, a0 + i * s0, c0a);
-        NAME(load_4)(x1, a1 + i * s1, c1a);
+        NAME(load_4)(x1, a1 + i * w, c1a);
         NAME(angle_between)(x0, x1, x2);
-        NAME(store_scalar)(a2 + i * s2, x2);
+        NAME(store_scalar)(a2 + i * w, x2);
     }
 }
 
-static void NAME(angle_between_any)(intptr_t n, char **args, const intptr_t *steps)
+void NAME(angle_between_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
-    NAME(angle_between_each)(n, args, steps[0], steps[1], steps[2], steps[3], steps[4]);
-}
-
-WIDE void NAME(angle_between_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
-{
-    const intptr_t n = dimensions[0], w = sizeof(REAL);
-    const intptr_t s0 = steps[0], s1 = steps[1], s2 = steps[2], c0a = steps[3], c1a = steps[4];
-    if (n < 1)
-        return;
-    if (s0 == w && s1 == w && s2 == w)
-        NAME(angle_between_each)(n, args, w, w, w, c0a, c1a);
-    else if (s0 == 0 && s1 == w && s2 == w)
-        NAME(angle_between_each)(n, args, 0, w, w, c0a, c1a);
-    else if (s0 == 4 * w && s1 == 4 * w && s2 == w && c0a == w && c1a == w)
-        NAME(angle_between_each)(n, args, 4 * w, 4 * w, w, w, w);
-    else if (s0 == 0 && s1 == 4 * w && s2 == w && c0a == w && c1a == w)
-        NAME(angle_between_each)(n, args, 0, 4 * w, w, w, w);
-    else
-        NAME(angle_between_any)(n, args, steps);
+    static const struct part parts[] = {{4, 1, 0, {4}}, {4, 1, 1, {4}}, {1, 0, 2, {0}}};
+    static const struct kernel kernel = {{NAME(angle_between_block), NAME(angle_between_block_uniform), NULL, NULL},
+        1, 2, 3, parts};
+    NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
 INLINE void NAME(exponential)(const REAL *q, REAL *out)
@@ -1380,38 +1733,27 @@ INLINE void NAME(exponential)(const REAL *q, REAL *out)
     out[3] = t18;
 }
 
-static INLINE void NAME(exponential_each)(intptr_t n, char **args, intptr_t s0, intptr_t s1, intptr_t c0a, intptr_t
-    c1a)
+WIDE static void NAME(exponential_block)(intptr_t n, char **args, const intptr_t *strides)
 {
+    const intptr_t w = sizeof(REAL);
+    const intptr_t c0a = strides[0], c1a = strides[1];
     char *a0 = args[0];
     char *a1 = args[1];
     ANY_ORDER
     for (intptr_t i = 0; i < n; ++i) {
         REAL x0[4];
         REAL x1[4];
-        NAME(load_4)(x0, a0 + i * s0, c0a);
+        NAME(load_4)(x0, a0 + i * w, c0a);
         NAME(exponential)(x0, x1);
-        NAME(store_4)(a1 + i * s1, c1a, x1);
+        NAME(store_4)(a1 + i * w, c1a, x1);
     }
 }
 
-static void NAME(exponential_any)(intptr_t n, char **args, const intptr_t *steps)
+void NAME(exponential_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
-    NAME(exponential_each)(n, args, steps[0], steps[1], steps[2], steps[3]);
-}
-
-WIDE void NAME(exponential_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
-{
-    const intptr_t n = dimensions[0], w = sizeof(REAL);
-    const intptr_t s0 = steps[0], s1 = steps[1], c0a = steps[2], c1a = steps[3];
-    if (n < 1)
-        return;
-    if (s0 == w && s1 == w)
-        NAME(exponential_each)(n, args, w, w, c0a, c1a);
-    else if (s0 == 4 * w && s1 == 4 * w && c0a == w && c1a == w)
-        NAME(exponential_each)(n, args, 4 * w, 4 * w, w, w);
-    else
-        NAME(exponential_any)(n, args, steps);
+    static const struct part parts[] = {{4, 1, 0, {4}}, {4, 1, 1, {4}}};
+    static const struct kernel kernel = {{NAME(exponential_block), NULL, NULL, NULL}, 0, 1, 2, parts};
+    NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
 INLINE void NAME(logarithm)(const REAL *q, REAL *out)
@@ -1447,38 +1789,27 @@ INLINE void NAME(logarithm)(const REAL *q, REAL *out)
     out[3] = t20;
 }
 
-static INLINE void NAME(logarithm_each)(intptr_t n, char **args, intptr_t s0, intptr_t s1, intptr_t c0a, intptr_t
-    c1a)
+WIDE static void NAME(logarithm_block)(intptr_t n, char **args, const intptr_t *strides)
 {
+    const intptr_t w = sizeof(REAL);
+    const intptr_t c0a = strides[0], c1a = strides[1];
     char *a0 = args[0];
     char *a1 = args[1];
     ANY_ORDER
     for (intptr_t i = 0; i < n; ++i) {
         REAL x0[4];
         REAL x1[4];
-        NAME(load_4)(x0, a0 + i * s0, c0a);
+        NAME(load_4)(x0, a0 + i * w, c0a);
         NAME(logarithm)(x0, x1);
-        NAME(store_4)(a1 + i * s1, c1a, x1);
+        NAME(store_4)(a1 + i * w, c1a, x1);
     }
 }
 
-static void NAME(logarithm_any)(intptr_t n, char **args, const intptr_t *steps)
+void NAME(logarithm_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
-    NAME(logarithm_each)(n, args, steps[0], steps[1], steps[2], steps[3]);
-}
-
-WIDE void NAME(logarithm_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
-{
-    const intptr_t n = dimensions[0], w = sizeof(REAL);
-    const intptr_t s0 = steps[0], s1 = steps[1], c0a = steps[2], c1a = steps[3];
-    if (n < 1)
-        return;
-    if (s0 == w && s1 == w)
-        NAME(logarithm_each)(n, args, w, w, c0a, c1a);
-    else if (s0 == 4 * w && s1 == 4 * w && c0a == w && c1a == w)
-        NAME(logarithm_each)(n, args, 4 * w, 4 * w, w, w);
-    else
-        NAME(logarithm_any)(n, args, steps);
+    static const struct part parts[] = {{4, 1, 0, {4}}, {4, 1, 1, {4}}};
+    static const struct kernel kernel = {{NAME(logarithm_block), NULL, NULL, NULL}, 0, 1, 2, parts};
+    NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
 INLINE void NAME(power)(const REAL *q, REAL t, REAL *out)
@@ -1539,9 +1870,29 @@ INLINE void NAME(power)(const REAL *q, REAL t, REAL *out)
     out[3] = t45;
 }
 
-static INLINE void NAME(power_each)(intptr_t n, char **args, intptr_t s0, intptr_t s1, intptr_t s2, intptr_t c0a,
-    intptr_t c2a)
+WIDE static void NAME(power_block)(intptr_t n, char **args, const intptr_t *strides)
 {
+    const intptr_t w = sizeof(REAL);
+    const intptr_t c0a = strides[0], c2a = strides[1];
+    char *a0 = args[0];
+    char *a1 = args[1];
+    char *a2 = args[2];
+    ANY_ORDER
+    for (intptr_t i = 0; i < n; ++i) {
+        REAL x0[4];
+        REAL x1[1];
+        REAL x2[4];
+        NAME(load_4)(x0, a0 + i * w, c0a);
+        NAME(load_scalar)(x1, a1 + i * w);
+        NAME(power)(x0, x1[0], x2);
+        NAME(store_4)(a2 + i * w, c2a, x2);
+    }
+}
+
+WIDE static void NAME(power_block_uniform)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    const intptr_t c0a = strides[0], c2a = strides[1];
     char *a0 = args[0];
     char *a1 = args[1];
     char *a2 = args[2];
@@ -1551,35 +1902,18 @@ static INLINE void NAME(power_each)(intptr_t n, char **args, intptr_t s0, intptr
     for (intptr_t i = 0; i < n; ++i) {
         REAL x0[4];
         REAL x2[4];
-        NAME(load_4)(x0, a0 + i * s0, c0a);
-        if (s1 != 0)
-            NAME(load_scalar)(x1, a1 + i * s1);
+        NAME(load_4)(x0, a0 + i * w, c0a);
         NAME(power)(x0, x1[0], x2);
-        NAME(store_4)(a2 + i * s2, c2a, x2);
+        NAME(store_4)(a2 + i * w, c2a, x2);
     }
 }
 
-static void NAME(power_any)(intptr_t n, char **args, const intptr_t *steps)
+void NAME(power_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
-    NAME(power_each)(n, args, steps[0], steps[1], steps[2], steps[3], steps[4]);
-}
-
-WIDE void NAME(power_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
-{
-    const intptr_t n = dimensions[0], w = sizeof(REAL);
-    const intptr_t s0 = steps[0], s1 = steps[1], s2 = steps[2], c0a = steps[3], c2a = steps[4];
-    if (n < 1)
-        return;
-    if (s0 == w && s1 == w && s2 == w)
-        NAME(power_each)(n, args, w, w, w, c0a, c2a);
-    else if (s0 == w && s1 == 0 && s2 == w)
-        NAME(power_each)(n, args, w, 0, w, c0a, c2a);
-    else if (s0 == 4 * w && s1 == w && s2 == 4 * w && c0a == w && c2a == w)
-        NAME(power_each)(n, args, 4 * w, w, 4 * w, w, w);
-    else if (s0 == 4 * w && s1 == 0 && s2 == 4 * w && c0a == w && c2a == w)
-        NAME(power_each)(n, args, 4 * w, 0, 4 * w, w, w);
-    else
-        NAME(power_any)(n, args, steps);
+    static const struct part parts[] = {{4, 1, 0, {4}}, {1, 0, 1, {0}}, {4, 1, 1, {4}}};
+    static const struct kernel kernel = {{NAME(power_block), NAME(power_block_uniform), NULL, NULL}, 2, 2, 3,
+        parts};
+    NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
 INLINE void NAME(slerp)(const REAL *p, const REAL *q, REAL t, REAL *out)
@@ -1688,9 +2022,32 @@ INLINE void NAME(slerp)(const REAL *p, const REAL *q, REAL t, REAL *out)
     out[3] = t89;
 }
 
-static INLINE void NAME(slerp_each)(intptr_t n, char **args, intptr_t s0, intptr_t s1, intptr_t s2, intptr_t s3,
-    intptr_t c0a, intptr_t c1a, intptr_t c3a)
+WIDE static void NAME(slerp_block)(intptr_t n, char **args, const intptr_t *strides)
 {
+    const intptr_t w = sizeof(REAL);
+    const intptr_t c0a = strides[0], c1a = strides[1], c3a = strides[2];
+    char *a0 = args[0];
+    char *a1 = args[1];
+    char *a2 = args[2];
+    char *a3 = args[3];
+    ANY_ORDER
+    for (intptr_t i = 0; i < n; ++i) {
+        REAL x0[4];
+        REAL x1[4];
+        REAL x2[1];
+        REAL x3[4];
+        NAME(load_4)(x0, a0 + i * w, c0a);
+        NAME(load_4)(x1, a1 + i * w, c1a);
+        NAME(load_scalar)(x2, a2 + i * w);
+        NAME(slerp)(x0, x1, x2[0], x3);
+        NAME(store_4)(a3 + i * w, c3a, x3);
+    }
+}
+
+WIDE static void NAME(slerp_block_uniform)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    const intptr_t c0a = strides[0], c1a = strides[1], c3a = strides[2];
     char *a0 = args[0];
     char *a1 = args[1];
     char *a2 = args[2];
@@ -1702,37 +2059,19 @@ static INLINE void NAME(slerp_each)(intptr_t n, char **args, intptr_t s0, intptr
         REAL x0[4];
         REAL x1[4];
         REAL x3[4];
-        NAME(load_4)(x0, a0 + i * s0, c0a);
-        NAME(load_4)(x1, a1 + i * s1, c1a);
-        if (s2 != 0)
-            NAME(load_scalar)(x2, a2 + i * s2);
+        NAME(load_4)(x0, a0 + i * w, c0a);
+        NAME(load_4)(x1, a1 + i * w, c1a);
         NAME(slerp)(x0, x1, x2[0], x3);
-        NAME(store_4)(a3 + i * s3, c3a, x3);
+        NAME(store_4)(a3 + i * w, c3a, x3);
     }
 }
 
-static void NAME(slerp_any)(intptr_t n, char **args, const intptr_t *steps)
+void NAME(slerp_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
-    NAME(slerp_each)(n, args, steps[0], steps[1], steps[2], steps[3], steps[4], steps[5], steps[6]);
-}
-
-WIDE void NAME(slerp_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
-{
-    const intptr_t n = dimensions[0], w = sizeof(REAL);
-    const intptr_t s0 = steps[0], s1 = steps[1], s2 = steps[2], s3 = steps[3], c0a = steps[4], c1a = steps[5], c3a =
-        steps[6];
-    if (n < 1)
-        return;
-    if (s0 == w && s1 == w && s2 == w && s3 == w)
-        NAME(slerp_each)(n, args, w, w, w, w, c0a, c1a, c3a);
-    else if (s0 == w && s1 == w && s2 == 0 && s3 == w)
-        NAME(slerp_each)(n, args, w, w, 0, w, c0a, c1a, c3a);
-    else if (s0 == 4 * w && s1 == 4 * w && s2 == w && s3 == 4 * w && c0a == w && c1a == w && c3a == w)
-        NAME(slerp_each)(n, args, 4 * w, 4 * w, w, 4 * w, w, w, w);
-    else if (s0 == 4 * w && s1 == 4 * w && s2 == 0 && s3 == 4 * w && c0a == w && c1a == w && c3a == w)
-        NAME(slerp_each)(n, args, 4 * w, 4 * w, 0, 4 * w, w, w, w);
-    else
-        NAME(slerp_any)(n, args, steps);
+    static const struct part parts[] = {{4, 1, 0, {4}}, {4, 1, 1, {4}}, {1, 0, 2, {0}}, {4, 1, 2, {4}}};
+    static const struct kernel kernel = {{NAME(slerp_block), NAME(slerp_block_uniform), NULL, NULL}, 4, 3, 4,
+        parts};
+    NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
 INLINE void NAME(pack_two_sided)(const REAL *q, REAL *out_0, REAL *out_1)
@@ -1751,41 +2090,50 @@ INLINE void NAME(pack_two_sided)(const REAL *q, REAL *out_0, REAL *out_1)
     out_1[1] = t3;
 }
 
-static INLINE void NAME(pack_two_sided_each)(intptr_t n, char **args, intptr_t s0, intptr_t s1, intptr_t s2,
-    intptr_t c0a, intptr_t c1a, intptr_t c2a)
+WIDE static void NAME(pack_two_sided_block)(intptr_t n, char **args, const intptr_t *strides)
 {
+    const intptr_t w = sizeof(REAL);
+    const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
     char *a0 = args[0];
     char *a1 = args[1];
     char *a2 = args[2];
     ANY_ORDER
-    for (intptr_t i = 0; i < n; ++i) {
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
         REAL x0[4];
         REAL x1[2];
         REAL x2[2];
-        NAME(load_4)(x0, a0 + i * s0, c0a);
+        NAME(load_4)(x0, a0 + i * w, c0a);
         NAME(pack_two_sided)(x0, x1, x2);
-        NAME(store_2)(a1 + i * s1, c1a, x1);
-        NAME(store_2)(a2 + i * s2, c2a, x2);
+        NAME(store_2)(a1 + i * w, c1a, x1);
+        NAME(store_2)(a2 + i * w, c2a, x2);
     }
 }
 
-static void NAME(pack_two_sided_any)(intptr_t n, char **args, const intptr_t *steps)
+WIDE static void NAME(pack_two_sided_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
-    NAME(pack_two_sided_each)(n, args, steps[0], steps[1], steps[2], steps[3], steps[4], steps[5]);
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    char *a0 = args[0];
+    char *a1 = args[1];
+    char *a2 = args[2];
+    ANY_ORDER
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
+        REAL x0[4];
+        REAL x1[2];
+        REAL x2[2];
+        NAME(load_4)(x0, a0 + i * 4 * w, w);
+        NAME(pack_two_sided)(x0, x1, x2);
+        NAME(store_2)(a1 + i * 2 * w, w, x1);
+        NAME(store_2)(a2 + i * 2 * w, w, x2);
+    }
 }
 
-WIDE void NAME(pack_two_sided_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
+void NAME(pack_two_sided_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
-    const intptr_t n = dimensions[0], w = sizeof(REAL);
-    const intptr_t s0 = steps[0], s1 = steps[1], s2 = steps[2], c0a = steps[3], c1a = steps[4], c2a = steps[5];
-    if (n < 1)
-        return;
-    if (s0 == w && s1 == w && s2 == w)
-        NAME(pack_two_sided_each)(n, args, w, w, w, c0a, c1a, c2a);
-    else if (s0 == 4 * w && s1 == 2 * w && s2 == 2 * w && c0a == w && c1a == w && c2a == w)
-        NAME(pack_two_sided_each)(n, args, 4 * w, 2 * w, 2 * w, w, w, w);
-    else
-        NAME(pack_two_sided_any)(n, args, steps);
+    static const struct part parts[] = {{4, 1, 0, {4}}, {2, 1, 1, {2}}, {2, 1, 2, {2}}};
+    static const struct kernel kernel = {{NAME(pack_two_sided_block), NULL, NAME(pack_two_sided_dense), NULL}, 0, 1,
+        3, parts};
+    NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
 INLINE void NAME(unpack_two_sided)(const REAL *z_plus, const REAL *z_minus, REAL *out)
@@ -1806,46 +2154,87 @@ INLINE void NAME(unpack_two_sided)(const REAL *z_plus, const REAL *z_minus, REAL
     out[3] = t5;
 }
 
-static INLINE void NAME(unpack_two_sided_each)(intptr_t n, char **args, intptr_t s0, intptr_t s1, intptr_t s2,
-    intptr_t c0a, intptr_t c1a, intptr_t c2a)
+WIDE static void NAME(unpack_two_sided_block)(intptr_t n, char **args, const intptr_t *strides)
 {
+    const intptr_t w = sizeof(REAL);
+    const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
+    char *a0 = args[0];
+    char *a1 = args[1];
+    char *a2 = args[2];
+    ANY_ORDER
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
+        REAL x0[2];
+        REAL x1[2];
+        REAL x2[4];
+        NAME(load_2)(x0, a0 + i * w, c0a);
+        NAME(load_2)(x1, a1 + i * w, c1a);
+        NAME(unpack_two_sided)(x0, x1, x2);
+        NAME(store_4)(a2 + i * w, c2a, x2);
+    }
+}
+
+WIDE static void NAME(unpack_two_sided_block_uniform)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
     char *a0 = args[0];
     char *a1 = args[1];
     char *a2 = args[2];
     REAL x0[2];
     NAME(load_2)(x0, a0, c0a);
     ANY_ORDER
-    for (intptr_t i = 0; i < n; ++i) {
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
         REAL x1[2];
         REAL x2[4];
-        if (s0 != 0)
-            NAME(load_2)(x0, a0 + i * s0, c0a);
-        NAME(load_2)(x1, a1 + i * s1, c1a);
+        NAME(load_2)(x1, a1 + i * w, c1a);
         NAME(unpack_two_sided)(x0, x1, x2);
-        NAME(store_4)(a2 + i * s2, c2a, x2);
+        NAME(store_4)(a2 + i * w, c2a, x2);
     }
 }
 
-static void NAME(unpack_two_sided_any)(intptr_t n, char **args, const intptr_t *steps)
+WIDE static void NAME(unpack_two_sided_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
-    NAME(unpack_two_sided_each)(n, args, steps[0], steps[1], steps[2], steps[3], steps[4], steps[5]);
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    char *a0 = args[0];
+    char *a1 = args[1];
+    char *a2 = args[2];
+    ANY_ORDER
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
+        REAL x0[2];
+        REAL x1[2];
+        REAL x2[4];
+        NAME(load_2)(x0, a0 + i * 2 * w, w);
+        NAME(load_2)(x1, a1 + i * 2 * w, w);
+        NAME(unpack_two_sided)(x0, x1, x2);
+        NAME(store_4)(a2 + i * 4 * w, w, x2);
+    }
 }
 
-WIDE void NAME(unpack_two_sided_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
+WIDE static void NAME(unpack_two_sided_dense_uniform)(intptr_t n, char **args, const intptr_t *strides)
 {
-    const intptr_t n = dimensions[0], w = sizeof(REAL);
-    const intptr_t s0 = steps[0], s1 = steps[1], s2 = steps[2], c0a = steps[3], c1a = steps[4], c2a = steps[5];
-    if (n < 1)
-        return;
-    if (s0 == w && s1 == w && s2 == w)
-        NAME(unpack_two_sided_each)(n, args, w, w, w, c0a, c1a, c2a);
-    else if (s0 == 0 && s1 == w && s2 == w)
-        NAME(unpack_two_sided_each)(n, args, 0, w, w, c0a, c1a, c2a);
-    else if (s0 == 2 * w && s1 == 2 * w && s2 == 4 * w && c0a == w && c1a == w && c2a == w)
-        NAME(unpack_two_sided_each)(n, args, 2 * w, 2 * w, 4 * w, w, w, w);
-    else if (s0 == 0 && s1 == 2 * w && s2 == 4 * w && c0a == w && c1a == w && c2a == w)
-        NAME(unpack_two_sided_each)(n, args, 0, 2 * w, 4 * w, w, w, w);
-    else
-        NAME(unpack_two_sided_any)(n, args, steps);
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    char *a0 = args[0];
+    char *a1 = args[1];
+    char *a2 = args[2];
+    REAL x0[2];
+    NAME(load_2)(x0, a0, w);
+    ANY_ORDER
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
+        REAL x1[2];
+        REAL x2[4];
+        NAME(load_2)(x1, a1 + i * 2 * w, w);
+        NAME(unpack_two_sided)(x0, x1, x2);
+        NAME(store_4)(a2 + i * 4 * w, w, x2);
+    }
+}
+
+void NAME(unpack_two_sided_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
+{
+    static const struct part parts[] = {{2, 1, 0, {2}}, {2, 1, 1, {2}}, {4, 1, 2, {4}}};
+    static const struct kernel kernel = {{NAME(unpack_two_sided_block), NAME(unpack_two_sided_block_uniform),
+        NAME(unpack_two_sided_dense), NAME(unpack_two_sided_dense_uniform)}, 1, 2, 3, parts};
+    NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 #endif

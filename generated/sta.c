@@ -2,7 +2,7 @@
 // command: gac generate --all sta
 // spec: bea8a59d92b64cce
 // contraction: -ffp-contract=off (every operation is rounded once)
-// body: 6c60dd4e5e4ac7582214c8913b03b9a0a1b3e4cb1ce08e65584a76b2a2e113b8
+// body: 45db672e8f4bbab39fb1c5c1d229eb2857a08392b0f8931c6099373a707bba12
 
 #ifndef REAL
 #include "sta.h"
@@ -31,6 +31,35 @@
 #else
 #define WIDE
 #endif
+
+// Loops run over whole vectors: a block is padded to a multiple of this many elements.
+#define LANES 16
+#define PADDED(n) (((n) + LANES - 1) & -LANES)
+
+// A vector of neighbours in memory.
+#if defined(__has_builtin)
+#if __has_builtin(__builtin_shufflevector)
+#define SHUFFLE __builtin_shufflevector
+#define VECTOR(n) __attribute__((vector_size((n) * sizeof(REAL)), aligned(sizeof(REAL)), may_alias))
+#endif
+#endif
+
+// An argument or a result: how many numbers, along which axes, and which is the first of its strides.
+struct part {
+    int size, rank, first, shape[2];
+};
+
+typedef void loop_function(intptr_t n, char **args, const intptr_t *strides);
+
+// The loops of a kernel: rows, rows with the `hoisted` arguments (a bit each) the same for all, and both in C order.
+struct kernel {
+    loop_function *loops[4];
+    unsigned hoisted;
+    int n_inputs, n_parts;
+    const struct part *parts;
+};
+
+enum { PARTS = 3, CORES = 3, SPACE = 4096 };
 
 #define SQRT(x) FUNCTION(sqrt)(x)
 #define SIN(x) FUNCTION(sin)(x)
@@ -198,6 +227,232 @@ static INLINE void NAME(store_16)(char *a, intptr_t ca, const REAL *x)
     *(REAL *)(a + 13 * ca) = x[13];
     *(REAL *)(a + 14 * ca) = x[14];
     *(REAL *)(a + 15 * ca) = x[15];
+}
+
+// Blocks of a batch, and how they get there from strides of any kind: a component of a part (an argument or a result)
+// is a row, `row` numbers long, of the elements of a block.
+
+#ifdef SHUFFLE
+typedef REAL NAME(four) VECTOR(4);
+typedef REAL NAME(eight) VECTOR(8);
+
+// Four numbers at each of eight places, `s` bytes apart, as eight numbers at each of four.
+static INLINE void NAME(turn_8x4)(const char *a, intptr_t s, REAL *x, intptr_t row)
+{
+    NAME(eight) a0, a1, a2, a3;
+#define PAIR(k) SHUFFLE(*(const NAME(four) *)(a + (k) * s), *(const NAME(four) *)(a + ((k) + 4) * s), \
+        0, 1, 2, 3, 4, 5, 6, 7)
+    a0 = PAIR(0);
+    a1 = PAIR(1);
+    a2 = PAIR(2);
+    a3 = PAIR(3);
+#undef PAIR
+    const NAME(eight) b0 = SHUFFLE(a0, a1, 0, 8, 1, 9, 4, 12, 5, 13), b1 = SHUFFLE(a0, a1, 2, 10, 3, 11, 6, 14, 7, 15);
+    const NAME(eight) b2 = SHUFFLE(a2, a3, 0, 8, 1, 9, 4, 12, 5, 13), b3 = SHUFFLE(a2, a3, 2, 10, 3, 11, 6, 14, 7, 15);
+    *(NAME(eight) *)x = SHUFFLE(b0, b2, 0, 1, 8, 9, 4, 5, 12, 13);
+    *(NAME(eight) *)(x + row) = SHUFFLE(b0, b2, 2, 3, 10, 11, 6, 7, 14, 15);
+    *(NAME(eight) *)(x + 2 * row) = SHUFFLE(b1, b3, 0, 1, 8, 9, 4, 5, 12, 13);
+    *(NAME(eight) *)(x + 3 * row) = SHUFFLE(b1, b3, 2, 3, 10, 11, 6, 7, 14, 15);
+}
+
+static INLINE void NAME(turn_4x4)(const char *a, intptr_t s, char *b, intptr_t t)
+{
+    const NAME(four) a0 = *(const NAME(four) *)a, a1 = *(const NAME(four) *)(a + s);
+    const NAME(four) a2 = *(const NAME(four) *)(a + 2 * s), a3 = *(const NAME(four) *)(a + 3 * s);
+    const NAME(four) b0 = SHUFFLE(a0, a1, 0, 4, 2, 6), b1 = SHUFFLE(a0, a1, 1, 5, 3, 7);
+    const NAME(four) b2 = SHUFFLE(a2, a3, 0, 4, 2, 6), b3 = SHUFFLE(a2, a3, 1, 5, 3, 7);
+    *(NAME(four) *)b = SHUFFLE(b0, b2, 0, 1, 4, 5);
+    *(NAME(four) *)(b + t) = SHUFFLE(b1, b3, 0, 1, 4, 5);
+    *(NAME(four) *)(b + 2 * t) = SHUFFLE(b0, b2, 2, 3, 6, 7);
+    *(NAME(four) *)(b + 3 * t) = SHUFFLE(b1, b3, 2, 3, 6, 7);
+}
+#endif
+
+// Rows of `size` components that lie `c` bytes apart, of `n` elements that lie `s` bytes apart.
+WIDE static void NAME(load_rows)(REAL *x, intptr_t row, const char *a, intptr_t s, intptr_t c, intptr_t size,
+    intptr_t n)
+{
+    const intptr_t w = sizeof(REAL);
+    intptr_t done = 0;
+    if (size == 3 && c == w && s == 3 * w) {
+        const REAL *b = (const REAL *)a;
+        ANY_ORDER
+        for (intptr_t i = 0; i < n; ++i) {
+            x[i] = b[3 * i];
+            x[i + row] = b[3 * i + 1];
+            x[i + 2 * row] = b[3 * i + 2];
+        }
+        return;
+    }
+#ifdef SHUFFLE
+    if (size >= 4 && c == w) {
+        for (; done + 8 <= n; done += 8) {
+            for (intptr_t k = 0; k < size; k += 4) {
+                const intptr_t first = k + 4 <= size ? k : size - 4;
+                NAME(turn_8x4)(a + done * s + first * w, s, x + first * row + done, row);
+            }
+        }
+    } else if (s != w) {
+        for (; done + 4 <= n; done += 4) {
+            for (intptr_t k = 0; k < size; ++k) {
+                const char *b = a + done * s + k * c;
+                *(NAME(four) *)(x + k * row + done) = (NAME(four)){*(const REAL *)b, *(const REAL *)(b + s),
+                    *(const REAL *)(b + 2 * s), *(const REAL *)(b + 3 * s)};
+            }
+        }
+    }
+#endif
+    if (done == n)
+        return;
+    for (intptr_t k = 0; k < size; ++k) {
+        const char *from = a + k * c;
+        REAL *to = x + k * row;
+        if (s == w) {
+            ANY_ORDER
+            for (intptr_t i = done; i < n; ++i)
+                to[i] = ((const REAL *)from)[i];
+        } else {
+            for (intptr_t i = done; i < n; ++i)
+                to[i] = *(const REAL *)(from + i * s);
+        }
+    }
+}
+
+// The inverse of load_rows.
+WIDE static void NAME(store_rows)(char *a, intptr_t s, intptr_t c, const REAL *x, intptr_t row, intptr_t size,
+    intptr_t n)
+{
+    const intptr_t w = sizeof(REAL);
+    intptr_t done = 0;
+    if (size == 3 && c == w && s == 3 * w) {
+        REAL *b = (REAL *)a;
+        ANY_ORDER
+        for (intptr_t i = 0; i < n; ++i) {
+            b[3 * i] = x[i];
+            b[3 * i + 1] = x[i + row];
+            b[3 * i + 2] = x[i + 2 * row];
+        }
+        return;
+    }
+#ifdef SHUFFLE
+    if (size >= 4 && c == w) {
+        for (; done + 4 <= n; done += 4) {
+            for (intptr_t k = 0; k < size; k += 4) {
+                const intptr_t first = k + 4 <= size ? k : size - 4;
+                NAME(turn_4x4)((const char *)(x + first * row + done), row * w, a + done * s + first * w, s);
+            }
+        }
+    }
+#endif
+    if (done == n)
+        return;
+    for (intptr_t k = 0; k < size; ++k) {
+        const REAL *from = x + k * row;
+        char *to = a + k * c;
+        for (intptr_t i = done; i < n; ++i)
+            *(REAL *)(to + i * s) = from[i];
+    }
+}
+
+// All rows of a part, from the batch or back to it; axes that lie as one are moved as one.
+static void NAME(move_part)(int back, REAL *x, intptr_t row, const struct part *part, char *a, intptr_t s,
+    const intptr_t *c, intptr_t n)
+{
+    intptr_t count = 1, step = sizeof(REAL);
+    int axis = part->rank;
+    for (; axis > 0 && (count == 1 || c[axis - 1] == count * step); --axis) {
+        step = count == 1 ? c[axis - 1] : step;
+        count *= part->shape[axis - 1];
+    }
+    for (intptr_t k = 0; k < part->size; k += count) {
+        intptr_t offset = 0, rest = k / count;
+        for (int outer = axis; outer-- > 0; rest /= part->shape[outer])
+            offset += rest % part->shape[outer] * c[outer];
+        if (back)
+            NAME(store_rows)(a + offset, s, step, x + k * row, row, count, n);
+        else
+            NAME(load_rows)(x + k * row, row, a + offset, s, step, count, n);
+    }
+}
+
+// Runs a kernel over a batch in blocks. What lies at unit stride, or is hoisted, is used where it lies, and so is a
+// whole batch in C order if there is a loop for it; everything else goes through rows.
+static void NAME(batch)(const struct kernel *kernel, char **args, intptr_t n, const intptr_t *steps)
+{
+    const intptr_t w = sizeof(REAL), *strides = steps + kernel->n_parts;
+    const int n_parts = kernel->n_parts, n_inputs = kernel->n_inputs;
+    enum { SAME, HOISTED, UNIT, ANY } kinds[PARTS];
+    _Alignas(64) REAL space[SPACE];
+    REAL *rows[PARTS];
+    char *starts[PARTS];
+    intptr_t cores[CORES], row_cores[CORES], total = 0, bytes = 0;
+    unsigned hoisted = kernel->hoisted;
+    int in_place = 1, dense = kernel->loops[2] != NULL;
+    for (int p = 0; p < n_parts; ++p) {
+        total += kernel->parts[p].size;
+        bytes += steps[p] < 0 ? -steps[p] : steps[p];
+        if (hoisted >> p & 1 && steps[p] != 0)
+            hoisted = 0;
+    }
+    // Long rows spare calls; beyond the last cache, short ones keep reading and writing going side by side.
+    intptr_t row = n < (1 << 24) / (bytes + 1) ? 64 : LANES;
+    while (row > LANES && row * total > SPACE)
+        row /= 2;
+    total = 0;
+    for (int p = 0; p < n_parts; ++p) {
+        const struct part *part = &kernel->parts[p];
+        const intptr_t *c = strides + part->first;
+        intptr_t step = w, row_step = row * w;
+        starts[p] = args[p];
+        rows[p] = space + row * total;
+        total += part->size;
+        kinds[p] = hoisted >> p & 1 ? HOISTED : p < n_inputs && steps[p] == 0 ? SAME : steps[p] == w ? UNIT : ANY;
+        in_place = in_place && (kinds[p] == UNIT || kinds[p] == HOISTED);
+        for (int q = part->rank; q-- > 0; step *= part->shape[q], row_step *= part->shape[q]) {
+            cores[part->first + q] = c[q];
+            row_cores[part->first + q] = row_step;
+            dense = dense && c[q] == step;
+        }
+        dense = dense && (kinds[p] == HOISTED || steps[p] == step);
+    }
+    for (int p = 0; p < n_inputs && !dense; ++p) {
+        const struct part *part = &kernel->parts[p];
+        if (kinds[p] == SAME) {
+            starts[p] = (char *)rows[p];
+            NAME(move_part)(0, rows[p], row, part, args[p], 0, strides + part->first, n < row ? PADDED(n) : row);
+            for (int q = part->first; q < part->first + part->rank; ++q)
+                cores[q] = row_cores[q];
+        }
+    }
+    for (intptr_t i = 0, m; i < n; i += m) {
+        const int last = n - i < LANES;
+        if (dense && !last) {
+            m = n & -LANES;
+            kernel->loops[hoisted ? 3 : 2](m, starts, cores);
+            continue;
+        }
+        m = last ? n - i : in_place || n - i < row ? (n - i) & -LANES : row;
+        for (int p = 0; p < n_parts; ++p) {
+            const struct part *part = &kernel->parts[p];
+            if (kinds[p] == UNIT && !last)
+                starts[p] = args[p] + i * w;
+            if (kinds[p] < UNIT || (kinds[p] == UNIT && !last))
+                continue;
+            starts[p] = (char *)rows[p];
+            for (int q = part->first; q < part->first + part->rank; ++q)
+                cores[q] = row_cores[q];
+            if (p < n_inputs)
+                NAME(move_part)(0, rows[p], row, part, args[p] + i * steps[p], steps[p], strides + part->first, m);
+            for (intptr_t k = 0; last && p < n_inputs && k < part->size; ++k)
+                for (intptr_t j = m; j < LANES; ++j)
+                    rows[p][k * row + j] = rows[p][k * row + m - 1];
+        }
+        kernel->loops[hoisted ? 1 : 0](m, starts, cores);
+        for (int p = n_inputs; p < n_parts; ++p)
+            if (starts[p] == (char *)rows[p])
+                NAME(move_part)(1, rows[p], row, &kernel->parts[p], args[p] + i * steps[p], steps[p],
+                    strides + kernel->parts[p].first, m);
+    }
 }
 
 INLINE void NAME(geometric_product)(const REAL *a, const REAL *b, REAL *out)
@@ -560,47 +815,30 @@ INLINE void NAME(geometric_product)(const REAL *a, const REAL *b, REAL *out)
     out[15] = t307;
 }
 
-static INLINE void NAME(geometric_product_each)(intptr_t n, char **args, intptr_t s0, intptr_t s1, intptr_t s2,
-    intptr_t c0a, intptr_t c1a, intptr_t c2a)
+WIDE static void NAME(geometric_product_block)(intptr_t n, char **args, const intptr_t *strides)
 {
+    const intptr_t w = sizeof(REAL);
+    const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
     char *a0 = args[0];
     char *a1 = args[1];
     char *a2 = args[2];
-    REAL x0[16];
-    NAME(load_16)(x0, a0, c0a);
     ANY_ORDER
-    for (intptr_t i = 0; i < n; ++i) {
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
+        REAL x0[16];
         REAL x1[16];
         REAL x2[16];
-        if (s0 != 0)
-            NAME(load_16)(x0, a0 + i * s0, c0a);
-        NAME(load_16)(x1, a1 + i * s1, c1a);
+        NAME(load_16)(x0, a0 + i * w, c0a);
+        NAME(load_16)(x1, a1 + i * w, c1a);
         NAME(geometric_product)(x0, x1, x2);
-        NAME(store_16)(a2 + i * s2, c2a, x2);
+        NAME(store_16)(a2 + i * w, c2a, x2);
     }
 }
 
-static void NAME(geometric_product_any)(intptr_t n, char **args, const intptr_t *steps)
+void NAME(geometric_product_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
-    NAME(geometric_product_each)(n, args, steps[0], steps[1], steps[2], steps[3], steps[4], steps[5]);
-}
-
-WIDE void NAME(geometric_product_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
-{
-    const intptr_t n = dimensions[0], w = sizeof(REAL);
-    const intptr_t s0 = steps[0], s1 = steps[1], s2 = steps[2], c0a = steps[3], c1a = steps[4], c2a = steps[5];
-    if (n < 1)
-        return;
-    if (s0 == w && s1 == w && s2 == w)
-        NAME(geometric_product_each)(n, args, w, w, w, c0a, c1a, c2a);
-    else if (s0 == 0 && s1 == w && s2 == w)
-        NAME(geometric_product_each)(n, args, 0, w, w, c0a, c1a, c2a);
-    else if (s0 == 16 * w && s1 == 16 * w && s2 == 16 * w && c0a == w && c1a == w && c2a == w)
-        NAME(geometric_product_each)(n, args, 16 * w, 16 * w, 16 * w, w, w, w);
-    else if (s0 == 0 && s1 == 16 * w && s2 == 16 * w && c0a == w && c1a == w && c2a == w)
-        NAME(geometric_product_each)(n, args, 0, 16 * w, 16 * w, w, w, w);
-    else
-        NAME(geometric_product_any)(n, args, steps);
+    static const struct part parts[] = {{16, 1, 0, {16}}, {16, 1, 1, {16}}, {16, 1, 2, {16}}};
+    static const struct kernel kernel = {{NAME(geometric_product_block), NULL, NULL, NULL}, 0, 2, 3, parts};
+    NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
 INLINE void NAME(outer_product)(const REAL *a, const REAL *b, REAL *out)
@@ -801,47 +1039,30 @@ INLINE void NAME(outer_product)(const REAL *a, const REAL *b, REAL *out)
     out[15] = t145;
 }
 
-static INLINE void NAME(outer_product_each)(intptr_t n, char **args, intptr_t s0, intptr_t s1, intptr_t s2, intptr_t
-    c0a, intptr_t c1a, intptr_t c2a)
+WIDE static void NAME(outer_product_block)(intptr_t n, char **args, const intptr_t *strides)
 {
+    const intptr_t w = sizeof(REAL);
+    const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
     char *a0 = args[0];
     char *a1 = args[1];
     char *a2 = args[2];
-    REAL x0[16];
-    NAME(load_16)(x0, a0, c0a);
     ANY_ORDER
-    for (intptr_t i = 0; i < n; ++i) {
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
+        REAL x0[16];
         REAL x1[16];
         REAL x2[16];
-        if (s0 != 0)
-            NAME(load_16)(x0, a0 + i * s0, c0a);
-        NAME(load_16)(x1, a1 + i * s1, c1a);
+        NAME(load_16)(x0, a0 + i * w, c0a);
+        NAME(load_16)(x1, a1 + i * w, c1a);
         NAME(outer_product)(x0, x1, x2);
-        NAME(store_16)(a2 + i * s2, c2a, x2);
+        NAME(store_16)(a2 + i * w, c2a, x2);
     }
 }
 
-static void NAME(outer_product_any)(intptr_t n, char **args, const intptr_t *steps)
+void NAME(outer_product_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
-    NAME(outer_product_each)(n, args, steps[0], steps[1], steps[2], steps[3], steps[4], steps[5]);
-}
-
-WIDE void NAME(outer_product_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
-{
-    const intptr_t n = dimensions[0], w = sizeof(REAL);
-    const intptr_t s0 = steps[0], s1 = steps[1], s2 = steps[2], c0a = steps[3], c1a = steps[4], c2a = steps[5];
-    if (n < 1)
-        return;
-    if (s0 == w && s1 == w && s2 == w)
-        NAME(outer_product_each)(n, args, w, w, w, c0a, c1a, c2a);
-    else if (s0 == 0 && s1 == w && s2 == w)
-        NAME(outer_product_each)(n, args, 0, w, w, c0a, c1a, c2a);
-    else if (s0 == 16 * w && s1 == 16 * w && s2 == 16 * w && c0a == w && c1a == w && c2a == w)
-        NAME(outer_product_each)(n, args, 16 * w, 16 * w, 16 * w, w, w, w);
-    else if (s0 == 0 && s1 == 16 * w && s2 == 16 * w && c0a == w && c1a == w && c2a == w)
-        NAME(outer_product_each)(n, args, 0, 16 * w, 16 * w, w, w, w);
-    else
-        NAME(outer_product_any)(n, args, steps);
+    static const struct part parts[] = {{16, 1, 0, {16}}, {16, 1, 1, {16}}, {16, 1, 2, {16}}};
+    static const struct kernel kernel = {{NAME(outer_product_block), NULL, NULL, NULL}, 0, 2, 3, parts};
+    NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
 INLINE void NAME(regressive_product)(const REAL *a, const REAL *b, REAL *out)
@@ -1042,47 +1263,30 @@ INLINE void NAME(regressive_product)(const REAL *a, const REAL *b, REAL *out)
     out[15] = t145;
 }
 
-static INLINE void NAME(regressive_product_each)(intptr_t n, char **args, intptr_t s0, intptr_t s1, intptr_t s2,
-    intptr_t c0a, intptr_t c1a, intptr_t c2a)
+WIDE static void NAME(regressive_product_block)(intptr_t n, char **args, const intptr_t *strides)
 {
+    const intptr_t w = sizeof(REAL);
+    const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
     char *a0 = args[0];
     char *a1 = args[1];
     char *a2 = args[2];
-    REAL x0[16];
-    NAME(load_16)(x0, a0, c0a);
     ANY_ORDER
-    for (intptr_t i = 0; i < n; ++i) {
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
+        REAL x0[16];
         REAL x1[16];
         REAL x2[16];
-        if (s0 != 0)
-            NAME(load_16)(x0, a0 + i * s0, c0a);
-        NAME(load_16)(x1, a1 + i * s1, c1a);
+        NAME(load_16)(x0, a0 + i * w, c0a);
+        NAME(load_16)(x1, a1 + i * w, c1a);
         NAME(regressive_product)(x0, x1, x2);
-        NAME(store_16)(a2 + i * s2, c2a, x2);
+        NAME(store_16)(a2 + i * w, c2a, x2);
     }
 }
 
-static void NAME(regressive_product_any)(intptr_t n, char **args, const intptr_t *steps)
+void NAME(regressive_product_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
-    NAME(regressive_product_each)(n, args, steps[0], steps[1], steps[2], steps[3], steps[4], steps[5]);
-}
-
-WIDE void NAME(regressive_product_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
-{
-    const intptr_t n = dimensions[0], w = sizeof(REAL);
-    const intptr_t s0 = steps[0], s1 = steps[1], s2 = steps[2], c0a = steps[3], c1a = steps[4], c2a = steps[5];
-    if (n < 1)
-        return;
-    if (s0 == w && s1 == w && s2 == w)
-        NAME(regressive_product_each)(n, args, w, w, w, c0a, c1a, c2a);
-    else if (s0 == 0 && s1 == w && s2 == w)
-        NAME(regressive_product_each)(n, args, 0, w, w, c0a, c1a, c2a);
-    else if (s0 == 16 * w && s1 == 16 * w && s2 == 16 * w && c0a == w && c1a == w && c2a == w)
-        NAME(regressive_product_each)(n, args, 16 * w, 16 * w, 16 * w, w, w, w);
-    else if (s0 == 0 && s1 == 16 * w && s2 == 16 * w && c0a == w && c1a == w && c2a == w)
-        NAME(regressive_product_each)(n, args, 0, 16 * w, 16 * w, w, w, w);
-    else
-        NAME(regressive_product_any)(n, args, steps);
+    static const struct part parts[] = {{16, 1, 0, {16}}, {16, 1, 1, {16}}, {16, 1, 2, {16}}};
+    static const struct kernel kernel = {{NAME(regressive_product_block), NULL, NULL, NULL}, 0, 2, 3, parts};
+    NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
 INLINE void NAME(inner_product)(const REAL *a, const REAL *b, REAL *out)
@@ -1414,47 +1618,30 @@ INLINE void NAME(inner_product)(const REAL *a, const REAL *b, REAL *out)
     out[15] = t276;
 }
 
-static INLINE void NAME(inner_product_each)(intptr_t n, char **args, intptr_t s0, intptr_t s1, intptr_t s2, intptr_t
-    c0a, intptr_t c1a, intptr_t c2a)
+WIDE static void NAME(inner_product_block)(intptr_t n, char **args, const intptr_t *strides)
 {
+    const intptr_t w = sizeof(REAL);
+    const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
     char *a0 = args[0];
     char *a1 = args[1];
     char *a2 = args[2];
-    REAL x0[16];
-    NAME(load_16)(x0, a0, c0a);
     ANY_ORDER
-    for (intptr_t i = 0; i < n; ++i) {
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
+        REAL x0[16];
         REAL x1[16];
         REAL x2[16];
-        if (s0 != 0)
-            NAME(load_16)(x0, a0 + i * s0, c0a);
-        NAME(load_16)(x1, a1 + i * s1, c1a);
+        NAME(load_16)(x0, a0 + i * w, c0a);
+        NAME(load_16)(x1, a1 + i * w, c1a);
         NAME(inner_product)(x0, x1, x2);
-        NAME(store_16)(a2 + i * s2, c2a, x2);
+        NAME(store_16)(a2 + i * w, c2a, x2);
     }
 }
 
-static void NAME(inner_product_any)(intptr_t n, char **args, const intptr_t *steps)
+void NAME(inner_product_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
-    NAME(inner_product_each)(n, args, steps[0], steps[1], steps[2], steps[3], steps[4], steps[5]);
-}
-
-WIDE void NAME(inner_product_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
-{
-    const intptr_t n = dimensions[0], w = sizeof(REAL);
-    const intptr_t s0 = steps[0], s1 = steps[1], s2 = steps[2], c0a = steps[3], c1a = steps[4], c2a = steps[5];
-    if (n < 1)
-        return;
-    if (s0 == w && s1 == w && s2 == w)
-        NAME(inner_product_each)(n, args, w, w, w, c0a, c1a, c2a);
-    else if (s0 == 0 && s1 == w && s2 == w)
-        NAME(inner_product_each)(n, args, 0, w, w, c0a, c1a, c2a);
-    else if (s0 == 16 * w && s1 == 16 * w && s2 == 16 * w && c0a == w && c1a == w && c2a == w)
-        NAME(inner_product_each)(n, args, 16 * w, 16 * w, 16 * w, w, w, w);
-    else if (s0 == 0 && s1 == 16 * w && s2 == 16 * w && c0a == w && c1a == w && c2a == w)
-        NAME(inner_product_each)(n, args, 0, 16 * w, 16 * w, w, w, w);
-    else
-        NAME(inner_product_any)(n, args, steps);
+    static const struct part parts[] = {{16, 1, 0, {16}}, {16, 1, 1, {16}}, {16, 1, 2, {16}}};
+    static const struct kernel kernel = {{NAME(inner_product_block), NULL, NULL, NULL}, 0, 2, 3, parts};
+    NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
 INLINE void NAME(even_product)(const REAL *a, const REAL *b, REAL *out)
@@ -1606,47 +1793,50 @@ INLINE void NAME(even_product)(const REAL *a, const REAL *b, REAL *out)
     out[7] = t120;
 }
 
-static INLINE void NAME(even_product_each)(intptr_t n, char **args, intptr_t s0, intptr_t s1, intptr_t s2, intptr_t
-    c0a, intptr_t c1a, intptr_t c2a)
+WIDE static void NAME(even_product_block)(intptr_t n, char **args, const intptr_t *strides)
 {
+    const intptr_t w = sizeof(REAL);
+    const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
+    char *a0 = args[0];
+    char *a1 = args[1];
+    char *a2 = args[2];
+    ANY_ORDER
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
+        REAL x0[8];
+        REAL x1[8];
+        REAL x2[8];
+        NAME(load_8)(x0, a0 + i * w, c0a);
+        NAME(load_8)(x1, a1 + i * w, c1a);
+        NAME(even_product)(x0, x1, x2);
+        NAME(store_8)(a2 + i * w, c2a, x2);
+    }
+}
+
+WIDE static void NAME(even_product_block_uniform)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
     char *a0 = args[0];
     char *a1 = args[1];
     char *a2 = args[2];
     REAL x0[8];
     NAME(load_8)(x0, a0, c0a);
     ANY_ORDER
-    for (intptr_t i = 0; i < n; ++i) {
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
         REAL x1[8];
         REAL x2[8];
-        if (s0 != 0)
-            NAME(load_8)(x0, a0 + i * s0, c0a);
-        NAME(load_8)(x1, a1 + i * s1, c1a);
+        NAME(load_8)(x1, a1 + i * w, c1a);
         NAME(even_product)(x0, x1, x2);
-        NAME(store_8)(a2 + i * s2, c2a, x2);
+        NAME(store_8)(a2 + i * w, c2a, x2);
     }
 }
 
-static void NAME(even_product_any)(intptr_t n, char **args, const intptr_t *steps)
+void NAME(even_product_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
-    NAME(even_product_each)(n, args, steps[0], steps[1], steps[2], steps[3], steps[4], steps[5]);
-}
-
-WIDE void NAME(even_product_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
-{
-    const intptr_t n = dimensions[0], w = sizeof(REAL);
-    const intptr_t s0 = steps[0], s1 = steps[1], s2 = steps[2], c0a = steps[3], c1a = steps[4], c2a = steps[5];
-    if (n < 1)
-        return;
-    if (s0 == w && s1 == w && s2 == w)
-        NAME(even_product_each)(n, args, w, w, w, c0a, c1a, c2a);
-    else if (s0 == 0 && s1 == w && s2 == w)
-        NAME(even_product_each)(n, args, 0, w, w, c0a, c1a, c2a);
-    else if (s0 == 8 * w && s1 == 8 * w && s2 == 8 * w && c0a == w && c1a == w && c2a == w)
-        NAME(even_product_each)(n, args, 8 * w, 8 * w, 8 * w, w, w, w);
-    else if (s0 == 0 && s1 == 8 * w && s2 == 8 * w && c0a == w && c1a == w && c2a == w)
-        NAME(even_product_each)(n, args, 0, 8 * w, 8 * w, w, w, w);
-    else
-        NAME(even_product_any)(n, args, steps);
+    static const struct part parts[] = {{8, 1, 0, {8}}, {8, 1, 1, {8}}, {8, 1, 2, {8}}};
+    static const struct kernel kernel = {{NAME(even_product_block), NAME(even_product_block_uniform), NULL, NULL},
+        1, 2, 3, parts};
+    NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
 INLINE void NAME(reverse)(const REAL *a, REAL *out)
@@ -1695,37 +1885,27 @@ INLINE void NAME(reverse)(const REAL *a, REAL *out)
     out[15] = a_g0123;
 }
 
-static INLINE void NAME(reverse_each)(intptr_t n, char **args, intptr_t s0, intptr_t s1, intptr_t c0a, intptr_t c1a)
+WIDE static void NAME(reverse_block)(intptr_t n, char **args, const intptr_t *strides)
 {
+    const intptr_t w = sizeof(REAL);
+    const intptr_t c0a = strides[0], c1a = strides[1];
     char *a0 = args[0];
     char *a1 = args[1];
     ANY_ORDER
-    for (intptr_t i = 0; i < n; ++i) {
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
         REAL x0[16];
         REAL x1[16];
-        NAME(load_16)(x0, a0 + i * s0, c0a);
+        NAME(load_16)(x0, a0 + i * w, c0a);
         NAME(reverse)(x0, x1);
-        NAME(store_16)(a1 + i * s1, c1a, x1);
+        NAME(store_16)(a1 + i * w, c1a, x1);
     }
 }
 
-static void NAME(reverse_any)(intptr_t n, char **args, const intptr_t *steps)
+void NAME(reverse_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
-    NAME(reverse_each)(n, args, steps[0], steps[1], steps[2], steps[3]);
-}
-
-WIDE void NAME(reverse_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
-{
-    const intptr_t n = dimensions[0], w = sizeof(REAL);
-    const intptr_t s0 = steps[0], s1 = steps[1], c0a = steps[2], c1a = steps[3];
-    if (n < 1)
-        return;
-    if (s0 == w && s1 == w)
-        NAME(reverse_each)(n, args, w, w, c0a, c1a);
-    else if (s0 == 16 * w && s1 == 16 * w && c0a == w && c1a == w)
-        NAME(reverse_each)(n, args, 16 * w, 16 * w, w, w);
-    else
-        NAME(reverse_any)(n, args, steps);
+    static const struct part parts[] = {{16, 1, 0, {16}}, {16, 1, 1, {16}}};
+    static const struct kernel kernel = {{NAME(reverse_block), NULL, NULL, NULL}, 0, 1, 2, parts};
+    NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
 INLINE void NAME(grade_involution)(const REAL *a, REAL *out)
@@ -1772,38 +1952,27 @@ INLINE void NAME(grade_involution)(const REAL *a, REAL *out)
     out[15] = a_g0123;
 }
 
-static INLINE void NAME(grade_involution_each)(intptr_t n, char **args, intptr_t s0, intptr_t s1, intptr_t c0a,
-    intptr_t c1a)
+WIDE static void NAME(grade_involution_block)(intptr_t n, char **args, const intptr_t *strides)
 {
+    const intptr_t w = sizeof(REAL);
+    const intptr_t c0a = strides[0], c1a = strides[1];
     char *a0 = args[0];
     char *a1 = args[1];
     ANY_ORDER
-    for (intptr_t i = 0; i < n; ++i) {
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
         REAL x0[16];
         REAL x1[16];
-        NAME(load_16)(x0, a0 + i * s0, c0a);
+        NAME(load_16)(x0, a0 + i * w, c0a);
         NAME(grade_involution)(x0, x1);
-        NAME(store_16)(a1 + i * s1, c1a, x1);
+        NAME(store_16)(a1 + i * w, c1a, x1);
     }
 }
 
-static void NAME(grade_involution_any)(intptr_t n, char **args, const intptr_t *steps)
+void NAME(grade_involution_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
-    NAME(grade_involution_each)(n, args, steps[0], steps[1], steps[2], steps[3]);
-}
-
-WIDE void NAME(grade_involution_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
-{
-    const intptr_t n = dimensions[0], w = sizeof(REAL);
-    const intptr_t s0 = steps[0], s1 = steps[1], c0a = steps[2], c1a = steps[3];
-    if (n < 1)
-        return;
-    if (s0 == w && s1 == w)
-        NAME(grade_involution_each)(n, args, w, w, c0a, c1a);
-    else if (s0 == 16 * w && s1 == 16 * w && c0a == w && c1a == w)
-        NAME(grade_involution_each)(n, args, 16 * w, 16 * w, w, w);
-    else
-        NAME(grade_involution_any)(n, args, steps);
+    static const struct part parts[] = {{16, 1, 0, {16}}, {16, 1, 1, {16}}};
+    static const struct kernel kernel = {{NAME(grade_involution_block), NULL, NULL, NULL}, 0, 1, 2, parts};
+    NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
 INLINE void NAME(dual)(const REAL *a, REAL *out)
@@ -1850,37 +2019,27 @@ INLINE void NAME(dual)(const REAL *a, REAL *out)
     out[15] = a_1;
 }
 
-static INLINE void NAME(dual_each)(intptr_t n, char **args, intptr_t s0, intptr_t s1, intptr_t c0a, intptr_t c1a)
+WIDE static void NAME(dual_block)(intptr_t n, char **args, const intptr_t *strides)
 {
+    const intptr_t w = sizeof(REAL);
+    const intptr_t c0a = strides[0], c1a = strides[1];
     char *a0 = args[0];
     char *a1 = args[1];
     ANY_ORDER
-    for (intptr_t i = 0; i < n; ++i) {
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
         REAL x0[16];
         REAL x1[16];
-        NAME(load_16)(x0, a0 + i * s0, c0a);
+        NAME(load_16)(x0, a0 + i * w, c0a);
         NAME(dual)(x0, x1);
-        NAME(store_16)(a1 + i * s1, c1a, x1);
+        NAME(store_16)(a1 + i * w, c1a, x1);
     }
 }
 
-static void NAME(dual_any)(intptr_t n, char **args, const intptr_t *steps)
+void NAME(dual_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
-    NAME(dual_each)(n, args, steps[0], steps[1], steps[2], steps[3]);
-}
-
-WIDE void NAME(dual_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
-{
-    const intptr_t n = dimensions[0], w = sizeof(REAL);
-    const intptr_t s0 = steps[0], s1 = steps[1], c0a = steps[2], c1a = steps[3];
-    if (n < 1)
-        return;
-    if (s0 == w && s1 == w)
-        NAME(dual_each)(n, args, w, w, c0a, c1a);
-    else if (s0 == 16 * w && s1 == 16 * w && c0a == w && c1a == w)
-        NAME(dual_each)(n, args, 16 * w, 16 * w, w, w);
-    else
-        NAME(dual_any)(n, args, steps);
+    static const struct part parts[] = {{16, 1, 0, {16}}, {16, 1, 1, {16}}};
+    static const struct kernel kernel = {{NAME(dual_block), NULL, NULL, NULL}, 0, 1, 2, parts};
+    NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
 INLINE void NAME(polarity)(const REAL *a, REAL *out)
@@ -1927,38 +2086,27 @@ INLINE void NAME(polarity)(const REAL *a, REAL *out)
     out[15] = t7;
 }
 
-static INLINE void NAME(polarity_each)(intptr_t n, char **args, intptr_t s0, intptr_t s1, intptr_t c0a, intptr_t
-    c1a)
+WIDE static void NAME(polarity_block)(intptr_t n, char **args, const intptr_t *strides)
 {
+    const intptr_t w = sizeof(REAL);
+    const intptr_t c0a = strides[0], c1a = strides[1];
     char *a0 = args[0];
     char *a1 = args[1];
     ANY_ORDER
-    for (intptr_t i = 0; i < n; ++i) {
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
         REAL x0[16];
         REAL x1[16];
-        NAME(load_16)(x0, a0 + i * s0, c0a);
+        NAME(load_16)(x0, a0 + i * w, c0a);
         NAME(polarity)(x0, x1);
-        NAME(store_16)(a1 + i * s1, c1a, x1);
+        NAME(store_16)(a1 + i * w, c1a, x1);
     }
 }
 
-static void NAME(polarity_any)(intptr_t n, char **args, const intptr_t *steps)
+void NAME(polarity_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
-    NAME(polarity_each)(n, args, steps[0], steps[1], steps[2], steps[3]);
-}
-
-WIDE void NAME(polarity_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
-{
-    const intptr_t n = dimensions[0], w = sizeof(REAL);
-    const intptr_t s0 = steps[0], s1 = steps[1], c0a = steps[2], c1a = steps[3];
-    if (n < 1)
-        return;
-    if (s0 == w && s1 == w)
-        NAME(polarity_each)(n, args, w, w, c0a, c1a);
-    else if (s0 == 16 * w && s1 == 16 * w && c0a == w && c1a == w)
-        NAME(polarity_each)(n, args, 16 * w, 16 * w, w, w);
-    else
-        NAME(polarity_any)(n, args, steps);
+    static const struct part parts[] = {{16, 1, 0, {16}}, {16, 1, 1, {16}}};
+    static const struct kernel kernel = {{NAME(polarity_block), NULL, NULL, NULL}, 0, 1, 2, parts};
+    NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
 INLINE void NAME(even_reverse)(const REAL *a, REAL *out)
@@ -1987,38 +2135,44 @@ INLINE void NAME(even_reverse)(const REAL *a, REAL *out)
     out[7] = a_g0123;
 }
 
-static INLINE void NAME(even_reverse_each)(intptr_t n, char **args, intptr_t s0, intptr_t s1, intptr_t c0a, intptr_t
-    c1a)
+WIDE static void NAME(even_reverse_block)(intptr_t n, char **args, const intptr_t *strides)
 {
+    const intptr_t w = sizeof(REAL);
+    const intptr_t c0a = strides[0], c1a = strides[1];
     char *a0 = args[0];
     char *a1 = args[1];
     ANY_ORDER
-    for (intptr_t i = 0; i < n; ++i) {
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
         REAL x0[8];
         REAL x1[8];
-        NAME(load_8)(x0, a0 + i * s0, c0a);
+        NAME(load_8)(x0, a0 + i * w, c0a);
         NAME(even_reverse)(x0, x1);
-        NAME(store_8)(a1 + i * s1, c1a, x1);
+        NAME(store_8)(a1 + i * w, c1a, x1);
     }
 }
 
-static void NAME(even_reverse_any)(intptr_t n, char **args, const intptr_t *steps)
+WIDE static void NAME(even_reverse_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
-    NAME(even_reverse_each)(n, args, steps[0], steps[1], steps[2], steps[3]);
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    char *a0 = args[0];
+    char *a1 = args[1];
+    ANY_ORDER
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
+        REAL x0[8];
+        REAL x1[8];
+        NAME(load_8)(x0, a0 + i * 8 * w, w);
+        NAME(even_reverse)(x0, x1);
+        NAME(store_8)(a1 + i * 8 * w, w, x1);
+    }
 }
 
-WIDE void NAME(even_reverse_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
+void NAME(even_reverse_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
-    const intptr_t n = dimensions[0], w = sizeof(REAL);
-    const intptr_t s0 = steps[0], s1 = steps[1], c0a = steps[2], c1a = steps[3];
-    if (n < 1)
-        return;
-    if (s0 == w && s1 == w)
-        NAME(even_reverse_each)(n, args, w, w, c0a, c1a);
-    else if (s0 == 8 * w && s1 == 8 * w && c0a == w && c1a == w)
-        NAME(even_reverse_each)(n, args, 8 * w, 8 * w, w, w);
-    else
-        NAME(even_reverse_any)(n, args, steps);
+    static const struct part parts[] = {{8, 1, 0, {8}}, {8, 1, 1, {8}}};
+    static const struct kernel kernel = {{NAME(even_reverse_block), NULL, NAME(even_reverse_dense), NULL}, 0, 1, 2,
+        parts};
+    NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
 INLINE void NAME(vector_product)(const REAL *a, const REAL *b, REAL *out)
@@ -2066,47 +2220,88 @@ INLINE void NAME(vector_product)(const REAL *a, const REAL *b, REAL *out)
     out[7] = (REAL)0;
 }
 
-static INLINE void NAME(vector_product_each)(intptr_t n, char **args, intptr_t s0, intptr_t s1, intptr_t s2,
-    intptr_t c0a, intptr_t c1a, intptr_t c2a)
+WIDE static void NAME(vector_product_block)(intptr_t n, char **args, const intptr_t *strides)
 {
+    const intptr_t w = sizeof(REAL);
+    const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
+    char *a0 = args[0];
+    char *a1 = args[1];
+    char *a2 = args[2];
+    ANY_ORDER
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
+        REAL x0[4];
+        REAL x1[4];
+        REAL x2[8];
+        NAME(load_4)(x0, a0 + i * w, c0a);
+        NAME(load_4)(x1, a1 + i * w, c1a);
+        NAME(vector_product)(x0, x1, x2);
+        NAME(store_8)(a2 + i * w, c2a, x2);
+    }
+}
+
+WIDE static void NAME(vector_product_block_uniform)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
     char *a0 = args[0];
     char *a1 = args[1];
     char *a2 = args[2];
     REAL x0[4];
     NAME(load_4)(x0, a0, c0a);
     ANY_ORDER
-    for (intptr_t i = 0; i < n; ++i) {
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
         REAL x1[4];
         REAL x2[8];
-        if (s0 != 0)
-            NAME(load_4)(x0, a0 + i * s0, c0a);
-        NAME(load_4)(x1, a1 + i * s1, c1a);
+        NAME(load_4)(x1, a1 + i * w, c1a);
         NAME(vector_product)(x0, x1, x2);
-        NAME(store_8)(a2 + i * s2, c2a, x2);
+        NAME(store_8)(a2 + i * w, c2a, x2);
     }
 }
 
-static void NAME(vector_product_any)(intptr_t n, char **args, const intptr_t *steps)
+WIDE static void NAME(vector_product_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
-    NAME(vector_product_each)(n, args, steps[0], steps[1], steps[2], steps[3], steps[4], steps[5]);
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    char *a0 = args[0];
+    char *a1 = args[1];
+    char *a2 = args[2];
+    ANY_ORDER
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
+        REAL x0[4];
+        REAL x1[4];
+        REAL x2[8];
+        NAME(load_4)(x0, a0 + i * 4 * w, w);
+        NAME(load_4)(x1, a1 + i * 4 * w, w);
+        NAME(vector_product)(x0, x1, x2);
+        NAME(store_8)(a2 + i * 8 * w, w, x2);
+    }
 }
 
-WIDE void NAME(vector_product_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
+WIDE static void NAME(vector_product_dense_uniform)(intptr_t n, char **args, const intptr_t *strides)
 {
-    const intptr_t n = dimensions[0], w = sizeof(REAL);
-    const intptr_t s0 = steps[0], s1 = steps[1], s2 = steps[2], c0a = steps[3], c1a = steps[4], c2a = steps[5];
-    if (n < 1)
-        return;
-    if (s0 == w && s1 == w && s2 == w)
-        NAME(vector_product_each)(n, args, w, w, w, c0a, c1a, c2a);
-    else if (s0 == 0 && s1 == w && s2 == w)
-        NAME(vector_product_each)(n, args, 0, w, w, c0a, c1a, c2a);
-    else if (s0 == 4 * w && s1 == 4 * w && s2 == 8 * w && c0a == w && c1a == w && c2a == w)
-        NAME(vector_product_each)(n, args, 4 * w, 4 * w, 8 * w, w, w, w);
-    else if (s0 == 0 && s1 == 4 * w && s2 == 8 * w && c0a == w && c1a == w && c2a == w)
-        NAME(vector_product_each)(n, args, 0, 4 * w, 8 * w, w, w, w);
-    else
-        NAME(vector_product_any)(n, args, steps);
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    char *a0 = args[0];
+    char *a1 = args[1];
+    char *a2 = args[2];
+    REAL x0[4];
+    NAME(load_4)(x0, a0, w);
+    ANY_ORDER
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
+        REAL x1[4];
+        REAL x2[8];
+        NAME(load_4)(x1, a1 + i * 4 * w, w);
+        NAME(vector_product)(x0, x1, x2);
+        NAME(store_8)(a2 + i * 8 * w, w, x2);
+    }
+}
+
+void NAME(vector_product_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
+{
+    static const struct part parts[] = {{4, 1, 0, {4}}, {4, 1, 1, {4}}, {8, 1, 2, {8}}};
+    static const struct kernel kernel = {{NAME(vector_product_block), NAME(vector_product_block_uniform),
+        NAME(vector_product_dense), NAME(vector_product_dense_uniform)}, 1, 2, 3, parts};
+    NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
 INLINE void NAME(dot_product)(const REAL *a, const REAL *b, REAL *out)
@@ -2129,47 +2324,88 @@ INLINE void NAME(dot_product)(const REAL *a, const REAL *b, REAL *out)
     out[0] = t6;
 }
 
-static INLINE void NAME(dot_product_each)(intptr_t n, char **args, intptr_t s0, intptr_t s1, intptr_t s2, intptr_t
-    c0a, intptr_t c1a)
+WIDE static void NAME(dot_product_block)(intptr_t n, char **args, const intptr_t *strides)
 {
+    const intptr_t w = sizeof(REAL);
+    const intptr_t c0a = strides[0], c1a = strides[1];
+    char *a0 = args[0];
+    char *a1 = args[1];
+    char *a2 = args[2];
+    ANY_ORDER
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
+        REAL x0[4];
+        REAL x1[4];
+        REAL x2[1];
+        NAME(load_4)(x0, a0 + i * w, c0a);
+        NAME(load_4)(x1, a1 + i * w, c1a);
+        NAME(dot_product)(x0, x1, x2);
+        NAME(store_scalar)(a2 + i * w, x2);
+    }
+}
+
+WIDE static void NAME(dot_product_block_uniform)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    const intptr_t c0a = strides[0], c1a = strides[1];
     char *a0 = args[0];
     char *a1 = args[1];
     char *a2 = args[2];
     REAL x0[4];
     NAME(load_4)(x0, a0, c0a);
     ANY_ORDER
-    for (intptr_t i = 0; i < n; ++i) {
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
         REAL x1[4];
         REAL x2[1];
-        if (s0 != 0)
-            NAME(load_4)(x0, a0 + i * s0, c0a);
-        NAME(load_4)(x1, a1 + i * s1, c1a);
+        NAME(load_4)(x1, a1 + i * w, c1a);
         NAME(dot_product)(x0, x1, x2);
-        NAME(store_scalar)(a2 + i * s2, x2);
+        NAME(store_scalar)(a2 + i * w, x2);
     }
 }
 
-static void NAME(dot_product_any)(intptr_t n, char **args, const intptr_t *steps)
+WIDE static void NAME(dot_product_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
-    NAME(dot_product_each)(n, args, steps[0], steps[1], steps[2], steps[3], steps[4]);
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    char *a0 = args[0];
+    char *a1 = args[1];
+    char *a2 = args[2];
+    ANY_ORDER
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
+        REAL x0[4];
+        REAL x1[4];
+        REAL x2[1];
+        NAME(load_4)(x0, a0 + i * 4 * w, w);
+        NAME(load_4)(x1, a1 + i * 4 * w, w);
+        NAME(dot_product)(x0, x1, x2);
+        NAME(store_scalar)(a2 + i * w, x2);
+    }
 }
 
-WIDE void NAME(dot_product_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
+WIDE static void NAME(dot_product_dense_uniform)(intptr_t n, char **args, const intptr_t *strides)
 {
-    const intptr_t n = dimensions[0], w = sizeof(REAL);
-    const intptr_t s0 = steps[0], s1 = steps[1], s2 = steps[2], c0a = steps[3], c1a = steps[4];
-    if (n < 1)
-        return;
-    if (s0 == w && s1 == w && s2 == w)
-        NAME(dot_product_each)(n, args, w, w, w, c0a, c1a);
-    else if (s0 == 0 && s1 == w && s2 == w)
-        NAME(dot_product_each)(n, args, 0, w, w, c0a, c1a);
-    else if (s0 == 4 * w && s1 == 4 * w && s2 == w && c0a == w && c1a == w)
-        NAME(dot_product_each)(n, args, 4 * w, 4 * w, w, w, w);
-    else if (s0 == 0 && s1 == 4 * w && s2 == w && c0a == w && c1a == w)
-        NAME(dot_product_each)(n, args, 0, 4 * w, w, w, w);
-    else
-        NAME(dot_product_any)(n, args, steps);
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    char *a0 = args[0];
+    char *a1 = args[1];
+    char *a2 = args[2];
+    REAL x0[4];
+    NAME(load_4)(x0, a0, w);
+    ANY_ORDER
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
+        REAL x1[4];
+        REAL x2[1];
+        NAME(load_4)(x1, a1 + i * 4 * w, w);
+        NAME(dot_product)(x0, x1, x2);
+        NAME(store_scalar)(a2 + i * w, x2);
+    }
+}
+
+void NAME(dot_product_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
+{
+    static const struct part parts[] = {{4, 1, 0, {4}}, {4, 1, 1, {4}}, {1, 0, 2, {0}}};
+    static const struct kernel kernel = {{NAME(dot_product_block), NAME(dot_product_block_uniform),
+        NAME(dot_product_dense), NAME(dot_product_dense_uniform)}, 1, 2, 3, parts};
+    NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
 INLINE void NAME(wedge_vectors)(const REAL *a, const REAL *b, REAL *out)
@@ -2208,47 +2444,50 @@ INLINE void NAME(wedge_vectors)(const REAL *a, const REAL *b, REAL *out)
     out[5] = t17;
 }
 
-static INLINE void NAME(wedge_vectors_each)(intptr_t n, char **args, intptr_t s0, intptr_t s1, intptr_t s2, intptr_t
-    c0a, intptr_t c1a, intptr_t c2a)
+WIDE static void NAME(wedge_vectors_block)(intptr_t n, char **args, const intptr_t *strides)
 {
+    const intptr_t w = sizeof(REAL);
+    const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
+    char *a0 = args[0];
+    char *a1 = args[1];
+    char *a2 = args[2];
+    ANY_ORDER
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
+        REAL x0[4];
+        REAL x1[4];
+        REAL x2[6];
+        NAME(load_4)(x0, a0 + i * w, c0a);
+        NAME(load_4)(x1, a1 + i * w, c1a);
+        NAME(wedge_vectors)(x0, x1, x2);
+        NAME(store_6)(a2 + i * w, c2a, x2);
+    }
+}
+
+WIDE static void NAME(wedge_vectors_block_uniform)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
     char *a0 = args[0];
     char *a1 = args[1];
     char *a2 = args[2];
     REAL x0[4];
     NAME(load_4)(x0, a0, c0a);
     ANY_ORDER
-    for (intptr_t i = 0; i < n; ++i) {
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
         REAL x1[4];
         REAL x2[6];
-        if (s0 != 0)
-            NAME(load_4)(x0, a0 + i * s0, c0a);
-        NAME(load_4)(x1, a1 + i * s1, c1a);
+        NAME(load_4)(x1, a1 + i * w, c1a);
         NAME(wedge_vectors)(x0, x1, x2);
-        NAME(store_6)(a2 + i * s2, c2a, x2);
+        NAME(store_6)(a2 + i * w, c2a, x2);
     }
 }
 
-static void NAME(wedge_vectors_any)(intptr_t n, char **args, const intptr_t *steps)
+void NAME(wedge_vectors_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
-    NAME(wedge_vectors_each)(n, args, steps[0], steps[1], steps[2], steps[3], steps[4], steps[5]);
-}
-
-WIDE void NAME(wedge_vectors_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
-{
-    const intptr_t n = dimensions[0], w = sizeof(REAL);
-    const intptr_t s0 = steps[0], s1 = steps[1], s2 = steps[2], c0a = steps[3], c1a = steps[4], c2a = steps[5];
-    if (n < 1)
-        return;
-    if (s0 == w && s1 == w && s2 == w)
-        NAME(wedge_vectors_each)(n, args, w, w, w, c0a, c1a, c2a);
-    else if (s0 == 0 && s1 == w && s2 == w)
-        NAME(wedge_vectors_each)(n, args, 0, w, w, c0a, c1a, c2a);
-    else if (s0 == 4 * w && s1 == 4 * w && s2 == 6 * w && c0a == w && c1a == w && c2a == w)
-        NAME(wedge_vectors_each)(n, args, 4 * w, 4 * w, 6 * w, w, w, w);
-    else if (s0 == 0 && s1 == 4 * w && s2 == 6 * w && c0a == w && c1a == w && c2a == w)
-        NAME(wedge_vectors_each)(n, args, 0, 4 * w, 6 * w, w, w, w);
-    else
-        NAME(wedge_vectors_any)(n, args, steps);
+    static const struct part parts[] = {{4, 1, 0, {4}}, {4, 1, 1, {4}}, {6, 1, 2, {6}}};
+    static const struct kernel kernel = {{NAME(wedge_vectors_block), NAME(wedge_vectors_block_uniform), NULL, NULL},
+        1, 2, 3, parts};
+    NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
 INLINE void NAME(interval)(const REAL *v, REAL *out)
@@ -2267,37 +2506,43 @@ INLINE void NAME(interval)(const REAL *v, REAL *out)
     out[0] = t6;
 }
 
-static INLINE void NAME(interval_each)(intptr_t n, char **args, intptr_t s0, intptr_t s1, intptr_t c0a)
+WIDE static void NAME(interval_block)(intptr_t n, char **args, const intptr_t *strides)
 {
+    const intptr_t w = sizeof(REAL);
+    const intptr_t c0a = strides[0];
     char *a0 = args[0];
     char *a1 = args[1];
     ANY_ORDER
-    for (intptr_t i = 0; i < n; ++i) {
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
         REAL x0[4];
         REAL x1[1];
-        NAME(load_4)(x0, a0 + i * s0, c0a);
+        NAME(load_4)(x0, a0 + i * w, c0a);
         NAME(interval)(x0, x1);
-        NAME(store_scalar)(a1 + i * s1, x1);
+        NAME(store_scalar)(a1 + i * w, x1);
     }
 }
 
-static void NAME(interval_any)(intptr_t n, char **args, const intptr_t *steps)
+WIDE static void NAME(interval_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
-    NAME(interval_each)(n, args, steps[0], steps[1], steps[2]);
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    char *a0 = args[0];
+    char *a1 = args[1];
+    ANY_ORDER
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
+        REAL x0[4];
+        REAL x1[1];
+        NAME(load_4)(x0, a0 + i * 4 * w, w);
+        NAME(interval)(x0, x1);
+        NAME(store_scalar)(a1 + i * w, x1);
+    }
 }
 
-WIDE void NAME(interval_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
+void NAME(interval_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
-    const intptr_t n = dimensions[0], w = sizeof(REAL);
-    const intptr_t s0 = steps[0], s1 = steps[1], c0a = steps[2];
-    if (n < 1)
-        return;
-    if (s0 == w && s1 == w)
-        NAME(interval_each)(n, args, w, w, c0a);
-    else if (s0 == 4 * w && s1 == w && c0a == w)
-        NAME(interval_each)(n, args, 4 * w, w, w);
-    else
-        NAME(interval_any)(n, args, steps);
+    static const struct part parts[] = {{4, 1, 0, {4}}, {1, 0, 1, {0}}};
+    static const struct kernel kernel = {{NAME(interval_block), NULL, NAME(interval_dense), NULL}, 0, 1, 2, parts};
+    NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
 INLINE void NAME(spacetime_split)(const REAL *v, REAL *out_0, REAL *out_1)
@@ -2312,41 +2557,50 @@ INLINE void NAME(spacetime_split)(const REAL *v, REAL *out_0, REAL *out_1)
     out_1[2] = v_g3;
 }
 
-static INLINE void NAME(spacetime_split_each)(intptr_t n, char **args, intptr_t s0, intptr_t s1, intptr_t s2,
-    intptr_t c0a, intptr_t c2a)
+WIDE static void NAME(spacetime_split_block)(intptr_t n, char **args, const intptr_t *strides)
 {
+    const intptr_t w = sizeof(REAL);
+    const intptr_t c0a = strides[0], c2a = strides[1];
     char *a0 = args[0];
     char *a1 = args[1];
     char *a2 = args[2];
     ANY_ORDER
-    for (intptr_t i = 0; i < n; ++i) {
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
         REAL x0[4];
         REAL x1[1];
         REAL x2[3];
-        NAME(load_4)(x0, a0 + i * s0, c0a);
+        NAME(load_4)(x0, a0 + i * w, c0a);
         NAME(spacetime_split)(x0, x1, x2);
-        NAME(store_scalar)(a1 + i * s1, x1);
-        NAME(store_3)(a2 + i * s2, c2a, x2);
+        NAME(store_scalar)(a1 + i * w, x1);
+        NAME(store_3)(a2 + i * w, c2a, x2);
     }
 }
 
-static void NAME(spacetime_split_any)(intptr_t n, char **args, const intptr_t *steps)
+WIDE static void NAME(spacetime_split_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
-    NAME(spacetime_split_each)(n, args, steps[0], steps[1], steps[2], steps[3], steps[4]);
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    char *a0 = args[0];
+    char *a1 = args[1];
+    char *a2 = args[2];
+    ANY_ORDER
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
+        REAL x0[4];
+        REAL x1[1];
+        REAL x2[3];
+        NAME(load_4)(x0, a0 + i * 4 * w, w);
+        NAME(spacetime_split)(x0, x1, x2);
+        NAME(store_scalar)(a1 + i * w, x1);
+        NAME(store_3)(a2 + i * 3 * w, w, x2);
+    }
 }
 
-WIDE void NAME(spacetime_split_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
+void NAME(spacetime_split_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
-    const intptr_t n = dimensions[0], w = sizeof(REAL);
-    const intptr_t s0 = steps[0], s1 = steps[1], s2 = steps[2], c0a = steps[3], c2a = steps[4];
-    if (n < 1)
-        return;
-    if (s0 == w && s1 == w && s2 == w)
-        NAME(spacetime_split_each)(n, args, w, w, w, c0a, c2a);
-    else if (s0 == 4 * w && s1 == w && s2 == 3 * w && c0a == w && c2a == w)
-        NAME(spacetime_split_each)(n, args, 4 * w, w, 3 * w, w, w);
-    else
-        NAME(spacetime_split_any)(n, args, steps);
+    static const struct part parts[] = {{4, 1, 0, {4}}, {1, 0, 1, {0}}, {3, 1, 1, {3}}};
+    static const struct kernel kernel = {{NAME(spacetime_split_block), NULL, NAME(spacetime_split_dense), NULL}, 0,
+        1, 3, parts};
+    NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
 INLINE void NAME(proper_velocity)(const REAL *velocity, REAL *out)
@@ -2371,38 +2625,44 @@ INLINE void NAME(proper_velocity)(const REAL *velocity, REAL *out)
     out[3] = t10;
 }
 
-static INLINE void NAME(proper_velocity_each)(intptr_t n, char **args, intptr_t s0, intptr_t s1, intptr_t c0a,
-    intptr_t c1a)
+WIDE static void NAME(proper_velocity_block)(intptr_t n, char **args, const intptr_t *strides)
 {
+    const intptr_t w = sizeof(REAL);
+    const intptr_t c0a = strides[0], c1a = strides[1];
     char *a0 = args[0];
     char *a1 = args[1];
     ANY_ORDER
-    for (intptr_t i = 0; i < n; ++i) {
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
         REAL x0[3];
         REAL x1[4];
-        NAME(load_3)(x0, a0 + i * s0, c0a);
+        NAME(load_3)(x0, a0 + i * w, c0a);
         NAME(proper_velocity)(x0, x1);
-        NAME(store_4)(a1 + i * s1, c1a, x1);
+        NAME(store_4)(a1 + i * w, c1a, x1);
     }
 }
 
-static void NAME(proper_velocity_any)(intptr_t n, char **args, const intptr_t *steps)
+WIDE static void NAME(proper_velocity_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
-    NAME(proper_velocity_each)(n, args, steps[0], steps[1], steps[2], steps[3]);
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    char *a0 = args[0];
+    char *a1 = args[1];
+    ANY_ORDER
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
+        REAL x0[3];
+        REAL x1[4];
+        NAME(load_3)(x0, a0 + i * 3 * w, w);
+        NAME(proper_velocity)(x0, x1);
+        NAME(store_4)(a1 + i * 4 * w, w, x1);
+    }
 }
 
-WIDE void NAME(proper_velocity_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
+void NAME(proper_velocity_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
-    const intptr_t n = dimensions[0], w = sizeof(REAL);
-    const intptr_t s0 = steps[0], s1 = steps[1], c0a = steps[2], c1a = steps[3];
-    if (n < 1)
-        return;
-    if (s0 == w && s1 == w)
-        NAME(proper_velocity_each)(n, args, w, w, c0a, c1a);
-    else if (s0 == 3 * w && s1 == 4 * w && c0a == w && c1a == w)
-        NAME(proper_velocity_each)(n, args, 3 * w, 4 * w, w, w);
-    else
-        NAME(proper_velocity_any)(n, args, steps);
+    static const struct part parts[] = {{3, 1, 0, {3}}, {4, 1, 1, {4}}};
+    static const struct kernel kernel = {{NAME(proper_velocity_block), NULL, NAME(proper_velocity_dense), NULL}, 0,
+        1, 2, parts};
+    NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
 INLINE void NAME(rotor_product)(const REAL *a, const REAL *b, REAL *out)
@@ -2554,47 +2814,50 @@ INLINE void NAME(rotor_product)(const REAL *a, const REAL *b, REAL *out)
     out[7] = t120;
 }
 
-static INLINE void NAME(rotor_product_each)(intptr_t n, char **args, intptr_t s0, intptr_t s1, intptr_t s2, intptr_t
-    c0a, intptr_t c1a, intptr_t c2a)
+WIDE static void NAME(rotor_product_block)(intptr_t n, char **args, const intptr_t *strides)
 {
+    const intptr_t w = sizeof(REAL);
+    const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
+    char *a0 = args[0];
+    char *a1 = args[1];
+    char *a2 = args[2];
+    ANY_ORDER
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
+        REAL x0[8];
+        REAL x1[8];
+        REAL x2[8];
+        NAME(load_8)(x0, a0 + i * w, c0a);
+        NAME(load_8)(x1, a1 + i * w, c1a);
+        NAME(rotor_product)(x0, x1, x2);
+        NAME(store_8)(a2 + i * w, c2a, x2);
+    }
+}
+
+WIDE static void NAME(rotor_product_block_uniform)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
     char *a0 = args[0];
     char *a1 = args[1];
     char *a2 = args[2];
     REAL x0[8];
     NAME(load_8)(x0, a0, c0a);
     ANY_ORDER
-    for (intptr_t i = 0; i < n; ++i) {
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
         REAL x1[8];
         REAL x2[8];
-        if (s0 != 0)
-            NAME(load_8)(x0, a0 + i * s0, c0a);
-        NAME(load_8)(x1, a1 + i * s1, c1a);
+        NAME(load_8)(x1, a1 + i * w, c1a);
         NAME(rotor_product)(x0, x1, x2);
-        NAME(store_8)(a2 + i * s2, c2a, x2);
+        NAME(store_8)(a2 + i * w, c2a, x2);
     }
 }
 
-static void NAME(rotor_product_any)(intptr_t n, char **args, const intptr_t *steps)
+void NAME(rotor_product_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
-    NAME(rotor_product_each)(n, args, steps[0], steps[1], steps[2], steps[3], steps[4], steps[5]);
-}
-
-WIDE void NAME(rotor_product_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
-{
-    const intptr_t n = dimensions[0], w = sizeof(REAL);
-    const intptr_t s0 = steps[0], s1 = steps[1], s2 = steps[2], c0a = steps[3], c1a = steps[4], c2a = steps[5];
-    if (n < 1)
-        return;
-    if (s0 == w && s1 == w && s2 == w)
-        NAME(rotor_product_each)(n, args, w, w, w, c0a, c1a, c2a);
-    else if (s0 == 0 && s1 == w && s2 == w)
-        NAME(rotor_product_each)(n, args, 0, w, w, c0a, c1a, c2a);
-    else if (s0 == 8 * w && s1 == 8 * w && s2 == 8 * w && c0a == w && c1a == w && c2a == w)
-        NAME(rotor_product_each)(n, args, 8 * w, 8 * w, 8 * w, w, w, w);
-    else if (s0 == 0 && s1 == 8 * w && s2 == 8 * w && c0a == w && c1a == w && c2a == w)
-        NAME(rotor_product_each)(n, args, 0, 8 * w, 8 * w, w, w, w);
-    else
-        NAME(rotor_product_any)(n, args, steps);
+    static const struct part parts[] = {{8, 1, 0, {8}}, {8, 1, 1, {8}}, {8, 1, 2, {8}}};
+    static const struct kernel kernel = {{NAME(rotor_product_block), NAME(rotor_product_block_uniform), NULL, NULL},
+        1, 2, 3, parts};
+    NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
 INLINE void NAME(rotor_inverse)(const REAL *r, REAL *out)
@@ -2623,38 +2886,44 @@ INLINE void NAME(rotor_inverse)(const REAL *r, REAL *out)
     out[7] = r_g0123;
 }
 
-static INLINE void NAME(rotor_inverse_each)(intptr_t n, char **args, intptr_t s0, intptr_t s1, intptr_t c0a,
-    intptr_t c1a)
+WIDE static void NAME(rotor_inverse_block)(intptr_t n, char **args, const intptr_t *strides)
 {
+    const intptr_t w = sizeof(REAL);
+    const intptr_t c0a = strides[0], c1a = strides[1];
     char *a0 = args[0];
     char *a1 = args[1];
     ANY_ORDER
-    for (intptr_t i = 0; i < n; ++i) {
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
         REAL x0[8];
         REAL x1[8];
-        NAME(load_8)(x0, a0 + i * s0, c0a);
+        NAME(load_8)(x0, a0 + i * w, c0a);
         NAME(rotor_inverse)(x0, x1);
-        NAME(store_8)(a1 + i * s1, c1a, x1);
+        NAME(store_8)(a1 + i * w, c1a, x1);
     }
 }
 
-static void NAME(rotor_inverse_any)(intptr_t n, char **args, const intptr_t *steps)
+WIDE static void NAME(rotor_inverse_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
-    NAME(rotor_inverse_each)(n, args, steps[0], steps[1], steps[2], steps[3]);
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    char *a0 = args[0];
+    char *a1 = args[1];
+    ANY_ORDER
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
+        REAL x0[8];
+        REAL x1[8];
+        NAME(load_8)(x0, a0 + i * 8 * w, w);
+        NAME(rotor_inverse)(x0, x1);
+        NAME(store_8)(a1 + i * 8 * w, w, x1);
+    }
 }
 
-WIDE void NAME(rotor_inverse_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
+void NAME(rotor_inverse_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
-    const intptr_t n = dimensions[0], w = sizeof(REAL);
-    const intptr_t s0 = steps[0], s1 = steps[1], c0a = steps[2], c1a = steps[3];
-    if (n < 1)
-        return;
-    if (s0 == w && s1 == w)
-        NAME(rotor_inverse_each)(n, args, w, w, c0a, c1a);
-    else if (s0 == 8 * w && s1 == 8 * w && c0a == w && c1a == w)
-        NAME(rotor_inverse_each)(n, args, 8 * w, 8 * w, w, w);
-    else
-        NAME(rotor_inverse_any)(n, args, steps);
+    static const struct part parts[] = {{8, 1, 0, {8}}, {8, 1, 1, {8}}};
+    static const struct kernel kernel = {{NAME(rotor_inverse_block), NULL, NAME(rotor_inverse_dense), NULL}, 0, 1,
+        2, parts};
+    NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
 INLINE void NAME(normalize_rotor)(const REAL *x, REAL *out)
@@ -2744,38 +3013,27 @@ INLINE void NAME(normalize_rotor)(const REAL *x, REAL *out)
     out[7] = t66;
 }
 
-static INLINE void NAME(normalize_rotor_each)(intptr_t n, char **args, intptr_t s0, intptr_t s1, intptr_t c0a,
-    intptr_t c1a)
+WIDE static void NAME(normalize_rotor_block)(intptr_t n, char **args, const intptr_t *strides)
 {
+    const intptr_t w = sizeof(REAL);
+    const intptr_t c0a = strides[0], c1a = strides[1];
     char *a0 = args[0];
     char *a1 = args[1];
     ANY_ORDER
-    for (intptr_t i = 0; i < n; ++i) {
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
         REAL x0[8];
         REAL x1[8];
-        NAME(load_8)(x0, a0 + i * s0, c0a);
+        NAME(load_8)(x0, a0 + i * w, c0a);
         NAME(normalize_rotor)(x0, x1);
-        NAME(store_8)(a1 + i * s1, c1a, x1);
+        NAME(store_8)(a1 + i * w, c1a, x1);
     }
 }
 
-static void NAME(normalize_rotor_any)(intptr_t n, char **args, const intptr_t *steps)
+void NAME(normalize_rotor_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
-    NAME(normalize_rotor_each)(n, args, steps[0], steps[1], steps[2], steps[3]);
-}
-
-WIDE void NAME(normalize_rotor_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
-{
-    const intptr_t n = dimensions[0], w = sizeof(REAL);
-    const intptr_t s0 = steps[0], s1 = steps[1], c0a = steps[2], c1a = steps[3];
-    if (n < 1)
-        return;
-    if (s0 == w && s1 == w)
-        NAME(normalize_rotor_each)(n, args, w, w, c0a, c1a);
-    else if (s0 == 8 * w && s1 == 8 * w && c0a == w && c1a == w)
-        NAME(normalize_rotor_each)(n, args, 8 * w, 8 * w, w, w);
-    else
-        NAME(normalize_rotor_any)(n, args, steps);
+    static const struct part parts[] = {{8, 1, 0, {8}}, {8, 1, 1, {8}}};
+    static const struct kernel kernel = {{NAME(normalize_rotor_block), NULL, NULL, NULL}, 0, 1, 2, parts};
+    NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
 INLINE void NAME(transform_vector)(const REAL *r, const REAL *v, REAL *out)
@@ -2890,47 +3148,50 @@ INLINE void NAME(transform_vector)(const REAL *r, const REAL *v, REAL *out)
     out[3] = t91;
 }
 
-static INLINE void NAME(transform_vector_each)(intptr_t n, char **args, intptr_t s0, intptr_t s1, intptr_t s2,
-    intptr_t c0a, intptr_t c1a, intptr_t c2a)
+WIDE static void NAME(transform_vector_block)(intptr_t n, char **args, const intptr_t *strides)
 {
+    const intptr_t w = sizeof(REAL);
+    const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
+    char *a0 = args[0];
+    char *a1 = args[1];
+    char *a2 = args[2];
+    ANY_ORDER
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
+        REAL x0[8];
+        REAL x1[4];
+        REAL x2[4];
+        NAME(load_8)(x0, a0 + i * w, c0a);
+        NAME(load_4)(x1, a1 + i * w, c1a);
+        NAME(transform_vector)(x0, x1, x2);
+        NAME(store_4)(a2 + i * w, c2a, x2);
+    }
+}
+
+WIDE static void NAME(transform_vector_block_uniform)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
     char *a0 = args[0];
     char *a1 = args[1];
     char *a2 = args[2];
     REAL x0[8];
     NAME(load_8)(x0, a0, c0a);
     ANY_ORDER
-    for (intptr_t i = 0; i < n; ++i) {
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
         REAL x1[4];
         REAL x2[4];
-        if (s0 != 0)
-            NAME(load_8)(x0, a0 + i * s0, c0a);
-        NAME(load_4)(x1, a1 + i * s1, c1a);
+        NAME(load_4)(x1, a1 + i * w, c1a);
         NAME(transform_vector)(x0, x1, x2);
-        NAME(store_4)(a2 + i * s2, c2a, x2);
+        NAME(store_4)(a2 + i * w, c2a, x2);
     }
 }
 
-static void NAME(transform_vector_any)(intptr_t n, char **args, const intptr_t *steps)
+void NAME(transform_vector_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
-    NAME(transform_vector_each)(n, args, steps[0], steps[1], steps[2], steps[3], steps[4], steps[5]);
-}
-
-WIDE void NAME(transform_vector_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
-{
-    const intptr_t n = dimensions[0], w = sizeof(REAL);
-    const intptr_t s0 = steps[0], s1 = steps[1], s2 = steps[2], c0a = steps[3], c1a = steps[4], c2a = steps[5];
-    if (n < 1)
-        return;
-    if (s0 == w && s1 == w && s2 == w)
-        NAME(transform_vector_each)(n, args, w, w, w, c0a, c1a, c2a);
-    else if (s0 == 0 && s1 == w && s2 == w)
-        NAME(transform_vector_each)(n, args, 0, w, w, c0a, c1a, c2a);
-    else if (s0 == 8 * w && s1 == 4 * w && s2 == 4 * w && c0a == w && c1a == w && c2a == w)
-        NAME(transform_vector_each)(n, args, 8 * w, 4 * w, 4 * w, w, w, w);
-    else if (s0 == 0 && s1 == 4 * w && s2 == 4 * w && c0a == w && c1a == w && c2a == w)
-        NAME(transform_vector_each)(n, args, 0, 4 * w, 4 * w, w, w, w);
-    else
-        NAME(transform_vector_any)(n, args, steps);
+    static const struct part parts[] = {{8, 1, 0, {8}}, {4, 1, 1, {4}}, {4, 1, 2, {4}}};
+    static const struct kernel kernel = {{NAME(transform_vector_block), NAME(transform_vector_block_uniform), NULL,
+        NULL}, 1, 2, 3, parts};
+    NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
 INLINE void NAME(transform_bivector)(const REAL *r, const REAL *f, REAL *out)
@@ -3077,47 +3338,50 @@ INLINE void NAME(transform_bivector)(const REAL *r, const REAL *f, REAL *out)
     out[5] = t119;
 }
 
-static INLINE void NAME(transform_bivector_each)(intptr_t n, char **args, intptr_t s0, intptr_t s1, intptr_t s2,
-    intptr_t c0a, intptr_t c1a, intptr_t c2a)
+WIDE static void NAME(transform_bivector_block)(intptr_t n, char **args, const intptr_t *strides)
 {
+    const intptr_t w = sizeof(REAL);
+    const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
+    char *a0 = args[0];
+    char *a1 = args[1];
+    char *a2 = args[2];
+    ANY_ORDER
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
+        REAL x0[8];
+        REAL x1[6];
+        REAL x2[6];
+        NAME(load_8)(x0, a0 + i * w, c0a);
+        NAME(load_6)(x1, a1 + i * w, c1a);
+        NAME(transform_bivector)(x0, x1, x2);
+        NAME(store_6)(a2 + i * w, c2a, x2);
+    }
+}
+
+WIDE static void NAME(transform_bivector_block_uniform)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
     char *a0 = args[0];
     char *a1 = args[1];
     char *a2 = args[2];
     REAL x0[8];
     NAME(load_8)(x0, a0, c0a);
     ANY_ORDER
-    for (intptr_t i = 0; i < n; ++i) {
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
         REAL x1[6];
         REAL x2[6];
-        if (s0 != 0)
-            NAME(load_8)(x0, a0 + i * s0, c0a);
-        NAME(load_6)(x1, a1 + i * s1, c1a);
+        NAME(load_6)(x1, a1 + i * w, c1a);
         NAME(transform_bivector)(x0, x1, x2);
-        NAME(store_6)(a2 + i * s2, c2a, x2);
+        NAME(store_6)(a2 + i * w, c2a, x2);
     }
 }
 
-static void NAME(transform_bivector_any)(intptr_t n, char **args, const intptr_t *steps)
+void NAME(transform_bivector_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
-    NAME(transform_bivector_each)(n, args, steps[0], steps[1], steps[2], steps[3], steps[4], steps[5]);
-}
-
-WIDE void NAME(transform_bivector_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
-{
-    const intptr_t n = dimensions[0], w = sizeof(REAL);
-    const intptr_t s0 = steps[0], s1 = steps[1], s2 = steps[2], c0a = steps[3], c1a = steps[4], c2a = steps[5];
-    if (n < 1)
-        return;
-    if (s0 == w && s1 == w && s2 == w)
-        NAME(transform_bivector_each)(n, args, w, w, w, c0a, c1a, c2a);
-    else if (s0 == 0 && s1 == w && s2 == w)
-        NAME(transform_bivector_each)(n, args, 0, w, w, c0a, c1a, c2a);
-    else if (s0 == 8 * w && s1 == 6 * w && s2 == 6 * w && c0a == w && c1a == w && c2a == w)
-        NAME(transform_bivector_each)(n, args, 8 * w, 6 * w, 6 * w, w, w, w);
-    else if (s0 == 0 && s1 == 6 * w && s2 == 6 * w && c0a == w && c1a == w && c2a == w)
-        NAME(transform_bivector_each)(n, args, 0, 6 * w, 6 * w, w, w, w);
-    else
-        NAME(transform_bivector_any)(n, args, steps);
+    static const struct part parts[] = {{8, 1, 0, {8}}, {6, 1, 1, {6}}, {6, 1, 2, {6}}};
+    static const struct kernel kernel = {{NAME(transform_bivector_block), NAME(transform_bivector_block_uniform),
+        NULL, NULL}, 1, 2, 3, parts};
+    NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
 INLINE void NAME(boost_from_rapidity)(const REAL *direction, REAL rapidity, REAL *out)
@@ -3153,9 +3417,29 @@ INLINE void NAME(boost_from_rapidity)(const REAL *direction, REAL rapidity, REAL
     out[7] = (REAL)0;
 }
 
-static INLINE void NAME(boost_from_rapidity_each)(intptr_t n, char **args, intptr_t s0, intptr_t s1, intptr_t s2,
-    intptr_t c0a, intptr_t c2a)
+WIDE static void NAME(boost_from_rapidity_block)(intptr_t n, char **args, const intptr_t *strides)
 {
+    const intptr_t w = sizeof(REAL);
+    const intptr_t c0a = strides[0], c2a = strides[1];
+    char *a0 = args[0];
+    char *a1 = args[1];
+    char *a2 = args[2];
+    ANY_ORDER
+    for (intptr_t i = 0; i < n; ++i) {
+        REAL x0[3];
+        REAL x1[1];
+        REAL x2[8];
+        NAME(load_3)(x0, a0 + i * w, c0a);
+        NAME(load_scalar)(x1, a1 + i * w);
+        NAME(boost_from_rapidity)(x0, x1[0], x2);
+        NAME(store_8)(a2 + i * w, c2a, x2);
+    }
+}
+
+WIDE static void NAME(boost_from_rapidity_block_uniform)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    const intptr_t c0a = strides[0], c2a = strides[1];
     char *a0 = args[0];
     char *a1 = args[1];
     char *a2 = args[2];
@@ -3165,35 +3449,18 @@ static INLINE void NAME(boost_from_rapidity_each)(intptr_t n, char **args, intpt
     for (intptr_t i = 0; i < n; ++i) {
         REAL x0[3];
         REAL x2[8];
-        NAME(load_3)(x0, a0 + i * s0, c0a);
-        if (s1 != 0)
-            NAME(load_scalar)(x1, a1 + i * s1);
+        NAME(load_3)(x0, a0 + i * w, c0a);
         NAME(boost_from_rapidity)(x0, x1[0], x2);
-        NAME(store_8)(a2 + i * s2, c2a, x2);
+        NAME(store_8)(a2 + i * w, c2a, x2);
     }
 }
 
-static void NAME(boost_from_rapidity_any)(intptr_t n, char **args, const intptr_t *steps)
+void NAME(boost_from_rapidity_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
-    NAME(boost_from_rapidity_each)(n, args, steps[0], steps[1], steps[2], steps[3], steps[4]);
-}
-
-WIDE void NAME(boost_from_rapidity_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
-{
-    const intptr_t n = dimensions[0], w = sizeof(REAL);
-    const intptr_t s0 = steps[0], s1 = steps[1], s2 = steps[2], c0a = steps[3], c2a = steps[4];
-    if (n < 1)
-        return;
-    if (s0 == w && s1 == w && s2 == w)
-        NAME(boost_from_rapidity_each)(n, args, w, w, w, c0a, c2a);
-    else if (s0 == w && s1 == 0 && s2 == w)
-        NAME(boost_from_rapidity_each)(n, args, w, 0, w, c0a, c2a);
-    else if (s0 == 3 * w && s1 == w && s2 == 8 * w && c0a == w && c2a == w)
-        NAME(boost_from_rapidity_each)(n, args, 3 * w, w, 8 * w, w, w);
-    else if (s0 == 3 * w && s1 == 0 && s2 == 8 * w && c0a == w && c2a == w)
-        NAME(boost_from_rapidity_each)(n, args, 3 * w, 0, 8 * w, w, w);
-    else
-        NAME(boost_from_rapidity_any)(n, args, steps);
+    static const struct part parts[] = {{3, 1, 0, {3}}, {1, 0, 1, {0}}, {8, 1, 1, {8}}};
+    static const struct kernel kernel = {{NAME(boost_from_rapidity_block), NAME(boost_from_rapidity_block_uniform),
+        NULL, NULL}, 2, 2, 3, parts};
+    NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
 INLINE void NAME(boost_from_velocity)(const REAL *velocity, REAL *out)
@@ -3230,38 +3497,44 @@ INLINE void NAME(boost_from_velocity)(const REAL *velocity, REAL *out)
     out[7] = (REAL)0;
 }
 
-static INLINE void NAME(boost_from_velocity_each)(intptr_t n, char **args, intptr_t s0, intptr_t s1, intptr_t c0a,
-    intptr_t c1a)
+WIDE static void NAME(boost_from_velocity_block)(intptr_t n, char **args, const intptr_t *strides)
 {
+    const intptr_t w = sizeof(REAL);
+    const intptr_t c0a = strides[0], c1a = strides[1];
     char *a0 = args[0];
     char *a1 = args[1];
     ANY_ORDER
-    for (intptr_t i = 0; i < n; ++i) {
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
         REAL x0[3];
         REAL x1[8];
-        NAME(load_3)(x0, a0 + i * s0, c0a);
+        NAME(load_3)(x0, a0 + i * w, c0a);
         NAME(boost_from_velocity)(x0, x1);
-        NAME(store_8)(a1 + i * s1, c1a, x1);
+        NAME(store_8)(a1 + i * w, c1a, x1);
     }
 }
 
-static void NAME(boost_from_velocity_any)(intptr_t n, char **args, const intptr_t *steps)
+WIDE static void NAME(boost_from_velocity_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
-    NAME(boost_from_velocity_each)(n, args, steps[0], steps[1], steps[2], steps[3]);
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    char *a0 = args[0];
+    char *a1 = args[1];
+    ANY_ORDER
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
+        REAL x0[3];
+        REAL x1[8];
+        NAME(load_3)(x0, a0 + i * 3 * w, w);
+        NAME(boost_from_velocity)(x0, x1);
+        NAME(store_8)(a1 + i * 8 * w, w, x1);
+    }
 }
 
-WIDE void NAME(boost_from_velocity_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
+void NAME(boost_from_velocity_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
-    const intptr_t n = dimensions[0], w = sizeof(REAL);
-    const intptr_t s0 = steps[0], s1 = steps[1], c0a = steps[2], c1a = steps[3];
-    if (n < 1)
-        return;
-    if (s0 == w && s1 == w)
-        NAME(boost_from_velocity_each)(n, args, w, w, c0a, c1a);
-    else if (s0 == 3 * w && s1 == 8 * w && c0a == w && c1a == w)
-        NAME(boost_from_velocity_each)(n, args, 3 * w, 8 * w, w, w);
-    else
-        NAME(boost_from_velocity_any)(n, args, steps);
+    static const struct part parts[] = {{3, 1, 0, {3}}, {8, 1, 1, {8}}};
+    static const struct kernel kernel = {{NAME(boost_from_velocity_block), NULL, NAME(boost_from_velocity_dense),
+        NULL}, 0, 1, 2, parts};
+    NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
 INLINE void NAME(boost_between_velocities)(const REAL *a, const REAL *b, REAL *out)
@@ -3318,47 +3591,89 @@ INLINE void NAME(boost_between_velocities)(const REAL *a, const REAL *b, REAL *o
     out[7] = (REAL)0;
 }
 
-static INLINE void NAME(boost_between_velocities_each)(intptr_t n, char **args, intptr_t s0, intptr_t s1, intptr_t
-    s2, intptr_t c0a, intptr_t c1a, intptr_t c2a)
+WIDE static void NAME(boost_between_velocities_block)(intptr_t n, char **args, const intptr_t *strides)
 {
+    const intptr_t w = sizeof(REAL);
+    const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
+    char *a0 = args[0];
+    char *a1 = args[1];
+    char *a2 = args[2];
+    ANY_ORDER
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
+        REAL x0[4];
+        REAL x1[4];
+        REAL x2[8];
+        NAME(load_4)(x0, a0 + i * w, c0a);
+        NAME(load_4)(x1, a1 + i * w, c1a);
+        NAME(boost_between_velocities)(x0, x1, x2);
+        NAME(store_8)(a2 + i * w, c2a, x2);
+    }
+}
+
+WIDE static void NAME(boost_between_velocities_block_uniform)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
     char *a0 = args[0];
     char *a1 = args[1];
     char *a2 = args[2];
     REAL x0[4];
     NAME(load_4)(x0, a0, c0a);
     ANY_ORDER
-    for (intptr_t i = 0; i < n; ++i) {
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
         REAL x1[4];
         REAL x2[8];
-        if (s0 != 0)
-            NAME(load_4)(x0, a0 + i * s0, c0a);
-        NAME(load_4)(x1, a1 + i * s1, c1a);
+        NAME(load_4)(x1, a1 + i * w, c1a);
         NAME(boost_between_velocities)(x0, x1, x2);
-        NAME(store_8)(a2 + i * s2, c2a, x2);
+        NAME(store_8)(a2 + i * w, c2a, x2);
     }
 }
 
-static void NAME(boost_between_velocities_any)(intptr_t n, char **args, const intptr_t *steps)
+WIDE static void NAME(boost_between_velocities_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
-    NAME(boost_between_velocities_each)(n, args, steps[0], steps[1], steps[2], steps[3], steps[4], steps[5]);
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    char *a0 = args[0];
+    char *a1 = args[1];
+    char *a2 = args[2];
+    ANY_ORDER
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
+        REAL x0[4];
+        REAL x1[4];
+        REAL x2[8];
+        NAME(load_4)(x0, a0 + i * 4 * w, w);
+        NAME(load_4)(x1, a1 + i * 4 * w, w);
+        NAME(boost_between_velocities)(x0, x1, x2);
+        NAME(store_8)(a2 + i * 8 * w, w, x2);
+    }
 }
 
-WIDE void NAME(boost_between_velocities_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
+WIDE static void NAME(boost_between_velocities_dense_uniform)(intptr_t n, char **args, const intptr_t *strides)
 {
-    const intptr_t n = dimensions[0], w = sizeof(REAL);
-    const intptr_t s0 = steps[0], s1 = steps[1], s2 = steps[2], c0a = steps[3], c1a = steps[4], c2a = steps[5];
-    if (n < 1)
-        return;
-    if (s0 == w && s1 == w && s2 == w)
-        NAME(boost_between_velocities_each)(n, args, w, w, w, c0a, c1a, c2a);
-    else if (s0 == 0 && s1 == w && s2 == w)
-        NAME(boost_between_velocities_each)(n, args, 0, w, w, c0a, c1a, c2a);
-    else if (s0 == 4 * w && s1 == 4 * w && s2 == 8 * w && c0a == w && c1a == w && c2a == w)
-        NAME(boost_between_velocities_each)(n, args, 4 * w, 4 * w, 8 * w, w, w, w);
-    else if (s0 == 0 && s1 == 4 * w && s2 == 8 * w && c0a == w && c1a == w && c2a == w)
-        NAME(boost_between_velocities_each)(n, args, 0, 4 * w, 8 * w, w, w, w);
-    else
-        NAME(boost_between_velocities_any)(n, args, steps);
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    char *a0 = args[0];
+    char *a1 = args[1];
+    char *a2 = args[2];
+    REAL x0[4];
+    NAME(load_4)(x0, a0, w);
+    ANY_ORDER
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
+        REAL x1[4];
+        REAL x2[8];
+        NAME(load_4)(x1, a1 + i * 4 * w, w);
+        NAME(boost_between_velocities)(x0, x1, x2);
+        NAME(store_8)(a2 + i * 8 * w, w, x2);
+    }
+}
+
+void NAME(boost_between_velocities_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
+{
+    static const struct part parts[] = {{4, 1, 0, {4}}, {4, 1, 1, {4}}, {8, 1, 2, {8}}};
+    static const struct kernel kernel = {{NAME(boost_between_velocities_block),
+        NAME(boost_between_velocities_block_uniform), NAME(boost_between_velocities_dense),
+        NAME(boost_between_velocities_dense_uniform)}, 1, 2, 3, parts};
+    NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
 INLINE void NAME(rotor_from_axis_angle)(const REAL *axis, REAL angle, REAL *out)
@@ -3390,9 +3705,29 @@ INLINE void NAME(rotor_from_axis_angle)(const REAL *axis, REAL angle, REAL *out)
     out[7] = (REAL)0;
 }
 
-static INLINE void NAME(rotor_from_axis_angle_each)(intptr_t n, char **args, intptr_t s0, intptr_t s1, intptr_t s2,
-    intptr_t c0a, intptr_t c2a)
+WIDE static void NAME(rotor_from_axis_angle_block)(intptr_t n, char **args, const intptr_t *strides)
 {
+    const intptr_t w = sizeof(REAL);
+    const intptr_t c0a = strides[0], c2a = strides[1];
+    char *a0 = args[0];
+    char *a1 = args[1];
+    char *a2 = args[2];
+    ANY_ORDER
+    for (intptr_t i = 0; i < n; ++i) {
+        REAL x0[3];
+        REAL x1[1];
+        REAL x2[8];
+        NAME(load_3)(x0, a0 + i * w, c0a);
+        NAME(load_scalar)(x1, a1 + i * w);
+        NAME(rotor_from_axis_angle)(x0, x1[0], x2);
+        NAME(store_8)(a2 + i * w, c2a, x2);
+    }
+}
+
+WIDE static void NAME(rotor_from_axis_angle_block_uniform)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    const intptr_t c0a = strides[0], c2a = strides[1];
     char *a0 = args[0];
     char *a1 = args[1];
     char *a2 = args[2];
@@ -3402,35 +3737,18 @@ static INLINE void NAME(rotor_from_axis_angle_each)(intptr_t n, char **args, int
     for (intptr_t i = 0; i < n; ++i) {
         REAL x0[3];
         REAL x2[8];
-        NAME(load_3)(x0, a0 + i * s0, c0a);
-        if (s1 != 0)
-            NAME(load_scalar)(x1, a1 + i * s1);
+        NAME(load_3)(x0, a0 + i * w, c0a);
         NAME(rotor_from_axis_angle)(x0, x1[0], x2);
-        NAME(store_8)(a2 + i * s2, c2a, x2);
+        NAME(store_8)(a2 + i * w, c2a, x2);
     }
 }
 
-static void NAME(rotor_from_axis_angle_any)(intptr_t n, char **args, const intptr_t *steps)
+void NAME(rotor_from_axis_angle_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
-    NAME(rotor_from_axis_angle_each)(n, args, steps[0], steps[1], steps[2], steps[3], steps[4]);
-}
-
-WIDE void NAME(rotor_from_axis_angle_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
-{
-    const intptr_t n = dimensions[0], w = sizeof(REAL);
-    const intptr_t s0 = steps[0], s1 = steps[1], s2 = steps[2], c0a = steps[3], c2a = steps[4];
-    if (n < 1)
-        return;
-    if (s0 == w && s1 == w && s2 == w)
-        NAME(rotor_from_axis_angle_each)(n, args, w, w, w, c0a, c2a);
-    else if (s0 == w && s1 == 0 && s2 == w)
-        NAME(rotor_from_axis_angle_each)(n, args, w, 0, w, c0a, c2a);
-    else if (s0 == 3 * w && s1 == w && s2 == 8 * w && c0a == w && c2a == w)
-        NAME(rotor_from_axis_angle_each)(n, args, 3 * w, w, 8 * w, w, w);
-    else if (s0 == 3 * w && s1 == 0 && s2 == 8 * w && c0a == w && c2a == w)
-        NAME(rotor_from_axis_angle_each)(n, args, 3 * w, 0, 8 * w, w, w);
-    else
-        NAME(rotor_from_axis_angle_any)(n, args, steps);
+    static const struct part parts[] = {{3, 1, 0, {3}}, {1, 0, 1, {0}}, {8, 1, 1, {8}}};
+    static const struct kernel kernel = {{NAME(rotor_from_axis_angle_block),
+        NAME(rotor_from_axis_angle_block_uniform), NULL, NULL}, 2, 2, 3, parts};
+    NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
 INLINE void NAME(rotor_to_matrix)(const REAL *r, REAL *out)
@@ -3535,38 +3853,27 @@ INLINE void NAME(rotor_to_matrix)(const REAL *r, REAL *out)
     out[15] = t73;
 }
 
-static INLINE void NAME(rotor_to_matrix_each)(intptr_t n, char **args, intptr_t s0, intptr_t s1, intptr_t c0a,
-    intptr_t c1a, intptr_t c1b)
+WIDE static void NAME(rotor_to_matrix_block)(intptr_t n, char **args, const intptr_t *strides)
 {
+    const intptr_t w = sizeof(REAL);
+    const intptr_t c0a = strides[0], c1a = strides[1], c1b = strides[2];
     char *a0 = args[0];
     char *a1 = args[1];
     ANY_ORDER
-    for (intptr_t i = 0; i < n; ++i) {
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
         REAL x0[8];
         REAL x1[16];
-        NAME(load_8)(x0, a0 + i * s0, c0a);
+        NAME(load_8)(x0, a0 + i * w, c0a);
         NAME(rotor_to_matrix)(x0, x1);
-        NAME(store_4x4)(a1 + i * s1, c1a, c1b, x1);
+        NAME(store_4x4)(a1 + i * w, c1a, c1b, x1);
     }
 }
 
-static void NAME(rotor_to_matrix_any)(intptr_t n, char **args, const intptr_t *steps)
+void NAME(rotor_to_matrix_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
-    NAME(rotor_to_matrix_each)(n, args, steps[0], steps[1], steps[2], steps[3], steps[4]);
-}
-
-WIDE void NAME(rotor_to_matrix_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
-{
-    const intptr_t n = dimensions[0], w = sizeof(REAL);
-    const intptr_t s0 = steps[0], s1 = steps[1], c0a = steps[2], c1a = steps[3], c1b = steps[4];
-    if (n < 1)
-        return;
-    if (s0 == w && s1 == w)
-        NAME(rotor_to_matrix_each)(n, args, w, w, c0a, c1a, c1b);
-    else if (s0 == 8 * w && s1 == 16 * w && c0a == w && c1a == 4 * w && c1b == w)
-        NAME(rotor_to_matrix_each)(n, args, 8 * w, 16 * w, w, 4 * w, w);
-    else
-        NAME(rotor_to_matrix_any)(n, args, steps);
+    static const struct part parts[] = {{8, 1, 0, {8}}, {16, 2, 1, {4, 4}}};
+    static const struct kernel kernel = {{NAME(rotor_to_matrix_block), NULL, NULL, NULL}, 0, 1, 2, parts};
+    NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
 INLINE void NAME(field_from_electric_magnetic)(const REAL *e, const REAL *b, REAL *out)
@@ -3587,47 +3894,50 @@ INLINE void NAME(field_from_electric_magnetic)(const REAL *e, const REAL *b, REA
     out[5] = t1;
 }
 
-static INLINE void NAME(field_from_electric_magnetic_each)(intptr_t n, char **args, intptr_t s0, intptr_t s1,
-    intptr_t s2, intptr_t c0a, intptr_t c1a, intptr_t c2a)
+WIDE static void NAME(field_from_electric_magnetic_block)(intptr_t n, char **args, const intptr_t *strides)
 {
+    const intptr_t w = sizeof(REAL);
+    const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
+    char *a0 = args[0];
+    char *a1 = args[1];
+    char *a2 = args[2];
+    ANY_ORDER
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
+        REAL x0[3];
+        REAL x1[3];
+        REAL x2[6];
+        NAME(load_3)(x0, a0 + i * w, c0a);
+        NAME(load_3)(x1, a1 + i * w, c1a);
+        NAME(field_from_electric_magnetic)(x0, x1, x2);
+        NAME(store_6)(a2 + i * w, c2a, x2);
+    }
+}
+
+WIDE static void NAME(field_from_electric_magnetic_block_uniform)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
     char *a0 = args[0];
     char *a1 = args[1];
     char *a2 = args[2];
     REAL x0[3];
     NAME(load_3)(x0, a0, c0a);
     ANY_ORDER
-    for (intptr_t i = 0; i < n; ++i) {
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
         REAL x1[3];
         REAL x2[6];
-        if (s0 != 0)
-            NAME(load_3)(x0, a0 + i * s0, c0a);
-        NAME(load_3)(x1, a1 + i * s1, c1a);
+        NAME(load_3)(x1, a1 + i * w, c1a);
         NAME(field_from_electric_magnetic)(x0, x1, x2);
-        NAME(store_6)(a2 + i * s2, c2a, x2);
+        NAME(store_6)(a2 + i * w, c2a, x2);
     }
 }
 
-static void NAME(field_from_electric_magnetic_any)(intptr_t n, char **args, const intptr_t *steps)
+void NAME(field_from_electric_magnetic_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
-    NAME(field_from_electric_magnetic_each)(n, args, steps[0], steps[1], steps[2], steps[3], steps[4], steps[5]);
-}
-
-WIDE void NAME(field_from_electric_magnetic_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
-{
-    const intptr_t n = dimensions[0], w = sizeof(REAL);
-    const intptr_t s0 = steps[0], s1 = steps[1], s2 = steps[2], c0a = steps[3], c1a = steps[4], c2a = steps[5];
-    if (n < 1)
-        return;
-    if (s0 == w && s1 == w && s2 == w)
-        NAME(field_from_electric_magnetic_each)(n, args, w, w, w, c0a, c1a, c2a);
-    else if (s0 == 0 && s1 == w && s2 == w)
-        NAME(field_from_electric_magnetic_each)(n, args, 0, w, w, c0a, c1a, c2a);
-    else if (s0 == 3 * w && s1 == 3 * w && s2 == 6 * w && c0a == w && c1a == w && c2a == w)
-        NAME(field_from_electric_magnetic_each)(n, args, 3 * w, 3 * w, 6 * w, w, w, w);
-    else if (s0 == 0 && s1 == 3 * w && s2 == 6 * w && c0a == w && c1a == w && c2a == w)
-        NAME(field_from_electric_magnetic_each)(n, args, 0, 3 * w, 6 * w, w, w, w);
-    else
-        NAME(field_from_electric_magnetic_any)(n, args, steps);
+    static const struct part parts[] = {{3, 1, 0, {3}}, {3, 1, 1, {3}}, {6, 1, 2, {6}}};
+    static const struct kernel kernel = {{NAME(field_from_electric_magnetic_block),
+        NAME(field_from_electric_magnetic_block_uniform), NULL, NULL}, 1, 2, 3, parts};
+    NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
 INLINE void NAME(field_to_electric_magnetic)(const REAL *f, REAL *out_0, REAL *out_1)
@@ -3648,41 +3958,31 @@ INLINE void NAME(field_to_electric_magnetic)(const REAL *f, REAL *out_0, REAL *o
     out_1[2] = t1;
 }
 
-static INLINE void NAME(field_to_electric_magnetic_each)(intptr_t n, char **args, intptr_t s0, intptr_t s1, intptr_t
-    s2, intptr_t c0a, intptr_t c1a, intptr_t c2a)
+WIDE static void NAME(field_to_electric_magnetic_block)(intptr_t n, char **args, const intptr_t *strides)
 {
+    const intptr_t w = sizeof(REAL);
+    const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
     char *a0 = args[0];
     char *a1 = args[1];
     char *a2 = args[2];
     ANY_ORDER
-    for (intptr_t i = 0; i < n; ++i) {
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
         REAL x0[6];
         REAL x1[3];
         REAL x2[3];
-        NAME(load_6)(x0, a0 + i * s0, c0a);
+        NAME(load_6)(x0, a0 + i * w, c0a);
         NAME(field_to_electric_magnetic)(x0, x1, x2);
-        NAME(store_3)(a1 + i * s1, c1a, x1);
-        NAME(store_3)(a2 + i * s2, c2a, x2);
+        NAME(store_3)(a1 + i * w, c1a, x1);
+        NAME(store_3)(a2 + i * w, c2a, x2);
     }
 }
 
-static void NAME(field_to_electric_magnetic_any)(intptr_t n, char **args, const intptr_t *steps)
+void NAME(field_to_electric_magnetic_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
-    NAME(field_to_electric_magnetic_each)(n, args, steps[0], steps[1], steps[2], steps[3], steps[4], steps[5]);
-}
-
-WIDE void NAME(field_to_electric_magnetic_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
-{
-    const intptr_t n = dimensions[0], w = sizeof(REAL);
-    const intptr_t s0 = steps[0], s1 = steps[1], s2 = steps[2], c0a = steps[3], c1a = steps[4], c2a = steps[5];
-    if (n < 1)
-        return;
-    if (s0 == w && s1 == w && s2 == w)
-        NAME(field_to_electric_magnetic_each)(n, args, w, w, w, c0a, c1a, c2a);
-    else if (s0 == 6 * w && s1 == 3 * w && s2 == 3 * w && c0a == w && c1a == w && c2a == w)
-        NAME(field_to_electric_magnetic_each)(n, args, 6 * w, 3 * w, 3 * w, w, w, w);
-    else
-        NAME(field_to_electric_magnetic_any)(n, args, steps);
+    static const struct part parts[] = {{6, 1, 0, {6}}, {3, 1, 1, {3}}, {3, 1, 2, {3}}};
+    static const struct kernel kernel = {{NAME(field_to_electric_magnetic_block), NULL, NULL, NULL}, 0, 1, 3,
+        parts};
+    NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
 INLINE void NAME(field_invariants)(const REAL *f, REAL *out_0, REAL *out_1)
@@ -3713,41 +4013,30 @@ INLINE void NAME(field_invariants)(const REAL *f, REAL *out_0, REAL *out_1)
     out_1[0] = t15;
 }
 
-static INLINE void NAME(field_invariants_each)(intptr_t n, char **args, intptr_t s0, intptr_t s1, intptr_t s2,
-    intptr_t c0a)
+WIDE static void NAME(field_invariants_block)(intptr_t n, char **args, const intptr_t *strides)
 {
+    const intptr_t w = sizeof(REAL);
+    const intptr_t c0a = strides[0];
     char *a0 = args[0];
     char *a1 = args[1];
     char *a2 = args[2];
     ANY_ORDER
-    for (intptr_t i = 0; i < n; ++i) {
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
         REAL x0[6];
         REAL x1[1];
         REAL x2[1];
-        NAME(load_6)(x0, a0 + i * s0, c0a);
+        NAME(load_6)(x0, a0 + i * w, c0a);
         NAME(field_invariants)(x0, x1, x2);
-        NAME(store_scalar)(a1 + i * s1, x1);
-        NAME(store_scalar)(a2 + i * s2, x2);
+        NAME(store_scalar)(a1 + i * w, x1);
+        NAME(store_scalar)(a2 + i * w, x2);
     }
 }
 
-static void NAME(field_invariants_any)(intptr_t n, char **args, const intptr_t *steps)
+void NAME(field_invariants_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
-    NAME(field_invariants_each)(n, args, steps[0], steps[1], steps[2], steps[3]);
-}
-
-WIDE void NAME(field_invariants_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
-{
-    const intptr_t n = dimensions[0], w = sizeof(REAL);
-    const intptr_t s0 = steps[0], s1 = steps[1], s2 = steps[2], c0a = steps[3];
-    if (n < 1)
-        return;
-    if (s0 == w && s1 == w && s2 == w)
-        NAME(field_invariants_each)(n, args, w, w, w, c0a);
-    else if (s0 == 6 * w && s1 == w && s2 == w && c0a == w)
-        NAME(field_invariants_each)(n, args, 6 * w, w, w, w);
-    else
-        NAME(field_invariants_any)(n, args, steps);
+    static const struct part parts[] = {{6, 1, 0, {6}}, {1, 0, 1, {0}}, {1, 0, 1, {0}}};
+    static const struct kernel kernel = {{NAME(field_invariants_block), NULL, NULL, NULL}, 0, 1, 3, parts};
+    NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
 INLINE void NAME(lorentz_force)(const REAL *f, const REAL *u, REAL *out)
@@ -3788,47 +4077,50 @@ INLINE void NAME(lorentz_force)(const REAL *f, const REAL *u, REAL *out)
     out[3] = t19;
 }
 
-static INLINE void NAME(lorentz_force_each)(intptr_t n, char **args, intptr_t s0, intptr_t s1, intptr_t s2, intptr_t
-    c0a, intptr_t c1a, intptr_t c2a)
+WIDE static void NAME(lorentz_force_block)(intptr_t n, char **args, const intptr_t *strides)
 {
+    const intptr_t w = sizeof(REAL);
+    const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
+    char *a0 = args[0];
+    char *a1 = args[1];
+    char *a2 = args[2];
+    ANY_ORDER
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
+        REAL x0[6];
+        REAL x1[4];
+        REAL x2[4];
+        NAME(load_6)(x0, a0 + i * w, c0a);
+        NAME(load_4)(x1, a1 + i * w, c1a);
+        NAME(lorentz_force)(x0, x1, x2);
+        NAME(store_4)(a2 + i * w, c2a, x2);
+    }
+}
+
+WIDE static void NAME(lorentz_force_block_uniform)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
     char *a0 = args[0];
     char *a1 = args[1];
     char *a2 = args[2];
     REAL x0[6];
     NAME(load_6)(x0, a0, c0a);
     ANY_ORDER
-    for (intptr_t i = 0; i < n; ++i) {
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
         REAL x1[4];
         REAL x2[4];
-        if (s0 != 0)
-            NAME(load_6)(x0, a0 + i * s0, c0a);
-        NAME(load_4)(x1, a1 + i * s1, c1a);
+        NAME(load_4)(x1, a1 + i * w, c1a);
         NAME(lorentz_force)(x0, x1, x2);
-        NAME(store_4)(a2 + i * s2, c2a, x2);
+        NAME(store_4)(a2 + i * w, c2a, x2);
     }
 }
 
-static void NAME(lorentz_force_any)(intptr_t n, char **args, const intptr_t *steps)
+void NAME(lorentz_force_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
-    NAME(lorentz_force_each)(n, args, steps[0], steps[1], steps[2], steps[3], steps[4], steps[5]);
-}
-
-WIDE void NAME(lorentz_force_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
-{
-    const intptr_t n = dimensions[0], w = sizeof(REAL);
-    const intptr_t s0 = steps[0], s1 = steps[1], s2 = steps[2], c0a = steps[3], c1a = steps[4], c2a = steps[5];
-    if (n < 1)
-        return;
-    if (s0 == w && s1 == w && s2 == w)
-        NAME(lorentz_force_each)(n, args, w, w, w, c0a, c1a, c2a);
-    else if (s0 == 0 && s1 == w && s2 == w)
-        NAME(lorentz_force_each)(n, args, 0, w, w, c0a, c1a, c2a);
-    else if (s0 == 6 * w && s1 == 4 * w && s2 == 4 * w && c0a == w && c1a == w && c2a == w)
-        NAME(lorentz_force_each)(n, args, 6 * w, 4 * w, 4 * w, w, w, w);
-    else if (s0 == 0 && s1 == 4 * w && s2 == 4 * w && c0a == w && c1a == w && c2a == w)
-        NAME(lorentz_force_each)(n, args, 0, 4 * w, 4 * w, w, w, w);
-    else
-        NAME(lorentz_force_any)(n, args, steps);
+    static const struct part parts[] = {{6, 1, 0, {6}}, {4, 1, 1, {4}}, {4, 1, 2, {4}}};
+    static const struct kernel kernel = {{NAME(lorentz_force_block), NAME(lorentz_force_block_uniform), NULL, NULL},
+        1, 2, 3, parts};
+    NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
 INLINE void NAME(field_stress_energy)(const REAL *f, const REAL *n, REAL *out)
@@ -3913,47 +4205,50 @@ INLINE void NAME(field_stress_energy)(const REAL *f, const REAL *n, REAL *out)
     out[3] = t63;
 }
 
-static INLINE void NAME(field_stress_energy_each)(intptr_t n, char **args, intptr_t s0, intptr_t s1, intptr_t s2,
-    intptr_t c0a, intptr_t c1a, intptr_t c2a)
+WIDE static void NAME(field_stress_energy_block)(intptr_t n, char **args, const intptr_t *strides)
 {
+    const intptr_t w = sizeof(REAL);
+    const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
+    char *a0 = args[0];
+    char *a1 = args[1];
+    char *a2 = args[2];
+    ANY_ORDER
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
+        REAL x0[6];
+        REAL x1[4];
+        REAL x2[4];
+        NAME(load_6)(x0, a0 + i * w, c0a);
+        NAME(load_4)(x1, a1 + i * w, c1a);
+        NAME(field_stress_energy)(x0, x1, x2);
+        NAME(store_4)(a2 + i * w, c2a, x2);
+    }
+}
+
+WIDE static void NAME(field_stress_energy_block_uniform)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
     char *a0 = args[0];
     char *a1 = args[1];
     char *a2 = args[2];
     REAL x0[6];
     NAME(load_6)(x0, a0, c0a);
     ANY_ORDER
-    for (intptr_t i = 0; i < n; ++i) {
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
         REAL x1[4];
         REAL x2[4];
-        if (s0 != 0)
-            NAME(load_6)(x0, a0 + i * s0, c0a);
-        NAME(load_4)(x1, a1 + i * s1, c1a);
+        NAME(load_4)(x1, a1 + i * w, c1a);
         NAME(field_stress_energy)(x0, x1, x2);
-        NAME(store_4)(a2 + i * s2, c2a, x2);
+        NAME(store_4)(a2 + i * w, c2a, x2);
     }
 }
 
-static void NAME(field_stress_energy_any)(intptr_t n, char **args, const intptr_t *steps)
+void NAME(field_stress_energy_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
-    NAME(field_stress_energy_each)(n, args, steps[0], steps[1], steps[2], steps[3], steps[4], steps[5]);
-}
-
-WIDE void NAME(field_stress_energy_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
-{
-    const intptr_t n = dimensions[0], w = sizeof(REAL);
-    const intptr_t s0 = steps[0], s1 = steps[1], s2 = steps[2], c0a = steps[3], c1a = steps[4], c2a = steps[5];
-    if (n < 1)
-        return;
-    if (s0 == w && s1 == w && s2 == w)
-        NAME(field_stress_energy_each)(n, args, w, w, w, c0a, c1a, c2a);
-    else if (s0 == 0 && s1 == w && s2 == w)
-        NAME(field_stress_energy_each)(n, args, 0, w, w, c0a, c1a, c2a);
-    else if (s0 == 6 * w && s1 == 4 * w && s2 == 4 * w && c0a == w && c1a == w && c2a == w)
-        NAME(field_stress_energy_each)(n, args, 6 * w, 4 * w, 4 * w, w, w, w);
-    else if (s0 == 0 && s1 == 4 * w && s2 == 4 * w && c0a == w && c1a == w && c2a == w)
-        NAME(field_stress_energy_each)(n, args, 0, 4 * w, 4 * w, w, w, w);
-    else
-        NAME(field_stress_energy_any)(n, args, steps);
+    static const struct part parts[] = {{6, 1, 0, {6}}, {4, 1, 1, {4}}, {4, 1, 2, {4}}};
+    static const struct kernel kernel = {{NAME(field_stress_energy_block), NAME(field_stress_energy_block_uniform),
+        NULL, NULL}, 1, 2, 3, parts};
+    NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
 INLINE void NAME(dirac_current)(const REAL *psi, REAL *out)
@@ -4011,38 +4306,44 @@ INLINE void NAME(dirac_current)(const REAL *psi, REAL *out)
     out[3] = t38;
 }
 
-static INLINE void NAME(dirac_current_each)(intptr_t n, char **args, intptr_t s0, intptr_t s1, intptr_t c0a,
-    intptr_t c1a)
+WIDE static void NAME(dirac_current_block)(intptr_t n, char **args, const intptr_t *strides)
 {
+    const intptr_t w = sizeof(REAL);
+    const intptr_t c0a = strides[0], c1a = strides[1];
     char *a0 = args[0];
     char *a1 = args[1];
     ANY_ORDER
-    for (intptr_t i = 0; i < n; ++i) {
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
         REAL x0[8];
         REAL x1[4];
-        NAME(load_8)(x0, a0 + i * s0, c0a);
+        NAME(load_8)(x0, a0 + i * w, c0a);
         NAME(dirac_current)(x0, x1);
-        NAME(store_4)(a1 + i * s1, c1a, x1);
+        NAME(store_4)(a1 + i * w, c1a, x1);
     }
 }
 
-static void NAME(dirac_current_any)(intptr_t n, char **args, const intptr_t *steps)
+WIDE static void NAME(dirac_current_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
-    NAME(dirac_current_each)(n, args, steps[0], steps[1], steps[2], steps[3]);
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    char *a0 = args[0];
+    char *a1 = args[1];
+    ANY_ORDER
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
+        REAL x0[8];
+        REAL x1[4];
+        NAME(load_8)(x0, a0 + i * 8 * w, w);
+        NAME(dirac_current)(x0, x1);
+        NAME(store_4)(a1 + i * 4 * w, w, x1);
+    }
 }
 
-WIDE void NAME(dirac_current_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
+void NAME(dirac_current_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
-    const intptr_t n = dimensions[0], w = sizeof(REAL);
-    const intptr_t s0 = steps[0], s1 = steps[1], c0a = steps[2], c1a = steps[3];
-    if (n < 1)
-        return;
-    if (s0 == w && s1 == w)
-        NAME(dirac_current_each)(n, args, w, w, c0a, c1a);
-    else if (s0 == 8 * w && s1 == 4 * w && c0a == w && c1a == w)
-        NAME(dirac_current_each)(n, args, 8 * w, 4 * w, w, w);
-    else
-        NAME(dirac_current_any)(n, args, steps);
+    static const struct part parts[] = {{8, 1, 0, {8}}, {4, 1, 1, {4}}};
+    static const struct kernel kernel = {{NAME(dirac_current_block), NULL, NAME(dirac_current_dense), NULL}, 0, 1,
+        2, parts};
+    NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
 INLINE void NAME(dirac_spin)(const REAL *psi, REAL *out)
@@ -4100,37 +4401,43 @@ INLINE void NAME(dirac_spin)(const REAL *psi, REAL *out)
     out[3] = t38;
 }
 
-static INLINE void NAME(dirac_spin_each)(intptr_t n, char **args, intptr_t s0, intptr_t s1, intptr_t c0a, intptr_t
-    c1a)
+WIDE static void NAME(dirac_spin_block)(intptr_t n, char **args, const intptr_t *strides)
 {
+    const intptr_t w = sizeof(REAL);
+    const intptr_t c0a = strides[0], c1a = strides[1];
     char *a0 = args[0];
     char *a1 = args[1];
     ANY_ORDER
-    for (intptr_t i = 0; i < n; ++i) {
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
         REAL x0[8];
         REAL x1[4];
-        NAME(load_8)(x0, a0 + i * s0, c0a);
+        NAME(load_8)(x0, a0 + i * w, c0a);
         NAME(dirac_spin)(x0, x1);
-        NAME(store_4)(a1 + i * s1, c1a, x1);
+        NAME(store_4)(a1 + i * w, c1a, x1);
     }
 }
 
-static void NAME(dirac_spin_any)(intptr_t n, char **args, const intptr_t *steps)
+WIDE static void NAME(dirac_spin_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
-    NAME(dirac_spin_each)(n, args, steps[0], steps[1], steps[2], steps[3]);
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    char *a0 = args[0];
+    char *a1 = args[1];
+    ANY_ORDER
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
+        REAL x0[8];
+        REAL x1[4];
+        NAME(load_8)(x0, a0 + i * 8 * w, w);
+        NAME(dirac_spin)(x0, x1);
+        NAME(store_4)(a1 + i * 4 * w, w, x1);
+    }
 }
 
-WIDE void NAME(dirac_spin_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
+void NAME(dirac_spin_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
-    const intptr_t n = dimensions[0], w = sizeof(REAL);
-    const intptr_t s0 = steps[0], s1 = steps[1], c0a = steps[2], c1a = steps[3];
-    if (n < 1)
-        return;
-    if (s0 == w && s1 == w)
-        NAME(dirac_spin_each)(n, args, w, w, c0a, c1a);
-    else if (s0 == 8 * w && s1 == 4 * w && c0a == w && c1a == w)
-        NAME(dirac_spin_each)(n, args, 8 * w, 4 * w, w, w);
-    else
-        NAME(dirac_spin_any)(n, args, steps);
+    static const struct part parts[] = {{8, 1, 0, {8}}, {4, 1, 1, {4}}};
+    static const struct kernel kernel = {{NAME(dirac_spin_block), NULL, NAME(dirac_spin_dense), NULL}, 0, 1, 2,
+        parts};
+    NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 #endif

@@ -2,7 +2,7 @@
 // command: gac generate --all vga2
 // spec: 5e8a70341a0646d7
 // contraction: -ffp-contract=off (every operation is rounded once)
-// body: 37df35efa586a291eb822a15a2005ed11e75cce05a39ac6adc3e886743e4d6dc
+// body: 0666c2c877a8ff5e8d84c2a4239887f4e3ff83f3a29ee4e533f6229a504374cb
 
 #ifndef REAL
 #include "vga2.h"
@@ -31,6 +31,35 @@
 #else
 #define WIDE
 #endif
+
+// Loops run over whole vectors: a block is padded to a multiple of this many elements.
+#define LANES 16
+#define PADDED(n) (((n) + LANES - 1) & -LANES)
+
+// A vector of neighbours in memory.
+#if defined(__has_builtin)
+#if __has_builtin(__builtin_shufflevector)
+#define SHUFFLE __builtin_shufflevector
+#define VECTOR(n) __attribute__((vector_size((n) * sizeof(REAL)), aligned(sizeof(REAL)), may_alias))
+#endif
+#endif
+
+// An argument or a result: how many numbers, along which axes, and which is the first of its strides.
+struct part {
+    int size, rank, first, shape[2];
+};
+
+typedef void loop_function(intptr_t n, char **args, const intptr_t *strides);
+
+// The loops of a kernel: rows, rows with the `hoisted` arguments (a bit each) the same for all, and both in C order.
+struct kernel {
+    loop_function *loops[4];
+    unsigned hoisted;
+    int n_inputs, n_parts;
+    const struct part *parts;
+};
+
+enum { PARTS = 3, CORES = 3, SPACE = 4096 };
 
 #define SQRT(x) FUNCTION(sqrt)(x)
 #define SIN(x) FUNCTION(sin)(x)
@@ -114,6 +143,232 @@ static INLINE void NAME(store_4)(char *a, intptr_t ca, const REAL *x)
     *(REAL *)(a + 3 * ca) = x[3];
 }
 
+// Blocks of a batch, and how they get there from strides of any kind: a component of a part (an argument or a result)
+// is a row, `row` numbers long, of the elements of a block.
+
+#ifdef SHUFFLE
+typedef REAL NAME(four) VECTOR(4);
+typedef REAL NAME(eight) VECTOR(8);
+
+// Four numbers at each of eight places, `s` bytes apart, as eight numbers at each of four.
+static INLINE void NAME(turn_8x4)(const char *a, intptr_t s, REAL *x, intptr_t row)
+{
+    NAME(eight) a0, a1, a2, a3;
+#define PAIR(k) SHUFFLE(*(const NAME(four) *)(a + (k) * s), *(const NAME(four) *)(a + ((k) + 4) * s), \
+        0, 1, 2, 3, 4, 5, 6, 7)
+    a0 = PAIR(0);
+    a1 = PAIR(1);
+    a2 = PAIR(2);
+    a3 = PAIR(3);
+#undef PAIR
+    const NAME(eight) b0 = SHUFFLE(a0, a1, 0, 8, 1, 9, 4, 12, 5, 13), b1 = SHUFFLE(a0, a1, 2, 10, 3, 11, 6, 14, 7, 15);
+    const NAME(eight) b2 = SHUFFLE(a2, a3, 0, 8, 1, 9, 4, 12, 5, 13), b3 = SHUFFLE(a2, a3, 2, 10, 3, 11, 6, 14, 7, 15);
+    *(NAME(eight) *)x = SHUFFLE(b0, b2, 0, 1, 8, 9, 4, 5, 12, 13);
+    *(NAME(eight) *)(x + row) = SHUFFLE(b0, b2, 2, 3, 10, 11, 6, 7, 14, 15);
+    *(NAME(eight) *)(x + 2 * row) = SHUFFLE(b1, b3, 0, 1, 8, 9, 4, 5, 12, 13);
+    *(NAME(eight) *)(x + 3 * row) = SHUFFLE(b1, b3, 2, 3, 10, 11, 6, 7, 14, 15);
+}
+
+static INLINE void NAME(turn_4x4)(const char *a, intptr_t s, char *b, intptr_t t)
+{
+    const NAME(four) a0 = *(const NAME(four) *)a, a1 = *(const NAME(four) *)(a + s);
+    const NAME(four) a2 = *(const NAME(four) *)(a + 2 * s), a3 = *(const NAME(four) *)(a + 3 * s);
+    const NAME(four) b0 = SHUFFLE(a0, a1, 0, 4, 2, 6), b1 = SHUFFLE(a0, a1, 1, 5, 3, 7);
+    const NAME(four) b2 = SHUFFLE(a2, a3, 0, 4, 2, 6), b3 = SHUFFLE(a2, a3, 1, 5, 3, 7);
+    *(NAME(four) *)b = SHUFFLE(b0, b2, 0, 1, 4, 5);
+    *(NAME(four) *)(b + t) = SHUFFLE(b1, b3, 0, 1, 4, 5);
+    *(NAME(four) *)(b + 2 * t) = SHUFFLE(b0, b2, 2, 3, 6, 7);
+    *(NAME(four) *)(b + 3 * t) = SHUFFLE(b1, b3, 2, 3, 6, 7);
+}
+#endif
+
+// Rows of `size` components that lie `c` bytes apart, of `n` elements that lie `s` bytes apart.
+WIDE static void NAME(load_rows)(REAL *x, intptr_t row, const char *a, intptr_t s, intptr_t c, intptr_t size,
+    intptr_t n)
+{
+    const intptr_t w = sizeof(REAL);
+    intptr_t done = 0;
+    if (size == 3 && c == w && s == 3 * w) {
+        const REAL *b = (const REAL *)a;
+        ANY_ORDER
+        for (intptr_t i = 0; i < n; ++i) {
+            x[i] = b[3 * i];
+            x[i + row] = b[3 * i + 1];
+            x[i + 2 * row] = b[3 * i + 2];
+        }
+        return;
+    }
+#ifdef SHUFFLE
+    if (size >= 4 && c == w) {
+        for (; done + 8 <= n; done += 8) {
+            for (intptr_t k = 0; k < size; k += 4) {
+                const intptr_t first = k + 4 <= size ? k : size - 4;
+                NAME(turn_8x4)(a + done * s + first * w, s, x + first * row + done, row);
+            }
+        }
+    } else if (s != w) {
+        for (; done + 4 <= n; done += 4) {
+            for (intptr_t k = 0; k < size; ++k) {
+                const char *b = a + done * s + k * c;
+                *(NAME(four) *)(x + k * row + done) = (NAME(four)){*(const REAL *)b, *(const REAL *)(b + s),
+                    *(const REAL *)(b + 2 * s), *(const REAL *)(b + 3 * s)};
+            }
+        }
+    }
+#endif
+    if (done == n)
+        return;
+    for (intptr_t k = 0; k < size; ++k) {
+        const char *from = a + k * c;
+        REAL *to = x + k * row;
+        if (s == w) {
+            ANY_ORDER
+            for (intptr_t i = done; i < n; ++i)
+                to[i] = ((const REAL *)from)[i];
+        } else {
+            for (intptr_t i = done; i < n; ++i)
+                to[i] = *(const REAL *)(from + i * s);
+        }
+    }
+}
+
+// The inverse of load_rows.
+WIDE static void NAME(store_rows)(char *a, intptr_t s, intptr_t c, const REAL *x, intptr_t row, intptr_t size,
+    intptr_t n)
+{
+    const intptr_t w = sizeof(REAL);
+    intptr_t done = 0;
+    if (size == 3 && c == w && s == 3 * w) {
+        REAL *b = (REAL *)a;
+        ANY_ORDER
+        for (intptr_t i = 0; i < n; ++i) {
+            b[3 * i] = x[i];
+            b[3 * i + 1] = x[i + row];
+            b[3 * i + 2] = x[i + 2 * row];
+        }
+        return;
+    }
+#ifdef SHUFFLE
+    if (size >= 4 && c == w) {
+        for (; done + 4 <= n; done += 4) {
+            for (intptr_t k = 0; k < size; k += 4) {
+                const intptr_t first = k + 4 <= size ? k : size - 4;
+                NAME(turn_4x4)((const char *)(x + first * row + done), row * w, a + done * s + first * w, s);
+            }
+        }
+    }
+#endif
+    if (done == n)
+        return;
+    for (intptr_t k = 0; k < size; ++k) {
+        const REAL *from = x + k * row;
+        char *to = a + k * c;
+        for (intptr_t i = done; i < n; ++i)
+            *(REAL *)(to + i * s) = from[i];
+    }
+}
+
+// All rows of a part, from the batch or back to it; axes that lie as one are moved as one.
+static void NAME(move_part)(int back, REAL *x, intptr_t row, const struct part *part, char *a, intptr_t s,
+    const intptr_t *c, intptr_t n)
+{
+    intptr_t count = 1, step = sizeof(REAL);
+    int axis = part->rank;
+    for (; axis > 0 && (count == 1 || c[axis - 1] == count * step); --axis) {
+        step = count == 1 ? c[axis - 1] : step;
+        count *= part->shape[axis - 1];
+    }
+    for (intptr_t k = 0; k < part->size; k += count) {
+        intptr_t offset = 0, rest = k / count;
+        for (int outer = axis; outer-- > 0; rest /= part->shape[outer])
+            offset += rest % part->shape[outer] * c[outer];
+        if (back)
+            NAME(store_rows)(a + offset, s, step, x + k * row, row, count, n);
+        else
+            NAME(load_rows)(x + k * row, row, a + offset, s, step, count, n);
+    }
+}
+
+// Runs a kernel over a batch in blocks. What lies at unit stride, or is hoisted, is used where it lies, and so is a
+// whole batch in C order if there is a loop for it; everything else goes through rows.
+static void NAME(batch)(const struct kernel *kernel, char **args, intptr_t n, const intptr_t *steps)
+{
+    const intptr_t w = sizeof(REAL), *strides = steps + kernel->n_parts;
+    const int n_parts = kernel->n_parts, n_inputs = kernel->n_inputs;
+    enum { SAME, HOISTED, UNIT, ANY } kinds[PARTS];
+    _Alignas(64) REAL space[SPACE];
+    REAL *rows[PARTS];
+    char *starts[PARTS];
+    intptr_t cores[CORES], row_cores[CORES], total = 0, bytes = 0;
+    unsigned hoisted = kernel->hoisted;
+    int in_place = 1, dense = kernel->loops[2] != NULL;
+    for (int p = 0; p < n_parts; ++p) {
+        total += kernel->parts[p].size;
+        bytes += steps[p] < 0 ? -steps[p] : steps[p];
+        if (hoisted >> p & 1 && steps[p] != 0)
+            hoisted = 0;
+    }
+    // Long rows spare calls; beyond the last cache, short ones keep reading and writing going side by side.
+    intptr_t row = n < (1 << 24) / (bytes + 1) ? 64 : LANES;
+    while (row > LANES && row * total > SPACE)
+        row /= 2;
+    total = 0;
+    for (int p = 0; p < n_parts; ++p) {
+        const struct part *part = &kernel->parts[p];
+        const intptr_t *c = strides + part->first;
+        intptr_t step = w, row_step = row * w;
+        starts[p] = args[p];
+        rows[p] = space + row * total;
+        total += part->size;
+        kinds[p] = hoisted >> p & 1 ? HOISTED : p < n_inputs && steps[p] == 0 ? SAME : steps[p] == w ? UNIT : ANY;
+        in_place = in_place && (kinds[p] == UNIT || kinds[p] == HOISTED);
+        for (int q = part->rank; q-- > 0; step *= part->shape[q], row_step *= part->shape[q]) {
+            cores[part->first + q] = c[q];
+            row_cores[part->first + q] = row_step;
+            dense = dense && c[q] == step;
+        }
+        dense = dense && (kinds[p] == HOISTED || steps[p] == step);
+    }
+    for (int p = 0; p < n_inputs && !dense; ++p) {
+        const struct part *part = &kernel->parts[p];
+        if (kinds[p] == SAME) {
+            starts[p] = (char *)rows[p];
+            NAME(move_part)(0, rows[p], row, part, args[p], 0, strides + part->first, n < row ? PADDED(n) : row);
+            for (int q = part->first; q < part->first + part->rank; ++q)
+                cores[q] = row_cores[q];
+        }
+    }
+    for (intptr_t i = 0, m; i < n; i += m) {
+        const int last = n - i < LANES;
+        if (dense && !last) {
+            m = n & -LANES;
+            kernel->loops[hoisted ? 3 : 2](m, starts, cores);
+            continue;
+        }
+        m = last ? n - i : in_place || n - i < row ? (n - i) & -LANES : row;
+        for (int p = 0; p < n_parts; ++p) {
+            const struct part *part = &kernel->parts[p];
+            if (kinds[p] == UNIT && !last)
+                starts[p] = args[p] + i * w;
+            if (kinds[p] < UNIT || (kinds[p] == UNIT && !last))
+                continue;
+            starts[p] = (char *)rows[p];
+            for (int q = part->first; q < part->first + part->rank; ++q)
+                cores[q] = row_cores[q];
+            if (p < n_inputs)
+                NAME(move_part)(0, rows[p], row, part, args[p] + i * steps[p], steps[p], strides + part->first, m);
+            for (intptr_t k = 0; last && p < n_inputs && k < part->size; ++k)
+                for (intptr_t j = m; j < LANES; ++j)
+                    rows[p][k * row + j] = rows[p][k * row + m - 1];
+        }
+        kernel->loops[hoisted ? 1 : 0](m, starts, cores);
+        for (int p = n_inputs; p < n_parts; ++p)
+            if (starts[p] == (char *)rows[p])
+                NAME(move_part)(1, rows[p], row, &kernel->parts[p], args[p] + i * steps[p], steps[p],
+                    strides + kernel->parts[p].first, m);
+    }
+}
+
 INLINE void NAME(geometric_product)(const REAL *a, const REAL *b, REAL *out)
 {
     const REAL a_1 = a[0];
@@ -158,47 +413,88 @@ INLINE void NAME(geometric_product)(const REAL *a, const REAL *b, REAL *out)
     out[3] = t27;
 }
 
-static INLINE void NAME(geometric_product_each)(intptr_t n, char **args, intptr_t s0, intptr_t s1, intptr_t s2,
-    intptr_t c0a, intptr_t c1a, intptr_t c2a)
+WIDE static void NAME(geometric_product_block)(intptr_t n, char **args, const intptr_t *strides)
 {
+    const intptr_t w = sizeof(REAL);
+    const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
+    char *a0 = args[0];
+    char *a1 = args[1];
+    char *a2 = args[2];
+    ANY_ORDER
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
+        REAL x0[4];
+        REAL x1[4];
+        REAL x2[4];
+        NAME(load_4)(x0, a0 + i * w, c0a);
+        NAME(load_4)(x1, a1 + i * w, c1a);
+        NAME(geometric_product)(x0, x1, x2);
+        NAME(store_4)(a2 + i * w, c2a, x2);
+    }
+}
+
+WIDE static void NAME(geometric_product_block_uniform)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
     char *a0 = args[0];
     char *a1 = args[1];
     char *a2 = args[2];
     REAL x0[4];
     NAME(load_4)(x0, a0, c0a);
     ANY_ORDER
-    for (intptr_t i = 0; i < n; ++i) {
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
         REAL x1[4];
         REAL x2[4];
-        if (s0 != 0)
-            NAME(load_4)(x0, a0 + i * s0, c0a);
-        NAME(load_4)(x1, a1 + i * s1, c1a);
+        NAME(load_4)(x1, a1 + i * w, c1a);
         NAME(geometric_product)(x0, x1, x2);
-        NAME(store_4)(a2 + i * s2, c2a, x2);
+        NAME(store_4)(a2 + i * w, c2a, x2);
     }
 }
 
-static void NAME(geometric_product_any)(intptr_t n, char **args, const intptr_t *steps)
+WIDE static void NAME(geometric_product_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
-    NAME(geometric_product_each)(n, args, steps[0], steps[1], steps[2], steps[3], steps[4], steps[5]);
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    char *a0 = args[0];
+    char *a1 = args[1];
+    char *a2 = args[2];
+    ANY_ORDER
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
+        REAL x0[4];
+        REAL x1[4];
+        REAL x2[4];
+        NAME(load_4)(x0, a0 + i * 4 * w, w);
+        NAME(load_4)(x1, a1 + i * 4 * w, w);
+        NAME(geometric_product)(x0, x1, x2);
+        NAME(store_4)(a2 + i * 4 * w, w, x2);
+    }
 }
 
-WIDE void NAME(geometric_product_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
+WIDE static void NAME(geometric_product_dense_uniform)(intptr_t n, char **args, const intptr_t *strides)
 {
-    const intptr_t n = dimensions[0], w = sizeof(REAL);
-    const intptr_t s0 = steps[0], s1 = steps[1], s2 = steps[2], c0a = steps[3], c1a = steps[4], c2a = steps[5];
-    if (n < 1)
-        return;
-    if (s0 == w && s1 == w && s2 == w)
-        NAME(geometric_product_each)(n, args, w, w, w, c0a, c1a, c2a);
-    else if (s0 == 0 && s1 == w && s2 == w)
-        NAME(geometric_product_each)(n, args, 0, w, w, c0a, c1a, c2a);
-    else if (s0 == 4 * w && s1 == 4 * w && s2 == 4 * w && c0a == w && c1a == w && c2a == w)
-        NAME(geometric_product_each)(n, args, 4 * w, 4 * w, 4 * w, w, w, w);
-    else if (s0 == 0 && s1 == 4 * w && s2 == 4 * w && c0a == w && c1a == w && c2a == w)
-        NAME(geometric_product_each)(n, args, 0, 4 * w, 4 * w, w, w, w);
-    else
-        NAME(geometric_product_any)(n, args, steps);
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    char *a0 = args[0];
+    char *a1 = args[1];
+    char *a2 = args[2];
+    REAL x0[4];
+    NAME(load_4)(x0, a0, w);
+    ANY_ORDER
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
+        REAL x1[4];
+        REAL x2[4];
+        NAME(load_4)(x1, a1 + i * 4 * w, w);
+        NAME(geometric_product)(x0, x1, x2);
+        NAME(store_4)(a2 + i * 4 * w, w, x2);
+    }
+}
+
+void NAME(geometric_product_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
+{
+    static const struct part parts[] = {{4, 1, 0, {4}}, {4, 1, 1, {4}}, {4, 1, 2, {4}}};
+    static const struct kernel kernel = {{NAME(geometric_product_block), NAME(geometric_product_block_uniform),
+        NAME(geometric_product_dense), NAME(geometric_product_dense_uniform)}, 1, 2, 3, parts};
+    NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
 INLINE void NAME(outer_product)(const REAL *a, const REAL *b, REAL *out)
@@ -231,47 +527,88 @@ INLINE void NAME(outer_product)(const REAL *a, const REAL *b, REAL *out)
     out[3] = t13;
 }
 
-static INLINE void NAME(outer_product_each)(intptr_t n, char **args, intptr_t s0, intptr_t s1, intptr_t s2, intptr_t
-    c0a, intptr_t c1a, intptr_t c2a)
+WIDE static void NAME(outer_product_block)(intptr_t n, char **args, const intptr_t *strides)
 {
+    const intptr_t w = sizeof(REAL);
+    const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
+    char *a0 = args[0];
+    char *a1 = args[1];
+    char *a2 = args[2];
+    ANY_ORDER
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
+        REAL x0[4];
+        REAL x1[4];
+        REAL x2[4];
+        NAME(load_4)(x0, a0 + i * w, c0a);
+        NAME(load_4)(x1, a1 + i * w, c1a);
+        NAME(outer_product)(x0, x1, x2);
+        NAME(store_4)(a2 + i * w, c2a, x2);
+    }
+}
+
+WIDE static void NAME(outer_product_block_uniform)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
     char *a0 = args[0];
     char *a1 = args[1];
     char *a2 = args[2];
     REAL x0[4];
     NAME(load_4)(x0, a0, c0a);
     ANY_ORDER
-    for (intptr_t i = 0; i < n; ++i) {
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
         REAL x1[4];
         REAL x2[4];
-        if (s0 != 0)
-            NAME(load_4)(x0, a0 + i * s0, c0a);
-        NAME(load_4)(x1, a1 + i * s1, c1a);
+        NAME(load_4)(x1, a1 + i * w, c1a);
         NAME(outer_product)(x0, x1, x2);
-        NAME(store_4)(a2 + i * s2, c2a, x2);
+        NAME(store_4)(a2 + i * w, c2a, x2);
     }
 }
 
-static void NAME(outer_product_any)(intptr_t n, char **args, const intptr_t *steps)
+WIDE static void NAME(outer_product_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
-    NAME(outer_product_each)(n, args, steps[0], steps[1], steps[2], steps[3], steps[4], steps[5]);
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    char *a0 = args[0];
+    char *a1 = args[1];
+    char *a2 = args[2];
+    ANY_ORDER
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
+        REAL x0[4];
+        REAL x1[4];
+        REAL x2[4];
+        NAME(load_4)(x0, a0 + i * 4 * w, w);
+        NAME(load_4)(x1, a1 + i * 4 * w, w);
+        NAME(outer_product)(x0, x1, x2);
+        NAME(store_4)(a2 + i * 4 * w, w, x2);
+    }
 }
 
-WIDE void NAME(outer_product_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
+WIDE static void NAME(outer_product_dense_uniform)(intptr_t n, char **args, const intptr_t *strides)
 {
-    const intptr_t n = dimensions[0], w = sizeof(REAL);
-    const intptr_t s0 = steps[0], s1 = steps[1], s2 = steps[2], c0a = steps[3], c1a = steps[4], c2a = steps[5];
-    if (n < 1)
-        return;
-    if (s0 == w && s1 == w && s2 == w)
-        NAME(outer_product_each)(n, args, w, w, w, c0a, c1a, c2a);
-    else if (s0 == 0 && s1 == w && s2 == w)
-        NAME(outer_product_each)(n, args, 0, w, w, c0a, c1a, c2a);
-    else if (s0 == 4 * w && s1 == 4 * w && s2 == 4 * w && c0a == w && c1a == w && c2a == w)
-        NAME(outer_product_each)(n, args, 4 * w, 4 * w, 4 * w, w, w, w);
-    else if (s0 == 0 && s1 == 4 * w && s2 == 4 * w && c0a == w && c1a == w && c2a == w)
-        NAME(outer_product_each)(n, args, 0, 4 * w, 4 * w, w, w, w);
-    else
-        NAME(outer_product_any)(n, args, steps);
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    char *a0 = args[0];
+    char *a1 = args[1];
+    char *a2 = args[2];
+    REAL x0[4];
+    NAME(load_4)(x0, a0, w);
+    ANY_ORDER
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
+        REAL x1[4];
+        REAL x2[4];
+        NAME(load_4)(x1, a1 + i * 4 * w, w);
+        NAME(outer_product)(x0, x1, x2);
+        NAME(store_4)(a2 + i * 4 * w, w, x2);
+    }
+}
+
+void NAME(outer_product_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
+{
+    static const struct part parts[] = {{4, 1, 0, {4}}, {4, 1, 1, {4}}, {4, 1, 2, {4}}};
+    static const struct kernel kernel = {{NAME(outer_product_block), NAME(outer_product_block_uniform),
+        NAME(outer_product_dense), NAME(outer_product_dense_uniform)}, 1, 2, 3, parts};
+    NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
 INLINE void NAME(regressive_product)(const REAL *a, const REAL *b, REAL *out)
@@ -304,47 +641,88 @@ INLINE void NAME(regressive_product)(const REAL *a, const REAL *b, REAL *out)
     out[3] = t13;
 }
 
-static INLINE void NAME(regressive_product_each)(intptr_t n, char **args, intptr_t s0, intptr_t s1, intptr_t s2,
-    intptr_t c0a, intptr_t c1a, intptr_t c2a)
+WIDE static void NAME(regressive_product_block)(intptr_t n, char **args, const intptr_t *strides)
 {
+    const intptr_t w = sizeof(REAL);
+    const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
+    char *a0 = args[0];
+    char *a1 = args[1];
+    char *a2 = args[2];
+    ANY_ORDER
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
+        REAL x0[4];
+        REAL x1[4];
+        REAL x2[4];
+        NAME(load_4)(x0, a0 + i * w, c0a);
+        NAME(load_4)(x1, a1 + i * w, c1a);
+        NAME(regressive_product)(x0, x1, x2);
+        NAME(store_4)(a2 + i * w, c2a, x2);
+    }
+}
+
+WIDE static void NAME(regressive_product_block_uniform)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
     char *a0 = args[0];
     char *a1 = args[1];
     char *a2 = args[2];
     REAL x0[4];
     NAME(load_4)(x0, a0, c0a);
     ANY_ORDER
-    for (intptr_t i = 0; i < n; ++i) {
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
         REAL x1[4];
         REAL x2[4];
-        if (s0 != 0)
-            NAME(load_4)(x0, a0 + i * s0, c0a);
-        NAME(load_4)(x1, a1 + i * s1, c1a);
+        NAME(load_4)(x1, a1 + i * w, c1a);
         NAME(regressive_product)(x0, x1, x2);
-        NAME(store_4)(a2 + i * s2, c2a, x2);
+        NAME(store_4)(a2 + i * w, c2a, x2);
     }
 }
 
-static void NAME(regressive_product_any)(intptr_t n, char **args, const intptr_t *steps)
+WIDE static void NAME(regressive_product_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
-    NAME(regressive_product_each)(n, args, steps[0], steps[1], steps[2], steps[3], steps[4], steps[5]);
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    char *a0 = args[0];
+    char *a1 = args[1];
+    char *a2 = args[2];
+    ANY_ORDER
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
+        REAL x0[4];
+        REAL x1[4];
+        REAL x2[4];
+        NAME(load_4)(x0, a0 + i * 4 * w, w);
+        NAME(load_4)(x1, a1 + i * 4 * w, w);
+        NAME(regressive_product)(x0, x1, x2);
+        NAME(store_4)(a2 + i * 4 * w, w, x2);
+    }
 }
 
-WIDE void NAME(regressive_product_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
+WIDE static void NAME(regressive_product_dense_uniform)(intptr_t n, char **args, const intptr_t *strides)
 {
-    const intptr_t n = dimensions[0], w = sizeof(REAL);
-    const intptr_t s0 = steps[0], s1 = steps[1], s2 = steps[2], c0a = steps[3], c1a = steps[4], c2a = steps[5];
-    if (n < 1)
-        return;
-    if (s0 == w && s1 == w && s2 == w)
-        NAME(regressive_product_each)(n, args, w, w, w, c0a, c1a, c2a);
-    else if (s0 == 0 && s1 == w && s2 == w)
-        NAME(regressive_product_each)(n, args, 0, w, w, c0a, c1a, c2a);
-    else if (s0 == 4 * w && s1 == 4 * w && s2 == 4 * w && c0a == w && c1a == w && c2a == w)
-        NAME(regressive_product_each)(n, args, 4 * w, 4 * w, 4 * w, w, w, w);
-    else if (s0 == 0 && s1 == 4 * w && s2 == 4 * w && c0a == w && c1a == w && c2a == w)
-        NAME(regressive_product_each)(n, args, 0, 4 * w, 4 * w, w, w, w);
-    else
-        NAME(regressive_product_any)(n, args, steps);
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    char *a0 = args[0];
+    char *a1 = args[1];
+    char *a2 = args[2];
+    REAL x0[4];
+    NAME(load_4)(x0, a0, w);
+    ANY_ORDER
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
+        REAL x1[4];
+        REAL x2[4];
+        NAME(load_4)(x1, a1 + i * 4 * w, w);
+        NAME(regressive_product)(x0, x1, x2);
+        NAME(store_4)(a2 + i * 4 * w, w, x2);
+    }
+}
+
+void NAME(regressive_product_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
+{
+    static const struct part parts[] = {{4, 1, 0, {4}}, {4, 1, 1, {4}}, {4, 1, 2, {4}}};
+    static const struct kernel kernel = {{NAME(regressive_product_block), NAME(regressive_product_block_uniform),
+        NAME(regressive_product_dense), NAME(regressive_product_dense_uniform)}, 1, 2, 3, parts};
+    NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
 INLINE void NAME(inner_product)(const REAL *a, const REAL *b, REAL *out)
@@ -387,47 +765,88 @@ INLINE void NAME(inner_product)(const REAL *a, const REAL *b, REAL *out)
     out[3] = t23;
 }
 
-static INLINE void NAME(inner_product_each)(intptr_t n, char **args, intptr_t s0, intptr_t s1, intptr_t s2, intptr_t
-    c0a, intptr_t c1a, intptr_t c2a)
+WIDE static void NAME(inner_product_block)(intptr_t n, char **args, const intptr_t *strides)
 {
+    const intptr_t w = sizeof(REAL);
+    const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
+    char *a0 = args[0];
+    char *a1 = args[1];
+    char *a2 = args[2];
+    ANY_ORDER
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
+        REAL x0[4];
+        REAL x1[4];
+        REAL x2[4];
+        NAME(load_4)(x0, a0 + i * w, c0a);
+        NAME(load_4)(x1, a1 + i * w, c1a);
+        NAME(inner_product)(x0, x1, x2);
+        NAME(store_4)(a2 + i * w, c2a, x2);
+    }
+}
+
+WIDE static void NAME(inner_product_block_uniform)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
     char *a0 = args[0];
     char *a1 = args[1];
     char *a2 = args[2];
     REAL x0[4];
     NAME(load_4)(x0, a0, c0a);
     ANY_ORDER
-    for (intptr_t i = 0; i < n; ++i) {
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
         REAL x1[4];
         REAL x2[4];
-        if (s0 != 0)
-            NAME(load_4)(x0, a0 + i * s0, c0a);
-        NAME(load_4)(x1, a1 + i * s1, c1a);
+        NAME(load_4)(x1, a1 + i * w, c1a);
         NAME(inner_product)(x0, x1, x2);
-        NAME(store_4)(a2 + i * s2, c2a, x2);
+        NAME(store_4)(a2 + i * w, c2a, x2);
     }
 }
 
-static void NAME(inner_product_any)(intptr_t n, char **args, const intptr_t *steps)
+WIDE static void NAME(inner_product_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
-    NAME(inner_product_each)(n, args, steps[0], steps[1], steps[2], steps[3], steps[4], steps[5]);
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    char *a0 = args[0];
+    char *a1 = args[1];
+    char *a2 = args[2];
+    ANY_ORDER
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
+        REAL x0[4];
+        REAL x1[4];
+        REAL x2[4];
+        NAME(load_4)(x0, a0 + i * 4 * w, w);
+        NAME(load_4)(x1, a1 + i * 4 * w, w);
+        NAME(inner_product)(x0, x1, x2);
+        NAME(store_4)(a2 + i * 4 * w, w, x2);
+    }
 }
 
-WIDE void NAME(inner_product_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
+WIDE static void NAME(inner_product_dense_uniform)(intptr_t n, char **args, const intptr_t *strides)
 {
-    const intptr_t n = dimensions[0], w = sizeof(REAL);
-    const intptr_t s0 = steps[0], s1 = steps[1], s2 = steps[2], c0a = steps[3], c1a = steps[4], c2a = steps[5];
-    if (n < 1)
-        return;
-    if (s0 == w && s1 == w && s2 == w)
-        NAME(inner_product_each)(n, args, w, w, w, c0a, c1a, c2a);
-    else if (s0 == 0 && s1 == w && s2 == w)
-        NAME(inner_product_each)(n, args, 0, w, w, c0a, c1a, c2a);
-    else if (s0 == 4 * w && s1 == 4 * w && s2 == 4 * w && c0a == w && c1a == w && c2a == w)
-        NAME(inner_product_each)(n, args, 4 * w, 4 * w, 4 * w, w, w, w);
-    else if (s0 == 0 && s1 == 4 * w && s2 == 4 * w && c0a == w && c1a == w && c2a == w)
-        NAME(inner_product_each)(n, args, 0, 4 * w, 4 * w, w, w, w);
-    else
-        NAME(inner_product_any)(n, args, steps);
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    char *a0 = args[0];
+    char *a1 = args[1];
+    char *a2 = args[2];
+    REAL x0[4];
+    NAME(load_4)(x0, a0, w);
+    ANY_ORDER
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
+        REAL x1[4];
+        REAL x2[4];
+        NAME(load_4)(x1, a1 + i * 4 * w, w);
+        NAME(inner_product)(x0, x1, x2);
+        NAME(store_4)(a2 + i * 4 * w, w, x2);
+    }
+}
+
+void NAME(inner_product_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
+{
+    static const struct part parts[] = {{4, 1, 0, {4}}, {4, 1, 1, {4}}, {4, 1, 2, {4}}};
+    static const struct kernel kernel = {{NAME(inner_product_block), NAME(inner_product_block_uniform),
+        NAME(inner_product_dense), NAME(inner_product_dense_uniform)}, 1, 2, 3, parts};
+    NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
 INLINE void NAME(reverse)(const REAL *a, REAL *out)
@@ -443,37 +862,43 @@ INLINE void NAME(reverse)(const REAL *a, REAL *out)
     out[3] = t0;
 }
 
-static INLINE void NAME(reverse_each)(intptr_t n, char **args, intptr_t s0, intptr_t s1, intptr_t c0a, intptr_t c1a)
+WIDE static void NAME(reverse_block)(intptr_t n, char **args, const intptr_t *strides)
 {
+    const intptr_t w = sizeof(REAL);
+    const intptr_t c0a = strides[0], c1a = strides[1];
     char *a0 = args[0];
     char *a1 = args[1];
     ANY_ORDER
-    for (intptr_t i = 0; i < n; ++i) {
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
         REAL x0[4];
         REAL x1[4];
-        NAME(load_4)(x0, a0 + i * s0, c0a);
+        NAME(load_4)(x0, a0 + i * w, c0a);
         NAME(reverse)(x0, x1);
-        NAME(store_4)(a1 + i * s1, c1a, x1);
+        NAME(store_4)(a1 + i * w, c1a, x1);
     }
 }
 
-static void NAME(reverse_any)(intptr_t n, char **args, const intptr_t *steps)
+WIDE static void NAME(reverse_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
-    NAME(reverse_each)(n, args, steps[0], steps[1], steps[2], steps[3]);
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    char *a0 = args[0];
+    char *a1 = args[1];
+    ANY_ORDER
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
+        REAL x0[4];
+        REAL x1[4];
+        NAME(load_4)(x0, a0 + i * 4 * w, w);
+        NAME(reverse)(x0, x1);
+        NAME(store_4)(a1 + i * 4 * w, w, x1);
+    }
 }
 
-WIDE void NAME(reverse_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
+void NAME(reverse_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
-    const intptr_t n = dimensions[0], w = sizeof(REAL);
-    const intptr_t s0 = steps[0], s1 = steps[1], c0a = steps[2], c1a = steps[3];
-    if (n < 1)
-        return;
-    if (s0 == w && s1 == w)
-        NAME(reverse_each)(n, args, w, w, c0a, c1a);
-    else if (s0 == 4 * w && s1 == 4 * w && c0a == w && c1a == w)
-        NAME(reverse_each)(n, args, 4 * w, 4 * w, w, w);
-    else
-        NAME(reverse_any)(n, args, steps);
+    static const struct part parts[] = {{4, 1, 0, {4}}, {4, 1, 1, {4}}};
+    static const struct kernel kernel = {{NAME(reverse_block), NULL, NAME(reverse_dense), NULL}, 0, 1, 2, parts};
+    NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
 INLINE void NAME(dual)(const REAL *a, REAL *out)
@@ -489,37 +914,43 @@ INLINE void NAME(dual)(const REAL *a, REAL *out)
     out[3] = a_1;
 }
 
-static INLINE void NAME(dual_each)(intptr_t n, char **args, intptr_t s0, intptr_t s1, intptr_t c0a, intptr_t c1a)
+WIDE static void NAME(dual_block)(intptr_t n, char **args, const intptr_t *strides)
 {
+    const intptr_t w = sizeof(REAL);
+    const intptr_t c0a = strides[0], c1a = strides[1];
     char *a0 = args[0];
     char *a1 = args[1];
     ANY_ORDER
-    for (intptr_t i = 0; i < n; ++i) {
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
         REAL x0[4];
         REAL x1[4];
-        NAME(load_4)(x0, a0 + i * s0, c0a);
+        NAME(load_4)(x0, a0 + i * w, c0a);
         NAME(dual)(x0, x1);
-        NAME(store_4)(a1 + i * s1, c1a, x1);
+        NAME(store_4)(a1 + i * w, c1a, x1);
     }
 }
 
-static void NAME(dual_any)(intptr_t n, char **args, const intptr_t *steps)
+WIDE static void NAME(dual_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
-    NAME(dual_each)(n, args, steps[0], steps[1], steps[2], steps[3]);
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    char *a0 = args[0];
+    char *a1 = args[1];
+    ANY_ORDER
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
+        REAL x0[4];
+        REAL x1[4];
+        NAME(load_4)(x0, a0 + i * 4 * w, w);
+        NAME(dual)(x0, x1);
+        NAME(store_4)(a1 + i * 4 * w, w, x1);
+    }
 }
 
-WIDE void NAME(dual_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
+void NAME(dual_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
-    const intptr_t n = dimensions[0], w = sizeof(REAL);
-    const intptr_t s0 = steps[0], s1 = steps[1], c0a = steps[2], c1a = steps[3];
-    if (n < 1)
-        return;
-    if (s0 == w && s1 == w)
-        NAME(dual_each)(n, args, w, w, c0a, c1a);
-    else if (s0 == 4 * w && s1 == 4 * w && c0a == w && c1a == w)
-        NAME(dual_each)(n, args, 4 * w, 4 * w, w, w);
-    else
-        NAME(dual_any)(n, args, steps);
+    static const struct part parts[] = {{4, 1, 0, {4}}, {4, 1, 1, {4}}};
+    static const struct kernel kernel = {{NAME(dual_block), NULL, NAME(dual_dense), NULL}, 0, 1, 2, parts};
+    NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
 INLINE void NAME(norm)(const REAL *a, REAL *out)
@@ -539,37 +970,43 @@ INLINE void NAME(norm)(const REAL *a, REAL *out)
     out[0] = t7;
 }
 
-static INLINE void NAME(norm_each)(intptr_t n, char **args, intptr_t s0, intptr_t s1, intptr_t c0a)
+WIDE static void NAME(norm_block)(intptr_t n, char **args, const intptr_t *strides)
 {
+    const intptr_t w = sizeof(REAL);
+    const intptr_t c0a = strides[0];
     char *a0 = args[0];
     char *a1 = args[1];
     ANY_ORDER
-    for (intptr_t i = 0; i < n; ++i) {
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
         REAL x0[4];
         REAL x1[1];
-        NAME(load_4)(x0, a0 + i * s0, c0a);
+        NAME(load_4)(x0, a0 + i * w, c0a);
         NAME(norm)(x0, x1);
-        NAME(store_scalar)(a1 + i * s1, x1);
+        NAME(store_scalar)(a1 + i * w, x1);
     }
 }
 
-static void NAME(norm_any)(intptr_t n, char **args, const intptr_t *steps)
+WIDE static void NAME(norm_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
-    NAME(norm_each)(n, args, steps[0], steps[1], steps[2]);
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    char *a0 = args[0];
+    char *a1 = args[1];
+    ANY_ORDER
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
+        REAL x0[4];
+        REAL x1[1];
+        NAME(load_4)(x0, a0 + i * 4 * w, w);
+        NAME(norm)(x0, x1);
+        NAME(store_scalar)(a1 + i * w, x1);
+    }
 }
 
-WIDE void NAME(norm_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
+void NAME(norm_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
-    const intptr_t n = dimensions[0], w = sizeof(REAL);
-    const intptr_t s0 = steps[0], s1 = steps[1], c0a = steps[2];
-    if (n < 1)
-        return;
-    if (s0 == w && s1 == w)
-        NAME(norm_each)(n, args, w, w, c0a);
-    else if (s0 == 4 * w && s1 == w && c0a == w)
-        NAME(norm_each)(n, args, 4 * w, w, w);
-    else
-        NAME(norm_any)(n, args, steps);
+    static const struct part parts[] = {{4, 1, 0, {4}}, {1, 0, 1, {0}}};
+    static const struct kernel kernel = {{NAME(norm_block), NULL, NAME(norm_dense), NULL}, 0, 1, 2, parts};
+    NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
 INLINE void NAME(inverse)(const REAL *a, REAL *out)
@@ -630,37 +1067,43 @@ INLINE void NAME(inverse)(const REAL *a, REAL *out)
     out[3] = t45;
 }
 
-static INLINE void NAME(inverse_each)(intptr_t n, char **args, intptr_t s0, intptr_t s1, intptr_t c0a, intptr_t c1a)
+WIDE static void NAME(inverse_block)(intptr_t n, char **args, const intptr_t *strides)
 {
+    const intptr_t w = sizeof(REAL);
+    const intptr_t c0a = strides[0], c1a = strides[1];
     char *a0 = args[0];
     char *a1 = args[1];
     ANY_ORDER
-    for (intptr_t i = 0; i < n; ++i) {
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
         REAL x0[4];
         REAL x1[4];
-        NAME(load_4)(x0, a0 + i * s0, c0a);
+        NAME(load_4)(x0, a0 + i * w, c0a);
         NAME(inverse)(x0, x1);
-        NAME(store_4)(a1 + i * s1, c1a, x1);
+        NAME(store_4)(a1 + i * w, c1a, x1);
     }
 }
 
-static void NAME(inverse_any)(intptr_t n, char **args, const intptr_t *steps)
+WIDE static void NAME(inverse_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
-    NAME(inverse_each)(n, args, steps[0], steps[1], steps[2], steps[3]);
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    char *a0 = args[0];
+    char *a1 = args[1];
+    ANY_ORDER
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
+        REAL x0[4];
+        REAL x1[4];
+        NAME(load_4)(x0, a0 + i * 4 * w, w);
+        NAME(inverse)(x0, x1);
+        NAME(store_4)(a1 + i * 4 * w, w, x1);
+    }
 }
 
-WIDE void NAME(inverse_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
+void NAME(inverse_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
-    const intptr_t n = dimensions[0], w = sizeof(REAL);
-    const intptr_t s0 = steps[0], s1 = steps[1], c0a = steps[2], c1a = steps[3];
-    if (n < 1)
-        return;
-    if (s0 == w && s1 == w)
-        NAME(inverse_each)(n, args, w, w, c0a, c1a);
-    else if (s0 == 4 * w && s1 == 4 * w && c0a == w && c1a == w)
-        NAME(inverse_each)(n, args, 4 * w, 4 * w, w, w);
-    else
-        NAME(inverse_any)(n, args, steps);
+    static const struct part parts[] = {{4, 1, 0, {4}}, {4, 1, 1, {4}}};
+    static const struct kernel kernel = {{NAME(inverse_block), NULL, NAME(inverse_dense), NULL}, 0, 1, 2, parts};
+    NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
 INLINE void NAME(vector_product)(const REAL *a, const REAL *b, REAL *out)
@@ -679,47 +1122,88 @@ INLINE void NAME(vector_product)(const REAL *a, const REAL *b, REAL *out)
     out[1] = t5;
 }
 
-static INLINE void NAME(vector_product_each)(intptr_t n, char **args, intptr_t s0, intptr_t s1, intptr_t s2,
-    intptr_t c0a, intptr_t c1a, intptr_t c2a)
+WIDE static void NAME(vector_product_block)(intptr_t n, char **args, const intptr_t *strides)
 {
+    const intptr_t w = sizeof(REAL);
+    const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
+    char *a0 = args[0];
+    char *a1 = args[1];
+    char *a2 = args[2];
+    ANY_ORDER
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
+        REAL x0[2];
+        REAL x1[2];
+        REAL x2[2];
+        NAME(load_2)(x0, a0 + i * w, c0a);
+        NAME(load_2)(x1, a1 + i * w, c1a);
+        NAME(vector_product)(x0, x1, x2);
+        NAME(store_2)(a2 + i * w, c2a, x2);
+    }
+}
+
+WIDE static void NAME(vector_product_block_uniform)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
     char *a0 = args[0];
     char *a1 = args[1];
     char *a2 = args[2];
     REAL x0[2];
     NAME(load_2)(x0, a0, c0a);
     ANY_ORDER
-    for (intptr_t i = 0; i < n; ++i) {
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
         REAL x1[2];
         REAL x2[2];
-        if (s0 != 0)
-            NAME(load_2)(x0, a0 + i * s0, c0a);
-        NAME(load_2)(x1, a1 + i * s1, c1a);
+        NAME(load_2)(x1, a1 + i * w, c1a);
         NAME(vector_product)(x0, x1, x2);
-        NAME(store_2)(a2 + i * s2, c2a, x2);
+        NAME(store_2)(a2 + i * w, c2a, x2);
     }
 }
 
-static void NAME(vector_product_any)(intptr_t n, char **args, const intptr_t *steps)
+WIDE static void NAME(vector_product_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
-    NAME(vector_product_each)(n, args, steps[0], steps[1], steps[2], steps[3], steps[4], steps[5]);
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    char *a0 = args[0];
+    char *a1 = args[1];
+    char *a2 = args[2];
+    ANY_ORDER
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
+        REAL x0[2];
+        REAL x1[2];
+        REAL x2[2];
+        NAME(load_2)(x0, a0 + i * 2 * w, w);
+        NAME(load_2)(x1, a1 + i * 2 * w, w);
+        NAME(vector_product)(x0, x1, x2);
+        NAME(store_2)(a2 + i * 2 * w, w, x2);
+    }
 }
 
-WIDE void NAME(vector_product_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
+WIDE static void NAME(vector_product_dense_uniform)(intptr_t n, char **args, const intptr_t *strides)
 {
-    const intptr_t n = dimensions[0], w = sizeof(REAL);
-    const intptr_t s0 = steps[0], s1 = steps[1], s2 = steps[2], c0a = steps[3], c1a = steps[4], c2a = steps[5];
-    if (n < 1)
-        return;
-    if (s0 == w && s1 == w && s2 == w)
-        NAME(vector_product_each)(n, args, w, w, w, c0a, c1a, c2a);
-    else if (s0 == 0 && s1 == w && s2 == w)
-        NAME(vector_product_each)(n, args, 0, w, w, c0a, c1a, c2a);
-    else if (s0 == 2 * w && s1 == 2 * w && s2 == 2 * w && c0a == w && c1a == w && c2a == w)
-        NAME(vector_product_each)(n, args, 2 * w, 2 * w, 2 * w, w, w, w);
-    else if (s0 == 0 && s1 == 2 * w && s2 == 2 * w && c0a == w && c1a == w && c2a == w)
-        NAME(vector_product_each)(n, args, 0, 2 * w, 2 * w, w, w, w);
-    else
-        NAME(vector_product_any)(n, args, steps);
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    char *a0 = args[0];
+    char *a1 = args[1];
+    char *a2 = args[2];
+    REAL x0[2];
+    NAME(load_2)(x0, a0, w);
+    ANY_ORDER
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
+        REAL x1[2];
+        REAL x2[2];
+        NAME(load_2)(x1, a1 + i * 2 * w, w);
+        NAME(vector_product)(x0, x1, x2);
+        NAME(store_2)(a2 + i * 2 * w, w, x2);
+    }
+}
+
+void NAME(vector_product_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
+{
+    static const struct part parts[] = {{2, 1, 0, {2}}, {2, 1, 1, {2}}, {2, 1, 2, {2}}};
+    static const struct kernel kernel = {{NAME(vector_product_block), NAME(vector_product_block_uniform),
+        NAME(vector_product_dense), NAME(vector_product_dense_uniform)}, 1, 2, 3, parts};
+    NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
 INLINE void NAME(dot_product)(const REAL *a, const REAL *b, REAL *out)
@@ -734,47 +1218,88 @@ INLINE void NAME(dot_product)(const REAL *a, const REAL *b, REAL *out)
     out[0] = t2;
 }
 
-static INLINE void NAME(dot_product_each)(intptr_t n, char **args, intptr_t s0, intptr_t s1, intptr_t s2, intptr_t
-    c0a, intptr_t c1a)
+WIDE static void NAME(dot_product_block)(intptr_t n, char **args, const intptr_t *strides)
 {
+    const intptr_t w = sizeof(REAL);
+    const intptr_t c0a = strides[0], c1a = strides[1];
+    char *a0 = args[0];
+    char *a1 = args[1];
+    char *a2 = args[2];
+    ANY_ORDER
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
+        REAL x0[2];
+        REAL x1[2];
+        REAL x2[1];
+        NAME(load_2)(x0, a0 + i * w, c0a);
+        NAME(load_2)(x1, a1 + i * w, c1a);
+        NAME(dot_product)(x0, x1, x2);
+        NAME(store_scalar)(a2 + i * w, x2);
+    }
+}
+
+WIDE static void NAME(dot_product_block_uniform)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    const intptr_t c0a = strides[0], c1a = strides[1];
     char *a0 = args[0];
     char *a1 = args[1];
     char *a2 = args[2];
     REAL x0[2];
     NAME(load_2)(x0, a0, c0a);
     ANY_ORDER
-    for (intptr_t i = 0; i < n; ++i) {
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
         REAL x1[2];
         REAL x2[1];
-        if (s0 != 0)
-            NAME(load_2)(x0, a0 + i * s0, c0a);
-        NAME(load_2)(x1, a1 + i * s1, c1a);
+        NAME(load_2)(x1, a1 + i * w, c1a);
         NAME(dot_product)(x0, x1, x2);
-        NAME(store_scalar)(a2 + i * s2, x2);
+        NAME(store_scalar)(a2 + i * w, x2);
     }
 }
 
-static void NAME(dot_product_any)(intptr_t n, char **args, const intptr_t *steps)
+WIDE static void NAME(dot_product_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
-    NAME(dot_product_each)(n, args, steps[0], steps[1], steps[2], steps[3], steps[4]);
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    char *a0 = args[0];
+    char *a1 = args[1];
+    char *a2 = args[2];
+    ANY_ORDER
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
+        REAL x0[2];
+        REAL x1[2];
+        REAL x2[1];
+        NAME(load_2)(x0, a0 + i * 2 * w, w);
+        NAME(load_2)(x1, a1 + i * 2 * w, w);
+        NAME(dot_product)(x0, x1, x2);
+        NAME(store_scalar)(a2 + i * w, x2);
+    }
 }
 
-WIDE void NAME(dot_product_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
+WIDE static void NAME(dot_product_dense_uniform)(intptr_t n, char **args, const intptr_t *strides)
 {
-    const intptr_t n = dimensions[0], w = sizeof(REAL);
-    const intptr_t s0 = steps[0], s1 = steps[1], s2 = steps[2], c0a = steps[3], c1a = steps[4];
-    if (n < 1)
-        return;
-    if (s0 == w && s1 == w && s2 == w)
-        NAME(dot_product_each)(n, args, w, w, w, c0a, c1a);
-    else if (s0 == 0 && s1 == w && s2 == w)
-        NAME(dot_product_each)(n, args, 0, w, w, c0a, c1a);
-    else if (s0 == 2 * w && s1 == 2 * w && s2 == w && c0a == w && c1a == w)
-        NAME(dot_product_each)(n, args, 2 * w, 2 * w, w, w, w);
-    else if (s0 == 0 && s1 == 2 * w && s2 == w && c0a == w && c1a == w)
-        NAME(dot_product_each)(n, args, 0, 2 * w, w, w, w);
-    else
-        NAME(dot_product_any)(n, args, steps);
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    char *a0 = args[0];
+    char *a1 = args[1];
+    char *a2 = args[2];
+    REAL x0[2];
+    NAME(load_2)(x0, a0, w);
+    ANY_ORDER
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
+        REAL x1[2];
+        REAL x2[1];
+        NAME(load_2)(x1, a1 + i * 2 * w, w);
+        NAME(dot_product)(x0, x1, x2);
+        NAME(store_scalar)(a2 + i * w, x2);
+    }
+}
+
+void NAME(dot_product_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
+{
+    static const struct part parts[] = {{2, 1, 0, {2}}, {2, 1, 1, {2}}, {1, 0, 2, {0}}};
+    static const struct kernel kernel = {{NAME(dot_product_block), NAME(dot_product_block_uniform),
+        NAME(dot_product_dense), NAME(dot_product_dense_uniform)}, 1, 2, 3, parts};
+    NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
 INLINE void NAME(signed_area)(const REAL *a, const REAL *b, REAL *out)
@@ -789,47 +1314,88 @@ INLINE void NAME(signed_area)(const REAL *a, const REAL *b, REAL *out)
     out[0] = t2;
 }
 
-static INLINE void NAME(signed_area_each)(intptr_t n, char **args, intptr_t s0, intptr_t s1, intptr_t s2, intptr_t
-    c0a, intptr_t c1a)
+WIDE static void NAME(signed_area_block)(intptr_t n, char **args, const intptr_t *strides)
 {
+    const intptr_t w = sizeof(REAL);
+    const intptr_t c0a = strides[0], c1a = strides[1];
+    char *a0 = args[0];
+    char *a1 = args[1];
+    char *a2 = args[2];
+    ANY_ORDER
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
+        REAL x0[2];
+        REAL x1[2];
+        REAL x2[1];
+        NAME(load_2)(x0, a0 + i * w, c0a);
+        NAME(load_2)(x1, a1 + i * w, c1a);
+        NAME(signed_area)(x0, x1, x2);
+        NAME(store_scalar)(a2 + i * w, x2);
+    }
+}
+
+WIDE static void NAME(signed_area_block_uniform)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    const intptr_t c0a = strides[0], c1a = strides[1];
     char *a0 = args[0];
     char *a1 = args[1];
     char *a2 = args[2];
     REAL x0[2];
     NAME(load_2)(x0, a0, c0a);
     ANY_ORDER
-    for (intptr_t i = 0; i < n; ++i) {
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
         REAL x1[2];
         REAL x2[1];
-        if (s0 != 0)
-            NAME(load_2)(x0, a0 + i * s0, c0a);
-        NAME(load_2)(x1, a1 + i * s1, c1a);
+        NAME(load_2)(x1, a1 + i * w, c1a);
         NAME(signed_area)(x0, x1, x2);
-        NAME(store_scalar)(a2 + i * s2, x2);
+        NAME(store_scalar)(a2 + i * w, x2);
     }
 }
 
-static void NAME(signed_area_any)(intptr_t n, char **args, const intptr_t *steps)
+WIDE static void NAME(signed_area_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
-    NAME(signed_area_each)(n, args, steps[0], steps[1], steps[2], steps[3], steps[4]);
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    char *a0 = args[0];
+    char *a1 = args[1];
+    char *a2 = args[2];
+    ANY_ORDER
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
+        REAL x0[2];
+        REAL x1[2];
+        REAL x2[1];
+        NAME(load_2)(x0, a0 + i * 2 * w, w);
+        NAME(load_2)(x1, a1 + i * 2 * w, w);
+        NAME(signed_area)(x0, x1, x2);
+        NAME(store_scalar)(a2 + i * w, x2);
+    }
 }
 
-WIDE void NAME(signed_area_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
+WIDE static void NAME(signed_area_dense_uniform)(intptr_t n, char **args, const intptr_t *strides)
 {
-    const intptr_t n = dimensions[0], w = sizeof(REAL);
-    const intptr_t s0 = steps[0], s1 = steps[1], s2 = steps[2], c0a = steps[3], c1a = steps[4];
-    if (n < 1)
-        return;
-    if (s0 == w && s1 == w && s2 == w)
-        NAME(signed_area_each)(n, args, w, w, w, c0a, c1a);
-    else if (s0 == 0 && s1 == w && s2 == w)
-        NAME(signed_area_each)(n, args, 0, w, w, c0a, c1a);
-    else if (s0 == 2 * w && s1 == 2 * w && s2 == w && c0a == w && c1a == w)
-        NAME(signed_area_each)(n, args, 2 * w, 2 * w, w, w, w);
-    else if (s0 == 0 && s1 == 2 * w && s2 == w && c0a == w && c1a == w)
-        NAME(signed_area_each)(n, args, 0, 2 * w, w, w, w);
-    else
-        NAME(signed_area_any)(n, args, steps);
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    char *a0 = args[0];
+    char *a1 = args[1];
+    char *a2 = args[2];
+    REAL x0[2];
+    NAME(load_2)(x0, a0, w);
+    ANY_ORDER
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
+        REAL x1[2];
+        REAL x2[1];
+        NAME(load_2)(x1, a1 + i * 2 * w, w);
+        NAME(signed_area)(x0, x1, x2);
+        NAME(store_scalar)(a2 + i * w, x2);
+    }
+}
+
+void NAME(signed_area_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
+{
+    static const struct part parts[] = {{2, 1, 0, {2}}, {2, 1, 1, {2}}, {1, 0, 2, {0}}};
+    static const struct kernel kernel = {{NAME(signed_area_block), NAME(signed_area_block_uniform),
+        NAME(signed_area_dense), NAME(signed_area_dense_uniform)}, 1, 2, 3, parts};
+    NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
 INLINE void NAME(quarter_turn)(const REAL *v, REAL *out)
@@ -841,38 +1407,44 @@ INLINE void NAME(quarter_turn)(const REAL *v, REAL *out)
     out[1] = v_e1;
 }
 
-static INLINE void NAME(quarter_turn_each)(intptr_t n, char **args, intptr_t s0, intptr_t s1, intptr_t c0a, intptr_t
-    c1a)
+WIDE static void NAME(quarter_turn_block)(intptr_t n, char **args, const intptr_t *strides)
 {
+    const intptr_t w = sizeof(REAL);
+    const intptr_t c0a = strides[0], c1a = strides[1];
     char *a0 = args[0];
     char *a1 = args[1];
     ANY_ORDER
-    for (intptr_t i = 0; i < n; ++i) {
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
         REAL x0[2];
         REAL x1[2];
-        NAME(load_2)(x0, a0 + i * s0, c0a);
+        NAME(load_2)(x0, a0 + i * w, c0a);
         NAME(quarter_turn)(x0, x1);
-        NAME(store_2)(a1 + i * s1, c1a, x1);
+        NAME(store_2)(a1 + i * w, c1a, x1);
     }
 }
 
-static void NAME(quarter_turn_any)(intptr_t n, char **args, const intptr_t *steps)
+WIDE static void NAME(quarter_turn_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
-    NAME(quarter_turn_each)(n, args, steps[0], steps[1], steps[2], steps[3]);
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    char *a0 = args[0];
+    char *a1 = args[1];
+    ANY_ORDER
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
+        REAL x0[2];
+        REAL x1[2];
+        NAME(load_2)(x0, a0 + i * 2 * w, w);
+        NAME(quarter_turn)(x0, x1);
+        NAME(store_2)(a1 + i * 2 * w, w, x1);
+    }
 }
 
-WIDE void NAME(quarter_turn_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
+void NAME(quarter_turn_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
-    const intptr_t n = dimensions[0], w = sizeof(REAL);
-    const intptr_t s0 = steps[0], s1 = steps[1], c0a = steps[2], c1a = steps[3];
-    if (n < 1)
-        return;
-    if (s0 == w && s1 == w)
-        NAME(quarter_turn_each)(n, args, w, w, c0a, c1a);
-    else if (s0 == 2 * w && s1 == 2 * w && c0a == w && c1a == w)
-        NAME(quarter_turn_each)(n, args, 2 * w, 2 * w, w, w);
-    else
-        NAME(quarter_turn_any)(n, args, steps);
+    static const struct part parts[] = {{2, 1, 0, {2}}, {2, 1, 1, {2}}};
+    static const struct kernel kernel = {{NAME(quarter_turn_block), NULL, NAME(quarter_turn_dense), NULL}, 0, 1, 2,
+        parts};
+    NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
 INLINE void NAME(normalize_vector)(const REAL *v, REAL *out)
@@ -890,38 +1462,44 @@ INLINE void NAME(normalize_vector)(const REAL *v, REAL *out)
     out[1] = t6;
 }
 
-static INLINE void NAME(normalize_vector_each)(intptr_t n, char **args, intptr_t s0, intptr_t s1, intptr_t c0a,
-    intptr_t c1a)
+WIDE static void NAME(normalize_vector_block)(intptr_t n, char **args, const intptr_t *strides)
 {
+    const intptr_t w = sizeof(REAL);
+    const intptr_t c0a = strides[0], c1a = strides[1];
     char *a0 = args[0];
     char *a1 = args[1];
     ANY_ORDER
-    for (intptr_t i = 0; i < n; ++i) {
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
         REAL x0[2];
         REAL x1[2];
-        NAME(load_2)(x0, a0 + i * s0, c0a);
+        NAME(load_2)(x0, a0 + i * w, c0a);
         NAME(normalize_vector)(x0, x1);
-        NAME(store_2)(a1 + i * s1, c1a, x1);
+        NAME(store_2)(a1 + i * w, c1a, x1);
     }
 }
 
-static void NAME(normalize_vector_any)(intptr_t n, char **args, const intptr_t *steps)
+WIDE static void NAME(normalize_vector_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
-    NAME(normalize_vector_each)(n, args, steps[0], steps[1], steps[2], steps[3]);
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    char *a0 = args[0];
+    char *a1 = args[1];
+    ANY_ORDER
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
+        REAL x0[2];
+        REAL x1[2];
+        NAME(load_2)(x0, a0 + i * 2 * w, w);
+        NAME(normalize_vector)(x0, x1);
+        NAME(store_2)(a1 + i * 2 * w, w, x1);
+    }
 }
 
-WIDE void NAME(normalize_vector_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
+void NAME(normalize_vector_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
-    const intptr_t n = dimensions[0], w = sizeof(REAL);
-    const intptr_t s0 = steps[0], s1 = steps[1], c0a = steps[2], c1a = steps[3];
-    if (n < 1)
-        return;
-    if (s0 == w && s1 == w)
-        NAME(normalize_vector_each)(n, args, w, w, c0a, c1a);
-    else if (s0 == 2 * w && s1 == 2 * w && c0a == w && c1a == w)
-        NAME(normalize_vector_each)(n, args, 2 * w, 2 * w, w, w);
-    else
-        NAME(normalize_vector_any)(n, args, steps);
+    static const struct part parts[] = {{2, 1, 0, {2}}, {2, 1, 1, {2}}};
+    static const struct kernel kernel = {{NAME(normalize_vector_block), NULL, NAME(normalize_vector_dense), NULL},
+        0, 1, 2, parts};
+    NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
 INLINE void NAME(angle_between_vectors)(const REAL *a, const REAL *b, REAL *out)
@@ -940,9 +1518,29 @@ INLINE void NAME(angle_between_vectors)(const REAL *a, const REAL *b, REAL *out)
     out[0] = t6;
 }
 
-static INLINE void NAME(angle_between_vectors_each)(intptr_t n, char **args, intptr_t s0, intptr_t s1, intptr_t s2,
-    intptr_t c0a, intptr_t c1a)
+WIDE static void NAME(angle_between_vectors_block)(intptr_t n, char **args, const intptr_t *strides)
 {
+    const intptr_t w = sizeof(REAL);
+    const intptr_t c0a = strides[0], c1a = strides[1];
+    char *a0 = args[0];
+    char *a1 = args[1];
+    char *a2 = args[2];
+    ANY_ORDER
+    for (intptr_t i = 0; i < n; ++i) {
+        REAL x0[2];
+        REAL x1[2];
+        REAL x2[1];
+        NAME(load_2)(x0, a0 + i * w, c0a);
+        NAME(load_2)(x1, a1 + i * w, c1a);
+        NAME(angle_between_vectors)(x0, x1, x2);
+        NAME(store_scalar)(a2 + i * w, x2);
+    }
+}
+
+WIDE static void NAME(angle_between_vectors_block_uniform)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    const intptr_t c0a = strides[0], c1a = strides[1];
     char *a0 = args[0];
     char *a1 = args[1];
     char *a2 = args[2];
@@ -952,35 +1550,18 @@ static INLINE void NAME(angle_between_vectors_each)(intptr_t n, char **args, int
     for (intptr_t i = 0; i < n; ++i) {
         REAL x1[2];
         REAL x2[1];
-        if (s0 != 0)
-            NAME(load_2)(x0, a0 + i * s0, c0a);
-        NAME(load_2)(x1, a1 + i * s1, c1a);
+        NAME(load_2)(x1, a1 + i * w, c1a);
         NAME(angle_between_vectors)(x0, x1, x2);
-        NAME(store_scalar)(a2 + i * s2, x2);
+        NAME(store_scalar)(a2 + i * w, x2);
     }
 }
 
-static void NAME(angle_between_vectors_any)(intptr_t n, char **args, const intptr_t *steps)
+void NAME(angle_between_vectors_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
-    NAME(angle_between_vectors_each)(n, args, steps[0], steps[1], steps[2], steps[3], steps[4]);
-}
-
-WIDE void NAME(angle_between_vectors_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
-{
-    const intptr_t n = dimensions[0], w = sizeof(REAL);
-    const intptr_t s0 = steps[0], s1 = steps[1], s2 = steps[2], c0a = steps[3], c1a = steps[4];
-    if (n < 1)
-        return;
-    if (s0 == w && s1 == w && s2 == w)
-        NAME(angle_between_vectors_each)(n, args, w, w, w, c0a, c1a);
-    else if (s0 == 0 && s1 == w && s2 == w)
-        NAME(angle_between_vectors_each)(n, args, 0, w, w, c0a, c1a);
-    else if (s0 == 2 * w && s1 == 2 * w && s2 == w && c0a == w && c1a == w)
-        NAME(angle_between_vectors_each)(n, args, 2 * w, 2 * w, w, w, w);
-    else if (s0 == 0 && s1 == 2 * w && s2 == w && c0a == w && c1a == w)
-        NAME(angle_between_vectors_each)(n, args, 0, 2 * w, w, w, w);
-    else
-        NAME(angle_between_vectors_any)(n, args, steps);
+    static const struct part parts[] = {{2, 1, 0, {2}}, {2, 1, 1, {2}}, {1, 0, 2, {0}}};
+    static const struct kernel kernel = {{NAME(angle_between_vectors_block),
+        NAME(angle_between_vectors_block_uniform), NULL, NULL}, 1, 2, 3, parts};
+    NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
 INLINE void NAME(project_vector_on_vector)(const REAL *v, const REAL *n, REAL *out)
@@ -1002,47 +1583,89 @@ INLINE void NAME(project_vector_on_vector)(const REAL *v, const REAL *n, REAL *o
     out[1] = t8;
 }
 
-static INLINE void NAME(project_vector_on_vector_each)(intptr_t n, char **args, intptr_t s0, intptr_t s1, intptr_t
-    s2, intptr_t c0a, intptr_t c1a, intptr_t c2a)
+WIDE static void NAME(project_vector_on_vector_block)(intptr_t n, char **args, const intptr_t *strides)
 {
+    const intptr_t w = sizeof(REAL);
+    const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
+    char *a0 = args[0];
+    char *a1 = args[1];
+    char *a2 = args[2];
+    ANY_ORDER
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
+        REAL x0[2];
+        REAL x1[2];
+        REAL x2[2];
+        NAME(load_2)(x0, a0 + i * w, c0a);
+        NAME(load_2)(x1, a1 + i * w, c1a);
+        NAME(project_vector_on_vector)(x0, x1, x2);
+        NAME(store_2)(a2 + i * w, c2a, x2);
+    }
+}
+
+WIDE static void NAME(project_vector_on_vector_block_uniform)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
     char *a0 = args[0];
     char *a1 = args[1];
     char *a2 = args[2];
     REAL x0[2];
     NAME(load_2)(x0, a0, c0a);
     ANY_ORDER
-    for (intptr_t i = 0; i < n; ++i) {
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
         REAL x1[2];
         REAL x2[2];
-        if (s0 != 0)
-            NAME(load_2)(x0, a0 + i * s0, c0a);
-        NAME(load_2)(x1, a1 + i * s1, c1a);
+        NAME(load_2)(x1, a1 + i * w, c1a);
         NAME(project_vector_on_vector)(x0, x1, x2);
-        NAME(store_2)(a2 + i * s2, c2a, x2);
+        NAME(store_2)(a2 + i * w, c2a, x2);
     }
 }
 
-static void NAME(project_vector_on_vector_any)(intptr_t n, char **args, const intptr_t *steps)
+WIDE static void NAME(project_vector_on_vector_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
-    NAME(project_vector_on_vector_each)(n, args, steps[0], steps[1], steps[2], steps[3], steps[4], steps[5]);
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    char *a0 = args[0];
+    char *a1 = args[1];
+    char *a2 = args[2];
+    ANY_ORDER
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
+        REAL x0[2];
+        REAL x1[2];
+        REAL x2[2];
+        NAME(load_2)(x0, a0 + i * 2 * w, w);
+        NAME(load_2)(x1, a1 + i * 2 * w, w);
+        NAME(project_vector_on_vector)(x0, x1, x2);
+        NAME(store_2)(a2 + i * 2 * w, w, x2);
+    }
 }
 
-WIDE void NAME(project_vector_on_vector_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
+WIDE static void NAME(project_vector_on_vector_dense_uniform)(intptr_t n, char **args, const intptr_t *strides)
 {
-    const intptr_t n = dimensions[0], w = sizeof(REAL);
-    const intptr_t s0 = steps[0], s1 = steps[1], s2 = steps[2], c0a = steps[3], c1a = steps[4], c2a = steps[5];
-    if (n < 1)
-        return;
-    if (s0 == w && s1 == w && s2 == w)
-        NAME(project_vector_on_vector_each)(n, args, w, w, w, c0a, c1a, c2a);
-    else if (s0 == 0 && s1 == w && s2 == w)
-        NAME(project_vector_on_vector_each)(n, args, 0, w, w, c0a, c1a, c2a);
-    else if (s0 == 2 * w && s1 == 2 * w && s2 == 2 * w && c0a == w && c1a == w && c2a == w)
-        NAME(project_vector_on_vector_each)(n, args, 2 * w, 2 * w, 2 * w, w, w, w);
-    else if (s0 == 0 && s1 == 2 * w && s2 == 2 * w && c0a == w && c1a == w && c2a == w)
-        NAME(project_vector_on_vector_each)(n, args, 0, 2 * w, 2 * w, w, w, w);
-    else
-        NAME(project_vector_on_vector_any)(n, args, steps);
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    char *a0 = args[0];
+    char *a1 = args[1];
+    char *a2 = args[2];
+    REAL x0[2];
+    NAME(load_2)(x0, a0, w);
+    ANY_ORDER
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
+        REAL x1[2];
+        REAL x2[2];
+        NAME(load_2)(x1, a1 + i * 2 * w, w);
+        NAME(project_vector_on_vector)(x0, x1, x2);
+        NAME(store_2)(a2 + i * 2 * w, w, x2);
+    }
+}
+
+void NAME(project_vector_on_vector_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
+{
+    static const struct part parts[] = {{2, 1, 0, {2}}, {2, 1, 1, {2}}, {2, 1, 2, {2}}};
+    static const struct kernel kernel = {{NAME(project_vector_on_vector_block),
+        NAME(project_vector_on_vector_block_uniform), NAME(project_vector_on_vector_dense),
+        NAME(project_vector_on_vector_dense_uniform)}, 1, 2, 3, parts};
+    NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
 INLINE void NAME(reflect_vector)(const REAL *v, const REAL *n, REAL *out)
@@ -1072,47 +1695,88 @@ INLINE void NAME(reflect_vector)(const REAL *v, const REAL *n, REAL *out)
     out[1] = t16;
 }
 
-static INLINE void NAME(reflect_vector_each)(intptr_t n, char **args, intptr_t s0, intptr_t s1, intptr_t s2,
-    intptr_t c0a, intptr_t c1a, intptr_t c2a)
+WIDE static void NAME(reflect_vector_block)(intptr_t n, char **args, const intptr_t *strides)
 {
+    const intptr_t w = sizeof(REAL);
+    const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
+    char *a0 = args[0];
+    char *a1 = args[1];
+    char *a2 = args[2];
+    ANY_ORDER
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
+        REAL x0[2];
+        REAL x1[2];
+        REAL x2[2];
+        NAME(load_2)(x0, a0 + i * w, c0a);
+        NAME(load_2)(x1, a1 + i * w, c1a);
+        NAME(reflect_vector)(x0, x1, x2);
+        NAME(store_2)(a2 + i * w, c2a, x2);
+    }
+}
+
+WIDE static void NAME(reflect_vector_block_uniform)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
     char *a0 = args[0];
     char *a1 = args[1];
     char *a2 = args[2];
     REAL x0[2];
     NAME(load_2)(x0, a0, c0a);
     ANY_ORDER
-    for (intptr_t i = 0; i < n; ++i) {
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
         REAL x1[2];
         REAL x2[2];
-        if (s0 != 0)
-            NAME(load_2)(x0, a0 + i * s0, c0a);
-        NAME(load_2)(x1, a1 + i * s1, c1a);
+        NAME(load_2)(x1, a1 + i * w, c1a);
         NAME(reflect_vector)(x0, x1, x2);
-        NAME(store_2)(a2 + i * s2, c2a, x2);
+        NAME(store_2)(a2 + i * w, c2a, x2);
     }
 }
 
-static void NAME(reflect_vector_any)(intptr_t n, char **args, const intptr_t *steps)
+WIDE static void NAME(reflect_vector_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
-    NAME(reflect_vector_each)(n, args, steps[0], steps[1], steps[2], steps[3], steps[4], steps[5]);
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    char *a0 = args[0];
+    char *a1 = args[1];
+    char *a2 = args[2];
+    ANY_ORDER
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
+        REAL x0[2];
+        REAL x1[2];
+        REAL x2[2];
+        NAME(load_2)(x0, a0 + i * 2 * w, w);
+        NAME(load_2)(x1, a1 + i * 2 * w, w);
+        NAME(reflect_vector)(x0, x1, x2);
+        NAME(store_2)(a2 + i * 2 * w, w, x2);
+    }
 }
 
-WIDE void NAME(reflect_vector_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
+WIDE static void NAME(reflect_vector_dense_uniform)(intptr_t n, char **args, const intptr_t *strides)
 {
-    const intptr_t n = dimensions[0], w = sizeof(REAL);
-    const intptr_t s0 = steps[0], s1 = steps[1], s2 = steps[2], c0a = steps[3], c1a = steps[4], c2a = steps[5];
-    if (n < 1)
-        return;
-    if (s0 == w && s1 == w && s2 == w)
-        NAME(reflect_vector_each)(n, args, w, w, w, c0a, c1a, c2a);
-    else if (s0 == 0 && s1 == w && s2 == w)
-        NAME(reflect_vector_each)(n, args, 0, w, w, c0a, c1a, c2a);
-    else if (s0 == 2 * w && s1 == 2 * w && s2 == 2 * w && c0a == w && c1a == w && c2a == w)
-        NAME(reflect_vector_each)(n, args, 2 * w, 2 * w, 2 * w, w, w, w);
-    else if (s0 == 0 && s1 == 2 * w && s2 == 2 * w && c0a == w && c1a == w && c2a == w)
-        NAME(reflect_vector_each)(n, args, 0, 2 * w, 2 * w, w, w, w);
-    else
-        NAME(reflect_vector_any)(n, args, steps);
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    char *a0 = args[0];
+    char *a1 = args[1];
+    char *a2 = args[2];
+    REAL x0[2];
+    NAME(load_2)(x0, a0, w);
+    ANY_ORDER
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
+        REAL x1[2];
+        REAL x2[2];
+        NAME(load_2)(x1, a1 + i * 2 * w, w);
+        NAME(reflect_vector)(x0, x1, x2);
+        NAME(store_2)(a2 + i * 2 * w, w, x2);
+    }
+}
+
+void NAME(reflect_vector_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
+{
+    static const struct part parts[] = {{2, 1, 0, {2}}, {2, 1, 1, {2}}, {2, 1, 2, {2}}};
+    static const struct kernel kernel = {{NAME(reflect_vector_block), NAME(reflect_vector_block_uniform),
+        NAME(reflect_vector_dense), NAME(reflect_vector_dense_uniform)}, 1, 2, 3, parts};
+    NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
 INLINE void NAME(rotor_product)(const REAL *a, const REAL *b, REAL *out)
@@ -1131,47 +1795,88 @@ INLINE void NAME(rotor_product)(const REAL *a, const REAL *b, REAL *out)
     out[1] = t5;
 }
 
-static INLINE void NAME(rotor_product_each)(intptr_t n, char **args, intptr_t s0, intptr_t s1, intptr_t s2, intptr_t
-    c0a, intptr_t c1a, intptr_t c2a)
+WIDE static void NAME(rotor_product_block)(intptr_t n, char **args, const intptr_t *strides)
 {
+    const intptr_t w = sizeof(REAL);
+    const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
+    char *a0 = args[0];
+    char *a1 = args[1];
+    char *a2 = args[2];
+    ANY_ORDER
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
+        REAL x0[2];
+        REAL x1[2];
+        REAL x2[2];
+        NAME(load_2)(x0, a0 + i * w, c0a);
+        NAME(load_2)(x1, a1 + i * w, c1a);
+        NAME(rotor_product)(x0, x1, x2);
+        NAME(store_2)(a2 + i * w, c2a, x2);
+    }
+}
+
+WIDE static void NAME(rotor_product_block_uniform)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
     char *a0 = args[0];
     char *a1 = args[1];
     char *a2 = args[2];
     REAL x0[2];
     NAME(load_2)(x0, a0, c0a);
     ANY_ORDER
-    for (intptr_t i = 0; i < n; ++i) {
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
         REAL x1[2];
         REAL x2[2];
-        if (s0 != 0)
-            NAME(load_2)(x0, a0 + i * s0, c0a);
-        NAME(load_2)(x1, a1 + i * s1, c1a);
+        NAME(load_2)(x1, a1 + i * w, c1a);
         NAME(rotor_product)(x0, x1, x2);
-        NAME(store_2)(a2 + i * s2, c2a, x2);
+        NAME(store_2)(a2 + i * w, c2a, x2);
     }
 }
 
-static void NAME(rotor_product_any)(intptr_t n, char **args, const intptr_t *steps)
+WIDE static void NAME(rotor_product_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
-    NAME(rotor_product_each)(n, args, steps[0], steps[1], steps[2], steps[3], steps[4], steps[5]);
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    char *a0 = args[0];
+    char *a1 = args[1];
+    char *a2 = args[2];
+    ANY_ORDER
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
+        REAL x0[2];
+        REAL x1[2];
+        REAL x2[2];
+        NAME(load_2)(x0, a0 + i * 2 * w, w);
+        NAME(load_2)(x1, a1 + i * 2 * w, w);
+        NAME(rotor_product)(x0, x1, x2);
+        NAME(store_2)(a2 + i * 2 * w, w, x2);
+    }
 }
 
-WIDE void NAME(rotor_product_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
+WIDE static void NAME(rotor_product_dense_uniform)(intptr_t n, char **args, const intptr_t *strides)
 {
-    const intptr_t n = dimensions[0], w = sizeof(REAL);
-    const intptr_t s0 = steps[0], s1 = steps[1], s2 = steps[2], c0a = steps[3], c1a = steps[4], c2a = steps[5];
-    if (n < 1)
-        return;
-    if (s0 == w && s1 == w && s2 == w)
-        NAME(rotor_product_each)(n, args, w, w, w, c0a, c1a, c2a);
-    else if (s0 == 0 && s1 == w && s2 == w)
-        NAME(rotor_product_each)(n, args, 0, w, w, c0a, c1a, c2a);
-    else if (s0 == 2 * w && s1 == 2 * w && s2 == 2 * w && c0a == w && c1a == w && c2a == w)
-        NAME(rotor_product_each)(n, args, 2 * w, 2 * w, 2 * w, w, w, w);
-    else if (s0 == 0 && s1 == 2 * w && s2 == 2 * w && c0a == w && c1a == w && c2a == w)
-        NAME(rotor_product_each)(n, args, 0, 2 * w, 2 * w, w, w, w);
-    else
-        NAME(rotor_product_any)(n, args, steps);
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    char *a0 = args[0];
+    char *a1 = args[1];
+    char *a2 = args[2];
+    REAL x0[2];
+    NAME(load_2)(x0, a0, w);
+    ANY_ORDER
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
+        REAL x1[2];
+        REAL x2[2];
+        NAME(load_2)(x1, a1 + i * 2 * w, w);
+        NAME(rotor_product)(x0, x1, x2);
+        NAME(store_2)(a2 + i * 2 * w, w, x2);
+    }
+}
+
+void NAME(rotor_product_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
+{
+    static const struct part parts[] = {{2, 1, 0, {2}}, {2, 1, 1, {2}}, {2, 1, 2, {2}}};
+    static const struct kernel kernel = {{NAME(rotor_product_block), NAME(rotor_product_block_uniform),
+        NAME(rotor_product_dense), NAME(rotor_product_dense_uniform)}, 1, 2, 3, parts};
+    NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
 INLINE void NAME(even_product)(const REAL *a, const REAL *b, REAL *out)
@@ -1190,47 +1895,88 @@ INLINE void NAME(even_product)(const REAL *a, const REAL *b, REAL *out)
     out[1] = t5;
 }
 
-static INLINE void NAME(even_product_each)(intptr_t n, char **args, intptr_t s0, intptr_t s1, intptr_t s2, intptr_t
-    c0a, intptr_t c1a, intptr_t c2a)
+WIDE static void NAME(even_product_block)(intptr_t n, char **args, const intptr_t *strides)
 {
+    const intptr_t w = sizeof(REAL);
+    const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
+    char *a0 = args[0];
+    char *a1 = args[1];
+    char *a2 = args[2];
+    ANY_ORDER
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
+        REAL x0[2];
+        REAL x1[2];
+        REAL x2[2];
+        NAME(load_2)(x0, a0 + i * w, c0a);
+        NAME(load_2)(x1, a1 + i * w, c1a);
+        NAME(even_product)(x0, x1, x2);
+        NAME(store_2)(a2 + i * w, c2a, x2);
+    }
+}
+
+WIDE static void NAME(even_product_block_uniform)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
     char *a0 = args[0];
     char *a1 = args[1];
     char *a2 = args[2];
     REAL x0[2];
     NAME(load_2)(x0, a0, c0a);
     ANY_ORDER
-    for (intptr_t i = 0; i < n; ++i) {
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
         REAL x1[2];
         REAL x2[2];
-        if (s0 != 0)
-            NAME(load_2)(x0, a0 + i * s0, c0a);
-        NAME(load_2)(x1, a1 + i * s1, c1a);
+        NAME(load_2)(x1, a1 + i * w, c1a);
         NAME(even_product)(x0, x1, x2);
-        NAME(store_2)(a2 + i * s2, c2a, x2);
+        NAME(store_2)(a2 + i * w, c2a, x2);
     }
 }
 
-static void NAME(even_product_any)(intptr_t n, char **args, const intptr_t *steps)
+WIDE static void NAME(even_product_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
-    NAME(even_product_each)(n, args, steps[0], steps[1], steps[2], steps[3], steps[4], steps[5]);
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    char *a0 = args[0];
+    char *a1 = args[1];
+    char *a2 = args[2];
+    ANY_ORDER
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
+        REAL x0[2];
+        REAL x1[2];
+        REAL x2[2];
+        NAME(load_2)(x0, a0 + i * 2 * w, w);
+        NAME(load_2)(x1, a1 + i * 2 * w, w);
+        NAME(even_product)(x0, x1, x2);
+        NAME(store_2)(a2 + i * 2 * w, w, x2);
+    }
 }
 
-WIDE void NAME(even_product_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
+WIDE static void NAME(even_product_dense_uniform)(intptr_t n, char **args, const intptr_t *strides)
 {
-    const intptr_t n = dimensions[0], w = sizeof(REAL);
-    const intptr_t s0 = steps[0], s1 = steps[1], s2 = steps[2], c0a = steps[3], c1a = steps[4], c2a = steps[5];
-    if (n < 1)
-        return;
-    if (s0 == w && s1 == w && s2 == w)
-        NAME(even_product_each)(n, args, w, w, w, c0a, c1a, c2a);
-    else if (s0 == 0 && s1 == w && s2 == w)
-        NAME(even_product_each)(n, args, 0, w, w, c0a, c1a, c2a);
-    else if (s0 == 2 * w && s1 == 2 * w && s2 == 2 * w && c0a == w && c1a == w && c2a == w)
-        NAME(even_product_each)(n, args, 2 * w, 2 * w, 2 * w, w, w, w);
-    else if (s0 == 0 && s1 == 2 * w && s2 == 2 * w && c0a == w && c1a == w && c2a == w)
-        NAME(even_product_each)(n, args, 0, 2 * w, 2 * w, w, w, w);
-    else
-        NAME(even_product_any)(n, args, steps);
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    char *a0 = args[0];
+    char *a1 = args[1];
+    char *a2 = args[2];
+    REAL x0[2];
+    NAME(load_2)(x0, a0, w);
+    ANY_ORDER
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
+        REAL x1[2];
+        REAL x2[2];
+        NAME(load_2)(x1, a1 + i * 2 * w, w);
+        NAME(even_product)(x0, x1, x2);
+        NAME(store_2)(a2 + i * 2 * w, w, x2);
+    }
+}
+
+void NAME(even_product_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
+{
+    static const struct part parts[] = {{2, 1, 0, {2}}, {2, 1, 1, {2}}, {2, 1, 2, {2}}};
+    static const struct kernel kernel = {{NAME(even_product_block), NAME(even_product_block_uniform),
+        NAME(even_product_dense), NAME(even_product_dense_uniform)}, 1, 2, 3, parts};
+    NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
 INLINE void NAME(rotor_inverse)(const REAL *r, REAL *out)
@@ -1242,38 +1988,44 @@ INLINE void NAME(rotor_inverse)(const REAL *r, REAL *out)
     out[1] = t0;
 }
 
-static INLINE void NAME(rotor_inverse_each)(intptr_t n, char **args, intptr_t s0, intptr_t s1, intptr_t c0a,
-    intptr_t c1a)
+WIDE static void NAME(rotor_inverse_block)(intptr_t n, char **args, const intptr_t *strides)
 {
+    const intptr_t w = sizeof(REAL);
+    const intptr_t c0a = strides[0], c1a = strides[1];
     char *a0 = args[0];
     char *a1 = args[1];
     ANY_ORDER
-    for (intptr_t i = 0; i < n; ++i) {
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
         REAL x0[2];
         REAL x1[2];
-        NAME(load_2)(x0, a0 + i * s0, c0a);
+        NAME(load_2)(x0, a0 + i * w, c0a);
         NAME(rotor_inverse)(x0, x1);
-        NAME(store_2)(a1 + i * s1, c1a, x1);
+        NAME(store_2)(a1 + i * w, c1a, x1);
     }
 }
 
-static void NAME(rotor_inverse_any)(intptr_t n, char **args, const intptr_t *steps)
+WIDE static void NAME(rotor_inverse_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
-    NAME(rotor_inverse_each)(n, args, steps[0], steps[1], steps[2], steps[3]);
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    char *a0 = args[0];
+    char *a1 = args[1];
+    ANY_ORDER
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
+        REAL x0[2];
+        REAL x1[2];
+        NAME(load_2)(x0, a0 + i * 2 * w, w);
+        NAME(rotor_inverse)(x0, x1);
+        NAME(store_2)(a1 + i * 2 * w, w, x1);
+    }
 }
 
-WIDE void NAME(rotor_inverse_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
+void NAME(rotor_inverse_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
-    const intptr_t n = dimensions[0], w = sizeof(REAL);
-    const intptr_t s0 = steps[0], s1 = steps[1], c0a = steps[2], c1a = steps[3];
-    if (n < 1)
-        return;
-    if (s0 == w && s1 == w)
-        NAME(rotor_inverse_each)(n, args, w, w, c0a, c1a);
-    else if (s0 == 2 * w && s1 == 2 * w && c0a == w && c1a == w)
-        NAME(rotor_inverse_each)(n, args, 2 * w, 2 * w, w, w);
-    else
-        NAME(rotor_inverse_any)(n, args, steps);
+    static const struct part parts[] = {{2, 1, 0, {2}}, {2, 1, 1, {2}}};
+    static const struct kernel kernel = {{NAME(rotor_inverse_block), NULL, NAME(rotor_inverse_dense), NULL}, 0, 1,
+        2, parts};
+    NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
 INLINE void NAME(normalize_rotor)(const REAL *x, REAL *out)
@@ -1291,38 +2043,44 @@ INLINE void NAME(normalize_rotor)(const REAL *x, REAL *out)
     out[1] = t6;
 }
 
-static INLINE void NAME(normalize_rotor_each)(intptr_t n, char **args, intptr_t s0, intptr_t s1, intptr_t c0a,
-    intptr_t c1a)
+WIDE static void NAME(normalize_rotor_block)(intptr_t n, char **args, const intptr_t *strides)
 {
+    const intptr_t w = sizeof(REAL);
+    const intptr_t c0a = strides[0], c1a = strides[1];
     char *a0 = args[0];
     char *a1 = args[1];
     ANY_ORDER
-    for (intptr_t i = 0; i < n; ++i) {
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
         REAL x0[2];
         REAL x1[2];
-        NAME(load_2)(x0, a0 + i * s0, c0a);
+        NAME(load_2)(x0, a0 + i * w, c0a);
         NAME(normalize_rotor)(x0, x1);
-        NAME(store_2)(a1 + i * s1, c1a, x1);
+        NAME(store_2)(a1 + i * w, c1a, x1);
     }
 }
 
-static void NAME(normalize_rotor_any)(intptr_t n, char **args, const intptr_t *steps)
+WIDE static void NAME(normalize_rotor_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
-    NAME(normalize_rotor_each)(n, args, steps[0], steps[1], steps[2], steps[3]);
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    char *a0 = args[0];
+    char *a1 = args[1];
+    ANY_ORDER
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
+        REAL x0[2];
+        REAL x1[2];
+        NAME(load_2)(x0, a0 + i * 2 * w, w);
+        NAME(normalize_rotor)(x0, x1);
+        NAME(store_2)(a1 + i * 2 * w, w, x1);
+    }
 }
 
-WIDE void NAME(normalize_rotor_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
+void NAME(normalize_rotor_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
-    const intptr_t n = dimensions[0], w = sizeof(REAL);
-    const intptr_t s0 = steps[0], s1 = steps[1], c0a = steps[2], c1a = steps[3];
-    if (n < 1)
-        return;
-    if (s0 == w && s1 == w)
-        NAME(normalize_rotor_each)(n, args, w, w, c0a, c1a);
-    else if (s0 == 2 * w && s1 == 2 * w && c0a == w && c1a == w)
-        NAME(normalize_rotor_each)(n, args, 2 * w, 2 * w, w, w);
-    else
-        NAME(normalize_rotor_any)(n, args, steps);
+    static const struct part parts[] = {{2, 1, 0, {2}}, {2, 1, 1, {2}}};
+    static const struct kernel kernel = {{NAME(normalize_rotor_block), NULL, NAME(normalize_rotor_dense), NULL}, 0,
+        1, 2, parts};
+    NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
 INLINE void NAME(rotate_vector)(const REAL *r, const REAL *v, REAL *out)
@@ -1346,47 +2104,88 @@ INLINE void NAME(rotate_vector)(const REAL *r, const REAL *v, REAL *out)
     out[1] = t10;
 }
 
-static INLINE void NAME(rotate_vector_each)(intptr_t n, char **args, intptr_t s0, intptr_t s1, intptr_t s2, intptr_t
-    c0a, intptr_t c1a, intptr_t c2a)
+WIDE static void NAME(rotate_vector_block)(intptr_t n, char **args, const intptr_t *strides)
 {
+    const intptr_t w = sizeof(REAL);
+    const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
+    char *a0 = args[0];
+    char *a1 = args[1];
+    char *a2 = args[2];
+    ANY_ORDER
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
+        REAL x0[2];
+        REAL x1[2];
+        REAL x2[2];
+        NAME(load_2)(x0, a0 + i * w, c0a);
+        NAME(load_2)(x1, a1 + i * w, c1a);
+        NAME(rotate_vector)(x0, x1, x2);
+        NAME(store_2)(a2 + i * w, c2a, x2);
+    }
+}
+
+WIDE static void NAME(rotate_vector_block_uniform)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
     char *a0 = args[0];
     char *a1 = args[1];
     char *a2 = args[2];
     REAL x0[2];
     NAME(load_2)(x0, a0, c0a);
     ANY_ORDER
-    for (intptr_t i = 0; i < n; ++i) {
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
         REAL x1[2];
         REAL x2[2];
-        if (s0 != 0)
-            NAME(load_2)(x0, a0 + i * s0, c0a);
-        NAME(load_2)(x1, a1 + i * s1, c1a);
+        NAME(load_2)(x1, a1 + i * w, c1a);
         NAME(rotate_vector)(x0, x1, x2);
-        NAME(store_2)(a2 + i * s2, c2a, x2);
+        NAME(store_2)(a2 + i * w, c2a, x2);
     }
 }
 
-static void NAME(rotate_vector_any)(intptr_t n, char **args, const intptr_t *steps)
+WIDE static void NAME(rotate_vector_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
-    NAME(rotate_vector_each)(n, args, steps[0], steps[1], steps[2], steps[3], steps[4], steps[5]);
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    char *a0 = args[0];
+    char *a1 = args[1];
+    char *a2 = args[2];
+    ANY_ORDER
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
+        REAL x0[2];
+        REAL x1[2];
+        REAL x2[2];
+        NAME(load_2)(x0, a0 + i * 2 * w, w);
+        NAME(load_2)(x1, a1 + i * 2 * w, w);
+        NAME(rotate_vector)(x0, x1, x2);
+        NAME(store_2)(a2 + i * 2 * w, w, x2);
+    }
 }
 
-WIDE void NAME(rotate_vector_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
+WIDE static void NAME(rotate_vector_dense_uniform)(intptr_t n, char **args, const intptr_t *strides)
 {
-    const intptr_t n = dimensions[0], w = sizeof(REAL);
-    const intptr_t s0 = steps[0], s1 = steps[1], s2 = steps[2], c0a = steps[3], c1a = steps[4], c2a = steps[5];
-    if (n < 1)
-        return;
-    if (s0 == w && s1 == w && s2 == w)
-        NAME(rotate_vector_each)(n, args, w, w, w, c0a, c1a, c2a);
-    else if (s0 == 0 && s1 == w && s2 == w)
-        NAME(rotate_vector_each)(n, args, 0, w, w, c0a, c1a, c2a);
-    else if (s0 == 2 * w && s1 == 2 * w && s2 == 2 * w && c0a == w && c1a == w && c2a == w)
-        NAME(rotate_vector_each)(n, args, 2 * w, 2 * w, 2 * w, w, w, w);
-    else if (s0 == 0 && s1 == 2 * w && s2 == 2 * w && c0a == w && c1a == w && c2a == w)
-        NAME(rotate_vector_each)(n, args, 0, 2 * w, 2 * w, w, w, w);
-    else
-        NAME(rotate_vector_any)(n, args, steps);
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    char *a0 = args[0];
+    char *a1 = args[1];
+    char *a2 = args[2];
+    REAL x0[2];
+    NAME(load_2)(x0, a0, w);
+    ANY_ORDER
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
+        REAL x1[2];
+        REAL x2[2];
+        NAME(load_2)(x1, a1 + i * 2 * w, w);
+        NAME(rotate_vector)(x0, x1, x2);
+        NAME(store_2)(a2 + i * 2 * w, w, x2);
+    }
+}
+
+void NAME(rotate_vector_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
+{
+    static const struct part parts[] = {{2, 1, 0, {2}}, {2, 1, 1, {2}}, {2, 1, 2, {2}}};
+    static const struct kernel kernel = {{NAME(rotate_vector_block), NAME(rotate_vector_block_uniform),
+        NAME(rotate_vector_dense), NAME(rotate_vector_dense_uniform)}, 1, 2, 3, parts};
+    NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
 INLINE void NAME(rotate_vector_back)(const REAL *r, const REAL *v, REAL *out)
@@ -1410,47 +2209,88 @@ INLINE void NAME(rotate_vector_back)(const REAL *r, const REAL *v, REAL *out)
     out[1] = t10;
 }
 
-static INLINE void NAME(rotate_vector_back_each)(intptr_t n, char **args, intptr_t s0, intptr_t s1, intptr_t s2,
-    intptr_t c0a, intptr_t c1a, intptr_t c2a)
+WIDE static void NAME(rotate_vector_back_block)(intptr_t n, char **args, const intptr_t *strides)
 {
+    const intptr_t w = sizeof(REAL);
+    const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
+    char *a0 = args[0];
+    char *a1 = args[1];
+    char *a2 = args[2];
+    ANY_ORDER
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
+        REAL x0[2];
+        REAL x1[2];
+        REAL x2[2];
+        NAME(load_2)(x0, a0 + i * w, c0a);
+        NAME(load_2)(x1, a1 + i * w, c1a);
+        NAME(rotate_vector_back)(x0, x1, x2);
+        NAME(store_2)(a2 + i * w, c2a, x2);
+    }
+}
+
+WIDE static void NAME(rotate_vector_back_block_uniform)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
     char *a0 = args[0];
     char *a1 = args[1];
     char *a2 = args[2];
     REAL x0[2];
     NAME(load_2)(x0, a0, c0a);
     ANY_ORDER
-    for (intptr_t i = 0; i < n; ++i) {
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
         REAL x1[2];
         REAL x2[2];
-        if (s0 != 0)
-            NAME(load_2)(x0, a0 + i * s0, c0a);
-        NAME(load_2)(x1, a1 + i * s1, c1a);
+        NAME(load_2)(x1, a1 + i * w, c1a);
         NAME(rotate_vector_back)(x0, x1, x2);
-        NAME(store_2)(a2 + i * s2, c2a, x2);
+        NAME(store_2)(a2 + i * w, c2a, x2);
     }
 }
 
-static void NAME(rotate_vector_back_any)(intptr_t n, char **args, const intptr_t *steps)
+WIDE static void NAME(rotate_vector_back_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
-    NAME(rotate_vector_back_each)(n, args, steps[0], steps[1], steps[2], steps[3], steps[4], steps[5]);
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    char *a0 = args[0];
+    char *a1 = args[1];
+    char *a2 = args[2];
+    ANY_ORDER
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
+        REAL x0[2];
+        REAL x1[2];
+        REAL x2[2];
+        NAME(load_2)(x0, a0 + i * 2 * w, w);
+        NAME(load_2)(x1, a1 + i * 2 * w, w);
+        NAME(rotate_vector_back)(x0, x1, x2);
+        NAME(store_2)(a2 + i * 2 * w, w, x2);
+    }
 }
 
-WIDE void NAME(rotate_vector_back_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
+WIDE static void NAME(rotate_vector_back_dense_uniform)(intptr_t n, char **args, const intptr_t *strides)
 {
-    const intptr_t n = dimensions[0], w = sizeof(REAL);
-    const intptr_t s0 = steps[0], s1 = steps[1], s2 = steps[2], c0a = steps[3], c1a = steps[4], c2a = steps[5];
-    if (n < 1)
-        return;
-    if (s0 == w && s1 == w && s2 == w)
-        NAME(rotate_vector_back_each)(n, args, w, w, w, c0a, c1a, c2a);
-    else if (s0 == 0 && s1 == w && s2 == w)
-        NAME(rotate_vector_back_each)(n, args, 0, w, w, c0a, c1a, c2a);
-    else if (s0 == 2 * w && s1 == 2 * w && s2 == 2 * w && c0a == w && c1a == w && c2a == w)
-        NAME(rotate_vector_back_each)(n, args, 2 * w, 2 * w, 2 * w, w, w, w);
-    else if (s0 == 0 && s1 == 2 * w && s2 == 2 * w && c0a == w && c1a == w && c2a == w)
-        NAME(rotate_vector_back_each)(n, args, 0, 2 * w, 2 * w, w, w, w);
-    else
-        NAME(rotate_vector_back_any)(n, args, steps);
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    char *a0 = args[0];
+    char *a1 = args[1];
+    char *a2 = args[2];
+    REAL x0[2];
+    NAME(load_2)(x0, a0, w);
+    ANY_ORDER
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
+        REAL x1[2];
+        REAL x2[2];
+        NAME(load_2)(x1, a1 + i * 2 * w, w);
+        NAME(rotate_vector_back)(x0, x1, x2);
+        NAME(store_2)(a2 + i * 2 * w, w, x2);
+    }
+}
+
+void NAME(rotate_vector_back_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
+{
+    static const struct part parts[] = {{2, 1, 0, {2}}, {2, 1, 1, {2}}, {2, 1, 2, {2}}};
+    static const struct kernel kernel = {{NAME(rotate_vector_back_block), NAME(rotate_vector_back_block_uniform),
+        NAME(rotate_vector_back_dense), NAME(rotate_vector_back_dense_uniform)}, 1, 2, 3, parts};
+    NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
 INLINE void NAME(rotor_from_angle)(REAL angle, REAL *out)
@@ -1463,37 +2303,27 @@ INLINE void NAME(rotor_from_angle)(REAL angle, REAL *out)
     out[1] = t3;
 }
 
-static INLINE void NAME(rotor_from_angle_each)(intptr_t n, char **args, intptr_t s0, intptr_t s1, intptr_t c1a)
+WIDE static void NAME(rotor_from_angle_block)(intptr_t n, char **args, const intptr_t *strides)
 {
+    const intptr_t w = sizeof(REAL);
+    const intptr_t c1a = strides[0];
     char *a0 = args[0];
     char *a1 = args[1];
     ANY_ORDER
     for (intptr_t i = 0; i < n; ++i) {
         REAL x0[1];
         REAL x1[2];
-        NAME(load_scalar)(x0, a0 + i * s0);
+        NAME(load_scalar)(x0, a0 + i * w);
         NAME(rotor_from_angle)(x0[0], x1);
-        NAME(store_2)(a1 + i * s1, c1a, x1);
+        NAME(store_2)(a1 + i * w, c1a, x1);
     }
 }
 
-static void NAME(rotor_from_angle_any)(intptr_t n, char **args, const intptr_t *steps)
+void NAME(rotor_from_angle_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
-    NAME(rotor_from_angle_each)(n, args, steps[0], steps[1], steps[2]);
-}
-
-WIDE void NAME(rotor_from_angle_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
-{
-    const intptr_t n = dimensions[0], w = sizeof(REAL);
-    const intptr_t s0 = steps[0], s1 = steps[1], c1a = steps[2];
-    if (n < 1)
-        return;
-    if (s0 == w && s1 == w)
-        NAME(rotor_from_angle_each)(n, args, w, w, c1a);
-    else if (s0 == w && s1 == 2 * w && c1a == w)
-        NAME(rotor_from_angle_each)(n, args, w, 2 * w, w);
-    else
-        NAME(rotor_from_angle_any)(n, args, steps);
+    static const struct part parts[] = {{1, 0, 0, {0}}, {2, 1, 0, {2}}};
+    static const struct kernel kernel = {{NAME(rotor_from_angle_block), NULL, NULL, NULL}, 0, 1, 2, parts};
+    NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
 INLINE void NAME(rotor_to_angle)(const REAL *r, REAL *out)
@@ -1509,37 +2339,27 @@ INLINE void NAME(rotor_to_angle)(const REAL *r, REAL *out)
     out[0] = t5;
 }
 
-static INLINE void NAME(rotor_to_angle_each)(intptr_t n, char **args, intptr_t s0, intptr_t s1, intptr_t c0a)
+WIDE static void NAME(rotor_to_angle_block)(intptr_t n, char **args, const intptr_t *strides)
 {
+    const intptr_t w = sizeof(REAL);
+    const intptr_t c0a = strides[0];
     char *a0 = args[0];
     char *a1 = args[1];
     ANY_ORDER
     for (intptr_t i = 0; i < n; ++i) {
         REAL x0[2];
         REAL x1[1];
-        NAME(load_2)(x0, a0 + i * s0, c0a);
+        NAME(load_2)(x0, a0 + i * w, c0a);
         NAME(rotor_to_angle)(x0, x1);
-        NAME(store_scalar)(a1 + i * s1, x1);
+        NAME(store_scalar)(a1 + i * w, x1);
     }
 }
 
-static void NAME(rotor_to_angle_any)(intptr_t n, char **args, const intptr_t *steps)
+void NAME(rotor_to_angle_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
-    NAME(rotor_to_angle_each)(n, args, steps[0], steps[1], steps[2]);
-}
-
-WIDE void NAME(rotor_to_angle_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
-{
-    const intptr_t n = dimensions[0], w = sizeof(REAL);
-    const intptr_t s0 = steps[0], s1 = steps[1], c0a = steps[2];
-    if (n < 1)
-        return;
-    if (s0 == w && s1 == w)
-        NAME(rotor_to_angle_each)(n, args, w, w, c0a);
-    else if (s0 == 2 * w && s1 == w && c0a == w)
-        NAME(rotor_to_angle_each)(n, args, 2 * w, w, w);
-    else
-        NAME(rotor_to_angle_any)(n, args, steps);
+    static const struct part parts[] = {{2, 1, 0, {2}}, {1, 0, 1, {0}}};
+    static const struct kernel kernel = {{NAME(rotor_to_angle_block), NULL, NULL, NULL}, 0, 1, 2, parts};
+    NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
 INLINE void NAME(rotor_between_vectors)(const REAL *a, const REAL *b, REAL *out)
@@ -1579,47 +2399,89 @@ INLINE void NAME(rotor_between_vectors)(const REAL *a, const REAL *b, REAL *out)
     out[1] = t26;
 }
 
-static INLINE void NAME(rotor_between_vectors_each)(intptr_t n, char **args, intptr_t s0, intptr_t s1, intptr_t s2,
-    intptr_t c0a, intptr_t c1a, intptr_t c2a)
+WIDE static void NAME(rotor_between_vectors_block)(intptr_t n, char **args, const intptr_t *strides)
 {
+    const intptr_t w = sizeof(REAL);
+    const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
+    char *a0 = args[0];
+    char *a1 = args[1];
+    char *a2 = args[2];
+    ANY_ORDER
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
+        REAL x0[2];
+        REAL x1[2];
+        REAL x2[2];
+        NAME(load_2)(x0, a0 + i * w, c0a);
+        NAME(load_2)(x1, a1 + i * w, c1a);
+        NAME(rotor_between_vectors)(x0, x1, x2);
+        NAME(store_2)(a2 + i * w, c2a, x2);
+    }
+}
+
+WIDE static void NAME(rotor_between_vectors_block_uniform)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
     char *a0 = args[0];
     char *a1 = args[1];
     char *a2 = args[2];
     REAL x0[2];
     NAME(load_2)(x0, a0, c0a);
     ANY_ORDER
-    for (intptr_t i = 0; i < n; ++i) {
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
         REAL x1[2];
         REAL x2[2];
-        if (s0 != 0)
-            NAME(load_2)(x0, a0 + i * s0, c0a);
-        NAME(load_2)(x1, a1 + i * s1, c1a);
+        NAME(load_2)(x1, a1 + i * w, c1a);
         NAME(rotor_between_vectors)(x0, x1, x2);
-        NAME(store_2)(a2 + i * s2, c2a, x2);
+        NAME(store_2)(a2 + i * w, c2a, x2);
     }
 }
 
-static void NAME(rotor_between_vectors_any)(intptr_t n, char **args, const intptr_t *steps)
+WIDE static void NAME(rotor_between_vectors_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
-    NAME(rotor_between_vectors_each)(n, args, steps[0], steps[1], steps[2], steps[3], steps[4], steps[5]);
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    char *a0 = args[0];
+    char *a1 = args[1];
+    char *a2 = args[2];
+    ANY_ORDER
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
+        REAL x0[2];
+        REAL x1[2];
+        REAL x2[2];
+        NAME(load_2)(x0, a0 + i * 2 * w, w);
+        NAME(load_2)(x1, a1 + i * 2 * w, w);
+        NAME(rotor_between_vectors)(x0, x1, x2);
+        NAME(store_2)(a2 + i * 2 * w, w, x2);
+    }
 }
 
-WIDE void NAME(rotor_between_vectors_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
+WIDE static void NAME(rotor_between_vectors_dense_uniform)(intptr_t n, char **args, const intptr_t *strides)
 {
-    const intptr_t n = dimensions[0], w = sizeof(REAL);
-    const intptr_t s0 = steps[0], s1 = steps[1], s2 = steps[2], c0a = steps[3], c1a = steps[4], c2a = steps[5];
-    if (n < 1)
-        return;
-    if (s0 == w && s1 == w && s2 == w)
-        NAME(rotor_between_vectors_each)(n, args, w, w, w, c0a, c1a, c2a);
-    else if (s0 == 0 && s1 == w && s2 == w)
-        NAME(rotor_between_vectors_each)(n, args, 0, w, w, c0a, c1a, c2a);
-    else if (s0 == 2 * w && s1 == 2 * w && s2 == 2 * w && c0a == w && c1a == w && c2a == w)
-        NAME(rotor_between_vectors_each)(n, args, 2 * w, 2 * w, 2 * w, w, w, w);
-    else if (s0 == 0 && s1 == 2 * w && s2 == 2 * w && c0a == w && c1a == w && c2a == w)
-        NAME(rotor_between_vectors_each)(n, args, 0, 2 * w, 2 * w, w, w, w);
-    else
-        NAME(rotor_between_vectors_any)(n, args, steps);
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    char *a0 = args[0];
+    char *a1 = args[1];
+    char *a2 = args[2];
+    REAL x0[2];
+    NAME(load_2)(x0, a0, w);
+    ANY_ORDER
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
+        REAL x1[2];
+        REAL x2[2];
+        NAME(load_2)(x1, a1 + i * 2 * w, w);
+        NAME(rotor_between_vectors)(x0, x1, x2);
+        NAME(store_2)(a2 + i * 2 * w, w, x2);
+    }
+}
+
+void NAME(rotor_between_vectors_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
+{
+    static const struct part parts[] = {{2, 1, 0, {2}}, {2, 1, 1, {2}}, {2, 1, 2, {2}}};
+    static const struct kernel kernel = {{NAME(rotor_between_vectors_block),
+        NAME(rotor_between_vectors_block_uniform), NAME(rotor_between_vectors_dense),
+        NAME(rotor_between_vectors_dense_uniform)}, 1, 2, 3, parts};
+    NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
 INLINE void NAME(rotor_to_matrix)(const REAL *r, REAL *out)
@@ -1637,38 +2499,44 @@ INLINE void NAME(rotor_to_matrix)(const REAL *r, REAL *out)
     out[3] = t2;
 }
 
-static INLINE void NAME(rotor_to_matrix_each)(intptr_t n, char **args, intptr_t s0, intptr_t s1, intptr_t c0a,
-    intptr_t c1a, intptr_t c1b)
+WIDE static void NAME(rotor_to_matrix_block)(intptr_t n, char **args, const intptr_t *strides)
 {
+    const intptr_t w = sizeof(REAL);
+    const intptr_t c0a = strides[0], c1a = strides[1], c1b = strides[2];
     char *a0 = args[0];
     char *a1 = args[1];
     ANY_ORDER
-    for (intptr_t i = 0; i < n; ++i) {
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
         REAL x0[2];
         REAL x1[4];
-        NAME(load_2)(x0, a0 + i * s0, c0a);
+        NAME(load_2)(x0, a0 + i * w, c0a);
         NAME(rotor_to_matrix)(x0, x1);
-        NAME(store_2x2)(a1 + i * s1, c1a, c1b, x1);
+        NAME(store_2x2)(a1 + i * w, c1a, c1b, x1);
     }
 }
 
-static void NAME(rotor_to_matrix_any)(intptr_t n, char **args, const intptr_t *steps)
+WIDE static void NAME(rotor_to_matrix_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
-    NAME(rotor_to_matrix_each)(n, args, steps[0], steps[1], steps[2], steps[3], steps[4]);
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    char *a0 = args[0];
+    char *a1 = args[1];
+    ANY_ORDER
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
+        REAL x0[2];
+        REAL x1[4];
+        NAME(load_2)(x0, a0 + i * 2 * w, w);
+        NAME(rotor_to_matrix)(x0, x1);
+        NAME(store_2x2)(a1 + i * 4 * w, 2 * w, w, x1);
+    }
 }
 
-WIDE void NAME(rotor_to_matrix_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
+void NAME(rotor_to_matrix_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
-    const intptr_t n = dimensions[0], w = sizeof(REAL);
-    const intptr_t s0 = steps[0], s1 = steps[1], c0a = steps[2], c1a = steps[3], c1b = steps[4];
-    if (n < 1)
-        return;
-    if (s0 == w && s1 == w)
-        NAME(rotor_to_matrix_each)(n, args, w, w, c0a, c1a, c1b);
-    else if (s0 == 2 * w && s1 == 4 * w && c0a == w && c1a == 2 * w && c1b == w)
-        NAME(rotor_to_matrix_each)(n, args, 2 * w, 4 * w, w, 2 * w, w);
-    else
-        NAME(rotor_to_matrix_any)(n, args, steps);
+    static const struct part parts[] = {{2, 1, 0, {2}}, {4, 2, 1, {2, 2}}};
+    static const struct kernel kernel = {{NAME(rotor_to_matrix_block), NULL, NAME(rotor_to_matrix_dense), NULL}, 0,
+        1, 2, parts};
+    NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
 INLINE void NAME(rotor_from_matrix)(const REAL *matrix, REAL *out)
@@ -1706,37 +2574,43 @@ INLINE void NAME(rotor_from_matrix)(const REAL *matrix, REAL *out)
     out[1] = t24;
 }
 
-static INLINE void NAME(rotor_from_matrix_each)(intptr_t n, char **args, intptr_t s0, intptr_t s1, intptr_t c0a,
-    intptr_t c0b, intptr_t c1a)
+WIDE static void NAME(rotor_from_matrix_block)(intptr_t n, char **args, const intptr_t *strides)
 {
+    const intptr_t w = sizeof(REAL);
+    const intptr_t c0a = strides[0], c0b = strides[1], c1a = strides[2];
     char *a0 = args[0];
     char *a1 = args[1];
     ANY_ORDER
-    for (intptr_t i = 0; i < n; ++i) {
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
         REAL x0[4];
         REAL x1[2];
-        NAME(load_2x2)(x0, a0 + i * s0, c0a, c0b);
+        NAME(load_2x2)(x0, a0 + i * w, c0a, c0b);
         NAME(rotor_from_matrix)(x0, x1);
-        NAME(store_2)(a1 + i * s1, c1a, x1);
+        NAME(store_2)(a1 + i * w, c1a, x1);
     }
 }
 
-static void NAME(rotor_from_matrix_any)(intptr_t n, char **args, const intptr_t *steps)
+WIDE static void NAME(rotor_from_matrix_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
-    NAME(rotor_from_matrix_each)(n, args, steps[0], steps[1], steps[2], steps[3], steps[4]);
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    char *a0 = args[0];
+    char *a1 = args[1];
+    ANY_ORDER
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
+        REAL x0[4];
+        REAL x1[2];
+        NAME(load_2x2)(x0, a0 + i * 4 * w, 2 * w, w);
+        NAME(rotor_from_matrix)(x0, x1);
+        NAME(store_2)(a1 + i * 2 * w, w, x1);
+    }
 }
 
-WIDE void NAME(rotor_from_matrix_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
+void NAME(rotor_from_matrix_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
-    const intptr_t n = dimensions[0], w = sizeof(REAL);
-    const intptr_t s0 = steps[0], s1 = steps[1], c0a = steps[2], c0b = steps[3], c1a = steps[4];
-    if (n < 1)
-        return;
-    if (s0 == w && s1 == w)
-        NAME(rotor_from_matrix_each)(n, args, w, w, c0a, c0b, c1a);
-    else if (s0 == 4 * w && s1 == 2 * w && c0a == 2 * w && c0b == w && c1a == w)
-        NAME(rotor_from_matrix_each)(n, args, 4 * w, 2 * w, 2 * w, w, w);
-    else
-        NAME(rotor_from_matrix_any)(n, args, steps);
+    static const struct part parts[] = {{4, 2, 0, {2, 2}}, {2, 1, 2, {2}}};
+    static const struct kernel kernel = {{NAME(rotor_from_matrix_block), NULL, NAME(rotor_from_matrix_dense), NULL},
+        0, 1, 2, parts};
+    NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 #endif

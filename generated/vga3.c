@@ -2,7 +2,7 @@
 // command: gac generate --all vga3
 // spec: 44c0d3d04bae9ed8
 // contraction: -ffp-contract=off (every operation is rounded once)
-// body: 3ce355bc10b9994968c4a1c45fdfedc5123693a5581658178487333f6f94fccf
+// body: f6c2019d44012144b025970e6d70cef2da001e510accb4c0b43a7632cc613073
 
 #ifndef REAL
 #include "vga3.h"
@@ -31,6 +31,35 @@
 #else
 #define WIDE
 #endif
+
+// Loops run over whole vectors: a block is padded to a multiple of this many elements.
+#define LANES 16
+#define PADDED(n) (((n) + LANES - 1) & -LANES)
+
+// A vector of neighbours in memory.
+#if defined(__has_builtin)
+#if __has_builtin(__builtin_shufflevector)
+#define SHUFFLE __builtin_shufflevector
+#define VECTOR(n) __attribute__((vector_size((n) * sizeof(REAL)), aligned(sizeof(REAL)), may_alias))
+#endif
+#endif
+
+// An argument or a result: how many numbers, along which axes, and which is the first of its strides.
+struct part {
+    int size, rank, first, shape[2];
+};
+
+typedef void loop_function(intptr_t n, char **args, const intptr_t *strides);
+
+// The loops of a kernel: rows, rows with the `hoisted` arguments (a bit each) the same for all, and both in C order.
+struct kernel {
+    loop_function *loops[4];
+    unsigned hoisted;
+    int n_inputs, n_parts;
+    const struct part *parts;
+};
+
+enum { PARTS = 4, CORES = 3, SPACE = 4096 };
 
 #define SQRT(x) FUNCTION(sqrt)(x)
 #define SIN(x) FUNCTION(sin)(x)
@@ -152,6 +181,232 @@ static INLINE void NAME(store_8)(char *a, intptr_t ca, const REAL *x)
     *(REAL *)(a + 7 * ca) = x[7];
 }
 
+// Blocks of a batch, and how they get there from strides of any kind: a component of a part (an argument or a result)
+// is a row, `row` numbers long, of the elements of a block.
+
+#ifdef SHUFFLE
+typedef REAL NAME(four) VECTOR(4);
+typedef REAL NAME(eight) VECTOR(8);
+
+// Four numbers at each of eight places, `s` bytes apart, as eight numbers at each of four.
+static INLINE void NAME(turn_8x4)(const char *a, intptr_t s, REAL *x, intptr_t row)
+{
+    NAME(eight) a0, a1, a2, a3;
+#define PAIR(k) SHUFFLE(*(const NAME(four) *)(a + (k) * s), *(const NAME(four) *)(a + ((k) + 4) * s), \
+        0, 1, 2, 3, 4, 5, 6, 7)
+    a0 = PAIR(0);
+    a1 = PAIR(1);
+    a2 = PAIR(2);
+    a3 = PAIR(3);
+#undef PAIR
+    const NAME(eight) b0 = SHUFFLE(a0, a1, 0, 8, 1, 9, 4, 12, 5, 13), b1 = SHUFFLE(a0, a1, 2, 10, 3, 11, 6, 14, 7, 15);
+    const NAME(eight) b2 = SHUFFLE(a2, a3, 0, 8, 1, 9, 4, 12, 5, 13), b3 = SHUFFLE(a2, a3, 2, 10, 3, 11, 6, 14, 7, 15);
+    *(NAME(eight) *)x = SHUFFLE(b0, b2, 0, 1, 8, 9, 4, 5, 12, 13);
+    *(NAME(eight) *)(x + row) = SHUFFLE(b0, b2, 2, 3, 10, 11, 6, 7, 14, 15);
+    *(NAME(eight) *)(x + 2 * row) = SHUFFLE(b1, b3, 0, 1, 8, 9, 4, 5, 12, 13);
+    *(NAME(eight) *)(x + 3 * row) = SHUFFLE(b1, b3, 2, 3, 10, 11, 6, 7, 14, 15);
+}
+
+static INLINE void NAME(turn_4x4)(const char *a, intptr_t s, char *b, intptr_t t)
+{
+    const NAME(four) a0 = *(const NAME(four) *)a, a1 = *(const NAME(four) *)(a + s);
+    const NAME(four) a2 = *(const NAME(four) *)(a + 2 * s), a3 = *(const NAME(four) *)(a + 3 * s);
+    const NAME(four) b0 = SHUFFLE(a0, a1, 0, 4, 2, 6), b1 = SHUFFLE(a0, a1, 1, 5, 3, 7);
+    const NAME(four) b2 = SHUFFLE(a2, a3, 0, 4, 2, 6), b3 = SHUFFLE(a2, a3, 1, 5, 3, 7);
+    *(NAME(four) *)b = SHUFFLE(b0, b2, 0, 1, 4, 5);
+    *(NAME(four) *)(b + t) = SHUFFLE(b1, b3, 0, 1, 4, 5);
+    *(NAME(four) *)(b + 2 * t) = SHUFFLE(b0, b2, 2, 3, 6, 7);
+    *(NAME(four) *)(b + 3 * t) = SHUFFLE(b1, b3, 2, 3, 6, 7);
+}
+#endif
+
+// Rows of `size` components that lie `c` bytes apart, of `n` elements that lie `s` bytes apart.
+WIDE static void NAME(load_rows)(REAL *x, intptr_t row, const char *a, intptr_t s, intptr_t c, intptr_t size,
+    intptr_t n)
+{
+    const intptr_t w = sizeof(REAL);
+    intptr_t done = 0;
+    if (size == 3 && c == w && s == 3 * w) {
+        const REAL *b = (const REAL *)a;
+        ANY_ORDER
+        for (intptr_t i = 0; i < n; ++i) {
+            x[i] = b[3 * i];
+            x[i + row] = b[3 * i + 1];
+            x[i + 2 * row] = b[3 * i + 2];
+        }
+        return;
+    }
+#ifdef SHUFFLE
+    if (size >= 4 && c == w) {
+        for (; done + 8 <= n; done += 8) {
+            for (intptr_t k = 0; k < size; k += 4) {
+                const intptr_t first = k + 4 <= size ? k : size - 4;
+                NAME(turn_8x4)(a + done * s + first * w, s, x + first * row + done, row);
+            }
+        }
+    } else if (s != w) {
+        for (; done + 4 <= n; done += 4) {
+            for (intptr_t k = 0; k < size; ++k) {
+                const char *b = a + done * s + k * c;
+                *(NAME(four) *)(x + k * row + done) = (NAME(four)){*(const REAL *)b, *(const REAL *)(b + s),
+                    *(const REAL *)(b + 2 * s), *(const REAL *)(b + 3 * s)};
+            }
+        }
+    }
+#endif
+    if (done == n)
+        return;
+    for (intptr_t k = 0; k < size; ++k) {
+        const char *from = a + k * c;
+        REAL *to = x + k * row;
+        if (s == w) {
+            ANY_ORDER
+            for (intptr_t i = done; i < n; ++i)
+                to[i] = ((const REAL *)from)[i];
+        } else {
+            for (intptr_t i = done; i < n; ++i)
+                to[i] = *(const REAL *)(from + i * s);
+        }
+    }
+}
+
+// The inverse of load_rows.
+WIDE static void NAME(store_rows)(char *a, intptr_t s, intptr_t c, const REAL *x, intptr_t row, intptr_t size,
+    intptr_t n)
+{
+    const intptr_t w = sizeof(REAL);
+    intptr_t done = 0;
+    if (size == 3 && c == w && s == 3 * w) {
+        REAL *b = (REAL *)a;
+        ANY_ORDER
+        for (intptr_t i = 0; i < n; ++i) {
+            b[3 * i] = x[i];
+            b[3 * i + 1] = x[i + row];
+            b[3 * i + 2] = x[i + 2 * row];
+        }
+        return;
+    }
+#ifdef SHUFFLE
+    if (size >= 4 && c == w) {
+        for (; done + 4 <= n; done += 4) {
+            for (intptr_t k = 0; k < size; k += 4) {
+                const intptr_t first = k + 4 <= size ? k : size - 4;
+                NAME(turn_4x4)((const char *)(x + first * row + done), row * w, a + done * s + first * w, s);
+            }
+        }
+    }
+#endif
+    if (done == n)
+        return;
+    for (intptr_t k = 0; k < size; ++k) {
+        const REAL *from = x + k * row;
+        char *to = a + k * c;
+        for (intptr_t i = done; i < n; ++i)
+            *(REAL *)(to + i * s) = from[i];
+    }
+}
+
+// All rows of a part, from the batch or back to it; axes that lie as one are moved as one.
+static void NAME(move_part)(int back, REAL *x, intptr_t row, const struct part *part, char *a, intptr_t s,
+    const intptr_t *c, intptr_t n)
+{
+    intptr_t count = 1, step = sizeof(REAL);
+    int axis = part->rank;
+    for (; axis > 0 && (count == 1 || c[axis - 1] == count * step); --axis) {
+        step = count == 1 ? c[axis - 1] : step;
+        count *= part->shape[axis - 1];
+    }
+    for (intptr_t k = 0; k < part->size; k += count) {
+        intptr_t offset = 0, rest = k / count;
+        for (int outer = axis; outer-- > 0; rest /= part->shape[outer])
+            offset += rest % part->shape[outer] * c[outer];
+        if (back)
+            NAME(store_rows)(a + offset, s, step, x + k * row, row, count, n);
+        else
+            NAME(load_rows)(x + k * row, row, a + offset, s, step, count, n);
+    }
+}
+
+// Runs a kernel over a batch in blocks. What lies at unit stride, or is hoisted, is used where it lies, and so is a
+// whole batch in C order if there is a loop for it; everything else goes through rows.
+static void NAME(batch)(const struct kernel *kernel, char **args, intptr_t n, const intptr_t *steps)
+{
+    const intptr_t w = sizeof(REAL), *strides = steps + kernel->n_parts;
+    const int n_parts = kernel->n_parts, n_inputs = kernel->n_inputs;
+    enum { SAME, HOISTED, UNIT, ANY } kinds[PARTS];
+    _Alignas(64) REAL space[SPACE];
+    REAL *rows[PARTS];
+    char *starts[PARTS];
+    intptr_t cores[CORES], row_cores[CORES], total = 0, bytes = 0;
+    unsigned hoisted = kernel->hoisted;
+    int in_place = 1, dense = kernel->loops[2] != NULL;
+    for (int p = 0; p < n_parts; ++p) {
+        total += kernel->parts[p].size;
+        bytes += steps[p] < 0 ? -steps[p] : steps[p];
+        if (hoisted >> p & 1 && steps[p] != 0)
+            hoisted = 0;
+    }
+    // Long rows spare calls; beyond the last cache, short ones keep reading and writing going side by side.
+    intptr_t row = n < (1 << 24) / (bytes + 1) ? 64 : LANES;
+    while (row > LANES && row * total > SPACE)
+        row /= 2;
+    total = 0;
+    for (int p = 0; p < n_parts; ++p) {
+        const struct part *part = &kernel->parts[p];
+        const intptr_t *c = strides + part->first;
+        intptr_t step = w, row_step = row * w;
+        starts[p] = args[p];
+        rows[p] = space + row * total;
+        total += part->size;
+        kinds[p] = hoisted >> p & 1 ? HOISTED : p < n_inputs && steps[p] == 0 ? SAME : steps[p] == w ? UNIT : ANY;
+        in_place = in_place && (kinds[p] == UNIT || kinds[p] == HOISTED);
+        for (int q = part->rank; q-- > 0; step *= part->shape[q], row_step *= part->shape[q]) {
+            cores[part->first + q] = c[q];
+            row_cores[part->first + q] = row_step;
+            dense = dense && c[q] == step;
+        }
+        dense = dense && (kinds[p] == HOISTED || steps[p] == step);
+    }
+    for (int p = 0; p < n_inputs && !dense; ++p) {
+        const struct part *part = &kernel->parts[p];
+        if (kinds[p] == SAME) {
+            starts[p] = (char *)rows[p];
+            NAME(move_part)(0, rows[p], row, part, args[p], 0, strides + part->first, n < row ? PADDED(n) : row);
+            for (int q = part->first; q < part->first + part->rank; ++q)
+                cores[q] = row_cores[q];
+        }
+    }
+    for (intptr_t i = 0, m; i < n; i += m) {
+        const int last = n - i < LANES;
+        if (dense && !last) {
+            m = n & -LANES;
+            kernel->loops[hoisted ? 3 : 2](m, starts, cores);
+            continue;
+        }
+        m = last ? n - i : in_place || n - i < row ? (n - i) & -LANES : row;
+        for (int p = 0; p < n_parts; ++p) {
+            const struct part *part = &kernel->parts[p];
+            if (kinds[p] == UNIT && !last)
+                starts[p] = args[p] + i * w;
+            if (kinds[p] < UNIT || (kinds[p] == UNIT && !last))
+                continue;
+            starts[p] = (char *)rows[p];
+            for (int q = part->first; q < part->first + part->rank; ++q)
+                cores[q] = row_cores[q];
+            if (p < n_inputs)
+                NAME(move_part)(0, rows[p], row, part, args[p] + i * steps[p], steps[p], strides + part->first, m);
+            for (intptr_t k = 0; last && p < n_inputs && k < part->size; ++k)
+                for (intptr_t j = m; j < LANES; ++j)
+                    rows[p][k * row + j] = rows[p][k * row + m - 1];
+        }
+        kernel->loops[hoisted ? 1 : 0](m, starts, cores);
+        for (int p = n_inputs; p < n_parts; ++p)
+            if (starts[p] == (char *)rows[p])
+                NAME(move_part)(1, rows[p], row, &kernel->parts[p], args[p] + i * steps[p], steps[p],
+                    strides + kernel->parts[p].first, m);
+    }
+}
+
 INLINE void NAME(geometric_product)(const REAL *a, const REAL *b, REAL *out)
 {
     const REAL a_1 = a[0];
@@ -270,47 +525,50 @@ INLINE void NAME(geometric_product)(const REAL *a, const REAL *b, REAL *out)
     out[7] = t89;
 }
 
-static INLINE void NAME(geometric_product_each)(intptr_t n, char **args, intptr_t s0, intptr_t s1, intptr_t s2,
-    intptr_t c0a, intptr_t c1a, intptr_t c2a)
+WIDE static void NAME(geometric_product_block)(intptr_t n, char **args, const intptr_t *strides)
 {
+    const intptr_t w = sizeof(REAL);
+    const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
+    char *a0 = args[0];
+    char *a1 = args[1];
+    char *a2 = args[2];
+    ANY_ORDER
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
+        REAL x0[8];
+        REAL x1[8];
+        REAL x2[8];
+        NAME(load_8)(x0, a0 + i * w, c0a);
+        NAME(load_8)(x1, a1 + i * w, c1a);
+        NAME(geometric_product)(x0, x1, x2);
+        NAME(store_8)(a2 + i * w, c2a, x2);
+    }
+}
+
+WIDE static void NAME(geometric_product_block_uniform)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
     char *a0 = args[0];
     char *a1 = args[1];
     char *a2 = args[2];
     REAL x0[8];
     NAME(load_8)(x0, a0, c0a);
     ANY_ORDER
-    for (intptr_t i = 0; i < n; ++i) {
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
         REAL x1[8];
         REAL x2[8];
-        if (s0 != 0)
-            NAME(load_8)(x0, a0 + i * s0, c0a);
-        NAME(load_8)(x1, a1 + i * s1, c1a);
+        NAME(load_8)(x1, a1 + i * w, c1a);
         NAME(geometric_product)(x0, x1, x2);
-        NAME(store_8)(a2 + i * s2, c2a, x2);
+        NAME(store_8)(a2 + i * w, c2a, x2);
     }
 }
 
-static void NAME(geometric_product_any)(intptr_t n, char **args, const intptr_t *steps)
+void NAME(geometric_product_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
-    NAME(geometric_product_each)(n, args, steps[0], steps[1], steps[2], steps[3], steps[4], steps[5]);
-}
-
-WIDE void NAME(geometric_product_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
-{
-    const intptr_t n = dimensions[0], w = sizeof(REAL);
-    const intptr_t s0 = steps[0], s1 = steps[1], s2 = steps[2], c0a = steps[3], c1a = steps[4], c2a = steps[5];
-    if (n < 1)
-        return;
-    if (s0 == w && s1 == w && s2 == w)
-        NAME(geometric_product_each)(n, args, w, w, w, c0a, c1a, c2a);
-    else if (s0 == 0 && s1 == w && s2 == w)
-        NAME(geometric_product_each)(n, args, 0, w, w, c0a, c1a, c2a);
-    else if (s0 == 8 * w && s1 == 8 * w && s2 == 8 * w && c0a == w && c1a == w && c2a == w)
-        NAME(geometric_product_each)(n, args, 8 * w, 8 * w, 8 * w, w, w, w);
-    else if (s0 == 0 && s1 == 8 * w && s2 == 8 * w && c0a == w && c1a == w && c2a == w)
-        NAME(geometric_product_each)(n, args, 0, 8 * w, 8 * w, w, w, w);
-    else
-        NAME(geometric_product_any)(n, args, steps);
+    static const struct part parts[] = {{8, 1, 0, {8}}, {8, 1, 1, {8}}, {8, 1, 2, {8}}};
+    static const struct kernel kernel = {{NAME(geometric_product_block), NAME(geometric_product_block_uniform),
+        NULL, NULL}, 1, 2, 3, parts};
+    NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
 INLINE void NAME(outer_product)(const REAL *a, const REAL *b, REAL *out)
@@ -387,47 +645,88 @@ INLINE void NAME(outer_product)(const REAL *a, const REAL *b, REAL *out)
     out[7] = t45;
 }
 
-static INLINE void NAME(outer_product_each)(intptr_t n, char **args, intptr_t s0, intptr_t s1, intptr_t s2, intptr_t
-    c0a, intptr_t c1a, intptr_t c2a)
+WIDE static void NAME(outer_product_block)(intptr_t n, char **args, const intptr_t *strides)
 {
+    const intptr_t w = sizeof(REAL);
+    const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
+    char *a0 = args[0];
+    char *a1 = args[1];
+    char *a2 = args[2];
+    ANY_ORDER
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
+        REAL x0[8];
+        REAL x1[8];
+        REAL x2[8];
+        NAME(load_8)(x0, a0 + i * w, c0a);
+        NAME(load_8)(x1, a1 + i * w, c1a);
+        NAME(outer_product)(x0, x1, x2);
+        NAME(store_8)(a2 + i * w, c2a, x2);
+    }
+}
+
+WIDE static void NAME(outer_product_block_uniform)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
     char *a0 = args[0];
     char *a1 = args[1];
     char *a2 = args[2];
     REAL x0[8];
     NAME(load_8)(x0, a0, c0a);
     ANY_ORDER
-    for (intptr_t i = 0; i < n; ++i) {
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
         REAL x1[8];
         REAL x2[8];
-        if (s0 != 0)
-            NAME(load_8)(x0, a0 + i * s0, c0a);
-        NAME(load_8)(x1, a1 + i * s1, c1a);
+        NAME(load_8)(x1, a1 + i * w, c1a);
         NAME(outer_product)(x0, x1, x2);
-        NAME(store_8)(a2 + i * s2, c2a, x2);
+        NAME(store_8)(a2 + i * w, c2a, x2);
     }
 }
 
-static void NAME(outer_product_any)(intptr_t n, char **args, const intptr_t *steps)
+WIDE static void NAME(outer_product_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
-    NAME(outer_product_each)(n, args, steps[0], steps[1], steps[2], steps[3], steps[4], steps[5]);
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    char *a0 = args[0];
+    char *a1 = args[1];
+    char *a2 = args[2];
+    ANY_ORDER
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
+        REAL x0[8];
+        REAL x1[8];
+        REAL x2[8];
+        NAME(load_8)(x0, a0 + i * 8 * w, w);
+        NAME(load_8)(x1, a1 + i * 8 * w, w);
+        NAME(outer_product)(x0, x1, x2);
+        NAME(store_8)(a2 + i * 8 * w, w, x2);
+    }
 }
 
-WIDE void NAME(outer_product_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
+WIDE static void NAME(outer_product_dense_uniform)(intptr_t n, char **args, const intptr_t *strides)
 {
-    const intptr_t n = dimensions[0], w = sizeof(REAL);
-    const intptr_t s0 = steps[0], s1 = steps[1], s2 = steps[2], c0a = steps[3], c1a = steps[4], c2a = steps[5];
-    if (n < 1)
-        return;
-    if (s0 == w && s1 == w && s2 == w)
-        NAME(outer_product_each)(n, args, w, w, w, c0a, c1a, c2a);
-    else if (s0 == 0 && s1 == w && s2 == w)
-        NAME(outer_product_each)(n, args, 0, w, w, c0a, c1a, c2a);
-    else if (s0 == 8 * w && s1 == 8 * w && s2 == 8 * w && c0a == w && c1a == w && c2a == w)
-        NAME(outer_product_each)(n, args, 8 * w, 8 * w, 8 * w, w, w, w);
-    else if (s0 == 0 && s1 == 8 * w && s2 == 8 * w && c0a == w && c1a == w && c2a == w)
-        NAME(outer_product_each)(n, args, 0, 8 * w, 8 * w, w, w, w);
-    else
-        NAME(outer_product_any)(n, args, steps);
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    char *a0 = args[0];
+    char *a1 = args[1];
+    char *a2 = args[2];
+    REAL x0[8];
+    NAME(load_8)(x0, a0, w);
+    ANY_ORDER
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
+        REAL x1[8];
+        REAL x2[8];
+        NAME(load_8)(x1, a1 + i * 8 * w, w);
+        NAME(outer_product)(x0, x1, x2);
+        NAME(store_8)(a2 + i * 8 * w, w, x2);
+    }
+}
+
+void NAME(outer_product_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
+{
+    static const struct part parts[] = {{8, 1, 0, {8}}, {8, 1, 1, {8}}, {8, 1, 2, {8}}};
+    static const struct kernel kernel = {{NAME(outer_product_block), NAME(outer_product_block_uniform),
+        NAME(outer_product_dense), NAME(outer_product_dense_uniform)}, 1, 2, 3, parts};
+    NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
 INLINE void NAME(regressive_product)(const REAL *a, const REAL *b, REAL *out)
@@ -504,47 +803,88 @@ INLINE void NAME(regressive_product)(const REAL *a, const REAL *b, REAL *out)
     out[7] = t45;
 }
 
-static INLINE void NAME(regressive_product_each)(intptr_t n, char **args, intptr_t s0, intptr_t s1, intptr_t s2,
-    intptr_t c0a, intptr_t c1a, intptr_t c2a)
+WIDE static void NAME(regressive_product_block)(intptr_t n, char **args, const intptr_t *strides)
 {
+    const intptr_t w = sizeof(REAL);
+    const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
+    char *a0 = args[0];
+    char *a1 = args[1];
+    char *a2 = args[2];
+    ANY_ORDER
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
+        REAL x0[8];
+        REAL x1[8];
+        REAL x2[8];
+        NAME(load_8)(x0, a0 + i * w, c0a);
+        NAME(load_8)(x1, a1 + i * w, c1a);
+        NAME(regressive_product)(x0, x1, x2);
+        NAME(store_8)(a2 + i * w, c2a, x2);
+    }
+}
+
+WIDE static void NAME(regressive_product_block_uniform)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
     char *a0 = args[0];
     char *a1 = args[1];
     char *a2 = args[2];
     REAL x0[8];
     NAME(load_8)(x0, a0, c0a);
     ANY_ORDER
-    for (intptr_t i = 0; i < n; ++i) {
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
         REAL x1[8];
         REAL x2[8];
-        if (s0 != 0)
-            NAME(load_8)(x0, a0 + i * s0, c0a);
-        NAME(load_8)(x1, a1 + i * s1, c1a);
+        NAME(load_8)(x1, a1 + i * w, c1a);
         NAME(regressive_product)(x0, x1, x2);
-        NAME(store_8)(a2 + i * s2, c2a, x2);
+        NAME(store_8)(a2 + i * w, c2a, x2);
     }
 }
 
-static void NAME(regressive_product_any)(intptr_t n, char **args, const intptr_t *steps)
+WIDE static void NAME(regressive_product_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
-    NAME(regressive_product_each)(n, args, steps[0], steps[1], steps[2], steps[3], steps[4], steps[5]);
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    char *a0 = args[0];
+    char *a1 = args[1];
+    char *a2 = args[2];
+    ANY_ORDER
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
+        REAL x0[8];
+        REAL x1[8];
+        REAL x2[8];
+        NAME(load_8)(x0, a0 + i * 8 * w, w);
+        NAME(load_8)(x1, a1 + i * 8 * w, w);
+        NAME(regressive_product)(x0, x1, x2);
+        NAME(store_8)(a2 + i * 8 * w, w, x2);
+    }
 }
 
-WIDE void NAME(regressive_product_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
+WIDE static void NAME(regressive_product_dense_uniform)(intptr_t n, char **args, const intptr_t *strides)
 {
-    const intptr_t n = dimensions[0], w = sizeof(REAL);
-    const intptr_t s0 = steps[0], s1 = steps[1], s2 = steps[2], c0a = steps[3], c1a = steps[4], c2a = steps[5];
-    if (n < 1)
-        return;
-    if (s0 == w && s1 == w && s2 == w)
-        NAME(regressive_product_each)(n, args, w, w, w, c0a, c1a, c2a);
-    else if (s0 == 0 && s1 == w && s2 == w)
-        NAME(regressive_product_each)(n, args, 0, w, w, c0a, c1a, c2a);
-    else if (s0 == 8 * w && s1 == 8 * w && s2 == 8 * w && c0a == w && c1a == w && c2a == w)
-        NAME(regressive_product_each)(n, args, 8 * w, 8 * w, 8 * w, w, w, w);
-    else if (s0 == 0 && s1 == 8 * w && s2 == 8 * w && c0a == w && c1a == w && c2a == w)
-        NAME(regressive_product_each)(n, args, 0, 8 * w, 8 * w, w, w, w);
-    else
-        NAME(regressive_product_any)(n, args, steps);
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    char *a0 = args[0];
+    char *a1 = args[1];
+    char *a2 = args[2];
+    REAL x0[8];
+    NAME(load_8)(x0, a0, w);
+    ANY_ORDER
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
+        REAL x1[8];
+        REAL x2[8];
+        NAME(load_8)(x1, a1 + i * 8 * w, w);
+        NAME(regressive_product)(x0, x1, x2);
+        NAME(store_8)(a2 + i * 8 * w, w, x2);
+    }
+}
+
+void NAME(regressive_product_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
+{
+    static const struct part parts[] = {{8, 1, 0, {8}}, {8, 1, 1, {8}}, {8, 1, 2, {8}}};
+    static const struct kernel kernel = {{NAME(regressive_product_block), NAME(regressive_product_block_uniform),
+        NAME(regressive_product_dense), NAME(regressive_product_dense_uniform)}, 1, 2, 3, parts};
+    NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
 INLINE void NAME(inner_product)(const REAL *a, const REAL *b, REAL *out)
@@ -659,47 +999,50 @@ INLINE void NAME(inner_product)(const REAL *a, const REAL *b, REAL *out)
     out[7] = t83;
 }
 
-static INLINE void NAME(inner_product_each)(intptr_t n, char **args, intptr_t s0, intptr_t s1, intptr_t s2, intptr_t
-    c0a, intptr_t c1a, intptr_t c2a)
+WIDE static void NAME(inner_product_block)(intptr_t n, char **args, const intptr_t *strides)
 {
+    const intptr_t w = sizeof(REAL);
+    const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
+    char *a0 = args[0];
+    char *a1 = args[1];
+    char *a2 = args[2];
+    ANY_ORDER
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
+        REAL x0[8];
+        REAL x1[8];
+        REAL x2[8];
+        NAME(load_8)(x0, a0 + i * w, c0a);
+        NAME(load_8)(x1, a1 + i * w, c1a);
+        NAME(inner_product)(x0, x1, x2);
+        NAME(store_8)(a2 + i * w, c2a, x2);
+    }
+}
+
+WIDE static void NAME(inner_product_block_uniform)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
     char *a0 = args[0];
     char *a1 = args[1];
     char *a2 = args[2];
     REAL x0[8];
     NAME(load_8)(x0, a0, c0a);
     ANY_ORDER
-    for (intptr_t i = 0; i < n; ++i) {
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
         REAL x1[8];
         REAL x2[8];
-        if (s0 != 0)
-            NAME(load_8)(x0, a0 + i * s0, c0a);
-        NAME(load_8)(x1, a1 + i * s1, c1a);
+        NAME(load_8)(x1, a1 + i * w, c1a);
         NAME(inner_product)(x0, x1, x2);
-        NAME(store_8)(a2 + i * s2, c2a, x2);
+        NAME(store_8)(a2 + i * w, c2a, x2);
     }
 }
 
-static void NAME(inner_product_any)(intptr_t n, char **args, const intptr_t *steps)
+void NAME(inner_product_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
-    NAME(inner_product_each)(n, args, steps[0], steps[1], steps[2], steps[3], steps[4], steps[5]);
-}
-
-WIDE void NAME(inner_product_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
-{
-    const intptr_t n = dimensions[0], w = sizeof(REAL);
-    const intptr_t s0 = steps[0], s1 = steps[1], s2 = steps[2], c0a = steps[3], c1a = steps[4], c2a = steps[5];
-    if (n < 1)
-        return;
-    if (s0 == w && s1 == w && s2 == w)
-        NAME(inner_product_each)(n, args, w, w, w, c0a, c1a, c2a);
-    else if (s0 == 0 && s1 == w && s2 == w)
-        NAME(inner_product_each)(n, args, 0, w, w, c0a, c1a, c2a);
-    else if (s0 == 8 * w && s1 == 8 * w && s2 == 8 * w && c0a == w && c1a == w && c2a == w)
-        NAME(inner_product_each)(n, args, 8 * w, 8 * w, 8 * w, w, w, w);
-    else if (s0 == 0 && s1 == 8 * w && s2 == 8 * w && c0a == w && c1a == w && c2a == w)
-        NAME(inner_product_each)(n, args, 0, 8 * w, 8 * w, w, w, w);
-    else
-        NAME(inner_product_any)(n, args, steps);
+    static const struct part parts[] = {{8, 1, 0, {8}}, {8, 1, 1, {8}}, {8, 1, 2, {8}}};
+    static const struct kernel kernel = {{NAME(inner_product_block), NAME(inner_product_block_uniform), NULL, NULL},
+        1, 2, 3, parts};
+    NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
 INLINE void NAME(reverse)(const REAL *a, REAL *out)
@@ -726,37 +1069,43 @@ INLINE void NAME(reverse)(const REAL *a, REAL *out)
     out[7] = t3;
 }
 
-static INLINE void NAME(reverse_each)(intptr_t n, char **args, intptr_t s0, intptr_t s1, intptr_t c0a, intptr_t c1a)
+WIDE static void NAME(reverse_block)(intptr_t n, char **args, const intptr_t *strides)
 {
+    const intptr_t w = sizeof(REAL);
+    const intptr_t c0a = strides[0], c1a = strides[1];
     char *a0 = args[0];
     char *a1 = args[1];
     ANY_ORDER
-    for (intptr_t i = 0; i < n; ++i) {
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
         REAL x0[8];
         REAL x1[8];
-        NAME(load_8)(x0, a0 + i * s0, c0a);
+        NAME(load_8)(x0, a0 + i * w, c0a);
         NAME(reverse)(x0, x1);
-        NAME(store_8)(a1 + i * s1, c1a, x1);
+        NAME(store_8)(a1 + i * w, c1a, x1);
     }
 }
 
-static void NAME(reverse_any)(intptr_t n, char **args, const intptr_t *steps)
+WIDE static void NAME(reverse_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
-    NAME(reverse_each)(n, args, steps[0], steps[1], steps[2], steps[3]);
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    char *a0 = args[0];
+    char *a1 = args[1];
+    ANY_ORDER
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
+        REAL x0[8];
+        REAL x1[8];
+        NAME(load_8)(x0, a0 + i * 8 * w, w);
+        NAME(reverse)(x0, x1);
+        NAME(store_8)(a1 + i * 8 * w, w, x1);
+    }
 }
 
-WIDE void NAME(reverse_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
+void NAME(reverse_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
-    const intptr_t n = dimensions[0], w = sizeof(REAL);
-    const intptr_t s0 = steps[0], s1 = steps[1], c0a = steps[2], c1a = steps[3];
-    if (n < 1)
-        return;
-    if (s0 == w && s1 == w)
-        NAME(reverse_each)(n, args, w, w, c0a, c1a);
-    else if (s0 == 8 * w && s1 == 8 * w && c0a == w && c1a == w)
-        NAME(reverse_each)(n, args, 8 * w, 8 * w, w, w);
-    else
-        NAME(reverse_any)(n, args, steps);
+    static const struct part parts[] = {{8, 1, 0, {8}}, {8, 1, 1, {8}}};
+    static const struct kernel kernel = {{NAME(reverse_block), NULL, NAME(reverse_dense), NULL}, 0, 1, 2, parts};
+    NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
 INLINE void NAME(grade_involution)(const REAL *a, REAL *out)
@@ -783,38 +1132,44 @@ INLINE void NAME(grade_involution)(const REAL *a, REAL *out)
     out[7] = t3;
 }
 
-static INLINE void NAME(grade_involution_each)(intptr_t n, char **args, intptr_t s0, intptr_t s1, intptr_t c0a,
-    intptr_t c1a)
+WIDE static void NAME(grade_involution_block)(intptr_t n, char **args, const intptr_t *strides)
 {
+    const intptr_t w = sizeof(REAL);
+    const intptr_t c0a = strides[0], c1a = strides[1];
     char *a0 = args[0];
     char *a1 = args[1];
     ANY_ORDER
-    for (intptr_t i = 0; i < n; ++i) {
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
         REAL x0[8];
         REAL x1[8];
-        NAME(load_8)(x0, a0 + i * s0, c0a);
+        NAME(load_8)(x0, a0 + i * w, c0a);
         NAME(grade_involution)(x0, x1);
-        NAME(store_8)(a1 + i * s1, c1a, x1);
+        NAME(store_8)(a1 + i * w, c1a, x1);
     }
 }
 
-static void NAME(grade_involution_any)(intptr_t n, char **args, const intptr_t *steps)
+WIDE static void NAME(grade_involution_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
-    NAME(grade_involution_each)(n, args, steps[0], steps[1], steps[2], steps[3]);
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    char *a0 = args[0];
+    char *a1 = args[1];
+    ANY_ORDER
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
+        REAL x0[8];
+        REAL x1[8];
+        NAME(load_8)(x0, a0 + i * 8 * w, w);
+        NAME(grade_involution)(x0, x1);
+        NAME(store_8)(a1 + i * 8 * w, w, x1);
+    }
 }
 
-WIDE void NAME(grade_involution_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
+void NAME(grade_involution_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
-    const intptr_t n = dimensions[0], w = sizeof(REAL);
-    const intptr_t s0 = steps[0], s1 = steps[1], c0a = steps[2], c1a = steps[3];
-    if (n < 1)
-        return;
-    if (s0 == w && s1 == w)
-        NAME(grade_involution_each)(n, args, w, w, c0a, c1a);
-    else if (s0 == 8 * w && s1 == 8 * w && c0a == w && c1a == w)
-        NAME(grade_involution_each)(n, args, 8 * w, 8 * w, w, w);
-    else
-        NAME(grade_involution_any)(n, args, steps);
+    static const struct part parts[] = {{8, 1, 0, {8}}, {8, 1, 1, {8}}};
+    static const struct kernel kernel = {{NAME(grade_involution_block), NULL, NAME(grade_involution_dense), NULL},
+        0, 1, 2, parts};
+    NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
 INLINE void NAME(clifford_conjugate)(const REAL *a, REAL *out)
@@ -843,38 +1198,44 @@ INLINE void NAME(clifford_conjugate)(const REAL *a, REAL *out)
     out[7] = a_e123;
 }
 
-static INLINE void NAME(clifford_conjugate_each)(intptr_t n, char **args, intptr_t s0, intptr_t s1, intptr_t c0a,
-    intptr_t c1a)
+WIDE static void NAME(clifford_conjugate_block)(intptr_t n, char **args, const intptr_t *strides)
 {
+    const intptr_t w = sizeof(REAL);
+    const intptr_t c0a = strides[0], c1a = strides[1];
     char *a0 = args[0];
     char *a1 = args[1];
     ANY_ORDER
-    for (intptr_t i = 0; i < n; ++i) {
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
         REAL x0[8];
         REAL x1[8];
-        NAME(load_8)(x0, a0 + i * s0, c0a);
+        NAME(load_8)(x0, a0 + i * w, c0a);
         NAME(clifford_conjugate)(x0, x1);
-        NAME(store_8)(a1 + i * s1, c1a, x1);
+        NAME(store_8)(a1 + i * w, c1a, x1);
     }
 }
 
-static void NAME(clifford_conjugate_any)(intptr_t n, char **args, const intptr_t *steps)
+WIDE static void NAME(clifford_conjugate_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
-    NAME(clifford_conjugate_each)(n, args, steps[0], steps[1], steps[2], steps[3]);
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    char *a0 = args[0];
+    char *a1 = args[1];
+    ANY_ORDER
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
+        REAL x0[8];
+        REAL x1[8];
+        NAME(load_8)(x0, a0 + i * 8 * w, w);
+        NAME(clifford_conjugate)(x0, x1);
+        NAME(store_8)(a1 + i * 8 * w, w, x1);
+    }
 }
 
-WIDE void NAME(clifford_conjugate_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
+void NAME(clifford_conjugate_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
-    const intptr_t n = dimensions[0], w = sizeof(REAL);
-    const intptr_t s0 = steps[0], s1 = steps[1], c0a = steps[2], c1a = steps[3];
-    if (n < 1)
-        return;
-    if (s0 == w && s1 == w)
-        NAME(clifford_conjugate_each)(n, args, w, w, c0a, c1a);
-    else if (s0 == 8 * w && s1 == 8 * w && c0a == w && c1a == w)
-        NAME(clifford_conjugate_each)(n, args, 8 * w, 8 * w, w, w);
-    else
-        NAME(clifford_conjugate_any)(n, args, steps);
+    static const struct part parts[] = {{8, 1, 0, {8}}, {8, 1, 1, {8}}};
+    static const struct kernel kernel = {{NAME(clifford_conjugate_block), NULL, NAME(clifford_conjugate_dense),
+        NULL}, 0, 1, 2, parts};
+    NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
 INLINE void NAME(dual)(const REAL *a, REAL *out)
@@ -899,37 +1260,43 @@ INLINE void NAME(dual)(const REAL *a, REAL *out)
     out[7] = a_1;
 }
 
-static INLINE void NAME(dual_each)(intptr_t n, char **args, intptr_t s0, intptr_t s1, intptr_t c0a, intptr_t c1a)
+WIDE static void NAME(dual_block)(intptr_t n, char **args, const intptr_t *strides)
 {
+    const intptr_t w = sizeof(REAL);
+    const intptr_t c0a = strides[0], c1a = strides[1];
     char *a0 = args[0];
     char *a1 = args[1];
     ANY_ORDER
-    for (intptr_t i = 0; i < n; ++i) {
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
         REAL x0[8];
         REAL x1[8];
-        NAME(load_8)(x0, a0 + i * s0, c0a);
+        NAME(load_8)(x0, a0 + i * w, c0a);
         NAME(dual)(x0, x1);
-        NAME(store_8)(a1 + i * s1, c1a, x1);
+        NAME(store_8)(a1 + i * w, c1a, x1);
     }
 }
 
-static void NAME(dual_any)(intptr_t n, char **args, const intptr_t *steps)
+WIDE static void NAME(dual_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
-    NAME(dual_each)(n, args, steps[0], steps[1], steps[2], steps[3]);
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    char *a0 = args[0];
+    char *a1 = args[1];
+    ANY_ORDER
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
+        REAL x0[8];
+        REAL x1[8];
+        NAME(load_8)(x0, a0 + i * 8 * w, w);
+        NAME(dual)(x0, x1);
+        NAME(store_8)(a1 + i * 8 * w, w, x1);
+    }
 }
 
-WIDE void NAME(dual_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
+void NAME(dual_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
-    const intptr_t n = dimensions[0], w = sizeof(REAL);
-    const intptr_t s0 = steps[0], s1 = steps[1], c0a = steps[2], c1a = steps[3];
-    if (n < 1)
-        return;
-    if (s0 == w && s1 == w)
-        NAME(dual_each)(n, args, w, w, c0a, c1a);
-    else if (s0 == 8 * w && s1 == 8 * w && c0a == w && c1a == w)
-        NAME(dual_each)(n, args, 8 * w, 8 * w, w, w);
-    else
-        NAME(dual_any)(n, args, steps);
+    static const struct part parts[] = {{8, 1, 0, {8}}, {8, 1, 1, {8}}};
+    static const struct kernel kernel = {{NAME(dual_block), NULL, NAME(dual_dense), NULL}, 0, 1, 2, parts};
+    NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
 INLINE void NAME(norm)(const REAL *a, REAL *out)
@@ -961,37 +1328,43 @@ INLINE void NAME(norm)(const REAL *a, REAL *out)
     out[0] = t15;
 }
 
-static INLINE void NAME(norm_each)(intptr_t n, char **args, intptr_t s0, intptr_t s1, intptr_t c0a)
+WIDE static void NAME(norm_block)(intptr_t n, char **args, const intptr_t *strides)
 {
+    const intptr_t w = sizeof(REAL);
+    const intptr_t c0a = strides[0];
     char *a0 = args[0];
     char *a1 = args[1];
     ANY_ORDER
-    for (intptr_t i = 0; i < n; ++i) {
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
         REAL x0[8];
         REAL x1[1];
-        NAME(load_8)(x0, a0 + i * s0, c0a);
+        NAME(load_8)(x0, a0 + i * w, c0a);
         NAME(norm)(x0, x1);
-        NAME(store_scalar)(a1 + i * s1, x1);
+        NAME(store_scalar)(a1 + i * w, x1);
     }
 }
 
-static void NAME(norm_any)(intptr_t n, char **args, const intptr_t *steps)
+WIDE static void NAME(norm_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
-    NAME(norm_each)(n, args, steps[0], steps[1], steps[2]);
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    char *a0 = args[0];
+    char *a1 = args[1];
+    ANY_ORDER
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
+        REAL x0[8];
+        REAL x1[1];
+        NAME(load_8)(x0, a0 + i * 8 * w, w);
+        NAME(norm)(x0, x1);
+        NAME(store_scalar)(a1 + i * w, x1);
+    }
 }
 
-WIDE void NAME(norm_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
+void NAME(norm_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
-    const intptr_t n = dimensions[0], w = sizeof(REAL);
-    const intptr_t s0 = steps[0], s1 = steps[1], c0a = steps[2];
-    if (n < 1)
-        return;
-    if (s0 == w && s1 == w)
-        NAME(norm_each)(n, args, w, w, c0a);
-    else if (s0 == 8 * w && s1 == w && c0a == w)
-        NAME(norm_each)(n, args, 8 * w, w, w);
-    else
-        NAME(norm_any)(n, args, steps);
+    static const struct part parts[] = {{8, 1, 0, {8}}, {1, 0, 1, {0}}};
+    static const struct kernel kernel = {{NAME(norm_block), NULL, NAME(norm_dense), NULL}, 0, 1, 2, parts};
+    NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
 INLINE void NAME(inverse)(const REAL *a, REAL *out)
@@ -1141,37 +1514,27 @@ INLINE void NAME(inverse)(const REAL *a, REAL *out)
     out[7] = t126;
 }
 
-static INLINE void NAME(inverse_each)(intptr_t n, char **args, intptr_t s0, intptr_t s1, intptr_t c0a, intptr_t c1a)
+WIDE static void NAME(inverse_block)(intptr_t n, char **args, const intptr_t *strides)
 {
+    const intptr_t w = sizeof(REAL);
+    const intptr_t c0a = strides[0], c1a = strides[1];
     char *a0 = args[0];
     char *a1 = args[1];
     ANY_ORDER
-    for (intptr_t i = 0; i < n; ++i) {
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
         REAL x0[8];
         REAL x1[8];
-        NAME(load_8)(x0, a0 + i * s0, c0a);
+        NAME(load_8)(x0, a0 + i * w, c0a);
         NAME(inverse)(x0, x1);
-        NAME(store_8)(a1 + i * s1, c1a, x1);
+        NAME(store_8)(a1 + i * w, c1a, x1);
     }
 }
 
-static void NAME(inverse_any)(intptr_t n, char **args, const intptr_t *steps)
+void NAME(inverse_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
-    NAME(inverse_each)(n, args, steps[0], steps[1], steps[2], steps[3]);
-}
-
-WIDE void NAME(inverse_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
-{
-    const intptr_t n = dimensions[0], w = sizeof(REAL);
-    const intptr_t s0 = steps[0], s1 = steps[1], c0a = steps[2], c1a = steps[3];
-    if (n < 1)
-        return;
-    if (s0 == w && s1 == w)
-        NAME(inverse_each)(n, args, w, w, c0a, c1a);
-    else if (s0 == 8 * w && s1 == 8 * w && c0a == w && c1a == w)
-        NAME(inverse_each)(n, args, 8 * w, 8 * w, w, w);
-    else
-        NAME(inverse_any)(n, args, steps);
+    static const struct part parts[] = {{8, 1, 0, {8}}, {8, 1, 1, {8}}};
+    static const struct kernel kernel = {{NAME(inverse_block), NULL, NULL, NULL}, 0, 1, 2, parts};
+    NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
 INLINE void NAME(vector_product)(const REAL *a, const REAL *b, REAL *out)
@@ -1202,47 +1565,88 @@ INLINE void NAME(vector_product)(const REAL *a, const REAL *b, REAL *out)
     out[3] = t13;
 }
 
-static INLINE void NAME(vector_product_each)(intptr_t n, char **args, intptr_t s0, intptr_t s1, intptr_t s2,
-    intptr_t c0a, intptr_t c1a, intptr_t c2a)
+WIDE static void NAME(vector_product_block)(intptr_t n, char **args, const intptr_t *strides)
 {
+    const intptr_t w = sizeof(REAL);
+    const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
+    char *a0 = args[0];
+    char *a1 = args[1];
+    char *a2 = args[2];
+    ANY_ORDER
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
+        REAL x0[3];
+        REAL x1[3];
+        REAL x2[4];
+        NAME(load_3)(x0, a0 + i * w, c0a);
+        NAME(load_3)(x1, a1 + i * w, c1a);
+        NAME(vector_product)(x0, x1, x2);
+        NAME(store_4)(a2 + i * w, c2a, x2);
+    }
+}
+
+WIDE static void NAME(vector_product_block_uniform)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
     char *a0 = args[0];
     char *a1 = args[1];
     char *a2 = args[2];
     REAL x0[3];
     NAME(load_3)(x0, a0, c0a);
     ANY_ORDER
-    for (intptr_t i = 0; i < n; ++i) {
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
         REAL x1[3];
         REAL x2[4];
-        if (s0 != 0)
-            NAME(load_3)(x0, a0 + i * s0, c0a);
-        NAME(load_3)(x1, a1 + i * s1, c1a);
+        NAME(load_3)(x1, a1 + i * w, c1a);
         NAME(vector_product)(x0, x1, x2);
-        NAME(store_4)(a2 + i * s2, c2a, x2);
+        NAME(store_4)(a2 + i * w, c2a, x2);
     }
 }
 
-static void NAME(vector_product_any)(intptr_t n, char **args, const intptr_t *steps)
+WIDE static void NAME(vector_product_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
-    NAME(vector_product_each)(n, args, steps[0], steps[1], steps[2], steps[3], steps[4], steps[5]);
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    char *a0 = args[0];
+    char *a1 = args[1];
+    char *a2 = args[2];
+    ANY_ORDER
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
+        REAL x0[3];
+        REAL x1[3];
+        REAL x2[4];
+        NAME(load_3)(x0, a0 + i * 3 * w, w);
+        NAME(load_3)(x1, a1 + i * 3 * w, w);
+        NAME(vector_product)(x0, x1, x2);
+        NAME(store_4)(a2 + i * 4 * w, w, x2);
+    }
 }
 
-WIDE void NAME(vector_product_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
+WIDE static void NAME(vector_product_dense_uniform)(intptr_t n, char **args, const intptr_t *strides)
 {
-    const intptr_t n = dimensions[0], w = sizeof(REAL);
-    const intptr_t s0 = steps[0], s1 = steps[1], s2 = steps[2], c0a = steps[3], c1a = steps[4], c2a = steps[5];
-    if (n < 1)
-        return;
-    if (s0 == w && s1 == w && s2 == w)
-        NAME(vector_product_each)(n, args, w, w, w, c0a, c1a, c2a);
-    else if (s0 == 0 && s1 == w && s2 == w)
-        NAME(vector_product_each)(n, args, 0, w, w, c0a, c1a, c2a);
-    else if (s0 == 3 * w && s1 == 3 * w && s2 == 4 * w && c0a == w && c1a == w && c2a == w)
-        NAME(vector_product_each)(n, args, 3 * w, 3 * w, 4 * w, w, w, w);
-    else if (s0 == 0 && s1 == 3 * w && s2 == 4 * w && c0a == w && c1a == w && c2a == w)
-        NAME(vector_product_each)(n, args, 0, 3 * w, 4 * w, w, w, w);
-    else
-        NAME(vector_product_any)(n, args, steps);
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    char *a0 = args[0];
+    char *a1 = args[1];
+    char *a2 = args[2];
+    REAL x0[3];
+    NAME(load_3)(x0, a0, w);
+    ANY_ORDER
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
+        REAL x1[3];
+        REAL x2[4];
+        NAME(load_3)(x1, a1 + i * 3 * w, w);
+        NAME(vector_product)(x0, x1, x2);
+        NAME(store_4)(a2 + i * 4 * w, w, x2);
+    }
+}
+
+void NAME(vector_product_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
+{
+    static const struct part parts[] = {{3, 1, 0, {3}}, {3, 1, 1, {3}}, {4, 1, 2, {4}}};
+    static const struct kernel kernel = {{NAME(vector_product_block), NAME(vector_product_block_uniform),
+        NAME(vector_product_dense), NAME(vector_product_dense_uniform)}, 1, 2, 3, parts};
+    NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
 INLINE void NAME(dot_product)(const REAL *a, const REAL *b, REAL *out)
@@ -1261,47 +1665,88 @@ INLINE void NAME(dot_product)(const REAL *a, const REAL *b, REAL *out)
     out[0] = t4;
 }
 
-static INLINE void NAME(dot_product_each)(intptr_t n, char **args, intptr_t s0, intptr_t s1, intptr_t s2, intptr_t
-    c0a, intptr_t c1a)
+WIDE static void NAME(dot_product_block)(intptr_t n, char **args, const intptr_t *strides)
 {
+    const intptr_t w = sizeof(REAL);
+    const intptr_t c0a = strides[0], c1a = strides[1];
+    char *a0 = args[0];
+    char *a1 = args[1];
+    char *a2 = args[2];
+    ANY_ORDER
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
+        REAL x0[3];
+        REAL x1[3];
+        REAL x2[1];
+        NAME(load_3)(x0, a0 + i * w, c0a);
+        NAME(load_3)(x1, a1 + i * w, c1a);
+        NAME(dot_product)(x0, x1, x2);
+        NAME(store_scalar)(a2 + i * w, x2);
+    }
+}
+
+WIDE static void NAME(dot_product_block_uniform)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    const intptr_t c0a = strides[0], c1a = strides[1];
     char *a0 = args[0];
     char *a1 = args[1];
     char *a2 = args[2];
     REAL x0[3];
     NAME(load_3)(x0, a0, c0a);
     ANY_ORDER
-    for (intptr_t i = 0; i < n; ++i) {
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
         REAL x1[3];
         REAL x2[1];
-        if (s0 != 0)
-            NAME(load_3)(x0, a0 + i * s0, c0a);
-        NAME(load_3)(x1, a1 + i * s1, c1a);
+        NAME(load_3)(x1, a1 + i * w, c1a);
         NAME(dot_product)(x0, x1, x2);
-        NAME(store_scalar)(a2 + i * s2, x2);
+        NAME(store_scalar)(a2 + i * w, x2);
     }
 }
 
-static void NAME(dot_product_any)(intptr_t n, char **args, const intptr_t *steps)
+WIDE static void NAME(dot_product_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
-    NAME(dot_product_each)(n, args, steps[0], steps[1], steps[2], steps[3], steps[4]);
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    char *a0 = args[0];
+    char *a1 = args[1];
+    char *a2 = args[2];
+    ANY_ORDER
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
+        REAL x0[3];
+        REAL x1[3];
+        REAL x2[1];
+        NAME(load_3)(x0, a0 + i * 3 * w, w);
+        NAME(load_3)(x1, a1 + i * 3 * w, w);
+        NAME(dot_product)(x0, x1, x2);
+        NAME(store_scalar)(a2 + i * w, x2);
+    }
 }
 
-WIDE void NAME(dot_product_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
+WIDE static void NAME(dot_product_dense_uniform)(intptr_t n, char **args, const intptr_t *strides)
 {
-    const intptr_t n = dimensions[0], w = sizeof(REAL);
-    const intptr_t s0 = steps[0], s1 = steps[1], s2 = steps[2], c0a = steps[3], c1a = steps[4];
-    if (n < 1)
-        return;
-    if (s0 == w && s1 == w && s2 == w)
-        NAME(dot_product_each)(n, args, w, w, w, c0a, c1a);
-    else if (s0 == 0 && s1 == w && s2 == w)
-        NAME(dot_product_each)(n, args, 0, w, w, c0a, c1a);
-    else if (s0 == 3 * w && s1 == 3 * w && s2 == w && c0a == w && c1a == w)
-        NAME(dot_product_each)(n, args, 3 * w, 3 * w, w, w, w);
-    else if (s0 == 0 && s1 == 3 * w && s2 == w && c0a == w && c1a == w)
-        NAME(dot_product_each)(n, args, 0, 3 * w, w, w, w);
-    else
-        NAME(dot_product_any)(n, args, steps);
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    char *a0 = args[0];
+    char *a1 = args[1];
+    char *a2 = args[2];
+    REAL x0[3];
+    NAME(load_3)(x0, a0, w);
+    ANY_ORDER
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
+        REAL x1[3];
+        REAL x2[1];
+        NAME(load_3)(x1, a1 + i * 3 * w, w);
+        NAME(dot_product)(x0, x1, x2);
+        NAME(store_scalar)(a2 + i * w, x2);
+    }
+}
+
+void NAME(dot_product_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
+{
+    static const struct part parts[] = {{3, 1, 0, {3}}, {3, 1, 1, {3}}, {1, 0, 2, {0}}};
+    static const struct kernel kernel = {{NAME(dot_product_block), NAME(dot_product_block_uniform),
+        NAME(dot_product_dense), NAME(dot_product_dense_uniform)}, 1, 2, 3, parts};
+    NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
 INLINE void NAME(wedge_vectors)(const REAL *a, const REAL *b, REAL *out)
@@ -1326,47 +1771,88 @@ INLINE void NAME(wedge_vectors)(const REAL *a, const REAL *b, REAL *out)
     out[2] = t8;
 }
 
-static INLINE void NAME(wedge_vectors_each)(intptr_t n, char **args, intptr_t s0, intptr_t s1, intptr_t s2, intptr_t
-    c0a, intptr_t c1a, intptr_t c2a)
+WIDE static void NAME(wedge_vectors_block)(intptr_t n, char **args, const intptr_t *strides)
 {
+    const intptr_t w = sizeof(REAL);
+    const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
+    char *a0 = args[0];
+    char *a1 = args[1];
+    char *a2 = args[2];
+    ANY_ORDER
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
+        REAL x0[3];
+        REAL x1[3];
+        REAL x2[3];
+        NAME(load_3)(x0, a0 + i * w, c0a);
+        NAME(load_3)(x1, a1 + i * w, c1a);
+        NAME(wedge_vectors)(x0, x1, x2);
+        NAME(store_3)(a2 + i * w, c2a, x2);
+    }
+}
+
+WIDE static void NAME(wedge_vectors_block_uniform)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
     char *a0 = args[0];
     char *a1 = args[1];
     char *a2 = args[2];
     REAL x0[3];
     NAME(load_3)(x0, a0, c0a);
     ANY_ORDER
-    for (intptr_t i = 0; i < n; ++i) {
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
         REAL x1[3];
         REAL x2[3];
-        if (s0 != 0)
-            NAME(load_3)(x0, a0 + i * s0, c0a);
-        NAME(load_3)(x1, a1 + i * s1, c1a);
+        NAME(load_3)(x1, a1 + i * w, c1a);
         NAME(wedge_vectors)(x0, x1, x2);
-        NAME(store_3)(a2 + i * s2, c2a, x2);
+        NAME(store_3)(a2 + i * w, c2a, x2);
     }
 }
 
-static void NAME(wedge_vectors_any)(intptr_t n, char **args, const intptr_t *steps)
+WIDE static void NAME(wedge_vectors_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
-    NAME(wedge_vectors_each)(n, args, steps[0], steps[1], steps[2], steps[3], steps[4], steps[5]);
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    char *a0 = args[0];
+    char *a1 = args[1];
+    char *a2 = args[2];
+    ANY_ORDER
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
+        REAL x0[3];
+        REAL x1[3];
+        REAL x2[3];
+        NAME(load_3)(x0, a0 + i * 3 * w, w);
+        NAME(load_3)(x1, a1 + i * 3 * w, w);
+        NAME(wedge_vectors)(x0, x1, x2);
+        NAME(store_3)(a2 + i * 3 * w, w, x2);
+    }
 }
 
-WIDE void NAME(wedge_vectors_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
+WIDE static void NAME(wedge_vectors_dense_uniform)(intptr_t n, char **args, const intptr_t *strides)
 {
-    const intptr_t n = dimensions[0], w = sizeof(REAL);
-    const intptr_t s0 = steps[0], s1 = steps[1], s2 = steps[2], c0a = steps[3], c1a = steps[4], c2a = steps[5];
-    if (n < 1)
-        return;
-    if (s0 == w && s1 == w && s2 == w)
-        NAME(wedge_vectors_each)(n, args, w, w, w, c0a, c1a, c2a);
-    else if (s0 == 0 && s1 == w && s2 == w)
-        NAME(wedge_vectors_each)(n, args, 0, w, w, c0a, c1a, c2a);
-    else if (s0 == 3 * w && s1 == 3 * w && s2 == 3 * w && c0a == w && c1a == w && c2a == w)
-        NAME(wedge_vectors_each)(n, args, 3 * w, 3 * w, 3 * w, w, w, w);
-    else if (s0 == 0 && s1 == 3 * w && s2 == 3 * w && c0a == w && c1a == w && c2a == w)
-        NAME(wedge_vectors_each)(n, args, 0, 3 * w, 3 * w, w, w, w);
-    else
-        NAME(wedge_vectors_any)(n, args, steps);
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    char *a0 = args[0];
+    char *a1 = args[1];
+    char *a2 = args[2];
+    REAL x0[3];
+    NAME(load_3)(x0, a0, w);
+    ANY_ORDER
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
+        REAL x1[3];
+        REAL x2[3];
+        NAME(load_3)(x1, a1 + i * 3 * w, w);
+        NAME(wedge_vectors)(x0, x1, x2);
+        NAME(store_3)(a2 + i * 3 * w, w, x2);
+    }
+}
+
+void NAME(wedge_vectors_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
+{
+    static const struct part parts[] = {{3, 1, 0, {3}}, {3, 1, 1, {3}}, {3, 1, 2, {3}}};
+    static const struct kernel kernel = {{NAME(wedge_vectors_block), NAME(wedge_vectors_block_uniform),
+        NAME(wedge_vectors_dense), NAME(wedge_vectors_dense_uniform)}, 1, 2, 3, parts};
+    NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
 INLINE void NAME(cross_product)(const REAL *a, const REAL *b, REAL *out)
@@ -1391,47 +1877,88 @@ INLINE void NAME(cross_product)(const REAL *a, const REAL *b, REAL *out)
     out[2] = t8;
 }
 
-static INLINE void NAME(cross_product_each)(intptr_t n, char **args, intptr_t s0, intptr_t s1, intptr_t s2, intptr_t
-    c0a, intptr_t c1a, intptr_t c2a)
+WIDE static void NAME(cross_product_block)(intptr_t n, char **args, const intptr_t *strides)
 {
+    const intptr_t w = sizeof(REAL);
+    const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
+    char *a0 = args[0];
+    char *a1 = args[1];
+    char *a2 = args[2];
+    ANY_ORDER
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
+        REAL x0[3];
+        REAL x1[3];
+        REAL x2[3];
+        NAME(load_3)(x0, a0 + i * w, c0a);
+        NAME(load_3)(x1, a1 + i * w, c1a);
+        NAME(cross_product)(x0, x1, x2);
+        NAME(store_3)(a2 + i * w, c2a, x2);
+    }
+}
+
+WIDE static void NAME(cross_product_block_uniform)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
     char *a0 = args[0];
     char *a1 = args[1];
     char *a2 = args[2];
     REAL x0[3];
     NAME(load_3)(x0, a0, c0a);
     ANY_ORDER
-    for (intptr_t i = 0; i < n; ++i) {
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
         REAL x1[3];
         REAL x2[3];
-        if (s0 != 0)
-            NAME(load_3)(x0, a0 + i * s0, c0a);
-        NAME(load_3)(x1, a1 + i * s1, c1a);
+        NAME(load_3)(x1, a1 + i * w, c1a);
         NAME(cross_product)(x0, x1, x2);
-        NAME(store_3)(a2 + i * s2, c2a, x2);
+        NAME(store_3)(a2 + i * w, c2a, x2);
     }
 }
 
-static void NAME(cross_product_any)(intptr_t n, char **args, const intptr_t *steps)
+WIDE static void NAME(cross_product_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
-    NAME(cross_product_each)(n, args, steps[0], steps[1], steps[2], steps[3], steps[4], steps[5]);
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    char *a0 = args[0];
+    char *a1 = args[1];
+    char *a2 = args[2];
+    ANY_ORDER
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
+        REAL x0[3];
+        REAL x1[3];
+        REAL x2[3];
+        NAME(load_3)(x0, a0 + i * 3 * w, w);
+        NAME(load_3)(x1, a1 + i * 3 * w, w);
+        NAME(cross_product)(x0, x1, x2);
+        NAME(store_3)(a2 + i * 3 * w, w, x2);
+    }
 }
 
-WIDE void NAME(cross_product_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
+WIDE static void NAME(cross_product_dense_uniform)(intptr_t n, char **args, const intptr_t *strides)
 {
-    const intptr_t n = dimensions[0], w = sizeof(REAL);
-    const intptr_t s0 = steps[0], s1 = steps[1], s2 = steps[2], c0a = steps[3], c1a = steps[4], c2a = steps[5];
-    if (n < 1)
-        return;
-    if (s0 == w && s1 == w && s2 == w)
-        NAME(cross_product_each)(n, args, w, w, w, c0a, c1a, c2a);
-    else if (s0 == 0 && s1 == w && s2 == w)
-        NAME(cross_product_each)(n, args, 0, w, w, c0a, c1a, c2a);
-    else if (s0 == 3 * w && s1 == 3 * w && s2 == 3 * w && c0a == w && c1a == w && c2a == w)
-        NAME(cross_product_each)(n, args, 3 * w, 3 * w, 3 * w, w, w, w);
-    else if (s0 == 0 && s1 == 3 * w && s2 == 3 * w && c0a == w && c1a == w && c2a == w)
-        NAME(cross_product_each)(n, args, 0, 3 * w, 3 * w, w, w, w);
-    else
-        NAME(cross_product_any)(n, args, steps);
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    char *a0 = args[0];
+    char *a1 = args[1];
+    char *a2 = args[2];
+    REAL x0[3];
+    NAME(load_3)(x0, a0, w);
+    ANY_ORDER
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
+        REAL x1[3];
+        REAL x2[3];
+        NAME(load_3)(x1, a1 + i * 3 * w, w);
+        NAME(cross_product)(x0, x1, x2);
+        NAME(store_3)(a2 + i * 3 * w, w, x2);
+    }
+}
+
+void NAME(cross_product_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
+{
+    static const struct part parts[] = {{3, 1, 0, {3}}, {3, 1, 1, {3}}, {3, 1, 2, {3}}};
+    static const struct kernel kernel = {{NAME(cross_product_block), NAME(cross_product_block_uniform),
+        NAME(cross_product_dense), NAME(cross_product_dense_uniform)}, 1, 2, 3, parts};
+    NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
 INLINE void NAME(triple_product)(const REAL *a, const REAL *b, const REAL *c, REAL *out)
@@ -1462,9 +1989,32 @@ INLINE void NAME(triple_product)(const REAL *a, const REAL *b, const REAL *c, RE
     out[0] = t13;
 }
 
-static INLINE void NAME(triple_product_each)(intptr_t n, char **args, intptr_t s0, intptr_t s1, intptr_t s2,
-    intptr_t s3, intptr_t c0a, intptr_t c1a, intptr_t c2a)
+WIDE static void NAME(triple_product_block)(intptr_t n, char **args, const intptr_t *strides)
 {
+    const intptr_t w = sizeof(REAL);
+    const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
+    char *a0 = args[0];
+    char *a1 = args[1];
+    char *a2 = args[2];
+    char *a3 = args[3];
+    ANY_ORDER
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
+        REAL x0[3];
+        REAL x1[3];
+        REAL x2[3];
+        REAL x3[1];
+        NAME(load_3)(x0, a0 + i * w, c0a);
+        NAME(load_3)(x1, a1 + i * w, c1a);
+        NAME(load_3)(x2, a2 + i * w, c2a);
+        NAME(triple_product)(x0, x1, x2, x3);
+        NAME(store_scalar)(a3 + i * w, x3);
+    }
+}
+
+WIDE static void NAME(triple_product_block_uniform)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
     char *a0 = args[0];
     char *a1 = args[1];
     char *a2 = args[2];
@@ -1472,41 +2022,67 @@ static INLINE void NAME(triple_product_each)(intptr_t n, char **args, intptr_t s
     REAL x0[3];
     NAME(load_3)(x0, a0, c0a);
     ANY_ORDER
-    for (intptr_t i = 0; i < n; ++i) {
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
         REAL x1[3];
         REAL x2[3];
         REAL x3[1];
-        if (s0 != 0)
-            NAME(load_3)(x0, a0 + i * s0, c0a);
-        NAME(load_3)(x1, a1 + i * s1, c1a);
-        NAME(load_3)(x2, a2 + i * s2, c2a);
+        NAME(load_3)(x1, a1 + i * w, c1a);
+        NAME(load_3)(x2, a2 + i * w, c2a);
         NAME(triple_product)(x0, x1, x2, x3);
-        NAME(store_scalar)(a3 + i * s3, x3);
+        NAME(store_scalar)(a3 + i * w, x3);
     }
 }
 
-static void NAME(triple_product_any)(intptr_t n, char **args, const intptr_t *steps)
+WIDE static void NAME(triple_product_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
-    NAME(triple_product_each)(n, args, steps[0], steps[1], steps[2], steps[3], steps[4], steps[5], steps[6]);
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    char *a0 = args[0];
+    char *a1 = args[1];
+    char *a2 = args[2];
+    char *a3 = args[3];
+    ANY_ORDER
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
+        REAL x0[3];
+        REAL x1[3];
+        REAL x2[3];
+        REAL x3[1];
+        NAME(load_3)(x0, a0 + i * 3 * w, w);
+        NAME(load_3)(x1, a1 + i * 3 * w, w);
+        NAME(load_3)(x2, a2 + i * 3 * w, w);
+        NAME(triple_product)(x0, x1, x2, x3);
+        NAME(store_scalar)(a3 + i * w, x3);
+    }
 }
 
-WIDE void NAME(triple_product_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
+WIDE static void NAME(triple_product_dense_uniform)(intptr_t n, char **args, const intptr_t *strides)
 {
-    const intptr_t n = dimensions[0], w = sizeof(REAL);
-    const intptr_t s0 = steps[0], s1 = steps[1], s2 = steps[2], s3 = steps[3], c0a = steps[4], c1a = steps[5], c2a =
-        steps[6];
-    if (n < 1)
-        return;
-    if (s0 == w && s1 == w && s2 == w && s3 == w)
-        NAME(triple_product_each)(n, args, w, w, w, w, c0a, c1a, c2a);
-    else if (s0 == 0 && s1 == w && s2 == w && s3 == w)
-        NAME(triple_product_each)(n, args, 0, w, w, w, c0a, c1a, c2a);
-    else if (s0 == 3 * w && s1 == 3 * w && s2 == 3 * w && s3 == w && c0a == w && c1a == w && c2a == w)
-        NAME(triple_product_each)(n, args, 3 * w, 3 * w, 3 * w, w, w, w, w);
-    else if (s0 == 0 && s1 == 3 * w && s2 == 3 * w && s3 == w && c0a == w && c1a == w && c2a == w)
-        NAME(triple_product_each)(n, args, 0, 3 * w, 3 * w, w, w, w, w);
-    else
-        NAME(triple_product_any)(n, args, steps);
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    char *a0 = args[0];
+    char *a1 = args[1];
+    char *a2 = args[2];
+    char *a3 = args[3];
+    REAL x0[3];
+    NAME(load_3)(x0, a0, w);
+    ANY_ORDER
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
+        REAL x1[3];
+        REAL x2[3];
+        REAL x3[1];
+        NAME(load_3)(x1, a1 + i * 3 * w, w);
+        NAME(load_3)(x2, a2 + i * 3 * w, w);
+        NAME(triple_product)(x0, x1, x2, x3);
+        NAME(store_scalar)(a3 + i * w, x3);
+    }
+}
+
+void NAME(triple_product_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
+{
+    static const struct part parts[] = {{3, 1, 0, {3}}, {3, 1, 1, {3}}, {3, 1, 2, {3}}, {1, 0, 3, {0}}};
+    static const struct kernel kernel = {{NAME(triple_product_block), NAME(triple_product_block_uniform),
+        NAME(triple_product_dense), NAME(triple_product_dense_uniform)}, 1, 3, 4, parts};
+    NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
 INLINE void NAME(dual_vector)(const REAL *v, REAL *out)
@@ -1520,38 +2096,44 @@ INLINE void NAME(dual_vector)(const REAL *v, REAL *out)
     out[2] = v_e1;
 }
 
-static INLINE void NAME(dual_vector_each)(intptr_t n, char **args, intptr_t s0, intptr_t s1, intptr_t c0a, intptr_t
-    c1a)
+WIDE static void NAME(dual_vector_block)(intptr_t n, char **args, const intptr_t *strides)
 {
+    const intptr_t w = sizeof(REAL);
+    const intptr_t c0a = strides[0], c1a = strides[1];
     char *a0 = args[0];
     char *a1 = args[1];
     ANY_ORDER
-    for (intptr_t i = 0; i < n; ++i) {
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
         REAL x0[3];
         REAL x1[3];
-        NAME(load_3)(x0, a0 + i * s0, c0a);
+        NAME(load_3)(x0, a0 + i * w, c0a);
         NAME(dual_vector)(x0, x1);
-        NAME(store_3)(a1 + i * s1, c1a, x1);
+        NAME(store_3)(a1 + i * w, c1a, x1);
     }
 }
 
-static void NAME(dual_vector_any)(intptr_t n, char **args, const intptr_t *steps)
+WIDE static void NAME(dual_vector_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
-    NAME(dual_vector_each)(n, args, steps[0], steps[1], steps[2], steps[3]);
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    char *a0 = args[0];
+    char *a1 = args[1];
+    ANY_ORDER
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
+        REAL x0[3];
+        REAL x1[3];
+        NAME(load_3)(x0, a0 + i * 3 * w, w);
+        NAME(dual_vector)(x0, x1);
+        NAME(store_3)(a1 + i * 3 * w, w, x1);
+    }
 }
 
-WIDE void NAME(dual_vector_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
+void NAME(dual_vector_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
-    const intptr_t n = dimensions[0], w = sizeof(REAL);
-    const intptr_t s0 = steps[0], s1 = steps[1], c0a = steps[2], c1a = steps[3];
-    if (n < 1)
-        return;
-    if (s0 == w && s1 == w)
-        NAME(dual_vector_each)(n, args, w, w, c0a, c1a);
-    else if (s0 == 3 * w && s1 == 3 * w && c0a == w && c1a == w)
-        NAME(dual_vector_each)(n, args, 3 * w, 3 * w, w, w);
-    else
-        NAME(dual_vector_any)(n, args, steps);
+    static const struct part parts[] = {{3, 1, 0, {3}}, {3, 1, 1, {3}}};
+    static const struct kernel kernel = {{NAME(dual_vector_block), NULL, NAME(dual_vector_dense), NULL}, 0, 1, 2,
+        parts};
+    NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
 INLINE void NAME(dual_bivector)(const REAL *b, REAL *out)
@@ -1565,38 +2147,44 @@ INLINE void NAME(dual_bivector)(const REAL *b, REAL *out)
     out[2] = b_e12;
 }
 
-static INLINE void NAME(dual_bivector_each)(intptr_t n, char **args, intptr_t s0, intptr_t s1, intptr_t c0a,
-    intptr_t c1a)
+WIDE static void NAME(dual_bivector_block)(intptr_t n, char **args, const intptr_t *strides)
 {
+    const intptr_t w = sizeof(REAL);
+    const intptr_t c0a = strides[0], c1a = strides[1];
     char *a0 = args[0];
     char *a1 = args[1];
     ANY_ORDER
-    for (intptr_t i = 0; i < n; ++i) {
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
         REAL x0[3];
         REAL x1[3];
-        NAME(load_3)(x0, a0 + i * s0, c0a);
+        NAME(load_3)(x0, a0 + i * w, c0a);
         NAME(dual_bivector)(x0, x1);
-        NAME(store_3)(a1 + i * s1, c1a, x1);
+        NAME(store_3)(a1 + i * w, c1a, x1);
     }
 }
 
-static void NAME(dual_bivector_any)(intptr_t n, char **args, const intptr_t *steps)
+WIDE static void NAME(dual_bivector_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
-    NAME(dual_bivector_each)(n, args, steps[0], steps[1], steps[2], steps[3]);
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    char *a0 = args[0];
+    char *a1 = args[1];
+    ANY_ORDER
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
+        REAL x0[3];
+        REAL x1[3];
+        NAME(load_3)(x0, a0 + i * 3 * w, w);
+        NAME(dual_bivector)(x0, x1);
+        NAME(store_3)(a1 + i * 3 * w, w, x1);
+    }
 }
 
-WIDE void NAME(dual_bivector_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
+void NAME(dual_bivector_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
-    const intptr_t n = dimensions[0], w = sizeof(REAL);
-    const intptr_t s0 = steps[0], s1 = steps[1], c0a = steps[2], c1a = steps[3];
-    if (n < 1)
-        return;
-    if (s0 == w && s1 == w)
-        NAME(dual_bivector_each)(n, args, w, w, c0a, c1a);
-    else if (s0 == 3 * w && s1 == 3 * w && c0a == w && c1a == w)
-        NAME(dual_bivector_each)(n, args, 3 * w, 3 * w, w, w);
-    else
-        NAME(dual_bivector_any)(n, args, steps);
+    static const struct part parts[] = {{3, 1, 0, {3}}, {3, 1, 1, {3}}};
+    static const struct kernel kernel = {{NAME(dual_bivector_block), NULL, NAME(dual_bivector_dense), NULL}, 0, 1,
+        2, parts};
+    NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
 INLINE void NAME(vector_norm)(const REAL *v, REAL *out)
@@ -1613,37 +2201,44 @@ INLINE void NAME(vector_norm)(const REAL *v, REAL *out)
     out[0] = t5;
 }
 
-static INLINE void NAME(vector_norm_each)(intptr_t n, char **args, intptr_t s0, intptr_t s1, intptr_t c0a)
+WIDE static void NAME(vector_norm_block)(intptr_t n, char **args, const intptr_t *strides)
 {
+    const intptr_t w = sizeof(REAL);
+    const intptr_t c0a = strides[0];
     char *a0 = args[0];
     char *a1 = args[1];
     ANY_ORDER
-    for (intptr_t i = 0; i < n; ++i) {
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
         REAL x0[3];
         REAL x1[1];
-        NAME(load_3)(x0, a0 + i * s0, c0a);
+        NAME(load_3)(x0, a0 + i * w, c0a);
         NAME(vector_norm)(x0, x1);
-        NAME(store_scalar)(a1 + i * s1, x1);
+        NAME(store_scalar)(a1 + i * w, x1);
     }
 }
 
-static void NAME(vector_norm_any)(intptr_t n, char **args, const intptr_t *steps)
+WIDE static void NAME(vector_norm_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
-    NAME(vector_norm_each)(n, args, steps[0], steps[1], steps[2]);
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    char *a0 = args[0];
+    char *a1 = args[1];
+    ANY_ORDER
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
+        REAL x0[3];
+        REAL x1[1];
+        NAME(load_3)(x0, a0 + i * 3 * w, w);
+        NAME(vector_norm)(x0, x1);
+        NAME(store_scalar)(a1 + i * w, x1);
+    }
 }
 
-WIDE void NAME(vector_norm_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
+void NAME(vector_norm_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
-    const intptr_t n = dimensions[0], w = sizeof(REAL);
-    const intptr_t s0 = steps[0], s1 = steps[1], c0a = steps[2];
-    if (n < 1)
-        return;
-    if (s0 == w && s1 == w)
-        NAME(vector_norm_each)(n, args, w, w, c0a);
-    else if (s0 == 3 * w && s1 == w && c0a == w)
-        NAME(vector_norm_each)(n, args, 3 * w, w, w);
-    else
-        NAME(vector_norm_any)(n, args, steps);
+    static const struct part parts[] = {{3, 1, 0, {3}}, {1, 0, 1, {0}}};
+    static const struct kernel kernel = {{NAME(vector_norm_block), NULL, NAME(vector_norm_dense), NULL}, 0, 1, 2,
+        parts};
+    NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
 INLINE void NAME(bivector_norm)(const REAL *b, REAL *out)
@@ -1660,37 +2255,44 @@ INLINE void NAME(bivector_norm)(const REAL *b, REAL *out)
     out[0] = t5;
 }
 
-static INLINE void NAME(bivector_norm_each)(intptr_t n, char **args, intptr_t s0, intptr_t s1, intptr_t c0a)
+WIDE static void NAME(bivector_norm_block)(intptr_t n, char **args, const intptr_t *strides)
 {
+    const intptr_t w = sizeof(REAL);
+    const intptr_t c0a = strides[0];
     char *a0 = args[0];
     char *a1 = args[1];
     ANY_ORDER
-    for (intptr_t i = 0; i < n; ++i) {
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
         REAL x0[3];
         REAL x1[1];
-        NAME(load_3)(x0, a0 + i * s0, c0a);
+        NAME(load_3)(x0, a0 + i * w, c0a);
         NAME(bivector_norm)(x0, x1);
-        NAME(store_scalar)(a1 + i * s1, x1);
+        NAME(store_scalar)(a1 + i * w, x1);
     }
 }
 
-static void NAME(bivector_norm_any)(intptr_t n, char **args, const intptr_t *steps)
+WIDE static void NAME(bivector_norm_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
-    NAME(bivector_norm_each)(n, args, steps[0], steps[1], steps[2]);
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    char *a0 = args[0];
+    char *a1 = args[1];
+    ANY_ORDER
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
+        REAL x0[3];
+        REAL x1[1];
+        NAME(load_3)(x0, a0 + i * 3 * w, w);
+        NAME(bivector_norm)(x0, x1);
+        NAME(store_scalar)(a1 + i * w, x1);
+    }
 }
 
-WIDE void NAME(bivector_norm_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
+void NAME(bivector_norm_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
-    const intptr_t n = dimensions[0], w = sizeof(REAL);
-    const intptr_t s0 = steps[0], s1 = steps[1], c0a = steps[2];
-    if (n < 1)
-        return;
-    if (s0 == w && s1 == w)
-        NAME(bivector_norm_each)(n, args, w, w, c0a);
-    else if (s0 == 3 * w && s1 == w && c0a == w)
-        NAME(bivector_norm_each)(n, args, 3 * w, w, w);
-    else
-        NAME(bivector_norm_any)(n, args, steps);
+    static const struct part parts[] = {{3, 1, 0, {3}}, {1, 0, 1, {0}}};
+    static const struct kernel kernel = {{NAME(bivector_norm_block), NULL, NAME(bivector_norm_dense), NULL}, 0, 1,
+        2, parts};
+    NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
 INLINE void NAME(normalize_vector)(const REAL *v, REAL *out)
@@ -1713,38 +2315,44 @@ INLINE void NAME(normalize_vector)(const REAL *v, REAL *out)
     out[2] = t9;
 }
 
-static INLINE void NAME(normalize_vector_each)(intptr_t n, char **args, intptr_t s0, intptr_t s1, intptr_t c0a,
-    intptr_t c1a)
+WIDE static void NAME(normalize_vector_block)(intptr_t n, char **args, const intptr_t *strides)
 {
+    const intptr_t w = sizeof(REAL);
+    const intptr_t c0a = strides[0], c1a = strides[1];
     char *a0 = args[0];
     char *a1 = args[1];
     ANY_ORDER
-    for (intptr_t i = 0; i < n; ++i) {
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
         REAL x0[3];
         REAL x1[3];
-        NAME(load_3)(x0, a0 + i * s0, c0a);
+        NAME(load_3)(x0, a0 + i * w, c0a);
         NAME(normalize_vector)(x0, x1);
-        NAME(store_3)(a1 + i * s1, c1a, x1);
+        NAME(store_3)(a1 + i * w, c1a, x1);
     }
 }
 
-static void NAME(normalize_vector_any)(intptr_t n, char **args, const intptr_t *steps)
+WIDE static void NAME(normalize_vector_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
-    NAME(normalize_vector_each)(n, args, steps[0], steps[1], steps[2], steps[3]);
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    char *a0 = args[0];
+    char *a1 = args[1];
+    ANY_ORDER
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
+        REAL x0[3];
+        REAL x1[3];
+        NAME(load_3)(x0, a0 + i * 3 * w, w);
+        NAME(normalize_vector)(x0, x1);
+        NAME(store_3)(a1 + i * 3 * w, w, x1);
+    }
 }
 
-WIDE void NAME(normalize_vector_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
+void NAME(normalize_vector_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
-    const intptr_t n = dimensions[0], w = sizeof(REAL);
-    const intptr_t s0 = steps[0], s1 = steps[1], c0a = steps[2], c1a = steps[3];
-    if (n < 1)
-        return;
-    if (s0 == w && s1 == w)
-        NAME(normalize_vector_each)(n, args, w, w, c0a, c1a);
-    else if (s0 == 3 * w && s1 == 3 * w && c0a == w && c1a == w)
-        NAME(normalize_vector_each)(n, args, 3 * w, 3 * w, w, w);
-    else
-        NAME(normalize_vector_any)(n, args, steps);
+    static const struct part parts[] = {{3, 1, 0, {3}}, {3, 1, 1, {3}}};
+    static const struct kernel kernel = {{NAME(normalize_vector_block), NULL, NAME(normalize_vector_dense), NULL},
+        0, 1, 2, parts};
+    NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
 INLINE void NAME(angle_between_vectors)(const REAL *a, const REAL *b, REAL *out)
@@ -1779,9 +2387,29 @@ INLINE void NAME(angle_between_vectors)(const REAL *a, const REAL *b, REAL *out)
     out[0] = t20;
 }
 
-static INLINE void NAME(angle_between_vectors_each)(intptr_t n, char **args, intptr_t s0, intptr_t s1, intptr_t s2,
-    intptr_t c0a, intptr_t c1a)
+WIDE static void NAME(angle_between_vectors_block)(intptr_t n, char **args, const intptr_t *strides)
 {
+    const intptr_t w = sizeof(REAL);
+    const intptr_t c0a = strides[0], c1a = strides[1];
+    char *a0 = args[0];
+    char *a1 = args[1];
+    char *a2 = args[2];
+    ANY_ORDER
+    for (intptr_t i = 0; i < n; ++i) {
+        REAL x0[3];
+        REAL x1[3];
+        REAL x2[1];
+        NAME(load_3)(x0, a0 + i * w, c0a);
+        NAME(load_3)(x1, a1 + i * w, c1a);
+        NAME(angle_between_vectors)(x0, x1, x2);
+        NAME(store_scalar)(a2 + i * w, x2);
+    }
+}
+
+WIDE static void NAME(angle_between_vectors_block_uniform)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    const intptr_t c0a = strides[0], c1a = strides[1];
     char *a0 = args[0];
     char *a1 = args[1];
     char *a2 = args[2];
@@ -1791,35 +2419,18 @@ static INLINE void NAME(angle_between_vectors_each)(intptr_t n, char **args, int
     for (intptr_t i = 0; i < n; ++i) {
         REAL x1[3];
         REAL x2[1];
-        if (s0 != 0)
-            NAME(load_3)(x0, a0 + i * s0, c0a);
-        NAME(load_3)(x1, a1 + i * s1, c1a);
+        NAME(load_3)(x1, a1 + i * w, c1a);
         NAME(angle_between_vectors)(x0, x1, x2);
-        NAME(store_scalar)(a2 + i * s2, x2);
+        NAME(store_scalar)(a2 + i * w, x2);
     }
 }
 
-static void NAME(angle_between_vectors_any)(intptr_t n, char **args, const intptr_t *steps)
+void NAME(angle_between_vectors_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
-    NAME(angle_between_vectors_each)(n, args, steps[0], steps[1], steps[2], steps[3], steps[4]);
-}
-
-WIDE void NAME(angle_between_vectors_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
-{
-    const intptr_t n = dimensions[0], w = sizeof(REAL);
-    const intptr_t s0 = steps[0], s1 = steps[1], s2 = steps[2], c0a = steps[3], c1a = steps[4];
-    if (n < 1)
-        return;
-    if (s0 == w && s1 == w && s2 == w)
-        NAME(angle_between_vectors_each)(n, args, w, w, w, c0a, c1a);
-    else if (s0 == 0 && s1 == w && s2 == w)
-        NAME(angle_between_vectors_each)(n, args, 0, w, w, c0a, c1a);
-    else if (s0 == 3 * w && s1 == 3 * w && s2 == w && c0a == w && c1a == w)
-        NAME(angle_between_vectors_each)(n, args, 3 * w, 3 * w, w, w, w);
-    else if (s0 == 0 && s1 == 3 * w && s2 == w && c0a == w && c1a == w)
-        NAME(angle_between_vectors_each)(n, args, 0, 3 * w, w, w, w);
-    else
-        NAME(angle_between_vectors_any)(n, args, steps);
+    static const struct part parts[] = {{3, 1, 0, {3}}, {3, 1, 1, {3}}, {1, 0, 2, {0}}};
+    static const struct kernel kernel = {{NAME(angle_between_vectors_block),
+        NAME(angle_between_vectors_block_uniform), NULL, NULL}, 1, 2, 3, parts};
+    NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
 INLINE void NAME(project_vector_on_vector)(const REAL *v, const REAL *n, REAL *out)
@@ -1849,47 +2460,89 @@ INLINE void NAME(project_vector_on_vector)(const REAL *v, const REAL *n, REAL *o
     out[2] = t13;
 }
 
-static INLINE void NAME(project_vector_on_vector_each)(intptr_t n, char **args, intptr_t s0, intptr_t s1, intptr_t
-    s2, intptr_t c0a, intptr_t c1a, intptr_t c2a)
+WIDE static void NAME(project_vector_on_vector_block)(intptr_t n, char **args, const intptr_t *strides)
 {
+    const intptr_t w = sizeof(REAL);
+    const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
+    char *a0 = args[0];
+    char *a1 = args[1];
+    char *a2 = args[2];
+    ANY_ORDER
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
+        REAL x0[3];
+        REAL x1[3];
+        REAL x2[3];
+        NAME(load_3)(x0, a0 + i * w, c0a);
+        NAME(load_3)(x1, a1 + i * w, c1a);
+        NAME(project_vector_on_vector)(x0, x1, x2);
+        NAME(store_3)(a2 + i * w, c2a, x2);
+    }
+}
+
+WIDE static void NAME(project_vector_on_vector_block_uniform)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
     char *a0 = args[0];
     char *a1 = args[1];
     char *a2 = args[2];
     REAL x0[3];
     NAME(load_3)(x0, a0, c0a);
     ANY_ORDER
-    for (intptr_t i = 0; i < n; ++i) {
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
         REAL x1[3];
         REAL x2[3];
-        if (s0 != 0)
-            NAME(load_3)(x0, a0 + i * s0, c0a);
-        NAME(load_3)(x1, a1 + i * s1, c1a);
+        NAME(load_3)(x1, a1 + i * w, c1a);
         NAME(project_vector_on_vector)(x0, x1, x2);
-        NAME(store_3)(a2 + i * s2, c2a, x2);
+        NAME(store_3)(a2 + i * w, c2a, x2);
     }
 }
 
-static void NAME(project_vector_on_vector_any)(intptr_t n, char **args, const intptr_t *steps)
+WIDE static void NAME(project_vector_on_vector_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
-    NAME(project_vector_on_vector_each)(n, args, steps[0], steps[1], steps[2], steps[3], steps[4], steps[5]);
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    char *a0 = args[0];
+    char *a1 = args[1];
+    char *a2 = args[2];
+    ANY_ORDER
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
+        REAL x0[3];
+        REAL x1[3];
+        REAL x2[3];
+        NAME(load_3)(x0, a0 + i * 3 * w, w);
+        NAME(load_3)(x1, a1 + i * 3 * w, w);
+        NAME(project_vector_on_vector)(x0, x1, x2);
+        NAME(store_3)(a2 + i * 3 * w, w, x2);
+    }
 }
 
-WIDE void NAME(project_vector_on_vector_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
+WIDE static void NAME(project_vector_on_vector_dense_uniform)(intptr_t n, char **args, const intptr_t *strides)
 {
-    const intptr_t n = dimensions[0], w = sizeof(REAL);
-    const intptr_t s0 = steps[0], s1 = steps[1], s2 = steps[2], c0a = steps[3], c1a = steps[4], c2a = steps[5];
-    if (n < 1)
-        return;
-    if (s0 == w && s1 == w && s2 == w)
-        NAME(project_vector_on_vector_each)(n, args, w, w, w, c0a, c1a, c2a);
-    else if (s0 == 0 && s1 == w && s2 == w)
-        NAME(project_vector_on_vector_each)(n, args, 0, w, w, c0a, c1a, c2a);
-    else if (s0 == 3 * w && s1 == 3 * w && s2 == 3 * w && c0a == w && c1a == w && c2a == w)
-        NAME(project_vector_on_vector_each)(n, args, 3 * w, 3 * w, 3 * w, w, w, w);
-    else if (s0 == 0 && s1 == 3 * w && s2 == 3 * w && c0a == w && c1a == w && c2a == w)
-        NAME(project_vector_on_vector_each)(n, args, 0, 3 * w, 3 * w, w, w, w);
-    else
-        NAME(project_vector_on_vector_any)(n, args, steps);
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    char *a0 = args[0];
+    char *a1 = args[1];
+    char *a2 = args[2];
+    REAL x0[3];
+    NAME(load_3)(x0, a0, w);
+    ANY_ORDER
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
+        REAL x1[3];
+        REAL x2[3];
+        NAME(load_3)(x1, a1 + i * 3 * w, w);
+        NAME(project_vector_on_vector)(x0, x1, x2);
+        NAME(store_3)(a2 + i * 3 * w, w, x2);
+    }
+}
+
+void NAME(project_vector_on_vector_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
+{
+    static const struct part parts[] = {{3, 1, 0, {3}}, {3, 1, 1, {3}}, {3, 1, 2, {3}}};
+    static const struct kernel kernel = {{NAME(project_vector_on_vector_block),
+        NAME(project_vector_on_vector_block_uniform), NAME(project_vector_on_vector_dense),
+        NAME(project_vector_on_vector_dense_uniform)}, 1, 2, 3, parts};
+    NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
 INLINE void NAME(project_vector_on_plane)(const REAL *v, const REAL *b, REAL *out)
@@ -1922,47 +2575,89 @@ INLINE void NAME(project_vector_on_plane)(const REAL *v, const REAL *b, REAL *ou
     out[2] = t16;
 }
 
-static INLINE void NAME(project_vector_on_plane_each)(intptr_t n, char **args, intptr_t s0, intptr_t s1, intptr_t
-    s2, intptr_t c0a, intptr_t c1a, intptr_t c2a)
+WIDE static void NAME(project_vector_on_plane_block)(intptr_t n, char **args, const intptr_t *strides)
 {
+    const intptr_t w = sizeof(REAL);
+    const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
+    char *a0 = args[0];
+    char *a1 = args[1];
+    char *a2 = args[2];
+    ANY_ORDER
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
+        REAL x0[3];
+        REAL x1[3];
+        REAL x2[3];
+        NAME(load_3)(x0, a0 + i * w, c0a);
+        NAME(load_3)(x1, a1 + i * w, c1a);
+        NAME(project_vector_on_plane)(x0, x1, x2);
+        NAME(store_3)(a2 + i * w, c2a, x2);
+    }
+}
+
+WIDE static void NAME(project_vector_on_plane_block_uniform)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
     char *a0 = args[0];
     char *a1 = args[1];
     char *a2 = args[2];
     REAL x0[3];
     NAME(load_3)(x0, a0, c0a);
     ANY_ORDER
-    for (intptr_t i = 0; i < n; ++i) {
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
         REAL x1[3];
         REAL x2[3];
-        if (s0 != 0)
-            NAME(load_3)(x0, a0 + i * s0, c0a);
-        NAME(load_3)(x1, a1 + i * s1, c1a);
+        NAME(load_3)(x1, a1 + i * w, c1a);
         NAME(project_vector_on_plane)(x0, x1, x2);
-        NAME(store_3)(a2 + i * s2, c2a, x2);
+        NAME(store_3)(a2 + i * w, c2a, x2);
     }
 }
 
-static void NAME(project_vector_on_plane_any)(intptr_t n, char **args, const intptr_t *steps)
+WIDE static void NAME(project_vector_on_plane_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
-    NAME(project_vector_on_plane_each)(n, args, steps[0], steps[1], steps[2], steps[3], steps[4], steps[5]);
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    char *a0 = args[0];
+    char *a1 = args[1];
+    char *a2 = args[2];
+    ANY_ORDER
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
+        REAL x0[3];
+        REAL x1[3];
+        REAL x2[3];
+        NAME(load_3)(x0, a0 + i * 3 * w, w);
+        NAME(load_3)(x1, a1 + i * 3 * w, w);
+        NAME(project_vector_on_plane)(x0, x1, x2);
+        NAME(store_3)(a2 + i * 3 * w, w, x2);
+    }
 }
 
-WIDE void NAME(project_vector_on_plane_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
+WIDE static void NAME(project_vector_on_plane_dense_uniform)(intptr_t n, char **args, const intptr_t *strides)
 {
-    const intptr_t n = dimensions[0], w = sizeof(REAL);
-    const intptr_t s0 = steps[0], s1 = steps[1], s2 = steps[2], c0a = steps[3], c1a = steps[4], c2a = steps[5];
-    if (n < 1)
-        return;
-    if (s0 == w && s1 == w && s2 == w)
-        NAME(project_vector_on_plane_each)(n, args, w, w, w, c0a, c1a, c2a);
-    else if (s0 == 0 && s1 == w && s2 == w)
-        NAME(project_vector_on_plane_each)(n, args, 0, w, w, c0a, c1a, c2a);
-    else if (s0 == 3 * w && s1 == 3 * w && s2 == 3 * w && c0a == w && c1a == w && c2a == w)
-        NAME(project_vector_on_plane_each)(n, args, 3 * w, 3 * w, 3 * w, w, w, w);
-    else if (s0 == 0 && s1 == 3 * w && s2 == 3 * w && c0a == w && c1a == w && c2a == w)
-        NAME(project_vector_on_plane_each)(n, args, 0, 3 * w, 3 * w, w, w, w);
-    else
-        NAME(project_vector_on_plane_any)(n, args, steps);
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    char *a0 = args[0];
+    char *a1 = args[1];
+    char *a2 = args[2];
+    REAL x0[3];
+    NAME(load_3)(x0, a0, w);
+    ANY_ORDER
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
+        REAL x1[3];
+        REAL x2[3];
+        NAME(load_3)(x1, a1 + i * 3 * w, w);
+        NAME(project_vector_on_plane)(x0, x1, x2);
+        NAME(store_3)(a2 + i * 3 * w, w, x2);
+    }
+}
+
+void NAME(project_vector_on_plane_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
+{
+    static const struct part parts[] = {{3, 1, 0, {3}}, {3, 1, 1, {3}}, {3, 1, 2, {3}}};
+    static const struct kernel kernel = {{NAME(project_vector_on_plane_block),
+        NAME(project_vector_on_plane_block_uniform), NAME(project_vector_on_plane_dense),
+        NAME(project_vector_on_plane_dense_uniform)}, 1, 2, 3, parts};
+    NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
 INLINE void NAME(reflect_vector)(const REAL *v, const REAL *n, REAL *out)
@@ -1996,47 +2691,88 @@ INLINE void NAME(reflect_vector)(const REAL *v, const REAL *n, REAL *out)
     out[2] = t17;
 }
 
-static INLINE void NAME(reflect_vector_each)(intptr_t n, char **args, intptr_t s0, intptr_t s1, intptr_t s2,
-    intptr_t c0a, intptr_t c1a, intptr_t c2a)
+WIDE static void NAME(reflect_vector_block)(intptr_t n, char **args, const intptr_t *strides)
 {
+    const intptr_t w = sizeof(REAL);
+    const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
+    char *a0 = args[0];
+    char *a1 = args[1];
+    char *a2 = args[2];
+    ANY_ORDER
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
+        REAL x0[3];
+        REAL x1[3];
+        REAL x2[3];
+        NAME(load_3)(x0, a0 + i * w, c0a);
+        NAME(load_3)(x1, a1 + i * w, c1a);
+        NAME(reflect_vector)(x0, x1, x2);
+        NAME(store_3)(a2 + i * w, c2a, x2);
+    }
+}
+
+WIDE static void NAME(reflect_vector_block_uniform)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
     char *a0 = args[0];
     char *a1 = args[1];
     char *a2 = args[2];
     REAL x0[3];
     NAME(load_3)(x0, a0, c0a);
     ANY_ORDER
-    for (intptr_t i = 0; i < n; ++i) {
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
         REAL x1[3];
         REAL x2[3];
-        if (s0 != 0)
-            NAME(load_3)(x0, a0 + i * s0, c0a);
-        NAME(load_3)(x1, a1 + i * s1, c1a);
+        NAME(load_3)(x1, a1 + i * w, c1a);
         NAME(reflect_vector)(x0, x1, x2);
-        NAME(store_3)(a2 + i * s2, c2a, x2);
+        NAME(store_3)(a2 + i * w, c2a, x2);
     }
 }
 
-static void NAME(reflect_vector_any)(intptr_t n, char **args, const intptr_t *steps)
+WIDE static void NAME(reflect_vector_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
-    NAME(reflect_vector_each)(n, args, steps[0], steps[1], steps[2], steps[3], steps[4], steps[5]);
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    char *a0 = args[0];
+    char *a1 = args[1];
+    char *a2 = args[2];
+    ANY_ORDER
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
+        REAL x0[3];
+        REAL x1[3];
+        REAL x2[3];
+        NAME(load_3)(x0, a0 + i * 3 * w, w);
+        NAME(load_3)(x1, a1 + i * 3 * w, w);
+        NAME(reflect_vector)(x0, x1, x2);
+        NAME(store_3)(a2 + i * 3 * w, w, x2);
+    }
 }
 
-WIDE void NAME(reflect_vector_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
+WIDE static void NAME(reflect_vector_dense_uniform)(intptr_t n, char **args, const intptr_t *strides)
 {
-    const intptr_t n = dimensions[0], w = sizeof(REAL);
-    const intptr_t s0 = steps[0], s1 = steps[1], s2 = steps[2], c0a = steps[3], c1a = steps[4], c2a = steps[5];
-    if (n < 1)
-        return;
-    if (s0 == w && s1 == w && s2 == w)
-        NAME(reflect_vector_each)(n, args, w, w, w, c0a, c1a, c2a);
-    else if (s0 == 0 && s1 == w && s2 == w)
-        NAME(reflect_vector_each)(n, args, 0, w, w, c0a, c1a, c2a);
-    else if (s0 == 3 * w && s1 == 3 * w && s2 == 3 * w && c0a == w && c1a == w && c2a == w)
-        NAME(reflect_vector_each)(n, args, 3 * w, 3 * w, 3 * w, w, w, w);
-    else if (s0 == 0 && s1 == 3 * w && s2 == 3 * w && c0a == w && c1a == w && c2a == w)
-        NAME(reflect_vector_each)(n, args, 0, 3 * w, 3 * w, w, w, w);
-    else
-        NAME(reflect_vector_any)(n, args, steps);
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    char *a0 = args[0];
+    char *a1 = args[1];
+    char *a2 = args[2];
+    REAL x0[3];
+    NAME(load_3)(x0, a0, w);
+    ANY_ORDER
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
+        REAL x1[3];
+        REAL x2[3];
+        NAME(load_3)(x1, a1 + i * 3 * w, w);
+        NAME(reflect_vector)(x0, x1, x2);
+        NAME(store_3)(a2 + i * 3 * w, w, x2);
+    }
+}
+
+void NAME(reflect_vector_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
+{
+    static const struct part parts[] = {{3, 1, 0, {3}}, {3, 1, 1, {3}}, {3, 1, 2, {3}}};
+    static const struct kernel kernel = {{NAME(reflect_vector_block), NAME(reflect_vector_block_uniform),
+        NAME(reflect_vector_dense), NAME(reflect_vector_dense_uniform)}, 1, 2, 3, parts};
+    NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
 INLINE void NAME(bivector_commutator)(const REAL *a, const REAL *b, REAL *out)
@@ -2061,47 +2797,88 @@ INLINE void NAME(bivector_commutator)(const REAL *a, const REAL *b, REAL *out)
     out[2] = t8;
 }
 
-static INLINE void NAME(bivector_commutator_each)(intptr_t n, char **args, intptr_t s0, intptr_t s1, intptr_t s2,
-    intptr_t c0a, intptr_t c1a, intptr_t c2a)
+WIDE static void NAME(bivector_commutator_block)(intptr_t n, char **args, const intptr_t *strides)
 {
+    const intptr_t w = sizeof(REAL);
+    const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
+    char *a0 = args[0];
+    char *a1 = args[1];
+    char *a2 = args[2];
+    ANY_ORDER
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
+        REAL x0[3];
+        REAL x1[3];
+        REAL x2[3];
+        NAME(load_3)(x0, a0 + i * w, c0a);
+        NAME(load_3)(x1, a1 + i * w, c1a);
+        NAME(bivector_commutator)(x0, x1, x2);
+        NAME(store_3)(a2 + i * w, c2a, x2);
+    }
+}
+
+WIDE static void NAME(bivector_commutator_block_uniform)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
     char *a0 = args[0];
     char *a1 = args[1];
     char *a2 = args[2];
     REAL x0[3];
     NAME(load_3)(x0, a0, c0a);
     ANY_ORDER
-    for (intptr_t i = 0; i < n; ++i) {
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
         REAL x1[3];
         REAL x2[3];
-        if (s0 != 0)
-            NAME(load_3)(x0, a0 + i * s0, c0a);
-        NAME(load_3)(x1, a1 + i * s1, c1a);
+        NAME(load_3)(x1, a1 + i * w, c1a);
         NAME(bivector_commutator)(x0, x1, x2);
-        NAME(store_3)(a2 + i * s2, c2a, x2);
+        NAME(store_3)(a2 + i * w, c2a, x2);
     }
 }
 
-static void NAME(bivector_commutator_any)(intptr_t n, char **args, const intptr_t *steps)
+WIDE static void NAME(bivector_commutator_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
-    NAME(bivector_commutator_each)(n, args, steps[0], steps[1], steps[2], steps[3], steps[4], steps[5]);
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    char *a0 = args[0];
+    char *a1 = args[1];
+    char *a2 = args[2];
+    ANY_ORDER
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
+        REAL x0[3];
+        REAL x1[3];
+        REAL x2[3];
+        NAME(load_3)(x0, a0 + i * 3 * w, w);
+        NAME(load_3)(x1, a1 + i * 3 * w, w);
+        NAME(bivector_commutator)(x0, x1, x2);
+        NAME(store_3)(a2 + i * 3 * w, w, x2);
+    }
 }
 
-WIDE void NAME(bivector_commutator_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
+WIDE static void NAME(bivector_commutator_dense_uniform)(intptr_t n, char **args, const intptr_t *strides)
 {
-    const intptr_t n = dimensions[0], w = sizeof(REAL);
-    const intptr_t s0 = steps[0], s1 = steps[1], s2 = steps[2], c0a = steps[3], c1a = steps[4], c2a = steps[5];
-    if (n < 1)
-        return;
-    if (s0 == w && s1 == w && s2 == w)
-        NAME(bivector_commutator_each)(n, args, w, w, w, c0a, c1a, c2a);
-    else if (s0 == 0 && s1 == w && s2 == w)
-        NAME(bivector_commutator_each)(n, args, 0, w, w, c0a, c1a, c2a);
-    else if (s0 == 3 * w && s1 == 3 * w && s2 == 3 * w && c0a == w && c1a == w && c2a == w)
-        NAME(bivector_commutator_each)(n, args, 3 * w, 3 * w, 3 * w, w, w, w);
-    else if (s0 == 0 && s1 == 3 * w && s2 == 3 * w && c0a == w && c1a == w && c2a == w)
-        NAME(bivector_commutator_each)(n, args, 0, 3 * w, 3 * w, w, w, w);
-    else
-        NAME(bivector_commutator_any)(n, args, steps);
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    char *a0 = args[0];
+    char *a1 = args[1];
+    char *a2 = args[2];
+    REAL x0[3];
+    NAME(load_3)(x0, a0, w);
+    ANY_ORDER
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
+        REAL x1[3];
+        REAL x2[3];
+        NAME(load_3)(x1, a1 + i * 3 * w, w);
+        NAME(bivector_commutator)(x0, x1, x2);
+        NAME(store_3)(a2 + i * 3 * w, w, x2);
+    }
+}
+
+void NAME(bivector_commutator_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
+{
+    static const struct part parts[] = {{3, 1, 0, {3}}, {3, 1, 1, {3}}, {3, 1, 2, {3}}};
+    static const struct kernel kernel = {{NAME(bivector_commutator_block), NAME(bivector_commutator_block_uniform),
+        NAME(bivector_commutator_dense), NAME(bivector_commutator_dense_uniform)}, 1, 2, 3, parts};
+    NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
 INLINE void NAME(rotor_product)(const REAL *a, const REAL *b, REAL *out)
@@ -2148,47 +2925,88 @@ INLINE void NAME(rotor_product)(const REAL *a, const REAL *b, REAL *out)
     out[3] = t27;
 }
 
-static INLINE void NAME(rotor_product_each)(intptr_t n, char **args, intptr_t s0, intptr_t s1, intptr_t s2, intptr_t
-    c0a, intptr_t c1a, intptr_t c2a)
+WIDE static void NAME(rotor_product_block)(intptr_t n, char **args, const intptr_t *strides)
 {
+    const intptr_t w = sizeof(REAL);
+    const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
+    char *a0 = args[0];
+    char *a1 = args[1];
+    char *a2 = args[2];
+    ANY_ORDER
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
+        REAL x0[4];
+        REAL x1[4];
+        REAL x2[4];
+        NAME(load_4)(x0, a0 + i * w, c0a);
+        NAME(load_4)(x1, a1 + i * w, c1a);
+        NAME(rotor_product)(x0, x1, x2);
+        NAME(store_4)(a2 + i * w, c2a, x2);
+    }
+}
+
+WIDE static void NAME(rotor_product_block_uniform)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
     char *a0 = args[0];
     char *a1 = args[1];
     char *a2 = args[2];
     REAL x0[4];
     NAME(load_4)(x0, a0, c0a);
     ANY_ORDER
-    for (intptr_t i = 0; i < n; ++i) {
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
         REAL x1[4];
         REAL x2[4];
-        if (s0 != 0)
-            NAME(load_4)(x0, a0 + i * s0, c0a);
-        NAME(load_4)(x1, a1 + i * s1, c1a);
+        NAME(load_4)(x1, a1 + i * w, c1a);
         NAME(rotor_product)(x0, x1, x2);
-        NAME(store_4)(a2 + i * s2, c2a, x2);
+        NAME(store_4)(a2 + i * w, c2a, x2);
     }
 }
 
-static void NAME(rotor_product_any)(intptr_t n, char **args, const intptr_t *steps)
+WIDE static void NAME(rotor_product_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
-    NAME(rotor_product_each)(n, args, steps[0], steps[1], steps[2], steps[3], steps[4], steps[5]);
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    char *a0 = args[0];
+    char *a1 = args[1];
+    char *a2 = args[2];
+    ANY_ORDER
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
+        REAL x0[4];
+        REAL x1[4];
+        REAL x2[4];
+        NAME(load_4)(x0, a0 + i * 4 * w, w);
+        NAME(load_4)(x1, a1 + i * 4 * w, w);
+        NAME(rotor_product)(x0, x1, x2);
+        NAME(store_4)(a2 + i * 4 * w, w, x2);
+    }
 }
 
-WIDE void NAME(rotor_product_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
+WIDE static void NAME(rotor_product_dense_uniform)(intptr_t n, char **args, const intptr_t *strides)
 {
-    const intptr_t n = dimensions[0], w = sizeof(REAL);
-    const intptr_t s0 = steps[0], s1 = steps[1], s2 = steps[2], c0a = steps[3], c1a = steps[4], c2a = steps[5];
-    if (n < 1)
-        return;
-    if (s0 == w && s1 == w && s2 == w)
-        NAME(rotor_product_each)(n, args, w, w, w, c0a, c1a, c2a);
-    else if (s0 == 0 && s1 == w && s2 == w)
-        NAME(rotor_product_each)(n, args, 0, w, w, c0a, c1a, c2a);
-    else if (s0 == 4 * w && s1 == 4 * w && s2 == 4 * w && c0a == w && c1a == w && c2a == w)
-        NAME(rotor_product_each)(n, args, 4 * w, 4 * w, 4 * w, w, w, w);
-    else if (s0 == 0 && s1 == 4 * w && s2 == 4 * w && c0a == w && c1a == w && c2a == w)
-        NAME(rotor_product_each)(n, args, 0, 4 * w, 4 * w, w, w, w);
-    else
-        NAME(rotor_product_any)(n, args, steps);
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    char *a0 = args[0];
+    char *a1 = args[1];
+    char *a2 = args[2];
+    REAL x0[4];
+    NAME(load_4)(x0, a0, w);
+    ANY_ORDER
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
+        REAL x1[4];
+        REAL x2[4];
+        NAME(load_4)(x1, a1 + i * 4 * w, w);
+        NAME(rotor_product)(x0, x1, x2);
+        NAME(store_4)(a2 + i * 4 * w, w, x2);
+    }
+}
+
+void NAME(rotor_product_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
+{
+    static const struct part parts[] = {{4, 1, 0, {4}}, {4, 1, 1, {4}}, {4, 1, 2, {4}}};
+    static const struct kernel kernel = {{NAME(rotor_product_block), NAME(rotor_product_block_uniform),
+        NAME(rotor_product_dense), NAME(rotor_product_dense_uniform)}, 1, 2, 3, parts};
+    NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
 INLINE void NAME(even_product)(const REAL *a, const REAL *b, REAL *out)
@@ -2235,47 +3053,88 @@ INLINE void NAME(even_product)(const REAL *a, const REAL *b, REAL *out)
     out[3] = t27;
 }
 
-static INLINE void NAME(even_product_each)(intptr_t n, char **args, intptr_t s0, intptr_t s1, intptr_t s2, intptr_t
-    c0a, intptr_t c1a, intptr_t c2a)
+WIDE static void NAME(even_product_block)(intptr_t n, char **args, const intptr_t *strides)
 {
+    const intptr_t w = sizeof(REAL);
+    const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
+    char *a0 = args[0];
+    char *a1 = args[1];
+    char *a2 = args[2];
+    ANY_ORDER
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
+        REAL x0[4];
+        REAL x1[4];
+        REAL x2[4];
+        NAME(load_4)(x0, a0 + i * w, c0a);
+        NAME(load_4)(x1, a1 + i * w, c1a);
+        NAME(even_product)(x0, x1, x2);
+        NAME(store_4)(a2 + i * w, c2a, x2);
+    }
+}
+
+WIDE static void NAME(even_product_block_uniform)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
     char *a0 = args[0];
     char *a1 = args[1];
     char *a2 = args[2];
     REAL x0[4];
     NAME(load_4)(x0, a0, c0a);
     ANY_ORDER
-    for (intptr_t i = 0; i < n; ++i) {
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
         REAL x1[4];
         REAL x2[4];
-        if (s0 != 0)
-            NAME(load_4)(x0, a0 + i * s0, c0a);
-        NAME(load_4)(x1, a1 + i * s1, c1a);
+        NAME(load_4)(x1, a1 + i * w, c1a);
         NAME(even_product)(x0, x1, x2);
-        NAME(store_4)(a2 + i * s2, c2a, x2);
+        NAME(store_4)(a2 + i * w, c2a, x2);
     }
 }
 
-static void NAME(even_product_any)(intptr_t n, char **args, const intptr_t *steps)
+WIDE static void NAME(even_product_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
-    NAME(even_product_each)(n, args, steps[0], steps[1], steps[2], steps[3], steps[4], steps[5]);
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    char *a0 = args[0];
+    char *a1 = args[1];
+    char *a2 = args[2];
+    ANY_ORDER
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
+        REAL x0[4];
+        REAL x1[4];
+        REAL x2[4];
+        NAME(load_4)(x0, a0 + i * 4 * w, w);
+        NAME(load_4)(x1, a1 + i * 4 * w, w);
+        NAME(even_product)(x0, x1, x2);
+        NAME(store_4)(a2 + i * 4 * w, w, x2);
+    }
 }
 
-WIDE void NAME(even_product_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
+WIDE static void NAME(even_product_dense_uniform)(intptr_t n, char **args, const intptr_t *strides)
 {
-    const intptr_t n = dimensions[0], w = sizeof(REAL);
-    const intptr_t s0 = steps[0], s1 = steps[1], s2 = steps[2], c0a = steps[3], c1a = steps[4], c2a = steps[5];
-    if (n < 1)
-        return;
-    if (s0 == w && s1 == w && s2 == w)
-        NAME(even_product_each)(n, args, w, w, w, c0a, c1a, c2a);
-    else if (s0 == 0 && s1 == w && s2 == w)
-        NAME(even_product_each)(n, args, 0, w, w, c0a, c1a, c2a);
-    else if (s0 == 4 * w && s1 == 4 * w && s2 == 4 * w && c0a == w && c1a == w && c2a == w)
-        NAME(even_product_each)(n, args, 4 * w, 4 * w, 4 * w, w, w, w);
-    else if (s0 == 0 && s1 == 4 * w && s2 == 4 * w && c0a == w && c1a == w && c2a == w)
-        NAME(even_product_each)(n, args, 0, 4 * w, 4 * w, w, w, w);
-    else
-        NAME(even_product_any)(n, args, steps);
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    char *a0 = args[0];
+    char *a1 = args[1];
+    char *a2 = args[2];
+    REAL x0[4];
+    NAME(load_4)(x0, a0, w);
+    ANY_ORDER
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
+        REAL x1[4];
+        REAL x2[4];
+        NAME(load_4)(x1, a1 + i * 4 * w, w);
+        NAME(even_product)(x0, x1, x2);
+        NAME(store_4)(a2 + i * 4 * w, w, x2);
+    }
+}
+
+void NAME(even_product_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
+{
+    static const struct part parts[] = {{4, 1, 0, {4}}, {4, 1, 1, {4}}, {4, 1, 2, {4}}};
+    static const struct kernel kernel = {{NAME(even_product_block), NAME(even_product_block_uniform),
+        NAME(even_product_dense), NAME(even_product_dense_uniform)}, 1, 2, 3, parts};
+    NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
 INLINE void NAME(rotor_inverse)(const REAL *r, REAL *out)
@@ -2293,38 +3152,44 @@ INLINE void NAME(rotor_inverse)(const REAL *r, REAL *out)
     out[3] = t2;
 }
 
-static INLINE void NAME(rotor_inverse_each)(intptr_t n, char **args, intptr_t s0, intptr_t s1, intptr_t c0a,
-    intptr_t c1a)
+WIDE static void NAME(rotor_inverse_block)(intptr_t n, char **args, const intptr_t *strides)
 {
+    const intptr_t w = sizeof(REAL);
+    const intptr_t c0a = strides[0], c1a = strides[1];
     char *a0 = args[0];
     char *a1 = args[1];
     ANY_ORDER
-    for (intptr_t i = 0; i < n; ++i) {
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
         REAL x0[4];
         REAL x1[4];
-        NAME(load_4)(x0, a0 + i * s0, c0a);
+        NAME(load_4)(x0, a0 + i * w, c0a);
         NAME(rotor_inverse)(x0, x1);
-        NAME(store_4)(a1 + i * s1, c1a, x1);
+        NAME(store_4)(a1 + i * w, c1a, x1);
     }
 }
 
-static void NAME(rotor_inverse_any)(intptr_t n, char **args, const intptr_t *steps)
+WIDE static void NAME(rotor_inverse_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
-    NAME(rotor_inverse_each)(n, args, steps[0], steps[1], steps[2], steps[3]);
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    char *a0 = args[0];
+    char *a1 = args[1];
+    ANY_ORDER
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
+        REAL x0[4];
+        REAL x1[4];
+        NAME(load_4)(x0, a0 + i * 4 * w, w);
+        NAME(rotor_inverse)(x0, x1);
+        NAME(store_4)(a1 + i * 4 * w, w, x1);
+    }
 }
 
-WIDE void NAME(rotor_inverse_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
+void NAME(rotor_inverse_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
-    const intptr_t n = dimensions[0], w = sizeof(REAL);
-    const intptr_t s0 = steps[0], s1 = steps[1], c0a = steps[2], c1a = steps[3];
-    if (n < 1)
-        return;
-    if (s0 == w && s1 == w)
-        NAME(rotor_inverse_each)(n, args, w, w, c0a, c1a);
-    else if (s0 == 4 * w && s1 == 4 * w && c0a == w && c1a == w)
-        NAME(rotor_inverse_each)(n, args, 4 * w, 4 * w, w, w);
-    else
-        NAME(rotor_inverse_any)(n, args, steps);
+    static const struct part parts[] = {{4, 1, 0, {4}}, {4, 1, 1, {4}}};
+    static const struct kernel kernel = {{NAME(rotor_inverse_block), NULL, NAME(rotor_inverse_dense), NULL}, 0, 1,
+        2, parts};
+    NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
 INLINE void NAME(normalize_rotor)(const REAL *x, REAL *out)
@@ -2352,38 +3217,44 @@ INLINE void NAME(normalize_rotor)(const REAL *x, REAL *out)
     out[3] = t12;
 }
 
-static INLINE void NAME(normalize_rotor_each)(intptr_t n, char **args, intptr_t s0, intptr_t s1, intptr_t c0a,
-    intptr_t c1a)
+WIDE static void NAME(normalize_rotor_block)(intptr_t n, char **args, const intptr_t *strides)
 {
+    const intptr_t w = sizeof(REAL);
+    const intptr_t c0a = strides[0], c1a = strides[1];
     char *a0 = args[0];
     char *a1 = args[1];
     ANY_ORDER
-    for (intptr_t i = 0; i < n; ++i) {
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
         REAL x0[4];
         REAL x1[4];
-        NAME(load_4)(x0, a0 + i * s0, c0a);
+        NAME(load_4)(x0, a0 + i * w, c0a);
         NAME(normalize_rotor)(x0, x1);
-        NAME(store_4)(a1 + i * s1, c1a, x1);
+        NAME(store_4)(a1 + i * w, c1a, x1);
     }
 }
 
-static void NAME(normalize_rotor_any)(intptr_t n, char **args, const intptr_t *steps)
+WIDE static void NAME(normalize_rotor_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
-    NAME(normalize_rotor_each)(n, args, steps[0], steps[1], steps[2], steps[3]);
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    char *a0 = args[0];
+    char *a1 = args[1];
+    ANY_ORDER
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
+        REAL x0[4];
+        REAL x1[4];
+        NAME(load_4)(x0, a0 + i * 4 * w, w);
+        NAME(normalize_rotor)(x0, x1);
+        NAME(store_4)(a1 + i * 4 * w, w, x1);
+    }
 }
 
-WIDE void NAME(normalize_rotor_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
+void NAME(normalize_rotor_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
-    const intptr_t n = dimensions[0], w = sizeof(REAL);
-    const intptr_t s0 = steps[0], s1 = steps[1], c0a = steps[2], c1a = steps[3];
-    if (n < 1)
-        return;
-    if (s0 == w && s1 == w)
-        NAME(normalize_rotor_each)(n, args, w, w, c0a, c1a);
-    else if (s0 == 4 * w && s1 == 4 * w && c0a == w && c1a == w)
-        NAME(normalize_rotor_each)(n, args, 4 * w, 4 * w, w, w);
-    else
-        NAME(normalize_rotor_any)(n, args, steps);
+    static const struct part parts[] = {{4, 1, 0, {4}}, {4, 1, 1, {4}}};
+    static const struct kernel kernel = {{NAME(normalize_rotor_block), NULL, NAME(normalize_rotor_dense), NULL}, 0,
+        1, 2, parts};
+    NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
 INLINE void NAME(rotate_vector)(const REAL *r, const REAL *v, REAL *out)
@@ -2430,47 +3301,88 @@ INLINE void NAME(rotate_vector)(const REAL *r, const REAL *v, REAL *out)
     out[2] = t29;
 }
 
-static INLINE void NAME(rotate_vector_each)(intptr_t n, char **args, intptr_t s0, intptr_t s1, intptr_t s2, intptr_t
-    c0a, intptr_t c1a, intptr_t c2a)
+WIDE static void NAME(rotate_vector_block)(intptr_t n, char **args, const intptr_t *strides)
 {
+    const intptr_t w = sizeof(REAL);
+    const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
+    char *a0 = args[0];
+    char *a1 = args[1];
+    char *a2 = args[2];
+    ANY_ORDER
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
+        REAL x0[4];
+        REAL x1[3];
+        REAL x2[3];
+        NAME(load_4)(x0, a0 + i * w, c0a);
+        NAME(load_3)(x1, a1 + i * w, c1a);
+        NAME(rotate_vector)(x0, x1, x2);
+        NAME(store_3)(a2 + i * w, c2a, x2);
+    }
+}
+
+WIDE static void NAME(rotate_vector_block_uniform)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
     char *a0 = args[0];
     char *a1 = args[1];
     char *a2 = args[2];
     REAL x0[4];
     NAME(load_4)(x0, a0, c0a);
     ANY_ORDER
-    for (intptr_t i = 0; i < n; ++i) {
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
         REAL x1[3];
         REAL x2[3];
-        if (s0 != 0)
-            NAME(load_4)(x0, a0 + i * s0, c0a);
-        NAME(load_3)(x1, a1 + i * s1, c1a);
+        NAME(load_3)(x1, a1 + i * w, c1a);
         NAME(rotate_vector)(x0, x1, x2);
-        NAME(store_3)(a2 + i * s2, c2a, x2);
+        NAME(store_3)(a2 + i * w, c2a, x2);
     }
 }
 
-static void NAME(rotate_vector_any)(intptr_t n, char **args, const intptr_t *steps)
+WIDE static void NAME(rotate_vector_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
-    NAME(rotate_vector_each)(n, args, steps[0], steps[1], steps[2], steps[3], steps[4], steps[5]);
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    char *a0 = args[0];
+    char *a1 = args[1];
+    char *a2 = args[2];
+    ANY_ORDER
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
+        REAL x0[4];
+        REAL x1[3];
+        REAL x2[3];
+        NAME(load_4)(x0, a0 + i * 4 * w, w);
+        NAME(load_3)(x1, a1 + i * 3 * w, w);
+        NAME(rotate_vector)(x0, x1, x2);
+        NAME(store_3)(a2 + i * 3 * w, w, x2);
+    }
 }
 
-WIDE void NAME(rotate_vector_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
+WIDE static void NAME(rotate_vector_dense_uniform)(intptr_t n, char **args, const intptr_t *strides)
 {
-    const intptr_t n = dimensions[0], w = sizeof(REAL);
-    const intptr_t s0 = steps[0], s1 = steps[1], s2 = steps[2], c0a = steps[3], c1a = steps[4], c2a = steps[5];
-    if (n < 1)
-        return;
-    if (s0 == w && s1 == w && s2 == w)
-        NAME(rotate_vector_each)(n, args, w, w, w, c0a, c1a, c2a);
-    else if (s0 == 0 && s1 == w && s2 == w)
-        NAME(rotate_vector_each)(n, args, 0, w, w, c0a, c1a, c2a);
-    else if (s0 == 4 * w && s1 == 3 * w && s2 == 3 * w && c0a == w && c1a == w && c2a == w)
-        NAME(rotate_vector_each)(n, args, 4 * w, 3 * w, 3 * w, w, w, w);
-    else if (s0 == 0 && s1 == 3 * w && s2 == 3 * w && c0a == w && c1a == w && c2a == w)
-        NAME(rotate_vector_each)(n, args, 0, 3 * w, 3 * w, w, w, w);
-    else
-        NAME(rotate_vector_any)(n, args, steps);
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    char *a0 = args[0];
+    char *a1 = args[1];
+    char *a2 = args[2];
+    REAL x0[4];
+    NAME(load_4)(x0, a0, w);
+    ANY_ORDER
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
+        REAL x1[3];
+        REAL x2[3];
+        NAME(load_3)(x1, a1 + i * 3 * w, w);
+        NAME(rotate_vector)(x0, x1, x2);
+        NAME(store_3)(a2 + i * 3 * w, w, x2);
+    }
+}
+
+void NAME(rotate_vector_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
+{
+    static const struct part parts[] = {{4, 1, 0, {4}}, {3, 1, 1, {3}}, {3, 1, 2, {3}}};
+    static const struct kernel kernel = {{NAME(rotate_vector_block), NAME(rotate_vector_block_uniform),
+        NAME(rotate_vector_dense), NAME(rotate_vector_dense_uniform)}, 1, 2, 3, parts};
+    NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
 INLINE void NAME(rotate_vector_back)(const REAL *r, const REAL *v, REAL *out)
@@ -2517,47 +3429,88 @@ INLINE void NAME(rotate_vector_back)(const REAL *r, const REAL *v, REAL *out)
     out[2] = t29;
 }
 
-static INLINE void NAME(rotate_vector_back_each)(intptr_t n, char **args, intptr_t s0, intptr_t s1, intptr_t s2,
-    intptr_t c0a, intptr_t c1a, intptr_t c2a)
+WIDE static void NAME(rotate_vector_back_block)(intptr_t n, char **args, const intptr_t *strides)
 {
+    const intptr_t w = sizeof(REAL);
+    const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
+    char *a0 = args[0];
+    char *a1 = args[1];
+    char *a2 = args[2];
+    ANY_ORDER
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
+        REAL x0[4];
+        REAL x1[3];
+        REAL x2[3];
+        NAME(load_4)(x0, a0 + i * w, c0a);
+        NAME(load_3)(x1, a1 + i * w, c1a);
+        NAME(rotate_vector_back)(x0, x1, x2);
+        NAME(store_3)(a2 + i * w, c2a, x2);
+    }
+}
+
+WIDE static void NAME(rotate_vector_back_block_uniform)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
     char *a0 = args[0];
     char *a1 = args[1];
     char *a2 = args[2];
     REAL x0[4];
     NAME(load_4)(x0, a0, c0a);
     ANY_ORDER
-    for (intptr_t i = 0; i < n; ++i) {
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
         REAL x1[3];
         REAL x2[3];
-        if (s0 != 0)
-            NAME(load_4)(x0, a0 + i * s0, c0a);
-        NAME(load_3)(x1, a1 + i * s1, c1a);
+        NAME(load_3)(x1, a1 + i * w, c1a);
         NAME(rotate_vector_back)(x0, x1, x2);
-        NAME(store_3)(a2 + i * s2, c2a, x2);
+        NAME(store_3)(a2 + i * w, c2a, x2);
     }
 }
 
-static void NAME(rotate_vector_back_any)(intptr_t n, char **args, const intptr_t *steps)
+WIDE static void NAME(rotate_vector_back_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
-    NAME(rotate_vector_back_each)(n, args, steps[0], steps[1], steps[2], steps[3], steps[4], steps[5]);
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    char *a0 = args[0];
+    char *a1 = args[1];
+    char *a2 = args[2];
+    ANY_ORDER
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
+        REAL x0[4];
+        REAL x1[3];
+        REAL x2[3];
+        NAME(load_4)(x0, a0 + i * 4 * w, w);
+        NAME(load_3)(x1, a1 + i * 3 * w, w);
+        NAME(rotate_vector_back)(x0, x1, x2);
+        NAME(store_3)(a2 + i * 3 * w, w, x2);
+    }
 }
 
-WIDE void NAME(rotate_vector_back_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
+WIDE static void NAME(rotate_vector_back_dense_uniform)(intptr_t n, char **args, const intptr_t *strides)
 {
-    const intptr_t n = dimensions[0], w = sizeof(REAL);
-    const intptr_t s0 = steps[0], s1 = steps[1], s2 = steps[2], c0a = steps[3], c1a = steps[4], c2a = steps[5];
-    if (n < 1)
-        return;
-    if (s0 == w && s1 == w && s2 == w)
-        NAME(rotate_vector_back_each)(n, args, w, w, w, c0a, c1a, c2a);
-    else if (s0 == 0 && s1 == w && s2 == w)
-        NAME(rotate_vector_back_each)(n, args, 0, w, w, c0a, c1a, c2a);
-    else if (s0 == 4 * w && s1 == 3 * w && s2 == 3 * w && c0a == w && c1a == w && c2a == w)
-        NAME(rotate_vector_back_each)(n, args, 4 * w, 3 * w, 3 * w, w, w, w);
-    else if (s0 == 0 && s1 == 3 * w && s2 == 3 * w && c0a == w && c1a == w && c2a == w)
-        NAME(rotate_vector_back_each)(n, args, 0, 3 * w, 3 * w, w, w, w);
-    else
-        NAME(rotate_vector_back_any)(n, args, steps);
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    char *a0 = args[0];
+    char *a1 = args[1];
+    char *a2 = args[2];
+    REAL x0[4];
+    NAME(load_4)(x0, a0, w);
+    ANY_ORDER
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
+        REAL x1[3];
+        REAL x2[3];
+        NAME(load_3)(x1, a1 + i * 3 * w, w);
+        NAME(rotate_vector_back)(x0, x1, x2);
+        NAME(store_3)(a2 + i * 3 * w, w, x2);
+    }
+}
+
+void NAME(rotate_vector_back_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
+{
+    static const struct part parts[] = {{4, 1, 0, {4}}, {3, 1, 1, {3}}, {3, 1, 2, {3}}};
+    static const struct kernel kernel = {{NAME(rotate_vector_back_block), NAME(rotate_vector_back_block_uniform),
+        NAME(rotate_vector_back_dense), NAME(rotate_vector_back_dense_uniform)}, 1, 2, 3, parts};
+    NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
 INLINE void NAME(rotate_bivector)(const REAL *r, const REAL *b, REAL *out)
@@ -2604,47 +3557,88 @@ INLINE void NAME(rotate_bivector)(const REAL *r, const REAL *b, REAL *out)
     out[2] = t29;
 }
 
-static INLINE void NAME(rotate_bivector_each)(intptr_t n, char **args, intptr_t s0, intptr_t s1, intptr_t s2,
-    intptr_t c0a, intptr_t c1a, intptr_t c2a)
+WIDE static void NAME(rotate_bivector_block)(intptr_t n, char **args, const intptr_t *strides)
 {
+    const intptr_t w = sizeof(REAL);
+    const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
+    char *a0 = args[0];
+    char *a1 = args[1];
+    char *a2 = args[2];
+    ANY_ORDER
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
+        REAL x0[4];
+        REAL x1[3];
+        REAL x2[3];
+        NAME(load_4)(x0, a0 + i * w, c0a);
+        NAME(load_3)(x1, a1 + i * w, c1a);
+        NAME(rotate_bivector)(x0, x1, x2);
+        NAME(store_3)(a2 + i * w, c2a, x2);
+    }
+}
+
+WIDE static void NAME(rotate_bivector_block_uniform)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
     char *a0 = args[0];
     char *a1 = args[1];
     char *a2 = args[2];
     REAL x0[4];
     NAME(load_4)(x0, a0, c0a);
     ANY_ORDER
-    for (intptr_t i = 0; i < n; ++i) {
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
         REAL x1[3];
         REAL x2[3];
-        if (s0 != 0)
-            NAME(load_4)(x0, a0 + i * s0, c0a);
-        NAME(load_3)(x1, a1 + i * s1, c1a);
+        NAME(load_3)(x1, a1 + i * w, c1a);
         NAME(rotate_bivector)(x0, x1, x2);
-        NAME(store_3)(a2 + i * s2, c2a, x2);
+        NAME(store_3)(a2 + i * w, c2a, x2);
     }
 }
 
-static void NAME(rotate_bivector_any)(intptr_t n, char **args, const intptr_t *steps)
+WIDE static void NAME(rotate_bivector_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
-    NAME(rotate_bivector_each)(n, args, steps[0], steps[1], steps[2], steps[3], steps[4], steps[5]);
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    char *a0 = args[0];
+    char *a1 = args[1];
+    char *a2 = args[2];
+    ANY_ORDER
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
+        REAL x0[4];
+        REAL x1[3];
+        REAL x2[3];
+        NAME(load_4)(x0, a0 + i * 4 * w, w);
+        NAME(load_3)(x1, a1 + i * 3 * w, w);
+        NAME(rotate_bivector)(x0, x1, x2);
+        NAME(store_3)(a2 + i * 3 * w, w, x2);
+    }
 }
 
-WIDE void NAME(rotate_bivector_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
+WIDE static void NAME(rotate_bivector_dense_uniform)(intptr_t n, char **args, const intptr_t *strides)
 {
-    const intptr_t n = dimensions[0], w = sizeof(REAL);
-    const intptr_t s0 = steps[0], s1 = steps[1], s2 = steps[2], c0a = steps[3], c1a = steps[4], c2a = steps[5];
-    if (n < 1)
-        return;
-    if (s0 == w && s1 == w && s2 == w)
-        NAME(rotate_bivector_each)(n, args, w, w, w, c0a, c1a, c2a);
-    else if (s0 == 0 && s1 == w && s2 == w)
-        NAME(rotate_bivector_each)(n, args, 0, w, w, c0a, c1a, c2a);
-    else if (s0 == 4 * w && s1 == 3 * w && s2 == 3 * w && c0a == w && c1a == w && c2a == w)
-        NAME(rotate_bivector_each)(n, args, 4 * w, 3 * w, 3 * w, w, w, w);
-    else if (s0 == 0 && s1 == 3 * w && s2 == 3 * w && c0a == w && c1a == w && c2a == w)
-        NAME(rotate_bivector_each)(n, args, 0, 3 * w, 3 * w, w, w, w);
-    else
-        NAME(rotate_bivector_any)(n, args, steps);
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    char *a0 = args[0];
+    char *a1 = args[1];
+    char *a2 = args[2];
+    REAL x0[4];
+    NAME(load_4)(x0, a0, w);
+    ANY_ORDER
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
+        REAL x1[3];
+        REAL x2[3];
+        NAME(load_3)(x1, a1 + i * 3 * w, w);
+        NAME(rotate_bivector)(x0, x1, x2);
+        NAME(store_3)(a2 + i * 3 * w, w, x2);
+    }
+}
+
+void NAME(rotate_bivector_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
+{
+    static const struct part parts[] = {{4, 1, 0, {4}}, {3, 1, 1, {3}}, {3, 1, 2, {3}}};
+    static const struct kernel kernel = {{NAME(rotate_bivector_block), NAME(rotate_bivector_block_uniform),
+        NAME(rotate_bivector_dense), NAME(rotate_bivector_dense_uniform)}, 1, 2, 3, parts};
+    NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
 INLINE void NAME(rotor_from_axis_angle)(const REAL *axis, REAL angle, REAL *out)
@@ -2673,9 +3667,29 @@ INLINE void NAME(rotor_from_axis_angle)(const REAL *axis, REAL angle, REAL *out)
     out[3] = t14;
 }
 
-static INLINE void NAME(rotor_from_axis_angle_each)(intptr_t n, char **args, intptr_t s0, intptr_t s1, intptr_t s2,
-    intptr_t c0a, intptr_t c2a)
+WIDE static void NAME(rotor_from_axis_angle_block)(intptr_t n, char **args, const intptr_t *strides)
 {
+    const intptr_t w = sizeof(REAL);
+    const intptr_t c0a = strides[0], c2a = strides[1];
+    char *a0 = args[0];
+    char *a1 = args[1];
+    char *a2 = args[2];
+    ANY_ORDER
+    for (intptr_t i = 0; i < n; ++i) {
+        REAL x0[3];
+        REAL x1[1];
+        REAL x2[4];
+        NAME(load_3)(x0, a0 + i * w, c0a);
+        NAME(load_scalar)(x1, a1 + i * w);
+        NAME(rotor_from_axis_angle)(x0, x1[0], x2);
+        NAME(store_4)(a2 + i * w, c2a, x2);
+    }
+}
+
+WIDE static void NAME(rotor_from_axis_angle_block_uniform)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    const intptr_t c0a = strides[0], c2a = strides[1];
     char *a0 = args[0];
     char *a1 = args[1];
     char *a2 = args[2];
@@ -2685,35 +3699,18 @@ static INLINE void NAME(rotor_from_axis_angle_each)(intptr_t n, char **args, int
     for (intptr_t i = 0; i < n; ++i) {
         REAL x0[3];
         REAL x2[4];
-        NAME(load_3)(x0, a0 + i * s0, c0a);
-        if (s1 != 0)
-            NAME(load_scalar)(x1, a1 + i * s1);
+        NAME(load_3)(x0, a0 + i * w, c0a);
         NAME(rotor_from_axis_angle)(x0, x1[0], x2);
-        NAME(store_4)(a2 + i * s2, c2a, x2);
+        NAME(store_4)(a2 + i * w, c2a, x2);
     }
 }
 
-static void NAME(rotor_from_axis_angle_any)(intptr_t n, char **args, const intptr_t *steps)
+void NAME(rotor_from_axis_angle_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
-    NAME(rotor_from_axis_angle_each)(n, args, steps[0], steps[1], steps[2], steps[3], steps[4]);
-}
-
-WIDE void NAME(rotor_from_axis_angle_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
-{
-    const intptr_t n = dimensions[0], w = sizeof(REAL);
-    const intptr_t s0 = steps[0], s1 = steps[1], s2 = steps[2], c0a = steps[3], c2a = steps[4];
-    if (n < 1)
-        return;
-    if (s0 == w && s1 == w && s2 == w)
-        NAME(rotor_from_axis_angle_each)(n, args, w, w, w, c0a, c2a);
-    else if (s0 == w && s1 == 0 && s2 == w)
-        NAME(rotor_from_axis_angle_each)(n, args, w, 0, w, c0a, c2a);
-    else if (s0 == 3 * w && s1 == w && s2 == 4 * w && c0a == w && c2a == w)
-        NAME(rotor_from_axis_angle_each)(n, args, 3 * w, w, 4 * w, w, w);
-    else if (s0 == 3 * w && s1 == 0 && s2 == 4 * w && c0a == w && c2a == w)
-        NAME(rotor_from_axis_angle_each)(n, args, 3 * w, 0, 4 * w, w, w);
-    else
-        NAME(rotor_from_axis_angle_any)(n, args, steps);
+    static const struct part parts[] = {{3, 1, 0, {3}}, {1, 0, 1, {0}}, {4, 1, 1, {4}}};
+    static const struct kernel kernel = {{NAME(rotor_from_axis_angle_block),
+        NAME(rotor_from_axis_angle_block_uniform), NULL, NULL}, 2, 2, 3, parts};
+    NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
 INLINE void NAME(rotor_from_rotation_vector)(const REAL *v, REAL *out)
@@ -2747,38 +3744,28 @@ INLINE void NAME(rotor_from_rotation_vector)(const REAL *v, REAL *out)
     out[3] = t19;
 }
 
-static INLINE void NAME(rotor_from_rotation_vector_each)(intptr_t n, char **args, intptr_t s0, intptr_t s1, intptr_t
-    c0a, intptr_t c1a)
+WIDE static void NAME(rotor_from_rotation_vector_block)(intptr_t n, char **args, const intptr_t *strides)
 {
+    const intptr_t w = sizeof(REAL);
+    const intptr_t c0a = strides[0], c1a = strides[1];
     char *a0 = args[0];
     char *a1 = args[1];
     ANY_ORDER
     for (intptr_t i = 0; i < n; ++i) {
         REAL x0[3];
         REAL x1[4];
-        NAME(load_3)(x0, a0 + i * s0, c0a);
+        NAME(load_3)(x0, a0 + i * w, c0a);
         NAME(rotor_from_rotation_vector)(x0, x1);
-        NAME(store_4)(a1 + i * s1, c1a, x1);
+        NAME(store_4)(a1 + i * w, c1a, x1);
     }
 }
 
-static void NAME(rotor_from_rotation_vector_any)(intptr_t n, char **args, const intptr_t *steps)
+void NAME(rotor_from_rotation_vector_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
-    NAME(rotor_from_rotation_vector_each)(n, args, steps[0], steps[1], steps[2], steps[3]);
-}
-
-WIDE void NAME(rotor_from_rotation_vector_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
-{
-    const intptr_t n = dimensions[0], w = sizeof(REAL);
-    const intptr_t s0 = steps[0], s1 = steps[1], c0a = steps[2], c1a = steps[3];
-    if (n < 1)
-        return;
-    if (s0 == w && s1 == w)
-        NAME(rotor_from_rotation_vector_each)(n, args, w, w, c0a, c1a);
-    else if (s0 == 3 * w && s1 == 4 * w && c0a == w && c1a == w)
-        NAME(rotor_from_rotation_vector_each)(n, args, 3 * w, 4 * w, w, w);
-    else
-        NAME(rotor_from_rotation_vector_any)(n, args, steps);
+    static const struct part parts[] = {{3, 1, 0, {3}}, {4, 1, 1, {4}}};
+    static const struct kernel kernel = {{NAME(rotor_from_rotation_vector_block), NULL, NULL, NULL}, 0, 1, 2,
+        parts};
+    NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
 INLINE void NAME(rotor_to_rotation_vector)(const REAL *r, REAL *out)
@@ -2810,38 +3797,27 @@ INLINE void NAME(rotor_to_rotation_vector)(const REAL *r, REAL *out)
     out[2] = t17;
 }
 
-static INLINE void NAME(rotor_to_rotation_vector_each)(intptr_t n, char **args, intptr_t s0, intptr_t s1, intptr_t
-    c0a, intptr_t c1a)
+WIDE static void NAME(rotor_to_rotation_vector_block)(intptr_t n, char **args, const intptr_t *strides)
 {
+    const intptr_t w = sizeof(REAL);
+    const intptr_t c0a = strides[0], c1a = strides[1];
     char *a0 = args[0];
     char *a1 = args[1];
     ANY_ORDER
     for (intptr_t i = 0; i < n; ++i) {
         REAL x0[4];
         REAL x1[3];
-        NAME(load_4)(x0, a0 + i * s0, c0a);
+        NAME(load_4)(x0, a0 + i * w, c0a);
         NAME(rotor_to_rotation_vector)(x0, x1);
-        NAME(store_3)(a1 + i * s1, c1a, x1);
+        NAME(store_3)(a1 + i * w, c1a, x1);
     }
 }
 
-static void NAME(rotor_to_rotation_vector_any)(intptr_t n, char **args, const intptr_t *steps)
+void NAME(rotor_to_rotation_vector_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
-    NAME(rotor_to_rotation_vector_each)(n, args, steps[0], steps[1], steps[2], steps[3]);
-}
-
-WIDE void NAME(rotor_to_rotation_vector_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
-{
-    const intptr_t n = dimensions[0], w = sizeof(REAL);
-    const intptr_t s0 = steps[0], s1 = steps[1], c0a = steps[2], c1a = steps[3];
-    if (n < 1)
-        return;
-    if (s0 == w && s1 == w)
-        NAME(rotor_to_rotation_vector_each)(n, args, w, w, c0a, c1a);
-    else if (s0 == 4 * w && s1 == 3 * w && c0a == w && c1a == w)
-        NAME(rotor_to_rotation_vector_each)(n, args, 4 * w, 3 * w, w, w);
-    else
-        NAME(rotor_to_rotation_vector_any)(n, args, steps);
+    static const struct part parts[] = {{4, 1, 0, {4}}, {3, 1, 1, {3}}};
+    static const struct kernel kernel = {{NAME(rotor_to_rotation_vector_block), NULL, NULL, NULL}, 0, 1, 2, parts};
+    NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
 INLINE void NAME(rotor_exponential)(const REAL *b, REAL *out)
@@ -2871,38 +3847,27 @@ INLINE void NAME(rotor_exponential)(const REAL *b, REAL *out)
     out[3] = t15;
 }
 
-static INLINE void NAME(rotor_exponential_each)(intptr_t n, char **args, intptr_t s0, intptr_t s1, intptr_t c0a,
-    intptr_t c1a)
+WIDE static void NAME(rotor_exponential_block)(intptr_t n, char **args, const intptr_t *strides)
 {
+    const intptr_t w = sizeof(REAL);
+    const intptr_t c0a = strides[0], c1a = strides[1];
     char *a0 = args[0];
     char *a1 = args[1];
     ANY_ORDER
     for (intptr_t i = 0; i < n; ++i) {
         REAL x0[3];
         REAL x1[4];
-        NAME(load_3)(x0, a0 + i * s0, c0a);
+        NAME(load_3)(x0, a0 + i * w, c0a);
         NAME(rotor_exponential)(x0, x1);
-        NAME(store_4)(a1 + i * s1, c1a, x1);
+        NAME(store_4)(a1 + i * w, c1a, x1);
     }
 }
 
-static void NAME(rotor_exponential_any)(intptr_t n, char **args, const intptr_t *steps)
+void NAME(rotor_exponential_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
-    NAME(rotor_exponential_each)(n, args, steps[0], steps[1], steps[2], steps[3]);
-}
-
-WIDE void NAME(rotor_exponential_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
-{
-    const intptr_t n = dimensions[0], w = sizeof(REAL);
-    const intptr_t s0 = steps[0], s1 = steps[1], c0a = steps[2], c1a = steps[3];
-    if (n < 1)
-        return;
-    if (s0 == w && s1 == w)
-        NAME(rotor_exponential_each)(n, args, w, w, c0a, c1a);
-    else if (s0 == 3 * w && s1 == 4 * w && c0a == w && c1a == w)
-        NAME(rotor_exponential_each)(n, args, 3 * w, 4 * w, w, w);
-    else
-        NAME(rotor_exponential_any)(n, args, steps);
+    static const struct part parts[] = {{3, 1, 0, {3}}, {4, 1, 1, {4}}};
+    static const struct kernel kernel = {{NAME(rotor_exponential_block), NULL, NULL, NULL}, 0, 1, 2, parts};
+    NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
 INLINE void NAME(rotor_logarithm)(const REAL *r, REAL *out)
@@ -2931,38 +3896,27 @@ INLINE void NAME(rotor_logarithm)(const REAL *r, REAL *out)
     out[2] = t14;
 }
 
-static INLINE void NAME(rotor_logarithm_each)(intptr_t n, char **args, intptr_t s0, intptr_t s1, intptr_t c0a,
-    intptr_t c1a)
+WIDE static void NAME(rotor_logarithm_block)(intptr_t n, char **args, const intptr_t *strides)
 {
+    const intptr_t w = sizeof(REAL);
+    const intptr_t c0a = strides[0], c1a = strides[1];
     char *a0 = args[0];
     char *a1 = args[1];
     ANY_ORDER
     for (intptr_t i = 0; i < n; ++i) {
         REAL x0[4];
         REAL x1[3];
-        NAME(load_4)(x0, a0 + i * s0, c0a);
+        NAME(load_4)(x0, a0 + i * w, c0a);
         NAME(rotor_logarithm)(x0, x1);
-        NAME(store_3)(a1 + i * s1, c1a, x1);
+        NAME(store_3)(a1 + i * w, c1a, x1);
     }
 }
 
-static void NAME(rotor_logarithm_any)(intptr_t n, char **args, const intptr_t *steps)
+void NAME(rotor_logarithm_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
-    NAME(rotor_logarithm_each)(n, args, steps[0], steps[1], steps[2], steps[3]);
-}
-
-WIDE void NAME(rotor_logarithm_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
-{
-    const intptr_t n = dimensions[0], w = sizeof(REAL);
-    const intptr_t s0 = steps[0], s1 = steps[1], c0a = steps[2], c1a = steps[3];
-    if (n < 1)
-        return;
-    if (s0 == w && s1 == w)
-        NAME(rotor_logarithm_each)(n, args, w, w, c0a, c1a);
-    else if (s0 == 4 * w && s1 == 3 * w && c0a == w && c1a == w)
-        NAME(rotor_logarithm_each)(n, args, 4 * w, 3 * w, w, w);
-    else
-        NAME(rotor_logarithm_any)(n, args, steps);
+    static const struct part parts[] = {{4, 1, 0, {4}}, {3, 1, 1, {3}}};
+    static const struct kernel kernel = {{NAME(rotor_logarithm_block), NULL, NULL, NULL}, 0, 1, 2, parts};
+    NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
 INLINE void NAME(interpolate_rotors)(const REAL *a, const REAL *b, REAL t, REAL *out)
@@ -3071,9 +4025,32 @@ INLINE void NAME(interpolate_rotors)(const REAL *a, const REAL *b, REAL t, REAL 
     out[3] = t89;
 }
 
-static INLINE void NAME(interpolate_rotors_each)(intptr_t n, char **args, intptr_t s0, intptr_t s1, intptr_t s2,
-    intptr_t s3, intptr_t c0a, intptr_t c1a, intptr_t c3a)
+WIDE static void NAME(interpolate_rotors_block)(intptr_t n, char **args, const intptr_t *strides)
 {
+    const intptr_t w = sizeof(REAL);
+    const intptr_t c0a = strides[0], c1a = strides[1], c3a = strides[2];
+    char *a0 = args[0];
+    char *a1 = args[1];
+    char *a2 = args[2];
+    char *a3 = args[3];
+    ANY_ORDER
+    for (intptr_t i = 0; i < n; ++i) {
+        REAL x0[4];
+        REAL x1[4];
+        REAL x2[1];
+        REAL x3[4];
+        NAME(load_4)(x0, a0 + i * w, c0a);
+        NAME(load_4)(x1, a1 + i * w, c1a);
+        NAME(load_scalar)(x2, a2 + i * w);
+        NAME(interpolate_rotors)(x0, x1, x2[0], x3);
+        NAME(store_4)(a3 + i * w, c3a, x3);
+    }
+}
+
+WIDE static void NAME(interpolate_rotors_block_uniform)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    const intptr_t c0a = strides[0], c1a = strides[1], c3a = strides[2];
     char *a0 = args[0];
     char *a1 = args[1];
     char *a2 = args[2];
@@ -3085,37 +4062,19 @@ static INLINE void NAME(interpolate_rotors_each)(intptr_t n, char **args, intptr
         REAL x0[4];
         REAL x1[4];
         REAL x3[4];
-        NAME(load_4)(x0, a0 + i * s0, c0a);
-        NAME(load_4)(x1, a1 + i * s1, c1a);
-        if (s2 != 0)
-            NAME(load_scalar)(x2, a2 + i * s2);
+        NAME(load_4)(x0, a0 + i * w, c0a);
+        NAME(load_4)(x1, a1 + i * w, c1a);
         NAME(interpolate_rotors)(x0, x1, x2[0], x3);
-        NAME(store_4)(a3 + i * s3, c3a, x3);
+        NAME(store_4)(a3 + i * w, c3a, x3);
     }
 }
 
-static void NAME(interpolate_rotors_any)(intptr_t n, char **args, const intptr_t *steps)
+void NAME(interpolate_rotors_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
-    NAME(interpolate_rotors_each)(n, args, steps[0], steps[1], steps[2], steps[3], steps[4], steps[5], steps[6]);
-}
-
-WIDE void NAME(interpolate_rotors_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
-{
-    const intptr_t n = dimensions[0], w = sizeof(REAL);
-    const intptr_t s0 = steps[0], s1 = steps[1], s2 = steps[2], s3 = steps[3], c0a = steps[4], c1a = steps[5], c3a =
-        steps[6];
-    if (n < 1)
-        return;
-    if (s0 == w && s1 == w && s2 == w && s3 == w)
-        NAME(interpolate_rotors_each)(n, args, w, w, w, w, c0a, c1a, c3a);
-    else if (s0 == w && s1 == w && s2 == 0 && s3 == w)
-        NAME(interpolate_rotors_each)(n, args, w, w, 0, w, c0a, c1a, c3a);
-    else if (s0 == 4 * w && s1 == 4 * w && s2 == w && s3 == 4 * w && c0a == w && c1a == w && c3a == w)
-        NAME(interpolate_rotors_each)(n, args, 4 * w, 4 * w, w, 4 * w, w, w, w);
-    else if (s0 == 4 * w && s1 == 4 * w && s2 == 0 && s3 == 4 * w && c0a == w && c1a == w && c3a == w)
-        NAME(interpolate_rotors_each)(n, args, 4 * w, 4 * w, 0, 4 * w, w, w, w);
-    else
-        NAME(interpolate_rotors_any)(n, args, steps);
+    static const struct part parts[] = {{4, 1, 0, {4}}, {4, 1, 1, {4}}, {1, 0, 2, {0}}, {4, 1, 2, {4}}};
+    static const struct kernel kernel = {{NAME(interpolate_rotors_block), NAME(interpolate_rotors_block_uniform),
+        NULL, NULL}, 4, 3, 4, parts};
+    NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
 INLINE void NAME(rotor_between_vectors)(const REAL *a, const REAL *b, REAL *out)
@@ -3263,47 +4222,30 @@ INLINE void NAME(rotor_between_vectors)(const REAL *a, const REAL *b, REAL *out)
     out[3] = t130;
 }
 
-static INLINE void NAME(rotor_between_vectors_each)(intptr_t n, char **args, intptr_t s0, intptr_t s1, intptr_t s2,
-    intptr_t c0a, intptr_t c1a, intptr_t c2a)
+WIDE static void NAME(rotor_between_vectors_block)(intptr_t n, char **args, const intptr_t *strides)
 {
+    const intptr_t w = sizeof(REAL);
+    const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
     char *a0 = args[0];
     char *a1 = args[1];
     char *a2 = args[2];
-    REAL x0[3];
-    NAME(load_3)(x0, a0, c0a);
     ANY_ORDER
-    for (intptr_t i = 0; i < n; ++i) {
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
+        REAL x0[3];
         REAL x1[3];
         REAL x2[4];
-        if (s0 != 0)
-            NAME(load_3)(x0, a0 + i * s0, c0a);
-        NAME(load_3)(x1, a1 + i * s1, c1a);
+        NAME(load_3)(x0, a0 + i * w, c0a);
+        NAME(load_3)(x1, a1 + i * w, c1a);
         NAME(rotor_between_vectors)(x0, x1, x2);
-        NAME(store_4)(a2 + i * s2, c2a, x2);
+        NAME(store_4)(a2 + i * w, c2a, x2);
     }
 }
 
-static void NAME(rotor_between_vectors_any)(intptr_t n, char **args, const intptr_t *steps)
+void NAME(rotor_between_vectors_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
-    NAME(rotor_between_vectors_each)(n, args, steps[0], steps[1], steps[2], steps[3], steps[4], steps[5]);
-}
-
-WIDE void NAME(rotor_between_vectors_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
-{
-    const intptr_t n = dimensions[0], w = sizeof(REAL);
-    const intptr_t s0 = steps[0], s1 = steps[1], s2 = steps[2], c0a = steps[3], c1a = steps[4], c2a = steps[5];
-    if (n < 1)
-        return;
-    if (s0 == w && s1 == w && s2 == w)
-        NAME(rotor_between_vectors_each)(n, args, w, w, w, c0a, c1a, c2a);
-    else if (s0 == 0 && s1 == w && s2 == w)
-        NAME(rotor_between_vectors_each)(n, args, 0, w, w, c0a, c1a, c2a);
-    else if (s0 == 3 * w && s1 == 3 * w && s2 == 4 * w && c0a == w && c1a == w && c2a == w)
-        NAME(rotor_between_vectors_each)(n, args, 3 * w, 3 * w, 4 * w, w, w, w);
-    else if (s0 == 0 && s1 == 3 * w && s2 == 4 * w && c0a == w && c1a == w && c2a == w)
-        NAME(rotor_between_vectors_each)(n, args, 0, 3 * w, 4 * w, w, w, w);
-    else
-        NAME(rotor_between_vectors_any)(n, args, steps);
+    static const struct part parts[] = {{3, 1, 0, {3}}, {3, 1, 1, {3}}, {4, 1, 2, {4}}};
+    static const struct kernel kernel = {{NAME(rotor_between_vectors_block), NULL, NULL, NULL}, 0, 2, 3, parts};
+    NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
 INLINE void NAME(rotor_from_roll_pitch_yaw)(REAL roll, REAL pitch, REAL yaw, REAL *out)
@@ -3339,9 +4281,32 @@ INLINE void NAME(rotor_from_roll_pitch_yaw)(REAL roll, REAL pitch, REAL yaw, REA
     out[3] = t24;
 }
 
-static INLINE void NAME(rotor_from_roll_pitch_yaw_each)(intptr_t n, char **args, intptr_t s0, intptr_t s1, intptr_t
-    s2, intptr_t s3, intptr_t c3a)
+WIDE static void NAME(rotor_from_roll_pitch_yaw_block)(intptr_t n, char **args, const intptr_t *strides)
 {
+    const intptr_t w = sizeof(REAL);
+    const intptr_t c3a = strides[0];
+    char *a0 = args[0];
+    char *a1 = args[1];
+    char *a2 = args[2];
+    char *a3 = args[3];
+    ANY_ORDER
+    for (intptr_t i = 0; i < n; ++i) {
+        REAL x0[1];
+        REAL x1[1];
+        REAL x2[1];
+        REAL x3[4];
+        NAME(load_scalar)(x0, a0 + i * w);
+        NAME(load_scalar)(x1, a1 + i * w);
+        NAME(load_scalar)(x2, a2 + i * w);
+        NAME(rotor_from_roll_pitch_yaw)(x0[0], x1[0], x2[0], x3);
+        NAME(store_4)(a3 + i * w, c3a, x3);
+    }
+}
+
+WIDE static void NAME(rotor_from_roll_pitch_yaw_block_uniform)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    const intptr_t c3a = strides[0];
     char *a0 = args[0];
     char *a1 = args[1];
     char *a2 = args[2];
@@ -3353,36 +4318,19 @@ static INLINE void NAME(rotor_from_roll_pitch_yaw_each)(intptr_t n, char **args,
         REAL x1[1];
         REAL x2[1];
         REAL x3[4];
-        if (s0 != 0)
-            NAME(load_scalar)(x0, a0 + i * s0);
-        NAME(load_scalar)(x1, a1 + i * s1);
-        NAME(load_scalar)(x2, a2 + i * s2);
+        NAME(load_scalar)(x1, a1 + i * w);
+        NAME(load_scalar)(x2, a2 + i * w);
         NAME(rotor_from_roll_pitch_yaw)(x0[0], x1[0], x2[0], x3);
-        NAME(store_4)(a3 + i * s3, c3a, x3);
+        NAME(store_4)(a3 + i * w, c3a, x3);
     }
 }
 
-static void NAME(rotor_from_roll_pitch_yaw_any)(intptr_t n, char **args, const intptr_t *steps)
+void NAME(rotor_from_roll_pitch_yaw_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
-    NAME(rotor_from_roll_pitch_yaw_each)(n, args, steps[0], steps[1], steps[2], steps[3], steps[4]);
-}
-
-WIDE void NAME(rotor_from_roll_pitch_yaw_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
-{
-    const intptr_t n = dimensions[0], w = sizeof(REAL);
-    const intptr_t s0 = steps[0], s1 = steps[1], s2 = steps[2], s3 = steps[3], c3a = steps[4];
-    if (n < 1)
-        return;
-    if (s0 == w && s1 == w && s2 == w && s3 == w)
-        NAME(rotor_from_roll_pitch_yaw_each)(n, args, w, w, w, w, c3a);
-    else if (s0 == 0 && s1 == w && s2 == w && s3 == w)
-        NAME(rotor_from_roll_pitch_yaw_each)(n, args, 0, w, w, w, c3a);
-    else if (s0 == w && s1 == w && s2 == w && s3 == 4 * w && c3a == w)
-        NAME(rotor_from_roll_pitch_yaw_each)(n, args, w, w, w, 4 * w, w);
-    else if (s0 == 0 && s1 == w && s2 == w && s3 == 4 * w && c3a == w)
-        NAME(rotor_from_roll_pitch_yaw_each)(n, args, 0, w, w, 4 * w, w);
-    else
-        NAME(rotor_from_roll_pitch_yaw_any)(n, args, steps);
+    static const struct part parts[] = {{1, 0, 0, {0}}, {1, 0, 0, {0}}, {1, 0, 0, {0}}, {4, 1, 0, {4}}};
+    static const struct kernel kernel = {{NAME(rotor_from_roll_pitch_yaw_block),
+        NAME(rotor_from_roll_pitch_yaw_block_uniform), NULL, NULL}, 1, 3, 4, parts};
+    NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
 INLINE void NAME(rotor_from_quaternion)(const REAL *q, REAL *out)
@@ -3399,38 +4347,44 @@ INLINE void NAME(rotor_from_quaternion)(const REAL *q, REAL *out)
     out[3] = t1;
 }
 
-static INLINE void NAME(rotor_from_quaternion_each)(intptr_t n, char **args, intptr_t s0, intptr_t s1, intptr_t c0a,
-    intptr_t c1a)
+WIDE static void NAME(rotor_from_quaternion_block)(intptr_t n, char **args, const intptr_t *strides)
 {
+    const intptr_t w = sizeof(REAL);
+    const intptr_t c0a = strides[0], c1a = strides[1];
     char *a0 = args[0];
     char *a1 = args[1];
     ANY_ORDER
-    for (intptr_t i = 0; i < n; ++i) {
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
         REAL x0[4];
         REAL x1[4];
-        NAME(load_4)(x0, a0 + i * s0, c0a);
+        NAME(load_4)(x0, a0 + i * w, c0a);
         NAME(rotor_from_quaternion)(x0, x1);
-        NAME(store_4)(a1 + i * s1, c1a, x1);
+        NAME(store_4)(a1 + i * w, c1a, x1);
     }
 }
 
-static void NAME(rotor_from_quaternion_any)(intptr_t n, char **args, const intptr_t *steps)
+WIDE static void NAME(rotor_from_quaternion_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
-    NAME(rotor_from_quaternion_each)(n, args, steps[0], steps[1], steps[2], steps[3]);
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    char *a0 = args[0];
+    char *a1 = args[1];
+    ANY_ORDER
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
+        REAL x0[4];
+        REAL x1[4];
+        NAME(load_4)(x0, a0 + i * 4 * w, w);
+        NAME(rotor_from_quaternion)(x0, x1);
+        NAME(store_4)(a1 + i * 4 * w, w, x1);
+    }
 }
 
-WIDE void NAME(rotor_from_quaternion_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
+void NAME(rotor_from_quaternion_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
-    const intptr_t n = dimensions[0], w = sizeof(REAL);
-    const intptr_t s0 = steps[0], s1 = steps[1], c0a = steps[2], c1a = steps[3];
-    if (n < 1)
-        return;
-    if (s0 == w && s1 == w)
-        NAME(rotor_from_quaternion_each)(n, args, w, w, c0a, c1a);
-    else if (s0 == 4 * w && s1 == 4 * w && c0a == w && c1a == w)
-        NAME(rotor_from_quaternion_each)(n, args, 4 * w, 4 * w, w, w);
-    else
-        NAME(rotor_from_quaternion_any)(n, args, steps);
+    static const struct part parts[] = {{4, 1, 0, {4}}, {4, 1, 1, {4}}};
+    static const struct kernel kernel = {{NAME(rotor_from_quaternion_block), NULL,
+        NAME(rotor_from_quaternion_dense), NULL}, 0, 1, 2, parts};
+    NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
 INLINE void NAME(rotor_to_quaternion)(const REAL *r, REAL *out)
@@ -3447,38 +4401,44 @@ INLINE void NAME(rotor_to_quaternion)(const REAL *r, REAL *out)
     out[3] = t1;
 }
 
-static INLINE void NAME(rotor_to_quaternion_each)(intptr_t n, char **args, intptr_t s0, intptr_t s1, intptr_t c0a,
-    intptr_t c1a)
+WIDE static void NAME(rotor_to_quaternion_block)(intptr_t n, char **args, const intptr_t *strides)
 {
+    const intptr_t w = sizeof(REAL);
+    const intptr_t c0a = strides[0], c1a = strides[1];
     char *a0 = args[0];
     char *a1 = args[1];
     ANY_ORDER
-    for (intptr_t i = 0; i < n; ++i) {
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
         REAL x0[4];
         REAL x1[4];
-        NAME(load_4)(x0, a0 + i * s0, c0a);
+        NAME(load_4)(x0, a0 + i * w, c0a);
         NAME(rotor_to_quaternion)(x0, x1);
-        NAME(store_4)(a1 + i * s1, c1a, x1);
+        NAME(store_4)(a1 + i * w, c1a, x1);
     }
 }
 
-static void NAME(rotor_to_quaternion_any)(intptr_t n, char **args, const intptr_t *steps)
+WIDE static void NAME(rotor_to_quaternion_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
-    NAME(rotor_to_quaternion_each)(n, args, steps[0], steps[1], steps[2], steps[3]);
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    char *a0 = args[0];
+    char *a1 = args[1];
+    ANY_ORDER
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
+        REAL x0[4];
+        REAL x1[4];
+        NAME(load_4)(x0, a0 + i * 4 * w, w);
+        NAME(rotor_to_quaternion)(x0, x1);
+        NAME(store_4)(a1 + i * 4 * w, w, x1);
+    }
 }
 
-WIDE void NAME(rotor_to_quaternion_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
+void NAME(rotor_to_quaternion_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
-    const intptr_t n = dimensions[0], w = sizeof(REAL);
-    const intptr_t s0 = steps[0], s1 = steps[1], c0a = steps[2], c1a = steps[3];
-    if (n < 1)
-        return;
-    if (s0 == w && s1 == w)
-        NAME(rotor_to_quaternion_each)(n, args, w, w, c0a, c1a);
-    else if (s0 == 4 * w && s1 == 4 * w && c0a == w && c1a == w)
-        NAME(rotor_to_quaternion_each)(n, args, 4 * w, 4 * w, w, w);
-    else
-        NAME(rotor_to_quaternion_any)(n, args, steps);
+    static const struct part parts[] = {{4, 1, 0, {4}}, {4, 1, 1, {4}}};
+    static const struct kernel kernel = {{NAME(rotor_to_quaternion_block), NULL, NAME(rotor_to_quaternion_dense),
+        NULL}, 0, 1, 2, parts};
+    NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
 INLINE void NAME(rotor_to_matrix)(const REAL *r, REAL *out)
@@ -3526,38 +4486,27 @@ INLINE void NAME(rotor_to_matrix)(const REAL *r, REAL *out)
     out[8] = t27;
 }
 
-static INLINE void NAME(rotor_to_matrix_each)(intptr_t n, char **args, intptr_t s0, intptr_t s1, intptr_t c0a,
-    intptr_t c1a, intptr_t c1b)
+WIDE static void NAME(rotor_to_matrix_block)(intptr_t n, char **args, const intptr_t *strides)
 {
+    const intptr_t w = sizeof(REAL);
+    const intptr_t c0a = strides[0], c1a = strides[1], c1b = strides[2];
     char *a0 = args[0];
     char *a1 = args[1];
     ANY_ORDER
-    for (intptr_t i = 0; i < n; ++i) {
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
         REAL x0[4];
         REAL x1[9];
-        NAME(load_4)(x0, a0 + i * s0, c0a);
+        NAME(load_4)(x0, a0 + i * w, c0a);
         NAME(rotor_to_matrix)(x0, x1);
-        NAME(store_3x3)(a1 + i * s1, c1a, c1b, x1);
+        NAME(store_3x3)(a1 + i * w, c1a, c1b, x1);
     }
 }
 
-static void NAME(rotor_to_matrix_any)(intptr_t n, char **args, const intptr_t *steps)
+void NAME(rotor_to_matrix_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
-    NAME(rotor_to_matrix_each)(n, args, steps[0], steps[1], steps[2], steps[3], steps[4]);
-}
-
-WIDE void NAME(rotor_to_matrix_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
-{
-    const intptr_t n = dimensions[0], w = sizeof(REAL);
-    const intptr_t s0 = steps[0], s1 = steps[1], c0a = steps[2], c1a = steps[3], c1b = steps[4];
-    if (n < 1)
-        return;
-    if (s0 == w && s1 == w)
-        NAME(rotor_to_matrix_each)(n, args, w, w, c0a, c1a, c1b);
-    else if (s0 == 4 * w && s1 == 9 * w && c0a == w && c1a == 3 * w && c1b == w)
-        NAME(rotor_to_matrix_each)(n, args, 4 * w, 9 * w, w, 3 * w, w);
-    else
-        NAME(rotor_to_matrix_any)(n, args, steps);
+    static const struct part parts[] = {{4, 1, 0, {4}}, {9, 2, 1, {3, 3}}};
+    static const struct kernel kernel = {{NAME(rotor_to_matrix_block), NULL, NULL, NULL}, 0, 1, 2, parts};
+    NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
 INLINE void NAME(rotor_from_matrix)(const REAL *matrix, REAL *out)
@@ -3625,37 +4574,26 @@ INLINE void NAME(rotor_from_matrix)(const REAL *matrix, REAL *out)
     out[3] = t47;
 }
 
-static INLINE void NAME(rotor_from_matrix_each)(intptr_t n, char **args, intptr_t s0, intptr_t s1, intptr_t c0a,
-    intptr_t c0b, intptr_t c1a)
+WIDE static void NAME(rotor_from_matrix_block)(intptr_t n, char **args, const intptr_t *strides)
 {
+    const intptr_t w = sizeof(REAL);
+    const intptr_t c0a = strides[0], c0b = strides[1], c1a = strides[2];
     char *a0 = args[0];
     char *a1 = args[1];
     ANY_ORDER
-    for (intptr_t i = 0; i < n; ++i) {
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
         REAL x0[9];
         REAL x1[4];
-        NAME(load_3x3)(x0, a0 + i * s0, c0a, c0b);
+        NAME(load_3x3)(x0, a0 + i * w, c0a, c0b);
         NAME(rotor_from_matrix)(x0, x1);
-        NAME(store_4)(a1 + i * s1, c1a, x1);
+        NAME(store_4)(a1 + i * w, c1a, x1);
     }
 }
 
-static void NAME(rotor_from_matrix_any)(intptr_t n, char **args, const intptr_t *steps)
+void NAME(rotor_from_matrix_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
-    NAME(rotor_from_matrix_each)(n, args, steps[0], steps[1], steps[2], steps[3], steps[4]);
-}
-
-WIDE void NAME(rotor_from_matrix_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
-{
-    const intptr_t n = dimensions[0], w = sizeof(REAL);
-    const intptr_t s0 = steps[0], s1 = steps[1], c0a = steps[2], c0b = steps[3], c1a = steps[4];
-    if (n < 1)
-        return;
-    if (s0 == w && s1 == w)
-        NAME(rotor_from_matrix_each)(n, args, w, w, c0a, c0b, c1a);
-    else if (s0 == 9 * w && s1 == 4 * w && c0a == 3 * w && c0b == w && c1a == w)
-        NAME(rotor_from_matrix_each)(n, args, 9 * w, 4 * w, 3 * w, w, w);
-    else
-        NAME(rotor_from_matrix_any)(n, args, steps);
+    static const struct part parts[] = {{9, 2, 0, {3, 3}}, {4, 1, 2, {4}}};
+    static const struct kernel kernel = {{NAME(rotor_from_matrix_block), NULL, NULL, NULL}, 0, 1, 2, parts};
+    NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 #endif

@@ -1,4 +1,4 @@
-"""Programs for the backend tests, built by hand."""
+"""Programs for the backend tests, built by hand, and modules of them on every backend."""
 
 from __future__ import annotations
 
@@ -11,9 +11,13 @@ from pathlib import Path
 from types import ModuleType
 from typing import Any
 
-from gacompiler.backends import c_header, c_source, python_source
+import numpy as np
+import pytest
+
+from gacompiler.backends import build_library, c_header, c_source, library_path, python_source
 from gacompiler.backends.module import KernelSource, LayoutText, ModuleSource
 from gacompiler.ir.cost import cost
+from gacompiler.ir.interpret import interpret
 from gacompiler.ir.program import Argument, Line, Program, Result
 from gacompiler.ir.scalar import ARITY, LEAVES, Graph, Op, Scalar
 from gacompiler.ir.verify import verify
@@ -164,3 +168,68 @@ def load(path: Path, name: str) -> ModuleType:
     sys.modules[name] = module
     spec.loader.exec_module(module)
     return module
+
+
+PROGRAMS = (
+    MOVE_POINT,
+    NORMALIZE,
+    MATRIX_PRODUCT,
+    SWAP,
+    CONSTANTS,
+    INTERPOLATE,
+    DISTANCE,
+    ODD_NAMES,
+    ALL_OPERATIONS,
+)
+
+
+BACKENDS = ("c", "numba", "arrays")
+
+
+@pytest.fixture(name="modules", scope="module")
+def modules_fixture(tmp_path_factory: pytest.TempPathFactory) -> dict[str, ModuleType]:
+    folder = tmp_path_factory.mktemp("generated")
+    c_path = write(module_source("kernels", *PROGRAMS), folder)
+    build_library(c_path)
+    loaded = {}
+    with pytest.MonkeyPatch.context() as patch:
+        for name in BACKENDS:
+            if name == "c" and not library_path(c_path).exists():
+                continue
+            patch.setenv("GAC_BACKEND", name)
+            loaded[name] = load(folder / "kernels.py", f"kernels_{name}")
+    return loaded
+
+
+@pytest.fixture(name="module", params=BACKENDS)
+def module_fixture(request: pytest.FixtureRequest, modules: dict[str, ModuleType]) -> ModuleType:
+    if request.param not in modules:
+        pytest.skip("no C compiler")
+    return modules[request.param]
+
+
+def inputs(program: Program, leading: tuple[int, ...] = (), dtype: Any = float, order: Any = "C") -> list[Any]:
+    random_numbers = np.random.default_rng(len(program.lines))
+    return [
+        np.asarray(random_numbers.uniform(0.1, 0.9, (*leading, *argument.shape)), dtype, order=order)
+        for argument in program.arguments
+    ]
+
+
+def expected(program: Program, arrays: list[Any]) -> list[np.ndarray[Any, Any]]:
+    """What the interpreter gives, on float64 components."""
+    n_leading = [np.ndim(x) - len(a.shape) for x, a in zip(arrays, program.arguments, strict=True)]
+    leading = np.broadcast_shapes(*(np.shape(x)[:n] for x, n in zip(arrays, n_leading, strict=True)))
+    flat = {
+        argument.name: list(
+            np.moveaxis(np.reshape(np.asarray(x, float), (*np.shape(x)[:n], len(argument.components))), -1, 0)
+        )
+        for argument, x, n in zip(program.arguments, arrays, n_leading, strict=True)
+    }
+    results = interpret(program, flat, float)
+    return [
+        np.stack([np.broadcast_to(entry, leading) for entry in results[result.name]], -1).reshape(
+            leading + result.shape
+        )
+        for result in program.results
+    ]

@@ -15,89 +15,20 @@ import pytest
 from backend_programs import (
     ALL_OPERATIONS,
     CONSTANTS,
-    DISTANCE,
     INTERPOLATE,
     MATRIX_PRODUCT,
     MOVE_POINT,
     NORMALIZE,
-    ODD_NAMES,
+    PROGRAMS,
     SWAP,
-    load,
-    module_source,
-    write,
+    expected,
+    inputs,
+    module_fixture,  # noqa: F401
+    modules_fixture,  # noqa: F401
 )
 
-from gacompiler.backends import (
-    build_library,
-    library_path,
-)
-from gacompiler.ir.interpret import interpret
 from gacompiler.ir.program import Program
 from gacompiler.ir.scalar import Op
-
-PROGRAMS = (
-    MOVE_POINT,
-    NORMALIZE,
-    MATRIX_PRODUCT,
-    SWAP,
-    CONSTANTS,
-    INTERPOLATE,
-    DISTANCE,
-    ODD_NAMES,
-    ALL_OPERATIONS,
-)
-
-
-BACKENDS = ("c", "numba", "arrays")
-
-
-@pytest.fixture(scope="module")
-def modules(tmp_path_factory: pytest.TempPathFactory) -> dict[str, ModuleType]:
-    folder = tmp_path_factory.mktemp("generated")
-    c_path = write(module_source("kernels", *PROGRAMS), folder)
-    build_library(c_path)
-    loaded = {}
-    with pytest.MonkeyPatch.context() as patch:
-        for name in BACKENDS:
-            if name == "c" and not library_path(c_path).exists():
-                continue
-            patch.setenv("GAC_BACKEND", name)
-            loaded[name] = load(folder / "kernels.py", f"kernels_{name}")
-    return loaded
-
-
-@pytest.fixture(params=BACKENDS)
-def module(request: pytest.FixtureRequest, modules: dict[str, ModuleType]) -> ModuleType:
-    if request.param not in modules:
-        pytest.skip("no C compiler")
-    return modules[request.param]
-
-
-def inputs(program: Program, leading: tuple[int, ...] = (), dtype: Any = float, order: Any = "C") -> list[Any]:
-    random_numbers = np.random.default_rng(len(program.lines))
-    return [
-        np.asarray(random_numbers.uniform(0.1, 0.9, (*leading, *argument.shape)), dtype, order=order)
-        for argument in program.arguments
-    ]
-
-
-def expected(program: Program, arrays: list[Any]) -> list[np.ndarray[Any, Any]]:
-    """What the interpreter gives, on float64 components."""
-    n_leading = [np.ndim(x) - len(a.shape) for x, a in zip(arrays, program.arguments, strict=True)]
-    leading = np.broadcast_shapes(*(np.shape(x)[:n] for x, n in zip(arrays, n_leading, strict=True)))
-    flat = {
-        argument.name: list(
-            np.moveaxis(np.reshape(np.asarray(x, float), (*np.shape(x)[:n], len(argument.components))), -1, 0)
-        )
-        for argument, x, n in zip(program.arguments, arrays, n_leading, strict=True)
-    }
-    results = interpret(program, flat, float)
-    return [
-        np.stack([np.broadcast_to(entry, leading) for entry in results[result.name]], -1).reshape(
-            leading + result.shape
-        )
-        for result in program.results
-    ]
 
 
 def check(module: ModuleType, program: Program, arrays: list[Any], tolerance: float = 1e-15) -> None:
@@ -316,6 +247,14 @@ def test_jit_in_a_numba_loop(module: ModuleType) -> None:
     one = np.empty(3)
     move(m[0], p[0], one)
     np.testing.assert_array_equal(one, out[0])
+
+
+def test_numba_code_is_kept(modules: dict[str, ModuleType]) -> None:
+    module = modules["numba"]
+    (p,) = inputs(NORMALIZE, (3,))
+    module.normalize(p)
+    cache = Path(str(module.__file__)).parent / "__pycache__"
+    assert any(path.name.startswith("kernels._normalize_loop") for path in cache.glob("*.nbi"))
 
 
 def test_what_an_import_loads(modules: dict[str, ModuleType]) -> None:

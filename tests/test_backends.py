@@ -28,6 +28,7 @@ from backend_programs import (
 
 from gacompiler.backends import (
     body_is_intact,
+    build_libraries,
     build_library,
     c_functions,
     c_header,
@@ -132,10 +133,18 @@ def test_headers_and_bodies() -> None:
 
 
 def test_a_kernel_may_not_hide_what_the_module_needs() -> None:
-    for name in ("abs", "Kernel", "np", "minimum", "kernels"):
+    for name in ("abs", "Kernel", "np", "minimum", "kernels", "batch", "load_3x3"):
         program = Program(name, SWAP.arguments, SWAP.lines, SWAP.results)
         with pytest.raises(BackendError, match=name):
             python_source(module_source("one", program))
+
+
+def test_kernels_may_not_share_a_name() -> None:
+    for ending in ("_loop", "_block", "_dense_uniform"):
+        other = Program(f"swap{ending}", SWAP.arguments, SWAP.lines, SWAP.results)
+        for programs in ((SWAP, other), (other, SWAP)):
+            with pytest.raises(BackendError, match=f"swap{ending}"):
+                python_source(module_source("one", *programs))
 
 
 def test_forced_backends(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -179,7 +188,7 @@ def test_c_compiles_without_warnings_and_vectorises(tmp_path: Path) -> None:
     )
     assert run.returncode == 0, run.stderr[:2000]
     lines = c_path.read_text().splitlines()
-    move_point = lines.index(next(line for line in lines if "NAME(move_point_each)" in line))
+    move_point = lines.index(next(line for line in lines if "NAME(move_point_block)(intptr_t n" in line))
     loop = next(k for k, line in enumerate(lines) if k > move_point and "for (" in line)
     assert re.search(rf"strict\.c:{loop + 1}:.*loop vectorized", run.stderr + run.stdout)
 
@@ -232,6 +241,35 @@ def test_a_failed_build_leaves_nothing(tmp_path: Path) -> None:
     c_path.with_suffix(".h").write_text(c_header(module_source("bare", SWAP, DISTANCE)))
     newer = build_library(c_path)
     assert newer is not None and [path.name for path in good.parent.iterdir()] == [newer.name]
+
+
+@needs_compiler
+def test_what_the_linker_says(tmp_path: Path) -> None:
+    c_path = write(module_source("bare", SWAP), tmp_path)
+    good = c_path.read_text()
+    c_path.write_text(good + "#ifndef TWICE\n#define TWICE\nint twice(void) { return 2; }\n#endif\n")
+    with pytest.raises(BackendError, match=r"multiple definition.*twice"):
+        build_library(c_path)
+    # A file without the two halves is compiled as one.
+    c_path.write_text(re.sub("#ifndef ONLY_F..", "#if 1", good))
+    assert build_library(c_path) is not None
+
+
+@needs_compiler
+def test_many_libraries_at_once(tmp_path: Path) -> None:
+    paths = [write(module_source(name, SWAP, DISTANCE), tmp_path) for name in ("one", "two", "three")]
+    good = paths[1].read_text()
+    paths[1].write_text(good + "wrong\n")
+    with pytest.raises(BackendError, match=r"two\.c"):
+        build_libraries(paths)
+    assert sorted(path.name[:3] for path in (tmp_path / "_build").iterdir()) == ["one", "thr"]
+    paths[1].write_text(good)
+    libraries = build_libraries(paths)
+    assert [library is not None and library.exists() for library in libraries] == [True] * 3
+    times = [library.stat().st_mtime_ns for library in libraries if library]
+    assert build_libraries(paths) == libraries
+    assert times == [library.stat().st_mtime_ns for library in libraries if library]
+    assert build_libraries([]) == []
 
 
 @needs_compiler

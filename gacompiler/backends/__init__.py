@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from .build import NO_COMPILER, build_library, find_compiler, library_name, library_path
+from .build import NO_COMPILER, build_libraries, build_library, find_compiler, library_name, library_path
 from .c import c_header, c_source
 from .documentation import body_is_intact
 from .module import KernelSource, LayoutText, ModuleSource
@@ -15,6 +15,7 @@ __all__ = [
     "LayoutText",
     "ModuleSource",
     "body_is_intact",
+    "build_libraries",
     "build_library",
     "c_functions",
     "c_header",

@@ -4,10 +4,12 @@ from __future__ import annotations
 
 import hashlib
 import os
+import re
 import shlex
 import shutil
 import subprocess
 import tempfile
+from collections.abc import Sequence
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
@@ -50,60 +52,89 @@ def find_compiler() -> tuple[str, ...] | None:
 
 
 def build_library(c_path: Path, *, force: bool = False) -> Path | None:
-    """Compile `c_path` unless its library is there.
+    """Compile `c_path` unless its library is there; as `build_libraries` of one file."""
+    return build_libraries([c_path], force=force)[0]
+
+
+def build_libraries(c_paths: Sequence[Path], *, force: bool = False) -> list[Path | None]:
+    """Compile C files whose libraries are not there, on all processors.
 
     Parameters
     ----------
-    c_path : Path
-        A generated C file; its header is beside it.
+    c_paths : sequence of Path
+        Generated C files; the header of each is beside it.
     force : bool
         Compile even if the library is there.
 
     Returns
     -------
-    Path or None
-        The library, or None where there is no compiler (`NO_COMPILER` says so in words).
+    list of Path or None
+        The library of each, or None where it is not there and neither is a compiler (`NO_COMPILER` says so in words).
 
     Raises
     ------
     BackendError
-        When the file cannot be read, the folder not be written, or the compiler fails.
+        When a file cannot be read, a folder not be written, or the compiler fails; the other files are built.
     """
-    target = library_path(c_path)
-    if target.exists() and not force:
-        return target
+    targets = [library_path(c_path) for c_path in c_paths]
+    wanted = [(source, target) for source, target in zip(c_paths, targets, strict=True) if force or not target.exists()]
     compiler = find_compiler()
-    if compiler is None:
-        return None
+    if compiler is not None and wanted:
+        _build(compiler, dict(wanted))
+    return [target if compiler is not None or target.exists() else None for target in targets]
+
+
+def _build(compiler: tuple[str, ...], targets: dict[Path, Path]) -> None:
+    """Compile everything in parallel, the longest first, then link and move each library to its place."""
+    scratch: dict[Path, Path] = {}
     try:
-        target.parent.mkdir(exist_ok=True)
-        scratch = Path(tempfile.mkdtemp(prefix=f".{c_path.stem}-", dir=target.parent))
+        for source, target in targets.items():
+            scratch[source] = _scratch(source, target.parent)
+        jobs = []
+        for source, folder in scratch.items():
+            text = source.read_text(encoding="utf-8")
+            # Both precisions side by side; a file that cannot be halved would give every symbol twice.
+            halves = ("f64", "f32") if all(f"#ifndef ONLY_{only}" in text for only in ("F32", "F64")) else ("all",)
+            jobs += [(len(text), source, folder / f"{half}.o") for half in halves]
+        jobs.sort(key=lambda job: -job[0])
+        commands = [
+            [*compiler, *FLAGS, f"-DONLY_{part.stem.upper()}", "-c", str(source), "-o", str(part)]
+            for _, source, part in jobs
+        ]
+        with ThreadPoolExecutor(len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else None) as threads:
+            runs = list(threads.map(_run, commands))
+        failures: list[BackendError] = []
+        for source, target in targets.items():
+            library = scratch[source] / "library.so"
+            objects = [part for _, owner, part in jobs if owner == source]
+            link = [*compiler, "-shared", *map(str, objects), "-o", str(library), "-lm"]
+            try:
+                for command, run, job in zip(commands, runs, jobs, strict=True):
+                    if job[1] == source:
+                        _check(command, run, source)
+                _check(link, _run(link), source)
+            except BackendError as error:
+                failures.append(error)
+                continue
+            os.replace(library, target)
+            for stale in target.parent.glob(f"{source.stem}-{'[0-9a-f]' * 16}.so"):
+                if stale != target:
+                    stale.unlink(missing_ok=True)
+        if failures:
+            raise failures[0]
+    finally:
+        for folder in scratch.values():
+            shutil.rmtree(folder, ignore_errors=True)
+
+
+def _scratch(source: Path, folder: Path) -> Path:
+    try:
+        folder.mkdir(exist_ok=True)
+        return Path(tempfile.mkdtemp(prefix=f".{source.stem}-", dir=folder))
     except OSError as error:
         raise BackendError(
-            str(target.parent), error.strerror or str(error), "a folder that can be written", "choose another with -o"
+            str(folder), error.strerror or str(error), "a folder that can be written", "choose another with -o"
         ) from error
-    try:
-        os.replace(_compile(compiler, c_path, scratch), target)
-    finally:
-        shutil.rmtree(scratch, ignore_errors=True)
-    for stale in target.parent.glob(f"{c_path.stem}-{'[0-9a-f]' * 16}.so"):
-        if stale != target:
-            stale.unlink(missing_ok=True)
-    return target
-
-
-def _compile(compiler: tuple[str, ...], c_path: Path, folder: Path) -> Path:
-    """The library in a scratch folder; the two precisions are compiled side by side."""
-    objects = [folder / f"{only}.o" for only in ("f64", "f32")]
-    commands = [
-        [*compiler, *FLAGS, f"-DONLY_{part.stem.upper()}", "-c", str(c_path), "-o", str(part)] for part in objects
-    ]
-    library = folder / "library.so"
-    for runs in (commands, [[*compiler, "-shared", *map(str, objects), "-o", str(library), "-lm"]]):
-        with ThreadPoolExecutor() as threads:
-            for command, run in zip(runs, threads.map(_run, runs), strict=True):
-                _check(command, run, c_path)
-    return library
 
 
 def _run(command: list[str]) -> subprocess.CompletedProcess[str]:
@@ -116,8 +147,10 @@ def _run(command: list[str]) -> subprocess.CompletedProcess[str]:
 def _check(command: list[str], run: subprocess.CompletedProcess[str], c_path: Path) -> None:
     if run.returncode == 0:
         return
-    lines = run.stderr.splitlines()
-    first = next((line for line in lines if "error" in line), lines[0] if lines else f"status {run.returncode}")
+    # gcc's last line, "collect2: error: ld returned 1", only says that the linker said something above.
+    lines = [line for line in run.stderr.splitlines() if line.strip() and not line.startswith("collect2:")]
+    telling = (line for line in lines if re.search(r"error|multiple definition|undefined|cannot find|No space", line))
+    first = next(telling, lines[0] if lines else f"status {run.returncode}")
     raise BackendError(
         str(c_path), f"{command[0]} failed: {first.strip()}", "a file that compiles", f"run {shlex.join(command)}"
     )

@@ -1,9 +1,7 @@
 """C17: one ``.c`` whose kernels are written once for both precisions, and one ``.h`` that a C program can include.
 
 Every kernel is a plain function on contiguous components, and a loop over a batch with the calling convention of
-numpy's generalised ufuncs. The loop loads the components of an element into local arrays, calls the plain function,
-which is inlined, and stores its results; so an output may be an input, and the compiler may vectorise without knowing
-which arrays overlap. It is compiled for the strides that matter (`_variants`), and once for any strides.
+numpy's generalised ufuncs (see `gacompiler.backends.c_batch`).
 """
 
 from __future__ import annotations
@@ -15,7 +13,8 @@ from pathlib import Path
 
 import jinja2
 
-from ..ir.program import Argument, Program, Result
+from ..ir.program import Program
+from .c_batch import LANES, load_helpers, loop_text, parts, store_helpers
 from .documentation import c_comment, stamp
 from .module import KernelSource, ModuleSource
 from .printers import C_MACROS, C, Names
@@ -24,10 +23,8 @@ POLICY = "contraction: -ffp-contract=off (every operation is rounded once)"
 
 _WIDTH = 116
 
-_LARGE = 400
-"""Lines of a program above which only the variants that pay for their compile time are made."""
-
-Part = Argument | Result
+_SPACE = 4096
+"""Numbers in the rows of a block, which are to stay in the first cache; more if the least block needs more."""
 
 
 @cache
@@ -61,13 +58,18 @@ def c_source(module: ModuleSource) -> str:
 
 def c_body(name: str, programs: list[Program]) -> str:
     """All of the ``.c`` below its header, a function of the programs alone: a reader checks a file against it."""
+    shapes = [[part.shape for part in parts(program)] for program in programs]
     used = {line.op for program in programs for line in program.lines}
     template = environment().get_template("module.c.jinja")
     return template.render(
         name=name,
         macros=[text for op, text in C_MACROS.items() if op in used],
-        loads=_loads([argument.shape for program in programs for argument in program.arguments]),
-        stores=_stores([result.shape for program in programs for result in program.results]),
+        loads=load_helpers([argument.shape for program in programs for argument in program.arguments]),
+        stores=store_helpers([result.shape for program in programs for result in program.results]),
+        n_axes=max([1, *(len(shape) for each in shapes for shape in each)]),
+        n_parts=max([1, *map(len, shapes)]),
+        n_cores=max([1, *(sum(map(len, each)) for each in shapes)]),
+        space=max([_SPACE, *(LANES * sum(map(prod, each)) for each in shapes)]),
         kernels=["\n".join(_wrapped([*kernel_text(program), "", *loop_text(program)])) for program in programs],
     )
 
@@ -150,141 +152,3 @@ def used_variables(program: Program) -> frozenset[str]:
     operands = [operand for line in program.lines for operand in line.operands]
     operands += [operand for result in program.results for operand in result.operands]
     return frozenset(operand for operand in operands if isinstance(operand, str))
-
-
-def loop_text(program: Program) -> list[str]:
-    """The batch function, and the inlined loop that it is made of."""
-    parts: list[Part] = [*program.arguments, *program.results]
-    n_inputs = len(program.arguments)
-    steps = [f"s{k}" for k in range(len(parts))]
-    cores = [[f"c{k}{'abcdefgh'[axis]}" for axis in range(len(part.shape))] for k, part in enumerate(parts)]
-    flat_cores = [name for core in cores for name in core]
-    each = f"NAME({program.name}_each)"
-    lines = [
-        f"static INLINE void {each}(intptr_t n, char **args, "
-        + ", ".join(f"intptr_t {name}" for name in [*steps, *flat_cores])
-        + ")",
-        "{",
-    ]
-    lines += [f"    char *a{k} = args[{k}];" for k in range(len(parts))]
-    uniform = _uniform(program)
-    loads = [
-        f"NAME(load{_size(part.shape)})({', '.join([f'x{k}', f'a{k} + i * s{k}', *cores[k]])});"
-        for k, part in enumerate(parts[:n_inputs])
-    ]
-    for k in uniform:
-        lines += [f"    REAL x{k}[{prod(parts[k].shape)}];", f"    {loads[k].replace(f' + i * s{k}', '')}"]
-    lines += ["    ANY_ORDER", "    for (intptr_t i = 0; i < n; ++i) {"]
-    lines += [f"        REAL x{k}[{prod(part.shape)}];" for k, part in enumerate(parts) if k not in uniform]
-    for k, load in enumerate(loads):
-        lines += [f"        if (s{k} != 0)", f"            {load}"] if k in uniform else [f"        {load}"]
-    call = [f"x{k}" if part.shape or k >= n_inputs else f"x{k}[0]" for k, part in enumerate(parts)]
-    lines.append(f"        NAME({program.name})({', '.join(call)});")
-    lines += [
-        f"        NAME(store{_size(part.shape)})({', '.join([f'a{k} + i * s{k}', *cores[k], f'x{k}'])});"
-        for k, part in enumerate(parts)
-        if k >= n_inputs
-    ]
-    lines += ["    }", "}", ""]
-    lines += [
-        f"static void NAME({program.name}_any)(intptr_t n, char **args, const intptr_t *steps)",
-        "{",
-        f"    {each}(n, args, {', '.join(f'steps[{k}]' for k in range(len(steps) + len(flat_cores)))});",
-        "}",
-        "",
-        f"WIDE void NAME({program.name}_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)",
-        "{",
-        "    const intptr_t n = dimensions[0], w = sizeof(REAL);",
-        "    const intptr_t " + ", ".join(f"{name} = steps[{k}]" for k, name in enumerate([*steps, *flat_cores])) + ";",
-        "    if (n < 1)",
-        "        return;",
-    ]
-    branch = "if"
-    for condition, arguments in _variants(program, steps, cores):
-        lines += [f"    {branch} ({condition})", f"        {each}(n, args, {', '.join(arguments)});"]
-        branch = "else if"
-    lines += ["    else", f"        NAME({program.name}_any)(n, args, steps);", "}"]
-    return lines
-
-
-def _variants(program: Program, steps: list[str], cores: list[list[str]]) -> list[tuple[str, list[str]]]:
-    """Condition on the strides, and the constants that then stand for them.
-
-    Structure of arrays (each component contiguous over the batch) and C order (each element contiguous), with all
-    arguments varying or some the same for the whole batch; their part of the work then leaves the loop.
-    """
-    parts: list[Part] = [*program.arguments, *program.results]
-    large = len(program.lines) > _LARGE
-    choices = list(dict.fromkeys([(), _uniform(program)]))
-    variants = []
-    flat_cores = [name for core in cores for name in core]
-    for uniform in choices:
-        widths = ["0" if k in uniform else "w" for k in range(len(parts))]
-        condition = " && ".join(f"{step} == {width}" for step, width in zip(steps, widths, strict=True))
-        variants.append((condition, [*widths, *flat_cores]))
-    if large or all(prod(part.shape) == 1 for part in parts):
-        return variants
-    dense = [_dense(part.shape) for part in parts]
-    flat_dense = [width for widths in dense for width in widths]
-    same_core = [f"{core} == {width}" for core, width in zip(flat_cores, flat_dense, strict=True)]
-    for uniform in choices:
-        widths = ["0" if k in uniform else _times(prod(part.shape)) for k, part in enumerate(parts)]
-        same_step = [f"{step} == {width}" for step, width in zip(steps, widths, strict=True)]
-        variants.append((" && ".join([*same_step, *same_core]), [*widths, *flat_dense]))
-    return variants
-
-
-def _uniform(program: Program) -> tuple[int, ...]:
-    """The arguments that have a variant of the loop in which they are the same for the whole batch.
-
-    All scalars beside arrays, else the largest array: one motor for many points.
-    """
-    sizes = [prod(argument.shape) for argument in program.arguments]
-    if len(sizes) < 2 or len(program.lines) > _LARGE:
-        return ()
-    scalars = tuple(k for k, argument in enumerate(program.arguments) if not argument.shape)
-    return scalars if 0 < len(scalars) < len(sizes) else (sizes.index(max(sizes)),)
-
-
-def _times(count: int) -> str:
-    return "w" if count == 1 else f"{count} * w"
-
-
-def _dense(shape: tuple[int, ...]) -> list[str]:
-    return [_times(prod(shape[axis + 1 :])) for axis in range(len(shape))]
-
-
-def _size(shape: tuple[int, ...]) -> str:
-    return "_" + ("x".join(map(str, shape)) if shape else "scalar")
-
-
-def _places(shape: tuple[int, ...]) -> list[str]:
-    """The byte offset of every component, in C order."""
-    offsets = [""]
-    for axis, length in enumerate(shape):
-        offsets = [f"{offset} + {k} * c{'abcdefgh'[axis]}" for offset in offsets for k in range(length)]
-    return offsets
-
-
-def _signature(shape: tuple[int, ...]) -> str:
-    return "".join(f", intptr_t c{'abcdefgh'[axis]}" for axis in range(len(shape)))
-
-
-def _loads(shapes: list[tuple[int, ...]]) -> list[dict[str, object]]:
-    return [
-        {
-            "head": f"NAME(load{_size(shape)})(REAL *x, const char *a{_signature(shape)})",
-            "lines": [f"x[{k}] = *(const REAL *)(a{offset});" for k, offset in enumerate(_places(shape))],
-        }
-        for shape in sorted(set(shapes))
-    ]
-
-
-def _stores(shapes: list[tuple[int, ...]]) -> list[dict[str, object]]:
-    return [
-        {
-            "head": f"NAME(store{_size(shape)})(char *a{_signature(shape)}, const REAL *x)",
-            "lines": [f"*(REAL *)(a{offset}) = x[{k}];" for k, offset in enumerate(_places(shape))],
-        }
-        for shape in sorted(set(shapes))
-    ]

@@ -12,6 +12,7 @@ from ..errors import BackendError
 from ..ir.program import Argument, Result
 from .build import FOLDER, library_name
 from .c import c_source, environment
+from .c_batch import C_ENDINGS, C_HELPERS
 from .documentation import docstring, stamp
 from .module import KernelSource, LayoutText, ModuleSource
 from .numba import function_text
@@ -60,7 +61,7 @@ def runtime_text() -> str:
     modules: set[str] = set()
     names: dict[str, set[str]] = {}
     bodies = []
-    for part in ("functions", "strides", "libraries", "kernel"):
+    for part in ("functions", "strides", "layout", "libraries", "kernel"):
         text = (Path(__file__).parent / "templates" / f"runtime_{part}.py").read_text(encoding="utf-8")
         nodes = [node for node in ast.parse(text).body if isinstance(node, (ast.Import, ast.ImportFrom))]
         bodies.append("\n".join(text.splitlines()[nodes[-1].end_lineno or 0 :]).strip("\n"))
@@ -93,8 +94,9 @@ def check_names(module: ModuleSource) -> None:
     taken: dict[str, str] = dict.fromkeys([*sorted(_runtime_names()), *dir(builtins)], "the module itself")
     for kernel in module.kernels:
         name = kernel.program.name
-        for own in (name, f"_{name}", f"_{name}_loop"):
-            if own in taken:
+        for own in (name, f"_{name}", f"_{name}_loop", *(f"{name}{ending}" for ending in C_ENDINGS)):
+            if own in taken or C_HELPERS.fullmatch(own):
+                taken.setdefault(own, "the C file itself")
                 raise BackendError(
                     f"kernel {name}",
                     f"its name {own} belongs to {taken[own]}",

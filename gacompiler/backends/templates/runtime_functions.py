@@ -137,3 +137,23 @@ def _stacked(namespace: Any, parts: list[Any], shape: tuple[int, ...]) -> Any:
         return parts[0]
     stacked = namespace.stack(parts, -1)
     return stacked if len(shape) == 1 else stacked.reshape((*stacked.shape[:-1], *shape))
+
+
+def _evaluate(kernel: Any, namespace: Any, operands: list[Any], leading: tuple[int, ...]) -> list[Any]:
+    """The results by array expressions on whole components."""
+    parts = [
+        _components(operand, shape) if shape else operand
+        for operand, shape in zip(operands, kernel._shapes, strict=True)
+    ]
+    results: list[dict[Any, Any]] = [{} for _ in kernel._outputs]
+    with np.errstate(all="ignore"):
+        _bound(kernel._functions[0], _array_functions(namespace))(*parts, *results)
+    first = operands[0][(..., *(0 for _ in kernel._shapes[0]))] if kernel._shapes[0] else operands[0]
+    like = namespace.zeros_like(namespace.broadcast_to(first, leading))
+    for operand, shape in zip(operands[1:], kernel._shapes[1:], strict=True):
+        part = operand[(..., *(0 for _ in shape))] if shape else operand
+        like = like + namespace.zeros_like(part)
+    return [
+        _stacked(namespace, [_like(namespace, part, like) for part in result.values()], shape)
+        for result, shape in zip(results, kernel._out_shapes, strict=True)
+    ]

@@ -8,40 +8,32 @@ from __future__ import annotations
 import threading
 from collections.abc import Callable, Mapping
 from types import MappingProxyType
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
-from .runtime_functions import _array_functions, _bound, _components, _like, _namespace, _stacked
-from .runtime_libraries import _c_element, _c_loop, _compiled, _from_buffer, _numba_loop, backend
-from .runtime_strides import _apart, _coalesced, _steps, _usable
+from .runtime_functions import _evaluate, _namespace
+from .runtime_layout import Layout
+from .runtime_libraries import _c_element, _c_loop, _c_plan, _compiled, _from_buffer, _numba_loop, backend
+from .runtime_strides import (
+    _FLOAT32,
+    _FLOAT64,
+    _apart,
+    _coalesced,
+    _converted,
+    _float64,
+    _ndarray,
+    _steps,
+    _usable,
+)
 
-_ndarray, _empty = np.ndarray, np.empty
-_FLOAT32, _FLOAT64 = np.dtype(np.float32), np.dtype(np.float64)
+_empty = np.empty
 _DENSE = 0x101
 """numpy's flags of an aligned array in C order."""
+_ALIGNED = 0x100
+_N_PLANS = 256
+"""How many shapes and strides a kernel remembers how to call."""
 _LOCK = threading.RLock()
-
-
-class Layout(NamedTuple):
-    """Which coefficients the last axis of an array holds.
-
-    Attributes
-    ----------
-    name : str
-        As the algebra calls it.
-    blades : tuple of str
-        The stored coefficients, in order.
-    fixed : tuple of (str, str)
-        Coefficients that are the same for every element, and their value.
-    unit : bool
-        Whether ``x ~x = 1`` is assumed.
-    """
-
-    name: str
-    blades: tuple[str, ...]
-    fixed: tuple[tuple[str, str], ...] = ()
-    unit: bool = False
 
 
 class Kernel:
@@ -84,9 +76,11 @@ class Kernel:
         self._all_shapes = [*self._shapes, *self._out_shapes]
         self._n_inputs = len(inputs)
         self._single_out = self._out_shapes[0] if len(outputs) == 1 and self._out_shapes[0] else None
+        self._pair = tuple(self._shapes) if len(inputs) == 2 and all(self._shapes) and self._single_out else None
         self._polynomial = polynomial
         self._functions = functions
         self._loops: dict[Any, Callable[..., Any]] = {}
+        self._plans: tuple[dict[Any, Any], dict[Any, Any]] = ({}, {})
         self._element: Callable[..., Any] | None = None
         self._jit: Any = None
 
@@ -98,36 +92,109 @@ class Kernel:
 
     def __call__(self, *arrays: Any, out: Any = None) -> Any:
         element = self._element
-        if element is not None and len(arrays) == self._n_inputs:
-            # One element of C-ordered doubles, the call that per-call overhead matters for.
-            pointers = []
-            for array, shape in zip(arrays, self._shapes):  # noqa: B905
-                if type(array) is _ndarray:
-                    if array.dtype is not _FLOAT64 or array.shape != shape or array.flags.num & _DENSE != _DENSE:
-                        break
-                    pointers.append(_from_buffer(array) if shape else float(array))
-                elif type(array) is float and not shape:
-                    pointers.append(array)
-                else:
-                    break
-            else:
+        if element is None or len(arrays) != self._n_inputs:
+            return self._call(arrays, out)
+        # One element of C-ordered doubles, the call that per-call overhead matters for; two arrays without a loop.
+        if self._pair is not None:
+            a, b = arrays
+            if (
+                type(a) is _ndarray
+                and type(b) is _ndarray
+                and a.dtype is _FLOAT64
+                and b.dtype is _FLOAT64
+                and (a.shape, b.shape) == self._pair
+                and a.flags.carray
+                and b.flags.carray
+            ):
                 if out is None:
-                    if self._single_out is not None:
-                        out = _empty(self._single_out)
-                        element(*pointers, _from_buffer(out))
-                        return out
-                    results = [_empty(shape) for shape in self._out_shapes]
-                    element(*pointers, *map(_from_buffer, results))
-                    return _returned(results)
+                    out = _empty(self._single_out)
+                elif not self._takes(out):
+                    return self._call(arrays, out)
+                element(_from_buffer(a), _from_buffer(b), _from_buffer(out))
+                return out
+        pointers = []
+        for array, shape in zip(arrays, self._shapes):  # noqa: B905
+            if type(array) is _ndarray:
+                if array.dtype is not _FLOAT64 or array.shape != shape or not array.flags.carray:
+                    return self._planned(arrays, out)
+                pointers.append(_from_buffer(array) if shape else float(array))
+            elif not shape and (type(array) is float or type(array) is _float64):
+                pointers.append(array)
+            else:
+                return self._planned(arrays, out)
+        if out is None:
+            if self._single_out is not None:
+                out = _empty(self._single_out)
+                element(*pointers, _from_buffer(out))
+                return out
+            results = [_empty(shape) for shape in self._out_shapes]
+            element(*pointers, *map(_from_buffer, results))
+            return _returned(results)
+        if self._takes(out):
+            element(*pointers, _from_buffer(out))
+            return out
+        return self._call(arrays, out)
+
+    def _takes(self, out: Any) -> bool:
+        """Whether one element can be written to `out` as it is."""
+        return type(out) is _ndarray and out.dtype is _FLOAT64 and out.shape == self._single_out and out.flags.carray
+
+    def _planned(self, arrays: tuple[Any, ...], out: Any) -> Any:
+        """A batch like one before: nothing but pointers is new. All else goes the long way."""
+        dtype = getattr(arrays[0], "dtype", None)
+        key: list[tuple[Any, ...]] = []
+        pointers = []
+        for array in arrays:
+            if type(array) is not _ndarray or array.dtype is not dtype:
+                converted = _converted(arrays)
+                return self._call(arrays, out) if converted is None else self(*converted, out=out)
+            flags = array.flags.num
+            if flags & _DENSE == _DENSE:
+                key.append(array.shape)
+                pointers.append(_from_buffer(array))
+            elif flags & _ALIGNED:
+                # Only dense arrays have a buffer, and one without elements is dense.
+                key.append((array.shape, array.strides))
+                pointers.append(_from_buffer(array[:0]))
+            else:
+                return self._call(arrays, out)
+        if dtype is _FLOAT64 or dtype is _FLOAT32:
+            plans = self._plans[dtype is _FLOAT32]
+            plan = plans.get(tuple(key))
+            if plan is None:
+                plan = self._plan(arrays)
+                if plan is not None:
+                    if len(plans) >= _N_PLANS:
+                        plans.clear()
+                    plans[tuple(key)] = plan
+            if plan is not None:
+                run, shapes = plan
+                if out is None:
+                    results = [_empty(shape, dtype) for shape in shapes]
+                    run([*pointers, *map(_from_buffer, results)])
+                    return results[0] if self._single_out is not None else _returned(results)
                 if (
                     type(out) is _ndarray
-                    and out.dtype is _FLOAT64
-                    and out.shape == self._single_out
+                    and [out.shape] == shapes
+                    and out.dtype is dtype
                     and out.flags.carray
+                    and not any(array is not out and np.may_share_memory(array, out) for array in arrays)
                 ):
-                    element(*pointers, _from_buffer(out))
+                    run([*pointers, _from_buffer(out)])
                     return out
         return self._call(arrays, out)
+
+    def _plan(self, arrays: tuple[Any, ...]) -> tuple[Callable[[list[Any]], None], list[tuple[int, ...]]] | None:
+        """What to call with the pointers of such arrays, and the shapes of its results; None if one call is not all."""
+        plain = self._plain(arrays)
+        if plain is None or 0 in plain[0]:
+            return None
+        leading, dtype = plain
+        shapes = [leading + shape for shape in self._out_shapes]
+        operands = [*arrays, *(np.empty(shape, dtype) for shape in shapes)]
+        steps = [_steps(array, leading, shape) for array, shape in zip(operands, self._all_shapes, strict=True)]
+        sizes, steps = _coalesced(leading, steps)
+        return (_c_plan(self, dtype, sizes[0], steps), shapes) if len(sizes) == 1 else None
 
     @property
     def jit(self) -> Any:
@@ -153,7 +220,7 @@ class Kernel:
             leading = self._leading(operands)
         outs = self._checked_outs(out, leading, dtype)
         if dtype.kind == "c" or backend == "arrays":
-            results = self._evaluate(np, operands, leading)
+            results = _evaluate(self, np, operands, leading)
             if outs is None:
                 outs = [np.asarray(result, dtype, order="C") for result in results]
             else:
@@ -306,25 +373,6 @@ class Kernel:
                     self._element = _c_element(self)
         return loop
 
-    def _evaluate(self, namespace: Any, operands: list[Any], leading: tuple[int, ...]) -> list[Any]:
-        """The results by array expressions on whole components."""
-        parts = [
-            _components(operand, shape) if shape else operand
-            for operand, shape in zip(operands, self._shapes, strict=True)
-        ]
-        results: list[dict[Any, Any]] = [{} for _ in self._outputs]
-        with np.errstate(all="ignore"):
-            _bound(self._functions[0], _array_functions(namespace))(*parts, *results)
-        first = operands[0][(..., *(0 for _ in self._shapes[0]))] if self._shapes[0] else operands[0]
-        like = namespace.zeros_like(namespace.broadcast_to(first, leading))
-        for operand, shape in zip(operands[1:], self._shapes[1:], strict=True):
-            part = operand[(..., *(0 for _ in shape))] if shape else operand
-            like = like + namespace.zeros_like(part)
-        return [
-            _stacked(namespace, [_like(namespace, part, like) for part in result.values()], shape)
-            for result, shape in zip(results, self._out_shapes, strict=True)
-        ]
-
     def _call_arrays(self, namespace: Any, arrays: tuple[Any, ...], out: Any) -> Any:
         if out is not None:
             raise TypeError(f"{self.name}: out is for numpy arrays; found arguments of {namespace.__name__}")
@@ -337,7 +385,7 @@ class Kernel:
                     f"{self.name}: argument {name} has shape {found}; expected {_shape_text(shape)}{self._blades(name)}"
                 )
             operands.append(operand)
-        results = self._evaluate(namespace, operands, self._leading(operands))
+        results = _evaluate(self, namespace, operands, self._leading(operands))
         return results[0] if len(results) == 1 else tuple(results)
 
 

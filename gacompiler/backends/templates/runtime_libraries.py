@@ -5,6 +5,7 @@ Copied into every generated module as it is, with the other ``runtime_`` files.
 
 from __future__ import annotations
 
+import functools
 import importlib.util
 import itertools
 import os
@@ -92,6 +93,19 @@ def _c_loop(kernel: Any, dtype: np.dtype[Any]) -> Callable[..., None]:
     return run
 
 
+def _c_plan(kernel: Any, dtype: np.dtype[Any], size: int, steps: list[tuple[int, ...]]) -> Callable[[list[Any]], None]:
+    """One call of a loop, complete but for the pointers."""
+    function = _c_function(f"{kernel.name}_loop_{_SUFFIX[dtype.itemsize]}", "void *, void *, void *")
+    new, pointers, integers = _ffi.new, _ffi.typeof("void *[]"), _ffi.typeof("intptr_t[]")
+    dimensions = new(integers, (size,))
+    strides = new(integers, [step[0] for step in steps] + [stride for step in steps for stride in step[1:]])
+
+    def run(starts: list[Any]) -> None:
+        function(new(pointers, starts), dimensions, strides)
+
+    return run
+
+
 def _pointer(array: Any) -> Any:
     """Where an array starts; the buffer protocol is quicker than numpy's interface, but knows only dense arrays."""
     flags = array.flags
@@ -105,13 +119,22 @@ _numba_names: dict[str, Any] = {}
 
 def _compiled(function: Callable[..., None], names: dict[str, Any], signature: Any = None) -> Any:
     """`function` under numba: rounding as written, and inf and nan instead of exceptions."""
-    import numba
-
     if not _numba_names:
         for name, scalar in _SCALAR.items():
-            _numba_names[name] = numba.njit(error_model="numpy")(scalar) if isinstance(scalar, FunctionType) else scalar
-    decorate = numba.njit(signature, error_model="numpy") if signature else numba.njit(error_model="numpy")
-    return decorate(_bound(function, {"__name__": __name__, "range": range, "len": len, **_numba_names, **names}))
+            _numba_names[name] = _jitted(scalar) if isinstance(scalar, FunctionType) else scalar
+    bound = _bound(function, {"__name__": __name__, "range": range, "len": len, **_numba_names, **names})
+    return _jitted(bound, signature)
+
+
+def _jitted(function: Callable[..., Any], signature: Any = None) -> Any:
+    """`function` under numba, kept on disk beside this file or in the user's cache if either can be written."""
+    import numba
+
+    decorate = functools.partial(numba.njit, *([] if signature is None else [signature]), error_model="numpy")
+    try:
+        return decorate(cache=True)(function)
+    except RuntimeError:
+        return decorate()(function)
 
 
 def _numba_loop(kernel: Any, dtype: np.dtype[Any]) -> Callable[..., None]:
@@ -129,8 +152,14 @@ def _numba_loop(kernel: Any, dtype: np.dtype[Any]) -> Callable[..., None]:
         for k, (array, shape, step) in enumerate(zip(arrays, kernel._all_shapes, steps, strict=True)):
             if k >= n_inputs and not shape:
                 shape, step = (1,), (*step, array.itemsize)
+            if len(sizes) == 1 and step[0] and array.ndim == 1 + len(shape) and array.shape[0] == sizes[0]:
+                views.append(array)
+                continue
             view = strided(array, (*sizes, *shape), step, writeable=k >= n_inputs)
-            views.append(np.moveaxis(view, inner, len(sizes) - 1))
+            views.append(np.moveaxis(view, inner, len(sizes) - 1) if len(sizes) > 1 else view)
+        if len(sizes) == 1:
+            loop(*views)
+            return
         for turns in itertools.product(*(range(size) for axis, size in enumerate(sizes) if axis != inner)):
             loop(*(view[turns] for view in views))
 

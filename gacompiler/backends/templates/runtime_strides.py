@@ -1,4 +1,4 @@
-"""Batches: which elements there are, where they lie, and what overlaps.
+"""Arguments and batches: which elements there are, where they lie, and what overlaps.
 
 Copied into every generated module as it is, with the other ``runtime_`` files.
 """
@@ -9,6 +9,30 @@ import itertools
 from typing import Any
 
 import numpy as np
+
+_ndarray, _float64 = np.ndarray, np.float64
+_FLOAT32, _FLOAT64 = np.dtype(np.float32), np.dtype(np.float64)
+
+
+def _converted(values: tuple[Any, ...]) -> list[Any] | None:
+    """Numbers and lists beside arrays of doubles as such arrays; None if they are anything else."""
+    arrays = []
+    for value in values:
+        if type(value) is _float64 or type(value) is float:
+            array = np.array(value, _FLOAT64)
+        elif type(value) in (list, tuple, int):
+            try:
+                array = np.array(value)
+            except ValueError:
+                return None
+            if array.dtype.kind in "iu":
+                array = array.astype(_FLOAT64)
+        else:
+            array = value
+        if type(array) is not _ndarray or array.dtype is not _FLOAT64:
+            return None
+        arrays.append(array)
+    return arrays
 
 
 def _usable(array: Any, dtype: np.dtype[Any]) -> Any:
