@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import compileall
 import json
 import os
 import sys
@@ -104,6 +105,7 @@ def build(folder: Path | None, force: bool) -> None:
     for source in sources:
         if Console(stderr=True).is_terminal:
             click.echo(f"{_near(source)} ...", err=True)
+        compileall.compile_file(source.with_suffix(".py"), quiet=2)  # reading the text is most of an import
         library = build_library(source, force=force)
         if library is None:
             click.echo(f"note: {NO_COMPILER}", err=True)
