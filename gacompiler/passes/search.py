@@ -17,7 +17,7 @@ from ..frontend.kernel import Kernel
 from ..ir.cost import Cost, cost
 from ..ir.program import Argument, Program
 from ..ir.scalar import Graph, Scalar
-from ..rings.polynomial import total_terms
+from ..rings.polynomial import Polynomial, total_terms
 from .factor import Policy
 from .lower import Lowering, Reduction, Slot, pick, stages
 from .matrices import evaluate_by_matrices, levels
@@ -178,14 +178,17 @@ def _forms(system: System) -> Iterator[tuple[str, System]]:
 
 
 def _size(system: System) -> int:
-    definitions, _ = system.live()
-    return total_terms([*system.outputs, *(definition.polynomial for definition in definitions)])
+    return total_terms(_polynomials(system))
 
 
 def _effort(system: System) -> int:
+    return sum(len(polynomial.terms) ** 2 for polynomial in _polynomials(system))
+
+
+def _polynomials(system: System) -> list[Polynomial]:
+    """Everything that has to be computed."""
     definitions, _ = system.live()
-    polynomials = [*system.outputs, *(definition.polynomial for definition in definitions)]
-    return sum(len(polynomial.terms) ** 2 for polynomial in polynomials)
+    return [*system.outputs, *(definition.polynomial for definition in definitions)]
 
 
 def _choices_of_stages(found: list[Expression]) -> Iterable[frozenset[Expression]]:
