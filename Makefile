@@ -14,7 +14,7 @@ COMPILER := $(shell find gacompiler -name '*.py' -o -name '*.jinja')
 MAKEFLAGS += --no-print-directory
 
 .DEFAULT_GOAL := help
-.PHONY: demo test peers generated check lint types bench build help clean FORCE
+.PHONY: demo test peers generated check lint types bench counts growth build help clean FORCE
 
 demo: .venv/.installed ## Generate what is stale, build, run on real input; figures in build/demo
 	@$(MAKE) build/.generated
@@ -46,6 +46,12 @@ types: .venv/.installed ## Check types
 
 bench: build ## Measure generation and kernels beside peers; write docs/benchmarks.md
 	$(BIN)/python -m benchmarks
+
+counts: .venv/.installed ## Count operations of known expressions beside kingdon; write docs/operation-counts.md
+	$(BIN)/python -m benchmarks counts
+
+growth: .venv/.installed ## Compile time by dimension beside kingdon; write docs/growth.md and .svg
+	$(BIN)/python -m benchmarks growth
 
 build: .venv/.installed ## Compile the generated C, if a compiler is there
 	@echo "Compiling what changed in generated/"

@@ -1,18 +1,24 @@
-"""The command ``python -m benchmarks``."""
+"""The command ``python -m benchmarks``, and ``counts`` and ``growth`` after it."""
 
 from __future__ import annotations
 
+import importlib
 import os
 import sys
+
+COMMANDS = {"counts": ".counts", "growth": ".growth"}
+"""What may stand after ``benchmarks``, and the module that does it; without one of them, times are measured."""
 
 
 def main() -> int:
     """Run the command on one thread: the libraries read these variables when they are loaded, so not before."""
     for name in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "NUMBA_NUM_THREADS"):
         os.environ[name] = "1"
-    from .command import main
-
-    return main()
+    words = sys.argv[1:]
+    chosen = COMMANDS.get(words[0]) if words else None
+    module = importlib.import_module(chosen or ".command", __package__)
+    status: int = module.main(words[1:] if chosen else words)
+    return status
 
 
 if __name__ == "__main__":

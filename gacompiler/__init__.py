@@ -6,6 +6,9 @@ from .algebra.algebra import Algebra
 from .algebra.layout import SCALAR, Layout
 from .algebra.multivector import Multivector
 from .derivatives import jacobian, jvp, matrix_of, vjp
+from .frontend.eigen import eigenvalues_symmetric, eigenvectors_symmetric
+from .frontend.equations import inverse_matrix, matrix_determinant, solve_linear, solve_symmetric
+from .frontend.functions import exp, log, power, sqrt
 from .frontend.kernel import Kernel, array, kernel
 from .frontend.operations import (
     absolute,
@@ -17,9 +20,9 @@ from .frontend.operations import (
     coefficient,
     commutator,
     cos,
+    determinant,
     dual,
     equal,
-    exp,
     geometric_product,
     grade,
     grade_involution,
@@ -28,7 +31,6 @@ from .frontend.operations import (
     inverse,
     join,
     left_contraction,
-    log,
     maximum,
     meet,
     minimum,
@@ -44,9 +46,9 @@ from .frontend.operations import (
     scalar_product,
     select,
     sin,
-    sqrt,
     undual,
 )
+from .frontend.roots import cubic_roots, quadratic_roots, quartic_roots
 
 
 def __getattr__(name: str) -> Any:
@@ -60,10 +62,12 @@ def __getattr__(name: str) -> Any:
 
 
 __all__ = [
-    "SCALAR", "Algebra", "Kernel", "Layout", "Multivector", "absolute", "acos", "anticommutator", "array",
-    "assemble", "atan2", "clifford_conjugate", "coefficient", "commutator", "compile", "cos", "dual", "equal",
-    "exp", "geometric_product", "grade", "grade_involution", "hestenes_product", "inner_product", "inverse",
-    "jacobian", "join", "jvp", "kernel", "left_contraction", "log", "matrix_of", "maximum", "meet", "minimum",
-    "norm", "norm_squared", "normalize", "outer_product", "polarity", "regressive_product", "reverse",
-    "right_contraction", "sandwich", "scalar_product", "select", "sin", "sqrt", "undual", "vjp",
+    "SCALAR", "Algebra", "Kernel", "Layout", "Multivector", "absolute", "acos", "anticommutator", "array", "assemble",
+    "atan2", "clifford_conjugate", "coefficient", "commutator", "compile", "cos", "cubic_roots", "determinant", "dual",
+    "eigenvalues_symmetric", "eigenvectors_symmetric", "equal", "exp", "geometric_product", "grade", "grade_involution",
+    "hestenes_product", "inner_product", "inverse", "inverse_matrix", "jacobian", "join", "jvp", "kernel",
+    "left_contraction", "log", "matrix_determinant", "matrix_of", "maximum", "meet", "minimum", "norm", "norm_squared",
+    "normalize", "outer_product", "polarity", "power", "quadratic_roots", "quartic_roots", "regressive_product",
+    "reverse", "right_contraction", "sandwich", "scalar_product", "select", "sin", "solve_linear", "solve_symmetric",
+    "sqrt", "undual", "vjp",
 ]  # fmt: skip

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from fractions import Fraction
 from pathlib import Path
 from random import Random
 from typing import Any
@@ -13,17 +12,18 @@ import numpy as np
 
 from .backends import body_is_intact, c_programs, python_programs
 from .errors import ProofError
+from .ir.interpret import Tape
 from .ir.program import Program
-from .passes.accuracy import ERROR_POINTS, measured_error, ulps
-from .passes.prove import Truth, disagreement, program_reader, read, truths
+from .passes.accuracy import ERROR_POINTS, measured_error, ulps, without_rounding
+from .passes.prove import disagreement, program_reader, truths
 from .passes.record import Compilation
 from .passes.samples import sample
 
 
 def rounding_error(record: Compilation) -> str:
     """The largest error of the program in double precision, in ulp of its largest result, for readers."""
-    worst = measured_error(record.program, record.kernel)
-    return f"{worst:.1f} ulp of the largest coefficient, {ERROR_POINTS} random inputs"
+    worst, n = measured_error(record.program, record.kernel)
+    return f"{worst:.1f} ulp of the largest coefficient, {n} random inputs"
 
 
 @dataclass(frozen=True, slots=True)
@@ -114,12 +114,12 @@ def _error_of(run: Any, record: Compilation) -> float:
     results = [
         np.asarray(result).reshape(len(points), -1) for result in (found if isinstance(found, tuple) else (found,))
     ]
-    reader, worst = program_reader(program), 0.0
+    tape, worst = Tape(program), 0.0
     for k in range(len(points)):
-        inputs = tuple(tuple(map(Fraction, array[k].ravel().tolist())) for array in arrays)
+        inputs = [value for array in arrays for value in array[k].ravel().tolist()]
         rounded = [value for result in results for value in result[k].tolist()]
         try:
-            worst = max(worst, ulps(rounded, read(reader, Truth(inputs, (), True))))
+            worst = max(worst, ulps(rounded, without_rounding(tape, inputs)))
         except (ArithmeticError, ValueError):
             continue
     return worst

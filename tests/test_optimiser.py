@@ -73,7 +73,7 @@ def test_matrix_product_is_the_geometric_product(algebra: Algebra) -> None:
         for blades in (algebra.blades(), algebra.blades(*range(0, algebra.dimension + 1, 2)), algebra.blades(1, 2)):
             a, b = ({blade: Fraction(random.randint(-9, 9), random.randint(1, 4)) for blade in blades} for _ in "ab")
             a, b = ({k: v for k, v in x.items() if v} for x in (a, b))
-            assert matrix_product(algebra, a, b, depth) == product(algebra, "geometric_product", a, b)
+            assert matrix_product(algebra, a, b, depth, algebra.blades()) == product(algebra, "geometric_product", a, b)
 
 
 def test_algebras_without_matrices_have_no_levels() -> None:

@@ -17,6 +17,7 @@ from .naming import BladeNames
 if TYPE_CHECKING:
     from .coefficients import Coefficient
     from .layout import Layout, Relations
+    from .products import Row
 
 
 class Algebra:
@@ -58,6 +59,7 @@ class Algebra:
         self.gram = _gram(name, gram, len(self.vectors))
         self._names = BladeNames(name, self.vectors, tuple(spellings.split()))
         self._products = BladeProducts(self.gram)
+        self._rows: dict[tuple[str, int], Row] = {}
         self._make_layouts = layouts
 
     def __eq__(self, other: object) -> bool:
@@ -104,6 +106,10 @@ class Algebra:
     def blade_product(self, a: int, b: int) -> Terms:
         """Geometric product of two basis blades."""
         return self._products(a, b)
+
+    def product_row(self, name: str, left: int) -> Row:
+        """What is known so far of the product `name` of one basis blade with others; filled in by `product`."""
+        return self._rows.setdefault((name, left), {})
 
     def multivector(self, coefficients: Mapping[str, Coefficient]) -> Multivector:
         """A multivector from spelled blades, ``PGA3.multivector({"e032": 1})``; any ring."""

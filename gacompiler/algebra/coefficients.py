@@ -27,11 +27,10 @@ def is_exact(value: Coefficient) -> bool:
 
 def is_zero(value: Coefficient) -> bool:
     """Whether `value` is exactly zero *by its form*: a numeric array never is, so sparsity never depends on data."""
-    if isinstance(value, (int, Fraction, float, complex)):
-        return value == 0
-    if isinstance(value, np.ndarray):
-        return False
-    return getattr(value, "is_zero", False) is True
+    own = getattr(value, "is_zero", None)
+    if own is not None:
+        return own is True
+    return isinstance(value, (int, Fraction, float, complex)) and value == 0
 
 
 def scale(value: Coefficient, factor: int | Fraction) -> Coefficient:

@@ -57,6 +57,11 @@ class Multivector:
         return tuple(sorted({grade(blade) for blade in self.terms}))
 
     @property
+    def blades(self) -> frozenset[int]:
+        """Bitmaps of the blades that occur."""
+        return frozenset(self.terms)
+
+    @property
     def scalar(self) -> Coefficient:
         """The coefficient of 1."""
         return self.terms.get(0, 0)

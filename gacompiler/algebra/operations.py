@@ -44,6 +44,7 @@ OPERATIONS: Mapping[str, Meaning] = {
     "polarity": duality.polarity,
     "sandwich": versors.sandwich,
     "inverse": versors.inverse,
+    "determinant": versors.determinant,
     "norm_squared": versors.norm_squared,
     "norm": versors.norm,
     "normalize": versors.normalize,

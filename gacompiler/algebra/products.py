@@ -10,7 +10,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from typing import TYPE_CHECKING
 
-from .blades import grade, outer
+from .blades import Rational, grade, outer
 from .coefficients import Coefficient, is_zero, scale
 
 if TYPE_CHECKING:
@@ -29,27 +29,31 @@ GRADE_RULES: Mapping[str, Callable[[int, int, int], bool]] = {
 }
 
 
+Row = dict[int, tuple[tuple[int, Rational], ...]]
+
+
 def product(algebra: Algebra, name: str, a: Terms, b: Terms) -> dict[int, Coefficient]:
     """The terms of the product `name` of two sums of basis blades, without coefficients that are zero by form."""
-    rule = GRADE_RULES[name]
-    only_disjoint = name == "outer_product"
     result: dict[int, Coefficient] = {}
     for left, x in a.items():
-        p = grade(left)
+        row = algebra.product_row(name, left)
         for right, y in b.items():
-            if only_disjoint:
-                sign = outer(left, right)
-                targets: Mapping[int, object] = {left | right: sign} if sign else {}
-            else:
-                targets = algebra.blade_product(left, right)
+            targets = row.get(right)
+            if targets is None:
+                targets = row[right] = kept(algebra, name, left, right)
             if not targets:
                 continue
-            q = grade(right)
-            xy = None
-            for blade, factor in targets.items():
-                if rule(p, q, grade(blade)):
-                    if xy is None:
-                        xy = x * y
-                    term = scale(xy, factor)  # type: ignore[arg-type]
-                    result[blade] = result[blade] + term if blade in result else term
+            xy = x * y
+            for blade, factor in targets:
+                term = xy if factor == 1 else -xy if factor == -1 else scale(xy, factor)
+                result[blade] = result[blade] + term if blade in result else term
     return {blade: result[blade] for blade in sorted(result) if not is_zero(result[blade])}
+
+
+def kept(algebra: Algebra, name: str, left: int, right: int) -> tuple[tuple[int, Rational], ...]:
+    """The terms of the geometric product of two basis blades that the product `name` keeps."""
+    if name == "outer_product":
+        sign = outer(left, right)
+        return ((left | right, sign),) if sign else ()
+    rule, p, q = GRADE_RULES[name], grade(left), grade(right)
+    return tuple((blade, f) for blade, f in algebra.blade_product(left, right).items() if rule(p, q, grade(blade)))

@@ -2,10 +2,15 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Iterable
+from typing import Any, TypeVar
+
 from ..errors import AlgebraError, ZeroDivisorError
 from .coefficients import divide, scalar_function, scale
 from .involutions import clifford_conjugate, grade_involution, reverse
 from .multivector import Multivector
+
+T = TypeVar("T", bound=Any)
 
 
 def norm_squared(a: Multivector) -> Multivector:
@@ -55,9 +60,9 @@ def sandwich(v: Multivector, x: Multivector) -> Multivector:
 def inverse(a: Multivector) -> Multivector:
     """The element ``b`` with ``a b = 1``.
 
-    ``~a / (a ~a)`` where ``a ~a`` is a scalar (every versor, every blade); otherwise ``~a`` times the inverse of
-    ``a ~a`` where that is scalar plus a part that squares to a scalar (dual and Study numbers); otherwise the
-    Faddeev-LeVerrier recursion of Shirokov (*Adv. Appl. Clifford Algebras* 31:70, 2021), which holds in any algebra.
+    ``~a / (a ~a)`` where ``a ~a`` is a scalar (every versor, every blade); otherwise `conjugate_factors` where `a` lies
+    in the algebra of up to five vectors, and above that the Faddeev-LeVerrier recursion of Shirokov (*Adv. Appl.
+    Clifford Algebras* 31:70, 2021), which holds in any algebra.
 
     Raises
     ------
@@ -66,27 +71,79 @@ def inverse(a: Multivector) -> Multivector:
     """
     if not a.terms:
         raise ZeroDivisorError("inverse", "an element that is zero", "an invertible element")
-    for conjugate in (reverse(a), clifford_conjugate(a)):
-        squared = a * conjugate
-        if not squared.terms:
-            raise ZeroDivisorError("inverse", f"{a} times its conjugate is zero", "an invertible element")
-        if not any(squared.terms):
-            return conjugate / squared
-        opposite = squared.grade(0) - (squared - squared.grade(0))
-        determinant = squared * opposite
-        if not determinant.terms:
-            raise ZeroDivisorError("inverse", f"the norm of {a} is a zero divisor", "an invertible element")
-        if not any(determinant.terms):
-            return conjugate * opposite / determinant
-    return _inverse_by_recursion(a)
+    squared = a * reverse(a)
+    if squared.terms and not any(squared.terms):
+        return reverse(a) / squared
+    if n_vectors(a.blades) > SMALL_DIMENSION:
+        return _inverse_by_recursion(a)
+    (first, *others), norm = conjugate_factors(a, clifford_conjugate)
+    if not norm.terms:
+        raise ZeroDivisorError("inverse", f"the determinant of {a} is zero", "an invertible element")
+    if not others:
+        return first / norm
+    reciprocal = divide(1, norm.scalar)
+    rest = others[0] if len(others) == 1 else others[0] * others[1]
+    return first * rest.map(lambda value: value * reciprocal)
+
+
+def determinant(a: Multivector) -> Multivector:
+    """The scalar that is zero exactly where `a` has no inverse.
+
+    The determinant of the matrices of the algebra (Shirokov 2021), of degree ``2**ceil(n/2)`` in the coefficients of an
+    element that needs `n` basis vectors.
+    """
+    if not a.terms:
+        return a
+    if n_vectors(a.blades) <= SMALL_DIMENSION:
+        return conjugate_factors(a, clifford_conjugate)[1]
+    return -_adjugate(a)[1].grade(0)
+
+
+SMALL_DIMENSION = 5
+"""Up to so many vectors an inverse is a product of conjugates (Hitzer & Sangwine, *Appl. Math. Comput.* 311, 2017)."""
+
+
+def n_vectors(blades: Iterable[int]) -> int:
+    """The number of basis vectors that take part in some blades."""
+    union = 0
+    for blade in blades:
+        union |= blade
+    return union.bit_count()
+
+
+def conjugate_factors(a: T, conjugate: Callable[[T], T]) -> tuple[list[T], T]:
+    """Elements whose product with `a` is a scalar, and that scalar: for up to five vectors.
+
+    `a` may be an expression as well as a multivector; `conjugate` is its Clifford conjugation.
+
+
+    ``a`` times its Clifford conjugate keeps the grades 0, 3 and 4 (up to four vectors), its square with 3 and 4 negated
+    a scalar. With five vectors, ``a ~a`` keeps the grades 0, 1, 4 and 5; of that times itself with 1 and 4 negated the
+    grades 0 and 5 are left, which is a number over the central pseudoscalar, and has a conjugate of its own.
+    """
+    five = n_vectors(a.blades) > 4
+    centre, rest = ((0, 5), (1, 4)) if five else ((0,), (3, 4))
+    factors = [~a if five else conjugate(a)]
+    norm = (a * factors[0]).grade(*centre, *rest)
+    for kept, negated in ((centre, rest), ((0,), (5,))):
+        if norm.grade(*negated).blades:
+            factors.append(norm.grade(*kept) - norm.grade(*negated))
+            norm = (norm * factors[-1]).grade(*kept)
+    return factors, norm
 
 
 def _inverse_by_recursion(a: Multivector) -> Multivector:
-    size = 2 ** ((a.algebra.dimension + 1) // 2)
+    adjugate, power = _adjugate(a)
+    if 0 not in power.terms:
+        raise ZeroDivisorError("inverse", f"the determinant of {a} is zero", "an invertible element")
+    return adjugate / power.grade(0)
+
+
+def _adjugate(a: Multivector) -> tuple[Multivector, Multivector]:
+    """An element, and its product with `a`, which is the determinant of `a` up to sign."""
+    size = 2 ** ((n_vectors(a.blades) + 1) // 2)
     power = adjugate = a
     for k in range(1, size):
         adjugate = power - divide(scale(power.scalar, size), k)
         power = a * adjugate
-    if 0 not in power.terms:
-        raise ZeroDivisorError("inverse", f"the determinant of {a} is zero", "an invertible element")
-    return adjugate / power.grade(0)
+    return adjugate, power

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Container, Iterator, Mapping, Sequence
 from typing import Any
+from weakref import WeakValueDictionary
 
 from ..algebra.algebra import Algebra
 from ..algebra.layout import SCALARS, Layout
@@ -32,34 +33,27 @@ class Expression:
     algebra : Algebra
     """
 
-    __slots__ = ("_blades", "_hash", "algebra", "arguments", "data", "operation")
+    __slots__ = ("__weakref__", "_blades", "algebra", "arguments", "data", "operation")
 
     takes_over_multivector = True
+    operation: str
+    arguments: tuple[Expression, ...]
+    data: Any
+    algebra: Algebra
+    _blades: frozenset[int] | None
 
-    def __init__(self, operation: str, arguments: tuple[Expression, ...], data: Any, algebra: Algebra) -> None:
-        self.operation, self.arguments, self.data, self.algebra = operation, arguments, data, algebra
-        content = tuple(sorted(data.terms.items())) if isinstance(data, Multivector) else data
-        self._hash = hash((operation, arguments, content, algebra))
-        self._blades: frozenset[int] | None = None
-
-    def __hash__(self) -> int:
-        return self._hash
-
-    def same(self, other: Expression) -> bool:
-        """Whether both are built alike (``==`` is left to Python: two expressions are equal when they are one)."""
-        if self is other:
-            return True
-        return (
-            self._hash == other._hash
-            and self.operation == other.operation
-            and self.algebra == other.algebra
-            and len(self.arguments) == len(other.arguments)
-            and _same_data(self.data, other.data)
-            and all(a.same(b) for a, b in zip(self.arguments, other.arguments, strict=True))
-        )
-
-    def __eq__(self, other: object) -> bool:
-        return isinstance(other, Expression) and self.same(other)
+    def __new__(cls, operation: str, arguments: tuple[Expression, ...], data: Any, algebra: Algebra) -> Expression:
+        """The one node of this content: expressions that are built alike are the same object."""
+        content = data.key if isinstance(data, Input) else data
+        if isinstance(data, Multivector):
+            content = tuple(sorted(data.terms.items()))
+        key = (operation, tuple(map(id, arguments)), content, algebra)
+        known = _NODES.get(key)
+        if known is None:
+            known = _NODES[key] = super().__new__(cls)
+            known.operation, known.arguments, known.data, known.algebra = operation, arguments, data, algebra
+            known._blades = None
+        return known
 
     @property
     def blades(self) -> frozenset[int]:
@@ -177,17 +171,14 @@ class Input:
     def __init__(self, name: str, layout: Layout, components: tuple[str, ...]) -> None:
         self.name, self.layout, self.components = name, layout, components
 
-    def __hash__(self) -> int:
-        return hash((self.name, self.components))
+    @property
+    def key(self) -> tuple[Any, ...]:
+        """Equal for inputs that are the same."""
+        return self.name, self.components, id(self.layout)
 
-    def __eq__(self, other: object) -> bool:
-        return isinstance(other, Input) and (self.name, self.components) == (other.name, other.components)
 
-
-def _same_data(a: Any, b: Any) -> bool:
-    if isinstance(a, Multivector) and isinstance(b, Multivector):
-        return dict(a.terms) == dict(b.terms)
-    return bool(a == b)
+_NODES: WeakValueDictionary[tuple[Any, ...], Expression] = WeakValueDictionary()
+"""Every expression there is; a key holds what the node keeps alive."""
 
 
 def lift(value: Any) -> Expression:

@@ -14,6 +14,7 @@ _BINARY = {
 _UNARY = {
     "reverse": r"\widetilde{{{0}}}", "grade_involution": r"\widehat{{{0}}}", "clifford_conjugate": r"\overline{{{0}}}",
     "dual": r"{{{0}}}^{{\star}}", "undual": r"{{{0}}}_{{\star}}", "polarity": r"{{{0}}}\,I^{{-1}}",
+    "determinant": r"\det({0})",
     "inverse": r"{{{0}}}^{{-1}}", "norm": r"\lVert {0} \rVert", "norm_squared": r"\lVert {0} \rVert^2",
     "normalize": r"\frac{{{0}}}{{\lVert {0} \rVert}}", "sqrt": r"\sqrt{{{0}}}", "abs": r"\lvert {0} \rvert",
 }  # fmt: skip

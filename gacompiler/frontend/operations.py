@@ -12,6 +12,7 @@ from ..algebra.algebra import Algebra
 from ..algebra.layout import SCALARS
 from ..algebra.multivector import Multivector
 from ..algebra.operations import OPERATIONS
+from ..algebra.versors import SMALL_DIMENSION, conjugate_factors, n_vectors
 from .expression import ASSEMBLE, Expression, lift, node
 
 
@@ -124,6 +125,13 @@ def sandwich(versor: Any, x: Any) -> Any:
 def inverse(a: Any) -> Any:
     """``b`` with ``a b = 1``."""
     return apply("inverse", a)
+
+
+def determinant(a: Any) -> Any:
+    """A scalar that is zero exactly where `a` has no inverse: the determinant of its matrix (Shirokov 2021)."""
+    if isinstance(a, Expression) and a.blades and n_vectors(a.blades) <= SMALL_DIMENSION:
+        return conjugate_factors(a, clifford_conjugate)[1]["1"]
+    return apply("determinant", a)
 
 
 def norm_squared(a: Any) -> Any:

@@ -55,6 +55,9 @@ ARITY: dict[Op, int] = {
 }  # fmt: skip
 
 
+_set = object.__setattr__
+
+
 class Scalar:
     """One node of a `Graph`. Immutable; equal nodes are identical."""
 
@@ -67,10 +70,11 @@ class Scalar:
     index: int
 
     def __init__(self, graph: Graph, op: Op, arguments: tuple[Scalar, ...], value: Rational | str, index: int) -> None:
-        for name, content in zip(
-            ("graph", "op", "arguments", "value", "index"), (graph, op, arguments, value, index), strict=True
-        ):
-            object.__setattr__(self, name, content)
+        _set(self, "graph", graph)
+        _set(self, "op", op)
+        _set(self, "arguments", arguments)
+        _set(self, "value", value)
+        _set(self, "index", index)
 
     def __setattr__(self, name: str, value: object) -> None:
         raise AttributeError(f"a Scalar is immutable; cannot set {name}")

@@ -8,21 +8,20 @@ author's structure without rounding.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from fractions import Fraction
-from math import inf, nextafter, ulp
+from math import inf, isfinite, isnan, nextafter, ulp
 from random import Random
 from typing import Any
 
 import mpmath
 
-from ..errors import GacError
+from ..errors import GacError, InexactError
 from ..frontend.kernel import Kernel
-from ..ir.interpret import evaluate
+from ..ir.interpret import Tape, evaluate
 from ..ir.program import Program
 from ..ir.scalar import Op
 from ..rings.points import DIGITS, point
-from .prove import Truth, program_reader, read
 from .samples import sample, to_mpmath
 from .search import Candidate
 
@@ -32,38 +31,94 @@ ROUNDING = 8.0
 """Ulp that any candidate may have: below, errors are noise."""
 CLOSE = Fraction(1, 2**20)
 ERROR_POINTS = 64
+LONG = 1000
+"""Programs with more lines than this are measured at fewer points."""
 
-Inputs = list[tuple[float, ...]]
+MOVES = 2
+"""Ways to round the inputs that are tried at each point."""
+
+Inputs = list[float]
+Point = tuple[Inputs, Sequence[Any]]
 
 
 def most_accurate_enough(kernel: Kernel, candidates: Sequence[Candidate]) -> Candidate:
     """The cheapest candidate whose error is not much larger than that of the first, the author's structure."""
     author = candidates[0]
-    known = list(_references(kernel, author.program))
-    allowed = [max(WORSE * _ulps_or_inf(author.program, inputs, exact), ROUNDING) for inputs, exact in known]
+    reference = Tape(author.program)
+    known = [point for points in _references(kernel, reference) for point in _with_limits(reference, points)]
     for candidate in sorted(candidates, key=lambda candidate: candidate.cost.total):
-        errors = (_ulps_or_inf(candidate.program, inputs, exact) for inputs, exact in known)
-        if all(error <= limit for error, limit in zip(errors, allowed, strict=True)):
+        tape = Tape(candidate.program)
+        if all(_ulps_or_inf(tape, inputs, exact) <= limit for inputs, exact, limit in known):
             return candidate
     return author
 
 
-def _references(kernel: Kernel, program: Program) -> Iterator[tuple[Inputs, Sequence[Any]]]:
-    """Inputs in double precision, with the results of `program` on them without rounding."""
-    random = Random(3)
-    points = [sample(kernel, random, near_one=True) for _ in range(6)]
-    points += [sample(kernel, random, spread=CLOSE, near_one=True) for _ in range(4)]
-    points += [_close_together(kernel, random) for _ in range(4)]
-    reader = program_reader(program)
-    for point_values in points:
-        values = {name: float(value) for name, value in point_values.items()}
-        inputs = [tuple(values[name] for name in argument.components) for argument in program.arguments]
+def _with_limits(author: Tape, points: Sequence[Point]) -> Iterator[tuple[Inputs, Sequence[Any], float]]:
+    """Points of one kind, with the error in ulp that a candidate may have there.
+
+    The author's structure may be lucky at one point, so its worst error of the kind counts; and where the rounding of
+    the inputs alone moves the result, a few times that is as good as any.
+    """
+    worst = max((_ulps_or_inf(author, inputs, exact) for inputs, exact in points), default=0.0)
+    for inputs, exact in points:
+        yield inputs, exact, max(WORSE * worst, ROUNDING, WORSE * _sensitivity(author, inputs, exact))
+
+
+def _sensitivity(author: Tape, inputs: Inputs, exact: Sequence[Any]) -> float:
+    """How far the exact result moves, in ulp, when every input moves by half a unit of its last place or less."""
+    random, moved = Random(9), 0.0
+    for _ in range(_thinned(author.program, MOVES)):
+        near = [Fraction(value) + Fraction(ulp(value)) * random.randint(-8, 8) / 16 for value in inputs]
         try:
-            exact = read(reader, Truth(tuple(tuple(map(Fraction, v)) for v in inputs), (), True))
-            if all(mpmath.isfinite(value) for value in map(to_mpmath, exact)):
-                yield inputs, exact
+            moved = max(moved, ulps(without_rounding(author, near), exact))
         except (ArithmeticError, ValueError, TypeError, GacError):
             continue
+    return moved
+
+
+def _references(kernel: Kernel, tape: Tape) -> Iterator[list[Point]]:
+    """Inputs in double precision, with the results of a program on them without rounding; one list for each kind."""
+    random = Random(3)
+    n = _thinned(tape.program, 4)
+    for kind in (
+        [sample(kernel, random, near_one=True) for _ in range(n + n // 2)],
+        [sample(kernel, random, spread=CLOSE, near_one=True) for _ in range(n)],
+        [_close_together(kernel, random) for _ in range(n)],
+    ):
+        points: list[Point] = []
+        for values in kind:
+            inputs = _in_double(tape.program, values)
+            try:
+                exact = without_rounding(tape, inputs)
+                if all(isfinite(value) for value in exact):
+                    points.append((inputs, exact))
+            except (ArithmeticError, ValueError, TypeError, GacError):
+                continue
+        yield points
+
+
+def _thinned(program: Program, n: int) -> int:
+    """Fewer points for programs that are so long that every point shows hundreds of their roundings."""
+    return max(1, min(n, n * LONG // max(1, len(program.lines))))
+
+
+def _in_double(program: Program, values: Mapping[str, Any]) -> Inputs:
+    return [float(values[name]) for argument in program.arguments for name in argument.components]
+
+
+def without_rounding(tape: Tape, inputs: Sequence[float | Fraction]) -> Sequence[Any]:
+    """The flat results of a program on binary fractions: exactly where possible, else to `DIGITS` digits."""
+    if tape.is_dyadic:
+        return tape.run_dyadic(inputs)
+    try:
+        return tape.run([Fraction(value) for value in inputs])
+    except InexactError:
+        pass
+    with mpmath.workdps(DIGITS):
+        results = tape.run(map(to_mpmath, inputs), to_mpmath)
+    if any(isinstance(value, mpmath.mpc) for value in results):
+        raise ValueError("a result is not real")
+    return results
 
 
 def _close_together(kernel: Kernel, random: Random) -> dict[str, Any]:
@@ -82,46 +137,50 @@ def _close_together(kernel: Kernel, random: Random) -> dict[str, Any]:
 
 def run_in_double(program: Program, inputs: Sequence[Sequence[float]]) -> list[float]:
     """The program in IEEE double, each operation rounded once; functions are rounded correctly, on every machine."""
-    values: dict[str, float] = {}
-    for argument, given in zip(program.arguments, inputs, strict=True):
-        values.update(zip(argument.components, given, strict=True))
-    for line in program.lines:
-        operands = [values[o] if isinstance(o, str) else float(o) for o in line.operands]
-        if line.op in (Op.SIN, Op.COS, Op.ATAN2, Op.ACOS, Op.EXP, Op.LOG):
-            with mpmath.workdps(30):
-                values[line.target] = float(evaluate(line.op, [mpmath.mpf(operand) for operand in operands]))
-        else:
-            values[line.target] = float(evaluate(line.op, operands))
-    return [values[o] if isinstance(o, str) else float(o) for result in program.results for o in result.operands]
+    return Tape(program).run_in_double([value for values in inputs for value in values], _rounded_once)
 
 
-def ulps(rounded: Sequence[float], exact: Sequence[Any]) -> float:
+def _rounded_once(op: Op, operands: list[float]) -> float:
+    if op in (Op.SIN, Op.COS, Op.ATAN2, Op.ACOS, Op.EXP, Op.LOG):
+        with mpmath.workdps(30):
+            return float(evaluate(op, [mpmath.mpf(operand) for operand in operands]))
+    return float(evaluate(op, operands))
+
+
+def ulps(found: Sequence[Any], exact: Sequence[Any]) -> float:
     """The largest error in units of the last place of the largest exact value."""
+    largest = max(map(abs, exact), default=0)
+    if largest == 0:
+        return 0.0 if not any(found) else inf
+    unit = ulp(min(float(largest), nextafter(inf, 0)))
     with mpmath.workdps(DIGITS):
-        true = [to_mpmath(value) for value in exact]
-        largest = max((abs(value) for value in true), default=mpmath.mpf(0))
-        if largest == 0:
-            return 0.0 if not any(rounded) else inf
-        unit = ulp(min(float(largest), nextafter(inf, 0)))
-        return max(float(abs(mpmath.mpf(a) - b)) / unit for a, b in zip(rounded, true, strict=True))
+        return max(float(abs(_difference(a, b))) for a, b in zip(found, exact, strict=True)) / unit
 
 
-def _ulps_or_inf(program: Program, inputs: Inputs, exact: Sequence[Any]) -> float:
+def _difference(a: Any, b: Any) -> Any:
+    if not isfinite(a):
+        return a
+    if isinstance(a, (int, float, Fraction)) and isinstance(b, (int, Fraction)):
+        return Fraction(a) - b
+    return to_mpmath(a) - to_mpmath(b)
+
+
+def _ulps_or_inf(tape: Tape, inputs: Inputs, exact: Sequence[Any]) -> float:
     try:
-        return ulps(run_in_double(program, inputs), exact)
+        error = ulps(tape.run_in_double(inputs, _rounded_once), exact)
     except (ArithmeticError, ValueError, TypeError):
         return inf
+    return inf if isnan(error) else error
 
 
-def measured_error(program: Program, kernel: Kernel) -> float:
-    """The largest error in ulp over `ERROR_POINTS` random elements, against the same program without rounding."""
-    random, reader, worst = Random(5), program_reader(program), 0.0
-    for _ in range(ERROR_POINTS):
-        values = {name: float(value) for name, value in sample(kernel, random, near_one=True).items()}
-        inputs = [tuple(values[name] for name in argument.components) for argument in program.arguments]
+def measured_error(program: Program, kernel: Kernel) -> tuple[float, int]:
+    """The largest error in ulp over random elements, against the same program without rounding; and how many."""
+    random, tape, worst = Random(5), Tape(program), 0.0
+    n = _thinned(program, ERROR_POINTS)
+    for _ in range(n):
+        inputs = _in_double(program, sample(kernel, random, near_one=True))
         try:
-            exact = read(reader, Truth(tuple(tuple(map(Fraction, v)) for v in inputs), (), True))
-            worst = max(worst, ulps(run_in_double(program, inputs), exact))
+            worst = max(worst, ulps(tape.run_in_double(inputs, _rounded_once), without_rounding(tape, inputs)))
         except (ArithmeticError, ValueError, TypeError):
             continue
-    return worst
+    return worst, n

@@ -25,9 +25,10 @@ from ..ir.scalar import Scalar
 from ..rings.points import DIGITS
 from ..rings.polynomial import Polynomial
 from .lower import Lowering, Reduction, Slot, author_scalars, stages
+from .matrices import has_huge_product
 from .samples import samples
 
-POINTS = 4
+POINTS, FEW_POINTS = 4, 2
 
 
 @dataclass(frozen=True, slots=True)
@@ -43,9 +44,10 @@ class Decision:
 def decide(trace: Trace, variants: Sequence[Sequence[Expression]]) -> Decision:
     """Decide every coefficient of every result; `variants` are other ways to write them, simpler ones perhaps."""
     expressions = trace.expressions
-    author = author_scalars(trace.kernel, expressions)
-    supports = [tuple(value.terms) for value in author]
-    suspected = _suspects(trace, supports)
+    huge = has_huge_product(expressions)
+    author = [] if huge else author_scalars(trace.kernel, expressions)
+    supports = [tuple(value.terms) for value in author] or [tuple(sorted(e.blades)) for e in expressions]
+    suspected = _suspects(trace, supports, huge)
     for k, value in enumerate(author):
         for blade, scalar in value.terms.items():
             if not isinstance(scalar, Scalar):
@@ -77,9 +79,10 @@ def _common(
     return values.pop() if len(values) == 1 else None
 
 
-def _suspects(trace: Trace, supports: list[tuple[int, ...]]) -> dict[tuple[int, int], Any]:
+def _suspects(trace: Trace, supports: list[tuple[int, ...]], huge: bool) -> dict[tuple[int, int], Any]:
     """Coefficients that have the same rational value at several points."""
-    values = [value for _, value in samples(trace.kernel, trace.expressions, Random(7), POINTS)]
+    n = FEW_POINTS if huge else POINTS
+    values = [value for _, value in samples(trace.kernel, trace.expressions, Random(7), n, huge)]
     if not values:
         return {}
     found = {}

@@ -134,6 +134,8 @@ class Lowering:
         Whether coefficients that a layout implies become names instead of being multiplied out.
     budget : int
         Largest number of terms of one polynomial.
+    effort : int
+        Pairs of terms that may be multiplied.
     """
 
     def __init__(
@@ -143,9 +145,10 @@ class Lowering:
         cuts: frozenset[Expression] = frozenset(),
         reduction: Reduction = Reduction.NORMAL,
         budget: int = 20_000,
+        effort: int = 2_000_000,
         name_implied: bool = False,
     ) -> None:
-        self.ring = PolynomialRing(budget)
+        self.ring = PolynomialRing(budget, effort)
         inputs: dict[str, Polynomial] = {}
         for parameter in kernel.parameters:
             inputs.update({name: self.ring.variable(name) for name in parameter.components})

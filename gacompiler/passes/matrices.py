@@ -10,7 +10,7 @@ Zero squares are no obstacle: a degenerate vector stays in C, where products tha
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 from functools import cache
@@ -31,6 +31,9 @@ Blocks = Any
 SMALLEST = 64
 """Products of fewer pairs of blades than this are left as they are."""
 LARGEST_DIMENSION = 8
+HUGE = 10_000
+"""Products of more pairs of blades than this are only computed through matrices: writing them out takes seconds and
+never wins."""
 
 
 @dataclass(frozen=True)
@@ -140,13 +143,15 @@ def _level(
     return Level(places, matrices, duals, scales) if set(places) == space else None
 
 
-def matrix_product(algebra: Algebra, a: Terms, b: Terms, depth: int) -> dict[int, Any]:
-    """The geometric product of two sums of blades through `depth` levels of 2 x 2 matrices."""
+def matrix_product(algebra: Algebra, a: Terms, b: Terms, depth: int, possible: Iterable[int]) -> dict[int, Any]:
+    """The geometric product of two sums of blades through `depth` levels of 2 x 2 matrices.
+
+    Only the `possible` blades are formed: sums that cancel for every element (odd blades in a product of even ones) do
+    not cancel by their form.
+    """
     chosen = levels(algebra)[:depth]
     blocks = _multiply(algebra, _to_blocks(chosen, a), _to_blocks(chosen, b), depth)
     values, scales = _from_blocks(chosen, blocks)
-    # sums that cancel for every element (odd blades in a product of even ones) do not cancel by their form
-    possible = {blade for x in a for y in b for blade in algebra.blade_product(x, y)}
     result = {blade: scale(values[blade], scales[blade]) for blade in sorted(possible) if blade in values}
     return {blade: value for blade, value in result.items() if not is_zero(value)}
 
@@ -234,11 +239,21 @@ def evaluate_by_matrices(
             and len(levels(values[0].algebra)) >= depth
         ):
             used = True
-            terms = matrix_product(expression.algebra, values[0].terms, values[1].terms, depth)
+            terms = matrix_product(expression.algebra, values[0].terms, values[1].terms, depth, expression.blades)
             memory[expression] = Multivector(expression.algebra, terms)
         else:
             memory[expression] = apply_operation(expression, values, inputs, lift)
     return [memory[expression] for expression in expressions] if used else None
+
+
+def has_huge_product(expressions: Sequence[Expression]) -> bool:
+    """Whether some product is better not written out, because matrices will do."""
+    return any(
+        expression.operation == "geometric_product"
+        and len(expression.arguments[0].blades) * len(expression.arguments[1].blades) > HUGE
+        and len(levels(expression.algebra)) > 0
+        for expression in topological(expressions)
+    )
 
 
 def _is_large(values: Sequence[Multivector]) -> bool:

@@ -43,7 +43,8 @@ def find_candidates(record: Compilation) -> Compilation:
     for output, layout, slots in zip(record.trace.outputs, record.decision.layouts, record.decision.slots, strict=True):
         shape = output.outer_shape + (() if layout.is_scalar else (layout.size,))
         results.append((output.name, shape, slots))
-    return replace(record, candidates=tuple(Search(record.kernel, record.variants, results).candidates()))
+    search = Search(record.kernel, record.variants, results)
+    return replace(record, candidates=tuple(search.candidates()), limits=search.limits)
 
 
 def choose_program(record: Compilation) -> Compilation:

@@ -15,7 +15,7 @@ from typing import Any
 import mpmath
 
 from ..errors import InexactError, ProofError
-from ..ir.interpret import interpret
+from ..ir.interpret import Tape
 from ..ir.program import Program
 from ..ir.scalar import RING, Op
 from ..rings.points import DIGITS
@@ -24,7 +24,8 @@ from .samples import samples, to_mpmath
 
 TOLERANCE_DIGITS = 40
 """Agreement asked for where a value is not rational, of `DIGITS` digits computed."""
-EXACT_POINTS = 5
+EXACT_POINTS, FEW_POINTS, LONG = 5, 2, 5000
+"""Points for polynomials and fractions; fewer for programs of more than `LONG` lines."""
 BRANCH_POINTS = 60
 """Points for kernels with branches, so that every branch is taken."""
 
@@ -45,9 +46,11 @@ def truths(record: Compilation, seed: int = 11, n: int | None = None) -> list[Tr
     kernel, decision, trace = record.kernel, record.decision, record.trace
     assert decision is not None and trace is not None
     random = Random(seed)
-    wanted = n if n is not None else BRANCH_POINTS if _has_branches(record.program) else EXACT_POINTS
+    long = len(record.program.lines) > LONG
+    if n is None:
+        n = BRANCH_POINTS if _has_branches(record.program) else FEW_POINTS if long else EXACT_POINTS
     found: list[Truth] = []
-    for point, values in samples(kernel, trace.expressions, random, wanted):
+    for point, values in samples(kernel, trace.expressions, random, n, long):
         with mpmath.workdps(DIGITS):  # even a minus sign rounds to the precision in force
             results = tuple(
                 tuple(_signed(values[slot.expression].terms.get(slot.blade, 0), slot.sign) for slot in slots)
@@ -59,7 +62,7 @@ def truths(record: Compilation, seed: int = 11, n: int | None = None) -> list[Tr
     if not found:
         raise ProofError(
             f"kernel {kernel.name}",
-            f"its definition is undefined at {8 * wanted} random points",
+            f"its definition is undefined at {8 * n} random points",
             remedy="check its domain",
         )
     return found
@@ -127,11 +130,12 @@ def _short(value: Any) -> str:
 def program_reader(program: Program) -> Reader:
     """A program as a function of flat sequences."""
 
+    tape = Tape(program)
+
     def reader(*inputs: Sequence[Any]) -> list[Any]:
-        named = {argument.name: values for argument, values in zip(program.arguments, inputs, strict=True)}
-        inexact = any(isinstance(v, mpmath.mpf) for values in inputs for v in values)
-        results = interpret(program, named, to_mpmath if inexact else lambda value: value)
-        return [value for result in program.results for value in results[result.name]]
+        flat = [value for values in inputs for value in values]
+        inexact = any(isinstance(value, mpmath.mpf) for value in flat)
+        return tape.run(flat, to_mpmath if inexact else lambda value: value)
 
     return reader
 

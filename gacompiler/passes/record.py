@@ -21,6 +21,8 @@ class Compilation:
     variants: dict[str, tuple[Expression, ...]] | None = None
     decision: Decision | None = None
     candidates: tuple[Candidate, ...] = ()
+    limits: tuple[str, ...] = ()
+    """Where the search for candidates stopped short."""
     best: Candidate | None = None
 
     @property

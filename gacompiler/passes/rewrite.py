@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
+from ..algebra.versors import SMALL_DIMENSION, conjugate_factors, n_vectors
 from ..frontend.expression import Expression, node, topological
 from ..frontend.facts import is_unit, is_unit_even_versor, parity
 
@@ -42,6 +43,20 @@ def divide_by_reversing(expression: Expression) -> Expression | None:
     if expression.operation == "inverse" and is_unit(expression.arguments[0]):
         return ~expression.arguments[0]
     return None
+
+
+def spell_out_inverse(expression: Expression) -> Expression | None:
+    """An inverse as a product of conjugates, so that what they share can be named."""
+    if expression.operation != "inverse":
+        return None
+    x = expression.arguments[0]
+    if n_vectors(x.blades) > SMALL_DIMENSION:
+        return None
+    (first, *others), norm = conjugate_factors(x, lambda value: node("clifford_conjugate", value))
+    if not others:
+        return None
+    rest = others[0] if len(others) == 1 else others[0] * others[1]
+    return first * (rest * (1 / norm[0]))
 
 
 def split_sandwich(expression: Expression) -> Expression | None:
@@ -98,6 +113,7 @@ def sandwich_as_difference(expression: Expression) -> Expression | None:
 
 
 RECOGNISE: tuple[Rule, ...] = (recognise_sandwich, divide_by_reversing)
+SPELL_OUT: tuple[Rule, ...] = (*RECOGNISE, spell_out_inverse)
 PULL_OUT: tuple[Rule, ...] = (*RECOGNISE, pull_out_versor, drop_versor)
 SPLIT: tuple[Rule, ...] = (*PULL_OUT, split_sandwich)
 COMBINE: tuple[Rule, ...] = (*PULL_OUT, join_sandwich)
@@ -105,6 +121,7 @@ COMBINE: tuple[Rule, ...] = (*PULL_OUT, join_sandwich)
 STRATEGIES: dict[str, tuple[Rule, ...]] = {
     "as written": (),
     "sandwiches recognised": RECOGNISE,
+    "inverses spelled out": SPELL_OUT,
     "versors pulled out": PULL_OUT,
     "sandwiches one by one": SPLIT,
     "sandwiches combined": COMBINE,

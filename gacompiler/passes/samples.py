@@ -21,25 +21,27 @@ SPREADS = (Fraction(1), Fraction(1, 256), Fraction(1), Fraction(1, 2**30))
 change. Definitions with a bounded domain (a velocity below 1) are met by the small ones."""
 
 
-def sample(kernel: Kernel, random: Random, *, spread: Fraction = Fraction(1), near_one: bool = False) -> dict[str, Any]:
+def sample(
+    kernel: Kernel, random: Random, *, spread: Fraction = Fraction(1), near_one: bool = False, whole: bool = False
+) -> dict[str, Any]:
     """A random value of every input component that satisfies the relations of the layouts."""
     values: dict[str, Any] = {}
     for parameter in kernel.parameters:
         step = parameter.layout.size
         for start in range(0, len(parameter.components), step):
             names = parameter.components[start : start + step]
-            found = point(parameter.layout, random, spread=spread, near_one=near_one)
+            found = point(parameter.layout, random, spread=spread, near_one=near_one, whole=whole)
             values.update(zip(names, found, strict=True))
     return values
 
 
 def samples(
-    kernel: Kernel, expressions: Sequence[Expression], random: Random, n: int
+    kernel: Kernel, expressions: Sequence[Expression], random: Random, n: int, whole: bool = False
 ) -> Iterator[tuple[dict[str, Any], list[Multivector]]]:
-    """Up to `n` points where the definition has a value, with that value; `SPREADS` in turn."""
+    """Up to `n` points where the definition has a value, with that value; `SPREADS` in turn, or whole numbers."""
     found = 0
     for spread, _ in zip(cycle(SPREADS), range(8 * n), strict=False):
-        inputs = sample(kernel, random, spread=spread)
+        inputs = sample(kernel, random, spread=spread, whole=whole)
         try:
             values = meaning(expressions, inputs)
         except (ZeroDivisionError, ValueError, mpmath.libmp.ComplexResult):

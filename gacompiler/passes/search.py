@@ -20,7 +20,7 @@ from ..ir.scalar import Graph, Scalar
 from ..rings.polynomial import Polynomial, total_terms
 from .factor import Policy
 from .lower import Lowering, Reduction, Slot, pick, stages
-from .matrices import evaluate_by_matrices, levels
+from .matrices import evaluate_by_matrices, has_huge_product, levels
 from .resubstitute import resubstitute
 from .schedule import schedule
 from .share import share
@@ -36,6 +36,9 @@ HOPELESS = 3
 the time grows with the square of a sum's terms."""
 FIRST_EFFORT, MORE_EFFORT = 14_000, 8_000
 """Pairs of terms that may be looked at while comparing systems, and while refining the best two under `POLICIES`."""
+LOWERING = 10_000
+"""Pairs of terms that may be multiplied while one choice of named results is multiplied out. The best ones of all
+known kernels take 2 200 at most."""
 POLICIES = (
     Policy(split_numbers=True, long_sums_first=True),
     Policy(prefer_products=True, split_numbers=True, long_sums_first=True),
@@ -48,13 +51,27 @@ STAGE_LIMIT = 3
 more, only all: sets with many named results come first, because their systems are small."""
 
 
+Steps = tuple[str, ...]
+
+
 @dataclass(frozen=True, slots=True)
 class Candidate:
-    """One way to compute a kernel."""
+    """One way to compute a kernel.
 
-    origin: str
+    Attributes
+    ----------
+    steps : tuple of str
+        What was done, the rewriting first; what is not said was not done.
+    """
+
+    steps: tuple[str, ...]
     program: Program
     cost: Cost
+
+    @property
+    def origin(self) -> str:
+        """The steps in one line."""
+        return ", ".join(self.steps)
 
 
 ResultShape = tuple[str, tuple[int, ...], tuple[Slot, ...]]
@@ -79,41 +96,57 @@ class Search:
         self._results = tuple(results)
         self._slots = tuple(slot for _, _, slots in results for slot in slots)
         self._budget = SMALL
+        self._too_large = self._left = 0
         self._has_implied = any(parameter.layout.implied for parameter in kernel.parameters)
         self._arguments = tuple(Argument(p.name, p.shape, p.components) for p in kernel.parameters)
 
     def candidates(self) -> list[Candidate]:
         """All candidates that were tried, in order."""
-        direct = {name: self._candidate(name, self._direct(variant)) for name, variant in self._variants.items()}
+        direct = {
+            name: self._candidate((name,), self._direct(variant))
+            for name, variant in self._variants.items()
+            if not has_huge_product(variant)
+        }
         found = [*direct.values(), *self._by_matrices()]
         least = min(candidate.cost.total for candidate in found)
         self._budget = min(max(HOPELESS * least, SMALL), LARGEST)
-        first: list[tuple[str, System, Candidate]] = []
+        first: list[tuple[Steps, System, Candidate]] = []
         names = sorted(direct, key=lambda name: direct[name].cost.total)
         effort = 0
-        for origin, system in sorted(self._systems(names), key=lambda pair: _effort(pair[1])):
+        systems = sorted(self._systems(names), key=lambda pair: _effort(pair[1]))
+        for k, (steps, system) in enumerate(systems):
             effort += _effort(system)
             if effort > (FIRST_EFFORT if first else 2 * FIRST_EFFORT) or (first and _size(system) > HOPELESS * least):
+                self._left = len(systems) - k
                 break
-            candidate = self._factorise(origin, system, Policy(split_numbers=True))
-            first.append((origin, system, candidate))
+            candidate = self._factorise(steps, system, Policy(split_numbers=True))
+            first.append((steps, system, candidate))
             least = min(least, candidate.cost.total)
         found += [candidate for _, _, candidate in first]
         best = sorted(range(len(first)), key=lambda k: (first[k][2].cost.total, k))[:2]
         effort = 0
         for k in best:
-            origin, system, _ = first[k]
+            steps, system, _ = first[k]
             for policy in POLICIES:
                 effort += _effort(system)
                 if effort <= MORE_EFFORT:
-                    found.append(self._factorise(origin, system, policy))
+                    found.append(self._factorise(steps, system, policy))
         return found
 
-    def _candidate(self, origin: str, scalars: Sequence[Scalar]) -> Candidate:
+    @property
+    def limits(self) -> tuple[str, ...]:
+        """Where the search stopped short, for readers."""
+        texts = (
+            (self._too_large, "choices of named results were too large to be multiplied out"),
+            (self._left, "systems of polynomials were too large to be factorised"),
+        )
+        return tuple(f"{count} {text}; cheaper forms may exist there" for count, text in texts if count)
+
+    def _candidate(self, steps: Steps, scalars: Sequence[Scalar]) -> Candidate:
         todo = iter(scalars)
         results = tuple((name, shape, tuple(next(todo) for _ in slots)) for name, shape, slots in self._results)
         program = schedule(self._kernel.name, self._arguments, results)
-        return Candidate(origin, program, cost(program))
+        return Candidate(steps, program, cost(program))
 
     def _direct(self, expressions: Sequence[Expression]) -> tuple[Scalar, ...]:
         graph = Graph()
@@ -122,59 +155,67 @@ class Search:
     def _by_matrices(self) -> Iterator[Candidate]:
         """The author's structure with its large products through matrices, by one level, two, and so on."""
         name, expressions = next(iter(self._variants.items()))
-        for depth in range(1, max(len(levels(e.algebra)) for e in expressions) + 1):
+        deepest = max(len(levels(e.algebra)) for e in expressions)
+        for depth in range(max(1, deepest - 1) if has_huge_product(expressions) else 1, deepest + 1):
             graph = Graph()
             values = evaluate_by_matrices(expressions, self._inputs(graph), graph.lift, depth)
             if values is None:
                 return
-            yield self._candidate(f"{name}, {2**depth} x {2**depth} matrices", pick(values, self._slots, graph))
+            yield self._candidate((name, f"{2**depth} x {2**depth} matrices"), pick(values, self._slots, graph))
 
     def _inputs(self, graph: Graph) -> dict[str, Scalar]:
         return {name: graph.variable(name) for parameter in self._kernel.parameters for name in parameter.components}
 
-    def _factorise(self, origin: str, system: System, policy: Policy) -> Candidate:
+    def _factorise(self, steps: Steps, system: System, policy: Policy) -> Candidate:
         choices = [name for name in Policy.__slots__ if getattr(policy, name)]
-        return self._candidate(", ".join([origin, "factorised", *choices]), share(system, policy))
+        return self._candidate((*steps, "factorised", *choices), share(system, policy))
 
-    def _systems(self, names: Sequence[str]) -> Iterator[tuple[str, System]]:
+    def _systems(self, names: Sequence[str]) -> Iterator[tuple[Steps, System]]:
         """Different systems that are small enough to catch up with the best so far, the simplest rewriting first."""
-        seen: set[str] = set()
+        seen: set[tuple[object, ...]] = set()
         for name in names:
             expressions = self._variants[name]
+            too_large: list[tuple[tuple[Reduction, bool], frozenset[Expression]]] = []
             for cuts in _choices_of_stages(stages(expressions)):
                 for reduction in Reduction:
                     anything_known = True
                     for name_implied in (False, True) if self._has_implied else (False,):
+                        if any((reduction, name_implied) == way and cuts < more for way, more in too_large):
+                            continue
                         try:
-                            lowering = Lowering(self._kernel, expressions, cuts, reduction, self._budget, name_implied)
+                            lowering = Lowering(
+                                self._kernel, expressions, cuts, reduction, self._budget, LOWERING, name_implied
+                            )
                             system = lowering.system(self._slots)
                         except TooLargeError:
+                            self._too_large += 1
+                            too_large.append(((reduction, name_implied), cuts))
                             continue
                         anything_known = lowering.relations.known
                         how = [reduction.value] if anything_known else []
                         how += ["implied named"] if name_implied else []
-                        origin = ", ".join([name, f"{len(cuts)} stages", *how])
+                        steps = (name, f"{len(cuts)} stages", *how)
                         if _size(system) > self._budget:
                             continue
                         for form, each in _forms(system):
-                            if _size(each) <= self._budget and str(each) not in seen:
-                                seen.add(str(each))
-                                yield origin + form, each
+                            if _size(each) <= self._budget and each.key not in seen:
+                                seen.add(each.key)
+                                yield (*steps, *form), each
                     if not anything_known:
                         break
 
 
-def _forms(system: System) -> Iterator[tuple[str, System]]:
+def _forms(system: System) -> Iterator[tuple[Steps, System]]:
     """A system, and the other forms it has."""
-    yield "", system
+    yield (), system
     divided = resubstitute(system)
-    for how, each in (("", system), (", results by results", divided)):
+    for how, each in (((), system), (("results by results",), divided)):
         if each is not None:
             if each is divided:
                 yield how, each
             shifted = shift(each)
             if shifted is not None:
-                yield how + ", in differences", shifted
+                yield (*how, "in differences"), shifted
 
 
 def _size(system: System) -> int:

@@ -10,9 +10,11 @@ from __future__ import annotations
 from collections.abc import Mapping
 from fractions import Fraction
 
+from ..algebra.blades import Rational
 from ..rings.polynomial import Monomial, Polynomial
 from .system import Definition, System
 
+PRIME = 2**61 - 1
 VARIABLE_LIMIT = 40
 """Kernels with more inputs are left as they are."""
 
@@ -81,17 +83,37 @@ def _invariant_group(polynomials: list[Polynomial]) -> tuple[set[int], list[int]
 
 
 def _freedom(polynomial: Polynomial) -> int:
-    """Number of directions that leave one polynomial unchanged."""
+    """Number of directions that leave one polynomial unchanged, modulo a prime: what is found is checked exactly."""
     used = [variable for variable in polynomial.variables if variable >= 0]
-    return len(_null_space(_jacobian([polynomial], used), len(used))) if len(used) <= VARIABLE_LIMIT else 0
+    return len(used) - _rank(_jacobian([polynomial], used)) if len(used) <= VARIABLE_LIMIT else 0
 
 
-def _jacobian(polynomials: list[Polynomial], variables: list[int]) -> list[dict[int, Fraction]]:
+def _rank(rows: list[dict[int, Rational]]) -> int:
+    pivots: dict[int, dict[int, int]] = {}
+    for given in rows:
+        row = {k: v.numerator * pow(v.denominator, -1, PRIME) % PRIME for k, v in given.items()}
+        while row:
+            first = min(row)
+            if first not in pivots:
+                inverse = pow(row[first], -1, PRIME)
+                pivots[first] = {k: v * inverse % PRIME for k, v in row.items()}
+                break
+            factor = row[first]
+            for k, value in pivots[first].items():
+                total = (row.get(k, 0) - factor * value) % PRIME
+                if total:
+                    row[k] = total
+                else:
+                    row.pop(k, None)
+    return len(pivots)
+
+
+def _jacobian(polynomials: list[Polynomial], variables: list[int]) -> list[dict[int, Rational]]:
     """One sparse row for each monomial of each polynomial's derivatives: coefficients of the unknown direction."""
     place = {variable: k for k, variable in enumerate(variables)}
-    rows: list[dict[int, Fraction]] = []
+    rows: list[dict[int, Rational]] = []
     for polynomial in polynomials:
-        by_monomial: dict[Monomial, dict[int, Fraction]] = {}
+        by_monomial: dict[Monomial, dict[int, Rational]] = {}
         for monomial, value in polynomial.terms.items():
             for variable in dict.fromkeys(monomial):
                 if variable in place:
@@ -99,16 +121,16 @@ def _jacobian(polynomials: list[Polynomial], variables: list[int]) -> list[dict[
                     rest.remove(variable)
                     row = by_monomial.setdefault(tuple(rest), {})
                     k = place[variable]
-                    row[k] = row.get(k, Fraction(0)) + Fraction(value) * monomial.count(variable)
+                    row[k] = row.get(k, 0) + value * monomial.count(variable)
         rows.extend(by_monomial.values())
     return rows
 
 
-def _null_space(rows: list[dict[int, Fraction]], n: int) -> list[list[Fraction]]:
+def _null_space(rows: list[dict[int, Rational]], n: int) -> list[list[Fraction]]:
     """Null vectors, one for each free column of the reduced row echelon form."""
     pivots: dict[int, dict[int, Fraction]] = {}
     for given in rows:
-        row = {k: v for k, v in given.items() if v}
+        row = {k: Fraction(v) for k, v in given.items() if v}
         for pivot in sorted(set(row) & set(pivots)):
             if pivot in row:
                 row = _minus(row, pivots[pivot], row[pivot])

@@ -49,6 +49,17 @@ class System:
         kept = tuple(definition for definition in self.definitions if definition.variable in needed)
         return kept, tuple(sorted((v for v in needed if v < 0), reverse=True))
 
+    @property
+    def key(self) -> tuple[object, ...]:
+        """Equal for systems that compute the same in the same way."""
+        kept, atoms = self.live()
+        functions = ((v, self.ring.atom_of(v)) for v in atoms)
+        return (
+            tuple((definition.variable, definition.polynomial.key) for definition in kept),
+            tuple((v, atom.op, *(argument.key for argument in atom.arguments)) for v, atom in functions),
+            tuple(polynomial.key for polynomial in self.outputs),
+        )
+
     def _parts(self, variable: int, by_variable: dict[int, Definition]) -> Iterable[Polynomial]:
         if variable < 0:
             return self.ring.atom_of(variable).arguments

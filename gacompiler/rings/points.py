@@ -7,8 +7,10 @@ relations are of another kind, a point is found to many digits by Gauss-Newton i
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
 from fractions import Fraction
+from functools import cache, partial
 from itertools import combinations
 from random import Random
 from typing import Any
@@ -33,65 +35,112 @@ def random_fraction(random: Random) -> Fraction:
     return Fraction(random.choice((-1, 1)) * random.randint(11, 97), random.choice((1, 2, 3, 5, 7)))
 
 
-def point(layout: Layout, random: Random, *, spread: Fraction = Fraction(1), near_one: bool = False) -> list[Any]:
+def point(
+    layout: Layout, random: Random, *, spread: Fraction = Fraction(1), near_one: bool = False, whole: bool = False
+) -> list[Any]:
     """Random stored coefficients of an element of `layout`: Fractions where possible, else mpmath numbers.
 
     `spread` scales free coefficients, and says how far versors are from 1; `near_one` keeps magnitudes moderate, for
-    measuring floating-point error.
+    measuring floating-point error; `whole` makes free coefficients whole numbers, which multiply many times faster.
     """
+    if not layout.has_relations and whole:
+        return [random.randint(-(10**6), 10**6) for _ in layout.stored]
     if not layout.has_relations:
         return [spread * _coefficient(random, near_one) for _ in layout.stored]
-    for make in (_versor, _blade, _number):
-        found = make(layout, random, spread)
-        if found is not None:
-            return found
-    return _newton(layout, random)
+    make = _best_maker(layout)
+    found = make(layout, random, spread) if make else None
+    return _newton(layout, random) if found is None else found
+
+
+def _small(random: Random) -> Fraction:
+    return Fraction(random.choice((-1, 1)) * random.randint(1, 6), random.randint(1, 3))
 
 
 def _coefficient(random: Random, near_one: bool) -> Fraction:
     return Fraction(random.randint(-2000, 2000), 1000) if near_one else random_fraction(random)
 
 
-def _vectors_within(layout: Layout, even_only: bool) -> tuple[int, ...]:
-    """The largest set of basis vectors whose even subalgebra (or rotations) stay inside the layout's blades."""
-    n = layout.algebra.dimension
-    for size in range(n, 0, -1):
-        for chosen in combinations(range(n), size):
-            blades = [sum(1 << k for k in pair) for r in range(0, size + 1, 2) for pair in combinations(chosen, r)]
-            if not even_only or all(blade in layout.support for blade in blades):
-                return chosen
-    return ()
+@dataclass(frozen=True, slots=True)
+class Recipe:
+    """How to make a unit versor: as the square of a product of pairs of vectors, divided by its norm.
+
+    Attributes
+    ----------
+    vectors : tuple of int
+        The basis vectors that take part.
+    n_pairs : int
+    fixed : int or None
+        A basis vector that is the first of every pair.
+    """
+
+    vectors: tuple[int, ...]
+    n_pairs: int
+    fixed: int | None = None
 
 
-def _unit_versor(layout: Layout, vectors: Sequence[int], random: Random, spread: Fraction) -> Multivector | None:
+def _recipes(layout: Layout) -> Iterator[Recipe]:
+    """Products of ever fewer general vectors, of one vector with a general one, and all within a subspace."""
+    everything = tuple(range(layout.algebra.dimension))
+    for n_pairs in range((len(everything) + 1) // 2, 0, -1):
+        yield Recipe(everything, n_pairs)
+    for k in everything:
+        yield Recipe(everything, 1, k)
+    for size in range(len(everything) - 1, 1, -1):
+        for chosen in combinations(everything, size):
+            blades = (sum(1 << k for k in pair) for r in range(0, size + 1, 2) for pair in combinations(chosen, r))
+            if all(blade in layout.support for blade in blades):
+                yield Recipe(chosen, (size + 1) // 2)
+                return
+
+
+Maker = Callable[[Layout, Random, Fraction], "list[Any] | None"]
+
+
+@cache
+def _best_maker(layout: Layout) -> Maker | None:
+    """The first way that gives elements of the layout with as many coefficients other than zero as any does.
+
+    Elements with zeros would let the compiler see only a part of what a kernel does.
+    """
+    best: tuple[int, Maker] | None = None
+    makers: list[Maker] = [_free]
+    if 0 in layout.support:
+        makers += [partial(_by_recipe, recipe) for recipe in _recipes(layout)]
+    for make in (*makers, _blade, _number):
+        found = make(layout, Random(1), Fraction(1))
+        filled = sum(value != 0 for value in found or ())
+        if found is not None and (best is None or filled > best[0]):
+            best = filled, make
+        if filled == layout.size:
+            break
+    return best[1] if best else None
+
+
+def _free(layout: Layout, random: Random, spread: Fraction) -> list[Any] | None:
+    """Where the relations hold for all coefficients, as for translators."""
+    return _accepted(layout, layout.element([spread * random_fraction(random) for _ in layout.stored]))
+
+
+def _by_recipe(recipe: Recipe, layout: Layout, random: Random, spread: Fraction) -> list[Any] | None:
+    for _ in range(4):
+        found = _accepted(layout, _unit_versor(layout, recipe, random, spread))
+        if found is not None:
+            return found
+    return None
+
+
+def _unit_versor(layout: Layout, recipe: Recipe, random: Random, spread: Fraction) -> Multivector | None:
     algebra = layout.algebra
     product = algebra.scalar(1)
 
     def vector(size: Fraction) -> Multivector:
-        return Multivector(
-            algebra, {1 << k: size * Fraction(random.randint(-6, 6), random.randint(1, 3)) for k in vectors}
-        )
+        return Multivector(algebra, {1 << k: size * _small(random) for k in recipe.vectors})
 
-    for _ in range((len(vectors) + 1) // 2):
-        first = vector(Fraction(1))
+    for _ in range(recipe.n_pairs):
+        first = vector(Fraction(1)) if recipe.fixed is None else Multivector(algebra, {1 << recipe.fixed: 1})
         product = product * first * (first + vector(spread))
     norm = norm_squared(product).scalar
     return None if norm == 0 else (product * product).map(lambda value: divide(value, norm))
-
-
-def _versor(layout: Layout, random: Random, spread: Fraction) -> list[Any] | None:
-    if 0 not in layout.support:
-        return None
-    for _ in range(4):
-        vectors = _vectors_within(layout, True)
-        if len(vectors) < 2:
-            vectors = ()
-        versor = _unit_versor(layout, vectors, random, spread) if vectors else None
-        found = _accepted(layout, versor)
-        if found is not None:
-            return found
-    free = [spread * random_fraction(random) for _ in layout.stored]
-    return _accepted(layout, layout.element(free))
 
 
 def _number(layout: Layout, random: Random, spread: Fraction) -> list[Any] | None:
@@ -109,7 +158,7 @@ def _blade(layout: Layout, random: Random, spread: Fraction) -> list[Any] | None
             continue
         for size in range(algebra.dimension, 1, -1):
             for vectors in combinations(range(algebra.dimension), size):
-                versor = _unit_versor(layout, vectors, random, spread)
+                versor = _unit_versor(layout, Recipe(vectors, (size + 1) // 2), random, spread)
                 if versor is None:
                     continue
                 found = _accepted(layout, versor * seed * ~versor)

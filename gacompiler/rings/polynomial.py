@@ -12,7 +12,6 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from fractions import Fraction
-from heapq import merge
 from typing import Any
 
 from ..algebra.blades import Rational, exact
@@ -38,10 +37,13 @@ class PolynomialRing:
     ----------
     budget : int
         Largest number of terms a product may have before `TooLargeError` is raised.
+    effort : int
+        Pairs of terms that may be multiplied in all before it is raised.
     """
 
-    def __init__(self, budget: int = 20_000) -> None:
+    def __init__(self, budget: int = 20_000, effort: int = 2_000_000) -> None:
         self.budget = budget
+        self.effort = effort
         self.names: list[str] = []
         self.atoms: list[Atom] = []
         self._atom_numbers: dict[tuple[Op, tuple[Key, ...]], int] = {}
@@ -185,11 +187,14 @@ class Polynomial:
         other = self._operand(other)
         if len(self.terms) * len(other.terms) > 20 * self.ring.budget:
             raise TooLargeError("product of polynomials", f"{len(self.terms)} x {len(other.terms)} terms")
+        self.ring.effort -= len(self.terms) * len(other.terms)
+        if self.ring.effort < 0:
+            raise TooLargeError("product of polynomials", "more pairs of terms than are to be multiplied")
         terms: dict[Monomial, Rational] = {}
         get = terms.get
         for a, x in self.terms.items():
             for b, y in other.terms.items():
-                monomial = tuple(merge(a, b)) if a and b else a or b
+                monomial = tuple(sorted(a + b)) if a and b else a or b
                 terms[monomial] = get(monomial, 0) + x * y
         result = {monomial: exact(value) for monomial, value in terms.items() if value}
         if len(result) > self.ring.budget:

@@ -20,6 +20,8 @@ POINT_PAIR, LINE, CIRCLE, PLANE, SPHERE = CGA3.POINT_PAIR, CGA3.LINE, CGA3.CIRCL
 ROTOR, TRANSLATOR, MOTOR, DILATOR = CGA3.ROTOR, CGA3.TRANSLATOR, CGA3.MOTOR, CGA3.DILATOR
 EVEN, UNIT_EVEN, FULL = CGA3.even, CGA3.UNIT_EVEN, CGA3.full
 COORDINATES = array(SCALAR, 3)
+GENERATOR = CGA3.layout("GENERATOR", "e12 e13 e23 e1inf e2inf e3inf")
+"""Bivectors of rigid motions."""
 
 E1, E2, E3, E0, EINF = CGA3.basis()
 
@@ -423,6 +425,69 @@ def motor_from_rotor_translation(r, t):
 def motor_from_line(line, angle):
     """The right-handed rotation about a line, whose square may be any but 0."""
     return ga.cos(angle / 2) + ga.sin(angle / 2) / ga.sqrt(ga.scalar_product(line, line)) * ga.polarity(line)
+
+
+@kernel(b=GENERATOR, returns=MOTOR)
+def motor_exponential(b):
+    """``exp(b)`` of the bivector of a rigid motion: rotation, translation or screw. Smooth everywhere."""
+    return ga.exp(b)
+
+
+@kernel(m=MOTOR, returns=GENERATOR)
+def motor_logarithm(m):
+    """The bivector of least angle whose exponential is `m` or `-m`, the same motion.
+
+    Pure translations are no exception. At half turns, where the scalar part is 0, the two signs are equally near
+    and the result jumps.
+    """
+    return ga.log(m)
+
+
+@kernel(m=MOTOR, returns=MOTOR)
+def motor_square_root(m):
+    """The motor that, done twice, is the motion of `m`, by the smaller angle; a half turn's sign decides its sense."""
+    return ga.sqrt(m)
+
+
+@kernel(m=MOTOR, t=SCALAR, returns=MOTOR)
+def motor_power(m, t):
+    """The part `t` of the motion of `m`, by the smaller angle: ``exp(t log(m))``, of ``-m`` where that is nearer to 1.
+
+    Any real `t`: 0 gives no motion, 1 the motion itself, -1 its inverse. At half turns the sense jumps.
+    """
+    return ga.power(m, t)
+
+
+@kernel(a=MOTOR, b=MOTOR, t=SCALAR, returns=MOTOR)
+def interpolate_motors(a, b, t):
+    """The screw motion that starts as `a` at ``t = 0`` and is `b` (or `-b`) at ``t = 1``, at constant twist."""
+    return a * ga.power(~a * b, t)
+
+
+@kernel(b=POINT_PAIR, returns=UNIT_EVEN)
+def versor_exponential(b):
+    """``exp(b)`` of any bivector: motions, dilations, transversions and all other conformal maps near the identity.
+
+    Every sum of a rotation, translation or dilation and a commuting rotation, isoclinic ones among them. Errors are a
+    few units of the last place of the largest coefficient of the result or, far from the origin, of ``b b``.
+    """
+    return ga.exp(b)
+
+
+@kernel(v=UNIT_EVEN)
+def versor_logarithm(v):
+    """The bivector of least angles whose exponential is the unit versor `v` or `-v`, the same conformal map.
+
+    Every one has a logarithm. Where the scalar part is 0, at half turns, the two signs are equally near and the result
+    jumps; half turns in two planes at once (`v` is a 4-vector) have many logarithms, and the result is not a number.
+    """
+    return ga.log(v)
+
+
+@kernel(v=UNIT_EVEN, returns=UNIT_EVEN)
+def versor_square_root(v):
+    """The unit versor half way to `v` or `-v`: ``exp(log(v) / 2)`` without angles, where that is defined."""
+    return ga.sqrt(v)
 
 
 @kernel(m=MOTOR, returns=array(SCALAR, 4, 4))

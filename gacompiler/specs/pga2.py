@@ -36,20 +36,6 @@ def _coordinates(point):
     return point["e20"], point["e01"]
 
 
-def _exponential(b):
-    u = ga.absolute(b["e12"])
-    tiny = u * u < NEARLY_ZERO
-    return ga.cos(u) + ga.select(tiny, 1, ga.sin(u) / ga.select(tiny, 1, u)) * b
-
-
-def _logarithm(m):
-    """The bivector of least angle whose exponential is `m` or ``-m``."""
-    u = ga.absolute(m["e12"])
-    tiny = u * u < NEARLY_ZERO
-    stretch = ga.select(tiny, 1, ga.atan2(u, ga.absolute(m["1"])) / ga.select(tiny, 1, u))
-    return ga.select(m["1"] < 0, -stretch, stretch) * m.grade(2)
-
-
 # Products, involutions and duals of any two elements.
 
 
@@ -308,19 +294,34 @@ def motor_from_matrix(matrix):
 @kernel(b=BIVECTOR, returns=MOTOR)
 def motor_exponential(b):
     """``exp(b)`` of any bivector; ``exp(-angle/2 p)`` turns about the point p. Smooth at 0 and for translations."""
-    return _exponential(b)
+    return ga.exp(b)
 
 
 @kernel(m=MOTOR)
 def motor_logarithm(m):
     """The bivector of least angle whose exponential is `m` or `-m`, the same motion; also of pure translations."""
-    return _logarithm(m)
+    return ga.log(m)
+
+
+@kernel(m=MOTOR, returns=MOTOR)
+def motor_square_root(m):
+    """The motor that, done twice, is the motion of `m`, by the smaller angle; a half turn's sign decides its sense."""
+    return ga.sqrt(m)
+
+
+@kernel(m=MOTOR, t=SCALAR, returns=MOTOR)
+def motor_power(m, t):
+    """The part `t` of the motion of `m`, by the smaller angle: ``exp(t log(m))``, of ``-m`` where that is nearer to 1.
+
+    Any real `t`: 0 gives no motion, 1 the motion itself, -1 its inverse. At half turns the sense jumps.
+    """
+    return ga.power(m, t)
 
 
 @kernel(a=MOTOR, b=MOTOR, t=SCALAR, returns=MOTOR)
 def interpolate_motors(a, b, t):
     """The motion that starts as `a` at ``t = 0`` and is `b` (or `-b`) at ``t = 1``, at constant twist."""
-    return a * _exponential(t * _logarithm(~a * b))
+    return a * ga.power(~a * b, t)
 
 
 @kernel(v=BIVECTOR, p=POINT)

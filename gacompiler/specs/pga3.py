@@ -48,35 +48,6 @@ def _study_unit(x):
     return x * (1 - study["e0123"] / (2 * s) * PSEUDOSCALAR) / ga.sqrt(s)
 
 
-def _exponential(b):
-    """``exp(b)`` by cosine and sine of the dual number ``sqrt(-b b)``."""
-    square = b * b
-    u2, p = -square["1"], square["e0123"]
-    tiny = u2 < NEARLY_ZERO
-    u2 = ga.select(tiny, 1, u2)
-    u = ga.sqrt(u2)
-    cosine = ga.select(tiny, 1, ga.cos(u))
-    sinc = ga.select(tiny, 1, ga.sin(u) / u)
-    slope = ga.select(tiny, -Fraction(1, 3), (cosine - sinc) / u2)
-    return cosine + p * sinc / 2 * PSEUDOSCALAR + (sinc - p * slope / 2 * PSEUDOSCALAR) * b
-
-
-def _logarithm(m):
-    """The bivector of least angle whose exponential is `m` or ``-m``."""
-    flipped = m["1"] < 0
-    s = ga.absolute(m["1"])
-    b = m.grade(2)
-    u2 = -(b * b)["1"]
-    tiny = u2 < NEARLY_ZERO
-    u2 = ga.select(tiny, 1, u2)
-    u = ga.sqrt(u2)
-    angle = ga.atan2(u, s)
-    stretch = ga.select(tiny, 1, angle / u)
-    slope = ga.select(tiny, -Fraction(1, 3), (s - u / angle) / u2)
-    p = ga.select(flipped, -m["e0123"], m["e0123"])
-    return ga.select(flipped, -stretch, stretch) * (1 + p * slope * PSEUDOSCALAR) * b
-
-
 # Products, involutions and duals of any two elements.
 
 
@@ -424,7 +395,7 @@ def rotor_from_axis_angle(axis, angle):
 @kernel(v=VECTOR, returns=ROTOR)
 def rotor_from_rotation_vector(v):
     """The rotation about `v` by its length in radians, through the origin; smooth where the vector is 0."""
-    return _exponential(ga.assemble(PGA3, {"e12": -v[2] / 2, "e13": v[1] / 2, "e23": -v[0] / 2}))
+    return ga.exp(ga.assemble(PGA3, {"e12": -v[2] / 2, "e13": v[1] / 2, "e23": -v[0] / 2}))
 
 
 @kernel(v=VECTOR, returns=TRANSLATOR)
@@ -566,7 +537,7 @@ def motor_from_modified_denavit_hartenberg(theta, d, a, alpha):
 @kernel(b=LINE, returns=MOTOR)
 def motor_exponential(b):
     """``exp(b)`` of any bivector; ``exp(-angle/2 line)`` is a rotation. Smooth at 0 and for pure translations."""
-    return _exponential(b)
+    return ga.exp(b)
 
 
 @kernel(m=MOTOR)
@@ -576,19 +547,28 @@ def motor_logarithm(m):
     Pure translations are no exception. At half turns, where the scalar part is 0, the two signs are equally near
     and the result jumps.
     """
-    return _logarithm(m)
+    return ga.log(m)
 
 
 @kernel(m=MOTOR, returns=MOTOR)
 def motor_square_root(m):
     """The motor that, done twice, is the motion of `m`, by the smaller angle; a half turn's sign decides its sense."""
-    return _study_unit(1 + ga.select(m["1"] < 0, -1, 1) * m)
+    return ga.sqrt(m)
+
+
+@kernel(m=MOTOR, t=SCALAR, returns=MOTOR)
+def motor_power(m, t):
+    """The part `t` of the motion of `m`, by the smaller angle: ``exp(t log(m))``, of ``-m`` where that is nearer to 1.
+
+    Any real `t`: 0 gives no motion, 1 the motion itself, -1 its inverse. At half turns the sense jumps.
+    """
+    return ga.power(m, t)
 
 
 @kernel(a=MOTOR, b=MOTOR, t=SCALAR, returns=MOTOR)
 def interpolate_motors(a, b, t):
     """The screw motion that starts as `a` at ``t = 0`` and is `b` (or `-b`) at ``t = 1``, at constant twist."""
-    return a * _exponential(t * _logarithm(~a * b))
+    return a * ga.power(~a * b, t)
 
 
 @kernel(a=UNIT_LINE, b=UNIT_LINE, returns=MOTOR)

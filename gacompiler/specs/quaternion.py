@@ -17,7 +17,7 @@ VECTOR = VGA3.VECTOR
 COMPLEX, MATRIX = array(SCALAR, 2), array(SCALAR, 3, 3)
 
 AXES = VGA3.basis()
-NEARLY_ZERO = Fraction(1, 10**18)
+UNIT_I = VGA3.multivector({"e32": 1})
 NEARLY_OPPOSITE = Fraction(1, 10**8)
 ROUNDING = Fraction(1, 10**28)
 
@@ -28,39 +28,6 @@ def _quaternion(w, x, y, z):
 
 def _coordinates(v):
     return v["e1"], v["e2"], v["e3"]
-
-
-def _exponential(v):
-    """``exp(v)`` of a quaternion without scalar part."""
-    u2 = ga.norm_squared(v)
-    tiny = u2 < NEARLY_ZERO
-    u = ga.sqrt(ga.select(tiny, 1, u2))
-    return ga.select(tiny, 1, ga.cos(u)) + ga.select(tiny, 1, ga.sin(u) / u) * v
-
-
-def _half_rotation(q):
-    """Half the rotation vector of a unit quaternion, as a quaternion, by the angle of `q` or `-q` in [0, pi/2]."""
-    v = q.grade(2)
-    u2 = ga.norm_squared(v)
-    tiny = u2 < NEARLY_ZERO
-    u = ga.sqrt(ga.select(tiny, 1, u2))
-    stretch = ga.select(tiny, 1, ga.atan2(u, ga.absolute(q["1"])) / u)
-    return ga.select(q["1"] < 0, -stretch, stretch) * v
-
-
-def _logarithm(q):
-    """The principal logarithm; that of a negative number is taken along i."""
-    v = q.grade(2)
-    u2 = ga.norm_squared(v)
-    none = ga.equal(u2, 0)
-    angle = ga.atan2(ga.sqrt(u2), q["1"])
-    stretch = ga.select(none, 0, angle / ga.sqrt(ga.select(none, 1, u2)))
-    along_i = _quaternion(0, ga.select(none, angle, 0), 0, 0)
-    return ga.log(ga.norm_squared(q)) / 2 + stretch * v + along_i
-
-
-def _exponential_of_any(q):
-    return ga.exp(q["1"]) * _exponential(q.grade(2))
 
 
 def _choose(condition, these, those):
@@ -145,13 +112,13 @@ def from_axis_angle(axis, angle):
 @kernel(v=VECTOR, returns=UNIT_QUATERNION)
 def from_rotation_vector(v):
     """The rotation about `v` by its length in radians; smooth where the vector is 0."""
-    return _exponential(-ga.dual(v) / 2)
+    return ga.exp(-ga.dual(v) / 2)
 
 
 @kernel(q=UNIT_QUATERNION)
 def to_rotation_vector(q):
     """Axis times angle of a unit quaternion, the angle in [0, pi]. At half turns the two signs are equally near."""
-    return -2 * ga.dual(_half_rotation(q))
+    return -2 * ga.dual(ga.log(q))
 
 
 @kernel(roll=SCALAR, pitch=SCALAR, yaw=SCALAR, returns=UNIT_QUATERNION)
@@ -194,7 +161,7 @@ def angle_between(p, q):
 @kernel(q=QUATERNION, returns=QUATERNION)
 def exponential(q):
     """``exp(q)`` of any quaternion: ``exp(w) (cos u + v sin(u)/u)`` with the vector part v and its norm u."""
-    return _exponential_of_any(q)
+    return ga.exp(q)
 
 
 @kernel(q=QUATERNION, returns=QUATERNION)
@@ -203,19 +170,25 @@ def logarithm(q):
 
     A negative number has no vector part; its angle pi is taken along i.
     """
-    return _logarithm(q)
+    return ga.log(q, along=UNIT_I)
+
+
+@kernel(q=QUATERNION, returns=QUATERNION)
+def square_root(q):
+    """The principal square root of any quaternion: its scalar part is not negative; that of -1 is i."""
+    return ga.sqrt(q, along=UNIT_I)
 
 
 @kernel(q=QUATERNION, t=SCALAR, returns=QUATERNION)
 def power(q, t):
     """``exp(t log(q))`` of any quaternion but 0, with the principal logarithm."""
-    return _exponential_of_any(t * _logarithm(q))
+    return ga.power(q, t, along=UNIT_I)
 
 
 @kernel(p=UNIT_QUATERNION, q=UNIT_QUATERNION, t=SCALAR, returns=UNIT_QUATERNION)
 def slerp(p, q, t):
     """The rotation that is `p` at ``t = 0`` and `q` (or `-q`) at ``t = 1``, at constant speed along the short way."""
-    return p * _exponential(t * _half_rotation(~p * q))
+    return p * ga.power(~p * q, t)
 
 
 @kernel(q=QUATERNION, returns=(COMPLEX, COMPLEX))

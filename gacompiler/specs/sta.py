@@ -201,6 +201,46 @@ def rotor_from_axis_angle(axis, angle):
     return ga.cos(angle / 2) - factor * STA.pseudoscalar * _relative(axis)
 
 
+@kernel(b=BIVECTOR, returns=ROTOR)
+def rotor_exponential(b):
+    """``exp(b)`` of any bivector: rotation, boost, null rotation or a rotation and a boost in commuting planes.
+
+    A rapidity of up to 1400 stays finite; errors are a few units of the last place of the largest coefficient.
+    """
+    return ga.exp(b)
+
+
+@kernel(r=ROTOR)
+def rotor_logarithm(r):
+    """The bivector of least angle whose exponential is `r` or `-r`, the same transformation; every rotor has one.
+
+    Rotations, boosts and null rotations are no exceptions. At half turns, where the scalar part is 0, the two signs
+    are equally near and the result jumps.
+    """
+    return ga.log(r)
+
+
+@kernel(r=ROTOR, returns=ROTOR)
+def rotor_square_root(r):
+    """The rotor that, done twice, is `r` or `-r`, by the smaller angle; a half turn's sign decides its sense."""
+    return ga.sqrt(r)
+
+
+@kernel(r=ROTOR, t=SCALAR, returns=ROTOR)
+def rotor_power(r, t):
+    """The part `t` of the transformation of `r`: ``exp(t log(r))``, of ``-r`` where its scalar part is negative.
+
+    Any real `t`: 0 gives the identity, 1 the transformation itself, -1 its inverse. At half turns the sense jumps.
+    """
+    return ga.power(r, t)
+
+
+@kernel(a=ROTOR, b=ROTOR, t=SCALAR, returns=ROTOR)
+def interpolate_rotors(a, b, t):
+    """The transformation that is `a` at ``t = 0`` and `b` (or `-b`) at ``t = 1``, at constant generator."""
+    return a * ga.power(~a * b, t)
+
+
 @kernel(r=ROTOR, returns=array(SCALAR, 4, 4))
 def rotor_to_matrix(r):
     """The 4 x 4 Lorentz matrix of a unit rotor, which acts on columns (t, x, y, z)."""

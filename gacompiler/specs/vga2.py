@@ -8,7 +8,8 @@ import gacompiler as ga
 from gacompiler import SCALAR, array, kernel
 from gacompiler.algebra.catalog import VGA2
 
-VECTOR, ROTOR, EVEN, FULL = VGA2.VECTOR, VGA2.ROTOR, VGA2.EVEN, VGA2.full
+VECTOR, BIVECTOR, ROTOR = VGA2.VECTOR, VGA2.BIVECTOR, VGA2.ROTOR
+EVEN, FULL = VGA2.EVEN, VGA2.full
 MATRIX = array(SCALAR, 2, 2)
 
 E1, E2 = VGA2.basis()
@@ -166,6 +167,57 @@ def rotor_to_angle(r):
     """The angle of a unit rotor, in [-pi, pi]; `r` and `-r` give the same."""
     flipped = r["1"] < 0
     return 2 * ga.atan2(ga.select(flipped, r["e12"], -r["e12"]), ga.absolute(r["1"]))
+
+
+@kernel(b=BIVECTOR, returns=ROTOR)
+def rotor_exponential(b):
+    """``exp(b)`` of any bivector; ``exp(-angle/2 e12)`` turns from e1 towards e2."""
+    return ga.exp(b)
+
+
+@kernel(r=ROTOR)
+def rotor_logarithm(r):
+    """The bivector of least angle, in [-pi/2, pi/2], whose exponential is `r` or `-r`, the same rotation."""
+    return ga.log(r)
+
+
+@kernel(r=ROTOR, returns=ROTOR)
+def rotor_square_root(r):
+    """The rotor that, done twice, is the rotation of `r`, by the smaller angle; the sign of a half turn decides."""
+    return ga.sqrt(r)
+
+
+@kernel(r=ROTOR, t=SCALAR, returns=ROTOR)
+def rotor_power(r, t):
+    """The part `t` of the rotation of `r`, by the smaller angle: ``exp(t log(r))``, or of ``-r`` if nearer to 1.
+
+    Any real `t`: 0 gives no rotation, 1 the rotation itself, -1 its inverse. At half turns the sense jumps.
+    """
+    return ga.power(r, t)
+
+
+@kernel(a=ROTOR, b=ROTOR, t=SCALAR, returns=ROTOR)
+def interpolate_rotors(a, b, t):
+    """The rotation that is `a` at ``t = 0`` and `b` (or `-b`) at ``t = 1``, at constant speed along the short way."""
+    return a * ga.power(~a * b, t)
+
+
+@kernel(x=EVEN)
+def even_exponential(x):
+    """``exp(x)`` of any even element, a complex number with the real part first."""
+    return ga.exp(x)
+
+
+@kernel(x=EVEN)
+def even_logarithm(x):
+    """The principal logarithm of any even element but 0, a complex number: its angle is in [-pi, pi]."""
+    return ga.log(x)
+
+
+@kernel(x=EVEN)
+def even_square_root(x):
+    """The principal square root of any even element, a complex number: its real part is not negative."""
+    return ga.sqrt(x)
 
 
 @kernel(a=VECTOR, b=VECTOR, returns=ROTOR)

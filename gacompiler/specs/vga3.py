@@ -30,23 +30,6 @@ def _coordinates(v):
     return v["e1"], v["e2"], v["e3"]
 
 
-def _exponential(b):
-    u2 = ga.norm_squared(b)
-    tiny = u2 < NEARLY_ZERO
-    u = ga.sqrt(ga.select(tiny, 1, u2))
-    return ga.select(tiny, 1, ga.cos(u)) + ga.select(tiny, 1, ga.sin(u) / u) * b
-
-
-def _logarithm(r):
-    """The bivector of least angle whose exponential is `r` or ``-r``."""
-    b = r.grade(2)
-    u2 = ga.norm_squared(b)
-    tiny = u2 < NEARLY_ZERO
-    u = ga.sqrt(ga.select(tiny, 1, u2))
-    stretch = ga.select(tiny, 1, ga.atan2(u, ga.absolute(r["1"])) / u)
-    return ga.select(r["1"] < 0, -stretch, stretch) * b
-
-
 # Products, involutions and duals of any two elements.
 
 
@@ -257,31 +240,46 @@ def rotor_from_axis_angle(axis, angle):
 @kernel(v=VECTOR, returns=ROTOR)
 def rotor_from_rotation_vector(v):
     """The rotation about `v` by its length in radians; smooth where the vector is 0."""
-    return _exponential(-ga.dual(v) / 2)
+    return ga.exp(-ga.dual(v) / 2)
 
 
 @kernel(r=ROTOR)
 def rotor_to_rotation_vector(r):
     """Axis times angle of a unit rotor, the angle in [0, pi]. At half turns the two signs are equally near."""
-    return -2 * ga.dual(_logarithm(r))
+    return -2 * ga.dual(ga.log(r))
 
 
 @kernel(b=BIVECTOR, returns=ROTOR)
 def rotor_exponential(b):
     """``exp(b)`` of any bivector; ``exp(-angle/2 B)`` turns in the plane of the unit bivector B. Smooth at 0."""
-    return _exponential(b)
+    return ga.exp(b)
 
 
 @kernel(r=ROTOR)
 def rotor_logarithm(r):
     """The bivector of least angle whose exponential is `r` or `-r`, the same rotation."""
-    return _logarithm(r)
+    return ga.log(r)
+
+
+@kernel(r=ROTOR, returns=ROTOR)
+def rotor_square_root(r):
+    """The rotor that, done twice, is the rotation of `r`, by the smaller angle; the sign of a half turn decides."""
+    return ga.sqrt(r)
+
+
+@kernel(r=ROTOR, t=SCALAR, returns=ROTOR)
+def rotor_power(r, t):
+    """The part `t` of the rotation of `r`, by the smaller angle: ``exp(t log(r))``, or of ``-r`` if nearer to 1.
+
+    Any real `t`: 0 gives no rotation, 1 the rotation itself, -1 its inverse. At half turns the sense jumps.
+    """
+    return ga.power(r, t)
 
 
 @kernel(a=ROTOR, b=ROTOR, t=SCALAR, returns=ROTOR)
 def interpolate_rotors(a, b, t):
     """The rotation that is `a` at ``t = 0`` and `b` (or `-b`) at ``t = 1``, at constant speed along the short way."""
-    return a * _exponential(t * _logarithm(~a * b))
+    return a * ga.power(~a * b, t)
 
 
 @kernel(a=VECTOR, b=VECTOR, returns=ROTOR)

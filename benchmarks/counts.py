@@ -1,0 +1,269 @@
+"""Operation counts of known expressions beside the author's structure, published counts and kingdon."""
+
+from __future__ import annotations
+
+import argparse
+import math
+import os
+import re
+import sys
+import time
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from rich.console import Console
+from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
+
+from gacompiler.ir.cost import WEIGHTS, Cost
+from gacompiler.passes.pipeline import compile_kernel
+from gacompiler.passes.record import Compilation
+
+from .kingdon_counts import Unsupported, count
+from .known import Known, known
+from .libraries import installed
+from .machine import version
+from .worker import Late, Worker
+
+PAGE = Path("docs/operation-counts.md")
+LIMIT = 20.0
+"""Seconds after which kingdon is stopped."""
+_HEADER = (
+    "expression", "definition", "mul", "add", "others", "FMA", "as written", "published", "kingdon", "ms", "kingdon ms",
+)  # fmt: skip
+_COUNTED = 8
+"""How many columns only change when the compiler does; the others are measured."""
+_MISSING = "–"
+
+
+@dataclass(frozen=True, slots=True)
+class Peer:
+    """What kingdon reached in one expression; `found` is None where `reason` says why there is no count."""
+
+    found: tuple[int, int, int] | None
+    seconds: float
+    reason: str = ""
+
+    @property
+    def total(self) -> int | None:
+        """By the weights that our candidates compete by."""
+        if self.found is None:
+            return None
+        mul, add, div = self.found
+        return mul * WEIGHTS["mul"] + add * WEIGHTS["add"] + div * WEIGHTS["div"]
+
+
+@dataclass(frozen=True, slots=True)
+class Row:
+    """One expression."""
+
+    known: Known
+    record: Compilation
+    seconds: float
+    peer: Peer | None
+
+    @property
+    def written(self) -> Cost:
+        """The cost of the author's own structure."""
+        return self.record.candidates[0].cost
+
+
+def peer_count(name: str) -> tuple[tuple[int, int, int], float]:
+    """kingdon's products, sums and divisions of one expression, and its seconds; runs in another process."""
+    found = count(known()[name].kernel)
+    return (found.mul, found.add, found.div), found.seconds
+
+
+def ask(worker: Worker, name: str, limit: float) -> Peer:
+    """kingdon's answer, or why there is none."""
+    try:
+        found, seconds = worker(name)
+    except Late:
+        return Peer(None, limit, f"> {limit:g} s")
+    except Unsupported as error:
+        return Peer(None, math.nan, str(error))
+    return Peer(found, seconds)
+
+
+def measure(each: Known, worker: Worker | None, limit: float) -> Row:
+    """Compile one expression, and let kingdon do the same."""
+    start = time.perf_counter()
+    record = compile_kernel(each.kernel)
+    seconds = time.perf_counter() - start
+    return Row(each, record, seconds, None if worker is None else ask(worker, each.kernel.name, limit))
+
+
+def count_cells(each: Known, record: Compilation) -> tuple[str, ...]:
+    """The columns of one row that do not depend on the clock or on another library."""
+    assert record.trace is not None
+    cost, written = record.cost, record.candidates[0].cost
+    definition = ", ".join(f"`{_short(str(expression))}`" for expression in record.trace.expressions)
+    published = _MISSING if each.published is None else "{} / {}".format(*each.published)
+    return (
+        each.kernel.name, definition.replace("|", "\\|"), str(cost.mul), str(cost.add), _others(cost.as_dict()),
+        str(cost.fma), _pair(written), published,
+    )  # fmt: skip
+
+
+def table_cells(text: str) -> dict[str, tuple[str, ...]]:
+    """The same columns of every row of a page, by name."""
+    rows = [
+        tuple(cell.strip() for cell in re.split(r"(?<!\\)\|", line)[1:-1])
+        for line in text.splitlines()
+        if line[:1] == "|"
+    ]
+    return {row[0]: row[:_COUNTED] for row in rows if len(row) == len(_HEADER) and row[0] in known()}
+
+
+def page(rows: Sequence[Row], limit: float) -> str:
+    """All rows as Markdown, grouped by algebra."""
+    lines = [*_opening(rows, limit)]
+    for algebra in dict.fromkeys(row.known.algebra for row in rows):
+        lines += [f"## {algebra}", "", *_table(row for row in rows if row.known.algebra == algebra), ""]
+    return "\n".join(lines).rstrip() + "\n"
+
+
+def _opening(rows: Sequence[Row], limit: float) -> list[str]:
+    published = sum(row.known.published is not None for row in rows)
+    peers = [(row, row.peer.total) for row in rows if row.peer is not None and row.peer.total is not None]
+    late = sum(row.peer is not None and row.peer.reason.startswith(">") for row in rows)
+    lines = [
+        "# Operation counts",
+        "",
+        "Written by `make counts`; not edited by hand. Tests compare the counts with what the compiler gives now.",
+        "",
+        f"{len(rows)} expressions, defined in `tests/known`: {published} whose counts others have published, and "
+        f"{len(rows) - published} further ones.",
+        "A product with a number is a product, negations are free. *FMA* is the number of instructions for products",
+        "and sums where a machine fuses them. *As written* is the author's own structure, operation by operation,",
+        "without what it does not use. *Published* is the best count known from elsewhere.",
+        "Times are of one compilation, proof included.",
+        "",
+    ]
+    if any(row.peer is not None for row in rows):
+        lines += [
+            f"*kingdon* is kingdon {version('kingdon')}, given the same expression in its own operators and",
+            "polynomials; what it generates is counted by the same rules. Its sandwich takes versors to be normalised,",
+            "as ours are. It has no null vectors; of the two ways to hand such an expression to it, in our",
+            "coefficients or in those of its orthogonal vectors, the cheaper one is shown. It is stopped after",
+            f"{limit:g} s.",
+            "",
+            f"Of {len(peers)} expressions that kingdon finished, it takes more operations than this compiler in",
+            f"{sum(_operations(row) > row.record.cost.total for row, _ in peers)}, as many in "
+            f"{sum(_operations(row) == row.record.cost.total for row, _ in peers)} and fewer in "
+            f"{sum(_operations(row) < row.record.cost.total for row, _ in peers)}; "
+            f"{late} it did not finish. Its count is {_mean_ratio(peers):.2f} times",
+            "ours in the geometric mean.",
+            "",
+        ]
+    else:
+        lines += ["kingdon is not installed, so without figures here. `make .venv/.peers` installs it.", ""]
+    return lines
+
+
+def _operations(row: Row) -> int:
+    assert row.peer is not None and row.peer.total is not None
+    return row.peer.total
+
+
+def _mean_ratio(peers: Sequence[tuple[Row, int]]) -> float:
+    ratios = [math.log(total / row.record.cost.total) for row, total in peers if total and row.record.cost.total]
+    return math.exp(sum(ratios) / len(ratios)) if ratios else math.nan
+
+
+def _table(rows: Iterable[Row]) -> list[str]:
+    lines = ["| " + " | ".join(_HEADER) + " |", "|" + " --- |" * 2 + " ---: |" * 2 + " --- |" + " ---: |" * 6]
+    for row in rows:
+        cells = (*count_cells(row.known, row.record), *_peer_cells(row))
+        lines.append("| " + " | ".join(cells) + " |")
+    return lines
+
+
+def _peer_cells(row: Row) -> tuple[str, str, str]:
+    own = _milliseconds(row.seconds)
+    if row.peer is None:
+        return _MISSING, own, _MISSING
+    if row.peer.found is None:
+        late = row.peer.reason.startswith(">")
+        return _MISSING, own, row.peer.reason if late else _MISSING
+    mul, add, div = row.peer.found
+    return f"{mul} / {add}" + (f", {div} div" if div else ""), own, _milliseconds(row.peer.seconds)
+
+
+def _pair(cost: Cost) -> str:
+    others = _others(cost.as_dict())
+    return f"{cost.mul} / {cost.add}" + (f", {others}" if others else "")
+
+
+def _others(counts: dict[str, int]) -> str:
+    return ", ".join(f"{counts[name]} {name}" for name in ("div", "sqrt", "call", "choice") if counts[name])
+
+
+def _short(text: str) -> str:
+    """Without the parentheses around all of it."""
+    depth = 0
+    for k, letter in enumerate(text):
+        depth += (letter == "(") - (letter == ")")
+        if depth == 0 and k < len(text) - 1:
+            return text
+    return text[1:-1] if text[:1] == "(" else text
+
+
+def _milliseconds(seconds: float) -> str:
+    return f"{1000 * seconds:.0f}" if seconds >= 0.01 else f"{1000 * seconds:.1f}"
+
+
+def measure_all(limit: float, progress: Callable[[str], None]) -> list[Row]:
+    """Every expression; `progress` is told each one's name."""
+    rows = []
+    with Worker(peer_count, limit) as worker:
+        for name, each in known().items():
+            progress(name)
+            rows.append(measure(each, worker if installed("kingdon") else None, limit))
+    return rows
+
+
+def main(arguments: list[str] | None = None) -> int:
+    """Count, and write the page.
+
+    Parameters
+    ----------
+    arguments : list of str, optional
+        Of the command line; left out, those of the process.
+    """
+    options = _parser().parse_args(arguments)
+    console = Console(stderr=True)
+    columns = (TextColumn("{task.description:<44}"), BarColumn(), MofNCompleteColumn(), TimeElapsedColumn())
+    with Progress(*columns, console=console, disable=not console.is_terminal) as bar:
+        counting = bar.add_task("count", total=len(known()))
+        rows = measure_all(options.limit, lambda name: bar.update(counting, advance=1, description=f"count {name}"))
+    try:
+        write(options.out, page(rows, options.limit))
+    except OSError as error:
+        print(
+            f"counts: {options.out}: {error.strerror}; expected a file to write to; choose one with --out",
+            file=sys.stderr,
+        )
+        return 1
+    print(f"{options.out}: {len(rows)} expressions counted")
+    return 0
+
+
+def write(path: Path, text: str) -> None:
+    """Put `text` into a file that is whole at every moment."""
+    path.parent.mkdir(parents=True, exist_ok=True)
+    unfinished = path.with_name(f".{path.name}.{os.getpid()}")
+    try:
+        unfinished.write_text(text)
+        unfinished.replace(path)
+    finally:
+        unfinished.unlink(missing_ok=True)
+
+
+def _parser() -> argparse.ArgumentParser:
+    parser = argparse.ArgumentParser(prog="python -m benchmarks counts", description=__doc__)
+    parser.add_argument("--out", type=Path, default=PAGE, metavar="FILE", help="the page to write [%(default)s]")
+    parser.add_argument(
+        "--limit", type=float, default=LIMIT, metavar="SECONDS", help="stop kingdon after this long [%(default)s]"
+    )
+    return parser

@@ -1,0 +1,259 @@
+"""How compile time and operations grow with the dimension of the algebra, beside kingdon."""
+
+from __future__ import annotations
+
+import argparse
+import sys
+import time
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+from matplotlib import rc_context
+from matplotlib.figure import Figure
+from rich.console import Console
+from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
+
+from gacompiler import commutator, kernel, sandwich
+from gacompiler.algebra.algebra import Algebra
+from gacompiler.algebra.catalog import null_pairs, orthogonal
+from gacompiler.algebra.layout import Layout
+from gacompiler.frontend.kernel import Kernel
+from gacompiler.passes.pipeline import compile_kernel
+
+from .counts import write
+from .kingdon_counts import count
+from .libraries import installed
+from .machine import version
+from .worker import Late, Worker
+
+PAGE = Path("docs/growth.md")
+LIMIT = 10.0
+"""Seconds after which a compilation is stopped; larger dimensions of that expression are then left out."""
+DIMENSIONS = range(2, 11)
+METRICS = ("orthonormal", "null pairs")
+_LATE = "late"
+
+
+def _layout(algebra: Algebra, name: str, *grades: int, unit: bool = False) -> Layout:
+    blades = " ".join(algebra.spelling(blade)[1] for blade in algebra.blades(*grades))
+    return algebra.layout(name, blades, unit=unit)
+
+
+def _vector(algebra: Algebra) -> Layout:
+    return _layout(algebra, "VECTOR", 1)
+
+
+def _full_product(algebra: Algebra) -> Kernel:
+    return kernel(a=algebra.full, b=algebra.full)(lambda a, b: a * b)
+
+
+def _even_product(algebra: Algebra) -> Kernel:
+    return kernel(a=algebra.even, b=algebra.even)(lambda a, b: a * b)
+
+
+def _rotor_on_vector(algebra: Algebra) -> Kernel:
+    """With ``x ~x = 1``, 1 and bivectors make a rotation in one plane."""
+    rotor = _layout(algebra, "ROTOR", 0, 2, unit=True)
+    return kernel(r=rotor, v=_vector(algebra))(lambda r, v: sandwich(r, v))
+
+
+def _vector_product(algebra: Algebra) -> Kernel:
+    return kernel(a=_vector(algebra), b=_vector(algebra))(lambda a, b: a * b)
+
+
+def _bivector_on_vector(algebra: Algebra) -> Kernel:
+    return kernel(b=_layout(algebra, "BIVECTOR", 2), v=_vector(algebra))(lambda b, v: commutator(b, v))
+
+
+def _three_vectors(algebra: Algebra) -> Kernel:
+    vector = _vector(algebra)
+    return kernel(a=vector, b=vector, c=vector)(lambda a, b, c: a ^ b ^ c)
+
+
+EXPRESSIONS: dict[str, tuple[Callable[[Algebra], Kernel], int]] = {
+    "full product": (_full_product, 2),
+    "even product": (_even_product, 2),
+    "rotor on vector": (_rotor_on_vector, 2),
+    "vector times vector": (_vector_product, 2),
+    "bivector on vector": (_bivector_on_vector, 2),
+    "three vectors": (_three_vectors, 3),
+}
+"""By name: the kernel in an algebra, and the least dimension."""
+
+
+@dataclass(frozen=True, slots=True)
+class Point:
+    """One compilation: seconds and operations, or why there are none."""
+
+    seconds: float
+    mul: int
+    add: int
+
+
+Answer = Point | str
+"""A compilation, or `_LATE`, or the name of an error."""
+
+
+@dataclass(frozen=True, slots=True)
+class Curve:
+    """One expression in one metric: answers by dimension, ours and kingdon's."""
+
+    expression: str
+    metric: str
+    own: dict[int, Answer]
+    peer: dict[int, Answer]
+
+
+def made(expression: str, metric: str, n: int) -> Kernel:
+    """The kernel of an expression in `n` dimensions."""
+    found = EXPRESSIONS[expression][0](null_pairs(n // 2) if metric == "null pairs" else orthogonal(n))
+    return replace(found, name=expression.replace(" ", "_"))
+
+
+def compile_own(expression: str, metric: str, n: int) -> Point:
+    """Compile and prove it; runs in another process."""
+    kernel = made(expression, metric, n)
+    start = time.perf_counter()
+    cost = compile_kernel(kernel).cost
+    return Point(time.perf_counter() - start, cost.mul, cost.add)
+
+
+def compile_peer(expression: str, metric: str, n: int) -> Point:
+    """What kingdon makes of it; runs in another process."""
+    found = count(made(expression, metric, n))
+    return Point(found.seconds, found.mul, found.add)
+
+
+def dimensions(expression: str, metric: str, largest: int) -> list[int]:
+    """Where an expression is tried: null pairs have even dimensions only."""
+    least = EXPRESSIONS[expression][1]
+    return [n for n in DIMENSIONS if least <= n <= largest and not (metric == "null pairs" and n % 2)]
+
+
+def grow(worker: Callable[..., Point], expression: str, metric: str, largest: int) -> dict[int, Answer]:
+    """Answers by dimension, up to the first that is late."""
+    found: dict[int, Answer] = {}
+    for n in dimensions(expression, metric, largest):
+        try:
+            found[n] = worker(expression, metric, n)
+        except Late:
+            found[n] = _LATE
+            break
+        except Exception as error:
+            found[n] = type(error).__name__
+    return found
+
+
+def measure_all(limit: float, largest: int, progress: Callable[[str], None]) -> list[Curve]:
+    """All curves; `progress` is told each one's name."""
+    curves = []
+    with Worker(compile_own, limit) as own, Worker(compile_peer, limit) as peer:
+        for metric in METRICS:
+            for expression in EXPRESSIONS:
+                progress(f"{expression}, {metric}")
+                ours = grow(own, expression, metric, largest)
+                theirs = grow(peer, expression, metric, largest) if installed("kingdon") else {}
+                curves.append(Curve(expression, metric, ours, theirs))
+    return curves
+
+
+def page(curves: Sequence[Curve], limit: float, picture: str) -> str:
+    """All curves as Markdown."""
+    with_peer = any(curve.peer for curve in curves)
+    lines = [
+        "# Growth with the dimension",
+        "",
+        "Written by `make growth`; not edited by hand. Times are of one compilation, proof included; a compilation is",
+        f"stopped after {limit:g} s. *Rotor on vector* takes 1 and bivectors with `x ~x = 1`: rotations in one plane.",
+    ]
+    lines += (
+        [f"Dashed: kingdon {version('kingdon')}."]
+        if with_peer
+        else ["kingdon is not installed, so without curves here."]
+    )
+    lines += ["", f"![Seconds against dimension]({picture})", ""]
+    for metric in METRICS:
+        title = "Orthonormal, G(n, 0)" if metric == METRICS[0] else "Null pairs, G(n/2, n/2)"
+        lines += [f"## {title}", ""]
+        lines += ["| expression | n | mul | add | ms | kingdon mul | kingdon add | kingdon ms |"]
+        lines += ["| --- |" + " ---: |" * 7]
+        for curve in (curve for curve in curves if curve.metric == metric):
+            for n in sorted({*curve.own, *curve.peer}):
+                cells = (*_cells(curve.own.get(n), limit), *_cells(curve.peer.get(n), limit))
+                lines.append(f"| {curve.expression} | {n} | " + " | ".join(cells) + " |")
+        lines.append("")
+    return "\n".join(lines).rstrip() + "\n"
+
+
+def _cells(answer: Answer | None, limit: float) -> tuple[str, str, str]:
+    if answer is None:
+        return "–", "–", "–"
+    if isinstance(answer, str):
+        return "–", "–", f"> {1000 * limit:g}" if answer == _LATE else answer
+    return str(answer.mul), str(answer.add), f"{1000 * answer.seconds:.3g}"
+
+
+def draw(path: Path, curves: Sequence[Curve]) -> None:
+    """Write the picture; the same curves give the same file."""
+    with rc_context({"svg.hashsalt": "growth", "svg.fonttype": "none"}):
+        figure = Figure(figsize=(10, 4.8), layout="constrained")
+        axes = figure.subplots(1, len(METRICS), sharey=True)
+        for axis, metric in zip(axes, METRICS, strict=True):
+            _panel(axis, [curve for curve in curves if curve.metric == metric])
+            axis.set(yscale="log", xlabel="dimension of the algebra", title=metric)
+            axis.grid(alpha=0.3)
+        axes[0].set_ylabel("seconds to compile")
+        axes[0].legend(fontsize=8)
+        unfinished = path.with_name(f".{path.name}")
+        figure.savefig(unfinished, format="svg", metadata={"Date": None})
+    unfinished.replace(path)
+
+
+def _panel(axis: Any, curves: Sequence[Curve]) -> None:
+    for k, curve in enumerate(curves):
+        for answers, style, name in ((curve.own, "o-", curve.expression), (curve.peer, "o--", None)):
+            points = [(n, answer.seconds) for n, answer in sorted(answers.items()) if isinstance(answer, Point)]
+            if points:
+                axis.plot(*zip(*points, strict=True), style, color=f"C{k}", markersize=4, linewidth=1, label=name)
+
+
+def main(arguments: list[str] | None = None) -> int:
+    """Measure, and write the page and the picture beside it.
+
+    Parameters
+    ----------
+    arguments : list of str, optional
+        Of the command line; left out, those of the process.
+    """
+    options = _parser().parse_args(arguments)
+    out: Path = options.out
+    console = Console(stderr=True)
+    columns = (TextColumn("{task.description:<44}"), BarColumn(), MofNCompleteColumn(), TimeElapsedColumn())
+    with Progress(*columns, console=console, disable=not console.is_terminal) as bar:
+        task = bar.add_task("grow", total=len(EXPRESSIONS) * len(METRICS))
+        curves = measure_all(
+            options.limit, options.largest, lambda name: bar.update(task, advance=1, description=f"grow {name}")
+        )
+    picture = out.with_suffix(".svg")
+    try:
+        write(out, page(curves, options.limit, picture.name))
+        draw(picture, curves)
+    except OSError as error:
+        print(f"growth: {out}: {error.strerror}; expected a file to write to; choose one with --out", file=sys.stderr)
+        return 1
+    print(f"{out}: {len(curves)} curves; {picture}")
+    return 0
+
+
+def _parser() -> argparse.ArgumentParser:
+    parser = argparse.ArgumentParser(prog="python -m benchmarks growth", description=__doc__)
+    parser.add_argument("--out", type=Path, default=PAGE, metavar="FILE", help="the page to write [%(default)s]")
+    parser.add_argument(
+        "--limit", type=float, default=LIMIT, metavar="SECONDS", help="stop a compilation after this long [%(default)s]"
+    )
+    parser.add_argument(
+        "--largest", type=int, default=DIMENSIONS[-1], metavar="N", help="the largest dimension [%(default)s]"
+    )
+    return parser

@@ -1,0 +1,63 @@
+"""The expressions whose operations are counted: those of ``tests/known``, with what others reached."""
+
+from __future__ import annotations
+
+import sys
+from dataclasses import dataclass
+from functools import cache
+from pathlib import Path
+
+from gacompiler.frontend.kernel import Kernel
+from gacompiler.generate import load_spec
+
+ROOT = Path(__file__).parent.parent
+FOLDER = ROOT / "tests" / "known"
+PUBLISHED_IN = ("pga3", "cga3")
+"""The files of expressions whose counts others have published; the rest are our own choice."""
+
+
+@dataclass(frozen=True, slots=True)
+class Known:
+    """One expression.
+
+    Attributes
+    ----------
+    kernel : Kernel
+    published : (int, int) or None
+        The best count of products and sums known from elsewhere.
+    """
+
+    kernel: Kernel
+    published: tuple[int, int] | None
+
+    @property
+    def algebra(self) -> str:
+        """The name of the algebra that its arguments live in."""
+        return self.kernel.parameters[-1].layout.algebra.name
+
+
+@cache
+def known() -> dict[str, Known]:
+    """Every expression by name, sorted by algebra, those with published counts first."""
+    published = _published()
+    found = []
+    for path in sorted(FOLDER.glob("*.py"), key=lambda path: (path.stem not in PUBLISHED_IN, path.stem)):
+        if path.stem == "__init__":
+            continue
+        for kernel in load_spec(path).kernels:
+            found.append(Known(kernel, published[kernel.name] if path.stem in PUBLISHED_IN else None))
+    names = [each.kernel.name for each in found]
+    if len(set(names)) < len(names):
+        raise ValueError(f"{FOLDER}: two expressions have one name; expected distinct names")
+    return {each.kernel.name: each for each in sorted(found, key=lambda each: each.algebra)}
+
+
+def _published() -> dict[str, tuple[int, int]]:
+    """The table that the tests keep."""
+    folder = str(FOLDER.parent)
+    sys.path.insert(0, folder)
+    try:
+        from test_counts import COUNTS
+    finally:
+        sys.path.remove(folder)
+    return {name: published for name, (published, _) in COUNTS.items()}

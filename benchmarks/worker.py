@@ -1,0 +1,88 @@
+"""Work with a time limit: a second process that is stopped when it takes too long, and started anew for the next."""
+
+from __future__ import annotations
+
+import multiprocessing
+from collections.abc import Callable
+from multiprocessing.connection import Connection
+from types import TracebackType
+from typing import Any
+
+
+class Late(Exception):
+    """The limit was reached."""
+
+
+class Worker:
+    """Calls one function of a module in another process.
+
+    Parameters
+    ----------
+    function : callable
+        At the top of a module, so that the other process can import it.
+    limit : float
+        Seconds that a call may take.
+    """
+
+    def __init__(self, function: Callable[..., Any], limit: float) -> None:
+        self._function, self._limit = function, limit
+        self._process: Any = None
+        self._connection: Any = None
+
+    def __enter__(self) -> Worker:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self._stop()
+
+    def __call__(self, *arguments: Any) -> Any:
+        """What the function returns.
+
+        Raises
+        ------
+        Late
+            When it takes too long.
+        Exception
+            What the function raises.
+        """
+        if self._process is None:
+            self._start()
+        self._connection.send(arguments)
+        if not self._connection.poll(self._limit):
+            self._stop()
+            raise Late(f"more than {self._limit:g} s")
+        succeeded, value = self._connection.recv()
+        if not succeeded:
+            raise value
+        return value
+
+    def _start(self) -> None:
+        context = multiprocessing.get_context("spawn")
+        self._connection, other = context.Pipe()
+        self._process = context.Process(target=_serve, args=(self._function, other), daemon=True)
+        self._process.start()
+        other.close()
+        self._connection.recv()  # what the function's module imports does not count
+
+    def _stop(self) -> None:
+        if self._process is not None:
+            self._process.kill()
+            self._process.join()
+            self._connection.close()
+            self._process = None
+
+
+def _serve(function: Callable[..., Any], connection: Connection) -> None:
+    connection.send("ready")
+    while True:
+        try:
+            arguments = connection.recv()
+        except EOFError:
+            return
+        try:
+            answer = True, function(*arguments)
+        except Exception as error:
+            answer = False, error
+        connection.send(answer)

@@ -1,0 +1,137 @@
+"""Exponential, logarithm, square root and power of scalars, numbers and versors, built from products and `select`.
+
+Nothing here computes: the functions write the closed forms of `gacompiler.frontend.exponentials` and
+`gacompiler.frontend.logarithms` with the operations of the kernel language, so derivatives and proofs need no more.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+from ..algebra.layout import SCALARS
+from ..algebra.multivector import Multivector
+from . import operations as scalar
+from .exponentials import exponential
+from .expression import Expression
+from .facts import is_unit
+from .logarithms import number_logarithm, number_square_root, unit_versor_logarithm, unit_versor_square_root
+from .squares import blades_of, form_of
+
+
+def exp(a: Any) -> Any:
+    """The exponential of a scalar, a bivector, or any other multivector.
+
+    Parameters
+    ----------
+    a : scalar or multivector
+        A bivector over up to five basis vectors, in any metric: the even versor that moves by ``exp(a) x exp(-a)``.
+        Anything whose square is a scalar (complex and other numbers, quaternions). A scalar part is a factor.
+
+    Notes
+    -----
+    These are closed forms, exact to a few units of the last place of the largest coefficient, near 0 and at full turns
+    as well. The square of `a` must not overflow, and a boost is limited by the exponential.
+
+    All else, bivectors over six and more basis vectors among them, goes by Taylor's polynomial of degree 13 and four
+    squarings. That is accurate while no eigenvalue of `a` (such as the sum of its angles) is larger than 8 and wrong
+    far beyond.
+    """
+    if _is_scalar(a):
+        return scalar.exp(a)
+    blades = blades_of(a)
+    if 0 not in blades:
+        return exponential(a)
+    return scalar.exp(a["1"]) * exponential(_without_scalar(a))
+
+
+def log(a: Any, *, unit: bool | None = None, along: Any = None) -> Any:
+    """The logarithm of a scalar, a unit versor or a number.
+
+    Parameters
+    ----------
+    a : scalar or multivector
+        An even versor over up to five basis vectors, or scalar plus a part whose square is a scalar.
+    unit : bool, optional
+        Whether `a` is a unit versor; by default, whether its layout and the operations on it say so. With a part of
+        grade 4 it must be one.
+    along : multivector, optional
+        An element with the square -1 along which the angle of a negative number is taken; by default, the first blade
+        of `a` with a negative square.
+
+    Returns
+    -------
+    scalar or multivector
+        Of a unit versor, the bivector of least angles whose exponential is `a` or ``-a``, which move alike: angles
+        of its commuting parts are in [0, pi/2], so those of the motion are in [0, pi]. Else the principal logarithm:
+        half the logarithm of the norm squared, and the angle in [0, pi] along the other part.
+
+    Notes
+    -----
+    Where a scalar part is 0, at half turns, the two signs are equally near and the result jumps. With angles only, and
+    in metrics with one sign against all others (Minkowski's, conformal ones), every unit versor has a logarithm; not
+    so a unit versor that is a blade of grade 4, a half turn in two planes at once, for which no pair of planes is
+    nearer than another. Where squares have two signs each there are versors without a logarithm, as there are double
+    numbers without; the result is then not a number.
+
+    Raises
+    ------
+    KernelError
+        When `a` is neither, by its blades.
+    """
+    if _is_scalar(a):
+        return scalar.log(a)
+    return unit_versor_logarithm(a) if _is_versor(a, unit) else number_logarithm(a, along)
+
+
+def sqrt(a: Any, *, unit: bool | None = None, along: Any = None) -> Any:
+    """The square root of a scalar, a unit versor or a number.
+
+    Parameters
+    ----------
+    a : scalar or multivector
+    unit, along : optional
+        As in `log`.
+
+    Returns
+    -------
+    scalar or multivector
+        Of a unit versor, the one half way to it or to ``-a``: ``exp(log(a) / 2)``, without angles. Else the root
+        with a scalar part that is not negative.
+    """
+    if _is_scalar(a):
+        return scalar.sqrt(a)
+    return unit_versor_square_root(a) if _is_versor(a, unit) else number_square_root(a, along)
+
+
+def power(a: Any, t: Any, *, unit: bool | None = None, along: Any = None) -> Any:
+    """``exp(t log(a))``: of a unit versor, the part `t` of the shorter way to it.
+
+    Parameters
+    ----------
+    a : scalar or multivector
+        As in `log`.
+    t : scalar
+    unit, along : optional
+        As in `log`.
+    """
+    return exp(t * log(a, unit=unit, along=along))
+
+
+def _is_scalar(a: Any) -> bool:
+    if isinstance(a, Expression):
+        return a.is_scalar
+    return not isinstance(a, Multivector) or a.algebra == SCALARS or not any(a.terms)
+
+
+def _without_scalar(a: Any) -> Any:
+    return a.grade(*sorted({blade.bit_count() for blade in blades_of(a) if blade}))
+
+
+def _is_versor(a: Any, unit: bool | None) -> bool:
+    """Whether `a` counts as a unit versor: it is known to be one, or has a part of grade 4."""
+    blades = frozenset(blade for blade in blades_of(a) if blade)
+    form = form_of(a.algebra, blades)
+    if form is None or form.rest:
+        return True
+    known = is_unit(a) if unit is None and isinstance(a, Expression) else bool(unit)
+    return known and all(blade.bit_count() in (0, 2, 4) for blade in blades)

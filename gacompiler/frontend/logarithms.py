@@ -1,0 +1,259 @@
+"""Logarithms and square roots of unit versors, and of numbers: elements whose part without scalar has a scalar square.
+
+A unit versor ``r = w + p + b`` of grades 0, 4 and 2 is ``exp(b1 + b2)`` with commuting simple bivectors, so that
+``w = C1 C2`` and ``p = S1 S2 b1 b2`` in the notation of `gacompiler.frontend.exponentials`. With ``s = <b b>``,
+``P = p p``, the squares ``h1 = S1**2 x1 > h2 = S2**2 x2`` of the hyperbolic sines (of circular ones, negated) have the
+sum ``s - 2 P``, the difference ``D = sqrt(s**2 - 4 P w**2)`` and the product ``P``. With ``T = 1 / S`` the logarithm is
+
+    (H0 + H1 p) b,    H1 = (C2 T2 - C1 T1)/D,    K = (C1 T2 - C2 T1)/D,    H0 = C2 T1 - h2 K,
+
+which divides by no cosine, so half turns in one plane are ordinary points. Where ``D`` is small (isoclinic rotations)
+the eigenvalues ``w +- sqrt P`` of ``w + p`` are used instead; near 1 a power series, where `p` can be a null element.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from fractions import Fraction
+from typing import Any
+
+from ..errors import KernelError
+from .exponentials import NEARLY_ZERO, ONE, TINY, Pair, circle_of, divided, length_of, polynomial_of_pair
+from .exponentials import polynomial as polynomial_of
+from .expression import Expression, lift
+from .operations import absolute, assemble, atan2, equal, log, maximum, select, sqrt
+from .squares import Form, Signs, Value, blades_of, form_of
+
+CLOSE = Fraction(1, 64)
+"""Up to here the area of ``tanh**2`` is a polynomial, because ``log(1 + u)`` loses the digits of a small u."""
+NEAR = Fraction(1, 1024)
+"""Up to here ``s**2`` and ``4 P`` are small: both squares of half hyperbolic tangents are below 1/64."""
+_AREAS = tuple(Fraction(1, 2 * k + 1) for k in range(9))
+
+
+def unit_versor_logarithm(r: Any) -> Any:
+    """The bivector of least angles whose exponential is the unit versor `r` or ``-r``."""
+    w, b, form = r["1"], r.grade(2), _form_of_versor(r)
+    left, cosine = w < 0, absolute(w)
+    circle, length = circle_of(b, form), length_of(b, form)
+    if circle is not None:
+        sine, blade = circle
+        return atan2(select(left, -sine, sine), cosine) * blade
+    s = 0 if form.s.zero else (b * b)["1"]
+    if not form.rest:
+        h0 = stretch(s, cosine, form.s, form.vanishing, length)
+        return select(left, -h0, h0) * b
+    p = r.grade(4)
+    if form.q.zero:
+        h0, h1 = _with_null_square(s, cosine, length, form)
+    else:
+        h0, h1 = _of_two_numbers(s, cosine, (p * p)["1"], form)
+    return select(left, -h0, h0) * b + (h1 * p * b).grade(2)
+
+
+def _form_of_versor(r: Any) -> Form:
+    """Squares of bivectors over the basis vectors of `r`."""
+    algebra, blades = r.algebra, blades_of(r)
+    bivectors = frozenset(blade for blade in blades if blade.bit_count() == 2)
+    used = 0
+    for blade in blades:
+        used |= blade
+    if any(blade.bit_count() == 4 for blade in blades):
+        bivectors = frozenset(blade for blade in algebra.blades(2) if blade & used == blade)
+    form = form_of(algebra, bivectors)
+    if form is None or any(blade.bit_count() not in (0, 2, 4) for blade in blades) or not bivectors:
+        names = " ".join(algebra.spelling(blade)[1] for blade in sorted(blades))
+        raise KernelError(
+            "log, sqrt or power",
+            f"an element with blades {names}",
+            "a scalar, a scalar plus a part whose square is one, or a unit versor of grades 0, 2 and 4 over up to "
+            "five basis vectors",
+        )
+    if any(blade.bit_count() == 4 for blade in blades):
+        return form
+    return replace(form, rest=frozenset(), vanishing=form.s.both)
+
+
+def stretch(h: Value, c: Value, signs: Signs, vanishing: bool = True, length: Value | None = None) -> Value:
+    """``T = 1 / S(x)`` by ``h = S**2 x`` of the given signs and ``c = C(x)``, of any sign where `h` is negative.
+
+    `length` is a root of `h` or of ``-h``, of any sign, where one is known.
+    """
+    if signs.zero:
+        return 1
+    if not signs.positive and not vanishing:
+        tiny = -h < NEARLY_ZERO
+        u = sqrt(select(tiny, ONE, -h)) if length is None else select(tiny, ONE, length)
+        return select(tiny, 1, atan2(u, c) / u)
+    inverse = 1 / (1 + absolute(c))
+    tangent = h * inverse * inverse
+    close = (absolute(tangent) if signs.both else tangent if signs.positive else -tangent) < select(c < 0, 0, CLOSE)
+    size = absolute(h) if signs.both else h if signs.positive else -h
+    u = sqrt(select(close, ONE, size)) if length is None else absolute(select(close, ONE, length))
+    if signs.positive:
+        angle = log(select(h < 0, 1, u + c) if signs.negative else u + c)
+    if signs.both:
+        angle = select(h < 0, atan2(u, c), angle)
+    elif signs.negative:
+        angle = atan2(u, c)
+    return select(close, 2 * inverse * polynomial_of(_AREAS, select(close, tangent, 0)), angle / u)
+
+
+def _with_null_square(s: Value, c: Value, length: Value | None, form: Form) -> Pair:
+    """``H`` where ``p p`` is always 0: one of the commuting parts has square 0."""
+    if form.s.zero:
+        return 1, -Fraction(1, 3)
+    t = stretch(s, c, form.s, form.vanishing, length)
+    slope = divided(1 - c * t, s, form.s, -Fraction(1, 3))
+    if form.nilpotent:
+        near = absolute(s) < CLOSE
+        slope = select(near, _near_one(select(near, s, 0), c, 0)[1], slope)
+    return t, slope
+
+
+def _of_two_numbers(s: Value, w: Value, p2: Value, form: Form) -> Pair:
+    """``H`` of ``w + p`` with ``w >= 0`` and ``p p = p2``."""
+    product = 4 * p2 * w * w
+    near = maximum(s * s, 4 * absolute(p2)) < NEAR if form.nilpotent else 0
+    isoclinic = select(near, 0, maximum(s * s, 8 * TINY) < 2 * product) if form.isoclinic else 0
+    square = select(isoclinic, p2, s * s - product)
+    tiny = square < TINY * w  # not where two half turns meet
+    root = sqrt(select(tiny, ONE, square))
+    difference = select(tiny, 0, root)
+    total = s - 2 * p2
+    large = (absolute(total) + difference) / 2
+    small = p2 / select(large < NEARLY_ZERO, 1, large)
+    small = select(large < NEARLY_ZERO, p2, small)
+    h1, h2 = select(total < 0, -small, large), select(total < 0, -large, small)
+    c1 = sqrt(maximum((2 * w * w - s + difference) / 2, TINY))
+    c2 = w / c1
+    if form.isoclinic:
+        twice = 2 * w * root
+        h1, h2 = select(isoclinic, s + twice, h1), select(isoclinic, s - twice, h2)
+        c1, c2 = select(isoclinic, w + root, c1), select(isoclinic, w - root, c2)
+    t1, t2 = stretch(h1, c1, form.first), stretch(h2, c2, form.second)
+    k = select(tiny, Fraction(2, 3), (c1 * t2 - c2 * t1) / root)
+    slope = select(isoclinic, (t1 - t2) / 2, c2 * t2 - c1 * t1) / root
+    first = select(isoclinic, (t1 + t2) / 2, c2 * t1 - h2 * k)
+    slope = select(tiny, -Fraction(1, 3), slope)
+    if not form.nilpotent:
+        return first, slope
+    h0, h1 = _near_one(select(near, s, 0), w, select(near, p2, 0))
+    return select(near, h0, first), select(near, h1, slope)
+
+
+def _near_one(s: Value, w: Value, p2: Value) -> Pair:
+    """``H`` by the power series of the area of ``tanh(half)``, whose square is ``(s + 2 w p)/(1 + w + p)**2``."""
+    inverse = _inverse((1 + w, 1), p2)
+    tangent = _product(_product((s, 2 * w), inverse, p2), inverse, p2)
+    area = _product(inverse, polynomial_of_pair(_AREAS, tangent, p2), p2)
+    return 2 * area[0], 2 * area[1]
+
+
+def _product(a: Pair, b: Pair, square: Value) -> Pair:
+    return a[0] * b[0] + a[1] * b[1] * square, a[0] * b[1] + a[1] * b[0]
+
+
+def _inverse(a: Pair, square: Value) -> Pair:
+    norm = a[0] * a[0] - a[1] * a[1] * square
+    return a[0] / norm, -a[1] / norm
+
+
+def unit_versor_square_root(r: Any) -> Any:
+    """``(1 + r)/sqrt((1 + r)(1 + ~r))``, of `r` or ``-r``, the one with a positive scalar part."""
+    form, w = _form_of_versor(r), r["1"]
+    flip = select(w < 0, -1, 1)
+    a = 2 + 2 * absolute(w)
+    whole = 1 + flip * r
+    if not form.rest:
+        return whole / sqrt(a)
+    p = 2 * flip * r.grade(4)
+    if form.q.zero:
+        return whole * (1 - p / (2 * a)) / sqrt(a)
+    size = sqrt(a * a - (p * p)["1"])
+    root = sqrt((a + size) / 2)
+    return whole * (root - p / (2 * root)) / size
+
+
+def number_logarithm(a: Any, along: Any = None) -> Any:
+    """The principal logarithm of ``w + v`` where ``v v`` is a scalar."""
+    v, form = number_part(a)
+    w, turn = a["1"], _turn(v) if along is None else along
+    if form.s.zero:
+        return log(w) + v / w
+    s = (v * v)["1"]
+    circle = circle_of(v, form)
+    if circle is not None:
+        y, blade = circle
+        return log(w * w - s) / 2 + atan2(y, w) * blade
+    if not form.s.positive:
+        none = equal(s, 0)
+        u = sqrt(select(none, ONE, -s))
+        angle = atan2(select(none, 0, u), w)
+        factor = select(none, 1, angle) / select(none, w, u)
+        return log(w * w - s) / 2 + factor * v + select(none, angle, 0) * turn
+    close = CLOSE * w * absolute(w)
+    small = absolute(s) < close if form.s.both else s < close
+    u = sqrt(select(small, ONE, absolute(s)))
+    ratio = select(small, s, 0) / select(small, w * w, 1)
+    circle = s < 0
+    hyperbolic = select(small, 1, select(circle, 1, w + u)), select(small, 1, select(circle, 1, w - u))
+    angle = (log(hyperbolic[0]) - log(hyperbolic[1])) / 2
+    norm = select(small, w * w - s, select(circle, w * w - s, hyperbolic[0] * hyperbolic[1]))
+    result = log(norm) / 2
+    if form.s.negative:
+        on_line = equal(s, 0) * (w < 0)
+        angle = select(circle, atan2(u, w), select(on_line, 0, angle))
+        u = select(on_line, 1, u)
+        result = result + select(on_line, atan2(0, select(on_line, w, 1)), 0) * turn
+    area = polynomial_of(_AREAS, ratio) / select(small, w, 1)
+    return result + select(small, area, angle / u) * v
+
+
+def number_square_root(a: Any, along: Any = None) -> Any:
+    """The principal square root of ``w + v`` where ``v v`` is a scalar."""
+    v, form = number_part(a)
+    w, turn = a["1"], _turn(v) if along is None else along
+    if form.s.zero:
+        root = sqrt(w)
+        return root + v / (2 * root)
+    s = (v * v)["1"]
+    size = sqrt(w * w - s)
+    if form.s.positive and not form.s.negative:
+        root = sqrt((w + size) / 2)
+        return root + v / (2 * root)
+    left = w < 0
+    root = sqrt((absolute(w) + size) / 2)
+    none = equal(s, 0)
+    u = sqrt(select(none, ONE, absolute(s)))
+    nothing = equal(size, 0)
+    twice = select(nothing, 1, 2 * root)
+    real = select(left, select(none, 0, u) / twice, root)
+    part = select(left, root / u, 1 / twice)
+    return real + part * v + select(left * none, root, 0) * turn
+
+
+def number_part(a: Any) -> tuple[Any, Form]:
+    """The part of `a` without its scalar, and what is known of its square."""
+    blades = frozenset(blade for blade in blades_of(a) if blade)
+    v = a.grade(*sorted({blade.bit_count() for blade in blades}))
+    form = form_of(a.algebra, blades)
+    if form is None or form.rest or not (0 in blades_of(a) or form.s.negative):
+        names = " ".join(a.algebra.spelling(blade)[1] for blade in sorted(blades_of(a)))
+        raise KernelError(
+            "log, sqrt or power",
+            f"an element with blades {names}",
+            "a scalar, a scalar plus a part whose square is one, or a unit versor",
+        )
+    return v, form
+
+
+def _turn(v: Any) -> Any:
+    """The first blade of `v` with a negative square, divided by the root of that."""
+    algebra = v.algebra
+    for blade in sorted(blades_of(v), key=lambda blade: (blade.bit_count(), blade)):
+        square = algebra.blade_product(blade, blade).get(0, 0)
+        if square < 0:
+            length = 1 if square == -1 else sqrt(lift(-square) if isinstance(v, Expression) else float(-square))
+            return assemble(algebra, {algebra.spelling(blade)[1]: 1 / length})
+    return 0

@@ -1,0 +1,177 @@
+"""What the square of an element can be, read from its blades: what exponentials and logarithms have to distinguish.
+
+Where ``b b = s + q`` with a scalar ``s`` and a part ``q`` of other grades whose square is a scalar ``Q`` again, every
+power series in ``b`` is ``F(s + q) + G(s + q) b``, and functions of ``s + q`` are functions of two numbers. That is so
+for every bivector over up to five basis vectors, in every metric; for all that anticommutes (vectors, quaternions)
+there is not even ``q``.
+
+The bivector is then a sum of two commuting simple ones, ``b = b1 + b2`` with ``b1 b1 = x1``, ``b2 b2 = x2``,
+``s = x1 + x2``, ``q = 2 b1 b2`` and ``Q = 4 x1 x2``. Signs of the numbers ``x`` say which of circular and hyperbolic
+functions can occur, and follow from the metric.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from fractions import Fraction
+from functools import cache
+from typing import Any
+
+from ..algebra.algebra import Algebra
+from ..algebra.blades import Rational
+from ..algebra.multivector import Multivector
+from .expression import Expression
+
+Value = Any
+"""A scalar: a number or a scalar expression."""
+
+
+@dataclass(frozen=True, slots=True)
+class Signs:
+    """Which signs a number can have, besides being 0."""
+
+    negative: bool
+    positive: bool
+
+    @property
+    def zero(self) -> bool:
+        """Whether it is always 0."""
+        return not self.negative and not self.positive
+
+    @property
+    def both(self) -> bool:
+        """Whether it can be of either sign."""
+        return self.negative and self.positive
+
+
+@dataclass(frozen=True, slots=True)
+class Form:
+    """What is known of the squares of elements with given blades.
+
+    Attributes
+    ----------
+    s : Signs
+        Of the scalar part of the square.
+    rest : frozenset of int
+        Grades of the other part, ``q``.
+    q : Signs
+        Of the square ``Q`` of that part.
+    first, second : Signs
+        Of the larger and of the smaller of the two numbers ``x``.
+    vanishing : bool
+        Whether a part of the element can have a square that vanishes although the part does not.
+    nilpotent : bool
+        Whether ``q`` can be large where ``s`` and ``Q`` are tiny, as it is where both come from rounding only.
+    axis : int, optional
+        The blade whose coefficient, squared, is ``s`` or ``-s``, if that is so.
+    """
+
+    s: Signs
+    rest: frozenset[int]
+    q: Signs
+    first: Signs
+    second: Signs
+    vanishing: bool
+    nilpotent: bool
+    axis: int | None
+
+    @property
+    def isoclinic(self) -> bool:
+        """Whether the two numbers ``x`` can be equal and not 0: two rotations by the same angle."""
+        return self.q.positive
+
+
+def blades_of(a: Expression | Multivector) -> frozenset[int]:
+    """Bitmaps of the blades that `a` can have."""
+    return a.blades if isinstance(a, Expression) else frozenset(a.terms)
+
+
+def grades_of(blades: Iterable[int]) -> frozenset[int]:
+    """The grades of blades."""
+    return frozenset(blade.bit_count() for blade in blades)
+
+
+@cache
+def form_of(algebra: Algebra, blades: frozenset[int]) -> Form | None:
+    """What is known of squares of elements with these blades; None where no two numbers describe them."""
+    rest = _square_blades(algebra, blades) - {0}
+    if _square_blades(algebra, rest) - {0}:
+        return None
+    (s, _), (q, has_null) = _signs(algebra, blades), _signs(algebra, rest)
+    vectors = [k for k in range(algebra.dimension) if any(blade >> k & 1 for blade in blades)]
+    positive, negative, null = inertia([[algebra.gram[i][j] for j in vectors] for i in vectors])
+    first, second = _two_numbers(s, q, bool(rest), min(positive, negative))
+    return Form(
+        s=s,
+        rest=grades_of(rest),
+        q=q,
+        first=first,
+        second=second,
+        vanishing=s.both or (bool(rest) and min(positive, negative) > 0),
+        nilpotent=bool(rest) and (min(positive, negative) + null > 1 if q.zero else q.both or has_null),
+        axis=_axis(algebra, blades),
+    )
+
+
+def _axis(algebra: Algebra, blades: Iterable[int]) -> int | None:
+    """The only blade that takes part in the scalar part of the square, if its own square is 1 or -1."""
+    taking_part = [b for b in blades if any(algebra.blade_product(a, b).get(0) for a in blades)]
+    if len(taking_part) != 1 or abs(algebra.blade_product(taking_part[0], taking_part[0])[0]) != 1:
+        return None
+    return taking_part[0]
+
+
+def _two_numbers(s: Signs, q: Signs, is_sum: bool, opposite: int) -> tuple[Signs, Signs]:
+    """Signs of the larger and the smaller ``x``, from ``x1 + x2 = s`` and ``4 x1 x2 = Q``."""
+    if not is_sum or q.zero:
+        return s, Signs(False, False)
+    if not q.positive:
+        return Signs(False, True), Signs(True, False)
+    if not q.negative and not s.positive:
+        return Signs(True, False), Signs(True, False)
+    if opposite <= 1:  # of two orthogonal planes only one can have vectors with squares of both signs
+        return Signs(True, True), Signs(True, False)
+    return Signs(True, True), Signs(True, True)
+
+
+def _square_blades(algebra: Algebra, blades: Iterable[int]) -> frozenset[int]:
+    """Blades that squares can have: products in both orders, so that what anticommutes cancels."""
+    chosen = sorted(blades)
+    found: set[int] = set()
+    for a in chosen:
+        for b in chosen:
+            if b <= a:
+                there, back = algebra.blade_product(a, b), algebra.blade_product(b, a)
+                found |= {c for c in {*there, *back} if there.get(c, 0) + back.get(c, 0)}
+    return frozenset(found)
+
+
+def _signs(algebra: Algebra, blades: Iterable[int]) -> tuple[Signs, bool]:
+    """Signs of the scalar part of squares, a quadratic form of the coefficients, and whether it is degenerate."""
+    chosen = sorted(blades)
+    products = [[Fraction(algebra.blade_product(a, b).get(0, 0)) for b in chosen] for a in chosen]
+    positive, negative, null = inertia(products)
+    return Signs(negative > 0, positive > 0), null > 0
+
+
+def inertia(matrix: Sequence[Sequence[Rational]]) -> tuple[int, int, int]:
+    """How many squares of either sign, and how many zeros, a symmetric matrix has on its diagonal form (Sylvester)."""
+    rows = [[Fraction(value) for value in row] for row in matrix]
+    positive = negative = 0
+    while rows:
+        n = len(rows)
+        pivot = next((i for i in range(n) if rows[i][i]), None)
+        if pivot is None:
+            pair = next(((i, j) for i in range(n) for j in range(n) if rows[i][j]), None)
+            if pair is None:
+                break
+            pivot, other = pair  # the sum of two null vectors with a product is not null
+            rows[pivot] = [a + b for a, b in zip(rows[pivot], rows[other], strict=True)]
+            for row in rows:
+                row[pivot] += row[other]
+        square = rows[pivot][pivot]
+        positive, negative = positive + (square > 0), negative + (square < 0)
+        others = [i for i in range(n) if i != pivot]
+        rows = [[rows[i][j] - rows[i][pivot] * rows[pivot][j] / square for j in others] for i in others]
+    return positive, negative, len(rows)
