@@ -124,7 +124,13 @@ def kernel_source(record: Compilation) -> KernelSource:
     relations = [f"{p.name} ~{p.name} = 1" for p in kernel.parameters if p.layout.unit]
     relations += [f"the relations of {p.layout.name} on {p.name}" for p in kernel.parameters if p.layout.user_relations]
     return KernelSource(
-        record.program, kernel.summary, tuple(layouts), record.cost, tuple(relations), rounding_error(record)
+        record.program,
+        kernel.summary,
+        tuple(layouts),
+        record.cost,
+        tuple(relations),
+        record.uniform,
+        rounding_error(record),
     )
 
 

@@ -10,12 +10,12 @@ from typing import Any
 
 import numpy as np
 
-from .backends import body_is_intact, c_programs, python_programs
+from .backends import Read, body_is_intact, c_programs, python_programs
 from .errors import ProofError
 from .ir.interpret import Tape
-from .ir.program import Program
+from .ir.uniform import joined
 from .passes.accuracy import ERROR_POINTS, measured_error, ulps, without_rounding
-from .passes.prove import disagreement, program_reader, truths
+from .passes.prove import Truth, disagreement, program_reader, truths
 from .passes.record import Compilation
 from .passes.samples import sample
 
@@ -83,7 +83,7 @@ def verify_module(folder: Path, name: str, records: Sequence[Compilation], modul
 
 
 def verify_kernel(
-    record: Compilation, python: Mapping[str, Program], c: Mapping[str, Program], run: Any = None, backend: str = ""
+    record: Compilation, python: Mapping[str, Read], c: Mapping[str, Read], run: Any = None, backend: str = ""
 ) -> Verdict:
     """Compare one kernel's texts with its definition at exact points, and measure what `run` computes in double."""
     known = truths(record)
@@ -93,13 +93,23 @@ def verify_kernel(
         error, runs_on = _error_of(run, record), backend
     return Verdict(
         name,
-        disagreement(program_reader(python[name]), known) if name in python else "is not in the Python text",
-        disagreement(program_reader(c[name]), known) if name in c else "is not in the C text",
+        _difference(python[name], known) if name in python else "is not in the Python text",
+        _difference(c[name], known) if name in c else "is not in the C text",
         error,
         runs_on,
         len(known),
         all(truth.is_exact for truth in known),
     )
+
+
+def _difference(read: Read, known: Sequence[Truth]) -> str:
+    """How what was read differs from the definition, in the kernel itself or in one of its forms."""
+    difference = disagreement(program_reader(read.program), known)
+    for form in read.forms:
+        if not difference:
+            difference = disagreement(program_reader(joined(form, read.program)), known)
+            difference = difference and f"the form for the same {', '.join(form.same)}: {difference}"
+    return difference
 
 
 def _error_of(run: Any, record: Compilation) -> float:

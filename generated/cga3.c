@@ -2,7 +2,7 @@
 // command: gac generate --all cga3
 // spec: 11cb9c657d27fe0e
 // contraction: -ffp-contract=off (every operation is rounded once)
-// body: c4564bb5eb8af57200167f2f9bdb158b3a8fa52a742351fb7a724f5c428144bc
+// body: 05cbb87d980c3ec66d7871a6ed274e00df80f24b4999d679775a998822b5aa1a
 
 #ifndef REAL
 #include "cga3.h"
@@ -51,15 +51,24 @@ struct part {
 
 typedef void loop_function(intptr_t n, char **args, const intptr_t *strides);
 
-// The loops of a kernel: rows, rows with the `hoisted` arguments (a bit each) the same for all, and both in C order.
-struct kernel {
-    loop_function *loops[4];
-    unsigned hoisted;
-    int n_inputs, n_parts;
-    const struct part *parts;
+// A form of a kernel for batches in which the `same` arguments (a bit each) are that for at least so many elements:
+// what depends on them is prepared once, and takes the place of the first of them.
+struct form {
+    unsigned same;
+    intptr_t least;
+    void (*start)(char **args, const intptr_t *strides, void *prepared);
+    loop_function *block, *dense;
 };
 
-enum { PARTS = 5, CORES = 5, SPACE = 4096 };
+// The loops of a kernel, over rows and in C order, and its forms.
+struct kernel {
+    loop_function *block, *dense;
+    int n_inputs, n_parts, n_forms;
+    const struct part *parts;
+    const struct form *forms;
+};
+
+enum { PARTS = 5, CORES = 5, SPACE = 4096, PREPARED = 33 };
 
 #define SQRT(x) FUNCTION(sqrt)(x)
 #define SIN(x) FUNCTION(sin)(x)
@@ -518,18 +527,25 @@ static void NAME(batch)(const struct kernel *kernel, char **args, intptr_t n, co
     const intptr_t w = sizeof(REAL), *strides = steps + kernel->n_parts;
     const int n_parts = kernel->n_parts, n_inputs = kernel->n_inputs;
     enum { SAME, HOISTED, UNIT, ANY } kinds[PARTS];
-    _Alignas(64) REAL space[SPACE];
+    _Alignas(64) REAL space[SPACE], prepared[PREPARED];
     REAL *rows[PARTS];
     char *starts[PARTS];
     intptr_t cores[CORES], row_cores[CORES], total = 0, bytes = 0;
-    unsigned hoisted = kernel->hoisted;
-    int in_place = 1, dense = kernel->loops[2] != NULL;
+    unsigned still = 0, hoisted = 0;
+    loop_function *in_rows = kernel->block, *in_order = kernel->dense;
     for (int p = 0; p < n_parts; ++p) {
         total += kernel->parts[p].size;
         bytes += steps[p] < 0 ? -steps[p] : steps[p];
-        if (hoisted >> p & 1 && steps[p] != 0)
-            hoisted = 0;
+        still |= (unsigned)(p < n_inputs && steps[p] == 0) << p;
     }
+    for (int f = 0; f < kernel->n_forms && !hoisted; ++f) {
+        const struct form *form = &kernel->forms[f];
+        if ((still & form->same) == form->same && n >= form->least) {
+            form->start(args, strides, prepared);
+            hoisted = form->same, in_rows = form->block, in_order = form->dense;
+        }
+    }
+    int in_place = 1, dense = in_order != NULL;
     // Long rows spare calls; beyond the last cache, short ones keep reading and writing going side by side.
     intptr_t row = n < (1 << 24) / (bytes + 1) ? 64 : LANES;
     while (row > LANES && row * total > SPACE)
@@ -539,7 +555,7 @@ static void NAME(batch)(const struct kernel *kernel, char **args, intptr_t n, co
         const struct part *part = &kernel->parts[p];
         const intptr_t *c = strides + part->first;
         intptr_t step = w, row_step = row * w;
-        starts[p] = args[p];
+        starts[p] = hoisted >> p & 1 ? (char *)prepared : args[p];
         rows[p] = space + row * total;
         total += part->size;
         kinds[p] = hoisted >> p & 1 ? HOISTED : p < n_inputs && steps[p] == 0 ? SAME : steps[p] == w ? UNIT : ANY;
@@ -547,7 +563,7 @@ static void NAME(batch)(const struct kernel *kernel, char **args, intptr_t n, co
         for (int q = part->rank; q-- > 0; step *= part->shape[q], row_step *= part->shape[q]) {
             cores[part->first + q] = c[q];
             row_cores[part->first + q] = row_step;
-            dense = dense && c[q] == step;
+            dense = dense && (kinds[p] == HOISTED || c[q] == step);
         }
         dense = dense && (kinds[p] == HOISTED || steps[p] == step);
     }
@@ -564,7 +580,7 @@ static void NAME(batch)(const struct kernel *kernel, char **args, intptr_t n, co
         const int last = n - i < LANES;
         if (dense && !last) {
             m = n & -LANES;
-            kernel->loops[hoisted ? 3 : 2](m, starts, cores);
+            in_order(m, starts, cores);
             continue;
         }
         m = last ? n - i : in_place || n - i < row ? (n - i) & -LANES : row;
@@ -583,7 +599,7 @@ static void NAME(batch)(const struct kernel *kernel, char **args, intptr_t n, co
                 for (intptr_t j = m; j < LANES; ++j)
                     rows[p][k * row + j] = rows[p][k * row + m - 1];
         }
-        kernel->loops[hoisted ? 1 : 0](m, starts, cores);
+        in_rows(m, starts, cores);
         for (int p = n_inputs; p < n_parts; ++p)
             if (starts[p] == (char *)rows[p])
                 NAME(move_part)(1, rows[p], row, &kernel->parts[p], args[p] + i * steps[p], steps[p],
@@ -1416,7 +1432,7 @@ WIDE static void NAME(geometric_product_block)(intptr_t n, char **args, const in
 void NAME(geometric_product_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{32, 1, 0, {32}}, {32, 1, 1, {32}}, {32, 1, 2, {32}}};
-    static const struct kernel kernel = {{NAME(geometric_product_block), NULL, NULL, NULL}, 0, 2, 3, parts};
+    static const struct kernel kernel = {NAME(geometric_product_block), NULL, 2, 3, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -1996,7 +2012,7 @@ WIDE static void NAME(outer_product_block)(intptr_t n, char **args, const intptr
 void NAME(outer_product_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{32, 1, 0, {32}}, {32, 1, 1, {32}}, {32, 1, 2, {32}}};
-    static const struct kernel kernel = {{NAME(outer_product_block), NULL, NULL, NULL}, 0, 2, 3, parts};
+    static const struct kernel kernel = {NAME(outer_product_block), NULL, 2, 3, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -2576,7 +2592,7 @@ WIDE static void NAME(regressive_product_block)(intptr_t n, char **args, const i
 void NAME(regressive_product_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{32, 1, 0, {32}}, {32, 1, 1, {32}}, {32, 1, 2, {32}}};
-    static const struct kernel kernel = {{NAME(regressive_product_block), NULL, NULL, NULL}, 0, 2, 3, parts};
+    static const struct kernel kernel = {NAME(regressive_product_block), NULL, 2, 3, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -3546,7 +3562,7 @@ WIDE static void NAME(inner_product_block)(intptr_t n, char **args, const intptr
 void NAME(inner_product_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{32, 1, 0, {32}}, {32, 1, 1, {32}}, {32, 1, 2, {32}}};
-    static const struct kernel kernel = {{NAME(inner_product_block), NULL, NULL, NULL}, 0, 2, 3, parts};
+    static const struct kernel kernel = {NAME(inner_product_block), NULL, 2, 3, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -3920,7 +3936,7 @@ WIDE static void NAME(even_product_block)(intptr_t n, char **args, const intptr_
 void NAME(even_product_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{16, 1, 0, {16}}, {16, 1, 1, {16}}, {16, 1, 2, {16}}};
-    static const struct kernel kernel = {{NAME(even_product_block), NULL, NULL, NULL}, 0, 2, 3, parts};
+    static const struct kernel kernel = {NAME(even_product_block), NULL, 2, 3, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -4031,7 +4047,7 @@ WIDE static void NAME(reverse_block)(intptr_t n, char **args, const intptr_t *st
 void NAME(reverse_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{32, 1, 0, {32}}, {32, 1, 1, {32}}};
-    static const struct kernel kernel = {{NAME(reverse_block), NULL, NULL, NULL}, 0, 1, 2, parts};
+    static const struct kernel kernel = {NAME(reverse_block), NULL, 1, 2, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -4100,7 +4116,7 @@ WIDE static void NAME(even_reverse_block)(intptr_t n, char **args, const intptr_
 void NAME(even_reverse_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{16, 1, 0, {16}}, {16, 1, 1, {16}}};
-    static const struct kernel kernel = {{NAME(even_reverse_block), NULL, NULL, NULL}, 0, 1, 2, parts};
+    static const struct kernel kernel = {NAME(even_reverse_block), NULL, 1, 2, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -4207,7 +4223,7 @@ WIDE static void NAME(grade_involution_block)(intptr_t n, char **args, const int
 void NAME(grade_involution_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{32, 1, 0, {32}}, {32, 1, 1, {32}}};
-    static const struct kernel kernel = {{NAME(grade_involution_block), NULL, NULL, NULL}, 0, 1, 2, parts};
+    static const struct kernel kernel = {NAME(grade_involution_block), NULL, 1, 2, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -4316,7 +4332,7 @@ WIDE static void NAME(dual_block)(intptr_t n, char **args, const intptr_t *strid
 void NAME(dual_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{32, 1, 0, {32}}, {32, 1, 1, {32}}};
-    static const struct kernel kernel = {{NAME(dual_block), NULL, NULL, NULL}, 0, 1, 2, parts};
+    static const struct kernel kernel = {NAME(dual_block), NULL, 1, 2, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -4425,7 +4441,7 @@ WIDE static void NAME(undual_block)(intptr_t n, char **args, const intptr_t *str
 void NAME(undual_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{32, 1, 0, {32}}, {32, 1, 1, {32}}};
-    static const struct kernel kernel = {{NAME(undual_block), NULL, NULL, NULL}, 0, 1, 2, parts};
+    static const struct kernel kernel = {NAME(undual_block), NULL, 1, 2, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -4532,7 +4548,7 @@ WIDE static void NAME(polarity_block)(intptr_t n, char **args, const intptr_t *s
 void NAME(polarity_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{32, 1, 0, {32}}, {32, 1, 1, {32}}};
-    static const struct kernel kernel = {{NAME(polarity_block), NULL, NULL, NULL}, 0, 1, 2, parts};
+    static const struct kernel kernel = {NAME(polarity_block), NULL, 1, 2, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -4573,7 +4589,7 @@ WIDE static void NAME(embed_point_block)(intptr_t n, char **args, const intptr_t
 void NAME(embed_point_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {5, 1, 1, {5}}};
-    static const struct kernel kernel = {{NAME(embed_point_block), NULL, NULL, NULL}, 0, 1, 2, parts};
+    static const struct kernel kernel = {NAME(embed_point_block), NULL, 1, 2, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -4611,7 +4627,7 @@ WIDE static void NAME(extract_point_block)(intptr_t n, char **args, const intptr
 void NAME(extract_point_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{5, 1, 0, {5}}, {3, 1, 1, {3}}};
-    static const struct kernel kernel = {{NAME(extract_point_block), NULL, NULL, NULL}, 0, 1, 2, parts};
+    static const struct kernel kernel = {NAME(extract_point_block), NULL, 1, 2, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -4653,7 +4669,7 @@ WIDE static void NAME(normalize_vector_block)(intptr_t n, char **args, const int
 void NAME(normalize_vector_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{5, 1, 0, {5}}, {5, 1, 1, {5}}};
-    static const struct kernel kernel = {{NAME(normalize_vector_block), NULL, NULL, NULL}, 0, 1, 2, parts};
+    static const struct kernel kernel = {NAME(normalize_vector_block), NULL, 1, 2, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -4697,25 +4713,6 @@ WIDE static void NAME(inner_product_of_points_block)(intptr_t n, char **args, co
     }
 }
 
-WIDE static void NAME(inner_product_of_points_block_uniform)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c1a = strides[1];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    REAL x0[3];
-    NAME(load_3)(x0, a0, c0a);
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x1[3];
-        REAL x2[1];
-        NAME(load_3)(x1, a1 + i * w, c1a);
-        NAME(inner_product_of_points)(x0, x1, x2);
-        NAME(store_scalar)(a2 + i * w, x2);
-    }
-}
-
 WIDE static void NAME(inner_product_of_points_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
@@ -4735,31 +4732,11 @@ WIDE static void NAME(inner_product_of_points_dense)(intptr_t n, char **args, co
     }
 }
 
-WIDE static void NAME(inner_product_of_points_dense_uniform)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    REAL x0[3];
-    NAME(load_3)(x0, a0, w);
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x1[3];
-        REAL x2[1];
-        NAME(load_3)(x1, a1 + i * 3 * w, w);
-        NAME(inner_product_of_points)(x0, x1, x2);
-        NAME(store_scalar)(a2 + i * w, x2);
-    }
-}
-
 void NAME(inner_product_of_points_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {3, 1, 1, {3}}, {1, 0, 2, {0}}};
-    static const struct kernel kernel = {{NAME(inner_product_of_points_block),
-        NAME(inner_product_of_points_block_uniform), NAME(inner_product_of_points_dense),
-        NAME(inner_product_of_points_dense_uniform)}, 1, 2, 3, parts};
+    static const struct kernel kernel = {NAME(inner_product_of_points_block), NAME(inner_product_of_points_dense),
+        2, 3, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -4801,25 +4778,6 @@ WIDE static void NAME(distance_squared_points_block)(intptr_t n, char **args, co
     }
 }
 
-WIDE static void NAME(distance_squared_points_block_uniform)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c1a = strides[1];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    REAL x0[3];
-    NAME(load_3)(x0, a0, c0a);
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x1[3];
-        REAL x2[1];
-        NAME(load_3)(x1, a1 + i * w, c1a);
-        NAME(distance_squared_points)(x0, x1, x2);
-        NAME(store_scalar)(a2 + i * w, x2);
-    }
-}
-
 WIDE static void NAME(distance_squared_points_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
@@ -4839,31 +4797,11 @@ WIDE static void NAME(distance_squared_points_dense)(intptr_t n, char **args, co
     }
 }
 
-WIDE static void NAME(distance_squared_points_dense_uniform)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    REAL x0[3];
-    NAME(load_3)(x0, a0, w);
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x1[3];
-        REAL x2[1];
-        NAME(load_3)(x1, a1 + i * 3 * w, w);
-        NAME(distance_squared_points)(x0, x1, x2);
-        NAME(store_scalar)(a2 + i * w, x2);
-    }
-}
-
 void NAME(distance_squared_points_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {3, 1, 1, {3}}, {1, 0, 2, {0}}};
-    static const struct kernel kernel = {{NAME(distance_squared_points_block),
-        NAME(distance_squared_points_block_uniform), NAME(distance_squared_points_dense),
-        NAME(distance_squared_points_dense_uniform)}, 1, 2, 3, parts};
+    static const struct kernel kernel = {NAME(distance_squared_points_block), NAME(distance_squared_points_dense),
+        2, 3, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -4906,25 +4844,6 @@ WIDE static void NAME(distance_points_block)(intptr_t n, char **args, const intp
     }
 }
 
-WIDE static void NAME(distance_points_block_uniform)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c1a = strides[1];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    REAL x0[3];
-    NAME(load_3)(x0, a0, c0a);
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x1[3];
-        REAL x2[1];
-        NAME(load_3)(x1, a1 + i * w, c1a);
-        NAME(distance_points)(x0, x1, x2);
-        NAME(store_scalar)(a2 + i * w, x2);
-    }
-}
-
 WIDE static void NAME(distance_points_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
@@ -4944,30 +4863,11 @@ WIDE static void NAME(distance_points_dense)(intptr_t n, char **args, const intp
     }
 }
 
-WIDE static void NAME(distance_points_dense_uniform)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    REAL x0[3];
-    NAME(load_3)(x0, a0, w);
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x1[3];
-        REAL x2[1];
-        NAME(load_3)(x1, a1 + i * 3 * w, w);
-        NAME(distance_points)(x0, x1, x2);
-        NAME(store_scalar)(a2 + i * w, x2);
-    }
-}
-
 void NAME(distance_points_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {3, 1, 1, {3}}, {1, 0, 2, {0}}};
-    static const struct kernel kernel = {{NAME(distance_points_block), NAME(distance_points_block_uniform),
-        NAME(distance_points_dense), NAME(distance_points_dense_uniform)}, 1, 2, 3, parts};
+    static const struct kernel kernel = {NAME(distance_points_block), NAME(distance_points_dense), 2, 3, 0, parts,
+        NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -5014,30 +4914,10 @@ WIDE static void NAME(inner_product_of_vectors_block)(intptr_t n, char **args, c
     }
 }
 
-WIDE static void NAME(inner_product_of_vectors_block_uniform)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c1a = strides[1];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    REAL x0[5];
-    NAME(load_5)(x0, a0, c0a);
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x1[5];
-        REAL x2[1];
-        NAME(load_5)(x1, a1 + i * w, c1a);
-        NAME(inner_product_of_vectors)(x0, x1, x2);
-        NAME(store_scalar)(a2 + i * w, x2);
-    }
-}
-
 void NAME(inner_product_of_vectors_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{5, 1, 0, {5}}, {5, 1, 1, {5}}, {1, 0, 2, {0}}};
-    static const struct kernel kernel = {{NAME(inner_product_of_vectors_block),
-        NAME(inner_product_of_vectors_block_uniform), NULL, NULL}, 1, 2, 3, parts};
+    static const struct kernel kernel = {NAME(inner_product_of_vectors_block), NULL, 2, 3, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -5068,6 +4948,151 @@ INLINE void NAME(power_of_point)(const REAL *p, const REAL *s, REAL *out)
     out[0] = t13;
 }
 
+static INLINE void NAME(power_of_point_prepare_s)(const REAL *s, REAL *prepared)
+{
+    const REAL s_e1 = s[0];
+    const REAL s_e2 = s[1];
+    const REAL s_e3 = s[2];
+    const REAL s_e0 = s[3];
+    const REAL s_einf = s[4];
+    const REAL t0 = (REAL)2 / s_e0;
+    const REAL t1 = s_e1 * t0;
+    const REAL t4 = s_e2 * t0;
+    const REAL t8 = s_e3 * t0;
+    const REAL t12 = s_einf * t0;
+    prepared[0] = t1;
+    prepared[1] = t4;
+    prepared[2] = t8;
+    prepared[3] = t12;
+}
+
+static INLINE void NAME(power_of_point_apply_s)(const REAL *prepared, const REAL *p, REAL *out)
+{
+    const REAL t1 = prepared[0];
+    const REAL t4 = prepared[1];
+    const REAL t8 = prepared[2];
+    const REAL t12 = prepared[3];
+    const REAL p_e1 = p[0];
+    const REAL p_e2 = p[1];
+    const REAL p_e3 = p[2];
+    const REAL t2 = p_e1 - t1;
+    const REAL t3 = p_e1 * t2;
+    const REAL t5 = p_e2 - t4;
+    const REAL t6 = p_e2 * t5;
+    const REAL t7 = t3 + t6;
+    const REAL t9 = p_e3 - t8;
+    const REAL t10 = p_e3 * t9;
+    const REAL t11 = t7 + t10;
+    const REAL t13 = t11 + t12;
+    out[0] = t13;
+}
+
+static INLINE void NAME(power_of_point_prepare_p)(const REAL *p, REAL *prepared)
+{
+    const REAL p_e1 = p[0];
+    const REAL p_e2 = p[1];
+    const REAL p_e3 = p[2];
+    const REAL t8 = p_e1 * p_e1;
+    const REAL t9 = p_e2 * p_e2;
+    const REAL t10 = t8 + t9;
+    const REAL t11 = p_e3 * p_e3;
+    const REAL t12 = t10 + t11;
+    prepared[0] = p_e1;
+    prepared[1] = p_e2;
+    prepared[2] = p_e3;
+    prepared[3] = t12;
+}
+
+static INLINE void NAME(power_of_point_apply_p)(const REAL *prepared, const REAL *s, REAL *out)
+{
+    const REAL p_e1 = prepared[0];
+    const REAL p_e2 = prepared[1];
+    const REAL p_e3 = prepared[2];
+    const REAL t12 = prepared[3];
+    const REAL s_e1 = s[0];
+    const REAL s_e2 = s[1];
+    const REAL s_e3 = s[2];
+    const REAL s_e0 = s[3];
+    const REAL s_einf = s[4];
+    const REAL t0 = p_e1 * s_e1;
+    const REAL t1 = p_e2 * s_e2;
+    const REAL t2 = t0 + t1;
+    const REAL t3 = p_e3 * s_e3;
+    const REAL t4 = s_einf - t3;
+    const REAL t5 = t2 - t4;
+    const REAL t6 = t5 / s_e0;
+    const REAL t7 = t6 * (REAL)2;
+    const REAL t13 = t12 - t7;
+    out[0] = t13;
+}
+
+WIDE static void NAME(power_of_point_block_s)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    const intptr_t c0a = strides[0];
+    const REAL *prepared = (const REAL *)args[1];
+    char *a0 = args[0];
+    char *a2 = args[2];
+    ANY_ORDER
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
+        REAL x0[3];
+        REAL x2[1];
+        NAME(load_3)(x0, a0 + i * w, c0a);
+        NAME(power_of_point_apply_s)(prepared, x0, x2);
+        NAME(store_scalar)(a2 + i * w, x2);
+    }
+}
+
+WIDE static void NAME(power_of_point_dense_s)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    const REAL *prepared = (const REAL *)args[1];
+    char *a0 = args[0];
+    char *a2 = args[2];
+    ANY_ORDER
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
+        REAL x0[3];
+        REAL x2[1];
+        NAME(load_3)(x0, a0 + i * 3 * w, w);
+        NAME(power_of_point_apply_s)(prepared, x0, x2);
+        NAME(store_scalar)(a2 + i * w, x2);
+    }
+}
+
+static void NAME(power_of_point_start_s)(char **args, const intptr_t *strides, void *prepared)
+{
+    const intptr_t c1a = strides[1];
+    REAL x1[5];
+    NAME(load_5)(x1, args[1], c1a);
+    NAME(power_of_point_prepare_s)(x1, prepared);
+}
+
+WIDE static void NAME(power_of_point_block_p)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    const intptr_t c1a = strides[1];
+    const REAL *prepared = (const REAL *)args[0];
+    char *a1 = args[1];
+    char *a2 = args[2];
+    ANY_ORDER
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
+        REAL x1[5];
+        REAL x2[1];
+        NAME(load_5)(x1, a1 + i * w, c1a);
+        NAME(power_of_point_apply_p)(prepared, x1, x2);
+        NAME(store_scalar)(a2 + i * w, x2);
+    }
+}
+
+static void NAME(power_of_point_start_p)(char **args, const intptr_t *strides, void *prepared)
+{
+    const intptr_t c0a = strides[0];
+    REAL x0[3];
+    NAME(load_3)(x0, args[0], c0a);
+    NAME(power_of_point_prepare_p)(x0, prepared);
+}
+
 WIDE static void NAME(power_of_point_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
@@ -5087,30 +5112,12 @@ WIDE static void NAME(power_of_point_block)(intptr_t n, char **args, const intpt
     }
 }
 
-WIDE static void NAME(power_of_point_block_uniform)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c1a = strides[1];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    REAL x1[5];
-    NAME(load_5)(x1, a1, c1a);
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[3];
-        REAL x2[1];
-        NAME(load_3)(x0, a0 + i * w, c0a);
-        NAME(power_of_point)(x0, x1, x2);
-        NAME(store_scalar)(a2 + i * w, x2);
-    }
-}
-
 void NAME(power_of_point_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {5, 1, 1, {5}}, {1, 0, 2, {0}}};
-    static const struct kernel kernel = {{NAME(power_of_point_block), NAME(power_of_point_block_uniform), NULL,
-        NULL}, 2, 2, 3, parts};
+    static const struct form forms[] = {{2, 2, NAME(power_of_point_start_s), NAME(power_of_point_block_s),
+        NAME(power_of_point_dense_s)}, {1, 2, NAME(power_of_point_start_p), NAME(power_of_point_block_p), NULL}};
+    static const struct kernel kernel = {NAME(power_of_point_block), NULL, 2, 3, 2, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -5139,6 +5146,89 @@ INLINE void NAME(signed_distance_point_plane)(const REAL *p, const REAL *plane, 
     out[0] = t12;
 }
 
+static INLINE void NAME(signed_distance_point_plane_prepare_plane)(const REAL *plane, REAL *prepared)
+{
+    const REAL plane_e1 = plane[0];
+    const REAL plane_e2 = plane[1];
+    const REAL plane_e3 = plane[2];
+    const REAL plane_einf = plane[3];
+    const REAL t0 = plane_e1 * plane_e1;
+    const REAL t1 = plane_e2 * plane_e2;
+    const REAL t2 = t0 + t1;
+    const REAL t3 = plane_e3 * plane_e3;
+    const REAL t4 = t2 + t3;
+    const REAL t5 = SQRT(t4);
+    const REAL t6 = (REAL)1 / t5;
+    const REAL t7 = plane_e1 * t6;
+    const REAL t9 = plane_e2 * t6;
+    const REAL t12 = plane_e3 * t6;
+    const REAL t15 = plane_einf * t6;
+    prepared[0] = t7;
+    prepared[1] = t9;
+    prepared[2] = t12;
+    prepared[3] = t15;
+}
+
+static INLINE void NAME(signed_distance_point_plane_apply_plane)(const REAL *prepared, const REAL *p, REAL *out)
+{
+    const REAL t7 = prepared[0];
+    const REAL t9 = prepared[1];
+    const REAL t12 = prepared[2];
+    const REAL t15 = prepared[3];
+    const REAL p_e1 = p[0];
+    const REAL p_e2 = p[1];
+    const REAL p_e3 = p[2];
+    const REAL t8 = p_e1 * t7;
+    const REAL t10 = p_e2 * t9;
+    const REAL t11 = t8 + t10;
+    const REAL t13 = p_e3 * t12;
+    const REAL t14 = t11 + t13;
+    const REAL t16 = t14 - t15;
+    out[0] = t16;
+}
+
+WIDE static void NAME(signed_distance_point_plane_block_plane)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    const intptr_t c0a = strides[0];
+    const REAL *prepared = (const REAL *)args[1];
+    char *a0 = args[0];
+    char *a2 = args[2];
+    ANY_ORDER
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
+        REAL x0[3];
+        REAL x2[1];
+        NAME(load_3)(x0, a0 + i * w, c0a);
+        NAME(signed_distance_point_plane_apply_plane)(prepared, x0, x2);
+        NAME(store_scalar)(a2 + i * w, x2);
+    }
+}
+
+WIDE static void NAME(signed_distance_point_plane_dense_plane)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    const REAL *prepared = (const REAL *)args[1];
+    char *a0 = args[0];
+    char *a2 = args[2];
+    ANY_ORDER
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
+        REAL x0[3];
+        REAL x2[1];
+        NAME(load_3)(x0, a0 + i * 3 * w, w);
+        NAME(signed_distance_point_plane_apply_plane)(prepared, x0, x2);
+        NAME(store_scalar)(a2 + i * w, x2);
+    }
+}
+
+static void NAME(signed_distance_point_plane_start_plane)(char **args, const intptr_t *strides, void *prepared)
+{
+    const intptr_t c1a = strides[1];
+    REAL x1[4];
+    NAME(load_4)(x1, args[1], c1a);
+    NAME(signed_distance_point_plane_prepare_plane)(x1, prepared);
+}
+
 WIDE static void NAME(signed_distance_point_plane_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
@@ -5153,25 +5243,6 @@ WIDE static void NAME(signed_distance_point_plane_block)(intptr_t n, char **args
         REAL x2[1];
         NAME(load_3)(x0, a0 + i * w, c0a);
         NAME(load_4)(x1, a1 + i * w, c1a);
-        NAME(signed_distance_point_plane)(x0, x1, x2);
-        NAME(store_scalar)(a2 + i * w, x2);
-    }
-}
-
-WIDE static void NAME(signed_distance_point_plane_block_uniform)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c1a = strides[1];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    REAL x1[4];
-    NAME(load_4)(x1, a1, c1a);
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[3];
-        REAL x2[1];
-        NAME(load_3)(x0, a0 + i * w, c0a);
         NAME(signed_distance_point_plane)(x0, x1, x2);
         NAME(store_scalar)(a2 + i * w, x2);
     }
@@ -5196,31 +5267,13 @@ WIDE static void NAME(signed_distance_point_plane_dense)(intptr_t n, char **args
     }
 }
 
-WIDE static void NAME(signed_distance_point_plane_dense_uniform)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    REAL x1[4];
-    NAME(load_4)(x1, a1, w);
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[3];
-        REAL x2[1];
-        NAME(load_3)(x0, a0 + i * 3 * w, w);
-        NAME(signed_distance_point_plane)(x0, x1, x2);
-        NAME(store_scalar)(a2 + i * w, x2);
-    }
-}
-
 void NAME(signed_distance_point_plane_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {4, 1, 1, {4}}, {1, 0, 2, {0}}};
-    static const struct kernel kernel = {{NAME(signed_distance_point_plane_block),
-        NAME(signed_distance_point_plane_block_uniform), NAME(signed_distance_point_plane_dense),
-        NAME(signed_distance_point_plane_dense_uniform)}, 2, 2, 3, parts};
+    static const struct form forms[] = {{2, 2, NAME(signed_distance_point_plane_start_plane),
+        NAME(signed_distance_point_plane_block_plane), NAME(signed_distance_point_plane_dense_plane)}};
+    static const struct kernel kernel = {NAME(signed_distance_point_plane_block),
+        NAME(signed_distance_point_plane_dense), 2, 3, 1, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -5283,30 +5336,10 @@ WIDE static void NAME(distance_point_line_block)(intptr_t n, char **args, const 
     }
 }
 
-WIDE static void NAME(distance_point_line_block_uniform)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c1a = strides[1];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    REAL x1[6];
-    NAME(load_6)(x1, a1, c1a);
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[3];
-        REAL x2[1];
-        NAME(load_3)(x0, a0 + i * w, c0a);
-        NAME(distance_point_line)(x0, x1, x2);
-        NAME(store_scalar)(a2 + i * w, x2);
-    }
-}
-
 void NAME(distance_point_line_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {6, 1, 1, {6}}, {1, 0, 2, {0}}};
-    static const struct kernel kernel = {{NAME(distance_point_line_block), NAME(distance_point_line_block_uniform),
-        NULL, NULL}, 2, 2, 3, parts};
+    static const struct kernel kernel = {NAME(distance_point_line_block), NULL, 2, 3, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -5383,30 +5416,10 @@ WIDE static void NAME(point_pair_from_points_block)(intptr_t n, char **args, con
     }
 }
 
-WIDE static void NAME(point_pair_from_points_block_uniform)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    REAL x0[3];
-    NAME(load_3)(x0, a0, c0a);
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x1[3];
-        REAL x2[10];
-        NAME(load_3)(x1, a1 + i * w, c1a);
-        NAME(point_pair_from_points)(x0, x1, x2);
-        NAME(store_10)(a2 + i * w, c2a, x2);
-    }
-}
-
 void NAME(point_pair_from_points_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {3, 1, 1, {3}}, {10, 1, 2, {10}}};
-    static const struct kernel kernel = {{NAME(point_pair_from_points_block),
-        NAME(point_pair_from_points_block_uniform), NULL, NULL}, 1, 2, 3, parts};
+    static const struct kernel kernel = {NAME(point_pair_from_points_block), NULL, 2, 3, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -5497,6 +5510,453 @@ INLINE void NAME(circle_from_points)(const REAL *a, const REAL *b, const REAL *c
     out[9] = t56;
 }
 
+static INLINE void NAME(circle_from_points_prepare_a_c)(const REAL *a, const REAL *c, REAL *prepared)
+{
+    const REAL a_e1 = a[0];
+    const REAL a_e2 = a[1];
+    const REAL a_e3 = a[2];
+    const REAL c_e1 = c[0];
+    const REAL c_e2 = c[1];
+    const REAL c_e3 = c[2];
+    const REAL t0 = a_e2 - c_e2;
+    const REAL t4 = a_e3 - c_e3;
+    const REAL t8 = a_e1 - c_e1;
+    const REAL t20 = a_e1 * a_e1;
+    const REAL t21 = a_e2 * a_e2;
+    const REAL t22 = t20 + t21;
+    const REAL t23 = a_e3 * a_e3;
+    const REAL t24 = t22 + t23;
+    const REAL t25 = t24 * (REAL)0.5;
+    const REAL t26 = c_e1 * c_e1;
+    const REAL t27 = c_e2 * c_e2;
+    const REAL t28 = t26 + t27;
+    const REAL t29 = c_e3 * c_e3;
+    const REAL t30 = t28 + t29;
+    const REAL t31 = (REAL)0.5 * t30;
+    const REAL t32 = t25 - t31;
+    prepared[0] = c_e3;
+    prepared[1] = t0;
+    prepared[2] = c_e2;
+    prepared[3] = t4;
+    prepared[4] = c_e1;
+    prepared[5] = t8;
+    prepared[6] = t32;
+    prepared[7] = t31;
+}
+
+static INLINE void NAME(circle_from_points_apply_a_c)(const REAL *prepared, const REAL *b, REAL *out)
+{
+    const REAL c_e3 = prepared[0];
+    const REAL t0 = prepared[1];
+    const REAL c_e2 = prepared[2];
+    const REAL t4 = prepared[3];
+    const REAL c_e1 = prepared[4];
+    const REAL t8 = prepared[5];
+    const REAL t32 = prepared[6];
+    const REAL t31 = prepared[7];
+    const REAL b_e1 = b[0];
+    const REAL b_e2 = b[1];
+    const REAL b_e3 = b[2];
+    const REAL t1 = b_e3 - c_e3;
+    const REAL t2 = t0 * t1;
+    const REAL t3 = b_e2 - c_e2;
+    const REAL t5 = t3 * t4;
+    const REAL t6 = t2 - t5;
+    const REAL t7 = c_e1 * t6;
+    const REAL t9 = t3 * t8;
+    const REAL t10 = b_e1 - c_e1;
+    const REAL t11 = t0 * t10;
+    const REAL t12 = t9 - t11;
+    const REAL t13 = c_e3 * t12;
+    const REAL t14 = t7 + t13;
+    const REAL t15 = t1 * t8;
+    const REAL t16 = t4 * t10;
+    const REAL t17 = t15 - t16;
+    const REAL t18 = c_e2 * t17;
+    const REAL t19 = t14 - t18;
+    const REAL t33 = t10 * t32;
+    const REAL t34 = b_e1 * b_e1;
+    const REAL t35 = b_e2 * b_e2;
+    const REAL t36 = t34 + t35;
+    const REAL t37 = b_e3 * b_e3;
+    const REAL t38 = t36 + t37;
+    const REAL t39 = (REAL)0.5 * t38;
+    const REAL t40 = t39 - t31;
+    const REAL t41 = t8 * t40;
+    const REAL t42 = t33 - t41;
+    const REAL t43 = c_e2 * t42;
+    const REAL t44 = t12 * t31;
+    const REAL t45 = t43 + t44;
+    const REAL t46 = t3 * t32;
+    const REAL t47 = t0 * t40;
+    const REAL t48 = t46 - t47;
+    const REAL t49 = c_e1 * t48;
+    const REAL t50 = t45 - t49;
+    const REAL t51 = c_e3 * t42;
+    const REAL t52 = t17 * t31;
+    const REAL t53 = t51 + t52;
+    const REAL t54 = t1 * t32;
+    const REAL t55 = t4 * t40;
+    const REAL t56 = t54 - t55;
+    const REAL t57 = c_e1 * t56;
+    const REAL t58 = t53 - t57;
+    const REAL t59 = c_e3 * t48;
+    const REAL t60 = t6 * t31;
+    const REAL t61 = t59 + t60;
+    const REAL t62 = c_e2 * t56;
+    const REAL t63 = t61 - t62;
+    out[0] = t19;
+    out[1] = t12;
+    out[2] = t17;
+    out[3] = t6;
+    out[4] = t50;
+    out[5] = t58;
+    out[6] = t63;
+    out[7] = t42;
+    out[8] = t48;
+    out[9] = t56;
+}
+
+static INLINE void NAME(circle_from_points_prepare_b_c)(const REAL *b, const REAL *c, REAL *prepared)
+{
+    const REAL b_e1 = b[0];
+    const REAL b_e2 = b[1];
+    const REAL b_e3 = b[2];
+    const REAL c_e1 = c[0];
+    const REAL c_e2 = c[1];
+    const REAL c_e3 = c[2];
+    const REAL t1 = b_e3 - c_e3;
+    const REAL t3 = b_e2 - c_e2;
+    const REAL t10 = b_e1 - c_e1;
+    const REAL t26 = c_e1 * c_e1;
+    const REAL t27 = c_e2 * c_e2;
+    const REAL t28 = t26 + t27;
+    const REAL t29 = c_e3 * c_e3;
+    const REAL t30 = t28 + t29;
+    const REAL t31 = (REAL)0.5 * t30;
+    const REAL t34 = b_e1 * b_e1;
+    const REAL t35 = b_e2 * b_e2;
+    const REAL t36 = t34 + t35;
+    const REAL t37 = b_e3 * b_e3;
+    const REAL t38 = t36 + t37;
+    const REAL t39 = (REAL)0.5 * t38;
+    const REAL t40 = t39 - t31;
+    prepared[0] = c_e2;
+    prepared[1] = t1;
+    prepared[2] = c_e3;
+    prepared[3] = t3;
+    prepared[4] = c_e1;
+    prepared[5] = t10;
+    prepared[6] = t31;
+    prepared[7] = t40;
+}
+
+static INLINE void NAME(circle_from_points_apply_b_c)(const REAL *prepared, const REAL *a, REAL *out)
+{
+    const REAL c_e2 = prepared[0];
+    const REAL t1 = prepared[1];
+    const REAL c_e3 = prepared[2];
+    const REAL t3 = prepared[3];
+    const REAL c_e1 = prepared[4];
+    const REAL t10 = prepared[5];
+    const REAL t31 = prepared[6];
+    const REAL t40 = prepared[7];
+    const REAL a_e1 = a[0];
+    const REAL a_e2 = a[1];
+    const REAL a_e3 = a[2];
+    const REAL t0 = a_e2 - c_e2;
+    const REAL t2 = t0 * t1;
+    const REAL t4 = a_e3 - c_e3;
+    const REAL t5 = t3 * t4;
+    const REAL t6 = t2 - t5;
+    const REAL t7 = c_e1 * t6;
+    const REAL t8 = a_e1 - c_e1;
+    const REAL t9 = t3 * t8;
+    const REAL t11 = t0 * t10;
+    const REAL t12 = t9 - t11;
+    const REAL t13 = c_e3 * t12;
+    const REAL t14 = t7 + t13;
+    const REAL t15 = t1 * t8;
+    const REAL t16 = t4 * t10;
+    const REAL t17 = t15 - t16;
+    const REAL t18 = c_e2 * t17;
+    const REAL t19 = t14 - t18;
+    const REAL t20 = a_e1 * a_e1;
+    const REAL t21 = a_e2 * a_e2;
+    const REAL t22 = t20 + t21;
+    const REAL t23 = a_e3 * a_e3;
+    const REAL t24 = t22 + t23;
+    const REAL t25 = t24 * (REAL)0.5;
+    const REAL t32 = t25 - t31;
+    const REAL t33 = t10 * t32;
+    const REAL t41 = t8 * t40;
+    const REAL t42 = t33 - t41;
+    const REAL t43 = c_e2 * t42;
+    const REAL t44 = t12 * t31;
+    const REAL t45 = t43 + t44;
+    const REAL t46 = t3 * t32;
+    const REAL t47 = t0 * t40;
+    const REAL t48 = t46 - t47;
+    const REAL t49 = c_e1 * t48;
+    const REAL t50 = t45 - t49;
+    const REAL t51 = c_e3 * t42;
+    const REAL t52 = t17 * t31;
+    const REAL t53 = t51 + t52;
+    const REAL t54 = t1 * t32;
+    const REAL t55 = t4 * t40;
+    const REAL t56 = t54 - t55;
+    const REAL t57 = c_e1 * t56;
+    const REAL t58 = t53 - t57;
+    const REAL t59 = c_e3 * t48;
+    const REAL t60 = t6 * t31;
+    const REAL t61 = t59 + t60;
+    const REAL t62 = c_e2 * t56;
+    const REAL t63 = t61 - t62;
+    out[0] = t19;
+    out[1] = t12;
+    out[2] = t17;
+    out[3] = t6;
+    out[4] = t50;
+    out[5] = t58;
+    out[6] = t63;
+    out[7] = t42;
+    out[8] = t48;
+    out[9] = t56;
+}
+
+static INLINE void NAME(circle_from_points_prepare_a_b)(const REAL *a, const REAL *b, REAL *prepared)
+{
+    const REAL a_e1 = a[0];
+    const REAL a_e2 = a[1];
+    const REAL a_e3 = a[2];
+    const REAL b_e1 = b[0];
+    const REAL b_e2 = b[1];
+    const REAL b_e3 = b[2];
+    const REAL t0 = a_e2 * b_e3;
+    const REAL t1 = a_e3 * b_e2;
+    const REAL t2 = t0 - t1;
+    const REAL t4 = a_e1 * b_e3;
+    const REAL t5 = a_e3 * b_e1;
+    const REAL t6 = t5 - t4;
+    const REAL t9 = a_e1 * b_e2;
+    const REAL t10 = a_e2 * b_e1;
+    const REAL t11 = t9 - t10;
+    const REAL t14 = a_e2 - b_e2;
+    const REAL t16 = b_e1 - a_e1;
+    const REAL t20 = a_e3 - b_e3;
+    const REAL t29 = b_e1 * b_e1;
+    const REAL t30 = b_e2 * b_e2;
+    const REAL t31 = t29 + t30;
+    const REAL t32 = b_e3 * b_e3;
+    const REAL t33 = t32 + t31;
+    const REAL t34 = a_e2 * t33;
+    const REAL t35 = a_e1 * a_e1;
+    const REAL t36 = a_e2 * a_e2;
+    const REAL t37 = t35 + t36;
+    const REAL t38 = a_e3 * a_e3;
+    const REAL t39 = t38 + t37;
+    const REAL t40 = b_e2 * t39;
+    const REAL t41 = t34 - t40;
+    const REAL t42 = t41 * (REAL)0.5;
+    const REAL t44 = b_e1 * t39;
+    const REAL t45 = a_e1 * t33;
+    const REAL t46 = t44 - t45;
+    const REAL t47 = (REAL)0.5 * t46;
+    const REAL t55 = t11 * (REAL)0.5;
+    const REAL t58 = a_e3 * t33;
+    const REAL t59 = b_e3 * t39;
+    const REAL t60 = t58 - t59;
+    const REAL t61 = (REAL)0.5 * t60;
+    const REAL t65 = t4 - t5;
+    const REAL t66 = t65 * (REAL)0.5;
+    const REAL t70 = t2 * (REAL)0.5;
+    const REAL t75 = t33 - t39;
+    const REAL t76 = (REAL)0.5 * t75;
+    const REAL t78 = a_e1 - b_e1;
+    const REAL t79 = t78 * (REAL)0.5;
+    const REAL t84 = t14 * (REAL)0.5;
+    const REAL t89 = t20 * (REAL)0.5;
+    prepared[0] = t2;
+    prepared[1] = t6;
+    prepared[2] = t11;
+    prepared[3] = t14;
+    prepared[4] = t16;
+    prepared[5] = t20;
+    prepared[6] = t42;
+    prepared[7] = t47;
+    prepared[8] = t55;
+    prepared[9] = t61;
+    prepared[10] = t66;
+    prepared[11] = t70;
+    prepared[12] = t76;
+    prepared[13] = t79;
+    prepared[14] = t84;
+    prepared[15] = t89;
+}
+
+static INLINE void NAME(circle_from_points_apply_a_b)(const REAL *prepared, const REAL *c, REAL *out)
+{
+    const REAL t2 = prepared[0];
+    const REAL t6 = prepared[1];
+    const REAL t11 = prepared[2];
+    const REAL t14 = prepared[3];
+    const REAL t16 = prepared[4];
+    const REAL t20 = prepared[5];
+    const REAL t42 = prepared[6];
+    const REAL t47 = prepared[7];
+    const REAL t55 = prepared[8];
+    const REAL t61 = prepared[9];
+    const REAL t66 = prepared[10];
+    const REAL t70 = prepared[11];
+    const REAL t76 = prepared[12];
+    const REAL t79 = prepared[13];
+    const REAL t84 = prepared[14];
+    const REAL t89 = prepared[15];
+    const REAL c_e1 = c[0];
+    const REAL c_e2 = c[1];
+    const REAL c_e3 = c[2];
+    const REAL t3 = c_e1 * t2;
+    const REAL t7 = c_e2 * t6;
+    const REAL t8 = t3 + t7;
+    const REAL t12 = c_e3 * t11;
+    const REAL t13 = t8 + t12;
+    const REAL t15 = c_e1 * t14;
+    const REAL t17 = c_e2 * t16;
+    const REAL t18 = t15 + t17;
+    const REAL t19 = t11 + t18;
+    const REAL t21 = c_e1 * t20;
+    const REAL t22 = c_e3 * t16;
+    const REAL t23 = t21 + t22;
+    const REAL t24 = t23 - t6;
+    const REAL t25 = c_e2 * t20;
+    const REAL t26 = t2 + t25;
+    const REAL t27 = c_e3 * t14;
+    const REAL t28 = t26 - t27;
+    const REAL t43 = c_e1 * t42;
+    const REAL t48 = c_e2 * t47;
+    const REAL t49 = t43 + t48;
+    const REAL t50 = c_e1 * c_e1;
+    const REAL t51 = c_e2 * c_e2;
+    const REAL t52 = t50 + t51;
+    const REAL t53 = c_e3 * c_e3;
+    const REAL t54 = t53 + t52;
+    const REAL t56 = t55 * t54;
+    const REAL t57 = t49 + t56;
+    const REAL t62 = c_e1 * t61;
+    const REAL t63 = c_e3 * t47;
+    const REAL t64 = t62 + t63;
+    const REAL t67 = t54 * t66;
+    const REAL t68 = t64 + t67;
+    const REAL t69 = c_e2 * t61;
+    const REAL t71 = t54 * t70;
+    const REAL t72 = t69 + t71;
+    const REAL t73 = c_e3 * t42;
+    const REAL t74 = t72 - t73;
+    const REAL t77 = c_e1 * t76;
+    const REAL t80 = t54 * t79;
+    const REAL t81 = t77 + t80;
+    const REAL t82 = t47 + t81;
+    const REAL t83 = c_e2 * t76;
+    const REAL t85 = t54 * t84;
+    const REAL t86 = t83 + t85;
+    const REAL t87 = t86 - t42;
+    const REAL t88 = c_e3 * t76;
+    const REAL t90 = t54 * t89;
+    const REAL t91 = t88 + t90;
+    const REAL t92 = t91 - t61;
+    out[0] = t13;
+    out[1] = t19;
+    out[2] = t24;
+    out[3] = t28;
+    out[4] = t57;
+    out[5] = t68;
+    out[6] = t74;
+    out[7] = t82;
+    out[8] = t87;
+    out[9] = t92;
+}
+
+WIDE static void NAME(circle_from_points_block_a_c)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    const intptr_t c1a = strides[1], c3a = strides[3];
+    const REAL *prepared = (const REAL *)args[0];
+    char *a1 = args[1];
+    char *a3 = args[3];
+    ANY_ORDER
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
+        REAL x1[3];
+        REAL x3[10];
+        NAME(load_3)(x1, a1 + i * w, c1a);
+        NAME(circle_from_points_apply_a_c)(prepared, x1, x3);
+        NAME(store_10)(a3 + i * w, c3a, x3);
+    }
+}
+
+static void NAME(circle_from_points_start_a_c)(char **args, const intptr_t *strides, void *prepared)
+{
+    const intptr_t c0a = strides[0], c2a = strides[2];
+    REAL x0[3];
+    NAME(load_3)(x0, args[0], c0a);
+    REAL x2[3];
+    NAME(load_3)(x2, args[2], c2a);
+    NAME(circle_from_points_prepare_a_c)(x0, x2, prepared);
+}
+
+WIDE static void NAME(circle_from_points_block_b_c)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    const intptr_t c0a = strides[0], c3a = strides[3];
+    const REAL *prepared = (const REAL *)args[1];
+    char *a0 = args[0];
+    char *a3 = args[3];
+    ANY_ORDER
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
+        REAL x0[3];
+        REAL x3[10];
+        NAME(load_3)(x0, a0 + i * w, c0a);
+        NAME(circle_from_points_apply_b_c)(prepared, x0, x3);
+        NAME(store_10)(a3 + i * w, c3a, x3);
+    }
+}
+
+static void NAME(circle_from_points_start_b_c)(char **args, const intptr_t *strides, void *prepared)
+{
+    const intptr_t c1a = strides[1], c2a = strides[2];
+    REAL x1[3];
+    NAME(load_3)(x1, args[1], c1a);
+    REAL x2[3];
+    NAME(load_3)(x2, args[2], c2a);
+    NAME(circle_from_points_prepare_b_c)(x1, x2, prepared);
+}
+
+WIDE static void NAME(circle_from_points_block_a_b)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    const intptr_t c2a = strides[2], c3a = strides[3];
+    const REAL *prepared = (const REAL *)args[0];
+    char *a2 = args[2];
+    char *a3 = args[3];
+    ANY_ORDER
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
+        REAL x2[3];
+        REAL x3[10];
+        NAME(load_3)(x2, a2 + i * w, c2a);
+        NAME(circle_from_points_apply_a_b)(prepared, x2, x3);
+        NAME(store_10)(a3 + i * w, c3a, x3);
+    }
+}
+
+static void NAME(circle_from_points_start_a_b)(char **args, const intptr_t *strides, void *prepared)
+{
+    const intptr_t c0a = strides[0], c1a = strides[1];
+    REAL x0[3];
+    NAME(load_3)(x0, args[0], c0a);
+    REAL x1[3];
+    NAME(load_3)(x1, args[1], c1a);
+    NAME(circle_from_points_prepare_a_b)(x0, x1, prepared);
+}
+
 WIDE static void NAME(circle_from_points_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
@@ -5519,33 +5979,14 @@ WIDE static void NAME(circle_from_points_block)(intptr_t n, char **args, const i
     }
 }
 
-WIDE static void NAME(circle_from_points_block_uniform)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2], c3a = strides[3];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    char *a3 = args[3];
-    REAL x0[3];
-    NAME(load_3)(x0, a0, c0a);
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x1[3];
-        REAL x2[3];
-        REAL x3[10];
-        NAME(load_3)(x1, a1 + i * w, c1a);
-        NAME(load_3)(x2, a2 + i * w, c2a);
-        NAME(circle_from_points)(x0, x1, x2, x3);
-        NAME(store_10)(a3 + i * w, c3a, x3);
-    }
-}
-
 void NAME(circle_from_points_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {3, 1, 1, {3}}, {3, 1, 2, {3}}, {10, 1, 3, {10}}};
-    static const struct kernel kernel = {{NAME(circle_from_points_block), NAME(circle_from_points_block_uniform),
-        NULL, NULL}, 1, 3, 4, parts};
+    static const struct form forms[] = {{5, 2, NAME(circle_from_points_start_a_c),
+        NAME(circle_from_points_block_a_c), NULL}, {6, 2, NAME(circle_from_points_start_b_c),
+        NAME(circle_from_points_block_b_c), NULL}, {3, 3, NAME(circle_from_points_start_a_b),
+        NAME(circle_from_points_block_a_b), NULL}};
+    static const struct kernel kernel = {NAME(circle_from_points_block), NULL, 3, 4, 3, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -5651,6 +6092,846 @@ INLINE void NAME(sphere_from_points)(const REAL *a, const REAL *b, const REAL *c
     out[4] = t63;
 }
 
+static INLINE void NAME(sphere_from_points_prepare_a_b_c)(const REAL *a, const REAL *b, const REAL *c, REAL
+    *prepared)
+{
+    const REAL a_e1 = a[0];
+    const REAL a_e2 = a[1];
+    const REAL a_e3 = a[2];
+    const REAL b_e1 = b[0];
+    const REAL b_e2 = b[1];
+    const REAL b_e3 = b[2];
+    const REAL c_e1 = c[0];
+    const REAL c_e2 = c[1];
+    const REAL c_e3 = c[2];
+    const REAL t0 = a_e3 - b_e3;
+    const REAL t1 = c_e2 * t0;
+    const REAL t2 = a_e2 - b_e2;
+    const REAL t3 = c_e3 * t2;
+    const REAL t4 = t1 - t3;
+    const REAL t5 = a_e2 * b_e3;
+    const REAL t6 = a_e3 * b_e2;
+    const REAL t7 = t5 - t6;
+    const REAL t8 = t7 + t4;
+    const REAL t10 = c_e1 * t0;
+    const REAL t11 = a_e1 - b_e1;
+    const REAL t12 = c_e3 * t11;
+    const REAL t13 = t10 - t12;
+    const REAL t14 = a_e1 * b_e3;
+    const REAL t15 = a_e3 * b_e1;
+    const REAL t16 = t14 - t15;
+    const REAL t17 = t16 + t13;
+    const REAL t20 = c_e1 * t2;
+    const REAL t21 = c_e2 * t11;
+    const REAL t22 = t20 - t21;
+    const REAL t23 = a_e1 * b_e2;
+    const REAL t24 = a_e2 * b_e1;
+    const REAL t25 = t23 - t24;
+    const REAL t26 = t25 + t22;
+    const REAL t29 = c_e1 * t7;
+    const REAL t30 = c_e2 * t16;
+    const REAL t31 = t29 - t30;
+    const REAL t32 = c_e3 * t25;
+    const REAL t33 = t32 + t31;
+    const REAL t35 = b_e1 * b_e1;
+    const REAL t36 = b_e2 * b_e2;
+    const REAL t37 = t35 + t36;
+    const REAL t38 = b_e3 * b_e3;
+    const REAL t39 = t38 + t37;
+    const REAL t40 = a_e2 * t39;
+    const REAL t41 = a_e1 * a_e1;
+    const REAL t42 = a_e2 * a_e2;
+    const REAL t43 = t41 + t42;
+    const REAL t44 = a_e3 * a_e3;
+    const REAL t45 = t44 + t43;
+    const REAL t46 = b_e2 * t45;
+    const REAL t47 = t40 - t46;
+    const REAL t48 = c_e3 * t47;
+    const REAL t49 = a_e3 * t39;
+    const REAL t50 = b_e3 * t45;
+    const REAL t51 = t49 - t50;
+    const REAL t52 = c_e2 * t51;
+    const REAL t53 = t48 - t52;
+    const REAL t54 = c_e1 * c_e1;
+    const REAL t55 = c_e2 * c_e2;
+    const REAL t56 = t54 + t55;
+    const REAL t57 = c_e3 * c_e3;
+    const REAL t58 = t57 + t56;
+    const REAL t59 = t7 * t58;
+    const REAL t60 = t53 - t59;
+    const REAL t61 = t60 * (REAL)0.5;
+    const REAL t63 = c_e1 * t51;
+    const REAL t64 = t16 * t58;
+    const REAL t65 = t63 + t64;
+    const REAL t66 = a_e1 * t39;
+    const REAL t67 = b_e1 * t45;
+    const REAL t68 = t66 - t67;
+    const REAL t69 = c_e3 * t68;
+    const REAL t70 = t65 - t69;
+    const REAL t71 = (REAL)0.5 * t70;
+    const REAL t74 = c_e2 * t68;
+    const REAL t75 = c_e1 * t47;
+    const REAL t76 = t74 - t75;
+    const REAL t77 = t25 * t58;
+    const REAL t78 = t76 - t77;
+    const REAL t79 = (REAL)0.5 * t78;
+    const REAL t82 = t33 * (REAL)0.5;
+    const REAL t90 = t45 - t39;
+    const REAL t91 = c_e2 * t90;
+    const REAL t92 = t47 + t91;
+    const REAL t93 = t2 * t58;
+    const REAL t94 = t92 - t93;
+    const REAL t95 = (REAL)0.5 * t94;
+    const REAL t97 = c_e1 * t90;
+    const REAL t98 = t11 * t58;
+    const REAL t99 = t98 - t97;
+    const REAL t100 = t99 - t68;
+    const REAL t101 = (REAL)0.5 * t100;
+    const REAL t104 = t26 * (REAL)0.5;
+    const REAL t108 = c_e3 * t90;
+    const REAL t109 = t51 + t108;
+    const REAL t110 = t0 * t58;
+    const REAL t111 = t109 - t110;
+    const REAL t112 = (REAL)0.5 * t111;
+    const REAL t116 = t17 * (REAL)0.5;
+    const REAL t121 = t8 * (REAL)0.5;
+    prepared[0] = t8;
+    prepared[1] = t17;
+    prepared[2] = t26;
+    prepared[3] = t33;
+    prepared[4] = t61;
+    prepared[5] = t71;
+    prepared[6] = t79;
+    prepared[7] = t82;
+    prepared[8] = t95;
+    prepared[9] = t101;
+    prepared[10] = t104;
+    prepared[11] = t112;
+    prepared[12] = t116;
+    prepared[13] = t121;
+}
+
+static INLINE void NAME(sphere_from_points_apply_a_b_c)(const REAL *prepared, const REAL *d, REAL *out)
+{
+    const REAL t8 = prepared[0];
+    const REAL t17 = prepared[1];
+    const REAL t26 = prepared[2];
+    const REAL t33 = prepared[3];
+    const REAL t61 = prepared[4];
+    const REAL t71 = prepared[5];
+    const REAL t79 = prepared[6];
+    const REAL t82 = prepared[7];
+    const REAL t95 = prepared[8];
+    const REAL t101 = prepared[9];
+    const REAL t104 = prepared[10];
+    const REAL t112 = prepared[11];
+    const REAL t116 = prepared[12];
+    const REAL t121 = prepared[13];
+    const REAL d_e1 = d[0];
+    const REAL d_e2 = d[1];
+    const REAL d_e3 = d[2];
+    const REAL t9 = d_e1 * t8;
+    const REAL t18 = d_e2 * t17;
+    const REAL t19 = t18 - t9;
+    const REAL t27 = d_e3 * t26;
+    const REAL t28 = t19 - t27;
+    const REAL t34 = t28 + t33;
+    const REAL t62 = d_e1 * t61;
+    const REAL t72 = d_e2 * t71;
+    const REAL t73 = t62 + t72;
+    const REAL t80 = d_e3 * t79;
+    const REAL t81 = t73 + t80;
+    const REAL t83 = d_e1 * d_e1;
+    const REAL t84 = d_e2 * d_e2;
+    const REAL t85 = t83 + t84;
+    const REAL t86 = d_e3 * d_e3;
+    const REAL t87 = t86 + t85;
+    const REAL t88 = t82 * t87;
+    const REAL t89 = t81 + t88;
+    const REAL t96 = d_e1 * t95;
+    const REAL t102 = d_e2 * t101;
+    const REAL t103 = t96 + t102;
+    const REAL t105 = t87 * t104;
+    const REAL t106 = t103 + t105;
+    const REAL t107 = t79 + t106;
+    const REAL t113 = d_e1 * t112;
+    const REAL t114 = d_e3 * t101;
+    const REAL t115 = t113 + t114;
+    const REAL t117 = t87 * t116;
+    const REAL t118 = t115 + t117;
+    const REAL t119 = t118 - t71;
+    const REAL t120 = d_e2 * t112;
+    const REAL t122 = t87 * t121;
+    const REAL t123 = t120 + t122;
+    const REAL t124 = t61 + t123;
+    const REAL t125 = d_e3 * t95;
+    const REAL t126 = t124 - t125;
+    out[0] = t34;
+    out[1] = t89;
+    out[2] = t107;
+    out[3] = t119;
+    out[4] = t126;
+}
+
+static INLINE void NAME(sphere_from_points_prepare_a_b_d)(const REAL *a, const REAL *b, const REAL *d, REAL
+    *prepared)
+{
+    const REAL a_e1 = a[0];
+    const REAL a_e2 = a[1];
+    const REAL a_e3 = a[2];
+    const REAL b_e1 = b[0];
+    const REAL b_e2 = b[1];
+    const REAL b_e3 = b[2];
+    const REAL d_e1 = d[0];
+    const REAL d_e2 = d[1];
+    const REAL d_e3 = d[2];
+    const REAL t0 = a_e3 - b_e3;
+    const REAL t1 = d_e2 * t0;
+    const REAL t2 = a_e2 - b_e2;
+    const REAL t3 = d_e3 * t2;
+    const REAL t4 = t1 - t3;
+    const REAL t5 = a_e2 * b_e3;
+    const REAL t6 = a_e3 * b_e2;
+    const REAL t7 = t5 - t6;
+    const REAL t8 = t7 + t4;
+    const REAL t10 = d_e1 * t0;
+    const REAL t11 = a_e1 - b_e1;
+    const REAL t12 = d_e3 * t11;
+    const REAL t13 = t10 - t12;
+    const REAL t14 = a_e1 * b_e3;
+    const REAL t15 = a_e3 * b_e1;
+    const REAL t16 = t14 - t15;
+    const REAL t17 = t16 + t13;
+    const REAL t20 = d_e1 * t2;
+    const REAL t21 = d_e2 * t11;
+    const REAL t22 = t20 - t21;
+    const REAL t23 = a_e1 * b_e2;
+    const REAL t24 = a_e2 * b_e1;
+    const REAL t25 = t23 - t24;
+    const REAL t26 = t25 + t22;
+    const REAL t29 = d_e1 * t7;
+    const REAL t30 = d_e2 * t16;
+    const REAL t31 = t29 - t30;
+    const REAL t32 = d_e3 * t25;
+    const REAL t33 = t32 + t31;
+    const REAL t35 = b_e1 * b_e1;
+    const REAL t36 = b_e2 * b_e2;
+    const REAL t37 = t35 + t36;
+    const REAL t38 = b_e3 * b_e3;
+    const REAL t39 = t38 + t37;
+    const REAL t40 = a_e3 * t39;
+    const REAL t41 = a_e1 * a_e1;
+    const REAL t42 = a_e2 * a_e2;
+    const REAL t43 = t41 + t42;
+    const REAL t44 = a_e3 * a_e3;
+    const REAL t45 = t44 + t43;
+    const REAL t46 = b_e3 * t45;
+    const REAL t47 = t40 - t46;
+    const REAL t48 = d_e2 * t47;
+    const REAL t49 = d_e1 * d_e1;
+    const REAL t50 = d_e2 * d_e2;
+    const REAL t51 = t49 + t50;
+    const REAL t52 = d_e3 * d_e3;
+    const REAL t53 = t52 + t51;
+    const REAL t54 = t7 * t53;
+    const REAL t55 = t48 + t54;
+    const REAL t56 = a_e2 * t39;
+    const REAL t57 = b_e2 * t45;
+    const REAL t58 = t56 - t57;
+    const REAL t59 = d_e3 * t58;
+    const REAL t60 = t55 - t59;
+    const REAL t61 = t60 * (REAL)0.5;
+    const REAL t63 = a_e1 * t39;
+    const REAL t64 = b_e1 * t45;
+    const REAL t65 = t63 - t64;
+    const REAL t66 = d_e3 * t65;
+    const REAL t67 = d_e1 * t47;
+    const REAL t68 = t66 - t67;
+    const REAL t69 = t16 * t53;
+    const REAL t70 = t68 - t69;
+    const REAL t71 = (REAL)0.5 * t70;
+    const REAL t74 = d_e1 * t58;
+    const REAL t75 = t25 * t53;
+    const REAL t76 = t74 + t75;
+    const REAL t77 = d_e2 * t65;
+    const REAL t78 = t76 - t77;
+    const REAL t79 = (REAL)0.5 * t78;
+    const REAL t82 = t33 * (REAL)0.5;
+    const REAL t90 = t45 - t39;
+    const REAL t91 = d_e2 * t90;
+    const REAL t92 = t2 * t53;
+    const REAL t93 = t92 - t91;
+    const REAL t94 = t93 - t58;
+    const REAL t95 = (REAL)0.5 * t94;
+    const REAL t97 = d_e1 * t90;
+    const REAL t98 = t65 + t97;
+    const REAL t99 = t11 * t53;
+    const REAL t100 = t98 - t99;
+    const REAL t101 = (REAL)0.5 * t100;
+    const REAL t104 = t26 * (REAL)0.5;
+    const REAL t108 = d_e3 * t90;
+    const REAL t109 = t0 * t53;
+    const REAL t110 = t109 - t108;
+    const REAL t111 = t110 - t47;
+    const REAL t112 = (REAL)0.5 * t111;
+    const REAL t116 = t17 * (REAL)0.5;
+    const REAL t121 = t8 * (REAL)0.5;
+    prepared[0] = t8;
+    prepared[1] = t17;
+    prepared[2] = t26;
+    prepared[3] = t33;
+    prepared[4] = t61;
+    prepared[5] = t71;
+    prepared[6] = t79;
+    prepared[7] = t82;
+    prepared[8] = t95;
+    prepared[9] = t101;
+    prepared[10] = t104;
+    prepared[11] = t112;
+    prepared[12] = t116;
+    prepared[13] = t121;
+}
+
+static INLINE void NAME(sphere_from_points_apply_a_b_d)(const REAL *prepared, const REAL *c, REAL *out)
+{
+    const REAL t8 = prepared[0];
+    const REAL t17 = prepared[1];
+    const REAL t26 = prepared[2];
+    const REAL t33 = prepared[3];
+    const REAL t61 = prepared[4];
+    const REAL t71 = prepared[5];
+    const REAL t79 = prepared[6];
+    const REAL t82 = prepared[7];
+    const REAL t95 = prepared[8];
+    const REAL t101 = prepared[9];
+    const REAL t104 = prepared[10];
+    const REAL t112 = prepared[11];
+    const REAL t116 = prepared[12];
+    const REAL t121 = prepared[13];
+    const REAL c_e1 = c[0];
+    const REAL c_e2 = c[1];
+    const REAL c_e3 = c[2];
+    const REAL t9 = c_e1 * t8;
+    const REAL t18 = c_e2 * t17;
+    const REAL t19 = t9 - t18;
+    const REAL t27 = c_e3 * t26;
+    const REAL t28 = t19 + t27;
+    const REAL t34 = t28 - t33;
+    const REAL t62 = c_e1 * t61;
+    const REAL t72 = c_e2 * t71;
+    const REAL t73 = t62 + t72;
+    const REAL t80 = c_e3 * t79;
+    const REAL t81 = t73 + t80;
+    const REAL t83 = c_e1 * c_e1;
+    const REAL t84 = c_e2 * c_e2;
+    const REAL t85 = t83 + t84;
+    const REAL t86 = c_e3 * c_e3;
+    const REAL t87 = t86 + t85;
+    const REAL t88 = t82 * t87;
+    const REAL t89 = t81 - t88;
+    const REAL t96 = c_e1 * t95;
+    const REAL t102 = c_e2 * t101;
+    const REAL t103 = t96 + t102;
+    const REAL t105 = t87 * t104;
+    const REAL t106 = t103 - t105;
+    const REAL t107 = t79 + t106;
+    const REAL t113 = c_e1 * t112;
+    const REAL t114 = c_e3 * t101;
+    const REAL t115 = t113 + t114;
+    const REAL t117 = t87 * t116;
+    const REAL t118 = t115 - t117;
+    const REAL t119 = t118 - t71;
+    const REAL t120 = c_e2 * t112;
+    const REAL t122 = t87 * t121;
+    const REAL t123 = t120 - t122;
+    const REAL t124 = t61 + t123;
+    const REAL t125 = c_e3 * t95;
+    const REAL t126 = t124 - t125;
+    out[0] = t34;
+    out[1] = t89;
+    out[2] = t107;
+    out[3] = t119;
+    out[4] = t126;
+}
+
+static INLINE void NAME(sphere_from_points_prepare_a_c_d)(const REAL *a, const REAL *c, const REAL *d, REAL
+    *prepared)
+{
+    const REAL a_e1 = a[0];
+    const REAL a_e2 = a[1];
+    const REAL a_e3 = a[2];
+    const REAL c_e1 = c[0];
+    const REAL c_e2 = c[1];
+    const REAL c_e3 = c[2];
+    const REAL d_e1 = d[0];
+    const REAL d_e2 = d[1];
+    const REAL d_e3 = d[2];
+    const REAL t0 = a_e3 - c_e3;
+    const REAL t1 = d_e2 * t0;
+    const REAL t2 = a_e2 - c_e2;
+    const REAL t3 = d_e3 * t2;
+    const REAL t4 = t1 - t3;
+    const REAL t5 = a_e2 * c_e3;
+    const REAL t6 = a_e3 * c_e2;
+    const REAL t7 = t5 - t6;
+    const REAL t8 = t7 + t4;
+    const REAL t10 = d_e1 * t0;
+    const REAL t11 = a_e1 - c_e1;
+    const REAL t12 = d_e3 * t11;
+    const REAL t13 = t10 - t12;
+    const REAL t14 = a_e1 * c_e3;
+    const REAL t15 = a_e3 * c_e1;
+    const REAL t16 = t14 - t15;
+    const REAL t17 = t16 + t13;
+    const REAL t20 = d_e1 * t2;
+    const REAL t21 = d_e2 * t11;
+    const REAL t22 = t20 - t21;
+    const REAL t23 = a_e1 * c_e2;
+    const REAL t24 = a_e2 * c_e1;
+    const REAL t25 = t23 - t24;
+    const REAL t26 = t25 + t22;
+    const REAL t29 = d_e1 * t7;
+    const REAL t30 = d_e2 * t16;
+    const REAL t31 = t29 - t30;
+    const REAL t32 = d_e3 * t25;
+    const REAL t33 = t32 + t31;
+    const REAL t35 = c_e1 * c_e1;
+    const REAL t36 = c_e2 * c_e2;
+    const REAL t37 = t35 + t36;
+    const REAL t38 = c_e3 * c_e3;
+    const REAL t39 = t38 + t37;
+    const REAL t40 = a_e2 * t39;
+    const REAL t41 = a_e1 * a_e1;
+    const REAL t42 = a_e2 * a_e2;
+    const REAL t43 = t41 + t42;
+    const REAL t44 = a_e3 * a_e3;
+    const REAL t45 = t44 + t43;
+    const REAL t46 = c_e2 * t45;
+    const REAL t47 = t40 - t46;
+    const REAL t48 = d_e3 * t47;
+    const REAL t49 = a_e3 * t39;
+    const REAL t50 = c_e3 * t45;
+    const REAL t51 = t49 - t50;
+    const REAL t52 = d_e2 * t51;
+    const REAL t53 = t48 - t52;
+    const REAL t54 = d_e1 * d_e1;
+    const REAL t55 = d_e2 * d_e2;
+    const REAL t56 = t54 + t55;
+    const REAL t57 = d_e3 * d_e3;
+    const REAL t58 = t57 + t56;
+    const REAL t59 = t7 * t58;
+    const REAL t60 = t53 - t59;
+    const REAL t61 = t60 * (REAL)0.5;
+    const REAL t63 = d_e1 * t51;
+    const REAL t64 = t16 * t58;
+    const REAL t65 = t63 + t64;
+    const REAL t66 = a_e1 * t39;
+    const REAL t67 = c_e1 * t45;
+    const REAL t68 = t66 - t67;
+    const REAL t69 = d_e3 * t68;
+    const REAL t70 = t65 - t69;
+    const REAL t71 = (REAL)0.5 * t70;
+    const REAL t74 = d_e2 * t68;
+    const REAL t75 = d_e1 * t47;
+    const REAL t76 = t74 - t75;
+    const REAL t77 = t25 * t58;
+    const REAL t78 = t76 - t77;
+    const REAL t79 = (REAL)0.5 * t78;
+    const REAL t82 = t33 * (REAL)0.5;
+    const REAL t90 = t45 - t39;
+    const REAL t91 = d_e2 * t90;
+    const REAL t92 = t47 + t91;
+    const REAL t93 = t2 * t58;
+    const REAL t94 = t92 - t93;
+    const REAL t95 = (REAL)0.5 * t94;
+    const REAL t97 = d_e1 * t90;
+    const REAL t98 = t11 * t58;
+    const REAL t99 = t98 - t97;
+    const REAL t100 = t99 - t68;
+    const REAL t101 = (REAL)0.5 * t100;
+    const REAL t104 = t26 * (REAL)0.5;
+    const REAL t108 = d_e3 * t90;
+    const REAL t109 = t51 + t108;
+    const REAL t110 = t0 * t58;
+    const REAL t111 = t109 - t110;
+    const REAL t112 = (REAL)0.5 * t111;
+    const REAL t116 = t17 * (REAL)0.5;
+    const REAL t121 = t8 * (REAL)0.5;
+    prepared[0] = t8;
+    prepared[1] = t17;
+    prepared[2] = t26;
+    prepared[3] = t33;
+    prepared[4] = t61;
+    prepared[5] = t71;
+    prepared[6] = t79;
+    prepared[7] = t82;
+    prepared[8] = t95;
+    prepared[9] = t101;
+    prepared[10] = t104;
+    prepared[11] = t112;
+    prepared[12] = t116;
+    prepared[13] = t121;
+}
+
+static INLINE void NAME(sphere_from_points_apply_a_c_d)(const REAL *prepared, const REAL *b, REAL *out)
+{
+    const REAL t8 = prepared[0];
+    const REAL t17 = prepared[1];
+    const REAL t26 = prepared[2];
+    const REAL t33 = prepared[3];
+    const REAL t61 = prepared[4];
+    const REAL t71 = prepared[5];
+    const REAL t79 = prepared[6];
+    const REAL t82 = prepared[7];
+    const REAL t95 = prepared[8];
+    const REAL t101 = prepared[9];
+    const REAL t104 = prepared[10];
+    const REAL t112 = prepared[11];
+    const REAL t116 = prepared[12];
+    const REAL t121 = prepared[13];
+    const REAL b_e1 = b[0];
+    const REAL b_e2 = b[1];
+    const REAL b_e3 = b[2];
+    const REAL t9 = b_e1 * t8;
+    const REAL t18 = b_e2 * t17;
+    const REAL t19 = t18 - t9;
+    const REAL t27 = b_e3 * t26;
+    const REAL t28 = t19 - t27;
+    const REAL t34 = t28 + t33;
+    const REAL t62 = b_e1 * t61;
+    const REAL t72 = b_e2 * t71;
+    const REAL t73 = t62 + t72;
+    const REAL t80 = b_e3 * t79;
+    const REAL t81 = t73 + t80;
+    const REAL t83 = b_e1 * b_e1;
+    const REAL t84 = b_e2 * b_e2;
+    const REAL t85 = t83 + t84;
+    const REAL t86 = b_e3 * b_e3;
+    const REAL t87 = t86 + t85;
+    const REAL t88 = t82 * t87;
+    const REAL t89 = t81 + t88;
+    const REAL t96 = b_e1 * t95;
+    const REAL t102 = b_e2 * t101;
+    const REAL t103 = t96 + t102;
+    const REAL t105 = t87 * t104;
+    const REAL t106 = t103 + t105;
+    const REAL t107 = t79 + t106;
+    const REAL t113 = b_e1 * t112;
+    const REAL t114 = b_e3 * t101;
+    const REAL t115 = t113 + t114;
+    const REAL t117 = t87 * t116;
+    const REAL t118 = t115 + t117;
+    const REAL t119 = t118 - t71;
+    const REAL t120 = b_e2 * t112;
+    const REAL t122 = t87 * t121;
+    const REAL t123 = t120 + t122;
+    const REAL t124 = t61 + t123;
+    const REAL t125 = b_e3 * t95;
+    const REAL t126 = t124 - t125;
+    out[0] = t34;
+    out[1] = t89;
+    out[2] = t107;
+    out[3] = t119;
+    out[4] = t126;
+}
+
+static INLINE void NAME(sphere_from_points_prepare_b_c_d)(const REAL *b, const REAL *c, const REAL *d, REAL
+    *prepared)
+{
+    const REAL b_e1 = b[0];
+    const REAL b_e2 = b[1];
+    const REAL b_e3 = b[2];
+    const REAL c_e1 = c[0];
+    const REAL c_e2 = c[1];
+    const REAL c_e3 = c[2];
+    const REAL d_e1 = d[0];
+    const REAL d_e2 = d[1];
+    const REAL d_e3 = d[2];
+    const REAL t0 = b_e3 - c_e3;
+    const REAL t1 = d_e2 * t0;
+    const REAL t2 = b_e2 - c_e2;
+    const REAL t3 = d_e3 * t2;
+    const REAL t4 = t1 - t3;
+    const REAL t5 = b_e2 * c_e3;
+    const REAL t6 = b_e3 * c_e2;
+    const REAL t7 = t5 - t6;
+    const REAL t8 = t7 + t4;
+    const REAL t10 = d_e1 * t0;
+    const REAL t11 = b_e1 - c_e1;
+    const REAL t12 = d_e3 * t11;
+    const REAL t13 = t10 - t12;
+    const REAL t14 = b_e1 * c_e3;
+    const REAL t15 = b_e3 * c_e1;
+    const REAL t16 = t14 - t15;
+    const REAL t17 = t16 + t13;
+    const REAL t20 = d_e1 * t2;
+    const REAL t21 = d_e2 * t11;
+    const REAL t22 = t20 - t21;
+    const REAL t23 = b_e1 * c_e2;
+    const REAL t24 = b_e2 * c_e1;
+    const REAL t25 = t23 - t24;
+    const REAL t26 = t25 + t22;
+    const REAL t29 = d_e1 * t7;
+    const REAL t30 = d_e2 * t16;
+    const REAL t31 = t29 - t30;
+    const REAL t32 = d_e3 * t25;
+    const REAL t33 = t32 + t31;
+    const REAL t35 = c_e1 * c_e1;
+    const REAL t36 = c_e2 * c_e2;
+    const REAL t37 = t35 + t36;
+    const REAL t38 = c_e3 * c_e3;
+    const REAL t39 = t38 + t37;
+    const REAL t40 = b_e3 * t39;
+    const REAL t41 = b_e1 * b_e1;
+    const REAL t42 = b_e2 * b_e2;
+    const REAL t43 = t41 + t42;
+    const REAL t44 = b_e3 * b_e3;
+    const REAL t45 = t44 + t43;
+    const REAL t46 = c_e3 * t45;
+    const REAL t47 = t40 - t46;
+    const REAL t48 = d_e2 * t47;
+    const REAL t49 = d_e1 * d_e1;
+    const REAL t50 = d_e2 * d_e2;
+    const REAL t51 = t49 + t50;
+    const REAL t52 = d_e3 * d_e3;
+    const REAL t53 = t52 + t51;
+    const REAL t54 = t7 * t53;
+    const REAL t55 = t48 + t54;
+    const REAL t56 = b_e2 * t39;
+    const REAL t57 = c_e2 * t45;
+    const REAL t58 = t56 - t57;
+    const REAL t59 = d_e3 * t58;
+    const REAL t60 = t55 - t59;
+    const REAL t61 = t60 * (REAL)0.5;
+    const REAL t63 = b_e1 * t39;
+    const REAL t64 = c_e1 * t45;
+    const REAL t65 = t63 - t64;
+    const REAL t66 = d_e3 * t65;
+    const REAL t67 = d_e1 * t47;
+    const REAL t68 = t66 - t67;
+    const REAL t69 = t16 * t53;
+    const REAL t70 = t68 - t69;
+    const REAL t71 = (REAL)0.5 * t70;
+    const REAL t74 = d_e1 * t58;
+    const REAL t75 = t25 * t53;
+    const REAL t76 = t74 + t75;
+    const REAL t77 = d_e2 * t65;
+    const REAL t78 = t76 - t77;
+    const REAL t79 = (REAL)0.5 * t78;
+    const REAL t82 = t33 * (REAL)0.5;
+    const REAL t90 = t45 - t39;
+    const REAL t91 = d_e2 * t90;
+    const REAL t92 = t2 * t53;
+    const REAL t93 = t92 - t91;
+    const REAL t94 = t93 - t58;
+    const REAL t95 = (REAL)0.5 * t94;
+    const REAL t97 = d_e1 * t90;
+    const REAL t98 = t65 + t97;
+    const REAL t99 = t11 * t53;
+    const REAL t100 = t98 - t99;
+    const REAL t101 = (REAL)0.5 * t100;
+    const REAL t104 = t26 * (REAL)0.5;
+    const REAL t108 = d_e3 * t90;
+    const REAL t109 = t0 * t53;
+    const REAL t110 = t109 - t108;
+    const REAL t111 = t110 - t47;
+    const REAL t112 = (REAL)0.5 * t111;
+    const REAL t116 = t17 * (REAL)0.5;
+    const REAL t121 = t8 * (REAL)0.5;
+    prepared[0] = t8;
+    prepared[1] = t17;
+    prepared[2] = t26;
+    prepared[3] = t33;
+    prepared[4] = t61;
+    prepared[5] = t71;
+    prepared[6] = t79;
+    prepared[7] = t82;
+    prepared[8] = t95;
+    prepared[9] = t101;
+    prepared[10] = t104;
+    prepared[11] = t112;
+    prepared[12] = t116;
+    prepared[13] = t121;
+}
+
+static INLINE void NAME(sphere_from_points_apply_b_c_d)(const REAL *prepared, const REAL *a, REAL *out)
+{
+    const REAL t8 = prepared[0];
+    const REAL t17 = prepared[1];
+    const REAL t26 = prepared[2];
+    const REAL t33 = prepared[3];
+    const REAL t61 = prepared[4];
+    const REAL t71 = prepared[5];
+    const REAL t79 = prepared[6];
+    const REAL t82 = prepared[7];
+    const REAL t95 = prepared[8];
+    const REAL t101 = prepared[9];
+    const REAL t104 = prepared[10];
+    const REAL t112 = prepared[11];
+    const REAL t116 = prepared[12];
+    const REAL t121 = prepared[13];
+    const REAL a_e1 = a[0];
+    const REAL a_e2 = a[1];
+    const REAL a_e3 = a[2];
+    const REAL t9 = a_e1 * t8;
+    const REAL t18 = a_e2 * t17;
+    const REAL t19 = t9 - t18;
+    const REAL t27 = a_e3 * t26;
+    const REAL t28 = t19 + t27;
+    const REAL t34 = t28 - t33;
+    const REAL t62 = a_e1 * t61;
+    const REAL t72 = a_e2 * t71;
+    const REAL t73 = t62 + t72;
+    const REAL t80 = a_e3 * t79;
+    const REAL t81 = t73 + t80;
+    const REAL t83 = a_e1 * a_e1;
+    const REAL t84 = a_e2 * a_e2;
+    const REAL t85 = t83 + t84;
+    const REAL t86 = a_e3 * a_e3;
+    const REAL t87 = t86 + t85;
+    const REAL t88 = t82 * t87;
+    const REAL t89 = t81 - t88;
+    const REAL t96 = a_e1 * t95;
+    const REAL t102 = a_e2 * t101;
+    const REAL t103 = t96 + t102;
+    const REAL t105 = t87 * t104;
+    const REAL t106 = t103 - t105;
+    const REAL t107 = t79 + t106;
+    const REAL t113 = a_e1 * t112;
+    const REAL t114 = a_e3 * t101;
+    const REAL t115 = t113 + t114;
+    const REAL t117 = t87 * t116;
+    const REAL t118 = t115 - t117;
+    const REAL t119 = t118 - t71;
+    const REAL t120 = a_e2 * t112;
+    const REAL t122 = t87 * t121;
+    const REAL t123 = t120 - t122;
+    const REAL t124 = t61 + t123;
+    const REAL t125 = a_e3 * t95;
+    const REAL t126 = t124 - t125;
+    out[0] = t34;
+    out[1] = t89;
+    out[2] = t107;
+    out[3] = t119;
+    out[4] = t126;
+}
+
+WIDE static void NAME(sphere_from_points_block_a_b_c)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    const intptr_t c3a = strides[3], c4a = strides[4];
+    const REAL *prepared = (const REAL *)args[0];
+    char *a3 = args[3];
+    char *a4 = args[4];
+    ANY_ORDER
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
+        REAL x3[3];
+        REAL x4[5];
+        NAME(load_3)(x3, a3 + i * w, c3a);
+        NAME(sphere_from_points_apply_a_b_c)(prepared, x3, x4);
+        NAME(store_5)(a4 + i * w, c4a, x4);
+    }
+}
+
+static void NAME(sphere_from_points_start_a_b_c)(char **args, const intptr_t *strides, void *prepared)
+{
+    const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
+    REAL x0[3];
+    NAME(load_3)(x0, args[0], c0a);
+    REAL x1[3];
+    NAME(load_3)(x1, args[1], c1a);
+    REAL x2[3];
+    NAME(load_3)(x2, args[2], c2a);
+    NAME(sphere_from_points_prepare_a_b_c)(x0, x1, x2, prepared);
+}
+
+WIDE static void NAME(sphere_from_points_block_a_b_d)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    const intptr_t c2a = strides[2], c4a = strides[4];
+    const REAL *prepared = (const REAL *)args[0];
+    char *a2 = args[2];
+    char *a4 = args[4];
+    ANY_ORDER
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
+        REAL x2[3];
+        REAL x4[5];
+        NAME(load_3)(x2, a2 + i * w, c2a);
+        NAME(sphere_from_points_apply_a_b_d)(prepared, x2, x4);
+        NAME(store_5)(a4 + i * w, c4a, x4);
+    }
+}
+
+static void NAME(sphere_from_points_start_a_b_d)(char **args, const intptr_t *strides, void *prepared)
+{
+    const intptr_t c0a = strides[0], c1a = strides[1], c3a = strides[3];
+    REAL x0[3];
+    NAME(load_3)(x0, args[0], c0a);
+    REAL x1[3];
+    NAME(load_3)(x1, args[1], c1a);
+    REAL x3[3];
+    NAME(load_3)(x3, args[3], c3a);
+    NAME(sphere_from_points_prepare_a_b_d)(x0, x1, x3, prepared);
+}
+
+WIDE static void NAME(sphere_from_points_block_a_c_d)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    const intptr_t c1a = strides[1], c4a = strides[4];
+    const REAL *prepared = (const REAL *)args[0];
+    char *a1 = args[1];
+    char *a4 = args[4];
+    ANY_ORDER
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
+        REAL x1[3];
+        REAL x4[5];
+        NAME(load_3)(x1, a1 + i * w, c1a);
+        NAME(sphere_from_points_apply_a_c_d)(prepared, x1, x4);
+        NAME(store_5)(a4 + i * w, c4a, x4);
+    }
+}
+
+static void NAME(sphere_from_points_start_a_c_d)(char **args, const intptr_t *strides, void *prepared)
+{
+    const intptr_t c0a = strides[0], c2a = strides[2], c3a = strides[3];
+    REAL x0[3];
+    NAME(load_3)(x0, args[0], c0a);
+    REAL x2[3];
+    NAME(load_3)(x2, args[2], c2a);
+    REAL x3[3];
+    NAME(load_3)(x3, args[3], c3a);
+    NAME(sphere_from_points_prepare_a_c_d)(x0, x2, x3, prepared);
+}
+
+WIDE static void NAME(sphere_from_points_block_b_c_d)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    const intptr_t c0a = strides[0], c4a = strides[4];
+    const REAL *prepared = (const REAL *)args[1];
+    char *a0 = args[0];
+    char *a4 = args[4];
+    ANY_ORDER
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
+        REAL x0[3];
+        REAL x4[5];
+        NAME(load_3)(x0, a0 + i * w, c0a);
+        NAME(sphere_from_points_apply_b_c_d)(prepared, x0, x4);
+        NAME(store_5)(a4 + i * w, c4a, x4);
+    }
+}
+
+static void NAME(sphere_from_points_start_b_c_d)(char **args, const intptr_t *strides, void *prepared)
+{
+    const intptr_t c1a = strides[1], c2a = strides[2], c3a = strides[3];
+    REAL x1[3];
+    NAME(load_3)(x1, args[1], c1a);
+    REAL x2[3];
+    NAME(load_3)(x2, args[2], c2a);
+    REAL x3[3];
+    NAME(load_3)(x3, args[3], c3a);
+    NAME(sphere_from_points_prepare_b_c_d)(x1, x2, x3, prepared);
+}
+
 WIDE static void NAME(sphere_from_points_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
@@ -5676,37 +6957,16 @@ WIDE static void NAME(sphere_from_points_block)(intptr_t n, char **args, const i
     }
 }
 
-WIDE static void NAME(sphere_from_points_block_uniform)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2], c3a = strides[3], c4a = strides[4];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    char *a3 = args[3];
-    char *a4 = args[4];
-    REAL x0[3];
-    NAME(load_3)(x0, a0, c0a);
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x1[3];
-        REAL x2[3];
-        REAL x3[3];
-        REAL x4[5];
-        NAME(load_3)(x1, a1 + i * w, c1a);
-        NAME(load_3)(x2, a2 + i * w, c2a);
-        NAME(load_3)(x3, a3 + i * w, c3a);
-        NAME(sphere_from_points)(x0, x1, x2, x3, x4);
-        NAME(store_5)(a4 + i * w, c4a, x4);
-    }
-}
-
 void NAME(sphere_from_points_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {3, 1, 1, {3}}, {3, 1, 2, {3}}, {3, 1, 3, {3}}, {5, 1, 4,
         {5}}};
-    static const struct kernel kernel = {{NAME(sphere_from_points_block), NAME(sphere_from_points_block_uniform),
-        NULL, NULL}, 1, 4, 5, parts};
+    static const struct form forms[] = {{7, 3, NAME(sphere_from_points_start_a_b_c),
+        NAME(sphere_from_points_block_a_b_c), NULL}, {11, 3, NAME(sphere_from_points_start_a_b_d),
+        NAME(sphere_from_points_block_a_b_d), NULL}, {13, 3, NAME(sphere_from_points_start_a_c_d),
+        NAME(sphere_from_points_block_a_c_d), NULL}, {14, 3, NAME(sphere_from_points_start_b_c_d),
+        NAME(sphere_from_points_block_b_c_d), NULL}};
+    static const struct kernel kernel = {NAME(sphere_from_points_block), NULL, 4, 5, 4, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -5757,30 +7017,10 @@ WIDE static void NAME(line_from_points_block)(intptr_t n, char **args, const int
     }
 }
 
-WIDE static void NAME(line_from_points_block_uniform)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    REAL x0[3];
-    NAME(load_3)(x0, a0, c0a);
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x1[3];
-        REAL x2[6];
-        NAME(load_3)(x1, a1 + i * w, c1a);
-        NAME(line_from_points)(x0, x1, x2);
-        NAME(store_6)(a2 + i * w, c2a, x2);
-    }
-}
-
 void NAME(line_from_points_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {3, 1, 1, {3}}, {6, 1, 2, {6}}};
-    static const struct kernel kernel = {{NAME(line_from_points_block), NAME(line_from_points_block_uniform), NULL,
-        NULL}, 1, 2, 3, parts};
+    static const struct kernel kernel = {NAME(line_from_points_block), NULL, 2, 3, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -5831,30 +7071,10 @@ WIDE static void NAME(line_from_point_direction_block)(intptr_t n, char **args, 
     }
 }
 
-WIDE static void NAME(line_from_point_direction_block_uniform)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    REAL x0[3];
-    NAME(load_3)(x0, a0, c0a);
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x1[3];
-        REAL x2[6];
-        NAME(load_3)(x1, a1 + i * w, c1a);
-        NAME(line_from_point_direction)(x0, x1, x2);
-        NAME(store_6)(a2 + i * w, c2a, x2);
-    }
-}
-
 void NAME(line_from_point_direction_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {3, 1, 1, {3}}, {6, 1, 2, {6}}};
-    static const struct kernel kernel = {{NAME(line_from_point_direction_block),
-        NAME(line_from_point_direction_block_uniform), NULL, NULL}, 1, 2, 3, parts};
+    static const struct kernel kernel = {NAME(line_from_point_direction_block), NULL, 2, 3, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -5917,28 +7137,6 @@ WIDE static void NAME(plane_from_points_block)(intptr_t n, char **args, const in
     }
 }
 
-WIDE static void NAME(plane_from_points_block_uniform)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2], c3a = strides[3];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    char *a3 = args[3];
-    REAL x0[3];
-    NAME(load_3)(x0, a0, c0a);
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x1[3];
-        REAL x2[3];
-        REAL x3[4];
-        NAME(load_3)(x1, a1 + i * w, c1a);
-        NAME(load_3)(x2, a2 + i * w, c2a);
-        NAME(plane_from_points)(x0, x1, x2, x3);
-        NAME(store_4)(a3 + i * w, c3a, x3);
-    }
-}
-
 WIDE static void NAME(plane_from_points_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
@@ -5961,33 +7159,11 @@ WIDE static void NAME(plane_from_points_dense)(intptr_t n, char **args, const in
     }
 }
 
-WIDE static void NAME(plane_from_points_dense_uniform)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    char *a3 = args[3];
-    REAL x0[3];
-    NAME(load_3)(x0, a0, w);
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x1[3];
-        REAL x2[3];
-        REAL x3[4];
-        NAME(load_3)(x1, a1 + i * 3 * w, w);
-        NAME(load_3)(x2, a2 + i * 3 * w, w);
-        NAME(plane_from_points)(x0, x1, x2, x3);
-        NAME(store_4)(a3 + i * 4 * w, w, x3);
-    }
-}
-
 void NAME(plane_from_points_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {3, 1, 1, {3}}, {3, 1, 2, {3}}, {4, 1, 3, {4}}};
-    static const struct kernel kernel = {{NAME(plane_from_points_block), NAME(plane_from_points_block_uniform),
-        NAME(plane_from_points_dense), NAME(plane_from_points_dense_uniform)}, 1, 3, 4, parts};
+    static const struct kernel kernel = {NAME(plane_from_points_block), NAME(plane_from_points_dense), 3, 4, 0,
+        parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -6030,30 +7206,10 @@ WIDE static void NAME(dual_sphere_from_centre_block)(intptr_t n, char **args, co
     }
 }
 
-WIDE static void NAME(dual_sphere_from_centre_block_uniform)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c2a = strides[1];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    REAL x1[1];
-    NAME(load_scalar)(x1, a1);
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[3];
-        REAL x2[5];
-        NAME(load_3)(x0, a0 + i * w, c0a);
-        NAME(dual_sphere_from_centre)(x0, x1[0], x2);
-        NAME(store_5)(a2 + i * w, c2a, x2);
-    }
-}
-
 void NAME(dual_sphere_from_centre_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {1, 0, 1, {0}}, {5, 1, 1, {5}}};
-    static const struct kernel kernel = {{NAME(dual_sphere_from_centre_block),
-        NAME(dual_sphere_from_centre_block_uniform), NULL, NULL}, 2, 2, 3, parts};
+    static const struct kernel kernel = {NAME(dual_sphere_from_centre_block), NULL, 2, 3, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -6102,30 +7258,10 @@ WIDE static void NAME(dual_sphere_through_point_block)(intptr_t n, char **args, 
     }
 }
 
-WIDE static void NAME(dual_sphere_through_point_block_uniform)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    REAL x0[3];
-    NAME(load_3)(x0, a0, c0a);
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x1[3];
-        REAL x2[5];
-        NAME(load_3)(x1, a1 + i * w, c1a);
-        NAME(dual_sphere_through_point)(x0, x1, x2);
-        NAME(store_5)(a2 + i * w, c2a, x2);
-    }
-}
-
 void NAME(dual_sphere_through_point_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {3, 1, 1, {3}}, {5, 1, 2, {5}}};
-    static const struct kernel kernel = {{NAME(dual_sphere_through_point_block),
-        NAME(dual_sphere_through_point_block_uniform), NULL, NULL}, 1, 2, 3, parts};
+    static const struct kernel kernel = {NAME(dual_sphere_through_point_block), NULL, 2, 3, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -6170,30 +7306,10 @@ WIDE static void NAME(sphere_from_centre_block)(intptr_t n, char **args, const i
     }
 }
 
-WIDE static void NAME(sphere_from_centre_block_uniform)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c2a = strides[1];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    REAL x1[1];
-    NAME(load_scalar)(x1, a1);
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[3];
-        REAL x2[5];
-        NAME(load_3)(x0, a0 + i * w, c0a);
-        NAME(sphere_from_centre)(x0, x1[0], x2);
-        NAME(store_5)(a2 + i * w, c2a, x2);
-    }
-}
-
 void NAME(sphere_from_centre_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {1, 0, 1, {0}}, {5, 1, 1, {5}}};
-    static const struct kernel kernel = {{NAME(sphere_from_centre_block), NAME(sphere_from_centre_block_uniform),
-        NULL, NULL}, 2, 2, 3, parts};
+    static const struct kernel kernel = {NAME(sphere_from_centre_block), NULL, 2, 3, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -6227,25 +7343,6 @@ WIDE static void NAME(dual_plane_from_normal_block)(intptr_t n, char **args, con
     }
 }
 
-WIDE static void NAME(dual_plane_from_normal_block_uniform)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c2a = strides[1];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    REAL x1[1];
-    NAME(load_scalar)(x1, a1);
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[3];
-        REAL x2[4];
-        NAME(load_3)(x0, a0 + i * w, c0a);
-        NAME(dual_plane_from_normal)(x0, x1[0], x2);
-        NAME(store_4)(a2 + i * w, c2a, x2);
-    }
-}
-
 WIDE static void NAME(dual_plane_from_normal_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
@@ -6265,31 +7362,11 @@ WIDE static void NAME(dual_plane_from_normal_dense)(intptr_t n, char **args, con
     }
 }
 
-WIDE static void NAME(dual_plane_from_normal_dense_uniform)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    REAL x1[1];
-    NAME(load_scalar)(x1, a1);
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[3];
-        REAL x2[4];
-        NAME(load_3)(x0, a0 + i * 3 * w, w);
-        NAME(dual_plane_from_normal)(x0, x1[0], x2);
-        NAME(store_4)(a2 + i * 4 * w, w, x2);
-    }
-}
-
 void NAME(dual_plane_from_normal_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {1, 0, 1, {0}}, {4, 1, 1, {4}}};
-    static const struct kernel kernel = {{NAME(dual_plane_from_normal_block),
-        NAME(dual_plane_from_normal_block_uniform), NAME(dual_plane_from_normal_dense),
-        NAME(dual_plane_from_normal_dense_uniform)}, 2, 2, 3, parts};
+    static const struct kernel kernel = {NAME(dual_plane_from_normal_block), NAME(dual_plane_from_normal_dense), 2,
+        3, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -6341,25 +7418,6 @@ WIDE static void NAME(bisector_plane_block)(intptr_t n, char **args, const intpt
     }
 }
 
-WIDE static void NAME(bisector_plane_block_uniform)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    REAL x0[3];
-    NAME(load_3)(x0, a0, c0a);
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x1[3];
-        REAL x2[4];
-        NAME(load_3)(x1, a1 + i * w, c1a);
-        NAME(bisector_plane)(x0, x1, x2);
-        NAME(store_4)(a2 + i * w, c2a, x2);
-    }
-}
-
 WIDE static void NAME(bisector_plane_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
@@ -6379,30 +7437,11 @@ WIDE static void NAME(bisector_plane_dense)(intptr_t n, char **args, const intpt
     }
 }
 
-WIDE static void NAME(bisector_plane_dense_uniform)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    REAL x0[3];
-    NAME(load_3)(x0, a0, w);
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x1[3];
-        REAL x2[4];
-        NAME(load_3)(x1, a1 + i * 3 * w, w);
-        NAME(bisector_plane)(x0, x1, x2);
-        NAME(store_4)(a2 + i * 4 * w, w, x2);
-    }
-}
-
 void NAME(bisector_plane_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {3, 1, 1, {3}}, {4, 1, 2, {4}}};
-    static const struct kernel kernel = {{NAME(bisector_plane_block), NAME(bisector_plane_block_uniform),
-        NAME(bisector_plane_dense), NAME(bisector_plane_dense_uniform)}, 1, 2, 3, parts};
+    static const struct kernel kernel = {NAME(bisector_plane_block), NAME(bisector_plane_dense), 2, 3, 0, parts,
+        NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -6442,7 +7481,7 @@ WIDE static void NAME(sphere_polarity_block)(intptr_t n, char **args, const intp
 void NAME(sphere_polarity_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{5, 1, 0, {5}}, {5, 1, 1, {5}}};
-    static const struct kernel kernel = {{NAME(sphere_polarity_block), NULL, NULL, NULL}, 0, 1, 2, parts};
+    static const struct kernel kernel = {NAME(sphere_polarity_block), NULL, 1, 2, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -6496,8 +7535,8 @@ WIDE static void NAME(plane_polarity_dense)(intptr_t n, char **args, const intpt
 void NAME(plane_polarity_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {4, 1, 1, {4}}};
-    static const struct kernel kernel = {{NAME(plane_polarity_block), NULL, NAME(plane_polarity_dense), NULL}, 0, 1,
-        2, parts};
+    static const struct kernel kernel = {NAME(plane_polarity_block), NAME(plane_polarity_dense), 1, 2, 0, parts,
+        NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -6537,7 +7576,7 @@ WIDE static void NAME(sphere_centre_block)(intptr_t n, char **args, const intptr
 void NAME(sphere_centre_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{5, 1, 0, {5}}, {3, 1, 1, {3}}};
-    static const struct kernel kernel = {{NAME(sphere_centre_block), NULL, NULL, NULL}, 0, 1, 2, parts};
+    static const struct kernel kernel = {NAME(sphere_centre_block), NULL, 1, 2, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -6582,7 +7621,7 @@ WIDE static void NAME(sphere_radius_squared_block)(intptr_t n, char **args, cons
 void NAME(sphere_radius_squared_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{5, 1, 0, {5}}, {1, 0, 1, {0}}};
-    static const struct kernel kernel = {{NAME(sphere_radius_squared_block), NULL, NULL, NULL}, 0, 1, 2, parts};
+    static const struct kernel kernel = {NAME(sphere_radius_squared_block), NULL, 1, 2, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -6646,7 +7685,7 @@ WIDE static void NAME(circle_centre_block)(intptr_t n, char **args, const intptr
 void NAME(circle_centre_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{10, 1, 0, {10}}, {3, 1, 1, {3}}};
-    static const struct kernel kernel = {{NAME(circle_centre_block), NULL, NULL, NULL}, 0, 1, 2, parts};
+    static const struct kernel kernel = {NAME(circle_centre_block), NULL, 1, 2, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -6705,7 +7744,7 @@ WIDE static void NAME(circle_radius_squared_block)(intptr_t n, char **args, cons
 void NAME(circle_radius_squared_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{10, 1, 0, {10}}, {1, 0, 1, {0}}};
-    static const struct kernel kernel = {{NAME(circle_radius_squared_block), NULL, NULL, NULL}, 0, 1, 2, parts};
+    static const struct kernel kernel = {NAME(circle_radius_squared_block), NULL, 1, 2, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -6740,7 +7779,7 @@ WIDE static void NAME(circle_plane_block)(intptr_t n, char **args, const intptr_
 void NAME(circle_plane_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{10, 1, 0, {10}}, {4, 1, 1, {4}}};
-    static const struct kernel kernel = {{NAME(circle_plane_block), NULL, NULL, NULL}, 0, 1, 2, parts};
+    static const struct kernel kernel = {NAME(circle_plane_block), NULL, 1, 2, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -6781,7 +7820,7 @@ WIDE static void NAME(circle_axis_block)(intptr_t n, char **args, const intptr_t
 void NAME(circle_axis_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{10, 1, 0, {10}}, {6, 1, 1, {6}}};
-    static const struct kernel kernel = {{NAME(circle_axis_block), NULL, NULL, NULL}, 0, 1, 2, parts};
+    static const struct kernel kernel = {NAME(circle_axis_block), NULL, 1, 2, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -6846,7 +7885,7 @@ WIDE static void NAME(point_pair_centre_block)(intptr_t n, char **args, const in
 void NAME(point_pair_centre_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{10, 1, 0, {10}}, {3, 1, 1, {3}}};
-    static const struct kernel kernel = {{NAME(point_pair_centre_block), NULL, NULL, NULL}, 0, 1, 2, parts};
+    static const struct kernel kernel = {NAME(point_pair_centre_block), NULL, 1, 2, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -6904,7 +7943,7 @@ WIDE static void NAME(point_pair_radius_squared_block)(intptr_t n, char **args, 
 void NAME(point_pair_radius_squared_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{10, 1, 0, {10}}, {1, 0, 1, {0}}};
-    static const struct kernel kernel = {{NAME(point_pair_radius_squared_block), NULL, NULL, NULL}, 0, 1, 2, parts};
+    static const struct kernel kernel = {NAME(point_pair_radius_squared_block), NULL, 1, 2, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -7003,7 +8042,7 @@ WIDE static void NAME(point_pair_points_block)(intptr_t n, char **args, const in
 void NAME(point_pair_points_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{10, 1, 0, {10}}, {3, 1, 1, {3}}, {3, 1, 2, {3}}};
-    static const struct kernel kernel = {{NAME(point_pair_points_block), NULL, NULL, NULL}, 0, 1, 3, parts};
+    static const struct kernel kernel = {NAME(point_pair_points_block), NULL, 1, 3, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -7080,30 +8119,10 @@ WIDE static void NAME(meet_spheres_block)(intptr_t n, char **args, const intptr_
     }
 }
 
-WIDE static void NAME(meet_spheres_block_uniform)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    REAL x0[5];
-    NAME(load_5)(x0, a0, c0a);
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x1[5];
-        REAL x2[10];
-        NAME(load_5)(x1, a1 + i * w, c1a);
-        NAME(meet_spheres)(x0, x1, x2);
-        NAME(store_10)(a2 + i * w, c2a, x2);
-    }
-}
-
 void NAME(meet_spheres_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{5, 1, 0, {5}}, {5, 1, 1, {5}}, {10, 1, 2, {10}}};
-    static const struct kernel kernel = {{NAME(meet_spheres_block), NAME(meet_spheres_block_uniform), NULL, NULL},
-        1, 2, 3, parts};
+    static const struct kernel kernel = {NAME(meet_spheres_block), NULL, 2, 3, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -7175,30 +8194,10 @@ WIDE static void NAME(meet_sphere_plane_block)(intptr_t n, char **args, const in
     }
 }
 
-WIDE static void NAME(meet_sphere_plane_block_uniform)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    REAL x0[5];
-    NAME(load_5)(x0, a0, c0a);
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x1[4];
-        REAL x2[10];
-        NAME(load_4)(x1, a1 + i * w, c1a);
-        NAME(meet_sphere_plane)(x0, x1, x2);
-        NAME(store_10)(a2 + i * w, c2a, x2);
-    }
-}
-
 void NAME(meet_sphere_plane_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{5, 1, 0, {5}}, {4, 1, 1, {4}}, {10, 1, 2, {10}}};
-    static const struct kernel kernel = {{NAME(meet_sphere_plane_block), NAME(meet_sphere_plane_block_uniform),
-        NULL, NULL}, 1, 2, 3, parts};
+    static const struct kernel kernel = {NAME(meet_sphere_plane_block), NULL, 2, 3, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -7312,6 +8311,487 @@ INLINE void NAME(meet_three_spheres)(const REAL *a, const REAL *b, const REAL *c
     out[9] = t80;
 }
 
+static INLINE void NAME(meet_three_spheres_prepare_a_b)(const REAL *a, const REAL *b, REAL *prepared)
+{
+    const REAL a_e1230 = a[0];
+    const REAL a_e123inf = a[1];
+    const REAL a_e120inf = a[2];
+    const REAL a_e130inf = a[3];
+    const REAL a_e230inf = a[4];
+    const REAL b_e1230 = b[0];
+    const REAL b_e123inf = b[1];
+    const REAL b_e120inf = b[2];
+    const REAL b_e130inf = b[3];
+    const REAL b_e230inf = b[4];
+    const REAL t0 = a_e120inf * b_e123inf;
+    const REAL t1 = a_e123inf * b_e120inf;
+    const REAL t2 = t1 - t0;
+    const REAL t4 = a_e120inf * b_e1230;
+    const REAL t5 = a_e1230 * b_e120inf;
+    const REAL t6 = t4 - t5;
+    const REAL t9 = a_e123inf * b_e1230;
+    const REAL t10 = a_e1230 * b_e123inf;
+    const REAL t11 = t10 - t9;
+    const REAL t14 = a_e130inf * b_e123inf;
+    const REAL t15 = a_e123inf * b_e130inf;
+    const REAL t16 = t14 - t15;
+    const REAL t18 = a_e130inf * b_e1230;
+    const REAL t19 = a_e1230 * b_e130inf;
+    const REAL t20 = t19 - t18;
+    const REAL t25 = a_e230inf * b_e123inf;
+    const REAL t26 = a_e123inf * b_e230inf;
+    const REAL t27 = t26 - t25;
+    const REAL t29 = a_e230inf * b_e1230;
+    const REAL t30 = a_e1230 * b_e230inf;
+    const REAL t31 = t29 - t30;
+    const REAL t36 = a_e130inf * b_e120inf;
+    const REAL t37 = a_e120inf * b_e130inf;
+    const REAL t38 = t37 - t36;
+    const REAL t45 = a_e230inf * b_e120inf;
+    const REAL t46 = a_e120inf * b_e230inf;
+    const REAL t47 = t45 - t46;
+    const REAL t53 = a_e230inf * b_e130inf;
+    const REAL t54 = a_e130inf * b_e230inf;
+    const REAL t55 = t54 - t53;
+    prepared[0] = t2;
+    prepared[1] = t6;
+    prepared[2] = t11;
+    prepared[3] = t16;
+    prepared[4] = t20;
+    prepared[5] = t27;
+    prepared[6] = t31;
+    prepared[7] = t38;
+    prepared[8] = t47;
+    prepared[9] = t55;
+}
+
+static INLINE void NAME(meet_three_spheres_apply_a_b)(const REAL *prepared, const REAL *c, REAL *out)
+{
+    const REAL t2 = prepared[0];
+    const REAL t6 = prepared[1];
+    const REAL t11 = prepared[2];
+    const REAL t16 = prepared[3];
+    const REAL t20 = prepared[4];
+    const REAL t27 = prepared[5];
+    const REAL t31 = prepared[6];
+    const REAL t38 = prepared[7];
+    const REAL t47 = prepared[8];
+    const REAL t55 = prepared[9];
+    const REAL c_e1230 = c[0];
+    const REAL c_e123inf = c[1];
+    const REAL c_e120inf = c[2];
+    const REAL c_e130inf = c[3];
+    const REAL c_e230inf = c[4];
+    const REAL t3 = c_e1230 * t2;
+    const REAL t7 = c_e123inf * t6;
+    const REAL t8 = t3 + t7;
+    const REAL t12 = c_e120inf * t11;
+    const REAL t13 = t8 + t12;
+    const REAL t17 = c_e1230 * t16;
+    const REAL t21 = c_e123inf * t20;
+    const REAL t22 = t17 + t21;
+    const REAL t23 = c_e130inf * t11;
+    const REAL t24 = t23 - t22;
+    const REAL t28 = c_e1230 * t27;
+    const REAL t32 = c_e123inf * t31;
+    const REAL t33 = t28 + t32;
+    const REAL t34 = c_e230inf * t11;
+    const REAL t35 = t33 + t34;
+    const REAL t39 = c_e1230 * t38;
+    const REAL t40 = c_e120inf * t20;
+    const REAL t41 = t40 - t39;
+    const REAL t42 = c_e130inf * t6;
+    const REAL t43 = t41 + t42;
+    const REAL t44 = -t43;
+    const REAL t48 = c_e1230 * t47;
+    const REAL t49 = c_e120inf * t31;
+    const REAL t50 = t49 - t48;
+    const REAL t51 = c_e230inf * t6;
+    const REAL t52 = t50 - t51;
+    const REAL t56 = c_e1230 * t55;
+    const REAL t57 = c_e130inf * t31;
+    const REAL t58 = t56 + t57;
+    const REAL t59 = c_e230inf * t20;
+    const REAL t60 = t58 + t59;
+    const REAL t61 = c_e123inf * t38;
+    const REAL t62 = c_e120inf * t16;
+    const REAL t63 = t61 + t62;
+    const REAL t64 = c_e130inf * t2;
+    const REAL t65 = t63 + t64;
+    const REAL t66 = c_e123inf * t47;
+    const REAL t67 = c_e120inf * t27;
+    const REAL t68 = t66 + t67;
+    const REAL t69 = c_e230inf * t2;
+    const REAL t70 = t69 - t68;
+    const REAL t71 = c_e123inf * t55;
+    const REAL t72 = c_e130inf * t27;
+    const REAL t73 = t71 - t72;
+    const REAL t74 = c_e230inf * t16;
+    const REAL t75 = t73 - t74;
+    const REAL t76 = c_e120inf * t55;
+    const REAL t77 = c_e130inf * t47;
+    const REAL t78 = t76 + t77;
+    const REAL t79 = c_e230inf * t38;
+    const REAL t80 = t78 + t79;
+    out[0] = t13;
+    out[1] = t24;
+    out[2] = t35;
+    out[3] = t44;
+    out[4] = t52;
+    out[5] = t60;
+    out[6] = t65;
+    out[7] = t70;
+    out[8] = t75;
+    out[9] = t80;
+}
+
+static INLINE void NAME(meet_three_spheres_prepare_a_c)(const REAL *a, const REAL *c, REAL *prepared)
+{
+    const REAL a_e1230 = a[0];
+    const REAL a_e123inf = a[1];
+    const REAL a_e120inf = a[2];
+    const REAL a_e130inf = a[3];
+    const REAL a_e230inf = a[4];
+    const REAL c_e1230 = c[0];
+    const REAL c_e123inf = c[1];
+    const REAL c_e120inf = c[2];
+    const REAL c_e130inf = c[3];
+    const REAL c_e230inf = c[4];
+    const REAL t0 = a_e120inf * c_e123inf;
+    const REAL t1 = a_e123inf * c_e120inf;
+    const REAL t2 = t0 - t1;
+    const REAL t4 = a_e1230 * c_e120inf;
+    const REAL t5 = a_e120inf * c_e1230;
+    const REAL t6 = t4 - t5;
+    const REAL t9 = a_e123inf * c_e1230;
+    const REAL t10 = a_e1230 * c_e123inf;
+    const REAL t11 = t9 - t10;
+    const REAL t14 = a_e130inf * c_e123inf;
+    const REAL t15 = a_e123inf * c_e130inf;
+    const REAL t16 = t14 - t15;
+    const REAL t18 = a_e1230 * c_e130inf;
+    const REAL t19 = a_e130inf * c_e1230;
+    const REAL t20 = t18 - t19;
+    const REAL t25 = a_e230inf * c_e123inf;
+    const REAL t26 = a_e123inf * c_e230inf;
+    const REAL t27 = t25 - t26;
+    const REAL t29 = a_e1230 * c_e230inf;
+    const REAL t30 = a_e230inf * c_e1230;
+    const REAL t31 = t29 - t30;
+    const REAL t36 = a_e130inf * c_e120inf;
+    const REAL t37 = a_e120inf * c_e130inf;
+    const REAL t38 = t36 - t37;
+    const REAL t44 = a_e230inf * c_e120inf;
+    const REAL t45 = a_e120inf * c_e230inf;
+    const REAL t46 = t44 - t45;
+    const REAL t52 = a_e230inf * c_e130inf;
+    const REAL t53 = a_e130inf * c_e230inf;
+    const REAL t54 = t52 - t53;
+    prepared[0] = t2;
+    prepared[1] = t6;
+    prepared[2] = t11;
+    prepared[3] = t16;
+    prepared[4] = t20;
+    prepared[5] = t27;
+    prepared[6] = t31;
+    prepared[7] = t38;
+    prepared[8] = t46;
+    prepared[9] = t54;
+}
+
+static INLINE void NAME(meet_three_spheres_apply_a_c)(const REAL *prepared, const REAL *b, REAL *out)
+{
+    const REAL t2 = prepared[0];
+    const REAL t6 = prepared[1];
+    const REAL t11 = prepared[2];
+    const REAL t16 = prepared[3];
+    const REAL t20 = prepared[4];
+    const REAL t27 = prepared[5];
+    const REAL t31 = prepared[6];
+    const REAL t38 = prepared[7];
+    const REAL t46 = prepared[8];
+    const REAL t54 = prepared[9];
+    const REAL b_e1230 = b[0];
+    const REAL b_e123inf = b[1];
+    const REAL b_e120inf = b[2];
+    const REAL b_e130inf = b[3];
+    const REAL b_e230inf = b[4];
+    const REAL t3 = b_e1230 * t2;
+    const REAL t7 = b_e123inf * t6;
+    const REAL t8 = t3 + t7;
+    const REAL t12 = b_e120inf * t11;
+    const REAL t13 = t8 + t12;
+    const REAL t17 = b_e1230 * t16;
+    const REAL t21 = b_e123inf * t20;
+    const REAL t22 = t17 + t21;
+    const REAL t23 = b_e130inf * t11;
+    const REAL t24 = t22 + t23;
+    const REAL t28 = b_e1230 * t27;
+    const REAL t32 = b_e123inf * t31;
+    const REAL t33 = t28 + t32;
+    const REAL t34 = b_e230inf * t11;
+    const REAL t35 = t33 + t34;
+    const REAL t39 = b_e1230 * t38;
+    const REAL t40 = b_e120inf * t20;
+    const REAL t41 = t39 + t40;
+    const REAL t42 = b_e130inf * t6;
+    const REAL t43 = t41 - t42;
+    const REAL t47 = b_e1230 * t46;
+    const REAL t48 = b_e120inf * t31;
+    const REAL t49 = t47 + t48;
+    const REAL t50 = b_e230inf * t6;
+    const REAL t51 = t49 - t50;
+    const REAL t55 = b_e1230 * t54;
+    const REAL t56 = b_e130inf * t31;
+    const REAL t57 = t55 + t56;
+    const REAL t58 = b_e230inf * t20;
+    const REAL t59 = t57 - t58;
+    const REAL t60 = b_e123inf * t38;
+    const REAL t61 = b_e130inf * t2;
+    const REAL t62 = t60 + t61;
+    const REAL t63 = b_e120inf * t16;
+    const REAL t64 = t62 - t63;
+    const REAL t65 = b_e123inf * t46;
+    const REAL t66 = b_e230inf * t2;
+    const REAL t67 = t65 + t66;
+    const REAL t68 = b_e120inf * t27;
+    const REAL t69 = t67 - t68;
+    const REAL t70 = b_e123inf * t54;
+    const REAL t71 = b_e230inf * t16;
+    const REAL t72 = t70 + t71;
+    const REAL t73 = b_e130inf * t27;
+    const REAL t74 = t72 - t73;
+    const REAL t75 = b_e120inf * t54;
+    const REAL t76 = b_e230inf * t38;
+    const REAL t77 = t75 + t76;
+    const REAL t78 = b_e130inf * t46;
+    const REAL t79 = t77 - t78;
+    out[0] = t13;
+    out[1] = t24;
+    out[2] = t35;
+    out[3] = t43;
+    out[4] = t51;
+    out[5] = t59;
+    out[6] = t64;
+    out[7] = t69;
+    out[8] = t74;
+    out[9] = t79;
+}
+
+static INLINE void NAME(meet_three_spheres_prepare_b_c)(const REAL *b, const REAL *c, REAL *prepared)
+{
+    const REAL b_e1230 = b[0];
+    const REAL b_e123inf = b[1];
+    const REAL b_e120inf = b[2];
+    const REAL b_e130inf = b[3];
+    const REAL b_e230inf = b[4];
+    const REAL c_e1230 = c[0];
+    const REAL c_e123inf = c[1];
+    const REAL c_e120inf = c[2];
+    const REAL c_e130inf = c[3];
+    const REAL c_e230inf = c[4];
+    const REAL t0 = b_e123inf * c_e120inf;
+    const REAL t1 = b_e120inf * c_e123inf;
+    const REAL t2 = t0 - t1;
+    const REAL t4 = b_e120inf * c_e1230;
+    const REAL t5 = b_e1230 * c_e120inf;
+    const REAL t6 = t4 - t5;
+    const REAL t9 = b_e1230 * c_e123inf;
+    const REAL t10 = b_e123inf * c_e1230;
+    const REAL t11 = t9 - t10;
+    const REAL t14 = b_e123inf * c_e130inf;
+    const REAL t15 = b_e130inf * c_e123inf;
+    const REAL t16 = t14 - t15;
+    const REAL t18 = b_e130inf * c_e1230;
+    const REAL t19 = b_e1230 * c_e130inf;
+    const REAL t20 = t18 - t19;
+    const REAL t25 = b_e123inf * c_e230inf;
+    const REAL t26 = b_e230inf * c_e123inf;
+    const REAL t27 = t25 - t26;
+    const REAL t29 = b_e230inf * c_e1230;
+    const REAL t30 = b_e1230 * c_e230inf;
+    const REAL t31 = t29 - t30;
+    const REAL t36 = b_e120inf * c_e130inf;
+    const REAL t37 = b_e130inf * c_e120inf;
+    const REAL t38 = t36 - t37;
+    const REAL t44 = b_e120inf * c_e230inf;
+    const REAL t45 = b_e230inf * c_e120inf;
+    const REAL t46 = t44 - t45;
+    const REAL t52 = b_e130inf * c_e230inf;
+    const REAL t53 = b_e230inf * c_e130inf;
+    const REAL t54 = t52 - t53;
+    prepared[0] = t2;
+    prepared[1] = t6;
+    prepared[2] = t11;
+    prepared[3] = t16;
+    prepared[4] = t20;
+    prepared[5] = t27;
+    prepared[6] = t31;
+    prepared[7] = t38;
+    prepared[8] = t46;
+    prepared[9] = t54;
+}
+
+static INLINE void NAME(meet_three_spheres_apply_b_c)(const REAL *prepared, const REAL *a, REAL *out)
+{
+    const REAL t2 = prepared[0];
+    const REAL t6 = prepared[1];
+    const REAL t11 = prepared[2];
+    const REAL t16 = prepared[3];
+    const REAL t20 = prepared[4];
+    const REAL t27 = prepared[5];
+    const REAL t31 = prepared[6];
+    const REAL t38 = prepared[7];
+    const REAL t46 = prepared[8];
+    const REAL t54 = prepared[9];
+    const REAL a_e1230 = a[0];
+    const REAL a_e123inf = a[1];
+    const REAL a_e120inf = a[2];
+    const REAL a_e130inf = a[3];
+    const REAL a_e230inf = a[4];
+    const REAL t3 = a_e1230 * t2;
+    const REAL t7 = a_e123inf * t6;
+    const REAL t8 = t3 + t7;
+    const REAL t12 = a_e120inf * t11;
+    const REAL t13 = t8 + t12;
+    const REAL t17 = a_e1230 * t16;
+    const REAL t21 = a_e123inf * t20;
+    const REAL t22 = t17 + t21;
+    const REAL t23 = a_e130inf * t11;
+    const REAL t24 = t22 + t23;
+    const REAL t28 = a_e1230 * t27;
+    const REAL t32 = a_e123inf * t31;
+    const REAL t33 = t28 + t32;
+    const REAL t34 = a_e230inf * t11;
+    const REAL t35 = t33 + t34;
+    const REAL t39 = a_e1230 * t38;
+    const REAL t40 = a_e120inf * t20;
+    const REAL t41 = t39 + t40;
+    const REAL t42 = a_e130inf * t6;
+    const REAL t43 = t41 - t42;
+    const REAL t47 = a_e1230 * t46;
+    const REAL t48 = a_e120inf * t31;
+    const REAL t49 = t47 + t48;
+    const REAL t50 = a_e230inf * t6;
+    const REAL t51 = t49 - t50;
+    const REAL t55 = a_e1230 * t54;
+    const REAL t56 = a_e130inf * t31;
+    const REAL t57 = t55 + t56;
+    const REAL t58 = a_e230inf * t20;
+    const REAL t59 = t57 - t58;
+    const REAL t60 = a_e123inf * t38;
+    const REAL t61 = a_e130inf * t2;
+    const REAL t62 = t60 + t61;
+    const REAL t63 = a_e120inf * t16;
+    const REAL t64 = t62 - t63;
+    const REAL t65 = a_e123inf * t46;
+    const REAL t66 = a_e230inf * t2;
+    const REAL t67 = t65 + t66;
+    const REAL t68 = a_e120inf * t27;
+    const REAL t69 = t67 - t68;
+    const REAL t70 = a_e123inf * t54;
+    const REAL t71 = a_e230inf * t16;
+    const REAL t72 = t70 + t71;
+    const REAL t73 = a_e130inf * t27;
+    const REAL t74 = t72 - t73;
+    const REAL t75 = a_e120inf * t54;
+    const REAL t76 = a_e230inf * t38;
+    const REAL t77 = t75 + t76;
+    const REAL t78 = a_e130inf * t46;
+    const REAL t79 = t77 - t78;
+    out[0] = t13;
+    out[1] = t24;
+    out[2] = t35;
+    out[3] = t43;
+    out[4] = t51;
+    out[5] = t59;
+    out[6] = t64;
+    out[7] = t69;
+    out[8] = t74;
+    out[9] = t79;
+}
+
+WIDE static void NAME(meet_three_spheres_block_a_b)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    const intptr_t c2a = strides[2], c3a = strides[3];
+    const REAL *prepared = (const REAL *)args[0];
+    char *a2 = args[2];
+    char *a3 = args[3];
+    ANY_ORDER
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
+        REAL x2[5];
+        REAL x3[10];
+        NAME(load_5)(x2, a2 + i * w, c2a);
+        NAME(meet_three_spheres_apply_a_b)(prepared, x2, x3);
+        NAME(store_10)(a3 + i * w, c3a, x3);
+    }
+}
+
+static void NAME(meet_three_spheres_start_a_b)(char **args, const intptr_t *strides, void *prepared)
+{
+    const intptr_t c0a = strides[0], c1a = strides[1];
+    REAL x0[5];
+    NAME(load_5)(x0, args[0], c0a);
+    REAL x1[5];
+    NAME(load_5)(x1, args[1], c1a);
+    NAME(meet_three_spheres_prepare_a_b)(x0, x1, prepared);
+}
+
+WIDE static void NAME(meet_three_spheres_block_a_c)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    const intptr_t c1a = strides[1], c3a = strides[3];
+    const REAL *prepared = (const REAL *)args[0];
+    char *a1 = args[1];
+    char *a3 = args[3];
+    ANY_ORDER
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
+        REAL x1[5];
+        REAL x3[10];
+        NAME(load_5)(x1, a1 + i * w, c1a);
+        NAME(meet_three_spheres_apply_a_c)(prepared, x1, x3);
+        NAME(store_10)(a3 + i * w, c3a, x3);
+    }
+}
+
+static void NAME(meet_three_spheres_start_a_c)(char **args, const intptr_t *strides, void *prepared)
+{
+    const intptr_t c0a = strides[0], c2a = strides[2];
+    REAL x0[5];
+    NAME(load_5)(x0, args[0], c0a);
+    REAL x2[5];
+    NAME(load_5)(x2, args[2], c2a);
+    NAME(meet_three_spheres_prepare_a_c)(x0, x2, prepared);
+}
+
+WIDE static void NAME(meet_three_spheres_block_b_c)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    const intptr_t c0a = strides[0], c3a = strides[3];
+    const REAL *prepared = (const REAL *)args[1];
+    char *a0 = args[0];
+    char *a3 = args[3];
+    ANY_ORDER
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
+        REAL x0[5];
+        REAL x3[10];
+        NAME(load_5)(x0, a0 + i * w, c0a);
+        NAME(meet_three_spheres_apply_b_c)(prepared, x0, x3);
+        NAME(store_10)(a3 + i * w, c3a, x3);
+    }
+}
+
+static void NAME(meet_three_spheres_start_b_c)(char **args, const intptr_t *strides, void *prepared)
+{
+    const intptr_t c1a = strides[1], c2a = strides[2];
+    REAL x1[5];
+    NAME(load_5)(x1, args[1], c1a);
+    REAL x2[5];
+    NAME(load_5)(x2, args[2], c2a);
+    NAME(meet_three_spheres_prepare_b_c)(x1, x2, prepared);
+}
+
 WIDE static void NAME(meet_three_spheres_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
@@ -7334,33 +8814,14 @@ WIDE static void NAME(meet_three_spheres_block)(intptr_t n, char **args, const i
     }
 }
 
-WIDE static void NAME(meet_three_spheres_block_uniform)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2], c3a = strides[3];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    char *a3 = args[3];
-    REAL x0[5];
-    NAME(load_5)(x0, a0, c0a);
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x1[5];
-        REAL x2[5];
-        REAL x3[10];
-        NAME(load_5)(x1, a1 + i * w, c1a);
-        NAME(load_5)(x2, a2 + i * w, c2a);
-        NAME(meet_three_spheres)(x0, x1, x2, x3);
-        NAME(store_10)(a3 + i * w, c3a, x3);
-    }
-}
-
 void NAME(meet_three_spheres_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{5, 1, 0, {5}}, {5, 1, 1, {5}}, {5, 1, 2, {5}}, {10, 1, 3, {10}}};
-    static const struct kernel kernel = {{NAME(meet_three_spheres_block), NAME(meet_three_spheres_block_uniform),
-        NULL, NULL}, 1, 3, 4, parts};
+    static const struct form forms[] = {{3, 2, NAME(meet_three_spheres_start_a_b),
+        NAME(meet_three_spheres_block_a_b), NULL}, {5, 2, NAME(meet_three_spheres_start_a_c),
+        NAME(meet_three_spheres_block_a_c), NULL}, {6, 2, NAME(meet_three_spheres_start_b_c),
+        NAME(meet_three_spheres_block_b_c), NULL}};
+    static const struct kernel kernel = {NAME(meet_three_spheres_block), NULL, 3, 4, 3, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -7442,30 +8903,10 @@ WIDE static void NAME(meet_line_sphere_block)(intptr_t n, char **args, const int
     }
 }
 
-WIDE static void NAME(meet_line_sphere_block_uniform)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    REAL x0[6];
-    NAME(load_6)(x0, a0, c0a);
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x1[5];
-        REAL x2[10];
-        NAME(load_5)(x1, a1 + i * w, c1a);
-        NAME(meet_line_sphere)(x0, x1, x2);
-        NAME(store_10)(a2 + i * w, c2a, x2);
-    }
-}
-
 void NAME(meet_line_sphere_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{6, 1, 0, {6}}, {5, 1, 1, {5}}, {10, 1, 2, {10}}};
-    static const struct kernel kernel = {{NAME(meet_line_sphere_block), NAME(meet_line_sphere_block_uniform), NULL,
-        NULL}, 1, 2, 3, parts};
+    static const struct kernel kernel = {NAME(meet_line_sphere_block), NULL, 2, 3, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -7556,30 +8997,10 @@ WIDE static void NAME(meet_circle_plane_block)(intptr_t n, char **args, const in
     }
 }
 
-WIDE static void NAME(meet_circle_plane_block_uniform)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    REAL x0[10];
-    NAME(load_10)(x0, a0, c0a);
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x1[4];
-        REAL x2[10];
-        NAME(load_4)(x1, a1 + i * w, c1a);
-        NAME(meet_circle_plane)(x0, x1, x2);
-        NAME(store_10)(a2 + i * w, c2a, x2);
-    }
-}
-
 void NAME(meet_circle_plane_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{10, 1, 0, {10}}, {4, 1, 1, {4}}, {10, 1, 2, {10}}};
-    static const struct kernel kernel = {{NAME(meet_circle_plane_block), NAME(meet_circle_plane_block_uniform),
-        NULL, NULL}, 1, 2, 3, parts};
+    static const struct kernel kernel = {NAME(meet_circle_plane_block), NULL, 2, 3, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -7687,30 +9108,10 @@ WIDE static void NAME(meet_circle_sphere_block)(intptr_t n, char **args, const i
     }
 }
 
-WIDE static void NAME(meet_circle_sphere_block_uniform)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    REAL x0[10];
-    NAME(load_10)(x0, a0, c0a);
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x1[5];
-        REAL x2[10];
-        NAME(load_5)(x1, a1 + i * w, c1a);
-        NAME(meet_circle_sphere)(x0, x1, x2);
-        NAME(store_10)(a2 + i * w, c2a, x2);
-    }
-}
-
 void NAME(meet_circle_sphere_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{10, 1, 0, {10}}, {5, 1, 1, {5}}, {10, 1, 2, {10}}};
-    static const struct kernel kernel = {{NAME(meet_circle_sphere_block), NAME(meet_circle_sphere_block_uniform),
-        NULL, NULL}, 1, 2, 3, parts};
+    static const struct kernel kernel = {NAME(meet_circle_sphere_block), NULL, 2, 3, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -7769,30 +9170,10 @@ WIDE static void NAME(meet_planes_block)(intptr_t n, char **args, const intptr_t
     }
 }
 
-WIDE static void NAME(meet_planes_block_uniform)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    REAL x0[4];
-    NAME(load_4)(x0, a0, c0a);
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x1[4];
-        REAL x2[6];
-        NAME(load_4)(x1, a1 + i * w, c1a);
-        NAME(meet_planes)(x0, x1, x2);
-        NAME(store_6)(a2 + i * w, c2a, x2);
-    }
-}
-
 void NAME(meet_planes_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {4, 1, 1, {4}}, {6, 1, 2, {6}}};
-    static const struct kernel kernel = {{NAME(meet_planes_block), NAME(meet_planes_block_uniform), NULL, NULL}, 1,
-        2, 3, parts};
+    static const struct kernel kernel = {NAME(meet_planes_block), NULL, 2, 3, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -7856,30 +9237,10 @@ WIDE static void NAME(meet_line_plane_block)(intptr_t n, char **args, const intp
     }
 }
 
-WIDE static void NAME(meet_line_plane_block_uniform)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    REAL x0[6];
-    NAME(load_6)(x0, a0, c0a);
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x1[4];
-        REAL x2[3];
-        NAME(load_4)(x1, a1 + i * w, c1a);
-        NAME(meet_line_plane)(x0, x1, x2);
-        NAME(store_3)(a2 + i * w, c2a, x2);
-    }
-}
-
 void NAME(meet_line_plane_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{6, 1, 0, {6}}, {4, 1, 1, {4}}, {3, 1, 2, {3}}};
-    static const struct kernel kernel = {{NAME(meet_line_plane_block), NAME(meet_line_plane_block_uniform), NULL,
-        NULL}, 1, 2, 3, parts};
+    static const struct kernel kernel = {NAME(meet_line_plane_block), NULL, 2, 3, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -8018,30 +9379,10 @@ WIDE static void NAME(motor_product_block)(intptr_t n, char **args, const intptr
     }
 }
 
-WIDE static void NAME(motor_product_block_uniform)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    REAL x0[8];
-    NAME(load_8)(x0, a0, c0a);
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x1[8];
-        REAL x2[8];
-        NAME(load_8)(x1, a1 + i * w, c1a);
-        NAME(motor_product)(x0, x1, x2);
-        NAME(store_8)(a2 + i * w, c2a, x2);
-    }
-}
-
 void NAME(motor_product_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{8, 1, 0, {8}}, {8, 1, 1, {8}}, {8, 1, 2, {8}}};
-    static const struct kernel kernel = {{NAME(motor_product_block), NAME(motor_product_block_uniform), NULL, NULL},
-        1, 2, 3, parts};
+    static const struct kernel kernel = {NAME(motor_product_block), NULL, 2, 3, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -8106,8 +9447,8 @@ WIDE static void NAME(motor_inverse_dense)(intptr_t n, char **args, const intptr
 void NAME(motor_inverse_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{8, 1, 0, {8}}, {8, 1, 1, {8}}};
-    static const struct kernel kernel = {{NAME(motor_inverse_block), NULL, NAME(motor_inverse_dense), NULL}, 0, 1,
-        2, parts};
+    static const struct kernel kernel = {NAME(motor_inverse_block), NAME(motor_inverse_dense), 1, 2, 0, parts,
+        NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -8137,6 +9478,145 @@ INLINE void NAME(rotor_from_axis_angle)(const REAL *axis, REAL angle, REAL *out)
     out[3] = t14;
 }
 
+static INLINE void NAME(rotor_from_axis_angle_prepare_angle)(REAL angle, REAL *prepared)
+{
+    const REAL t0 = angle * (REAL)0.5;
+    const REAL t1 = COS(t0);
+    const REAL t8 = SIN(t0);
+    prepared[0] = t8;
+    prepared[1] = t1;
+}
+
+static INLINE void NAME(rotor_from_axis_angle_apply_angle)(const REAL *prepared, const REAL *axis, REAL *out)
+{
+    const REAL t8 = prepared[0];
+    const REAL t1 = prepared[1];
+    const REAL axis_0 = axis[0];
+    const REAL axis_1 = axis[1];
+    const REAL axis_2 = axis[2];
+    const REAL t2 = axis_0 * axis_0;
+    const REAL t3 = axis_1 * axis_1;
+    const REAL t4 = t2 + t3;
+    const REAL t5 = axis_2 * axis_2;
+    const REAL t6 = t4 + t5;
+    const REAL t7 = SQRT(t6);
+    const REAL t9 = t8 / t7;
+    const REAL t10 = axis_2 * t9;
+    const REAL t11 = -t10;
+    const REAL t12 = axis_1 * t9;
+    const REAL t13 = axis_0 * t9;
+    const REAL t14 = -t13;
+    out[0] = t1;
+    out[1] = t11;
+    out[2] = t12;
+    out[3] = t14;
+}
+
+static INLINE void NAME(rotor_from_axis_angle_prepare_axis)(const REAL *axis, REAL *prepared)
+{
+    const REAL axis_0 = axis[0];
+    const REAL axis_1 = axis[1];
+    const REAL axis_2 = axis[2];
+    const REAL t2 = axis_0 * axis_0;
+    const REAL t3 = axis_1 * axis_1;
+    const REAL t4 = t2 + t3;
+    const REAL t5 = axis_2 * axis_2;
+    const REAL t6 = t4 + t5;
+    const REAL t7 = SQRT(t6);
+    prepared[0] = t7;
+    prepared[1] = axis_2;
+    prepared[2] = axis_1;
+    prepared[3] = axis_0;
+}
+
+static INLINE void NAME(rotor_from_axis_angle_apply_axis)(const REAL *prepared, REAL angle, REAL *out)
+{
+    const REAL t7 = prepared[0];
+    const REAL axis_2 = prepared[1];
+    const REAL axis_1 = prepared[2];
+    const REAL axis_0 = prepared[3];
+    const REAL t0 = angle * (REAL)0.5;
+    const REAL t1 = COS(t0);
+    const REAL t8 = SIN(t0);
+    const REAL t9 = t8 / t7;
+    const REAL t10 = axis_2 * t9;
+    const REAL t11 = -t10;
+    const REAL t12 = axis_1 * t9;
+    const REAL t13 = axis_0 * t9;
+    const REAL t14 = -t13;
+    out[0] = t1;
+    out[1] = t11;
+    out[2] = t12;
+    out[3] = t14;
+}
+
+WIDE static void NAME(rotor_from_axis_angle_block_angle)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    const intptr_t c0a = strides[0], c2a = strides[1];
+    const REAL *prepared = (const REAL *)args[1];
+    char *a0 = args[0];
+    char *a2 = args[2];
+    ANY_ORDER
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
+        REAL x0[3];
+        REAL x2[4];
+        NAME(load_3)(x0, a0 + i * w, c0a);
+        NAME(rotor_from_axis_angle_apply_angle)(prepared, x0, x2);
+        NAME(store_4)(a2 + i * w, c2a, x2);
+    }
+}
+
+WIDE static void NAME(rotor_from_axis_angle_dense_angle)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    const REAL *prepared = (const REAL *)args[1];
+    char *a0 = args[0];
+    char *a2 = args[2];
+    ANY_ORDER
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
+        REAL x0[3];
+        REAL x2[4];
+        NAME(load_3)(x0, a0 + i * 3 * w, w);
+        NAME(rotor_from_axis_angle_apply_angle)(prepared, x0, x2);
+        NAME(store_4)(a2 + i * 4 * w, w, x2);
+    }
+}
+
+static void NAME(rotor_from_axis_angle_start_angle)(char **args, const intptr_t *strides, void *prepared)
+{
+    (void)strides;
+    REAL x1[1];
+    NAME(load_scalar)(x1, args[1]);
+    NAME(rotor_from_axis_angle_prepare_angle)(x1[0], prepared);
+}
+
+WIDE static void NAME(rotor_from_axis_angle_block_axis)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    const intptr_t c2a = strides[1];
+    const REAL *prepared = (const REAL *)args[0];
+    char *a1 = args[1];
+    char *a2 = args[2];
+    ANY_ORDER
+    for (intptr_t i = 0; i < n; ++i) {
+        REAL x1[1];
+        REAL x2[4];
+        NAME(load_scalar)(x1, a1 + i * w);
+        NAME(rotor_from_axis_angle_apply_axis)(prepared, x1[0], x2);
+        NAME(store_4)(a2 + i * w, c2a, x2);
+    }
+}
+
+static void NAME(rotor_from_axis_angle_start_axis)(char **args, const intptr_t *strides, void *prepared)
+{
+    const intptr_t c0a = strides[0];
+    REAL x0[3];
+    NAME(load_3)(x0, args[0], c0a);
+    NAME(rotor_from_axis_angle_prepare_axis)(x0, prepared);
+}
+
 WIDE static void NAME(rotor_from_axis_angle_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
@@ -8156,30 +9636,13 @@ WIDE static void NAME(rotor_from_axis_angle_block)(intptr_t n, char **args, cons
     }
 }
 
-WIDE static void NAME(rotor_from_axis_angle_block_uniform)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c2a = strides[1];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    REAL x1[1];
-    NAME(load_scalar)(x1, a1);
-    ANY_ORDER
-    for (intptr_t i = 0; i < n; ++i) {
-        REAL x0[3];
-        REAL x2[4];
-        NAME(load_3)(x0, a0 + i * w, c0a);
-        NAME(rotor_from_axis_angle)(x0, x1[0], x2);
-        NAME(store_4)(a2 + i * w, c2a, x2);
-    }
-}
-
 void NAME(rotor_from_axis_angle_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {1, 0, 1, {0}}, {4, 1, 1, {4}}};
-    static const struct kernel kernel = {{NAME(rotor_from_axis_angle_block),
-        NAME(rotor_from_axis_angle_block_uniform), NULL, NULL}, 2, 2, 3, parts};
+    static const struct form forms[] = {{2, 2, NAME(rotor_from_axis_angle_start_angle),
+        NAME(rotor_from_axis_angle_block_angle), NAME(rotor_from_axis_angle_dense_angle)}, {1, 2,
+        NAME(rotor_from_axis_angle_start_axis), NAME(rotor_from_axis_angle_block_axis), NULL}};
+    static const struct kernel kernel = {NAME(rotor_from_axis_angle_block), NULL, 2, 3, 2, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -8234,8 +9697,8 @@ WIDE static void NAME(translator_from_vector_dense)(intptr_t n, char **args, con
 void NAME(translator_from_vector_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {3, 1, 1, {3}}};
-    static const struct kernel kernel = {{NAME(translator_from_vector_block), NULL,
-        NAME(translator_from_vector_dense), NULL}, 0, 1, 2, parts};
+    static const struct kernel kernel = {NAME(translator_from_vector_block), NAME(translator_from_vector_dense), 1,
+        2, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -8286,8 +9749,8 @@ WIDE static void NAME(dilator_from_scale_dense)(intptr_t n, char **args, const i
 void NAME(dilator_from_scale_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{1, 0, 0, {0}}, {2, 1, 0, {2}}};
-    static const struct kernel kernel = {{NAME(dilator_from_scale_block), NULL, NAME(dilator_from_scale_dense),
-        NULL}, 0, 1, 2, parts};
+    static const struct kernel kernel = {NAME(dilator_from_scale_block), NAME(dilator_from_scale_dense), 1, 2, 0,
+        parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -8353,25 +9816,6 @@ WIDE static void NAME(motor_from_rotor_translation_block)(intptr_t n, char **arg
     }
 }
 
-WIDE static void NAME(motor_from_rotor_translation_block_uniform)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    REAL x0[4];
-    NAME(load_4)(x0, a0, c0a);
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x1[3];
-        REAL x2[8];
-        NAME(load_3)(x1, a1 + i * w, c1a);
-        NAME(motor_from_rotor_translation)(x0, x1, x2);
-        NAME(store_8)(a2 + i * w, c2a, x2);
-    }
-}
-
 WIDE static void NAME(motor_from_rotor_translation_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
@@ -8391,31 +9835,11 @@ WIDE static void NAME(motor_from_rotor_translation_dense)(intptr_t n, char **arg
     }
 }
 
-WIDE static void NAME(motor_from_rotor_translation_dense_uniform)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    REAL x0[4];
-    NAME(load_4)(x0, a0, w);
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x1[3];
-        REAL x2[8];
-        NAME(load_3)(x1, a1 + i * 3 * w, w);
-        NAME(motor_from_rotor_translation)(x0, x1, x2);
-        NAME(store_8)(a2 + i * 8 * w, w, x2);
-    }
-}
-
 void NAME(motor_from_rotor_translation_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {3, 1, 1, {3}}, {8, 1, 2, {8}}};
-    static const struct kernel kernel = {{NAME(motor_from_rotor_translation_block),
-        NAME(motor_from_rotor_translation_block_uniform), NAME(motor_from_rotor_translation_dense),
-        NAME(motor_from_rotor_translation_dense_uniform)}, 1, 2, 3, parts};
+    static const struct kernel kernel = {NAME(motor_from_rotor_translation_block),
+        NAME(motor_from_rotor_translation_dense), 2, 3, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -8456,6 +9880,76 @@ INLINE void NAME(motor_from_line)(const REAL *line, REAL angle, REAL *out)
     out[7] = (REAL)0;
 }
 
+static INLINE void NAME(motor_from_line_prepare_angle)(REAL angle, REAL *prepared)
+{
+    const REAL t0 = angle * (REAL)0.5;
+    const REAL t1 = COS(t0);
+    const REAL t8 = SIN(t0);
+    prepared[0] = t8;
+    prepared[1] = t1;
+}
+
+static INLINE void NAME(motor_from_line_apply_angle)(const REAL *prepared, const REAL *line, REAL *out)
+{
+    const REAL t8 = prepared[0];
+    const REAL t1 = prepared[1];
+    const REAL line_e12inf = line[0];
+    const REAL line_e13inf = line[1];
+    const REAL line_e23inf = line[2];
+    const REAL line_e10inf = line[3];
+    const REAL line_e20inf = line[4];
+    const REAL line_e30inf = line[5];
+    const REAL t2 = line_e10inf * line_e10inf;
+    const REAL t3 = line_e20inf * line_e20inf;
+    const REAL t4 = t2 + t3;
+    const REAL t5 = line_e30inf * line_e30inf;
+    const REAL t6 = t4 + t5;
+    const REAL t7 = SQRT(t6);
+    const REAL t9 = t8 / t7;
+    const REAL t10 = line_e30inf * t9;
+    const REAL t11 = line_e20inf * t9;
+    const REAL t12 = -t11;
+    const REAL t13 = line_e10inf * t9;
+    const REAL t14 = line_e23inf * t9;
+    const REAL t15 = -t14;
+    const REAL t16 = line_e13inf * t9;
+    const REAL t17 = line_e12inf * t9;
+    const REAL t18 = -t17;
+    out[0] = t1;
+    out[1] = t10;
+    out[2] = t12;
+    out[3] = t13;
+    out[4] = t15;
+    out[5] = t16;
+    out[6] = t18;
+    out[7] = (REAL)0;
+}
+
+WIDE static void NAME(motor_from_line_block_angle)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    const intptr_t c0a = strides[0], c2a = strides[1];
+    const REAL *prepared = (const REAL *)args[1];
+    char *a0 = args[0];
+    char *a2 = args[2];
+    ANY_ORDER
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
+        REAL x0[6];
+        REAL x2[8];
+        NAME(load_6)(x0, a0 + i * w, c0a);
+        NAME(motor_from_line_apply_angle)(prepared, x0, x2);
+        NAME(store_8)(a2 + i * w, c2a, x2);
+    }
+}
+
+static void NAME(motor_from_line_start_angle)(char **args, const intptr_t *strides, void *prepared)
+{
+    (void)strides;
+    REAL x1[1];
+    NAME(load_scalar)(x1, args[1]);
+    NAME(motor_from_line_prepare_angle)(x1[0], prepared);
+}
+
 WIDE static void NAME(motor_from_line_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
@@ -8475,30 +9969,12 @@ WIDE static void NAME(motor_from_line_block)(intptr_t n, char **args, const intp
     }
 }
 
-WIDE static void NAME(motor_from_line_block_uniform)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c2a = strides[1];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    REAL x1[1];
-    NAME(load_scalar)(x1, a1);
-    ANY_ORDER
-    for (intptr_t i = 0; i < n; ++i) {
-        REAL x0[6];
-        REAL x2[8];
-        NAME(load_6)(x0, a0 + i * w, c0a);
-        NAME(motor_from_line)(x0, x1[0], x2);
-        NAME(store_8)(a2 + i * w, c2a, x2);
-    }
-}
-
 void NAME(motor_from_line_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{6, 1, 0, {6}}, {1, 0, 1, {0}}, {8, 1, 1, {8}}};
-    static const struct kernel kernel = {{NAME(motor_from_line_block), NAME(motor_from_line_block_uniform), NULL,
-        NULL}, 2, 2, 3, parts};
+    static const struct form forms[] = {{2, 2, NAME(motor_from_line_start_angle), NAME(motor_from_line_block_angle),
+        NULL}};
+    static const struct kernel kernel = {NAME(motor_from_line_block), NULL, 2, 3, 1, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -8577,7 +10053,7 @@ WIDE static void NAME(motor_exponential_block)(intptr_t n, char **args, const in
 void NAME(motor_exponential_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{6, 1, 0, {6}}, {8, 1, 1, {8}}};
-    static const struct kernel kernel = {{NAME(motor_exponential_block), NULL, NULL, NULL}, 0, 1, 2, parts};
+    static const struct kernel kernel = {NAME(motor_exponential_block), NULL, 1, 2, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -8648,7 +10124,7 @@ WIDE static void NAME(motor_logarithm_block)(intptr_t n, char **args, const intp
 void NAME(motor_logarithm_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{8, 1, 0, {8}}, {6, 1, 1, {6}}};
-    static const struct kernel kernel = {{NAME(motor_logarithm_block), NULL, NULL, NULL}, 0, 1, 2, parts};
+    static const struct kernel kernel = {NAME(motor_logarithm_block), NULL, 1, 2, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -8742,8 +10218,8 @@ WIDE static void NAME(motor_square_root_dense)(intptr_t n, char **args, const in
 void NAME(motor_square_root_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{8, 1, 0, {8}}, {8, 1, 1, {8}}};
-    static const struct kernel kernel = {{NAME(motor_square_root_block), NULL, NAME(motor_square_root_dense), NULL},
-        0, 1, 2, parts};
+    static const struct kernel kernel = {NAME(motor_square_root_block), NAME(motor_square_root_dense), 1, 2, 0,
+        parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -8841,6 +10317,141 @@ INLINE void NAME(motor_power)(const REAL *m, REAL t, REAL *out)
     out[7] = t73;
 }
 
+static INLINE void NAME(motor_power_prepare_m)(const REAL *m, REAL *prepared)
+{
+    const REAL m_1 = m[0];
+    const REAL m_e12 = m[1];
+    const REAL m_e13 = m[2];
+    const REAL m_e23 = m[3];
+    const REAL m_e1inf = m[4];
+    const REAL m_e2inf = m[5];
+    const REAL m_e3inf = m[6];
+    const REAL m_e123inf = m[7];
+    const REAL t0 = m_1 * m_1;
+    const REAL t1 = (REAL)1 - t0;
+    const REAL t2 = LESS(t1, (REAL)1e-18);
+    const REAL t3 = SELECT(t2, (REAL)1, t1);
+    const REAL t4 = SQRT(t3);
+    const REAL t5 = ABS(m_1);
+    const REAL t6 = ATAN2(t4, t5);
+    const REAL t7 = t6 / t4;
+    const REAL t8 = SELECT(t2, (REAL)1, t7);
+    const REAL t9 = -t8;
+    const REAL t10 = LESS(m_1, (REAL)0);
+    const REAL t11 = SELECT(t10, t9, t8);
+    const REAL t12 = m_e12 * t11;
+    const REAL t15 = m_e13 * t11;
+    const REAL t19 = m_e23 * t11;
+    const REAL t38 = m_e3inf * t11;
+    const REAL t39 = t5 * t8;
+    const REAL t40 = (REAL)1 - t39;
+    const REAL t41 = t40 / t3;
+    const REAL t42 = -t41;
+    const REAL t43 = SELECT(t2, (REAL)(-1.0 / 3.0), t42);
+    const REAL t44 = m_e123inf * t43;
+    const REAL t45 = m_e12 * t44;
+    const REAL t46 = t38 - t45;
+    const REAL t49 = m_e1inf * t11;
+    const REAL t50 = m_e23 * t44;
+    const REAL t51 = t49 - t50;
+    const REAL t55 = m_e2inf * t11;
+    const REAL t56 = m_e13 * t44;
+    const REAL t57 = t55 + t56;
+    prepared[0] = t12;
+    prepared[1] = t15;
+    prepared[2] = t19;
+    prepared[3] = t46;
+    prepared[4] = t51;
+    prepared[5] = t57;
+}
+
+static INLINE void NAME(motor_power_apply_m)(const REAL *prepared, REAL t, REAL *out)
+{
+    const REAL t12 = prepared[0];
+    const REAL t15 = prepared[1];
+    const REAL t19 = prepared[2];
+    const REAL t46 = prepared[3];
+    const REAL t51 = prepared[4];
+    const REAL t57 = prepared[5];
+    const REAL t13 = t * t12;
+    const REAL t14 = t13 * t13;
+    const REAL t16 = t * t15;
+    const REAL t17 = t16 * t16;
+    const REAL t18 = t14 + t17;
+    const REAL t20 = t * t19;
+    const REAL t21 = t20 * t20;
+    const REAL t22 = t18 + t21;
+    const REAL t23 = LESS(t22, (REAL)1e-18);
+    const REAL t24 = SELECT(t23, (REAL)1, t22);
+    const REAL t25 = SQRT(t24);
+    const REAL t26 = COS(t25);
+    const REAL t27 = SELECT(t23, (REAL)1, t26);
+    const REAL t28 = SIN(t25);
+    const REAL t29 = t28 / t25;
+    const REAL t30 = SELECT(t23, (REAL)1, t29);
+    const REAL t31 = t13 * t30;
+    const REAL t32 = t16 * t30;
+    const REAL t33 = t20 * t30;
+    const REAL t34 = t27 - t30;
+    const REAL t35 = t34 / t24;
+    const REAL t36 = -t35;
+    const REAL t37 = SELECT(t23, (REAL)(1.0 / 3.0), t36);
+    const REAL t47 = t * t46;
+    const REAL t48 = t13 * t47;
+    const REAL t52 = t * t51;
+    const REAL t53 = t20 * t52;
+    const REAL t54 = t48 + t53;
+    const REAL t58 = t * t57;
+    const REAL t59 = t16 * t58;
+    const REAL t60 = t54 - t59;
+    const REAL t61 = t60 * (REAL)2;
+    const REAL t62 = t61 * (REAL)0.5;
+    const REAL t63 = t37 * t62;
+    const REAL t64 = t20 * t63;
+    const REAL t65 = t30 * t52;
+    const REAL t66 = t65 - t64;
+    const REAL t67 = t16 * t63;
+    const REAL t68 = t30 * t58;
+    const REAL t69 = t68 + t67;
+    const REAL t70 = t13 * t63;
+    const REAL t71 = t30 * t47;
+    const REAL t72 = t71 - t70;
+    const REAL t73 = t30 * t62;
+    out[0] = t27;
+    out[1] = t31;
+    out[2] = t32;
+    out[3] = t33;
+    out[4] = t66;
+    out[5] = t69;
+    out[6] = t72;
+    out[7] = t73;
+}
+
+WIDE static void NAME(motor_power_block_m)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    const intptr_t c2a = strides[1];
+    const REAL *prepared = (const REAL *)args[0];
+    char *a1 = args[1];
+    char *a2 = args[2];
+    ANY_ORDER
+    for (intptr_t i = 0; i < n; ++i) {
+        REAL x1[1];
+        REAL x2[8];
+        NAME(load_scalar)(x1, a1 + i * w);
+        NAME(motor_power_apply_m)(prepared, x1[0], x2);
+        NAME(store_8)(a2 + i * w, c2a, x2);
+    }
+}
+
+static void NAME(motor_power_start_m)(char **args, const intptr_t *strides, void *prepared)
+{
+    const intptr_t c0a = strides[0];
+    REAL x0[8];
+    NAME(load_8)(x0, args[0], c0a);
+    NAME(motor_power_prepare_m)(x0, prepared);
+}
+
 WIDE static void NAME(motor_power_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
@@ -8860,30 +10471,11 @@ WIDE static void NAME(motor_power_block)(intptr_t n, char **args, const intptr_t
     }
 }
 
-WIDE static void NAME(motor_power_block_uniform)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c2a = strides[1];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    REAL x1[1];
-    NAME(load_scalar)(x1, a1);
-    ANY_ORDER
-    for (intptr_t i = 0; i < n; ++i) {
-        REAL x0[8];
-        REAL x2[8];
-        NAME(load_8)(x0, a0 + i * w, c0a);
-        NAME(motor_power)(x0, x1[0], x2);
-        NAME(store_8)(a2 + i * w, c2a, x2);
-    }
-}
-
 void NAME(motor_power_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{8, 1, 0, {8}}, {1, 0, 1, {0}}, {8, 1, 1, {8}}};
-    static const struct kernel kernel = {{NAME(motor_power_block), NAME(motor_power_block_uniform), NULL, NULL}, 2,
-        2, 3, parts};
+    static const struct form forms[] = {{1, 2, NAME(motor_power_start_m), NAME(motor_power_block_m), NULL}};
+    static const struct kernel kernel = {NAME(motor_power_block), NULL, 2, 3, 1, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -9165,6 +10757,343 @@ INLINE void NAME(interpolate_motors)(const REAL *a, const REAL *b, REAL t, REAL 
     out[7] = t249;
 }
 
+static INLINE void NAME(interpolate_motors_prepare_a_b)(const REAL *a, const REAL *b, REAL *prepared)
+{
+    const REAL a_1 = a[0];
+    const REAL a_e12 = a[1];
+    const REAL a_e13 = a[2];
+    const REAL a_e23 = a[3];
+    const REAL a_e1inf = a[4];
+    const REAL a_e2inf = a[5];
+    const REAL a_e3inf = a[6];
+    const REAL a_e123inf = a[7];
+    const REAL b_1 = b[0];
+    const REAL b_e12 = b[1];
+    const REAL b_e13 = b[2];
+    const REAL b_e23 = b[3];
+    const REAL b_e1inf = b[4];
+    const REAL b_e2inf = b[5];
+    const REAL b_e3inf = b[6];
+    const REAL b_e123inf = b[7];
+    const REAL t0 = a_1 * b_1;
+    const REAL t1 = a_e12 * b_e12;
+    const REAL t2 = t0 + t1;
+    const REAL t3 = a_e13 * b_e13;
+    const REAL t4 = t2 + t3;
+    const REAL t5 = a_e23 * b_e23;
+    const REAL t6 = t4 + t5;
+    const REAL t7 = t6 * t6;
+    const REAL t8 = (REAL)1 - t7;
+    const REAL t9 = LESS(t8, (REAL)1e-18);
+    const REAL t10 = SELECT(t9, (REAL)1, t8);
+    const REAL t11 = SQRT(t10);
+    const REAL t12 = ABS(t6);
+    const REAL t13 = ATAN2(t11, t12);
+    const REAL t14 = t13 / t11;
+    const REAL t15 = SELECT(t9, (REAL)1, t14);
+    const REAL t16 = -t15;
+    const REAL t17 = LESS(t6, (REAL)0);
+    const REAL t18 = SELECT(t17, t16, t15);
+    const REAL t19 = a_1 * b_e12;
+    const REAL t20 = a_e13 * b_e23;
+    const REAL t21 = t19 + t20;
+    const REAL t22 = a_e12 * b_1;
+    const REAL t23 = t21 - t22;
+    const REAL t24 = a_e23 * b_e13;
+    const REAL t25 = t23 - t24;
+    const REAL t26 = t18 * t25;
+    const REAL t29 = a_1 * b_e13;
+    const REAL t30 = a_e23 * b_e12;
+    const REAL t31 = t29 + t30;
+    const REAL t32 = a_e12 * b_e23;
+    const REAL t33 = t31 - t32;
+    const REAL t34 = a_e13 * b_1;
+    const REAL t35 = t33 - t34;
+    const REAL t36 = t18 * t35;
+    const REAL t40 = a_1 * b_e23;
+    const REAL t41 = a_e12 * b_e13;
+    const REAL t42 = t40 + t41;
+    const REAL t43 = a_e13 * b_e12;
+    const REAL t44 = t42 - t43;
+    const REAL t45 = a_e23 * b_1;
+    const REAL t46 = t44 - t45;
+    const REAL t47 = t18 * t46;
+    const REAL t94 = a_1 * b_e3inf;
+    const REAL t95 = a_e12 * b_e123inf;
+    const REAL t96 = t94 + t95;
+    const REAL t97 = a_e13 * b_e1inf;
+    const REAL t98 = t96 + t97;
+    const REAL t99 = a_e23 * b_e2inf;
+    const REAL t100 = t98 + t99;
+    const REAL t101 = a_e1inf * b_e13;
+    const REAL t102 = t100 - t101;
+    const REAL t103 = a_e2inf * b_e23;
+    const REAL t104 = t102 - t103;
+    const REAL t105 = a_e3inf * b_1;
+    const REAL t106 = t104 - t105;
+    const REAL t107 = a_e123inf * b_e12;
+    const REAL t108 = t106 - t107;
+    const REAL t109 = t18 * t108;
+    const REAL t110 = t12 * t15;
+    const REAL t111 = (REAL)1 - t110;
+    const REAL t112 = t111 / t10;
+    const REAL t113 = -t112;
+    const REAL t114 = SELECT(t9, (REAL)(-1.0 / 3.0), t113);
+    const REAL t115 = a_1 * b_e123inf;
+    const REAL t116 = a_e13 * b_e2inf;
+    const REAL t117 = t115 + t116;
+    const REAL t118 = a_e2inf * b_e13;
+    const REAL t119 = t117 + t118;
+    const REAL t120 = a_e123inf * b_1;
+    const REAL t121 = t119 + t120;
+    const REAL t122 = a_e12 * b_e3inf;
+    const REAL t123 = t121 - t122;
+    const REAL t124 = a_e23 * b_e1inf;
+    const REAL t125 = t123 - t124;
+    const REAL t126 = a_e1inf * b_e23;
+    const REAL t127 = t125 - t126;
+    const REAL t128 = a_e3inf * b_e12;
+    const REAL t129 = t127 - t128;
+    const REAL t130 = t114 * t129;
+    const REAL t131 = t25 * t130;
+    const REAL t132 = t109 - t131;
+    const REAL t135 = a_1 * b_e1inf;
+    const REAL t136 = a_e23 * b_e123inf;
+    const REAL t137 = t135 + t136;
+    const REAL t138 = a_e2inf * b_e12;
+    const REAL t139 = t137 + t138;
+    const REAL t140 = a_e3inf * b_e13;
+    const REAL t141 = t139 + t140;
+    const REAL t142 = a_e12 * b_e2inf;
+    const REAL t143 = t141 - t142;
+    const REAL t144 = a_e13 * b_e3inf;
+    const REAL t145 = t143 - t144;
+    const REAL t146 = a_e1inf * b_1;
+    const REAL t147 = t145 - t146;
+    const REAL t148 = a_e123inf * b_e23;
+    const REAL t149 = t147 - t148;
+    const REAL t150 = t18 * t149;
+    const REAL t151 = t46 * t130;
+    const REAL t152 = t150 - t151;
+    const REAL t156 = a_1 * b_e2inf;
+    const REAL t157 = a_e12 * b_e1inf;
+    const REAL t158 = t156 + t157;
+    const REAL t159 = a_e3inf * b_e23;
+    const REAL t160 = t158 + t159;
+    const REAL t161 = a_e123inf * b_e13;
+    const REAL t162 = t160 + t161;
+    const REAL t163 = a_e13 * b_e123inf;
+    const REAL t164 = t162 - t163;
+    const REAL t165 = a_e23 * b_e3inf;
+    const REAL t166 = t164 - t165;
+    const REAL t167 = a_e1inf * b_e12;
+    const REAL t168 = t166 - t167;
+    const REAL t169 = a_e2inf * b_1;
+    const REAL t170 = t168 - t169;
+    const REAL t171 = t18 * t170;
+    const REAL t172 = t35 * t130;
+    const REAL t173 = t171 + t172;
+    prepared[0] = t26;
+    prepared[1] = t36;
+    prepared[2] = t47;
+    prepared[3] = a_e12;
+    prepared[4] = a_1;
+    prepared[5] = a_e13;
+    prepared[6] = a_e23;
+    prepared[7] = t132;
+    prepared[8] = t152;
+    prepared[9] = t173;
+    prepared[10] = a_e1inf;
+    prepared[11] = a_e2inf;
+    prepared[12] = a_e3inf;
+    prepared[13] = a_e123inf;
+}
+
+static INLINE void NAME(interpolate_motors_apply_a_b)(const REAL *prepared, REAL t, REAL *out)
+{
+    const REAL t26 = prepared[0];
+    const REAL t36 = prepared[1];
+    const REAL t47 = prepared[2];
+    const REAL a_e12 = prepared[3];
+    const REAL a_1 = prepared[4];
+    const REAL a_e13 = prepared[5];
+    const REAL a_e23 = prepared[6];
+    const REAL t132 = prepared[7];
+    const REAL t152 = prepared[8];
+    const REAL t173 = prepared[9];
+    const REAL a_e1inf = prepared[10];
+    const REAL a_e2inf = prepared[11];
+    const REAL a_e3inf = prepared[12];
+    const REAL a_e123inf = prepared[13];
+    const REAL t27 = t * t26;
+    const REAL t28 = t27 * t27;
+    const REAL t37 = t * t36;
+    const REAL t38 = t37 * t37;
+    const REAL t39 = t28 + t38;
+    const REAL t48 = t * t47;
+    const REAL t49 = t48 * t48;
+    const REAL t50 = t39 + t49;
+    const REAL t51 = LESS(t50, (REAL)1e-18);
+    const REAL t52 = SELECT(t51, (REAL)1, t50);
+    const REAL t53 = SQRT(t52);
+    const REAL t54 = SIN(t53);
+    const REAL t55 = t54 / t53;
+    const REAL t56 = SELECT(t51, (REAL)1, t55);
+    const REAL t57 = t27 * t56;
+    const REAL t58 = a_e12 * t57;
+    const REAL t59 = COS(t53);
+    const REAL t60 = SELECT(t51, (REAL)1, t59);
+    const REAL t61 = a_1 * t60;
+    const REAL t62 = t61 - t58;
+    const REAL t63 = t37 * t56;
+    const REAL t64 = a_e13 * t63;
+    const REAL t65 = t62 - t64;
+    const REAL t66 = t48 * t56;
+    const REAL t67 = a_e23 * t66;
+    const REAL t68 = t65 - t67;
+    const REAL t69 = a_1 * t57;
+    const REAL t70 = a_e12 * t60;
+    const REAL t71 = t70 + t69;
+    const REAL t72 = a_e23 * t63;
+    const REAL t73 = t71 + t72;
+    const REAL t74 = a_e13 * t66;
+    const REAL t75 = t73 - t74;
+    const REAL t76 = a_1 * t63;
+    const REAL t77 = a_e13 * t60;
+    const REAL t78 = t77 + t76;
+    const REAL t79 = a_e12 * t66;
+    const REAL t80 = t78 + t79;
+    const REAL t81 = a_e23 * t57;
+    const REAL t82 = t80 - t81;
+    const REAL t83 = a_1 * t66;
+    const REAL t84 = a_e23 * t60;
+    const REAL t85 = t84 + t83;
+    const REAL t86 = a_e13 * t57;
+    const REAL t87 = t85 + t86;
+    const REAL t88 = a_e12 * t63;
+    const REAL t89 = t87 - t88;
+    const REAL t90 = t60 - t56;
+    const REAL t91 = t90 / t52;
+    const REAL t92 = -t91;
+    const REAL t93 = SELECT(t51, (REAL)(1.0 / 3.0), t92);
+    const REAL t133 = t * t132;
+    const REAL t134 = t27 * t133;
+    const REAL t153 = t * t152;
+    const REAL t154 = t48 * t153;
+    const REAL t155 = t134 + t154;
+    const REAL t174 = t * t173;
+    const REAL t175 = t37 * t174;
+    const REAL t176 = t155 - t175;
+    const REAL t177 = t176 * (REAL)2;
+    const REAL t178 = t177 * (REAL)0.5;
+    const REAL t179 = t93 * t178;
+    const REAL t180 = t48 * t179;
+    const REAL t181 = t56 * t153;
+    const REAL t182 = t181 - t180;
+    const REAL t183 = a_1 * t182;
+    const REAL t184 = a_e1inf * t60;
+    const REAL t185 = t184 + t183;
+    const REAL t186 = t37 * t179;
+    const REAL t187 = t56 * t174;
+    const REAL t188 = t187 + t186;
+    const REAL t189 = a_e12 * t188;
+    const REAL t190 = t185 + t189;
+    const REAL t191 = t27 * t179;
+    const REAL t192 = t56 * t133;
+    const REAL t193 = t192 - t191;
+    const REAL t194 = a_e13 * t193;
+    const REAL t195 = t190 + t194;
+    const REAL t196 = t56 * t178;
+    const REAL t197 = a_e23 * t196;
+    const REAL t198 = t195 - t197;
+    const REAL t199 = a_e2inf * t57;
+    const REAL t200 = t198 - t199;
+    const REAL t201 = a_e3inf * t63;
+    const REAL t202 = t200 - t201;
+    const REAL t203 = a_e123inf * t66;
+    const REAL t204 = t202 - t203;
+    const REAL t205 = a_1 * t188;
+    const REAL t206 = a_e2inf * t60;
+    const REAL t207 = t206 + t205;
+    const REAL t208 = a_e13 * t196;
+    const REAL t209 = t207 + t208;
+    const REAL t210 = a_e23 * t193;
+    const REAL t211 = t209 + t210;
+    const REAL t212 = a_e1inf * t57;
+    const REAL t213 = t211 + t212;
+    const REAL t214 = a_e123inf * t63;
+    const REAL t215 = t213 + t214;
+    const REAL t216 = a_e12 * t182;
+    const REAL t217 = t215 - t216;
+    const REAL t218 = a_e3inf * t66;
+    const REAL t219 = t217 - t218;
+    const REAL t220 = a_1 * t193;
+    const REAL t221 = a_e3inf * t60;
+    const REAL t222 = t221 + t220;
+    const REAL t223 = a_e1inf * t63;
+    const REAL t224 = t222 + t223;
+    const REAL t225 = a_e2inf * t66;
+    const REAL t226 = t224 + t225;
+    const REAL t227 = a_e12 * t196;
+    const REAL t228 = t226 - t227;
+    const REAL t229 = a_e13 * t182;
+    const REAL t230 = t228 - t229;
+    const REAL t231 = a_e23 * t188;
+    const REAL t232 = t230 - t231;
+    const REAL t233 = a_e123inf * t57;
+    const REAL t234 = t232 - t233;
+    const REAL t235 = a_e12 * t193;
+    const REAL t236 = a_1 * t196;
+    const REAL t237 = a_e123inf * t60;
+    const REAL t238 = t237 + t236;
+    const REAL t239 = t238 + t235;
+    const REAL t240 = a_e23 * t182;
+    const REAL t241 = t239 + t240;
+    const REAL t242 = a_e1inf * t66;
+    const REAL t243 = t241 + t242;
+    const REAL t244 = a_e3inf * t57;
+    const REAL t245 = t243 + t244;
+    const REAL t246 = a_e13 * t188;
+    const REAL t247 = t245 - t246;
+    const REAL t248 = a_e2inf * t63;
+    const REAL t249 = t247 - t248;
+    out[0] = t68;
+    out[1] = t75;
+    out[2] = t82;
+    out[3] = t89;
+    out[4] = t204;
+    out[5] = t219;
+    out[6] = t234;
+    out[7] = t249;
+}
+
+WIDE static void NAME(interpolate_motors_block_a_b)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    const intptr_t c3a = strides[2];
+    const REAL *prepared = (const REAL *)args[0];
+    char *a2 = args[2];
+    char *a3 = args[3];
+    ANY_ORDER
+    for (intptr_t i = 0; i < n; ++i) {
+        REAL x2[1];
+        REAL x3[8];
+        NAME(load_scalar)(x2, a2 + i * w);
+        NAME(interpolate_motors_apply_a_b)(prepared, x2[0], x3);
+        NAME(store_8)(a3 + i * w, c3a, x3);
+    }
+}
+
+static void NAME(interpolate_motors_start_a_b)(char **args, const intptr_t *strides, void *prepared)
+{
+    const intptr_t c0a = strides[0], c1a = strides[1];
+    REAL x0[8];
+    NAME(load_8)(x0, args[0], c0a);
+    REAL x1[8];
+    NAME(load_8)(x1, args[1], c1a);
+    NAME(interpolate_motors_prepare_a_b)(x0, x1, prepared);
+}
+
 WIDE static void NAME(interpolate_motors_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
@@ -9190,7 +11119,9 @@ WIDE static void NAME(interpolate_motors_block)(intptr_t n, char **args, const i
 void NAME(interpolate_motors_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{8, 1, 0, {8}}, {8, 1, 1, {8}}, {1, 0, 2, {0}}, {8, 1, 2, {8}}};
-    static const struct kernel kernel = {{NAME(interpolate_motors_block), NULL, NULL, NULL}, 0, 3, 4, parts};
+    static const struct form forms[] = {{3, 2, NAME(interpolate_motors_start_a_b),
+        NAME(interpolate_motors_block_a_b), NULL}};
+    static const struct kernel kernel = {NAME(interpolate_motors_block), NULL, 3, 4, 1, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -9539,7 +11470,7 @@ WIDE static void NAME(versor_exponential_block)(intptr_t n, char **args, const i
 void NAME(versor_exponential_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{10, 1, 0, {10}}, {16, 1, 1, {16}}};
-    static const struct kernel kernel = {{NAME(versor_exponential_block), NULL, NULL, NULL}, 0, 1, 2, parts};
+    static const struct kernel kernel = {NAME(versor_exponential_block), NULL, 1, 2, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -9918,7 +11849,7 @@ WIDE static void NAME(versor_logarithm_block)(intptr_t n, char **args, const int
 void NAME(versor_logarithm_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{16, 1, 0, {16}}, {10, 1, 1, {10}}};
-    static const struct kernel kernel = {{NAME(versor_logarithm_block), NULL, NULL, NULL}, 0, 1, 2, parts};
+    static const struct kernel kernel = {NAME(versor_logarithm_block), NULL, 1, 2, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -10202,7 +12133,7 @@ WIDE static void NAME(versor_square_root_block)(intptr_t n, char **args, const i
 void NAME(versor_square_root_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{16, 1, 0, {16}}, {16, 1, 1, {16}}};
-    static const struct kernel kernel = {{NAME(versor_square_root_block), NULL, NULL, NULL}, 0, 1, 2, parts};
+    static const struct kernel kernel = {NAME(versor_square_root_block), NULL, 1, 2, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -10304,7 +12235,7 @@ WIDE static void NAME(motor_to_matrix_block)(intptr_t n, char **args, const intp
 void NAME(motor_to_matrix_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{8, 1, 0, {8}}, {16, 2, 1, {4, 4}}};
-    static const struct kernel kernel = {{NAME(motor_to_matrix_block), NULL, NULL, NULL}, 0, 1, 2, parts};
+    static const struct kernel kernel = {NAME(motor_to_matrix_block), NULL, 1, 2, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -10365,6 +12296,165 @@ INLINE void NAME(move_point)(const REAL *m, const REAL *p, REAL *out)
     out[2] = t38;
 }
 
+static INLINE void NAME(move_point_prepare_m)(const REAL *m, REAL *prepared)
+{
+    const REAL m_1 = m[0];
+    const REAL m_e12 = m[1];
+    const REAL m_e13 = m[2];
+    const REAL m_e23 = m[3];
+    const REAL m_e1inf = m[4];
+    const REAL m_e2inf = m[5];
+    const REAL m_e3inf = m[6];
+    const REAL m_e123inf = m[7];
+    const REAL t0 = m_1 * m_1;
+    const REAL t1 = m_e12 * m_e12;
+    const REAL t2 = t0 - t1;
+    const REAL t3 = m_e13 * m_e13;
+    const REAL t4 = m_e23 * m_e23;
+    const REAL t5 = t3 - t4;
+    const REAL t6 = t2 - t5;
+    const REAL t8 = m_1 * m_e12;
+    const REAL t9 = m_e13 * m_e23;
+    const REAL t10 = t8 - t9;
+    const REAL t11 = t10 * (REAL)2;
+    const REAL t14 = m_1 * m_e13;
+    const REAL t15 = m_e12 * m_e23;
+    const REAL t16 = t14 + t15;
+    const REAL t17 = (REAL)2 * t16;
+    const REAL t20 = m_1 * m_e1inf;
+    const REAL t21 = m_e12 * m_e2inf;
+    const REAL t22 = t20 + t21;
+    const REAL t23 = m_e13 * m_e3inf;
+    const REAL t24 = t22 + t23;
+    const REAL t25 = m_e23 * m_e123inf;
+    const REAL t26 = t24 + t25;
+    const REAL t27 = (REAL)2 * t26;
+    const REAL t29 = t2 + t5;
+    const REAL t31 = t8 + t9;
+    const REAL t32 = (REAL)2 * t31;
+    const REAL t35 = m_1 * m_e23;
+    const REAL t36 = m_e12 * m_e13;
+    const REAL t37 = t35 - t36;
+    const REAL t38 = (REAL)2 * t37;
+    const REAL t41 = m_e12 * m_e1inf;
+    const REAL t42 = m_e13 * m_e123inf;
+    const REAL t43 = t41 + t42;
+    const REAL t44 = m_1 * m_e2inf;
+    const REAL t45 = t43 - t44;
+    const REAL t46 = m_e23 * m_e3inf;
+    const REAL t47 = t45 - t46;
+    const REAL t48 = (REAL)2 * t47;
+    const REAL t50 = t15 - t14;
+    const REAL t51 = (REAL)2 * t50;
+    const REAL t53 = t35 + t36;
+    const REAL t54 = (REAL)2 * t53;
+    const REAL t57 = t0 + t1;
+    const REAL t58 = t57 - t3;
+    const REAL t59 = t58 - t4;
+    const REAL t62 = m_e13 * m_e1inf;
+    const REAL t63 = m_e23 * m_e2inf;
+    const REAL t64 = t62 + t63;
+    const REAL t65 = m_1 * m_e3inf;
+    const REAL t66 = t64 - t65;
+    const REAL t67 = m_e12 * m_e123inf;
+    const REAL t68 = t66 - t67;
+    const REAL t69 = (REAL)2 * t68;
+    prepared[0] = t6;
+    prepared[1] = t11;
+    prepared[2] = t17;
+    prepared[3] = t27;
+    prepared[4] = t29;
+    prepared[5] = t32;
+    prepared[6] = t38;
+    prepared[7] = t48;
+    prepared[8] = t51;
+    prepared[9] = t54;
+    prepared[10] = t59;
+    prepared[11] = t69;
+}
+
+static INLINE void NAME(move_point_apply_m)(const REAL *prepared, const REAL *p, REAL *out)
+{
+    const REAL t6 = prepared[0];
+    const REAL t11 = prepared[1];
+    const REAL t17 = prepared[2];
+    const REAL t27 = prepared[3];
+    const REAL t29 = prepared[4];
+    const REAL t32 = prepared[5];
+    const REAL t38 = prepared[6];
+    const REAL t48 = prepared[7];
+    const REAL t51 = prepared[8];
+    const REAL t54 = prepared[9];
+    const REAL t59 = prepared[10];
+    const REAL t69 = prepared[11];
+    const REAL p_e1 = p[0];
+    const REAL p_e2 = p[1];
+    const REAL p_e3 = p[2];
+    const REAL t7 = p_e1 * t6;
+    const REAL t12 = p_e2 * t11;
+    const REAL t13 = t7 + t12;
+    const REAL t18 = p_e3 * t17;
+    const REAL t19 = t13 + t18;
+    const REAL t28 = t19 - t27;
+    const REAL t30 = p_e2 * t29;
+    const REAL t33 = p_e1 * t32;
+    const REAL t34 = t30 - t33;
+    const REAL t39 = p_e3 * t38;
+    const REAL t40 = t34 + t39;
+    const REAL t49 = t40 + t48;
+    const REAL t52 = p_e1 * t51;
+    const REAL t55 = p_e2 * t54;
+    const REAL t56 = t52 - t55;
+    const REAL t60 = p_e3 * t59;
+    const REAL t61 = t56 + t60;
+    const REAL t70 = t61 + t69;
+    out[0] = t28;
+    out[1] = t49;
+    out[2] = t70;
+}
+
+WIDE static void NAME(move_point_block_m)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    const intptr_t c1a = strides[1], c2a = strides[2];
+    const REAL *prepared = (const REAL *)args[0];
+    char *a1 = args[1];
+    char *a2 = args[2];
+    ANY_ORDER
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
+        REAL x1[3];
+        REAL x2[3];
+        NAME(load_3)(x1, a1 + i * w, c1a);
+        NAME(move_point_apply_m)(prepared, x1, x2);
+        NAME(store_3)(a2 + i * w, c2a, x2);
+    }
+}
+
+WIDE static void NAME(move_point_dense_m)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    const REAL *prepared = (const REAL *)args[0];
+    char *a1 = args[1];
+    char *a2 = args[2];
+    ANY_ORDER
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
+        REAL x1[3];
+        REAL x2[3];
+        NAME(load_3)(x1, a1 + i * 3 * w, w);
+        NAME(move_point_apply_m)(prepared, x1, x2);
+        NAME(store_3)(a2 + i * 3 * w, w, x2);
+    }
+}
+
+static void NAME(move_point_start_m)(char **args, const intptr_t *strides, void *prepared)
+{
+    const intptr_t c0a = strides[0];
+    REAL x0[8];
+    NAME(load_8)(x0, args[0], c0a);
+    NAME(move_point_prepare_m)(x0, prepared);
+}
+
 WIDE static void NAME(move_point_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
@@ -10378,25 +12468,6 @@ WIDE static void NAME(move_point_block)(intptr_t n, char **args, const intptr_t 
         REAL x1[3];
         REAL x2[3];
         NAME(load_8)(x0, a0 + i * w, c0a);
-        NAME(load_3)(x1, a1 + i * w, c1a);
-        NAME(move_point)(x0, x1, x2);
-        NAME(store_3)(a2 + i * w, c2a, x2);
-    }
-}
-
-WIDE static void NAME(move_point_block_uniform)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    REAL x0[8];
-    NAME(load_8)(x0, a0, c0a);
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x1[3];
-        REAL x2[3];
         NAME(load_3)(x1, a1 + i * w, c1a);
         NAME(move_point)(x0, x1, x2);
         NAME(store_3)(a2 + i * w, c2a, x2);
@@ -10422,30 +12493,12 @@ WIDE static void NAME(move_point_dense)(intptr_t n, char **args, const intptr_t 
     }
 }
 
-WIDE static void NAME(move_point_dense_uniform)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    REAL x0[8];
-    NAME(load_8)(x0, a0, w);
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x1[3];
-        REAL x2[3];
-        NAME(load_3)(x1, a1 + i * 3 * w, w);
-        NAME(move_point)(x0, x1, x2);
-        NAME(store_3)(a2 + i * 3 * w, w, x2);
-    }
-}
-
 void NAME(move_point_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{8, 1, 0, {8}}, {3, 1, 1, {3}}, {3, 1, 2, {3}}};
-    static const struct kernel kernel = {{NAME(move_point_block), NAME(move_point_block_uniform),
-        NAME(move_point_dense), NAME(move_point_dense_uniform)}, 1, 2, 3, parts};
+    static const struct form forms[] = {{1, 3, NAME(move_point_start_m), NAME(move_point_block_m),
+        NAME(move_point_dense_m)}};
+    static const struct kernel kernel = {NAME(move_point_block), NAME(move_point_dense), 2, 3, 1, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -10493,6 +12546,128 @@ INLINE void NAME(rotate_point)(const REAL *r, const REAL *p, REAL *out)
     out[2] = t29;
 }
 
+static INLINE void NAME(rotate_point_prepare_r)(const REAL *r, REAL *prepared)
+{
+    const REAL r_1 = r[0];
+    const REAL r_e12 = r[1];
+    const REAL r_e13 = r[2];
+    const REAL r_e23 = r[3];
+    const REAL t0 = r_1 * r_1;
+    const REAL t1 = r_e12 * r_e12;
+    const REAL t2 = t0 - t1;
+    const REAL t3 = r_e13 * r_e13;
+    const REAL t4 = r_e23 * r_e23;
+    const REAL t5 = t3 - t4;
+    const REAL t6 = t2 - t5;
+    const REAL t8 = r_1 * r_e12;
+    const REAL t9 = r_e13 * r_e23;
+    const REAL t10 = t8 - t9;
+    const REAL t11 = t10 * (REAL)2;
+    const REAL t14 = r_1 * r_e13;
+    const REAL t15 = r_e12 * r_e23;
+    const REAL t16 = t14 + t15;
+    const REAL t17 = (REAL)2 * t16;
+    const REAL t20 = t2 + t5;
+    const REAL t22 = t8 + t9;
+    const REAL t23 = (REAL)2 * t22;
+    const REAL t26 = r_1 * r_e23;
+    const REAL t27 = r_e12 * r_e13;
+    const REAL t28 = t26 - t27;
+    const REAL t29 = (REAL)2 * t28;
+    const REAL t32 = t15 - t14;
+    const REAL t33 = (REAL)2 * t32;
+    const REAL t35 = t26 + t27;
+    const REAL t36 = (REAL)2 * t35;
+    const REAL t39 = t0 + t1;
+    const REAL t40 = t39 - t3;
+    const REAL t41 = t40 - t4;
+    prepared[0] = t6;
+    prepared[1] = t11;
+    prepared[2] = t17;
+    prepared[3] = t20;
+    prepared[4] = t23;
+    prepared[5] = t29;
+    prepared[6] = t33;
+    prepared[7] = t36;
+    prepared[8] = t41;
+}
+
+static INLINE void NAME(rotate_point_apply_r)(const REAL *prepared, const REAL *p, REAL *out)
+{
+    const REAL t6 = prepared[0];
+    const REAL t11 = prepared[1];
+    const REAL t17 = prepared[2];
+    const REAL t20 = prepared[3];
+    const REAL t23 = prepared[4];
+    const REAL t29 = prepared[5];
+    const REAL t33 = prepared[6];
+    const REAL t36 = prepared[7];
+    const REAL t41 = prepared[8];
+    const REAL p_e1 = p[0];
+    const REAL p_e2 = p[1];
+    const REAL p_e3 = p[2];
+    const REAL t7 = p_e1 * t6;
+    const REAL t12 = p_e2 * t11;
+    const REAL t13 = t7 + t12;
+    const REAL t18 = p_e3 * t17;
+    const REAL t19 = t13 + t18;
+    const REAL t21 = p_e2 * t20;
+    const REAL t24 = p_e1 * t23;
+    const REAL t25 = t21 - t24;
+    const REAL t30 = p_e3 * t29;
+    const REAL t31 = t25 + t30;
+    const REAL t34 = p_e1 * t33;
+    const REAL t37 = p_e2 * t36;
+    const REAL t38 = t34 - t37;
+    const REAL t42 = p_e3 * t41;
+    const REAL t43 = t38 + t42;
+    out[0] = t19;
+    out[1] = t31;
+    out[2] = t43;
+}
+
+WIDE static void NAME(rotate_point_block_r)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    const intptr_t c1a = strides[1], c2a = strides[2];
+    const REAL *prepared = (const REAL *)args[0];
+    char *a1 = args[1];
+    char *a2 = args[2];
+    ANY_ORDER
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
+        REAL x1[3];
+        REAL x2[3];
+        NAME(load_3)(x1, a1 + i * w, c1a);
+        NAME(rotate_point_apply_r)(prepared, x1, x2);
+        NAME(store_3)(a2 + i * w, c2a, x2);
+    }
+}
+
+WIDE static void NAME(rotate_point_dense_r)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    const REAL *prepared = (const REAL *)args[0];
+    char *a1 = args[1];
+    char *a2 = args[2];
+    ANY_ORDER
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
+        REAL x1[3];
+        REAL x2[3];
+        NAME(load_3)(x1, a1 + i * 3 * w, w);
+        NAME(rotate_point_apply_r)(prepared, x1, x2);
+        NAME(store_3)(a2 + i * 3 * w, w, x2);
+    }
+}
+
+static void NAME(rotate_point_start_r)(char **args, const intptr_t *strides, void *prepared)
+{
+    const intptr_t c0a = strides[0];
+    REAL x0[4];
+    NAME(load_4)(x0, args[0], c0a);
+    NAME(rotate_point_prepare_r)(x0, prepared);
+}
+
 WIDE static void NAME(rotate_point_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
@@ -10506,25 +12681,6 @@ WIDE static void NAME(rotate_point_block)(intptr_t n, char **args, const intptr_
         REAL x1[3];
         REAL x2[3];
         NAME(load_4)(x0, a0 + i * w, c0a);
-        NAME(load_3)(x1, a1 + i * w, c1a);
-        NAME(rotate_point)(x0, x1, x2);
-        NAME(store_3)(a2 + i * w, c2a, x2);
-    }
-}
-
-WIDE static void NAME(rotate_point_block_uniform)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    REAL x0[4];
-    NAME(load_4)(x0, a0, c0a);
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x1[3];
-        REAL x2[3];
         NAME(load_3)(x1, a1 + i * w, c1a);
         NAME(rotate_point)(x0, x1, x2);
         NAME(store_3)(a2 + i * w, c2a, x2);
@@ -10550,30 +12706,12 @@ WIDE static void NAME(rotate_point_dense)(intptr_t n, char **args, const intptr_
     }
 }
 
-WIDE static void NAME(rotate_point_dense_uniform)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    REAL x0[4];
-    NAME(load_4)(x0, a0, w);
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x1[3];
-        REAL x2[3];
-        NAME(load_3)(x1, a1 + i * 3 * w, w);
-        NAME(rotate_point)(x0, x1, x2);
-        NAME(store_3)(a2 + i * 3 * w, w, x2);
-    }
-}
-
 void NAME(rotate_point_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {3, 1, 1, {3}}, {3, 1, 2, {3}}};
-    static const struct kernel kernel = {{NAME(rotate_point_block), NAME(rotate_point_block_uniform),
-        NAME(rotate_point_dense), NAME(rotate_point_dense_uniform)}, 1, 2, 3, parts};
+    static const struct form forms[] = {{1, 2, NAME(rotate_point_start_r), NAME(rotate_point_block_r),
+        NAME(rotate_point_dense_r)}};
+    static const struct kernel kernel = {NAME(rotate_point_block), NAME(rotate_point_dense), 2, 3, 1, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -10615,25 +12753,6 @@ WIDE static void NAME(translate_point_block)(intptr_t n, char **args, const intp
     }
 }
 
-WIDE static void NAME(translate_point_block_uniform)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    REAL x0[3];
-    NAME(load_3)(x0, a0, c0a);
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x1[3];
-        REAL x2[3];
-        NAME(load_3)(x1, a1 + i * w, c1a);
-        NAME(translate_point)(x0, x1, x2);
-        NAME(store_3)(a2 + i * w, c2a, x2);
-    }
-}
-
 WIDE static void NAME(translate_point_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
@@ -10653,30 +12772,11 @@ WIDE static void NAME(translate_point_dense)(intptr_t n, char **args, const intp
     }
 }
 
-WIDE static void NAME(translate_point_dense_uniform)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    REAL x0[3];
-    NAME(load_3)(x0, a0, w);
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x1[3];
-        REAL x2[3];
-        NAME(load_3)(x1, a1 + i * 3 * w, w);
-        NAME(translate_point)(x0, x1, x2);
-        NAME(store_3)(a2 + i * 3 * w, w, x2);
-    }
-}
-
 void NAME(translate_point_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {3, 1, 1, {3}}, {3, 1, 2, {3}}};
-    static const struct kernel kernel = {{NAME(translate_point_block), NAME(translate_point_block_uniform),
-        NAME(translate_point_dense), NAME(translate_point_dense_uniform)}, 1, 2, 3, parts};
+    static const struct kernel kernel = {NAME(translate_point_block), NAME(translate_point_dense), 2, 3, 0, parts,
+        NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -10717,25 +12817,6 @@ WIDE static void NAME(dilate_point_block)(intptr_t n, char **args, const intptr_
     }
 }
 
-WIDE static void NAME(dilate_point_block_uniform)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    REAL x1[3];
-    NAME(load_3)(x1, a1, c1a);
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[2];
-        REAL x2[3];
-        NAME(load_2)(x0, a0 + i * w, c0a);
-        NAME(dilate_point)(x0, x1, x2);
-        NAME(store_3)(a2 + i * w, c2a, x2);
-    }
-}
-
 WIDE static void NAME(dilate_point_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
@@ -10755,30 +12836,10 @@ WIDE static void NAME(dilate_point_dense)(intptr_t n, char **args, const intptr_
     }
 }
 
-WIDE static void NAME(dilate_point_dense_uniform)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    REAL x1[3];
-    NAME(load_3)(x1, a1, w);
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[2];
-        REAL x2[3];
-        NAME(load_2)(x0, a0 + i * 2 * w, w);
-        NAME(dilate_point)(x0, x1, x2);
-        NAME(store_3)(a2 + i * 3 * w, w, x2);
-    }
-}
-
 void NAME(dilate_point_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{2, 1, 0, {2}}, {3, 1, 1, {3}}, {3, 1, 2, {3}}};
-    static const struct kernel kernel = {{NAME(dilate_point_block), NAME(dilate_point_block_uniform),
-        NAME(dilate_point_dense), NAME(dilate_point_dense_uniform)}, 2, 2, 3, parts};
+    static const struct kernel kernel = {NAME(dilate_point_block), NAME(dilate_point_dense), 2, 3, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -10869,6 +12930,186 @@ INLINE void NAME(move_vector)(const REAL *m, const REAL *x, REAL *out)
     out[4] = t64;
 }
 
+static INLINE void NAME(move_vector_prepare_m)(const REAL *m, REAL *prepared)
+{
+    const REAL m_1 = m[0];
+    const REAL m_e12 = m[1];
+    const REAL m_e13 = m[2];
+    const REAL m_e23 = m[3];
+    const REAL m_e1inf = m[4];
+    const REAL m_e2inf = m[5];
+    const REAL m_e3inf = m[6];
+    const REAL m_e123inf = m[7];
+    const REAL t0 = m_e12 * m_e12;
+    const REAL t1 = m_e13 * m_e13;
+    const REAL t2 = t0 + t1;
+    const REAL t3 = t2 * (REAL)2;
+    const REAL t4 = (REAL)1 - t3;
+    const REAL t6 = m_1 * m_e12;
+    const REAL t7 = m_e13 * m_e23;
+    const REAL t8 = t6 - t7;
+    const REAL t9 = (REAL)2 * t8;
+    const REAL t12 = m_1 * m_e13;
+    const REAL t13 = m_e12 * m_e23;
+    const REAL t14 = t12 + t13;
+    const REAL t15 = (REAL)2 * t14;
+    const REAL t18 = m_1 * m_e1inf;
+    const REAL t19 = m_e23 * m_e123inf;
+    const REAL t20 = t18 + t19;
+    const REAL t21 = m_e12 * m_e2inf;
+    const REAL t22 = m_e13 * m_e3inf;
+    const REAL t23 = t21 + t22;
+    const REAL t24 = t20 + t23;
+    const REAL t25 = (REAL)2 * t24;
+    const REAL t28 = m_e23 * m_e23;
+    const REAL t29 = t0 + t28;
+    const REAL t30 = (REAL)2 * t29;
+    const REAL t31 = (REAL)1 - t30;
+    const REAL t33 = t6 + t7;
+    const REAL t34 = (REAL)2 * t33;
+    const REAL t37 = m_1 * m_e23;
+    const REAL t38 = m_e12 * m_e13;
+    const REAL t39 = t37 - t38;
+    const REAL t40 = (REAL)2 * t39;
+    const REAL t43 = m_e12 * m_e1inf;
+    const REAL t44 = m_e23 * m_e3inf;
+    const REAL t45 = t43 - t44;
+    const REAL t46 = m_1 * m_e2inf;
+    const REAL t47 = m_e13 * m_e123inf;
+    const REAL t48 = t46 - t47;
+    const REAL t49 = t45 - t48;
+    const REAL t50 = (REAL)2 * t49;
+    const REAL t53 = t13 - t12;
+    const REAL t54 = (REAL)2 * t53;
+    const REAL t56 = t37 + t38;
+    const REAL t57 = (REAL)2 * t56;
+    const REAL t60 = t1 + t28;
+    const REAL t61 = (REAL)2 * t60;
+    const REAL t62 = (REAL)1 - t61;
+    const REAL t65 = m_e13 * m_e1inf;
+    const REAL t66 = m_e23 * m_e2inf;
+    const REAL t67 = t65 + t66;
+    const REAL t68 = m_1 * m_e3inf;
+    const REAL t69 = m_e12 * m_e123inf;
+    const REAL t70 = t68 + t69;
+    const REAL t71 = t67 - t70;
+    const REAL t72 = (REAL)2 * t71;
+    const REAL t75 = t23 - t20;
+    const REAL t76 = (REAL)2 * t75;
+    const REAL t78 = t45 + t48;
+    const REAL t79 = (REAL)2 * t78;
+    const REAL t82 = t67 + t70;
+    const REAL t83 = (REAL)2 * t82;
+    const REAL t86 = m_e1inf * m_e1inf;
+    const REAL t87 = m_e2inf * m_e2inf;
+    const REAL t88 = t86 + t87;
+    const REAL t89 = m_e3inf * m_e3inf;
+    const REAL t90 = t88 + t89;
+    const REAL t91 = m_e123inf * m_e123inf;
+    const REAL t92 = t90 + t91;
+    const REAL t93 = (REAL)2 * t92;
+    prepared[0] = t4;
+    prepared[1] = t9;
+    prepared[2] = t15;
+    prepared[3] = t25;
+    prepared[4] = t31;
+    prepared[5] = t34;
+    prepared[6] = t40;
+    prepared[7] = t50;
+    prepared[8] = t54;
+    prepared[9] = t57;
+    prepared[10] = t62;
+    prepared[11] = t72;
+    prepared[12] = t76;
+    prepared[13] = t79;
+    prepared[14] = t83;
+    prepared[15] = t93;
+}
+
+static INLINE void NAME(move_vector_apply_m)(const REAL *prepared, const REAL *x, REAL *out)
+{
+    const REAL t4 = prepared[0];
+    const REAL t9 = prepared[1];
+    const REAL t15 = prepared[2];
+    const REAL t25 = prepared[3];
+    const REAL t31 = prepared[4];
+    const REAL t34 = prepared[5];
+    const REAL t40 = prepared[6];
+    const REAL t50 = prepared[7];
+    const REAL t54 = prepared[8];
+    const REAL t57 = prepared[9];
+    const REAL t62 = prepared[10];
+    const REAL t72 = prepared[11];
+    const REAL t76 = prepared[12];
+    const REAL t79 = prepared[13];
+    const REAL t83 = prepared[14];
+    const REAL t93 = prepared[15];
+    const REAL x_e1 = x[0];
+    const REAL x_e2 = x[1];
+    const REAL x_e3 = x[2];
+    const REAL x_e0 = x[3];
+    const REAL x_einf = x[4];
+    const REAL t5 = x_e1 * t4;
+    const REAL t10 = x_e2 * t9;
+    const REAL t11 = t5 + t10;
+    const REAL t16 = x_e3 * t15;
+    const REAL t17 = t11 + t16;
+    const REAL t26 = x_e0 * t25;
+    const REAL t27 = t17 - t26;
+    const REAL t32 = x_e2 * t31;
+    const REAL t35 = x_e1 * t34;
+    const REAL t36 = t32 - t35;
+    const REAL t41 = x_e3 * t40;
+    const REAL t42 = t36 + t41;
+    const REAL t51 = x_e0 * t50;
+    const REAL t52 = t42 + t51;
+    const REAL t55 = x_e1 * t54;
+    const REAL t58 = x_e2 * t57;
+    const REAL t59 = t55 - t58;
+    const REAL t63 = x_e3 * t62;
+    const REAL t64 = t59 + t63;
+    const REAL t73 = x_e0 * t72;
+    const REAL t74 = t64 + t73;
+    const REAL t77 = x_e1 * t76;
+    const REAL t80 = x_e2 * t79;
+    const REAL t81 = t77 - t80;
+    const REAL t84 = x_e3 * t83;
+    const REAL t85 = t81 - t84;
+    const REAL t94 = x_e0 * t93;
+    const REAL t95 = t85 + t94;
+    const REAL t96 = x_einf + t95;
+    out[0] = t27;
+    out[1] = t52;
+    out[2] = t74;
+    out[3] = x_e0;
+    out[4] = t96;
+}
+
+WIDE static void NAME(move_vector_block_m)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    const intptr_t c1a = strides[1], c2a = strides[2];
+    const REAL *prepared = (const REAL *)args[0];
+    char *a1 = args[1];
+    char *a2 = args[2];
+    ANY_ORDER
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
+        REAL x1[5];
+        REAL x2[5];
+        NAME(load_5)(x1, a1 + i * w, c1a);
+        NAME(move_vector_apply_m)(prepared, x1, x2);
+        NAME(store_5)(a2 + i * w, c2a, x2);
+    }
+}
+
+static void NAME(move_vector_start_m)(char **args, const intptr_t *strides, void *prepared)
+{
+    const intptr_t c0a = strides[0];
+    REAL x0[8];
+    NAME(load_8)(x0, args[0], c0a);
+    NAME(move_vector_prepare_m)(x0, prepared);
+}
+
 WIDE static void NAME(move_vector_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
@@ -10888,30 +13129,11 @@ WIDE static void NAME(move_vector_block)(intptr_t n, char **args, const intptr_t
     }
 }
 
-WIDE static void NAME(move_vector_block_uniform)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    REAL x0[8];
-    NAME(load_8)(x0, a0, c0a);
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x1[5];
-        REAL x2[5];
-        NAME(load_5)(x1, a1 + i * w, c1a);
-        NAME(move_vector)(x0, x1, x2);
-        NAME(store_5)(a2 + i * w, c2a, x2);
-    }
-}
-
 void NAME(move_vector_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{8, 1, 0, {8}}, {5, 1, 1, {5}}, {5, 1, 2, {5}}};
-    static const struct kernel kernel = {{NAME(move_vector_block), NAME(move_vector_block_uniform), NULL, NULL}, 1,
-        2, 3, parts};
+    static const struct form forms[] = {{1, 2, NAME(move_vector_start_m), NAME(move_vector_block_m), NULL}};
+    static const struct kernel kernel = {NAME(move_vector_block), NULL, 2, 3, 1, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -11140,6 +13362,363 @@ INLINE void NAME(move_point_pair)(const REAL *m, const REAL *x, REAL *out)
     out[9] = t192;
 }
 
+static INLINE void NAME(move_point_pair_prepare_m)(const REAL *m, REAL *prepared)
+{
+    const REAL m_1 = m[0];
+    const REAL m_e12 = m[1];
+    const REAL m_e13 = m[2];
+    const REAL m_e23 = m[3];
+    const REAL m_e1inf = m[4];
+    const REAL m_e2inf = m[5];
+    const REAL m_e3inf = m[6];
+    const REAL m_e123inf = m[7];
+    const REAL t0 = m_e13 * m_e13;
+    const REAL t1 = m_e23 * m_e23;
+    const REAL t2 = t0 + t1;
+    const REAL t3 = t2 * (REAL)2;
+    const REAL t4 = (REAL)1 - t3;
+    const REAL t6 = m_1 * m_e23;
+    const REAL t7 = m_e12 * m_e13;
+    const REAL t8 = t6 + t7;
+    const REAL t9 = (REAL)2 * t8;
+    const REAL t12 = m_e12 * m_e23;
+    const REAL t13 = m_1 * m_e13;
+    const REAL t14 = t12 - t13;
+    const REAL t15 = (REAL)2 * t14;
+    const REAL t18 = m_1 * m_e2inf;
+    const REAL t19 = m_e12 * m_e1inf;
+    const REAL t20 = t18 + t19;
+    const REAL t21 = m_e13 * m_e123inf;
+    const REAL t22 = m_e23 * m_e3inf;
+    const REAL t23 = t21 + t22;
+    const REAL t24 = t20 + t23;
+    const REAL t25 = (REAL)2 * t24;
+    const REAL t28 = m_1 * m_e1inf;
+    const REAL t29 = m_e12 * m_e2inf;
+    const REAL t30 = t28 - t29;
+    const REAL t31 = m_e13 * m_e3inf;
+    const REAL t32 = m_e23 * m_e123inf;
+    const REAL t33 = t31 - t32;
+    const REAL t34 = t30 + t33;
+    const REAL t35 = (REAL)2 * t34;
+    const REAL t38 = m_e23 * m_e1inf;
+    const REAL t39 = m_e13 * m_e2inf;
+    const REAL t40 = t38 - t39;
+    const REAL t41 = t40 * (REAL)4;
+    const REAL t44 = m_e12 * m_e12;
+    const REAL t45 = t1 + t44;
+    const REAL t46 = (REAL)2 * t45;
+    const REAL t47 = (REAL)1 - t46;
+    const REAL t49 = t7 - t6;
+    const REAL t50 = (REAL)2 * t49;
+    const REAL t53 = m_1 * m_e12;
+    const REAL t54 = m_e13 * m_e23;
+    const REAL t55 = t53 + t54;
+    const REAL t56 = (REAL)2 * t55;
+    const REAL t59 = m_1 * m_e3inf;
+    const REAL t60 = m_e12 * m_e123inf;
+    const REAL t61 = t59 - t60;
+    const REAL t62 = m_e13 * m_e1inf;
+    const REAL t63 = m_e23 * m_e2inf;
+    const REAL t64 = t62 - t63;
+    const REAL t65 = t61 + t64;
+    const REAL t66 = (REAL)2 * t65;
+    const REAL t69 = m_e12 * m_e3inf;
+    const REAL t70 = t38 + t69;
+    const REAL t71 = (REAL)4 * t70;
+    const REAL t74 = t28 + t29;
+    const REAL t75 = t31 + t32;
+    const REAL t76 = t74 - t75;
+    const REAL t77 = (REAL)2 * t76;
+    const REAL t80 = t12 + t13;
+    const REAL t81 = (REAL)2 * t80;
+    const REAL t83 = t54 - t53;
+    const REAL t84 = (REAL)2 * t83;
+    const REAL t87 = t0 + t44;
+    const REAL t88 = (REAL)2 * t87;
+    const REAL t89 = (REAL)1 - t88;
+    const REAL t92 = t69 - t39;
+    const REAL t93 = (REAL)4 * t92;
+    const REAL t96 = t64 - t61;
+    const REAL t97 = (REAL)2 * t96;
+    const REAL t100 = t18 - t19;
+    const REAL t101 = t21 - t22;
+    const REAL t102 = t100 + t101;
+    const REAL t103 = (REAL)2 * t102;
+    const REAL t122 = m_e3inf * m_e3inf;
+    const REAL t123 = m_e123inf * m_e123inf;
+    const REAL t124 = t122 - t123;
+    const REAL t125 = m_e1inf * m_e1inf;
+    const REAL t126 = m_e2inf * m_e2inf;
+    const REAL t127 = t125 - t126;
+    const REAL t128 = t124 - t127;
+    const REAL t129 = (REAL)2 * t128;
+    const REAL t132 = m_e3inf * m_e123inf;
+    const REAL t133 = m_e1inf * m_e2inf;
+    const REAL t134 = t132 - t133;
+    const REAL t135 = (REAL)4 * t134;
+    const REAL t138 = m_e1inf * m_e3inf;
+    const REAL t139 = m_e2inf * m_e123inf;
+    const REAL t140 = t138 + t139;
+    const REAL t141 = (REAL)4 * t140;
+    const REAL t148 = t74 + t75;
+    const REAL t149 = (REAL)2 * t148;
+    const REAL t161 = t132 + t133;
+    const REAL t162 = (REAL)4 * t161;
+    const REAL t165 = t124 + t127;
+    const REAL t166 = (REAL)2 * t165;
+    const REAL t169 = m_e1inf * m_e123inf;
+    const REAL t170 = m_e2inf * m_e3inf;
+    const REAL t171 = t169 - t170;
+    const REAL t172 = (REAL)4 * t171;
+    const REAL t177 = t101 - t100;
+    const REAL t178 = (REAL)2 * t177;
+    const REAL t188 = t139 - t138;
+    const REAL t189 = (REAL)4 * t188;
+    const REAL t192 = t169 + t170;
+    const REAL t193 = (REAL)4 * t192;
+    const REAL t196 = t125 + t126;
+    const REAL t197 = t196 - t122;
+    const REAL t198 = t197 - t123;
+    const REAL t199 = (REAL)2 * t198;
+    const REAL t206 = t62 + t63;
+    const REAL t207 = t59 + t60;
+    const REAL t208 = t206 - t207;
+    const REAL t209 = (REAL)2 * t208;
+    const REAL t218 = t30 - t33;
+    const REAL t219 = (REAL)2 * t218;
+    const REAL t221 = t20 - t23;
+    const REAL t222 = (REAL)2 * t221;
+    const REAL t225 = t206 + t207;
+    const REAL t226 = (REAL)2 * t225;
+    prepared[0] = t4;
+    prepared[1] = t9;
+    prepared[2] = t15;
+    prepared[3] = t25;
+    prepared[4] = t35;
+    prepared[5] = t41;
+    prepared[6] = t47;
+    prepared[7] = t50;
+    prepared[8] = t56;
+    prepared[9] = t66;
+    prepared[10] = t71;
+    prepared[11] = t77;
+    prepared[12] = t81;
+    prepared[13] = t84;
+    prepared[14] = t89;
+    prepared[15] = t93;
+    prepared[16] = t97;
+    prepared[17] = t103;
+    prepared[18] = t129;
+    prepared[19] = t135;
+    prepared[20] = t141;
+    prepared[21] = t149;
+    prepared[22] = t162;
+    prepared[23] = t166;
+    prepared[24] = t172;
+    prepared[25] = t178;
+    prepared[26] = t189;
+    prepared[27] = t193;
+    prepared[28] = t199;
+    prepared[29] = t209;
+    prepared[30] = t219;
+    prepared[31] = t222;
+    prepared[32] = t226;
+}
+
+static INLINE void NAME(move_point_pair_apply_m)(const REAL *prepared, const REAL *x, REAL *out)
+{
+    const REAL t4 = prepared[0];
+    const REAL t9 = prepared[1];
+    const REAL t15 = prepared[2];
+    const REAL t25 = prepared[3];
+    const REAL t35 = prepared[4];
+    const REAL t41 = prepared[5];
+    const REAL t47 = prepared[6];
+    const REAL t50 = prepared[7];
+    const REAL t56 = prepared[8];
+    const REAL t66 = prepared[9];
+    const REAL t71 = prepared[10];
+    const REAL t77 = prepared[11];
+    const REAL t81 = prepared[12];
+    const REAL t84 = prepared[13];
+    const REAL t89 = prepared[14];
+    const REAL t93 = prepared[15];
+    const REAL t97 = prepared[16];
+    const REAL t103 = prepared[17];
+    const REAL t129 = prepared[18];
+    const REAL t135 = prepared[19];
+    const REAL t141 = prepared[20];
+    const REAL t149 = prepared[21];
+    const REAL t162 = prepared[22];
+    const REAL t166 = prepared[23];
+    const REAL t172 = prepared[24];
+    const REAL t178 = prepared[25];
+    const REAL t189 = prepared[26];
+    const REAL t193 = prepared[27];
+    const REAL t199 = prepared[28];
+    const REAL t209 = prepared[29];
+    const REAL t219 = prepared[30];
+    const REAL t222 = prepared[31];
+    const REAL t226 = prepared[32];
+    const REAL x_e12 = x[0];
+    const REAL x_e13 = x[1];
+    const REAL x_e23 = x[2];
+    const REAL x_e10 = x[3];
+    const REAL x_e20 = x[4];
+    const REAL x_e30 = x[5];
+    const REAL x_e1inf = x[6];
+    const REAL x_e2inf = x[7];
+    const REAL x_e3inf = x[8];
+    const REAL x_e0inf = x[9];
+    const REAL t5 = x_e12 * t4;
+    const REAL t10 = x_e13 * t9;
+    const REAL t11 = t5 + t10;
+    const REAL t16 = x_e23 * t15;
+    const REAL t17 = t11 + t16;
+    const REAL t26 = x_e10 * t25;
+    const REAL t27 = t17 - t26;
+    const REAL t36 = x_e20 * t35;
+    const REAL t37 = t27 + t36;
+    const REAL t42 = x_e30 * t41;
+    const REAL t43 = t37 + t42;
+    const REAL t48 = x_e13 * t47;
+    const REAL t51 = x_e12 * t50;
+    const REAL t52 = t51 + t48;
+    const REAL t57 = x_e23 * t56;
+    const REAL t58 = t52 + t57;
+    const REAL t67 = x_e10 * t66;
+    const REAL t68 = t58 - t67;
+    const REAL t72 = x_e20 * t71;
+    const REAL t73 = t68 - t72;
+    const REAL t78 = x_e30 * t77;
+    const REAL t79 = t73 + t78;
+    const REAL t82 = x_e12 * t81;
+    const REAL t85 = x_e13 * t84;
+    const REAL t86 = t82 + t85;
+    const REAL t90 = x_e23 * t89;
+    const REAL t91 = t86 + t90;
+    const REAL t94 = x_e10 * t93;
+    const REAL t95 = t91 + t94;
+    const REAL t98 = x_e20 * t97;
+    const REAL t99 = t95 + t98;
+    const REAL t104 = x_e30 * t103;
+    const REAL t105 = t99 + t104;
+    const REAL t106 = x_e10 * t89;
+    const REAL t107 = x_e30 * t81;
+    const REAL t108 = t106 + t107;
+    const REAL t109 = x_e20 * t84;
+    const REAL t110 = t108 - t109;
+    const REAL t111 = x_e20 * t47;
+    const REAL t112 = x_e10 * t56;
+    const REAL t113 = t111 - t112;
+    const REAL t114 = x_e30 * t50;
+    const REAL t115 = t113 - t114;
+    const REAL t116 = x_e30 * t4;
+    const REAL t117 = x_e10 * t15;
+    const REAL t118 = t117 + t116;
+    const REAL t119 = x_e20 * t9;
+    const REAL t120 = t118 - t119;
+    const REAL t121 = x_e13 * t97;
+    const REAL t130 = x_e10 * t129;
+    const REAL t131 = t121 + t130;
+    const REAL t136 = x_e20 * t135;
+    const REAL t137 = t131 + t136;
+    const REAL t142 = x_e30 * t141;
+    const REAL t143 = t137 - t142;
+    const REAL t144 = x_e1inf * t89;
+    const REAL t145 = t143 + t144;
+    const REAL t146 = x_e3inf * t81;
+    const REAL t147 = t145 + t146;
+    const REAL t150 = x_e0inf * t149;
+    const REAL t151 = t147 - t150;
+    const REAL t152 = x_e12 * t103;
+    const REAL t153 = t151 - t152;
+    const REAL t154 = x_e23 * t93;
+    const REAL t155 = t153 - t154;
+    const REAL t156 = x_e2inf * t84;
+    const REAL t157 = t155 - t156;
+    const REAL t158 = x_e12 * t77;
+    const REAL t159 = x_e23 * t66;
+    const REAL t160 = t158 - t159;
+    const REAL t163 = x_e10 * t162;
+    const REAL t164 = t160 - t163;
+    const REAL t167 = x_e20 * t166;
+    const REAL t168 = t164 + t167;
+    const REAL t173 = x_e30 * t172;
+    const REAL t174 = t168 + t173;
+    const REAL t175 = x_e2inf * t47;
+    const REAL t176 = t174 + t175;
+    const REAL t179 = x_e0inf * t178;
+    const REAL t180 = t176 + t179;
+    const REAL t181 = x_e13 * t71;
+    const REAL t182 = t180 + t181;
+    const REAL t183 = x_e1inf * t56;
+    const REAL t184 = t182 - t183;
+    const REAL t185 = x_e3inf * t50;
+    const REAL t186 = t184 - t185;
+    const REAL t187 = x_e13 * t35;
+    const REAL t190 = x_e10 * t189;
+    const REAL t191 = t187 + t190;
+    const REAL t194 = x_e20 * t193;
+    const REAL t195 = t191 - t194;
+    const REAL t200 = x_e30 * t199;
+    const REAL t201 = t195 + t200;
+    const REAL t202 = x_e1inf * t15;
+    const REAL t203 = t201 + t202;
+    const REAL t204 = x_e3inf * t4;
+    const REAL t205 = t203 + t204;
+    const REAL t210 = x_e0inf * t209;
+    const REAL t211 = t205 + t210;
+    const REAL t212 = x_e12 * t41;
+    const REAL t213 = t211 - t212;
+    const REAL t214 = x_e23 * t25;
+    const REAL t215 = t213 + t214;
+    const REAL t216 = x_e2inf * t9;
+    const REAL t217 = t215 - t216;
+    const REAL t220 = x_e10 * t219;
+    const REAL t223 = x_e20 * t222;
+    const REAL t224 = t220 + t223;
+    const REAL t227 = x_e30 * t226;
+    const REAL t228 = t224 + t227;
+    const REAL t229 = x_e0inf + t228;
+    out[0] = t43;
+    out[1] = t79;
+    out[2] = t105;
+    out[3] = t110;
+    out[4] = t115;
+    out[5] = t120;
+    out[6] = t157;
+    out[7] = t186;
+    out[8] = t217;
+    out[9] = t229;
+}
+
+WIDE static void NAME(move_point_pair_block_m)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    const intptr_t c1a = strides[1], c2a = strides[2];
+    const REAL *prepared = (const REAL *)args[0];
+    char *a1 = args[1];
+    char *a2 = args[2];
+    ANY_ORDER
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
+        REAL x1[10];
+        REAL x2[10];
+        NAME(load_10)(x1, a1 + i * w, c1a);
+        NAME(move_point_pair_apply_m)(prepared, x1, x2);
+        NAME(store_10)(a2 + i * w, c2a, x2);
+    }
+}
+
+static void NAME(move_point_pair_start_m)(char **args, const intptr_t *strides, void *prepared)
+{
+    const intptr_t c0a = strides[0];
+    REAL x0[8];
+    NAME(load_8)(x0, args[0], c0a);
+    NAME(move_point_pair_prepare_m)(x0, prepared);
+}
+
 WIDE static void NAME(move_point_pair_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
@@ -11162,7 +13741,8 @@ WIDE static void NAME(move_point_pair_block)(intptr_t n, char **args, const intp
 void NAME(move_point_pair_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{8, 1, 0, {8}}, {10, 1, 1, {10}}, {10, 1, 2, {10}}};
-    static const struct kernel kernel = {{NAME(move_point_pair_block), NULL, NULL, NULL}, 0, 2, 3, parts};
+    static const struct form forms[] = {{1, 2, NAME(move_point_pair_start_m), NAME(move_point_pair_block_m), NULL}};
+    static const struct kernel kernel = {NAME(move_point_pair_block), NULL, 2, 3, 1, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -11280,6 +13860,212 @@ INLINE void NAME(move_line)(const REAL *m, const REAL *x, REAL *out)
     out[5] = t89;
 }
 
+static INLINE void NAME(move_line_prepare_m)(const REAL *m, REAL *prepared)
+{
+    const REAL m_1 = m[0];
+    const REAL m_e12 = m[1];
+    const REAL m_e13 = m[2];
+    const REAL m_e23 = m[3];
+    const REAL m_e1inf = m[4];
+    const REAL m_e2inf = m[5];
+    const REAL m_e3inf = m[6];
+    const REAL m_e123inf = m[7];
+    const REAL t0 = m_e13 * m_e13;
+    const REAL t1 = m_e23 * m_e23;
+    const REAL t2 = t0 + t1;
+    const REAL t3 = t2 * (REAL)2;
+    const REAL t4 = (REAL)1 - t3;
+    const REAL t6 = m_1 * m_e23;
+    const REAL t7 = m_e12 * m_e13;
+    const REAL t8 = t6 + t7;
+    const REAL t9 = (REAL)2 * t8;
+    const REAL t12 = m_e12 * m_e23;
+    const REAL t13 = m_1 * m_e13;
+    const REAL t14 = t12 - t13;
+    const REAL t15 = (REAL)2 * t14;
+    const REAL t18 = m_1 * m_e2inf;
+    const REAL t19 = m_e13 * m_e123inf;
+    const REAL t20 = t18 + t19;
+    const REAL t21 = m_e12 * m_e1inf;
+    const REAL t22 = m_e23 * m_e3inf;
+    const REAL t23 = t21 + t22;
+    const REAL t24 = t20 + t23;
+    const REAL t25 = (REAL)2 * t24;
+    const REAL t28 = m_1 * m_e1inf;
+    const REAL t29 = m_e23 * m_e123inf;
+    const REAL t30 = t28 - t29;
+    const REAL t31 = m_e12 * m_e2inf;
+    const REAL t32 = m_e13 * m_e3inf;
+    const REAL t33 = t31 - t32;
+    const REAL t34 = t30 - t33;
+    const REAL t35 = (REAL)2 * t34;
+    const REAL t38 = m_e23 * m_e1inf;
+    const REAL t39 = m_e13 * m_e2inf;
+    const REAL t40 = t38 - t39;
+    const REAL t41 = t40 * (REAL)4;
+    const REAL t44 = m_e12 * m_e12;
+    const REAL t45 = t1 + t44;
+    const REAL t46 = (REAL)2 * t45;
+    const REAL t47 = (REAL)1 - t46;
+    const REAL t49 = t7 - t6;
+    const REAL t50 = (REAL)2 * t49;
+    const REAL t53 = m_1 * m_e12;
+    const REAL t54 = m_e13 * m_e23;
+    const REAL t55 = t53 + t54;
+    const REAL t56 = (REAL)2 * t55;
+    const REAL t59 = m_1 * m_e3inf;
+    const REAL t60 = m_e12 * m_e123inf;
+    const REAL t61 = t59 - t60;
+    const REAL t62 = m_e13 * m_e1inf;
+    const REAL t63 = m_e23 * m_e2inf;
+    const REAL t64 = t62 - t63;
+    const REAL t65 = t61 + t64;
+    const REAL t66 = (REAL)2 * t65;
+    const REAL t69 = m_e12 * m_e3inf;
+    const REAL t70 = t38 + t69;
+    const REAL t71 = (REAL)4 * t70;
+    const REAL t74 = t30 + t33;
+    const REAL t75 = (REAL)2 * t74;
+    const REAL t78 = t12 + t13;
+    const REAL t79 = (REAL)2 * t78;
+    const REAL t81 = t54 - t53;
+    const REAL t82 = (REAL)2 * t81;
+    const REAL t85 = t0 + t44;
+    const REAL t86 = (REAL)2 * t85;
+    const REAL t87 = (REAL)1 - t86;
+    const REAL t90 = t69 - t39;
+    const REAL t91 = (REAL)4 * t90;
+    const REAL t94 = t64 - t61;
+    const REAL t95 = (REAL)2 * t94;
+    const REAL t98 = t20 - t23;
+    const REAL t99 = (REAL)2 * t98;
+    prepared[0] = t4;
+    prepared[1] = t9;
+    prepared[2] = t15;
+    prepared[3] = t25;
+    prepared[4] = t35;
+    prepared[5] = t41;
+    prepared[6] = t47;
+    prepared[7] = t50;
+    prepared[8] = t56;
+    prepared[9] = t66;
+    prepared[10] = t71;
+    prepared[11] = t75;
+    prepared[12] = t79;
+    prepared[13] = t82;
+    prepared[14] = t87;
+    prepared[15] = t91;
+    prepared[16] = t95;
+    prepared[17] = t99;
+}
+
+static INLINE void NAME(move_line_apply_m)(const REAL *prepared, const REAL *x, REAL *out)
+{
+    const REAL t4 = prepared[0];
+    const REAL t9 = prepared[1];
+    const REAL t15 = prepared[2];
+    const REAL t25 = prepared[3];
+    const REAL t35 = prepared[4];
+    const REAL t41 = prepared[5];
+    const REAL t47 = prepared[6];
+    const REAL t50 = prepared[7];
+    const REAL t56 = prepared[8];
+    const REAL t66 = prepared[9];
+    const REAL t71 = prepared[10];
+    const REAL t75 = prepared[11];
+    const REAL t79 = prepared[12];
+    const REAL t82 = prepared[13];
+    const REAL t87 = prepared[14];
+    const REAL t91 = prepared[15];
+    const REAL t95 = prepared[16];
+    const REAL t99 = prepared[17];
+    const REAL x_e12inf = x[0];
+    const REAL x_e13inf = x[1];
+    const REAL x_e23inf = x[2];
+    const REAL x_e10inf = x[3];
+    const REAL x_e20inf = x[4];
+    const REAL x_e30inf = x[5];
+    const REAL t5 = x_e12inf * t4;
+    const REAL t10 = x_e13inf * t9;
+    const REAL t11 = t5 + t10;
+    const REAL t16 = x_e23inf * t15;
+    const REAL t17 = t11 + t16;
+    const REAL t26 = x_e10inf * t25;
+    const REAL t27 = t17 - t26;
+    const REAL t36 = x_e20inf * t35;
+    const REAL t37 = t27 + t36;
+    const REAL t42 = x_e30inf * t41;
+    const REAL t43 = t37 + t42;
+    const REAL t48 = x_e13inf * t47;
+    const REAL t51 = x_e12inf * t50;
+    const REAL t52 = t51 + t48;
+    const REAL t57 = x_e23inf * t56;
+    const REAL t58 = t52 + t57;
+    const REAL t67 = x_e10inf * t66;
+    const REAL t68 = t58 - t67;
+    const REAL t72 = x_e20inf * t71;
+    const REAL t73 = t68 - t72;
+    const REAL t76 = x_e30inf * t75;
+    const REAL t77 = t73 + t76;
+    const REAL t80 = x_e12inf * t79;
+    const REAL t83 = x_e13inf * t82;
+    const REAL t84 = t80 + t83;
+    const REAL t88 = x_e23inf * t87;
+    const REAL t89 = t84 + t88;
+    const REAL t92 = x_e10inf * t91;
+    const REAL t93 = t89 + t92;
+    const REAL t96 = x_e20inf * t95;
+    const REAL t97 = t93 + t96;
+    const REAL t100 = x_e30inf * t99;
+    const REAL t101 = t97 + t100;
+    const REAL t102 = x_e10inf * t87;
+    const REAL t103 = x_e30inf * t79;
+    const REAL t104 = t102 + t103;
+    const REAL t105 = x_e20inf * t82;
+    const REAL t106 = t104 - t105;
+    const REAL t107 = x_e20inf * t47;
+    const REAL t108 = x_e10inf * t56;
+    const REAL t109 = t107 - t108;
+    const REAL t110 = x_e30inf * t50;
+    const REAL t111 = t109 - t110;
+    const REAL t112 = x_e30inf * t4;
+    const REAL t113 = x_e10inf * t15;
+    const REAL t114 = t113 + t112;
+    const REAL t115 = x_e20inf * t9;
+    const REAL t116 = t114 - t115;
+    out[0] = t43;
+    out[1] = t77;
+    out[2] = t101;
+    out[3] = t106;
+    out[4] = t111;
+    out[5] = t116;
+}
+
+WIDE static void NAME(move_line_block_m)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    const intptr_t c1a = strides[1], c2a = strides[2];
+    const REAL *prepared = (const REAL *)args[0];
+    char *a1 = args[1];
+    char *a2 = args[2];
+    ANY_ORDER
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
+        REAL x1[6];
+        REAL x2[6];
+        NAME(load_6)(x1, a1 + i * w, c1a);
+        NAME(move_line_apply_m)(prepared, x1, x2);
+        NAME(store_6)(a2 + i * w, c2a, x2);
+    }
+}
+
+static void NAME(move_line_start_m)(char **args, const intptr_t *strides, void *prepared)
+{
+    const intptr_t c0a = strides[0];
+    REAL x0[8];
+    NAME(load_8)(x0, args[0], c0a);
+    NAME(move_line_prepare_m)(x0, prepared);
+}
+
 WIDE static void NAME(move_line_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
@@ -11299,30 +14085,11 @@ WIDE static void NAME(move_line_block)(intptr_t n, char **args, const intptr_t *
     }
 }
 
-WIDE static void NAME(move_line_block_uniform)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    REAL x0[8];
-    NAME(load_8)(x0, a0, c0a);
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x1[6];
-        REAL x2[6];
-        NAME(load_6)(x1, a1 + i * w, c1a);
-        NAME(move_line)(x0, x1, x2);
-        NAME(store_6)(a2 + i * w, c2a, x2);
-    }
-}
-
 void NAME(move_line_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{8, 1, 0, {8}}, {6, 1, 1, {6}}, {6, 1, 2, {6}}};
-    static const struct kernel kernel = {{NAME(move_line_block), NAME(move_line_block_uniform), NULL, NULL}, 1, 2,
-        3, parts};
+    static const struct form forms[] = {{1, 2, NAME(move_line_start_m), NAME(move_line_block_m), NULL}};
+    static const struct kernel kernel = {NAME(move_line_block), NULL, 2, 3, 1, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -11551,6 +14318,363 @@ INLINE void NAME(move_circle)(const REAL *m, const REAL *x, REAL *out)
     out[9] = t192;
 }
 
+static INLINE void NAME(move_circle_prepare_m)(const REAL *m, REAL *prepared)
+{
+    const REAL m_1 = m[0];
+    const REAL m_e12 = m[1];
+    const REAL m_e13 = m[2];
+    const REAL m_e23 = m[3];
+    const REAL m_e1inf = m[4];
+    const REAL m_e2inf = m[5];
+    const REAL m_e3inf = m[6];
+    const REAL m_e123inf = m[7];
+    const REAL t0 = m_1 * m_e3inf;
+    const REAL t1 = m_e12 * m_e123inf;
+    const REAL t2 = t0 + t1;
+    const REAL t3 = m_e13 * m_e1inf;
+    const REAL t4 = m_e23 * m_e2inf;
+    const REAL t5 = t3 + t4;
+    const REAL t6 = t2 + t5;
+    const REAL t7 = t6 * (REAL)2;
+    const REAL t9 = m_1 * m_e2inf;
+    const REAL t10 = m_e12 * m_e1inf;
+    const REAL t11 = t9 + t10;
+    const REAL t12 = m_e13 * m_e123inf;
+    const REAL t13 = m_e23 * m_e3inf;
+    const REAL t14 = t12 + t13;
+    const REAL t15 = t11 - t14;
+    const REAL t16 = (REAL)2 * t15;
+    const REAL t19 = m_e13 * m_e3inf;
+    const REAL t20 = m_e23 * m_e123inf;
+    const REAL t21 = t19 - t20;
+    const REAL t22 = m_1 * m_e1inf;
+    const REAL t23 = m_e12 * m_e2inf;
+    const REAL t24 = t22 - t23;
+    const REAL t25 = t21 - t24;
+    const REAL t26 = (REAL)2 * t25;
+    const REAL t30 = m_e13 * m_e13;
+    const REAL t31 = m_e23 * m_e23;
+    const REAL t32 = t30 + t31;
+    const REAL t33 = (REAL)2 * t32;
+    const REAL t34 = (REAL)1 - t33;
+    const REAL t36 = m_1 * m_e23;
+    const REAL t37 = m_e12 * m_e13;
+    const REAL t38 = t36 + t37;
+    const REAL t39 = (REAL)2 * t38;
+    const REAL t42 = m_e12 * m_e23;
+    const REAL t43 = m_1 * m_e13;
+    const REAL t44 = t42 - t43;
+    const REAL t45 = (REAL)2 * t44;
+    const REAL t48 = m_e12 * m_e12;
+    const REAL t49 = t31 + t48;
+    const REAL t50 = (REAL)2 * t49;
+    const REAL t51 = (REAL)1 - t50;
+    const REAL t53 = t37 - t36;
+    const REAL t54 = (REAL)2 * t53;
+    const REAL t57 = m_1 * m_e12;
+    const REAL t58 = m_e13 * m_e23;
+    const REAL t59 = t57 + t58;
+    const REAL t60 = (REAL)2 * t59;
+    const REAL t63 = t42 + t43;
+    const REAL t64 = (REAL)2 * t63;
+    const REAL t66 = t58 - t57;
+    const REAL t67 = (REAL)2 * t66;
+    const REAL t70 = t30 + t48;
+    const REAL t71 = (REAL)2 * t70;
+    const REAL t72 = (REAL)1 - t71;
+    const REAL t75 = t5 - t2;
+    const REAL t76 = (REAL)2 * t75;
+    const REAL t78 = m_e3inf * m_e3inf;
+    const REAL t79 = m_e123inf * m_e123inf;
+    const REAL t80 = t78 + t79;
+    const REAL t81 = m_e1inf * m_e1inf;
+    const REAL t82 = t80 - t81;
+    const REAL t83 = m_e2inf * m_e2inf;
+    const REAL t84 = t82 - t83;
+    const REAL t85 = (REAL)2 * t84;
+    const REAL t88 = m_e1inf * m_e123inf;
+    const REAL t89 = m_e2inf * m_e3inf;
+    const REAL t90 = t88 + t89;
+    const REAL t91 = t90 * (REAL)4;
+    const REAL t94 = m_e1inf * m_e3inf;
+    const REAL t95 = m_e2inf * m_e123inf;
+    const REAL t96 = t94 - t95;
+    const REAL t97 = (REAL)4 * t96;
+    const REAL t106 = t11 + t14;
+    const REAL t107 = (REAL)2 * t106;
+    const REAL t110 = t21 + t24;
+    const REAL t111 = (REAL)2 * t110;
+    const REAL t114 = m_e23 * m_e1inf;
+    const REAL t115 = m_e13 * m_e2inf;
+    const REAL t116 = t114 - t115;
+    const REAL t117 = (REAL)4 * t116;
+    const REAL t120 = t9 - t10;
+    const REAL t121 = t12 - t13;
+    const REAL t122 = t120 - t121;
+    const REAL t123 = (REAL)2 * t122;
+    const REAL t125 = t88 - t89;
+    const REAL t126 = (REAL)4 * t125;
+    const REAL t129 = t81 - t83;
+    const REAL t130 = t78 - t79;
+    const REAL t131 = t129 + t130;
+    const REAL t132 = (REAL)2 * t131;
+    const REAL t135 = m_e1inf * m_e2inf;
+    const REAL t136 = m_e3inf * m_e123inf;
+    const REAL t137 = t135 + t136;
+    const REAL t138 = (REAL)4 * t137;
+    const REAL t147 = t0 - t1;
+    const REAL t148 = t3 - t4;
+    const REAL t149 = t147 + t148;
+    const REAL t150 = (REAL)2 * t149;
+    const REAL t153 = m_e12 * m_e3inf;
+    const REAL t154 = t114 + t153;
+    const REAL t155 = (REAL)4 * t154;
+    const REAL t158 = t22 + t23;
+    const REAL t159 = t19 + t20;
+    const REAL t160 = t158 - t159;
+    const REAL t161 = (REAL)2 * t160;
+    const REAL t164 = t158 + t159;
+    const REAL t165 = (REAL)2 * t164;
+    const REAL t167 = t94 + t95;
+    const REAL t168 = (REAL)4 * t167;
+    const REAL t171 = t136 - t135;
+    const REAL t172 = (REAL)4 * t171;
+    const REAL t175 = t129 - t130;
+    const REAL t176 = (REAL)2 * t175;
+    const REAL t185 = t153 - t115;
+    const REAL t186 = (REAL)4 * t185;
+    const REAL t189 = t148 - t147;
+    const REAL t190 = (REAL)2 * t189;
+    const REAL t193 = t120 + t121;
+    const REAL t194 = (REAL)2 * t193;
+    prepared[0] = t7;
+    prepared[1] = t16;
+    prepared[2] = t26;
+    prepared[3] = t34;
+    prepared[4] = t39;
+    prepared[5] = t45;
+    prepared[6] = t51;
+    prepared[7] = t54;
+    prepared[8] = t60;
+    prepared[9] = t64;
+    prepared[10] = t67;
+    prepared[11] = t72;
+    prepared[12] = t76;
+    prepared[13] = t85;
+    prepared[14] = t91;
+    prepared[15] = t97;
+    prepared[16] = t107;
+    prepared[17] = t111;
+    prepared[18] = t117;
+    prepared[19] = t123;
+    prepared[20] = t126;
+    prepared[21] = t132;
+    prepared[22] = t138;
+    prepared[23] = t150;
+    prepared[24] = t155;
+    prepared[25] = t161;
+    prepared[26] = t165;
+    prepared[27] = t168;
+    prepared[28] = t172;
+    prepared[29] = t176;
+    prepared[30] = t186;
+    prepared[31] = t190;
+    prepared[32] = t194;
+}
+
+static INLINE void NAME(move_circle_apply_m)(const REAL *prepared, const REAL *x, REAL *out)
+{
+    const REAL t7 = prepared[0];
+    const REAL t16 = prepared[1];
+    const REAL t26 = prepared[2];
+    const REAL t34 = prepared[3];
+    const REAL t39 = prepared[4];
+    const REAL t45 = prepared[5];
+    const REAL t51 = prepared[6];
+    const REAL t54 = prepared[7];
+    const REAL t60 = prepared[8];
+    const REAL t64 = prepared[9];
+    const REAL t67 = prepared[10];
+    const REAL t72 = prepared[11];
+    const REAL t76 = prepared[12];
+    const REAL t85 = prepared[13];
+    const REAL t91 = prepared[14];
+    const REAL t97 = prepared[15];
+    const REAL t107 = prepared[16];
+    const REAL t111 = prepared[17];
+    const REAL t117 = prepared[18];
+    const REAL t123 = prepared[19];
+    const REAL t126 = prepared[20];
+    const REAL t132 = prepared[21];
+    const REAL t138 = prepared[22];
+    const REAL t150 = prepared[23];
+    const REAL t155 = prepared[24];
+    const REAL t161 = prepared[25];
+    const REAL t165 = prepared[26];
+    const REAL t168 = prepared[27];
+    const REAL t172 = prepared[28];
+    const REAL t176 = prepared[29];
+    const REAL t186 = prepared[30];
+    const REAL t190 = prepared[31];
+    const REAL t194 = prepared[32];
+    const REAL x_e123 = x[0];
+    const REAL x_e120 = x[1];
+    const REAL x_e130 = x[2];
+    const REAL x_e230 = x[3];
+    const REAL x_e12inf = x[4];
+    const REAL x_e13inf = x[5];
+    const REAL x_e23inf = x[6];
+    const REAL x_e10inf = x[7];
+    const REAL x_e20inf = x[8];
+    const REAL x_e30inf = x[9];
+    const REAL t8 = x_e120 * t7;
+    const REAL t17 = x_e130 * t16;
+    const REAL t18 = t17 - t8;
+    const REAL t27 = x_e230 * t26;
+    const REAL t28 = t18 + t27;
+    const REAL t29 = x_e123 + t28;
+    const REAL t35 = x_e120 * t34;
+    const REAL t40 = x_e130 * t39;
+    const REAL t41 = t35 + t40;
+    const REAL t46 = x_e230 * t45;
+    const REAL t47 = t41 + t46;
+    const REAL t52 = x_e130 * t51;
+    const REAL t55 = x_e120 * t54;
+    const REAL t56 = t55 + t52;
+    const REAL t61 = x_e230 * t60;
+    const REAL t62 = t56 + t61;
+    const REAL t65 = x_e120 * t64;
+    const REAL t68 = x_e130 * t67;
+    const REAL t69 = t65 + t68;
+    const REAL t73 = x_e230 * t72;
+    const REAL t74 = t69 + t73;
+    const REAL t77 = x_e123 * t76;
+    const REAL t86 = x_e120 * t85;
+    const REAL t87 = t77 + t86;
+    const REAL t92 = x_e130 * t91;
+    const REAL t93 = t87 - t92;
+    const REAL t98 = x_e230 * t97;
+    const REAL t99 = t93 + t98;
+    const REAL t100 = x_e12inf * t34;
+    const REAL t101 = t99 + t100;
+    const REAL t102 = x_e13inf * t39;
+    const REAL t103 = t101 + t102;
+    const REAL t104 = x_e23inf * t45;
+    const REAL t105 = t103 + t104;
+    const REAL t108 = x_e10inf * t107;
+    const REAL t109 = t105 - t108;
+    const REAL t112 = x_e20inf * t111;
+    const REAL t113 = t109 + t112;
+    const REAL t118 = x_e30inf * t117;
+    const REAL t119 = t113 + t118;
+    const REAL t124 = x_e123 * t123;
+    const REAL t127 = x_e120 * t126;
+    const REAL t128 = t124 + t127;
+    const REAL t133 = x_e130 * t132;
+    const REAL t134 = t128 - t133;
+    const REAL t139 = x_e230 * t138;
+    const REAL t140 = t134 - t139;
+    const REAL t141 = x_e12inf * t54;
+    const REAL t142 = t140 + t141;
+    const REAL t143 = x_e13inf * t51;
+    const REAL t144 = t142 + t143;
+    const REAL t145 = x_e23inf * t60;
+    const REAL t146 = t144 + t145;
+    const REAL t151 = x_e10inf * t150;
+    const REAL t152 = t146 - t151;
+    const REAL t156 = x_e20inf * t155;
+    const REAL t157 = t152 - t156;
+    const REAL t162 = x_e30inf * t161;
+    const REAL t163 = t157 + t162;
+    const REAL t166 = x_e123 * t165;
+    const REAL t169 = x_e120 * t168;
+    const REAL t170 = t169 - t166;
+    const REAL t173 = x_e130 * t172;
+    const REAL t174 = t170 + t173;
+    const REAL t177 = x_e230 * t176;
+    const REAL t178 = t174 + t177;
+    const REAL t179 = x_e12inf * t64;
+    const REAL t180 = t178 + t179;
+    const REAL t181 = x_e13inf * t67;
+    const REAL t182 = t180 + t181;
+    const REAL t183 = x_e23inf * t72;
+    const REAL t184 = t182 + t183;
+    const REAL t187 = x_e10inf * t186;
+    const REAL t188 = t184 + t187;
+    const REAL t191 = x_e20inf * t190;
+    const REAL t192 = t188 + t191;
+    const REAL t195 = x_e30inf * t194;
+    const REAL t196 = t192 + t195;
+    const REAL t197 = x_e120 * t194;
+    const REAL t198 = x_e230 * t186;
+    const REAL t199 = t197 + t198;
+    const REAL t200 = x_e10inf * t72;
+    const REAL t201 = t199 + t200;
+    const REAL t202 = x_e30inf * t64;
+    const REAL t203 = t201 + t202;
+    const REAL t204 = x_e130 * t190;
+    const REAL t205 = t203 - t204;
+    const REAL t206 = x_e20inf * t67;
+    const REAL t207 = t205 - t206;
+    const REAL t208 = x_e20inf * t51;
+    const REAL t209 = x_e130 * t155;
+    const REAL t210 = t208 - t209;
+    const REAL t211 = x_e120 * t161;
+    const REAL t212 = t210 - t211;
+    const REAL t213 = x_e230 * t150;
+    const REAL t214 = t212 + t213;
+    const REAL t215 = x_e10inf * t60;
+    const REAL t216 = t214 - t215;
+    const REAL t217 = x_e30inf * t54;
+    const REAL t218 = t216 - t217;
+    const REAL t219 = x_e230 * t107;
+    const REAL t220 = x_e120 * t117;
+    const REAL t221 = t220 - t219;
+    const REAL t222 = x_e10inf * t45;
+    const REAL t223 = t221 + t222;
+    const REAL t224 = x_e30inf * t34;
+    const REAL t225 = t223 + t224;
+    const REAL t226 = x_e130 * t111;
+    const REAL t227 = t225 - t226;
+    const REAL t228 = x_e20inf * t39;
+    const REAL t229 = t227 - t228;
+    out[0] = t29;
+    out[1] = t47;
+    out[2] = t62;
+    out[3] = t74;
+    out[4] = t119;
+    out[5] = t163;
+    out[6] = t196;
+    out[7] = t207;
+    out[8] = t218;
+    out[9] = t229;
+}
+
+WIDE static void NAME(move_circle_block_m)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    const intptr_t c1a = strides[1], c2a = strides[2];
+    const REAL *prepared = (const REAL *)args[0];
+    char *a1 = args[1];
+    char *a2 = args[2];
+    ANY_ORDER
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
+        REAL x1[10];
+        REAL x2[10];
+        NAME(load_10)(x1, a1 + i * w, c1a);
+        NAME(move_circle_apply_m)(prepared, x1, x2);
+        NAME(store_10)(a2 + i * w, c2a, x2);
+    }
+}
+
+static void NAME(move_circle_start_m)(char **args, const intptr_t *strides, void *prepared)
+{
+    const intptr_t c0a = strides[0];
+    REAL x0[8];
+    NAME(load_8)(x0, args[0], c0a);
+    NAME(move_circle_prepare_m)(x0, prepared);
+}
+
 WIDE static void NAME(move_circle_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
@@ -11573,7 +14697,8 @@ WIDE static void NAME(move_circle_block)(intptr_t n, char **args, const intptr_t
 void NAME(move_circle_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{8, 1, 0, {8}}, {10, 1, 1, {10}}, {10, 1, 2, {10}}};
-    static const struct kernel kernel = {{NAME(move_circle_block), NULL, NULL, NULL}, 0, 2, 3, parts};
+    static const struct form forms[] = {{1, 2, NAME(move_circle_start_m), NAME(move_circle_block_m), NULL}};
+    static const struct kernel kernel = {NAME(move_circle_block), NULL, 2, 3, 1, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -11641,6 +14766,171 @@ INLINE void NAME(move_plane)(const REAL *m, const REAL *x, REAL *out)
     out[3] = t43;
 }
 
+static INLINE void NAME(move_plane_prepare_m)(const REAL *m, REAL *prepared)
+{
+    const REAL m_1 = m[0];
+    const REAL m_e12 = m[1];
+    const REAL m_e13 = m[2];
+    const REAL m_e23 = m[3];
+    const REAL m_e1inf = m[4];
+    const REAL m_e2inf = m[5];
+    const REAL m_e3inf = m[6];
+    const REAL m_e123inf = m[7];
+    const REAL t0 = m_1 * m_e3inf;
+    const REAL t1 = m_e12 * m_e123inf;
+    const REAL t2 = t0 + t1;
+    const REAL t3 = m_e13 * m_e1inf;
+    const REAL t4 = t2 + t3;
+    const REAL t5 = m_e23 * m_e2inf;
+    const REAL t6 = t4 + t5;
+    const REAL t7 = t6 * (REAL)2;
+    const REAL t9 = m_1 * m_e2inf;
+    const REAL t10 = m_e12 * m_e1inf;
+    const REAL t11 = t9 + t10;
+    const REAL t12 = m_e13 * m_e123inf;
+    const REAL t13 = t11 - t12;
+    const REAL t14 = m_e23 * m_e3inf;
+    const REAL t15 = t13 - t14;
+    const REAL t16 = (REAL)2 * t15;
+    const REAL t19 = m_e12 * m_e2inf;
+    const REAL t20 = m_e13 * m_e3inf;
+    const REAL t21 = t19 + t20;
+    const REAL t22 = m_1 * m_e1inf;
+    const REAL t23 = t21 - t22;
+    const REAL t24 = m_e23 * m_e123inf;
+    const REAL t25 = t23 - t24;
+    const REAL t26 = (REAL)2 * t25;
+    const REAL t30 = m_e13 * m_e13;
+    const REAL t31 = m_e23 * m_e23;
+    const REAL t32 = t30 + t31;
+    const REAL t33 = (REAL)2 * t32;
+    const REAL t34 = (REAL)1 - t33;
+    const REAL t36 = m_1 * m_e23;
+    const REAL t37 = m_e12 * m_e13;
+    const REAL t38 = t36 + t37;
+    const REAL t39 = (REAL)2 * t38;
+    const REAL t42 = m_e12 * m_e23;
+    const REAL t43 = m_1 * m_e13;
+    const REAL t44 = t42 - t43;
+    const REAL t45 = (REAL)2 * t44;
+    const REAL t48 = m_e12 * m_e12;
+    const REAL t49 = t31 + t48;
+    const REAL t50 = (REAL)2 * t49;
+    const REAL t51 = (REAL)1 - t50;
+    const REAL t53 = t37 - t36;
+    const REAL t54 = (REAL)2 * t53;
+    const REAL t57 = m_1 * m_e12;
+    const REAL t58 = m_e13 * m_e23;
+    const REAL t59 = t57 + t58;
+    const REAL t60 = (REAL)2 * t59;
+    const REAL t63 = t42 + t43;
+    const REAL t64 = (REAL)2 * t63;
+    const REAL t66 = t58 - t57;
+    const REAL t67 = (REAL)2 * t66;
+    const REAL t70 = t30 + t48;
+    const REAL t71 = (REAL)2 * t70;
+    const REAL t72 = (REAL)1 - t71;
+    prepared[0] = t7;
+    prepared[1] = t16;
+    prepared[2] = t26;
+    prepared[3] = t34;
+    prepared[4] = t39;
+    prepared[5] = t45;
+    prepared[6] = t51;
+    prepared[7] = t54;
+    prepared[8] = t60;
+    prepared[9] = t64;
+    prepared[10] = t67;
+    prepared[11] = t72;
+}
+
+static INLINE void NAME(move_plane_apply_m)(const REAL *prepared, const REAL *x, REAL *out)
+{
+    const REAL t7 = prepared[0];
+    const REAL t16 = prepared[1];
+    const REAL t26 = prepared[2];
+    const REAL t34 = prepared[3];
+    const REAL t39 = prepared[4];
+    const REAL t45 = prepared[5];
+    const REAL t51 = prepared[6];
+    const REAL t54 = prepared[7];
+    const REAL t60 = prepared[8];
+    const REAL t64 = prepared[9];
+    const REAL t67 = prepared[10];
+    const REAL t72 = prepared[11];
+    const REAL x_e123inf = x[0];
+    const REAL x_e120inf = x[1];
+    const REAL x_e130inf = x[2];
+    const REAL x_e230inf = x[3];
+    const REAL t8 = x_e120inf * t7;
+    const REAL t17 = x_e130inf * t16;
+    const REAL t18 = t17 - t8;
+    const REAL t27 = x_e230inf * t26;
+    const REAL t28 = t18 + t27;
+    const REAL t29 = x_e123inf + t28;
+    const REAL t35 = x_e120inf * t34;
+    const REAL t40 = x_e130inf * t39;
+    const REAL t41 = t35 + t40;
+    const REAL t46 = x_e230inf * t45;
+    const REAL t47 = t41 + t46;
+    const REAL t52 = x_e130inf * t51;
+    const REAL t55 = x_e120inf * t54;
+    const REAL t56 = t55 + t52;
+    const REAL t61 = x_e230inf * t60;
+    const REAL t62 = t56 + t61;
+    const REAL t65 = x_e120inf * t64;
+    const REAL t68 = x_e130inf * t67;
+    const REAL t69 = t65 + t68;
+    const REAL t73 = x_e230inf * t72;
+    const REAL t74 = t69 + t73;
+    out[0] = t29;
+    out[1] = t47;
+    out[2] = t62;
+    out[3] = t74;
+}
+
+WIDE static void NAME(move_plane_block_m)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    const intptr_t c1a = strides[1], c2a = strides[2];
+    const REAL *prepared = (const REAL *)args[0];
+    char *a1 = args[1];
+    char *a2 = args[2];
+    ANY_ORDER
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
+        REAL x1[4];
+        REAL x2[4];
+        NAME(load_4)(x1, a1 + i * w, c1a);
+        NAME(move_plane_apply_m)(prepared, x1, x2);
+        NAME(store_4)(a2 + i * w, c2a, x2);
+    }
+}
+
+WIDE static void NAME(move_plane_dense_m)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    const REAL *prepared = (const REAL *)args[0];
+    char *a1 = args[1];
+    char *a2 = args[2];
+    ANY_ORDER
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
+        REAL x1[4];
+        REAL x2[4];
+        NAME(load_4)(x1, a1 + i * 4 * w, w);
+        NAME(move_plane_apply_m)(prepared, x1, x2);
+        NAME(store_4)(a2 + i * 4 * w, w, x2);
+    }
+}
+
+static void NAME(move_plane_start_m)(char **args, const intptr_t *strides, void *prepared)
+{
+    const intptr_t c0a = strides[0];
+    REAL x0[8];
+    NAME(load_8)(x0, args[0], c0a);
+    NAME(move_plane_prepare_m)(x0, prepared);
+}
+
 WIDE static void NAME(move_plane_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
@@ -11654,25 +14944,6 @@ WIDE static void NAME(move_plane_block)(intptr_t n, char **args, const intptr_t 
         REAL x1[4];
         REAL x2[4];
         NAME(load_8)(x0, a0 + i * w, c0a);
-        NAME(load_4)(x1, a1 + i * w, c1a);
-        NAME(move_plane)(x0, x1, x2);
-        NAME(store_4)(a2 + i * w, c2a, x2);
-    }
-}
-
-WIDE static void NAME(move_plane_block_uniform)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    REAL x0[8];
-    NAME(load_8)(x0, a0, c0a);
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x1[4];
-        REAL x2[4];
         NAME(load_4)(x1, a1 + i * w, c1a);
         NAME(move_plane)(x0, x1, x2);
         NAME(store_4)(a2 + i * w, c2a, x2);
@@ -11698,30 +14969,12 @@ WIDE static void NAME(move_plane_dense)(intptr_t n, char **args, const intptr_t 
     }
 }
 
-WIDE static void NAME(move_plane_dense_uniform)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    REAL x0[8];
-    NAME(load_8)(x0, a0, w);
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x1[4];
-        REAL x2[4];
-        NAME(load_4)(x1, a1 + i * 4 * w, w);
-        NAME(move_plane)(x0, x1, x2);
-        NAME(store_4)(a2 + i * 4 * w, w, x2);
-    }
-}
-
 void NAME(move_plane_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{8, 1, 0, {8}}, {4, 1, 1, {4}}, {4, 1, 2, {4}}};
-    static const struct kernel kernel = {{NAME(move_plane_block), NAME(move_plane_block_uniform),
-        NAME(move_plane_dense), NAME(move_plane_dense_uniform)}, 1, 2, 3, parts};
+    static const struct form forms[] = {{1, 3, NAME(move_plane_start_m), NAME(move_plane_block_m),
+        NAME(move_plane_dense_m)}};
+    static const struct kernel kernel = {NAME(move_plane_block), NAME(move_plane_dense), 2, 3, 1, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -11812,6 +15065,186 @@ INLINE void NAME(move_sphere)(const REAL *m, const REAL *x, REAL *out)
     out[4] = t64;
 }
 
+static INLINE void NAME(move_sphere_prepare_m)(const REAL *m, REAL *prepared)
+{
+    const REAL m_1 = m[0];
+    const REAL m_e12 = m[1];
+    const REAL m_e13 = m[2];
+    const REAL m_e23 = m[3];
+    const REAL m_e1inf = m[4];
+    const REAL m_e2inf = m[5];
+    const REAL m_e3inf = m[6];
+    const REAL m_e123inf = m[7];
+    const REAL t0 = m_e1inf * m_e1inf;
+    const REAL t1 = m_e2inf * m_e2inf;
+    const REAL t2 = t0 + t1;
+    const REAL t3 = m_e3inf * m_e3inf;
+    const REAL t4 = t2 + t3;
+    const REAL t5 = m_e123inf * m_e123inf;
+    const REAL t6 = t4 + t5;
+    const REAL t7 = t6 * (REAL)2;
+    const REAL t9 = m_1 * m_e3inf;
+    const REAL t10 = m_e12 * m_e123inf;
+    const REAL t11 = t9 + t10;
+    const REAL t12 = m_e13 * m_e1inf;
+    const REAL t13 = m_e23 * m_e2inf;
+    const REAL t14 = t12 + t13;
+    const REAL t15 = t11 + t14;
+    const REAL t16 = (REAL)2 * t15;
+    const REAL t19 = m_1 * m_e2inf;
+    const REAL t20 = m_e13 * m_e123inf;
+    const REAL t21 = t19 - t20;
+    const REAL t22 = m_e12 * m_e1inf;
+    const REAL t23 = m_e23 * m_e3inf;
+    const REAL t24 = t22 - t23;
+    const REAL t25 = t21 + t24;
+    const REAL t26 = (REAL)2 * t25;
+    const REAL t29 = m_e12 * m_e2inf;
+    const REAL t30 = m_e13 * m_e3inf;
+    const REAL t31 = t29 + t30;
+    const REAL t32 = m_1 * m_e1inf;
+    const REAL t33 = m_e23 * m_e123inf;
+    const REAL t34 = t32 + t33;
+    const REAL t35 = t31 - t34;
+    const REAL t36 = (REAL)2 * t35;
+    const REAL t40 = t11 - t14;
+    const REAL t41 = (REAL)2 * t40;
+    const REAL t43 = m_e13 * m_e13;
+    const REAL t44 = m_e23 * m_e23;
+    const REAL t45 = t43 + t44;
+    const REAL t46 = (REAL)2 * t45;
+    const REAL t47 = (REAL)1 - t46;
+    const REAL t50 = m_1 * m_e23;
+    const REAL t51 = m_e12 * m_e13;
+    const REAL t52 = t50 + t51;
+    const REAL t53 = (REAL)2 * t52;
+    const REAL t56 = m_e12 * m_e23;
+    const REAL t57 = m_1 * m_e13;
+    const REAL t58 = t56 - t57;
+    const REAL t59 = (REAL)2 * t58;
+    const REAL t62 = t24 - t21;
+    const REAL t63 = (REAL)2 * t62;
+    const REAL t65 = t51 - t50;
+    const REAL t66 = (REAL)2 * t65;
+    const REAL t69 = m_e12 * m_e12;
+    const REAL t70 = t44 + t69;
+    const REAL t71 = (REAL)2 * t70;
+    const REAL t72 = (REAL)1 - t71;
+    const REAL t75 = m_1 * m_e12;
+    const REAL t76 = m_e13 * m_e23;
+    const REAL t77 = t75 + t76;
+    const REAL t78 = (REAL)2 * t77;
+    const REAL t81 = t31 + t34;
+    const REAL t82 = (REAL)2 * t81;
+    const REAL t84 = t56 + t57;
+    const REAL t85 = (REAL)2 * t84;
+    const REAL t88 = t76 - t75;
+    const REAL t89 = (REAL)2 * t88;
+    const REAL t92 = t43 + t69;
+    const REAL t93 = (REAL)2 * t92;
+    const REAL t94 = (REAL)1 - t93;
+    prepared[0] = t7;
+    prepared[1] = t16;
+    prepared[2] = t26;
+    prepared[3] = t36;
+    prepared[4] = t41;
+    prepared[5] = t47;
+    prepared[6] = t53;
+    prepared[7] = t59;
+    prepared[8] = t63;
+    prepared[9] = t66;
+    prepared[10] = t72;
+    prepared[11] = t78;
+    prepared[12] = t82;
+    prepared[13] = t85;
+    prepared[14] = t89;
+    prepared[15] = t94;
+}
+
+static INLINE void NAME(move_sphere_apply_m)(const REAL *prepared, const REAL *x, REAL *out)
+{
+    const REAL t7 = prepared[0];
+    const REAL t16 = prepared[1];
+    const REAL t26 = prepared[2];
+    const REAL t36 = prepared[3];
+    const REAL t41 = prepared[4];
+    const REAL t47 = prepared[5];
+    const REAL t53 = prepared[6];
+    const REAL t59 = prepared[7];
+    const REAL t63 = prepared[8];
+    const REAL t66 = prepared[9];
+    const REAL t72 = prepared[10];
+    const REAL t78 = prepared[11];
+    const REAL t82 = prepared[12];
+    const REAL t85 = prepared[13];
+    const REAL t89 = prepared[14];
+    const REAL t94 = prepared[15];
+    const REAL x_e1230 = x[0];
+    const REAL x_e123inf = x[1];
+    const REAL x_e120inf = x[2];
+    const REAL x_e130inf = x[3];
+    const REAL x_e230inf = x[4];
+    const REAL t8 = x_e1230 * t7;
+    const REAL t17 = x_e120inf * t16;
+    const REAL t18 = t8 + t17;
+    const REAL t27 = x_e130inf * t26;
+    const REAL t28 = t27 - t18;
+    const REAL t37 = x_e230inf * t36;
+    const REAL t38 = t28 + t37;
+    const REAL t39 = x_e123inf + t38;
+    const REAL t42 = x_e1230 * t41;
+    const REAL t48 = x_e120inf * t47;
+    const REAL t49 = t42 + t48;
+    const REAL t54 = x_e130inf * t53;
+    const REAL t55 = t49 + t54;
+    const REAL t60 = x_e230inf * t59;
+    const REAL t61 = t55 + t60;
+    const REAL t64 = x_e1230 * t63;
+    const REAL t67 = x_e120inf * t66;
+    const REAL t68 = t64 + t67;
+    const REAL t73 = x_e130inf * t72;
+    const REAL t74 = t68 + t73;
+    const REAL t79 = x_e230inf * t78;
+    const REAL t80 = t74 + t79;
+    const REAL t83 = x_e1230 * t82;
+    const REAL t86 = x_e120inf * t85;
+    const REAL t87 = t83 + t86;
+    const REAL t90 = x_e130inf * t89;
+    const REAL t91 = t87 + t90;
+    const REAL t95 = x_e230inf * t94;
+    const REAL t96 = t91 + t95;
+    out[0] = x_e1230;
+    out[1] = t39;
+    out[2] = t61;
+    out[3] = t80;
+    out[4] = t96;
+}
+
+WIDE static void NAME(move_sphere_block_m)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    const intptr_t c1a = strides[1], c2a = strides[2];
+    const REAL *prepared = (const REAL *)args[0];
+    char *a1 = args[1];
+    char *a2 = args[2];
+    ANY_ORDER
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
+        REAL x1[5];
+        REAL x2[5];
+        NAME(load_5)(x1, a1 + i * w, c1a);
+        NAME(move_sphere_apply_m)(prepared, x1, x2);
+        NAME(store_5)(a2 + i * w, c2a, x2);
+    }
+}
+
+static void NAME(move_sphere_start_m)(char **args, const intptr_t *strides, void *prepared)
+{
+    const intptr_t c0a = strides[0];
+    REAL x0[8];
+    NAME(load_8)(x0, args[0], c0a);
+    NAME(move_sphere_prepare_m)(x0, prepared);
+}
+
 WIDE static void NAME(move_sphere_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
@@ -11831,30 +15264,11 @@ WIDE static void NAME(move_sphere_block)(intptr_t n, char **args, const intptr_t
     }
 }
 
-WIDE static void NAME(move_sphere_block_uniform)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    REAL x0[8];
-    NAME(load_8)(x0, a0, c0a);
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x1[5];
-        REAL x2[5];
-        NAME(load_5)(x1, a1 + i * w, c1a);
-        NAME(move_sphere)(x0, x1, x2);
-        NAME(store_5)(a2 + i * w, c2a, x2);
-    }
-}
-
 void NAME(move_sphere_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{8, 1, 0, {8}}, {5, 1, 1, {5}}, {5, 1, 2, {5}}};
-    static const struct kernel kernel = {{NAME(move_sphere_block), NAME(move_sphere_block_uniform), NULL, NULL}, 1,
-        2, 3, parts};
+    static const struct form forms[] = {{1, 2, NAME(move_sphere_start_m), NAME(move_sphere_block_m), NULL}};
+    static const struct kernel kernel = {NAME(move_sphere_block), NULL, 2, 3, 1, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -12094,6 +15508,384 @@ INLINE void NAME(transform_vector)(const REAL *v, const REAL *x, REAL *out)
     out[4] = t205;
 }
 
+static INLINE void NAME(transform_vector_prepare_v)(const REAL *v, REAL *prepared)
+{
+    const REAL v_1 = v[0];
+    const REAL v_e12 = v[1];
+    const REAL v_e13 = v[2];
+    const REAL v_e23 = v[3];
+    const REAL v_e10 = v[4];
+    const REAL v_e20 = v[5];
+    const REAL v_e30 = v[6];
+    const REAL v_e1inf = v[7];
+    const REAL v_e2inf = v[8];
+    const REAL v_e3inf = v[9];
+    const REAL v_e0inf = v[10];
+    const REAL v_e1230 = v[11];
+    const REAL v_e123inf = v[12];
+    const REAL v_e120inf = v[13];
+    const REAL v_e130inf = v[14];
+    const REAL v_e230inf = v[15];
+    const REAL t0 = v_1 * v_e12;
+    const REAL t1 = v_e30 * v_e123inf;
+    const REAL t2 = t0 - t1;
+    const REAL t3 = v_e3inf * v_e1230;
+    const REAL t4 = v_e0inf * v_e120inf;
+    const REAL t5 = t3 + t4;
+    const REAL t6 = t2 - t5;
+    const REAL t7 = v_e13 * v_e23;
+    const REAL t8 = v_e10 * v_e2inf;
+    const REAL t9 = t7 - t8;
+    const REAL t10 = v_e20 * v_e1inf;
+    const REAL t11 = v_e130inf * v_e230inf;
+    const REAL t12 = t10 + t11;
+    const REAL t13 = t9 - t12;
+    const REAL t14 = t6 - t13;
+    const REAL t15 = (REAL)2 * t14;
+    const REAL t17 = v_e120inf * v_e120inf;
+    const REAL t18 = v_e130inf * v_e130inf;
+    const REAL t19 = t17 + t18;
+    const REAL t20 = v_e12 * v_e12;
+    const REAL t21 = v_e13 * v_e13;
+    const REAL t22 = t20 + t21;
+    const REAL t23 = t19 - t22;
+    const REAL t24 = t23 * (REAL)2;
+    const REAL t25 = v_e10 * v_e1inf;
+    const REAL t26 = v_e1230 * v_e123inf;
+    const REAL t27 = t25 + t26;
+    const REAL t28 = t27 * (REAL)4;
+    const REAL t29 = t24 + t28;
+    const REAL t30 = (REAL)1 + t29;
+    const REAL t33 = v_1 * v_e13;
+    const REAL t34 = v_e20 * v_e123inf;
+    const REAL t35 = t33 + t34;
+    const REAL t36 = v_e2inf * v_e1230;
+    const REAL t37 = v_e0inf * v_e130inf;
+    const REAL t38 = t36 - t37;
+    const REAL t39 = t35 + t38;
+    const REAL t40 = v_e12 * v_e23;
+    const REAL t41 = v_e10 * v_e3inf;
+    const REAL t42 = t40 + t41;
+    const REAL t43 = v_e30 * v_e1inf;
+    const REAL t44 = v_e120inf * v_e230inf;
+    const REAL t45 = t43 - t44;
+    const REAL t46 = t42 + t45;
+    const REAL t47 = t39 + t46;
+    const REAL t48 = (REAL)2 * t47;
+    const REAL t51 = v_1 - v_e0inf;
+    const REAL t52 = v_e1inf * t51;
+    const REAL t53 = v_e12 - v_e120inf;
+    const REAL t54 = v_e2inf * t53;
+    const REAL t55 = t52 + t54;
+    const REAL t56 = v_e13 - v_e130inf;
+    const REAL t57 = v_e3inf * t56;
+    const REAL t58 = t55 + t57;
+    const REAL t59 = v_e23 - v_e230inf;
+    const REAL t60 = v_e123inf * t59;
+    const REAL t61 = t58 + t60;
+    const REAL t62 = (REAL)2 * t61;
+    const REAL t65 = v_1 + v_e0inf;
+    const REAL t66 = v_e10 * t65;
+    const REAL t67 = v_e12 + v_e120inf;
+    const REAL t68 = v_e20 * t67;
+    const REAL t69 = t66 + t68;
+    const REAL t70 = v_e13 + v_e130inf;
+    const REAL t71 = v_e30 * t70;
+    const REAL t72 = t69 + t71;
+    const REAL t73 = v_e23 + v_e230inf;
+    const REAL t74 = v_e1230 * t73;
+    const REAL t75 = t72 + t74;
+    const REAL t76 = (REAL)2 * t75;
+    const REAL t79 = t6 + t13;
+    const REAL t80 = (REAL)2 * t79;
+    const REAL t82 = t17 - t20;
+    const REAL t83 = v_e23 * v_e23;
+    const REAL t84 = v_e230inf * v_e230inf;
+    const REAL t85 = t83 - t84;
+    const REAL t86 = t82 - t85;
+    const REAL t87 = (REAL)2 * t86;
+    const REAL t88 = v_e20 * v_e2inf;
+    const REAL t89 = t26 + t88;
+    const REAL t90 = (REAL)4 * t89;
+    const REAL t91 = t87 + t90;
+    const REAL t92 = (REAL)1 + t91;
+    const REAL t95 = v_1 * v_e23;
+    const REAL t96 = v_e10 * v_e123inf;
+    const REAL t97 = t95 - t96;
+    const REAL t98 = v_e1inf * v_e1230;
+    const REAL t99 = v_e0inf * v_e230inf;
+    const REAL t100 = t98 + t99;
+    const REAL t101 = t97 - t100;
+    const REAL t102 = v_e12 * v_e13;
+    const REAL t103 = v_e20 * v_e3inf;
+    const REAL t104 = t102 - t103;
+    const REAL t105 = v_e30 * v_e2inf;
+    const REAL t106 = v_e120inf * v_e130inf;
+    const REAL t107 = t105 + t106;
+    const REAL t108 = t104 - t107;
+    const REAL t109 = t101 - t108;
+    const REAL t110 = (REAL)2 * t109;
+    const REAL t113 = v_e1inf * t53;
+    const REAL t114 = v_e123inf * t56;
+    const REAL t115 = t113 + t114;
+    const REAL t116 = v_e2inf * t51;
+    const REAL t117 = t115 - t116;
+    const REAL t118 = v_e3inf * t59;
+    const REAL t119 = t117 - t118;
+    const REAL t120 = (REAL)2 * t119;
+    const REAL t123 = v_e10 * t67;
+    const REAL t124 = v_e1230 * t70;
+    const REAL t125 = t123 + t124;
+    const REAL t126 = v_e20 * t65;
+    const REAL t127 = t125 - t126;
+    const REAL t128 = v_e30 * t73;
+    const REAL t129 = t127 - t128;
+    const REAL t130 = (REAL)2 * t129;
+    const REAL t133 = t46 - t39;
+    const REAL t134 = (REAL)2 * t133;
+    const REAL t136 = t101 + t108;
+    const REAL t137 = (REAL)2 * t136;
+    const REAL t140 = t18 - t21;
+    const REAL t141 = t140 - t85;
+    const REAL t142 = (REAL)2 * t141;
+    const REAL t143 = v_e30 * v_e3inf;
+    const REAL t144 = t26 + t143;
+    const REAL t145 = (REAL)4 * t144;
+    const REAL t146 = t142 + t145;
+    const REAL t147 = (REAL)1 + t146;
+    const REAL t150 = v_e1inf * t56;
+    const REAL t151 = v_e2inf * t59;
+    const REAL t152 = t150 + t151;
+    const REAL t153 = v_e3inf * t51;
+    const REAL t154 = t152 - t153;
+    const REAL t155 = v_e123inf * t53;
+    const REAL t156 = t154 - t155;
+    const REAL t157 = (REAL)2 * t156;
+    const REAL t160 = v_e10 * t70;
+    const REAL t161 = v_e20 * t73;
+    const REAL t162 = t160 + t161;
+    const REAL t163 = v_e30 * t65;
+    const REAL t164 = t162 - t163;
+    const REAL t165 = v_e1230 * t67;
+    const REAL t166 = t164 - t165;
+    const REAL t167 = (REAL)2 * t166;
+    const REAL t170 = v_e20 * t53;
+    const REAL t171 = v_e30 * t56;
+    const REAL t172 = t170 + t171;
+    const REAL t173 = v_e10 * t51;
+    const REAL t174 = t172 - t173;
+    const REAL t175 = v_e1230 * t59;
+    const REAL t176 = t174 - t175;
+    const REAL t177 = (REAL)2 * t176;
+    const REAL t179 = v_e30 * t59;
+    const REAL t180 = v_e1230 * t56;
+    const REAL t181 = t179 + t180;
+    const REAL t182 = v_e10 * t53;
+    const REAL t183 = t181 - t182;
+    const REAL t184 = v_e20 * t51;
+    const REAL t185 = t183 - t184;
+    const REAL t186 = (REAL)2 * t185;
+    const REAL t189 = v_e10 * t56;
+    const REAL t190 = v_e20 * t59;
+    const REAL t191 = t189 + t190;
+    const REAL t192 = v_e30 * t51;
+    const REAL t193 = t191 + t192;
+    const REAL t194 = v_e1230 * t53;
+    const REAL t195 = t193 + t194;
+    const REAL t196 = (REAL)2 * t195;
+    const REAL t199 = t19 + t22;
+    const REAL t200 = v_1 * v_1;
+    const REAL t201 = t83 + t200;
+    const REAL t202 = v_e0inf * v_e0inf;
+    const REAL t203 = t84 + t202;
+    const REAL t204 = t201 + t203;
+    const REAL t205 = t199 + t204;
+    const REAL t206 = v_1 * v_e0inf;
+    const REAL t207 = v_e12 * v_e120inf;
+    const REAL t208 = t206 + t207;
+    const REAL t209 = v_e13 * v_e130inf;
+    const REAL t210 = v_e23 * v_e230inf;
+    const REAL t211 = t209 + t210;
+    const REAL t212 = t208 + t211;
+    const REAL t213 = (REAL)2 * t212;
+    const REAL t214 = t205 - t213;
+    const REAL t217 = v_e10 * v_e10;
+    const REAL t218 = v_e20 * v_e20;
+    const REAL t219 = t217 + t218;
+    const REAL t220 = v_e30 * v_e30;
+    const REAL t221 = t219 + t220;
+    const REAL t222 = v_e1230 * v_e1230;
+    const REAL t223 = t221 + t222;
+    const REAL t224 = (REAL)2 * t223;
+    const REAL t227 = v_e2inf * t67;
+    const REAL t228 = v_e3inf * t70;
+    const REAL t229 = t227 + t228;
+    const REAL t230 = v_e1inf * t65;
+    const REAL t231 = t229 - t230;
+    const REAL t232 = v_e123inf * t73;
+    const REAL t233 = t231 - t232;
+    const REAL t234 = (REAL)2 * t233;
+    const REAL t236 = v_e3inf * t73;
+    const REAL t237 = v_e123inf * t70;
+    const REAL t238 = t236 + t237;
+    const REAL t239 = v_e1inf * t67;
+    const REAL t240 = t238 - t239;
+    const REAL t241 = v_e2inf * t65;
+    const REAL t242 = t240 - t241;
+    const REAL t243 = (REAL)2 * t242;
+    const REAL t246 = v_e1inf * t70;
+    const REAL t247 = v_e2inf * t73;
+    const REAL t248 = t246 + t247;
+    const REAL t249 = v_e3inf * t65;
+    const REAL t250 = t248 + t249;
+    const REAL t251 = v_e123inf * t67;
+    const REAL t252 = t250 + t251;
+    const REAL t253 = (REAL)2 * t252;
+    const REAL t256 = v_e1inf * v_e1inf;
+    const REAL t257 = v_e2inf * v_e2inf;
+    const REAL t258 = t256 + t257;
+    const REAL t259 = v_e3inf * v_e3inf;
+    const REAL t260 = t258 + t259;
+    const REAL t261 = v_e123inf * v_e123inf;
+    const REAL t262 = t260 + t261;
+    const REAL t263 = (REAL)2 * t262;
+    const REAL t266 = t213 + t205;
+    prepared[0] = t15;
+    prepared[1] = t30;
+    prepared[2] = t48;
+    prepared[3] = t62;
+    prepared[4] = t76;
+    prepared[5] = t80;
+    prepared[6] = t92;
+    prepared[7] = t110;
+    prepared[8] = t120;
+    prepared[9] = t130;
+    prepared[10] = t134;
+    prepared[11] = t137;
+    prepared[12] = t147;
+    prepared[13] = t157;
+    prepared[14] = t167;
+    prepared[15] = t177;
+    prepared[16] = t186;
+    prepared[17] = t196;
+    prepared[18] = t214;
+    prepared[19] = t224;
+    prepared[20] = t234;
+    prepared[21] = t243;
+    prepared[22] = t253;
+    prepared[23] = t263;
+    prepared[24] = t266;
+}
+
+static INLINE void NAME(transform_vector_apply_v)(const REAL *prepared, const REAL *x, REAL *out)
+{
+    const REAL t15 = prepared[0];
+    const REAL t30 = prepared[1];
+    const REAL t48 = prepared[2];
+    const REAL t62 = prepared[3];
+    const REAL t76 = prepared[4];
+    const REAL t80 = prepared[5];
+    const REAL t92 = prepared[6];
+    const REAL t110 = prepared[7];
+    const REAL t120 = prepared[8];
+    const REAL t130 = prepared[9];
+    const REAL t134 = prepared[10];
+    const REAL t137 = prepared[11];
+    const REAL t147 = prepared[12];
+    const REAL t157 = prepared[13];
+    const REAL t167 = prepared[14];
+    const REAL t177 = prepared[15];
+    const REAL t186 = prepared[16];
+    const REAL t196 = prepared[17];
+    const REAL t214 = prepared[18];
+    const REAL t224 = prepared[19];
+    const REAL t234 = prepared[20];
+    const REAL t243 = prepared[21];
+    const REAL t253 = prepared[22];
+    const REAL t263 = prepared[23];
+    const REAL t266 = prepared[24];
+    const REAL x_e1 = x[0];
+    const REAL x_e2 = x[1];
+    const REAL x_e3 = x[2];
+    const REAL x_e0 = x[3];
+    const REAL x_einf = x[4];
+    const REAL t16 = x_e2 * t15;
+    const REAL t31 = x_e1 * t30;
+    const REAL t32 = t31 + t16;
+    const REAL t49 = x_e3 * t48;
+    const REAL t50 = t32 + t49;
+    const REAL t63 = x_e0 * t62;
+    const REAL t64 = t50 - t63;
+    const REAL t77 = x_einf * t76;
+    const REAL t78 = t64 - t77;
+    const REAL t81 = x_e1 * t80;
+    const REAL t93 = x_e2 * t92;
+    const REAL t94 = t93 - t81;
+    const REAL t111 = x_e3 * t110;
+    const REAL t112 = t94 + t111;
+    const REAL t121 = x_e0 * t120;
+    const REAL t122 = t112 + t121;
+    const REAL t131 = x_einf * t130;
+    const REAL t132 = t122 + t131;
+    const REAL t135 = x_e1 * t134;
+    const REAL t138 = x_e2 * t137;
+    const REAL t139 = t135 - t138;
+    const REAL t148 = x_e3 * t147;
+    const REAL t149 = t139 + t148;
+    const REAL t158 = x_e0 * t157;
+    const REAL t159 = t149 + t158;
+    const REAL t168 = x_einf * t167;
+    const REAL t169 = t159 + t168;
+    const REAL t178 = x_e1 * t177;
+    const REAL t187 = x_e2 * t186;
+    const REAL t188 = t178 + t187;
+    const REAL t197 = x_e3 * t196;
+    const REAL t198 = t188 - t197;
+    const REAL t215 = x_e0 * t214;
+    const REAL t216 = t198 + t215;
+    const REAL t225 = x_einf * t224;
+    const REAL t226 = t216 + t225;
+    const REAL t235 = x_e1 * t234;
+    const REAL t244 = x_e2 * t243;
+    const REAL t245 = t235 + t244;
+    const REAL t254 = x_e3 * t253;
+    const REAL t255 = t245 - t254;
+    const REAL t264 = x_e0 * t263;
+    const REAL t265 = t255 + t264;
+    const REAL t267 = x_einf * t266;
+    const REAL t268 = t265 + t267;
+    out[0] = t78;
+    out[1] = t132;
+    out[2] = t169;
+    out[3] = t226;
+    out[4] = t268;
+}
+
+WIDE static void NAME(transform_vector_block_v)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    const intptr_t c1a = strides[1], c2a = strides[2];
+    const REAL *prepared = (const REAL *)args[0];
+    char *a1 = args[1];
+    char *a2 = args[2];
+    ANY_ORDER
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
+        REAL x1[5];
+        REAL x2[5];
+        NAME(load_5)(x1, a1 + i * w, c1a);
+        NAME(transform_vector_apply_v)(prepared, x1, x2);
+        NAME(store_5)(a2 + i * w, c2a, x2);
+    }
+}
+
+static void NAME(transform_vector_start_v)(char **args, const intptr_t *strides, void *prepared)
+{
+    const intptr_t c0a = strides[0];
+    REAL x0[16];
+    NAME(load_16)(x0, args[0], c0a);
+    NAME(transform_vector_prepare_v)(x0, prepared);
+}
+
 WIDE static void NAME(transform_vector_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
@@ -12116,7 +15908,9 @@ WIDE static void NAME(transform_vector_block)(intptr_t n, char **args, const int
 void NAME(transform_vector_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{16, 1, 0, {16}}, {5, 1, 1, {5}}, {5, 1, 2, {5}}};
-    static const struct kernel kernel = {{NAME(transform_vector_block), NULL, NULL, NULL}, 0, 2, 3, parts};
+    static const struct form forms[] = {{1, 2, NAME(transform_vector_start_v), NAME(transform_vector_block_v),
+        NULL}};
+    static const struct kernel kernel = {NAME(transform_vector_block), NULL, 2, 3, 1, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -12176,6 +15970,123 @@ INLINE void NAME(reflect_point)(const REAL *p, const REAL *plane, REAL *out)
     out[2] = t41;
 }
 
+static INLINE void NAME(reflect_point_prepare_plane)(const REAL *plane, REAL *prepared)
+{
+    const REAL plane_e1 = plane[0];
+    const REAL plane_e2 = plane[1];
+    const REAL plane_e3 = plane[2];
+    const REAL plane_einf = plane[3];
+    const REAL t0 = plane_e1 * plane_e1;
+    const REAL t1 = plane_e2 * plane_e2;
+    const REAL t2 = t0 + t1;
+    const REAL t3 = plane_e3 * plane_e3;
+    const REAL t4 = t2 + t3;
+    const REAL t5 = (REAL)2 / t4;
+    const REAL t6 = plane_e1 * t5;
+    const REAL t7 = plane_e1 * t6;
+    const REAL t8 = (REAL)1 - t7;
+    const REAL t10 = plane_e2 * t6;
+    const REAL t13 = plane_e3 * t6;
+    const REAL t16 = plane_einf * t6;
+    const REAL t18 = plane_e2 * t5;
+    const REAL t19 = plane_e2 * t18;
+    const REAL t20 = (REAL)1 - t19;
+    const REAL t24 = plane_e3 * t18;
+    const REAL t27 = plane_einf * t18;
+    const REAL t32 = t3 * t5;
+    const REAL t33 = (REAL)1 - t32;
+    const REAL t36 = plane_e3 * plane_einf;
+    const REAL t37 = t5 * t36;
+    prepared[0] = t8;
+    prepared[1] = t10;
+    prepared[2] = t13;
+    prepared[3] = t16;
+    prepared[4] = t20;
+    prepared[5] = t24;
+    prepared[6] = t27;
+    prepared[7] = t33;
+    prepared[8] = t37;
+}
+
+static INLINE void NAME(reflect_point_apply_plane)(const REAL *prepared, const REAL *p, REAL *out)
+{
+    const REAL t8 = prepared[0];
+    const REAL t10 = prepared[1];
+    const REAL t13 = prepared[2];
+    const REAL t16 = prepared[3];
+    const REAL t20 = prepared[4];
+    const REAL t24 = prepared[5];
+    const REAL t27 = prepared[6];
+    const REAL t33 = prepared[7];
+    const REAL t37 = prepared[8];
+    const REAL p_e1 = p[0];
+    const REAL p_e2 = p[1];
+    const REAL p_e3 = p[2];
+    const REAL t9 = p_e1 * t8;
+    const REAL t11 = p_e2 * t10;
+    const REAL t12 = t9 - t11;
+    const REAL t14 = p_e3 * t13;
+    const REAL t15 = t12 - t14;
+    const REAL t17 = t15 + t16;
+    const REAL t21 = p_e2 * t20;
+    const REAL t22 = p_e1 * t10;
+    const REAL t23 = t21 - t22;
+    const REAL t25 = p_e3 * t24;
+    const REAL t26 = t23 - t25;
+    const REAL t28 = t26 + t27;
+    const REAL t29 = p_e1 * t13;
+    const REAL t30 = p_e2 * t24;
+    const REAL t31 = t29 + t30;
+    const REAL t34 = p_e3 * t33;
+    const REAL t35 = t34 - t31;
+    const REAL t38 = t35 + t37;
+    out[0] = t17;
+    out[1] = t28;
+    out[2] = t38;
+}
+
+WIDE static void NAME(reflect_point_block_plane)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    const intptr_t c0a = strides[0], c2a = strides[2];
+    const REAL *prepared = (const REAL *)args[1];
+    char *a0 = args[0];
+    char *a2 = args[2];
+    ANY_ORDER
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
+        REAL x0[3];
+        REAL x2[3];
+        NAME(load_3)(x0, a0 + i * w, c0a);
+        NAME(reflect_point_apply_plane)(prepared, x0, x2);
+        NAME(store_3)(a2 + i * w, c2a, x2);
+    }
+}
+
+WIDE static void NAME(reflect_point_dense_plane)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    const REAL *prepared = (const REAL *)args[1];
+    char *a0 = args[0];
+    char *a2 = args[2];
+    ANY_ORDER
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
+        REAL x0[3];
+        REAL x2[3];
+        NAME(load_3)(x0, a0 + i * 3 * w, w);
+        NAME(reflect_point_apply_plane)(prepared, x0, x2);
+        NAME(store_3)(a2 + i * 3 * w, w, x2);
+    }
+}
+
+static void NAME(reflect_point_start_plane)(char **args, const intptr_t *strides, void *prepared)
+{
+    const intptr_t c1a = strides[1];
+    REAL x1[4];
+    NAME(load_4)(x1, args[1], c1a);
+    NAME(reflect_point_prepare_plane)(x1, prepared);
+}
+
 WIDE static void NAME(reflect_point_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
@@ -12190,25 +16101,6 @@ WIDE static void NAME(reflect_point_block)(intptr_t n, char **args, const intptr
         REAL x2[3];
         NAME(load_3)(x0, a0 + i * w, c0a);
         NAME(load_4)(x1, a1 + i * w, c1a);
-        NAME(reflect_point)(x0, x1, x2);
-        NAME(store_3)(a2 + i * w, c2a, x2);
-    }
-}
-
-WIDE static void NAME(reflect_point_block_uniform)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    REAL x1[4];
-    NAME(load_4)(x1, a1, c1a);
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[3];
-        REAL x2[3];
-        NAME(load_3)(x0, a0 + i * w, c0a);
         NAME(reflect_point)(x0, x1, x2);
         NAME(store_3)(a2 + i * w, c2a, x2);
     }
@@ -12233,30 +16125,13 @@ WIDE static void NAME(reflect_point_dense)(intptr_t n, char **args, const intptr
     }
 }
 
-WIDE static void NAME(reflect_point_dense_uniform)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    REAL x1[4];
-    NAME(load_4)(x1, a1, w);
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[3];
-        REAL x2[3];
-        NAME(load_3)(x0, a0 + i * 3 * w, w);
-        NAME(reflect_point)(x0, x1, x2);
-        NAME(store_3)(a2 + i * 3 * w, w, x2);
-    }
-}
-
 void NAME(reflect_point_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {4, 1, 1, {4}}, {3, 1, 2, {3}}};
-    static const struct kernel kernel = {{NAME(reflect_point_block), NAME(reflect_point_block_uniform),
-        NAME(reflect_point_dense), NAME(reflect_point_dense_uniform)}, 2, 2, 3, parts};
+    static const struct form forms[] = {{2, 1, NAME(reflect_point_start_plane), NAME(reflect_point_block_plane),
+        NAME(reflect_point_dense_plane)}};
+    static const struct kernel kernel = {NAME(reflect_point_block), NAME(reflect_point_dense), 2, 3, 1, parts,
+        forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -12372,30 +16247,10 @@ WIDE static void NAME(invert_point_block)(intptr_t n, char **args, const intptr_
     }
 }
 
-WIDE static void NAME(invert_point_block_uniform)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    REAL x1[5];
-    NAME(load_5)(x1, a1, c1a);
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[3];
-        REAL x2[3];
-        NAME(load_3)(x0, a0 + i * w, c0a);
-        NAME(invert_point)(x0, x1, x2);
-        NAME(store_3)(a2 + i * w, c2a, x2);
-    }
-}
-
 void NAME(invert_point_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {5, 1, 1, {5}}, {3, 1, 2, {3}}};
-    static const struct kernel kernel = {{NAME(invert_point_block), NAME(invert_point_block_uniform), NULL, NULL},
-        2, 2, 3, parts};
+    static const struct kernel kernel = {NAME(invert_point_block), NULL, 2, 3, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 #endif

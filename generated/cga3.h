@@ -2,7 +2,7 @@
 // command: gac generate --all cga3
 // spec: 11cb9c657d27fe0e
 // contraction: -ffp-contract=off (every operation is rounded once)
-// body: da6f0d16c34b88bdce117238e51c8168bd5218543218ceab2520a9a171374c35
+// body: 69d8790ad86fa1db2074e4ece817b33f2df84fa25c9782cc70faff893aefeb57
 /* cga3
    Conformal geometry of space in G(4,1) with the null basis ``e0, einf`` and ``einf . e0 = -1``.
    
@@ -282,6 +282,8 @@ void cga3_inner_product_of_vectors_loop_f32(char **args, const intptr_t *dimensi
      s[5]  CGA3.VECTOR: e1, e2, e3, e0, einf.
      out[1]  SCALAR.
    Costs 7 mul, 6 add, 1 div.
+   Where `s` stay the same for 2 elements or more: 4 mul, 0 add, 1 div once, then 3 mul, 6 add for each.
+   Where `p` stay the same for 2 elements or more: 3 mul, 2 add once, then 4 mul, 4 add, 1 div for each.
    Error: 37.6 ulp of the largest coefficient, 64 random inputs. */
 void cga3_power_of_point_f64(const double *p, const double *s, double *out);
 void cga3_power_of_point_f32(const float *p, const float *s, float *out);
@@ -293,6 +295,8 @@ void cga3_power_of_point_loop_f32(char **args, const intptr_t *dimensions, const
      plane[4]  CGA3.DUAL_PLANE: e1, e2, e3, einf.
      out[1]  SCALAR.
    Costs 6 mul, 5 add, 1 div, 1 sqrt.
+   Where `plane` stay the same for 2 elements or more: 7 mul, 2 add, 1 div, 1 sqrt once, then 3 mul, 3 add for
+   each.
    Error: 58.5 ulp of the largest coefficient, 64 random inputs. */
 void cga3_signed_distance_point_plane_f64(const double *p, const double *plane, double *out);
 void cga3_signed_distance_point_plane_f32(const float *p, const float *plane, float *out);
@@ -327,6 +331,9 @@ void cga3_point_pair_from_points_loop_f32(char **args, const intptr_t *dimension
      c[3]  CGA3.POINT: e1, e2, e3; with e0 = 1, einf = implied.
      out[10]  CGA3.CIRCLE: e123, e120, e130, e230, e12inf, e13inf, e23inf, e10inf, e20inf, e30inf.
    Costs 36 mul, 28 add.
+   Where `a` and `c` stay the same for 2 elements or more: 8 mul, 8 add once, then 28 mul, 20 add for each.
+   Where `b` and `c` stay the same for 2 elements or more: 8 mul, 8 add once, then 28 mul, 20 add for each.
+   Where `a` and `b` stay the same for 3 elements or more: 28 mul, 16 add once, then 27 mul, 22 add for each.
    Error: 4.5 ulp of the largest coefficient, 64 random inputs. */
 void cga3_circle_from_points_f64(const double *a, const double *b, const double *c, double *out);
 void cga3_circle_from_points_f32(const float *a, const float *b, const float *c, float *out);
@@ -340,6 +347,14 @@ void cga3_circle_from_points_loop_f32(char **args, const intptr_t *dimensions, c
      d[3]  CGA3.POINT: e1, e2, e3; with e0 = 1, einf = implied.
      out[5]  CGA3.SPHERE: e1230, e123inf, e120inf, e130inf, e230inf.
    Costs 44 mul, 37 add.
+   Where `a` and `b` and `c` stay the same for 3 elements or more: 55 mul, 36 add once, then 19 mul, 17 add for
+   each.
+   Where `a` and `b` and `d` stay the same for 3 elements or more: 55 mul, 36 add once, then 19 mul, 17 add for
+   each.
+   Where `a` and `c` and `d` stay the same for 3 elements or more: 55 mul, 36 add once, then 19 mul, 17 add for
+   each.
+   Where `b` and `c` and `d` stay the same for 3 elements or more: 55 mul, 36 add once, then 19 mul, 17 add for
+   each.
    Error: 11.7 ulp of the largest coefficient, 64 random inputs. */
 void cga3_sphere_from_points_f64(const double *a, const double *b, const double *c, const double *d, double *out);
 void cga3_sphere_from_points_f32(const float *a, const float *b, const float *c, const float *d, float *out);
@@ -576,6 +591,9 @@ void cga3_meet_sphere_plane_loop_f32(char **args, const intptr_t *dimensions, co
      c[5]  CGA3.SPHERE: e1230, e123inf, e120inf, e130inf, e230inf.
      out[10]  CGA3.POINT_PAIR: e12, e13, e23, e10, e20, e30, e1inf, e2inf, e3inf, e0inf.
    Costs 50 mul, 30 add.
+   Where `a` and `b` stay the same for 2 elements or more: 20 mul, 10 add once, then 30 mul, 20 add for each.
+   Where `a` and `c` stay the same for 2 elements or more: 20 mul, 10 add once, then 30 mul, 20 add for each.
+   Where `b` and `c` stay the same for 2 elements or more: 20 mul, 10 add once, then 30 mul, 20 add for each.
    Error: 2.1 ulp of the largest coefficient, 64 random inputs. */
 void cga3_meet_three_spheres_f64(const double *a, const double *b, const double *c, double *out);
 void cga3_meet_three_spheres_f32(const float *a, const float *b, const float *c, float *out);
@@ -665,6 +683,10 @@ void cga3_motor_inverse_loop_f32(char **args, const intptr_t *dimensions, const 
      angle  SCALAR.
      out[4]  CGA3.ROTOR: 1, e12, e13, e23; unit.
    Costs 7 mul, 2 add, 1 div, 1 sqrt, 2 call.
+   Where `angle` stay the same for 2 elements or more: 1 mul, 0 add, 2 call once, then 6 mul, 2 add, 1 div, 1
+   sqrt for each.
+   Where `axis` stay the same for 2 elements or more: 3 mul, 2 add, 1 sqrt once, then 4 mul, 0 add, 1 div, 2 call
+   for each.
    Error: 1.2 ulp of the largest coefficient, 64 random inputs. */
 void cga3_rotor_from_axis_angle_f64(const double *axis, double angle, double *out);
 void cga3_rotor_from_axis_angle_f32(const float *axis, float angle, float *out);
@@ -708,6 +730,8 @@ void cga3_motor_from_rotor_translation_loop_f32(char **args, const intptr_t *dim
      angle  SCALAR.
      out[8]  CGA3.MOTOR: 1, e12, e13, e23, e1inf, e2inf, e3inf, e123inf; unit.
    Costs 10 mul, 2 add, 1 div, 1 sqrt, 2 call.
+   Where `angle` stay the same for 2 elements or more: 1 mul, 0 add, 2 call once, then 9 mul, 2 add, 1 div, 1
+   sqrt for each.
    Error: 1.0 ulp of the largest coefficient, 64 random inputs. */
 void cga3_motor_from_line_f64(const double *line, double angle, double *out);
 void cga3_motor_from_line_f32(const float *line, float angle, float *out);
@@ -757,6 +781,8 @@ void cga3_motor_square_root_loop_f32(char **args, const intptr_t *dimensions, co
      out[8]  CGA3.MOTOR: 1, e12, e13, e23, e1inf, e2inf, e3inf, e123inf; unit.
    Assumes ``m ~m = 1``.
    Costs 37 mul, 13 add, 4 div, 2 sqrt, 3 call, 12 choice.
+   Where `m` stay the same for 2 elements or more: 12 mul, 5 add, 2 div, 1 sqrt, 1 call, 7 choice once, then 25
+   mul, 8 add, 2 div, 1 sqrt, 2 call, 5 choice for each.
    Error: 4.0 ulp of the largest coefficient, 64 random inputs. */
 void cga3_motor_power_f64(const double *m, double t, double *out);
 void cga3_motor_power_f32(const float *m, float t, float *out);
@@ -770,6 +796,8 @@ void cga3_motor_power_loop_f32(char **args, const intptr_t *dimensions, const in
      out[8]  CGA3.MOTOR: 1, e12, e13, e23, e1inf, e2inf, e3inf, e123inf; unit.
    Assumes ``a ~a = 1``, ``b ~b = 1``.
    Costs 133 mul, 93 add, 4 div, 2 sqrt, 3 call, 12 choice.
+   Where `a` and `b` stay the same for 2 elements or more: 60 mul, 45 add, 2 div, 1 sqrt, 1 call, 7 choice once,
+   then 73 mul, 48 add, 2 div, 1 sqrt, 2 call, 5 choice for each.
    Error: 5.9 ulp of the largest coefficient, 64 random inputs. */
 void cga3_interpolate_motors_f64(const double *a, const double *b, double t, double *out);
 void cga3_interpolate_motors_f32(const float *a, const float *b, float t, float *out);
@@ -835,6 +863,7 @@ void cga3_motor_to_matrix_loop_f32(char **args, const intptr_t *dimensions, cons
      out[3]  CGA3.POINT: e1, e2, e3; with e0 = 1, einf = implied.
    Assumes ``m ~m = 1``.
    Costs 21 mul, 18 add.
+   Where `m` stay the same for 3 elements or more: 31 mul, 22 add once, then 9 mul, 9 add for each.
    Error: 1.7 ulp of the largest coefficient, 64 random inputs. */
 void cga3_move_point_f64(const double *m, const double *p, double *out);
 void cga3_move_point_f32(const float *m, const float *p, float *out);
@@ -847,6 +876,7 @@ void cga3_move_point_loop_f32(char **args, const intptr_t *dimensions, const int
      out[3]  CGA3.POINT: e1, e2, e3; with e0 = 1, einf = implied.
    Assumes ``r ~r = 1``.
    Costs 18 mul, 12 add.
+   Where `r` stay the same for 2 elements or more: 16 mul, 13 add once, then 9 mul, 6 add for each.
    Error: 2.1 ulp of the largest coefficient, 64 random inputs. */
 void cga3_rotate_point_f64(const double *r, const double *p, double *out);
 void cga3_rotate_point_f32(const float *r, const float *p, float *out);
@@ -883,6 +913,7 @@ void cga3_dilate_point_loop_f32(char **args, const intptr_t *dimensions, const i
      out[5]  CGA3.VECTOR: e1, e2, e3, e0, einf.
    Assumes ``m ~m = 1``.
    Costs 37 mul, 28 add.
+   Where `m` stay the same for 2 elements or more: 41 mul, 27 add once, then 16 mul, 13 add for each.
    Error: 4.0 ulp of the largest coefficient, 64 random inputs. */
 void cga3_move_vector_f64(const double *m, const double *x, double *out);
 void cga3_move_vector_f32(const float *m, const float *x, float *out);
@@ -895,6 +926,7 @@ void cga3_move_vector_loop_f32(char **args, const intptr_t *dimensions, const in
      out[10]  CGA3.POINT_PAIR: e12, e13, e23, e10, e20, e30, e1inf, e2inf, e3inf, e0inf.
    Assumes ``m ~m = 1``.
    Costs 106 mul, 87 add.
+   Where `m` stay the same for 2 elements or more: 67 mul, 52 add once, then 60 mul, 51 add for each.
    Error: 3.6 ulp of the largest coefficient, 64 random inputs. */
 void cga3_move_point_pair_f64(const double *m, const double *x, double *out);
 void cga3_move_point_pair_f32(const float *m, const float *x, float *out);
@@ -907,6 +939,7 @@ void cga3_move_point_pair_loop_f32(char **args, const intptr_t *dimensions, cons
      out[6]  CGA3.LINE: e12inf, e13inf, e23inf, e10inf, e20inf, e30inf.
    Assumes ``m ~m = 1``.
    Costs 51 mul, 39 add.
+   Where `m` stay the same for 2 elements or more: 42 mul, 27 add once, then 27 mul, 21 add for each.
    Error: 4.4 ulp of the largest coefficient, 64 random inputs. */
 void cga3_move_line_f64(const double *m, const double *x, double *out);
 void cga3_move_line_f32(const float *m, const float *x, float *out);
@@ -919,6 +952,7 @@ void cga3_move_line_loop_f32(char **args, const intptr_t *dimensions, const intp
      out[10]  CGA3.CIRCLE: e123, e120, e130, e230, e12inf, e13inf, e23inf, e10inf, e20inf, e30inf.
    Assumes ``m ~m = 1``.
    Costs 106 mul, 87 add.
+   Where `m` stay the same for 2 elements or more: 67 mul, 52 add once, then 60 mul, 51 add for each.
    Error: 4.0 ulp of the largest coefficient, 64 random inputs. */
 void cga3_move_circle_f64(const double *m, const double *x, double *out);
 void cga3_move_circle_f32(const float *m, const float *x, float *out);
@@ -931,6 +965,7 @@ void cga3_move_circle_loop_f32(char **args, const intptr_t *dimensions, const in
      out[4]  CGA3.PLANE: e123inf, e120inf, e130inf, e230inf.
    Assumes ``m ~m = 1``.
    Costs 26 mul, 18 add.
+   Where `m` stay the same for 3 elements or more: 33 mul, 21 add once, then 12 mul, 9 add for each.
    Error: 8.4 ulp of the largest coefficient, 64 random inputs. */
 void cga3_move_plane_f64(const double *m, const double *x, double *out);
 void cga3_move_plane_f32(const float *m, const float *x, float *out);
@@ -943,6 +978,7 @@ void cga3_move_plane_loop_f32(char **args, const intptr_t *dimensions, const int
      out[5]  CGA3.SPHERE: e1230, e123inf, e120inf, e130inf, e230inf.
    Assumes ``m ~m = 1``.
    Costs 37 mul, 28 add.
+   Where `m` stay the same for 2 elements or more: 41 mul, 27 add once, then 16 mul, 13 add for each.
    Error: 4.4 ulp of the largest coefficient, 64 random inputs. */
 void cga3_move_sphere_f64(const double *m, const double *x, double *out);
 void cga3_move_sphere_f32(const float *m, const float *x, float *out);
@@ -956,6 +992,7 @@ void cga3_move_sphere_loop_f32(char **args, const intptr_t *dimensions, const in
      out[5]  CGA3.VECTOR: e1, e2, e3, e0, einf.
    Assumes ``v ~v = 1``.
    Costs 106 mul, 100 add.
+   Where `v` stay the same for 2 elements or more: 123 mul, 101 add once, then 25 mul, 20 add for each.
    Error: 415.2 ulp of the largest coefficient, 64 random inputs. */
 void cga3_transform_vector_f64(const double *v, const double *x, double *out);
 void cga3_transform_vector_f32(const float *v, const float *x, float *out);
@@ -967,6 +1004,7 @@ void cga3_transform_vector_loop_f32(char **args, const intptr_t *dimensions, con
      plane[4]  CGA3.DUAL_PLANE: e1, e2, e3, einf.
      out[3]  CGA3.POINT: e1, e2, e3; with e0 = 1, einf = implied.
    Costs 24 mul, 15 add, 1 div.
+   Where `plane` stay the same for 1 elements or more: 15 mul, 5 add, 1 div once, then 9 mul, 9 add for each.
    Error: 2.9 ulp of the largest coefficient, 64 random inputs. */
 void cga3_reflect_point_f64(const double *p, const double *plane, double *out);
 void cga3_reflect_point_f32(const float *p, const float *plane, float *out);

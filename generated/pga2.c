@@ -2,7 +2,7 @@
 // command: gac generate --all pga2
 // spec: c2e557616addccdc
 // contraction: -ffp-contract=off (every operation is rounded once)
-// body: 64dbb7d7b0727891900b59c07ccdbdd0b8f61d22fdd4c38619df262b02a7b8f9
+// body: 7162d3b4d36fbac60aa298f702267708675dfd4dd719717529b79042b7b51778
 
 #ifndef REAL
 #include "pga2.h"
@@ -51,15 +51,24 @@ struct part {
 
 typedef void loop_function(intptr_t n, char **args, const intptr_t *strides);
 
-// The loops of a kernel: rows, rows with the `hoisted` arguments (a bit each) the same for all, and both in C order.
-struct kernel {
-    loop_function *loops[4];
-    unsigned hoisted;
-    int n_inputs, n_parts;
-    const struct part *parts;
+// A form of a kernel for batches in which the `same` arguments (a bit each) are that for at least so many elements:
+// what depends on them is prepared once, and takes the place of the first of them.
+struct form {
+    unsigned same;
+    intptr_t least;
+    void (*start)(char **args, const intptr_t *strides, void *prepared);
+    loop_function *block, *dense;
 };
 
-enum { PARTS = 4, CORES = 3, SPACE = 4096 };
+// The loops of a kernel, over rows and in C order, and its forms.
+struct kernel {
+    loop_function *block, *dense;
+    int n_inputs, n_parts, n_forms;
+    const struct part *parts;
+    const struct form *forms;
+};
+
+enum { PARTS = 4, CORES = 3, SPACE = 4096, PREPARED = 7 };
 
 #define SQRT(x) FUNCTION(sqrt)(x)
 #define SIN(x) FUNCTION(sin)(x)
@@ -344,18 +353,25 @@ static void NAME(batch)(const struct kernel *kernel, char **args, intptr_t n, co
     const intptr_t w = sizeof(REAL), *strides = steps + kernel->n_parts;
     const int n_parts = kernel->n_parts, n_inputs = kernel->n_inputs;
     enum { SAME, HOISTED, UNIT, ANY } kinds[PARTS];
-    _Alignas(64) REAL space[SPACE];
+    _Alignas(64) REAL space[SPACE], prepared[PREPARED];
     REAL *rows[PARTS];
     char *starts[PARTS];
     intptr_t cores[CORES], row_cores[CORES], total = 0, bytes = 0;
-    unsigned hoisted = kernel->hoisted;
-    int in_place = 1, dense = kernel->loops[2] != NULL;
+    unsigned still = 0, hoisted = 0;
+    loop_function *in_rows = kernel->block, *in_order = kernel->dense;
     for (int p = 0; p < n_parts; ++p) {
         total += kernel->parts[p].size;
         bytes += steps[p] < 0 ? -steps[p] : steps[p];
-        if (hoisted >> p & 1 && steps[p] != 0)
-            hoisted = 0;
+        still |= (unsigned)(p < n_inputs && steps[p] == 0) << p;
     }
+    for (int f = 0; f < kernel->n_forms && !hoisted; ++f) {
+        const struct form *form = &kernel->forms[f];
+        if ((still & form->same) == form->same && n >= form->least) {
+            form->start(args, strides, prepared);
+            hoisted = form->same, in_rows = form->block, in_order = form->dense;
+        }
+    }
+    int in_place = 1, dense = in_order != NULL;
     // Long rows spare calls; beyond the last cache, short ones keep reading and writing going side by side.
     intptr_t row = n < (1 << 24) / (bytes + 1) ? 64 : LANES;
     while (row > LANES && row * total > SPACE)
@@ -365,7 +381,7 @@ static void NAME(batch)(const struct kernel *kernel, char **args, intptr_t n, co
         const struct part *part = &kernel->parts[p];
         const intptr_t *c = strides + part->first;
         intptr_t step = w, row_step = row * w;
-        starts[p] = args[p];
+        starts[p] = hoisted >> p & 1 ? (char *)prepared : args[p];
         rows[p] = space + row * total;
         total += part->size;
         kinds[p] = hoisted >> p & 1 ? HOISTED : p < n_inputs && steps[p] == 0 ? SAME : steps[p] == w ? UNIT : ANY;
@@ -373,7 +389,7 @@ static void NAME(batch)(const struct kernel *kernel, char **args, intptr_t n, co
         for (int q = part->rank; q-- > 0; step *= part->shape[q], row_step *= part->shape[q]) {
             cores[part->first + q] = c[q];
             row_cores[part->first + q] = row_step;
-            dense = dense && c[q] == step;
+            dense = dense && (kinds[p] == HOISTED || c[q] == step);
         }
         dense = dense && (kinds[p] == HOISTED || steps[p] == step);
     }
@@ -390,7 +406,7 @@ static void NAME(batch)(const struct kernel *kernel, char **args, intptr_t n, co
         const int last = n - i < LANES;
         if (dense && !last) {
             m = n & -LANES;
-            kernel->loops[hoisted ? 3 : 2](m, starts, cores);
+            in_order(m, starts, cores);
             continue;
         }
         m = last ? n - i : in_place || n - i < row ? (n - i) & -LANES : row;
@@ -409,7 +425,7 @@ static void NAME(batch)(const struct kernel *kernel, char **args, intptr_t n, co
                 for (intptr_t j = m; j < LANES; ++j)
                     rows[p][k * row + j] = rows[p][k * row + m - 1];
         }
-        kernel->loops[hoisted ? 1 : 0](m, starts, cores);
+        in_rows(m, starts, cores);
         for (int p = n_inputs; p < n_parts; ++p)
             if (starts[p] == (char *)rows[p])
                 NAME(move_part)(1, rows[p], row, &kernel->parts[p], args[p] + i * steps[p], steps[p],
@@ -537,30 +553,10 @@ WIDE static void NAME(geometric_product_block)(intptr_t n, char **args, const in
     }
 }
 
-WIDE static void NAME(geometric_product_block_uniform)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    REAL x0[8];
-    NAME(load_8)(x0, a0, c0a);
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x1[8];
-        REAL x2[8];
-        NAME(load_8)(x1, a1 + i * w, c1a);
-        NAME(geometric_product)(x0, x1, x2);
-        NAME(store_8)(a2 + i * w, c2a, x2);
-    }
-}
-
 void NAME(geometric_product_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{8, 1, 0, {8}}, {8, 1, 1, {8}}, {8, 1, 2, {8}}};
-    static const struct kernel kernel = {{NAME(geometric_product_block), NAME(geometric_product_block_uniform),
-        NULL, NULL}, 1, 2, 3, parts};
+    static const struct kernel kernel = {NAME(geometric_product_block), NULL, 2, 3, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -657,25 +653,6 @@ WIDE static void NAME(outer_product_block)(intptr_t n, char **args, const intptr
     }
 }
 
-WIDE static void NAME(outer_product_block_uniform)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    REAL x0[8];
-    NAME(load_8)(x0, a0, c0a);
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x1[8];
-        REAL x2[8];
-        NAME(load_8)(x1, a1 + i * w, c1a);
-        NAME(outer_product)(x0, x1, x2);
-        NAME(store_8)(a2 + i * w, c2a, x2);
-    }
-}
-
 WIDE static void NAME(outer_product_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
@@ -695,30 +672,11 @@ WIDE static void NAME(outer_product_dense)(intptr_t n, char **args, const intptr
     }
 }
 
-WIDE static void NAME(outer_product_dense_uniform)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    REAL x0[8];
-    NAME(load_8)(x0, a0, w);
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x1[8];
-        REAL x2[8];
-        NAME(load_8)(x1, a1 + i * 8 * w, w);
-        NAME(outer_product)(x0, x1, x2);
-        NAME(store_8)(a2 + i * 8 * w, w, x2);
-    }
-}
-
 void NAME(outer_product_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{8, 1, 0, {8}}, {8, 1, 1, {8}}, {8, 1, 2, {8}}};
-    static const struct kernel kernel = {{NAME(outer_product_block), NAME(outer_product_block_uniform),
-        NAME(outer_product_dense), NAME(outer_product_dense_uniform)}, 1, 2, 3, parts};
+    static const struct kernel kernel = {NAME(outer_product_block), NAME(outer_product_dense), 2, 3, 0, parts,
+        NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -815,25 +773,6 @@ WIDE static void NAME(regressive_product_block)(intptr_t n, char **args, const i
     }
 }
 
-WIDE static void NAME(regressive_product_block_uniform)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    REAL x0[8];
-    NAME(load_8)(x0, a0, c0a);
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x1[8];
-        REAL x2[8];
-        NAME(load_8)(x1, a1 + i * w, c1a);
-        NAME(regressive_product)(x0, x1, x2);
-        NAME(store_8)(a2 + i * w, c2a, x2);
-    }
-}
-
 WIDE static void NAME(regressive_product_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
@@ -853,30 +792,11 @@ WIDE static void NAME(regressive_product_dense)(intptr_t n, char **args, const i
     }
 }
 
-WIDE static void NAME(regressive_product_dense_uniform)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    REAL x0[8];
-    NAME(load_8)(x0, a0, w);
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x1[8];
-        REAL x2[8];
-        NAME(load_8)(x1, a1 + i * 8 * w, w);
-        NAME(regressive_product)(x0, x1, x2);
-        NAME(store_8)(a2 + i * 8 * w, w, x2);
-    }
-}
-
 void NAME(regressive_product_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{8, 1, 0, {8}}, {8, 1, 1, {8}}, {8, 1, 2, {8}}};
-    static const struct kernel kernel = {{NAME(regressive_product_block), NAME(regressive_product_block_uniform),
-        NAME(regressive_product_dense), NAME(regressive_product_dense_uniform)}, 1, 2, 3, parts};
+    static const struct kernel kernel = {NAME(regressive_product_block), NAME(regressive_product_dense), 2, 3, 0,
+        parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -983,25 +903,6 @@ WIDE static void NAME(inner_product_block)(intptr_t n, char **args, const intptr
     }
 }
 
-WIDE static void NAME(inner_product_block_uniform)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    REAL x0[8];
-    NAME(load_8)(x0, a0, c0a);
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x1[8];
-        REAL x2[8];
-        NAME(load_8)(x1, a1 + i * w, c1a);
-        NAME(inner_product)(x0, x1, x2);
-        NAME(store_8)(a2 + i * w, c2a, x2);
-    }
-}
-
 WIDE static void NAME(inner_product_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
@@ -1021,30 +922,11 @@ WIDE static void NAME(inner_product_dense)(intptr_t n, char **args, const intptr
     }
 }
 
-WIDE static void NAME(inner_product_dense_uniform)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    REAL x0[8];
-    NAME(load_8)(x0, a0, w);
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x1[8];
-        REAL x2[8];
-        NAME(load_8)(x1, a1 + i * 8 * w, w);
-        NAME(inner_product)(x0, x1, x2);
-        NAME(store_8)(a2 + i * 8 * w, w, x2);
-    }
-}
-
 void NAME(inner_product_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{8, 1, 0, {8}}, {8, 1, 1, {8}}, {8, 1, 2, {8}}};
-    static const struct kernel kernel = {{NAME(inner_product_block), NAME(inner_product_block_uniform),
-        NAME(inner_product_dense), NAME(inner_product_dense_uniform)}, 1, 2, 3, parts};
+    static const struct kernel kernel = {NAME(inner_product_block), NAME(inner_product_dense), 2, 3, 0, parts,
+        NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -1107,7 +989,7 @@ WIDE static void NAME(reverse_dense)(intptr_t n, char **args, const intptr_t *st
 void NAME(reverse_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{8, 1, 0, {8}}, {8, 1, 1, {8}}};
-    static const struct kernel kernel = {{NAME(reverse_block), NULL, NAME(reverse_dense), NULL}, 0, 1, 2, parts};
+    static const struct kernel kernel = {NAME(reverse_block), NAME(reverse_dense), 1, 2, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -1170,8 +1052,8 @@ WIDE static void NAME(grade_involution_dense)(intptr_t n, char **args, const int
 void NAME(grade_involution_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{8, 1, 0, {8}}, {8, 1, 1, {8}}};
-    static const struct kernel kernel = {{NAME(grade_involution_block), NULL, NAME(grade_involution_dense), NULL},
-        0, 1, 2, parts};
+    static const struct kernel kernel = {NAME(grade_involution_block), NAME(grade_involution_dense), 1, 2, 0, parts,
+        NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -1230,7 +1112,7 @@ WIDE static void NAME(dual_dense)(intptr_t n, char **args, const intptr_t *strid
 void NAME(dual_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{8, 1, 0, {8}}, {8, 1, 1, {8}}};
-    static const struct kernel kernel = {{NAME(dual_block), NULL, NAME(dual_dense), NULL}, 0, 1, 2, parts};
+    static const struct kernel kernel = {NAME(dual_block), NAME(dual_dense), 1, 2, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -1289,7 +1171,7 @@ WIDE static void NAME(undual_dense)(intptr_t n, char **args, const intptr_t *str
 void NAME(undual_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{8, 1, 0, {8}}, {8, 1, 1, {8}}};
-    static const struct kernel kernel = {{NAME(undual_block), NULL, NAME(undual_dense), NULL}, 0, 1, 2, parts};
+    static const struct kernel kernel = {NAME(undual_block), NAME(undual_dense), 1, 2, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -1345,7 +1227,7 @@ WIDE static void NAME(norm_dense)(intptr_t n, char **args, const intptr_t *strid
 void NAME(norm_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{8, 1, 0, {8}}, {1, 0, 1, {0}}};
-    static const struct kernel kernel = {{NAME(norm_block), NULL, NAME(norm_dense), NULL}, 0, 1, 2, parts};
+    static const struct kernel kernel = {NAME(norm_block), NAME(norm_dense), 1, 2, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -1396,8 +1278,8 @@ WIDE static void NAME(point_from_bivector_dense)(intptr_t n, char **args, const 
 void NAME(point_from_bivector_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {2, 1, 1, {2}}};
-    static const struct kernel kernel = {{NAME(point_from_bivector_block), NULL, NAME(point_from_bivector_dense),
-        NULL}, 0, 1, 2, parts};
+    static const struct kernel kernel = {NAME(point_from_bivector_block), NAME(point_from_bivector_dense), 1, 2, 0,
+        parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -1454,8 +1336,8 @@ WIDE static void NAME(normalize_line_dense)(intptr_t n, char **args, const intpt
 void NAME(normalize_line_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {3, 1, 1, {3}}};
-    static const struct kernel kernel = {{NAME(normalize_line_block), NULL, NAME(normalize_line_dense), NULL}, 0, 1,
-        2, parts};
+    static const struct kernel kernel = {NAME(normalize_line_block), NAME(normalize_line_dense), 1, 2, 0, parts,
+        NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -1494,25 +1376,6 @@ WIDE static void NAME(join_points_block)(intptr_t n, char **args, const intptr_t
     }
 }
 
-WIDE static void NAME(join_points_block_uniform)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    REAL x0[2];
-    NAME(load_2)(x0, a0, c0a);
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x1[2];
-        REAL x2[3];
-        NAME(load_2)(x1, a1 + i * w, c1a);
-        NAME(join_points)(x0, x1, x2);
-        NAME(store_3)(a2 + i * w, c2a, x2);
-    }
-}
-
 WIDE static void NAME(join_points_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
@@ -1532,30 +1395,10 @@ WIDE static void NAME(join_points_dense)(intptr_t n, char **args, const intptr_t
     }
 }
 
-WIDE static void NAME(join_points_dense_uniform)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    REAL x0[2];
-    NAME(load_2)(x0, a0, w);
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x1[2];
-        REAL x2[3];
-        NAME(load_2)(x1, a1 + i * 2 * w, w);
-        NAME(join_points)(x0, x1, x2);
-        NAME(store_3)(a2 + i * 3 * w, w, x2);
-    }
-}
-
 void NAME(join_points_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{2, 1, 0, {2}}, {2, 1, 1, {2}}, {3, 1, 2, {3}}};
-    static const struct kernel kernel = {{NAME(join_points_block), NAME(join_points_block_uniform),
-        NAME(join_points_dense), NAME(join_points_dense_uniform)}, 1, 2, 3, parts};
+    static const struct kernel kernel = {NAME(join_points_block), NAME(join_points_dense), 2, 3, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -1593,25 +1436,6 @@ WIDE static void NAME(join_point_direction_block)(intptr_t n, char **args, const
     }
 }
 
-WIDE static void NAME(join_point_direction_block_uniform)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    REAL x0[2];
-    NAME(load_2)(x0, a0, c0a);
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x1[2];
-        REAL x2[3];
-        NAME(load_2)(x1, a1 + i * w, c1a);
-        NAME(join_point_direction)(x0, x1, x2);
-        NAME(store_3)(a2 + i * w, c2a, x2);
-    }
-}
-
 WIDE static void NAME(join_point_direction_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
@@ -1631,31 +1455,11 @@ WIDE static void NAME(join_point_direction_dense)(intptr_t n, char **args, const
     }
 }
 
-WIDE static void NAME(join_point_direction_dense_uniform)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    REAL x0[2];
-    NAME(load_2)(x0, a0, w);
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x1[2];
-        REAL x2[3];
-        NAME(load_2)(x1, a1 + i * 2 * w, w);
-        NAME(join_point_direction)(x0, x1, x2);
-        NAME(store_3)(a2 + i * 3 * w, w, x2);
-    }
-}
-
 void NAME(join_point_direction_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{2, 1, 0, {2}}, {2, 1, 1, {2}}, {3, 1, 2, {3}}};
-    static const struct kernel kernel = {{NAME(join_point_direction_block),
-        NAME(join_point_direction_block_uniform), NAME(join_point_direction_dense),
-        NAME(join_point_direction_dense_uniform)}, 1, 2, 3, parts};
+    static const struct kernel kernel = {NAME(join_point_direction_block), NAME(join_point_direction_dense), 2, 3,
+        0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -1700,25 +1504,6 @@ WIDE static void NAME(meet_lines_block)(intptr_t n, char **args, const intptr_t 
     }
 }
 
-WIDE static void NAME(meet_lines_block_uniform)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    REAL x0[3];
-    NAME(load_3)(x0, a0, c0a);
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x1[3];
-        REAL x2[3];
-        NAME(load_3)(x1, a1 + i * w, c1a);
-        NAME(meet_lines)(x0, x1, x2);
-        NAME(store_3)(a2 + i * w, c2a, x2);
-    }
-}
-
 WIDE static void NAME(meet_lines_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
@@ -1738,30 +1523,10 @@ WIDE static void NAME(meet_lines_dense)(intptr_t n, char **args, const intptr_t 
     }
 }
 
-WIDE static void NAME(meet_lines_dense_uniform)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    REAL x0[3];
-    NAME(load_3)(x0, a0, w);
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x1[3];
-        REAL x2[3];
-        NAME(load_3)(x1, a1 + i * 3 * w, w);
-        NAME(meet_lines)(x0, x1, x2);
-        NAME(store_3)(a2 + i * 3 * w, w, x2);
-    }
-}
-
 void NAME(meet_lines_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {3, 1, 1, {3}}, {3, 1, 2, {3}}};
-    static const struct kernel kernel = {{NAME(meet_lines_block), NAME(meet_lines_block_uniform),
-        NAME(meet_lines_dense), NAME(meet_lines_dense_uniform)}, 1, 2, 3, parts};
+    static const struct kernel kernel = {NAME(meet_lines_block), NAME(meet_lines_dense), 2, 3, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -1799,25 +1564,6 @@ WIDE static void NAME(line_orthogonal_to_line_block)(intptr_t n, char **args, co
     }
 }
 
-WIDE static void NAME(line_orthogonal_to_line_block_uniform)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    REAL x1[3];
-    NAME(load_3)(x1, a1, c1a);
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[2];
-        REAL x2[3];
-        NAME(load_2)(x0, a0 + i * w, c0a);
-        NAME(line_orthogonal_to_line)(x0, x1, x2);
-        NAME(store_3)(a2 + i * w, c2a, x2);
-    }
-}
-
 WIDE static void NAME(line_orthogonal_to_line_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
@@ -1837,31 +1583,11 @@ WIDE static void NAME(line_orthogonal_to_line_dense)(intptr_t n, char **args, co
     }
 }
 
-WIDE static void NAME(line_orthogonal_to_line_dense_uniform)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    REAL x1[3];
-    NAME(load_3)(x1, a1, w);
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[2];
-        REAL x2[3];
-        NAME(load_2)(x0, a0 + i * 2 * w, w);
-        NAME(line_orthogonal_to_line)(x0, x1, x2);
-        NAME(store_3)(a2 + i * 3 * w, w, x2);
-    }
-}
-
 void NAME(line_orthogonal_to_line_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{2, 1, 0, {2}}, {3, 1, 1, {3}}, {3, 1, 2, {3}}};
-    static const struct kernel kernel = {{NAME(line_orthogonal_to_line_block),
-        NAME(line_orthogonal_to_line_block_uniform), NAME(line_orthogonal_to_line_dense),
-        NAME(line_orthogonal_to_line_dense_uniform)}, 2, 2, 3, parts};
+    static const struct kernel kernel = {NAME(line_orthogonal_to_line_block), NAME(line_orthogonal_to_line_dense),
+        2, 3, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -1898,25 +1624,6 @@ WIDE static void NAME(distance_squared_points_block)(intptr_t n, char **args, co
     }
 }
 
-WIDE static void NAME(distance_squared_points_block_uniform)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c1a = strides[1];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    REAL x0[2];
-    NAME(load_2)(x0, a0, c0a);
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x1[2];
-        REAL x2[1];
-        NAME(load_2)(x1, a1 + i * w, c1a);
-        NAME(distance_squared_points)(x0, x1, x2);
-        NAME(store_scalar)(a2 + i * w, x2);
-    }
-}
-
 WIDE static void NAME(distance_squared_points_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
@@ -1936,31 +1643,11 @@ WIDE static void NAME(distance_squared_points_dense)(intptr_t n, char **args, co
     }
 }
 
-WIDE static void NAME(distance_squared_points_dense_uniform)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    REAL x0[2];
-    NAME(load_2)(x0, a0, w);
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x1[2];
-        REAL x2[1];
-        NAME(load_2)(x1, a1 + i * 2 * w, w);
-        NAME(distance_squared_points)(x0, x1, x2);
-        NAME(store_scalar)(a2 + i * w, x2);
-    }
-}
-
 void NAME(distance_squared_points_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{2, 1, 0, {2}}, {2, 1, 1, {2}}, {1, 0, 2, {0}}};
-    static const struct kernel kernel = {{NAME(distance_squared_points_block),
-        NAME(distance_squared_points_block_uniform), NAME(distance_squared_points_dense),
-        NAME(distance_squared_points_dense_uniform)}, 1, 2, 3, parts};
+    static const struct kernel kernel = {NAME(distance_squared_points_block), NAME(distance_squared_points_dense),
+        2, 3, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -1998,25 +1685,6 @@ WIDE static void NAME(distance_points_block)(intptr_t n, char **args, const intp
     }
 }
 
-WIDE static void NAME(distance_points_block_uniform)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c1a = strides[1];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    REAL x0[2];
-    NAME(load_2)(x0, a0, c0a);
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x1[2];
-        REAL x2[1];
-        NAME(load_2)(x1, a1 + i * w, c1a);
-        NAME(distance_points)(x0, x1, x2);
-        NAME(store_scalar)(a2 + i * w, x2);
-    }
-}
-
 WIDE static void NAME(distance_points_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
@@ -2036,30 +1704,11 @@ WIDE static void NAME(distance_points_dense)(intptr_t n, char **args, const intp
     }
 }
 
-WIDE static void NAME(distance_points_dense_uniform)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    REAL x0[2];
-    NAME(load_2)(x0, a0, w);
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x1[2];
-        REAL x2[1];
-        NAME(load_2)(x1, a1 + i * 2 * w, w);
-        NAME(distance_points)(x0, x1, x2);
-        NAME(store_scalar)(a2 + i * w, x2);
-    }
-}
-
 void NAME(distance_points_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{2, 1, 0, {2}}, {2, 1, 1, {2}}, {1, 0, 2, {0}}};
-    static const struct kernel kernel = {{NAME(distance_points_block), NAME(distance_points_block_uniform),
-        NAME(distance_points_dense), NAME(distance_points_dense_uniform)}, 1, 2, 3, parts};
+    static const struct kernel kernel = {NAME(distance_points_block), NAME(distance_points_dense), 2, 3, 0, parts,
+        NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -2096,25 +1745,6 @@ WIDE static void NAME(signed_distance_point_line_block)(intptr_t n, char **args,
     }
 }
 
-WIDE static void NAME(signed_distance_point_line_block_uniform)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c1a = strides[1];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    REAL x1[3];
-    NAME(load_3)(x1, a1, c1a);
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[2];
-        REAL x2[1];
-        NAME(load_2)(x0, a0 + i * w, c0a);
-        NAME(signed_distance_point_line)(x0, x1, x2);
-        NAME(store_scalar)(a2 + i * w, x2);
-    }
-}
-
 WIDE static void NAME(signed_distance_point_line_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
@@ -2134,31 +1764,11 @@ WIDE static void NAME(signed_distance_point_line_dense)(intptr_t n, char **args,
     }
 }
 
-WIDE static void NAME(signed_distance_point_line_dense_uniform)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    REAL x1[3];
-    NAME(load_3)(x1, a1, w);
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[2];
-        REAL x2[1];
-        NAME(load_2)(x0, a0 + i * 2 * w, w);
-        NAME(signed_distance_point_line)(x0, x1, x2);
-        NAME(store_scalar)(a2 + i * w, x2);
-    }
-}
-
 void NAME(signed_distance_point_line_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{2, 1, 0, {2}}, {3, 1, 1, {3}}, {1, 0, 2, {0}}};
-    static const struct kernel kernel = {{NAME(signed_distance_point_line_block),
-        NAME(signed_distance_point_line_block_uniform), NAME(signed_distance_point_line_dense),
-        NAME(signed_distance_point_line_dense_uniform)}, 2, 2, 3, parts};
+    static const struct kernel kernel = {NAME(signed_distance_point_line_block),
+        NAME(signed_distance_point_line_dense), 2, 3, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -2202,28 +1812,6 @@ WIDE static void NAME(signed_area_block)(intptr_t n, char **args, const intptr_t
     }
 }
 
-WIDE static void NAME(signed_area_block_uniform)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    char *a3 = args[3];
-    REAL x0[2];
-    NAME(load_2)(x0, a0, c0a);
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x1[2];
-        REAL x2[2];
-        REAL x3[1];
-        NAME(load_2)(x1, a1 + i * w, c1a);
-        NAME(load_2)(x2, a2 + i * w, c2a);
-        NAME(signed_area)(x0, x1, x2, x3);
-        NAME(store_scalar)(a3 + i * w, x3);
-    }
-}
-
 WIDE static void NAME(signed_area_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
@@ -2246,33 +1834,10 @@ WIDE static void NAME(signed_area_dense)(intptr_t n, char **args, const intptr_t
     }
 }
 
-WIDE static void NAME(signed_area_dense_uniform)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    char *a3 = args[3];
-    REAL x0[2];
-    NAME(load_2)(x0, a0, w);
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x1[2];
-        REAL x2[2];
-        REAL x3[1];
-        NAME(load_2)(x1, a1 + i * 2 * w, w);
-        NAME(load_2)(x2, a2 + i * 2 * w, w);
-        NAME(signed_area)(x0, x1, x2, x3);
-        NAME(store_scalar)(a3 + i * w, x3);
-    }
-}
-
 void NAME(signed_area_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{2, 1, 0, {2}}, {2, 1, 1, {2}}, {2, 1, 2, {2}}, {1, 0, 3, {0}}};
-    static const struct kernel kernel = {{NAME(signed_area_block), NAME(signed_area_block_uniform),
-        NAME(signed_area_dense), NAME(signed_area_dense_uniform)}, 1, 3, 4, parts};
+    static const struct kernel kernel = {NAME(signed_area_block), NAME(signed_area_dense), 3, 4, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -2311,30 +1876,10 @@ WIDE static void NAME(angle_between_lines_block)(intptr_t n, char **args, const 
     }
 }
 
-WIDE static void NAME(angle_between_lines_block_uniform)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c1a = strides[1];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    REAL x0[3];
-    NAME(load_3)(x0, a0, c0a);
-    ANY_ORDER
-    for (intptr_t i = 0; i < n; ++i) {
-        REAL x1[3];
-        REAL x2[1];
-        NAME(load_3)(x1, a1 + i * w, c1a);
-        NAME(angle_between_lines)(x0, x1, x2);
-        NAME(store_scalar)(a2 + i * w, x2);
-    }
-}
-
 void NAME(angle_between_lines_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {3, 1, 1, {3}}, {1, 0, 2, {0}}};
-    static const struct kernel kernel = {{NAME(angle_between_lines_block), NAME(angle_between_lines_block_uniform),
-        NULL, NULL}, 1, 2, 3, parts};
+    static const struct kernel kernel = {NAME(angle_between_lines_block), NULL, 2, 3, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -2365,6 +1910,92 @@ INLINE void NAME(project_point_on_line)(const REAL *p, const REAL *line, REAL *o
     out[1] = t15;
 }
 
+static INLINE void NAME(project_point_on_line_prepare_line)(const REAL *line, REAL *prepared)
+{
+    const REAL line_e1 = line[0];
+    const REAL line_e2 = line[1];
+    const REAL line_e0 = line[2];
+    const REAL t0 = line_e1 * line_e1;
+    const REAL t1 = line_e2 * line_e2;
+    const REAL t2 = t0 + t1;
+    const REAL t3 = (REAL)1 / t2;
+    const REAL t4 = line_e2 * t3;
+    const REAL t5 = line_e2 * t4;
+    const REAL t7 = line_e1 * t4;
+    const REAL t10 = line_e1 * t3;
+    const REAL t11 = line_e0 * t10;
+    const REAL t13 = (REAL)1 - t5;
+    const REAL t17 = line_e0 * t4;
+    prepared[0] = t5;
+    prepared[1] = t7;
+    prepared[2] = t11;
+    prepared[3] = t13;
+    prepared[4] = t17;
+}
+
+static INLINE void NAME(project_point_on_line_apply_line)(const REAL *prepared, const REAL *p, REAL *out)
+{
+    const REAL t5 = prepared[0];
+    const REAL t7 = prepared[1];
+    const REAL t11 = prepared[2];
+    const REAL t13 = prepared[3];
+    const REAL t17 = prepared[4];
+    const REAL p_e20 = p[0];
+    const REAL p_e01 = p[1];
+    const REAL t6 = p_e20 * t5;
+    const REAL t8 = p_e01 * t7;
+    const REAL t9 = t6 - t8;
+    const REAL t12 = t9 - t11;
+    const REAL t14 = p_e01 * t13;
+    const REAL t15 = p_e20 * t7;
+    const REAL t16 = t14 - t15;
+    const REAL t18 = t16 - t17;
+    out[0] = t12;
+    out[1] = t18;
+}
+
+WIDE static void NAME(project_point_on_line_block_line)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    const intptr_t c0a = strides[0], c2a = strides[2];
+    const REAL *prepared = (const REAL *)args[1];
+    char *a0 = args[0];
+    char *a2 = args[2];
+    ANY_ORDER
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
+        REAL x0[2];
+        REAL x2[2];
+        NAME(load_2)(x0, a0 + i * w, c0a);
+        NAME(project_point_on_line_apply_line)(prepared, x0, x2);
+        NAME(store_2)(a2 + i * w, c2a, x2);
+    }
+}
+
+WIDE static void NAME(project_point_on_line_dense_line)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    const REAL *prepared = (const REAL *)args[1];
+    char *a0 = args[0];
+    char *a2 = args[2];
+    ANY_ORDER
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
+        REAL x0[2];
+        REAL x2[2];
+        NAME(load_2)(x0, a0 + i * 2 * w, w);
+        NAME(project_point_on_line_apply_line)(prepared, x0, x2);
+        NAME(store_2)(a2 + i * 2 * w, w, x2);
+    }
+}
+
+static void NAME(project_point_on_line_start_line)(char **args, const intptr_t *strides, void *prepared)
+{
+    const intptr_t c1a = strides[1];
+    REAL x1[3];
+    NAME(load_3)(x1, args[1], c1a);
+    NAME(project_point_on_line_prepare_line)(x1, prepared);
+}
+
 WIDE static void NAME(project_point_on_line_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
@@ -2379,25 +2010,6 @@ WIDE static void NAME(project_point_on_line_block)(intptr_t n, char **args, cons
         REAL x2[2];
         NAME(load_2)(x0, a0 + i * w, c0a);
         NAME(load_3)(x1, a1 + i * w, c1a);
-        NAME(project_point_on_line)(x0, x1, x2);
-        NAME(store_2)(a2 + i * w, c2a, x2);
-    }
-}
-
-WIDE static void NAME(project_point_on_line_block_uniform)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    REAL x1[3];
-    NAME(load_3)(x1, a1, c1a);
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[2];
-        REAL x2[2];
-        NAME(load_2)(x0, a0 + i * w, c0a);
         NAME(project_point_on_line)(x0, x1, x2);
         NAME(store_2)(a2 + i * w, c2a, x2);
     }
@@ -2422,31 +2034,13 @@ WIDE static void NAME(project_point_on_line_dense)(intptr_t n, char **args, cons
     }
 }
 
-WIDE static void NAME(project_point_on_line_dense_uniform)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    REAL x1[3];
-    NAME(load_3)(x1, a1, w);
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[2];
-        REAL x2[2];
-        NAME(load_2)(x0, a0 + i * 2 * w, w);
-        NAME(project_point_on_line)(x0, x1, x2);
-        NAME(store_2)(a2 + i * 2 * w, w, x2);
-    }
-}
-
 void NAME(project_point_on_line_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{2, 1, 0, {2}}, {3, 1, 1, {3}}, {2, 1, 2, {2}}};
-    static const struct kernel kernel = {{NAME(project_point_on_line_block),
-        NAME(project_point_on_line_block_uniform), NAME(project_point_on_line_dense),
-        NAME(project_point_on_line_dense_uniform)}, 2, 2, 3, parts};
+    static const struct form forms[] = {{2, 2, NAME(project_point_on_line_start_line),
+        NAME(project_point_on_line_block_line), NAME(project_point_on_line_dense_line)}};
+    static const struct kernel kernel = {NAME(project_point_on_line_block), NAME(project_point_on_line_dense), 2, 3,
+        1, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -2490,25 +2084,6 @@ WIDE static void NAME(project_point_on_unit_line_block)(intptr_t n, char **args,
     }
 }
 
-WIDE static void NAME(project_point_on_unit_line_block_uniform)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    REAL x1[3];
-    NAME(load_3)(x1, a1, c1a);
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[2];
-        REAL x2[2];
-        NAME(load_2)(x0, a0 + i * w, c0a);
-        NAME(project_point_on_unit_line)(x0, x1, x2);
-        NAME(store_2)(a2 + i * w, c2a, x2);
-    }
-}
-
 WIDE static void NAME(project_point_on_unit_line_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
@@ -2528,31 +2103,11 @@ WIDE static void NAME(project_point_on_unit_line_dense)(intptr_t n, char **args,
     }
 }
 
-WIDE static void NAME(project_point_on_unit_line_dense_uniform)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    REAL x1[3];
-    NAME(load_3)(x1, a1, w);
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[2];
-        REAL x2[2];
-        NAME(load_2)(x0, a0 + i * 2 * w, w);
-        NAME(project_point_on_unit_line)(x0, x1, x2);
-        NAME(store_2)(a2 + i * 2 * w, w, x2);
-    }
-}
-
 void NAME(project_point_on_unit_line_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{2, 1, 0, {2}}, {3, 1, 1, {3}}, {2, 1, 2, {2}}};
-    static const struct kernel kernel = {{NAME(project_point_on_unit_line_block),
-        NAME(project_point_on_unit_line_block_uniform), NAME(project_point_on_unit_line_dense),
-        NAME(project_point_on_unit_line_dense_uniform)}, 2, 2, 3, parts};
+    static const struct kernel kernel = {NAME(project_point_on_unit_line_block),
+        NAME(project_point_on_unit_line_dense), 2, 3, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -2599,25 +2154,6 @@ WIDE static void NAME(reflect_point_block)(intptr_t n, char **args, const intptr
     }
 }
 
-WIDE static void NAME(reflect_point_block_uniform)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    REAL x1[3];
-    NAME(load_3)(x1, a1, c1a);
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[2];
-        REAL x2[2];
-        NAME(load_2)(x0, a0 + i * w, c0a);
-        NAME(reflect_point)(x0, x1, x2);
-        NAME(store_2)(a2 + i * w, c2a, x2);
-    }
-}
-
 WIDE static void NAME(reflect_point_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
@@ -2637,30 +2173,11 @@ WIDE static void NAME(reflect_point_dense)(intptr_t n, char **args, const intptr
     }
 }
 
-WIDE static void NAME(reflect_point_dense_uniform)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    REAL x1[3];
-    NAME(load_3)(x1, a1, w);
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[2];
-        REAL x2[2];
-        NAME(load_2)(x0, a0 + i * 2 * w, w);
-        NAME(reflect_point)(x0, x1, x2);
-        NAME(store_2)(a2 + i * 2 * w, w, x2);
-    }
-}
-
 void NAME(reflect_point_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{2, 1, 0, {2}}, {3, 1, 1, {3}}, {2, 1, 2, {2}}};
-    static const struct kernel kernel = {{NAME(reflect_point_block), NAME(reflect_point_block_uniform),
-        NAME(reflect_point_dense), NAME(reflect_point_dense_uniform)}, 2, 2, 3, parts};
+    static const struct kernel kernel = {NAME(reflect_point_block), NAME(reflect_point_dense), 2, 3, 0, parts,
+        NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -2719,25 +2236,6 @@ WIDE static void NAME(motor_product_block)(intptr_t n, char **args, const intptr
     }
 }
 
-WIDE static void NAME(motor_product_block_uniform)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    REAL x0[4];
-    NAME(load_4)(x0, a0, c0a);
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x1[4];
-        REAL x2[4];
-        NAME(load_4)(x1, a1 + i * w, c1a);
-        NAME(motor_product)(x0, x1, x2);
-        NAME(store_4)(a2 + i * w, c2a, x2);
-    }
-}
-
 WIDE static void NAME(motor_product_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
@@ -2757,30 +2255,11 @@ WIDE static void NAME(motor_product_dense)(intptr_t n, char **args, const intptr
     }
 }
 
-WIDE static void NAME(motor_product_dense_uniform)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    REAL x0[4];
-    NAME(load_4)(x0, a0, w);
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x1[4];
-        REAL x2[4];
-        NAME(load_4)(x1, a1 + i * 4 * w, w);
-        NAME(motor_product)(x0, x1, x2);
-        NAME(store_4)(a2 + i * 4 * w, w, x2);
-    }
-}
-
 void NAME(motor_product_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {4, 1, 1, {4}}, {4, 1, 2, {4}}};
-    static const struct kernel kernel = {{NAME(motor_product_block), NAME(motor_product_block_uniform),
-        NAME(motor_product_dense), NAME(motor_product_dense_uniform)}, 1, 2, 3, parts};
+    static const struct kernel kernel = {NAME(motor_product_block), NAME(motor_product_dense), 2, 3, 0, parts,
+        NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -2839,25 +2318,6 @@ WIDE static void NAME(even_product_block)(intptr_t n, char **args, const intptr_
     }
 }
 
-WIDE static void NAME(even_product_block_uniform)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    REAL x0[4];
-    NAME(load_4)(x0, a0, c0a);
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x1[4];
-        REAL x2[4];
-        NAME(load_4)(x1, a1 + i * w, c1a);
-        NAME(even_product)(x0, x1, x2);
-        NAME(store_4)(a2 + i * w, c2a, x2);
-    }
-}
-
 WIDE static void NAME(even_product_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
@@ -2877,30 +2337,10 @@ WIDE static void NAME(even_product_dense)(intptr_t n, char **args, const intptr_
     }
 }
 
-WIDE static void NAME(even_product_dense_uniform)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    REAL x0[4];
-    NAME(load_4)(x0, a0, w);
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x1[4];
-        REAL x2[4];
-        NAME(load_4)(x1, a1 + i * 4 * w, w);
-        NAME(even_product)(x0, x1, x2);
-        NAME(store_4)(a2 + i * 4 * w, w, x2);
-    }
-}
-
 void NAME(even_product_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {4, 1, 1, {4}}, {4, 1, 2, {4}}};
-    static const struct kernel kernel = {{NAME(even_product_block), NAME(even_product_block_uniform),
-        NAME(even_product_dense), NAME(even_product_dense_uniform)}, 1, 2, 3, parts};
+    static const struct kernel kernel = {NAME(even_product_block), NAME(even_product_dense), 2, 3, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -2954,8 +2394,8 @@ WIDE static void NAME(motor_inverse_dense)(intptr_t n, char **args, const intptr
 void NAME(motor_inverse_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {4, 1, 1, {4}}};
-    static const struct kernel kernel = {{NAME(motor_inverse_block), NULL, NAME(motor_inverse_dense), NULL}, 0, 1,
-        2, parts};
+    static const struct kernel kernel = {NAME(motor_inverse_block), NAME(motor_inverse_dense), 1, 2, 0, parts,
+        NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -3015,8 +2455,8 @@ WIDE static void NAME(normalize_motor_dense)(intptr_t n, char **args, const intp
 void NAME(normalize_motor_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {4, 1, 1, {4}}};
-    static const struct kernel kernel = {{NAME(normalize_motor_block), NULL, NAME(normalize_motor_dense), NULL}, 0,
-        1, 2, parts};
+    static const struct kernel kernel = {NAME(normalize_motor_block), NAME(normalize_motor_dense), 1, 2, 0, parts,
+        NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -3065,25 +2505,6 @@ WIDE static void NAME(move_point_block)(intptr_t n, char **args, const intptr_t 
     }
 }
 
-WIDE static void NAME(move_point_block_uniform)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    REAL x0[4];
-    NAME(load_4)(x0, a0, c0a);
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x1[2];
-        REAL x2[2];
-        NAME(load_2)(x1, a1 + i * w, c1a);
-        NAME(move_point)(x0, x1, x2);
-        NAME(store_2)(a2 + i * w, c2a, x2);
-    }
-}
-
 WIDE static void NAME(move_point_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
@@ -3103,30 +2524,10 @@ WIDE static void NAME(move_point_dense)(intptr_t n, char **args, const intptr_t 
     }
 }
 
-WIDE static void NAME(move_point_dense_uniform)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    REAL x0[4];
-    NAME(load_4)(x0, a0, w);
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x1[2];
-        REAL x2[2];
-        NAME(load_2)(x1, a1 + i * 2 * w, w);
-        NAME(move_point)(x0, x1, x2);
-        NAME(store_2)(a2 + i * 2 * w, w, x2);
-    }
-}
-
 void NAME(move_point_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {2, 1, 1, {2}}, {2, 1, 2, {2}}};
-    static const struct kernel kernel = {{NAME(move_point_block), NAME(move_point_block_uniform),
-        NAME(move_point_dense), NAME(move_point_dense_uniform)}, 1, 2, 3, parts};
+    static const struct kernel kernel = {NAME(move_point_block), NAME(move_point_dense), 2, 3, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -3170,25 +2571,6 @@ WIDE static void NAME(move_direction_block)(intptr_t n, char **args, const intpt
     }
 }
 
-WIDE static void NAME(move_direction_block_uniform)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    REAL x0[4];
-    NAME(load_4)(x0, a0, c0a);
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x1[2];
-        REAL x2[2];
-        NAME(load_2)(x1, a1 + i * w, c1a);
-        NAME(move_direction)(x0, x1, x2);
-        NAME(store_2)(a2 + i * w, c2a, x2);
-    }
-}
-
 WIDE static void NAME(move_direction_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
@@ -3208,30 +2590,11 @@ WIDE static void NAME(move_direction_dense)(intptr_t n, char **args, const intpt
     }
 }
 
-WIDE static void NAME(move_direction_dense_uniform)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    REAL x0[4];
-    NAME(load_4)(x0, a0, w);
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x1[2];
-        REAL x2[2];
-        NAME(load_2)(x1, a1 + i * 2 * w, w);
-        NAME(move_direction)(x0, x1, x2);
-        NAME(store_2)(a2 + i * 2 * w, w, x2);
-    }
-}
-
 void NAME(move_direction_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {2, 1, 1, {2}}, {2, 1, 2, {2}}};
-    static const struct kernel kernel = {{NAME(move_direction_block), NAME(move_direction_block_uniform),
-        NAME(move_direction_dense), NAME(move_direction_dense_uniform)}, 1, 2, 3, parts};
+    static const struct kernel kernel = {NAME(move_direction_block), NAME(move_direction_dense), 2, 3, 0, parts,
+        NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -3265,6 +2628,96 @@ INLINE void NAME(move_line)(const REAL *m, const REAL *line, REAL *out)
     out[2] = t15;
 }
 
+static INLINE void NAME(move_line_prepare_m)(const REAL *m, REAL *prepared)
+{
+    const REAL m_1 = m[0];
+    const REAL m_e12 = m[1];
+    const REAL m_e20 = m[2];
+    const REAL m_e01 = m[3];
+    const REAL t0 = m_e12 * (REAL)2;
+    const REAL t1 = m_e12 * t0;
+    const REAL t2 = (REAL)1 - t1;
+    const REAL t4 = m_1 * t0;
+    const REAL t10 = m_1 * m_e01;
+    const REAL t11 = m_e12 * m_e20;
+    const REAL t12 = t10 + t11;
+    const REAL t13 = (REAL)2 * t12;
+    const REAL t15 = m_e12 * m_e01;
+    const REAL t16 = m_1 * m_e20;
+    const REAL t17 = t15 - t16;
+    const REAL t18 = (REAL)2 * t17;
+    prepared[0] = t2;
+    prepared[1] = t4;
+    prepared[2] = t13;
+    prepared[3] = t18;
+}
+
+static INLINE void NAME(move_line_apply_m)(const REAL *prepared, const REAL *line, REAL *out)
+{
+    const REAL t2 = prepared[0];
+    const REAL t4 = prepared[1];
+    const REAL t13 = prepared[2];
+    const REAL t18 = prepared[3];
+    const REAL line_e1 = line[0];
+    const REAL line_e2 = line[1];
+    const REAL line_e0 = line[2];
+    const REAL t3 = line_e1 * t2;
+    const REAL t5 = line_e2 * t4;
+    const REAL t6 = t3 + t5;
+    const REAL t7 = line_e2 * t2;
+    const REAL t8 = line_e1 * t4;
+    const REAL t9 = t7 - t8;
+    const REAL t14 = line_e1 * t13;
+    const REAL t19 = line_e2 * t18;
+    const REAL t20 = t14 + t19;
+    const REAL t21 = line_e0 + t20;
+    out[0] = t6;
+    out[1] = t9;
+    out[2] = t21;
+}
+
+WIDE static void NAME(move_line_block_m)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    const intptr_t c1a = strides[1], c2a = strides[2];
+    const REAL *prepared = (const REAL *)args[0];
+    char *a1 = args[1];
+    char *a2 = args[2];
+    ANY_ORDER
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
+        REAL x1[3];
+        REAL x2[3];
+        NAME(load_3)(x1, a1 + i * w, c1a);
+        NAME(move_line_apply_m)(prepared, x1, x2);
+        NAME(store_3)(a2 + i * w, c2a, x2);
+    }
+}
+
+WIDE static void NAME(move_line_dense_m)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    const REAL *prepared = (const REAL *)args[0];
+    char *a1 = args[1];
+    char *a2 = args[2];
+    ANY_ORDER
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
+        REAL x1[3];
+        REAL x2[3];
+        NAME(load_3)(x1, a1 + i * 3 * w, w);
+        NAME(move_line_apply_m)(prepared, x1, x2);
+        NAME(store_3)(a2 + i * 3 * w, w, x2);
+    }
+}
+
+static void NAME(move_line_start_m)(char **args, const intptr_t *strides, void *prepared)
+{
+    const intptr_t c0a = strides[0];
+    REAL x0[4];
+    NAME(load_4)(x0, args[0], c0a);
+    NAME(move_line_prepare_m)(x0, prepared);
+}
+
 WIDE static void NAME(move_line_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
@@ -3278,25 +2731,6 @@ WIDE static void NAME(move_line_block)(intptr_t n, char **args, const intptr_t *
         REAL x1[3];
         REAL x2[3];
         NAME(load_4)(x0, a0 + i * w, c0a);
-        NAME(load_3)(x1, a1 + i * w, c1a);
-        NAME(move_line)(x0, x1, x2);
-        NAME(store_3)(a2 + i * w, c2a, x2);
-    }
-}
-
-WIDE static void NAME(move_line_block_uniform)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    REAL x0[4];
-    NAME(load_4)(x0, a0, c0a);
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x1[3];
-        REAL x2[3];
         NAME(load_3)(x1, a1 + i * w, c1a);
         NAME(move_line)(x0, x1, x2);
         NAME(store_3)(a2 + i * w, c2a, x2);
@@ -3322,30 +2756,12 @@ WIDE static void NAME(move_line_dense)(intptr_t n, char **args, const intptr_t *
     }
 }
 
-WIDE static void NAME(move_line_dense_uniform)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    REAL x0[4];
-    NAME(load_4)(x0, a0, w);
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x1[3];
-        REAL x2[3];
-        NAME(load_3)(x1, a1 + i * 3 * w, w);
-        NAME(move_line)(x0, x1, x2);
-        NAME(store_3)(a2 + i * 3 * w, w, x2);
-    }
-}
-
 void NAME(move_line_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {3, 1, 1, {3}}, {3, 1, 2, {3}}};
-    static const struct kernel kernel = {{NAME(move_line_block), NAME(move_line_block_uniform),
-        NAME(move_line_dense), NAME(move_line_dense_uniform)}, 1, 2, 3, parts};
+    static const struct form forms[] = {{1, 3, NAME(move_line_start_m), NAME(move_line_block_m),
+        NAME(move_line_dense_m)}};
+    static const struct kernel kernel = {NAME(move_line_block), NAME(move_line_dense), 2, 3, 1, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -3394,25 +2810,6 @@ WIDE static void NAME(move_point_back_block)(intptr_t n, char **args, const intp
     }
 }
 
-WIDE static void NAME(move_point_back_block_uniform)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    REAL x0[4];
-    NAME(load_4)(x0, a0, c0a);
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x1[2];
-        REAL x2[2];
-        NAME(load_2)(x1, a1 + i * w, c1a);
-        NAME(move_point_back)(x0, x1, x2);
-        NAME(store_2)(a2 + i * w, c2a, x2);
-    }
-}
-
 WIDE static void NAME(move_point_back_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
@@ -3432,30 +2829,11 @@ WIDE static void NAME(move_point_back_dense)(intptr_t n, char **args, const intp
     }
 }
 
-WIDE static void NAME(move_point_back_dense_uniform)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    REAL x0[4];
-    NAME(load_4)(x0, a0, w);
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x1[2];
-        REAL x2[2];
-        NAME(load_2)(x1, a1 + i * 2 * w, w);
-        NAME(move_point_back)(x0, x1, x2);
-        NAME(store_2)(a2 + i * 2 * w, w, x2);
-    }
-}
-
 void NAME(move_point_back_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {2, 1, 1, {2}}, {2, 1, 2, {2}}};
-    static const struct kernel kernel = {{NAME(move_point_back_block), NAME(move_point_back_block_uniform),
-        NAME(move_point_back_dense), NAME(move_point_back_dense_uniform)}, 1, 2, 3, parts};
+    static const struct kernel kernel = {NAME(move_point_back_block), NAME(move_point_back_dense), 2, 3, 0, parts,
+        NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -3488,7 +2866,7 @@ WIDE static void NAME(rotor_from_angle_block)(intptr_t n, char **args, const int
 void NAME(rotor_from_angle_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{1, 0, 0, {0}}, {2, 1, 0, {2}}};
-    static const struct kernel kernel = {{NAME(rotor_from_angle_block), NULL, NULL, NULL}, 0, 1, 2, parts};
+    static const struct kernel kernel = {NAME(rotor_from_angle_block), NULL, 1, 2, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -3538,8 +2916,8 @@ WIDE static void NAME(translator_from_vector_dense)(intptr_t n, char **args, con
 void NAME(translator_from_vector_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{2, 1, 0, {2}}, {2, 1, 1, {2}}};
-    static const struct kernel kernel = {{NAME(translator_from_vector_block), NULL,
-        NAME(translator_from_vector_dense), NULL}, 0, 1, 2, parts};
+    static const struct kernel kernel = {NAME(translator_from_vector_block), NAME(translator_from_vector_dense), 1,
+        2, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -3561,6 +2939,76 @@ INLINE void NAME(motor_from_point)(const REAL *p, REAL angle, REAL *out)
     out[3] = t7;
 }
 
+static INLINE void NAME(motor_from_point_prepare_angle)(REAL angle, REAL *prepared)
+{
+    const REAL t0 = angle * (REAL)0.5;
+    const REAL t1 = COS(t0);
+    const REAL t2 = SIN(t0);
+    const REAL t3 = -t2;
+    prepared[0] = t2;
+    prepared[1] = t1;
+    prepared[2] = t3;
+}
+
+static INLINE void NAME(motor_from_point_apply_angle)(const REAL *prepared, const REAL *p, REAL *out)
+{
+    const REAL t2 = prepared[0];
+    const REAL t1 = prepared[1];
+    const REAL t3 = prepared[2];
+    const REAL p_e20 = p[0];
+    const REAL p_e01 = p[1];
+    const REAL t4 = p_e20 * t2;
+    const REAL t5 = -t4;
+    const REAL t6 = p_e01 * t2;
+    const REAL t7 = -t6;
+    out[0] = t1;
+    out[1] = t3;
+    out[2] = t5;
+    out[3] = t7;
+}
+
+WIDE static void NAME(motor_from_point_block_angle)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    const intptr_t c0a = strides[0], c2a = strides[1];
+    const REAL *prepared = (const REAL *)args[1];
+    char *a0 = args[0];
+    char *a2 = args[2];
+    ANY_ORDER
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
+        REAL x0[2];
+        REAL x2[4];
+        NAME(load_2)(x0, a0 + i * w, c0a);
+        NAME(motor_from_point_apply_angle)(prepared, x0, x2);
+        NAME(store_4)(a2 + i * w, c2a, x2);
+    }
+}
+
+WIDE static void NAME(motor_from_point_dense_angle)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    const REAL *prepared = (const REAL *)args[1];
+    char *a0 = args[0];
+    char *a2 = args[2];
+    ANY_ORDER
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
+        REAL x0[2];
+        REAL x2[4];
+        NAME(load_2)(x0, a0 + i * 2 * w, w);
+        NAME(motor_from_point_apply_angle)(prepared, x0, x2);
+        NAME(store_4)(a2 + i * 4 * w, w, x2);
+    }
+}
+
+static void NAME(motor_from_point_start_angle)(char **args, const intptr_t *strides, void *prepared)
+{
+    (void)strides;
+    REAL x1[1];
+    NAME(load_scalar)(x1, args[1]);
+    NAME(motor_from_point_prepare_angle)(x1[0], prepared);
+}
+
 WIDE static void NAME(motor_from_point_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
@@ -3580,30 +3028,12 @@ WIDE static void NAME(motor_from_point_block)(intptr_t n, char **args, const int
     }
 }
 
-WIDE static void NAME(motor_from_point_block_uniform)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c2a = strides[1];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    REAL x1[1];
-    NAME(load_scalar)(x1, a1);
-    ANY_ORDER
-    for (intptr_t i = 0; i < n; ++i) {
-        REAL x0[2];
-        REAL x2[4];
-        NAME(load_2)(x0, a0 + i * w, c0a);
-        NAME(motor_from_point)(x0, x1[0], x2);
-        NAME(store_4)(a2 + i * w, c2a, x2);
-    }
-}
-
 void NAME(motor_from_point_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{2, 1, 0, {2}}, {1, 0, 1, {0}}, {4, 1, 1, {4}}};
-    static const struct kernel kernel = {{NAME(motor_from_point_block), NAME(motor_from_point_block_uniform), NULL,
-        NULL}, 2, 2, 3, parts};
+    static const struct form forms[] = {{2, 2, NAME(motor_from_point_start_angle),
+        NAME(motor_from_point_block_angle), NAME(motor_from_point_dense_angle)}};
+    static const struct kernel kernel = {NAME(motor_from_point_block), NULL, 2, 3, 1, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -3630,6 +3060,81 @@ INLINE void NAME(motor_from_angle_translation)(REAL angle, const REAL *v, REAL *
     out[3] = t12;
 }
 
+static INLINE void NAME(motor_from_angle_translation_prepare_angle)(REAL angle, REAL *prepared)
+{
+    const REAL t0 = angle * (REAL)0.5;
+    const REAL t1 = COS(t0);
+    const REAL t2 = SIN(t0);
+    const REAL t3 = -t2;
+    prepared[0] = t2;
+    prepared[1] = t1;
+    prepared[2] = t3;
+}
+
+static INLINE void NAME(motor_from_angle_translation_apply_angle)(const REAL *prepared, const REAL *v, REAL *out)
+{
+    const REAL t2 = prepared[0];
+    const REAL t1 = prepared[1];
+    const REAL t3 = prepared[2];
+    const REAL v_0 = v[0];
+    const REAL v_1 = v[1];
+    const REAL t4 = v_0 * (REAL)0.5;
+    const REAL t5 = t4 * t2;
+    const REAL t6 = v_1 * (REAL)0.5;
+    const REAL t7 = t6 * t1;
+    const REAL t8 = t7 - t5;
+    const REAL t9 = t4 * t1;
+    const REAL t10 = t6 * t2;
+    const REAL t11 = t9 + t10;
+    const REAL t12 = -t11;
+    out[0] = t1;
+    out[1] = t3;
+    out[2] = t8;
+    out[3] = t12;
+}
+
+WIDE static void NAME(motor_from_angle_translation_block_angle)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    const intptr_t c1a = strides[0], c2a = strides[1];
+    const REAL *prepared = (const REAL *)args[0];
+    char *a1 = args[1];
+    char *a2 = args[2];
+    ANY_ORDER
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
+        REAL x1[2];
+        REAL x2[4];
+        NAME(load_2)(x1, a1 + i * w, c1a);
+        NAME(motor_from_angle_translation_apply_angle)(prepared, x1, x2);
+        NAME(store_4)(a2 + i * w, c2a, x2);
+    }
+}
+
+WIDE static void NAME(motor_from_angle_translation_dense_angle)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    const REAL *prepared = (const REAL *)args[0];
+    char *a1 = args[1];
+    char *a2 = args[2];
+    ANY_ORDER
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
+        REAL x1[2];
+        REAL x2[4];
+        NAME(load_2)(x1, a1 + i * 2 * w, w);
+        NAME(motor_from_angle_translation_apply_angle)(prepared, x1, x2);
+        NAME(store_4)(a2 + i * 4 * w, w, x2);
+    }
+}
+
+static void NAME(motor_from_angle_translation_start_angle)(char **args, const intptr_t *strides, void *prepared)
+{
+    (void)strides;
+    REAL x0[1];
+    NAME(load_scalar)(x0, args[0]);
+    NAME(motor_from_angle_translation_prepare_angle)(x0[0], prepared);
+}
+
 WIDE static void NAME(motor_from_angle_translation_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
@@ -3649,30 +3154,12 @@ WIDE static void NAME(motor_from_angle_translation_block)(intptr_t n, char **arg
     }
 }
 
-WIDE static void NAME(motor_from_angle_translation_block_uniform)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c1a = strides[0], c2a = strides[1];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    REAL x0[1];
-    NAME(load_scalar)(x0, a0);
-    ANY_ORDER
-    for (intptr_t i = 0; i < n; ++i) {
-        REAL x1[2];
-        REAL x2[4];
-        NAME(load_2)(x1, a1 + i * w, c1a);
-        NAME(motor_from_angle_translation)(x0[0], x1, x2);
-        NAME(store_4)(a2 + i * w, c2a, x2);
-    }
-}
-
 void NAME(motor_from_angle_translation_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{1, 0, 0, {0}}, {2, 1, 0, {2}}, {4, 1, 1, {4}}};
-    static const struct kernel kernel = {{NAME(motor_from_angle_translation_block),
-        NAME(motor_from_angle_translation_block_uniform), NULL, NULL}, 1, 2, 3, parts};
+    static const struct form forms[] = {{1, 2, NAME(motor_from_angle_translation_start_angle),
+        NAME(motor_from_angle_translation_block_angle), NAME(motor_from_angle_translation_dense_angle)}};
+    static const struct kernel kernel = {NAME(motor_from_angle_translation_block), NULL, 2, 3, 1, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -3723,8 +3210,7 @@ WIDE static void NAME(motor_to_angle_translation_block)(intptr_t n, char **args,
 void NAME(motor_to_angle_translation_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {1, 0, 1, {0}}, {2, 1, 1, {2}}};
-    static const struct kernel kernel = {{NAME(motor_to_angle_translation_block), NULL, NULL, NULL}, 0, 1, 3,
-        parts};
+    static const struct kernel kernel = {NAME(motor_to_angle_translation_block), NULL, 1, 3, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -3776,7 +3262,7 @@ WIDE static void NAME(motor_to_matrix_block)(intptr_t n, char **args, const intp
 void NAME(motor_to_matrix_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {9, 2, 1, {3, 3}}};
-    static const struct kernel kernel = {{NAME(motor_to_matrix_block), NULL, NULL, NULL}, 0, 1, 2, parts};
+    static const struct kernel kernel = {NAME(motor_to_matrix_block), NULL, 1, 2, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -3847,7 +3333,7 @@ WIDE static void NAME(motor_from_matrix_block)(intptr_t n, char **args, const in
 void NAME(motor_from_matrix_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{9, 2, 0, {3, 3}}, {4, 1, 2, {4}}};
-    static const struct kernel kernel = {{NAME(motor_from_matrix_block), NULL, NULL, NULL}, 0, 1, 2, parts};
+    static const struct kernel kernel = {NAME(motor_from_matrix_block), NULL, 1, 2, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -3891,7 +3377,7 @@ WIDE static void NAME(motor_exponential_block)(intptr_t n, char **args, const in
 void NAME(motor_exponential_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {4, 1, 1, {4}}};
-    static const struct kernel kernel = {{NAME(motor_exponential_block), NULL, NULL, NULL}, 0, 1, 2, parts};
+    static const struct kernel kernel = {NAME(motor_exponential_block), NULL, 1, 2, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -3938,7 +3424,7 @@ WIDE static void NAME(motor_logarithm_block)(intptr_t n, char **args, const intp
 void NAME(motor_logarithm_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {3, 1, 1, {3}}};
-    static const struct kernel kernel = {{NAME(motor_logarithm_block), NULL, NULL, NULL}, 0, 1, 2, parts};
+    static const struct kernel kernel = {NAME(motor_logarithm_block), NULL, 1, 2, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -4002,8 +3488,8 @@ WIDE static void NAME(motor_square_root_dense)(intptr_t n, char **args, const in
 void NAME(motor_square_root_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {4, 1, 1, {4}}};
-    static const struct kernel kernel = {{NAME(motor_square_root_block), NULL, NAME(motor_square_root_dense), NULL},
-        0, 1, 2, parts};
+    static const struct kernel kernel = {NAME(motor_square_root_block), NAME(motor_square_root_dense), 1, 2, 0,
+        parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -4045,6 +3531,79 @@ INLINE void NAME(motor_power)(const REAL *m, REAL t, REAL *out)
     out[3] = t25;
 }
 
+static INLINE void NAME(motor_power_prepare_m)(const REAL *m, REAL *prepared)
+{
+    const REAL m_1 = m[0];
+    const REAL m_e12 = m[1];
+    const REAL m_e20 = m[2];
+    const REAL m_e01 = m[3];
+    const REAL t0 = m_e12 * m_e12;
+    const REAL t1 = LESS(t0, (REAL)1e-18);
+    const REAL t2 = SELECT(t1, (REAL)1, m_e12);
+    const REAL t3 = ABS(m_1);
+    const REAL t4 = ATAN2(t2, t3);
+    const REAL t5 = t4 / t2;
+    const REAL t6 = SELECT(t1, (REAL)1, t5);
+    const REAL t7 = -t6;
+    const REAL t8 = LESS(m_1, (REAL)0);
+    const REAL t9 = SELECT(t8, t7, t6);
+    const REAL t10 = m_e12 * t9;
+    const REAL t20 = m_e20 * t9;
+    const REAL t23 = m_e01 * t9;
+    prepared[0] = t10;
+    prepared[1] = t20;
+    prepared[2] = t23;
+}
+
+static INLINE void NAME(motor_power_apply_m)(const REAL *prepared, REAL t, REAL *out)
+{
+    const REAL t10 = prepared[0];
+    const REAL t20 = prepared[1];
+    const REAL t23 = prepared[2];
+    const REAL t11 = t * t10;
+    const REAL t12 = COS(t11);
+    const REAL t13 = t11 * t11;
+    const REAL t14 = LESS(t13, (REAL)1e-18);
+    const REAL t15 = SELECT(t14, (REAL)1, t11);
+    const REAL t16 = SIN(t11);
+    const REAL t17 = t16 / t15;
+    const REAL t18 = SELECT(t14, (REAL)1, t17);
+    const REAL t19 = t11 * t18;
+    const REAL t21 = t * t20;
+    const REAL t22 = t21 * t18;
+    const REAL t24 = t * t23;
+    const REAL t25 = t24 * t18;
+    out[0] = t12;
+    out[1] = t19;
+    out[2] = t22;
+    out[3] = t25;
+}
+
+WIDE static void NAME(motor_power_block_m)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    const intptr_t c2a = strides[1];
+    const REAL *prepared = (const REAL *)args[0];
+    char *a1 = args[1];
+    char *a2 = args[2];
+    ANY_ORDER
+    for (intptr_t i = 0; i < n; ++i) {
+        REAL x1[1];
+        REAL x2[4];
+        NAME(load_scalar)(x1, a1 + i * w);
+        NAME(motor_power_apply_m)(prepared, x1[0], x2);
+        NAME(store_4)(a2 + i * w, c2a, x2);
+    }
+}
+
+static void NAME(motor_power_start_m)(char **args, const intptr_t *strides, void *prepared)
+{
+    const intptr_t c0a = strides[0];
+    REAL x0[4];
+    NAME(load_4)(x0, args[0], c0a);
+    NAME(motor_power_prepare_m)(x0, prepared);
+}
+
 WIDE static void NAME(motor_power_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
@@ -4064,30 +3623,11 @@ WIDE static void NAME(motor_power_block)(intptr_t n, char **args, const intptr_t
     }
 }
 
-WIDE static void NAME(motor_power_block_uniform)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c2a = strides[1];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    REAL x1[1];
-    NAME(load_scalar)(x1, a1);
-    ANY_ORDER
-    for (intptr_t i = 0; i < n; ++i) {
-        REAL x0[4];
-        REAL x2[4];
-        NAME(load_4)(x0, a0 + i * w, c0a);
-        NAME(motor_power)(x0, x1[0], x2);
-        NAME(store_4)(a2 + i * w, c2a, x2);
-    }
-}
-
 void NAME(motor_power_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {1, 0, 1, {0}}, {4, 1, 1, {4}}};
-    static const struct kernel kernel = {{NAME(motor_power_block), NAME(motor_power_block_uniform), NULL, NULL}, 2,
-        2, 3, parts};
+    static const struct form forms[] = {{1, 2, NAME(motor_power_start_m), NAME(motor_power_block_m), NULL}};
+    static const struct kernel kernel = {NAME(motor_power_block), NULL, 2, 3, 1, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -4173,6 +3713,133 @@ INLINE void NAME(interpolate_motors)(const REAL *a, const REAL *b, REAL t, REAL 
     out[3] = t65;
 }
 
+static INLINE void NAME(interpolate_motors_prepare_a_b)(const REAL *a, const REAL *b, REAL *prepared)
+{
+    const REAL a_1 = a[0];
+    const REAL a_e12 = a[1];
+    const REAL a_e20 = a[2];
+    const REAL a_e01 = a[3];
+    const REAL b_1 = b[0];
+    const REAL b_e12 = b[1];
+    const REAL b_e20 = b[2];
+    const REAL b_e01 = b[3];
+    const REAL t0 = a_1 * b_e12;
+    const REAL t1 = a_e12 * b_1;
+    const REAL t2 = t0 - t1;
+    const REAL t3 = t2 * t2;
+    const REAL t4 = LESS(t3, (REAL)1e-18);
+    const REAL t5 = SELECT(t4, (REAL)1, t2);
+    const REAL t6 = a_1 * b_1;
+    const REAL t7 = a_e12 * b_e12;
+    const REAL t8 = t6 + t7;
+    const REAL t9 = ABS(t8);
+    const REAL t10 = ATAN2(t5, t9);
+    const REAL t11 = t10 / t5;
+    const REAL t12 = SELECT(t4, (REAL)1, t11);
+    const REAL t13 = -t12;
+    const REAL t14 = LESS(t8, (REAL)0);
+    const REAL t15 = SELECT(t14, t13, t12);
+    const REAL t16 = t2 * t15;
+    const REAL t32 = a_1 * b_e20;
+    const REAL t33 = a_e12 * b_e01;
+    const REAL t34 = t32 - t33;
+    const REAL t35 = a_e01 * b_e12;
+    const REAL t36 = t34 + t35;
+    const REAL t37 = a_e20 * b_1;
+    const REAL t38 = t36 - t37;
+    const REAL t39 = t38 * t15;
+    const REAL t43 = a_1 * b_e01;
+    const REAL t44 = a_e12 * b_e20;
+    const REAL t45 = t43 + t44;
+    const REAL t46 = a_e01 * b_1;
+    const REAL t47 = t46 - t45;
+    const REAL t48 = a_e20 * b_e12;
+    const REAL t49 = t47 + t48;
+    const REAL t50 = t49 * t15;
+    prepared[0] = t16;
+    prepared[1] = a_e12;
+    prepared[2] = a_1;
+    prepared[3] = t39;
+    prepared[4] = t50;
+    prepared[5] = a_e01;
+    prepared[6] = a_e20;
+}
+
+static INLINE void NAME(interpolate_motors_apply_a_b)(const REAL *prepared, REAL t, REAL *out)
+{
+    const REAL t16 = prepared[0];
+    const REAL a_e12 = prepared[1];
+    const REAL a_1 = prepared[2];
+    const REAL t39 = prepared[3];
+    const REAL t50 = prepared[4];
+    const REAL a_e01 = prepared[5];
+    const REAL a_e20 = prepared[6];
+    const REAL t17 = t * t16;
+    const REAL t18 = t17 * t17;
+    const REAL t19 = LESS(t18, (REAL)1e-18);
+    const REAL t20 = SELECT(t19, (REAL)1, t17);
+    const REAL t21 = SIN(t17);
+    const REAL t22 = t21 / t20;
+    const REAL t23 = SELECT(t19, (REAL)1, t22);
+    const REAL t24 = t17 * t23;
+    const REAL t25 = a_e12 * t24;
+    const REAL t26 = COS(t17);
+    const REAL t27 = a_1 * t26;
+    const REAL t28 = t27 - t25;
+    const REAL t29 = a_1 * t24;
+    const REAL t30 = a_e12 * t26;
+    const REAL t31 = t29 + t30;
+    const REAL t40 = t * t39;
+    const REAL t41 = t40 * t23;
+    const REAL t42 = a_1 * t41;
+    const REAL t51 = t * t50;
+    const REAL t52 = t51 * t23;
+    const REAL t53 = a_e12 * t52;
+    const REAL t54 = t42 - t53;
+    const REAL t55 = a_e01 * t24;
+    const REAL t56 = t54 - t55;
+    const REAL t57 = a_e20 * t26;
+    const REAL t58 = t56 + t57;
+    const REAL t59 = a_1 * t52;
+    const REAL t60 = a_e12 * t41;
+    const REAL t61 = t59 + t60;
+    const REAL t62 = a_e01 * t26;
+    const REAL t63 = t61 - t62;
+    const REAL t64 = a_e20 * t24;
+    const REAL t65 = t64 - t63;
+    out[0] = t28;
+    out[1] = t31;
+    out[2] = t58;
+    out[3] = t65;
+}
+
+WIDE static void NAME(interpolate_motors_block_a_b)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    const intptr_t c3a = strides[2];
+    const REAL *prepared = (const REAL *)args[0];
+    char *a2 = args[2];
+    char *a3 = args[3];
+    ANY_ORDER
+    for (intptr_t i = 0; i < n; ++i) {
+        REAL x2[1];
+        REAL x3[4];
+        NAME(load_scalar)(x2, a2 + i * w);
+        NAME(interpolate_motors_apply_a_b)(prepared, x2[0], x3);
+        NAME(store_4)(a3 + i * w, c3a, x3);
+    }
+}
+
+static void NAME(interpolate_motors_start_a_b)(char **args, const intptr_t *strides, void *prepared)
+{
+    const intptr_t c0a = strides[0], c1a = strides[1];
+    REAL x0[4];
+    NAME(load_4)(x0, args[0], c0a);
+    REAL x1[4];
+    NAME(load_4)(x1, args[1], c1a);
+    NAME(interpolate_motors_prepare_a_b)(x0, x1, prepared);
+}
+
 WIDE static void NAME(interpolate_motors_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
@@ -4195,33 +3862,12 @@ WIDE static void NAME(interpolate_motors_block)(intptr_t n, char **args, const i
     }
 }
 
-WIDE static void NAME(interpolate_motors_block_uniform)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c1a = strides[1], c3a = strides[2];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    char *a3 = args[3];
-    REAL x2[1];
-    NAME(load_scalar)(x2, a2);
-    ANY_ORDER
-    for (intptr_t i = 0; i < n; ++i) {
-        REAL x0[4];
-        REAL x1[4];
-        REAL x3[4];
-        NAME(load_4)(x0, a0 + i * w, c0a);
-        NAME(load_4)(x1, a1 + i * w, c1a);
-        NAME(interpolate_motors)(x0, x1, x2[0], x3);
-        NAME(store_4)(a3 + i * w, c3a, x3);
-    }
-}
-
 void NAME(interpolate_motors_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {4, 1, 1, {4}}, {1, 0, 2, {0}}, {4, 1, 2, {4}}};
-    static const struct kernel kernel = {{NAME(interpolate_motors_block), NAME(interpolate_motors_block_uniform),
-        NULL, NULL}, 4, 3, 4, parts};
+    static const struct form forms[] = {{3, 2, NAME(interpolate_motors_start_a_b),
+        NAME(interpolate_motors_block_a_b), NULL}};
+    static const struct kernel kernel = {NAME(interpolate_motors_block), NULL, 3, 4, 1, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -4259,25 +3905,6 @@ WIDE static void NAME(twist_on_point_block)(intptr_t n, char **args, const intpt
     }
 }
 
-WIDE static void NAME(twist_on_point_block_uniform)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    REAL x0[3];
-    NAME(load_3)(x0, a0, c0a);
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x1[2];
-        REAL x2[2];
-        NAME(load_2)(x1, a1 + i * w, c1a);
-        NAME(twist_on_point)(x0, x1, x2);
-        NAME(store_2)(a2 + i * w, c2a, x2);
-    }
-}
-
 WIDE static void NAME(twist_on_point_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
@@ -4297,30 +3924,11 @@ WIDE static void NAME(twist_on_point_dense)(intptr_t n, char **args, const intpt
     }
 }
 
-WIDE static void NAME(twist_on_point_dense_uniform)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    REAL x0[3];
-    NAME(load_3)(x0, a0, w);
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x1[2];
-        REAL x2[2];
-        NAME(load_2)(x1, a1 + i * 2 * w, w);
-        NAME(twist_on_point)(x0, x1, x2);
-        NAME(store_2)(a2 + i * 2 * w, w, x2);
-    }
-}
-
 void NAME(twist_on_point_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {2, 1, 1, {2}}, {2, 1, 2, {2}}};
-    static const struct kernel kernel = {{NAME(twist_on_point_block), NAME(twist_on_point_block_uniform),
-        NAME(twist_on_point_dense), NAME(twist_on_point_dense_uniform)}, 1, 2, 3, parts};
+    static const struct kernel kernel = {NAME(twist_on_point_block), NAME(twist_on_point_dense), 2, 3, 0, parts,
+        NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 #endif

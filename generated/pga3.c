@@ -2,7 +2,7 @@
 // command: gac generate --all pga3
 // spec: 88854569ba238ec5
 // contraction: -ffp-contract=off (every operation is rounded once)
-// body: 072ce6eb878a8f743643e5290b2b6738254af990c150963b08a3aeb16aeaf8ab
+// body: 3644c29a8f0358daa3036e8d6dcdd79b5f3fa13edd5fdcb6bbecf984402b3ca9
 
 #ifndef REAL
 #include "pga3.h"
@@ -51,15 +51,24 @@ struct part {
 
 typedef void loop_function(intptr_t n, char **args, const intptr_t *strides);
 
-// The loops of a kernel: rows, rows with the `hoisted` arguments (a bit each) the same for all, and both in C order.
-struct kernel {
-    loop_function *loops[4];
-    unsigned hoisted;
-    int n_inputs, n_parts;
-    const struct part *parts;
+// A form of a kernel for batches in which the `same` arguments (a bit each) are that for at least so many elements:
+// what depends on them is prepared once, and takes the place of the first of them.
+struct form {
+    unsigned same;
+    intptr_t least;
+    void (*start)(char **args, const intptr_t *strides, void *prepared);
+    loop_function *block, *dense;
 };
 
-enum { PARTS = 5, CORES = 4, SPACE = 4096 };
+// The loops of a kernel, over rows and in C order, and its forms.
+struct kernel {
+    loop_function *block, *dense;
+    int n_inputs, n_parts, n_forms;
+    const struct part *parts;
+    const struct form *forms;
+};
+
+enum { PARTS = 5, CORES = 4, SPACE = 4096, PREPARED = 18 };
 
 #define SQRT(x) FUNCTION(sqrt)(x)
 #define SIN(x) FUNCTION(sin)(x)
@@ -491,18 +500,25 @@ static void NAME(batch)(const struct kernel *kernel, char **args, intptr_t n, co
     const intptr_t w = sizeof(REAL), *strides = steps + kernel->n_parts;
     const int n_parts = kernel->n_parts, n_inputs = kernel->n_inputs;
     enum { SAME, HOISTED, UNIT, ANY } kinds[PARTS];
-    _Alignas(64) REAL space[SPACE];
+    _Alignas(64) REAL space[SPACE], prepared[PREPARED];
     REAL *rows[PARTS];
     char *starts[PARTS];
     intptr_t cores[CORES], row_cores[CORES], total = 0, bytes = 0;
-    unsigned hoisted = kernel->hoisted;
-    int in_place = 1, dense = kernel->loops[2] != NULL;
+    unsigned still = 0, hoisted = 0;
+    loop_function *in_rows = kernel->block, *in_order = kernel->dense;
     for (int p = 0; p < n_parts; ++p) {
         total += kernel->parts[p].size;
         bytes += steps[p] < 0 ? -steps[p] : steps[p];
-        if (hoisted >> p & 1 && steps[p] != 0)
-            hoisted = 0;
+        still |= (unsigned)(p < n_inputs && steps[p] == 0) << p;
     }
+    for (int f = 0; f < kernel->n_forms && !hoisted; ++f) {
+        const struct form *form = &kernel->forms[f];
+        if ((still & form->same) == form->same && n >= form->least) {
+            form->start(args, strides, prepared);
+            hoisted = form->same, in_rows = form->block, in_order = form->dense;
+        }
+    }
+    int in_place = 1, dense = in_order != NULL;
     // Long rows spare calls; beyond the last cache, short ones keep reading and writing going side by side.
     intptr_t row = n < (1 << 24) / (bytes + 1) ? 64 : LANES;
     while (row > LANES && row * total > SPACE)
@@ -512,7 +528,7 @@ static void NAME(batch)(const struct kernel *kernel, char **args, intptr_t n, co
         const struct part *part = &kernel->parts[p];
         const intptr_t *c = strides + part->first;
         intptr_t step = w, row_step = row * w;
-        starts[p] = args[p];
+        starts[p] = hoisted >> p & 1 ? (char *)prepared : args[p];
         rows[p] = space + row * total;
         total += part->size;
         kinds[p] = hoisted >> p & 1 ? HOISTED : p < n_inputs && steps[p] == 0 ? SAME : steps[p] == w ? UNIT : ANY;
@@ -520,7 +536,7 @@ static void NAME(batch)(const struct kernel *kernel, char **args, intptr_t n, co
         for (int q = part->rank; q-- > 0; step *= part->shape[q], row_step *= part->shape[q]) {
             cores[part->first + q] = c[q];
             row_cores[part->first + q] = row_step;
-            dense = dense && c[q] == step;
+            dense = dense && (kinds[p] == HOISTED || c[q] == step);
         }
         dense = dense && (kinds[p] == HOISTED || steps[p] == step);
     }
@@ -537,7 +553,7 @@ static void NAME(batch)(const struct kernel *kernel, char **args, intptr_t n, co
         const int last = n - i < LANES;
         if (dense && !last) {
             m = n & -LANES;
-            kernel->loops[hoisted ? 3 : 2](m, starts, cores);
+            in_order(m, starts, cores);
             continue;
         }
         m = last ? n - i : in_place || n - i < row ? (n - i) & -LANES : row;
@@ -556,7 +572,7 @@ static void NAME(batch)(const struct kernel *kernel, char **args, intptr_t n, co
                 for (intptr_t j = m; j < LANES; ++j)
                     rows[p][k * row + j] = rows[p][k * row + m - 1];
         }
-        kernel->loops[hoisted ? 1 : 0](m, starts, cores);
+        in_rows(m, starts, cores);
         for (int p = n_inputs; p < n_parts; ++p)
             if (starts[p] == (char *)rows[p])
                 NAME(move_part)(1, rows[p], row, &kernel->parts[p], args[p] + i * steps[p], steps[p],
@@ -886,7 +902,7 @@ WIDE static void NAME(geometric_product_block)(intptr_t n, char **args, const in
 void NAME(geometric_product_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{16, 1, 0, {16}}, {16, 1, 1, {16}}, {16, 1, 2, {16}}};
-    static const struct kernel kernel = {{NAME(geometric_product_block), NULL, NULL, NULL}, 0, 2, 3, parts};
+    static const struct kernel kernel = {NAME(geometric_product_block), NULL, 2, 3, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -1110,7 +1126,7 @@ WIDE static void NAME(outer_product_block)(intptr_t n, char **args, const intptr
 void NAME(outer_product_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{16, 1, 0, {16}}, {16, 1, 1, {16}}, {16, 1, 2, {16}}};
-    static const struct kernel kernel = {{NAME(outer_product_block), NULL, NULL, NULL}, 0, 2, 3, parts};
+    static const struct kernel kernel = {NAME(outer_product_block), NULL, 2, 3, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -1334,7 +1350,7 @@ WIDE static void NAME(regressive_product_block)(intptr_t n, char **args, const i
 void NAME(regressive_product_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{16, 1, 0, {16}}, {16, 1, 1, {16}}, {16, 1, 2, {16}}};
-    static const struct kernel kernel = {{NAME(regressive_product_block), NULL, NULL, NULL}, 0, 2, 3, parts};
+    static const struct kernel kernel = {NAME(regressive_product_block), NULL, 2, 3, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -1598,7 +1614,7 @@ WIDE static void NAME(inner_product_block)(intptr_t n, char **args, const intptr
 void NAME(inner_product_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{16, 1, 0, {16}}, {16, 1, 1, {16}}, {16, 1, 2, {16}}};
-    static const struct kernel kernel = {{NAME(inner_product_block), NULL, NULL, NULL}, 0, 2, 3, parts};
+    static const struct kernel kernel = {NAME(inner_product_block), NULL, 2, 3, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -1834,7 +1850,7 @@ WIDE static void NAME(commutator_block)(intptr_t n, char **args, const intptr_t 
 void NAME(commutator_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{16, 1, 0, {16}}, {16, 1, 1, {16}}, {14, 1, 2, {14}}};
-    static const struct kernel kernel = {{NAME(commutator_block), NULL, NULL, NULL}, 0, 2, 3, parts};
+    static const struct kernel kernel = {NAME(commutator_block), NULL, 2, 3, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -1903,7 +1919,7 @@ WIDE static void NAME(reverse_block)(intptr_t n, char **args, const intptr_t *st
 void NAME(reverse_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{16, 1, 0, {16}}, {16, 1, 1, {16}}};
-    static const struct kernel kernel = {{NAME(reverse_block), NULL, NULL, NULL}, 0, 1, 2, parts};
+    static const struct kernel kernel = {NAME(reverse_block), NULL, 1, 2, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -1970,7 +1986,7 @@ WIDE static void NAME(grade_involution_block)(intptr_t n, char **args, const int
 void NAME(grade_involution_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{16, 1, 0, {16}}, {16, 1, 1, {16}}};
-    static const struct kernel kernel = {{NAME(grade_involution_block), NULL, NULL, NULL}, 0, 1, 2, parts};
+    static const struct kernel kernel = {NAME(grade_involution_block), NULL, 1, 2, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -2039,7 +2055,7 @@ WIDE static void NAME(clifford_conjugate_block)(intptr_t n, char **args, const i
 void NAME(clifford_conjugate_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{16, 1, 0, {16}}, {16, 1, 1, {16}}};
-    static const struct kernel kernel = {{NAME(clifford_conjugate_block), NULL, NULL, NULL}, 0, 1, 2, parts};
+    static const struct kernel kernel = {NAME(clifford_conjugate_block), NULL, 1, 2, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -2104,7 +2120,7 @@ WIDE static void NAME(dual_block)(intptr_t n, char **args, const intptr_t *strid
 void NAME(dual_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{16, 1, 0, {16}}, {16, 1, 1, {16}}};
-    static const struct kernel kernel = {{NAME(dual_block), NULL, NULL, NULL}, 0, 1, 2, parts};
+    static const struct kernel kernel = {NAME(dual_block), NULL, 1, 2, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -2169,7 +2185,7 @@ WIDE static void NAME(undual_block)(intptr_t n, char **args, const intptr_t *str
 void NAME(undual_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{16, 1, 0, {16}}, {16, 1, 1, {16}}};
-    static const struct kernel kernel = {{NAME(undual_block), NULL, NULL, NULL}, 0, 1, 2, parts};
+    static const struct kernel kernel = {NAME(undual_block), NULL, 1, 2, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -2221,7 +2237,7 @@ WIDE static void NAME(norm_block)(intptr_t n, char **args, const intptr_t *strid
 void NAME(norm_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{16, 1, 0, {16}}, {1, 0, 1, {0}}};
-    static const struct kernel kernel = {{NAME(norm_block), NULL, NULL, NULL}, 0, 1, 2, parts};
+    static const struct kernel kernel = {NAME(norm_block), NULL, 1, 2, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -2273,7 +2289,7 @@ WIDE static void NAME(ideal_norm_block)(intptr_t n, char **args, const intptr_t 
 void NAME(ideal_norm_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{16, 1, 0, {16}}, {1, 0, 1, {0}}};
-    static const struct kernel kernel = {{NAME(ideal_norm_block), NULL, NULL, NULL}, 0, 1, 2, parts};
+    static const struct kernel kernel = {NAME(ideal_norm_block), NULL, 1, 2, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -2327,8 +2343,8 @@ WIDE static void NAME(point_from_trivector_dense)(intptr_t n, char **args, const
 void NAME(point_from_trivector_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {3, 1, 1, {3}}};
-    static const struct kernel kernel = {{NAME(point_from_trivector_block), NULL, NAME(point_from_trivector_dense),
-        NULL}, 0, 1, 2, parts};
+    static const struct kernel kernel = {NAME(point_from_trivector_block), NAME(point_from_trivector_dense), 1, 2,
+        0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -2380,7 +2396,7 @@ WIDE static void NAME(normalize_line_block)(intptr_t n, char **args, const intpt
 void NAME(normalize_line_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{6, 1, 0, {6}}, {6, 1, 1, {6}}};
-    static const struct kernel kernel = {{NAME(normalize_line_block), NULL, NULL, NULL}, 0, 1, 2, parts};
+    static const struct kernel kernel = {NAME(normalize_line_block), NULL, 1, 2, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -2442,8 +2458,8 @@ WIDE static void NAME(normalize_plane_dense)(intptr_t n, char **args, const intp
 void NAME(normalize_plane_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {4, 1, 1, {4}}};
-    static const struct kernel kernel = {{NAME(normalize_plane_block), NULL, NAME(normalize_plane_dense), NULL}, 0,
-        1, 2, parts};
+    static const struct kernel kernel = {NAME(normalize_plane_block), NAME(normalize_plane_dense), 1, 2, 0, parts,
+        NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -2494,30 +2510,10 @@ WIDE static void NAME(join_points_block)(intptr_t n, char **args, const intptr_t
     }
 }
 
-WIDE static void NAME(join_points_block_uniform)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    REAL x0[3];
-    NAME(load_3)(x0, a0, c0a);
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x1[3];
-        REAL x2[6];
-        NAME(load_3)(x1, a1 + i * w, c1a);
-        NAME(join_points)(x0, x1, x2);
-        NAME(store_6)(a2 + i * w, c2a, x2);
-    }
-}
-
 void NAME(join_points_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {3, 1, 1, {3}}, {6, 1, 2, {6}}};
-    static const struct kernel kernel = {{NAME(join_points_block), NAME(join_points_block_uniform), NULL, NULL}, 1,
-        2, 3, parts};
+    static const struct kernel kernel = {NAME(join_points_block), NULL, 2, 3, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -2566,30 +2562,10 @@ WIDE static void NAME(join_point_direction_block)(intptr_t n, char **args, const
     }
 }
 
-WIDE static void NAME(join_point_direction_block_uniform)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    REAL x0[3];
-    NAME(load_3)(x0, a0, c0a);
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x1[3];
-        REAL x2[6];
-        NAME(load_3)(x1, a1 + i * w, c1a);
-        NAME(join_point_direction)(x0, x1, x2);
-        NAME(store_6)(a2 + i * w, c2a, x2);
-    }
-}
-
 void NAME(join_point_direction_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {3, 1, 1, {3}}, {6, 1, 2, {6}}};
-    static const struct kernel kernel = {{NAME(join_point_direction_block),
-        NAME(join_point_direction_block_uniform), NULL, NULL}, 1, 2, 3, parts};
+    static const struct kernel kernel = {NAME(join_point_direction_block), NULL, 2, 3, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -2647,30 +2623,10 @@ WIDE static void NAME(join_point_line_block)(intptr_t n, char **args, const intp
     }
 }
 
-WIDE static void NAME(join_point_line_block_uniform)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    REAL x1[6];
-    NAME(load_6)(x1, a1, c1a);
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[3];
-        REAL x2[4];
-        NAME(load_3)(x0, a0 + i * w, c0a);
-        NAME(join_point_line)(x0, x1, x2);
-        NAME(store_4)(a2 + i * w, c2a, x2);
-    }
-}
-
 void NAME(join_point_line_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {6, 1, 1, {6}}, {4, 1, 2, {4}}};
-    static const struct kernel kernel = {{NAME(join_point_line_block), NAME(join_point_line_block_uniform), NULL,
-        NULL}, 2, 2, 3, parts};
+    static const struct kernel kernel = {NAME(join_point_line_block), NULL, 2, 3, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -2734,28 +2690,6 @@ WIDE static void NAME(join_three_points_block)(intptr_t n, char **args, const in
     }
 }
 
-WIDE static void NAME(join_three_points_block_uniform)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2], c3a = strides[3];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    char *a3 = args[3];
-    REAL x0[3];
-    NAME(load_3)(x0, a0, c0a);
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x1[3];
-        REAL x2[3];
-        REAL x3[4];
-        NAME(load_3)(x1, a1 + i * w, c1a);
-        NAME(load_3)(x2, a2 + i * w, c2a);
-        NAME(join_three_points)(x0, x1, x2, x3);
-        NAME(store_4)(a3 + i * w, c3a, x3);
-    }
-}
-
 WIDE static void NAME(join_three_points_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
@@ -2778,33 +2712,11 @@ WIDE static void NAME(join_three_points_dense)(intptr_t n, char **args, const in
     }
 }
 
-WIDE static void NAME(join_three_points_dense_uniform)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    char *a3 = args[3];
-    REAL x0[3];
-    NAME(load_3)(x0, a0, w);
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x1[3];
-        REAL x2[3];
-        REAL x3[4];
-        NAME(load_3)(x1, a1 + i * 3 * w, w);
-        NAME(load_3)(x2, a2 + i * 3 * w, w);
-        NAME(join_three_points)(x0, x1, x2, x3);
-        NAME(store_4)(a3 + i * 4 * w, w, x3);
-    }
-}
-
 void NAME(join_three_points_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {3, 1, 1, {3}}, {3, 1, 2, {3}}, {4, 1, 3, {4}}};
-    static const struct kernel kernel = {{NAME(join_three_points_block), NAME(join_three_points_block_uniform),
-        NAME(join_three_points_dense), NAME(join_three_points_dense_uniform)}, 1, 3, 4, parts};
+    static const struct kernel kernel = {NAME(join_three_points_block), NAME(join_three_points_dense), 3, 4, 0,
+        parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -2848,6 +2760,446 @@ INLINE void NAME(join_four_points)(const REAL *a, const REAL *b, const REAL *c, 
     out[0] = t22;
 }
 
+static INLINE void NAME(join_four_points_prepare_a_b_c)(const REAL *a, const REAL *b, const REAL *c, REAL *prepared)
+{
+    const REAL a_e032 = a[0];
+    const REAL a_e013 = a[1];
+    const REAL a_e021 = a[2];
+    const REAL b_e032 = b[0];
+    const REAL b_e013 = b[1];
+    const REAL b_e021 = b[2];
+    const REAL c_e032 = c[0];
+    const REAL c_e013 = c[1];
+    const REAL c_e021 = c[2];
+    const REAL t0 = a_e013 * b_e021;
+    const REAL t1 = a_e021 * b_e013;
+    const REAL t2 = t0 - t1;
+    const REAL t3 = a_e021 - b_e021;
+    const REAL t4 = c_e013 * t3;
+    const REAL t5 = t4 + t2;
+    const REAL t6 = a_e013 - b_e013;
+    const REAL t7 = c_e021 * t6;
+    const REAL t8 = t5 - t7;
+    const REAL t10 = a_e032 - b_e032;
+    const REAL t11 = c_e021 * t10;
+    const REAL t12 = c_e032 * t3;
+    const REAL t13 = t11 - t12;
+    const REAL t14 = a_e032 * b_e021;
+    const REAL t15 = a_e021 * b_e032;
+    const REAL t16 = t14 - t15;
+    const REAL t17 = t13 - t16;
+    const REAL t20 = a_e032 * b_e013;
+    const REAL t21 = a_e013 * b_e032;
+    const REAL t22 = t20 - t21;
+    const REAL t23 = c_e032 * t6;
+    const REAL t24 = t23 + t22;
+    const REAL t25 = c_e013 * t10;
+    const REAL t26 = t24 - t25;
+    const REAL t29 = c_e013 * t16;
+    const REAL t30 = c_e032 * t2;
+    const REAL t31 = t29 - t30;
+    const REAL t32 = c_e021 * t22;
+    const REAL t33 = t31 - t32;
+    prepared[0] = t8;
+    prepared[1] = t17;
+    prepared[2] = t26;
+    prepared[3] = t33;
+}
+
+static INLINE void NAME(join_four_points_apply_a_b_c)(const REAL *prepared, const REAL *d, REAL *out)
+{
+    const REAL t8 = prepared[0];
+    const REAL t17 = prepared[1];
+    const REAL t26 = prepared[2];
+    const REAL t33 = prepared[3];
+    const REAL d_e032 = d[0];
+    const REAL d_e013 = d[1];
+    const REAL d_e021 = d[2];
+    const REAL t9 = d_e032 * t8;
+    const REAL t18 = d_e013 * t17;
+    const REAL t19 = t9 + t18;
+    const REAL t27 = d_e021 * t26;
+    const REAL t28 = t19 + t27;
+    const REAL t34 = t28 + t33;
+    out[0] = t34;
+}
+
+static INLINE void NAME(join_four_points_prepare_a_b_d)(const REAL *a, const REAL *b, const REAL *d, REAL *prepared)
+{
+    const REAL a_e032 = a[0];
+    const REAL a_e013 = a[1];
+    const REAL a_e021 = a[2];
+    const REAL b_e032 = b[0];
+    const REAL b_e013 = b[1];
+    const REAL b_e021 = b[2];
+    const REAL d_e032 = d[0];
+    const REAL d_e013 = d[1];
+    const REAL d_e021 = d[2];
+    const REAL t0 = a_e013 - b_e013;
+    const REAL t1 = d_e021 * t0;
+    const REAL t2 = a_e021 - b_e021;
+    const REAL t3 = d_e013 * t2;
+    const REAL t4 = t1 - t3;
+    const REAL t5 = a_e013 * b_e021;
+    const REAL t6 = a_e021 * b_e013;
+    const REAL t7 = t5 - t6;
+    const REAL t8 = t4 - t7;
+    const REAL t10 = a_e032 * b_e021;
+    const REAL t11 = a_e021 * b_e032;
+    const REAL t12 = t10 - t11;
+    const REAL t13 = d_e032 * t2;
+    const REAL t14 = t13 + t12;
+    const REAL t15 = a_e032 - b_e032;
+    const REAL t16 = d_e021 * t15;
+    const REAL t17 = t14 - t16;
+    const REAL t20 = d_e013 * t15;
+    const REAL t21 = d_e032 * t0;
+    const REAL t22 = t20 - t21;
+    const REAL t23 = a_e032 * b_e013;
+    const REAL t24 = a_e013 * b_e032;
+    const REAL t25 = t23 - t24;
+    const REAL t26 = t22 - t25;
+    const REAL t29 = d_e032 * t7;
+    const REAL t30 = d_e021 * t25;
+    const REAL t31 = t29 + t30;
+    const REAL t32 = d_e013 * t12;
+    const REAL t33 = t31 - t32;
+    prepared[0] = t8;
+    prepared[1] = t17;
+    prepared[2] = t26;
+    prepared[3] = t33;
+}
+
+static INLINE void NAME(join_four_points_apply_a_b_d)(const REAL *prepared, const REAL *c, REAL *out)
+{
+    const REAL t8 = prepared[0];
+    const REAL t17 = prepared[1];
+    const REAL t26 = prepared[2];
+    const REAL t33 = prepared[3];
+    const REAL c_e032 = c[0];
+    const REAL c_e013 = c[1];
+    const REAL c_e021 = c[2];
+    const REAL t9 = c_e032 * t8;
+    const REAL t18 = c_e013 * t17;
+    const REAL t19 = t9 + t18;
+    const REAL t27 = c_e021 * t26;
+    const REAL t28 = t19 + t27;
+    const REAL t34 = t28 + t33;
+    out[0] = t34;
+}
+
+static INLINE void NAME(join_four_points_prepare_a_c_d)(const REAL *a, const REAL *c, const REAL *d, REAL *prepared)
+{
+    const REAL a_e032 = a[0];
+    const REAL a_e013 = a[1];
+    const REAL a_e021 = a[2];
+    const REAL c_e032 = c[0];
+    const REAL c_e013 = c[1];
+    const REAL c_e021 = c[2];
+    const REAL d_e032 = d[0];
+    const REAL d_e013 = d[1];
+    const REAL d_e021 = d[2];
+    const REAL t0 = a_e013 * c_e021;
+    const REAL t1 = a_e021 * c_e013;
+    const REAL t2 = t0 - t1;
+    const REAL t3 = a_e021 - c_e021;
+    const REAL t4 = d_e013 * t3;
+    const REAL t5 = t4 + t2;
+    const REAL t6 = a_e013 - c_e013;
+    const REAL t7 = d_e021 * t6;
+    const REAL t8 = t5 - t7;
+    const REAL t10 = a_e032 - c_e032;
+    const REAL t11 = d_e021 * t10;
+    const REAL t12 = d_e032 * t3;
+    const REAL t13 = t11 - t12;
+    const REAL t14 = a_e032 * c_e021;
+    const REAL t15 = a_e021 * c_e032;
+    const REAL t16 = t14 - t15;
+    const REAL t17 = t13 - t16;
+    const REAL t20 = a_e032 * c_e013;
+    const REAL t21 = a_e013 * c_e032;
+    const REAL t22 = t20 - t21;
+    const REAL t23 = d_e032 * t6;
+    const REAL t24 = t23 + t22;
+    const REAL t25 = d_e013 * t10;
+    const REAL t26 = t24 - t25;
+    const REAL t29 = d_e013 * t16;
+    const REAL t30 = d_e032 * t2;
+    const REAL t31 = t29 - t30;
+    const REAL t32 = d_e021 * t22;
+    const REAL t33 = t31 - t32;
+    prepared[0] = t8;
+    prepared[1] = t17;
+    prepared[2] = t26;
+    prepared[3] = t33;
+}
+
+static INLINE void NAME(join_four_points_apply_a_c_d)(const REAL *prepared, const REAL *b, REAL *out)
+{
+    const REAL t8 = prepared[0];
+    const REAL t17 = prepared[1];
+    const REAL t26 = prepared[2];
+    const REAL t33 = prepared[3];
+    const REAL b_e032 = b[0];
+    const REAL b_e013 = b[1];
+    const REAL b_e021 = b[2];
+    const REAL t9 = b_e032 * t8;
+    const REAL t18 = b_e013 * t17;
+    const REAL t19 = t9 + t18;
+    const REAL t27 = b_e021 * t26;
+    const REAL t28 = t19 + t27;
+    const REAL t34 = t28 + t33;
+    out[0] = t34;
+}
+
+static INLINE void NAME(join_four_points_prepare_b_c_d)(const REAL *b, const REAL *c, const REAL *d, REAL *prepared)
+{
+    const REAL b_e032 = b[0];
+    const REAL b_e013 = b[1];
+    const REAL b_e021 = b[2];
+    const REAL c_e032 = c[0];
+    const REAL c_e013 = c[1];
+    const REAL c_e021 = c[2];
+    const REAL d_e032 = d[0];
+    const REAL d_e013 = d[1];
+    const REAL d_e021 = d[2];
+    const REAL t0 = b_e013 - c_e013;
+    const REAL t1 = d_e021 * t0;
+    const REAL t2 = b_e021 - c_e021;
+    const REAL t3 = d_e013 * t2;
+    const REAL t4 = t1 - t3;
+    const REAL t5 = b_e013 * c_e021;
+    const REAL t6 = b_e021 * c_e013;
+    const REAL t7 = t5 - t6;
+    const REAL t8 = t4 - t7;
+    const REAL t10 = b_e032 * c_e021;
+    const REAL t11 = b_e021 * c_e032;
+    const REAL t12 = t10 - t11;
+    const REAL t13 = d_e032 * t2;
+    const REAL t14 = t13 + t12;
+    const REAL t15 = b_e032 - c_e032;
+    const REAL t16 = d_e021 * t15;
+    const REAL t17 = t14 - t16;
+    const REAL t20 = d_e013 * t15;
+    const REAL t21 = d_e032 * t0;
+    const REAL t22 = t20 - t21;
+    const REAL t23 = b_e032 * c_e013;
+    const REAL t24 = b_e013 * c_e032;
+    const REAL t25 = t23 - t24;
+    const REAL t26 = t22 - t25;
+    const REAL t29 = d_e032 * t7;
+    const REAL t30 = d_e021 * t25;
+    const REAL t31 = t29 + t30;
+    const REAL t32 = d_e013 * t12;
+    const REAL t33 = t31 - t32;
+    prepared[0] = t8;
+    prepared[1] = t17;
+    prepared[2] = t26;
+    prepared[3] = t33;
+}
+
+static INLINE void NAME(join_four_points_apply_b_c_d)(const REAL *prepared, const REAL *a, REAL *out)
+{
+    const REAL t8 = prepared[0];
+    const REAL t17 = prepared[1];
+    const REAL t26 = prepared[2];
+    const REAL t33 = prepared[3];
+    const REAL a_e032 = a[0];
+    const REAL a_e013 = a[1];
+    const REAL a_e021 = a[2];
+    const REAL t9 = a_e032 * t8;
+    const REAL t18 = a_e013 * t17;
+    const REAL t19 = t9 + t18;
+    const REAL t27 = a_e021 * t26;
+    const REAL t28 = t19 + t27;
+    const REAL t34 = t28 + t33;
+    out[0] = t34;
+}
+
+WIDE static void NAME(join_four_points_block_a_b_c)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    const intptr_t c3a = strides[3];
+    const REAL *prepared = (const REAL *)args[0];
+    char *a3 = args[3];
+    char *a4 = args[4];
+    ANY_ORDER
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
+        REAL x3[3];
+        REAL x4[1];
+        NAME(load_3)(x3, a3 + i * w, c3a);
+        NAME(join_four_points_apply_a_b_c)(prepared, x3, x4);
+        NAME(store_scalar)(a4 + i * w, x4);
+    }
+}
+
+WIDE static void NAME(join_four_points_dense_a_b_c)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    const REAL *prepared = (const REAL *)args[0];
+    char *a3 = args[3];
+    char *a4 = args[4];
+    ANY_ORDER
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
+        REAL x3[3];
+        REAL x4[1];
+        NAME(load_3)(x3, a3 + i * 3 * w, w);
+        NAME(join_four_points_apply_a_b_c)(prepared, x3, x4);
+        NAME(store_scalar)(a4 + i * w, x4);
+    }
+}
+
+static void NAME(join_four_points_start_a_b_c)(char **args, const intptr_t *strides, void *prepared)
+{
+    const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
+    REAL x0[3];
+    NAME(load_3)(x0, args[0], c0a);
+    REAL x1[3];
+    NAME(load_3)(x1, args[1], c1a);
+    REAL x2[3];
+    NAME(load_3)(x2, args[2], c2a);
+    NAME(join_four_points_prepare_a_b_c)(x0, x1, x2, prepared);
+}
+
+WIDE static void NAME(join_four_points_block_a_b_d)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    const intptr_t c2a = strides[2];
+    const REAL *prepared = (const REAL *)args[0];
+    char *a2 = args[2];
+    char *a4 = args[4];
+    ANY_ORDER
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
+        REAL x2[3];
+        REAL x4[1];
+        NAME(load_3)(x2, a2 + i * w, c2a);
+        NAME(join_four_points_apply_a_b_d)(prepared, x2, x4);
+        NAME(store_scalar)(a4 + i * w, x4);
+    }
+}
+
+WIDE static void NAME(join_four_points_dense_a_b_d)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    const REAL *prepared = (const REAL *)args[0];
+    char *a2 = args[2];
+    char *a4 = args[4];
+    ANY_ORDER
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
+        REAL x2[3];
+        REAL x4[1];
+        NAME(load_3)(x2, a2 + i * 3 * w, w);
+        NAME(join_four_points_apply_a_b_d)(prepared, x2, x4);
+        NAME(store_scalar)(a4 + i * w, x4);
+    }
+}
+
+static void NAME(join_four_points_start_a_b_d)(char **args, const intptr_t *strides, void *prepared)
+{
+    const intptr_t c0a = strides[0], c1a = strides[1], c3a = strides[3];
+    REAL x0[3];
+    NAME(load_3)(x0, args[0], c0a);
+    REAL x1[3];
+    NAME(load_3)(x1, args[1], c1a);
+    REAL x3[3];
+    NAME(load_3)(x3, args[3], c3a);
+    NAME(join_four_points_prepare_a_b_d)(x0, x1, x3, prepared);
+}
+
+WIDE static void NAME(join_four_points_block_a_c_d)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    const intptr_t c1a = strides[1];
+    const REAL *prepared = (const REAL *)args[0];
+    char *a1 = args[1];
+    char *a4 = args[4];
+    ANY_ORDER
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
+        REAL x1[3];
+        REAL x4[1];
+        NAME(load_3)(x1, a1 + i * w, c1a);
+        NAME(join_four_points_apply_a_c_d)(prepared, x1, x4);
+        NAME(store_scalar)(a4 + i * w, x4);
+    }
+}
+
+WIDE static void NAME(join_four_points_dense_a_c_d)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    const REAL *prepared = (const REAL *)args[0];
+    char *a1 = args[1];
+    char *a4 = args[4];
+    ANY_ORDER
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
+        REAL x1[3];
+        REAL x4[1];
+        NAME(load_3)(x1, a1 + i * 3 * w, w);
+        NAME(join_four_points_apply_a_c_d)(prepared, x1, x4);
+        NAME(store_scalar)(a4 + i * w, x4);
+    }
+}
+
+static void NAME(join_four_points_start_a_c_d)(char **args, const intptr_t *strides, void *prepared)
+{
+    const intptr_t c0a = strides[0], c2a = strides[2], c3a = strides[3];
+    REAL x0[3];
+    NAME(load_3)(x0, args[0], c0a);
+    REAL x2[3];
+    NAME(load_3)(x2, args[2], c2a);
+    REAL x3[3];
+    NAME(load_3)(x3, args[3], c3a);
+    NAME(join_four_points_prepare_a_c_d)(x0, x2, x3, prepared);
+}
+
+WIDE static void NAME(join_four_points_block_b_c_d)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    const intptr_t c0a = strides[0];
+    const REAL *prepared = (const REAL *)args[1];
+    char *a0 = args[0];
+    char *a4 = args[4];
+    ANY_ORDER
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
+        REAL x0[3];
+        REAL x4[1];
+        NAME(load_3)(x0, a0 + i * w, c0a);
+        NAME(join_four_points_apply_b_c_d)(prepared, x0, x4);
+        NAME(store_scalar)(a4 + i * w, x4);
+    }
+}
+
+WIDE static void NAME(join_four_points_dense_b_c_d)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    const REAL *prepared = (const REAL *)args[1];
+    char *a0 = args[0];
+    char *a4 = args[4];
+    ANY_ORDER
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
+        REAL x0[3];
+        REAL x4[1];
+        NAME(load_3)(x0, a0 + i * 3 * w, w);
+        NAME(join_four_points_apply_b_c_d)(prepared, x0, x4);
+        NAME(store_scalar)(a4 + i * w, x4);
+    }
+}
+
+static void NAME(join_four_points_start_b_c_d)(char **args, const intptr_t *strides, void *prepared)
+{
+    const intptr_t c1a = strides[1], c2a = strides[2], c3a = strides[3];
+    REAL x1[3];
+    NAME(load_3)(x1, args[1], c1a);
+    REAL x2[3];
+    NAME(load_3)(x2, args[2], c2a);
+    REAL x3[3];
+    NAME(load_3)(x3, args[3], c3a);
+    NAME(join_four_points_prepare_b_c_d)(x1, x2, x3, prepared);
+}
+
 WIDE static void NAME(join_four_points_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
@@ -2865,31 +3217,6 @@ WIDE static void NAME(join_four_points_block)(intptr_t n, char **args, const int
         REAL x3[3];
         REAL x4[1];
         NAME(load_3)(x0, a0 + i * w, c0a);
-        NAME(load_3)(x1, a1 + i * w, c1a);
-        NAME(load_3)(x2, a2 + i * w, c2a);
-        NAME(load_3)(x3, a3 + i * w, c3a);
-        NAME(join_four_points)(x0, x1, x2, x3, x4);
-        NAME(store_scalar)(a4 + i * w, x4);
-    }
-}
-
-WIDE static void NAME(join_four_points_block_uniform)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2], c3a = strides[3];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    char *a3 = args[3];
-    char *a4 = args[4];
-    REAL x0[3];
-    NAME(load_3)(x0, a0, c0a);
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x1[3];
-        REAL x2[3];
-        REAL x3[3];
-        REAL x4[1];
         NAME(load_3)(x1, a1 + i * w, c1a);
         NAME(load_3)(x2, a2 + i * w, c2a);
         NAME(load_3)(x3, a3 + i * w, c3a);
@@ -2923,37 +3250,18 @@ WIDE static void NAME(join_four_points_dense)(intptr_t n, char **args, const int
     }
 }
 
-WIDE static void NAME(join_four_points_dense_uniform)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    char *a3 = args[3];
-    char *a4 = args[4];
-    REAL x0[3];
-    NAME(load_3)(x0, a0, w);
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x1[3];
-        REAL x2[3];
-        REAL x3[3];
-        REAL x4[1];
-        NAME(load_3)(x1, a1 + i * 3 * w, w);
-        NAME(load_3)(x2, a2 + i * 3 * w, w);
-        NAME(load_3)(x3, a3 + i * 3 * w, w);
-        NAME(join_four_points)(x0, x1, x2, x3, x4);
-        NAME(store_scalar)(a4 + i * w, x4);
-    }
-}
-
 void NAME(join_four_points_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {3, 1, 1, {3}}, {3, 1, 2, {3}}, {3, 1, 3, {3}}, {1, 0, 4,
         {0}}};
-    static const struct kernel kernel = {{NAME(join_four_points_block), NAME(join_four_points_block_uniform),
-        NAME(join_four_points_dense), NAME(join_four_points_dense_uniform)}, 1, 4, 5, parts};
+    static const struct form forms[] = {{7, 2, NAME(join_four_points_start_a_b_c),
+        NAME(join_four_points_block_a_b_c), NAME(join_four_points_dense_a_b_c)}, {11, 2,
+        NAME(join_four_points_start_a_b_d), NAME(join_four_points_block_a_b_d), NAME(join_four_points_dense_a_b_d)},
+        {13, 2, NAME(join_four_points_start_a_c_d), NAME(join_four_points_block_a_c_d),
+        NAME(join_four_points_dense_a_c_d)}, {14, 2, NAME(join_four_points_start_b_c_d),
+        NAME(join_four_points_block_b_c_d), NAME(join_four_points_dense_b_c_d)}};
+    static const struct kernel kernel = {NAME(join_four_points_block), NAME(join_four_points_dense), 4, 5, 4, parts,
+        forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -3012,30 +3320,10 @@ WIDE static void NAME(meet_planes_block)(intptr_t n, char **args, const intptr_t
     }
 }
 
-WIDE static void NAME(meet_planes_block_uniform)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    REAL x0[4];
-    NAME(load_4)(x0, a0, c0a);
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x1[4];
-        REAL x2[6];
-        NAME(load_4)(x1, a1 + i * w, c1a);
-        NAME(meet_planes)(x0, x1, x2);
-        NAME(store_6)(a2 + i * w, c2a, x2);
-    }
-}
-
 void NAME(meet_planes_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {4, 1, 1, {4}}, {6, 1, 2, {6}}};
-    static const struct kernel kernel = {{NAME(meet_planes_block), NAME(meet_planes_block_uniform), NULL, NULL}, 1,
-        2, 3, parts};
+    static const struct kernel kernel = {NAME(meet_planes_block), NULL, 2, 3, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -3096,30 +3384,10 @@ WIDE static void NAME(meet_line_plane_block)(intptr_t n, char **args, const intp
     }
 }
 
-WIDE static void NAME(meet_line_plane_block_uniform)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    REAL x0[6];
-    NAME(load_6)(x0, a0, c0a);
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x1[4];
-        REAL x2[4];
-        NAME(load_4)(x1, a1 + i * w, c1a);
-        NAME(meet_line_plane)(x0, x1, x2);
-        NAME(store_4)(a2 + i * w, c2a, x2);
-    }
-}
-
 void NAME(meet_line_plane_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{6, 1, 0, {6}}, {4, 1, 1, {4}}, {4, 1, 2, {4}}};
-    static const struct kernel kernel = {{NAME(meet_line_plane_block), NAME(meet_line_plane_block_uniform), NULL,
-        NULL}, 1, 2, 3, parts};
+    static const struct kernel kernel = {NAME(meet_line_plane_block), NULL, 2, 3, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -3183,6 +3451,364 @@ INLINE void NAME(meet_three_planes)(const REAL *p, const REAL *q, const REAL *r,
     out[3] = t39;
 }
 
+static INLINE void NAME(meet_three_planes_prepare_p_q)(const REAL *p, const REAL *q, REAL *prepared)
+{
+    const REAL p_e1 = p[0];
+    const REAL p_e2 = p[1];
+    const REAL p_e3 = p[2];
+    const REAL p_e0 = p[3];
+    const REAL q_e1 = q[0];
+    const REAL q_e2 = q[1];
+    const REAL q_e3 = q[2];
+    const REAL q_e0 = q[3];
+    const REAL t0 = p_e1 * q_e2;
+    const REAL t1 = p_e2 * q_e1;
+    const REAL t2 = t0 - t1;
+    const REAL t4 = p_e1 * q_e3;
+    const REAL t5 = p_e3 * q_e1;
+    const REAL t6 = t4 - t5;
+    const REAL t9 = p_e2 * q_e3;
+    const REAL t10 = p_e3 * q_e2;
+    const REAL t11 = t9 - t10;
+    const REAL t15 = p_e2 * q_e0;
+    const REAL t16 = p_e0 * q_e2;
+    const REAL t17 = t15 - t16;
+    const REAL t20 = p_e3 * q_e0;
+    const REAL t21 = p_e0 * q_e3;
+    const REAL t22 = t20 - t21;
+    const REAL t27 = p_e1 * q_e0;
+    const REAL t28 = p_e0 * q_e1;
+    const REAL t29 = t27 - t28;
+    prepared[0] = t2;
+    prepared[1] = t6;
+    prepared[2] = t11;
+    prepared[3] = t17;
+    prepared[4] = t22;
+    prepared[5] = t29;
+}
+
+static INLINE void NAME(meet_three_planes_apply_p_q)(const REAL *prepared, const REAL *r, REAL *out)
+{
+    const REAL t2 = prepared[0];
+    const REAL t6 = prepared[1];
+    const REAL t11 = prepared[2];
+    const REAL t17 = prepared[3];
+    const REAL t22 = prepared[4];
+    const REAL t29 = prepared[5];
+    const REAL r_e1 = r[0];
+    const REAL r_e2 = r[1];
+    const REAL r_e3 = r[2];
+    const REAL r_e0 = r[3];
+    const REAL t3 = r_e3 * t2;
+    const REAL t7 = r_e2 * t6;
+    const REAL t8 = t3 - t7;
+    const REAL t12 = r_e1 * t11;
+    const REAL t13 = t8 + t12;
+    const REAL t14 = r_e0 * t11;
+    const REAL t18 = r_e3 * t17;
+    const REAL t19 = t14 - t18;
+    const REAL t23 = r_e2 * t22;
+    const REAL t24 = t19 + t23;
+    const REAL t25 = -t24;
+    const REAL t26 = r_e0 * t6;
+    const REAL t30 = r_e3 * t29;
+    const REAL t31 = t26 - t30;
+    const REAL t32 = r_e1 * t22;
+    const REAL t33 = t31 + t32;
+    const REAL t34 = r_e0 * t2;
+    const REAL t35 = r_e2 * t29;
+    const REAL t36 = t34 - t35;
+    const REAL t37 = r_e1 * t17;
+    const REAL t38 = t36 + t37;
+    const REAL t39 = -t38;
+    out[0] = t13;
+    out[1] = t25;
+    out[2] = t33;
+    out[3] = t39;
+}
+
+static INLINE void NAME(meet_three_planes_prepare_p_r)(const REAL *p, const REAL *r, REAL *prepared)
+{
+    const REAL p_e1 = p[0];
+    const REAL p_e2 = p[1];
+    const REAL p_e3 = p[2];
+    const REAL p_e0 = p[3];
+    const REAL r_e1 = r[0];
+    const REAL r_e2 = r[1];
+    const REAL r_e3 = r[2];
+    const REAL r_e0 = r[3];
+    const REAL t0 = p_e3 * r_e2;
+    const REAL t1 = p_e2 * r_e3;
+    const REAL t2 = t0 - t1;
+    const REAL t4 = p_e1 * r_e3;
+    const REAL t5 = p_e3 * r_e1;
+    const REAL t6 = t4 - t5;
+    const REAL t9 = p_e2 * r_e1;
+    const REAL t10 = p_e1 * r_e2;
+    const REAL t11 = t9 - t10;
+    const REAL t14 = p_e3 * r_e0;
+    const REAL t15 = p_e0 * r_e3;
+    const REAL t16 = t14 - t15;
+    const REAL t18 = p_e0 * r_e2;
+    const REAL t19 = p_e2 * r_e0;
+    const REAL t20 = t18 - t19;
+    const REAL t25 = p_e1 * r_e0;
+    const REAL t26 = p_e0 * r_e1;
+    const REAL t27 = t25 - t26;
+    prepared[0] = t2;
+    prepared[1] = t6;
+    prepared[2] = t11;
+    prepared[3] = t16;
+    prepared[4] = t20;
+    prepared[5] = t27;
+}
+
+static INLINE void NAME(meet_three_planes_apply_p_r)(const REAL *prepared, const REAL *q, REAL *out)
+{
+    const REAL t2 = prepared[0];
+    const REAL t6 = prepared[1];
+    const REAL t11 = prepared[2];
+    const REAL t16 = prepared[3];
+    const REAL t20 = prepared[4];
+    const REAL t27 = prepared[5];
+    const REAL q_e1 = q[0];
+    const REAL q_e2 = q[1];
+    const REAL q_e3 = q[2];
+    const REAL q_e0 = q[3];
+    const REAL t3 = q_e1 * t2;
+    const REAL t7 = q_e2 * t6;
+    const REAL t8 = t3 + t7;
+    const REAL t12 = q_e3 * t11;
+    const REAL t13 = t8 + t12;
+    const REAL t17 = q_e2 * t16;
+    const REAL t21 = q_e3 * t20;
+    const REAL t22 = t17 + t21;
+    const REAL t23 = q_e0 * t2;
+    const REAL t24 = t22 - t23;
+    const REAL t28 = q_e3 * t27;
+    const REAL t29 = q_e1 * t16;
+    const REAL t30 = t28 - t29;
+    const REAL t31 = q_e0 * t6;
+    const REAL t32 = t30 - t31;
+    const REAL t33 = q_e1 * t20;
+    const REAL t34 = q_e2 * t27;
+    const REAL t35 = t33 + t34;
+    const REAL t36 = q_e0 * t11;
+    const REAL t37 = t35 + t36;
+    const REAL t38 = -t37;
+    out[0] = t13;
+    out[1] = t24;
+    out[2] = t32;
+    out[3] = t38;
+}
+
+static INLINE void NAME(meet_three_planes_prepare_q_r)(const REAL *q, const REAL *r, REAL *prepared)
+{
+    const REAL q_e1 = q[0];
+    const REAL q_e2 = q[1];
+    const REAL q_e3 = q[2];
+    const REAL q_e0 = q[3];
+    const REAL r_e1 = r[0];
+    const REAL r_e2 = r[1];
+    const REAL r_e3 = r[2];
+    const REAL r_e0 = r[3];
+    const REAL t0 = q_e2 * r_e3;
+    const REAL t1 = q_e3 * r_e2;
+    const REAL t2 = t0 - t1;
+    const REAL t4 = q_e3 * r_e1;
+    const REAL t5 = q_e1 * r_e3;
+    const REAL t6 = t4 - t5;
+    const REAL t9 = q_e1 * r_e2;
+    const REAL t10 = q_e2 * r_e1;
+    const REAL t11 = t9 - t10;
+    const REAL t14 = q_e0 * r_e3;
+    const REAL t15 = q_e3 * r_e0;
+    const REAL t16 = t14 - t15;
+    const REAL t18 = q_e2 * r_e0;
+    const REAL t19 = q_e0 * r_e2;
+    const REAL t20 = t18 - t19;
+    const REAL t25 = q_e0 * r_e1;
+    const REAL t26 = q_e1 * r_e0;
+    const REAL t27 = t25 - t26;
+    prepared[0] = t2;
+    prepared[1] = t6;
+    prepared[2] = t11;
+    prepared[3] = t16;
+    prepared[4] = t20;
+    prepared[5] = t27;
+}
+
+static INLINE void NAME(meet_three_planes_apply_q_r)(const REAL *prepared, const REAL *p, REAL *out)
+{
+    const REAL t2 = prepared[0];
+    const REAL t6 = prepared[1];
+    const REAL t11 = prepared[2];
+    const REAL t16 = prepared[3];
+    const REAL t20 = prepared[4];
+    const REAL t27 = prepared[5];
+    const REAL p_e1 = p[0];
+    const REAL p_e2 = p[1];
+    const REAL p_e3 = p[2];
+    const REAL p_e0 = p[3];
+    const REAL t3 = p_e1 * t2;
+    const REAL t7 = p_e2 * t6;
+    const REAL t8 = t3 + t7;
+    const REAL t12 = p_e3 * t11;
+    const REAL t13 = t8 + t12;
+    const REAL t17 = p_e2 * t16;
+    const REAL t21 = p_e3 * t20;
+    const REAL t22 = t17 + t21;
+    const REAL t23 = p_e0 * t2;
+    const REAL t24 = t22 - t23;
+    const REAL t28 = p_e3 * t27;
+    const REAL t29 = p_e1 * t16;
+    const REAL t30 = t28 - t29;
+    const REAL t31 = p_e0 * t6;
+    const REAL t32 = t30 - t31;
+    const REAL t33 = p_e1 * t20;
+    const REAL t34 = p_e2 * t27;
+    const REAL t35 = t33 + t34;
+    const REAL t36 = p_e0 * t11;
+    const REAL t37 = t35 + t36;
+    const REAL t38 = -t37;
+    out[0] = t13;
+    out[1] = t24;
+    out[2] = t32;
+    out[3] = t38;
+}
+
+WIDE static void NAME(meet_three_planes_block_p_q)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    const intptr_t c2a = strides[2], c3a = strides[3];
+    const REAL *prepared = (const REAL *)args[0];
+    char *a2 = args[2];
+    char *a3 = args[3];
+    ANY_ORDER
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
+        REAL x2[4];
+        REAL x3[4];
+        NAME(load_4)(x2, a2 + i * w, c2a);
+        NAME(meet_three_planes_apply_p_q)(prepared, x2, x3);
+        NAME(store_4)(a3 + i * w, c3a, x3);
+    }
+}
+
+WIDE static void NAME(meet_three_planes_dense_p_q)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    const REAL *prepared = (const REAL *)args[0];
+    char *a2 = args[2];
+    char *a3 = args[3];
+    ANY_ORDER
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
+        REAL x2[4];
+        REAL x3[4];
+        NAME(load_4)(x2, a2 + i * 4 * w, w);
+        NAME(meet_three_planes_apply_p_q)(prepared, x2, x3);
+        NAME(store_4)(a3 + i * 4 * w, w, x3);
+    }
+}
+
+static void NAME(meet_three_planes_start_p_q)(char **args, const intptr_t *strides, void *prepared)
+{
+    const intptr_t c0a = strides[0], c1a = strides[1];
+    REAL x0[4];
+    NAME(load_4)(x0, args[0], c0a);
+    REAL x1[4];
+    NAME(load_4)(x1, args[1], c1a);
+    NAME(meet_three_planes_prepare_p_q)(x0, x1, prepared);
+}
+
+WIDE static void NAME(meet_three_planes_block_p_r)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    const intptr_t c1a = strides[1], c3a = strides[3];
+    const REAL *prepared = (const REAL *)args[0];
+    char *a1 = args[1];
+    char *a3 = args[3];
+    ANY_ORDER
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
+        REAL x1[4];
+        REAL x3[4];
+        NAME(load_4)(x1, a1 + i * w, c1a);
+        NAME(meet_three_planes_apply_p_r)(prepared, x1, x3);
+        NAME(store_4)(a3 + i * w, c3a, x3);
+    }
+}
+
+WIDE static void NAME(meet_three_planes_dense_p_r)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    const REAL *prepared = (const REAL *)args[0];
+    char *a1 = args[1];
+    char *a3 = args[3];
+    ANY_ORDER
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
+        REAL x1[4];
+        REAL x3[4];
+        NAME(load_4)(x1, a1 + i * 4 * w, w);
+        NAME(meet_three_planes_apply_p_r)(prepared, x1, x3);
+        NAME(store_4)(a3 + i * 4 * w, w, x3);
+    }
+}
+
+static void NAME(meet_three_planes_start_p_r)(char **args, const intptr_t *strides, void *prepared)
+{
+    const intptr_t c0a = strides[0], c2a = strides[2];
+    REAL x0[4];
+    NAME(load_4)(x0, args[0], c0a);
+    REAL x2[4];
+    NAME(load_4)(x2, args[2], c2a);
+    NAME(meet_three_planes_prepare_p_r)(x0, x2, prepared);
+}
+
+WIDE static void NAME(meet_three_planes_block_q_r)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    const intptr_t c0a = strides[0], c3a = strides[3];
+    const REAL *prepared = (const REAL *)args[1];
+    char *a0 = args[0];
+    char *a3 = args[3];
+    ANY_ORDER
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
+        REAL x0[4];
+        REAL x3[4];
+        NAME(load_4)(x0, a0 + i * w, c0a);
+        NAME(meet_three_planes_apply_q_r)(prepared, x0, x3);
+        NAME(store_4)(a3 + i * w, c3a, x3);
+    }
+}
+
+WIDE static void NAME(meet_three_planes_dense_q_r)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    const REAL *prepared = (const REAL *)args[1];
+    char *a0 = args[0];
+    char *a3 = args[3];
+    ANY_ORDER
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
+        REAL x0[4];
+        REAL x3[4];
+        NAME(load_4)(x0, a0 + i * 4 * w, w);
+        NAME(meet_three_planes_apply_q_r)(prepared, x0, x3);
+        NAME(store_4)(a3 + i * 4 * w, w, x3);
+    }
+}
+
+static void NAME(meet_three_planes_start_q_r)(char **args, const intptr_t *strides, void *prepared)
+{
+    const intptr_t c1a = strides[1], c2a = strides[2];
+    REAL x1[4];
+    NAME(load_4)(x1, args[1], c1a);
+    REAL x2[4];
+    NAME(load_4)(x2, args[2], c2a);
+    NAME(meet_three_planes_prepare_q_r)(x1, x2, prepared);
+}
+
 WIDE static void NAME(meet_three_planes_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
@@ -3198,28 +3824,6 @@ WIDE static void NAME(meet_three_planes_block)(intptr_t n, char **args, const in
         REAL x2[4];
         REAL x3[4];
         NAME(load_4)(x0, a0 + i * w, c0a);
-        NAME(load_4)(x1, a1 + i * w, c1a);
-        NAME(load_4)(x2, a2 + i * w, c2a);
-        NAME(meet_three_planes)(x0, x1, x2, x3);
-        NAME(store_4)(a3 + i * w, c3a, x3);
-    }
-}
-
-WIDE static void NAME(meet_three_planes_block_uniform)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2], c3a = strides[3];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    char *a3 = args[3];
-    REAL x0[4];
-    NAME(load_4)(x0, a0, c0a);
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x1[4];
-        REAL x2[4];
-        REAL x3[4];
         NAME(load_4)(x1, a1 + i * w, c1a);
         NAME(load_4)(x2, a2 + i * w, c2a);
         NAME(meet_three_planes)(x0, x1, x2, x3);
@@ -3249,33 +3853,15 @@ WIDE static void NAME(meet_three_planes_dense)(intptr_t n, char **args, const in
     }
 }
 
-WIDE static void NAME(meet_three_planes_dense_uniform)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    char *a3 = args[3];
-    REAL x0[4];
-    NAME(load_4)(x0, a0, w);
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x1[4];
-        REAL x2[4];
-        REAL x3[4];
-        NAME(load_4)(x1, a1 + i * 4 * w, w);
-        NAME(load_4)(x2, a2 + i * 4 * w, w);
-        NAME(meet_three_planes)(x0, x1, x2, x3);
-        NAME(store_4)(a3 + i * 4 * w, w, x3);
-    }
-}
-
 void NAME(meet_three_planes_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {4, 1, 1, {4}}, {4, 1, 2, {4}}, {4, 1, 3, {4}}};
-    static const struct kernel kernel = {{NAME(meet_three_planes_block), NAME(meet_three_planes_block_uniform),
-        NAME(meet_three_planes_dense), NAME(meet_three_planes_dense_uniform)}, 1, 3, 4, parts};
+    static const struct form forms[] = {{3, 2, NAME(meet_three_planes_start_p_q), NAME(meet_three_planes_block_p_q),
+        NAME(meet_three_planes_dense_p_q)}, {5, 2, NAME(meet_three_planes_start_p_r),
+        NAME(meet_three_planes_block_p_r), NAME(meet_three_planes_dense_p_r)}, {6, 2,
+        NAME(meet_three_planes_start_q_r), NAME(meet_three_planes_block_q_r), NAME(meet_three_planes_dense_q_r)}};
+    static const struct kernel kernel = {NAME(meet_three_planes_block), NAME(meet_three_planes_dense), 3, 4, 3,
+        parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -3324,30 +3910,10 @@ WIDE static void NAME(line_orthogonal_to_plane_block)(intptr_t n, char **args, c
     }
 }
 
-WIDE static void NAME(line_orthogonal_to_plane_block_uniform)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    REAL x1[4];
-    NAME(load_4)(x1, a1, c1a);
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[3];
-        REAL x2[6];
-        NAME(load_3)(x0, a0 + i * w, c0a);
-        NAME(line_orthogonal_to_plane)(x0, x1, x2);
-        NAME(store_6)(a2 + i * w, c2a, x2);
-    }
-}
-
 void NAME(line_orthogonal_to_plane_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {4, 1, 1, {4}}, {6, 1, 2, {6}}};
-    static const struct kernel kernel = {{NAME(line_orthogonal_to_plane_block),
-        NAME(line_orthogonal_to_plane_block_uniform), NULL, NULL}, 2, 2, 3, parts};
+    static const struct kernel kernel = {NAME(line_orthogonal_to_plane_block), NULL, 2, 3, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -3390,30 +3956,10 @@ WIDE static void NAME(plane_orthogonal_to_line_block)(intptr_t n, char **args, c
     }
 }
 
-WIDE static void NAME(plane_orthogonal_to_line_block_uniform)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    REAL x1[6];
-    NAME(load_6)(x1, a1, c1a);
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[3];
-        REAL x2[4];
-        NAME(load_3)(x0, a0 + i * w, c0a);
-        NAME(plane_orthogonal_to_line)(x0, x1, x2);
-        NAME(store_4)(a2 + i * w, c2a, x2);
-    }
-}
-
 void NAME(plane_orthogonal_to_line_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {6, 1, 1, {6}}, {4, 1, 2, {4}}};
-    static const struct kernel kernel = {{NAME(plane_orthogonal_to_line_block),
-        NAME(plane_orthogonal_to_line_block_uniform), NULL, NULL}, 2, 2, 3, parts};
+    static const struct kernel kernel = {NAME(plane_orthogonal_to_line_block), NULL, 2, 3, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -3456,25 +4002,6 @@ WIDE static void NAME(plane_through_point_block)(intptr_t n, char **args, const 
     }
 }
 
-WIDE static void NAME(plane_through_point_block_uniform)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    REAL x1[4];
-    NAME(load_4)(x1, a1, c1a);
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[3];
-        REAL x2[4];
-        NAME(load_3)(x0, a0 + i * w, c0a);
-        NAME(plane_through_point)(x0, x1, x2);
-        NAME(store_4)(a2 + i * w, c2a, x2);
-    }
-}
-
 WIDE static void NAME(plane_through_point_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
@@ -3494,30 +4021,11 @@ WIDE static void NAME(plane_through_point_dense)(intptr_t n, char **args, const 
     }
 }
 
-WIDE static void NAME(plane_through_point_dense_uniform)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    REAL x1[4];
-    NAME(load_4)(x1, a1, w);
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[3];
-        REAL x2[4];
-        NAME(load_3)(x0, a0 + i * 3 * w, w);
-        NAME(plane_through_point)(x0, x1, x2);
-        NAME(store_4)(a2 + i * 4 * w, w, x2);
-    }
-}
-
 void NAME(plane_through_point_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {4, 1, 1, {4}}, {4, 1, 2, {4}}};
-    static const struct kernel kernel = {{NAME(plane_through_point_block), NAME(plane_through_point_block_uniform),
-        NAME(plane_through_point_dense), NAME(plane_through_point_dense_uniform)}, 2, 2, 3, parts};
+    static const struct kernel kernel = {NAME(plane_through_point_block), NAME(plane_through_point_dense), 2, 3, 0,
+        parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -3559,25 +4067,6 @@ WIDE static void NAME(distance_squared_points_block)(intptr_t n, char **args, co
     }
 }
 
-WIDE static void NAME(distance_squared_points_block_uniform)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c1a = strides[1];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    REAL x0[3];
-    NAME(load_3)(x0, a0, c0a);
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x1[3];
-        REAL x2[1];
-        NAME(load_3)(x1, a1 + i * w, c1a);
-        NAME(distance_squared_points)(x0, x1, x2);
-        NAME(store_scalar)(a2 + i * w, x2);
-    }
-}
-
 WIDE static void NAME(distance_squared_points_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
@@ -3597,31 +4086,11 @@ WIDE static void NAME(distance_squared_points_dense)(intptr_t n, char **args, co
     }
 }
 
-WIDE static void NAME(distance_squared_points_dense_uniform)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    REAL x0[3];
-    NAME(load_3)(x0, a0, w);
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x1[3];
-        REAL x2[1];
-        NAME(load_3)(x1, a1 + i * 3 * w, w);
-        NAME(distance_squared_points)(x0, x1, x2);
-        NAME(store_scalar)(a2 + i * w, x2);
-    }
-}
-
 void NAME(distance_squared_points_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {3, 1, 1, {3}}, {1, 0, 2, {0}}};
-    static const struct kernel kernel = {{NAME(distance_squared_points_block),
-        NAME(distance_squared_points_block_uniform), NAME(distance_squared_points_dense),
-        NAME(distance_squared_points_dense_uniform)}, 1, 2, 3, parts};
+    static const struct kernel kernel = {NAME(distance_squared_points_block), NAME(distance_squared_points_dense),
+        2, 3, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -3664,25 +4133,6 @@ WIDE static void NAME(distance_points_block)(intptr_t n, char **args, const intp
     }
 }
 
-WIDE static void NAME(distance_points_block_uniform)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c1a = strides[1];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    REAL x0[3];
-    NAME(load_3)(x0, a0, c0a);
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x1[3];
-        REAL x2[1];
-        NAME(load_3)(x1, a1 + i * w, c1a);
-        NAME(distance_points)(x0, x1, x2);
-        NAME(store_scalar)(a2 + i * w, x2);
-    }
-}
-
 WIDE static void NAME(distance_points_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
@@ -3702,30 +4152,11 @@ WIDE static void NAME(distance_points_dense)(intptr_t n, char **args, const intp
     }
 }
 
-WIDE static void NAME(distance_points_dense_uniform)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    REAL x0[3];
-    NAME(load_3)(x0, a0, w);
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x1[3];
-        REAL x2[1];
-        NAME(load_3)(x1, a1 + i * 3 * w, w);
-        NAME(distance_points)(x0, x1, x2);
-        NAME(store_scalar)(a2 + i * w, x2);
-    }
-}
-
 void NAME(distance_points_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {3, 1, 1, {3}}, {1, 0, 2, {0}}};
-    static const struct kernel kernel = {{NAME(distance_points_block), NAME(distance_points_block_uniform),
-        NAME(distance_points_dense), NAME(distance_points_dense_uniform)}, 1, 2, 3, parts};
+    static const struct kernel kernel = {NAME(distance_points_block), NAME(distance_points_dense), 2, 3, 0, parts,
+        NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -3766,25 +4197,6 @@ WIDE static void NAME(signed_distance_point_plane_block)(intptr_t n, char **args
     }
 }
 
-WIDE static void NAME(signed_distance_point_plane_block_uniform)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c1a = strides[1];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    REAL x1[4];
-    NAME(load_4)(x1, a1, c1a);
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[3];
-        REAL x2[1];
-        NAME(load_3)(x0, a0 + i * w, c0a);
-        NAME(signed_distance_point_plane)(x0, x1, x2);
-        NAME(store_scalar)(a2 + i * w, x2);
-    }
-}
-
 WIDE static void NAME(signed_distance_point_plane_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
@@ -3804,31 +4216,11 @@ WIDE static void NAME(signed_distance_point_plane_dense)(intptr_t n, char **args
     }
 }
 
-WIDE static void NAME(signed_distance_point_plane_dense_uniform)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    REAL x1[4];
-    NAME(load_4)(x1, a1, w);
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[3];
-        REAL x2[1];
-        NAME(load_3)(x0, a0 + i * 3 * w, w);
-        NAME(signed_distance_point_plane)(x0, x1, x2);
-        NAME(store_scalar)(a2 + i * w, x2);
-    }
-}
-
 void NAME(signed_distance_point_plane_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {4, 1, 1, {4}}, {1, 0, 2, {0}}};
-    static const struct kernel kernel = {{NAME(signed_distance_point_plane_block),
-        NAME(signed_distance_point_plane_block_uniform), NAME(signed_distance_point_plane_dense),
-        NAME(signed_distance_point_plane_dense_uniform)}, 2, 2, 3, parts};
+    static const struct kernel kernel = {NAME(signed_distance_point_plane_block),
+        NAME(signed_distance_point_plane_dense), 2, 3, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -3883,30 +4275,10 @@ WIDE static void NAME(distance_point_line_block)(intptr_t n, char **args, const 
     }
 }
 
-WIDE static void NAME(distance_point_line_block_uniform)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c1a = strides[1];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    REAL x1[6];
-    NAME(load_6)(x1, a1, c1a);
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[3];
-        REAL x2[1];
-        NAME(load_3)(x0, a0 + i * w, c0a);
-        NAME(distance_point_line)(x0, x1, x2);
-        NAME(store_scalar)(a2 + i * w, x2);
-    }
-}
-
 void NAME(distance_point_line_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {6, 1, 1, {6}}, {1, 0, 2, {0}}};
-    static const struct kernel kernel = {{NAME(distance_point_line_block), NAME(distance_point_line_block_uniform),
-        NULL, NULL}, 2, 2, 3, parts};
+    static const struct kernel kernel = {NAME(distance_point_line_block), NULL, 2, 3, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -3957,30 +4329,10 @@ WIDE static void NAME(mutual_moment_block)(intptr_t n, char **args, const intptr
     }
 }
 
-WIDE static void NAME(mutual_moment_block_uniform)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c1a = strides[1];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    REAL x0[6];
-    NAME(load_6)(x0, a0, c0a);
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x1[6];
-        REAL x2[1];
-        NAME(load_6)(x1, a1 + i * w, c1a);
-        NAME(mutual_moment)(x0, x1, x2);
-        NAME(store_scalar)(a2 + i * w, x2);
-    }
-}
-
 void NAME(mutual_moment_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{6, 1, 0, {6}}, {6, 1, 1, {6}}, {1, 0, 2, {0}}};
-    static const struct kernel kernel = {{NAME(mutual_moment_block), NAME(mutual_moment_block_uniform), NULL, NULL},
-        1, 2, 3, parts};
+    static const struct kernel kernel = {NAME(mutual_moment_block), NULL, 2, 3, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -4035,30 +4387,10 @@ WIDE static void NAME(angle_between_planes_block)(intptr_t n, char **args, const
     }
 }
 
-WIDE static void NAME(angle_between_planes_block_uniform)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c1a = strides[1];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    REAL x0[4];
-    NAME(load_4)(x0, a0, c0a);
-    ANY_ORDER
-    for (intptr_t i = 0; i < n; ++i) {
-        REAL x1[4];
-        REAL x2[1];
-        NAME(load_4)(x1, a1 + i * w, c1a);
-        NAME(angle_between_planes)(x0, x1, x2);
-        NAME(store_scalar)(a2 + i * w, x2);
-    }
-}
-
 void NAME(angle_between_planes_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {4, 1, 1, {4}}, {1, 0, 2, {0}}};
-    static const struct kernel kernel = {{NAME(angle_between_planes_block),
-        NAME(angle_between_planes_block_uniform), NULL, NULL}, 1, 2, 3, parts};
+    static const struct kernel kernel = {NAME(angle_between_planes_block), NULL, 2, 3, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -4113,30 +4445,10 @@ WIDE static void NAME(angle_between_lines_block)(intptr_t n, char **args, const 
     }
 }
 
-WIDE static void NAME(angle_between_lines_block_uniform)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c1a = strides[1];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    REAL x0[6];
-    NAME(load_6)(x0, a0, c0a);
-    ANY_ORDER
-    for (intptr_t i = 0; i < n; ++i) {
-        REAL x1[6];
-        REAL x2[1];
-        NAME(load_6)(x1, a1 + i * w, c1a);
-        NAME(angle_between_lines)(x0, x1, x2);
-        NAME(store_scalar)(a2 + i * w, x2);
-    }
-}
-
 void NAME(angle_between_lines_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{6, 1, 0, {6}}, {6, 1, 1, {6}}, {1, 0, 2, {0}}};
-    static const struct kernel kernel = {{NAME(angle_between_lines_block), NAME(angle_between_lines_block_uniform),
-        NULL, NULL}, 1, 2, 3, parts};
+    static const struct kernel kernel = {NAME(angle_between_lines_block), NULL, 2, 3, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -4172,6 +4484,122 @@ INLINE void NAME(project_point_on_plane)(const REAL *p, const REAL *plane, REAL 
     out[2] = t17;
 }
 
+static INLINE void NAME(project_point_on_plane_prepare_plane)(const REAL *plane, REAL *prepared)
+{
+    const REAL plane_e1 = plane[0];
+    const REAL plane_e2 = plane[1];
+    const REAL plane_e3 = plane[2];
+    const REAL plane_e0 = plane[3];
+    const REAL t0 = plane_e2 * plane_e2;
+    const REAL t1 = plane_e3 * plane_e3;
+    const REAL t2 = t0 + t1;
+    const REAL t3 = plane_e1 * plane_e1;
+    const REAL t4 = t3 + t2;
+    const REAL t5 = (REAL)1 / t4;
+    const REAL t6 = t2 * t5;
+    const REAL t8 = plane_e2 * t5;
+    const REAL t9 = plane_e1 * t8;
+    const REAL t12 = plane_e3 * t5;
+    const REAL t13 = plane_e1 * t12;
+    const REAL t16 = plane_e1 * t5;
+    const REAL t17 = plane_e0 * t16;
+    const REAL t19 = plane_e2 * t8;
+    const REAL t20 = (REAL)1 - t19;
+    const REAL t24 = plane_e3 * t8;
+    const REAL t27 = plane_e0 * t8;
+    const REAL t32 = plane_e3 * t12;
+    const REAL t33 = (REAL)1 - t32;
+    const REAL t36 = plane_e0 * t12;
+    prepared[0] = t6;
+    prepared[1] = t9;
+    prepared[2] = t13;
+    prepared[3] = t17;
+    prepared[4] = t20;
+    prepared[5] = t24;
+    prepared[6] = t27;
+    prepared[7] = t33;
+    prepared[8] = t36;
+}
+
+static INLINE void NAME(project_point_on_plane_apply_plane)(const REAL *prepared, const REAL *p, REAL *out)
+{
+    const REAL t6 = prepared[0];
+    const REAL t9 = prepared[1];
+    const REAL t13 = prepared[2];
+    const REAL t17 = prepared[3];
+    const REAL t20 = prepared[4];
+    const REAL t24 = prepared[5];
+    const REAL t27 = prepared[6];
+    const REAL t33 = prepared[7];
+    const REAL t36 = prepared[8];
+    const REAL p_e032 = p[0];
+    const REAL p_e013 = p[1];
+    const REAL p_e021 = p[2];
+    const REAL t7 = p_e032 * t6;
+    const REAL t10 = p_e013 * t9;
+    const REAL t11 = t7 - t10;
+    const REAL t14 = p_e021 * t13;
+    const REAL t15 = t11 - t14;
+    const REAL t18 = t15 - t17;
+    const REAL t21 = p_e013 * t20;
+    const REAL t22 = p_e032 * t9;
+    const REAL t23 = t21 - t22;
+    const REAL t25 = p_e021 * t24;
+    const REAL t26 = t23 - t25;
+    const REAL t28 = t26 - t27;
+    const REAL t29 = p_e032 * t13;
+    const REAL t30 = p_e013 * t24;
+    const REAL t31 = t29 + t30;
+    const REAL t34 = p_e021 * t33;
+    const REAL t35 = t34 - t31;
+    const REAL t37 = t35 - t36;
+    out[0] = t18;
+    out[1] = t28;
+    out[2] = t37;
+}
+
+WIDE static void NAME(project_point_on_plane_block_plane)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    const intptr_t c0a = strides[0], c2a = strides[2];
+    const REAL *prepared = (const REAL *)args[1];
+    char *a0 = args[0];
+    char *a2 = args[2];
+    ANY_ORDER
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
+        REAL x0[3];
+        REAL x2[3];
+        NAME(load_3)(x0, a0 + i * w, c0a);
+        NAME(project_point_on_plane_apply_plane)(prepared, x0, x2);
+        NAME(store_3)(a2 + i * w, c2a, x2);
+    }
+}
+
+WIDE static void NAME(project_point_on_plane_dense_plane)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    const REAL *prepared = (const REAL *)args[1];
+    char *a0 = args[0];
+    char *a2 = args[2];
+    ANY_ORDER
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
+        REAL x0[3];
+        REAL x2[3];
+        NAME(load_3)(x0, a0 + i * 3 * w, w);
+        NAME(project_point_on_plane_apply_plane)(prepared, x0, x2);
+        NAME(store_3)(a2 + i * 3 * w, w, x2);
+    }
+}
+
+static void NAME(project_point_on_plane_start_plane)(char **args, const intptr_t *strides, void *prepared)
+{
+    const intptr_t c1a = strides[1];
+    REAL x1[4];
+    NAME(load_4)(x1, args[1], c1a);
+    NAME(project_point_on_plane_prepare_plane)(x1, prepared);
+}
+
 WIDE static void NAME(project_point_on_plane_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
@@ -4186,25 +4614,6 @@ WIDE static void NAME(project_point_on_plane_block)(intptr_t n, char **args, con
         REAL x2[3];
         NAME(load_3)(x0, a0 + i * w, c0a);
         NAME(load_4)(x1, a1 + i * w, c1a);
-        NAME(project_point_on_plane)(x0, x1, x2);
-        NAME(store_3)(a2 + i * w, c2a, x2);
-    }
-}
-
-WIDE static void NAME(project_point_on_plane_block_uniform)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    REAL x1[4];
-    NAME(load_4)(x1, a1, c1a);
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[3];
-        REAL x2[3];
-        NAME(load_3)(x0, a0 + i * w, c0a);
         NAME(project_point_on_plane)(x0, x1, x2);
         NAME(store_3)(a2 + i * w, c2a, x2);
     }
@@ -4229,31 +4638,13 @@ WIDE static void NAME(project_point_on_plane_dense)(intptr_t n, char **args, con
     }
 }
 
-WIDE static void NAME(project_point_on_plane_dense_uniform)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    REAL x1[4];
-    NAME(load_4)(x1, a1, w);
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[3];
-        REAL x2[3];
-        NAME(load_3)(x0, a0 + i * 3 * w, w);
-        NAME(project_point_on_plane)(x0, x1, x2);
-        NAME(store_3)(a2 + i * 3 * w, w, x2);
-    }
-}
-
 void NAME(project_point_on_plane_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {4, 1, 1, {4}}, {3, 1, 2, {3}}};
-    static const struct kernel kernel = {{NAME(project_point_on_plane_block),
-        NAME(project_point_on_plane_block_uniform), NAME(project_point_on_plane_dense),
-        NAME(project_point_on_plane_dense_uniform)}, 2, 2, 3, parts};
+    static const struct form forms[] = {{2, 4, NAME(project_point_on_plane_start_plane),
+        NAME(project_point_on_plane_block_plane), NAME(project_point_on_plane_dense_plane)}};
+    static const struct kernel kernel = {NAME(project_point_on_plane_block), NAME(project_point_on_plane_dense), 2,
+        3, 1, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -4302,25 +4693,6 @@ WIDE static void NAME(project_point_on_unit_plane_block)(intptr_t n, char **args
     }
 }
 
-WIDE static void NAME(project_point_on_unit_plane_block_uniform)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    REAL x1[4];
-    NAME(load_4)(x1, a1, c1a);
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[3];
-        REAL x2[3];
-        NAME(load_3)(x0, a0 + i * w, c0a);
-        NAME(project_point_on_unit_plane)(x0, x1, x2);
-        NAME(store_3)(a2 + i * w, c2a, x2);
-    }
-}
-
 WIDE static void NAME(project_point_on_unit_plane_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
@@ -4340,31 +4712,11 @@ WIDE static void NAME(project_point_on_unit_plane_dense)(intptr_t n, char **args
     }
 }
 
-WIDE static void NAME(project_point_on_unit_plane_dense_uniform)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    REAL x1[4];
-    NAME(load_4)(x1, a1, w);
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[3];
-        REAL x2[3];
-        NAME(load_3)(x0, a0 + i * 3 * w, w);
-        NAME(project_point_on_unit_plane)(x0, x1, x2);
-        NAME(store_3)(a2 + i * 3 * w, w, x2);
-    }
-}
-
 void NAME(project_point_on_unit_plane_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {4, 1, 1, {4}}, {3, 1, 2, {3}}};
-    static const struct kernel kernel = {{NAME(project_point_on_unit_plane_block),
-        NAME(project_point_on_unit_plane_block_uniform), NAME(project_point_on_unit_plane_dense),
-        NAME(project_point_on_unit_plane_dense_uniform)}, 2, 2, 3, parts};
+    static const struct kernel kernel = {NAME(project_point_on_unit_plane_block),
+        NAME(project_point_on_unit_plane_dense), 2, 3, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -4413,6 +4765,117 @@ INLINE void NAME(project_point_on_line)(const REAL *p, const REAL *line, REAL *o
     out[2] = t28;
 }
 
+static INLINE void NAME(project_point_on_line_prepare_line)(const REAL *line, REAL *prepared)
+{
+    const REAL line_e12 = line[0];
+    const REAL line_e13 = line[1];
+    const REAL line_e23 = line[2];
+    const REAL line_e01 = line[3];
+    const REAL line_e02 = line[4];
+    const REAL line_e03 = line[5];
+    const REAL t0 = line_e12 * line_e12;
+    const REAL t1 = line_e13 * line_e13;
+    const REAL t2 = t0 + t1;
+    const REAL t3 = line_e23 * line_e23;
+    const REAL t4 = t2 + t3;
+    const REAL t5 = (REAL)1 / t4;
+    const REAL t6 = line_e23 * t5;
+    const REAL t13 = line_e12 * t5;
+    const REAL t14 = line_e02 * t13;
+    const REAL t16 = line_e13 * t5;
+    const REAL t17 = line_e03 * t16;
+    const REAL t19 = line_e01 * t13;
+    const REAL t20 = line_e03 * t6;
+    const REAL t21 = t19 - t20;
+    const REAL t24 = line_e01 * t16;
+    const REAL t25 = line_e02 * t6;
+    const REAL t26 = t24 + t25;
+    prepared[0] = line_e23;
+    prepared[1] = line_e12;
+    prepared[2] = line_e13;
+    prepared[3] = t6;
+    prepared[4] = t14;
+    prepared[5] = t17;
+    prepared[6] = t16;
+    prepared[7] = t21;
+    prepared[8] = t13;
+    prepared[9] = t26;
+}
+
+static INLINE void NAME(project_point_on_line_apply_line)(const REAL *prepared, const REAL *p, REAL *out)
+{
+    const REAL line_e23 = prepared[0];
+    const REAL line_e12 = prepared[1];
+    const REAL line_e13 = prepared[2];
+    const REAL t6 = prepared[3];
+    const REAL t14 = prepared[4];
+    const REAL t17 = prepared[5];
+    const REAL t16 = prepared[6];
+    const REAL t21 = prepared[7];
+    const REAL t13 = prepared[8];
+    const REAL t26 = prepared[9];
+    const REAL p_e032 = p[0];
+    const REAL p_e013 = p[1];
+    const REAL p_e021 = p[2];
+    const REAL t7 = p_e032 * line_e23;
+    const REAL t8 = p_e021 * line_e12;
+    const REAL t9 = t7 + t8;
+    const REAL t10 = p_e013 * line_e13;
+    const REAL t11 = t9 - t10;
+    const REAL t12 = t11 * t6;
+    const REAL t15 = t12 - t14;
+    const REAL t18 = t15 - t17;
+    const REAL t22 = t11 * t16;
+    const REAL t23 = t21 - t22;
+    const REAL t27 = t11 * t13;
+    const REAL t28 = t26 + t27;
+    out[0] = t18;
+    out[1] = t23;
+    out[2] = t28;
+}
+
+WIDE static void NAME(project_point_on_line_block_line)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    const intptr_t c0a = strides[0], c2a = strides[2];
+    const REAL *prepared = (const REAL *)args[1];
+    char *a0 = args[0];
+    char *a2 = args[2];
+    ANY_ORDER
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
+        REAL x0[3];
+        REAL x2[3];
+        NAME(load_3)(x0, a0 + i * w, c0a);
+        NAME(project_point_on_line_apply_line)(prepared, x0, x2);
+        NAME(store_3)(a2 + i * w, c2a, x2);
+    }
+}
+
+WIDE static void NAME(project_point_on_line_dense_line)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    const REAL *prepared = (const REAL *)args[1];
+    char *a0 = args[0];
+    char *a2 = args[2];
+    ANY_ORDER
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
+        REAL x0[3];
+        REAL x2[3];
+        NAME(load_3)(x0, a0 + i * 3 * w, w);
+        NAME(project_point_on_line_apply_line)(prepared, x0, x2);
+        NAME(store_3)(a2 + i * 3 * w, w, x2);
+    }
+}
+
+static void NAME(project_point_on_line_start_line)(char **args, const intptr_t *strides, void *prepared)
+{
+    const intptr_t c1a = strides[1];
+    REAL x1[6];
+    NAME(load_6)(x1, args[1], c1a);
+    NAME(project_point_on_line_prepare_line)(x1, prepared);
+}
+
 WIDE static void NAME(project_point_on_line_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
@@ -4432,30 +4895,12 @@ WIDE static void NAME(project_point_on_line_block)(intptr_t n, char **args, cons
     }
 }
 
-WIDE static void NAME(project_point_on_line_block_uniform)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    REAL x1[6];
-    NAME(load_6)(x1, a1, c1a);
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[3];
-        REAL x2[3];
-        NAME(load_3)(x0, a0 + i * w, c0a);
-        NAME(project_point_on_line)(x0, x1, x2);
-        NAME(store_3)(a2 + i * w, c2a, x2);
-    }
-}
-
 void NAME(project_point_on_line_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {6, 1, 1, {6}}, {3, 1, 2, {3}}};
-    static const struct kernel kernel = {{NAME(project_point_on_line_block),
-        NAME(project_point_on_line_block_uniform), NULL, NULL}, 2, 2, 3, parts};
+    static const struct form forms[] = {{2, 2, NAME(project_point_on_line_start_line),
+        NAME(project_point_on_line_block_line), NAME(project_point_on_line_dense_line)}};
+    static const struct kernel kernel = {NAME(project_point_on_line_block), NULL, 2, 3, 1, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -4495,6 +4940,100 @@ INLINE void NAME(project_point_on_unit_line)(const REAL *p, const REAL *line, RE
     out[2] = t19;
 }
 
+static INLINE void NAME(project_point_on_unit_line_prepare_line)(const REAL *line, REAL *prepared)
+{
+    const REAL line_e12 = line[0];
+    const REAL line_e13 = line[1];
+    const REAL line_e23 = line[2];
+    const REAL line_e01 = line[3];
+    const REAL line_e02 = line[4];
+    const REAL line_e03 = line[5];
+    const REAL t6 = line_e13 * line_e03;
+    const REAL t7 = line_e12 * line_e02;
+    const REAL t8 = t6 + t7;
+    const REAL t11 = line_e23 * line_e03;
+    const REAL t12 = line_e12 * line_e01;
+    const REAL t13 = t12 - t11;
+    const REAL t16 = line_e23 * line_e02;
+    const REAL t17 = line_e13 * line_e01;
+    const REAL t18 = t16 + t17;
+    prepared[0] = line_e12;
+    prepared[1] = line_e13;
+    prepared[2] = line_e23;
+    prepared[3] = t8;
+    prepared[4] = t13;
+    prepared[5] = t18;
+}
+
+static INLINE void NAME(project_point_on_unit_line_apply_line)(const REAL *prepared, const REAL *p, REAL *out)
+{
+    const REAL line_e12 = prepared[0];
+    const REAL line_e13 = prepared[1];
+    const REAL line_e23 = prepared[2];
+    const REAL t8 = prepared[3];
+    const REAL t13 = prepared[4];
+    const REAL t18 = prepared[5];
+    const REAL p_e032 = p[0];
+    const REAL p_e013 = p[1];
+    const REAL p_e021 = p[2];
+    const REAL t0 = p_e021 * line_e12;
+    const REAL t1 = p_e013 * line_e13;
+    const REAL t2 = t0 - t1;
+    const REAL t3 = p_e032 * line_e23;
+    const REAL t4 = t2 + t3;
+    const REAL t5 = line_e23 * t4;
+    const REAL t9 = t5 - t8;
+    const REAL t10 = line_e13 * t4;
+    const REAL t14 = t13 - t10;
+    const REAL t15 = line_e12 * t4;
+    const REAL t19 = t18 + t15;
+    out[0] = t9;
+    out[1] = t14;
+    out[2] = t19;
+}
+
+WIDE static void NAME(project_point_on_unit_line_block_line)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    const intptr_t c0a = strides[0], c2a = strides[2];
+    const REAL *prepared = (const REAL *)args[1];
+    char *a0 = args[0];
+    char *a2 = args[2];
+    ANY_ORDER
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
+        REAL x0[3];
+        REAL x2[3];
+        NAME(load_3)(x0, a0 + i * w, c0a);
+        NAME(project_point_on_unit_line_apply_line)(prepared, x0, x2);
+        NAME(store_3)(a2 + i * w, c2a, x2);
+    }
+}
+
+WIDE static void NAME(project_point_on_unit_line_dense_line)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    const REAL *prepared = (const REAL *)args[1];
+    char *a0 = args[0];
+    char *a2 = args[2];
+    ANY_ORDER
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
+        REAL x0[3];
+        REAL x2[3];
+        NAME(load_3)(x0, a0 + i * 3 * w, w);
+        NAME(project_point_on_unit_line_apply_line)(prepared, x0, x2);
+        NAME(store_3)(a2 + i * 3 * w, w, x2);
+    }
+}
+
+static void NAME(project_point_on_unit_line_start_line)(char **args, const intptr_t *strides, void *prepared)
+{
+    const intptr_t c1a = strides[1];
+    REAL x1[6];
+    NAME(load_6)(x1, args[1], c1a);
+    NAME(project_point_on_unit_line_prepare_line)(x1, prepared);
+}
+
 WIDE static void NAME(project_point_on_unit_line_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
@@ -4514,30 +5053,12 @@ WIDE static void NAME(project_point_on_unit_line_block)(intptr_t n, char **args,
     }
 }
 
-WIDE static void NAME(project_point_on_unit_line_block_uniform)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    REAL x1[6];
-    NAME(load_6)(x1, a1, c1a);
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[3];
-        REAL x2[3];
-        NAME(load_3)(x0, a0 + i * w, c0a);
-        NAME(project_point_on_unit_line)(x0, x1, x2);
-        NAME(store_3)(a2 + i * w, c2a, x2);
-    }
-}
-
 void NAME(project_point_on_unit_line_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {6, 1, 1, {6}}, {3, 1, 2, {3}}};
-    static const struct kernel kernel = {{NAME(project_point_on_unit_line_block),
-        NAME(project_point_on_unit_line_block_uniform), NULL, NULL}, 2, 2, 3, parts};
+    static const struct form forms[] = {{2, 2, NAME(project_point_on_unit_line_start_line),
+        NAME(project_point_on_unit_line_block_line), NAME(project_point_on_unit_line_dense_line)}};
+    static const struct kernel kernel = {NAME(project_point_on_unit_line_block), NULL, 2, 3, 1, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -4612,30 +5133,10 @@ WIDE static void NAME(project_line_on_unit_plane_block)(intptr_t n, char **args,
     }
 }
 
-WIDE static void NAME(project_line_on_unit_plane_block_uniform)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    REAL x0[6];
-    NAME(load_6)(x0, a0, c0a);
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x1[4];
-        REAL x2[6];
-        NAME(load_4)(x1, a1 + i * w, c1a);
-        NAME(project_line_on_unit_plane)(x0, x1, x2);
-        NAME(store_6)(a2 + i * w, c2a, x2);
-    }
-}
-
 void NAME(project_line_on_unit_plane_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{6, 1, 0, {6}}, {4, 1, 1, {4}}, {6, 1, 2, {6}}};
-    static const struct kernel kernel = {{NAME(project_line_on_unit_plane_block),
-        NAME(project_line_on_unit_plane_block_uniform), NULL, NULL}, 1, 2, 3, parts};
+    static const struct kernel kernel = {NAME(project_line_on_unit_plane_block), NULL, 2, 3, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -4685,25 +5186,6 @@ WIDE static void NAME(reflect_point_block)(intptr_t n, char **args, const intptr
     }
 }
 
-WIDE static void NAME(reflect_point_block_uniform)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    REAL x1[4];
-    NAME(load_4)(x1, a1, c1a);
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[3];
-        REAL x2[3];
-        NAME(load_3)(x0, a0 + i * w, c0a);
-        NAME(reflect_point)(x0, x1, x2);
-        NAME(store_3)(a2 + i * w, c2a, x2);
-    }
-}
-
 WIDE static void NAME(reflect_point_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
@@ -4723,30 +5205,11 @@ WIDE static void NAME(reflect_point_dense)(intptr_t n, char **args, const intptr
     }
 }
 
-WIDE static void NAME(reflect_point_dense_uniform)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    REAL x1[4];
-    NAME(load_4)(x1, a1, w);
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[3];
-        REAL x2[3];
-        NAME(load_3)(x0, a0 + i * 3 * w, w);
-        NAME(reflect_point)(x0, x1, x2);
-        NAME(store_3)(a2 + i * 3 * w, w, x2);
-    }
-}
-
 void NAME(reflect_point_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {4, 1, 1, {4}}, {3, 1, 2, {3}}};
-    static const struct kernel kernel = {{NAME(reflect_point_block), NAME(reflect_point_block_uniform),
-        NAME(reflect_point_dense), NAME(reflect_point_dense_uniform)}, 2, 2, 3, parts};
+    static const struct kernel kernel = {NAME(reflect_point_block), NAME(reflect_point_dense), 2, 3, 0, parts,
+        NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -4887,30 +5350,10 @@ WIDE static void NAME(motor_product_block)(intptr_t n, char **args, const intptr
     }
 }
 
-WIDE static void NAME(motor_product_block_uniform)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    REAL x0[8];
-    NAME(load_8)(x0, a0, c0a);
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x1[8];
-        REAL x2[8];
-        NAME(load_8)(x1, a1 + i * w, c1a);
-        NAME(motor_product)(x0, x1, x2);
-        NAME(store_8)(a2 + i * w, c2a, x2);
-    }
-}
-
 void NAME(motor_product_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{8, 1, 0, {8}}, {8, 1, 1, {8}}, {8, 1, 2, {8}}};
-    static const struct kernel kernel = {{NAME(motor_product_block), NAME(motor_product_block_uniform), NULL, NULL},
-        1, 2, 3, parts};
+    static const struct kernel kernel = {NAME(motor_product_block), NULL, 2, 3, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -5051,30 +5494,10 @@ WIDE static void NAME(even_product_block)(intptr_t n, char **args, const intptr_
     }
 }
 
-WIDE static void NAME(even_product_block_uniform)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    REAL x0[8];
-    NAME(load_8)(x0, a0, c0a);
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x1[8];
-        REAL x2[8];
-        NAME(load_8)(x1, a1 + i * w, c1a);
-        NAME(even_product)(x0, x1, x2);
-        NAME(store_8)(a2 + i * w, c2a, x2);
-    }
-}
-
 void NAME(even_product_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{8, 1, 0, {8}}, {8, 1, 1, {8}}, {8, 1, 2, {8}}};
-    static const struct kernel kernel = {{NAME(even_product_block), NAME(even_product_block_uniform), NULL, NULL},
-        1, 2, 3, parts};
+    static const struct kernel kernel = {NAME(even_product_block), NULL, 2, 3, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -5139,8 +5562,8 @@ WIDE static void NAME(motor_inverse_dense)(intptr_t n, char **args, const intptr
 void NAME(motor_inverse_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{8, 1, 0, {8}}, {8, 1, 1, {8}}};
-    static const struct kernel kernel = {{NAME(motor_inverse_block), NULL, NAME(motor_inverse_dense), NULL}, 0, 1,
-        2, parts};
+    static const struct kernel kernel = {NAME(motor_inverse_block), NAME(motor_inverse_dense), 1, 2, 0, parts,
+        NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -5238,8 +5661,7 @@ WIDE static void NAME(even_inverse_dense)(intptr_t n, char **args, const intptr_
 void NAME(even_inverse_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{8, 1, 0, {8}}, {8, 1, 1, {8}}};
-    static const struct kernel kernel = {{NAME(even_inverse_block), NULL, NAME(even_inverse_dense), NULL}, 0, 1, 2,
-        parts};
+    static const struct kernel kernel = {NAME(even_inverse_block), NAME(even_inverse_dense), 1, 2, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -5333,8 +5755,8 @@ WIDE static void NAME(normalize_motor_dense)(intptr_t n, char **args, const intp
 void NAME(normalize_motor_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{8, 1, 0, {8}}, {8, 1, 1, {8}}};
-    static const struct kernel kernel = {{NAME(normalize_motor_block), NULL, NAME(normalize_motor_dense), NULL}, 0,
-        1, 2, parts};
+    static const struct kernel kernel = {NAME(normalize_motor_block), NAME(normalize_motor_dense), 1, 2, 0, parts,
+        NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -5395,6 +5817,165 @@ INLINE void NAME(move_point)(const REAL *m, const REAL *p, REAL *out)
     out[2] = t38;
 }
 
+static INLINE void NAME(move_point_prepare_m)(const REAL *m, REAL *prepared)
+{
+    const REAL m_1 = m[0];
+    const REAL m_e12 = m[1];
+    const REAL m_e13 = m[2];
+    const REAL m_e23 = m[3];
+    const REAL m_e01 = m[4];
+    const REAL m_e02 = m[5];
+    const REAL m_e03 = m[6];
+    const REAL m_e0123 = m[7];
+    const REAL t0 = m_1 * m_1;
+    const REAL t1 = m_e12 * m_e12;
+    const REAL t2 = t0 - t1;
+    const REAL t3 = m_e13 * m_e13;
+    const REAL t4 = m_e23 * m_e23;
+    const REAL t5 = t3 - t4;
+    const REAL t6 = t2 - t5;
+    const REAL t8 = m_1 * m_e12;
+    const REAL t9 = m_e13 * m_e23;
+    const REAL t10 = t8 - t9;
+    const REAL t11 = t10 * (REAL)2;
+    const REAL t14 = m_1 * m_e13;
+    const REAL t15 = m_e12 * m_e23;
+    const REAL t16 = t14 + t15;
+    const REAL t17 = (REAL)2 * t16;
+    const REAL t20 = m_1 * m_e01;
+    const REAL t21 = m_e12 * m_e02;
+    const REAL t22 = t20 + t21;
+    const REAL t23 = m_e13 * m_e03;
+    const REAL t24 = t22 + t23;
+    const REAL t25 = m_e23 * m_e0123;
+    const REAL t26 = t24 + t25;
+    const REAL t27 = (REAL)2 * t26;
+    const REAL t29 = t2 + t5;
+    const REAL t31 = t8 + t9;
+    const REAL t32 = (REAL)2 * t31;
+    const REAL t35 = m_1 * m_e23;
+    const REAL t36 = m_e12 * m_e13;
+    const REAL t37 = t35 - t36;
+    const REAL t38 = (REAL)2 * t37;
+    const REAL t41 = m_e12 * m_e01;
+    const REAL t42 = m_e13 * m_e0123;
+    const REAL t43 = t41 + t42;
+    const REAL t44 = m_1 * m_e02;
+    const REAL t45 = t43 - t44;
+    const REAL t46 = m_e23 * m_e03;
+    const REAL t47 = t45 - t46;
+    const REAL t48 = (REAL)2 * t47;
+    const REAL t50 = t15 - t14;
+    const REAL t51 = (REAL)2 * t50;
+    const REAL t53 = t35 + t36;
+    const REAL t54 = (REAL)2 * t53;
+    const REAL t57 = t0 + t1;
+    const REAL t58 = t57 - t3;
+    const REAL t59 = t58 - t4;
+    const REAL t62 = m_e13 * m_e01;
+    const REAL t63 = m_e23 * m_e02;
+    const REAL t64 = t62 + t63;
+    const REAL t65 = m_1 * m_e03;
+    const REAL t66 = t64 - t65;
+    const REAL t67 = m_e12 * m_e0123;
+    const REAL t68 = t66 - t67;
+    const REAL t69 = (REAL)2 * t68;
+    prepared[0] = t6;
+    prepared[1] = t11;
+    prepared[2] = t17;
+    prepared[3] = t27;
+    prepared[4] = t29;
+    prepared[5] = t32;
+    prepared[6] = t38;
+    prepared[7] = t48;
+    prepared[8] = t51;
+    prepared[9] = t54;
+    prepared[10] = t59;
+    prepared[11] = t69;
+}
+
+static INLINE void NAME(move_point_apply_m)(const REAL *prepared, const REAL *p, REAL *out)
+{
+    const REAL t6 = prepared[0];
+    const REAL t11 = prepared[1];
+    const REAL t17 = prepared[2];
+    const REAL t27 = prepared[3];
+    const REAL t29 = prepared[4];
+    const REAL t32 = prepared[5];
+    const REAL t38 = prepared[6];
+    const REAL t48 = prepared[7];
+    const REAL t51 = prepared[8];
+    const REAL t54 = prepared[9];
+    const REAL t59 = prepared[10];
+    const REAL t69 = prepared[11];
+    const REAL p_e032 = p[0];
+    const REAL p_e013 = p[1];
+    const REAL p_e021 = p[2];
+    const REAL t7 = p_e032 * t6;
+    const REAL t12 = p_e013 * t11;
+    const REAL t13 = t7 + t12;
+    const REAL t18 = p_e021 * t17;
+    const REAL t19 = t13 + t18;
+    const REAL t28 = t19 - t27;
+    const REAL t30 = p_e013 * t29;
+    const REAL t33 = p_e032 * t32;
+    const REAL t34 = t30 - t33;
+    const REAL t39 = p_e021 * t38;
+    const REAL t40 = t34 + t39;
+    const REAL t49 = t40 + t48;
+    const REAL t52 = p_e032 * t51;
+    const REAL t55 = p_e013 * t54;
+    const REAL t56 = t52 - t55;
+    const REAL t60 = p_e021 * t59;
+    const REAL t61 = t56 + t60;
+    const REAL t70 = t61 + t69;
+    out[0] = t28;
+    out[1] = t49;
+    out[2] = t70;
+}
+
+WIDE static void NAME(move_point_block_m)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    const intptr_t c1a = strides[1], c2a = strides[2];
+    const REAL *prepared = (const REAL *)args[0];
+    char *a1 = args[1];
+    char *a2 = args[2];
+    ANY_ORDER
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
+        REAL x1[3];
+        REAL x2[3];
+        NAME(load_3)(x1, a1 + i * w, c1a);
+        NAME(move_point_apply_m)(prepared, x1, x2);
+        NAME(store_3)(a2 + i * w, c2a, x2);
+    }
+}
+
+WIDE static void NAME(move_point_dense_m)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    const REAL *prepared = (const REAL *)args[0];
+    char *a1 = args[1];
+    char *a2 = args[2];
+    ANY_ORDER
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
+        REAL x1[3];
+        REAL x2[3];
+        NAME(load_3)(x1, a1 + i * 3 * w, w);
+        NAME(move_point_apply_m)(prepared, x1, x2);
+        NAME(store_3)(a2 + i * 3 * w, w, x2);
+    }
+}
+
+static void NAME(move_point_start_m)(char **args, const intptr_t *strides, void *prepared)
+{
+    const intptr_t c0a = strides[0];
+    REAL x0[8];
+    NAME(load_8)(x0, args[0], c0a);
+    NAME(move_point_prepare_m)(x0, prepared);
+}
+
 WIDE static void NAME(move_point_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
@@ -5408,25 +5989,6 @@ WIDE static void NAME(move_point_block)(intptr_t n, char **args, const intptr_t 
         REAL x1[3];
         REAL x2[3];
         NAME(load_8)(x0, a0 + i * w, c0a);
-        NAME(load_3)(x1, a1 + i * w, c1a);
-        NAME(move_point)(x0, x1, x2);
-        NAME(store_3)(a2 + i * w, c2a, x2);
-    }
-}
-
-WIDE static void NAME(move_point_block_uniform)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    REAL x0[8];
-    NAME(load_8)(x0, a0, c0a);
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x1[3];
-        REAL x2[3];
         NAME(load_3)(x1, a1 + i * w, c1a);
         NAME(move_point)(x0, x1, x2);
         NAME(store_3)(a2 + i * w, c2a, x2);
@@ -5452,30 +6014,12 @@ WIDE static void NAME(move_point_dense)(intptr_t n, char **args, const intptr_t 
     }
 }
 
-WIDE static void NAME(move_point_dense_uniform)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    REAL x0[8];
-    NAME(load_8)(x0, a0, w);
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x1[3];
-        REAL x2[3];
-        NAME(load_3)(x1, a1 + i * 3 * w, w);
-        NAME(move_point)(x0, x1, x2);
-        NAME(store_3)(a2 + i * 3 * w, w, x2);
-    }
-}
-
 void NAME(move_point_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{8, 1, 0, {8}}, {3, 1, 1, {3}}, {3, 1, 2, {3}}};
-    static const struct kernel kernel = {{NAME(move_point_block), NAME(move_point_block_uniform),
-        NAME(move_point_dense), NAME(move_point_dense_uniform)}, 1, 2, 3, parts};
+    static const struct form forms[] = {{1, 3, NAME(move_point_start_m), NAME(move_point_block_m),
+        NAME(move_point_dense_m)}};
+    static const struct kernel kernel = {NAME(move_point_block), NAME(move_point_dense), 2, 3, 1, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -5523,6 +6067,128 @@ INLINE void NAME(move_direction)(const REAL *m, const REAL *d, REAL *out)
     out[2] = t29;
 }
 
+static INLINE void NAME(move_direction_prepare_m)(const REAL *m, REAL *prepared)
+{
+    const REAL m_1 = m[0];
+    const REAL m_e12 = m[1];
+    const REAL m_e13 = m[2];
+    const REAL m_e23 = m[3];
+    const REAL t0 = m_1 * m_1;
+    const REAL t1 = m_e12 * m_e12;
+    const REAL t2 = t0 - t1;
+    const REAL t3 = m_e13 * m_e13;
+    const REAL t4 = m_e23 * m_e23;
+    const REAL t5 = t3 - t4;
+    const REAL t6 = t2 - t5;
+    const REAL t8 = m_1 * m_e12;
+    const REAL t9 = m_e13 * m_e23;
+    const REAL t10 = t8 - t9;
+    const REAL t11 = t10 * (REAL)2;
+    const REAL t14 = m_1 * m_e13;
+    const REAL t15 = m_e12 * m_e23;
+    const REAL t16 = t14 + t15;
+    const REAL t17 = (REAL)2 * t16;
+    const REAL t20 = t2 + t5;
+    const REAL t22 = t8 + t9;
+    const REAL t23 = (REAL)2 * t22;
+    const REAL t26 = m_1 * m_e23;
+    const REAL t27 = m_e12 * m_e13;
+    const REAL t28 = t26 - t27;
+    const REAL t29 = (REAL)2 * t28;
+    const REAL t32 = t15 - t14;
+    const REAL t33 = (REAL)2 * t32;
+    const REAL t35 = t26 + t27;
+    const REAL t36 = (REAL)2 * t35;
+    const REAL t39 = t0 + t1;
+    const REAL t40 = t39 - t3;
+    const REAL t41 = t40 - t4;
+    prepared[0] = t6;
+    prepared[1] = t11;
+    prepared[2] = t17;
+    prepared[3] = t20;
+    prepared[4] = t23;
+    prepared[5] = t29;
+    prepared[6] = t33;
+    prepared[7] = t36;
+    prepared[8] = t41;
+}
+
+static INLINE void NAME(move_direction_apply_m)(const REAL *prepared, const REAL *d, REAL *out)
+{
+    const REAL t6 = prepared[0];
+    const REAL t11 = prepared[1];
+    const REAL t17 = prepared[2];
+    const REAL t20 = prepared[3];
+    const REAL t23 = prepared[4];
+    const REAL t29 = prepared[5];
+    const REAL t33 = prepared[6];
+    const REAL t36 = prepared[7];
+    const REAL t41 = prepared[8];
+    const REAL d_e032 = d[0];
+    const REAL d_e013 = d[1];
+    const REAL d_e021 = d[2];
+    const REAL t7 = d_e032 * t6;
+    const REAL t12 = d_e013 * t11;
+    const REAL t13 = t7 + t12;
+    const REAL t18 = d_e021 * t17;
+    const REAL t19 = t13 + t18;
+    const REAL t21 = d_e013 * t20;
+    const REAL t24 = d_e032 * t23;
+    const REAL t25 = t21 - t24;
+    const REAL t30 = d_e021 * t29;
+    const REAL t31 = t25 + t30;
+    const REAL t34 = d_e032 * t33;
+    const REAL t37 = d_e013 * t36;
+    const REAL t38 = t34 - t37;
+    const REAL t42 = d_e021 * t41;
+    const REAL t43 = t38 + t42;
+    out[0] = t19;
+    out[1] = t31;
+    out[2] = t43;
+}
+
+WIDE static void NAME(move_direction_block_m)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    const intptr_t c1a = strides[1], c2a = strides[2];
+    const REAL *prepared = (const REAL *)args[0];
+    char *a1 = args[1];
+    char *a2 = args[2];
+    ANY_ORDER
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
+        REAL x1[3];
+        REAL x2[3];
+        NAME(load_3)(x1, a1 + i * w, c1a);
+        NAME(move_direction_apply_m)(prepared, x1, x2);
+        NAME(store_3)(a2 + i * w, c2a, x2);
+    }
+}
+
+WIDE static void NAME(move_direction_dense_m)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    const REAL *prepared = (const REAL *)args[0];
+    char *a1 = args[1];
+    char *a2 = args[2];
+    ANY_ORDER
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
+        REAL x1[3];
+        REAL x2[3];
+        NAME(load_3)(x1, a1 + i * 3 * w, w);
+        NAME(move_direction_apply_m)(prepared, x1, x2);
+        NAME(store_3)(a2 + i * 3 * w, w, x2);
+    }
+}
+
+static void NAME(move_direction_start_m)(char **args, const intptr_t *strides, void *prepared)
+{
+    const intptr_t c0a = strides[0];
+    REAL x0[8];
+    NAME(load_8)(x0, args[0], c0a);
+    NAME(move_direction_prepare_m)(x0, prepared);
+}
+
 WIDE static void NAME(move_direction_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
@@ -5536,25 +6202,6 @@ WIDE static void NAME(move_direction_block)(intptr_t n, char **args, const intpt
         REAL x1[3];
         REAL x2[3];
         NAME(load_8)(x0, a0 + i * w, c0a);
-        NAME(load_3)(x1, a1 + i * w, c1a);
-        NAME(move_direction)(x0, x1, x2);
-        NAME(store_3)(a2 + i * w, c2a, x2);
-    }
-}
-
-WIDE static void NAME(move_direction_block_uniform)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    REAL x0[8];
-    NAME(load_8)(x0, a0, c0a);
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x1[3];
-        REAL x2[3];
         NAME(load_3)(x1, a1 + i * w, c1a);
         NAME(move_direction)(x0, x1, x2);
         NAME(store_3)(a2 + i * w, c2a, x2);
@@ -5580,30 +6227,13 @@ WIDE static void NAME(move_direction_dense)(intptr_t n, char **args, const intpt
     }
 }
 
-WIDE static void NAME(move_direction_dense_uniform)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    REAL x0[8];
-    NAME(load_8)(x0, a0, w);
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x1[3];
-        REAL x2[3];
-        NAME(load_3)(x1, a1 + i * 3 * w, w);
-        NAME(move_direction)(x0, x1, x2);
-        NAME(store_3)(a2 + i * 3 * w, w, x2);
-    }
-}
-
 void NAME(move_direction_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{8, 1, 0, {8}}, {3, 1, 1, {3}}, {3, 1, 2, {3}}};
-    static const struct kernel kernel = {{NAME(move_direction_block), NAME(move_direction_block_uniform),
-        NAME(move_direction_dense), NAME(move_direction_dense_uniform)}, 1, 2, 3, parts};
+    static const struct form forms[] = {{1, 2, NAME(move_direction_start_m), NAME(move_direction_block_m),
+        NAME(move_direction_dense_m)}};
+    static const struct kernel kernel = {NAME(move_direction_block), NAME(move_direction_dense), 2, 3, 1, parts,
+        forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -5721,6 +6351,212 @@ INLINE void NAME(move_line)(const REAL *m, const REAL *line, REAL *out)
     out[5] = t89;
 }
 
+static INLINE void NAME(move_line_prepare_m)(const REAL *m, REAL *prepared)
+{
+    const REAL m_1 = m[0];
+    const REAL m_e12 = m[1];
+    const REAL m_e13 = m[2];
+    const REAL m_e23 = m[3];
+    const REAL m_e01 = m[4];
+    const REAL m_e02 = m[5];
+    const REAL m_e03 = m[6];
+    const REAL m_e0123 = m[7];
+    const REAL t0 = m_e13 * m_e13;
+    const REAL t1 = m_e23 * m_e23;
+    const REAL t2 = t0 + t1;
+    const REAL t3 = t2 * (REAL)2;
+    const REAL t4 = (REAL)1 - t3;
+    const REAL t6 = m_1 * m_e23;
+    const REAL t7 = m_e12 * m_e13;
+    const REAL t8 = t6 + t7;
+    const REAL t9 = (REAL)2 * t8;
+    const REAL t12 = m_e12 * m_e23;
+    const REAL t13 = m_1 * m_e13;
+    const REAL t14 = t12 - t13;
+    const REAL t15 = (REAL)2 * t14;
+    const REAL t18 = m_e12 * m_e12;
+    const REAL t19 = t1 + t18;
+    const REAL t20 = (REAL)2 * t19;
+    const REAL t21 = (REAL)1 - t20;
+    const REAL t23 = t7 - t6;
+    const REAL t24 = (REAL)2 * t23;
+    const REAL t27 = m_1 * m_e12;
+    const REAL t28 = m_e13 * m_e23;
+    const REAL t29 = t27 + t28;
+    const REAL t30 = (REAL)2 * t29;
+    const REAL t33 = t12 + t13;
+    const REAL t34 = (REAL)2 * t33;
+    const REAL t36 = t28 - t27;
+    const REAL t37 = (REAL)2 * t36;
+    const REAL t40 = t0 + t18;
+    const REAL t41 = (REAL)2 * t40;
+    const REAL t42 = (REAL)1 - t41;
+    const REAL t45 = m_e12 * m_e01;
+    const REAL t46 = m_e23 * m_e03;
+    const REAL t47 = t45 + t46;
+    const REAL t48 = m_1 * m_e02;
+    const REAL t49 = m_e13 * m_e0123;
+    const REAL t50 = t48 + t49;
+    const REAL t51 = t47 - t50;
+    const REAL t52 = (REAL)2 * t51;
+    const REAL t54 = m_e13 * m_e01;
+    const REAL t55 = m_e23 * m_e02;
+    const REAL t56 = t54 - t55;
+    const REAL t57 = m_1 * m_e03;
+    const REAL t58 = m_e12 * m_e0123;
+    const REAL t59 = t57 - t58;
+    const REAL t60 = t56 - t59;
+    const REAL t61 = (REAL)2 * t60;
+    const REAL t64 = m_e13 * m_e02;
+    const REAL t65 = m_e12 * m_e03;
+    const REAL t66 = t64 - t65;
+    const REAL t67 = t66 * (REAL)4;
+    const REAL t76 = m_1 * m_e01;
+    const REAL t77 = m_e23 * m_e0123;
+    const REAL t78 = t76 - t77;
+    const REAL t79 = m_e12 * m_e02;
+    const REAL t80 = m_e13 * m_e03;
+    const REAL t81 = t79 - t80;
+    const REAL t82 = t78 + t81;
+    const REAL t83 = (REAL)2 * t82;
+    const REAL t85 = m_e23 * m_e01;
+    const REAL t86 = t65 + t85;
+    const REAL t87 = (REAL)4 * t86;
+    const REAL t90 = t56 + t59;
+    const REAL t91 = (REAL)2 * t90;
+    const REAL t100 = t78 - t81;
+    const REAL t101 = (REAL)2 * t100;
+    const REAL t103 = t64 - t85;
+    const REAL t104 = (REAL)4 * t103;
+    const REAL t107 = t47 + t50;
+    const REAL t108 = (REAL)2 * t107;
+    prepared[0] = t4;
+    prepared[1] = t9;
+    prepared[2] = t15;
+    prepared[3] = t21;
+    prepared[4] = t24;
+    prepared[5] = t30;
+    prepared[6] = t34;
+    prepared[7] = t37;
+    prepared[8] = t42;
+    prepared[9] = t52;
+    prepared[10] = t61;
+    prepared[11] = t67;
+    prepared[12] = t83;
+    prepared[13] = t87;
+    prepared[14] = t91;
+    prepared[15] = t101;
+    prepared[16] = t104;
+    prepared[17] = t108;
+}
+
+static INLINE void NAME(move_line_apply_m)(const REAL *prepared, const REAL *line, REAL *out)
+{
+    const REAL t4 = prepared[0];
+    const REAL t9 = prepared[1];
+    const REAL t15 = prepared[2];
+    const REAL t21 = prepared[3];
+    const REAL t24 = prepared[4];
+    const REAL t30 = prepared[5];
+    const REAL t34 = prepared[6];
+    const REAL t37 = prepared[7];
+    const REAL t42 = prepared[8];
+    const REAL t52 = prepared[9];
+    const REAL t61 = prepared[10];
+    const REAL t67 = prepared[11];
+    const REAL t83 = prepared[12];
+    const REAL t87 = prepared[13];
+    const REAL t91 = prepared[14];
+    const REAL t101 = prepared[15];
+    const REAL t104 = prepared[16];
+    const REAL t108 = prepared[17];
+    const REAL line_e12 = line[0];
+    const REAL line_e13 = line[1];
+    const REAL line_e23 = line[2];
+    const REAL line_e01 = line[3];
+    const REAL line_e02 = line[4];
+    const REAL line_e03 = line[5];
+    const REAL t5 = line_e12 * t4;
+    const REAL t10 = line_e13 * t9;
+    const REAL t11 = t5 + t10;
+    const REAL t16 = line_e23 * t15;
+    const REAL t17 = t11 + t16;
+    const REAL t22 = line_e13 * t21;
+    const REAL t25 = line_e12 * t24;
+    const REAL t26 = t25 + t22;
+    const REAL t31 = line_e23 * t30;
+    const REAL t32 = t26 + t31;
+    const REAL t35 = line_e12 * t34;
+    const REAL t38 = line_e13 * t37;
+    const REAL t39 = t35 + t38;
+    const REAL t43 = line_e23 * t42;
+    const REAL t44 = t39 + t43;
+    const REAL t53 = line_e12 * t52;
+    const REAL t62 = line_e13 * t61;
+    const REAL t63 = t53 + t62;
+    const REAL t68 = line_e23 * t67;
+    const REAL t69 = t63 + t68;
+    const REAL t70 = line_e01 * t42;
+    const REAL t71 = t69 + t70;
+    const REAL t72 = line_e03 * t34;
+    const REAL t73 = t71 + t72;
+    const REAL t74 = line_e02 * t37;
+    const REAL t75 = t73 - t74;
+    const REAL t84 = line_e12 * t83;
+    const REAL t88 = line_e13 * t87;
+    const REAL t89 = t84 + t88;
+    const REAL t92 = line_e23 * t91;
+    const REAL t93 = t89 - t92;
+    const REAL t94 = line_e02 * t21;
+    const REAL t95 = t93 + t94;
+    const REAL t96 = line_e01 * t30;
+    const REAL t97 = t95 - t96;
+    const REAL t98 = line_e03 * t24;
+    const REAL t99 = t97 - t98;
+    const REAL t102 = line_e13 * t101;
+    const REAL t105 = line_e12 * t104;
+    const REAL t106 = t105 + t102;
+    const REAL t109 = line_e23 * t108;
+    const REAL t110 = t106 + t109;
+    const REAL t111 = line_e01 * t15;
+    const REAL t112 = t110 + t111;
+    const REAL t113 = line_e03 * t4;
+    const REAL t114 = t112 + t113;
+    const REAL t115 = line_e02 * t9;
+    const REAL t116 = t114 - t115;
+    out[0] = t17;
+    out[1] = t32;
+    out[2] = t44;
+    out[3] = t75;
+    out[4] = t99;
+    out[5] = t116;
+}
+
+WIDE static void NAME(move_line_block_m)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    const intptr_t c1a = strides[1], c2a = strides[2];
+    const REAL *prepared = (const REAL *)args[0];
+    char *a1 = args[1];
+    char *a2 = args[2];
+    ANY_ORDER
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
+        REAL x1[6];
+        REAL x2[6];
+        NAME(load_6)(x1, a1 + i * w, c1a);
+        NAME(move_line_apply_m)(prepared, x1, x2);
+        NAME(store_6)(a2 + i * w, c2a, x2);
+    }
+}
+
+static void NAME(move_line_start_m)(char **args, const intptr_t *strides, void *prepared)
+{
+    const intptr_t c0a = strides[0];
+    REAL x0[8];
+    NAME(load_8)(x0, args[0], c0a);
+    NAME(move_line_prepare_m)(x0, prepared);
+}
+
 WIDE static void NAME(move_line_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
@@ -5740,30 +6576,11 @@ WIDE static void NAME(move_line_block)(intptr_t n, char **args, const intptr_t *
     }
 }
 
-WIDE static void NAME(move_line_block_uniform)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    REAL x0[8];
-    NAME(load_8)(x0, a0, c0a);
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x1[6];
-        REAL x2[6];
-        NAME(load_6)(x1, a1 + i * w, c1a);
-        NAME(move_line)(x0, x1, x2);
-        NAME(store_6)(a2 + i * w, c2a, x2);
-    }
-}
-
 void NAME(move_line_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{8, 1, 0, {8}}, {6, 1, 1, {6}}, {6, 1, 2, {6}}};
-    static const struct kernel kernel = {{NAME(move_line_block), NAME(move_line_block_uniform), NULL, NULL}, 1, 2,
-        3, parts};
+    static const struct form forms[] = {{1, 2, NAME(move_line_start_m), NAME(move_line_block_m), NULL}};
+    static const struct kernel kernel = {NAME(move_line_block), NULL, 2, 3, 1, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -5831,6 +6648,171 @@ INLINE void NAME(move_plane)(const REAL *m, const REAL *plane, REAL *out)
     out[3] = t43;
 }
 
+static INLINE void NAME(move_plane_prepare_m)(const REAL *m, REAL *prepared)
+{
+    const REAL m_1 = m[0];
+    const REAL m_e12 = m[1];
+    const REAL m_e13 = m[2];
+    const REAL m_e23 = m[3];
+    const REAL m_e01 = m[4];
+    const REAL m_e02 = m[5];
+    const REAL m_e03 = m[6];
+    const REAL m_e0123 = m[7];
+    const REAL t0 = m_e12 * m_e12;
+    const REAL t1 = m_e13 * m_e13;
+    const REAL t2 = t0 + t1;
+    const REAL t3 = t2 * (REAL)2;
+    const REAL t4 = (REAL)1 - t3;
+    const REAL t6 = m_1 * m_e12;
+    const REAL t7 = m_e13 * m_e23;
+    const REAL t8 = t6 - t7;
+    const REAL t9 = (REAL)2 * t8;
+    const REAL t12 = m_1 * m_e13;
+    const REAL t13 = m_e12 * m_e23;
+    const REAL t14 = t12 + t13;
+    const REAL t15 = (REAL)2 * t14;
+    const REAL t18 = m_e23 * m_e23;
+    const REAL t19 = t0 + t18;
+    const REAL t20 = (REAL)2 * t19;
+    const REAL t21 = (REAL)1 - t20;
+    const REAL t23 = t6 + t7;
+    const REAL t24 = (REAL)2 * t23;
+    const REAL t27 = m_1 * m_e23;
+    const REAL t28 = m_e12 * m_e13;
+    const REAL t29 = t27 - t28;
+    const REAL t30 = (REAL)2 * t29;
+    const REAL t33 = t13 - t12;
+    const REAL t34 = (REAL)2 * t33;
+    const REAL t36 = t27 + t28;
+    const REAL t37 = (REAL)2 * t36;
+    const REAL t40 = t1 + t18;
+    const REAL t41 = (REAL)2 * t40;
+    const REAL t42 = (REAL)1 - t41;
+    const REAL t45 = m_1 * m_e01;
+    const REAL t46 = m_e23 * m_e0123;
+    const REAL t47 = t45 + t46;
+    const REAL t48 = m_e12 * m_e02;
+    const REAL t49 = t47 - t48;
+    const REAL t50 = m_e13 * m_e03;
+    const REAL t51 = t49 - t50;
+    const REAL t52 = (REAL)2 * t51;
+    const REAL t54 = m_1 * m_e02;
+    const REAL t55 = m_e12 * m_e01;
+    const REAL t56 = t54 + t55;
+    const REAL t57 = m_e13 * m_e0123;
+    const REAL t58 = t56 - t57;
+    const REAL t59 = m_e23 * m_e03;
+    const REAL t60 = t58 - t59;
+    const REAL t61 = (REAL)2 * t60;
+    const REAL t64 = m_1 * m_e03;
+    const REAL t65 = m_e12 * m_e0123;
+    const REAL t66 = t64 + t65;
+    const REAL t67 = m_e13 * m_e01;
+    const REAL t68 = t66 + t67;
+    const REAL t69 = m_e23 * m_e02;
+    const REAL t70 = t68 + t69;
+    const REAL t71 = (REAL)2 * t70;
+    prepared[0] = t4;
+    prepared[1] = t9;
+    prepared[2] = t15;
+    prepared[3] = t21;
+    prepared[4] = t24;
+    prepared[5] = t30;
+    prepared[6] = t34;
+    prepared[7] = t37;
+    prepared[8] = t42;
+    prepared[9] = t52;
+    prepared[10] = t61;
+    prepared[11] = t71;
+}
+
+static INLINE void NAME(move_plane_apply_m)(const REAL *prepared, const REAL *plane, REAL *out)
+{
+    const REAL t4 = prepared[0];
+    const REAL t9 = prepared[1];
+    const REAL t15 = prepared[2];
+    const REAL t21 = prepared[3];
+    const REAL t24 = prepared[4];
+    const REAL t30 = prepared[5];
+    const REAL t34 = prepared[6];
+    const REAL t37 = prepared[7];
+    const REAL t42 = prepared[8];
+    const REAL t52 = prepared[9];
+    const REAL t61 = prepared[10];
+    const REAL t71 = prepared[11];
+    const REAL plane_e1 = plane[0];
+    const REAL plane_e2 = plane[1];
+    const REAL plane_e3 = plane[2];
+    const REAL plane_e0 = plane[3];
+    const REAL t5 = plane_e1 * t4;
+    const REAL t10 = plane_e2 * t9;
+    const REAL t11 = t5 + t10;
+    const REAL t16 = plane_e3 * t15;
+    const REAL t17 = t11 + t16;
+    const REAL t22 = plane_e2 * t21;
+    const REAL t25 = plane_e1 * t24;
+    const REAL t26 = t22 - t25;
+    const REAL t31 = plane_e3 * t30;
+    const REAL t32 = t26 + t31;
+    const REAL t35 = plane_e1 * t34;
+    const REAL t38 = plane_e2 * t37;
+    const REAL t39 = t35 - t38;
+    const REAL t43 = plane_e3 * t42;
+    const REAL t44 = t39 + t43;
+    const REAL t53 = plane_e1 * t52;
+    const REAL t62 = plane_e2 * t61;
+    const REAL t63 = t53 + t62;
+    const REAL t72 = plane_e3 * t71;
+    const REAL t73 = t63 + t72;
+    const REAL t74 = plane_e0 + t73;
+    out[0] = t17;
+    out[1] = t32;
+    out[2] = t44;
+    out[3] = t74;
+}
+
+WIDE static void NAME(move_plane_block_m)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    const intptr_t c1a = strides[1], c2a = strides[2];
+    const REAL *prepared = (const REAL *)args[0];
+    char *a1 = args[1];
+    char *a2 = args[2];
+    ANY_ORDER
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
+        REAL x1[4];
+        REAL x2[4];
+        NAME(load_4)(x1, a1 + i * w, c1a);
+        NAME(move_plane_apply_m)(prepared, x1, x2);
+        NAME(store_4)(a2 + i * w, c2a, x2);
+    }
+}
+
+WIDE static void NAME(move_plane_dense_m)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    const REAL *prepared = (const REAL *)args[0];
+    char *a1 = args[1];
+    char *a2 = args[2];
+    ANY_ORDER
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
+        REAL x1[4];
+        REAL x2[4];
+        NAME(load_4)(x1, a1 + i * 4 * w, w);
+        NAME(move_plane_apply_m)(prepared, x1, x2);
+        NAME(store_4)(a2 + i * 4 * w, w, x2);
+    }
+}
+
+static void NAME(move_plane_start_m)(char **args, const intptr_t *strides, void *prepared)
+{
+    const intptr_t c0a = strides[0];
+    REAL x0[8];
+    NAME(load_8)(x0, args[0], c0a);
+    NAME(move_plane_prepare_m)(x0, prepared);
+}
+
 WIDE static void NAME(move_plane_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
@@ -5844,25 +6826,6 @@ WIDE static void NAME(move_plane_block)(intptr_t n, char **args, const intptr_t 
         REAL x1[4];
         REAL x2[4];
         NAME(load_8)(x0, a0 + i * w, c0a);
-        NAME(load_4)(x1, a1 + i * w, c1a);
-        NAME(move_plane)(x0, x1, x2);
-        NAME(store_4)(a2 + i * w, c2a, x2);
-    }
-}
-
-WIDE static void NAME(move_plane_block_uniform)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    REAL x0[8];
-    NAME(load_8)(x0, a0, c0a);
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x1[4];
-        REAL x2[4];
         NAME(load_4)(x1, a1 + i * w, c1a);
         NAME(move_plane)(x0, x1, x2);
         NAME(store_4)(a2 + i * w, c2a, x2);
@@ -5888,30 +6851,12 @@ WIDE static void NAME(move_plane_dense)(intptr_t n, char **args, const intptr_t 
     }
 }
 
-WIDE static void NAME(move_plane_dense_uniform)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    REAL x0[8];
-    NAME(load_8)(x0, a0, w);
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x1[4];
-        REAL x2[4];
-        NAME(load_4)(x1, a1 + i * 4 * w, w);
-        NAME(move_plane)(x0, x1, x2);
-        NAME(store_4)(a2 + i * 4 * w, w, x2);
-    }
-}
-
 void NAME(move_plane_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{8, 1, 0, {8}}, {4, 1, 1, {4}}, {4, 1, 2, {4}}};
-    static const struct kernel kernel = {{NAME(move_plane_block), NAME(move_plane_block_uniform),
-        NAME(move_plane_dense), NAME(move_plane_dense_uniform)}, 1, 2, 3, parts};
+    static const struct form forms[] = {{1, 3, NAME(move_plane_start_m), NAME(move_plane_block_m),
+        NAME(move_plane_dense_m)}};
+    static const struct kernel kernel = {NAME(move_plane_block), NAME(move_plane_dense), 2, 3, 1, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -6051,6 +6996,233 @@ INLINE void NAME(move_motor)(const REAL *m, const REAL *n, REAL *out)
     out[7] = t107;
 }
 
+static INLINE void NAME(move_motor_prepare_m)(const REAL *m, REAL *prepared)
+{
+    const REAL m_1 = m[0];
+    const REAL m_e12 = m[1];
+    const REAL m_e13 = m[2];
+    const REAL m_e23 = m[3];
+    const REAL m_e01 = m[4];
+    const REAL m_e02 = m[5];
+    const REAL m_e03 = m[6];
+    const REAL m_e0123 = m[7];
+    const REAL t0 = m_e13 * m_e13;
+    const REAL t1 = m_e23 * m_e23;
+    const REAL t2 = t0 + t1;
+    const REAL t3 = t2 * (REAL)2;
+    const REAL t4 = (REAL)1 - t3;
+    const REAL t6 = m_1 * m_e23;
+    const REAL t7 = m_e12 * m_e13;
+    const REAL t8 = t6 + t7;
+    const REAL t9 = (REAL)2 * t8;
+    const REAL t12 = m_e12 * m_e23;
+    const REAL t13 = m_1 * m_e13;
+    const REAL t14 = t12 - t13;
+    const REAL t15 = (REAL)2 * t14;
+    const REAL t18 = m_e12 * m_e12;
+    const REAL t19 = t1 + t18;
+    const REAL t20 = (REAL)2 * t19;
+    const REAL t21 = (REAL)1 - t20;
+    const REAL t23 = t7 - t6;
+    const REAL t24 = (REAL)2 * t23;
+    const REAL t27 = m_1 * m_e12;
+    const REAL t28 = m_e13 * m_e23;
+    const REAL t29 = t27 + t28;
+    const REAL t30 = (REAL)2 * t29;
+    const REAL t33 = t12 + t13;
+    const REAL t34 = (REAL)2 * t33;
+    const REAL t36 = t28 - t27;
+    const REAL t37 = (REAL)2 * t36;
+    const REAL t40 = t0 + t18;
+    const REAL t41 = (REAL)2 * t40;
+    const REAL t42 = (REAL)1 - t41;
+    const REAL t45 = m_e12 * m_e01;
+    const REAL t46 = m_e23 * m_e03;
+    const REAL t47 = t45 + t46;
+    const REAL t48 = m_1 * m_e02;
+    const REAL t49 = m_e13 * m_e0123;
+    const REAL t50 = t48 + t49;
+    const REAL t51 = t47 - t50;
+    const REAL t52 = (REAL)2 * t51;
+    const REAL t54 = m_e13 * m_e01;
+    const REAL t55 = m_e23 * m_e02;
+    const REAL t56 = t54 - t55;
+    const REAL t57 = m_1 * m_e03;
+    const REAL t58 = m_e12 * m_e0123;
+    const REAL t59 = t57 - t58;
+    const REAL t60 = t56 - t59;
+    const REAL t61 = (REAL)2 * t60;
+    const REAL t64 = m_e13 * m_e02;
+    const REAL t65 = m_e12 * m_e03;
+    const REAL t66 = t64 - t65;
+    const REAL t67 = t66 * (REAL)4;
+    const REAL t76 = m_1 * m_e01;
+    const REAL t77 = m_e23 * m_e0123;
+    const REAL t78 = t76 - t77;
+    const REAL t79 = m_e12 * m_e02;
+    const REAL t80 = m_e13 * m_e03;
+    const REAL t81 = t79 - t80;
+    const REAL t82 = t78 + t81;
+    const REAL t83 = (REAL)2 * t82;
+    const REAL t85 = m_e23 * m_e01;
+    const REAL t86 = t65 + t85;
+    const REAL t87 = (REAL)4 * t86;
+    const REAL t90 = t56 + t59;
+    const REAL t91 = (REAL)2 * t90;
+    const REAL t100 = t78 - t81;
+    const REAL t101 = (REAL)2 * t100;
+    const REAL t103 = t64 - t85;
+    const REAL t104 = (REAL)4 * t103;
+    const REAL t107 = t47 + t50;
+    const REAL t108 = (REAL)2 * t107;
+    prepared[0] = t4;
+    prepared[1] = t9;
+    prepared[2] = t15;
+    prepared[3] = t21;
+    prepared[4] = t24;
+    prepared[5] = t30;
+    prepared[6] = t34;
+    prepared[7] = t37;
+    prepared[8] = t42;
+    prepared[9] = t52;
+    prepared[10] = t61;
+    prepared[11] = t67;
+    prepared[12] = t83;
+    prepared[13] = t87;
+    prepared[14] = t91;
+    prepared[15] = t101;
+    prepared[16] = t104;
+    prepared[17] = t108;
+}
+
+static INLINE void NAME(move_motor_apply_m)(const REAL *prepared, const REAL *n, REAL *out)
+{
+    const REAL t4 = prepared[0];
+    const REAL t9 = prepared[1];
+    const REAL t15 = prepared[2];
+    const REAL t21 = prepared[3];
+    const REAL t24 = prepared[4];
+    const REAL t30 = prepared[5];
+    const REAL t34 = prepared[6];
+    const REAL t37 = prepared[7];
+    const REAL t42 = prepared[8];
+    const REAL t52 = prepared[9];
+    const REAL t61 = prepared[10];
+    const REAL t67 = prepared[11];
+    const REAL t83 = prepared[12];
+    const REAL t87 = prepared[13];
+    const REAL t91 = prepared[14];
+    const REAL t101 = prepared[15];
+    const REAL t104 = prepared[16];
+    const REAL t108 = prepared[17];
+    const REAL n_1 = n[0];
+    const REAL n_e12 = n[1];
+    const REAL n_e13 = n[2];
+    const REAL n_e23 = n[3];
+    const REAL n_e01 = n[4];
+    const REAL n_e02 = n[5];
+    const REAL n_e03 = n[6];
+    const REAL n_e0123 = n[7];
+    const REAL t5 = n_e12 * t4;
+    const REAL t10 = n_e13 * t9;
+    const REAL t11 = t5 + t10;
+    const REAL t16 = n_e23 * t15;
+    const REAL t17 = t11 + t16;
+    const REAL t22 = n_e13 * t21;
+    const REAL t25 = n_e12 * t24;
+    const REAL t26 = t25 + t22;
+    const REAL t31 = n_e23 * t30;
+    const REAL t32 = t26 + t31;
+    const REAL t35 = n_e12 * t34;
+    const REAL t38 = n_e13 * t37;
+    const REAL t39 = t35 + t38;
+    const REAL t43 = n_e23 * t42;
+    const REAL t44 = t39 + t43;
+    const REAL t53 = n_e12 * t52;
+    const REAL t62 = n_e13 * t61;
+    const REAL t63 = t53 + t62;
+    const REAL t68 = n_e23 * t67;
+    const REAL t69 = t63 + t68;
+    const REAL t70 = n_e01 * t42;
+    const REAL t71 = t69 + t70;
+    const REAL t72 = n_e03 * t34;
+    const REAL t73 = t71 + t72;
+    const REAL t74 = n_e02 * t37;
+    const REAL t75 = t73 - t74;
+    const REAL t84 = n_e12 * t83;
+    const REAL t88 = n_e13 * t87;
+    const REAL t89 = t84 + t88;
+    const REAL t92 = n_e23 * t91;
+    const REAL t93 = t89 - t92;
+    const REAL t94 = n_e02 * t21;
+    const REAL t95 = t93 + t94;
+    const REAL t96 = n_e01 * t30;
+    const REAL t97 = t95 - t96;
+    const REAL t98 = n_e03 * t24;
+    const REAL t99 = t97 - t98;
+    const REAL t102 = n_e13 * t101;
+    const REAL t105 = n_e12 * t104;
+    const REAL t106 = t105 + t102;
+    const REAL t109 = n_e23 * t108;
+    const REAL t110 = t106 + t109;
+    const REAL t111 = n_e01 * t15;
+    const REAL t112 = t110 + t111;
+    const REAL t113 = n_e03 * t4;
+    const REAL t114 = t112 + t113;
+    const REAL t115 = n_e02 * t9;
+    const REAL t116 = t114 - t115;
+    out[0] = n_1;
+    out[1] = t17;
+    out[2] = t32;
+    out[3] = t44;
+    out[4] = t75;
+    out[5] = t99;
+    out[6] = t116;
+    out[7] = n_e0123;
+}
+
+WIDE static void NAME(move_motor_block_m)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    const intptr_t c1a = strides[1], c2a = strides[2];
+    const REAL *prepared = (const REAL *)args[0];
+    char *a1 = args[1];
+    char *a2 = args[2];
+    ANY_ORDER
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
+        REAL x1[8];
+        REAL x2[8];
+        NAME(load_8)(x1, a1 + i * w, c1a);
+        NAME(move_motor_apply_m)(prepared, x1, x2);
+        NAME(store_8)(a2 + i * w, c2a, x2);
+    }
+}
+
+WIDE static void NAME(move_motor_dense_m)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    const REAL *prepared = (const REAL *)args[0];
+    char *a1 = args[1];
+    char *a2 = args[2];
+    ANY_ORDER
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
+        REAL x1[8];
+        REAL x2[8];
+        NAME(load_8)(x1, a1 + i * 8 * w, w);
+        NAME(move_motor_apply_m)(prepared, x1, x2);
+        NAME(store_8)(a2 + i * 8 * w, w, x2);
+    }
+}
+
+static void NAME(move_motor_start_m)(char **args, const intptr_t *strides, void *prepared)
+{
+    const intptr_t c0a = strides[0];
+    REAL x0[8];
+    NAME(load_8)(x0, args[0], c0a);
+    NAME(move_motor_prepare_m)(x0, prepared);
+}
+
 WIDE static void NAME(move_motor_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
@@ -6070,30 +7242,12 @@ WIDE static void NAME(move_motor_block)(intptr_t n, char **args, const intptr_t 
     }
 }
 
-WIDE static void NAME(move_motor_block_uniform)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    REAL x0[8];
-    NAME(load_8)(x0, a0, c0a);
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x1[8];
-        REAL x2[8];
-        NAME(load_8)(x1, a1 + i * w, c1a);
-        NAME(move_motor)(x0, x1, x2);
-        NAME(store_8)(a2 + i * w, c2a, x2);
-    }
-}
-
 void NAME(move_motor_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{8, 1, 0, {8}}, {8, 1, 1, {8}}, {8, 1, 2, {8}}};
-    static const struct kernel kernel = {{NAME(move_motor_block), NAME(move_motor_block_uniform), NULL, NULL}, 1, 2,
-        3, parts};
+    static const struct form forms[] = {{1, 2, NAME(move_motor_start_m), NAME(move_motor_block_m),
+        NAME(move_motor_dense_m)}};
+    static const struct kernel kernel = {NAME(move_motor_block), NULL, 2, 3, 1, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -6154,6 +7308,165 @@ INLINE void NAME(move_point_back)(const REAL *m, const REAL *p, REAL *out)
     out[2] = t38;
 }
 
+static INLINE void NAME(move_point_back_prepare_m)(const REAL *m, REAL *prepared)
+{
+    const REAL m_1 = m[0];
+    const REAL m_e12 = m[1];
+    const REAL m_e13 = m[2];
+    const REAL m_e23 = m[3];
+    const REAL m_e01 = m[4];
+    const REAL m_e02 = m[5];
+    const REAL m_e03 = m[6];
+    const REAL m_e0123 = m[7];
+    const REAL t0 = m_1 * m_1;
+    const REAL t1 = m_e12 * m_e12;
+    const REAL t2 = t0 - t1;
+    const REAL t3 = m_e13 * m_e13;
+    const REAL t4 = m_e23 * m_e23;
+    const REAL t5 = t3 - t4;
+    const REAL t6 = t2 - t5;
+    const REAL t8 = m_1 * m_e12;
+    const REAL t9 = m_e13 * m_e23;
+    const REAL t10 = t8 + t9;
+    const REAL t11 = t10 * (REAL)2;
+    const REAL t14 = m_e12 * m_e23;
+    const REAL t15 = m_1 * m_e13;
+    const REAL t16 = t14 - t15;
+    const REAL t17 = (REAL)2 * t16;
+    const REAL t20 = m_1 * m_e01;
+    const REAL t21 = m_e23 * m_e0123;
+    const REAL t22 = t20 + t21;
+    const REAL t23 = m_e12 * m_e02;
+    const REAL t24 = t22 - t23;
+    const REAL t25 = m_e13 * m_e03;
+    const REAL t26 = t24 - t25;
+    const REAL t27 = (REAL)2 * t26;
+    const REAL t29 = t2 + t5;
+    const REAL t31 = t8 - t9;
+    const REAL t32 = (REAL)2 * t31;
+    const REAL t35 = m_1 * m_e23;
+    const REAL t36 = m_e12 * m_e13;
+    const REAL t37 = t35 + t36;
+    const REAL t38 = (REAL)2 * t37;
+    const REAL t41 = m_1 * m_e02;
+    const REAL t42 = m_e12 * m_e01;
+    const REAL t43 = t41 + t42;
+    const REAL t44 = m_e13 * m_e0123;
+    const REAL t45 = t43 - t44;
+    const REAL t46 = m_e23 * m_e03;
+    const REAL t47 = t45 - t46;
+    const REAL t48 = (REAL)2 * t47;
+    const REAL t50 = t14 + t15;
+    const REAL t51 = (REAL)2 * t50;
+    const REAL t53 = t35 - t36;
+    const REAL t54 = (REAL)2 * t53;
+    const REAL t57 = t0 + t1;
+    const REAL t58 = t57 - t3;
+    const REAL t59 = t58 - t4;
+    const REAL t62 = m_1 * m_e03;
+    const REAL t63 = m_e12 * m_e0123;
+    const REAL t64 = t62 + t63;
+    const REAL t65 = m_e13 * m_e01;
+    const REAL t66 = t64 + t65;
+    const REAL t67 = m_e23 * m_e02;
+    const REAL t68 = t66 + t67;
+    const REAL t69 = (REAL)2 * t68;
+    prepared[0] = t6;
+    prepared[1] = t11;
+    prepared[2] = t17;
+    prepared[3] = t27;
+    prepared[4] = t29;
+    prepared[5] = t32;
+    prepared[6] = t38;
+    prepared[7] = t48;
+    prepared[8] = t51;
+    prepared[9] = t54;
+    prepared[10] = t59;
+    prepared[11] = t69;
+}
+
+static INLINE void NAME(move_point_back_apply_m)(const REAL *prepared, const REAL *p, REAL *out)
+{
+    const REAL t6 = prepared[0];
+    const REAL t11 = prepared[1];
+    const REAL t17 = prepared[2];
+    const REAL t27 = prepared[3];
+    const REAL t29 = prepared[4];
+    const REAL t32 = prepared[5];
+    const REAL t38 = prepared[6];
+    const REAL t48 = prepared[7];
+    const REAL t51 = prepared[8];
+    const REAL t54 = prepared[9];
+    const REAL t59 = prepared[10];
+    const REAL t69 = prepared[11];
+    const REAL p_e032 = p[0];
+    const REAL p_e013 = p[1];
+    const REAL p_e021 = p[2];
+    const REAL t7 = p_e032 * t6;
+    const REAL t12 = p_e013 * t11;
+    const REAL t13 = t7 - t12;
+    const REAL t18 = p_e021 * t17;
+    const REAL t19 = t13 + t18;
+    const REAL t28 = t19 + t27;
+    const REAL t30 = p_e013 * t29;
+    const REAL t33 = p_e032 * t32;
+    const REAL t34 = t33 + t30;
+    const REAL t39 = p_e021 * t38;
+    const REAL t40 = t34 - t39;
+    const REAL t49 = t40 + t48;
+    const REAL t52 = p_e032 * t51;
+    const REAL t55 = p_e013 * t54;
+    const REAL t56 = t52 + t55;
+    const REAL t60 = p_e021 * t59;
+    const REAL t61 = t56 + t60;
+    const REAL t70 = t61 + t69;
+    out[0] = t28;
+    out[1] = t49;
+    out[2] = t70;
+}
+
+WIDE static void NAME(move_point_back_block_m)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    const intptr_t c1a = strides[1], c2a = strides[2];
+    const REAL *prepared = (const REAL *)args[0];
+    char *a1 = args[1];
+    char *a2 = args[2];
+    ANY_ORDER
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
+        REAL x1[3];
+        REAL x2[3];
+        NAME(load_3)(x1, a1 + i * w, c1a);
+        NAME(move_point_back_apply_m)(prepared, x1, x2);
+        NAME(store_3)(a2 + i * w, c2a, x2);
+    }
+}
+
+WIDE static void NAME(move_point_back_dense_m)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    const REAL *prepared = (const REAL *)args[0];
+    char *a1 = args[1];
+    char *a2 = args[2];
+    ANY_ORDER
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
+        REAL x1[3];
+        REAL x2[3];
+        NAME(load_3)(x1, a1 + i * 3 * w, w);
+        NAME(move_point_back_apply_m)(prepared, x1, x2);
+        NAME(store_3)(a2 + i * 3 * w, w, x2);
+    }
+}
+
+static void NAME(move_point_back_start_m)(char **args, const intptr_t *strides, void *prepared)
+{
+    const intptr_t c0a = strides[0];
+    REAL x0[8];
+    NAME(load_8)(x0, args[0], c0a);
+    NAME(move_point_back_prepare_m)(x0, prepared);
+}
+
 WIDE static void NAME(move_point_back_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
@@ -6167,25 +7480,6 @@ WIDE static void NAME(move_point_back_block)(intptr_t n, char **args, const intp
         REAL x1[3];
         REAL x2[3];
         NAME(load_8)(x0, a0 + i * w, c0a);
-        NAME(load_3)(x1, a1 + i * w, c1a);
-        NAME(move_point_back)(x0, x1, x2);
-        NAME(store_3)(a2 + i * w, c2a, x2);
-    }
-}
-
-WIDE static void NAME(move_point_back_block_uniform)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    REAL x0[8];
-    NAME(load_8)(x0, a0, c0a);
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x1[3];
-        REAL x2[3];
         NAME(load_3)(x1, a1 + i * w, c1a);
         NAME(move_point_back)(x0, x1, x2);
         NAME(store_3)(a2 + i * w, c2a, x2);
@@ -6211,30 +7505,13 @@ WIDE static void NAME(move_point_back_dense)(intptr_t n, char **args, const intp
     }
 }
 
-WIDE static void NAME(move_point_back_dense_uniform)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    REAL x0[8];
-    NAME(load_8)(x0, a0, w);
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x1[3];
-        REAL x2[3];
-        NAME(load_3)(x1, a1 + i * 3 * w, w);
-        NAME(move_point_back)(x0, x1, x2);
-        NAME(store_3)(a2 + i * 3 * w, w, x2);
-    }
-}
-
 void NAME(move_point_back_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{8, 1, 0, {8}}, {3, 1, 1, {3}}, {3, 1, 2, {3}}};
-    static const struct kernel kernel = {{NAME(move_point_back_block), NAME(move_point_back_block_uniform),
-        NAME(move_point_back_dense), NAME(move_point_back_dense_uniform)}, 1, 2, 3, parts};
+    static const struct form forms[] = {{1, 3, NAME(move_point_back_start_m), NAME(move_point_back_block_m),
+        NAME(move_point_back_dense_m)}};
+    static const struct kernel kernel = {NAME(move_point_back_block), NAME(move_point_back_dense), 2, 3, 1, parts,
+        forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -6264,6 +7541,145 @@ INLINE void NAME(rotor_from_axis_angle)(const REAL *axis, REAL angle, REAL *out)
     out[3] = t14;
 }
 
+static INLINE void NAME(rotor_from_axis_angle_prepare_angle)(REAL angle, REAL *prepared)
+{
+    const REAL t0 = angle * (REAL)0.5;
+    const REAL t1 = COS(t0);
+    const REAL t8 = SIN(t0);
+    prepared[0] = t8;
+    prepared[1] = t1;
+}
+
+static INLINE void NAME(rotor_from_axis_angle_apply_angle)(const REAL *prepared, const REAL *axis, REAL *out)
+{
+    const REAL t8 = prepared[0];
+    const REAL t1 = prepared[1];
+    const REAL axis_0 = axis[0];
+    const REAL axis_1 = axis[1];
+    const REAL axis_2 = axis[2];
+    const REAL t2 = axis_0 * axis_0;
+    const REAL t3 = axis_1 * axis_1;
+    const REAL t4 = t2 + t3;
+    const REAL t5 = axis_2 * axis_2;
+    const REAL t6 = t4 + t5;
+    const REAL t7 = SQRT(t6);
+    const REAL t9 = t8 / t7;
+    const REAL t10 = axis_2 * t9;
+    const REAL t11 = -t10;
+    const REAL t12 = axis_1 * t9;
+    const REAL t13 = axis_0 * t9;
+    const REAL t14 = -t13;
+    out[0] = t1;
+    out[1] = t11;
+    out[2] = t12;
+    out[3] = t14;
+}
+
+static INLINE void NAME(rotor_from_axis_angle_prepare_axis)(const REAL *axis, REAL *prepared)
+{
+    const REAL axis_0 = axis[0];
+    const REAL axis_1 = axis[1];
+    const REAL axis_2 = axis[2];
+    const REAL t2 = axis_0 * axis_0;
+    const REAL t3 = axis_1 * axis_1;
+    const REAL t4 = t2 + t3;
+    const REAL t5 = axis_2 * axis_2;
+    const REAL t6 = t4 + t5;
+    const REAL t7 = SQRT(t6);
+    prepared[0] = t7;
+    prepared[1] = axis_2;
+    prepared[2] = axis_1;
+    prepared[3] = axis_0;
+}
+
+static INLINE void NAME(rotor_from_axis_angle_apply_axis)(const REAL *prepared, REAL angle, REAL *out)
+{
+    const REAL t7 = prepared[0];
+    const REAL axis_2 = prepared[1];
+    const REAL axis_1 = prepared[2];
+    const REAL axis_0 = prepared[3];
+    const REAL t0 = angle * (REAL)0.5;
+    const REAL t1 = COS(t0);
+    const REAL t8 = SIN(t0);
+    const REAL t9 = t8 / t7;
+    const REAL t10 = axis_2 * t9;
+    const REAL t11 = -t10;
+    const REAL t12 = axis_1 * t9;
+    const REAL t13 = axis_0 * t9;
+    const REAL t14 = -t13;
+    out[0] = t1;
+    out[1] = t11;
+    out[2] = t12;
+    out[3] = t14;
+}
+
+WIDE static void NAME(rotor_from_axis_angle_block_angle)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    const intptr_t c0a = strides[0], c2a = strides[1];
+    const REAL *prepared = (const REAL *)args[1];
+    char *a0 = args[0];
+    char *a2 = args[2];
+    ANY_ORDER
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
+        REAL x0[3];
+        REAL x2[4];
+        NAME(load_3)(x0, a0 + i * w, c0a);
+        NAME(rotor_from_axis_angle_apply_angle)(prepared, x0, x2);
+        NAME(store_4)(a2 + i * w, c2a, x2);
+    }
+}
+
+WIDE static void NAME(rotor_from_axis_angle_dense_angle)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    const REAL *prepared = (const REAL *)args[1];
+    char *a0 = args[0];
+    char *a2 = args[2];
+    ANY_ORDER
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
+        REAL x0[3];
+        REAL x2[4];
+        NAME(load_3)(x0, a0 + i * 3 * w, w);
+        NAME(rotor_from_axis_angle_apply_angle)(prepared, x0, x2);
+        NAME(store_4)(a2 + i * 4 * w, w, x2);
+    }
+}
+
+static void NAME(rotor_from_axis_angle_start_angle)(char **args, const intptr_t *strides, void *prepared)
+{
+    (void)strides;
+    REAL x1[1];
+    NAME(load_scalar)(x1, args[1]);
+    NAME(rotor_from_axis_angle_prepare_angle)(x1[0], prepared);
+}
+
+WIDE static void NAME(rotor_from_axis_angle_block_axis)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    const intptr_t c2a = strides[1];
+    const REAL *prepared = (const REAL *)args[0];
+    char *a1 = args[1];
+    char *a2 = args[2];
+    ANY_ORDER
+    for (intptr_t i = 0; i < n; ++i) {
+        REAL x1[1];
+        REAL x2[4];
+        NAME(load_scalar)(x1, a1 + i * w);
+        NAME(rotor_from_axis_angle_apply_axis)(prepared, x1[0], x2);
+        NAME(store_4)(a2 + i * w, c2a, x2);
+    }
+}
+
+static void NAME(rotor_from_axis_angle_start_axis)(char **args, const intptr_t *strides, void *prepared)
+{
+    const intptr_t c0a = strides[0];
+    REAL x0[3];
+    NAME(load_3)(x0, args[0], c0a);
+    NAME(rotor_from_axis_angle_prepare_axis)(x0, prepared);
+}
+
 WIDE static void NAME(rotor_from_axis_angle_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
@@ -6283,30 +7699,13 @@ WIDE static void NAME(rotor_from_axis_angle_block)(intptr_t n, char **args, cons
     }
 }
 
-WIDE static void NAME(rotor_from_axis_angle_block_uniform)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c2a = strides[1];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    REAL x1[1];
-    NAME(load_scalar)(x1, a1);
-    ANY_ORDER
-    for (intptr_t i = 0; i < n; ++i) {
-        REAL x0[3];
-        REAL x2[4];
-        NAME(load_3)(x0, a0 + i * w, c0a);
-        NAME(rotor_from_axis_angle)(x0, x1[0], x2);
-        NAME(store_4)(a2 + i * w, c2a, x2);
-    }
-}
-
 void NAME(rotor_from_axis_angle_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {1, 0, 1, {0}}, {4, 1, 1, {4}}};
-    static const struct kernel kernel = {{NAME(rotor_from_axis_angle_block),
-        NAME(rotor_from_axis_angle_block_uniform), NULL, NULL}, 2, 2, 3, parts};
+    static const struct form forms[] = {{2, 2, NAME(rotor_from_axis_angle_start_angle),
+        NAME(rotor_from_axis_angle_block_angle), NAME(rotor_from_axis_angle_dense_angle)}, {1, 2,
+        NAME(rotor_from_axis_angle_start_axis), NAME(rotor_from_axis_angle_block_axis), NULL}};
+    static const struct kernel kernel = {NAME(rotor_from_axis_angle_block), NULL, 2, 3, 2, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -6360,8 +7759,7 @@ WIDE static void NAME(rotor_from_rotation_vector_block)(intptr_t n, char **args,
 void NAME(rotor_from_rotation_vector_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {4, 1, 1, {4}}};
-    static const struct kernel kernel = {{NAME(rotor_from_rotation_vector_block), NULL, NULL, NULL}, 0, 1, 2,
-        parts};
+    static const struct kernel kernel = {NAME(rotor_from_rotation_vector_block), NULL, 1, 2, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -6416,8 +7814,8 @@ WIDE static void NAME(translator_from_vector_dense)(intptr_t n, char **args, con
 void NAME(translator_from_vector_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {3, 1, 1, {3}}};
-    static const struct kernel kernel = {{NAME(translator_from_vector_block), NULL,
-        NAME(translator_from_vector_dense), NULL}, 0, 1, 2, parts};
+    static const struct kernel kernel = {NAME(translator_from_vector_block), NAME(translator_from_vector_dense), 1,
+        2, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -6454,6 +7852,72 @@ INLINE void NAME(motor_from_line)(const REAL *line, REAL angle, REAL *out)
     out[7] = (REAL)0;
 }
 
+static INLINE void NAME(motor_from_line_prepare_angle)(REAL angle, REAL *prepared)
+{
+    const REAL t0 = angle * (REAL)0.5;
+    const REAL t1 = COS(t0);
+    const REAL t2 = SIN(t0);
+    prepared[0] = t2;
+    prepared[1] = t1;
+}
+
+static INLINE void NAME(motor_from_line_apply_angle)(const REAL *prepared, const REAL *line, REAL *out)
+{
+    const REAL t2 = prepared[0];
+    const REAL t1 = prepared[1];
+    const REAL line_e12 = line[0];
+    const REAL line_e13 = line[1];
+    const REAL line_e23 = line[2];
+    const REAL line_e01 = line[3];
+    const REAL line_e02 = line[4];
+    const REAL line_e03 = line[5];
+    const REAL t3 = line_e12 * t2;
+    const REAL t4 = -t3;
+    const REAL t5 = line_e13 * t2;
+    const REAL t6 = -t5;
+    const REAL t7 = line_e23 * t2;
+    const REAL t8 = -t7;
+    const REAL t9 = line_e01 * t2;
+    const REAL t10 = -t9;
+    const REAL t11 = line_e02 * t2;
+    const REAL t12 = -t11;
+    const REAL t13 = line_e03 * t2;
+    const REAL t14 = -t13;
+    out[0] = t1;
+    out[1] = t4;
+    out[2] = t6;
+    out[3] = t8;
+    out[4] = t10;
+    out[5] = t12;
+    out[6] = t14;
+    out[7] = (REAL)0;
+}
+
+WIDE static void NAME(motor_from_line_block_angle)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    const intptr_t c0a = strides[0], c2a = strides[1];
+    const REAL *prepared = (const REAL *)args[1];
+    char *a0 = args[0];
+    char *a2 = args[2];
+    ANY_ORDER
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
+        REAL x0[6];
+        REAL x2[8];
+        NAME(load_6)(x0, a0 + i * w, c0a);
+        NAME(motor_from_line_apply_angle)(prepared, x0, x2);
+        NAME(store_8)(a2 + i * w, c2a, x2);
+    }
+}
+
+static void NAME(motor_from_line_start_angle)(char **args, const intptr_t *strides, void *prepared)
+{
+    (void)strides;
+    REAL x1[1];
+    NAME(load_scalar)(x1, args[1]);
+    NAME(motor_from_line_prepare_angle)(x1[0], prepared);
+}
+
 WIDE static void NAME(motor_from_line_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
@@ -6473,30 +7937,12 @@ WIDE static void NAME(motor_from_line_block)(intptr_t n, char **args, const intp
     }
 }
 
-WIDE static void NAME(motor_from_line_block_uniform)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c2a = strides[1];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    REAL x1[1];
-    NAME(load_scalar)(x1, a1);
-    ANY_ORDER
-    for (intptr_t i = 0; i < n; ++i) {
-        REAL x0[6];
-        REAL x2[8];
-        NAME(load_6)(x0, a0 + i * w, c0a);
-        NAME(motor_from_line)(x0, x1[0], x2);
-        NAME(store_8)(a2 + i * w, c2a, x2);
-    }
-}
-
 void NAME(motor_from_line_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{6, 1, 0, {6}}, {1, 0, 1, {0}}, {8, 1, 1, {8}}};
-    static const struct kernel kernel = {{NAME(motor_from_line_block), NAME(motor_from_line_block_uniform), NULL,
-        NULL}, 2, 2, 3, parts};
+    static const struct form forms[] = {{2, 2, NAME(motor_from_line_start_angle), NAME(motor_from_line_block_angle),
+        NULL}};
+    static const struct kernel kernel = {NAME(motor_from_line_block), NULL, 2, 3, 1, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -6560,6 +8006,284 @@ INLINE void NAME(motor_from_screw)(const REAL *line, REAL angle, REAL distance, 
     out[7] = t41;
 }
 
+static INLINE void NAME(motor_from_screw_prepare_line_angle)(const REAL *line, REAL angle, REAL *prepared)
+{
+    const REAL line_e12 = line[0];
+    const REAL line_e13 = line[1];
+    const REAL line_e23 = line[2];
+    const REAL line_e01 = line[3];
+    const REAL line_e02 = line[4];
+    const REAL line_e03 = line[5];
+    const REAL t0 = angle * (REAL)0.5;
+    const REAL t1 = COS(t0);
+    const REAL t2 = SIN(t0);
+    const REAL t3 = line_e12 * t2;
+    const REAL t4 = -t3;
+    const REAL t5 = line_e13 * t2;
+    const REAL t6 = -t5;
+    const REAL t7 = line_e23 * t2;
+    const REAL t8 = -t7;
+    const REAL t9 = (REAL)0.5 * t1;
+    const REAL t10 = line_e23 * t9;
+    const REAL t12 = line_e01 * t2;
+    const REAL t15 = line_e13 * t9;
+    const REAL t17 = line_e02 * t2;
+    const REAL t19 = line_e12 * t9;
+    const REAL t21 = line_e03 * t2;
+    const REAL t24 = line_e12 * line_e12;
+    const REAL t25 = line_e13 * line_e13;
+    const REAL t26 = t24 + t25;
+    const REAL t27 = line_e23 * line_e23;
+    const REAL t28 = t27 + t26;
+    const REAL t29 = t2 * t28;
+    const REAL t30 = (REAL)0.5 * t29;
+    prepared[0] = t10;
+    prepared[1] = t12;
+    prepared[2] = t15;
+    prepared[3] = t17;
+    prepared[4] = t19;
+    prepared[5] = t21;
+    prepared[6] = t30;
+    prepared[7] = t1;
+    prepared[8] = t4;
+    prepared[9] = t6;
+    prepared[10] = t8;
+}
+
+static INLINE void NAME(motor_from_screw_apply_line_angle)(const REAL *prepared, REAL distance, REAL *out)
+{
+    const REAL t10 = prepared[0];
+    const REAL t12 = prepared[1];
+    const REAL t15 = prepared[2];
+    const REAL t17 = prepared[3];
+    const REAL t19 = prepared[4];
+    const REAL t21 = prepared[5];
+    const REAL t30 = prepared[6];
+    const REAL t1 = prepared[7];
+    const REAL t4 = prepared[8];
+    const REAL t6 = prepared[9];
+    const REAL t8 = prepared[10];
+    const REAL t11 = distance * t10;
+    const REAL t13 = t11 + t12;
+    const REAL t14 = -t13;
+    const REAL t16 = distance * t15;
+    const REAL t18 = t16 - t17;
+    const REAL t20 = distance * t19;
+    const REAL t22 = t20 + t21;
+    const REAL t23 = -t22;
+    const REAL t31 = distance * t30;
+    out[0] = t1;
+    out[1] = t4;
+    out[2] = t6;
+    out[3] = t8;
+    out[4] = t14;
+    out[5] = t18;
+    out[6] = t23;
+    out[7] = t31;
+}
+
+static INLINE void NAME(motor_from_screw_prepare_angle_distance)(REAL angle, REAL distance, REAL *prepared)
+{
+    const REAL t0 = angle * (REAL)0.5;
+    const REAL t1 = COS(t0);
+    const REAL t2 = SIN(t0);
+    const REAL t9 = distance * (REAL)0.5;
+    const REAL t10 = t1 * t9;
+    const REAL t22 = t2 * t9;
+    prepared[0] = t2;
+    prepared[1] = t10;
+    prepared[2] = t1;
+    prepared[3] = t22;
+}
+
+static INLINE void NAME(motor_from_screw_apply_angle_distance)(const REAL *prepared, const REAL *line, REAL *out)
+{
+    const REAL t2 = prepared[0];
+    const REAL t10 = prepared[1];
+    const REAL t1 = prepared[2];
+    const REAL t22 = prepared[3];
+    const REAL line_e12 = line[0];
+    const REAL line_e13 = line[1];
+    const REAL line_e23 = line[2];
+    const REAL line_e01 = line[3];
+    const REAL line_e02 = line[4];
+    const REAL line_e03 = line[5];
+    const REAL t3 = line_e12 * t2;
+    const REAL t4 = -t3;
+    const REAL t5 = line_e13 * t2;
+    const REAL t6 = -t5;
+    const REAL t7 = line_e23 * t2;
+    const REAL t8 = -t7;
+    const REAL t11 = line_e23 * t10;
+    const REAL t12 = line_e01 * t2;
+    const REAL t13 = t11 + t12;
+    const REAL t14 = -t13;
+    const REAL t15 = line_e13 * t10;
+    const REAL t16 = line_e02 * t2;
+    const REAL t17 = t15 - t16;
+    const REAL t18 = line_e12 * t10;
+    const REAL t19 = line_e03 * t2;
+    const REAL t20 = t18 + t19;
+    const REAL t21 = -t20;
+    out[0] = t1;
+    out[1] = t4;
+    out[2] = t6;
+    out[3] = t8;
+    out[4] = t14;
+    out[5] = t17;
+    out[6] = t21;
+    out[7] = t22;
+}
+
+static INLINE void NAME(motor_from_screw_prepare_angle)(REAL angle, REAL *prepared)
+{
+    const REAL t0 = angle * (REAL)0.5;
+    const REAL t1 = COS(t0);
+    const REAL t2 = SIN(t0);
+    prepared[0] = t2;
+    prepared[1] = t1;
+}
+
+static INLINE void NAME(motor_from_screw_apply_angle)(const REAL *prepared, const REAL *line, REAL distance, REAL
+    *out)
+{
+    const REAL t2 = prepared[0];
+    const REAL t1 = prepared[1];
+    const REAL line_e12 = line[0];
+    const REAL line_e13 = line[1];
+    const REAL line_e23 = line[2];
+    const REAL line_e01 = line[3];
+    const REAL line_e02 = line[4];
+    const REAL line_e03 = line[5];
+    const REAL t3 = line_e12 * t2;
+    const REAL t4 = -t3;
+    const REAL t5 = line_e13 * t2;
+    const REAL t6 = -t5;
+    const REAL t7 = line_e23 * t2;
+    const REAL t8 = -t7;
+    const REAL t9 = distance * (REAL)0.5;
+    const REAL t10 = t1 * t9;
+    const REAL t11 = line_e23 * t10;
+    const REAL t12 = line_e01 * t2;
+    const REAL t13 = t12 + t11;
+    const REAL t14 = -t13;
+    const REAL t15 = line_e13 * t10;
+    const REAL t16 = line_e02 * t2;
+    const REAL t17 = t15 - t16;
+    const REAL t18 = line_e12 * t10;
+    const REAL t19 = line_e03 * t2;
+    const REAL t20 = t19 + t18;
+    const REAL t21 = -t20;
+    const REAL t22 = t2 * t9;
+    out[0] = t1;
+    out[1] = t4;
+    out[2] = t6;
+    out[3] = t8;
+    out[4] = t14;
+    out[5] = t17;
+    out[6] = t21;
+    out[7] = t22;
+}
+
+WIDE static void NAME(motor_from_screw_block_line_angle)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    const intptr_t c3a = strides[1];
+    const REAL *prepared = (const REAL *)args[0];
+    char *a2 = args[2];
+    char *a3 = args[3];
+    ANY_ORDER
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
+        REAL x2[1];
+        REAL x3[8];
+        NAME(load_scalar)(x2, a2 + i * w);
+        NAME(motor_from_screw_apply_line_angle)(prepared, x2[0], x3);
+        NAME(store_8)(a3 + i * w, c3a, x3);
+    }
+}
+
+WIDE static void NAME(motor_from_screw_dense_line_angle)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    const REAL *prepared = (const REAL *)args[0];
+    char *a2 = args[2];
+    char *a3 = args[3];
+    ANY_ORDER
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
+        REAL x2[1];
+        REAL x3[8];
+        NAME(load_scalar)(x2, a2 + i * w);
+        NAME(motor_from_screw_apply_line_angle)(prepared, x2[0], x3);
+        NAME(store_8)(a3 + i * 8 * w, w, x3);
+    }
+}
+
+static void NAME(motor_from_screw_start_line_angle)(char **args, const intptr_t *strides, void *prepared)
+{
+    const intptr_t c0a = strides[0];
+    REAL x0[6];
+    NAME(load_6)(x0, args[0], c0a);
+    REAL x1[1];
+    NAME(load_scalar)(x1, args[1]);
+    NAME(motor_from_screw_prepare_line_angle)(x0, x1[0], prepared);
+}
+
+WIDE static void NAME(motor_from_screw_block_angle_distance)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    const intptr_t c0a = strides[0], c3a = strides[1];
+    const REAL *prepared = (const REAL *)args[1];
+    char *a0 = args[0];
+    char *a3 = args[3];
+    ANY_ORDER
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
+        REAL x0[6];
+        REAL x3[8];
+        NAME(load_6)(x0, a0 + i * w, c0a);
+        NAME(motor_from_screw_apply_angle_distance)(prepared, x0, x3);
+        NAME(store_8)(a3 + i * w, c3a, x3);
+    }
+}
+
+static void NAME(motor_from_screw_start_angle_distance)(char **args, const intptr_t *strides, void *prepared)
+{
+    (void)strides;
+    REAL x1[1];
+    NAME(load_scalar)(x1, args[1]);
+    REAL x2[1];
+    NAME(load_scalar)(x2, args[2]);
+    NAME(motor_from_screw_prepare_angle_distance)(x1[0], x2[0], prepared);
+}
+
+WIDE static void NAME(motor_from_screw_block_angle)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    const intptr_t c0a = strides[0], c3a = strides[1];
+    const REAL *prepared = (const REAL *)args[1];
+    char *a0 = args[0];
+    char *a2 = args[2];
+    char *a3 = args[3];
+    ANY_ORDER
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
+        REAL x0[6];
+        REAL x2[1];
+        REAL x3[8];
+        NAME(load_6)(x0, a0 + i * w, c0a);
+        NAME(load_scalar)(x2, a2 + i * w);
+        NAME(motor_from_screw_apply_angle)(prepared, x0, x2[0], x3);
+        NAME(store_8)(a3 + i * w, c3a, x3);
+    }
+}
+
+static void NAME(motor_from_screw_start_angle)(char **args, const intptr_t *strides, void *prepared)
+{
+    (void)strides;
+    REAL x1[1];
+    NAME(load_scalar)(x1, args[1]);
+    NAME(motor_from_screw_prepare_angle)(x1[0], prepared);
+}
+
 WIDE static void NAME(motor_from_screw_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
@@ -6582,33 +8306,14 @@ WIDE static void NAME(motor_from_screw_block)(intptr_t n, char **args, const int
     }
 }
 
-WIDE static void NAME(motor_from_screw_block_uniform)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c3a = strides[1];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    char *a3 = args[3];
-    REAL x1[1];
-    NAME(load_scalar)(x1, a1);
-    REAL x2[1];
-    NAME(load_scalar)(x2, a2);
-    ANY_ORDER
-    for (intptr_t i = 0; i < n; ++i) {
-        REAL x0[6];
-        REAL x3[8];
-        NAME(load_6)(x0, a0 + i * w, c0a);
-        NAME(motor_from_screw)(x0, x1[0], x2[0], x3);
-        NAME(store_8)(a3 + i * w, c3a, x3);
-    }
-}
-
 void NAME(motor_from_screw_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{6, 1, 0, {6}}, {1, 0, 1, {0}}, {1, 0, 1, {0}}, {8, 1, 1, {8}}};
-    static const struct kernel kernel = {{NAME(motor_from_screw_block), NAME(motor_from_screw_block_uniform), NULL,
-        NULL}, 6, 3, 4, parts};
+    static const struct form forms[] = {{3, 1, NAME(motor_from_screw_start_line_angle),
+        NAME(motor_from_screw_block_line_angle), NAME(motor_from_screw_dense_line_angle)}, {6, 1,
+        NAME(motor_from_screw_start_angle_distance), NAME(motor_from_screw_block_angle_distance), NULL}, {2, 1,
+        NAME(motor_from_screw_start_angle), NAME(motor_from_screw_block_angle), NULL}};
+    static const struct kernel kernel = {NAME(motor_from_screw_block), NULL, 3, 4, 3, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -6675,25 +8380,6 @@ WIDE static void NAME(motor_from_rotor_translation_block)(intptr_t n, char **arg
     }
 }
 
-WIDE static void NAME(motor_from_rotor_translation_block_uniform)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    REAL x0[4];
-    NAME(load_4)(x0, a0, c0a);
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x1[3];
-        REAL x2[8];
-        NAME(load_3)(x1, a1 + i * w, c1a);
-        NAME(motor_from_rotor_translation)(x0, x1, x2);
-        NAME(store_8)(a2 + i * w, c2a, x2);
-    }
-}
-
 WIDE static void NAME(motor_from_rotor_translation_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
@@ -6713,31 +8399,11 @@ WIDE static void NAME(motor_from_rotor_translation_dense)(intptr_t n, char **arg
     }
 }
 
-WIDE static void NAME(motor_from_rotor_translation_dense_uniform)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    REAL x0[4];
-    NAME(load_4)(x0, a0, w);
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x1[3];
-        REAL x2[8];
-        NAME(load_3)(x1, a1 + i * 3 * w, w);
-        NAME(motor_from_rotor_translation)(x0, x1, x2);
-        NAME(store_8)(a2 + i * 8 * w, w, x2);
-    }
-}
-
 void NAME(motor_from_rotor_translation_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {3, 1, 1, {3}}, {8, 1, 2, {8}}};
-    static const struct kernel kernel = {{NAME(motor_from_rotor_translation_block),
-        NAME(motor_from_rotor_translation_block_uniform), NAME(motor_from_rotor_translation_dense),
-        NAME(motor_from_rotor_translation_dense_uniform)}, 1, 2, 3, parts};
+    static const struct kernel kernel = {NAME(motor_from_rotor_translation_block),
+        NAME(motor_from_rotor_translation_dense), 2, 3, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -6826,8 +8492,8 @@ WIDE static void NAME(motor_to_rotor_translation_dense)(intptr_t n, char **args,
 void NAME(motor_to_rotor_translation_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{8, 1, 0, {8}}, {4, 1, 1, {4}}, {3, 1, 2, {3}}};
-    static const struct kernel kernel = {{NAME(motor_to_rotor_translation_block), NULL,
-        NAME(motor_to_rotor_translation_dense), NULL}, 0, 1, 3, parts};
+    static const struct kernel kernel = {NAME(motor_to_rotor_translation_block),
+        NAME(motor_to_rotor_translation_dense), 1, 3, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -6880,8 +8546,8 @@ WIDE static void NAME(rotor_from_quaternion_dense)(intptr_t n, char **args, cons
 void NAME(rotor_from_quaternion_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {4, 1, 1, {4}}};
-    static const struct kernel kernel = {{NAME(rotor_from_quaternion_block), NULL,
-        NAME(rotor_from_quaternion_dense), NULL}, 0, 1, 2, parts};
+    static const struct kernel kernel = {NAME(rotor_from_quaternion_block), NAME(rotor_from_quaternion_dense), 1, 2,
+        0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -6934,8 +8600,8 @@ WIDE static void NAME(rotor_to_quaternion_dense)(intptr_t n, char **args, const 
 void NAME(rotor_to_quaternion_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {4, 1, 1, {4}}};
-    static const struct kernel kernel = {{NAME(rotor_to_quaternion_block), NULL, NAME(rotor_to_quaternion_dense),
-        NULL}, 0, 1, 2, parts};
+    static const struct kernel kernel = {NAME(rotor_to_quaternion_block), NAME(rotor_to_quaternion_dense), 1, 2, 0,
+        parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -7000,8 +8666,8 @@ WIDE static void NAME(motor_from_dual_quaternion_dense)(intptr_t n, char **args,
 void NAME(motor_from_dual_quaternion_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{8, 1, 0, {8}}, {8, 1, 1, {8}}};
-    static const struct kernel kernel = {{NAME(motor_from_dual_quaternion_block), NULL,
-        NAME(motor_from_dual_quaternion_dense), NULL}, 0, 1, 2, parts};
+    static const struct kernel kernel = {NAME(motor_from_dual_quaternion_block),
+        NAME(motor_from_dual_quaternion_dense), 1, 2, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -7066,8 +8732,8 @@ WIDE static void NAME(motor_to_dual_quaternion_dense)(intptr_t n, char **args, c
 void NAME(motor_to_dual_quaternion_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{8, 1, 0, {8}}, {8, 1, 1, {8}}};
-    static const struct kernel kernel = {{NAME(motor_to_dual_quaternion_block), NULL,
-        NAME(motor_to_dual_quaternion_dense), NULL}, 0, 1, 2, parts};
+    static const struct kernel kernel = {NAME(motor_to_dual_quaternion_block), NAME(motor_to_dual_quaternion_dense),
+        1, 2, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -7169,7 +8835,7 @@ WIDE static void NAME(motor_to_matrix_block)(intptr_t n, char **args, const intp
 void NAME(motor_to_matrix_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{8, 1, 0, {8}}, {16, 2, 1, {4, 4}}};
-    static const struct kernel kernel = {{NAME(motor_to_matrix_block), NULL, NULL, NULL}, 0, 1, 2, parts};
+    static const struct kernel kernel = {NAME(motor_to_matrix_block), NULL, 1, 2, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -7237,7 +8903,7 @@ WIDE static void NAME(rotor_to_matrix_block)(intptr_t n, char **args, const intp
 void NAME(rotor_to_matrix_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {9, 2, 1, {3, 3}}};
-    static const struct kernel kernel = {{NAME(rotor_to_matrix_block), NULL, NULL, NULL}, 0, 1, 2, parts};
+    static const struct kernel kernel = {NAME(rotor_to_matrix_block), NULL, 1, 2, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -7355,7 +9021,7 @@ WIDE static void NAME(motor_from_matrix_block)(intptr_t n, char **args, const in
 void NAME(motor_from_matrix_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{16, 2, 0, {4, 4}}, {8, 1, 2, {8}}};
-    static const struct kernel kernel = {{NAME(motor_from_matrix_block), NULL, NULL, NULL}, 0, 1, 2, parts};
+    static const struct kernel kernel = {NAME(motor_from_matrix_block), NULL, 1, 2, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -7443,7 +9109,7 @@ WIDE static void NAME(rotor_from_matrix_block)(intptr_t n, char **args, const in
 void NAME(rotor_from_matrix_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{9, 2, 0, {3, 3}}, {4, 1, 2, {4}}};
-    static const struct kernel kernel = {{NAME(rotor_from_matrix_block), NULL, NULL, NULL}, 0, 1, 2, parts};
+    static const struct kernel kernel = {NAME(rotor_from_matrix_block), NULL, 1, 2, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -7488,6 +9154,420 @@ INLINE void NAME(motor_from_denavit_hartenberg)(REAL theta, REAL d, REAL a, REAL
     out[7] = t28;
 }
 
+static INLINE void NAME(motor_from_denavit_hartenberg_prepare_theta_d_alpha)(REAL theta, REAL d, REAL alpha, REAL
+    *prepared)
+{
+    const REAL t0 = alpha * (REAL)0.5;
+    const REAL t1 = COS(t0);
+    const REAL t2 = theta * (REAL)0.5;
+    const REAL t3 = COS(t2);
+    const REAL t4 = t1 * t3;
+    const REAL t5 = SIN(t2);
+    const REAL t6 = t1 * t5;
+    const REAL t7 = -t6;
+    const REAL t8 = SIN(t0);
+    const REAL t9 = t5 * t8;
+    const REAL t10 = t3 * t8;
+    const REAL t11 = -t10;
+    const REAL t12 = (REAL)0.5 * t1;
+    const REAL t13 = t3 * t12;
+    const REAL t15 = (REAL)0.5 * t8;
+    const REAL t16 = d * t5;
+    const REAL t17 = t15 * t16;
+    const REAL t19 = t5 * t12;
+    const REAL t21 = d * t3;
+    const REAL t22 = t15 * t21;
+    const REAL t25 = t5 * t15;
+    const REAL t27 = t12 * t21;
+    const REAL t29 = t3 * t15;
+    const REAL t31 = t12 * t16;
+    prepared[0] = t13;
+    prepared[1] = t17;
+    prepared[2] = t19;
+    prepared[3] = t22;
+    prepared[4] = t25;
+    prepared[5] = t27;
+    prepared[6] = t29;
+    prepared[7] = t31;
+    prepared[8] = t4;
+    prepared[9] = t7;
+    prepared[10] = t9;
+    prepared[11] = t11;
+}
+
+static INLINE void NAME(motor_from_denavit_hartenberg_apply_theta_d_alpha)(const REAL *prepared, REAL a, REAL *out)
+{
+    const REAL t13 = prepared[0];
+    const REAL t17 = prepared[1];
+    const REAL t19 = prepared[2];
+    const REAL t22 = prepared[3];
+    const REAL t25 = prepared[4];
+    const REAL t27 = prepared[5];
+    const REAL t29 = prepared[6];
+    const REAL t31 = prepared[7];
+    const REAL t4 = prepared[8];
+    const REAL t7 = prepared[9];
+    const REAL t9 = prepared[10];
+    const REAL t11 = prepared[11];
+    const REAL t14 = a * t13;
+    const REAL t18 = t17 - t14;
+    const REAL t20 = a * t19;
+    const REAL t23 = t20 + t22;
+    const REAL t24 = -t23;
+    const REAL t26 = a * t25;
+    const REAL t28 = t26 - t27;
+    const REAL t30 = a * t29;
+    const REAL t32 = t30 + t31;
+    out[0] = t4;
+    out[1] = t7;
+    out[2] = t9;
+    out[3] = t11;
+    out[4] = t18;
+    out[5] = t24;
+    out[6] = t28;
+    out[7] = t32;
+}
+
+static INLINE void NAME(motor_from_denavit_hartenberg_prepare_theta_a_alpha)(REAL theta, REAL a, REAL alpha, REAL
+    *prepared)
+{
+    const REAL t0 = alpha * (REAL)0.5;
+    const REAL t1 = COS(t0);
+    const REAL t2 = theta * (REAL)0.5;
+    const REAL t3 = COS(t2);
+    const REAL t4 = t1 * t3;
+    const REAL t5 = SIN(t2);
+    const REAL t6 = t1 * t5;
+    const REAL t7 = -t6;
+    const REAL t8 = SIN(t0);
+    const REAL t9 = t5 * t8;
+    const REAL t10 = t3 * t8;
+    const REAL t11 = -t10;
+    const REAL t12 = (REAL)0.5 * t8;
+    const REAL t13 = t5 * t12;
+    const REAL t15 = (REAL)0.5 * t1;
+    const REAL t16 = a * t3;
+    const REAL t17 = t15 * t16;
+    const REAL t19 = t3 * t12;
+    const REAL t21 = a * t5;
+    const REAL t22 = t15 * t21;
+    const REAL t25 = t3 * t15;
+    const REAL t27 = t12 * t21;
+    const REAL t29 = t5 * t15;
+    const REAL t31 = t12 * t16;
+    prepared[0] = t13;
+    prepared[1] = t17;
+    prepared[2] = t19;
+    prepared[3] = t22;
+    prepared[4] = t25;
+    prepared[5] = t27;
+    prepared[6] = t29;
+    prepared[7] = t31;
+    prepared[8] = t4;
+    prepared[9] = t7;
+    prepared[10] = t9;
+    prepared[11] = t11;
+}
+
+static INLINE void NAME(motor_from_denavit_hartenberg_apply_theta_a_alpha)(const REAL *prepared, REAL d, REAL *out)
+{
+    const REAL t13 = prepared[0];
+    const REAL t17 = prepared[1];
+    const REAL t19 = prepared[2];
+    const REAL t22 = prepared[3];
+    const REAL t25 = prepared[4];
+    const REAL t27 = prepared[5];
+    const REAL t29 = prepared[6];
+    const REAL t31 = prepared[7];
+    const REAL t4 = prepared[8];
+    const REAL t7 = prepared[9];
+    const REAL t9 = prepared[10];
+    const REAL t11 = prepared[11];
+    const REAL t14 = d * t13;
+    const REAL t18 = t14 - t17;
+    const REAL t20 = d * t19;
+    const REAL t23 = t20 + t22;
+    const REAL t24 = -t23;
+    const REAL t26 = d * t25;
+    const REAL t28 = t27 - t26;
+    const REAL t30 = d * t29;
+    const REAL t32 = t30 + t31;
+    out[0] = t4;
+    out[1] = t7;
+    out[2] = t9;
+    out[3] = t11;
+    out[4] = t18;
+    out[5] = t24;
+    out[6] = t28;
+    out[7] = t32;
+}
+
+static INLINE void NAME(motor_from_denavit_hartenberg_prepare_theta_d_a)(REAL theta, REAL d, REAL a, REAL *prepared)
+{
+    const REAL t2 = theta * (REAL)0.5;
+    const REAL t3 = COS(t2);
+    const REAL t5 = SIN(t2);
+    prepared[0] = t3;
+    prepared[1] = t5;
+    prepared[2] = d;
+    prepared[3] = a;
+}
+
+static INLINE void NAME(motor_from_denavit_hartenberg_apply_theta_d_a)(const REAL *prepared, REAL alpha, REAL *out)
+{
+    const REAL t3 = prepared[0];
+    const REAL t5 = prepared[1];
+    const REAL d = prepared[2];
+    const REAL a = prepared[3];
+    const REAL t0 = alpha * (REAL)0.5;
+    const REAL t1 = COS(t0);
+    const REAL t4 = t1 * t3;
+    const REAL t6 = t1 * t5;
+    const REAL t7 = -t6;
+    const REAL t8 = SIN(t0);
+    const REAL t9 = t5 * t8;
+    const REAL t10 = t3 * t8;
+    const REAL t11 = -t10;
+    const REAL t12 = d * t9;
+    const REAL t13 = a * t4;
+    const REAL t14 = t12 - t13;
+    const REAL t15 = (REAL)0.5 * t14;
+    const REAL t16 = d * t10;
+    const REAL t17 = a * t6;
+    const REAL t18 = t16 + t17;
+    const REAL t19 = (REAL)0.5 * t18;
+    const REAL t20 = -t19;
+    const REAL t21 = a * t9;
+    const REAL t22 = d * t4;
+    const REAL t23 = t21 - t22;
+    const REAL t24 = (REAL)0.5 * t23;
+    const REAL t25 = d * t6;
+    const REAL t26 = a * t10;
+    const REAL t27 = t25 + t26;
+    const REAL t28 = (REAL)0.5 * t27;
+    out[0] = t4;
+    out[1] = t7;
+    out[2] = t9;
+    out[3] = t11;
+    out[4] = t15;
+    out[5] = t20;
+    out[6] = t24;
+    out[7] = t28;
+}
+
+static INLINE void NAME(motor_from_denavit_hartenberg_prepare_d_a_alpha)(REAL d, REAL a, REAL alpha, REAL *prepared)
+{
+    const REAL t0 = alpha * (REAL)0.5;
+    const REAL t1 = COS(t0);
+    const REAL t8 = SIN(t0);
+    prepared[0] = t1;
+    prepared[1] = t8;
+    prepared[2] = d;
+    prepared[3] = a;
+}
+
+static INLINE void NAME(motor_from_denavit_hartenberg_apply_d_a_alpha)(const REAL *prepared, REAL theta, REAL *out)
+{
+    const REAL t1 = prepared[0];
+    const REAL t8 = prepared[1];
+    const REAL d = prepared[2];
+    const REAL a = prepared[3];
+    const REAL t2 = theta * (REAL)0.5;
+    const REAL t3 = COS(t2);
+    const REAL t4 = t1 * t3;
+    const REAL t5 = SIN(t2);
+    const REAL t6 = t1 * t5;
+    const REAL t7 = -t6;
+    const REAL t9 = t5 * t8;
+    const REAL t10 = t3 * t8;
+    const REAL t11 = -t10;
+    const REAL t12 = d * t9;
+    const REAL t13 = a * t4;
+    const REAL t14 = t12 - t13;
+    const REAL t15 = (REAL)0.5 * t14;
+    const REAL t16 = d * t10;
+    const REAL t17 = a * t6;
+    const REAL t18 = t16 + t17;
+    const REAL t19 = (REAL)0.5 * t18;
+    const REAL t20 = -t19;
+    const REAL t21 = a * t9;
+    const REAL t22 = d * t4;
+    const REAL t23 = t21 - t22;
+    const REAL t24 = (REAL)0.5 * t23;
+    const REAL t25 = d * t6;
+    const REAL t26 = a * t10;
+    const REAL t27 = t25 + t26;
+    const REAL t28 = (REAL)0.5 * t27;
+    out[0] = t4;
+    out[1] = t7;
+    out[2] = t9;
+    out[3] = t11;
+    out[4] = t15;
+    out[5] = t20;
+    out[6] = t24;
+    out[7] = t28;
+}
+
+WIDE static void NAME(motor_from_denavit_hartenberg_block_theta_d_alpha)(intptr_t n, char **args, const intptr_t
+    *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    const intptr_t c4a = strides[0];
+    const REAL *prepared = (const REAL *)args[0];
+    char *a2 = args[2];
+    char *a4 = args[4];
+    ANY_ORDER
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
+        REAL x2[1];
+        REAL x4[8];
+        NAME(load_scalar)(x2, a2 + i * w);
+        NAME(motor_from_denavit_hartenberg_apply_theta_d_alpha)(prepared, x2[0], x4);
+        NAME(store_8)(a4 + i * w, c4a, x4);
+    }
+}
+
+WIDE static void NAME(motor_from_denavit_hartenberg_dense_theta_d_alpha)(intptr_t n, char **args, const intptr_t
+    *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    const REAL *prepared = (const REAL *)args[0];
+    char *a2 = args[2];
+    char *a4 = args[4];
+    ANY_ORDER
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
+        REAL x2[1];
+        REAL x4[8];
+        NAME(load_scalar)(x2, a2 + i * w);
+        NAME(motor_from_denavit_hartenberg_apply_theta_d_alpha)(prepared, x2[0], x4);
+        NAME(store_8)(a4 + i * 8 * w, w, x4);
+    }
+}
+
+static void NAME(motor_from_denavit_hartenberg_start_theta_d_alpha)(char **args, const intptr_t *strides, void
+    *prepared)
+{
+    (void)strides;
+    REAL x0[1];
+    NAME(load_scalar)(x0, args[0]);
+    REAL x1[1];
+    NAME(load_scalar)(x1, args[1]);
+    REAL x3[1];
+    NAME(load_scalar)(x3, args[3]);
+    NAME(motor_from_denavit_hartenberg_prepare_theta_d_alpha)(x0[0], x1[0], x3[0], prepared);
+}
+
+WIDE static void NAME(motor_from_denavit_hartenberg_block_theta_a_alpha)(intptr_t n, char **args, const intptr_t
+    *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    const intptr_t c4a = strides[0];
+    const REAL *prepared = (const REAL *)args[0];
+    char *a1 = args[1];
+    char *a4 = args[4];
+    ANY_ORDER
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
+        REAL x1[1];
+        REAL x4[8];
+        NAME(load_scalar)(x1, a1 + i * w);
+        NAME(motor_from_denavit_hartenberg_apply_theta_a_alpha)(prepared, x1[0], x4);
+        NAME(store_8)(a4 + i * w, c4a, x4);
+    }
+}
+
+WIDE static void NAME(motor_from_denavit_hartenberg_dense_theta_a_alpha)(intptr_t n, char **args, const intptr_t
+    *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    const REAL *prepared = (const REAL *)args[0];
+    char *a1 = args[1];
+    char *a4 = args[4];
+    ANY_ORDER
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
+        REAL x1[1];
+        REAL x4[8];
+        NAME(load_scalar)(x1, a1 + i * w);
+        NAME(motor_from_denavit_hartenberg_apply_theta_a_alpha)(prepared, x1[0], x4);
+        NAME(store_8)(a4 + i * 8 * w, w, x4);
+    }
+}
+
+static void NAME(motor_from_denavit_hartenberg_start_theta_a_alpha)(char **args, const intptr_t *strides, void
+    *prepared)
+{
+    (void)strides;
+    REAL x0[1];
+    NAME(load_scalar)(x0, args[0]);
+    REAL x2[1];
+    NAME(load_scalar)(x2, args[2]);
+    REAL x3[1];
+    NAME(load_scalar)(x3, args[3]);
+    NAME(motor_from_denavit_hartenberg_prepare_theta_a_alpha)(x0[0], x2[0], x3[0], prepared);
+}
+
+WIDE static void NAME(motor_from_denavit_hartenberg_block_theta_d_a)(intptr_t n, char **args, const intptr_t
+    *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    const intptr_t c4a = strides[0];
+    const REAL *prepared = (const REAL *)args[0];
+    char *a3 = args[3];
+    char *a4 = args[4];
+    ANY_ORDER
+    for (intptr_t i = 0; i < n; ++i) {
+        REAL x3[1];
+        REAL x4[8];
+        NAME(load_scalar)(x3, a3 + i * w);
+        NAME(motor_from_denavit_hartenberg_apply_theta_d_a)(prepared, x3[0], x4);
+        NAME(store_8)(a4 + i * w, c4a, x4);
+    }
+}
+
+static void NAME(motor_from_denavit_hartenberg_start_theta_d_a)(char **args, const intptr_t *strides, void
+    *prepared)
+{
+    (void)strides;
+    REAL x0[1];
+    NAME(load_scalar)(x0, args[0]);
+    REAL x1[1];
+    NAME(load_scalar)(x1, args[1]);
+    REAL x2[1];
+    NAME(load_scalar)(x2, args[2]);
+    NAME(motor_from_denavit_hartenberg_prepare_theta_d_a)(x0[0], x1[0], x2[0], prepared);
+}
+
+WIDE static void NAME(motor_from_denavit_hartenberg_block_d_a_alpha)(intptr_t n, char **args, const intptr_t
+    *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    const intptr_t c4a = strides[0];
+    const REAL *prepared = (const REAL *)args[1];
+    char *a0 = args[0];
+    char *a4 = args[4];
+    ANY_ORDER
+    for (intptr_t i = 0; i < n; ++i) {
+        REAL x0[1];
+        REAL x4[8];
+        NAME(load_scalar)(x0, a0 + i * w);
+        NAME(motor_from_denavit_hartenberg_apply_d_a_alpha)(prepared, x0[0], x4);
+        NAME(store_8)(a4 + i * w, c4a, x4);
+    }
+}
+
+static void NAME(motor_from_denavit_hartenberg_start_d_a_alpha)(char **args, const intptr_t *strides, void
+    *prepared)
+{
+    (void)strides;
+    REAL x1[1];
+    NAME(load_scalar)(x1, args[1]);
+    REAL x2[1];
+    NAME(load_scalar)(x2, args[2]);
+    REAL x3[1];
+    NAME(load_scalar)(x3, args[3]);
+    NAME(motor_from_denavit_hartenberg_prepare_d_a_alpha)(x1[0], x2[0], x3[0], prepared);
+}
+
 WIDE static void NAME(motor_from_denavit_hartenberg_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
@@ -7513,37 +9593,20 @@ WIDE static void NAME(motor_from_denavit_hartenberg_block)(intptr_t n, char **ar
     }
 }
 
-WIDE static void NAME(motor_from_denavit_hartenberg_block_uniform)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c4a = strides[0];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    char *a3 = args[3];
-    char *a4 = args[4];
-    REAL x0[1];
-    NAME(load_scalar)(x0, a0);
-    ANY_ORDER
-    for (intptr_t i = 0; i < n; ++i) {
-        REAL x1[1];
-        REAL x2[1];
-        REAL x3[1];
-        REAL x4[8];
-        NAME(load_scalar)(x1, a1 + i * w);
-        NAME(load_scalar)(x2, a2 + i * w);
-        NAME(load_scalar)(x3, a3 + i * w);
-        NAME(motor_from_denavit_hartenberg)(x0[0], x1[0], x2[0], x3[0], x4);
-        NAME(store_8)(a4 + i * w, c4a, x4);
-    }
-}
-
 void NAME(motor_from_denavit_hartenberg_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{1, 0, 0, {0}}, {1, 0, 0, {0}}, {1, 0, 0, {0}}, {1, 0, 0, {0}}, {8, 1, 0,
         {8}}};
-    static const struct kernel kernel = {{NAME(motor_from_denavit_hartenberg_block),
-        NAME(motor_from_denavit_hartenberg_block_uniform), NULL, NULL}, 1, 4, 5, parts};
+    static const struct form forms[] = {{11, 2, NAME(motor_from_denavit_hartenberg_start_theta_d_alpha),
+        NAME(motor_from_denavit_hartenberg_block_theta_d_alpha),
+        NAME(motor_from_denavit_hartenberg_dense_theta_d_alpha)}, {13, 2,
+        NAME(motor_from_denavit_hartenberg_start_theta_a_alpha),
+        NAME(motor_from_denavit_hartenberg_block_theta_a_alpha),
+        NAME(motor_from_denavit_hartenberg_dense_theta_a_alpha)}, {7, 2,
+        NAME(motor_from_denavit_hartenberg_start_theta_d_a), NAME(motor_from_denavit_hartenberg_block_theta_d_a),
+        NULL}, {14, 2, NAME(motor_from_denavit_hartenberg_start_d_a_alpha),
+        NAME(motor_from_denavit_hartenberg_block_d_a_alpha), NULL}};
+    static const struct kernel kernel = {NAME(motor_from_denavit_hartenberg_block), NULL, 4, 5, 4, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -7588,6 +9651,426 @@ INLINE void NAME(motor_from_modified_denavit_hartenberg)(REAL theta, REAL d, REA
     out[7] = t28;
 }
 
+static INLINE void NAME(motor_from_modified_denavit_hartenberg_prepare_theta_d_alpha)(REAL theta, REAL d, REAL
+    alpha, REAL *prepared)
+{
+    const REAL t0 = theta * (REAL)0.5;
+    const REAL t1 = COS(t0);
+    const REAL t2 = alpha * (REAL)0.5;
+    const REAL t3 = COS(t2);
+    const REAL t4 = t1 * t3;
+    const REAL t5 = SIN(t0);
+    const REAL t6 = t3 * t5;
+    const REAL t7 = -t6;
+    const REAL t8 = SIN(t2);
+    const REAL t9 = t5 * t8;
+    const REAL t10 = -t9;
+    const REAL t11 = t1 * t8;
+    const REAL t12 = -t11;
+    const REAL t13 = (REAL)0.5 * t1;
+    const REAL t14 = t3 * t13;
+    const REAL t16 = (REAL)0.5 * t5;
+    const REAL t17 = d * t8;
+    const REAL t18 = t16 * t17;
+    const REAL t20 = t3 * t16;
+    const REAL t22 = t13 * t17;
+    const REAL t24 = t8 * t16;
+    const REAL t26 = d * t3;
+    const REAL t27 = t13 * t26;
+    const REAL t29 = t8 * t13;
+    const REAL t31 = t16 * t26;
+    prepared[0] = t14;
+    prepared[1] = t18;
+    prepared[2] = t20;
+    prepared[3] = t22;
+    prepared[4] = t24;
+    prepared[5] = t27;
+    prepared[6] = t29;
+    prepared[7] = t31;
+    prepared[8] = t4;
+    prepared[9] = t7;
+    prepared[10] = t10;
+    prepared[11] = t12;
+}
+
+static INLINE void NAME(motor_from_modified_denavit_hartenberg_apply_theta_d_alpha)(const REAL *prepared, REAL a,
+    REAL *out)
+{
+    const REAL t14 = prepared[0];
+    const REAL t18 = prepared[1];
+    const REAL t20 = prepared[2];
+    const REAL t22 = prepared[3];
+    const REAL t24 = prepared[4];
+    const REAL t27 = prepared[5];
+    const REAL t29 = prepared[6];
+    const REAL t31 = prepared[7];
+    const REAL t4 = prepared[8];
+    const REAL t7 = prepared[9];
+    const REAL t10 = prepared[10];
+    const REAL t12 = prepared[11];
+    const REAL t15 = a * t14;
+    const REAL t19 = t18 - t15;
+    const REAL t21 = a * t20;
+    const REAL t23 = t21 + t22;
+    const REAL t25 = a * t24;
+    const REAL t28 = t25 - t27;
+    const REAL t30 = a * t29;
+    const REAL t32 = t30 + t31;
+    out[0] = t4;
+    out[1] = t7;
+    out[2] = t10;
+    out[3] = t12;
+    out[4] = t19;
+    out[5] = t23;
+    out[6] = t28;
+    out[7] = t32;
+}
+
+static INLINE void NAME(motor_from_modified_denavit_hartenberg_prepare_theta_a_alpha)(REAL theta, REAL a, REAL
+    alpha, REAL *prepared)
+{
+    const REAL t0 = theta * (REAL)0.5;
+    const REAL t1 = COS(t0);
+    const REAL t2 = alpha * (REAL)0.5;
+    const REAL t3 = COS(t2);
+    const REAL t4 = t1 * t3;
+    const REAL t5 = SIN(t0);
+    const REAL t6 = t3 * t5;
+    const REAL t7 = -t6;
+    const REAL t8 = SIN(t2);
+    const REAL t9 = t5 * t8;
+    const REAL t10 = -t9;
+    const REAL t11 = t1 * t8;
+    const REAL t12 = -t11;
+    const REAL t13 = (REAL)0.5 * t5;
+    const REAL t14 = t8 * t13;
+    const REAL t16 = (REAL)0.5 * t1;
+    const REAL t17 = a * t3;
+    const REAL t18 = t16 * t17;
+    const REAL t20 = t8 * t16;
+    const REAL t22 = t13 * t17;
+    const REAL t24 = t3 * t16;
+    const REAL t26 = a * t8;
+    const REAL t27 = t13 * t26;
+    const REAL t29 = t3 * t13;
+    const REAL t31 = t16 * t26;
+    prepared[0] = t14;
+    prepared[1] = t18;
+    prepared[2] = t20;
+    prepared[3] = t22;
+    prepared[4] = t24;
+    prepared[5] = t27;
+    prepared[6] = t29;
+    prepared[7] = t31;
+    prepared[8] = t4;
+    prepared[9] = t7;
+    prepared[10] = t10;
+    prepared[11] = t12;
+}
+
+static INLINE void NAME(motor_from_modified_denavit_hartenberg_apply_theta_a_alpha)(const REAL *prepared, REAL d,
+    REAL *out)
+{
+    const REAL t14 = prepared[0];
+    const REAL t18 = prepared[1];
+    const REAL t20 = prepared[2];
+    const REAL t22 = prepared[3];
+    const REAL t24 = prepared[4];
+    const REAL t27 = prepared[5];
+    const REAL t29 = prepared[6];
+    const REAL t31 = prepared[7];
+    const REAL t4 = prepared[8];
+    const REAL t7 = prepared[9];
+    const REAL t10 = prepared[10];
+    const REAL t12 = prepared[11];
+    const REAL t15 = d * t14;
+    const REAL t19 = t15 - t18;
+    const REAL t21 = d * t20;
+    const REAL t23 = t21 + t22;
+    const REAL t25 = d * t24;
+    const REAL t28 = t27 - t25;
+    const REAL t30 = d * t29;
+    const REAL t32 = t30 + t31;
+    out[0] = t4;
+    out[1] = t7;
+    out[2] = t10;
+    out[3] = t12;
+    out[4] = t19;
+    out[5] = t23;
+    out[6] = t28;
+    out[7] = t32;
+}
+
+static INLINE void NAME(motor_from_modified_denavit_hartenberg_prepare_theta_d_a)(REAL theta, REAL d, REAL a, REAL
+    *prepared)
+{
+    const REAL t0 = theta * (REAL)0.5;
+    const REAL t1 = COS(t0);
+    const REAL t5 = SIN(t0);
+    prepared[0] = t1;
+    prepared[1] = t5;
+    prepared[2] = d;
+    prepared[3] = a;
+}
+
+static INLINE void NAME(motor_from_modified_denavit_hartenberg_apply_theta_d_a)(const REAL *prepared, REAL alpha,
+    REAL *out)
+{
+    const REAL t1 = prepared[0];
+    const REAL t5 = prepared[1];
+    const REAL d = prepared[2];
+    const REAL a = prepared[3];
+    const REAL t2 = alpha * (REAL)0.5;
+    const REAL t3 = COS(t2);
+    const REAL t4 = t1 * t3;
+    const REAL t6 = t3 * t5;
+    const REAL t7 = -t6;
+    const REAL t8 = SIN(t2);
+    const REAL t9 = t5 * t8;
+    const REAL t10 = -t9;
+    const REAL t11 = t1 * t8;
+    const REAL t12 = -t11;
+    const REAL t13 = d * t9;
+    const REAL t14 = a * t4;
+    const REAL t15 = t13 - t14;
+    const REAL t16 = (REAL)0.5 * t15;
+    const REAL t17 = d * t11;
+    const REAL t18 = a * t6;
+    const REAL t19 = t17 + t18;
+    const REAL t20 = (REAL)0.5 * t19;
+    const REAL t21 = a * t9;
+    const REAL t22 = d * t4;
+    const REAL t23 = t21 - t22;
+    const REAL t24 = (REAL)0.5 * t23;
+    const REAL t25 = d * t6;
+    const REAL t26 = a * t11;
+    const REAL t27 = t25 + t26;
+    const REAL t28 = (REAL)0.5 * t27;
+    out[0] = t4;
+    out[1] = t7;
+    out[2] = t10;
+    out[3] = t12;
+    out[4] = t16;
+    out[5] = t20;
+    out[6] = t24;
+    out[7] = t28;
+}
+
+static INLINE void NAME(motor_from_modified_denavit_hartenberg_prepare_d_a_alpha)(REAL d, REAL a, REAL alpha, REAL
+    *prepared)
+{
+    const REAL t2 = alpha * (REAL)0.5;
+    const REAL t3 = COS(t2);
+    const REAL t8 = SIN(t2);
+    prepared[0] = t3;
+    prepared[1] = t8;
+    prepared[2] = d;
+    prepared[3] = a;
+}
+
+static INLINE void NAME(motor_from_modified_denavit_hartenberg_apply_d_a_alpha)(const REAL *prepared, REAL theta,
+    REAL *out)
+{
+    const REAL t3 = prepared[0];
+    const REAL t8 = prepared[1];
+    const REAL d = prepared[2];
+    const REAL a = prepared[3];
+    const REAL t0 = theta * (REAL)0.5;
+    const REAL t1 = COS(t0);
+    const REAL t4 = t1 * t3;
+    const REAL t5 = SIN(t0);
+    const REAL t6 = t3 * t5;
+    const REAL t7 = -t6;
+    const REAL t9 = t5 * t8;
+    const REAL t10 = -t9;
+    const REAL t11 = t1 * t8;
+    const REAL t12 = -t11;
+    const REAL t13 = d * t9;
+    const REAL t14 = a * t4;
+    const REAL t15 = t13 - t14;
+    const REAL t16 = (REAL)0.5 * t15;
+    const REAL t17 = d * t11;
+    const REAL t18 = a * t6;
+    const REAL t19 = t17 + t18;
+    const REAL t20 = (REAL)0.5 * t19;
+    const REAL t21 = a * t9;
+    const REAL t22 = d * t4;
+    const REAL t23 = t21 - t22;
+    const REAL t24 = (REAL)0.5 * t23;
+    const REAL t25 = d * t6;
+    const REAL t26 = a * t11;
+    const REAL t27 = t25 + t26;
+    const REAL t28 = (REAL)0.5 * t27;
+    out[0] = t4;
+    out[1] = t7;
+    out[2] = t10;
+    out[3] = t12;
+    out[4] = t16;
+    out[5] = t20;
+    out[6] = t24;
+    out[7] = t28;
+}
+
+WIDE static void NAME(motor_from_modified_denavit_hartenberg_block_theta_d_alpha)(intptr_t n, char **args, const
+    intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    const intptr_t c4a = strides[0];
+    const REAL *prepared = (const REAL *)args[0];
+    char *a2 = args[2];
+    char *a4 = args[4];
+    ANY_ORDER
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
+        REAL x2[1];
+        REAL x4[8];
+        NAME(load_scalar)(x2, a2 + i * w);
+        NAME(motor_from_modified_denavit_hartenberg_apply_theta_d_alpha)(prepared, x2[0], x4);
+        NAME(store_8)(a4 + i * w, c4a, x4);
+    }
+}
+
+WIDE static void NAME(motor_from_modified_denavit_hartenberg_dense_theta_d_alpha)(intptr_t n, char **args, const
+    intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    const REAL *prepared = (const REAL *)args[0];
+    char *a2 = args[2];
+    char *a4 = args[4];
+    ANY_ORDER
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
+        REAL x2[1];
+        REAL x4[8];
+        NAME(load_scalar)(x2, a2 + i * w);
+        NAME(motor_from_modified_denavit_hartenberg_apply_theta_d_alpha)(prepared, x2[0], x4);
+        NAME(store_8)(a4 + i * 8 * w, w, x4);
+    }
+}
+
+static void NAME(motor_from_modified_denavit_hartenberg_start_theta_d_alpha)(char **args, const intptr_t *strides,
+    void *prepared)
+{
+    (void)strides;
+    REAL x0[1];
+    NAME(load_scalar)(x0, args[0]);
+    REAL x1[1];
+    NAME(load_scalar)(x1, args[1]);
+    REAL x3[1];
+    NAME(load_scalar)(x3, args[3]);
+    NAME(motor_from_modified_denavit_hartenberg_prepare_theta_d_alpha)(x0[0], x1[0], x3[0], prepared);
+}
+
+WIDE static void NAME(motor_from_modified_denavit_hartenberg_block_theta_a_alpha)(intptr_t n, char **args, const
+    intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    const intptr_t c4a = strides[0];
+    const REAL *prepared = (const REAL *)args[0];
+    char *a1 = args[1];
+    char *a4 = args[4];
+    ANY_ORDER
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
+        REAL x1[1];
+        REAL x4[8];
+        NAME(load_scalar)(x1, a1 + i * w);
+        NAME(motor_from_modified_denavit_hartenberg_apply_theta_a_alpha)(prepared, x1[0], x4);
+        NAME(store_8)(a4 + i * w, c4a, x4);
+    }
+}
+
+WIDE static void NAME(motor_from_modified_denavit_hartenberg_dense_theta_a_alpha)(intptr_t n, char **args, const
+    intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    const REAL *prepared = (const REAL *)args[0];
+    char *a1 = args[1];
+    char *a4 = args[4];
+    ANY_ORDER
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
+        REAL x1[1];
+        REAL x4[8];
+        NAME(load_scalar)(x1, a1 + i * w);
+        NAME(motor_from_modified_denavit_hartenberg_apply_theta_a_alpha)(prepared, x1[0], x4);
+        NAME(store_8)(a4 + i * 8 * w, w, x4);
+    }
+}
+
+static void NAME(motor_from_modified_denavit_hartenberg_start_theta_a_alpha)(char **args, const intptr_t *strides,
+    void *prepared)
+{
+    (void)strides;
+    REAL x0[1];
+    NAME(load_scalar)(x0, args[0]);
+    REAL x2[1];
+    NAME(load_scalar)(x2, args[2]);
+    REAL x3[1];
+    NAME(load_scalar)(x3, args[3]);
+    NAME(motor_from_modified_denavit_hartenberg_prepare_theta_a_alpha)(x0[0], x2[0], x3[0], prepared);
+}
+
+WIDE static void NAME(motor_from_modified_denavit_hartenberg_block_theta_d_a)(intptr_t n, char **args, const
+    intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    const intptr_t c4a = strides[0];
+    const REAL *prepared = (const REAL *)args[0];
+    char *a3 = args[3];
+    char *a4 = args[4];
+    ANY_ORDER
+    for (intptr_t i = 0; i < n; ++i) {
+        REAL x3[1];
+        REAL x4[8];
+        NAME(load_scalar)(x3, a3 + i * w);
+        NAME(motor_from_modified_denavit_hartenberg_apply_theta_d_a)(prepared, x3[0], x4);
+        NAME(store_8)(a4 + i * w, c4a, x4);
+    }
+}
+
+static void NAME(motor_from_modified_denavit_hartenberg_start_theta_d_a)(char **args, const intptr_t *strides, void
+    *prepared)
+{
+    (void)strides;
+    REAL x0[1];
+    NAME(load_scalar)(x0, args[0]);
+    REAL x1[1];
+    NAME(load_scalar)(x1, args[1]);
+    REAL x2[1];
+    NAME(load_scalar)(x2, args[2]);
+    NAME(motor_from_modified_denavit_hartenberg_prepare_theta_d_a)(x0[0], x1[0], x2[0], prepared);
+}
+
+WIDE static void NAME(motor_from_modified_denavit_hartenberg_block_d_a_alpha)(intptr_t n, char **args, const
+    intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    const intptr_t c4a = strides[0];
+    const REAL *prepared = (const REAL *)args[1];
+    char *a0 = args[0];
+    char *a4 = args[4];
+    ANY_ORDER
+    for (intptr_t i = 0; i < n; ++i) {
+        REAL x0[1];
+        REAL x4[8];
+        NAME(load_scalar)(x0, a0 + i * w);
+        NAME(motor_from_modified_denavit_hartenberg_apply_d_a_alpha)(prepared, x0[0], x4);
+        NAME(store_8)(a4 + i * w, c4a, x4);
+    }
+}
+
+static void NAME(motor_from_modified_denavit_hartenberg_start_d_a_alpha)(char **args, const intptr_t *strides, void
+    *prepared)
+{
+    (void)strides;
+    REAL x1[1];
+    NAME(load_scalar)(x1, args[1]);
+    REAL x2[1];
+    NAME(load_scalar)(x2, args[2]);
+    REAL x3[1];
+    NAME(load_scalar)(x3, args[3]);
+    NAME(motor_from_modified_denavit_hartenberg_prepare_d_a_alpha)(x1[0], x2[0], x3[0], prepared);
+}
+
 WIDE static void NAME(motor_from_modified_denavit_hartenberg_block)(intptr_t n, char **args, const intptr_t
     *strides)
 {
@@ -7614,39 +10097,23 @@ WIDE static void NAME(motor_from_modified_denavit_hartenberg_block)(intptr_t n, 
     }
 }
 
-WIDE static void NAME(motor_from_modified_denavit_hartenberg_block_uniform)(intptr_t n, char **args, const intptr_t
-    *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c4a = strides[0];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    char *a3 = args[3];
-    char *a4 = args[4];
-    REAL x0[1];
-    NAME(load_scalar)(x0, a0);
-    ANY_ORDER
-    for (intptr_t i = 0; i < n; ++i) {
-        REAL x1[1];
-        REAL x2[1];
-        REAL x3[1];
-        REAL x4[8];
-        NAME(load_scalar)(x1, a1 + i * w);
-        NAME(load_scalar)(x2, a2 + i * w);
-        NAME(load_scalar)(x3, a3 + i * w);
-        NAME(motor_from_modified_denavit_hartenberg)(x0[0], x1[0], x2[0], x3[0], x4);
-        NAME(store_8)(a4 + i * w, c4a, x4);
-    }
-}
-
 void NAME(motor_from_modified_denavit_hartenberg_loop)(char **args, const intptr_t *dimensions, const intptr_t
     *steps)
 {
     static const struct part parts[] = {{1, 0, 0, {0}}, {1, 0, 0, {0}}, {1, 0, 0, {0}}, {1, 0, 0, {0}}, {8, 1, 0,
         {8}}};
-    static const struct kernel kernel = {{NAME(motor_from_modified_denavit_hartenberg_block),
-        NAME(motor_from_modified_denavit_hartenberg_block_uniform), NULL, NULL}, 1, 4, 5, parts};
+    static const struct form forms[] = {{11, 2, NAME(motor_from_modified_denavit_hartenberg_start_theta_d_alpha),
+        NAME(motor_from_modified_denavit_hartenberg_block_theta_d_alpha),
+        NAME(motor_from_modified_denavit_hartenberg_dense_theta_d_alpha)}, {13, 2,
+        NAME(motor_from_modified_denavit_hartenberg_start_theta_a_alpha),
+        NAME(motor_from_modified_denavit_hartenberg_block_theta_a_alpha),
+        NAME(motor_from_modified_denavit_hartenberg_dense_theta_a_alpha)}, {7, 2,
+        NAME(motor_from_modified_denavit_hartenberg_start_theta_d_a),
+        NAME(motor_from_modified_denavit_hartenberg_block_theta_d_a), NULL}, {14, 2,
+        NAME(motor_from_modified_denavit_hartenberg_start_d_a_alpha),
+        NAME(motor_from_modified_denavit_hartenberg_block_d_a_alpha), NULL}};
+    static const struct kernel kernel = {NAME(motor_from_modified_denavit_hartenberg_block), NULL, 4, 5, 4, parts,
+        forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -7726,7 +10193,7 @@ WIDE static void NAME(motor_exponential_block)(intptr_t n, char **args, const in
 void NAME(motor_exponential_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{6, 1, 0, {6}}, {8, 1, 1, {8}}};
-    static const struct kernel kernel = {{NAME(motor_exponential_block), NULL, NULL, NULL}, 0, 1, 2, parts};
+    static const struct kernel kernel = {NAME(motor_exponential_block), NULL, 1, 2, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -7797,7 +10264,7 @@ WIDE static void NAME(motor_logarithm_block)(intptr_t n, char **args, const intp
 void NAME(motor_logarithm_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{8, 1, 0, {8}}, {6, 1, 1, {6}}};
-    static const struct kernel kernel = {{NAME(motor_logarithm_block), NULL, NULL, NULL}, 0, 1, 2, parts};
+    static const struct kernel kernel = {NAME(motor_logarithm_block), NULL, 1, 2, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -7893,8 +10360,8 @@ WIDE static void NAME(motor_square_root_dense)(intptr_t n, char **args, const in
 void NAME(motor_square_root_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{8, 1, 0, {8}}, {8, 1, 1, {8}}};
-    static const struct kernel kernel = {{NAME(motor_square_root_block), NULL, NAME(motor_square_root_dense), NULL},
-        0, 1, 2, parts};
+    static const struct kernel kernel = {NAME(motor_square_root_block), NAME(motor_square_root_dense), 1, 2, 0,
+        parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -7993,6 +10460,142 @@ INLINE void NAME(motor_power)(const REAL *m, REAL t, REAL *out)
     out[7] = t74;
 }
 
+static INLINE void NAME(motor_power_prepare_m)(const REAL *m, REAL *prepared)
+{
+    const REAL m_1 = m[0];
+    const REAL m_e12 = m[1];
+    const REAL m_e13 = m[2];
+    const REAL m_e23 = m[3];
+    const REAL m_e01 = m[4];
+    const REAL m_e02 = m[5];
+    const REAL m_e03 = m[6];
+    const REAL m_e0123 = m[7];
+    const REAL t0 = m_1 * m_1;
+    const REAL t1 = (REAL)1 - t0;
+    const REAL t2 = LESS(t1, (REAL)1e-18);
+    const REAL t3 = SELECT(t2, (REAL)1, t1);
+    const REAL t4 = SQRT(t3);
+    const REAL t5 = ABS(m_1);
+    const REAL t6 = ATAN2(t4, t5);
+    const REAL t7 = t6 / t4;
+    const REAL t8 = SELECT(t2, (REAL)1, t7);
+    const REAL t9 = -t8;
+    const REAL t10 = LESS(m_1, (REAL)0);
+    const REAL t11 = SELECT(t10, t9, t8);
+    const REAL t12 = m_e12 * t11;
+    const REAL t15 = m_e13 * t11;
+    const REAL t19 = m_e23 * t11;
+    const REAL t38 = m_e03 * t11;
+    const REAL t39 = t5 * t8;
+    const REAL t40 = (REAL)1 - t39;
+    const REAL t41 = t40 / t3;
+    const REAL t42 = -t41;
+    const REAL t43 = SELECT(t2, (REAL)(-1.0 / 3.0), t42);
+    const REAL t44 = m_e0123 * t43;
+    const REAL t45 = m_e12 * t44;
+    const REAL t46 = t45 - t38;
+    const REAL t49 = m_e01 * t11;
+    const REAL t50 = m_e23 * t44;
+    const REAL t51 = t50 - t49;
+    const REAL t55 = m_e02 * t11;
+    const REAL t56 = m_e13 * t44;
+    const REAL t57 = t55 + t56;
+    prepared[0] = t12;
+    prepared[1] = t15;
+    prepared[2] = t19;
+    prepared[3] = t46;
+    prepared[4] = t51;
+    prepared[5] = t57;
+}
+
+static INLINE void NAME(motor_power_apply_m)(const REAL *prepared, REAL t, REAL *out)
+{
+    const REAL t12 = prepared[0];
+    const REAL t15 = prepared[1];
+    const REAL t19 = prepared[2];
+    const REAL t46 = prepared[3];
+    const REAL t51 = prepared[4];
+    const REAL t57 = prepared[5];
+    const REAL t13 = t * t12;
+    const REAL t14 = t13 * t13;
+    const REAL t16 = t * t15;
+    const REAL t17 = t16 * t16;
+    const REAL t18 = t14 + t17;
+    const REAL t20 = t * t19;
+    const REAL t21 = t20 * t20;
+    const REAL t22 = t18 + t21;
+    const REAL t23 = LESS(t22, (REAL)1e-18);
+    const REAL t24 = SELECT(t23, (REAL)1, t22);
+    const REAL t25 = SQRT(t24);
+    const REAL t26 = COS(t25);
+    const REAL t27 = SELECT(t23, (REAL)1, t26);
+    const REAL t28 = SIN(t25);
+    const REAL t29 = t28 / t25;
+    const REAL t30 = SELECT(t23, (REAL)1, t29);
+    const REAL t31 = t13 * t30;
+    const REAL t32 = t16 * t30;
+    const REAL t33 = t20 * t30;
+    const REAL t34 = t27 - t30;
+    const REAL t35 = t34 / t24;
+    const REAL t36 = -t35;
+    const REAL t37 = SELECT(t23, (REAL)(1.0 / 3.0), t36);
+    const REAL t47 = t * t46;
+    const REAL t48 = t13 * t47;
+    const REAL t52 = t * t51;
+    const REAL t53 = t20 * t52;
+    const REAL t54 = t48 + t53;
+    const REAL t58 = t * t57;
+    const REAL t59 = t16 * t58;
+    const REAL t60 = t54 + t59;
+    const REAL t61 = t60 * (REAL)2;
+    const REAL t62 = t61 * (REAL)0.5;
+    const REAL t63 = t37 * t62;
+    const REAL t64 = t20 * t63;
+    const REAL t65 = t30 * t52;
+    const REAL t66 = t64 - t65;
+    const REAL t67 = t16 * t63;
+    const REAL t68 = t30 * t58;
+    const REAL t69 = t68 - t67;
+    const REAL t70 = t13 * t63;
+    const REAL t71 = t30 * t47;
+    const REAL t72 = t70 - t71;
+    const REAL t73 = t30 * t62;
+    const REAL t74 = -t73;
+    out[0] = t27;
+    out[1] = t31;
+    out[2] = t32;
+    out[3] = t33;
+    out[4] = t66;
+    out[5] = t69;
+    out[6] = t72;
+    out[7] = t74;
+}
+
+WIDE static void NAME(motor_power_block_m)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    const intptr_t c2a = strides[1];
+    const REAL *prepared = (const REAL *)args[0];
+    char *a1 = args[1];
+    char *a2 = args[2];
+    ANY_ORDER
+    for (intptr_t i = 0; i < n; ++i) {
+        REAL x1[1];
+        REAL x2[8];
+        NAME(load_scalar)(x1, a1 + i * w);
+        NAME(motor_power_apply_m)(prepared, x1[0], x2);
+        NAME(store_8)(a2 + i * w, c2a, x2);
+    }
+}
+
+static void NAME(motor_power_start_m)(char **args, const intptr_t *strides, void *prepared)
+{
+    const intptr_t c0a = strides[0];
+    REAL x0[8];
+    NAME(load_8)(x0, args[0], c0a);
+    NAME(motor_power_prepare_m)(x0, prepared);
+}
+
 WIDE static void NAME(motor_power_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
@@ -8012,30 +10615,11 @@ WIDE static void NAME(motor_power_block)(intptr_t n, char **args, const intptr_t
     }
 }
 
-WIDE static void NAME(motor_power_block_uniform)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c2a = strides[1];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    REAL x1[1];
-    NAME(load_scalar)(x1, a1);
-    ANY_ORDER
-    for (intptr_t i = 0; i < n; ++i) {
-        REAL x0[8];
-        REAL x2[8];
-        NAME(load_8)(x0, a0 + i * w, c0a);
-        NAME(motor_power)(x0, x1[0], x2);
-        NAME(store_8)(a2 + i * w, c2a, x2);
-    }
-}
-
 void NAME(motor_power_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{8, 1, 0, {8}}, {1, 0, 1, {0}}, {8, 1, 1, {8}}};
-    static const struct kernel kernel = {{NAME(motor_power_block), NAME(motor_power_block_uniform), NULL, NULL}, 2,
-        2, 3, parts};
+    static const struct form forms[] = {{1, 2, NAME(motor_power_start_m), NAME(motor_power_block_m), NULL}};
+    static const struct kernel kernel = {NAME(motor_power_block), NULL, 2, 3, 1, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -8317,6 +10901,343 @@ INLINE void NAME(interpolate_motors)(const REAL *a, const REAL *b, REAL t, REAL 
     out[7] = t249;
 }
 
+static INLINE void NAME(interpolate_motors_prepare_a_b)(const REAL *a, const REAL *b, REAL *prepared)
+{
+    const REAL a_1 = a[0];
+    const REAL a_e12 = a[1];
+    const REAL a_e13 = a[2];
+    const REAL a_e23 = a[3];
+    const REAL a_e01 = a[4];
+    const REAL a_e02 = a[5];
+    const REAL a_e03 = a[6];
+    const REAL a_e0123 = a[7];
+    const REAL b_1 = b[0];
+    const REAL b_e12 = b[1];
+    const REAL b_e13 = b[2];
+    const REAL b_e23 = b[3];
+    const REAL b_e01 = b[4];
+    const REAL b_e02 = b[5];
+    const REAL b_e03 = b[6];
+    const REAL b_e0123 = b[7];
+    const REAL t0 = a_1 * b_1;
+    const REAL t1 = a_e12 * b_e12;
+    const REAL t2 = t0 + t1;
+    const REAL t3 = a_e13 * b_e13;
+    const REAL t4 = t2 + t3;
+    const REAL t5 = a_e23 * b_e23;
+    const REAL t6 = t4 + t5;
+    const REAL t7 = t6 * t6;
+    const REAL t8 = (REAL)1 - t7;
+    const REAL t9 = LESS(t8, (REAL)1e-18);
+    const REAL t10 = SELECT(t9, (REAL)1, t8);
+    const REAL t11 = SQRT(t10);
+    const REAL t12 = ABS(t6);
+    const REAL t13 = ATAN2(t11, t12);
+    const REAL t14 = t13 / t11;
+    const REAL t15 = SELECT(t9, (REAL)1, t14);
+    const REAL t16 = -t15;
+    const REAL t17 = LESS(t6, (REAL)0);
+    const REAL t18 = SELECT(t17, t16, t15);
+    const REAL t19 = a_1 * b_e12;
+    const REAL t20 = a_e13 * b_e23;
+    const REAL t21 = t19 + t20;
+    const REAL t22 = a_e12 * b_1;
+    const REAL t23 = t21 - t22;
+    const REAL t24 = a_e23 * b_e13;
+    const REAL t25 = t23 - t24;
+    const REAL t26 = t18 * t25;
+    const REAL t29 = a_1 * b_e13;
+    const REAL t30 = a_e23 * b_e12;
+    const REAL t31 = t29 + t30;
+    const REAL t32 = a_e12 * b_e23;
+    const REAL t33 = t31 - t32;
+    const REAL t34 = a_e13 * b_1;
+    const REAL t35 = t33 - t34;
+    const REAL t36 = t18 * t35;
+    const REAL t40 = a_1 * b_e23;
+    const REAL t41 = a_e12 * b_e13;
+    const REAL t42 = t40 + t41;
+    const REAL t43 = a_e13 * b_e12;
+    const REAL t44 = t42 - t43;
+    const REAL t45 = a_e23 * b_1;
+    const REAL t46 = t44 - t45;
+    const REAL t47 = t18 * t46;
+    const REAL t94 = a_e01 * b_e13;
+    const REAL t95 = a_e02 * b_e23;
+    const REAL t96 = t94 + t95;
+    const REAL t97 = a_e03 * b_1;
+    const REAL t98 = t96 + t97;
+    const REAL t99 = a_e0123 * b_e12;
+    const REAL t100 = t98 + t99;
+    const REAL t101 = a_1 * b_e03;
+    const REAL t102 = t100 - t101;
+    const REAL t103 = a_e12 * b_e0123;
+    const REAL t104 = t102 - t103;
+    const REAL t105 = a_e13 * b_e01;
+    const REAL t106 = t104 - t105;
+    const REAL t107 = a_e23 * b_e02;
+    const REAL t108 = t106 - t107;
+    const REAL t109 = t18 * t108;
+    const REAL t110 = t12 * t15;
+    const REAL t111 = (REAL)1 - t110;
+    const REAL t112 = t111 / t10;
+    const REAL t113 = -t112;
+    const REAL t114 = SELECT(t9, (REAL)(-1.0 / 3.0), t113);
+    const REAL t115 = a_e12 * b_e03;
+    const REAL t116 = a_e23 * b_e01;
+    const REAL t117 = t115 + t116;
+    const REAL t118 = a_e01 * b_e23;
+    const REAL t119 = t117 + t118;
+    const REAL t120 = a_e03 * b_e12;
+    const REAL t121 = t119 + t120;
+    const REAL t122 = a_1 * b_e0123;
+    const REAL t123 = t121 - t122;
+    const REAL t124 = a_e13 * b_e02;
+    const REAL t125 = t123 - t124;
+    const REAL t126 = a_e02 * b_e13;
+    const REAL t127 = t125 - t126;
+    const REAL t128 = a_e0123 * b_1;
+    const REAL t129 = t127 - t128;
+    const REAL t130 = t114 * t129;
+    const REAL t131 = t25 * t130;
+    const REAL t132 = t109 - t131;
+    const REAL t135 = a_e12 * b_e02;
+    const REAL t136 = a_e13 * b_e03;
+    const REAL t137 = t135 + t136;
+    const REAL t138 = a_e01 * b_1;
+    const REAL t139 = t137 + t138;
+    const REAL t140 = a_e0123 * b_e23;
+    const REAL t141 = t139 + t140;
+    const REAL t142 = a_1 * b_e01;
+    const REAL t143 = t141 - t142;
+    const REAL t144 = a_e23 * b_e0123;
+    const REAL t145 = t143 - t144;
+    const REAL t146 = a_e02 * b_e12;
+    const REAL t147 = t145 - t146;
+    const REAL t148 = a_e03 * b_e13;
+    const REAL t149 = t147 - t148;
+    const REAL t150 = t18 * t149;
+    const REAL t151 = t46 * t130;
+    const REAL t152 = t150 - t151;
+    const REAL t156 = a_e13 * b_e0123;
+    const REAL t157 = a_e23 * b_e03;
+    const REAL t158 = t156 + t157;
+    const REAL t159 = a_e01 * b_e12;
+    const REAL t160 = t158 + t159;
+    const REAL t161 = a_e02 * b_1;
+    const REAL t162 = t160 + t161;
+    const REAL t163 = a_1 * b_e02;
+    const REAL t164 = t162 - t163;
+    const REAL t165 = a_e12 * b_e01;
+    const REAL t166 = t164 - t165;
+    const REAL t167 = a_e03 * b_e23;
+    const REAL t168 = t166 - t167;
+    const REAL t169 = a_e0123 * b_e13;
+    const REAL t170 = t168 - t169;
+    const REAL t171 = t18 * t170;
+    const REAL t172 = t35 * t130;
+    const REAL t173 = t171 + t172;
+    prepared[0] = t26;
+    prepared[1] = t36;
+    prepared[2] = t47;
+    prepared[3] = a_e12;
+    prepared[4] = a_1;
+    prepared[5] = a_e13;
+    prepared[6] = a_e23;
+    prepared[7] = t132;
+    prepared[8] = t152;
+    prepared[9] = t173;
+    prepared[10] = a_e01;
+    prepared[11] = a_e02;
+    prepared[12] = a_e03;
+    prepared[13] = a_e0123;
+}
+
+static INLINE void NAME(interpolate_motors_apply_a_b)(const REAL *prepared, REAL t, REAL *out)
+{
+    const REAL t26 = prepared[0];
+    const REAL t36 = prepared[1];
+    const REAL t47 = prepared[2];
+    const REAL a_e12 = prepared[3];
+    const REAL a_1 = prepared[4];
+    const REAL a_e13 = prepared[5];
+    const REAL a_e23 = prepared[6];
+    const REAL t132 = prepared[7];
+    const REAL t152 = prepared[8];
+    const REAL t173 = prepared[9];
+    const REAL a_e01 = prepared[10];
+    const REAL a_e02 = prepared[11];
+    const REAL a_e03 = prepared[12];
+    const REAL a_e0123 = prepared[13];
+    const REAL t27 = t * t26;
+    const REAL t28 = t27 * t27;
+    const REAL t37 = t * t36;
+    const REAL t38 = t37 * t37;
+    const REAL t39 = t28 + t38;
+    const REAL t48 = t * t47;
+    const REAL t49 = t48 * t48;
+    const REAL t50 = t39 + t49;
+    const REAL t51 = LESS(t50, (REAL)1e-18);
+    const REAL t52 = SELECT(t51, (REAL)1, t50);
+    const REAL t53 = SQRT(t52);
+    const REAL t54 = SIN(t53);
+    const REAL t55 = t54 / t53;
+    const REAL t56 = SELECT(t51, (REAL)1, t55);
+    const REAL t57 = t27 * t56;
+    const REAL t58 = a_e12 * t57;
+    const REAL t59 = COS(t53);
+    const REAL t60 = SELECT(t51, (REAL)1, t59);
+    const REAL t61 = a_1 * t60;
+    const REAL t62 = t61 - t58;
+    const REAL t63 = t37 * t56;
+    const REAL t64 = a_e13 * t63;
+    const REAL t65 = t62 - t64;
+    const REAL t66 = t48 * t56;
+    const REAL t67 = a_e23 * t66;
+    const REAL t68 = t65 - t67;
+    const REAL t69 = a_1 * t57;
+    const REAL t70 = a_e12 * t60;
+    const REAL t71 = t70 + t69;
+    const REAL t72 = a_e23 * t63;
+    const REAL t73 = t71 + t72;
+    const REAL t74 = a_e13 * t66;
+    const REAL t75 = t73 - t74;
+    const REAL t76 = a_1 * t63;
+    const REAL t77 = a_e13 * t60;
+    const REAL t78 = t77 + t76;
+    const REAL t79 = a_e12 * t66;
+    const REAL t80 = t78 + t79;
+    const REAL t81 = a_e23 * t57;
+    const REAL t82 = t80 - t81;
+    const REAL t83 = a_1 * t66;
+    const REAL t84 = a_e23 * t60;
+    const REAL t85 = t84 + t83;
+    const REAL t86 = a_e13 * t57;
+    const REAL t87 = t85 + t86;
+    const REAL t88 = a_e12 * t63;
+    const REAL t89 = t87 - t88;
+    const REAL t90 = t60 - t56;
+    const REAL t91 = t90 / t52;
+    const REAL t92 = -t91;
+    const REAL t93 = SELECT(t51, (REAL)(1.0 / 3.0), t92);
+    const REAL t133 = t * t132;
+    const REAL t134 = t27 * t133;
+    const REAL t153 = t * t152;
+    const REAL t154 = t48 * t153;
+    const REAL t155 = t134 + t154;
+    const REAL t174 = t * t173;
+    const REAL t175 = t37 * t174;
+    const REAL t176 = t155 - t175;
+    const REAL t177 = t176 * (REAL)2;
+    const REAL t178 = t177 * (REAL)0.5;
+    const REAL t179 = t178 * t93;
+    const REAL t180 = t48 * t179;
+    const REAL t181 = t56 * t153;
+    const REAL t182 = t181 - t180;
+    const REAL t183 = a_1 * t182;
+    const REAL t184 = t56 * t178;
+    const REAL t185 = a_e23 * t184;
+    const REAL t186 = a_e01 * t60;
+    const REAL t187 = t186 + t185;
+    const REAL t188 = t187 - t183;
+    const REAL t189 = t37 * t179;
+    const REAL t190 = t56 * t174;
+    const REAL t191 = t190 + t189;
+    const REAL t192 = a_e12 * t191;
+    const REAL t193 = t188 - t192;
+    const REAL t194 = t27 * t179;
+    const REAL t195 = t56 * t133;
+    const REAL t196 = t195 - t194;
+    const REAL t197 = a_e13 * t196;
+    const REAL t198 = t193 - t197;
+    const REAL t199 = a_e02 * t57;
+    const REAL t200 = t198 - t199;
+    const REAL t201 = a_e03 * t63;
+    const REAL t202 = t200 - t201;
+    const REAL t203 = a_e0123 * t66;
+    const REAL t204 = t202 - t203;
+    const REAL t205 = a_e12 * t182;
+    const REAL t206 = a_e02 * t60;
+    const REAL t207 = t206 + t205;
+    const REAL t208 = a_e01 * t57;
+    const REAL t209 = t207 + t208;
+    const REAL t210 = a_e0123 * t63;
+    const REAL t211 = t209 + t210;
+    const REAL t212 = a_1 * t191;
+    const REAL t213 = t211 - t212;
+    const REAL t214 = a_e13 * t184;
+    const REAL t215 = t213 - t214;
+    const REAL t216 = a_e23 * t196;
+    const REAL t217 = t215 - t216;
+    const REAL t218 = a_e03 * t66;
+    const REAL t219 = t217 - t218;
+    const REAL t220 = a_e13 * t182;
+    const REAL t221 = a_e12 * t184;
+    const REAL t222 = a_e03 * t60;
+    const REAL t223 = t222 + t221;
+    const REAL t224 = t223 + t220;
+    const REAL t225 = a_e23 * t191;
+    const REAL t226 = t224 + t225;
+    const REAL t227 = a_e01 * t63;
+    const REAL t228 = t226 + t227;
+    const REAL t229 = a_e02 * t66;
+    const REAL t230 = t228 + t229;
+    const REAL t231 = a_1 * t196;
+    const REAL t232 = t230 - t231;
+    const REAL t233 = a_e0123 * t57;
+    const REAL t234 = t232 - t233;
+    const REAL t235 = a_e13 * t191;
+    const REAL t236 = a_e0123 * t60;
+    const REAL t237 = t236 + t235;
+    const REAL t238 = a_e01 * t66;
+    const REAL t239 = t237 + t238;
+    const REAL t240 = a_e03 * t57;
+    const REAL t241 = t239 + t240;
+    const REAL t242 = a_1 * t184;
+    const REAL t243 = t241 - t242;
+    const REAL t244 = a_e12 * t196;
+    const REAL t245 = t243 - t244;
+    const REAL t246 = a_e23 * t182;
+    const REAL t247 = t245 - t246;
+    const REAL t248 = a_e02 * t63;
+    const REAL t249 = t247 - t248;
+    out[0] = t68;
+    out[1] = t75;
+    out[2] = t82;
+    out[3] = t89;
+    out[4] = t204;
+    out[5] = t219;
+    out[6] = t234;
+    out[7] = t249;
+}
+
+WIDE static void NAME(interpolate_motors_block_a_b)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    const intptr_t c3a = strides[2];
+    const REAL *prepared = (const REAL *)args[0];
+    char *a2 = args[2];
+    char *a3 = args[3];
+    ANY_ORDER
+    for (intptr_t i = 0; i < n; ++i) {
+        REAL x2[1];
+        REAL x3[8];
+        NAME(load_scalar)(x2, a2 + i * w);
+        NAME(interpolate_motors_apply_a_b)(prepared, x2[0], x3);
+        NAME(store_8)(a3 + i * w, c3a, x3);
+    }
+}
+
+static void NAME(interpolate_motors_start_a_b)(char **args, const intptr_t *strides, void *prepared)
+{
+    const intptr_t c0a = strides[0], c1a = strides[1];
+    REAL x0[8];
+    NAME(load_8)(x0, args[0], c0a);
+    REAL x1[8];
+    NAME(load_8)(x1, args[1], c1a);
+    NAME(interpolate_motors_prepare_a_b)(x0, x1, prepared);
+}
+
 WIDE static void NAME(interpolate_motors_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
@@ -8342,7 +11263,9 @@ WIDE static void NAME(interpolate_motors_block)(intptr_t n, char **args, const i
 void NAME(interpolate_motors_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{8, 1, 0, {8}}, {8, 1, 1, {8}}, {1, 0, 2, {0}}, {8, 1, 2, {8}}};
-    static const struct kernel kernel = {{NAME(interpolate_motors_block), NULL, NULL, NULL}, 0, 3, 4, parts};
+    static const struct form forms[] = {{3, 2, NAME(interpolate_motors_start_a_b),
+        NAME(interpolate_motors_block_a_b), NULL}};
+    static const struct kernel kernel = {NAME(interpolate_motors_block), NULL, 3, 4, 1, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -8467,30 +11390,10 @@ WIDE static void NAME(motor_between_lines_block)(intptr_t n, char **args, const 
     }
 }
 
-WIDE static void NAME(motor_between_lines_block_uniform)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    REAL x0[6];
-    NAME(load_6)(x0, a0, c0a);
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x1[6];
-        REAL x2[8];
-        NAME(load_6)(x1, a1 + i * w, c1a);
-        NAME(motor_between_lines)(x0, x1, x2);
-        NAME(store_8)(a2 + i * w, c2a, x2);
-    }
-}
-
 void NAME(motor_between_lines_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{6, 1, 0, {6}}, {6, 1, 1, {6}}, {8, 1, 2, {8}}};
-    static const struct kernel kernel = {{NAME(motor_between_lines_block), NAME(motor_between_lines_block_uniform),
-        NULL, NULL}, 1, 2, 3, parts};
+    static const struct kernel kernel = {NAME(motor_between_lines_block), NULL, 2, 3, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -8573,25 +11476,6 @@ WIDE static void NAME(motor_between_planes_block)(intptr_t n, char **args, const
     }
 }
 
-WIDE static void NAME(motor_between_planes_block_uniform)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    REAL x0[4];
-    NAME(load_4)(x0, a0, c0a);
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x1[4];
-        REAL x2[8];
-        NAME(load_4)(x1, a1 + i * w, c1a);
-        NAME(motor_between_planes)(x0, x1, x2);
-        NAME(store_8)(a2 + i * w, c2a, x2);
-    }
-}
-
 WIDE static void NAME(motor_between_planes_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
@@ -8611,31 +11495,11 @@ WIDE static void NAME(motor_between_planes_dense)(intptr_t n, char **args, const
     }
 }
 
-WIDE static void NAME(motor_between_planes_dense_uniform)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    REAL x0[4];
-    NAME(load_4)(x0, a0, w);
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x1[4];
-        REAL x2[8];
-        NAME(load_4)(x1, a1 + i * 4 * w, w);
-        NAME(motor_between_planes)(x0, x1, x2);
-        NAME(store_8)(a2 + i * 8 * w, w, x2);
-    }
-}
-
 void NAME(motor_between_planes_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {4, 1, 1, {4}}, {8, 1, 2, {8}}};
-    static const struct kernel kernel = {{NAME(motor_between_planes_block),
-        NAME(motor_between_planes_block_uniform), NAME(motor_between_planes_dense),
-        NAME(motor_between_planes_dense_uniform)}, 1, 2, 3, parts};
+    static const struct kernel kernel = {NAME(motor_between_planes_block), NAME(motor_between_planes_dense), 2, 3,
+        0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -8769,7 +11633,7 @@ WIDE static void NAME(motor_to_adjoint_block)(intptr_t n, char **args, const int
 void NAME(motor_to_adjoint_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{8, 1, 0, {8}}, {36, 2, 1, {6, 6}}};
-    static const struct kernel kernel = {{NAME(motor_to_adjoint_block), NULL, NULL, NULL}, 0, 1, 2, parts};
+    static const struct kernel kernel = {NAME(motor_to_adjoint_block), NULL, 1, 2, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -8844,30 +11708,10 @@ WIDE static void NAME(line_commutator_block)(intptr_t n, char **args, const intp
     }
 }
 
-WIDE static void NAME(line_commutator_block_uniform)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    REAL x0[6];
-    NAME(load_6)(x0, a0, c0a);
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x1[6];
-        REAL x2[6];
-        NAME(load_6)(x1, a1 + i * w, c1a);
-        NAME(line_commutator)(x0, x1, x2);
-        NAME(store_6)(a2 + i * w, c2a, x2);
-    }
-}
-
 void NAME(line_commutator_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{6, 1, 0, {6}}, {6, 1, 1, {6}}, {6, 1, 2, {6}}};
-    static const struct kernel kernel = {{NAME(line_commutator_block), NAME(line_commutator_block_uniform), NULL,
-        NULL}, 1, 2, 3, parts};
+    static const struct kernel kernel = {NAME(line_commutator_block), NULL, 2, 3, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -8918,30 +11762,10 @@ WIDE static void NAME(twist_on_point_block)(intptr_t n, char **args, const intpt
     }
 }
 
-WIDE static void NAME(twist_on_point_block_uniform)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    REAL x0[6];
-    NAME(load_6)(x0, a0, c0a);
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x1[3];
-        REAL x2[3];
-        NAME(load_3)(x1, a1 + i * w, c1a);
-        NAME(twist_on_point)(x0, x1, x2);
-        NAME(store_3)(a2 + i * w, c2a, x2);
-    }
-}
-
 void NAME(twist_on_point_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{6, 1, 0, {6}}, {3, 1, 1, {3}}, {3, 1, 2, {3}}};
-    static const struct kernel kernel = {{NAME(twist_on_point_block), NAME(twist_on_point_block_uniform), NULL,
-        NULL}, 1, 2, 3, parts};
+    static const struct kernel kernel = {NAME(twist_on_point_block), NULL, 2, 3, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -9016,30 +11840,10 @@ WIDE static void NAME(twist_on_line_block)(intptr_t n, char **args, const intptr
     }
 }
 
-WIDE static void NAME(twist_on_line_block_uniform)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    REAL x0[6];
-    NAME(load_6)(x0, a0, c0a);
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x1[6];
-        REAL x2[6];
-        NAME(load_6)(x1, a1 + i * w, c1a);
-        NAME(twist_on_line)(x0, x1, x2);
-        NAME(store_6)(a2 + i * w, c2a, x2);
-    }
-}
-
 void NAME(twist_on_line_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{6, 1, 0, {6}}, {6, 1, 1, {6}}, {6, 1, 2, {6}}};
-    static const struct kernel kernel = {{NAME(twist_on_line_block), NAME(twist_on_line_block_uniform), NULL, NULL},
-        1, 2, 3, parts};
+    static const struct kernel kernel = {NAME(twist_on_line_block), NULL, 2, 3, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -9095,30 +11899,10 @@ WIDE static void NAME(twist_on_plane_block)(intptr_t n, char **args, const intpt
     }
 }
 
-WIDE static void NAME(twist_on_plane_block_uniform)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    REAL x0[6];
-    NAME(load_6)(x0, a0, c0a);
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x1[4];
-        REAL x2[4];
-        NAME(load_4)(x1, a1 + i * w, c1a);
-        NAME(twist_on_plane)(x0, x1, x2);
-        NAME(store_4)(a2 + i * w, c2a, x2);
-    }
-}
-
 void NAME(twist_on_plane_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{6, 1, 0, {6}}, {4, 1, 1, {4}}, {4, 1, 2, {4}}};
-    static const struct kernel kernel = {{NAME(twist_on_plane_block), NAME(twist_on_plane_block_uniform), NULL,
-        NULL}, 1, 2, 3, parts};
+    static const struct kernel kernel = {NAME(twist_on_plane_block), NULL, 2, 3, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 #endif

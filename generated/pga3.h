@@ -2,7 +2,7 @@
 // command: gac generate --all pga3
 // spec: 88854569ba238ec5
 // contraction: -ffp-contract=off (every operation is rounded once)
-// body: a1f8eadf1931ec3cb5acb7a73f6acac9efa3475d90f1d27904659e629762b523
+// body: c5914d074f21da4c1536858e4e531107397e05fe731e93334f6dccafd901e8fe
 /* pga3
    Euclidean space by plane-based geometric algebra G(3,0,1): points, lines, planes and rigid motions.
    
@@ -252,6 +252,14 @@ void pga3_join_three_points_loop_f32(char **args, const intptr_t *dimensions, co
      d[3]  PGA3.POINT: e032, e013, e021; with e123 = 1.
      out[1]  SCALAR.
    Costs 9 mul, 14 add.
+   Where `a` and `b` and `c` stay the same for 2 elements or more: 15 mul, 14 add once, then 3 mul, 3 add for
+   each.
+   Where `a` and `b` and `d` stay the same for 2 elements or more: 15 mul, 14 add once, then 3 mul, 3 add for
+   each.
+   Where `a` and `c` and `d` stay the same for 2 elements or more: 15 mul, 14 add once, then 3 mul, 3 add for
+   each.
+   Where `b` and `c` and `d` stay the same for 2 elements or more: 15 mul, 14 add once, then 3 mul, 3 add for
+   each.
    Error: 23.5 ulp of the largest coefficient, 64 random inputs. */
 void pga3_join_four_points_f64(const double *a, const double *b, const double *c, const double *d, double *out);
 void pga3_join_four_points_f32(const float *a, const float *b, const float *c, const float *d, float *out);
@@ -291,6 +299,9 @@ void pga3_meet_line_plane_loop_f32(char **args, const intptr_t *dimensions, cons
      r[4]  PGA3.PLANE: e1, e2, e3, e0.
      out[4]  PGA3.TRIVECTOR: e123, e032, e013, e021.
    Costs 24 mul, 14 add.
+   Where `p` and `q` stay the same for 2 elements or more: 12 mul, 6 add once, then 12 mul, 8 add for each.
+   Where `p` and `r` stay the same for 2 elements or more: 12 mul, 6 add once, then 12 mul, 8 add for each.
+   Where `q` and `r` stay the same for 2 elements or more: 12 mul, 6 add once, then 12 mul, 8 add for each.
    Error: 3.3 ulp of the largest coefficient, 64 random inputs. */
 void pga3_meet_three_planes_f64(const double *p, const double *q, const double *r, double *out);
 void pga3_meet_three_planes_f32(const float *p, const float *q, const float *r, float *out);
@@ -419,6 +430,7 @@ void pga3_angle_between_lines_loop_f32(char **args, const intptr_t *dimensions, 
      plane[4]  PGA3.PLANE: e1, e2, e3, e0.
      out[3]  PGA3.POINT: e032, e013, e021; with e123 = 1.
    Costs 9 mul, 8 add, 1 div.
+   Where `plane` stay the same for 4 elements or more: 15 mul, 4 add, 1 div once, then 9 mul, 9 add for each.
    Error: 2.8 ulp of the largest coefficient, 64 random inputs. */
 void pga3_project_point_on_plane_f64(const double *p, const double *plane, double *out);
 void pga3_project_point_on_plane_f32(const float *p, const float *plane, float *out);
@@ -444,6 +456,7 @@ void pga3_project_point_on_unit_plane_loop_f32(char **args, const intptr_t *dime
      line[6]  PGA3.LINE: e12, e13, e23, e01, e02, e03.
      out[3]  PGA3.POINT: e032, e013, e021; with e123 = 1.
    Costs 18 mul, 10 add, 1 div.
+   Where `line` stay the same for 2 elements or more: 12 mul, 4 add, 1 div once, then 6 mul, 6 add for each.
    Error: 3.0 ulp of the largest coefficient, 64 random inputs. */
 void pga3_project_point_on_line_f64(const double *p, const double *line, double *out);
 void pga3_project_point_on_line_f32(const float *p, const float *line, float *out);
@@ -456,6 +469,7 @@ void pga3_project_point_on_line_loop_f32(char **args, const intptr_t *dimensions
      out[3]  PGA3.POINT: e032, e013, e021; with e123 = 1.
    Assumes ``line ~line = 1``.
    Costs 12 mul, 8 add.
+   Where `line` stay the same for 2 elements or more: 6 mul, 3 add once, then 6 mul, 5 add for each.
    Error: 1.6 ulp of the largest coefficient, 64 random inputs. */
 void pga3_project_point_on_unit_line_f64(const double *p, const double *line, double *out);
 void pga3_project_point_on_unit_line_f32(const float *p, const float *line, float *out);
@@ -549,6 +563,7 @@ void pga3_normalize_motor_loop_f32(char **args, const intptr_t *dimensions, cons
      out[3]  PGA3.POINT: e032, e013, e021; with e123 = 1.
    Assumes ``m ~m = 1``.
    Costs 21 mul, 18 add.
+   Where `m` stay the same for 3 elements or more: 31 mul, 22 add once, then 9 mul, 9 add for each.
    Error: 2.7 ulp of the largest coefficient, 64 random inputs. */
 void pga3_move_point_f64(const double *m, const double *p, double *out);
 void pga3_move_point_f32(const float *m, const float *p, float *out);
@@ -561,6 +576,7 @@ void pga3_move_point_loop_f32(char **args, const intptr_t *dimensions, const int
      out[3]  PGA3.DIRECTION: e032, e013, e021.
    Assumes ``m ~m = 1``.
    Costs 18 mul, 12 add.
+   Where `m` stay the same for 2 elements or more: 16 mul, 13 add once, then 9 mul, 6 add for each.
    Error: 2.2 ulp of the largest coefficient, 64 random inputs. */
 void pga3_move_direction_f64(const double *m, const double *d, double *out);
 void pga3_move_direction_f32(const float *m, const float *d, float *out);
@@ -573,6 +589,7 @@ void pga3_move_direction_loop_f32(char **args, const intptr_t *dimensions, const
      out[6]  PGA3.LINE: e12, e13, e23, e01, e02, e03.
    Assumes ``m ~m = 1``.
    Costs 51 mul, 39 add.
+   Where `m` stay the same for 2 elements or more: 42 mul, 27 add once, then 27 mul, 21 add for each.
    Error: 2.6 ulp of the largest coefficient, 64 random inputs. */
 void pga3_move_line_f64(const double *m, const double *line, double *out);
 void pga3_move_line_f32(const float *m, const float *line, float *out);
@@ -585,6 +602,7 @@ void pga3_move_line_loop_f32(char **args, const intptr_t *dimensions, const intp
      out[4]  PGA3.PLANE: e1, e2, e3, e0.
    Assumes ``m ~m = 1``.
    Costs 26 mul, 18 add.
+   Where `m` stay the same for 3 elements or more: 33 mul, 21 add once, then 12 mul, 9 add for each.
    Error: 2.4 ulp of the largest coefficient, 64 random inputs. */
 void pga3_move_plane_f64(const double *m, const double *plane, double *out);
 void pga3_move_plane_f32(const float *m, const float *plane, float *out);
@@ -597,6 +615,7 @@ void pga3_move_plane_loop_f32(char **args, const intptr_t *dimensions, const int
      out[8]  PGA3.MOTOR: 1, e12, e13, e23, e01, e02, e03, e0123; unit.
    Assumes ``m ~m = 1``, ``n ~n = 1``.
    Costs 60 mul, 48 add.
+   Where `m` stay the same for 2 elements or more: 42 mul, 27 add once, then 27 mul, 21 add for each.
    Error: 4.0 ulp of the largest coefficient, 64 random inputs. */
 void pga3_move_motor_f64(const double *m, const double *n, double *out);
 void pga3_move_motor_f32(const float *m, const float *n, float *out);
@@ -609,6 +628,7 @@ void pga3_move_motor_loop_f32(char **args, const intptr_t *dimensions, const int
      out[3]  PGA3.POINT: e032, e013, e021; with e123 = 1.
    Assumes ``m ~m = 1``.
    Costs 21 mul, 18 add.
+   Where `m` stay the same for 3 elements or more: 31 mul, 22 add once, then 9 mul, 9 add for each.
    Error: 3.9 ulp of the largest coefficient, 64 random inputs. */
 void pga3_move_point_back_f64(const double *m, const double *p, double *out);
 void pga3_move_point_back_f32(const float *m, const float *p, float *out);
@@ -620,6 +640,10 @@ void pga3_move_point_back_loop_f32(char **args, const intptr_t *dimensions, cons
      angle  SCALAR.
      out[4]  PGA3.ROTOR: 1, e12, e13, e23; unit.
    Costs 7 mul, 2 add, 1 div, 1 sqrt, 2 call.
+   Where `angle` stay the same for 2 elements or more: 1 mul, 0 add, 2 call once, then 6 mul, 2 add, 1 div, 1
+   sqrt for each.
+   Where `axis` stay the same for 2 elements or more: 3 mul, 2 add, 1 sqrt once, then 4 mul, 0 add, 1 div, 2 call
+   for each.
    Error: 1.2 ulp of the largest coefficient, 64 random inputs. */
 void pga3_rotor_from_axis_angle_f64(const double *axis, double angle, double *out);
 void pga3_rotor_from_axis_angle_f32(const float *axis, float angle, float *out);
@@ -652,6 +676,7 @@ void pga3_translator_from_vector_loop_f32(char **args, const intptr_t *dimension
      out[8]  PGA3.MOTOR: 1, e12, e13, e23, e01, e02, e03, e0123; unit.
    Assumes ``line ~line = 1``.
    Costs 7 mul, 0 add, 2 call.
+   Where `angle` stay the same for 2 elements or more: 1 mul, 0 add, 2 call once, then 6 mul, 0 add for each.
    Error: 1.1 ulp of the largest coefficient, 64 random inputs. */
 void pga3_motor_from_line_f64(const double *line, double angle, double *out);
 void pga3_motor_from_line_f32(const float *line, float angle, float *out);
@@ -665,6 +690,11 @@ void pga3_motor_from_line_loop_f32(char **args, const intptr_t *dimensions, cons
      out[8]  PGA3.MOTOR: 1, e12, e13, e23, e01, e02, e03, e0123; unit.
    Assumes ``line ~line = 1``.
    Costs 23 mul, 11 add, 2 call.
+   Where `line` and `angle` stay the same for 1 elements or more: 16 mul, 2 add, 2 call once, then 4 mul, 3 add
+   for each.
+   Where `angle` and `distance` stay the same for 1 elements or more: 4 mul, 0 add, 2 call once, then 9 mul, 3
+   add for each.
+   Where `angle` stay the same for 1 elements or more: 1 mul, 0 add, 2 call once, then 12 mul, 3 add for each.
    Error: 1.3 ulp of the largest coefficient, 64 random inputs. */
 void pga3_motor_from_screw_f64(const double *line, double angle, double distance, double *out);
 void pga3_motor_from_screw_f32(const float *line, float angle, float distance, float *out);
@@ -800,6 +830,14 @@ void pga3_rotor_from_matrix_loop_f32(char **args, const intptr_t *dimensions, co
      alpha  SCALAR.
      out[8]  PGA3.MOTOR: 1, e12, e13, e23, e01, e02, e03, e0123; unit.
    Costs 18 mul, 4 add, 4 call.
+   Where `theta` and `d` and `alpha` stay the same for 2 elements or more: 18 mul, 0 add, 4 call once, then 4
+   mul, 4 add for each.
+   Where `theta` and `a` and `alpha` stay the same for 2 elements or more: 18 mul, 0 add, 4 call once, then 4
+   mul, 4 add for each.
+   Where `theta` and `d` and `a` stay the same for 2 elements or more: 1 mul, 0 add, 2 call once, then 17 mul, 4
+   add, 2 call for each.
+   Where `d` and `a` and `alpha` stay the same for 2 elements or more: 1 mul, 0 add, 2 call once, then 17 mul, 4
+   add, 2 call for each.
    Error: 1.8 ulp of the largest coefficient, 64 random inputs. */
 void pga3_motor_from_denavit_hartenberg_f64(double theta, double d, double a, double alpha, double *out);
 void pga3_motor_from_denavit_hartenberg_f32(float theta, float d, float a, float alpha, float *out);
@@ -815,6 +853,14 @@ void pga3_motor_from_denavit_hartenberg_loop_f32(char **args, const intptr_t *di
      alpha  SCALAR.
      out[8]  PGA3.MOTOR: 1, e12, e13, e23, e01, e02, e03, e0123; unit.
    Costs 18 mul, 4 add, 4 call.
+   Where `theta` and `d` and `alpha` stay the same for 2 elements or more: 18 mul, 0 add, 4 call once, then 4
+   mul, 4 add for each.
+   Where `theta` and `a` and `alpha` stay the same for 2 elements or more: 18 mul, 0 add, 4 call once, then 4
+   mul, 4 add for each.
+   Where `theta` and `d` and `a` stay the same for 2 elements or more: 1 mul, 0 add, 2 call once, then 17 mul, 4
+   add, 2 call for each.
+   Where `d` and `a` and `alpha` stay the same for 2 elements or more: 1 mul, 0 add, 2 call once, then 17 mul, 4
+   add, 2 call for each.
    Error: 1.8 ulp of the largest coefficient, 64 random inputs. */
 void pga3_motor_from_modified_denavit_hartenberg_f64(double theta, double d, double a, double alpha, double *out);
 void pga3_motor_from_modified_denavit_hartenberg_f32(float theta, float d, float a, float alpha, float *out);
@@ -866,6 +912,8 @@ void pga3_motor_square_root_loop_f32(char **args, const intptr_t *dimensions, co
      out[8]  PGA3.MOTOR: 1, e12, e13, e23, e01, e02, e03, e0123; unit.
    Assumes ``m ~m = 1``.
    Costs 37 mul, 13 add, 4 div, 2 sqrt, 3 call, 12 choice.
+   Where `m` stay the same for 2 elements or more: 12 mul, 5 add, 2 div, 1 sqrt, 1 call, 7 choice once, then 25
+   mul, 8 add, 2 div, 1 sqrt, 2 call, 5 choice for each.
    Error: 4.0 ulp of the largest coefficient, 64 random inputs. */
 void pga3_motor_power_f64(const double *m, double t, double *out);
 void pga3_motor_power_f32(const float *m, float t, float *out);
@@ -879,6 +927,8 @@ void pga3_motor_power_loop_f32(char **args, const intptr_t *dimensions, const in
      out[8]  PGA3.MOTOR: 1, e12, e13, e23, e01, e02, e03, e0123; unit.
    Assumes ``a ~a = 1``, ``b ~b = 1``.
    Costs 133 mul, 93 add, 4 div, 2 sqrt, 3 call, 12 choice.
+   Where `a` and `b` stay the same for 2 elements or more: 60 mul, 45 add, 2 div, 1 sqrt, 1 call, 7 choice once,
+   then 73 mul, 48 add, 2 div, 1 sqrt, 2 call, 5 choice for each.
    Error: 13.3 ulp of the largest coefficient, 64 random inputs. */
 void pga3_interpolate_motors_f64(const double *a, const double *b, double t, double *out);
 void pga3_interpolate_motors_f32(const float *a, const float *b, float t, float *out);

@@ -2,7 +2,7 @@
 // command: gac generate --all projective3
 // spec: f8468e264e68aa93
 // contraction: -ffp-contract=off (every operation is rounded once)
-// body: 93156ca65ade58bd6561465f70f4b819795de0f1795a8e85593d1d6241abc6a2
+// body: 5179b18cffe19246e8b287ec7645cf27ffb0e433ace6a1d28b5bcb2f923c05b8
 
 #ifndef REAL
 #include "projective3.h"
@@ -51,15 +51,24 @@ struct part {
 
 typedef void loop_function(intptr_t n, char **args, const intptr_t *strides);
 
-// The loops of a kernel: rows, rows with the `hoisted` arguments (a bit each) the same for all, and both in C order.
-struct kernel {
-    loop_function *loops[4];
-    unsigned hoisted;
-    int n_inputs, n_parts;
-    const struct part *parts;
+// A form of a kernel for batches in which the `same` arguments (a bit each) are that for at least so many elements:
+// what depends on them is prepared once, and takes the place of the first of them.
+struct form {
+    unsigned same;
+    intptr_t least;
+    void (*start)(char **args, const intptr_t *strides, void *prepared);
+    loop_function *block, *dense;
 };
 
-enum { PARTS = 5, CORES = 7, SPACE = 4096 };
+// The loops of a kernel, over rows and in C order, and its forms.
+struct kernel {
+    loop_function *block, *dense;
+    int n_inputs, n_parts, n_forms;
+    const struct part *parts;
+    const struct form *forms;
+};
+
+enum { PARTS = 5, CORES = 7, SPACE = 4096, PREPARED = 20 };
 
 #define SQRT(x) FUNCTION(sqrt)(x)
 
@@ -334,18 +343,25 @@ static void NAME(batch)(const struct kernel *kernel, char **args, intptr_t n, co
     const intptr_t w = sizeof(REAL), *strides = steps + kernel->n_parts;
     const int n_parts = kernel->n_parts, n_inputs = kernel->n_inputs;
     enum { SAME, HOISTED, UNIT, ANY } kinds[PARTS];
-    _Alignas(64) REAL space[SPACE];
+    _Alignas(64) REAL space[SPACE], prepared[PREPARED];
     REAL *rows[PARTS];
     char *starts[PARTS];
     intptr_t cores[CORES], row_cores[CORES], total = 0, bytes = 0;
-    unsigned hoisted = kernel->hoisted;
-    int in_place = 1, dense = kernel->loops[2] != NULL;
+    unsigned still = 0, hoisted = 0;
+    loop_function *in_rows = kernel->block, *in_order = kernel->dense;
     for (int p = 0; p < n_parts; ++p) {
         total += kernel->parts[p].size;
         bytes += steps[p] < 0 ? -steps[p] : steps[p];
-        if (hoisted >> p & 1 && steps[p] != 0)
-            hoisted = 0;
+        still |= (unsigned)(p < n_inputs && steps[p] == 0) << p;
     }
+    for (int f = 0; f < kernel->n_forms && !hoisted; ++f) {
+        const struct form *form = &kernel->forms[f];
+        if ((still & form->same) == form->same && n >= form->least) {
+            form->start(args, strides, prepared);
+            hoisted = form->same, in_rows = form->block, in_order = form->dense;
+        }
+    }
+    int in_place = 1, dense = in_order != NULL;
     // Long rows spare calls; beyond the last cache, short ones keep reading and writing going side by side.
     intptr_t row = n < (1 << 24) / (bytes + 1) ? 64 : LANES;
     while (row > LANES && row * total > SPACE)
@@ -355,7 +371,7 @@ static void NAME(batch)(const struct kernel *kernel, char **args, intptr_t n, co
         const struct part *part = &kernel->parts[p];
         const intptr_t *c = strides + part->first;
         intptr_t step = w, row_step = row * w;
-        starts[p] = args[p];
+        starts[p] = hoisted >> p & 1 ? (char *)prepared : args[p];
         rows[p] = space + row * total;
         total += part->size;
         kinds[p] = hoisted >> p & 1 ? HOISTED : p < n_inputs && steps[p] == 0 ? SAME : steps[p] == w ? UNIT : ANY;
@@ -363,7 +379,7 @@ static void NAME(batch)(const struct kernel *kernel, char **args, intptr_t n, co
         for (int q = part->rank; q-- > 0; step *= part->shape[q], row_step *= part->shape[q]) {
             cores[part->first + q] = c[q];
             row_cores[part->first + q] = row_step;
-            dense = dense && c[q] == step;
+            dense = dense && (kinds[p] == HOISTED || c[q] == step);
         }
         dense = dense && (kinds[p] == HOISTED || steps[p] == step);
     }
@@ -380,7 +396,7 @@ static void NAME(batch)(const struct kernel *kernel, char **args, intptr_t n, co
         const int last = n - i < LANES;
         if (dense && !last) {
             m = n & -LANES;
-            kernel->loops[hoisted ? 3 : 2](m, starts, cores);
+            in_order(m, starts, cores);
             continue;
         }
         m = last ? n - i : in_place || n - i < row ? (n - i) & -LANES : row;
@@ -399,7 +415,7 @@ static void NAME(batch)(const struct kernel *kernel, char **args, intptr_t n, co
                 for (intptr_t j = m; j < LANES; ++j)
                     rows[p][k * row + j] = rows[p][k * row + m - 1];
         }
-        kernel->loops[hoisted ? 1 : 0](m, starts, cores);
+        in_rows(m, starts, cores);
         for (int p = n_inputs; p < n_parts; ++p)
             if (starts[p] == (char *)rows[p])
                 NAME(move_part)(1, rows[p], row, &kernel->parts[p], args[p] + i * steps[p], steps[p],
@@ -473,6 +489,502 @@ INLINE void NAME(bracket)(const REAL *a, const REAL *b, const REAL *c, const REA
     out[0] = t44;
 }
 
+static INLINE void NAME(bracket_prepare_a_b_c)(const REAL *a, const REAL *b, const REAL *c, REAL *prepared)
+{
+    const REAL a_e1 = a[0];
+    const REAL a_e2 = a[1];
+    const REAL a_e3 = a[2];
+    const REAL a_e4 = a[3];
+    const REAL b_e1 = b[0];
+    const REAL b_e2 = b[1];
+    const REAL b_e3 = b[2];
+    const REAL b_e4 = b[3];
+    const REAL c_e1 = c[0];
+    const REAL c_e2 = c[1];
+    const REAL c_e3 = c[2];
+    const REAL c_e4 = c[3];
+    const REAL t0 = a_e1 * b_e2;
+    const REAL t1 = a_e2 * b_e1;
+    const REAL t2 = t0 - t1;
+    const REAL t3 = c_e3 * t2;
+    const REAL t4 = a_e1 * b_e3;
+    const REAL t5 = a_e3 * b_e1;
+    const REAL t6 = t4 - t5;
+    const REAL t7 = c_e2 * t6;
+    const REAL t8 = t3 - t7;
+    const REAL t9 = a_e2 * b_e3;
+    const REAL t10 = a_e3 * b_e2;
+    const REAL t11 = t9 - t10;
+    const REAL t12 = c_e1 * t11;
+    const REAL t13 = t8 + t12;
+    const REAL t15 = c_e4 * t2;
+    const REAL t16 = a_e1 * b_e4;
+    const REAL t17 = a_e4 * b_e1;
+    const REAL t18 = t16 - t17;
+    const REAL t19 = c_e2 * t18;
+    const REAL t20 = t15 - t19;
+    const REAL t21 = a_e2 * b_e4;
+    const REAL t22 = a_e4 * b_e2;
+    const REAL t23 = t21 - t22;
+    const REAL t24 = c_e1 * t23;
+    const REAL t25 = t20 + t24;
+    const REAL t28 = c_e4 * t6;
+    const REAL t29 = c_e3 * t18;
+    const REAL t30 = t28 - t29;
+    const REAL t31 = a_e3 * b_e4;
+    const REAL t32 = a_e4 * b_e3;
+    const REAL t33 = t31 - t32;
+    const REAL t34 = c_e1 * t33;
+    const REAL t35 = t30 + t34;
+    const REAL t38 = c_e4 * t11;
+    const REAL t39 = c_e3 * t23;
+    const REAL t40 = t38 - t39;
+    const REAL t41 = c_e2 * t33;
+    const REAL t42 = t40 + t41;
+    prepared[0] = t13;
+    prepared[1] = t25;
+    prepared[2] = t35;
+    prepared[3] = t42;
+}
+
+static INLINE void NAME(bracket_apply_a_b_c)(const REAL *prepared, const REAL *d, REAL *out)
+{
+    const REAL t13 = prepared[0];
+    const REAL t25 = prepared[1];
+    const REAL t35 = prepared[2];
+    const REAL t42 = prepared[3];
+    const REAL d_e1 = d[0];
+    const REAL d_e2 = d[1];
+    const REAL d_e3 = d[2];
+    const REAL d_e4 = d[3];
+    const REAL t14 = d_e4 * t13;
+    const REAL t26 = d_e3 * t25;
+    const REAL t27 = t14 - t26;
+    const REAL t36 = d_e2 * t35;
+    const REAL t37 = t27 + t36;
+    const REAL t43 = d_e1 * t42;
+    const REAL t44 = t37 - t43;
+    out[0] = t44;
+}
+
+static INLINE void NAME(bracket_prepare_a_b_d)(const REAL *a, const REAL *b, const REAL *d, REAL *prepared)
+{
+    const REAL a_e1 = a[0];
+    const REAL a_e2 = a[1];
+    const REAL a_e3 = a[2];
+    const REAL a_e4 = a[3];
+    const REAL b_e1 = b[0];
+    const REAL b_e2 = b[1];
+    const REAL b_e3 = b[2];
+    const REAL b_e4 = b[3];
+    const REAL d_e1 = d[0];
+    const REAL d_e2 = d[1];
+    const REAL d_e3 = d[2];
+    const REAL d_e4 = d[3];
+    const REAL t0 = a_e3 * b_e4;
+    const REAL t1 = a_e4 * b_e3;
+    const REAL t2 = t0 - t1;
+    const REAL t3 = d_e2 * t2;
+    const REAL t4 = a_e2 * b_e3;
+    const REAL t5 = a_e3 * b_e2;
+    const REAL t6 = t4 - t5;
+    const REAL t7 = d_e4 * t6;
+    const REAL t8 = t3 + t7;
+    const REAL t9 = a_e2 * b_e4;
+    const REAL t10 = a_e4 * b_e2;
+    const REAL t11 = t9 - t10;
+    const REAL t12 = d_e3 * t11;
+    const REAL t13 = t8 - t12;
+    const REAL t15 = a_e1 * b_e4;
+    const REAL t16 = a_e4 * b_e1;
+    const REAL t17 = t15 - t16;
+    const REAL t18 = d_e3 * t17;
+    const REAL t19 = d_e1 * t2;
+    const REAL t20 = t18 - t19;
+    const REAL t21 = a_e1 * b_e3;
+    const REAL t22 = a_e3 * b_e1;
+    const REAL t23 = t21 - t22;
+    const REAL t24 = d_e4 * t23;
+    const REAL t25 = t20 - t24;
+    const REAL t28 = d_e1 * t11;
+    const REAL t29 = a_e1 * b_e2;
+    const REAL t30 = a_e2 * b_e1;
+    const REAL t31 = t29 - t30;
+    const REAL t32 = d_e4 * t31;
+    const REAL t33 = t28 + t32;
+    const REAL t34 = d_e2 * t17;
+    const REAL t35 = t33 - t34;
+    const REAL t38 = d_e2 * t23;
+    const REAL t39 = d_e1 * t6;
+    const REAL t40 = t38 - t39;
+    const REAL t41 = d_e3 * t31;
+    const REAL t42 = t40 - t41;
+    prepared[0] = t13;
+    prepared[1] = t25;
+    prepared[2] = t35;
+    prepared[3] = t42;
+}
+
+static INLINE void NAME(bracket_apply_a_b_d)(const REAL *prepared, const REAL *c, REAL *out)
+{
+    const REAL t13 = prepared[0];
+    const REAL t25 = prepared[1];
+    const REAL t35 = prepared[2];
+    const REAL t42 = prepared[3];
+    const REAL c_e1 = c[0];
+    const REAL c_e2 = c[1];
+    const REAL c_e3 = c[2];
+    const REAL c_e4 = c[3];
+    const REAL t14 = c_e1 * t13;
+    const REAL t26 = c_e2 * t25;
+    const REAL t27 = t14 + t26;
+    const REAL t36 = c_e3 * t35;
+    const REAL t37 = t27 + t36;
+    const REAL t43 = c_e4 * t42;
+    const REAL t44 = t37 + t43;
+    out[0] = t44;
+}
+
+static INLINE void NAME(bracket_prepare_a_c_d)(const REAL *a, const REAL *c, const REAL *d, REAL *prepared)
+{
+    const REAL a_e1 = a[0];
+    const REAL a_e2 = a[1];
+    const REAL a_e3 = a[2];
+    const REAL a_e4 = a[3];
+    const REAL c_e1 = c[0];
+    const REAL c_e2 = c[1];
+    const REAL c_e3 = c[2];
+    const REAL c_e4 = c[3];
+    const REAL d_e1 = d[0];
+    const REAL d_e2 = d[1];
+    const REAL d_e3 = d[2];
+    const REAL d_e4 = d[3];
+    const REAL t0 = a_e2 * c_e4;
+    const REAL t1 = a_e4 * c_e2;
+    const REAL t2 = t0 - t1;
+    const REAL t3 = d_e3 * t2;
+    const REAL t4 = a_e3 * c_e4;
+    const REAL t5 = a_e4 * c_e3;
+    const REAL t6 = t4 - t5;
+    const REAL t7 = d_e2 * t6;
+    const REAL t8 = t3 - t7;
+    const REAL t9 = a_e2 * c_e3;
+    const REAL t10 = a_e3 * c_e2;
+    const REAL t11 = t9 - t10;
+    const REAL t12 = d_e4 * t11;
+    const REAL t13 = t8 - t12;
+    const REAL t15 = d_e1 * t6;
+    const REAL t16 = a_e1 * c_e3;
+    const REAL t17 = a_e3 * c_e1;
+    const REAL t18 = t16 - t17;
+    const REAL t19 = d_e4 * t18;
+    const REAL t20 = t15 + t19;
+    const REAL t21 = a_e1 * c_e4;
+    const REAL t22 = a_e4 * c_e1;
+    const REAL t23 = t21 - t22;
+    const REAL t24 = d_e3 * t23;
+    const REAL t25 = t20 - t24;
+    const REAL t28 = d_e2 * t23;
+    const REAL t29 = d_e1 * t2;
+    const REAL t30 = t28 - t29;
+    const REAL t31 = a_e1 * c_e2;
+    const REAL t32 = a_e2 * c_e1;
+    const REAL t33 = t31 - t32;
+    const REAL t34 = d_e4 * t33;
+    const REAL t35 = t30 - t34;
+    const REAL t38 = d_e1 * t11;
+    const REAL t39 = d_e3 * t33;
+    const REAL t40 = t38 + t39;
+    const REAL t41 = d_e2 * t18;
+    const REAL t42 = t40 - t41;
+    prepared[0] = t13;
+    prepared[1] = t25;
+    prepared[2] = t35;
+    prepared[3] = t42;
+}
+
+static INLINE void NAME(bracket_apply_a_c_d)(const REAL *prepared, const REAL *b, REAL *out)
+{
+    const REAL t13 = prepared[0];
+    const REAL t25 = prepared[1];
+    const REAL t35 = prepared[2];
+    const REAL t42 = prepared[3];
+    const REAL b_e1 = b[0];
+    const REAL b_e2 = b[1];
+    const REAL b_e3 = b[2];
+    const REAL b_e4 = b[3];
+    const REAL t14 = b_e1 * t13;
+    const REAL t26 = b_e2 * t25;
+    const REAL t27 = t14 + t26;
+    const REAL t36 = b_e3 * t35;
+    const REAL t37 = t27 + t36;
+    const REAL t43 = b_e4 * t42;
+    const REAL t44 = t37 + t43;
+    out[0] = t44;
+}
+
+static INLINE void NAME(bracket_prepare_b_c_d)(const REAL *b, const REAL *c, const REAL *d, REAL *prepared)
+{
+    const REAL b_e1 = b[0];
+    const REAL b_e2 = b[1];
+    const REAL b_e3 = b[2];
+    const REAL b_e4 = b[3];
+    const REAL c_e1 = c[0];
+    const REAL c_e2 = c[1];
+    const REAL c_e3 = c[2];
+    const REAL c_e4 = c[3];
+    const REAL d_e1 = d[0];
+    const REAL d_e2 = d[1];
+    const REAL d_e3 = d[2];
+    const REAL d_e4 = d[3];
+    const REAL t0 = b_e3 * c_e4;
+    const REAL t1 = b_e4 * c_e3;
+    const REAL t2 = t0 - t1;
+    const REAL t3 = d_e2 * t2;
+    const REAL t4 = b_e2 * c_e3;
+    const REAL t5 = b_e3 * c_e2;
+    const REAL t6 = t4 - t5;
+    const REAL t7 = d_e4 * t6;
+    const REAL t8 = t3 + t7;
+    const REAL t9 = b_e2 * c_e4;
+    const REAL t10 = b_e4 * c_e2;
+    const REAL t11 = t9 - t10;
+    const REAL t12 = d_e3 * t11;
+    const REAL t13 = t8 - t12;
+    const REAL t15 = b_e1 * c_e4;
+    const REAL t16 = b_e4 * c_e1;
+    const REAL t17 = t15 - t16;
+    const REAL t18 = d_e3 * t17;
+    const REAL t19 = d_e1 * t2;
+    const REAL t20 = t18 - t19;
+    const REAL t21 = b_e1 * c_e3;
+    const REAL t22 = b_e3 * c_e1;
+    const REAL t23 = t21 - t22;
+    const REAL t24 = d_e4 * t23;
+    const REAL t25 = t20 - t24;
+    const REAL t28 = d_e1 * t11;
+    const REAL t29 = b_e1 * c_e2;
+    const REAL t30 = b_e2 * c_e1;
+    const REAL t31 = t29 - t30;
+    const REAL t32 = d_e4 * t31;
+    const REAL t33 = t28 + t32;
+    const REAL t34 = d_e2 * t17;
+    const REAL t35 = t33 - t34;
+    const REAL t38 = d_e2 * t23;
+    const REAL t39 = d_e1 * t6;
+    const REAL t40 = t38 - t39;
+    const REAL t41 = d_e3 * t31;
+    const REAL t42 = t40 - t41;
+    prepared[0] = t13;
+    prepared[1] = t25;
+    prepared[2] = t35;
+    prepared[3] = t42;
+}
+
+static INLINE void NAME(bracket_apply_b_c_d)(const REAL *prepared, const REAL *a, REAL *out)
+{
+    const REAL t13 = prepared[0];
+    const REAL t25 = prepared[1];
+    const REAL t35 = prepared[2];
+    const REAL t42 = prepared[3];
+    const REAL a_e1 = a[0];
+    const REAL a_e2 = a[1];
+    const REAL a_e3 = a[2];
+    const REAL a_e4 = a[3];
+    const REAL t14 = a_e1 * t13;
+    const REAL t26 = a_e2 * t25;
+    const REAL t27 = t14 + t26;
+    const REAL t36 = a_e3 * t35;
+    const REAL t37 = t27 + t36;
+    const REAL t43 = a_e4 * t42;
+    const REAL t44 = t37 + t43;
+    out[0] = t44;
+}
+
+WIDE static void NAME(bracket_block_a_b_c)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    const intptr_t c3a = strides[3];
+    const REAL *prepared = (const REAL *)args[0];
+    char *a3 = args[3];
+    char *a4 = args[4];
+    ANY_ORDER
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
+        REAL x3[4];
+        REAL x4[1];
+        NAME(load_4)(x3, a3 + i * w, c3a);
+        NAME(bracket_apply_a_b_c)(prepared, x3, x4);
+        NAME(store_scalar)(a4 + i * w, x4);
+    }
+}
+
+WIDE static void NAME(bracket_dense_a_b_c)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    const REAL *prepared = (const REAL *)args[0];
+    char *a3 = args[3];
+    char *a4 = args[4];
+    ANY_ORDER
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
+        REAL x3[4];
+        REAL x4[1];
+        NAME(load_4)(x3, a3 + i * 4 * w, w);
+        NAME(bracket_apply_a_b_c)(prepared, x3, x4);
+        NAME(store_scalar)(a4 + i * w, x4);
+    }
+}
+
+static void NAME(bracket_start_a_b_c)(char **args, const intptr_t *strides, void *prepared)
+{
+    const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
+    REAL x0[4];
+    NAME(load_4)(x0, args[0], c0a);
+    REAL x1[4];
+    NAME(load_4)(x1, args[1], c1a);
+    REAL x2[4];
+    NAME(load_4)(x2, args[2], c2a);
+    NAME(bracket_prepare_a_b_c)(x0, x1, x2, prepared);
+}
+
+WIDE static void NAME(bracket_block_a_b_d)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    const intptr_t c2a = strides[2];
+    const REAL *prepared = (const REAL *)args[0];
+    char *a2 = args[2];
+    char *a4 = args[4];
+    ANY_ORDER
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
+        REAL x2[4];
+        REAL x4[1];
+        NAME(load_4)(x2, a2 + i * w, c2a);
+        NAME(bracket_apply_a_b_d)(prepared, x2, x4);
+        NAME(store_scalar)(a4 + i * w, x4);
+    }
+}
+
+WIDE static void NAME(bracket_dense_a_b_d)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    const REAL *prepared = (const REAL *)args[0];
+    char *a2 = args[2];
+    char *a4 = args[4];
+    ANY_ORDER
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
+        REAL x2[4];
+        REAL x4[1];
+        NAME(load_4)(x2, a2 + i * 4 * w, w);
+        NAME(bracket_apply_a_b_d)(prepared, x2, x4);
+        NAME(store_scalar)(a4 + i * w, x4);
+    }
+}
+
+static void NAME(bracket_start_a_b_d)(char **args, const intptr_t *strides, void *prepared)
+{
+    const intptr_t c0a = strides[0], c1a = strides[1], c3a = strides[3];
+    REAL x0[4];
+    NAME(load_4)(x0, args[0], c0a);
+    REAL x1[4];
+    NAME(load_4)(x1, args[1], c1a);
+    REAL x3[4];
+    NAME(load_4)(x3, args[3], c3a);
+    NAME(bracket_prepare_a_b_d)(x0, x1, x3, prepared);
+}
+
+WIDE static void NAME(bracket_block_a_c_d)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    const intptr_t c1a = strides[1];
+    const REAL *prepared = (const REAL *)args[0];
+    char *a1 = args[1];
+    char *a4 = args[4];
+    ANY_ORDER
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
+        REAL x1[4];
+        REAL x4[1];
+        NAME(load_4)(x1, a1 + i * w, c1a);
+        NAME(bracket_apply_a_c_d)(prepared, x1, x4);
+        NAME(store_scalar)(a4 + i * w, x4);
+    }
+}
+
+WIDE static void NAME(bracket_dense_a_c_d)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    const REAL *prepared = (const REAL *)args[0];
+    char *a1 = args[1];
+    char *a4 = args[4];
+    ANY_ORDER
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
+        REAL x1[4];
+        REAL x4[1];
+        NAME(load_4)(x1, a1 + i * 4 * w, w);
+        NAME(bracket_apply_a_c_d)(prepared, x1, x4);
+        NAME(store_scalar)(a4 + i * w, x4);
+    }
+}
+
+static void NAME(bracket_start_a_c_d)(char **args, const intptr_t *strides, void *prepared)
+{
+    const intptr_t c0a = strides[0], c2a = strides[2], c3a = strides[3];
+    REAL x0[4];
+    NAME(load_4)(x0, args[0], c0a);
+    REAL x2[4];
+    NAME(load_4)(x2, args[2], c2a);
+    REAL x3[4];
+    NAME(load_4)(x3, args[3], c3a);
+    NAME(bracket_prepare_a_c_d)(x0, x2, x3, prepared);
+}
+
+WIDE static void NAME(bracket_block_b_c_d)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    const intptr_t c0a = strides[0];
+    const REAL *prepared = (const REAL *)args[1];
+    char *a0 = args[0];
+    char *a4 = args[4];
+    ANY_ORDER
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
+        REAL x0[4];
+        REAL x4[1];
+        NAME(load_4)(x0, a0 + i * w, c0a);
+        NAME(bracket_apply_b_c_d)(prepared, x0, x4);
+        NAME(store_scalar)(a4 + i * w, x4);
+    }
+}
+
+WIDE static void NAME(bracket_dense_b_c_d)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    const REAL *prepared = (const REAL *)args[1];
+    char *a0 = args[0];
+    char *a4 = args[4];
+    ANY_ORDER
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
+        REAL x0[4];
+        REAL x4[1];
+        NAME(load_4)(x0, a0 + i * 4 * w, w);
+        NAME(bracket_apply_b_c_d)(prepared, x0, x4);
+        NAME(store_scalar)(a4 + i * w, x4);
+    }
+}
+
+static void NAME(bracket_start_b_c_d)(char **args, const intptr_t *strides, void *prepared)
+{
+    const intptr_t c1a = strides[1], c2a = strides[2], c3a = strides[3];
+    REAL x1[4];
+    NAME(load_4)(x1, args[1], c1a);
+    REAL x2[4];
+    NAME(load_4)(x2, args[2], c2a);
+    REAL x3[4];
+    NAME(load_4)(x3, args[3], c3a);
+    NAME(bracket_prepare_b_c_d)(x1, x2, x3, prepared);
+}
+
 WIDE static void NAME(bracket_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
@@ -490,31 +1002,6 @@ WIDE static void NAME(bracket_block)(intptr_t n, char **args, const intptr_t *st
         REAL x3[4];
         REAL x4[1];
         NAME(load_4)(x0, a0 + i * w, c0a);
-        NAME(load_4)(x1, a1 + i * w, c1a);
-        NAME(load_4)(x2, a2 + i * w, c2a);
-        NAME(load_4)(x3, a3 + i * w, c3a);
-        NAME(bracket)(x0, x1, x2, x3, x4);
-        NAME(store_scalar)(a4 + i * w, x4);
-    }
-}
-
-WIDE static void NAME(bracket_block_uniform)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2], c3a = strides[3];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    char *a3 = args[3];
-    char *a4 = args[4];
-    REAL x0[4];
-    NAME(load_4)(x0, a0, c0a);
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x1[4];
-        REAL x2[4];
-        REAL x3[4];
-        REAL x4[1];
         NAME(load_4)(x1, a1 + i * w, c1a);
         NAME(load_4)(x2, a2 + i * w, c2a);
         NAME(load_4)(x3, a3 + i * w, c3a);
@@ -548,37 +1035,16 @@ WIDE static void NAME(bracket_dense)(intptr_t n, char **args, const intptr_t *st
     }
 }
 
-WIDE static void NAME(bracket_dense_uniform)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    char *a3 = args[3];
-    char *a4 = args[4];
-    REAL x0[4];
-    NAME(load_4)(x0, a0, w);
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x1[4];
-        REAL x2[4];
-        REAL x3[4];
-        REAL x4[1];
-        NAME(load_4)(x1, a1 + i * 4 * w, w);
-        NAME(load_4)(x2, a2 + i * 4 * w, w);
-        NAME(load_4)(x3, a3 + i * 4 * w, w);
-        NAME(bracket)(x0, x1, x2, x3, x4);
-        NAME(store_scalar)(a4 + i * w, x4);
-    }
-}
-
 void NAME(bracket_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {4, 1, 1, {4}}, {4, 1, 2, {4}}, {4, 1, 3, {4}}, {1, 0, 4,
         {0}}};
-    static const struct kernel kernel = {{NAME(bracket_block), NAME(bracket_block_uniform), NAME(bracket_dense),
-        NAME(bracket_dense_uniform)}, 1, 4, 5, parts};
+    static const struct form forms[] = {{7, 2, NAME(bracket_start_a_b_c), NAME(bracket_block_a_b_c),
+        NAME(bracket_dense_a_b_c)}, {11, 2, NAME(bracket_start_a_b_d), NAME(bracket_block_a_b_d),
+        NAME(bracket_dense_a_b_d)}, {13, 2, NAME(bracket_start_a_c_d), NAME(bracket_block_a_c_d),
+        NAME(bracket_dense_a_c_d)}, {14, 2, NAME(bracket_start_b_c_d), NAME(bracket_block_b_c_d),
+        NAME(bracket_dense_b_c_d)}};
+    static const struct kernel kernel = {NAME(bracket_block), NAME(bracket_dense), 4, 5, 4, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -637,30 +1103,10 @@ WIDE static void NAME(join_points_block)(intptr_t n, char **args, const intptr_t
     }
 }
 
-WIDE static void NAME(join_points_block_uniform)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    REAL x0[4];
-    NAME(load_4)(x0, a0, c0a);
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x1[4];
-        REAL x2[6];
-        NAME(load_4)(x1, a1 + i * w, c1a);
-        NAME(join_points)(x0, x1, x2);
-        NAME(store_6)(a2 + i * w, c2a, x2);
-    }
-}
-
 void NAME(join_points_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {4, 1, 1, {4}}, {6, 1, 2, {6}}};
-    static const struct kernel kernel = {{NAME(join_points_block), NAME(join_points_block_uniform), NULL, NULL}, 1,
-        2, 3, parts};
+    static const struct kernel kernel = {NAME(join_points_block), NULL, 2, 3, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -724,6 +1170,364 @@ INLINE void NAME(join_three_points)(const REAL *a, const REAL *b, const REAL *c,
     out[3] = t39;
 }
 
+static INLINE void NAME(join_three_points_prepare_a_b)(const REAL *a, const REAL *b, REAL *prepared)
+{
+    const REAL a_e1 = a[0];
+    const REAL a_e2 = a[1];
+    const REAL a_e3 = a[2];
+    const REAL a_e4 = a[3];
+    const REAL b_e1 = b[0];
+    const REAL b_e2 = b[1];
+    const REAL b_e3 = b[2];
+    const REAL b_e4 = b[3];
+    const REAL t0 = a_e2 * b_e3;
+    const REAL t1 = a_e3 * b_e2;
+    const REAL t2 = t0 - t1;
+    const REAL t4 = a_e2 * b_e4;
+    const REAL t5 = a_e4 * b_e2;
+    const REAL t6 = t4 - t5;
+    const REAL t9 = a_e3 * b_e4;
+    const REAL t10 = a_e4 * b_e3;
+    const REAL t11 = t9 - t10;
+    const REAL t14 = a_e1 * b_e3;
+    const REAL t15 = a_e3 * b_e1;
+    const REAL t16 = t14 - t15;
+    const REAL t18 = a_e1 * b_e4;
+    const REAL t19 = a_e4 * b_e1;
+    const REAL t20 = t18 - t19;
+    const REAL t26 = a_e1 * b_e2;
+    const REAL t27 = a_e2 * b_e1;
+    const REAL t28 = t26 - t27;
+    prepared[0] = t2;
+    prepared[1] = t6;
+    prepared[2] = t11;
+    prepared[3] = t16;
+    prepared[4] = t20;
+    prepared[5] = t28;
+}
+
+static INLINE void NAME(join_three_points_apply_a_b)(const REAL *prepared, const REAL *c, REAL *out)
+{
+    const REAL t2 = prepared[0];
+    const REAL t6 = prepared[1];
+    const REAL t11 = prepared[2];
+    const REAL t16 = prepared[3];
+    const REAL t20 = prepared[4];
+    const REAL t28 = prepared[5];
+    const REAL c_e1 = c[0];
+    const REAL c_e2 = c[1];
+    const REAL c_e3 = c[2];
+    const REAL c_e4 = c[3];
+    const REAL t3 = c_e4 * t2;
+    const REAL t7 = c_e3 * t6;
+    const REAL t8 = t3 - t7;
+    const REAL t12 = c_e2 * t11;
+    const REAL t13 = t8 + t12;
+    const REAL t17 = c_e4 * t16;
+    const REAL t21 = c_e3 * t20;
+    const REAL t22 = t17 - t21;
+    const REAL t23 = c_e1 * t11;
+    const REAL t24 = t22 + t23;
+    const REAL t25 = -t24;
+    const REAL t29 = c_e4 * t28;
+    const REAL t30 = c_e2 * t20;
+    const REAL t31 = t29 - t30;
+    const REAL t32 = c_e1 * t6;
+    const REAL t33 = t31 + t32;
+    const REAL t34 = c_e3 * t28;
+    const REAL t35 = c_e2 * t16;
+    const REAL t36 = t34 - t35;
+    const REAL t37 = c_e1 * t2;
+    const REAL t38 = t36 + t37;
+    const REAL t39 = -t38;
+    out[0] = t13;
+    out[1] = t25;
+    out[2] = t33;
+    out[3] = t39;
+}
+
+static INLINE void NAME(join_three_points_prepare_a_c)(const REAL *a, const REAL *c, REAL *prepared)
+{
+    const REAL a_e1 = a[0];
+    const REAL a_e2 = a[1];
+    const REAL a_e3 = a[2];
+    const REAL a_e4 = a[3];
+    const REAL c_e1 = c[0];
+    const REAL c_e2 = c[1];
+    const REAL c_e3 = c[2];
+    const REAL c_e4 = c[3];
+    const REAL t0 = a_e4 * c_e3;
+    const REAL t1 = a_e3 * c_e4;
+    const REAL t2 = t0 - t1;
+    const REAL t4 = a_e2 * c_e4;
+    const REAL t5 = a_e4 * c_e2;
+    const REAL t6 = t4 - t5;
+    const REAL t9 = a_e3 * c_e2;
+    const REAL t10 = a_e2 * c_e3;
+    const REAL t11 = t9 - t10;
+    const REAL t14 = a_e4 * c_e1;
+    const REAL t15 = a_e1 * c_e4;
+    const REAL t16 = t14 - t15;
+    const REAL t18 = a_e1 * c_e3;
+    const REAL t19 = a_e3 * c_e1;
+    const REAL t20 = t18 - t19;
+    const REAL t25 = a_e2 * c_e1;
+    const REAL t26 = a_e1 * c_e2;
+    const REAL t27 = t25 - t26;
+    prepared[0] = t2;
+    prepared[1] = t6;
+    prepared[2] = t11;
+    prepared[3] = t16;
+    prepared[4] = t20;
+    prepared[5] = t27;
+}
+
+static INLINE void NAME(join_three_points_apply_a_c)(const REAL *prepared, const REAL *b, REAL *out)
+{
+    const REAL t2 = prepared[0];
+    const REAL t6 = prepared[1];
+    const REAL t11 = prepared[2];
+    const REAL t16 = prepared[3];
+    const REAL t20 = prepared[4];
+    const REAL t27 = prepared[5];
+    const REAL b_e1 = b[0];
+    const REAL b_e2 = b[1];
+    const REAL b_e3 = b[2];
+    const REAL b_e4 = b[3];
+    const REAL t3 = b_e2 * t2;
+    const REAL t7 = b_e3 * t6;
+    const REAL t8 = t3 + t7;
+    const REAL t12 = b_e4 * t11;
+    const REAL t13 = t8 + t12;
+    const REAL t17 = b_e3 * t16;
+    const REAL t21 = b_e4 * t20;
+    const REAL t22 = t17 + t21;
+    const REAL t23 = b_e1 * t2;
+    const REAL t24 = t22 - t23;
+    const REAL t28 = b_e4 * t27;
+    const REAL t29 = b_e1 * t6;
+    const REAL t30 = t28 - t29;
+    const REAL t31 = b_e2 * t16;
+    const REAL t32 = t30 - t31;
+    const REAL t33 = b_e1 * t11;
+    const REAL t34 = b_e2 * t20;
+    const REAL t35 = t33 + t34;
+    const REAL t36 = b_e3 * t27;
+    const REAL t37 = t35 + t36;
+    const REAL t38 = -t37;
+    out[0] = t13;
+    out[1] = t24;
+    out[2] = t32;
+    out[3] = t38;
+}
+
+static INLINE void NAME(join_three_points_prepare_b_c)(const REAL *b, const REAL *c, REAL *prepared)
+{
+    const REAL b_e1 = b[0];
+    const REAL b_e2 = b[1];
+    const REAL b_e3 = b[2];
+    const REAL b_e4 = b[3];
+    const REAL c_e1 = c[0];
+    const REAL c_e2 = c[1];
+    const REAL c_e3 = c[2];
+    const REAL c_e4 = c[3];
+    const REAL t0 = b_e3 * c_e4;
+    const REAL t1 = b_e4 * c_e3;
+    const REAL t2 = t0 - t1;
+    const REAL t4 = b_e4 * c_e2;
+    const REAL t5 = b_e2 * c_e4;
+    const REAL t6 = t4 - t5;
+    const REAL t9 = b_e2 * c_e3;
+    const REAL t10 = b_e3 * c_e2;
+    const REAL t11 = t9 - t10;
+    const REAL t14 = b_e1 * c_e4;
+    const REAL t15 = b_e4 * c_e1;
+    const REAL t16 = t14 - t15;
+    const REAL t18 = b_e3 * c_e1;
+    const REAL t19 = b_e1 * c_e3;
+    const REAL t20 = t18 - t19;
+    const REAL t25 = b_e1 * c_e2;
+    const REAL t26 = b_e2 * c_e1;
+    const REAL t27 = t25 - t26;
+    prepared[0] = t2;
+    prepared[1] = t6;
+    prepared[2] = t11;
+    prepared[3] = t16;
+    prepared[4] = t20;
+    prepared[5] = t27;
+}
+
+static INLINE void NAME(join_three_points_apply_b_c)(const REAL *prepared, const REAL *a, REAL *out)
+{
+    const REAL t2 = prepared[0];
+    const REAL t6 = prepared[1];
+    const REAL t11 = prepared[2];
+    const REAL t16 = prepared[3];
+    const REAL t20 = prepared[4];
+    const REAL t27 = prepared[5];
+    const REAL a_e1 = a[0];
+    const REAL a_e2 = a[1];
+    const REAL a_e3 = a[2];
+    const REAL a_e4 = a[3];
+    const REAL t3 = a_e2 * t2;
+    const REAL t7 = a_e3 * t6;
+    const REAL t8 = t3 + t7;
+    const REAL t12 = a_e4 * t11;
+    const REAL t13 = t8 + t12;
+    const REAL t17 = a_e3 * t16;
+    const REAL t21 = a_e4 * t20;
+    const REAL t22 = t17 + t21;
+    const REAL t23 = a_e1 * t2;
+    const REAL t24 = t22 - t23;
+    const REAL t28 = a_e4 * t27;
+    const REAL t29 = a_e1 * t6;
+    const REAL t30 = t28 - t29;
+    const REAL t31 = a_e2 * t16;
+    const REAL t32 = t30 - t31;
+    const REAL t33 = a_e1 * t11;
+    const REAL t34 = a_e2 * t20;
+    const REAL t35 = t33 + t34;
+    const REAL t36 = a_e3 * t27;
+    const REAL t37 = t35 + t36;
+    const REAL t38 = -t37;
+    out[0] = t13;
+    out[1] = t24;
+    out[2] = t32;
+    out[3] = t38;
+}
+
+WIDE static void NAME(join_three_points_block_a_b)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    const intptr_t c2a = strides[2], c3a = strides[3];
+    const REAL *prepared = (const REAL *)args[0];
+    char *a2 = args[2];
+    char *a3 = args[3];
+    ANY_ORDER
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
+        REAL x2[4];
+        REAL x3[4];
+        NAME(load_4)(x2, a2 + i * w, c2a);
+        NAME(join_three_points_apply_a_b)(prepared, x2, x3);
+        NAME(store_4)(a3 + i * w, c3a, x3);
+    }
+}
+
+WIDE static void NAME(join_three_points_dense_a_b)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    const REAL *prepared = (const REAL *)args[0];
+    char *a2 = args[2];
+    char *a3 = args[3];
+    ANY_ORDER
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
+        REAL x2[4];
+        REAL x3[4];
+        NAME(load_4)(x2, a2 + i * 4 * w, w);
+        NAME(join_three_points_apply_a_b)(prepared, x2, x3);
+        NAME(store_4)(a3 + i * 4 * w, w, x3);
+    }
+}
+
+static void NAME(join_three_points_start_a_b)(char **args, const intptr_t *strides, void *prepared)
+{
+    const intptr_t c0a = strides[0], c1a = strides[1];
+    REAL x0[4];
+    NAME(load_4)(x0, args[0], c0a);
+    REAL x1[4];
+    NAME(load_4)(x1, args[1], c1a);
+    NAME(join_three_points_prepare_a_b)(x0, x1, prepared);
+}
+
+WIDE static void NAME(join_three_points_block_a_c)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    const intptr_t c1a = strides[1], c3a = strides[3];
+    const REAL *prepared = (const REAL *)args[0];
+    char *a1 = args[1];
+    char *a3 = args[3];
+    ANY_ORDER
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
+        REAL x1[4];
+        REAL x3[4];
+        NAME(load_4)(x1, a1 + i * w, c1a);
+        NAME(join_three_points_apply_a_c)(prepared, x1, x3);
+        NAME(store_4)(a3 + i * w, c3a, x3);
+    }
+}
+
+WIDE static void NAME(join_three_points_dense_a_c)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    const REAL *prepared = (const REAL *)args[0];
+    char *a1 = args[1];
+    char *a3 = args[3];
+    ANY_ORDER
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
+        REAL x1[4];
+        REAL x3[4];
+        NAME(load_4)(x1, a1 + i * 4 * w, w);
+        NAME(join_three_points_apply_a_c)(prepared, x1, x3);
+        NAME(store_4)(a3 + i * 4 * w, w, x3);
+    }
+}
+
+static void NAME(join_three_points_start_a_c)(char **args, const intptr_t *strides, void *prepared)
+{
+    const intptr_t c0a = strides[0], c2a = strides[2];
+    REAL x0[4];
+    NAME(load_4)(x0, args[0], c0a);
+    REAL x2[4];
+    NAME(load_4)(x2, args[2], c2a);
+    NAME(join_three_points_prepare_a_c)(x0, x2, prepared);
+}
+
+WIDE static void NAME(join_three_points_block_b_c)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    const intptr_t c0a = strides[0], c3a = strides[3];
+    const REAL *prepared = (const REAL *)args[1];
+    char *a0 = args[0];
+    char *a3 = args[3];
+    ANY_ORDER
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
+        REAL x0[4];
+        REAL x3[4];
+        NAME(load_4)(x0, a0 + i * w, c0a);
+        NAME(join_three_points_apply_b_c)(prepared, x0, x3);
+        NAME(store_4)(a3 + i * w, c3a, x3);
+    }
+}
+
+WIDE static void NAME(join_three_points_dense_b_c)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    const REAL *prepared = (const REAL *)args[1];
+    char *a0 = args[0];
+    char *a3 = args[3];
+    ANY_ORDER
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
+        REAL x0[4];
+        REAL x3[4];
+        NAME(load_4)(x0, a0 + i * 4 * w, w);
+        NAME(join_three_points_apply_b_c)(prepared, x0, x3);
+        NAME(store_4)(a3 + i * 4 * w, w, x3);
+    }
+}
+
+static void NAME(join_three_points_start_b_c)(char **args, const intptr_t *strides, void *prepared)
+{
+    const intptr_t c1a = strides[1], c2a = strides[2];
+    REAL x1[4];
+    NAME(load_4)(x1, args[1], c1a);
+    REAL x2[4];
+    NAME(load_4)(x2, args[2], c2a);
+    NAME(join_three_points_prepare_b_c)(x1, x2, prepared);
+}
+
 WIDE static void NAME(join_three_points_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
@@ -739,28 +1543,6 @@ WIDE static void NAME(join_three_points_block)(intptr_t n, char **args, const in
         REAL x2[4];
         REAL x3[4];
         NAME(load_4)(x0, a0 + i * w, c0a);
-        NAME(load_4)(x1, a1 + i * w, c1a);
-        NAME(load_4)(x2, a2 + i * w, c2a);
-        NAME(join_three_points)(x0, x1, x2, x3);
-        NAME(store_4)(a3 + i * w, c3a, x3);
-    }
-}
-
-WIDE static void NAME(join_three_points_block_uniform)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2], c3a = strides[3];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    char *a3 = args[3];
-    REAL x0[4];
-    NAME(load_4)(x0, a0, c0a);
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x1[4];
-        REAL x2[4];
-        REAL x3[4];
         NAME(load_4)(x1, a1 + i * w, c1a);
         NAME(load_4)(x2, a2 + i * w, c2a);
         NAME(join_three_points)(x0, x1, x2, x3);
@@ -790,33 +1572,15 @@ WIDE static void NAME(join_three_points_dense)(intptr_t n, char **args, const in
     }
 }
 
-WIDE static void NAME(join_three_points_dense_uniform)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    char *a3 = args[3];
-    REAL x0[4];
-    NAME(load_4)(x0, a0, w);
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x1[4];
-        REAL x2[4];
-        REAL x3[4];
-        NAME(load_4)(x1, a1 + i * 4 * w, w);
-        NAME(load_4)(x2, a2 + i * 4 * w, w);
-        NAME(join_three_points)(x0, x1, x2, x3);
-        NAME(store_4)(a3 + i * 4 * w, w, x3);
-    }
-}
-
 void NAME(join_three_points_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {4, 1, 1, {4}}, {4, 1, 2, {4}}, {4, 1, 3, {4}}};
-    static const struct kernel kernel = {{NAME(join_three_points_block), NAME(join_three_points_block_uniform),
-        NAME(join_three_points_dense), NAME(join_three_points_dense_uniform)}, 1, 3, 4, parts};
+    static const struct form forms[] = {{3, 2, NAME(join_three_points_start_a_b), NAME(join_three_points_block_a_b),
+        NAME(join_three_points_dense_a_b)}, {5, 2, NAME(join_three_points_start_a_c),
+        NAME(join_three_points_block_a_c), NAME(join_three_points_dense_a_c)}, {6, 2,
+        NAME(join_three_points_start_b_c), NAME(join_three_points_block_b_c), NAME(join_three_points_dense_b_c)}};
+    static const struct kernel kernel = {NAME(join_three_points_block), NAME(join_three_points_dense), 3, 4, 3,
+        parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -881,30 +1645,10 @@ WIDE static void NAME(project_point_block)(intptr_t n, char **args, const intptr
     }
 }
 
-WIDE static void NAME(project_point_block_uniform)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c0b = strides[1], c1a = strides[2], c2a = strides[3];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    REAL x0[12];
-    NAME(load_3x4)(x0, a0, c0a, c0b);
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x1[3];
-        REAL x2[2];
-        NAME(load_3)(x1, a1 + i * w, c1a);
-        NAME(project_point)(x0, x1, x2);
-        NAME(store_2)(a2 + i * w, c2a, x2);
-    }
-}
-
 void NAME(project_point_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{12, 2, 0, {3, 4}}, {3, 1, 2, {3}}, {2, 1, 3, {2}}};
-    static const struct kernel kernel = {{NAME(project_point_block), NAME(project_point_block_uniform), NULL, NULL},
-        1, 2, 3, parts};
+    static const struct kernel kernel = {NAME(project_point_block), NULL, 2, 3, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -971,30 +1715,10 @@ WIDE static void NAME(project_homogeneous_point_block)(intptr_t n, char **args, 
     }
 }
 
-WIDE static void NAME(project_homogeneous_point_block_uniform)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c0b = strides[1], c1a = strides[2], c2a = strides[3];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    REAL x0[12];
-    NAME(load_3x4)(x0, a0, c0a, c0b);
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x1[4];
-        REAL x2[3];
-        NAME(load_4)(x1, a1 + i * w, c1a);
-        NAME(project_homogeneous_point)(x0, x1, x2);
-        NAME(store_3)(a2 + i * w, c2a, x2);
-    }
-}
-
 void NAME(project_homogeneous_point_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{12, 2, 0, {3, 4}}, {4, 1, 2, {4}}, {3, 1, 3, {3}}};
-    static const struct kernel kernel = {{NAME(project_homogeneous_point_block),
-        NAME(project_homogeneous_point_block_uniform), NULL, NULL}, 1, 2, 3, parts};
+    static const struct kernel kernel = {NAME(project_homogeneous_point_block), NULL, 2, 3, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -1077,7 +1801,7 @@ WIDE static void NAME(camera_centre_block)(intptr_t n, char **args, const intptr
 void NAME(camera_centre_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{12, 2, 0, {3, 4}}, {4, 1, 2, {4}}};
-    static const struct kernel kernel = {{NAME(camera_centre_block), NULL, NULL, NULL}, 0, 1, 2, parts};
+    static const struct kernel kernel = {NAME(camera_centre_block), NULL, 1, 2, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -1139,6 +1863,173 @@ INLINE void NAME(back_project_pixel)(const REAL *camera, const REAL *pixel, REAL
     out[5] = t33;
 }
 
+static INLINE void NAME(back_project_pixel_prepare_camera)(const REAL *camera, REAL *prepared)
+{
+    const REAL camera_0_e1 = camera[0];
+    const REAL camera_0_e2 = camera[1];
+    const REAL camera_0_e3 = camera[2];
+    const REAL camera_0_e4 = camera[3];
+    const REAL camera_1_e1 = camera[4];
+    const REAL camera_1_e2 = camera[5];
+    const REAL camera_1_e3 = camera[6];
+    const REAL camera_1_e4 = camera[7];
+    const REAL camera_2_e1 = camera[8];
+    const REAL camera_2_e2 = camera[9];
+    const REAL camera_2_e3 = camera[10];
+    const REAL camera_2_e4 = camera[11];
+    const REAL t0 = camera_1_e1 * camera_2_e2;
+    const REAL t1 = camera_1_e2 * camera_2_e1;
+    const REAL t2 = t0 - t1;
+    const REAL t4 = camera_0_e2 * camera_2_e1;
+    const REAL t5 = camera_0_e1 * camera_2_e2;
+    const REAL t6 = t4 - t5;
+    const REAL t9 = camera_0_e1 * camera_1_e2;
+    const REAL t10 = camera_0_e2 * camera_1_e1;
+    const REAL t11 = t9 - t10;
+    const REAL t13 = camera_1_e1 * camera_2_e3;
+    const REAL t14 = camera_1_e3 * camera_2_e1;
+    const REAL t15 = t13 - t14;
+    const REAL t17 = camera_0_e3 * camera_2_e1;
+    const REAL t18 = camera_0_e1 * camera_2_e3;
+    const REAL t19 = t17 - t18;
+    const REAL t22 = camera_0_e1 * camera_1_e3;
+    const REAL t23 = camera_0_e3 * camera_1_e1;
+    const REAL t24 = t22 - t23;
+    const REAL t26 = camera_1_e2 * camera_2_e3;
+    const REAL t27 = camera_1_e3 * camera_2_e2;
+    const REAL t28 = t26 - t27;
+    const REAL t30 = camera_0_e3 * camera_2_e2;
+    const REAL t31 = camera_0_e2 * camera_2_e3;
+    const REAL t32 = t30 - t31;
+    const REAL t35 = camera_0_e2 * camera_1_e3;
+    const REAL t36 = camera_0_e3 * camera_1_e2;
+    const REAL t37 = t35 - t36;
+    const REAL t39 = camera_1_e1 * camera_2_e4;
+    const REAL t40 = camera_1_e4 * camera_2_e1;
+    const REAL t41 = t39 - t40;
+    const REAL t43 = camera_0_e4 * camera_2_e1;
+    const REAL t44 = camera_0_e1 * camera_2_e4;
+    const REAL t45 = t43 - t44;
+    const REAL t48 = camera_0_e1 * camera_1_e4;
+    const REAL t49 = camera_0_e4 * camera_1_e1;
+    const REAL t50 = t48 - t49;
+    const REAL t52 = camera_1_e2 * camera_2_e4;
+    const REAL t53 = camera_1_e4 * camera_2_e2;
+    const REAL t54 = t52 - t53;
+    const REAL t56 = camera_0_e4 * camera_2_e2;
+    const REAL t57 = camera_0_e2 * camera_2_e4;
+    const REAL t58 = t56 - t57;
+    const REAL t61 = camera_0_e2 * camera_1_e4;
+    const REAL t62 = camera_0_e4 * camera_1_e2;
+    const REAL t63 = t61 - t62;
+    const REAL t65 = camera_1_e3 * camera_2_e4;
+    const REAL t66 = camera_1_e4 * camera_2_e3;
+    const REAL t67 = t65 - t66;
+    const REAL t69 = camera_0_e4 * camera_2_e3;
+    const REAL t70 = camera_0_e3 * camera_2_e4;
+    const REAL t71 = t69 - t70;
+    const REAL t74 = camera_0_e3 * camera_1_e4;
+    const REAL t75 = camera_0_e4 * camera_1_e3;
+    const REAL t76 = t74 - t75;
+    prepared[0] = t2;
+    prepared[1] = t6;
+    prepared[2] = t11;
+    prepared[3] = t15;
+    prepared[4] = t19;
+    prepared[5] = t24;
+    prepared[6] = t28;
+    prepared[7] = t32;
+    prepared[8] = t37;
+    prepared[9] = t41;
+    prepared[10] = t45;
+    prepared[11] = t50;
+    prepared[12] = t54;
+    prepared[13] = t58;
+    prepared[14] = t63;
+    prepared[15] = t67;
+    prepared[16] = t71;
+    prepared[17] = t76;
+}
+
+static INLINE void NAME(back_project_pixel_apply_camera)(const REAL *prepared, const REAL *pixel, REAL *out)
+{
+    const REAL t2 = prepared[0];
+    const REAL t6 = prepared[1];
+    const REAL t11 = prepared[2];
+    const REAL t15 = prepared[3];
+    const REAL t19 = prepared[4];
+    const REAL t24 = prepared[5];
+    const REAL t28 = prepared[6];
+    const REAL t32 = prepared[7];
+    const REAL t37 = prepared[8];
+    const REAL t41 = prepared[9];
+    const REAL t45 = prepared[10];
+    const REAL t50 = prepared[11];
+    const REAL t54 = prepared[12];
+    const REAL t58 = prepared[13];
+    const REAL t63 = prepared[14];
+    const REAL t67 = prepared[15];
+    const REAL t71 = prepared[16];
+    const REAL t76 = prepared[17];
+    const REAL pixel_0 = pixel[0];
+    const REAL pixel_1 = pixel[1];
+    const REAL t3 = pixel_0 * t2;
+    const REAL t7 = pixel_1 * t6;
+    const REAL t8 = t3 + t7;
+    const REAL t12 = t8 + t11;
+    const REAL t16 = pixel_0 * t15;
+    const REAL t20 = pixel_1 * t19;
+    const REAL t21 = t16 + t20;
+    const REAL t25 = t21 + t24;
+    const REAL t29 = pixel_0 * t28;
+    const REAL t33 = pixel_1 * t32;
+    const REAL t34 = t29 + t33;
+    const REAL t38 = t34 + t37;
+    const REAL t42 = pixel_0 * t41;
+    const REAL t46 = pixel_1 * t45;
+    const REAL t47 = t42 + t46;
+    const REAL t51 = t47 + t50;
+    const REAL t55 = pixel_0 * t54;
+    const REAL t59 = pixel_1 * t58;
+    const REAL t60 = t55 + t59;
+    const REAL t64 = t60 + t63;
+    const REAL t68 = pixel_0 * t67;
+    const REAL t72 = pixel_1 * t71;
+    const REAL t73 = t68 + t72;
+    const REAL t77 = t73 + t76;
+    out[0] = t12;
+    out[1] = t25;
+    out[2] = t38;
+    out[3] = t51;
+    out[4] = t64;
+    out[5] = t77;
+}
+
+WIDE static void NAME(back_project_pixel_block_camera)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    const intptr_t c1a = strides[2], c2a = strides[3];
+    const REAL *prepared = (const REAL *)args[0];
+    char *a1 = args[1];
+    char *a2 = args[2];
+    ANY_ORDER
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
+        REAL x1[2];
+        REAL x2[6];
+        NAME(load_2)(x1, a1 + i * w, c1a);
+        NAME(back_project_pixel_apply_camera)(prepared, x1, x2);
+        NAME(store_6)(a2 + i * w, c2a, x2);
+    }
+}
+
+static void NAME(back_project_pixel_start_camera)(char **args, const intptr_t *strides, void *prepared)
+{
+    const intptr_t c0a = strides[0], c0b = strides[1];
+    REAL x0[12];
+    NAME(load_3x4)(x0, args[0], c0a, c0b);
+    NAME(back_project_pixel_prepare_camera)(x0, prepared);
+}
+
 WIDE static void NAME(back_project_pixel_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
@@ -1158,30 +2049,12 @@ WIDE static void NAME(back_project_pixel_block)(intptr_t n, char **args, const i
     }
 }
 
-WIDE static void NAME(back_project_pixel_block_uniform)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c0b = strides[1], c1a = strides[2], c2a = strides[3];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    REAL x0[12];
-    NAME(load_3x4)(x0, a0, c0a, c0b);
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x1[2];
-        REAL x2[6];
-        NAME(load_2)(x1, a1 + i * w, c1a);
-        NAME(back_project_pixel)(x0, x1, x2);
-        NAME(store_6)(a2 + i * w, c2a, x2);
-    }
-}
-
 void NAME(back_project_pixel_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{12, 2, 0, {3, 4}}, {2, 1, 2, {2}}, {6, 1, 3, {6}}};
-    static const struct kernel kernel = {{NAME(back_project_pixel_block), NAME(back_project_pixel_block_uniform),
-        NULL, NULL}, 1, 2, 3, parts};
+    static const struct form forms[] = {{1, 6, NAME(back_project_pixel_start_camera),
+        NAME(back_project_pixel_block_camera), NULL}};
+    static const struct kernel kernel = {NAME(back_project_pixel_block), NULL, 2, 3, 1, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -1429,6 +2302,627 @@ INLINE void NAME(fundamental_matrix_from_cameras)(const REAL *first, const REAL 
     out[8] = t206;
 }
 
+static INLINE void NAME(fundamental_matrix_from_cameras_prepare_first)(const REAL *first, REAL *prepared)
+{
+    const REAL first_0_e1 = first[0];
+    const REAL first_0_e2 = first[1];
+    const REAL first_0_e3 = first[2];
+    const REAL first_0_e4 = first[3];
+    const REAL first_1_e1 = first[4];
+    const REAL first_1_e2 = first[5];
+    const REAL first_1_e3 = first[6];
+    const REAL first_1_e4 = first[7];
+    const REAL first_2_e1 = first[8];
+    const REAL first_2_e2 = first[9];
+    const REAL first_2_e3 = first[10];
+    const REAL first_2_e4 = first[11];
+    const REAL t0 = first_1_e1 * first_2_e2;
+    const REAL t1 = first_1_e2 * first_2_e1;
+    const REAL t2 = t0 - t1;
+    const REAL t7 = first_1_e1 * first_2_e3;
+    const REAL t8 = first_1_e3 * first_2_e1;
+    const REAL t9 = t7 - t8;
+    const REAL t15 = first_1_e2 * first_2_e3;
+    const REAL t16 = first_1_e3 * first_2_e2;
+    const REAL t17 = t15 - t16;
+    const REAL t23 = first_1_e1 * first_2_e4;
+    const REAL t24 = first_1_e4 * first_2_e1;
+    const REAL t25 = t23 - t24;
+    const REAL t31 = first_1_e2 * first_2_e4;
+    const REAL t32 = first_1_e4 * first_2_e2;
+    const REAL t33 = t31 - t32;
+    const REAL t39 = first_1_e3 * first_2_e4;
+    const REAL t40 = first_1_e4 * first_2_e3;
+    const REAL t41 = t39 - t40;
+    const REAL t47 = first_0_e2 * first_2_e1;
+    const REAL t48 = first_0_e1 * first_2_e2;
+    const REAL t49 = t47 - t48;
+    const REAL t51 = first_0_e3 * first_2_e1;
+    const REAL t52 = first_0_e1 * first_2_e3;
+    const REAL t53 = t51 - t52;
+    const REAL t56 = first_0_e3 * first_2_e2;
+    const REAL t57 = first_0_e2 * first_2_e3;
+    const REAL t58 = t56 - t57;
+    const REAL t61 = first_0_e4 * first_2_e1;
+    const REAL t62 = first_0_e1 * first_2_e4;
+    const REAL t63 = t61 - t62;
+    const REAL t66 = first_0_e4 * first_2_e2;
+    const REAL t67 = first_0_e2 * first_2_e4;
+    const REAL t68 = t66 - t67;
+    const REAL t71 = first_0_e4 * first_2_e3;
+    const REAL t72 = first_0_e3 * first_2_e4;
+    const REAL t73 = t71 - t72;
+    const REAL t76 = first_0_e1 * first_1_e2;
+    const REAL t77 = first_0_e2 * first_1_e1;
+    const REAL t78 = t76 - t77;
+    const REAL t80 = first_0_e1 * first_1_e3;
+    const REAL t81 = first_0_e3 * first_1_e1;
+    const REAL t82 = t80 - t81;
+    const REAL t85 = first_0_e2 * first_1_e3;
+    const REAL t86 = first_0_e3 * first_1_e2;
+    const REAL t87 = t85 - t86;
+    const REAL t90 = first_0_e1 * first_1_e4;
+    const REAL t91 = first_0_e4 * first_1_e1;
+    const REAL t92 = t90 - t91;
+    const REAL t95 = first_0_e2 * first_1_e4;
+    const REAL t96 = first_0_e4 * first_1_e2;
+    const REAL t97 = t95 - t96;
+    const REAL t100 = first_0_e3 * first_1_e4;
+    const REAL t101 = first_0_e4 * first_1_e3;
+    const REAL t102 = t100 - t101;
+    prepared[0] = t2;
+    prepared[1] = t9;
+    prepared[2] = t17;
+    prepared[3] = t25;
+    prepared[4] = t33;
+    prepared[5] = t41;
+    prepared[6] = t49;
+    prepared[7] = t53;
+    prepared[8] = t58;
+    prepared[9] = t63;
+    prepared[10] = t68;
+    prepared[11] = t73;
+    prepared[12] = t78;
+    prepared[13] = t82;
+    prepared[14] = t87;
+    prepared[15] = t92;
+    prepared[16] = t97;
+    prepared[17] = t102;
+}
+
+static INLINE void NAME(fundamental_matrix_from_cameras_apply_first)(const REAL *prepared, const REAL *second, REAL
+    *out)
+{
+    const REAL t2 = prepared[0];
+    const REAL t9 = prepared[1];
+    const REAL t17 = prepared[2];
+    const REAL t25 = prepared[3];
+    const REAL t33 = prepared[4];
+    const REAL t41 = prepared[5];
+    const REAL t49 = prepared[6];
+    const REAL t53 = prepared[7];
+    const REAL t58 = prepared[8];
+    const REAL t63 = prepared[9];
+    const REAL t68 = prepared[10];
+    const REAL t73 = prepared[11];
+    const REAL t78 = prepared[12];
+    const REAL t82 = prepared[13];
+    const REAL t87 = prepared[14];
+    const REAL t92 = prepared[15];
+    const REAL t97 = prepared[16];
+    const REAL t102 = prepared[17];
+    const REAL second_0_e1 = second[0];
+    const REAL second_0_e2 = second[1];
+    const REAL second_0_e3 = second[2];
+    const REAL second_0_e4 = second[3];
+    const REAL second_1_e1 = second[4];
+    const REAL second_1_e2 = second[5];
+    const REAL second_1_e3 = second[6];
+    const REAL second_1_e4 = second[7];
+    const REAL second_2_e1 = second[8];
+    const REAL second_2_e2 = second[9];
+    const REAL second_2_e3 = second[10];
+    const REAL second_2_e4 = second[11];
+    const REAL t3 = second_1_e3 * second_2_e4;
+    const REAL t4 = second_1_e4 * second_2_e3;
+    const REAL t5 = t3 - t4;
+    const REAL t6 = t2 * t5;
+    const REAL t10 = second_1_e2 * second_2_e4;
+    const REAL t11 = second_1_e4 * second_2_e2;
+    const REAL t12 = t10 - t11;
+    const REAL t13 = t9 * t12;
+    const REAL t14 = t6 - t13;
+    const REAL t18 = second_1_e1 * second_2_e4;
+    const REAL t19 = second_1_e4 * second_2_e1;
+    const REAL t20 = t18 - t19;
+    const REAL t21 = t17 * t20;
+    const REAL t22 = t14 + t21;
+    const REAL t26 = second_1_e2 * second_2_e3;
+    const REAL t27 = second_1_e3 * second_2_e2;
+    const REAL t28 = t26 - t27;
+    const REAL t29 = t25 * t28;
+    const REAL t30 = t22 + t29;
+    const REAL t34 = second_1_e1 * second_2_e3;
+    const REAL t35 = second_1_e3 * second_2_e1;
+    const REAL t36 = t34 - t35;
+    const REAL t37 = t33 * t36;
+    const REAL t38 = t30 - t37;
+    const REAL t42 = second_1_e1 * second_2_e2;
+    const REAL t43 = second_1_e2 * second_2_e1;
+    const REAL t44 = t42 - t43;
+    const REAL t45 = t41 * t44;
+    const REAL t46 = t38 + t45;
+    const REAL t50 = t5 * t49;
+    const REAL t54 = t12 * t53;
+    const REAL t55 = t50 - t54;
+    const REAL t59 = t20 * t58;
+    const REAL t60 = t55 + t59;
+    const REAL t64 = t28 * t63;
+    const REAL t65 = t60 + t64;
+    const REAL t69 = t36 * t68;
+    const REAL t70 = t65 - t69;
+    const REAL t74 = t44 * t73;
+    const REAL t75 = t70 + t74;
+    const REAL t79 = t5 * t78;
+    const REAL t83 = t12 * t82;
+    const REAL t84 = t79 - t83;
+    const REAL t88 = t20 * t87;
+    const REAL t89 = t84 + t88;
+    const REAL t93 = t28 * t92;
+    const REAL t94 = t89 + t93;
+    const REAL t98 = t36 * t97;
+    const REAL t99 = t94 - t98;
+    const REAL t103 = t44 * t102;
+    const REAL t104 = t99 + t103;
+    const REAL t105 = second_0_e4 * second_2_e3;
+    const REAL t106 = second_0_e3 * second_2_e4;
+    const REAL t107 = t105 - t106;
+    const REAL t108 = t2 * t107;
+    const REAL t109 = second_0_e4 * second_2_e2;
+    const REAL t110 = second_0_e2 * second_2_e4;
+    const REAL t111 = t109 - t110;
+    const REAL t112 = t9 * t111;
+    const REAL t113 = t108 - t112;
+    const REAL t114 = second_0_e4 * second_2_e1;
+    const REAL t115 = second_0_e1 * second_2_e4;
+    const REAL t116 = t114 - t115;
+    const REAL t117 = t17 * t116;
+    const REAL t118 = t113 + t117;
+    const REAL t119 = second_0_e3 * second_2_e2;
+    const REAL t120 = second_0_e2 * second_2_e3;
+    const REAL t121 = t119 - t120;
+    const REAL t122 = t25 * t121;
+    const REAL t123 = t118 + t122;
+    const REAL t124 = second_0_e3 * second_2_e1;
+    const REAL t125 = second_0_e1 * second_2_e3;
+    const REAL t126 = t124 - t125;
+    const REAL t127 = t33 * t126;
+    const REAL t128 = t123 - t127;
+    const REAL t129 = second_0_e2 * second_2_e1;
+    const REAL t130 = second_0_e1 * second_2_e2;
+    const REAL t131 = t129 - t130;
+    const REAL t132 = t41 * t131;
+    const REAL t133 = t128 + t132;
+    const REAL t134 = t49 * t107;
+    const REAL t135 = t53 * t111;
+    const REAL t136 = t134 - t135;
+    const REAL t137 = t58 * t116;
+    const REAL t138 = t136 + t137;
+    const REAL t139 = t63 * t121;
+    const REAL t140 = t138 + t139;
+    const REAL t141 = t68 * t126;
+    const REAL t142 = t140 - t141;
+    const REAL t143 = t73 * t131;
+    const REAL t144 = t142 + t143;
+    const REAL t145 = t78 * t107;
+    const REAL t146 = t82 * t111;
+    const REAL t147 = t145 - t146;
+    const REAL t148 = t87 * t116;
+    const REAL t149 = t147 + t148;
+    const REAL t150 = t92 * t121;
+    const REAL t151 = t149 + t150;
+    const REAL t152 = t97 * t126;
+    const REAL t153 = t151 - t152;
+    const REAL t154 = t102 * t131;
+    const REAL t155 = t153 + t154;
+    const REAL t156 = second_0_e3 * second_1_e4;
+    const REAL t157 = second_0_e4 * second_1_e3;
+    const REAL t158 = t156 - t157;
+    const REAL t159 = t2 * t158;
+    const REAL t160 = second_0_e2 * second_1_e4;
+    const REAL t161 = second_0_e4 * second_1_e2;
+    const REAL t162 = t160 - t161;
+    const REAL t163 = t9 * t162;
+    const REAL t164 = t159 - t163;
+    const REAL t165 = second_0_e1 * second_1_e4;
+    const REAL t166 = second_0_e4 * second_1_e1;
+    const REAL t167 = t165 - t166;
+    const REAL t168 = t17 * t167;
+    const REAL t169 = t164 + t168;
+    const REAL t170 = second_0_e2 * second_1_e3;
+    const REAL t171 = second_0_e3 * second_1_e2;
+    const REAL t172 = t170 - t171;
+    const REAL t173 = t25 * t172;
+    const REAL t174 = t169 + t173;
+    const REAL t175 = second_0_e1 * second_1_e3;
+    const REAL t176 = second_0_e3 * second_1_e1;
+    const REAL t177 = t175 - t176;
+    const REAL t178 = t33 * t177;
+    const REAL t179 = t174 - t178;
+    const REAL t180 = second_0_e1 * second_1_e2;
+    const REAL t181 = second_0_e2 * second_1_e1;
+    const REAL t182 = t180 - t181;
+    const REAL t183 = t41 * t182;
+    const REAL t184 = t179 + t183;
+    const REAL t185 = t49 * t158;
+    const REAL t186 = t53 * t162;
+    const REAL t187 = t185 - t186;
+    const REAL t188 = t58 * t167;
+    const REAL t189 = t187 + t188;
+    const REAL t190 = t63 * t172;
+    const REAL t191 = t189 + t190;
+    const REAL t192 = t68 * t177;
+    const REAL t193 = t191 - t192;
+    const REAL t194 = t73 * t182;
+    const REAL t195 = t193 + t194;
+    const REAL t196 = t78 * t158;
+    const REAL t197 = t82 * t162;
+    const REAL t198 = t196 - t197;
+    const REAL t199 = t87 * t167;
+    const REAL t200 = t198 + t199;
+    const REAL t201 = t92 * t172;
+    const REAL t202 = t200 + t201;
+    const REAL t203 = t97 * t177;
+    const REAL t204 = t202 - t203;
+    const REAL t205 = t102 * t182;
+    const REAL t206 = t204 + t205;
+    out[0] = t46;
+    out[1] = t75;
+    out[2] = t104;
+    out[3] = t133;
+    out[4] = t144;
+    out[5] = t155;
+    out[6] = t184;
+    out[7] = t195;
+    out[8] = t206;
+}
+
+static INLINE void NAME(fundamental_matrix_from_cameras_prepare_second)(const REAL *second, REAL *prepared)
+{
+    const REAL second_0_e1 = second[0];
+    const REAL second_0_e2 = second[1];
+    const REAL second_0_e3 = second[2];
+    const REAL second_0_e4 = second[3];
+    const REAL second_1_e1 = second[4];
+    const REAL second_1_e2 = second[5];
+    const REAL second_1_e3 = second[6];
+    const REAL second_1_e4 = second[7];
+    const REAL second_2_e1 = second[8];
+    const REAL second_2_e2 = second[9];
+    const REAL second_2_e3 = second[10];
+    const REAL second_2_e4 = second[11];
+    const REAL t3 = second_1_e3 * second_2_e4;
+    const REAL t4 = second_1_e4 * second_2_e3;
+    const REAL t5 = t3 - t4;
+    const REAL t10 = second_1_e2 * second_2_e4;
+    const REAL t11 = second_1_e4 * second_2_e2;
+    const REAL t12 = t10 - t11;
+    const REAL t18 = second_1_e1 * second_2_e4;
+    const REAL t19 = second_1_e4 * second_2_e1;
+    const REAL t20 = t18 - t19;
+    const REAL t26 = second_1_e2 * second_2_e3;
+    const REAL t27 = second_1_e3 * second_2_e2;
+    const REAL t28 = t26 - t27;
+    const REAL t34 = second_1_e1 * second_2_e3;
+    const REAL t35 = second_1_e3 * second_2_e1;
+    const REAL t36 = t34 - t35;
+    const REAL t42 = second_1_e1 * second_2_e2;
+    const REAL t43 = second_1_e2 * second_2_e1;
+    const REAL t44 = t42 - t43;
+    const REAL t105 = second_0_e4 * second_2_e3;
+    const REAL t106 = second_0_e3 * second_2_e4;
+    const REAL t107 = t105 - t106;
+    const REAL t109 = second_0_e4 * second_2_e2;
+    const REAL t110 = second_0_e2 * second_2_e4;
+    const REAL t111 = t109 - t110;
+    const REAL t114 = second_0_e4 * second_2_e1;
+    const REAL t115 = second_0_e1 * second_2_e4;
+    const REAL t116 = t114 - t115;
+    const REAL t119 = second_0_e3 * second_2_e2;
+    const REAL t120 = second_0_e2 * second_2_e3;
+    const REAL t121 = t119 - t120;
+    const REAL t124 = second_0_e3 * second_2_e1;
+    const REAL t125 = second_0_e1 * second_2_e3;
+    const REAL t126 = t124 - t125;
+    const REAL t129 = second_0_e2 * second_2_e1;
+    const REAL t130 = second_0_e1 * second_2_e2;
+    const REAL t131 = t129 - t130;
+    const REAL t156 = second_0_e3 * second_1_e4;
+    const REAL t157 = second_0_e4 * second_1_e3;
+    const REAL t158 = t156 - t157;
+    const REAL t160 = second_0_e2 * second_1_e4;
+    const REAL t161 = second_0_e4 * second_1_e2;
+    const REAL t162 = t160 - t161;
+    const REAL t165 = second_0_e1 * second_1_e4;
+    const REAL t166 = second_0_e4 * second_1_e1;
+    const REAL t167 = t165 - t166;
+    const REAL t170 = second_0_e2 * second_1_e3;
+    const REAL t171 = second_0_e3 * second_1_e2;
+    const REAL t172 = t170 - t171;
+    const REAL t175 = second_0_e1 * second_1_e3;
+    const REAL t176 = second_0_e3 * second_1_e1;
+    const REAL t177 = t175 - t176;
+    const REAL t180 = second_0_e1 * second_1_e2;
+    const REAL t181 = second_0_e2 * second_1_e1;
+    const REAL t182 = t180 - t181;
+    prepared[0] = t5;
+    prepared[1] = t12;
+    prepared[2] = t20;
+    prepared[3] = t28;
+    prepared[4] = t36;
+    prepared[5] = t44;
+    prepared[6] = t107;
+    prepared[7] = t111;
+    prepared[8] = t116;
+    prepared[9] = t121;
+    prepared[10] = t126;
+    prepared[11] = t131;
+    prepared[12] = t158;
+    prepared[13] = t162;
+    prepared[14] = t167;
+    prepared[15] = t172;
+    prepared[16] = t177;
+    prepared[17] = t182;
+}
+
+static INLINE void NAME(fundamental_matrix_from_cameras_apply_second)(const REAL *prepared, const REAL *first, REAL
+    *out)
+{
+    const REAL t5 = prepared[0];
+    const REAL t12 = prepared[1];
+    const REAL t20 = prepared[2];
+    const REAL t28 = prepared[3];
+    const REAL t36 = prepared[4];
+    const REAL t44 = prepared[5];
+    const REAL t107 = prepared[6];
+    const REAL t111 = prepared[7];
+    const REAL t116 = prepared[8];
+    const REAL t121 = prepared[9];
+    const REAL t126 = prepared[10];
+    const REAL t131 = prepared[11];
+    const REAL t158 = prepared[12];
+    const REAL t162 = prepared[13];
+    const REAL t167 = prepared[14];
+    const REAL t172 = prepared[15];
+    const REAL t177 = prepared[16];
+    const REAL t182 = prepared[17];
+    const REAL first_0_e1 = first[0];
+    const REAL first_0_e2 = first[1];
+    const REAL first_0_e3 = first[2];
+    const REAL first_0_e4 = first[3];
+    const REAL first_1_e1 = first[4];
+    const REAL first_1_e2 = first[5];
+    const REAL first_1_e3 = first[6];
+    const REAL first_1_e4 = first[7];
+    const REAL first_2_e1 = first[8];
+    const REAL first_2_e2 = first[9];
+    const REAL first_2_e3 = first[10];
+    const REAL first_2_e4 = first[11];
+    const REAL t0 = first_1_e1 * first_2_e2;
+    const REAL t1 = first_1_e2 * first_2_e1;
+    const REAL t2 = t0 - t1;
+    const REAL t6 = t2 * t5;
+    const REAL t7 = first_1_e1 * first_2_e3;
+    const REAL t8 = first_1_e3 * first_2_e1;
+    const REAL t9 = t7 - t8;
+    const REAL t13 = t9 * t12;
+    const REAL t14 = t6 - t13;
+    const REAL t15 = first_1_e2 * first_2_e3;
+    const REAL t16 = first_1_e3 * first_2_e2;
+    const REAL t17 = t15 - t16;
+    const REAL t21 = t17 * t20;
+    const REAL t22 = t14 + t21;
+    const REAL t23 = first_1_e1 * first_2_e4;
+    const REAL t24 = first_1_e4 * first_2_e1;
+    const REAL t25 = t23 - t24;
+    const REAL t29 = t25 * t28;
+    const REAL t30 = t22 + t29;
+    const REAL t31 = first_1_e2 * first_2_e4;
+    const REAL t32 = first_1_e4 * first_2_e2;
+    const REAL t33 = t31 - t32;
+    const REAL t37 = t33 * t36;
+    const REAL t38 = t30 - t37;
+    const REAL t39 = first_1_e3 * first_2_e4;
+    const REAL t40 = first_1_e4 * first_2_e3;
+    const REAL t41 = t39 - t40;
+    const REAL t45 = t41 * t44;
+    const REAL t46 = t38 + t45;
+    const REAL t47 = first_0_e2 * first_2_e1;
+    const REAL t48 = first_0_e1 * first_2_e2;
+    const REAL t49 = t47 - t48;
+    const REAL t50 = t5 * t49;
+    const REAL t51 = first_0_e3 * first_2_e1;
+    const REAL t52 = first_0_e1 * first_2_e3;
+    const REAL t53 = t51 - t52;
+    const REAL t54 = t12 * t53;
+    const REAL t55 = t50 - t54;
+    const REAL t56 = first_0_e3 * first_2_e2;
+    const REAL t57 = first_0_e2 * first_2_e3;
+    const REAL t58 = t56 - t57;
+    const REAL t59 = t20 * t58;
+    const REAL t60 = t55 + t59;
+    const REAL t61 = first_0_e4 * first_2_e1;
+    const REAL t62 = first_0_e1 * first_2_e4;
+    const REAL t63 = t61 - t62;
+    const REAL t64 = t28 * t63;
+    const REAL t65 = t60 + t64;
+    const REAL t66 = first_0_e4 * first_2_e2;
+    const REAL t67 = first_0_e2 * first_2_e4;
+    const REAL t68 = t66 - t67;
+    const REAL t69 = t36 * t68;
+    const REAL t70 = t65 - t69;
+    const REAL t71 = first_0_e4 * first_2_e3;
+    const REAL t72 = first_0_e3 * first_2_e4;
+    const REAL t73 = t71 - t72;
+    const REAL t74 = t44 * t73;
+    const REAL t75 = t70 + t74;
+    const REAL t76 = first_0_e1 * first_1_e2;
+    const REAL t77 = first_0_e2 * first_1_e1;
+    const REAL t78 = t76 - t77;
+    const REAL t79 = t5 * t78;
+    const REAL t80 = first_0_e1 * first_1_e3;
+    const REAL t81 = first_0_e3 * first_1_e1;
+    const REAL t82 = t80 - t81;
+    const REAL t83 = t12 * t82;
+    const REAL t84 = t79 - t83;
+    const REAL t85 = first_0_e2 * first_1_e3;
+    const REAL t86 = first_0_e3 * first_1_e2;
+    const REAL t87 = t85 - t86;
+    const REAL t88 = t20 * t87;
+    const REAL t89 = t84 + t88;
+    const REAL t90 = first_0_e1 * first_1_e4;
+    const REAL t91 = first_0_e4 * first_1_e1;
+    const REAL t92 = t90 - t91;
+    const REAL t93 = t28 * t92;
+    const REAL t94 = t89 + t93;
+    const REAL t95 = first_0_e2 * first_1_e4;
+    const REAL t96 = first_0_e4 * first_1_e2;
+    const REAL t97 = t95 - t96;
+    const REAL t98 = t36 * t97;
+    const REAL t99 = t94 - t98;
+    const REAL t100 = first_0_e3 * first_1_e4;
+    const REAL t101 = first_0_e4 * first_1_e3;
+    const REAL t102 = t100 - t101;
+    const REAL t103 = t44 * t102;
+    const REAL t104 = t99 + t103;
+    const REAL t108 = t2 * t107;
+    const REAL t112 = t9 * t111;
+    const REAL t113 = t108 - t112;
+    const REAL t117 = t17 * t116;
+    const REAL t118 = t113 + t117;
+    const REAL t122 = t25 * t121;
+    const REAL t123 = t118 + t122;
+    const REAL t127 = t33 * t126;
+    const REAL t128 = t123 - t127;
+    const REAL t132 = t41 * t131;
+    const REAL t133 = t128 + t132;
+    const REAL t134 = t49 * t107;
+    const REAL t135 = t53 * t111;
+    const REAL t136 = t134 - t135;
+    const REAL t137 = t58 * t116;
+    const REAL t138 = t136 + t137;
+    const REAL t139 = t63 * t121;
+    const REAL t140 = t138 + t139;
+    const REAL t141 = t68 * t126;
+    const REAL t142 = t140 - t141;
+    const REAL t143 = t73 * t131;
+    const REAL t144 = t142 + t143;
+    const REAL t145 = t78 * t107;
+    const REAL t146 = t82 * t111;
+    const REAL t147 = t145 - t146;
+    const REAL t148 = t87 * t116;
+    const REAL t149 = t147 + t148;
+    const REAL t150 = t92 * t121;
+    const REAL t151 = t149 + t150;
+    const REAL t152 = t97 * t126;
+    const REAL t153 = t151 - t152;
+    const REAL t154 = t102 * t131;
+    const REAL t155 = t153 + t154;
+    const REAL t159 = t2 * t158;
+    const REAL t163 = t9 * t162;
+    const REAL t164 = t159 - t163;
+    const REAL t168 = t17 * t167;
+    const REAL t169 = t164 + t168;
+    const REAL t173 = t25 * t172;
+    const REAL t174 = t169 + t173;
+    const REAL t178 = t33 * t177;
+    const REAL t179 = t174 - t178;
+    const REAL t183 = t41 * t182;
+    const REAL t184 = t179 + t183;
+    const REAL t185 = t49 * t158;
+    const REAL t186 = t53 * t162;
+    const REAL t187 = t185 - t186;
+    const REAL t188 = t58 * t167;
+    const REAL t189 = t187 + t188;
+    const REAL t190 = t63 * t172;
+    const REAL t191 = t189 + t190;
+    const REAL t192 = t68 * t177;
+    const REAL t193 = t191 - t192;
+    const REAL t194 = t73 * t182;
+    const REAL t195 = t193 + t194;
+    const REAL t196 = t78 * t158;
+    const REAL t197 = t82 * t162;
+    const REAL t198 = t196 - t197;
+    const REAL t199 = t87 * t167;
+    const REAL t200 = t198 + t199;
+    const REAL t201 = t92 * t172;
+    const REAL t202 = t200 + t201;
+    const REAL t203 = t97 * t177;
+    const REAL t204 = t202 - t203;
+    const REAL t205 = t102 * t182;
+    const REAL t206 = t204 + t205;
+    out[0] = t46;
+    out[1] = t75;
+    out[2] = t104;
+    out[3] = t133;
+    out[4] = t144;
+    out[5] = t155;
+    out[6] = t184;
+    out[7] = t195;
+    out[8] = t206;
+}
+
+WIDE static void NAME(fundamental_matrix_from_cameras_block_first)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    const intptr_t c1a = strides[2], c1b = strides[3], c2a = strides[4], c2b = strides[5];
+    const REAL *prepared = (const REAL *)args[0];
+    char *a1 = args[1];
+    char *a2 = args[2];
+    ANY_ORDER
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
+        REAL x1[12];
+        REAL x2[9];
+        NAME(load_3x4)(x1, a1 + i * w, c1a, c1b);
+        NAME(fundamental_matrix_from_cameras_apply_first)(prepared, x1, x2);
+        NAME(store_3x3)(a2 + i * w, c2a, c2b, x2);
+    }
+}
+
+static void NAME(fundamental_matrix_from_cameras_start_first)(char **args, const intptr_t *strides, void *prepared)
+{
+    const intptr_t c0a = strides[0], c0b = strides[1];
+    REAL x0[12];
+    NAME(load_3x4)(x0, args[0], c0a, c0b);
+    NAME(fundamental_matrix_from_cameras_prepare_first)(x0, prepared);
+}
+
+WIDE static void NAME(fundamental_matrix_from_cameras_block_second)(intptr_t n, char **args, const intptr_t
+    *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    const intptr_t c0a = strides[0], c0b = strides[1], c2a = strides[4], c2b = strides[5];
+    const REAL *prepared = (const REAL *)args[1];
+    char *a0 = args[0];
+    char *a2 = args[2];
+    ANY_ORDER
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
+        REAL x0[12];
+        REAL x2[9];
+        NAME(load_3x4)(x0, a0 + i * w, c0a, c0b);
+        NAME(fundamental_matrix_from_cameras_apply_second)(prepared, x0, x2);
+        NAME(store_3x3)(a2 + i * w, c2a, c2b, x2);
+    }
+}
+
+static void NAME(fundamental_matrix_from_cameras_start_second)(char **args, const intptr_t *strides, void *prepared)
+{
+    const intptr_t c1a = strides[2], c1b = strides[3];
+    REAL x1[12];
+    NAME(load_3x4)(x1, args[1], c1a, c1b);
+    NAME(fundamental_matrix_from_cameras_prepare_second)(x1, prepared);
+}
+
 WIDE static void NAME(fundamental_matrix_from_cameras_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
@@ -1449,32 +2943,14 @@ WIDE static void NAME(fundamental_matrix_from_cameras_block)(intptr_t n, char **
     }
 }
 
-WIDE static void NAME(fundamental_matrix_from_cameras_block_uniform)(intptr_t n, char **args, const intptr_t
-    *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c0b = strides[1], c1a = strides[2], c1b = strides[3], c2a = strides[4], c2b =
-        strides[5];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    REAL x0[12];
-    NAME(load_3x4)(x0, a0, c0a, c0b);
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x1[12];
-        REAL x2[9];
-        NAME(load_3x4)(x1, a1 + i * w, c1a, c1b);
-        NAME(fundamental_matrix_from_cameras)(x0, x1, x2);
-        NAME(store_3x3)(a2 + i * w, c2a, c2b, x2);
-    }
-}
-
 void NAME(fundamental_matrix_from_cameras_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{12, 2, 0, {3, 4}}, {12, 2, 2, {3, 4}}, {9, 2, 4, {3, 3}}};
-    static const struct kernel kernel = {{NAME(fundamental_matrix_from_cameras_block),
-        NAME(fundamental_matrix_from_cameras_block_uniform), NULL, NULL}, 1, 2, 3, parts};
+    static const struct form forms[] = {{1, 2, NAME(fundamental_matrix_from_cameras_start_first),
+        NAME(fundamental_matrix_from_cameras_block_first), NULL}, {2, 2,
+        NAME(fundamental_matrix_from_cameras_start_second), NAME(fundamental_matrix_from_cameras_block_second),
+        NULL}};
+    static const struct kernel kernel = {NAME(fundamental_matrix_from_cameras_block), NULL, 2, 3, 2, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -1568,6 +3044,133 @@ INLINE void NAME(epipole_from_cameras)(const REAL *first, const REAL *second, RE
     out[2] = t58;
 }
 
+static INLINE void NAME(epipole_from_cameras_prepare_first)(const REAL *first, REAL *prepared)
+{
+    const REAL first_0_e1 = first[0];
+    const REAL first_0_e2 = first[1];
+    const REAL first_0_e3 = first[2];
+    const REAL first_0_e4 = first[3];
+    const REAL first_1_e1 = first[4];
+    const REAL first_1_e2 = first[5];
+    const REAL first_1_e3 = first[6];
+    const REAL first_1_e4 = first[7];
+    const REAL first_2_e1 = first[8];
+    const REAL first_2_e2 = first[9];
+    const REAL first_2_e3 = first[10];
+    const REAL first_2_e4 = first[11];
+    const REAL t0 = first_0_e2 * first_1_e3;
+    const REAL t1 = first_0_e3 * first_1_e2;
+    const REAL t2 = t0 - t1;
+    const REAL t3 = first_2_e4 * t2;
+    const REAL t4 = first_0_e2 * first_1_e4;
+    const REAL t5 = first_0_e4 * first_1_e2;
+    const REAL t6 = t4 - t5;
+    const REAL t7 = first_2_e3 * t6;
+    const REAL t8 = t3 - t7;
+    const REAL t9 = first_0_e3 * first_1_e4;
+    const REAL t10 = first_0_e4 * first_1_e3;
+    const REAL t11 = t9 - t10;
+    const REAL t12 = first_2_e2 * t11;
+    const REAL t13 = t8 + t12;
+    const REAL t15 = first_0_e1 * first_1_e3;
+    const REAL t16 = first_0_e3 * first_1_e1;
+    const REAL t17 = t15 - t16;
+    const REAL t18 = first_2_e4 * t17;
+    const REAL t19 = first_0_e1 * first_1_e4;
+    const REAL t20 = first_0_e4 * first_1_e1;
+    const REAL t21 = t19 - t20;
+    const REAL t22 = first_2_e3 * t21;
+    const REAL t23 = t18 - t22;
+    const REAL t24 = first_2_e1 * t11;
+    const REAL t25 = t23 + t24;
+    const REAL t28 = first_0_e1 * first_1_e2;
+    const REAL t29 = first_0_e2 * first_1_e1;
+    const REAL t30 = t28 - t29;
+    const REAL t31 = first_2_e4 * t30;
+    const REAL t32 = first_2_e2 * t21;
+    const REAL t33 = t31 - t32;
+    const REAL t34 = first_2_e1 * t6;
+    const REAL t35 = t33 + t34;
+    const REAL t38 = first_2_e3 * t30;
+    const REAL t39 = first_2_e2 * t17;
+    const REAL t40 = t38 - t39;
+    const REAL t41 = first_2_e1 * t2;
+    const REAL t42 = t40 + t41;
+    prepared[0] = t13;
+    prepared[1] = t25;
+    prepared[2] = t35;
+    prepared[3] = t42;
+}
+
+static INLINE void NAME(epipole_from_cameras_apply_first)(const REAL *prepared, const REAL *second, REAL *out)
+{
+    const REAL t13 = prepared[0];
+    const REAL t25 = prepared[1];
+    const REAL t35 = prepared[2];
+    const REAL t42 = prepared[3];
+    const REAL second_0_e1 = second[0];
+    const REAL second_0_e2 = second[1];
+    const REAL second_0_e3 = second[2];
+    const REAL second_0_e4 = second[3];
+    const REAL second_1_e1 = second[4];
+    const REAL second_1_e2 = second[5];
+    const REAL second_1_e3 = second[6];
+    const REAL second_1_e4 = second[7];
+    const REAL second_2_e1 = second[8];
+    const REAL second_2_e2 = second[9];
+    const REAL second_2_e3 = second[10];
+    const REAL second_2_e4 = second[11];
+    const REAL t14 = second_0_e1 * t13;
+    const REAL t26 = second_0_e2 * t25;
+    const REAL t27 = t14 - t26;
+    const REAL t36 = second_0_e3 * t35;
+    const REAL t37 = t27 + t36;
+    const REAL t43 = second_0_e4 * t42;
+    const REAL t44 = t37 - t43;
+    const REAL t45 = second_1_e1 * t13;
+    const REAL t46 = second_1_e2 * t25;
+    const REAL t47 = t45 - t46;
+    const REAL t48 = second_1_e3 * t35;
+    const REAL t49 = t47 + t48;
+    const REAL t50 = second_1_e4 * t42;
+    const REAL t51 = t49 - t50;
+    const REAL t52 = second_2_e1 * t13;
+    const REAL t53 = second_2_e2 * t25;
+    const REAL t54 = t52 - t53;
+    const REAL t55 = second_2_e3 * t35;
+    const REAL t56 = t54 + t55;
+    const REAL t57 = second_2_e4 * t42;
+    const REAL t58 = t56 - t57;
+    out[0] = t44;
+    out[1] = t51;
+    out[2] = t58;
+}
+
+WIDE static void NAME(epipole_from_cameras_block_first)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    const intptr_t c1a = strides[2], c1b = strides[3], c2a = strides[4];
+    const REAL *prepared = (const REAL *)args[0];
+    char *a1 = args[1];
+    char *a2 = args[2];
+    ANY_ORDER
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
+        REAL x1[12];
+        REAL x2[3];
+        NAME(load_3x4)(x1, a1 + i * w, c1a, c1b);
+        NAME(epipole_from_cameras_apply_first)(prepared, x1, x2);
+        NAME(store_3)(a2 + i * w, c2a, x2);
+    }
+}
+
+static void NAME(epipole_from_cameras_start_first)(char **args, const intptr_t *strides, void *prepared)
+{
+    const intptr_t c0a = strides[0], c0b = strides[1];
+    REAL x0[12];
+    NAME(load_3x4)(x0, args[0], c0a, c0b);
+    NAME(epipole_from_cameras_prepare_first)(x0, prepared);
+}
+
 WIDE static void NAME(epipole_from_cameras_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
@@ -1587,30 +3190,12 @@ WIDE static void NAME(epipole_from_cameras_block)(intptr_t n, char **args, const
     }
 }
 
-WIDE static void NAME(epipole_from_cameras_block_uniform)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c0b = strides[1], c1a = strides[2], c1b = strides[3], c2a = strides[4];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    REAL x0[12];
-    NAME(load_3x4)(x0, a0, c0a, c0b);
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x1[12];
-        REAL x2[3];
-        NAME(load_3x4)(x1, a1 + i * w, c1a, c1b);
-        NAME(epipole_from_cameras)(x0, x1, x2);
-        NAME(store_3)(a2 + i * w, c2a, x2);
-    }
-}
-
 void NAME(epipole_from_cameras_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{12, 2, 0, {3, 4}}, {12, 2, 2, {3, 4}}, {3, 1, 4, {3}}};
-    static const struct kernel kernel = {{NAME(epipole_from_cameras_block),
-        NAME(epipole_from_cameras_block_uniform), NULL, NULL}, 1, 2, 3, parts};
+    static const struct form forms[] = {{1, 2, NAME(epipole_from_cameras_start_first),
+        NAME(epipole_from_cameras_block_first), NULL}};
+    static const struct kernel kernel = {NAME(epipole_from_cameras_block), NULL, 2, 3, 1, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -1663,30 +3248,10 @@ WIDE static void NAME(epipolar_line_block)(intptr_t n, char **args, const intptr
     }
 }
 
-WIDE static void NAME(epipolar_line_block_uniform)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c0b = strides[1], c1a = strides[2], c2a = strides[3];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    REAL x0[9];
-    NAME(load_3x3)(x0, a0, c0a, c0b);
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x1[2];
-        REAL x2[3];
-        NAME(load_2)(x1, a1 + i * w, c1a);
-        NAME(epipolar_line)(x0, x1, x2);
-        NAME(store_3)(a2 + i * w, c2a, x2);
-    }
-}
-
 void NAME(epipolar_line_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{9, 2, 0, {3, 3}}, {2, 1, 2, {2}}, {3, 1, 3, {3}}};
-    static const struct kernel kernel = {{NAME(epipolar_line_block), NAME(epipolar_line_block_uniform), NULL, NULL},
-        1, 2, 3, parts};
+    static const struct kernel kernel = {NAME(epipolar_line_block), NULL, 2, 3, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -1730,6 +3295,130 @@ INLINE void NAME(distance_to_epipolar_line)(const REAL *fundamental, const REAL 
     out[0] = t20;
 }
 
+static INLINE void NAME(distance_to_epipolar_line_prepare_fundamental_pixel)(const REAL *fundamental, const REAL
+    *pixel, REAL *prepared)
+{
+    const REAL fundamental_0_0 = fundamental[0];
+    const REAL fundamental_0_1 = fundamental[1];
+    const REAL fundamental_0_2 = fundamental[2];
+    const REAL fundamental_1_0 = fundamental[3];
+    const REAL fundamental_1_1 = fundamental[4];
+    const REAL fundamental_1_2 = fundamental[5];
+    const REAL fundamental_2_0 = fundamental[6];
+    const REAL fundamental_2_1 = fundamental[7];
+    const REAL fundamental_2_2 = fundamental[8];
+    const REAL pixel_0 = pixel[0];
+    const REAL pixel_1 = pixel[1];
+    const REAL t0 = fundamental_0_0 * fundamental_0_1;
+    const REAL t1 = fundamental_1_0 * fundamental_1_1;
+    const REAL t2 = t0 + t1;
+    const REAL t3 = pixel_0 * pixel_1;
+    const REAL t4 = t3 * t2;
+    const REAL t5 = fundamental_0_0 * pixel_0;
+    const REAL t6 = fundamental_0_1 * pixel_1;
+    const REAL t7 = t5 + t6;
+    const REAL t8 = fundamental_0_2 * t7;
+    const REAL t9 = t4 + t8;
+    const REAL t10 = fundamental_1_0 * pixel_0;
+    const REAL t11 = fundamental_1_1 * pixel_1;
+    const REAL t12 = t10 + t11;
+    const REAL t13 = fundamental_1_2 * t12;
+    const REAL t14 = t9 + t13;
+    const REAL t15 = t14 * (REAL)2;
+    const REAL t16 = fundamental_0_0 * fundamental_0_0;
+    const REAL t17 = fundamental_1_0 * fundamental_1_0;
+    const REAL t18 = t16 + t17;
+    const REAL t19 = pixel_0 * pixel_0;
+    const REAL t20 = t19 * t18;
+    const REAL t21 = fundamental_0_1 * fundamental_0_1;
+    const REAL t22 = fundamental_1_1 * fundamental_1_1;
+    const REAL t23 = t21 + t22;
+    const REAL t24 = pixel_1 * pixel_1;
+    const REAL t25 = t24 * t23;
+    const REAL t26 = t20 + t25;
+    const REAL t27 = fundamental_0_2 * fundamental_0_2;
+    const REAL t28 = t26 + t27;
+    const REAL t29 = fundamental_1_2 * fundamental_1_2;
+    const REAL t30 = t28 + t29;
+    const REAL t31 = t30 + t15;
+    const REAL t32 = SQRT(t31);
+    const REAL t33 = (REAL)1 / t32;
+    const REAL t34 = fundamental_0_2 + t7;
+    const REAL t35 = t33 * t34;
+    const REAL t37 = fundamental_1_2 + t12;
+    const REAL t38 = t33 * t37;
+    const REAL t41 = fundamental_2_0 * pixel_0;
+    const REAL t42 = fundamental_2_1 * pixel_1;
+    const REAL t43 = t41 + t42;
+    const REAL t44 = fundamental_2_2 + t43;
+    const REAL t45 = t33 * t44;
+    prepared[0] = t35;
+    prepared[1] = t38;
+    prepared[2] = t45;
+}
+
+static INLINE void NAME(distance_to_epipolar_line_apply_fundamental_pixel)(const REAL *prepared, const REAL
+    *partner, REAL *out)
+{
+    const REAL t35 = prepared[0];
+    const REAL t38 = prepared[1];
+    const REAL t45 = prepared[2];
+    const REAL partner_0 = partner[0];
+    const REAL partner_1 = partner[1];
+    const REAL t36 = partner_0 * t35;
+    const REAL t39 = partner_1 * t38;
+    const REAL t40 = t36 + t39;
+    const REAL t46 = t40 + t45;
+    out[0] = t46;
+}
+
+WIDE static void NAME(distance_to_epipolar_line_block_fundamental_pixel)(intptr_t n, char **args, const intptr_t
+    *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    const intptr_t c2a = strides[3];
+    const REAL *prepared = (const REAL *)args[0];
+    char *a2 = args[2];
+    char *a3 = args[3];
+    ANY_ORDER
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
+        REAL x2[2];
+        REAL x3[1];
+        NAME(load_2)(x2, a2 + i * w, c2a);
+        NAME(distance_to_epipolar_line_apply_fundamental_pixel)(prepared, x2, x3);
+        NAME(store_scalar)(a3 + i * w, x3);
+    }
+}
+
+WIDE static void NAME(distance_to_epipolar_line_dense_fundamental_pixel)(intptr_t n, char **args, const intptr_t
+    *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    const REAL *prepared = (const REAL *)args[0];
+    char *a2 = args[2];
+    char *a3 = args[3];
+    ANY_ORDER
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
+        REAL x2[2];
+        REAL x3[1];
+        NAME(load_2)(x2, a2 + i * 2 * w, w);
+        NAME(distance_to_epipolar_line_apply_fundamental_pixel)(prepared, x2, x3);
+        NAME(store_scalar)(a3 + i * w, x3);
+    }
+}
+
+static void NAME(distance_to_epipolar_line_start_fundamental_pixel)(char **args, const intptr_t *strides, void
+    *prepared)
+{
+    const intptr_t c0a = strides[0], c0b = strides[1], c1a = strides[2];
+    REAL x0[9];
+    NAME(load_3x3)(x0, args[0], c0a, c0b);
+    REAL x1[2];
+    NAME(load_2)(x1, args[1], c1a);
+    NAME(distance_to_epipolar_line_prepare_fundamental_pixel)(x0, x1, prepared);
+}
+
 WIDE static void NAME(distance_to_epipolar_line_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
@@ -1752,33 +3441,13 @@ WIDE static void NAME(distance_to_epipolar_line_block)(intptr_t n, char **args, 
     }
 }
 
-WIDE static void NAME(distance_to_epipolar_line_block_uniform)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c0b = strides[1], c1a = strides[2], c2a = strides[3];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    char *a3 = args[3];
-    REAL x0[9];
-    NAME(load_3x3)(x0, a0, c0a, c0b);
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x1[2];
-        REAL x2[2];
-        REAL x3[1];
-        NAME(load_2)(x1, a1 + i * w, c1a);
-        NAME(load_2)(x2, a2 + i * w, c2a);
-        NAME(distance_to_epipolar_line)(x0, x1, x2, x3);
-        NAME(store_scalar)(a3 + i * w, x3);
-    }
-}
-
 void NAME(distance_to_epipolar_line_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{9, 2, 0, {3, 3}}, {2, 1, 2, {2}}, {2, 1, 3, {2}}, {1, 0, 4, {0}}};
-    static const struct kernel kernel = {{NAME(distance_to_epipolar_line_block),
-        NAME(distance_to_epipolar_line_block_uniform), NULL, NULL}, 1, 3, 4, parts};
+    static const struct form forms[] = {{3, 2, NAME(distance_to_epipolar_line_start_fundamental_pixel),
+        NAME(distance_to_epipolar_line_block_fundamental_pixel),
+        NAME(distance_to_epipolar_line_dense_fundamental_pixel)}};
+    static const struct kernel kernel = {NAME(distance_to_epipolar_line_block), NULL, 3, 4, 1, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -1833,6 +3502,254 @@ INLINE void NAME(sampson_distance)(const REAL *fundamental, const REAL *pixel, c
     out[0] = t32;
 }
 
+static INLINE void NAME(sampson_distance_prepare_fundamental_pixel)(const REAL *fundamental, const REAL *pixel, REAL
+    *prepared)
+{
+    const REAL fundamental_0_0 = fundamental[0];
+    const REAL fundamental_0_1 = fundamental[1];
+    const REAL fundamental_0_2 = fundamental[2];
+    const REAL fundamental_1_0 = fundamental[3];
+    const REAL fundamental_1_1 = fundamental[4];
+    const REAL fundamental_1_2 = fundamental[5];
+    const REAL fundamental_2_0 = fundamental[6];
+    const REAL fundamental_2_1 = fundamental[7];
+    const REAL fundamental_2_2 = fundamental[8];
+    const REAL pixel_0 = pixel[0];
+    const REAL pixel_1 = pixel[1];
+    const REAL t0 = fundamental_0_0 * pixel_0;
+    const REAL t1 = fundamental_0_1 * pixel_1;
+    const REAL t2 = t0 + t1;
+    const REAL t3 = fundamental_0_2 + t2;
+    const REAL t4 = t3 * t3;
+    const REAL t5 = fundamental_1_0 * pixel_0;
+    const REAL t6 = fundamental_1_1 * pixel_1;
+    const REAL t7 = t5 + t6;
+    const REAL t8 = fundamental_1_2 + t7;
+    const REAL t9 = t8 * t8;
+    const REAL t10 = t4 + t9;
+    const REAL t27 = fundamental_2_0 * pixel_0;
+    const REAL t28 = fundamental_2_1 * pixel_1;
+    const REAL t29 = t27 + t28;
+    const REAL t30 = fundamental_2_2 + t29;
+    prepared[0] = fundamental_0_0;
+    prepared[1] = fundamental_1_0;
+    prepared[2] = fundamental_2_0;
+    prepared[3] = t10;
+    prepared[4] = fundamental_0_1;
+    prepared[5] = fundamental_1_1;
+    prepared[6] = fundamental_2_1;
+    prepared[7] = t3;
+    prepared[8] = t8;
+    prepared[9] = t30;
+}
+
+static INLINE void NAME(sampson_distance_apply_fundamental_pixel)(const REAL *prepared, const REAL *partner, REAL
+    *out)
+{
+    const REAL fundamental_0_0 = prepared[0];
+    const REAL fundamental_1_0 = prepared[1];
+    const REAL fundamental_2_0 = prepared[2];
+    const REAL t10 = prepared[3];
+    const REAL fundamental_0_1 = prepared[4];
+    const REAL fundamental_1_1 = prepared[5];
+    const REAL fundamental_2_1 = prepared[6];
+    const REAL t3 = prepared[7];
+    const REAL t8 = prepared[8];
+    const REAL t30 = prepared[9];
+    const REAL partner_0 = partner[0];
+    const REAL partner_1 = partner[1];
+    const REAL t11 = fundamental_0_0 * partner_0;
+    const REAL t12 = fundamental_1_0 * partner_1;
+    const REAL t13 = t11 + t12;
+    const REAL t14 = fundamental_2_0 + t13;
+    const REAL t15 = t14 * t14;
+    const REAL t16 = t10 + t15;
+    const REAL t17 = fundamental_0_1 * partner_0;
+    const REAL t18 = fundamental_1_1 * partner_1;
+    const REAL t19 = t17 + t18;
+    const REAL t20 = fundamental_2_1 + t19;
+    const REAL t21 = t20 * t20;
+    const REAL t22 = t16 + t21;
+    const REAL t23 = SQRT(t22);
+    const REAL t24 = partner_0 * t3;
+    const REAL t25 = partner_1 * t8;
+    const REAL t26 = t24 + t25;
+    const REAL t31 = t26 + t30;
+    const REAL t32 = t31 / t23;
+    out[0] = t32;
+}
+
+static INLINE void NAME(sampson_distance_prepare_fundamental_partner)(const REAL *fundamental, const REAL *partner,
+    REAL *prepared)
+{
+    const REAL fundamental_0_0 = fundamental[0];
+    const REAL fundamental_0_1 = fundamental[1];
+    const REAL fundamental_0_2 = fundamental[2];
+    const REAL fundamental_1_0 = fundamental[3];
+    const REAL fundamental_1_1 = fundamental[4];
+    const REAL fundamental_1_2 = fundamental[5];
+    const REAL fundamental_2_0 = fundamental[6];
+    const REAL fundamental_2_1 = fundamental[7];
+    const REAL fundamental_2_2 = fundamental[8];
+    const REAL partner_0 = partner[0];
+    const REAL partner_1 = partner[1];
+    const REAL t11 = fundamental_0_0 * partner_0;
+    const REAL t12 = fundamental_1_0 * partner_1;
+    const REAL t13 = t11 + t12;
+    const REAL t14 = fundamental_2_0 + t13;
+    const REAL t15 = t14 * t14;
+    const REAL t17 = fundamental_0_1 * partner_0;
+    const REAL t18 = fundamental_1_1 * partner_1;
+    const REAL t19 = t17 + t18;
+    const REAL t20 = fundamental_2_1 + t19;
+    const REAL t21 = t20 * t20;
+    prepared[0] = fundamental_0_0;
+    prepared[1] = fundamental_0_1;
+    prepared[2] = fundamental_0_2;
+    prepared[3] = fundamental_1_0;
+    prepared[4] = fundamental_1_1;
+    prepared[5] = fundamental_1_2;
+    prepared[6] = t15;
+    prepared[7] = t21;
+    prepared[8] = partner_0;
+    prepared[9] = partner_1;
+    prepared[10] = fundamental_2_0;
+    prepared[11] = fundamental_2_1;
+    prepared[12] = fundamental_2_2;
+}
+
+static INLINE void NAME(sampson_distance_apply_fundamental_partner)(const REAL *prepared, const REAL *pixel, REAL
+    *out)
+{
+    const REAL fundamental_0_0 = prepared[0];
+    const REAL fundamental_0_1 = prepared[1];
+    const REAL fundamental_0_2 = prepared[2];
+    const REAL fundamental_1_0 = prepared[3];
+    const REAL fundamental_1_1 = prepared[4];
+    const REAL fundamental_1_2 = prepared[5];
+    const REAL t15 = prepared[6];
+    const REAL t21 = prepared[7];
+    const REAL partner_0 = prepared[8];
+    const REAL partner_1 = prepared[9];
+    const REAL fundamental_2_0 = prepared[10];
+    const REAL fundamental_2_1 = prepared[11];
+    const REAL fundamental_2_2 = prepared[12];
+    const REAL pixel_0 = pixel[0];
+    const REAL pixel_1 = pixel[1];
+    const REAL t0 = fundamental_0_0 * pixel_0;
+    const REAL t1 = fundamental_0_1 * pixel_1;
+    const REAL t2 = t0 + t1;
+    const REAL t3 = fundamental_0_2 + t2;
+    const REAL t4 = t3 * t3;
+    const REAL t5 = fundamental_1_0 * pixel_0;
+    const REAL t6 = fundamental_1_1 * pixel_1;
+    const REAL t7 = t5 + t6;
+    const REAL t8 = fundamental_1_2 + t7;
+    const REAL t9 = t8 * t8;
+    const REAL t10 = t4 + t9;
+    const REAL t16 = t10 + t15;
+    const REAL t22 = t16 + t21;
+    const REAL t23 = SQRT(t22);
+    const REAL t24 = partner_0 * t3;
+    const REAL t25 = partner_1 * t8;
+    const REAL t26 = t24 + t25;
+    const REAL t27 = fundamental_2_0 * pixel_0;
+    const REAL t28 = fundamental_2_1 * pixel_1;
+    const REAL t29 = t27 + t28;
+    const REAL t30 = fundamental_2_2 + t29;
+    const REAL t31 = t26 + t30;
+    const REAL t32 = t31 / t23;
+    out[0] = t32;
+}
+
+WIDE static void NAME(sampson_distance_block_fundamental_pixel)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    const intptr_t c2a = strides[3];
+    const REAL *prepared = (const REAL *)args[0];
+    char *a2 = args[2];
+    char *a3 = args[3];
+    ANY_ORDER
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
+        REAL x2[2];
+        REAL x3[1];
+        NAME(load_2)(x2, a2 + i * w, c2a);
+        NAME(sampson_distance_apply_fundamental_pixel)(prepared, x2, x3);
+        NAME(store_scalar)(a3 + i * w, x3);
+    }
+}
+
+WIDE static void NAME(sampson_distance_dense_fundamental_pixel)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    const REAL *prepared = (const REAL *)args[0];
+    char *a2 = args[2];
+    char *a3 = args[3];
+    ANY_ORDER
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
+        REAL x2[2];
+        REAL x3[1];
+        NAME(load_2)(x2, a2 + i * 2 * w, w);
+        NAME(sampson_distance_apply_fundamental_pixel)(prepared, x2, x3);
+        NAME(store_scalar)(a3 + i * w, x3);
+    }
+}
+
+static void NAME(sampson_distance_start_fundamental_pixel)(char **args, const intptr_t *strides, void *prepared)
+{
+    const intptr_t c0a = strides[0], c0b = strides[1], c1a = strides[2];
+    REAL x0[9];
+    NAME(load_3x3)(x0, args[0], c0a, c0b);
+    REAL x1[2];
+    NAME(load_2)(x1, args[1], c1a);
+    NAME(sampson_distance_prepare_fundamental_pixel)(x0, x1, prepared);
+}
+
+WIDE static void NAME(sampson_distance_block_fundamental_partner)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    const intptr_t c1a = strides[2];
+    const REAL *prepared = (const REAL *)args[0];
+    char *a1 = args[1];
+    char *a3 = args[3];
+    ANY_ORDER
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
+        REAL x1[2];
+        REAL x3[1];
+        NAME(load_2)(x1, a1 + i * w, c1a);
+        NAME(sampson_distance_apply_fundamental_partner)(prepared, x1, x3);
+        NAME(store_scalar)(a3 + i * w, x3);
+    }
+}
+
+WIDE static void NAME(sampson_distance_dense_fundamental_partner)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    const REAL *prepared = (const REAL *)args[0];
+    char *a1 = args[1];
+    char *a3 = args[3];
+    ANY_ORDER
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
+        REAL x1[2];
+        REAL x3[1];
+        NAME(load_2)(x1, a1 + i * 2 * w, w);
+        NAME(sampson_distance_apply_fundamental_partner)(prepared, x1, x3);
+        NAME(store_scalar)(a3 + i * w, x3);
+    }
+}
+
+static void NAME(sampson_distance_start_fundamental_partner)(char **args, const intptr_t *strides, void *prepared)
+{
+    const intptr_t c0a = strides[0], c0b = strides[1], c2a = strides[3];
+    REAL x0[9];
+    NAME(load_3x3)(x0, args[0], c0a, c0b);
+    REAL x2[2];
+    NAME(load_2)(x2, args[2], c2a);
+    NAME(sampson_distance_prepare_fundamental_partner)(x0, x2, prepared);
+}
+
 WIDE static void NAME(sampson_distance_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
@@ -1855,33 +3772,14 @@ WIDE static void NAME(sampson_distance_block)(intptr_t n, char **args, const int
     }
 }
 
-WIDE static void NAME(sampson_distance_block_uniform)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c0b = strides[1], c1a = strides[2], c2a = strides[3];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    char *a3 = args[3];
-    REAL x0[9];
-    NAME(load_3x3)(x0, a0, c0a, c0b);
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x1[2];
-        REAL x2[2];
-        REAL x3[1];
-        NAME(load_2)(x1, a1 + i * w, c1a);
-        NAME(load_2)(x2, a2 + i * w, c2a);
-        NAME(sampson_distance)(x0, x1, x2, x3);
-        NAME(store_scalar)(a3 + i * w, x3);
-    }
-}
-
 void NAME(sampson_distance_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{9, 2, 0, {3, 3}}, {2, 1, 2, {2}}, {2, 1, 3, {2}}, {1, 0, 4, {0}}};
-    static const struct kernel kernel = {{NAME(sampson_distance_block), NAME(sampson_distance_block_uniform), NULL,
-        NULL}, 1, 3, 4, parts};
+    static const struct form forms[] = {{3, 2, NAME(sampson_distance_start_fundamental_pixel),
+        NAME(sampson_distance_block_fundamental_pixel), NAME(sampson_distance_dense_fundamental_pixel)}, {5, 2,
+        NAME(sampson_distance_start_fundamental_partner), NAME(sampson_distance_block_fundamental_partner),
+        NAME(sampson_distance_dense_fundamental_partner)}};
+    static const struct kernel kernel = {NAME(sampson_distance_block), NULL, 3, 4, 2, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -2060,6 +3958,495 @@ INLINE void NAME(triangulate)(const REAL *first, const REAL *second, const REAL 
     out[3] = t137;
 }
 
+static INLINE void NAME(triangulate_prepare_first_second_pixel)(const REAL *first, const REAL *second, const REAL
+    *pixel, REAL *prepared)
+{
+    const REAL first_0_e1 = first[0];
+    const REAL first_0_e2 = first[1];
+    const REAL first_0_e3 = first[2];
+    const REAL first_0_e4 = first[3];
+    const REAL first_1_e1 = first[4];
+    const REAL first_1_e2 = first[5];
+    const REAL first_1_e3 = first[6];
+    const REAL first_1_e4 = first[7];
+    const REAL first_2_e1 = first[8];
+    const REAL first_2_e2 = first[9];
+    const REAL first_2_e3 = first[10];
+    const REAL first_2_e4 = first[11];
+    const REAL second_0_e1 = second[0];
+    const REAL second_0_e2 = second[1];
+    const REAL second_0_e3 = second[2];
+    const REAL second_0_e4 = second[3];
+    const REAL second_1_e1 = second[4];
+    const REAL second_1_e2 = second[5];
+    const REAL second_1_e3 = second[6];
+    const REAL second_1_e4 = second[7];
+    const REAL second_2_e1 = second[8];
+    const REAL second_2_e2 = second[9];
+    const REAL second_2_e3 = second[10];
+    const REAL second_2_e4 = second[11];
+    const REAL pixel_0 = pixel[0];
+    const REAL pixel_1 = pixel[1];
+    const REAL t0 = first_2_e1 * pixel_0;
+    const REAL t1 = first_0_e1 - t0;
+    const REAL t2 = first_2_e2 * pixel_1;
+    const REAL t3 = first_1_e2 - t2;
+    const REAL t4 = t1 * t3;
+    const REAL t5 = first_2_e2 * pixel_0;
+    const REAL t6 = first_0_e2 - t5;
+    const REAL t7 = first_2_e1 * pixel_1;
+    const REAL t8 = first_1_e1 - t7;
+    const REAL t9 = t6 * t8;
+    const REAL t10 = t4 - t9;
+    const REAL t11 = second_1_e3 * t10;
+    const REAL t12 = first_2_e3 * pixel_1;
+    const REAL t13 = first_1_e3 - t12;
+    const REAL t14 = t1 * t13;
+    const REAL t15 = first_2_e3 * pixel_0;
+    const REAL t16 = first_0_e3 - t15;
+    const REAL t17 = t16 * t8;
+    const REAL t18 = t14 - t17;
+    const REAL t19 = second_1_e2 * t18;
+    const REAL t20 = t11 - t19;
+    const REAL t21 = t6 * t13;
+    const REAL t22 = t16 * t3;
+    const REAL t23 = t21 - t22;
+    const REAL t24 = second_1_e1 * t23;
+    const REAL t25 = t20 + t24;
+    const REAL t26 = second_2_e4 * t25;
+    const REAL t27 = second_1_e4 * t10;
+    const REAL t28 = first_2_e4 * pixel_1;
+    const REAL t29 = first_1_e4 - t28;
+    const REAL t30 = t1 * t29;
+    const REAL t31 = first_2_e4 * pixel_0;
+    const REAL t32 = first_0_e4 - t31;
+    const REAL t33 = t32 * t8;
+    const REAL t34 = t30 - t33;
+    const REAL t35 = second_1_e2 * t34;
+    const REAL t36 = t27 - t35;
+    const REAL t37 = t6 * t29;
+    const REAL t38 = t32 * t3;
+    const REAL t39 = t37 - t38;
+    const REAL t40 = second_1_e1 * t39;
+    const REAL t41 = t36 + t40;
+    const REAL t42 = second_2_e3 * t41;
+    const REAL t43 = t26 - t42;
+    const REAL t44 = second_1_e4 * t18;
+    const REAL t45 = second_1_e3 * t34;
+    const REAL t46 = t44 - t45;
+    const REAL t47 = t16 * t29;
+    const REAL t48 = t32 * t13;
+    const REAL t49 = t47 - t48;
+    const REAL t50 = second_1_e1 * t49;
+    const REAL t51 = t46 + t50;
+    const REAL t52 = second_2_e2 * t51;
+    const REAL t53 = t43 + t52;
+    const REAL t54 = second_1_e4 * t23;
+    const REAL t55 = second_1_e3 * t39;
+    const REAL t56 = t54 - t55;
+    const REAL t57 = second_1_e2 * t49;
+    const REAL t58 = t56 + t57;
+    const REAL t59 = second_2_e1 * t58;
+    const REAL t60 = t53 - t59;
+    const REAL t64 = second_2_e3 * t10;
+    const REAL t65 = second_2_e2 * t18;
+    const REAL t66 = t64 - t65;
+    const REAL t67 = second_2_e1 * t23;
+    const REAL t68 = t66 + t67;
+    const REAL t69 = second_0_e4 * t68;
+    const REAL t70 = second_2_e4 * t10;
+    const REAL t71 = second_2_e2 * t34;
+    const REAL t72 = t70 - t71;
+    const REAL t73 = second_2_e1 * t39;
+    const REAL t74 = t72 + t73;
+    const REAL t75 = second_0_e3 * t74;
+    const REAL t76 = t69 - t75;
+    const REAL t77 = second_2_e4 * t18;
+    const REAL t78 = second_2_e3 * t34;
+    const REAL t79 = t77 - t78;
+    const REAL t80 = second_2_e1 * t49;
+    const REAL t81 = t79 + t80;
+    const REAL t82 = second_0_e2 * t81;
+    const REAL t83 = t76 + t82;
+    const REAL t84 = second_2_e4 * t23;
+    const REAL t85 = second_2_e3 * t39;
+    const REAL t86 = t84 - t85;
+    const REAL t87 = second_2_e2 * t49;
+    const REAL t88 = t86 + t87;
+    const REAL t89 = second_0_e1 * t88;
+    const REAL t90 = t83 - t89;
+    prepared[0] = second_2_e4;
+    prepared[1] = second_1_e4;
+    prepared[2] = t60;
+    prepared[3] = second_0_e4;
+    prepared[4] = t90;
+    prepared[5] = t23;
+    prepared[6] = second_2_e3;
+    prepared[7] = second_1_e3;
+    prepared[8] = second_0_e3;
+    prepared[9] = t39;
+    prepared[10] = second_2_e2;
+    prepared[11] = second_1_e2;
+    prepared[12] = second_0_e2;
+    prepared[13] = t49;
+    prepared[14] = t18;
+    prepared[15] = t34;
+    prepared[16] = second_2_e1;
+    prepared[17] = second_1_e1;
+    prepared[18] = second_0_e1;
+    prepared[19] = t10;
+}
+
+static INLINE void NAME(triangulate_apply_first_second_pixel)(const REAL *prepared, const REAL *partner, REAL *out)
+{
+    const REAL second_2_e4 = prepared[0];
+    const REAL second_1_e4 = prepared[1];
+    const REAL t60 = prepared[2];
+    const REAL second_0_e4 = prepared[3];
+    const REAL t90 = prepared[4];
+    const REAL t23 = prepared[5];
+    const REAL second_2_e3 = prepared[6];
+    const REAL second_1_e3 = prepared[7];
+    const REAL second_0_e3 = prepared[8];
+    const REAL t39 = prepared[9];
+    const REAL second_2_e2 = prepared[10];
+    const REAL second_1_e2 = prepared[11];
+    const REAL second_0_e2 = prepared[12];
+    const REAL t49 = prepared[13];
+    const REAL t18 = prepared[14];
+    const REAL t34 = prepared[15];
+    const REAL second_2_e1 = prepared[16];
+    const REAL second_1_e1 = prepared[17];
+    const REAL second_0_e1 = prepared[18];
+    const REAL t10 = prepared[19];
+    const REAL partner_0 = partner[0];
+    const REAL partner_1 = partner[1];
+    const REAL t61 = second_2_e4 * partner_1;
+    const REAL t62 = second_1_e4 - t61;
+    const REAL t63 = t60 * t62;
+    const REAL t91 = second_2_e4 * partner_0;
+    const REAL t92 = second_0_e4 - t91;
+    const REAL t93 = t90 * t92;
+    const REAL t94 = t63 - t93;
+    const REAL t95 = t23 * t94;
+    const REAL t96 = second_2_e3 * partner_1;
+    const REAL t97 = second_1_e3 - t96;
+    const REAL t98 = t60 * t97;
+    const REAL t99 = second_2_e3 * partner_0;
+    const REAL t100 = second_0_e3 - t99;
+    const REAL t101 = t90 * t100;
+    const REAL t102 = t98 - t101;
+    const REAL t103 = t39 * t102;
+    const REAL t104 = t95 - t103;
+    const REAL t105 = second_2_e2 * partner_1;
+    const REAL t106 = second_1_e2 - t105;
+    const REAL t107 = t60 * t106;
+    const REAL t108 = second_2_e2 * partner_0;
+    const REAL t109 = second_0_e2 - t108;
+    const REAL t110 = t90 * t109;
+    const REAL t111 = t107 - t110;
+    const REAL t112 = t49 * t111;
+    const REAL t113 = t104 + t112;
+    const REAL t114 = t18 * t94;
+    const REAL t115 = t34 * t102;
+    const REAL t116 = t114 - t115;
+    const REAL t117 = second_2_e1 * partner_1;
+    const REAL t118 = second_1_e1 - t117;
+    const REAL t119 = t60 * t118;
+    const REAL t120 = second_2_e1 * partner_0;
+    const REAL t121 = second_0_e1 - t120;
+    const REAL t122 = t90 * t121;
+    const REAL t123 = t119 - t122;
+    const REAL t124 = t49 * t123;
+    const REAL t125 = t116 + t124;
+    const REAL t126 = -t125;
+    const REAL t127 = t10 * t94;
+    const REAL t128 = t34 * t111;
+    const REAL t129 = t127 - t128;
+    const REAL t130 = t39 * t123;
+    const REAL t131 = t129 + t130;
+    const REAL t132 = t10 * t102;
+    const REAL t133 = t18 * t111;
+    const REAL t134 = t132 - t133;
+    const REAL t135 = t23 * t123;
+    const REAL t136 = t134 + t135;
+    const REAL t137 = -t136;
+    out[0] = t113;
+    out[1] = t126;
+    out[2] = t131;
+    out[3] = t137;
+}
+
+static INLINE void NAME(triangulate_prepare_first_pixel_partner)(const REAL *first, const REAL *pixel, const REAL
+    *partner, REAL *prepared)
+{
+    const REAL first_0_e1 = first[0];
+    const REAL first_0_e2 = first[1];
+    const REAL first_0_e3 = first[2];
+    const REAL first_0_e4 = first[3];
+    const REAL first_1_e1 = first[4];
+    const REAL first_1_e2 = first[5];
+    const REAL first_1_e3 = first[6];
+    const REAL first_1_e4 = first[7];
+    const REAL first_2_e1 = first[8];
+    const REAL first_2_e2 = first[9];
+    const REAL first_2_e3 = first[10];
+    const REAL first_2_e4 = first[11];
+    const REAL pixel_0 = pixel[0];
+    const REAL pixel_1 = pixel[1];
+    const REAL partner_0 = partner[0];
+    const REAL partner_1 = partner[1];
+    const REAL t0 = first_2_e1 * pixel_0;
+    const REAL t1 = first_0_e1 - t0;
+    const REAL t2 = first_2_e2 * pixel_1;
+    const REAL t3 = first_1_e2 - t2;
+    const REAL t4 = t1 * t3;
+    const REAL t5 = first_2_e2 * pixel_0;
+    const REAL t6 = first_0_e2 - t5;
+    const REAL t7 = first_2_e1 * pixel_1;
+    const REAL t8 = first_1_e1 - t7;
+    const REAL t9 = t6 * t8;
+    const REAL t10 = t4 - t9;
+    const REAL t12 = first_2_e3 * pixel_1;
+    const REAL t13 = first_1_e3 - t12;
+    const REAL t14 = t1 * t13;
+    const REAL t15 = first_2_e3 * pixel_0;
+    const REAL t16 = first_0_e3 - t15;
+    const REAL t17 = t16 * t8;
+    const REAL t18 = t14 - t17;
+    const REAL t21 = t6 * t13;
+    const REAL t22 = t16 * t3;
+    const REAL t23 = t21 - t22;
+    const REAL t28 = first_2_e4 * pixel_1;
+    const REAL t29 = first_1_e4 - t28;
+    const REAL t30 = t1 * t29;
+    const REAL t31 = first_2_e4 * pixel_0;
+    const REAL t32 = first_0_e4 - t31;
+    const REAL t33 = t32 * t8;
+    const REAL t34 = t30 - t33;
+    const REAL t37 = t6 * t29;
+    const REAL t38 = t32 * t3;
+    const REAL t39 = t37 - t38;
+    const REAL t47 = t16 * t29;
+    const REAL t48 = t32 * t13;
+    const REAL t49 = t47 - t48;
+    prepared[0] = t10;
+    prepared[1] = t18;
+    prepared[2] = t23;
+    prepared[3] = t34;
+    prepared[4] = t39;
+    prepared[5] = t49;
+    prepared[6] = partner_1;
+    prepared[7] = partner_0;
+}
+
+static INLINE void NAME(triangulate_apply_first_pixel_partner)(const REAL *prepared, const REAL *second, REAL *out)
+{
+    const REAL t10 = prepared[0];
+    const REAL t18 = prepared[1];
+    const REAL t23 = prepared[2];
+    const REAL t34 = prepared[3];
+    const REAL t39 = prepared[4];
+    const REAL t49 = prepared[5];
+    const REAL partner_1 = prepared[6];
+    const REAL partner_0 = prepared[7];
+    const REAL second_0_e1 = second[0];
+    const REAL second_0_e2 = second[1];
+    const REAL second_0_e3 = second[2];
+    const REAL second_0_e4 = second[3];
+    const REAL second_1_e1 = second[4];
+    const REAL second_1_e2 = second[5];
+    const REAL second_1_e3 = second[6];
+    const REAL second_1_e4 = second[7];
+    const REAL second_2_e1 = second[8];
+    const REAL second_2_e2 = second[9];
+    const REAL second_2_e3 = second[10];
+    const REAL second_2_e4 = second[11];
+    const REAL t11 = second_1_e3 * t10;
+    const REAL t19 = second_1_e2 * t18;
+    const REAL t20 = t11 - t19;
+    const REAL t24 = second_1_e1 * t23;
+    const REAL t25 = t20 + t24;
+    const REAL t26 = second_2_e4 * t25;
+    const REAL t27 = second_1_e4 * t10;
+    const REAL t35 = second_1_e2 * t34;
+    const REAL t36 = t27 - t35;
+    const REAL t40 = second_1_e1 * t39;
+    const REAL t41 = t36 + t40;
+    const REAL t42 = second_2_e3 * t41;
+    const REAL t43 = t26 - t42;
+    const REAL t44 = second_1_e4 * t18;
+    const REAL t45 = second_1_e3 * t34;
+    const REAL t46 = t44 - t45;
+    const REAL t50 = second_1_e1 * t49;
+    const REAL t51 = t46 + t50;
+    const REAL t52 = second_2_e2 * t51;
+    const REAL t53 = t43 + t52;
+    const REAL t54 = second_1_e4 * t23;
+    const REAL t55 = second_1_e3 * t39;
+    const REAL t56 = t54 - t55;
+    const REAL t57 = second_1_e2 * t49;
+    const REAL t58 = t56 + t57;
+    const REAL t59 = second_2_e1 * t58;
+    const REAL t60 = t53 - t59;
+    const REAL t61 = second_2_e4 * partner_1;
+    const REAL t62 = second_1_e4 - t61;
+    const REAL t63 = t60 * t62;
+    const REAL t64 = second_2_e3 * t10;
+    const REAL t65 = second_2_e2 * t18;
+    const REAL t66 = t64 - t65;
+    const REAL t67 = second_2_e1 * t23;
+    const REAL t68 = t66 + t67;
+    const REAL t69 = second_0_e4 * t68;
+    const REAL t70 = second_2_e4 * t10;
+    const REAL t71 = second_2_e2 * t34;
+    const REAL t72 = t70 - t71;
+    const REAL t73 = second_2_e1 * t39;
+    const REAL t74 = t72 + t73;
+    const REAL t75 = second_0_e3 * t74;
+    const REAL t76 = t69 - t75;
+    const REAL t77 = second_2_e4 * t18;
+    const REAL t78 = second_2_e3 * t34;
+    const REAL t79 = t77 - t78;
+    const REAL t80 = second_2_e1 * t49;
+    const REAL t81 = t79 + t80;
+    const REAL t82 = second_0_e2 * t81;
+    const REAL t83 = t76 + t82;
+    const REAL t84 = second_2_e4 * t23;
+    const REAL t85 = second_2_e3 * t39;
+    const REAL t86 = t84 - t85;
+    const REAL t87 = second_2_e2 * t49;
+    const REAL t88 = t86 + t87;
+    const REAL t89 = second_0_e1 * t88;
+    const REAL t90 = t83 - t89;
+    const REAL t91 = second_2_e4 * partner_0;
+    const REAL t92 = second_0_e4 - t91;
+    const REAL t93 = t90 * t92;
+    const REAL t94 = t63 - t93;
+    const REAL t95 = t23 * t94;
+    const REAL t96 = second_2_e3 * partner_1;
+    const REAL t97 = second_1_e3 - t96;
+    const REAL t98 = t60 * t97;
+    const REAL t99 = second_2_e3 * partner_0;
+    const REAL t100 = second_0_e3 - t99;
+    const REAL t101 = t90 * t100;
+    const REAL t102 = t98 - t101;
+    const REAL t103 = t39 * t102;
+    const REAL t104 = t95 - t103;
+    const REAL t105 = second_2_e2 * partner_1;
+    const REAL t106 = second_1_e2 - t105;
+    const REAL t107 = t60 * t106;
+    const REAL t108 = second_2_e2 * partner_0;
+    const REAL t109 = second_0_e2 - t108;
+    const REAL t110 = t90 * t109;
+    const REAL t111 = t107 - t110;
+    const REAL t112 = t49 * t111;
+    const REAL t113 = t104 + t112;
+    const REAL t114 = t18 * t94;
+    const REAL t115 = t34 * t102;
+    const REAL t116 = t114 - t115;
+    const REAL t117 = second_2_e1 * partner_1;
+    const REAL t118 = second_1_e1 - t117;
+    const REAL t119 = t60 * t118;
+    const REAL t120 = second_2_e1 * partner_0;
+    const REAL t121 = second_0_e1 - t120;
+    const REAL t122 = t90 * t121;
+    const REAL t123 = t119 - t122;
+    const REAL t124 = t49 * t123;
+    const REAL t125 = t116 + t124;
+    const REAL t126 = -t125;
+    const REAL t127 = t10 * t94;
+    const REAL t128 = t34 * t111;
+    const REAL t129 = t127 - t128;
+    const REAL t130 = t39 * t123;
+    const REAL t131 = t129 + t130;
+    const REAL t132 = t10 * t102;
+    const REAL t133 = t18 * t111;
+    const REAL t134 = t132 - t133;
+    const REAL t135 = t23 * t123;
+    const REAL t136 = t134 + t135;
+    const REAL t137 = -t136;
+    out[0] = t113;
+    out[1] = t126;
+    out[2] = t131;
+    out[3] = t137;
+}
+
+WIDE static void NAME(triangulate_block_first_second_pixel)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    const intptr_t c3a = strides[5], c4a = strides[6];
+    const REAL *prepared = (const REAL *)args[0];
+    char *a3 = args[3];
+    char *a4 = args[4];
+    ANY_ORDER
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
+        REAL x3[2];
+        REAL x4[4];
+        NAME(load_2)(x3, a3 + i * w, c3a);
+        NAME(triangulate_apply_first_second_pixel)(prepared, x3, x4);
+        NAME(store_4)(a4 + i * w, c4a, x4);
+    }
+}
+
+WIDE static void NAME(triangulate_dense_first_second_pixel)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    const REAL *prepared = (const REAL *)args[0];
+    char *a3 = args[3];
+    char *a4 = args[4];
+    ANY_ORDER
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
+        REAL x3[2];
+        REAL x4[4];
+        NAME(load_2)(x3, a3 + i * 2 * w, w);
+        NAME(triangulate_apply_first_second_pixel)(prepared, x3, x4);
+        NAME(store_4)(a4 + i * 4 * w, w, x4);
+    }
+}
+
+static void NAME(triangulate_start_first_second_pixel)(char **args, const intptr_t *strides, void *prepared)
+{
+    const intptr_t c0a = strides[0], c0b = strides[1], c1a = strides[2], c1b = strides[3], c2a = strides[4];
+    REAL x0[12];
+    NAME(load_3x4)(x0, args[0], c0a, c0b);
+    REAL x1[12];
+    NAME(load_3x4)(x1, args[1], c1a, c1b);
+    REAL x2[2];
+    NAME(load_2)(x2, args[2], c2a);
+    NAME(triangulate_prepare_first_second_pixel)(x0, x1, x2, prepared);
+}
+
+WIDE static void NAME(triangulate_block_first_pixel_partner)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    const intptr_t c1a = strides[2], c1b = strides[3], c4a = strides[6];
+    const REAL *prepared = (const REAL *)args[0];
+    char *a1 = args[1];
+    char *a4 = args[4];
+    ANY_ORDER
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
+        REAL x1[12];
+        REAL x4[4];
+        NAME(load_3x4)(x1, a1 + i * w, c1a, c1b);
+        NAME(triangulate_apply_first_pixel_partner)(prepared, x1, x4);
+        NAME(store_4)(a4 + i * w, c4a, x4);
+    }
+}
+
+static void NAME(triangulate_start_first_pixel_partner)(char **args, const intptr_t *strides, void *prepared)
+{
+    const intptr_t c0a = strides[0], c0b = strides[1], c2a = strides[4], c3a = strides[5];
+    REAL x0[12];
+    NAME(load_3x4)(x0, args[0], c0a, c0b);
+    REAL x2[2];
+    NAME(load_2)(x2, args[2], c2a);
+    REAL x3[2];
+    NAME(load_2)(x3, args[3], c3a);
+    NAME(triangulate_prepare_first_pixel_partner)(x0, x2, x3, prepared);
+}
+
 WIDE static void NAME(triangulate_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
@@ -2090,7 +4477,10 @@ void NAME(triangulate_loop)(char **args, const intptr_t *dimensions, const intpt
 {
     static const struct part parts[] = {{12, 2, 0, {3, 4}}, {12, 2, 2, {3, 4}}, {2, 1, 4, {2}}, {2, 1, 5, {2}}, {4,
         1, 6, {4}}};
-    static const struct kernel kernel = {{NAME(triangulate_block), NULL, NULL, NULL}, 0, 4, 5, parts};
+    static const struct form forms[] = {{7, 2, NAME(triangulate_start_first_second_pixel),
+        NAME(triangulate_block_first_second_pixel), NAME(triangulate_dense_first_second_pixel)}, {13, 2,
+        NAME(triangulate_start_first_pixel_partner), NAME(triangulate_block_first_pixel_partner), NULL}};
+    static const struct kernel kernel = {NAME(triangulate_block), NULL, 4, 5, 2, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 #endif

@@ -2,7 +2,7 @@
 // command: gac generate --all quaternion
 // spec: 572983282bc211a8
 // contraction: -ffp-contract=off (every operation is rounded once)
-// body: 53ced7d3a5608536baa00c0b826d9fb12f221ccded053de00db4c93198fd6a19
+// body: 714284836ec4c81ecc2eeb0f249cd4408b0f56617b0e344fb15d6ff18e91917a
 
 #ifndef REAL
 #include "quaternion.h"
@@ -51,15 +51,24 @@ struct part {
 
 typedef void loop_function(intptr_t n, char **args, const intptr_t *strides);
 
-// The loops of a kernel: rows, rows with the `hoisted` arguments (a bit each) the same for all, and both in C order.
-struct kernel {
-    loop_function *loops[4];
-    unsigned hoisted;
-    int n_inputs, n_parts;
-    const struct part *parts;
+// A form of a kernel for batches in which the `same` arguments (a bit each) are that for at least so many elements:
+// what depends on them is prepared once, and takes the place of the first of them.
+struct form {
+    unsigned same;
+    intptr_t least;
+    void (*start)(char **args, const intptr_t *strides, void *prepared);
+    loop_function *block, *dense;
 };
 
-enum { PARTS = 4, CORES = 3, SPACE = 4096 };
+// The loops of a kernel, over rows and in C order, and its forms.
+struct kernel {
+    loop_function *block, *dense;
+    int n_inputs, n_parts, n_forms;
+    const struct part *parts;
+    const struct form *forms;
+};
+
+enum { PARTS = 4, CORES = 3, SPACE = 4096, PREPARED = 9 };
 
 #define SQRT(x) FUNCTION(sqrt)(x)
 #define SIN(x) FUNCTION(sin)(x)
@@ -325,18 +334,25 @@ static void NAME(batch)(const struct kernel *kernel, char **args, intptr_t n, co
     const intptr_t w = sizeof(REAL), *strides = steps + kernel->n_parts;
     const int n_parts = kernel->n_parts, n_inputs = kernel->n_inputs;
     enum { SAME, HOISTED, UNIT, ANY } kinds[PARTS];
-    _Alignas(64) REAL space[SPACE];
+    _Alignas(64) REAL space[SPACE], prepared[PREPARED];
     REAL *rows[PARTS];
     char *starts[PARTS];
     intptr_t cores[CORES], row_cores[CORES], total = 0, bytes = 0;
-    unsigned hoisted = kernel->hoisted;
-    int in_place = 1, dense = kernel->loops[2] != NULL;
+    unsigned still = 0, hoisted = 0;
+    loop_function *in_rows = kernel->block, *in_order = kernel->dense;
     for (int p = 0; p < n_parts; ++p) {
         total += kernel->parts[p].size;
         bytes += steps[p] < 0 ? -steps[p] : steps[p];
-        if (hoisted >> p & 1 && steps[p] != 0)
-            hoisted = 0;
+        still |= (unsigned)(p < n_inputs && steps[p] == 0) << p;
     }
+    for (int f = 0; f < kernel->n_forms && !hoisted; ++f) {
+        const struct form *form = &kernel->forms[f];
+        if ((still & form->same) == form->same && n >= form->least) {
+            form->start(args, strides, prepared);
+            hoisted = form->same, in_rows = form->block, in_order = form->dense;
+        }
+    }
+    int in_place = 1, dense = in_order != NULL;
     // Long rows spare calls; beyond the last cache, short ones keep reading and writing going side by side.
     intptr_t row = n < (1 << 24) / (bytes + 1) ? 64 : LANES;
     while (row > LANES && row * total > SPACE)
@@ -346,7 +362,7 @@ static void NAME(batch)(const struct kernel *kernel, char **args, intptr_t n, co
         const struct part *part = &kernel->parts[p];
         const intptr_t *c = strides + part->first;
         intptr_t step = w, row_step = row * w;
-        starts[p] = args[p];
+        starts[p] = hoisted >> p & 1 ? (char *)prepared : args[p];
         rows[p] = space + row * total;
         total += part->size;
         kinds[p] = hoisted >> p & 1 ? HOISTED : p < n_inputs && steps[p] == 0 ? SAME : steps[p] == w ? UNIT : ANY;
@@ -354,7 +370,7 @@ static void NAME(batch)(const struct kernel *kernel, char **args, intptr_t n, co
         for (int q = part->rank; q-- > 0; step *= part->shape[q], row_step *= part->shape[q]) {
             cores[part->first + q] = c[q];
             row_cores[part->first + q] = row_step;
-            dense = dense && c[q] == step;
+            dense = dense && (kinds[p] == HOISTED || c[q] == step);
         }
         dense = dense && (kinds[p] == HOISTED || steps[p] == step);
     }
@@ -371,7 +387,7 @@ static void NAME(batch)(const struct kernel *kernel, char **args, intptr_t n, co
         const int last = n - i < LANES;
         if (dense && !last) {
             m = n & -LANES;
-            kernel->loops[hoisted ? 3 : 2](m, starts, cores);
+            in_order(m, starts, cores);
             continue;
         }
         m = last ? n - i : in_place || n - i < row ? (n - i) & -LANES : row;
@@ -390,7 +406,7 @@ static void NAME(batch)(const struct kernel *kernel, char **args, intptr_t n, co
                 for (intptr_t j = m; j < LANES; ++j)
                     rows[p][k * row + j] = rows[p][k * row + m - 1];
         }
-        kernel->loops[hoisted ? 1 : 0](m, starts, cores);
+        in_rows(m, starts, cores);
         for (int p = n_inputs; p < n_parts; ++p)
             if (starts[p] == (char *)rows[p])
                 NAME(move_part)(1, rows[p], row, &kernel->parts[p], args[p] + i * steps[p], steps[p],
@@ -461,25 +477,6 @@ WIDE static void NAME(product_block)(intptr_t n, char **args, const intptr_t *st
     }
 }
 
-WIDE static void NAME(product_block_uniform)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    REAL x0[4];
-    NAME(load_4)(x0, a0, c0a);
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x1[4];
-        REAL x2[4];
-        NAME(load_4)(x1, a1 + i * w, c1a);
-        NAME(product)(x0, x1, x2);
-        NAME(store_4)(a2 + i * w, c2a, x2);
-    }
-}
-
 WIDE static void NAME(product_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
@@ -499,30 +496,10 @@ WIDE static void NAME(product_dense)(intptr_t n, char **args, const intptr_t *st
     }
 }
 
-WIDE static void NAME(product_dense_uniform)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    REAL x0[4];
-    NAME(load_4)(x0, a0, w);
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x1[4];
-        REAL x2[4];
-        NAME(load_4)(x1, a1 + i * 4 * w, w);
-        NAME(product)(x0, x1, x2);
-        NAME(store_4)(a2 + i * 4 * w, w, x2);
-    }
-}
-
 void NAME(product_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {4, 1, 1, {4}}, {4, 1, 2, {4}}};
-    static const struct kernel kernel = {{NAME(product_block), NAME(product_block_uniform), NAME(product_dense),
-        NAME(product_dense_uniform)}, 1, 2, 3, parts};
+    static const struct kernel kernel = {NAME(product_block), NAME(product_dense), 2, 3, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -576,8 +553,7 @@ WIDE static void NAME(conjugate_dense)(intptr_t n, char **args, const intptr_t *
 void NAME(conjugate_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {4, 1, 1, {4}}};
-    static const struct kernel kernel = {{NAME(conjugate_block), NULL, NAME(conjugate_dense), NULL}, 0, 1, 2,
-        parts};
+    static const struct kernel kernel = {NAME(conjugate_block), NAME(conjugate_dense), 1, 2, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -633,7 +609,7 @@ WIDE static void NAME(norm_dense)(intptr_t n, char **args, const intptr_t *strid
 void NAME(norm_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {1, 0, 1, {0}}};
-    static const struct kernel kernel = {{NAME(norm_block), NULL, NAME(norm_dense), NULL}, 0, 1, 2, parts};
+    static const struct kernel kernel = {NAME(norm_block), NAME(norm_dense), 1, 2, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -699,7 +675,7 @@ WIDE static void NAME(inverse_dense)(intptr_t n, char **args, const intptr_t *st
 void NAME(inverse_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {4, 1, 1, {4}}};
-    static const struct kernel kernel = {{NAME(inverse_block), NULL, NAME(inverse_dense), NULL}, 0, 1, 2, parts};
+    static const struct kernel kernel = {NAME(inverse_block), NAME(inverse_dense), 1, 2, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -763,8 +739,7 @@ WIDE static void NAME(normalize_dense)(intptr_t n, char **args, const intptr_t *
 void NAME(normalize_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {4, 1, 1, {4}}};
-    static const struct kernel kernel = {{NAME(normalize_block), NULL, NAME(normalize_dense), NULL}, 0, 1, 2,
-        parts};
+    static const struct kernel kernel = {NAME(normalize_block), NAME(normalize_dense), 1, 2, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -812,6 +787,128 @@ INLINE void NAME(rotate_vector)(const REAL *q, const REAL *v, REAL *out)
     out[2] = t29;
 }
 
+static INLINE void NAME(rotate_vector_prepare_q)(const REAL *q, REAL *prepared)
+{
+    const REAL q_1 = q[0];
+    const REAL q_e32 = q[1];
+    const REAL q_e13 = q[2];
+    const REAL q_e21 = q[3];
+    const REAL t0 = q_1 * q_1;
+    const REAL t1 = q_e32 * q_e32;
+    const REAL t2 = t0 + t1;
+    const REAL t3 = q_e13 * q_e13;
+    const REAL t4 = t2 - t3;
+    const REAL t5 = q_e21 * q_e21;
+    const REAL t6 = t4 - t5;
+    const REAL t8 = q_e32 * q_e13;
+    const REAL t9 = q_1 * q_e21;
+    const REAL t10 = t8 - t9;
+    const REAL t11 = t10 * (REAL)2;
+    const REAL t14 = q_1 * q_e13;
+    const REAL t15 = q_e32 * q_e21;
+    const REAL t16 = t14 + t15;
+    const REAL t17 = (REAL)2 * t16;
+    const REAL t20 = t0 - t1;
+    const REAL t21 = t3 - t5;
+    const REAL t22 = t20 + t21;
+    const REAL t24 = t8 + t9;
+    const REAL t25 = (REAL)2 * t24;
+    const REAL t28 = q_e13 * q_e21;
+    const REAL t29 = q_1 * q_e32;
+    const REAL t30 = t28 - t29;
+    const REAL t31 = (REAL)2 * t30;
+    const REAL t34 = t15 - t14;
+    const REAL t35 = (REAL)2 * t34;
+    const REAL t37 = t28 + t29;
+    const REAL t38 = (REAL)2 * t37;
+    const REAL t41 = t20 - t21;
+    prepared[0] = t6;
+    prepared[1] = t11;
+    prepared[2] = t17;
+    prepared[3] = t22;
+    prepared[4] = t25;
+    prepared[5] = t31;
+    prepared[6] = t35;
+    prepared[7] = t38;
+    prepared[8] = t41;
+}
+
+static INLINE void NAME(rotate_vector_apply_q)(const REAL *prepared, const REAL *v, REAL *out)
+{
+    const REAL t6 = prepared[0];
+    const REAL t11 = prepared[1];
+    const REAL t17 = prepared[2];
+    const REAL t22 = prepared[3];
+    const REAL t25 = prepared[4];
+    const REAL t31 = prepared[5];
+    const REAL t35 = prepared[6];
+    const REAL t38 = prepared[7];
+    const REAL t41 = prepared[8];
+    const REAL v_e1 = v[0];
+    const REAL v_e2 = v[1];
+    const REAL v_e3 = v[2];
+    const REAL t7 = v_e1 * t6;
+    const REAL t12 = v_e2 * t11;
+    const REAL t13 = t7 + t12;
+    const REAL t18 = v_e3 * t17;
+    const REAL t19 = t13 + t18;
+    const REAL t23 = v_e2 * t22;
+    const REAL t26 = v_e1 * t25;
+    const REAL t27 = t26 + t23;
+    const REAL t32 = v_e3 * t31;
+    const REAL t33 = t27 + t32;
+    const REAL t36 = v_e1 * t35;
+    const REAL t39 = v_e2 * t38;
+    const REAL t40 = t36 + t39;
+    const REAL t42 = v_e3 * t41;
+    const REAL t43 = t40 + t42;
+    out[0] = t19;
+    out[1] = t33;
+    out[2] = t43;
+}
+
+WIDE static void NAME(rotate_vector_block_q)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    const intptr_t c1a = strides[1], c2a = strides[2];
+    const REAL *prepared = (const REAL *)args[0];
+    char *a1 = args[1];
+    char *a2 = args[2];
+    ANY_ORDER
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
+        REAL x1[3];
+        REAL x2[3];
+        NAME(load_3)(x1, a1 + i * w, c1a);
+        NAME(rotate_vector_apply_q)(prepared, x1, x2);
+        NAME(store_3)(a2 + i * w, c2a, x2);
+    }
+}
+
+WIDE static void NAME(rotate_vector_dense_q)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    const REAL *prepared = (const REAL *)args[0];
+    char *a1 = args[1];
+    char *a2 = args[2];
+    ANY_ORDER
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
+        REAL x1[3];
+        REAL x2[3];
+        NAME(load_3)(x1, a1 + i * 3 * w, w);
+        NAME(rotate_vector_apply_q)(prepared, x1, x2);
+        NAME(store_3)(a2 + i * 3 * w, w, x2);
+    }
+}
+
+static void NAME(rotate_vector_start_q)(char **args, const intptr_t *strides, void *prepared)
+{
+    const intptr_t c0a = strides[0];
+    REAL x0[4];
+    NAME(load_4)(x0, args[0], c0a);
+    NAME(rotate_vector_prepare_q)(x0, prepared);
+}
+
 WIDE static void NAME(rotate_vector_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
@@ -825,25 +922,6 @@ WIDE static void NAME(rotate_vector_block)(intptr_t n, char **args, const intptr
         REAL x1[3];
         REAL x2[3];
         NAME(load_4)(x0, a0 + i * w, c0a);
-        NAME(load_3)(x1, a1 + i * w, c1a);
-        NAME(rotate_vector)(x0, x1, x2);
-        NAME(store_3)(a2 + i * w, c2a, x2);
-    }
-}
-
-WIDE static void NAME(rotate_vector_block_uniform)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    REAL x0[4];
-    NAME(load_4)(x0, a0, c0a);
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x1[3];
-        REAL x2[3];
         NAME(load_3)(x1, a1 + i * w, c1a);
         NAME(rotate_vector)(x0, x1, x2);
         NAME(store_3)(a2 + i * w, c2a, x2);
@@ -869,30 +947,13 @@ WIDE static void NAME(rotate_vector_dense)(intptr_t n, char **args, const intptr
     }
 }
 
-WIDE static void NAME(rotate_vector_dense_uniform)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    REAL x0[4];
-    NAME(load_4)(x0, a0, w);
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x1[3];
-        REAL x2[3];
-        NAME(load_3)(x1, a1 + i * 3 * w, w);
-        NAME(rotate_vector)(x0, x1, x2);
-        NAME(store_3)(a2 + i * 3 * w, w, x2);
-    }
-}
-
 void NAME(rotate_vector_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {3, 1, 1, {3}}, {3, 1, 2, {3}}};
-    static const struct kernel kernel = {{NAME(rotate_vector_block), NAME(rotate_vector_block_uniform),
-        NAME(rotate_vector_dense), NAME(rotate_vector_dense_uniform)}, 1, 2, 3, parts};
+    static const struct form forms[] = {{1, 2, NAME(rotate_vector_start_q), NAME(rotate_vector_block_q),
+        NAME(rotate_vector_dense_q)}};
+    static const struct kernel kernel = {NAME(rotate_vector_block), NAME(rotate_vector_dense), 2, 3, 1, parts,
+        forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -940,6 +1001,128 @@ INLINE void NAME(rotate_vector_back)(const REAL *q, const REAL *v, REAL *out)
     out[2] = t29;
 }
 
+static INLINE void NAME(rotate_vector_back_prepare_q)(const REAL *q, REAL *prepared)
+{
+    const REAL q_1 = q[0];
+    const REAL q_e32 = q[1];
+    const REAL q_e13 = q[2];
+    const REAL q_e21 = q[3];
+    const REAL t0 = q_1 * q_1;
+    const REAL t1 = q_e32 * q_e32;
+    const REAL t2 = t0 + t1;
+    const REAL t3 = q_e13 * q_e13;
+    const REAL t4 = t2 - t3;
+    const REAL t5 = q_e21 * q_e21;
+    const REAL t6 = t4 - t5;
+    const REAL t8 = q_1 * q_e21;
+    const REAL t9 = q_e32 * q_e13;
+    const REAL t10 = t8 + t9;
+    const REAL t11 = t10 * (REAL)2;
+    const REAL t14 = q_e32 * q_e21;
+    const REAL t15 = q_1 * q_e13;
+    const REAL t16 = t14 - t15;
+    const REAL t17 = (REAL)2 * t16;
+    const REAL t20 = t0 - t1;
+    const REAL t21 = t3 - t5;
+    const REAL t22 = t20 + t21;
+    const REAL t24 = t9 - t8;
+    const REAL t25 = (REAL)2 * t24;
+    const REAL t28 = q_1 * q_e32;
+    const REAL t29 = q_e13 * q_e21;
+    const REAL t30 = t28 + t29;
+    const REAL t31 = (REAL)2 * t30;
+    const REAL t34 = t14 + t15;
+    const REAL t35 = (REAL)2 * t34;
+    const REAL t37 = t29 - t28;
+    const REAL t38 = (REAL)2 * t37;
+    const REAL t41 = t20 - t21;
+    prepared[0] = t6;
+    prepared[1] = t11;
+    prepared[2] = t17;
+    prepared[3] = t22;
+    prepared[4] = t25;
+    prepared[5] = t31;
+    prepared[6] = t35;
+    prepared[7] = t38;
+    prepared[8] = t41;
+}
+
+static INLINE void NAME(rotate_vector_back_apply_q)(const REAL *prepared, const REAL *v, REAL *out)
+{
+    const REAL t6 = prepared[0];
+    const REAL t11 = prepared[1];
+    const REAL t17 = prepared[2];
+    const REAL t22 = prepared[3];
+    const REAL t25 = prepared[4];
+    const REAL t31 = prepared[5];
+    const REAL t35 = prepared[6];
+    const REAL t38 = prepared[7];
+    const REAL t41 = prepared[8];
+    const REAL v_e1 = v[0];
+    const REAL v_e2 = v[1];
+    const REAL v_e3 = v[2];
+    const REAL t7 = v_e1 * t6;
+    const REAL t12 = v_e2 * t11;
+    const REAL t13 = t7 + t12;
+    const REAL t18 = v_e3 * t17;
+    const REAL t19 = t13 + t18;
+    const REAL t23 = v_e2 * t22;
+    const REAL t26 = v_e1 * t25;
+    const REAL t27 = t26 + t23;
+    const REAL t32 = v_e3 * t31;
+    const REAL t33 = t27 + t32;
+    const REAL t36 = v_e1 * t35;
+    const REAL t39 = v_e2 * t38;
+    const REAL t40 = t36 + t39;
+    const REAL t42 = v_e3 * t41;
+    const REAL t43 = t40 + t42;
+    out[0] = t19;
+    out[1] = t33;
+    out[2] = t43;
+}
+
+WIDE static void NAME(rotate_vector_back_block_q)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    const intptr_t c1a = strides[1], c2a = strides[2];
+    const REAL *prepared = (const REAL *)args[0];
+    char *a1 = args[1];
+    char *a2 = args[2];
+    ANY_ORDER
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
+        REAL x1[3];
+        REAL x2[3];
+        NAME(load_3)(x1, a1 + i * w, c1a);
+        NAME(rotate_vector_back_apply_q)(prepared, x1, x2);
+        NAME(store_3)(a2 + i * w, c2a, x2);
+    }
+}
+
+WIDE static void NAME(rotate_vector_back_dense_q)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    const REAL *prepared = (const REAL *)args[0];
+    char *a1 = args[1];
+    char *a2 = args[2];
+    ANY_ORDER
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
+        REAL x1[3];
+        REAL x2[3];
+        NAME(load_3)(x1, a1 + i * 3 * w, w);
+        NAME(rotate_vector_back_apply_q)(prepared, x1, x2);
+        NAME(store_3)(a2 + i * 3 * w, w, x2);
+    }
+}
+
+static void NAME(rotate_vector_back_start_q)(char **args, const intptr_t *strides, void *prepared)
+{
+    const intptr_t c0a = strides[0];
+    REAL x0[4];
+    NAME(load_4)(x0, args[0], c0a);
+    NAME(rotate_vector_back_prepare_q)(x0, prepared);
+}
+
 WIDE static void NAME(rotate_vector_back_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
@@ -953,25 +1136,6 @@ WIDE static void NAME(rotate_vector_back_block)(intptr_t n, char **args, const i
         REAL x1[3];
         REAL x2[3];
         NAME(load_4)(x0, a0 + i * w, c0a);
-        NAME(load_3)(x1, a1 + i * w, c1a);
-        NAME(rotate_vector_back)(x0, x1, x2);
-        NAME(store_3)(a2 + i * w, c2a, x2);
-    }
-}
-
-WIDE static void NAME(rotate_vector_back_block_uniform)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    REAL x0[4];
-    NAME(load_4)(x0, a0, c0a);
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x1[3];
-        REAL x2[3];
         NAME(load_3)(x1, a1 + i * w, c1a);
         NAME(rotate_vector_back)(x0, x1, x2);
         NAME(store_3)(a2 + i * w, c2a, x2);
@@ -997,30 +1161,13 @@ WIDE static void NAME(rotate_vector_back_dense)(intptr_t n, char **args, const i
     }
 }
 
-WIDE static void NAME(rotate_vector_back_dense_uniform)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    REAL x0[4];
-    NAME(load_4)(x0, a0, w);
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x1[3];
-        REAL x2[3];
-        NAME(load_3)(x1, a1 + i * 3 * w, w);
-        NAME(rotate_vector_back)(x0, x1, x2);
-        NAME(store_3)(a2 + i * 3 * w, w, x2);
-    }
-}
-
 void NAME(rotate_vector_back_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {3, 1, 1, {3}}, {3, 1, 2, {3}}};
-    static const struct kernel kernel = {{NAME(rotate_vector_back_block), NAME(rotate_vector_back_block_uniform),
-        NAME(rotate_vector_back_dense), NAME(rotate_vector_back_dense_uniform)}, 1, 2, 3, parts};
+    static const struct form forms[] = {{1, 2, NAME(rotate_vector_back_start_q), NAME(rotate_vector_back_block_q),
+        NAME(rotate_vector_back_dense_q)}};
+    static const struct kernel kernel = {NAME(rotate_vector_back_block), NAME(rotate_vector_back_dense), 2, 3, 1,
+        parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -1086,7 +1233,7 @@ WIDE static void NAME(to_matrix_block)(intptr_t n, char **args, const intptr_t *
 void NAME(to_matrix_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {9, 2, 1, {3, 3}}};
-    static const struct kernel kernel = {{NAME(to_matrix_block), NULL, NULL, NULL}, 0, 1, 2, parts};
+    static const struct kernel kernel = {NAME(to_matrix_block), NULL, 1, 2, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -1172,7 +1319,7 @@ WIDE static void NAME(from_matrix_block)(intptr_t n, char **args, const intptr_t
 void NAME(from_matrix_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{9, 2, 0, {3, 3}}, {4, 1, 2, {4}}};
-    static const struct kernel kernel = {{NAME(from_matrix_block), NULL, NULL, NULL}, 0, 1, 2, parts};
+    static const struct kernel kernel = {NAME(from_matrix_block), NULL, 1, 2, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -1200,6 +1347,141 @@ INLINE void NAME(from_axis_angle)(const REAL *axis, REAL angle, REAL *out)
     out[3] = t12;
 }
 
+static INLINE void NAME(from_axis_angle_prepare_angle)(REAL angle, REAL *prepared)
+{
+    const REAL t0 = angle * (REAL)0.5;
+    const REAL t1 = COS(t0);
+    const REAL t8 = SIN(t0);
+    prepared[0] = t8;
+    prepared[1] = t1;
+}
+
+static INLINE void NAME(from_axis_angle_apply_angle)(const REAL *prepared, const REAL *axis, REAL *out)
+{
+    const REAL t8 = prepared[0];
+    const REAL t1 = prepared[1];
+    const REAL axis_e1 = axis[0];
+    const REAL axis_e2 = axis[1];
+    const REAL axis_e3 = axis[2];
+    const REAL t2 = axis_e1 * axis_e1;
+    const REAL t3 = axis_e2 * axis_e2;
+    const REAL t4 = t2 + t3;
+    const REAL t5 = axis_e3 * axis_e3;
+    const REAL t6 = t4 + t5;
+    const REAL t7 = SQRT(t6);
+    const REAL t9 = t8 / t7;
+    const REAL t10 = axis_e1 * t9;
+    const REAL t11 = axis_e2 * t9;
+    const REAL t12 = axis_e3 * t9;
+    out[0] = t1;
+    out[1] = t10;
+    out[2] = t11;
+    out[3] = t12;
+}
+
+static INLINE void NAME(from_axis_angle_prepare_axis)(const REAL *axis, REAL *prepared)
+{
+    const REAL axis_e1 = axis[0];
+    const REAL axis_e2 = axis[1];
+    const REAL axis_e3 = axis[2];
+    const REAL t2 = axis_e1 * axis_e1;
+    const REAL t3 = axis_e2 * axis_e2;
+    const REAL t4 = t2 + t3;
+    const REAL t5 = axis_e3 * axis_e3;
+    const REAL t6 = t4 + t5;
+    const REAL t7 = SQRT(t6);
+    prepared[0] = t7;
+    prepared[1] = axis_e1;
+    prepared[2] = axis_e2;
+    prepared[3] = axis_e3;
+}
+
+static INLINE void NAME(from_axis_angle_apply_axis)(const REAL *prepared, REAL angle, REAL *out)
+{
+    const REAL t7 = prepared[0];
+    const REAL axis_e1 = prepared[1];
+    const REAL axis_e2 = prepared[2];
+    const REAL axis_e3 = prepared[3];
+    const REAL t0 = angle * (REAL)0.5;
+    const REAL t1 = COS(t0);
+    const REAL t8 = SIN(t0);
+    const REAL t9 = t8 / t7;
+    const REAL t10 = axis_e1 * t9;
+    const REAL t11 = axis_e2 * t9;
+    const REAL t12 = axis_e3 * t9;
+    out[0] = t1;
+    out[1] = t10;
+    out[2] = t11;
+    out[3] = t12;
+}
+
+WIDE static void NAME(from_axis_angle_block_angle)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    const intptr_t c0a = strides[0], c2a = strides[1];
+    const REAL *prepared = (const REAL *)args[1];
+    char *a0 = args[0];
+    char *a2 = args[2];
+    ANY_ORDER
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
+        REAL x0[3];
+        REAL x2[4];
+        NAME(load_3)(x0, a0 + i * w, c0a);
+        NAME(from_axis_angle_apply_angle)(prepared, x0, x2);
+        NAME(store_4)(a2 + i * w, c2a, x2);
+    }
+}
+
+WIDE static void NAME(from_axis_angle_dense_angle)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    const REAL *prepared = (const REAL *)args[1];
+    char *a0 = args[0];
+    char *a2 = args[2];
+    ANY_ORDER
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
+        REAL x0[3];
+        REAL x2[4];
+        NAME(load_3)(x0, a0 + i * 3 * w, w);
+        NAME(from_axis_angle_apply_angle)(prepared, x0, x2);
+        NAME(store_4)(a2 + i * 4 * w, w, x2);
+    }
+}
+
+static void NAME(from_axis_angle_start_angle)(char **args, const intptr_t *strides, void *prepared)
+{
+    (void)strides;
+    REAL x1[1];
+    NAME(load_scalar)(x1, args[1]);
+    NAME(from_axis_angle_prepare_angle)(x1[0], prepared);
+}
+
+WIDE static void NAME(from_axis_angle_block_axis)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    const intptr_t c2a = strides[1];
+    const REAL *prepared = (const REAL *)args[0];
+    char *a1 = args[1];
+    char *a2 = args[2];
+    ANY_ORDER
+    for (intptr_t i = 0; i < n; ++i) {
+        REAL x1[1];
+        REAL x2[4];
+        NAME(load_scalar)(x1, a1 + i * w);
+        NAME(from_axis_angle_apply_axis)(prepared, x1[0], x2);
+        NAME(store_4)(a2 + i * w, c2a, x2);
+    }
+}
+
+static void NAME(from_axis_angle_start_axis)(char **args, const intptr_t *strides, void *prepared)
+{
+    const intptr_t c0a = strides[0];
+    REAL x0[3];
+    NAME(load_3)(x0, args[0], c0a);
+    NAME(from_axis_angle_prepare_axis)(x0, prepared);
+}
+
 WIDE static void NAME(from_axis_angle_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
@@ -1219,30 +1501,13 @@ WIDE static void NAME(from_axis_angle_block)(intptr_t n, char **args, const intp
     }
 }
 
-WIDE static void NAME(from_axis_angle_block_uniform)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c2a = strides[1];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    REAL x1[1];
-    NAME(load_scalar)(x1, a1);
-    ANY_ORDER
-    for (intptr_t i = 0; i < n; ++i) {
-        REAL x0[3];
-        REAL x2[4];
-        NAME(load_3)(x0, a0 + i * w, c0a);
-        NAME(from_axis_angle)(x0, x1[0], x2);
-        NAME(store_4)(a2 + i * w, c2a, x2);
-    }
-}
-
 void NAME(from_axis_angle_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {1, 0, 1, {0}}, {4, 1, 1, {4}}};
-    static const struct kernel kernel = {{NAME(from_axis_angle_block), NAME(from_axis_angle_block_uniform), NULL,
-        NULL}, 2, 2, 3, parts};
+    static const struct form forms[] = {{2, 2, NAME(from_axis_angle_start_angle), NAME(from_axis_angle_block_angle),
+        NAME(from_axis_angle_dense_angle)}, {1, 2, NAME(from_axis_angle_start_axis),
+        NAME(from_axis_angle_block_axis), NULL}};
+    static const struct kernel kernel = {NAME(from_axis_angle_block), NULL, 2, 3, 2, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -1294,7 +1559,7 @@ WIDE static void NAME(from_rotation_vector_block)(intptr_t n, char **args, const
 void NAME(from_rotation_vector_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {4, 1, 1, {4}}};
-    static const struct kernel kernel = {{NAME(from_rotation_vector_block), NULL, NULL, NULL}, 0, 1, 2, parts};
+    static const struct kernel kernel = {NAME(from_rotation_vector_block), NULL, 1, 2, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -1344,7 +1609,7 @@ WIDE static void NAME(to_rotation_vector_block)(intptr_t n, char **args, const i
 void NAME(to_rotation_vector_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {3, 1, 1, {3}}};
-    static const struct kernel kernel = {{NAME(to_rotation_vector_block), NULL, NULL, NULL}, 0, 1, 2, parts};
+    static const struct kernel kernel = {NAME(to_rotation_vector_block), NULL, 1, 2, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -1381,6 +1646,222 @@ INLINE void NAME(from_roll_pitch_yaw)(REAL roll, REAL pitch, REAL yaw, REAL *out
     out[3] = t24;
 }
 
+static INLINE void NAME(from_roll_pitch_yaw_prepare_pitch_yaw)(REAL pitch, REAL yaw, REAL *prepared)
+{
+    const REAL t0 = yaw * (REAL)0.5;
+    const REAL t1 = COS(t0);
+    const REAL t2 = pitch * (REAL)0.5;
+    const REAL t3 = COS(t2);
+    const REAL t4 = t1 * t3;
+    const REAL t8 = SIN(t0);
+    const REAL t9 = SIN(t2);
+    const REAL t10 = t8 * t9;
+    const REAL t17 = t8 * t3;
+    const REAL t19 = t1 * t9;
+    prepared[0] = t4;
+    prepared[1] = t10;
+    prepared[2] = t17;
+    prepared[3] = t19;
+}
+
+static INLINE void NAME(from_roll_pitch_yaw_apply_pitch_yaw)(const REAL *prepared, REAL roll, REAL *out)
+{
+    const REAL t4 = prepared[0];
+    const REAL t10 = prepared[1];
+    const REAL t17 = prepared[2];
+    const REAL t19 = prepared[3];
+    const REAL t5 = roll * (REAL)0.5;
+    const REAL t6 = COS(t5);
+    const REAL t7 = t4 * t6;
+    const REAL t11 = SIN(t5);
+    const REAL t12 = t10 * t11;
+    const REAL t13 = t7 + t12;
+    const REAL t14 = t4 * t11;
+    const REAL t15 = t10 * t6;
+    const REAL t16 = t14 - t15;
+    const REAL t18 = t17 * t11;
+    const REAL t20 = t19 * t6;
+    const REAL t21 = t18 + t20;
+    const REAL t22 = t17 * t6;
+    const REAL t23 = t19 * t11;
+    const REAL t24 = t22 - t23;
+    out[0] = t13;
+    out[1] = t16;
+    out[2] = t21;
+    out[3] = t24;
+}
+
+static INLINE void NAME(from_roll_pitch_yaw_prepare_roll_pitch)(REAL roll, REAL pitch, REAL *prepared)
+{
+    const REAL t2 = pitch * (REAL)0.5;
+    const REAL t3 = COS(t2);
+    const REAL t5 = roll * (REAL)0.5;
+    const REAL t6 = COS(t5);
+    const REAL t9 = SIN(t2);
+    const REAL t11 = SIN(t5);
+    prepared[0] = t3;
+    prepared[1] = t6;
+    prepared[2] = t9;
+    prepared[3] = t11;
+}
+
+static INLINE void NAME(from_roll_pitch_yaw_apply_roll_pitch)(const REAL *prepared, REAL yaw, REAL *out)
+{
+    const REAL t3 = prepared[0];
+    const REAL t6 = prepared[1];
+    const REAL t9 = prepared[2];
+    const REAL t11 = prepared[3];
+    const REAL t0 = yaw * (REAL)0.5;
+    const REAL t1 = COS(t0);
+    const REAL t4 = t1 * t3;
+    const REAL t7 = t4 * t6;
+    const REAL t8 = SIN(t0);
+    const REAL t10 = t8 * t9;
+    const REAL t12 = t10 * t11;
+    const REAL t13 = t7 + t12;
+    const REAL t14 = t4 * t11;
+    const REAL t15 = t10 * t6;
+    const REAL t16 = t14 - t15;
+    const REAL t17 = t8 * t3;
+    const REAL t18 = t17 * t11;
+    const REAL t19 = t1 * t9;
+    const REAL t20 = t19 * t6;
+    const REAL t21 = t18 + t20;
+    const REAL t22 = t17 * t6;
+    const REAL t23 = t19 * t11;
+    const REAL t24 = t22 - t23;
+    out[0] = t13;
+    out[1] = t16;
+    out[2] = t21;
+    out[3] = t24;
+}
+
+static INLINE void NAME(from_roll_pitch_yaw_prepare_roll_yaw)(REAL roll, REAL yaw, REAL *prepared)
+{
+    const REAL t0 = yaw * (REAL)0.5;
+    const REAL t1 = COS(t0);
+    const REAL t5 = roll * (REAL)0.5;
+    const REAL t6 = COS(t5);
+    const REAL t8 = SIN(t0);
+    const REAL t11 = SIN(t5);
+    prepared[0] = t1;
+    prepared[1] = t6;
+    prepared[2] = t8;
+    prepared[3] = t11;
+}
+
+static INLINE void NAME(from_roll_pitch_yaw_apply_roll_yaw)(const REAL *prepared, REAL pitch, REAL *out)
+{
+    const REAL t1 = prepared[0];
+    const REAL t6 = prepared[1];
+    const REAL t8 = prepared[2];
+    const REAL t11 = prepared[3];
+    const REAL t2 = pitch * (REAL)0.5;
+    const REAL t3 = COS(t2);
+    const REAL t4 = t1 * t3;
+    const REAL t7 = t4 * t6;
+    const REAL t9 = SIN(t2);
+    const REAL t10 = t8 * t9;
+    const REAL t12 = t10 * t11;
+    const REAL t13 = t7 + t12;
+    const REAL t14 = t4 * t11;
+    const REAL t15 = t10 * t6;
+    const REAL t16 = t14 - t15;
+    const REAL t17 = t8 * t3;
+    const REAL t18 = t17 * t11;
+    const REAL t19 = t1 * t9;
+    const REAL t20 = t19 * t6;
+    const REAL t21 = t18 + t20;
+    const REAL t22 = t17 * t6;
+    const REAL t23 = t19 * t11;
+    const REAL t24 = t22 - t23;
+    out[0] = t13;
+    out[1] = t16;
+    out[2] = t21;
+    out[3] = t24;
+}
+
+WIDE static void NAME(from_roll_pitch_yaw_block_pitch_yaw)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    const intptr_t c3a = strides[0];
+    const REAL *prepared = (const REAL *)args[1];
+    char *a0 = args[0];
+    char *a3 = args[3];
+    ANY_ORDER
+    for (intptr_t i = 0; i < n; ++i) {
+        REAL x0[1];
+        REAL x3[4];
+        NAME(load_scalar)(x0, a0 + i * w);
+        NAME(from_roll_pitch_yaw_apply_pitch_yaw)(prepared, x0[0], x3);
+        NAME(store_4)(a3 + i * w, c3a, x3);
+    }
+}
+
+static void NAME(from_roll_pitch_yaw_start_pitch_yaw)(char **args, const intptr_t *strides, void *prepared)
+{
+    (void)strides;
+    REAL x1[1];
+    NAME(load_scalar)(x1, args[1]);
+    REAL x2[1];
+    NAME(load_scalar)(x2, args[2]);
+    NAME(from_roll_pitch_yaw_prepare_pitch_yaw)(x1[0], x2[0], prepared);
+}
+
+WIDE static void NAME(from_roll_pitch_yaw_block_roll_pitch)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    const intptr_t c3a = strides[0];
+    const REAL *prepared = (const REAL *)args[0];
+    char *a2 = args[2];
+    char *a3 = args[3];
+    ANY_ORDER
+    for (intptr_t i = 0; i < n; ++i) {
+        REAL x2[1];
+        REAL x3[4];
+        NAME(load_scalar)(x2, a2 + i * w);
+        NAME(from_roll_pitch_yaw_apply_roll_pitch)(prepared, x2[0], x3);
+        NAME(store_4)(a3 + i * w, c3a, x3);
+    }
+}
+
+static void NAME(from_roll_pitch_yaw_start_roll_pitch)(char **args, const intptr_t *strides, void *prepared)
+{
+    (void)strides;
+    REAL x0[1];
+    NAME(load_scalar)(x0, args[0]);
+    REAL x1[1];
+    NAME(load_scalar)(x1, args[1]);
+    NAME(from_roll_pitch_yaw_prepare_roll_pitch)(x0[0], x1[0], prepared);
+}
+
+WIDE static void NAME(from_roll_pitch_yaw_block_roll_yaw)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    const intptr_t c3a = strides[0];
+    const REAL *prepared = (const REAL *)args[0];
+    char *a1 = args[1];
+    char *a3 = args[3];
+    ANY_ORDER
+    for (intptr_t i = 0; i < n; ++i) {
+        REAL x1[1];
+        REAL x3[4];
+        NAME(load_scalar)(x1, a1 + i * w);
+        NAME(from_roll_pitch_yaw_apply_roll_yaw)(prepared, x1[0], x3);
+        NAME(store_4)(a3 + i * w, c3a, x3);
+    }
+}
+
+static void NAME(from_roll_pitch_yaw_start_roll_yaw)(char **args, const intptr_t *strides, void *prepared)
+{
+    (void)strides;
+    REAL x0[1];
+    NAME(load_scalar)(x0, args[0]);
+    REAL x2[1];
+    NAME(load_scalar)(x2, args[2]);
+    NAME(from_roll_pitch_yaw_prepare_roll_yaw)(x0[0], x2[0], prepared);
+}
+
 WIDE static void NAME(from_roll_pitch_yaw_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
@@ -1403,33 +1884,14 @@ WIDE static void NAME(from_roll_pitch_yaw_block)(intptr_t n, char **args, const 
     }
 }
 
-WIDE static void NAME(from_roll_pitch_yaw_block_uniform)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c3a = strides[0];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    char *a3 = args[3];
-    REAL x0[1];
-    NAME(load_scalar)(x0, a0);
-    ANY_ORDER
-    for (intptr_t i = 0; i < n; ++i) {
-        REAL x1[1];
-        REAL x2[1];
-        REAL x3[4];
-        NAME(load_scalar)(x1, a1 + i * w);
-        NAME(load_scalar)(x2, a2 + i * w);
-        NAME(from_roll_pitch_yaw)(x0[0], x1[0], x2[0], x3);
-        NAME(store_4)(a3 + i * w, c3a, x3);
-    }
-}
-
 void NAME(from_roll_pitch_yaw_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{1, 0, 0, {0}}, {1, 0, 0, {0}}, {1, 0, 0, {0}}, {4, 1, 0, {4}}};
-    static const struct kernel kernel = {{NAME(from_roll_pitch_yaw_block), NAME(from_roll_pitch_yaw_block_uniform),
-        NULL, NULL}, 1, 3, 4, parts};
+    static const struct form forms[] = {{6, 2, NAME(from_roll_pitch_yaw_start_pitch_yaw),
+        NAME(from_roll_pitch_yaw_block_pitch_yaw), NULL}, {3, 2, NAME(from_roll_pitch_yaw_start_roll_pitch),
+        NAME(from_roll_pitch_yaw_block_roll_pitch), NULL}, {5, 2, NAME(from_roll_pitch_yaw_start_roll_yaw),
+        NAME(from_roll_pitch_yaw_block_roll_yaw), NULL}};
+    static const struct kernel kernel = {NAME(from_roll_pitch_yaw_block), NULL, 3, 4, 3, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -1602,7 +2064,7 @@ WIDE static void NAME(between_vectors_block)(intptr_t n, char **args, const intp
 void NAME(between_vectors_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {3, 1, 1, {3}}, {4, 1, 2, {4}}};
-    static const struct kernel kernel = {{NAME(between_vectors_block), NULL, NULL, NULL}, 0, 2, 3, parts};
+    static const struct kernel kernel = {NAME(between_vectors_block), NULL, 2, 3, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -1675,30 +2137,10 @@ WIDE static void NAME(angle_between_block)(intptr_t n, char **args, const intptr
     }
 }
 
-WIDE static void NAME(angle_between_block_uniform)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c1a = strides[1];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    REAL x0[4];
-    NAME(load_4)(x0, a0, c0a);
-    ANY_ORDER
-    for (intptr_t i = 0; i < n; ++i) {
-        REAL x1[4];
-        REAL x2[1];
-        NAME(load_4)(x1, a1 + i * w, c1a);
-        NAME(angle_between)(x0, x1, x2);
-        NAME(store_scalar)(a2 + i * w, x2);
-    }
-}
-
 void NAME(angle_between_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {4, 1, 1, {4}}, {1, 0, 2, {0}}};
-    static const struct kernel kernel = {{NAME(angle_between_block), NAME(angle_between_block_uniform), NULL, NULL},
-        1, 2, 3, parts};
+    static const struct kernel kernel = {NAME(angle_between_block), NULL, 2, 3, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -1752,7 +2194,7 @@ WIDE static void NAME(exponential_block)(intptr_t n, char **args, const intptr_t
 void NAME(exponential_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {4, 1, 1, {4}}};
-    static const struct kernel kernel = {{NAME(exponential_block), NULL, NULL, NULL}, 0, 1, 2, parts};
+    static const struct kernel kernel = {NAME(exponential_block), NULL, 1, 2, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -1810,7 +2252,7 @@ WIDE static void NAME(logarithm_block)(intptr_t n, char **args, const intptr_t *
 void NAME(logarithm_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {4, 1, 1, {4}}};
-    static const struct kernel kernel = {{NAME(logarithm_block), NULL, NULL, NULL}, 0, 1, 2, parts};
+    static const struct kernel kernel = {NAME(logarithm_block), NULL, 1, 2, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -1894,8 +2336,7 @@ WIDE static void NAME(square_root_dense)(intptr_t n, char **args, const intptr_t
 void NAME(square_root_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {4, 1, 1, {4}}};
-    static const struct kernel kernel = {{NAME(square_root_block), NULL, NAME(square_root_dense), NULL}, 0, 1, 2,
-        parts};
+    static const struct kernel kernel = {NAME(square_root_block), NAME(square_root_dense), 1, 2, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -1959,6 +2400,103 @@ INLINE void NAME(power)(const REAL *q, REAL t, REAL *out)
     out[3] = t47;
 }
 
+static INLINE void NAME(power_prepare_q)(const REAL *q, REAL *prepared)
+{
+    const REAL q_1 = q[0];
+    const REAL q_e32 = q[1];
+    const REAL q_e13 = q[2];
+    const REAL q_e21 = q[3];
+    const REAL t0 = q_e21 * q_e21;
+    const REAL t1 = q_e13 * q_e13;
+    const REAL t2 = t0 + t1;
+    const REAL t3 = q_e32 * q_e32;
+    const REAL t4 = t2 + t3;
+    const REAL t5 = -t4;
+    const REAL t6 = EQUAL((REAL)0, t5);
+    const REAL t7 = SELECT(t6, (REAL)1, t4);
+    const REAL t8 = SQRT(t7);
+    const REAL t9 = SELECT(t6, (REAL)0, t8);
+    const REAL t10 = ATAN2(t9, q_1);
+    const REAL t11 = SELECT(t6, (REAL)1, t10);
+    const REAL t12 = SELECT(t6, q_1, t8);
+    const REAL t13 = t11 / t12;
+    const REAL t14 = q_e21 * t13;
+    const REAL t17 = q_e13 * t13;
+    const REAL t21 = q_e32 * t13;
+    const REAL t22 = SELECT(t6, t10, (REAL)0);
+    const REAL t23 = t21 + t22;
+    const REAL t32 = q_1 * q_1;
+    const REAL t33 = t32 + t4;
+    const REAL t34 = LOG(t33);
+    const REAL t35 = t34 * (REAL)0.5;
+    prepared[0] = t14;
+    prepared[1] = t17;
+    prepared[2] = t23;
+    prepared[3] = t35;
+}
+
+static INLINE void NAME(power_apply_q)(const REAL *prepared, REAL t, REAL *out)
+{
+    const REAL t14 = prepared[0];
+    const REAL t17 = prepared[1];
+    const REAL t23 = prepared[2];
+    const REAL t35 = prepared[3];
+    const REAL t15 = t * t14;
+    const REAL t16 = t15 * t15;
+    const REAL t18 = t * t17;
+    const REAL t19 = t18 * t18;
+    const REAL t20 = t16 + t19;
+    const REAL t24 = t * t23;
+    const REAL t25 = t24 * t24;
+    const REAL t26 = t20 + t25;
+    const REAL t27 = LESS(t26, (REAL)1e-18);
+    const REAL t28 = SELECT(t27, (REAL)1, t26);
+    const REAL t29 = SQRT(t28);
+    const REAL t30 = COS(t29);
+    const REAL t31 = SELECT(t27, (REAL)1, t30);
+    const REAL t36 = t * t35;
+    const REAL t37 = EXP(t36);
+    const REAL t38 = t37 * t31;
+    const REAL t39 = SIN(t29);
+    const REAL t40 = t39 / t29;
+    const REAL t41 = SELECT(t27, (REAL)1, t40);
+    const REAL t42 = t24 * t41;
+    const REAL t43 = t37 * t42;
+    const REAL t44 = t18 * t41;
+    const REAL t45 = t37 * t44;
+    const REAL t46 = t15 * t41;
+    const REAL t47 = t37 * t46;
+    out[0] = t38;
+    out[1] = t43;
+    out[2] = t45;
+    out[3] = t47;
+}
+
+WIDE static void NAME(power_block_q)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    const intptr_t c2a = strides[1];
+    const REAL *prepared = (const REAL *)args[0];
+    char *a1 = args[1];
+    char *a2 = args[2];
+    ANY_ORDER
+    for (intptr_t i = 0; i < n; ++i) {
+        REAL x1[1];
+        REAL x2[4];
+        NAME(load_scalar)(x1, a1 + i * w);
+        NAME(power_apply_q)(prepared, x1[0], x2);
+        NAME(store_4)(a2 + i * w, c2a, x2);
+    }
+}
+
+static void NAME(power_start_q)(char **args, const intptr_t *strides, void *prepared)
+{
+    const intptr_t c0a = strides[0];
+    REAL x0[4];
+    NAME(load_4)(x0, args[0], c0a);
+    NAME(power_prepare_q)(x0, prepared);
+}
+
 WIDE static void NAME(power_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
@@ -1978,30 +2516,11 @@ WIDE static void NAME(power_block)(intptr_t n, char **args, const intptr_t *stri
     }
 }
 
-WIDE static void NAME(power_block_uniform)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c2a = strides[1];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    REAL x1[1];
-    NAME(load_scalar)(x1, a1);
-    ANY_ORDER
-    for (intptr_t i = 0; i < n; ++i) {
-        REAL x0[4];
-        REAL x2[4];
-        NAME(load_4)(x0, a0 + i * w, c0a);
-        NAME(power)(x0, x1[0], x2);
-        NAME(store_4)(a2 + i * w, c2a, x2);
-    }
-}
-
 void NAME(power_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {1, 0, 1, {0}}, {4, 1, 1, {4}}};
-    static const struct kernel kernel = {{NAME(power_block), NAME(power_block_uniform), NULL, NULL}, 2, 2, 3,
-        parts};
+    static const struct form forms[] = {{1, 2, NAME(power_start_q), NAME(power_block_q), NULL}};
+    static const struct kernel kernel = {NAME(power_block), NULL, 2, 3, 1, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -2111,6 +2630,157 @@ INLINE void NAME(slerp)(const REAL *p, const REAL *q, REAL t, REAL *out)
     out[3] = t89;
 }
 
+static INLINE void NAME(slerp_prepare_p_q)(const REAL *p, const REAL *q, REAL *prepared)
+{
+    const REAL p_1 = p[0];
+    const REAL p_e32 = p[1];
+    const REAL p_e13 = p[2];
+    const REAL p_e21 = p[3];
+    const REAL q_1 = q[0];
+    const REAL q_e32 = q[1];
+    const REAL q_e13 = q[2];
+    const REAL q_e21 = q[3];
+    const REAL t0 = p_1 * q_1;
+    const REAL t1 = p_e32 * q_e32;
+    const REAL t2 = t0 + t1;
+    const REAL t3 = p_e13 * q_e13;
+    const REAL t4 = t2 + t3;
+    const REAL t5 = p_e21 * q_e21;
+    const REAL t6 = t4 + t5;
+    const REAL t7 = t6 * t6;
+    const REAL t8 = (REAL)1 - t7;
+    const REAL t9 = LESS(t8, (REAL)1e-18);
+    const REAL t10 = SELECT(t9, (REAL)1, t8);
+    const REAL t11 = SQRT(t10);
+    const REAL t12 = ABS(t6);
+    const REAL t13 = ATAN2(t11, t12);
+    const REAL t14 = t13 / t11;
+    const REAL t15 = SELECT(t9, (REAL)1, t14);
+    const REAL t16 = -t15;
+    const REAL t17 = LESS(t6, (REAL)0);
+    const REAL t18 = SELECT(t17, t16, t15);
+    const REAL t19 = p_e32 * q_e13;
+    const REAL t20 = p_e21 * q_1;
+    const REAL t21 = t19 + t20;
+    const REAL t22 = p_1 * q_e21;
+    const REAL t23 = t21 - t22;
+    const REAL t24 = p_e13 * q_e32;
+    const REAL t25 = t23 - t24;
+    const REAL t26 = t18 * t25;
+    const REAL t29 = p_1 * q_e13;
+    const REAL t30 = p_e32 * q_e21;
+    const REAL t31 = t29 + t30;
+    const REAL t32 = p_e13 * q_1;
+    const REAL t33 = t31 - t32;
+    const REAL t34 = p_e21 * q_e32;
+    const REAL t35 = t33 - t34;
+    const REAL t36 = t18 * t35;
+    const REAL t40 = p_e32 * q_1;
+    const REAL t41 = p_e13 * q_e21;
+    const REAL t42 = t40 + t41;
+    const REAL t43 = p_1 * q_e32;
+    const REAL t44 = t42 - t43;
+    const REAL t45 = p_e21 * q_e13;
+    const REAL t46 = t44 - t45;
+    const REAL t47 = t18 * t46;
+    prepared[0] = t26;
+    prepared[1] = t36;
+    prepared[2] = t47;
+    prepared[3] = p_e32;
+    prepared[4] = p_1;
+    prepared[5] = p_e21;
+    prepared[6] = p_e13;
+}
+
+static INLINE void NAME(slerp_apply_p_q)(const REAL *prepared, REAL t, REAL *out)
+{
+    const REAL t26 = prepared[0];
+    const REAL t36 = prepared[1];
+    const REAL t47 = prepared[2];
+    const REAL p_e32 = prepared[3];
+    const REAL p_1 = prepared[4];
+    const REAL p_e21 = prepared[5];
+    const REAL p_e13 = prepared[6];
+    const REAL t27 = t * t26;
+    const REAL t28 = t27 * t27;
+    const REAL t37 = t * t36;
+    const REAL t38 = t37 * t37;
+    const REAL t39 = t28 + t38;
+    const REAL t48 = t * t47;
+    const REAL t49 = t48 * t48;
+    const REAL t50 = t39 + t49;
+    const REAL t51 = LESS(t50, (REAL)1e-18);
+    const REAL t52 = SELECT(t51, (REAL)1, t50);
+    const REAL t53 = SQRT(t52);
+    const REAL t54 = SIN(t53);
+    const REAL t55 = t54 / t53;
+    const REAL t56 = SELECT(t51, (REAL)1, t55);
+    const REAL t57 = t48 * t56;
+    const REAL t58 = p_e32 * t57;
+    const REAL t59 = COS(t53);
+    const REAL t60 = SELECT(t51, (REAL)1, t59);
+    const REAL t61 = p_1 * t60;
+    const REAL t62 = t61 + t58;
+    const REAL t63 = t27 * t56;
+    const REAL t64 = p_e21 * t63;
+    const REAL t65 = t62 + t64;
+    const REAL t66 = t37 * t56;
+    const REAL t67 = p_e13 * t66;
+    const REAL t68 = t65 - t67;
+    const REAL t69 = p_1 * t57;
+    const REAL t70 = p_e32 * t60;
+    const REAL t71 = t70 - t69;
+    const REAL t72 = p_e13 * t63;
+    const REAL t73 = t71 - t72;
+    const REAL t74 = p_e21 * t66;
+    const REAL t75 = t73 - t74;
+    const REAL t76 = p_1 * t66;
+    const REAL t77 = p_e13 * t60;
+    const REAL t78 = t77 + t76;
+    const REAL t79 = p_e32 * t63;
+    const REAL t80 = t78 + t79;
+    const REAL t81 = p_e21 * t57;
+    const REAL t82 = t80 - t81;
+    const REAL t83 = p_e32 * t66;
+    const REAL t84 = p_e21 * t60;
+    const REAL t85 = t84 + t83;
+    const REAL t86 = p_e13 * t57;
+    const REAL t87 = t85 + t86;
+    const REAL t88 = p_1 * t63;
+    const REAL t89 = t87 - t88;
+    out[0] = t68;
+    out[1] = t75;
+    out[2] = t82;
+    out[3] = t89;
+}
+
+WIDE static void NAME(slerp_block_p_q)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    const intptr_t c3a = strides[2];
+    const REAL *prepared = (const REAL *)args[0];
+    char *a2 = args[2];
+    char *a3 = args[3];
+    ANY_ORDER
+    for (intptr_t i = 0; i < n; ++i) {
+        REAL x2[1];
+        REAL x3[4];
+        NAME(load_scalar)(x2, a2 + i * w);
+        NAME(slerp_apply_p_q)(prepared, x2[0], x3);
+        NAME(store_4)(a3 + i * w, c3a, x3);
+    }
+}
+
+static void NAME(slerp_start_p_q)(char **args, const intptr_t *strides, void *prepared)
+{
+    const intptr_t c0a = strides[0], c1a = strides[1];
+    REAL x0[4];
+    NAME(load_4)(x0, args[0], c0a);
+    REAL x1[4];
+    NAME(load_4)(x1, args[1], c1a);
+    NAME(slerp_prepare_p_q)(x0, x1, prepared);
+}
+
 WIDE static void NAME(slerp_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
@@ -2133,33 +2803,11 @@ WIDE static void NAME(slerp_block)(intptr_t n, char **args, const intptr_t *stri
     }
 }
 
-WIDE static void NAME(slerp_block_uniform)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c1a = strides[1], c3a = strides[2];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    char *a3 = args[3];
-    REAL x2[1];
-    NAME(load_scalar)(x2, a2);
-    ANY_ORDER
-    for (intptr_t i = 0; i < n; ++i) {
-        REAL x0[4];
-        REAL x1[4];
-        REAL x3[4];
-        NAME(load_4)(x0, a0 + i * w, c0a);
-        NAME(load_4)(x1, a1 + i * w, c1a);
-        NAME(slerp)(x0, x1, x2[0], x3);
-        NAME(store_4)(a3 + i * w, c3a, x3);
-    }
-}
-
 void NAME(slerp_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {4, 1, 1, {4}}, {1, 0, 2, {0}}, {4, 1, 2, {4}}};
-    static const struct kernel kernel = {{NAME(slerp_block), NAME(slerp_block_uniform), NULL, NULL}, 4, 3, 4,
-        parts};
+    static const struct form forms[] = {{3, 2, NAME(slerp_start_p_q), NAME(slerp_block_p_q), NULL}};
+    static const struct kernel kernel = {NAME(slerp_block), NULL, 3, 4, 1, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -2220,8 +2868,8 @@ WIDE static void NAME(pack_two_sided_dense)(intptr_t n, char **args, const intpt
 void NAME(pack_two_sided_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {2, 1, 1, {2}}, {2, 1, 2, {2}}};
-    static const struct kernel kernel = {{NAME(pack_two_sided_block), NULL, NAME(pack_two_sided_dense), NULL}, 0, 1,
-        3, parts};
+    static const struct kernel kernel = {NAME(pack_two_sided_block), NAME(pack_two_sided_dense), 1, 3, 0, parts,
+        NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -2262,25 +2910,6 @@ WIDE static void NAME(unpack_two_sided_block)(intptr_t n, char **args, const int
     }
 }
 
-WIDE static void NAME(unpack_two_sided_block_uniform)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    REAL x0[2];
-    NAME(load_2)(x0, a0, c0a);
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x1[2];
-        REAL x2[4];
-        NAME(load_2)(x1, a1 + i * w, c1a);
-        NAME(unpack_two_sided)(x0, x1, x2);
-        NAME(store_4)(a2 + i * w, c2a, x2);
-    }
-}
-
 WIDE static void NAME(unpack_two_sided_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
@@ -2300,30 +2929,11 @@ WIDE static void NAME(unpack_two_sided_dense)(intptr_t n, char **args, const int
     }
 }
 
-WIDE static void NAME(unpack_two_sided_dense_uniform)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    REAL x0[2];
-    NAME(load_2)(x0, a0, w);
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x1[2];
-        REAL x2[4];
-        NAME(load_2)(x1, a1 + i * 2 * w, w);
-        NAME(unpack_two_sided)(x0, x1, x2);
-        NAME(store_4)(a2 + i * 4 * w, w, x2);
-    }
-}
-
 void NAME(unpack_two_sided_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{2, 1, 0, {2}}, {2, 1, 1, {2}}, {4, 1, 2, {4}}};
-    static const struct kernel kernel = {{NAME(unpack_two_sided_block), NAME(unpack_two_sided_block_uniform),
-        NAME(unpack_two_sided_dense), NAME(unpack_two_sided_dense_uniform)}, 1, 2, 3, parts};
+    static const struct kernel kernel = {NAME(unpack_two_sided_block), NAME(unpack_two_sided_dense), 2, 3, 0, parts,
+        NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 #endif

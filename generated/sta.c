@@ -2,7 +2,7 @@
 // command: gac generate --all sta
 // spec: 8f9679e9ce7ec13f
 // contraction: -ffp-contract=off (every operation is rounded once)
-// body: 6cee9f3e2c816dd73e3733fd40028459757d3e7994ff1553931b77e9d8ad683a
+// body: d8217a97433bbce433cb50ac754543523aa90f3aec1f3ed6d21178089df5fd06
 
 #ifndef REAL
 #include "sta.h"
@@ -51,15 +51,24 @@ struct part {
 
 typedef void loop_function(intptr_t n, char **args, const intptr_t *strides);
 
-// The loops of a kernel: rows, rows with the `hoisted` arguments (a bit each) the same for all, and both in C order.
-struct kernel {
-    loop_function *loops[4];
-    unsigned hoisted;
-    int n_inputs, n_parts;
-    const struct part *parts;
+// A form of a kernel for batches in which the `same` arguments (a bit each) are that for at least so many elements:
+// what depends on them is prepared once, and takes the place of the first of them.
+struct form {
+    unsigned same;
+    intptr_t least;
+    void (*start)(char **args, const intptr_t *strides, void *prepared);
+    loop_function *block, *dense;
 };
 
-enum { PARTS = 4, CORES = 3, SPACE = 4096 };
+// The loops of a kernel, over rows and in C order, and its forms.
+struct kernel {
+    loop_function *block, *dense;
+    int n_inputs, n_parts, n_forms;
+    const struct part *parts;
+    const struct form *forms;
+};
+
+enum { PARTS = 4, CORES = 3, SPACE = 4096, PREPARED = 18 };
 
 #define SQRT(x) FUNCTION(sqrt)(x)
 #define SIN(x) FUNCTION(sin)(x)
@@ -388,18 +397,25 @@ static void NAME(batch)(const struct kernel *kernel, char **args, intptr_t n, co
     const intptr_t w = sizeof(REAL), *strides = steps + kernel->n_parts;
     const int n_parts = kernel->n_parts, n_inputs = kernel->n_inputs;
     enum { SAME, HOISTED, UNIT, ANY } kinds[PARTS];
-    _Alignas(64) REAL space[SPACE];
+    _Alignas(64) REAL space[SPACE], prepared[PREPARED];
     REAL *rows[PARTS];
     char *starts[PARTS];
     intptr_t cores[CORES], row_cores[CORES], total = 0, bytes = 0;
-    unsigned hoisted = kernel->hoisted;
-    int in_place = 1, dense = kernel->loops[2] != NULL;
+    unsigned still = 0, hoisted = 0;
+    loop_function *in_rows = kernel->block, *in_order = kernel->dense;
     for (int p = 0; p < n_parts; ++p) {
         total += kernel->parts[p].size;
         bytes += steps[p] < 0 ? -steps[p] : steps[p];
-        if (hoisted >> p & 1 && steps[p] != 0)
-            hoisted = 0;
+        still |= (unsigned)(p < n_inputs && steps[p] == 0) << p;
     }
+    for (int f = 0; f < kernel->n_forms && !hoisted; ++f) {
+        const struct form *form = &kernel->forms[f];
+        if ((still & form->same) == form->same && n >= form->least) {
+            form->start(args, strides, prepared);
+            hoisted = form->same, in_rows = form->block, in_order = form->dense;
+        }
+    }
+    int in_place = 1, dense = in_order != NULL;
     // Long rows spare calls; beyond the last cache, short ones keep reading and writing going side by side.
     intptr_t row = n < (1 << 24) / (bytes + 1) ? 64 : LANES;
     while (row > LANES && row * total > SPACE)
@@ -409,7 +425,7 @@ static void NAME(batch)(const struct kernel *kernel, char **args, intptr_t n, co
         const struct part *part = &kernel->parts[p];
         const intptr_t *c = strides + part->first;
         intptr_t step = w, row_step = row * w;
-        starts[p] = args[p];
+        starts[p] = hoisted >> p & 1 ? (char *)prepared : args[p];
         rows[p] = space + row * total;
         total += part->size;
         kinds[p] = hoisted >> p & 1 ? HOISTED : p < n_inputs && steps[p] == 0 ? SAME : steps[p] == w ? UNIT : ANY;
@@ -417,7 +433,7 @@ static void NAME(batch)(const struct kernel *kernel, char **args, intptr_t n, co
         for (int q = part->rank; q-- > 0; step *= part->shape[q], row_step *= part->shape[q]) {
             cores[part->first + q] = c[q];
             row_cores[part->first + q] = row_step;
-            dense = dense && c[q] == step;
+            dense = dense && (kinds[p] == HOISTED || c[q] == step);
         }
         dense = dense && (kinds[p] == HOISTED || steps[p] == step);
     }
@@ -434,7 +450,7 @@ static void NAME(batch)(const struct kernel *kernel, char **args, intptr_t n, co
         const int last = n - i < LANES;
         if (dense && !last) {
             m = n & -LANES;
-            kernel->loops[hoisted ? 3 : 2](m, starts, cores);
+            in_order(m, starts, cores);
             continue;
         }
         m = last ? n - i : in_place || n - i < row ? (n - i) & -LANES : row;
@@ -453,7 +469,7 @@ static void NAME(batch)(const struct kernel *kernel, char **args, intptr_t n, co
                 for (intptr_t j = m; j < LANES; ++j)
                     rows[p][k * row + j] = rows[p][k * row + m - 1];
         }
-        kernel->loops[hoisted ? 1 : 0](m, starts, cores);
+        in_rows(m, starts, cores);
         for (int p = n_inputs; p < n_parts; ++p)
             if (starts[p] == (char *)rows[p])
                 NAME(move_part)(1, rows[p], row, &kernel->parts[p], args[p] + i * steps[p], steps[p],
@@ -843,7 +859,7 @@ WIDE static void NAME(geometric_product_block)(intptr_t n, char **args, const in
 void NAME(geometric_product_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{16, 1, 0, {16}}, {16, 1, 1, {16}}, {16, 1, 2, {16}}};
-    static const struct kernel kernel = {{NAME(geometric_product_block), NULL, NULL, NULL}, 0, 2, 3, parts};
+    static const struct kernel kernel = {NAME(geometric_product_block), NULL, 2, 3, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -1067,7 +1083,7 @@ WIDE static void NAME(outer_product_block)(intptr_t n, char **args, const intptr
 void NAME(outer_product_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{16, 1, 0, {16}}, {16, 1, 1, {16}}, {16, 1, 2, {16}}};
-    static const struct kernel kernel = {{NAME(outer_product_block), NULL, NULL, NULL}, 0, 2, 3, parts};
+    static const struct kernel kernel = {NAME(outer_product_block), NULL, 2, 3, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -1291,7 +1307,7 @@ WIDE static void NAME(regressive_product_block)(intptr_t n, char **args, const i
 void NAME(regressive_product_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{16, 1, 0, {16}}, {16, 1, 1, {16}}, {16, 1, 2, {16}}};
-    static const struct kernel kernel = {{NAME(regressive_product_block), NULL, NULL, NULL}, 0, 2, 3, parts};
+    static const struct kernel kernel = {NAME(regressive_product_block), NULL, 2, 3, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -1646,7 +1662,7 @@ WIDE static void NAME(inner_product_block)(intptr_t n, char **args, const intptr
 void NAME(inner_product_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{16, 1, 0, {16}}, {16, 1, 1, {16}}, {16, 1, 2, {16}}};
-    static const struct kernel kernel = {{NAME(inner_product_block), NULL, NULL, NULL}, 0, 2, 3, parts};
+    static const struct kernel kernel = {NAME(inner_product_block), NULL, 2, 3, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -1818,30 +1834,10 @@ WIDE static void NAME(even_product_block)(intptr_t n, char **args, const intptr_
     }
 }
 
-WIDE static void NAME(even_product_block_uniform)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    REAL x0[8];
-    NAME(load_8)(x0, a0, c0a);
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x1[8];
-        REAL x2[8];
-        NAME(load_8)(x1, a1 + i * w, c1a);
-        NAME(even_product)(x0, x1, x2);
-        NAME(store_8)(a2 + i * w, c2a, x2);
-    }
-}
-
 void NAME(even_product_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{8, 1, 0, {8}}, {8, 1, 1, {8}}, {8, 1, 2, {8}}};
-    static const struct kernel kernel = {{NAME(even_product_block), NAME(even_product_block_uniform), NULL, NULL},
-        1, 2, 3, parts};
+    static const struct kernel kernel = {NAME(even_product_block), NULL, 2, 3, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -1910,7 +1906,7 @@ WIDE static void NAME(reverse_block)(intptr_t n, char **args, const intptr_t *st
 void NAME(reverse_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{16, 1, 0, {16}}, {16, 1, 1, {16}}};
-    static const struct kernel kernel = {{NAME(reverse_block), NULL, NULL, NULL}, 0, 1, 2, parts};
+    static const struct kernel kernel = {NAME(reverse_block), NULL, 1, 2, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -1977,7 +1973,7 @@ WIDE static void NAME(grade_involution_block)(intptr_t n, char **args, const int
 void NAME(grade_involution_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{16, 1, 0, {16}}, {16, 1, 1, {16}}};
-    static const struct kernel kernel = {{NAME(grade_involution_block), NULL, NULL, NULL}, 0, 1, 2, parts};
+    static const struct kernel kernel = {NAME(grade_involution_block), NULL, 1, 2, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -2044,7 +2040,7 @@ WIDE static void NAME(dual_block)(intptr_t n, char **args, const intptr_t *strid
 void NAME(dual_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{16, 1, 0, {16}}, {16, 1, 1, {16}}};
-    static const struct kernel kernel = {{NAME(dual_block), NULL, NULL, NULL}, 0, 1, 2, parts};
+    static const struct kernel kernel = {NAME(dual_block), NULL, 1, 2, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -2111,7 +2107,7 @@ WIDE static void NAME(polarity_block)(intptr_t n, char **args, const intptr_t *s
 void NAME(polarity_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{16, 1, 0, {16}}, {16, 1, 1, {16}}};
-    static const struct kernel kernel = {{NAME(polarity_block), NULL, NULL, NULL}, 0, 1, 2, parts};
+    static const struct kernel kernel = {NAME(polarity_block), NULL, 1, 2, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -2176,8 +2172,7 @@ WIDE static void NAME(even_reverse_dense)(intptr_t n, char **args, const intptr_
 void NAME(even_reverse_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{8, 1, 0, {8}}, {8, 1, 1, {8}}};
-    static const struct kernel kernel = {{NAME(even_reverse_block), NULL, NAME(even_reverse_dense), NULL}, 0, 1, 2,
-        parts};
+    static const struct kernel kernel = {NAME(even_reverse_block), NAME(even_reverse_dense), 1, 2, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -2245,25 +2240,6 @@ WIDE static void NAME(vector_product_block)(intptr_t n, char **args, const intpt
     }
 }
 
-WIDE static void NAME(vector_product_block_uniform)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    REAL x0[4];
-    NAME(load_4)(x0, a0, c0a);
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x1[4];
-        REAL x2[8];
-        NAME(load_4)(x1, a1 + i * w, c1a);
-        NAME(vector_product)(x0, x1, x2);
-        NAME(store_8)(a2 + i * w, c2a, x2);
-    }
-}
-
 WIDE static void NAME(vector_product_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
@@ -2283,30 +2259,11 @@ WIDE static void NAME(vector_product_dense)(intptr_t n, char **args, const intpt
     }
 }
 
-WIDE static void NAME(vector_product_dense_uniform)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    REAL x0[4];
-    NAME(load_4)(x0, a0, w);
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x1[4];
-        REAL x2[8];
-        NAME(load_4)(x1, a1 + i * 4 * w, w);
-        NAME(vector_product)(x0, x1, x2);
-        NAME(store_8)(a2 + i * 8 * w, w, x2);
-    }
-}
-
 void NAME(vector_product_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {4, 1, 1, {4}}, {8, 1, 2, {8}}};
-    static const struct kernel kernel = {{NAME(vector_product_block), NAME(vector_product_block_uniform),
-        NAME(vector_product_dense), NAME(vector_product_dense_uniform)}, 1, 2, 3, parts};
+    static const struct kernel kernel = {NAME(vector_product_block), NAME(vector_product_dense), 2, 3, 0, parts,
+        NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -2349,25 +2306,6 @@ WIDE static void NAME(dot_product_block)(intptr_t n, char **args, const intptr_t
     }
 }
 
-WIDE static void NAME(dot_product_block_uniform)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c1a = strides[1];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    REAL x0[4];
-    NAME(load_4)(x0, a0, c0a);
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x1[4];
-        REAL x2[1];
-        NAME(load_4)(x1, a1 + i * w, c1a);
-        NAME(dot_product)(x0, x1, x2);
-        NAME(store_scalar)(a2 + i * w, x2);
-    }
-}
-
 WIDE static void NAME(dot_product_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
@@ -2387,30 +2325,10 @@ WIDE static void NAME(dot_product_dense)(intptr_t n, char **args, const intptr_t
     }
 }
 
-WIDE static void NAME(dot_product_dense_uniform)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    REAL x0[4];
-    NAME(load_4)(x0, a0, w);
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x1[4];
-        REAL x2[1];
-        NAME(load_4)(x1, a1 + i * 4 * w, w);
-        NAME(dot_product)(x0, x1, x2);
-        NAME(store_scalar)(a2 + i * w, x2);
-    }
-}
-
 void NAME(dot_product_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {4, 1, 1, {4}}, {1, 0, 2, {0}}};
-    static const struct kernel kernel = {{NAME(dot_product_block), NAME(dot_product_block_uniform),
-        NAME(dot_product_dense), NAME(dot_product_dense_uniform)}, 1, 2, 3, parts};
+    static const struct kernel kernel = {NAME(dot_product_block), NAME(dot_product_dense), 2, 3, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -2469,30 +2387,10 @@ WIDE static void NAME(wedge_vectors_block)(intptr_t n, char **args, const intptr
     }
 }
 
-WIDE static void NAME(wedge_vectors_block_uniform)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    REAL x0[4];
-    NAME(load_4)(x0, a0, c0a);
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x1[4];
-        REAL x2[6];
-        NAME(load_4)(x1, a1 + i * w, c1a);
-        NAME(wedge_vectors)(x0, x1, x2);
-        NAME(store_6)(a2 + i * w, c2a, x2);
-    }
-}
-
 void NAME(wedge_vectors_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {4, 1, 1, {4}}, {6, 1, 2, {6}}};
-    static const struct kernel kernel = {{NAME(wedge_vectors_block), NAME(wedge_vectors_block_uniform), NULL, NULL},
-        1, 2, 3, parts};
+    static const struct kernel kernel = {NAME(wedge_vectors_block), NULL, 2, 3, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -2547,7 +2445,7 @@ WIDE static void NAME(interval_dense)(intptr_t n, char **args, const intptr_t *s
 void NAME(interval_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {1, 0, 1, {0}}};
-    static const struct kernel kernel = {{NAME(interval_block), NULL, NAME(interval_dense), NULL}, 0, 1, 2, parts};
+    static const struct kernel kernel = {NAME(interval_block), NAME(interval_dense), 1, 2, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -2604,8 +2502,8 @@ WIDE static void NAME(spacetime_split_dense)(intptr_t n, char **args, const intp
 void NAME(spacetime_split_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {1, 0, 1, {0}}, {3, 1, 1, {3}}};
-    static const struct kernel kernel = {{NAME(spacetime_split_block), NULL, NAME(spacetime_split_dense), NULL}, 0,
-        1, 3, parts};
+    static const struct kernel kernel = {NAME(spacetime_split_block), NAME(spacetime_split_dense), 1, 3, 0, parts,
+        NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -2666,8 +2564,8 @@ WIDE static void NAME(proper_velocity_dense)(intptr_t n, char **args, const intp
 void NAME(proper_velocity_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {4, 1, 1, {4}}};
-    static const struct kernel kernel = {{NAME(proper_velocity_block), NULL, NAME(proper_velocity_dense), NULL}, 0,
-        1, 2, parts};
+    static const struct kernel kernel = {NAME(proper_velocity_block), NAME(proper_velocity_dense), 1, 2, 0, parts,
+        NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -2839,30 +2737,10 @@ WIDE static void NAME(rotor_product_block)(intptr_t n, char **args, const intptr
     }
 }
 
-WIDE static void NAME(rotor_product_block_uniform)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    REAL x0[8];
-    NAME(load_8)(x0, a0, c0a);
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x1[8];
-        REAL x2[8];
-        NAME(load_8)(x1, a1 + i * w, c1a);
-        NAME(rotor_product)(x0, x1, x2);
-        NAME(store_8)(a2 + i * w, c2a, x2);
-    }
-}
-
 void NAME(rotor_product_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{8, 1, 0, {8}}, {8, 1, 1, {8}}, {8, 1, 2, {8}}};
-    static const struct kernel kernel = {{NAME(rotor_product_block), NAME(rotor_product_block_uniform), NULL, NULL},
-        1, 2, 3, parts};
+    static const struct kernel kernel = {NAME(rotor_product_block), NULL, 2, 3, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -2927,8 +2805,8 @@ WIDE static void NAME(rotor_inverse_dense)(intptr_t n, char **args, const intptr
 void NAME(rotor_inverse_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{8, 1, 0, {8}}, {8, 1, 1, {8}}};
-    static const struct kernel kernel = {{NAME(rotor_inverse_block), NULL, NAME(rotor_inverse_dense), NULL}, 0, 1,
-        2, parts};
+    static const struct kernel kernel = {NAME(rotor_inverse_block), NAME(rotor_inverse_dense), 1, 2, 0, parts,
+        NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -3038,7 +2916,7 @@ WIDE static void NAME(normalize_rotor_block)(intptr_t n, char **args, const intp
 void NAME(normalize_rotor_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{8, 1, 0, {8}}, {8, 1, 1, {8}}};
-    static const struct kernel kernel = {{NAME(normalize_rotor_block), NULL, NULL, NULL}, 0, 1, 2, parts};
+    static const struct kernel kernel = {NAME(normalize_rotor_block), NULL, 1, 2, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -3154,6 +3032,212 @@ INLINE void NAME(transform_vector)(const REAL *r, const REAL *v, REAL *out)
     out[3] = t91;
 }
 
+static INLINE void NAME(transform_vector_prepare_r)(const REAL *r, REAL *prepared)
+{
+    const REAL r_1 = r[0];
+    const REAL r_g10 = r[1];
+    const REAL r_g20 = r[2];
+    const REAL r_g30 = r[3];
+    const REAL r_g12 = r[4];
+    const REAL r_g13 = r[5];
+    const REAL r_g23 = r[6];
+    const REAL r_g0123 = r[7];
+    const REAL t0 = r_1 * r_1;
+    const REAL t1 = r_g0123 * r_g0123;
+    const REAL t2 = t0 + t1;
+    const REAL t3 = r_g10 * r_g10;
+    const REAL t4 = r_g23 * r_g23;
+    const REAL t5 = t3 + t4;
+    const REAL t6 = t2 + t5;
+    const REAL t7 = r_g20 * r_g20;
+    const REAL t8 = r_g13 * r_g13;
+    const REAL t9 = t7 + t8;
+    const REAL t10 = r_g30 * r_g30;
+    const REAL t11 = r_g12 * r_g12;
+    const REAL t12 = t10 + t11;
+    const REAL t13 = t9 + t12;
+    const REAL t14 = t6 + t13;
+    const REAL t16 = r_1 * r_g10;
+    const REAL t17 = r_g23 * r_g0123;
+    const REAL t18 = t16 - t17;
+    const REAL t19 = r_g20 * r_g12;
+    const REAL t20 = r_g30 * r_g13;
+    const REAL t21 = t19 + t20;
+    const REAL t22 = t18 + t21;
+    const REAL t23 = t22 * (REAL)2;
+    const REAL t26 = r_1 * r_g20;
+    const REAL t27 = r_g13 * r_g0123;
+    const REAL t28 = t26 + t27;
+    const REAL t29 = r_g10 * r_g12;
+    const REAL t30 = r_g30 * r_g23;
+    const REAL t31 = t29 - t30;
+    const REAL t32 = t28 - t31;
+    const REAL t33 = (REAL)2 * t32;
+    const REAL t36 = r_1 * r_g30;
+    const REAL t37 = r_g12 * r_g0123;
+    const REAL t38 = t36 - t37;
+    const REAL t39 = r_g10 * r_g13;
+    const REAL t40 = r_g20 * r_g23;
+    const REAL t41 = t39 + t40;
+    const REAL t42 = t38 - t41;
+    const REAL t43 = (REAL)2 * t42;
+    const REAL t46 = t6 - t13;
+    const REAL t48 = t18 - t21;
+    const REAL t49 = (REAL)2 * t48;
+    const REAL t52 = r_g10 * r_g20;
+    const REAL t53 = r_g13 * r_g23;
+    const REAL t54 = t52 - t53;
+    const REAL t55 = r_1 * r_g12;
+    const REAL t56 = r_g30 * r_g0123;
+    const REAL t57 = t55 + t56;
+    const REAL t58 = t54 - t57;
+    const REAL t59 = (REAL)2 * t58;
+    const REAL t62 = r_g10 * r_g30;
+    const REAL t63 = r_g12 * r_g23;
+    const REAL t64 = t62 + t63;
+    const REAL t65 = r_1 * r_g13;
+    const REAL t66 = r_g20 * r_g0123;
+    const REAL t67 = t65 - t66;
+    const REAL t68 = t64 - t67;
+    const REAL t69 = (REAL)2 * t68;
+    const REAL t72 = t28 + t31;
+    const REAL t73 = (REAL)2 * t72;
+    const REAL t75 = t54 + t57;
+    const REAL t76 = (REAL)2 * t75;
+    const REAL t79 = t2 - t5;
+    const REAL t80 = t9 - t12;
+    const REAL t81 = t79 + t80;
+    const REAL t84 = r_g20 * r_g30;
+    const REAL t85 = r_g12 * r_g13;
+    const REAL t86 = t84 - t85;
+    const REAL t87 = r_1 * r_g23;
+    const REAL t88 = r_g10 * r_g0123;
+    const REAL t89 = t87 + t88;
+    const REAL t90 = t86 - t89;
+    const REAL t91 = (REAL)2 * t90;
+    const REAL t94 = t38 + t41;
+    const REAL t95 = (REAL)2 * t94;
+    const REAL t97 = t64 + t67;
+    const REAL t98 = (REAL)2 * t97;
+    const REAL t101 = t86 + t89;
+    const REAL t102 = (REAL)2 * t101;
+    const REAL t105 = t79 - t80;
+    prepared[0] = t14;
+    prepared[1] = t23;
+    prepared[2] = t33;
+    prepared[3] = t43;
+    prepared[4] = t46;
+    prepared[5] = t49;
+    prepared[6] = t59;
+    prepared[7] = t69;
+    prepared[8] = t73;
+    prepared[9] = t76;
+    prepared[10] = t81;
+    prepared[11] = t91;
+    prepared[12] = t95;
+    prepared[13] = t98;
+    prepared[14] = t102;
+    prepared[15] = t105;
+}
+
+static INLINE void NAME(transform_vector_apply_r)(const REAL *prepared, const REAL *v, REAL *out)
+{
+    const REAL t14 = prepared[0];
+    const REAL t23 = prepared[1];
+    const REAL t33 = prepared[2];
+    const REAL t43 = prepared[3];
+    const REAL t46 = prepared[4];
+    const REAL t49 = prepared[5];
+    const REAL t59 = prepared[6];
+    const REAL t69 = prepared[7];
+    const REAL t73 = prepared[8];
+    const REAL t76 = prepared[9];
+    const REAL t81 = prepared[10];
+    const REAL t91 = prepared[11];
+    const REAL t95 = prepared[12];
+    const REAL t98 = prepared[13];
+    const REAL t102 = prepared[14];
+    const REAL t105 = prepared[15];
+    const REAL v_g0 = v[0];
+    const REAL v_g1 = v[1];
+    const REAL v_g2 = v[2];
+    const REAL v_g3 = v[3];
+    const REAL t15 = v_g0 * t14;
+    const REAL t24 = v_g1 * t23;
+    const REAL t25 = t15 + t24;
+    const REAL t34 = v_g2 * t33;
+    const REAL t35 = t25 + t34;
+    const REAL t44 = v_g3 * t43;
+    const REAL t45 = t35 + t44;
+    const REAL t47 = v_g1 * t46;
+    const REAL t50 = v_g0 * t49;
+    const REAL t51 = t50 + t47;
+    const REAL t60 = v_g2 * t59;
+    const REAL t61 = t51 + t60;
+    const REAL t70 = v_g3 * t69;
+    const REAL t71 = t61 + t70;
+    const REAL t74 = v_g0 * t73;
+    const REAL t77 = v_g1 * t76;
+    const REAL t78 = t74 + t77;
+    const REAL t82 = v_g2 * t81;
+    const REAL t83 = t78 + t82;
+    const REAL t92 = v_g3 * t91;
+    const REAL t93 = t83 + t92;
+    const REAL t96 = v_g0 * t95;
+    const REAL t99 = v_g1 * t98;
+    const REAL t100 = t96 + t99;
+    const REAL t103 = v_g2 * t102;
+    const REAL t104 = t100 + t103;
+    const REAL t106 = v_g3 * t105;
+    const REAL t107 = t104 + t106;
+    out[0] = t45;
+    out[1] = t71;
+    out[2] = t93;
+    out[3] = t107;
+}
+
+WIDE static void NAME(transform_vector_block_r)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    const intptr_t c1a = strides[1], c2a = strides[2];
+    const REAL *prepared = (const REAL *)args[0];
+    char *a1 = args[1];
+    char *a2 = args[2];
+    ANY_ORDER
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
+        REAL x1[4];
+        REAL x2[4];
+        NAME(load_4)(x1, a1 + i * w, c1a);
+        NAME(transform_vector_apply_r)(prepared, x1, x2);
+        NAME(store_4)(a2 + i * w, c2a, x2);
+    }
+}
+
+WIDE static void NAME(transform_vector_dense_r)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    const REAL *prepared = (const REAL *)args[0];
+    char *a1 = args[1];
+    char *a2 = args[2];
+    ANY_ORDER
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
+        REAL x1[4];
+        REAL x2[4];
+        NAME(load_4)(x1, a1 + i * 4 * w, w);
+        NAME(transform_vector_apply_r)(prepared, x1, x2);
+        NAME(store_4)(a2 + i * 4 * w, w, x2);
+    }
+}
+
+static void NAME(transform_vector_start_r)(char **args, const intptr_t *strides, void *prepared)
+{
+    const intptr_t c0a = strides[0];
+    REAL x0[8];
+    NAME(load_8)(x0, args[0], c0a);
+    NAME(transform_vector_prepare_r)(x0, prepared);
+}
+
 WIDE static void NAME(transform_vector_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
@@ -3173,30 +3257,12 @@ WIDE static void NAME(transform_vector_block)(intptr_t n, char **args, const int
     }
 }
 
-WIDE static void NAME(transform_vector_block_uniform)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    REAL x0[8];
-    NAME(load_8)(x0, a0, c0a);
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x1[4];
-        REAL x2[4];
-        NAME(load_4)(x1, a1 + i * w, c1a);
-        NAME(transform_vector)(x0, x1, x2);
-        NAME(store_4)(a2 + i * w, c2a, x2);
-    }
-}
-
 void NAME(transform_vector_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{8, 1, 0, {8}}, {4, 1, 1, {4}}, {4, 1, 2, {4}}};
-    static const struct kernel kernel = {{NAME(transform_vector_block), NAME(transform_vector_block_uniform), NULL,
-        NULL}, 1, 2, 3, parts};
+    static const struct form forms[] = {{1, 2, NAME(transform_vector_start_r), NAME(transform_vector_block_r),
+        NAME(transform_vector_dense_r)}};
+    static const struct kernel kernel = {NAME(transform_vector_block), NULL, 2, 3, 1, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -3344,6 +3410,248 @@ INLINE void NAME(transform_bivector)(const REAL *r, const REAL *f, REAL *out)
     out[5] = t119;
 }
 
+static INLINE void NAME(transform_bivector_prepare_r)(const REAL *r, REAL *prepared)
+{
+    const REAL r_1 = r[0];
+    const REAL r_g10 = r[1];
+    const REAL r_g20 = r[2];
+    const REAL r_g30 = r[3];
+    const REAL r_g12 = r[4];
+    const REAL r_g13 = r[5];
+    const REAL r_g23 = r[6];
+    const REAL r_g0123 = r[7];
+    const REAL t0 = r_g20 * r_g20;
+    const REAL t1 = r_g13 * r_g13;
+    const REAL t2 = t0 - t1;
+    const REAL t3 = r_g30 * r_g30;
+    const REAL t4 = r_g12 * r_g12;
+    const REAL t5 = t3 - t4;
+    const REAL t6 = t2 + t5;
+    const REAL t7 = t6 * (REAL)2;
+    const REAL t8 = (REAL)1 + t7;
+    const REAL t10 = r_1 * r_g12;
+    const REAL t11 = r_g30 * r_g0123;
+    const REAL t12 = t10 - t11;
+    const REAL t13 = r_g10 * r_g20;
+    const REAL t14 = r_g13 * r_g23;
+    const REAL t15 = t13 + t14;
+    const REAL t16 = t12 + t15;
+    const REAL t17 = (REAL)2 * t16;
+    const REAL t20 = r_1 * r_g13;
+    const REAL t21 = r_g20 * r_g0123;
+    const REAL t22 = t20 + t21;
+    const REAL t23 = r_g10 * r_g30;
+    const REAL t24 = r_g12 * r_g23;
+    const REAL t25 = t23 - t24;
+    const REAL t26 = t22 + t25;
+    const REAL t27 = (REAL)2 * t26;
+    const REAL t30 = r_1 * r_g20;
+    const REAL t31 = r_g13 * r_g0123;
+    const REAL t32 = t30 - t31;
+    const REAL t33 = r_g10 * r_g12;
+    const REAL t34 = r_g30 * r_g23;
+    const REAL t35 = t33 + t34;
+    const REAL t36 = t32 + t35;
+    const REAL t37 = (REAL)2 * t36;
+    const REAL t40 = r_1 * r_g30;
+    const REAL t41 = r_g12 * r_g0123;
+    const REAL t42 = t40 + t41;
+    const REAL t43 = r_g10 * r_g13;
+    const REAL t44 = r_g20 * r_g23;
+    const REAL t45 = t43 - t44;
+    const REAL t46 = t42 + t45;
+    const REAL t47 = (REAL)2 * t46;
+    const REAL t50 = r_g20 * r_g13;
+    const REAL t51 = r_g30 * r_g12;
+    const REAL t52 = t50 - t51;
+    const REAL t53 = t52 * (REAL)4;
+    const REAL t56 = r_g10 * r_g10;
+    const REAL t57 = r_g23 * r_g23;
+    const REAL t58 = t56 - t57;
+    const REAL t59 = t5 + t58;
+    const REAL t60 = (REAL)2 * t59;
+    const REAL t61 = (REAL)1 + t60;
+    const REAL t63 = t12 - t15;
+    const REAL t64 = (REAL)2 * t63;
+    const REAL t67 = r_1 * r_g23;
+    const REAL t68 = r_g10 * r_g0123;
+    const REAL t69 = t67 - t68;
+    const REAL t70 = r_g20 * r_g30;
+    const REAL t71 = r_g12 * r_g13;
+    const REAL t72 = t70 + t71;
+    const REAL t73 = t69 + t72;
+    const REAL t74 = (REAL)2 * t73;
+    const REAL t77 = r_g20 * r_g12;
+    const REAL t78 = r_g30 * r_g13;
+    const REAL t79 = t77 - t78;
+    const REAL t80 = r_1 * r_g10;
+    const REAL t81 = r_g23 * r_g0123;
+    const REAL t82 = t80 + t81;
+    const REAL t83 = t79 - t82;
+    const REAL t84 = (REAL)2 * t83;
+    const REAL t87 = r_g10 * r_g23;
+    const REAL t88 = t51 + t87;
+    const REAL t89 = (REAL)4 * t88;
+    const REAL t92 = t42 - t45;
+    const REAL t93 = (REAL)2 * t92;
+    const REAL t96 = t22 - t25;
+    const REAL t97 = (REAL)2 * t96;
+    const REAL t99 = t69 - t72;
+    const REAL t100 = (REAL)2 * t99;
+    const REAL t103 = t2 + t58;
+    const REAL t104 = (REAL)2 * t103;
+    const REAL t105 = (REAL)1 + t104;
+    const REAL t108 = t50 - t87;
+    const REAL t109 = (REAL)4 * t108;
+    const REAL t112 = t79 + t82;
+    const REAL t113 = (REAL)2 * t112;
+    const REAL t116 = t35 - t32;
+    const REAL t117 = (REAL)2 * t116;
+    prepared[0] = t8;
+    prepared[1] = t17;
+    prepared[2] = t27;
+    prepared[3] = t37;
+    prepared[4] = t47;
+    prepared[5] = t53;
+    prepared[6] = t61;
+    prepared[7] = t64;
+    prepared[8] = t74;
+    prepared[9] = t84;
+    prepared[10] = t89;
+    prepared[11] = t93;
+    prepared[12] = t97;
+    prepared[13] = t100;
+    prepared[14] = t105;
+    prepared[15] = t109;
+    prepared[16] = t113;
+    prepared[17] = t117;
+}
+
+static INLINE void NAME(transform_bivector_apply_r)(const REAL *prepared, const REAL *f, REAL *out)
+{
+    const REAL t8 = prepared[0];
+    const REAL t17 = prepared[1];
+    const REAL t27 = prepared[2];
+    const REAL t37 = prepared[3];
+    const REAL t47 = prepared[4];
+    const REAL t53 = prepared[5];
+    const REAL t61 = prepared[6];
+    const REAL t64 = prepared[7];
+    const REAL t74 = prepared[8];
+    const REAL t84 = prepared[9];
+    const REAL t89 = prepared[10];
+    const REAL t93 = prepared[11];
+    const REAL t97 = prepared[12];
+    const REAL t100 = prepared[13];
+    const REAL t105 = prepared[14];
+    const REAL t109 = prepared[15];
+    const REAL t113 = prepared[16];
+    const REAL t117 = prepared[17];
+    const REAL f_g10 = f[0];
+    const REAL f_g20 = f[1];
+    const REAL f_g30 = f[2];
+    const REAL f_g12 = f[3];
+    const REAL f_g13 = f[4];
+    const REAL f_g23 = f[5];
+    const REAL t9 = f_g10 * t8;
+    const REAL t18 = f_g20 * t17;
+    const REAL t19 = t9 - t18;
+    const REAL t28 = f_g30 * t27;
+    const REAL t29 = t19 - t28;
+    const REAL t38 = f_g12 * t37;
+    const REAL t39 = t29 + t38;
+    const REAL t48 = f_g13 * t47;
+    const REAL t49 = t39 + t48;
+    const REAL t54 = f_g23 * t53;
+    const REAL t55 = t49 + t54;
+    const REAL t62 = f_g20 * t61;
+    const REAL t65 = f_g10 * t64;
+    const REAL t66 = t65 + t62;
+    const REAL t75 = f_g30 * t74;
+    const REAL t76 = t66 - t75;
+    const REAL t85 = f_g12 * t84;
+    const REAL t86 = t76 + t85;
+    const REAL t90 = f_g13 * t89;
+    const REAL t91 = t86 + t90;
+    const REAL t94 = f_g23 * t93;
+    const REAL t95 = t91 + t94;
+    const REAL t98 = f_g10 * t97;
+    const REAL t101 = f_g20 * t100;
+    const REAL t102 = t98 + t101;
+    const REAL t106 = f_g30 * t105;
+    const REAL t107 = t102 + t106;
+    const REAL t110 = f_g12 * t109;
+    const REAL t111 = t107 + t110;
+    const REAL t114 = f_g13 * t113;
+    const REAL t115 = t111 - t114;
+    const REAL t118 = f_g23 * t117;
+    const REAL t119 = t115 + t118;
+    const REAL t120 = f_g12 * t105;
+    const REAL t121 = f_g20 * t113;
+    const REAL t122 = t120 - t121;
+    const REAL t123 = f_g23 * t97;
+    const REAL t124 = t122 + t123;
+    const REAL t125 = f_g10 * t117;
+    const REAL t126 = t124 - t125;
+    const REAL t127 = f_g30 * t109;
+    const REAL t128 = t126 - t127;
+    const REAL t129 = f_g13 * t100;
+    const REAL t130 = t128 - t129;
+    const REAL t131 = f_g10 * t93;
+    const REAL t132 = f_g30 * t84;
+    const REAL t133 = t131 + t132;
+    const REAL t134 = f_g13 * t61;
+    const REAL t135 = t133 + t134;
+    const REAL t136 = f_g20 * t89;
+    const REAL t137 = t135 - t136;
+    const REAL t138 = f_g12 * t74;
+    const REAL t139 = t137 + t138;
+    const REAL t140 = f_g23 * t64;
+    const REAL t141 = t139 - t140;
+    const REAL t142 = f_g20 * t47;
+    const REAL t143 = f_g12 * t27;
+    const REAL t144 = t142 - t143;
+    const REAL t145 = f_g23 * t8;
+    const REAL t146 = t144 + t145;
+    const REAL t147 = f_g10 * t53;
+    const REAL t148 = t146 - t147;
+    const REAL t149 = f_g30 * t37;
+    const REAL t150 = t148 - t149;
+    const REAL t151 = f_g13 * t17;
+    const REAL t152 = t150 + t151;
+    out[0] = t55;
+    out[1] = t95;
+    out[2] = t119;
+    out[3] = t130;
+    out[4] = t141;
+    out[5] = t152;
+}
+
+WIDE static void NAME(transform_bivector_block_r)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    const intptr_t c1a = strides[1], c2a = strides[2];
+    const REAL *prepared = (const REAL *)args[0];
+    char *a1 = args[1];
+    char *a2 = args[2];
+    ANY_ORDER
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
+        REAL x1[6];
+        REAL x2[6];
+        NAME(load_6)(x1, a1 + i * w, c1a);
+        NAME(transform_bivector_apply_r)(prepared, x1, x2);
+        NAME(store_6)(a2 + i * w, c2a, x2);
+    }
+}
+
+static void NAME(transform_bivector_start_r)(char **args, const intptr_t *strides, void *prepared)
+{
+    const intptr_t c0a = strides[0];
+    REAL x0[8];
+    NAME(load_8)(x0, args[0], c0a);
+    NAME(transform_bivector_prepare_r)(x0, prepared);
+}
+
 WIDE static void NAME(transform_bivector_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
@@ -3363,30 +3671,12 @@ WIDE static void NAME(transform_bivector_block)(intptr_t n, char **args, const i
     }
 }
 
-WIDE static void NAME(transform_bivector_block_uniform)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    REAL x0[8];
-    NAME(load_8)(x0, a0, c0a);
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x1[6];
-        REAL x2[6];
-        NAME(load_6)(x1, a1 + i * w, c1a);
-        NAME(transform_bivector)(x0, x1, x2);
-        NAME(store_6)(a2 + i * w, c2a, x2);
-    }
-}
-
 void NAME(transform_bivector_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{8, 1, 0, {8}}, {6, 1, 1, {6}}, {6, 1, 2, {6}}};
-    static const struct kernel kernel = {{NAME(transform_bivector_block), NAME(transform_bivector_block_uniform),
-        NULL, NULL}, 1, 2, 3, parts};
+    static const struct form forms[] = {{1, 2, NAME(transform_bivector_start_r), NAME(transform_bivector_block_r),
+        NULL}};
+    static const struct kernel kernel = {NAME(transform_bivector_block), NULL, 2, 3, 1, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -3423,6 +3713,89 @@ INLINE void NAME(boost_from_rapidity)(const REAL *direction, REAL rapidity, REAL
     out[7] = (REAL)0;
 }
 
+static INLINE void NAME(boost_from_rapidity_prepare_rapidity)(REAL rapidity, REAL *prepared)
+{
+    const REAL t0 = rapidity * (REAL)0.5;
+    const REAL t1 = -t0;
+    const REAL t2 = EXP(t1);
+    const REAL t3 = EXP(t0);
+    const REAL t4 = t3 + t2;
+    const REAL t5 = (REAL)0.5 * t4;
+    const REAL t6 = t3 - t2;
+    const REAL t7 = (REAL)0.5 * t6;
+    prepared[0] = t7;
+    prepared[1] = t5;
+}
+
+static INLINE void NAME(boost_from_rapidity_apply_rapidity)(const REAL *prepared, const REAL *direction, REAL *out)
+{
+    const REAL t7 = prepared[0];
+    const REAL t5 = prepared[1];
+    const REAL direction_0 = direction[0];
+    const REAL direction_1 = direction[1];
+    const REAL direction_2 = direction[2];
+    const REAL t8 = direction_0 * direction_0;
+    const REAL t9 = direction_1 * direction_1;
+    const REAL t10 = t8 + t9;
+    const REAL t11 = direction_2 * direction_2;
+    const REAL t12 = t10 + t11;
+    const REAL t13 = SQRT(t12);
+    const REAL t14 = t7 / t13;
+    const REAL t15 = direction_0 * t14;
+    const REAL t16 = direction_1 * t14;
+    const REAL t17 = direction_2 * t14;
+    out[0] = t5;
+    out[1] = t15;
+    out[2] = t16;
+    out[3] = t17;
+    out[4] = (REAL)0;
+    out[5] = (REAL)0;
+    out[6] = (REAL)0;
+    out[7] = (REAL)0;
+}
+
+WIDE static void NAME(boost_from_rapidity_block_rapidity)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    const intptr_t c0a = strides[0], c2a = strides[1];
+    const REAL *prepared = (const REAL *)args[1];
+    char *a0 = args[0];
+    char *a2 = args[2];
+    ANY_ORDER
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
+        REAL x0[3];
+        REAL x2[8];
+        NAME(load_3)(x0, a0 + i * w, c0a);
+        NAME(boost_from_rapidity_apply_rapidity)(prepared, x0, x2);
+        NAME(store_8)(a2 + i * w, c2a, x2);
+    }
+}
+
+WIDE static void NAME(boost_from_rapidity_dense_rapidity)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    const REAL *prepared = (const REAL *)args[1];
+    char *a0 = args[0];
+    char *a2 = args[2];
+    ANY_ORDER
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
+        REAL x0[3];
+        REAL x2[8];
+        NAME(load_3)(x0, a0 + i * 3 * w, w);
+        NAME(boost_from_rapidity_apply_rapidity)(prepared, x0, x2);
+        NAME(store_8)(a2 + i * 8 * w, w, x2);
+    }
+}
+
+static void NAME(boost_from_rapidity_start_rapidity)(char **args, const intptr_t *strides, void *prepared)
+{
+    (void)strides;
+    REAL x1[1];
+    NAME(load_scalar)(x1, args[1]);
+    NAME(boost_from_rapidity_prepare_rapidity)(x1[0], prepared);
+}
+
 WIDE static void NAME(boost_from_rapidity_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
@@ -3442,30 +3815,12 @@ WIDE static void NAME(boost_from_rapidity_block)(intptr_t n, char **args, const 
     }
 }
 
-WIDE static void NAME(boost_from_rapidity_block_uniform)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c2a = strides[1];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    REAL x1[1];
-    NAME(load_scalar)(x1, a1);
-    ANY_ORDER
-    for (intptr_t i = 0; i < n; ++i) {
-        REAL x0[3];
-        REAL x2[8];
-        NAME(load_3)(x0, a0 + i * w, c0a);
-        NAME(boost_from_rapidity)(x0, x1[0], x2);
-        NAME(store_8)(a2 + i * w, c2a, x2);
-    }
-}
-
 void NAME(boost_from_rapidity_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {1, 0, 1, {0}}, {8, 1, 1, {8}}};
-    static const struct kernel kernel = {{NAME(boost_from_rapidity_block), NAME(boost_from_rapidity_block_uniform),
-        NULL, NULL}, 2, 2, 3, parts};
+    static const struct form forms[] = {{2, 2, NAME(boost_from_rapidity_start_rapidity),
+        NAME(boost_from_rapidity_block_rapidity), NAME(boost_from_rapidity_dense_rapidity)}};
+    static const struct kernel kernel = {NAME(boost_from_rapidity_block), NULL, 2, 3, 1, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -3538,8 +3893,8 @@ WIDE static void NAME(boost_from_velocity_dense)(intptr_t n, char **args, const 
 void NAME(boost_from_velocity_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {8, 1, 1, {8}}};
-    static const struct kernel kernel = {{NAME(boost_from_velocity_block), NULL, NAME(boost_from_velocity_dense),
-        NULL}, 0, 1, 2, parts};
+    static const struct kernel kernel = {NAME(boost_from_velocity_block), NAME(boost_from_velocity_dense), 1, 2, 0,
+        parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -3616,25 +3971,6 @@ WIDE static void NAME(boost_between_velocities_block)(intptr_t n, char **args, c
     }
 }
 
-WIDE static void NAME(boost_between_velocities_block_uniform)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    REAL x0[4];
-    NAME(load_4)(x0, a0, c0a);
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x1[4];
-        REAL x2[8];
-        NAME(load_4)(x1, a1 + i * w, c1a);
-        NAME(boost_between_velocities)(x0, x1, x2);
-        NAME(store_8)(a2 + i * w, c2a, x2);
-    }
-}
-
 WIDE static void NAME(boost_between_velocities_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
@@ -3654,31 +3990,11 @@ WIDE static void NAME(boost_between_velocities_dense)(intptr_t n, char **args, c
     }
 }
 
-WIDE static void NAME(boost_between_velocities_dense_uniform)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    REAL x0[4];
-    NAME(load_4)(x0, a0, w);
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x1[4];
-        REAL x2[8];
-        NAME(load_4)(x1, a1 + i * 4 * w, w);
-        NAME(boost_between_velocities)(x0, x1, x2);
-        NAME(store_8)(a2 + i * 8 * w, w, x2);
-    }
-}
-
 void NAME(boost_between_velocities_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {4, 1, 1, {4}}, {8, 1, 2, {8}}};
-    static const struct kernel kernel = {{NAME(boost_between_velocities_block),
-        NAME(boost_between_velocities_block_uniform), NAME(boost_between_velocities_dense),
-        NAME(boost_between_velocities_dense_uniform)}, 1, 2, 3, parts};
+    static const struct kernel kernel = {NAME(boost_between_velocities_block), NAME(boost_between_velocities_dense),
+        2, 3, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -3711,6 +4027,151 @@ INLINE void NAME(rotor_from_axis_angle)(const REAL *axis, REAL angle, REAL *out)
     out[7] = (REAL)0;
 }
 
+static INLINE void NAME(rotor_from_axis_angle_prepare_angle)(REAL angle, REAL *prepared)
+{
+    const REAL t0 = angle * (REAL)0.5;
+    const REAL t1 = COS(t0);
+    const REAL t8 = SIN(t0);
+    prepared[0] = t8;
+    prepared[1] = t1;
+}
+
+static INLINE void NAME(rotor_from_axis_angle_apply_angle)(const REAL *prepared, const REAL *axis, REAL *out)
+{
+    const REAL t8 = prepared[0];
+    const REAL t1 = prepared[1];
+    const REAL axis_0 = axis[0];
+    const REAL axis_1 = axis[1];
+    const REAL axis_2 = axis[2];
+    const REAL t2 = axis_0 * axis_0;
+    const REAL t3 = axis_1 * axis_1;
+    const REAL t4 = t2 + t3;
+    const REAL t5 = axis_2 * axis_2;
+    const REAL t6 = t4 + t5;
+    const REAL t7 = SQRT(t6);
+    const REAL t9 = t8 / t7;
+    const REAL t10 = axis_2 * t9;
+    const REAL t11 = axis_1 * t9;
+    const REAL t12 = -t11;
+    const REAL t13 = axis_0 * t9;
+    out[0] = t1;
+    out[1] = (REAL)0;
+    out[2] = (REAL)0;
+    out[3] = (REAL)0;
+    out[4] = t10;
+    out[5] = t12;
+    out[6] = t13;
+    out[7] = (REAL)0;
+}
+
+static INLINE void NAME(rotor_from_axis_angle_prepare_axis)(const REAL *axis, REAL *prepared)
+{
+    const REAL axis_0 = axis[0];
+    const REAL axis_1 = axis[1];
+    const REAL axis_2 = axis[2];
+    const REAL t2 = axis_0 * axis_0;
+    const REAL t3 = axis_1 * axis_1;
+    const REAL t4 = t2 + t3;
+    const REAL t5 = axis_2 * axis_2;
+    const REAL t6 = t4 + t5;
+    const REAL t7 = SQRT(t6);
+    prepared[0] = t7;
+    prepared[1] = axis_2;
+    prepared[2] = axis_1;
+    prepared[3] = axis_0;
+}
+
+static INLINE void NAME(rotor_from_axis_angle_apply_axis)(const REAL *prepared, REAL angle, REAL *out)
+{
+    const REAL t7 = prepared[0];
+    const REAL axis_2 = prepared[1];
+    const REAL axis_1 = prepared[2];
+    const REAL axis_0 = prepared[3];
+    const REAL t0 = angle * (REAL)0.5;
+    const REAL t1 = COS(t0);
+    const REAL t8 = SIN(t0);
+    const REAL t9 = t8 / t7;
+    const REAL t10 = axis_2 * t9;
+    const REAL t11 = axis_1 * t9;
+    const REAL t12 = -t11;
+    const REAL t13 = axis_0 * t9;
+    out[0] = t1;
+    out[1] = (REAL)0;
+    out[2] = (REAL)0;
+    out[3] = (REAL)0;
+    out[4] = t10;
+    out[5] = t12;
+    out[6] = t13;
+    out[7] = (REAL)0;
+}
+
+WIDE static void NAME(rotor_from_axis_angle_block_angle)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    const intptr_t c0a = strides[0], c2a = strides[1];
+    const REAL *prepared = (const REAL *)args[1];
+    char *a0 = args[0];
+    char *a2 = args[2];
+    ANY_ORDER
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
+        REAL x0[3];
+        REAL x2[8];
+        NAME(load_3)(x0, a0 + i * w, c0a);
+        NAME(rotor_from_axis_angle_apply_angle)(prepared, x0, x2);
+        NAME(store_8)(a2 + i * w, c2a, x2);
+    }
+}
+
+WIDE static void NAME(rotor_from_axis_angle_dense_angle)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    const REAL *prepared = (const REAL *)args[1];
+    char *a0 = args[0];
+    char *a2 = args[2];
+    ANY_ORDER
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
+        REAL x0[3];
+        REAL x2[8];
+        NAME(load_3)(x0, a0 + i * 3 * w, w);
+        NAME(rotor_from_axis_angle_apply_angle)(prepared, x0, x2);
+        NAME(store_8)(a2 + i * 8 * w, w, x2);
+    }
+}
+
+static void NAME(rotor_from_axis_angle_start_angle)(char **args, const intptr_t *strides, void *prepared)
+{
+    (void)strides;
+    REAL x1[1];
+    NAME(load_scalar)(x1, args[1]);
+    NAME(rotor_from_axis_angle_prepare_angle)(x1[0], prepared);
+}
+
+WIDE static void NAME(rotor_from_axis_angle_block_axis)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    const intptr_t c2a = strides[1];
+    const REAL *prepared = (const REAL *)args[0];
+    char *a1 = args[1];
+    char *a2 = args[2];
+    ANY_ORDER
+    for (intptr_t i = 0; i < n; ++i) {
+        REAL x1[1];
+        REAL x2[8];
+        NAME(load_scalar)(x1, a1 + i * w);
+        NAME(rotor_from_axis_angle_apply_axis)(prepared, x1[0], x2);
+        NAME(store_8)(a2 + i * w, c2a, x2);
+    }
+}
+
+static void NAME(rotor_from_axis_angle_start_axis)(char **args, const intptr_t *strides, void *prepared)
+{
+    const intptr_t c0a = strides[0];
+    REAL x0[3];
+    NAME(load_3)(x0, args[0], c0a);
+    NAME(rotor_from_axis_angle_prepare_axis)(x0, prepared);
+}
+
 WIDE static void NAME(rotor_from_axis_angle_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
@@ -3730,30 +4191,13 @@ WIDE static void NAME(rotor_from_axis_angle_block)(intptr_t n, char **args, cons
     }
 }
 
-WIDE static void NAME(rotor_from_axis_angle_block_uniform)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c2a = strides[1];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    REAL x1[1];
-    NAME(load_scalar)(x1, a1);
-    ANY_ORDER
-    for (intptr_t i = 0; i < n; ++i) {
-        REAL x0[3];
-        REAL x2[8];
-        NAME(load_3)(x0, a0 + i * w, c0a);
-        NAME(rotor_from_axis_angle)(x0, x1[0], x2);
-        NAME(store_8)(a2 + i * w, c2a, x2);
-    }
-}
-
 void NAME(rotor_from_axis_angle_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {1, 0, 1, {0}}, {8, 1, 1, {8}}};
-    static const struct kernel kernel = {{NAME(rotor_from_axis_angle_block),
-        NAME(rotor_from_axis_angle_block_uniform), NULL, NULL}, 2, 2, 3, parts};
+    static const struct form forms[] = {{2, 2, NAME(rotor_from_axis_angle_start_angle),
+        NAME(rotor_from_axis_angle_block_angle), NAME(rotor_from_axis_angle_dense_angle)}, {1, 2,
+        NAME(rotor_from_axis_angle_start_axis), NAME(rotor_from_axis_angle_block_axis), NULL}};
+    static const struct kernel kernel = {NAME(rotor_from_axis_angle_block), NULL, 2, 3, 2, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -3909,7 +4353,7 @@ WIDE static void NAME(rotor_exponential_block)(intptr_t n, char **args, const in
 void NAME(rotor_exponential_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{6, 1, 0, {6}}, {8, 1, 1, {8}}};
-    static const struct kernel kernel = {{NAME(rotor_exponential_block), NULL, NULL, NULL}, 0, 1, 2, parts};
+    static const struct kernel kernel = {NAME(rotor_exponential_block), NULL, 1, 2, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -4091,7 +4535,7 @@ WIDE static void NAME(rotor_logarithm_block)(intptr_t n, char **args, const intp
 void NAME(rotor_logarithm_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{8, 1, 0, {8}}, {6, 1, 1, {6}}};
-    static const struct kernel kernel = {{NAME(rotor_logarithm_block), NULL, NULL, NULL}, 0, 1, 2, parts};
+    static const struct kernel kernel = {NAME(rotor_logarithm_block), NULL, 1, 2, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -4209,8 +4653,8 @@ WIDE static void NAME(rotor_square_root_dense)(intptr_t n, char **args, const in
 void NAME(rotor_square_root_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{8, 1, 0, {8}}, {8, 1, 1, {8}}};
-    static const struct kernel kernel = {{NAME(rotor_square_root_block), NULL, NAME(rotor_square_root_dense), NULL},
-        0, 1, 2, parts};
+    static const struct kernel kernel = {NAME(rotor_square_root_block), NAME(rotor_square_root_dense), 1, 2, 0,
+        parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -4519,7 +4963,7 @@ WIDE static void NAME(rotor_power_block)(intptr_t n, char **args, const intptr_t
 void NAME(rotor_power_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{8, 1, 0, {8}}, {1, 0, 1, {0}}, {8, 1, 1, {8}}};
-    static const struct kernel kernel = {{NAME(rotor_power_block), NULL, NULL, NULL}, 0, 2, 3, parts};
+    static const struct kernel kernel = {NAME(rotor_power_block), NULL, 2, 3, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -5078,7 +5522,7 @@ WIDE static void NAME(interpolate_rotors_block)(intptr_t n, char **args, const i
 void NAME(interpolate_rotors_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{8, 1, 0, {8}}, {8, 1, 1, {8}}, {1, 0, 2, {0}}, {8, 1, 2, {8}}};
-    static const struct kernel kernel = {{NAME(interpolate_rotors_block), NULL, NULL, NULL}, 0, 3, 4, parts};
+    static const struct kernel kernel = {NAME(interpolate_rotors_block), NULL, 3, 4, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -5203,7 +5647,7 @@ WIDE static void NAME(rotor_to_matrix_block)(intptr_t n, char **args, const intp
 void NAME(rotor_to_matrix_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{8, 1, 0, {8}}, {16, 2, 1, {4, 4}}};
-    static const struct kernel kernel = {{NAME(rotor_to_matrix_block), NULL, NULL, NULL}, 0, 1, 2, parts};
+    static const struct kernel kernel = {NAME(rotor_to_matrix_block), NULL, 1, 2, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -5244,30 +5688,10 @@ WIDE static void NAME(field_from_electric_magnetic_block)(intptr_t n, char **arg
     }
 }
 
-WIDE static void NAME(field_from_electric_magnetic_block_uniform)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    REAL x0[3];
-    NAME(load_3)(x0, a0, c0a);
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x1[3];
-        REAL x2[6];
-        NAME(load_3)(x1, a1 + i * w, c1a);
-        NAME(field_from_electric_magnetic)(x0, x1, x2);
-        NAME(store_6)(a2 + i * w, c2a, x2);
-    }
-}
-
 void NAME(field_from_electric_magnetic_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {3, 1, 1, {3}}, {6, 1, 2, {6}}};
-    static const struct kernel kernel = {{NAME(field_from_electric_magnetic_block),
-        NAME(field_from_electric_magnetic_block_uniform), NULL, NULL}, 1, 2, 3, parts};
+    static const struct kernel kernel = {NAME(field_from_electric_magnetic_block), NULL, 2, 3, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -5311,8 +5735,7 @@ WIDE static void NAME(field_to_electric_magnetic_block)(intptr_t n, char **args,
 void NAME(field_to_electric_magnetic_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{6, 1, 0, {6}}, {3, 1, 1, {3}}, {3, 1, 2, {3}}};
-    static const struct kernel kernel = {{NAME(field_to_electric_magnetic_block), NULL, NULL, NULL}, 0, 1, 3,
-        parts};
+    static const struct kernel kernel = {NAME(field_to_electric_magnetic_block), NULL, 1, 3, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -5366,7 +5789,7 @@ WIDE static void NAME(field_invariants_block)(intptr_t n, char **args, const int
 void NAME(field_invariants_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{6, 1, 0, {6}}, {1, 0, 1, {0}}, {1, 0, 1, {0}}};
-    static const struct kernel kernel = {{NAME(field_invariants_block), NULL, NULL, NULL}, 0, 1, 3, parts};
+    static const struct kernel kernel = {NAME(field_invariants_block), NULL, 1, 3, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -5427,30 +5850,10 @@ WIDE static void NAME(lorentz_force_block)(intptr_t n, char **args, const intptr
     }
 }
 
-WIDE static void NAME(lorentz_force_block_uniform)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    REAL x0[6];
-    NAME(load_6)(x0, a0, c0a);
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x1[4];
-        REAL x2[4];
-        NAME(load_4)(x1, a1 + i * w, c1a);
-        NAME(lorentz_force)(x0, x1, x2);
-        NAME(store_4)(a2 + i * w, c2a, x2);
-    }
-}
-
 void NAME(lorentz_force_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{6, 1, 0, {6}}, {4, 1, 1, {4}}, {4, 1, 2, {4}}};
-    static const struct kernel kernel = {{NAME(lorentz_force_block), NAME(lorentz_force_block_uniform), NULL, NULL},
-        1, 2, 3, parts};
+    static const struct kernel kernel = {NAME(lorentz_force_block), NULL, 2, 3, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -5536,6 +5939,154 @@ INLINE void NAME(field_stress_energy)(const REAL *f, const REAL *n, REAL *out)
     out[3] = t63;
 }
 
+static INLINE void NAME(field_stress_energy_prepare_f)(const REAL *f, REAL *prepared)
+{
+    const REAL f_g10 = f[0];
+    const REAL f_g20 = f[1];
+    const REAL f_g30 = f[2];
+    const REAL f_g12 = f[3];
+    const REAL f_g13 = f[4];
+    const REAL f_g23 = f[5];
+    const REAL t0 = f_g10 * f_g10;
+    const REAL t1 = f_g23 * f_g23;
+    const REAL t2 = t0 + t1;
+    const REAL t3 = f_g20 * f_g20;
+    const REAL t4 = f_g13 * f_g13;
+    const REAL t5 = t3 + t4;
+    const REAL t6 = t2 + t5;
+    const REAL t7 = t6 * (REAL)0.5;
+    const REAL t8 = f_g30 * f_g30;
+    const REAL t9 = f_g12 * f_g12;
+    const REAL t10 = t8 + t9;
+    const REAL t11 = (REAL)0.5 * t10;
+    const REAL t12 = t7 + t11;
+    const REAL t14 = f_g20 * f_g12;
+    const REAL t15 = f_g30 * f_g13;
+    const REAL t16 = t14 + t15;
+    const REAL t19 = f_g10 * f_g12;
+    const REAL t20 = f_g30 * f_g23;
+    const REAL t21 = t19 - t20;
+    const REAL t24 = f_g10 * f_g13;
+    const REAL t25 = f_g20 * f_g23;
+    const REAL t26 = t24 + t25;
+    const REAL t29 = f_g10 * f_g20;
+    const REAL t30 = f_g13 * f_g23;
+    const REAL t31 = t29 - t30;
+    const REAL t33 = f_g10 * f_g30;
+    const REAL t34 = f_g12 * f_g23;
+    const REAL t35 = t33 + t34;
+    const REAL t40 = t2 - t5;
+    const REAL t41 = (REAL)0.5 * t40;
+    const REAL t42 = t11 - t41;
+    const REAL t48 = f_g20 * f_g30;
+    const REAL t49 = f_g12 * f_g13;
+    const REAL t50 = t48 - t49;
+    const REAL t53 = t11 + t41;
+    const REAL t61 = t11 - t7;
+    prepared[0] = t12;
+    prepared[1] = t16;
+    prepared[2] = t21;
+    prepared[3] = t26;
+    prepared[4] = t31;
+    prepared[5] = t35;
+    prepared[6] = t42;
+    prepared[7] = t50;
+    prepared[8] = t53;
+    prepared[9] = t61;
+}
+
+static INLINE void NAME(field_stress_energy_apply_f)(const REAL *prepared, const REAL *n, REAL *out)
+{
+    const REAL t12 = prepared[0];
+    const REAL t16 = prepared[1];
+    const REAL t21 = prepared[2];
+    const REAL t26 = prepared[3];
+    const REAL t31 = prepared[4];
+    const REAL t35 = prepared[5];
+    const REAL t42 = prepared[6];
+    const REAL t50 = prepared[7];
+    const REAL t53 = prepared[8];
+    const REAL t61 = prepared[9];
+    const REAL n_g0 = n[0];
+    const REAL n_g1 = n[1];
+    const REAL n_g2 = n[2];
+    const REAL n_g3 = n[3];
+    const REAL t13 = n_g0 * t12;
+    const REAL t17 = n_g1 * t16;
+    const REAL t18 = t13 + t17;
+    const REAL t22 = n_g2 * t21;
+    const REAL t23 = t18 - t22;
+    const REAL t27 = n_g3 * t26;
+    const REAL t28 = t23 - t27;
+    const REAL t32 = n_g2 * t31;
+    const REAL t36 = n_g3 * t35;
+    const REAL t37 = t32 + t36;
+    const REAL t38 = n_g0 * t16;
+    const REAL t39 = t37 - t38;
+    const REAL t43 = n_g1 * t42;
+    const REAL t44 = t39 - t43;
+    const REAL t45 = n_g0 * t21;
+    const REAL t46 = n_g1 * t31;
+    const REAL t47 = t45 + t46;
+    const REAL t51 = n_g3 * t50;
+    const REAL t52 = t47 + t51;
+    const REAL t54 = n_g2 * t53;
+    const REAL t55 = t52 - t54;
+    const REAL t56 = n_g0 * t26;
+    const REAL t57 = n_g1 * t35;
+    const REAL t58 = t56 + t57;
+    const REAL t59 = n_g2 * t50;
+    const REAL t60 = t58 + t59;
+    const REAL t62 = n_g3 * t61;
+    const REAL t63 = t60 + t62;
+    out[0] = t28;
+    out[1] = t44;
+    out[2] = t55;
+    out[3] = t63;
+}
+
+WIDE static void NAME(field_stress_energy_block_f)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    const intptr_t c1a = strides[1], c2a = strides[2];
+    const REAL *prepared = (const REAL *)args[0];
+    char *a1 = args[1];
+    char *a2 = args[2];
+    ANY_ORDER
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
+        REAL x1[4];
+        REAL x2[4];
+        NAME(load_4)(x1, a1 + i * w, c1a);
+        NAME(field_stress_energy_apply_f)(prepared, x1, x2);
+        NAME(store_4)(a2 + i * w, c2a, x2);
+    }
+}
+
+WIDE static void NAME(field_stress_energy_dense_f)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    const REAL *prepared = (const REAL *)args[0];
+    char *a1 = args[1];
+    char *a2 = args[2];
+    ANY_ORDER
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
+        REAL x1[4];
+        REAL x2[4];
+        NAME(load_4)(x1, a1 + i * 4 * w, w);
+        NAME(field_stress_energy_apply_f)(prepared, x1, x2);
+        NAME(store_4)(a2 + i * 4 * w, w, x2);
+    }
+}
+
+static void NAME(field_stress_energy_start_f)(char **args, const intptr_t *strides, void *prepared)
+{
+    const intptr_t c0a = strides[0];
+    REAL x0[6];
+    NAME(load_6)(x0, args[0], c0a);
+    NAME(field_stress_energy_prepare_f)(x0, prepared);
+}
+
 WIDE static void NAME(field_stress_energy_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
@@ -5555,30 +6106,12 @@ WIDE static void NAME(field_stress_energy_block)(intptr_t n, char **args, const 
     }
 }
 
-WIDE static void NAME(field_stress_energy_block_uniform)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    REAL x0[6];
-    NAME(load_6)(x0, a0, c0a);
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x1[4];
-        REAL x2[4];
-        NAME(load_4)(x1, a1 + i * w, c1a);
-        NAME(field_stress_energy)(x0, x1, x2);
-        NAME(store_4)(a2 + i * w, c2a, x2);
-    }
-}
-
 void NAME(field_stress_energy_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{6, 1, 0, {6}}, {4, 1, 1, {4}}, {4, 1, 2, {4}}};
-    static const struct kernel kernel = {{NAME(field_stress_energy_block), NAME(field_stress_energy_block_uniform),
-        NULL, NULL}, 1, 2, 3, parts};
+    static const struct form forms[] = {{1, 2, NAME(field_stress_energy_start_f), NAME(field_stress_energy_block_f),
+        NAME(field_stress_energy_dense_f)}};
+    static const struct kernel kernel = {NAME(field_stress_energy_block), NULL, 2, 3, 1, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -5672,8 +6205,8 @@ WIDE static void NAME(dirac_current_dense)(intptr_t n, char **args, const intptr
 void NAME(dirac_current_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{8, 1, 0, {8}}, {4, 1, 1, {4}}};
-    static const struct kernel kernel = {{NAME(dirac_current_block), NULL, NAME(dirac_current_dense), NULL}, 0, 1,
-        2, parts};
+    static const struct kernel kernel = {NAME(dirac_current_block), NAME(dirac_current_dense), 1, 2, 0, parts,
+        NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -5767,8 +6300,7 @@ WIDE static void NAME(dirac_spin_dense)(intptr_t n, char **args, const intptr_t 
 void NAME(dirac_spin_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{8, 1, 0, {8}}, {4, 1, 1, {4}}};
-    static const struct kernel kernel = {{NAME(dirac_spin_block), NULL, NAME(dirac_spin_dense), NULL}, 0, 1, 2,
-        parts};
+    static const struct kernel kernel = {NAME(dirac_spin_block), NAME(dirac_spin_dense), 1, 2, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 #endif

@@ -2,7 +2,7 @@
 // command: gac generate --all vga2
 // spec: 8b59814c8ae32dfd
 // contraction: -ffp-contract=off (every operation is rounded once)
-// body: b194bbc24c9084aef4f857cdf3822b90e47cbb203005a51798718cad12742a40
+// body: eaa3e36242b84c8177be84978099f72cacee1a9d92d4ddb9102179307f40aac5
 
 #ifndef REAL
 #include "vga2.h"
@@ -51,15 +51,24 @@ struct part {
 
 typedef void loop_function(intptr_t n, char **args, const intptr_t *strides);
 
-// The loops of a kernel: rows, rows with the `hoisted` arguments (a bit each) the same for all, and both in C order.
-struct kernel {
-    loop_function *loops[4];
-    unsigned hoisted;
-    int n_inputs, n_parts;
-    const struct part *parts;
+// A form of a kernel for batches in which the `same` arguments (a bit each) are that for at least so many elements:
+// what depends on them is prepared once, and takes the place of the first of them.
+struct form {
+    unsigned same;
+    intptr_t least;
+    void (*start)(char **args, const intptr_t *strides, void *prepared);
+    loop_function *block, *dense;
 };
 
-enum { PARTS = 4, CORES = 3, SPACE = 4096 };
+// The loops of a kernel, over rows and in C order, and its forms.
+struct kernel {
+    loop_function *block, *dense;
+    int n_inputs, n_parts, n_forms;
+    const struct part *parts;
+    const struct form *forms;
+};
+
+enum { PARTS = 4, CORES = 3, SPACE = 4096, PREPARED = 3 };
 
 #define SQRT(x) FUNCTION(sqrt)(x)
 #define SIN(x) FUNCTION(sin)(x)
@@ -309,18 +318,25 @@ static void NAME(batch)(const struct kernel *kernel, char **args, intptr_t n, co
     const intptr_t w = sizeof(REAL), *strides = steps + kernel->n_parts;
     const int n_parts = kernel->n_parts, n_inputs = kernel->n_inputs;
     enum { SAME, HOISTED, UNIT, ANY } kinds[PARTS];
-    _Alignas(64) REAL space[SPACE];
+    _Alignas(64) REAL space[SPACE], prepared[PREPARED];
     REAL *rows[PARTS];
     char *starts[PARTS];
     intptr_t cores[CORES], row_cores[CORES], total = 0, bytes = 0;
-    unsigned hoisted = kernel->hoisted;
-    int in_place = 1, dense = kernel->loops[2] != NULL;
+    unsigned still = 0, hoisted = 0;
+    loop_function *in_rows = kernel->block, *in_order = kernel->dense;
     for (int p = 0; p < n_parts; ++p) {
         total += kernel->parts[p].size;
         bytes += steps[p] < 0 ? -steps[p] : steps[p];
-        if (hoisted >> p & 1 && steps[p] != 0)
-            hoisted = 0;
+        still |= (unsigned)(p < n_inputs && steps[p] == 0) << p;
     }
+    for (int f = 0; f < kernel->n_forms && !hoisted; ++f) {
+        const struct form *form = &kernel->forms[f];
+        if ((still & form->same) == form->same && n >= form->least) {
+            form->start(args, strides, prepared);
+            hoisted = form->same, in_rows = form->block, in_order = form->dense;
+        }
+    }
+    int in_place = 1, dense = in_order != NULL;
     // Long rows spare calls; beyond the last cache, short ones keep reading and writing going side by side.
     intptr_t row = n < (1 << 24) / (bytes + 1) ? 64 : LANES;
     while (row > LANES && row * total > SPACE)
@@ -330,7 +346,7 @@ static void NAME(batch)(const struct kernel *kernel, char **args, intptr_t n, co
         const struct part *part = &kernel->parts[p];
         const intptr_t *c = strides + part->first;
         intptr_t step = w, row_step = row * w;
-        starts[p] = args[p];
+        starts[p] = hoisted >> p & 1 ? (char *)prepared : args[p];
         rows[p] = space + row * total;
         total += part->size;
         kinds[p] = hoisted >> p & 1 ? HOISTED : p < n_inputs && steps[p] == 0 ? SAME : steps[p] == w ? UNIT : ANY;
@@ -338,7 +354,7 @@ static void NAME(batch)(const struct kernel *kernel, char **args, intptr_t n, co
         for (int q = part->rank; q-- > 0; step *= part->shape[q], row_step *= part->shape[q]) {
             cores[part->first + q] = c[q];
             row_cores[part->first + q] = row_step;
-            dense = dense && c[q] == step;
+            dense = dense && (kinds[p] == HOISTED || c[q] == step);
         }
         dense = dense && (kinds[p] == HOISTED || steps[p] == step);
     }
@@ -355,7 +371,7 @@ static void NAME(batch)(const struct kernel *kernel, char **args, intptr_t n, co
         const int last = n - i < LANES;
         if (dense && !last) {
             m = n & -LANES;
-            kernel->loops[hoisted ? 3 : 2](m, starts, cores);
+            in_order(m, starts, cores);
             continue;
         }
         m = last ? n - i : in_place || n - i < row ? (n - i) & -LANES : row;
@@ -374,7 +390,7 @@ static void NAME(batch)(const struct kernel *kernel, char **args, intptr_t n, co
                 for (intptr_t j = m; j < LANES; ++j)
                     rows[p][k * row + j] = rows[p][k * row + m - 1];
         }
-        kernel->loops[hoisted ? 1 : 0](m, starts, cores);
+        in_rows(m, starts, cores);
         for (int p = n_inputs; p < n_parts; ++p)
             if (starts[p] == (char *)rows[p])
                 NAME(move_part)(1, rows[p], row, &kernel->parts[p], args[p] + i * steps[p], steps[p],
@@ -445,25 +461,6 @@ WIDE static void NAME(geometric_product_block)(intptr_t n, char **args, const in
     }
 }
 
-WIDE static void NAME(geometric_product_block_uniform)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    REAL x0[4];
-    NAME(load_4)(x0, a0, c0a);
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x1[4];
-        REAL x2[4];
-        NAME(load_4)(x1, a1 + i * w, c1a);
-        NAME(geometric_product)(x0, x1, x2);
-        NAME(store_4)(a2 + i * w, c2a, x2);
-    }
-}
-
 WIDE static void NAME(geometric_product_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
@@ -483,30 +480,11 @@ WIDE static void NAME(geometric_product_dense)(intptr_t n, char **args, const in
     }
 }
 
-WIDE static void NAME(geometric_product_dense_uniform)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    REAL x0[4];
-    NAME(load_4)(x0, a0, w);
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x1[4];
-        REAL x2[4];
-        NAME(load_4)(x1, a1 + i * 4 * w, w);
-        NAME(geometric_product)(x0, x1, x2);
-        NAME(store_4)(a2 + i * 4 * w, w, x2);
-    }
-}
-
 void NAME(geometric_product_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {4, 1, 1, {4}}, {4, 1, 2, {4}}};
-    static const struct kernel kernel = {{NAME(geometric_product_block), NAME(geometric_product_block_uniform),
-        NAME(geometric_product_dense), NAME(geometric_product_dense_uniform)}, 1, 2, 3, parts};
+    static const struct kernel kernel = {NAME(geometric_product_block), NAME(geometric_product_dense), 2, 3, 0,
+        parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -559,25 +537,6 @@ WIDE static void NAME(outer_product_block)(intptr_t n, char **args, const intptr
     }
 }
 
-WIDE static void NAME(outer_product_block_uniform)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    REAL x0[4];
-    NAME(load_4)(x0, a0, c0a);
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x1[4];
-        REAL x2[4];
-        NAME(load_4)(x1, a1 + i * w, c1a);
-        NAME(outer_product)(x0, x1, x2);
-        NAME(store_4)(a2 + i * w, c2a, x2);
-    }
-}
-
 WIDE static void NAME(outer_product_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
@@ -597,30 +556,11 @@ WIDE static void NAME(outer_product_dense)(intptr_t n, char **args, const intptr
     }
 }
 
-WIDE static void NAME(outer_product_dense_uniform)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    REAL x0[4];
-    NAME(load_4)(x0, a0, w);
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x1[4];
-        REAL x2[4];
-        NAME(load_4)(x1, a1 + i * 4 * w, w);
-        NAME(outer_product)(x0, x1, x2);
-        NAME(store_4)(a2 + i * 4 * w, w, x2);
-    }
-}
-
 void NAME(outer_product_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {4, 1, 1, {4}}, {4, 1, 2, {4}}};
-    static const struct kernel kernel = {{NAME(outer_product_block), NAME(outer_product_block_uniform),
-        NAME(outer_product_dense), NAME(outer_product_dense_uniform)}, 1, 2, 3, parts};
+    static const struct kernel kernel = {NAME(outer_product_block), NAME(outer_product_dense), 2, 3, 0, parts,
+        NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -673,25 +613,6 @@ WIDE static void NAME(regressive_product_block)(intptr_t n, char **args, const i
     }
 }
 
-WIDE static void NAME(regressive_product_block_uniform)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    REAL x0[4];
-    NAME(load_4)(x0, a0, c0a);
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x1[4];
-        REAL x2[4];
-        NAME(load_4)(x1, a1 + i * w, c1a);
-        NAME(regressive_product)(x0, x1, x2);
-        NAME(store_4)(a2 + i * w, c2a, x2);
-    }
-}
-
 WIDE static void NAME(regressive_product_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
@@ -711,30 +632,11 @@ WIDE static void NAME(regressive_product_dense)(intptr_t n, char **args, const i
     }
 }
 
-WIDE static void NAME(regressive_product_dense_uniform)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    REAL x0[4];
-    NAME(load_4)(x0, a0, w);
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x1[4];
-        REAL x2[4];
-        NAME(load_4)(x1, a1 + i * 4 * w, w);
-        NAME(regressive_product)(x0, x1, x2);
-        NAME(store_4)(a2 + i * 4 * w, w, x2);
-    }
-}
-
 void NAME(regressive_product_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {4, 1, 1, {4}}, {4, 1, 2, {4}}};
-    static const struct kernel kernel = {{NAME(regressive_product_block), NAME(regressive_product_block_uniform),
-        NAME(regressive_product_dense), NAME(regressive_product_dense_uniform)}, 1, 2, 3, parts};
+    static const struct kernel kernel = {NAME(regressive_product_block), NAME(regressive_product_dense), 2, 3, 0,
+        parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -797,25 +699,6 @@ WIDE static void NAME(inner_product_block)(intptr_t n, char **args, const intptr
     }
 }
 
-WIDE static void NAME(inner_product_block_uniform)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    REAL x0[4];
-    NAME(load_4)(x0, a0, c0a);
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x1[4];
-        REAL x2[4];
-        NAME(load_4)(x1, a1 + i * w, c1a);
-        NAME(inner_product)(x0, x1, x2);
-        NAME(store_4)(a2 + i * w, c2a, x2);
-    }
-}
-
 WIDE static void NAME(inner_product_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
@@ -835,30 +718,11 @@ WIDE static void NAME(inner_product_dense)(intptr_t n, char **args, const intptr
     }
 }
 
-WIDE static void NAME(inner_product_dense_uniform)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    REAL x0[4];
-    NAME(load_4)(x0, a0, w);
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x1[4];
-        REAL x2[4];
-        NAME(load_4)(x1, a1 + i * 4 * w, w);
-        NAME(inner_product)(x0, x1, x2);
-        NAME(store_4)(a2 + i * 4 * w, w, x2);
-    }
-}
-
 void NAME(inner_product_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {4, 1, 1, {4}}, {4, 1, 2, {4}}};
-    static const struct kernel kernel = {{NAME(inner_product_block), NAME(inner_product_block_uniform),
-        NAME(inner_product_dense), NAME(inner_product_dense_uniform)}, 1, 2, 3, parts};
+    static const struct kernel kernel = {NAME(inner_product_block), NAME(inner_product_dense), 2, 3, 0, parts,
+        NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -910,7 +774,7 @@ WIDE static void NAME(reverse_dense)(intptr_t n, char **args, const intptr_t *st
 void NAME(reverse_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {4, 1, 1, {4}}};
-    static const struct kernel kernel = {{NAME(reverse_block), NULL, NAME(reverse_dense), NULL}, 0, 1, 2, parts};
+    static const struct kernel kernel = {NAME(reverse_block), NAME(reverse_dense), 1, 2, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -962,7 +826,7 @@ WIDE static void NAME(dual_dense)(intptr_t n, char **args, const intptr_t *strid
 void NAME(dual_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {4, 1, 1, {4}}};
-    static const struct kernel kernel = {{NAME(dual_block), NULL, NAME(dual_dense), NULL}, 0, 1, 2, parts};
+    static const struct kernel kernel = {NAME(dual_block), NAME(dual_dense), 1, 2, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -1018,7 +882,7 @@ WIDE static void NAME(norm_dense)(intptr_t n, char **args, const intptr_t *strid
 void NAME(norm_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {1, 0, 1, {0}}};
-    static const struct kernel kernel = {{NAME(norm_block), NULL, NAME(norm_dense), NULL}, 0, 1, 2, parts};
+    static const struct kernel kernel = {NAME(norm_block), NAME(norm_dense), 1, 2, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -1084,7 +948,7 @@ WIDE static void NAME(inverse_dense)(intptr_t n, char **args, const intptr_t *st
 void NAME(inverse_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {4, 1, 1, {4}}};
-    static const struct kernel kernel = {{NAME(inverse_block), NULL, NAME(inverse_dense), NULL}, 0, 1, 2, parts};
+    static const struct kernel kernel = {NAME(inverse_block), NAME(inverse_dense), 1, 2, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -1123,25 +987,6 @@ WIDE static void NAME(vector_product_block)(intptr_t n, char **args, const intpt
     }
 }
 
-WIDE static void NAME(vector_product_block_uniform)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    REAL x0[2];
-    NAME(load_2)(x0, a0, c0a);
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x1[2];
-        REAL x2[2];
-        NAME(load_2)(x1, a1 + i * w, c1a);
-        NAME(vector_product)(x0, x1, x2);
-        NAME(store_2)(a2 + i * w, c2a, x2);
-    }
-}
-
 WIDE static void NAME(vector_product_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
@@ -1161,30 +1006,11 @@ WIDE static void NAME(vector_product_dense)(intptr_t n, char **args, const intpt
     }
 }
 
-WIDE static void NAME(vector_product_dense_uniform)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    REAL x0[2];
-    NAME(load_2)(x0, a0, w);
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x1[2];
-        REAL x2[2];
-        NAME(load_2)(x1, a1 + i * 2 * w, w);
-        NAME(vector_product)(x0, x1, x2);
-        NAME(store_2)(a2 + i * 2 * w, w, x2);
-    }
-}
-
 void NAME(vector_product_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{2, 1, 0, {2}}, {2, 1, 1, {2}}, {2, 1, 2, {2}}};
-    static const struct kernel kernel = {{NAME(vector_product_block), NAME(vector_product_block_uniform),
-        NAME(vector_product_dense), NAME(vector_product_dense_uniform)}, 1, 2, 3, parts};
+    static const struct kernel kernel = {NAME(vector_product_block), NAME(vector_product_dense), 2, 3, 0, parts,
+        NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -1219,25 +1045,6 @@ WIDE static void NAME(dot_product_block)(intptr_t n, char **args, const intptr_t
     }
 }
 
-WIDE static void NAME(dot_product_block_uniform)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c1a = strides[1];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    REAL x0[2];
-    NAME(load_2)(x0, a0, c0a);
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x1[2];
-        REAL x2[1];
-        NAME(load_2)(x1, a1 + i * w, c1a);
-        NAME(dot_product)(x0, x1, x2);
-        NAME(store_scalar)(a2 + i * w, x2);
-    }
-}
-
 WIDE static void NAME(dot_product_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
@@ -1257,30 +1064,10 @@ WIDE static void NAME(dot_product_dense)(intptr_t n, char **args, const intptr_t
     }
 }
 
-WIDE static void NAME(dot_product_dense_uniform)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    REAL x0[2];
-    NAME(load_2)(x0, a0, w);
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x1[2];
-        REAL x2[1];
-        NAME(load_2)(x1, a1 + i * 2 * w, w);
-        NAME(dot_product)(x0, x1, x2);
-        NAME(store_scalar)(a2 + i * w, x2);
-    }
-}
-
 void NAME(dot_product_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{2, 1, 0, {2}}, {2, 1, 1, {2}}, {1, 0, 2, {0}}};
-    static const struct kernel kernel = {{NAME(dot_product_block), NAME(dot_product_block_uniform),
-        NAME(dot_product_dense), NAME(dot_product_dense_uniform)}, 1, 2, 3, parts};
+    static const struct kernel kernel = {NAME(dot_product_block), NAME(dot_product_dense), 2, 3, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -1315,25 +1102,6 @@ WIDE static void NAME(signed_area_block)(intptr_t n, char **args, const intptr_t
     }
 }
 
-WIDE static void NAME(signed_area_block_uniform)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c1a = strides[1];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    REAL x0[2];
-    NAME(load_2)(x0, a0, c0a);
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x1[2];
-        REAL x2[1];
-        NAME(load_2)(x1, a1 + i * w, c1a);
-        NAME(signed_area)(x0, x1, x2);
-        NAME(store_scalar)(a2 + i * w, x2);
-    }
-}
-
 WIDE static void NAME(signed_area_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
@@ -1353,30 +1121,10 @@ WIDE static void NAME(signed_area_dense)(intptr_t n, char **args, const intptr_t
     }
 }
 
-WIDE static void NAME(signed_area_dense_uniform)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    REAL x0[2];
-    NAME(load_2)(x0, a0, w);
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x1[2];
-        REAL x2[1];
-        NAME(load_2)(x1, a1 + i * 2 * w, w);
-        NAME(signed_area)(x0, x1, x2);
-        NAME(store_scalar)(a2 + i * w, x2);
-    }
-}
-
 void NAME(signed_area_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{2, 1, 0, {2}}, {2, 1, 1, {2}}, {1, 0, 2, {0}}};
-    static const struct kernel kernel = {{NAME(signed_area_block), NAME(signed_area_block_uniform),
-        NAME(signed_area_dense), NAME(signed_area_dense_uniform)}, 1, 2, 3, parts};
+    static const struct kernel kernel = {NAME(signed_area_block), NAME(signed_area_dense), 2, 3, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -1424,8 +1172,7 @@ WIDE static void NAME(quarter_turn_dense)(intptr_t n, char **args, const intptr_
 void NAME(quarter_turn_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{2, 1, 0, {2}}, {2, 1, 1, {2}}};
-    static const struct kernel kernel = {{NAME(quarter_turn_block), NULL, NAME(quarter_turn_dense), NULL}, 0, 1, 2,
-        parts};
+    static const struct kernel kernel = {NAME(quarter_turn_block), NAME(quarter_turn_dense), 1, 2, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -1479,8 +1226,8 @@ WIDE static void NAME(normalize_vector_dense)(intptr_t n, char **args, const int
 void NAME(normalize_vector_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{2, 1, 0, {2}}, {2, 1, 1, {2}}};
-    static const struct kernel kernel = {{NAME(normalize_vector_block), NULL, NAME(normalize_vector_dense), NULL},
-        0, 1, 2, parts};
+    static const struct kernel kernel = {NAME(normalize_vector_block), NAME(normalize_vector_dense), 1, 2, 0, parts,
+        NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -1519,30 +1266,10 @@ WIDE static void NAME(angle_between_vectors_block)(intptr_t n, char **args, cons
     }
 }
 
-WIDE static void NAME(angle_between_vectors_block_uniform)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c1a = strides[1];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    REAL x0[2];
-    NAME(load_2)(x0, a0, c0a);
-    ANY_ORDER
-    for (intptr_t i = 0; i < n; ++i) {
-        REAL x1[2];
-        REAL x2[1];
-        NAME(load_2)(x1, a1 + i * w, c1a);
-        NAME(angle_between_vectors)(x0, x1, x2);
-        NAME(store_scalar)(a2 + i * w, x2);
-    }
-}
-
 void NAME(angle_between_vectors_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{2, 1, 0, {2}}, {2, 1, 1, {2}}, {1, 0, 2, {0}}};
-    static const struct kernel kernel = {{NAME(angle_between_vectors_block),
-        NAME(angle_between_vectors_block_uniform), NULL, NULL}, 1, 2, 3, parts};
+    static const struct kernel kernel = {NAME(angle_between_vectors_block), NULL, 2, 3, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -1565,6 +1292,81 @@ INLINE void NAME(project_vector_on_vector)(const REAL *v, const REAL *n, REAL *o
     out[1] = t8;
 }
 
+static INLINE void NAME(project_vector_on_vector_prepare_n)(const REAL *n, REAL *prepared)
+{
+    const REAL n_e1 = n[0];
+    const REAL n_e2 = n[1];
+    const REAL t0 = n_e1 * n_e1;
+    const REAL t1 = n_e2 * n_e2;
+    const REAL t2 = t0 + t1;
+    const REAL t3 = n_e2 / t2;
+    const REAL t4 = n_e2 * t3;
+    const REAL t5 = (REAL)1 - t4;
+    const REAL t7 = n_e1 * t3;
+    prepared[0] = t5;
+    prepared[1] = t7;
+    prepared[2] = t4;
+}
+
+static INLINE void NAME(project_vector_on_vector_apply_n)(const REAL *prepared, const REAL *v, REAL *out)
+{
+    const REAL t5 = prepared[0];
+    const REAL t7 = prepared[1];
+    const REAL t4 = prepared[2];
+    const REAL v_e1 = v[0];
+    const REAL v_e2 = v[1];
+    const REAL t6 = v_e1 * t5;
+    const REAL t8 = v_e2 * t7;
+    const REAL t9 = t6 + t8;
+    const REAL t10 = v_e1 * t7;
+    const REAL t11 = v_e2 * t4;
+    const REAL t12 = t10 + t11;
+    out[0] = t9;
+    out[1] = t12;
+}
+
+WIDE static void NAME(project_vector_on_vector_block_n)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    const intptr_t c0a = strides[0], c2a = strides[2];
+    const REAL *prepared = (const REAL *)args[1];
+    char *a0 = args[0];
+    char *a2 = args[2];
+    ANY_ORDER
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
+        REAL x0[2];
+        REAL x2[2];
+        NAME(load_2)(x0, a0 + i * w, c0a);
+        NAME(project_vector_on_vector_apply_n)(prepared, x0, x2);
+        NAME(store_2)(a2 + i * w, c2a, x2);
+    }
+}
+
+WIDE static void NAME(project_vector_on_vector_dense_n)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    const REAL *prepared = (const REAL *)args[1];
+    char *a0 = args[0];
+    char *a2 = args[2];
+    ANY_ORDER
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
+        REAL x0[2];
+        REAL x2[2];
+        NAME(load_2)(x0, a0 + i * 2 * w, w);
+        NAME(project_vector_on_vector_apply_n)(prepared, x0, x2);
+        NAME(store_2)(a2 + i * 2 * w, w, x2);
+    }
+}
+
+static void NAME(project_vector_on_vector_start_n)(char **args, const intptr_t *strides, void *prepared)
+{
+    const intptr_t c1a = strides[1];
+    REAL x1[2];
+    NAME(load_2)(x1, args[1], c1a);
+    NAME(project_vector_on_vector_prepare_n)(x1, prepared);
+}
+
 WIDE static void NAME(project_vector_on_vector_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
@@ -1578,25 +1380,6 @@ WIDE static void NAME(project_vector_on_vector_block)(intptr_t n, char **args, c
         REAL x1[2];
         REAL x2[2];
         NAME(load_2)(x0, a0 + i * w, c0a);
-        NAME(load_2)(x1, a1 + i * w, c1a);
-        NAME(project_vector_on_vector)(x0, x1, x2);
-        NAME(store_2)(a2 + i * w, c2a, x2);
-    }
-}
-
-WIDE static void NAME(project_vector_on_vector_block_uniform)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    REAL x0[2];
-    NAME(load_2)(x0, a0, c0a);
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x1[2];
-        REAL x2[2];
         NAME(load_2)(x1, a1 + i * w, c1a);
         NAME(project_vector_on_vector)(x0, x1, x2);
         NAME(store_2)(a2 + i * w, c2a, x2);
@@ -1622,31 +1405,13 @@ WIDE static void NAME(project_vector_on_vector_dense)(intptr_t n, char **args, c
     }
 }
 
-WIDE static void NAME(project_vector_on_vector_dense_uniform)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    REAL x0[2];
-    NAME(load_2)(x0, a0, w);
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x1[2];
-        REAL x2[2];
-        NAME(load_2)(x1, a1 + i * 2 * w, w);
-        NAME(project_vector_on_vector)(x0, x1, x2);
-        NAME(store_2)(a2 + i * 2 * w, w, x2);
-    }
-}
-
 void NAME(project_vector_on_vector_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{2, 1, 0, {2}}, {2, 1, 1, {2}}, {2, 1, 2, {2}}};
-    static const struct kernel kernel = {{NAME(project_vector_on_vector_block),
-        NAME(project_vector_on_vector_block_uniform), NAME(project_vector_on_vector_dense),
-        NAME(project_vector_on_vector_dense_uniform)}, 1, 2, 3, parts};
+    static const struct form forms[] = {{2, 2, NAME(project_vector_on_vector_start_n),
+        NAME(project_vector_on_vector_block_n), NAME(project_vector_on_vector_dense_n)}};
+    static const struct kernel kernel = {NAME(project_vector_on_vector_block), NAME(project_vector_on_vector_dense),
+        2, 3, 1, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -1677,6 +1442,81 @@ INLINE void NAME(reflect_vector)(const REAL *v, const REAL *n, REAL *out)
     out[1] = t16;
 }
 
+static INLINE void NAME(reflect_vector_prepare_n)(const REAL *n, REAL *prepared)
+{
+    const REAL n_e1 = n[0];
+    const REAL n_e2 = n[1];
+    const REAL t0 = n_e1 * n_e1;
+    const REAL t1 = n_e2 * n_e2;
+    const REAL t2 = t0 + t1;
+    const REAL t3 = n_e2 / t2;
+    const REAL t4 = t3 * (REAL)2;
+    const REAL t5 = n_e2 * t4;
+    const REAL t6 = t5 - (REAL)1;
+    const REAL t8 = n_e1 * t4;
+    prepared[0] = t6;
+    prepared[1] = t8;
+}
+
+static INLINE void NAME(reflect_vector_apply_n)(const REAL *prepared, const REAL *v, REAL *out)
+{
+    const REAL t6 = prepared[0];
+    const REAL t8 = prepared[1];
+    const REAL v_e1 = v[0];
+    const REAL v_e2 = v[1];
+    const REAL t7 = v_e1 * t6;
+    const REAL t9 = v_e2 * t8;
+    const REAL t10 = t7 - t9;
+    const REAL t11 = v_e2 * t6;
+    const REAL t12 = v_e1 * t8;
+    const REAL t13 = t12 + t11;
+    const REAL t14 = -t13;
+    out[0] = t10;
+    out[1] = t14;
+}
+
+WIDE static void NAME(reflect_vector_block_n)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    const intptr_t c0a = strides[0], c2a = strides[2];
+    const REAL *prepared = (const REAL *)args[1];
+    char *a0 = args[0];
+    char *a2 = args[2];
+    ANY_ORDER
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
+        REAL x0[2];
+        REAL x2[2];
+        NAME(load_2)(x0, a0 + i * w, c0a);
+        NAME(reflect_vector_apply_n)(prepared, x0, x2);
+        NAME(store_2)(a2 + i * w, c2a, x2);
+    }
+}
+
+WIDE static void NAME(reflect_vector_dense_n)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    const REAL *prepared = (const REAL *)args[1];
+    char *a0 = args[0];
+    char *a2 = args[2];
+    ANY_ORDER
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
+        REAL x0[2];
+        REAL x2[2];
+        NAME(load_2)(x0, a0 + i * 2 * w, w);
+        NAME(reflect_vector_apply_n)(prepared, x0, x2);
+        NAME(store_2)(a2 + i * 2 * w, w, x2);
+    }
+}
+
+static void NAME(reflect_vector_start_n)(char **args, const intptr_t *strides, void *prepared)
+{
+    const intptr_t c1a = strides[1];
+    REAL x1[2];
+    NAME(load_2)(x1, args[1], c1a);
+    NAME(reflect_vector_prepare_n)(x1, prepared);
+}
+
 WIDE static void NAME(reflect_vector_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
@@ -1690,25 +1530,6 @@ WIDE static void NAME(reflect_vector_block)(intptr_t n, char **args, const intpt
         REAL x1[2];
         REAL x2[2];
         NAME(load_2)(x0, a0 + i * w, c0a);
-        NAME(load_2)(x1, a1 + i * w, c1a);
-        NAME(reflect_vector)(x0, x1, x2);
-        NAME(store_2)(a2 + i * w, c2a, x2);
-    }
-}
-
-WIDE static void NAME(reflect_vector_block_uniform)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    REAL x0[2];
-    NAME(load_2)(x0, a0, c0a);
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x1[2];
-        REAL x2[2];
         NAME(load_2)(x1, a1 + i * w, c1a);
         NAME(reflect_vector)(x0, x1, x2);
         NAME(store_2)(a2 + i * w, c2a, x2);
@@ -1734,30 +1555,13 @@ WIDE static void NAME(reflect_vector_dense)(intptr_t n, char **args, const intpt
     }
 }
 
-WIDE static void NAME(reflect_vector_dense_uniform)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    REAL x0[2];
-    NAME(load_2)(x0, a0, w);
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x1[2];
-        REAL x2[2];
-        NAME(load_2)(x1, a1 + i * 2 * w, w);
-        NAME(reflect_vector)(x0, x1, x2);
-        NAME(store_2)(a2 + i * 2 * w, w, x2);
-    }
-}
-
 void NAME(reflect_vector_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{2, 1, 0, {2}}, {2, 1, 1, {2}}, {2, 1, 2, {2}}};
-    static const struct kernel kernel = {{NAME(reflect_vector_block), NAME(reflect_vector_block_uniform),
-        NAME(reflect_vector_dense), NAME(reflect_vector_dense_uniform)}, 1, 2, 3, parts};
+    static const struct form forms[] = {{2, 1, NAME(reflect_vector_start_n), NAME(reflect_vector_block_n),
+        NAME(reflect_vector_dense_n)}};
+    static const struct kernel kernel = {NAME(reflect_vector_block), NAME(reflect_vector_dense), 2, 3, 1, parts,
+        forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -1796,25 +1600,6 @@ WIDE static void NAME(rotor_product_block)(intptr_t n, char **args, const intptr
     }
 }
 
-WIDE static void NAME(rotor_product_block_uniform)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    REAL x0[2];
-    NAME(load_2)(x0, a0, c0a);
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x1[2];
-        REAL x2[2];
-        NAME(load_2)(x1, a1 + i * w, c1a);
-        NAME(rotor_product)(x0, x1, x2);
-        NAME(store_2)(a2 + i * w, c2a, x2);
-    }
-}
-
 WIDE static void NAME(rotor_product_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
@@ -1834,30 +1619,11 @@ WIDE static void NAME(rotor_product_dense)(intptr_t n, char **args, const intptr
     }
 }
 
-WIDE static void NAME(rotor_product_dense_uniform)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    REAL x0[2];
-    NAME(load_2)(x0, a0, w);
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x1[2];
-        REAL x2[2];
-        NAME(load_2)(x1, a1 + i * 2 * w, w);
-        NAME(rotor_product)(x0, x1, x2);
-        NAME(store_2)(a2 + i * 2 * w, w, x2);
-    }
-}
-
 void NAME(rotor_product_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{2, 1, 0, {2}}, {2, 1, 1, {2}}, {2, 1, 2, {2}}};
-    static const struct kernel kernel = {{NAME(rotor_product_block), NAME(rotor_product_block_uniform),
-        NAME(rotor_product_dense), NAME(rotor_product_dense_uniform)}, 1, 2, 3, parts};
+    static const struct kernel kernel = {NAME(rotor_product_block), NAME(rotor_product_dense), 2, 3, 0, parts,
+        NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -1896,25 +1662,6 @@ WIDE static void NAME(even_product_block)(intptr_t n, char **args, const intptr_
     }
 }
 
-WIDE static void NAME(even_product_block_uniform)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    REAL x0[2];
-    NAME(load_2)(x0, a0, c0a);
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x1[2];
-        REAL x2[2];
-        NAME(load_2)(x1, a1 + i * w, c1a);
-        NAME(even_product)(x0, x1, x2);
-        NAME(store_2)(a2 + i * w, c2a, x2);
-    }
-}
-
 WIDE static void NAME(even_product_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
@@ -1934,30 +1681,10 @@ WIDE static void NAME(even_product_dense)(intptr_t n, char **args, const intptr_
     }
 }
 
-WIDE static void NAME(even_product_dense_uniform)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    REAL x0[2];
-    NAME(load_2)(x0, a0, w);
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x1[2];
-        REAL x2[2];
-        NAME(load_2)(x1, a1 + i * 2 * w, w);
-        NAME(even_product)(x0, x1, x2);
-        NAME(store_2)(a2 + i * 2 * w, w, x2);
-    }
-}
-
 void NAME(even_product_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{2, 1, 0, {2}}, {2, 1, 1, {2}}, {2, 1, 2, {2}}};
-    static const struct kernel kernel = {{NAME(even_product_block), NAME(even_product_block_uniform),
-        NAME(even_product_dense), NAME(even_product_dense_uniform)}, 1, 2, 3, parts};
+    static const struct kernel kernel = {NAME(even_product_block), NAME(even_product_dense), 2, 3, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -2005,8 +1732,8 @@ WIDE static void NAME(rotor_inverse_dense)(intptr_t n, char **args, const intptr
 void NAME(rotor_inverse_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{2, 1, 0, {2}}, {2, 1, 1, {2}}};
-    static const struct kernel kernel = {{NAME(rotor_inverse_block), NULL, NAME(rotor_inverse_dense), NULL}, 0, 1,
-        2, parts};
+    static const struct kernel kernel = {NAME(rotor_inverse_block), NAME(rotor_inverse_dense), 1, 2, 0, parts,
+        NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -2060,8 +1787,8 @@ WIDE static void NAME(normalize_rotor_dense)(intptr_t n, char **args, const intp
 void NAME(normalize_rotor_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{2, 1, 0, {2}}, {2, 1, 1, {2}}};
-    static const struct kernel kernel = {{NAME(normalize_rotor_block), NULL, NAME(normalize_rotor_dense), NULL}, 0,
-        1, 2, parts};
+    static const struct kernel kernel = {NAME(normalize_rotor_block), NAME(normalize_rotor_dense), 1, 2, 0, parts,
+        NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -2105,25 +1832,6 @@ WIDE static void NAME(rotate_vector_block)(intptr_t n, char **args, const intptr
     }
 }
 
-WIDE static void NAME(rotate_vector_block_uniform)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    REAL x0[2];
-    NAME(load_2)(x0, a0, c0a);
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x1[2];
-        REAL x2[2];
-        NAME(load_2)(x1, a1 + i * w, c1a);
-        NAME(rotate_vector)(x0, x1, x2);
-        NAME(store_2)(a2 + i * w, c2a, x2);
-    }
-}
-
 WIDE static void NAME(rotate_vector_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
@@ -2143,30 +1851,11 @@ WIDE static void NAME(rotate_vector_dense)(intptr_t n, char **args, const intptr
     }
 }
 
-WIDE static void NAME(rotate_vector_dense_uniform)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    REAL x0[2];
-    NAME(load_2)(x0, a0, w);
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x1[2];
-        REAL x2[2];
-        NAME(load_2)(x1, a1 + i * 2 * w, w);
-        NAME(rotate_vector)(x0, x1, x2);
-        NAME(store_2)(a2 + i * 2 * w, w, x2);
-    }
-}
-
 void NAME(rotate_vector_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{2, 1, 0, {2}}, {2, 1, 1, {2}}, {2, 1, 2, {2}}};
-    static const struct kernel kernel = {{NAME(rotate_vector_block), NAME(rotate_vector_block_uniform),
-        NAME(rotate_vector_dense), NAME(rotate_vector_dense_uniform)}, 1, 2, 3, parts};
+    static const struct kernel kernel = {NAME(rotate_vector_block), NAME(rotate_vector_dense), 2, 3, 0, parts,
+        NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -2210,25 +1899,6 @@ WIDE static void NAME(rotate_vector_back_block)(intptr_t n, char **args, const i
     }
 }
 
-WIDE static void NAME(rotate_vector_back_block_uniform)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    REAL x0[2];
-    NAME(load_2)(x0, a0, c0a);
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x1[2];
-        REAL x2[2];
-        NAME(load_2)(x1, a1 + i * w, c1a);
-        NAME(rotate_vector_back)(x0, x1, x2);
-        NAME(store_2)(a2 + i * w, c2a, x2);
-    }
-}
-
 WIDE static void NAME(rotate_vector_back_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
@@ -2248,30 +1918,11 @@ WIDE static void NAME(rotate_vector_back_dense)(intptr_t n, char **args, const i
     }
 }
 
-WIDE static void NAME(rotate_vector_back_dense_uniform)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    REAL x0[2];
-    NAME(load_2)(x0, a0, w);
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x1[2];
-        REAL x2[2];
-        NAME(load_2)(x1, a1 + i * 2 * w, w);
-        NAME(rotate_vector_back)(x0, x1, x2);
-        NAME(store_2)(a2 + i * 2 * w, w, x2);
-    }
-}
-
 void NAME(rotate_vector_back_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{2, 1, 0, {2}}, {2, 1, 1, {2}}, {2, 1, 2, {2}}};
-    static const struct kernel kernel = {{NAME(rotate_vector_back_block), NAME(rotate_vector_back_block_uniform),
-        NAME(rotate_vector_back_dense), NAME(rotate_vector_back_dense_uniform)}, 1, 2, 3, parts};
+    static const struct kernel kernel = {NAME(rotate_vector_back_block), NAME(rotate_vector_back_dense), 2, 3, 0,
+        parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -2304,7 +1955,7 @@ WIDE static void NAME(rotor_from_angle_block)(intptr_t n, char **args, const int
 void NAME(rotor_from_angle_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{1, 0, 0, {0}}, {2, 1, 0, {2}}};
-    static const struct kernel kernel = {{NAME(rotor_from_angle_block), NULL, NULL, NULL}, 0, 1, 2, parts};
+    static const struct kernel kernel = {NAME(rotor_from_angle_block), NULL, 1, 2, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -2340,7 +1991,7 @@ WIDE static void NAME(rotor_to_angle_block)(intptr_t n, char **args, const intpt
 void NAME(rotor_to_angle_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{2, 1, 0, {2}}, {1, 0, 1, {0}}};
-    static const struct kernel kernel = {{NAME(rotor_to_angle_block), NULL, NULL, NULL}, 0, 1, 2, parts};
+    static const struct kernel kernel = {NAME(rotor_to_angle_block), NULL, 1, 2, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -2372,7 +2023,7 @@ WIDE static void NAME(rotor_exponential_block)(intptr_t n, char **args, const in
 void NAME(rotor_exponential_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{1, 1, 0, {1}}, {2, 1, 1, {2}}};
-    static const struct kernel kernel = {{NAME(rotor_exponential_block), NULL, NULL, NULL}, 0, 1, 2, parts};
+    static const struct kernel kernel = {NAME(rotor_exponential_block), NULL, 1, 2, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -2407,7 +2058,7 @@ WIDE static void NAME(rotor_logarithm_block)(intptr_t n, char **args, const intp
 void NAME(rotor_logarithm_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{2, 1, 0, {2}}, {1, 1, 1, {1}}};
-    static const struct kernel kernel = {{NAME(rotor_logarithm_block), NULL, NULL, NULL}, 0, 1, 2, parts};
+    static const struct kernel kernel = {NAME(rotor_logarithm_block), NULL, 1, 2, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -2465,8 +2116,8 @@ WIDE static void NAME(rotor_square_root_dense)(intptr_t n, char **args, const in
 void NAME(rotor_square_root_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{2, 1, 0, {2}}, {2, 1, 1, {2}}};
-    static const struct kernel kernel = {{NAME(rotor_square_root_block), NULL, NAME(rotor_square_root_dense), NULL},
-        0, 1, 2, parts};
+    static const struct kernel kernel = {NAME(rotor_square_root_block), NAME(rotor_square_root_dense), 1, 2, 0,
+        parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -2484,6 +2135,53 @@ INLINE void NAME(rotor_power)(const REAL *r, REAL t, REAL *out)
     const REAL t7 = SIN(t5);
     out[0] = t6;
     out[1] = t7;
+}
+
+static INLINE void NAME(rotor_power_prepare_r)(const REAL *r, REAL *prepared)
+{
+    const REAL r_1 = r[0];
+    const REAL r_e12 = r[1];
+    const REAL t0 = LESS(r_1, (REAL)0);
+    const REAL t1 = -r_e12;
+    const REAL t2 = SELECT(t0, t1, r_e12);
+    const REAL t3 = ABS(r_1);
+    const REAL t4 = ATAN2(t2, t3);
+    prepared[0] = t4;
+}
+
+static INLINE void NAME(rotor_power_apply_r)(const REAL *prepared, REAL t, REAL *out)
+{
+    const REAL t4 = prepared[0];
+    const REAL t5 = t * t4;
+    const REAL t6 = COS(t5);
+    const REAL t7 = SIN(t5);
+    out[0] = t6;
+    out[1] = t7;
+}
+
+WIDE static void NAME(rotor_power_block_r)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    const intptr_t c2a = strides[1];
+    const REAL *prepared = (const REAL *)args[0];
+    char *a1 = args[1];
+    char *a2 = args[2];
+    ANY_ORDER
+    for (intptr_t i = 0; i < n; ++i) {
+        REAL x1[1];
+        REAL x2[2];
+        NAME(load_scalar)(x1, a1 + i * w);
+        NAME(rotor_power_apply_r)(prepared, x1[0], x2);
+        NAME(store_2)(a2 + i * w, c2a, x2);
+    }
+}
+
+static void NAME(rotor_power_start_r)(char **args, const intptr_t *strides, void *prepared)
+{
+    const intptr_t c0a = strides[0];
+    REAL x0[2];
+    NAME(load_2)(x0, args[0], c0a);
+    NAME(rotor_power_prepare_r)(x0, prepared);
 }
 
 WIDE static void NAME(rotor_power_block)(intptr_t n, char **args, const intptr_t *strides)
@@ -2505,30 +2203,11 @@ WIDE static void NAME(rotor_power_block)(intptr_t n, char **args, const intptr_t
     }
 }
 
-WIDE static void NAME(rotor_power_block_uniform)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c2a = strides[1];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    REAL x1[1];
-    NAME(load_scalar)(x1, a1);
-    ANY_ORDER
-    for (intptr_t i = 0; i < n; ++i) {
-        REAL x0[2];
-        REAL x2[2];
-        NAME(load_2)(x0, a0 + i * w, c0a);
-        NAME(rotor_power)(x0, x1[0], x2);
-        NAME(store_2)(a2 + i * w, c2a, x2);
-    }
-}
-
 void NAME(rotor_power_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{2, 1, 0, {2}}, {1, 0, 1, {0}}, {2, 1, 1, {2}}};
-    static const struct kernel kernel = {{NAME(rotor_power_block), NAME(rotor_power_block_uniform), NULL, NULL}, 2,
-        2, 3, parts};
+    static const struct form forms[] = {{1, 2, NAME(rotor_power_start_r), NAME(rotor_power_block_r), NULL}};
+    static const struct kernel kernel = {NAME(rotor_power_block), NULL, 2, 3, 1, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -2562,6 +2241,73 @@ INLINE void NAME(interpolate_rotors)(const REAL *a, const REAL *b, REAL t, REAL 
     out[1] = t19;
 }
 
+static INLINE void NAME(interpolate_rotors_prepare_a_b)(const REAL *a, const REAL *b, REAL *prepared)
+{
+    const REAL a_1 = a[0];
+    const REAL a_e12 = a[1];
+    const REAL b_1 = b[0];
+    const REAL b_e12 = b[1];
+    const REAL t0 = a_1 * b_1;
+    const REAL t1 = a_e12 * b_e12;
+    const REAL t2 = t0 + t1;
+    const REAL t3 = LESS(t2, (REAL)0);
+    const REAL t4 = a_1 * b_e12;
+    const REAL t5 = a_e12 * b_1;
+    const REAL t6 = t4 - t5;
+    const REAL t7 = t5 - t4;
+    const REAL t8 = SELECT(t3, t7, t6);
+    const REAL t9 = ABS(t2);
+    const REAL t10 = ATAN2(t8, t9);
+    prepared[0] = t10;
+    prepared[1] = a_1;
+    prepared[2] = a_e12;
+}
+
+static INLINE void NAME(interpolate_rotors_apply_a_b)(const REAL *prepared, REAL t, REAL *out)
+{
+    const REAL t10 = prepared[0];
+    const REAL a_1 = prepared[1];
+    const REAL a_e12 = prepared[2];
+    const REAL t11 = t * t10;
+    const REAL t12 = COS(t11);
+    const REAL t13 = a_1 * t12;
+    const REAL t14 = SIN(t11);
+    const REAL t15 = a_e12 * t14;
+    const REAL t16 = t13 - t15;
+    const REAL t17 = a_1 * t14;
+    const REAL t18 = a_e12 * t12;
+    const REAL t19 = t17 + t18;
+    out[0] = t16;
+    out[1] = t19;
+}
+
+WIDE static void NAME(interpolate_rotors_block_a_b)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    const intptr_t c3a = strides[2];
+    const REAL *prepared = (const REAL *)args[0];
+    char *a2 = args[2];
+    char *a3 = args[3];
+    ANY_ORDER
+    for (intptr_t i = 0; i < n; ++i) {
+        REAL x2[1];
+        REAL x3[2];
+        NAME(load_scalar)(x2, a2 + i * w);
+        NAME(interpolate_rotors_apply_a_b)(prepared, x2[0], x3);
+        NAME(store_2)(a3 + i * w, c3a, x3);
+    }
+}
+
+static void NAME(interpolate_rotors_start_a_b)(char **args, const intptr_t *strides, void *prepared)
+{
+    const intptr_t c0a = strides[0], c1a = strides[1];
+    REAL x0[2];
+    NAME(load_2)(x0, args[0], c0a);
+    REAL x1[2];
+    NAME(load_2)(x1, args[1], c1a);
+    NAME(interpolate_rotors_prepare_a_b)(x0, x1, prepared);
+}
+
 WIDE static void NAME(interpolate_rotors_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
@@ -2584,33 +2330,12 @@ WIDE static void NAME(interpolate_rotors_block)(intptr_t n, char **args, const i
     }
 }
 
-WIDE static void NAME(interpolate_rotors_block_uniform)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c1a = strides[1], c3a = strides[2];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    char *a3 = args[3];
-    REAL x2[1];
-    NAME(load_scalar)(x2, a2);
-    ANY_ORDER
-    for (intptr_t i = 0; i < n; ++i) {
-        REAL x0[2];
-        REAL x1[2];
-        REAL x3[2];
-        NAME(load_2)(x0, a0 + i * w, c0a);
-        NAME(load_2)(x1, a1 + i * w, c1a);
-        NAME(interpolate_rotors)(x0, x1, x2[0], x3);
-        NAME(store_2)(a3 + i * w, c3a, x3);
-    }
-}
-
 void NAME(interpolate_rotors_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{2, 1, 0, {2}}, {2, 1, 1, {2}}, {1, 0, 2, {0}}, {2, 1, 2, {2}}};
-    static const struct kernel kernel = {{NAME(interpolate_rotors_block), NAME(interpolate_rotors_block_uniform),
-        NULL, NULL}, 4, 3, 4, parts};
+    static const struct form forms[] = {{3, 2, NAME(interpolate_rotors_start_a_b),
+        NAME(interpolate_rotors_block_a_b), NULL}};
+    static const struct kernel kernel = {NAME(interpolate_rotors_block), NULL, 3, 4, 1, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -2646,7 +2371,7 @@ WIDE static void NAME(even_exponential_block)(intptr_t n, char **args, const int
 void NAME(even_exponential_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{2, 1, 0, {2}}, {2, 1, 1, {2}}};
-    static const struct kernel kernel = {{NAME(even_exponential_block), NULL, NULL, NULL}, 0, 1, 2, parts};
+    static const struct kernel kernel = {NAME(even_exponential_block), NULL, 1, 2, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -2683,7 +2408,7 @@ WIDE static void NAME(even_logarithm_block)(intptr_t n, char **args, const intpt
 void NAME(even_logarithm_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{2, 1, 0, {2}}, {2, 1, 1, {2}}};
-    static const struct kernel kernel = {{NAME(even_logarithm_block), NULL, NULL, NULL}, 0, 1, 2, parts};
+    static const struct kernel kernel = {NAME(even_logarithm_block), NULL, 1, 2, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -2757,8 +2482,8 @@ WIDE static void NAME(even_square_root_dense)(intptr_t n, char **args, const int
 void NAME(even_square_root_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{2, 1, 0, {2}}, {2, 1, 1, {2}}};
-    static const struct kernel kernel = {{NAME(even_square_root_block), NULL, NAME(even_square_root_dense), NULL},
-        0, 1, 2, parts};
+    static const struct kernel kernel = {NAME(even_square_root_block), NAME(even_square_root_dense), 1, 2, 0, parts,
+        NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -2818,25 +2543,6 @@ WIDE static void NAME(rotor_between_vectors_block)(intptr_t n, char **args, cons
     }
 }
 
-WIDE static void NAME(rotor_between_vectors_block_uniform)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    REAL x0[2];
-    NAME(load_2)(x0, a0, c0a);
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x1[2];
-        REAL x2[2];
-        NAME(load_2)(x1, a1 + i * w, c1a);
-        NAME(rotor_between_vectors)(x0, x1, x2);
-        NAME(store_2)(a2 + i * w, c2a, x2);
-    }
-}
-
 WIDE static void NAME(rotor_between_vectors_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
@@ -2856,31 +2562,11 @@ WIDE static void NAME(rotor_between_vectors_dense)(intptr_t n, char **args, cons
     }
 }
 
-WIDE static void NAME(rotor_between_vectors_dense_uniform)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    REAL x0[2];
-    NAME(load_2)(x0, a0, w);
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x1[2];
-        REAL x2[2];
-        NAME(load_2)(x1, a1 + i * 2 * w, w);
-        NAME(rotor_between_vectors)(x0, x1, x2);
-        NAME(store_2)(a2 + i * 2 * w, w, x2);
-    }
-}
-
 void NAME(rotor_between_vectors_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{2, 1, 0, {2}}, {2, 1, 1, {2}}, {2, 1, 2, {2}}};
-    static const struct kernel kernel = {{NAME(rotor_between_vectors_block),
-        NAME(rotor_between_vectors_block_uniform), NAME(rotor_between_vectors_dense),
-        NAME(rotor_between_vectors_dense_uniform)}, 1, 2, 3, parts};
+    static const struct kernel kernel = {NAME(rotor_between_vectors_block), NAME(rotor_between_vectors_dense), 2, 3,
+        0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -2934,8 +2620,8 @@ WIDE static void NAME(rotor_to_matrix_dense)(intptr_t n, char **args, const intp
 void NAME(rotor_to_matrix_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{2, 1, 0, {2}}, {4, 2, 1, {2, 2}}};
-    static const struct kernel kernel = {{NAME(rotor_to_matrix_block), NULL, NAME(rotor_to_matrix_dense), NULL}, 0,
-        1, 2, parts};
+    static const struct kernel kernel = {NAME(rotor_to_matrix_block), NAME(rotor_to_matrix_dense), 1, 2, 0, parts,
+        NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -3009,8 +2695,8 @@ WIDE static void NAME(rotor_from_matrix_dense)(intptr_t n, char **args, const in
 void NAME(rotor_from_matrix_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{4, 2, 0, {2, 2}}, {2, 1, 2, {2}}};
-    static const struct kernel kernel = {{NAME(rotor_from_matrix_block), NULL, NAME(rotor_from_matrix_dense), NULL},
-        0, 1, 2, parts};
+    static const struct kernel kernel = {NAME(rotor_from_matrix_block), NAME(rotor_from_matrix_dense), 1, 2, 0,
+        parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 #endif

@@ -2,7 +2,7 @@
 // command: gac generate --all vga3
 // spec: 7e23ca9ee929e102
 // contraction: -ffp-contract=off (every operation is rounded once)
-// body: 5df45271774adb305551784a8275a517003bdcf37565f11f4ea88d128c577ef6
+// body: 6a92c66a8df2c99676dc1d927840c1781660cb80d798a09f3f70be655fc955d5
 
 #ifndef REAL
 #include "vga3.h"
@@ -51,15 +51,24 @@ struct part {
 
 typedef void loop_function(intptr_t n, char **args, const intptr_t *strides);
 
-// The loops of a kernel: rows, rows with the `hoisted` arguments (a bit each) the same for all, and both in C order.
-struct kernel {
-    loop_function *loops[4];
-    unsigned hoisted;
-    int n_inputs, n_parts;
-    const struct part *parts;
+// A form of a kernel for batches in which the `same` arguments (a bit each) are that for at least so many elements:
+// what depends on them is prepared once, and takes the place of the first of them.
+struct form {
+    unsigned same;
+    intptr_t least;
+    void (*start)(char **args, const intptr_t *strides, void *prepared);
+    loop_function *block, *dense;
 };
 
-enum { PARTS = 4, CORES = 3, SPACE = 4096 };
+// The loops of a kernel, over rows and in C order, and its forms.
+struct kernel {
+    loop_function *block, *dense;
+    int n_inputs, n_parts, n_forms;
+    const struct part *parts;
+    const struct form *forms;
+};
+
+enum { PARTS = 4, CORES = 3, SPACE = 4096, PREPARED = 9 };
 
 #define SQRT(x) FUNCTION(sqrt)(x)
 #define SIN(x) FUNCTION(sin)(x)
@@ -334,18 +343,25 @@ static void NAME(batch)(const struct kernel *kernel, char **args, intptr_t n, co
     const intptr_t w = sizeof(REAL), *strides = steps + kernel->n_parts;
     const int n_parts = kernel->n_parts, n_inputs = kernel->n_inputs;
     enum { SAME, HOISTED, UNIT, ANY } kinds[PARTS];
-    _Alignas(64) REAL space[SPACE];
+    _Alignas(64) REAL space[SPACE], prepared[PREPARED];
     REAL *rows[PARTS];
     char *starts[PARTS];
     intptr_t cores[CORES], row_cores[CORES], total = 0, bytes = 0;
-    unsigned hoisted = kernel->hoisted;
-    int in_place = 1, dense = kernel->loops[2] != NULL;
+    unsigned still = 0, hoisted = 0;
+    loop_function *in_rows = kernel->block, *in_order = kernel->dense;
     for (int p = 0; p < n_parts; ++p) {
         total += kernel->parts[p].size;
         bytes += steps[p] < 0 ? -steps[p] : steps[p];
-        if (hoisted >> p & 1 && steps[p] != 0)
-            hoisted = 0;
+        still |= (unsigned)(p < n_inputs && steps[p] == 0) << p;
     }
+    for (int f = 0; f < kernel->n_forms && !hoisted; ++f) {
+        const struct form *form = &kernel->forms[f];
+        if ((still & form->same) == form->same && n >= form->least) {
+            form->start(args, strides, prepared);
+            hoisted = form->same, in_rows = form->block, in_order = form->dense;
+        }
+    }
+    int in_place = 1, dense = in_order != NULL;
     // Long rows spare calls; beyond the last cache, short ones keep reading and writing going side by side.
     intptr_t row = n < (1 << 24) / (bytes + 1) ? 64 : LANES;
     while (row > LANES && row * total > SPACE)
@@ -355,7 +371,7 @@ static void NAME(batch)(const struct kernel *kernel, char **args, intptr_t n, co
         const struct part *part = &kernel->parts[p];
         const intptr_t *c = strides + part->first;
         intptr_t step = w, row_step = row * w;
-        starts[p] = args[p];
+        starts[p] = hoisted >> p & 1 ? (char *)prepared : args[p];
         rows[p] = space + row * total;
         total += part->size;
         kinds[p] = hoisted >> p & 1 ? HOISTED : p < n_inputs && steps[p] == 0 ? SAME : steps[p] == w ? UNIT : ANY;
@@ -363,7 +379,7 @@ static void NAME(batch)(const struct kernel *kernel, char **args, intptr_t n, co
         for (int q = part->rank; q-- > 0; step *= part->shape[q], row_step *= part->shape[q]) {
             cores[part->first + q] = c[q];
             row_cores[part->first + q] = row_step;
-            dense = dense && c[q] == step;
+            dense = dense && (kinds[p] == HOISTED || c[q] == step);
         }
         dense = dense && (kinds[p] == HOISTED || steps[p] == step);
     }
@@ -380,7 +396,7 @@ static void NAME(batch)(const struct kernel *kernel, char **args, intptr_t n, co
         const int last = n - i < LANES;
         if (dense && !last) {
             m = n & -LANES;
-            kernel->loops[hoisted ? 3 : 2](m, starts, cores);
+            in_order(m, starts, cores);
             continue;
         }
         m = last ? n - i : in_place || n - i < row ? (n - i) & -LANES : row;
@@ -399,7 +415,7 @@ static void NAME(batch)(const struct kernel *kernel, char **args, intptr_t n, co
                 for (intptr_t j = m; j < LANES; ++j)
                     rows[p][k * row + j] = rows[p][k * row + m - 1];
         }
-        kernel->loops[hoisted ? 1 : 0](m, starts, cores);
+        in_rows(m, starts, cores);
         for (int p = n_inputs; p < n_parts; ++p)
             if (starts[p] == (char *)rows[p])
                 NAME(move_part)(1, rows[p], row, &kernel->parts[p], args[p] + i * steps[p], steps[p],
@@ -544,30 +560,10 @@ WIDE static void NAME(geometric_product_block)(intptr_t n, char **args, const in
     }
 }
 
-WIDE static void NAME(geometric_product_block_uniform)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    REAL x0[8];
-    NAME(load_8)(x0, a0, c0a);
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x1[8];
-        REAL x2[8];
-        NAME(load_8)(x1, a1 + i * w, c1a);
-        NAME(geometric_product)(x0, x1, x2);
-        NAME(store_8)(a2 + i * w, c2a, x2);
-    }
-}
-
 void NAME(geometric_product_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{8, 1, 0, {8}}, {8, 1, 1, {8}}, {8, 1, 2, {8}}};
-    static const struct kernel kernel = {{NAME(geometric_product_block), NAME(geometric_product_block_uniform),
-        NULL, NULL}, 1, 2, 3, parts};
+    static const struct kernel kernel = {NAME(geometric_product_block), NULL, 2, 3, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -664,25 +660,6 @@ WIDE static void NAME(outer_product_block)(intptr_t n, char **args, const intptr
     }
 }
 
-WIDE static void NAME(outer_product_block_uniform)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    REAL x0[8];
-    NAME(load_8)(x0, a0, c0a);
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x1[8];
-        REAL x2[8];
-        NAME(load_8)(x1, a1 + i * w, c1a);
-        NAME(outer_product)(x0, x1, x2);
-        NAME(store_8)(a2 + i * w, c2a, x2);
-    }
-}
-
 WIDE static void NAME(outer_product_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
@@ -702,30 +679,11 @@ WIDE static void NAME(outer_product_dense)(intptr_t n, char **args, const intptr
     }
 }
 
-WIDE static void NAME(outer_product_dense_uniform)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    REAL x0[8];
-    NAME(load_8)(x0, a0, w);
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x1[8];
-        REAL x2[8];
-        NAME(load_8)(x1, a1 + i * 8 * w, w);
-        NAME(outer_product)(x0, x1, x2);
-        NAME(store_8)(a2 + i * 8 * w, w, x2);
-    }
-}
-
 void NAME(outer_product_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{8, 1, 0, {8}}, {8, 1, 1, {8}}, {8, 1, 2, {8}}};
-    static const struct kernel kernel = {{NAME(outer_product_block), NAME(outer_product_block_uniform),
-        NAME(outer_product_dense), NAME(outer_product_dense_uniform)}, 1, 2, 3, parts};
+    static const struct kernel kernel = {NAME(outer_product_block), NAME(outer_product_dense), 2, 3, 0, parts,
+        NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -822,25 +780,6 @@ WIDE static void NAME(regressive_product_block)(intptr_t n, char **args, const i
     }
 }
 
-WIDE static void NAME(regressive_product_block_uniform)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    REAL x0[8];
-    NAME(load_8)(x0, a0, c0a);
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x1[8];
-        REAL x2[8];
-        NAME(load_8)(x1, a1 + i * w, c1a);
-        NAME(regressive_product)(x0, x1, x2);
-        NAME(store_8)(a2 + i * w, c2a, x2);
-    }
-}
-
 WIDE static void NAME(regressive_product_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
@@ -860,30 +799,11 @@ WIDE static void NAME(regressive_product_dense)(intptr_t n, char **args, const i
     }
 }
 
-WIDE static void NAME(regressive_product_dense_uniform)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    REAL x0[8];
-    NAME(load_8)(x0, a0, w);
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x1[8];
-        REAL x2[8];
-        NAME(load_8)(x1, a1 + i * 8 * w, w);
-        NAME(regressive_product)(x0, x1, x2);
-        NAME(store_8)(a2 + i * 8 * w, w, x2);
-    }
-}
-
 void NAME(regressive_product_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{8, 1, 0, {8}}, {8, 1, 1, {8}}, {8, 1, 2, {8}}};
-    static const struct kernel kernel = {{NAME(regressive_product_block), NAME(regressive_product_block_uniform),
-        NAME(regressive_product_dense), NAME(regressive_product_dense_uniform)}, 1, 2, 3, parts};
+    static const struct kernel kernel = {NAME(regressive_product_block), NAME(regressive_product_dense), 2, 3, 0,
+        parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -1018,30 +938,10 @@ WIDE static void NAME(inner_product_block)(intptr_t n, char **args, const intptr
     }
 }
 
-WIDE static void NAME(inner_product_block_uniform)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    REAL x0[8];
-    NAME(load_8)(x0, a0, c0a);
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x1[8];
-        REAL x2[8];
-        NAME(load_8)(x1, a1 + i * w, c1a);
-        NAME(inner_product)(x0, x1, x2);
-        NAME(store_8)(a2 + i * w, c2a, x2);
-    }
-}
-
 void NAME(inner_product_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{8, 1, 0, {8}}, {8, 1, 1, {8}}, {8, 1, 2, {8}}};
-    static const struct kernel kernel = {{NAME(inner_product_block), NAME(inner_product_block_uniform), NULL, NULL},
-        1, 2, 3, parts};
+    static const struct kernel kernel = {NAME(inner_product_block), NULL, 2, 3, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -1104,7 +1004,7 @@ WIDE static void NAME(reverse_dense)(intptr_t n, char **args, const intptr_t *st
 void NAME(reverse_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{8, 1, 0, {8}}, {8, 1, 1, {8}}};
-    static const struct kernel kernel = {{NAME(reverse_block), NULL, NAME(reverse_dense), NULL}, 0, 1, 2, parts};
+    static const struct kernel kernel = {NAME(reverse_block), NAME(reverse_dense), 1, 2, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -1167,8 +1067,8 @@ WIDE static void NAME(grade_involution_dense)(intptr_t n, char **args, const int
 void NAME(grade_involution_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{8, 1, 0, {8}}, {8, 1, 1, {8}}};
-    static const struct kernel kernel = {{NAME(grade_involution_block), NULL, NAME(grade_involution_dense), NULL},
-        0, 1, 2, parts};
+    static const struct kernel kernel = {NAME(grade_involution_block), NAME(grade_involution_dense), 1, 2, 0, parts,
+        NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -1233,8 +1133,8 @@ WIDE static void NAME(clifford_conjugate_dense)(intptr_t n, char **args, const i
 void NAME(clifford_conjugate_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{8, 1, 0, {8}}, {8, 1, 1, {8}}};
-    static const struct kernel kernel = {{NAME(clifford_conjugate_block), NULL, NAME(clifford_conjugate_dense),
-        NULL}, 0, 1, 2, parts};
+    static const struct kernel kernel = {NAME(clifford_conjugate_block), NAME(clifford_conjugate_dense), 1, 2, 0,
+        parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -1295,7 +1195,7 @@ WIDE static void NAME(dual_dense)(intptr_t n, char **args, const intptr_t *strid
 void NAME(dual_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{8, 1, 0, {8}}, {8, 1, 1, {8}}};
-    static const struct kernel kernel = {{NAME(dual_block), NULL, NAME(dual_dense), NULL}, 0, 1, 2, parts};
+    static const struct kernel kernel = {NAME(dual_block), NAME(dual_dense), 1, 2, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -1363,7 +1263,7 @@ WIDE static void NAME(norm_dense)(intptr_t n, char **args, const intptr_t *strid
 void NAME(norm_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{8, 1, 0, {8}}, {1, 0, 1, {0}}};
-    static const struct kernel kernel = {{NAME(norm_block), NULL, NAME(norm_dense), NULL}, 0, 1, 2, parts};
+    static const struct kernel kernel = {NAME(norm_block), NAME(norm_dense), 1, 2, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -1478,7 +1378,7 @@ WIDE static void NAME(inverse_dense)(intptr_t n, char **args, const intptr_t *st
 void NAME(inverse_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{8, 1, 0, {8}}, {8, 1, 1, {8}}};
-    static const struct kernel kernel = {{NAME(inverse_block), NULL, NAME(inverse_dense), NULL}, 0, 1, 2, parts};
+    static const struct kernel kernel = {NAME(inverse_block), NAME(inverse_dense), 1, 2, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -1529,25 +1429,6 @@ WIDE static void NAME(vector_product_block)(intptr_t n, char **args, const intpt
     }
 }
 
-WIDE static void NAME(vector_product_block_uniform)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    REAL x0[3];
-    NAME(load_3)(x0, a0, c0a);
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x1[3];
-        REAL x2[4];
-        NAME(load_3)(x1, a1 + i * w, c1a);
-        NAME(vector_product)(x0, x1, x2);
-        NAME(store_4)(a2 + i * w, c2a, x2);
-    }
-}
-
 WIDE static void NAME(vector_product_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
@@ -1567,30 +1448,11 @@ WIDE static void NAME(vector_product_dense)(intptr_t n, char **args, const intpt
     }
 }
 
-WIDE static void NAME(vector_product_dense_uniform)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    REAL x0[3];
-    NAME(load_3)(x0, a0, w);
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x1[3];
-        REAL x2[4];
-        NAME(load_3)(x1, a1 + i * 3 * w, w);
-        NAME(vector_product)(x0, x1, x2);
-        NAME(store_4)(a2 + i * 4 * w, w, x2);
-    }
-}
-
 void NAME(vector_product_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {3, 1, 1, {3}}, {4, 1, 2, {4}}};
-    static const struct kernel kernel = {{NAME(vector_product_block), NAME(vector_product_block_uniform),
-        NAME(vector_product_dense), NAME(vector_product_dense_uniform)}, 1, 2, 3, parts};
+    static const struct kernel kernel = {NAME(vector_product_block), NAME(vector_product_dense), 2, 3, 0, parts,
+        NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -1629,25 +1491,6 @@ WIDE static void NAME(dot_product_block)(intptr_t n, char **args, const intptr_t
     }
 }
 
-WIDE static void NAME(dot_product_block_uniform)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c1a = strides[1];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    REAL x0[3];
-    NAME(load_3)(x0, a0, c0a);
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x1[3];
-        REAL x2[1];
-        NAME(load_3)(x1, a1 + i * w, c1a);
-        NAME(dot_product)(x0, x1, x2);
-        NAME(store_scalar)(a2 + i * w, x2);
-    }
-}
-
 WIDE static void NAME(dot_product_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
@@ -1667,30 +1510,10 @@ WIDE static void NAME(dot_product_dense)(intptr_t n, char **args, const intptr_t
     }
 }
 
-WIDE static void NAME(dot_product_dense_uniform)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    REAL x0[3];
-    NAME(load_3)(x0, a0, w);
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x1[3];
-        REAL x2[1];
-        NAME(load_3)(x1, a1 + i * 3 * w, w);
-        NAME(dot_product)(x0, x1, x2);
-        NAME(store_scalar)(a2 + i * w, x2);
-    }
-}
-
 void NAME(dot_product_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {3, 1, 1, {3}}, {1, 0, 2, {0}}};
-    static const struct kernel kernel = {{NAME(dot_product_block), NAME(dot_product_block_uniform),
-        NAME(dot_product_dense), NAME(dot_product_dense_uniform)}, 1, 2, 3, parts};
+    static const struct kernel kernel = {NAME(dot_product_block), NAME(dot_product_dense), 2, 3, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -1735,25 +1558,6 @@ WIDE static void NAME(wedge_vectors_block)(intptr_t n, char **args, const intptr
     }
 }
 
-WIDE static void NAME(wedge_vectors_block_uniform)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    REAL x0[3];
-    NAME(load_3)(x0, a0, c0a);
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x1[3];
-        REAL x2[3];
-        NAME(load_3)(x1, a1 + i * w, c1a);
-        NAME(wedge_vectors)(x0, x1, x2);
-        NAME(store_3)(a2 + i * w, c2a, x2);
-    }
-}
-
 WIDE static void NAME(wedge_vectors_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
@@ -1773,30 +1577,11 @@ WIDE static void NAME(wedge_vectors_dense)(intptr_t n, char **args, const intptr
     }
 }
 
-WIDE static void NAME(wedge_vectors_dense_uniform)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    REAL x0[3];
-    NAME(load_3)(x0, a0, w);
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x1[3];
-        REAL x2[3];
-        NAME(load_3)(x1, a1 + i * 3 * w, w);
-        NAME(wedge_vectors)(x0, x1, x2);
-        NAME(store_3)(a2 + i * 3 * w, w, x2);
-    }
-}
-
 void NAME(wedge_vectors_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {3, 1, 1, {3}}, {3, 1, 2, {3}}};
-    static const struct kernel kernel = {{NAME(wedge_vectors_block), NAME(wedge_vectors_block_uniform),
-        NAME(wedge_vectors_dense), NAME(wedge_vectors_dense_uniform)}, 1, 2, 3, parts};
+    static const struct kernel kernel = {NAME(wedge_vectors_block), NAME(wedge_vectors_dense), 2, 3, 0, parts,
+        NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -1841,25 +1626,6 @@ WIDE static void NAME(cross_product_block)(intptr_t n, char **args, const intptr
     }
 }
 
-WIDE static void NAME(cross_product_block_uniform)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    REAL x0[3];
-    NAME(load_3)(x0, a0, c0a);
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x1[3];
-        REAL x2[3];
-        NAME(load_3)(x1, a1 + i * w, c1a);
-        NAME(cross_product)(x0, x1, x2);
-        NAME(store_3)(a2 + i * w, c2a, x2);
-    }
-}
-
 WIDE static void NAME(cross_product_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
@@ -1879,30 +1645,11 @@ WIDE static void NAME(cross_product_dense)(intptr_t n, char **args, const intptr
     }
 }
 
-WIDE static void NAME(cross_product_dense_uniform)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    REAL x0[3];
-    NAME(load_3)(x0, a0, w);
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x1[3];
-        REAL x2[3];
-        NAME(load_3)(x1, a1 + i * 3 * w, w);
-        NAME(cross_product)(x0, x1, x2);
-        NAME(store_3)(a2 + i * 3 * w, w, x2);
-    }
-}
-
 void NAME(cross_product_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {3, 1, 1, {3}}, {3, 1, 2, {3}}};
-    static const struct kernel kernel = {{NAME(cross_product_block), NAME(cross_product_block_uniform),
-        NAME(cross_product_dense), NAME(cross_product_dense_uniform)}, 1, 2, 3, parts};
+    static const struct kernel kernel = {NAME(cross_product_block), NAME(cross_product_dense), 2, 3, 0, parts,
+        NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -1956,28 +1703,6 @@ WIDE static void NAME(triple_product_block)(intptr_t n, char **args, const intpt
     }
 }
 
-WIDE static void NAME(triple_product_block_uniform)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    char *a3 = args[3];
-    REAL x0[3];
-    NAME(load_3)(x0, a0, c0a);
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x1[3];
-        REAL x2[3];
-        REAL x3[1];
-        NAME(load_3)(x1, a1 + i * w, c1a);
-        NAME(load_3)(x2, a2 + i * w, c2a);
-        NAME(triple_product)(x0, x1, x2, x3);
-        NAME(store_scalar)(a3 + i * w, x3);
-    }
-}
-
 WIDE static void NAME(triple_product_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
@@ -2000,33 +1725,11 @@ WIDE static void NAME(triple_product_dense)(intptr_t n, char **args, const intpt
     }
 }
 
-WIDE static void NAME(triple_product_dense_uniform)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    char *a3 = args[3];
-    REAL x0[3];
-    NAME(load_3)(x0, a0, w);
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x1[3];
-        REAL x2[3];
-        REAL x3[1];
-        NAME(load_3)(x1, a1 + i * 3 * w, w);
-        NAME(load_3)(x2, a2 + i * 3 * w, w);
-        NAME(triple_product)(x0, x1, x2, x3);
-        NAME(store_scalar)(a3 + i * w, x3);
-    }
-}
-
 void NAME(triple_product_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {3, 1, 1, {3}}, {3, 1, 2, {3}}, {1, 0, 3, {0}}};
-    static const struct kernel kernel = {{NAME(triple_product_block), NAME(triple_product_block_uniform),
-        NAME(triple_product_dense), NAME(triple_product_dense_uniform)}, 1, 3, 4, parts};
+    static const struct kernel kernel = {NAME(triple_product_block), NAME(triple_product_dense), 3, 4, 0, parts,
+        NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -2076,8 +1779,7 @@ WIDE static void NAME(dual_vector_dense)(intptr_t n, char **args, const intptr_t
 void NAME(dual_vector_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {3, 1, 1, {3}}};
-    static const struct kernel kernel = {{NAME(dual_vector_block), NULL, NAME(dual_vector_dense), NULL}, 0, 1, 2,
-        parts};
+    static const struct kernel kernel = {NAME(dual_vector_block), NAME(dual_vector_dense), 1, 2, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -2127,8 +1829,8 @@ WIDE static void NAME(dual_bivector_dense)(intptr_t n, char **args, const intptr
 void NAME(dual_bivector_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {3, 1, 1, {3}}};
-    static const struct kernel kernel = {{NAME(dual_bivector_block), NULL, NAME(dual_bivector_dense), NULL}, 0, 1,
-        2, parts};
+    static const struct kernel kernel = {NAME(dual_bivector_block), NAME(dual_bivector_dense), 1, 2, 0, parts,
+        NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -2181,8 +1883,7 @@ WIDE static void NAME(vector_norm_dense)(intptr_t n, char **args, const intptr_t
 void NAME(vector_norm_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {1, 0, 1, {0}}};
-    static const struct kernel kernel = {{NAME(vector_norm_block), NULL, NAME(vector_norm_dense), NULL}, 0, 1, 2,
-        parts};
+    static const struct kernel kernel = {NAME(vector_norm_block), NAME(vector_norm_dense), 1, 2, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -2235,8 +1936,8 @@ WIDE static void NAME(bivector_norm_dense)(intptr_t n, char **args, const intptr
 void NAME(bivector_norm_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {1, 0, 1, {0}}};
-    static const struct kernel kernel = {{NAME(bivector_norm_block), NULL, NAME(bivector_norm_dense), NULL}, 0, 1,
-        2, parts};
+    static const struct kernel kernel = {NAME(bivector_norm_block), NAME(bivector_norm_dense), 1, 2, 0, parts,
+        NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -2295,8 +1996,8 @@ WIDE static void NAME(normalize_vector_dense)(intptr_t n, char **args, const int
 void NAME(normalize_vector_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {3, 1, 1, {3}}};
-    static const struct kernel kernel = {{NAME(normalize_vector_block), NULL, NAME(normalize_vector_dense), NULL},
-        0, 1, 2, parts};
+    static const struct kernel kernel = {NAME(normalize_vector_block), NAME(normalize_vector_dense), 1, 2, 0, parts,
+        NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -2351,30 +2052,10 @@ WIDE static void NAME(angle_between_vectors_block)(intptr_t n, char **args, cons
     }
 }
 
-WIDE static void NAME(angle_between_vectors_block_uniform)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c1a = strides[1];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    REAL x0[3];
-    NAME(load_3)(x0, a0, c0a);
-    ANY_ORDER
-    for (intptr_t i = 0; i < n; ++i) {
-        REAL x1[3];
-        REAL x2[1];
-        NAME(load_3)(x1, a1 + i * w, c1a);
-        NAME(angle_between_vectors)(x0, x1, x2);
-        NAME(store_scalar)(a2 + i * w, x2);
-    }
-}
-
 void NAME(angle_between_vectors_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {3, 1, 1, {3}}, {1, 0, 2, {0}}};
-    static const struct kernel kernel = {{NAME(angle_between_vectors_block),
-        NAME(angle_between_vectors_block_uniform), NULL, NULL}, 1, 2, 3, parts};
+    static const struct kernel kernel = {NAME(angle_between_vectors_block), NULL, 2, 3, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -2405,6 +2086,106 @@ INLINE void NAME(project_vector_on_vector)(const REAL *v, const REAL *n, REAL *o
     out[2] = t13;
 }
 
+static INLINE void NAME(project_vector_on_vector_prepare_n)(const REAL *n, REAL *prepared)
+{
+    const REAL n_e1 = n[0];
+    const REAL n_e2 = n[1];
+    const REAL n_e3 = n[2];
+    const REAL t0 = n_e1 * n_e1;
+    const REAL t1 = n_e2 * n_e2;
+    const REAL t2 = t0 + t1;
+    const REAL t3 = n_e3 * n_e3;
+    const REAL t4 = t2 + t3;
+    const REAL t5 = (REAL)1 / t4;
+    const REAL t6 = n_e1 * t5;
+    const REAL t7 = n_e1 * t6;
+    const REAL t9 = n_e2 * t6;
+    const REAL t12 = n_e3 * t6;
+    const REAL t16 = n_e2 * t5;
+    const REAL t17 = n_e2 * t16;
+    const REAL t20 = n_e3 * t16;
+    const REAL t26 = t3 * t5;
+    prepared[0] = t7;
+    prepared[1] = t9;
+    prepared[2] = t12;
+    prepared[3] = t17;
+    prepared[4] = t20;
+    prepared[5] = t26;
+}
+
+static INLINE void NAME(project_vector_on_vector_apply_n)(const REAL *prepared, const REAL *v, REAL *out)
+{
+    const REAL t7 = prepared[0];
+    const REAL t9 = prepared[1];
+    const REAL t12 = prepared[2];
+    const REAL t17 = prepared[3];
+    const REAL t20 = prepared[4];
+    const REAL t26 = prepared[5];
+    const REAL v_e1 = v[0];
+    const REAL v_e2 = v[1];
+    const REAL v_e3 = v[2];
+    const REAL t8 = v_e1 * t7;
+    const REAL t10 = v_e2 * t9;
+    const REAL t11 = t8 + t10;
+    const REAL t13 = v_e3 * t12;
+    const REAL t14 = t11 + t13;
+    const REAL t15 = v_e1 * t9;
+    const REAL t18 = v_e2 * t17;
+    const REAL t19 = t15 + t18;
+    const REAL t21 = v_e3 * t20;
+    const REAL t22 = t19 + t21;
+    const REAL t23 = v_e1 * t12;
+    const REAL t24 = v_e2 * t20;
+    const REAL t25 = t23 + t24;
+    const REAL t27 = v_e3 * t26;
+    const REAL t28 = t25 + t27;
+    out[0] = t14;
+    out[1] = t22;
+    out[2] = t28;
+}
+
+WIDE static void NAME(project_vector_on_vector_block_n)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    const intptr_t c0a = strides[0], c2a = strides[2];
+    const REAL *prepared = (const REAL *)args[1];
+    char *a0 = args[0];
+    char *a2 = args[2];
+    ANY_ORDER
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
+        REAL x0[3];
+        REAL x2[3];
+        NAME(load_3)(x0, a0 + i * w, c0a);
+        NAME(project_vector_on_vector_apply_n)(prepared, x0, x2);
+        NAME(store_3)(a2 + i * w, c2a, x2);
+    }
+}
+
+WIDE static void NAME(project_vector_on_vector_dense_n)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    const REAL *prepared = (const REAL *)args[1];
+    char *a0 = args[0];
+    char *a2 = args[2];
+    ANY_ORDER
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
+        REAL x0[3];
+        REAL x2[3];
+        NAME(load_3)(x0, a0 + i * 3 * w, w);
+        NAME(project_vector_on_vector_apply_n)(prepared, x0, x2);
+        NAME(store_3)(a2 + i * 3 * w, w, x2);
+    }
+}
+
+static void NAME(project_vector_on_vector_start_n)(char **args, const intptr_t *strides, void *prepared)
+{
+    const intptr_t c1a = strides[1];
+    REAL x1[3];
+    NAME(load_3)(x1, args[1], c1a);
+    NAME(project_vector_on_vector_prepare_n)(x1, prepared);
+}
+
 WIDE static void NAME(project_vector_on_vector_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
@@ -2418,25 +2199,6 @@ WIDE static void NAME(project_vector_on_vector_block)(intptr_t n, char **args, c
         REAL x1[3];
         REAL x2[3];
         NAME(load_3)(x0, a0 + i * w, c0a);
-        NAME(load_3)(x1, a1 + i * w, c1a);
-        NAME(project_vector_on_vector)(x0, x1, x2);
-        NAME(store_3)(a2 + i * w, c2a, x2);
-    }
-}
-
-WIDE static void NAME(project_vector_on_vector_block_uniform)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    REAL x0[3];
-    NAME(load_3)(x0, a0, c0a);
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x1[3];
-        REAL x2[3];
         NAME(load_3)(x1, a1 + i * w, c1a);
         NAME(project_vector_on_vector)(x0, x1, x2);
         NAME(store_3)(a2 + i * w, c2a, x2);
@@ -2462,31 +2224,13 @@ WIDE static void NAME(project_vector_on_vector_dense)(intptr_t n, char **args, c
     }
 }
 
-WIDE static void NAME(project_vector_on_vector_dense_uniform)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    REAL x0[3];
-    NAME(load_3)(x0, a0, w);
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x1[3];
-        REAL x2[3];
-        NAME(load_3)(x1, a1 + i * 3 * w, w);
-        NAME(project_vector_on_vector)(x0, x1, x2);
-        NAME(store_3)(a2 + i * 3 * w, w, x2);
-    }
-}
-
 void NAME(project_vector_on_vector_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {3, 1, 1, {3}}, {3, 1, 2, {3}}};
-    static const struct kernel kernel = {{NAME(project_vector_on_vector_block),
-        NAME(project_vector_on_vector_block_uniform), NAME(project_vector_on_vector_dense),
-        NAME(project_vector_on_vector_dense_uniform)}, 1, 2, 3, parts};
+    static const struct form forms[] = {{2, 4, NAME(project_vector_on_vector_start_n),
+        NAME(project_vector_on_vector_block_n), NAME(project_vector_on_vector_dense_n)}};
+    static const struct kernel kernel = {NAME(project_vector_on_vector_block), NAME(project_vector_on_vector_dense),
+        2, 3, 1, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -2520,6 +2264,109 @@ INLINE void NAME(project_vector_on_plane)(const REAL *v, const REAL *b, REAL *ou
     out[2] = t16;
 }
 
+static INLINE void NAME(project_vector_on_plane_prepare_b)(const REAL *b, REAL *prepared)
+{
+    const REAL b_e12 = b[0];
+    const REAL b_e13 = b[1];
+    const REAL b_e23 = b[2];
+    const REAL t0 = b_e12 * b_e12;
+    const REAL t1 = b_e13 * b_e13;
+    const REAL t2 = t0 + t1;
+    const REAL t3 = b_e23 * b_e23;
+    const REAL t4 = t2 + t3;
+    const REAL t5 = (REAL)1 / t4;
+    const REAL t6 = t3 * t5;
+    const REAL t7 = (REAL)1 - t6;
+    const REAL t9 = b_e13 * t5;
+    const REAL t10 = b_e23 * t9;
+    const REAL t13 = b_e12 * t5;
+    const REAL t14 = b_e23 * t13;
+    const REAL t17 = b_e13 * t9;
+    const REAL t18 = (REAL)1 - t17;
+    const REAL t22 = b_e13 * t13;
+    const REAL t28 = b_e12 * t13;
+    const REAL t29 = (REAL)1 - t28;
+    prepared[0] = t7;
+    prepared[1] = t10;
+    prepared[2] = t14;
+    prepared[3] = t18;
+    prepared[4] = t22;
+    prepared[5] = t29;
+}
+
+static INLINE void NAME(project_vector_on_plane_apply_b)(const REAL *prepared, const REAL *v, REAL *out)
+{
+    const REAL t7 = prepared[0];
+    const REAL t10 = prepared[1];
+    const REAL t14 = prepared[2];
+    const REAL t18 = prepared[3];
+    const REAL t22 = prepared[4];
+    const REAL t29 = prepared[5];
+    const REAL v_e1 = v[0];
+    const REAL v_e2 = v[1];
+    const REAL v_e3 = v[2];
+    const REAL t8 = v_e1 * t7;
+    const REAL t11 = v_e2 * t10;
+    const REAL t12 = t8 + t11;
+    const REAL t15 = v_e3 * t14;
+    const REAL t16 = t12 - t15;
+    const REAL t19 = v_e2 * t18;
+    const REAL t20 = v_e1 * t10;
+    const REAL t21 = t20 + t19;
+    const REAL t23 = v_e3 * t22;
+    const REAL t24 = t21 + t23;
+    const REAL t25 = v_e1 * t14;
+    const REAL t26 = v_e2 * t22;
+    const REAL t27 = t26 - t25;
+    const REAL t30 = v_e3 * t29;
+    const REAL t31 = t27 + t30;
+    out[0] = t16;
+    out[1] = t24;
+    out[2] = t31;
+}
+
+WIDE static void NAME(project_vector_on_plane_block_b)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    const intptr_t c0a = strides[0], c2a = strides[2];
+    const REAL *prepared = (const REAL *)args[1];
+    char *a0 = args[0];
+    char *a2 = args[2];
+    ANY_ORDER
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
+        REAL x0[3];
+        REAL x2[3];
+        NAME(load_3)(x0, a0 + i * w, c0a);
+        NAME(project_vector_on_plane_apply_b)(prepared, x0, x2);
+        NAME(store_3)(a2 + i * w, c2a, x2);
+    }
+}
+
+WIDE static void NAME(project_vector_on_plane_dense_b)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    const REAL *prepared = (const REAL *)args[1];
+    char *a0 = args[0];
+    char *a2 = args[2];
+    ANY_ORDER
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
+        REAL x0[3];
+        REAL x2[3];
+        NAME(load_3)(x0, a0 + i * 3 * w, w);
+        NAME(project_vector_on_plane_apply_b)(prepared, x0, x2);
+        NAME(store_3)(a2 + i * 3 * w, w, x2);
+    }
+}
+
+static void NAME(project_vector_on_plane_start_b)(char **args, const intptr_t *strides, void *prepared)
+{
+    const intptr_t c1a = strides[1];
+    REAL x1[3];
+    NAME(load_3)(x1, args[1], c1a);
+    NAME(project_vector_on_plane_prepare_b)(x1, prepared);
+}
+
 WIDE static void NAME(project_vector_on_plane_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
@@ -2533,25 +2380,6 @@ WIDE static void NAME(project_vector_on_plane_block)(intptr_t n, char **args, co
         REAL x1[3];
         REAL x2[3];
         NAME(load_3)(x0, a0 + i * w, c0a);
-        NAME(load_3)(x1, a1 + i * w, c1a);
-        NAME(project_vector_on_plane)(x0, x1, x2);
-        NAME(store_3)(a2 + i * w, c2a, x2);
-    }
-}
-
-WIDE static void NAME(project_vector_on_plane_block_uniform)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    REAL x0[3];
-    NAME(load_3)(x0, a0, c0a);
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x1[3];
-        REAL x2[3];
         NAME(load_3)(x1, a1 + i * w, c1a);
         NAME(project_vector_on_plane)(x0, x1, x2);
         NAME(store_3)(a2 + i * w, c2a, x2);
@@ -2577,31 +2405,13 @@ WIDE static void NAME(project_vector_on_plane_dense)(intptr_t n, char **args, co
     }
 }
 
-WIDE static void NAME(project_vector_on_plane_dense_uniform)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    REAL x0[3];
-    NAME(load_3)(x0, a0, w);
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x1[3];
-        REAL x2[3];
-        NAME(load_3)(x1, a1 + i * 3 * w, w);
-        NAME(project_vector_on_plane)(x0, x1, x2);
-        NAME(store_3)(a2 + i * 3 * w, w, x2);
-    }
-}
-
 void NAME(project_vector_on_plane_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {3, 1, 1, {3}}, {3, 1, 2, {3}}};
-    static const struct kernel kernel = {{NAME(project_vector_on_plane_block),
-        NAME(project_vector_on_plane_block_uniform), NAME(project_vector_on_plane_dense),
-        NAME(project_vector_on_plane_dense_uniform)}, 1, 2, 3, parts};
+    static const struct form forms[] = {{2, 3, NAME(project_vector_on_plane_start_b),
+        NAME(project_vector_on_plane_block_b), NAME(project_vector_on_plane_dense_b)}};
+    static const struct kernel kernel = {NAME(project_vector_on_plane_block), NAME(project_vector_on_plane_dense),
+        2, 3, 1, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -2636,6 +2446,109 @@ INLINE void NAME(reflect_vector)(const REAL *v, const REAL *n, REAL *out)
     out[2] = t17;
 }
 
+static INLINE void NAME(reflect_vector_prepare_n)(const REAL *n, REAL *prepared)
+{
+    const REAL n_e1 = n[0];
+    const REAL n_e2 = n[1];
+    const REAL n_e3 = n[2];
+    const REAL t0 = n_e1 * n_e1;
+    const REAL t1 = n_e2 * n_e2;
+    const REAL t2 = t0 + t1;
+    const REAL t3 = n_e3 * n_e3;
+    const REAL t4 = t2 + t3;
+    const REAL t5 = (REAL)2 / t4;
+    const REAL t6 = n_e1 * t5;
+    const REAL t7 = n_e1 * t6;
+    const REAL t8 = (REAL)1 - t7;
+    const REAL t10 = n_e2 * t6;
+    const REAL t13 = n_e3 * t6;
+    const REAL t16 = t1 * t5;
+    const REAL t17 = (REAL)1 - t16;
+    const REAL t21 = n_e2 * n_e3;
+    const REAL t22 = t5 * t21;
+    const REAL t28 = t3 * t5;
+    const REAL t29 = (REAL)1 - t28;
+    prepared[0] = t8;
+    prepared[1] = t10;
+    prepared[2] = t13;
+    prepared[3] = t17;
+    prepared[4] = t22;
+    prepared[5] = t29;
+}
+
+static INLINE void NAME(reflect_vector_apply_n)(const REAL *prepared, const REAL *v, REAL *out)
+{
+    const REAL t8 = prepared[0];
+    const REAL t10 = prepared[1];
+    const REAL t13 = prepared[2];
+    const REAL t17 = prepared[3];
+    const REAL t22 = prepared[4];
+    const REAL t29 = prepared[5];
+    const REAL v_e1 = v[0];
+    const REAL v_e2 = v[1];
+    const REAL v_e3 = v[2];
+    const REAL t9 = v_e1 * t8;
+    const REAL t11 = v_e2 * t10;
+    const REAL t12 = t9 - t11;
+    const REAL t14 = v_e3 * t13;
+    const REAL t15 = t12 - t14;
+    const REAL t18 = v_e2 * t17;
+    const REAL t19 = v_e1 * t10;
+    const REAL t20 = t18 - t19;
+    const REAL t23 = v_e3 * t22;
+    const REAL t24 = t20 - t23;
+    const REAL t25 = v_e1 * t13;
+    const REAL t26 = v_e2 * t22;
+    const REAL t27 = t25 + t26;
+    const REAL t30 = v_e3 * t29;
+    const REAL t31 = t30 - t27;
+    out[0] = t15;
+    out[1] = t24;
+    out[2] = t31;
+}
+
+WIDE static void NAME(reflect_vector_block_n)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    const intptr_t c0a = strides[0], c2a = strides[2];
+    const REAL *prepared = (const REAL *)args[1];
+    char *a0 = args[0];
+    char *a2 = args[2];
+    ANY_ORDER
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
+        REAL x0[3];
+        REAL x2[3];
+        NAME(load_3)(x0, a0 + i * w, c0a);
+        NAME(reflect_vector_apply_n)(prepared, x0, x2);
+        NAME(store_3)(a2 + i * w, c2a, x2);
+    }
+}
+
+WIDE static void NAME(reflect_vector_dense_n)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    const REAL *prepared = (const REAL *)args[1];
+    char *a0 = args[0];
+    char *a2 = args[2];
+    ANY_ORDER
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
+        REAL x0[3];
+        REAL x2[3];
+        NAME(load_3)(x0, a0 + i * 3 * w, w);
+        NAME(reflect_vector_apply_n)(prepared, x0, x2);
+        NAME(store_3)(a2 + i * 3 * w, w, x2);
+    }
+}
+
+static void NAME(reflect_vector_start_n)(char **args, const intptr_t *strides, void *prepared)
+{
+    const intptr_t c1a = strides[1];
+    REAL x1[3];
+    NAME(load_3)(x1, args[1], c1a);
+    NAME(reflect_vector_prepare_n)(x1, prepared);
+}
+
 WIDE static void NAME(reflect_vector_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
@@ -2649,25 +2562,6 @@ WIDE static void NAME(reflect_vector_block)(intptr_t n, char **args, const intpt
         REAL x1[3];
         REAL x2[3];
         NAME(load_3)(x0, a0 + i * w, c0a);
-        NAME(load_3)(x1, a1 + i * w, c1a);
-        NAME(reflect_vector)(x0, x1, x2);
-        NAME(store_3)(a2 + i * w, c2a, x2);
-    }
-}
-
-WIDE static void NAME(reflect_vector_block_uniform)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    REAL x0[3];
-    NAME(load_3)(x0, a0, c0a);
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x1[3];
-        REAL x2[3];
         NAME(load_3)(x1, a1 + i * w, c1a);
         NAME(reflect_vector)(x0, x1, x2);
         NAME(store_3)(a2 + i * w, c2a, x2);
@@ -2693,30 +2587,13 @@ WIDE static void NAME(reflect_vector_dense)(intptr_t n, char **args, const intpt
     }
 }
 
-WIDE static void NAME(reflect_vector_dense_uniform)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    REAL x0[3];
-    NAME(load_3)(x0, a0, w);
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x1[3];
-        REAL x2[3];
-        NAME(load_3)(x1, a1 + i * 3 * w, w);
-        NAME(reflect_vector)(x0, x1, x2);
-        NAME(store_3)(a2 + i * 3 * w, w, x2);
-    }
-}
-
 void NAME(reflect_vector_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {3, 1, 1, {3}}, {3, 1, 2, {3}}};
-    static const struct kernel kernel = {{NAME(reflect_vector_block), NAME(reflect_vector_block_uniform),
-        NAME(reflect_vector_dense), NAME(reflect_vector_dense_uniform)}, 1, 2, 3, parts};
+    static const struct form forms[] = {{2, 3, NAME(reflect_vector_start_n), NAME(reflect_vector_block_n),
+        NAME(reflect_vector_dense_n)}};
+    static const struct kernel kernel = {NAME(reflect_vector_block), NAME(reflect_vector_dense), 2, 3, 1, parts,
+        forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -2761,25 +2638,6 @@ WIDE static void NAME(bivector_commutator_block)(intptr_t n, char **args, const 
     }
 }
 
-WIDE static void NAME(bivector_commutator_block_uniform)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    REAL x0[3];
-    NAME(load_3)(x0, a0, c0a);
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x1[3];
-        REAL x2[3];
-        NAME(load_3)(x1, a1 + i * w, c1a);
-        NAME(bivector_commutator)(x0, x1, x2);
-        NAME(store_3)(a2 + i * w, c2a, x2);
-    }
-}
-
 WIDE static void NAME(bivector_commutator_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
@@ -2799,30 +2657,11 @@ WIDE static void NAME(bivector_commutator_dense)(intptr_t n, char **args, const 
     }
 }
 
-WIDE static void NAME(bivector_commutator_dense_uniform)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    REAL x0[3];
-    NAME(load_3)(x0, a0, w);
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x1[3];
-        REAL x2[3];
-        NAME(load_3)(x1, a1 + i * 3 * w, w);
-        NAME(bivector_commutator)(x0, x1, x2);
-        NAME(store_3)(a2 + i * 3 * w, w, x2);
-    }
-}
-
 void NAME(bivector_commutator_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {3, 1, 1, {3}}, {3, 1, 2, {3}}};
-    static const struct kernel kernel = {{NAME(bivector_commutator_block), NAME(bivector_commutator_block_uniform),
-        NAME(bivector_commutator_dense), NAME(bivector_commutator_dense_uniform)}, 1, 2, 3, parts};
+    static const struct kernel kernel = {NAME(bivector_commutator_block), NAME(bivector_commutator_dense), 2, 3, 0,
+        parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -2889,25 +2728,6 @@ WIDE static void NAME(rotor_product_block)(intptr_t n, char **args, const intptr
     }
 }
 
-WIDE static void NAME(rotor_product_block_uniform)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    REAL x0[4];
-    NAME(load_4)(x0, a0, c0a);
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x1[4];
-        REAL x2[4];
-        NAME(load_4)(x1, a1 + i * w, c1a);
-        NAME(rotor_product)(x0, x1, x2);
-        NAME(store_4)(a2 + i * w, c2a, x2);
-    }
-}
-
 WIDE static void NAME(rotor_product_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
@@ -2927,30 +2747,11 @@ WIDE static void NAME(rotor_product_dense)(intptr_t n, char **args, const intptr
     }
 }
 
-WIDE static void NAME(rotor_product_dense_uniform)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    REAL x0[4];
-    NAME(load_4)(x0, a0, w);
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x1[4];
-        REAL x2[4];
-        NAME(load_4)(x1, a1 + i * 4 * w, w);
-        NAME(rotor_product)(x0, x1, x2);
-        NAME(store_4)(a2 + i * 4 * w, w, x2);
-    }
-}
-
 void NAME(rotor_product_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {4, 1, 1, {4}}, {4, 1, 2, {4}}};
-    static const struct kernel kernel = {{NAME(rotor_product_block), NAME(rotor_product_block_uniform),
-        NAME(rotor_product_dense), NAME(rotor_product_dense_uniform)}, 1, 2, 3, parts};
+    static const struct kernel kernel = {NAME(rotor_product_block), NAME(rotor_product_dense), 2, 3, 0, parts,
+        NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -3017,25 +2818,6 @@ WIDE static void NAME(even_product_block)(intptr_t n, char **args, const intptr_
     }
 }
 
-WIDE static void NAME(even_product_block_uniform)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    REAL x0[4];
-    NAME(load_4)(x0, a0, c0a);
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x1[4];
-        REAL x2[4];
-        NAME(load_4)(x1, a1 + i * w, c1a);
-        NAME(even_product)(x0, x1, x2);
-        NAME(store_4)(a2 + i * w, c2a, x2);
-    }
-}
-
 WIDE static void NAME(even_product_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
@@ -3055,30 +2837,10 @@ WIDE static void NAME(even_product_dense)(intptr_t n, char **args, const intptr_
     }
 }
 
-WIDE static void NAME(even_product_dense_uniform)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    REAL x0[4];
-    NAME(load_4)(x0, a0, w);
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x1[4];
-        REAL x2[4];
-        NAME(load_4)(x1, a1 + i * 4 * w, w);
-        NAME(even_product)(x0, x1, x2);
-        NAME(store_4)(a2 + i * 4 * w, w, x2);
-    }
-}
-
 void NAME(even_product_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {4, 1, 1, {4}}, {4, 1, 2, {4}}};
-    static const struct kernel kernel = {{NAME(even_product_block), NAME(even_product_block_uniform),
-        NAME(even_product_dense), NAME(even_product_dense_uniform)}, 1, 2, 3, parts};
+    static const struct kernel kernel = {NAME(even_product_block), NAME(even_product_dense), 2, 3, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -3132,8 +2894,8 @@ WIDE static void NAME(rotor_inverse_dense)(intptr_t n, char **args, const intptr
 void NAME(rotor_inverse_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {4, 1, 1, {4}}};
-    static const struct kernel kernel = {{NAME(rotor_inverse_block), NULL, NAME(rotor_inverse_dense), NULL}, 0, 1,
-        2, parts};
+    static const struct kernel kernel = {NAME(rotor_inverse_block), NAME(rotor_inverse_dense), 1, 2, 0, parts,
+        NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -3197,8 +2959,8 @@ WIDE static void NAME(normalize_rotor_dense)(intptr_t n, char **args, const intp
 void NAME(normalize_rotor_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {4, 1, 1, {4}}};
-    static const struct kernel kernel = {{NAME(normalize_rotor_block), NULL, NAME(normalize_rotor_dense), NULL}, 0,
-        1, 2, parts};
+    static const struct kernel kernel = {NAME(normalize_rotor_block), NAME(normalize_rotor_dense), 1, 2, 0, parts,
+        NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -3246,6 +3008,128 @@ INLINE void NAME(rotate_vector)(const REAL *r, const REAL *v, REAL *out)
     out[2] = t29;
 }
 
+static INLINE void NAME(rotate_vector_prepare_r)(const REAL *r, REAL *prepared)
+{
+    const REAL r_1 = r[0];
+    const REAL r_e12 = r[1];
+    const REAL r_e13 = r[2];
+    const REAL r_e23 = r[3];
+    const REAL t0 = r_1 * r_1;
+    const REAL t1 = r_e12 * r_e12;
+    const REAL t2 = t0 - t1;
+    const REAL t3 = r_e13 * r_e13;
+    const REAL t4 = r_e23 * r_e23;
+    const REAL t5 = t3 - t4;
+    const REAL t6 = t2 - t5;
+    const REAL t8 = r_1 * r_e12;
+    const REAL t9 = r_e13 * r_e23;
+    const REAL t10 = t8 - t9;
+    const REAL t11 = t10 * (REAL)2;
+    const REAL t14 = r_1 * r_e13;
+    const REAL t15 = r_e12 * r_e23;
+    const REAL t16 = t14 + t15;
+    const REAL t17 = (REAL)2 * t16;
+    const REAL t20 = t2 + t5;
+    const REAL t22 = t8 + t9;
+    const REAL t23 = (REAL)2 * t22;
+    const REAL t26 = r_1 * r_e23;
+    const REAL t27 = r_e12 * r_e13;
+    const REAL t28 = t26 - t27;
+    const REAL t29 = (REAL)2 * t28;
+    const REAL t32 = t15 - t14;
+    const REAL t33 = (REAL)2 * t32;
+    const REAL t35 = t26 + t27;
+    const REAL t36 = (REAL)2 * t35;
+    const REAL t39 = t0 + t1;
+    const REAL t40 = t39 - t3;
+    const REAL t41 = t40 - t4;
+    prepared[0] = t6;
+    prepared[1] = t11;
+    prepared[2] = t17;
+    prepared[3] = t20;
+    prepared[4] = t23;
+    prepared[5] = t29;
+    prepared[6] = t33;
+    prepared[7] = t36;
+    prepared[8] = t41;
+}
+
+static INLINE void NAME(rotate_vector_apply_r)(const REAL *prepared, const REAL *v, REAL *out)
+{
+    const REAL t6 = prepared[0];
+    const REAL t11 = prepared[1];
+    const REAL t17 = prepared[2];
+    const REAL t20 = prepared[3];
+    const REAL t23 = prepared[4];
+    const REAL t29 = prepared[5];
+    const REAL t33 = prepared[6];
+    const REAL t36 = prepared[7];
+    const REAL t41 = prepared[8];
+    const REAL v_e1 = v[0];
+    const REAL v_e2 = v[1];
+    const REAL v_e3 = v[2];
+    const REAL t7 = v_e1 * t6;
+    const REAL t12 = v_e2 * t11;
+    const REAL t13 = t7 + t12;
+    const REAL t18 = v_e3 * t17;
+    const REAL t19 = t13 + t18;
+    const REAL t21 = v_e2 * t20;
+    const REAL t24 = v_e1 * t23;
+    const REAL t25 = t21 - t24;
+    const REAL t30 = v_e3 * t29;
+    const REAL t31 = t25 + t30;
+    const REAL t34 = v_e1 * t33;
+    const REAL t37 = v_e2 * t36;
+    const REAL t38 = t34 - t37;
+    const REAL t42 = v_e3 * t41;
+    const REAL t43 = t38 + t42;
+    out[0] = t19;
+    out[1] = t31;
+    out[2] = t43;
+}
+
+WIDE static void NAME(rotate_vector_block_r)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    const intptr_t c1a = strides[1], c2a = strides[2];
+    const REAL *prepared = (const REAL *)args[0];
+    char *a1 = args[1];
+    char *a2 = args[2];
+    ANY_ORDER
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
+        REAL x1[3];
+        REAL x2[3];
+        NAME(load_3)(x1, a1 + i * w, c1a);
+        NAME(rotate_vector_apply_r)(prepared, x1, x2);
+        NAME(store_3)(a2 + i * w, c2a, x2);
+    }
+}
+
+WIDE static void NAME(rotate_vector_dense_r)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    const REAL *prepared = (const REAL *)args[0];
+    char *a1 = args[1];
+    char *a2 = args[2];
+    ANY_ORDER
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
+        REAL x1[3];
+        REAL x2[3];
+        NAME(load_3)(x1, a1 + i * 3 * w, w);
+        NAME(rotate_vector_apply_r)(prepared, x1, x2);
+        NAME(store_3)(a2 + i * 3 * w, w, x2);
+    }
+}
+
+static void NAME(rotate_vector_start_r)(char **args, const intptr_t *strides, void *prepared)
+{
+    const intptr_t c0a = strides[0];
+    REAL x0[4];
+    NAME(load_4)(x0, args[0], c0a);
+    NAME(rotate_vector_prepare_r)(x0, prepared);
+}
+
 WIDE static void NAME(rotate_vector_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
@@ -3259,25 +3143,6 @@ WIDE static void NAME(rotate_vector_block)(intptr_t n, char **args, const intptr
         REAL x1[3];
         REAL x2[3];
         NAME(load_4)(x0, a0 + i * w, c0a);
-        NAME(load_3)(x1, a1 + i * w, c1a);
-        NAME(rotate_vector)(x0, x1, x2);
-        NAME(store_3)(a2 + i * w, c2a, x2);
-    }
-}
-
-WIDE static void NAME(rotate_vector_block_uniform)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    REAL x0[4];
-    NAME(load_4)(x0, a0, c0a);
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x1[3];
-        REAL x2[3];
         NAME(load_3)(x1, a1 + i * w, c1a);
         NAME(rotate_vector)(x0, x1, x2);
         NAME(store_3)(a2 + i * w, c2a, x2);
@@ -3303,30 +3168,13 @@ WIDE static void NAME(rotate_vector_dense)(intptr_t n, char **args, const intptr
     }
 }
 
-WIDE static void NAME(rotate_vector_dense_uniform)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    REAL x0[4];
-    NAME(load_4)(x0, a0, w);
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x1[3];
-        REAL x2[3];
-        NAME(load_3)(x1, a1 + i * 3 * w, w);
-        NAME(rotate_vector)(x0, x1, x2);
-        NAME(store_3)(a2 + i * 3 * w, w, x2);
-    }
-}
-
 void NAME(rotate_vector_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {3, 1, 1, {3}}, {3, 1, 2, {3}}};
-    static const struct kernel kernel = {{NAME(rotate_vector_block), NAME(rotate_vector_block_uniform),
-        NAME(rotate_vector_dense), NAME(rotate_vector_dense_uniform)}, 1, 2, 3, parts};
+    static const struct form forms[] = {{1, 2, NAME(rotate_vector_start_r), NAME(rotate_vector_block_r),
+        NAME(rotate_vector_dense_r)}};
+    static const struct kernel kernel = {NAME(rotate_vector_block), NAME(rotate_vector_dense), 2, 3, 1, parts,
+        forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -3374,6 +3222,128 @@ INLINE void NAME(rotate_vector_back)(const REAL *r, const REAL *v, REAL *out)
     out[2] = t29;
 }
 
+static INLINE void NAME(rotate_vector_back_prepare_r)(const REAL *r, REAL *prepared)
+{
+    const REAL r_1 = r[0];
+    const REAL r_e12 = r[1];
+    const REAL r_e13 = r[2];
+    const REAL r_e23 = r[3];
+    const REAL t0 = r_1 * r_1;
+    const REAL t1 = r_e12 * r_e12;
+    const REAL t2 = t0 - t1;
+    const REAL t3 = r_e13 * r_e13;
+    const REAL t4 = r_e23 * r_e23;
+    const REAL t5 = t3 - t4;
+    const REAL t6 = t2 - t5;
+    const REAL t8 = r_1 * r_e12;
+    const REAL t9 = r_e13 * r_e23;
+    const REAL t10 = t8 + t9;
+    const REAL t11 = t10 * (REAL)2;
+    const REAL t14 = r_e12 * r_e23;
+    const REAL t15 = r_1 * r_e13;
+    const REAL t16 = t14 - t15;
+    const REAL t17 = (REAL)2 * t16;
+    const REAL t20 = t2 + t5;
+    const REAL t22 = t8 - t9;
+    const REAL t23 = (REAL)2 * t22;
+    const REAL t26 = r_1 * r_e23;
+    const REAL t27 = r_e12 * r_e13;
+    const REAL t28 = t26 + t27;
+    const REAL t29 = (REAL)2 * t28;
+    const REAL t32 = t14 + t15;
+    const REAL t33 = (REAL)2 * t32;
+    const REAL t35 = t26 - t27;
+    const REAL t36 = (REAL)2 * t35;
+    const REAL t39 = t0 + t1;
+    const REAL t40 = t39 - t3;
+    const REAL t41 = t40 - t4;
+    prepared[0] = t6;
+    prepared[1] = t11;
+    prepared[2] = t17;
+    prepared[3] = t20;
+    prepared[4] = t23;
+    prepared[5] = t29;
+    prepared[6] = t33;
+    prepared[7] = t36;
+    prepared[8] = t41;
+}
+
+static INLINE void NAME(rotate_vector_back_apply_r)(const REAL *prepared, const REAL *v, REAL *out)
+{
+    const REAL t6 = prepared[0];
+    const REAL t11 = prepared[1];
+    const REAL t17 = prepared[2];
+    const REAL t20 = prepared[3];
+    const REAL t23 = prepared[4];
+    const REAL t29 = prepared[5];
+    const REAL t33 = prepared[6];
+    const REAL t36 = prepared[7];
+    const REAL t41 = prepared[8];
+    const REAL v_e1 = v[0];
+    const REAL v_e2 = v[1];
+    const REAL v_e3 = v[2];
+    const REAL t7 = v_e1 * t6;
+    const REAL t12 = v_e2 * t11;
+    const REAL t13 = t7 - t12;
+    const REAL t18 = v_e3 * t17;
+    const REAL t19 = t13 + t18;
+    const REAL t21 = v_e2 * t20;
+    const REAL t24 = v_e1 * t23;
+    const REAL t25 = t24 + t21;
+    const REAL t30 = v_e3 * t29;
+    const REAL t31 = t25 - t30;
+    const REAL t34 = v_e1 * t33;
+    const REAL t37 = v_e2 * t36;
+    const REAL t38 = t34 + t37;
+    const REAL t42 = v_e3 * t41;
+    const REAL t43 = t38 + t42;
+    out[0] = t19;
+    out[1] = t31;
+    out[2] = t43;
+}
+
+WIDE static void NAME(rotate_vector_back_block_r)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    const intptr_t c1a = strides[1], c2a = strides[2];
+    const REAL *prepared = (const REAL *)args[0];
+    char *a1 = args[1];
+    char *a2 = args[2];
+    ANY_ORDER
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
+        REAL x1[3];
+        REAL x2[3];
+        NAME(load_3)(x1, a1 + i * w, c1a);
+        NAME(rotate_vector_back_apply_r)(prepared, x1, x2);
+        NAME(store_3)(a2 + i * w, c2a, x2);
+    }
+}
+
+WIDE static void NAME(rotate_vector_back_dense_r)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    const REAL *prepared = (const REAL *)args[0];
+    char *a1 = args[1];
+    char *a2 = args[2];
+    ANY_ORDER
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
+        REAL x1[3];
+        REAL x2[3];
+        NAME(load_3)(x1, a1 + i * 3 * w, w);
+        NAME(rotate_vector_back_apply_r)(prepared, x1, x2);
+        NAME(store_3)(a2 + i * 3 * w, w, x2);
+    }
+}
+
+static void NAME(rotate_vector_back_start_r)(char **args, const intptr_t *strides, void *prepared)
+{
+    const intptr_t c0a = strides[0];
+    REAL x0[4];
+    NAME(load_4)(x0, args[0], c0a);
+    NAME(rotate_vector_back_prepare_r)(x0, prepared);
+}
+
 WIDE static void NAME(rotate_vector_back_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
@@ -3387,25 +3357,6 @@ WIDE static void NAME(rotate_vector_back_block)(intptr_t n, char **args, const i
         REAL x1[3];
         REAL x2[3];
         NAME(load_4)(x0, a0 + i * w, c0a);
-        NAME(load_3)(x1, a1 + i * w, c1a);
-        NAME(rotate_vector_back)(x0, x1, x2);
-        NAME(store_3)(a2 + i * w, c2a, x2);
-    }
-}
-
-WIDE static void NAME(rotate_vector_back_block_uniform)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    REAL x0[4];
-    NAME(load_4)(x0, a0, c0a);
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x1[3];
-        REAL x2[3];
         NAME(load_3)(x1, a1 + i * w, c1a);
         NAME(rotate_vector_back)(x0, x1, x2);
         NAME(store_3)(a2 + i * w, c2a, x2);
@@ -3431,30 +3382,13 @@ WIDE static void NAME(rotate_vector_back_dense)(intptr_t n, char **args, const i
     }
 }
 
-WIDE static void NAME(rotate_vector_back_dense_uniform)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    REAL x0[4];
-    NAME(load_4)(x0, a0, w);
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x1[3];
-        REAL x2[3];
-        NAME(load_3)(x1, a1 + i * 3 * w, w);
-        NAME(rotate_vector_back)(x0, x1, x2);
-        NAME(store_3)(a2 + i * 3 * w, w, x2);
-    }
-}
-
 void NAME(rotate_vector_back_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {3, 1, 1, {3}}, {3, 1, 2, {3}}};
-    static const struct kernel kernel = {{NAME(rotate_vector_back_block), NAME(rotate_vector_back_block_uniform),
-        NAME(rotate_vector_back_dense), NAME(rotate_vector_back_dense_uniform)}, 1, 2, 3, parts};
+    static const struct form forms[] = {{1, 2, NAME(rotate_vector_back_start_r), NAME(rotate_vector_back_block_r),
+        NAME(rotate_vector_back_dense_r)}};
+    static const struct kernel kernel = {NAME(rotate_vector_back_block), NAME(rotate_vector_back_dense), 2, 3, 1,
+        parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -3502,6 +3436,128 @@ INLINE void NAME(rotate_bivector)(const REAL *r, const REAL *b, REAL *out)
     out[2] = t29;
 }
 
+static INLINE void NAME(rotate_bivector_prepare_r)(const REAL *r, REAL *prepared)
+{
+    const REAL r_1 = r[0];
+    const REAL r_e12 = r[1];
+    const REAL r_e13 = r[2];
+    const REAL r_e23 = r[3];
+    const REAL t0 = r_1 * r_1;
+    const REAL t1 = r_e12 * r_e12;
+    const REAL t2 = t0 + t1;
+    const REAL t3 = r_e13 * r_e13;
+    const REAL t4 = t2 - t3;
+    const REAL t5 = r_e23 * r_e23;
+    const REAL t6 = t4 - t5;
+    const REAL t8 = r_1 * r_e23;
+    const REAL t9 = r_e12 * r_e13;
+    const REAL t10 = t8 + t9;
+    const REAL t11 = t10 * (REAL)2;
+    const REAL t14 = r_e12 * r_e23;
+    const REAL t15 = r_1 * r_e13;
+    const REAL t16 = t14 - t15;
+    const REAL t17 = (REAL)2 * t16;
+    const REAL t20 = t0 - t1;
+    const REAL t21 = t3 - t5;
+    const REAL t22 = t20 + t21;
+    const REAL t24 = t9 - t8;
+    const REAL t25 = (REAL)2 * t24;
+    const REAL t28 = r_1 * r_e12;
+    const REAL t29 = r_e13 * r_e23;
+    const REAL t30 = t28 + t29;
+    const REAL t31 = (REAL)2 * t30;
+    const REAL t34 = t14 + t15;
+    const REAL t35 = (REAL)2 * t34;
+    const REAL t37 = t29 - t28;
+    const REAL t38 = (REAL)2 * t37;
+    const REAL t41 = t20 - t21;
+    prepared[0] = t6;
+    prepared[1] = t11;
+    prepared[2] = t17;
+    prepared[3] = t22;
+    prepared[4] = t25;
+    prepared[5] = t31;
+    prepared[6] = t35;
+    prepared[7] = t38;
+    prepared[8] = t41;
+}
+
+static INLINE void NAME(rotate_bivector_apply_r)(const REAL *prepared, const REAL *b, REAL *out)
+{
+    const REAL t6 = prepared[0];
+    const REAL t11 = prepared[1];
+    const REAL t17 = prepared[2];
+    const REAL t22 = prepared[3];
+    const REAL t25 = prepared[4];
+    const REAL t31 = prepared[5];
+    const REAL t35 = prepared[6];
+    const REAL t38 = prepared[7];
+    const REAL t41 = prepared[8];
+    const REAL b_e12 = b[0];
+    const REAL b_e13 = b[1];
+    const REAL b_e23 = b[2];
+    const REAL t7 = b_e12 * t6;
+    const REAL t12 = b_e13 * t11;
+    const REAL t13 = t7 + t12;
+    const REAL t18 = b_e23 * t17;
+    const REAL t19 = t13 + t18;
+    const REAL t23 = b_e13 * t22;
+    const REAL t26 = b_e12 * t25;
+    const REAL t27 = t26 + t23;
+    const REAL t32 = b_e23 * t31;
+    const REAL t33 = t27 + t32;
+    const REAL t36 = b_e12 * t35;
+    const REAL t39 = b_e13 * t38;
+    const REAL t40 = t36 + t39;
+    const REAL t42 = b_e23 * t41;
+    const REAL t43 = t40 + t42;
+    out[0] = t19;
+    out[1] = t33;
+    out[2] = t43;
+}
+
+WIDE static void NAME(rotate_bivector_block_r)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    const intptr_t c1a = strides[1], c2a = strides[2];
+    const REAL *prepared = (const REAL *)args[0];
+    char *a1 = args[1];
+    char *a2 = args[2];
+    ANY_ORDER
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
+        REAL x1[3];
+        REAL x2[3];
+        NAME(load_3)(x1, a1 + i * w, c1a);
+        NAME(rotate_bivector_apply_r)(prepared, x1, x2);
+        NAME(store_3)(a2 + i * w, c2a, x2);
+    }
+}
+
+WIDE static void NAME(rotate_bivector_dense_r)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    const REAL *prepared = (const REAL *)args[0];
+    char *a1 = args[1];
+    char *a2 = args[2];
+    ANY_ORDER
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
+        REAL x1[3];
+        REAL x2[3];
+        NAME(load_3)(x1, a1 + i * 3 * w, w);
+        NAME(rotate_bivector_apply_r)(prepared, x1, x2);
+        NAME(store_3)(a2 + i * 3 * w, w, x2);
+    }
+}
+
+static void NAME(rotate_bivector_start_r)(char **args, const intptr_t *strides, void *prepared)
+{
+    const intptr_t c0a = strides[0];
+    REAL x0[4];
+    NAME(load_4)(x0, args[0], c0a);
+    NAME(rotate_bivector_prepare_r)(x0, prepared);
+}
+
 WIDE static void NAME(rotate_bivector_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
@@ -3515,25 +3571,6 @@ WIDE static void NAME(rotate_bivector_block)(intptr_t n, char **args, const intp
         REAL x1[3];
         REAL x2[3];
         NAME(load_4)(x0, a0 + i * w, c0a);
-        NAME(load_3)(x1, a1 + i * w, c1a);
-        NAME(rotate_bivector)(x0, x1, x2);
-        NAME(store_3)(a2 + i * w, c2a, x2);
-    }
-}
-
-WIDE static void NAME(rotate_bivector_block_uniform)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    REAL x0[4];
-    NAME(load_4)(x0, a0, c0a);
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x1[3];
-        REAL x2[3];
         NAME(load_3)(x1, a1 + i * w, c1a);
         NAME(rotate_bivector)(x0, x1, x2);
         NAME(store_3)(a2 + i * w, c2a, x2);
@@ -3559,30 +3596,13 @@ WIDE static void NAME(rotate_bivector_dense)(intptr_t n, char **args, const intp
     }
 }
 
-WIDE static void NAME(rotate_bivector_dense_uniform)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    REAL x0[4];
-    NAME(load_4)(x0, a0, w);
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x1[3];
-        REAL x2[3];
-        NAME(load_3)(x1, a1 + i * 3 * w, w);
-        NAME(rotate_bivector)(x0, x1, x2);
-        NAME(store_3)(a2 + i * 3 * w, w, x2);
-    }
-}
-
 void NAME(rotate_bivector_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {3, 1, 1, {3}}, {3, 1, 2, {3}}};
-    static const struct kernel kernel = {{NAME(rotate_bivector_block), NAME(rotate_bivector_block_uniform),
-        NAME(rotate_bivector_dense), NAME(rotate_bivector_dense_uniform)}, 1, 2, 3, parts};
+    static const struct form forms[] = {{1, 2, NAME(rotate_bivector_start_r), NAME(rotate_bivector_block_r),
+        NAME(rotate_bivector_dense_r)}};
+    static const struct kernel kernel = {NAME(rotate_bivector_block), NAME(rotate_bivector_dense), 2, 3, 1, parts,
+        forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -3612,6 +3632,145 @@ INLINE void NAME(rotor_from_axis_angle)(const REAL *axis, REAL angle, REAL *out)
     out[3] = t14;
 }
 
+static INLINE void NAME(rotor_from_axis_angle_prepare_angle)(REAL angle, REAL *prepared)
+{
+    const REAL t0 = angle * (REAL)0.5;
+    const REAL t1 = COS(t0);
+    const REAL t8 = SIN(t0);
+    prepared[0] = t8;
+    prepared[1] = t1;
+}
+
+static INLINE void NAME(rotor_from_axis_angle_apply_angle)(const REAL *prepared, const REAL *axis, REAL *out)
+{
+    const REAL t8 = prepared[0];
+    const REAL t1 = prepared[1];
+    const REAL axis_e1 = axis[0];
+    const REAL axis_e2 = axis[1];
+    const REAL axis_e3 = axis[2];
+    const REAL t2 = axis_e1 * axis_e1;
+    const REAL t3 = axis_e2 * axis_e2;
+    const REAL t4 = t2 + t3;
+    const REAL t5 = axis_e3 * axis_e3;
+    const REAL t6 = t4 + t5;
+    const REAL t7 = SQRT(t6);
+    const REAL t9 = t8 / t7;
+    const REAL t10 = axis_e3 * t9;
+    const REAL t11 = -t10;
+    const REAL t12 = axis_e2 * t9;
+    const REAL t13 = axis_e1 * t9;
+    const REAL t14 = -t13;
+    out[0] = t1;
+    out[1] = t11;
+    out[2] = t12;
+    out[3] = t14;
+}
+
+static INLINE void NAME(rotor_from_axis_angle_prepare_axis)(const REAL *axis, REAL *prepared)
+{
+    const REAL axis_e1 = axis[0];
+    const REAL axis_e2 = axis[1];
+    const REAL axis_e3 = axis[2];
+    const REAL t2 = axis_e1 * axis_e1;
+    const REAL t3 = axis_e2 * axis_e2;
+    const REAL t4 = t2 + t3;
+    const REAL t5 = axis_e3 * axis_e3;
+    const REAL t6 = t4 + t5;
+    const REAL t7 = SQRT(t6);
+    prepared[0] = t7;
+    prepared[1] = axis_e3;
+    prepared[2] = axis_e2;
+    prepared[3] = axis_e1;
+}
+
+static INLINE void NAME(rotor_from_axis_angle_apply_axis)(const REAL *prepared, REAL angle, REAL *out)
+{
+    const REAL t7 = prepared[0];
+    const REAL axis_e3 = prepared[1];
+    const REAL axis_e2 = prepared[2];
+    const REAL axis_e1 = prepared[3];
+    const REAL t0 = angle * (REAL)0.5;
+    const REAL t1 = COS(t0);
+    const REAL t8 = SIN(t0);
+    const REAL t9 = t8 / t7;
+    const REAL t10 = axis_e3 * t9;
+    const REAL t11 = -t10;
+    const REAL t12 = axis_e2 * t9;
+    const REAL t13 = axis_e1 * t9;
+    const REAL t14 = -t13;
+    out[0] = t1;
+    out[1] = t11;
+    out[2] = t12;
+    out[3] = t14;
+}
+
+WIDE static void NAME(rotor_from_axis_angle_block_angle)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    const intptr_t c0a = strides[0], c2a = strides[1];
+    const REAL *prepared = (const REAL *)args[1];
+    char *a0 = args[0];
+    char *a2 = args[2];
+    ANY_ORDER
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
+        REAL x0[3];
+        REAL x2[4];
+        NAME(load_3)(x0, a0 + i * w, c0a);
+        NAME(rotor_from_axis_angle_apply_angle)(prepared, x0, x2);
+        NAME(store_4)(a2 + i * w, c2a, x2);
+    }
+}
+
+WIDE static void NAME(rotor_from_axis_angle_dense_angle)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    const REAL *prepared = (const REAL *)args[1];
+    char *a0 = args[0];
+    char *a2 = args[2];
+    ANY_ORDER
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
+        REAL x0[3];
+        REAL x2[4];
+        NAME(load_3)(x0, a0 + i * 3 * w, w);
+        NAME(rotor_from_axis_angle_apply_angle)(prepared, x0, x2);
+        NAME(store_4)(a2 + i * 4 * w, w, x2);
+    }
+}
+
+static void NAME(rotor_from_axis_angle_start_angle)(char **args, const intptr_t *strides, void *prepared)
+{
+    (void)strides;
+    REAL x1[1];
+    NAME(load_scalar)(x1, args[1]);
+    NAME(rotor_from_axis_angle_prepare_angle)(x1[0], prepared);
+}
+
+WIDE static void NAME(rotor_from_axis_angle_block_axis)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    const intptr_t c2a = strides[1];
+    const REAL *prepared = (const REAL *)args[0];
+    char *a1 = args[1];
+    char *a2 = args[2];
+    ANY_ORDER
+    for (intptr_t i = 0; i < n; ++i) {
+        REAL x1[1];
+        REAL x2[4];
+        NAME(load_scalar)(x1, a1 + i * w);
+        NAME(rotor_from_axis_angle_apply_axis)(prepared, x1[0], x2);
+        NAME(store_4)(a2 + i * w, c2a, x2);
+    }
+}
+
+static void NAME(rotor_from_axis_angle_start_axis)(char **args, const intptr_t *strides, void *prepared)
+{
+    const intptr_t c0a = strides[0];
+    REAL x0[3];
+    NAME(load_3)(x0, args[0], c0a);
+    NAME(rotor_from_axis_angle_prepare_axis)(x0, prepared);
+}
+
 WIDE static void NAME(rotor_from_axis_angle_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
@@ -3631,30 +3790,13 @@ WIDE static void NAME(rotor_from_axis_angle_block)(intptr_t n, char **args, cons
     }
 }
 
-WIDE static void NAME(rotor_from_axis_angle_block_uniform)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c2a = strides[1];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    REAL x1[1];
-    NAME(load_scalar)(x1, a1);
-    ANY_ORDER
-    for (intptr_t i = 0; i < n; ++i) {
-        REAL x0[3];
-        REAL x2[4];
-        NAME(load_3)(x0, a0 + i * w, c0a);
-        NAME(rotor_from_axis_angle)(x0, x1[0], x2);
-        NAME(store_4)(a2 + i * w, c2a, x2);
-    }
-}
-
 void NAME(rotor_from_axis_angle_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {1, 0, 1, {0}}, {4, 1, 1, {4}}};
-    static const struct kernel kernel = {{NAME(rotor_from_axis_angle_block),
-        NAME(rotor_from_axis_angle_block_uniform), NULL, NULL}, 2, 2, 3, parts};
+    static const struct form forms[] = {{2, 2, NAME(rotor_from_axis_angle_start_angle),
+        NAME(rotor_from_axis_angle_block_angle), NAME(rotor_from_axis_angle_dense_angle)}, {1, 2,
+        NAME(rotor_from_axis_angle_start_axis), NAME(rotor_from_axis_angle_block_axis), NULL}};
+    static const struct kernel kernel = {NAME(rotor_from_axis_angle_block), NULL, 2, 3, 2, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -3708,8 +3850,7 @@ WIDE static void NAME(rotor_from_rotation_vector_block)(intptr_t n, char **args,
 void NAME(rotor_from_rotation_vector_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {4, 1, 1, {4}}};
-    static const struct kernel kernel = {{NAME(rotor_from_rotation_vector_block), NULL, NULL, NULL}, 0, 1, 2,
-        parts};
+    static const struct kernel kernel = {NAME(rotor_from_rotation_vector_block), NULL, 1, 2, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -3761,7 +3902,7 @@ WIDE static void NAME(rotor_to_rotation_vector_block)(intptr_t n, char **args, c
 void NAME(rotor_to_rotation_vector_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {3, 1, 1, {3}}};
-    static const struct kernel kernel = {{NAME(rotor_to_rotation_vector_block), NULL, NULL, NULL}, 0, 1, 2, parts};
+    static const struct kernel kernel = {NAME(rotor_to_rotation_vector_block), NULL, 1, 2, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -3811,7 +3952,7 @@ WIDE static void NAME(rotor_exponential_block)(intptr_t n, char **args, const in
 void NAME(rotor_exponential_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {4, 1, 1, {4}}};
-    static const struct kernel kernel = {{NAME(rotor_exponential_block), NULL, NULL, NULL}, 0, 1, 2, parts};
+    static const struct kernel kernel = {NAME(rotor_exponential_block), NULL, 1, 2, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -3860,7 +4001,7 @@ WIDE static void NAME(rotor_logarithm_block)(intptr_t n, char **args, const intp
 void NAME(rotor_logarithm_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {3, 1, 1, {3}}};
-    static const struct kernel kernel = {{NAME(rotor_logarithm_block), NULL, NULL, NULL}, 0, 1, 2, parts};
+    static const struct kernel kernel = {NAME(rotor_logarithm_block), NULL, 1, 2, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -3924,8 +4065,8 @@ WIDE static void NAME(rotor_square_root_dense)(intptr_t n, char **args, const in
 void NAME(rotor_square_root_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {4, 1, 1, {4}}};
-    static const struct kernel kernel = {{NAME(rotor_square_root_block), NULL, NAME(rotor_square_root_dense), NULL},
-        0, 1, 2, parts};
+    static const struct kernel kernel = {NAME(rotor_square_root_block), NAME(rotor_square_root_dense), 1, 2, 0,
+        parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -3975,6 +4116,87 @@ INLINE void NAME(rotor_power)(const REAL *r, REAL t, REAL *out)
     out[3] = t33;
 }
 
+static INLINE void NAME(rotor_power_prepare_r)(const REAL *r, REAL *prepared)
+{
+    const REAL r_1 = r[0];
+    const REAL r_e12 = r[1];
+    const REAL r_e13 = r[2];
+    const REAL r_e23 = r[3];
+    const REAL t0 = r_1 * r_1;
+    const REAL t1 = (REAL)1 - t0;
+    const REAL t2 = LESS(t1, (REAL)1e-18);
+    const REAL t3 = SELECT(t2, (REAL)1, t1);
+    const REAL t4 = SQRT(t3);
+    const REAL t5 = ABS(r_1);
+    const REAL t6 = ATAN2(t4, t5);
+    const REAL t7 = t6 / t4;
+    const REAL t8 = SELECT(t2, (REAL)1, t7);
+    const REAL t9 = -t8;
+    const REAL t10 = LESS(r_1, (REAL)0);
+    const REAL t11 = SELECT(t10, t9, t8);
+    const REAL t12 = r_e12 * t11;
+    const REAL t15 = r_e13 * t11;
+    const REAL t19 = r_e23 * t11;
+    prepared[0] = t12;
+    prepared[1] = t15;
+    prepared[2] = t19;
+}
+
+static INLINE void NAME(rotor_power_apply_r)(const REAL *prepared, REAL t, REAL *out)
+{
+    const REAL t12 = prepared[0];
+    const REAL t15 = prepared[1];
+    const REAL t19 = prepared[2];
+    const REAL t13 = t * t12;
+    const REAL t14 = t13 * t13;
+    const REAL t16 = t * t15;
+    const REAL t17 = t16 * t16;
+    const REAL t18 = t14 + t17;
+    const REAL t20 = t * t19;
+    const REAL t21 = t20 * t20;
+    const REAL t22 = t18 + t21;
+    const REAL t23 = LESS(t22, (REAL)1e-18);
+    const REAL t24 = SELECT(t23, (REAL)1, t22);
+    const REAL t25 = SQRT(t24);
+    const REAL t26 = COS(t25);
+    const REAL t27 = SELECT(t23, (REAL)1, t26);
+    const REAL t28 = SIN(t25);
+    const REAL t29 = t28 / t25;
+    const REAL t30 = SELECT(t23, (REAL)1, t29);
+    const REAL t31 = t13 * t30;
+    const REAL t32 = t16 * t30;
+    const REAL t33 = t20 * t30;
+    out[0] = t27;
+    out[1] = t31;
+    out[2] = t32;
+    out[3] = t33;
+}
+
+WIDE static void NAME(rotor_power_block_r)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    const intptr_t c2a = strides[1];
+    const REAL *prepared = (const REAL *)args[0];
+    char *a1 = args[1];
+    char *a2 = args[2];
+    ANY_ORDER
+    for (intptr_t i = 0; i < n; ++i) {
+        REAL x1[1];
+        REAL x2[4];
+        NAME(load_scalar)(x1, a1 + i * w);
+        NAME(rotor_power_apply_r)(prepared, x1[0], x2);
+        NAME(store_4)(a2 + i * w, c2a, x2);
+    }
+}
+
+static void NAME(rotor_power_start_r)(char **args, const intptr_t *strides, void *prepared)
+{
+    const intptr_t c0a = strides[0];
+    REAL x0[4];
+    NAME(load_4)(x0, args[0], c0a);
+    NAME(rotor_power_prepare_r)(x0, prepared);
+}
+
 WIDE static void NAME(rotor_power_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
@@ -3994,30 +4216,11 @@ WIDE static void NAME(rotor_power_block)(intptr_t n, char **args, const intptr_t
     }
 }
 
-WIDE static void NAME(rotor_power_block_uniform)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c2a = strides[1];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    REAL x1[1];
-    NAME(load_scalar)(x1, a1);
-    ANY_ORDER
-    for (intptr_t i = 0; i < n; ++i) {
-        REAL x0[4];
-        REAL x2[4];
-        NAME(load_4)(x0, a0 + i * w, c0a);
-        NAME(rotor_power)(x0, x1[0], x2);
-        NAME(store_4)(a2 + i * w, c2a, x2);
-    }
-}
-
 void NAME(rotor_power_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {1, 0, 1, {0}}, {4, 1, 1, {4}}};
-    static const struct kernel kernel = {{NAME(rotor_power_block), NAME(rotor_power_block_uniform), NULL, NULL}, 2,
-        2, 3, parts};
+    static const struct form forms[] = {{1, 2, NAME(rotor_power_start_r), NAME(rotor_power_block_r), NULL}};
+    static const struct kernel kernel = {NAME(rotor_power_block), NULL, 2, 3, 1, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -4127,6 +4330,157 @@ INLINE void NAME(interpolate_rotors)(const REAL *a, const REAL *b, REAL t, REAL 
     out[3] = t89;
 }
 
+static INLINE void NAME(interpolate_rotors_prepare_a_b)(const REAL *a, const REAL *b, REAL *prepared)
+{
+    const REAL a_1 = a[0];
+    const REAL a_e12 = a[1];
+    const REAL a_e13 = a[2];
+    const REAL a_e23 = a[3];
+    const REAL b_1 = b[0];
+    const REAL b_e12 = b[1];
+    const REAL b_e13 = b[2];
+    const REAL b_e23 = b[3];
+    const REAL t0 = a_1 * b_1;
+    const REAL t1 = a_e12 * b_e12;
+    const REAL t2 = t0 + t1;
+    const REAL t3 = a_e13 * b_e13;
+    const REAL t4 = t2 + t3;
+    const REAL t5 = a_e23 * b_e23;
+    const REAL t6 = t4 + t5;
+    const REAL t7 = t6 * t6;
+    const REAL t8 = (REAL)1 - t7;
+    const REAL t9 = LESS(t8, (REAL)1e-18);
+    const REAL t10 = SELECT(t9, (REAL)1, t8);
+    const REAL t11 = SQRT(t10);
+    const REAL t12 = ABS(t6);
+    const REAL t13 = ATAN2(t11, t12);
+    const REAL t14 = t13 / t11;
+    const REAL t15 = SELECT(t9, (REAL)1, t14);
+    const REAL t16 = -t15;
+    const REAL t17 = LESS(t6, (REAL)0);
+    const REAL t18 = SELECT(t17, t16, t15);
+    const REAL t19 = a_1 * b_e12;
+    const REAL t20 = a_e13 * b_e23;
+    const REAL t21 = t19 + t20;
+    const REAL t22 = a_e12 * b_1;
+    const REAL t23 = t21 - t22;
+    const REAL t24 = a_e23 * b_e13;
+    const REAL t25 = t23 - t24;
+    const REAL t26 = t18 * t25;
+    const REAL t29 = a_1 * b_e13;
+    const REAL t30 = a_e23 * b_e12;
+    const REAL t31 = t29 + t30;
+    const REAL t32 = a_e12 * b_e23;
+    const REAL t33 = t31 - t32;
+    const REAL t34 = a_e13 * b_1;
+    const REAL t35 = t33 - t34;
+    const REAL t36 = t18 * t35;
+    const REAL t40 = a_1 * b_e23;
+    const REAL t41 = a_e12 * b_e13;
+    const REAL t42 = t40 + t41;
+    const REAL t43 = a_e13 * b_e12;
+    const REAL t44 = t42 - t43;
+    const REAL t45 = a_e23 * b_1;
+    const REAL t46 = t44 - t45;
+    const REAL t47 = t18 * t46;
+    prepared[0] = t26;
+    prepared[1] = t36;
+    prepared[2] = t47;
+    prepared[3] = a_e12;
+    prepared[4] = a_1;
+    prepared[5] = a_e13;
+    prepared[6] = a_e23;
+}
+
+static INLINE void NAME(interpolate_rotors_apply_a_b)(const REAL *prepared, REAL t, REAL *out)
+{
+    const REAL t26 = prepared[0];
+    const REAL t36 = prepared[1];
+    const REAL t47 = prepared[2];
+    const REAL a_e12 = prepared[3];
+    const REAL a_1 = prepared[4];
+    const REAL a_e13 = prepared[5];
+    const REAL a_e23 = prepared[6];
+    const REAL t27 = t * t26;
+    const REAL t28 = t27 * t27;
+    const REAL t37 = t * t36;
+    const REAL t38 = t37 * t37;
+    const REAL t39 = t28 + t38;
+    const REAL t48 = t * t47;
+    const REAL t49 = t48 * t48;
+    const REAL t50 = t39 + t49;
+    const REAL t51 = LESS(t50, (REAL)1e-18);
+    const REAL t52 = SELECT(t51, (REAL)1, t50);
+    const REAL t53 = SQRT(t52);
+    const REAL t54 = SIN(t53);
+    const REAL t55 = t54 / t53;
+    const REAL t56 = SELECT(t51, (REAL)1, t55);
+    const REAL t57 = t27 * t56;
+    const REAL t58 = a_e12 * t57;
+    const REAL t59 = COS(t53);
+    const REAL t60 = SELECT(t51, (REAL)1, t59);
+    const REAL t61 = a_1 * t60;
+    const REAL t62 = t61 - t58;
+    const REAL t63 = t37 * t56;
+    const REAL t64 = a_e13 * t63;
+    const REAL t65 = t62 - t64;
+    const REAL t66 = t48 * t56;
+    const REAL t67 = a_e23 * t66;
+    const REAL t68 = t65 - t67;
+    const REAL t69 = a_1 * t57;
+    const REAL t70 = a_e12 * t60;
+    const REAL t71 = t70 + t69;
+    const REAL t72 = a_e23 * t63;
+    const REAL t73 = t71 + t72;
+    const REAL t74 = a_e13 * t66;
+    const REAL t75 = t73 - t74;
+    const REAL t76 = a_1 * t63;
+    const REAL t77 = a_e13 * t60;
+    const REAL t78 = t77 + t76;
+    const REAL t79 = a_e12 * t66;
+    const REAL t80 = t78 + t79;
+    const REAL t81 = a_e23 * t57;
+    const REAL t82 = t80 - t81;
+    const REAL t83 = a_1 * t66;
+    const REAL t84 = a_e23 * t60;
+    const REAL t85 = t84 + t83;
+    const REAL t86 = a_e13 * t57;
+    const REAL t87 = t85 + t86;
+    const REAL t88 = a_e12 * t63;
+    const REAL t89 = t87 - t88;
+    out[0] = t68;
+    out[1] = t75;
+    out[2] = t82;
+    out[3] = t89;
+}
+
+WIDE static void NAME(interpolate_rotors_block_a_b)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    const intptr_t c3a = strides[2];
+    const REAL *prepared = (const REAL *)args[0];
+    char *a2 = args[2];
+    char *a3 = args[3];
+    ANY_ORDER
+    for (intptr_t i = 0; i < n; ++i) {
+        REAL x2[1];
+        REAL x3[4];
+        NAME(load_scalar)(x2, a2 + i * w);
+        NAME(interpolate_rotors_apply_a_b)(prepared, x2[0], x3);
+        NAME(store_4)(a3 + i * w, c3a, x3);
+    }
+}
+
+static void NAME(interpolate_rotors_start_a_b)(char **args, const intptr_t *strides, void *prepared)
+{
+    const intptr_t c0a = strides[0], c1a = strides[1];
+    REAL x0[4];
+    NAME(load_4)(x0, args[0], c0a);
+    REAL x1[4];
+    NAME(load_4)(x1, args[1], c1a);
+    NAME(interpolate_rotors_prepare_a_b)(x0, x1, prepared);
+}
+
 WIDE static void NAME(interpolate_rotors_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
@@ -4149,33 +4503,12 @@ WIDE static void NAME(interpolate_rotors_block)(intptr_t n, char **args, const i
     }
 }
 
-WIDE static void NAME(interpolate_rotors_block_uniform)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c0a = strides[0], c1a = strides[1], c3a = strides[2];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    char *a3 = args[3];
-    REAL x2[1];
-    NAME(load_scalar)(x2, a2);
-    ANY_ORDER
-    for (intptr_t i = 0; i < n; ++i) {
-        REAL x0[4];
-        REAL x1[4];
-        REAL x3[4];
-        NAME(load_4)(x0, a0 + i * w, c0a);
-        NAME(load_4)(x1, a1 + i * w, c1a);
-        NAME(interpolate_rotors)(x0, x1, x2[0], x3);
-        NAME(store_4)(a3 + i * w, c3a, x3);
-    }
-}
-
 void NAME(interpolate_rotors_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {4, 1, 1, {4}}, {1, 0, 2, {0}}, {4, 1, 2, {4}}};
-    static const struct kernel kernel = {{NAME(interpolate_rotors_block), NAME(interpolate_rotors_block_uniform),
-        NULL, NULL}, 4, 3, 4, parts};
+    static const struct form forms[] = {{3, 2, NAME(interpolate_rotors_start_a_b),
+        NAME(interpolate_rotors_block_a_b), NULL}};
+    static const struct kernel kernel = {NAME(interpolate_rotors_block), NULL, 3, 4, 1, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -4346,7 +4679,7 @@ WIDE static void NAME(rotor_between_vectors_block)(intptr_t n, char **args, cons
 void NAME(rotor_between_vectors_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {3, 1, 1, {3}}, {4, 1, 2, {4}}};
-    static const struct kernel kernel = {{NAME(rotor_between_vectors_block), NULL, NULL, NULL}, 0, 2, 3, parts};
+    static const struct kernel kernel = {NAME(rotor_between_vectors_block), NULL, 2, 3, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -4383,6 +4716,222 @@ INLINE void NAME(rotor_from_roll_pitch_yaw)(REAL roll, REAL pitch, REAL yaw, REA
     out[3] = t24;
 }
 
+static INLINE void NAME(rotor_from_roll_pitch_yaw_prepare_pitch_yaw)(REAL pitch, REAL yaw, REAL *prepared)
+{
+    const REAL t0 = yaw * (REAL)0.5;
+    const REAL t1 = COS(t0);
+    const REAL t2 = pitch * (REAL)0.5;
+    const REAL t3 = COS(t2);
+    const REAL t4 = t1 * t3;
+    const REAL t8 = SIN(t0);
+    const REAL t9 = SIN(t2);
+    const REAL t10 = t8 * t9;
+    const REAL t14 = t8 * t3;
+    const REAL t16 = t1 * t9;
+    prepared[0] = t4;
+    prepared[1] = t10;
+    prepared[2] = t14;
+    prepared[3] = t16;
+}
+
+static INLINE void NAME(rotor_from_roll_pitch_yaw_apply_pitch_yaw)(const REAL *prepared, REAL roll, REAL *out)
+{
+    const REAL t4 = prepared[0];
+    const REAL t10 = prepared[1];
+    const REAL t14 = prepared[2];
+    const REAL t16 = prepared[3];
+    const REAL t5 = roll * (REAL)0.5;
+    const REAL t6 = COS(t5);
+    const REAL t7 = t4 * t6;
+    const REAL t11 = SIN(t5);
+    const REAL t12 = t10 * t11;
+    const REAL t13 = t7 + t12;
+    const REAL t15 = t14 * t6;
+    const REAL t17 = t16 * t11;
+    const REAL t18 = t17 - t15;
+    const REAL t19 = t14 * t11;
+    const REAL t20 = t16 * t6;
+    const REAL t21 = t19 + t20;
+    const REAL t22 = t4 * t11;
+    const REAL t23 = t10 * t6;
+    const REAL t24 = t23 - t22;
+    out[0] = t13;
+    out[1] = t18;
+    out[2] = t21;
+    out[3] = t24;
+}
+
+static INLINE void NAME(rotor_from_roll_pitch_yaw_prepare_roll_pitch)(REAL roll, REAL pitch, REAL *prepared)
+{
+    const REAL t2 = pitch * (REAL)0.5;
+    const REAL t3 = COS(t2);
+    const REAL t5 = roll * (REAL)0.5;
+    const REAL t6 = COS(t5);
+    const REAL t9 = SIN(t2);
+    const REAL t11 = SIN(t5);
+    prepared[0] = t3;
+    prepared[1] = t6;
+    prepared[2] = t9;
+    prepared[3] = t11;
+}
+
+static INLINE void NAME(rotor_from_roll_pitch_yaw_apply_roll_pitch)(const REAL *prepared, REAL yaw, REAL *out)
+{
+    const REAL t3 = prepared[0];
+    const REAL t6 = prepared[1];
+    const REAL t9 = prepared[2];
+    const REAL t11 = prepared[3];
+    const REAL t0 = yaw * (REAL)0.5;
+    const REAL t1 = COS(t0);
+    const REAL t4 = t1 * t3;
+    const REAL t7 = t4 * t6;
+    const REAL t8 = SIN(t0);
+    const REAL t10 = t8 * t9;
+    const REAL t12 = t10 * t11;
+    const REAL t13 = t7 + t12;
+    const REAL t14 = t8 * t3;
+    const REAL t15 = t14 * t6;
+    const REAL t16 = t1 * t9;
+    const REAL t17 = t16 * t11;
+    const REAL t18 = t17 - t15;
+    const REAL t19 = t14 * t11;
+    const REAL t20 = t16 * t6;
+    const REAL t21 = t19 + t20;
+    const REAL t22 = t4 * t11;
+    const REAL t23 = t10 * t6;
+    const REAL t24 = t23 - t22;
+    out[0] = t13;
+    out[1] = t18;
+    out[2] = t21;
+    out[3] = t24;
+}
+
+static INLINE void NAME(rotor_from_roll_pitch_yaw_prepare_roll_yaw)(REAL roll, REAL yaw, REAL *prepared)
+{
+    const REAL t0 = yaw * (REAL)0.5;
+    const REAL t1 = COS(t0);
+    const REAL t5 = roll * (REAL)0.5;
+    const REAL t6 = COS(t5);
+    const REAL t8 = SIN(t0);
+    const REAL t11 = SIN(t5);
+    prepared[0] = t1;
+    prepared[1] = t6;
+    prepared[2] = t8;
+    prepared[3] = t11;
+}
+
+static INLINE void NAME(rotor_from_roll_pitch_yaw_apply_roll_yaw)(const REAL *prepared, REAL pitch, REAL *out)
+{
+    const REAL t1 = prepared[0];
+    const REAL t6 = prepared[1];
+    const REAL t8 = prepared[2];
+    const REAL t11 = prepared[3];
+    const REAL t2 = pitch * (REAL)0.5;
+    const REAL t3 = COS(t2);
+    const REAL t4 = t1 * t3;
+    const REAL t7 = t4 * t6;
+    const REAL t9 = SIN(t2);
+    const REAL t10 = t8 * t9;
+    const REAL t12 = t10 * t11;
+    const REAL t13 = t7 + t12;
+    const REAL t14 = t8 * t3;
+    const REAL t15 = t14 * t6;
+    const REAL t16 = t1 * t9;
+    const REAL t17 = t16 * t11;
+    const REAL t18 = t17 - t15;
+    const REAL t19 = t14 * t11;
+    const REAL t20 = t16 * t6;
+    const REAL t21 = t19 + t20;
+    const REAL t22 = t4 * t11;
+    const REAL t23 = t10 * t6;
+    const REAL t24 = t23 - t22;
+    out[0] = t13;
+    out[1] = t18;
+    out[2] = t21;
+    out[3] = t24;
+}
+
+WIDE static void NAME(rotor_from_roll_pitch_yaw_block_pitch_yaw)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    const intptr_t c3a = strides[0];
+    const REAL *prepared = (const REAL *)args[1];
+    char *a0 = args[0];
+    char *a3 = args[3];
+    ANY_ORDER
+    for (intptr_t i = 0; i < n; ++i) {
+        REAL x0[1];
+        REAL x3[4];
+        NAME(load_scalar)(x0, a0 + i * w);
+        NAME(rotor_from_roll_pitch_yaw_apply_pitch_yaw)(prepared, x0[0], x3);
+        NAME(store_4)(a3 + i * w, c3a, x3);
+    }
+}
+
+static void NAME(rotor_from_roll_pitch_yaw_start_pitch_yaw)(char **args, const intptr_t *strides, void *prepared)
+{
+    (void)strides;
+    REAL x1[1];
+    NAME(load_scalar)(x1, args[1]);
+    REAL x2[1];
+    NAME(load_scalar)(x2, args[2]);
+    NAME(rotor_from_roll_pitch_yaw_prepare_pitch_yaw)(x1[0], x2[0], prepared);
+}
+
+WIDE static void NAME(rotor_from_roll_pitch_yaw_block_roll_pitch)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    const intptr_t c3a = strides[0];
+    const REAL *prepared = (const REAL *)args[0];
+    char *a2 = args[2];
+    char *a3 = args[3];
+    ANY_ORDER
+    for (intptr_t i = 0; i < n; ++i) {
+        REAL x2[1];
+        REAL x3[4];
+        NAME(load_scalar)(x2, a2 + i * w);
+        NAME(rotor_from_roll_pitch_yaw_apply_roll_pitch)(prepared, x2[0], x3);
+        NAME(store_4)(a3 + i * w, c3a, x3);
+    }
+}
+
+static void NAME(rotor_from_roll_pitch_yaw_start_roll_pitch)(char **args, const intptr_t *strides, void *prepared)
+{
+    (void)strides;
+    REAL x0[1];
+    NAME(load_scalar)(x0, args[0]);
+    REAL x1[1];
+    NAME(load_scalar)(x1, args[1]);
+    NAME(rotor_from_roll_pitch_yaw_prepare_roll_pitch)(x0[0], x1[0], prepared);
+}
+
+WIDE static void NAME(rotor_from_roll_pitch_yaw_block_roll_yaw)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    const intptr_t c3a = strides[0];
+    const REAL *prepared = (const REAL *)args[0];
+    char *a1 = args[1];
+    char *a3 = args[3];
+    ANY_ORDER
+    for (intptr_t i = 0; i < n; ++i) {
+        REAL x1[1];
+        REAL x3[4];
+        NAME(load_scalar)(x1, a1 + i * w);
+        NAME(rotor_from_roll_pitch_yaw_apply_roll_yaw)(prepared, x1[0], x3);
+        NAME(store_4)(a3 + i * w, c3a, x3);
+    }
+}
+
+static void NAME(rotor_from_roll_pitch_yaw_start_roll_yaw)(char **args, const intptr_t *strides, void *prepared)
+{
+    (void)strides;
+    REAL x0[1];
+    NAME(load_scalar)(x0, args[0]);
+    REAL x2[1];
+    NAME(load_scalar)(x2, args[2]);
+    NAME(rotor_from_roll_pitch_yaw_prepare_roll_yaw)(x0[0], x2[0], prepared);
+}
+
 WIDE static void NAME(rotor_from_roll_pitch_yaw_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
@@ -4405,33 +4954,15 @@ WIDE static void NAME(rotor_from_roll_pitch_yaw_block)(intptr_t n, char **args, 
     }
 }
 
-WIDE static void NAME(rotor_from_roll_pitch_yaw_block_uniform)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const intptr_t c3a = strides[0];
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    char *a3 = args[3];
-    REAL x0[1];
-    NAME(load_scalar)(x0, a0);
-    ANY_ORDER
-    for (intptr_t i = 0; i < n; ++i) {
-        REAL x1[1];
-        REAL x2[1];
-        REAL x3[4];
-        NAME(load_scalar)(x1, a1 + i * w);
-        NAME(load_scalar)(x2, a2 + i * w);
-        NAME(rotor_from_roll_pitch_yaw)(x0[0], x1[0], x2[0], x3);
-        NAME(store_4)(a3 + i * w, c3a, x3);
-    }
-}
-
 void NAME(rotor_from_roll_pitch_yaw_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{1, 0, 0, {0}}, {1, 0, 0, {0}}, {1, 0, 0, {0}}, {4, 1, 0, {4}}};
-    static const struct kernel kernel = {{NAME(rotor_from_roll_pitch_yaw_block),
-        NAME(rotor_from_roll_pitch_yaw_block_uniform), NULL, NULL}, 1, 3, 4, parts};
+    static const struct form forms[] = {{6, 2, NAME(rotor_from_roll_pitch_yaw_start_pitch_yaw),
+        NAME(rotor_from_roll_pitch_yaw_block_pitch_yaw), NULL}, {3, 2,
+        NAME(rotor_from_roll_pitch_yaw_start_roll_pitch), NAME(rotor_from_roll_pitch_yaw_block_roll_pitch), NULL},
+        {5, 2, NAME(rotor_from_roll_pitch_yaw_start_roll_yaw), NAME(rotor_from_roll_pitch_yaw_block_roll_yaw),
+        NULL}};
+    static const struct kernel kernel = {NAME(rotor_from_roll_pitch_yaw_block), NULL, 3, 4, 3, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -4484,8 +5015,8 @@ WIDE static void NAME(rotor_from_quaternion_dense)(intptr_t n, char **args, cons
 void NAME(rotor_from_quaternion_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {4, 1, 1, {4}}};
-    static const struct kernel kernel = {{NAME(rotor_from_quaternion_block), NULL,
-        NAME(rotor_from_quaternion_dense), NULL}, 0, 1, 2, parts};
+    static const struct kernel kernel = {NAME(rotor_from_quaternion_block), NAME(rotor_from_quaternion_dense), 1, 2,
+        0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -4538,8 +5069,8 @@ WIDE static void NAME(rotor_to_quaternion_dense)(intptr_t n, char **args, const 
 void NAME(rotor_to_quaternion_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {4, 1, 1, {4}}};
-    static const struct kernel kernel = {{NAME(rotor_to_quaternion_block), NULL, NAME(rotor_to_quaternion_dense),
-        NULL}, 0, 1, 2, parts};
+    static const struct kernel kernel = {NAME(rotor_to_quaternion_block), NAME(rotor_to_quaternion_dense), 1, 2, 0,
+        parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -4607,7 +5138,7 @@ WIDE static void NAME(rotor_to_matrix_block)(intptr_t n, char **args, const intp
 void NAME(rotor_to_matrix_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {9, 2, 1, {3, 3}}};
-    static const struct kernel kernel = {{NAME(rotor_to_matrix_block), NULL, NULL, NULL}, 0, 1, 2, parts};
+    static const struct kernel kernel = {NAME(rotor_to_matrix_block), NULL, 1, 2, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -4695,7 +5226,7 @@ WIDE static void NAME(rotor_from_matrix_block)(intptr_t n, char **args, const in
 void NAME(rotor_from_matrix_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{9, 2, 0, {3, 3}}, {4, 1, 2, {4}}};
-    static const struct kernel kernel = {{NAME(rotor_from_matrix_block), NULL, NULL, NULL}, 0, 1, 2, parts};
+    static const struct kernel kernel = {NAME(rotor_from_matrix_block), NULL, 1, 2, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 #endif

@@ -7,13 +7,14 @@ from .c import c_header, c_source
 from .documentation import body_is_intact
 from .module import KernelSource, LayoutText, ModuleSource
 from .python import check_names, python_source
-from .readers import c_functions, c_programs, python_functions, python_programs
+from .readers import Read, c_functions, c_programs, python_functions, python_programs
 
 __all__ = [
     "NO_COMPILER",
     "KernelSource",
     "LayoutText",
     "ModuleSource",
+    "Read",
     "body_is_intact",
     "build_libraries",
     "build_library",

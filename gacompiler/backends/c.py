@@ -14,6 +14,7 @@ from pathlib import Path
 import jinja2
 
 from ..ir.program import Program
+from ..ir.uniform import Uniform
 from .c_batch import LANES, load_helpers, loop_text, parts, store_helpers
 from .documentation import c_comment, stamp
 from .module import KernelSource, ModuleSource
@@ -53,13 +54,18 @@ def c_source(module: ModuleSource) -> str:
     str
         C17 that needs only ``<math.h>`` and the header of `c_header`, beside it under the name of the module.
     """
-    return stamp(c_body(module.name, [kernel.program for kernel in module.kernels]), module, "//", (POLICY,))
+    return stamp(
+        c_body(module.name, [(kernel.program, kernel.uniform) for kernel in module.kernels]), module, "//", (POLICY,)
+    )
 
 
-def c_body(name: str, programs: list[Program]) -> str:
+def c_body(name: str, kernels: list[tuple[Program, tuple[Uniform, ...]]]) -> str:
     """All of the ``.c`` below its header, a function of the programs alone: a reader checks a file against it."""
+    programs = [program for program, _ in kernels]
+    forms = [form for _, uniform in kernels for form in uniform]
     shapes = [[part.shape for part in parts(program)] for program in programs]
-    used = {line.op for program in programs for line in program.lines}
+    parts_of_forms = [part for form in forms for part in (form.prepare, form.apply)]
+    used = {line.op for program in (*programs, *parts_of_forms) for line in program.lines}
     template = environment().get_template("module.c.jinja")
     return template.render(
         name=name,
@@ -69,9 +75,17 @@ def c_body(name: str, programs: list[Program]) -> str:
         n_axes=max([1, *(len(shape) for each in shapes for shape in each)]),
         n_parts=max([1, *map(len, shapes)]),
         n_cores=max([1, *(sum(map(len, each)) for each in shapes)]),
+        n_prepared=max([1, *(form.apply.arguments[0].shape[0] for form in forms)]),
         space=max([_SPACE, *(LANES * sum(map(prod, each)) for each in shapes)]),
-        kernels=["\n".join(_wrapped([*kernel_text(program), "", *loop_text(program)])) for program in programs],
+        kernels=["\n".join(_wrapped(_kernel_and_loops(program, uniform))) for program, uniform in kernels],
     )
+
+
+def _kernel_and_loops(program: Program, uniform: tuple[Uniform, ...]) -> list[str]:
+    lines = kernel_text(program)
+    for form in uniform:
+        lines += ["", *kernel_text(form.prepare, "static INLINE"), "", *kernel_text(form.apply, "static INLINE")]
+    return [*lines, "", *loop_text(program, uniform)]
 
 
 def c_header(module: ModuleSource) -> str:
@@ -122,11 +136,11 @@ def _parameters(program: Program, real: str) -> tuple[list[str], Names]:
     return texts, names
 
 
-def kernel_text(program: Program) -> list[str]:
+def kernel_text(program: Program, storage: str = "INLINE") -> list[str]:
     """The plain function: inputs read, one statement for each line, outputs written."""
     parameters, names = _parameters(program, "REAL")
     pointers = [text.rsplit("*", 1)[-1] for text in parameters]
-    lines = [f"INLINE void NAME({program.name})({', '.join(parameters)})", "{"]
+    lines = [f"{storage} void NAME({program.name})({', '.join(parameters)})", "{"]
     used = used_variables(program)
     for argument, pointer in zip(program.arguments, pointers, strict=False):
         if argument.shape:

@@ -11,16 +11,20 @@ contiguous). Both come once more for an argument that is the same for the whole 
 from __future__ import annotations
 
 import re
+from collections.abc import Sequence
 from math import prod
 
 from ..ir.program import Argument, Program, Result
 from ..ir.scalar import Op
+from ..ir.uniform import Uniform
 
 LANES = 16
 """As in the template: blocks are padded to a multiple of this many elements, so that no loop needs a remainder."""
 
-C_ENDINGS = ("_loop", "_block", "_block_uniform", "_dense", "_dense_uniform")
+C_ENDINGS = ("_loop", "_block", "_dense")
 """What the names of a kernel's C functions add to its own."""
+FORM_PARTS = ("prepare", "apply", "start", "block", "dense")
+"""What the names of a form's C functions have between the kernel's name and its arguments."""
 
 C_HELPERS = re.compile(r"(load|store)_(scalar|rows|\d+(x\d+)*)|turn_[48]x4|four|eight|move_part|batch")
 """Functions and types that the kernels of a C file share."""
@@ -33,106 +37,135 @@ _DENSE_SIZES = frozenset({1, 2, 3, 4, 8})
 
 _DENSE_LINES = 64
 
-_UNIFORM_LINES = 128
-
 
 def parts(program: Program) -> list[Argument | Result]:
     """The arguments, then the results."""
     return [*program.arguments, *program.results]
 
 
-def loop_text(program: Program) -> list[str]:
+def loop_text(program: Program, forms: Sequence[Uniform]) -> list[str]:
     """The batch function of a kernel, and the loops that it chooses from."""
-    uniform = _uniform(program)
     lines: list[str] = []
-    functions = []
-    for order in ("block", "dense"):
-        for same, ending in (((), ""), (uniform, "_uniform")):
-            if (order == "dense" and not _has_dense(program)) or (ending and not same):
-                functions.append("NULL")
-                continue
-            functions.append(f"NAME({program.name}_{order}{ending})")
-            lines += [*_one_loop(program, functions[-1], order == "dense", same), ""]
+    tables = []
+    if forms:
+        for form in forms:
+            functions = [f"NAME({form_name(program, form, 'start')})", *_loops(program, form, lines)]
+            lines += [*_start(program, form), ""]
+            same = sum(1 << k for k, argument in enumerate(program.arguments) if argument.name in form.same)
+            tables.append(f"{{{same}, {form.least(program)}, {', '.join(functions)}}}")
+    block, dense = _loops(program, None, lines)
     described, first = [], 0
     for part in parts(program):
         shape = ", ".join(map(str, part.shape)) or "0"
         described.append(f"{{{prod(part.shape)}, {len(part.shape)}, {first}, {{{shape}}}}}")
         first += len(part.shape)
-    hoisted = sum(1 << k for k in uniform)
+    body = [f"    static const struct part parts[] = {{{', '.join(described)}}};"]
+    body += [f"    static const struct form forms[] = {{{', '.join(tables)}}};"] if tables else []
+    kernel = [block, dense, str(len(program.arguments)), str(len(described)), str(len(tables)), "parts"]
+    kernel.append("forms" if tables else "NULL")
     return [
         *lines,
         f"void NAME({program.name}_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)",
         "{",
-        f"    static const struct part parts[] = {{{', '.join(described)}}};",
-        f"    static const struct kernel kernel = {{{{{', '.join(functions)}}}, {hoisted}, {len(program.arguments)}, "
-        f"{len(parts(program))}, parts}};",
+        *body,
+        f"    static const struct kernel kernel = {{{', '.join(kernel)}}};",
         "    NAME(batch)(&kernel, args, dimensions[0], steps);",
         "}",
     ]
 
 
-def _one_loop(program: Program, name: str, dense: bool, uniform: tuple[int, ...]) -> list[str]:
-    """The loop over a block, with the `uniform` arguments loaded before it."""
-    n_inputs = len(program.arguments)
-    cores = [[f"c{k}{'abcdefgh'[axis]}" for axis in range(len(part.shape))] for k, part in enumerate(parts(program))]
-    flat_cores = [name for names in cores for name in names]
+def form_name(program: Program, form: Uniform, what: str) -> str:
+    """The name of a function that belongs to a form: ``move_point_block_m``."""
+    return f"{program.name}_{what}_{'_'.join(form.same)}"
+
+
+def _loops(program: Program, form: Uniform | None, lines: list[str]) -> list[str]:
+    """The names of the loops over rows and in C order, whose text is added to `lines`; NULL where there is none."""
+    names = []
+    for order in ("block", "dense"):
+        if order == "dense" and not _has_dense(program, form):
+            names.append("NULL")
+            continue
+        own = form_name(program, form, order) if form else f"{program.name}_{order}"
+        names.append(f"NAME({own})")
+        lines += [*_one_loop(program, names[-1], order == "dense", form), ""]
+    return names
+
+
+def _cores(program: Program) -> list[list[str]]:
+    """Names of the strides within an element, for each part."""
+    return [[f"c{k}{'abcdefgh'[axis]}" for axis in range(len(part.shape))] for k, part in enumerate(parts(program))]
+
+
+def _strides(program: Program, used: Sequence[int]) -> list[str]:
+    """The line that gives strides their names, for the parts that are used."""
+    named, first = [], 0
+    for k, names in enumerate(_cores(program)):
+        named += [f"{name} = strides[{first + axis}]" for axis, name in enumerate(names) if k in used]
+        first += len(names)
+    return [f"    const intptr_t {', '.join(named)};"] if named else ["    (void)strides;"]
+
+
+def _start(program: Program, form: Uniform) -> list[str]:
+    """What prepares a form, from the arguments that are the same for the whole batch."""
+    used = [k for k, argument in enumerate(program.arguments) if argument.name in form.same]
     lines = [
-        f"WIDE static void {name}(intptr_t n, char **args, const intptr_t *strides)",
+        f"static void NAME({form_name(program, form, 'start')})(char **args, const intptr_t *strides, void *prepared)",
         "{",
-        "    const intptr_t w = sizeof(REAL);",
+        *_strides(program, used),
     ]
-    if dense or not flat_cores:
+    cores, inputs = _cores(program), []
+    for k in used:
+        shape = program.arguments[k].shape
+        lines.append(f"    REAL x{k}[{prod(shape)}];")
+        lines.append(f"    NAME(load{_size(shape)})({', '.join([f'x{k}', f'args[{k}]', *cores[k]])});")
+        inputs.append(f"x{k}" if shape else f"x{k}[0]")
+    return [*lines, f"    NAME({form.prepare.name})({', '.join([*inputs, 'prepared'])});", "}"]
+
+
+def _one_loop(program: Program, name: str, dense: bool, form: Uniform | None) -> list[str]:
+    """The loop over a block: of a form, with what is prepared in the place of the first argument it comes from."""
+    n_inputs = len(program.arguments)
+    same = [k for k, argument in enumerate(program.arguments) if form and argument.name in form.same]
+    changing = [k for k in range(len(parts(program))) if k not in same]
+    cores = _cores(program)
+    lines = [f"WIDE static void {name}(intptr_t n, char **args, const intptr_t *strides)", "{"]
+    lines.append("    const intptr_t w = sizeof(REAL);")
+    if dense:
         cores = [_dense(part.shape) for part in parts(program)]
         lines.append("    (void)strides;")
     else:
-        assigned = ", ".join(f"{name} = strides[{k}]" for k, name in enumerate(flat_cores))
-        lines.append(f"    const intptr_t {assigned};")
-    arrays = [f"REAL x{k}[{prod(part.shape)}];" for k, part in enumerate(parts(program))]
-    lines += [f"    char *a{k} = args[{k}];" for k in range(len(arrays))]
-    moves = []
-    for k, part in enumerate(parts(program)):
-        place = f"a{k}" if k in uniform else f"a{k} + i * {_times(prod(part.shape) if dense else 1)}"
+        lines += _strides(program, changing)
+    lines += [f"    const REAL *prepared = (const REAL *)args[{same[0]}];"] if same else []
+    lines += [f"    char *a{k} = args[{k}];" for k in changing]
+    loads, stores = [], []
+    for k in changing:
+        shape = parts(program)[k].shape
+        place = f"a{k} + i * {_times(prod(shape) if dense else 1)}"
         if k < n_inputs:
-            moves.append(f"NAME(load{_size(part.shape)})({', '.join([f'x{k}', place, *cores[k]])});")
+            loads.append(f"NAME(load{_size(shape)})({', '.join([f'x{k}', place, *cores[k]])});")
         else:
-            moves.append(f"NAME(store{_size(part.shape)})({', '.join([place, *cores[k], f'x{k}'])});")
-    for k in uniform:
-        lines += [f"    {arrays[k]}", f"    {moves[k]}"]
-    end = "n" if _is_opaque(program) else "PADDED(n)"
+            stores.append(f"NAME(store{_size(shape)})({', '.join([place, *cores[k], f'x{k}'])});")
+    run = form.apply if form else program
+    end = "n" if _is_opaque(run) else "PADDED(n)"
     lines += ["    ANY_ORDER", f"    for (intptr_t i = 0; i < {end}; ++i) {{"]
-    lines += [f"        {array}" for k, array in enumerate(arrays) if k not in uniform]
-    lines += [f"        {moves[k]}" for k in range(n_inputs) if k not in uniform]
-    call = [f"x{k}" if part.shape or k >= n_inputs else f"x{k}[0]" for k, part in enumerate(parts(program))]
-    lines.append(f"        NAME({program.name})({', '.join(call)});")
-    return [*lines, *(f"        {move}" for move in moves[n_inputs:]), "    }", "}"]
+    lines += [f"        REAL x{k}[{prod(parts(program)[k].shape)}];" for k in changing]
+    lines += [f"        {load}" for load in loads]
+    call = ["prepared"] if same else []
+    call += [f"x{k}" if parts(program)[k].shape or k >= n_inputs else f"x{k}[0]" for k in changing]
+    lines.append(f"        NAME({run.name})({', '.join(call)});")
+    return [*lines, *(f"        {store}" for store in stores), "    }", "}"]
 
 
 def _is_opaque(program: Program) -> bool:
     return any(line.op in _OPAQUE for line in program.lines)
 
 
-def _has_dense(program: Program) -> bool:
-    sizes = {prod(part.shape) for part in parts(program)}
-    return sizes <= _DENSE_SIZES and sizes != {1} and len(program.lines) <= _DENSE_LINES and not _is_opaque(program)
-
-
-def _uniform(program: Program) -> tuple[int, ...]:
-    """The arguments that have a loop in which they are the same for the whole batch.
-
-    All scalars beside arrays, else the largest array: one motor for many points. Small programs gain from the registers
-    alone, large ones if a part of the work leaves the loop.
-    """
-    sizes = [prod(argument.shape) for argument in program.arguments]
-    if len(sizes) < 2:
-        return ()
-    scalars = tuple(k for k, argument in enumerate(program.arguments) if not argument.shape)
-    same = scalars if 0 < len(scalars) < len(sizes) else (sizes.index(max(sizes)),)
-    known = {component for k in same for component in program.arguments[k].components}
-    for line in program.lines:
-        if all(not isinstance(operand, str) or operand in known for operand in line.operands):
-            known.add(line.target)
-    hoisted = sum(line.target in known for line in program.lines)
-    return same if len(program.lines) <= _UNIFORM_LINES or 10 * hoisted >= len(program.lines) else ()
+def _has_dense(program: Program, form: Uniform | None) -> bool:
+    run = form.apply if form else program
+    sizes = {prod(part.shape) for part in (run.arguments[1:] if form else run.arguments)}
+    sizes |= {prod(result.shape) for result in run.results}
+    return sizes <= _DENSE_SIZES and sizes != {1} and len(run.lines) <= _DENSE_LINES and not _is_opaque(run)
 
 
 def _times(count: int) -> str:

@@ -71,6 +71,13 @@ def facts(kernel: KernelSource) -> list[str]:
         [f"Assumes {', '.join(f'``{relation}``' for relation in kernel.relations)}."] if kernel.relations else []
     )
     sentences.append(f"Costs {kernel.cost}.")
+    for form in kernel.uniform:
+        once, each = form.costs
+        names = " and ".join(f"`{name}`" for name in form.same)
+        least = form.least(kernel.program)
+        sentences.append(
+            f"Where {names} stay the same for {least} elements or more: {once} once, then {each} for each."
+        )
     if kernel.error:
         sentences.append(f"Error: {kernel.error}.")
     return sentences

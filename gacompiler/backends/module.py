@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 from ..ir.cost import Cost
 from ..ir.program import Program
+from ..ir.uniform import Uniform
 
 
 @dataclass(frozen=True, slots=True)
@@ -34,6 +35,8 @@ class KernelSource:
     cost: Cost
     relations: tuple[str, ...] = ()
     """What the kernel assumes of its inputs, for readers: ``m ~m = 1``."""
+    uniform: tuple[Uniform, ...] = ()
+    """Forms for batches in which some arguments are the same for every element, the cheapest first."""
     error: str = ""
     """The measured error, for readers: ``1.5 ulp (1000 random inputs)``; empty while it is being measured."""
 

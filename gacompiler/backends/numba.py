@@ -7,15 +7,57 @@ arrays of any namespace. Functions are free names (``sqrt``, ``select``): whoeve
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from itertools import product
 
 from ..ir.program import Argument, Program, Result
+from ..ir.uniform import Uniform
 from .c import used_variables
 from .printers import PYTHON, Names
 
 
-def function_text(program: Program) -> list[str]:
-    """The lines of a kernel and of its loop over a batch."""
+def function_text(program: Program, forms: Sequence[Uniform] = ()) -> list[str]:
+    """The lines of a kernel and of its loop over a batch, and of its forms for batches with arguments that stay."""
+    lines, parameters = _one_function(program)
+    outputs = parameters[len(program.arguments) :]
+    element = _fresh("i", parameters)
+    arguments = ", ".join(f"{parameter}[{element}]" for parameter in parameters)
+    lines += [
+        *["", "", f"def _{program.name}_loop({', '.join(parameters)}):"],
+        f"    for {element} in range(len({outputs[0]})):",
+        f"        _{program.name}({arguments})",
+    ]
+    for form in forms:
+        lines += ["", "", *_form_text(program, form, parameters)]
+    return lines
+
+
+def _form_text(program: Program, form: Uniform, parameters: list[str]) -> list[str]:
+    """Both functions of a form, and its loop, which prepares once."""
+    names = [argument.name for argument in program.arguments]
+    once = [f"{p}[0]" for p, name in zip(parameters, names, strict=False) if name in form.same]
+    element, prepared = _fresh("i", parameters), _fresh("prepared", parameters)
+    each = [f"{p}[{element}]" for k, p in enumerate(parameters) if k >= len(names) or names[k] not in form.same]
+    output = parameters[len(names)]
+    return [
+        *_one_function(form.prepare)[0],
+        *["", "", *_one_function(form.apply)[0]],
+        *["", "", f"def _{program.name}_loop_{'_'.join(form.same)}({', '.join(parameters)}):"],
+        f"    {prepared} = empty({form.apply.arguments[0].shape[0]}, {output}.dtype)",
+        f"    _{form.prepare.name}({', '.join([*once, prepared])})",
+        f"    for {element} in range(len({output})):",
+        f"        _{form.apply.name}({', '.join([prepared, *each])})",
+    ]
+
+
+def _fresh(name: str, taken: Sequence[str]) -> str:
+    while name in taken:
+        name += "_"
+    return name
+
+
+def _one_function(program: Program) -> tuple[list[str], list[str]]:
+    """The lines of one function, and its parameters."""
     names = Names()
     parameters = [
         names.fresh(argument.name) if argument.shape else names.define(argument.components[0])
@@ -40,16 +82,7 @@ def function_text(program: Program) -> list[str]:
             f"    {output}[{index}] = {names.python(operand)}"
             for operand, index in zip(result.operands, indices(result), strict=True)
         ]
-    element = names.fresh("i")
-    arguments = ", ".join(f"{parameter}[{element}]" for parameter in parameters)
-    return [
-        *lines,
-        "",
-        "",
-        f"def _{program.name}_loop({', '.join(parameters)}):",
-        f"    for {element} in range(len({outputs[0]})):",
-        f"        _{program.name}({arguments})",
-    ]
+    return lines, parameters
 
 
 def indices(part: Argument | Result) -> list[str]:

@@ -4,15 +4,16 @@ from __future__ import annotations
 
 import ast
 import builtins
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from functools import cache
 from pathlib import Path
 
 from ..errors import BackendError
-from ..ir.program import Argument, Result
+from ..ir.program import Argument, Program, Result
+from ..ir.uniform import Uniform
 from .build import FOLDER, library_name
 from .c import c_source, environment
-from .c_batch import C_ENDINGS, C_HELPERS
+from .c_batch import C_ENDINGS, C_HELPERS, FORM_PARTS
 from .documentation import docstring, stamp
 from .module import KernelSource, LayoutText, ModuleSource
 from .numba import function_text
@@ -94,7 +95,9 @@ def check_names(module: ModuleSource) -> None:
     taken: dict[str, str] = dict.fromkeys([*sorted(_runtime_names()), *dir(builtins)], "the module itself")
     for kernel in module.kernels:
         name = kernel.program.name
-        for own in (name, f"_{name}", f"_{name}_loop", *(f"{name}{ending}" for ending in C_ENDINGS)):
+        forms = [f"{name}_{what}_{'_'.join(form.same)}" for form in kernel.uniform for what in (*FORM_PARTS, "loop")]
+        own_names = (name, f"_{name}", f"_{name}_loop", *(f"{name}{ending}" for ending in C_ENDINGS), *forms)
+        for own in (*own_names, *(f"_{form}" for form in forms)):
             if own in taken or C_HELPERS.fullmatch(own):
                 taken.setdefault(own, "the C file itself")
                 raise BackendError(
@@ -138,14 +141,30 @@ def _kernel(kernel: KernelSource, layouts: dict[LayoutText, str]) -> dict[str, o
     program = kernel.program
     return {
         "name": program.name,
-        "function": "\n".join(function_text(program)),
+        "function": "\n".join(function_text(program, kernel.uniform)),
         "doc": f'"""{_escaped(docstring(kernel))}\n"""',
         "inputs": _parts(program.arguments),
         "outputs": _parts(program.results),
         "layouts": [f"{_string(name)}: {layouts[layout]}" for name, layout in kernel.layouts],
         "cost": "{" + ", ".join(f"{_string(name)}: {count}" for name, count in kernel.cost.as_dict().items()) + "}",
         "polynomial": program.is_polynomial,
+        "ending": kernel_ending(program, kernel.uniform),
     }
+
+
+def kernel_ending(program: Program, forms: Sequence[Uniform]) -> list[str]:
+    """The last lines of a kernel object: its functions, and its forms."""
+    lines = [f"    functions=(_{program.name}, _{program.name}_loop),"]
+    if forms:
+        lines += ["    forms=(", *(f"        {_form(program, form)}," for form in forms), "    ),"]
+    return [*lines, ")"]
+
+
+def _form(program: Program, form: Uniform) -> str:
+    """A form as the kernel object takes it: which arguments stay, from how many elements on, and its functions."""
+    same = _tuple_of(_string(name) for name in form.same)
+    functions = (f"_{form.prepare.name}", f"_{form.apply.name}", f"_{program.name}_loop_{'_'.join(form.same)}")
+    return f"({same}, {form.least(program)}, ({', '.join(functions)}))"
 
 
 def _parts(parts: tuple[Argument, ...] | tuple[Result, ...]) -> list[str]:

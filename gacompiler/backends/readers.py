@@ -11,6 +11,7 @@ import ast
 import re
 from collections.abc import Callable, Sequence
 from fractions import Fraction
+from itertools import combinations
 from math import prod
 from typing import Any, NamedTuple
 
@@ -18,10 +19,11 @@ from ..errors import BackendError
 from ..ir.interpret import interpret
 from ..ir.program import Argument, Line, Operand, Program, Result
 from ..ir.scalar import Op
+from ..ir.uniform import Uniform
 from ..ir.verify import verify
 from .c import c_body
 from .numba import function_text, indices
-from .python import runtime_text
+from .python import kernel_ending, runtime_text
 
 Function = Callable[..., tuple[tuple[Any, ...], ...]]
 
@@ -39,6 +41,13 @@ class _Parameter(NamedTuple):
     name: str
     shape: tuple[int, ...]
     is_result: bool
+
+
+class Read(NamedTuple):
+    """A kernel as its text has it."""
+
+    program: Program
+    forms: tuple[Uniform, ...]
 
 
 def c_functions(text: str, constant: Callable[[Fraction], Any] = lambda value: value) -> dict[str, Function]:
@@ -61,12 +70,12 @@ def c_functions(text: str, constant: Callable[[Fraction], Any] = lambda value: v
     BackendError
         When the text is not what the printers write, naming the first line that is not.
     """
-    return {name: _function(program, constant) for name, program in c_programs(text).items()}
+    return {name: _function(read.program, constant) for name, read in c_programs(text).items()}
 
 
 def python_functions(text: str, constant: Callable[[Fraction], Any] = lambda value: value) -> dict[str, Function]:
     """The kernels of a ``.py`` module as functions over any ring; as `c_functions`."""
-    return {name: _function(program, constant) for name, program in python_programs(text).items()}
+    return {name: _function(read.program, constant) for name, read in python_programs(text).items()}
 
 
 def _function(program: Program, constant: Callable[[Fraction], Any]) -> Function:
@@ -77,30 +86,52 @@ def _function(program: Program, constant: Callable[[Fraction], Any]) -> Function
     return function
 
 
-def c_programs(text: str) -> dict[str, Program]:
+def c_programs(text: str) -> dict[str, Read]:
     """The programs that a ``.c`` file holds."""
     body = _body(text, "//")
     lines = body.splitlines()
-    programs = []
+    found: list[Read] = []
     include = re.search(r'^#include "(\w+)\.h"$', body, re.MULTILINE)
     if include is None:
         raise BackendError("C text", "no #include of its header", "a generated C file")
     for k, line in enumerate(lines):
         if line.startswith("INLINE void NAME("):
-            start, end = lines.index("{", k), lines.index("}", k)
-            head = re.fullmatch(r"INLINE void NAME\((\w+)\)\((.*)\)", re.sub(r"\s+", " ", " ".join(lines[k:start])))
-            if head is None:
-                raise BackendError("C text", f"line {line!r}", "a kernel that gacompiler writes")
-            each = lines[end + 1 : lines.index("}", end + 1)]
-            parameters = _c_parameters(head[1], head[2], each)
-            statements = [_c_statement(head[1], statement) for statement in lines[start + 1 : end]]
-            kept = [statement for statement in statements if statement]
-            programs.append(_program(head[1], parameters, kept, lambda part: list(map(str, range(prod(part.shape))))))
-    _compare("C text", c_body(include[1], programs), body)
-    return {program.name: program for program in programs}
+            name, parameters, statements = _c_function(lines, k)
+            loop = _index(lines, k, f"WIDE static void NAME({name}_block)(")
+            shaped = _c_parameters(name, parameters, lines[loop : lines.index("}", loop)])
+            found.append(Read(_program(name, shaped, statements, _flat_indices), ()))
+        elif line.startswith("static INLINE void NAME(") and found and f"({found[-1].program.name}_prepare_" in line:
+            after = _index(lines, k + 1, "static INLINE void NAME(")
+            form = _form(found[-1].program, *_c_function(lines, k), *_c_function(lines, after), _flat_indices)
+            found[-1] = Read(found[-1].program, (*found[-1].forms, form))
+    _compare("C text", c_body(include[1], [(read.program, read.forms) for read in found]), body)
+    return {read.program.name: read for read in found}
 
 
-def _c_parameters(kernel: str, text: str, each: list[str]) -> list[_Parameter]:
+def _index(lines: list[str], first: int, start: str) -> int:
+    """The first line from `first` on that begins so."""
+    found = next((k for k in range(first, len(lines)) if lines[k].startswith(start)), None)
+    if found is None:
+        raise BackendError("C text", f"no line {start!r}", "a file that gacompiler writes")
+    return found
+
+
+def _flat_indices(part: Argument | Result) -> list[str]:
+    return list(map(str, range(prod(part.shape))))
+
+
+def _c_function(lines: list[str], k: int) -> tuple[str, list[str], list[str]]:
+    """Name, parameters and statements of the function whose head begins in line `k`."""
+    start, end = lines.index("{", k), lines.index("}", k)
+    text = re.sub(r"\s+", " ", " ".join(lines[k:start]))
+    head = re.fullmatch(r"(?:static )?INLINE void NAME\((\w+)\)\((.*)\)", text)
+    if head is None:
+        raise BackendError("C text", f"line {lines[k]!r}", "a kernel that gacompiler writes")
+    statements = [_c_statement(head[1], statement) for statement in lines[start + 1 : end]]
+    return head[1], head[2].split(", "), [statement for statement in statements if statement]
+
+
+def _c_parameters(kernel: str, texts: list[str], each: list[str]) -> list[_Parameter]:
     shapes: dict[int, tuple[int, ...]] = {}
     for line in each:
         moved = re.search(r"NAME\((?:load|store)_(\w+)\)\((?:x(\d+), |a(\d+) )", line)
@@ -108,12 +139,20 @@ def _c_parameters(kernel: str, text: str, each: list[str]) -> list[_Parameter]:
             axes = () if moved[1] == "scalar" else tuple(map(int, moved[1].split("x")))
             shapes.setdefault(int(moved[2] or moved[3]), axes)
     parameters = []
-    for k, parameter in enumerate(text.split(", ")):
-        match = re.fullmatch(r"(const REAL \*|REAL \*|REAL )(\w+)", parameter)
-        if match is None or k not in shapes:
+    for k, parameter in enumerate(texts):
+        if k not in shapes:
             raise BackendError(f"C text of {kernel}", f"parameter {parameter!r}", "a parameter that gacompiler writes")
-        parameters.append(_Parameter(match[2], shapes[k], match[1] == "REAL *"))
+        name, is_result = _c_parameter(kernel, parameter)
+        parameters.append(_Parameter(name, shapes[k], is_result))
     return parameters
+
+
+def _c_parameter(kernel: str, text: str) -> tuple[str, bool]:
+    """Name of a parameter, and whether it is written to."""
+    match = re.fullmatch(r"(const REAL \*|REAL \*|REAL )(\w+)", text)
+    if match is None:
+        raise BackendError(f"C text of {kernel}", f"parameter {text!r}", "a parameter that gacompiler writes")
+    return match[2], match[1] == "REAL *"
 
 
 def _c_statement(kernel: str, statement: str) -> str:
@@ -124,7 +163,41 @@ def _c_statement(kernel: str, statement: str) -> str:
     return "" if re.fullmatch(r"\(void\)\w+", match[1]) else match[1]
 
 
-def python_programs(text: str) -> dict[str, Program]:
+def _form(
+    program: Program,
+    prepare_name: str,
+    prepare_parameters: list[str],
+    prepare_statements: list[str],
+    apply_name: str,
+    apply_parameters: list[str],
+    apply_statements: list[str],
+    places: Callable[[Argument | Result], list[str]],
+) -> Uniform:
+    """A form from the texts of its functions; shapes are those of the kernel, and what is prepared is counted."""
+    suffix = prepare_name.removeprefix(f"{program.name}_prepare_")
+    names = [argument.name for argument in program.arguments]
+    subsets = (same for size in range(1, len(names)) for same in combinations(names, size))
+    same = next((same for same in subsets if "_".join(same) == suffix), None)
+    if same is None or apply_name != f"{program.name}_apply_{suffix}":
+        raise BackendError(f"text of {program.name}", f"functions {prepare_name} and {apply_name}", "a form of it")
+    bare = [parameter.rsplit("*", 1)[-1].removeprefix("REAL ") for parameter in prepare_parameters]
+    prepared = bare[-1]
+    count = sum(statement.startswith(f"{prepared}[") for statement in prepare_statements)
+    fixed = [argument for argument in program.arguments if argument.name in same]
+    rest = [argument for argument in program.arguments if argument.name not in same]
+    once = [_Parameter(name, part.shape, False) for name, part in zip(bare, fixed, strict=False)]
+    once.append(_Parameter(prepared, (count,), True))
+    bare = [parameter.rsplit("*", 1)[-1].removeprefix("REAL ") for parameter in apply_parameters]
+    kinds = [((count,), False), *((part.shape, False) for part in rest), *((r.shape, True) for r in program.results)]
+    each = [_Parameter(name, *kind) for name, kind in zip(bare, kinds, strict=False)]
+    return Uniform(
+        same,
+        _program(prepare_name, once, prepare_statements, places),
+        _program(apply_name, each, apply_statements, places),
+    )
+
+
+def python_programs(text: str) -> dict[str, Read]:
     """The programs that a ``.py`` module holds."""
     body = _body(text, "#")
     lines = body.splitlines()
@@ -140,33 +213,47 @@ def python_programs(text: str) -> dict[str, Program]:
             for keyword in node.value.keywords
             if keyword.arg in ("name", "inputs", "outputs", "polynomial")
         }
-        program = _python_program(lines, described)
-        expected = f"    functions=(_{program.name}, _{program.name}_loop),"
-        last = lines[(node.end_lineno or 1) - 2]
-        if last != expected or described["polynomial"] != program.is_polynomial:
-            raise BackendError(f"Python text of {program.name}", f"line {last.strip()!r}", repr(expected.strip()))
-        programs[program.name] = program
+        read = _python_program(lines, described)
+        expected = kernel_ending(read.program, read.forms)
+        last = lines[: node.end_lineno][-len(expected) :]
+        _compare(f"Python text of {read.program.name}", "\n".join(expected), "\n".join(last))
+        if described["polynomial"] != read.program.is_polynomial:
+            raise BackendError(f"Python text of {read.program.name}", f"polynomial={described['polynomial']}")
+        programs[read.program.name] = read
     return programs
 
 
-def _python_program(lines: list[str], described: dict[str, Any]) -> Program:
-    name = described["name"]
+def _python_function(lines: list[str], name: str) -> tuple[int, str, list[str], list[str]]:
+    """Where a function begins, and its name, parameters and statements."""
     starts = [k for k, line in enumerate(lines) if line.startswith(f"def _{name}(")]
     head = re.fullmatch(r"def \w+\((.*)\):", lines[starts[0]]) if starts else None
+    if head is None:
+        raise BackendError(f"Python text of {name}", "no function of that name", f"def _{name}(...)")
+    statements = [line.strip() for line in lines[starts[0] + 1 : lines.index("", starts[0])]]
+    return starts[0], name, head[1].split(", "), statements
+
+
+def _python_program(lines: list[str], described: dict[str, Any]) -> Read:
+    start, name, parameters, statements = _python_function(lines, described["name"])
     parts = [*described["inputs"], *described["outputs"]]
-    parameters = head[1].split(", ") if head else []
-    if head is None or len(parameters) != len(parts):
+    if len(parameters) != len(parts):
         raise BackendError(f"Python text of {name}", "no function of its inputs and outputs", f"def _{name}(...)")
     n_inputs = len(described["inputs"])
     shaped = [
         _Parameter(parameter, shape, k >= n_inputs)
         for k, (parameter, (_, shape)) in enumerate(zip(parameters, parts, strict=True))
     ]
-    end = lines.index("", starts[0])
-    program = _program(name, shaped, [line.strip() for line in lines[starts[0] + 1 : end]], indices)
-    expected = function_text(program)
-    _compare(f"Python text of {name}", "\n".join(expected), "\n".join(lines[starts[0] : starts[0] + len(expected)]))
-    return program
+    program = _program(name, shaped, statements, indices)
+    heads = [line[5:].partition("(")[0] for line in lines if line.startswith(f"def _{name}_prepare_")]
+    forms = []
+    for prepare in heads:
+        apply = f"{name}_apply_{prepare.removeprefix(f'{name}_prepare_')}"
+        forms.append(
+            _form(program, *_python_function(lines, prepare)[1:], *_python_function(lines, apply)[1:], indices)
+        )
+    expected = function_text(program, forms)
+    _compare(f"Python text of {name}", "\n".join(expected), "\n".join(lines[start : start + len(expected)]))
+    return Read(program, tuple(forms))
 
 
 def _program(

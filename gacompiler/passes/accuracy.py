@@ -23,7 +23,6 @@ from ..ir.program import Program
 from ..ir.scalar import Op
 from ..rings.points import DIGITS, point
 from .samples import sample, to_mpmath
-from .search import Candidate
 
 WORSE = 4
 """How many times the error of the author's structure a candidate may have."""
@@ -41,16 +40,24 @@ Inputs = list[float]
 Point = tuple[Inputs, Sequence[Any]]
 
 
-def most_accurate_enough(kernel: Kernel, candidates: Sequence[Candidate]) -> Candidate:
-    """The cheapest candidate whose error is not much larger than that of the first, the author's structure."""
-    author = candidates[0]
-    reference = Tape(author.program)
-    known = [point for points in _references(kernel, reference) for point in _with_limits(reference, points)]
-    for candidate in sorted(candidates, key=lambda candidate: candidate.cost.total):
-        tape = Tape(candidate.program)
-        if all(_ulps_or_inf(tape, inputs, exact) <= limit for inputs, exact, limit in known):
-            return candidate
-    return author
+class Gate:
+    """What the author's structure computes at some points, and how far others may be from that.
+
+    Parameters
+    ----------
+    kernel : Kernel
+    author : Program
+        The author's structure.
+    """
+
+    def __init__(self, kernel: Kernel, author: Program) -> None:
+        tape = Tape(author)
+        self._known = [point for points in _references(kernel, tape) for point in _with_limits(tape, points)]
+
+    def accepts(self, program: Program) -> bool:
+        """Whether the error of `program` is not much larger than that of the author's structure."""
+        tape = Tape(program)
+        return all(_ulps_or_inf(tape, inputs, exact) <= limit for inputs, exact, limit in self._known)
 
 
 def _with_limits(author: Tape, points: Sequence[Point]) -> Iterator[tuple[Inputs, Sequence[Any], float]]:

@@ -11,12 +11,13 @@ from dataclasses import replace
 
 from ..errors import GacError, KernelError
 from ..frontend.kernel import Kernel, trace
-from .accuracy import most_accurate_enough
+from .accuracy import Gate
 from .decide import decide
 from .prove import prove_program
 from .record import Compilation
 from .rewrite import rewrite
 from .search import Search
+from .uniform import uniform_forms
 
 
 def trace_kernel(record: Compilation) -> Compilation:
@@ -48,8 +49,19 @@ def find_candidates(record: Compilation) -> Compilation:
 
 
 def choose_program(record: Compilation) -> Compilation:
-    """Keep the cheapest candidate that is accurate enough."""
-    return replace(record, best=most_accurate_enough(record.kernel, record.candidates))
+    """Keep the cheapest candidate whose error is not much larger than that of the first, the author's structure."""
+    gate = Gate(record.kernel, record.candidates[0].program)
+    by_cost = sorted(record.candidates, key=lambda candidate: candidate.cost.total)
+    best = next((candidate for candidate in by_cost if gate.accepts(candidate.program)), record.candidates[0])
+    return replace(record, gate=gate, best=best)
+
+
+def split_uniform(record: Compilation) -> Compilation:
+    """Find forms for batches in which some arguments are the same for every element."""
+    assert record.trace is not None and record.decision is not None and record.gate is not None
+    slots = [slot for each in record.decision.slots for slot in each]
+    forms = uniform_forms(record.kernel, record.trace.expressions, slots, record.program, record.gate)
+    return replace(record, uniform=forms)
 
 
 PIPELINE: tuple[Callable[[Compilation], Compilation], ...] = (
@@ -58,6 +70,7 @@ PIPELINE: tuple[Callable[[Compilation], Compilation], ...] = (
     decide_results,
     find_candidates,
     choose_program,
+    split_uniform,
     prove_program,
 )
 

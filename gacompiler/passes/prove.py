@@ -18,6 +18,7 @@ from ..errors import InexactError, ProofError
 from ..ir.interpret import Tape
 from ..ir.program import Program
 from ..ir.scalar import RING, Op
+from ..ir.uniform import joined
 from ..rings.points import DIGITS
 from .record import Compilation
 from .samples import samples, to_mpmath
@@ -148,7 +149,9 @@ def prove_program(record: Compilation) -> Compilation:
     ProofError
         When they differ: a defect of the compiler, or a relation that the layouts declare and the points do not have.
     """
-    difference = disagreement(program_reader(record.program), truths(record))
+    known = truths(record)
+    programs = [record.program, *(joined(form, record.program) for form in record.uniform)]
+    difference = next(filter(None, (disagreement(program_reader(program), known) for program in programs)), "")
     if difference:
         raise ProofError(
             f"kernel {record.kernel.name}", difference, remedy="this is a defect of the compiler, please report it"

@@ -8,6 +8,8 @@ from ..frontend.expression import Expression
 from ..frontend.kernel import Kernel, Trace
 from ..ir.cost import Cost
 from ..ir.program import Program
+from ..ir.uniform import Uniform
+from .accuracy import Gate
 from .decide import Decision
 from .search import Candidate
 
@@ -23,7 +25,11 @@ class Compilation:
     candidates: tuple[Candidate, ...] = ()
     limits: tuple[str, ...] = ()
     """Where the search for candidates stopped short."""
+    gate: Gate | None = None
+    """What any program of this kernel is measured by."""
     best: Candidate | None = None
+    uniform: tuple[Uniform, ...] = ()
+    """Forms for batches in which some arguments are the same for every element."""
 
     @property
     def program(self) -> Program:

@@ -5,7 +5,6 @@ Copied into every generated module as it is, with the other ``runtime_`` files.
 
 from __future__ import annotations
 
-import threading
 from collections.abc import Callable, Mapping
 from types import MappingProxyType
 from typing import Any
@@ -14,7 +13,7 @@ import numpy as np
 
 from .runtime_functions import _evaluate, _namespace
 from .runtime_layout import Layout
-from .runtime_libraries import _c_element, _c_loop, _c_plan, _compiled, _from_buffer, _numba_loop, backend
+from .runtime_libraries import _LOCK, _c_element, _c_loop, _c_plan, _compiled, _from_buffer, _numba_loop, backend
 from .runtime_strides import (
     _FLOAT32,
     _FLOAT64,
@@ -33,7 +32,6 @@ _DENSE = 0x101
 _ALIGNED = 0x100
 _N_PLANS = 256
 """How many shapes and strides a kernel remembers how to call."""
-_LOCK = threading.RLock()
 
 
 class Kernel:
@@ -62,6 +60,7 @@ class Kernel:
         cost: dict[str, int],
         polynomial: bool,
         functions: tuple[Callable[..., None], Callable[..., None]],
+        forms: tuple[tuple[tuple[str, ...], int, tuple[Callable[..., None], ...]], ...] = (),
     ) -> None:
         self.name = self.__name__ = self.__qualname__ = name
         self.__doc__ = doc
@@ -78,7 +77,7 @@ class Kernel:
         self._single_out = self._out_shapes[0] if len(outputs) == 1 and self._out_shapes[0] else None
         self._pair = tuple(self._shapes) if len(inputs) == 2 and all(self._shapes) and self._single_out else None
         self._polynomial = polynomial
-        self._functions = functions
+        self._functions, self._forms = functions, forms
         self._loops: dict[Any, Callable[..., Any]] = {}
         self._plans: tuple[dict[Any, Any], dict[Any, Any]] = ({}, {})
         self._element: Callable[..., Any] | None = None

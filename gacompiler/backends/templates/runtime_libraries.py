@@ -9,6 +9,7 @@ import functools
 import importlib.util
 import itertools
 import os
+import threading
 from collections.abc import Callable
 from types import FunctionType
 from typing import Any
@@ -114,6 +115,7 @@ def _pointer(array: Any) -> Any:
     return _from_buffer(array.T) if flags.f_contiguous else _ffi.cast("void *", _address(array))
 
 
+_LOCK = threading.RLock()
 _numba_names: dict[str, Any] = {}
 
 
@@ -144,10 +146,32 @@ def _numba_loop(kernel: Any, dtype: np.dtype[Any]) -> Callable[..., None]:
     types = [numba.types.Array(real, 1 + len(shape), "A", readonly=True) for shape in kernel._shapes]
     types += [numba.types.Array(real, 1 + max(len(shape), 1), "A") for shape in kernel._out_shapes]
     n_inputs = len(kernel._inputs)
-    loop = _compiled(kernel._functions[1], {f"_{kernel.name}": kernel.jit}, numba.types.void(*types))
+    signature = numba.types.void(*types)
+    loops: dict[int, Callable[..., None]] = {}
+    names = [name for name, _ in kernel._inputs]
+
+    def chosen(size: int, still: list[bool]) -> Callable[..., None]:
+        """The loop of the first form whose arguments are the same for all elements, else the ordinary one."""
+        which = -1
+        for k, (same, least, _) in enumerate(kernel._forms):
+            if size >= least and all(still[names.index(name)] for name in same):
+                which = k
+                break
+        if which not in loops:
+            with _LOCK:
+                if which < 0:
+                    loop = _compiled(kernel._functions[1], {f"_{kernel.name}": kernel.jit}, signature)
+                else:
+                    prepare, apply, together = kernel._forms[which][2]
+                    parts = {part.__name__: _compiled(part, {}) for part in (prepare, apply)}
+                    loop = _compiled(together, {**parts, "empty": np.empty}, signature)
+                loops[which] = loop
+        return loops[which]
+
     strided = np.lib.stride_tricks.as_strided
 
     def run(arrays: list[Any], sizes: list[int], steps: list[tuple[int, ...]], inner: int) -> None:
+        loop = chosen(sizes[inner], [step[inner] == 0 for step in steps])
         views = []
         for k, (array, shape, step) in enumerate(zip(arrays, kernel._all_shapes, steps, strict=True)):
             if k >= n_inputs and not shape:
