@@ -1,0 +1,77 @@
+"""Run under the address and undefined-behaviour sanitizers: every kernel of a module on arrays of every kind.
+
+``python sanitized.py FOLDER MODULE ROUNDS`` imports the module from the folder, where its library was built with the
+sanitizers; they end the process at the first access out of bounds.
+"""
+
+import importlib.util
+import sys
+from pathlib import Path
+
+import numpy as np
+
+
+def an_array(random: np.random.Generator, leading: tuple[int, ...], shape: tuple[int, ...], dtype: type) -> np.ndarray:
+    """Random numbers with strides of a random kind: dense, Fortran order, gaps, backwards, or one element for all."""
+    kind = random.integers(7)
+    whole = (*leading, *shape)
+    if kind == 0 and leading:
+        kept = tuple(1 if random.integers(2) else n for n in leading)
+        return np.broadcast_to(random.normal(size=(*kept, *shape)).astype(dtype), whole)
+    if kind == 1:
+        return np.asfortranarray(random.normal(size=whole).astype(dtype))
+    if kind == 2 and whole:
+        steps = tuple(int(n) for n in random.integers(1, 4, len(whole)))
+        wide = random.normal(size=tuple(n * s for n, s in zip(whole, steps, strict=True))).astype(dtype)
+        return wide[tuple(slice(None, None, s) for s in steps)]
+    if kind == 3 and whole:
+        return random.normal(size=whole).astype(dtype)[tuple(slice(None, None, -1) for _ in whole)]
+    if kind == 4 and leading:
+        far = np.zeros((*leading, 5000), dtype)
+        size = int(np.prod(shape, dtype=int))
+        far[..., :size] = random.normal(size=(*leading, size))
+        return (
+            far[..., :size].reshape(whole)
+            if not shape
+            else np.lib.stride_tricks.as_strided(
+                far, whole, (*far.strides[:-1], *random.normal(size=shape).astype(dtype).strides)
+            )
+        )
+    return random.normal(size=whole).astype(dtype)
+
+
+def leading_shape(random: np.random.Generator) -> tuple[int, ...]:
+    """Leading axes of a batch: none, empty, one, around the width of a block, several axes."""
+    return ((), (0,), (1,), (2,), (15,), (16,), (17,), (129,), (3, 0, 2), (1, 5), (4, 7), (2, 3, 4))[
+        random.integers(12)
+    ]
+
+
+def main(folder: str, name: str, rounds: int) -> None:
+    """Call every kernel `rounds` times."""
+    spec = importlib.util.spec_from_file_location(name, Path(folder) / f"{name}.py")
+    assert spec is not None and spec.loader is not None
+    module = importlib.util.module_from_spec(spec)
+    sys.modules[name] = module
+    spec.loader.exec_module(module)
+    assert module.backend == "c", module.backend
+    random = np.random.default_rng(1)
+    count = 0
+    with np.errstate(all="ignore"):
+        for kernel in map(module.__dict__.__getitem__, module.kernels):
+            for _ in range(rounds):
+                dtype = (np.float64, np.float32)[random.integers(2)]
+                leading = leading_shape(random)
+                arrays = [
+                    an_array(random, leading if random.integers(3) else (), shape, dtype) for shape in kernel._shapes
+                ]
+                result = kernel(*arrays)
+                if random.integers(2) and len(kernel._out_shapes) == 1 and isinstance(result, np.ndarray):
+                    out = np.empty((*result.shape, 2), dtype)[..., random.integers(2)]
+                    kernel(*arrays, out=out)
+                count += 1
+    print(count, "calls")
+
+
+if __name__ == "__main__":
+    main(sys.argv[1], sys.argv[2], int(sys.argv[3]))

@@ -1,0 +1,50 @@
+"""No kernel reads or writes out of bounds, on arrays of any shape and strides; the sanitizers of gcc would say so."""
+
+import os
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from gacompiler.backends.build import library_path
+from gacompiler.generate import generated_folder
+
+pytestmark = pytest.mark.peers
+
+FLAGS = ["-O1", "-std=c17", "-fPIC", "-shared", "-ffp-contract=off", "-fno-math-errno", "-fsanitize=address,undefined"]
+ROUNDS = 60
+MODULES = sorted(path.stem for path in generated_folder().glob("*.c"))
+
+
+def runtime(compiler: str) -> str:
+    """Where the sanitizer's library lives, which has to be loaded before Python."""
+    found = subprocess.run([compiler, "-print-file-name=libasan.so"], capture_output=True, text=True, check=False)
+    return found.stdout.strip()
+
+
+@pytest.mark.parametrize("name", MODULES)
+def test_every_kernel_stays_within_bounds(name: str, tmp_path: Path) -> None:
+    compiler = shutil.which("gcc")
+    if compiler is None or not Path(runtime(compiler)).is_file():
+        pytest.skip("no gcc with sanitizers")
+    for ending in ("py", "c", "h"):
+        shutil.copy(generated_folder() / f"{name}.{ending}", tmp_path)
+    source = tmp_path / f"{name}.c"
+    library = library_path(source)
+    library.parent.mkdir()
+    subprocess.run([compiler, *FLAGS, "-fno-sanitize-recover=all", str(source), "-o", str(library), "-lm"], check=True)
+    environment = {
+        **os.environ,
+        "LD_PRELOAD": runtime(compiler),
+        "ASAN_OPTIONS": "detect_leaks=0",
+        "GAC_BACKEND": "c",
+    }
+    script = Path(__file__).with_name("sanitized.py")
+    run = subprocess.run(
+        [sys.executable, str(script), str(tmp_path), name, str(ROUNDS)],
+        env=environment, capture_output=True, text=True, check=False,
+    )  # fmt: skip
+    assert run.returncode == 0, run.stdout + run.stderr[-4000:]
+    assert run.stdout.endswith("calls\n")
