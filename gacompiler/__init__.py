@@ -5,7 +5,7 @@ from typing import Any
 from .algebra.algebra import Algebra
 from .algebra.layout import SCALAR, Layout
 from .algebra.multivector import Multivector
-from .derivatives import jacobian, jvp, matrix_of, vjp
+from .derivatives import hessian_vector, jacobian, jvp, matrix_of, vjp
 from .frontend.eigen import eigenvalues_symmetric, eigenvectors_symmetric
 from .frontend.equations import inverse_matrix, matrix_determinant, solve_linear, solve_symmetric
 from .frontend.functions import exp, log, power, sqrt
@@ -65,9 +65,9 @@ __all__ = [
     "SCALAR", "Algebra", "Kernel", "Layout", "Multivector", "absolute", "acos", "anticommutator", "array", "assemble",
     "atan2", "clifford_conjugate", "coefficient", "commutator", "compile", "cos", "cubic_roots", "determinant", "dual",
     "eigenvalues_symmetric", "eigenvectors_symmetric", "equal", "exp", "geometric_product", "grade", "grade_involution",
-    "hestenes_product", "inner_product", "inverse", "inverse_matrix", "jacobian", "join", "jvp", "kernel",
-    "left_contraction", "log", "matrix_determinant", "matrix_of", "maximum", "meet", "minimum", "norm", "norm_squared",
-    "normalize", "outer_product", "polarity", "power", "quadratic_roots", "quartic_roots", "regressive_product",
-    "reverse", "right_contraction", "sandwich", "scalar_product", "select", "sin", "solve_linear", "solve_symmetric",
-    "sqrt", "undual", "vjp",
+    "hessian_vector", "hestenes_product", "inner_product", "inverse", "inverse_matrix", "jacobian", "join", "jvp",
+    "kernel", "left_contraction", "log", "matrix_determinant", "matrix_of", "maximum", "meet", "minimum", "norm",
+    "norm_squared", "normalize", "outer_product", "polarity", "power", "quadratic_roots", "quartic_roots",
+    "regressive_product", "reverse", "right_contraction", "sandwich", "scalar_product", "select", "sin", "solve_linear",
+    "solve_symmetric", "sqrt", "undual", "vjp",
 ]  # fmt: skip

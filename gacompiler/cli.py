@@ -20,6 +20,7 @@ from .errors import GacError, SpecError, StaleError
 from .frontend.kernel import Kernel
 from .generate import Spec, compare, compile_spec, generated_folder, load_spec, own_specs, render, write
 from .inspect import SHOWN, STAGES, described, latex, stage_text
+from .inspect import why as why_text
 from .passes.pipeline import compile_kernel
 from .passes.record import Compilation
 from .prove import Verdict, verify_module
@@ -140,12 +141,13 @@ def check(names: tuple[str, ...]) -> None:
     epilog=_examples(
         "gac show my_kernels.py:move_point",
         "gac show my_kernels.py:move_point --stage candidates",
+        "gac show my_kernels.py:move_point --why",
         "gac show my_kernels.py:move_point --latex",
     )
 )
 @click.argument("target", metavar="SPEC:KERNEL")
 @click.option("--stage", type=click.Choice(list(STAGES)), help="Only this stage.")
-@click.option("--why", is_flag=True, help="The candidates and what each costs: the same as --stage candidates.")
+@click.option("--why", is_flag=True, help="What each step of the program taken saves, and what was not tried.")
 @click.option("--latex", "as_latex", is_flag=True, help="The definition and the program as LaTeX.")
 def show(target: str, stage: str | None, why: bool, as_latex: bool) -> None:
     """Show how a kernel is made, stage by stage."""
@@ -153,7 +155,10 @@ def show(target: str, stage: str | None, why: bool, as_latex: bool) -> None:
     if as_latex:
         click.echo(latex(record))
         return
-    chosen = (stage,) if stage else ("candidates",) if why else SHOWN
+    if why:
+        click.echo(why_text(record))
+        return
+    chosen = (stage,) if stage else SHOWN
     console = Console(highlight=False, soft_wrap=True)
     for name in chosen:
         if len(chosen) > 1:

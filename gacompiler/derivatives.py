@@ -5,7 +5,9 @@ rule, and nothing is said here about coefficients or metrics. A column of a Jaco
 blade; for a versor, along a bivector times the versor, which stays on the manifold.
 
 At the switch of a `select` the derivative is that of the side taken; of ``abs`` at zero that of the negative side,
-of ``minimum`` and ``maximum`` at equal arguments that of the second.
+of ``minimum`` and ``maximum`` at equal arguments that of the second. Where a function has no finite derivative there is
+no finite number: that of ``sqrt`` at zero is infinite, or not a number where the argument's derivative vanishes too,
+and so is that of `norm` where the norm is zero.
 """
 
 from __future__ import annotations
@@ -99,6 +101,8 @@ def _scalar_rule(expression: Expression, d: list[Expression]) -> Expression:
             return first if _is_zero(d[1]) else _sum([first, -(value * d[1]) / x[1]])
         case "inverse":
             return -(value * d[0] * value)
+        case "determinant":
+            return node("scalar_product", _adjugate(x[0]), d[0])
         case "norm_squared":
             return node("scalar_product", d[0], ~x[0]) + node("scalar_product", x[0], ~d[0])
         case "norm":
@@ -132,6 +136,20 @@ def _scalar_rule(expression: Expression, d: list[Expression]) -> Expression:
             return lift(0)
         case operation:
             raise KernelError("derivative", f"no rule for {operation}", "an operation with a derivative")
+
+
+def _adjugate(a: Expression) -> Expression:
+    """The gradient of the determinant: ``scalar_product(adjugate, da)`` is its derivative, singular elements included.
+
+    By the recursion that gives the determinant in more than `SMALL_DIMENSION` dimensions; in fewer it is a product of
+    conjugates already, with a derivative by the product rule.
+    """
+    size = 2 ** ((a.algebra.dimension + 1) // 2)
+    power = adjugate = a
+    for k in range(1, size):
+        adjugate = power - Fraction(size, k) * power["1"]
+        power = a * adjugate
+    return lift(-size) * adjugate
 
 
 Tangents = Callable[[Expression, Layout], list[Expression]]
@@ -294,11 +312,7 @@ def vjp(definition: Kernel, wrt: str) -> Kernel:
     def function(*arguments: Expression) -> Any:
         value = lift(definition.function(*arguments[:-1]))
         weights = _numbers(arguments[-1], layout)
-        gradient = []
-        for t in _coefficient_tangents(arguments[place], parameter.layout):
-            column = _numbers(derivative([value], {arguments[place]: t})[0], layout)
-            gradient.append(_sum([weight * entry for weight, entry in zip(weights, column, strict=True)]))
-        return value, tuple(gradient)
+        return value, tuple(_gradient(value, arguments[place], parameter.layout, layout, weights))
 
     summary = f"Value of `{definition.name}` and the gradient by {wrt} of its product with the cotangent."
     return Kernel(
@@ -308,6 +322,57 @@ def vjp(definition: Kernel, wrt: str) -> Kernel:
         (layout, ArrayOf(SCALAR, (parameter.layout.size,))),
         summary,
     )
+
+
+def hessian_vector(definition: Kernel, wrt: str) -> Kernel:
+    """A kernel that gives value, gradient, and the Hessian times a tangent, of a scalar `definition`.
+
+    Parameters
+    ----------
+    definition : Kernel
+        With one result. If that is no scalar, what is differentiated is its product with a cotangent, as in `vjp`.
+    wrt : str
+        Name of a parameter. Its coefficients are differentiated by as if they were free; no metric takes part.
+
+    Returns
+    -------
+    Kernel
+        Named ``<name>_hessian_vector_<wrt>``. Its parameters are those of `definition`, then ``cotangent`` unless the
+        result is a scalar, then ``<wrt>_tangent``, both without relations. Its results are the value of `definition`,
+        the gradient, and the derivative of the gradient along the tangent: arrays of one number for each stored
+        coefficient of `wrt`.
+    """
+    place, parameter = _parameter(definition, wrt)
+    layout = _result_layout(definition)
+    n, size = len(definition.parameters), parameter.layout.size
+    further = [] if layout.is_scalar else [Parameter("cotangent", _free(layout))]
+    further.append(Parameter(f"{wrt}_tangent", _free(parameter.layout)))
+
+    def function(*arguments: Expression) -> Any:
+        value, variable = lift(definition.function(*arguments[:n])), arguments[place]
+        weights = [lift(1)] if layout.is_scalar else _numbers(arguments[n], layout)
+        gradient = _gradient(value, variable, parameter.layout, layout, weights)
+        return value, tuple(gradient), tuple(derivative(gradient, {variable: arguments[-1]}))
+
+    of = f"`{definition.name}`" if layout.is_scalar else f"the product of `{definition.name}` with the cotangent"
+    return Kernel(
+        f"{definition.name}_hessian_vector_{wrt}",
+        function,
+        (*definition.parameters, *further),
+        (layout, ArrayOf(SCALAR, (size,)), ArrayOf(SCALAR, (size,))),
+        f"Value, gradient by {wrt}, and Hessian times {wrt}_tangent, of {of}.",
+    )
+
+
+def _gradient(
+    value: Expression, variable: Expression, by: Layout, layout: Layout, weights: Sequence[Expression]
+) -> list[Expression]:
+    """The derivatives of ``weights . value`` by every stored coefficient of `variable`."""
+    gradient = []
+    for t in _coefficient_tangents(variable, by):
+        column = _numbers(derivative([value], {variable: t})[0], layout)
+        gradient.append(_sum([weight * entry for weight, entry in zip(weights, column, strict=True)]))
+    return gradient
 
 
 def _free(layout: Layout) -> Layout:

@@ -105,12 +105,12 @@ def _place(path: Path, error: BaseException) -> str:
     return f"{path}:{line}" if line else str(path)
 
 
-def layout_text(layout: Layout) -> LayoutText:
-    """A layout as generated modules carry it."""
+def layout_text(layout: Layout, proved: bool = True) -> LayoutText:
+    """A layout as generated modules carry it; not `unit` where a result is that only for arguments of more meaning."""
     fixed = tuple((slot.name, str(value)) for slot, value in layout.fixed)
     implied = tuple((slot.name, "implied") for slot, _ in layout.implied)
     name = layout.name if layout.is_scalar else str(layout)
-    return LayoutText(name, () if layout.is_scalar else layout.blades, (*fixed, *implied), layout.unit)
+    return LayoutText(name, () if layout.is_scalar else layout.blades, (*fixed, *implied), layout.unit and proved)
 
 
 def kernel_source(record: Compilation) -> KernelSource:
@@ -119,7 +119,8 @@ def kernel_source(record: Compilation) -> KernelSource:
     assert decision is not None and trace is not None
     layouts = [(parameter.name, layout_text(parameter.layout)) for parameter in kernel.parameters]
     layouts += [
-        (output.name, layout_text(layout)) for output, layout in zip(trace.outputs, decision.layouts, strict=True)
+        (output.name, layout_text(layout, proved))
+        for output, layout, proved in zip(trace.outputs, decision.layouts, decision.related, strict=True)
     ]
     relations = [f"{p.name} ~{p.name} = 1" for p in kernel.parameters if p.layout.unit]
     relations += [f"the relations of {p.layout.name} on {p.name}" for p in kernel.parameters if p.layout.user_relations]

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from fractions import Fraction
 
 from .algebra.layout import Layout
@@ -11,10 +11,12 @@ from .backends.module import ModuleSource
 from .errors import KernelError
 from .frontend.latex import latex_of, symbol
 from .generate import kernel_source
+from .ir.cost import WEIGHTS
 from .ir.program import Line, Operand
 from .ir.scalar import Op
-from .passes.lower import Lowering
+from .passes.lower import Lowering, Reduction
 from .passes.record import Compilation
+from .passes.search import Candidate
 
 
 def traced(record: Compilation) -> str:
@@ -32,10 +34,14 @@ def rewritten(record: Compilation) -> str:
 def decided(record: Compilation) -> str:
     """The layout of each result, and the coefficients that are proved to be constant."""
     assert record.decision is not None and record.trace is not None
-    lines = [
-        f"{output.name}: {described(layout)}"
-        for output, layout in zip(record.trace.outputs, record.decision.layouts, strict=True)
-    ]
+    layouts = zip(record.trace.outputs, record.decision.layouts, strict=True)
+    return "\n".join([*(f"{output.name}: {described(layout)}" for output, layout in layouts), *_constants(record)])
+
+
+def _constants(record: Compilation) -> list[str]:
+    """The coefficients that are proved to be zero or constant, a line for each kind of each result."""
+    assert record.decision is not None and record.trace is not None
+    lines = []
     for number, expression in enumerate(record.trace.expressions):
         constants = {blade: value for (k, blade), value in record.decision.constants.items() if k == number}
         zero = [expression.algebra.spelling(blade)[1] for blade, value in constants.items() if value == 0]
@@ -43,7 +49,7 @@ def decided(record: Compilation) -> str:
         for blade, value in constants.items():
             sign, name = expression.algebra.spelling(blade)
             lines += [f"proved constant in result {number}: {name} = {sign * value}"] if value else []
-    return "\n".join(lines)
+    return lines
 
 
 def described(layout: Layout) -> str:
@@ -61,12 +67,136 @@ def lowered(record: Compilation) -> str:
 
 
 def compared(record: Compilation) -> str:
-    """Every candidate with its cost, the one taken marked."""
+    """Every candidate with its cost, the one taken marked; then where the search stopped short, if it did."""
     width = max(len(candidate.origin) for candidate in record.candidates)
-    return "\n".join(
+    lines = [
         f"{'->' if candidate is record.best else '  '} {candidate.origin:{width}}  {candidate.cost}"
         for candidate in record.candidates
-    )
+    ]
+    return "\n".join([*lines, *_limits(record)])
+
+
+def _limits(record: Compilation) -> list[str]:
+    return [f"not tried: {limit}" for limit in record.limits]
+
+
+def why(record: Compilation) -> str:
+    """Which step of the candidate that was taken saves what.
+
+    A step is worth what the cheapest accurate candidate that was tried without it costs more. Where every candidate
+    without it also lacks other steps of the one taken, they save that together. A saving is in units of one sum.
+    """
+    assert record.best is not None
+    first, best, notes = record.candidates[0], record.best, [*_constants(record), *_rejected(record), *_limits(record)]
+    author = "author's structure" if len(first.steps) == 1 else "first candidate"
+    if best is first:
+        tried = f"no accurate one of {len(record.candidates)} candidates is cheaper"
+        return "\n".join([f"{author} taken, {best.cost}: {tried}", *([""] if notes else []), *notes])
+    alike = sorted(_Accurate(record).candidates(best.cost.total), key=lambda candidate: len(_done(record, candidate)))
+    rows = [(author, str(first.cost), first.origin), ("taken", str(best.cost), best.origin)]
+    if len(_done(record, alike[0])) < len(_done(record, best)):
+        rows.append(("as cheap, with less", str(alike[0].cost), alike[0].origin))
+    lines = _aligned(rows)
+    lines.append(f"saved: {first.cost.total - best.cost.total} of {first.cost.total}{_weights(record)}")
+    savings = _savings(record)
+    lines += ["", *_aligned([("step", "cheapest without it", "saves"), *savings])] if savings else []
+    return "\n".join([*lines, *([""] if notes else []), *notes])
+
+
+class _Accurate:
+    """The candidates that were accurate enough to be taken, each measured once, when it is asked for."""
+
+    def __init__(self, record: Compilation) -> None:
+        self._record = record
+        self._known: dict[int, bool] = {}
+
+    def candidates(self, at_most: int | None = None) -> Iterator[Candidate]:
+        """From the one taken up, the cheapest first, to a cost of `at_most`."""
+        assert self._record.best is not None
+        least = self._record.best.cost.total
+        for candidate in sorted(self._record.candidates, key=lambda candidate: candidate.cost.total):
+            total = candidate.cost.total
+            if least <= total <= (total if at_most is None else at_most) and self._accepts(candidate):
+                yield candidate
+
+    def _accepts(self, candidate: Candidate) -> bool:
+        record = self._record
+        assert record.gate is not None
+        if id(candidate) not in self._known:
+            taken = candidate is record.best or candidate is record.candidates[0]
+            self._known[id(candidate)] = taken or record.gate.accepts(candidate.program)
+        return self._known[id(candidate)]
+
+
+def _done(record: Compilation, candidate: Candidate) -> dict[str, str]:
+    """What was done in a candidate: the kind of step -> the step. The author's own form and zero stages are nothing."""
+    rewriting, *steps = candidate.steps
+    assert record.variants is not None
+    done = {} if rewriting == next(iter(record.variants)) else {"rewriting": rewriting}
+    for step in steps:
+        if step.endswith(" stages"):
+            done |= {} if step == "0 stages" else {"stages": step}
+        elif step in (Reduction.NORMAL.value, Reduction.SPARSE.value):
+            done["reduction"] = step
+        elif step != Reduction.NONE.value:
+            done[step] = step
+    return done
+
+
+def _savings(record: Compilation) -> list[tuple[str, str, str]]:
+    """For each step of the candidate taken: the step, the cheapest candidate without it, and what that costs more."""
+    assert record.best is not None
+    accurate, own, rows = _Accurate(record), _done(record, record.best), []
+    for kind, step in own.items():
+        cheapest, lacking = None, list[list[str]]()
+        for candidate in accurate.candidates():
+            missing = _missing(own, _done(record, candidate))
+            if step in missing:
+                cheapest = cheapest or candidate
+                lacking.append([other for other in missing if other != step])
+        name = _NAMES.get(kind, "{0}").format(step)
+        if cheapest is None:
+            rows.append((name, "none was tried", "unknown"))
+            continue
+        saved = cheapest.cost.total - record.best.cost.total
+        together = f", together with {_listed(lacking[0], len(own))}" if saved and [] not in lacking else ""
+        rows.append((name, str(cheapest.cost), f"{saved}{together}"))
+    return rows
+
+
+def _listed(others: list[str], n: int) -> str:
+    return "the others" if len(others) == n - 1 > 1 else ", ".join(others)
+
+
+_NAMES = {"stages": "results named in {0}", "reduction": "{0} modulo the relations"}
+
+
+def _missing(own: Mapping[str, str], other: Mapping[str, str]) -> list[str]:
+    """The steps of one candidate that another lacks; how many results are named makes no difference."""
+    return [
+        step for kind, step in own.items() if (other.get(kind) != step if kind == "rewriting" else kind not in other)
+    ]
+
+
+def _rejected(record: Compilation) -> list[str]:
+    assert record.best is not None
+    cheaper = [candidate for candidate in record.candidates if candidate.cost.total < record.best.cost.total]
+    if not cheaper:
+        return []
+    least = min(cheaper, key=lambda candidate: candidate.cost.total)
+    return [f"rejected, because they lose digits: {len(cheaper)}, the cheapest {least.cost}: {least.origin}"]
+
+
+def _weights(record: Compilation) -> str:
+    """What costs more than a sum, where it occurs."""
+    costs = [candidate.cost.as_dict() for candidate in record.candidates]
+    heavy = [f"{name} {weight}" for name, weight in WEIGHTS.items() if weight > 1 and any(c[name] for c in costs)]
+    return f" (weights: {', '.join(heavy)})" if heavy else ""
+
+
+def _aligned(rows: Sequence[Sequence[str]]) -> list[str]:
+    widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
+    return ["  ".join(f"{text:{width}}" for text, width in zip(row, widths, strict=True)).rstrip() for row in rows]
 
 
 def scheduled(record: Compilation) -> str:

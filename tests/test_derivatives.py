@@ -8,16 +8,20 @@ from random import Random
 from typing import Any
 
 import mpmath
+import numpy as np
 import pytest
 
+import gacompiler
 from gacompiler import (
     SCALAR,
     absolute,
     acos,
     atan2,
     cos,
+    determinant,
     dual,
     exp,
+    hessian_vector,
     inverse,
     jacobian,
     jvp,
@@ -221,3 +225,178 @@ def test_what_cannot_be_differentiated_says_so() -> None:
         jacobian(declare(lambda a, b: a ^ b, {"a": CGA3.POINT, "b": CGA3.POINT}), "a")
     with pytest.raises(KernelError, match="several results"):
         jacobian(declare(lambda a: (a, a), {"a": VGA3.VECTOR}), "a")
+
+
+SECOND: dict[str, tuple[Callable[..., Any], dict[str, Layout], str]] = {
+    "join": (lambda m, p, q: norm_squared(sandwich(m, p) & q), {"m": PGA3.MOTOR, "p": PGA3.POINT, "q": PGA3.LINE}, "m"),
+    "interval": (
+        lambda m, x, y: norm_squared(sandwich(m, x) - y),
+        {"m": STA.ROTOR, "x": STA.VECTOR, "y": STA.VECTOR},
+        "m",
+    ),
+    "sphere": (lambda a, b: scalar_product(a ^ b, b ^ a) * a["e0"], {"a": CGA3.VECTOR, "b": CGA3.VECTOR}, "a"),
+    "null": (lambda a, b: scalar_product(a * b * a, ~b), {"a": NULL2.even, "b": NULL2.VECTOR}, "a"),
+    "determinant": (lambda a: determinant(a), {"a": STA.even}, "a"),
+    "degenerate determinant": (lambda a: determinant(a), {"a": PGA3.EVEN}, "a"),
+    "scalar": (lambda x, a: x * x * x * norm_squared(a) + x, {"x": SCALAR, "a": VGA3.VECTOR}, "x"),
+    "linear": (lambda a, b: scalar_product(a, b), {"a": VGA3.VECTOR, "b": VGA3.VECTOR}, "a"),
+    "motor": (sandwich, {"m": PGA3.MOTOR, "p": PGA3.POINT}, "m"),
+    "boost": (sandwich, {"m": STA.ROTOR, "x": STA.VECTOR}, "m"),
+    "vectors": (lambda a, b: a * b * a, {"a": CGA3.DUAL_PLANE, "b": CGA3.VECTOR}, "a"),
+}
+
+
+def exact_second(
+    definition: Kernel, layout: Layout, at: Mapping[str, Any], one: Mapping[str, Any], other: Mapping[str, Any]
+) -> list[Any]:
+    """The second derivative of a polynomial definition along two steps: the coefficient of ``s t``."""
+    ring = PolynomialRing()
+    s, t = ring.variable("s"), ring.variable("t")
+    moved = {
+        name: ring.constant(value) + ring.constant(one.get(name, 0)) * s + ring.constant(other.get(name, 0)) * t
+        for name, value in at.items()
+    }
+    return [ring.lift(value).terms.get((0, 1), 0) for value in numbers(definition, layout, moved)]
+
+
+def weighted(weights: list[Any], values: list[Any]) -> Any:
+    return sum(weight * value for weight, value in zip(weights, values, strict=True))
+
+
+@pytest.mark.parametrize("name", list(SECOND))
+def test_hessian_times_vector_is_exact_and_symmetric(name: str) -> None:
+    function, parameters, wrt = SECOND[name]
+    definition, random = declare(function, parameters), Random(11)
+    record = compile_kernel(definition)
+    assert record.decision is not None
+    layout = record.decision.layouts[0]
+    derived = hessian_vector(definition, wrt)
+    further = derived.parameters[len(definition.parameters) :]
+    assert [p.name for p in further] == [*([] if layout.is_scalar else ["cotangent"]), f"{wrt}_tangent"]
+    own = next(p for p in definition.parameters if p.name == wrt).components
+    at = sample(definition, random)
+    cotangent = {} if layout.is_scalar else {c: Fraction(random.randint(-9, 9), 5) for c in further[0].components}
+    weights = list(cotangent.values()) or [1]
+    steps = [{c: Fraction(random.randint(-9, 9), 7) for c in own} for _ in range(2)]
+    products = []
+    program = compile_kernel(derived).program
+    for step in steps:
+        inputs = at | cotangent | dict(zip(further[-1].components, step.values(), strict=True))
+        arrays = {a.name: [inputs[c] for c in a.components] for a in program.arguments}
+        value, gradient, product = interpret(program, arrays).values()
+        assert list(value) == numbers(definition, layout, at)
+        assert list(gradient) == [weighted(weights, exact_slope(definition, layout, at, {c: 1})) for c in own]
+        expected = [weighted(weights, exact_second(definition, layout, at, {c: 1}, step)) for c in own]
+        assert list(product) == expected
+        products.append(product)
+    u, v = (list(step.values()) for step in steps)
+    assert weighted(u, products[1]) == weighted(v, products[0])
+
+
+def test_hessian_of_an_inverse_is_exact() -> None:
+    """The second derivative of ``1/a`` along u and v is ``1/a u 1/a v 1/a`` and the same with u and v exchanged."""
+    definition, random = declare(inverse, {"a": STA.EVEN}), Random(4)
+    derived = hessian_vector(definition, "a")
+    at = {c: Fraction(random.randint(-9, 9), 4) for p in derived.parameters for c in p.components}
+    a, cotangent, tangent = (STA.EVEN.element([at[c] for c in p.components]) for p in derived.parameters)
+    value, gradient, product = run(derived, at)
+    b = inverse(a)
+    assert list(value) == list(STA.EVEN.coefficients(b))
+    weights = list(STA.EVEN.coefficients(cotangent))
+    for k, blade in enumerate(STA.EVEN.stored):
+        u = STA.multivector({blade.name: 1})
+        assert gradient[k] == weighted(weights, list(STA.EVEN.coefficients(-(b * u * b))))
+        second = b * u * b * tangent * b + b * tangent * b * u * b
+        assert product[k] == weighted(weights, list(STA.EVEN.coefficients(second)))
+
+
+@pytest.mark.parametrize("name", ["norm", "chain", "angle"])
+def test_hessian_of_functions_against_numeric_derivatives(name: str) -> None:
+    functions: dict[str, Callable[..., Any]] = {
+        "norm": lambda a: norm(a),
+        "chain": lambda a: exp(a["e1"] * a["e2"]) / sqrt(1 + sin(a["e3"]) * sin(a["e3"])),
+        "angle": lambda a: atan2(a["e1"], a["e2"]) * log(norm_squared(a)),
+    }
+    definition = declare(functions[name], {"a": VGA3.VECTOR})
+    program = compile_kernel(hessian_vector(definition, "a")).program
+    with mpmath.workdps(60):
+        at, step = [mpmath.mpf(7) / 10, mpmath.mpf(4) / 3, mpmath.mpf(-1) / 5], [mpmath.mpf(k) for k in (2, -3, 5)]
+
+        def value(*x: Any) -> Any:
+            inputs = dict(zip(definition.parameters[0].components, x, strict=True))
+            return evaluate(trace(definition).expressions, inputs, lift=to_mpmath)[0].scalar
+
+        product = list(interpret(program, {"a": at, "a_tangent": step}, to_mpmath).values())[2]
+        for k in range(3):
+            orders = [tuple((j == k) + (j == other) for j in range(3)) for other in range(3)]
+            expected = sum(t * mpmath.diff(value, at, n) for t, n in zip(step, orders, strict=True))
+            assert mpmath.almosteq(product[k], expected, rel_eps=mpmath.mpf(10) ** -15)
+
+
+SIX = orthogonal(4, 2)
+SINGULAR: dict[str, tuple[Layout, str]] = {
+    "spacetime": (STA.even, "1 1 0 0 0 0 0 0"),
+    "plane-based": (PGA3.EVEN, "0 0 0 0 1 2 3 5"),
+    "null vector": (SIX.layout("VECTOR", " ".join(SIX.vectors)), "3 4 0 0 5 0"),
+    "six dimensions": (SIX.layout("SPARSE", "1 e12 e3456"), "0 0 2"),
+    "even vectors": (SIX.layout("PAIRS", "1 e12 e34 e56"), "1 0 0 1"),
+}
+
+
+@pytest.mark.parametrize("name", list(SINGULAR))
+def test_derivative_of_a_determinant_at_any_element(name: str) -> None:
+    """A determinant is a polynomial, so it has a derivative where the element has no inverse, too."""
+    layout, singular = SINGULAR[name]
+    definition = declare(lambda a: determinant(a), {"a": layout})
+    components, program = definition.parameters[0].components, compile_kernel(jacobian(definition, "a")).program
+    for values in (list(map(Fraction, singular.split())), [Fraction(k + 2, 3) for k in range(layout.size)]):
+        at = dict(zip(components, values, strict=True))
+        value, gradient = interpret(program, {"a": values}).values()
+        assert list(value) == numbers(definition, SCALAR, at)
+        assert list(gradient) == [exact_slope(definition, SCALAR, at, {c: 1})[0] for c in components]
+
+
+def test_derivative_of_an_inverse() -> None:
+    definition = declare(inverse, {"a": PGA3.EVEN})
+    at = {c: Fraction(k * k + 1, 3) for k, c in enumerate(definition.parameters[0].components)}
+    b = inverse(PGA3.EVEN.element(list(at.values())))
+    _, matrix = run(jacobian(definition, "a"), at)
+    for column, slot in enumerate(PGA3.EVEN.stored):
+        expected = PGA3.EVEN.coefficients(-(b * PGA3.multivector({slot.name: 1}) * b))
+        assert tuple(matrix[column::8]) == expected
+
+
+AT_THE_SWITCH: dict[str, tuple[Callable[..., Any], Fraction | int]] = {
+    "abs, that of the negative side": (lambda x: absolute(x - 2) * 3, -3),
+    "minimum, that of the second": (lambda x: minimum(5 * x, x * x + 6), 4),
+    "maximum, that of the second": (lambda x: maximum(5 * x, x * x + 6), 4),
+    "select, the side taken where it is not less": (lambda x: select(x < 2, 7 * x, x * x * x), 12),
+    "select, the side taken where it is less or equal": (lambda x: select(x <= 2, 7 * x, x * x * x), 7),
+}
+
+
+@pytest.mark.parametrize("name", list(AT_THE_SWITCH))
+def test_derivative_at_the_switch(name: str) -> None:
+    """What the module says of the places where a function has no derivative, or two."""
+    function, expected = AT_THE_SWITCH[name]
+    definition = declare(function, {"x": SCALAR})
+    assert run(jacobian(definition, "x"), {"x": Fraction(2)})[1] == (expected,)
+    assert run(jvp(definition, "x"), {"x": Fraction(2), "x_tangent": Fraction(10)})[1] == (10 * expected,)
+    assert run(vjp(definition, "x"), {"x": Fraction(2), "cotangent": Fraction(10)})[1] == (10 * expected,)
+
+
+def test_second_derivative_at_the_switch() -> None:
+    definition = declare(lambda x: absolute(x) * x, {"x": SCALAR})
+    for x, second in ((Fraction(-1), -2), (Fraction(0), -2), (Fraction(1), 2)):
+        assert run(hessian_vector(definition, "x"), {"x": x, "x_tangent": Fraction(1)})[2] == (second,)
+
+
+@pytest.mark.parametrize(
+    ("function", "expected"),
+    [(lambda x: sqrt(x), np.inf), (lambda x: sqrt(x * x), np.nan), (lambda x: norm(x * VGA3.basis()[0]), np.nan)],
+    ids=["root", "root of a square", "norm"],
+)
+def test_derivative_of_a_root_at_zero_is_not_finite(function: Callable[..., Any], expected: float) -> None:
+    definition = declare(function, {"x": SCALAR})
+    _, slope = gacompiler.compile(jvp(definition, "x"))(0.0, 1.0)
+    assert np.array_equal(slope, expected, equal_nan=True)

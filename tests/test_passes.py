@@ -304,7 +304,7 @@ def test_rules_on_an_example_each() -> None:
         (divide_by_reversing, inverse(FREE), "not unit"),
         (divide_by_reversing, inverse(M * FREE), "one factor not unit"),
         (divide_by_reversing, inverse(M + N), "a sum of units is not unit"),
-        (split_sandwich, sandwich(PLANE * M, P), "odd factor"),
+        (split_sandwich, sandwich((FULL + 1) * M * ~M, P), "odd factor"),
         (split_sandwich, sandwich(M, P), "no product"),
         (split_sandwich, sandwich(M + N, P), "a sum"),
         (join_sandwich, sandwich(PLANE, sandwich(M, P)), "odd"),

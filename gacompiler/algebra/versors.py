@@ -89,14 +89,12 @@ def inverse(a: Multivector) -> Multivector:
 def determinant(a: Multivector) -> Multivector:
     """The scalar that is zero exactly where `a` has no inverse.
 
-    The determinant of the matrices of the algebra (Shirokov 2021), of degree ``2**ceil(n/2)`` in the coefficients of an
-    element that needs `n` basis vectors.
+    Up to sign the determinant of the matrices of the algebra (Shirokov 2021), of degree ``2**ceil(n/2)`` in the
+    coefficients, where `n` is the dimension of the algebra, whatever blades `a` has.
     """
-    if not a.terms:
-        return a
-    if n_vectors(a.blades) <= SMALL_DIMENSION:
-        return conjugate_factors(a, clifford_conjugate)[1]
-    return -_adjugate(a)[1].grade(0)
+    if a.algebra.dimension <= SMALL_DIMENSION:
+        return conjugate_factors(a, clifford_conjugate, complete=True)[1]
+    return -_adjugate(a, a.algebra.dimension)[1].grade(0)
 
 
 SMALL_DIMENSION = 5
@@ -111,37 +109,42 @@ def n_vectors(blades: Iterable[int]) -> int:
     return union.bit_count()
 
 
-def conjugate_factors(a: T, conjugate: Callable[[T], T]) -> tuple[list[T], T]:
+def conjugate_factors(a: T, conjugate: Callable[[T], T], complete: bool = False) -> tuple[list[T], T]:
     """Elements whose product with `a` is a scalar, and that scalar: for up to five vectors.
-
-    `a` may be an expression as well as a multivector; `conjugate` is its Clifford conjugation.
-
 
     ``a`` times its Clifford conjugate keeps the grades 0, 3 and 4 (up to four vectors), its square with 3 and 4 negated
     a scalar. With five vectors, ``a ~a`` keeps the grades 0, 1, 4 and 5; of that times itself with 1 and 4 negated the
     grades 0 and 5 are left, which is a number over the central pseudoscalar, and has a conjugate of its own.
+
+    Parameters
+    ----------
+    a : Multivector or Expression
+    conjugate : callable
+        The Clifford conjugation of such.
+    complete : bool
+        Whether to go through all steps of the algebra; otherwise those are left out that the blades of `a` do not need.
     """
-    five = n_vectors(a.blades) > 4
-    centre, rest = ((0, 5), (1, 4)) if five else ((0,), (3, 4))
-    factors = [~a if five else conjugate(a)]
+    n = a.algebra.dimension if complete else n_vectors(a.blades)
+    centre, rest = ((0, 5), (1, 4)) if n > 4 else ((0,), (3, 4))
+    factors = [~a if n > 4 else conjugate(a)]
     norm = (a * factors[0]).grade(*centre, *rest)
-    for kept, negated in ((centre, rest), ((0,), (5,))):
-        if norm.grade(*negated).blades:
+    for least, kept, negated in ((3, centre, rest), (5, (0,), (5,))):
+        if (n >= least if complete else norm.grade(*negated).blades):
             factors.append(norm.grade(*kept) - norm.grade(*negated))
             norm = (norm * factors[-1]).grade(*kept)
     return factors, norm
 
 
 def _inverse_by_recursion(a: Multivector) -> Multivector:
-    adjugate, power = _adjugate(a)
+    adjugate, power = _adjugate(a, n_vectors(a.blades))
     if 0 not in power.terms:
         raise ZeroDivisorError("inverse", f"the determinant of {a} is zero", "an invertible element")
     return adjugate / power.grade(0)
 
 
-def _adjugate(a: Multivector) -> tuple[Multivector, Multivector]:
-    """An element, and its product with `a`, which is the determinant of `a` up to sign."""
-    size = 2 ** ((n_vectors(a.blades) + 1) // 2)
+def _adjugate(a: Multivector, n: int) -> tuple[Multivector, Multivector]:
+    """An element, and its product with `a`, which is minus the determinant of `a` as a matrix of `n` vectors."""
+    size = 2 ** ((n + 1) // 2)
     power = adjugate = a
     for k in range(1, size):
         adjugate = power - divide(scale(power.scalar, size), k)

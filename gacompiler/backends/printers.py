@@ -93,14 +93,14 @@ _C_WORDS = frozenset(
     asm auto bool break case char const constexpr continue default do double else enum extern false float for fortran
     goto if inline int long nullptr register restrict return short signed sizeof static struct switch thread_local true
     typedef typeof union unsigned void volatile while intptr_t uintptr_t linux unix i386
-    REAL NAME FUNCTION INLINE WIDE ANY_ORDER LANES PADDED PARTS CORES SPACE SHUFFLE VECTOR NAN INFINITY NULL M_E M_PI
+    REAL NAME FUNCTION INLINE WIDE ANY_ORDER LANES PADDED PARTS CORES SPACE PREPARED SHUFFLE VECTOR NAN INFINITY NULL M_E M_PI
     """.split()  # noqa: SIM905
 )
 """Keywords, macros and types. Functions of ``<math.h>`` are not here: a parameter may hide one, the macros may not."""
 
 _FUNCTIONS = frozenset({"fabs", *(op.value for op in Op), *(op.value.upper() for op in Op)})
 
-RESERVED = _C_WORDS | _FUNCTIONS | {*keyword.kwlist, *keyword.softkwlist, "range", "len"}
+RESERVED = _C_WORDS | _FUNCTIONS | {*keyword.kwlist, *keyword.softkwlist, "range", "len", "empty"}
 """Names that a variable of an emitted function cannot have, in any of the languages."""
 
 

@@ -28,6 +28,11 @@ def parity(expression: Expression) -> int | None:
     return parities.pop() if len(parities) == 1 else None
 
 
+def is_vector(expression: Expression) -> bool:
+    """Whether only blades of grade 1 can occur."""
+    return bool(expression.blades) and all(blade.bit_count() == 1 for blade in expression.blades)
+
+
 def is_unit_even_versor(expression: Expression) -> bool:
     """Whether sandwiching with this is a linear map that keeps every product.
 

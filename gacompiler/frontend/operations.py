@@ -12,7 +12,7 @@ from ..algebra.algebra import Algebra
 from ..algebra.layout import SCALARS
 from ..algebra.multivector import Multivector
 from ..algebra.operations import OPERATIONS
-from ..algebra.versors import SMALL_DIMENSION, conjugate_factors, n_vectors
+from ..algebra.versors import SMALL_DIMENSION, conjugate_factors
 from .expression import ASSEMBLE, Expression, lift, node
 
 
@@ -128,9 +128,12 @@ def inverse(a: Any) -> Any:
 
 
 def determinant(a: Any) -> Any:
-    """A scalar that is zero exactly where `a` has no inverse: the determinant of its matrix (Shirokov 2021)."""
-    if isinstance(a, Expression) and a.blades and n_vectors(a.blades) <= SMALL_DIMENSION:
-        return conjugate_factors(a, clifford_conjugate)[1]["1"]
+    """A scalar that is zero exactly where `a` has no inverse: the determinant of its matrix (Shirokov 2021).
+
+    Of degree ``2**ceil(n/2)`` in the coefficients, where `n` is the dimension of the algebra.
+    """
+    if isinstance(a, Expression) and a.algebra.dimension <= SMALL_DIMENSION:
+        return conjugate_factors(a, clifford_conjugate, complete=True)[1]["1"]
     return apply("determinant", a)
 
 

@@ -26,7 +26,7 @@ from .samples import sample, to_mpmath
 
 WORSE = 4
 """How many times the error of the author's structure a candidate may have."""
-ROUNDING = 8.0
+ROUNDING = 16.0
 """Ulp that any candidate may have: below, errors are noise."""
 CLOSE = Fraction(1, 2**20)
 ERROR_POINTS = 64

@@ -26,9 +26,11 @@ from ..rings.points import DIGITS
 from ..rings.polynomial import Polynomial
 from .lower import Lowering, Reduction, Slot, author_scalars, stages
 from .matrices import has_huge_product
-from .samples import samples
+from .samples import samples, to_mpmath
 
 POINTS, FEW_POINTS = 4, 2
+FAR = 10**20
+"""Where squares of coefficients are larger than this, a relation between them is not looked at."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -39,6 +41,8 @@ class Decision:
     slots: tuple[tuple[Slot, ...], ...]
     constants: Mapping[tuple[int, int], Any]
     """Proved constants by (expression, blade)."""
+    related: tuple[bool, ...] = ()
+    """Whether each output satisfies the relations of its layout at every point: unit results that are proved to be."""
 
 
 def decide(trace: Trace, variants: Sequence[Sequence[Expression]]) -> Decision:
@@ -47,7 +51,9 @@ def decide(trace: Trace, variants: Sequence[Sequence[Expression]]) -> Decision:
     huge = has_huge_product(expressions)
     author = [] if huge else author_scalars(trace.kernel, expressions)
     supports = [tuple(value.terms) for value in author] or [tuple(sorted(e.blades)) for e in expressions]
-    suspected = _suspects(trace, supports, huge)
+    n_points = FEW_POINTS if huge else POINTS
+    points = [value for _, value in samples(trace.kernel, trace.expressions, Random(7), n_points, huge)]
+    suspected = _suspects(points, supports)
     for k, value in enumerate(author):
         for blade, scalar in value.terms.items():
             if not isinstance(scalar, Scalar):
@@ -55,7 +61,7 @@ def decide(trace: Trace, variants: Sequence[Sequence[Expression]]) -> Decision:
             elif scalar.is_constant:
                 suspected[k, blade] = scalar.value
     constants = _prove(trace, suspected, variants)
-    layouts, slots = [], []
+    layouts, slots, related = [], [], []
     first = 0
     for output in trace.outputs:
         numbers = range(first, first + len(output.expressions))
@@ -67,8 +73,21 @@ def decide(trace: Trace, variants: Sequence[Sequence[Expression]]) -> Decision:
         layout = output.layout or _infer(output, found)
         _check(trace, output, layout, found)
         layouts.append(layout)
+        related.append(all(_satisfies(layout, value[k]) for value in points for k in numbers))
         slots.append(tuple(Slot(k, slot.blade, slot.sign) for k in numbers for slot in layout.stored))
-    return Decision(tuple(layouts), tuple(slots), constants)
+    return Decision(tuple(layouts), tuple(slots), constants, tuple(related))
+
+
+def _satisfies(layout: Layout, value: Multivector) -> bool:
+    """Whether the relations of a layout hold for a value: to rounding, since functions may be given by short series."""
+    if not layout.has_relations:
+        return True
+    with mpmath.workdps(DIGITS):
+        size = 1 + max((abs(to_mpmath(x)) for x in value.terms.values()), default=0) ** 2
+        if size > FAR:
+            return True  # no digits are left to tell
+        limit = size * mpmath.mpf(2) ** -52
+        return all(abs(to_mpmath(relation)) < limit for relation in layout.relations(value))
 
 
 def _common(
@@ -79,10 +98,8 @@ def _common(
     return values.pop() if len(values) == 1 else None
 
 
-def _suspects(trace: Trace, supports: list[tuple[int, ...]], huge: bool) -> dict[tuple[int, int], Any]:
+def _suspects(values: list[list[Multivector]], supports: list[tuple[int, ...]]) -> dict[tuple[int, int], Any]:
     """Coefficients that have the same rational value at several points."""
-    n = FEW_POINTS if huge else POINTS
-    values = [value for _, value in samples(trace.kernel, trace.expressions, Random(7), n, huge)]
     if not values:
         return {}
     found = {}

@@ -18,6 +18,7 @@ from ..ir.scalar import Graph, Scalar
 from ..rings.ideal import Ideal
 from ..rings.polynomial import Monomial, Polynomial, PolynomialRing
 from ..rings.sparse import simplify
+from .squares import solvable, solve, square_of
 from .system import Definition, System
 
 
@@ -132,6 +133,8 @@ class Lowering:
         How polynomials are changed by what is known of the inputs.
     name_implied : bool
         Whether coefficients that a layout implies become names instead of being multiplied out.
+    by_squares : bool
+        Whether one coefficient of a named vector of known square is computed from the others.
     budget : int
         Largest number of terms of one polynomial.
     effort : int
@@ -147,6 +150,7 @@ class Lowering:
         budget: int = 20_000,
         effort: int = 2_000_000,
         name_implied: bool = False,
+        by_squares: bool = False,
     ) -> None:
         self.ring = PolynomialRing(budget, effort)
         inputs: dict[str, Polynomial] = {}
@@ -163,33 +167,41 @@ class Lowering:
                 )
         self._reduction = reduction
         self._definitions: list[Definition] = []
+        self.has_solved = False
         memory: dict[Expression, Multivector] = {}
         for expression in topological(expressions) if name_implied else ():
             if expression.operation == "input" and expression.data.layout.implied:
                 (element,) = evaluate([expression], inputs, lift=self.ring.lift)
                 memory[expression] = self._named(expression.data.components[0].rpartition("_")[0], element)
-        for number, expression in enumerate(e for e in topological(expressions) if e in cuts):
+        named = cuts | {e for e in expressions if by_squares and square_of(e) is not None}
+        for number, expression in enumerate(e for e in topological(expressions) if e in named):
             (value,) = evaluate([expression], inputs, memory, self.ring.lift)
-            memory[expression] = self._named(f"s{number}", value)
+            memory[expression] = self._named(f"s{number}", value, square_of(expression) if by_squares else None)
             if is_unit(expression):
                 self.relations.add((memory[expression] * ~memory[expression] - 1).terms.values())
         self.values = evaluate(expressions, inputs, memory, self.ring.lift)
 
-    def _named(self, stem: str, value: Multivector) -> Multivector:
-        """`value` with new variables for its coefficients, except those that are numbers or inputs already."""
-        blades = list(value.terms)
-        polynomials = [self.ring.lift(value.terms[blade]) for blade in blades]
-        polynomials = self.relations.reduce(polynomials, self._reduction)
-        terms = {}
-        for blade, polynomial in zip(blades, polynomials, strict=True):
+    def _named(self, stem: str, value: Multivector, square: Rational | None = None) -> Multivector:
+        """`value` with new variables for its coefficients, except those that are numbers or inputs already.
+
+        Of a vector whose square is known, one coefficient may be computed from the others.
+        """
+        reduced = self.relations.reduce(list(map(self.ring.lift, value.terms.values())), self._reduction)
+        polynomials = dict(zip(value.terms, reduced, strict=True))
+        solved = None if square is None else solvable(value.algebra, polynomials)
+        terms: dict[int, Polynomial] = {}
+        for blade in sorted(polynomials, key=lambda blade: blade == solved):
+            polynomial = polynomials[blade]
+            if blade == solved and square is not None:
+                self.has_solved = True
+                polynomial = solve(value.algebra, blade, terms, square)
             if polynomial.degree <= 1 and len(polynomial.terms) <= 1:
                 terms[blade] = polynomial
                 continue
             name = value.algebra.spelling(blade)[1].replace("^", "_")
-            variable = self.ring.variable(f"{stem}_{name}")
+            terms[blade] = self.ring.variable(f"{stem}_{name}")
             self._definitions.append(Definition(len(self.ring.names) - 1, polynomial))
-            terms[blade] = variable
-        return Multivector(value.algebra, terms)
+        return Multivector(value.algebra, {blade: terms[blade] for blade in polynomials})
 
     def system(self, slots: Sequence[Slot]) -> System:
         """What has to be computed for `slots`."""

@@ -11,7 +11,7 @@ from collections.abc import Callable
 
 from ..algebra.versors import SMALL_DIMENSION, conjugate_factors, n_vectors
 from ..frontend.expression import Expression, node, topological
-from ..frontend.facts import is_unit, is_unit_even_versor, parity
+from ..frontend.facts import is_unit, is_unit_even_versor, is_vector, parity
 
 Rule = Callable[[Expression], Expression | None]
 
@@ -60,11 +60,11 @@ def spell_out_inverse(expression: Expression) -> Expression | None:
 
 
 def split_sandwich(expression: Expression) -> Expression | None:
-    """``sandwich(a b, x)`` is ``sandwich(a, sandwich(b, x))`` for even `a` and `b`."""
+    """``sandwich(a b, x)`` is ``sandwich(a, sandwich(b, x))``, where `a` and `b` are even or odd."""
     if expression.operation != "sandwich":
         return None
     versor, x = expression.arguments
-    if versor.operation != "geometric_product" or any(parity(factor) != 0 for factor in versor.arguments):
+    if versor.operation != "geometric_product" or any(parity(factor) is None for factor in versor.arguments):
         return None
     a, b = versor.arguments
     return node("sandwich", a, node("sandwich", b, x))
@@ -103,13 +103,59 @@ def drop_versor(expression: Expression) -> Expression | None:
 
 
 def sandwich_as_difference(expression: Expression) -> Expression | None:
-    """``m x ~m = x + (m x - x m) ~m`` for unit `m`: what commutes with `x` is not multiplied out."""
+    """``m x ~m = x m ~m + (m x - x m) ~m`` for even `m`: what commutes with `x` is not multiplied out."""
     if expression.operation != "sandwich":
         return None
     versor, x = expression.arguments
-    if not is_unit(versor) or parity(versor) != 0:
+    if parity(versor) != 0 or x in (versor, ~versor):  # of which the first term is a sandwich again
         return None
-    return x + 2 * (node("commutator", versor, x) * ~versor)
+    return (x if is_unit(versor) else x * (versor * ~versor)) + 2 * (node("commutator", versor, x) * ~versor)
+
+
+def sandwich_of_difference(expression: Expression) -> Expression | None:
+    """The sandwich that `sandwich_as_difference` turns into `expression`, if there is one."""
+    part = expression
+    for operation, place in (("add", 1), ("geometric_product", 1), ("geometric_product", 0), ("commutator", 0)):
+        if part.operation != operation:
+            return None
+        bracket, part = part, part.arguments[place]
+    sandwich = node("sandwich", *bracket.arguments)
+    return sandwich if sandwich_as_difference(sandwich) == expression else None
+
+
+def reflection_as_difference(expression: Expression) -> Expression | None:
+    """``v x^ v = v**2 x - 2 v ^ (v . x) = 2 v . (v ^ x) - v**2 x`` for a vector `v`, where ``x^`` is `x` involuted.
+
+    The geometric product of a vector is a contraction and an outer product, and either of the two annihilates itself;
+    the one with fewer blades is computed. That holds in every metric, for a `v` of any square and any `x`.
+    """
+    reflection = _reflection(expression)
+    if reflection is None:
+        return None
+    v, x = reflection
+    scaled = x if is_unit(v) else node("scalar_product", v, v) * x
+    lower, higher = node("left_contraction", v, x), v ^ x
+    if len(lower.blades) <= len(higher.blades):
+        return scaled - 2 * (v ^ lower)
+    return 2 * node("left_contraction", v, higher) - scaled
+
+
+def _reflection(expression: Expression) -> tuple[Expression, Expression] | None:
+    """The vector and what it reflects, of ``sandwich(v, x)`` and of ``v y v``, where `x` is `y` involuted."""
+    if expression.operation == "sandwich" and is_vector(expression.arguments[0]):
+        return expression.arguments[0], expression.arguments[1]
+    if expression.operation != "geometric_product":
+        return None
+    left, right = expression.arguments
+    if left.operation == "geometric_product":
+        first, y, last = *left.arguments, right
+    elif right.operation == "geometric_product":
+        first, y, last = left, *right.arguments
+    else:
+        return None
+    if not is_vector(first) or last not in (first, ~first):
+        return None
+    return first, y if parity(y) == 0 else -y if parity(y) == 1 else node("grade_involution", y)
 
 
 RECOGNISE: tuple[Rule, ...] = (recognise_sandwich, divide_by_reversing)
@@ -125,7 +171,7 @@ STRATEGIES: dict[str, tuple[Rule, ...]] = {
     "versors pulled out": PULL_OUT,
     "sandwiches one by one": SPLIT,
     "sandwiches combined": COMBINE,
-    "sandwiches as differences": (*SPLIT, sandwich_as_difference),
+    "sandwiches as differences": (*SPLIT, sandwich_as_difference, reflection_as_difference),
 }
 
 

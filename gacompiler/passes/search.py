@@ -12,7 +12,7 @@ from dataclasses import dataclass
 from itertools import combinations
 
 from ..errors import TooLargeError
-from ..frontend.expression import Expression, evaluate
+from ..frontend.expression import INPUT, Expression, evaluate, topological
 from ..frontend.kernel import Kernel
 from ..ir.cost import Cost, cost
 from ..ir.program import Argument, Program
@@ -25,6 +25,7 @@ from .resubstitute import resubstitute
 from .schedule import schedule
 from .share import share
 from .shift import shift
+from .squares import square_of
 from .system import System
 
 SMALL = 60
@@ -52,6 +53,8 @@ more, only all: sets with many named results come first, because their systems a
 
 
 Steps = tuple[str, ...]
+Way = tuple[Reduction, bool, bool]
+"""How to lower: the reduction, whether implied coefficients are named, whether squares are used."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -175,34 +178,46 @@ class Search:
         seen: set[tuple[object, ...]] = set()
         for name in names:
             expressions = self._variants[name]
-            too_large: list[tuple[tuple[Reduction, bool], frozenset[Expression]]] = []
+            ways = self._ways(expressions)
+            too_large: list[tuple[Way, frozenset[Expression]]] = []
             for cuts in _choices_of_stages(stages(expressions)):
-                for reduction in Reduction:
-                    anything_known = True
-                    for name_implied in (False, True) if self._has_implied else (False,):
-                        if any((reduction, name_implied) == way and cuts < more for way, more in too_large):
-                            continue
-                        try:
-                            lowering = Lowering(
-                                self._kernel, expressions, cuts, reduction, self._budget, LOWERING, name_implied
-                            )
-                            system = lowering.system(self._slots)
-                        except TooLargeError:
-                            self._too_large += 1
-                            too_large.append(((reduction, name_implied), cuts))
-                            continue
-                        anything_known = lowering.relations.known
-                        how = [reduction.value] if anything_known else []
-                        how += ["implied named"] if name_implied else []
-                        steps = (name, f"{len(cuts)} stages", *how)
-                        if _size(system) > self._budget:
-                            continue
-                        for form, each in _forms(system):
-                            if _size(each) <= self._budget and each.key not in seen:
-                                seen.add(each.key)
-                                yield (*steps, *form), each
-                    if not anything_known:
-                        break
+                for way in ways:
+                    if any(way == other and cuts < more for other, more in too_large):
+                        continue
+                    try:
+                        lowering = Lowering(self._kernel, expressions, cuts, *way[:1], self._budget, LOWERING, *way[1:])
+                        system = lowering.system(self._slots)
+                    except TooLargeError:
+                        self._too_large += 1
+                        too_large.append((way, cuts))
+                        continue
+                    if not _changes_anything(way, lowering) or _size(system) > self._budget:
+                        continue
+                    steps = (name, f"{len(cuts)} stages", *_steps_of(way, lowering))
+                    for form, each in _forms(system):
+                        if _size(each) <= self._budget and each.key not in seen:
+                            seen.add(each.key)
+                            yield (*steps, *form), each
+
+    def _ways(self, expressions: Sequence[Expression]) -> list[Way]:
+        """Ways to lower: reductions, implied coefficients by name or not, squares used or not."""
+        named = (False, True) if self._has_implied else (False,)
+        ways = [(reduction, name_implied, False) for reduction in Reduction for name_implied in named]
+        if any(e.operation != INPUT and square_of(e) is not None for e in topological(expressions)):
+            ways[len(named) : len(named)] = [(Reduction.NORMAL, name_implied, True) for name_implied in named]
+        return ways
+
+
+def _changes_anything(way: Way, lowering: Lowering) -> bool:
+    """Whether a way to lower differs from those tried before."""
+    reduction, _, by_squares = way
+    return lowering.has_solved if by_squares else reduction is Reduction.NORMAL or lowering.relations.known
+
+
+def _steps_of(way: Way, lowering: Lowering) -> Steps:
+    reduction, name_implied, by_squares = way
+    chosen = ((lowering.relations.known, reduction.value), (name_implied, "implied named"), (by_squares, "by squares"))
+    return tuple(step for is_done, step in chosen if is_done)
 
 
 def _forms(system: System) -> Iterator[tuple[Steps, System]]:

@@ -7,7 +7,7 @@ vectors of the Jacobian, found by exact elimination.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from fractions import Fraction
 
 from ..algebra.blades import Rational
@@ -25,7 +25,7 @@ def shift(system: System) -> System | None:
     definitions, atoms = system.live()
     arguments = [argument for atom in atoms for argument in ring.atom_of(atom).arguments]
     polynomials = [*(definition.polynomial for definition in definitions), *system.outputs, *arguments]
-    group, used, directions = _invariant_group(polynomials)
+    group, used, directions = _invariant_group(polynomials, _depths(system, definitions))
     if not directions:
         return None
     values, added = _differences(system, used, directions)
@@ -63,16 +63,20 @@ def _differences(
     return values, added
 
 
-def _invariant_group(polynomials: list[Polynomial]) -> tuple[set[int], list[int], list[list[Fraction]]]:
+def _invariant_group(
+    polynomials: list[Polynomial], depth: Mapping[int, int]
+) -> tuple[set[int], list[int], list[list[Fraction]]]:
     """Polynomials that common directions leave unchanged, their variables, and the directions.
 
     Starts from all that have such a direction of their own that moves several variables, and drops those with the
-    fewest until a common one is left.
+    fewest until a common one is left. Of the variables that a direction moves, the last one is put at zero; so those of
+    least `depth` come last, because what is computed from differences with them must not be needed for them.
     """
     freedom = {k: _freedom(polynomial) for k, polynomial in enumerate(polynomials) if polynomial.degree > 1}
     group = [k for k, directions in freedom.items() if directions]
     while group:
-        used = sorted({variable for k in group for variable in polynomials[k].variables if variable >= 0})
+        occurring = {variable for k in group for variable in polynomials[k].variables if variable >= 0}
+        used = sorted(occurring, key=lambda variable: (-depth.get(variable, 0), variable))
         if len(used) <= VARIABLE_LIMIT:
             directions = _null_space(_jacobian([polynomials[k] for k in group], used), len(used))
             if directions:
@@ -80,6 +84,22 @@ def _invariant_group(polynomials: list[Polynomial]) -> tuple[set[int], list[int]
         least = min(freedom[k] for k in group)
         group.remove(max(k for k in group if freedom[k] == least))
     return set(), [], []
+
+
+def _depths(system: System, definitions: Iterable[Definition]) -> dict[int, int]:
+    """How many named results lie between a named result and the inputs; inputs, at 0, are not listed."""
+    polynomial_of = {definition.variable: definition.polynomial for definition in definitions}
+    found: dict[int, int] = {}
+
+    def depth(variable: int) -> int:
+        if variable not in found and (variable < 0 or variable in polynomial_of):
+            parts = system.ring.atom_of(variable).arguments if variable < 0 else (polynomial_of[variable],)
+            found[variable] = 1 + max((depth(v) for part in parts for v in part.variables), default=0)
+        return found.get(variable, 0)
+
+    for variable in polynomial_of:
+        depth(variable)
+    return found
 
 
 def _freedom(polynomial: Polynomial) -> int:

@@ -26,6 +26,8 @@ from ..algebra.versors import norm_squared
 from ..errors import InexactError, LayoutError
 from .polynomial import Polynomial, PolynomialRing
 
+POOL = 128
+"""How many points a layout with relations has, for each spread."""
 DIGITS = 60
 """Working precision of points that are not rational, in decimal digits."""
 
@@ -47,9 +49,15 @@ def point(
         return [random.randint(-(10**6), 10**6) for _ in layout.stored]
     if not layout.has_relations:
         return [spread * _coefficient(random, near_one) for _ in layout.stored]
-    make = _best_maker(layout)
+    return list(_from_pool(layout, spread, random.randrange(POOL)))
+
+
+@cache
+def _from_pool(layout: Layout, spread: Fraction, number: int) -> tuple[Any, ...]:
+    """One of the points of a layout with relations; they take long to make, and the same ones serve every kernel."""
+    random, make = Random(number), _best_maker(layout)
     found = make(layout, random, spread) if make else None
-    return _newton(layout, random) if found is None else found
+    return tuple(_newton(layout, random) if found is None else found)
 
 
 def _small(random: Random) -> Fraction:

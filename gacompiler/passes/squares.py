@@ -1,0 +1,94 @@
+"""Vectors of a known square: one coefficient follows from the others.
+
+A conformal point is null, and stays null however it is moved. With weight 1 its ``einf`` coefficient is then half the
+sum of the squares of the others, which is much less than what the sandwich gives for it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from functools import cache
+
+from ..algebra.algebra import Algebra
+from ..algebra.blades import Rational
+from ..algebra.layout import Layout
+from ..frontend.expression import CONSTANT, INPUT, Expression
+from ..frontend.facts import is_unit, is_vector
+from ..rings.polynomial import Polynomial, PolynomialRing
+from .rewrite import sandwich_of_difference
+
+_KEEPS_SQUARE = ("reverse", "grade_involution", "clifford_conjugate", "negate")
+
+
+def square_of(expression: Expression) -> Rational | None:
+    """The number that ``x x`` is, where rules prove it to be one.
+
+    ``(m x ~m) (m x ~m) = m x x ~m`` for a unit `m`, so what is moved keeps its square. The involutions keep it as well.
+    """
+    operation, arguments = expression.operation, expression.arguments
+    if operation == INPUT and expression.data.layout.implied:
+        return _square_in_layout(expression.data.layout)
+    if operation == CONSTANT:
+        return _number((expression.data * expression.data).terms)
+    if is_unit(expression) and is_vector(expression):
+        return 1
+    if operation in _KEEPS_SQUARE:
+        return square_of(arguments[0])
+    if operation == "sandwich" and is_unit(arguments[0]):
+        return square_of(arguments[1])
+    sandwich = sandwich_of_difference(expression)
+    return None if sandwich is None else square_of(sandwich)
+
+
+@cache
+def _square_in_layout(layout: Layout) -> Rational | None:
+    """The square of all elements of a layout, whatever their stored coefficients are."""
+    ring = PolynomialRing()
+    element = layout.element([ring.variable(name) for name in layout.blades])
+    values = {blade: ring.lift(value).constant_value for blade, value in (element * element).terms.items()}
+    return None if None in values.values() else _number(values)
+
+
+def _number(terms: Mapping[int, Rational | None]) -> Rational | None:
+    return terms.get(0, 0) if not any(value for blade, value in terms.items() if blade) else None
+
+
+def solvable(algebra: Algebra, coefficients: Mapping[int, Polynomial]) -> int | None:
+    """The blade whose coefficient follows from the square of a vector, the longest where there are several.
+
+    Its basis vector is null and sees one other only, of which the vector has a constant amount.
+    """
+    occurring = {blade: value for blade, value in coefficients.items() if not value.is_zero}
+    if any(blade.bit_count() != 1 for blade in occurring):
+        return None
+    found = [
+        blade
+        for blade, value in occurring.items()
+        if value.degree > 1 and (partner := _partner(algebra, blade)) and _is_number(occurring.get(partner))
+    ]
+    return max(found, key=lambda blade: (len(occurring[blade].terms), -blade), default=None)
+
+
+def _is_number(value: Polynomial | None) -> bool:
+    return value is not None and value.constant_value is not None
+
+
+def _partner(algebra: Algebra, blade: int) -> int | None:
+    """The only basis vector that the null vector `blade` does not annihilate."""
+    seen = [k for k, value in enumerate(algebra.gram[blade.bit_length() - 1]) if value]
+    return 1 << seen[0] if len(seen) == 1 and 1 << seen[0] != blade else None
+
+
+def solve(algebra: Algebra, blade: int, others: Mapping[int, Polynomial], square: Rational) -> Polynomial:
+    """The coefficient of `blade` in a vector of the given square, from the other coefficients."""
+    partner = _partner(algebra, blade)
+    assert partner is not None
+    ring = others[partner].ring
+    rest = ring.constant(square)
+    places = [(b.bit_length() - 1, value) for b, value in others.items() if b.bit_count() == 1 and b != blade]
+    for i, x in places:
+        for j, y in places:
+            if algebra.gram[i][j]:
+                rest = rest - algebra.gram[i][j] * (x * y)
+    inner = algebra.gram[blade.bit_length() - 1][partner.bit_length() - 1]
+    return rest / (2 * inner * others[partner])
