@@ -2,7 +2,7 @@
 // command: gac generate --all cga3
 // spec: 11cb9c657d27fe0e
 // contraction: -ffp-contract=off (every operation is rounded once)
-// body: 69d8790ad86fa1db2074e4ece817b33f2df84fa25c9782cc70faff893aefeb57
+// body: 5ce483d09083e4c10feb2f116bc81a842d05a29104fd96abf0b732d8265c259d
 /* cga3
    Conformal geometry of space in G(4,1) with the null basis ``e0, einf`` and ``einf . e0 = -1``.
    
@@ -355,7 +355,7 @@ void cga3_circle_from_points_loop_f32(char **args, const intptr_t *dimensions, c
    each.
    Where `b` and `c` and `d` stay the same for 3 elements or more: 55 mul, 36 add once, then 19 mul, 17 add for
    each.
-   Error: 11.7 ulp of the largest coefficient, 64 random inputs. */
+   Error: 18.8 ulp of the largest coefficient, 64 random inputs. */
 void cga3_sphere_from_points_f64(const double *a, const double *b, const double *c, const double *d, double *out);
 void cga3_sphere_from_points_f32(const float *a, const float *b, const float *c, const float *d, float *out);
 void cga3_sphere_from_points_loop_f64(char **args, const intptr_t *dimensions, const intptr_t *steps);
@@ -661,7 +661,7 @@ void cga3_meet_line_plane_loop_f32(char **args, const intptr_t *dimensions, cons
      out[8]  CGA3.MOTOR: 1, e12, e13, e23, e1inf, e2inf, e3inf, e123inf; unit.
    Assumes ``a ~a = 1``, ``b ~b = 1``.
    Costs 48 mul, 40 add.
-   Error: 3.1 ulp of the largest coefficient, 64 random inputs. */
+   Error: 2.0 ulp of the largest coefficient, 64 random inputs. */
 void cga3_motor_product_f64(const double *a, const double *b, double *out);
 void cga3_motor_product_f32(const float *a, const float *b, float *out);
 void cga3_motor_product_loop_f64(char **args, const intptr_t *dimensions, const intptr_t *steps);
@@ -719,7 +719,7 @@ void cga3_dilator_from_scale_loop_f32(char **args, const intptr_t *dimensions, c
      out[8]  CGA3.MOTOR: 1, e12, e13, e23, e1inf, e2inf, e3inf, e123inf; unit.
    Assumes ``r ~r = 1``.
    Costs 15 mul, 8 add.
-   Error: 1.4 ulp of the largest coefficient, 64 random inputs. */
+   Error: 1.1 ulp of the largest coefficient, 64 random inputs. */
 void cga3_motor_from_rotor_translation_f64(const double *r, const double *t, double *out);
 void cga3_motor_from_rotor_translation_f32(const float *r, const float *t, float *out);
 void cga3_motor_from_rotor_translation_loop_f64(char **args, const intptr_t *dimensions, const intptr_t *steps);
@@ -728,7 +728,7 @@ void cga3_motor_from_rotor_translation_loop_f32(char **args, const intptr_t *dim
 /* The right-handed rotation about a line, whose square may be any but 0.
      line[6]  CGA3.LINE: e12inf, e13inf, e23inf, e10inf, e20inf, e30inf.
      angle  SCALAR.
-     out[8]  CGA3.MOTOR: 1, e12, e13, e23, e1inf, e2inf, e3inf, e123inf; unit.
+     out[8]  CGA3.MOTOR: 1, e12, e13, e23, e1inf, e2inf, e3inf, e123inf.
    Costs 10 mul, 2 add, 1 div, 1 sqrt, 2 call.
    Where `angle` stay the same for 2 elements or more: 1 mul, 0 add, 2 call once, then 9 mul, 2 add, 1 div, 1
    sqrt for each.
@@ -756,7 +756,7 @@ void cga3_motor_exponential_loop_f32(char **args, const intptr_t *dimensions, co
      out[6]  CGA3.GENERATOR: e12, e13, e23, e1inf, e2inf, e3inf.
    Assumes ``m ~m = 1``.
    Costs 12 mul, 5 add, 2 div, 1 sqrt, 1 call, 7 choice.
-   Error: 1.6 ulp of the largest coefficient, 64 random inputs. */
+   Error: 1.3 ulp of the largest coefficient, 64 random inputs. */
 void cga3_motor_logarithm_f64(const double *m, double *out);
 void cga3_motor_logarithm_f32(const float *m, float *out);
 void cga3_motor_logarithm_loop_f64(char **args, const intptr_t *dimensions, const intptr_t *steps);
@@ -767,7 +767,7 @@ void cga3_motor_logarithm_loop_f32(char **args, const intptr_t *dimensions, cons
      out[8]  CGA3.MOTOR: 1, e12, e13, e23, e1inf, e2inf, e3inf, e123inf; unit.
    Assumes ``m ~m = 1``.
    Costs 23 mul, 6 add, 2 div, 1 sqrt, 3 choice.
-   Error: 1.8 ulp of the largest coefficient, 64 random inputs. */
+   Error: 1.5 ulp of the largest coefficient, 64 random inputs. */
 void cga3_motor_square_root_f64(const double *m, double *out);
 void cga3_motor_square_root_f32(const float *m, float *out);
 void cga3_motor_square_root_loop_f64(char **args, const intptr_t *dimensions, const intptr_t *steps);
@@ -783,7 +783,7 @@ void cga3_motor_square_root_loop_f32(char **args, const intptr_t *dimensions, co
    Costs 37 mul, 13 add, 4 div, 2 sqrt, 3 call, 12 choice.
    Where `m` stay the same for 2 elements or more: 12 mul, 5 add, 2 div, 1 sqrt, 1 call, 7 choice once, then 25
    mul, 8 add, 2 div, 1 sqrt, 2 call, 5 choice for each.
-   Error: 4.0 ulp of the largest coefficient, 64 random inputs. */
+   Error: 3.3 ulp of the largest coefficient, 64 random inputs. */
 void cga3_motor_power_f64(const double *m, double t, double *out);
 void cga3_motor_power_f32(const float *m, float t, float *out);
 void cga3_motor_power_loop_f64(char **args, const intptr_t *dimensions, const intptr_t *steps);
@@ -798,7 +798,7 @@ void cga3_motor_power_loop_f32(char **args, const intptr_t *dimensions, const in
    Costs 133 mul, 93 add, 4 div, 2 sqrt, 3 call, 12 choice.
    Where `a` and `b` stay the same for 2 elements or more: 60 mul, 45 add, 2 div, 1 sqrt, 1 call, 7 choice once,
    then 73 mul, 48 add, 2 div, 1 sqrt, 2 call, 5 choice for each.
-   Error: 5.9 ulp of the largest coefficient, 64 random inputs. */
+   Error: 8.2 ulp of the largest coefficient, 64 random inputs. */
 void cga3_interpolate_motors_f64(const double *a, const double *b, double t, double *out);
 void cga3_interpolate_motors_f32(const float *a, const float *b, float t, float *out);
 void cga3_interpolate_motors_loop_f64(char **args, const intptr_t *dimensions, const intptr_t *steps);
@@ -827,7 +827,7 @@ void cga3_versor_exponential_loop_f32(char **args, const intptr_t *dimensions, c
      out[10]  CGA3.POINT_PAIR: e12, e13, e23, e10, e20, e30, e1inf, e2inf, e3inf, e0inf.
    Assumes ``v ~v = 1``.
    Costs 153 mul, 98 add, 8 div, 4 sqrt, 3 call, 52 choice.
-   Error: 5.7 ulp of the largest coefficient, 64 random inputs. */
+   Error: 3.1 ulp of the largest coefficient, 64 random inputs. */
 void cga3_versor_logarithm_f64(const double *v, double *out);
 void cga3_versor_logarithm_f32(const float *v, float *out);
 void cga3_versor_logarithm_loop_f64(char **args, const intptr_t *dimensions, const intptr_t *steps);
@@ -840,7 +840,7 @@ void cga3_versor_logarithm_loop_f32(char **args, const intptr_t *dimensions, con
          e120inf, e130inf, e230inf; unit.
    Assumes ``v ~v = 1``.
    Costs 131 mul, 87 add, 2 div, 2 sqrt, 3 choice.
-   Error: 3.2 ulp of the largest coefficient, 64 random inputs. */
+   Error: 3.4 ulp of the largest coefficient, 64 random inputs. */
 void cga3_versor_square_root_f64(const double *v, double *out);
 void cga3_versor_square_root_f32(const float *v, float *out);
 void cga3_versor_square_root_loop_f64(char **args, const intptr_t *dimensions, const intptr_t *steps);
@@ -851,7 +851,7 @@ void cga3_versor_square_root_loop_f32(char **args, const intptr_t *dimensions, c
      out[16]  SCALAR.
    Assumes ``m ~m = 1``.
    Costs 26 mul, 22 add.
-   Error: 1.1 ulp of the largest coefficient, 64 random inputs. */
+   Error: 1.0 ulp of the largest coefficient, 64 random inputs. */
 void cga3_motor_to_matrix_f64(const double *m, double *out);
 void cga3_motor_to_matrix_f32(const float *m, float *out);
 void cga3_motor_to_matrix_loop_f64(char **args, const intptr_t *dimensions, const intptr_t *steps);
@@ -864,7 +864,7 @@ void cga3_motor_to_matrix_loop_f32(char **args, const intptr_t *dimensions, cons
    Assumes ``m ~m = 1``.
    Costs 21 mul, 18 add.
    Where `m` stay the same for 3 elements or more: 31 mul, 22 add once, then 9 mul, 9 add for each.
-   Error: 1.7 ulp of the largest coefficient, 64 random inputs. */
+   Error: 3.0 ulp of the largest coefficient, 64 random inputs. */
 void cga3_move_point_f64(const double *m, const double *p, double *out);
 void cga3_move_point_f32(const float *m, const float *p, float *out);
 void cga3_move_point_loop_f64(char **args, const intptr_t *dimensions, const intptr_t *steps);
@@ -877,7 +877,7 @@ void cga3_move_point_loop_f32(char **args, const intptr_t *dimensions, const int
    Assumes ``r ~r = 1``.
    Costs 18 mul, 12 add.
    Where `r` stay the same for 2 elements or more: 16 mul, 13 add once, then 9 mul, 6 add for each.
-   Error: 2.1 ulp of the largest coefficient, 64 random inputs. */
+   Error: 2.4 ulp of the largest coefficient, 64 random inputs. */
 void cga3_rotate_point_f64(const double *r, const double *p, double *out);
 void cga3_rotate_point_f32(const float *r, const float *p, float *out);
 void cga3_rotate_point_loop_f64(char **args, const intptr_t *dimensions, const intptr_t *steps);
@@ -889,7 +889,7 @@ void cga3_rotate_point_loop_f32(char **args, const intptr_t *dimensions, const i
      out[3]  CGA3.POINT: e1, e2, e3; with e0 = 1, einf = implied.
    Assumes ``t ~t = 1``.
    Costs 0 mul, 6 add.
-   Error: 0.9 ulp of the largest coefficient, 64 random inputs. */
+   Error: 0.8 ulp of the largest coefficient, 64 random inputs. */
 void cga3_translate_point_f64(const double *t, const double *p, double *out);
 void cga3_translate_point_f32(const float *t, const float *p, float *out);
 void cga3_translate_point_loop_f64(char **args, const intptr_t *dimensions, const intptr_t *steps);
@@ -901,7 +901,7 @@ void cga3_translate_point_loop_f32(char **args, const intptr_t *dimensions, cons
      out[3]  CGA3.POINT: e1, e2, e3; with e0 = 1, einf = implied.
    Assumes ``d ~d = 1``.
    Costs 4 mul, 1 add, 1 div.
-   Error: 2.0 ulp of the largest coefficient, 64 random inputs. */
+   Error: 2.1 ulp of the largest coefficient, 64 random inputs. */
 void cga3_dilate_point_f64(const double *d, const double *p, double *out);
 void cga3_dilate_point_f32(const float *d, const float *p, float *out);
 void cga3_dilate_point_loop_f64(char **args, const intptr_t *dimensions, const intptr_t *steps);
@@ -914,7 +914,7 @@ void cga3_dilate_point_loop_f32(char **args, const intptr_t *dimensions, const i
    Assumes ``m ~m = 1``.
    Costs 37 mul, 28 add.
    Where `m` stay the same for 2 elements or more: 41 mul, 27 add once, then 16 mul, 13 add for each.
-   Error: 4.0 ulp of the largest coefficient, 64 random inputs. */
+   Error: 3.2 ulp of the largest coefficient, 64 random inputs. */
 void cga3_move_vector_f64(const double *m, const double *x, double *out);
 void cga3_move_vector_f32(const float *m, const float *x, float *out);
 void cga3_move_vector_loop_f64(char **args, const intptr_t *dimensions, const intptr_t *steps);
@@ -927,7 +927,7 @@ void cga3_move_vector_loop_f32(char **args, const intptr_t *dimensions, const in
    Assumes ``m ~m = 1``.
    Costs 106 mul, 87 add.
    Where `m` stay the same for 2 elements or more: 67 mul, 52 add once, then 60 mul, 51 add for each.
-   Error: 3.6 ulp of the largest coefficient, 64 random inputs. */
+   Error: 4.1 ulp of the largest coefficient, 64 random inputs. */
 void cga3_move_point_pair_f64(const double *m, const double *x, double *out);
 void cga3_move_point_pair_f32(const float *m, const float *x, float *out);
 void cga3_move_point_pair_loop_f64(char **args, const intptr_t *dimensions, const intptr_t *steps);
@@ -940,7 +940,7 @@ void cga3_move_point_pair_loop_f32(char **args, const intptr_t *dimensions, cons
    Assumes ``m ~m = 1``.
    Costs 51 mul, 39 add.
    Where `m` stay the same for 2 elements or more: 42 mul, 27 add once, then 27 mul, 21 add for each.
-   Error: 4.4 ulp of the largest coefficient, 64 random inputs. */
+   Error: 3.6 ulp of the largest coefficient, 64 random inputs. */
 void cga3_move_line_f64(const double *m, const double *x, double *out);
 void cga3_move_line_f32(const float *m, const float *x, float *out);
 void cga3_move_line_loop_f64(char **args, const intptr_t *dimensions, const intptr_t *steps);
@@ -953,7 +953,7 @@ void cga3_move_line_loop_f32(char **args, const intptr_t *dimensions, const intp
    Assumes ``m ~m = 1``.
    Costs 106 mul, 87 add.
    Where `m` stay the same for 2 elements or more: 67 mul, 52 add once, then 60 mul, 51 add for each.
-   Error: 4.0 ulp of the largest coefficient, 64 random inputs. */
+   Error: 3.0 ulp of the largest coefficient, 64 random inputs. */
 void cga3_move_circle_f64(const double *m, const double *x, double *out);
 void cga3_move_circle_f32(const float *m, const float *x, float *out);
 void cga3_move_circle_loop_f64(char **args, const intptr_t *dimensions, const intptr_t *steps);
@@ -966,7 +966,7 @@ void cga3_move_circle_loop_f32(char **args, const intptr_t *dimensions, const in
    Assumes ``m ~m = 1``.
    Costs 26 mul, 18 add.
    Where `m` stay the same for 3 elements or more: 33 mul, 21 add once, then 12 mul, 9 add for each.
-   Error: 8.4 ulp of the largest coefficient, 64 random inputs. */
+   Error: 5.9 ulp of the largest coefficient, 64 random inputs. */
 void cga3_move_plane_f64(const double *m, const double *x, double *out);
 void cga3_move_plane_f32(const float *m, const float *x, float *out);
 void cga3_move_plane_loop_f64(char **args, const intptr_t *dimensions, const intptr_t *steps);
@@ -979,7 +979,7 @@ void cga3_move_plane_loop_f32(char **args, const intptr_t *dimensions, const int
    Assumes ``m ~m = 1``.
    Costs 37 mul, 28 add.
    Where `m` stay the same for 2 elements or more: 41 mul, 27 add once, then 16 mul, 13 add for each.
-   Error: 4.4 ulp of the largest coefficient, 64 random inputs. */
+   Error: 2.9 ulp of the largest coefficient, 64 random inputs. */
 void cga3_move_sphere_f64(const double *m, const double *x, double *out);
 void cga3_move_sphere_f32(const float *m, const float *x, float *out);
 void cga3_move_sphere_loop_f64(char **args, const intptr_t *dimensions, const intptr_t *steps);
@@ -993,7 +993,7 @@ void cga3_move_sphere_loop_f32(char **args, const intptr_t *dimensions, const in
    Assumes ``v ~v = 1``.
    Costs 106 mul, 100 add.
    Where `v` stay the same for 2 elements or more: 123 mul, 101 add once, then 25 mul, 20 add for each.
-   Error: 415.2 ulp of the largest coefficient, 64 random inputs. */
+   Error: 26.3 ulp of the largest coefficient, 64 random inputs. */
 void cga3_transform_vector_f64(const double *v, const double *x, double *out);
 void cga3_transform_vector_f32(const float *v, const float *x, float *out);
 void cga3_transform_vector_loop_f64(char **args, const intptr_t *dimensions, const intptr_t *steps);
@@ -1003,9 +1003,9 @@ void cga3_transform_vector_loop_f32(char **args, const intptr_t *dimensions, con
      p[3]  CGA3.POINT: e1, e2, e3; with e0 = 1, einf = implied.
      plane[4]  CGA3.DUAL_PLANE: e1, e2, e3, einf.
      out[3]  CGA3.POINT: e1, e2, e3; with e0 = 1, einf = implied.
-   Costs 24 mul, 15 add, 1 div.
-   Where `plane` stay the same for 1 elements or more: 15 mul, 5 add, 1 div once, then 9 mul, 9 add for each.
-   Error: 2.9 ulp of the largest coefficient, 64 random inputs. */
+   Costs 18 mul, 8 add, 1 div.
+   Where `plane` stay the same for 2 elements or more: 15 mul, 5 add, 1 div once, then 9 mul, 9 add for each.
+   Error: 2.8 ulp of the largest coefficient, 64 random inputs. */
 void cga3_reflect_point_f64(const double *p, const double *plane, double *out);
 void cga3_reflect_point_f32(const float *p, const float *plane, float *out);
 void cga3_reflect_point_loop_f64(char **args, const intptr_t *dimensions, const intptr_t *steps);
@@ -1017,8 +1017,8 @@ void cga3_reflect_point_loop_f32(char **args, const intptr_t *dimensions, const 
      p[3]  CGA3.POINT: e1, e2, e3; with e0 = 1, einf = implied.
      s[5]  CGA3.VECTOR: e1, e2, e3, e0, einf.
      out[3]  CGA3.POINT: e1, e2, e3; with e0 = 1, einf = implied.
-   Costs 45 mul, 32 add, 1 div.
-   Error: 18.2 ulp of the largest coefficient, 64 random inputs. */
+   Costs 27 mul, 13 add, 1 div.
+   Error: 36.2 ulp of the largest coefficient, 64 random inputs. */
 void cga3_invert_point_f64(const double *p, const double *s, double *out);
 void cga3_invert_point_f32(const float *p, const float *s, float *out);
 void cga3_invert_point_loop_f64(char **args, const intptr_t *dimensions, const intptr_t *steps);

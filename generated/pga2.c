@@ -2,7 +2,7 @@
 // command: gac generate --all pga2
 // spec: c2e557616addccdc
 // contraction: -ffp-contract=off (every operation is rounded once)
-// body: 7162d3b4d36fbac60aa298f702267708675dfd4dd719717529b79042b7b51778
+// body: 6b0d1ae7d2009e59cdfd6e4236b8aa6b1a207517e1eb72be673c314eaa6e1d67
 
 #ifndef REAL
 #include "pga2.h"
@@ -2118,21 +2118,17 @@ INLINE void NAME(reflect_point)(const REAL *p, const REAL *line, REAL *out)
     const REAL line_e1 = line[0];
     const REAL line_e2 = line[1];
     const REAL line_e0 = line[2];
-    const REAL t0 = p_e01 * line_e2;
-    const REAL t1 = line_e0 + t0;
-    const REAL t2 = line_e1 * t1;
-    const REAL t3 = p_e20 * line_e2;
-    const REAL t4 = line_e2 * t3;
-    const REAL t5 = t4 - t2;
-    const REAL t6 = t5 * (REAL)2;
-    const REAL t7 = t6 - p_e20;
-    const REAL t8 = p_e20 * line_e1;
-    const REAL t9 = t1 + t8;
-    const REAL t10 = line_e2 * t9;
-    const REAL t11 = (REAL)2 * t10;
-    const REAL t12 = p_e01 - t11;
-    out[0] = t7;
-    out[1] = t12;
+    const REAL t0 = p_e20 * line_e1;
+    const REAL t1 = p_e01 * line_e2;
+    const REAL t2 = t0 + t1;
+    const REAL t3 = line_e0 + t2;
+    const REAL t4 = t3 * (REAL)2;
+    const REAL t5 = line_e1 * t4;
+    const REAL t6 = p_e20 - t5;
+    const REAL t7 = line_e2 * t4;
+    const REAL t8 = p_e01 - t7;
+    out[0] = t6;
+    out[1] = t8;
 }
 
 WIDE static void NAME(reflect_point_block)(intptr_t n, char **args, const intptr_t *strides)

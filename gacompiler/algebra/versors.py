@@ -129,7 +129,7 @@ def conjugate_factors(a: T, conjugate: Callable[[T], T], complete: bool = False)
     factors = [~a if n > 4 else conjugate(a)]
     norm = (a * factors[0]).grade(*centre, *rest)
     for least, kept, negated in ((3, centre, rest), (5, (0,), (5,))):
-        if (n >= least if complete else norm.grade(*negated).blades):
+        if n >= least if complete else norm.grade(*negated).blades:
             factors.append(norm.grade(*kept) - norm.grade(*negated))
             norm = (norm * factors[-1]).grade(*kept)
     return factors, norm

@@ -93,7 +93,8 @@ _C_WORDS = frozenset(
     asm auto bool break case char const constexpr continue default do double else enum extern false float for fortran
     goto if inline int long nullptr register restrict return short signed sizeof static struct switch thread_local true
     typedef typeof union unsigned void volatile while intptr_t uintptr_t linux unix i386
-    REAL NAME FUNCTION INLINE WIDE ANY_ORDER LANES PADDED PARTS CORES SPACE PREPARED SHUFFLE VECTOR NAN INFINITY NULL M_E M_PI
+    REAL NAME FUNCTION INLINE WIDE ANY_ORDER LANES PADDED PARTS CORES SPACE PREPARED SHUFFLE VECTOR NAN INFINITY
+    NULL M_E M_PI
     """.split()  # noqa: SIM905
 )
 """Keywords, macros and types. Functions of ``<math.h>`` are not here: a parameter may hide one, the macros may not."""

@@ -10,7 +10,7 @@ from __future__ import annotations
 from collections.abc import Callable
 
 from ..algebra.versors import SMALL_DIMENSION, conjugate_factors, n_vectors
-from ..frontend.expression import Expression, node, topological
+from ..frontend.expression import INPUT, Expression, node, topological
 from ..frontend.facts import is_unit, is_unit_even_versor, is_vector, parity
 
 Rule = Callable[[Expression], Expression | None]
@@ -102,6 +102,19 @@ def drop_versor(expression: Expression) -> Expression | None:
     return x if x.blades <= invariant and is_unit_even_versor(versor) else None
 
 
+def leave_out_what_commutes(expression: Expression) -> Expression | None:
+    """Scalars and pseudoscalars commute with even elements: a unit one moves the rest of an input alone."""
+    if expression.operation != "sandwich" or expression.arguments[1].operation != INPUT:
+        return None
+    versor, x = expression.arguments
+    ends = (0, expression.algebra.dimension)
+    others = tuple(sorted({blade.bit_count() for blade in x.blades} - {*ends}))
+    still = tuple(sorted({blade.bit_count() for blade in x.blades} & {*ends}))
+    if not still or not others or not is_unit(versor) or parity(versor) != 0:
+        return None
+    return x.grade(*still) + node("sandwich", versor, x.grade(*others))
+
+
 def sandwich_as_difference(expression: Expression) -> Expression | None:
     """``m x ~m = x m ~m + (m x - x m) ~m`` for even `m`: what commutes with `x` is not multiplied out."""
     if expression.operation != "sandwich":
@@ -109,12 +122,17 @@ def sandwich_as_difference(expression: Expression) -> Expression | None:
     versor, x = expression.arguments
     if parity(versor) != 0 or x in (versor, ~versor):  # of which the first term is a sandwich again
         return None
-    return (x if is_unit(versor) else x * (versor * ~versor)) + 2 * (node("commutator", versor, x) * ~versor)
+    rest = 2 * (node("commutator", versor, x) * ~versor)
+    if is_unit_even_versor(versor):  # which keeps grades: what the product has of others vanishes
+        rest = rest.grade(*sorted({blade.bit_count() for blade in x.blades}))
+    return (x if is_unit(versor) else x * (versor * ~versor)) + rest
 
 
 def sandwich_of_difference(expression: Expression) -> Expression | None:
     """The sandwich that `sandwich_as_difference` turns into `expression`, if there is one."""
     part = expression
+    if part.operation == "add" and part.arguments[1].operation == "grade":
+        part = node("add", part.arguments[0], part.arguments[1].arguments[0])
     for operation, place in (("add", 1), ("geometric_product", 1), ("geometric_product", 0), ("commutator", 0)):
         if part.operation != operation:
             return None
@@ -160,7 +178,7 @@ def _reflection(expression: Expression) -> tuple[Expression, Expression] | None:
 
 RECOGNISE: tuple[Rule, ...] = (recognise_sandwich, divide_by_reversing)
 SPELL_OUT: tuple[Rule, ...] = (*RECOGNISE, spell_out_inverse)
-PULL_OUT: tuple[Rule, ...] = (*RECOGNISE, pull_out_versor, drop_versor)
+PULL_OUT: tuple[Rule, ...] = (*RECOGNISE, pull_out_versor, drop_versor, leave_out_what_commutes)
 SPLIT: tuple[Rule, ...] = (*PULL_OUT, split_sandwich)
 COMBINE: tuple[Rule, ...] = (*PULL_OUT, join_sandwich)
 

@@ -24,11 +24,6 @@ pytestmark = pytest.mark.peers
 LIMIT = 6.0
 TOO_SLOW = {"distance_squared_of_moved_points", "three_motors_point", "circle_3_moved_points"}
 """What kingdon may fail to finish within the limit."""
-FEWER = {
-    "inner_product_of_moved_spheres": "the five products of the inner product are refused for their accuracy",
-    "motor_in_moved_frame": "the coefficients of n that commute with m are multiplied out",
-}
-"""Where kingdon takes fewer operations, and why."""
 
 
 @pytest.fixture(scope="module")
@@ -39,10 +34,7 @@ def worker() -> Iterator[Worker]:
         yield started
 
 
-@pytest.mark.parametrize(
-    "name",
-    [pytest.param(name, marks=pytest.mark.xfail(reason=FEWER[name])) if name in FEWER else name for name in known()],
-)
+@pytest.mark.parametrize("name", list(known()))
 def test_kingdon_takes_no_fewer_operations(name: str, worker: Worker) -> None:
     cost = compile_kernel(known()[name].kernel).cost
     peer = ask(worker, name, LIMIT)
