@@ -208,6 +208,16 @@ def _module(record: Compilation) -> ModuleSource:
     return ModuleSource(record.kernel.name, record.kernel.summary, "gac show", "", (kernel_source(record),))
 
 
+def uniform(record: Compilation) -> str:
+    """The forms for batches in which some arguments stay the same."""
+    texts = []
+    for form in record.uniform:
+        once, each = form.costs
+        head = f"the same {', '.join(form.same)} for {form.least(record.program)} elements or more: "
+        texts.append(f"{head}{once} once, {each} each\n{form.apply}")
+    return "\n".join(texts) or "none pays"
+
+
 STAGES: Mapping[str, Callable[[Compilation], str]] = {
     "trace": traced,
     "rewrite": rewritten,
@@ -215,6 +225,7 @@ STAGES: Mapping[str, Callable[[Compilation], str]] = {
     "lower": lowered,
     "candidates": compared,
     "program": scheduled,
+    "uniform": uniform,
     "c": lambda record: c_source(_module(record)),
     "python": lambda record: python_source(_module(record)),
 }
