@@ -2,7 +2,7 @@
 // command: gac generate --all pga2
 // spec: c2e557616addccdc
 // contraction: -ffp-contract=off (every operation is rounded once)
-// body: 6b0d1ae7d2009e59cdfd6e4236b8aa6b1a207517e1eb72be673c314eaa6e1d67
+// body: 26f6d81ac555a78ad418d97ed671673dd00312ff7cbf83f90ea3c08fd4617aa4
 
 #ifndef REAL
 #include "pga2.h"
@@ -2464,17 +2464,17 @@ INLINE void NAME(move_point)(const REAL *m, const REAL *p, REAL *out)
     const REAL m_e01 = m[3];
     const REAL p_e20 = p[0];
     const REAL p_e01 = p[1];
-    const REAL t0 = m_e12 * p_e01;
-    const REAL t1 = t0 - m_e01;
-    const REAL t2 = m_1 * t1;
-    const REAL t3 = m_e12 * p_e20;
-    const REAL t4 = t3 - m_e20;
-    const REAL t5 = m_e12 * t4;
-    const REAL t6 = t2 - t5;
-    const REAL t7 = t6 * (REAL)2;
+    const REAL t0 = m_e12 * p_e20;
+    const REAL t1 = t0 - m_e20;
+    const REAL t2 = m_e12 * t1;
+    const REAL t3 = m_e12 * p_e01;
+    const REAL t4 = t3 - m_e01;
+    const REAL t5 = m_1 * t4;
+    const REAL t6 = t5 - t2;
+    const REAL t7 = (REAL)2 * t6;
     const REAL t8 = p_e20 + t7;
-    const REAL t9 = m_1 * t4;
-    const REAL t10 = m_e12 * t1;
+    const REAL t9 = m_1 * t1;
+    const REAL t10 = m_e12 * t4;
     const REAL t11 = t9 + t10;
     const REAL t12 = (REAL)2 * t11;
     const REAL t13 = p_e01 - t12;
@@ -3170,7 +3170,7 @@ INLINE void NAME(motor_to_angle_translation)(const REAL *m, REAL *out_0, REAL *o
     const REAL t2 = SELECT(t0, m_e12, t1);
     const REAL t3 = ABS(m_1);
     const REAL t4 = ATAN2(t2, t3);
-    const REAL t5 = t4 * (REAL)2;
+    const REAL t5 = (REAL)2 * t4;
     const REAL t6 = m_e12 * m_e20;
     const REAL t7 = m_1 * m_e01;
     const REAL t8 = t6 - t7;

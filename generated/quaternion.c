@@ -2,7 +2,7 @@
 // command: gac generate --all quaternion
 // spec: 572983282bc211a8
 // contraction: -ffp-contract=off (every operation is rounded once)
-// body: 714284836ec4c81ecc2eeb0f249cd4408b0f56617b0e344fb15d6ff18e91917a
+// body: 2eca9cd4005cbee5a0584dfe06ab801d4e2c5ba255a82786e9a1d2ec6315070e
 
 #ifndef REAL
 #include "quaternion.h"
@@ -752,34 +752,34 @@ INLINE void NAME(rotate_vector)(const REAL *q, const REAL *v, REAL *out)
     const REAL v_e1 = v[0];
     const REAL v_e2 = v[1];
     const REAL v_e3 = v[2];
-    const REAL t0 = q_e13 * v_e3;
-    const REAL t1 = q_e21 * v_e2;
-    const REAL t2 = t0 - t1;
+    const REAL t0 = q_e21 * v_e2;
+    const REAL t1 = q_e13 * v_e3;
+    const REAL t2 = t1 - t0;
     const REAL t3 = q_1 * t2;
-    const REAL t4 = q_e32 * v_e2;
-    const REAL t5 = q_e13 * v_e1;
+    const REAL t4 = q_e21 * v_e1;
+    const REAL t5 = q_e32 * v_e3;
     const REAL t6 = t4 - t5;
-    const REAL t7 = q_e13 * t6;
-    const REAL t8 = t3 + t7;
-    const REAL t9 = q_e21 * v_e1;
-    const REAL t10 = q_e32 * v_e3;
-    const REAL t11 = t9 - t10;
-    const REAL t12 = q_e21 * t11;
-    const REAL t13 = t8 - t12;
-    const REAL t14 = t13 * (REAL)2;
+    const REAL t7 = q_e21 * t6;
+    const REAL t8 = t3 - t7;
+    const REAL t9 = q_e13 * v_e1;
+    const REAL t10 = q_e32 * v_e2;
+    const REAL t11 = t10 - t9;
+    const REAL t12 = q_e13 * t11;
+    const REAL t13 = t8 + t12;
+    const REAL t14 = (REAL)2 * t13;
     const REAL t15 = v_e1 + t14;
-    const REAL t16 = q_1 * t11;
-    const REAL t17 = q_e21 * t2;
+    const REAL t16 = q_e21 * t2;
+    const REAL t17 = q_1 * t6;
     const REAL t18 = t16 + t17;
-    const REAL t19 = q_e32 * t6;
+    const REAL t19 = q_e32 * t11;
     const REAL t20 = t18 - t19;
     const REAL t21 = (REAL)2 * t20;
     const REAL t22 = v_e2 + t21;
-    const REAL t23 = q_1 * t6;
-    const REAL t24 = q_e32 * t11;
-    const REAL t25 = t23 + t24;
-    const REAL t26 = q_e13 * t2;
-    const REAL t27 = t25 - t26;
+    const REAL t23 = q_e13 * t2;
+    const REAL t24 = q_e32 * t6;
+    const REAL t25 = t24 - t23;
+    const REAL t26 = q_1 * t11;
+    const REAL t27 = t25 + t26;
     const REAL t28 = (REAL)2 * t27;
     const REAL t29 = v_e3 + t28;
     out[0] = t15;

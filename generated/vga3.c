@@ -2,7 +2,7 @@
 // command: gac generate --all vga3
 // spec: 7e23ca9ee929e102
 // contraction: -ffp-contract=off (every operation is rounded once)
-// body: 6a92c66a8df2c99676dc1d927840c1781660cb80d798a09f3f70be655fc955d5
+// body: 8d021c7805423005bc7d6878f3e30e8851b9462d2934a739108d31f56cbee3cd
 
 #ifndef REAL
 #include "vga3.h"
@@ -2605,15 +2605,15 @@ INLINE void NAME(bivector_commutator)(const REAL *a, const REAL *b, REAL *out)
     const REAL b_e12 = b[0];
     const REAL b_e13 = b[1];
     const REAL b_e23 = b[2];
-    const REAL t0 = a_e23 * b_e13;
-    const REAL t1 = a_e13 * b_e23;
-    const REAL t2 = t0 - t1;
+    const REAL t0 = a_e13 * b_e23;
+    const REAL t1 = a_e23 * b_e13;
+    const REAL t2 = t1 - t0;
     const REAL t3 = a_e12 * b_e23;
     const REAL t4 = a_e23 * b_e12;
     const REAL t5 = t3 - t4;
-    const REAL t6 = a_e13 * b_e12;
-    const REAL t7 = a_e12 * b_e13;
-    const REAL t8 = t6 - t7;
+    const REAL t6 = a_e12 * b_e13;
+    const REAL t7 = a_e13 * b_e12;
+    const REAL t8 = t7 - t6;
     out[0] = t2;
     out[1] = t5;
     out[2] = t8;
@@ -2977,9 +2977,9 @@ INLINE void NAME(rotate_vector)(const REAL *r, const REAL *v, REAL *out)
     const REAL t1 = r_e13 * v_e3;
     const REAL t2 = t0 + t1;
     const REAL t3 = r_1 * t2;
-    const REAL t4 = r_e23 * v_e3;
-    const REAL t5 = r_e12 * v_e1;
-    const REAL t6 = t4 - t5;
+    const REAL t4 = r_e12 * v_e1;
+    const REAL t5 = r_e23 * v_e3;
+    const REAL t6 = t5 - t4;
     const REAL t7 = r_e12 * t6;
     const REAL t8 = t3 + t7;
     const REAL t9 = r_e13 * v_e1;
@@ -2987,19 +2987,19 @@ INLINE void NAME(rotate_vector)(const REAL *r, const REAL *v, REAL *out)
     const REAL t11 = t9 + t10;
     const REAL t12 = r_e13 * t11;
     const REAL t13 = t8 - t12;
-    const REAL t14 = t13 * (REAL)2;
+    const REAL t14 = (REAL)2 * t13;
     const REAL t15 = v_e1 + t14;
-    const REAL t16 = r_1 * t6;
-    const REAL t17 = r_e23 * t11;
-    const REAL t18 = t16 - t17;
-    const REAL t19 = r_e12 * t2;
+    const REAL t16 = r_e12 * t2;
+    const REAL t17 = r_1 * t6;
+    const REAL t18 = t17 - t16;
+    const REAL t19 = r_e23 * t11;
     const REAL t20 = t18 - t19;
     const REAL t21 = (REAL)2 * t20;
     const REAL t22 = v_e2 + t21;
-    const REAL t23 = r_1 * t11;
-    const REAL t24 = r_e13 * t2;
+    const REAL t23 = r_e13 * t2;
+    const REAL t24 = r_e23 * t6;
     const REAL t25 = t23 + t24;
-    const REAL t26 = r_e23 * t6;
+    const REAL t26 = r_1 * t11;
     const REAL t27 = t25 + t26;
     const REAL t28 = (REAL)2 * t27;
     const REAL t29 = v_e3 - t28;
@@ -3401,34 +3401,34 @@ INLINE void NAME(rotate_bivector)(const REAL *r, const REAL *b, REAL *out)
     const REAL b_e12 = b[0];
     const REAL b_e13 = b[1];
     const REAL b_e23 = b[2];
-    const REAL t0 = r_e23 * b_e13;
-    const REAL t1 = r_e13 * b_e23;
-    const REAL t2 = t0 - t1;
+    const REAL t0 = r_e13 * b_e23;
+    const REAL t1 = r_e23 * b_e13;
+    const REAL t2 = t1 - t0;
     const REAL t3 = r_1 * t2;
     const REAL t4 = r_e12 * b_e23;
     const REAL t5 = r_e23 * b_e12;
     const REAL t6 = t4 - t5;
     const REAL t7 = r_e23 * t6;
     const REAL t8 = t3 + t7;
-    const REAL t9 = r_e13 * b_e12;
-    const REAL t10 = r_e12 * b_e13;
-    const REAL t11 = t9 - t10;
+    const REAL t9 = r_e12 * b_e13;
+    const REAL t10 = r_e13 * b_e12;
+    const REAL t11 = t10 - t9;
     const REAL t12 = r_e13 * t11;
     const REAL t13 = t8 - t12;
-    const REAL t14 = t13 * (REAL)2;
+    const REAL t14 = (REAL)2 * t13;
     const REAL t15 = b_e12 + t14;
-    const REAL t16 = r_1 * t6;
-    const REAL t17 = r_e12 * t11;
-    const REAL t18 = t16 + t17;
-    const REAL t19 = r_e23 * t2;
-    const REAL t20 = t18 - t19;
+    const REAL t16 = r_e23 * t2;
+    const REAL t17 = r_1 * t6;
+    const REAL t18 = t17 - t16;
+    const REAL t19 = r_e12 * t11;
+    const REAL t20 = t18 + t19;
     const REAL t21 = (REAL)2 * t20;
     const REAL t22 = b_e13 + t21;
-    const REAL t23 = r_1 * t11;
-    const REAL t24 = r_e13 * t2;
-    const REAL t25 = t23 + t24;
-    const REAL t26 = r_e12 * t6;
-    const REAL t27 = t25 - t26;
+    const REAL t23 = r_e13 * t2;
+    const REAL t24 = r_e12 * t6;
+    const REAL t25 = t23 - t24;
+    const REAL t26 = r_1 * t11;
+    const REAL t27 = t25 + t26;
     const REAL t28 = (REAL)2 * t27;
     const REAL t29 = b_e23 + t28;
     out[0] = t15;

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from fractions import Fraction
 from random import Random
 from typing import Any
@@ -259,7 +259,7 @@ def exact_second(
     return [ring.lift(value).terms.get((0, 1), 0) for value in numbers(definition, layout, moved)]
 
 
-def weighted(weights: list[Any], values: list[Any]) -> Any:
+def weighted(weights: Sequence[Any], values: Sequence[Any]) -> Any:
     return sum(weight * value for weight, value in zip(weights, values, strict=True))
 
 
@@ -276,7 +276,7 @@ def test_hessian_times_vector_is_exact_and_symmetric(name: str) -> None:
     own = next(p for p in definition.parameters if p.name == wrt).components
     at = sample(definition, random)
     cotangent = {} if layout.is_scalar else {c: Fraction(random.randint(-9, 9), 5) for c in further[0].components}
-    weights = list(cotangent.values()) or [1]
+    weights = list(cotangent.values()) or [Fraction(1)]
     steps = [{c: Fraction(random.randint(-9, 9), 7) for c in own} for _ in range(2)]
     products = []
     program = compile_kernel(derived).program

@@ -8,9 +8,10 @@ only through the geometric product of basis blades.
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
+from fractions import Fraction
 from typing import TYPE_CHECKING
 
-from .blades import Rational, grade, outer
+from .blades import Rational, exact, grade, outer
 from .coefficients import Coefficient, is_zero, scale
 
 if TYPE_CHECKING:
@@ -30,6 +31,10 @@ GRADE_RULES: Mapping[str, Callable[[int, int, int], bool]] = {
 
 
 Row = dict[int, tuple[tuple[int, Rational], ...]]
+
+
+_BRACKETS: Mapping[str, int] = {"commutator": -1, "anticommutator": 1}
+"""Half of ``a b - b a`` and of ``a b + b a``: basis blades that commute or anticommute keep all or nothing."""
 
 
 def product(algebra: Algebra, name: str, a: Terms, b: Terms) -> dict[int, Coefficient]:
@@ -55,5 +60,9 @@ def kept(algebra: Algebra, name: str, left: int, right: int) -> tuple[tuple[int,
     if name == "outer_product":
         sign = outer(left, right)
         return ((left | right, sign),) if sign else ()
+    if name in _BRACKETS:
+        there, back = algebra.blade_product(left, right), algebra.blade_product(right, left)
+        sums = {blade: there.get(blade, 0) + _BRACKETS[name] * back.get(blade, 0) for blade in sorted({*there, *back})}
+        return tuple((blade, exact(Fraction(value) / 2)) for blade, value in sums.items() if value)
     rule, p, q = GRADE_RULES[name], grade(left), grade(right)
     return tuple((blade, f) for blade, f in algebra.blade_product(left, right).items() if rule(p, q, grade(blade)))

@@ -30,12 +30,12 @@ def normalize(a: Multivector) -> Multivector:
 
 def commutator(a: Multivector, b: Multivector) -> Multivector:
     """``(a b - b a) / 2``."""
-    return (a * b - b * a).map(lambda value: divide(value, 2))
+    return a.product("commutator", b)
 
 
 def anticommutator(a: Multivector, b: Multivector) -> Multivector:
     """``(a b + b a) / 2``."""
-    return (a * b + b * a).map(lambda value: divide(value, 2))
+    return a.product("anticommutator", b)
 
 
 def sandwich(v: Multivector, x: Multivector) -> Multivector:

@@ -169,11 +169,7 @@ def _infer(output: Output, found: Mapping[int, Any]) -> Layout:
 
 
 def _made_for(algebra: Algebra, variable: set[int], fixed: Mapping[int, Any]) -> Layout:
-    order = (
-        [blade for blade in algebra.blades() if blade in variable]
-        if algebra.dimension <= 10
-        else sorted(variable, key=lambda b: (b.bit_count(), b))
-    )
+    order = sorted(variable, key=lambda blade: (blade.bit_count(), blade))
     names = [algebra.spelling(blade)[1] for blade in order]
     constants = {algebra.spelling(blade)[1]: algebra.spelling(blade)[0] * value for blade, value in fixed.items()}
     return algebra.layout("(" + " ".join(names) + ")", " ".join(names), fixed=constants)

@@ -26,11 +26,12 @@ def sample(
 ) -> dict[str, Any]:
     """A random value of every input component that satisfies the relations of the layouts."""
     values: dict[str, Any] = {}
+    taken: set[int] = set()  # equal versors would hide what depends on how they differ
     for parameter in kernel.parameters:
         step = parameter.layout.size
         for start in range(0, len(parameter.components), step):
             names = parameter.components[start : start + step]
-            found = point(parameter.layout, random, spread=spread, near_one=near_one, whole=whole)
+            found = point(parameter.layout, random, spread=spread, near_one=near_one, whole=whole, taken=taken)
             values.update(zip(names, found, strict=True))
     return values
 

@@ -38,18 +38,28 @@ def random_fraction(random: Random) -> Fraction:
 
 
 def point(
-    layout: Layout, random: Random, *, spread: Fraction = Fraction(1), near_one: bool = False, whole: bool = False
+    layout: Layout,
+    random: Random,
+    *,
+    spread: Fraction = Fraction(1),
+    near_one: bool = False,
+    whole: bool = False,
+    taken: set[int] | None = None,
 ) -> list[Any]:
     """Random stored coefficients of an element of `layout`: Fractions where possible, else mpmath numbers.
 
     `spread` scales free coefficients, and says how far versors are from 1; `near_one` keeps magnitudes moderate, for
     measuring floating-point error; `whole` makes free coefficients whole numbers, which multiply many times faster.
+    What is drawn from a pool is not among those `taken`, and is added to them.
     """
     if not layout.has_relations and whole:
         return [random.randint(-(10**6), 10**6) for _ in layout.stored]
     if not layout.has_relations:
         return [spread * _coefficient(random, near_one) for _ in layout.stored]
-    return list(_from_pool(layout, spread, random.randrange(POOL)))
+    taken = set() if taken is None else taken
+    number = random.choice([k for k in range(POOL) if k not in taken] or [0])
+    taken.add(number)
+    return list(_from_pool(layout, spread, number))
 
 
 @cache
