@@ -19,6 +19,7 @@ from .backends import c_header, c_source, python_source
 from .backends.module import KernelSource, LayoutText, ModuleSource
 from .errors import BackendError, GacError, SpecError
 from .frontend.kernel import Kernel
+from .passes.operators import operator_of
 from .passes.pipeline import compile_kernel
 from .passes.record import Compilation
 from .prove import rounding_error
@@ -110,7 +111,13 @@ def layout_text(layout: Layout, proved: bool = True) -> LayoutText:
     fixed = tuple((slot.name, str(value)) for slot, value in layout.fixed)
     implied = tuple((slot.name, "implied") for slot, _ in layout.implied)
     name = layout.name if layout.is_scalar else str(layout)
-    return LayoutText(name, () if layout.is_scalar else layout.blades, (*fixed, *implied), layout.unit and proved)
+    return LayoutText(
+        name,
+        () if layout.is_scalar else layout.blades,
+        (*fixed, *implied),
+        layout.unit and proved,
+        layout.user_relations is not None and proved,
+    )
 
 
 def kernel_source(record: Compilation) -> KernelSource:
@@ -131,6 +138,7 @@ def kernel_source(record: Compilation) -> KernelSource:
         record.cost,
         tuple(relations),
         record.uniform,
+        operator_of(record),
         rounding_error(record),
     )
 

@@ -8,18 +8,23 @@ import re
 import shlex
 import shutil
 import subprocess
+import sys
+import sysconfig
 import tempfile
 from collections.abc import Sequence
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 from ..errors import BackendError
+from .extension import STEM, extension_source
 
 FLAGS = ("-O3", "-std=c17", "-fPIC", "-ffp-contract=off", "-fno-math-errno")
 """No flag depends on the machine: the loops carry code for wide vectors and choose when they are loaded."""
 
 FOLDER = "_build"
 """Where libraries live, beside the module."""
+
+EXTENSION_FLAGS = ("-O2", "-std=c17", "-fPIC")
 
 COMPILERS = ("cc", "gcc", "clang")
 
@@ -32,6 +37,21 @@ def library_name(module: str, c_text: str) -> str:
     """The file name of the library made of `c_text`: it changes with the text and the flags, so it is never stale."""
     digest = hashlib.sha256("\0".join([c_text, *FLAGS]).encode()).hexdigest()
     return f"{module}-{digest[:16]}.so"
+
+
+_extensions: dict[str, Path] = {}
+"""What this process has built, by file name: another folder gets a copy."""
+
+
+def extension_name() -> str:
+    """The name of the extension as Python imports it; like a library's it changes with the text and the flags."""
+    digest = hashlib.sha256("\0".join([extension_source(), *EXTENSION_FLAGS]).encode()).hexdigest()
+    return f"{STEM}_{digest[:16]}"
+
+
+def extension_path(folder: Path) -> Path:
+    """Where the extension for this very Python belongs, for modules in `folder`."""
+    return folder / FOLDER / f"{extension_name()}{sysconfig.get_config_var('EXT_SUFFIX')}"
 
 
 def library_path(c_path: Path) -> Path:
@@ -75,12 +95,19 @@ def build_libraries(c_paths: Sequence[Path], *, force: bool = False) -> list[Pat
     ------
     BackendError
         When a file cannot be read, a folder not be written, or the compiler fails; the other files are built.
+
+    Notes
+    -----
+    The extension that calls kernels on one element is built beside them, if the headers of Python are there.
     """
     targets = [library_path(c_path) for c_path in c_paths]
     wanted = [(source, target) for source, target in zip(c_paths, targets, strict=True) if force or not target.exists()]
     compiler = find_compiler()
     if compiler is not None and wanted:
         _build(compiler, dict(wanted))
+    if compiler is not None:
+        for folder in dict.fromkeys(source.parent for source in c_paths):
+            build_extension(compiler, folder)
     return [target if compiler is not None or target.exists() else None for target in targets]
 
 
@@ -125,6 +152,36 @@ def _build(compiler: tuple[str, ...], targets: dict[Path, Path]) -> None:
     finally:
         for folder in scratch.values():
             shutil.rmtree(folder, ignore_errors=True)
+
+
+def build_extension(compiler: tuple[str, ...], folder: Path) -> Path | None:
+    """Compile the extension for modules in `folder` unless it is there; None where this Python has no headers."""
+    include, target = Path(sysconfig.get_path("include")), extension_path(folder)
+    if sys.implementation.name != "cpython" or not (include / "Python.h").is_file():
+        return None
+    if target.exists():
+        return target
+    scratch = _scratch(Path(STEM), target.parent)
+    try:
+        source, built = scratch / f"{STEM}.c", scratch / target.name
+        known = _extensions.get(target.name)
+        if known is not None and known.exists():
+            shutil.copyfile(known, built)
+        else:
+            source.write_text(extension_source(), encoding="utf-8")
+            undefined = ["-undefined", "dynamic_lookup"] if sys.platform == "darwin" else []
+            options = [*EXTENSION_FLAGS, f"-DINIT=PyInit_{extension_name()}", f"-I{include}", "-shared", *undefined]
+            command = [*compiler, *options, str(source), "-o", str(built)]
+            _check(command, _run(command), source)
+        os.replace(built, target)
+        _extensions[target.name] = target
+    finally:
+        shutil.rmtree(scratch, ignore_errors=True)
+    suffix = target.name.removeprefix(extension_name())
+    for stale in target.parent.glob(f"{STEM}_{'[0-9a-f]' * 16}{suffix}"):
+        if stale != target:
+            stale.unlink(missing_ok=True)
+    return target
 
 
 def _scratch(source: Path, folder: Path) -> Path:

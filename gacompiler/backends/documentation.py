@@ -44,7 +44,8 @@ def shape_text(part: Argument | Result) -> str:
     return f"({', '.join(['...', *map(str, part.shape)])})"
 
 
-def _layout_text(layout: LayoutText) -> str:
+def layout_text(layout: LayoutText) -> str:
+    """A layout in words, as a sentence."""
     if not layout.blades:
         return f"{layout.name}."
     text = f"{layout.name}: {', '.join(layout.blades)}"
@@ -106,7 +107,7 @@ def _described(layout: LayoutText | None) -> list[str]:
     if layout is None:
         return []
     return textwrap.wrap(
-        _layout_text(layout), _WIDTH, initial_indent="    ", subsequent_indent="    ", break_on_hyphens=False
+        layout_text(layout), _WIDTH, initial_indent="    ", subsequent_indent="    ", break_on_hyphens=False
     )
 
 
@@ -120,7 +121,7 @@ def c_comment(kernel: KernelSource) -> str:
         pointer = shape or k >= len(program.arguments)
         text = f"{name}[{prod(shape)}]" if pointer else name
         if name in layouts:
-            text += f"  {_layout_text(layouts[name])}"
+            text += f"  {layout_text(layouts[name])}"
         lines += textwrap.wrap(text, _WIDTH, initial_indent="  ", subsequent_indent="      ", break_on_hyphens=False)
     for sentence in facts(kernel):
         lines += textwrap.wrap(sentence, _WIDTH, break_on_hyphens=False)

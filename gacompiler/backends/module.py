@@ -21,6 +21,13 @@ class LayoutText:
     """Coefficients that are the same for every element, and their value, ``("e123", "1")``."""
     unit: bool = False
     """Whether ``x ~x = 1`` is assumed."""
+    related: bool = False
+    """Whether other relations are assumed."""
+
+    @property
+    def has_meaning(self) -> bool:
+        """Whether not any coefficients will do."""
+        return self.unit or self.related
 
 
 @dataclass(frozen=True, slots=True)
@@ -37,6 +44,8 @@ class KernelSource:
     """What the kernel assumes of its inputs, for readers: ``m ~m = 1``."""
     uniform: tuple[Uniform, ...] = ()
     """Forms for batches in which some arguments are the same for every element, the cheapest first."""
+    operator: tuple[str, tuple[str, ...]] | None = None
+    """The operator on values that the kernel is, ``*`` or ``()``, and the arguments that are its operands, in order."""
     error: str = ""
     """The measured error, for readers: ``1.5 ulp (1000 random inputs)``; empty while it is being measured."""
 

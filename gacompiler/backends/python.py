@@ -11,12 +11,16 @@ from pathlib import Path
 from ..errors import BackendError
 from ..ir.program import Argument, Program, Result
 from ..ir.uniform import Uniform
-from .build import FOLDER, library_name
+from .build import FOLDER, extension_name, library_name
 from .c import c_source, environment
 from .c_batch import C_ENDINGS, C_HELPERS, FORM_PARTS
 from .documentation import docstring, stamp
 from .module import KernelSource, LayoutText, ModuleSource
 from .numba import function_text
+from .values import class_text, operator_lines, value_types
+
+PUBLIC = ("Kernel", "Layout", "Value", "backend", "kernels")
+"""What a module offers besides its kernels and types."""
 
 _WIDTH = 120
 
@@ -38,6 +42,7 @@ def python_source(module: ModuleSource) -> str:
     check_names(module)
     layouts = _layout_names(module)
     names = [kernel.program.name for kernel in module.kernels]
+    types = value_types(module, {*_runtime_names(), *dir(builtins), *names})
     body = (
         environment()
         .get_template("module.py.jinja")
@@ -49,8 +54,10 @@ def python_source(module: ModuleSource) -> str:
             library=library_name(module.name, c_source(module)),
             layouts=[_layout(name, layout) for layout, name in layouts.items()],
             kernels=[_kernel(kernel, layouts) for kernel in module.kernels],
+            types=["\n".join(class_text(name, layout, layouts[layout])) for name, layout in types.values()],
+            operators=operator_lines(module, types),
             names=_tuple(names),
-            public=_list([*names, "Kernel", "Layout", "backend", "kernels"]),
+            public=_list([*names, *(name for name, _ in types.values()), *PUBLIC]),
         )
     )
     return stamp(body, module, "#")
@@ -62,7 +69,7 @@ def runtime_text() -> str:
     modules: set[str] = set()
     names: dict[str, set[str]] = {}
     bodies = []
-    for part in ("functions", "strides", "layout", "libraries", "kernel"):
+    for part in ("functions", "strides", "layout", "extension", "libraries", "kernel", "value"):
         text = (Path(__file__).parent / "templates" / f"runtime_{part}.py").read_text(encoding="utf-8")
         nodes = [node for node in ast.parse(text).body if isinstance(node, (ast.Import, ast.ImportFrom))]
         bodies.append("\n".join(text.splitlines()[nodes[-1].end_lineno or 0 :]).strip("\n"))
@@ -73,7 +80,10 @@ def runtime_text() -> str:
                 names.setdefault(str(node.module), set()).update(alias.name for alias in node.names)
     modules.remove("import numpy as np")
     lines = sorted(modules) + [f"from {module} import {', '.join(sorted(names[module]))}" for module in sorted(names)]
-    return "\n".join([*lines, "", "import numpy as np", *(f"\n\n{body}" for body in bodies)])
+    text = "\n".join([*lines, "", "import numpy as np", *(f"\n\n{body}" for body in bodies)])
+    for name, value in (("_EXTENSION", extension_name()), ("_EXTENSION_FOLDER", FOLDER)):
+        text = text.replace(f'\n{name} = ""\n', f'\n{name} = "{value}"\n')
+    return text
 
 
 @cache

@@ -11,17 +11,31 @@ from typing import Any
 
 import numpy as np
 
+from .runtime_extension import _Call, _extension, _Signature
 from .runtime_functions import _evaluate, _namespace
 from .runtime_layout import Layout
-from .runtime_libraries import _LOCK, _c_element, _c_loop, _c_plan, _compiled, _from_buffer, _numba_loop, backend
+from .runtime_libraries import (
+    _LOCK,
+    _c_address,
+    _c_element,
+    _c_loop,
+    _c_plan,
+    _compiled,
+    _from_buffer,
+    _numba_loop,
+    backend,
+)
 from .runtime_strides import (
     _FLOAT32,
     _FLOAT64,
     _apart,
+    _as_array,
     _coalesced,
     _converted,
     _float64,
     _ndarray,
+    _returned,
+    _shape_text,
     _steps,
     _usable,
 )
@@ -34,7 +48,7 @@ _N_PLANS = 256
 """How many shapes and strides a kernel remembers how to call."""
 
 
-class Kernel:
+class Kernel(_Call):  # type: ignore[misc]
     """A generated function: call it on arrays. Leading axes broadcast; the last axes are those of `signature`.
 
     Attributes
@@ -49,6 +63,8 @@ class Kernel:
         The scalar kernel for loops under ``numba.njit``: ``jit(m, p, out)`` on one element; a scalar argument is a
         float, a scalar result is written to entry 0 of a vector of length 1.
     """
+
+    __signature__ = _Signature()
 
     def __init__(
         self,
@@ -89,7 +105,8 @@ class Kernel:
     def __reduce__(self) -> str:
         return self.name
 
-    def __call__(self, *arrays: Any, out: Any = None) -> Any:
+    def _in_python(self, *arrays: Any, out: Any = None) -> Any:
+        """A call that the extension does not do, or any where it is not there."""
         element = self._element
         if element is None or len(arrays) != self._n_inputs:
             return self._call(arrays, out)
@@ -133,6 +150,9 @@ class Kernel:
             element(*pointers, _from_buffer(out))
             return out
         return self._call(arrays, out)
+
+    if _extension is None:
+        __call__ = _in_python
 
     def _takes(self, out: Any) -> bool:
         """Whether one element can be written to `out` as it is."""
@@ -262,7 +282,7 @@ class Kernel:
         """The arguments as arrays of one type, and that type."""
         operands, strong = [], []
         for (name, shape), value in zip(self._inputs, arrays, strict=True):
-            array = self._as_array(name, value)
+            array = _as_array(self, name, value)
             if array.shape[array.ndim - len(shape) :] != shape or array.ndim < len(shape):
                 raise ValueError(
                     f"{self.name}: argument {name} has shape {array.shape}; expected {_shape_text(shape)}"
@@ -284,22 +304,6 @@ class Kernel:
                 f"{self.name}: complex arguments, but the kernel is not polynomial; expected float32 or float64"
             )
         return [_usable(operand, dtype) for operand in operands], dtype
-
-    def _as_array(self, name: str, value: Any) -> np.ndarray[Any, Any]:
-        given = isinstance(value, (np.ndarray, np.generic))
-        try:
-            array = np.asarray(value)
-        except ValueError as error:
-            raise ValueError(f"{self.name}: argument {name} is not an array of numbers ({error})") from None
-        if not given and array.dtype.kind in "iu":
-            array = array.astype(_FLOAT64)
-        if array.dtype.kind not in "fc" or array.dtype.itemsize not in ((4, 8) if array.dtype.kind == "f" else (8, 16)):
-            raise TypeError(
-                f"{self.name}: argument {name} has dtype {array.dtype}; expected float32, float64"
-                + (", complex64 or complex128" if self._polynomial else "")
-                + f"; convert it with {name}.astype(float)"
-            )
-        return array
 
     def _leading(self, operands: list[Any]) -> tuple[int, ...]:
         shapes = [
@@ -370,6 +374,8 @@ class Kernel:
                 loop = self._loops[dtype] = make(self, dtype)
                 if backend == "c" and self._element is None and len(self._inputs):
                     self._element = _c_element(self)
+                    if _extension is not None:
+                        self._bind(_c_address(f"{self.name}_f64"), tuple(self._shapes), tuple(self._out_shapes))
         return loop
 
     def _call_arrays(self, namespace: Any, arrays: tuple[Any, ...], out: Any) -> Any:
@@ -388,11 +394,5 @@ class Kernel:
         return results[0] if len(results) == 1 else tuple(results)
 
 
-def _returned(results: list[Any]) -> Any:
-    """Results as a call gives them: one or a tuple, and numbers where there is no axis."""
-    results = [result if result.ndim else result[()] for result in results]
-    return results[0] if len(results) == 1 else tuple(results)
-
-
-def _shape_text(shape: tuple[int, ...]) -> str:
-    return f"({', '.join(['...', *map(str, shape)])})"
+if _extension is not None:
+    Kernel._adopt()

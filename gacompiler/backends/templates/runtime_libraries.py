@@ -46,25 +46,31 @@ _library: Any = None
 _from_buffer: Any = None
 
 
+def _c_address(name: str) -> int:
+    """Where a function of the built library is."""
+    global _library
+    import ctypes
+
+    if _library is None:
+        try:
+            _library = ctypes.CDLL(_LIBRARY)
+        except OSError as error:
+            raise ImportError(f"{error}; build it again with `gac build`, or set GAC_BACKEND=numba") from None
+    address = ctypes.cast(getattr(_library, f"{_MODULE}_{name}"), ctypes.c_void_p).value
+    assert address is not None
+    return address
+
+
 def _c_function(name: str, types: str) -> Any:
     """A function of the built library."""
-    global _ffi, _library, _from_buffer
-    if _library is None:
-        import ctypes
-
+    global _ffi, _from_buffer
+    if _ffi is None:
         # This FFI is the one that cffi's compiled modules use; it reads C types without loading a C parser.
         import _cffi_backend  # type: ignore[import-untyped]
 
         _ffi = _cffi_backend.FFI()
         _from_buffer = _ffi.from_buffer
-        try:
-            _library = ctypes.CDLL(_LIBRARY)
-        except OSError as error:
-            raise ImportError(f"{error}; build it again with `gac build`, or set GAC_BACKEND=numba") from None
-    import ctypes
-
-    address = ctypes.cast(getattr(_library, f"{_MODULE}_{name}"), ctypes.c_void_p).value
-    return _ffi.cast(f"void(*)({types})", address)
+    return _ffi.cast(f"void(*)({types})", _c_address(name))
 
 
 def _c_element(kernel: Any) -> Callable[..., Any]:

@@ -35,6 +35,24 @@ def _converted(values: tuple[Any, ...]) -> list[Any] | None:
     return arrays
 
 
+def _as_array(kernel: Any, name: str, value: Any) -> np.ndarray[Any, Any]:
+    """An argument of a kernel as an array of numbers that it takes."""
+    given = isinstance(value, (np.ndarray, np.generic))
+    try:
+        array = np.asarray(value)
+    except ValueError as error:
+        raise ValueError(f"{kernel.name}: argument {name} is not an array of numbers ({error})") from None
+    if not given and array.dtype.kind in "iu":
+        array = array.astype(_FLOAT64)
+    if array.dtype.kind not in "fc" or array.dtype.itemsize not in ((4, 8) if array.dtype.kind == "f" else (8, 16)):
+        raise TypeError(
+            f"{kernel.name}: argument {name} has dtype {array.dtype}; expected float32, float64"
+            + (", complex64 or complex128" if kernel._polynomial else "")
+            + f"; convert it with {name}.astype(float)"
+        )
+    return array
+
+
 def _usable(array: Any, dtype: np.dtype[Any]) -> Any:
     if array.dtype is dtype and array.flags.aligned:
         return array
@@ -95,3 +113,13 @@ def _offsets(sizes: list[int], steps: list[tuple[int, ...]], inner: int) -> list
 
 def _address(array: Any) -> int:
     return int(array.__array_interface__["data"][0])
+
+
+def _returned(results: list[Any]) -> Any:
+    """Results as a call gives them: one or a tuple, and numbers where there is no axis."""
+    results = [result if result.ndim else result[()] for result in results]
+    return results[0] if len(results) == 1 else tuple(results)
+
+
+def _shape_text(shape: tuple[int, ...]) -> str:
+    return f"({', '.join(['...', *map(str, shape)])})"

@@ -1,0 +1,60 @@
+"""The extension that calls kernels on one element without Python in between, if it is built.
+
+Copied into every generated module as it is, with the other ``runtime_`` files, but for the name of the extension.
+"""
+
+from __future__ import annotations
+
+import importlib.machinery
+import importlib.util
+import os
+import sys
+from typing import Any
+
+import numpy as np
+
+_EXTENSION = ""
+_EXTENSION_FOLDER = ""
+
+
+def _loaded_extension() -> Any:
+    """The extension; None where it is not built, or where GAC_BACKEND asks for something else than C.
+
+    Modules that were made by the same compiler share it.
+    """
+    if not _EXTENSION or os.environ.get("GAC_BACKEND", "") not in ("", "c"):
+        return None
+    if _EXTENSION not in sys.modules:
+        file = _EXTENSION + importlib.machinery.EXTENSION_SUFFIXES[0]
+        path = os.path.join(os.path.dirname(os.path.abspath(__file__)), _EXTENSION_FOLDER, file)
+        if not os.path.exists(path):
+            return None
+        loader = importlib.machinery.ExtensionFileLoader(_EXTENSION, path)
+        try:
+            importlib.util.module_from_spec(importlib.machinery.ModuleSpec(_EXTENSION, loader, origin=path))
+        except ImportError:
+            return None  # built for another machine
+    extension: Any = sys.modules[_EXTENSION]
+    probe = np.zeros((2, 3))
+    where = probe.__array_interface__["data"][0]
+    functions = (sys.modules.get("numpy._core.multiarray") or sys.modules["numpy.core.multiarray"])._ARRAY_API
+    known = extension.prepare(probe, where, probe.shape, probe.strides, probe.flags.num, np.float64(0), functions)
+    return extension if known else None
+
+
+_extension = _loaded_extension()
+_Call: Any = object if _extension is None else _extension.Call
+
+
+class _Signature:
+    """The signature of a kernel for `inspect`, which cannot see it in C."""
+
+    def __get__(self, kernel: Any, owner: type) -> Any:
+        if kernel is None:
+            raise AttributeError("a class has none")
+        import inspect
+
+        kinds = inspect.Parameter
+        names = [name if name != "out" else "out_" for name, _ in kernel._inputs]
+        parameters = [kinds(name, kinds.POSITIONAL_ONLY) for name in names]
+        return inspect.Signature([*parameters, kinds("out", kinds.KEYWORD_ONLY, default=None)])

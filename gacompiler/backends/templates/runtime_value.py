@@ -1,0 +1,199 @@
+"""One element of a layout as a Python object: immutable, with operators where the module has kernels for them.
+
+Copied into every generated module as it is, with the other ``runtime_`` files.
+"""
+
+from __future__ import annotations
+
+import itertools
+import operator
+from collections.abc import Callable
+from typing import Any, NoReturn
+
+import numpy as np
+
+from .runtime_extension import _extension
+from .runtime_kernel import Kernel
+from .runtime_layout import Layout
+from .runtime_libraries import _c_address
+from .runtime_strides import _FLOAT64
+
+_next_index = itertools.count().__next__
+_OPERATORS: dict[tuple[str, tuple[type, ...]], tuple[Kernel, Any, bool]] = {}
+"""Symbol and types of the operands -> kernel, type of the result, and whether it takes them the other way round."""
+
+
+def _two(symbol: str) -> tuple[Callable[[Any, Any], Any], Callable[[Any, Any], Any]]:
+    """A binary operator and its reflection."""
+
+    def forward(a: Any, b: Any) -> Any:
+        return _operate(symbol, a, b)
+
+    def backward(b: Any, a: Any) -> Any:
+        return _operate(symbol, a, b)
+
+    return forward, backward
+
+
+class _PythonValue:
+    """What a value holds where the extension is not there: a read-only array."""
+
+    __slots__ = ("_array",)
+    _array: Any
+
+    def __new__(cls, *coefficients: Any) -> Any:
+        if not hasattr(cls, "layout"):
+            raise TypeError(f"{cls.__name__} has no coefficients; use a type with a layout")
+        value = object.__new__(cls)
+        array = _coefficients(cls, coefficients)
+        array.flags.writeable = False
+        object.__setattr__(value, "_array", array)
+        return value
+
+    @classmethod
+    def _adopt(cls, index: int, names: tuple[str, ...], operate: Any, coefficients: Any) -> None:
+        for k, name in enumerate(names):
+            setattr(cls, name, property(operator.itemgetter(k)))
+
+    def __setattr__(self, name: str, value: Any = None) -> NoReturn:
+        raise AttributeError(f"{type(self).__name__} cannot be changed")
+
+    __delattr__: Any = __setattr__
+
+    def __len__(self) -> int:
+        return len(self._array)
+
+    def __getitem__(self, index: int) -> float:
+        return float(self._array[operator.index(index)])
+
+    def __eq__(self, other: Any) -> Any:
+        if type(self) is not type(other):
+            return NotImplemented
+        return bool((self._array == other._array).all())
+
+    def __hash__(self) -> int:
+        return hash(tuple(x if x == x else 0.0 for x in self._array.tolist()))
+
+    def __call__(self, *operands: Any) -> Any:
+        return _operate("()", self, *operands)
+
+    __mul__, __rmul__ = _two("*")
+    __xor__, __rxor__ = _two("^")
+    __and__, __rand__ = _two("&")
+    __add__, __radd__ = _two("+")
+    __sub__, __rsub__ = _two("-")
+
+    def __invert__(self) -> Any:
+        return _operate("~", self)
+
+    def __neg__(self) -> Any:
+        return _operate("-", self)
+
+
+_Value: Any = _PythonValue if _extension is None else _extension.Value
+
+
+class Value(_Value):  # type: ignore[misc]
+    """One element of a layout, with the operators that the module's kernels define.
+
+    It is made of an array or of its coefficients, ``Point(1, 2, 3)``, cannot be changed, and is an array to numpy
+    without being copied. Coefficients are attributes by the names of their blades, and `scalar`.
+    """
+
+    __slots__ = ()
+    __array_ufunc__ = None
+    layout: Layout
+
+    def __init_subclass__(cls) -> None:
+        (base, *_) = cls.__bases__
+        if base is not Value:
+            raise TypeError(f"{base.__name__} cannot be subclassed")
+        names = tuple(map(_field, cls.layout.blades))
+        cls._adopt(_next_index(), names, _operate, _coefficients)
+        for blade, text in cls.layout.fixed:
+            if text != "implied":
+                top, _, bottom = text.partition("/")
+                setattr(cls, _field(blade), int(top) / int(bottom or 1))
+
+    def __array__(self, dtype: Any = None, copy: bool | None = None) -> np.ndarray[Any, Any]:
+        array = np.frombuffer(self) if _extension is not None else self._array.view()
+        if copy or (dtype is not None and dtype != _FLOAT64):
+            return np.array(array, dtype)
+        return array
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return type(self), tuple(self)
+
+    def __repr__(self) -> str:
+        text = ""
+        fixed = [(blade, getattr(self, _field(blade))) for blade, value in self.layout.fixed if value != "implied"]
+        for blade, x in (*zip(self.layout.blades, self, strict=True), *fixed):
+            if x:
+                number = repr(abs(x)).removesuffix(".0")
+                sign = ("-" if x < 0 else "") if not text else " - " if x < 0 else " + "
+                text += sign + (number if blade == "1" else blade if number == "1" else f"{number}*{blade}")
+        return f"{type(self).__name__}({text or '0'})"
+
+
+def _field(blade: str) -> str:
+    """The attribute for a blade's coefficient."""
+    return "scalar" if blade == "1" else blade.replace("^", "_")
+
+
+def _coefficients(cls: Any, arguments: tuple[Any, ...]) -> np.ndarray[Any, Any]:
+    """A new array of the coefficients that a value is made of."""
+    name, size, wanted = cls.__name__, len(cls.layout.blades), " ".join(cls.layout.blades)
+    if len(arguments) not in (1, size):
+        raise TypeError(f"{name}: {len(arguments)} arguments; expected an array or {size} numbers: {wanted}")
+    try:
+        array = np.asarray(arguments[0] if len(arguments) == 1 and (size > 1 or np.ndim(arguments[0])) else arguments)
+    except ValueError as error:
+        raise ValueError(f"{name}: not an array of numbers ({error})") from None
+    if array.dtype.kind not in "fiu":
+        raise TypeError(f"{name}: coefficients have dtype {array.dtype}; expected real numbers")
+    if array.shape != (size,):
+        raise ValueError(f"{name}: coefficients have shape {array.shape}; expected ({size},): {wanted}")
+    return np.array(array, _FLOAT64)
+
+
+def _operate(symbol: str, *operands: Any) -> Any:
+    """An operator by its kernel; NotImplemented for types that may know what to do."""
+    types = tuple(map(type, operands))
+    found = _OPERATORS.get((symbol, types))
+    if found is None:
+        if all(isinstance(x, (Value, int, float, complex, np.ndarray, np.generic, list, tuple)) for x in operands):
+            raise _unknown(symbol, types)
+        if symbol == "()":
+            raise _unknown(symbol, types)
+        return NotImplemented
+    kernel, result, swapped = found
+    arrays = [operand.__array__() for operand in operands]
+    value = kernel(*(reversed(arrays) if swapped else arrays))
+    if _extension is not None and kernel._element is not None:
+        address = _c_address(f"{kernel.name}_f64")
+        _extension.bind_operator(symbol, types, None if result is float else result, address, swapped)
+    return result(value)
+
+
+def _unknown(symbol: str, types: tuple[type, ...]) -> TypeError:
+    """What to raise where no kernel does this, with what there is instead."""
+    like = [
+        f"{_expression(symbol, each)} ({kernel.name})"
+        for (other, each), (kernel, _, _) in _OPERATORS.items()
+        if other == symbol and (symbol == "()" or len(each) == len(types))
+    ]
+    there = ", ".join(like)
+    return TypeError(f"{_expression(symbol, types)}: no kernel of {__name__} does that; there is {there or 'none'}")
+
+
+def _expression(symbol: str, types: tuple[type, ...]) -> str:
+    first, *others = (each.__name__ for each in types)
+    if symbol == "()":
+        return f"{first}({', '.join(others)})"
+    return f"{first} {symbol} {others[0]}" if others else f"{symbol}{first}"
+
+
+def _let_operate(rows: tuple[tuple[Any, ...], ...]) -> None:
+    """Take the module's operators: symbol, types of the operands, result, kernel, and the order it takes them in."""
+    for symbol, types, result, kernel, swapped in rows:
+        _OPERATORS[symbol, types] = kernel, result, swapped

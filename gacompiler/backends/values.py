@@ -1,0 +1,105 @@
+"""The value types of a module, one for each layout with a name, and the operators that its kernels are on them."""
+
+from __future__ import annotations
+
+import keyword
+import textwrap
+from collections.abc import Collection, Mapping
+from itertools import product
+
+from .documentation import layout_text
+from .module import LayoutText, ModuleSource
+
+_WIDTH = 116
+
+
+def value_types(module: ModuleSource, taken: Collection[str]) -> dict[str, tuple[str, LayoutText]]:
+    """The types of a module by the name of their layout: the name of the type, and the layout.
+
+    Parameters
+    ----------
+    module : ModuleSource
+        Whose layouts.
+    taken : collection of str
+        Names that the module needs for something else.
+    """
+    layouts: dict[str, LayoutText] = {}
+    for kernel in module.kernels:
+        for _, layout in kernel.layouts:
+            known = layouts.get(layout.name)
+            if layout.blades and (known is None or (layout.unit and not known.unit)):
+                layouts[layout.name] = layout
+    found: dict[str, tuple[str, LayoutText]] = {}
+    names = set(taken)
+    for layout in layouts.values():
+        name = _type_name(layout.name.rpartition(".")[2])
+        if not name.isidentifier() or keyword.iskeyword(name):
+            continue
+        while name in names:
+            name += "_"
+        names.add(name)
+        found[layout.name] = name, layout
+    return found
+
+
+def _type_name(name: str) -> str:
+    """``UNIT_LINE`` as ``UnitLine``."""
+    return "".join(part[:1].upper() + (part[1:].lower() if part.isupper() else part[1:]) for part in name.split("_"))
+
+
+def class_text(name: str, layout: LayoutText, variable: str) -> list[str]:
+    """The lines of a type, with its layout under the name of a variable."""
+    about = textwrap.wrap(f'"""{layout_text(layout)}', _WIDTH, break_on_hyphens=False)
+    about = [f'{about[0]}"""'] if len(about) == 1 else [*about, '"""']
+    return [
+        f"class {name}(Value):",
+        *(f"    {line}" for line in about),
+        "",
+        "    __slots__ = ()",
+        f"    layout = {variable}",
+    ]
+
+
+def operator_lines(module: ModuleSource, types: Mapping[str, tuple[str, LayoutText]]) -> list[str]:
+    """The rows of the table of operators: symbol, operands, result, kernel, and whether it takes them in reverse."""
+    rows: dict[tuple[str, tuple[str, ...]], str] = {}
+    widened: dict[tuple[str, tuple[str, ...]], str] = {}
+    for kernel in module.kernels:
+        if kernel.operator is None:
+            continue
+        symbol, operands = kernel.operator
+        layouts = dict(kernel.layouts)
+        result = _result_type(layouts[kernel.program.results[0].name], types)
+        if result is None or not all(layouts[name].name in types for name in operands):
+            continue
+        swapped = operands != tuple(argument.name for argument in kernel.program.arguments)
+        meant = tuple(types[layouts[name].name][0] for name in operands)
+        for chosen in product(*(_that_are(layouts[name], types) for name in operands)):
+            types_text = f"({', '.join(chosen)}{',' if len(chosen) == 1 else ''})"
+            text = f'("{symbol}", {types_text}, {result}, {kernel.program.name}, {swapped}),'
+            (rows if chosen == meant else widened).setdefault((symbol, chosen), text)
+    return list((rows | {key: text for key, text in widened.items() if key not in rows}).values())
+
+
+def _result_type(layout: LayoutText, types: Mapping[str, tuple[str, LayoutText]]) -> str | None:
+    """The type of a result: that of its layout, or of one with the same coefficients and no more meaning."""
+    if not layout.blades:
+        return "float"
+    if layout.name in types:
+        return types[layout.name][0]
+    return next((name for name, other in types.values() if _same(layout, other) and not other.has_meaning), None)
+
+
+def _that_are(layout: LayoutText, types: Mapping[str, tuple[str, LayoutText]]) -> list[str]:
+    """The types whose values are of a layout: its own, and where it means nothing more, those that mean more."""
+    own = types[layout.name][0]
+    if layout.has_meaning:
+        return [own]
+    return [
+        own,
+        *(name for name, other in types.values() if name != own and other.has_meaning and _same(layout, other)),
+    ]
+
+
+def _same(a: LayoutText, b: LayoutText) -> bool:
+    return a.name.rpartition(".")[0] == b.name.rpartition(".")[0] and (a.blades, a.fixed) == (b.blades, b.fixed)

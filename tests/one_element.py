@@ -1,0 +1,58 @@
+"""What the tests of calls on one element share: the same module with the extension, without it, and on plain arrays."""
+
+from __future__ import annotations
+
+import shutil
+import sys
+from collections.abc import Callable
+from pathlib import Path
+from types import ModuleType
+from typing import Any
+
+import numpy as np
+import pytest
+from backend_programs import load, write
+
+from gacompiler.backends import ModuleSource, build_library
+from gacompiler.backends.build import extension_name, extension_path
+
+WAYS = ("extension", "c", "arrays")
+
+
+def load_ways(source: ModuleSource, folder: Path) -> dict[str, ModuleType]:
+    """The module by each way to run it that is there."""
+    built = folder / "built"
+    plain = folder / "plain"
+    found = {}
+    built.mkdir()
+    build_library(write(source, built))
+    has_extension = extension_path(built).exists()
+    shutil.copytree(built, plain)
+    extension_path(plain).unlink(missing_ok=True)
+    places = {"extension": (built, "c"), "c": (plain, "c"), "arrays": (plain, "arrays")}
+    for way, (place, backend) in places.items():
+        if not (has_extension if way == "extension" else backend != "c" or list(place.glob("_build/*.so"))):
+            continue
+        with pytest.MonkeyPatch.context() as patch:
+            patch.setenv("GAC_BACKEND", backend)
+            if way != "extension":
+                patch.delitem(sys.modules, extension_name(), raising=False)
+            found[way] = load(place / f"{source.name}.py", f"{source.name}_{way}")
+        assert (found[way]._extension is not None) == (way == "extension")
+    return found
+
+
+def outcome(function: Callable[..., Any], *arguments: Any, **named: Any) -> tuple[Any, ...]:
+    """What a call gives, or which error, in a form that can be compared."""
+    try:
+        result = function(*arguments, **named)
+    except Exception as error:
+        return type(error), str(error)
+    return _described(result)
+
+
+def _described(result: Any) -> tuple[Any, ...]:
+    if isinstance(result, tuple):
+        return tuple(map(_described, result))
+    array = np.asarray(result)
+    return type(result), array.dtype, array.shape, array.tobytes()
