@@ -2,7 +2,7 @@
 // command: gac generate --all cga3
 // spec: 11cb9c657d27fe0e
 // contraction: -ffp-contract=off (every operation is rounded once)
-// body: b2fd2a8e323aa25743c3a3360abad59c096dfddb597a93c2b7eeda95bbab8a9b
+// body: e07ccc358758740c846864c03d60a9639703897e2f21c7ecbb848f2eeb37df0c
 /* cga3
    Conformal geometry of space in G(4,1) with the null basis ``e0, einf`` and ``einf . e0 = -1``.
    
@@ -41,8 +41,8 @@ extern "C" {
          e13inf e23inf e10inf e20inf e30inf e1230 e123inf e120inf e130inf e230inf e0123inf): 1, e1, e2, e3, e0,
          einf, e12, e13, e23, e10, e20, e30, e1inf, e2inf, e3inf, e0inf, e123, e120, e130, e230, e12inf, e13inf,
          e23inf, e10inf, e20inf, e30inf, e1230, e123inf, e120inf, e130inf, e230inf, e0123inf.
-   Costs 304 mul, 380 add.
-   Error: 2.3 ulp of the largest coefficient, 64 random inputs. */
+   Costs 240 mul, 372 add.
+   Error: 2.4 ulp of the largest coefficient, 64 random inputs. */
 void cga3_geometric_product_f64(const double *a, const double *b, double *out);
 void cga3_geometric_product_f32(const float *a, const float *b, float *out);
 void cga3_geometric_product_loop_f64(char **args, const intptr_t *dimensions, const intptr_t *steps);
@@ -991,9 +991,9 @@ void cga3_move_sphere_loop_f32(char **args, const intptr_t *dimensions, const in
      x[5]  CGA3.VECTOR: e1, e2, e3, e0, einf.
      out[5]  CGA3.VECTOR: e1, e2, e3, e0, einf.
    Assumes ``v ~v = 1``.
-   Costs 106 mul, 100 add.
+   Costs 110 mul, 94 add.
    Where `v` stay the same for 2 elements or more: 123 mul, 101 add once, then 25 mul, 20 add for each.
-   Error: 26.3 ulp of the largest coefficient, 64 random inputs. */
+   Error: 42.6 ulp of the largest coefficient, 64 random inputs. */
 void cga3_transform_vector_f64(const double *v, const double *x, double *out);
 void cga3_transform_vector_f32(const float *v, const float *x, float *out);
 void cga3_transform_vector_loop_f64(char **args, const intptr_t *dimensions, const intptr_t *steps);

@@ -43,7 +43,7 @@ FURTHER: dict[str, tuple[int, int]] = {
     "rotor_about_point": (6, 6),
     "circle_3_moved_points": (88, 75),
     "inner_product_of_moved_spheres": (5, 4),
-    "rotor_vector_split": (52, 40),
+    "rotor_vector_split": (32, 32),
     "vector_sandwich_null_pairs": (23, 13),
     "bivector_on_vector_null_pairs": (30, 24),
     "commutator_of_bivectors_null_pairs": (84, 87),
@@ -91,7 +91,7 @@ FURTHER: dict[str, tuple[int, int]] = {
     "two_quaternions_vector": (40, 29),
     "quaternion_rate": (15, 8),
     "three_quaternions": (32, 24),
-    "lorentz_vector": (52, 40),
+    "lorentz_vector": (42, 42),
     "boost_vector": (9, 7),
     "lorentz_field": (66, 54),
     "boost_field": (34, 24),
@@ -113,8 +113,8 @@ FURTHER: dict[str, tuple[int, int]] = {
     "project_vector_on_bivector": (12, 6),
     "gyroscopic_torque": (6, 3),
     "rotor_between_vectors": (9, 6),
-    "rotor_vector_4d": (52, 40),
-    "even_product_4d": (64, 56),
+    "rotor_vector_4d": (32, 32),
+    "even_product_4d": (40, 48),
     "commutator_of_bivectors_4d": (24, 18),
 }
 NAMES = list(known())

@@ -17,8 +17,9 @@ from gacompiler.frontend.expression import INPUT, Expression, Input, evaluate, t
 from gacompiler.frontend.kernel import Kernel
 from gacompiler.passes.accuracy import run_in_double, ulps
 from gacompiler.passes.kernels import best_divisor
+from gacompiler.passes.levels import COMPLEX, HALVES, plans
 from gacompiler.passes.lower import Lowering, Reduction, Slot
-from gacompiler.passes.matrices import levels, matrix_product
+from gacompiler.passes.matrices import matrix_product
 from gacompiler.passes.pipeline import compile_kernel
 from gacompiler.passes.resubstitute import resubstitute
 from gacompiler.passes.rewrite import (
@@ -76,24 +77,63 @@ def outputs_at(system: System, inputs: list[Fraction]) -> list[Fraction]:
     ids=lambda algebra: algebra.name,
 )
 def test_matrix_product_is_the_geometric_product(algebra: Algebra) -> None:
+    """Through every plan and any number of its levels, of two factors and of three, dense and sparse."""
     random = Random(4)
-    found = levels(algebra)
-    assert found
-    for depth in range(1, len(found) + 1):
-        for blades in (algebra.blades(), algebra.blades(*range(0, algebra.dimension + 1, 2)), algebra.blades(1, 2)):
-            a, b = ({blade: Fraction(random.randint(-9, 9), random.randint(1, 4)) for blade in blades} for _ in "ab")
-            a, b = ({k: v for k, v in x.items() if v} for x in (a, b))
-            assert matrix_product(algebra, a, b, depth, algebra.blades()) == product(algebra, "geometric_product", a, b)
+    even, vectors = algebra.blades(*range(0, algebra.dimension + 1, 2)), algebra.blades(1)
+    assert plans(algebra)
+    for kinds in ((algebra.blades(),) * 2, (even, even), (algebra.blades(1, 2),) * 2, (even, vectors, even)):
+        if algebra.dimension > 5 and len(kinds[0]) > 32:
+            continue
+        drawn = [{blade: Fraction(random.randint(-9, 9), random.randint(1, 4)) for blade in blades} for blades in kinds]
+        factors = [{k: v for k, v in x.items() if v} for x in drawn]
+        expected = factors[0]
+        for factor in factors[1:]:
+            expected = product(algebra, "geometric_product", expected, factor)
+        for plan in plans(algebra, *map(frozenset, kinds)):
+            for depth in range(1, len(plan) + 1):
+                assert matrix_product(algebra, factors, plan[:depth], algebra.blades()) == expected
+                assert matrix_product(algebra, factors, plan[:depth], expected) == expected
 
 
 def test_algebras_without_matrices_have_no_levels() -> None:
     oblique = Algebra("oblique", "a b", [[1, Fraction(1, 2)], [Fraction(1, 2), 1]])
-    assert levels(oblique) == () == levels(orthogonal(0, 1)) == levels(orthogonal(0, 0, 3))
+    assert plans(oblique) == () == plans(orthogonal(0, 1)) == plans(orthogonal(0, 0, 3)) == plans(orthogonal(11))
 
 
-def test_real_matrices_of_eight_dimensions() -> None:
-    """G(8, 0) is the algebra of real 16 x 16 matrices."""
-    assert len(levels(orthogonal(8))) == 4
+def test_matrices_of_the_algebra_that_occurs() -> None:
+    """G(8, 0) is the algebra of real 16 x 16 matrices; the even elements of G(4, 0) are two quaternions."""
+
+    def kinds(algebra: Algebra, *grades: int) -> list[list[bool | None]]:
+        blades = frozenset(algebra.blades(*grades))
+        names = {id(HALVES): True, id(COMPLEX): False}
+        return [[names.get(id(level.kind)) for level in plan] for plan in plans(algebra, blades, blades)]
+
+    assert kinds(orthogonal(8), *range(9)) == [[None] * 4]
+    assert kinds(orthogonal(4), 0, 2, 4)[0] == [True]
+    assert kinds(orthogonal(5), *range(6))[0] == [True, None]
+    assert kinds(orthogonal(5), 0, 2, 4)[0] == [None]
+    assert [False, None, None] in kinds(orthogonal(4, 1), *range(6))
+
+
+def test_counts_through_matrices() -> None:
+    """Two products of quaternions; two quaternions on a vector of four dimensions; matrices on a vector of G(2, 2)."""
+    four, split = orthogonal(4), null_pairs(2)
+
+    @kernel(a=four.even, b=four.even)
+    def even_product(a, b):  # type: ignore[no-untyped-def]
+        return a * b
+
+    @kernel(r=four.UNIT_EVEN, v=four.layout("V", "e1 e2 e3 e4"))
+    def turned(r, v):  # type: ignore[no-untyped-def]
+        return sandwich(r, v)
+
+    @kernel(r=split.UNIT_EVEN, v=split.VECTOR)
+    def turned_in_null_pairs(r, v):  # type: ignore[no-untyped-def]
+        return sandwich(r, v)
+
+    for each, most in ((even_product, (40, 48)), (turned, (32, 32)), (turned_in_null_pairs, (28, 20))):
+        cost = compile_kernel(each).cost
+        assert (cost.mul, cost.add) == most
 
 
 def element(name: str, algebra: Algebra, *grades: int) -> Expression:

@@ -1,201 +1,147 @@
 """Dense products through matrices: a geometric algebra is an algebra of small matrices, which multiply in fewer steps.
 
-Two anticommuting blades that square to 1 (or a null pair of vectors) generate the real 2 x 2 matrices. Every element is
-a 2 x 2 matrix over the blades that commute with both: Cl = M2(R) (x) C, where C is again spanned by blades, and so on
-(Lounesto, *Clifford Algebras and Spinors*, 2001, ch. 16; Porteous 1995). One level takes the product of two elements
-to eight products of elements of a quarter of the size instead of sixteen, for a few sums on the way in and out.
-
-Zero squares are no obstacle: a degenerate vector stays in C, where products that vanish are not formed.
+One level of 2 x 2 matrices (`gacompiler.passes.levels`) takes the product of two elements to eight products of elements
+of a quarter of the size instead of sixteen, for a few sums on the way in and out. Two halves take two products of half
+the size instead of four, complex numbers three. Zero squares are no obstacle: a degenerate vector stays in the blocks,
+where products that vanish are not formed.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from fractions import Fraction
-from functools import cache
 from typing import Any
 
 from ..algebra.algebra import Algebra
 from ..algebra.blades import Rational
 from ..algebra.coefficients import is_zero, scale
+from ..algebra.involutions import grade_involution, reverse
 from ..algebra.multivector import Multivector
 from ..algebra.products import product
 from ..frontend.expression import Expression, apply_operation, topological
+from ..frontend.facts import is_unit_even_versor
+from .levels import COMPLEX, HALVES, MATRIX, Level, plans
 
 Terms = Mapping[int, Any]
-Matrix = tuple[tuple[Rational, Rational], tuple[Rational, Rational]]
 Blocks = Any
-"""An element without levels left (a mapping of blades), or four of them, row by row."""
+"""An element without levels left (a mapping of blades), or one for each block, row by row."""
 
 SMALLEST = 64
-"""Products of fewer pairs of blades than this are left as they are."""
-LARGEST_DIMENSION = 8
+"""Products of fewer pairs of blades than this are left as they are; of sandwiches half as many pairs."""
 HUGE = 10_000
 """Products of more pairs of blades than this are only computed through matrices: writing them out takes seconds and
 never wins."""
 
 
-@dataclass(frozen=True)
-class Level:
-    """One factor M2(R): four elements with their matrices, and where every blade belongs.
-
-    Attributes
-    ----------
-    places : mapping
-        Blade -> (blade of C, number of the matrix element, factor): ``X = factor * z * m``.
-    matrices : four 2 x 2 matrices
-    duals : four 2 x 2 matrices
-        ``c_j = sum(duals[j] * M)`` recovers the parts of a matrix, up to `scales`.
-    scales : four numbers
-        Factors that recovering still lacks.
-    """
-
-    places: Mapping[int, tuple[int, int, Rational]]
-    matrices: tuple[Matrix, Matrix, Matrix, Matrix]
-    duals: tuple[Matrix, Matrix, Matrix, Matrix]
-    scales: tuple[Fraction, Fraction, Fraction, Fraction]
-
-
-@cache
-def levels(algebra: Algebra) -> tuple[Level, ...]:
-    """As many levels as there are, null pairs first; none where blades do not multiply to single blades."""
-    found: list[Level] = []
-    if algebra.dimension > LARGEST_DIMENSION:
-        return ()
-    space = frozenset(algebra.blades())
-    tag = 0  # a vector anticommutes with earlier pairs; times their bivectors it commutes
-    for u, v in _null_pairs(algebra):
-        first, second, both = u | tag, v | tag, u | v
-        product_of_pair = algebra.blade_product(first, second)
-        g, w = 2 * product_of_pair[0], product_of_pair[both]
-        half = Fraction(g, 2) / w
-        outside = [blade for blade in space if not blade & both]
-        inside = frozenset(blade if _commute(algebra, blade, first) else blade | both for blade in outside)
-        level = _level(
-            algebra,
-            space,
-            inside,
-            ({0: 1}, {first: 1}, {second: 1}, {both: 1}),
-            (((1, 0), (0, 1)), ((0, 0), (1, 0)), ((0, g), (0, 0)), ((-half, 0), (0, half))),
-            (((1, 0), (0, 1)), ((0, 0), (1, 0)), ((0, 1), (0, 0)), ((-1, 0), (0, 1))),
-            (Fraction(1, 2), Fraction(1), 1 / Fraction(g), 1 / (2 * half)),
-        )
-        if level is None:
-            return tuple(found)
-        found.append(level)
-        space, tag = inside, tag | both
-    while (pair := _involutions(algebra, space)) is not None:
-        a, b = pair
-        inside = frozenset(z for z in space if _commute(algebra, z, a) and _commute(algebra, z, b))
-        level = _level(
-            algebra,
-            space,
-            inside,
-            ({0: 1}, {a: 1}, {b: 1}, algebra.blade_product(a, b)),
-            (((1, 0), (0, 1)), ((1, 0), (0, -1)), ((0, 1), (1, 0)), ((0, 1), (-1, 0))),
-            (((1, 0), (0, 1)), ((1, 0), (0, -1)), ((0, 1), (1, 0)), ((0, 1), (-1, 0))),
-            (Fraction(1, 2),) * 4,
-        )
-        if level is None:
-            break
-        found.append(level)
-        space = inside
-    return tuple(found)
-
-
-def _null_pairs(algebra: Algebra) -> Iterator[tuple[int, int]]:
-    """Pairs of null vectors that see each other and nothing else."""
-    for i, row in enumerate(algebra.gram):
-        partners = [j for j, value in enumerate(row) if value]
-        if len(partners) == 1 and partners[0] > i and [k for k, x in enumerate(algebra.gram[partners[0]]) if x] == [i]:
-            yield 1 << i, 1 << partners[0]
-
-
-def _involutions(algebra: Algebra, space: frozenset[int]) -> tuple[int, int] | None:
-    """The first two blades that square to 1 and anticommute."""
-    ones = [b for b in sorted(space, key=lambda b: (b.bit_count(), b)) if b and algebra.blade_product(b, b) == {0: 1}]
-    return next(((a, b) for k, a in enumerate(ones) for b in ones[k + 1 :] if _anticommute(algebra, a, b)), None)
-
-
-def _commute(algebra: Algebra, a: int, b: int) -> bool:
-    return algebra.blade_product(a, b) == algebra.blade_product(b, a)
-
-
-def _anticommute(algebra: Algebra, a: int, b: int) -> bool:
-    ab, ba = algebra.blade_product(a, b), algebra.blade_product(b, a)
-    return len(ab) == 1 and all(ba.get(blade) == -value for blade, value in ab.items())
-
-
-def _level(
-    algebra: Algebra, space: frozenset[int], inside: frozenset[int], elements: Sequence[Mapping[int, Rational]],
-    matrices: Any, duals: Any, scales: Any,
-) -> Level | None:  # fmt: skip
-    places: dict[int, tuple[int, int, Rational]] = {}
-    for z in sorted(inside):
-        for j, element in enumerate(elements):
-            ((m, sign),) = element.items()
-            found = algebra.blade_product(z, m)
-            if len(found) != 1:
-                return None
-            ((blade, factor),) = found.items()
-            places[blade] = (z, j, 1 / Fraction(factor * sign))
-    return Level(places, matrices, duals, scales) if set(places) == space else None
-
-
-def matrix_product(algebra: Algebra, a: Terms, b: Terms, depth: int, possible: Iterable[int]) -> dict[int, Any]:
-    """The geometric product of two sums of blades through `depth` levels of 2 x 2 matrices.
+def matrix_product(
+    algebra: Algebra, factors: Sequence[Terms], chosen: Sequence[Level], possible: Iterable[int]
+) -> dict[int, Any]:
+    """The geometric product of sums of blades, from left to right, through the levels of a plan.
 
     Only the `possible` blades are formed: sums that cancel for every element (odd blades in a product of even ones) do
     not cancel by their form.
     """
-    chosen = levels(algebra)[:depth]
-    blocks = _multiply(algebra, _to_blocks(chosen, a), _to_blocks(chosen, b), depth)
+    blocks = _to_blocks(chosen, factors[0])
+    for factor in factors[1:]:
+        blocks = _multiply(algebra, chosen, blocks, _to_blocks(chosen, factor))
     values, scales = _from_blocks(chosen, blocks)
-    result = {blade: scale(values[blade], scales[blade]) for blade in sorted(possible) if blade in values}
+    wanted = [blade for blade in sorted(possible) if not chosen or blade in chosen[0].places]
+    short = _entries(chosen, wanted) if chosen and len(wanted) < len(chosen[0].places) else {}
+    result: dict[int, Any] = {}
+    for blade in wanted:
+        if blade in short:
+            path, place, share = short[blade]
+            result[blade] = scale(_at(blocks, path).get(place, 0), share)
+        elif blade in values:
+            result[blade] = scale(values[blade], scales[blade])
     return {blade: value for blade, value in result.items() if not is_zero(value)}
+
+
+def _entries(chosen: Sequence[Level], wanted: Sequence[int]) -> dict[int, tuple[tuple[int, ...], int, Rational]]:
+    """Blades that are the only ones in some entry of a block: the path to the block, the blade of C, the factor.
+
+    A vector that was turned by a rotor need not be collected from blocks that say the same twice.
+    """
+    contained: dict[tuple[tuple[int, ...], int], list[tuple[int, Rational]]] = {}
+    for blade in wanted:
+        for path, terms in _leaves(_to_blocks(chosen, {blade: 1})):
+            for z, factor in terms.items():
+                contained.setdefault((path, z), []).append((blade, factor))
+    found: dict[int, tuple[tuple[int, ...], int, Rational]] = {}
+    for (path, z), blades in sorted(contained.items()):
+        if len(blades) == 1:
+            ((blade, factor),) = blades
+            found.setdefault(blade, (path, z, 1 / Fraction(factor)))
+    return found
+
+
+def _leaves(blocks: Blocks) -> Iterator[tuple[tuple[int, ...], Terms]]:
+    if not isinstance(blocks, tuple):
+        yield (), blocks
+        return
+    for k, block in enumerate(blocks):
+        for path, terms in _leaves(block):
+            yield (k, *path), terms
+
+
+def _at(blocks: Blocks, path: Sequence[int]) -> Terms:
+    for k in path:
+        blocks = blocks[k]
+    found: Terms = blocks
+    return found
 
 
 def _to_blocks(chosen: Sequence[Level], terms: Terms) -> Blocks:
     if not chosen:
         return terms
     level = chosen[0]
-    parts: list[dict[int, Any]] = [{}, {}, {}, {}]
+    parts: list[dict[int, Any]] = [{} for _ in level.kind.duals]
     for blade, value in terms.items():
         z, j, factor = level.places[blade]
         parts[j][z] = scale(value, factor)
-    return tuple(
-        _to_blocks(chosen[1:], _combined([(parts[j], level.matrices[j][row][column]) for j in range(4)]))
-        for row in (0, 1)
-        for column in (0, 1)
-    )
+    return tuple(_to_blocks(chosen[1:], _combined(zip(parts, row, strict=True))) for row in level.kind.entries)
 
 
-def _combined(parts: Sequence[tuple[Terms, Rational]]) -> dict[int, Any]:
+def _combined(parts: Iterable[tuple[Terms, Rational]]) -> dict[int, Any]:
     total: dict[int, Any] = {}
     for terms, factor in parts:
-        if factor:
-            for blade, value in terms.items():
-                term = scale(value, factor)
-                total[blade] = total[blade] + term if blade in total else term
+        for blade, value in terms.items() if factor else ():
+            if blade in total and factor == -1:  # not the sum with the opposite, which would be a node of its own
+                total[blade] = total[blade] - value
+            else:
+                total[blade] = total[blade] + scale(value, factor) if blade in total else scale(value, factor)
     return total
 
 
-def _multiply(algebra: Algebra, a: Blocks, b: Blocks, depth: int) -> Blocks:
-    if depth == 0:
+def _multiply(algebra: Algebra, chosen: Sequence[Level], a: Blocks, b: Blocks) -> Blocks:
+    if not chosen:
         return product(algebra, "geometric_product", a, b)
-    products = [
-        [_multiply(algebra, a[2 * row + k], b[2 * k + column], depth - 1) for k in (0, 1)]
-        for row in (0, 1)
-        for column in (0, 1)
-    ]
-    return tuple(_added(x, y, depth - 1) for x, y in products)
+    if chosen[0].kind is COMPLEX:
+        return _three_products(lambda x, y: _multiply(algebra, chosen[1:], x, y), a, b)
+    found = []
+    for pairs in chosen[0].kind.products:
+        terms = [_multiply(algebra, chosen[1:], a[j], b[k]) for j, k in pairs]
+        found.append(terms[0] if len(terms) == 1 else _sum(terms[0], terms[1]))
+    return tuple(found)
 
 
-def _added(a: Blocks, b: Blocks, depth: int) -> Blocks:
-    if depth == 0:
-        return _combined([(a, 1), (b, 1)])
-    return tuple(_added(x, y, depth - 1) for x, y in zip(a, b, strict=True))
+def _three_products(multiply: Callable[[Blocks, Blocks], Blocks], a: Blocks, b: Blocks) -> Blocks:
+    """``(p + z q) (r + z s)`` with ``z z = -1``: ``p r - q s``, and ``(p + q) (r + s) - p r - q s``."""
+    (p, q), (r, s) = a, b
+    if not (_is_empty(p) or _is_empty(q) or _is_empty(r) or _is_empty(s)):
+        first, last = multiply(p, r), multiply(q, s)
+        return _sum(first, last, -1), _sum(_sum(multiply(_sum(p, q), _sum(r, s)), first, -1), last, -1)
+    return _sum(multiply(p, r), multiply(q, s), -1), _sum(multiply(p, s), multiply(q, r))
+
+
+def _is_empty(blocks: Blocks) -> bool:
+    return not any(terms for _, terms in _leaves(blocks))
+
+
+def _sum(a: Blocks, b: Blocks, factor: int = 1) -> Blocks:
+    if not isinstance(a, tuple):
+        return _combined([(a, 1), (b, factor)])
+    return tuple(_sum(x, y, factor) for x, y in zip(a, b, strict=True))
 
 
 def _from_blocks(chosen: Sequence[Level], blocks: Blocks) -> tuple[dict[int, Any], Mapping[int, Rational]]:
@@ -205,14 +151,11 @@ def _from_blocks(chosen: Sequence[Level], blocks: Blocks) -> tuple[dict[int, Any
     level = chosen[0]
     inner = [_from_blocks(chosen[1:], block) for block in blocks]
     inner_scales = inner[0][1]
-    parts = [
-        _combined([(inner[2 * row + column][0], level.duals[j][row][column]) for row in (0, 1) for column in (0, 1)])
-        for j in range(4)
-    ]
+    parts = [_combined(zip((terms for terms, _ in inner), row, strict=True)) for row in level.kind.duals]
     values: dict[int, Any] = {}
     scales: dict[int, Rational] = {}
     for blade, (z, j, factor) in level.places.items():
-        scales[blade] = inner_scales[z] * level.scales[j] / factor
+        scales[blade] = inner_scales[z] * level.kind.scales[j] / Fraction(factor)
         if z in parts[j]:
             values[blade] = parts[j][z]
     return values, scales
@@ -225,25 +168,75 @@ class _Ones(dict[int, Rational]):
         return 1
 
 
+def ways(expressions: Sequence[Expression]) -> list[tuple[int, int]]:
+    """Numbers of plans and of levels that some product has, the large products of `expressions` taken together."""
+    huge = has_huge_product(expressions)
+    found: dict[tuple[int, int], None] = {}
+    for expression in topological(expressions):
+        blades = _large(expression)
+        for number, plan in enumerate(plans(expression.algebra, *blades)[: 1 if huge else None] if blades else ()):
+            found.update(
+                ((number, depth), None) for depth in range(max(1, len(plan) - 1) if huge else 1, len(plan) + 1)
+            )
+    return sorted(found)
+
+
 def evaluate_by_matrices(
-    expressions: Sequence[Expression], inputs: Mapping[str, Any], lift: Any, depth: int
-) -> list[Multivector] | None:
-    """As `gacompiler.frontend.expression.evaluate`, large products by matrices; None where there is none."""
+    expressions: Sequence[Expression], inputs: Mapping[str, Any], lift: Callable[[Any], Any], way: tuple[int, int]
+) -> tuple[list[Multivector], str]:
+    """As `gacompiler.frontend.expression.evaluate`, large products and sandwiches by matrices; and by which."""
     memory: dict[Expression, Multivector] = {}
-    used = False
+    number, depth = way
+    texts: dict[str, None] = {}
     for expression in topological(expressions):
         values = [memory[argument] for argument in expression.arguments]
-        if (
-            expression.operation == "geometric_product"
-            and _is_large(values)
-            and len(levels(values[0].algebra)) >= depth
-        ):
-            used = True
-            terms = matrix_product(expression.algebra, values[0].terms, values[1].terms, depth, expression.blades)
+        blades = _large(expression)
+        known = plans(expression.algebra, *blades) if blades else ()
+        if known:
+            plan = known[min(number, len(known) - 1)][:depth]
+            texts[_text(plan)] = None
+            factors = [factor.terms for factor in _factors(expression.operation, values)]
+            terms = matrix_product(expression.algebra, factors, plan, _possible(expression))
             memory[expression] = Multivector(expression.algebra, terms)
         else:
             memory[expression] = apply_operation(expression, values, inputs, lift)
-    return [memory[expression] for expression in expressions] if used else None
+    return [memory[expression] for expression in expressions], ", ".join(texts)
+
+
+def _possible(expression: Expression) -> Iterable[int]:
+    """The blades that a product or a sandwich can have; a unit even versor keeps the grades of what it moves."""
+    first, x = expression.arguments
+    if expression.operation != "sandwich" or not is_unit_even_versor(first):
+        return expression.blades
+    grades = {blade.bit_count() for blade in x.blades}
+    return [blade for blade in expression.blades if blade.bit_count() in grades]
+
+
+def _text(plan: Sequence[Level]) -> str:
+    """What the levels of a plan make of numbers, in words."""
+    kinds = [level.kind for level in plan]
+    size = 2 ** sum(kind.products is MATRIX for kind in kinds)
+    parts = [f"{size} x {size} matrices"] if size > 1 else []
+    return " ".join(parts + ["in halves"] * (HALVES in kinds) + ["of complex numbers"] * (COMPLEX in kinds))
+
+
+def _factors(operation: str, values: Sequence[Multivector]) -> list[Multivector]:
+    if operation == "geometric_product":
+        return list(values)
+    versor, x = values
+    odd = any(blade.bit_count() & 1 for blade in versor.terms)
+    return [versor, grade_involution(x) if odd else x, reverse(versor)]
+
+
+def _large(expression: Expression) -> tuple[frozenset[int], ...]:
+    """The blades of the factors of a large product or sandwich; nothing for anything else."""
+    if expression.operation not in ("geometric_product", "sandwich"):
+        return ()
+    a, b = expression.arguments
+    is_sandwich = expression.operation == "sandwich"
+    if a.algebra != b.algebra or len(a.blades) * len(b.blades) < SMALLEST // (1 + is_sandwich):
+        return ()
+    return (a.blades, b.blades, a.blades) if is_sandwich else (a.blades, b.blades)
 
 
 def has_huge_product(expressions: Sequence[Expression]) -> bool:
@@ -251,11 +244,6 @@ def has_huge_product(expressions: Sequence[Expression]) -> bool:
     return any(
         expression.operation == "geometric_product"
         and len(expression.arguments[0].blades) * len(expression.arguments[1].blades) > HUGE
-        and len(levels(expression.algebra)) > 0
+        and plans(expression.algebra, *_large(expression))
         for expression in topological(expressions)
     )
-
-
-def _is_large(values: Sequence[Multivector]) -> bool:
-    a, b = values
-    return a.algebra == b.algebra and len(a.terms) * len(b.terms) >= SMALLEST

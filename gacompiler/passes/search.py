@@ -20,7 +20,7 @@ from ..ir.scalar import Graph, Scalar
 from ..rings.polynomial import Polynomial, total_terms
 from .factor import Policy
 from .lower import Lowering, Reduction, Slot, pick, stages
-from .matrices import evaluate_by_matrices, has_huge_product, levels
+from .matrices import evaluate_by_matrices, has_huge_product, ways
 from .resubstitute import resubstitute
 from .schedule import schedule
 from .share import share
@@ -157,14 +157,12 @@ class Search:
 
     def _by_matrices(self) -> Iterator[Candidate]:
         """The author's structure with its large products through matrices, by one level, two, and so on."""
-        name, expressions = next(iter(self._variants.items()))
-        deepest = max(len(levels(e.algebra)) for e in expressions)
-        for depth in range(max(1, deepest - 1) if has_huge_product(expressions) else 1, deepest + 1):
+        name = "sandwiches recognised" if "sandwiches recognised" in self._variants else next(iter(self._variants))
+        expressions = self._variants[name]
+        for way in ways(expressions):
             graph = Graph()
-            values = evaluate_by_matrices(expressions, self._inputs(graph), graph.lift, depth)
-            if values is None:
-                return
-            yield self._candidate((name, f"{2**depth} x {2**depth} matrices"), pick(values, self._slots, graph))
+            values, how = evaluate_by_matrices(expressions, self._inputs(graph), graph.lift, way)
+            yield self._candidate((name, how), pick(values, self._slots, graph))
 
     def _inputs(self, graph: Graph) -> dict[str, Scalar]:
         return {name: graph.variable(name) for parameter in self._kernel.parameters for name in parameter.components}
@@ -178,10 +176,10 @@ class Search:
         seen: set[tuple[object, ...]] = set()
         for name in names:
             expressions = self._variants[name]
-            ways = self._ways(expressions)
+            ways_to_lower = self._ways(expressions)
             too_large: list[tuple[Way, frozenset[Expression]]] = []
             for cuts in _choices_of_stages(stages(expressions)):
-                for way in ways:
+                for way in ways_to_lower:
                     if any(way == other and cuts < more for other, more in too_large):
                         continue
                     try:
@@ -202,10 +200,10 @@ class Search:
     def _ways(self, expressions: Sequence[Expression]) -> list[Way]:
         """Ways to lower: reductions, implied coefficients by name or not, squares used or not."""
         named = (False, True) if self._has_implied else (False,)
-        ways = [(reduction, name_implied, False) for reduction in Reduction for name_implied in named]
+        found = [(reduction, name_implied, False) for reduction in Reduction for name_implied in named]
         if any(e.operation != INPUT and square_of(e) is not None for e in topological(expressions)):
-            ways[len(named) : len(named)] = [(Reduction.NORMAL, name_implied, True) for name_implied in named]
-        return ways
+            found[len(named) : len(named)] = [(Reduction.NORMAL, name_implied, True) for name_implied in named]
+        return found
 
 
 def _changes_anything(way: Way, lowering: Lowering) -> bool:

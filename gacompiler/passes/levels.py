@@ -1,0 +1,237 @@
+"""Geometric algebras as algebras of matrices: which levels of matrices, halves and complex numbers there are.
+
+Two anticommuting blades that square to 1 (or a null pair of vectors) generate the real 2 x 2 matrices. Every element is
+a 2 x 2 matrix over the blades that commute with both: Cl = M2(R) (x) C, where C is again spanned by blades, and so on
+(Lounesto, *Clifford Algebras and Spinors*, 2001, ch. 16; Porteous 1995). A blade that commutes with everything and
+squares to 1 splits an algebra in two halves that do not see each other.
+
+What counts is the algebra that the factors generate: even elements have matrices of their own.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from fractions import Fraction
+from functools import cache
+
+from ..algebra.algebra import Algebra
+from ..algebra.blades import Rational
+
+Row = tuple[Rational, ...]
+
+LARGEST_DIMENSION = 8
+COMPLEX_SIZES = range(16, 65)
+"""Dimensions of complex algebras in which three products of half the size are tried instead of four."""
+
+
+@dataclass(frozen=True)
+class Kind:
+    """How the parts of an element make up its blocks, and how blocks multiply.
+
+    Attributes
+    ----------
+    entries : tuple of rows
+        Block ``k`` is the sum of the parts times row ``k``.
+    products : tuple of tuples of pairs
+        Block ``k`` of a product is the sum of the products of these blocks.
+    duals : tuple of rows
+        Part ``j`` is the sum of the blocks times row ``j``, up to `scales`.
+    scales : tuple of numbers
+        Factors that recovering still lacks.
+    """
+
+    entries: tuple[Row, ...]
+    products: tuple[tuple[tuple[int, int], ...], ...]
+    duals: tuple[Row, ...]
+    scales: Row
+
+
+@dataclass(frozen=True)
+class Level:
+    """One factor M2(R), or one splitting in halves: where every blade belongs.
+
+    Attributes
+    ----------
+    places : mapping
+        Blade -> (blade of C, number of the part, factor): ``X = factor * z * m``.
+    kind : Kind
+    """
+
+    places: Mapping[int, tuple[int, int, Rational]]
+    kind: Kind
+
+
+_HALF = Fraction(1, 2)
+MATRIX = tuple(((2 * row, column), (2 * row + 1, column + 2)) for row in (0, 1) for column in (0, 1))
+INVOLUTIONS = Kind(
+    ((1, 1, 0, 0), (0, 0, 1, 1), (0, 0, 1, -1), (1, -1, 0, 0)),
+    MATRIX,
+    ((1, 0, 0, 1), (1, 0, 0, -1), (0, 1, 1, 0), (0, 1, -1, 0)),
+    (_HALF,) * 4,
+)
+"""Parts of 1, a, b, ab, of which a and b square to 1 and anticommute: a is diagonal."""
+HALVES = Kind(((1, 1), (1, -1)), (((0, 0),), ((1, 1),)), ((1, 1), (1, -1)), (_HALF,) * 2)
+"""Parts of 1 and of a central z with z z = 1."""
+COMPLEX = Kind(((1, 0), (0, 1)), (), ((1, 0), (0, 1)), (1, 1))
+"""Parts of 1 and of a central z with z z = -1; see `_three_products`."""
+
+
+def _null_pair(g: Rational, half: Rational) -> Kind:
+    """Parts of 1, u, v and their outer product, of which u and v are null and ``u v + v u = g``."""
+    return Kind(
+        ((1, 0, 0, -half), (0, 0, g, 0), (0, 1, 0, 0), (1, 0, 0, half)),
+        MATRIX,
+        ((1, 0, 0, 1), (0, 0, 1, 0), (0, 1, 0, 0), (-1, 0, 0, 1)),
+        (_HALF, 1, 1 / Fraction(g), 1 / (2 * Fraction(half))),
+    )
+
+
+@cache
+def plans(algebra: Algebra, *factors: frozenset[int]) -> tuple[tuple[Level, ...], ...]:
+    """Ways to see products of factors with these blades as products of matrices, each by one level after the other.
+
+    The first is that of the algebra that the factors generate; it is empty where blades do not multiply to blades, or
+    where nothing is gained. Null pairs need the whole algebra. A central blade that squares to -1 makes numbers
+    complex, which three products multiply.
+    """
+    if algebra.dimension > LARGEST_DIMENSION:
+        return ()
+    everything = frozenset(algebra.blades())
+    given = factors or (everything,)
+    space = _generated(algebra, frozenset[int]().union(*given))
+    found = [_levels(algebra, given, space)]
+    if space != everything:
+        found.append(_levels(algebra, (everything,), everything))
+    imaginary = _central(algebra, _of_square(algebra, space, -1), space)
+    if imaginary is not None and len(space) in COMPLEX_SIZES:
+        rests = [
+            (*split[:1], *_levels(algebra, given, split[1])) for split in _splits(algebra, space, imaginary, COMPLEX)
+        ]
+        found += sorted(rests, key=len)[-1:]
+    return tuple(plan for k, plan in enumerate(found) if plan and plan not in found[:k])
+
+
+@cache
+def _generated(algebra: Algebra, blades: frozenset[int]) -> frozenset[int]:
+    """The blades of all products of some blades."""
+    found, new = {0}, {0}
+    while new:
+        reached = {c for a in new for b in blades for c in algebra.blade_product(a, b)}
+        new = reached - found
+        found |= new
+        if len(found) == 1 << algebra.dimension:
+            break
+    return frozenset(found)
+
+
+@cache
+def _levels(algebra: Algebra, factors: tuple[frozenset[int], ...], space: frozenset[int]) -> tuple[Level, ...]:
+    found: list[Level] = []
+    tag = 0  # a vector anticommutes with earlier pairs; times their bivectors it commutes
+    for u, v in _null_pairs(algebra):
+        first, second, both = u | tag, v | tag, u | v
+        if not {first, second, both} <= space:
+            continue
+        product_of_pair = algebra.blade_product(first, second)
+        g, w = 2 * product_of_pair[0], product_of_pair[both]
+        outside = [blade for blade in space if not blade & both]
+        inside = frozenset(blade if _commute(algebra, blade, first) else blade | both for blade in outside)
+        kind = _null_pair(g, Fraction(g, 2) / w)
+        level = _level(algebra, space, inside, ({0: 1}, {first: 1}, {second: 1}, {both: 1}), kind)
+        if level is None:
+            return tuple(found)
+        found.append(level)
+        space, tag = inside, tag | both
+    while (level_and_rest := _next_level(algebra, factors, space)) is not None:
+        level, space = level_and_rest
+        found.append(level)
+    return tuple(found)
+
+
+def _next_level(
+    algebra: Algebra, factors: Sequence[frozenset[int]], space: frozenset[int]
+) -> tuple[Level, frozenset[int]] | None:
+    """A level without null pairs, and the blades that are left."""
+    ones = _of_square(algebra, space, 1)
+    centre = _central(algebra, ones, space)
+    if centre is not None:
+        return next(_splits(algebra, space, centre, HALVES), None)
+    pair = _involutions(algebra, factors, ones, space)
+    if pair is None:
+        return None
+    a, b = pair
+    inside = frozenset(z for z in space if _commute(algebra, z, a) and _commute(algebra, z, b))
+    level = _level(algebra, space, inside, ({0: 1}, {a: 1}, {b: 1}, algebra.blade_product(a, b)), INVOLUTIONS)
+    return None if level is None else (level, inside)
+
+
+def _null_pairs(algebra: Algebra) -> Iterator[tuple[int, int]]:
+    """Pairs of null vectors that see each other and nothing else."""
+    for i, row in enumerate(algebra.gram):
+        partners = [j for j, value in enumerate(row) if value]
+        if len(partners) == 1 and partners[0] > i and [k for k, x in enumerate(algebra.gram[partners[0]]) if x] == [i]:
+            yield 1 << i, 1 << partners[0]
+
+
+def _of_square(algebra: Algebra, space: frozenset[int], square: int) -> list[int]:
+    """The blades with this square, but 1 itself, by grade."""
+    ordered = sorted(space, key=lambda blade: (blade.bit_count(), blade))
+    return [blade for blade in ordered if blade and algebra.blade_product(blade, blade) == {0: square}]
+
+
+def _central(algebra: Algebra, blades: Iterable[int], space: frozenset[int]) -> int | None:
+    """The first of some blades that commutes with all of `space`."""
+    return next((z for z in blades if all(_commute(algebra, z, blade) for blade in space)), None)
+
+
+def _splits(algebra: Algebra, space: frozenset[int], centre: int, kind: Kind) -> Iterator[tuple[Level, frozenset[int]]]:
+    """Levels of a central blade, and the blades without one of its vectors, the last one first."""
+    for k in reversed(range(centre.bit_length())):
+        if centre >> k & 1:
+            inside = frozenset(blade for blade in space if not blade >> k & 1)
+            level = _level(algebra, space, inside, ({0: 1}, {centre: 1}), kind)
+            if level is not None:
+                yield level, inside
+
+
+def _involutions(
+    algebra: Algebra, factors: Sequence[frozenset[int]], ones: Sequence[int], space: frozenset[int]
+) -> tuple[int, int] | None:
+    """Two blades that square to 1 and anticommute; the first, which is diagonal, commutes with the most of a factor.
+
+    Blocks beside the diagonal then stay empty.
+    """
+    sparse = [factor for factor in factors if len(factor) < len(space)]
+
+    def rank(a: int) -> tuple[int, int]:
+        commuting = max(sum(_commute(algebra, a, blade) for blade in factor) for factor in sparse)
+        return -commuting, -sum(a in factor for factor in sparse)
+
+    ordered = sorted(ones, key=rank) if sparse else ones
+    return next(((a, b) for a in ordered for b in ordered if _anticommute(algebra, a, b)), None)
+
+
+def _commute(algebra: Algebra, a: int, b: int) -> bool:
+    return algebra.blade_product(a, b) == algebra.blade_product(b, a)
+
+
+def _anticommute(algebra: Algebra, a: int, b: int) -> bool:
+    ab, ba = algebra.blade_product(a, b), algebra.blade_product(b, a)
+    return len(ab) == 1 and all(ba.get(blade) == -value for blade, value in ab.items())
+
+
+def _level(
+    algebra: Algebra, space: frozenset[int], inside: frozenset[int], elements: Sequence[Mapping[int, Rational]],
+    kind: Kind,
+) -> Level | None:  # fmt: skip
+    places: dict[int, tuple[int, int, Rational]] = {}
+    for z in sorted(inside):
+        for j, element in enumerate(elements):
+            ((m, sign),) = element.items()
+            found = algebra.blade_product(z, m)
+            if len(found) != 1:
+                return None
+            ((blade, factor),) = found.items()
+            places[blade] = (z, j, 1 / Fraction(factor * sign))
+    return Level(places, kind) if set(places) == space else None
