@@ -2,7 +2,7 @@
 // command: gac generate --all pga2
 // spec: c2e557616addccdc
 // contraction: -ffp-contract=off (every operation is rounded once)
-// body: 26f6d81ac555a78ad418d97ed671673dd00312ff7cbf83f90ea3c08fd4617aa4
+// body: 7c096823fd287dfab4a0fa2d0ec12f916095fb57a301368ce475094a53383874
 
 #ifndef REAL
 #include "pga2.h"
@@ -68,7 +68,7 @@ struct kernel {
     const struct form *forms;
 };
 
-enum { PARTS = 4, CORES = 3, SPACE = 4096, PREPARED = 7 };
+enum { PARTS = 4, CORES = 3, SPACE = 4096, PREPARED = 8 };
 
 #define SQRT(x) FUNCTION(sqrt)(x)
 #define SIN(x) FUNCTION(sin)(x)
@@ -3505,8 +3505,8 @@ INLINE void NAME(motor_power)(const REAL *m, REAL t, REAL *out)
     const REAL t7 = -t6;
     const REAL t8 = LESS(m_1, (REAL)0);
     const REAL t9 = SELECT(t8, t7, t6);
-    const REAL t10 = m_e12 * t9;
-    const REAL t11 = t * t10;
+    const REAL t10 = t * t9;
+    const REAL t11 = m_e12 * t10;
     const REAL t12 = COS(t11);
     const REAL t13 = t11 * t11;
     const REAL t14 = LESS(t13, (REAL)1e-18);
@@ -3514,17 +3514,15 @@ INLINE void NAME(motor_power)(const REAL *m, REAL t, REAL *out)
     const REAL t16 = SIN(t11);
     const REAL t17 = t16 / t15;
     const REAL t18 = SELECT(t14, (REAL)1, t17);
-    const REAL t19 = t11 * t18;
-    const REAL t20 = m_e20 * t9;
-    const REAL t21 = t * t20;
-    const REAL t22 = t21 * t18;
-    const REAL t23 = m_e01 * t9;
-    const REAL t24 = t * t23;
-    const REAL t25 = t24 * t18;
+    const REAL t19 = t * t18;
+    const REAL t20 = t9 * t19;
+    const REAL t21 = m_e12 * t20;
+    const REAL t22 = m_e20 * t20;
+    const REAL t23 = m_e01 * t20;
     out[0] = t12;
-    out[1] = t19;
+    out[1] = t21;
     out[2] = t22;
-    out[3] = t25;
+    out[3] = t23;
 }
 
 static INLINE void NAME(motor_power_prepare_m)(const REAL *m, REAL *prepared)
@@ -3543,20 +3541,20 @@ static INLINE void NAME(motor_power_prepare_m)(const REAL *m, REAL *prepared)
     const REAL t7 = -t6;
     const REAL t8 = LESS(m_1, (REAL)0);
     const REAL t9 = SELECT(t8, t7, t6);
-    const REAL t10 = m_e12 * t9;
-    const REAL t20 = m_e20 * t9;
-    const REAL t23 = m_e01 * t9;
-    prepared[0] = t10;
-    prepared[1] = t20;
-    prepared[2] = t23;
+    prepared[0] = t9;
+    prepared[1] = m_e12;
+    prepared[2] = m_e20;
+    prepared[3] = m_e01;
 }
 
 static INLINE void NAME(motor_power_apply_m)(const REAL *prepared, REAL t, REAL *out)
 {
-    const REAL t10 = prepared[0];
-    const REAL t20 = prepared[1];
-    const REAL t23 = prepared[2];
-    const REAL t11 = t * t10;
+    const REAL t9 = prepared[0];
+    const REAL m_e12 = prepared[1];
+    const REAL m_e20 = prepared[2];
+    const REAL m_e01 = prepared[3];
+    const REAL t10 = t * t9;
+    const REAL t11 = m_e12 * t10;
     const REAL t12 = COS(t11);
     const REAL t13 = t11 * t11;
     const REAL t14 = LESS(t13, (REAL)1e-18);
@@ -3564,15 +3562,15 @@ static INLINE void NAME(motor_power_apply_m)(const REAL *prepared, REAL t, REAL 
     const REAL t16 = SIN(t11);
     const REAL t17 = t16 / t15;
     const REAL t18 = SELECT(t14, (REAL)1, t17);
-    const REAL t19 = t11 * t18;
-    const REAL t21 = t * t20;
-    const REAL t22 = t21 * t18;
-    const REAL t24 = t * t23;
-    const REAL t25 = t24 * t18;
+    const REAL t19 = t * t18;
+    const REAL t20 = t9 * t19;
+    const REAL t21 = m_e12 * t20;
+    const REAL t22 = m_e20 * t20;
+    const REAL t23 = m_e01 * t20;
     out[0] = t12;
-    out[1] = t19;
+    out[1] = t21;
     out[2] = t22;
-    out[3] = t25;
+    out[3] = t23;
 }
 
 WIDE static void NAME(motor_power_block_m)(intptr_t n, char **args, const intptr_t *strides)
@@ -3653,32 +3651,32 @@ INLINE void NAME(interpolate_motors)(const REAL *a, const REAL *b, REAL t, REAL 
     const REAL t13 = -t12;
     const REAL t14 = LESS(t8, (REAL)0);
     const REAL t15 = SELECT(t14, t13, t12);
-    const REAL t16 = t2 * t15;
-    const REAL t17 = t * t16;
+    const REAL t16 = t * t15;
+    const REAL t17 = t2 * t16;
     const REAL t18 = t17 * t17;
     const REAL t19 = LESS(t18, (REAL)1e-18);
     const REAL t20 = SELECT(t19, (REAL)1, t17);
     const REAL t21 = SIN(t17);
     const REAL t22 = t21 / t20;
     const REAL t23 = SELECT(t19, (REAL)1, t22);
-    const REAL t24 = t17 * t23;
-    const REAL t25 = a_e12 * t24;
-    const REAL t26 = COS(t17);
-    const REAL t27 = a_1 * t26;
-    const REAL t28 = t27 - t25;
-    const REAL t29 = a_1 * t24;
-    const REAL t30 = a_e12 * t26;
-    const REAL t31 = t29 + t30;
-    const REAL t32 = a_1 * b_e20;
-    const REAL t33 = a_e12 * b_e01;
-    const REAL t34 = t32 - t33;
-    const REAL t35 = a_e01 * b_e12;
-    const REAL t36 = t34 + t35;
-    const REAL t37 = a_e20 * b_1;
-    const REAL t38 = t36 - t37;
-    const REAL t39 = t38 * t15;
-    const REAL t40 = t * t39;
-    const REAL t41 = t40 * t23;
+    const REAL t24 = t * t23;
+    const REAL t25 = t15 * t24;
+    const REAL t26 = t2 * t25;
+    const REAL t27 = a_e12 * t26;
+    const REAL t28 = COS(t17);
+    const REAL t29 = a_1 * t28;
+    const REAL t30 = t29 - t27;
+    const REAL t31 = a_1 * t26;
+    const REAL t32 = a_e12 * t28;
+    const REAL t33 = t31 + t32;
+    const REAL t34 = a_1 * b_e20;
+    const REAL t35 = a_e12 * b_e01;
+    const REAL t36 = t34 - t35;
+    const REAL t37 = a_e01 * b_e12;
+    const REAL t38 = t36 + t37;
+    const REAL t39 = a_e20 * b_1;
+    const REAL t40 = t38 - t39;
+    const REAL t41 = t40 * t25;
     const REAL t42 = a_1 * t41;
     const REAL t43 = a_1 * b_e01;
     const REAL t44 = a_e12 * b_e20;
@@ -3687,26 +3685,24 @@ INLINE void NAME(interpolate_motors)(const REAL *a, const REAL *b, REAL t, REAL 
     const REAL t47 = t46 - t45;
     const REAL t48 = a_e20 * b_e12;
     const REAL t49 = t47 + t48;
-    const REAL t50 = t49 * t15;
-    const REAL t51 = t * t50;
-    const REAL t52 = t51 * t23;
-    const REAL t53 = a_e12 * t52;
-    const REAL t54 = t42 - t53;
-    const REAL t55 = a_e01 * t24;
-    const REAL t56 = t54 - t55;
-    const REAL t57 = a_e20 * t26;
-    const REAL t58 = t56 + t57;
-    const REAL t59 = a_1 * t52;
-    const REAL t60 = a_e12 * t41;
-    const REAL t61 = t59 + t60;
-    const REAL t62 = a_e01 * t26;
-    const REAL t63 = t61 - t62;
-    const REAL t64 = a_e20 * t24;
-    const REAL t65 = t64 - t63;
-    out[0] = t28;
-    out[1] = t31;
-    out[2] = t58;
-    out[3] = t65;
+    const REAL t50 = t49 * t25;
+    const REAL t51 = a_e12 * t50;
+    const REAL t52 = t42 - t51;
+    const REAL t53 = a_e01 * t26;
+    const REAL t54 = t52 - t53;
+    const REAL t55 = a_e20 * t28;
+    const REAL t56 = t54 + t55;
+    const REAL t57 = a_1 * t50;
+    const REAL t58 = a_e12 * t41;
+    const REAL t59 = t57 + t58;
+    const REAL t60 = a_e01 * t28;
+    const REAL t61 = t59 - t60;
+    const REAL t62 = a_e20 * t26;
+    const REAL t63 = t62 - t61;
+    out[0] = t30;
+    out[1] = t33;
+    out[2] = t56;
+    out[3] = t63;
 }
 
 static INLINE void NAME(interpolate_motors_prepare_a_b)(const REAL *a, const REAL *b, REAL *prepared)
@@ -3735,15 +3731,13 @@ static INLINE void NAME(interpolate_motors_prepare_a_b)(const REAL *a, const REA
     const REAL t13 = -t12;
     const REAL t14 = LESS(t8, (REAL)0);
     const REAL t15 = SELECT(t14, t13, t12);
-    const REAL t16 = t2 * t15;
-    const REAL t32 = a_1 * b_e20;
-    const REAL t33 = a_e12 * b_e01;
-    const REAL t34 = t32 - t33;
-    const REAL t35 = a_e01 * b_e12;
-    const REAL t36 = t34 + t35;
-    const REAL t37 = a_e20 * b_1;
-    const REAL t38 = t36 - t37;
-    const REAL t39 = t38 * t15;
+    const REAL t34 = a_1 * b_e20;
+    const REAL t35 = a_e12 * b_e01;
+    const REAL t36 = t34 - t35;
+    const REAL t37 = a_e01 * b_e12;
+    const REAL t38 = t36 + t37;
+    const REAL t39 = a_e20 * b_1;
+    const REAL t40 = t38 - t39;
     const REAL t43 = a_1 * b_e01;
     const REAL t44 = a_e12 * b_e20;
     const REAL t45 = t43 + t44;
@@ -3751,62 +3745,64 @@ static INLINE void NAME(interpolate_motors_prepare_a_b)(const REAL *a, const REA
     const REAL t47 = t46 - t45;
     const REAL t48 = a_e20 * b_e12;
     const REAL t49 = t47 + t48;
-    const REAL t50 = t49 * t15;
-    prepared[0] = t16;
-    prepared[1] = a_e12;
-    prepared[2] = a_1;
-    prepared[3] = t39;
-    prepared[4] = t50;
-    prepared[5] = a_e01;
-    prepared[6] = a_e20;
+    prepared[0] = t15;
+    prepared[1] = t2;
+    prepared[2] = a_e12;
+    prepared[3] = a_1;
+    prepared[4] = t40;
+    prepared[5] = t49;
+    prepared[6] = a_e01;
+    prepared[7] = a_e20;
 }
 
 static INLINE void NAME(interpolate_motors_apply_a_b)(const REAL *prepared, REAL t, REAL *out)
 {
-    const REAL t16 = prepared[0];
-    const REAL a_e12 = prepared[1];
-    const REAL a_1 = prepared[2];
-    const REAL t39 = prepared[3];
-    const REAL t50 = prepared[4];
-    const REAL a_e01 = prepared[5];
-    const REAL a_e20 = prepared[6];
-    const REAL t17 = t * t16;
+    const REAL t15 = prepared[0];
+    const REAL t2 = prepared[1];
+    const REAL a_e12 = prepared[2];
+    const REAL a_1 = prepared[3];
+    const REAL t40 = prepared[4];
+    const REAL t49 = prepared[5];
+    const REAL a_e01 = prepared[6];
+    const REAL a_e20 = prepared[7];
+    const REAL t16 = t * t15;
+    const REAL t17 = t2 * t16;
     const REAL t18 = t17 * t17;
     const REAL t19 = LESS(t18, (REAL)1e-18);
     const REAL t20 = SELECT(t19, (REAL)1, t17);
     const REAL t21 = SIN(t17);
     const REAL t22 = t21 / t20;
     const REAL t23 = SELECT(t19, (REAL)1, t22);
-    const REAL t24 = t17 * t23;
-    const REAL t25 = a_e12 * t24;
-    const REAL t26 = COS(t17);
-    const REAL t27 = a_1 * t26;
-    const REAL t28 = t27 - t25;
-    const REAL t29 = a_1 * t24;
-    const REAL t30 = a_e12 * t26;
-    const REAL t31 = t29 + t30;
-    const REAL t40 = t * t39;
-    const REAL t41 = t40 * t23;
+    const REAL t24 = t * t23;
+    const REAL t25 = t15 * t24;
+    const REAL t26 = t2 * t25;
+    const REAL t27 = a_e12 * t26;
+    const REAL t28 = COS(t17);
+    const REAL t29 = a_1 * t28;
+    const REAL t30 = t29 - t27;
+    const REAL t31 = a_1 * t26;
+    const REAL t32 = a_e12 * t28;
+    const REAL t33 = t31 + t32;
+    const REAL t41 = t40 * t25;
     const REAL t42 = a_1 * t41;
-    const REAL t51 = t * t50;
-    const REAL t52 = t51 * t23;
-    const REAL t53 = a_e12 * t52;
-    const REAL t54 = t42 - t53;
-    const REAL t55 = a_e01 * t24;
-    const REAL t56 = t54 - t55;
-    const REAL t57 = a_e20 * t26;
-    const REAL t58 = t56 + t57;
-    const REAL t59 = a_1 * t52;
-    const REAL t60 = a_e12 * t41;
-    const REAL t61 = t59 + t60;
-    const REAL t62 = a_e01 * t26;
-    const REAL t63 = t61 - t62;
-    const REAL t64 = a_e20 * t24;
-    const REAL t65 = t64 - t63;
-    out[0] = t28;
-    out[1] = t31;
-    out[2] = t58;
-    out[3] = t65;
+    const REAL t50 = t49 * t25;
+    const REAL t51 = a_e12 * t50;
+    const REAL t52 = t42 - t51;
+    const REAL t53 = a_e01 * t26;
+    const REAL t54 = t52 - t53;
+    const REAL t55 = a_e20 * t28;
+    const REAL t56 = t54 + t55;
+    const REAL t57 = a_1 * t50;
+    const REAL t58 = a_e12 * t41;
+    const REAL t59 = t57 + t58;
+    const REAL t60 = a_e01 * t28;
+    const REAL t61 = t59 - t60;
+    const REAL t62 = a_e20 * t26;
+    const REAL t63 = t62 - t61;
+    out[0] = t30;
+    out[1] = t33;
+    out[2] = t56;
+    out[3] = t63;
 }
 
 WIDE static void NAME(interpolate_motors_block_a_b)(intptr_t n, char **args, const intptr_t *strides)

@@ -2,7 +2,7 @@
 // command: gac generate --all pga2
 // spec: c2e557616addccdc
 // contraction: -ffp-contract=off (every operation is rounded once)
-// body: a7b28fd9b68821d25498a2b11d57ac60ac7d824525e88497045b47abd7949384
+// body: f64d26925be0bdcf5f82047c1da169ce45089b32b7f3be8814f7af0c537ce14f
 /* pga2
    The Euclidean plane by plane-based geometric algebra G(2,0,1): points, lines and rigid motions.
    
@@ -493,10 +493,10 @@ void pga2_motor_square_root_loop_f32(char **args, const intptr_t *dimensions, co
      t  SCALAR.
      out[4]  PGA2.MOTOR: 1, e12, e20, e01; unit.
    Assumes ``m ~m = 1``.
-   Costs 11 mul, 0 add, 2 div, 3 call, 9 choice.
-   Where `m` stay the same for 2 elements or more: 4 mul, 0 add, 1 div, 1 call, 6 choice once, then 7 mul, 0 add,
+   Costs 9 mul, 0 add, 2 div, 3 call, 9 choice.
+   Where `m` stay the same for 2 elements or more: 1 mul, 0 add, 1 div, 1 call, 6 choice once, then 8 mul, 0 add,
    1 div, 2 call, 3 choice for each.
-   Error: 1.7 ulp of the largest coefficient, 64 random inputs. */
+   Error: 9.0 ulp of the largest coefficient, 64 random inputs. */
 void pga2_motor_power_f64(const double *m, double t, double *out);
 void pga2_motor_power_f32(const float *m, float t, float *out);
 void pga2_motor_power_loop_f64(char **args, const intptr_t *dimensions, const intptr_t *steps);
@@ -508,8 +508,8 @@ void pga2_motor_power_loop_f32(char **args, const intptr_t *dimensions, const in
      t  SCALAR.
      out[4]  PGA2.MOTOR: 1, e12, e20, e01; unit.
    Assumes ``a ~a = 1``, ``b ~b = 1``.
-   Costs 35 mul, 16 add, 2 div, 3 call, 9 choice.
-   Where `a` and `b` stay the same for 2 elements or more: 16 mul, 8 add, 1 div, 1 call, 6 choice once, then 19
+   Costs 33 mul, 16 add, 2 div, 3 call, 9 choice.
+   Where `a` and `b` stay the same for 2 elements or more: 13 mul, 8 add, 1 div, 1 call, 6 choice once, then 20
    mul, 8 add, 1 div, 2 call, 3 choice for each.
    Error: 4.5 ulp of the largest coefficient, 64 random inputs. */
 void pga2_interpolate_motors_f64(const double *a, const double *b, double t, double *out);

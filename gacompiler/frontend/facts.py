@@ -28,9 +28,14 @@ def parity(expression: Expression) -> int | None:
     return parities.pop() if len(parities) == 1 else None
 
 
+def has_grade(expression: Expression, grade: int) -> bool:
+    """Whether only blades of this grade can occur, and some can."""
+    return {blade.bit_count() for blade in expression.blades} == {grade}
+
+
 def is_vector(expression: Expression) -> bool:
-    """Whether only blades of grade 1 can occur."""
-    return bool(expression.blades) and all(blade.bit_count() == 1 for blade in expression.blades)
+    """Whether only blades of grade 1 can occur, and some can."""
+    return has_grade(expression, 1)
 
 
 def is_unit_even_versor(expression: Expression) -> bool:

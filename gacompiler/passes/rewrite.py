@@ -12,6 +12,8 @@ from collections.abc import Callable
 from ..algebra.versors import SMALL_DIMENSION, conjugate_factors, n_vectors
 from ..frontend.expression import INPUT, Expression, node, topological
 from ..frontend.facts import is_unit, is_unit_even_versor, is_vector, parity
+from .associate import associate
+from .expand import expand_contraction, expand_meet, expand_square
 
 Rule = Callable[[Expression], Expression | None]
 
@@ -68,6 +70,19 @@ def split_sandwich(expression: Expression) -> Expression | None:
         return None
     a, b = versor.arguments
     return node("sandwich", a, node("sandwich", b, x))
+
+
+def split_conjugation(expression: Expression) -> Expression | None:
+    """``(a b) x f(a b)`` is ``a (b x f(b)) f(a)`` where `f` reverses the order of products: quaternions one by one."""
+    if expression.operation != "geometric_product" or expression.arguments[0].operation != "geometric_product":
+        return None
+    (versor, x), last = expression.arguments[0].arguments, expression.arguments[1]
+    if versor.operation != "geometric_product" or last.operation not in ("reverse", "clifford_conjugate"):
+        return None
+    if last.arguments[0] != versor:
+        return None
+    a, b = versor.arguments
+    return a * (b * x * node(last.operation, b)) * node(last.operation, a)
 
 
 def join_sandwich(expression: Expression) -> Expression | None:
@@ -179,26 +194,34 @@ def _reflection(expression: Expression) -> tuple[Expression, Expression] | None:
 RECOGNISE: tuple[Rule, ...] = (recognise_sandwich, divide_by_reversing)
 SPELL_OUT: tuple[Rule, ...] = (*RECOGNISE, spell_out_inverse)
 PULL_OUT: tuple[Rule, ...] = (*RECOGNISE, pull_out_versor, drop_versor, leave_out_what_commutes)
-SPLIT: tuple[Rule, ...] = (*PULL_OUT, split_sandwich)
+SPLIT: tuple[Rule, ...] = (*PULL_OUT, split_sandwich, split_conjugation)
 COMBINE: tuple[Rule, ...] = (*PULL_OUT, join_sandwich)
 
-STRATEGIES: dict[str, tuple[Rule, ...]] = {
+DIFFERENCES: tuple[Rule, ...] = (sandwich_as_difference, reflection_as_difference)
+
+STRATEGIES: dict[str, tuple[tuple[Rule, ...], ...]] = {
     "as written": (),
-    "sandwiches recognised": RECOGNISE,
-    "inverses spelled out": SPELL_OUT,
-    "versors pulled out": PULL_OUT,
-    "sandwiches one by one": SPLIT,
-    "sandwiches combined": COMBINE,
-    "sandwiches as differences": (*SPLIT, sandwich_as_difference, reflection_as_difference),
+    "sandwiches recognised": (RECOGNISE,),
+    "inverses spelled out": (SPELL_OUT,),
+    "versors pulled out": (PULL_OUT,),
+    "products expanded": ((*RECOGNISE, expand_meet, expand_contraction, expand_square),),
+    "chains associated": (RECOGNISE, (associate,)),
+    "sandwiches one by one": (SPLIT,),
+    "sandwiches combined": (COMBINE,),
+    "sandwiches as differences": ((*SPLIT, *DIFFERENCES),),
+    "pulled out, as differences": (SPLIT, DIFFERENCES),
 }
+"""Rules that are applied together, and after them others: a sandwich that has become a sum is not pulled out."""
 
 
 def rewrite(expressions: tuple[Expression, ...]) -> dict[str, tuple[Expression, ...]]:
     """The different results of every strategy, by its name; the author's own form is the first."""
     found: dict[str, tuple[Expression, ...]] = {}
-    for name, rules in STRATEGIES.items():
-        memory: dict[Expression, Expression] = {}
-        result = tuple(_everywhere(expression, rules, memory) for expression in expressions)
+    for name, phases in STRATEGIES.items():
+        result = expressions
+        for rules in phases:
+            memory: dict[Expression, Expression] = {}
+            result = tuple(_everywhere(expression, rules, memory) for expression in result)
         if result not in found.values():
             found[name] = result
     return found

@@ -40,6 +40,8 @@ FIRST_EFFORT, MORE_EFFORT = 14_000, 8_000
 LOWERING = 10_000
 """Pairs of terms that may be multiplied while one choice of named results is multiplied out. The best ones of all
 known kernels take 2 200 at most."""
+ALL_LOWERING = 300_000
+"""Pairs of terms that may be multiplied in all; the best choices of all known kernels come before that."""
 POLICIES = (
     Policy(split_numbers=True, long_sums_first=True),
     Policy(prefer_products=True, split_numbers=True, long_sums_first=True),
@@ -126,7 +128,10 @@ class Search:
             first.append((steps, system, candidate))
             least = min(least, candidate.cost.total)
         found += [candidate for _, _, candidate in first]
-        best = sorted(range(len(first)), key=lambda k: (first[k][2].cost.total, k))[:2]
+        ranked = sorted(range(len(first)), key=lambda k: (first[k][2].cost.total, k))
+        best = ranked[:2]
+        tried = {first[k][0][0] for k in best}
+        best += [k for k in ranked if first[k][0][0] not in tried][:1]
         effort = 0
         for k in best:
             steps, system, _ = first[k]
@@ -174,6 +179,7 @@ class Search:
     def _systems(self, names: Sequence[str]) -> Iterator[tuple[Steps, System]]:
         """Different systems that are small enough to catch up with the best so far, the simplest rewriting first."""
         seen: set[tuple[object, ...]] = set()
+        left = ALL_LOWERING
         for name in names:
             expressions = self._variants[name]
             ways_to_lower = self._ways(expressions)
@@ -182,13 +188,18 @@ class Search:
                 for way in ways_to_lower:
                     if any(way == other and cuts < more for other, more in too_large):
                         continue
+                    if left < 0:
+                        self._too_large += 1
+                        continue
                     try:
                         lowering = Lowering(self._kernel, expressions, cuts, *way[:1], self._budget, LOWERING, *way[1:])
                         system = lowering.system(self._slots)
                     except TooLargeError:
                         self._too_large += 1
                         too_large.append((way, cuts))
+                        left -= LOWERING
                         continue
+                    left -= LOWERING - lowering.ring.effort
                     if not _changes_anything(way, lowering) or _size(system) > self._budget:
                         continue
                     steps = (name, f"{len(cuts)} stages", *_steps_of(way, lowering))

@@ -1,0 +1,63 @@
+"""Associative products of several factors, in the order of brackets that forms the fewest pairs of blades."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from ..frontend.expression import Expression, node
+
+_ASSOCIATIVE = ("geometric_product", "outer_product", "regressive_product")
+LONGEST = 12
+"""Chains with more factors are left as they are."""
+
+
+def associate(expression: Expression) -> Expression | None:
+    """The cheapest order of brackets of a chain of three factors or more, where that is cheaper than the given one."""
+    if expression.operation not in _ASSOCIATIVE:
+        return None
+    factors, given = _chain(expression)
+    if not 3 <= len(factors) <= LONGEST:
+        return None
+    best, cost = _cheapest(expression.operation, factors)
+    return best if cost < given else None
+
+
+def _chain(expression: Expression) -> tuple[list[Expression], int]:
+    """The factors of a chain, in order, and what the chain costs as it is; no more than are of use."""
+    operation, cost = expression.operation, 0
+    factors: list[Expression] = []
+    stack = [expression]
+    while stack and len(factors) <= LONGEST and len(stack) <= LONGEST:
+        each = stack.pop()
+        if each.operation == operation:
+            left, right = each.arguments
+            cost += _pairs(operation, left, right)
+            stack += [right, left]
+        else:
+            factors.append(each)
+    return factors + stack, cost
+
+
+def _cheapest(operation: str, factors: Sequence[Expression]) -> tuple[Expression, int]:
+    """By dynamic programming over the runs of neighbours; of equally good ones the one that splits last."""
+    best = {(k, k + 1): (factor, 0) for k, factor in enumerate(factors)}
+    for length in range(2, len(factors) + 1):
+        for first in range(len(factors) - length + 1):
+            last = first + length
+            choices = []
+            for middle in range(last - 1, first, -1):
+                (a, x), (b, y) = best[first, middle], best[middle, last]
+                choices.append((node(operation, a, b), x + y + _pairs(operation, a, b)))
+            best[first, last] = min(choices, key=lambda choice: choice[1])
+    return best[0, len(factors)]
+
+
+def _pairs(operation: str, a: Expression, b: Expression) -> int:
+    """Pairs of blades whose product does not vanish; the regressive product is the outer product of complements."""
+    algebra = a.algebra if a.algebra.dimension >= b.algebra.dimension else b.algebra
+    if operation == "geometric_product":
+        return sum(bool(algebra.blade_product(x, y)) for x in a.blades for y in b.blades)
+    full = algebra.everything
+    if operation == "outer_product":
+        return sum(not x & y for x in a.blades for y in b.blades)
+    return sum(x | y == full for x in a.blades for y in b.blades)
