@@ -58,9 +58,9 @@ def test_every_step_of_the_one_taken_has_a_row(record: Compilation) -> None:
     assert record.best is not None
     saved = rows(record)
     done = [step for step in record.best.steps if step not in ("as written", "0 stages", "not reduced")]
-    assert len(saved) == len(done) and "results named in 3 stages" in saved and "reduced modulo the relations" in saved
-    assert saved["factorised"] == "30, together with the others"
-    assert all(0 <= int(text.split(",")[0]) <= 30 for text in saved.values())
+    assert len(saved) == len(done) > 0
+    total = record.candidates[0].cost.total - record.best.cost.total
+    assert all(0 <= int(text.split(",")[0]) <= total for text in saved.values())
 
 
 def test_a_step_is_worth_what_the_cheapest_without_it_costs_more(record: Compilation) -> None:
