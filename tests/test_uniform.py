@@ -57,7 +57,12 @@ def branches(m, i):  # type: ignore[no-untyped-def]
     return ga.select(m["1"] < 0, -1, 1) * sandwich(m, i)
 
 
-KERNELS = [move_point, move_conformal, screw, quadratic, awkward_names, branches]
+@kernel(double=PGA3.MOTOR, p=PGA3.POINT)
+def reserved_name(double, p):  # type: ignore[no-untyped-def]
+    return sandwich(double, p)
+
+
+KERNELS = [move_point, move_conformal, screw, quadratic, awkward_names, branches, reserved_name]
 
 
 @pytest.fixture(scope="module")
@@ -144,6 +149,13 @@ def test_calls_with_several_results_and_scalars(backend: str) -> None:
 def texts(record: Any) -> dict[str, str]:
     module = ModuleSource(record.kernel.name, "", "", "", (kernel_source(record),))
     return {"py": python_source(module), "c": c_source(module)}
+
+
+@pytest.mark.parametrize("definition", KERNELS, ids=lambda definition: definition.name)
+def test_forms_are_read_back(definition: Kernel, records: Mapping[str, Any]) -> None:
+    whole = texts(records[definition.name])
+    verdict = verify_kernel(records[definition.name], python_programs(whole["py"]), c_programs(whole["c"]))
+    assert verdict.is_proved
 
 
 @pytest.mark.parametrize("ending", ["py", "c"])

@@ -15,7 +15,7 @@ import jinja2
 
 from ..ir.program import Program
 from ..ir.uniform import Uniform
-from .c_batch import LANES, load_helpers, loop_text, parts, store_helpers
+from .c_batch import LANES, load_helpers, loop_text, named_parts, parts, store_helpers
 from .documentation import c_comment, stamp
 from .module import KernelSource, ModuleSource
 from .printers import C_MACROS, C, Names
@@ -84,7 +84,8 @@ def c_body(name: str, kernels: list[tuple[Program, tuple[Uniform, ...]]]) -> str
 def _kernel_and_loops(program: Program, uniform: tuple[Uniform, ...]) -> list[str]:
     lines = kernel_text(program)
     for form in uniform:
-        lines += ["", *kernel_text(form.prepare, "static INLINE"), "", *kernel_text(form.apply, "static INLINE")]
+        for part in named_parts(program, form):
+            lines += ["", *kernel_text(part, "static INLINE")]
     return [*lines, "", *loop_text(program, uniform)]
 
 
@@ -126,12 +127,10 @@ def _wrapped(lines: list[str]) -> list[str]:
 
 def _parameters(program: Program, real: str) -> tuple[list[str], Names]:
     names = Names()
-    texts = []
-    for argument in program.arguments:
-        if argument.shape:
-            texts.append(f"const {real} *{names.fresh(argument.name)}")
-        else:
-            texts.append(f"{real} {names.define(argument.components[0])}")
+    texts = [
+        f"const {real} *{name}" if argument.shape else f"{real} {name}"
+        for argument, name in zip(program.arguments, names.parameters(program), strict=True)
+    ]
     texts += [f"{real} *{names.fresh(result.name)}" for result in program.results]
     return texts, names
 

@@ -12,11 +12,13 @@ from __future__ import annotations
 
 import re
 from collections.abc import Sequence
+from dataclasses import replace
 from math import prod
 
 from ..ir.program import Argument, Program, Result
 from ..ir.scalar import Op
 from ..ir.uniform import Uniform
+from .printers import Names
 
 LANES = 16
 """As in the template: blocks are padded to a multiple of this many elements, so that no loop needs a remainder."""
@@ -75,8 +77,24 @@ def loop_text(program: Program, forms: Sequence[Uniform]) -> list[str]:
 
 
 def form_name(program: Program, form: Uniform, what: str) -> str:
-    """The name of a function that belongs to a form: ``move_point_block_m``."""
-    return f"{program.name}_{what}_{'_'.join(form.same)}"
+    """The name of a function that belongs to a form: ``move_point_block_m``.
+
+    What stays the same is named as it is printed, or numbered where a name has an underscore: ``a_b`` would be one
+    argument or two.
+    """
+    names = Names().parameters(program)
+    if any("_" in name for name in names):
+        names = list(map(str, range(len(names))))
+    kept = [name for name, argument in zip(names, program.arguments, strict=True) if argument.name in form.same]
+    return "_".join([program.name, what, *kept])
+
+
+def named_parts(program: Program, form: Uniform) -> tuple[Program, Program]:
+    """What a form prepares and what it applies, under the names of their functions."""
+    return (
+        replace(form.prepare, name=form_name(program, form, "prepare")),
+        replace(form.apply, name=form_name(program, form, "apply")),
+    )
 
 
 def _loops(program: Program, form: Uniform | None, lines: list[str]) -> list[str]:
@@ -120,7 +138,7 @@ def _start(program: Program, form: Uniform) -> list[str]:
         lines.append(f"    REAL x{k}[{prod(shape)}];")
         lines.append(f"    NAME(load{_size(shape)})({', '.join([f'x{k}', f'args[{k}]', *cores[k]])});")
         inputs.append(f"x{k}" if shape else f"x{k}[0]")
-    return [*lines, f"    NAME({form.prepare.name})({', '.join([*inputs, 'prepared'])});", "}"]
+    return [*lines, f"    NAME({form_name(program, form, 'prepare')})({', '.join([*inputs, 'prepared'])});", "}"]
 
 
 def _one_loop(program: Program, name: str, dense: bool, form: Uniform | None) -> list[str]:
@@ -146,7 +164,7 @@ def _one_loop(program: Program, name: str, dense: bool, form: Uniform | None) ->
             loads.append(f"NAME(load{_size(shape)})({', '.join([f'x{k}', place, *cores[k]])});")
         else:
             stores.append(f"NAME(store{_size(shape)})({', '.join([place, *cores[k], f'x{k}'])});")
-    run = form.apply if form else program
+    run = named_parts(program, form)[1] if form else program
     end = "n" if _is_opaque(run) else "PADDED(n)"
     lines += ["    ANY_ORDER", f"    for (intptr_t i = 0; i < {end}; ++i) {{"]
     lines += [f"        REAL x{k}[{prod(parts(program)[k].shape)}];" for k in changing]

@@ -13,6 +13,7 @@ from itertools import product
 from ..ir.program import Argument, Program, Result
 from ..ir.uniform import Uniform
 from .c import used_variables
+from .c_batch import form_name, named_parts
 from .printers import PYTHON, Names
 
 
@@ -39,14 +40,15 @@ def _form_text(program: Program, form: Uniform, parameters: list[str]) -> list[s
     element, prepared = _fresh("i", parameters), _fresh("prepared", parameters)
     each = [f"{p}[{element}]" for k, p in enumerate(parameters) if k >= len(names) or names[k] not in form.same]
     output = parameters[len(names)]
+    prepare, apply = named_parts(program, form)
     return [
-        *_one_function(form.prepare)[0],
-        *["", "", *_one_function(form.apply)[0]],
-        *["", "", f"def _{program.name}_loop_{'_'.join(form.same)}({', '.join(parameters)}):"],
+        *_one_function(prepare)[0],
+        *["", "", *_one_function(apply)[0]],
+        *["", "", f"def _{form_name(program, form, 'loop')}({', '.join(parameters)}):"],
         f"    {prepared} = empty({form.apply.arguments[0].shape[0]}, {output}.dtype)",
-        f"    _{form.prepare.name}({', '.join([*once, prepared])})",
+        f"    _{prepare.name}({', '.join([*once, prepared])})",
         f"    for {element} in range(len({output})):",
-        f"        _{form.apply.name}({', '.join([prepared, *each])})",
+        f"        _{apply.name}({', '.join([prepared, *each])})",
     ]
 
 
@@ -59,10 +61,7 @@ def _fresh(name: str, taken: Sequence[str]) -> str:
 def _one_function(program: Program) -> tuple[list[str], list[str]]:
     """The lines of one function, and its parameters."""
     names = Names()
-    parameters = [
-        names.fresh(argument.name) if argument.shape else names.define(argument.components[0])
-        for argument in program.arguments
-    ]
+    parameters = names.parameters(program)
     parameters += [names.fresh(result.name) for result in program.results]
     outputs = parameters[len(program.arguments) :]
     used = used_variables(program)

@@ -12,7 +12,7 @@ from collections.abc import Mapping
 from fractions import Fraction
 
 from ..errors import BackendError
-from ..ir.program import Operand
+from ..ir.program import Operand, Program
 from ..ir.scalar import LEAVES, Op, Rational
 
 C: Mapping[Op, str] = {
@@ -126,6 +126,13 @@ class Names:
         """The name of a program's variable from here on."""
         name = self._variables[variable] = self.fresh(variable)
         return name
+
+    def parameters(self, program: Program) -> list[str]:
+        """The names of the arguments of an emitted function; a scalar is its only component."""
+        return [
+            self.fresh(argument.name) if argument.shape else self.define(argument.components[0])
+            for argument in program.arguments
+        ]
 
     def alias(self, variable: str, name: str) -> None:
         """Let a program's variable be a name that exists."""

@@ -13,7 +13,7 @@ from ..ir.program import Argument, Program, Result
 from ..ir.uniform import Uniform
 from .build import FOLDER, extension_name, library_name
 from .c import c_source, environment
-from .c_batch import C_ENDINGS, C_HELPERS, FORM_PARTS
+from .c_batch import C_ENDINGS, C_HELPERS, FORM_PARTS, form_name
 from .documentation import docstring, stamp
 from .module import KernelSource, LayoutText, ModuleSource
 from .numba import function_text
@@ -105,7 +105,8 @@ def check_names(module: ModuleSource) -> None:
     taken: dict[str, str] = dict.fromkeys([*sorted(_runtime_names()), *dir(builtins)], "the module itself")
     for kernel in module.kernels:
         name = kernel.program.name
-        forms = [f"{name}_{what}_{'_'.join(form.same)}" for form in kernel.uniform for what in (*FORM_PARTS, "loop")]
+        parts = (*FORM_PARTS, "loop")
+        forms = [form_name(kernel.program, form, what) for form in kernel.uniform for what in parts]
         own_names = (name, f"_{name}", f"_{name}_loop", *(f"{name}{ending}" for ending in C_ENDINGS), *forms)
         for own in (*own_names, *(f"_{form}" for form in forms)):
             if own in taken or C_HELPERS.fullmatch(own):
@@ -162,18 +163,23 @@ def _kernel(kernel: KernelSource, layouts: dict[LayoutText, str]) -> dict[str, o
     }
 
 
-def kernel_ending(program: Program, forms: Sequence[Uniform]) -> list[str]:
-    """The last lines of a kernel object: its functions, and its forms."""
+def kernel_ending(program: Program, forms: Sequence[Uniform], names: Sequence[str] = ()) -> list[str]:
+    """The last lines of a kernel object: its functions, and its forms.
+
+    A reader knows the names of the arguments only as they are printed, and gives what they are besides as `names`.
+    """
+    names = names or [argument.name for argument in program.arguments]
     lines = [f"    functions=(_{program.name}, _{program.name}_loop),"]
     if forms:
-        lines += ["    forms=(", *(f"        {_form(program, form)}," for form in forms), "    ),"]
+        lines += ["    forms=(", *(f"        {_form(program, form, names)}," for form in forms), "    ),"]
     return [*lines, ")"]
 
 
-def _form(program: Program, form: Uniform) -> str:
+def _form(program: Program, form: Uniform, names: Sequence[str]) -> str:
     """A form as the kernel object takes it: which arguments stay, from how many elements on, and its functions."""
-    same = _tuple_of(_string(name) for name in form.same)
-    functions = (f"_{form.prepare.name}", f"_{form.apply.name}", f"_{program.name}_loop_{'_'.join(form.same)}")
+    each = zip(names, program.arguments, strict=True)
+    same = _tuple_of(_string(name) for name, argument in each if argument.name in form.same)
+    functions = [f"_{form_name(program, form, what)}" for what in ("prepare", "apply", "loop")]
     return f"({same}, {form.least(program)}, ({', '.join(functions)}))"
 
 

@@ -11,7 +11,6 @@ import ast
 import re
 from collections.abc import Callable, Sequence
 from fractions import Fraction
-from itertools import combinations
 from math import prod
 from typing import Any, NamedTuple
 
@@ -175,10 +174,10 @@ def _form(
 ) -> Uniform:
     """A form from the texts of its functions; shapes are those of the kernel, and what is prepared is counted."""
     suffix = prepare_name.removeprefix(f"{program.name}_prepare_")
-    names = [argument.name for argument in program.arguments]
-    subsets = (same for size in range(1, len(names)) for same in combinations(names, size))
-    same = next((same for same in subsets if "_".join(same) == suffix), None)
-    if same is None or apply_name != f"{program.name}_apply_{suffix}":
+    kept = suffix.split("_")
+    every = [argument.name for argument in program.arguments]
+    same = tuple(name for k, name in enumerate(every) if name in kept or str(k) in kept)
+    if not 0 < len(same) == len(kept) < len(every) or apply_name != f"{program.name}_apply_{suffix}":
         raise BackendError(f"text of {program.name}", f"functions {prepare_name} and {apply_name}", "a form of it")
     bare = [parameter.rsplit("*", 1)[-1].removeprefix("REAL ") for parameter in prepare_parameters]
     prepared = bare[-1]
@@ -214,7 +213,7 @@ def python_programs(text: str) -> dict[str, Read]:
             if keyword.arg in ("name", "inputs", "outputs", "polynomial")
         }
         read = _python_program(lines, described)
-        expected = kernel_ending(read.program, read.forms)
+        expected = kernel_ending(read.program, read.forms, [name for name, _ in described["inputs"]])
         last = lines[: node.end_lineno][-len(expected) :]
         _compare(f"Python text of {read.program.name}", "\n".join(expected), "\n".join(last))
         if described["polynomial"] != read.program.is_polynomial:
@@ -244,7 +243,9 @@ def _python_program(lines: list[str], described: dict[str, Any]) -> Read:
         for k, (parameter, (_, shape)) in enumerate(zip(parameters, parts, strict=True))
     ]
     program = _program(name, shaped, statements, indices)
-    heads = [line[5:].partition("(")[0] for line in lines if line.startswith(f"def _{name}_prepare_")]
+    # Another kernel may have a name that begins like that of a form: what belongs to this one stands before its object.
+    lines = lines[: next((k for k, line in enumerate(lines) if line == f"{name} = Kernel("), None)]
+    heads = [line[5:].partition("(")[0] for line in lines[start:] if line.startswith(f"def _{name}_prepare_")]
     forms = []
     for prepare in heads:
         apply = f"{name}_apply_{prepare.removeprefix(f'{name}_prepare_')}"
