@@ -2,26 +2,36 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+import re
+from collections.abc import Callable, Iterator, Mapping
+from itertools import combinations
+from random import Random
+from types import ModuleType
 from typing import Any
 
 import numpy as np
 import pytest
+from backend_programs import traced, write
 
 import gacompiler as ga
 from gacompiler import SCALAR, array, kernel, sandwich
 from gacompiler.algebra.catalog import CGA3, PGA3, VGA3
 from gacompiler.backends import c_programs, c_source, python_programs, python_source
-from gacompiler.backends.build import find_compiler
+from gacompiler.backends.build import build_library, find_compiler
 from gacompiler.backends.module import ModuleSource
-from gacompiler.errors import BackendError
+from gacompiler.errors import BackendError, ProofError
 from gacompiler.frontend.kernel import Kernel
-from gacompiler.generate import kernel_source
-from gacompiler.ir.uniform import joined, split
+from gacompiler.generate import kernel_source, load_spec, own_specs
+from gacompiler.ir.cost import cost
+from gacompiler.ir.program import Program
+from gacompiler.ir.uniform import MOST, Uniform, joined, split
+from gacompiler.ir.verify import verify
 from gacompiler.passes.pipeline import compile_kernel
 from gacompiler.passes.prove import disagreement, program_reader, truths
+from gacompiler.passes.record import Compilation
+from gacompiler.passes.samples import sample
 from gacompiler.prove import verify_kernel
-from gacompiler.runtime import compile
+from gacompiler.runtime import load_module
 
 BACKENDS = ["numba", *(["c"] if find_compiler() else [])]
 
@@ -52,149 +62,557 @@ def awkward_names(a, b, a_b, prepared):  # type: ignore[no-untyped-def]
     return sandwich(prepared, (a ^ b) * a_b)
 
 
+@kernel(a=SCALAR, b=SCALAR, a_b=SCALAR)
+def ambiguous(a, b, a_b):  # type: ignore[no-untyped-def]
+    return ga.sin(a * b) + ga.cos(a_b * a_b)
+
+
+@kernel(i=VGA3.ROTOR, w=SCALAR, n=VGA3.VECTOR, args=SCALAR)
+def letters(i, w, n, args):  # type: ignore[no-untyped-def]
+    return (w * args + w * w) * sandwich(i, n)
+
+
+@kernel(strides=VGA3.ROTOR, dimensions=VGA3.VECTOR)
+def words_of_a_loop(strides, dimensions):  # type: ignore[no-untyped-def]
+    return sandwich(strides, dimensions)
+
+
+@kernel(empty=VGA3.ROTOR, double=VGA3.VECTOR, len=SCALAR)
+def reserved_words(empty, double, len):  # type: ignore[no-untyped-def]
+    return (len * len + len) * sandwich(empty, double)
+
+
 @kernel(m=PGA3.MOTOR, i=PGA3.PLANE)
 def branches(m, i):  # type: ignore[no-untyped-def]
     return ga.select(m["1"] < 0, -1, 1) * sandwich(m, i)
 
 
-@kernel(double=PGA3.MOTOR, p=PGA3.POINT)
-def reserved_name(double, p):  # type: ignore[no-untyped-def]
-    return sandwich(double, p)
+OWN = [
+    move_point,
+    move_conformal,
+    screw,
+    quadratic,
+    awkward_names,
+    ambiguous,
+    letters,
+    words_of_a_loop,
+    reserved_words,
+    branches,
+]
+FROM_SPECS = {
+    "pga3": "move_line project_point_on_plane motor_from_screw motor_from_denavit_hartenberg motor_power "
+    "interpolate_motors join_four_points",
+    "cga3": "circle_from_points reflect_point",
+    "sta": "transform_vector",
+    "projective3": "fundamental_matrix_from_cameras sampson_distance bracket back_project_pixel join_three_points",
+}
+"""Scalars, matrices, branches, roots and functions, a number as the result; two, three and four arguments."""
 
 
-KERNELS = [move_point, move_conformal, screw, quadratic, awkward_names, branches, reserved_name]
+def from_specs() -> list[Kernel]:
+    """The kernels of `FROM_SPECS`; their names are distinct."""
+    found = []
+    for path in own_specs():
+        wanted = FROM_SPECS.get(path.stem, "").split()
+        found += [each for each in (load_spec(path).kernels if wanted else ()) if each.name in wanted]
+    return found
+
+
+KERNELS = [*OWN, *from_specs()]
+Records = Mapping[str, Compilation]
 
 
 @pytest.fixture(scope="module")
-def records() -> Mapping[str, Any]:
+def records() -> Records:
     return {definition.name: compile_kernel(definition) for definition in KERNELS}
 
 
-@pytest.mark.parametrize("definition", KERNELS, ids=lambda definition: definition.name)
-def test_forms_are_the_definition(definition: Kernel, records: Mapping[str, Any]) -> None:
-    record = records[definition.name]
+# What a form is.
+
+
+def test_all_kinds_of_kernels_are_here(records: Records) -> None:
+    programs = [record.program for record in records.values()]
+    assert len(KERNELS) == 25 == len(records)
+    assert {len(program.arguments) for program in programs} == {2, 3, 4}
+    assert {len(argument.shape) for program in programs for argument in program.arguments} == {0, 1, 2}
+    assert {len(result.shape) for program in programs for result in program.results} == {0, 1, 2}
+    assert any(len(program.results) > 1 for program in programs) and any(cost(program).choice for program in programs)
+
+
+@pytest.mark.parametrize("name", [definition.name for definition in KERNELS])
+def test_forms_are_the_definition(name: str, records: Records) -> None:
+    record = records[name]
     known = truths(record)
     assert record.uniform
+    assert len(record.uniform) == len({form.same for form in record.uniform}) <= len(record.program.arguments)
     for form in record.uniform:
         assert disagreement(program_reader(joined(form, record.program)), known) == ""
-        own = {component for a in record.program.arguments if a.name in form.same for component in a.components}
-        assert {component for a in form.prepare.arguments for component in a.components} == own
+        check_arguments(form, record.program)
         once, each = form.costs
         least, alone = form.least(record.program), record.cost.total
-        assert once.total + least * each.total < least * alone or least == 1
+        assert once.total + least * each.total < least * alone
         assert least == 1 or once.total + (least - 1) * each.total >= (least - 1) * alone
 
 
-def test_counts_of_a_motor_on_points(records: Mapping[str, Any]) -> None:
+def check_arguments(form: Uniform, program: Program) -> None:
+    """What is prepared depends on what stays the same alone, and all of it is used."""
+    arguments = {argument.name: argument for argument in program.arguments}
+    fixed = {component for name in form.same for component in arguments[name].components}
+    verify(form.prepare)
+    verify(form.apply)
+    assert {component for argument in form.prepare.arguments for component in argument.components} == fixed
+    (made,) = form.prepare.results
+    held, *rest = form.apply.arguments
+    assert made.shape == held.shape == (len(held.components),)
+    assert [argument.shape for argument in rest] == [a.shape for name, a in arguments.items() if name not in form.same]
+    read = {operand for line in form.apply.lines for operand in line.operands}
+    read |= {operand for result in form.apply.results for operand in result.operands}
+    assert read >= set(held.components)
+    assert not (read & fixed) - set(held.components)
+    assert not {line.target for line in form.prepare.lines} & {line.target for line in form.apply.lines}
+
+
+@pytest.mark.parametrize("name", [definition.name for definition in KERNELS])
+def test_a_split_keeps_the_lines(name: str, records: Records) -> None:
+    """Each line stands in one part, in its order."""
+    program = records[name].program
+    names = [argument.name for argument in program.arguments]
+    for same in (same for size in range(1, len(names)) for same in combinations(names, size)):
+        form = split(program, same)
+        if form is None:
+            continue
+        check_arguments(form, program)
+        once, each = form.prepare.lines, form.apply.lines
+        assert [line for line in program.lines if line in each] == list(each)
+        assert [line for line in program.lines if line in once] == list(once)
+        assert len(once) + len(each) == len(program.lines)
+        assert form.apply.results == program.results
+        first, second = form.costs
+        assert first.total + second.total == cost(program).total
+
+
+def test_counts_of_a_motor_on_points(records: Records) -> None:
     """A matrix takes nine products and nine sums a point, and that is what is found."""
     (form,) = records["move_point"].uniform
     assert form.same == ("m",)
     assert (form.costs[1].mul, form.costs[1].add) == (9, 9)
 
 
-def test_nothing_that_stays_gives_no_form(records: Mapping[str, Any]) -> None:
+def test_names_of_arguments_may_be_ambiguous(records: Records) -> None:
+    """The same a and b, and the same a_b."""
+    assert {("a", "b"), ("a_b",)} <= {form.same for form in records["ambiguous"].uniform}
+
+
+def test_nothing_that_stays_gives_no_form(records: Records) -> None:
     assert split(records["move_point"].program, ()) is None
+    unused = traced("second", {"a": (3,), "b": (3,)}, lambda a, b: [x * x for x in b])
+    assert split(unused, ("a",)) is None
 
 
-def unit_motors(n: int, dtype: type) -> np.ndarray[Any, Any]:
-    from generated import pga3
+def test_what_is_prepared_has_a_name_of_its_own() -> None:
+    program = traced(
+        "both",
+        {"prepared": (2,), "b": (2,)},
+        lambda a, b: [a[0] * a[1] * b[0], a[0] * a[1] * b[1]],
+        {"prepared_": (2,)},
+    )
+    form = split(program, ("prepared",))
+    assert form is not None
+    names = [part.name for part in (*form.apply.arguments, *form.apply.results)]
+    assert len(set(names)) == len(names) and "prepared_" in names
 
-    return np.asarray(pga3.motor_exponential(np.random.default_rng(4).normal(size=(n, 6))), dtype)
+
+def test_more_parts_than_a_word_has_bits_are_not_split() -> None:
+    """A loop over a batch has a bit for each part."""
+    for n in (MOST - 1, MOST):
+        shapes: dict[str, tuple[int, ...]] = {f"x{k}": () for k in range(n)}
+        program = traced("long", shapes, lambda *x: [x[0] * x[0] * sum(x[1:], x[0])])
+        assert (split(program, ("x0",)) is None) == (n == MOST)
 
 
-@pytest.mark.parametrize("backend", BACKENDS)
+@pytest.mark.parametrize("name", [definition.name for definition in KERNELS])
+def test_both_texts_are_read_back(name: str, records: Records) -> None:
+    """With all forms, whatever the arguments are called."""
+    record = records[name]
+    text = texts(record)
+    python, c = python_programs(text["py"]), c_programs(text["c"])
+    assert verify_kernel(record, python, c).is_proved
+    for read in (python[name], c[name]):
+        assert len(read.forms) == len(record.uniform)
+        for form, other in zip(record.uniform, read.forms, strict=True):
+            positions = [argument.name in form.same for argument in record.program.arguments]
+            assert [argument.name in other.same for argument in read.program.arguments] == positions
+            assert other.costs == form.costs
+
+
+# Calls.
+
+
+Array = np.ndarray[Any, Any]
+FEW = ("move_point", "back_project_pixel", "screw", "bracket")
+"""Kernels that numba compiles here: vectors, a matrix, four arguments and two results, a number as the result."""
+LIMIT = 100
+"""Units of the last place of the largest coefficient: a form is another program, as accurate as the first."""
+
+
+@pytest.fixture(scope="module")
+def modules(records: Records, tmp_path_factory: pytest.TempPathFactory) -> Mapping[str, ModuleType]:
+    sources = tuple(kernel_source(record) for record in records.values())
+    path = write(ModuleSource("uniform", "", "", "", sources), tmp_path_factory.mktemp("generated"))
+    build_library(path)
+    return {name: load_module(path.with_suffix(".py"), f"uniform_{name}", name) for name in BACKENDS}
+
+
+def elements(record: Compilation, n: int, dtype: Any = float) -> list[Array]:
+    """Arguments that satisfy what the layouts say; few distinct ones, in turn."""
+    random = Random(12)
+    points = [sample(record.kernel, random, near_one=True) for _ in range(min(n, 13))]
+    found = []
+    for argument in record.program.arguments:
+        values = [[float(point[name]) for name in argument.components] for point in points]
+        found.append(np.resize(np.array(values, dtype), (n, *argument.shape)))
+    return found
+
+
+def as_tuple(results: Any) -> tuple[Array, ...]:
+    return results if isinstance(results, tuple) else (results,)
+
+
+def assert_same(found: Any, expected: Any) -> None:
+    for a, b in zip(as_tuple(found), as_tuple(expected), strict=True):
+        assert a.shape == b.shape and a.dtype == b.dtype
+        assert np.abs(a - b).max(initial=0) <= LIMIT * np.finfo(b.dtype).eps * np.abs(b).max(initial=0)
+
+
+def each_form(records: Records, names: tuple[str, ...]) -> Iterator[tuple[Compilation, Uniform, list[bool]]]:
+    """A kernel, one of its forms, and which arguments stay the same in it."""
+    for name in names:
+        record = records[name]
+        for form in record.uniform:
+            yield record, form, [argument.name in form.same for argument in record.program.arguments]
+
+
+def many(arrays: list[Array], same: list[bool]) -> list[Array]:
+    """All arguments for each element: what a call with the first element of those that stay must be equal to."""
+    return [np.repeat(x[:1], len(x), axis=0) if stays else x for x, stays in zip(arrays, same, strict=True)]
+
+
+WAYS: Mapping[str, Callable[[Array], Array]] = {
+    "without the axis": lambda x: x[0],
+    "an axis of one": lambda x: x[:1],
+    "an axis without strides": lambda x: np.broadcast_to(x[0], x.shape),
+    "an axis without strides, Fortran order": lambda x: np.broadcast_to(np.array(x[0], order="F"), x.shape),
+}
+"""How an argument is the same for all elements."""
+
+
+def reversed_in_memory(x: Array) -> Array:
+    """The same numbers with a negative stride along every axis."""
+    turn = (slice(None, None, -1),) * x.ndim
+    return np.ascontiguousarray(x[turn])[turn]
+
+
+def apart(x: Array) -> Array:
+    """The same numbers, with others between them along every axis."""
+    wide = np.full([2 * size for size in x.shape], np.nan, x.dtype)
+    wide[(slice(None, None, 2),) * x.ndim] = x
+    return wide[(slice(None, None, 2),) * x.ndim]
+
+
+def read_only(x: Array) -> Array:
+    x = x.copy()
+    x.flags.writeable = False
+    return x
+
+
+ORDERS: Mapping[str, Callable[[Array], Array]] = {
+    "C": np.ascontiguousarray,
+    "Fortran": np.asfortranarray,
+    "strided": apart,
+    "negative": reversed_in_memory,
+    "read-only": read_only,
+}
+
+
 @pytest.mark.parametrize("dtype", [np.float64, np.float32])
-def test_calls_with_one_motor_give_what_many_equal_ones_give(backend: str, dtype: type) -> None:
-    move = compile(move_point, backend=backend)
-    rng, limit = np.random.default_rng(5), 200 * np.finfo(dtype).eps
-    m = unit_motors(1, dtype)[0]
-    for n in (0, 1, 2, 3, 15, 16, 17, 130, 1000):
-        for points in (
-            rng.normal(size=(n, 3)).astype(dtype),
-            np.asfortranarray(rng.normal(size=(n, 3)).astype(dtype)),
-            rng.normal(size=(2 * n, 6)).astype(dtype)[::2, ::2],
-            rng.normal(size=(n, 3)).astype(dtype)[::-1],
-        ):
-            points.flags.writeable = False
-            expected = move(np.repeat(m[None], n, axis=0), points)
-            for motor in (m, np.broadcast_to(m, (n, 8)), m[None]):
-                found = move(motor, points)
-                assert found.shape == expected.shape and np.abs(found - expected).max(initial=0) <= limit
-            out = points.copy()
-            assert move(m, out, out=out) is out
-            assert np.abs(out - expected).max(initial=0) <= limit
-    grid = rng.normal(size=(5, 40, 3)).astype(dtype)
-    motors = unit_motors(5, dtype)[:, None]
-    expected = move(np.repeat(motors, 40, axis=1), grid)
-    assert np.abs(move(motors, grid) - expected).max() <= limit
-    grid[2, 7] = np.nan
-    found = move(m, grid)
-    assert np.isnan(found[2, 7]).all() and np.isnan(found).sum() == 3
+@pytest.mark.parametrize("backend", BACKENDS)
+def test_batches_of_every_size(backend: str, dtype: type, records: Records, modules: Mapping[str, ModuleType]) -> None:
+    names = tuple(records) if backend == "c" else FEW if dtype is np.float64 else FEW[:1]
+    for record, form, same in each_form(records, names):
+        function, least = getattr(modules[backend], record.kernel.name), form.least(record.program)
+        for n in sorted({0, 1, least - 1, least, least + 1, 15, 16, 17, 1000}):
+            arrays = elements(record, n, dtype)
+            expected = function(*many(arrays, same))
+            one = elements(record, 1, dtype)
+            given = [x[0] if stays else y for x, y, stays in zip(one, arrays, same, strict=True)]
+            assert_same(function(*given), expected)
+
+
+@pytest.mark.parametrize("order", ORDERS)
+@pytest.mark.parametrize("backend", BACKENDS)
+def test_batches_in_every_order(backend: str, order: str, records: Records, modules: Mapping[str, ModuleType]) -> None:
+    """Of the arguments that change and of those that stay, however they stay."""
+    names = tuple(records) if backend == "c" else FEW
+    for record, _, same in each_form(records, names):
+        function = getattr(modules[backend], record.kernel.name)
+        arrays = elements(record, 37)
+        expected = function(*many(arrays, same))
+        for way in WAYS.values():
+            given = [way(x) if stays else ORDERS[order](x) for x, stays in zip(arrays, same, strict=True)]
+            assert_same(function(*given), expected)
+        single = [ORDERS[order](x)[0] if stays else x for x, stays in zip(arrays, same, strict=True)]
+        assert_same(function(*single), expected)
 
 
 @pytest.mark.parametrize("backend", BACKENDS)
-def test_calls_with_several_results_and_scalars(backend: str) -> None:
-    function = compile(screw, backend=backend)
-    rng = np.random.default_rng(6)
-    line = np.array([0.6, 0.0, 0.8, 0.1, 0.3, -0.075])
-    angle, distance, points = rng.normal(size=50), rng.normal(size=50), rng.normal(size=(50, 3))
-    for same in ((0.3, 1.5), (angle, 1.5), (angle, distance)):
-        found = function(line, *same, points)
-        many = [np.broadcast_to(value, (50,)).copy() for value in same]
-        expected = function(np.repeat(line[None], 50, axis=0), *many, points)
-        for a, b in zip(found, expected, strict=True):
-            assert np.abs(a - b).max() < 1e-13
+def test_leading_axes_broadcast(backend: str, records: Records, modules: Mapping[str, ModuleType]) -> None:
+    for record, _, same in each_form(records, tuple(records) if backend == "c" else FEW):
+        function = getattr(modules[backend], record.kernel.name)
+        arrays = elements(record, 35)
+        cores = [argument.shape for argument in record.program.arguments]
+        for stay, change in (((5, 1), (1, 7)), ((5, 1), (5, 7)), ((7,), (5, 7)), ((1, 7), (5, 1)), ((), (5, 7))):
+            leads = [stay if stays else change for stays in same]
+            given = [
+                x[: int(np.prod(lead, dtype=int))].reshape(lead + core)
+                for x, lead, core in zip(arrays, leads, cores, strict=True)
+            ]
+            whole = [np.broadcast_to(x, (5, 7, *core)).copy() for x, core in zip(given, cores, strict=True)]
+            expected = function(*whole)
+            assert_same(function(*given), expected)
+            assert_same(function(*map(np.asfortranarray, given)), expected)
+        everything = [np.broadcast_to(x[0], (5, 7, *core)) for x, core in zip(arrays, cores, strict=True)]
+        assert_same(function(*everything), function(*(x.copy() for x in everything)))
 
 
-def texts(record: Any) -> dict[str, str]:
+@pytest.mark.parametrize("backend", BACKENDS)
+def test_results_in_given_arrays(backend: str, records: Records, modules: Mapping[str, ModuleType]) -> None:
+    for record, _, same in each_form(records, tuple(records) if backend == "c" else FEW):
+        function = getattr(modules[backend], record.kernel.name)
+        arrays = elements(record, 37)
+        expected = as_tuple(function(*many(arrays, same)))
+        given = [x[0] if stays else x for x, stays in zip(arrays, same, strict=True)]
+        for order in ("C", "Fortran", "strided", "negative"):
+            outs = tuple(ORDERS[order](np.zeros_like(result)) for result in expected)
+            out = outs if len(outs) > 1 else outs[0]
+            assert function(*given, out=out) is out
+            assert_same(out, expected if len(outs) > 1 else expected[0])
+
+
+@pytest.mark.parametrize("dtype", [np.float64, np.float32])
+@pytest.mark.parametrize("backend", BACKENDS)
+def test_results_over_an_argument(
+    backend: str, dtype: type, records: Records, modules: Mapping[str, ModuleType]
+) -> None:
+    """Over the argument that changes, in its place and beside it, and over the one that stays."""
+    move, record = modules[backend].move_point, records["move_point"]
+    for n in (1, 2, 16, 40, 300):
+        m, p = elements(record, n + 1, dtype)
+        expected = move(np.repeat(m[:1], n, axis=0), p[:n])
+        for order in ("C", "Fortran", "strided", "negative"):
+            points = ORDERS[order](p[:n].copy())
+            assert move(m[0], points, out=points) is points
+            assert_same(points, expected)
+            line = ORDERS[order](p.copy())
+            move(m[0], line[:-1], out=line[1:])
+            assert_same(line[1:], expected)
+            turned = ORDERS[order](p[:n].copy())
+            move(m[0], turned[::-1], out=turned)
+            assert_same(turned, expected[::-1])
+
+
+def test_results_over_an_argument_that_stays(records: Records, modules: Mapping[str, ModuleType]) -> None:
+    for module in modules.values():
+        a, b, c = elements(records["join_three_points"], 40)
+        expected = module.join_three_points(np.repeat(a[3:4], 40, axis=0), np.repeat(c[5:6], 40, axis=0), c)
+        module.join_three_points(a[3], c[5], c, out=c)
+        assert_same(c, expected)
+        expected = module.join_three_points(np.repeat(a[3:4], 40, axis=0), np.repeat(a[7:8], 40, axis=0), b)
+        module.join_three_points(a[3], a[7], b, out=a)
+        assert_same(a, expected)
+
+
+@pytest.mark.parametrize("backend", BACKENDS)
+def test_what_is_no_number_stays_in_its_element(
+    backend: str, records: Records, modules: Mapping[str, ModuleType]
+) -> None:
+    for record, _, same in each_form(records, tuple(records) if backend == "c" else FEW):
+        function = getattr(modules[backend], record.kernel.name)
+        for n, place in ((5, 3), (16, 0), (40, 39), (300, 77)):
+            arrays = elements(record, n)
+            given = [x[0] if stays else x for x, stays in zip(arrays, same, strict=True)]
+            clean = as_tuple(function(*given))
+            for value in (np.nan, np.inf):
+                for x, stays in zip(given, same, strict=True):
+                    if not stays:
+                        x[place] = value
+                results = as_tuple(function(*given))
+                assert any(not np.isfinite(result[place]).all() for result in results)
+                for found, before in zip(results, clean, strict=True):
+                    np.testing.assert_array_equal(np.delete(found, place, 0), np.delete(before, place, 0))
+        given = [
+            np.full_like(x[0], np.nan) if stays else x for x, stays in zip(elements(record, 300), same, strict=True)
+        ]
+        assert any(np.isnan(result).any() for result in as_tuple(function(*given)))
+
+
+@pytest.mark.parametrize("backend", BACKENDS)
+def test_calls_of_one_shape_in_turn(backend: str, records: Records, modules: Mapping[str, ModuleType]) -> None:
+    """What is remembered of a call depends on strides, not only on shapes."""
+    record = records["move_point"]
+    move = modules[backend].move_point
+    m, p = elements(record, 64)
+    one, each = move(np.repeat(m[:1], 64, axis=0), p), move(m, p)
+    assert not np.allclose(one, each)
+    for _ in range(2):
+        assert_same(move(np.broadcast_to(m[0], m.shape), p), one)
+        assert_same(move(m, p), each)
+        assert_same(move(np.broadcast_to(m[:1], m.shape), np.asfortranarray(p)), one)
+        assert_same(move(np.asfortranarray(m), p), each)
+        half = move(np.broadcast_to(m[::32, None], (2, 32, 8)), p.reshape(2, 32, 3)).reshape(64, 3)
+        assert_same(half, np.concatenate([move(m[0], p[:32]), move(m[32], p[32:])]))
+
+
+@pytest.mark.parametrize("backend", BACKENDS)
+def test_every_combination_of_arguments_that_stay(
+    backend: str, records: Records, modules: Mapping[str, ModuleType]
+) -> None:
+    """Also those without a form of their own, which may do with that of fewer arguments."""
+    for name in ("screw", "motor_from_screw", "ambiguous") if backend == "c" else FEW[2:3]:
+        record, function = records[name], getattr(modules[backend], name)
+        arrays = elements(record, 50)
+        for same in np.ndindex(*(2,) * len(arrays)):
+            if not all(same):
+                given = [x[0] if stays else x for x, stays in zip(arrays, same, strict=True)]
+                assert_same(function(*given), function(*many(arrays, list(map(bool, same)))))
+
+
+# The text.
+
+
+def texts(record: Compilation) -> dict[str, str]:
     module = ModuleSource(record.kernel.name, "", "", "", (kernel_source(record),))
     return {"py": python_source(module), "c": c_source(module)}
 
 
-@pytest.mark.parametrize("definition", KERNELS, ids=lambda definition: definition.name)
-def test_forms_are_read_back(definition: Kernel, records: Mapping[str, Any]) -> None:
-    whole = texts(records[definition.name])
-    verdict = verify_kernel(records[definition.name], python_programs(whole["py"]), c_programs(whole["c"]))
-    assert verdict.is_proved
+def is_found(record: Compilation, whole: Mapping[str, str], ending: str, changed: str) -> bool:
+    """Whether a changed text is refused, or read as something else than the definition."""
+    both = dict(whole) | {ending: changed}
+    try:
+        return not verify_kernel(record, python_programs(both["py"]), c_programs(both["c"])).is_proved
+    except (BackendError, ProofError):
+        return True
+
+
+def changes(line: str) -> Iterator[str]:
+    """A statement with another sign, another operation, other operands, another number or place."""
+    for old, new in ((" + ", " - "), (" - ", " + "), (" * ", " + "), (" * ", " / ")):
+        if old in line:
+            yield line.replace(old, new, 1)
+    left, _, right = line.partition(" = ")
+    if re.search(r" [-/] ", right):
+        a, operation, b = right.rstrip(";").split(" ")
+        yield f"{left} = {b} {operation} {a}{';' if line.endswith(';') else ''}"
+    for number in re.finditer(r"(?<![\w.])\d+(?!\w)", line):
+        yield line[: number.start()] + str(int(number[0]) + 1) + line[number.end() :]
+
+
+def parts_of_forms(lines: list[str], name: str) -> Iterator[int]:
+    """The lines of the functions that prepare and apply."""
+    inside = False
+    for k, line in enumerate(lines):
+        if re.match(rf"(static INLINE void NAME\(|def _){name}_(prepare|apply)_", line):
+            inside = True
+        elif line in ("}", ""):
+            inside = False
+        elif inside and " = " in line:
+            yield k
 
 
 @pytest.mark.parametrize("ending", ["py", "c"])
-def test_changes_of_a_form_in_the_text_are_found(ending: str, records: Mapping[str, Any]) -> None:
+@pytest.mark.parametrize("name", ["move_point", "sampson_distance", "ambiguous"])
+def test_changes_of_a_form_in_the_text_are_found(name: str, ending: str, records: Records) -> None:
+    """Every change of some statements of every form."""
+    record, random = records[name], Random(4)
+    whole = texts(record)
+    lines = whole[ending].split("\n")
+    places = list(parts_of_forms(lines, name))
+    assert len(places) >= sum(len(f.prepare.lines) + len(f.apply.lines) for f in record.uniform)
+    survivors = []
+    for place in random.sample(places, min(12, len(places))):
+        for changed in changes(lines[place]):
+            text = "\n".join([*lines[:place], changed, *lines[place + 1 :]])
+            if not is_found(record, whole, ending, text):
+                survivors.append((lines[place], changed))
+    assert survivors == []
+
+
+def numbers_of_forms(text: str, ending: str) -> list[tuple[int, int]]:
+    """Where the numbers and names in the tables and loops of forms stand, besides the statements."""
+    heads = {
+        "c": r"^    static const struct form forms.*?;$|^static void NAME\(\w+_start_.*?^}$"
+        r"|^WIDE static void NAME\(\w+_(?:block|dense)_\w+\).*?^}$|^enum \{ PARTS.*?;$",
+        "py": r"^    forms=\(.*?^    \),$|^def _\w+_loop_.*?\n\n",
+    }[ending]
+    found = []
+    for block in re.finditer(heads, text, re.DOTALL | re.MULTILINE):
+        found += [
+            (block.start() + m.start(), block.start() + m.end()) for m in re.finditer(r"(?<![\w.])\d+(?!\w)", block[0])
+        ]
+    return found
+
+
+@pytest.mark.parametrize("ending", ["py", "c"])
+@pytest.mark.parametrize("name", ["move_point", "sampson_distance"])
+def test_changes_around_a_form_in_the_text_are_found(name: str, ending: str, records: Records) -> None:
+    """From how many elements on, which arguments stay, what is prepared from where: each number, one more."""
+    record = records[name]
+    whole = texts(record)
+    text = whole[ending]
+    places = numbers_of_forms(text, ending)
+    assert len(places) >= 3
+    for start, end in places:
+        changed = f"{text[:start]}{int(text[start:end]) + 1}{text[end:]}"
+        assert is_found(record, whole, ending, changed), text[max(0, start - 60) : end + 20]
+
+
+@pytest.mark.parametrize(
+    ("ending", "old", "new"),
+    [
+        ("py", '(("m",), ', '(("p",), '),
+        ("py", '(("m",), ', '(("m", "p"), '),
+        ("py", "_move_point_apply_m(prepared, p[i], out[i])", "_move_point_apply_m(prepared, out[i], p[i])"),
+        ("py", "empty(", "zeros("),
+        ("c", "args[0], c0a", "args[1], c0a"),
+        ("c", "PREPARED = 12", "PREPARED = 11"),
+        ("c", "NAME(move_point_start_m), ", "NULL, "),
+        ("c", "(prepared, x1, x2)", "(prepared, x2, x1)"),
+    ],
+)
+def test_changes_of_how_a_form_is_called_are_found(ending: str, old: str, new: str, records: Records) -> None:
     record = records["move_point"]
     whole = texts(record)
-    (form,) = record.uniform
-    line = next(line for line in form.prepare.lines if line.op.value == "subtract")
-    target, (a, b) = line.target, line.operands
-    wrong = {
-        "py": {
-            f"{target} = {a} - {b}": f"{target} = {a} + {b}",
-            "prepared[1] = ": "prepared[2] = ",
-            "_prepare_m(m[0], prepared)": "_prepare_m(m[1], prepared)",
-            '(("m",), 3,': '(("m",), 1,',
-            '(("m",), 3, ': '(("p",), 3, ',
-        },
-        "c": {
-            f"{target} = {a} - {b};": f"{target} = {b} - {a};",
-            "prepared[1] = ": "prepared[2] = ",
-            "(const REAL *)args[0]": "(const REAL *)args[1]",
-            "forms[] = {{1, 3,": "forms[] = {{1, 1,",
-            "forms[] = {{1, ": "forms[] = {{2, ",
-        },
-    }[ending]
-    for old, new in wrong.items():
-        assert old in whole[ending], old
-        changed = dict(whole) | {ending: whole[ending].replace(old, new, 1)}
-        try:
-            verdict = verify_kernel(record, python_programs(changed["py"]), c_programs(changed["c"]))
-        except BackendError:
-            continue
-        assert not verdict.is_proved, old
+    assert old in whole[ending]
+    assert is_found(record, whole, ending, whole[ending].replace(old, new, 1))
 
 
-def test_a_kernel_may_not_have_the_name_of_a_form() -> None:
-    record = compile_kernel(move_point)
-    sources = [kernel_source(record)]
-    other = compile_kernel(Kernel("move_point_apply_m", move_point.function, move_point.parameters, None, "Other."))
-    sources.append(kernel_source(other))
-    with pytest.raises(BackendError, match="move_point_apply_m"):
-        python_source(ModuleSource("both", "", "", "", tuple(sources)))
+def renamed(definition: Kernel, name: str) -> Kernel:
+    return Kernel(name, definition.function, definition.parameters, None, "Other.")
+
+
+@pytest.mark.parametrize("name", [f"move_point_{end}" for end in ("apply_m", "prepare_m", "start_m", "loop_m", "loop")])
+def test_a_kernel_may_not_have_the_name_of_a_form(name: str, records: Records) -> None:
+    other = kernel_source(compile_kernel(renamed(move_point, name)))
+    for sources in ((kernel_source(records["move_point"]), other), (other, kernel_source(records["move_point"]))):
+        with pytest.raises(BackendError, match=r"move_point.* belongs to .*\bkernel\b.*rename"):
+            python_source(ModuleSource("both", "", "", "", sources))
+
+
+def test_a_kernel_may_have_a_name_like_that_of_a_form(records: Records) -> None:
+    """A reader takes no other kernel for a form."""
+    other = compile_kernel(renamed(move_point, "move_point_prepare_q"))
+    module = ModuleSource("both", "", "", "", (kernel_source(records["move_point"]), kernel_source(other)))
+    python, c = python_programs(python_source(module)), c_programs(c_source(module))
+    for read in (python, c):
+        assert list(read) == ["move_point", "move_point_prepare_q"]
+        assert [len(each.forms) for each in read.values()] == [1, 1]
+    assert verify_kernel(other, python, c).is_proved and verify_kernel(records["move_point"], python, c).is_proved

@@ -12,6 +12,9 @@ from .cost import Cost, cost
 from .program import Argument, Line, Operand, Program, Result
 from .verify import verify
 
+MOST = 32
+"""Arguments and results of a program that is split: a loop over a batch keeps which of them stay in a word of bits."""
+
 
 @dataclass(frozen=True, slots=True)
 class Uniform:
@@ -43,7 +46,9 @@ class Uniform:
 
 
 def split(program: Program, same: Sequence[str]) -> Uniform | None:
-    """`program` in two, its lines in their order; None where nothing of what stays the same is used."""
+    """`program` in two, its lines in their order; None where nothing of what stays is used, or of more than `MOST`."""
+    if len(program.arguments) + len(program.results) > MOST:
+        return None
     fixed = [argument for argument in program.arguments if argument.name in same]
     rest = [argument for argument in program.arguments if argument.name not in same]
     known = {component for argument in fixed for component in argument.components}
