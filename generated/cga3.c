@@ -2,13 +2,15 @@
 // command: gac generate --all cga3
 // spec: 11cb9c657d27fe0e
 // contraction: -ffp-contract=off (every operation is rounded once)
-// body: d0462c4525344a2e25b33b706111aafab6453cd9527f5c956404d6aee7a83316
+// body: b5e023ed8607728874978c6ab7478152b31743868251f8fffeb7dcd1b66f6270
 
 #ifndef REAL
 #include "cga3.h"
 
+#include <float.h>
 #include <math.h>
 #include <stddef.h>
+#include <string.h>
 
 #if defined(__GNUC__)
 #define INLINE inline __attribute__((always_inline))
@@ -36,6 +38,9 @@
 #define LANES 16
 #define PADDED(n) (((n) + LANES - 1) & -LANES)
 
+// A block in which an argument is too far for the functions of a loop is done once more, in pieces of this many.
+#define CHUNK 64
+
 // A vector of neighbours in memory.
 #if defined(__has_builtin)
 #if __has_builtin(__builtin_shufflevector)
@@ -60,10 +65,11 @@ struct form {
     loop_function *block, *dense;
 };
 
-// The loops of a kernel, over rows and in C order, and its forms.
+// The loops of a kernel, over rows and in C order, and its forms. A kernel that repeats reads its inputs again after it
+// has written: its outputs cannot lie where they do.
 struct kernel {
     loop_function *block, *dense;
-    int n_inputs, n_parts, n_forms;
+    int n_inputs, n_parts, n_forms, repeats;
     const struct part *parts;
     const struct form *forms;
 };
@@ -71,34 +77,304 @@ struct kernel {
 enum { PARTS = 5, CORES = 5, SPACE = 4096, PREPARED = 33 };
 
 #define SQRT(x) FUNCTION(sqrt)(x)
-#define SIN(x) FUNCTION(sin)(x)
-#define COS(x) FUNCTION(cos)(x)
-#define ATAN2(y, x) FUNCTION(atan2)(y, x)
-#define EXP(x) FUNCTION(exp)(x)
-#define LOG(x) FUNCTION(log)(x)
+#define SIN(x) NAME(sin_of)(x, far)
+#define COS(x) NAME(cos_of)(x, far)
+#define ATAN2(y, x) NAME(atan2_of)(y, x)
+#define EXP(x) NAME(exp_of)(x)
+#define LOG(x) NAME(log_of)(x)
 #define ABS(x) FUNCTION(fabs)(x)
-#define MAXIMUM(a, b) ((a) > (b) || (a) != (a) ? (a) : (b))
+#define MAXIMUM(a, b) NAME(chosen_by)(WHERE((a) > (b)) | WHERE((a) != (a)), a, b)
 #define LESS(a, b) ((REAL)((a) < (b)))
-#define SELECT(condition, a, b) ((condition) != 0 ? (a) : (b))
+#define SELECT(condition, a, b) NAME(chosen_by)(WHERE((condition) != 0), a, b)
+
+static INLINE double cga3_sin_polynomial_f64(double z)
+{
+    const double y = z * z;
+    const double even = -0.16666666666666666 + y * (-0.00019841269836758574 + y * (-2.5051131845003624e-08));
+    const double odd = 0.008333333333330948 + y * (2.755731610255244e-06 + y * (1.5918129294866608e-10));
+    return even + z * odd;
+}
+
+static INLINE double cga3_cos_polynomial_f64(double z)
+{
+    const double y = z * z;
+    const double even = 0.041666666666666664 + y * (2.480158729876569e-05 + y * (2.08761462684032e-09));
+    const double odd = -0.0013888888888887398 + y * (-2.7557317271729793e-07 + y * (-1.1382632425521717e-11));
+    return even + z * odd;
+}
+
+static INLINE double cga3_exp_polynomial_f64(double z)
+{
+    const double y = z * z;
+    const double even = 0.5000000000000001 + y * (0.041666666666624164 + y * (0.0013888888917196719 + y *
+        (2.4801521322368692e-05 + y * (2.7620075879983367e-07))));
+    const double odd = 0.16666666666666669 + y * (0.008333333333330065 + y * (0.00019841269863040545 + y *
+        (2.7557268480310024e-06 + y * (2.5100375832561234e-08))));
+    return even + z * odd;
+}
+
+static INLINE double cga3_log_polynomial_f64(double z)
+{
+    const double y = z * z;
+    const double even = 0.666666666666667 + y * (0.28571428625975487 + y * (0.18182889125261723 + y *
+        (0.14616449685043406)));
+    const double odd = 0.39999999999899505 + y * (0.2222221113479508 + y * (0.15331721600556042));
+    return even + z * odd;
+}
+
+static INLINE double cga3_atan_polynomial_f64(double z)
+{
+    const double y = z * z;
+    const double even = -0.3333333333333333 + y * (-0.14285714285654572 + y * (-0.09090908863985787 + y *
+        (-0.06666560334352166 + y * (-0.05252496695434043 + y * (-0.04071743212322443 + y *
+        (-0.01839325882379991))))));
+    const double odd = 0.19999999999999724 + y * (0.11111111106023758 + y * (0.07692301604813975 + y *
+        (0.05881083654057798 + y * (0.04697897173031055 + y * (0.03147747598887358 + y *
+        (0.005746109253696299))))));
+    return even + z * odd;
+}
+
+static INLINE double cga3_asin_polynomial_f64(double z)
+{
+    const double y = z * z;
+    const double even = 0.16666666666666669 + y * (0.04464285714635543 + y * (0.02237217294214989 + y *
+        (0.013971212973552933 + y * (0.01032281435018578 + y * (0.01740087944269402 + y *
+        (0.028757851367421566))))));
+    const double odd = 0.07499999999998433 + y * (0.030381944138531247 + y * (0.017352392720869973 + y *
+        (0.011479177415184906 + y * (0.005457506718640358 + y * (-0.014851887071247204)))));
+    return even + z * odd;
+}
+
+static INLINE float cga3_sin_polynomial_f32(float z)
+{
+    const float y = z * z;
+    const float even = (float)-0.166666641831398 + y * ((float)-0.00019587890710681677);
+    const float odd = (float)0.008332747966051102;
+    return even + z * odd;
+}
+
+static INLINE float cga3_cos_polynomial_f32(float z)
+{
+    const float y = z * z;
+    const float even = (float)0.0416666641831398 + y * ((float)2.454794230288826e-05);
+    const float odd = (float)-0.001388830249197781;
+    return even + z * odd;
+}
+
+static INLINE float cga3_exp_polynomial_f32(float z)
+{
+    const float y = z * z;
+    const float even = (float)0.5 + y * ((float)0.041666556149721146 + y * ((float)0.0013926175888627768));
+    const float odd = (float)0.16666577756404877 + y * ((float)0.008363173343241215);
+    return even + z * odd;
+}
+
+static INLINE float cga3_log_polynomial_f32(float z)
+{
+    const float y = z * z;
+    const float even = (float)0.6666668653488159 + y * ((float)0.29579949378967285);
+    const float odd = (float)0.3998878002166748;
+    return even + z * odd;
+}
+
+static INLINE float cga3_atan_polynomial_f32(float z)
+{
+    const float y = z * z;
+    const float even = (float)-0.3333333432674408 + y * ((float)-0.14284485578536987 + y *
+        ((float)-0.08842379599809647 + y * ((float)-0.028579968959093094)));
+    const float odd = (float)0.19999976456165314 + y * ((float)0.11086060851812363 + y *
+        ((float)0.06374502927064896));
+    return even + z * odd;
+}
+
+static INLINE float cga3_asin_polynomial_f32(float z)
+{
+    const float y = z * z;
+    const float even = (float)0.1666666567325592 + y * ((float)0.04459940269589424 + y *
+        ((float)0.017149237915873528));
+    const float odd = (float)0.07500094175338745 + y * ((float)0.031100662425160408 + y *
+        ((float)0.03369084745645523));
+    return even + z * odd;
+}
 
 // The kernels are written once, below; this file includes itself for each precision.
 #ifndef ONLY_F32
 #define REAL double
+#define WORD uint64_t
+#define PRECISION(of_double, of_float) of_double
 #define NAME(name) cga3_##name##_f64
 #define FUNCTION(name) name
 #include "cga3.c"
 #undef REAL
+#undef WORD
+#undef PRECISION
 #undef NAME
 #undef FUNCTION
 #endif
 #ifndef ONLY_F64
 #define REAL float
+#define WORD uint32_t
+#define PRECISION(of_double, of_float) of_float
 #define NAME(name) cga3_##name##_f32
 #define FUNCTION(name) name##f
 #include "cga3.c"
 #endif
 
 #else
+
+// Words as wide as a number; a condition as a mask, because conditions that occur often would become branches.
+#define SIGN_BIT PRECISION(63, 31)
+#define SIGN ((WORD)1 << SIGN_BIT)
+#define WHERE(condition) ((WORD)0 - (WORD)(condition))
+
+static INLINE WORD NAME(bits_of)(REAL x)
+{
+    WORD bits;
+    memcpy(&bits, &x, sizeof bits);
+    return bits;
+}
+
+static INLINE REAL NAME(of_bits)(WORD bits)
+{
+    REAL x;
+    memcpy(&x, &bits, sizeof x);
+    return x;
+}
+
+static INLINE REAL NAME(chosen_by)(WORD where, REAL a, REAL b)
+{
+    return NAME(of_bits)((NAME(bits_of)(a) & where) | (NAME(bits_of)(b) & ~where));
+}
+
+// Sine and its kin without branches, so that loops over them are vectorised: at most 2 ulp from the exact values.
+
+// A number so large that the bits of what is added to it, up to half a million, are its last.
+#define SHIFT PRECISION(6755399441055744.0, 12582912.0f)
+
+// How many quarter turns an angle has, modulo 4, and what is left in two parts, up to an eighth of a turn.
+static INLINE WORD NAME(quarters_of)(REAL x, REAL *rest, REAL *low)
+{
+    const double shift = 6755399441055744.0, shifted = x * 0.6366197723675814 + shift, k = shifted - shift;
+    const double a = x - k * 1.5707963267923333, b = k * 2.5633441515839558e-12;
+#if PRECISION(1, 0)
+    const double sum = a - b, back = a - sum;
+    const double error = ((back - b) + (a - (sum + back))) - k * 1.0562999066987428e-23;
+    *rest = sum + error;
+    *low = (sum - *rest) + error;
+    return NAME(bits_of)(shifted);
+#else
+    *rest = (float)(a - b);
+    *low = 0;
+    return NAME(bits_of)((float)k + SHIFT);
+#endif
+}
+
+static INLINE REAL NAME(sin_of_rest)(REAL x, REAL low)
+{
+    const REAL z = x * x;
+    return x + (x * (z * NAME(sin_polynomial)(z)) + low);
+}
+
+static INLINE REAL NAME(cos_of_rest)(REAL x, REAL low)
+{
+    const REAL z = x * x, half = z / 2, one = 1 - half;
+    return one + (((1 - one) - half) + (z * z * NAME(cos_polynomial)(z) - x * low));
+}
+
+// Beyond 65536 the C library's; a caller that has a place for it is told so instead.
+static INLINE REAL NAME(sin_of)(REAL x, WORD *far)
+{
+    REAL rest, low;
+    const WORD n = NAME(quarters_of)(FUNCTION(fabs)(x), &rest, &low);
+    const WORD is_far = WHERE(FUNCTION(fabs)(x) > 65536), sign = (NAME(bits_of)(x) ^ n << (SIGN_BIT - 1)) & SIGN;
+    const REAL s = NAME(sin_of_rest)(rest, low), c = NAME(cos_of_rest)(rest, low);
+    const REAL y = NAME(of_bits)(NAME(bits_of)(NAME(chosen_by)(WHERE(n & 1), c, s)) ^ sign);
+    if (far == NULL)
+        return is_far ? FUNCTION(sin)(x) : y;
+    *far |= is_far;
+    return y;
+}
+
+static INLINE REAL NAME(cos_of)(REAL x, WORD *far)
+{
+    REAL rest, low;
+    const WORD n = NAME(quarters_of)(FUNCTION(fabs)(x), &rest, &low);
+    const WORD is_far = WHERE(FUNCTION(fabs)(x) > 65536), sign = (n + 1) << (SIGN_BIT - 1) & SIGN;
+    const REAL s = NAME(sin_of_rest)(rest, low), c = NAME(cos_of_rest)(rest, low);
+    const REAL y = NAME(of_bits)(NAME(bits_of)(NAME(chosen_by)(WHERE(n & 1), s, c)) ^ sign);
+    if (far == NULL)
+        return is_far ? FUNCTION(cos)(x) : y;
+    *far |= is_far;
+    return y;
+}
+
+#define FRACTION_BITS PRECISION(52, 23)
+#define BIAS PRECISION(1023, 127)
+#define LOG_HIGH PRECISION(0.693147180559663, 0.693145751953125f)
+#define LOG_LOW PRECISION(2.8235290563031577e-13, 1.428606765330187e-06f)
+
+// The power of 2 comes in two factors, so that the largest and the smallest results are reached.
+static INLINE REAL NAME(exp_of)(REAL x)
+{
+    const REAL most = PRECISION(710, 89), least = PRECISION(-746, -105);
+    const REAL y = NAME(chosen_by)(WHERE(x > most), most, NAME(chosen_by)(WHERE(x < least), least, x));
+    const REAL shifted = y * PRECISION(1.4426950408889634, 1.4426950216293335f) + SHIFT, k = shifted - SHIFT;
+    const REAL z = (y - k * LOG_HIGH) - k * LOG_LOW;
+    const WORD n = NAME(bits_of)(shifted) - NAME(bits_of)(SHIFT), half = (n + 2 * BIAS) / 2 - BIAS;
+    const REAL a = NAME(of_bits)((half + BIAS) << FRACTION_BITS), b = NAME(of_bits)((n - half + BIAS) << FRACTION_BITS);
+    return (1 + (z + z * z * NAME(exp_polynomial)(z))) * a * b;
+}
+
+static INLINE REAL NAME(log_of)(REAL x)
+{
+    // x = 2^k (1 + f), 1 + f between the roots of 1/2 and 2; numbers below the normal ones are scaled first.
+    const WORD tiny = WHERE(x < PRECISION(DBL_MIN, FLT_MIN)), fraction = ((WORD)1 << FRACTION_BITS) - 1;
+    const WORD root = PRECISION(0x3FE6A09E667F3BCD, 0x3F3504F3), one = (WORD)BIAS << FRACTION_BITS;
+    const REAL y = x * NAME(chosen_by)(tiny, (WORD)1 << (FRACTION_BITS + 2), 1);
+    const WORD n = NAME(bits_of)(y) + (one - root);
+    const REAL shift = (WORD)1 << FRACTION_BITS, bias = NAME(chosen_by)(tiny, BIAS + FRACTION_BITS + 2, BIAS);
+    const REAL k = NAME(of_bits)((n >> FRACTION_BITS) + NAME(bits_of)(shift)) - (shift + bias);
+    const REAL f = NAME(of_bits)((n & fraction) + root) - 1, half = f * f / 2, s = f / (2 + f), z = s * s;
+    const REAL low = s * (half + z * NAME(log_polynomial)(z)) + k * LOG_LOW;
+    const REAL finite = k * LOG_HIGH - ((half - low) - f);
+    const REAL other = NAME(chosen_by)(WHERE(x == 0), -INFINITY, NAME(chosen_by)(WHERE(x > 0), x, NAN));
+    return NAME(chosen_by)(WHERE(x > 0) & WHERE(x < INFINITY), finite, other);
+}
+
+#define EIGHTH_HIGH PRECISION(0.7853981633974456, 0.7853975296020508f)
+#define EIGHTH_LOW PRECISION(2.6951514290790595e-15, 6.337954232549237e-07f)
+
+static INLINE REAL NAME(atan2_of)(REAL y, REAL x)
+{
+    const REAL u = FUNCTION(fabs)(x), v = FUNCTION(fabs)(y);
+    const WORD swapped = WHERE(v > u), left = WHERE(NAME(bits_of)(x) >> SIGN_BIT);
+    const REAL most = NAME(chosen_by)(swapped, v, u), least = NAME(chosen_by)(swapped, u, v);
+    // Sums of the largest numbers would overflow; two zeros, and two infinities, have the ratio 0 and 1.
+    const WORD same = WHERE(u == INFINITY) & WHERE(v == INFINITY), none = WHERE(most == 0);
+    const REAL scale = NAME(chosen_by)(WHERE(most > PRECISION(DBL_MAX, FLT_MAX) / 64), (REAL)1 / 64, 1);
+    const REAL big = NAME(chosen_by)(same | none, 1, most * scale), small = NAME(chosen_by)(same, 1, least * scale);
+    // Above 0.55 an eighth of a turn is taken away: results below 1/2 come from one division. The factor 16 is for
+    // the smallest numbers, whose products are rounded to few bits.
+    const WORD upper = WHERE(16 * small > (REAL)8.8 * big);
+    const REAL t = (small - NAME(chosen_by)(upper, big, 0)) / (big + NAME(chosen_by)(upper, small, 0)), z = t * t;
+    const REAL angle = t + t * (z * NAME(atan_polynomial)(z));
+    const REAL near = NAME(chosen_by)(upper, 1, 0), first = NAME(chosen_by)(swapped, 2 - near, near);
+    const REAL eighths = NAME(chosen_by)(left, 4 - first, first);
+    const REAL turned = NAME(of_bits)(NAME(bits_of)(angle) ^ ((left ^ swapped) & SIGN));
+    const REAL whole = eighths * EIGHTH_HIGH + (eighths * EIGHTH_LOW + turned);
+    return NAME(of_bits)(NAME(bits_of)(whole) ^ (NAME(bits_of)(y) & SIGN));
+}
+
+static INLINE REAL NAME(acos_of)(REAL x)
+{
+    const REAL u = FUNCTION(fabs)(x);
+    const WORD large = WHERE(u > (REAL)0.5);
+    const REAL z = NAME(chosen_by)(large, (1 - u) / 2, x * x), s = NAME(chosen_by)(large, FUNCTION(sqrt)(z), x);
+    const REAL more = s * (z * NAME(asin_polynomial)(z));
+    const REAL middle = 2 * EIGHTH_HIGH - (s - (2 * EIGHTH_LOW - more));
+    const REAL right = 2 * (s + more), left = 4 * EIGHTH_HIGH - (right - 4 * EIGHTH_LOW);
+    return NAME(chosen_by)(large, NAME(chosen_by)(WHERE(x < 0), left, right), middle);
+}
 
 static INLINE void NAME(load_scalar)(REAL *x, const char *a)
 {
@@ -379,43 +655,103 @@ static INLINE void NAME(store_32)(char *a, intptr_t ca, const REAL *x)
 
 #ifdef SHUFFLE
 typedef REAL NAME(four) VECTOR(4);
-typedef REAL NAME(eight) VECTOR(8);
+#define AT(a, k, s) (*(NAME(four) *)((a) + (k) * (s)))
 
-// Four numbers at each of eight places, `s` bytes apart, as eight numbers at each of four.
-static INLINE void NAME(turn_8x4)(const char *a, intptr_t s, REAL *x, intptr_t row)
+// A tile is four components of as many elements as fill 32 bytes, which every wide machine turns alike.
+#define TILE PRECISION(4, 8)
+#if PRECISION(1, 0)
+// From four places, `s` bytes apart, to four, `t` bytes apart.
+static INLINE void NAME(turn)(char *a, intptr_t s, char *b, intptr_t t)
 {
-    NAME(eight) a0, a1, a2, a3;
-#define PAIR(k) SHUFFLE(*(const NAME(four) *)(a + (k) * s), *(const NAME(four) *)(a + ((k) + 4) * s), \
-        0, 1, 2, 3, 4, 5, 6, 7)
-    a0 = PAIR(0);
-    a1 = PAIR(1);
-    a2 = PAIR(2);
-    a3 = PAIR(3);
+    const NAME(four) a0 = AT(a, 0, s), a1 = AT(a, 1, s), a2 = AT(a, 2, s), a3 = AT(a, 3, s);
+    const NAME(four) b0 = SHUFFLE(a0, a1, 0, 4, 2, 6), b1 = SHUFFLE(a0, a1, 1, 5, 3, 7);
+    const NAME(four) b2 = SHUFFLE(a2, a3, 0, 4, 2, 6), b3 = SHUFFLE(a2, a3, 1, 5, 3, 7);
+    AT(b, 0, t) = SHUFFLE(b0, b2, 0, 1, 4, 5);
+    AT(b, 1, t) = SHUFFLE(b1, b3, 0, 1, 4, 5);
+    AT(b, 2, t) = SHUFFLE(b0, b2, 2, 3, 6, 7);
+    AT(b, 3, t) = SHUFFLE(b1, b3, 2, 3, 6, 7);
+}
+
+static INLINE void NAME(load_tile)(char *x, intptr_t row, char *a, intptr_t s)
+{
+    NAME(turn)(a, s, x, row);
+}
+
+static INLINE void NAME(store_tile)(char *a, intptr_t s, char *x, intptr_t row)
+{
+    NAME(turn)(x, row, a, s);
+}
+#else
+typedef REAL NAME(eight) VECTOR(8);
+#define ROW(x, k, row) (*(NAME(eight) *)((x) + (k) * (row)))
+
+static INLINE void NAME(load_tile)(char *x, intptr_t row, char *a, intptr_t s)
+{
+#define PAIR(k) SHUFFLE(AT(a, k, s), AT(a, (k) + 4, s), 0, 1, 2, 3, 4, 5, 6, 7)
+    const NAME(eight) a0 = PAIR(0), a1 = PAIR(1), a2 = PAIR(2), a3 = PAIR(3);
 #undef PAIR
     const NAME(eight) b0 = SHUFFLE(a0, a1, 0, 8, 1, 9, 4, 12, 5, 13), b1 = SHUFFLE(a0, a1, 2, 10, 3, 11, 6, 14, 7, 15);
     const NAME(eight) b2 = SHUFFLE(a2, a3, 0, 8, 1, 9, 4, 12, 5, 13), b3 = SHUFFLE(a2, a3, 2, 10, 3, 11, 6, 14, 7, 15);
-    *(NAME(eight) *)x = SHUFFLE(b0, b2, 0, 1, 8, 9, 4, 5, 12, 13);
-    *(NAME(eight) *)(x + row) = SHUFFLE(b0, b2, 2, 3, 10, 11, 6, 7, 14, 15);
-    *(NAME(eight) *)(x + 2 * row) = SHUFFLE(b1, b3, 0, 1, 8, 9, 4, 5, 12, 13);
-    *(NAME(eight) *)(x + 3 * row) = SHUFFLE(b1, b3, 2, 3, 10, 11, 6, 7, 14, 15);
+    ROW(x, 0, row) = SHUFFLE(b0, b2, 0, 1, 8, 9, 4, 5, 12, 13);
+    ROW(x, 1, row) = SHUFFLE(b0, b2, 2, 3, 10, 11, 6, 7, 14, 15);
+    ROW(x, 2, row) = SHUFFLE(b1, b3, 0, 1, 8, 9, 4, 5, 12, 13);
+    ROW(x, 3, row) = SHUFFLE(b1, b3, 2, 3, 10, 11, 6, 7, 14, 15);
 }
 
-static INLINE void NAME(turn_4x4)(const char *a, intptr_t s, char *b, intptr_t t)
+static INLINE void NAME(store_tile)(char *a, intptr_t s, char *x, intptr_t row)
 {
-    const NAME(four) a0 = *(const NAME(four) *)a, a1 = *(const NAME(four) *)(a + s);
-    const NAME(four) a2 = *(const NAME(four) *)(a + 2 * s), a3 = *(const NAME(four) *)(a + 3 * s);
-    const NAME(four) b0 = SHUFFLE(a0, a1, 0, 4, 2, 6), b1 = SHUFFLE(a0, a1, 1, 5, 3, 7);
-    const NAME(four) b2 = SHUFFLE(a2, a3, 0, 4, 2, 6), b3 = SHUFFLE(a2, a3, 1, 5, 3, 7);
-    *(NAME(four) *)b = SHUFFLE(b0, b2, 0, 1, 4, 5);
-    *(NAME(four) *)(b + t) = SHUFFLE(b1, b3, 0, 1, 4, 5);
-    *(NAME(four) *)(b + 2 * t) = SHUFFLE(b0, b2, 2, 3, 6, 7);
-    *(NAME(four) *)(b + 3 * t) = SHUFFLE(b1, b3, 2, 3, 6, 7);
+    const NAME(eight) x0 = ROW(x, 0, row), x1 = ROW(x, 1, row), x2 = ROW(x, 2, row), x3 = ROW(x, 3, row);
+    const NAME(eight) b0 = SHUFFLE(x0, x1, 0, 8, 1, 9, 4, 12, 5, 13), b1 = SHUFFLE(x0, x1, 2, 10, 3, 11, 6, 14, 7, 15);
+    const NAME(eight) b2 = SHUFFLE(x2, x3, 0, 8, 1, 9, 4, 12, 5, 13), b3 = SHUFFLE(x2, x3, 2, 10, 3, 11, 6, 14, 7, 15);
+    const NAME(eight) a0 = SHUFFLE(b0, b2, 0, 1, 8, 9, 4, 5, 12, 13), a1 = SHUFFLE(b0, b2, 2, 3, 10, 11, 6, 7, 14, 15);
+    const NAME(eight) a2 = SHUFFLE(b1, b3, 0, 1, 8, 9, 4, 5, 12, 13), a3 = SHUFFLE(b1, b3, 2, 3, 10, 11, 6, 7, 14, 15);
+#define HALVES(k, v) AT(a, k, s) = SHUFFLE(v, v, 0, 1, 2, 3), AT(a, (k) + 4, s) = SHUFFLE(v, v, 4, 5, 6, 7)
+    HALVES(0, a0);
+    HALVES(1, a1);
+    HALVES(2, a2);
+    HALVES(3, a3);
+#undef HALVES
 }
+#undef ROW
+#endif
+
+// Tiles of `size` components that are neighbours, of elements `s` bytes apart: how many elements are done. What is
+// known of the size when this is compiled saves half the time.
+static INLINE intptr_t NAME(turn_tiles)(int back, char *x, intptr_t row, char *a, intptr_t s, intptr_t size, intptr_t n)
+{
+    const intptr_t w = sizeof(REAL);
+    intptr_t done = 0;
+    for (; done + TILE <= n; done += TILE) {
+        for (intptr_t k = 0; k < size; k += 4) {
+            const intptr_t first = k + 4 <= size ? k : size - 4;
+            char *in_rows = x + first * row + done * w, *in_element = a + done * s + first * w;
+            if (back)
+                NAME(store_tile)(in_element, s, in_rows, row);
+            else
+                NAME(load_tile)(in_rows, row, in_element, s);
+        }
+    }
+    return done;
+}
+
+static INLINE intptr_t NAME(turn_all)(int back, REAL *x, intptr_t row, char *a, intptr_t s, intptr_t size, intptr_t n)
+{
+    switch (size) {
+    case 4:
+        return NAME(turn_tiles)(back, (char *)x, row * sizeof(REAL), a, s, 4, n);
+    case 6:
+        return NAME(turn_tiles)(back, (char *)x, row * sizeof(REAL), a, s, 6, n);
+    case 8:
+        return NAME(turn_tiles)(back, (char *)x, row * sizeof(REAL), a, s, 8, n);
+    default:
+        return NAME(turn_tiles)(back, (char *)x, row * sizeof(REAL), a, s, size, n);
+    }
+}
+#undef AT
 #endif
 
 // Rows of `size` components that lie `c` bytes apart, of `n` elements that lie `s` bytes apart.
-WIDE static void NAME(load_rows)(REAL *x, intptr_t row, const char *a, intptr_t s, intptr_t c, intptr_t size,
-    intptr_t n)
+WIDE static void NAME(load_rows)(REAL *x, intptr_t row, char *a, intptr_t s, intptr_t c, intptr_t size, intptr_t n)
 {
     const intptr_t w = sizeof(REAL);
     intptr_t done = 0;
@@ -431,12 +767,7 @@ WIDE static void NAME(load_rows)(REAL *x, intptr_t row, const char *a, intptr_t 
     }
 #ifdef SHUFFLE
     if (size >= 4 && c == w) {
-        for (; done + 8 <= n; done += 8) {
-            for (intptr_t k = 0; k < size; k += 4) {
-                const intptr_t first = k + 4 <= size ? k : size - 4;
-                NAME(turn_8x4)(a + done * s + first * w, s, x + first * row + done, row);
-            }
-        }
+        done = NAME(turn_all)(0, x, row, a, s, size, n);
     } else if (s != w) {
         for (; done + 4 <= n; done += 4) {
             for (intptr_t k = 0; k < size; ++k) {
@@ -464,8 +795,7 @@ WIDE static void NAME(load_rows)(REAL *x, intptr_t row, const char *a, intptr_t 
 }
 
 // The inverse of load_rows.
-WIDE static void NAME(store_rows)(char *a, intptr_t s, intptr_t c, const REAL *x, intptr_t row, intptr_t size,
-    intptr_t n)
+WIDE static void NAME(store_rows)(char *a, intptr_t s, intptr_t c, REAL *x, intptr_t row, intptr_t size, intptr_t n)
 {
     const intptr_t w = sizeof(REAL);
     intptr_t done = 0;
@@ -480,14 +810,8 @@ WIDE static void NAME(store_rows)(char *a, intptr_t s, intptr_t c, const REAL *x
         return;
     }
 #ifdef SHUFFLE
-    if (size >= 4 && c == w) {
-        for (; done + 4 <= n; done += 4) {
-            for (intptr_t k = 0; k < size; k += 4) {
-                const intptr_t first = k + 4 <= size ? k : size - 4;
-                NAME(turn_4x4)((const char *)(x + first * row + done), row * w, a + done * s + first * w, s);
-            }
-        }
-    }
+    if (size >= 4 && c == w)
+        done = NAME(turn_all)(1, x, row, a, s, size, n);
 #endif
     if (done == n)
         return;
@@ -509,7 +833,11 @@ static void NAME(move_part)(int back, REAL *x, intptr_t row, const struct part *
         step = count == 1 ? c[axis - 1] : step;
         count *= part->shape[axis - 1];
     }
-    for (intptr_t k = 0; k < part->size; k += count) {
+    if (count == part->size && back)
+        NAME(store_rows)(a, s, step, x, row, count, n);
+    else if (count == part->size)
+        NAME(load_rows)(x, row, a, s, step, count, n);
+    for (intptr_t k = 0; count < part->size && k < part->size; k += count) {
         intptr_t offset = 0, rest = k / count;
         for (int outer = axis; outer-- > 0; rest /= part->shape[outer])
             offset += rest % part->shape[outer] * c[outer];
@@ -547,7 +875,7 @@ static void NAME(batch)(const struct kernel *kernel, char **args, intptr_t n, co
     }
     int in_place = 1, dense = in_order != NULL;
     // Long rows spare calls; beyond the last cache, short ones keep reading and writing going side by side.
-    intptr_t row = n < (1 << 24) / (bytes + 1) ? 64 : LANES;
+    intptr_t row = n < (1 << 24) / (bytes + 1) ? 512 / w : LANES;
     while (row > LANES && row * total > SPACE)
         row /= 2;
     total = 0;
@@ -559,6 +887,8 @@ static void NAME(batch)(const struct kernel *kernel, char **args, intptr_t n, co
         rows[p] = space + row * total;
         total += part->size;
         kinds[p] = hoisted >> p & 1 ? HOISTED : p < n_inputs && steps[p] == 0 ? SAME : steps[p] == w ? UNIT : ANY;
+        for (int q = 0; kernel->repeats && p >= n_inputs && q < n_inputs; ++q)
+            kinds[p] = args[p] == args[q] ? ANY : kinds[p];
         in_place = in_place && (kinds[p] == UNIT || kinds[p] == HOISTED);
         for (int q = part->rank; q-- > 0; step *= part->shape[q], row_step *= part->shape[q]) {
             cores[part->first + q] = c[q];
@@ -1360,7 +1690,7 @@ WIDE static void NAME(geometric_product_block)(intptr_t n, char **args, const in
 void NAME(geometric_product_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{32, 1, 0, {32}}, {32, 1, 1, {32}}, {32, 1, 2, {32}}};
-    static const struct kernel kernel = {NAME(geometric_product_block), NULL, 2, 3, 0, parts, NULL};
+    static const struct kernel kernel = {NAME(geometric_product_block), NULL, 2, 3, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -1940,7 +2270,7 @@ WIDE static void NAME(outer_product_block)(intptr_t n, char **args, const intptr
 void NAME(outer_product_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{32, 1, 0, {32}}, {32, 1, 1, {32}}, {32, 1, 2, {32}}};
-    static const struct kernel kernel = {NAME(outer_product_block), NULL, 2, 3, 0, parts, NULL};
+    static const struct kernel kernel = {NAME(outer_product_block), NULL, 2, 3, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -2520,7 +2850,7 @@ WIDE static void NAME(regressive_product_block)(intptr_t n, char **args, const i
 void NAME(regressive_product_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{32, 1, 0, {32}}, {32, 1, 1, {32}}, {32, 1, 2, {32}}};
-    static const struct kernel kernel = {NAME(regressive_product_block), NULL, 2, 3, 0, parts, NULL};
+    static const struct kernel kernel = {NAME(regressive_product_block), NULL, 2, 3, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -3490,7 +3820,7 @@ WIDE static void NAME(inner_product_block)(intptr_t n, char **args, const intptr
 void NAME(inner_product_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{32, 1, 0, {32}}, {32, 1, 1, {32}}, {32, 1, 2, {32}}};
-    static const struct kernel kernel = {NAME(inner_product_block), NULL, 2, 3, 0, parts, NULL};
+    static const struct kernel kernel = {NAME(inner_product_block), NULL, 2, 3, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -3864,7 +4194,7 @@ WIDE static void NAME(even_product_block)(intptr_t n, char **args, const intptr_
 void NAME(even_product_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{16, 1, 0, {16}}, {16, 1, 1, {16}}, {16, 1, 2, {16}}};
-    static const struct kernel kernel = {NAME(even_product_block), NULL, 2, 3, 0, parts, NULL};
+    static const struct kernel kernel = {NAME(even_product_block), NULL, 2, 3, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -3975,7 +4305,7 @@ WIDE static void NAME(reverse_block)(intptr_t n, char **args, const intptr_t *st
 void NAME(reverse_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{32, 1, 0, {32}}, {32, 1, 1, {32}}};
-    static const struct kernel kernel = {NAME(reverse_block), NULL, 1, 2, 0, parts, NULL};
+    static const struct kernel kernel = {NAME(reverse_block), NULL, 1, 2, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -4044,7 +4374,7 @@ WIDE static void NAME(even_reverse_block)(intptr_t n, char **args, const intptr_
 void NAME(even_reverse_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{16, 1, 0, {16}}, {16, 1, 1, {16}}};
-    static const struct kernel kernel = {NAME(even_reverse_block), NULL, 1, 2, 0, parts, NULL};
+    static const struct kernel kernel = {NAME(even_reverse_block), NULL, 1, 2, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -4151,7 +4481,7 @@ WIDE static void NAME(grade_involution_block)(intptr_t n, char **args, const int
 void NAME(grade_involution_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{32, 1, 0, {32}}, {32, 1, 1, {32}}};
-    static const struct kernel kernel = {NAME(grade_involution_block), NULL, 1, 2, 0, parts, NULL};
+    static const struct kernel kernel = {NAME(grade_involution_block), NULL, 1, 2, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -4260,7 +4590,7 @@ WIDE static void NAME(dual_block)(intptr_t n, char **args, const intptr_t *strid
 void NAME(dual_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{32, 1, 0, {32}}, {32, 1, 1, {32}}};
-    static const struct kernel kernel = {NAME(dual_block), NULL, 1, 2, 0, parts, NULL};
+    static const struct kernel kernel = {NAME(dual_block), NULL, 1, 2, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -4369,7 +4699,7 @@ WIDE static void NAME(undual_block)(intptr_t n, char **args, const intptr_t *str
 void NAME(undual_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{32, 1, 0, {32}}, {32, 1, 1, {32}}};
-    static const struct kernel kernel = {NAME(undual_block), NULL, 1, 2, 0, parts, NULL};
+    static const struct kernel kernel = {NAME(undual_block), NULL, 1, 2, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -4476,7 +4806,7 @@ WIDE static void NAME(polarity_block)(intptr_t n, char **args, const intptr_t *s
 void NAME(polarity_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{32, 1, 0, {32}}, {32, 1, 1, {32}}};
-    static const struct kernel kernel = {NAME(polarity_block), NULL, 1, 2, 0, parts, NULL};
+    static const struct kernel kernel = {NAME(polarity_block), NULL, 1, 2, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -4517,7 +4847,7 @@ WIDE static void NAME(embed_point_block)(intptr_t n, char **args, const intptr_t
 void NAME(embed_point_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {5, 1, 1, {5}}};
-    static const struct kernel kernel = {NAME(embed_point_block), NULL, 1, 2, 0, parts, NULL};
+    static const struct kernel kernel = {NAME(embed_point_block), NULL, 1, 2, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -4555,7 +4885,7 @@ WIDE static void NAME(extract_point_block)(intptr_t n, char **args, const intptr
 void NAME(extract_point_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{5, 1, 0, {5}}, {3, 1, 1, {3}}};
-    static const struct kernel kernel = {NAME(extract_point_block), NULL, 1, 2, 0, parts, NULL};
+    static const struct kernel kernel = {NAME(extract_point_block), NULL, 1, 2, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -4597,7 +4927,7 @@ WIDE static void NAME(normalize_vector_block)(intptr_t n, char **args, const int
 void NAME(normalize_vector_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{5, 1, 0, {5}}, {5, 1, 1, {5}}};
-    static const struct kernel kernel = {NAME(normalize_vector_block), NULL, 1, 2, 0, parts, NULL};
+    static const struct kernel kernel = {NAME(normalize_vector_block), NULL, 1, 2, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -4664,7 +4994,7 @@ void NAME(inner_product_of_points_loop)(char **args, const intptr_t *dimensions,
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {3, 1, 1, {3}}, {1, 0, 2, {0}}};
     static const struct kernel kernel = {NAME(inner_product_of_points_block), NAME(inner_product_of_points_dense),
-        2, 3, 0, parts, NULL};
+        2, 3, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -4729,7 +5059,7 @@ void NAME(distance_squared_points_loop)(char **args, const intptr_t *dimensions,
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {3, 1, 1, {3}}, {1, 0, 2, {0}}};
     static const struct kernel kernel = {NAME(distance_squared_points_block), NAME(distance_squared_points_dense),
-        2, 3, 0, parts, NULL};
+        2, 3, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -4794,8 +5124,8 @@ WIDE static void NAME(distance_points_dense)(intptr_t n, char **args, const intp
 void NAME(distance_points_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {3, 1, 1, {3}}, {1, 0, 2, {0}}};
-    static const struct kernel kernel = {NAME(distance_points_block), NAME(distance_points_dense), 2, 3, 0, parts,
-        NULL};
+    static const struct kernel kernel = {NAME(distance_points_block), NAME(distance_points_dense), 2, 3, 0, 0,
+        parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -4845,7 +5175,7 @@ WIDE static void NAME(inner_product_of_vectors_block)(intptr_t n, char **args, c
 void NAME(inner_product_of_vectors_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{5, 1, 0, {5}}, {5, 1, 1, {5}}, {1, 0, 2, {0}}};
-    static const struct kernel kernel = {NAME(inner_product_of_vectors_block), NULL, 2, 3, 0, parts, NULL};
+    static const struct kernel kernel = {NAME(inner_product_of_vectors_block), NULL, 2, 3, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -5045,7 +5375,7 @@ void NAME(power_of_point_loop)(char **args, const intptr_t *dimensions, const in
     static const struct part parts[] = {{3, 1, 0, {3}}, {5, 1, 1, {5}}, {1, 0, 2, {0}}};
     static const struct form forms[] = {{2, 2, NAME(power_of_point_start_s), NAME(power_of_point_block_s),
         NAME(power_of_point_dense_s)}, {1, 2, NAME(power_of_point_start_p), NAME(power_of_point_block_p), NULL}};
-    static const struct kernel kernel = {NAME(power_of_point_block), NULL, 2, 3, 2, parts, forms};
+    static const struct kernel kernel = {NAME(power_of_point_block), NULL, 2, 3, 2, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -5201,7 +5531,7 @@ void NAME(signed_distance_point_plane_loop)(char **args, const intptr_t *dimensi
     static const struct form forms[] = {{2, 2, NAME(signed_distance_point_plane_start_plane),
         NAME(signed_distance_point_plane_block_plane), NAME(signed_distance_point_plane_dense_plane)}};
     static const struct kernel kernel = {NAME(signed_distance_point_plane_block),
-        NAME(signed_distance_point_plane_dense), 2, 3, 1, parts, forms};
+        NAME(signed_distance_point_plane_dense), 2, 3, 1, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -5267,7 +5597,7 @@ WIDE static void NAME(distance_point_line_block)(intptr_t n, char **args, const 
 void NAME(distance_point_line_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {6, 1, 1, {6}}, {1, 0, 2, {0}}};
-    static const struct kernel kernel = {NAME(distance_point_line_block), NULL, 2, 3, 0, parts, NULL};
+    static const struct kernel kernel = {NAME(distance_point_line_block), NULL, 2, 3, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -5347,7 +5677,7 @@ WIDE static void NAME(point_pair_from_points_block)(intptr_t n, char **args, con
 void NAME(point_pair_from_points_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {3, 1, 1, {3}}, {10, 1, 2, {10}}};
-    static const struct kernel kernel = {NAME(point_pair_from_points_block), NULL, 2, 3, 0, parts, NULL};
+    static const struct kernel kernel = {NAME(point_pair_from_points_block), NULL, 2, 3, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -5914,7 +6244,7 @@ void NAME(circle_from_points_loop)(char **args, const intptr_t *dimensions, cons
         NAME(circle_from_points_block_a_c), NULL}, {6, 2, NAME(circle_from_points_start_b_c),
         NAME(circle_from_points_block_b_c), NULL}, {3, 3, NAME(circle_from_points_start_a_b),
         NAME(circle_from_points_block_a_b), NULL}};
-    static const struct kernel kernel = {NAME(circle_from_points_block), NULL, 3, 4, 3, parts, forms};
+    static const struct kernel kernel = {NAME(circle_from_points_block), NULL, 3, 4, 3, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -6894,7 +7224,7 @@ void NAME(sphere_from_points_loop)(char **args, const intptr_t *dimensions, cons
         NAME(sphere_from_points_block_a_b_d), NULL}, {13, 3, NAME(sphere_from_points_start_a_c_d),
         NAME(sphere_from_points_block_a_c_d), NULL}, {14, 3, NAME(sphere_from_points_start_b_c_d),
         NAME(sphere_from_points_block_b_c_d), NULL}};
-    static const struct kernel kernel = {NAME(sphere_from_points_block), NULL, 4, 5, 4, parts, forms};
+    static const struct kernel kernel = {NAME(sphere_from_points_block), NULL, 4, 5, 4, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -6948,7 +7278,7 @@ WIDE static void NAME(line_from_points_block)(intptr_t n, char **args, const int
 void NAME(line_from_points_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {3, 1, 1, {3}}, {6, 1, 2, {6}}};
-    static const struct kernel kernel = {NAME(line_from_points_block), NULL, 2, 3, 0, parts, NULL};
+    static const struct kernel kernel = {NAME(line_from_points_block), NULL, 2, 3, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -7002,7 +7332,7 @@ WIDE static void NAME(line_from_point_direction_block)(intptr_t n, char **args, 
 void NAME(line_from_point_direction_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {3, 1, 1, {3}}, {6, 1, 2, {6}}};
-    static const struct kernel kernel = {NAME(line_from_point_direction_block), NULL, 2, 3, 0, parts, NULL};
+    static const struct kernel kernel = {NAME(line_from_point_direction_block), NULL, 2, 3, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -7090,7 +7420,7 @@ WIDE static void NAME(plane_from_points_dense)(intptr_t n, char **args, const in
 void NAME(plane_from_points_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {3, 1, 1, {3}}, {3, 1, 2, {3}}, {4, 1, 3, {4}}};
-    static const struct kernel kernel = {NAME(plane_from_points_block), NAME(plane_from_points_dense), 3, 4, 0,
+    static const struct kernel kernel = {NAME(plane_from_points_block), NAME(plane_from_points_dense), 3, 4, 0, 0,
         parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -7137,7 +7467,7 @@ WIDE static void NAME(dual_sphere_from_centre_block)(intptr_t n, char **args, co
 void NAME(dual_sphere_from_centre_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {1, 0, 1, {0}}, {5, 1, 1, {5}}};
-    static const struct kernel kernel = {NAME(dual_sphere_from_centre_block), NULL, 2, 3, 0, parts, NULL};
+    static const struct kernel kernel = {NAME(dual_sphere_from_centre_block), NULL, 2, 3, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -7189,7 +7519,7 @@ WIDE static void NAME(dual_sphere_through_point_block)(intptr_t n, char **args, 
 void NAME(dual_sphere_through_point_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {3, 1, 1, {3}}, {5, 1, 2, {5}}};
-    static const struct kernel kernel = {NAME(dual_sphere_through_point_block), NULL, 2, 3, 0, parts, NULL};
+    static const struct kernel kernel = {NAME(dual_sphere_through_point_block), NULL, 2, 3, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -7237,7 +7567,7 @@ WIDE static void NAME(sphere_from_centre_block)(intptr_t n, char **args, const i
 void NAME(sphere_from_centre_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {1, 0, 1, {0}}, {5, 1, 1, {5}}};
-    static const struct kernel kernel = {NAME(sphere_from_centre_block), NULL, 2, 3, 0, parts, NULL};
+    static const struct kernel kernel = {NAME(sphere_from_centre_block), NULL, 2, 3, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -7294,7 +7624,7 @@ void NAME(dual_plane_from_normal_loop)(char **args, const intptr_t *dimensions, 
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {1, 0, 1, {0}}, {4, 1, 1, {4}}};
     static const struct kernel kernel = {NAME(dual_plane_from_normal_block), NAME(dual_plane_from_normal_dense), 2,
-        3, 0, parts, NULL};
+        3, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -7368,7 +7698,7 @@ WIDE static void NAME(bisector_plane_dense)(intptr_t n, char **args, const intpt
 void NAME(bisector_plane_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {3, 1, 1, {3}}, {4, 1, 2, {4}}};
-    static const struct kernel kernel = {NAME(bisector_plane_block), NAME(bisector_plane_dense), 2, 3, 0, parts,
+    static const struct kernel kernel = {NAME(bisector_plane_block), NAME(bisector_plane_dense), 2, 3, 0, 0, parts,
         NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -7409,7 +7739,7 @@ WIDE static void NAME(sphere_polarity_block)(intptr_t n, char **args, const intp
 void NAME(sphere_polarity_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{5, 1, 0, {5}}, {5, 1, 1, {5}}};
-    static const struct kernel kernel = {NAME(sphere_polarity_block), NULL, 1, 2, 0, parts, NULL};
+    static const struct kernel kernel = {NAME(sphere_polarity_block), NULL, 1, 2, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -7463,7 +7793,7 @@ WIDE static void NAME(plane_polarity_dense)(intptr_t n, char **args, const intpt
 void NAME(plane_polarity_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {4, 1, 1, {4}}};
-    static const struct kernel kernel = {NAME(plane_polarity_block), NAME(plane_polarity_dense), 1, 2, 0, parts,
+    static const struct kernel kernel = {NAME(plane_polarity_block), NAME(plane_polarity_dense), 1, 2, 0, 0, parts,
         NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -7504,7 +7834,7 @@ WIDE static void NAME(sphere_centre_block)(intptr_t n, char **args, const intptr
 void NAME(sphere_centre_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{5, 1, 0, {5}}, {3, 1, 1, {3}}};
-    static const struct kernel kernel = {NAME(sphere_centre_block), NULL, 1, 2, 0, parts, NULL};
+    static const struct kernel kernel = {NAME(sphere_centre_block), NULL, 1, 2, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -7549,7 +7879,7 @@ WIDE static void NAME(sphere_radius_squared_block)(intptr_t n, char **args, cons
 void NAME(sphere_radius_squared_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{5, 1, 0, {5}}, {1, 0, 1, {0}}};
-    static const struct kernel kernel = {NAME(sphere_radius_squared_block), NULL, 1, 2, 0, parts, NULL};
+    static const struct kernel kernel = {NAME(sphere_radius_squared_block), NULL, 1, 2, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -7613,7 +7943,7 @@ WIDE static void NAME(circle_centre_block)(intptr_t n, char **args, const intptr
 void NAME(circle_centre_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{10, 1, 0, {10}}, {3, 1, 1, {3}}};
-    static const struct kernel kernel = {NAME(circle_centre_block), NULL, 1, 2, 0, parts, NULL};
+    static const struct kernel kernel = {NAME(circle_centre_block), NULL, 1, 2, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -7672,7 +8002,7 @@ WIDE static void NAME(circle_radius_squared_block)(intptr_t n, char **args, cons
 void NAME(circle_radius_squared_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{10, 1, 0, {10}}, {1, 0, 1, {0}}};
-    static const struct kernel kernel = {NAME(circle_radius_squared_block), NULL, 1, 2, 0, parts, NULL};
+    static const struct kernel kernel = {NAME(circle_radius_squared_block), NULL, 1, 2, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -7707,7 +8037,7 @@ WIDE static void NAME(circle_plane_block)(intptr_t n, char **args, const intptr_
 void NAME(circle_plane_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{10, 1, 0, {10}}, {4, 1, 1, {4}}};
-    static const struct kernel kernel = {NAME(circle_plane_block), NULL, 1, 2, 0, parts, NULL};
+    static const struct kernel kernel = {NAME(circle_plane_block), NULL, 1, 2, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -7748,7 +8078,7 @@ WIDE static void NAME(circle_axis_block)(intptr_t n, char **args, const intptr_t
 void NAME(circle_axis_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{10, 1, 0, {10}}, {6, 1, 1, {6}}};
-    static const struct kernel kernel = {NAME(circle_axis_block), NULL, 1, 2, 0, parts, NULL};
+    static const struct kernel kernel = {NAME(circle_axis_block), NULL, 1, 2, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -7813,7 +8143,7 @@ WIDE static void NAME(point_pair_centre_block)(intptr_t n, char **args, const in
 void NAME(point_pair_centre_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{10, 1, 0, {10}}, {3, 1, 1, {3}}};
-    static const struct kernel kernel = {NAME(point_pair_centre_block), NULL, 1, 2, 0, parts, NULL};
+    static const struct kernel kernel = {NAME(point_pair_centre_block), NULL, 1, 2, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -7871,7 +8201,7 @@ WIDE static void NAME(point_pair_radius_squared_block)(intptr_t n, char **args, 
 void NAME(point_pair_radius_squared_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{10, 1, 0, {10}}, {1, 0, 1, {0}}};
-    static const struct kernel kernel = {NAME(point_pair_radius_squared_block), NULL, 1, 2, 0, parts, NULL};
+    static const struct kernel kernel = {NAME(point_pair_radius_squared_block), NULL, 1, 2, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -7970,7 +8300,7 @@ WIDE static void NAME(point_pair_points_block)(intptr_t n, char **args, const in
 void NAME(point_pair_points_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{10, 1, 0, {10}}, {3, 1, 1, {3}}, {3, 1, 2, {3}}};
-    static const struct kernel kernel = {NAME(point_pair_points_block), NULL, 1, 3, 0, parts, NULL};
+    static const struct kernel kernel = {NAME(point_pair_points_block), NULL, 1, 3, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -8050,7 +8380,7 @@ WIDE static void NAME(meet_spheres_block)(intptr_t n, char **args, const intptr_
 void NAME(meet_spheres_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{5, 1, 0, {5}}, {5, 1, 1, {5}}, {10, 1, 2, {10}}};
-    static const struct kernel kernel = {NAME(meet_spheres_block), NULL, 2, 3, 0, parts, NULL};
+    static const struct kernel kernel = {NAME(meet_spheres_block), NULL, 2, 3, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -8125,7 +8455,7 @@ WIDE static void NAME(meet_sphere_plane_block)(intptr_t n, char **args, const in
 void NAME(meet_sphere_plane_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{5, 1, 0, {5}}, {4, 1, 1, {4}}, {10, 1, 2, {10}}};
-    static const struct kernel kernel = {NAME(meet_sphere_plane_block), NULL, 2, 3, 0, parts, NULL};
+    static const struct kernel kernel = {NAME(meet_sphere_plane_block), NULL, 2, 3, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -8749,7 +9079,7 @@ void NAME(meet_three_spheres_loop)(char **args, const intptr_t *dimensions, cons
         NAME(meet_three_spheres_block_a_b), NULL}, {5, 2, NAME(meet_three_spheres_start_a_c),
         NAME(meet_three_spheres_block_a_c), NULL}, {6, 2, NAME(meet_three_spheres_start_b_c),
         NAME(meet_three_spheres_block_b_c), NULL}};
-    static const struct kernel kernel = {NAME(meet_three_spheres_block), NULL, 3, 4, 3, parts, forms};
+    static const struct kernel kernel = {NAME(meet_three_spheres_block), NULL, 3, 4, 3, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -8834,7 +9164,7 @@ WIDE static void NAME(meet_line_sphere_block)(intptr_t n, char **args, const int
 void NAME(meet_line_sphere_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{6, 1, 0, {6}}, {5, 1, 1, {5}}, {10, 1, 2, {10}}};
-    static const struct kernel kernel = {NAME(meet_line_sphere_block), NULL, 2, 3, 0, parts, NULL};
+    static const struct kernel kernel = {NAME(meet_line_sphere_block), NULL, 2, 3, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -8928,7 +9258,7 @@ WIDE static void NAME(meet_circle_plane_block)(intptr_t n, char **args, const in
 void NAME(meet_circle_plane_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{10, 1, 0, {10}}, {4, 1, 1, {4}}, {10, 1, 2, {10}}};
-    static const struct kernel kernel = {NAME(meet_circle_plane_block), NULL, 2, 3, 0, parts, NULL};
+    static const struct kernel kernel = {NAME(meet_circle_plane_block), NULL, 2, 3, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -9039,7 +9369,7 @@ WIDE static void NAME(meet_circle_sphere_block)(intptr_t n, char **args, const i
 void NAME(meet_circle_sphere_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{10, 1, 0, {10}}, {5, 1, 1, {5}}, {10, 1, 2, {10}}};
-    static const struct kernel kernel = {NAME(meet_circle_sphere_block), NULL, 2, 3, 0, parts, NULL};
+    static const struct kernel kernel = {NAME(meet_circle_sphere_block), NULL, 2, 3, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -9101,7 +9431,7 @@ WIDE static void NAME(meet_planes_block)(intptr_t n, char **args, const intptr_t
 void NAME(meet_planes_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {4, 1, 1, {4}}, {6, 1, 2, {6}}};
-    static const struct kernel kernel = {NAME(meet_planes_block), NULL, 2, 3, 0, parts, NULL};
+    static const struct kernel kernel = {NAME(meet_planes_block), NULL, 2, 3, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -9168,7 +9498,7 @@ WIDE static void NAME(meet_line_plane_block)(intptr_t n, char **args, const intp
 void NAME(meet_line_plane_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{6, 1, 0, {6}}, {4, 1, 1, {4}}, {3, 1, 2, {3}}};
-    static const struct kernel kernel = {NAME(meet_line_plane_block), NULL, 2, 3, 0, parts, NULL};
+    static const struct kernel kernel = {NAME(meet_line_plane_block), NULL, 2, 3, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -9310,7 +9640,7 @@ WIDE static void NAME(motor_product_block)(intptr_t n, char **args, const intptr
 void NAME(motor_product_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{8, 1, 0, {8}}, {8, 1, 1, {8}}, {8, 1, 2, {8}}};
-    static const struct kernel kernel = {NAME(motor_product_block), NULL, 2, 3, 0, parts, NULL};
+    static const struct kernel kernel = {NAME(motor_product_block), NULL, 2, 3, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -9375,12 +9705,12 @@ WIDE static void NAME(motor_inverse_dense)(intptr_t n, char **args, const intptr
 void NAME(motor_inverse_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{8, 1, 0, {8}}, {8, 1, 1, {8}}};
-    static const struct kernel kernel = {NAME(motor_inverse_block), NAME(motor_inverse_dense), 1, 2, 0, parts,
+    static const struct kernel kernel = {NAME(motor_inverse_block), NAME(motor_inverse_dense), 1, 2, 0, 0, parts,
         NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
-INLINE void NAME(rotor_from_axis_angle)(const REAL *axis, REAL angle, REAL *out)
+static INLINE void NAME(rotor_from_axis_angle_within)(const REAL *axis, REAL angle, REAL *out, WORD *far)
 {
     const REAL axis_0 = axis[0];
     const REAL axis_1 = axis[1];
@@ -9406,7 +9736,12 @@ INLINE void NAME(rotor_from_axis_angle)(const REAL *axis, REAL angle, REAL *out)
     out[3] = t14;
 }
 
-static INLINE void NAME(rotor_from_axis_angle_prepare_angle)(REAL angle, REAL *prepared)
+INLINE void NAME(rotor_from_axis_angle)(const REAL *axis, REAL angle, REAL *out)
+{
+    NAME(rotor_from_axis_angle_within)(axis, angle, out, NULL);
+}
+
+static INLINE void NAME(rotor_from_axis_angle_prepare_angle)(REAL angle, REAL *prepared, WORD *far)
 {
     const REAL t0 = angle * (REAL)0.5;
     const REAL t1 = COS(t0);
@@ -9457,7 +9792,7 @@ static INLINE void NAME(rotor_from_axis_angle_prepare_axis)(const REAL *axis, RE
     prepared[3] = axis_0;
 }
 
-static INLINE void NAME(rotor_from_axis_angle_apply_axis)(const REAL *prepared, REAL angle, REAL *out)
+static INLINE void NAME(rotor_from_axis_angle_apply_axis)(const REAL *prepared, REAL angle, REAL *out, WORD *far)
 {
     const REAL t7 = prepared[0];
     const REAL axis_2 = prepared[1];
@@ -9517,7 +9852,7 @@ static void NAME(rotor_from_axis_angle_start_angle)(char **args, const intptr_t 
     (void)strides;
     REAL x1[1];
     NAME(load_scalar)(x1, args[1]);
-    NAME(rotor_from_axis_angle_prepare_angle)(x1[0], prepared);
+    NAME(rotor_from_axis_angle_prepare_angle)(x1[0], prepared, NULL);
 }
 
 WIDE static void NAME(rotor_from_axis_angle_block_axis)(intptr_t n, char **args, const intptr_t *strides)
@@ -9527,13 +9862,24 @@ WIDE static void NAME(rotor_from_axis_angle_block_axis)(intptr_t n, char **args,
     const REAL *prepared = (const REAL *)args[0];
     char *a1 = args[1];
     char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < n; ++i) {
-        REAL x1[1];
-        REAL x2[4];
-        NAME(load_scalar)(x1, a1 + i * w);
-        NAME(rotor_from_axis_angle_apply_axis)(prepared, x1[0], x2);
-        NAME(store_4)(a2 + i * w, c2a, x2);
+    for (intptr_t first = 0; first < n; first += CHUNK) {
+        const intptr_t last = first + CHUNK < n ? first + CHUNK : PADDED(n);
+        WORD far = 0;
+        ANY_ORDER
+        for (intptr_t i = first; i < last; ++i) {
+            REAL x1[1];
+            REAL x2[4];
+            NAME(load_scalar)(x1, a1 + i * w);
+            NAME(rotor_from_axis_angle_apply_axis)(prepared, x1[0], x2, &far);
+            NAME(store_4)(a2 + i * w, c2a, x2);
+        }
+        for (intptr_t i = first; far && i < last; ++i) {
+            REAL x1[1];
+            REAL x2[4];
+            NAME(load_scalar)(x1, a1 + i * w);
+            NAME(rotor_from_axis_angle_apply_axis)(prepared, x1[0], x2, NULL);
+            NAME(store_4)(a2 + i * w, c2a, x2);
+        }
     }
 }
 
@@ -9552,15 +9898,28 @@ WIDE static void NAME(rotor_from_axis_angle_block)(intptr_t n, char **args, cons
     char *a0 = args[0];
     char *a1 = args[1];
     char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < n; ++i) {
-        REAL x0[3];
-        REAL x1[1];
-        REAL x2[4];
-        NAME(load_3)(x0, a0 + i * w, c0a);
-        NAME(load_scalar)(x1, a1 + i * w);
-        NAME(rotor_from_axis_angle)(x0, x1[0], x2);
-        NAME(store_4)(a2 + i * w, c2a, x2);
+    for (intptr_t first = 0; first < n; first += CHUNK) {
+        const intptr_t last = first + CHUNK < n ? first + CHUNK : PADDED(n);
+        WORD far = 0;
+        ANY_ORDER
+        for (intptr_t i = first; i < last; ++i) {
+            REAL x0[3];
+            REAL x1[1];
+            REAL x2[4];
+            NAME(load_3)(x0, a0 + i * w, c0a);
+            NAME(load_scalar)(x1, a1 + i * w);
+            NAME(rotor_from_axis_angle_within)(x0, x1[0], x2, &far);
+            NAME(store_4)(a2 + i * w, c2a, x2);
+        }
+        for (intptr_t i = first; far && i < last; ++i) {
+            REAL x0[3];
+            REAL x1[1];
+            REAL x2[4];
+            NAME(load_3)(x0, a0 + i * w, c0a);
+            NAME(load_scalar)(x1, a1 + i * w);
+            NAME(rotor_from_axis_angle)(x0, x1[0], x2);
+            NAME(store_4)(a2 + i * w, c2a, x2);
+        }
     }
 }
 
@@ -9570,7 +9929,7 @@ void NAME(rotor_from_axis_angle_loop)(char **args, const intptr_t *dimensions, c
     static const struct form forms[] = {{2, 2, NAME(rotor_from_axis_angle_start_angle),
         NAME(rotor_from_axis_angle_block_angle), NAME(rotor_from_axis_angle_dense_angle)}, {1, 2,
         NAME(rotor_from_axis_angle_start_axis), NAME(rotor_from_axis_angle_block_axis), NULL}};
-    static const struct kernel kernel = {NAME(rotor_from_axis_angle_block), NULL, 2, 3, 2, parts, forms};
+    static const struct kernel kernel = {NAME(rotor_from_axis_angle_block), NULL, 2, 3, 2, 1, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -9626,7 +9985,7 @@ void NAME(translator_from_vector_loop)(char **args, const intptr_t *dimensions, 
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {3, 1, 1, {3}}};
     static const struct kernel kernel = {NAME(translator_from_vector_block), NAME(translator_from_vector_dense), 1,
-        2, 0, parts, NULL};
+        2, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -9677,7 +10036,7 @@ WIDE static void NAME(dilator_from_scale_dense)(intptr_t n, char **args, const i
 void NAME(dilator_from_scale_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{1, 0, 0, {0}}, {2, 1, 0, {2}}};
-    static const struct kernel kernel = {NAME(dilator_from_scale_block), NAME(dilator_from_scale_dense), 1, 2, 0,
+    static const struct kernel kernel = {NAME(dilator_from_scale_block), NAME(dilator_from_scale_dense), 1, 2, 0, 0,
         parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -9767,11 +10126,11 @@ void NAME(motor_from_rotor_translation_loop)(char **args, const intptr_t *dimens
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {3, 1, 1, {3}}, {8, 1, 2, {8}}};
     static const struct kernel kernel = {NAME(motor_from_rotor_translation_block),
-        NAME(motor_from_rotor_translation_dense), 2, 3, 0, parts, NULL};
+        NAME(motor_from_rotor_translation_dense), 2, 3, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
-INLINE void NAME(motor_from_line)(const REAL *line, REAL angle, REAL *out)
+static INLINE void NAME(motor_from_line_within)(const REAL *line, REAL angle, REAL *out, WORD *far)
 {
     const REAL line_e12inf = line[0];
     const REAL line_e13inf = line[1];
@@ -9808,7 +10167,12 @@ INLINE void NAME(motor_from_line)(const REAL *line, REAL angle, REAL *out)
     out[7] = (REAL)0;
 }
 
-static INLINE void NAME(motor_from_line_prepare_angle)(REAL angle, REAL *prepared)
+INLINE void NAME(motor_from_line)(const REAL *line, REAL angle, REAL *out)
+{
+    NAME(motor_from_line_within)(line, angle, out, NULL);
+}
+
+static INLINE void NAME(motor_from_line_prepare_angle)(REAL angle, REAL *prepared, WORD *far)
 {
     const REAL t0 = angle * (REAL)0.5;
     const REAL t1 = COS(t0);
@@ -9875,7 +10239,7 @@ static void NAME(motor_from_line_start_angle)(char **args, const intptr_t *strid
     (void)strides;
     REAL x1[1];
     NAME(load_scalar)(x1, args[1]);
-    NAME(motor_from_line_prepare_angle)(x1[0], prepared);
+    NAME(motor_from_line_prepare_angle)(x1[0], prepared, NULL);
 }
 
 WIDE static void NAME(motor_from_line_block)(intptr_t n, char **args, const intptr_t *strides)
@@ -9885,15 +10249,28 @@ WIDE static void NAME(motor_from_line_block)(intptr_t n, char **args, const intp
     char *a0 = args[0];
     char *a1 = args[1];
     char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < n; ++i) {
-        REAL x0[6];
-        REAL x1[1];
-        REAL x2[8];
-        NAME(load_6)(x0, a0 + i * w, c0a);
-        NAME(load_scalar)(x1, a1 + i * w);
-        NAME(motor_from_line)(x0, x1[0], x2);
-        NAME(store_8)(a2 + i * w, c2a, x2);
+    for (intptr_t first = 0; first < n; first += CHUNK) {
+        const intptr_t last = first + CHUNK < n ? first + CHUNK : PADDED(n);
+        WORD far = 0;
+        ANY_ORDER
+        for (intptr_t i = first; i < last; ++i) {
+            REAL x0[6];
+            REAL x1[1];
+            REAL x2[8];
+            NAME(load_6)(x0, a0 + i * w, c0a);
+            NAME(load_scalar)(x1, a1 + i * w);
+            NAME(motor_from_line_within)(x0, x1[0], x2, &far);
+            NAME(store_8)(a2 + i * w, c2a, x2);
+        }
+        for (intptr_t i = first; far && i < last; ++i) {
+            REAL x0[6];
+            REAL x1[1];
+            REAL x2[8];
+            NAME(load_6)(x0, a0 + i * w, c0a);
+            NAME(load_scalar)(x1, a1 + i * w);
+            NAME(motor_from_line)(x0, x1[0], x2);
+            NAME(store_8)(a2 + i * w, c2a, x2);
+        }
     }
 }
 
@@ -9902,11 +10279,11 @@ void NAME(motor_from_line_loop)(char **args, const intptr_t *dimensions, const i
     static const struct part parts[] = {{6, 1, 0, {6}}, {1, 0, 1, {0}}, {8, 1, 1, {8}}};
     static const struct form forms[] = {{2, 2, NAME(motor_from_line_start_angle), NAME(motor_from_line_block_angle),
         NULL}};
-    static const struct kernel kernel = {NAME(motor_from_line_block), NULL, 2, 3, 1, parts, forms};
+    static const struct kernel kernel = {NAME(motor_from_line_block), NULL, 2, 3, 1, 1, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
-INLINE void NAME(motor_exponential)(const REAL *b, REAL *out)
+static INLINE void NAME(motor_exponential_within)(const REAL *b, REAL *out, WORD *far)
 {
     const REAL b_e12 = b[0];
     const REAL b_e13 = b[1];
@@ -9962,26 +10339,42 @@ INLINE void NAME(motor_exponential)(const REAL *b, REAL *out)
     out[7] = t37;
 }
 
+INLINE void NAME(motor_exponential)(const REAL *b, REAL *out)
+{
+    NAME(motor_exponential_within)(b, out, NULL);
+}
+
 WIDE static void NAME(motor_exponential_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c0a = strides[0], c1a = strides[1];
     char *a0 = args[0];
     char *a1 = args[1];
-    ANY_ORDER
-    for (intptr_t i = 0; i < n; ++i) {
-        REAL x0[6];
-        REAL x1[8];
-        NAME(load_6)(x0, a0 + i * w, c0a);
-        NAME(motor_exponential)(x0, x1);
-        NAME(store_8)(a1 + i * w, c1a, x1);
+    for (intptr_t first = 0; first < n; first += CHUNK) {
+        const intptr_t last = first + CHUNK < n ? first + CHUNK : PADDED(n);
+        WORD far = 0;
+        ANY_ORDER
+        for (intptr_t i = first; i < last; ++i) {
+            REAL x0[6];
+            REAL x1[8];
+            NAME(load_6)(x0, a0 + i * w, c0a);
+            NAME(motor_exponential_within)(x0, x1, &far);
+            NAME(store_8)(a1 + i * w, c1a, x1);
+        }
+        for (intptr_t i = first; far && i < last; ++i) {
+            REAL x0[6];
+            REAL x1[8];
+            NAME(load_6)(x0, a0 + i * w, c0a);
+            NAME(motor_exponential)(x0, x1);
+            NAME(store_8)(a1 + i * w, c1a, x1);
+        }
     }
 }
 
 void NAME(motor_exponential_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{6, 1, 0, {6}}, {8, 1, 1, {8}}};
-    static const struct kernel kernel = {NAME(motor_exponential_block), NULL, 1, 2, 0, parts, NULL};
+    static const struct kernel kernel = {NAME(motor_exponential_block), NULL, 1, 2, 0, 1, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -10040,7 +10433,7 @@ WIDE static void NAME(motor_logarithm_block)(intptr_t n, char **args, const intp
     char *a0 = args[0];
     char *a1 = args[1];
     ANY_ORDER
-    for (intptr_t i = 0; i < n; ++i) {
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
         REAL x0[8];
         REAL x1[6];
         NAME(load_8)(x0, a0 + i * w, c0a);
@@ -10052,7 +10445,7 @@ WIDE static void NAME(motor_logarithm_block)(intptr_t n, char **args, const intp
 void NAME(motor_logarithm_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{8, 1, 0, {8}}, {6, 1, 1, {6}}};
-    static const struct kernel kernel = {NAME(motor_logarithm_block), NULL, 1, 2, 0, parts, NULL};
+    static const struct kernel kernel = {NAME(motor_logarithm_block), NULL, 1, 2, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -10146,12 +10539,12 @@ WIDE static void NAME(motor_square_root_dense)(intptr_t n, char **args, const in
 void NAME(motor_square_root_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{8, 1, 0, {8}}, {8, 1, 1, {8}}};
-    static const struct kernel kernel = {NAME(motor_square_root_block), NAME(motor_square_root_dense), 1, 2, 0,
+    static const struct kernel kernel = {NAME(motor_square_root_block), NAME(motor_square_root_dense), 1, 2, 0, 0,
         parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
-INLINE void NAME(motor_power)(const REAL *m, REAL t, REAL *out)
+static INLINE void NAME(motor_power_within)(const REAL *m, REAL t, REAL *out, WORD *far)
 {
     const REAL m_1 = m[0];
     const REAL m_e12 = m[1];
@@ -10245,6 +10638,11 @@ INLINE void NAME(motor_power)(const REAL *m, REAL t, REAL *out)
     out[7] = t73;
 }
 
+INLINE void NAME(motor_power)(const REAL *m, REAL t, REAL *out)
+{
+    NAME(motor_power_within)(m, t, out, NULL);
+}
+
 static INLINE void NAME(motor_power_prepare_m)(const REAL *m, REAL *prepared)
 {
     const REAL m_1 = m[0];
@@ -10293,7 +10691,7 @@ static INLINE void NAME(motor_power_prepare_m)(const REAL *m, REAL *prepared)
     prepared[5] = t57;
 }
 
-static INLINE void NAME(motor_power_apply_m)(const REAL *prepared, REAL t, REAL *out)
+static INLINE void NAME(motor_power_apply_m)(const REAL *prepared, REAL t, REAL *out, WORD *far)
 {
     const REAL t12 = prepared[0];
     const REAL t15 = prepared[1];
@@ -10362,13 +10760,24 @@ WIDE static void NAME(motor_power_block_m)(intptr_t n, char **args, const intptr
     const REAL *prepared = (const REAL *)args[0];
     char *a1 = args[1];
     char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < n; ++i) {
-        REAL x1[1];
-        REAL x2[8];
-        NAME(load_scalar)(x1, a1 + i * w);
-        NAME(motor_power_apply_m)(prepared, x1[0], x2);
-        NAME(store_8)(a2 + i * w, c2a, x2);
+    for (intptr_t first = 0; first < n; first += CHUNK) {
+        const intptr_t last = first + CHUNK < n ? first + CHUNK : PADDED(n);
+        WORD far = 0;
+        ANY_ORDER
+        for (intptr_t i = first; i < last; ++i) {
+            REAL x1[1];
+            REAL x2[8];
+            NAME(load_scalar)(x1, a1 + i * w);
+            NAME(motor_power_apply_m)(prepared, x1[0], x2, &far);
+            NAME(store_8)(a2 + i * w, c2a, x2);
+        }
+        for (intptr_t i = first; far && i < last; ++i) {
+            REAL x1[1];
+            REAL x2[8];
+            NAME(load_scalar)(x1, a1 + i * w);
+            NAME(motor_power_apply_m)(prepared, x1[0], x2, NULL);
+            NAME(store_8)(a2 + i * w, c2a, x2);
+        }
     }
 }
 
@@ -10387,15 +10796,28 @@ WIDE static void NAME(motor_power_block)(intptr_t n, char **args, const intptr_t
     char *a0 = args[0];
     char *a1 = args[1];
     char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < n; ++i) {
-        REAL x0[8];
-        REAL x1[1];
-        REAL x2[8];
-        NAME(load_8)(x0, a0 + i * w, c0a);
-        NAME(load_scalar)(x1, a1 + i * w);
-        NAME(motor_power)(x0, x1[0], x2);
-        NAME(store_8)(a2 + i * w, c2a, x2);
+    for (intptr_t first = 0; first < n; first += CHUNK) {
+        const intptr_t last = first + CHUNK < n ? first + CHUNK : PADDED(n);
+        WORD far = 0;
+        ANY_ORDER
+        for (intptr_t i = first; i < last; ++i) {
+            REAL x0[8];
+            REAL x1[1];
+            REAL x2[8];
+            NAME(load_8)(x0, a0 + i * w, c0a);
+            NAME(load_scalar)(x1, a1 + i * w);
+            NAME(motor_power_within)(x0, x1[0], x2, &far);
+            NAME(store_8)(a2 + i * w, c2a, x2);
+        }
+        for (intptr_t i = first; far && i < last; ++i) {
+            REAL x0[8];
+            REAL x1[1];
+            REAL x2[8];
+            NAME(load_8)(x0, a0 + i * w, c0a);
+            NAME(load_scalar)(x1, a1 + i * w);
+            NAME(motor_power)(x0, x1[0], x2);
+            NAME(store_8)(a2 + i * w, c2a, x2);
+        }
     }
 }
 
@@ -10403,11 +10825,11 @@ void NAME(motor_power_loop)(char **args, const intptr_t *dimensions, const intpt
 {
     static const struct part parts[] = {{8, 1, 0, {8}}, {1, 0, 1, {0}}, {8, 1, 1, {8}}};
     static const struct form forms[] = {{1, 2, NAME(motor_power_start_m), NAME(motor_power_block_m), NULL}};
-    static const struct kernel kernel = {NAME(motor_power_block), NULL, 2, 3, 1, parts, forms};
+    static const struct kernel kernel = {NAME(motor_power_block), NULL, 2, 3, 1, 1, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
-INLINE void NAME(interpolate_motors)(const REAL *a, const REAL *b, REAL t, REAL *out)
+static INLINE void NAME(interpolate_motors_within)(const REAL *a, const REAL *b, REAL t, REAL *out, WORD *far)
 {
     const REAL a_1 = a[0];
     const REAL a_e12 = a[1];
@@ -10685,6 +11107,11 @@ INLINE void NAME(interpolate_motors)(const REAL *a, const REAL *b, REAL t, REAL 
     out[7] = t249;
 }
 
+INLINE void NAME(interpolate_motors)(const REAL *a, const REAL *b, REAL t, REAL *out)
+{
+    NAME(interpolate_motors_within)(a, b, t, out, NULL);
+}
+
 static INLINE void NAME(interpolate_motors_prepare_a_b)(const REAL *a, const REAL *b, REAL *prepared)
 {
     const REAL a_1 = a[0];
@@ -10837,7 +11264,7 @@ static INLINE void NAME(interpolate_motors_prepare_a_b)(const REAL *a, const REA
     prepared[13] = a_e123inf;
 }
 
-static INLINE void NAME(interpolate_motors_apply_a_b)(const REAL *prepared, REAL t, REAL *out)
+static INLINE void NAME(interpolate_motors_apply_a_b)(const REAL *prepared, REAL t, REAL *out, WORD *far)
 {
     const REAL t26 = prepared[0];
     const REAL t36 = prepared[1];
@@ -11002,13 +11429,24 @@ WIDE static void NAME(interpolate_motors_block_a_b)(intptr_t n, char **args, con
     const REAL *prepared = (const REAL *)args[0];
     char *a2 = args[2];
     char *a3 = args[3];
-    ANY_ORDER
-    for (intptr_t i = 0; i < n; ++i) {
-        REAL x2[1];
-        REAL x3[8];
-        NAME(load_scalar)(x2, a2 + i * w);
-        NAME(interpolate_motors_apply_a_b)(prepared, x2[0], x3);
-        NAME(store_8)(a3 + i * w, c3a, x3);
+    for (intptr_t first = 0; first < n; first += CHUNK) {
+        const intptr_t last = first + CHUNK < n ? first + CHUNK : PADDED(n);
+        WORD far = 0;
+        ANY_ORDER
+        for (intptr_t i = first; i < last; ++i) {
+            REAL x2[1];
+            REAL x3[8];
+            NAME(load_scalar)(x2, a2 + i * w);
+            NAME(interpolate_motors_apply_a_b)(prepared, x2[0], x3, &far);
+            NAME(store_8)(a3 + i * w, c3a, x3);
+        }
+        for (intptr_t i = first; far && i < last; ++i) {
+            REAL x2[1];
+            REAL x3[8];
+            NAME(load_scalar)(x2, a2 + i * w);
+            NAME(interpolate_motors_apply_a_b)(prepared, x2[0], x3, NULL);
+            NAME(store_8)(a3 + i * w, c3a, x3);
+        }
     }
 }
 
@@ -11030,17 +11468,32 @@ WIDE static void NAME(interpolate_motors_block)(intptr_t n, char **args, const i
     char *a1 = args[1];
     char *a2 = args[2];
     char *a3 = args[3];
-    ANY_ORDER
-    for (intptr_t i = 0; i < n; ++i) {
-        REAL x0[8];
-        REAL x1[8];
-        REAL x2[1];
-        REAL x3[8];
-        NAME(load_8)(x0, a0 + i * w, c0a);
-        NAME(load_8)(x1, a1 + i * w, c1a);
-        NAME(load_scalar)(x2, a2 + i * w);
-        NAME(interpolate_motors)(x0, x1, x2[0], x3);
-        NAME(store_8)(a3 + i * w, c3a, x3);
+    for (intptr_t first = 0; first < n; first += CHUNK) {
+        const intptr_t last = first + CHUNK < n ? first + CHUNK : PADDED(n);
+        WORD far = 0;
+        ANY_ORDER
+        for (intptr_t i = first; i < last; ++i) {
+            REAL x0[8];
+            REAL x1[8];
+            REAL x2[1];
+            REAL x3[8];
+            NAME(load_8)(x0, a0 + i * w, c0a);
+            NAME(load_8)(x1, a1 + i * w, c1a);
+            NAME(load_scalar)(x2, a2 + i * w);
+            NAME(interpolate_motors_within)(x0, x1, x2[0], x3, &far);
+            NAME(store_8)(a3 + i * w, c3a, x3);
+        }
+        for (intptr_t i = first; far && i < last; ++i) {
+            REAL x0[8];
+            REAL x1[8];
+            REAL x2[1];
+            REAL x3[8];
+            NAME(load_8)(x0, a0 + i * w, c0a);
+            NAME(load_8)(x1, a1 + i * w, c1a);
+            NAME(load_scalar)(x2, a2 + i * w);
+            NAME(interpolate_motors)(x0, x1, x2[0], x3);
+            NAME(store_8)(a3 + i * w, c3a, x3);
+        }
     }
 }
 
@@ -11049,11 +11502,11 @@ void NAME(interpolate_motors_loop)(char **args, const intptr_t *dimensions, cons
     static const struct part parts[] = {{8, 1, 0, {8}}, {8, 1, 1, {8}}, {1, 0, 2, {0}}, {8, 1, 2, {8}}};
     static const struct form forms[] = {{3, 2, NAME(interpolate_motors_start_a_b),
         NAME(interpolate_motors_block_a_b), NULL}};
-    static const struct kernel kernel = {NAME(interpolate_motors_block), NULL, 3, 4, 1, parts, forms};
+    static const struct kernel kernel = {NAME(interpolate_motors_block), NULL, 3, 4, 1, 1, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
-INLINE void NAME(versor_exponential)(const REAL *b, REAL *out)
+static INLINE void NAME(versor_exponential_within)(const REAL *b, REAL *out, WORD *far)
 {
     const REAL b_e12 = b[0];
     const REAL b_e13 = b[1];
@@ -11379,26 +11832,42 @@ INLINE void NAME(versor_exponential)(const REAL *b, REAL *out)
     out[15] = t295;
 }
 
+INLINE void NAME(versor_exponential)(const REAL *b, REAL *out)
+{
+    NAME(versor_exponential_within)(b, out, NULL);
+}
+
 WIDE static void NAME(versor_exponential_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c0a = strides[0], c1a = strides[1];
     char *a0 = args[0];
     char *a1 = args[1];
-    ANY_ORDER
-    for (intptr_t i = 0; i < n; ++i) {
-        REAL x0[10];
-        REAL x1[16];
-        NAME(load_10)(x0, a0 + i * w, c0a);
-        NAME(versor_exponential)(x0, x1);
-        NAME(store_16)(a1 + i * w, c1a, x1);
+    for (intptr_t first = 0; first < n; first += CHUNK) {
+        const intptr_t last = first + CHUNK < n ? first + CHUNK : PADDED(n);
+        WORD far = 0;
+        ANY_ORDER
+        for (intptr_t i = first; i < last; ++i) {
+            REAL x0[10];
+            REAL x1[16];
+            NAME(load_10)(x0, a0 + i * w, c0a);
+            NAME(versor_exponential_within)(x0, x1, &far);
+            NAME(store_16)(a1 + i * w, c1a, x1);
+        }
+        for (intptr_t i = first; far && i < last; ++i) {
+            REAL x0[10];
+            REAL x1[16];
+            NAME(load_10)(x0, a0 + i * w, c0a);
+            NAME(versor_exponential)(x0, x1);
+            NAME(store_16)(a1 + i * w, c1a, x1);
+        }
     }
 }
 
 void NAME(versor_exponential_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{10, 1, 0, {10}}, {16, 1, 1, {16}}};
-    static const struct kernel kernel = {NAME(versor_exponential_block), NULL, 1, 2, 0, parts, NULL};
+    static const struct kernel kernel = {NAME(versor_exponential_block), NULL, 1, 2, 0, 1, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -11765,7 +12234,7 @@ WIDE static void NAME(versor_logarithm_block)(intptr_t n, char **args, const int
     char *a0 = args[0];
     char *a1 = args[1];
     ANY_ORDER
-    for (intptr_t i = 0; i < n; ++i) {
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
         REAL x0[16];
         REAL x1[10];
         NAME(load_16)(x0, a0 + i * w, c0a);
@@ -11777,7 +12246,7 @@ WIDE static void NAME(versor_logarithm_block)(intptr_t n, char **args, const int
 void NAME(versor_logarithm_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{16, 1, 0, {16}}, {10, 1, 1, {10}}};
-    static const struct kernel kernel = {NAME(versor_logarithm_block), NULL, 1, 2, 0, parts, NULL};
+    static const struct kernel kernel = {NAME(versor_logarithm_block), NULL, 1, 2, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -12061,7 +12530,7 @@ WIDE static void NAME(versor_square_root_block)(intptr_t n, char **args, const i
 void NAME(versor_square_root_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{16, 1, 0, {16}}, {16, 1, 1, {16}}};
-    static const struct kernel kernel = {NAME(versor_square_root_block), NULL, 1, 2, 0, parts, NULL};
+    static const struct kernel kernel = {NAME(versor_square_root_block), NULL, 1, 2, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -12163,7 +12632,7 @@ WIDE static void NAME(motor_to_matrix_block)(intptr_t n, char **args, const intp
 void NAME(motor_to_matrix_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{8, 1, 0, {8}}, {16, 2, 1, {4, 4}}};
-    static const struct kernel kernel = {NAME(motor_to_matrix_block), NULL, 1, 2, 0, parts, NULL};
+    static const struct kernel kernel = {NAME(motor_to_matrix_block), NULL, 1, 2, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -12426,7 +12895,7 @@ void NAME(move_point_loop)(char **args, const intptr_t *dimensions, const intptr
     static const struct part parts[] = {{8, 1, 0, {8}}, {3, 1, 1, {3}}, {3, 1, 2, {3}}};
     static const struct form forms[] = {{1, 3, NAME(move_point_start_m), NAME(move_point_block_m),
         NAME(move_point_dense_m)}};
-    static const struct kernel kernel = {NAME(move_point_block), NAME(move_point_dense), 2, 3, 1, parts, forms};
+    static const struct kernel kernel = {NAME(move_point_block), NAME(move_point_dense), 2, 3, 1, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -12639,7 +13108,8 @@ void NAME(rotate_point_loop)(char **args, const intptr_t *dimensions, const intp
     static const struct part parts[] = {{4, 1, 0, {4}}, {3, 1, 1, {3}}, {3, 1, 2, {3}}};
     static const struct form forms[] = {{1, 2, NAME(rotate_point_start_r), NAME(rotate_point_block_r),
         NAME(rotate_point_dense_r)}};
-    static const struct kernel kernel = {NAME(rotate_point_block), NAME(rotate_point_dense), 2, 3, 1, parts, forms};
+    static const struct kernel kernel = {NAME(rotate_point_block), NAME(rotate_point_dense), 2, 3, 1, 0, parts,
+        forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -12703,8 +13173,8 @@ WIDE static void NAME(translate_point_dense)(intptr_t n, char **args, const intp
 void NAME(translate_point_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {3, 1, 1, {3}}, {3, 1, 2, {3}}};
-    static const struct kernel kernel = {NAME(translate_point_block), NAME(translate_point_dense), 2, 3, 0, parts,
-        NULL};
+    static const struct kernel kernel = {NAME(translate_point_block), NAME(translate_point_dense), 2, 3, 0, 0,
+        parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -12767,7 +13237,8 @@ WIDE static void NAME(dilate_point_dense)(intptr_t n, char **args, const intptr_
 void NAME(dilate_point_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{2, 1, 0, {2}}, {3, 1, 1, {3}}, {3, 1, 2, {3}}};
-    static const struct kernel kernel = {NAME(dilate_point_block), NAME(dilate_point_dense), 2, 3, 0, parts, NULL};
+    static const struct kernel kernel = {NAME(dilate_point_block), NAME(dilate_point_dense), 2, 3, 0, 0, parts,
+        NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -13061,7 +13532,7 @@ void NAME(move_vector_loop)(char **args, const intptr_t *dimensions, const intpt
 {
     static const struct part parts[] = {{8, 1, 0, {8}}, {5, 1, 1, {5}}, {5, 1, 2, {5}}};
     static const struct form forms[] = {{1, 2, NAME(move_vector_start_m), NAME(move_vector_block_m), NULL}};
-    static const struct kernel kernel = {NAME(move_vector_block), NULL, 2, 3, 1, parts, forms};
+    static const struct kernel kernel = {NAME(move_vector_block), NULL, 2, 3, 1, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -13670,7 +14141,7 @@ void NAME(move_point_pair_loop)(char **args, const intptr_t *dimensions, const i
 {
     static const struct part parts[] = {{8, 1, 0, {8}}, {10, 1, 1, {10}}, {10, 1, 2, {10}}};
     static const struct form forms[] = {{1, 2, NAME(move_point_pair_start_m), NAME(move_point_pair_block_m), NULL}};
-    static const struct kernel kernel = {NAME(move_point_pair_block), NULL, 2, 3, 1, parts, forms};
+    static const struct kernel kernel = {NAME(move_point_pair_block), NULL, 2, 3, 1, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -14017,7 +14488,7 @@ void NAME(move_line_loop)(char **args, const intptr_t *dimensions, const intptr_
 {
     static const struct part parts[] = {{8, 1, 0, {8}}, {6, 1, 1, {6}}, {6, 1, 2, {6}}};
     static const struct form forms[] = {{1, 2, NAME(move_line_start_m), NAME(move_line_block_m), NULL}};
-    static const struct kernel kernel = {NAME(move_line_block), NULL, 2, 3, 1, parts, forms};
+    static const struct kernel kernel = {NAME(move_line_block), NULL, 2, 3, 1, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -14626,7 +15097,7 @@ void NAME(move_circle_loop)(char **args, const intptr_t *dimensions, const intpt
 {
     static const struct part parts[] = {{8, 1, 0, {8}}, {10, 1, 1, {10}}, {10, 1, 2, {10}}};
     static const struct form forms[] = {{1, 2, NAME(move_circle_start_m), NAME(move_circle_block_m), NULL}};
-    static const struct kernel kernel = {NAME(move_circle_block), NULL, 2, 3, 1, parts, forms};
+    static const struct kernel kernel = {NAME(move_circle_block), NULL, 2, 3, 1, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -14902,7 +15373,7 @@ void NAME(move_plane_loop)(char **args, const intptr_t *dimensions, const intptr
     static const struct part parts[] = {{8, 1, 0, {8}}, {4, 1, 1, {4}}, {4, 1, 2, {4}}};
     static const struct form forms[] = {{1, 3, NAME(move_plane_start_m), NAME(move_plane_block_m),
         NAME(move_plane_dense_m)}};
-    static const struct kernel kernel = {NAME(move_plane_block), NAME(move_plane_dense), 2, 3, 1, parts, forms};
+    static const struct kernel kernel = {NAME(move_plane_block), NAME(move_plane_dense), 2, 3, 1, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -15196,7 +15667,7 @@ void NAME(move_sphere_loop)(char **args, const intptr_t *dimensions, const intpt
 {
     static const struct part parts[] = {{8, 1, 0, {8}}, {5, 1, 1, {5}}, {5, 1, 2, {5}}};
     static const struct form forms[] = {{1, 2, NAME(move_sphere_start_m), NAME(move_sphere_block_m), NULL}};
-    static const struct kernel kernel = {NAME(move_sphere_block), NULL, 2, 3, 1, parts, forms};
+    static const struct kernel kernel = {NAME(move_sphere_block), NULL, 2, 3, 1, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -15837,7 +16308,7 @@ void NAME(transform_vector_loop)(char **args, const intptr_t *dimensions, const 
     static const struct part parts[] = {{16, 1, 0, {16}}, {5, 1, 1, {5}}, {5, 1, 2, {5}}};
     static const struct form forms[] = {{1, 2, NAME(transform_vector_start_v), NAME(transform_vector_block_v),
         NULL}};
-    static const struct kernel kernel = {NAME(transform_vector_block), NULL, 2, 3, 1, parts, forms};
+    static const struct kernel kernel = {NAME(transform_vector_block), NULL, 2, 3, 1, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -16042,7 +16513,7 @@ void NAME(reflect_point_loop)(char **args, const intptr_t *dimensions, const int
     static const struct part parts[] = {{3, 1, 0, {3}}, {4, 1, 1, {4}}, {3, 1, 2, {3}}};
     static const struct form forms[] = {{2, 2, NAME(reflect_point_start_plane), NAME(reflect_point_block_plane),
         NAME(reflect_point_dense_plane)}};
-    static const struct kernel kernel = {NAME(reflect_point_block), NAME(reflect_point_dense), 2, 3, 1, parts,
+    static const struct kernel kernel = {NAME(reflect_point_block), NAME(reflect_point_dense), 2, 3, 1, 0, parts,
         forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -16129,7 +16600,7 @@ WIDE static void NAME(invert_point_block)(intptr_t n, char **args, const intptr_
 void NAME(invert_point_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {5, 1, 1, {5}}, {3, 1, 2, {3}}};
-    static const struct kernel kernel = {NAME(invert_point_block), NULL, 2, 3, 0, parts, NULL};
+    static const struct kernel kernel = {NAME(invert_point_block), NULL, 2, 3, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 #endif

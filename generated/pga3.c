@@ -2,13 +2,15 @@
 // command: gac generate --all pga3
 // spec: 88854569ba238ec5
 // contraction: -ffp-contract=off (every operation is rounded once)
-// body: ded78a56a7093ea127960ff1fb3dfa7387b031b52f31ba6b3796472b9f460205
+// body: 35c090bf70029906ca73403ac57f30d3cab56b15689d5a5eaf835495a12a9015
 
 #ifndef REAL
 #include "pga3.h"
 
+#include <float.h>
 #include <math.h>
 #include <stddef.h>
+#include <string.h>
 
 #if defined(__GNUC__)
 #define INLINE inline __attribute__((always_inline))
@@ -36,6 +38,9 @@
 #define LANES 16
 #define PADDED(n) (((n) + LANES - 1) & -LANES)
 
+// A block in which an argument is too far for the functions of a loop is done once more, in pieces of this many.
+#define CHUNK 64
+
 // A vector of neighbours in memory.
 #if defined(__has_builtin)
 #if __has_builtin(__builtin_shufflevector)
@@ -60,10 +65,11 @@ struct form {
     loop_function *block, *dense;
 };
 
-// The loops of a kernel, over rows and in C order, and its forms.
+// The loops of a kernel, over rows and in C order, and its forms. A kernel that repeats reads its inputs again after it
+// has written: its outputs cannot lie where they do.
 struct kernel {
     loop_function *block, *dense;
-    int n_inputs, n_parts, n_forms;
+    int n_inputs, n_parts, n_forms, repeats;
     const struct part *parts;
     const struct form *forms;
 };
@@ -71,33 +77,303 @@ struct kernel {
 enum { PARTS = 5, CORES = 4, SPACE = 4096, PREPARED = 18 };
 
 #define SQRT(x) FUNCTION(sqrt)(x)
-#define SIN(x) FUNCTION(sin)(x)
-#define COS(x) FUNCTION(cos)(x)
-#define ATAN2(y, x) FUNCTION(atan2)(y, x)
+#define SIN(x) NAME(sin_of)(x, far)
+#define COS(x) NAME(cos_of)(x, far)
+#define ATAN2(y, x) NAME(atan2_of)(y, x)
 #define ABS(x) FUNCTION(fabs)(x)
-#define MAXIMUM(a, b) ((a) > (b) || (a) != (a) ? (a) : (b))
+#define MAXIMUM(a, b) NAME(chosen_by)(WHERE((a) > (b)) | WHERE((a) != (a)), a, b)
 #define LESS(a, b) ((REAL)((a) < (b)))
 #define LESS_EQUAL(a, b) ((REAL)((a) <= (b)))
-#define SELECT(condition, a, b) ((condition) != 0 ? (a) : (b))
+#define SELECT(condition, a, b) NAME(chosen_by)(WHERE((condition) != 0), a, b)
+
+static INLINE double pga3_sin_polynomial_f64(double z)
+{
+    const double y = z * z;
+    const double even = -0.16666666666666666 + y * (-0.00019841269836758574 + y * (-2.5051131845003624e-08));
+    const double odd = 0.008333333333330948 + y * (2.755731610255244e-06 + y * (1.5918129294866608e-10));
+    return even + z * odd;
+}
+
+static INLINE double pga3_cos_polynomial_f64(double z)
+{
+    const double y = z * z;
+    const double even = 0.041666666666666664 + y * (2.480158729876569e-05 + y * (2.08761462684032e-09));
+    const double odd = -0.0013888888888887398 + y * (-2.7557317271729793e-07 + y * (-1.1382632425521717e-11));
+    return even + z * odd;
+}
+
+static INLINE double pga3_exp_polynomial_f64(double z)
+{
+    const double y = z * z;
+    const double even = 0.5000000000000001 + y * (0.041666666666624164 + y * (0.0013888888917196719 + y *
+        (2.4801521322368692e-05 + y * (2.7620075879983367e-07))));
+    const double odd = 0.16666666666666669 + y * (0.008333333333330065 + y * (0.00019841269863040545 + y *
+        (2.7557268480310024e-06 + y * (2.5100375832561234e-08))));
+    return even + z * odd;
+}
+
+static INLINE double pga3_log_polynomial_f64(double z)
+{
+    const double y = z * z;
+    const double even = 0.666666666666667 + y * (0.28571428625975487 + y * (0.18182889125261723 + y *
+        (0.14616449685043406)));
+    const double odd = 0.39999999999899505 + y * (0.2222221113479508 + y * (0.15331721600556042));
+    return even + z * odd;
+}
+
+static INLINE double pga3_atan_polynomial_f64(double z)
+{
+    const double y = z * z;
+    const double even = -0.3333333333333333 + y * (-0.14285714285654572 + y * (-0.09090908863985787 + y *
+        (-0.06666560334352166 + y * (-0.05252496695434043 + y * (-0.04071743212322443 + y *
+        (-0.01839325882379991))))));
+    const double odd = 0.19999999999999724 + y * (0.11111111106023758 + y * (0.07692301604813975 + y *
+        (0.05881083654057798 + y * (0.04697897173031055 + y * (0.03147747598887358 + y *
+        (0.005746109253696299))))));
+    return even + z * odd;
+}
+
+static INLINE double pga3_asin_polynomial_f64(double z)
+{
+    const double y = z * z;
+    const double even = 0.16666666666666669 + y * (0.04464285714635543 + y * (0.02237217294214989 + y *
+        (0.013971212973552933 + y * (0.01032281435018578 + y * (0.01740087944269402 + y *
+        (0.028757851367421566))))));
+    const double odd = 0.07499999999998433 + y * (0.030381944138531247 + y * (0.017352392720869973 + y *
+        (0.011479177415184906 + y * (0.005457506718640358 + y * (-0.014851887071247204)))));
+    return even + z * odd;
+}
+
+static INLINE float pga3_sin_polynomial_f32(float z)
+{
+    const float y = z * z;
+    const float even = (float)-0.166666641831398 + y * ((float)-0.00019587890710681677);
+    const float odd = (float)0.008332747966051102;
+    return even + z * odd;
+}
+
+static INLINE float pga3_cos_polynomial_f32(float z)
+{
+    const float y = z * z;
+    const float even = (float)0.0416666641831398 + y * ((float)2.454794230288826e-05);
+    const float odd = (float)-0.001388830249197781;
+    return even + z * odd;
+}
+
+static INLINE float pga3_exp_polynomial_f32(float z)
+{
+    const float y = z * z;
+    const float even = (float)0.5 + y * ((float)0.041666556149721146 + y * ((float)0.0013926175888627768));
+    const float odd = (float)0.16666577756404877 + y * ((float)0.008363173343241215);
+    return even + z * odd;
+}
+
+static INLINE float pga3_log_polynomial_f32(float z)
+{
+    const float y = z * z;
+    const float even = (float)0.6666668653488159 + y * ((float)0.29579949378967285);
+    const float odd = (float)0.3998878002166748;
+    return even + z * odd;
+}
+
+static INLINE float pga3_atan_polynomial_f32(float z)
+{
+    const float y = z * z;
+    const float even = (float)-0.3333333432674408 + y * ((float)-0.14284485578536987 + y *
+        ((float)-0.08842379599809647 + y * ((float)-0.028579968959093094)));
+    const float odd = (float)0.19999976456165314 + y * ((float)0.11086060851812363 + y *
+        ((float)0.06374502927064896));
+    return even + z * odd;
+}
+
+static INLINE float pga3_asin_polynomial_f32(float z)
+{
+    const float y = z * z;
+    const float even = (float)0.1666666567325592 + y * ((float)0.04459940269589424 + y *
+        ((float)0.017149237915873528));
+    const float odd = (float)0.07500094175338745 + y * ((float)0.031100662425160408 + y *
+        ((float)0.03369084745645523));
+    return even + z * odd;
+}
 
 // The kernels are written once, below; this file includes itself for each precision.
 #ifndef ONLY_F32
 #define REAL double
+#define WORD uint64_t
+#define PRECISION(of_double, of_float) of_double
 #define NAME(name) pga3_##name##_f64
 #define FUNCTION(name) name
 #include "pga3.c"
 #undef REAL
+#undef WORD
+#undef PRECISION
 #undef NAME
 #undef FUNCTION
 #endif
 #ifndef ONLY_F64
 #define REAL float
+#define WORD uint32_t
+#define PRECISION(of_double, of_float) of_float
 #define NAME(name) pga3_##name##_f32
 #define FUNCTION(name) name##f
 #include "pga3.c"
 #endif
 
 #else
+
+// Words as wide as a number; a condition as a mask, because conditions that occur often would become branches.
+#define SIGN_BIT PRECISION(63, 31)
+#define SIGN ((WORD)1 << SIGN_BIT)
+#define WHERE(condition) ((WORD)0 - (WORD)(condition))
+
+static INLINE WORD NAME(bits_of)(REAL x)
+{
+    WORD bits;
+    memcpy(&bits, &x, sizeof bits);
+    return bits;
+}
+
+static INLINE REAL NAME(of_bits)(WORD bits)
+{
+    REAL x;
+    memcpy(&x, &bits, sizeof x);
+    return x;
+}
+
+static INLINE REAL NAME(chosen_by)(WORD where, REAL a, REAL b)
+{
+    return NAME(of_bits)((NAME(bits_of)(a) & where) | (NAME(bits_of)(b) & ~where));
+}
+
+// Sine and its kin without branches, so that loops over them are vectorised: at most 2 ulp from the exact values.
+
+// A number so large that the bits of what is added to it, up to half a million, are its last.
+#define SHIFT PRECISION(6755399441055744.0, 12582912.0f)
+
+// How many quarter turns an angle has, modulo 4, and what is left in two parts, up to an eighth of a turn.
+static INLINE WORD NAME(quarters_of)(REAL x, REAL *rest, REAL *low)
+{
+    const double shift = 6755399441055744.0, shifted = x * 0.6366197723675814 + shift, k = shifted - shift;
+    const double a = x - k * 1.5707963267923333, b = k * 2.5633441515839558e-12;
+#if PRECISION(1, 0)
+    const double sum = a - b, back = a - sum;
+    const double error = ((back - b) + (a - (sum + back))) - k * 1.0562999066987428e-23;
+    *rest = sum + error;
+    *low = (sum - *rest) + error;
+    return NAME(bits_of)(shifted);
+#else
+    *rest = (float)(a - b);
+    *low = 0;
+    return NAME(bits_of)((float)k + SHIFT);
+#endif
+}
+
+static INLINE REAL NAME(sin_of_rest)(REAL x, REAL low)
+{
+    const REAL z = x * x;
+    return x + (x * (z * NAME(sin_polynomial)(z)) + low);
+}
+
+static INLINE REAL NAME(cos_of_rest)(REAL x, REAL low)
+{
+    const REAL z = x * x, half = z / 2, one = 1 - half;
+    return one + (((1 - one) - half) + (z * z * NAME(cos_polynomial)(z) - x * low));
+}
+
+// Beyond 65536 the C library's; a caller that has a place for it is told so instead.
+static INLINE REAL NAME(sin_of)(REAL x, WORD *far)
+{
+    REAL rest, low;
+    const WORD n = NAME(quarters_of)(FUNCTION(fabs)(x), &rest, &low);
+    const WORD is_far = WHERE(FUNCTION(fabs)(x) > 65536), sign = (NAME(bits_of)(x) ^ n << (SIGN_BIT - 1)) & SIGN;
+    const REAL s = NAME(sin_of_rest)(rest, low), c = NAME(cos_of_rest)(rest, low);
+    const REAL y = NAME(of_bits)(NAME(bits_of)(NAME(chosen_by)(WHERE(n & 1), c, s)) ^ sign);
+    if (far == NULL)
+        return is_far ? FUNCTION(sin)(x) : y;
+    *far |= is_far;
+    return y;
+}
+
+static INLINE REAL NAME(cos_of)(REAL x, WORD *far)
+{
+    REAL rest, low;
+    const WORD n = NAME(quarters_of)(FUNCTION(fabs)(x), &rest, &low);
+    const WORD is_far = WHERE(FUNCTION(fabs)(x) > 65536), sign = (n + 1) << (SIGN_BIT - 1) & SIGN;
+    const REAL s = NAME(sin_of_rest)(rest, low), c = NAME(cos_of_rest)(rest, low);
+    const REAL y = NAME(of_bits)(NAME(bits_of)(NAME(chosen_by)(WHERE(n & 1), s, c)) ^ sign);
+    if (far == NULL)
+        return is_far ? FUNCTION(cos)(x) : y;
+    *far |= is_far;
+    return y;
+}
+
+#define FRACTION_BITS PRECISION(52, 23)
+#define BIAS PRECISION(1023, 127)
+#define LOG_HIGH PRECISION(0.693147180559663, 0.693145751953125f)
+#define LOG_LOW PRECISION(2.8235290563031577e-13, 1.428606765330187e-06f)
+
+// The power of 2 comes in two factors, so that the largest and the smallest results are reached.
+static INLINE REAL NAME(exp_of)(REAL x)
+{
+    const REAL most = PRECISION(710, 89), least = PRECISION(-746, -105);
+    const REAL y = NAME(chosen_by)(WHERE(x > most), most, NAME(chosen_by)(WHERE(x < least), least, x));
+    const REAL shifted = y * PRECISION(1.4426950408889634, 1.4426950216293335f) + SHIFT, k = shifted - SHIFT;
+    const REAL z = (y - k * LOG_HIGH) - k * LOG_LOW;
+    const WORD n = NAME(bits_of)(shifted) - NAME(bits_of)(SHIFT), half = (n + 2 * BIAS) / 2 - BIAS;
+    const REAL a = NAME(of_bits)((half + BIAS) << FRACTION_BITS), b = NAME(of_bits)((n - half + BIAS) << FRACTION_BITS);
+    return (1 + (z + z * z * NAME(exp_polynomial)(z))) * a * b;
+}
+
+static INLINE REAL NAME(log_of)(REAL x)
+{
+    // x = 2^k (1 + f), 1 + f between the roots of 1/2 and 2; numbers below the normal ones are scaled first.
+    const WORD tiny = WHERE(x < PRECISION(DBL_MIN, FLT_MIN)), fraction = ((WORD)1 << FRACTION_BITS) - 1;
+    const WORD root = PRECISION(0x3FE6A09E667F3BCD, 0x3F3504F3), one = (WORD)BIAS << FRACTION_BITS;
+    const REAL y = x * NAME(chosen_by)(tiny, (WORD)1 << (FRACTION_BITS + 2), 1);
+    const WORD n = NAME(bits_of)(y) + (one - root);
+    const REAL shift = (WORD)1 << FRACTION_BITS, bias = NAME(chosen_by)(tiny, BIAS + FRACTION_BITS + 2, BIAS);
+    const REAL k = NAME(of_bits)((n >> FRACTION_BITS) + NAME(bits_of)(shift)) - (shift + bias);
+    const REAL f = NAME(of_bits)((n & fraction) + root) - 1, half = f * f / 2, s = f / (2 + f), z = s * s;
+    const REAL low = s * (half + z * NAME(log_polynomial)(z)) + k * LOG_LOW;
+    const REAL finite = k * LOG_HIGH - ((half - low) - f);
+    const REAL other = NAME(chosen_by)(WHERE(x == 0), -INFINITY, NAME(chosen_by)(WHERE(x > 0), x, NAN));
+    return NAME(chosen_by)(WHERE(x > 0) & WHERE(x < INFINITY), finite, other);
+}
+
+#define EIGHTH_HIGH PRECISION(0.7853981633974456, 0.7853975296020508f)
+#define EIGHTH_LOW PRECISION(2.6951514290790595e-15, 6.337954232549237e-07f)
+
+static INLINE REAL NAME(atan2_of)(REAL y, REAL x)
+{
+    const REAL u = FUNCTION(fabs)(x), v = FUNCTION(fabs)(y);
+    const WORD swapped = WHERE(v > u), left = WHERE(NAME(bits_of)(x) >> SIGN_BIT);
+    const REAL most = NAME(chosen_by)(swapped, v, u), least = NAME(chosen_by)(swapped, u, v);
+    // Sums of the largest numbers would overflow; two zeros, and two infinities, have the ratio 0 and 1.
+    const WORD same = WHERE(u == INFINITY) & WHERE(v == INFINITY), none = WHERE(most == 0);
+    const REAL scale = NAME(chosen_by)(WHERE(most > PRECISION(DBL_MAX, FLT_MAX) / 64), (REAL)1 / 64, 1);
+    const REAL big = NAME(chosen_by)(same | none, 1, most * scale), small = NAME(chosen_by)(same, 1, least * scale);
+    // Above 0.55 an eighth of a turn is taken away: results below 1/2 come from one division. The factor 16 is for
+    // the smallest numbers, whose products are rounded to few bits.
+    const WORD upper = WHERE(16 * small > (REAL)8.8 * big);
+    const REAL t = (small - NAME(chosen_by)(upper, big, 0)) / (big + NAME(chosen_by)(upper, small, 0)), z = t * t;
+    const REAL angle = t + t * (z * NAME(atan_polynomial)(z));
+    const REAL near = NAME(chosen_by)(upper, 1, 0), first = NAME(chosen_by)(swapped, 2 - near, near);
+    const REAL eighths = NAME(chosen_by)(left, 4 - first, first);
+    const REAL turned = NAME(of_bits)(NAME(bits_of)(angle) ^ ((left ^ swapped) & SIGN));
+    const REAL whole = eighths * EIGHTH_HIGH + (eighths * EIGHTH_LOW + turned);
+    return NAME(of_bits)(NAME(bits_of)(whole) ^ (NAME(bits_of)(y) & SIGN));
+}
+
+static INLINE REAL NAME(acos_of)(REAL x)
+{
+    const REAL u = FUNCTION(fabs)(x);
+    const WORD large = WHERE(u > (REAL)0.5);
+    const REAL z = NAME(chosen_by)(large, (1 - u) / 2, x * x), s = NAME(chosen_by)(large, FUNCTION(sqrt)(z), x);
+    const REAL more = s * (z * NAME(asin_polynomial)(z));
+    const REAL middle = 2 * EIGHTH_HIGH - (s - (2 * EIGHTH_LOW - more));
+    const REAL right = 2 * (s + more), left = 4 * EIGHTH_HIGH - (right - 4 * EIGHTH_LOW);
+    return NAME(chosen_by)(large, NAME(chosen_by)(WHERE(x < 0), left, right), middle);
+}
 
 static INLINE void NAME(load_scalar)(REAL *x, const char *a)
 {
@@ -352,43 +628,103 @@ static INLINE void NAME(store_16)(char *a, intptr_t ca, const REAL *x)
 
 #ifdef SHUFFLE
 typedef REAL NAME(four) VECTOR(4);
-typedef REAL NAME(eight) VECTOR(8);
+#define AT(a, k, s) (*(NAME(four) *)((a) + (k) * (s)))
 
-// Four numbers at each of eight places, `s` bytes apart, as eight numbers at each of four.
-static INLINE void NAME(turn_8x4)(const char *a, intptr_t s, REAL *x, intptr_t row)
+// A tile is four components of as many elements as fill 32 bytes, which every wide machine turns alike.
+#define TILE PRECISION(4, 8)
+#if PRECISION(1, 0)
+// From four places, `s` bytes apart, to four, `t` bytes apart.
+static INLINE void NAME(turn)(char *a, intptr_t s, char *b, intptr_t t)
 {
-    NAME(eight) a0, a1, a2, a3;
-#define PAIR(k) SHUFFLE(*(const NAME(four) *)(a + (k) * s), *(const NAME(four) *)(a + ((k) + 4) * s), \
-        0, 1, 2, 3, 4, 5, 6, 7)
-    a0 = PAIR(0);
-    a1 = PAIR(1);
-    a2 = PAIR(2);
-    a3 = PAIR(3);
+    const NAME(four) a0 = AT(a, 0, s), a1 = AT(a, 1, s), a2 = AT(a, 2, s), a3 = AT(a, 3, s);
+    const NAME(four) b0 = SHUFFLE(a0, a1, 0, 4, 2, 6), b1 = SHUFFLE(a0, a1, 1, 5, 3, 7);
+    const NAME(four) b2 = SHUFFLE(a2, a3, 0, 4, 2, 6), b3 = SHUFFLE(a2, a3, 1, 5, 3, 7);
+    AT(b, 0, t) = SHUFFLE(b0, b2, 0, 1, 4, 5);
+    AT(b, 1, t) = SHUFFLE(b1, b3, 0, 1, 4, 5);
+    AT(b, 2, t) = SHUFFLE(b0, b2, 2, 3, 6, 7);
+    AT(b, 3, t) = SHUFFLE(b1, b3, 2, 3, 6, 7);
+}
+
+static INLINE void NAME(load_tile)(char *x, intptr_t row, char *a, intptr_t s)
+{
+    NAME(turn)(a, s, x, row);
+}
+
+static INLINE void NAME(store_tile)(char *a, intptr_t s, char *x, intptr_t row)
+{
+    NAME(turn)(x, row, a, s);
+}
+#else
+typedef REAL NAME(eight) VECTOR(8);
+#define ROW(x, k, row) (*(NAME(eight) *)((x) + (k) * (row)))
+
+static INLINE void NAME(load_tile)(char *x, intptr_t row, char *a, intptr_t s)
+{
+#define PAIR(k) SHUFFLE(AT(a, k, s), AT(a, (k) + 4, s), 0, 1, 2, 3, 4, 5, 6, 7)
+    const NAME(eight) a0 = PAIR(0), a1 = PAIR(1), a2 = PAIR(2), a3 = PAIR(3);
 #undef PAIR
     const NAME(eight) b0 = SHUFFLE(a0, a1, 0, 8, 1, 9, 4, 12, 5, 13), b1 = SHUFFLE(a0, a1, 2, 10, 3, 11, 6, 14, 7, 15);
     const NAME(eight) b2 = SHUFFLE(a2, a3, 0, 8, 1, 9, 4, 12, 5, 13), b3 = SHUFFLE(a2, a3, 2, 10, 3, 11, 6, 14, 7, 15);
-    *(NAME(eight) *)x = SHUFFLE(b0, b2, 0, 1, 8, 9, 4, 5, 12, 13);
-    *(NAME(eight) *)(x + row) = SHUFFLE(b0, b2, 2, 3, 10, 11, 6, 7, 14, 15);
-    *(NAME(eight) *)(x + 2 * row) = SHUFFLE(b1, b3, 0, 1, 8, 9, 4, 5, 12, 13);
-    *(NAME(eight) *)(x + 3 * row) = SHUFFLE(b1, b3, 2, 3, 10, 11, 6, 7, 14, 15);
+    ROW(x, 0, row) = SHUFFLE(b0, b2, 0, 1, 8, 9, 4, 5, 12, 13);
+    ROW(x, 1, row) = SHUFFLE(b0, b2, 2, 3, 10, 11, 6, 7, 14, 15);
+    ROW(x, 2, row) = SHUFFLE(b1, b3, 0, 1, 8, 9, 4, 5, 12, 13);
+    ROW(x, 3, row) = SHUFFLE(b1, b3, 2, 3, 10, 11, 6, 7, 14, 15);
 }
 
-static INLINE void NAME(turn_4x4)(const char *a, intptr_t s, char *b, intptr_t t)
+static INLINE void NAME(store_tile)(char *a, intptr_t s, char *x, intptr_t row)
 {
-    const NAME(four) a0 = *(const NAME(four) *)a, a1 = *(const NAME(four) *)(a + s);
-    const NAME(four) a2 = *(const NAME(four) *)(a + 2 * s), a3 = *(const NAME(four) *)(a + 3 * s);
-    const NAME(four) b0 = SHUFFLE(a0, a1, 0, 4, 2, 6), b1 = SHUFFLE(a0, a1, 1, 5, 3, 7);
-    const NAME(four) b2 = SHUFFLE(a2, a3, 0, 4, 2, 6), b3 = SHUFFLE(a2, a3, 1, 5, 3, 7);
-    *(NAME(four) *)b = SHUFFLE(b0, b2, 0, 1, 4, 5);
-    *(NAME(four) *)(b + t) = SHUFFLE(b1, b3, 0, 1, 4, 5);
-    *(NAME(four) *)(b + 2 * t) = SHUFFLE(b0, b2, 2, 3, 6, 7);
-    *(NAME(four) *)(b + 3 * t) = SHUFFLE(b1, b3, 2, 3, 6, 7);
+    const NAME(eight) x0 = ROW(x, 0, row), x1 = ROW(x, 1, row), x2 = ROW(x, 2, row), x3 = ROW(x, 3, row);
+    const NAME(eight) b0 = SHUFFLE(x0, x1, 0, 8, 1, 9, 4, 12, 5, 13), b1 = SHUFFLE(x0, x1, 2, 10, 3, 11, 6, 14, 7, 15);
+    const NAME(eight) b2 = SHUFFLE(x2, x3, 0, 8, 1, 9, 4, 12, 5, 13), b3 = SHUFFLE(x2, x3, 2, 10, 3, 11, 6, 14, 7, 15);
+    const NAME(eight) a0 = SHUFFLE(b0, b2, 0, 1, 8, 9, 4, 5, 12, 13), a1 = SHUFFLE(b0, b2, 2, 3, 10, 11, 6, 7, 14, 15);
+    const NAME(eight) a2 = SHUFFLE(b1, b3, 0, 1, 8, 9, 4, 5, 12, 13), a3 = SHUFFLE(b1, b3, 2, 3, 10, 11, 6, 7, 14, 15);
+#define HALVES(k, v) AT(a, k, s) = SHUFFLE(v, v, 0, 1, 2, 3), AT(a, (k) + 4, s) = SHUFFLE(v, v, 4, 5, 6, 7)
+    HALVES(0, a0);
+    HALVES(1, a1);
+    HALVES(2, a2);
+    HALVES(3, a3);
+#undef HALVES
 }
+#undef ROW
+#endif
+
+// Tiles of `size` components that are neighbours, of elements `s` bytes apart: how many elements are done. What is
+// known of the size when this is compiled saves half the time.
+static INLINE intptr_t NAME(turn_tiles)(int back, char *x, intptr_t row, char *a, intptr_t s, intptr_t size, intptr_t n)
+{
+    const intptr_t w = sizeof(REAL);
+    intptr_t done = 0;
+    for (; done + TILE <= n; done += TILE) {
+        for (intptr_t k = 0; k < size; k += 4) {
+            const intptr_t first = k + 4 <= size ? k : size - 4;
+            char *in_rows = x + first * row + done * w, *in_element = a + done * s + first * w;
+            if (back)
+                NAME(store_tile)(in_element, s, in_rows, row);
+            else
+                NAME(load_tile)(in_rows, row, in_element, s);
+        }
+    }
+    return done;
+}
+
+static INLINE intptr_t NAME(turn_all)(int back, REAL *x, intptr_t row, char *a, intptr_t s, intptr_t size, intptr_t n)
+{
+    switch (size) {
+    case 4:
+        return NAME(turn_tiles)(back, (char *)x, row * sizeof(REAL), a, s, 4, n);
+    case 6:
+        return NAME(turn_tiles)(back, (char *)x, row * sizeof(REAL), a, s, 6, n);
+    case 8:
+        return NAME(turn_tiles)(back, (char *)x, row * sizeof(REAL), a, s, 8, n);
+    default:
+        return NAME(turn_tiles)(back, (char *)x, row * sizeof(REAL), a, s, size, n);
+    }
+}
+#undef AT
 #endif
 
 // Rows of `size` components that lie `c` bytes apart, of `n` elements that lie `s` bytes apart.
-WIDE static void NAME(load_rows)(REAL *x, intptr_t row, const char *a, intptr_t s, intptr_t c, intptr_t size,
-    intptr_t n)
+WIDE static void NAME(load_rows)(REAL *x, intptr_t row, char *a, intptr_t s, intptr_t c, intptr_t size, intptr_t n)
 {
     const intptr_t w = sizeof(REAL);
     intptr_t done = 0;
@@ -404,12 +740,7 @@ WIDE static void NAME(load_rows)(REAL *x, intptr_t row, const char *a, intptr_t 
     }
 #ifdef SHUFFLE
     if (size >= 4 && c == w) {
-        for (; done + 8 <= n; done += 8) {
-            for (intptr_t k = 0; k < size; k += 4) {
-                const intptr_t first = k + 4 <= size ? k : size - 4;
-                NAME(turn_8x4)(a + done * s + first * w, s, x + first * row + done, row);
-            }
-        }
+        done = NAME(turn_all)(0, x, row, a, s, size, n);
     } else if (s != w) {
         for (; done + 4 <= n; done += 4) {
             for (intptr_t k = 0; k < size; ++k) {
@@ -437,8 +768,7 @@ WIDE static void NAME(load_rows)(REAL *x, intptr_t row, const char *a, intptr_t 
 }
 
 // The inverse of load_rows.
-WIDE static void NAME(store_rows)(char *a, intptr_t s, intptr_t c, const REAL *x, intptr_t row, intptr_t size,
-    intptr_t n)
+WIDE static void NAME(store_rows)(char *a, intptr_t s, intptr_t c, REAL *x, intptr_t row, intptr_t size, intptr_t n)
 {
     const intptr_t w = sizeof(REAL);
     intptr_t done = 0;
@@ -453,14 +783,8 @@ WIDE static void NAME(store_rows)(char *a, intptr_t s, intptr_t c, const REAL *x
         return;
     }
 #ifdef SHUFFLE
-    if (size >= 4 && c == w) {
-        for (; done + 4 <= n; done += 4) {
-            for (intptr_t k = 0; k < size; k += 4) {
-                const intptr_t first = k + 4 <= size ? k : size - 4;
-                NAME(turn_4x4)((const char *)(x + first * row + done), row * w, a + done * s + first * w, s);
-            }
-        }
-    }
+    if (size >= 4 && c == w)
+        done = NAME(turn_all)(1, x, row, a, s, size, n);
 #endif
     if (done == n)
         return;
@@ -482,7 +806,11 @@ static void NAME(move_part)(int back, REAL *x, intptr_t row, const struct part *
         step = count == 1 ? c[axis - 1] : step;
         count *= part->shape[axis - 1];
     }
-    for (intptr_t k = 0; k < part->size; k += count) {
+    if (count == part->size && back)
+        NAME(store_rows)(a, s, step, x, row, count, n);
+    else if (count == part->size)
+        NAME(load_rows)(x, row, a, s, step, count, n);
+    for (intptr_t k = 0; count < part->size && k < part->size; k += count) {
         intptr_t offset = 0, rest = k / count;
         for (int outer = axis; outer-- > 0; rest /= part->shape[outer])
             offset += rest % part->shape[outer] * c[outer];
@@ -520,7 +848,7 @@ static void NAME(batch)(const struct kernel *kernel, char **args, intptr_t n, co
     }
     int in_place = 1, dense = in_order != NULL;
     // Long rows spare calls; beyond the last cache, short ones keep reading and writing going side by side.
-    intptr_t row = n < (1 << 24) / (bytes + 1) ? 64 : LANES;
+    intptr_t row = n < (1 << 24) / (bytes + 1) ? 512 / w : LANES;
     while (row > LANES && row * total > SPACE)
         row /= 2;
     total = 0;
@@ -532,6 +860,8 @@ static void NAME(batch)(const struct kernel *kernel, char **args, intptr_t n, co
         rows[p] = space + row * total;
         total += part->size;
         kinds[p] = hoisted >> p & 1 ? HOISTED : p < n_inputs && steps[p] == 0 ? SAME : steps[p] == w ? UNIT : ANY;
+        for (int q = 0; kernel->repeats && p >= n_inputs && q < n_inputs; ++q)
+            kinds[p] = args[p] == args[q] ? ANY : kinds[p];
         in_place = in_place && (kinds[p] == UNIT || kinds[p] == HOISTED);
         for (int q = part->rank; q-- > 0; step *= part->shape[q], row_step *= part->shape[q]) {
             cores[part->first + q] = c[q];
@@ -902,7 +1232,7 @@ WIDE static void NAME(geometric_product_block)(intptr_t n, char **args, const in
 void NAME(geometric_product_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{16, 1, 0, {16}}, {16, 1, 1, {16}}, {16, 1, 2, {16}}};
-    static const struct kernel kernel = {NAME(geometric_product_block), NULL, 2, 3, 0, parts, NULL};
+    static const struct kernel kernel = {NAME(geometric_product_block), NULL, 2, 3, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -1126,7 +1456,7 @@ WIDE static void NAME(outer_product_block)(intptr_t n, char **args, const intptr
 void NAME(outer_product_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{16, 1, 0, {16}}, {16, 1, 1, {16}}, {16, 1, 2, {16}}};
-    static const struct kernel kernel = {NAME(outer_product_block), NULL, 2, 3, 0, parts, NULL};
+    static const struct kernel kernel = {NAME(outer_product_block), NULL, 2, 3, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -1350,7 +1680,7 @@ WIDE static void NAME(regressive_product_block)(intptr_t n, char **args, const i
 void NAME(regressive_product_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{16, 1, 0, {16}}, {16, 1, 1, {16}}, {16, 1, 2, {16}}};
-    static const struct kernel kernel = {NAME(regressive_product_block), NULL, 2, 3, 0, parts, NULL};
+    static const struct kernel kernel = {NAME(regressive_product_block), NULL, 2, 3, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -1614,7 +1944,7 @@ WIDE static void NAME(inner_product_block)(intptr_t n, char **args, const intptr
 void NAME(inner_product_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{16, 1, 0, {16}}, {16, 1, 1, {16}}, {16, 1, 2, {16}}};
-    static const struct kernel kernel = {NAME(inner_product_block), NULL, 2, 3, 0, parts, NULL};
+    static const struct kernel kernel = {NAME(inner_product_block), NULL, 2, 3, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -1853,7 +2183,7 @@ WIDE static void NAME(commutator_block)(intptr_t n, char **args, const intptr_t 
 void NAME(commutator_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{16, 1, 0, {16}}, {16, 1, 1, {16}}, {14, 1, 2, {14}}};
-    static const struct kernel kernel = {NAME(commutator_block), NULL, 2, 3, 0, parts, NULL};
+    static const struct kernel kernel = {NAME(commutator_block), NULL, 2, 3, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -1922,7 +2252,7 @@ WIDE static void NAME(reverse_block)(intptr_t n, char **args, const intptr_t *st
 void NAME(reverse_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{16, 1, 0, {16}}, {16, 1, 1, {16}}};
-    static const struct kernel kernel = {NAME(reverse_block), NULL, 1, 2, 0, parts, NULL};
+    static const struct kernel kernel = {NAME(reverse_block), NULL, 1, 2, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -1989,7 +2319,7 @@ WIDE static void NAME(grade_involution_block)(intptr_t n, char **args, const int
 void NAME(grade_involution_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{16, 1, 0, {16}}, {16, 1, 1, {16}}};
-    static const struct kernel kernel = {NAME(grade_involution_block), NULL, 1, 2, 0, parts, NULL};
+    static const struct kernel kernel = {NAME(grade_involution_block), NULL, 1, 2, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -2058,7 +2388,7 @@ WIDE static void NAME(clifford_conjugate_block)(intptr_t n, char **args, const i
 void NAME(clifford_conjugate_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{16, 1, 0, {16}}, {16, 1, 1, {16}}};
-    static const struct kernel kernel = {NAME(clifford_conjugate_block), NULL, 1, 2, 0, parts, NULL};
+    static const struct kernel kernel = {NAME(clifford_conjugate_block), NULL, 1, 2, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -2123,7 +2453,7 @@ WIDE static void NAME(dual_block)(intptr_t n, char **args, const intptr_t *strid
 void NAME(dual_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{16, 1, 0, {16}}, {16, 1, 1, {16}}};
-    static const struct kernel kernel = {NAME(dual_block), NULL, 1, 2, 0, parts, NULL};
+    static const struct kernel kernel = {NAME(dual_block), NULL, 1, 2, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -2188,7 +2518,7 @@ WIDE static void NAME(undual_block)(intptr_t n, char **args, const intptr_t *str
 void NAME(undual_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{16, 1, 0, {16}}, {16, 1, 1, {16}}};
-    static const struct kernel kernel = {NAME(undual_block), NULL, 1, 2, 0, parts, NULL};
+    static const struct kernel kernel = {NAME(undual_block), NULL, 1, 2, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -2240,7 +2570,7 @@ WIDE static void NAME(norm_block)(intptr_t n, char **args, const intptr_t *strid
 void NAME(norm_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{16, 1, 0, {16}}, {1, 0, 1, {0}}};
-    static const struct kernel kernel = {NAME(norm_block), NULL, 1, 2, 0, parts, NULL};
+    static const struct kernel kernel = {NAME(norm_block), NULL, 1, 2, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -2292,7 +2622,7 @@ WIDE static void NAME(ideal_norm_block)(intptr_t n, char **args, const intptr_t 
 void NAME(ideal_norm_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{16, 1, 0, {16}}, {1, 0, 1, {0}}};
-    static const struct kernel kernel = {NAME(ideal_norm_block), NULL, 1, 2, 0, parts, NULL};
+    static const struct kernel kernel = {NAME(ideal_norm_block), NULL, 1, 2, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -2347,7 +2677,7 @@ void NAME(point_from_trivector_loop)(char **args, const intptr_t *dimensions, co
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {3, 1, 1, {3}}};
     static const struct kernel kernel = {NAME(point_from_trivector_block), NAME(point_from_trivector_dense), 1, 2,
-        0, parts, NULL};
+        0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -2399,7 +2729,7 @@ WIDE static void NAME(normalize_line_block)(intptr_t n, char **args, const intpt
 void NAME(normalize_line_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{6, 1, 0, {6}}, {6, 1, 1, {6}}};
-    static const struct kernel kernel = {NAME(normalize_line_block), NULL, 1, 2, 0, parts, NULL};
+    static const struct kernel kernel = {NAME(normalize_line_block), NULL, 1, 2, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -2461,8 +2791,8 @@ WIDE static void NAME(normalize_plane_dense)(intptr_t n, char **args, const intp
 void NAME(normalize_plane_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {4, 1, 1, {4}}};
-    static const struct kernel kernel = {NAME(normalize_plane_block), NAME(normalize_plane_dense), 1, 2, 0, parts,
-        NULL};
+    static const struct kernel kernel = {NAME(normalize_plane_block), NAME(normalize_plane_dense), 1, 2, 0, 0,
+        parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -2516,7 +2846,7 @@ WIDE static void NAME(join_points_block)(intptr_t n, char **args, const intptr_t
 void NAME(join_points_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {3, 1, 1, {3}}, {6, 1, 2, {6}}};
-    static const struct kernel kernel = {NAME(join_points_block), NULL, 2, 3, 0, parts, NULL};
+    static const struct kernel kernel = {NAME(join_points_block), NULL, 2, 3, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -2568,7 +2898,7 @@ WIDE static void NAME(join_point_direction_block)(intptr_t n, char **args, const
 void NAME(join_point_direction_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {3, 1, 1, {3}}, {6, 1, 2, {6}}};
-    static const struct kernel kernel = {NAME(join_point_direction_block), NULL, 2, 3, 0, parts, NULL};
+    static const struct kernel kernel = {NAME(join_point_direction_block), NULL, 2, 3, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -2629,7 +2959,7 @@ WIDE static void NAME(join_point_line_block)(intptr_t n, char **args, const intp
 void NAME(join_point_line_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {6, 1, 1, {6}}, {4, 1, 2, {4}}};
-    static const struct kernel kernel = {NAME(join_point_line_block), NULL, 2, 3, 0, parts, NULL};
+    static const struct kernel kernel = {NAME(join_point_line_block), NULL, 2, 3, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -2718,7 +3048,7 @@ WIDE static void NAME(join_three_points_dense)(intptr_t n, char **args, const in
 void NAME(join_three_points_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {3, 1, 1, {3}}, {3, 1, 2, {3}}, {4, 1, 3, {4}}};
-    static const struct kernel kernel = {NAME(join_three_points_block), NAME(join_three_points_dense), 3, 4, 0,
+    static const struct kernel kernel = {NAME(join_three_points_block), NAME(join_three_points_dense), 3, 4, 0, 0,
         parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -3263,8 +3593,8 @@ void NAME(join_four_points_loop)(char **args, const intptr_t *dimensions, const 
         {13, 2, NAME(join_four_points_start_a_c_d), NAME(join_four_points_block_a_c_d),
         NAME(join_four_points_dense_a_c_d)}, {14, 2, NAME(join_four_points_start_b_c_d),
         NAME(join_four_points_block_b_c_d), NAME(join_four_points_dense_b_c_d)}};
-    static const struct kernel kernel = {NAME(join_four_points_block), NAME(join_four_points_dense), 4, 5, 4, parts,
-        forms};
+    static const struct kernel kernel = {NAME(join_four_points_block), NAME(join_four_points_dense), 4, 5, 4, 0,
+        parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -3326,7 +3656,7 @@ WIDE static void NAME(meet_planes_block)(intptr_t n, char **args, const intptr_t
 void NAME(meet_planes_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {4, 1, 1, {4}}, {6, 1, 2, {6}}};
-    static const struct kernel kernel = {NAME(meet_planes_block), NULL, 2, 3, 0, parts, NULL};
+    static const struct kernel kernel = {NAME(meet_planes_block), NULL, 2, 3, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -3390,7 +3720,7 @@ WIDE static void NAME(meet_line_plane_block)(intptr_t n, char **args, const intp
 void NAME(meet_line_plane_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{6, 1, 0, {6}}, {4, 1, 1, {4}}, {4, 1, 2, {4}}};
-    static const struct kernel kernel = {NAME(meet_line_plane_block), NULL, 2, 3, 0, parts, NULL};
+    static const struct kernel kernel = {NAME(meet_line_plane_block), NULL, 2, 3, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -3863,7 +4193,7 @@ void NAME(meet_three_planes_loop)(char **args, const intptr_t *dimensions, const
         NAME(meet_three_planes_dense_p_q)}, {5, 2, NAME(meet_three_planes_start_p_r),
         NAME(meet_three_planes_block_p_r), NAME(meet_three_planes_dense_p_r)}, {6, 2,
         NAME(meet_three_planes_start_q_r), NAME(meet_three_planes_block_q_r), NAME(meet_three_planes_dense_q_r)}};
-    static const struct kernel kernel = {NAME(meet_three_planes_block), NAME(meet_three_planes_dense), 3, 4, 3,
+    static const struct kernel kernel = {NAME(meet_three_planes_block), NAME(meet_three_planes_dense), 3, 4, 3, 0,
         parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -3916,7 +4246,7 @@ WIDE static void NAME(line_orthogonal_to_plane_block)(intptr_t n, char **args, c
 void NAME(line_orthogonal_to_plane_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {4, 1, 1, {4}}, {6, 1, 2, {6}}};
-    static const struct kernel kernel = {NAME(line_orthogonal_to_plane_block), NULL, 2, 3, 0, parts, NULL};
+    static const struct kernel kernel = {NAME(line_orthogonal_to_plane_block), NULL, 2, 3, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -3962,7 +4292,7 @@ WIDE static void NAME(plane_orthogonal_to_line_block)(intptr_t n, char **args, c
 void NAME(plane_orthogonal_to_line_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {6, 1, 1, {6}}, {4, 1, 2, {4}}};
-    static const struct kernel kernel = {NAME(plane_orthogonal_to_line_block), NULL, 2, 3, 0, parts, NULL};
+    static const struct kernel kernel = {NAME(plane_orthogonal_to_line_block), NULL, 2, 3, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -4028,7 +4358,7 @@ void NAME(plane_through_point_loop)(char **args, const intptr_t *dimensions, con
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {4, 1, 1, {4}}, {4, 1, 2, {4}}};
     static const struct kernel kernel = {NAME(plane_through_point_block), NAME(plane_through_point_dense), 2, 3, 0,
-        parts, NULL};
+        0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -4093,7 +4423,7 @@ void NAME(distance_squared_points_loop)(char **args, const intptr_t *dimensions,
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {3, 1, 1, {3}}, {1, 0, 2, {0}}};
     static const struct kernel kernel = {NAME(distance_squared_points_block), NAME(distance_squared_points_dense),
-        2, 3, 0, parts, NULL};
+        2, 3, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -4158,8 +4488,8 @@ WIDE static void NAME(distance_points_dense)(intptr_t n, char **args, const intp
 void NAME(distance_points_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {3, 1, 1, {3}}, {1, 0, 2, {0}}};
-    static const struct kernel kernel = {NAME(distance_points_block), NAME(distance_points_dense), 2, 3, 0, parts,
-        NULL};
+    static const struct kernel kernel = {NAME(distance_points_block), NAME(distance_points_dense), 2, 3, 0, 0,
+        parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -4223,7 +4553,7 @@ void NAME(signed_distance_point_plane_loop)(char **args, const intptr_t *dimensi
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {4, 1, 1, {4}}, {1, 0, 2, {0}}};
     static const struct kernel kernel = {NAME(signed_distance_point_plane_block),
-        NAME(signed_distance_point_plane_dense), 2, 3, 0, parts, NULL};
+        NAME(signed_distance_point_plane_dense), 2, 3, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -4281,7 +4611,7 @@ WIDE static void NAME(distance_point_line_block)(intptr_t n, char **args, const 
 void NAME(distance_point_line_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {6, 1, 1, {6}}, {1, 0, 2, {0}}};
-    static const struct kernel kernel = {NAME(distance_point_line_block), NULL, 2, 3, 0, parts, NULL};
+    static const struct kernel kernel = {NAME(distance_point_line_block), NULL, 2, 3, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -4335,7 +4665,7 @@ WIDE static void NAME(mutual_moment_block)(intptr_t n, char **args, const intptr
 void NAME(mutual_moment_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{6, 1, 0, {6}}, {6, 1, 1, {6}}, {1, 0, 2, {0}}};
-    static const struct kernel kernel = {NAME(mutual_moment_block), NULL, 2, 3, 0, parts, NULL};
+    static const struct kernel kernel = {NAME(mutual_moment_block), NULL, 2, 3, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -4379,7 +4709,7 @@ WIDE static void NAME(angle_between_planes_block)(intptr_t n, char **args, const
     char *a1 = args[1];
     char *a2 = args[2];
     ANY_ORDER
-    for (intptr_t i = 0; i < n; ++i) {
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
         REAL x0[4];
         REAL x1[4];
         REAL x2[1];
@@ -4393,7 +4723,7 @@ WIDE static void NAME(angle_between_planes_block)(intptr_t n, char **args, const
 void NAME(angle_between_planes_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {4, 1, 1, {4}}, {1, 0, 2, {0}}};
-    static const struct kernel kernel = {NAME(angle_between_planes_block), NULL, 2, 3, 0, parts, NULL};
+    static const struct kernel kernel = {NAME(angle_between_planes_block), NULL, 2, 3, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -4437,7 +4767,7 @@ WIDE static void NAME(angle_between_lines_block)(intptr_t n, char **args, const 
     char *a1 = args[1];
     char *a2 = args[2];
     ANY_ORDER
-    for (intptr_t i = 0; i < n; ++i) {
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
         REAL x0[6];
         REAL x1[6];
         REAL x2[1];
@@ -4451,7 +4781,7 @@ WIDE static void NAME(angle_between_lines_block)(intptr_t n, char **args, const 
 void NAME(angle_between_lines_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{6, 1, 0, {6}}, {6, 1, 1, {6}}, {1, 0, 2, {0}}};
-    static const struct kernel kernel = {NAME(angle_between_lines_block), NULL, 2, 3, 0, parts, NULL};
+    static const struct kernel kernel = {NAME(angle_between_lines_block), NULL, 2, 3, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -4647,7 +4977,7 @@ void NAME(project_point_on_plane_loop)(char **args, const intptr_t *dimensions, 
     static const struct form forms[] = {{2, 4, NAME(project_point_on_plane_start_plane),
         NAME(project_point_on_plane_block_plane), NAME(project_point_on_plane_dense_plane)}};
     static const struct kernel kernel = {NAME(project_point_on_plane_block), NAME(project_point_on_plane_dense), 2,
-        3, 1, parts, forms};
+        3, 1, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -4719,7 +5049,7 @@ void NAME(project_point_on_unit_plane_loop)(char **args, const intptr_t *dimensi
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {4, 1, 1, {4}}, {3, 1, 2, {3}}};
     static const struct kernel kernel = {NAME(project_point_on_unit_plane_block),
-        NAME(project_point_on_unit_plane_dense), 2, 3, 0, parts, NULL};
+        NAME(project_point_on_unit_plane_dense), 2, 3, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -4903,7 +5233,7 @@ void NAME(project_point_on_line_loop)(char **args, const intptr_t *dimensions, c
     static const struct part parts[] = {{3, 1, 0, {3}}, {6, 1, 1, {6}}, {3, 1, 2, {3}}};
     static const struct form forms[] = {{2, 2, NAME(project_point_on_line_start_line),
         NAME(project_point_on_line_block_line), NAME(project_point_on_line_dense_line)}};
-    static const struct kernel kernel = {NAME(project_point_on_line_block), NULL, 2, 3, 1, parts, forms};
+    static const struct kernel kernel = {NAME(project_point_on_line_block), NULL, 2, 3, 1, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -5061,7 +5391,7 @@ void NAME(project_point_on_unit_line_loop)(char **args, const intptr_t *dimensio
     static const struct part parts[] = {{3, 1, 0, {3}}, {6, 1, 1, {6}}, {3, 1, 2, {3}}};
     static const struct form forms[] = {{2, 2, NAME(project_point_on_unit_line_start_line),
         NAME(project_point_on_unit_line_block_line), NAME(project_point_on_unit_line_dense_line)}};
-    static const struct kernel kernel = {NAME(project_point_on_unit_line_block), NULL, 2, 3, 1, parts, forms};
+    static const struct kernel kernel = {NAME(project_point_on_unit_line_block), NULL, 2, 3, 1, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -5139,7 +5469,7 @@ WIDE static void NAME(project_line_on_unit_plane_block)(intptr_t n, char **args,
 void NAME(project_line_on_unit_plane_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{6, 1, 0, {6}}, {4, 1, 1, {4}}, {6, 1, 2, {6}}};
-    static const struct kernel kernel = {NAME(project_line_on_unit_plane_block), NULL, 2, 3, 0, parts, NULL};
+    static const struct kernel kernel = {NAME(project_line_on_unit_plane_block), NULL, 2, 3, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -5211,7 +5541,7 @@ WIDE static void NAME(reflect_point_dense)(intptr_t n, char **args, const intptr
 void NAME(reflect_point_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {4, 1, 1, {4}}, {3, 1, 2, {3}}};
-    static const struct kernel kernel = {NAME(reflect_point_block), NAME(reflect_point_dense), 2, 3, 0, parts,
+    static const struct kernel kernel = {NAME(reflect_point_block), NAME(reflect_point_dense), 2, 3, 0, 0, parts,
         NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -5356,7 +5686,7 @@ WIDE static void NAME(motor_product_block)(intptr_t n, char **args, const intptr
 void NAME(motor_product_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{8, 1, 0, {8}}, {8, 1, 1, {8}}, {8, 1, 2, {8}}};
-    static const struct kernel kernel = {NAME(motor_product_block), NULL, 2, 3, 0, parts, NULL};
+    static const struct kernel kernel = {NAME(motor_product_block), NULL, 2, 3, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -5500,7 +5830,7 @@ WIDE static void NAME(even_product_block)(intptr_t n, char **args, const intptr_
 void NAME(even_product_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{8, 1, 0, {8}}, {8, 1, 1, {8}}, {8, 1, 2, {8}}};
-    static const struct kernel kernel = {NAME(even_product_block), NULL, 2, 3, 0, parts, NULL};
+    static const struct kernel kernel = {NAME(even_product_block), NULL, 2, 3, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -5565,7 +5895,7 @@ WIDE static void NAME(motor_inverse_dense)(intptr_t n, char **args, const intptr
 void NAME(motor_inverse_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{8, 1, 0, {8}}, {8, 1, 1, {8}}};
-    static const struct kernel kernel = {NAME(motor_inverse_block), NAME(motor_inverse_dense), 1, 2, 0, parts,
+    static const struct kernel kernel = {NAME(motor_inverse_block), NAME(motor_inverse_dense), 1, 2, 0, 0, parts,
         NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -5664,7 +5994,8 @@ WIDE static void NAME(even_inverse_dense)(intptr_t n, char **args, const intptr_
 void NAME(even_inverse_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{8, 1, 0, {8}}, {8, 1, 1, {8}}};
-    static const struct kernel kernel = {NAME(even_inverse_block), NAME(even_inverse_dense), 1, 2, 0, parts, NULL};
+    static const struct kernel kernel = {NAME(even_inverse_block), NAME(even_inverse_dense), 1, 2, 0, 0, parts,
+        NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -5758,8 +6089,8 @@ WIDE static void NAME(normalize_motor_dense)(intptr_t n, char **args, const intp
 void NAME(normalize_motor_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{8, 1, 0, {8}}, {8, 1, 1, {8}}};
-    static const struct kernel kernel = {NAME(normalize_motor_block), NAME(normalize_motor_dense), 1, 2, 0, parts,
-        NULL};
+    static const struct kernel kernel = {NAME(normalize_motor_block), NAME(normalize_motor_dense), 1, 2, 0, 0,
+        parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -6022,7 +6353,7 @@ void NAME(move_point_loop)(char **args, const intptr_t *dimensions, const intptr
     static const struct part parts[] = {{8, 1, 0, {8}}, {3, 1, 1, {3}}, {3, 1, 2, {3}}};
     static const struct form forms[] = {{1, 3, NAME(move_point_start_m), NAME(move_point_block_m),
         NAME(move_point_dense_m)}};
-    static const struct kernel kernel = {NAME(move_point_block), NAME(move_point_dense), 2, 3, 1, parts, forms};
+    static const struct kernel kernel = {NAME(move_point_block), NAME(move_point_dense), 2, 3, 1, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -6235,7 +6566,7 @@ void NAME(move_direction_loop)(char **args, const intptr_t *dimensions, const in
     static const struct part parts[] = {{8, 1, 0, {8}}, {3, 1, 1, {3}}, {3, 1, 2, {3}}};
     static const struct form forms[] = {{1, 2, NAME(move_direction_start_m), NAME(move_direction_block_m),
         NAME(move_direction_dense_m)}};
-    static const struct kernel kernel = {NAME(move_direction_block), NAME(move_direction_dense), 2, 3, 1, parts,
+    static const struct kernel kernel = {NAME(move_direction_block), NAME(move_direction_dense), 2, 3, 1, 0, parts,
         forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -6583,7 +6914,7 @@ void NAME(move_line_loop)(char **args, const intptr_t *dimensions, const intptr_
 {
     static const struct part parts[] = {{8, 1, 0, {8}}, {6, 1, 1, {6}}, {6, 1, 2, {6}}};
     static const struct form forms[] = {{1, 2, NAME(move_line_start_m), NAME(move_line_block_m), NULL}};
-    static const struct kernel kernel = {NAME(move_line_block), NULL, 2, 3, 1, parts, forms};
+    static const struct kernel kernel = {NAME(move_line_block), NULL, 2, 3, 1, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -6859,7 +7190,7 @@ void NAME(move_plane_loop)(char **args, const intptr_t *dimensions, const intptr
     static const struct part parts[] = {{8, 1, 0, {8}}, {4, 1, 1, {4}}, {4, 1, 2, {4}}};
     static const struct form forms[] = {{1, 3, NAME(move_plane_start_m), NAME(move_plane_block_m),
         NAME(move_plane_dense_m)}};
-    static const struct kernel kernel = {NAME(move_plane_block), NAME(move_plane_dense), 2, 3, 1, parts, forms};
+    static const struct kernel kernel = {NAME(move_plane_block), NAME(move_plane_dense), 2, 3, 1, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -7232,7 +7563,7 @@ void NAME(move_motor_loop)(char **args, const intptr_t *dimensions, const intptr
     static const struct part parts[] = {{8, 1, 0, {8}}, {8, 1, 1, {8}}, {8, 1, 2, {8}}};
     static const struct form forms[] = {{1, 2, NAME(move_motor_start_m), NAME(move_motor_block_m),
         NAME(move_motor_dense_m)}};
-    static const struct kernel kernel = {NAME(move_motor_block), NULL, 2, 3, 1, parts, forms};
+    static const struct kernel kernel = {NAME(move_motor_block), NULL, 2, 3, 1, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -7495,12 +7826,12 @@ void NAME(move_point_back_loop)(char **args, const intptr_t *dimensions, const i
     static const struct part parts[] = {{8, 1, 0, {8}}, {3, 1, 1, {3}}, {3, 1, 2, {3}}};
     static const struct form forms[] = {{1, 3, NAME(move_point_back_start_m), NAME(move_point_back_block_m),
         NAME(move_point_back_dense_m)}};
-    static const struct kernel kernel = {NAME(move_point_back_block), NAME(move_point_back_dense), 2, 3, 1, parts,
-        forms};
+    static const struct kernel kernel = {NAME(move_point_back_block), NAME(move_point_back_dense), 2, 3, 1, 0,
+        parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
-INLINE void NAME(rotor_from_axis_angle)(const REAL *axis, REAL angle, REAL *out)
+static INLINE void NAME(rotor_from_axis_angle_within)(const REAL *axis, REAL angle, REAL *out, WORD *far)
 {
     const REAL axis_0 = axis[0];
     const REAL axis_1 = axis[1];
@@ -7526,7 +7857,12 @@ INLINE void NAME(rotor_from_axis_angle)(const REAL *axis, REAL angle, REAL *out)
     out[3] = t14;
 }
 
-static INLINE void NAME(rotor_from_axis_angle_prepare_angle)(REAL angle, REAL *prepared)
+INLINE void NAME(rotor_from_axis_angle)(const REAL *axis, REAL angle, REAL *out)
+{
+    NAME(rotor_from_axis_angle_within)(axis, angle, out, NULL);
+}
+
+static INLINE void NAME(rotor_from_axis_angle_prepare_angle)(REAL angle, REAL *prepared, WORD *far)
 {
     const REAL t0 = angle * (REAL)0.5;
     const REAL t1 = COS(t0);
@@ -7577,7 +7913,7 @@ static INLINE void NAME(rotor_from_axis_angle_prepare_axis)(const REAL *axis, RE
     prepared[3] = axis_0;
 }
 
-static INLINE void NAME(rotor_from_axis_angle_apply_axis)(const REAL *prepared, REAL angle, REAL *out)
+static INLINE void NAME(rotor_from_axis_angle_apply_axis)(const REAL *prepared, REAL angle, REAL *out, WORD *far)
 {
     const REAL t7 = prepared[0];
     const REAL axis_2 = prepared[1];
@@ -7637,7 +7973,7 @@ static void NAME(rotor_from_axis_angle_start_angle)(char **args, const intptr_t 
     (void)strides;
     REAL x1[1];
     NAME(load_scalar)(x1, args[1]);
-    NAME(rotor_from_axis_angle_prepare_angle)(x1[0], prepared);
+    NAME(rotor_from_axis_angle_prepare_angle)(x1[0], prepared, NULL);
 }
 
 WIDE static void NAME(rotor_from_axis_angle_block_axis)(intptr_t n, char **args, const intptr_t *strides)
@@ -7647,13 +7983,24 @@ WIDE static void NAME(rotor_from_axis_angle_block_axis)(intptr_t n, char **args,
     const REAL *prepared = (const REAL *)args[0];
     char *a1 = args[1];
     char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < n; ++i) {
-        REAL x1[1];
-        REAL x2[4];
-        NAME(load_scalar)(x1, a1 + i * w);
-        NAME(rotor_from_axis_angle_apply_axis)(prepared, x1[0], x2);
-        NAME(store_4)(a2 + i * w, c2a, x2);
+    for (intptr_t first = 0; first < n; first += CHUNK) {
+        const intptr_t last = first + CHUNK < n ? first + CHUNK : PADDED(n);
+        WORD far = 0;
+        ANY_ORDER
+        for (intptr_t i = first; i < last; ++i) {
+            REAL x1[1];
+            REAL x2[4];
+            NAME(load_scalar)(x1, a1 + i * w);
+            NAME(rotor_from_axis_angle_apply_axis)(prepared, x1[0], x2, &far);
+            NAME(store_4)(a2 + i * w, c2a, x2);
+        }
+        for (intptr_t i = first; far && i < last; ++i) {
+            REAL x1[1];
+            REAL x2[4];
+            NAME(load_scalar)(x1, a1 + i * w);
+            NAME(rotor_from_axis_angle_apply_axis)(prepared, x1[0], x2, NULL);
+            NAME(store_4)(a2 + i * w, c2a, x2);
+        }
     }
 }
 
@@ -7672,15 +8019,28 @@ WIDE static void NAME(rotor_from_axis_angle_block)(intptr_t n, char **args, cons
     char *a0 = args[0];
     char *a1 = args[1];
     char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < n; ++i) {
-        REAL x0[3];
-        REAL x1[1];
-        REAL x2[4];
-        NAME(load_3)(x0, a0 + i * w, c0a);
-        NAME(load_scalar)(x1, a1 + i * w);
-        NAME(rotor_from_axis_angle)(x0, x1[0], x2);
-        NAME(store_4)(a2 + i * w, c2a, x2);
+    for (intptr_t first = 0; first < n; first += CHUNK) {
+        const intptr_t last = first + CHUNK < n ? first + CHUNK : PADDED(n);
+        WORD far = 0;
+        ANY_ORDER
+        for (intptr_t i = first; i < last; ++i) {
+            REAL x0[3];
+            REAL x1[1];
+            REAL x2[4];
+            NAME(load_3)(x0, a0 + i * w, c0a);
+            NAME(load_scalar)(x1, a1 + i * w);
+            NAME(rotor_from_axis_angle_within)(x0, x1[0], x2, &far);
+            NAME(store_4)(a2 + i * w, c2a, x2);
+        }
+        for (intptr_t i = first; far && i < last; ++i) {
+            REAL x0[3];
+            REAL x1[1];
+            REAL x2[4];
+            NAME(load_3)(x0, a0 + i * w, c0a);
+            NAME(load_scalar)(x1, a1 + i * w);
+            NAME(rotor_from_axis_angle)(x0, x1[0], x2);
+            NAME(store_4)(a2 + i * w, c2a, x2);
+        }
     }
 }
 
@@ -7690,11 +8050,11 @@ void NAME(rotor_from_axis_angle_loop)(char **args, const intptr_t *dimensions, c
     static const struct form forms[] = {{2, 2, NAME(rotor_from_axis_angle_start_angle),
         NAME(rotor_from_axis_angle_block_angle), NAME(rotor_from_axis_angle_dense_angle)}, {1, 2,
         NAME(rotor_from_axis_angle_start_axis), NAME(rotor_from_axis_angle_block_axis), NULL}};
-    static const struct kernel kernel = {NAME(rotor_from_axis_angle_block), NULL, 2, 3, 2, parts, forms};
+    static const struct kernel kernel = {NAME(rotor_from_axis_angle_block), NULL, 2, 3, 2, 1, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
-INLINE void NAME(rotor_from_rotation_vector)(const REAL *v, REAL *out)
+static INLINE void NAME(rotor_from_rotation_vector_within)(const REAL *v, REAL *out, WORD *far)
 {
     const REAL v_0 = v[0];
     const REAL v_1 = v[1];
@@ -7725,26 +8085,42 @@ INLINE void NAME(rotor_from_rotation_vector)(const REAL *v, REAL *out)
     out[3] = t19;
 }
 
+INLINE void NAME(rotor_from_rotation_vector)(const REAL *v, REAL *out)
+{
+    NAME(rotor_from_rotation_vector_within)(v, out, NULL);
+}
+
 WIDE static void NAME(rotor_from_rotation_vector_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c0a = strides[0], c1a = strides[1];
     char *a0 = args[0];
     char *a1 = args[1];
-    ANY_ORDER
-    for (intptr_t i = 0; i < n; ++i) {
-        REAL x0[3];
-        REAL x1[4];
-        NAME(load_3)(x0, a0 + i * w, c0a);
-        NAME(rotor_from_rotation_vector)(x0, x1);
-        NAME(store_4)(a1 + i * w, c1a, x1);
+    for (intptr_t first = 0; first < n; first += CHUNK) {
+        const intptr_t last = first + CHUNK < n ? first + CHUNK : PADDED(n);
+        WORD far = 0;
+        ANY_ORDER
+        for (intptr_t i = first; i < last; ++i) {
+            REAL x0[3];
+            REAL x1[4];
+            NAME(load_3)(x0, a0 + i * w, c0a);
+            NAME(rotor_from_rotation_vector_within)(x0, x1, &far);
+            NAME(store_4)(a1 + i * w, c1a, x1);
+        }
+        for (intptr_t i = first; far && i < last; ++i) {
+            REAL x0[3];
+            REAL x1[4];
+            NAME(load_3)(x0, a0 + i * w, c0a);
+            NAME(rotor_from_rotation_vector)(x0, x1);
+            NAME(store_4)(a1 + i * w, c1a, x1);
+        }
     }
 }
 
 void NAME(rotor_from_rotation_vector_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {4, 1, 1, {4}}};
-    static const struct kernel kernel = {NAME(rotor_from_rotation_vector_block), NULL, 1, 2, 0, parts, NULL};
+    static const struct kernel kernel = {NAME(rotor_from_rotation_vector_block), NULL, 1, 2, 0, 1, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -7800,11 +8176,11 @@ void NAME(translator_from_vector_loop)(char **args, const intptr_t *dimensions, 
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {3, 1, 1, {3}}};
     static const struct kernel kernel = {NAME(translator_from_vector_block), NAME(translator_from_vector_dense), 1,
-        2, 0, parts, NULL};
+        2, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
-INLINE void NAME(motor_from_line)(const REAL *line, REAL angle, REAL *out)
+static INLINE void NAME(motor_from_line_within)(const REAL *line, REAL angle, REAL *out, WORD *far)
 {
     const REAL line_e12 = line[0];
     const REAL line_e13 = line[1];
@@ -7837,7 +8213,12 @@ INLINE void NAME(motor_from_line)(const REAL *line, REAL angle, REAL *out)
     out[7] = (REAL)0;
 }
 
-static INLINE void NAME(motor_from_line_prepare_angle)(REAL angle, REAL *prepared)
+INLINE void NAME(motor_from_line)(const REAL *line, REAL angle, REAL *out)
+{
+    NAME(motor_from_line_within)(line, angle, out, NULL);
+}
+
+static INLINE void NAME(motor_from_line_prepare_angle)(REAL angle, REAL *prepared, WORD *far)
 {
     const REAL t0 = angle * (REAL)0.5;
     const REAL t1 = COS(t0);
@@ -7900,7 +8281,7 @@ static void NAME(motor_from_line_start_angle)(char **args, const intptr_t *strid
     (void)strides;
     REAL x1[1];
     NAME(load_scalar)(x1, args[1]);
-    NAME(motor_from_line_prepare_angle)(x1[0], prepared);
+    NAME(motor_from_line_prepare_angle)(x1[0], prepared, NULL);
 }
 
 WIDE static void NAME(motor_from_line_block)(intptr_t n, char **args, const intptr_t *strides)
@@ -7910,15 +8291,28 @@ WIDE static void NAME(motor_from_line_block)(intptr_t n, char **args, const intp
     char *a0 = args[0];
     char *a1 = args[1];
     char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < n; ++i) {
-        REAL x0[6];
-        REAL x1[1];
-        REAL x2[8];
-        NAME(load_6)(x0, a0 + i * w, c0a);
-        NAME(load_scalar)(x1, a1 + i * w);
-        NAME(motor_from_line)(x0, x1[0], x2);
-        NAME(store_8)(a2 + i * w, c2a, x2);
+    for (intptr_t first = 0; first < n; first += CHUNK) {
+        const intptr_t last = first + CHUNK < n ? first + CHUNK : PADDED(n);
+        WORD far = 0;
+        ANY_ORDER
+        for (intptr_t i = first; i < last; ++i) {
+            REAL x0[6];
+            REAL x1[1];
+            REAL x2[8];
+            NAME(load_6)(x0, a0 + i * w, c0a);
+            NAME(load_scalar)(x1, a1 + i * w);
+            NAME(motor_from_line_within)(x0, x1[0], x2, &far);
+            NAME(store_8)(a2 + i * w, c2a, x2);
+        }
+        for (intptr_t i = first; far && i < last; ++i) {
+            REAL x0[6];
+            REAL x1[1];
+            REAL x2[8];
+            NAME(load_6)(x0, a0 + i * w, c0a);
+            NAME(load_scalar)(x1, a1 + i * w);
+            NAME(motor_from_line)(x0, x1[0], x2);
+            NAME(store_8)(a2 + i * w, c2a, x2);
+        }
     }
 }
 
@@ -7927,11 +8321,11 @@ void NAME(motor_from_line_loop)(char **args, const intptr_t *dimensions, const i
     static const struct part parts[] = {{6, 1, 0, {6}}, {1, 0, 1, {0}}, {8, 1, 1, {8}}};
     static const struct form forms[] = {{2, 2, NAME(motor_from_line_start_angle), NAME(motor_from_line_block_angle),
         NULL}};
-    static const struct kernel kernel = {NAME(motor_from_line_block), NULL, 2, 3, 1, parts, forms};
+    static const struct kernel kernel = {NAME(motor_from_line_block), NULL, 2, 3, 1, 1, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
-INLINE void NAME(motor_from_screw)(const REAL *line, REAL angle, REAL distance, REAL *out)
+static INLINE void NAME(motor_from_screw_within)(const REAL *line, REAL angle, REAL distance, REAL *out, WORD *far)
 {
     const REAL line_e12 = line[0];
     const REAL line_e13 = line[1];
@@ -7991,7 +8385,13 @@ INLINE void NAME(motor_from_screw)(const REAL *line, REAL angle, REAL distance, 
     out[7] = t41;
 }
 
-static INLINE void NAME(motor_from_screw_prepare_line_angle)(const REAL *line, REAL angle, REAL *prepared)
+INLINE void NAME(motor_from_screw)(const REAL *line, REAL angle, REAL distance, REAL *out)
+{
+    NAME(motor_from_screw_within)(line, angle, distance, out, NULL);
+}
+
+static INLINE void NAME(motor_from_screw_prepare_line_angle)(const REAL *line, REAL angle, REAL *prepared, WORD
+    *far)
 {
     const REAL line_e12 = line[0];
     const REAL line_e13 = line[1];
@@ -8067,7 +8467,8 @@ static INLINE void NAME(motor_from_screw_apply_line_angle)(const REAL *prepared,
     out[7] = t31;
 }
 
-static INLINE void NAME(motor_from_screw_prepare_angle_distance)(REAL angle, REAL distance, REAL *prepared)
+static INLINE void NAME(motor_from_screw_prepare_angle_distance)(REAL angle, REAL distance, REAL *prepared, WORD
+    *far)
 {
     const REAL t0 = angle * (REAL)0.5;
     const REAL t1 = COS(t0);
@@ -8120,7 +8521,7 @@ static INLINE void NAME(motor_from_screw_apply_angle_distance)(const REAL *prepa
     out[7] = t22;
 }
 
-static INLINE void NAME(motor_from_screw_prepare_angle)(REAL angle, REAL *prepared)
+static INLINE void NAME(motor_from_screw_prepare_angle)(REAL angle, REAL *prepared, WORD *far)
 {
     const REAL t0 = angle * (REAL)0.5;
     const REAL t1 = COS(t0);
@@ -8211,7 +8612,7 @@ static void NAME(motor_from_screw_start_line_angle)(char **args, const intptr_t 
     NAME(load_6)(x0, args[0], c0a);
     REAL x1[1];
     NAME(load_scalar)(x1, args[1]);
-    NAME(motor_from_screw_prepare_line_angle)(x0, x1[0], prepared);
+    NAME(motor_from_screw_prepare_line_angle)(x0, x1[0], prepared, NULL);
 }
 
 WIDE static void NAME(motor_from_screw_block_angle_distance)(intptr_t n, char **args, const intptr_t *strides)
@@ -8238,7 +8639,7 @@ static void NAME(motor_from_screw_start_angle_distance)(char **args, const intpt
     NAME(load_scalar)(x1, args[1]);
     REAL x2[1];
     NAME(load_scalar)(x2, args[2]);
-    NAME(motor_from_screw_prepare_angle_distance)(x1[0], x2[0], prepared);
+    NAME(motor_from_screw_prepare_angle_distance)(x1[0], x2[0], prepared, NULL);
 }
 
 WIDE static void NAME(motor_from_screw_block_angle)(intptr_t n, char **args, const intptr_t *strides)
@@ -8266,7 +8667,7 @@ static void NAME(motor_from_screw_start_angle)(char **args, const intptr_t *stri
     (void)strides;
     REAL x1[1];
     NAME(load_scalar)(x1, args[1]);
-    NAME(motor_from_screw_prepare_angle)(x1[0], prepared);
+    NAME(motor_from_screw_prepare_angle)(x1[0], prepared, NULL);
 }
 
 WIDE static void NAME(motor_from_screw_block)(intptr_t n, char **args, const intptr_t *strides)
@@ -8277,17 +8678,32 @@ WIDE static void NAME(motor_from_screw_block)(intptr_t n, char **args, const int
     char *a1 = args[1];
     char *a2 = args[2];
     char *a3 = args[3];
-    ANY_ORDER
-    for (intptr_t i = 0; i < n; ++i) {
-        REAL x0[6];
-        REAL x1[1];
-        REAL x2[1];
-        REAL x3[8];
-        NAME(load_6)(x0, a0 + i * w, c0a);
-        NAME(load_scalar)(x1, a1 + i * w);
-        NAME(load_scalar)(x2, a2 + i * w);
-        NAME(motor_from_screw)(x0, x1[0], x2[0], x3);
-        NAME(store_8)(a3 + i * w, c3a, x3);
+    for (intptr_t first = 0; first < n; first += CHUNK) {
+        const intptr_t last = first + CHUNK < n ? first + CHUNK : PADDED(n);
+        WORD far = 0;
+        ANY_ORDER
+        for (intptr_t i = first; i < last; ++i) {
+            REAL x0[6];
+            REAL x1[1];
+            REAL x2[1];
+            REAL x3[8];
+            NAME(load_6)(x0, a0 + i * w, c0a);
+            NAME(load_scalar)(x1, a1 + i * w);
+            NAME(load_scalar)(x2, a2 + i * w);
+            NAME(motor_from_screw_within)(x0, x1[0], x2[0], x3, &far);
+            NAME(store_8)(a3 + i * w, c3a, x3);
+        }
+        for (intptr_t i = first; far && i < last; ++i) {
+            REAL x0[6];
+            REAL x1[1];
+            REAL x2[1];
+            REAL x3[8];
+            NAME(load_6)(x0, a0 + i * w, c0a);
+            NAME(load_scalar)(x1, a1 + i * w);
+            NAME(load_scalar)(x2, a2 + i * w);
+            NAME(motor_from_screw)(x0, x1[0], x2[0], x3);
+            NAME(store_8)(a3 + i * w, c3a, x3);
+        }
     }
 }
 
@@ -8298,7 +8714,7 @@ void NAME(motor_from_screw_loop)(char **args, const intptr_t *dimensions, const 
         NAME(motor_from_screw_block_line_angle), NAME(motor_from_screw_dense_line_angle)}, {6, 1,
         NAME(motor_from_screw_start_angle_distance), NAME(motor_from_screw_block_angle_distance), NULL}, {2, 1,
         NAME(motor_from_screw_start_angle), NAME(motor_from_screw_block_angle), NULL}};
-    static const struct kernel kernel = {NAME(motor_from_screw_block), NULL, 3, 4, 3, parts, forms};
+    static const struct kernel kernel = {NAME(motor_from_screw_block), NULL, 3, 4, 3, 1, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -8388,7 +8804,7 @@ void NAME(motor_from_rotor_translation_loop)(char **args, const intptr_t *dimens
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {3, 1, 1, {3}}, {8, 1, 2, {8}}};
     static const struct kernel kernel = {NAME(motor_from_rotor_translation_block),
-        NAME(motor_from_rotor_translation_dense), 2, 3, 0, parts, NULL};
+        NAME(motor_from_rotor_translation_dense), 2, 3, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -8479,7 +8895,7 @@ void NAME(motor_to_rotor_translation_loop)(char **args, const intptr_t *dimensio
 {
     static const struct part parts[] = {{8, 1, 0, {8}}, {4, 1, 1, {4}}, {3, 1, 2, {3}}};
     static const struct kernel kernel = {NAME(motor_to_rotor_translation_block),
-        NAME(motor_to_rotor_translation_dense), 1, 3, 0, parts, NULL};
+        NAME(motor_to_rotor_translation_dense), 1, 3, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -8533,7 +8949,7 @@ void NAME(rotor_from_quaternion_loop)(char **args, const intptr_t *dimensions, c
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {4, 1, 1, {4}}};
     static const struct kernel kernel = {NAME(rotor_from_quaternion_block), NAME(rotor_from_quaternion_dense), 1, 2,
-        0, parts, NULL};
+        0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -8587,7 +9003,7 @@ void NAME(rotor_to_quaternion_loop)(char **args, const intptr_t *dimensions, con
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {4, 1, 1, {4}}};
     static const struct kernel kernel = {NAME(rotor_to_quaternion_block), NAME(rotor_to_quaternion_dense), 1, 2, 0,
-        parts, NULL};
+        0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -8653,7 +9069,7 @@ void NAME(motor_from_dual_quaternion_loop)(char **args, const intptr_t *dimensio
 {
     static const struct part parts[] = {{8, 1, 0, {8}}, {8, 1, 1, {8}}};
     static const struct kernel kernel = {NAME(motor_from_dual_quaternion_block),
-        NAME(motor_from_dual_quaternion_dense), 1, 2, 0, parts, NULL};
+        NAME(motor_from_dual_quaternion_dense), 1, 2, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -8719,7 +9135,7 @@ void NAME(motor_to_dual_quaternion_loop)(char **args, const intptr_t *dimensions
 {
     static const struct part parts[] = {{8, 1, 0, {8}}, {8, 1, 1, {8}}};
     static const struct kernel kernel = {NAME(motor_to_dual_quaternion_block), NAME(motor_to_dual_quaternion_dense),
-        1, 2, 0, parts, NULL};
+        1, 2, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -8821,7 +9237,7 @@ WIDE static void NAME(motor_to_matrix_block)(intptr_t n, char **args, const intp
 void NAME(motor_to_matrix_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{8, 1, 0, {8}}, {16, 2, 1, {4, 4}}};
-    static const struct kernel kernel = {NAME(motor_to_matrix_block), NULL, 1, 2, 0, parts, NULL};
+    static const struct kernel kernel = {NAME(motor_to_matrix_block), NULL, 1, 2, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -8889,7 +9305,7 @@ WIDE static void NAME(rotor_to_matrix_block)(intptr_t n, char **args, const intp
 void NAME(rotor_to_matrix_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {9, 2, 1, {3, 3}}};
-    static const struct kernel kernel = {NAME(rotor_to_matrix_block), NULL, 1, 2, 0, parts, NULL};
+    static const struct kernel kernel = {NAME(rotor_to_matrix_block), NULL, 1, 2, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -9007,7 +9423,7 @@ WIDE static void NAME(motor_from_matrix_block)(intptr_t n, char **args, const in
 void NAME(motor_from_matrix_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{16, 2, 0, {4, 4}}, {8, 1, 2, {8}}};
-    static const struct kernel kernel = {NAME(motor_from_matrix_block), NULL, 1, 2, 0, parts, NULL};
+    static const struct kernel kernel = {NAME(motor_from_matrix_block), NULL, 1, 2, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -9095,11 +9511,12 @@ WIDE static void NAME(rotor_from_matrix_block)(intptr_t n, char **args, const in
 void NAME(rotor_from_matrix_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{9, 2, 0, {3, 3}}, {4, 1, 2, {4}}};
-    static const struct kernel kernel = {NAME(rotor_from_matrix_block), NULL, 1, 2, 0, parts, NULL};
+    static const struct kernel kernel = {NAME(rotor_from_matrix_block), NULL, 1, 2, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
-INLINE void NAME(motor_from_denavit_hartenberg)(REAL theta, REAL d, REAL a, REAL alpha, REAL *out)
+static INLINE void NAME(motor_from_denavit_hartenberg_within)(REAL theta, REAL d, REAL a, REAL alpha, REAL *out,
+    WORD *far)
 {
     const REAL t0 = alpha * (REAL)0.5;
     const REAL t1 = COS(t0);
@@ -9140,8 +9557,13 @@ INLINE void NAME(motor_from_denavit_hartenberg)(REAL theta, REAL d, REAL a, REAL
     out[7] = t28;
 }
 
+INLINE void NAME(motor_from_denavit_hartenberg)(REAL theta, REAL d, REAL a, REAL alpha, REAL *out)
+{
+    NAME(motor_from_denavit_hartenberg_within)(theta, d, a, alpha, out, NULL);
+}
+
 static INLINE void NAME(motor_from_denavit_hartenberg_prepare_theta_d_alpha)(REAL theta, REAL d, REAL alpha, REAL
-    *prepared)
+    *prepared, WORD *far)
 {
     const REAL t0 = alpha * (REAL)0.5;
     const REAL t1 = COS(t0);
@@ -9215,7 +9637,7 @@ static INLINE void NAME(motor_from_denavit_hartenberg_apply_theta_d_alpha)(const
 }
 
 static INLINE void NAME(motor_from_denavit_hartenberg_prepare_theta_a_alpha)(REAL theta, REAL a, REAL alpha, REAL
-    *prepared)
+    *prepared, WORD *far)
 {
     const REAL t0 = alpha * (REAL)0.5;
     const REAL t1 = COS(t0);
@@ -9288,7 +9710,8 @@ static INLINE void NAME(motor_from_denavit_hartenberg_apply_theta_a_alpha)(const
     out[7] = t32;
 }
 
-static INLINE void NAME(motor_from_denavit_hartenberg_prepare_theta_d_a)(REAL theta, REAL d, REAL a, REAL *prepared)
+static INLINE void NAME(motor_from_denavit_hartenberg_prepare_theta_d_a)(REAL theta, REAL d, REAL a, REAL *prepared,
+    WORD *far)
 {
     const REAL t2 = theta * (REAL)0.5;
     const REAL t3 = COS(t2);
@@ -9299,7 +9722,8 @@ static INLINE void NAME(motor_from_denavit_hartenberg_prepare_theta_d_a)(REAL th
     prepared[3] = a;
 }
 
-static INLINE void NAME(motor_from_denavit_hartenberg_apply_theta_d_a)(const REAL *prepared, REAL alpha, REAL *out)
+static INLINE void NAME(motor_from_denavit_hartenberg_apply_theta_d_a)(const REAL *prepared, REAL alpha, REAL *out,
+    WORD *far)
 {
     const REAL t3 = prepared[0];
     const REAL t5 = prepared[1];
@@ -9341,7 +9765,8 @@ static INLINE void NAME(motor_from_denavit_hartenberg_apply_theta_d_a)(const REA
     out[7] = t28;
 }
 
-static INLINE void NAME(motor_from_denavit_hartenberg_prepare_d_a_alpha)(REAL d, REAL a, REAL alpha, REAL *prepared)
+static INLINE void NAME(motor_from_denavit_hartenberg_prepare_d_a_alpha)(REAL d, REAL a, REAL alpha, REAL *prepared,
+    WORD *far)
 {
     const REAL t0 = alpha * (REAL)0.5;
     const REAL t1 = COS(t0);
@@ -9352,7 +9777,8 @@ static INLINE void NAME(motor_from_denavit_hartenberg_prepare_d_a_alpha)(REAL d,
     prepared[3] = a;
 }
 
-static INLINE void NAME(motor_from_denavit_hartenberg_apply_d_a_alpha)(const REAL *prepared, REAL theta, REAL *out)
+static INLINE void NAME(motor_from_denavit_hartenberg_apply_d_a_alpha)(const REAL *prepared, REAL theta, REAL *out,
+    WORD *far)
 {
     const REAL t1 = prepared[0];
     const REAL t8 = prepared[1];
@@ -9440,7 +9866,7 @@ static void NAME(motor_from_denavit_hartenberg_start_theta_d_alpha)(char **args,
     NAME(load_scalar)(x1, args[1]);
     REAL x3[1];
     NAME(load_scalar)(x3, args[3]);
-    NAME(motor_from_denavit_hartenberg_prepare_theta_d_alpha)(x0[0], x1[0], x3[0], prepared);
+    NAME(motor_from_denavit_hartenberg_prepare_theta_d_alpha)(x0[0], x1[0], x3[0], prepared, NULL);
 }
 
 WIDE static void NAME(motor_from_denavit_hartenberg_block_theta_a_alpha)(intptr_t n, char **args, const intptr_t
@@ -9489,7 +9915,7 @@ static void NAME(motor_from_denavit_hartenberg_start_theta_a_alpha)(char **args,
     NAME(load_scalar)(x2, args[2]);
     REAL x3[1];
     NAME(load_scalar)(x3, args[3]);
-    NAME(motor_from_denavit_hartenberg_prepare_theta_a_alpha)(x0[0], x2[0], x3[0], prepared);
+    NAME(motor_from_denavit_hartenberg_prepare_theta_a_alpha)(x0[0], x2[0], x3[0], prepared, NULL);
 }
 
 WIDE static void NAME(motor_from_denavit_hartenberg_block_theta_d_a)(intptr_t n, char **args, const intptr_t
@@ -9500,13 +9926,24 @@ WIDE static void NAME(motor_from_denavit_hartenberg_block_theta_d_a)(intptr_t n,
     const REAL *prepared = (const REAL *)args[0];
     char *a3 = args[3];
     char *a4 = args[4];
-    ANY_ORDER
-    for (intptr_t i = 0; i < n; ++i) {
-        REAL x3[1];
-        REAL x4[8];
-        NAME(load_scalar)(x3, a3 + i * w);
-        NAME(motor_from_denavit_hartenberg_apply_theta_d_a)(prepared, x3[0], x4);
-        NAME(store_8)(a4 + i * w, c4a, x4);
+    for (intptr_t first = 0; first < n; first += CHUNK) {
+        const intptr_t last = first + CHUNK < n ? first + CHUNK : PADDED(n);
+        WORD far = 0;
+        ANY_ORDER
+        for (intptr_t i = first; i < last; ++i) {
+            REAL x3[1];
+            REAL x4[8];
+            NAME(load_scalar)(x3, a3 + i * w);
+            NAME(motor_from_denavit_hartenberg_apply_theta_d_a)(prepared, x3[0], x4, &far);
+            NAME(store_8)(a4 + i * w, c4a, x4);
+        }
+        for (intptr_t i = first; far && i < last; ++i) {
+            REAL x3[1];
+            REAL x4[8];
+            NAME(load_scalar)(x3, a3 + i * w);
+            NAME(motor_from_denavit_hartenberg_apply_theta_d_a)(prepared, x3[0], x4, NULL);
+            NAME(store_8)(a4 + i * w, c4a, x4);
+        }
     }
 }
 
@@ -9520,7 +9957,7 @@ static void NAME(motor_from_denavit_hartenberg_start_theta_d_a)(char **args, con
     NAME(load_scalar)(x1, args[1]);
     REAL x2[1];
     NAME(load_scalar)(x2, args[2]);
-    NAME(motor_from_denavit_hartenberg_prepare_theta_d_a)(x0[0], x1[0], x2[0], prepared);
+    NAME(motor_from_denavit_hartenberg_prepare_theta_d_a)(x0[0], x1[0], x2[0], prepared, NULL);
 }
 
 WIDE static void NAME(motor_from_denavit_hartenberg_block_d_a_alpha)(intptr_t n, char **args, const intptr_t
@@ -9531,13 +9968,24 @@ WIDE static void NAME(motor_from_denavit_hartenberg_block_d_a_alpha)(intptr_t n,
     const REAL *prepared = (const REAL *)args[1];
     char *a0 = args[0];
     char *a4 = args[4];
-    ANY_ORDER
-    for (intptr_t i = 0; i < n; ++i) {
-        REAL x0[1];
-        REAL x4[8];
-        NAME(load_scalar)(x0, a0 + i * w);
-        NAME(motor_from_denavit_hartenberg_apply_d_a_alpha)(prepared, x0[0], x4);
-        NAME(store_8)(a4 + i * w, c4a, x4);
+    for (intptr_t first = 0; first < n; first += CHUNK) {
+        const intptr_t last = first + CHUNK < n ? first + CHUNK : PADDED(n);
+        WORD far = 0;
+        ANY_ORDER
+        for (intptr_t i = first; i < last; ++i) {
+            REAL x0[1];
+            REAL x4[8];
+            NAME(load_scalar)(x0, a0 + i * w);
+            NAME(motor_from_denavit_hartenberg_apply_d_a_alpha)(prepared, x0[0], x4, &far);
+            NAME(store_8)(a4 + i * w, c4a, x4);
+        }
+        for (intptr_t i = first; far && i < last; ++i) {
+            REAL x0[1];
+            REAL x4[8];
+            NAME(load_scalar)(x0, a0 + i * w);
+            NAME(motor_from_denavit_hartenberg_apply_d_a_alpha)(prepared, x0[0], x4, NULL);
+            NAME(store_8)(a4 + i * w, c4a, x4);
+        }
     }
 }
 
@@ -9551,7 +9999,7 @@ static void NAME(motor_from_denavit_hartenberg_start_d_a_alpha)(char **args, con
     NAME(load_scalar)(x2, args[2]);
     REAL x3[1];
     NAME(load_scalar)(x3, args[3]);
-    NAME(motor_from_denavit_hartenberg_prepare_d_a_alpha)(x1[0], x2[0], x3[0], prepared);
+    NAME(motor_from_denavit_hartenberg_prepare_d_a_alpha)(x1[0], x2[0], x3[0], prepared, NULL);
 }
 
 WIDE static void NAME(motor_from_denavit_hartenberg_block)(intptr_t n, char **args, const intptr_t *strides)
@@ -9563,19 +10011,36 @@ WIDE static void NAME(motor_from_denavit_hartenberg_block)(intptr_t n, char **ar
     char *a2 = args[2];
     char *a3 = args[3];
     char *a4 = args[4];
-    ANY_ORDER
-    for (intptr_t i = 0; i < n; ++i) {
-        REAL x0[1];
-        REAL x1[1];
-        REAL x2[1];
-        REAL x3[1];
-        REAL x4[8];
-        NAME(load_scalar)(x0, a0 + i * w);
-        NAME(load_scalar)(x1, a1 + i * w);
-        NAME(load_scalar)(x2, a2 + i * w);
-        NAME(load_scalar)(x3, a3 + i * w);
-        NAME(motor_from_denavit_hartenberg)(x0[0], x1[0], x2[0], x3[0], x4);
-        NAME(store_8)(a4 + i * w, c4a, x4);
+    for (intptr_t first = 0; first < n; first += CHUNK) {
+        const intptr_t last = first + CHUNK < n ? first + CHUNK : PADDED(n);
+        WORD far = 0;
+        ANY_ORDER
+        for (intptr_t i = first; i < last; ++i) {
+            REAL x0[1];
+            REAL x1[1];
+            REAL x2[1];
+            REAL x3[1];
+            REAL x4[8];
+            NAME(load_scalar)(x0, a0 + i * w);
+            NAME(load_scalar)(x1, a1 + i * w);
+            NAME(load_scalar)(x2, a2 + i * w);
+            NAME(load_scalar)(x3, a3 + i * w);
+            NAME(motor_from_denavit_hartenberg_within)(x0[0], x1[0], x2[0], x3[0], x4, &far);
+            NAME(store_8)(a4 + i * w, c4a, x4);
+        }
+        for (intptr_t i = first; far && i < last; ++i) {
+            REAL x0[1];
+            REAL x1[1];
+            REAL x2[1];
+            REAL x3[1];
+            REAL x4[8];
+            NAME(load_scalar)(x0, a0 + i * w);
+            NAME(load_scalar)(x1, a1 + i * w);
+            NAME(load_scalar)(x2, a2 + i * w);
+            NAME(load_scalar)(x3, a3 + i * w);
+            NAME(motor_from_denavit_hartenberg)(x0[0], x1[0], x2[0], x3[0], x4);
+            NAME(store_8)(a4 + i * w, c4a, x4);
+        }
     }
 }
 
@@ -9592,11 +10057,12 @@ void NAME(motor_from_denavit_hartenberg_loop)(char **args, const intptr_t *dimen
         NAME(motor_from_denavit_hartenberg_start_theta_d_a), NAME(motor_from_denavit_hartenberg_block_theta_d_a),
         NULL}, {14, 2, NAME(motor_from_denavit_hartenberg_start_d_a_alpha),
         NAME(motor_from_denavit_hartenberg_block_d_a_alpha), NULL}};
-    static const struct kernel kernel = {NAME(motor_from_denavit_hartenberg_block), NULL, 4, 5, 4, parts, forms};
+    static const struct kernel kernel = {NAME(motor_from_denavit_hartenberg_block), NULL, 4, 5, 4, 1, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
-INLINE void NAME(motor_from_modified_denavit_hartenberg)(REAL theta, REAL d, REAL a, REAL alpha, REAL *out)
+static INLINE void NAME(motor_from_modified_denavit_hartenberg_within)(REAL theta, REAL d, REAL a, REAL alpha, REAL
+    *out, WORD *far)
 {
     const REAL t0 = theta * (REAL)0.5;
     const REAL t1 = COS(t0);
@@ -9637,8 +10103,13 @@ INLINE void NAME(motor_from_modified_denavit_hartenberg)(REAL theta, REAL d, REA
     out[7] = t28;
 }
 
+INLINE void NAME(motor_from_modified_denavit_hartenberg)(REAL theta, REAL d, REAL a, REAL alpha, REAL *out)
+{
+    NAME(motor_from_modified_denavit_hartenberg_within)(theta, d, a, alpha, out, NULL);
+}
+
 static INLINE void NAME(motor_from_modified_denavit_hartenberg_prepare_theta_d_alpha)(REAL theta, REAL d, REAL
-    alpha, REAL *prepared)
+    alpha, REAL *prepared, WORD *far)
 {
     const REAL t0 = theta * (REAL)0.5;
     const REAL t1 = COS(t0);
@@ -9713,7 +10184,7 @@ static INLINE void NAME(motor_from_modified_denavit_hartenberg_apply_theta_d_alp
 }
 
 static INLINE void NAME(motor_from_modified_denavit_hartenberg_prepare_theta_a_alpha)(REAL theta, REAL a, REAL
-    alpha, REAL *prepared)
+    alpha, REAL *prepared, WORD *far)
 {
     const REAL t0 = theta * (REAL)0.5;
     const REAL t1 = COS(t0);
@@ -9788,7 +10259,7 @@ static INLINE void NAME(motor_from_modified_denavit_hartenberg_apply_theta_a_alp
 }
 
 static INLINE void NAME(motor_from_modified_denavit_hartenberg_prepare_theta_d_a)(REAL theta, REAL d, REAL a, REAL
-    *prepared)
+    *prepared, WORD *far)
 {
     const REAL t0 = theta * (REAL)0.5;
     const REAL t1 = COS(t0);
@@ -9800,7 +10271,7 @@ static INLINE void NAME(motor_from_modified_denavit_hartenberg_prepare_theta_d_a
 }
 
 static INLINE void NAME(motor_from_modified_denavit_hartenberg_apply_theta_d_a)(const REAL *prepared, REAL alpha,
-    REAL *out)
+    REAL *out, WORD *far)
 {
     const REAL t1 = prepared[0];
     const REAL t5 = prepared[1];
@@ -9843,7 +10314,7 @@ static INLINE void NAME(motor_from_modified_denavit_hartenberg_apply_theta_d_a)(
 }
 
 static INLINE void NAME(motor_from_modified_denavit_hartenberg_prepare_d_a_alpha)(REAL d, REAL a, REAL alpha, REAL
-    *prepared)
+    *prepared, WORD *far)
 {
     const REAL t2 = alpha * (REAL)0.5;
     const REAL t3 = COS(t2);
@@ -9855,7 +10326,7 @@ static INLINE void NAME(motor_from_modified_denavit_hartenberg_prepare_d_a_alpha
 }
 
 static INLINE void NAME(motor_from_modified_denavit_hartenberg_apply_d_a_alpha)(const REAL *prepared, REAL theta,
-    REAL *out)
+    REAL *out, WORD *far)
 {
     const REAL t3 = prepared[0];
     const REAL t8 = prepared[1];
@@ -9943,7 +10414,7 @@ static void NAME(motor_from_modified_denavit_hartenberg_start_theta_d_alpha)(cha
     NAME(load_scalar)(x1, args[1]);
     REAL x3[1];
     NAME(load_scalar)(x3, args[3]);
-    NAME(motor_from_modified_denavit_hartenberg_prepare_theta_d_alpha)(x0[0], x1[0], x3[0], prepared);
+    NAME(motor_from_modified_denavit_hartenberg_prepare_theta_d_alpha)(x0[0], x1[0], x3[0], prepared, NULL);
 }
 
 WIDE static void NAME(motor_from_modified_denavit_hartenberg_block_theta_a_alpha)(intptr_t n, char **args, const
@@ -9992,7 +10463,7 @@ static void NAME(motor_from_modified_denavit_hartenberg_start_theta_a_alpha)(cha
     NAME(load_scalar)(x2, args[2]);
     REAL x3[1];
     NAME(load_scalar)(x3, args[3]);
-    NAME(motor_from_modified_denavit_hartenberg_prepare_theta_a_alpha)(x0[0], x2[0], x3[0], prepared);
+    NAME(motor_from_modified_denavit_hartenberg_prepare_theta_a_alpha)(x0[0], x2[0], x3[0], prepared, NULL);
 }
 
 WIDE static void NAME(motor_from_modified_denavit_hartenberg_block_theta_d_a)(intptr_t n, char **args, const
@@ -10003,13 +10474,24 @@ WIDE static void NAME(motor_from_modified_denavit_hartenberg_block_theta_d_a)(in
     const REAL *prepared = (const REAL *)args[0];
     char *a3 = args[3];
     char *a4 = args[4];
-    ANY_ORDER
-    for (intptr_t i = 0; i < n; ++i) {
-        REAL x3[1];
-        REAL x4[8];
-        NAME(load_scalar)(x3, a3 + i * w);
-        NAME(motor_from_modified_denavit_hartenberg_apply_theta_d_a)(prepared, x3[0], x4);
-        NAME(store_8)(a4 + i * w, c4a, x4);
+    for (intptr_t first = 0; first < n; first += CHUNK) {
+        const intptr_t last = first + CHUNK < n ? first + CHUNK : PADDED(n);
+        WORD far = 0;
+        ANY_ORDER
+        for (intptr_t i = first; i < last; ++i) {
+            REAL x3[1];
+            REAL x4[8];
+            NAME(load_scalar)(x3, a3 + i * w);
+            NAME(motor_from_modified_denavit_hartenberg_apply_theta_d_a)(prepared, x3[0], x4, &far);
+            NAME(store_8)(a4 + i * w, c4a, x4);
+        }
+        for (intptr_t i = first; far && i < last; ++i) {
+            REAL x3[1];
+            REAL x4[8];
+            NAME(load_scalar)(x3, a3 + i * w);
+            NAME(motor_from_modified_denavit_hartenberg_apply_theta_d_a)(prepared, x3[0], x4, NULL);
+            NAME(store_8)(a4 + i * w, c4a, x4);
+        }
     }
 }
 
@@ -10023,7 +10505,7 @@ static void NAME(motor_from_modified_denavit_hartenberg_start_theta_d_a)(char **
     NAME(load_scalar)(x1, args[1]);
     REAL x2[1];
     NAME(load_scalar)(x2, args[2]);
-    NAME(motor_from_modified_denavit_hartenberg_prepare_theta_d_a)(x0[0], x1[0], x2[0], prepared);
+    NAME(motor_from_modified_denavit_hartenberg_prepare_theta_d_a)(x0[0], x1[0], x2[0], prepared, NULL);
 }
 
 WIDE static void NAME(motor_from_modified_denavit_hartenberg_block_d_a_alpha)(intptr_t n, char **args, const
@@ -10034,13 +10516,24 @@ WIDE static void NAME(motor_from_modified_denavit_hartenberg_block_d_a_alpha)(in
     const REAL *prepared = (const REAL *)args[1];
     char *a0 = args[0];
     char *a4 = args[4];
-    ANY_ORDER
-    for (intptr_t i = 0; i < n; ++i) {
-        REAL x0[1];
-        REAL x4[8];
-        NAME(load_scalar)(x0, a0 + i * w);
-        NAME(motor_from_modified_denavit_hartenberg_apply_d_a_alpha)(prepared, x0[0], x4);
-        NAME(store_8)(a4 + i * w, c4a, x4);
+    for (intptr_t first = 0; first < n; first += CHUNK) {
+        const intptr_t last = first + CHUNK < n ? first + CHUNK : PADDED(n);
+        WORD far = 0;
+        ANY_ORDER
+        for (intptr_t i = first; i < last; ++i) {
+            REAL x0[1];
+            REAL x4[8];
+            NAME(load_scalar)(x0, a0 + i * w);
+            NAME(motor_from_modified_denavit_hartenberg_apply_d_a_alpha)(prepared, x0[0], x4, &far);
+            NAME(store_8)(a4 + i * w, c4a, x4);
+        }
+        for (intptr_t i = first; far && i < last; ++i) {
+            REAL x0[1];
+            REAL x4[8];
+            NAME(load_scalar)(x0, a0 + i * w);
+            NAME(motor_from_modified_denavit_hartenberg_apply_d_a_alpha)(prepared, x0[0], x4, NULL);
+            NAME(store_8)(a4 + i * w, c4a, x4);
+        }
     }
 }
 
@@ -10054,7 +10547,7 @@ static void NAME(motor_from_modified_denavit_hartenberg_start_d_a_alpha)(char **
     NAME(load_scalar)(x2, args[2]);
     REAL x3[1];
     NAME(load_scalar)(x3, args[3]);
-    NAME(motor_from_modified_denavit_hartenberg_prepare_d_a_alpha)(x1[0], x2[0], x3[0], prepared);
+    NAME(motor_from_modified_denavit_hartenberg_prepare_d_a_alpha)(x1[0], x2[0], x3[0], prepared, NULL);
 }
 
 WIDE static void NAME(motor_from_modified_denavit_hartenberg_block)(intptr_t n, char **args, const intptr_t
@@ -10067,19 +10560,36 @@ WIDE static void NAME(motor_from_modified_denavit_hartenberg_block)(intptr_t n, 
     char *a2 = args[2];
     char *a3 = args[3];
     char *a4 = args[4];
-    ANY_ORDER
-    for (intptr_t i = 0; i < n; ++i) {
-        REAL x0[1];
-        REAL x1[1];
-        REAL x2[1];
-        REAL x3[1];
-        REAL x4[8];
-        NAME(load_scalar)(x0, a0 + i * w);
-        NAME(load_scalar)(x1, a1 + i * w);
-        NAME(load_scalar)(x2, a2 + i * w);
-        NAME(load_scalar)(x3, a3 + i * w);
-        NAME(motor_from_modified_denavit_hartenberg)(x0[0], x1[0], x2[0], x3[0], x4);
-        NAME(store_8)(a4 + i * w, c4a, x4);
+    for (intptr_t first = 0; first < n; first += CHUNK) {
+        const intptr_t last = first + CHUNK < n ? first + CHUNK : PADDED(n);
+        WORD far = 0;
+        ANY_ORDER
+        for (intptr_t i = first; i < last; ++i) {
+            REAL x0[1];
+            REAL x1[1];
+            REAL x2[1];
+            REAL x3[1];
+            REAL x4[8];
+            NAME(load_scalar)(x0, a0 + i * w);
+            NAME(load_scalar)(x1, a1 + i * w);
+            NAME(load_scalar)(x2, a2 + i * w);
+            NAME(load_scalar)(x3, a3 + i * w);
+            NAME(motor_from_modified_denavit_hartenberg_within)(x0[0], x1[0], x2[0], x3[0], x4, &far);
+            NAME(store_8)(a4 + i * w, c4a, x4);
+        }
+        for (intptr_t i = first; far && i < last; ++i) {
+            REAL x0[1];
+            REAL x1[1];
+            REAL x2[1];
+            REAL x3[1];
+            REAL x4[8];
+            NAME(load_scalar)(x0, a0 + i * w);
+            NAME(load_scalar)(x1, a1 + i * w);
+            NAME(load_scalar)(x2, a2 + i * w);
+            NAME(load_scalar)(x3, a3 + i * w);
+            NAME(motor_from_modified_denavit_hartenberg)(x0[0], x1[0], x2[0], x3[0], x4);
+            NAME(store_8)(a4 + i * w, c4a, x4);
+        }
     }
 }
 
@@ -10098,12 +10608,12 @@ void NAME(motor_from_modified_denavit_hartenberg_loop)(char **args, const intptr
         NAME(motor_from_modified_denavit_hartenberg_block_theta_d_a), NULL}, {14, 2,
         NAME(motor_from_modified_denavit_hartenberg_start_d_a_alpha),
         NAME(motor_from_modified_denavit_hartenberg_block_d_a_alpha), NULL}};
-    static const struct kernel kernel = {NAME(motor_from_modified_denavit_hartenberg_block), NULL, 4, 5, 4, parts,
-        forms};
+    static const struct kernel kernel = {NAME(motor_from_modified_denavit_hartenberg_block), NULL, 4, 5, 4, 1,
+        parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
-INLINE void NAME(motor_exponential)(const REAL *b, REAL *out)
+static INLINE void NAME(motor_exponential_within)(const REAL *b, REAL *out, WORD *far)
 {
     const REAL b_e12 = b[0];
     const REAL b_e13 = b[1];
@@ -10160,26 +10670,42 @@ INLINE void NAME(motor_exponential)(const REAL *b, REAL *out)
     out[7] = t38;
 }
 
+INLINE void NAME(motor_exponential)(const REAL *b, REAL *out)
+{
+    NAME(motor_exponential_within)(b, out, NULL);
+}
+
 WIDE static void NAME(motor_exponential_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c0a = strides[0], c1a = strides[1];
     char *a0 = args[0];
     char *a1 = args[1];
-    ANY_ORDER
-    for (intptr_t i = 0; i < n; ++i) {
-        REAL x0[6];
-        REAL x1[8];
-        NAME(load_6)(x0, a0 + i * w, c0a);
-        NAME(motor_exponential)(x0, x1);
-        NAME(store_8)(a1 + i * w, c1a, x1);
+    for (intptr_t first = 0; first < n; first += CHUNK) {
+        const intptr_t last = first + CHUNK < n ? first + CHUNK : PADDED(n);
+        WORD far = 0;
+        ANY_ORDER
+        for (intptr_t i = first; i < last; ++i) {
+            REAL x0[6];
+            REAL x1[8];
+            NAME(load_6)(x0, a0 + i * w, c0a);
+            NAME(motor_exponential_within)(x0, x1, &far);
+            NAME(store_8)(a1 + i * w, c1a, x1);
+        }
+        for (intptr_t i = first; far && i < last; ++i) {
+            REAL x0[6];
+            REAL x1[8];
+            NAME(load_6)(x0, a0 + i * w, c0a);
+            NAME(motor_exponential)(x0, x1);
+            NAME(store_8)(a1 + i * w, c1a, x1);
+        }
     }
 }
 
 void NAME(motor_exponential_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{6, 1, 0, {6}}, {8, 1, 1, {8}}};
-    static const struct kernel kernel = {NAME(motor_exponential_block), NULL, 1, 2, 0, parts, NULL};
+    static const struct kernel kernel = {NAME(motor_exponential_block), NULL, 1, 2, 0, 1, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -10238,7 +10764,7 @@ WIDE static void NAME(motor_logarithm_block)(intptr_t n, char **args, const intp
     char *a0 = args[0];
     char *a1 = args[1];
     ANY_ORDER
-    for (intptr_t i = 0; i < n; ++i) {
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
         REAL x0[8];
         REAL x1[6];
         NAME(load_8)(x0, a0 + i * w, c0a);
@@ -10250,7 +10776,7 @@ WIDE static void NAME(motor_logarithm_block)(intptr_t n, char **args, const intp
 void NAME(motor_logarithm_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{8, 1, 0, {8}}, {6, 1, 1, {6}}};
-    static const struct kernel kernel = {NAME(motor_logarithm_block), NULL, 1, 2, 0, parts, NULL};
+    static const struct kernel kernel = {NAME(motor_logarithm_block), NULL, 1, 2, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -10346,12 +10872,12 @@ WIDE static void NAME(motor_square_root_dense)(intptr_t n, char **args, const in
 void NAME(motor_square_root_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{8, 1, 0, {8}}, {8, 1, 1, {8}}};
-    static const struct kernel kernel = {NAME(motor_square_root_block), NAME(motor_square_root_dense), 1, 2, 0,
+    static const struct kernel kernel = {NAME(motor_square_root_block), NAME(motor_square_root_dense), 1, 2, 0, 0,
         parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
-INLINE void NAME(motor_power)(const REAL *m, REAL t, REAL *out)
+static INLINE void NAME(motor_power_within)(const REAL *m, REAL t, REAL *out, WORD *far)
 {
     const REAL m_1 = m[0];
     const REAL m_e12 = m[1];
@@ -10446,6 +10972,11 @@ INLINE void NAME(motor_power)(const REAL *m, REAL t, REAL *out)
     out[7] = t74;
 }
 
+INLINE void NAME(motor_power)(const REAL *m, REAL t, REAL *out)
+{
+    NAME(motor_power_within)(m, t, out, NULL);
+}
+
 static INLINE void NAME(motor_power_prepare_m)(const REAL *m, REAL *prepared)
 {
     const REAL m_1 = m[0];
@@ -10494,7 +11025,7 @@ static INLINE void NAME(motor_power_prepare_m)(const REAL *m, REAL *prepared)
     prepared[5] = t57;
 }
 
-static INLINE void NAME(motor_power_apply_m)(const REAL *prepared, REAL t, REAL *out)
+static INLINE void NAME(motor_power_apply_m)(const REAL *prepared, REAL t, REAL *out, WORD *far)
 {
     const REAL t12 = prepared[0];
     const REAL t15 = prepared[1];
@@ -10564,13 +11095,24 @@ WIDE static void NAME(motor_power_block_m)(intptr_t n, char **args, const intptr
     const REAL *prepared = (const REAL *)args[0];
     char *a1 = args[1];
     char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < n; ++i) {
-        REAL x1[1];
-        REAL x2[8];
-        NAME(load_scalar)(x1, a1 + i * w);
-        NAME(motor_power_apply_m)(prepared, x1[0], x2);
-        NAME(store_8)(a2 + i * w, c2a, x2);
+    for (intptr_t first = 0; first < n; first += CHUNK) {
+        const intptr_t last = first + CHUNK < n ? first + CHUNK : PADDED(n);
+        WORD far = 0;
+        ANY_ORDER
+        for (intptr_t i = first; i < last; ++i) {
+            REAL x1[1];
+            REAL x2[8];
+            NAME(load_scalar)(x1, a1 + i * w);
+            NAME(motor_power_apply_m)(prepared, x1[0], x2, &far);
+            NAME(store_8)(a2 + i * w, c2a, x2);
+        }
+        for (intptr_t i = first; far && i < last; ++i) {
+            REAL x1[1];
+            REAL x2[8];
+            NAME(load_scalar)(x1, a1 + i * w);
+            NAME(motor_power_apply_m)(prepared, x1[0], x2, NULL);
+            NAME(store_8)(a2 + i * w, c2a, x2);
+        }
     }
 }
 
@@ -10589,15 +11131,28 @@ WIDE static void NAME(motor_power_block)(intptr_t n, char **args, const intptr_t
     char *a0 = args[0];
     char *a1 = args[1];
     char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < n; ++i) {
-        REAL x0[8];
-        REAL x1[1];
-        REAL x2[8];
-        NAME(load_8)(x0, a0 + i * w, c0a);
-        NAME(load_scalar)(x1, a1 + i * w);
-        NAME(motor_power)(x0, x1[0], x2);
-        NAME(store_8)(a2 + i * w, c2a, x2);
+    for (intptr_t first = 0; first < n; first += CHUNK) {
+        const intptr_t last = first + CHUNK < n ? first + CHUNK : PADDED(n);
+        WORD far = 0;
+        ANY_ORDER
+        for (intptr_t i = first; i < last; ++i) {
+            REAL x0[8];
+            REAL x1[1];
+            REAL x2[8];
+            NAME(load_8)(x0, a0 + i * w, c0a);
+            NAME(load_scalar)(x1, a1 + i * w);
+            NAME(motor_power_within)(x0, x1[0], x2, &far);
+            NAME(store_8)(a2 + i * w, c2a, x2);
+        }
+        for (intptr_t i = first; far && i < last; ++i) {
+            REAL x0[8];
+            REAL x1[1];
+            REAL x2[8];
+            NAME(load_8)(x0, a0 + i * w, c0a);
+            NAME(load_scalar)(x1, a1 + i * w);
+            NAME(motor_power)(x0, x1[0], x2);
+            NAME(store_8)(a2 + i * w, c2a, x2);
+        }
     }
 }
 
@@ -10605,11 +11160,11 @@ void NAME(motor_power_loop)(char **args, const intptr_t *dimensions, const intpt
 {
     static const struct part parts[] = {{8, 1, 0, {8}}, {1, 0, 1, {0}}, {8, 1, 1, {8}}};
     static const struct form forms[] = {{1, 2, NAME(motor_power_start_m), NAME(motor_power_block_m), NULL}};
-    static const struct kernel kernel = {NAME(motor_power_block), NULL, 2, 3, 1, parts, forms};
+    static const struct kernel kernel = {NAME(motor_power_block), NULL, 2, 3, 1, 1, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
-INLINE void NAME(interpolate_motors)(const REAL *a, const REAL *b, REAL t, REAL *out)
+static INLINE void NAME(interpolate_motors_within)(const REAL *a, const REAL *b, REAL t, REAL *out, WORD *far)
 {
     const REAL a_1 = a[0];
     const REAL a_e12 = a[1];
@@ -10887,6 +11442,11 @@ INLINE void NAME(interpolate_motors)(const REAL *a, const REAL *b, REAL t, REAL 
     out[7] = t249;
 }
 
+INLINE void NAME(interpolate_motors)(const REAL *a, const REAL *b, REAL t, REAL *out)
+{
+    NAME(interpolate_motors_within)(a, b, t, out, NULL);
+}
+
 static INLINE void NAME(interpolate_motors_prepare_a_b)(const REAL *a, const REAL *b, REAL *prepared)
 {
     const REAL a_1 = a[0];
@@ -11039,7 +11599,7 @@ static INLINE void NAME(interpolate_motors_prepare_a_b)(const REAL *a, const REA
     prepared[13] = a_e0123;
 }
 
-static INLINE void NAME(interpolate_motors_apply_a_b)(const REAL *prepared, REAL t, REAL *out)
+static INLINE void NAME(interpolate_motors_apply_a_b)(const REAL *prepared, REAL t, REAL *out, WORD *far)
 {
     const REAL t26 = prepared[0];
     const REAL t36 = prepared[1];
@@ -11204,13 +11764,24 @@ WIDE static void NAME(interpolate_motors_block_a_b)(intptr_t n, char **args, con
     const REAL *prepared = (const REAL *)args[0];
     char *a2 = args[2];
     char *a3 = args[3];
-    ANY_ORDER
-    for (intptr_t i = 0; i < n; ++i) {
-        REAL x2[1];
-        REAL x3[8];
-        NAME(load_scalar)(x2, a2 + i * w);
-        NAME(interpolate_motors_apply_a_b)(prepared, x2[0], x3);
-        NAME(store_8)(a3 + i * w, c3a, x3);
+    for (intptr_t first = 0; first < n; first += CHUNK) {
+        const intptr_t last = first + CHUNK < n ? first + CHUNK : PADDED(n);
+        WORD far = 0;
+        ANY_ORDER
+        for (intptr_t i = first; i < last; ++i) {
+            REAL x2[1];
+            REAL x3[8];
+            NAME(load_scalar)(x2, a2 + i * w);
+            NAME(interpolate_motors_apply_a_b)(prepared, x2[0], x3, &far);
+            NAME(store_8)(a3 + i * w, c3a, x3);
+        }
+        for (intptr_t i = first; far && i < last; ++i) {
+            REAL x2[1];
+            REAL x3[8];
+            NAME(load_scalar)(x2, a2 + i * w);
+            NAME(interpolate_motors_apply_a_b)(prepared, x2[0], x3, NULL);
+            NAME(store_8)(a3 + i * w, c3a, x3);
+        }
     }
 }
 
@@ -11232,17 +11803,32 @@ WIDE static void NAME(interpolate_motors_block)(intptr_t n, char **args, const i
     char *a1 = args[1];
     char *a2 = args[2];
     char *a3 = args[3];
-    ANY_ORDER
-    for (intptr_t i = 0; i < n; ++i) {
-        REAL x0[8];
-        REAL x1[8];
-        REAL x2[1];
-        REAL x3[8];
-        NAME(load_8)(x0, a0 + i * w, c0a);
-        NAME(load_8)(x1, a1 + i * w, c1a);
-        NAME(load_scalar)(x2, a2 + i * w);
-        NAME(interpolate_motors)(x0, x1, x2[0], x3);
-        NAME(store_8)(a3 + i * w, c3a, x3);
+    for (intptr_t first = 0; first < n; first += CHUNK) {
+        const intptr_t last = first + CHUNK < n ? first + CHUNK : PADDED(n);
+        WORD far = 0;
+        ANY_ORDER
+        for (intptr_t i = first; i < last; ++i) {
+            REAL x0[8];
+            REAL x1[8];
+            REAL x2[1];
+            REAL x3[8];
+            NAME(load_8)(x0, a0 + i * w, c0a);
+            NAME(load_8)(x1, a1 + i * w, c1a);
+            NAME(load_scalar)(x2, a2 + i * w);
+            NAME(interpolate_motors_within)(x0, x1, x2[0], x3, &far);
+            NAME(store_8)(a3 + i * w, c3a, x3);
+        }
+        for (intptr_t i = first; far && i < last; ++i) {
+            REAL x0[8];
+            REAL x1[8];
+            REAL x2[1];
+            REAL x3[8];
+            NAME(load_8)(x0, a0 + i * w, c0a);
+            NAME(load_8)(x1, a1 + i * w, c1a);
+            NAME(load_scalar)(x2, a2 + i * w);
+            NAME(interpolate_motors)(x0, x1, x2[0], x3);
+            NAME(store_8)(a3 + i * w, c3a, x3);
+        }
     }
 }
 
@@ -11251,7 +11837,7 @@ void NAME(interpolate_motors_loop)(char **args, const intptr_t *dimensions, cons
     static const struct part parts[] = {{8, 1, 0, {8}}, {8, 1, 1, {8}}, {1, 0, 2, {0}}, {8, 1, 2, {8}}};
     static const struct form forms[] = {{3, 2, NAME(interpolate_motors_start_a_b),
         NAME(interpolate_motors_block_a_b), NULL}};
-    static const struct kernel kernel = {NAME(interpolate_motors_block), NULL, 3, 4, 1, parts, forms};
+    static const struct kernel kernel = {NAME(interpolate_motors_block), NULL, 3, 4, 1, 1, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -11379,7 +11965,7 @@ WIDE static void NAME(motor_between_lines_block)(intptr_t n, char **args, const 
 void NAME(motor_between_lines_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{6, 1, 0, {6}}, {6, 1, 1, {6}}, {8, 1, 2, {8}}};
-    static const struct kernel kernel = {NAME(motor_between_lines_block), NULL, 2, 3, 0, parts, NULL};
+    static const struct kernel kernel = {NAME(motor_between_lines_block), NULL, 2, 3, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -11485,7 +12071,7 @@ void NAME(motor_between_planes_loop)(char **args, const intptr_t *dimensions, co
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {4, 1, 1, {4}}, {8, 1, 2, {8}}};
     static const struct kernel kernel = {NAME(motor_between_planes_block), NAME(motor_between_planes_dense), 2, 3,
-        0, parts, NULL};
+        0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -11619,7 +12205,7 @@ WIDE static void NAME(motor_to_adjoint_block)(intptr_t n, char **args, const int
 void NAME(motor_to_adjoint_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{8, 1, 0, {8}}, {36, 2, 1, {6, 6}}};
-    static const struct kernel kernel = {NAME(motor_to_adjoint_block), NULL, 1, 2, 0, parts, NULL};
+    static const struct kernel kernel = {NAME(motor_to_adjoint_block), NULL, 1, 2, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -11699,7 +12285,7 @@ WIDE static void NAME(line_commutator_block)(intptr_t n, char **args, const intp
 void NAME(line_commutator_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{6, 1, 0, {6}}, {6, 1, 1, {6}}, {6, 1, 2, {6}}};
-    static const struct kernel kernel = {NAME(line_commutator_block), NULL, 2, 3, 0, parts, NULL};
+    static const struct kernel kernel = {NAME(line_commutator_block), NULL, 2, 3, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -11754,7 +12340,7 @@ WIDE static void NAME(twist_on_point_block)(intptr_t n, char **args, const intpt
 void NAME(twist_on_point_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{6, 1, 0, {6}}, {3, 1, 1, {3}}, {3, 1, 2, {3}}};
-    static const struct kernel kernel = {NAME(twist_on_point_block), NULL, 2, 3, 0, parts, NULL};
+    static const struct kernel kernel = {NAME(twist_on_point_block), NULL, 2, 3, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -11834,7 +12420,7 @@ WIDE static void NAME(twist_on_line_block)(intptr_t n, char **args, const intptr
 void NAME(twist_on_line_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{6, 1, 0, {6}}, {6, 1, 1, {6}}, {6, 1, 2, {6}}};
-    static const struct kernel kernel = {NAME(twist_on_line_block), NULL, 2, 3, 0, parts, NULL};
+    static const struct kernel kernel = {NAME(twist_on_line_block), NULL, 2, 3, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -11893,7 +12479,7 @@ WIDE static void NAME(twist_on_plane_block)(intptr_t n, char **args, const intpt
 void NAME(twist_on_plane_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{6, 1, 0, {6}}, {4, 1, 1, {4}}, {4, 1, 2, {4}}};
-    static const struct kernel kernel = {NAME(twist_on_plane_block), NULL, 2, 3, 0, parts, NULL};
+    static const struct kernel kernel = {NAME(twist_on_plane_block), NULL, 2, 3, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 #endif

@@ -2,13 +2,15 @@
 // command: gac generate --all projective3
 // spec: f8468e264e68aa93
 // contraction: -ffp-contract=off (every operation is rounded once)
-// body: 5179b18cffe19246e8b287ec7645cf27ffb0e433ace6a1d28b5bcb2f923c05b8
+// body: fb77235d26a0883a13927292e107d328176b1f401bf66ec1e63a40fb098dbb24
 
 #ifndef REAL
 #include "projective3.h"
 
+#include <float.h>
 #include <math.h>
 #include <stddef.h>
+#include <string.h>
 
 #if defined(__GNUC__)
 #define INLINE inline __attribute__((always_inline))
@@ -36,6 +38,9 @@
 #define LANES 16
 #define PADDED(n) (((n) + LANES - 1) & -LANES)
 
+// A block in which an argument is too far for the functions of a loop is done once more, in pieces of this many.
+#define CHUNK 64
+
 // A vector of neighbours in memory.
 #if defined(__has_builtin)
 #if __has_builtin(__builtin_shufflevector)
@@ -60,10 +65,11 @@ struct form {
     loop_function *block, *dense;
 };
 
-// The loops of a kernel, over rows and in C order, and its forms.
+// The loops of a kernel, over rows and in C order, and its forms. A kernel that repeats reads its inputs again after it
+// has written: its outputs cannot lie where they do.
 struct kernel {
     loop_function *block, *dense;
-    int n_inputs, n_parts, n_forms;
+    int n_inputs, n_parts, n_forms, repeats;
     const struct part *parts;
     const struct form *forms;
 };
@@ -75,21 +81,51 @@ enum { PARTS = 5, CORES = 7, SPACE = 4096, PREPARED = 20 };
 // The kernels are written once, below; this file includes itself for each precision.
 #ifndef ONLY_F32
 #define REAL double
+#define WORD uint64_t
+#define PRECISION(of_double, of_float) of_double
 #define NAME(name) projective3_##name##_f64
 #define FUNCTION(name) name
 #include "projective3.c"
 #undef REAL
+#undef WORD
+#undef PRECISION
 #undef NAME
 #undef FUNCTION
 #endif
 #ifndef ONLY_F64
 #define REAL float
+#define WORD uint32_t
+#define PRECISION(of_double, of_float) of_float
 #define NAME(name) projective3_##name##_f32
 #define FUNCTION(name) name##f
 #include "projective3.c"
 #endif
 
 #else
+
+// Words as wide as a number; a condition as a mask, because conditions that occur often would become branches.
+#define SIGN_BIT PRECISION(63, 31)
+#define SIGN ((WORD)1 << SIGN_BIT)
+#define WHERE(condition) ((WORD)0 - (WORD)(condition))
+
+static INLINE WORD NAME(bits_of)(REAL x)
+{
+    WORD bits;
+    memcpy(&bits, &x, sizeof bits);
+    return bits;
+}
+
+static INLINE REAL NAME(of_bits)(WORD bits)
+{
+    REAL x;
+    memcpy(&x, &bits, sizeof x);
+    return x;
+}
+
+static INLINE REAL NAME(chosen_by)(WORD where, REAL a, REAL b)
+{
+    return NAME(of_bits)((NAME(bits_of)(a) & where) | (NAME(bits_of)(b) & ~where));
+}
 
 static INLINE void NAME(load_2)(REAL *x, const char *a, intptr_t ca)
 {
@@ -195,43 +231,103 @@ static INLINE void NAME(store_6)(char *a, intptr_t ca, const REAL *x)
 
 #ifdef SHUFFLE
 typedef REAL NAME(four) VECTOR(4);
-typedef REAL NAME(eight) VECTOR(8);
+#define AT(a, k, s) (*(NAME(four) *)((a) + (k) * (s)))
 
-// Four numbers at each of eight places, `s` bytes apart, as eight numbers at each of four.
-static INLINE void NAME(turn_8x4)(const char *a, intptr_t s, REAL *x, intptr_t row)
+// A tile is four components of as many elements as fill 32 bytes, which every wide machine turns alike.
+#define TILE PRECISION(4, 8)
+#if PRECISION(1, 0)
+// From four places, `s` bytes apart, to four, `t` bytes apart.
+static INLINE void NAME(turn)(char *a, intptr_t s, char *b, intptr_t t)
 {
-    NAME(eight) a0, a1, a2, a3;
-#define PAIR(k) SHUFFLE(*(const NAME(four) *)(a + (k) * s), *(const NAME(four) *)(a + ((k) + 4) * s), \
-        0, 1, 2, 3, 4, 5, 6, 7)
-    a0 = PAIR(0);
-    a1 = PAIR(1);
-    a2 = PAIR(2);
-    a3 = PAIR(3);
+    const NAME(four) a0 = AT(a, 0, s), a1 = AT(a, 1, s), a2 = AT(a, 2, s), a3 = AT(a, 3, s);
+    const NAME(four) b0 = SHUFFLE(a0, a1, 0, 4, 2, 6), b1 = SHUFFLE(a0, a1, 1, 5, 3, 7);
+    const NAME(four) b2 = SHUFFLE(a2, a3, 0, 4, 2, 6), b3 = SHUFFLE(a2, a3, 1, 5, 3, 7);
+    AT(b, 0, t) = SHUFFLE(b0, b2, 0, 1, 4, 5);
+    AT(b, 1, t) = SHUFFLE(b1, b3, 0, 1, 4, 5);
+    AT(b, 2, t) = SHUFFLE(b0, b2, 2, 3, 6, 7);
+    AT(b, 3, t) = SHUFFLE(b1, b3, 2, 3, 6, 7);
+}
+
+static INLINE void NAME(load_tile)(char *x, intptr_t row, char *a, intptr_t s)
+{
+    NAME(turn)(a, s, x, row);
+}
+
+static INLINE void NAME(store_tile)(char *a, intptr_t s, char *x, intptr_t row)
+{
+    NAME(turn)(x, row, a, s);
+}
+#else
+typedef REAL NAME(eight) VECTOR(8);
+#define ROW(x, k, row) (*(NAME(eight) *)((x) + (k) * (row)))
+
+static INLINE void NAME(load_tile)(char *x, intptr_t row, char *a, intptr_t s)
+{
+#define PAIR(k) SHUFFLE(AT(a, k, s), AT(a, (k) + 4, s), 0, 1, 2, 3, 4, 5, 6, 7)
+    const NAME(eight) a0 = PAIR(0), a1 = PAIR(1), a2 = PAIR(2), a3 = PAIR(3);
 #undef PAIR
     const NAME(eight) b0 = SHUFFLE(a0, a1, 0, 8, 1, 9, 4, 12, 5, 13), b1 = SHUFFLE(a0, a1, 2, 10, 3, 11, 6, 14, 7, 15);
     const NAME(eight) b2 = SHUFFLE(a2, a3, 0, 8, 1, 9, 4, 12, 5, 13), b3 = SHUFFLE(a2, a3, 2, 10, 3, 11, 6, 14, 7, 15);
-    *(NAME(eight) *)x = SHUFFLE(b0, b2, 0, 1, 8, 9, 4, 5, 12, 13);
-    *(NAME(eight) *)(x + row) = SHUFFLE(b0, b2, 2, 3, 10, 11, 6, 7, 14, 15);
-    *(NAME(eight) *)(x + 2 * row) = SHUFFLE(b1, b3, 0, 1, 8, 9, 4, 5, 12, 13);
-    *(NAME(eight) *)(x + 3 * row) = SHUFFLE(b1, b3, 2, 3, 10, 11, 6, 7, 14, 15);
+    ROW(x, 0, row) = SHUFFLE(b0, b2, 0, 1, 8, 9, 4, 5, 12, 13);
+    ROW(x, 1, row) = SHUFFLE(b0, b2, 2, 3, 10, 11, 6, 7, 14, 15);
+    ROW(x, 2, row) = SHUFFLE(b1, b3, 0, 1, 8, 9, 4, 5, 12, 13);
+    ROW(x, 3, row) = SHUFFLE(b1, b3, 2, 3, 10, 11, 6, 7, 14, 15);
 }
 
-static INLINE void NAME(turn_4x4)(const char *a, intptr_t s, char *b, intptr_t t)
+static INLINE void NAME(store_tile)(char *a, intptr_t s, char *x, intptr_t row)
 {
-    const NAME(four) a0 = *(const NAME(four) *)a, a1 = *(const NAME(four) *)(a + s);
-    const NAME(four) a2 = *(const NAME(four) *)(a + 2 * s), a3 = *(const NAME(four) *)(a + 3 * s);
-    const NAME(four) b0 = SHUFFLE(a0, a1, 0, 4, 2, 6), b1 = SHUFFLE(a0, a1, 1, 5, 3, 7);
-    const NAME(four) b2 = SHUFFLE(a2, a3, 0, 4, 2, 6), b3 = SHUFFLE(a2, a3, 1, 5, 3, 7);
-    *(NAME(four) *)b = SHUFFLE(b0, b2, 0, 1, 4, 5);
-    *(NAME(four) *)(b + t) = SHUFFLE(b1, b3, 0, 1, 4, 5);
-    *(NAME(four) *)(b + 2 * t) = SHUFFLE(b0, b2, 2, 3, 6, 7);
-    *(NAME(four) *)(b + 3 * t) = SHUFFLE(b1, b3, 2, 3, 6, 7);
+    const NAME(eight) x0 = ROW(x, 0, row), x1 = ROW(x, 1, row), x2 = ROW(x, 2, row), x3 = ROW(x, 3, row);
+    const NAME(eight) b0 = SHUFFLE(x0, x1, 0, 8, 1, 9, 4, 12, 5, 13), b1 = SHUFFLE(x0, x1, 2, 10, 3, 11, 6, 14, 7, 15);
+    const NAME(eight) b2 = SHUFFLE(x2, x3, 0, 8, 1, 9, 4, 12, 5, 13), b3 = SHUFFLE(x2, x3, 2, 10, 3, 11, 6, 14, 7, 15);
+    const NAME(eight) a0 = SHUFFLE(b0, b2, 0, 1, 8, 9, 4, 5, 12, 13), a1 = SHUFFLE(b0, b2, 2, 3, 10, 11, 6, 7, 14, 15);
+    const NAME(eight) a2 = SHUFFLE(b1, b3, 0, 1, 8, 9, 4, 5, 12, 13), a3 = SHUFFLE(b1, b3, 2, 3, 10, 11, 6, 7, 14, 15);
+#define HALVES(k, v) AT(a, k, s) = SHUFFLE(v, v, 0, 1, 2, 3), AT(a, (k) + 4, s) = SHUFFLE(v, v, 4, 5, 6, 7)
+    HALVES(0, a0);
+    HALVES(1, a1);
+    HALVES(2, a2);
+    HALVES(3, a3);
+#undef HALVES
 }
+#undef ROW
+#endif
+
+// Tiles of `size` components that are neighbours, of elements `s` bytes apart: how many elements are done. What is
+// known of the size when this is compiled saves half the time.
+static INLINE intptr_t NAME(turn_tiles)(int back, char *x, intptr_t row, char *a, intptr_t s, intptr_t size, intptr_t n)
+{
+    const intptr_t w = sizeof(REAL);
+    intptr_t done = 0;
+    for (; done + TILE <= n; done += TILE) {
+        for (intptr_t k = 0; k < size; k += 4) {
+            const intptr_t first = k + 4 <= size ? k : size - 4;
+            char *in_rows = x + first * row + done * w, *in_element = a + done * s + first * w;
+            if (back)
+                NAME(store_tile)(in_element, s, in_rows, row);
+            else
+                NAME(load_tile)(in_rows, row, in_element, s);
+        }
+    }
+    return done;
+}
+
+static INLINE intptr_t NAME(turn_all)(int back, REAL *x, intptr_t row, char *a, intptr_t s, intptr_t size, intptr_t n)
+{
+    switch (size) {
+    case 4:
+        return NAME(turn_tiles)(back, (char *)x, row * sizeof(REAL), a, s, 4, n);
+    case 6:
+        return NAME(turn_tiles)(back, (char *)x, row * sizeof(REAL), a, s, 6, n);
+    case 8:
+        return NAME(turn_tiles)(back, (char *)x, row * sizeof(REAL), a, s, 8, n);
+    default:
+        return NAME(turn_tiles)(back, (char *)x, row * sizeof(REAL), a, s, size, n);
+    }
+}
+#undef AT
 #endif
 
 // Rows of `size` components that lie `c` bytes apart, of `n` elements that lie `s` bytes apart.
-WIDE static void NAME(load_rows)(REAL *x, intptr_t row, const char *a, intptr_t s, intptr_t c, intptr_t size,
-    intptr_t n)
+WIDE static void NAME(load_rows)(REAL *x, intptr_t row, char *a, intptr_t s, intptr_t c, intptr_t size, intptr_t n)
 {
     const intptr_t w = sizeof(REAL);
     intptr_t done = 0;
@@ -247,12 +343,7 @@ WIDE static void NAME(load_rows)(REAL *x, intptr_t row, const char *a, intptr_t 
     }
 #ifdef SHUFFLE
     if (size >= 4 && c == w) {
-        for (; done + 8 <= n; done += 8) {
-            for (intptr_t k = 0; k < size; k += 4) {
-                const intptr_t first = k + 4 <= size ? k : size - 4;
-                NAME(turn_8x4)(a + done * s + first * w, s, x + first * row + done, row);
-            }
-        }
+        done = NAME(turn_all)(0, x, row, a, s, size, n);
     } else if (s != w) {
         for (; done + 4 <= n; done += 4) {
             for (intptr_t k = 0; k < size; ++k) {
@@ -280,8 +371,7 @@ WIDE static void NAME(load_rows)(REAL *x, intptr_t row, const char *a, intptr_t 
 }
 
 // The inverse of load_rows.
-WIDE static void NAME(store_rows)(char *a, intptr_t s, intptr_t c, const REAL *x, intptr_t row, intptr_t size,
-    intptr_t n)
+WIDE static void NAME(store_rows)(char *a, intptr_t s, intptr_t c, REAL *x, intptr_t row, intptr_t size, intptr_t n)
 {
     const intptr_t w = sizeof(REAL);
     intptr_t done = 0;
@@ -296,14 +386,8 @@ WIDE static void NAME(store_rows)(char *a, intptr_t s, intptr_t c, const REAL *x
         return;
     }
 #ifdef SHUFFLE
-    if (size >= 4 && c == w) {
-        for (; done + 4 <= n; done += 4) {
-            for (intptr_t k = 0; k < size; k += 4) {
-                const intptr_t first = k + 4 <= size ? k : size - 4;
-                NAME(turn_4x4)((const char *)(x + first * row + done), row * w, a + done * s + first * w, s);
-            }
-        }
-    }
+    if (size >= 4 && c == w)
+        done = NAME(turn_all)(1, x, row, a, s, size, n);
 #endif
     if (done == n)
         return;
@@ -325,7 +409,11 @@ static void NAME(move_part)(int back, REAL *x, intptr_t row, const struct part *
         step = count == 1 ? c[axis - 1] : step;
         count *= part->shape[axis - 1];
     }
-    for (intptr_t k = 0; k < part->size; k += count) {
+    if (count == part->size && back)
+        NAME(store_rows)(a, s, step, x, row, count, n);
+    else if (count == part->size)
+        NAME(load_rows)(x, row, a, s, step, count, n);
+    for (intptr_t k = 0; count < part->size && k < part->size; k += count) {
         intptr_t offset = 0, rest = k / count;
         for (int outer = axis; outer-- > 0; rest /= part->shape[outer])
             offset += rest % part->shape[outer] * c[outer];
@@ -363,7 +451,7 @@ static void NAME(batch)(const struct kernel *kernel, char **args, intptr_t n, co
     }
     int in_place = 1, dense = in_order != NULL;
     // Long rows spare calls; beyond the last cache, short ones keep reading and writing going side by side.
-    intptr_t row = n < (1 << 24) / (bytes + 1) ? 64 : LANES;
+    intptr_t row = n < (1 << 24) / (bytes + 1) ? 512 / w : LANES;
     while (row > LANES && row * total > SPACE)
         row /= 2;
     total = 0;
@@ -375,6 +463,8 @@ static void NAME(batch)(const struct kernel *kernel, char **args, intptr_t n, co
         rows[p] = space + row * total;
         total += part->size;
         kinds[p] = hoisted >> p & 1 ? HOISTED : p < n_inputs && steps[p] == 0 ? SAME : steps[p] == w ? UNIT : ANY;
+        for (int q = 0; kernel->repeats && p >= n_inputs && q < n_inputs; ++q)
+            kinds[p] = args[p] == args[q] ? ANY : kinds[p];
         in_place = in_place && (kinds[p] == UNIT || kinds[p] == HOISTED);
         for (int q = part->rank; q-- > 0; step *= part->shape[q], row_step *= part->shape[q]) {
             cores[part->first + q] = c[q];
@@ -1044,7 +1134,7 @@ void NAME(bracket_loop)(char **args, const intptr_t *dimensions, const intptr_t 
         NAME(bracket_dense_a_b_d)}, {13, 2, NAME(bracket_start_a_c_d), NAME(bracket_block_a_c_d),
         NAME(bracket_dense_a_c_d)}, {14, 2, NAME(bracket_start_b_c_d), NAME(bracket_block_b_c_d),
         NAME(bracket_dense_b_c_d)}};
-    static const struct kernel kernel = {NAME(bracket_block), NAME(bracket_dense), 4, 5, 4, parts, forms};
+    static const struct kernel kernel = {NAME(bracket_block), NAME(bracket_dense), 4, 5, 4, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -1106,7 +1196,7 @@ WIDE static void NAME(join_points_block)(intptr_t n, char **args, const intptr_t
 void NAME(join_points_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {4, 1, 1, {4}}, {6, 1, 2, {6}}};
-    static const struct kernel kernel = {NAME(join_points_block), NULL, 2, 3, 0, parts, NULL};
+    static const struct kernel kernel = {NAME(join_points_block), NULL, 2, 3, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -1579,7 +1669,7 @@ void NAME(join_three_points_loop)(char **args, const intptr_t *dimensions, const
         NAME(join_three_points_dense_a_b)}, {5, 2, NAME(join_three_points_start_a_c),
         NAME(join_three_points_block_a_c), NAME(join_three_points_dense_a_c)}, {6, 2,
         NAME(join_three_points_start_b_c), NAME(join_three_points_block_b_c), NAME(join_three_points_dense_b_c)}};
-    static const struct kernel kernel = {NAME(join_three_points_block), NAME(join_three_points_dense), 3, 4, 3,
+    static const struct kernel kernel = {NAME(join_three_points_block), NAME(join_three_points_dense), 3, 4, 3, 0,
         parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -1648,7 +1738,7 @@ WIDE static void NAME(project_point_block)(intptr_t n, char **args, const intptr
 void NAME(project_point_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{12, 2, 0, {3, 4}}, {3, 1, 2, {3}}, {2, 1, 3, {2}}};
-    static const struct kernel kernel = {NAME(project_point_block), NULL, 2, 3, 0, parts, NULL};
+    static const struct kernel kernel = {NAME(project_point_block), NULL, 2, 3, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -1718,7 +1808,7 @@ WIDE static void NAME(project_homogeneous_point_block)(intptr_t n, char **args, 
 void NAME(project_homogeneous_point_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{12, 2, 0, {3, 4}}, {4, 1, 2, {4}}, {3, 1, 3, {3}}};
-    static const struct kernel kernel = {NAME(project_homogeneous_point_block), NULL, 2, 3, 0, parts, NULL};
+    static const struct kernel kernel = {NAME(project_homogeneous_point_block), NULL, 2, 3, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -1801,7 +1891,7 @@ WIDE static void NAME(camera_centre_block)(intptr_t n, char **args, const intptr
 void NAME(camera_centre_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{12, 2, 0, {3, 4}}, {4, 1, 2, {4}}};
-    static const struct kernel kernel = {NAME(camera_centre_block), NULL, 1, 2, 0, parts, NULL};
+    static const struct kernel kernel = {NAME(camera_centre_block), NULL, 1, 2, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -2054,7 +2144,7 @@ void NAME(back_project_pixel_loop)(char **args, const intptr_t *dimensions, cons
     static const struct part parts[] = {{12, 2, 0, {3, 4}}, {2, 1, 2, {2}}, {6, 1, 3, {6}}};
     static const struct form forms[] = {{1, 6, NAME(back_project_pixel_start_camera),
         NAME(back_project_pixel_block_camera), NULL}};
-    static const struct kernel kernel = {NAME(back_project_pixel_block), NULL, 2, 3, 1, parts, forms};
+    static const struct kernel kernel = {NAME(back_project_pixel_block), NULL, 2, 3, 1, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -2950,7 +3040,8 @@ void NAME(fundamental_matrix_from_cameras_loop)(char **args, const intptr_t *dim
         NAME(fundamental_matrix_from_cameras_block_first), NULL}, {2, 2,
         NAME(fundamental_matrix_from_cameras_start_second), NAME(fundamental_matrix_from_cameras_block_second),
         NULL}};
-    static const struct kernel kernel = {NAME(fundamental_matrix_from_cameras_block), NULL, 2, 3, 2, parts, forms};
+    static const struct kernel kernel = {NAME(fundamental_matrix_from_cameras_block), NULL, 2, 3, 2, 0, parts,
+        forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -3195,7 +3286,7 @@ void NAME(epipole_from_cameras_loop)(char **args, const intptr_t *dimensions, co
     static const struct part parts[] = {{12, 2, 0, {3, 4}}, {12, 2, 2, {3, 4}}, {3, 1, 4, {3}}};
     static const struct form forms[] = {{1, 2, NAME(epipole_from_cameras_start_first),
         NAME(epipole_from_cameras_block_first), NULL}};
-    static const struct kernel kernel = {NAME(epipole_from_cameras_block), NULL, 2, 3, 1, parts, forms};
+    static const struct kernel kernel = {NAME(epipole_from_cameras_block), NULL, 2, 3, 1, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -3251,7 +3342,7 @@ WIDE static void NAME(epipolar_line_block)(intptr_t n, char **args, const intptr
 void NAME(epipolar_line_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{9, 2, 0, {3, 3}}, {2, 1, 2, {2}}, {3, 1, 3, {3}}};
-    static const struct kernel kernel = {NAME(epipolar_line_block), NULL, 2, 3, 0, parts, NULL};
+    static const struct kernel kernel = {NAME(epipolar_line_block), NULL, 2, 3, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -3447,7 +3538,7 @@ void NAME(distance_to_epipolar_line_loop)(char **args, const intptr_t *dimension
     static const struct form forms[] = {{3, 2, NAME(distance_to_epipolar_line_start_fundamental_pixel),
         NAME(distance_to_epipolar_line_block_fundamental_pixel),
         NAME(distance_to_epipolar_line_dense_fundamental_pixel)}};
-    static const struct kernel kernel = {NAME(distance_to_epipolar_line_block), NULL, 3, 4, 1, parts, forms};
+    static const struct kernel kernel = {NAME(distance_to_epipolar_line_block), NULL, 3, 4, 1, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -3779,7 +3870,7 @@ void NAME(sampson_distance_loop)(char **args, const intptr_t *dimensions, const 
         NAME(sampson_distance_block_fundamental_pixel), NAME(sampson_distance_dense_fundamental_pixel)}, {5, 2,
         NAME(sampson_distance_start_fundamental_partner), NAME(sampson_distance_block_fundamental_partner),
         NAME(sampson_distance_dense_fundamental_partner)}};
-    static const struct kernel kernel = {NAME(sampson_distance_block), NULL, 3, 4, 2, parts, forms};
+    static const struct kernel kernel = {NAME(sampson_distance_block), NULL, 3, 4, 2, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -4480,7 +4571,7 @@ void NAME(triangulate_loop)(char **args, const intptr_t *dimensions, const intpt
     static const struct form forms[] = {{7, 2, NAME(triangulate_start_first_second_pixel),
         NAME(triangulate_block_first_second_pixel), NAME(triangulate_dense_first_second_pixel)}, {13, 2,
         NAME(triangulate_start_first_pixel_partner), NAME(triangulate_block_first_pixel_partner), NULL}};
-    static const struct kernel kernel = {NAME(triangulate_block), NULL, 4, 5, 2, parts, forms};
+    static const struct kernel kernel = {NAME(triangulate_block), NULL, 4, 5, 2, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 #endif

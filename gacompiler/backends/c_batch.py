@@ -16,23 +16,24 @@ from dataclasses import replace
 from math import prod
 
 from ..ir.program import Argument, Program, Result
-from ..ir.scalar import Op
 from ..ir.uniform import Uniform
+from .c_functions import has_turns, is_long
 from .printers import Names
 
 LANES = 16
 """As in the template: blocks are padded to a multiple of this many elements, so that no loop needs a remainder."""
 
-C_ENDINGS = ("_loop", "_block", "_dense")
+C_ENDINGS = ("_within", "_loop", "_block", "_dense")
 """What the names of a kernel's C functions add to its own."""
 FORM_PARTS = ("prepare", "apply", "start", "block", "dense")
 """What the names of a form's C functions have between the kernel's name and its arguments."""
 
-C_HELPERS = re.compile(r"(load|store)_(scalar|rows|\d+(x\d+)*)|turn_[48]x4|four|eight|move_part|batch")
+C_HELPERS = re.compile(
+    r"(load|store)_(scalar|rows|\d+(x\d+)*)|turn(_tiles|_all)?|(load|store)_tile|four|eight|move_part|batch"
+    r"|bits_of|of_bits|chosen_by|quarters_of|(sin|cos)_of_rest|(sin|cos|exp|log|atan2|acos)_of"
+    r"|(sin|cos|exp|log|atan|asin)_polynomial"
+)
 """Functions and types that the kernels of a C file share."""
-
-_OPAQUE = frozenset({Op.SIN, Op.COS, Op.ATAN2, Op.ACOS, Op.EXP, Op.LOG})
-"""Calls into the mathematical library, which keep a loop from being vectorised."""
 
 _DENSE_SIZES = frozenset({1, 2, 3, 4, 8})
 """Numbers in an element that compilers load and turn in registers."""
@@ -63,8 +64,9 @@ def loop_text(program: Program, forms: Sequence[Uniform]) -> list[str]:
         first += len(part.shape)
     body = [f"    static const struct part parts[] = {{{', '.join(described)}}};"]
     body += [f"    static const struct form forms[] = {{{', '.join(tables)}}};"] if tables else []
-    kernel = [block, dense, str(len(program.arguments)), str(len(described)), str(len(tables)), "parts"]
-    kernel.append("forms" if tables else "NULL")
+    repeats = has_turns(program) or any(has_turns(form.apply) for form in forms)
+    counts = [len(program.arguments), len(described), len(tables), int(repeats)]
+    kernel = [block, dense, *map(str, counts), "parts", "forms" if tables else "NULL"]
     return [
         *lines,
         f"void NAME({program.name}_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)",
@@ -138,7 +140,8 @@ def _start(program: Program, form: Uniform) -> list[str]:
         lines.append(f"    REAL x{k}[{prod(shape)}];")
         lines.append(f"    NAME(load{_size(shape)})({', '.join([f'x{k}', f'args[{k}]', *cores[k]])});")
         inputs.append(f"x{k}" if shape else f"x{k}[0]")
-    return [*lines, f"    NAME({form_name(program, form, 'prepare')})({', '.join([*inputs, 'prepared'])});", "}"]
+    passed = [*inputs, "prepared", *(["NULL"] if has_turns(form.prepare) else [])]
+    return [*lines, f"    NAME({form_name(program, form, 'prepare')})({', '.join(passed)});", "}"]
 
 
 def _one_loop(program: Program, name: str, dense: bool, form: Uniform | None) -> list[str]:
@@ -165,25 +168,35 @@ def _one_loop(program: Program, name: str, dense: bool, form: Uniform | None) ->
         else:
             stores.append(f"NAME(store{_size(shape)})({', '.join([place, *cores[k], f'x{k}'])});")
     run = named_parts(program, form)[1] if form else program
-    end = "n" if _is_opaque(run) else "PADDED(n)"
-    lines += ["    ANY_ORDER", f"    for (intptr_t i = 0; i < {end}; ++i) {{"]
-    lines += [f"        REAL x{k}[{prod(parts(program)[k].shape)}];" for k in changing]
-    lines += [f"        {load}" for load in loads]
-    call = ["prepared"] if same else []
-    call += [f"x{k}" if parts(program)[k].shape or k >= n_inputs else f"x{k}[0]" for k in changing]
-    lines.append(f"        NAME({run.name})({', '.join(call)});")
-    return [*lines, *(f"        {store}" for store in stores), "    }", "}"]
+    passed = ["prepared"] if same else []
+    passed += [f"x{k}" if parts(program)[k].shape or k >= n_inputs else f"x{k}[0]" for k in changing]
+    arrays = [f"REAL x{k}[{prod(parts(program)[k].shape)}];" for k in changing]
 
+    def each(name: str, passed: list[str]) -> list[str]:
+        return [f"    {text}" for text in (*arrays, *loads, f"NAME({name})({', '.join(passed)});", *stores)] + ["}"]
 
-def _is_opaque(program: Program) -> bool:
-    return any(line.op in _OPAQUE for line in program.lines)
+    if not has_turns(run):
+        inner = ["ANY_ORDER", "for (intptr_t i = 0; i < PADDED(n); ++i) {", *each(run.name, passed)]
+        return [*lines, *(f"    {text}" for text in inner), "}"]
+    near, again = (run.name, run.name) if form else (f"{run.name}_within", run.name)
+    inner = [
+        "const intptr_t last = first + CHUNK < n ? first + CHUNK : PADDED(n);",
+        "WORD far = 0;",
+        "ANY_ORDER",
+        "for (intptr_t i = first; i < last; ++i) {",
+        *each(near, [*passed, "&far"]),
+        "for (intptr_t i = first; far && i < last; ++i) {",
+        *each(again, [*passed, "NULL"] if form else passed),
+    ]
+    head = "for (intptr_t first = 0; first < n; first += CHUNK) {"
+    return [*lines, *(f"    {text}" for text in (head, *(f"    {text}" for text in inner), "}")), "}"]
 
 
 def _has_dense(program: Program, form: Uniform | None) -> bool:
     run = form.apply if form else program
     sizes = {prod(part.shape) for part in (run.arguments[1:] if form else run.arguments)}
     sizes |= {prod(result.shape) for result in run.results}
-    return sizes <= _DENSE_SIZES and sizes != {1} and len(run.lines) <= _DENSE_LINES and not _is_opaque(run)
+    return sizes <= _DENSE_SIZES and sizes != {1} and len(run.lines) <= _DENSE_LINES and not is_long(run)
 
 
 def _times(count: int) -> str:
