@@ -47,9 +47,7 @@ APPROXIMATIONS = {
     "sin": Approximation(
         lambda k: Fraction((-1) ** (k + 1), factorial(2 * k + 3)), lambda: (0, (mpmath.pi / 4) ** 2), 6, 3
     ),
-    "cos": Approximation(
-        lambda k: Fraction((-1) ** k, factorial(2 * k + 4)), lambda: (0, (mpmath.pi / 4) ** 2), 6, 3
-    ),
+    "cos": Approximation(lambda k: Fraction((-1) ** k, factorial(2 * k + 4)), lambda: (0, (mpmath.pi / 4) ** 2), 6, 3),
     # (exp(z) - 1 - z)/z^2 for |z| up to half the logarithm of 2.
     "exp": Approximation(
         lambda k: Fraction(1, factorial(k + 2)), lambda: (-mpmath.log(2) / 2, mpmath.log(2) / 2), 10, 5
@@ -62,9 +60,7 @@ APPROXIMATIONS = {
         3,
     ),
     # (atan(t)/t - 1)/z, z = t^2, for t up to 0.55: just above tan(1/2), where the spacing of the results doubles.
-    "atan": Approximation(
-        lambda k: Fraction((-1) ** (k + 1), 2 * k + 3), lambda: (0, mpmath.mpf("0.55") ** 2), 14, 7
-    ),
+    "atan": Approximation(lambda k: Fraction((-1) ** (k + 1), 2 * k + 3), lambda: (0, mpmath.mpf("0.55") ** 2), 14, 7),
     # (asin(s)/s - 1)/z, z = s^2, for s up to 1/2.
     "asin": Approximation(
         lambda k: Fraction(comb(2 * k + 2, k + 1), 4 ** (k + 1) * (2 * k + 3)), lambda: (0, mpmath.mpf(1) / 4), 13, 6

@@ -19,7 +19,7 @@ from .module import KernelSource, LayoutText, ModuleSource
 from .numba import function_text
 from .values import class_text, operator_lines, value_types
 
-PUBLIC = ("Kernel", "Layout", "Value", "backend", "kernels")
+PUBLIC = ("Kernel", "Layout", "Value", "backend", "kernels", "num_threads")
 """What a module offers besides its kernels and types."""
 
 _WIDTH = 120
@@ -69,7 +69,7 @@ def runtime_text() -> str:
     modules: set[str] = set()
     names: dict[str, set[str]] = {}
     bodies = []
-    for part in ("functions", "strides", "layout", "extension", "libraries", "kernel", "value"):
+    for part in ("functions", "strides", "layout", "extension", "threads", "libraries", "kernel", "value"):
         text = (Path(__file__).parent / "templates" / f"runtime_{part}.py").read_text(encoding="utf-8")
         nodes = [node for node in ast.parse(text).body if isinstance(node, (ast.Import, ast.ImportFrom))]
         bodies.append("\n".join(text.splitlines()[nodes[-1].end_lineno or 0 :]).strip("\n"))

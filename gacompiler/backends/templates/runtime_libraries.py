@@ -18,6 +18,7 @@ import numpy as np
 
 from .runtime_functions import _SCALAR, _bound
 from .runtime_strides import _address, _offsets
+from .runtime_threads import _in_threads
 
 _SUFFIX = {4: "f32", 8: "f64"}
 
@@ -82,33 +83,50 @@ def _c_loop(kernel: Any, dtype: np.dtype[Any]) -> Callable[..., None]:
     function = _c_function(f"{kernel.name}_loop_{_SUFFIX[dtype.itemsize]}", "void *, void *, void *")
     new, pointers, integers = _ffi.new, _ffi.typeof("void *[]"), _ffi.typeof("intptr_t[]")
 
-    def run(arrays: list[Any], sizes: list[int], steps: list[tuple[int, ...]], inner: int) -> None:
+    def run(arrays: list[Any], sizes: list[int], steps: list[tuple[int, ...]], inner: int, n_threads: int) -> None:
         depth = len(sizes)
-        dimensions = new(integers, (sizes[inner],))
         flat = [step[inner] for step in steps]
         for step in steps:
             flat += step[depth:]
         strides = new(integers, flat)
-        if depth == 1:
-            function(new(pointers, [_pointer(array) for array in arrays]), dimensions, strides)
+        if depth == 1 and n_threads == 1:
+            function(new(pointers, [_pointer(array) for array in arrays]), new(integers, (sizes[0],)), strides)
             return
         addresses = [_address(array) for array in arrays]
-        for offsets in _offsets(sizes, steps, inner):
-            starts = [address + offset for address, offset in zip(addresses, offsets, strict=True)]
-            function(new(integers, starts), dimensions, strides)
+
+        def piece(first: int, count: int) -> None:
+            dimensions = new(integers, (count,))
+            starts = [address + first * step for address, step in zip(addresses, flat)]  # noqa: B905
+            for offsets in _offsets(sizes, steps, inner):
+                moved = [start + offset for start, offset in zip(starts, offsets, strict=True)]
+                function(new(integers, moved), dimensions, strides)
+
+        _in_threads(piece, sizes[inner], n_threads)
 
     return run
 
 
-def _c_plan(kernel: Any, dtype: np.dtype[Any], size: int, steps: list[tuple[int, ...]]) -> Callable[[list[Any]], None]:
-    """One call of a loop, complete but for the pointers."""
+def _c_plan(
+    kernel: Any, dtype: np.dtype[Any], size: int, steps: list[tuple[int, ...]]
+) -> Callable[[list[Any], int], None]:
+    """One call of a loop, complete but for the pointers and the number of threads."""
     function = _c_function(f"{kernel.name}_loop_{_SUFFIX[dtype.itemsize]}", "void *, void *, void *")
     new, pointers, integers = _ffi.new, _ffi.typeof("void *[]"), _ffi.typeof("intptr_t[]")
     dimensions = new(integers, (size,))
-    strides = new(integers, [step[0] for step in steps] + [stride for step in steps for stride in step[1:]])
+    outer = [step[0] for step in steps]
+    strides = new(integers, outer + [stride for step in steps for stride in step[1:]])
 
-    def run(starts: list[Any]) -> None:
-        function(new(pointers, starts), dimensions, strides)
+    def run(starts: list[Any], n_threads: int) -> None:
+        if n_threads == 1:
+            function(new(pointers, starts), dimensions, strides)
+            return
+        addresses = [int(_ffi.cast("intptr_t", start)) for start in starts]
+
+        def piece(first: int, count: int) -> None:
+            moved = [address + first * step for address, step in zip(addresses, outer)]  # noqa: B905
+            function(new(integers, moved), new(integers, (count,)), strides)
+
+        _in_threads(piece, size, n_threads)
 
     return run
 
@@ -138,7 +156,9 @@ def _jitted(function: Callable[..., Any], signature: Any = None) -> Any:
     """`function` under numba, kept on disk beside this file or in the user's cache if either can be written."""
     import numba
 
-    decorate = functools.partial(numba.njit, *([] if signature is None else [signature]), error_model="numpy")
+    decorate = functools.partial(
+        numba.njit, *([] if signature is None else [signature]), error_model="numpy", nogil=True
+    )
     try:
         return decorate(cache=True)(function)
     except RuntimeError:
@@ -176,7 +196,7 @@ def _numba_loop(kernel: Any, dtype: np.dtype[Any]) -> Callable[..., None]:
 
     strided = np.lib.stride_tricks.as_strided
 
-    def run(arrays: list[Any], sizes: list[int], steps: list[tuple[int, ...]], inner: int) -> None:
+    def run(arrays: list[Any], sizes: list[int], steps: list[tuple[int, ...]], inner: int, n_threads: int) -> None:
         loop = chosen(sizes[inner], [step[inner] == 0 for step in steps])
         views = []
         for k, (array, shape, step) in enumerate(zip(arrays, kernel._all_shapes, steps, strict=True)):
@@ -187,10 +207,12 @@ def _numba_loop(kernel: Any, dtype: np.dtype[Any]) -> Callable[..., None]:
                 continue
             view = strided(array, (*sizes, *shape), step, writeable=k >= n_inputs)
             views.append(np.moveaxis(view, inner, len(sizes) - 1) if len(sizes) > 1 else view)
-        if len(sizes) == 1:
-            loop(*views)
-            return
-        for turns in itertools.product(*(range(size) for axis, size in enumerate(sizes) if axis != inner)):
-            loop(*(view[turns] for view in views))
+        turns = list(itertools.product(*(range(size) for axis, size in enumerate(sizes) if axis != inner)))
+
+        def piece(first: int, count: int) -> None:
+            for turn in turns:
+                loop(*(view[turn][first : first + count] for view in views))
+
+        _in_threads(piece, sizes[inner], n_threads)
 
     return run
