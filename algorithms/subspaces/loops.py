@@ -1,6 +1,7 @@
 """The loops over batches, compiled by numba. Arrays come in whole and checked; nothing here raises.
 
-Vectors are rows. `k`, `a`, `b` are numbers of rows, `n` is their length.
+Vectors are rows. `k`, `a`, `b` are numbers of rows, `n` is their length, `e` is an element of the batch: arrays are
+passed whole, with their index, because a view of an element would cost as much as a short loop.
 """
 
 from __future__ import annotations
@@ -10,13 +11,15 @@ from typing import Any
 import numpy as np
 from numba import njit
 
+_COMPILED = {"cache": True, "error_model": "numpy", "fastmath": {"reassoc", "contract", "nsz"}}
+"""Sums may be reordered; infinities and NaNs keep their meaning."""
 ROUNDING = 1e-12
 """What is left of a vector of a subspace, of its length, when all of it is projected out."""
 REORTHOGONALIZE = 0.5
 """Below this length a projected unit vector is projected again ("twice is enough", Kahan in Parlett 1980, §6.9)."""
 
 
-@njit(cache=True, error_model="numpy")
+@njit(**_COMPILED)
 def outer_product(a: Any, b: Any, left: Any, right: Any, sign: Any, out: Any) -> None:
     """``out = a ^ b`` for each element, by an `OuterTable`."""
     for e in range(len(out)):
@@ -27,79 +30,80 @@ def outer_product(a: Any, b: Any, left: Any, right: Any, sign: Any, out: Any) ->
             out[e, row] = total
 
 
-@njit(cache=True, error_model="numpy")
-def gather_factors(coefficients: Any, place: Any, sign: Any, factors: Any) -> float:
-    """Rows whose outer product, times the number returned, is the blade; 0 for zero, NaN where it is not finite."""
+@njit(**_COMPILED)
+def gather_factors(coefficients: Any, e: int, place: Any, sign: Any, factors: Any) -> float:
+    """Rows whose outer product, times the number returned, is the blade; 0 for zero (and below 10^-308)."""
     best, pivot = 0.0, 0
-    for p in range(len(coefficients)):
-        size = abs(coefficients[p])
+    for p in range(coefficients.shape[1]):
+        size = abs(coefficients[e, p])
         if size > best:
             best, pivot = size, p
-        elif not size <= best:
-            return np.nan
-    if best == 0.0 or best == np.inf:
-        return best - best
-    scale = coefficients[pivot]
+    if best == 0.0:
+        return 0.0
+    scale = coefficients[e, pivot]
+    reciprocal = 1.0 / scale
+    if abs(reciprocal) == np.inf:
+        return 0.0
     for i in range(place.shape[1]):
         for j in range(place.shape[2]):
-            factors[i, j] = sign[pivot, i, j] * (coefficients[place[pivot, i, j]] / scale)
+            factors[e, i, j] = sign[pivot, i, j] * coefficients[e, place[pivot, i, j]] * reciprocal
     return scale  # type: ignore[no-any-return]
 
 
-@njit(cache=True, error_model="numpy")
-def orthonormalize(rows: Any, k: int) -> float:
+@njit(**_COMPILED)
+def orthonormalize(rows: Any, e: int, k: int) -> float:
     """Make rows orthonormal in place; the number returned, times their outer product, is the former one."""
-    n = rows.shape[1]
+    n = rows.shape[2]
     determinant = 1.0
     for i in range(k):
         before = 0.0
         for j in range(n):
-            before += rows[i, j] * rows[i, j]
+            before += rows[e, i, j] * rows[e, i, j]
         length = before
         for turn in range(2):
             for h in range(i):
                 dot = 0.0
                 for j in range(n):
-                    dot += rows[h, j] * rows[i, j]
+                    dot += rows[e, h, j] * rows[e, i, j]
                 for j in range(n):
-                    rows[i, j] -= dot * rows[h, j]
+                    rows[e, i, j] -= dot * rows[e, h, j]
             length = 0.0
             for j in range(n):
-                length += rows[i, j] * rows[i, j]
+                length += rows[e, i, j] * rows[e, i, j]
             if turn == 0 and length > REORTHOGONALIZE * REORTHOGONALIZE * before:
                 break
         length = np.sqrt(length)
         determinant *= length
         if length > 0.0:
+            reciprocal = 1.0 / length
             for j in range(n):
-                rows[i, j] /= length
+                rows[e, i, j] *= reciprocal
     return determinant
 
 
-@njit(cache=True, error_model="numpy")
+@njit(**_COMPILED)
 def wedge_rows(
-    start_with: Any, grade: int, rows: Any, k: int, rest: Any, vector: Any, start: Any, size: Any, one: Any, two: Any
-) -> bool:
-    """Coefficients of grade `grade` ^ the first `k` rows, in `two` where that is said to be true, else in `one`."""
+    start_with: Any, f: int, grade: int, rows: Any, e: int, first: int, k: int,
+    rest: Any, vector: Any, start: Any, size: Any, buffers: Any,
+) -> int:  # fmt: skip
+    """Coefficients of grade `grade` ^ rows `first` to `k`, in the row of `buffers` that is returned."""
     for p in range(size[grade]):
-        one[p] = start_with[p]
-    swapped = False
-    for i in range(k):
+        buffers[0, p] = start_with[f, p]
+    source = 0
+    for i in range(first, k):
         grade += 1
-        source, target = (two, one) if swapped else (one, two)
         at = start[grade]
         for p in range(size[grade]):
             total = 0.0
             for _ in range(grade):
-                term = source[rest[at]] * rows[i, vector[at]]
-                total = term - total
+                total = buffers[source, rest[at]] * rows[e, i, vector[at]] - total
                 at += 1
-            target[p] = total
-        swapped = not swapped
-    return swapped
+            buffers[1 - source, p] = total
+        source = 1 - source
+    return source
 
 
-@njit(cache=True, error_model="numpy")
+@njit(**_COMPILED)
 def factor_batch(
     coefficients: Any, place: Any, sign: Any, orthonormal: bool, check: bool, table: Any, factors: Any, scale: Any,
     error: Any,
@@ -107,75 +111,75 @@ def factor_batch(
     """Factors and scale of each blade, and, where asked for, how far their product is from the blade, relatively."""
     rest, vector, start, size = table
     grade = place.shape[1]
-    unit = np.ones(1)
+    start_with = np.empty((1, factors.shape[2]))
     largest = 1
     for k in range(grade + 1):
         largest = max(largest, size[k])
-    one, two = np.empty(largest), np.empty(largest)
+    buffers = np.empty((2, largest))
     for e in range(len(coefficients)):
-        scale[e] = gather_factors(coefficients[e], place, sign, factors[e])
+        scale[e] = gather_factors(coefficients, e, place, sign, factors)
         if orthonormal:
-            scale[e] *= orthonormalize(factors[e], grade)
+            scale[e] *= orthonormalize(factors, e, grade)
         if check:
-            swapped = wedge_rows(unit, 0, factors[e], grade, rest, vector, start, size, one, two)
-            found = two if swapped else one
-            squares, difference = 0.0, 0.0
+            for j in range(factors.shape[2]):
+                start_with[0, j] = factors[e, 0, j]
+            found = wedge_rows(start_with, 0, 1, factors, e, 1, grade, rest, vector, start, size, buffers)
+            squares, difference, reciprocal = 0.0, 0.0, 1.0 / scale[e]
             # in units of the scale, so that squares neither overflow nor vanish
             for p in range(size[grade]):
-                value = coefficients[e, p] / scale[e]
+                value = coefficients[e, p] * reciprocal
                 squares += value * value
-                difference += (value - found[p]) ** 2
+                difference += (value - buffers[found, p]) ** 2
             error[e] = np.sqrt(difference / squares)
 
 
-@njit(cache=True, error_model="numpy")
+@njit(**_COMPILED)
 def expand_batch(start_with: Any, grade: int, rows: Any, k: int, scale: Any, table: Any, out: Any) -> None:
     """``start_with`` (of grade `grade`) ^ the first `k` rows, times the scale, for each element."""
     rest, vector, start, size = table
     largest = 1
     for each in range(grade, grade + k + 1):
         largest = max(largest, size[each])
-    one, two = np.empty(largest), np.empty(largest)
+    buffers = np.empty((2, largest))
     for e in range(len(rows)):
-        swapped = wedge_rows(start_with[e], grade, rows[e], k, rest, vector, start, size, one, two)
-        found = two if swapped else one
+        found = wedge_rows(start_with, e, grade, rows, e, 0, k, rest, vector, start, size, buffers)
         for p in range(size[grade + k]):
-            out[e, p] = scale[e] * found[p]
+            out[e, p] = scale[e] * buffers[found, p]
 
 
-@njit(cache=True, error_model="numpy")
-def _project_out(row: Any, basis: Any, k: int) -> None:
-    n = len(row)
+@njit(**_COMPILED)
+def _project_out(rows: Any, f: int, i: int, basis: Any, e: int, k: int) -> None:
+    n = rows.shape[2]
     for h in range(k):
         dot = 0.0
         for j in range(n):
-            dot += basis[h, j] * row[j]
+            dot += basis[e, h, j] * rows[f, i, j]
         for j in range(n):
-            row[j] -= dot * basis[h, j]
+            rows[f, i, j] -= dot * basis[e, h, j]
 
 
-@njit(cache=True, error_model="numpy")
+@njit(**_COMPILED)
 def _swap(rows: Any, i: int, h: int) -> None:
-    for j in range(rows.shape[1]):
-        rows[i, j], rows[h, j] = rows[h, j], rows[i, j]
+    for j in range(rows.shape[2]):
+        rows[0, i, j], rows[0, h, j] = rows[0, h, j], rows[0, i, j]
 
 
-@njit(cache=True, error_model="numpy")
+@njit(**_COMPILED)
 def _jacobi(work: Any, other: Any, b: int) -> float:
     """Rotate rows of both until those of `work` are orthogonal, longest first; the determinant of the rotation.
 
     One-sided Jacobi (Hestenes 1958): lengths of rows are singular values, small ones to high relative accuracy.
     """
-    n = work.shape[1]
+    n = work.shape[2]
     for _ in range(40):
         turned = False
         for i in range(b):
             for h in range(i + 1, b):
                 alpha, beta, gamma = 0.0, 0.0, 0.0
                 for j in range(n):
-                    alpha += work[i, j] * work[i, j]
-                    beta += work[h, j] * work[h, j]
-                    gamma += work[i, j] * work[h, j]
+                    alpha += work[0, i, j] * work[0, i, j]
+                    beta += work[0, h, j] * work[0, h, j]
+                    gamma += work[0, i, j] * work[0, h, j]
                 if abs(gamma) <= 1e-15 * np.sqrt(alpha * beta) or abs(gamma) < 1e-300:
                     continue
                 turned = True
@@ -184,10 +188,10 @@ def _jacobi(work: Any, other: Any, b: int) -> float:
                 c = 1.0 / np.sqrt(1.0 + t * t)
                 s = c * t
                 for j in range(n):
-                    x, y = work[i, j], work[h, j]
-                    work[i, j], work[h, j] = c * x - s * y, s * x + c * y
-                    x, y = other[i, j], other[h, j]
-                    other[i, j], other[h, j] = c * x - s * y, s * x + c * y
+                    x, y = work[0, i, j], work[0, h, j]
+                    work[0, i, j], work[0, h, j] = c * x - s * y, s * x + c * y
+                    x, y = other[0, i, j], other[0, h, j]
+                    other[0, i, j], other[0, h, j] = c * x - s * y, s * x + c * y
         if not turned:
             break
     determinant = 1.0
@@ -196,7 +200,7 @@ def _jacobi(work: Any, other: Any, b: int) -> float:
         for h in range(i, b):
             length = 0.0
             for j in range(n):
-                length += work[h, j] * work[h, j]
+                length += work[0, h, j] * work[0, h, j]
             if length > longest:
                 longest, at = length, h
         if at != i:
@@ -206,16 +210,18 @@ def _jacobi(work: Any, other: Any, b: int) -> float:
     return determinant
 
 
-@njit(cache=True, error_model="numpy")
-def _length(row: Any) -> float:
+@njit(**_COMPILED)
+def _length(rows: Any, e: int, i: int) -> float:
     total = 0.0
-    for j in range(len(row)):
-        total += row[j] * row[j]
+    for j in range(rows.shape[2]):
+        total += rows[e, i, j] * rows[e, i, j]
     return np.sqrt(total)  # type: ignore[no-any-return]
 
 
-@njit(cache=True, error_model="numpy")
-def join_one(one: Any, two: Any, a: int, b: int, tolerance: float, work: Any, mixed: Any, r: Any, added: Any, met: Any):  # type: ignore[no-untyped-def]
+@njit(**_COMPILED)
+def join_one(
+    e: int, one: Any, two: Any, a: int, b: int, tolerance: float, work: Any, mixed: Any, r: Any, added: Any, met: Any
+):  # type: ignore[no-untyped-def]
     """Join and meet of two subspaces with orthonormal rows `one` and `two`.
 
     The number of rows of `two` outside `one` is that of sines of principal angles above the tolerance. Those sines are
@@ -226,19 +232,19 @@ def join_one(one: Any, two: Any, a: int, b: int, tolerance: float, work: Any, mi
     Returns the number of rows in `added` and a factor: with ``c`` the factor times the outer product of `added`,
     ``join = one ^ c`` and ``two = meet ^ c``, up to what is in `one`; `met` has the rows of the meet.
     """
-    n = one.shape[1]
+    n = one.shape[2]
     for i in range(b):
         for j in range(n):
-            work[i, j] = two[i, j]
-            mixed[i, j] = two[i, j]
-        _project_out(work[i], one, a)
-    factor, rank, left = 1.0, 0, 0.0
+            work[0, i, j] = two[e, i, j]
+            mixed[0, i, j] = two[e, i, j]
+        _project_out(work, 0, i, one, e, a)
+    factor, rank, left, power = 1.0, 0, 0.0, 1.0
     for s in range(b):
         longest, at, left = -1.0, s, 0.0
         for i in range(s, b):
             length = 0.0
             for j in range(n):
-                length += work[i, j] * work[i, j]
+                length += work[0, i, j] * work[0, i, j]
             left += length
             if length > longest:
                 longest, at = length, i
@@ -252,32 +258,34 @@ def join_one(one: Any, two: Any, a: int, b: int, tolerance: float, work: Any, mi
                 r[h, s], r[h, at] = r[h, at], r[h, s]
             factor = -factor
         longest = np.sqrt(longest)
+        reciprocal = 1.0 / longest
         for j in range(n):
-            added[s, j] = work[s, j] / longest
+            added[e, s, j] = work[0, s, j] * reciprocal
         if longest < REORTHOGONALIZE:
-            _project_out(added[s], one, a)
-            _project_out(added[s], added, s)
-            again = _length(added[s])
+            _project_out(added, e, s, one, e, a)
+            _project_out(added, e, s, added, e, s)
+            again = _length(added, e, s)
             for j in range(n):
-                added[s, j] /= again
+                added[e, s, j] /= again
         r[s, s] = longest
         for i in range(s + 1, b):
             dot = 0.0
             for j in range(n):
-                dot += added[s, j] * work[i, j]
+                dot += added[e, s, j] * work[0, i, j]
             r[s, i] = dot
             for j in range(n):
-                work[i, j] -= dot * added[s, j]
+                work[0, i, j] -= dot * added[e, s, j]
         rank += 1
+        power *= 4.0
         left = 0.0
-    least = r[rank - 1, rank - 1] * 3.0 / np.sqrt(4.0**rank + 6.0 * rank - 1.0) if rank else 2.0
+    least = r[rank - 1, rank - 1] * 3.0 / np.sqrt(power + 6.0 * rank - 1.0) if rank else 2.0
     if least > tolerance and left <= min(tolerance, ROUNDING):
         for s in range(rank):
             factor *= r[s, s]
         # vectors of `two` that lie in `one`: mixed[rank:] - X mixed[:rank] with R11 X = R12, column by column
         for i in range(rank, b):
             for j in range(n):
-                met[i - rank, j] = mixed[i, j]
+                met[e, i - rank, j] = mixed[0, i, j]
             for s in range(rank - 1, -1, -1):
                 x = r[s, i]
                 for h in range(s + 1, rank):
@@ -285,49 +293,49 @@ def join_one(one: Any, two: Any, a: int, b: int, tolerance: float, work: Any, mi
                 x /= r[s, s]
                 r[s, b] = x
                 for j in range(n):
-                    met[i - rank, j] -= x * mixed[s, j]
-        factor *= orthonormalize(met, b - rank)
+                    met[e, i - rank, j] -= x * mixed[0, s, j]
+        factor *= orthonormalize(met, e, b - rank)
     else:
         for i in range(b):
             for j in range(n):
-                work[i, j] = two[i, j]
-                mixed[i, j] = two[i, j]
-            _project_out(work[i], one, a)
-            _project_out(work[i], one, a)
+                work[0, i, j] = two[e, i, j]
+                mixed[0, i, j] = two[e, i, j]
+            _project_out(work, 0, i, one, e, a)
+            _project_out(work, 0, i, one, e, a)
         factor = _jacobi(work, mixed, b)
         rank = 0
         for s in range(b):
-            length = _length(work[s])
+            length = _length(work, 0, s)
             if length <= tolerance:
                 break
             for j in range(n):
-                added[s, j] = work[s, j] / length
-            _project_out(added[s], one, a)
-            _project_out(added[s], added, s)
-            again = _length(added[s])
+                added[e, s, j] = work[0, s, j] / length
+            _project_out(added, e, s, one, e, a)
+            _project_out(added, e, s, added, e, s)
+            again = _length(added, e, s)
             for j in range(n):
-                added[s, j] /= again
+                added[e, s, j] /= again
             factor *= length
             rank += 1
         for i in range(rank, b):
             for j in range(n):
-                met[i - rank, j] = mixed[i, j]
+                met[e, i - rank, j] = mixed[0, i, j]
     if rank * (b - rank) & 1:
         factor = -factor
     for i in range(rank, b):
         for j in range(n):
-            added[i, j] = 0.0
-    for i in range(b - rank, len(met)):
+            added[e, i, j] = 0.0
+    for i in range(b - rank, met.shape[1]):
         for j in range(n):
-            met[i, j] = 0.0
+            met[e, i, j] = 0.0
     return rank, factor
 
 
-@njit(cache=True, error_model="numpy")
+@njit(**_COMPILED)
 def join_batch(one: Any, two: Any, tolerance: float, rank: Any, factor: Any, added: Any, met: Any) -> None:
     """`join_one` for each element."""
     a, n = one.shape[1], one.shape[2]
     b = two.shape[1]
-    work, mixed, r = np.empty((b, n)), np.empty((b, n)), np.zeros((b + 1, b + 1))
+    work, mixed, r = np.empty((1, b, n)), np.empty((1, b, n)), np.zeros((b + 1, b + 1))
     for e in range(len(one)):
-        rank[e], factor[e] = join_one(one[e], two[e], a, b, tolerance, work, mixed, r, added[e], met[e])
+        rank[e], factor[e] = join_one(e, one, two, a, b, tolerance, work, mixed, r, added, met)
