@@ -80,7 +80,9 @@ class JoinAndMeet:
                 f"{name}: grades {', '.join(map(str, found))} among the elements; expected one grade; "
                 f"use join_and_meet(a, b).{name}(grade)"
             )
-        return (int(found[0]) if len(found) else self.a.grade), ()
+        if not len(found):
+            raise ValueError(f"{name}: no elements, so no grade; expected at least one element, or a grade")
+        return int(found[0]), ()
 
 
 def join_and_meet(a: Blade | FactoredBlade, b: Blade | FactoredBlade, tolerance: float = ANGLE) -> JoinAndMeet:

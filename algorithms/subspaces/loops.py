@@ -221,7 +221,7 @@ def _length(rows: Any, e: int, i: int) -> float:
 @njit(**_COMPILED)
 def join_one(
     e: int, one: Any, two: Any, a: int, b: int, tolerance: float, work: Any, mixed: Any, r: Any, added: Any, met: Any
-):  # type: ignore[no-untyped-def]
+) -> tuple[int, float]:
     """Join and meet of two subspaces with orthonormal rows `one` and `two`.
 
     The number of rows of `two` outside `one` is that of sines of principal angles above the tolerance. Those sines are
