@@ -16,6 +16,8 @@ _ZERO = 1e-13
 """A part smaller than this, of the largest, is left out."""
 _SIMPLE = 1e-9
 """A bivector is simple where the second pair of its singular values is below this, of the first."""
+_ROUNDING = 1e-12
+"""What splitting off the largest parts leaves in the others, of the norm of the bivector."""
 _EQUAL = 1e-6
 """Squares of rates that differ by less than this, of the largest, count as equal."""
 
@@ -99,10 +101,11 @@ def _by_subspaces(matrix: Floats, metric: Floats) -> tuple[Floats, bool]:
     n = len(matrix)
     parts: list[Floats] = []
     rest, good = matrix, True
-    size = np.linalg.norm(matrix)
+    size = float(np.linalg.norm(matrix))
     while np.linalg.norm(rest) > _ZERO * size:
-        if _is_simple(rest) or len(parts) == n // 2 - 1:
-            good = good and _is_simple(rest)
+        simple = _is_simple(rest, _ROUNDING * size)
+        if simple or len(parts) == n // 2 - 1:
+            good = good and simple
             parts.append(rest)
             break
         found, split = _largest(rest, metric)
@@ -162,6 +165,6 @@ def _of_equal_rates(part: Floats, subspace: Floats, metric: Floats) -> tuple[lis
     return [subspace @ back @ one @ back.T @ subspace.T for one in split], True
 
 
-def _is_simple(matrix: Floats) -> bool:
+def _is_simple(matrix: Floats, rounding: float) -> bool:
     lengths = np.linalg.svd(matrix, compute_uv=False)
-    return len(lengths) < 4 or bool(lengths[2] <= _SIMPLE * lengths[0])
+    return len(lengths) < 4 or bool(lengths[2] <= _SIMPLE * lengths[0] + rounding)

@@ -14,7 +14,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from ..arguments import real_array
 from . import loops, tables
-from .blade import BLADE_TOLERANCE, Floats, _finite, _wedge_arrays
+from .blade import BLADE_TOLERANCE, Floats, _finite, _wedge_arrays, flat
 from .gram import gram_matrix
 from .reflections import reflections_of
 from .versors import FactoredVersor
@@ -68,7 +68,7 @@ def classify(coefficients: ArrayLike, gram: ArrayLike | None = None, tolerance: 
     """
     array, n = _element(coefficients)
     metric = gram_matrix(gram, n)
-    values = array.reshape(-1, 1 << n)
+    values = flat(array, array.shape[:-1], 1)
     size = np.linalg.norm(values, axis=-1)
     unit = values / np.where(size > 0, size, 1.0)[:, None]
     grades = _grades(n)
@@ -135,7 +135,7 @@ def factorize_versor(
     off = float(np.linalg.norm(unit[0] - scale * product))
     if not off <= tolerance:
         raise ValueError(f"coefficients: no versor: {off:.2g} of it is not in the product of vectors; expected 0")
-    return FactoredVersor(vectors.reshape(-1, n), metric, scale * size)
+    return FactoredVersor(vectors, metric, scale * size)
 
 
 def vector_products(vectors: Floats, n: int, gram: Floats) -> Floats:
@@ -158,9 +158,9 @@ def versor_coefficients(versor: FactoredVersor) -> Floats:
     n = versor.n
     if n > LARGEST:
         raise ValueError(f"versor: {n} vectors; expected at most {LARGEST}; keep the factored form")
-    rows = versor.vectors.reshape(-1, versor.n_vectors, n)
-    products = np.stack([vector_products(one, n, versor.gram) for one in rows])
-    return np.asarray(products.reshape(*versor.shape, -1) * versor.scale[..., None])
+    rows = flat(versor.vectors, versor.shape, 2)
+    products = np.array([vector_products(one, n, versor.gram) for one in rows]).reshape(*versor.shape, 1 << n)
+    return np.asarray(products * versor.scale[..., None])
 
 
 def _element(coefficients: ArrayLike) -> tuple[Floats, int]:

@@ -113,7 +113,10 @@ def _helper(rest: Floats, changed: Floats, moved: Floats, metric: Floats, thresh
     candidates = [*moved, *(m + s * c for m in moved for c in changed.T for s in (1.0, -1.0))]
     best: tuple[tuple[int, float], Floats] | None = None
     for candidate in candidates:
-        vector = candidate / np.linalg.norm(candidate)
+        length = np.linalg.norm(candidate)
+        if length < 0.1:
+            continue
+        vector = candidate / length
         if abs(vector @ metric @ vector) <= 0.1 * np.abs(metric).max():
             continue
         left, lengths, _ = np.linalg.svd(reflection_matrix(vector, metric) @ rest - np.eye(n))

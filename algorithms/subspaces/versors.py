@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ..arguments import real_array
-from .blade import LARGEST, FactoredBlade, Floats, _finite, _made, check_dimension
+from .blade import LARGEST, FactoredBlade, Floats, _finite, _made, check_dimension, flat
 from .duals import metric_factors
 from .gram import gram_matrix, nullity
 from .reflections import reflection_matrix, reflections_of
@@ -136,8 +136,7 @@ class FactoredVersor:
         """
         if nullity(self.gram) > 1:
             raise ValueError("reduced: two or more dimensions are orthogonal to all; expected one at most")
-        maps = self.matrix().reshape(-1, self.n, self.n)
-        old = self.vectors.reshape(len(maps), self.n_vectors, self.n)
+        maps, old = flat(self.matrix(), self.shape, 2), flat(self.vectors, self.shape, 2)
         scale = self.scale.reshape(-1)
         lists = [reflections_of(one, self.gram) for one in maps]
         count = max((len(one) for one in lists), default=0)
