@@ -130,6 +130,37 @@ def test_maps_that_change_null_directions_only() -> None:
         assert relative(versor_coefficients(found), coefficients(element)) < 1e-10
 
 
+@pytest.mark.parametrize("p", range(1, 5))
+def test_maps_of_neutral_metrics(p: int) -> None:
+    """GL(p) on null vectors, and shears between null spaces, whose changes are all null."""
+    gram = np.kron([[0.0, 1.0], [1.0, 0.0]], np.eye(p))
+    for kind in range(12):
+        shear, skew = np.eye(2 * p), RANDOM.normal(size=(p, p))
+        shear[:p, p:] = skew - skew.T
+        linear = np.linalg.qr(RANDOM.normal(size=(p, p)))[0] @ np.diag(RANDOM.uniform(0.5, 2.0, p))
+        zero = np.zeros((p, p))
+        truth = np.block([[linear, zero], [zero, np.linalg.inv(linear).T]]) if kind % 3 else np.eye(2 * p)
+        truth = truth @ shear if kind % 2 else truth
+        found = reflections_of(truth, gram)
+        assert np.abs(map_of(found, gram) - truth).max() < 1e-9
+        assert len(found) <= 2 * p
+
+
+@pytest.mark.parametrize("n", range(3, 7))
+def test_all_maps_of_rigid_bodies(n: int) -> None:
+    """Rotations, reflections and translations of n - 1 dimensions, as PGA has them on planes: one null direction."""
+    gram = np.diag([1.0] * (n - 1) + [0.0])
+    for kind in range(12):
+        truth = np.eye(n)
+        if kind % 3:
+            truth[:-1, :-1] = ortho_group.rvs(n - 1, random_state=kind)
+        if kind % 2:
+            truth[-1, :-1] = RANDOM.normal(size=n - 1) * 10.0 ** RANDOM.integers(-3, 4)
+        found = reflections_of(truth, gram)
+        assert np.abs(map_of(found, gram) - truth).max() < 1e-9 * np.abs(truth).max()
+        assert len(found) <= n
+
+
 @pytest.mark.parametrize("scale", [1e-8, 1.0, 1e8])
 @pytest.mark.parametrize("algebra", ALGEBRAS, ids=lambda a: a.name)
 def test_versors_are_factorised(algebra: Algebra, scale: float) -> None:

@@ -2,6 +2,10 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from dataclasses import dataclass
+from itertools import combinations
+
 import numpy as np
 from numpy.typing import ArrayLike
 from scipy.linalg import schur
@@ -14,8 +18,12 @@ _ORTHOGONAL = 1e-8
 """How far ``M^T G M`` may be from ``G``, of the squared norm of M."""
 _FIXED = 1e-12
 """A direction that a map changes by less than this, of its norm, is fixed."""
-_NULL = 1e-5
+_NULL = 1e-4
 """A direction is null where its square, of that of its length and of the largest inner product, is below this."""
+_STEEP = 1e-2
+"""And farther from null than this what is left after a reflection that was put in."""
+_TRIED = 6
+"""How many directions are combined with each other when single ones do not do."""
 
 
 def reflection_matrix(vectors: Floats, gram: Floats) -> Floats:
@@ -31,6 +39,7 @@ def reflections_of(matrix: ArrayLike, gram: ArrayLike | None = None) -> Floats:
     In a Euclidean metric the planes of rotation give two vectors each, the directions that are turned round one each;
     so there are as many as dimensions that change. In others a direction that changes and is farthest from null is
     reflected until nothing changes: again that many, or two more where all directions that change are null (Scherk).
+    Rounding there grows with the square of the norm of the map: strong boosts have no accurate reflections.
 
     Parameters
     ----------
@@ -58,7 +67,18 @@ def reflections_of(matrix: ArrayLike, gram: ArrayLike | None = None) -> Floats:
     if not off <= _ORTHOGONAL * np.abs(metric).max() * max(1.0, np.linalg.norm(array, 2) ** 2):
         raise ValueError(f"matrix: inner products change by up to {off:.2g}; expected a map that keeps them")
     definite = np.abs(metric - metric[0, 0] * np.eye(n)).max() == 0.0 and metric[0, 0] != 0.0
-    return _by_planes(array) if definite else _by_steps(array, metric)
+    if definite:
+        return _by_planes(array)
+    squares, turn = np.linalg.eigh(metric)
+    null = np.abs(squares) <= 1e-12 * np.abs(squares).max()
+    if not null.any():
+        return _by_steps(array, metric)
+    # the unit of directions that are orthogonal to all is arbitrary: such that translations have size 1
+    shift = float(np.linalg.norm(turn[:, null].T @ array @ turn[:, ~null]))
+    units = np.where(null, shift if shift > 0.0 else 1.0, 1.0)
+    there, back = turn * units, (turn / units).T
+    found = _by_steps(back @ array @ there, np.diag(np.where(null, 0.0, squares))) @ there.T
+    return np.asarray(found / np.linalg.norm(found, axis=-1, keepdims=True))
 
 
 def _by_planes(matrix: Floats) -> Floats:
@@ -78,50 +98,109 @@ def _by_planes(matrix: Floats) -> Floats:
     return np.array(found).reshape(-1, n)
 
 
+@dataclass(frozen=True, slots=True, eq=False)
+class _Rest:
+    """A map that is still to be reflected away: what it changes, and how.
+
+    Attributes
+    ----------
+    changed : array, (n, rank)
+        An orthonormal basis of the range of the map less the identity, as columns.
+    moved : array, (rank, n)
+        Rows that are orthogonal to all that is fixed, those that move most first.
+    steepness : float
+        How far from null the vectors of that range get, as a square.
+    """
+
+    matrix: Floats
+    changed: Floats
+    moved: Floats
+    squares: Floats
+    turn: Floats
+
+    @property
+    def rank(self) -> int:
+        return len(self.moved)
+
+    @property
+    def steepness(self) -> float:
+        return float(np.abs(self.squares).max(initial=0.0))
+
+    @classmethod
+    def of(cls, matrix: Floats, metric: Floats, threshold: float) -> _Rest:
+        left, lengths, right = np.linalg.svd(matrix - np.eye(len(matrix)))
+        rank = int((lengths > threshold).sum())
+        changed = left[:, :rank]
+        squares, turn = np.linalg.eigh(changed.T @ metric @ changed)
+        order = np.argsort(-np.abs(squares))
+        return cls(matrix, changed, right[:rank], squares[order], turn[:, order])
+
+    def directions(self) -> Iterator[Floats]:
+        """Unit vectors of the range: the one farthest from null first, then others, then their sums and differences."""
+        vectors = (self.changed @ self.turn).T
+        yield from vectors
+        for a, b in combinations(vectors[:_TRIED], 2):
+            yield (a + b) / np.sqrt(2.0)
+            yield (a - b) / np.sqrt(2.0)
+
+
 def _by_steps(matrix: Floats, metric: Floats) -> Floats:
     n = len(matrix)
     size = float(np.abs(np.linalg.eigvalsh(metric)).max())
     threshold = _FIXED * max(1.0, float(np.linalg.norm(matrix, 2)) ** 2)
-    rest = matrix
+    null = _NULL * size
+
+    def after(rest: _Rest, vector: Floats) -> _Rest | None:
+        if abs(vector @ metric @ vector) <= null:
+            return None
+        return _Rest.of(reflection_matrix(vector, metric) @ rest.matrix, metric, threshold)
+
+    def one(rest: _Rest) -> tuple[tuple[Floats, ...], _Rest] | None:
+        """A direction to reflect, after which again some direction that changes is not null."""
+        for vector in rest.directions():
+            new = after(rest, vector)
+            if new is None or new.rank >= rest.rank:
+                continue
+            # what is orthogonal to all is left to the exception: nothing else changes it
+            if new.steepness > null or np.abs(metric @ new.changed).max(initial=0.0) <= null:
+                return (vector,), new
+        return None
+
+    def two(rest: _Rest) -> tuple[tuple[Floats, ...], _Rest] | None:
+        """The exception: another reflection first, then one that does more than to take it back."""
+        for helper in _helpers(rest, metric):
+            middle = after(rest, helper)
+            if middle is None:
+                continue
+            for vector in middle.directions():
+                new = after(middle, vector)
+                if new is not None and new.rank <= rest.rank and (new.rank == 0 or new.steepness > _STEEP * size):
+                    return (helper, vector), new
+        return None
+
+    rest = _Rest.of(matrix, metric, threshold)
     found: list[Floats] = []
     for _ in range(2 * n + 3):
-        left, lengths, right = np.linalg.svd(rest - np.eye(n))
-        rank = int((lengths > threshold).sum())
-        if rank == 0:
-            return np.array(found).reshape(-1, n)
-        vector, steepness = _steepest(left[:, :rank], metric)
-        if size == 0.0 or steepness <= _NULL * size:
-            helper = _helper(rest, left[:, :rank], right[:rank], metric, threshold)
-            if helper is None:
-                break
-            vector = helper
-        rest = reflection_matrix(vector, metric) @ rest
-        found.append(vector)
-    raise ValueError("matrix: no product of reflections; expected a map that leaves alone what is orthogonal to all")
+        if rest.rank == 0:
+            return np.array(found).reshape(len(found), n)
+        step = one(rest) or two(rest)
+        if step is None:
+            break
+        vectors, rest = step
+        found += vectors
+    raise ValueError(
+        "matrix: reflections do not bring it to the identity; expected a map that leaves alone what is orthogonal to "
+        "all, with entries up to some thousands"
+    )
 
 
-def _steepest(basis: Floats, metric: Floats) -> tuple[Floats, float]:
-    """The unit vector of a subspace (orthonormal columns) that is farthest from null, and the size of its square."""
-    squares, turn = np.linalg.eigh(basis.T @ metric @ basis)
-    at = int(np.argmax(np.abs(squares)))
-    return basis @ turn[:, at], float(abs(squares[at]))
-
-
-def _helper(rest: Floats, changed: Floats, moved: Floats, metric: Floats, threshold: float) -> Floats | None:
-    """A reflection to put in where all directions that change are null: the next one finds most to do after it."""
-    n = len(rest)
-    candidates = [*moved, *(m + s * c for m in moved for c in changed.T for s in (1.0, -1.0))]
-    best: tuple[tuple[int, float], Floats] | None = None
-    for candidate in candidates:
-        length = np.linalg.norm(candidate)
-        if length < 0.1:
-            continue
-        vector = candidate / length
-        if abs(vector @ metric @ vector) <= 0.1 * np.abs(metric).max():
-            continue
-        left, lengths, _ = np.linalg.svd(reflection_matrix(vector, metric) @ rest - np.eye(n))
-        rank = int((lengths > threshold).sum())
-        score = (-rank, _steepest(left[:, :rank], metric)[1] if rank else 1.0)
-        if best is None or score > best[0]:
-            best = score, vector
-    return None if best is None else best[1]
+def _helpers(rest: _Rest, metric: Floats) -> Iterator[Floats]:
+    """Unit vectors to put in where all directions that change are null: such as touch what is moved."""
+    moved = rest.moved[:_TRIED]
+    partners = moved @ np.linalg.pinv(metric, rcond=1e-10)
+    for vector in (*moved, *partners):
+        for more in (0.0 * vector, *rest.changed.T[:_TRIED]):
+            for total in (vector + more, vector - more):
+                length = np.linalg.norm(total)
+                if length > 1e-3:
+                    yield total / length

@@ -102,6 +102,9 @@ class FactoredVersor:
     def geometric_product(self, other: FactoredVersor) -> FactoredVersor:
         """The product with another; one of more than n vectors is made again of at most n, where `reduced` can.
 
+        It cannot where two or more dimensions are orthogonal to all, and where boosts are so strong that the map has
+        no accurate reflections; then the product keeps all its vectors, and is as good.
+
         Raises
         ------
         TypeError, ValueError
@@ -114,7 +117,12 @@ class FactoredVersor:
         shape = np.broadcast_shapes(self.shape, other.shape)
         parts = [np.broadcast_to(v.vectors, shape + v.vectors.shape[-2:]) for v in (self, other)]
         product = FactoredVersor(np.concatenate(parts, -2), self.gram, self.scale * other.scale)
-        return product.reduced() if product.n_vectors > self.n and nullity(self.gram) <= 1 else product
+        if product.n_vectors <= self.n:
+            return product
+        try:
+            return product.reduced()
+        except ValueError:
+            return product
 
     def apply(self, x: FactoredBlade) -> FactoredBlade:
         """``v x v**-1`` (with the grade involution for odd versors) on blades, vector by vector."""
@@ -132,7 +140,8 @@ class FactoredVersor:
         Raises
         ------
         ValueError
-            In a metric in which more than one dimension is orthogonal to all: there a versor is more than its map.
+            In a metric in which more than one dimension is orthogonal to all: there a versor is more than its map. And
+            where `reflections_of` finds none.
         """
         if nullity(self.gram) > 1:
             raise ValueError("reduced: two or more dimensions are orthogonal to all; expected one at most")
