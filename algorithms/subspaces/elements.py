@@ -13,8 +13,8 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ..arguments import real_array
-from . import loops, tables
-from .blade import BLADE_TOLERANCE, Floats, _finite, _wedge_arrays, flat
+from . import tables
+from .blade import BLADE_TOLERANCE, Floats, _finite, factors_and_defects, flat
 from .gram import gram_matrix
 from .reflections import reflections_of
 from .versors import FactoredVersor
@@ -78,7 +78,8 @@ def classify(coefficients: ArrayLike, gram: ArrayLike | None = None, tolerance: 
     grade = np.where(present.sum(-1) == 1, present.argmax(-1), -1)
     for k in range(2, n - 1):
         chosen = np.flatnonzero(grade == k)
-        grade[chosen[_blade_error(unit[np.ix_(chosen, grades == k)], n, k) > tolerance]] = -1
+        _, _, error = factors_and_defects(unit[np.ix_(chosen, grades == k)], n, k, False, True)
+        grade[chosen[error > tolerance]] = -1
     norm, error = _norm_squared(unit, n, metric), _versor_error(unit, n, metric)
     is_null = np.abs(norm) <= tolerance * np.maximum(1.0, np.abs(metric).max()) ** n
     is_versor = (is_even ^ is_odd) & ~is_null & (error <= np.sqrt(tolerance))
@@ -217,14 +218,6 @@ def _norm_squared(values: Floats, n: int, gram: Floats) -> Floats:
         part = values[:, _grades(n) == k]
         total += np.einsum("ei,ij,ej->e", part, minors, part)
     return total
-
-
-def _blade_error(values: Floats, n: int, k: int) -> Floats:
-    table = tables.factor_table(n, k)
-    vectors, scale, error = np.empty((len(values), k, n)), np.empty(len(values)), np.zeros(len(values))
-    values = np.ascontiguousarray(values)
-    loops.factor_batch(values, table.place, table.sign, True, True, _wedge_arrays(n), vectors, scale, error)
-    return np.where(np.isfinite(error), error, np.inf)
 
 
 def _maps(values: Floats, n: int, gram: Floats) -> tuple[Floats, Floats]:

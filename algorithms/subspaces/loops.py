@@ -31,23 +31,41 @@ def outer_product(a: Any, b: Any, left: Any, right: Any, sign: Any, out: Any) ->
 
 
 @njit(**_COMPILED)
-def gather_factors(coefficients: Any, e: int, place: Any, sign: Any, factors: Any) -> float:
-    """Rows whose outer product, times the number returned, is the blade; 0 for zero (and below 10^-308)."""
+def find_pivot(coefficients: Any, e: int) -> int:
+    """The place of the largest coefficient, the first of several; -1 where all are zero, or below 10^-308."""
     best, pivot = 0.0, 0
     for p in range(coefficients.shape[1]):
         size = abs(coefficients[e, p])
         if size > best:
             best, pivot = size, p
-    if best == 0.0:
-        return 0.0
-    scale = coefficients[e, pivot]
-    reciprocal = 1.0 / scale
-    if abs(reciprocal) == np.inf:
-        return 0.0
+    return -1 if best < 2.3e-308 else pivot
+
+
+@njit(**_COMPILED)
+def gather_factors(coefficients: Any, e: int, pivot: int, place: Any, sign: Any, factors: Any) -> None:
+    """Rows whose outer product, times the coefficient at the pivot, is the blade."""
+    reciprocal = 1.0 / coefficients[e, pivot]
     for i in range(place.shape[1]):
         for j in range(place.shape[2]):
-            factors[e, i, j] = sign[pivot, i, j] * coefficients[e, place[pivot, i, j]] * reciprocal
-    return scale  # type: ignore[no-any-return]
+            factors[e, i, j] = sign[pivot, i, j] * (coefficients[e, place[pivot, i, j]] * reciprocal)
+
+
+@njit(**_COMPILED)
+def blade_defect(coefficients: Any, e: int, pivot: int, table: Any) -> float:
+    """How far the relations of a `BladeTable` are from holding, of the norm of the coefficients."""
+    pivots, target, first, left, right, sign = table
+    reciprocal = 1.0 / coefficients[e, pivot]
+    # in units of the largest coefficient, so that squares neither overflow nor vanish
+    squares, difference = 0.0, 0.0
+    for p in range(coefficients.shape[1]):
+        squares += (coefficients[e, p] * reciprocal) ** 2
+    for relation in range(pivots[pivot], pivots[pivot + 1]):
+        total = coefficients[e, target[relation]] * reciprocal
+        for term in range(first[relation], first[relation + 1]):
+            one, two = coefficients[e, left[term]] * reciprocal, coefficients[e, right[term]] * reciprocal
+            total -= sign[term] * one * two
+        difference += total * total
+    return np.sqrt(difference / squares)  # type: ignore[no-any-return]
 
 
 @njit(**_COMPILED)
@@ -105,32 +123,20 @@ def wedge_rows(
 
 @njit(**_COMPILED)
 def factor_batch(
-    coefficients: Any, place: Any, sign: Any, orthonormal: bool, check: bool, table: Any, factors: Any, scale: Any,
-    error: Any,
-) -> None:  # fmt: skip
-    """Factors and scale of each blade, and, where asked for, how far their product is from the blade, relatively."""
-    rest, vector, start, size = table
-    grade = place.shape[1]
-    start_with = np.empty((1, factors.shape[2]))
-    largest = 1
-    for k in range(grade + 1):
-        largest = max(largest, size[k])
-    buffers = np.empty((2, largest))
+    coefficients: Any, place: Any, sign: Any, orthonormal: bool, relations: Any, factors: Any, scale: Any, error: Any
+) -> None:
+    """Factors and scale of each blade (0 where it is zero), and `blade_defect` by the relations given."""
     for e in range(len(coefficients)):
-        scale[e] = gather_factors(coefficients, e, place, sign, factors)
+        pivot = find_pivot(coefficients, e)
+        if pivot < 0:
+            scale[e] = 0.0
+            continue
+        gather_factors(coefficients, e, pivot, place, sign, factors)
+        scale[e] = coefficients[e, pivot]
         if orthonormal:
-            scale[e] *= orthonormalize(factors, e, grade)
-        if check:
-            for j in range(factors.shape[2]):
-                start_with[0, j] = factors[e, 0, j]
-            found = wedge_rows(start_with, 0, 1, factors, e, 1, grade, rest, vector, start, size, buffers)
-            squares, difference, reciprocal = 0.0, 0.0, 1.0 / scale[e]
-            # in units of the scale, so that squares neither overflow nor vanish
-            for p in range(size[grade]):
-                value = coefficients[e, p] * reciprocal
-                squares += value * value
-                difference += (value - buffers[found, p]) ** 2
-            error[e] = np.sqrt(difference / squares)
+            scale[e] *= orthonormalize(factors, e, place.shape[1])
+        if len(relations[1]):
+            error[e] = blade_defect(coefficients, e, pivot, relations)
 
 
 @njit(**_COMPILED)

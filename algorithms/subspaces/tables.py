@@ -71,6 +71,71 @@ def factor_table(n: int, grade: int) -> FactorTable:
 
 
 @dataclass(frozen=True, slots=True)
+class BladeTable:
+    """Conditions for coefficients to be those of a blade: Plücker relations with the largest coefficient in them.
+
+    With E the basis blade of that coefficient, every other S that lacks two or more vectors of E has one:
+    ``B_E B_S`` is a sum over the vectors of E that S lacks. In that order for all E and S, flat: the relations of E are
+    those from ``pivot[E]`` on, for the coefficients at `target`; the terms of a relation are those from ``first`` on.
+    """
+
+    pivot: NDArray[np.int64]
+    target: Integers
+    first: NDArray[np.int64]
+    left: Integers
+    right: Integers
+    sign: Signs
+
+
+MOST_TERMS = 200_000
+"""The most terms that a `BladeTable` may have: enough for 10 vectors."""
+
+
+def blade_table_terms(n: int, grade: int) -> int:
+    """The number of terms that `blade_table` would have."""
+    shared = (m * comb(grade, m) * comb(n - grade, m) for m in range(2, grade + 1))
+    return comb(n, grade) * sum(shared)
+
+
+@cache
+def blade_table(n: int, grade: int) -> BladeTable:
+    """The conditions for blades of a grade, for sizes of up to `MOST_TERMS` terms."""
+    masks = [sum(1 << i for i in row) for row in vectors_of(n, grade).tolist()]
+    at = {mask: index for index, mask in enumerate(masks)}
+    pivot, target, first, left, right, sign = [0], [], [0], [], [], []
+    for whole in masks:
+        for other in masks:
+            if (other & ~whole).bit_count() < 2:
+                continue
+            new = other & ~whole & -(other & ~whole)
+            rest, more = other ^ new, whole | new
+            own = _exchange(rest, more, new)
+            missing = whole & ~other
+            while missing:
+                old = missing & -missing
+                missing ^= old
+                left.append(at[rest | old])
+                right.append(at[more ^ old])
+                sign.append(-own * _exchange(rest, more, old))
+            target.append(at[other])
+            first.append(len(left))
+        pivot.append(len(target))
+    return BladeTable(
+        _frozen(np.array(pivot, np.int64)),
+        _frozen(np.array(target, np.int32)),
+        _frozen(np.array(first, np.int64)),
+        _frozen(np.array(left, np.int32)),
+        _frozen(np.array(right, np.int32)),
+        _frozen(np.array(sign, np.int8)),
+    )
+
+
+def _exchange(rest: int, more: int, vector: int) -> int:
+    """The sign of ``(rest ^ vector) (more without vector)`` in a Plücker relation."""
+    return 1 - 2 * (((more & (vector - 1)).bit_count() + (rest & -vector).bit_count()) & 1)
+
+
+@dataclass(frozen=True, slots=True)
 class WedgeTable:
     """Outer products by a vector, for all grades in one flat array.
 
