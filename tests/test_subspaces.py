@@ -6,6 +6,7 @@ from fractions import Fraction
 from functools import reduce
 from itertools import combinations
 from math import comb
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -340,6 +341,19 @@ def test_bad_arguments_are_named(name: str) -> None:
     call, kind, words = BAD[name]
     with pytest.raises(kind, match=words):
         call()
+
+
+def test_the_benchmark_writes_its_page(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.syspath_prepend(str(Path(__file__).parent.parent))
+    from benchmarks import subspaces
+
+    monkeypatch.setattr(subspaces, "CLIFFORD", 0)
+    out = tmp_path / "page.md"
+    assert subspaces.main(["--quick", "--out", str(out)]) == 0
+    rows = [line for line in out.read_text().splitlines() if line.startswith("| ")]
+    assert [row.split(" | ")[:2] for row in rows if row[2].isdigit()] == [["| 3", "1, 1"], ["| 5", "2, 2"]]
+    assert len(rows) == 2 + len(subspaces.QUICK_SIZES) + 2 + 5
+    assert subspaces.main(["--quick", "--out", str(tmp_path / "page.md" / "no")]) == 1
 
 
 @pytest.mark.peers

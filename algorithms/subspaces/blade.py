@@ -296,7 +296,7 @@ def factors_and_defects(
 ) -> tuple[Floats, Floats, Floats]:
     """Vectors, scale (0 for zero), and how far elements ``(N, C(n, grade))`` are from blades, of their norm."""
     table = tables.factor_table(n, grade)
-    vectors = np.zeros((len(coefficients), grade, n))
+    vectors = np.empty((len(coefficients), grade, n))
     scale, error = np.empty(len(coefficients)), np.zeros(len(coefficients))
     checked = checked and 1 < grade < n - 1  # all others are blades
     short = checked and tables.blade_table_terms(n, grade) <= tables.MOST_TERMS

@@ -32,19 +32,24 @@ AnyBlade = TypeVar("AnyBlade", Blade, FactoredBlade)
 class JoinAndMeet:
     """Joins and meets of arrays of blades, whose grades may differ from element to element.
 
+    For each element ``join = a ^ c`` with ``b = meet ^ c``, up to what of ``c`` lies in `a`; so joins change with the
+    scales of `a` and `b`, and meets have norm 1. The sign of a meet is that of its rows, and the join goes with it.
+
     Attributes
     ----------
+    larger : Blade or FactoredBlade
+        That of the larger grade.
     join_grade, meet_grade : int array, (...)
-    outside : array, (..., b, n)
-        Orthonormal rows that complete `a` to the join, as many as its grade is larger; zeros after them.
-    inside : array, (..., b, n)
+    outside : array, (..., k, n)
+        Orthonormal rows that complete `larger` to the join, as many as its grade is larger; zeros after them. `k` is
+        the grade of the other blade.
+    inside : array, (..., k, n)
         Orthonormal rows of the meet, as many as its grade; zeros after them.
     factor : array, (...)
-        ``join = a ^ c`` and ``b = meet ^ c`` where ``c`` is this number times the outer product of the rows `outside`
-        (the second up to what lies in `a`), so joins change with the scales of `a` and `b` and meets are unit.
+        The join is this number times `larger` ^ the rows `outside`.
     """
 
-    a: Blade | FactoredBlade
+    larger: Blade | FactoredBlade
     join_grade: NDArray[np.int64]
     meet_grade: NDArray[np.int64]
     outside: Floats
@@ -52,37 +57,37 @@ class JoinAndMeet:
     factor: Floats
 
     def join(self, grade: int | None = None) -> Blade | FactoredBlade:
-        """The joins of a grade, in order, in the form of `a`; with no grade given all, when they have the same one."""
+        """The joins of a grade, in order; with no grade given all, when they have the same one."""
         grade, chosen = self._chosen(self.join_grade, grade, "join")
-        rows = self.outside[chosen][..., : grade - self.a.grade, :]
+        rows = self.outside[chosen][..., : grade - self.larger.grade, :]
         factor = self.factor[chosen]
-        if isinstance(self.a, Blade):
-            shape = self.join_grade.shape + self.a.coefficients.shape[-1:]
-            first = Blade(np.broadcast_to(self.a.coefficients, shape)[chosen], self.a.n, self.a.grade)
+        if isinstance(self.larger, Blade):
+            shape = self.join_grade.shape + self.larger.coefficients.shape[-1:]
+            first = Blade(np.broadcast_to(self.larger.coefficients, shape)[chosen], self.larger.n, self.larger.grade)
             return wedge_vectors(first, rows, factor)
         shape = self.join_grade.shape
-        own = np.broadcast_to(self.a.vectors, shape + self.a.vectors.shape[-2:])[chosen]
-        return _made(np.concatenate([own, rows], -2), factor * np.broadcast_to(self.a.scale, shape)[chosen])
+        own = np.broadcast_to(self.larger.vectors, shape + self.larger.vectors.shape[-2:])[chosen]
+        return _made(np.concatenate([own, rows], -2), factor * np.broadcast_to(self.larger.scale, shape)[chosen])
 
     def meet(self, grade: int | None = None) -> Blade | FactoredBlade:
-        """The meets of a grade, in order, in the form of `a`; with no grade given all, when they have the same one."""
+        """The meets of a grade, in order; with no grade given all, when they have the same one."""
         grade, chosen = self._chosen(self.meet_grade, grade, "meet")
         rows = self.inside[chosen][..., :grade, :]
         found = _made(rows, np.ones(rows.shape[:-2]))
-        return found.coefficients() if isinstance(self.a, Blade) else found
+        return found.coefficients() if isinstance(self.larger, Blade) else found
 
     def _chosen(self, grades: NDArray[np.int64], grade: int | None, name: str) -> tuple[int, Any]:
         if grade is not None:
             return grade, grades == grade
-        found = np.unique(grades)
-        if len(found) > 1:
+        if not grades.size:
+            raise ValueError(f"{name}: no elements, so no grade; expected at least one element, or a grade")
+        least, largest = int(grades.min()), int(grades.max())
+        if least != largest:
             raise ValueError(
-                f"{name}: grades {', '.join(map(str, found))} among the elements; expected one grade; "
+                f"{name}: grades {', '.join(map(str, np.unique(grades)))} among the elements; expected one grade; "
                 f"use join_and_meet(a, b).{name}(grade)"
             )
-        if not len(found):
-            raise ValueError(f"{name}: no elements, so no grade; expected at least one element, or a grade")
-        return int(found[0]), ()
+        return least, ()
 
 
 def join_and_meet(a: Blade | FactoredBlade, b: Blade | FactoredBlade, tolerance: float = ANGLE) -> JoinAndMeet:
@@ -106,7 +111,10 @@ def join_and_meet(a: Blade | FactoredBlade, b: Blade | FactoredBlade, tolerance:
     check_pair(a, b)
     if not 0 < tolerance < 1:
         raise ValueError(f"tolerance: {tolerance!r}; expected the sine of an angle, above 0 and below 1")
-    (one, _), (two, scale) = _rows(a, "a"), _rows(b, "b")
+    rows = {"a": _rows(a, "a"), "b": _rows(b, "b")}
+    swapped = a.grade < b.grade  # less is left of the smaller blade, so less is to do
+    larger, smaller = (b, a) if swapped else (a, b)
+    (one, _), (two, scale) = rows["b" if swapped else "a"], rows["a" if swapped else "b"]
     shape = np.broadcast_shapes(a.shape, b.shape)
     one, two = flat(one, shape, 2), flat(two, shape, 2)
     count = len(one)
@@ -114,14 +122,13 @@ def join_and_meet(a: Blade | FactoredBlade, b: Blade | FactoredBlade, tolerance:
     outside, inside = np.empty_like(two), np.empty_like(two)
     loops.join_batch(one, two, tolerance, rank, factor, outside, inside)
     more = rank.reshape(shape)
-    rows = (*shape, b.grade, b.n)
+    factor = factor.reshape(shape) * scale
+    if swapped:
+        # b ^ c' is a ^ c up to the order of c and c'
+        factor = np.where(more * (larger.grade - smaller.grade + more) & 1, -factor, factor)
+    of_rows = (*shape, smaller.grade, a.n)
     return JoinAndMeet(
-        a,
-        a.grade + more,
-        b.grade - more,
-        outside.reshape(rows),
-        inside.reshape(rows),
-        factor.reshape(shape) * np.broadcast_to(scale, shape),
+        larger, larger.grade + more, smaller.grade - more, outside.reshape(of_rows), inside.reshape(of_rows), factor
     )
 
 
