@@ -223,6 +223,17 @@ def test_where_the_join_is_everything_the_meet_is_the_regressive_product() -> No
     assert np.allclose(np.abs(found @ truth), np.linalg.norm(truth))
 
 
+def test_noisy_blades_join_where_the_noise_is_allowed() -> None:
+    rows = RANDOM.normal(size=(20, 5, 7))
+    a, b = (FactoredBlade.of_vectors(part).coefficients() for part in (rows[:, :3], rows[:, 2:]))
+    noisy = Blade(b.coefficients * (1 + 1e-7 * RANDOM.normal(size=b.coefficients.shape)), 7, 3)
+    with pytest.raises(ValueError, match=r"b: element \(\d+,\) is no blade"):
+        join(a, noisy)
+    found = join_and_meet(a, noisy, 1e-4, blade_tolerance=1e-5)
+    assert (found.join_grade == 5).all() and (found.meet_grade == 1).all()
+    assert (join_and_meet(a, noisy, 1e-4, blade_tolerance=None).join_grade == 5).all()
+
+
 def test_grades_that_differ_in_one_batch() -> None:
     a = FactoredBlade.of_vectors([[1.0, 0, 0, 0], [0, 1, 0, 0]])
     b = FactoredBlade.of_vectors([[[1.0, 0, 0, 0]], [[0, 0, 1, 0]], [[1, 1, 0, 0]]])

@@ -79,7 +79,7 @@ class FactoredBlade:
     Parameters
     ----------
     vectors : array_like, (..., grade, n)
-        Orthonormal rows; `of_vectors` takes any. `n` is at most 30.
+        Orthonormal rows; `of_vectors` takes any vectors. `n` is at most 30.
     scale : array_like, (...)
 
     Raises
@@ -140,10 +140,11 @@ class FactoredBlade:
 
 
 def reduced_factors(blade: Blade, tolerance: float | None = BLADE_TOLERANCE) -> tuple[Floats, Floats]:
-    """Vectors whose outer product, times a scale, is a blade: copies of its coefficients (Fontijne's fast form).
+    """Vectors whose outer product, times a scale, is a blade: copies of its coefficients.
 
     On the vectors of the basis blade with the largest coefficient they are the identity, and no coordinate is larger
-    than 1, so they are well conditioned for every blade.
+    than 1, so they are well conditioned for every blade. This is the fast form of Fontijne & Dorst (*Efficient
+    algorithms for factorization and join of blades*, 2010).
 
     Parameters
     ----------
@@ -185,7 +186,8 @@ def factorize_blade(
 
     Notes
     -----
-    Factors, multiplied out, gave back 10^-14 of random blades of every grade, 3 to 10 vectors, scales 10^-8 to 10^8.
+    The vectors, multiplied out, give the blade back within 10^-12 of its largest coefficient: random blades of every
+    grade of 3 to 10 vectors, scales 10^-8 to 10^8; within 10^-10 where two factors differ by 10^-7.
     """
     if averaged:
         return _by_eigenvectors(blade, tolerance)

@@ -90,7 +90,12 @@ class JoinAndMeet:
         return least, ()
 
 
-def join_and_meet(a: Blade | FactoredBlade, b: Blade | FactoredBlade, tolerance: float = ANGLE) -> JoinAndMeet:
+def join_and_meet(
+    a: Blade | FactoredBlade,
+    b: Blade | FactoredBlade,
+    tolerance: float = ANGLE,
+    blade_tolerance: float | None = BLADE_TOLERANCE,
+) -> JoinAndMeet:
     """The smallest blades that contain, and the largest that are contained in, two blades; no metric is used.
 
     The grade of the meet is the number of principal angles between the two subspaces with a sine of at most the
@@ -101,7 +106,9 @@ def join_and_meet(a: Blade | FactoredBlade, b: Blade | FactoredBlade, tolerance:
     a, b : Blade or FactoredBlade
         The same form and number of vectors; leading axes broadcast.
     tolerance : float
-        A sine, 0 < tolerance < 1. Sines below some 10^-15 times the condition of the blades are rounding.
+        A sine, 0 < tolerance < 1. It should be above the errors of the blades: of 10^-15 for exact coefficients.
+    blade_tolerance : float or None
+        How far coefficients may be from those of a blade, of their norm; None does not look.
 
     Raises
     ------
@@ -111,7 +118,7 @@ def join_and_meet(a: Blade | FactoredBlade, b: Blade | FactoredBlade, tolerance:
     check_pair(a, b)
     if not 0 < tolerance < 1:
         raise ValueError(f"tolerance: {tolerance!r}; expected the sine of an angle, above 0 and below 1")
-    rows = {"a": _rows(a, "a"), "b": _rows(b, "b")}
+    rows = {name: _rows(x, name, blade_tolerance) for name, x in (("a", a), ("b", b))}
     swapped = a.grade < b.grade  # less is left of the smaller blade, so less is to do
     larger, smaller = (b, a) if swapped else (a, b)
     (one, _), (two, scale) = rows["b" if swapped else "a"], rows["a" if swapped else "b"]
@@ -142,10 +149,10 @@ def meet(a: AnyBlade, b: AnyBlade, tolerance: float = ANGLE) -> AnyBlade:
     return join_and_meet(a, b, tolerance).meet()  # type: ignore[return-value]
 
 
-def _rows(x: Blade | FactoredBlade, name: str) -> tuple[Floats, Floats]:
+def _rows(x: Blade | FactoredBlade, name: str, tolerance: float | None) -> tuple[Floats, Floats]:
     if isinstance(x, Blade):
         try:
-            return _factors(x, BLADE_TOLERANCE, orthonormal=True)
+            return _factors(x, tolerance, orthonormal=True)
         except ValueError as error:
             raise ValueError(str(error).replace("blade", name, 1)) from None
     refuse(np.atleast_1d(x.scale == 0).ravel(), x.shape, "zero; expected a blade other than zero", name)

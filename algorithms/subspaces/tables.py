@@ -57,17 +57,18 @@ class FactorTable:
 def factor_table(n: int, grade: int) -> FactorTable:
     """The table that `factorize_blade` gathers by."""
     blades = vectors_of(n, grade)
-    others = np.empty((len(blades), grade, n, grade), np.int32)
-    others[:] = blades[:, None, None, :]
+    found = np.zeros((len(blades), grade, n), np.int32)
+    sign = np.zeros((len(blades), grade, n), np.int8)
     for i in range(grade):
-        others[:, i, :, i] = np.arange(n)
-    order = np.argsort(others, axis=-1)
-    ascending = np.take_along_axis(others, order, -1)
-    double = (np.diff(ascending, axis=-1) == 0).any(-1)
-    swaps = sum((order[..., i, None] > order[..., i + 1 :]).sum(-1) for i in range(grade))
-    sign = np.where(double, 0, 1 - 2 * (swaps & 1)).astype(np.int8)
-    found = np.where(double, 0, place(ascending))
-    return FactorTable(_frozen(found.astype(np.int32)), _frozen(sign))
+        others = np.repeat(blades[:, None, :], n, 1)
+        others[:, :, i] = np.arange(n)
+        order = np.argsort(others, axis=-1)
+        ascending = np.take_along_axis(others, order, -1)
+        good = (np.diff(ascending, axis=-1) != 0).all(-1)
+        # only the new vector moves: past those between its old place and its new one
+        swaps = np.argmax(order == i, axis=-1) - i
+        found[:, i], sign[:, i] = np.where(good, place(ascending), 0), np.where(good, 1 - 2 * (swaps & 1), 0)
+    return FactorTable(_frozen(found), _frozen(sign))
 
 
 @dataclass(frozen=True, slots=True)

@@ -37,7 +37,7 @@ def spanning_vectors(blade: Multivector, tolerance: float = TOLERANCE) -> tuple[
 
     With ``E`` the basis blade of the largest coefficient ``c`` (the first, where coefficients cannot be compared), the
     vectors are ``c`` times those of `factorize_blade`, so their outer product is ``c**(k - 1)`` times the blade
-    (Fontijne, *Efficient Implementation of Geometric Algebra*, 2007, ch. 5).
+    (Fontijne & Dorst 2010, the fast form).
 
     Raises
     ------
@@ -143,7 +143,7 @@ def delta_product(a: Multivector, b: Multivector, tolerance: float = TOLERANCE) 
     """The part of highest grade of ``a b``; zero where that product is.
 
     In a definite metric it is what two blades do not share: its grade is that of the join less that of the meet (Dorst,
-    Fontijne & Mann 2007, §21.7). Where shared directions are null, the grade says less; `join_and_meet` always tells.
+    Fontijne & Mann 2007, ch. 21). Where shared directions are null, the grade says less; `join_and_meet` always tells.
     """
     other = a.lift(b)
     product = significant(a * other, tolerance, like=_bound(a, other))
@@ -154,7 +154,7 @@ def factorize_versor(versor: Multivector, tolerance: float = TOLERANCE) -> Facto
     """A versor as a number times a product of vectors, each with an inverse.
 
     The part of highest grade of a versor is the blade of the directions it changes. A vector of it that is not null is
-    divided out, which lowers the grade by one (Dorst, Fontijne & Mann 2007, §21.5). Where all its vectors are null, as
+    divided out, which lowers the grade by one (Dorst, Fontijne & Mann 2007, ch. 21). Where all its vectors are null, as
     for ``1 + n m`` with a null plane, one more reflection is put in first: Scherk's exception to the Cartan-Dieudonné
     theorem. The number of vectors is the grade of that part, and two more in the exception.
 
