@@ -240,8 +240,13 @@ def test_grades_that_differ_in_one_batch() -> None:
     found = join_and_meet(a, b)
     assert found.join_grade.tolist() == [2, 3, 2]
     assert found.join(2).shape == (2,) and found.join(3).shape == (1,) and found.meet(1).shape == (2,)
+    same = join_and_meet(a, FactoredBlade.of_vectors([[[1.0, 1, 0, 0]]]))
+    assert found.meet(0).shape == (1,) and same.join(3).shape == (0,)
     with pytest.raises(ValueError, match="grades 2, 3"):
         join(a, b)
+    for grade in (1, 4):
+        with pytest.raises(ValueError, match="expected 2 to 3"):
+            found.join(grade)
 
 
 @pytest.mark.parametrize("n", [20, 30])
@@ -338,6 +343,7 @@ BAD = {
     "an array": (lambda: meet(LINE, np.zeros(6)), TypeError, "b: ndarray"),
     "grades too large": (lambda: outer_product(Blade(np.ones(4), 4, 3), LINE), ValueError, "sum up to 4"),
     "axes": (lambda: join(PAIR, FOUR), ValueError, "broadcast"),
+    "overflow": (lambda: FactoredBlade.of_vectors(1e200 * np.eye(2)), ValueError, "inf"),
     "tolerance": (lambda: join(LINE, LINE, 0.0), ValueError, "sine"),
     "too many vectors": (lambda: FactoredBlade.of_vectors(np.ones((3, 2))), ValueError, "dependent"),
     "not orthonormal": (lambda: FactoredBlade([[1.0, 1.0]]), ValueError, "of_vectors"),

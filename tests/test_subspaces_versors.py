@@ -19,6 +19,7 @@ from algorithms.subspaces import (
     reflections_of,
     versor_coefficients,
 )
+from gacompiler.algebra import classification
 from gacompiler.algebra.algebra import Algebra
 from gacompiler.algebra.catalog import CGA3, PGA3, STA, VGA3, orthogonal
 from gacompiler.algebra.multivector import Multivector
@@ -225,6 +226,29 @@ def test_kinds_of_elements() -> None:
 
 
 PLANE = FactoredVersor(np.eye(2))
+
+
+@pytest.mark.parametrize("algebra", [*ALGEBRAS, orthogonal(2, 2, 1)], ids=lambda a: a.name)
+def test_kinds_agree_with_exact_factors(algebra: Algebra) -> None:
+    """Products of vectors, and the same with one coefficient more; shears 1 + n m of null vectors too."""
+    basis = algebra.basis()
+    null = [(a, b) for a in basis for b in basis if a * a == 0 and b * b == 0 and a * b + b * a == 0 and (a ^ b).terms]
+    elements = []
+    for count in range(algebra.dimension + 1):
+        element = product_of(algebra, exact_vectors(algebra, count)[1])
+        if null and count % 2:
+            a, b = null[count % len(null)]
+            element = element * (1 + 2 * a * b)
+        extra = reduce(lambda a, b: a ^ b, basis[: 2 + count % 2], algebra.scalar(1))
+        elements += [element, element + extra, extra]
+    found = classify([coefficients(element) for element in elements], gram_of(algebra))
+    exact = [classification.classify(element) for element in elements]
+    assert found.kind.tolist() == [one.kind.value for one in exact]
+    assert found.is_versor.tolist() == [one.is_versor for one in exact]
+    assert found.is_null.tolist() == [one.is_null for one in exact]
+    assert {"versor", "blade"} <= set(found.kind.tolist())
+
+
 BAD = {
     "null vector": (lambda: FactoredVersor([[1.0, 1.0]], [1, -1]), ValueError, "null"),
     "zero vector": (lambda: FactoredVersor([[0.0, 0.0]]), ValueError, "null or zero"),
@@ -239,6 +263,7 @@ BAD = {
     "empty": (lambda: classify([]), ValueError, r"2\*\*n"),
     "not finite": (lambda: classify([1.0, np.nan]), ValueError, "nan"),
     "not symmetric": (lambda: classify(np.ones(4), [[1, 1], [0, 1]]), ValueError, "symmetric"),
+    "null dimensions": (lambda: classify(np.ones(8), [1, 0, 0]), ValueError, "orthogonal to all"),
     "too many coefficients": (lambda: versor_coefficients(FactoredVersor(np.eye(13))), ValueError, "at most 12"),
     "two null": (lambda: FactoredVersor(np.eye(3)[:1], [1, 0, 0]).reduced(), ValueError, "reduced"),
     "no blade": (lambda: FactoredVersor(np.eye(3)).apply(np.eye(3)), ValueError, "FactoredBlade"),

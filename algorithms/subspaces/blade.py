@@ -117,7 +117,9 @@ class FactoredBlade:
         if rows.shape[-2] > rows.shape[-1]:
             raise ValueError(f"vectors: {rows.shape[-2]} rows of {rows.shape[-1]}; more than n are dependent")
         q, r = np.linalg.qr(np.swapaxes(rows, -1, -2))
-        return cls(np.swapaxes(q, -1, -2), np.prod(np.diagonal(r, axis1=-2, axis2=-1), axis=-1))
+        with np.errstate(over="ignore"):
+            scale = np.prod(np.diagonal(r, axis1=-2, axis2=-1), axis=-1)
+        return cls(np.swapaxes(q, -1, -2), scale)
 
     @property
     def shape(self) -> tuple[int, ...]:

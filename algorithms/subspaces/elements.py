@@ -15,7 +15,7 @@ from numpy.typing import ArrayLike, NDArray
 from ..arguments import real_array
 from . import tables
 from .blade import BLADE_TOLERANCE, Floats, _finite, factors_and_defects, flat
-from .gram import gram_matrix
+from .gram import gram_matrix, nullity
 from .reflections import reflections_of
 from .versors import FactoredVersor
 
@@ -64,10 +64,16 @@ def classify(coefficients: ArrayLike, gram: ArrayLike | None = None, tolerance: 
     Raises
     ------
     TypeError, ValueError
-        Where there are not 2**n finite coefficients, or `gram` does not fit.
+        Where there are not 2**n finite coefficients, `gram` does not fit, or two or more dimensions are orthogonal to
+        all: there versors are more than their maps.
+
+    Notes
+    -----
+    A versor is told by ``V e_j = M(e_j) V`` with an orthogonal map M, solved in the least-squares sense (the
+    Clifford-Lipschitz group: the products of vectors, where at most one dimension is orthogonal to all).
     """
     array, n = _element(coefficients)
-    metric = gram_matrix(gram, n)
+    metric = _metric(gram, n)
     values = flat(array, array.shape[:-1], 1)
     size = np.linalg.norm(values, axis=-1)
     unit = values / np.where(size > 0, size, 1.0)[:, None]
@@ -80,14 +86,9 @@ def classify(coefficients: ArrayLike, gram: ArrayLike | None = None, tolerance: 
         chosen = np.flatnonzero(grade == k)
         _, _, error = factors_and_defects(unit[np.ix_(chosen, grades == k)], n, k, False, True)
         grade[chosen[error > tolerance]] = -1
-    norm, error = _norm_squared(unit, n, metric), _versor_error(unit, n, metric)
+    norm, error = _norm_squared(unit, n, metric), _maps(unit, n, metric)[1]
     is_null = np.abs(norm) <= tolerance * np.maximum(1.0, np.abs(metric).max()) ** n
-    is_versor = (is_even ^ is_odd) & ~is_null & (error <= np.sqrt(tolerance))
-    for e in np.flatnonzero(is_versor & (grade < 0)):
-        try:
-            factorize_versor(unit[e], metric, tolerance)
-        except ValueError:
-            is_versor[e] = False
+    is_versor = (is_even ^ is_odd) & ~is_null & (error <= tolerance)
     kind = np.select([is_zero, grade >= 0, is_versor], ["zero", "blade", "versor"], "general")
     shape = array.shape[:-1]
     parts = (kind, np.where(is_zero, -1, grade), is_even, is_odd, is_versor, is_null, norm * size**2)
@@ -114,23 +115,20 @@ def factorize_versor(
     Raises
     ------
     TypeError, ValueError
-        Where the element is zero or no versor, and where `gram` does not fit. In a metric with two or more dimensions
-        orthogonal to all, also for versors that their map does not determine.
+        Where the element is zero or no versor, `gram` does not fit, or two or more dimensions are orthogonal to all.
     """
     array, n = _element(coefficients)
     if array.ndim != 1:
         raise ValueError(f"coefficients: shape {array.shape}; expected one element, ({1 << n},)")
-    metric = gram_matrix(gram, n)
+    metric = _metric(gram, n)
     size = float(np.linalg.norm(array))
     if size == 0.0:
         raise ValueError("coefficients: zero; expected a versor")
     unit = array[None] / size
     maps, error = _maps(unit, n, metric)
-    if not error[0] <= np.sqrt(tolerance):
+    if not error[0] <= tolerance:
         raise ValueError(f"coefficients: no versor: vectors turn into other grades, by {error[0]:.2g}")
     vectors = reflections_of(maps[0], metric)
-    if len(vectors) > 2 * n:
-        raise ValueError("coefficients: no versor")
     product = vector_products(vectors, n, metric)
     scale = float(product @ unit[0] / (product @ product))
     off = float(np.linalg.norm(unit[0] - scale * product))
@@ -162,6 +160,13 @@ def versor_coefficients(versor: FactoredVersor) -> Floats:
     rows = flat(versor.vectors, versor.shape, 2)
     products = np.array([vector_products(one, n, versor.gram) for one in rows]).reshape(*versor.shape, 1 << n)
     return np.asarray(products * versor.scale[..., None])
+
+
+def _metric(gram: ArrayLike | None, n: int) -> Floats:
+    metric = gram_matrix(gram, n)
+    if nullity(metric) > 1:
+        raise ValueError("gram: two or more dimensions are orthogonal to all; expected one at most; versors are more")
+    return metric
 
 
 def _element(coefficients: ArrayLike) -> tuple[Floats, int]:
@@ -229,11 +234,8 @@ def _maps(values: Floats, n: int, gram: Floats) -> tuple[Floats, Floats]:
     right = np.swapaxes(_times_basis(values, n, gram, left=False), -1, -2)
     right = right * np.where(odd, -1.0, 1.0)[:, None, None]
     maps = np.linalg.pinv(left, rcond=1e-10) @ right
-    error = np.linalg.norm(left @ maps - right, axis=(-1, -2))
+    size = 1.0 + np.abs(maps).max((-1, -2))
+    error = np.linalg.norm(left @ maps - right, axis=(-1, -2)) / size
     kept = np.swapaxes(maps, -1, -2) @ gram @ maps
-    off = np.abs(kept - gram).max((-1, -2)) / np.maximum(1.0, np.abs(maps).max((-1, -2)) ** 2)
+    off = np.abs(kept - gram).max((-1, -2)) / size**2
     return maps, np.maximum(error, off)
-
-
-def _versor_error(values: Floats, n: int, gram: Floats) -> Floats:
-    return _maps(values, n, gram)[1]

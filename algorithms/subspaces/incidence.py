@@ -78,6 +78,12 @@ class JoinAndMeet:
 
     def _chosen(self, grades: NDArray[np.int64], grade: int | None, name: str) -> tuple[int, Any]:
         if grade is not None:
+            k = self.outside.shape[-2]
+            least, largest = (
+                (0, k) if name == "meet" else (self.larger.grade, min(self.larger.grade + k, self.larger.n))
+            )
+            if grade not in range(least, largest + 1):
+                raise ValueError(f"grade: {grade!r}; expected {least} to {largest}, which a {name} of these can have")
             return grade, grades == grade
         if not grades.size:
             raise ValueError(f"{name}: no elements, so no grade; expected at least one element, or a grade")

@@ -33,7 +33,13 @@ class FactoredVersor:
     Raises
     ------
     TypeError, ValueError
-        Where shapes do not fit, something is not finite, or a vector has no inverse.
+        Where shapes do not fit, something is not finite or too large for a float, or a vector has no inverse.
+
+    Notes
+    -----
+    Any metric will do for products, inverses and maps. `reduced`, by which a product keeps at most n vectors, follows
+    from the map of vectors, so that it needs a metric with at most one dimension orthogonal to all (as PGA has), and
+    maps with entries up to some thousands: rotations, motors and moderate boosts.
     """
 
     vectors: Floats
@@ -46,6 +52,8 @@ class FactoredVersor:
         check_dimension(n, LARGEST)
         matrix = gram_matrix(gram, n)
         lengths = np.linalg.norm(rows, axis=-1)
+        with np.errstate(over="ignore"):
+            volume = lengths.prod(-1)
         unit = rows / np.where(lengths > 0, lengths, 1.0)[..., None]
         squares = np.abs((unit @ matrix * unit).sum(-1))
         bad = squares <= _NULL * max(np.abs(matrix).max(), 1e-300)
@@ -56,7 +64,7 @@ class FactoredVersor:
         shape = np.broadcast_shapes(rows.shape[:-2], numbers.shape)
         object.__setattr__(self, "vectors", np.broadcast_to(unit, shape + rows.shape[-2:]))
         object.__setattr__(self, "gram", matrix)
-        object.__setattr__(self, "scale", np.broadcast_to(numbers * lengths.prod(-1), shape))
+        object.__setattr__(self, "scale", np.broadcast_to(_finite(numbers * volume, "scale"), shape))
 
     @classmethod
     def of_blade(cls, blade: FactoredBlade, gram: ArrayLike | None = None) -> FactoredVersor:
