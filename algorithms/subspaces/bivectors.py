@@ -9,7 +9,7 @@ from numpy.typing import ArrayLike, NDArray
 from scipy.linalg import cholesky, schur, solve_sylvester, solve_triangular
 
 from ..arguments import real_array
-from .blade import LARGEST, Floats, _finite, check_dimension
+from .blade import LARGEST, Floats, _finite, check_dimension, flat
 from .gram import gram_matrix
 
 _ZERO = 1e-13
@@ -18,6 +18,8 @@ _SIMPLE = 1e-9
 """A bivector is simple where the second pair of its singular values is below this, of the first."""
 _ROUNDING = 1e-12
 """What splitting off the largest parts leaves in the others, of the norm of the bivector."""
+_APART = 0.05
+"""Squares of rates that differ by more than this, of the largest, are told apart by polynomials."""
 _EQUAL = 1e-6
 """Squares of rates that differ by less than this, of the largest, count as equal."""
 
@@ -79,9 +81,12 @@ def split_bivectors(coefficients: ArrayLike, n: int, gram: ArrayLike | None = No
     if np.array_equal(metric, np.eye(n)):
         parts, is_split = _by_eigenvectors(matrices), np.ones(array.shape[:-1], bool)
     else:
-        found = [_by_subspaces(one, metric) for one in matrices.reshape(-1, n, n)]
-        parts = np.array([one for one, _ in found]).reshape(*array.shape[:-1], n // 2, n, n)
-        is_split = np.array([good for _, good in found], bool).reshape(array.shape[:-1])
+        shape = array.shape[:-1]
+        each = flat(matrices, shape, 2)
+        parts, good = _by_polynomials(each, metric)
+        for e in np.flatnonzero(~good):
+            parts[e], good[e] = _by_subspaces(each[e], metric)
+        parts, is_split = parts.reshape(*shape, n // 2, n, n), good.reshape(shape)
     maps = parts @ metric
     squares = np.einsum("...ij,...ji->...", maps, maps) / 2
     return BivectorParts(parts[..., row, column], squares, is_split)
@@ -95,6 +100,39 @@ def _by_eigenvectors(matrices: Floats) -> Floats:
     planes = np.einsum("...ik,...jk->...kij", y, x)
     rates = np.where(rates > _ZERO * rates[..., :1], rates, 0.0)
     return np.asarray(2.0 * rates[..., None, None] * (planes - np.swapaxes(planes, -1, -2)))
+
+
+def _by_polynomials(matrices: Floats, metric: Floats) -> tuple[Floats, NDArray[np.bool_]]:
+    """All bivectors at once, and which of them are split well: those whose rates have real squares far apart.
+
+    Parts are polynomials of ``S**2`` times the bivector, S being ``x -> B . x``, which are 1 at one square and vanish
+    twice at the others; the part of the smallest square is what is left, so that it may be null.
+    """
+    n, m = matrices.shape[-1], matrices.shape[-1] // 2
+    maps = matrices @ metric
+    squares = np.linalg.eigvals(maps) ** 2
+    order = np.argsort(-np.abs(squares), axis=-1)
+    # rates come in pairs of opposite sign, and in odd dimensions the smallest is 0
+    rates = np.take_along_axis(squares, order, -1)[..., : 2 * m].reshape(-1, m, 2)
+    size = np.maximum(np.abs(rates).max((-1, -2)), 1e-300)
+    good = (np.abs(rates.imag).max((-1, -2)) < _EQUAL * size) & (np.ptp(rates.real, axis=-1).max(-1) < _EQUAL * size)
+    mean = rates.real.mean(-1)
+    parts = np.zeros((len(matrices), m, n, n))
+    whole = maps @ maps
+    identity = np.eye(n)
+    for i in range(m - 1):
+        product = matrices
+        for j in [*(j for j in range(m) if j != i), *([None] if n % 2 else [])]:
+            other = np.zeros(len(mean)) if j is None else mean[:, j]
+            gap = mean[:, i] - other
+            good &= np.abs(gap) > _APART * size
+            factor = (whole - other[:, None, None] * identity) / np.where(good, gap, 1.0)[:, None, None]
+            product = factor @ (factor @ product)
+        parts[:, i] = (product - np.swapaxes(product, -1, -2)) / 2
+    parts[:, m - 1] = matrices - parts.sum(1)
+    lengths = np.linalg.svd(parts, compute_uv=False)
+    norms = np.linalg.norm(matrices, axis=(-1, -2))
+    return parts, good & (lengths[..., 2:].max((-1, -2), initial=0.0) <= _ROUNDING * norms)
 
 
 def _by_subspaces(matrix: Floats, metric: Floats) -> tuple[Floats, bool]:
