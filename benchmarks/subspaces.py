@@ -30,7 +30,7 @@ from .machine import version
 
 PAGE = Path("docs/subspaces.md")
 SIZES = ((3, 1, 1), (4, 1, 2), (5, 2, 2), (6, 2, 3), (7, 3, 3), (8, 3, 4), (9, 4, 4), (10, 4, 5), (12, 5, 5))
-"""Numbers of vectors, and two grades: of the blades that are joined; blades of their sum are factorised."""
+"""Numbers of vectors, and two grades: of the blades that are joined. Half as many vectors make a blade to factorise."""
 QUICK_SIZES = ((3, 1, 1), (5, 2, 2))
 ROUNDS = 7
 CLIFFORD = 6
@@ -66,19 +66,25 @@ def measure(n: int, a: int, b: int, elements: int, rounds: int) -> Row:
     rows = random.normal(size=(elements, a + b, n))
     first, second = FactoredBlade.of_vectors(rows[:, :a]), FactoredBlade.of_vectors(rows[:, a:])
     one, two = first.coefficients(), second.coefficients()
-    whole = outer_product(one, two)
-    assert isinstance(whole, Blade)
     # blades that share a direction
     shared = FactoredBlade.of_vectors(np.concatenate([rows[:, :1], rows[:, a : a + b - 1]], 1)).coefficients()
+    k = max(2, n // 2)
+    halves = [
+        FactoredBlade.of_vectors(part).coefficients()
+        for part in np.split(random.normal(size=(elements, k, n)), [k // 2], 1)
+    ]
+    whole = outer_product(*halves)
+    assert isinstance(whole, Blade)
     times = interleaved(
         {
             "outer product": lambda: outer_product(one, two),
-            "reduced factors": lambda: reduced_factors(whole, None),
-            "checked": lambda: reduced_factors(whole),
-            "orthonormal": lambda: factorize_blade(whole),
             "join": lambda: join(one, two),
             "join, shared": lambda: join(one, shared),
             "join, factored": lambda: join_and_meet(first, second),
+            "halves": lambda: outer_product(*halves),
+            "reduced factors": lambda: reduced_factors(whole, None),
+            "checked": lambda: reduced_factors(whole),
+            "orthonormal": lambda: factorize_blade(whole),
         },
         elements,
         rounds,
@@ -133,17 +139,27 @@ def page(rows: Sequence[Row], others: dict[str, float], elements: int, rounds: i
         "# Subspaces",
         "",
         f"Nanoseconds for one of {elements} elements, the least of {rounds} rounds in which operations take turns; in",
-        "brackets, outer products of the same two grades. *Reduced factors* are the fast form, *checked* with the",
-        "proof that the element is a blade, *orthonormal* also with that; joins check both blades.",
+        "brackets, outer products: of two blades that make up the one to factorise, of the two blades to join.",
+        "*Reduced factors* are the fast form, *checked* with the proof that the element is a blade, *orthonormal* also",
+        "with that, *averaged* for noisy blades. Joins check both blades; *shared* ones have a meet; *factored* ones need",
+        "no check.",
         "",
     ]
-    names = ("reduced factors", "checked", "orthonormal", "averaged", "join", "join, shared", "join, factored")
-    lines += ["| n | grades | outer product | " + " | ".join(names) + " |"]
-    lines += ["| ---: | --- |" + " ---: |" * (len(names) + 1)]
-    for row in rows:
-        outer = row.times["outer product"]
-        cells = [f"{row.times[name]:,.0f} ({row.times[name] / outer:.1f})" for name in names]
-        lines.append(f"| {row.n} | {row.a}, {row.b} | {outer:,.0f} | " + " | ".join(cells) + " |")
+    factors, joins = (
+        ("reduced factors", "checked", "orthonormal", "averaged"),
+        ("join", "join, shared", "join, factored"),
+    )
+    for names, base in ((factors, "halves"), (joins, "outer product")):
+        lines += ["| n | grades | outer product | " + " | ".join(names) + " |"]
+        lines += ["| ---: | --- |" + " ---: |" * (len(names) + 1)]
+        for row in rows:
+            k = max(2, row.n // 2)
+            grades = (k // 2, k - k // 2) if base == "halves" else (row.a, row.b)
+            outer = row.times[base]
+            cells = [f"{row.times[name]:,.0f} ({row.times[name] / outer:.1f})" for name in names]
+            lines.append(f"| {row.n} | {grades[0]}, {grades[1]} | {outer:,.0f} | " + " | ".join(cells) + " |")
+        lines.append("")
+    lines.pop()
     peers = [row for row in rows if "clifford join" in row.times]
     if peers:
         lines += ["", f"clifford {version('clifford')}, one element at a time:", ""]
