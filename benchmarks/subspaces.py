@@ -141,8 +141,8 @@ def page(rows: Sequence[Row], others: dict[str, float], elements: int, rounds: i
         f"Nanoseconds for one of {elements} elements, the least of {rounds} rounds in which operations take turns; in",
         "brackets, outer products: of two blades that make up the one to factorise, of the two blades to join.",
         "*Reduced factors* are the fast form, *checked* with the proof that the element is a blade, *orthonormal* also",
-        "with that, *averaged* for noisy blades. Joins check both blades; *shared* ones have a meet; *factored* ones need",
-        "no check.",
+        "with that, *averaged* for noisy blades. Joins check both blades; *shared* ones have a meet; *factored* ones",
+        "need no check.",
         "",
     ]
     factors, joins = (
