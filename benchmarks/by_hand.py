@@ -130,7 +130,7 @@ def _aligned(array: Array, kind: str, order: str) -> Array:
     size = array.size * np.dtype(kind).itemsize
     room = np.empty(size + _CACHE_LINE, np.uint8)
     first = -room.ctypes.data % _CACHE_LINE
-    aligned: Array = np.ndarray(array.shape, kind, room[first : first + size], order=order)  # type: ignore[call-overload]
+    aligned: Array = np.ndarray(array.shape, kind, room[first : first + size], order=order)
     aligned[...] = array
     return aligned
 

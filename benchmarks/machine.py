@@ -15,7 +15,7 @@ from gacompiler.backends.build import FLAGS, find_compiler
 
 from .timing import Effort, seconds
 
-PACKAGES = ("numpy", "numba", "scipy", "kingdon", "clifford")
+PACKAGES = ("numpy", "numba", "scipy", "kingdon", "clifford", "pytransform3d", "numpy-quaternion", "pin")
 """Those whose version a figure depends on."""
 
 IN_CACHE = 128 << 10
