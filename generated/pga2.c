@@ -2,7 +2,7 @@
 // command: gac generate --all pga2
 // spec: c2e557616addccdc
 // contraction: -ffp-contract=off (every operation is rounded once)
-// body: 1ff9a3a2919a5cf43eeb9eb424d97d00295cc37923e236052c2be2b6aa17d792
+// body: 10c11116f46163b5915112a0d84c4d014c8cb726e366b23a52675e048606ed6c
 
 #ifndef REAL
 #include "pga2.h"
@@ -21,10 +21,13 @@
 // Elements are independent: an output is an input of the same element, or of none.
 #if defined(__clang__)
 #define ANY_ORDER _Pragma("clang loop vectorize(assume_safety)")
+#define NOT_UNROLLED _Pragma("clang loop unroll(disable)")
 #elif defined(__GNUC__)
 #define ANY_ORDER _Pragma("GCC ivdep")
+#define NOT_UNROLLED _Pragma("GCC unroll 1")
 #else
 #define ANY_ORDER
+#define NOT_UNROLLED
 #endif
 
 // The widest vectors of the machine that runs the loops, chosen when the library is loaded.
@@ -40,6 +43,9 @@
 
 // A block in which an argument is too far for the functions of a loop is done once more, in pieces of this many.
 #define CHUNK 64
+
+// Elements in C order go through rows of this many.
+#define SPAN 32
 
 // A vector of neighbours in memory.
 #if defined(__has_builtin)
@@ -547,6 +553,7 @@ static INLINE intptr_t NAME(turn_tiles)(int back, char *x, intptr_t row, char *a
 {
     const intptr_t w = sizeof(REAL);
     intptr_t done = 0;
+    NOT_UNROLLED
     for (; done + TILE <= n; done += TILE) {
         for (intptr_t k = 0; k < size; k += 4) {
             const intptr_t first = k + 4 <= size ? k : size - 4;
@@ -649,6 +656,37 @@ WIDE static void NAME(store_rows)(char *a, intptr_t s, intptr_t c, REAL *x, intp
     }
 }
 
+// The rows of SPAN elements of `size` components, in C order from element `first` on.
+static INLINE void NAME(load_span)(REAL *x, char *a, intptr_t first, intptr_t size)
+{
+    const intptr_t w = sizeof(REAL);
+    const REAL *from = (const REAL *)(a + first * size * w);
+#ifdef SHUFFLE
+    if (size >= 4) {
+        NAME(turn_tiles)(0, (char *)x, SPAN * w, (char *)from, size * w, size, SPAN);
+        return;
+    }
+#endif
+    for (intptr_t i = 0; i < SPAN; ++i)
+        for (intptr_t k = 0; k < size; ++k)
+            x[k * SPAN + i] = from[size * i + k];
+}
+
+static INLINE void NAME(store_span)(char *a, intptr_t first, REAL *x, intptr_t size)
+{
+    const intptr_t w = sizeof(REAL);
+    REAL *to = (REAL *)(a + first * size * w);
+#ifdef SHUFFLE
+    if (size >= 4) {
+        NAME(turn_tiles)(1, (char *)x, SPAN * w, (char *)to, size * w, size, SPAN);
+        return;
+    }
+#endif
+    for (intptr_t i = 0; i < SPAN; ++i)
+        for (intptr_t k = 0; k < size; ++k)
+            to[size * i + k] = x[k * SPAN + i];
+}
+
 // All rows of a part, from the batch or back to it; axes that lie as one are moved as one.
 static void NAME(move_part)(int back, REAL *x, intptr_t row, const struct part *part, char *a, intptr_t s,
     const intptr_t *c, intptr_t n)
@@ -734,8 +772,8 @@ static void NAME(batch)(const struct kernel *kernel, char **args, intptr_t n, co
     }
     for (intptr_t i = 0, m; i < n; i += m) {
         const int last = n - i < LANES;
-        if (dense && !last) {
-            m = n & -LANES;
+        if (dense && n - i >= SPAN) {
+            m = n & -SPAN;
             in_order(m, starts, cores);
             continue;
         }
@@ -883,10 +921,35 @@ WIDE static void NAME(geometric_product_block)(intptr_t n, char **args, const in
     }
 }
 
+WIDE static void NAME(geometric_product_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    _Alignas(64) REAL r0[8 * SPAN];
+    _Alignas(64) REAL r1[8 * SPAN];
+    _Alignas(64) REAL r2[8 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        NAME(load_span)(r0, args[0], first, 8);
+        NAME(load_span)(r1, args[1], first, 8);
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[8];
+            REAL x1[8];
+            REAL x2[8];
+            NAME(load_8)(x0, (char *)(r0 + i), SPAN * w);
+            NAME(load_8)(x1, (char *)(r1 + i), SPAN * w);
+            NAME(geometric_product)(x0, x1, x2);
+            NAME(store_8)((char *)(r2 + i), SPAN * w, x2);
+        }
+        NAME(store_span)(args[2], first, r2, 8);
+    }
+}
+
 void NAME(geometric_product_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{8, 1, 0, {8}}, {8, 1, 1, {8}}, {8, 1, 2, {8}}};
-    static const struct kernel kernel = {NAME(geometric_product_block), NULL, 2, 3, 0, 0, parts, NULL};
+    static const struct kernel kernel = {NAME(geometric_product_block), NAME(geometric_product_dense), 2, 3, 0, 0,
+        parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -987,18 +1050,23 @@ WIDE static void NAME(outer_product_dense)(intptr_t n, char **args, const intptr
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[8];
-        REAL x1[8];
-        REAL x2[8];
-        NAME(load_8)(x0, a0 + i * 8 * w, w);
-        NAME(load_8)(x1, a1 + i * 8 * w, w);
-        NAME(outer_product)(x0, x1, x2);
-        NAME(store_8)(a2 + i * 8 * w, w, x2);
+    _Alignas(64) REAL r0[8 * SPAN];
+    _Alignas(64) REAL r1[8 * SPAN];
+    _Alignas(64) REAL r2[8 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        NAME(load_span)(r0, args[0], first, 8);
+        NAME(load_span)(r1, args[1], first, 8);
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[8];
+            REAL x1[8];
+            REAL x2[8];
+            NAME(load_8)(x0, (char *)(r0 + i), SPAN * w);
+            NAME(load_8)(x1, (char *)(r1 + i), SPAN * w);
+            NAME(outer_product)(x0, x1, x2);
+            NAME(store_8)((char *)(r2 + i), SPAN * w, x2);
+        }
+        NAME(store_span)(args[2], first, r2, 8);
     }
 }
 
@@ -1107,18 +1175,23 @@ WIDE static void NAME(regressive_product_dense)(intptr_t n, char **args, const i
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[8];
-        REAL x1[8];
-        REAL x2[8];
-        NAME(load_8)(x0, a0 + i * 8 * w, w);
-        NAME(load_8)(x1, a1 + i * 8 * w, w);
-        NAME(regressive_product)(x0, x1, x2);
-        NAME(store_8)(a2 + i * 8 * w, w, x2);
+    _Alignas(64) REAL r0[8 * SPAN];
+    _Alignas(64) REAL r1[8 * SPAN];
+    _Alignas(64) REAL r2[8 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        NAME(load_span)(r0, args[0], first, 8);
+        NAME(load_span)(r1, args[1], first, 8);
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[8];
+            REAL x1[8];
+            REAL x2[8];
+            NAME(load_8)(x0, (char *)(r0 + i), SPAN * w);
+            NAME(load_8)(x1, (char *)(r1 + i), SPAN * w);
+            NAME(regressive_product)(x0, x1, x2);
+            NAME(store_8)((char *)(r2 + i), SPAN * w, x2);
+        }
+        NAME(store_span)(args[2], first, r2, 8);
     }
 }
 
@@ -1237,18 +1310,23 @@ WIDE static void NAME(inner_product_dense)(intptr_t n, char **args, const intptr
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[8];
-        REAL x1[8];
-        REAL x2[8];
-        NAME(load_8)(x0, a0 + i * 8 * w, w);
-        NAME(load_8)(x1, a1 + i * 8 * w, w);
-        NAME(inner_product)(x0, x1, x2);
-        NAME(store_8)(a2 + i * 8 * w, w, x2);
+    _Alignas(64) REAL r0[8 * SPAN];
+    _Alignas(64) REAL r1[8 * SPAN];
+    _Alignas(64) REAL r2[8 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        NAME(load_span)(r0, args[0], first, 8);
+        NAME(load_span)(r1, args[1], first, 8);
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[8];
+            REAL x1[8];
+            REAL x2[8];
+            NAME(load_8)(x0, (char *)(r0 + i), SPAN * w);
+            NAME(load_8)(x1, (char *)(r1 + i), SPAN * w);
+            NAME(inner_product)(x0, x1, x2);
+            NAME(store_8)((char *)(r2 + i), SPAN * w, x2);
+        }
+        NAME(store_span)(args[2], first, r2, 8);
     }
 }
 
@@ -1304,15 +1382,19 @@ WIDE static void NAME(reverse_dense)(intptr_t n, char **args, const intptr_t *st
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
-    char *a0 = args[0];
-    char *a1 = args[1];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[8];
-        REAL x1[8];
-        NAME(load_8)(x0, a0 + i * 8 * w, w);
-        NAME(reverse)(x0, x1);
-        NAME(store_8)(a1 + i * 8 * w, w, x1);
+    _Alignas(64) REAL r0[8 * SPAN];
+    _Alignas(64) REAL r1[8 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        NAME(load_span)(r0, args[0], first, 8);
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[8];
+            REAL x1[8];
+            NAME(load_8)(x0, (char *)(r0 + i), SPAN * w);
+            NAME(reverse)(x0, x1);
+            NAME(store_8)((char *)(r1 + i), SPAN * w, x1);
+        }
+        NAME(store_span)(args[1], first, r1, 8);
     }
 }
 
@@ -1367,15 +1449,19 @@ WIDE static void NAME(grade_involution_dense)(intptr_t n, char **args, const int
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
-    char *a0 = args[0];
-    char *a1 = args[1];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[8];
-        REAL x1[8];
-        NAME(load_8)(x0, a0 + i * 8 * w, w);
-        NAME(grade_involution)(x0, x1);
-        NAME(store_8)(a1 + i * 8 * w, w, x1);
+    _Alignas(64) REAL r0[8 * SPAN];
+    _Alignas(64) REAL r1[8 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        NAME(load_span)(r0, args[0], first, 8);
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[8];
+            REAL x1[8];
+            NAME(load_8)(x0, (char *)(r0 + i), SPAN * w);
+            NAME(grade_involution)(x0, x1);
+            NAME(store_8)((char *)(r1 + i), SPAN * w, x1);
+        }
+        NAME(store_span)(args[1], first, r1, 8);
     }
 }
 
@@ -1427,15 +1513,19 @@ WIDE static void NAME(dual_dense)(intptr_t n, char **args, const intptr_t *strid
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
-    char *a0 = args[0];
-    char *a1 = args[1];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[8];
-        REAL x1[8];
-        NAME(load_8)(x0, a0 + i * 8 * w, w);
-        NAME(dual)(x0, x1);
-        NAME(store_8)(a1 + i * 8 * w, w, x1);
+    _Alignas(64) REAL r0[8 * SPAN];
+    _Alignas(64) REAL r1[8 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        NAME(load_span)(r0, args[0], first, 8);
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[8];
+            REAL x1[8];
+            NAME(load_8)(x0, (char *)(r0 + i), SPAN * w);
+            NAME(dual)(x0, x1);
+            NAME(store_8)((char *)(r1 + i), SPAN * w, x1);
+        }
+        NAME(store_span)(args[1], first, r1, 8);
     }
 }
 
@@ -1486,15 +1576,19 @@ WIDE static void NAME(undual_dense)(intptr_t n, char **args, const intptr_t *str
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
-    char *a0 = args[0];
-    char *a1 = args[1];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[8];
-        REAL x1[8];
-        NAME(load_8)(x0, a0 + i * 8 * w, w);
-        NAME(undual)(x0, x1);
-        NAME(store_8)(a1 + i * 8 * w, w, x1);
+    _Alignas(64) REAL r0[8 * SPAN];
+    _Alignas(64) REAL r1[8 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        NAME(load_span)(r0, args[0], first, 8);
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[8];
+            REAL x1[8];
+            NAME(load_8)(x0, (char *)(r0 + i), SPAN * w);
+            NAME(undual)(x0, x1);
+            NAME(store_8)((char *)(r1 + i), SPAN * w, x1);
+        }
+        NAME(store_span)(args[1], first, r1, 8);
     }
 }
 
@@ -1542,15 +1636,19 @@ WIDE static void NAME(norm_dense)(intptr_t n, char **args, const intptr_t *strid
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
-    char *a0 = args[0];
-    char *a1 = args[1];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[8];
-        REAL x1[1];
-        NAME(load_8)(x0, a0 + i * 8 * w, w);
-        NAME(norm)(x0, x1);
-        NAME(store_scalar)(a1 + i * w, x1);
+    _Alignas(64) REAL r0[8 * SPAN];
+    _Alignas(64) REAL r1[1 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        NAME(load_span)(r0, args[0], first, 8);
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[8];
+            REAL x1[1];
+            NAME(load_8)(x0, (char *)(r0 + i), SPAN * w);
+            NAME(norm)(x0, x1);
+            NAME(store_scalar)((char *)(r1 + i), x1);
+        }
+        NAME(store_span)(args[1], first, r1, 1);
     }
 }
 
@@ -1594,14 +1692,17 @@ WIDE static void NAME(point_from_bivector_dense)(intptr_t n, char **args, const 
     const intptr_t w = sizeof(REAL);
     (void)strides;
     char *a0 = args[0];
-    char *a1 = args[1];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[3];
-        REAL x1[2];
-        NAME(load_3)(x0, a0 + i * 3 * w, w);
-        NAME(point_from_bivector)(x0, x1);
-        NAME(store_2)(a1 + i * 2 * w, w, x1);
+    _Alignas(64) REAL r1[2 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[3];
+            REAL x1[2];
+            NAME(load_3)(x0, a0 + (first + i) * 3 * w, w);
+            NAME(point_from_bivector)(x0, x1);
+            NAME(store_2)((char *)(r1 + i), SPAN * w, x1);
+        }
+        NAME(store_span)(args[1], first, r1, 2);
     }
 }
 
@@ -1652,14 +1753,17 @@ WIDE static void NAME(normalize_line_dense)(intptr_t n, char **args, const intpt
     const intptr_t w = sizeof(REAL);
     (void)strides;
     char *a0 = args[0];
-    char *a1 = args[1];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[3];
-        REAL x1[3];
-        NAME(load_3)(x0, a0 + i * 3 * w, w);
-        NAME(normalize_line)(x0, x1);
-        NAME(store_3)(a1 + i * 3 * w, w, x1);
+    _Alignas(64) REAL r1[3 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[3];
+            REAL x1[3];
+            NAME(load_3)(x0, a0 + (first + i) * 3 * w, w);
+            NAME(normalize_line)(x0, x1);
+            NAME(store_3)((char *)(r1 + i), SPAN * w, x1);
+        }
+        NAME(store_span)(args[1], first, r1, 3);
     }
 }
 
@@ -1712,16 +1816,19 @@ WIDE static void NAME(join_points_dense)(intptr_t n, char **args, const intptr_t
     (void)strides;
     char *a0 = args[0];
     char *a1 = args[1];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[2];
-        REAL x1[2];
-        REAL x2[3];
-        NAME(load_2)(x0, a0 + i * 2 * w, w);
-        NAME(load_2)(x1, a1 + i * 2 * w, w);
-        NAME(join_points)(x0, x1, x2);
-        NAME(store_3)(a2 + i * 3 * w, w, x2);
+    _Alignas(64) REAL r2[3 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[2];
+            REAL x1[2];
+            REAL x2[3];
+            NAME(load_2)(x0, a0 + (first + i) * 2 * w, w);
+            NAME(load_2)(x1, a1 + (first + i) * 2 * w, w);
+            NAME(join_points)(x0, x1, x2);
+            NAME(store_3)((char *)(r2 + i), SPAN * w, x2);
+        }
+        NAME(store_span)(args[2], first, r2, 3);
     }
 }
 
@@ -1772,16 +1879,19 @@ WIDE static void NAME(join_point_direction_dense)(intptr_t n, char **args, const
     (void)strides;
     char *a0 = args[0];
     char *a1 = args[1];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[2];
-        REAL x1[2];
-        REAL x2[3];
-        NAME(load_2)(x0, a0 + i * 2 * w, w);
-        NAME(load_2)(x1, a1 + i * 2 * w, w);
-        NAME(join_point_direction)(x0, x1, x2);
-        NAME(store_3)(a2 + i * 3 * w, w, x2);
+    _Alignas(64) REAL r2[3 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[2];
+            REAL x1[2];
+            REAL x2[3];
+            NAME(load_2)(x0, a0 + (first + i) * 2 * w, w);
+            NAME(load_2)(x1, a1 + (first + i) * 2 * w, w);
+            NAME(join_point_direction)(x0, x1, x2);
+            NAME(store_3)((char *)(r2 + i), SPAN * w, x2);
+        }
+        NAME(store_span)(args[2], first, r2, 3);
     }
 }
 
@@ -1840,16 +1950,19 @@ WIDE static void NAME(meet_lines_dense)(intptr_t n, char **args, const intptr_t 
     (void)strides;
     char *a0 = args[0];
     char *a1 = args[1];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[3];
-        REAL x1[3];
-        REAL x2[3];
-        NAME(load_3)(x0, a0 + i * 3 * w, w);
-        NAME(load_3)(x1, a1 + i * 3 * w, w);
-        NAME(meet_lines)(x0, x1, x2);
-        NAME(store_3)(a2 + i * 3 * w, w, x2);
+    _Alignas(64) REAL r2[3 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[3];
+            REAL x1[3];
+            REAL x2[3];
+            NAME(load_3)(x0, a0 + (first + i) * 3 * w, w);
+            NAME(load_3)(x1, a1 + (first + i) * 3 * w, w);
+            NAME(meet_lines)(x0, x1, x2);
+            NAME(store_3)((char *)(r2 + i), SPAN * w, x2);
+        }
+        NAME(store_span)(args[2], first, r2, 3);
     }
 }
 
@@ -1900,16 +2013,19 @@ WIDE static void NAME(line_orthogonal_to_line_dense)(intptr_t n, char **args, co
     (void)strides;
     char *a0 = args[0];
     char *a1 = args[1];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[2];
-        REAL x1[3];
-        REAL x2[3];
-        NAME(load_2)(x0, a0 + i * 2 * w, w);
-        NAME(load_3)(x1, a1 + i * 3 * w, w);
-        NAME(line_orthogonal_to_line)(x0, x1, x2);
-        NAME(store_3)(a2 + i * 3 * w, w, x2);
+    _Alignas(64) REAL r2[3 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[2];
+            REAL x1[3];
+            REAL x2[3];
+            NAME(load_2)(x0, a0 + (first + i) * 2 * w, w);
+            NAME(load_3)(x1, a1 + (first + i) * 3 * w, w);
+            NAME(line_orthogonal_to_line)(x0, x1, x2);
+            NAME(store_3)((char *)(r2 + i), SPAN * w, x2);
+        }
+        NAME(store_span)(args[2], first, r2, 3);
     }
 }
 
@@ -1960,16 +2076,19 @@ WIDE static void NAME(distance_squared_points_dense)(intptr_t n, char **args, co
     (void)strides;
     char *a0 = args[0];
     char *a1 = args[1];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[2];
-        REAL x1[2];
-        REAL x2[1];
-        NAME(load_2)(x0, a0 + i * 2 * w, w);
-        NAME(load_2)(x1, a1 + i * 2 * w, w);
-        NAME(distance_squared_points)(x0, x1, x2);
-        NAME(store_scalar)(a2 + i * w, x2);
+    _Alignas(64) REAL r2[1 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[2];
+            REAL x1[2];
+            REAL x2[1];
+            NAME(load_2)(x0, a0 + (first + i) * 2 * w, w);
+            NAME(load_2)(x1, a1 + (first + i) * 2 * w, w);
+            NAME(distance_squared_points)(x0, x1, x2);
+            NAME(store_scalar)((char *)(r2 + i), x2);
+        }
+        NAME(store_span)(args[2], first, r2, 1);
     }
 }
 
@@ -2021,16 +2140,19 @@ WIDE static void NAME(distance_points_dense)(intptr_t n, char **args, const intp
     (void)strides;
     char *a0 = args[0];
     char *a1 = args[1];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[2];
-        REAL x1[2];
-        REAL x2[1];
-        NAME(load_2)(x0, a0 + i * 2 * w, w);
-        NAME(load_2)(x1, a1 + i * 2 * w, w);
-        NAME(distance_points)(x0, x1, x2);
-        NAME(store_scalar)(a2 + i * w, x2);
+    _Alignas(64) REAL r2[1 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[2];
+            REAL x1[2];
+            REAL x2[1];
+            NAME(load_2)(x0, a0 + (first + i) * 2 * w, w);
+            NAME(load_2)(x1, a1 + (first + i) * 2 * w, w);
+            NAME(distance_points)(x0, x1, x2);
+            NAME(store_scalar)((char *)(r2 + i), x2);
+        }
+        NAME(store_span)(args[2], first, r2, 1);
     }
 }
 
@@ -2081,16 +2203,19 @@ WIDE static void NAME(signed_distance_point_line_dense)(intptr_t n, char **args,
     (void)strides;
     char *a0 = args[0];
     char *a1 = args[1];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[2];
-        REAL x1[3];
-        REAL x2[1];
-        NAME(load_2)(x0, a0 + i * 2 * w, w);
-        NAME(load_3)(x1, a1 + i * 3 * w, w);
-        NAME(signed_distance_point_line)(x0, x1, x2);
-        NAME(store_scalar)(a2 + i * w, x2);
+    _Alignas(64) REAL r2[1 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[2];
+            REAL x1[3];
+            REAL x2[1];
+            NAME(load_2)(x0, a0 + (first + i) * 2 * w, w);
+            NAME(load_3)(x1, a1 + (first + i) * 3 * w, w);
+            NAME(signed_distance_point_line)(x0, x1, x2);
+            NAME(store_scalar)((char *)(r2 + i), x2);
+        }
+        NAME(store_span)(args[2], first, r2, 1);
     }
 }
 
@@ -2149,18 +2274,21 @@ WIDE static void NAME(signed_area_dense)(intptr_t n, char **args, const intptr_t
     char *a0 = args[0];
     char *a1 = args[1];
     char *a2 = args[2];
-    char *a3 = args[3];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[2];
-        REAL x1[2];
-        REAL x2[2];
-        REAL x3[1];
-        NAME(load_2)(x0, a0 + i * 2 * w, w);
-        NAME(load_2)(x1, a1 + i * 2 * w, w);
-        NAME(load_2)(x2, a2 + i * 2 * w, w);
-        NAME(signed_area)(x0, x1, x2, x3);
-        NAME(store_scalar)(a3 + i * w, x3);
+    _Alignas(64) REAL r3[1 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[2];
+            REAL x1[2];
+            REAL x2[2];
+            REAL x3[1];
+            NAME(load_2)(x0, a0 + (first + i) * 2 * w, w);
+            NAME(load_2)(x1, a1 + (first + i) * 2 * w, w);
+            NAME(load_2)(x2, a2 + (first + i) * 2 * w, w);
+            NAME(signed_area)(x0, x1, x2, x3);
+            NAME(store_scalar)((char *)(r3 + i), x3);
+        }
+        NAME(store_span)(args[3], first, r3, 1);
     }
 }
 
@@ -2304,17 +2432,20 @@ WIDE static void NAME(project_point_on_line_block_line)(intptr_t n, char **args,
 WIDE static void NAME(project_point_on_line_dense_line)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
-    (void)strides;
     const REAL *prepared = (const REAL *)args[1];
+    (void)strides;
     char *a0 = args[0];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[2];
-        REAL x2[2];
-        NAME(load_2)(x0, a0 + i * 2 * w, w);
-        NAME(project_point_on_line_apply_line)(prepared, x0, x2);
-        NAME(store_2)(a2 + i * 2 * w, w, x2);
+    _Alignas(64) REAL r2[2 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[2];
+            REAL x2[2];
+            NAME(load_2)(x0, a0 + (first + i) * 2 * w, w);
+            NAME(project_point_on_line_apply_line)(prepared, x0, x2);
+            NAME(store_2)((char *)(r2 + i), SPAN * w, x2);
+        }
+        NAME(store_span)(args[2], first, r2, 2);
     }
 }
 
@@ -2351,16 +2482,19 @@ WIDE static void NAME(project_point_on_line_dense)(intptr_t n, char **args, cons
     (void)strides;
     char *a0 = args[0];
     char *a1 = args[1];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[2];
-        REAL x1[3];
-        REAL x2[2];
-        NAME(load_2)(x0, a0 + i * 2 * w, w);
-        NAME(load_3)(x1, a1 + i * 3 * w, w);
-        NAME(project_point_on_line)(x0, x1, x2);
-        NAME(store_2)(a2 + i * 2 * w, w, x2);
+    _Alignas(64) REAL r2[2 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[2];
+            REAL x1[3];
+            REAL x2[2];
+            NAME(load_2)(x0, a0 + (first + i) * 2 * w, w);
+            NAME(load_3)(x1, a1 + (first + i) * 3 * w, w);
+            NAME(project_point_on_line)(x0, x1, x2);
+            NAME(store_2)((char *)(r2 + i), SPAN * w, x2);
+        }
+        NAME(store_span)(args[2], first, r2, 2);
     }
 }
 
@@ -2420,16 +2554,19 @@ WIDE static void NAME(project_point_on_unit_line_dense)(intptr_t n, char **args,
     (void)strides;
     char *a0 = args[0];
     char *a1 = args[1];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[2];
-        REAL x1[3];
-        REAL x2[2];
-        NAME(load_2)(x0, a0 + i * 2 * w, w);
-        NAME(load_3)(x1, a1 + i * 3 * w, w);
-        NAME(project_point_on_unit_line)(x0, x1, x2);
-        NAME(store_2)(a2 + i * 2 * w, w, x2);
+    _Alignas(64) REAL r2[2 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[2];
+            REAL x1[3];
+            REAL x2[2];
+            NAME(load_2)(x0, a0 + (first + i) * 2 * w, w);
+            NAME(load_3)(x1, a1 + (first + i) * 3 * w, w);
+            NAME(project_point_on_unit_line)(x0, x1, x2);
+            NAME(store_2)((char *)(r2 + i), SPAN * w, x2);
+        }
+        NAME(store_span)(args[2], first, r2, 2);
     }
 }
 
@@ -2486,16 +2623,19 @@ WIDE static void NAME(reflect_point_dense)(intptr_t n, char **args, const intptr
     (void)strides;
     char *a0 = args[0];
     char *a1 = args[1];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[2];
-        REAL x1[3];
-        REAL x2[2];
-        NAME(load_2)(x0, a0 + i * 2 * w, w);
-        NAME(load_3)(x1, a1 + i * 3 * w, w);
-        NAME(reflect_point)(x0, x1, x2);
-        NAME(store_2)(a2 + i * 2 * w, w, x2);
+    _Alignas(64) REAL r2[2 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[2];
+            REAL x1[3];
+            REAL x2[2];
+            NAME(load_2)(x0, a0 + (first + i) * 2 * w, w);
+            NAME(load_3)(x1, a1 + (first + i) * 3 * w, w);
+            NAME(reflect_point)(x0, x1, x2);
+            NAME(store_2)((char *)(r2 + i), SPAN * w, x2);
+        }
+        NAME(store_span)(args[2], first, r2, 2);
     }
 }
 
@@ -2568,16 +2708,19 @@ WIDE static void NAME(motor_product_dense)(intptr_t n, char **args, const intptr
     (void)strides;
     char *a0 = args[0];
     char *a1 = args[1];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[4];
-        REAL x1[4];
-        REAL x2[4];
-        NAME(load_4)(x0, a0 + i * 4 * w, w);
-        NAME(load_4)(x1, a1 + i * 4 * w, w);
-        NAME(motor_product)(x0, x1, x2);
-        NAME(store_4)(a2 + i * 4 * w, w, x2);
+    _Alignas(64) REAL r2[4 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[4];
+            REAL x1[4];
+            REAL x2[4];
+            NAME(load_4)(x0, a0 + (first + i) * 4 * w, w);
+            NAME(load_4)(x1, a1 + (first + i) * 4 * w, w);
+            NAME(motor_product)(x0, x1, x2);
+            NAME(store_4)((char *)(r2 + i), SPAN * w, x2);
+        }
+        NAME(store_span)(args[2], first, r2, 4);
     }
 }
 
@@ -2650,16 +2793,19 @@ WIDE static void NAME(even_product_dense)(intptr_t n, char **args, const intptr_
     (void)strides;
     char *a0 = args[0];
     char *a1 = args[1];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[4];
-        REAL x1[4];
-        REAL x2[4];
-        NAME(load_4)(x0, a0 + i * 4 * w, w);
-        NAME(load_4)(x1, a1 + i * 4 * w, w);
-        NAME(even_product)(x0, x1, x2);
-        NAME(store_4)(a2 + i * 4 * w, w, x2);
+    _Alignas(64) REAL r2[4 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[4];
+            REAL x1[4];
+            REAL x2[4];
+            NAME(load_4)(x0, a0 + (first + i) * 4 * w, w);
+            NAME(load_4)(x1, a1 + (first + i) * 4 * w, w);
+            NAME(even_product)(x0, x1, x2);
+            NAME(store_4)((char *)(r2 + i), SPAN * w, x2);
+        }
+        NAME(store_span)(args[2], first, r2, 4);
     }
 }
 
@@ -2707,14 +2853,17 @@ WIDE static void NAME(motor_inverse_dense)(intptr_t n, char **args, const intptr
     const intptr_t w = sizeof(REAL);
     (void)strides;
     char *a0 = args[0];
-    char *a1 = args[1];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[4];
-        REAL x1[4];
-        NAME(load_4)(x0, a0 + i * 4 * w, w);
-        NAME(motor_inverse)(x0, x1);
-        NAME(store_4)(a1 + i * 4 * w, w, x1);
+    _Alignas(64) REAL r1[4 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[4];
+            REAL x1[4];
+            NAME(load_4)(x0, a0 + (first + i) * 4 * w, w);
+            NAME(motor_inverse)(x0, x1);
+            NAME(store_4)((char *)(r1 + i), SPAN * w, x1);
+        }
+        NAME(store_span)(args[1], first, r1, 4);
     }
 }
 
@@ -2768,14 +2917,17 @@ WIDE static void NAME(normalize_motor_dense)(intptr_t n, char **args, const intp
     const intptr_t w = sizeof(REAL);
     (void)strides;
     char *a0 = args[0];
-    char *a1 = args[1];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[4];
-        REAL x1[4];
-        NAME(load_4)(x0, a0 + i * 4 * w, w);
-        NAME(normalize_motor)(x0, x1);
-        NAME(store_4)(a1 + i * 4 * w, w, x1);
+    _Alignas(64) REAL r1[4 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[4];
+            REAL x1[4];
+            NAME(load_4)(x0, a0 + (first + i) * 4 * w, w);
+            NAME(normalize_motor)(x0, x1);
+            NAME(store_4)((char *)(r1 + i), SPAN * w, x1);
+        }
+        NAME(store_span)(args[1], first, r1, 4);
     }
 }
 
@@ -2838,16 +2990,19 @@ WIDE static void NAME(move_point_dense)(intptr_t n, char **args, const intptr_t 
     (void)strides;
     char *a0 = args[0];
     char *a1 = args[1];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[4];
-        REAL x1[2];
-        REAL x2[2];
-        NAME(load_4)(x0, a0 + i * 4 * w, w);
-        NAME(load_2)(x1, a1 + i * 2 * w, w);
-        NAME(move_point)(x0, x1, x2);
-        NAME(store_2)(a2 + i * 2 * w, w, x2);
+    _Alignas(64) REAL r2[2 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[4];
+            REAL x1[2];
+            REAL x2[2];
+            NAME(load_4)(x0, a0 + (first + i) * 4 * w, w);
+            NAME(load_2)(x1, a1 + (first + i) * 2 * w, w);
+            NAME(move_point)(x0, x1, x2);
+            NAME(store_2)((char *)(r2 + i), SPAN * w, x2);
+        }
+        NAME(store_span)(args[2], first, r2, 2);
     }
 }
 
@@ -2904,16 +3059,19 @@ WIDE static void NAME(move_direction_dense)(intptr_t n, char **args, const intpt
     (void)strides;
     char *a0 = args[0];
     char *a1 = args[1];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[4];
-        REAL x1[2];
-        REAL x2[2];
-        NAME(load_4)(x0, a0 + i * 4 * w, w);
-        NAME(load_2)(x1, a1 + i * 2 * w, w);
-        NAME(move_direction)(x0, x1, x2);
-        NAME(store_2)(a2 + i * 2 * w, w, x2);
+    _Alignas(64) REAL r2[2 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[4];
+            REAL x1[2];
+            REAL x2[2];
+            NAME(load_4)(x0, a0 + (first + i) * 4 * w, w);
+            NAME(load_2)(x1, a1 + (first + i) * 2 * w, w);
+            NAME(move_direction)(x0, x1, x2);
+            NAME(store_2)((char *)(r2 + i), SPAN * w, x2);
+        }
+        NAME(store_span)(args[2], first, r2, 2);
     }
 }
 
@@ -3023,17 +3181,20 @@ WIDE static void NAME(move_line_block_m)(intptr_t n, char **args, const intptr_t
 WIDE static void NAME(move_line_dense_m)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
-    (void)strides;
     const REAL *prepared = (const REAL *)args[0];
+    (void)strides;
     char *a1 = args[1];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x1[3];
-        REAL x2[3];
-        NAME(load_3)(x1, a1 + i * 3 * w, w);
-        NAME(move_line_apply_m)(prepared, x1, x2);
-        NAME(store_3)(a2 + i * 3 * w, w, x2);
+    _Alignas(64) REAL r2[3 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x1[3];
+            REAL x2[3];
+            NAME(load_3)(x1, a1 + (first + i) * 3 * w, w);
+            NAME(move_line_apply_m)(prepared, x1, x2);
+            NAME(store_3)((char *)(r2 + i), SPAN * w, x2);
+        }
+        NAME(store_span)(args[2], first, r2, 3);
     }
 }
 
@@ -3070,16 +3231,19 @@ WIDE static void NAME(move_line_dense)(intptr_t n, char **args, const intptr_t *
     (void)strides;
     char *a0 = args[0];
     char *a1 = args[1];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[4];
-        REAL x1[3];
-        REAL x2[3];
-        NAME(load_4)(x0, a0 + i * 4 * w, w);
-        NAME(load_3)(x1, a1 + i * 3 * w, w);
-        NAME(move_line)(x0, x1, x2);
-        NAME(store_3)(a2 + i * 3 * w, w, x2);
+    _Alignas(64) REAL r2[3 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[4];
+            REAL x1[3];
+            REAL x2[3];
+            NAME(load_4)(x0, a0 + (first + i) * 4 * w, w);
+            NAME(load_3)(x1, a1 + (first + i) * 3 * w, w);
+            NAME(move_line)(x0, x1, x2);
+            NAME(store_3)((char *)(r2 + i), SPAN * w, x2);
+        }
+        NAME(store_span)(args[2], first, r2, 3);
     }
 }
 
@@ -3143,16 +3307,19 @@ WIDE static void NAME(move_point_back_dense)(intptr_t n, char **args, const intp
     (void)strides;
     char *a0 = args[0];
     char *a1 = args[1];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[4];
-        REAL x1[2];
-        REAL x2[2];
-        NAME(load_4)(x0, a0 + i * 4 * w, w);
-        NAME(load_2)(x1, a1 + i * 2 * w, w);
-        NAME(move_point_back)(x0, x1, x2);
-        NAME(store_2)(a2 + i * 2 * w, w, x2);
+    _Alignas(64) REAL r2[2 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[4];
+            REAL x1[2];
+            REAL x2[2];
+            NAME(load_4)(x0, a0 + (first + i) * 4 * w, w);
+            NAME(load_2)(x1, a1 + (first + i) * 2 * w, w);
+            NAME(move_point_back)(x0, x1, x2);
+            NAME(store_2)((char *)(r2 + i), SPAN * w, x2);
+        }
+        NAME(store_span)(args[2], first, r2, 2);
     }
 }
 
@@ -3245,14 +3412,17 @@ WIDE static void NAME(translator_from_vector_dense)(intptr_t n, char **args, con
     const intptr_t w = sizeof(REAL);
     (void)strides;
     char *a0 = args[0];
-    char *a1 = args[1];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[2];
-        REAL x1[2];
-        NAME(load_2)(x0, a0 + i * 2 * w, w);
-        NAME(translator_from_vector)(x0, x1);
-        NAME(store_2)(a1 + i * 2 * w, w, x1);
+    _Alignas(64) REAL r1[2 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[2];
+            REAL x1[2];
+            NAME(load_2)(x0, a0 + (first + i) * 2 * w, w);
+            NAME(translator_from_vector)(x0, x1);
+            NAME(store_2)((char *)(r1 + i), SPAN * w, x1);
+        }
+        NAME(store_span)(args[1], first, r1, 2);
     }
 }
 
@@ -3335,17 +3505,20 @@ WIDE static void NAME(motor_from_point_block_angle)(intptr_t n, char **args, con
 WIDE static void NAME(motor_from_point_dense_angle)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
-    (void)strides;
     const REAL *prepared = (const REAL *)args[1];
+    (void)strides;
     char *a0 = args[0];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[2];
-        REAL x2[4];
-        NAME(load_2)(x0, a0 + i * 2 * w, w);
-        NAME(motor_from_point_apply_angle)(prepared, x0, x2);
-        NAME(store_4)(a2 + i * 4 * w, w, x2);
+    _Alignas(64) REAL r2[4 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[2];
+            REAL x2[4];
+            NAME(load_2)(x0, a0 + (first + i) * 2 * w, w);
+            NAME(motor_from_point_apply_angle)(prepared, x0, x2);
+            NAME(store_4)((char *)(r2 + i), SPAN * w, x2);
+        }
+        NAME(store_span)(args[2], first, r2, 4);
     }
 }
 
@@ -3479,17 +3652,20 @@ WIDE static void NAME(motor_from_angle_translation_block_angle)(intptr_t n, char
 WIDE static void NAME(motor_from_angle_translation_dense_angle)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
-    (void)strides;
     const REAL *prepared = (const REAL *)args[0];
+    (void)strides;
     char *a1 = args[1];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x1[2];
-        REAL x2[4];
-        NAME(load_2)(x1, a1 + i * 2 * w, w);
-        NAME(motor_from_angle_translation_apply_angle)(prepared, x1, x2);
-        NAME(store_4)(a2 + i * 4 * w, w, x2);
+    _Alignas(64) REAL r2[4 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x1[2];
+            REAL x2[4];
+            NAME(load_2)(x1, a1 + (first + i) * 2 * w, w);
+            NAME(motor_from_angle_translation_apply_angle)(prepared, x1, x2);
+            NAME(store_4)((char *)(r2 + i), SPAN * w, x2);
+        }
+        NAME(store_span)(args[2], first, r2, 4);
     }
 }
 
@@ -3638,10 +3814,31 @@ WIDE static void NAME(motor_to_matrix_block)(intptr_t n, char **args, const intp
     }
 }
 
+WIDE static void NAME(motor_to_matrix_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    _Alignas(64) REAL r0[4 * SPAN];
+    _Alignas(64) REAL r1[9 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        NAME(load_span)(r0, args[0], first, 4);
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[4];
+            REAL x1[9];
+            NAME(load_4)(x0, (char *)(r0 + i), SPAN * w);
+            NAME(motor_to_matrix)(x0, x1);
+            NAME(store_3x3)((char *)(r1 + i), 3 * SPAN * w, SPAN * w, x1);
+        }
+        NAME(store_span)(args[1], first, r1, 9);
+    }
+}
+
 void NAME(motor_to_matrix_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {9, 2, 1, {3, 3}}};
-    static const struct kernel kernel = {NAME(motor_to_matrix_block), NULL, 1, 2, 0, 0, parts, NULL};
+    static const struct kernel kernel = {NAME(motor_to_matrix_block), NAME(motor_to_matrix_dense), 1, 2, 0, 0,
+        parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -3709,10 +3906,31 @@ WIDE static void NAME(motor_from_matrix_block)(intptr_t n, char **args, const in
     }
 }
 
+WIDE static void NAME(motor_from_matrix_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    _Alignas(64) REAL r0[9 * SPAN];
+    _Alignas(64) REAL r1[4 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        NAME(load_span)(r0, args[0], first, 9);
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[9];
+            REAL x1[4];
+            NAME(load_3x3)(x0, (char *)(r0 + i), 3 * SPAN * w, SPAN * w);
+            NAME(motor_from_matrix)(x0, x1);
+            NAME(store_4)((char *)(r1 + i), SPAN * w, x1);
+        }
+        NAME(store_span)(args[1], first, r1, 4);
+    }
+}
+
 void NAME(motor_from_matrix_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{9, 2, 0, {3, 3}}, {4, 1, 2, {4}}};
-    static const struct kernel kernel = {NAME(motor_from_matrix_block), NULL, 1, 2, 0, 0, parts, NULL};
+    static const struct kernel kernel = {NAME(motor_from_matrix_block), NAME(motor_from_matrix_dense), 1, 2, 0, 0,
+        parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -3869,14 +4087,17 @@ WIDE static void NAME(motor_square_root_dense)(intptr_t n, char **args, const in
     const intptr_t w = sizeof(REAL);
     (void)strides;
     char *a0 = args[0];
-    char *a1 = args[1];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[4];
-        REAL x1[4];
-        NAME(load_4)(x0, a0 + i * 4 * w, w);
-        NAME(motor_square_root)(x0, x1);
-        NAME(store_4)(a1 + i * 4 * w, w, x1);
+    _Alignas(64) REAL r1[4 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[4];
+            REAL x1[4];
+            NAME(load_4)(x0, a0 + (first + i) * 4 * w, w);
+            NAME(motor_square_root)(x0, x1);
+            NAME(store_4)((char *)(r1 + i), SPAN * w, x1);
+        }
+        NAME(store_span)(args[1], first, r1, 4);
     }
 }
 
@@ -4362,16 +4583,19 @@ WIDE static void NAME(twist_on_point_dense)(intptr_t n, char **args, const intpt
     (void)strides;
     char *a0 = args[0];
     char *a1 = args[1];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[3];
-        REAL x1[2];
-        REAL x2[2];
-        NAME(load_3)(x0, a0 + i * 3 * w, w);
-        NAME(load_2)(x1, a1 + i * 2 * w, w);
-        NAME(twist_on_point)(x0, x1, x2);
-        NAME(store_2)(a2 + i * 2 * w, w, x2);
+    _Alignas(64) REAL r2[2 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[3];
+            REAL x1[2];
+            REAL x2[2];
+            NAME(load_3)(x0, a0 + (first + i) * 3 * w, w);
+            NAME(load_2)(x1, a1 + (first + i) * 2 * w, w);
+            NAME(twist_on_point)(x0, x1, x2);
+            NAME(store_2)((char *)(r2 + i), SPAN * w, x2);
+        }
+        NAME(store_span)(args[2], first, r2, 2);
     }
 }
 

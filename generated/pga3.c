@@ -2,7 +2,7 @@
 // command: gac generate --all pga3
 // spec: 88854569ba238ec5
 // contraction: -ffp-contract=off (every operation is rounded once)
-// body: 35c090bf70029906ca73403ac57f30d3cab56b15689d5a5eaf835495a12a9015
+// body: e8147cd454e5da585eb4a358e8fe2a0c861b270560ec1a4fa014df4d4d1fbd4e
 
 #ifndef REAL
 #include "pga3.h"
@@ -21,10 +21,13 @@
 // Elements are independent: an output is an input of the same element, or of none.
 #if defined(__clang__)
 #define ANY_ORDER _Pragma("clang loop vectorize(assume_safety)")
+#define NOT_UNROLLED _Pragma("clang loop unroll(disable)")
 #elif defined(__GNUC__)
 #define ANY_ORDER _Pragma("GCC ivdep")
+#define NOT_UNROLLED _Pragma("GCC unroll 1")
 #else
 #define ANY_ORDER
+#define NOT_UNROLLED
 #endif
 
 // The widest vectors of the machine that runs the loops, chosen when the library is loaded.
@@ -40,6 +43,9 @@
 
 // A block in which an argument is too far for the functions of a loop is done once more, in pieces of this many.
 #define CHUNK 64
+
+// Elements in C order go through rows of this many.
+#define SPAN 32
 
 // A vector of neighbours in memory.
 #if defined(__has_builtin)
@@ -694,6 +700,7 @@ static INLINE intptr_t NAME(turn_tiles)(int back, char *x, intptr_t row, char *a
 {
     const intptr_t w = sizeof(REAL);
     intptr_t done = 0;
+    NOT_UNROLLED
     for (; done + TILE <= n; done += TILE) {
         for (intptr_t k = 0; k < size; k += 4) {
             const intptr_t first = k + 4 <= size ? k : size - 4;
@@ -796,6 +803,37 @@ WIDE static void NAME(store_rows)(char *a, intptr_t s, intptr_t c, REAL *x, intp
     }
 }
 
+// The rows of SPAN elements of `size` components, in C order from element `first` on.
+static INLINE void NAME(load_span)(REAL *x, char *a, intptr_t first, intptr_t size)
+{
+    const intptr_t w = sizeof(REAL);
+    const REAL *from = (const REAL *)(a + first * size * w);
+#ifdef SHUFFLE
+    if (size >= 4) {
+        NAME(turn_tiles)(0, (char *)x, SPAN * w, (char *)from, size * w, size, SPAN);
+        return;
+    }
+#endif
+    for (intptr_t i = 0; i < SPAN; ++i)
+        for (intptr_t k = 0; k < size; ++k)
+            x[k * SPAN + i] = from[size * i + k];
+}
+
+static INLINE void NAME(store_span)(char *a, intptr_t first, REAL *x, intptr_t size)
+{
+    const intptr_t w = sizeof(REAL);
+    REAL *to = (REAL *)(a + first * size * w);
+#ifdef SHUFFLE
+    if (size >= 4) {
+        NAME(turn_tiles)(1, (char *)x, SPAN * w, (char *)to, size * w, size, SPAN);
+        return;
+    }
+#endif
+    for (intptr_t i = 0; i < SPAN; ++i)
+        for (intptr_t k = 0; k < size; ++k)
+            to[size * i + k] = x[k * SPAN + i];
+}
+
 // All rows of a part, from the batch or back to it; axes that lie as one are moved as one.
 static void NAME(move_part)(int back, REAL *x, intptr_t row, const struct part *part, char *a, intptr_t s,
     const intptr_t *c, intptr_t n)
@@ -881,8 +919,8 @@ static void NAME(batch)(const struct kernel *kernel, char **args, intptr_t n, co
     }
     for (intptr_t i = 0, m; i < n; i += m) {
         const int last = n - i < LANES;
-        if (dense && !last) {
-            m = n & -LANES;
+        if (dense && n - i >= SPAN) {
+            m = n & -SPAN;
             in_order(m, starts, cores);
             continue;
         }
@@ -2567,10 +2605,30 @@ WIDE static void NAME(norm_block)(intptr_t n, char **args, const intptr_t *strid
     }
 }
 
+WIDE static void NAME(norm_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    _Alignas(64) REAL r0[16 * SPAN];
+    _Alignas(64) REAL r1[1 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        NAME(load_span)(r0, args[0], first, 16);
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[16];
+            REAL x1[1];
+            NAME(load_16)(x0, (char *)(r0 + i), SPAN * w);
+            NAME(norm)(x0, x1);
+            NAME(store_scalar)((char *)(r1 + i), x1);
+        }
+        NAME(store_span)(args[1], first, r1, 1);
+    }
+}
+
 void NAME(norm_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{16, 1, 0, {16}}, {1, 0, 1, {0}}};
-    static const struct kernel kernel = {NAME(norm_block), NULL, 1, 2, 0, 0, parts, NULL};
+    static const struct kernel kernel = {NAME(norm_block), NAME(norm_dense), 1, 2, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -2619,10 +2677,30 @@ WIDE static void NAME(ideal_norm_block)(intptr_t n, char **args, const intptr_t 
     }
 }
 
+WIDE static void NAME(ideal_norm_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    _Alignas(64) REAL r0[16 * SPAN];
+    _Alignas(64) REAL r1[1 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        NAME(load_span)(r0, args[0], first, 16);
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[16];
+            REAL x1[1];
+            NAME(load_16)(x0, (char *)(r0 + i), SPAN * w);
+            NAME(ideal_norm)(x0, x1);
+            NAME(store_scalar)((char *)(r1 + i), x1);
+        }
+        NAME(store_span)(args[1], first, r1, 1);
+    }
+}
+
 void NAME(ideal_norm_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{16, 1, 0, {16}}, {1, 0, 1, {0}}};
-    static const struct kernel kernel = {NAME(ideal_norm_block), NULL, 1, 2, 0, 0, parts, NULL};
+    static const struct kernel kernel = {NAME(ideal_norm_block), NAME(ideal_norm_dense), 1, 2, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -2662,14 +2740,17 @@ WIDE static void NAME(point_from_trivector_dense)(intptr_t n, char **args, const
     const intptr_t w = sizeof(REAL);
     (void)strides;
     char *a0 = args[0];
-    char *a1 = args[1];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[4];
-        REAL x1[3];
-        NAME(load_4)(x0, a0 + i * 4 * w, w);
-        NAME(point_from_trivector)(x0, x1);
-        NAME(store_3)(a1 + i * 3 * w, w, x1);
+    _Alignas(64) REAL r1[3 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[4];
+            REAL x1[3];
+            NAME(load_4)(x0, a0 + (first + i) * 4 * w, w);
+            NAME(point_from_trivector)(x0, x1);
+            NAME(store_3)((char *)(r1 + i), SPAN * w, x1);
+        }
+        NAME(store_span)(args[1], first, r1, 3);
     }
 }
 
@@ -2726,10 +2807,31 @@ WIDE static void NAME(normalize_line_block)(intptr_t n, char **args, const intpt
     }
 }
 
+WIDE static void NAME(normalize_line_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    _Alignas(64) REAL r0[6 * SPAN];
+    _Alignas(64) REAL r1[6 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        NAME(load_span)(r0, args[0], first, 6);
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[6];
+            REAL x1[6];
+            NAME(load_6)(x0, (char *)(r0 + i), SPAN * w);
+            NAME(normalize_line)(x0, x1);
+            NAME(store_6)((char *)(r1 + i), SPAN * w, x1);
+        }
+        NAME(store_span)(args[1], first, r1, 6);
+    }
+}
+
 void NAME(normalize_line_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{6, 1, 0, {6}}, {6, 1, 1, {6}}};
-    static const struct kernel kernel = {NAME(normalize_line_block), NULL, 1, 2, 0, 0, parts, NULL};
+    static const struct kernel kernel = {NAME(normalize_line_block), NAME(normalize_line_dense), 1, 2, 0, 0, parts,
+        NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -2777,14 +2879,17 @@ WIDE static void NAME(normalize_plane_dense)(intptr_t n, char **args, const intp
     const intptr_t w = sizeof(REAL);
     (void)strides;
     char *a0 = args[0];
-    char *a1 = args[1];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[4];
-        REAL x1[4];
-        NAME(load_4)(x0, a0 + i * 4 * w, w);
-        NAME(normalize_plane)(x0, x1);
-        NAME(store_4)(a1 + i * 4 * w, w, x1);
+    _Alignas(64) REAL r1[4 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[4];
+            REAL x1[4];
+            NAME(load_4)(x0, a0 + (first + i) * 4 * w, w);
+            NAME(normalize_plane)(x0, x1);
+            NAME(store_4)((char *)(r1 + i), SPAN * w, x1);
+        }
+        NAME(store_span)(args[1], first, r1, 4);
     }
 }
 
@@ -2843,10 +2948,34 @@ WIDE static void NAME(join_points_block)(intptr_t n, char **args, const intptr_t
     }
 }
 
+WIDE static void NAME(join_points_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    _Alignas(64) REAL r0[3 * SPAN];
+    _Alignas(64) REAL r1[3 * SPAN];
+    _Alignas(64) REAL r2[6 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        NAME(load_span)(r0, args[0], first, 3);
+        NAME(load_span)(r1, args[1], first, 3);
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[3];
+            REAL x1[3];
+            REAL x2[6];
+            NAME(load_3)(x0, (char *)(r0 + i), SPAN * w);
+            NAME(load_3)(x1, (char *)(r1 + i), SPAN * w);
+            NAME(join_points)(x0, x1, x2);
+            NAME(store_6)((char *)(r2 + i), SPAN * w, x2);
+        }
+        NAME(store_span)(args[2], first, r2, 6);
+    }
+}
+
 void NAME(join_points_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {3, 1, 1, {3}}, {6, 1, 2, {6}}};
-    static const struct kernel kernel = {NAME(join_points_block), NULL, 2, 3, 0, 0, parts, NULL};
+    static const struct kernel kernel = {NAME(join_points_block), NAME(join_points_dense), 2, 3, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -2895,10 +3024,35 @@ WIDE static void NAME(join_point_direction_block)(intptr_t n, char **args, const
     }
 }
 
+WIDE static void NAME(join_point_direction_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    _Alignas(64) REAL r0[3 * SPAN];
+    _Alignas(64) REAL r1[3 * SPAN];
+    _Alignas(64) REAL r2[6 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        NAME(load_span)(r0, args[0], first, 3);
+        NAME(load_span)(r1, args[1], first, 3);
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[3];
+            REAL x1[3];
+            REAL x2[6];
+            NAME(load_3)(x0, (char *)(r0 + i), SPAN * w);
+            NAME(load_3)(x1, (char *)(r1 + i), SPAN * w);
+            NAME(join_point_direction)(x0, x1, x2);
+            NAME(store_6)((char *)(r2 + i), SPAN * w, x2);
+        }
+        NAME(store_span)(args[2], first, r2, 6);
+    }
+}
+
 void NAME(join_point_direction_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {3, 1, 1, {3}}, {6, 1, 2, {6}}};
-    static const struct kernel kernel = {NAME(join_point_direction_block), NULL, 2, 3, 0, 0, parts, NULL};
+    static const struct kernel kernel = {NAME(join_point_direction_block), NAME(join_point_direction_dense), 2, 3,
+        0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -2956,10 +3110,35 @@ WIDE static void NAME(join_point_line_block)(intptr_t n, char **args, const intp
     }
 }
 
+WIDE static void NAME(join_point_line_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    _Alignas(64) REAL r0[3 * SPAN];
+    _Alignas(64) REAL r1[6 * SPAN];
+    _Alignas(64) REAL r2[4 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        NAME(load_span)(r0, args[0], first, 3);
+        NAME(load_span)(r1, args[1], first, 6);
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[3];
+            REAL x1[6];
+            REAL x2[4];
+            NAME(load_3)(x0, (char *)(r0 + i), SPAN * w);
+            NAME(load_6)(x1, (char *)(r1 + i), SPAN * w);
+            NAME(join_point_line)(x0, x1, x2);
+            NAME(store_4)((char *)(r2 + i), SPAN * w, x2);
+        }
+        NAME(store_span)(args[2], first, r2, 4);
+    }
+}
+
 void NAME(join_point_line_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {6, 1, 1, {6}}, {4, 1, 2, {4}}};
-    static const struct kernel kernel = {NAME(join_point_line_block), NULL, 2, 3, 0, 0, parts, NULL};
+    static const struct kernel kernel = {NAME(join_point_line_block), NAME(join_point_line_dense), 2, 3, 0, 0,
+        parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -3030,18 +3209,21 @@ WIDE static void NAME(join_three_points_dense)(intptr_t n, char **args, const in
     char *a0 = args[0];
     char *a1 = args[1];
     char *a2 = args[2];
-    char *a3 = args[3];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[3];
-        REAL x1[3];
-        REAL x2[3];
-        REAL x3[4];
-        NAME(load_3)(x0, a0 + i * 3 * w, w);
-        NAME(load_3)(x1, a1 + i * 3 * w, w);
-        NAME(load_3)(x2, a2 + i * 3 * w, w);
-        NAME(join_three_points)(x0, x1, x2, x3);
-        NAME(store_4)(a3 + i * 4 * w, w, x3);
+    _Alignas(64) REAL r3[4 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[3];
+            REAL x1[3];
+            REAL x2[3];
+            REAL x3[4];
+            NAME(load_3)(x0, a0 + (first + i) * 3 * w, w);
+            NAME(load_3)(x1, a1 + (first + i) * 3 * w, w);
+            NAME(load_3)(x2, a2 + (first + i) * 3 * w, w);
+            NAME(join_three_points)(x0, x1, x2, x3);
+            NAME(store_4)((char *)(r3 + i), SPAN * w, x3);
+        }
+        NAME(store_span)(args[3], first, r3, 4);
     }
 }
 
@@ -3369,17 +3551,20 @@ WIDE static void NAME(join_four_points_block_a_b_c)(intptr_t n, char **args, con
 WIDE static void NAME(join_four_points_dense_a_b_c)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
-    (void)strides;
     const REAL *prepared = (const REAL *)args[0];
+    (void)strides;
     char *a3 = args[3];
-    char *a4 = args[4];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x3[3];
-        REAL x4[1];
-        NAME(load_3)(x3, a3 + i * 3 * w, w);
-        NAME(join_four_points_apply_a_b_c)(prepared, x3, x4);
-        NAME(store_scalar)(a4 + i * w, x4);
+    _Alignas(64) REAL r4[1 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x3[3];
+            REAL x4[1];
+            NAME(load_3)(x3, a3 + (first + i) * 3 * w, w);
+            NAME(join_four_points_apply_a_b_c)(prepared, x3, x4);
+            NAME(store_scalar)((char *)(r4 + i), x4);
+        }
+        NAME(store_span)(args[4], first, r4, 1);
     }
 }
 
@@ -3415,17 +3600,20 @@ WIDE static void NAME(join_four_points_block_a_b_d)(intptr_t n, char **args, con
 WIDE static void NAME(join_four_points_dense_a_b_d)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
-    (void)strides;
     const REAL *prepared = (const REAL *)args[0];
+    (void)strides;
     char *a2 = args[2];
-    char *a4 = args[4];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x2[3];
-        REAL x4[1];
-        NAME(load_3)(x2, a2 + i * 3 * w, w);
-        NAME(join_four_points_apply_a_b_d)(prepared, x2, x4);
-        NAME(store_scalar)(a4 + i * w, x4);
+    _Alignas(64) REAL r4[1 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x2[3];
+            REAL x4[1];
+            NAME(load_3)(x2, a2 + (first + i) * 3 * w, w);
+            NAME(join_four_points_apply_a_b_d)(prepared, x2, x4);
+            NAME(store_scalar)((char *)(r4 + i), x4);
+        }
+        NAME(store_span)(args[4], first, r4, 1);
     }
 }
 
@@ -3461,17 +3649,20 @@ WIDE static void NAME(join_four_points_block_a_c_d)(intptr_t n, char **args, con
 WIDE static void NAME(join_four_points_dense_a_c_d)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
-    (void)strides;
     const REAL *prepared = (const REAL *)args[0];
+    (void)strides;
     char *a1 = args[1];
-    char *a4 = args[4];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x1[3];
-        REAL x4[1];
-        NAME(load_3)(x1, a1 + i * 3 * w, w);
-        NAME(join_four_points_apply_a_c_d)(prepared, x1, x4);
-        NAME(store_scalar)(a4 + i * w, x4);
+    _Alignas(64) REAL r4[1 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x1[3];
+            REAL x4[1];
+            NAME(load_3)(x1, a1 + (first + i) * 3 * w, w);
+            NAME(join_four_points_apply_a_c_d)(prepared, x1, x4);
+            NAME(store_scalar)((char *)(r4 + i), x4);
+        }
+        NAME(store_span)(args[4], first, r4, 1);
     }
 }
 
@@ -3507,17 +3698,20 @@ WIDE static void NAME(join_four_points_block_b_c_d)(intptr_t n, char **args, con
 WIDE static void NAME(join_four_points_dense_b_c_d)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
-    (void)strides;
     const REAL *prepared = (const REAL *)args[1];
+    (void)strides;
     char *a0 = args[0];
-    char *a4 = args[4];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[3];
-        REAL x4[1];
-        NAME(load_3)(x0, a0 + i * 3 * w, w);
-        NAME(join_four_points_apply_b_c_d)(prepared, x0, x4);
-        NAME(store_scalar)(a4 + i * w, x4);
+    _Alignas(64) REAL r4[1 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[3];
+            REAL x4[1];
+            NAME(load_3)(x0, a0 + (first + i) * 3 * w, w);
+            NAME(join_four_points_apply_b_c_d)(prepared, x0, x4);
+            NAME(store_scalar)((char *)(r4 + i), x4);
+        }
+        NAME(store_span)(args[4], first, r4, 1);
     }
 }
 
@@ -3566,20 +3760,23 @@ WIDE static void NAME(join_four_points_dense)(intptr_t n, char **args, const int
     char *a1 = args[1];
     char *a2 = args[2];
     char *a3 = args[3];
-    char *a4 = args[4];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[3];
-        REAL x1[3];
-        REAL x2[3];
-        REAL x3[3];
-        REAL x4[1];
-        NAME(load_3)(x0, a0 + i * 3 * w, w);
-        NAME(load_3)(x1, a1 + i * 3 * w, w);
-        NAME(load_3)(x2, a2 + i * 3 * w, w);
-        NAME(load_3)(x3, a3 + i * 3 * w, w);
-        NAME(join_four_points)(x0, x1, x2, x3, x4);
-        NAME(store_scalar)(a4 + i * w, x4);
+    _Alignas(64) REAL r4[1 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[3];
+            REAL x1[3];
+            REAL x2[3];
+            REAL x3[3];
+            REAL x4[1];
+            NAME(load_3)(x0, a0 + (first + i) * 3 * w, w);
+            NAME(load_3)(x1, a1 + (first + i) * 3 * w, w);
+            NAME(load_3)(x2, a2 + (first + i) * 3 * w, w);
+            NAME(load_3)(x3, a3 + (first + i) * 3 * w, w);
+            NAME(join_four_points)(x0, x1, x2, x3, x4);
+            NAME(store_scalar)((char *)(r4 + i), x4);
+        }
+        NAME(store_span)(args[4], first, r4, 1);
     }
 }
 
@@ -3653,10 +3850,34 @@ WIDE static void NAME(meet_planes_block)(intptr_t n, char **args, const intptr_t
     }
 }
 
+WIDE static void NAME(meet_planes_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    _Alignas(64) REAL r0[4 * SPAN];
+    _Alignas(64) REAL r1[4 * SPAN];
+    _Alignas(64) REAL r2[6 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        NAME(load_span)(r0, args[0], first, 4);
+        NAME(load_span)(r1, args[1], first, 4);
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[4];
+            REAL x1[4];
+            REAL x2[6];
+            NAME(load_4)(x0, (char *)(r0 + i), SPAN * w);
+            NAME(load_4)(x1, (char *)(r1 + i), SPAN * w);
+            NAME(meet_planes)(x0, x1, x2);
+            NAME(store_6)((char *)(r2 + i), SPAN * w, x2);
+        }
+        NAME(store_span)(args[2], first, r2, 6);
+    }
+}
+
 void NAME(meet_planes_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {4, 1, 1, {4}}, {6, 1, 2, {6}}};
-    static const struct kernel kernel = {NAME(meet_planes_block), NULL, 2, 3, 0, 0, parts, NULL};
+    static const struct kernel kernel = {NAME(meet_planes_block), NAME(meet_planes_dense), 2, 3, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -3717,10 +3938,35 @@ WIDE static void NAME(meet_line_plane_block)(intptr_t n, char **args, const intp
     }
 }
 
+WIDE static void NAME(meet_line_plane_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    _Alignas(64) REAL r0[6 * SPAN];
+    _Alignas(64) REAL r1[4 * SPAN];
+    _Alignas(64) REAL r2[4 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        NAME(load_span)(r0, args[0], first, 6);
+        NAME(load_span)(r1, args[1], first, 4);
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[6];
+            REAL x1[4];
+            REAL x2[4];
+            NAME(load_6)(x0, (char *)(r0 + i), SPAN * w);
+            NAME(load_4)(x1, (char *)(r1 + i), SPAN * w);
+            NAME(meet_line_plane)(x0, x1, x2);
+            NAME(store_4)((char *)(r2 + i), SPAN * w, x2);
+        }
+        NAME(store_span)(args[2], first, r2, 4);
+    }
+}
+
 void NAME(meet_line_plane_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{6, 1, 0, {6}}, {4, 1, 1, {4}}, {4, 1, 2, {4}}};
-    static const struct kernel kernel = {NAME(meet_line_plane_block), NULL, 2, 3, 0, 0, parts, NULL};
+    static const struct kernel kernel = {NAME(meet_line_plane_block), NAME(meet_line_plane_dense), 2, 3, 0, 0,
+        parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -4030,17 +4276,20 @@ WIDE static void NAME(meet_three_planes_block_p_q)(intptr_t n, char **args, cons
 WIDE static void NAME(meet_three_planes_dense_p_q)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
-    (void)strides;
     const REAL *prepared = (const REAL *)args[0];
+    (void)strides;
     char *a2 = args[2];
-    char *a3 = args[3];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x2[4];
-        REAL x3[4];
-        NAME(load_4)(x2, a2 + i * 4 * w, w);
-        NAME(meet_three_planes_apply_p_q)(prepared, x2, x3);
-        NAME(store_4)(a3 + i * 4 * w, w, x3);
+    _Alignas(64) REAL r3[4 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x2[4];
+            REAL x3[4];
+            NAME(load_4)(x2, a2 + (first + i) * 4 * w, w);
+            NAME(meet_three_planes_apply_p_q)(prepared, x2, x3);
+            NAME(store_4)((char *)(r3 + i), SPAN * w, x3);
+        }
+        NAME(store_span)(args[3], first, r3, 4);
     }
 }
 
@@ -4074,17 +4323,20 @@ WIDE static void NAME(meet_three_planes_block_p_r)(intptr_t n, char **args, cons
 WIDE static void NAME(meet_three_planes_dense_p_r)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
-    (void)strides;
     const REAL *prepared = (const REAL *)args[0];
+    (void)strides;
     char *a1 = args[1];
-    char *a3 = args[3];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x1[4];
-        REAL x3[4];
-        NAME(load_4)(x1, a1 + i * 4 * w, w);
-        NAME(meet_three_planes_apply_p_r)(prepared, x1, x3);
-        NAME(store_4)(a3 + i * 4 * w, w, x3);
+    _Alignas(64) REAL r3[4 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x1[4];
+            REAL x3[4];
+            NAME(load_4)(x1, a1 + (first + i) * 4 * w, w);
+            NAME(meet_three_planes_apply_p_r)(prepared, x1, x3);
+            NAME(store_4)((char *)(r3 + i), SPAN * w, x3);
+        }
+        NAME(store_span)(args[3], first, r3, 4);
     }
 }
 
@@ -4118,17 +4370,20 @@ WIDE static void NAME(meet_three_planes_block_q_r)(intptr_t n, char **args, cons
 WIDE static void NAME(meet_three_planes_dense_q_r)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
-    (void)strides;
     const REAL *prepared = (const REAL *)args[1];
+    (void)strides;
     char *a0 = args[0];
-    char *a3 = args[3];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[4];
-        REAL x3[4];
-        NAME(load_4)(x0, a0 + i * 4 * w, w);
-        NAME(meet_three_planes_apply_q_r)(prepared, x0, x3);
-        NAME(store_4)(a3 + i * 4 * w, w, x3);
+    _Alignas(64) REAL r3[4 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[4];
+            REAL x3[4];
+            NAME(load_4)(x0, a0 + (first + i) * 4 * w, w);
+            NAME(meet_three_planes_apply_q_r)(prepared, x0, x3);
+            NAME(store_4)((char *)(r3 + i), SPAN * w, x3);
+        }
+        NAME(store_span)(args[3], first, r3, 4);
     }
 }
 
@@ -4171,18 +4426,21 @@ WIDE static void NAME(meet_three_planes_dense)(intptr_t n, char **args, const in
     char *a0 = args[0];
     char *a1 = args[1];
     char *a2 = args[2];
-    char *a3 = args[3];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[4];
-        REAL x1[4];
-        REAL x2[4];
-        REAL x3[4];
-        NAME(load_4)(x0, a0 + i * 4 * w, w);
-        NAME(load_4)(x1, a1 + i * 4 * w, w);
-        NAME(load_4)(x2, a2 + i * 4 * w, w);
-        NAME(meet_three_planes)(x0, x1, x2, x3);
-        NAME(store_4)(a3 + i * 4 * w, w, x3);
+    _Alignas(64) REAL r3[4 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[4];
+            REAL x1[4];
+            REAL x2[4];
+            REAL x3[4];
+            NAME(load_4)(x0, a0 + (first + i) * 4 * w, w);
+            NAME(load_4)(x1, a1 + (first + i) * 4 * w, w);
+            NAME(load_4)(x2, a2 + (first + i) * 4 * w, w);
+            NAME(meet_three_planes)(x0, x1, x2, x3);
+            NAME(store_4)((char *)(r3 + i), SPAN * w, x3);
+        }
+        NAME(store_span)(args[3], first, r3, 4);
     }
 }
 
@@ -4243,10 +4501,35 @@ WIDE static void NAME(line_orthogonal_to_plane_block)(intptr_t n, char **args, c
     }
 }
 
+WIDE static void NAME(line_orthogonal_to_plane_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    _Alignas(64) REAL r0[3 * SPAN];
+    _Alignas(64) REAL r1[4 * SPAN];
+    _Alignas(64) REAL r2[6 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        NAME(load_span)(r0, args[0], first, 3);
+        NAME(load_span)(r1, args[1], first, 4);
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[3];
+            REAL x1[4];
+            REAL x2[6];
+            NAME(load_3)(x0, (char *)(r0 + i), SPAN * w);
+            NAME(load_4)(x1, (char *)(r1 + i), SPAN * w);
+            NAME(line_orthogonal_to_plane)(x0, x1, x2);
+            NAME(store_6)((char *)(r2 + i), SPAN * w, x2);
+        }
+        NAME(store_span)(args[2], first, r2, 6);
+    }
+}
+
 void NAME(line_orthogonal_to_plane_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {4, 1, 1, {4}}, {6, 1, 2, {6}}};
-    static const struct kernel kernel = {NAME(line_orthogonal_to_plane_block), NULL, 2, 3, 0, 0, parts, NULL};
+    static const struct kernel kernel = {NAME(line_orthogonal_to_plane_block), NAME(line_orthogonal_to_plane_dense),
+        2, 3, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -4289,10 +4572,35 @@ WIDE static void NAME(plane_orthogonal_to_line_block)(intptr_t n, char **args, c
     }
 }
 
+WIDE static void NAME(plane_orthogonal_to_line_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    _Alignas(64) REAL r0[3 * SPAN];
+    _Alignas(64) REAL r1[6 * SPAN];
+    _Alignas(64) REAL r2[4 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        NAME(load_span)(r0, args[0], first, 3);
+        NAME(load_span)(r1, args[1], first, 6);
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[3];
+            REAL x1[6];
+            REAL x2[4];
+            NAME(load_3)(x0, (char *)(r0 + i), SPAN * w);
+            NAME(load_6)(x1, (char *)(r1 + i), SPAN * w);
+            NAME(plane_orthogonal_to_line)(x0, x1, x2);
+            NAME(store_4)((char *)(r2 + i), SPAN * w, x2);
+        }
+        NAME(store_span)(args[2], first, r2, 4);
+    }
+}
+
 void NAME(plane_orthogonal_to_line_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {6, 1, 1, {6}}, {4, 1, 2, {4}}};
-    static const struct kernel kernel = {NAME(plane_orthogonal_to_line_block), NULL, 2, 3, 0, 0, parts, NULL};
+    static const struct kernel kernel = {NAME(plane_orthogonal_to_line_block), NAME(plane_orthogonal_to_line_dense),
+        2, 3, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -4341,16 +4649,19 @@ WIDE static void NAME(plane_through_point_dense)(intptr_t n, char **args, const 
     (void)strides;
     char *a0 = args[0];
     char *a1 = args[1];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[3];
-        REAL x1[4];
-        REAL x2[4];
-        NAME(load_3)(x0, a0 + i * 3 * w, w);
-        NAME(load_4)(x1, a1 + i * 4 * w, w);
-        NAME(plane_through_point)(x0, x1, x2);
-        NAME(store_4)(a2 + i * 4 * w, w, x2);
+    _Alignas(64) REAL r2[4 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[3];
+            REAL x1[4];
+            REAL x2[4];
+            NAME(load_3)(x0, a0 + (first + i) * 3 * w, w);
+            NAME(load_4)(x1, a1 + (first + i) * 4 * w, w);
+            NAME(plane_through_point)(x0, x1, x2);
+            NAME(store_4)((char *)(r2 + i), SPAN * w, x2);
+        }
+        NAME(store_span)(args[2], first, r2, 4);
     }
 }
 
@@ -4406,16 +4717,19 @@ WIDE static void NAME(distance_squared_points_dense)(intptr_t n, char **args, co
     (void)strides;
     char *a0 = args[0];
     char *a1 = args[1];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[3];
-        REAL x1[3];
-        REAL x2[1];
-        NAME(load_3)(x0, a0 + i * 3 * w, w);
-        NAME(load_3)(x1, a1 + i * 3 * w, w);
-        NAME(distance_squared_points)(x0, x1, x2);
-        NAME(store_scalar)(a2 + i * w, x2);
+    _Alignas(64) REAL r2[1 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[3];
+            REAL x1[3];
+            REAL x2[1];
+            NAME(load_3)(x0, a0 + (first + i) * 3 * w, w);
+            NAME(load_3)(x1, a1 + (first + i) * 3 * w, w);
+            NAME(distance_squared_points)(x0, x1, x2);
+            NAME(store_scalar)((char *)(r2 + i), x2);
+        }
+        NAME(store_span)(args[2], first, r2, 1);
     }
 }
 
@@ -4472,16 +4786,19 @@ WIDE static void NAME(distance_points_dense)(intptr_t n, char **args, const intp
     (void)strides;
     char *a0 = args[0];
     char *a1 = args[1];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[3];
-        REAL x1[3];
-        REAL x2[1];
-        NAME(load_3)(x0, a0 + i * 3 * w, w);
-        NAME(load_3)(x1, a1 + i * 3 * w, w);
-        NAME(distance_points)(x0, x1, x2);
-        NAME(store_scalar)(a2 + i * w, x2);
+    _Alignas(64) REAL r2[1 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[3];
+            REAL x1[3];
+            REAL x2[1];
+            NAME(load_3)(x0, a0 + (first + i) * 3 * w, w);
+            NAME(load_3)(x1, a1 + (first + i) * 3 * w, w);
+            NAME(distance_points)(x0, x1, x2);
+            NAME(store_scalar)((char *)(r2 + i), x2);
+        }
+        NAME(store_span)(args[2], first, r2, 1);
     }
 }
 
@@ -4536,16 +4853,19 @@ WIDE static void NAME(signed_distance_point_plane_dense)(intptr_t n, char **args
     (void)strides;
     char *a0 = args[0];
     char *a1 = args[1];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[3];
-        REAL x1[4];
-        REAL x2[1];
-        NAME(load_3)(x0, a0 + i * 3 * w, w);
-        NAME(load_4)(x1, a1 + i * 4 * w, w);
-        NAME(signed_distance_point_plane)(x0, x1, x2);
-        NAME(store_scalar)(a2 + i * w, x2);
+    _Alignas(64) REAL r2[1 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[3];
+            REAL x1[4];
+            REAL x2[1];
+            NAME(load_3)(x0, a0 + (first + i) * 3 * w, w);
+            NAME(load_4)(x1, a1 + (first + i) * 4 * w, w);
+            NAME(signed_distance_point_plane)(x0, x1, x2);
+            NAME(store_scalar)((char *)(r2 + i), x2);
+        }
+        NAME(store_span)(args[2], first, r2, 1);
     }
 }
 
@@ -4608,10 +4928,35 @@ WIDE static void NAME(distance_point_line_block)(intptr_t n, char **args, const 
     }
 }
 
+WIDE static void NAME(distance_point_line_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    _Alignas(64) REAL r0[3 * SPAN];
+    _Alignas(64) REAL r1[6 * SPAN];
+    _Alignas(64) REAL r2[1 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        NAME(load_span)(r0, args[0], first, 3);
+        NAME(load_span)(r1, args[1], first, 6);
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[3];
+            REAL x1[6];
+            REAL x2[1];
+            NAME(load_3)(x0, (char *)(r0 + i), SPAN * w);
+            NAME(load_6)(x1, (char *)(r1 + i), SPAN * w);
+            NAME(distance_point_line)(x0, x1, x2);
+            NAME(store_scalar)((char *)(r2 + i), x2);
+        }
+        NAME(store_span)(args[2], first, r2, 1);
+    }
+}
+
 void NAME(distance_point_line_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {6, 1, 1, {6}}, {1, 0, 2, {0}}};
-    static const struct kernel kernel = {NAME(distance_point_line_block), NULL, 2, 3, 0, 0, parts, NULL};
+    static const struct kernel kernel = {NAME(distance_point_line_block), NAME(distance_point_line_dense), 2, 3, 0,
+        0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -4662,10 +5007,35 @@ WIDE static void NAME(mutual_moment_block)(intptr_t n, char **args, const intptr
     }
 }
 
+WIDE static void NAME(mutual_moment_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    _Alignas(64) REAL r0[6 * SPAN];
+    _Alignas(64) REAL r1[6 * SPAN];
+    _Alignas(64) REAL r2[1 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        NAME(load_span)(r0, args[0], first, 6);
+        NAME(load_span)(r1, args[1], first, 6);
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[6];
+            REAL x1[6];
+            REAL x2[1];
+            NAME(load_6)(x0, (char *)(r0 + i), SPAN * w);
+            NAME(load_6)(x1, (char *)(r1 + i), SPAN * w);
+            NAME(mutual_moment)(x0, x1, x2);
+            NAME(store_scalar)((char *)(r2 + i), x2);
+        }
+        NAME(store_span)(args[2], first, r2, 1);
+    }
+}
+
 void NAME(mutual_moment_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{6, 1, 0, {6}}, {6, 1, 1, {6}}, {1, 0, 2, {0}}};
-    static const struct kernel kernel = {NAME(mutual_moment_block), NULL, 2, 3, 0, 0, parts, NULL};
+    static const struct kernel kernel = {NAME(mutual_moment_block), NAME(mutual_moment_dense), 2, 3, 0, 0, parts,
+        NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -4911,17 +5281,20 @@ WIDE static void NAME(project_point_on_plane_block_plane)(intptr_t n, char **arg
 WIDE static void NAME(project_point_on_plane_dense_plane)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
-    (void)strides;
     const REAL *prepared = (const REAL *)args[1];
+    (void)strides;
     char *a0 = args[0];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[3];
-        REAL x2[3];
-        NAME(load_3)(x0, a0 + i * 3 * w, w);
-        NAME(project_point_on_plane_apply_plane)(prepared, x0, x2);
-        NAME(store_3)(a2 + i * 3 * w, w, x2);
+    _Alignas(64) REAL r2[3 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[3];
+            REAL x2[3];
+            NAME(load_3)(x0, a0 + (first + i) * 3 * w, w);
+            NAME(project_point_on_plane_apply_plane)(prepared, x0, x2);
+            NAME(store_3)((char *)(r2 + i), SPAN * w, x2);
+        }
+        NAME(store_span)(args[2], first, r2, 3);
     }
 }
 
@@ -4958,16 +5331,19 @@ WIDE static void NAME(project_point_on_plane_dense)(intptr_t n, char **args, con
     (void)strides;
     char *a0 = args[0];
     char *a1 = args[1];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[3];
-        REAL x1[4];
-        REAL x2[3];
-        NAME(load_3)(x0, a0 + i * 3 * w, w);
-        NAME(load_4)(x1, a1 + i * 4 * w, w);
-        NAME(project_point_on_plane)(x0, x1, x2);
-        NAME(store_3)(a2 + i * 3 * w, w, x2);
+    _Alignas(64) REAL r2[3 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[3];
+            REAL x1[4];
+            REAL x2[3];
+            NAME(load_3)(x0, a0 + (first + i) * 3 * w, w);
+            NAME(load_4)(x1, a1 + (first + i) * 4 * w, w);
+            NAME(project_point_on_plane)(x0, x1, x2);
+            NAME(store_3)((char *)(r2 + i), SPAN * w, x2);
+        }
+        NAME(store_span)(args[2], first, r2, 3);
     }
 }
 
@@ -5032,16 +5408,19 @@ WIDE static void NAME(project_point_on_unit_plane_dense)(intptr_t n, char **args
     (void)strides;
     char *a0 = args[0];
     char *a1 = args[1];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[3];
-        REAL x1[4];
-        REAL x2[3];
-        NAME(load_3)(x0, a0 + i * 3 * w, w);
-        NAME(load_4)(x1, a1 + i * 4 * w, w);
-        NAME(project_point_on_unit_plane)(x0, x1, x2);
-        NAME(store_3)(a2 + i * 3 * w, w, x2);
+    _Alignas(64) REAL r2[3 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[3];
+            REAL x1[4];
+            REAL x2[3];
+            NAME(load_3)(x0, a0 + (first + i) * 3 * w, w);
+            NAME(load_4)(x1, a1 + (first + i) * 4 * w, w);
+            NAME(project_point_on_unit_plane)(x0, x1, x2);
+            NAME(store_3)((char *)(r2 + i), SPAN * w, x2);
+        }
+        NAME(store_span)(args[2], first, r2, 3);
     }
 }
 
@@ -5187,17 +5566,20 @@ WIDE static void NAME(project_point_on_line_block_line)(intptr_t n, char **args,
 WIDE static void NAME(project_point_on_line_dense_line)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
-    (void)strides;
     const REAL *prepared = (const REAL *)args[1];
+    (void)strides;
     char *a0 = args[0];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[3];
-        REAL x2[3];
-        NAME(load_3)(x0, a0 + i * 3 * w, w);
-        NAME(project_point_on_line_apply_line)(prepared, x0, x2);
-        NAME(store_3)(a2 + i * 3 * w, w, x2);
+    _Alignas(64) REAL r2[3 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[3];
+            REAL x2[3];
+            NAME(load_3)(x0, a0 + (first + i) * 3 * w, w);
+            NAME(project_point_on_line_apply_line)(prepared, x0, x2);
+            NAME(store_3)((char *)(r2 + i), SPAN * w, x2);
+        }
+        NAME(store_span)(args[2], first, r2, 3);
     }
 }
 
@@ -5228,12 +5610,37 @@ WIDE static void NAME(project_point_on_line_block)(intptr_t n, char **args, cons
     }
 }
 
+WIDE static void NAME(project_point_on_line_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    _Alignas(64) REAL r0[3 * SPAN];
+    _Alignas(64) REAL r1[6 * SPAN];
+    _Alignas(64) REAL r2[3 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        NAME(load_span)(r0, args[0], first, 3);
+        NAME(load_span)(r1, args[1], first, 6);
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[3];
+            REAL x1[6];
+            REAL x2[3];
+            NAME(load_3)(x0, (char *)(r0 + i), SPAN * w);
+            NAME(load_6)(x1, (char *)(r1 + i), SPAN * w);
+            NAME(project_point_on_line)(x0, x1, x2);
+            NAME(store_3)((char *)(r2 + i), SPAN * w, x2);
+        }
+        NAME(store_span)(args[2], first, r2, 3);
+    }
+}
+
 void NAME(project_point_on_line_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {6, 1, 1, {6}}, {3, 1, 2, {3}}};
     static const struct form forms[] = {{2, 2, NAME(project_point_on_line_start_line),
         NAME(project_point_on_line_block_line), NAME(project_point_on_line_dense_line)}};
-    static const struct kernel kernel = {NAME(project_point_on_line_block), NULL, 2, 3, 1, 0, parts, forms};
+    static const struct kernel kernel = {NAME(project_point_on_line_block), NAME(project_point_on_line_dense), 2, 3,
+        1, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -5345,17 +5752,20 @@ WIDE static void NAME(project_point_on_unit_line_block_line)(intptr_t n, char **
 WIDE static void NAME(project_point_on_unit_line_dense_line)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
-    (void)strides;
     const REAL *prepared = (const REAL *)args[1];
+    (void)strides;
     char *a0 = args[0];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[3];
-        REAL x2[3];
-        NAME(load_3)(x0, a0 + i * 3 * w, w);
-        NAME(project_point_on_unit_line_apply_line)(prepared, x0, x2);
-        NAME(store_3)(a2 + i * 3 * w, w, x2);
+    _Alignas(64) REAL r2[3 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[3];
+            REAL x2[3];
+            NAME(load_3)(x0, a0 + (first + i) * 3 * w, w);
+            NAME(project_point_on_unit_line_apply_line)(prepared, x0, x2);
+            NAME(store_3)((char *)(r2 + i), SPAN * w, x2);
+        }
+        NAME(store_span)(args[2], first, r2, 3);
     }
 }
 
@@ -5386,12 +5796,37 @@ WIDE static void NAME(project_point_on_unit_line_block)(intptr_t n, char **args,
     }
 }
 
+WIDE static void NAME(project_point_on_unit_line_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    _Alignas(64) REAL r0[3 * SPAN];
+    _Alignas(64) REAL r1[6 * SPAN];
+    _Alignas(64) REAL r2[3 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        NAME(load_span)(r0, args[0], first, 3);
+        NAME(load_span)(r1, args[1], first, 6);
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[3];
+            REAL x1[6];
+            REAL x2[3];
+            NAME(load_3)(x0, (char *)(r0 + i), SPAN * w);
+            NAME(load_6)(x1, (char *)(r1 + i), SPAN * w);
+            NAME(project_point_on_unit_line)(x0, x1, x2);
+            NAME(store_3)((char *)(r2 + i), SPAN * w, x2);
+        }
+        NAME(store_span)(args[2], first, r2, 3);
+    }
+}
+
 void NAME(project_point_on_unit_line_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {6, 1, 1, {6}}, {3, 1, 2, {3}}};
     static const struct form forms[] = {{2, 2, NAME(project_point_on_unit_line_start_line),
         NAME(project_point_on_unit_line_block_line), NAME(project_point_on_unit_line_dense_line)}};
-    static const struct kernel kernel = {NAME(project_point_on_unit_line_block), NULL, 2, 3, 1, 0, parts, forms};
+    static const struct kernel kernel = {NAME(project_point_on_unit_line_block),
+        NAME(project_point_on_unit_line_dense), 2, 3, 1, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -5466,10 +5901,35 @@ WIDE static void NAME(project_line_on_unit_plane_block)(intptr_t n, char **args,
     }
 }
 
+WIDE static void NAME(project_line_on_unit_plane_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    _Alignas(64) REAL r0[6 * SPAN];
+    _Alignas(64) REAL r1[4 * SPAN];
+    _Alignas(64) REAL r2[6 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        NAME(load_span)(r0, args[0], first, 6);
+        NAME(load_span)(r1, args[1], first, 4);
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[6];
+            REAL x1[4];
+            REAL x2[6];
+            NAME(load_6)(x0, (char *)(r0 + i), SPAN * w);
+            NAME(load_4)(x1, (char *)(r1 + i), SPAN * w);
+            NAME(project_line_on_unit_plane)(x0, x1, x2);
+            NAME(store_6)((char *)(r2 + i), SPAN * w, x2);
+        }
+        NAME(store_span)(args[2], first, r2, 6);
+    }
+}
+
 void NAME(project_line_on_unit_plane_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{6, 1, 0, {6}}, {4, 1, 1, {4}}, {6, 1, 2, {6}}};
-    static const struct kernel kernel = {NAME(project_line_on_unit_plane_block), NULL, 2, 3, 0, 0, parts, NULL};
+    static const struct kernel kernel = {NAME(project_line_on_unit_plane_block),
+        NAME(project_line_on_unit_plane_dense), 2, 3, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -5525,16 +5985,19 @@ WIDE static void NAME(reflect_point_dense)(intptr_t n, char **args, const intptr
     (void)strides;
     char *a0 = args[0];
     char *a1 = args[1];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[3];
-        REAL x1[4];
-        REAL x2[3];
-        NAME(load_3)(x0, a0 + i * 3 * w, w);
-        NAME(load_4)(x1, a1 + i * 4 * w, w);
-        NAME(reflect_point)(x0, x1, x2);
-        NAME(store_3)(a2 + i * 3 * w, w, x2);
+    _Alignas(64) REAL r2[3 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[3];
+            REAL x1[4];
+            REAL x2[3];
+            NAME(load_3)(x0, a0 + (first + i) * 3 * w, w);
+            NAME(load_4)(x1, a1 + (first + i) * 4 * w, w);
+            NAME(reflect_point)(x0, x1, x2);
+            NAME(store_3)((char *)(r2 + i), SPAN * w, x2);
+        }
+        NAME(store_span)(args[2], first, r2, 3);
     }
 }
 
@@ -5683,10 +6146,35 @@ WIDE static void NAME(motor_product_block)(intptr_t n, char **args, const intptr
     }
 }
 
+WIDE static void NAME(motor_product_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    _Alignas(64) REAL r0[8 * SPAN];
+    _Alignas(64) REAL r1[8 * SPAN];
+    _Alignas(64) REAL r2[8 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        NAME(load_span)(r0, args[0], first, 8);
+        NAME(load_span)(r1, args[1], first, 8);
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[8];
+            REAL x1[8];
+            REAL x2[8];
+            NAME(load_8)(x0, (char *)(r0 + i), SPAN * w);
+            NAME(load_8)(x1, (char *)(r1 + i), SPAN * w);
+            NAME(motor_product)(x0, x1, x2);
+            NAME(store_8)((char *)(r2 + i), SPAN * w, x2);
+        }
+        NAME(store_span)(args[2], first, r2, 8);
+    }
+}
+
 void NAME(motor_product_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{8, 1, 0, {8}}, {8, 1, 1, {8}}, {8, 1, 2, {8}}};
-    static const struct kernel kernel = {NAME(motor_product_block), NULL, 2, 3, 0, 0, parts, NULL};
+    static const struct kernel kernel = {NAME(motor_product_block), NAME(motor_product_dense), 2, 3, 0, 0, parts,
+        NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -5827,10 +6315,35 @@ WIDE static void NAME(even_product_block)(intptr_t n, char **args, const intptr_
     }
 }
 
+WIDE static void NAME(even_product_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    _Alignas(64) REAL r0[8 * SPAN];
+    _Alignas(64) REAL r1[8 * SPAN];
+    _Alignas(64) REAL r2[8 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        NAME(load_span)(r0, args[0], first, 8);
+        NAME(load_span)(r1, args[1], first, 8);
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[8];
+            REAL x1[8];
+            REAL x2[8];
+            NAME(load_8)(x0, (char *)(r0 + i), SPAN * w);
+            NAME(load_8)(x1, (char *)(r1 + i), SPAN * w);
+            NAME(even_product)(x0, x1, x2);
+            NAME(store_8)((char *)(r2 + i), SPAN * w, x2);
+        }
+        NAME(store_span)(args[2], first, r2, 8);
+    }
+}
+
 void NAME(even_product_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{8, 1, 0, {8}}, {8, 1, 1, {8}}, {8, 1, 2, {8}}};
-    static const struct kernel kernel = {NAME(even_product_block), NULL, 2, 3, 0, 0, parts, NULL};
+    static const struct kernel kernel = {NAME(even_product_block), NAME(even_product_dense), 2, 3, 0, 0, parts,
+        NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -5880,15 +6393,19 @@ WIDE static void NAME(motor_inverse_dense)(intptr_t n, char **args, const intptr
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
-    char *a0 = args[0];
-    char *a1 = args[1];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[8];
-        REAL x1[8];
-        NAME(load_8)(x0, a0 + i * 8 * w, w);
-        NAME(motor_inverse)(x0, x1);
-        NAME(store_8)(a1 + i * 8 * w, w, x1);
+    _Alignas(64) REAL r0[8 * SPAN];
+    _Alignas(64) REAL r1[8 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        NAME(load_span)(r0, args[0], first, 8);
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[8];
+            REAL x1[8];
+            NAME(load_8)(x0, (char *)(r0 + i), SPAN * w);
+            NAME(motor_inverse)(x0, x1);
+            NAME(store_8)((char *)(r1 + i), SPAN * w, x1);
+        }
+        NAME(store_span)(args[1], first, r1, 8);
     }
 }
 
@@ -5979,15 +6496,19 @@ WIDE static void NAME(even_inverse_dense)(intptr_t n, char **args, const intptr_
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
-    char *a0 = args[0];
-    char *a1 = args[1];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[8];
-        REAL x1[8];
-        NAME(load_8)(x0, a0 + i * 8 * w, w);
-        NAME(even_inverse)(x0, x1);
-        NAME(store_8)(a1 + i * 8 * w, w, x1);
+    _Alignas(64) REAL r0[8 * SPAN];
+    _Alignas(64) REAL r1[8 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        NAME(load_span)(r0, args[0], first, 8);
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[8];
+            REAL x1[8];
+            NAME(load_8)(x0, (char *)(r0 + i), SPAN * w);
+            NAME(even_inverse)(x0, x1);
+            NAME(store_8)((char *)(r1 + i), SPAN * w, x1);
+        }
+        NAME(store_span)(args[1], first, r1, 8);
     }
 }
 
@@ -6074,15 +6595,19 @@ WIDE static void NAME(normalize_motor_dense)(intptr_t n, char **args, const intp
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
-    char *a0 = args[0];
-    char *a1 = args[1];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[8];
-        REAL x1[8];
-        NAME(load_8)(x0, a0 + i * 8 * w, w);
-        NAME(normalize_motor)(x0, x1);
-        NAME(store_8)(a1 + i * 8 * w, w, x1);
+    _Alignas(64) REAL r0[8 * SPAN];
+    _Alignas(64) REAL r1[8 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        NAME(load_span)(r0, args[0], first, 8);
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[8];
+            REAL x1[8];
+            NAME(load_8)(x0, (char *)(r0 + i), SPAN * w);
+            NAME(normalize_motor)(x0, x1);
+            NAME(store_8)((char *)(r1 + i), SPAN * w, x1);
+        }
+        NAME(store_span)(args[1], first, r1, 8);
     }
 }
 
@@ -6288,17 +6813,20 @@ WIDE static void NAME(move_point_block_m)(intptr_t n, char **args, const intptr_
 WIDE static void NAME(move_point_dense_m)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
-    (void)strides;
     const REAL *prepared = (const REAL *)args[0];
+    (void)strides;
     char *a1 = args[1];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x1[3];
-        REAL x2[3];
-        NAME(load_3)(x1, a1 + i * 3 * w, w);
-        NAME(move_point_apply_m)(prepared, x1, x2);
-        NAME(store_3)(a2 + i * 3 * w, w, x2);
+    _Alignas(64) REAL r2[3 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x1[3];
+            REAL x2[3];
+            NAME(load_3)(x1, a1 + (first + i) * 3 * w, w);
+            NAME(move_point_apply_m)(prepared, x1, x2);
+            NAME(store_3)((char *)(r2 + i), SPAN * w, x2);
+        }
+        NAME(store_span)(args[2], first, r2, 3);
     }
 }
 
@@ -6335,16 +6863,19 @@ WIDE static void NAME(move_point_dense)(intptr_t n, char **args, const intptr_t 
     (void)strides;
     char *a0 = args[0];
     char *a1 = args[1];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[8];
-        REAL x1[3];
-        REAL x2[3];
-        NAME(load_8)(x0, a0 + i * 8 * w, w);
-        NAME(load_3)(x1, a1 + i * 3 * w, w);
-        NAME(move_point)(x0, x1, x2);
-        NAME(store_3)(a2 + i * 3 * w, w, x2);
+    _Alignas(64) REAL r2[3 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[8];
+            REAL x1[3];
+            REAL x2[3];
+            NAME(load_8)(x0, a0 + (first + i) * 8 * w, w);
+            NAME(load_3)(x1, a1 + (first + i) * 3 * w, w);
+            NAME(move_point)(x0, x1, x2);
+            NAME(store_3)((char *)(r2 + i), SPAN * w, x2);
+        }
+        NAME(store_span)(args[2], first, r2, 3);
     }
 }
 
@@ -6501,17 +7032,20 @@ WIDE static void NAME(move_direction_block_m)(intptr_t n, char **args, const int
 WIDE static void NAME(move_direction_dense_m)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
-    (void)strides;
     const REAL *prepared = (const REAL *)args[0];
+    (void)strides;
     char *a1 = args[1];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x1[3];
-        REAL x2[3];
-        NAME(load_3)(x1, a1 + i * 3 * w, w);
-        NAME(move_direction_apply_m)(prepared, x1, x2);
-        NAME(store_3)(a2 + i * 3 * w, w, x2);
+    _Alignas(64) REAL r2[3 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x1[3];
+            REAL x2[3];
+            NAME(load_3)(x1, a1 + (first + i) * 3 * w, w);
+            NAME(move_direction_apply_m)(prepared, x1, x2);
+            NAME(store_3)((char *)(r2 + i), SPAN * w, x2);
+        }
+        NAME(store_span)(args[2], first, r2, 3);
     }
 }
 
@@ -6548,16 +7082,19 @@ WIDE static void NAME(move_direction_dense)(intptr_t n, char **args, const intpt
     (void)strides;
     char *a0 = args[0];
     char *a1 = args[1];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[8];
-        REAL x1[3];
-        REAL x2[3];
-        NAME(load_8)(x0, a0 + i * 8 * w, w);
-        NAME(load_3)(x1, a1 + i * 3 * w, w);
-        NAME(move_direction)(x0, x1, x2);
-        NAME(store_3)(a2 + i * 3 * w, w, x2);
+    _Alignas(64) REAL r2[3 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[8];
+            REAL x1[3];
+            REAL x2[3];
+            NAME(load_8)(x0, a0 + (first + i) * 8 * w, w);
+            NAME(load_3)(x1, a1 + (first + i) * 3 * w, w);
+            NAME(move_direction)(x0, x1, x2);
+            NAME(store_3)((char *)(r2 + i), SPAN * w, x2);
+        }
+        NAME(store_span)(args[2], first, r2, 3);
     }
 }
 
@@ -6883,6 +7420,27 @@ WIDE static void NAME(move_line_block_m)(intptr_t n, char **args, const intptr_t
     }
 }
 
+WIDE static void NAME(move_line_dense_m)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    const REAL *prepared = (const REAL *)args[0];
+    (void)strides;
+    _Alignas(64) REAL r1[6 * SPAN];
+    _Alignas(64) REAL r2[6 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        NAME(load_span)(r1, args[1], first, 6);
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x1[6];
+            REAL x2[6];
+            NAME(load_6)(x1, (char *)(r1 + i), SPAN * w);
+            NAME(move_line_apply_m)(prepared, x1, x2);
+            NAME(store_6)((char *)(r2 + i), SPAN * w, x2);
+        }
+        NAME(store_span)(args[2], first, r2, 6);
+    }
+}
+
 static void NAME(move_line_start_m)(char **args, const intptr_t *strides, void *prepared)
 {
     const intptr_t c0a = strides[0];
@@ -6910,11 +7468,36 @@ WIDE static void NAME(move_line_block)(intptr_t n, char **args, const intptr_t *
     }
 }
 
+WIDE static void NAME(move_line_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    _Alignas(64) REAL r0[8 * SPAN];
+    _Alignas(64) REAL r1[6 * SPAN];
+    _Alignas(64) REAL r2[6 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        NAME(load_span)(r0, args[0], first, 8);
+        NAME(load_span)(r1, args[1], first, 6);
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[8];
+            REAL x1[6];
+            REAL x2[6];
+            NAME(load_8)(x0, (char *)(r0 + i), SPAN * w);
+            NAME(load_6)(x1, (char *)(r1 + i), SPAN * w);
+            NAME(move_line)(x0, x1, x2);
+            NAME(store_6)((char *)(r2 + i), SPAN * w, x2);
+        }
+        NAME(store_span)(args[2], first, r2, 6);
+    }
+}
+
 void NAME(move_line_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{8, 1, 0, {8}}, {6, 1, 1, {6}}, {6, 1, 2, {6}}};
-    static const struct form forms[] = {{1, 2, NAME(move_line_start_m), NAME(move_line_block_m), NULL}};
-    static const struct kernel kernel = {NAME(move_line_block), NULL, 2, 3, 1, 0, parts, forms};
+    static const struct form forms[] = {{1, 2, NAME(move_line_start_m), NAME(move_line_block_m),
+        NAME(move_line_dense_m)}};
+    static const struct kernel kernel = {NAME(move_line_block), NAME(move_line_dense), 2, 3, 1, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -7125,17 +7708,20 @@ WIDE static void NAME(move_plane_block_m)(intptr_t n, char **args, const intptr_
 WIDE static void NAME(move_plane_dense_m)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
-    (void)strides;
     const REAL *prepared = (const REAL *)args[0];
+    (void)strides;
     char *a1 = args[1];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x1[4];
-        REAL x2[4];
-        NAME(load_4)(x1, a1 + i * 4 * w, w);
-        NAME(move_plane_apply_m)(prepared, x1, x2);
-        NAME(store_4)(a2 + i * 4 * w, w, x2);
+    _Alignas(64) REAL r2[4 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x1[4];
+            REAL x2[4];
+            NAME(load_4)(x1, a1 + (first + i) * 4 * w, w);
+            NAME(move_plane_apply_m)(prepared, x1, x2);
+            NAME(store_4)((char *)(r2 + i), SPAN * w, x2);
+        }
+        NAME(store_span)(args[2], first, r2, 4);
     }
 }
 
@@ -7170,18 +7756,23 @@ WIDE static void NAME(move_plane_dense)(intptr_t n, char **args, const intptr_t 
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[8];
-        REAL x1[4];
-        REAL x2[4];
-        NAME(load_8)(x0, a0 + i * 8 * w, w);
-        NAME(load_4)(x1, a1 + i * 4 * w, w);
-        NAME(move_plane)(x0, x1, x2);
-        NAME(store_4)(a2 + i * 4 * w, w, x2);
+    _Alignas(64) REAL r0[8 * SPAN];
+    _Alignas(64) REAL r1[4 * SPAN];
+    _Alignas(64) REAL r2[4 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        NAME(load_span)(r0, args[0], first, 8);
+        NAME(load_span)(r1, args[1], first, 4);
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[8];
+            REAL x1[4];
+            REAL x2[4];
+            NAME(load_8)(x0, (char *)(r0 + i), SPAN * w);
+            NAME(load_4)(x1, (char *)(r1 + i), SPAN * w);
+            NAME(move_plane)(x0, x1, x2);
+            NAME(store_4)((char *)(r2 + i), SPAN * w, x2);
+        }
+        NAME(store_span)(args[2], first, r2, 4);
     }
 }
 
@@ -7517,17 +8108,21 @@ WIDE static void NAME(move_motor_block_m)(intptr_t n, char **args, const intptr_
 WIDE static void NAME(move_motor_dense_m)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
-    (void)strides;
     const REAL *prepared = (const REAL *)args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x1[8];
-        REAL x2[8];
-        NAME(load_8)(x1, a1 + i * 8 * w, w);
-        NAME(move_motor_apply_m)(prepared, x1, x2);
-        NAME(store_8)(a2 + i * 8 * w, w, x2);
+    (void)strides;
+    _Alignas(64) REAL r1[8 * SPAN];
+    _Alignas(64) REAL r2[8 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        NAME(load_span)(r1, args[1], first, 8);
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x1[8];
+            REAL x2[8];
+            NAME(load_8)(x1, (char *)(r1 + i), SPAN * w);
+            NAME(move_motor_apply_m)(prepared, x1, x2);
+            NAME(store_8)((char *)(r2 + i), SPAN * w, x2);
+        }
+        NAME(store_span)(args[2], first, r2, 8);
     }
 }
 
@@ -7558,12 +8153,36 @@ WIDE static void NAME(move_motor_block)(intptr_t n, char **args, const intptr_t 
     }
 }
 
+WIDE static void NAME(move_motor_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    _Alignas(64) REAL r0[8 * SPAN];
+    _Alignas(64) REAL r1[8 * SPAN];
+    _Alignas(64) REAL r2[8 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        NAME(load_span)(r0, args[0], first, 8);
+        NAME(load_span)(r1, args[1], first, 8);
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[8];
+            REAL x1[8];
+            REAL x2[8];
+            NAME(load_8)(x0, (char *)(r0 + i), SPAN * w);
+            NAME(load_8)(x1, (char *)(r1 + i), SPAN * w);
+            NAME(move_motor)(x0, x1, x2);
+            NAME(store_8)((char *)(r2 + i), SPAN * w, x2);
+        }
+        NAME(store_span)(args[2], first, r2, 8);
+    }
+}
+
 void NAME(move_motor_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{8, 1, 0, {8}}, {8, 1, 1, {8}}, {8, 1, 2, {8}}};
     static const struct form forms[] = {{1, 2, NAME(move_motor_start_m), NAME(move_motor_block_m),
         NAME(move_motor_dense_m)}};
-    static const struct kernel kernel = {NAME(move_motor_block), NULL, 2, 3, 1, 0, parts, forms};
+    static const struct kernel kernel = {NAME(move_motor_block), NAME(move_motor_dense), 2, 3, 1, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -7761,17 +8380,20 @@ WIDE static void NAME(move_point_back_block_m)(intptr_t n, char **args, const in
 WIDE static void NAME(move_point_back_dense_m)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
-    (void)strides;
     const REAL *prepared = (const REAL *)args[0];
+    (void)strides;
     char *a1 = args[1];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x1[3];
-        REAL x2[3];
-        NAME(load_3)(x1, a1 + i * 3 * w, w);
-        NAME(move_point_back_apply_m)(prepared, x1, x2);
-        NAME(store_3)(a2 + i * 3 * w, w, x2);
+    _Alignas(64) REAL r2[3 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x1[3];
+            REAL x2[3];
+            NAME(load_3)(x1, a1 + (first + i) * 3 * w, w);
+            NAME(move_point_back_apply_m)(prepared, x1, x2);
+            NAME(store_3)((char *)(r2 + i), SPAN * w, x2);
+        }
+        NAME(store_span)(args[2], first, r2, 3);
     }
 }
 
@@ -7808,16 +8430,19 @@ WIDE static void NAME(move_point_back_dense)(intptr_t n, char **args, const intp
     (void)strides;
     char *a0 = args[0];
     char *a1 = args[1];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[8];
-        REAL x1[3];
-        REAL x2[3];
-        NAME(load_8)(x0, a0 + i * 8 * w, w);
-        NAME(load_3)(x1, a1 + i * 3 * w, w);
-        NAME(move_point_back)(x0, x1, x2);
-        NAME(store_3)(a2 + i * 3 * w, w, x2);
+    _Alignas(64) REAL r2[3 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[8];
+            REAL x1[3];
+            REAL x2[3];
+            NAME(load_8)(x0, a0 + (first + i) * 8 * w, w);
+            NAME(load_3)(x1, a1 + (first + i) * 3 * w, w);
+            NAME(move_point_back)(x0, x1, x2);
+            NAME(store_3)((char *)(r2 + i), SPAN * w, x2);
+        }
+        NAME(store_span)(args[2], first, r2, 3);
     }
 }
 
@@ -7954,17 +8579,20 @@ WIDE static void NAME(rotor_from_axis_angle_block_angle)(intptr_t n, char **args
 WIDE static void NAME(rotor_from_axis_angle_dense_angle)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
-    (void)strides;
     const REAL *prepared = (const REAL *)args[1];
+    (void)strides;
     char *a0 = args[0];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[3];
-        REAL x2[4];
-        NAME(load_3)(x0, a0 + i * 3 * w, w);
-        NAME(rotor_from_axis_angle_apply_angle)(prepared, x0, x2);
-        NAME(store_4)(a2 + i * 4 * w, w, x2);
+    _Alignas(64) REAL r2[4 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[3];
+            REAL x2[4];
+            NAME(load_3)(x0, a0 + (first + i) * 3 * w, w);
+            NAME(rotor_from_axis_angle_apply_angle)(prepared, x0, x2);
+            NAME(store_4)((char *)(r2 + i), SPAN * w, x2);
+        }
+        NAME(store_span)(args[2], first, r2, 4);
     }
 }
 
@@ -8161,14 +8789,17 @@ WIDE static void NAME(translator_from_vector_dense)(intptr_t n, char **args, con
     const intptr_t w = sizeof(REAL);
     (void)strides;
     char *a0 = args[0];
-    char *a1 = args[1];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[3];
-        REAL x1[3];
-        NAME(load_3)(x0, a0 + i * 3 * w, w);
-        NAME(translator_from_vector)(x0, x1);
-        NAME(store_3)(a1 + i * 3 * w, w, x1);
+    _Alignas(64) REAL r1[3 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[3];
+            REAL x1[3];
+            NAME(load_3)(x0, a0 + (first + i) * 3 * w, w);
+            NAME(translator_from_vector)(x0, x1);
+            NAME(store_3)((char *)(r1 + i), SPAN * w, x1);
+        }
+        NAME(store_span)(args[1], first, r1, 3);
     }
 }
 
@@ -8276,6 +8907,27 @@ WIDE static void NAME(motor_from_line_block_angle)(intptr_t n, char **args, cons
     }
 }
 
+WIDE static void NAME(motor_from_line_dense_angle)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    const REAL *prepared = (const REAL *)args[1];
+    (void)strides;
+    _Alignas(64) REAL r0[6 * SPAN];
+    _Alignas(64) REAL r2[8 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        NAME(load_span)(r0, args[0], first, 6);
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[6];
+            REAL x2[8];
+            NAME(load_6)(x0, (char *)(r0 + i), SPAN * w);
+            NAME(motor_from_line_apply_angle)(prepared, x0, x2);
+            NAME(store_8)((char *)(r2 + i), SPAN * w, x2);
+        }
+        NAME(store_span)(args[2], first, r2, 8);
+    }
+}
+
 static void NAME(motor_from_line_start_angle)(char **args, const intptr_t *strides, void *prepared)
 {
     (void)strides;
@@ -8320,7 +8972,7 @@ void NAME(motor_from_line_loop)(char **args, const intptr_t *dimensions, const i
 {
     static const struct part parts[] = {{6, 1, 0, {6}}, {1, 0, 1, {0}}, {8, 1, 1, {8}}};
     static const struct form forms[] = {{2, 2, NAME(motor_from_line_start_angle), NAME(motor_from_line_block_angle),
-        NULL}};
+        NAME(motor_from_line_dense_angle)}};
     static const struct kernel kernel = {NAME(motor_from_line_block), NULL, 2, 3, 1, 1, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -8591,17 +9243,21 @@ WIDE static void NAME(motor_from_screw_block_line_angle)(intptr_t n, char **args
 WIDE static void NAME(motor_from_screw_dense_line_angle)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
-    (void)strides;
     const REAL *prepared = (const REAL *)args[0];
-    char *a2 = args[2];
-    char *a3 = args[3];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x2[1];
-        REAL x3[8];
-        NAME(load_scalar)(x2, a2 + i * w);
-        NAME(motor_from_screw_apply_line_angle)(prepared, x2[0], x3);
-        NAME(store_8)(a3 + i * 8 * w, w, x3);
+    (void)strides;
+    _Alignas(64) REAL r2[1 * SPAN];
+    _Alignas(64) REAL r3[8 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        NAME(load_span)(r2, args[2], first, 1);
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x2[1];
+            REAL x3[8];
+            NAME(load_scalar)(x2, (char *)(r2 + i));
+            NAME(motor_from_screw_apply_line_angle)(prepared, x2[0], x3);
+            NAME(store_8)((char *)(r3 + i), SPAN * w, x3);
+        }
+        NAME(store_span)(args[3], first, r3, 8);
     }
 }
 
@@ -8632,6 +9288,27 @@ WIDE static void NAME(motor_from_screw_block_angle_distance)(intptr_t n, char **
     }
 }
 
+WIDE static void NAME(motor_from_screw_dense_angle_distance)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    const REAL *prepared = (const REAL *)args[1];
+    (void)strides;
+    _Alignas(64) REAL r0[6 * SPAN];
+    _Alignas(64) REAL r3[8 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        NAME(load_span)(r0, args[0], first, 6);
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[6];
+            REAL x3[8];
+            NAME(load_6)(x0, (char *)(r0 + i), SPAN * w);
+            NAME(motor_from_screw_apply_angle_distance)(prepared, x0, x3);
+            NAME(store_8)((char *)(r3 + i), SPAN * w, x3);
+        }
+        NAME(store_span)(args[3], first, r3, 8);
+    }
+}
+
 static void NAME(motor_from_screw_start_angle_distance)(char **args, const intptr_t *strides, void *prepared)
 {
     (void)strides;
@@ -8659,6 +9336,31 @@ WIDE static void NAME(motor_from_screw_block_angle)(intptr_t n, char **args, con
         NAME(load_scalar)(x2, a2 + i * w);
         NAME(motor_from_screw_apply_angle)(prepared, x0, x2[0], x3);
         NAME(store_8)(a3 + i * w, c3a, x3);
+    }
+}
+
+WIDE static void NAME(motor_from_screw_dense_angle)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    const REAL *prepared = (const REAL *)args[1];
+    (void)strides;
+    _Alignas(64) REAL r0[6 * SPAN];
+    _Alignas(64) REAL r2[1 * SPAN];
+    _Alignas(64) REAL r3[8 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        NAME(load_span)(r0, args[0], first, 6);
+        NAME(load_span)(r2, args[2], first, 1);
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[6];
+            REAL x2[1];
+            REAL x3[8];
+            NAME(load_6)(x0, (char *)(r0 + i), SPAN * w);
+            NAME(load_scalar)(x2, (char *)(r2 + i));
+            NAME(motor_from_screw_apply_angle)(prepared, x0, x2[0], x3);
+            NAME(store_8)((char *)(r3 + i), SPAN * w, x3);
+        }
+        NAME(store_span)(args[3], first, r3, 8);
     }
 }
 
@@ -8710,10 +9412,11 @@ WIDE static void NAME(motor_from_screw_block)(intptr_t n, char **args, const int
 void NAME(motor_from_screw_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{6, 1, 0, {6}}, {1, 0, 1, {0}}, {1, 0, 1, {0}}, {8, 1, 1, {8}}};
-    static const struct form forms[] = {{3, 1, NAME(motor_from_screw_start_line_angle),
-        NAME(motor_from_screw_block_line_angle), NAME(motor_from_screw_dense_line_angle)}, {6, 1,
-        NAME(motor_from_screw_start_angle_distance), NAME(motor_from_screw_block_angle_distance), NULL}, {2, 1,
-        NAME(motor_from_screw_start_angle), NAME(motor_from_screw_block_angle), NULL}};
+    static const struct form forms[] = {{3, 2, NAME(motor_from_screw_start_line_angle),
+        NAME(motor_from_screw_block_line_angle), NAME(motor_from_screw_dense_line_angle)}, {6, 2,
+        NAME(motor_from_screw_start_angle_distance), NAME(motor_from_screw_block_angle_distance),
+        NAME(motor_from_screw_dense_angle_distance)}, {2, 2, NAME(motor_from_screw_start_angle),
+        NAME(motor_from_screw_block_angle), NAME(motor_from_screw_dense_angle)}};
     static const struct kernel kernel = {NAME(motor_from_screw_block), NULL, 3, 4, 3, 1, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -8787,16 +9490,19 @@ WIDE static void NAME(motor_from_rotor_translation_dense)(intptr_t n, char **arg
     (void)strides;
     char *a0 = args[0];
     char *a1 = args[1];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[4];
-        REAL x1[3];
-        REAL x2[8];
-        NAME(load_4)(x0, a0 + i * 4 * w, w);
-        NAME(load_3)(x1, a1 + i * 3 * w, w);
-        NAME(motor_from_rotor_translation)(x0, x1, x2);
-        NAME(store_8)(a2 + i * 8 * w, w, x2);
+    _Alignas(64) REAL r2[8 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[4];
+            REAL x1[3];
+            REAL x2[8];
+            NAME(load_4)(x0, a0 + (first + i) * 4 * w, w);
+            NAME(load_3)(x1, a1 + (first + i) * 3 * w, w);
+            NAME(motor_from_rotor_translation)(x0, x1, x2);
+            NAME(store_8)((char *)(r2 + i), SPAN * w, x2);
+        }
+        NAME(store_span)(args[2], first, r2, 8);
     }
 }
 
@@ -8877,17 +9583,21 @@ WIDE static void NAME(motor_to_rotor_translation_dense)(intptr_t n, char **args,
     const intptr_t w = sizeof(REAL);
     (void)strides;
     char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[8];
-        REAL x1[4];
-        REAL x2[3];
-        NAME(load_8)(x0, a0 + i * 8 * w, w);
-        NAME(motor_to_rotor_translation)(x0, x1, x2);
-        NAME(store_4)(a1 + i * 4 * w, w, x1);
-        NAME(store_3)(a2 + i * 3 * w, w, x2);
+    _Alignas(64) REAL r1[4 * SPAN];
+    _Alignas(64) REAL r2[3 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[8];
+            REAL x1[4];
+            REAL x2[3];
+            NAME(load_8)(x0, a0 + (first + i) * 8 * w, w);
+            NAME(motor_to_rotor_translation)(x0, x1, x2);
+            NAME(store_4)((char *)(r1 + i), SPAN * w, x1);
+            NAME(store_3)((char *)(r2 + i), SPAN * w, x2);
+        }
+        NAME(store_span)(args[1], first, r1, 4);
+        NAME(store_span)(args[2], first, r2, 3);
     }
 }
 
@@ -8934,14 +9644,17 @@ WIDE static void NAME(rotor_from_quaternion_dense)(intptr_t n, char **args, cons
     const intptr_t w = sizeof(REAL);
     (void)strides;
     char *a0 = args[0];
-    char *a1 = args[1];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[4];
-        REAL x1[4];
-        NAME(load_4)(x0, a0 + i * 4 * w, w);
-        NAME(rotor_from_quaternion)(x0, x1);
-        NAME(store_4)(a1 + i * 4 * w, w, x1);
+    _Alignas(64) REAL r1[4 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[4];
+            REAL x1[4];
+            NAME(load_4)(x0, a0 + (first + i) * 4 * w, w);
+            NAME(rotor_from_quaternion)(x0, x1);
+            NAME(store_4)((char *)(r1 + i), SPAN * w, x1);
+        }
+        NAME(store_span)(args[1], first, r1, 4);
     }
 }
 
@@ -8988,14 +9701,17 @@ WIDE static void NAME(rotor_to_quaternion_dense)(intptr_t n, char **args, const 
     const intptr_t w = sizeof(REAL);
     (void)strides;
     char *a0 = args[0];
-    char *a1 = args[1];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[4];
-        REAL x1[4];
-        NAME(load_4)(x0, a0 + i * 4 * w, w);
-        NAME(rotor_to_quaternion)(x0, x1);
-        NAME(store_4)(a1 + i * 4 * w, w, x1);
+    _Alignas(64) REAL r1[4 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[4];
+            REAL x1[4];
+            NAME(load_4)(x0, a0 + (first + i) * 4 * w, w);
+            NAME(rotor_to_quaternion)(x0, x1);
+            NAME(store_4)((char *)(r1 + i), SPAN * w, x1);
+        }
+        NAME(store_span)(args[1], first, r1, 4);
     }
 }
 
@@ -9053,15 +9769,19 @@ WIDE static void NAME(motor_from_dual_quaternion_dense)(intptr_t n, char **args,
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
-    char *a0 = args[0];
-    char *a1 = args[1];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[8];
-        REAL x1[8];
-        NAME(load_8)(x0, a0 + i * 8 * w, w);
-        NAME(motor_from_dual_quaternion)(x0, x1);
-        NAME(store_8)(a1 + i * 8 * w, w, x1);
+    _Alignas(64) REAL r0[8 * SPAN];
+    _Alignas(64) REAL r1[8 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        NAME(load_span)(r0, args[0], first, 8);
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[8];
+            REAL x1[8];
+            NAME(load_8)(x0, (char *)(r0 + i), SPAN * w);
+            NAME(motor_from_dual_quaternion)(x0, x1);
+            NAME(store_8)((char *)(r1 + i), SPAN * w, x1);
+        }
+        NAME(store_span)(args[1], first, r1, 8);
     }
 }
 
@@ -9119,15 +9839,19 @@ WIDE static void NAME(motor_to_dual_quaternion_dense)(intptr_t n, char **args, c
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
-    char *a0 = args[0];
-    char *a1 = args[1];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[8];
-        REAL x1[8];
-        NAME(load_8)(x0, a0 + i * 8 * w, w);
-        NAME(motor_to_dual_quaternion)(x0, x1);
-        NAME(store_8)(a1 + i * 8 * w, w, x1);
+    _Alignas(64) REAL r0[8 * SPAN];
+    _Alignas(64) REAL r1[8 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        NAME(load_span)(r0, args[0], first, 8);
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[8];
+            REAL x1[8];
+            NAME(load_8)(x0, (char *)(r0 + i), SPAN * w);
+            NAME(motor_to_dual_quaternion)(x0, x1);
+            NAME(store_8)((char *)(r1 + i), SPAN * w, x1);
+        }
+        NAME(store_span)(args[1], first, r1, 8);
     }
 }
 
@@ -9234,10 +9958,31 @@ WIDE static void NAME(motor_to_matrix_block)(intptr_t n, char **args, const intp
     }
 }
 
+WIDE static void NAME(motor_to_matrix_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    _Alignas(64) REAL r0[8 * SPAN];
+    _Alignas(64) REAL r1[16 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        NAME(load_span)(r0, args[0], first, 8);
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[8];
+            REAL x1[16];
+            NAME(load_8)(x0, (char *)(r0 + i), SPAN * w);
+            NAME(motor_to_matrix)(x0, x1);
+            NAME(store_4x4)((char *)(r1 + i), 4 * SPAN * w, SPAN * w, x1);
+        }
+        NAME(store_span)(args[1], first, r1, 16);
+    }
+}
+
 void NAME(motor_to_matrix_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{8, 1, 0, {8}}, {16, 2, 1, {4, 4}}};
-    static const struct kernel kernel = {NAME(motor_to_matrix_block), NULL, 1, 2, 0, 0, parts, NULL};
+    static const struct kernel kernel = {NAME(motor_to_matrix_block), NAME(motor_to_matrix_dense), 1, 2, 0, 0,
+        parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -9302,10 +10047,31 @@ WIDE static void NAME(rotor_to_matrix_block)(intptr_t n, char **args, const intp
     }
 }
 
+WIDE static void NAME(rotor_to_matrix_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    _Alignas(64) REAL r0[4 * SPAN];
+    _Alignas(64) REAL r1[9 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        NAME(load_span)(r0, args[0], first, 4);
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[4];
+            REAL x1[9];
+            NAME(load_4)(x0, (char *)(r0 + i), SPAN * w);
+            NAME(rotor_to_matrix)(x0, x1);
+            NAME(store_3x3)((char *)(r1 + i), 3 * SPAN * w, SPAN * w, x1);
+        }
+        NAME(store_span)(args[1], first, r1, 9);
+    }
+}
+
 void NAME(rotor_to_matrix_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {9, 2, 1, {3, 3}}};
-    static const struct kernel kernel = {NAME(rotor_to_matrix_block), NULL, 1, 2, 0, 0, parts, NULL};
+    static const struct kernel kernel = {NAME(rotor_to_matrix_block), NAME(rotor_to_matrix_dense), 1, 2, 0, 0,
+        parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -9420,10 +10186,31 @@ WIDE static void NAME(motor_from_matrix_block)(intptr_t n, char **args, const in
     }
 }
 
+WIDE static void NAME(motor_from_matrix_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    _Alignas(64) REAL r0[16 * SPAN];
+    _Alignas(64) REAL r1[8 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        NAME(load_span)(r0, args[0], first, 16);
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[16];
+            REAL x1[8];
+            NAME(load_4x4)(x0, (char *)(r0 + i), 4 * SPAN * w, SPAN * w);
+            NAME(motor_from_matrix)(x0, x1);
+            NAME(store_8)((char *)(r1 + i), SPAN * w, x1);
+        }
+        NAME(store_span)(args[1], first, r1, 8);
+    }
+}
+
 void NAME(motor_from_matrix_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{16, 2, 0, {4, 4}}, {8, 1, 2, {8}}};
-    static const struct kernel kernel = {NAME(motor_from_matrix_block), NULL, 1, 2, 0, 0, parts, NULL};
+    static const struct kernel kernel = {NAME(motor_from_matrix_block), NAME(motor_from_matrix_dense), 1, 2, 0, 0,
+        parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -9508,10 +10295,31 @@ WIDE static void NAME(rotor_from_matrix_block)(intptr_t n, char **args, const in
     }
 }
 
+WIDE static void NAME(rotor_from_matrix_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    _Alignas(64) REAL r0[9 * SPAN];
+    _Alignas(64) REAL r1[4 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        NAME(load_span)(r0, args[0], first, 9);
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[9];
+            REAL x1[4];
+            NAME(load_3x3)(x0, (char *)(r0 + i), 3 * SPAN * w, SPAN * w);
+            NAME(rotor_from_matrix)(x0, x1);
+            NAME(store_4)((char *)(r1 + i), SPAN * w, x1);
+        }
+        NAME(store_span)(args[1], first, r1, 4);
+    }
+}
+
 void NAME(rotor_from_matrix_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{9, 2, 0, {3, 3}}, {4, 1, 2, {4}}};
-    static const struct kernel kernel = {NAME(rotor_from_matrix_block), NULL, 1, 2, 0, 0, parts, NULL};
+    static const struct kernel kernel = {NAME(rotor_from_matrix_block), NAME(rotor_from_matrix_dense), 1, 2, 0, 0,
+        parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -9842,17 +10650,21 @@ WIDE static void NAME(motor_from_denavit_hartenberg_dense_theta_d_alpha)(intptr_
     *strides)
 {
     const intptr_t w = sizeof(REAL);
-    (void)strides;
     const REAL *prepared = (const REAL *)args[0];
-    char *a2 = args[2];
-    char *a4 = args[4];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x2[1];
-        REAL x4[8];
-        NAME(load_scalar)(x2, a2 + i * w);
-        NAME(motor_from_denavit_hartenberg_apply_theta_d_alpha)(prepared, x2[0], x4);
-        NAME(store_8)(a4 + i * 8 * w, w, x4);
+    (void)strides;
+    _Alignas(64) REAL r2[1 * SPAN];
+    _Alignas(64) REAL r4[8 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        NAME(load_span)(r2, args[2], first, 1);
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x2[1];
+            REAL x4[8];
+            NAME(load_scalar)(x2, (char *)(r2 + i));
+            NAME(motor_from_denavit_hartenberg_apply_theta_d_alpha)(prepared, x2[0], x4);
+            NAME(store_8)((char *)(r4 + i), SPAN * w, x4);
+        }
+        NAME(store_span)(args[4], first, r4, 8);
     }
 }
 
@@ -9891,17 +10703,21 @@ WIDE static void NAME(motor_from_denavit_hartenberg_dense_theta_a_alpha)(intptr_
     *strides)
 {
     const intptr_t w = sizeof(REAL);
-    (void)strides;
     const REAL *prepared = (const REAL *)args[0];
-    char *a1 = args[1];
-    char *a4 = args[4];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x1[1];
-        REAL x4[8];
-        NAME(load_scalar)(x1, a1 + i * w);
-        NAME(motor_from_denavit_hartenberg_apply_theta_a_alpha)(prepared, x1[0], x4);
-        NAME(store_8)(a4 + i * 8 * w, w, x4);
+    (void)strides;
+    _Alignas(64) REAL r1[1 * SPAN];
+    _Alignas(64) REAL r4[8 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        NAME(load_span)(r1, args[1], first, 1);
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x1[1];
+            REAL x4[8];
+            NAME(load_scalar)(x1, (char *)(r1 + i));
+            NAME(motor_from_denavit_hartenberg_apply_theta_a_alpha)(prepared, x1[0], x4);
+            NAME(store_8)((char *)(r4 + i), SPAN * w, x4);
+        }
+        NAME(store_span)(args[4], first, r4, 8);
     }
 }
 
@@ -10390,17 +11206,21 @@ WIDE static void NAME(motor_from_modified_denavit_hartenberg_dense_theta_d_alpha
     intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
-    (void)strides;
     const REAL *prepared = (const REAL *)args[0];
-    char *a2 = args[2];
-    char *a4 = args[4];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x2[1];
-        REAL x4[8];
-        NAME(load_scalar)(x2, a2 + i * w);
-        NAME(motor_from_modified_denavit_hartenberg_apply_theta_d_alpha)(prepared, x2[0], x4);
-        NAME(store_8)(a4 + i * 8 * w, w, x4);
+    (void)strides;
+    _Alignas(64) REAL r2[1 * SPAN];
+    _Alignas(64) REAL r4[8 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        NAME(load_span)(r2, args[2], first, 1);
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x2[1];
+            REAL x4[8];
+            NAME(load_scalar)(x2, (char *)(r2 + i));
+            NAME(motor_from_modified_denavit_hartenberg_apply_theta_d_alpha)(prepared, x2[0], x4);
+            NAME(store_8)((char *)(r4 + i), SPAN * w, x4);
+        }
+        NAME(store_span)(args[4], first, r4, 8);
     }
 }
 
@@ -10439,17 +11259,21 @@ WIDE static void NAME(motor_from_modified_denavit_hartenberg_dense_theta_a_alpha
     intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
-    (void)strides;
     const REAL *prepared = (const REAL *)args[0];
-    char *a1 = args[1];
-    char *a4 = args[4];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x1[1];
-        REAL x4[8];
-        NAME(load_scalar)(x1, a1 + i * w);
-        NAME(motor_from_modified_denavit_hartenberg_apply_theta_a_alpha)(prepared, x1[0], x4);
-        NAME(store_8)(a4 + i * 8 * w, w, x4);
+    (void)strides;
+    _Alignas(64) REAL r1[1 * SPAN];
+    _Alignas(64) REAL r4[8 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        NAME(load_span)(r1, args[1], first, 1);
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x1[1];
+            REAL x4[8];
+            NAME(load_scalar)(x1, (char *)(r1 + i));
+            NAME(motor_from_modified_denavit_hartenberg_apply_theta_a_alpha)(prepared, x1[0], x4);
+            NAME(store_8)((char *)(r4 + i), SPAN * w, x4);
+        }
+        NAME(store_span)(args[4], first, r4, 8);
     }
 }
 
@@ -10857,15 +11681,19 @@ WIDE static void NAME(motor_square_root_dense)(intptr_t n, char **args, const in
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
-    char *a0 = args[0];
-    char *a1 = args[1];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[8];
-        REAL x1[8];
-        NAME(load_8)(x0, a0 + i * 8 * w, w);
-        NAME(motor_square_root)(x0, x1);
-        NAME(store_8)(a1 + i * 8 * w, w, x1);
+    _Alignas(64) REAL r0[8 * SPAN];
+    _Alignas(64) REAL r1[8 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        NAME(load_span)(r0, args[0], first, 8);
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[8];
+            REAL x1[8];
+            NAME(load_8)(x0, (char *)(r0 + i), SPAN * w);
+            NAME(motor_square_root)(x0, x1);
+            NAME(store_8)((char *)(r1 + i), SPAN * w, x1);
+        }
+        NAME(store_span)(args[1], first, r1, 8);
     }
 }
 
@@ -11962,10 +12790,35 @@ WIDE static void NAME(motor_between_lines_block)(intptr_t n, char **args, const 
     }
 }
 
+WIDE static void NAME(motor_between_lines_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    _Alignas(64) REAL r0[6 * SPAN];
+    _Alignas(64) REAL r1[6 * SPAN];
+    _Alignas(64) REAL r2[8 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        NAME(load_span)(r0, args[0], first, 6);
+        NAME(load_span)(r1, args[1], first, 6);
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[6];
+            REAL x1[6];
+            REAL x2[8];
+            NAME(load_6)(x0, (char *)(r0 + i), SPAN * w);
+            NAME(load_6)(x1, (char *)(r1 + i), SPAN * w);
+            NAME(motor_between_lines)(x0, x1, x2);
+            NAME(store_8)((char *)(r2 + i), SPAN * w, x2);
+        }
+        NAME(store_span)(args[2], first, r2, 8);
+    }
+}
+
 void NAME(motor_between_lines_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{6, 1, 0, {6}}, {6, 1, 1, {6}}, {8, 1, 2, {8}}};
-    static const struct kernel kernel = {NAME(motor_between_lines_block), NULL, 2, 3, 0, 0, parts, NULL};
+    static const struct kernel kernel = {NAME(motor_between_lines_block), NAME(motor_between_lines_dense), 2, 3, 0,
+        0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -12052,18 +12905,23 @@ WIDE static void NAME(motor_between_planes_dense)(intptr_t n, char **args, const
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[4];
-        REAL x1[4];
-        REAL x2[8];
-        NAME(load_4)(x0, a0 + i * 4 * w, w);
-        NAME(load_4)(x1, a1 + i * 4 * w, w);
-        NAME(motor_between_planes)(x0, x1, x2);
-        NAME(store_8)(a2 + i * 8 * w, w, x2);
+    _Alignas(64) REAL r0[4 * SPAN];
+    _Alignas(64) REAL r1[4 * SPAN];
+    _Alignas(64) REAL r2[8 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        NAME(load_span)(r0, args[0], first, 4);
+        NAME(load_span)(r1, args[1], first, 4);
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[4];
+            REAL x1[4];
+            REAL x2[8];
+            NAME(load_4)(x0, (char *)(r0 + i), SPAN * w);
+            NAME(load_4)(x1, (char *)(r1 + i), SPAN * w);
+            NAME(motor_between_planes)(x0, x1, x2);
+            NAME(store_8)((char *)(r2 + i), SPAN * w, x2);
+        }
+        NAME(store_span)(args[2], first, r2, 8);
     }
 }
 
@@ -12282,10 +13140,35 @@ WIDE static void NAME(line_commutator_block)(intptr_t n, char **args, const intp
     }
 }
 
+WIDE static void NAME(line_commutator_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    _Alignas(64) REAL r0[6 * SPAN];
+    _Alignas(64) REAL r1[6 * SPAN];
+    _Alignas(64) REAL r2[6 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        NAME(load_span)(r0, args[0], first, 6);
+        NAME(load_span)(r1, args[1], first, 6);
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[6];
+            REAL x1[6];
+            REAL x2[6];
+            NAME(load_6)(x0, (char *)(r0 + i), SPAN * w);
+            NAME(load_6)(x1, (char *)(r1 + i), SPAN * w);
+            NAME(line_commutator)(x0, x1, x2);
+            NAME(store_6)((char *)(r2 + i), SPAN * w, x2);
+        }
+        NAME(store_span)(args[2], first, r2, 6);
+    }
+}
+
 void NAME(line_commutator_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{6, 1, 0, {6}}, {6, 1, 1, {6}}, {6, 1, 2, {6}}};
-    static const struct kernel kernel = {NAME(line_commutator_block), NULL, 2, 3, 0, 0, parts, NULL};
+    static const struct kernel kernel = {NAME(line_commutator_block), NAME(line_commutator_dense), 2, 3, 0, 0,
+        parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -12337,10 +13220,35 @@ WIDE static void NAME(twist_on_point_block)(intptr_t n, char **args, const intpt
     }
 }
 
+WIDE static void NAME(twist_on_point_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    _Alignas(64) REAL r0[6 * SPAN];
+    _Alignas(64) REAL r1[3 * SPAN];
+    _Alignas(64) REAL r2[3 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        NAME(load_span)(r0, args[0], first, 6);
+        NAME(load_span)(r1, args[1], first, 3);
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[6];
+            REAL x1[3];
+            REAL x2[3];
+            NAME(load_6)(x0, (char *)(r0 + i), SPAN * w);
+            NAME(load_3)(x1, (char *)(r1 + i), SPAN * w);
+            NAME(twist_on_point)(x0, x1, x2);
+            NAME(store_3)((char *)(r2 + i), SPAN * w, x2);
+        }
+        NAME(store_span)(args[2], first, r2, 3);
+    }
+}
+
 void NAME(twist_on_point_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{6, 1, 0, {6}}, {3, 1, 1, {3}}, {3, 1, 2, {3}}};
-    static const struct kernel kernel = {NAME(twist_on_point_block), NULL, 2, 3, 0, 0, parts, NULL};
+    static const struct kernel kernel = {NAME(twist_on_point_block), NAME(twist_on_point_dense), 2, 3, 0, 0, parts,
+        NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -12417,10 +13325,35 @@ WIDE static void NAME(twist_on_line_block)(intptr_t n, char **args, const intptr
     }
 }
 
+WIDE static void NAME(twist_on_line_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    _Alignas(64) REAL r0[6 * SPAN];
+    _Alignas(64) REAL r1[6 * SPAN];
+    _Alignas(64) REAL r2[6 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        NAME(load_span)(r0, args[0], first, 6);
+        NAME(load_span)(r1, args[1], first, 6);
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[6];
+            REAL x1[6];
+            REAL x2[6];
+            NAME(load_6)(x0, (char *)(r0 + i), SPAN * w);
+            NAME(load_6)(x1, (char *)(r1 + i), SPAN * w);
+            NAME(twist_on_line)(x0, x1, x2);
+            NAME(store_6)((char *)(r2 + i), SPAN * w, x2);
+        }
+        NAME(store_span)(args[2], first, r2, 6);
+    }
+}
+
 void NAME(twist_on_line_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{6, 1, 0, {6}}, {6, 1, 1, {6}}, {6, 1, 2, {6}}};
-    static const struct kernel kernel = {NAME(twist_on_line_block), NULL, 2, 3, 0, 0, parts, NULL};
+    static const struct kernel kernel = {NAME(twist_on_line_block), NAME(twist_on_line_dense), 2, 3, 0, 0, parts,
+        NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -12476,10 +13409,35 @@ WIDE static void NAME(twist_on_plane_block)(intptr_t n, char **args, const intpt
     }
 }
 
+WIDE static void NAME(twist_on_plane_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    _Alignas(64) REAL r0[6 * SPAN];
+    _Alignas(64) REAL r1[4 * SPAN];
+    _Alignas(64) REAL r2[4 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        NAME(load_span)(r0, args[0], first, 6);
+        NAME(load_span)(r1, args[1], first, 4);
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[6];
+            REAL x1[4];
+            REAL x2[4];
+            NAME(load_6)(x0, (char *)(r0 + i), SPAN * w);
+            NAME(load_4)(x1, (char *)(r1 + i), SPAN * w);
+            NAME(twist_on_plane)(x0, x1, x2);
+            NAME(store_4)((char *)(r2 + i), SPAN * w, x2);
+        }
+        NAME(store_span)(args[2], first, r2, 4);
+    }
+}
+
 void NAME(twist_on_plane_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{6, 1, 0, {6}}, {4, 1, 1, {4}}, {4, 1, 2, {4}}};
-    static const struct kernel kernel = {NAME(twist_on_plane_block), NULL, 2, 3, 0, 0, parts, NULL};
+    static const struct kernel kernel = {NAME(twist_on_plane_block), NAME(twist_on_plane_dense), 2, 3, 0, 0, parts,
+        NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 #endif

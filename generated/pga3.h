@@ -2,7 +2,7 @@
 // command: gac generate --all pga3
 // spec: 88854569ba238ec5
 // contraction: -ffp-contract=off (every operation is rounded once)
-// body: 1da4578de25b0565a05c76e0570a0ad55fb1d9701f1c90f3f798d9d05896e255
+// body: c49e78066c4e26edc5bee2ded7ff8270e970f833289aa36a7a51394a0736c18a
 /* pga3
    Euclidean space by plane-based geometric algebra G(3,0,1): points, lines, planes and rigid motions.
    
@@ -690,11 +690,11 @@ void pga3_motor_from_line_loop_f32(char **args, const intptr_t *dimensions, cons
      out[8]  PGA3.MOTOR: 1, e12, e13, e23, e01, e02, e03, e0123; unit.
    Assumes ``line ~line = 1``.
    Costs 23 mul, 11 add, 2 call.
-   Where `line` and `angle` stay the same for 1 elements or more: 16 mul, 2 add, 2 call once, then 4 mul, 3 add
+   Where `line` and `angle` stay the same for 2 elements or more: 16 mul, 2 add, 2 call once, then 4 mul, 3 add
    for each.
-   Where `angle` and `distance` stay the same for 1 elements or more: 4 mul, 0 add, 2 call once, then 9 mul, 3
+   Where `angle` and `distance` stay the same for 2 elements or more: 4 mul, 0 add, 2 call once, then 9 mul, 3
    add for each.
-   Where `angle` stay the same for 1 elements or more: 1 mul, 0 add, 2 call once, then 12 mul, 3 add for each.
+   Where `angle` stay the same for 2 elements or more: 1 mul, 0 add, 2 call once, then 12 mul, 3 add for each.
    Error: 1.2 ulp of the largest coefficient, 64 random inputs. */
 void pga3_motor_from_screw_f64(const double *line, double angle, double distance, double *out);
 void pga3_motor_from_screw_f32(const float *line, float angle, float distance, float *out);

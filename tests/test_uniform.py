@@ -150,8 +150,8 @@ def test_forms_are_the_definition(name: str, records: Records) -> None:
         check_arguments(form, record.program)
         once, each = form.costs
         least, alone = form.least(record.program), record.cost.total
-        assert once.total + least * each.total < least * alone
-        assert least == 1 or once.total + (least - 1) * each.total >= (least - 1) * alone
+        assert least >= 2 and once.total + least * each.total < least * alone
+        assert least == 2 or once.total + (least - 1) * each.total >= (least - 1) * alone
 
 
 def check_arguments(form: Uniform, program: Program) -> None:
