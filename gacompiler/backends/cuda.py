@@ -50,9 +50,9 @@ CUDA = Language(
         """
         alignas alignof and and_eq asm bitand bitor catch char8_t char16_t char32_t class co_await co_return co_yield
         compl concept const_cast consteval constexpr constinit decltype delete dynamic_cast explicit export friend
-        mutable namespace new noexcept not not_eq nullptr operator or or_eq private protected public reinterpret_cast requires
-        static_assert static_cast template this thread_local throw try typeid typename using virtual wchar_t xor xor_eq
-        std real blockIdx blockDim threadIdx gridDim warpSize
+        mutable namespace new noexcept not not_eq nullptr operator or or_eq private protected public reinterpret_cast
+        requires static_assert static_cast template this thread_local throw try typeid typename using virtual wchar_t
+        xor xor_eq std real blockIdx blockDim threadIdx gridDim warpSize
         """.split()  # noqa: SIM905
     ),
 )
