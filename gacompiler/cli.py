@@ -1,4 +1,4 @@
-"""The command line: ``gac``."""
+"""The command line: ``gac``. All commands are in one file: they share how specs are found and errors are told."""
 
 from __future__ import annotations
 
