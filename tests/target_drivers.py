@@ -61,7 +61,7 @@ def interpreted(call: Call, real: type) -> list[Array]:
 
     with np.errstate(all="ignore"):
         columns = [column for array in call.arrays for column in array.astype(real).T]
-        flat = iter(Tape(call.program).run_in_double(columns, function))  # type: ignore[arg-type]
+        flat = iter(Tape(call.program).run_in_double(columns, function))
         results = [[next(flat) for _ in result.operands] for result in call.program.results]
     return [np.stack([np.broadcast_to(np.asarray(x, real), call.n) for x in each], -1) for each in results]
 

@@ -1,6 +1,6 @@
 """CUDA C++: functions of one element for any real type, and kernels over a batch in double and float.
 
-The text includes nothing, so that nvcc and the runtime compiler take it alike.
+The text includes nothing; it needs the functions of ``<math.h>`` under their global names, which nvcc brings.
 """
 
 from __future__ import annotations
