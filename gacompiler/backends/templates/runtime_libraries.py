@@ -138,7 +138,9 @@ def _jitted(function: Callable[..., Any], signature: Any = None) -> Any:
     """`function` under numba, kept on disk beside this file or in the user's cache if either can be written."""
     import numba
 
-    decorate = functools.partial(numba.njit, *([] if signature is None else [signature]), error_model="numpy")
+    decorate = functools.partial(
+        numba.njit, *([] if signature is None else [signature]), error_model="numpy", nogil=True
+    )
     try:
         return decorate(cache=True)(function)
     except RuntimeError:
