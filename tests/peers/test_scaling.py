@@ -164,10 +164,10 @@ def client() -> Iterator[Any]:
 
 
 def test_more_data_than_memory(client: Any) -> None:
-    """1.9 GB of points are made, moved and reduced by two processes that may hold 0.5 GiB each; the mean is known."""
+    """1 GB of points, made, moved and reduced by two processes that may hold 0.5 GiB each; their mean is known."""
     n = 40_000_000
     before = client.scheduler_info(n_workers=-1)["workers"]
-    assert 2 * 8 * 3 * n > 1.7 * 2 * 512 * 2**20  # points and moved points
+    assert 2 * 8 * 3 * n > 1.7 * 2 * 512 * 2**20  # points and moved points, beside what both processes may hold
     m = pga3.motor_from_line(pga3.join_points([1.0, 2.0, 0.0], [1.0, 2.0, 1.0]), np.pi / 2)
     t = da.arange(n, chunks=n // 80, dtype=float) / (n - 1)
     p = da.stack([t, 2 * t, 1 - t], axis=-1).rechunk({1: -1})
