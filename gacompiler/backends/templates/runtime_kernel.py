@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 
 from .runtime_extension import _Call, _extension, _Signature
-from .runtime_functions import _evaluate, _namespace
+from .runtime_functions import _evaluate, _moved, _namespace
 from .runtime_layout import Layout
 from .runtime_libraries import (
     _LOCK,
@@ -64,6 +64,8 @@ class Kernel(_Call):  # type: ignore[misc]
         The signature is that of a generalised ufunc, ``(8),(3)->(3)``.
     layouts : mapping of str to Layout
         By name of argument and result.
+    output_sizes : dict of str to int
+        The axes of the results by their names in the signature, which `dask.array.apply_gufunc` asks for.
     cost : mapping of str to int
         Operations for one element: mul, add, div, sqrt, call, fma.
     jit
@@ -95,6 +97,7 @@ class Kernel(_Call):  # type: ignore[misc]
         self._inputs, self._outputs = inputs, outputs
         self._shapes = [shape for _, shape in inputs]
         self._out_shapes = [shape for _, shape in outputs]
+        self.output_sizes = {str(size): size for shape in self._out_shapes for size in shape}
         self._all_shapes = [*self._shapes, *self._out_shapes]
         self._n_inputs = len(inputs)
         self._single_out = self._out_shapes[0] if len(outputs) == 1 and self._out_shapes[0] else None
@@ -376,15 +379,13 @@ class Kernel(_Call):  # type: ignore[misc]
     def _call_arrays(self, namespace: Any, arrays: tuple[Any, ...], out: Any) -> Any:
         if out is not None:
             raise TypeError(f"{self.name}: out is for numpy arrays; found arguments of {namespace.__name__}")
-        operands = []
-        for (name, shape), value in zip(self._inputs, arrays, strict=True):
-            operand = value if hasattr(value, "shape") else namespace.asarray(value)
+        operands = _moved(namespace, arrays)
+        for (name, shape), operand in zip(self._inputs, operands, strict=True):
             found = tuple(operand.shape)
             if len(found) < len(shape) or found[len(found) - len(shape) :] != shape:
                 raise ValueError(
                     f"{self.name}: argument {name} has shape {found}; expected {_shape_text(shape)}{self._blades(name)}"
                 )
-            operands.append(operand)
         results = _evaluate(self, namespace, operands, _leading(self, operands))
         return results[0] if len(results) == 1 else tuple(results)
 
