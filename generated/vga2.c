@@ -2,7 +2,7 @@
 // command: gac generate --all vga2
 // spec: 8b59814c8ae32dfd
 // contraction: -ffp-contract=off (every operation is rounded once)
-// body: 436d0bd9585707fde17acc1deb3f9d850c3075aee0540de1414487f1134d09e9
+// body: 180e25b5be8def6de5857d0bb368f7d8d92f222df1b9f54e73df8a6832ed1dd5
 
 #ifndef REAL
 #include "vga2.h"
@@ -621,35 +621,49 @@ WIDE static void NAME(store_rows)(char *a, intptr_t s, intptr_t c, REAL *x, intp
     }
 }
 
-// The rows of SPAN elements of `size` components, in C order from element `first` on.
+// The rows of SPAN elements of `size` components, in C order from element `first` on; and back.
 static INLINE void NAME(load_span)(REAL *x, char *a, intptr_t first, intptr_t size)
 {
     const intptr_t w = sizeof(REAL);
     const REAL *from = (const REAL *)(a + first * size * w);
-#ifdef SHUFFLE
-    if (size >= 4) {
+    if (size == 1) {
+        memcpy(x, from, SPAN * w);
+    } else if (size == 2) {
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            x[i] = from[2 * i];
+            x[SPAN + i] = from[2 * i + 1];
+        }
+    } else if (size == 3) {
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            x[i] = from[3 * i];
+            x[SPAN + i] = from[3 * i + 1];
+            x[2 * SPAN + i] = from[3 * i + 2];
+        }
+    } else {
         NAME(turn_tiles)(0, (char *)x, SPAN * w, (char *)from, size * w, size, SPAN);
-        return;
     }
-#endif
-    for (intptr_t i = 0; i < SPAN; ++i)
-        for (intptr_t k = 0; k < size; ++k)
-            x[k * SPAN + i] = from[size * i + k];
 }
 
 static INLINE void NAME(store_span)(char *a, intptr_t first, REAL *x, intptr_t size)
 {
     const intptr_t w = sizeof(REAL);
     REAL *to = (REAL *)(a + first * size * w);
-#ifdef SHUFFLE
-    if (size >= 4) {
+    if (size == 1) {
+        memcpy(to, x, SPAN * w);
+    } else if (size == 2) {
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            to[2 * i] = x[i];
+            to[2 * i + 1] = x[SPAN + i];
+        }
+    } else if (size == 3) {
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            to[3 * i] = x[i];
+            to[3 * i + 1] = x[SPAN + i];
+            to[3 * i + 2] = x[2 * SPAN + i];
+        }
+    } else {
         NAME(turn_tiles)(1, (char *)x, SPAN * w, (char *)to, size * w, size, SPAN);
-        return;
     }
-#endif
-    for (intptr_t i = 0; i < SPAN; ++i)
-        for (intptr_t k = 0; k < size; ++k)
-            to[size * i + k] = x[k * SPAN + i];
 }
 
 // All rows of a part, from the batch or back to it; axes that lie as one are moved as one.
