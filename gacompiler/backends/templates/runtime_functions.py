@@ -78,7 +78,7 @@ def _namespace(arrays: tuple[Any, ...]) -> Any:
     return np
 
 
-def _moved(namespace: Any, arrays: tuple[Any, ...]) -> list[Any]:
+def _namespace_operands(namespace: Any, arrays: tuple[Any, ...]) -> list[Any]:
     """Arguments as arrays of `namespace`, where the first such array is; numbers and lists widen nothing."""
     own = [array for array in arrays if _namespace((array,)) is namespace]
     found = functools.reduce(namespace.promote_types, [array.dtype for array in own])

@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 
 from .runtime_extension import _Call, _extension, _Signature
-from .runtime_functions import _evaluate, _moved, _namespace
+from .runtime_functions import _evaluate, _namespace, _namespace_operands
 from .runtime_layout import Layout
 from .runtime_libraries import (
     _LOCK,
@@ -379,7 +379,7 @@ class Kernel(_Call):  # type: ignore[misc]
     def _call_arrays(self, namespace: Any, arrays: tuple[Any, ...], out: Any) -> Any:
         if out is not None:
             raise TypeError(f"{self.name}: out is for numpy arrays; found arguments of {namespace.__name__}")
-        operands = _moved(namespace, arrays)
+        operands = _namespace_operands(namespace, arrays)
         for (name, shape), operand in zip(self._inputs, operands, strict=True):
             found = tuple(operand.shape)
             if len(found) < len(shape) or found[len(found) - len(shape) :] != shape:
