@@ -52,7 +52,8 @@ def test_lines_and_planes_from_numbers_and_back(rng: np.random.Generator, scale:
     close(moment, np.cross(p, along(factor, d)), 0)
     close(pga3.plucker_residual(lines), 0, 1e-13 * scale * 5)
     bivectors = rng.normal(size=(N, 6))
-    close(pga3.plucker_residual(bivectors), dot(bivectors[:, [2, 0]], bivectors[:, [3, 5]]) - dot(bivectors[:, 1:2], bivectors[:, 4:5]), 1e-14)  # fmt: skip
+    z, y, x, u, v, w = bivectors.T
+    close(pga3.plucker_residual(bivectors), x * u - y * v + z * w, 1e-14)
     support = p - along(dot(p, d), d)
     close(pga3.line_support(lines), support, 1e-13 * scale)
     s = rng.normal(size=N) * scale
@@ -243,7 +244,7 @@ def test_rejections_complete_projections(rng: np.random.Generator) -> None:
 
 
 def test_reflections_in_planes_lines_and_points(rng: np.random.Generator) -> None:
-    a, p, x = rng.normal(size=(3, N, 3)) * 3
+    a, p = rng.normal(size=(2, N, 3)) * 3
     n, d, m = directions(rng), rng.permutation(directions(rng)), rng.permutation(directions(rng))
     mirror, axis = plane_of(n, a), line_of(a, n)
 
@@ -277,7 +278,8 @@ def test_collinear_and_coplanar_residuals_are_heights(rng: np.random.Generator, 
     sides = np.max([length(b - a), length(c - b), length(a - c)], 0)
     close(pga3.collinearity_residual(a, b, c), twice / sides, 1e-14 * scale)
     volume = dot(np.cross(b - a, c - a), d - a)
-    faces = np.max([twice, length(np.cross(b - a, d - a)), length(np.cross(c - a, d - a)), length(np.cross(c - b, d - b))], 0)  # fmt: skip
+    corners = ((a, b, d), (a, c, d), (b, c, d))
+    faces = np.max([twice, *(length(np.cross(y - x, z - x)) for x, y, z in corners)], 0)
     close(pga3.coplanarity_residual(a, b, c, d), volume / faces, 2e-14 * scale)
     t = rng.normal(size=N)
     close(pga3.collinearity_residual(a, b, a + along(t, b - a)), 0, 1e-13 * scale)
@@ -300,7 +302,8 @@ def test_flags(rng: np.random.Generator) -> None:
     close(off, 2, 1e-13)
     close(above, np.sqrt(2), 1e-13)
     close(sine, np.sqrt(0.5), 1e-14)
-    b, c = t + along(rng.uniform(0.1, 3, N), x), t + along(rng.normal(size=N), x) + along(rng.uniform(0.1, 3, N), matrices[:, :3, 1])  # fmt: skip
+    b = t + along(rng.uniform(0.1, 3, N), x)
+    c = t + along(rng.normal(size=N), x) + along(rng.uniform(0.1, 3, N), matrices[:, :3, 1])
     point, through, side = pga3.flag_from_points(t, b, c)
     close(point, t, 0)
     close(through, line_of(t, x), 2e-12)

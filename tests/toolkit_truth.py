@@ -1,4 +1,4 @@
-"""Vector formulas, matrices and random figures that the tests of the toolkit compare with. No geometric algebra here."""
+"""Vector formulas, matrices and random figures that tests of the toolkit compare with. No geometric algebra here."""
 
 from __future__ import annotations
 

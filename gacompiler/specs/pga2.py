@@ -23,7 +23,7 @@ ORIGIN = PGA2.multivector({"e12": 1})
 AXES = tuple(PGA2.multivector({name: 1}) for name in ("e20", "e01"))
 PARALLEL = Fraction(1, 10**24)
 """Squared sines up to this are rounding."""
-NEARLY_OPPOSITE = Fraction(1, 10**8)
+NEARLY_OPPOSITE = Fraction(1, 10**4)
 HALF = Fraction(1, 2)
 
 
@@ -390,6 +390,7 @@ def hit_ray_segment(p, d, a, b):
     along = d & line
     return -(p & line) / along, (ray & a) / along
 
+
 # Motors.
 
 
@@ -543,11 +544,11 @@ def translator_between_points(a, b):
     return _translator(_coordinates(b - a))
 
 
-@kernel(a=UNIT_LINE, b=UNIT_LINE, returns=MOTOR)
+@kernel(a=LINE, b=LINE, returns=MOTOR)
 def motor_between_lines(a, b):
     """The motor that takes the normalised line `a` to `b`: a rotation about their meet, or a translation.
 
-    Where the normals are opposite to within 1e-4 radians, it is the product of two reflections instead: in the middle
+    Where the normals are opposite to within 0.01 radians, it is the product of two reflections instead: in the middle
     of `a` and the reversed `b`, and in a line orthogonal to `b`.
     """
     squared = ga.norm_squared(a + b)

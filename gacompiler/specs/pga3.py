@@ -33,7 +33,7 @@ NO_TURN = Fraction(1, 10**60)
 PARALLEL = Fraction(1, 10**24)
 """Squared sines up to this are rounding."""
 MUCH_SMALLER = Fraction(1, 10**6)
-NEARLY_OPPOSITE, ROUNDING = Fraction(1, 10**8), Fraction(1, 10**28)
+NEARLY_OPPOSITE, ROUNDING = Fraction(1, 10**4), Fraction(1, 10**28)
 LOCKED = Fraction(5, 10**15)
 """Sines of half angles up to this are gimbal lock."""
 HALF, PI = Fraction(1, 2), Fraction("3.1415926535897932384626433832795028841971693993751")
@@ -480,10 +480,8 @@ def closest_points_of_lines(a, b):
     start = _foot(ORIGIN, a)
     end = _foot(start, b)
     feet = (on / ga.select(parallel, 1, on["e123"]) for on in (on_a, on_b))
-    return tuple(
-        _trivector([ga.select(parallel, *pair) for pair in zip(_coordinates(other), _coordinates(foot), strict=True)], 1)
-        for foot, other in zip(feet, (start, end), strict=True)
-    )
+    pairs = [zip(_coordinates(x), _coordinates(y), strict=True) for x, y in zip((start, end), feet, strict=True)]
+    return tuple(_trivector([ga.select(parallel, *pair) for pair in each], 1) for each in pairs)
 
 
 @kernel(a=LINE, b=LINE, returns=LINE)
@@ -591,7 +589,7 @@ def join_lines(a, b):
     by_point = a & start
     near = ga.norm_squared(by_point)
     scale = near + ga.norm_squared(start & ORIGIN)
-    plane = ga.select(ga.norm_squared(by_direction) * scale < MUCH_SMALLER * near, -by_point, by_direction)
+    plane = ga.select(ga.norm_squared(by_direction) * scale < MUCH_SMALLER * near, by_point, by_direction)
     return ga.normalize(plane)
 
 
@@ -853,6 +851,7 @@ def hit_ray_triangle(p, d, a, b, c):
     along = plane & d
     return -(plane & p) / along, tuple(moment / along for moment in moments)
 
+
 # Motors.
 
 
@@ -1113,17 +1112,17 @@ def interpolate_motors(a, b, t):
     return a * ga.power(~a * b, t)
 
 
-@kernel(a=UNIT_LINE, b=UNIT_LINE, returns=MOTOR)
+@kernel(a=LINE, b=LINE, returns=MOTOR)
 def motor_between_lines(a, b):
     """The motor that takes the normalised line `a` to `b` about their common perpendicular by the smaller angle.
 
-    Where the directions are opposite to within 1e-4 radians, it is the product of two half turns instead: about the
+    Where the directions are opposite to within 0.01 radians, it is the product of two half turns instead: about the
     middle of `a` and the reversed `b`, and about a line across the support point of `b`, so that exactly opposite
     lines give a half turn about some line orthogonal to both, and a shift along `b` where they are not in a plane.
     """
     squared = ga.norm_squared(a + b)
     opposite = squared < NEARLY_OPPOSITE
-    support = _foot_on_unit_line(ORIGIN, b)
+    support = _foot(ORIGIN, b)
     towards = _across(_coordinates(_direction(a + b)), _coordinates(_direction(b)), squared < ROUNDING)
     middle = ga.select(opposite, a - b, AXIS_Z)
     turns = (support & _trivector(towards)) * _study_unit(middle)
@@ -1131,11 +1130,11 @@ def motor_between_lines(a, b):
     return ga.select(opposite, turns, _study_unit(half))
 
 
-@kernel(a=UNIT_PLANE, b=UNIT_PLANE, returns=MOTOR)
+@kernel(a=PLANE, b=PLANE, returns=MOTOR)
 def motor_between_planes(a, b):
     """The motor that takes the normalised plane `a` to `b`: a rotation about their meet, or a translation.
 
-    Where the normals are opposite to within 1e-4 radians, it is the product of two reflections instead: in the middle
+    Where the normals are opposite to within 0.01 radians, it is the product of two reflections instead: in the middle
     of `a` and the reversed `b`, and in a plane orthogonal to `b`, so that exactly opposite planes give a half turn
     about some line between them.
     """
@@ -1203,7 +1202,7 @@ def motor_to_screw(m):
 def _screw(b):
     """Axis, length and what is along the axis of a bivector; a bivector at infinity is along an axis at the origin."""
     squared = ga.norm_squared(b)
-    turning = NO_TURN < squared
+    turning = squared > NO_TURN
     s = ga.select(turning, squared, 1)
     length = ga.sqrt(s)
     study = (b * ~b)["e0123"]
@@ -1373,6 +1372,19 @@ def blend_motors(a, b, t):
     return _study_unit((1 - t) * a + near * b)
 
 
+@kernel(a=DIRECTION, b=DIRECTION, returns=MATRIX)
+def rotation_form(a, b):
+    """The symmetric matrix K with ``r K r = b . (r a ~r)`` for rotors r as columns 1 e12 e13 e23.
+
+    The rotor that turns many vectors `a` nearest to `b` is the eigenvector of the largest eigenvalue of the sum.
+    """
+    parts = [PGA3.multivector({name: 1}) for name in ROTOR.blades]
+    x = _coordinates(b)
+    return tuple(
+        tuple(HALF * _dot(_coordinates(one * a * ~other + other * a * ~one), x) for other in parts) for one in parts
+    )
+
+
 @kernel(a=VECTOR, b=VECTOR, c=VECTOR, angles=VECTOR, returns=ROTOR)
 def rotor_from_euler_angles(a, b, c, angles):
     """Turns by three angles about three unit axes, each as the turns before it leave it (intrinsic): ``A B C``.
@@ -1423,7 +1435,7 @@ def _euler_angles(a, b, c, d):
 
 def _wrapped(angle):
     """An angle in [-2 pi, 2 pi] as one in [-pi, pi]."""
-    return ga.select(PI < angle, angle - 2 * PI, ga.select(angle < -PI, angle + 2 * PI, angle))
+    return ga.select(angle > PI, angle - 2 * PI, ga.select(angle < -PI, angle + 2 * PI, angle))
 
 
 # Other algebras: vectors of space, four homogeneous coordinates, and the even algebra alone.
@@ -1560,6 +1572,7 @@ def _spatial(v):
 def _dual_conjugate(x):
     """The element with its part in e0 negated: ``R + I R'`` as ``R - I R'``."""
     return ga.assemble(PGA3, {name: -x[name] if "0" in name else x[name] for name in EVEN.blades})
+
 
 # Velocities.
 
