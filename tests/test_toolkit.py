@@ -25,10 +25,10 @@ TITLES = {
     "cga3": "Conformal geometry of space: `generated.cga3`",
     "cga2": "Conformal geometry of the plane: `generated.cga2`",
 }
-PRODUCTS = set(
-    "geometric_product outer_product regressive_product inner_product commutator reverse grade_involution "
-    "clifford_conjugate dual undual norm ideal_norm".split()
-)
+PRODUCTS = {
+    "geometric_product", "outer_product", "regressive_product", "inner_product", "commutator", "reverse",
+    "grade_involution", "clifford_conjugate", "dual", "undual", "norm", "ideal_norm",
+}  # fmt: skip
 """Operations on any elements, which the README and the modules' own pages list."""
 
 

@@ -6,6 +6,16 @@ from toolkit_table import rows
 
 PGA = "Gunn, *Geometric Algebras for Euclidean Geometry*, AACA 2017"
 DORST = "Dorst and De Keninck, *A Guided Tour to the Plane-Based Geometric Algebra PGA*, 2022"
+SHOEMAKE = "Shoemake, *SIGGRAPH* 1985"
+BERNARDES = "Bernardes and Viollet, *PLoS ONE* 17(11), 2022"
+ROELFS = "Roelfs and De Keninck, *Graded Symmetry Groups*, 2023"
+MARKLEY = "Markley et al., *J. Guidance* 30:1193, 2007; Kavan et al., 2006"
+PENNEC = "Pennec and Arsigny, *Matrix Information Geometry*, 2013"
+KIM = "Kim, Kim and Shin, *SIGGRAPH* 1995"
+KAVAN = "Kavan et al., *Dual Quaternions for Rigid Transformation Blending*, 2006"
+SHEPPERD = "Shepperd, *J. Guidance and Control* 1:223, 1978"
+PLUCKER = "Shoemake, *Pluecker Coordinate Tutorial*, Ray Tracing News 11, 1998"
+DORAN = "Doran and Lasenby, *Geometric Algebra for Physicists*, 2003"
 VECTORS = "definition, vector algebra"
 BOOK = "Bayro-Corrochano, *Geometric Computing*, 2010, motor algebra"
 MURRAY = "Murray, Li and Sastry, *Robotic Manipulation*, 1994, ch. 2"
@@ -105,7 +115,7 @@ ENTRIES = (
         flag is nested: flag_residuals
         motor of a flag, of three points: motor_from_flag motor_from_points
     """),
-    *rows("pga3", "Shoemake, *Pluecker Coordinate Tutorial*, Ray Tracing News 11, 1998", GEOMETRY + "rays_hit_planes_and_triangles", """
+    *rows("pga3", PLUCKER, GEOMETRY + "rays_hit_planes_and_triangles", """
         ray and plane: hit_ray_plane
         ray and triangle: hit_ray_triangle
     """),
@@ -114,7 +124,8 @@ ENTRIES = (
         plane in G(3,0), and back: plane_to_vector_algebra plane_from_vector_algebra
     """),
     *rows("pga3", VECTORS, GEOMETRY + "forms_in_homogeneous_coordinates_are_exact", """
-        homogeneous points and directions, and back: point_to_projective direction_to_projective trivector_from_projective
+        homogeneous points and directions, and back: point_to_projective direction_to_projective
+        homogeneous points and directions, and back: trivector_from_projective
         homogeneous lines, and back: line_to_projective line_from_projective
         homogeneous planes, and back: plane_to_projective plane_from_projective
     """),
@@ -131,7 +142,7 @@ ENTRIES = (
     *rows("pga3", PGA, SPECS + "motors_compose_and_invert_as_matrices_do", """
         product, inverse, conjugation: motor_product motor_inverse move_motor even_product
     """),
-    *rows("pga3", "Shepperd, *J. Guidance and Control* 1:223, 1978", SPECS + "motors_of_matrices_are_those_matrices_in_every_branch", """
+    *rows("pga3", SHEPPERD, SPECS + "motors_of_matrices_are_those_matrices_in_every_branch", """
         4 x 4 matrix, and back: motor_from_matrix motor_to_matrix
         3 x 3 matrix, and back: rotor_from_matrix rotor_to_matrix
     """),
@@ -142,7 +153,7 @@ ENTRIES = (
         motor of rotor and translation, and back: motor_from_rotor_translation motor_to_rotor_translation
         quaternion, scalar first, and back: rotor_from_quaternion rotor_to_quaternion
     """),
-    *rows("pga3", "Kavan et al., 2006", SPECS + "dual_quaternions_are_half_the_translation_times_the_rotation", """
+    *rows("pga3", KAVAN, SPECS + "dual_quaternions_are_half_the_translation_times_the_rotation", """
         dual quaternion, scalars first, and back: motor_from_dual_quaternion motor_to_dual_quaternion
     """),
     *rows("pga3", PGA, SPECS + "motors_about_lines_and_screws", """
@@ -152,10 +163,10 @@ ENTRIES = (
     *rows("pga3", "Craig, *Introduction to Robotics*", SPECS + "denavit_hartenberg_rows", """
         Denavit-Hartenberg row: motor_from_denavit_hartenberg motor_from_modified_denavit_hartenberg
     """),
-    *rows("pga3", "Roelfs and De Keninck, *Graded Symmetry Groups*, 2023", MOTORS + "exponentials_to_rounding", """
+    *rows("pga3", ROELFS, MOTORS + "exponentials_to_rounding", """
         exponential: motor_exponential
     """),
-    *rows("pga3", "Roelfs and De Keninck, *Graded Symmetry Groups*, 2023", MOTORS + "exponential_of_logarithm_to_rounding", """
+    *rows("pga3", ROELFS, MOTORS + "exponential_of_logarithm_to_rounding", """
         logarithm: motor_logarithm
         square root: motor_square_root
         power: motor_power
@@ -178,12 +189,14 @@ ENTRIES = (
     *rows("pga3", VECTORS, MOTORS + "rotations_in_other_forms", """
         rotation vector of a rotor: rotor_to_rotation_vector
         axis and angle of a rotor: rotor_to_axis_angle
-        rotation vector and translation, and back: motor_from_rotation_vector_translation motor_to_rotation_vector_translation
+        rotation vector and translation, and back: motor_from_rotation_vector_translation
+        rotation vector and translation, and back: motor_to_rotation_vector_translation
         quaternion and translation, and back: motor_from_quaternion_translation motor_to_quaternion_translation
         quaternion, scalar last, and back: rotor_from_quaternion_scalar_last rotor_to_quaternion_scalar_last
     """),
     *rows("pga3", VECTORS, MOTORS + "dual_quaternions_scalar_last_and_adjoints", """
-        dual quaternion, scalars last, and back: motor_from_dual_quaternion_scalar_last motor_to_dual_quaternion_scalar_last
+        dual quaternion, scalars last, and back: motor_from_dual_quaternion_scalar_last
+        dual quaternion, scalars last, and back: motor_to_dual_quaternion_scalar_last
         motor of a 6 x 6 adjoint: motor_from_adjoint
     """),
     *rows("pga3", VECTORS, MOTORS + "motors_between_points_frames_and_blends", """
@@ -199,14 +212,15 @@ ENTRIES = (
         inverse of an even element: even_inverse
         back onto the Study quadric: normalize_motor
     """),
-    *rows("pga3", "Kavan et al., 2006", SPECS + "interpolated_motors_go_from_one_to_the_other_at_constant_twist", """
+    *rows("pga3", KAVAN, SPECS + "interpolated_motors_go_from_one_to_the_other_at_constant_twist", """
         screw interpolation: interpolate_motors
     """),
-    *rows("pga3", "Davenport 1968", ALGORITHMS + "clean_vectors_and_points_give_the_motion_back", """
+    *rows("pga3", "Davenport 1968", ALGORITHMS + "the_form_of_rotations_is_the_product_of_turned_vectors", """
         quadratic form of rotations: rotation_form
     """),
-    *rows("pga3", "Bernardes and Viollet, *PLoS ONE* 17(11), 2022", ALGORITHMS + "euler_angles_are_those_of_scipy", """
-        Euler angles about any orthogonal axes: rotor_from_euler_angles rotor_to_proper_euler_angles rotor_to_tait_bryan_angles
+    *rows("pga3", BERNARDES, ALGORITHMS + "euler_angles_about_any_orthogonal_axes", """
+        Euler angles about any orthogonal axes: rotor_from_euler_angles rotor_to_proper_euler_angles
+        Euler angles about any orthogonal axes: rotor_to_tait_bryan_angles
     """),
     *rows("pga2", PGA, SPECS + "pga2_joins_meets_and_distances_are_those_of_vectors", """
         line of two points: join_points
@@ -282,33 +296,33 @@ ENTRIES = (
         blend of two motors: blend_motors
         unit complex number, and back: rotor_from_complex rotor_to_complex
     """),
-    *rows("motors", "Markley et al., *J. Guidance* 30:1193, 2007; Kavan et al., 2006", ALGORITHMS + "means_of_one_two_and_translations", """
+    *rows("motors", MARKLEY, ALGORITHMS + "means_of_one_two_and_translations", """
         linear average, weighted: average_motors
     """),
-    *rows("motors", "Pennec and Arsigny, *Matrix Information Geometry*, 2013", ALGORITHMS + "the_mean_goes_along_with_motions_from_both_sides", """
+    *rows("motors", PENNEC, ALGORITHMS + "the_mean_goes_along_with_motions_from_both_sides", """
         intrinsic mean, with status: mean_motor
     """),
-    *rows("motors", "Shoemake, *SIGGRAPH* 1985", ALGORITHMS + "slerp_is_that_of_scipy_and_signs_do_not_matter", """
+    *rows("motors", SHOEMAKE, ALGORITHMS + "slerp_is_that_of_scipy_and_signs_do_not_matter", """
         slerp: slerp
     """),
-    *rows("motors", "Kavan et al., 2006", ALGORITHMS + "screw_interpolation_is_uniform_and_does_not_see_signs", """
+    *rows("motors", KAVAN, ALGORITHMS + "screw_interpolation_is_uniform_and_does_not_see_signs", """
         ScLERP: sclerp
         NLERP: nlerp
     """),
-    *rows("motors", "Shoemake, *SIGGRAPH* 1985", ALGORITHMS + "bezier_curves_start_and_end_along_their_controls", """
+    *rows("motors", SHOEMAKE, ALGORITHMS + "bezier_curves_start_and_end_along_their_controls", """
         Bezier curve: bezier
     """),
-    *rows("motors", "Kim, Kim and Shin, *SIGGRAPH* 1995", ALGORITHMS + "splines_go_through_motors_with_continuous_velocity", """
+    *rows("motors", KIM, ALGORITHMS + "splines_go_through_motors_with_continuous_velocity", """
         spline through motors: MotorSpline
     """),
     *rows("motors", "Wahba 1965; Davenport 1968", ALGORITHMS + "noisy_vectors_give_the_optimum_of_scipy", """
         rotor of vectors, with status: rotor_from_vectors
         motor of points, with status: motor_from_points
     """),
-    *rows("motors", "Doran and Lasenby, *Geometric Algebra for Physicists*, 2003", ALGORITHMS + "rotors_from_oblique_frames", """
+    *rows("motors", DORAN, ALGORITHMS + "rotors_from_oblique_frames", """
         rotor of frames: rotor_from_frames
     """),
-    *rows("motors", "Bernardes and Viollet, *PLoS ONE* 17(11), 2022", ALGORITHMS + "euler_angles_are_those_of_scipy", """
+    *rows("motors", BERNARDES, ALGORITHMS + "euler_angles_are_those_of_scipy", """
         twelve Euler sequences, rotors: rotor_from_euler rotor_to_euler
         twelve Euler sequences, matrices: matrix_from_euler matrix_to_euler
     """),

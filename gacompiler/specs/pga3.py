@@ -36,7 +36,7 @@ MUCH_SMALLER = Fraction(1, 10**6)
 NEARLY_OPPOSITE, ROUNDING = Fraction(1, 10**4), Fraction(1, 10**28)
 LOCKED = Fraction(5, 10**15)
 """Sines of half angles up to this are gimbal lock."""
-HALF, PI = Fraction(1, 2), Fraction("3.1415926535897932384626433832795028841971693993751")
+HALF = Fraction(1, 2)
 
 
 def _rotor(w, x, y, z):
@@ -499,7 +499,8 @@ def common_perpendicular(a, b):
     crossing = (both * (1 - study / (2 * s) * PSEUDOSCALAR)).grade(2) / ga.sqrt(s)
     start = _foot(ORIGIN, a)
     across = start & _foot(start, b)
-    return ga.select(parallel, across / ga.norm(across), crossing)
+    apart = ga.norm(across)
+    return ga.select(parallel, across / ga.select(parallel, apart, 1), crossing)
 
 
 @kernel(a=LINE, b=LINE, returns=SCALAR)
@@ -1156,7 +1157,8 @@ def _across(v, n, unusable):
     start = [ga.select(unusable, a, b) for a, b in zip(axis, v, strict=True)]
     along = _dot(start, n)
     rest = [a - along * b for a, b in zip(start, n, strict=True)]
-    length = ga.sqrt(_dot(rest, rest))
+    squared = _dot(rest, rest)
+    length = ga.sqrt(ga.select(squared <= 0, 1, squared))
     return [a / length for a in rest]
 
 
@@ -1407,7 +1409,8 @@ def rotor_to_proper_euler_angles(r, a, b):
     Viollet, *PLoS ONE* 17(11):e0276302, 2022).
     """
     w, v = r["1"], (-r["e23"], r["e13"], -r["e12"])
-    return _euler_angles(w, _dot(v, a), _dot(v, b), _dot(v, _cross(a, b)))
+    first, third, sine, cosine = _euler_angles(w, _dot(v, a), _dot(v, b), _dot(v, _cross(a, b)))
+    return first, 2 * ga.atan2(sine, cosine), third
 
 
 @kernel(r=ROTOR, a=VECTOR, b=VECTOR, returns=VECTOR)
@@ -1419,23 +1422,23 @@ def rotor_to_tait_bryan_angles(r, a, b):
     """
     w, v = r["1"], (-r["e23"], r["e13"], -r["e12"])
     x, y, z = _dot(v, a), _dot(v, b), _dot(v, _cross(a, b))
-    first, second, third = _euler_angles(w - y, z - x, w + y, -x - z)
-    return -first, second - PI / 2, third
+    first, third, lower, upper = _euler_angles(w - y, z - x, w + y, -x - z)
+    return -first, ga.atan2(2 * (w * y + x * z), lower * upper), third
 
 
 def _euler_angles(a, b, c, d):
-    """The three angles of which `a`, `b` and `c`, `d` are cosine and sine of half the sum and half the difference."""
+    """First and third angle, and the lengths whose angle is half the second, of the four numbers of both halves.
+
+    ``a + b i`` and ``c + d i`` have the angles half the sum and half the difference of the two; in gimbal lock one of
+    them is 0, and the other is taken for both.
+    """
     upper, lower = ga.sqrt(a * a + b * b), ga.sqrt(c * c + d * d)
-    half_sum, half_difference = ga.atan2(b, a), ga.atan2(d, c)
     level, upside_down = lower <= LOCKED, upper <= LOCKED
-    first = ga.select(level, 2 * half_sum, ga.select(upside_down, 2 * half_difference, half_sum + half_difference))
-    third = ga.select(level, 0, ga.select(upside_down, 0, half_sum - half_difference))
-    return _wrapped(first), 2 * ga.atan2(lower, upper), _wrapped(third)
-
-
-def _wrapped(angle):
-    """An angle in [-2 pi, 2 pi] as one in [-pi, pi]."""
-    return ga.select(angle > PI, angle - 2 * PI, ga.select(angle < -PI, angle + 2 * PI, angle))
+    sine = ga.select(level, 2 * a * b, ga.select(upside_down, 2 * c * d, b * c + a * d))
+    cosine = ga.select(level, a * a - b * b, ga.select(upside_down, c * c - d * d, a * c - b * d))
+    third = ga.atan2(b * c - a * d, a * c + b * d)
+    locked = ga.maximum(ga.select(level, 1, 0), ga.select(upside_down, 1, 0))
+    return ga.atan2(sine, cosine), ga.select(locked, 0, third), lower, upper
 
 
 # Other algebras: vectors of space, four homogeneous coordinates, and the even algebra alone.
