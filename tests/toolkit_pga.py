@@ -139,6 +139,10 @@ ENTRIES = (
         motion of points, directions, lines, planes: move_point move_point_back move_direction move_line move_plane
         6 x 6 adjoint: motor_to_adjoint
     """),
+    *rows("pga3", "Bayro-Corrochano, Daniilidis and Sommer, *JMIV* 13:79, 2000",
+          "test_hand_eye.py::test_the_equation_vanishes_on_the_motor_between_both_places", """
+        equation a x = x b of hand and eye: motor_equation
+    """),
     *rows("pga3", PGA, SPECS + "motors_compose_and_invert_as_matrices_do", """
         product, inverse, conjugation: motor_product motor_inverse move_motor even_product
     """),

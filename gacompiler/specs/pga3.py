@@ -1169,6 +1169,18 @@ def motor_to_adjoint(m):
     return tuple(tuple(column[name] for column in moved) for name in LINE.blades)
 
 
+@kernel(a=MOTOR, b=MOTOR, returns=array(SCALAR, 8, 8))
+def motor_equation(a, b):
+    """The 8 x 8 matrix of ``x -> a x - x b`` on the coefficients of a motor.
+
+    Where motors `a` and `b` are the same motion seen from two places, the motor between the places is a null vector,
+    and so is its product with the pseudoscalar.
+    """
+    basis = [PGA3.multivector({name: 1}) for name in MOTOR.blades]
+    columns = [a * one - one * b for one in basis]
+    return tuple(tuple(column[name] for column in columns) for name in MOTOR.blades)
+
+
 # Screws, twists and motors in other forms.
 
 
