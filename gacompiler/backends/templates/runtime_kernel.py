@@ -20,11 +20,10 @@ from .runtime_libraries import (
     _c_element,
     _c_loop,
     _c_plan,
-    _compiled,
     _from_buffer,
-    _numba_loop,
     backend,
 )
+from .runtime_numba import _numba_loop, _numba_plan, _scalar_kernel
 from .runtime_strides import (
     _FLOAT32,
     _FLOAT64,
@@ -75,8 +74,8 @@ class Kernel(_Call):  # type: ignore[misc]
         layouts: dict[str, Layout],
         cost: dict[str, int],
         polynomial: bool,
-        functions: tuple[Callable[..., None], Callable[..., None]],
-        forms: tuple[tuple[tuple[str, ...], int, tuple[Callable[..., None], ...]], ...] = (),
+        functions: tuple[Callable[..., None], ...],
+        forms: tuple[tuple[tuple[str, ...], int, int, tuple[Callable[..., None], ...]], ...] = (),
     ) -> None:
         self.name = self.__name__ = self.__qualname__ = name
         self.__doc__ = doc
@@ -109,6 +108,8 @@ class Kernel(_Call):  # type: ignore[misc]
         """A call that the extension does not do, or any where it is not there."""
         element = self._element
         if element is None or len(arrays) != self._n_inputs:
+            if self._loops and backend == "numba" and len(arrays) == self._n_inputs:
+                return self._planned(arrays, out)
             return self._call(arrays, out)
         # One element of C-ordered doubles, the call that per-call overhead matters for; two arrays without a loop.
         if self._pair is not None:
@@ -213,7 +214,8 @@ class Kernel(_Call):  # type: ignore[misc]
         operands = [*arrays, *(np.empty(shape, dtype) for shape in shapes)]
         steps = [_steps(array, leading, shape) for array, shape in zip(operands, self._all_shapes, strict=True)]
         sizes, steps = _coalesced(leading, steps)
-        return (_c_plan(self, dtype, sizes[0], steps), shapes) if len(sizes) == 1 else None
+        make = _c_plan if backend == "c" else _numba_plan
+        return (make(self, dtype, sizes[0], steps), shapes) if len(sizes) == 1 else None
 
     @property
     def jit(self) -> Any:
@@ -221,7 +223,7 @@ class Kernel(_Call):  # type: ignore[misc]
         if self._jit is None:
             with _LOCK:
                 if self._jit is None:
-                    self._jit = _compiled(self._functions[0], {})
+                    self._jit = _scalar_kernel(self)
         return self._jit
 
     def _call(self, arrays: tuple[Any, ...], out: Any) -> Any:
