@@ -23,7 +23,7 @@ from .runtime_libraries import (
     _from_buffer,
     backend,
 )
-from .runtime_numba import _numba_loop, _numba_plan, _scalar_kernel
+from .runtime_numba import _element_of_user, _numba_loop, _numba_plan, _scalar_kernel
 from .runtime_strides import (
     _FLOAT32,
     _FLOAT64,
@@ -33,6 +33,7 @@ from .runtime_strides import (
     _converted,
     _float64,
     _ndarray,
+    _parsed,
     _returned,
     _shape_text,
     _steps,
@@ -59,8 +60,10 @@ class Kernel(_Call):  # type: ignore[misc]
     cost : mapping of str to int
         Operations for one element: mul, add, div, sqrt, call, fma.
     jit
-        The scalar kernel for loops under ``numba.njit``: ``jit(m, p, out)`` on one element; a scalar argument is a
-        float, a scalar result is written to entry 0 of a vector of length 1.
+        The kernel on one element for functions under ``numba.njit``, which inline it. Arguments are numbers, and
+        arrays in any layout or tuples. ``jit(m, p)`` returns a number, a tuple of numbers, a tuple of rows, or a tuple
+        of such results, and needs no memory; ``jit(m, p, out)`` writes to arrays, a number to entry 0. Loops over
+        whole arrays are quicker as a kernel, see `of`.
     """
 
     __signature__ = _Signature()
@@ -93,10 +96,56 @@ class Kernel(_Call):  # type: ignore[misc]
         self._pair = tuple(self._shapes) if len(inputs) == 2 and all(self._shapes) and self._single_out else None
         self._polynomial = polynomial
         self._functions, self._forms = functions, forms
+        self._user: Any = None
         self._loops: dict[Any, Callable[..., Any]] = {}
         self._plans: tuple[dict[Any, Any], dict[Any, Any]] = ({}, {})
         self._element: Callable[..., Any] | None = None
         self._jit: Any = None
+
+    @classmethod
+    def of(cls, function: Callable[..., Any], signature: str) -> Kernel:
+        """A kernel of one's own: a chain of kernels, or anything else that numba compiles, at the speed of one kernel.
+
+        Parameters
+        ----------
+        function : callable
+            Under ``numba.njit`` or not yet. It is given one element: numbers, tuples of numbers, and tuples of rows.
+            It returns the same, as a tuple where there are several results, and changes nothing else.
+        signature : str
+            Shapes of its arguments and results, ``(8),(3),()->(3)``.
+
+        Returns
+        -------
+        Kernel
+            It is run by numba; leading axes broadcast, and ``out`` may be an argument. It is compiled in each process.
+
+        Raises
+        ------
+        ValueError
+            When the signature is none, or has not as many arguments as the function.
+        """
+        parsed = _parsed(signature)
+        code = getattr(function, "py_func", function).__code__
+        names = code.co_varnames[: code.co_argcount]
+        if parsed is None or len(parsed[0]) != len(names):
+            raise ValueError(
+                f"{function.__name__}: signature {signature!r}; expected the shapes of its {len(names)} arguments "
+                f"({', '.join(names)}) and of its results, as in (8),(3)->(3)"
+            )
+        inputs, outputs = parsed
+        results = ["out"] if len(outputs) == 1 else [f"out{k}" for k in range(len(outputs))]
+        kernel = cls(
+            function.__name__,
+            function.__doc__ or "",
+            tuple(zip(names, inputs, strict=True)),
+            tuple(zip(results, outputs, strict=True)),
+            {},
+            {},
+            False,
+            (function,),
+        )
+        kernel._user = _element_of_user(function)
+        return kernel
 
     def __repr__(self) -> str:
         return f"<kernel {self.__module__}.{self.name}{self.signature}>"
@@ -104,11 +153,16 @@ class Kernel(_Call):  # type: ignore[misc]
     def __reduce__(self) -> str:
         return self.name
 
+    @property
+    def _backend(self) -> str:
+        """What runs it."""
+        return backend if self._user is None else "numba"
+
     def _in_python(self, *arrays: Any, out: Any = None) -> Any:
         """A call that the extension does not do, or any where it is not there."""
         element = self._element
         if element is None or len(arrays) != self._n_inputs:
-            if self._loops and backend == "numba" and len(arrays) == self._n_inputs:
+            if self._loops and self._backend == "numba" and len(arrays) == self._n_inputs:
                 return self._planned(arrays, out)
             return self._call(arrays, out)
         # One element of C-ordered doubles, the call that per-call overhead matters for; two arrays without a loop.
@@ -214,7 +268,7 @@ class Kernel(_Call):  # type: ignore[misc]
         operands = [*arrays, *(np.empty(shape, dtype) for shape in shapes)]
         steps = [_steps(array, leading, shape) for array, shape in zip(operands, self._all_shapes, strict=True)]
         sizes, steps = _coalesced(leading, steps)
-        make = _c_plan if backend == "c" else _numba_plan
+        make = _c_plan if self._backend == "c" else _numba_plan
         return (make(self, dtype, sizes[0], steps), shapes) if len(sizes) == 1 else None
 
     @property
@@ -236,11 +290,13 @@ class Kernel(_Call):  # type: ignore[misc]
         else:
             namespace = _namespace(arrays)
             if namespace is not np:
+                if self._user is not None:
+                    raise TypeError(f"{self.name}: arrays of {namespace.__name__}; expected numpy arrays")
                 return self._call_arrays(namespace, arrays, out)
             operands, dtype = self._checked(arrays)
             leading = self._leading(operands)
         outs = self._checked_outs(out, leading, dtype)
-        if dtype.kind == "c" or backend == "arrays":
+        if dtype.kind == "c" or self._backend == "arrays":
             results = _evaluate(self, np, operands, leading)
             if outs is None:
                 outs = [np.asarray(result, dtype, order="C") for result in results]
@@ -372,9 +428,9 @@ class Kernel(_Call):  # type: ignore[misc]
         loop = self._loops.get(dtype)
         if loop is None:
             with _LOCK:
-                make = _c_loop if backend == "c" else _numba_loop
+                make = _c_loop if self._backend == "c" else _numba_loop
                 loop = self._loops[dtype] = make(self, dtype)
-                if backend == "c" and self._element is None and len(self._inputs):
+                if self._backend == "c" and self._element is None and len(self._inputs):
                     self._element = _c_element(self)
                     if _extension is not None:
                         self._bind(_c_address(f"{self.name}_f64"), tuple(self._shapes), tuple(self._out_shapes))

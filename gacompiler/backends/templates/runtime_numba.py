@@ -15,7 +15,7 @@ import itertools
 import math
 from collections.abc import Callable, Sequence
 from types import FunctionType, SimpleNamespace
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -155,19 +155,29 @@ def _numba_batch(run: int, table: Any, arrays: Any, sizes: Any, strides: Any) ->
             at += 3 + table[at + 1]
 
 
+class _Element(NamedTuple):
+    """A function on one element under numba: of arrays, the last ones for its results, or of tuples and to tuples."""
+
+    function: Any
+    tuples: bool = False
+
+
 @functools.cache
 def _tools() -> Any:
     """What is made of numba; not before it is needed, since that takes long to import."""
     import inspect
 
-    import llvmlite.ir as ll
     import numba
-    from numba.core import cgutils, errors, types
+    from numba.core import cgutils, errors
     from numba.core.compiler import CompilerBase, DefaultPassBuilder
     from numba.core.compiler_machinery import FunctionPass, register_pass
     from numba.core.untyped_passes import IRProcessing
     from numba.extending import intrinsic
     from numba.np.arrayobj import populate_array
+
+    ll: Any = cgutils.ir
+    types: Any = numba.types
+    intp = ll.IntType(types.intp.bitwidth)
 
     def widest(found: Sequence[Any]) -> Any:
         """The widest type of real numbers among the types of arguments; double for what is none."""
@@ -218,7 +228,7 @@ def _tools() -> Any:
 
         def __init__(self, module: Any, operands: Sequence[Any] = (), itself: bool = False) -> None:
             super().__init__(module, operands, str(len(module.metadata)))
-            self.operands = (self, *self.operands) if itself else self.operands
+            self.operands: tuple[Any, ...] = (self, *operands) if itself else tuple(operands)
 
         def descr(self, buf: Any) -> None:
             buf += ("distinct !{", ", ".join(operand.get_reference() for operand in self.operands), "}\n")
@@ -227,8 +237,6 @@ def _tools() -> Any:
 
         def __eq__(self, other: object) -> bool:
             return self is other
-
-    intp = ll.IntType(64 if math.log2(np.iinfo(np.intp).max) > 32 else 32)
 
     def number(value: int) -> Any:
         return ll.Constant(intp, value)
@@ -364,11 +372,44 @@ def _tools() -> Any:
 
         return {"_copy": copy, "_spread": spread, "_gather": gather, "_turn_in": turn_in, "_turn_out": turn_out}
 
-    def typed(typing: Any, function: Any, shapes: Sequence[Any], out_shapes: Sequence[Any], real: Any) -> Any:
-        """The signature of a kernel on arrays that lie in order, and on numbers."""
-        arrays = [types.Array(real, len(shape), "C") if shape else real for shape in shapes]
-        arrays += [types.Array(real, max(1, len(shape)), "C") for shape in out_shapes]
-        return typing.resolve_function_type(types.Dispatcher(function), tuple(arrays), {})
+    def nested(kind: Any, shape: tuple[int, ...]) -> Any:
+        return types.UniTuple(nested(kind, shape[1:]), shape[0]) if shape else kind
+
+    def typed(typing: Any, element: _Element, shapes: Sequence[Any], out_shapes: Sequence[Any], real: Any) -> Any:
+        """The signature of a kernel on arrays that lie in order, or on tuples, and on numbers."""
+        function = types.Dispatcher(element.function)
+        if not element.tuples:
+            arrays = [types.Array(real, len(shape), "C") if shape else real for shape in shapes]
+            arrays += [types.Array(real, max(1, len(shape)), "C") for shape in out_shapes]
+            return typing.resolve_function_type(function, tuple(arrays), {})
+        signature = typing.resolve_function_type(function, tuple(nested(real, shape) for shape in shapes), {})
+        found = [signature.return_type] if len(out_shapes) == 1 else list(signature.return_type)
+        if len(found) != len(out_shapes) or not all(map(fits, found, out_shapes)):
+            name = element.function.__name__
+            expected = ", ".join(f"({', '.join(map(str, shape))})" for shape in out_shapes)
+            raise errors.TypingError(f"{name} returns {signature.return_type}; expected numbers in shape {expected}")
+        return signature
+
+    def fits(found: Any, shape: tuple[int, ...]) -> bool:
+        """Whether a type is a number, or tuples of numbers of that shape."""
+        if not shape or not isinstance(found, types.BaseTuple):
+            return not shape and isinstance(found, types.Number)
+        return len(found) == shape[0] and all(fits(entry, shape[1:]) for entry in found)
+
+    def flat(context: Any, builder: Any, kind: Any, value: Any, real: Any) -> list[Any]:
+        """The numbers in tuples, or one number."""
+        if not isinstance(kind, types.BaseTuple):
+            return [context.cast(builder, value, kind, real)]
+        parts = [flat(context, builder, one, builder.extract_value(value, k), real) for k, one in enumerate(kind)]
+        return list(itertools.chain.from_iterable(parts))
+
+    def packed(context: Any, builder: Any, kind: Any, values: Sequence[Any]) -> Any:
+        """Numbers as tuples of a type, or one number."""
+        if not isinstance(kind, types.BaseTuple):
+            return values[0]
+        size = len(values) // len(kind)
+        parts = [packed(context, builder, one, values[k * size : (k + 1) * size]) for k, one in enumerate(kind)]
+        return context.make_tuple(builder, kind, parts)
 
     def array_in_order(context: Any, builder: Any, kind: Any, shape: Any, values: Sequence[Any]) -> tuple[Any, Any]:
         """An array among the local variables that holds `values`, and where; LLVM keeps it in registers."""
@@ -385,9 +426,17 @@ def _tools() -> Any:
         return array._getvalue(), data
 
     def applied(
-        context: Any, builder: Any, function: Any, signature: Any, shapes: Any, out_shapes: Any, values: Any
+        context: Any, builder: Any, element: _Element, signature: Any, shapes: Any, out_shapes: Any, values: Any
     ) -> Any:
         """The components of the results of a kernel, from those of its arguments."""
+        call = context.get_function(types.Dispatcher(element.function), signature)
+        if element.tuples:
+            tuples = [packed(context, builder, *one) for one in zip(signature.args, values, strict=True)]
+            found, kind, real = call(builder, tuples), signature.return_type, widest(signature.args)
+            if len(out_shapes) == 1:
+                return [flat(context, builder, kind, found, real)]
+            parts = [builder.extract_value(found, k) for k in range(len(kind))]
+            return [flat(context, builder, one, part, real) for one, part in zip(kind, parts, strict=True)]
         arguments, outs = [], []
         for kind, shape, value in zip(signature.args, shapes, values, strict=False):
             arguments.append(array_in_order(context, builder, kind, shape, value)[0] if shape else value[0])
@@ -395,7 +444,7 @@ def _tools() -> Any:
             array, data = array_in_order(context, builder, kind, shape, ())
             arguments.append(array)
             outs.append((data, context.get_value_type(kind.dtype), math.prod(shape)))
-        context.get_function(types.Dispatcher(function), signature)(builder, arguments)
+        call(builder, arguments)
         return [
             [builder.load(builder.gep(data, [number(k)], source_etype=real), typ=real) for k in range(size)]
             for data, real, size in outs
@@ -509,9 +558,6 @@ def _tools() -> Any:
             elif not isinstance(found, types.Array) or found.ndim != len(shape):
                 fail(k, found, f"an array with {len(shape)} axes, or a tuple")
 
-        def nested(kind: Any, shape: tuple[int, ...]) -> Any:
-            return types.UniTuple(nested(kind, shape[1:]), shape[0]) if shape else kind
-
         @intrinsic
         def apply(typing: Any, values: Any) -> Any:
             given = list(values)
@@ -532,33 +578,17 @@ def _tools() -> Any:
             returned = types.none if len(given) > n_inputs else kinds[0] if len(kinds) == 1 else types.Tuple(kinds)
 
             def numbers(context: Any, builder: Any, kind: Any, value: Any, shape: tuple[int, ...]) -> list[Any]:
-                if not shape:
-                    return [context.cast(builder, value, kind, real)]
-                if isinstance(kind, types.Array):
-                    array = context.make_array(kind)(context, builder, value)
-                    found = [
-                        context.unpack_value(builder, kind.dtype, entry(context, builder, kind, array, index))
-                        for index in itertools.product(*map(range, shape))
-                    ]
-                    return [context.cast(builder, one, kind.dtype, real) for one in found]
-                parts = [builder.extract_value(value, k) for k in range(shape[0])]
-                found = [
-                    numbers(context, builder, one, part, shape[1:]) for one, part in zip(kind, parts, strict=True)
-                ]
-                return list(itertools.chain.from_iterable(found))
+                if not isinstance(kind, types.Array):
+                    return flat(context, builder, kind, value, real)
+                array = context.make_array(kind)(context, builder, value)
+                indices = itertools.product(*map(range, shape))
+                places = [entry(context, builder, kind, array, index) for index in indices]
+                found = [context.unpack_value(builder, kind.dtype, one) for one in places]
+                return [context.cast(builder, one, kind.dtype, real) for one in found]
 
             def entry(context: Any, builder: Any, kind: Any, array: Any, index: tuple[int, ...]) -> Any:
                 indices = [number(n) for n in index]
                 return cgutils.get_item_pointer(context, builder, kind, array, indices, wraparound=False)
-
-            def packed(context: Any, builder: Any, kind: Any, values: list[Any]) -> Any:
-                if not isinstance(kind, types.BaseTuple):
-                    return values[0]
-                size = len(values) // len(kind)
-                parts = [
-                    packed(context, builder, one, values[k * size : (k + 1) * size]) for k, one in enumerate(kind)
-                ]
-                return context.make_tuple(builder, kind, parts)
 
             def code(context: Any, builder: Any, found: Any, arguments: Any) -> Any:
                 parts = [builder.extract_value(arguments[0], k) for k in range(len(given))]
@@ -638,32 +668,42 @@ def _scalar_kernel(kernel: Any) -> Any:
     """What a kernel has for other functions under numba."""
     import numba
 
-    apply = _tools().scalar(kernel, _element_of(kernel._functions[0]))
+    apply = _tools().scalar(kernel, kernel._user or _element_of(kernel._functions[0]))
     bound = _bound(_numba_jit, {"__name__": __name__, "_apply": apply})
     bound.__name__ = bound.__qualname__ = kernel.name
     return numba.njit(bound, error_model="numpy", forceinline=True)
 
 
-_elements: dict[Callable[..., None], Any] = {}
+_elements: dict[Callable[..., None], _Element] = {}
 _N_KNOWN = 256
 """How many shapes and strides a loop remembers how to run."""
 
 
-def _element_of(function: Callable[..., None]) -> Any:
+def _element_of(function: Callable[..., None]) -> _Element:
     with _LOCK:
         if function not in _elements:
-            _elements[function] = _numba_element(function)
+            _elements[function] = _Element(_numba_element(function))
         return _elements[function]
 
 
-def _callback(function: Any, n_arguments: int, pointers: Sequence[int], name: str, names: dict[str, Any]) -> Any:
+def _element_of_user(function: Any) -> _Element:
+    """A function that was not generated, and is not kept on disk: another one may have its name."""
+    import numba
+
+    return _Element(numba.njit(getattr(function, "py_func", function), error_model="numpy", forceinline=True), True)
+
+
+def _callback(
+    function: Any, n_arguments: int, pointers: Sequence[int], name: str, names: dict[str, Any], kept: bool = True
+) -> Any:
     """A function that C can call: of integers, and of pointers to integers at those places."""
     import numba
 
     kinds = [numba.types.CPointer(numba.types.intp) if k in pointers else numba.types.intp for k in range(n_arguments)]
     bound = _bound(function, {"__name__": __name__, "range": range, "min": min, "abs": abs, "np": np, **names})
     bound.__qualname__ = name
-    return _kept(functools.partial(numba.cfunc, numba.types.void(*kinds), error_model="numpy"), bound)
+    decorate = functools.partial(numba.cfunc, numba.types.void(*kinds), error_model="numpy")
+    return _kept(decorate, bound) if kept else decorate()(bound)
 
 
 _drivers: dict[str, tuple[Any, Any]] = {}
@@ -715,13 +755,13 @@ def _numba_forms(kernel: Any, dtype: np.dtype[Any]) -> Callable[[int, list[int]]
         with _LOCK:
             if (which, dense) not in made:
                 same, _, n_prepared, parts = kernel._forms[which] if which >= 0 else ((), 0, 0, kernel._functions)
-                element, prepare = _element_of(parts[-1]), None
+                element, prepare = kernel._user or _element_of(parts[-1]), None
                 if same:
                     prepare = _element_of(parts[0]), n_prepared
                 still = [names.index(name) for name in same]
                 rows = _tools().rows(kernel._shapes, kernel._out_shapes, real, element, still, prepare, dense)
                 name = f"{parts[-1].__name__}_{'dense' if dense else 'rows'}_{real}"
-                function = _callback(_numba_rows, 3, (), name, {"_run_rows": rows})
+                function = _callback(_numba_rows, 3, (), name, {"_run_rows": rows}, not kernel._user)
                 made[which, dense] = ffi.cast("void(*)(intptr_t, void *, void *)", function.address), function
             return made[which, dense]
 
@@ -733,10 +773,14 @@ def _numba_forms(kernel: Any, dtype: np.dtype[Any]) -> Callable[[int, list[int]]
                 break
         changing = [k for k in range(n_parts) if k >= len(names) or names[k] not in same]
         in_place = size == 1 or all(strides[k] == width for k in changing)
-        dense = not in_place and max(math.prod(shapes[k]) for k in changing) <= _WIDEST[width] and all(
-            [strides[k], *strides[firsts[k] : firsts[k + 1]]]
-            == [width * math.prod(shapes[k][axis:]) for axis in range(len(shapes[k]) + 1)]
-            for k in changing
+        dense = (
+            not in_place
+            and max(math.prod(shapes[k]) for k in changing) <= _WIDEST[width]
+            and all(
+                [strides[k], *strides[firsts[k] : firsts[k + 1]]]
+                == [width * math.prod(shapes[k][axis:]) for axis in range(len(shapes[k]) + 1)]
+                for k in changing
+            )
         )
         run, kept_alive = loop(which, dense)
         if in_place or dense:
