@@ -22,6 +22,12 @@ from .values import class_text, operator_lines, value_types
 PUBLIC = ("Kernel", "Layout", "Value", "backend", "kernels")
 """What a module offers besides its kernels and types."""
 
+_RUNTIME = (
+    *("functions", "strides", "layout", "extension", "libraries"),
+    *("batches", "llvm", "intrinsics", "numba", "kernel", "value"),
+)
+"""The runtime files, each before what uses it."""
+
 _WIDTH = 120
 
 
@@ -69,7 +75,7 @@ def runtime_text() -> str:
     modules: set[str] = set()
     names: dict[str, set[str]] = {}
     bodies = []
-    for part in ("functions", "strides", "layout", "extension", "libraries", "numba", "kernel", "value"):
+    for part in _RUNTIME:
         text = (Path(__file__).parent / "templates" / f"runtime_{part}.py").read_text(encoding="utf-8")
         nodes = [node for node in ast.parse(text).body if isinstance(node, (ast.Import, ast.ImportFrom))]
         bodies.append("\n".join(text.splitlines()[nodes[-1].end_lineno or 0 :]).strip("\n"))

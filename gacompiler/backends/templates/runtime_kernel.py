@@ -1,5 +1,6 @@
 """The kernel object of a generated module: it checks its arguments and finds the way to run them.
 
+All ways to call a kernel share those checks, so they are one file.
 Copied into every generated module as it is, with the other ``runtime_`` files.
 """
 
@@ -23,7 +24,7 @@ from .runtime_libraries import (
     _from_buffer,
     backend,
 )
-from .runtime_numba import _element_of_user, _numba_loop, _numba_plan, _scalar_kernel
+from .runtime_numba import _kernel_of, _numba_loop, _numba_plan, _scalar_kernel
 from .runtime_strides import (
     _FLOAT32,
     _FLOAT64,
@@ -33,7 +34,6 @@ from .runtime_strides import (
     _converted,
     _float64,
     _ndarray,
-    _parsed,
     _returned,
     _shape_text,
     _steps,
@@ -124,28 +124,7 @@ class Kernel(_Call):  # type: ignore[misc]
         ValueError
             When the signature is none, or has not as many arguments as the function.
         """
-        parsed = _parsed(signature)
-        code = getattr(function, "py_func", function).__code__
-        names = code.co_varnames[: code.co_argcount]
-        if parsed is None or len(parsed[0]) != len(names):
-            raise ValueError(
-                f"{function.__name__}: signature {signature!r}; expected the shapes of its {len(names)} arguments "
-                f"({', '.join(names)}) and of its results, as in (8),(3)->(3)"
-            )
-        inputs, outputs = parsed
-        results = ["out"] if len(outputs) == 1 else [f"out{k}" for k in range(len(outputs))]
-        kernel = cls(
-            function.__name__,
-            function.__doc__ or "",
-            tuple(zip(names, inputs, strict=True)),
-            tuple(zip(results, outputs, strict=True)),
-            {},
-            {},
-            False,
-            (function,),
-        )
-        kernel._user = _element_of_user(function)
-        return kernel
+        return _kernel_of(cls, function, signature)  # type: ignore[no-any-return]
 
     def __repr__(self) -> str:
         return f"<kernel {self.__module__}.{self.name}{self.signature}>"
