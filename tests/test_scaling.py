@@ -1,4 +1,4 @@
-"""What dask, xarray and Ray ask of a function, without them. In tests/peers/test_scaling.py they call them."""
+"""What dask, xarray and Ray ask of a function, without them. In tests/peers/test_large_data.py they call them."""
 
 from __future__ import annotations
 
