@@ -14,6 +14,7 @@ from gacompiler.generate import load_spec
 
 from . import by_hand, features, generation, kernels
 from .cases import CASES, OPTIONAL
+from .counts import write
 from .libraries import LIBRARIES, installed
 from .machine import machine
 from .report import Run, page
@@ -89,7 +90,7 @@ def main(arguments: list[str] | None = None) -> int:
         effort.repeats,
         figure.name if figure else None,
     )
-    out.write_text(page(run))
+    write(out, page(run))
     print(f"{out}: {len(found.kernels)} kernels generated, {len(times)} measured" + (f"; {figure}" if figure else ""))
     return 0
 

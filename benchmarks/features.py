@@ -1,4 +1,4 @@
-"""What a user gains by each way of calling: fusion, threads, one element, arguments that stay the same, backends."""
+"""What a user gains by each way of calling: fusion, threads, one element, arguments that stay the same."""
 
 from __future__ import annotations
 
@@ -6,11 +6,8 @@ import contextlib
 import functools
 import importlib
 import os
-import shutil
-import tempfile
 from collections.abc import Callable, Collection, Iterator, Sequence
 from dataclasses import dataclass
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -18,13 +15,12 @@ import numpy as np
 import gacompiler
 from gacompiler import kernel
 from gacompiler.algebra.catalog import PGA3
-from gacompiler.runtime import load_module
 from gacompiler.specs import pga3 as spec
 from generated import pga3
 
 from . import libraries
-from .cases import CASES, Case
-from .kernels import ORDERS, lead_of, ready
+from .cases import CASES
+from .kernels import ORDERS, ready
 from .timing import Effort, in_turn
 
 Array = np.ndarray
@@ -32,10 +28,7 @@ Calls = dict[str, Callable[[], object]]
 
 FUSED_SIZES = (1_000, 100_000, 1_000_000)
 SIZES = (100_000, 1_000_000)
-NUMBA_SIZES = (1_000, 100_000)
 QUICK_SIZES = (100,)
-QUICK_CASES = 3
-"""How many kernels a quick run has numba compile."""
 
 THREADED = ("move_point", "motor_product", "motor_exponential")
 MOVED = {"move_point": 3, "move_line": 6, "move_plane": 4}
@@ -82,7 +75,6 @@ class Features:
     n_processors: int
     one_call: tuple[Compared, ...]
     same: tuple[Compared, ...]
-    numba: tuple[Compared, ...]
 
 
 def measure(effort: Effort, quick: bool, processors: Collection[int], progress: Callable[[str], None]) -> Features:
@@ -92,7 +84,7 @@ def measure(effort: Effort, quick: bool, processors: Collection[int], progress: 
     ----------
     effort : Effort
     quick : bool
-        Few elements, and few kernels on numba.
+        Few elements.
     processors : collection of int
         Those that threads may use; empty where the system does not say.
     progress : function of str
@@ -107,10 +99,7 @@ def measure(effort: Effort, quick: bool, processors: Collection[int], progress: 
     single = one_call(effort)
     progress("one motor")
     same = same_motor(QUICK_SIZES if quick else SIZES, effort)
-    progress("numba")
-    cases = CASES[:QUICK_CASES] if quick else CASES
-    compiled = numba(cases, QUICK_SIZES if quick else NUMBA_SIZES, effort, progress)
-    return Features(fused, shared, len(processors) or os.cpu_count() or 1, single, same, compiled)
+    return Features(fused, shared, len(processors) or os.cpu_count() or 1, single, same)
 
 
 def fusion(sizes: Sequence[int], effort: Effort) -> tuple[Compared, ...]:
@@ -231,46 +220,6 @@ def same_motor(sizes: Sequence[int], effort: Effort) -> tuple[Compared, ...]:
                 calls = {way: ready(getattr(pga3, name), (motor, x), order)[0] for way, motor in ways.items()}
                 found.append(_compared(f"pga3.{name}", size, order, calls, effort))
     return tuple(found)
-
-
-def numba(
-    cases: Sequence[Case], sizes: Sequence[int], effort: Effort, progress: Callable[[str], None]
-) -> tuple[Compared, ...]:
-    """The same kernels compiled by numba from the same module; nothing where C is not built."""
-    found = []
-    modules = {case.module: importlib.import_module(f"generated.{case.module}") for case in cases}
-    with tempfile.TemporaryDirectory() as folder:
-        copies = {name: _on_numba(name, Path(folder)) for name, module in modules.items() if module.backend == "c"}
-        for case in cases:
-            if case.module in copies:
-                progress(f"numba: {case.title}")
-                found += _beside_numba(case, modules[case.module], copies[case.module], sizes, effort)
-    return tuple(found)
-
-
-def _beside_numba(case: Case, module: Any, copy: Any, sizes: Sequence[int], effort: Effort) -> list[Compared]:
-    found = []
-    for size in sizes:
-        given = case.arguments(np.random.default_rng(size), lead_of(size))
-        for order in ORDERS:
-            ways = {"c": getattr(module, case.kernel), "numba": getattr(copy, case.kernel)}
-            made = {way: ready(kernel, given, order) for way, kernel in ways.items()}
-            calls = {way: call for way, (call, _) in made.items()}
-            for call in calls.values():
-                call()
-            _agree(f"{case.title} on numba", made["numba"][1], made["c"][1])
-            found.append(_compared(case.title, size, order, calls, effort))
-    return found
-
-
-def _on_numba(name: str, folder: Path) -> Any:
-    """A generated module on numba, as it is where no C is built.
-
-    It is a copy: numba keeps what it compiles beside the file, under the name that the module has here.
-    """
-    file = importlib.import_module(f"generated.{name}").__file__
-    assert file is not None
-    return load_module(Path(shutil.copy(file, folder)), f"{name}_on_numba", "numba")
 
 
 def _agree(title: str, found: Any, expected: Any) -> None:

@@ -2,7 +2,7 @@
 // command: gac generate --all cga3
 // spec: 11cb9c657d27fe0e
 // contraction: -ffp-contract=off (every operation is rounded once)
-// body: b5e023ed8607728874978c6ab7478152b31743868251f8fffeb7dcd1b66f6270
+// body: c9318fc2ebe576db597921dfb7d9120df520b82c7aae1cda56f0cb25c02537f3
 
 #ifndef REAL
 #include "cga3.h"
@@ -21,10 +21,13 @@
 // Elements are independent: an output is an input of the same element, or of none.
 #if defined(__clang__)
 #define ANY_ORDER _Pragma("clang loop vectorize(assume_safety)")
+#define NOT_UNROLLED _Pragma("clang loop unroll(disable)")
 #elif defined(__GNUC__)
 #define ANY_ORDER _Pragma("GCC ivdep")
+#define NOT_UNROLLED _Pragma("GCC unroll 1")
 #else
 #define ANY_ORDER
+#define NOT_UNROLLED
 #endif
 
 // The widest vectors of the machine that runs the loops, chosen when the library is loaded.
@@ -40,6 +43,9 @@
 
 // A block in which an argument is too far for the functions of a loop is done once more, in pieces of this many.
 #define CHUNK 64
+
+// Elements in C order go through rows of this many.
+#define SPAN 32
 
 // A vector of neighbours in memory.
 #if defined(__has_builtin)
@@ -721,6 +727,7 @@ static INLINE intptr_t NAME(turn_tiles)(int back, char *x, intptr_t row, char *a
 {
     const intptr_t w = sizeof(REAL);
     intptr_t done = 0;
+    NOT_UNROLLED
     for (; done + TILE <= n; done += TILE) {
         for (intptr_t k = 0; k < size; k += 4) {
             const intptr_t first = k + 4 <= size ? k : size - 4;
@@ -823,6 +830,51 @@ WIDE static void NAME(store_rows)(char *a, intptr_t s, intptr_t c, REAL *x, intp
     }
 }
 
+// The rows of SPAN elements of `size` components, in C order from element `first` on; and back.
+static INLINE void NAME(load_span)(REAL *x, char *a, intptr_t first, intptr_t size)
+{
+    const intptr_t w = sizeof(REAL);
+    const REAL *from = (const REAL *)(a + first * size * w);
+    if (size == 1) {
+        memcpy(x, from, SPAN * w);
+    } else if (size == 2) {
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            x[i] = from[2 * i];
+            x[SPAN + i] = from[2 * i + 1];
+        }
+    } else if (size == 3) {
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            x[i] = from[3 * i];
+            x[SPAN + i] = from[3 * i + 1];
+            x[2 * SPAN + i] = from[3 * i + 2];
+        }
+    } else {
+        NAME(turn_tiles)(0, (char *)x, SPAN * w, (char *)from, size * w, size, SPAN);
+    }
+}
+
+static INLINE void NAME(store_span)(char *a, intptr_t first, REAL *x, intptr_t size)
+{
+    const intptr_t w = sizeof(REAL);
+    REAL *to = (REAL *)(a + first * size * w);
+    if (size == 1) {
+        memcpy(to, x, SPAN * w);
+    } else if (size == 2) {
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            to[2 * i] = x[i];
+            to[2 * i + 1] = x[SPAN + i];
+        }
+    } else if (size == 3) {
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            to[3 * i] = x[i];
+            to[3 * i + 1] = x[SPAN + i];
+            to[3 * i + 2] = x[2 * SPAN + i];
+        }
+    } else {
+        NAME(turn_tiles)(1, (char *)x, SPAN * w, (char *)to, size * w, size, SPAN);
+    }
+}
+
 // All rows of a part, from the batch or back to it; axes that lie as one are moved as one.
 static void NAME(move_part)(int back, REAL *x, intptr_t row, const struct part *part, char *a, intptr_t s,
     const intptr_t *c, intptr_t n)
@@ -908,8 +960,8 @@ static void NAME(batch)(const struct kernel *kernel, char **args, intptr_t n, co
     }
     for (intptr_t i = 0, m; i < n; i += m) {
         const int last = n - i < LANES;
-        if (dense && !last) {
-            m = n & -LANES;
+        if (dense && n - i >= SPAN) {
+            m = n & -SPAN;
             in_order(m, starts, cores);
             continue;
         }
@@ -4844,10 +4896,30 @@ WIDE static void NAME(embed_point_block)(intptr_t n, char **args, const intptr_t
     }
 }
 
+WIDE static void NAME(embed_point_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    _Alignas(64) REAL r0[3 * SPAN];
+    _Alignas(64) REAL r1[5 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        NAME(load_span)(r0, args[0], first, 3);
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[3];
+            REAL x1[5];
+            NAME(load_3)(x0, (char *)(r0 + i), SPAN * w);
+            NAME(embed_point)(x0, x1);
+            NAME(store_5)((char *)(r1 + i), SPAN * w, x1);
+        }
+        NAME(store_span)(args[1], first, r1, 5);
+    }
+}
+
 void NAME(embed_point_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {5, 1, 1, {5}}};
-    static const struct kernel kernel = {NAME(embed_point_block), NULL, 1, 2, 0, 0, parts, NULL};
+    static const struct kernel kernel = {NAME(embed_point_block), NAME(embed_point_dense), 1, 2, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -4882,10 +4954,31 @@ WIDE static void NAME(extract_point_block)(intptr_t n, char **args, const intptr
     }
 }
 
+WIDE static void NAME(extract_point_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    _Alignas(64) REAL r0[5 * SPAN];
+    _Alignas(64) REAL r1[3 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        NAME(load_span)(r0, args[0], first, 5);
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[5];
+            REAL x1[3];
+            NAME(load_5)(x0, (char *)(r0 + i), SPAN * w);
+            NAME(extract_point)(x0, x1);
+            NAME(store_3)((char *)(r1 + i), SPAN * w, x1);
+        }
+        NAME(store_span)(args[1], first, r1, 3);
+    }
+}
+
 void NAME(extract_point_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{5, 1, 0, {5}}, {3, 1, 1, {3}}};
-    static const struct kernel kernel = {NAME(extract_point_block), NULL, 1, 2, 0, 0, parts, NULL};
+    static const struct kernel kernel = {NAME(extract_point_block), NAME(extract_point_dense), 1, 2, 0, 0, parts,
+        NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -4924,10 +5017,31 @@ WIDE static void NAME(normalize_vector_block)(intptr_t n, char **args, const int
     }
 }
 
+WIDE static void NAME(normalize_vector_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    _Alignas(64) REAL r0[5 * SPAN];
+    _Alignas(64) REAL r1[5 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        NAME(load_span)(r0, args[0], first, 5);
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[5];
+            REAL x1[5];
+            NAME(load_5)(x0, (char *)(r0 + i), SPAN * w);
+            NAME(normalize_vector)(x0, x1);
+            NAME(store_5)((char *)(r1 + i), SPAN * w, x1);
+        }
+        NAME(store_span)(args[1], first, r1, 5);
+    }
+}
+
 void NAME(normalize_vector_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{5, 1, 0, {5}}, {5, 1, 1, {5}}};
-    static const struct kernel kernel = {NAME(normalize_vector_block), NULL, 1, 2, 0, 0, parts, NULL};
+    static const struct kernel kernel = {NAME(normalize_vector_block), NAME(normalize_vector_dense), 1, 2, 0, 0,
+        parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -4977,16 +5091,19 @@ WIDE static void NAME(inner_product_of_points_dense)(intptr_t n, char **args, co
     (void)strides;
     char *a0 = args[0];
     char *a1 = args[1];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[3];
-        REAL x1[3];
-        REAL x2[1];
-        NAME(load_3)(x0, a0 + i * 3 * w, w);
-        NAME(load_3)(x1, a1 + i * 3 * w, w);
-        NAME(inner_product_of_points)(x0, x1, x2);
-        NAME(store_scalar)(a2 + i * w, x2);
+    _Alignas(64) REAL r2[1 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[3];
+            REAL x1[3];
+            REAL x2[1];
+            NAME(load_3)(x0, a0 + (first + i) * 3 * w, w);
+            NAME(load_3)(x1, a1 + (first + i) * 3 * w, w);
+            NAME(inner_product_of_points)(x0, x1, x2);
+            NAME(store_scalar)((char *)(r2 + i), x2);
+        }
+        NAME(store_span)(args[2], first, r2, 1);
     }
 }
 
@@ -5042,16 +5159,19 @@ WIDE static void NAME(distance_squared_points_dense)(intptr_t n, char **args, co
     (void)strides;
     char *a0 = args[0];
     char *a1 = args[1];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[3];
-        REAL x1[3];
-        REAL x2[1];
-        NAME(load_3)(x0, a0 + i * 3 * w, w);
-        NAME(load_3)(x1, a1 + i * 3 * w, w);
-        NAME(distance_squared_points)(x0, x1, x2);
-        NAME(store_scalar)(a2 + i * w, x2);
+    _Alignas(64) REAL r2[1 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[3];
+            REAL x1[3];
+            REAL x2[1];
+            NAME(load_3)(x0, a0 + (first + i) * 3 * w, w);
+            NAME(load_3)(x1, a1 + (first + i) * 3 * w, w);
+            NAME(distance_squared_points)(x0, x1, x2);
+            NAME(store_scalar)((char *)(r2 + i), x2);
+        }
+        NAME(store_span)(args[2], first, r2, 1);
     }
 }
 
@@ -5108,16 +5228,19 @@ WIDE static void NAME(distance_points_dense)(intptr_t n, char **args, const intp
     (void)strides;
     char *a0 = args[0];
     char *a1 = args[1];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[3];
-        REAL x1[3];
-        REAL x2[1];
-        NAME(load_3)(x0, a0 + i * 3 * w, w);
-        NAME(load_3)(x1, a1 + i * 3 * w, w);
-        NAME(distance_points)(x0, x1, x2);
-        NAME(store_scalar)(a2 + i * w, x2);
+    _Alignas(64) REAL r2[1 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[3];
+            REAL x1[3];
+            REAL x2[1];
+            NAME(load_3)(x0, a0 + (first + i) * 3 * w, w);
+            NAME(load_3)(x1, a1 + (first + i) * 3 * w, w);
+            NAME(distance_points)(x0, x1, x2);
+            NAME(store_scalar)((char *)(r2 + i), x2);
+        }
+        NAME(store_span)(args[2], first, r2, 1);
     }
 }
 
@@ -5172,10 +5295,35 @@ WIDE static void NAME(inner_product_of_vectors_block)(intptr_t n, char **args, c
     }
 }
 
+WIDE static void NAME(inner_product_of_vectors_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    _Alignas(64) REAL r0[5 * SPAN];
+    _Alignas(64) REAL r1[5 * SPAN];
+    _Alignas(64) REAL r2[1 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        NAME(load_span)(r0, args[0], first, 5);
+        NAME(load_span)(r1, args[1], first, 5);
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[5];
+            REAL x1[5];
+            REAL x2[1];
+            NAME(load_5)(x0, (char *)(r0 + i), SPAN * w);
+            NAME(load_5)(x1, (char *)(r1 + i), SPAN * w);
+            NAME(inner_product_of_vectors)(x0, x1, x2);
+            NAME(store_scalar)((char *)(r2 + i), x2);
+        }
+        NAME(store_span)(args[2], first, r2, 1);
+    }
+}
+
 void NAME(inner_product_of_vectors_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{5, 1, 0, {5}}, {5, 1, 1, {5}}, {1, 0, 2, {0}}};
-    static const struct kernel kernel = {NAME(inner_product_of_vectors_block), NULL, 2, 3, 0, 0, parts, NULL};
+    static const struct kernel kernel = {NAME(inner_product_of_vectors_block), NAME(inner_product_of_vectors_dense),
+        2, 3, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -5304,17 +5452,20 @@ WIDE static void NAME(power_of_point_block_s)(intptr_t n, char **args, const int
 WIDE static void NAME(power_of_point_dense_s)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
-    (void)strides;
     const REAL *prepared = (const REAL *)args[1];
+    (void)strides;
     char *a0 = args[0];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[3];
-        REAL x2[1];
-        NAME(load_3)(x0, a0 + i * 3 * w, w);
-        NAME(power_of_point_apply_s)(prepared, x0, x2);
-        NAME(store_scalar)(a2 + i * w, x2);
+    _Alignas(64) REAL r2[1 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[3];
+            REAL x2[1];
+            NAME(load_3)(x0, a0 + (first + i) * 3 * w, w);
+            NAME(power_of_point_apply_s)(prepared, x0, x2);
+            NAME(store_scalar)((char *)(r2 + i), x2);
+        }
+        NAME(store_span)(args[2], first, r2, 1);
     }
 }
 
@@ -5340,6 +5491,27 @@ WIDE static void NAME(power_of_point_block_p)(intptr_t n, char **args, const int
         NAME(load_5)(x1, a1 + i * w, c1a);
         NAME(power_of_point_apply_p)(prepared, x1, x2);
         NAME(store_scalar)(a2 + i * w, x2);
+    }
+}
+
+WIDE static void NAME(power_of_point_dense_p)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    const REAL *prepared = (const REAL *)args[0];
+    (void)strides;
+    _Alignas(64) REAL r1[5 * SPAN];
+    _Alignas(64) REAL r2[1 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        NAME(load_span)(r1, args[1], first, 5);
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x1[5];
+            REAL x2[1];
+            NAME(load_5)(x1, (char *)(r1 + i), SPAN * w);
+            NAME(power_of_point_apply_p)(prepared, x1, x2);
+            NAME(store_scalar)((char *)(r2 + i), x2);
+        }
+        NAME(store_span)(args[2], first, r2, 1);
     }
 }
 
@@ -5370,12 +5542,38 @@ WIDE static void NAME(power_of_point_block)(intptr_t n, char **args, const intpt
     }
 }
 
+WIDE static void NAME(power_of_point_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    _Alignas(64) REAL r0[3 * SPAN];
+    _Alignas(64) REAL r1[5 * SPAN];
+    _Alignas(64) REAL r2[1 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        NAME(load_span)(r0, args[0], first, 3);
+        NAME(load_span)(r1, args[1], first, 5);
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[3];
+            REAL x1[5];
+            REAL x2[1];
+            NAME(load_3)(x0, (char *)(r0 + i), SPAN * w);
+            NAME(load_5)(x1, (char *)(r1 + i), SPAN * w);
+            NAME(power_of_point)(x0, x1, x2);
+            NAME(store_scalar)((char *)(r2 + i), x2);
+        }
+        NAME(store_span)(args[2], first, r2, 1);
+    }
+}
+
 void NAME(power_of_point_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {5, 1, 1, {5}}, {1, 0, 2, {0}}};
     static const struct form forms[] = {{2, 2, NAME(power_of_point_start_s), NAME(power_of_point_block_s),
-        NAME(power_of_point_dense_s)}, {1, 2, NAME(power_of_point_start_p), NAME(power_of_point_block_p), NULL}};
-    static const struct kernel kernel = {NAME(power_of_point_block), NULL, 2, 3, 2, 0, parts, forms};
+        NAME(power_of_point_dense_s)}, {1, 2, NAME(power_of_point_start_p), NAME(power_of_point_block_p),
+        NAME(power_of_point_dense_p)}};
+    static const struct kernel kernel = {NAME(power_of_point_block), NAME(power_of_point_dense), 2, 3, 2, 0, parts,
+        forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -5465,17 +5663,20 @@ WIDE static void NAME(signed_distance_point_plane_block_plane)(intptr_t n, char 
 WIDE static void NAME(signed_distance_point_plane_dense_plane)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
-    (void)strides;
     const REAL *prepared = (const REAL *)args[1];
+    (void)strides;
     char *a0 = args[0];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[3];
-        REAL x2[1];
-        NAME(load_3)(x0, a0 + i * 3 * w, w);
-        NAME(signed_distance_point_plane_apply_plane)(prepared, x0, x2);
-        NAME(store_scalar)(a2 + i * w, x2);
+    _Alignas(64) REAL r2[1 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[3];
+            REAL x2[1];
+            NAME(load_3)(x0, a0 + (first + i) * 3 * w, w);
+            NAME(signed_distance_point_plane_apply_plane)(prepared, x0, x2);
+            NAME(store_scalar)((char *)(r2 + i), x2);
+        }
+        NAME(store_span)(args[2], first, r2, 1);
     }
 }
 
@@ -5512,16 +5713,19 @@ WIDE static void NAME(signed_distance_point_plane_dense)(intptr_t n, char **args
     (void)strides;
     char *a0 = args[0];
     char *a1 = args[1];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[3];
-        REAL x1[4];
-        REAL x2[1];
-        NAME(load_3)(x0, a0 + i * 3 * w, w);
-        NAME(load_4)(x1, a1 + i * 4 * w, w);
-        NAME(signed_distance_point_plane)(x0, x1, x2);
-        NAME(store_scalar)(a2 + i * w, x2);
+    _Alignas(64) REAL r2[1 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[3];
+            REAL x1[4];
+            REAL x2[1];
+            NAME(load_3)(x0, a0 + (first + i) * 3 * w, w);
+            NAME(load_4)(x1, a1 + (first + i) * 4 * w, w);
+            NAME(signed_distance_point_plane)(x0, x1, x2);
+            NAME(store_scalar)((char *)(r2 + i), x2);
+        }
+        NAME(store_span)(args[2], first, r2, 1);
     }
 }
 
@@ -5594,10 +5798,35 @@ WIDE static void NAME(distance_point_line_block)(intptr_t n, char **args, const 
     }
 }
 
+WIDE static void NAME(distance_point_line_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    _Alignas(64) REAL r0[3 * SPAN];
+    _Alignas(64) REAL r1[6 * SPAN];
+    _Alignas(64) REAL r2[1 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        NAME(load_span)(r0, args[0], first, 3);
+        NAME(load_span)(r1, args[1], first, 6);
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[3];
+            REAL x1[6];
+            REAL x2[1];
+            NAME(load_3)(x0, (char *)(r0 + i), SPAN * w);
+            NAME(load_6)(x1, (char *)(r1 + i), SPAN * w);
+            NAME(distance_point_line)(x0, x1, x2);
+            NAME(store_scalar)((char *)(r2 + i), x2);
+        }
+        NAME(store_span)(args[2], first, r2, 1);
+    }
+}
+
 void NAME(distance_point_line_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {6, 1, 1, {6}}, {1, 0, 2, {0}}};
-    static const struct kernel kernel = {NAME(distance_point_line_block), NULL, 2, 3, 0, 0, parts, NULL};
+    static const struct kernel kernel = {NAME(distance_point_line_block), NAME(distance_point_line_dense), 2, 3, 0,
+        0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -5674,10 +5903,35 @@ WIDE static void NAME(point_pair_from_points_block)(intptr_t n, char **args, con
     }
 }
 
+WIDE static void NAME(point_pair_from_points_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    _Alignas(64) REAL r0[3 * SPAN];
+    _Alignas(64) REAL r1[3 * SPAN];
+    _Alignas(64) REAL r2[10 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        NAME(load_span)(r0, args[0], first, 3);
+        NAME(load_span)(r1, args[1], first, 3);
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[3];
+            REAL x1[3];
+            REAL x2[10];
+            NAME(load_3)(x0, (char *)(r0 + i), SPAN * w);
+            NAME(load_3)(x1, (char *)(r1 + i), SPAN * w);
+            NAME(point_pair_from_points)(x0, x1, x2);
+            NAME(store_10)((char *)(r2 + i), SPAN * w, x2);
+        }
+        NAME(store_span)(args[2], first, r2, 10);
+    }
+}
+
 void NAME(point_pair_from_points_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {3, 1, 1, {3}}, {10, 1, 2, {10}}};
-    static const struct kernel kernel = {NAME(point_pair_from_points_block), NULL, 2, 3, 0, 0, parts, NULL};
+    static const struct kernel kernel = {NAME(point_pair_from_points_block), NAME(point_pair_from_points_dense), 2,
+        3, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -6151,6 +6405,27 @@ WIDE static void NAME(circle_from_points_block_a_c)(intptr_t n, char **args, con
     }
 }
 
+WIDE static void NAME(circle_from_points_dense_a_c)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    const REAL *prepared = (const REAL *)args[0];
+    (void)strides;
+    _Alignas(64) REAL r1[3 * SPAN];
+    _Alignas(64) REAL r3[10 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        NAME(load_span)(r1, args[1], first, 3);
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x1[3];
+            REAL x3[10];
+            NAME(load_3)(x1, (char *)(r1 + i), SPAN * w);
+            NAME(circle_from_points_apply_a_c)(prepared, x1, x3);
+            NAME(store_10)((char *)(r3 + i), SPAN * w, x3);
+        }
+        NAME(store_span)(args[3], first, r3, 10);
+    }
+}
+
 static void NAME(circle_from_points_start_a_c)(char **args, const intptr_t *strides, void *prepared)
 {
     const intptr_t c0a = strides[0], c2a = strides[2];
@@ -6178,6 +6453,27 @@ WIDE static void NAME(circle_from_points_block_b_c)(intptr_t n, char **args, con
     }
 }
 
+WIDE static void NAME(circle_from_points_dense_b_c)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    const REAL *prepared = (const REAL *)args[1];
+    (void)strides;
+    _Alignas(64) REAL r0[3 * SPAN];
+    _Alignas(64) REAL r3[10 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        NAME(load_span)(r0, args[0], first, 3);
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[3];
+            REAL x3[10];
+            NAME(load_3)(x0, (char *)(r0 + i), SPAN * w);
+            NAME(circle_from_points_apply_b_c)(prepared, x0, x3);
+            NAME(store_10)((char *)(r3 + i), SPAN * w, x3);
+        }
+        NAME(store_span)(args[3], first, r3, 10);
+    }
+}
+
 static void NAME(circle_from_points_start_b_c)(char **args, const intptr_t *strides, void *prepared)
 {
     const intptr_t c1a = strides[1], c2a = strides[2];
@@ -6202,6 +6498,27 @@ WIDE static void NAME(circle_from_points_block_a_b)(intptr_t n, char **args, con
         NAME(load_3)(x2, a2 + i * w, c2a);
         NAME(circle_from_points_apply_a_b)(prepared, x2, x3);
         NAME(store_10)(a3 + i * w, c3a, x3);
+    }
+}
+
+WIDE static void NAME(circle_from_points_dense_a_b)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    const REAL *prepared = (const REAL *)args[0];
+    (void)strides;
+    _Alignas(64) REAL r2[3 * SPAN];
+    _Alignas(64) REAL r3[10 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        NAME(load_span)(r2, args[2], first, 3);
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x2[3];
+            REAL x3[10];
+            NAME(load_3)(x2, (char *)(r2 + i), SPAN * w);
+            NAME(circle_from_points_apply_a_b)(prepared, x2, x3);
+            NAME(store_10)((char *)(r3 + i), SPAN * w, x3);
+        }
+        NAME(store_span)(args[3], first, r3, 10);
     }
 }
 
@@ -6237,14 +6554,44 @@ WIDE static void NAME(circle_from_points_block)(intptr_t n, char **args, const i
     }
 }
 
+WIDE static void NAME(circle_from_points_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    _Alignas(64) REAL r0[3 * SPAN];
+    _Alignas(64) REAL r1[3 * SPAN];
+    _Alignas(64) REAL r2[3 * SPAN];
+    _Alignas(64) REAL r3[10 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        NAME(load_span)(r0, args[0], first, 3);
+        NAME(load_span)(r1, args[1], first, 3);
+        NAME(load_span)(r2, args[2], first, 3);
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[3];
+            REAL x1[3];
+            REAL x2[3];
+            REAL x3[10];
+            NAME(load_3)(x0, (char *)(r0 + i), SPAN * w);
+            NAME(load_3)(x1, (char *)(r1 + i), SPAN * w);
+            NAME(load_3)(x2, (char *)(r2 + i), SPAN * w);
+            NAME(circle_from_points)(x0, x1, x2, x3);
+            NAME(store_10)((char *)(r3 + i), SPAN * w, x3);
+        }
+        NAME(store_span)(args[3], first, r3, 10);
+    }
+}
+
 void NAME(circle_from_points_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {3, 1, 1, {3}}, {3, 1, 2, {3}}, {10, 1, 3, {10}}};
     static const struct form forms[] = {{5, 2, NAME(circle_from_points_start_a_c),
-        NAME(circle_from_points_block_a_c), NULL}, {6, 2, NAME(circle_from_points_start_b_c),
-        NAME(circle_from_points_block_b_c), NULL}, {3, 3, NAME(circle_from_points_start_a_b),
-        NAME(circle_from_points_block_a_b), NULL}};
-    static const struct kernel kernel = {NAME(circle_from_points_block), NULL, 3, 4, 3, 0, parts, forms};
+        NAME(circle_from_points_block_a_c), NAME(circle_from_points_dense_a_c)}, {6, 2,
+        NAME(circle_from_points_start_b_c), NAME(circle_from_points_block_b_c), NAME(circle_from_points_dense_b_c)},
+        {3, 3, NAME(circle_from_points_start_a_b), NAME(circle_from_points_block_a_b),
+        NAME(circle_from_points_dense_a_b)}};
+    static const struct kernel kernel = {NAME(circle_from_points_block), NAME(circle_from_points_dense), 3, 4, 3, 0,
+        parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -7091,6 +7438,27 @@ WIDE static void NAME(sphere_from_points_block_a_b_c)(intptr_t n, char **args, c
     }
 }
 
+WIDE static void NAME(sphere_from_points_dense_a_b_c)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    const REAL *prepared = (const REAL *)args[0];
+    (void)strides;
+    _Alignas(64) REAL r3[3 * SPAN];
+    _Alignas(64) REAL r4[5 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        NAME(load_span)(r3, args[3], first, 3);
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x3[3];
+            REAL x4[5];
+            NAME(load_3)(x3, (char *)(r3 + i), SPAN * w);
+            NAME(sphere_from_points_apply_a_b_c)(prepared, x3, x4);
+            NAME(store_5)((char *)(r4 + i), SPAN * w, x4);
+        }
+        NAME(store_span)(args[4], first, r4, 5);
+    }
+}
+
 static void NAME(sphere_from_points_start_a_b_c)(char **args, const intptr_t *strides, void *prepared)
 {
     const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
@@ -7117,6 +7485,27 @@ WIDE static void NAME(sphere_from_points_block_a_b_d)(intptr_t n, char **args, c
         NAME(load_3)(x2, a2 + i * w, c2a);
         NAME(sphere_from_points_apply_a_b_d)(prepared, x2, x4);
         NAME(store_5)(a4 + i * w, c4a, x4);
+    }
+}
+
+WIDE static void NAME(sphere_from_points_dense_a_b_d)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    const REAL *prepared = (const REAL *)args[0];
+    (void)strides;
+    _Alignas(64) REAL r2[3 * SPAN];
+    _Alignas(64) REAL r4[5 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        NAME(load_span)(r2, args[2], first, 3);
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x2[3];
+            REAL x4[5];
+            NAME(load_3)(x2, (char *)(r2 + i), SPAN * w);
+            NAME(sphere_from_points_apply_a_b_d)(prepared, x2, x4);
+            NAME(store_5)((char *)(r4 + i), SPAN * w, x4);
+        }
+        NAME(store_span)(args[4], first, r4, 5);
     }
 }
 
@@ -7149,6 +7538,27 @@ WIDE static void NAME(sphere_from_points_block_a_c_d)(intptr_t n, char **args, c
     }
 }
 
+WIDE static void NAME(sphere_from_points_dense_a_c_d)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    const REAL *prepared = (const REAL *)args[0];
+    (void)strides;
+    _Alignas(64) REAL r1[3 * SPAN];
+    _Alignas(64) REAL r4[5 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        NAME(load_span)(r1, args[1], first, 3);
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x1[3];
+            REAL x4[5];
+            NAME(load_3)(x1, (char *)(r1 + i), SPAN * w);
+            NAME(sphere_from_points_apply_a_c_d)(prepared, x1, x4);
+            NAME(store_5)((char *)(r4 + i), SPAN * w, x4);
+        }
+        NAME(store_span)(args[4], first, r4, 5);
+    }
+}
+
 static void NAME(sphere_from_points_start_a_c_d)(char **args, const intptr_t *strides, void *prepared)
 {
     const intptr_t c0a = strides[0], c2a = strides[2], c3a = strides[3];
@@ -7175,6 +7585,27 @@ WIDE static void NAME(sphere_from_points_block_b_c_d)(intptr_t n, char **args, c
         NAME(load_3)(x0, a0 + i * w, c0a);
         NAME(sphere_from_points_apply_b_c_d)(prepared, x0, x4);
         NAME(store_5)(a4 + i * w, c4a, x4);
+    }
+}
+
+WIDE static void NAME(sphere_from_points_dense_b_c_d)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    const REAL *prepared = (const REAL *)args[1];
+    (void)strides;
+    _Alignas(64) REAL r0[3 * SPAN];
+    _Alignas(64) REAL r4[5 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        NAME(load_span)(r0, args[0], first, 3);
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[3];
+            REAL x4[5];
+            NAME(load_3)(x0, (char *)(r0 + i), SPAN * w);
+            NAME(sphere_from_points_apply_b_c_d)(prepared, x0, x4);
+            NAME(store_5)((char *)(r4 + i), SPAN * w, x4);
+        }
+        NAME(store_span)(args[4], first, r4, 5);
     }
 }
 
@@ -7215,16 +7646,51 @@ WIDE static void NAME(sphere_from_points_block)(intptr_t n, char **args, const i
     }
 }
 
+WIDE static void NAME(sphere_from_points_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    _Alignas(64) REAL r0[3 * SPAN];
+    _Alignas(64) REAL r1[3 * SPAN];
+    _Alignas(64) REAL r2[3 * SPAN];
+    _Alignas(64) REAL r3[3 * SPAN];
+    _Alignas(64) REAL r4[5 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        NAME(load_span)(r0, args[0], first, 3);
+        NAME(load_span)(r1, args[1], first, 3);
+        NAME(load_span)(r2, args[2], first, 3);
+        NAME(load_span)(r3, args[3], first, 3);
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[3];
+            REAL x1[3];
+            REAL x2[3];
+            REAL x3[3];
+            REAL x4[5];
+            NAME(load_3)(x0, (char *)(r0 + i), SPAN * w);
+            NAME(load_3)(x1, (char *)(r1 + i), SPAN * w);
+            NAME(load_3)(x2, (char *)(r2 + i), SPAN * w);
+            NAME(load_3)(x3, (char *)(r3 + i), SPAN * w);
+            NAME(sphere_from_points)(x0, x1, x2, x3, x4);
+            NAME(store_5)((char *)(r4 + i), SPAN * w, x4);
+        }
+        NAME(store_span)(args[4], first, r4, 5);
+    }
+}
+
 void NAME(sphere_from_points_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {3, 1, 1, {3}}, {3, 1, 2, {3}}, {3, 1, 3, {3}}, {5, 1, 4,
         {5}}};
     static const struct form forms[] = {{7, 3, NAME(sphere_from_points_start_a_b_c),
-        NAME(sphere_from_points_block_a_b_c), NULL}, {11, 3, NAME(sphere_from_points_start_a_b_d),
-        NAME(sphere_from_points_block_a_b_d), NULL}, {13, 3, NAME(sphere_from_points_start_a_c_d),
-        NAME(sphere_from_points_block_a_c_d), NULL}, {14, 3, NAME(sphere_from_points_start_b_c_d),
-        NAME(sphere_from_points_block_b_c_d), NULL}};
-    static const struct kernel kernel = {NAME(sphere_from_points_block), NULL, 4, 5, 4, 0, parts, forms};
+        NAME(sphere_from_points_block_a_b_c), NAME(sphere_from_points_dense_a_b_c)}, {11, 3,
+        NAME(sphere_from_points_start_a_b_d), NAME(sphere_from_points_block_a_b_d),
+        NAME(sphere_from_points_dense_a_b_d)}, {13, 3, NAME(sphere_from_points_start_a_c_d),
+        NAME(sphere_from_points_block_a_c_d), NAME(sphere_from_points_dense_a_c_d)}, {14, 3,
+        NAME(sphere_from_points_start_b_c_d), NAME(sphere_from_points_block_b_c_d),
+        NAME(sphere_from_points_dense_b_c_d)}};
+    static const struct kernel kernel = {NAME(sphere_from_points_block), NAME(sphere_from_points_dense), 4, 5, 4, 0,
+        parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -7275,10 +7741,35 @@ WIDE static void NAME(line_from_points_block)(intptr_t n, char **args, const int
     }
 }
 
+WIDE static void NAME(line_from_points_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    _Alignas(64) REAL r0[3 * SPAN];
+    _Alignas(64) REAL r1[3 * SPAN];
+    _Alignas(64) REAL r2[6 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        NAME(load_span)(r0, args[0], first, 3);
+        NAME(load_span)(r1, args[1], first, 3);
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[3];
+            REAL x1[3];
+            REAL x2[6];
+            NAME(load_3)(x0, (char *)(r0 + i), SPAN * w);
+            NAME(load_3)(x1, (char *)(r1 + i), SPAN * w);
+            NAME(line_from_points)(x0, x1, x2);
+            NAME(store_6)((char *)(r2 + i), SPAN * w, x2);
+        }
+        NAME(store_span)(args[2], first, r2, 6);
+    }
+}
+
 void NAME(line_from_points_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {3, 1, 1, {3}}, {6, 1, 2, {6}}};
-    static const struct kernel kernel = {NAME(line_from_points_block), NULL, 2, 3, 0, 0, parts, NULL};
+    static const struct kernel kernel = {NAME(line_from_points_block), NAME(line_from_points_dense), 2, 3, 0, 0,
+        parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -7329,10 +7820,35 @@ WIDE static void NAME(line_from_point_direction_block)(intptr_t n, char **args, 
     }
 }
 
+WIDE static void NAME(line_from_point_direction_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    _Alignas(64) REAL r0[3 * SPAN];
+    _Alignas(64) REAL r1[3 * SPAN];
+    _Alignas(64) REAL r2[6 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        NAME(load_span)(r0, args[0], first, 3);
+        NAME(load_span)(r1, args[1], first, 3);
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[3];
+            REAL x1[3];
+            REAL x2[6];
+            NAME(load_3)(x0, (char *)(r0 + i), SPAN * w);
+            NAME(load_3)(x1, (char *)(r1 + i), SPAN * w);
+            NAME(line_from_point_direction)(x0, x1, x2);
+            NAME(store_6)((char *)(r2 + i), SPAN * w, x2);
+        }
+        NAME(store_span)(args[2], first, r2, 6);
+    }
+}
+
 void NAME(line_from_point_direction_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {3, 1, 1, {3}}, {6, 1, 2, {6}}};
-    static const struct kernel kernel = {NAME(line_from_point_direction_block), NULL, 2, 3, 0, 0, parts, NULL};
+    static const struct kernel kernel = {NAME(line_from_point_direction_block),
+        NAME(line_from_point_direction_dense), 2, 3, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -7402,18 +7918,21 @@ WIDE static void NAME(plane_from_points_dense)(intptr_t n, char **args, const in
     char *a0 = args[0];
     char *a1 = args[1];
     char *a2 = args[2];
-    char *a3 = args[3];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[3];
-        REAL x1[3];
-        REAL x2[3];
-        REAL x3[4];
-        NAME(load_3)(x0, a0 + i * 3 * w, w);
-        NAME(load_3)(x1, a1 + i * 3 * w, w);
-        NAME(load_3)(x2, a2 + i * 3 * w, w);
-        NAME(plane_from_points)(x0, x1, x2, x3);
-        NAME(store_4)(a3 + i * 4 * w, w, x3);
+    _Alignas(64) REAL r3[4 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[3];
+            REAL x1[3];
+            REAL x2[3];
+            REAL x3[4];
+            NAME(load_3)(x0, a0 + (first + i) * 3 * w, w);
+            NAME(load_3)(x1, a1 + (first + i) * 3 * w, w);
+            NAME(load_3)(x2, a2 + (first + i) * 3 * w, w);
+            NAME(plane_from_points)(x0, x1, x2, x3);
+            NAME(store_4)((char *)(r3 + i), SPAN * w, x3);
+        }
+        NAME(store_span)(args[3], first, r3, 4);
     }
 }
 
@@ -7464,10 +7983,35 @@ WIDE static void NAME(dual_sphere_from_centre_block)(intptr_t n, char **args, co
     }
 }
 
+WIDE static void NAME(dual_sphere_from_centre_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    _Alignas(64) REAL r0[3 * SPAN];
+    _Alignas(64) REAL r1[1 * SPAN];
+    _Alignas(64) REAL r2[5 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        NAME(load_span)(r0, args[0], first, 3);
+        NAME(load_span)(r1, args[1], first, 1);
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[3];
+            REAL x1[1];
+            REAL x2[5];
+            NAME(load_3)(x0, (char *)(r0 + i), SPAN * w);
+            NAME(load_scalar)(x1, (char *)(r1 + i));
+            NAME(dual_sphere_from_centre)(x0, x1[0], x2);
+            NAME(store_5)((char *)(r2 + i), SPAN * w, x2);
+        }
+        NAME(store_span)(args[2], first, r2, 5);
+    }
+}
+
 void NAME(dual_sphere_from_centre_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {1, 0, 1, {0}}, {5, 1, 1, {5}}};
-    static const struct kernel kernel = {NAME(dual_sphere_from_centre_block), NULL, 2, 3, 0, 0, parts, NULL};
+    static const struct kernel kernel = {NAME(dual_sphere_from_centre_block), NAME(dual_sphere_from_centre_dense),
+        2, 3, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -7516,10 +8060,35 @@ WIDE static void NAME(dual_sphere_through_point_block)(intptr_t n, char **args, 
     }
 }
 
+WIDE static void NAME(dual_sphere_through_point_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    _Alignas(64) REAL r0[3 * SPAN];
+    _Alignas(64) REAL r1[3 * SPAN];
+    _Alignas(64) REAL r2[5 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        NAME(load_span)(r0, args[0], first, 3);
+        NAME(load_span)(r1, args[1], first, 3);
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[3];
+            REAL x1[3];
+            REAL x2[5];
+            NAME(load_3)(x0, (char *)(r0 + i), SPAN * w);
+            NAME(load_3)(x1, (char *)(r1 + i), SPAN * w);
+            NAME(dual_sphere_through_point)(x0, x1, x2);
+            NAME(store_5)((char *)(r2 + i), SPAN * w, x2);
+        }
+        NAME(store_span)(args[2], first, r2, 5);
+    }
+}
+
 void NAME(dual_sphere_through_point_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {3, 1, 1, {3}}, {5, 1, 2, {5}}};
-    static const struct kernel kernel = {NAME(dual_sphere_through_point_block), NULL, 2, 3, 0, 0, parts, NULL};
+    static const struct kernel kernel = {NAME(dual_sphere_through_point_block),
+        NAME(dual_sphere_through_point_dense), 2, 3, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -7564,10 +8133,35 @@ WIDE static void NAME(sphere_from_centre_block)(intptr_t n, char **args, const i
     }
 }
 
+WIDE static void NAME(sphere_from_centre_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    _Alignas(64) REAL r0[3 * SPAN];
+    _Alignas(64) REAL r1[1 * SPAN];
+    _Alignas(64) REAL r2[5 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        NAME(load_span)(r0, args[0], first, 3);
+        NAME(load_span)(r1, args[1], first, 1);
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[3];
+            REAL x1[1];
+            REAL x2[5];
+            NAME(load_3)(x0, (char *)(r0 + i), SPAN * w);
+            NAME(load_scalar)(x1, (char *)(r1 + i));
+            NAME(sphere_from_centre)(x0, x1[0], x2);
+            NAME(store_5)((char *)(r2 + i), SPAN * w, x2);
+        }
+        NAME(store_span)(args[2], first, r2, 5);
+    }
+}
+
 void NAME(sphere_from_centre_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {1, 0, 1, {0}}, {5, 1, 1, {5}}};
-    static const struct kernel kernel = {NAME(sphere_from_centre_block), NULL, 2, 3, 0, 0, parts, NULL};
+    static const struct kernel kernel = {NAME(sphere_from_centre_block), NAME(sphere_from_centre_dense), 2, 3, 0, 0,
+        parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -7607,16 +8201,19 @@ WIDE static void NAME(dual_plane_from_normal_dense)(intptr_t n, char **args, con
     (void)strides;
     char *a0 = args[0];
     char *a1 = args[1];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[3];
-        REAL x1[1];
-        REAL x2[4];
-        NAME(load_3)(x0, a0 + i * 3 * w, w);
-        NAME(load_scalar)(x1, a1 + i * w);
-        NAME(dual_plane_from_normal)(x0, x1[0], x2);
-        NAME(store_4)(a2 + i * 4 * w, w, x2);
+    _Alignas(64) REAL r2[4 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[3];
+            REAL x1[1];
+            REAL x2[4];
+            NAME(load_3)(x0, a0 + (first + i) * 3 * w, w);
+            NAME(load_scalar)(x1, a1 + (first + i) * w);
+            NAME(dual_plane_from_normal)(x0, x1[0], x2);
+            NAME(store_4)((char *)(r2 + i), SPAN * w, x2);
+        }
+        NAME(store_span)(args[2], first, r2, 4);
     }
 }
 
@@ -7682,16 +8279,19 @@ WIDE static void NAME(bisector_plane_dense)(intptr_t n, char **args, const intpt
     (void)strides;
     char *a0 = args[0];
     char *a1 = args[1];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[3];
-        REAL x1[3];
-        REAL x2[4];
-        NAME(load_3)(x0, a0 + i * 3 * w, w);
-        NAME(load_3)(x1, a1 + i * 3 * w, w);
-        NAME(bisector_plane)(x0, x1, x2);
-        NAME(store_4)(a2 + i * 4 * w, w, x2);
+    _Alignas(64) REAL r2[4 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[3];
+            REAL x1[3];
+            REAL x2[4];
+            NAME(load_3)(x0, a0 + (first + i) * 3 * w, w);
+            NAME(load_3)(x1, a1 + (first + i) * 3 * w, w);
+            NAME(bisector_plane)(x0, x1, x2);
+            NAME(store_4)((char *)(r2 + i), SPAN * w, x2);
+        }
+        NAME(store_span)(args[2], first, r2, 4);
     }
 }
 
@@ -7736,10 +8336,31 @@ WIDE static void NAME(sphere_polarity_block)(intptr_t n, char **args, const intp
     }
 }
 
+WIDE static void NAME(sphere_polarity_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    _Alignas(64) REAL r0[5 * SPAN];
+    _Alignas(64) REAL r1[5 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        NAME(load_span)(r0, args[0], first, 5);
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[5];
+            REAL x1[5];
+            NAME(load_5)(x0, (char *)(r0 + i), SPAN * w);
+            NAME(sphere_polarity)(x0, x1);
+            NAME(store_5)((char *)(r1 + i), SPAN * w, x1);
+        }
+        NAME(store_span)(args[1], first, r1, 5);
+    }
+}
+
 void NAME(sphere_polarity_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{5, 1, 0, {5}}, {5, 1, 1, {5}}};
-    static const struct kernel kernel = {NAME(sphere_polarity_block), NULL, 1, 2, 0, 0, parts, NULL};
+    static const struct kernel kernel = {NAME(sphere_polarity_block), NAME(sphere_polarity_dense), 1, 2, 0, 0,
+        parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -7779,14 +8400,17 @@ WIDE static void NAME(plane_polarity_dense)(intptr_t n, char **args, const intpt
     const intptr_t w = sizeof(REAL);
     (void)strides;
     char *a0 = args[0];
-    char *a1 = args[1];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[4];
-        REAL x1[4];
-        NAME(load_4)(x0, a0 + i * 4 * w, w);
-        NAME(plane_polarity)(x0, x1);
-        NAME(store_4)(a1 + i * 4 * w, w, x1);
+    _Alignas(64) REAL r1[4 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[4];
+            REAL x1[4];
+            NAME(load_4)(x0, a0 + (first + i) * 4 * w, w);
+            NAME(plane_polarity)(x0, x1);
+            NAME(store_4)((char *)(r1 + i), SPAN * w, x1);
+        }
+        NAME(store_span)(args[1], first, r1, 4);
     }
 }
 
@@ -7831,10 +8455,31 @@ WIDE static void NAME(sphere_centre_block)(intptr_t n, char **args, const intptr
     }
 }
 
+WIDE static void NAME(sphere_centre_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    _Alignas(64) REAL r0[5 * SPAN];
+    _Alignas(64) REAL r1[3 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        NAME(load_span)(r0, args[0], first, 5);
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[5];
+            REAL x1[3];
+            NAME(load_5)(x0, (char *)(r0 + i), SPAN * w);
+            NAME(sphere_centre)(x0, x1);
+            NAME(store_3)((char *)(r1 + i), SPAN * w, x1);
+        }
+        NAME(store_span)(args[1], first, r1, 3);
+    }
+}
+
 void NAME(sphere_centre_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{5, 1, 0, {5}}, {3, 1, 1, {3}}};
-    static const struct kernel kernel = {NAME(sphere_centre_block), NULL, 1, 2, 0, 0, parts, NULL};
+    static const struct kernel kernel = {NAME(sphere_centre_block), NAME(sphere_centre_dense), 1, 2, 0, 0, parts,
+        NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -7876,10 +8521,31 @@ WIDE static void NAME(sphere_radius_squared_block)(intptr_t n, char **args, cons
     }
 }
 
+WIDE static void NAME(sphere_radius_squared_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    _Alignas(64) REAL r0[5 * SPAN];
+    _Alignas(64) REAL r1[1 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        NAME(load_span)(r0, args[0], first, 5);
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[5];
+            REAL x1[1];
+            NAME(load_5)(x0, (char *)(r0 + i), SPAN * w);
+            NAME(sphere_radius_squared)(x0, x1);
+            NAME(store_scalar)((char *)(r1 + i), x1);
+        }
+        NAME(store_span)(args[1], first, r1, 1);
+    }
+}
+
 void NAME(sphere_radius_squared_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{5, 1, 0, {5}}, {1, 0, 1, {0}}};
-    static const struct kernel kernel = {NAME(sphere_radius_squared_block), NULL, 1, 2, 0, 0, parts, NULL};
+    static const struct kernel kernel = {NAME(sphere_radius_squared_block), NAME(sphere_radius_squared_dense), 1, 2,
+        0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -7940,10 +8606,31 @@ WIDE static void NAME(circle_centre_block)(intptr_t n, char **args, const intptr
     }
 }
 
+WIDE static void NAME(circle_centre_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    _Alignas(64) REAL r0[10 * SPAN];
+    _Alignas(64) REAL r1[3 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        NAME(load_span)(r0, args[0], first, 10);
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[10];
+            REAL x1[3];
+            NAME(load_10)(x0, (char *)(r0 + i), SPAN * w);
+            NAME(circle_centre)(x0, x1);
+            NAME(store_3)((char *)(r1 + i), SPAN * w, x1);
+        }
+        NAME(store_span)(args[1], first, r1, 3);
+    }
+}
+
 void NAME(circle_centre_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{10, 1, 0, {10}}, {3, 1, 1, {3}}};
-    static const struct kernel kernel = {NAME(circle_centre_block), NULL, 1, 2, 0, 0, parts, NULL};
+    static const struct kernel kernel = {NAME(circle_centre_block), NAME(circle_centre_dense), 1, 2, 0, 0, parts,
+        NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -7999,10 +8686,31 @@ WIDE static void NAME(circle_radius_squared_block)(intptr_t n, char **args, cons
     }
 }
 
+WIDE static void NAME(circle_radius_squared_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    _Alignas(64) REAL r0[10 * SPAN];
+    _Alignas(64) REAL r1[1 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        NAME(load_span)(r0, args[0], first, 10);
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[10];
+            REAL x1[1];
+            NAME(load_10)(x0, (char *)(r0 + i), SPAN * w);
+            NAME(circle_radius_squared)(x0, x1);
+            NAME(store_scalar)((char *)(r1 + i), x1);
+        }
+        NAME(store_span)(args[1], first, r1, 1);
+    }
+}
+
 void NAME(circle_radius_squared_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{10, 1, 0, {10}}, {1, 0, 1, {0}}};
-    static const struct kernel kernel = {NAME(circle_radius_squared_block), NULL, 1, 2, 0, 0, parts, NULL};
+    static const struct kernel kernel = {NAME(circle_radius_squared_block), NAME(circle_radius_squared_dense), 1, 2,
+        0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -8034,10 +8742,31 @@ WIDE static void NAME(circle_plane_block)(intptr_t n, char **args, const intptr_
     }
 }
 
+WIDE static void NAME(circle_plane_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    _Alignas(64) REAL r0[10 * SPAN];
+    _Alignas(64) REAL r1[4 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        NAME(load_span)(r0, args[0], first, 10);
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[10];
+            REAL x1[4];
+            NAME(load_10)(x0, (char *)(r0 + i), SPAN * w);
+            NAME(circle_plane)(x0, x1);
+            NAME(store_4)((char *)(r1 + i), SPAN * w, x1);
+        }
+        NAME(store_span)(args[1], first, r1, 4);
+    }
+}
+
 void NAME(circle_plane_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{10, 1, 0, {10}}, {4, 1, 1, {4}}};
-    static const struct kernel kernel = {NAME(circle_plane_block), NULL, 1, 2, 0, 0, parts, NULL};
+    static const struct kernel kernel = {NAME(circle_plane_block), NAME(circle_plane_dense), 1, 2, 0, 0, parts,
+        NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -8075,10 +8804,30 @@ WIDE static void NAME(circle_axis_block)(intptr_t n, char **args, const intptr_t
     }
 }
 
+WIDE static void NAME(circle_axis_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    _Alignas(64) REAL r0[10 * SPAN];
+    _Alignas(64) REAL r1[6 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        NAME(load_span)(r0, args[0], first, 10);
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[10];
+            REAL x1[6];
+            NAME(load_10)(x0, (char *)(r0 + i), SPAN * w);
+            NAME(circle_axis)(x0, x1);
+            NAME(store_6)((char *)(r1 + i), SPAN * w, x1);
+        }
+        NAME(store_span)(args[1], first, r1, 6);
+    }
+}
+
 void NAME(circle_axis_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{10, 1, 0, {10}}, {6, 1, 1, {6}}};
-    static const struct kernel kernel = {NAME(circle_axis_block), NULL, 1, 2, 0, 0, parts, NULL};
+    static const struct kernel kernel = {NAME(circle_axis_block), NAME(circle_axis_dense), 1, 2, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -8140,10 +8889,31 @@ WIDE static void NAME(point_pair_centre_block)(intptr_t n, char **args, const in
     }
 }
 
+WIDE static void NAME(point_pair_centre_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    _Alignas(64) REAL r0[10 * SPAN];
+    _Alignas(64) REAL r1[3 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        NAME(load_span)(r0, args[0], first, 10);
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[10];
+            REAL x1[3];
+            NAME(load_10)(x0, (char *)(r0 + i), SPAN * w);
+            NAME(point_pair_centre)(x0, x1);
+            NAME(store_3)((char *)(r1 + i), SPAN * w, x1);
+        }
+        NAME(store_span)(args[1], first, r1, 3);
+    }
+}
+
 void NAME(point_pair_centre_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{10, 1, 0, {10}}, {3, 1, 1, {3}}};
-    static const struct kernel kernel = {NAME(point_pair_centre_block), NULL, 1, 2, 0, 0, parts, NULL};
+    static const struct kernel kernel = {NAME(point_pair_centre_block), NAME(point_pair_centre_dense), 1, 2, 0, 0,
+        parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -8198,10 +8968,31 @@ WIDE static void NAME(point_pair_radius_squared_block)(intptr_t n, char **args, 
     }
 }
 
+WIDE static void NAME(point_pair_radius_squared_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    _Alignas(64) REAL r0[10 * SPAN];
+    _Alignas(64) REAL r1[1 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        NAME(load_span)(r0, args[0], first, 10);
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[10];
+            REAL x1[1];
+            NAME(load_10)(x0, (char *)(r0 + i), SPAN * w);
+            NAME(point_pair_radius_squared)(x0, x1);
+            NAME(store_scalar)((char *)(r1 + i), x1);
+        }
+        NAME(store_span)(args[1], first, r1, 1);
+    }
+}
+
 void NAME(point_pair_radius_squared_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{10, 1, 0, {10}}, {1, 0, 1, {0}}};
-    static const struct kernel kernel = {NAME(point_pair_radius_squared_block), NULL, 1, 2, 0, 0, parts, NULL};
+    static const struct kernel kernel = {NAME(point_pair_radius_squared_block),
+        NAME(point_pair_radius_squared_dense), 1, 2, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -8297,10 +9088,35 @@ WIDE static void NAME(point_pair_points_block)(intptr_t n, char **args, const in
     }
 }
 
+WIDE static void NAME(point_pair_points_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    _Alignas(64) REAL r0[10 * SPAN];
+    _Alignas(64) REAL r1[3 * SPAN];
+    _Alignas(64) REAL r2[3 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        NAME(load_span)(r0, args[0], first, 10);
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[10];
+            REAL x1[3];
+            REAL x2[3];
+            NAME(load_10)(x0, (char *)(r0 + i), SPAN * w);
+            NAME(point_pair_points)(x0, x1, x2);
+            NAME(store_3)((char *)(r1 + i), SPAN * w, x1);
+            NAME(store_3)((char *)(r2 + i), SPAN * w, x2);
+        }
+        NAME(store_span)(args[1], first, r1, 3);
+        NAME(store_span)(args[2], first, r2, 3);
+    }
+}
+
 void NAME(point_pair_points_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{10, 1, 0, {10}}, {3, 1, 1, {3}}, {3, 1, 2, {3}}};
-    static const struct kernel kernel = {NAME(point_pair_points_block), NULL, 1, 3, 0, 0, parts, NULL};
+    static const struct kernel kernel = {NAME(point_pair_points_block), NAME(point_pair_points_dense), 1, 3, 0, 0,
+        parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -8377,10 +9193,35 @@ WIDE static void NAME(meet_spheres_block)(intptr_t n, char **args, const intptr_
     }
 }
 
+WIDE static void NAME(meet_spheres_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    _Alignas(64) REAL r0[5 * SPAN];
+    _Alignas(64) REAL r1[5 * SPAN];
+    _Alignas(64) REAL r2[10 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        NAME(load_span)(r0, args[0], first, 5);
+        NAME(load_span)(r1, args[1], first, 5);
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[5];
+            REAL x1[5];
+            REAL x2[10];
+            NAME(load_5)(x0, (char *)(r0 + i), SPAN * w);
+            NAME(load_5)(x1, (char *)(r1 + i), SPAN * w);
+            NAME(meet_spheres)(x0, x1, x2);
+            NAME(store_10)((char *)(r2 + i), SPAN * w, x2);
+        }
+        NAME(store_span)(args[2], first, r2, 10);
+    }
+}
+
 void NAME(meet_spheres_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{5, 1, 0, {5}}, {5, 1, 1, {5}}, {10, 1, 2, {10}}};
-    static const struct kernel kernel = {NAME(meet_spheres_block), NULL, 2, 3, 0, 0, parts, NULL};
+    static const struct kernel kernel = {NAME(meet_spheres_block), NAME(meet_spheres_dense), 2, 3, 0, 0, parts,
+        NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -8452,10 +9293,35 @@ WIDE static void NAME(meet_sphere_plane_block)(intptr_t n, char **args, const in
     }
 }
 
+WIDE static void NAME(meet_sphere_plane_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    _Alignas(64) REAL r0[5 * SPAN];
+    _Alignas(64) REAL r1[4 * SPAN];
+    _Alignas(64) REAL r2[10 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        NAME(load_span)(r0, args[0], first, 5);
+        NAME(load_span)(r1, args[1], first, 4);
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[5];
+            REAL x1[4];
+            REAL x2[10];
+            NAME(load_5)(x0, (char *)(r0 + i), SPAN * w);
+            NAME(load_4)(x1, (char *)(r1 + i), SPAN * w);
+            NAME(meet_sphere_plane)(x0, x1, x2);
+            NAME(store_10)((char *)(r2 + i), SPAN * w, x2);
+        }
+        NAME(store_span)(args[2], first, r2, 10);
+    }
+}
+
 void NAME(meet_sphere_plane_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{5, 1, 0, {5}}, {4, 1, 1, {4}}, {10, 1, 2, {10}}};
-    static const struct kernel kernel = {NAME(meet_sphere_plane_block), NULL, 2, 3, 0, 0, parts, NULL};
+    static const struct kernel kernel = {NAME(meet_sphere_plane_block), NAME(meet_sphere_plane_dense), 2, 3, 0, 0,
+        parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -8986,6 +9852,27 @@ WIDE static void NAME(meet_three_spheres_block_a_b)(intptr_t n, char **args, con
     }
 }
 
+WIDE static void NAME(meet_three_spheres_dense_a_b)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    const REAL *prepared = (const REAL *)args[0];
+    (void)strides;
+    _Alignas(64) REAL r2[5 * SPAN];
+    _Alignas(64) REAL r3[10 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        NAME(load_span)(r2, args[2], first, 5);
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x2[5];
+            REAL x3[10];
+            NAME(load_5)(x2, (char *)(r2 + i), SPAN * w);
+            NAME(meet_three_spheres_apply_a_b)(prepared, x2, x3);
+            NAME(store_10)((char *)(r3 + i), SPAN * w, x3);
+        }
+        NAME(store_span)(args[3], first, r3, 10);
+    }
+}
+
 static void NAME(meet_three_spheres_start_a_b)(char **args, const intptr_t *strides, void *prepared)
 {
     const intptr_t c0a = strides[0], c1a = strides[1];
@@ -9013,6 +9900,27 @@ WIDE static void NAME(meet_three_spheres_block_a_c)(intptr_t n, char **args, con
     }
 }
 
+WIDE static void NAME(meet_three_spheres_dense_a_c)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    const REAL *prepared = (const REAL *)args[0];
+    (void)strides;
+    _Alignas(64) REAL r1[5 * SPAN];
+    _Alignas(64) REAL r3[10 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        NAME(load_span)(r1, args[1], first, 5);
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x1[5];
+            REAL x3[10];
+            NAME(load_5)(x1, (char *)(r1 + i), SPAN * w);
+            NAME(meet_three_spheres_apply_a_c)(prepared, x1, x3);
+            NAME(store_10)((char *)(r3 + i), SPAN * w, x3);
+        }
+        NAME(store_span)(args[3], first, r3, 10);
+    }
+}
+
 static void NAME(meet_three_spheres_start_a_c)(char **args, const intptr_t *strides, void *prepared)
 {
     const intptr_t c0a = strides[0], c2a = strides[2];
@@ -9037,6 +9945,27 @@ WIDE static void NAME(meet_three_spheres_block_b_c)(intptr_t n, char **args, con
         NAME(load_5)(x0, a0 + i * w, c0a);
         NAME(meet_three_spheres_apply_b_c)(prepared, x0, x3);
         NAME(store_10)(a3 + i * w, c3a, x3);
+    }
+}
+
+WIDE static void NAME(meet_three_spheres_dense_b_c)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    const REAL *prepared = (const REAL *)args[1];
+    (void)strides;
+    _Alignas(64) REAL r0[5 * SPAN];
+    _Alignas(64) REAL r3[10 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        NAME(load_span)(r0, args[0], first, 5);
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[5];
+            REAL x3[10];
+            NAME(load_5)(x0, (char *)(r0 + i), SPAN * w);
+            NAME(meet_three_spheres_apply_b_c)(prepared, x0, x3);
+            NAME(store_10)((char *)(r3 + i), SPAN * w, x3);
+        }
+        NAME(store_span)(args[3], first, r3, 10);
     }
 }
 
@@ -9076,9 +10005,10 @@ void NAME(meet_three_spheres_loop)(char **args, const intptr_t *dimensions, cons
 {
     static const struct part parts[] = {{5, 1, 0, {5}}, {5, 1, 1, {5}}, {5, 1, 2, {5}}, {10, 1, 3, {10}}};
     static const struct form forms[] = {{3, 2, NAME(meet_three_spheres_start_a_b),
-        NAME(meet_three_spheres_block_a_b), NULL}, {5, 2, NAME(meet_three_spheres_start_a_c),
-        NAME(meet_three_spheres_block_a_c), NULL}, {6, 2, NAME(meet_three_spheres_start_b_c),
-        NAME(meet_three_spheres_block_b_c), NULL}};
+        NAME(meet_three_spheres_block_a_b), NAME(meet_three_spheres_dense_a_b)}, {5, 2,
+        NAME(meet_three_spheres_start_a_c), NAME(meet_three_spheres_block_a_c), NAME(meet_three_spheres_dense_a_c)},
+        {6, 2, NAME(meet_three_spheres_start_b_c), NAME(meet_three_spheres_block_b_c),
+        NAME(meet_three_spheres_dense_b_c)}};
     static const struct kernel kernel = {NAME(meet_three_spheres_block), NULL, 3, 4, 3, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -9161,10 +10091,35 @@ WIDE static void NAME(meet_line_sphere_block)(intptr_t n, char **args, const int
     }
 }
 
+WIDE static void NAME(meet_line_sphere_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    _Alignas(64) REAL r0[6 * SPAN];
+    _Alignas(64) REAL r1[5 * SPAN];
+    _Alignas(64) REAL r2[10 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        NAME(load_span)(r0, args[0], first, 6);
+        NAME(load_span)(r1, args[1], first, 5);
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[6];
+            REAL x1[5];
+            REAL x2[10];
+            NAME(load_6)(x0, (char *)(r0 + i), SPAN * w);
+            NAME(load_5)(x1, (char *)(r1 + i), SPAN * w);
+            NAME(meet_line_sphere)(x0, x1, x2);
+            NAME(store_10)((char *)(r2 + i), SPAN * w, x2);
+        }
+        NAME(store_span)(args[2], first, r2, 10);
+    }
+}
+
 void NAME(meet_line_sphere_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{6, 1, 0, {6}}, {5, 1, 1, {5}}, {10, 1, 2, {10}}};
-    static const struct kernel kernel = {NAME(meet_line_sphere_block), NULL, 2, 3, 0, 0, parts, NULL};
+    static const struct kernel kernel = {NAME(meet_line_sphere_block), NAME(meet_line_sphere_dense), 2, 3, 0, 0,
+        parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -9255,10 +10210,35 @@ WIDE static void NAME(meet_circle_plane_block)(intptr_t n, char **args, const in
     }
 }
 
+WIDE static void NAME(meet_circle_plane_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    _Alignas(64) REAL r0[10 * SPAN];
+    _Alignas(64) REAL r1[4 * SPAN];
+    _Alignas(64) REAL r2[10 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        NAME(load_span)(r0, args[0], first, 10);
+        NAME(load_span)(r1, args[1], first, 4);
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[10];
+            REAL x1[4];
+            REAL x2[10];
+            NAME(load_10)(x0, (char *)(r0 + i), SPAN * w);
+            NAME(load_4)(x1, (char *)(r1 + i), SPAN * w);
+            NAME(meet_circle_plane)(x0, x1, x2);
+            NAME(store_10)((char *)(r2 + i), SPAN * w, x2);
+        }
+        NAME(store_span)(args[2], first, r2, 10);
+    }
+}
+
 void NAME(meet_circle_plane_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{10, 1, 0, {10}}, {4, 1, 1, {4}}, {10, 1, 2, {10}}};
-    static const struct kernel kernel = {NAME(meet_circle_plane_block), NULL, 2, 3, 0, 0, parts, NULL};
+    static const struct kernel kernel = {NAME(meet_circle_plane_block), NAME(meet_circle_plane_dense), 2, 3, 0, 0,
+        parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -9428,10 +10408,34 @@ WIDE static void NAME(meet_planes_block)(intptr_t n, char **args, const intptr_t
     }
 }
 
+WIDE static void NAME(meet_planes_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    _Alignas(64) REAL r0[4 * SPAN];
+    _Alignas(64) REAL r1[4 * SPAN];
+    _Alignas(64) REAL r2[6 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        NAME(load_span)(r0, args[0], first, 4);
+        NAME(load_span)(r1, args[1], first, 4);
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[4];
+            REAL x1[4];
+            REAL x2[6];
+            NAME(load_4)(x0, (char *)(r0 + i), SPAN * w);
+            NAME(load_4)(x1, (char *)(r1 + i), SPAN * w);
+            NAME(meet_planes)(x0, x1, x2);
+            NAME(store_6)((char *)(r2 + i), SPAN * w, x2);
+        }
+        NAME(store_span)(args[2], first, r2, 6);
+    }
+}
+
 void NAME(meet_planes_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {4, 1, 1, {4}}, {6, 1, 2, {6}}};
-    static const struct kernel kernel = {NAME(meet_planes_block), NULL, 2, 3, 0, 0, parts, NULL};
+    static const struct kernel kernel = {NAME(meet_planes_block), NAME(meet_planes_dense), 2, 3, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -9495,10 +10499,35 @@ WIDE static void NAME(meet_line_plane_block)(intptr_t n, char **args, const intp
     }
 }
 
+WIDE static void NAME(meet_line_plane_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    _Alignas(64) REAL r0[6 * SPAN];
+    _Alignas(64) REAL r1[4 * SPAN];
+    _Alignas(64) REAL r2[3 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        NAME(load_span)(r0, args[0], first, 6);
+        NAME(load_span)(r1, args[1], first, 4);
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[6];
+            REAL x1[4];
+            REAL x2[3];
+            NAME(load_6)(x0, (char *)(r0 + i), SPAN * w);
+            NAME(load_4)(x1, (char *)(r1 + i), SPAN * w);
+            NAME(meet_line_plane)(x0, x1, x2);
+            NAME(store_3)((char *)(r2 + i), SPAN * w, x2);
+        }
+        NAME(store_span)(args[2], first, r2, 3);
+    }
+}
+
 void NAME(meet_line_plane_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{6, 1, 0, {6}}, {4, 1, 1, {4}}, {3, 1, 2, {3}}};
-    static const struct kernel kernel = {NAME(meet_line_plane_block), NULL, 2, 3, 0, 0, parts, NULL};
+    static const struct kernel kernel = {NAME(meet_line_plane_block), NAME(meet_line_plane_dense), 2, 3, 0, 0,
+        parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -9637,10 +10666,35 @@ WIDE static void NAME(motor_product_block)(intptr_t n, char **args, const intptr
     }
 }
 
+WIDE static void NAME(motor_product_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    _Alignas(64) REAL r0[8 * SPAN];
+    _Alignas(64) REAL r1[8 * SPAN];
+    _Alignas(64) REAL r2[8 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        NAME(load_span)(r0, args[0], first, 8);
+        NAME(load_span)(r1, args[1], first, 8);
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[8];
+            REAL x1[8];
+            REAL x2[8];
+            NAME(load_8)(x0, (char *)(r0 + i), SPAN * w);
+            NAME(load_8)(x1, (char *)(r1 + i), SPAN * w);
+            NAME(motor_product)(x0, x1, x2);
+            NAME(store_8)((char *)(r2 + i), SPAN * w, x2);
+        }
+        NAME(store_span)(args[2], first, r2, 8);
+    }
+}
+
 void NAME(motor_product_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{8, 1, 0, {8}}, {8, 1, 1, {8}}, {8, 1, 2, {8}}};
-    static const struct kernel kernel = {NAME(motor_product_block), NULL, 2, 3, 0, 0, parts, NULL};
+    static const struct kernel kernel = {NAME(motor_product_block), NAME(motor_product_dense), 2, 3, 0, 0, parts,
+        NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -9690,15 +10744,19 @@ WIDE static void NAME(motor_inverse_dense)(intptr_t n, char **args, const intptr
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
-    char *a0 = args[0];
-    char *a1 = args[1];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[8];
-        REAL x1[8];
-        NAME(load_8)(x0, a0 + i * 8 * w, w);
-        NAME(motor_inverse)(x0, x1);
-        NAME(store_8)(a1 + i * 8 * w, w, x1);
+    _Alignas(64) REAL r0[8 * SPAN];
+    _Alignas(64) REAL r1[8 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        NAME(load_span)(r0, args[0], first, 8);
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[8];
+            REAL x1[8];
+            NAME(load_8)(x0, (char *)(r0 + i), SPAN * w);
+            NAME(motor_inverse)(x0, x1);
+            NAME(store_8)((char *)(r1 + i), SPAN * w, x1);
+        }
+        NAME(store_span)(args[1], first, r1, 8);
     }
 }
 
@@ -9833,17 +10891,20 @@ WIDE static void NAME(rotor_from_axis_angle_block_angle)(intptr_t n, char **args
 WIDE static void NAME(rotor_from_axis_angle_dense_angle)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
-    (void)strides;
     const REAL *prepared = (const REAL *)args[1];
+    (void)strides;
     char *a0 = args[0];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[3];
-        REAL x2[4];
-        NAME(load_3)(x0, a0 + i * 3 * w, w);
-        NAME(rotor_from_axis_angle_apply_angle)(prepared, x0, x2);
-        NAME(store_4)(a2 + i * 4 * w, w, x2);
+    _Alignas(64) REAL r2[4 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[3];
+            REAL x2[4];
+            NAME(load_3)(x0, a0 + (first + i) * 3 * w, w);
+            NAME(rotor_from_axis_angle_apply_angle)(prepared, x0, x2);
+            NAME(store_4)((char *)(r2 + i), SPAN * w, x2);
+        }
+        NAME(store_span)(args[2], first, r2, 4);
     }
 }
 
@@ -9970,14 +11031,17 @@ WIDE static void NAME(translator_from_vector_dense)(intptr_t n, char **args, con
     const intptr_t w = sizeof(REAL);
     (void)strides;
     char *a0 = args[0];
-    char *a1 = args[1];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[3];
-        REAL x1[3];
-        NAME(load_3)(x0, a0 + i * 3 * w, w);
-        NAME(translator_from_vector)(x0, x1);
-        NAME(store_3)(a1 + i * 3 * w, w, x1);
+    _Alignas(64) REAL r1[3 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[3];
+            REAL x1[3];
+            NAME(load_3)(x0, a0 + (first + i) * 3 * w, w);
+            NAME(translator_from_vector)(x0, x1);
+            NAME(store_3)((char *)(r1 + i), SPAN * w, x1);
+        }
+        NAME(store_span)(args[1], first, r1, 3);
     }
 }
 
@@ -10022,14 +11086,17 @@ WIDE static void NAME(dilator_from_scale_dense)(intptr_t n, char **args, const i
     const intptr_t w = sizeof(REAL);
     (void)strides;
     char *a0 = args[0];
-    char *a1 = args[1];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[1];
-        REAL x1[2];
-        NAME(load_scalar)(x0, a0 + i * w);
-        NAME(dilator_from_scale)(x0[0], x1);
-        NAME(store_2)(a1 + i * 2 * w, w, x1);
+    _Alignas(64) REAL r1[2 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[1];
+            REAL x1[2];
+            NAME(load_scalar)(x0, a0 + (first + i) * w);
+            NAME(dilator_from_scale)(x0[0], x1);
+            NAME(store_2)((char *)(r1 + i), SPAN * w, x1);
+        }
+        NAME(store_span)(args[1], first, r1, 2);
     }
 }
 
@@ -10109,16 +11176,19 @@ WIDE static void NAME(motor_from_rotor_translation_dense)(intptr_t n, char **arg
     (void)strides;
     char *a0 = args[0];
     char *a1 = args[1];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[4];
-        REAL x1[3];
-        REAL x2[8];
-        NAME(load_4)(x0, a0 + i * 4 * w, w);
-        NAME(load_3)(x1, a1 + i * 3 * w, w);
-        NAME(motor_from_rotor_translation)(x0, x1, x2);
-        NAME(store_8)(a2 + i * 8 * w, w, x2);
+    _Alignas(64) REAL r2[8 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[4];
+            REAL x1[3];
+            REAL x2[8];
+            NAME(load_4)(x0, a0 + (first + i) * 4 * w, w);
+            NAME(load_3)(x1, a1 + (first + i) * 3 * w, w);
+            NAME(motor_from_rotor_translation)(x0, x1, x2);
+            NAME(store_8)((char *)(r2 + i), SPAN * w, x2);
+        }
+        NAME(store_span)(args[2], first, r2, 8);
     }
 }
 
@@ -10234,6 +11304,27 @@ WIDE static void NAME(motor_from_line_block_angle)(intptr_t n, char **args, cons
     }
 }
 
+WIDE static void NAME(motor_from_line_dense_angle)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    const REAL *prepared = (const REAL *)args[1];
+    (void)strides;
+    _Alignas(64) REAL r0[6 * SPAN];
+    _Alignas(64) REAL r2[8 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        NAME(load_span)(r0, args[0], first, 6);
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[6];
+            REAL x2[8];
+            NAME(load_6)(x0, (char *)(r0 + i), SPAN * w);
+            NAME(motor_from_line_apply_angle)(prepared, x0, x2);
+            NAME(store_8)((char *)(r2 + i), SPAN * w, x2);
+        }
+        NAME(store_span)(args[2], first, r2, 8);
+    }
+}
+
 static void NAME(motor_from_line_start_angle)(char **args, const intptr_t *strides, void *prepared)
 {
     (void)strides;
@@ -10278,7 +11369,7 @@ void NAME(motor_from_line_loop)(char **args, const intptr_t *dimensions, const i
 {
     static const struct part parts[] = {{6, 1, 0, {6}}, {1, 0, 1, {0}}, {8, 1, 1, {8}}};
     static const struct form forms[] = {{2, 2, NAME(motor_from_line_start_angle), NAME(motor_from_line_block_angle),
-        NULL}};
+        NAME(motor_from_line_dense_angle)}};
     static const struct kernel kernel = {NAME(motor_from_line_block), NULL, 2, 3, 1, 1, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -10524,15 +11615,19 @@ WIDE static void NAME(motor_square_root_dense)(intptr_t n, char **args, const in
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
-    char *a0 = args[0];
-    char *a1 = args[1];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[8];
-        REAL x1[8];
-        NAME(load_8)(x0, a0 + i * 8 * w, w);
-        NAME(motor_square_root)(x0, x1);
-        NAME(store_8)(a1 + i * 8 * w, w, x1);
+    _Alignas(64) REAL r0[8 * SPAN];
+    _Alignas(64) REAL r1[8 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        NAME(load_span)(r0, args[0], first, 8);
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[8];
+            REAL x1[8];
+            NAME(load_8)(x0, (char *)(r0 + i), SPAN * w);
+            NAME(motor_square_root)(x0, x1);
+            NAME(store_8)((char *)(r1 + i), SPAN * w, x1);
+        }
+        NAME(store_span)(args[1], first, r1, 8);
     }
 }
 
@@ -12629,10 +13724,31 @@ WIDE static void NAME(motor_to_matrix_block)(intptr_t n, char **args, const intp
     }
 }
 
+WIDE static void NAME(motor_to_matrix_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    _Alignas(64) REAL r0[8 * SPAN];
+    _Alignas(64) REAL r1[16 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        NAME(load_span)(r0, args[0], first, 8);
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[8];
+            REAL x1[16];
+            NAME(load_8)(x0, (char *)(r0 + i), SPAN * w);
+            NAME(motor_to_matrix)(x0, x1);
+            NAME(store_4x4)((char *)(r1 + i), 4 * SPAN * w, SPAN * w, x1);
+        }
+        NAME(store_span)(args[1], first, r1, 16);
+    }
+}
+
 void NAME(motor_to_matrix_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{8, 1, 0, {8}}, {16, 2, 1, {4, 4}}};
-    static const struct kernel kernel = {NAME(motor_to_matrix_block), NULL, 1, 2, 0, 0, parts, NULL};
+    static const struct kernel kernel = {NAME(motor_to_matrix_block), NAME(motor_to_matrix_dense), 1, 2, 0, 0,
+        parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -12830,17 +13946,20 @@ WIDE static void NAME(move_point_block_m)(intptr_t n, char **args, const intptr_
 WIDE static void NAME(move_point_dense_m)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
-    (void)strides;
     const REAL *prepared = (const REAL *)args[0];
+    (void)strides;
     char *a1 = args[1];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x1[3];
-        REAL x2[3];
-        NAME(load_3)(x1, a1 + i * 3 * w, w);
-        NAME(move_point_apply_m)(prepared, x1, x2);
-        NAME(store_3)(a2 + i * 3 * w, w, x2);
+    _Alignas(64) REAL r2[3 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x1[3];
+            REAL x2[3];
+            NAME(load_3)(x1, a1 + (first + i) * 3 * w, w);
+            NAME(move_point_apply_m)(prepared, x1, x2);
+            NAME(store_3)((char *)(r2 + i), SPAN * w, x2);
+        }
+        NAME(store_span)(args[2], first, r2, 3);
     }
 }
 
@@ -12877,16 +13996,19 @@ WIDE static void NAME(move_point_dense)(intptr_t n, char **args, const intptr_t 
     (void)strides;
     char *a0 = args[0];
     char *a1 = args[1];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[8];
-        REAL x1[3];
-        REAL x2[3];
-        NAME(load_8)(x0, a0 + i * 8 * w, w);
-        NAME(load_3)(x1, a1 + i * 3 * w, w);
-        NAME(move_point)(x0, x1, x2);
-        NAME(store_3)(a2 + i * 3 * w, w, x2);
+    _Alignas(64) REAL r2[3 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[8];
+            REAL x1[3];
+            REAL x2[3];
+            NAME(load_8)(x0, a0 + (first + i) * 8 * w, w);
+            NAME(load_3)(x1, a1 + (first + i) * 3 * w, w);
+            NAME(move_point)(x0, x1, x2);
+            NAME(store_3)((char *)(r2 + i), SPAN * w, x2);
+        }
+        NAME(store_span)(args[2], first, r2, 3);
     }
 }
 
@@ -13043,17 +14165,20 @@ WIDE static void NAME(rotate_point_block_r)(intptr_t n, char **args, const intpt
 WIDE static void NAME(rotate_point_dense_r)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
-    (void)strides;
     const REAL *prepared = (const REAL *)args[0];
+    (void)strides;
     char *a1 = args[1];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x1[3];
-        REAL x2[3];
-        NAME(load_3)(x1, a1 + i * 3 * w, w);
-        NAME(rotate_point_apply_r)(prepared, x1, x2);
-        NAME(store_3)(a2 + i * 3 * w, w, x2);
+    _Alignas(64) REAL r2[3 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x1[3];
+            REAL x2[3];
+            NAME(load_3)(x1, a1 + (first + i) * 3 * w, w);
+            NAME(rotate_point_apply_r)(prepared, x1, x2);
+            NAME(store_3)((char *)(r2 + i), SPAN * w, x2);
+        }
+        NAME(store_span)(args[2], first, r2, 3);
     }
 }
 
@@ -13090,16 +14215,19 @@ WIDE static void NAME(rotate_point_dense)(intptr_t n, char **args, const intptr_
     (void)strides;
     char *a0 = args[0];
     char *a1 = args[1];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[4];
-        REAL x1[3];
-        REAL x2[3];
-        NAME(load_4)(x0, a0 + i * 4 * w, w);
-        NAME(load_3)(x1, a1 + i * 3 * w, w);
-        NAME(rotate_point)(x0, x1, x2);
-        NAME(store_3)(a2 + i * 3 * w, w, x2);
+    _Alignas(64) REAL r2[3 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[4];
+            REAL x1[3];
+            REAL x2[3];
+            NAME(load_4)(x0, a0 + (first + i) * 4 * w, w);
+            NAME(load_3)(x1, a1 + (first + i) * 3 * w, w);
+            NAME(rotate_point)(x0, x1, x2);
+            NAME(store_3)((char *)(r2 + i), SPAN * w, x2);
+        }
+        NAME(store_span)(args[2], first, r2, 3);
     }
 }
 
@@ -13157,16 +14285,19 @@ WIDE static void NAME(translate_point_dense)(intptr_t n, char **args, const intp
     (void)strides;
     char *a0 = args[0];
     char *a1 = args[1];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[3];
-        REAL x1[3];
-        REAL x2[3];
-        NAME(load_3)(x0, a0 + i * 3 * w, w);
-        NAME(load_3)(x1, a1 + i * 3 * w, w);
-        NAME(translate_point)(x0, x1, x2);
-        NAME(store_3)(a2 + i * 3 * w, w, x2);
+    _Alignas(64) REAL r2[3 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[3];
+            REAL x1[3];
+            REAL x2[3];
+            NAME(load_3)(x0, a0 + (first + i) * 3 * w, w);
+            NAME(load_3)(x1, a1 + (first + i) * 3 * w, w);
+            NAME(translate_point)(x0, x1, x2);
+            NAME(store_3)((char *)(r2 + i), SPAN * w, x2);
+        }
+        NAME(store_span)(args[2], first, r2, 3);
     }
 }
 
@@ -13221,16 +14352,19 @@ WIDE static void NAME(dilate_point_dense)(intptr_t n, char **args, const intptr_
     (void)strides;
     char *a0 = args[0];
     char *a1 = args[1];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[2];
-        REAL x1[3];
-        REAL x2[3];
-        NAME(load_2)(x0, a0 + i * 2 * w, w);
-        NAME(load_3)(x1, a1 + i * 3 * w, w);
-        NAME(dilate_point)(x0, x1, x2);
-        NAME(store_3)(a2 + i * 3 * w, w, x2);
+    _Alignas(64) REAL r2[3 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[2];
+            REAL x1[3];
+            REAL x2[3];
+            NAME(load_2)(x0, a0 + (first + i) * 2 * w, w);
+            NAME(load_3)(x1, a1 + (first + i) * 3 * w, w);
+            NAME(dilate_point)(x0, x1, x2);
+            NAME(store_3)((char *)(r2 + i), SPAN * w, x2);
+        }
+        NAME(store_span)(args[2], first, r2, 3);
     }
 }
 
@@ -13501,6 +14635,27 @@ WIDE static void NAME(move_vector_block_m)(intptr_t n, char **args, const intptr
     }
 }
 
+WIDE static void NAME(move_vector_dense_m)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    const REAL *prepared = (const REAL *)args[0];
+    (void)strides;
+    _Alignas(64) REAL r1[5 * SPAN];
+    _Alignas(64) REAL r2[5 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        NAME(load_span)(r1, args[1], first, 5);
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x1[5];
+            REAL x2[5];
+            NAME(load_5)(x1, (char *)(r1 + i), SPAN * w);
+            NAME(move_vector_apply_m)(prepared, x1, x2);
+            NAME(store_5)((char *)(r2 + i), SPAN * w, x2);
+        }
+        NAME(store_span)(args[2], first, r2, 5);
+    }
+}
+
 static void NAME(move_vector_start_m)(char **args, const intptr_t *strides, void *prepared)
 {
     const intptr_t c0a = strides[0];
@@ -13528,11 +14683,37 @@ WIDE static void NAME(move_vector_block)(intptr_t n, char **args, const intptr_t
     }
 }
 
+WIDE static void NAME(move_vector_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    _Alignas(64) REAL r0[8 * SPAN];
+    _Alignas(64) REAL r1[5 * SPAN];
+    _Alignas(64) REAL r2[5 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        NAME(load_span)(r0, args[0], first, 8);
+        NAME(load_span)(r1, args[1], first, 5);
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[8];
+            REAL x1[5];
+            REAL x2[5];
+            NAME(load_8)(x0, (char *)(r0 + i), SPAN * w);
+            NAME(load_5)(x1, (char *)(r1 + i), SPAN * w);
+            NAME(move_vector)(x0, x1, x2);
+            NAME(store_5)((char *)(r2 + i), SPAN * w, x2);
+        }
+        NAME(store_span)(args[2], first, r2, 5);
+    }
+}
+
 void NAME(move_vector_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{8, 1, 0, {8}}, {5, 1, 1, {5}}, {5, 1, 2, {5}}};
-    static const struct form forms[] = {{1, 2, NAME(move_vector_start_m), NAME(move_vector_block_m), NULL}};
-    static const struct kernel kernel = {NAME(move_vector_block), NULL, 2, 3, 1, 0, parts, forms};
+    static const struct form forms[] = {{1, 2, NAME(move_vector_start_m), NAME(move_vector_block_m),
+        NAME(move_vector_dense_m)}};
+    static const struct kernel kernel = {NAME(move_vector_block), NAME(move_vector_dense), 2, 3, 1, 0, parts,
+        forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -14457,6 +15638,27 @@ WIDE static void NAME(move_line_block_m)(intptr_t n, char **args, const intptr_t
     }
 }
 
+WIDE static void NAME(move_line_dense_m)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    const REAL *prepared = (const REAL *)args[0];
+    (void)strides;
+    _Alignas(64) REAL r1[6 * SPAN];
+    _Alignas(64) REAL r2[6 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        NAME(load_span)(r1, args[1], first, 6);
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x1[6];
+            REAL x2[6];
+            NAME(load_6)(x1, (char *)(r1 + i), SPAN * w);
+            NAME(move_line_apply_m)(prepared, x1, x2);
+            NAME(store_6)((char *)(r2 + i), SPAN * w, x2);
+        }
+        NAME(store_span)(args[2], first, r2, 6);
+    }
+}
+
 static void NAME(move_line_start_m)(char **args, const intptr_t *strides, void *prepared)
 {
     const intptr_t c0a = strides[0];
@@ -14484,11 +15686,36 @@ WIDE static void NAME(move_line_block)(intptr_t n, char **args, const intptr_t *
     }
 }
 
+WIDE static void NAME(move_line_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    _Alignas(64) REAL r0[8 * SPAN];
+    _Alignas(64) REAL r1[6 * SPAN];
+    _Alignas(64) REAL r2[6 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        NAME(load_span)(r0, args[0], first, 8);
+        NAME(load_span)(r1, args[1], first, 6);
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[8];
+            REAL x1[6];
+            REAL x2[6];
+            NAME(load_8)(x0, (char *)(r0 + i), SPAN * w);
+            NAME(load_6)(x1, (char *)(r1 + i), SPAN * w);
+            NAME(move_line)(x0, x1, x2);
+            NAME(store_6)((char *)(r2 + i), SPAN * w, x2);
+        }
+        NAME(store_span)(args[2], first, r2, 6);
+    }
+}
+
 void NAME(move_line_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{8, 1, 0, {8}}, {6, 1, 1, {6}}, {6, 1, 2, {6}}};
-    static const struct form forms[] = {{1, 2, NAME(move_line_start_m), NAME(move_line_block_m), NULL}};
-    static const struct kernel kernel = {NAME(move_line_block), NULL, 2, 3, 1, 0, parts, forms};
+    static const struct form forms[] = {{1, 2, NAME(move_line_start_m), NAME(move_line_block_m),
+        NAME(move_line_dense_m)}};
+    static const struct kernel kernel = {NAME(move_line_block), NAME(move_line_dense), 2, 3, 1, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -15308,17 +16535,20 @@ WIDE static void NAME(move_plane_block_m)(intptr_t n, char **args, const intptr_
 WIDE static void NAME(move_plane_dense_m)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
-    (void)strides;
     const REAL *prepared = (const REAL *)args[0];
+    (void)strides;
     char *a1 = args[1];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x1[4];
-        REAL x2[4];
-        NAME(load_4)(x1, a1 + i * 4 * w, w);
-        NAME(move_plane_apply_m)(prepared, x1, x2);
-        NAME(store_4)(a2 + i * 4 * w, w, x2);
+    _Alignas(64) REAL r2[4 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x1[4];
+            REAL x2[4];
+            NAME(load_4)(x1, a1 + (first + i) * 4 * w, w);
+            NAME(move_plane_apply_m)(prepared, x1, x2);
+            NAME(store_4)((char *)(r2 + i), SPAN * w, x2);
+        }
+        NAME(store_span)(args[2], first, r2, 4);
     }
 }
 
@@ -15353,18 +16583,23 @@ WIDE static void NAME(move_plane_dense)(intptr_t n, char **args, const intptr_t 
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[8];
-        REAL x1[4];
-        REAL x2[4];
-        NAME(load_8)(x0, a0 + i * 8 * w, w);
-        NAME(load_4)(x1, a1 + i * 4 * w, w);
-        NAME(move_plane)(x0, x1, x2);
-        NAME(store_4)(a2 + i * 4 * w, w, x2);
+    _Alignas(64) REAL r0[8 * SPAN];
+    _Alignas(64) REAL r1[4 * SPAN];
+    _Alignas(64) REAL r2[4 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        NAME(load_span)(r0, args[0], first, 8);
+        NAME(load_span)(r1, args[1], first, 4);
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[8];
+            REAL x1[4];
+            REAL x2[4];
+            NAME(load_8)(x0, (char *)(r0 + i), SPAN * w);
+            NAME(load_4)(x1, (char *)(r1 + i), SPAN * w);
+            NAME(move_plane)(x0, x1, x2);
+            NAME(store_4)((char *)(r2 + i), SPAN * w, x2);
+        }
+        NAME(store_span)(args[2], first, r2, 4);
     }
 }
 
@@ -15636,6 +16871,27 @@ WIDE static void NAME(move_sphere_block_m)(intptr_t n, char **args, const intptr
     }
 }
 
+WIDE static void NAME(move_sphere_dense_m)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    const REAL *prepared = (const REAL *)args[0];
+    (void)strides;
+    _Alignas(64) REAL r1[5 * SPAN];
+    _Alignas(64) REAL r2[5 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        NAME(load_span)(r1, args[1], first, 5);
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x1[5];
+            REAL x2[5];
+            NAME(load_5)(x1, (char *)(r1 + i), SPAN * w);
+            NAME(move_sphere_apply_m)(prepared, x1, x2);
+            NAME(store_5)((char *)(r2 + i), SPAN * w, x2);
+        }
+        NAME(store_span)(args[2], first, r2, 5);
+    }
+}
+
 static void NAME(move_sphere_start_m)(char **args, const intptr_t *strides, void *prepared)
 {
     const intptr_t c0a = strides[0];
@@ -15663,11 +16919,37 @@ WIDE static void NAME(move_sphere_block)(intptr_t n, char **args, const intptr_t
     }
 }
 
+WIDE static void NAME(move_sphere_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    _Alignas(64) REAL r0[8 * SPAN];
+    _Alignas(64) REAL r1[5 * SPAN];
+    _Alignas(64) REAL r2[5 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        NAME(load_span)(r0, args[0], first, 8);
+        NAME(load_span)(r1, args[1], first, 5);
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[8];
+            REAL x1[5];
+            REAL x2[5];
+            NAME(load_8)(x0, (char *)(r0 + i), SPAN * w);
+            NAME(load_5)(x1, (char *)(r1 + i), SPAN * w);
+            NAME(move_sphere)(x0, x1, x2);
+            NAME(store_5)((char *)(r2 + i), SPAN * w, x2);
+        }
+        NAME(store_span)(args[2], first, r2, 5);
+    }
+}
+
 void NAME(move_sphere_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{8, 1, 0, {8}}, {5, 1, 1, {5}}, {5, 1, 2, {5}}};
-    static const struct form forms[] = {{1, 2, NAME(move_sphere_start_m), NAME(move_sphere_block_m), NULL}};
-    static const struct kernel kernel = {NAME(move_sphere_block), NULL, 2, 3, 1, 0, parts, forms};
+    static const struct form forms[] = {{1, 2, NAME(move_sphere_start_m), NAME(move_sphere_block_m),
+        NAME(move_sphere_dense_m)}};
+    static const struct kernel kernel = {NAME(move_sphere_block), NAME(move_sphere_dense), 2, 3, 1, 0, parts,
+        forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -16276,6 +17558,27 @@ WIDE static void NAME(transform_vector_block_v)(intptr_t n, char **args, const i
     }
 }
 
+WIDE static void NAME(transform_vector_dense_v)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    const REAL *prepared = (const REAL *)args[0];
+    (void)strides;
+    _Alignas(64) REAL r1[5 * SPAN];
+    _Alignas(64) REAL r2[5 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        NAME(load_span)(r1, args[1], first, 5);
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x1[5];
+            REAL x2[5];
+            NAME(load_5)(x1, (char *)(r1 + i), SPAN * w);
+            NAME(transform_vector_apply_v)(prepared, x1, x2);
+            NAME(store_5)((char *)(r2 + i), SPAN * w, x2);
+        }
+        NAME(store_span)(args[2], first, r2, 5);
+    }
+}
+
 static void NAME(transform_vector_start_v)(char **args, const intptr_t *strides, void *prepared)
 {
     const intptr_t c0a = strides[0];
@@ -16307,7 +17610,7 @@ void NAME(transform_vector_loop)(char **args, const intptr_t *dimensions, const 
 {
     static const struct part parts[] = {{16, 1, 0, {16}}, {5, 1, 1, {5}}, {5, 1, 2, {5}}};
     static const struct form forms[] = {{1, 2, NAME(transform_vector_start_v), NAME(transform_vector_block_v),
-        NULL}};
+        NAME(transform_vector_dense_v)}};
     static const struct kernel kernel = {NAME(transform_vector_block), NULL, 2, 3, 1, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -16448,17 +17751,20 @@ WIDE static void NAME(reflect_point_block_plane)(intptr_t n, char **args, const 
 WIDE static void NAME(reflect_point_dense_plane)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
-    (void)strides;
     const REAL *prepared = (const REAL *)args[1];
+    (void)strides;
     char *a0 = args[0];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[3];
-        REAL x2[3];
-        NAME(load_3)(x0, a0 + i * 3 * w, w);
-        NAME(reflect_point_apply_plane)(prepared, x0, x2);
-        NAME(store_3)(a2 + i * 3 * w, w, x2);
+    _Alignas(64) REAL r2[3 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[3];
+            REAL x2[3];
+            NAME(load_3)(x0, a0 + (first + i) * 3 * w, w);
+            NAME(reflect_point_apply_plane)(prepared, x0, x2);
+            NAME(store_3)((char *)(r2 + i), SPAN * w, x2);
+        }
+        NAME(store_span)(args[2], first, r2, 3);
     }
 }
 
@@ -16495,16 +17801,19 @@ WIDE static void NAME(reflect_point_dense)(intptr_t n, char **args, const intptr
     (void)strides;
     char *a0 = args[0];
     char *a1 = args[1];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[3];
-        REAL x1[4];
-        REAL x2[3];
-        NAME(load_3)(x0, a0 + i * 3 * w, w);
-        NAME(load_4)(x1, a1 + i * 4 * w, w);
-        NAME(reflect_point)(x0, x1, x2);
-        NAME(store_3)(a2 + i * 3 * w, w, x2);
+    _Alignas(64) REAL r2[3 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[3];
+            REAL x1[4];
+            REAL x2[3];
+            NAME(load_3)(x0, a0 + (first + i) * 3 * w, w);
+            NAME(load_4)(x1, a1 + (first + i) * 4 * w, w);
+            NAME(reflect_point)(x0, x1, x2);
+            NAME(store_3)((char *)(r2 + i), SPAN * w, x2);
+        }
+        NAME(store_span)(args[2], first, r2, 3);
     }
 }
 
@@ -16597,10 +17906,35 @@ WIDE static void NAME(invert_point_block)(intptr_t n, char **args, const intptr_
     }
 }
 
+WIDE static void NAME(invert_point_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    _Alignas(64) REAL r0[3 * SPAN];
+    _Alignas(64) REAL r1[5 * SPAN];
+    _Alignas(64) REAL r2[3 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        NAME(load_span)(r0, args[0], first, 3);
+        NAME(load_span)(r1, args[1], first, 5);
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[3];
+            REAL x1[5];
+            REAL x2[3];
+            NAME(load_3)(x0, (char *)(r0 + i), SPAN * w);
+            NAME(load_5)(x1, (char *)(r1 + i), SPAN * w);
+            NAME(invert_point)(x0, x1, x2);
+            NAME(store_3)((char *)(r2 + i), SPAN * w, x2);
+        }
+        NAME(store_span)(args[2], first, r2, 3);
+    }
+}
+
 void NAME(invert_point_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {5, 1, 1, {5}}, {3, 1, 2, {3}}};
-    static const struct kernel kernel = {NAME(invert_point_block), NULL, 2, 3, 0, 0, parts, NULL};
+    static const struct kernel kernel = {NAME(invert_point_block), NAME(invert_point_dense), 2, 3, 0, 0, parts,
+        NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 #endif

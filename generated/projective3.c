@@ -2,7 +2,7 @@
 // command: gac generate --all projective3
 // spec: f8468e264e68aa93
 // contraction: -ffp-contract=off (every operation is rounded once)
-// body: fb77235d26a0883a13927292e107d328176b1f401bf66ec1e63a40fb098dbb24
+// body: 2b9f34ac8535366803a78fdbf1153ea9be43771798315e442084371e6007b95e
 
 #ifndef REAL
 #include "projective3.h"
@@ -21,10 +21,13 @@
 // Elements are independent: an output is an input of the same element, or of none.
 #if defined(__clang__)
 #define ANY_ORDER _Pragma("clang loop vectorize(assume_safety)")
+#define NOT_UNROLLED _Pragma("clang loop unroll(disable)")
 #elif defined(__GNUC__)
 #define ANY_ORDER _Pragma("GCC ivdep")
+#define NOT_UNROLLED _Pragma("GCC unroll 1")
 #else
 #define ANY_ORDER
+#define NOT_UNROLLED
 #endif
 
 // The widest vectors of the machine that runs the loops, chosen when the library is loaded.
@@ -40,6 +43,9 @@
 
 // A block in which an argument is too far for the functions of a loop is done once more, in pieces of this many.
 #define CHUNK 64
+
+// Elements in C order go through rows of this many.
+#define SPAN 32
 
 // A vector of neighbours in memory.
 #if defined(__has_builtin)
@@ -297,6 +303,7 @@ static INLINE intptr_t NAME(turn_tiles)(int back, char *x, intptr_t row, char *a
 {
     const intptr_t w = sizeof(REAL);
     intptr_t done = 0;
+    NOT_UNROLLED
     for (; done + TILE <= n; done += TILE) {
         for (intptr_t k = 0; k < size; k += 4) {
             const intptr_t first = k + 4 <= size ? k : size - 4;
@@ -399,6 +406,51 @@ WIDE static void NAME(store_rows)(char *a, intptr_t s, intptr_t c, REAL *x, intp
     }
 }
 
+// The rows of SPAN elements of `size` components, in C order from element `first` on; and back.
+static INLINE void NAME(load_span)(REAL *x, char *a, intptr_t first, intptr_t size)
+{
+    const intptr_t w = sizeof(REAL);
+    const REAL *from = (const REAL *)(a + first * size * w);
+    if (size == 1) {
+        memcpy(x, from, SPAN * w);
+    } else if (size == 2) {
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            x[i] = from[2 * i];
+            x[SPAN + i] = from[2 * i + 1];
+        }
+    } else if (size == 3) {
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            x[i] = from[3 * i];
+            x[SPAN + i] = from[3 * i + 1];
+            x[2 * SPAN + i] = from[3 * i + 2];
+        }
+    } else {
+        NAME(turn_tiles)(0, (char *)x, SPAN * w, (char *)from, size * w, size, SPAN);
+    }
+}
+
+static INLINE void NAME(store_span)(char *a, intptr_t first, REAL *x, intptr_t size)
+{
+    const intptr_t w = sizeof(REAL);
+    REAL *to = (REAL *)(a + first * size * w);
+    if (size == 1) {
+        memcpy(to, x, SPAN * w);
+    } else if (size == 2) {
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            to[2 * i] = x[i];
+            to[2 * i + 1] = x[SPAN + i];
+        }
+    } else if (size == 3) {
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            to[3 * i] = x[i];
+            to[3 * i + 1] = x[SPAN + i];
+            to[3 * i + 2] = x[2 * SPAN + i];
+        }
+    } else {
+        NAME(turn_tiles)(1, (char *)x, SPAN * w, (char *)to, size * w, size, SPAN);
+    }
+}
+
 // All rows of a part, from the batch or back to it; axes that lie as one are moved as one.
 static void NAME(move_part)(int back, REAL *x, intptr_t row, const struct part *part, char *a, intptr_t s,
     const intptr_t *c, intptr_t n)
@@ -484,8 +536,8 @@ static void NAME(batch)(const struct kernel *kernel, char **args, intptr_t n, co
     }
     for (intptr_t i = 0, m; i < n; i += m) {
         const int last = n - i < LANES;
-        if (dense && !last) {
-            m = n & -LANES;
+        if (dense && n - i >= SPAN) {
+            m = n & -SPAN;
             in_order(m, starts, cores);
             continue;
         }
@@ -911,17 +963,20 @@ WIDE static void NAME(bracket_block_a_b_c)(intptr_t n, char **args, const intptr
 WIDE static void NAME(bracket_dense_a_b_c)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
-    (void)strides;
     const REAL *prepared = (const REAL *)args[0];
+    (void)strides;
     char *a3 = args[3];
-    char *a4 = args[4];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x3[4];
-        REAL x4[1];
-        NAME(load_4)(x3, a3 + i * 4 * w, w);
-        NAME(bracket_apply_a_b_c)(prepared, x3, x4);
-        NAME(store_scalar)(a4 + i * w, x4);
+    _Alignas(64) REAL r4[1 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x3[4];
+            REAL x4[1];
+            NAME(load_4)(x3, a3 + (first + i) * 4 * w, w);
+            NAME(bracket_apply_a_b_c)(prepared, x3, x4);
+            NAME(store_scalar)((char *)(r4 + i), x4);
+        }
+        NAME(store_span)(args[4], first, r4, 1);
     }
 }
 
@@ -957,17 +1012,20 @@ WIDE static void NAME(bracket_block_a_b_d)(intptr_t n, char **args, const intptr
 WIDE static void NAME(bracket_dense_a_b_d)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
-    (void)strides;
     const REAL *prepared = (const REAL *)args[0];
+    (void)strides;
     char *a2 = args[2];
-    char *a4 = args[4];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x2[4];
-        REAL x4[1];
-        NAME(load_4)(x2, a2 + i * 4 * w, w);
-        NAME(bracket_apply_a_b_d)(prepared, x2, x4);
-        NAME(store_scalar)(a4 + i * w, x4);
+    _Alignas(64) REAL r4[1 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x2[4];
+            REAL x4[1];
+            NAME(load_4)(x2, a2 + (first + i) * 4 * w, w);
+            NAME(bracket_apply_a_b_d)(prepared, x2, x4);
+            NAME(store_scalar)((char *)(r4 + i), x4);
+        }
+        NAME(store_span)(args[4], first, r4, 1);
     }
 }
 
@@ -1003,17 +1061,20 @@ WIDE static void NAME(bracket_block_a_c_d)(intptr_t n, char **args, const intptr
 WIDE static void NAME(bracket_dense_a_c_d)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
-    (void)strides;
     const REAL *prepared = (const REAL *)args[0];
+    (void)strides;
     char *a1 = args[1];
-    char *a4 = args[4];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x1[4];
-        REAL x4[1];
-        NAME(load_4)(x1, a1 + i * 4 * w, w);
-        NAME(bracket_apply_a_c_d)(prepared, x1, x4);
-        NAME(store_scalar)(a4 + i * w, x4);
+    _Alignas(64) REAL r4[1 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x1[4];
+            REAL x4[1];
+            NAME(load_4)(x1, a1 + (first + i) * 4 * w, w);
+            NAME(bracket_apply_a_c_d)(prepared, x1, x4);
+            NAME(store_scalar)((char *)(r4 + i), x4);
+        }
+        NAME(store_span)(args[4], first, r4, 1);
     }
 }
 
@@ -1049,17 +1110,20 @@ WIDE static void NAME(bracket_block_b_c_d)(intptr_t n, char **args, const intptr
 WIDE static void NAME(bracket_dense_b_c_d)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
-    (void)strides;
     const REAL *prepared = (const REAL *)args[1];
+    (void)strides;
     char *a0 = args[0];
-    char *a4 = args[4];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[4];
-        REAL x4[1];
-        NAME(load_4)(x0, a0 + i * 4 * w, w);
-        NAME(bracket_apply_b_c_d)(prepared, x0, x4);
-        NAME(store_scalar)(a4 + i * w, x4);
+    _Alignas(64) REAL r4[1 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[4];
+            REAL x4[1];
+            NAME(load_4)(x0, a0 + (first + i) * 4 * w, w);
+            NAME(bracket_apply_b_c_d)(prepared, x0, x4);
+            NAME(store_scalar)((char *)(r4 + i), x4);
+        }
+        NAME(store_span)(args[4], first, r4, 1);
     }
 }
 
@@ -1108,20 +1172,23 @@ WIDE static void NAME(bracket_dense)(intptr_t n, char **args, const intptr_t *st
     char *a1 = args[1];
     char *a2 = args[2];
     char *a3 = args[3];
-    char *a4 = args[4];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[4];
-        REAL x1[4];
-        REAL x2[4];
-        REAL x3[4];
-        REAL x4[1];
-        NAME(load_4)(x0, a0 + i * 4 * w, w);
-        NAME(load_4)(x1, a1 + i * 4 * w, w);
-        NAME(load_4)(x2, a2 + i * 4 * w, w);
-        NAME(load_4)(x3, a3 + i * 4 * w, w);
-        NAME(bracket)(x0, x1, x2, x3, x4);
-        NAME(store_scalar)(a4 + i * w, x4);
+    _Alignas(64) REAL r4[1 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[4];
+            REAL x1[4];
+            REAL x2[4];
+            REAL x3[4];
+            REAL x4[1];
+            NAME(load_4)(x0, a0 + (first + i) * 4 * w, w);
+            NAME(load_4)(x1, a1 + (first + i) * 4 * w, w);
+            NAME(load_4)(x2, a2 + (first + i) * 4 * w, w);
+            NAME(load_4)(x3, a3 + (first + i) * 4 * w, w);
+            NAME(bracket)(x0, x1, x2, x3, x4);
+            NAME(store_scalar)((char *)(r4 + i), x4);
+        }
+        NAME(store_span)(args[4], first, r4, 1);
     }
 }
 
@@ -1193,10 +1260,34 @@ WIDE static void NAME(join_points_block)(intptr_t n, char **args, const intptr_t
     }
 }
 
+WIDE static void NAME(join_points_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    _Alignas(64) REAL r0[4 * SPAN];
+    _Alignas(64) REAL r1[4 * SPAN];
+    _Alignas(64) REAL r2[6 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        NAME(load_span)(r0, args[0], first, 4);
+        NAME(load_span)(r1, args[1], first, 4);
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[4];
+            REAL x1[4];
+            REAL x2[6];
+            NAME(load_4)(x0, (char *)(r0 + i), SPAN * w);
+            NAME(load_4)(x1, (char *)(r1 + i), SPAN * w);
+            NAME(join_points)(x0, x1, x2);
+            NAME(store_6)((char *)(r2 + i), SPAN * w, x2);
+        }
+        NAME(store_span)(args[2], first, r2, 6);
+    }
+}
+
 void NAME(join_points_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {4, 1, 1, {4}}, {6, 1, 2, {6}}};
-    static const struct kernel kernel = {NAME(join_points_block), NULL, 2, 3, 0, 0, parts, NULL};
+    static const struct kernel kernel = {NAME(join_points_block), NAME(join_points_dense), 2, 3, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -1506,17 +1597,20 @@ WIDE static void NAME(join_three_points_block_a_b)(intptr_t n, char **args, cons
 WIDE static void NAME(join_three_points_dense_a_b)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
-    (void)strides;
     const REAL *prepared = (const REAL *)args[0];
+    (void)strides;
     char *a2 = args[2];
-    char *a3 = args[3];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x2[4];
-        REAL x3[4];
-        NAME(load_4)(x2, a2 + i * 4 * w, w);
-        NAME(join_three_points_apply_a_b)(prepared, x2, x3);
-        NAME(store_4)(a3 + i * 4 * w, w, x3);
+    _Alignas(64) REAL r3[4 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x2[4];
+            REAL x3[4];
+            NAME(load_4)(x2, a2 + (first + i) * 4 * w, w);
+            NAME(join_three_points_apply_a_b)(prepared, x2, x3);
+            NAME(store_4)((char *)(r3 + i), SPAN * w, x3);
+        }
+        NAME(store_span)(args[3], first, r3, 4);
     }
 }
 
@@ -1550,17 +1644,20 @@ WIDE static void NAME(join_three_points_block_a_c)(intptr_t n, char **args, cons
 WIDE static void NAME(join_three_points_dense_a_c)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
-    (void)strides;
     const REAL *prepared = (const REAL *)args[0];
+    (void)strides;
     char *a1 = args[1];
-    char *a3 = args[3];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x1[4];
-        REAL x3[4];
-        NAME(load_4)(x1, a1 + i * 4 * w, w);
-        NAME(join_three_points_apply_a_c)(prepared, x1, x3);
-        NAME(store_4)(a3 + i * 4 * w, w, x3);
+    _Alignas(64) REAL r3[4 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x1[4];
+            REAL x3[4];
+            NAME(load_4)(x1, a1 + (first + i) * 4 * w, w);
+            NAME(join_three_points_apply_a_c)(prepared, x1, x3);
+            NAME(store_4)((char *)(r3 + i), SPAN * w, x3);
+        }
+        NAME(store_span)(args[3], first, r3, 4);
     }
 }
 
@@ -1594,17 +1691,20 @@ WIDE static void NAME(join_three_points_block_b_c)(intptr_t n, char **args, cons
 WIDE static void NAME(join_three_points_dense_b_c)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
-    (void)strides;
     const REAL *prepared = (const REAL *)args[1];
+    (void)strides;
     char *a0 = args[0];
-    char *a3 = args[3];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[4];
-        REAL x3[4];
-        NAME(load_4)(x0, a0 + i * 4 * w, w);
-        NAME(join_three_points_apply_b_c)(prepared, x0, x3);
-        NAME(store_4)(a3 + i * 4 * w, w, x3);
+    _Alignas(64) REAL r3[4 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[4];
+            REAL x3[4];
+            NAME(load_4)(x0, a0 + (first + i) * 4 * w, w);
+            NAME(join_three_points_apply_b_c)(prepared, x0, x3);
+            NAME(store_4)((char *)(r3 + i), SPAN * w, x3);
+        }
+        NAME(store_span)(args[3], first, r3, 4);
     }
 }
 
@@ -1647,18 +1747,21 @@ WIDE static void NAME(join_three_points_dense)(intptr_t n, char **args, const in
     char *a0 = args[0];
     char *a1 = args[1];
     char *a2 = args[2];
-    char *a3 = args[3];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[4];
-        REAL x1[4];
-        REAL x2[4];
-        REAL x3[4];
-        NAME(load_4)(x0, a0 + i * 4 * w, w);
-        NAME(load_4)(x1, a1 + i * 4 * w, w);
-        NAME(load_4)(x2, a2 + i * 4 * w, w);
-        NAME(join_three_points)(x0, x1, x2, x3);
-        NAME(store_4)(a3 + i * 4 * w, w, x3);
+    _Alignas(64) REAL r3[4 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[4];
+            REAL x1[4];
+            REAL x2[4];
+            REAL x3[4];
+            NAME(load_4)(x0, a0 + (first + i) * 4 * w, w);
+            NAME(load_4)(x1, a1 + (first + i) * 4 * w, w);
+            NAME(load_4)(x2, a2 + (first + i) * 4 * w, w);
+            NAME(join_three_points)(x0, x1, x2, x3);
+            NAME(store_4)((char *)(r3 + i), SPAN * w, x3);
+        }
+        NAME(store_span)(args[3], first, r3, 4);
     }
 }
 
@@ -1735,10 +1838,35 @@ WIDE static void NAME(project_point_block)(intptr_t n, char **args, const intptr
     }
 }
 
+WIDE static void NAME(project_point_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    _Alignas(64) REAL r0[12 * SPAN];
+    _Alignas(64) REAL r1[3 * SPAN];
+    _Alignas(64) REAL r2[2 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        NAME(load_span)(r0, args[0], first, 12);
+        NAME(load_span)(r1, args[1], first, 3);
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[12];
+            REAL x1[3];
+            REAL x2[2];
+            NAME(load_3x4)(x0, (char *)(r0 + i), 4 * SPAN * w, SPAN * w);
+            NAME(load_3)(x1, (char *)(r1 + i), SPAN * w);
+            NAME(project_point)(x0, x1, x2);
+            NAME(store_2)((char *)(r2 + i), SPAN * w, x2);
+        }
+        NAME(store_span)(args[2], first, r2, 2);
+    }
+}
+
 void NAME(project_point_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{12, 2, 0, {3, 4}}, {3, 1, 2, {3}}, {2, 1, 3, {2}}};
-    static const struct kernel kernel = {NAME(project_point_block), NULL, 2, 3, 0, 0, parts, NULL};
+    static const struct kernel kernel = {NAME(project_point_block), NAME(project_point_dense), 2, 3, 0, 0, parts,
+        NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -1805,10 +1933,35 @@ WIDE static void NAME(project_homogeneous_point_block)(intptr_t n, char **args, 
     }
 }
 
+WIDE static void NAME(project_homogeneous_point_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    _Alignas(64) REAL r0[12 * SPAN];
+    _Alignas(64) REAL r1[4 * SPAN];
+    _Alignas(64) REAL r2[3 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        NAME(load_span)(r0, args[0], first, 12);
+        NAME(load_span)(r1, args[1], first, 4);
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[12];
+            REAL x1[4];
+            REAL x2[3];
+            NAME(load_3x4)(x0, (char *)(r0 + i), 4 * SPAN * w, SPAN * w);
+            NAME(load_4)(x1, (char *)(r1 + i), SPAN * w);
+            NAME(project_homogeneous_point)(x0, x1, x2);
+            NAME(store_3)((char *)(r2 + i), SPAN * w, x2);
+        }
+        NAME(store_span)(args[2], first, r2, 3);
+    }
+}
+
 void NAME(project_homogeneous_point_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{12, 2, 0, {3, 4}}, {4, 1, 2, {4}}, {3, 1, 3, {3}}};
-    static const struct kernel kernel = {NAME(project_homogeneous_point_block), NULL, 2, 3, 0, 0, parts, NULL};
+    static const struct kernel kernel = {NAME(project_homogeneous_point_block),
+        NAME(project_homogeneous_point_dense), 2, 3, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -1888,10 +2041,31 @@ WIDE static void NAME(camera_centre_block)(intptr_t n, char **args, const intptr
     }
 }
 
+WIDE static void NAME(camera_centre_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    _Alignas(64) REAL r0[12 * SPAN];
+    _Alignas(64) REAL r1[4 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        NAME(load_span)(r0, args[0], first, 12);
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[12];
+            REAL x1[4];
+            NAME(load_3x4)(x0, (char *)(r0 + i), 4 * SPAN * w, SPAN * w);
+            NAME(camera_centre)(x0, x1);
+            NAME(store_4)((char *)(r1 + i), SPAN * w, x1);
+        }
+        NAME(store_span)(args[1], first, r1, 4);
+    }
+}
+
 void NAME(camera_centre_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{12, 2, 0, {3, 4}}, {4, 1, 2, {4}}};
-    static const struct kernel kernel = {NAME(camera_centre_block), NULL, 1, 2, 0, 0, parts, NULL};
+    static const struct kernel kernel = {NAME(camera_centre_block), NAME(camera_centre_dense), 1, 2, 0, 0, parts,
+        NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -2112,6 +2286,27 @@ WIDE static void NAME(back_project_pixel_block_camera)(intptr_t n, char **args, 
     }
 }
 
+WIDE static void NAME(back_project_pixel_dense_camera)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    const REAL *prepared = (const REAL *)args[0];
+    (void)strides;
+    _Alignas(64) REAL r1[2 * SPAN];
+    _Alignas(64) REAL r2[6 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        NAME(load_span)(r1, args[1], first, 2);
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x1[2];
+            REAL x2[6];
+            NAME(load_2)(x1, (char *)(r1 + i), SPAN * w);
+            NAME(back_project_pixel_apply_camera)(prepared, x1, x2);
+            NAME(store_6)((char *)(r2 + i), SPAN * w, x2);
+        }
+        NAME(store_span)(args[2], first, r2, 6);
+    }
+}
+
 static void NAME(back_project_pixel_start_camera)(char **args, const intptr_t *strides, void *prepared)
 {
     const intptr_t c0a = strides[0], c0b = strides[1];
@@ -2139,12 +2334,37 @@ WIDE static void NAME(back_project_pixel_block)(intptr_t n, char **args, const i
     }
 }
 
+WIDE static void NAME(back_project_pixel_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    _Alignas(64) REAL r0[12 * SPAN];
+    _Alignas(64) REAL r1[2 * SPAN];
+    _Alignas(64) REAL r2[6 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        NAME(load_span)(r0, args[0], first, 12);
+        NAME(load_span)(r1, args[1], first, 2);
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[12];
+            REAL x1[2];
+            REAL x2[6];
+            NAME(load_3x4)(x0, (char *)(r0 + i), 4 * SPAN * w, SPAN * w);
+            NAME(load_2)(x1, (char *)(r1 + i), SPAN * w);
+            NAME(back_project_pixel)(x0, x1, x2);
+            NAME(store_6)((char *)(r2 + i), SPAN * w, x2);
+        }
+        NAME(store_span)(args[2], first, r2, 6);
+    }
+}
+
 void NAME(back_project_pixel_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{12, 2, 0, {3, 4}}, {2, 1, 2, {2}}, {6, 1, 3, {6}}};
     static const struct form forms[] = {{1, 6, NAME(back_project_pixel_start_camera),
-        NAME(back_project_pixel_block_camera), NULL}};
-    static const struct kernel kernel = {NAME(back_project_pixel_block), NULL, 2, 3, 1, 0, parts, forms};
+        NAME(back_project_pixel_block_camera), NAME(back_project_pixel_dense_camera)}};
+    static const struct kernel kernel = {NAME(back_project_pixel_block), NAME(back_project_pixel_dense), 2, 3, 1, 0,
+        parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -3254,6 +3474,27 @@ WIDE static void NAME(epipole_from_cameras_block_first)(intptr_t n, char **args,
     }
 }
 
+WIDE static void NAME(epipole_from_cameras_dense_first)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    const REAL *prepared = (const REAL *)args[0];
+    (void)strides;
+    _Alignas(64) REAL r1[12 * SPAN];
+    _Alignas(64) REAL r2[3 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        NAME(load_span)(r1, args[1], first, 12);
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x1[12];
+            REAL x2[3];
+            NAME(load_3x4)(x1, (char *)(r1 + i), 4 * SPAN * w, SPAN * w);
+            NAME(epipole_from_cameras_apply_first)(prepared, x1, x2);
+            NAME(store_3)((char *)(r2 + i), SPAN * w, x2);
+        }
+        NAME(store_span)(args[2], first, r2, 3);
+    }
+}
+
 static void NAME(epipole_from_cameras_start_first)(char **args, const intptr_t *strides, void *prepared)
 {
     const intptr_t c0a = strides[0], c0b = strides[1];
@@ -3285,7 +3526,7 @@ void NAME(epipole_from_cameras_loop)(char **args, const intptr_t *dimensions, co
 {
     static const struct part parts[] = {{12, 2, 0, {3, 4}}, {12, 2, 2, {3, 4}}, {3, 1, 4, {3}}};
     static const struct form forms[] = {{1, 2, NAME(epipole_from_cameras_start_first),
-        NAME(epipole_from_cameras_block_first), NULL}};
+        NAME(epipole_from_cameras_block_first), NAME(epipole_from_cameras_dense_first)}};
     static const struct kernel kernel = {NAME(epipole_from_cameras_block), NULL, 2, 3, 1, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -3339,10 +3580,35 @@ WIDE static void NAME(epipolar_line_block)(intptr_t n, char **args, const intptr
     }
 }
 
+WIDE static void NAME(epipolar_line_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    _Alignas(64) REAL r0[9 * SPAN];
+    _Alignas(64) REAL r1[2 * SPAN];
+    _Alignas(64) REAL r2[3 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        NAME(load_span)(r0, args[0], first, 9);
+        NAME(load_span)(r1, args[1], first, 2);
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[9];
+            REAL x1[2];
+            REAL x2[3];
+            NAME(load_3x3)(x0, (char *)(r0 + i), 3 * SPAN * w, SPAN * w);
+            NAME(load_2)(x1, (char *)(r1 + i), SPAN * w);
+            NAME(epipolar_line)(x0, x1, x2);
+            NAME(store_3)((char *)(r2 + i), SPAN * w, x2);
+        }
+        NAME(store_span)(args[2], first, r2, 3);
+    }
+}
+
 void NAME(epipolar_line_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{9, 2, 0, {3, 3}}, {2, 1, 2, {2}}, {3, 1, 3, {3}}};
-    static const struct kernel kernel = {NAME(epipolar_line_block), NULL, 2, 3, 0, 0, parts, NULL};
+    static const struct kernel kernel = {NAME(epipolar_line_block), NAME(epipolar_line_dense), 2, 3, 0, 0, parts,
+        NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -3485,17 +3751,20 @@ WIDE static void NAME(distance_to_epipolar_line_dense_fundamental_pixel)(intptr_
     *strides)
 {
     const intptr_t w = sizeof(REAL);
-    (void)strides;
     const REAL *prepared = (const REAL *)args[0];
+    (void)strides;
     char *a2 = args[2];
-    char *a3 = args[3];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x2[2];
-        REAL x3[1];
-        NAME(load_2)(x2, a2 + i * 2 * w, w);
-        NAME(distance_to_epipolar_line_apply_fundamental_pixel)(prepared, x2, x3);
-        NAME(store_scalar)(a3 + i * w, x3);
+    _Alignas(64) REAL r3[1 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x2[2];
+            REAL x3[1];
+            NAME(load_2)(x2, a2 + (first + i) * 2 * w, w);
+            NAME(distance_to_epipolar_line_apply_fundamental_pixel)(prepared, x2, x3);
+            NAME(store_scalar)((char *)(r3 + i), x3);
+        }
+        NAME(store_span)(args[3], first, r3, 1);
     }
 }
 
@@ -3532,13 +3801,42 @@ WIDE static void NAME(distance_to_epipolar_line_block)(intptr_t n, char **args, 
     }
 }
 
+WIDE static void NAME(distance_to_epipolar_line_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    _Alignas(64) REAL r0[9 * SPAN];
+    _Alignas(64) REAL r1[2 * SPAN];
+    _Alignas(64) REAL r2[2 * SPAN];
+    _Alignas(64) REAL r3[1 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        NAME(load_span)(r0, args[0], first, 9);
+        NAME(load_span)(r1, args[1], first, 2);
+        NAME(load_span)(r2, args[2], first, 2);
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[9];
+            REAL x1[2];
+            REAL x2[2];
+            REAL x3[1];
+            NAME(load_3x3)(x0, (char *)(r0 + i), 3 * SPAN * w, SPAN * w);
+            NAME(load_2)(x1, (char *)(r1 + i), SPAN * w);
+            NAME(load_2)(x2, (char *)(r2 + i), SPAN * w);
+            NAME(distance_to_epipolar_line)(x0, x1, x2, x3);
+            NAME(store_scalar)((char *)(r3 + i), x3);
+        }
+        NAME(store_span)(args[3], first, r3, 1);
+    }
+}
+
 void NAME(distance_to_epipolar_line_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{9, 2, 0, {3, 3}}, {2, 1, 2, {2}}, {2, 1, 3, {2}}, {1, 0, 4, {0}}};
     static const struct form forms[] = {{3, 2, NAME(distance_to_epipolar_line_start_fundamental_pixel),
         NAME(distance_to_epipolar_line_block_fundamental_pixel),
         NAME(distance_to_epipolar_line_dense_fundamental_pixel)}};
-    static const struct kernel kernel = {NAME(distance_to_epipolar_line_block), NULL, 3, 4, 1, 0, parts, forms};
+    static const struct kernel kernel = {NAME(distance_to_epipolar_line_block),
+        NAME(distance_to_epipolar_line_dense), 3, 4, 1, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -3773,17 +4071,20 @@ WIDE static void NAME(sampson_distance_block_fundamental_pixel)(intptr_t n, char
 WIDE static void NAME(sampson_distance_dense_fundamental_pixel)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
-    (void)strides;
     const REAL *prepared = (const REAL *)args[0];
+    (void)strides;
     char *a2 = args[2];
-    char *a3 = args[3];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x2[2];
-        REAL x3[1];
-        NAME(load_2)(x2, a2 + i * 2 * w, w);
-        NAME(sampson_distance_apply_fundamental_pixel)(prepared, x2, x3);
-        NAME(store_scalar)(a3 + i * w, x3);
+    _Alignas(64) REAL r3[1 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x2[2];
+            REAL x3[1];
+            NAME(load_2)(x2, a2 + (first + i) * 2 * w, w);
+            NAME(sampson_distance_apply_fundamental_pixel)(prepared, x2, x3);
+            NAME(store_scalar)((char *)(r3 + i), x3);
+        }
+        NAME(store_span)(args[3], first, r3, 1);
     }
 }
 
@@ -3817,17 +4118,20 @@ WIDE static void NAME(sampson_distance_block_fundamental_partner)(intptr_t n, ch
 WIDE static void NAME(sampson_distance_dense_fundamental_partner)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
-    (void)strides;
     const REAL *prepared = (const REAL *)args[0];
+    (void)strides;
     char *a1 = args[1];
-    char *a3 = args[3];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x1[2];
-        REAL x3[1];
-        NAME(load_2)(x1, a1 + i * 2 * w, w);
-        NAME(sampson_distance_apply_fundamental_partner)(prepared, x1, x3);
-        NAME(store_scalar)(a3 + i * w, x3);
+    _Alignas(64) REAL r3[1 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x1[2];
+            REAL x3[1];
+            NAME(load_2)(x1, a1 + (first + i) * 2 * w, w);
+            NAME(sampson_distance_apply_fundamental_partner)(prepared, x1, x3);
+            NAME(store_scalar)((char *)(r3 + i), x3);
+        }
+        NAME(store_span)(args[3], first, r3, 1);
     }
 }
 
@@ -3863,6 +4167,34 @@ WIDE static void NAME(sampson_distance_block)(intptr_t n, char **args, const int
     }
 }
 
+WIDE static void NAME(sampson_distance_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    _Alignas(64) REAL r0[9 * SPAN];
+    _Alignas(64) REAL r1[2 * SPAN];
+    _Alignas(64) REAL r2[2 * SPAN];
+    _Alignas(64) REAL r3[1 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        NAME(load_span)(r0, args[0], first, 9);
+        NAME(load_span)(r1, args[1], first, 2);
+        NAME(load_span)(r2, args[2], first, 2);
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[9];
+            REAL x1[2];
+            REAL x2[2];
+            REAL x3[1];
+            NAME(load_3x3)(x0, (char *)(r0 + i), 3 * SPAN * w, SPAN * w);
+            NAME(load_2)(x1, (char *)(r1 + i), SPAN * w);
+            NAME(load_2)(x2, (char *)(r2 + i), SPAN * w);
+            NAME(sampson_distance)(x0, x1, x2, x3);
+            NAME(store_scalar)((char *)(r3 + i), x3);
+        }
+        NAME(store_span)(args[3], first, r3, 1);
+    }
+}
+
 void NAME(sampson_distance_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{9, 2, 0, {3, 3}}, {2, 1, 2, {2}}, {2, 1, 3, {2}}, {1, 0, 4, {0}}};
@@ -3870,7 +4202,8 @@ void NAME(sampson_distance_loop)(char **args, const intptr_t *dimensions, const 
         NAME(sampson_distance_block_fundamental_pixel), NAME(sampson_distance_dense_fundamental_pixel)}, {5, 2,
         NAME(sampson_distance_start_fundamental_partner), NAME(sampson_distance_block_fundamental_partner),
         NAME(sampson_distance_dense_fundamental_partner)}};
-    static const struct kernel kernel = {NAME(sampson_distance_block), NULL, 3, 4, 2, 0, parts, forms};
+    static const struct kernel kernel = {NAME(sampson_distance_block), NAME(sampson_distance_dense), 3, 4, 2, 0,
+        parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -4483,17 +4816,20 @@ WIDE static void NAME(triangulate_block_first_second_pixel)(intptr_t n, char **a
 WIDE static void NAME(triangulate_dense_first_second_pixel)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
-    (void)strides;
     const REAL *prepared = (const REAL *)args[0];
+    (void)strides;
     char *a3 = args[3];
-    char *a4 = args[4];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x3[2];
-        REAL x4[4];
-        NAME(load_2)(x3, a3 + i * 2 * w, w);
-        NAME(triangulate_apply_first_second_pixel)(prepared, x3, x4);
-        NAME(store_4)(a4 + i * 4 * w, w, x4);
+    _Alignas(64) REAL r4[4 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x3[2];
+            REAL x4[4];
+            NAME(load_2)(x3, a3 + (first + i) * 2 * w, w);
+            NAME(triangulate_apply_first_second_pixel)(prepared, x3, x4);
+            NAME(store_4)((char *)(r4 + i), SPAN * w, x4);
+        }
+        NAME(store_span)(args[4], first, r4, 4);
     }
 }
 

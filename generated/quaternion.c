@@ -2,7 +2,7 @@
 // command: gac generate --all quaternion
 // spec: 572983282bc211a8
 // contraction: -ffp-contract=off (every operation is rounded once)
-// body: 3cdb215e139a22e7e0973b87df00b6e4eba8872c9dee5e11767cd652f5f22b1e
+// body: 6bcfbdce9c9056faf2d2982c82bb70eb03c81eade6cb7d1cc73bbbc6dc15dd35
 
 #ifndef REAL
 #include "quaternion.h"
@@ -21,10 +21,13 @@
 // Elements are independent: an output is an input of the same element, or of none.
 #if defined(__clang__)
 #define ANY_ORDER _Pragma("clang loop vectorize(assume_safety)")
+#define NOT_UNROLLED _Pragma("clang loop unroll(disable)")
 #elif defined(__GNUC__)
 #define ANY_ORDER _Pragma("GCC ivdep")
+#define NOT_UNROLLED _Pragma("GCC unroll 1")
 #else
 #define ANY_ORDER
+#define NOT_UNROLLED
 #endif
 
 // The widest vectors of the machine that runs the loops, chosen when the library is loaded.
@@ -40,6 +43,9 @@
 
 // A block in which an argument is too far for the functions of a loop is done once more, in pieces of this many.
 #define CHUNK 64
+
+// Elements in C order go through rows of this many.
+#define SPAN 32
 
 // A vector of neighbours in memory.
 #if defined(__has_builtin)
@@ -528,6 +534,7 @@ static INLINE intptr_t NAME(turn_tiles)(int back, char *x, intptr_t row, char *a
 {
     const intptr_t w = sizeof(REAL);
     intptr_t done = 0;
+    NOT_UNROLLED
     for (; done + TILE <= n; done += TILE) {
         for (intptr_t k = 0; k < size; k += 4) {
             const intptr_t first = k + 4 <= size ? k : size - 4;
@@ -630,6 +637,51 @@ WIDE static void NAME(store_rows)(char *a, intptr_t s, intptr_t c, REAL *x, intp
     }
 }
 
+// The rows of SPAN elements of `size` components, in C order from element `first` on; and back.
+static INLINE void NAME(load_span)(REAL *x, char *a, intptr_t first, intptr_t size)
+{
+    const intptr_t w = sizeof(REAL);
+    const REAL *from = (const REAL *)(a + first * size * w);
+    if (size == 1) {
+        memcpy(x, from, SPAN * w);
+    } else if (size == 2) {
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            x[i] = from[2 * i];
+            x[SPAN + i] = from[2 * i + 1];
+        }
+    } else if (size == 3) {
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            x[i] = from[3 * i];
+            x[SPAN + i] = from[3 * i + 1];
+            x[2 * SPAN + i] = from[3 * i + 2];
+        }
+    } else {
+        NAME(turn_tiles)(0, (char *)x, SPAN * w, (char *)from, size * w, size, SPAN);
+    }
+}
+
+static INLINE void NAME(store_span)(char *a, intptr_t first, REAL *x, intptr_t size)
+{
+    const intptr_t w = sizeof(REAL);
+    REAL *to = (REAL *)(a + first * size * w);
+    if (size == 1) {
+        memcpy(to, x, SPAN * w);
+    } else if (size == 2) {
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            to[2 * i] = x[i];
+            to[2 * i + 1] = x[SPAN + i];
+        }
+    } else if (size == 3) {
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            to[3 * i] = x[i];
+            to[3 * i + 1] = x[SPAN + i];
+            to[3 * i + 2] = x[2 * SPAN + i];
+        }
+    } else {
+        NAME(turn_tiles)(1, (char *)x, SPAN * w, (char *)to, size * w, size, SPAN);
+    }
+}
+
 // All rows of a part, from the batch or back to it; axes that lie as one are moved as one.
 static void NAME(move_part)(int back, REAL *x, intptr_t row, const struct part *part, char *a, intptr_t s,
     const intptr_t *c, intptr_t n)
@@ -715,8 +767,8 @@ static void NAME(batch)(const struct kernel *kernel, char **args, intptr_t n, co
     }
     for (intptr_t i = 0, m; i < n; i += m) {
         const int last = n - i < LANES;
-        if (dense && !last) {
-            m = n & -LANES;
+        if (dense && n - i >= SPAN) {
+            m = n & -SPAN;
             in_order(m, starts, cores);
             continue;
         }
@@ -813,16 +865,19 @@ WIDE static void NAME(product_dense)(intptr_t n, char **args, const intptr_t *st
     (void)strides;
     char *a0 = args[0];
     char *a1 = args[1];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[4];
-        REAL x1[4];
-        REAL x2[4];
-        NAME(load_4)(x0, a0 + i * 4 * w, w);
-        NAME(load_4)(x1, a1 + i * 4 * w, w);
-        NAME(product)(x0, x1, x2);
-        NAME(store_4)(a2 + i * 4 * w, w, x2);
+    _Alignas(64) REAL r2[4 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[4];
+            REAL x1[4];
+            REAL x2[4];
+            NAME(load_4)(x0, a0 + (first + i) * 4 * w, w);
+            NAME(load_4)(x1, a1 + (first + i) * 4 * w, w);
+            NAME(product)(x0, x1, x2);
+            NAME(store_4)((char *)(r2 + i), SPAN * w, x2);
+        }
+        NAME(store_span)(args[2], first, r2, 4);
     }
 }
 
@@ -869,14 +924,17 @@ WIDE static void NAME(conjugate_dense)(intptr_t n, char **args, const intptr_t *
     const intptr_t w = sizeof(REAL);
     (void)strides;
     char *a0 = args[0];
-    char *a1 = args[1];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[4];
-        REAL x1[4];
-        NAME(load_4)(x0, a0 + i * 4 * w, w);
-        NAME(conjugate)(x0, x1);
-        NAME(store_4)(a1 + i * 4 * w, w, x1);
+    _Alignas(64) REAL r1[4 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[4];
+            REAL x1[4];
+            NAME(load_4)(x0, a0 + (first + i) * 4 * w, w);
+            NAME(conjugate)(x0, x1);
+            NAME(store_4)((char *)(r1 + i), SPAN * w, x1);
+        }
+        NAME(store_span)(args[1], first, r1, 4);
     }
 }
 
@@ -925,14 +983,17 @@ WIDE static void NAME(norm_dense)(intptr_t n, char **args, const intptr_t *strid
     const intptr_t w = sizeof(REAL);
     (void)strides;
     char *a0 = args[0];
-    char *a1 = args[1];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[4];
-        REAL x1[1];
-        NAME(load_4)(x0, a0 + i * 4 * w, w);
-        NAME(norm)(x0, x1);
-        NAME(store_scalar)(a1 + i * w, x1);
+    _Alignas(64) REAL r1[1 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[4];
+            REAL x1[1];
+            NAME(load_4)(x0, a0 + (first + i) * 4 * w, w);
+            NAME(norm)(x0, x1);
+            NAME(store_scalar)((char *)(r1 + i), x1);
+        }
+        NAME(store_span)(args[1], first, r1, 1);
     }
 }
 
@@ -991,14 +1052,17 @@ WIDE static void NAME(inverse_dense)(intptr_t n, char **args, const intptr_t *st
     const intptr_t w = sizeof(REAL);
     (void)strides;
     char *a0 = args[0];
-    char *a1 = args[1];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[4];
-        REAL x1[4];
-        NAME(load_4)(x0, a0 + i * 4 * w, w);
-        NAME(inverse)(x0, x1);
-        NAME(store_4)(a1 + i * 4 * w, w, x1);
+    _Alignas(64) REAL r1[4 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[4];
+            REAL x1[4];
+            NAME(load_4)(x0, a0 + (first + i) * 4 * w, w);
+            NAME(inverse)(x0, x1);
+            NAME(store_4)((char *)(r1 + i), SPAN * w, x1);
+        }
+        NAME(store_span)(args[1], first, r1, 4);
     }
 }
 
@@ -1055,14 +1119,17 @@ WIDE static void NAME(normalize_dense)(intptr_t n, char **args, const intptr_t *
     const intptr_t w = sizeof(REAL);
     (void)strides;
     char *a0 = args[0];
-    char *a1 = args[1];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[4];
-        REAL x1[4];
-        NAME(load_4)(x0, a0 + i * 4 * w, w);
-        NAME(normalize)(x0, x1);
-        NAME(store_4)(a1 + i * 4 * w, w, x1);
+    _Alignas(64) REAL r1[4 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[4];
+            REAL x1[4];
+            NAME(load_4)(x0, a0 + (first + i) * 4 * w, w);
+            NAME(normalize)(x0, x1);
+            NAME(store_4)((char *)(r1 + i), SPAN * w, x1);
+        }
+        NAME(store_span)(args[1], first, r1, 4);
     }
 }
 
@@ -1217,17 +1284,20 @@ WIDE static void NAME(rotate_vector_block_q)(intptr_t n, char **args, const intp
 WIDE static void NAME(rotate_vector_dense_q)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
-    (void)strides;
     const REAL *prepared = (const REAL *)args[0];
+    (void)strides;
     char *a1 = args[1];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x1[3];
-        REAL x2[3];
-        NAME(load_3)(x1, a1 + i * 3 * w, w);
-        NAME(rotate_vector_apply_q)(prepared, x1, x2);
-        NAME(store_3)(a2 + i * 3 * w, w, x2);
+    _Alignas(64) REAL r2[3 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x1[3];
+            REAL x2[3];
+            NAME(load_3)(x1, a1 + (first + i) * 3 * w, w);
+            NAME(rotate_vector_apply_q)(prepared, x1, x2);
+            NAME(store_3)((char *)(r2 + i), SPAN * w, x2);
+        }
+        NAME(store_span)(args[2], first, r2, 3);
     }
 }
 
@@ -1264,16 +1334,19 @@ WIDE static void NAME(rotate_vector_dense)(intptr_t n, char **args, const intptr
     (void)strides;
     char *a0 = args[0];
     char *a1 = args[1];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[4];
-        REAL x1[3];
-        REAL x2[3];
-        NAME(load_4)(x0, a0 + i * 4 * w, w);
-        NAME(load_3)(x1, a1 + i * 3 * w, w);
-        NAME(rotate_vector)(x0, x1, x2);
-        NAME(store_3)(a2 + i * 3 * w, w, x2);
+    _Alignas(64) REAL r2[3 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[4];
+            REAL x1[3];
+            REAL x2[3];
+            NAME(load_4)(x0, a0 + (first + i) * 4 * w, w);
+            NAME(load_3)(x1, a1 + (first + i) * 3 * w, w);
+            NAME(rotate_vector)(x0, x1, x2);
+            NAME(store_3)((char *)(r2 + i), SPAN * w, x2);
+        }
+        NAME(store_span)(args[2], first, r2, 3);
     }
 }
 
@@ -1431,17 +1504,20 @@ WIDE static void NAME(rotate_vector_back_block_q)(intptr_t n, char **args, const
 WIDE static void NAME(rotate_vector_back_dense_q)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
-    (void)strides;
     const REAL *prepared = (const REAL *)args[0];
+    (void)strides;
     char *a1 = args[1];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x1[3];
-        REAL x2[3];
-        NAME(load_3)(x1, a1 + i * 3 * w, w);
-        NAME(rotate_vector_back_apply_q)(prepared, x1, x2);
-        NAME(store_3)(a2 + i * 3 * w, w, x2);
+    _Alignas(64) REAL r2[3 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x1[3];
+            REAL x2[3];
+            NAME(load_3)(x1, a1 + (first + i) * 3 * w, w);
+            NAME(rotate_vector_back_apply_q)(prepared, x1, x2);
+            NAME(store_3)((char *)(r2 + i), SPAN * w, x2);
+        }
+        NAME(store_span)(args[2], first, r2, 3);
     }
 }
 
@@ -1478,16 +1554,19 @@ WIDE static void NAME(rotate_vector_back_dense)(intptr_t n, char **args, const i
     (void)strides;
     char *a0 = args[0];
     char *a1 = args[1];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[4];
-        REAL x1[3];
-        REAL x2[3];
-        NAME(load_4)(x0, a0 + i * 4 * w, w);
-        NAME(load_3)(x1, a1 + i * 3 * w, w);
-        NAME(rotate_vector_back)(x0, x1, x2);
-        NAME(store_3)(a2 + i * 3 * w, w, x2);
+    _Alignas(64) REAL r2[3 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[4];
+            REAL x1[3];
+            REAL x2[3];
+            NAME(load_4)(x0, a0 + (first + i) * 4 * w, w);
+            NAME(load_3)(x1, a1 + (first + i) * 3 * w, w);
+            NAME(rotate_vector_back)(x0, x1, x2);
+            NAME(store_3)((char *)(r2 + i), SPAN * w, x2);
+        }
+        NAME(store_span)(args[2], first, r2, 3);
     }
 }
 
@@ -1560,10 +1639,30 @@ WIDE static void NAME(to_matrix_block)(intptr_t n, char **args, const intptr_t *
     }
 }
 
+WIDE static void NAME(to_matrix_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    _Alignas(64) REAL r0[4 * SPAN];
+    _Alignas(64) REAL r1[9 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        NAME(load_span)(r0, args[0], first, 4);
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[4];
+            REAL x1[9];
+            NAME(load_4)(x0, (char *)(r0 + i), SPAN * w);
+            NAME(to_matrix)(x0, x1);
+            NAME(store_3x3)((char *)(r1 + i), 3 * SPAN * w, SPAN * w, x1);
+        }
+        NAME(store_span)(args[1], first, r1, 9);
+    }
+}
+
 void NAME(to_matrix_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {9, 2, 1, {3, 3}}};
-    static const struct kernel kernel = {NAME(to_matrix_block), NULL, 1, 2, 0, 0, parts, NULL};
+    static const struct kernel kernel = {NAME(to_matrix_block), NAME(to_matrix_dense), 1, 2, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -1646,10 +1745,30 @@ WIDE static void NAME(from_matrix_block)(intptr_t n, char **args, const intptr_t
     }
 }
 
+WIDE static void NAME(from_matrix_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    _Alignas(64) REAL r0[9 * SPAN];
+    _Alignas(64) REAL r1[4 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        NAME(load_span)(r0, args[0], first, 9);
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[9];
+            REAL x1[4];
+            NAME(load_3x3)(x0, (char *)(r0 + i), 3 * SPAN * w, SPAN * w);
+            NAME(from_matrix)(x0, x1);
+            NAME(store_4)((char *)(r1 + i), SPAN * w, x1);
+        }
+        NAME(store_span)(args[1], first, r1, 4);
+    }
+}
+
 void NAME(from_matrix_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{9, 2, 0, {3, 3}}, {4, 1, 2, {4}}};
-    static const struct kernel kernel = {NAME(from_matrix_block), NULL, 1, 2, 0, 0, parts, NULL};
+    static const struct kernel kernel = {NAME(from_matrix_block), NAME(from_matrix_dense), 1, 2, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -1770,17 +1889,20 @@ WIDE static void NAME(from_axis_angle_block_angle)(intptr_t n, char **args, cons
 WIDE static void NAME(from_axis_angle_dense_angle)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
-    (void)strides;
     const REAL *prepared = (const REAL *)args[1];
+    (void)strides;
     char *a0 = args[0];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[3];
-        REAL x2[4];
-        NAME(load_3)(x0, a0 + i * 3 * w, w);
-        NAME(from_axis_angle_apply_angle)(prepared, x0, x2);
-        NAME(store_4)(a2 + i * 4 * w, w, x2);
+    _Alignas(64) REAL r2[4 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[3];
+            REAL x2[4];
+            NAME(load_3)(x0, a0 + (first + i) * 3 * w, w);
+            NAME(from_axis_angle_apply_angle)(prepared, x0, x2);
+            NAME(store_4)((char *)(r2 + i), SPAN * w, x2);
+        }
+        NAME(store_span)(args[2], first, r2, 4);
     }
 }
 
@@ -2766,14 +2888,17 @@ WIDE static void NAME(square_root_dense)(intptr_t n, char **args, const intptr_t
     const intptr_t w = sizeof(REAL);
     (void)strides;
     char *a0 = args[0];
-    char *a1 = args[1];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[4];
-        REAL x1[4];
-        NAME(load_4)(x0, a0 + i * 4 * w, w);
-        NAME(square_root)(x0, x1);
-        NAME(store_4)(a1 + i * 4 * w, w, x1);
+    _Alignas(64) REAL r1[4 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[4];
+            REAL x1[4];
+            NAME(load_4)(x0, a0 + (first + i) * 4 * w, w);
+            NAME(square_root)(x0, x1);
+            NAME(store_4)((char *)(r1 + i), SPAN * w, x1);
+        }
+        NAME(store_span)(args[1], first, r1, 4);
     }
 }
 
@@ -3355,17 +3480,21 @@ WIDE static void NAME(pack_two_sided_dense)(intptr_t n, char **args, const intpt
     const intptr_t w = sizeof(REAL);
     (void)strides;
     char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[4];
-        REAL x1[2];
-        REAL x2[2];
-        NAME(load_4)(x0, a0 + i * 4 * w, w);
-        NAME(pack_two_sided)(x0, x1, x2);
-        NAME(store_2)(a1 + i * 2 * w, w, x1);
-        NAME(store_2)(a2 + i * 2 * w, w, x2);
+    _Alignas(64) REAL r1[2 * SPAN];
+    _Alignas(64) REAL r2[2 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[4];
+            REAL x1[2];
+            REAL x2[2];
+            NAME(load_4)(x0, a0 + (first + i) * 4 * w, w);
+            NAME(pack_two_sided)(x0, x1, x2);
+            NAME(store_2)((char *)(r1 + i), SPAN * w, x1);
+            NAME(store_2)((char *)(r2 + i), SPAN * w, x2);
+        }
+        NAME(store_span)(args[1], first, r1, 2);
+        NAME(store_span)(args[2], first, r2, 2);
     }
 }
 
@@ -3420,16 +3549,19 @@ WIDE static void NAME(unpack_two_sided_dense)(intptr_t n, char **args, const int
     (void)strides;
     char *a0 = args[0];
     char *a1 = args[1];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[2];
-        REAL x1[2];
-        REAL x2[4];
-        NAME(load_2)(x0, a0 + i * 2 * w, w);
-        NAME(load_2)(x1, a1 + i * 2 * w, w);
-        NAME(unpack_two_sided)(x0, x1, x2);
-        NAME(store_4)(a2 + i * 4 * w, w, x2);
+    _Alignas(64) REAL r2[4 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[2];
+            REAL x1[2];
+            REAL x2[4];
+            NAME(load_2)(x0, a0 + (first + i) * 2 * w, w);
+            NAME(load_2)(x1, a1 + (first + i) * 2 * w, w);
+            NAME(unpack_two_sided)(x0, x1, x2);
+            NAME(store_4)((char *)(r2 + i), SPAN * w, x2);
+        }
+        NAME(store_span)(args[2], first, r2, 4);
     }
 }
 

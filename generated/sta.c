@@ -2,7 +2,7 @@
 // command: gac generate --all sta
 // spec: 8f9679e9ce7ec13f
 // contraction: -ffp-contract=off (every operation is rounded once)
-// body: 29e25770417c0f3f3b66e8d21ccf20b10d0d07d6c8ed8c3c9c819d3acc9f535e
+// body: 8230caab5357e06d9dc5dc16ac13aefb6c90b0c4add4599f4be8180c9fe98cab
 
 #ifndef REAL
 #include "sta.h"
@@ -21,10 +21,13 @@
 // Elements are independent: an output is an input of the same element, or of none.
 #if defined(__clang__)
 #define ANY_ORDER _Pragma("clang loop vectorize(assume_safety)")
+#define NOT_UNROLLED _Pragma("clang loop unroll(disable)")
 #elif defined(__GNUC__)
 #define ANY_ORDER _Pragma("GCC ivdep")
+#define NOT_UNROLLED _Pragma("GCC unroll 1")
 #else
 #define ANY_ORDER
+#define NOT_UNROLLED
 #endif
 
 // The widest vectors of the machine that runs the loops, chosen when the library is loaded.
@@ -40,6 +43,9 @@
 
 // A block in which an argument is too far for the functions of a loop is done once more, in pieces of this many.
 #define CHUNK 64
+
+// Elements in C order go through rows of this many.
+#define SPAN 32
 
 // A vector of neighbours in memory.
 #if defined(__has_builtin)
@@ -591,6 +597,7 @@ static INLINE intptr_t NAME(turn_tiles)(int back, char *x, intptr_t row, char *a
 {
     const intptr_t w = sizeof(REAL);
     intptr_t done = 0;
+    NOT_UNROLLED
     for (; done + TILE <= n; done += TILE) {
         for (intptr_t k = 0; k < size; k += 4) {
             const intptr_t first = k + 4 <= size ? k : size - 4;
@@ -693,6 +700,51 @@ WIDE static void NAME(store_rows)(char *a, intptr_t s, intptr_t c, REAL *x, intp
     }
 }
 
+// The rows of SPAN elements of `size` components, in C order from element `first` on; and back.
+static INLINE void NAME(load_span)(REAL *x, char *a, intptr_t first, intptr_t size)
+{
+    const intptr_t w = sizeof(REAL);
+    const REAL *from = (const REAL *)(a + first * size * w);
+    if (size == 1) {
+        memcpy(x, from, SPAN * w);
+    } else if (size == 2) {
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            x[i] = from[2 * i];
+            x[SPAN + i] = from[2 * i + 1];
+        }
+    } else if (size == 3) {
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            x[i] = from[3 * i];
+            x[SPAN + i] = from[3 * i + 1];
+            x[2 * SPAN + i] = from[3 * i + 2];
+        }
+    } else {
+        NAME(turn_tiles)(0, (char *)x, SPAN * w, (char *)from, size * w, size, SPAN);
+    }
+}
+
+static INLINE void NAME(store_span)(char *a, intptr_t first, REAL *x, intptr_t size)
+{
+    const intptr_t w = sizeof(REAL);
+    REAL *to = (REAL *)(a + first * size * w);
+    if (size == 1) {
+        memcpy(to, x, SPAN * w);
+    } else if (size == 2) {
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            to[2 * i] = x[i];
+            to[2 * i + 1] = x[SPAN + i];
+        }
+    } else if (size == 3) {
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            to[3 * i] = x[i];
+            to[3 * i + 1] = x[SPAN + i];
+            to[3 * i + 2] = x[2 * SPAN + i];
+        }
+    } else {
+        NAME(turn_tiles)(1, (char *)x, SPAN * w, (char *)to, size * w, size, SPAN);
+    }
+}
+
 // All rows of a part, from the batch or back to it; axes that lie as one are moved as one.
 static void NAME(move_part)(int back, REAL *x, intptr_t row, const struct part *part, char *a, intptr_t s,
     const intptr_t *c, intptr_t n)
@@ -778,8 +830,8 @@ static void NAME(batch)(const struct kernel *kernel, char **args, intptr_t n, co
     }
     for (intptr_t i = 0, m; i < n; i += m) {
         const int last = n - i < LANES;
-        if (dense && !last) {
-            m = n & -LANES;
+        if (dense && n - i >= SPAN) {
+            m = n & -SPAN;
             in_order(m, starts, cores);
             continue;
         }
@@ -2134,10 +2186,35 @@ WIDE static void NAME(even_product_block)(intptr_t n, char **args, const intptr_
     }
 }
 
+WIDE static void NAME(even_product_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    _Alignas(64) REAL r0[8 * SPAN];
+    _Alignas(64) REAL r1[8 * SPAN];
+    _Alignas(64) REAL r2[8 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        NAME(load_span)(r0, args[0], first, 8);
+        NAME(load_span)(r1, args[1], first, 8);
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[8];
+            REAL x1[8];
+            REAL x2[8];
+            NAME(load_8)(x0, (char *)(r0 + i), SPAN * w);
+            NAME(load_8)(x1, (char *)(r1 + i), SPAN * w);
+            NAME(even_product)(x0, x1, x2);
+            NAME(store_8)((char *)(r2 + i), SPAN * w, x2);
+        }
+        NAME(store_span)(args[2], first, r2, 8);
+    }
+}
+
 void NAME(even_product_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{8, 1, 0, {8}}, {8, 1, 1, {8}}, {8, 1, 2, {8}}};
-    static const struct kernel kernel = {NAME(even_product_block), NULL, 2, 3, 0, 0, parts, NULL};
+    static const struct kernel kernel = {NAME(even_product_block), NAME(even_product_dense), 2, 3, 0, 0, parts,
+        NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -2457,15 +2534,19 @@ WIDE static void NAME(even_reverse_dense)(intptr_t n, char **args, const intptr_
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
-    char *a0 = args[0];
-    char *a1 = args[1];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[8];
-        REAL x1[8];
-        NAME(load_8)(x0, a0 + i * 8 * w, w);
-        NAME(even_reverse)(x0, x1);
-        NAME(store_8)(a1 + i * 8 * w, w, x1);
+    _Alignas(64) REAL r0[8 * SPAN];
+    _Alignas(64) REAL r1[8 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        NAME(load_span)(r0, args[0], first, 8);
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[8];
+            REAL x1[8];
+            NAME(load_8)(x0, (char *)(r0 + i), SPAN * w);
+            NAME(even_reverse)(x0, x1);
+            NAME(store_8)((char *)(r1 + i), SPAN * w, x1);
+        }
+        NAME(store_span)(args[1], first, r1, 8);
     }
 }
 
@@ -2545,18 +2626,23 @@ WIDE static void NAME(vector_product_dense)(intptr_t n, char **args, const intpt
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[4];
-        REAL x1[4];
-        REAL x2[8];
-        NAME(load_4)(x0, a0 + i * 4 * w, w);
-        NAME(load_4)(x1, a1 + i * 4 * w, w);
-        NAME(vector_product)(x0, x1, x2);
-        NAME(store_8)(a2 + i * 8 * w, w, x2);
+    _Alignas(64) REAL r0[4 * SPAN];
+    _Alignas(64) REAL r1[4 * SPAN];
+    _Alignas(64) REAL r2[8 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        NAME(load_span)(r0, args[0], first, 4);
+        NAME(load_span)(r1, args[1], first, 4);
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[4];
+            REAL x1[4];
+            REAL x2[8];
+            NAME(load_4)(x0, (char *)(r0 + i), SPAN * w);
+            NAME(load_4)(x1, (char *)(r1 + i), SPAN * w);
+            NAME(vector_product)(x0, x1, x2);
+            NAME(store_8)((char *)(r2 + i), SPAN * w, x2);
+        }
+        NAME(store_span)(args[2], first, r2, 8);
     }
 }
 
@@ -2613,16 +2699,19 @@ WIDE static void NAME(dot_product_dense)(intptr_t n, char **args, const intptr_t
     (void)strides;
     char *a0 = args[0];
     char *a1 = args[1];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[4];
-        REAL x1[4];
-        REAL x2[1];
-        NAME(load_4)(x0, a0 + i * 4 * w, w);
-        NAME(load_4)(x1, a1 + i * 4 * w, w);
-        NAME(dot_product)(x0, x1, x2);
-        NAME(store_scalar)(a2 + i * w, x2);
+    _Alignas(64) REAL r2[1 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[4];
+            REAL x1[4];
+            REAL x2[1];
+            NAME(load_4)(x0, a0 + (first + i) * 4 * w, w);
+            NAME(load_4)(x1, a1 + (first + i) * 4 * w, w);
+            NAME(dot_product)(x0, x1, x2);
+            NAME(store_scalar)((char *)(r2 + i), x2);
+        }
+        NAME(store_span)(args[2], first, r2, 1);
     }
 }
 
@@ -2688,10 +2777,35 @@ WIDE static void NAME(wedge_vectors_block)(intptr_t n, char **args, const intptr
     }
 }
 
+WIDE static void NAME(wedge_vectors_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    _Alignas(64) REAL r0[4 * SPAN];
+    _Alignas(64) REAL r1[4 * SPAN];
+    _Alignas(64) REAL r2[6 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        NAME(load_span)(r0, args[0], first, 4);
+        NAME(load_span)(r1, args[1], first, 4);
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[4];
+            REAL x1[4];
+            REAL x2[6];
+            NAME(load_4)(x0, (char *)(r0 + i), SPAN * w);
+            NAME(load_4)(x1, (char *)(r1 + i), SPAN * w);
+            NAME(wedge_vectors)(x0, x1, x2);
+            NAME(store_6)((char *)(r2 + i), SPAN * w, x2);
+        }
+        NAME(store_span)(args[2], first, r2, 6);
+    }
+}
+
 void NAME(wedge_vectors_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {4, 1, 1, {4}}, {6, 1, 2, {6}}};
-    static const struct kernel kernel = {NAME(wedge_vectors_block), NULL, 2, 3, 0, 0, parts, NULL};
+    static const struct kernel kernel = {NAME(wedge_vectors_block), NAME(wedge_vectors_dense), 2, 3, 0, 0, parts,
+        NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -2732,14 +2846,17 @@ WIDE static void NAME(interval_dense)(intptr_t n, char **args, const intptr_t *s
     const intptr_t w = sizeof(REAL);
     (void)strides;
     char *a0 = args[0];
-    char *a1 = args[1];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[4];
-        REAL x1[1];
-        NAME(load_4)(x0, a0 + i * 4 * w, w);
-        NAME(interval)(x0, x1);
-        NAME(store_scalar)(a1 + i * w, x1);
+    _Alignas(64) REAL r1[1 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[4];
+            REAL x1[1];
+            NAME(load_4)(x0, a0 + (first + i) * 4 * w, w);
+            NAME(interval)(x0, x1);
+            NAME(store_scalar)((char *)(r1 + i), x1);
+        }
+        NAME(store_span)(args[1], first, r1, 1);
     }
 }
 
@@ -2786,17 +2903,21 @@ WIDE static void NAME(spacetime_split_dense)(intptr_t n, char **args, const intp
     const intptr_t w = sizeof(REAL);
     (void)strides;
     char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[4];
-        REAL x1[1];
-        REAL x2[3];
-        NAME(load_4)(x0, a0 + i * 4 * w, w);
-        NAME(spacetime_split)(x0, x1, x2);
-        NAME(store_scalar)(a1 + i * w, x1);
-        NAME(store_3)(a2 + i * 3 * w, w, x2);
+    _Alignas(64) REAL r1[1 * SPAN];
+    _Alignas(64) REAL r2[3 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[4];
+            REAL x1[1];
+            REAL x2[3];
+            NAME(load_4)(x0, a0 + (first + i) * 4 * w, w);
+            NAME(spacetime_split)(x0, x1, x2);
+            NAME(store_scalar)((char *)(r1 + i), x1);
+            NAME(store_3)((char *)(r2 + i), SPAN * w, x2);
+        }
+        NAME(store_span)(args[1], first, r1, 1);
+        NAME(store_span)(args[2], first, r2, 3);
     }
 }
 
@@ -2851,14 +2972,17 @@ WIDE static void NAME(proper_velocity_dense)(intptr_t n, char **args, const intp
     const intptr_t w = sizeof(REAL);
     (void)strides;
     char *a0 = args[0];
-    char *a1 = args[1];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[3];
-        REAL x1[4];
-        NAME(load_3)(x0, a0 + i * 3 * w, w);
-        NAME(proper_velocity)(x0, x1);
-        NAME(store_4)(a1 + i * 4 * w, w, x1);
+    _Alignas(64) REAL r1[4 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[3];
+            REAL x1[4];
+            NAME(load_3)(x0, a0 + (first + i) * 3 * w, w);
+            NAME(proper_velocity)(x0, x1);
+            NAME(store_4)((char *)(r1 + i), SPAN * w, x1);
+        }
+        NAME(store_span)(args[1], first, r1, 4);
     }
 }
 
@@ -3009,10 +3133,35 @@ WIDE static void NAME(rotor_product_block)(intptr_t n, char **args, const intptr
     }
 }
 
+WIDE static void NAME(rotor_product_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    _Alignas(64) REAL r0[8 * SPAN];
+    _Alignas(64) REAL r1[8 * SPAN];
+    _Alignas(64) REAL r2[8 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        NAME(load_span)(r0, args[0], first, 8);
+        NAME(load_span)(r1, args[1], first, 8);
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[8];
+            REAL x1[8];
+            REAL x2[8];
+            NAME(load_8)(x0, (char *)(r0 + i), SPAN * w);
+            NAME(load_8)(x1, (char *)(r1 + i), SPAN * w);
+            NAME(rotor_product)(x0, x1, x2);
+            NAME(store_8)((char *)(r2 + i), SPAN * w, x2);
+        }
+        NAME(store_span)(args[2], first, r2, 8);
+    }
+}
+
 void NAME(rotor_product_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{8, 1, 0, {8}}, {8, 1, 1, {8}}, {8, 1, 2, {8}}};
-    static const struct kernel kernel = {NAME(rotor_product_block), NULL, 2, 3, 0, 0, parts, NULL};
+    static const struct kernel kernel = {NAME(rotor_product_block), NAME(rotor_product_dense), 2, 3, 0, 0, parts,
+        NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -3062,15 +3211,19 @@ WIDE static void NAME(rotor_inverse_dense)(intptr_t n, char **args, const intptr
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
-    char *a0 = args[0];
-    char *a1 = args[1];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[8];
-        REAL x1[8];
-        NAME(load_8)(x0, a0 + i * 8 * w, w);
-        NAME(rotor_inverse)(x0, x1);
-        NAME(store_8)(a1 + i * 8 * w, w, x1);
+    _Alignas(64) REAL r0[8 * SPAN];
+    _Alignas(64) REAL r1[8 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        NAME(load_span)(r0, args[0], first, 8);
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[8];
+            REAL x1[8];
+            NAME(load_8)(x0, (char *)(r0 + i), SPAN * w);
+            NAME(rotor_inverse)(x0, x1);
+            NAME(store_8)((char *)(r1 + i), SPAN * w, x1);
+        }
+        NAME(store_span)(args[1], first, r1, 8);
     }
 }
 
@@ -3185,10 +3338,31 @@ WIDE static void NAME(normalize_rotor_block)(intptr_t n, char **args, const intp
     }
 }
 
+WIDE static void NAME(normalize_rotor_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    _Alignas(64) REAL r0[8 * SPAN];
+    _Alignas(64) REAL r1[8 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        NAME(load_span)(r0, args[0], first, 8);
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[8];
+            REAL x1[8];
+            NAME(load_8)(x0, (char *)(r0 + i), SPAN * w);
+            NAME(normalize_rotor)(x0, x1);
+            NAME(store_8)((char *)(r1 + i), SPAN * w, x1);
+        }
+        NAME(store_span)(args[1], first, r1, 8);
+    }
+}
+
 void NAME(normalize_rotor_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{8, 1, 0, {8}}, {8, 1, 1, {8}}};
-    static const struct kernel kernel = {NAME(normalize_rotor_block), NULL, 1, 2, 0, 0, parts, NULL};
+    static const struct kernel kernel = {NAME(normalize_rotor_block), NAME(normalize_rotor_dense), 1, 2, 0, 0,
+        parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -3481,17 +3655,20 @@ WIDE static void NAME(transform_vector_block_r)(intptr_t n, char **args, const i
 WIDE static void NAME(transform_vector_dense_r)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
-    (void)strides;
     const REAL *prepared = (const REAL *)args[0];
+    (void)strides;
     char *a1 = args[1];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x1[4];
-        REAL x2[4];
-        NAME(load_4)(x1, a1 + i * 4 * w, w);
-        NAME(transform_vector_apply_r)(prepared, x1, x2);
-        NAME(store_4)(a2 + i * 4 * w, w, x2);
+    _Alignas(64) REAL r2[4 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x1[4];
+            REAL x2[4];
+            NAME(load_4)(x1, a1 + (first + i) * 4 * w, w);
+            NAME(transform_vector_apply_r)(prepared, x1, x2);
+            NAME(store_4)((char *)(r2 + i), SPAN * w, x2);
+        }
+        NAME(store_span)(args[2], first, r2, 4);
     }
 }
 
@@ -3522,12 +3699,37 @@ WIDE static void NAME(transform_vector_block)(intptr_t n, char **args, const int
     }
 }
 
+WIDE static void NAME(transform_vector_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    _Alignas(64) REAL r0[8 * SPAN];
+    _Alignas(64) REAL r1[4 * SPAN];
+    _Alignas(64) REAL r2[4 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        NAME(load_span)(r0, args[0], first, 8);
+        NAME(load_span)(r1, args[1], first, 4);
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[8];
+            REAL x1[4];
+            REAL x2[4];
+            NAME(load_8)(x0, (char *)(r0 + i), SPAN * w);
+            NAME(load_4)(x1, (char *)(r1 + i), SPAN * w);
+            NAME(transform_vector)(x0, x1, x2);
+            NAME(store_4)((char *)(r2 + i), SPAN * w, x2);
+        }
+        NAME(store_span)(args[2], first, r2, 4);
+    }
+}
+
 void NAME(transform_vector_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{8, 1, 0, {8}}, {4, 1, 1, {4}}, {4, 1, 2, {4}}};
     static const struct form forms[] = {{1, 2, NAME(transform_vector_start_r), NAME(transform_vector_block_r),
         NAME(transform_vector_dense_r)}};
-    static const struct kernel kernel = {NAME(transform_vector_block), NULL, 2, 3, 1, 0, parts, forms};
+    static const struct kernel kernel = {NAME(transform_vector_block), NAME(transform_vector_dense), 2, 3, 1, 0,
+        parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -3909,6 +4111,27 @@ WIDE static void NAME(transform_bivector_block_r)(intptr_t n, char **args, const
     }
 }
 
+WIDE static void NAME(transform_bivector_dense_r)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    const REAL *prepared = (const REAL *)args[0];
+    (void)strides;
+    _Alignas(64) REAL r1[6 * SPAN];
+    _Alignas(64) REAL r2[6 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        NAME(load_span)(r1, args[1], first, 6);
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x1[6];
+            REAL x2[6];
+            NAME(load_6)(x1, (char *)(r1 + i), SPAN * w);
+            NAME(transform_bivector_apply_r)(prepared, x1, x2);
+            NAME(store_6)((char *)(r2 + i), SPAN * w, x2);
+        }
+        NAME(store_span)(args[2], first, r2, 6);
+    }
+}
+
 static void NAME(transform_bivector_start_r)(char **args, const intptr_t *strides, void *prepared)
 {
     const intptr_t c0a = strides[0];
@@ -3940,7 +4163,7 @@ void NAME(transform_bivector_loop)(char **args, const intptr_t *dimensions, cons
 {
     static const struct part parts[] = {{8, 1, 0, {8}}, {6, 1, 1, {6}}, {6, 1, 2, {6}}};
     static const struct form forms[] = {{1, 2, NAME(transform_bivector_start_r), NAME(transform_bivector_block_r),
-        NULL}};
+        NAME(transform_bivector_dense_r)}};
     static const struct kernel kernel = {NAME(transform_bivector_block), NULL, 2, 3, 1, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -4039,17 +4262,20 @@ WIDE static void NAME(boost_from_rapidity_block_rapidity)(intptr_t n, char **arg
 WIDE static void NAME(boost_from_rapidity_dense_rapidity)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
-    (void)strides;
     const REAL *prepared = (const REAL *)args[1];
+    (void)strides;
     char *a0 = args[0];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[3];
-        REAL x2[8];
-        NAME(load_3)(x0, a0 + i * 3 * w, w);
-        NAME(boost_from_rapidity_apply_rapidity)(prepared, x0, x2);
-        NAME(store_8)(a2 + i * 8 * w, w, x2);
+    _Alignas(64) REAL r2[8 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[3];
+            REAL x2[8];
+            NAME(load_3)(x0, a0 + (first + i) * 3 * w, w);
+            NAME(boost_from_rapidity_apply_rapidity)(prepared, x0, x2);
+            NAME(store_8)((char *)(r2 + i), SPAN * w, x2);
+        }
+        NAME(store_span)(args[2], first, r2, 8);
     }
 }
 
@@ -4144,14 +4370,17 @@ WIDE static void NAME(boost_from_velocity_dense)(intptr_t n, char **args, const 
     const intptr_t w = sizeof(REAL);
     (void)strides;
     char *a0 = args[0];
-    char *a1 = args[1];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[3];
-        REAL x1[8];
-        NAME(load_3)(x0, a0 + i * 3 * w, w);
-        NAME(boost_from_velocity)(x0, x1);
-        NAME(store_8)(a1 + i * 8 * w, w, x1);
+    _Alignas(64) REAL r1[8 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[3];
+            REAL x1[8];
+            NAME(load_3)(x0, a0 + (first + i) * 3 * w, w);
+            NAME(boost_from_velocity)(x0, x1);
+            NAME(store_8)((char *)(r1 + i), SPAN * w, x1);
+        }
+        NAME(store_span)(args[1], first, r1, 8);
     }
 }
 
@@ -4240,18 +4469,23 @@ WIDE static void NAME(boost_between_velocities_dense)(intptr_t n, char **args, c
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[4];
-        REAL x1[4];
-        REAL x2[8];
-        NAME(load_4)(x0, a0 + i * 4 * w, w);
-        NAME(load_4)(x1, a1 + i * 4 * w, w);
-        NAME(boost_between_velocities)(x0, x1, x2);
-        NAME(store_8)(a2 + i * 8 * w, w, x2);
+    _Alignas(64) REAL r0[4 * SPAN];
+    _Alignas(64) REAL r1[4 * SPAN];
+    _Alignas(64) REAL r2[8 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        NAME(load_span)(r0, args[0], first, 4);
+        NAME(load_span)(r1, args[1], first, 4);
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[4];
+            REAL x1[4];
+            REAL x2[8];
+            NAME(load_4)(x0, (char *)(r0 + i), SPAN * w);
+            NAME(load_4)(x1, (char *)(r1 + i), SPAN * w);
+            NAME(boost_between_velocities)(x0, x1, x2);
+            NAME(store_8)((char *)(r2 + i), SPAN * w, x2);
+        }
+        NAME(store_span)(args[2], first, r2, 8);
     }
 }
 
@@ -4395,17 +4629,20 @@ WIDE static void NAME(rotor_from_axis_angle_block_angle)(intptr_t n, char **args
 WIDE static void NAME(rotor_from_axis_angle_dense_angle)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
-    (void)strides;
     const REAL *prepared = (const REAL *)args[1];
+    (void)strides;
     char *a0 = args[0];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[3];
-        REAL x2[8];
-        NAME(load_3)(x0, a0 + i * 3 * w, w);
-        NAME(rotor_from_axis_angle_apply_angle)(prepared, x0, x2);
-        NAME(store_8)(a2 + i * 8 * w, w, x2);
+    _Alignas(64) REAL r2[8 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[3];
+            REAL x2[8];
+            NAME(load_3)(x0, a0 + (first + i) * 3 * w, w);
+            NAME(rotor_from_axis_angle_apply_angle)(prepared, x0, x2);
+            NAME(store_8)((char *)(r2 + i), SPAN * w, x2);
+        }
+        NAME(store_span)(args[2], first, r2, 8);
     }
 }
 
@@ -4948,15 +5185,19 @@ WIDE static void NAME(rotor_square_root_dense)(intptr_t n, char **args, const in
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
-    char *a0 = args[0];
-    char *a1 = args[1];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[8];
-        REAL x1[8];
-        NAME(load_8)(x0, a0 + i * 8 * w, w);
-        NAME(rotor_square_root)(x0, x1);
-        NAME(store_8)(a1 + i * 8 * w, w, x1);
+    _Alignas(64) REAL r0[8 * SPAN];
+    _Alignas(64) REAL r1[8 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        NAME(load_span)(r0, args[0], first, 8);
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[8];
+            REAL x1[8];
+            NAME(load_8)(x0, (char *)(r0 + i), SPAN * w);
+            NAME(rotor_square_root)(x0, x1);
+            NAME(store_8)((char *)(r1 + i), SPAN * w, x1);
+        }
+        NAME(store_span)(args[1], first, r1, 8);
     }
 }
 
@@ -5936,10 +6177,31 @@ WIDE static void NAME(rotor_to_matrix_block)(intptr_t n, char **args, const intp
     }
 }
 
+WIDE static void NAME(rotor_to_matrix_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    _Alignas(64) REAL r0[8 * SPAN];
+    _Alignas(64) REAL r1[16 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        NAME(load_span)(r0, args[0], first, 8);
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[8];
+            REAL x1[16];
+            NAME(load_8)(x0, (char *)(r0 + i), SPAN * w);
+            NAME(rotor_to_matrix)(x0, x1);
+            NAME(store_4x4)((char *)(r1 + i), 4 * SPAN * w, SPAN * w, x1);
+        }
+        NAME(store_span)(args[1], first, r1, 16);
+    }
+}
+
 void NAME(rotor_to_matrix_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{8, 1, 0, {8}}, {16, 2, 1, {4, 4}}};
-    static const struct kernel kernel = {NAME(rotor_to_matrix_block), NULL, 1, 2, 0, 0, parts, NULL};
+    static const struct kernel kernel = {NAME(rotor_to_matrix_block), NAME(rotor_to_matrix_dense), 1, 2, 0, 0,
+        parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -5980,10 +6242,35 @@ WIDE static void NAME(field_from_electric_magnetic_block)(intptr_t n, char **arg
     }
 }
 
+WIDE static void NAME(field_from_electric_magnetic_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    _Alignas(64) REAL r0[3 * SPAN];
+    _Alignas(64) REAL r1[3 * SPAN];
+    _Alignas(64) REAL r2[6 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        NAME(load_span)(r0, args[0], first, 3);
+        NAME(load_span)(r1, args[1], first, 3);
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[3];
+            REAL x1[3];
+            REAL x2[6];
+            NAME(load_3)(x0, (char *)(r0 + i), SPAN * w);
+            NAME(load_3)(x1, (char *)(r1 + i), SPAN * w);
+            NAME(field_from_electric_magnetic)(x0, x1, x2);
+            NAME(store_6)((char *)(r2 + i), SPAN * w, x2);
+        }
+        NAME(store_span)(args[2], first, r2, 6);
+    }
+}
+
 void NAME(field_from_electric_magnetic_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {3, 1, 1, {3}}, {6, 1, 2, {6}}};
-    static const struct kernel kernel = {NAME(field_from_electric_magnetic_block), NULL, 2, 3, 0, 0, parts, NULL};
+    static const struct kernel kernel = {NAME(field_from_electric_magnetic_block),
+        NAME(field_from_electric_magnetic_dense), 2, 3, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -6024,10 +6311,35 @@ WIDE static void NAME(field_to_electric_magnetic_block)(intptr_t n, char **args,
     }
 }
 
+WIDE static void NAME(field_to_electric_magnetic_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    _Alignas(64) REAL r0[6 * SPAN];
+    _Alignas(64) REAL r1[3 * SPAN];
+    _Alignas(64) REAL r2[3 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        NAME(load_span)(r0, args[0], first, 6);
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[6];
+            REAL x1[3];
+            REAL x2[3];
+            NAME(load_6)(x0, (char *)(r0 + i), SPAN * w);
+            NAME(field_to_electric_magnetic)(x0, x1, x2);
+            NAME(store_3)((char *)(r1 + i), SPAN * w, x1);
+            NAME(store_3)((char *)(r2 + i), SPAN * w, x2);
+        }
+        NAME(store_span)(args[1], first, r1, 3);
+        NAME(store_span)(args[2], first, r2, 3);
+    }
+}
+
 void NAME(field_to_electric_magnetic_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{6, 1, 0, {6}}, {3, 1, 1, {3}}, {3, 1, 2, {3}}};
-    static const struct kernel kernel = {NAME(field_to_electric_magnetic_block), NULL, 1, 3, 0, 0, parts, NULL};
+    static const struct kernel kernel = {NAME(field_to_electric_magnetic_block),
+        NAME(field_to_electric_magnetic_dense), 1, 3, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -6078,10 +6390,35 @@ WIDE static void NAME(field_invariants_block)(intptr_t n, char **args, const int
     }
 }
 
+WIDE static void NAME(field_invariants_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    _Alignas(64) REAL r0[6 * SPAN];
+    _Alignas(64) REAL r1[1 * SPAN];
+    _Alignas(64) REAL r2[1 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        NAME(load_span)(r0, args[0], first, 6);
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[6];
+            REAL x1[1];
+            REAL x2[1];
+            NAME(load_6)(x0, (char *)(r0 + i), SPAN * w);
+            NAME(field_invariants)(x0, x1, x2);
+            NAME(store_scalar)((char *)(r1 + i), x1);
+            NAME(store_scalar)((char *)(r2 + i), x2);
+        }
+        NAME(store_span)(args[1], first, r1, 1);
+        NAME(store_span)(args[2], first, r2, 1);
+    }
+}
+
 void NAME(field_invariants_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{6, 1, 0, {6}}, {1, 0, 1, {0}}, {1, 0, 1, {0}}};
-    static const struct kernel kernel = {NAME(field_invariants_block), NULL, 1, 3, 0, 0, parts, NULL};
+    static const struct kernel kernel = {NAME(field_invariants_block), NAME(field_invariants_dense), 1, 3, 0, 0,
+        parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -6142,10 +6479,35 @@ WIDE static void NAME(lorentz_force_block)(intptr_t n, char **args, const intptr
     }
 }
 
+WIDE static void NAME(lorentz_force_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    _Alignas(64) REAL r0[6 * SPAN];
+    _Alignas(64) REAL r1[4 * SPAN];
+    _Alignas(64) REAL r2[4 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        NAME(load_span)(r0, args[0], first, 6);
+        NAME(load_span)(r1, args[1], first, 4);
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[6];
+            REAL x1[4];
+            REAL x2[4];
+            NAME(load_6)(x0, (char *)(r0 + i), SPAN * w);
+            NAME(load_4)(x1, (char *)(r1 + i), SPAN * w);
+            NAME(lorentz_force)(x0, x1, x2);
+            NAME(store_4)((char *)(r2 + i), SPAN * w, x2);
+        }
+        NAME(store_span)(args[2], first, r2, 4);
+    }
+}
+
 void NAME(lorentz_force_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{6, 1, 0, {6}}, {4, 1, 1, {4}}, {4, 1, 2, {4}}};
-    static const struct kernel kernel = {NAME(lorentz_force_block), NULL, 2, 3, 0, 0, parts, NULL};
+    static const struct kernel kernel = {NAME(lorentz_force_block), NAME(lorentz_force_dense), 2, 3, 0, 0, parts,
+        NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -6357,17 +6719,20 @@ WIDE static void NAME(field_stress_energy_block_f)(intptr_t n, char **args, cons
 WIDE static void NAME(field_stress_energy_dense_f)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
-    (void)strides;
     const REAL *prepared = (const REAL *)args[0];
+    (void)strides;
     char *a1 = args[1];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x1[4];
-        REAL x2[4];
-        NAME(load_4)(x1, a1 + i * 4 * w, w);
-        NAME(field_stress_energy_apply_f)(prepared, x1, x2);
-        NAME(store_4)(a2 + i * 4 * w, w, x2);
+    _Alignas(64) REAL r2[4 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x1[4];
+            REAL x2[4];
+            NAME(load_4)(x1, a1 + (first + i) * 4 * w, w);
+            NAME(field_stress_energy_apply_f)(prepared, x1, x2);
+            NAME(store_4)((char *)(r2 + i), SPAN * w, x2);
+        }
+        NAME(store_span)(args[2], first, r2, 4);
     }
 }
 
@@ -6398,12 +6763,37 @@ WIDE static void NAME(field_stress_energy_block)(intptr_t n, char **args, const 
     }
 }
 
+WIDE static void NAME(field_stress_energy_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    _Alignas(64) REAL r0[6 * SPAN];
+    _Alignas(64) REAL r1[4 * SPAN];
+    _Alignas(64) REAL r2[4 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        NAME(load_span)(r0, args[0], first, 6);
+        NAME(load_span)(r1, args[1], first, 4);
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[6];
+            REAL x1[4];
+            REAL x2[4];
+            NAME(load_6)(x0, (char *)(r0 + i), SPAN * w);
+            NAME(load_4)(x1, (char *)(r1 + i), SPAN * w);
+            NAME(field_stress_energy)(x0, x1, x2);
+            NAME(store_4)((char *)(r2 + i), SPAN * w, x2);
+        }
+        NAME(store_span)(args[2], first, r2, 4);
+    }
+}
+
 void NAME(field_stress_energy_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{6, 1, 0, {6}}, {4, 1, 1, {4}}, {4, 1, 2, {4}}};
     static const struct form forms[] = {{1, 2, NAME(field_stress_energy_start_f), NAME(field_stress_energy_block_f),
         NAME(field_stress_energy_dense_f)}};
-    static const struct kernel kernel = {NAME(field_stress_energy_block), NULL, 2, 3, 1, 0, parts, forms};
+    static const struct kernel kernel = {NAME(field_stress_energy_block), NAME(field_stress_energy_dense), 2, 3, 1,
+        0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -6482,15 +6872,19 @@ WIDE static void NAME(dirac_current_dense)(intptr_t n, char **args, const intptr
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
-    char *a0 = args[0];
-    char *a1 = args[1];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[8];
-        REAL x1[4];
-        NAME(load_8)(x0, a0 + i * 8 * w, w);
-        NAME(dirac_current)(x0, x1);
-        NAME(store_4)(a1 + i * 4 * w, w, x1);
+    _Alignas(64) REAL r0[8 * SPAN];
+    _Alignas(64) REAL r1[4 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        NAME(load_span)(r0, args[0], first, 8);
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[8];
+            REAL x1[4];
+            NAME(load_8)(x0, (char *)(r0 + i), SPAN * w);
+            NAME(dirac_current)(x0, x1);
+            NAME(store_4)((char *)(r1 + i), SPAN * w, x1);
+        }
+        NAME(store_span)(args[1], first, r1, 4);
     }
 }
 
@@ -6577,15 +6971,19 @@ WIDE static void NAME(dirac_spin_dense)(intptr_t n, char **args, const intptr_t 
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
-    char *a0 = args[0];
-    char *a1 = args[1];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[8];
-        REAL x1[4];
-        NAME(load_8)(x0, a0 + i * 8 * w, w);
-        NAME(dirac_spin)(x0, x1);
-        NAME(store_4)(a1 + i * 4 * w, w, x1);
+    _Alignas(64) REAL r0[8 * SPAN];
+    _Alignas(64) REAL r1[4 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        NAME(load_span)(r0, args[0], first, 8);
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[8];
+            REAL x1[4];
+            NAME(load_8)(x0, (char *)(r0 + i), SPAN * w);
+            NAME(dirac_spin)(x0, x1);
+            NAME(store_4)((char *)(r1 + i), SPAN * w, x1);
+        }
+        NAME(store_span)(args[1], first, r1, 4);
     }
 }
 

@@ -2,7 +2,7 @@
 // command: gac generate --all vga2
 // spec: 8b59814c8ae32dfd
 // contraction: -ffp-contract=off (every operation is rounded once)
-// body: 6d2560e86ffc229f663d78a2b9760014991ab2ee061eb9ced5ce0a5c5ffc0a72
+// body: 180e25b5be8def6de5857d0bb368f7d8d92f222df1b9f54e73df8a6832ed1dd5
 
 #ifndef REAL
 #include "vga2.h"
@@ -21,10 +21,13 @@
 // Elements are independent: an output is an input of the same element, or of none.
 #if defined(__clang__)
 #define ANY_ORDER _Pragma("clang loop vectorize(assume_safety)")
+#define NOT_UNROLLED _Pragma("clang loop unroll(disable)")
 #elif defined(__GNUC__)
 #define ANY_ORDER _Pragma("GCC ivdep")
+#define NOT_UNROLLED _Pragma("GCC unroll 1")
 #else
 #define ANY_ORDER
+#define NOT_UNROLLED
 #endif
 
 // The widest vectors of the machine that runs the loops, chosen when the library is loaded.
@@ -40,6 +43,9 @@
 
 // A block in which an argument is too far for the functions of a loop is done once more, in pieces of this many.
 #define CHUNK 64
+
+// Elements in C order go through rows of this many.
+#define SPAN 32
 
 // A vector of neighbours in memory.
 #if defined(__has_builtin)
@@ -512,6 +518,7 @@ static INLINE intptr_t NAME(turn_tiles)(int back, char *x, intptr_t row, char *a
 {
     const intptr_t w = sizeof(REAL);
     intptr_t done = 0;
+    NOT_UNROLLED
     for (; done + TILE <= n; done += TILE) {
         for (intptr_t k = 0; k < size; k += 4) {
             const intptr_t first = k + 4 <= size ? k : size - 4;
@@ -614,6 +621,51 @@ WIDE static void NAME(store_rows)(char *a, intptr_t s, intptr_t c, REAL *x, intp
     }
 }
 
+// The rows of SPAN elements of `size` components, in C order from element `first` on; and back.
+static INLINE void NAME(load_span)(REAL *x, char *a, intptr_t first, intptr_t size)
+{
+    const intptr_t w = sizeof(REAL);
+    const REAL *from = (const REAL *)(a + first * size * w);
+    if (size == 1) {
+        memcpy(x, from, SPAN * w);
+    } else if (size == 2) {
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            x[i] = from[2 * i];
+            x[SPAN + i] = from[2 * i + 1];
+        }
+    } else if (size == 3) {
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            x[i] = from[3 * i];
+            x[SPAN + i] = from[3 * i + 1];
+            x[2 * SPAN + i] = from[3 * i + 2];
+        }
+    } else {
+        NAME(turn_tiles)(0, (char *)x, SPAN * w, (char *)from, size * w, size, SPAN);
+    }
+}
+
+static INLINE void NAME(store_span)(char *a, intptr_t first, REAL *x, intptr_t size)
+{
+    const intptr_t w = sizeof(REAL);
+    REAL *to = (REAL *)(a + first * size * w);
+    if (size == 1) {
+        memcpy(to, x, SPAN * w);
+    } else if (size == 2) {
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            to[2 * i] = x[i];
+            to[2 * i + 1] = x[SPAN + i];
+        }
+    } else if (size == 3) {
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            to[3 * i] = x[i];
+            to[3 * i + 1] = x[SPAN + i];
+            to[3 * i + 2] = x[2 * SPAN + i];
+        }
+    } else {
+        NAME(turn_tiles)(1, (char *)x, SPAN * w, (char *)to, size * w, size, SPAN);
+    }
+}
+
 // All rows of a part, from the batch or back to it; axes that lie as one are moved as one.
 static void NAME(move_part)(int back, REAL *x, intptr_t row, const struct part *part, char *a, intptr_t s,
     const intptr_t *c, intptr_t n)
@@ -699,8 +751,8 @@ static void NAME(batch)(const struct kernel *kernel, char **args, intptr_t n, co
     }
     for (intptr_t i = 0, m; i < n; i += m) {
         const int last = n - i < LANES;
-        if (dense && !last) {
-            m = n & -LANES;
+        if (dense && n - i >= SPAN) {
+            m = n & -SPAN;
             in_order(m, starts, cores);
             continue;
         }
@@ -797,16 +849,19 @@ WIDE static void NAME(geometric_product_dense)(intptr_t n, char **args, const in
     (void)strides;
     char *a0 = args[0];
     char *a1 = args[1];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[4];
-        REAL x1[4];
-        REAL x2[4];
-        NAME(load_4)(x0, a0 + i * 4 * w, w);
-        NAME(load_4)(x1, a1 + i * 4 * w, w);
-        NAME(geometric_product)(x0, x1, x2);
-        NAME(store_4)(a2 + i * 4 * w, w, x2);
+    _Alignas(64) REAL r2[4 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[4];
+            REAL x1[4];
+            REAL x2[4];
+            NAME(load_4)(x0, a0 + (first + i) * 4 * w, w);
+            NAME(load_4)(x1, a1 + (first + i) * 4 * w, w);
+            NAME(geometric_product)(x0, x1, x2);
+            NAME(store_4)((char *)(r2 + i), SPAN * w, x2);
+        }
+        NAME(store_span)(args[2], first, r2, 4);
     }
 }
 
@@ -873,16 +928,19 @@ WIDE static void NAME(outer_product_dense)(intptr_t n, char **args, const intptr
     (void)strides;
     char *a0 = args[0];
     char *a1 = args[1];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[4];
-        REAL x1[4];
-        REAL x2[4];
-        NAME(load_4)(x0, a0 + i * 4 * w, w);
-        NAME(load_4)(x1, a1 + i * 4 * w, w);
-        NAME(outer_product)(x0, x1, x2);
-        NAME(store_4)(a2 + i * 4 * w, w, x2);
+    _Alignas(64) REAL r2[4 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[4];
+            REAL x1[4];
+            REAL x2[4];
+            NAME(load_4)(x0, a0 + (first + i) * 4 * w, w);
+            NAME(load_4)(x1, a1 + (first + i) * 4 * w, w);
+            NAME(outer_product)(x0, x1, x2);
+            NAME(store_4)((char *)(r2 + i), SPAN * w, x2);
+        }
+        NAME(store_span)(args[2], first, r2, 4);
     }
 }
 
@@ -949,16 +1007,19 @@ WIDE static void NAME(regressive_product_dense)(intptr_t n, char **args, const i
     (void)strides;
     char *a0 = args[0];
     char *a1 = args[1];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[4];
-        REAL x1[4];
-        REAL x2[4];
-        NAME(load_4)(x0, a0 + i * 4 * w, w);
-        NAME(load_4)(x1, a1 + i * 4 * w, w);
-        NAME(regressive_product)(x0, x1, x2);
-        NAME(store_4)(a2 + i * 4 * w, w, x2);
+    _Alignas(64) REAL r2[4 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[4];
+            REAL x1[4];
+            REAL x2[4];
+            NAME(load_4)(x0, a0 + (first + i) * 4 * w, w);
+            NAME(load_4)(x1, a1 + (first + i) * 4 * w, w);
+            NAME(regressive_product)(x0, x1, x2);
+            NAME(store_4)((char *)(r2 + i), SPAN * w, x2);
+        }
+        NAME(store_span)(args[2], first, r2, 4);
     }
 }
 
@@ -1035,16 +1096,19 @@ WIDE static void NAME(inner_product_dense)(intptr_t n, char **args, const intptr
     (void)strides;
     char *a0 = args[0];
     char *a1 = args[1];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[4];
-        REAL x1[4];
-        REAL x2[4];
-        NAME(load_4)(x0, a0 + i * 4 * w, w);
-        NAME(load_4)(x1, a1 + i * 4 * w, w);
-        NAME(inner_product)(x0, x1, x2);
-        NAME(store_4)(a2 + i * 4 * w, w, x2);
+    _Alignas(64) REAL r2[4 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[4];
+            REAL x1[4];
+            REAL x2[4];
+            NAME(load_4)(x0, a0 + (first + i) * 4 * w, w);
+            NAME(load_4)(x1, a1 + (first + i) * 4 * w, w);
+            NAME(inner_product)(x0, x1, x2);
+            NAME(store_4)((char *)(r2 + i), SPAN * w, x2);
+        }
+        NAME(store_span)(args[2], first, r2, 4);
     }
 }
 
@@ -1090,14 +1154,17 @@ WIDE static void NAME(reverse_dense)(intptr_t n, char **args, const intptr_t *st
     const intptr_t w = sizeof(REAL);
     (void)strides;
     char *a0 = args[0];
-    char *a1 = args[1];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[4];
-        REAL x1[4];
-        NAME(load_4)(x0, a0 + i * 4 * w, w);
-        NAME(reverse)(x0, x1);
-        NAME(store_4)(a1 + i * 4 * w, w, x1);
+    _Alignas(64) REAL r1[4 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[4];
+            REAL x1[4];
+            NAME(load_4)(x0, a0 + (first + i) * 4 * w, w);
+            NAME(reverse)(x0, x1);
+            NAME(store_4)((char *)(r1 + i), SPAN * w, x1);
+        }
+        NAME(store_span)(args[1], first, r1, 4);
     }
 }
 
@@ -1142,14 +1209,17 @@ WIDE static void NAME(dual_dense)(intptr_t n, char **args, const intptr_t *strid
     const intptr_t w = sizeof(REAL);
     (void)strides;
     char *a0 = args[0];
-    char *a1 = args[1];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[4];
-        REAL x1[4];
-        NAME(load_4)(x0, a0 + i * 4 * w, w);
-        NAME(dual)(x0, x1);
-        NAME(store_4)(a1 + i * 4 * w, w, x1);
+    _Alignas(64) REAL r1[4 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[4];
+            REAL x1[4];
+            NAME(load_4)(x0, a0 + (first + i) * 4 * w, w);
+            NAME(dual)(x0, x1);
+            NAME(store_4)((char *)(r1 + i), SPAN * w, x1);
+        }
+        NAME(store_span)(args[1], first, r1, 4);
     }
 }
 
@@ -1198,14 +1268,17 @@ WIDE static void NAME(norm_dense)(intptr_t n, char **args, const intptr_t *strid
     const intptr_t w = sizeof(REAL);
     (void)strides;
     char *a0 = args[0];
-    char *a1 = args[1];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[4];
-        REAL x1[1];
-        NAME(load_4)(x0, a0 + i * 4 * w, w);
-        NAME(norm)(x0, x1);
-        NAME(store_scalar)(a1 + i * w, x1);
+    _Alignas(64) REAL r1[1 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[4];
+            REAL x1[1];
+            NAME(load_4)(x0, a0 + (first + i) * 4 * w, w);
+            NAME(norm)(x0, x1);
+            NAME(store_scalar)((char *)(r1 + i), x1);
+        }
+        NAME(store_span)(args[1], first, r1, 1);
     }
 }
 
@@ -1264,14 +1337,17 @@ WIDE static void NAME(inverse_dense)(intptr_t n, char **args, const intptr_t *st
     const intptr_t w = sizeof(REAL);
     (void)strides;
     char *a0 = args[0];
-    char *a1 = args[1];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[4];
-        REAL x1[4];
-        NAME(load_4)(x0, a0 + i * 4 * w, w);
-        NAME(inverse)(x0, x1);
-        NAME(store_4)(a1 + i * 4 * w, w, x1);
+    _Alignas(64) REAL r1[4 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[4];
+            REAL x1[4];
+            NAME(load_4)(x0, a0 + (first + i) * 4 * w, w);
+            NAME(inverse)(x0, x1);
+            NAME(store_4)((char *)(r1 + i), SPAN * w, x1);
+        }
+        NAME(store_span)(args[1], first, r1, 4);
     }
 }
 
@@ -1323,16 +1399,19 @@ WIDE static void NAME(vector_product_dense)(intptr_t n, char **args, const intpt
     (void)strides;
     char *a0 = args[0];
     char *a1 = args[1];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[2];
-        REAL x1[2];
-        REAL x2[2];
-        NAME(load_2)(x0, a0 + i * 2 * w, w);
-        NAME(load_2)(x1, a1 + i * 2 * w, w);
-        NAME(vector_product)(x0, x1, x2);
-        NAME(store_2)(a2 + i * 2 * w, w, x2);
+    _Alignas(64) REAL r2[2 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[2];
+            REAL x1[2];
+            REAL x2[2];
+            NAME(load_2)(x0, a0 + (first + i) * 2 * w, w);
+            NAME(load_2)(x1, a1 + (first + i) * 2 * w, w);
+            NAME(vector_product)(x0, x1, x2);
+            NAME(store_2)((char *)(r2 + i), SPAN * w, x2);
+        }
+        NAME(store_span)(args[2], first, r2, 2);
     }
 }
 
@@ -1381,16 +1460,19 @@ WIDE static void NAME(dot_product_dense)(intptr_t n, char **args, const intptr_t
     (void)strides;
     char *a0 = args[0];
     char *a1 = args[1];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[2];
-        REAL x1[2];
-        REAL x2[1];
-        NAME(load_2)(x0, a0 + i * 2 * w, w);
-        NAME(load_2)(x1, a1 + i * 2 * w, w);
-        NAME(dot_product)(x0, x1, x2);
-        NAME(store_scalar)(a2 + i * w, x2);
+    _Alignas(64) REAL r2[1 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[2];
+            REAL x1[2];
+            REAL x2[1];
+            NAME(load_2)(x0, a0 + (first + i) * 2 * w, w);
+            NAME(load_2)(x1, a1 + (first + i) * 2 * w, w);
+            NAME(dot_product)(x0, x1, x2);
+            NAME(store_scalar)((char *)(r2 + i), x2);
+        }
+        NAME(store_span)(args[2], first, r2, 1);
     }
 }
 
@@ -1438,16 +1520,19 @@ WIDE static void NAME(signed_area_dense)(intptr_t n, char **args, const intptr_t
     (void)strides;
     char *a0 = args[0];
     char *a1 = args[1];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[2];
-        REAL x1[2];
-        REAL x2[1];
-        NAME(load_2)(x0, a0 + i * 2 * w, w);
-        NAME(load_2)(x1, a1 + i * 2 * w, w);
-        NAME(signed_area)(x0, x1, x2);
-        NAME(store_scalar)(a2 + i * w, x2);
+    _Alignas(64) REAL r2[1 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[2];
+            REAL x1[2];
+            REAL x2[1];
+            NAME(load_2)(x0, a0 + (first + i) * 2 * w, w);
+            NAME(load_2)(x1, a1 + (first + i) * 2 * w, w);
+            NAME(signed_area)(x0, x1, x2);
+            NAME(store_scalar)((char *)(r2 + i), x2);
+        }
+        NAME(store_span)(args[2], first, r2, 1);
     }
 }
 
@@ -1488,14 +1573,17 @@ WIDE static void NAME(quarter_turn_dense)(intptr_t n, char **args, const intptr_
     const intptr_t w = sizeof(REAL);
     (void)strides;
     char *a0 = args[0];
-    char *a1 = args[1];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[2];
-        REAL x1[2];
-        NAME(load_2)(x0, a0 + i * 2 * w, w);
-        NAME(quarter_turn)(x0, x1);
-        NAME(store_2)(a1 + i * 2 * w, w, x1);
+    _Alignas(64) REAL r1[2 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[2];
+            REAL x1[2];
+            NAME(load_2)(x0, a0 + (first + i) * 2 * w, w);
+            NAME(quarter_turn)(x0, x1);
+            NAME(store_2)((char *)(r1 + i), SPAN * w, x1);
+        }
+        NAME(store_span)(args[1], first, r1, 2);
     }
 }
 
@@ -1543,14 +1631,17 @@ WIDE static void NAME(normalize_vector_dense)(intptr_t n, char **args, const int
     const intptr_t w = sizeof(REAL);
     (void)strides;
     char *a0 = args[0];
-    char *a1 = args[1];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[2];
-        REAL x1[2];
-        NAME(load_2)(x0, a0 + i * 2 * w, w);
-        NAME(normalize_vector)(x0, x1);
-        NAME(store_2)(a1 + i * 2 * w, w, x1);
+    _Alignas(64) REAL r1[2 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[2];
+            REAL x1[2];
+            NAME(load_2)(x0, a0 + (first + i) * 2 * w, w);
+            NAME(normalize_vector)(x0, x1);
+            NAME(store_2)((char *)(r1 + i), SPAN * w, x1);
+        }
+        NAME(store_span)(args[1], first, r1, 2);
     }
 }
 
@@ -1676,17 +1767,20 @@ WIDE static void NAME(project_vector_on_vector_block_n)(intptr_t n, char **args,
 WIDE static void NAME(project_vector_on_vector_dense_n)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
-    (void)strides;
     const REAL *prepared = (const REAL *)args[1];
+    (void)strides;
     char *a0 = args[0];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[2];
-        REAL x2[2];
-        NAME(load_2)(x0, a0 + i * 2 * w, w);
-        NAME(project_vector_on_vector_apply_n)(prepared, x0, x2);
-        NAME(store_2)(a2 + i * 2 * w, w, x2);
+    _Alignas(64) REAL r2[2 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[2];
+            REAL x2[2];
+            NAME(load_2)(x0, a0 + (first + i) * 2 * w, w);
+            NAME(project_vector_on_vector_apply_n)(prepared, x0, x2);
+            NAME(store_2)((char *)(r2 + i), SPAN * w, x2);
+        }
+        NAME(store_span)(args[2], first, r2, 2);
     }
 }
 
@@ -1723,16 +1817,19 @@ WIDE static void NAME(project_vector_on_vector_dense)(intptr_t n, char **args, c
     (void)strides;
     char *a0 = args[0];
     char *a1 = args[1];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[2];
-        REAL x1[2];
-        REAL x2[2];
-        NAME(load_2)(x0, a0 + i * 2 * w, w);
-        NAME(load_2)(x1, a1 + i * 2 * w, w);
-        NAME(project_vector_on_vector)(x0, x1, x2);
-        NAME(store_2)(a2 + i * 2 * w, w, x2);
+    _Alignas(64) REAL r2[2 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[2];
+            REAL x1[2];
+            REAL x2[2];
+            NAME(load_2)(x0, a0 + (first + i) * 2 * w, w);
+            NAME(load_2)(x1, a1 + (first + i) * 2 * w, w);
+            NAME(project_vector_on_vector)(x0, x1, x2);
+            NAME(store_2)((char *)(r2 + i), SPAN * w, x2);
+        }
+        NAME(store_span)(args[2], first, r2, 2);
     }
 }
 
@@ -1826,17 +1923,20 @@ WIDE static void NAME(reflect_vector_block_n)(intptr_t n, char **args, const int
 WIDE static void NAME(reflect_vector_dense_n)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
-    (void)strides;
     const REAL *prepared = (const REAL *)args[1];
+    (void)strides;
     char *a0 = args[0];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[2];
-        REAL x2[2];
-        NAME(load_2)(x0, a0 + i * 2 * w, w);
-        NAME(reflect_vector_apply_n)(prepared, x0, x2);
-        NAME(store_2)(a2 + i * 2 * w, w, x2);
+    _Alignas(64) REAL r2[2 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[2];
+            REAL x2[2];
+            NAME(load_2)(x0, a0 + (first + i) * 2 * w, w);
+            NAME(reflect_vector_apply_n)(prepared, x0, x2);
+            NAME(store_2)((char *)(r2 + i), SPAN * w, x2);
+        }
+        NAME(store_span)(args[2], first, r2, 2);
     }
 }
 
@@ -1873,23 +1973,26 @@ WIDE static void NAME(reflect_vector_dense)(intptr_t n, char **args, const intpt
     (void)strides;
     char *a0 = args[0];
     char *a1 = args[1];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[2];
-        REAL x1[2];
-        REAL x2[2];
-        NAME(load_2)(x0, a0 + i * 2 * w, w);
-        NAME(load_2)(x1, a1 + i * 2 * w, w);
-        NAME(reflect_vector)(x0, x1, x2);
-        NAME(store_2)(a2 + i * 2 * w, w, x2);
+    _Alignas(64) REAL r2[2 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[2];
+            REAL x1[2];
+            REAL x2[2];
+            NAME(load_2)(x0, a0 + (first + i) * 2 * w, w);
+            NAME(load_2)(x1, a1 + (first + i) * 2 * w, w);
+            NAME(reflect_vector)(x0, x1, x2);
+            NAME(store_2)((char *)(r2 + i), SPAN * w, x2);
+        }
+        NAME(store_span)(args[2], first, r2, 2);
     }
 }
 
 void NAME(reflect_vector_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{2, 1, 0, {2}}, {2, 1, 1, {2}}, {2, 1, 2, {2}}};
-    static const struct form forms[] = {{2, 1, NAME(reflect_vector_start_n), NAME(reflect_vector_block_n),
+    static const struct form forms[] = {{2, 2, NAME(reflect_vector_start_n), NAME(reflect_vector_block_n),
         NAME(reflect_vector_dense_n)}};
     static const struct kernel kernel = {NAME(reflect_vector_block), NAME(reflect_vector_dense), 2, 3, 1, 0, parts,
         forms};
@@ -1937,16 +2040,19 @@ WIDE static void NAME(rotor_product_dense)(intptr_t n, char **args, const intptr
     (void)strides;
     char *a0 = args[0];
     char *a1 = args[1];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[2];
-        REAL x1[2];
-        REAL x2[2];
-        NAME(load_2)(x0, a0 + i * 2 * w, w);
-        NAME(load_2)(x1, a1 + i * 2 * w, w);
-        NAME(rotor_product)(x0, x1, x2);
-        NAME(store_2)(a2 + i * 2 * w, w, x2);
+    _Alignas(64) REAL r2[2 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[2];
+            REAL x1[2];
+            REAL x2[2];
+            NAME(load_2)(x0, a0 + (first + i) * 2 * w, w);
+            NAME(load_2)(x1, a1 + (first + i) * 2 * w, w);
+            NAME(rotor_product)(x0, x1, x2);
+            NAME(store_2)((char *)(r2 + i), SPAN * w, x2);
+        }
+        NAME(store_span)(args[2], first, r2, 2);
     }
 }
 
@@ -1999,16 +2105,19 @@ WIDE static void NAME(even_product_dense)(intptr_t n, char **args, const intptr_
     (void)strides;
     char *a0 = args[0];
     char *a1 = args[1];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[2];
-        REAL x1[2];
-        REAL x2[2];
-        NAME(load_2)(x0, a0 + i * 2 * w, w);
-        NAME(load_2)(x1, a1 + i * 2 * w, w);
-        NAME(even_product)(x0, x1, x2);
-        NAME(store_2)(a2 + i * 2 * w, w, x2);
+    _Alignas(64) REAL r2[2 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[2];
+            REAL x1[2];
+            REAL x2[2];
+            NAME(load_2)(x0, a0 + (first + i) * 2 * w, w);
+            NAME(load_2)(x1, a1 + (first + i) * 2 * w, w);
+            NAME(even_product)(x0, x1, x2);
+            NAME(store_2)((char *)(r2 + i), SPAN * w, x2);
+        }
+        NAME(store_span)(args[2], first, r2, 2);
     }
 }
 
@@ -2050,14 +2159,17 @@ WIDE static void NAME(rotor_inverse_dense)(intptr_t n, char **args, const intptr
     const intptr_t w = sizeof(REAL);
     (void)strides;
     char *a0 = args[0];
-    char *a1 = args[1];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[2];
-        REAL x1[2];
-        NAME(load_2)(x0, a0 + i * 2 * w, w);
-        NAME(rotor_inverse)(x0, x1);
-        NAME(store_2)(a1 + i * 2 * w, w, x1);
+    _Alignas(64) REAL r1[2 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[2];
+            REAL x1[2];
+            NAME(load_2)(x0, a0 + (first + i) * 2 * w, w);
+            NAME(rotor_inverse)(x0, x1);
+            NAME(store_2)((char *)(r1 + i), SPAN * w, x1);
+        }
+        NAME(store_span)(args[1], first, r1, 2);
     }
 }
 
@@ -2105,14 +2217,17 @@ WIDE static void NAME(normalize_rotor_dense)(intptr_t n, char **args, const intp
     const intptr_t w = sizeof(REAL);
     (void)strides;
     char *a0 = args[0];
-    char *a1 = args[1];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[2];
-        REAL x1[2];
-        NAME(load_2)(x0, a0 + i * 2 * w, w);
-        NAME(normalize_rotor)(x0, x1);
-        NAME(store_2)(a1 + i * 2 * w, w, x1);
+    _Alignas(64) REAL r1[2 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[2];
+            REAL x1[2];
+            NAME(load_2)(x0, a0 + (first + i) * 2 * w, w);
+            NAME(normalize_rotor)(x0, x1);
+            NAME(store_2)((char *)(r1 + i), SPAN * w, x1);
+        }
+        NAME(store_span)(args[1], first, r1, 2);
     }
 }
 
@@ -2170,16 +2285,19 @@ WIDE static void NAME(rotate_vector_dense)(intptr_t n, char **args, const intptr
     (void)strides;
     char *a0 = args[0];
     char *a1 = args[1];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[2];
-        REAL x1[2];
-        REAL x2[2];
-        NAME(load_2)(x0, a0 + i * 2 * w, w);
-        NAME(load_2)(x1, a1 + i * 2 * w, w);
-        NAME(rotate_vector)(x0, x1, x2);
-        NAME(store_2)(a2 + i * 2 * w, w, x2);
+    _Alignas(64) REAL r2[2 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[2];
+            REAL x1[2];
+            REAL x2[2];
+            NAME(load_2)(x0, a0 + (first + i) * 2 * w, w);
+            NAME(load_2)(x1, a1 + (first + i) * 2 * w, w);
+            NAME(rotate_vector)(x0, x1, x2);
+            NAME(store_2)((char *)(r2 + i), SPAN * w, x2);
+        }
+        NAME(store_span)(args[2], first, r2, 2);
     }
 }
 
@@ -2237,16 +2355,19 @@ WIDE static void NAME(rotate_vector_back_dense)(intptr_t n, char **args, const i
     (void)strides;
     char *a0 = args[0];
     char *a1 = args[1];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[2];
-        REAL x1[2];
-        REAL x2[2];
-        NAME(load_2)(x0, a0 + i * 2 * w, w);
-        NAME(load_2)(x1, a1 + i * 2 * w, w);
-        NAME(rotate_vector_back)(x0, x1, x2);
-        NAME(store_2)(a2 + i * 2 * w, w, x2);
+    _Alignas(64) REAL r2[2 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[2];
+            REAL x1[2];
+            REAL x2[2];
+            NAME(load_2)(x0, a0 + (first + i) * 2 * w, w);
+            NAME(load_2)(x1, a1 + (first + i) * 2 * w, w);
+            NAME(rotate_vector_back)(x0, x1, x2);
+            NAME(store_2)((char *)(r2 + i), SPAN * w, x2);
+        }
+        NAME(store_span)(args[2], first, r2, 2);
     }
 }
 
@@ -2466,14 +2587,17 @@ WIDE static void NAME(rotor_square_root_dense)(intptr_t n, char **args, const in
     const intptr_t w = sizeof(REAL);
     (void)strides;
     char *a0 = args[0];
-    char *a1 = args[1];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[2];
-        REAL x1[2];
-        NAME(load_2)(x0, a0 + i * 2 * w, w);
-        NAME(rotor_square_root)(x0, x1);
-        NAME(store_2)(a1 + i * 2 * w, w, x1);
+    _Alignas(64) REAL r1[2 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[2];
+            REAL x1[2];
+            NAME(load_2)(x0, a0 + (first + i) * 2 * w, w);
+            NAME(rotor_square_root)(x0, x1);
+            NAME(store_2)((char *)(r1 + i), SPAN * w, x1);
+        }
+        NAME(store_span)(args[1], first, r1, 2);
     }
 }
 
@@ -2908,14 +3032,17 @@ WIDE static void NAME(even_square_root_dense)(intptr_t n, char **args, const int
     const intptr_t w = sizeof(REAL);
     (void)strides;
     char *a0 = args[0];
-    char *a1 = args[1];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[2];
-        REAL x1[2];
-        NAME(load_2)(x0, a0 + i * 2 * w, w);
-        NAME(even_square_root)(x0, x1);
-        NAME(store_2)(a1 + i * 2 * w, w, x1);
+    _Alignas(64) REAL r1[2 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[2];
+            REAL x1[2];
+            NAME(load_2)(x0, a0 + (first + i) * 2 * w, w);
+            NAME(even_square_root)(x0, x1);
+            NAME(store_2)((char *)(r1 + i), SPAN * w, x1);
+        }
+        NAME(store_span)(args[1], first, r1, 2);
     }
 }
 
@@ -2989,16 +3116,19 @@ WIDE static void NAME(rotor_between_vectors_dense)(intptr_t n, char **args, cons
     (void)strides;
     char *a0 = args[0];
     char *a1 = args[1];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[2];
-        REAL x1[2];
-        REAL x2[2];
-        NAME(load_2)(x0, a0 + i * 2 * w, w);
-        NAME(load_2)(x1, a1 + i * 2 * w, w);
-        NAME(rotor_between_vectors)(x0, x1, x2);
-        NAME(store_2)(a2 + i * 2 * w, w, x2);
+    _Alignas(64) REAL r2[2 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[2];
+            REAL x1[2];
+            REAL x2[2];
+            NAME(load_2)(x0, a0 + (first + i) * 2 * w, w);
+            NAME(load_2)(x1, a1 + (first + i) * 2 * w, w);
+            NAME(rotor_between_vectors)(x0, x1, x2);
+            NAME(store_2)((char *)(r2 + i), SPAN * w, x2);
+        }
+        NAME(store_span)(args[2], first, r2, 2);
     }
 }
 
@@ -3046,14 +3176,17 @@ WIDE static void NAME(rotor_to_matrix_dense)(intptr_t n, char **args, const intp
     const intptr_t w = sizeof(REAL);
     (void)strides;
     char *a0 = args[0];
-    char *a1 = args[1];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[2];
-        REAL x1[4];
-        NAME(load_2)(x0, a0 + i * 2 * w, w);
-        NAME(rotor_to_matrix)(x0, x1);
-        NAME(store_2x2)(a1 + i * 4 * w, 2 * w, w, x1);
+    _Alignas(64) REAL r1[4 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[2];
+            REAL x1[4];
+            NAME(load_2)(x0, a0 + (first + i) * 2 * w, w);
+            NAME(rotor_to_matrix)(x0, x1);
+            NAME(store_2x2)((char *)(r1 + i), 2 * SPAN * w, SPAN * w, x1);
+        }
+        NAME(store_span)(args[1], first, r1, 4);
     }
 }
 
@@ -3121,14 +3254,17 @@ WIDE static void NAME(rotor_from_matrix_dense)(intptr_t n, char **args, const in
     const intptr_t w = sizeof(REAL);
     (void)strides;
     char *a0 = args[0];
-    char *a1 = args[1];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[4];
-        REAL x1[2];
-        NAME(load_2x2)(x0, a0 + i * 4 * w, 2 * w, w);
-        NAME(rotor_from_matrix)(x0, x1);
-        NAME(store_2)(a1 + i * 2 * w, w, x1);
+    _Alignas(64) REAL r1[2 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[4];
+            REAL x1[2];
+            NAME(load_2x2)(x0, a0 + (first + i) * 4 * w, 2 * w, w);
+            NAME(rotor_from_matrix)(x0, x1);
+            NAME(store_2)((char *)(r1 + i), SPAN * w, x1);
+        }
+        NAME(store_span)(args[1], first, r1, 2);
     }
 }
 

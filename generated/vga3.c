@@ -2,7 +2,7 @@
 // command: gac generate --all vga3
 // spec: 7e23ca9ee929e102
 // contraction: -ffp-contract=off (every operation is rounded once)
-// body: 7fd0a741174a4e45f81d4213842a922e43158e14013cfd74ac8cf0e543b1ab2e
+// body: 29198eb323bcbed5a09f79533e58dcdbdcb03ed85175ea9e22687a2546864b84
 
 #ifndef REAL
 #include "vga3.h"
@@ -21,10 +21,13 @@
 // Elements are independent: an output is an input of the same element, or of none.
 #if defined(__clang__)
 #define ANY_ORDER _Pragma("clang loop vectorize(assume_safety)")
+#define NOT_UNROLLED _Pragma("clang loop unroll(disable)")
 #elif defined(__GNUC__)
 #define ANY_ORDER _Pragma("GCC ivdep")
+#define NOT_UNROLLED _Pragma("GCC unroll 1")
 #else
 #define ANY_ORDER
+#define NOT_UNROLLED
 #endif
 
 // The widest vectors of the machine that runs the loops, chosen when the library is loaded.
@@ -40,6 +43,9 @@
 
 // A block in which an argument is too far for the functions of a loop is done once more, in pieces of this many.
 #define CHUNK 64
+
+// Elements in C order go through rows of this many.
+#define SPAN 32
 
 // A vector of neighbours in memory.
 #if defined(__has_builtin)
@@ -537,6 +543,7 @@ static INLINE intptr_t NAME(turn_tiles)(int back, char *x, intptr_t row, char *a
 {
     const intptr_t w = sizeof(REAL);
     intptr_t done = 0;
+    NOT_UNROLLED
     for (; done + TILE <= n; done += TILE) {
         for (intptr_t k = 0; k < size; k += 4) {
             const intptr_t first = k + 4 <= size ? k : size - 4;
@@ -639,6 +646,51 @@ WIDE static void NAME(store_rows)(char *a, intptr_t s, intptr_t c, REAL *x, intp
     }
 }
 
+// The rows of SPAN elements of `size` components, in C order from element `first` on; and back.
+static INLINE void NAME(load_span)(REAL *x, char *a, intptr_t first, intptr_t size)
+{
+    const intptr_t w = sizeof(REAL);
+    const REAL *from = (const REAL *)(a + first * size * w);
+    if (size == 1) {
+        memcpy(x, from, SPAN * w);
+    } else if (size == 2) {
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            x[i] = from[2 * i];
+            x[SPAN + i] = from[2 * i + 1];
+        }
+    } else if (size == 3) {
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            x[i] = from[3 * i];
+            x[SPAN + i] = from[3 * i + 1];
+            x[2 * SPAN + i] = from[3 * i + 2];
+        }
+    } else {
+        NAME(turn_tiles)(0, (char *)x, SPAN * w, (char *)from, size * w, size, SPAN);
+    }
+}
+
+static INLINE void NAME(store_span)(char *a, intptr_t first, REAL *x, intptr_t size)
+{
+    const intptr_t w = sizeof(REAL);
+    REAL *to = (REAL *)(a + first * size * w);
+    if (size == 1) {
+        memcpy(to, x, SPAN * w);
+    } else if (size == 2) {
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            to[2 * i] = x[i];
+            to[2 * i + 1] = x[SPAN + i];
+        }
+    } else if (size == 3) {
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            to[3 * i] = x[i];
+            to[3 * i + 1] = x[SPAN + i];
+            to[3 * i + 2] = x[2 * SPAN + i];
+        }
+    } else {
+        NAME(turn_tiles)(1, (char *)x, SPAN * w, (char *)to, size * w, size, SPAN);
+    }
+}
+
 // All rows of a part, from the batch or back to it; axes that lie as one are moved as one.
 static void NAME(move_part)(int back, REAL *x, intptr_t row, const struct part *part, char *a, intptr_t s,
     const intptr_t *c, intptr_t n)
@@ -724,8 +776,8 @@ static void NAME(batch)(const struct kernel *kernel, char **args, intptr_t n, co
     }
     for (intptr_t i = 0, m; i < n; i += m) {
         const int last = n - i < LANES;
-        if (dense && !last) {
-            m = n & -LANES;
+        if (dense && n - i >= SPAN) {
+            m = n & -SPAN;
             in_order(m, starts, cores);
             continue;
         }
@@ -890,10 +942,35 @@ WIDE static void NAME(geometric_product_block)(intptr_t n, char **args, const in
     }
 }
 
+WIDE static void NAME(geometric_product_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    _Alignas(64) REAL r0[8 * SPAN];
+    _Alignas(64) REAL r1[8 * SPAN];
+    _Alignas(64) REAL r2[8 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        NAME(load_span)(r0, args[0], first, 8);
+        NAME(load_span)(r1, args[1], first, 8);
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[8];
+            REAL x1[8];
+            REAL x2[8];
+            NAME(load_8)(x0, (char *)(r0 + i), SPAN * w);
+            NAME(load_8)(x1, (char *)(r1 + i), SPAN * w);
+            NAME(geometric_product)(x0, x1, x2);
+            NAME(store_8)((char *)(r2 + i), SPAN * w, x2);
+        }
+        NAME(store_span)(args[2], first, r2, 8);
+    }
+}
+
 void NAME(geometric_product_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{8, 1, 0, {8}}, {8, 1, 1, {8}}, {8, 1, 2, {8}}};
-    static const struct kernel kernel = {NAME(geometric_product_block), NULL, 2, 3, 0, 0, parts, NULL};
+    static const struct kernel kernel = {NAME(geometric_product_block), NAME(geometric_product_dense), 2, 3, 0, 0,
+        parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -994,18 +1071,23 @@ WIDE static void NAME(outer_product_dense)(intptr_t n, char **args, const intptr
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[8];
-        REAL x1[8];
-        REAL x2[8];
-        NAME(load_8)(x0, a0 + i * 8 * w, w);
-        NAME(load_8)(x1, a1 + i * 8 * w, w);
-        NAME(outer_product)(x0, x1, x2);
-        NAME(store_8)(a2 + i * 8 * w, w, x2);
+    _Alignas(64) REAL r0[8 * SPAN];
+    _Alignas(64) REAL r1[8 * SPAN];
+    _Alignas(64) REAL r2[8 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        NAME(load_span)(r0, args[0], first, 8);
+        NAME(load_span)(r1, args[1], first, 8);
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[8];
+            REAL x1[8];
+            REAL x2[8];
+            NAME(load_8)(x0, (char *)(r0 + i), SPAN * w);
+            NAME(load_8)(x1, (char *)(r1 + i), SPAN * w);
+            NAME(outer_product)(x0, x1, x2);
+            NAME(store_8)((char *)(r2 + i), SPAN * w, x2);
+        }
+        NAME(store_span)(args[2], first, r2, 8);
     }
 }
 
@@ -1114,18 +1196,23 @@ WIDE static void NAME(regressive_product_dense)(intptr_t n, char **args, const i
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[8];
-        REAL x1[8];
-        REAL x2[8];
-        NAME(load_8)(x0, a0 + i * 8 * w, w);
-        NAME(load_8)(x1, a1 + i * 8 * w, w);
-        NAME(regressive_product)(x0, x1, x2);
-        NAME(store_8)(a2 + i * 8 * w, w, x2);
+    _Alignas(64) REAL r0[8 * SPAN];
+    _Alignas(64) REAL r1[8 * SPAN];
+    _Alignas(64) REAL r2[8 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        NAME(load_span)(r0, args[0], first, 8);
+        NAME(load_span)(r1, args[1], first, 8);
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[8];
+            REAL x1[8];
+            REAL x2[8];
+            NAME(load_8)(x0, (char *)(r0 + i), SPAN * w);
+            NAME(load_8)(x1, (char *)(r1 + i), SPAN * w);
+            NAME(regressive_product)(x0, x1, x2);
+            NAME(store_8)((char *)(r2 + i), SPAN * w, x2);
+        }
+        NAME(store_span)(args[2], first, r2, 8);
     }
 }
 
@@ -1268,10 +1355,35 @@ WIDE static void NAME(inner_product_block)(intptr_t n, char **args, const intptr
     }
 }
 
+WIDE static void NAME(inner_product_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    _Alignas(64) REAL r0[8 * SPAN];
+    _Alignas(64) REAL r1[8 * SPAN];
+    _Alignas(64) REAL r2[8 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        NAME(load_span)(r0, args[0], first, 8);
+        NAME(load_span)(r1, args[1], first, 8);
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[8];
+            REAL x1[8];
+            REAL x2[8];
+            NAME(load_8)(x0, (char *)(r0 + i), SPAN * w);
+            NAME(load_8)(x1, (char *)(r1 + i), SPAN * w);
+            NAME(inner_product)(x0, x1, x2);
+            NAME(store_8)((char *)(r2 + i), SPAN * w, x2);
+        }
+        NAME(store_span)(args[2], first, r2, 8);
+    }
+}
+
 void NAME(inner_product_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{8, 1, 0, {8}}, {8, 1, 1, {8}}, {8, 1, 2, {8}}};
-    static const struct kernel kernel = {NAME(inner_product_block), NULL, 2, 3, 0, 0, parts, NULL};
+    static const struct kernel kernel = {NAME(inner_product_block), NAME(inner_product_dense), 2, 3, 0, 0, parts,
+        NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -1319,15 +1431,19 @@ WIDE static void NAME(reverse_dense)(intptr_t n, char **args, const intptr_t *st
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
-    char *a0 = args[0];
-    char *a1 = args[1];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[8];
-        REAL x1[8];
-        NAME(load_8)(x0, a0 + i * 8 * w, w);
-        NAME(reverse)(x0, x1);
-        NAME(store_8)(a1 + i * 8 * w, w, x1);
+    _Alignas(64) REAL r0[8 * SPAN];
+    _Alignas(64) REAL r1[8 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        NAME(load_span)(r0, args[0], first, 8);
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[8];
+            REAL x1[8];
+            NAME(load_8)(x0, (char *)(r0 + i), SPAN * w);
+            NAME(reverse)(x0, x1);
+            NAME(store_8)((char *)(r1 + i), SPAN * w, x1);
+        }
+        NAME(store_span)(args[1], first, r1, 8);
     }
 }
 
@@ -1382,15 +1498,19 @@ WIDE static void NAME(grade_involution_dense)(intptr_t n, char **args, const int
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
-    char *a0 = args[0];
-    char *a1 = args[1];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[8];
-        REAL x1[8];
-        NAME(load_8)(x0, a0 + i * 8 * w, w);
-        NAME(grade_involution)(x0, x1);
-        NAME(store_8)(a1 + i * 8 * w, w, x1);
+    _Alignas(64) REAL r0[8 * SPAN];
+    _Alignas(64) REAL r1[8 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        NAME(load_span)(r0, args[0], first, 8);
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[8];
+            REAL x1[8];
+            NAME(load_8)(x0, (char *)(r0 + i), SPAN * w);
+            NAME(grade_involution)(x0, x1);
+            NAME(store_8)((char *)(r1 + i), SPAN * w, x1);
+        }
+        NAME(store_span)(args[1], first, r1, 8);
     }
 }
 
@@ -1448,15 +1568,19 @@ WIDE static void NAME(clifford_conjugate_dense)(intptr_t n, char **args, const i
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
-    char *a0 = args[0];
-    char *a1 = args[1];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[8];
-        REAL x1[8];
-        NAME(load_8)(x0, a0 + i * 8 * w, w);
-        NAME(clifford_conjugate)(x0, x1);
-        NAME(store_8)(a1 + i * 8 * w, w, x1);
+    _Alignas(64) REAL r0[8 * SPAN];
+    _Alignas(64) REAL r1[8 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        NAME(load_span)(r0, args[0], first, 8);
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[8];
+            REAL x1[8];
+            NAME(load_8)(x0, (char *)(r0 + i), SPAN * w);
+            NAME(clifford_conjugate)(x0, x1);
+            NAME(store_8)((char *)(r1 + i), SPAN * w, x1);
+        }
+        NAME(store_span)(args[1], first, r1, 8);
     }
 }
 
@@ -1510,15 +1634,19 @@ WIDE static void NAME(dual_dense)(intptr_t n, char **args, const intptr_t *strid
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
-    char *a0 = args[0];
-    char *a1 = args[1];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[8];
-        REAL x1[8];
-        NAME(load_8)(x0, a0 + i * 8 * w, w);
-        NAME(dual)(x0, x1);
-        NAME(store_8)(a1 + i * 8 * w, w, x1);
+    _Alignas(64) REAL r0[8 * SPAN];
+    _Alignas(64) REAL r1[8 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        NAME(load_span)(r0, args[0], first, 8);
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[8];
+            REAL x1[8];
+            NAME(load_8)(x0, (char *)(r0 + i), SPAN * w);
+            NAME(dual)(x0, x1);
+            NAME(store_8)((char *)(r1 + i), SPAN * w, x1);
+        }
+        NAME(store_span)(args[1], first, r1, 8);
     }
 }
 
@@ -1578,15 +1706,19 @@ WIDE static void NAME(norm_dense)(intptr_t n, char **args, const intptr_t *strid
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
-    char *a0 = args[0];
-    char *a1 = args[1];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[8];
-        REAL x1[1];
-        NAME(load_8)(x0, a0 + i * 8 * w, w);
-        NAME(norm)(x0, x1);
-        NAME(store_scalar)(a1 + i * w, x1);
+    _Alignas(64) REAL r0[8 * SPAN];
+    _Alignas(64) REAL r1[1 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        NAME(load_span)(r0, args[0], first, 8);
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[8];
+            REAL x1[1];
+            NAME(load_8)(x0, (char *)(r0 + i), SPAN * w);
+            NAME(norm)(x0, x1);
+            NAME(store_scalar)((char *)(r1 + i), x1);
+        }
+        NAME(store_span)(args[1], first, r1, 1);
     }
 }
 
@@ -1693,15 +1825,19 @@ WIDE static void NAME(inverse_dense)(intptr_t n, char **args, const intptr_t *st
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
-    char *a0 = args[0];
-    char *a1 = args[1];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[8];
-        REAL x1[8];
-        NAME(load_8)(x0, a0 + i * 8 * w, w);
-        NAME(inverse)(x0, x1);
-        NAME(store_8)(a1 + i * 8 * w, w, x1);
+    _Alignas(64) REAL r0[8 * SPAN];
+    _Alignas(64) REAL r1[8 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        NAME(load_span)(r0, args[0], first, 8);
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[8];
+            REAL x1[8];
+            NAME(load_8)(x0, (char *)(r0 + i), SPAN * w);
+            NAME(inverse)(x0, x1);
+            NAME(store_8)((char *)(r1 + i), SPAN * w, x1);
+        }
+        NAME(store_span)(args[1], first, r1, 8);
     }
 }
 
@@ -1765,16 +1901,19 @@ WIDE static void NAME(vector_product_dense)(intptr_t n, char **args, const intpt
     (void)strides;
     char *a0 = args[0];
     char *a1 = args[1];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[3];
-        REAL x1[3];
-        REAL x2[4];
-        NAME(load_3)(x0, a0 + i * 3 * w, w);
-        NAME(load_3)(x1, a1 + i * 3 * w, w);
-        NAME(vector_product)(x0, x1, x2);
-        NAME(store_4)(a2 + i * 4 * w, w, x2);
+    _Alignas(64) REAL r2[4 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[3];
+            REAL x1[3];
+            REAL x2[4];
+            NAME(load_3)(x0, a0 + (first + i) * 3 * w, w);
+            NAME(load_3)(x1, a1 + (first + i) * 3 * w, w);
+            NAME(vector_product)(x0, x1, x2);
+            NAME(store_4)((char *)(r2 + i), SPAN * w, x2);
+        }
+        NAME(store_span)(args[2], first, r2, 4);
     }
 }
 
@@ -1827,16 +1966,19 @@ WIDE static void NAME(dot_product_dense)(intptr_t n, char **args, const intptr_t
     (void)strides;
     char *a0 = args[0];
     char *a1 = args[1];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[3];
-        REAL x1[3];
-        REAL x2[1];
-        NAME(load_3)(x0, a0 + i * 3 * w, w);
-        NAME(load_3)(x1, a1 + i * 3 * w, w);
-        NAME(dot_product)(x0, x1, x2);
-        NAME(store_scalar)(a2 + i * w, x2);
+    _Alignas(64) REAL r2[1 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[3];
+            REAL x1[3];
+            REAL x2[1];
+            NAME(load_3)(x0, a0 + (first + i) * 3 * w, w);
+            NAME(load_3)(x1, a1 + (first + i) * 3 * w, w);
+            NAME(dot_product)(x0, x1, x2);
+            NAME(store_scalar)((char *)(r2 + i), x2);
+        }
+        NAME(store_span)(args[2], first, r2, 1);
     }
 }
 
@@ -1894,16 +2036,19 @@ WIDE static void NAME(wedge_vectors_dense)(intptr_t n, char **args, const intptr
     (void)strides;
     char *a0 = args[0];
     char *a1 = args[1];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[3];
-        REAL x1[3];
-        REAL x2[3];
-        NAME(load_3)(x0, a0 + i * 3 * w, w);
-        NAME(load_3)(x1, a1 + i * 3 * w, w);
-        NAME(wedge_vectors)(x0, x1, x2);
-        NAME(store_3)(a2 + i * 3 * w, w, x2);
+    _Alignas(64) REAL r2[3 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[3];
+            REAL x1[3];
+            REAL x2[3];
+            NAME(load_3)(x0, a0 + (first + i) * 3 * w, w);
+            NAME(load_3)(x1, a1 + (first + i) * 3 * w, w);
+            NAME(wedge_vectors)(x0, x1, x2);
+            NAME(store_3)((char *)(r2 + i), SPAN * w, x2);
+        }
+        NAME(store_span)(args[2], first, r2, 3);
     }
 }
 
@@ -1962,16 +2107,19 @@ WIDE static void NAME(cross_product_dense)(intptr_t n, char **args, const intptr
     (void)strides;
     char *a0 = args[0];
     char *a1 = args[1];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[3];
-        REAL x1[3];
-        REAL x2[3];
-        NAME(load_3)(x0, a0 + i * 3 * w, w);
-        NAME(load_3)(x1, a1 + i * 3 * w, w);
-        NAME(cross_product)(x0, x1, x2);
-        NAME(store_3)(a2 + i * 3 * w, w, x2);
+    _Alignas(64) REAL r2[3 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[3];
+            REAL x1[3];
+            REAL x2[3];
+            NAME(load_3)(x0, a0 + (first + i) * 3 * w, w);
+            NAME(load_3)(x1, a1 + (first + i) * 3 * w, w);
+            NAME(cross_product)(x0, x1, x2);
+            NAME(store_3)((char *)(r2 + i), SPAN * w, x2);
+        }
+        NAME(store_span)(args[2], first, r2, 3);
     }
 }
 
@@ -2040,18 +2188,21 @@ WIDE static void NAME(triple_product_dense)(intptr_t n, char **args, const intpt
     char *a0 = args[0];
     char *a1 = args[1];
     char *a2 = args[2];
-    char *a3 = args[3];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[3];
-        REAL x1[3];
-        REAL x2[3];
-        REAL x3[1];
-        NAME(load_3)(x0, a0 + i * 3 * w, w);
-        NAME(load_3)(x1, a1 + i * 3 * w, w);
-        NAME(load_3)(x2, a2 + i * 3 * w, w);
-        NAME(triple_product)(x0, x1, x2, x3);
-        NAME(store_scalar)(a3 + i * w, x3);
+    _Alignas(64) REAL r3[1 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[3];
+            REAL x1[3];
+            REAL x2[3];
+            REAL x3[1];
+            NAME(load_3)(x0, a0 + (first + i) * 3 * w, w);
+            NAME(load_3)(x1, a1 + (first + i) * 3 * w, w);
+            NAME(load_3)(x2, a2 + (first + i) * 3 * w, w);
+            NAME(triple_product)(x0, x1, x2, x3);
+            NAME(store_scalar)((char *)(r3 + i), x3);
+        }
+        NAME(store_span)(args[3], first, r3, 1);
     }
 }
 
@@ -2095,14 +2246,17 @@ WIDE static void NAME(dual_vector_dense)(intptr_t n, char **args, const intptr_t
     const intptr_t w = sizeof(REAL);
     (void)strides;
     char *a0 = args[0];
-    char *a1 = args[1];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[3];
-        REAL x1[3];
-        NAME(load_3)(x0, a0 + i * 3 * w, w);
-        NAME(dual_vector)(x0, x1);
-        NAME(store_3)(a1 + i * 3 * w, w, x1);
+    _Alignas(64) REAL r1[3 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[3];
+            REAL x1[3];
+            NAME(load_3)(x0, a0 + (first + i) * 3 * w, w);
+            NAME(dual_vector)(x0, x1);
+            NAME(store_3)((char *)(r1 + i), SPAN * w, x1);
+        }
+        NAME(store_span)(args[1], first, r1, 3);
     }
 }
 
@@ -2145,14 +2299,17 @@ WIDE static void NAME(dual_bivector_dense)(intptr_t n, char **args, const intptr
     const intptr_t w = sizeof(REAL);
     (void)strides;
     char *a0 = args[0];
-    char *a1 = args[1];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[3];
-        REAL x1[3];
-        NAME(load_3)(x0, a0 + i * 3 * w, w);
-        NAME(dual_bivector)(x0, x1);
-        NAME(store_3)(a1 + i * 3 * w, w, x1);
+    _Alignas(64) REAL r1[3 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[3];
+            REAL x1[3];
+            NAME(load_3)(x0, a0 + (first + i) * 3 * w, w);
+            NAME(dual_bivector)(x0, x1);
+            NAME(store_3)((char *)(r1 + i), SPAN * w, x1);
+        }
+        NAME(store_span)(args[1], first, r1, 3);
     }
 }
 
@@ -2199,14 +2356,17 @@ WIDE static void NAME(vector_norm_dense)(intptr_t n, char **args, const intptr_t
     const intptr_t w = sizeof(REAL);
     (void)strides;
     char *a0 = args[0];
-    char *a1 = args[1];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[3];
-        REAL x1[1];
-        NAME(load_3)(x0, a0 + i * 3 * w, w);
-        NAME(vector_norm)(x0, x1);
-        NAME(store_scalar)(a1 + i * w, x1);
+    _Alignas(64) REAL r1[1 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[3];
+            REAL x1[1];
+            NAME(load_3)(x0, a0 + (first + i) * 3 * w, w);
+            NAME(vector_norm)(x0, x1);
+            NAME(store_scalar)((char *)(r1 + i), x1);
+        }
+        NAME(store_span)(args[1], first, r1, 1);
     }
 }
 
@@ -2252,14 +2412,17 @@ WIDE static void NAME(bivector_norm_dense)(intptr_t n, char **args, const intptr
     const intptr_t w = sizeof(REAL);
     (void)strides;
     char *a0 = args[0];
-    char *a1 = args[1];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[3];
-        REAL x1[1];
-        NAME(load_3)(x0, a0 + i * 3 * w, w);
-        NAME(bivector_norm)(x0, x1);
-        NAME(store_scalar)(a1 + i * w, x1);
+    _Alignas(64) REAL r1[1 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[3];
+            REAL x1[1];
+            NAME(load_3)(x0, a0 + (first + i) * 3 * w, w);
+            NAME(bivector_norm)(x0, x1);
+            NAME(store_scalar)((char *)(r1 + i), x1);
+        }
+        NAME(store_span)(args[1], first, r1, 1);
     }
 }
 
@@ -2312,14 +2475,17 @@ WIDE static void NAME(normalize_vector_dense)(intptr_t n, char **args, const int
     const intptr_t w = sizeof(REAL);
     (void)strides;
     char *a0 = args[0];
-    char *a1 = args[1];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[3];
-        REAL x1[3];
-        NAME(load_3)(x0, a0 + i * 3 * w, w);
-        NAME(normalize_vector)(x0, x1);
-        NAME(store_3)(a1 + i * 3 * w, w, x1);
+    _Alignas(64) REAL r1[3 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[3];
+            REAL x1[3];
+            NAME(load_3)(x0, a0 + (first + i) * 3 * w, w);
+            NAME(normalize_vector)(x0, x1);
+            NAME(store_3)((char *)(r1 + i), SPAN * w, x1);
+        }
+        NAME(store_span)(args[1], first, r1, 3);
     }
 }
 
@@ -2494,17 +2660,20 @@ WIDE static void NAME(project_vector_on_vector_block_n)(intptr_t n, char **args,
 WIDE static void NAME(project_vector_on_vector_dense_n)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
-    (void)strides;
     const REAL *prepared = (const REAL *)args[1];
+    (void)strides;
     char *a0 = args[0];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[3];
-        REAL x2[3];
-        NAME(load_3)(x0, a0 + i * 3 * w, w);
-        NAME(project_vector_on_vector_apply_n)(prepared, x0, x2);
-        NAME(store_3)(a2 + i * 3 * w, w, x2);
+    _Alignas(64) REAL r2[3 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[3];
+            REAL x2[3];
+            NAME(load_3)(x0, a0 + (first + i) * 3 * w, w);
+            NAME(project_vector_on_vector_apply_n)(prepared, x0, x2);
+            NAME(store_3)((char *)(r2 + i), SPAN * w, x2);
+        }
+        NAME(store_span)(args[2], first, r2, 3);
     }
 }
 
@@ -2541,16 +2710,19 @@ WIDE static void NAME(project_vector_on_vector_dense)(intptr_t n, char **args, c
     (void)strides;
     char *a0 = args[0];
     char *a1 = args[1];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[3];
-        REAL x1[3];
-        REAL x2[3];
-        NAME(load_3)(x0, a0 + i * 3 * w, w);
-        NAME(load_3)(x1, a1 + i * 3 * w, w);
-        NAME(project_vector_on_vector)(x0, x1, x2);
-        NAME(store_3)(a2 + i * 3 * w, w, x2);
+    _Alignas(64) REAL r2[3 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[3];
+            REAL x1[3];
+            REAL x2[3];
+            NAME(load_3)(x0, a0 + (first + i) * 3 * w, w);
+            NAME(load_3)(x1, a1 + (first + i) * 3 * w, w);
+            NAME(project_vector_on_vector)(x0, x1, x2);
+            NAME(store_3)((char *)(r2 + i), SPAN * w, x2);
+        }
+        NAME(store_span)(args[2], first, r2, 3);
     }
 }
 
@@ -2675,17 +2847,20 @@ WIDE static void NAME(project_vector_on_plane_block_b)(intptr_t n, char **args, 
 WIDE static void NAME(project_vector_on_plane_dense_b)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
-    (void)strides;
     const REAL *prepared = (const REAL *)args[1];
+    (void)strides;
     char *a0 = args[0];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[3];
-        REAL x2[3];
-        NAME(load_3)(x0, a0 + i * 3 * w, w);
-        NAME(project_vector_on_plane_apply_b)(prepared, x0, x2);
-        NAME(store_3)(a2 + i * 3 * w, w, x2);
+    _Alignas(64) REAL r2[3 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[3];
+            REAL x2[3];
+            NAME(load_3)(x0, a0 + (first + i) * 3 * w, w);
+            NAME(project_vector_on_plane_apply_b)(prepared, x0, x2);
+            NAME(store_3)((char *)(r2 + i), SPAN * w, x2);
+        }
+        NAME(store_span)(args[2], first, r2, 3);
     }
 }
 
@@ -2722,16 +2897,19 @@ WIDE static void NAME(project_vector_on_plane_dense)(intptr_t n, char **args, co
     (void)strides;
     char *a0 = args[0];
     char *a1 = args[1];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[3];
-        REAL x1[3];
-        REAL x2[3];
-        NAME(load_3)(x0, a0 + i * 3 * w, w);
-        NAME(load_3)(x1, a1 + i * 3 * w, w);
-        NAME(project_vector_on_plane)(x0, x1, x2);
-        NAME(store_3)(a2 + i * 3 * w, w, x2);
+    _Alignas(64) REAL r2[3 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[3];
+            REAL x1[3];
+            REAL x2[3];
+            NAME(load_3)(x0, a0 + (first + i) * 3 * w, w);
+            NAME(load_3)(x1, a1 + (first + i) * 3 * w, w);
+            NAME(project_vector_on_plane)(x0, x1, x2);
+            NAME(store_3)((char *)(r2 + i), SPAN * w, x2);
+        }
+        NAME(store_span)(args[2], first, r2, 3);
     }
 }
 
@@ -2857,17 +3035,20 @@ WIDE static void NAME(reflect_vector_block_n)(intptr_t n, char **args, const int
 WIDE static void NAME(reflect_vector_dense_n)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
-    (void)strides;
     const REAL *prepared = (const REAL *)args[1];
+    (void)strides;
     char *a0 = args[0];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[3];
-        REAL x2[3];
-        NAME(load_3)(x0, a0 + i * 3 * w, w);
-        NAME(reflect_vector_apply_n)(prepared, x0, x2);
-        NAME(store_3)(a2 + i * 3 * w, w, x2);
+    _Alignas(64) REAL r2[3 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[3];
+            REAL x2[3];
+            NAME(load_3)(x0, a0 + (first + i) * 3 * w, w);
+            NAME(reflect_vector_apply_n)(prepared, x0, x2);
+            NAME(store_3)((char *)(r2 + i), SPAN * w, x2);
+        }
+        NAME(store_span)(args[2], first, r2, 3);
     }
 }
 
@@ -2904,16 +3085,19 @@ WIDE static void NAME(reflect_vector_dense)(intptr_t n, char **args, const intpt
     (void)strides;
     char *a0 = args[0];
     char *a1 = args[1];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[3];
-        REAL x1[3];
-        REAL x2[3];
-        NAME(load_3)(x0, a0 + i * 3 * w, w);
-        NAME(load_3)(x1, a1 + i * 3 * w, w);
-        NAME(reflect_vector)(x0, x1, x2);
-        NAME(store_3)(a2 + i * 3 * w, w, x2);
+    _Alignas(64) REAL r2[3 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[3];
+            REAL x1[3];
+            REAL x2[3];
+            NAME(load_3)(x0, a0 + (first + i) * 3 * w, w);
+            NAME(load_3)(x1, a1 + (first + i) * 3 * w, w);
+            NAME(reflect_vector)(x0, x1, x2);
+            NAME(store_3)((char *)(r2 + i), SPAN * w, x2);
+        }
+        NAME(store_span)(args[2], first, r2, 3);
     }
 }
 
@@ -2974,16 +3158,19 @@ WIDE static void NAME(bivector_commutator_dense)(intptr_t n, char **args, const 
     (void)strides;
     char *a0 = args[0];
     char *a1 = args[1];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[3];
-        REAL x1[3];
-        REAL x2[3];
-        NAME(load_3)(x0, a0 + i * 3 * w, w);
-        NAME(load_3)(x1, a1 + i * 3 * w, w);
-        NAME(bivector_commutator)(x0, x1, x2);
-        NAME(store_3)(a2 + i * 3 * w, w, x2);
+    _Alignas(64) REAL r2[3 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[3];
+            REAL x1[3];
+            REAL x2[3];
+            NAME(load_3)(x0, a0 + (first + i) * 3 * w, w);
+            NAME(load_3)(x1, a1 + (first + i) * 3 * w, w);
+            NAME(bivector_commutator)(x0, x1, x2);
+            NAME(store_3)((char *)(r2 + i), SPAN * w, x2);
+        }
+        NAME(store_span)(args[2], first, r2, 3);
     }
 }
 
@@ -3064,16 +3251,19 @@ WIDE static void NAME(rotor_product_dense)(intptr_t n, char **args, const intptr
     (void)strides;
     char *a0 = args[0];
     char *a1 = args[1];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[4];
-        REAL x1[4];
-        REAL x2[4];
-        NAME(load_4)(x0, a0 + i * 4 * w, w);
-        NAME(load_4)(x1, a1 + i * 4 * w, w);
-        NAME(rotor_product)(x0, x1, x2);
-        NAME(store_4)(a2 + i * 4 * w, w, x2);
+    _Alignas(64) REAL r2[4 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[4];
+            REAL x1[4];
+            REAL x2[4];
+            NAME(load_4)(x0, a0 + (first + i) * 4 * w, w);
+            NAME(load_4)(x1, a1 + (first + i) * 4 * w, w);
+            NAME(rotor_product)(x0, x1, x2);
+            NAME(store_4)((char *)(r2 + i), SPAN * w, x2);
+        }
+        NAME(store_span)(args[2], first, r2, 4);
     }
 }
 
@@ -3154,16 +3344,19 @@ WIDE static void NAME(even_product_dense)(intptr_t n, char **args, const intptr_
     (void)strides;
     char *a0 = args[0];
     char *a1 = args[1];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[4];
-        REAL x1[4];
-        REAL x2[4];
-        NAME(load_4)(x0, a0 + i * 4 * w, w);
-        NAME(load_4)(x1, a1 + i * 4 * w, w);
-        NAME(even_product)(x0, x1, x2);
-        NAME(store_4)(a2 + i * 4 * w, w, x2);
+    _Alignas(64) REAL r2[4 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[4];
+            REAL x1[4];
+            REAL x2[4];
+            NAME(load_4)(x0, a0 + (first + i) * 4 * w, w);
+            NAME(load_4)(x1, a1 + (first + i) * 4 * w, w);
+            NAME(even_product)(x0, x1, x2);
+            NAME(store_4)((char *)(r2 + i), SPAN * w, x2);
+        }
+        NAME(store_span)(args[2], first, r2, 4);
     }
 }
 
@@ -3211,14 +3404,17 @@ WIDE static void NAME(rotor_inverse_dense)(intptr_t n, char **args, const intptr
     const intptr_t w = sizeof(REAL);
     (void)strides;
     char *a0 = args[0];
-    char *a1 = args[1];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[4];
-        REAL x1[4];
-        NAME(load_4)(x0, a0 + i * 4 * w, w);
-        NAME(rotor_inverse)(x0, x1);
-        NAME(store_4)(a1 + i * 4 * w, w, x1);
+    _Alignas(64) REAL r1[4 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[4];
+            REAL x1[4];
+            NAME(load_4)(x0, a0 + (first + i) * 4 * w, w);
+            NAME(rotor_inverse)(x0, x1);
+            NAME(store_4)((char *)(r1 + i), SPAN * w, x1);
+        }
+        NAME(store_span)(args[1], first, r1, 4);
     }
 }
 
@@ -3276,14 +3472,17 @@ WIDE static void NAME(normalize_rotor_dense)(intptr_t n, char **args, const intp
     const intptr_t w = sizeof(REAL);
     (void)strides;
     char *a0 = args[0];
-    char *a1 = args[1];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[4];
-        REAL x1[4];
-        NAME(load_4)(x0, a0 + i * 4 * w, w);
-        NAME(normalize_rotor)(x0, x1);
-        NAME(store_4)(a1 + i * 4 * w, w, x1);
+    _Alignas(64) REAL r1[4 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[4];
+            REAL x1[4];
+            NAME(load_4)(x0, a0 + (first + i) * 4 * w, w);
+            NAME(normalize_rotor)(x0, x1);
+            NAME(store_4)((char *)(r1 + i), SPAN * w, x1);
+        }
+        NAME(store_span)(args[1], first, r1, 4);
     }
 }
 
@@ -3439,17 +3638,20 @@ WIDE static void NAME(rotate_vector_block_r)(intptr_t n, char **args, const intp
 WIDE static void NAME(rotate_vector_dense_r)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
-    (void)strides;
     const REAL *prepared = (const REAL *)args[0];
+    (void)strides;
     char *a1 = args[1];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x1[3];
-        REAL x2[3];
-        NAME(load_3)(x1, a1 + i * 3 * w, w);
-        NAME(rotate_vector_apply_r)(prepared, x1, x2);
-        NAME(store_3)(a2 + i * 3 * w, w, x2);
+    _Alignas(64) REAL r2[3 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x1[3];
+            REAL x2[3];
+            NAME(load_3)(x1, a1 + (first + i) * 3 * w, w);
+            NAME(rotate_vector_apply_r)(prepared, x1, x2);
+            NAME(store_3)((char *)(r2 + i), SPAN * w, x2);
+        }
+        NAME(store_span)(args[2], first, r2, 3);
     }
 }
 
@@ -3486,16 +3688,19 @@ WIDE static void NAME(rotate_vector_dense)(intptr_t n, char **args, const intptr
     (void)strides;
     char *a0 = args[0];
     char *a1 = args[1];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[4];
-        REAL x1[3];
-        REAL x2[3];
-        NAME(load_4)(x0, a0 + i * 4 * w, w);
-        NAME(load_3)(x1, a1 + i * 3 * w, w);
-        NAME(rotate_vector)(x0, x1, x2);
-        NAME(store_3)(a2 + i * 3 * w, w, x2);
+    _Alignas(64) REAL r2[3 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[4];
+            REAL x1[3];
+            REAL x2[3];
+            NAME(load_4)(x0, a0 + (first + i) * 4 * w, w);
+            NAME(load_3)(x1, a1 + (first + i) * 3 * w, w);
+            NAME(rotate_vector)(x0, x1, x2);
+            NAME(store_3)((char *)(r2 + i), SPAN * w, x2);
+        }
+        NAME(store_span)(args[2], first, r2, 3);
     }
 }
 
@@ -3653,17 +3858,20 @@ WIDE static void NAME(rotate_vector_back_block_r)(intptr_t n, char **args, const
 WIDE static void NAME(rotate_vector_back_dense_r)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
-    (void)strides;
     const REAL *prepared = (const REAL *)args[0];
+    (void)strides;
     char *a1 = args[1];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x1[3];
-        REAL x2[3];
-        NAME(load_3)(x1, a1 + i * 3 * w, w);
-        NAME(rotate_vector_back_apply_r)(prepared, x1, x2);
-        NAME(store_3)(a2 + i * 3 * w, w, x2);
+    _Alignas(64) REAL r2[3 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x1[3];
+            REAL x2[3];
+            NAME(load_3)(x1, a1 + (first + i) * 3 * w, w);
+            NAME(rotate_vector_back_apply_r)(prepared, x1, x2);
+            NAME(store_3)((char *)(r2 + i), SPAN * w, x2);
+        }
+        NAME(store_span)(args[2], first, r2, 3);
     }
 }
 
@@ -3700,16 +3908,19 @@ WIDE static void NAME(rotate_vector_back_dense)(intptr_t n, char **args, const i
     (void)strides;
     char *a0 = args[0];
     char *a1 = args[1];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[4];
-        REAL x1[3];
-        REAL x2[3];
-        NAME(load_4)(x0, a0 + i * 4 * w, w);
-        NAME(load_3)(x1, a1 + i * 3 * w, w);
-        NAME(rotate_vector_back)(x0, x1, x2);
-        NAME(store_3)(a2 + i * 3 * w, w, x2);
+    _Alignas(64) REAL r2[3 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[4];
+            REAL x1[3];
+            REAL x2[3];
+            NAME(load_4)(x0, a0 + (first + i) * 4 * w, w);
+            NAME(load_3)(x1, a1 + (first + i) * 3 * w, w);
+            NAME(rotate_vector_back)(x0, x1, x2);
+            NAME(store_3)((char *)(r2 + i), SPAN * w, x2);
+        }
+        NAME(store_span)(args[2], first, r2, 3);
     }
 }
 
@@ -3867,17 +4078,20 @@ WIDE static void NAME(rotate_bivector_block_r)(intptr_t n, char **args, const in
 WIDE static void NAME(rotate_bivector_dense_r)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
-    (void)strides;
     const REAL *prepared = (const REAL *)args[0];
+    (void)strides;
     char *a1 = args[1];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x1[3];
-        REAL x2[3];
-        NAME(load_3)(x1, a1 + i * 3 * w, w);
-        NAME(rotate_bivector_apply_r)(prepared, x1, x2);
-        NAME(store_3)(a2 + i * 3 * w, w, x2);
+    _Alignas(64) REAL r2[3 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x1[3];
+            REAL x2[3];
+            NAME(load_3)(x1, a1 + (first + i) * 3 * w, w);
+            NAME(rotate_bivector_apply_r)(prepared, x1, x2);
+            NAME(store_3)((char *)(r2 + i), SPAN * w, x2);
+        }
+        NAME(store_span)(args[2], first, r2, 3);
     }
 }
 
@@ -3914,16 +4128,19 @@ WIDE static void NAME(rotate_bivector_dense)(intptr_t n, char **args, const intp
     (void)strides;
     char *a0 = args[0];
     char *a1 = args[1];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[4];
-        REAL x1[3];
-        REAL x2[3];
-        NAME(load_4)(x0, a0 + i * 4 * w, w);
-        NAME(load_3)(x1, a1 + i * 3 * w, w);
-        NAME(rotate_bivector)(x0, x1, x2);
-        NAME(store_3)(a2 + i * 3 * w, w, x2);
+    _Alignas(64) REAL r2[3 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[4];
+            REAL x1[3];
+            REAL x2[3];
+            NAME(load_4)(x0, a0 + (first + i) * 4 * w, w);
+            NAME(load_3)(x1, a1 + (first + i) * 3 * w, w);
+            NAME(rotate_bivector)(x0, x1, x2);
+            NAME(store_3)((char *)(r2 + i), SPAN * w, x2);
+        }
+        NAME(store_span)(args[2], first, r2, 3);
     }
 }
 
@@ -4060,17 +4277,20 @@ WIDE static void NAME(rotor_from_axis_angle_block_angle)(intptr_t n, char **args
 WIDE static void NAME(rotor_from_axis_angle_dense_angle)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
-    (void)strides;
     const REAL *prepared = (const REAL *)args[1];
+    (void)strides;
     char *a0 = args[0];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[3];
-        REAL x2[4];
-        NAME(load_3)(x0, a0 + i * 3 * w, w);
-        NAME(rotor_from_axis_angle_apply_angle)(prepared, x0, x2);
-        NAME(store_4)(a2 + i * 4 * w, w, x2);
+    _Alignas(64) REAL r2[4 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[3];
+            REAL x2[4];
+            NAME(load_3)(x0, a0 + (first + i) * 3 * w, w);
+            NAME(rotor_from_axis_angle_apply_angle)(prepared, x0, x2);
+            NAME(store_4)((char *)(r2 + i), SPAN * w, x2);
+        }
+        NAME(store_span)(args[2], first, r2, 4);
     }
 }
 
@@ -4443,14 +4663,17 @@ WIDE static void NAME(rotor_square_root_dense)(intptr_t n, char **args, const in
     const intptr_t w = sizeof(REAL);
     (void)strides;
     char *a0 = args[0];
-    char *a1 = args[1];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[4];
-        REAL x1[4];
-        NAME(load_4)(x0, a0 + i * 4 * w, w);
-        NAME(rotor_square_root)(x0, x1);
-        NAME(store_4)(a1 + i * 4 * w, w, x1);
+    _Alignas(64) REAL r1[4 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[4];
+            REAL x1[4];
+            NAME(load_4)(x0, a0 + (first + i) * 4 * w, w);
+            NAME(rotor_square_root)(x0, x1);
+            NAME(store_4)((char *)(r1 + i), SPAN * w, x1);
+        }
+        NAME(store_span)(args[1], first, r1, 4);
     }
 }
 
@@ -5511,14 +5734,17 @@ WIDE static void NAME(rotor_from_quaternion_dense)(intptr_t n, char **args, cons
     const intptr_t w = sizeof(REAL);
     (void)strides;
     char *a0 = args[0];
-    char *a1 = args[1];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[4];
-        REAL x1[4];
-        NAME(load_4)(x0, a0 + i * 4 * w, w);
-        NAME(rotor_from_quaternion)(x0, x1);
-        NAME(store_4)(a1 + i * 4 * w, w, x1);
+    _Alignas(64) REAL r1[4 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[4];
+            REAL x1[4];
+            NAME(load_4)(x0, a0 + (first + i) * 4 * w, w);
+            NAME(rotor_from_quaternion)(x0, x1);
+            NAME(store_4)((char *)(r1 + i), SPAN * w, x1);
+        }
+        NAME(store_span)(args[1], first, r1, 4);
     }
 }
 
@@ -5565,14 +5791,17 @@ WIDE static void NAME(rotor_to_quaternion_dense)(intptr_t n, char **args, const 
     const intptr_t w = sizeof(REAL);
     (void)strides;
     char *a0 = args[0];
-    char *a1 = args[1];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[4];
-        REAL x1[4];
-        NAME(load_4)(x0, a0 + i * 4 * w, w);
-        NAME(rotor_to_quaternion)(x0, x1);
-        NAME(store_4)(a1 + i * 4 * w, w, x1);
+    _Alignas(64) REAL r1[4 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[4];
+            REAL x1[4];
+            NAME(load_4)(x0, a0 + (first + i) * 4 * w, w);
+            NAME(rotor_to_quaternion)(x0, x1);
+            NAME(store_4)((char *)(r1 + i), SPAN * w, x1);
+        }
+        NAME(store_span)(args[1], first, r1, 4);
     }
 }
 
@@ -5645,10 +5874,31 @@ WIDE static void NAME(rotor_to_matrix_block)(intptr_t n, char **args, const intp
     }
 }
 
+WIDE static void NAME(rotor_to_matrix_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    _Alignas(64) REAL r0[4 * SPAN];
+    _Alignas(64) REAL r1[9 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        NAME(load_span)(r0, args[0], first, 4);
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[4];
+            REAL x1[9];
+            NAME(load_4)(x0, (char *)(r0 + i), SPAN * w);
+            NAME(rotor_to_matrix)(x0, x1);
+            NAME(store_3x3)((char *)(r1 + i), 3 * SPAN * w, SPAN * w, x1);
+        }
+        NAME(store_span)(args[1], first, r1, 9);
+    }
+}
+
 void NAME(rotor_to_matrix_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {9, 2, 1, {3, 3}}};
-    static const struct kernel kernel = {NAME(rotor_to_matrix_block), NULL, 1, 2, 0, 0, parts, NULL};
+    static const struct kernel kernel = {NAME(rotor_to_matrix_block), NAME(rotor_to_matrix_dense), 1, 2, 0, 0,
+        parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -5733,10 +5983,31 @@ WIDE static void NAME(rotor_from_matrix_block)(intptr_t n, char **args, const in
     }
 }
 
+WIDE static void NAME(rotor_from_matrix_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    _Alignas(64) REAL r0[9 * SPAN];
+    _Alignas(64) REAL r1[4 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        NAME(load_span)(r0, args[0], first, 9);
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[9];
+            REAL x1[4];
+            NAME(load_3x3)(x0, (char *)(r0 + i), 3 * SPAN * w, SPAN * w);
+            NAME(rotor_from_matrix)(x0, x1);
+            NAME(store_4)((char *)(r1 + i), SPAN * w, x1);
+        }
+        NAME(store_span)(args[1], first, r1, 4);
+    }
+}
+
 void NAME(rotor_from_matrix_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{9, 2, 0, {3, 3}}, {4, 1, 2, {4}}};
-    static const struct kernel kernel = {NAME(rotor_from_matrix_block), NULL, 1, 2, 0, 0, parts, NULL};
+    static const struct kernel kernel = {NAME(rotor_from_matrix_block), NAME(rotor_from_matrix_dense), 1, 2, 0, 0,
+        parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 #endif

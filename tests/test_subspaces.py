@@ -34,6 +34,12 @@ from gacompiler.algebra.multivector import Multivector
 RANDOM = np.random.default_rng(20)
 
 
+@pytest.fixture(autouse=True)
+def same_numbers_in_any_order() -> None:
+    """The numbers of a test do not depend on the tests before it."""
+    RANDOM.bit_generator.state = np.random.default_rng(20).bit_generator.state
+
+
 def exact_blade(algebra: Algebra, rows: np.ndarray) -> Multivector:
     vectors = (Multivector(algebra, {1 << i: int(x) for i, x in enumerate(row)}) for row in rows)
     return reduce(lambda a, b: a ^ b, vectors, algebra.scalar(1))

@@ -14,6 +14,12 @@ from gacompiler.algebra.catalog import CGA3, PGA3, STA, null_pairs, orthogonal
 RANDOM = np.random.default_rng(22)
 
 
+@pytest.fixture(autouse=True)
+def same_numbers_in_any_order() -> None:
+    """The numbers of a test do not depend on the tests before it."""
+    RANDOM.bit_generator.state = np.random.default_rng(22).bit_generator.state
+
+
 def gram_of(algebra: Algebra) -> np.ndarray:
     return np.array([[float(x) for x in row] for row in algebra.gram])
 

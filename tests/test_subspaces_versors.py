@@ -26,6 +26,14 @@ from gacompiler.algebra.multivector import Multivector
 from gacompiler.algebra.versors import inverse, norm_squared, sandwich
 
 RANDOM = np.random.default_rng(21)
+
+
+@pytest.fixture(autouse=True)
+def same_numbers_in_any_order() -> None:
+    """The numbers of a test do not depend on the tests before it."""
+    RANDOM.bit_generator.state = np.random.default_rng(21).bit_generator.state
+
+
 ALGEBRAS = [VGA3, PGA3, CGA3, STA, NULL_PAIRS, OBLIQUE, orthogonal(6), orthogonal(3, 3)]
 
 
@@ -73,7 +81,8 @@ def test_products_of_versors_are_exact_products(algebra: Algebra) -> None:
         one, two = FactoredVersor(rows[:a], gram, -3.0), FactoredVersor(rows[a:], gram)
         product = one.geometric_product(two)
         exact = product_of(algebra, vectors) * -3
-        assert product.n_vectors <= n
+        # strong boosts, whose reflections would be inaccurate, keep all their vectors
+        assert product.n_vectors <= n or np.linalg.norm(product.matrix(), 2) > 1e4
         assert relative(versor_coefficients(product), coefficients(exact)) < 1e-9
         assert relative(product.norm_squared(), np.array(float(norm_squared(exact).scalar))) < 1e-9
         one_x, (x,) = exact_vectors(algebra, 1)

@@ -1,5 +1,6 @@
 """The kernel object of a generated module: it checks its arguments and finds the way to run them.
 
+All ways to call a kernel share those checks, so they are one file.
 Copied into every generated module as it is, with the other ``runtime_`` files.
 """
 
@@ -13,7 +14,7 @@ from typing import Any
 import numpy as np
 
 from .runtime_extension import _Call, _extension, _Signature
-from .runtime_functions import _evaluate, _namespace
+from .runtime_functions import _evaluate, _namespace, _namespace_operands
 from .runtime_layout import Layout
 from .runtime_libraries import (
     _LOCK,
@@ -21,11 +22,10 @@ from .runtime_libraries import (
     _c_element,
     _c_loop,
     _c_plan,
-    _compiled,
     _from_buffer,
-    _numba_loop,
     backend,
 )
+from .runtime_numba import _kernel_of, _numba_loop, _numba_plan, _scalar_kernel
 from .runtime_strides import (
     _FLOAT32,
     _FLOAT64,
@@ -64,11 +64,15 @@ class Kernel(_Call):  # type: ignore[misc]
         The signature is that of a generalised ufunc, ``(8),(3)->(3)``.
     layouts : mapping of str to Layout
         By name of argument and result.
+    output_sizes : dict of str to int
+        The axes of the results by their names in the signature, which `dask.array.apply_gufunc` asks for.
     cost : mapping of str to int
         Operations for one element: mul, add, div, sqrt, call, fma.
     jit
-        The scalar kernel for loops under ``numba.njit``: ``jit(m, p, out)`` on one element; a scalar argument is a
-        float, a scalar result is written to entry 0 of a vector of length 1.
+        The kernel on one element for functions under ``numba.njit``, which inline it. Arguments are numbers, and
+        arrays in any layout or tuples. ``jit(m, p)`` returns a number, a tuple of numbers, a tuple of rows, or a tuple
+        of such results, and needs no memory; ``jit(m, p, out)`` writes to arrays, a number to entry 0. Loops over
+        whole arrays are quicker as a kernel, see `of`.
     """
 
     __signature__ = _Signature()
@@ -82,8 +86,8 @@ class Kernel(_Call):  # type: ignore[misc]
         layouts: dict[str, Layout],
         cost: dict[str, int],
         polynomial: bool,
-        functions: tuple[Callable[..., None], Callable[..., None]],
-        forms: tuple[tuple[tuple[str, ...], int, tuple[Callable[..., None], ...]], ...] = (),
+        functions: tuple[Callable[..., None], ...],
+        forms: tuple[tuple[tuple[str, ...], int, int, tuple[Callable[..., None], ...]], ...] = (),
     ) -> None:
         self.name = self.__name__ = self.__qualname__ = name
         self.__doc__ = doc
@@ -95,6 +99,7 @@ class Kernel(_Call):  # type: ignore[misc]
         self._inputs, self._outputs = inputs, outputs
         self._shapes = [shape for _, shape in inputs]
         self._out_shapes = [shape for _, shape in outputs]
+        self.output_sizes = {str(size): size for shape in self._out_shapes for size in shape}
         self._all_shapes = [*self._shapes, *self._out_shapes]
         self._n_inputs = len(inputs)
         self._single_out = self._out_shapes[0] if len(outputs) == 1 and self._out_shapes[0] else None
@@ -103,10 +108,35 @@ class Kernel(_Call):  # type: ignore[misc]
         # Bytes, and operations as so many bytes, of one element in doubles.
         self._work = 8 * sum(int(np.prod(shape)) for shape in self._all_shapes) + 4 * sum(cost.values())
         self._functions, self._forms = functions, forms
+        self._user: Any = None
         self._loops: dict[Any, Callable[..., Any]] = {}
         self._plans: tuple[dict[Any, Any], dict[Any, Any]] = ({}, {})
         self._element: Callable[..., Any] | None = None
         self._jit: Any = None
+
+    @classmethod
+    def of(cls, function: Callable[..., Any], signature: str) -> Kernel:
+        """A kernel of one's own: a chain of kernels, or anything else that numba compiles, at the speed of one kernel.
+
+        Parameters
+        ----------
+        function : callable
+            Under ``numba.njit`` or not yet. It is given one element: numbers, tuples of numbers, and tuples of rows.
+            It returns the same, as a tuple where there are several results, and changes nothing else.
+        signature : str
+            Shapes of its arguments and results, ``(8),(3),()->(3)``.
+
+        Returns
+        -------
+        Kernel
+            It is run by numba; leading axes broadcast, and ``out`` may be an argument. It is compiled in each process.
+
+        Raises
+        ------
+        ValueError
+            When the signature is none, or has not as many arguments as the function.
+        """
+        return _kernel_of(cls, function, signature)  # type: ignore[no-any-return]
 
     def __repr__(self) -> str:
         return f"<kernel {self.__module__}.{self.name}{self.signature}>"
@@ -114,11 +144,17 @@ class Kernel(_Call):  # type: ignore[misc]
     def __reduce__(self) -> str:
         return self.name
 
+    @property
+    def _backend(self) -> str:
+        """What runs it."""
+        return backend if self._user is None else "numba"
+
     def _in_python(self, *arrays: Any, out: Any = None, num_threads: int | None = None) -> Any:
         """A call that the extension does not do, or any where it is not there."""
         element = self._element
         if element is None or num_threads is not None or len(arrays) != self._n_inputs:
-            return self._call(arrays, out, num_threads)
+            known = self._loops and self._backend == "numba" and len(arrays) == self._n_inputs
+            return self._planned(arrays, out) if known and num_threads is None else self._call(arrays, out, num_threads)
         # One element of C-ordered doubles, the call that per-call overhead matters for; two arrays without a loop.
         if self._pair is not None:
             a, b = arrays
@@ -235,7 +271,8 @@ class Kernel(_Call):  # type: ignore[misc]
         operands = [*arrays, *([out] if given else (np.empty(shape, dtype) for shape in shapes))]
         steps = [_steps(array, leading, shape) for array, shape in zip(operands, self._all_shapes, strict=True)]
         sizes, steps = _coalesced(leading, steps)
-        return (_c_plan(self, dtype, sizes[0], steps), shapes, sizes[0]) if len(sizes) == 1 else None
+        make = _c_plan if self._backend == "c" else _numba_plan
+        return (make(self, dtype, sizes[0], steps), shapes, sizes[0]) if len(sizes) == 1 else None
 
     @property
     def jit(self) -> Any:
@@ -243,7 +280,7 @@ class Kernel(_Call):  # type: ignore[misc]
         if self._jit is None:
             with _LOCK:
                 if self._jit is None:
-                    self._jit = _compiled(self._functions[0], {})
+                    self._jit = _scalar_kernel(self)
         return self._jit
 
     def _call(self, arrays: tuple[Any, ...], out: Any, num_threads: int | None = None) -> Any:
@@ -257,11 +294,13 @@ class Kernel(_Call):  # type: ignore[misc]
         else:
             namespace = _namespace(arrays)
             if namespace is not np:
+                if self._user is not None:
+                    raise TypeError(f"{self.name}: arrays of {namespace.__name__}; expected numpy arrays")
                 return self._call_arrays(namespace, arrays, out)
             operands, dtype = self._checked(arrays)
             leading = _leading(self, operands)
         outs = _checked_outs(self, out, leading, dtype)
-        if dtype.kind == "c" or backend == "arrays":
+        if dtype.kind == "c" or self._backend == "arrays":
             results = _evaluate(self, np, operands, leading)
             if outs is None:
                 outs = [np.asarray(result, dtype, order="C") for result in results]
@@ -365,9 +404,9 @@ class Kernel(_Call):  # type: ignore[misc]
         loop = self._loops.get(dtype)
         if loop is None:
             with _LOCK:
-                make = _c_loop if backend == "c" else _numba_loop
+                make = _c_loop if self._backend == "c" else _numba_loop
                 loop = self._loops[dtype] = make(self, dtype)
-                if backend == "c" and self._element is None and len(self._inputs):
+                if self._backend == "c" and self._element is None and len(self._inputs):
                     self._element = _c_element(self)
                     if _extension is not None:
                         self._bind(_c_address(f"{self.name}_f64"), tuple(self._shapes), tuple(self._out_shapes))
@@ -376,15 +415,13 @@ class Kernel(_Call):  # type: ignore[misc]
     def _call_arrays(self, namespace: Any, arrays: tuple[Any, ...], out: Any) -> Any:
         if out is not None:
             raise TypeError(f"{self.name}: out is for numpy arrays; found arguments of {namespace.__name__}")
-        operands = []
-        for (name, shape), value in zip(self._inputs, arrays, strict=True):
-            operand = value if hasattr(value, "shape") else namespace.asarray(value)
+        operands = _namespace_operands(namespace, arrays)
+        for (name, shape), operand in zip(self._inputs, operands, strict=True):
             found = tuple(operand.shape)
             if len(found) < len(shape) or found[len(found) - len(shape) :] != shape:
                 raise ValueError(
                     f"{self.name}: argument {name} has shape {found}; expected {_shape_text(shape)}{self._blades(name)}"
                 )
-            operands.append(operand)
         results = _evaluate(self, namespace, operands, _leading(self, operands))
         return results[0] if len(results) == 1 else tuple(results)
 

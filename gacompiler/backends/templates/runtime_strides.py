@@ -6,6 +6,7 @@ Copied into every generated module as it is, with the other ``runtime_`` files.
 from __future__ import annotations
 
 import itertools
+import re
 from typing import Any
 
 import numpy as np
@@ -162,3 +163,12 @@ def _returned(results: list[Any]) -> Any:
 
 def _shape_text(shape: tuple[int, ...]) -> str:
     return f"({', '.join(['...', *map(str, shape)])})"
+
+
+def _parsed(signature: str) -> list[list[tuple[int, ...]]] | None:
+    """The shapes of arguments and of results in ``(8),(3,3),()->(3)``; None if it is no such text."""
+    shape = r"\((?:[1-9]\d*(?:,[1-9]\d*)*)?\)"
+    text = signature.replace(" ", "")
+    if not re.fullmatch(f"{shape}(?:,{shape})*->{shape}(?:,{shape})*", text):
+        return None
+    return [[tuple(map(int, re.findall(r"\d+", one))) for one in re.findall(shape, part)] for part in text.split("->")]
