@@ -131,7 +131,10 @@ def made_up(times: tuple[float, ...], theirs: tuple[float | None, ...]) -> Run:
         HandTimes("m.fast", "float64", (1.1e-9, 1e-9), (1e-9, 2e-9), (1.1e-9, 2e-9)),
     )
     features = Features(
-        (Compared("chain", 1000, "F", {"three": 6e-9, "three, out=": 4e-9, "fused, out=": 2e-9}),),
+        (
+            Compared("chain", 1000, "F", {"three": 6e-9, "three, out=": 4e-9, "fused, out=": 2e-9}),
+            Compared("chain", 2000, "C", {"three": 6e-9, "three, out=": 3e-9, "fused, out=": 2e-9}),
+        ),
         (Compared("m.k", 1000, "F", {"1": 3e-9, "2": 2e-9}), Compared("m.l", 1000, "F", {"1": 3e-9, "2": 2.5e-9})),
         2,
         (Compared("product", 1, "C", {"`a * b`": 50e-9, "`p(a, b)`": 40e-9, "x": 25e-9, "y": 1e-7}, ("x", "y")),),
@@ -173,15 +176,18 @@ def test_ways_of_calling_of_made_up_figures() -> None:
         ["m.slow", "float64", "2.00", "3.00", "2.00", "1.00", "2.00", "1.00"],
         ["m.fast", "float64", "1.10", "1.00", "1.10", "0.50", "1.00", "2.00"],
     ]
-    assert said["Beside hand-written C"].endswith("Missed: m.slow float64 10 (2.00).")
+    first, second = said["Beside hand-written C"].split(" Target: ")
+    assert first.startswith("at 10 ") and first.endswith("Missed: m.slow float64 (2.00).")
+    assert second.endswith("Missed: m.slow float64 (2.00).")
     assert found["Fusion"][1] == ["1,000", "F", "6.00", "4.00", "2.00", "3.0", "2.0"]
-    assert said["Fusion"].endswith("No row misses it.")
+    assert said["Fusion"].endswith("Missed: 2,000 C (1.50).")
     assert [row[-1] for row in found["Threads"][1:]] == ["1.5", "1.2"]
     assert said["Threads"].endswith("Missed: m.l 1,000 (1.20).")
     assert [row[-1] for row in found["One call"][1:]] == ["1.0", "0.80", "0.50", "2.0"]
-    assert said["One call"].endswith("Missed: product: x.")
+    missed = "Missed: product: x is faster than ours; product: the operator takes 50.0."
+    assert said["One call"].endswith(missed)
     assert found["Arguments that stay the same"][1][-1] == "2.0"
-    assert said["Peers"].endswith(f"Missed: {CASES[0].title} 1,000 (numpy).")
+    assert said["Peers"].endswith(f"Missed: {CASES[0].title} 1,000 (numpy, 0.50).")
     assert "Not measured" in comparisons.by_hand((), (10,))
 
 
