@@ -2,7 +2,7 @@
 // command: gac generate --all cga3
 // spec: 11cb9c657d27fe0e
 // contraction: -ffp-contract=off (every operation is rounded once)
-// body: c9318fc2ebe576db597921dfb7d9120df520b82c7aae1cda56f0cb25c02537f3
+// body: 97a4513001adf4358777127f6f8ed439897ce2da270b32cbc7e86062a65930b4
 
 #ifndef REAL
 #include "cga3.h"
@@ -30,11 +30,27 @@
 #define NOT_UNROLLED
 #endif
 
-// The widest vectors of the machine that runs the loops, chosen when the library is loaded.
+// The widest vectors of the machine that runs the loops: on x86-64 there is each for AVX2 and for AVX-512, and machines
+// that have neither run one element after the other; on others there is one.
 #if defined(__GNUC__) && __GNUC__ >= 12 && !defined(__clang__) && defined(__x86_64__) && defined(__GLIBC__)
 #define WIDE __attribute__((target_clones("default", "arch=x86-64-v3", "arch=x86-64-v4")))
+#define ON(level) __attribute__((target("arch=x86-64-" level)))
+#define LOOPS(name)                                                                     \
+    ON("v3") static void NAME(name##_v3)(intptr_t n, char **args, const intptr_t *strides) \
+    {                                                                                   \
+        NAME(name)(n, args, strides);                                                   \
+    }                                                                                   \
+    ON("v4") static void NAME(name##_v4)(intptr_t n, char **args, const intptr_t *strides) \
+    {                                                                                   \
+        NAME(name)(n, args, strides);                                                   \
+    }
+#define WIDTHS(name) {NAME(name##_v3), NAME(name##_v4)}
+#define CHOSEN (__builtin_cpu_supports("x86-64-v4") ? 1 : __builtin_cpu_supports("x86-64-v3") ? 0 : -1)
 #else
 #define WIDE
+#define LOOPS(name)
+#define WIDTHS(name) {NAME(name)}
+#define CHOSEN 0
 #endif
 
 // Loops run over whole vectors: a block is padded to a multiple of this many elements.
@@ -61,6 +77,7 @@ struct part {
 };
 
 typedef void loop_function(intptr_t n, char **args, const intptr_t *strides);
+typedef void any_function(void);
 
 // A form of a kernel for batches in which the `same` arguments (a bit each) are that for at least so many elements:
 // what depends on them is prepared once, and takes the place of the first of them.
@@ -68,19 +85,21 @@ struct form {
     unsigned same;
     intptr_t least;
     void (*start)(char **args, const intptr_t *strides, void *prepared);
-    loop_function *block, *dense;
+    loop_function *block[2], *dense[2];
 };
 
-// The loops of a kernel, over rows and in C order, and its forms. A kernel that repeats reads its inputs again after it
-// has written: its outputs cannot lie where they do.
+// The loops of a kernel, over rows and in C order, its plain function and how that is called, and its forms. A kernel
+// that repeats reads its inputs again after it has written: its outputs cannot lie where they do.
 struct kernel {
-    loop_function *block, *dense;
+    loop_function *block[2], *dense[2];
+    any_function *function;
+    void (*call)(any_function *function, void **parts);
     int n_inputs, n_parts, n_forms, repeats;
     const struct part *parts;
     const struct form *forms;
 };
 
-enum { PARTS = 5, CORES = 5, SPACE = 4096, PREPARED = 33 };
+enum { PARTS = 5, CORES = 5, NUMBERS = 96, SPACE = 4096, PREPARED = 33 };
 
 #define SQRT(x) FUNCTION(sqrt)(x)
 #define SIN(x) NAME(sin_of)(x, far)
@@ -656,6 +675,46 @@ static INLINE void NAME(store_32)(char *a, intptr_t ca, const REAL *x)
     *(REAL *)(a + 31 * ca) = x[31];
 }
 
+static void NAME(call_aaaar)(any_function *function, void **x)
+{
+    ((void (*)(const REAL *, const REAL *, const REAL *, const REAL *, REAL *))function)(x[0], x[1], x[2], x[3], x[4]);
+}
+
+static void NAME(call_aaar)(any_function *function, void **x)
+{
+    ((void (*)(const REAL *, const REAL *, const REAL *, REAL *))function)(x[0], x[1], x[2], x[3]);
+}
+
+static void NAME(call_aanr)(any_function *function, void **x)
+{
+    ((void (*)(const REAL *, const REAL *, REAL, REAL *))function)(x[0], x[1], *(REAL *)x[2], x[3]);
+}
+
+static void NAME(call_aar)(any_function *function, void **x)
+{
+    ((void (*)(const REAL *, const REAL *, REAL *))function)(x[0], x[1], x[2]);
+}
+
+static void NAME(call_anr)(any_function *function, void **x)
+{
+    ((void (*)(const REAL *, REAL, REAL *))function)(x[0], *(REAL *)x[1], x[2]);
+}
+
+static void NAME(call_ar)(any_function *function, void **x)
+{
+    ((void (*)(const REAL *, REAL *))function)(x[0], x[1]);
+}
+
+static void NAME(call_arr)(any_function *function, void **x)
+{
+    ((void (*)(const REAL *, REAL *, REAL *))function)(x[0], x[1], x[2]);
+}
+
+static void NAME(call_nr)(any_function *function, void **x)
+{
+    ((void (*)(REAL, REAL *))function)(*(REAL *)x[0], x[1]);
+}
+
 // Blocks of a batch, and how they get there from strides of any kind: a component of a part (an argument or a result)
 // is a row, `row` numbers long, of the elements of a block.
 
@@ -900,19 +959,56 @@ static void NAME(move_part)(int back, REAL *x, intptr_t row, const struct part *
     }
 }
 
+// The numbers of an element of a part, from the batch or back to it.
+static void NAME(move_element)(int back, REAL *x, const struct part *part, char *a, const intptr_t *c)
+{
+    for (intptr_t k = 0; k < part->size; ++k) {
+        intptr_t offset = 0, rest = k;
+        for (int axis = part->rank; axis-- > 1; rest /= part->shape[axis])
+            offset += rest % part->shape[axis] * c[axis];
+        offset += part->rank ? rest * c[0] : 0;
+        if (back)
+            *(REAL *)(a + offset) = x[k];
+        else
+            x[k] = *(const REAL *)(a + offset);
+    }
+}
+
+// Runs a kernel on one element after the other.
+static void NAME(each)(const struct kernel *kernel, char **args, intptr_t n, const intptr_t *steps)
+{
+    const intptr_t *strides = steps + kernel->n_parts;
+    const struct part *parts = kernel->parts;
+    REAL numbers[NUMBERS], *next = numbers;
+    void *places[PARTS];
+    for (int p = 0; p < kernel->n_parts; next += parts[p++].size)
+        places[p] = next;
+    for (intptr_t i = 0; i < n; ++i) {
+        for (int p = 0; p < kernel->n_inputs; ++p)
+            NAME(move_element)(0, places[p], &parts[p], args[p] + i * steps[p], strides + parts[p].first);
+        kernel->call(kernel->function, places);
+        for (int p = kernel->n_inputs; p < kernel->n_parts; ++p)
+            NAME(move_element)(1, places[p], &parts[p], args[p] + i * steps[p], strides + parts[p].first);
+    }
+}
+
 // Runs a kernel over a batch in blocks. What lies at unit stride, or is hoisted, is used where it lies, and so is a
 // whole batch in C order if there is a loop for it; everything else goes through rows.
 static void NAME(batch)(const struct kernel *kernel, char **args, intptr_t n, const intptr_t *steps)
 {
     const intptr_t w = sizeof(REAL), *strides = steps + kernel->n_parts;
-    const int n_parts = kernel->n_parts, n_inputs = kernel->n_inputs;
+    const int n_parts = kernel->n_parts, n_inputs = kernel->n_inputs, width = CHOSEN;
     enum { SAME, HOISTED, UNIT, ANY } kinds[PARTS];
     _Alignas(64) REAL space[SPACE], prepared[PREPARED];
     REAL *rows[PARTS];
     char *starts[PARTS];
     intptr_t cores[CORES], row_cores[CORES], total = 0, bytes = 0;
     unsigned still = 0, hoisted = 0;
-    loop_function *in_rows = kernel->block, *in_order = kernel->dense;
+    if (width < 0 || n == 1) {
+        NAME(each)(kernel, args, n, steps);
+        return;
+    }
+    loop_function *in_rows = kernel->block[width], *in_order = kernel->dense[width];
     for (int p = 0; p < n_parts; ++p) {
         total += kernel->parts[p].size;
         bytes += steps[p] < 0 ? -steps[p] : steps[p];
@@ -922,7 +1018,7 @@ static void NAME(batch)(const struct kernel *kernel, char **args, intptr_t n, co
         const struct form *form = &kernel->forms[f];
         if ((still & form->same) == form->same && n >= form->least) {
             form->start(args, strides, prepared);
-            hoisted = form->same, in_rows = form->block, in_order = form->dense;
+            hoisted = form->same, in_rows = form->block[width], in_order = form->dense[width];
         }
     }
     int in_place = 1, dense = in_order != NULL;
@@ -1720,7 +1816,7 @@ INLINE void NAME(geometric_product)(const REAL *a, const REAL *b, REAL *out)
     out[31] = t630;
 }
 
-WIDE static void NAME(geometric_product_block)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(geometric_product_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
@@ -1738,11 +1834,13 @@ WIDE static void NAME(geometric_product_block)(intptr_t n, char **args, const in
         NAME(store_32)(a2 + i * w, c2a, x2);
     }
 }
+LOOPS(geometric_product_block)
 
 void NAME(geometric_product_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{32, 1, 0, {32}}, {32, 1, 1, {32}}, {32, 1, 2, {32}}};
-    static const struct kernel kernel = {NAME(geometric_product_block), NULL, 2, 3, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(geometric_product_block), {NULL}, (any_function
+        *)NAME(geometric_product), NAME(call_aar), 2, 3, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -2300,7 +2398,7 @@ INLINE void NAME(outer_product)(const REAL *a, const REAL *b, REAL *out)
     out[31] = t453;
 }
 
-WIDE static void NAME(outer_product_block)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(outer_product_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
@@ -2318,11 +2416,13 @@ WIDE static void NAME(outer_product_block)(intptr_t n, char **args, const intptr
         NAME(store_32)(a2 + i * w, c2a, x2);
     }
 }
+LOOPS(outer_product_block)
 
 void NAME(outer_product_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{32, 1, 0, {32}}, {32, 1, 1, {32}}, {32, 1, 2, {32}}};
-    static const struct kernel kernel = {NAME(outer_product_block), NULL, 2, 3, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(outer_product_block), {NULL}, (any_function *)NAME(outer_product),
+        NAME(call_aar), 2, 3, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -2880,7 +2980,7 @@ INLINE void NAME(regressive_product)(const REAL *a, const REAL *b, REAL *out)
     out[31] = t453;
 }
 
-WIDE static void NAME(regressive_product_block)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(regressive_product_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
@@ -2898,11 +2998,13 @@ WIDE static void NAME(regressive_product_block)(intptr_t n, char **args, const i
         NAME(store_32)(a2 + i * w, c2a, x2);
     }
 }
+LOOPS(regressive_product_block)
 
 void NAME(regressive_product_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{32, 1, 0, {32}}, {32, 1, 1, {32}}, {32, 1, 2, {32}}};
-    static const struct kernel kernel = {NAME(regressive_product_block), NULL, 2, 3, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(regressive_product_block), {NULL}, (any_function
+        *)NAME(regressive_product), NAME(call_aar), 2, 3, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -3850,7 +3952,7 @@ INLINE void NAME(inner_product)(const REAL *a, const REAL *b, REAL *out)
     out[31] = t843;
 }
 
-WIDE static void NAME(inner_product_block)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(inner_product_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
@@ -3868,11 +3970,13 @@ WIDE static void NAME(inner_product_block)(intptr_t n, char **args, const intptr
         NAME(store_32)(a2 + i * w, c2a, x2);
     }
 }
+LOOPS(inner_product_block)
 
 void NAME(inner_product_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{32, 1, 0, {32}}, {32, 1, 1, {32}}, {32, 1, 2, {32}}};
-    static const struct kernel kernel = {NAME(inner_product_block), NULL, 2, 3, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(inner_product_block), {NULL}, (any_function *)NAME(inner_product),
+        NAME(call_aar), 2, 3, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -4224,7 +4328,7 @@ INLINE void NAME(even_product)(const REAL *a, const REAL *b, REAL *out)
     out[15] = t295;
 }
 
-WIDE static void NAME(even_product_block)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(even_product_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
@@ -4242,11 +4346,13 @@ WIDE static void NAME(even_product_block)(intptr_t n, char **args, const intptr_
         NAME(store_16)(a2 + i * w, c2a, x2);
     }
 }
+LOOPS(even_product_block)
 
 void NAME(even_product_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{16, 1, 0, {16}}, {16, 1, 1, {16}}, {16, 1, 2, {16}}};
-    static const struct kernel kernel = {NAME(even_product_block), NULL, 2, 3, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(even_product_block), {NULL}, (any_function *)NAME(even_product),
+        NAME(call_aar), 2, 3, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -4338,7 +4444,7 @@ INLINE void NAME(reverse)(const REAL *a, REAL *out)
     out[31] = a_e0123inf;
 }
 
-WIDE static void NAME(reverse_block)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(reverse_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c0a = strides[0], c1a = strides[1];
@@ -4353,11 +4459,13 @@ WIDE static void NAME(reverse_block)(intptr_t n, char **args, const intptr_t *st
         NAME(store_32)(a1 + i * w, c1a, x1);
     }
 }
+LOOPS(reverse_block)
 
 void NAME(reverse_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{32, 1, 0, {32}}, {32, 1, 1, {32}}};
-    static const struct kernel kernel = {NAME(reverse_block), NULL, 1, 2, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(reverse_block), {NULL}, (any_function *)NAME(reverse),
+        NAME(call_ar), 1, 2, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -4407,7 +4515,7 @@ INLINE void NAME(even_reverse)(const REAL *a, REAL *out)
     out[15] = a_e230inf;
 }
 
-WIDE static void NAME(even_reverse_block)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(even_reverse_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c0a = strides[0], c1a = strides[1];
@@ -4422,11 +4530,13 @@ WIDE static void NAME(even_reverse_block)(intptr_t n, char **args, const intptr_
         NAME(store_16)(a1 + i * w, c1a, x1);
     }
 }
+LOOPS(even_reverse_block)
 
 void NAME(even_reverse_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{16, 1, 0, {16}}, {16, 1, 1, {16}}};
-    static const struct kernel kernel = {NAME(even_reverse_block), NULL, 1, 2, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(even_reverse_block), {NULL}, (any_function *)NAME(even_reverse),
+        NAME(call_ar), 1, 2, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -4514,7 +4624,7 @@ INLINE void NAME(grade_involution)(const REAL *a, REAL *out)
     out[31] = t15;
 }
 
-WIDE static void NAME(grade_involution_block)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(grade_involution_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c0a = strides[0], c1a = strides[1];
@@ -4529,11 +4639,13 @@ WIDE static void NAME(grade_involution_block)(intptr_t n, char **args, const int
         NAME(store_32)(a1 + i * w, c1a, x1);
     }
 }
+LOOPS(grade_involution_block)
 
 void NAME(grade_involution_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{32, 1, 0, {32}}, {32, 1, 1, {32}}};
-    static const struct kernel kernel = {NAME(grade_involution_block), NULL, 1, 2, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(grade_involution_block), {NULL}, (any_function
+        *)NAME(grade_involution), NAME(call_ar), 1, 2, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -4623,7 +4735,7 @@ INLINE void NAME(dual)(const REAL *a, REAL *out)
     out[31] = a_1;
 }
 
-WIDE static void NAME(dual_block)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(dual_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c0a = strides[0], c1a = strides[1];
@@ -4638,11 +4750,13 @@ WIDE static void NAME(dual_block)(intptr_t n, char **args, const intptr_t *strid
         NAME(store_32)(a1 + i * w, c1a, x1);
     }
 }
+LOOPS(dual_block)
 
 void NAME(dual_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{32, 1, 0, {32}}, {32, 1, 1, {32}}};
-    static const struct kernel kernel = {NAME(dual_block), NULL, 1, 2, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(dual_block), {NULL}, (any_function *)NAME(dual), NAME(call_ar), 1,
+        2, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -4732,7 +4846,7 @@ INLINE void NAME(undual)(const REAL *a, REAL *out)
     out[31] = a_1;
 }
 
-WIDE static void NAME(undual_block)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(undual_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c0a = strides[0], c1a = strides[1];
@@ -4747,11 +4861,13 @@ WIDE static void NAME(undual_block)(intptr_t n, char **args, const intptr_t *str
         NAME(store_32)(a1 + i * w, c1a, x1);
     }
 }
+LOOPS(undual_block)
 
 void NAME(undual_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{32, 1, 0, {32}}, {32, 1, 1, {32}}};
-    static const struct kernel kernel = {NAME(undual_block), NULL, 1, 2, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(undual_block), {NULL}, (any_function *)NAME(undual), NAME(call_ar),
+        1, 2, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -4839,7 +4955,7 @@ INLINE void NAME(polarity)(const REAL *a, REAL *out)
     out[31] = t15;
 }
 
-WIDE static void NAME(polarity_block)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(polarity_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c0a = strides[0], c1a = strides[1];
@@ -4854,11 +4970,13 @@ WIDE static void NAME(polarity_block)(intptr_t n, char **args, const intptr_t *s
         NAME(store_32)(a1 + i * w, c1a, x1);
     }
 }
+LOOPS(polarity_block)
 
 void NAME(polarity_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{32, 1, 0, {32}}, {32, 1, 1, {32}}};
-    static const struct kernel kernel = {NAME(polarity_block), NULL, 1, 2, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(polarity_block), {NULL}, (any_function *)NAME(polarity),
+        NAME(call_ar), 1, 2, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -4880,7 +4998,7 @@ INLINE void NAME(embed_point)(const REAL *x, REAL *out)
     out[4] = t5;
 }
 
-WIDE static void NAME(embed_point_block)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(embed_point_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c0a = strides[0], c1a = strides[1];
@@ -4895,8 +5013,9 @@ WIDE static void NAME(embed_point_block)(intptr_t n, char **args, const intptr_t
         NAME(store_5)(a1 + i * w, c1a, x1);
     }
 }
+LOOPS(embed_point_block)
 
-WIDE static void NAME(embed_point_dense)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(embed_point_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
@@ -4915,11 +5034,13 @@ WIDE static void NAME(embed_point_dense)(intptr_t n, char **args, const intptr_t
         NAME(store_span)(args[1], first, r1, 5);
     }
 }
+LOOPS(embed_point_dense)
 
 void NAME(embed_point_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {5, 1, 1, {5}}};
-    static const struct kernel kernel = {NAME(embed_point_block), NAME(embed_point_dense), 1, 2, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(embed_point_block), WIDTHS(embed_point_dense), (any_function
+        *)NAME(embed_point), NAME(call_ar), 1, 2, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -4938,7 +5059,7 @@ INLINE void NAME(extract_point)(const REAL *x, REAL *out)
     out[2] = t3;
 }
 
-WIDE static void NAME(extract_point_block)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(extract_point_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c0a = strides[0], c1a = strides[1];
@@ -4953,8 +5074,9 @@ WIDE static void NAME(extract_point_block)(intptr_t n, char **args, const intptr
         NAME(store_3)(a1 + i * w, c1a, x1);
     }
 }
+LOOPS(extract_point_block)
 
-WIDE static void NAME(extract_point_dense)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(extract_point_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
@@ -4973,12 +5095,13 @@ WIDE static void NAME(extract_point_dense)(intptr_t n, char **args, const intptr
         NAME(store_span)(args[1], first, r1, 3);
     }
 }
+LOOPS(extract_point_dense)
 
 void NAME(extract_point_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{5, 1, 0, {5}}, {3, 1, 1, {3}}};
-    static const struct kernel kernel = {NAME(extract_point_block), NAME(extract_point_dense), 1, 2, 0, 0, parts,
-        NULL};
+    static const struct kernel kernel = {WIDTHS(extract_point_block), WIDTHS(extract_point_dense), (any_function
+        *)NAME(extract_point), NAME(call_ar), 1, 2, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -5001,7 +5124,7 @@ INLINE void NAME(normalize_vector)(const REAL *x, REAL *out)
     out[4] = t4;
 }
 
-WIDE static void NAME(normalize_vector_block)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(normalize_vector_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c0a = strides[0], c1a = strides[1];
@@ -5016,8 +5139,9 @@ WIDE static void NAME(normalize_vector_block)(intptr_t n, char **args, const int
         NAME(store_5)(a1 + i * w, c1a, x1);
     }
 }
+LOOPS(normalize_vector_block)
 
-WIDE static void NAME(normalize_vector_dense)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(normalize_vector_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
@@ -5036,12 +5160,13 @@ WIDE static void NAME(normalize_vector_dense)(intptr_t n, char **args, const int
         NAME(store_span)(args[1], first, r1, 5);
     }
 }
+LOOPS(normalize_vector_dense)
 
 void NAME(normalize_vector_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{5, 1, 0, {5}}, {5, 1, 1, {5}}};
-    static const struct kernel kernel = {NAME(normalize_vector_block), NAME(normalize_vector_dense), 1, 2, 0, 0,
-        parts, NULL};
+    static const struct kernel kernel = {WIDTHS(normalize_vector_block), WIDTHS(normalize_vector_dense),
+        (any_function *)NAME(normalize_vector), NAME(call_ar), 1, 2, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -5066,7 +5191,7 @@ INLINE void NAME(inner_product_of_points)(const REAL *a, const REAL *b, REAL *ou
     out[0] = t9;
 }
 
-WIDE static void NAME(inner_product_of_points_block)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(inner_product_of_points_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c0a = strides[0], c1a = strides[1];
@@ -5084,8 +5209,9 @@ WIDE static void NAME(inner_product_of_points_block)(intptr_t n, char **args, co
         NAME(store_scalar)(a2 + i * w, x2);
     }
 }
+LOOPS(inner_product_of_points_block)
 
-WIDE static void NAME(inner_product_of_points_dense)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(inner_product_of_points_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
@@ -5106,12 +5232,14 @@ WIDE static void NAME(inner_product_of_points_dense)(intptr_t n, char **args, co
         NAME(store_span)(args[2], first, r2, 1);
     }
 }
+LOOPS(inner_product_of_points_dense)
 
 void NAME(inner_product_of_points_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {3, 1, 1, {3}}, {1, 0, 2, {0}}};
-    static const struct kernel kernel = {NAME(inner_product_of_points_block), NAME(inner_product_of_points_dense),
-        2, 3, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(inner_product_of_points_block),
+        WIDTHS(inner_product_of_points_dense), (any_function *)NAME(inner_product_of_points), NAME(call_aar), 2, 3,
+        0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -5134,7 +5262,7 @@ INLINE void NAME(distance_squared_points)(const REAL *a, const REAL *b, REAL *ou
     out[0] = t7;
 }
 
-WIDE static void NAME(distance_squared_points_block)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(distance_squared_points_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c0a = strides[0], c1a = strides[1];
@@ -5152,8 +5280,9 @@ WIDE static void NAME(distance_squared_points_block)(intptr_t n, char **args, co
         NAME(store_scalar)(a2 + i * w, x2);
     }
 }
+LOOPS(distance_squared_points_block)
 
-WIDE static void NAME(distance_squared_points_dense)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(distance_squared_points_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
@@ -5174,12 +5303,14 @@ WIDE static void NAME(distance_squared_points_dense)(intptr_t n, char **args, co
         NAME(store_span)(args[2], first, r2, 1);
     }
 }
+LOOPS(distance_squared_points_dense)
 
 void NAME(distance_squared_points_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {3, 1, 1, {3}}, {1, 0, 2, {0}}};
-    static const struct kernel kernel = {NAME(distance_squared_points_block), NAME(distance_squared_points_dense),
-        2, 3, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(distance_squared_points_block),
+        WIDTHS(distance_squared_points_dense), (any_function *)NAME(distance_squared_points), NAME(call_aar), 2, 3,
+        0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -5203,7 +5334,7 @@ INLINE void NAME(distance_points)(const REAL *a, const REAL *b, REAL *out)
     out[0] = t8;
 }
 
-WIDE static void NAME(distance_points_block)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(distance_points_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c0a = strides[0], c1a = strides[1];
@@ -5221,8 +5352,9 @@ WIDE static void NAME(distance_points_block)(intptr_t n, char **args, const intp
         NAME(store_scalar)(a2 + i * w, x2);
     }
 }
+LOOPS(distance_points_block)
 
-WIDE static void NAME(distance_points_dense)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(distance_points_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
@@ -5243,12 +5375,13 @@ WIDE static void NAME(distance_points_dense)(intptr_t n, char **args, const intp
         NAME(store_span)(args[2], first, r2, 1);
     }
 }
+LOOPS(distance_points_dense)
 
 void NAME(distance_points_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {3, 1, 1, {3}}, {1, 0, 2, {0}}};
-    static const struct kernel kernel = {NAME(distance_points_block), NAME(distance_points_dense), 2, 3, 0, 0,
-        parts, NULL};
+    static const struct kernel kernel = {WIDTHS(distance_points_block), WIDTHS(distance_points_dense), (any_function
+        *)NAME(distance_points), NAME(call_aar), 2, 3, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -5276,7 +5409,7 @@ INLINE void NAME(inner_product_of_vectors)(const REAL *a, const REAL *b, REAL *o
     out[0] = t8;
 }
 
-WIDE static void NAME(inner_product_of_vectors_block)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(inner_product_of_vectors_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c0a = strides[0], c1a = strides[1];
@@ -5294,8 +5427,9 @@ WIDE static void NAME(inner_product_of_vectors_block)(intptr_t n, char **args, c
         NAME(store_scalar)(a2 + i * w, x2);
     }
 }
+LOOPS(inner_product_of_vectors_block)
 
-WIDE static void NAME(inner_product_of_vectors_dense)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(inner_product_of_vectors_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
@@ -5318,12 +5452,14 @@ WIDE static void NAME(inner_product_of_vectors_dense)(intptr_t n, char **args, c
         NAME(store_span)(args[2], first, r2, 1);
     }
 }
+LOOPS(inner_product_of_vectors_dense)
 
 void NAME(inner_product_of_vectors_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{5, 1, 0, {5}}, {5, 1, 1, {5}}, {1, 0, 2, {0}}};
-    static const struct kernel kernel = {NAME(inner_product_of_vectors_block), NAME(inner_product_of_vectors_dense),
-        2, 3, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(inner_product_of_vectors_block),
+        WIDTHS(inner_product_of_vectors_dense), (any_function *)NAME(inner_product_of_vectors), NAME(call_aar), 2,
+        3, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -5432,7 +5568,7 @@ static INLINE void NAME(power_of_point_apply_p)(const REAL *prepared, const REAL
     out[0] = t13;
 }
 
-WIDE static void NAME(power_of_point_block_s)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(power_of_point_block_s)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c0a = strides[0];
@@ -5448,8 +5584,9 @@ WIDE static void NAME(power_of_point_block_s)(intptr_t n, char **args, const int
         NAME(store_scalar)(a2 + i * w, x2);
     }
 }
+LOOPS(power_of_point_block_s)
 
-WIDE static void NAME(power_of_point_dense_s)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(power_of_point_dense_s)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const REAL *prepared = (const REAL *)args[1];
@@ -5468,6 +5605,7 @@ WIDE static void NAME(power_of_point_dense_s)(intptr_t n, char **args, const int
         NAME(store_span)(args[2], first, r2, 1);
     }
 }
+LOOPS(power_of_point_dense_s)
 
 static void NAME(power_of_point_start_s)(char **args, const intptr_t *strides, void *prepared)
 {
@@ -5477,7 +5615,7 @@ static void NAME(power_of_point_start_s)(char **args, const intptr_t *strides, v
     NAME(power_of_point_prepare_s)(x1, prepared);
 }
 
-WIDE static void NAME(power_of_point_block_p)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(power_of_point_block_p)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c1a = strides[1];
@@ -5493,8 +5631,9 @@ WIDE static void NAME(power_of_point_block_p)(intptr_t n, char **args, const int
         NAME(store_scalar)(a2 + i * w, x2);
     }
 }
+LOOPS(power_of_point_block_p)
 
-WIDE static void NAME(power_of_point_dense_p)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(power_of_point_dense_p)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const REAL *prepared = (const REAL *)args[0];
@@ -5514,6 +5653,7 @@ WIDE static void NAME(power_of_point_dense_p)(intptr_t n, char **args, const int
         NAME(store_span)(args[2], first, r2, 1);
     }
 }
+LOOPS(power_of_point_dense_p)
 
 static void NAME(power_of_point_start_p)(char **args, const intptr_t *strides, void *prepared)
 {
@@ -5523,7 +5663,7 @@ static void NAME(power_of_point_start_p)(char **args, const intptr_t *strides, v
     NAME(power_of_point_prepare_p)(x0, prepared);
 }
 
-WIDE static void NAME(power_of_point_block)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(power_of_point_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c0a = strides[0], c1a = strides[1];
@@ -5541,8 +5681,9 @@ WIDE static void NAME(power_of_point_block)(intptr_t n, char **args, const intpt
         NAME(store_scalar)(a2 + i * w, x2);
     }
 }
+LOOPS(power_of_point_block)
 
-WIDE static void NAME(power_of_point_dense)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(power_of_point_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
@@ -5565,15 +5706,16 @@ WIDE static void NAME(power_of_point_dense)(intptr_t n, char **args, const intpt
         NAME(store_span)(args[2], first, r2, 1);
     }
 }
+LOOPS(power_of_point_dense)
 
 void NAME(power_of_point_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {5, 1, 1, {5}}, {1, 0, 2, {0}}};
-    static const struct form forms[] = {{2, 2, NAME(power_of_point_start_s), NAME(power_of_point_block_s),
-        NAME(power_of_point_dense_s)}, {1, 2, NAME(power_of_point_start_p), NAME(power_of_point_block_p),
-        NAME(power_of_point_dense_p)}};
-    static const struct kernel kernel = {NAME(power_of_point_block), NAME(power_of_point_dense), 2, 3, 2, 0, parts,
-        forms};
+    static const struct form forms[] = {{2, 2, NAME(power_of_point_start_s), WIDTHS(power_of_point_block_s),
+        WIDTHS(power_of_point_dense_s)}, {1, 2, NAME(power_of_point_start_p), WIDTHS(power_of_point_block_p),
+        WIDTHS(power_of_point_dense_p)}};
+    static const struct kernel kernel = {WIDTHS(power_of_point_block), WIDTHS(power_of_point_dense), (any_function
+        *)NAME(power_of_point), NAME(call_aar), 2, 3, 2, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -5643,7 +5785,7 @@ static INLINE void NAME(signed_distance_point_plane_apply_plane)(const REAL *pre
     out[0] = t16;
 }
 
-WIDE static void NAME(signed_distance_point_plane_block_plane)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(signed_distance_point_plane_block_plane)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c0a = strides[0];
@@ -5659,8 +5801,9 @@ WIDE static void NAME(signed_distance_point_plane_block_plane)(intptr_t n, char 
         NAME(store_scalar)(a2 + i * w, x2);
     }
 }
+LOOPS(signed_distance_point_plane_block_plane)
 
-WIDE static void NAME(signed_distance_point_plane_dense_plane)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(signed_distance_point_plane_dense_plane)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const REAL *prepared = (const REAL *)args[1];
@@ -5679,6 +5822,7 @@ WIDE static void NAME(signed_distance_point_plane_dense_plane)(intptr_t n, char 
         NAME(store_span)(args[2], first, r2, 1);
     }
 }
+LOOPS(signed_distance_point_plane_dense_plane)
 
 static void NAME(signed_distance_point_plane_start_plane)(char **args, const intptr_t *strides, void *prepared)
 {
@@ -5688,7 +5832,7 @@ static void NAME(signed_distance_point_plane_start_plane)(char **args, const int
     NAME(signed_distance_point_plane_prepare_plane)(x1, prepared);
 }
 
-WIDE static void NAME(signed_distance_point_plane_block)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(signed_distance_point_plane_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c0a = strides[0], c1a = strides[1];
@@ -5706,8 +5850,9 @@ WIDE static void NAME(signed_distance_point_plane_block)(intptr_t n, char **args
         NAME(store_scalar)(a2 + i * w, x2);
     }
 }
+LOOPS(signed_distance_point_plane_block)
 
-WIDE static void NAME(signed_distance_point_plane_dense)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(signed_distance_point_plane_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
@@ -5728,14 +5873,16 @@ WIDE static void NAME(signed_distance_point_plane_dense)(intptr_t n, char **args
         NAME(store_span)(args[2], first, r2, 1);
     }
 }
+LOOPS(signed_distance_point_plane_dense)
 
 void NAME(signed_distance_point_plane_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {4, 1, 1, {4}}, {1, 0, 2, {0}}};
     static const struct form forms[] = {{2, 2, NAME(signed_distance_point_plane_start_plane),
-        NAME(signed_distance_point_plane_block_plane), NAME(signed_distance_point_plane_dense_plane)}};
-    static const struct kernel kernel = {NAME(signed_distance_point_plane_block),
-        NAME(signed_distance_point_plane_dense), 2, 3, 1, 0, parts, forms};
+        WIDTHS(signed_distance_point_plane_block_plane), WIDTHS(signed_distance_point_plane_dense_plane)}};
+    static const struct kernel kernel = {WIDTHS(signed_distance_point_plane_block),
+        WIDTHS(signed_distance_point_plane_dense), (any_function *)NAME(signed_distance_point_plane),
+        NAME(call_aar), 2, 3, 1, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -5779,7 +5926,7 @@ INLINE void NAME(distance_point_line)(const REAL *p, const REAL *line, REAL *out
     out[0] = t25;
 }
 
-WIDE static void NAME(distance_point_line_block)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(distance_point_line_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c0a = strides[0], c1a = strides[1];
@@ -5797,8 +5944,9 @@ WIDE static void NAME(distance_point_line_block)(intptr_t n, char **args, const 
         NAME(store_scalar)(a2 + i * w, x2);
     }
 }
+LOOPS(distance_point_line_block)
 
-WIDE static void NAME(distance_point_line_dense)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(distance_point_line_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
@@ -5821,12 +5969,13 @@ WIDE static void NAME(distance_point_line_dense)(intptr_t n, char **args, const 
         NAME(store_span)(args[2], first, r2, 1);
     }
 }
+LOOPS(distance_point_line_dense)
 
 void NAME(distance_point_line_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {6, 1, 1, {6}}, {1, 0, 2, {0}}};
-    static const struct kernel kernel = {NAME(distance_point_line_block), NAME(distance_point_line_dense), 2, 3, 0,
-        0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(distance_point_line_block), WIDTHS(distance_point_line_dense),
+        (any_function *)NAME(distance_point_line), NAME(call_aar), 2, 3, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -5884,7 +6033,7 @@ INLINE void NAME(point_pair_from_points)(const REAL *a, const REAL *b, REAL *out
     out[9] = t33;
 }
 
-WIDE static void NAME(point_pair_from_points_block)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(point_pair_from_points_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
@@ -5902,8 +6051,9 @@ WIDE static void NAME(point_pair_from_points_block)(intptr_t n, char **args, con
         NAME(store_10)(a2 + i * w, c2a, x2);
     }
 }
+LOOPS(point_pair_from_points_block)
 
-WIDE static void NAME(point_pair_from_points_dense)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(point_pair_from_points_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
@@ -5926,12 +6076,13 @@ WIDE static void NAME(point_pair_from_points_dense)(intptr_t n, char **args, con
         NAME(store_span)(args[2], first, r2, 10);
     }
 }
+LOOPS(point_pair_from_points_dense)
 
 void NAME(point_pair_from_points_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {3, 1, 1, {3}}, {10, 1, 2, {10}}};
-    static const struct kernel kernel = {NAME(point_pair_from_points_block), NAME(point_pair_from_points_dense), 2,
-        3, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(point_pair_from_points_block), WIDTHS(point_pair_from_points_dense),
+        (any_function *)NAME(point_pair_from_points), NAME(call_aar), 2, 3, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -6388,7 +6539,7 @@ static INLINE void NAME(circle_from_points_apply_a_b)(const REAL *prepared, cons
     out[9] = t92;
 }
 
-WIDE static void NAME(circle_from_points_block_a_c)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(circle_from_points_block_a_c)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c1a = strides[1], c3a = strides[3];
@@ -6404,8 +6555,9 @@ WIDE static void NAME(circle_from_points_block_a_c)(intptr_t n, char **args, con
         NAME(store_10)(a3 + i * w, c3a, x3);
     }
 }
+LOOPS(circle_from_points_block_a_c)
 
-WIDE static void NAME(circle_from_points_dense_a_c)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(circle_from_points_dense_a_c)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const REAL *prepared = (const REAL *)args[0];
@@ -6425,6 +6577,7 @@ WIDE static void NAME(circle_from_points_dense_a_c)(intptr_t n, char **args, con
         NAME(store_span)(args[3], first, r3, 10);
     }
 }
+LOOPS(circle_from_points_dense_a_c)
 
 static void NAME(circle_from_points_start_a_c)(char **args, const intptr_t *strides, void *prepared)
 {
@@ -6436,7 +6589,7 @@ static void NAME(circle_from_points_start_a_c)(char **args, const intptr_t *stri
     NAME(circle_from_points_prepare_a_c)(x0, x2, prepared);
 }
 
-WIDE static void NAME(circle_from_points_block_b_c)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(circle_from_points_block_b_c)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c0a = strides[0], c3a = strides[3];
@@ -6452,8 +6605,9 @@ WIDE static void NAME(circle_from_points_block_b_c)(intptr_t n, char **args, con
         NAME(store_10)(a3 + i * w, c3a, x3);
     }
 }
+LOOPS(circle_from_points_block_b_c)
 
-WIDE static void NAME(circle_from_points_dense_b_c)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(circle_from_points_dense_b_c)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const REAL *prepared = (const REAL *)args[1];
@@ -6473,6 +6627,7 @@ WIDE static void NAME(circle_from_points_dense_b_c)(intptr_t n, char **args, con
         NAME(store_span)(args[3], first, r3, 10);
     }
 }
+LOOPS(circle_from_points_dense_b_c)
 
 static void NAME(circle_from_points_start_b_c)(char **args, const intptr_t *strides, void *prepared)
 {
@@ -6484,7 +6639,7 @@ static void NAME(circle_from_points_start_b_c)(char **args, const intptr_t *stri
     NAME(circle_from_points_prepare_b_c)(x1, x2, prepared);
 }
 
-WIDE static void NAME(circle_from_points_block_a_b)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(circle_from_points_block_a_b)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c2a = strides[2], c3a = strides[3];
@@ -6500,8 +6655,9 @@ WIDE static void NAME(circle_from_points_block_a_b)(intptr_t n, char **args, con
         NAME(store_10)(a3 + i * w, c3a, x3);
     }
 }
+LOOPS(circle_from_points_block_a_b)
 
-WIDE static void NAME(circle_from_points_dense_a_b)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(circle_from_points_dense_a_b)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const REAL *prepared = (const REAL *)args[0];
@@ -6521,6 +6677,7 @@ WIDE static void NAME(circle_from_points_dense_a_b)(intptr_t n, char **args, con
         NAME(store_span)(args[3], first, r3, 10);
     }
 }
+LOOPS(circle_from_points_dense_a_b)
 
 static void NAME(circle_from_points_start_a_b)(char **args, const intptr_t *strides, void *prepared)
 {
@@ -6532,7 +6689,7 @@ static void NAME(circle_from_points_start_a_b)(char **args, const intptr_t *stri
     NAME(circle_from_points_prepare_a_b)(x0, x1, prepared);
 }
 
-WIDE static void NAME(circle_from_points_block)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(circle_from_points_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2], c3a = strides[3];
@@ -6553,8 +6710,9 @@ WIDE static void NAME(circle_from_points_block)(intptr_t n, char **args, const i
         NAME(store_10)(a3 + i * w, c3a, x3);
     }
 }
+LOOPS(circle_from_points_block)
 
-WIDE static void NAME(circle_from_points_dense)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(circle_from_points_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
@@ -6581,17 +6739,18 @@ WIDE static void NAME(circle_from_points_dense)(intptr_t n, char **args, const i
         NAME(store_span)(args[3], first, r3, 10);
     }
 }
+LOOPS(circle_from_points_dense)
 
 void NAME(circle_from_points_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {3, 1, 1, {3}}, {3, 1, 2, {3}}, {10, 1, 3, {10}}};
     static const struct form forms[] = {{5, 2, NAME(circle_from_points_start_a_c),
-        NAME(circle_from_points_block_a_c), NAME(circle_from_points_dense_a_c)}, {6, 2,
-        NAME(circle_from_points_start_b_c), NAME(circle_from_points_block_b_c), NAME(circle_from_points_dense_b_c)},
-        {3, 3, NAME(circle_from_points_start_a_b), NAME(circle_from_points_block_a_b),
-        NAME(circle_from_points_dense_a_b)}};
-    static const struct kernel kernel = {NAME(circle_from_points_block), NAME(circle_from_points_dense), 3, 4, 3, 0,
-        parts, forms};
+        WIDTHS(circle_from_points_block_a_c), WIDTHS(circle_from_points_dense_a_c)}, {6, 2,
+        NAME(circle_from_points_start_b_c), WIDTHS(circle_from_points_block_b_c),
+        WIDTHS(circle_from_points_dense_b_c)}, {3, 3, NAME(circle_from_points_start_a_b),
+        WIDTHS(circle_from_points_block_a_b), WIDTHS(circle_from_points_dense_a_b)}};
+    static const struct kernel kernel = {WIDTHS(circle_from_points_block), WIDTHS(circle_from_points_dense),
+        (any_function *)NAME(circle_from_points), NAME(call_aaar), 3, 4, 3, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -7421,7 +7580,7 @@ static INLINE void NAME(sphere_from_points_apply_b_c_d)(const REAL *prepared, co
     out[4] = t126;
 }
 
-WIDE static void NAME(sphere_from_points_block_a_b_c)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(sphere_from_points_block_a_b_c)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c3a = strides[3], c4a = strides[4];
@@ -7437,8 +7596,9 @@ WIDE static void NAME(sphere_from_points_block_a_b_c)(intptr_t n, char **args, c
         NAME(store_5)(a4 + i * w, c4a, x4);
     }
 }
+LOOPS(sphere_from_points_block_a_b_c)
 
-WIDE static void NAME(sphere_from_points_dense_a_b_c)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(sphere_from_points_dense_a_b_c)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const REAL *prepared = (const REAL *)args[0];
@@ -7458,6 +7618,7 @@ WIDE static void NAME(sphere_from_points_dense_a_b_c)(intptr_t n, char **args, c
         NAME(store_span)(args[4], first, r4, 5);
     }
 }
+LOOPS(sphere_from_points_dense_a_b_c)
 
 static void NAME(sphere_from_points_start_a_b_c)(char **args, const intptr_t *strides, void *prepared)
 {
@@ -7471,7 +7632,7 @@ static void NAME(sphere_from_points_start_a_b_c)(char **args, const intptr_t *st
     NAME(sphere_from_points_prepare_a_b_c)(x0, x1, x2, prepared);
 }
 
-WIDE static void NAME(sphere_from_points_block_a_b_d)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(sphere_from_points_block_a_b_d)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c2a = strides[2], c4a = strides[4];
@@ -7487,8 +7648,9 @@ WIDE static void NAME(sphere_from_points_block_a_b_d)(intptr_t n, char **args, c
         NAME(store_5)(a4 + i * w, c4a, x4);
     }
 }
+LOOPS(sphere_from_points_block_a_b_d)
 
-WIDE static void NAME(sphere_from_points_dense_a_b_d)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(sphere_from_points_dense_a_b_d)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const REAL *prepared = (const REAL *)args[0];
@@ -7508,6 +7670,7 @@ WIDE static void NAME(sphere_from_points_dense_a_b_d)(intptr_t n, char **args, c
         NAME(store_span)(args[4], first, r4, 5);
     }
 }
+LOOPS(sphere_from_points_dense_a_b_d)
 
 static void NAME(sphere_from_points_start_a_b_d)(char **args, const intptr_t *strides, void *prepared)
 {
@@ -7521,7 +7684,7 @@ static void NAME(sphere_from_points_start_a_b_d)(char **args, const intptr_t *st
     NAME(sphere_from_points_prepare_a_b_d)(x0, x1, x3, prepared);
 }
 
-WIDE static void NAME(sphere_from_points_block_a_c_d)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(sphere_from_points_block_a_c_d)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c1a = strides[1], c4a = strides[4];
@@ -7537,8 +7700,9 @@ WIDE static void NAME(sphere_from_points_block_a_c_d)(intptr_t n, char **args, c
         NAME(store_5)(a4 + i * w, c4a, x4);
     }
 }
+LOOPS(sphere_from_points_block_a_c_d)
 
-WIDE static void NAME(sphere_from_points_dense_a_c_d)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(sphere_from_points_dense_a_c_d)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const REAL *prepared = (const REAL *)args[0];
@@ -7558,6 +7722,7 @@ WIDE static void NAME(sphere_from_points_dense_a_c_d)(intptr_t n, char **args, c
         NAME(store_span)(args[4], first, r4, 5);
     }
 }
+LOOPS(sphere_from_points_dense_a_c_d)
 
 static void NAME(sphere_from_points_start_a_c_d)(char **args, const intptr_t *strides, void *prepared)
 {
@@ -7571,7 +7736,7 @@ static void NAME(sphere_from_points_start_a_c_d)(char **args, const intptr_t *st
     NAME(sphere_from_points_prepare_a_c_d)(x0, x2, x3, prepared);
 }
 
-WIDE static void NAME(sphere_from_points_block_b_c_d)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(sphere_from_points_block_b_c_d)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c0a = strides[0], c4a = strides[4];
@@ -7587,8 +7752,9 @@ WIDE static void NAME(sphere_from_points_block_b_c_d)(intptr_t n, char **args, c
         NAME(store_5)(a4 + i * w, c4a, x4);
     }
 }
+LOOPS(sphere_from_points_block_b_c_d)
 
-WIDE static void NAME(sphere_from_points_dense_b_c_d)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(sphere_from_points_dense_b_c_d)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const REAL *prepared = (const REAL *)args[1];
@@ -7608,6 +7774,7 @@ WIDE static void NAME(sphere_from_points_dense_b_c_d)(intptr_t n, char **args, c
         NAME(store_span)(args[4], first, r4, 5);
     }
 }
+LOOPS(sphere_from_points_dense_b_c_d)
 
 static void NAME(sphere_from_points_start_b_c_d)(char **args, const intptr_t *strides, void *prepared)
 {
@@ -7621,7 +7788,7 @@ static void NAME(sphere_from_points_start_b_c_d)(char **args, const intptr_t *st
     NAME(sphere_from_points_prepare_b_c_d)(x1, x2, x3, prepared);
 }
 
-WIDE static void NAME(sphere_from_points_block)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(sphere_from_points_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2], c3a = strides[3], c4a = strides[4];
@@ -7645,8 +7812,9 @@ WIDE static void NAME(sphere_from_points_block)(intptr_t n, char **args, const i
         NAME(store_5)(a4 + i * w, c4a, x4);
     }
 }
+LOOPS(sphere_from_points_block)
 
-WIDE static void NAME(sphere_from_points_dense)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(sphere_from_points_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
@@ -7677,20 +7845,21 @@ WIDE static void NAME(sphere_from_points_dense)(intptr_t n, char **args, const i
         NAME(store_span)(args[4], first, r4, 5);
     }
 }
+LOOPS(sphere_from_points_dense)
 
 void NAME(sphere_from_points_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {3, 1, 1, {3}}, {3, 1, 2, {3}}, {3, 1, 3, {3}}, {5, 1, 4,
         {5}}};
     static const struct form forms[] = {{7, 3, NAME(sphere_from_points_start_a_b_c),
-        NAME(sphere_from_points_block_a_b_c), NAME(sphere_from_points_dense_a_b_c)}, {11, 3,
-        NAME(sphere_from_points_start_a_b_d), NAME(sphere_from_points_block_a_b_d),
-        NAME(sphere_from_points_dense_a_b_d)}, {13, 3, NAME(sphere_from_points_start_a_c_d),
-        NAME(sphere_from_points_block_a_c_d), NAME(sphere_from_points_dense_a_c_d)}, {14, 3,
-        NAME(sphere_from_points_start_b_c_d), NAME(sphere_from_points_block_b_c_d),
-        NAME(sphere_from_points_dense_b_c_d)}};
-    static const struct kernel kernel = {NAME(sphere_from_points_block), NAME(sphere_from_points_dense), 4, 5, 4, 0,
-        parts, forms};
+        WIDTHS(sphere_from_points_block_a_b_c), WIDTHS(sphere_from_points_dense_a_b_c)}, {11, 3,
+        NAME(sphere_from_points_start_a_b_d), WIDTHS(sphere_from_points_block_a_b_d),
+        WIDTHS(sphere_from_points_dense_a_b_d)}, {13, 3, NAME(sphere_from_points_start_a_c_d),
+        WIDTHS(sphere_from_points_block_a_c_d), WIDTHS(sphere_from_points_dense_a_c_d)}, {14, 3,
+        NAME(sphere_from_points_start_b_c_d), WIDTHS(sphere_from_points_block_b_c_d),
+        WIDTHS(sphere_from_points_dense_b_c_d)}};
+    static const struct kernel kernel = {WIDTHS(sphere_from_points_block), WIDTHS(sphere_from_points_dense),
+        (any_function *)NAME(sphere_from_points), NAME(call_aaaar), 4, 5, 4, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -7722,7 +7891,7 @@ INLINE void NAME(line_from_points)(const REAL *a, const REAL *b, REAL *out)
     out[5] = t11;
 }
 
-WIDE static void NAME(line_from_points_block)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(line_from_points_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
@@ -7740,8 +7909,9 @@ WIDE static void NAME(line_from_points_block)(intptr_t n, char **args, const int
         NAME(store_6)(a2 + i * w, c2a, x2);
     }
 }
+LOOPS(line_from_points_block)
 
-WIDE static void NAME(line_from_points_dense)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(line_from_points_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
@@ -7764,12 +7934,13 @@ WIDE static void NAME(line_from_points_dense)(intptr_t n, char **args, const int
         NAME(store_span)(args[2], first, r2, 6);
     }
 }
+LOOPS(line_from_points_dense)
 
 void NAME(line_from_points_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {3, 1, 1, {3}}, {6, 1, 2, {6}}};
-    static const struct kernel kernel = {NAME(line_from_points_block), NAME(line_from_points_dense), 2, 3, 0, 0,
-        parts, NULL};
+    static const struct kernel kernel = {WIDTHS(line_from_points_block), WIDTHS(line_from_points_dense),
+        (any_function *)NAME(line_from_points), NAME(call_aar), 2, 3, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -7801,7 +7972,7 @@ INLINE void NAME(line_from_point_direction)(const REAL *p, const REAL *d, REAL *
     out[5] = t11;
 }
 
-WIDE static void NAME(line_from_point_direction_block)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(line_from_point_direction_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
@@ -7819,8 +7990,9 @@ WIDE static void NAME(line_from_point_direction_block)(intptr_t n, char **args, 
         NAME(store_6)(a2 + i * w, c2a, x2);
     }
 }
+LOOPS(line_from_point_direction_block)
 
-WIDE static void NAME(line_from_point_direction_dense)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(line_from_point_direction_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
@@ -7843,12 +8015,14 @@ WIDE static void NAME(line_from_point_direction_dense)(intptr_t n, char **args, 
         NAME(store_span)(args[2], first, r2, 6);
     }
 }
+LOOPS(line_from_point_direction_dense)
 
 void NAME(line_from_point_direction_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {3, 1, 1, {3}}, {6, 1, 2, {6}}};
-    static const struct kernel kernel = {NAME(line_from_point_direction_block),
-        NAME(line_from_point_direction_dense), 2, 3, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(line_from_point_direction_block),
+        WIDTHS(line_from_point_direction_dense), (any_function *)NAME(line_from_point_direction), NAME(call_aar), 2,
+        3, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -7889,7 +8063,7 @@ INLINE void NAME(plane_from_points)(const REAL *a, const REAL *b, const REAL *c,
     out[3] = t6;
 }
 
-WIDE static void NAME(plane_from_points_block)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(plane_from_points_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2], c3a = strides[3];
@@ -7910,8 +8084,9 @@ WIDE static void NAME(plane_from_points_block)(intptr_t n, char **args, const in
         NAME(store_4)(a3 + i * w, c3a, x3);
     }
 }
+LOOPS(plane_from_points_block)
 
-WIDE static void NAME(plane_from_points_dense)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(plane_from_points_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
@@ -7935,12 +8110,13 @@ WIDE static void NAME(plane_from_points_dense)(intptr_t n, char **args, const in
         NAME(store_span)(args[3], first, r3, 4);
     }
 }
+LOOPS(plane_from_points_dense)
 
 void NAME(plane_from_points_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {3, 1, 1, {3}}, {3, 1, 2, {3}}, {4, 1, 3, {4}}};
-    static const struct kernel kernel = {NAME(plane_from_points_block), NAME(plane_from_points_dense), 3, 4, 0, 0,
-        parts, NULL};
+    static const struct kernel kernel = {WIDTHS(plane_from_points_block), WIDTHS(plane_from_points_dense),
+        (any_function *)NAME(plane_from_points), NAME(call_aaar), 3, 4, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -7964,7 +8140,7 @@ INLINE void NAME(dual_sphere_from_centre)(const REAL *centre, REAL radius, REAL 
     out[4] = t7;
 }
 
-WIDE static void NAME(dual_sphere_from_centre_block)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(dual_sphere_from_centre_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c0a = strides[0], c2a = strides[1];
@@ -7982,8 +8158,9 @@ WIDE static void NAME(dual_sphere_from_centre_block)(intptr_t n, char **args, co
         NAME(store_5)(a2 + i * w, c2a, x2);
     }
 }
+LOOPS(dual_sphere_from_centre_block)
 
-WIDE static void NAME(dual_sphere_from_centre_dense)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(dual_sphere_from_centre_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
@@ -8006,12 +8183,14 @@ WIDE static void NAME(dual_sphere_from_centre_dense)(intptr_t n, char **args, co
         NAME(store_span)(args[2], first, r2, 5);
     }
 }
+LOOPS(dual_sphere_from_centre_dense)
 
 void NAME(dual_sphere_from_centre_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {1, 0, 1, {0}}, {5, 1, 1, {5}}};
-    static const struct kernel kernel = {NAME(dual_sphere_from_centre_block), NAME(dual_sphere_from_centre_dense),
-        2, 3, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(dual_sphere_from_centre_block),
+        WIDTHS(dual_sphere_from_centre_dense), (any_function *)NAME(dual_sphere_from_centre), NAME(call_anr), 2, 3,
+        0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -8041,7 +8220,7 @@ INLINE void NAME(dual_sphere_through_point)(const REAL *centre, const REAL *p, R
     out[4] = t10;
 }
 
-WIDE static void NAME(dual_sphere_through_point_block)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(dual_sphere_through_point_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
@@ -8059,8 +8238,9 @@ WIDE static void NAME(dual_sphere_through_point_block)(intptr_t n, char **args, 
         NAME(store_5)(a2 + i * w, c2a, x2);
     }
 }
+LOOPS(dual_sphere_through_point_block)
 
-WIDE static void NAME(dual_sphere_through_point_dense)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(dual_sphere_through_point_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
@@ -8083,12 +8263,14 @@ WIDE static void NAME(dual_sphere_through_point_dense)(intptr_t n, char **args, 
         NAME(store_span)(args[2], first, r2, 5);
     }
 }
+LOOPS(dual_sphere_through_point_dense)
 
 void NAME(dual_sphere_through_point_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {3, 1, 1, {3}}, {5, 1, 2, {5}}};
-    static const struct kernel kernel = {NAME(dual_sphere_through_point_block),
-        NAME(dual_sphere_through_point_dense), 2, 3, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(dual_sphere_through_point_block),
+        WIDTHS(dual_sphere_through_point_dense), (any_function *)NAME(dual_sphere_through_point), NAME(call_aar), 2,
+        3, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -8114,7 +8296,7 @@ INLINE void NAME(sphere_from_centre)(const REAL *centre, REAL radius, REAL *out)
     out[4] = t9;
 }
 
-WIDE static void NAME(sphere_from_centre_block)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(sphere_from_centre_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c0a = strides[0], c2a = strides[1];
@@ -8132,8 +8314,9 @@ WIDE static void NAME(sphere_from_centre_block)(intptr_t n, char **args, const i
         NAME(store_5)(a2 + i * w, c2a, x2);
     }
 }
+LOOPS(sphere_from_centre_block)
 
-WIDE static void NAME(sphere_from_centre_dense)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(sphere_from_centre_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
@@ -8156,12 +8339,13 @@ WIDE static void NAME(sphere_from_centre_dense)(intptr_t n, char **args, const i
         NAME(store_span)(args[2], first, r2, 5);
     }
 }
+LOOPS(sphere_from_centre_dense)
 
 void NAME(sphere_from_centre_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {1, 0, 1, {0}}, {5, 1, 1, {5}}};
-    static const struct kernel kernel = {NAME(sphere_from_centre_block), NAME(sphere_from_centre_dense), 2, 3, 0, 0,
-        parts, NULL};
+    static const struct kernel kernel = {WIDTHS(sphere_from_centre_block), WIDTHS(sphere_from_centre_dense),
+        (any_function *)NAME(sphere_from_centre), NAME(call_anr), 2, 3, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -8176,7 +8360,7 @@ INLINE void NAME(dual_plane_from_normal)(const REAL *normal, REAL distance, REAL
     out[3] = distance;
 }
 
-WIDE static void NAME(dual_plane_from_normal_block)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(dual_plane_from_normal_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c0a = strides[0], c2a = strides[1];
@@ -8194,8 +8378,9 @@ WIDE static void NAME(dual_plane_from_normal_block)(intptr_t n, char **args, con
         NAME(store_4)(a2 + i * w, c2a, x2);
     }
 }
+LOOPS(dual_plane_from_normal_block)
 
-WIDE static void NAME(dual_plane_from_normal_dense)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(dual_plane_from_normal_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
@@ -8216,12 +8401,13 @@ WIDE static void NAME(dual_plane_from_normal_dense)(intptr_t n, char **args, con
         NAME(store_span)(args[2], first, r2, 4);
     }
 }
+LOOPS(dual_plane_from_normal_dense)
 
 void NAME(dual_plane_from_normal_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {1, 0, 1, {0}}, {4, 1, 1, {4}}};
-    static const struct kernel kernel = {NAME(dual_plane_from_normal_block), NAME(dual_plane_from_normal_dense), 2,
-        3, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(dual_plane_from_normal_block), WIDTHS(dual_plane_from_normal_dense),
+        (any_function *)NAME(dual_plane_from_normal), NAME(call_anr), 2, 3, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -8254,7 +8440,7 @@ INLINE void NAME(bisector_plane)(const REAL *a, const REAL *b, REAL *out)
     out[3] = t14;
 }
 
-WIDE static void NAME(bisector_plane_block)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(bisector_plane_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
@@ -8272,8 +8458,9 @@ WIDE static void NAME(bisector_plane_block)(intptr_t n, char **args, const intpt
         NAME(store_4)(a2 + i * w, c2a, x2);
     }
 }
+LOOPS(bisector_plane_block)
 
-WIDE static void NAME(bisector_plane_dense)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(bisector_plane_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
@@ -8294,12 +8481,13 @@ WIDE static void NAME(bisector_plane_dense)(intptr_t n, char **args, const intpt
         NAME(store_span)(args[2], first, r2, 4);
     }
 }
+LOOPS(bisector_plane_dense)
 
 void NAME(bisector_plane_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {3, 1, 1, {3}}, {4, 1, 2, {4}}};
-    static const struct kernel kernel = {NAME(bisector_plane_block), NAME(bisector_plane_dense), 2, 3, 0, 0, parts,
-        NULL};
+    static const struct kernel kernel = {WIDTHS(bisector_plane_block), WIDTHS(bisector_plane_dense), (any_function
+        *)NAME(bisector_plane), NAME(call_aar), 2, 3, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -8320,7 +8508,7 @@ INLINE void NAME(sphere_polarity)(const REAL *sphere, REAL *out)
     out[4] = t2;
 }
 
-WIDE static void NAME(sphere_polarity_block)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(sphere_polarity_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c0a = strides[0], c1a = strides[1];
@@ -8335,8 +8523,9 @@ WIDE static void NAME(sphere_polarity_block)(intptr_t n, char **args, const intp
         NAME(store_5)(a1 + i * w, c1a, x1);
     }
 }
+LOOPS(sphere_polarity_block)
 
-WIDE static void NAME(sphere_polarity_dense)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(sphere_polarity_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
@@ -8355,12 +8544,13 @@ WIDE static void NAME(sphere_polarity_dense)(intptr_t n, char **args, const intp
         NAME(store_span)(args[1], first, r1, 5);
     }
 }
+LOOPS(sphere_polarity_dense)
 
 void NAME(sphere_polarity_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{5, 1, 0, {5}}, {5, 1, 1, {5}}};
-    static const struct kernel kernel = {NAME(sphere_polarity_block), NAME(sphere_polarity_dense), 1, 2, 0, 0,
-        parts, NULL};
+    static const struct kernel kernel = {WIDTHS(sphere_polarity_block), WIDTHS(sphere_polarity_dense), (any_function
+        *)NAME(sphere_polarity), NAME(call_ar), 1, 2, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -8379,7 +8569,7 @@ INLINE void NAME(plane_polarity)(const REAL *plane, REAL *out)
     out[3] = t2;
 }
 
-WIDE static void NAME(plane_polarity_block)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(plane_polarity_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c0a = strides[0], c1a = strides[1];
@@ -8394,8 +8584,9 @@ WIDE static void NAME(plane_polarity_block)(intptr_t n, char **args, const intpt
         NAME(store_4)(a1 + i * w, c1a, x1);
     }
 }
+LOOPS(plane_polarity_block)
 
-WIDE static void NAME(plane_polarity_dense)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(plane_polarity_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
@@ -8413,12 +8604,13 @@ WIDE static void NAME(plane_polarity_dense)(intptr_t n, char **args, const intpt
         NAME(store_span)(args[1], first, r1, 4);
     }
 }
+LOOPS(plane_polarity_dense)
 
 void NAME(plane_polarity_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {4, 1, 1, {4}}};
-    static const struct kernel kernel = {NAME(plane_polarity_block), NAME(plane_polarity_dense), 1, 2, 0, 0, parts,
-        NULL};
+    static const struct kernel kernel = {WIDTHS(plane_polarity_block), WIDTHS(plane_polarity_dense), (any_function
+        *)NAME(plane_polarity), NAME(call_ar), 1, 2, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -8439,7 +8631,7 @@ INLINE void NAME(sphere_centre)(const REAL *sphere, REAL *out)
     out[2] = t5;
 }
 
-WIDE static void NAME(sphere_centre_block)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(sphere_centre_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c0a = strides[0], c1a = strides[1];
@@ -8454,8 +8646,9 @@ WIDE static void NAME(sphere_centre_block)(intptr_t n, char **args, const intptr
         NAME(store_3)(a1 + i * w, c1a, x1);
     }
 }
+LOOPS(sphere_centre_block)
 
-WIDE static void NAME(sphere_centre_dense)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(sphere_centre_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
@@ -8474,12 +8667,13 @@ WIDE static void NAME(sphere_centre_dense)(intptr_t n, char **args, const intptr
         NAME(store_span)(args[1], first, r1, 3);
     }
 }
+LOOPS(sphere_centre_dense)
 
 void NAME(sphere_centre_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{5, 1, 0, {5}}, {3, 1, 1, {3}}};
-    static const struct kernel kernel = {NAME(sphere_centre_block), NAME(sphere_centre_dense), 1, 2, 0, 0, parts,
-        NULL};
+    static const struct kernel kernel = {WIDTHS(sphere_centre_block), WIDTHS(sphere_centre_dense), (any_function
+        *)NAME(sphere_centre), NAME(call_ar), 1, 2, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -8505,7 +8699,7 @@ INLINE void NAME(sphere_radius_squared)(const REAL *sphere, REAL *out)
     out[0] = t11;
 }
 
-WIDE static void NAME(sphere_radius_squared_block)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(sphere_radius_squared_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c0a = strides[0];
@@ -8520,8 +8714,9 @@ WIDE static void NAME(sphere_radius_squared_block)(intptr_t n, char **args, cons
         NAME(store_scalar)(a1 + i * w, x1);
     }
 }
+LOOPS(sphere_radius_squared_block)
 
-WIDE static void NAME(sphere_radius_squared_dense)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(sphere_radius_squared_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
@@ -8540,12 +8735,13 @@ WIDE static void NAME(sphere_radius_squared_dense)(intptr_t n, char **args, cons
         NAME(store_span)(args[1], first, r1, 1);
     }
 }
+LOOPS(sphere_radius_squared_dense)
 
 void NAME(sphere_radius_squared_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{5, 1, 0, {5}}, {1, 0, 1, {0}}};
-    static const struct kernel kernel = {NAME(sphere_radius_squared_block), NAME(sphere_radius_squared_dense), 1, 2,
-        0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(sphere_radius_squared_block), WIDTHS(sphere_radius_squared_dense),
+        (any_function *)NAME(sphere_radius_squared), NAME(call_ar), 1, 2, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -8590,7 +8786,7 @@ INLINE void NAME(circle_centre)(const REAL *circle, REAL *out)
     out[2] = t26;
 }
 
-WIDE static void NAME(circle_centre_block)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(circle_centre_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c0a = strides[0], c1a = strides[1];
@@ -8605,8 +8801,9 @@ WIDE static void NAME(circle_centre_block)(intptr_t n, char **args, const intptr
         NAME(store_3)(a1 + i * w, c1a, x1);
     }
 }
+LOOPS(circle_centre_block)
 
-WIDE static void NAME(circle_centre_dense)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(circle_centre_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
@@ -8625,12 +8822,13 @@ WIDE static void NAME(circle_centre_dense)(intptr_t n, char **args, const intptr
         NAME(store_span)(args[1], first, r1, 3);
     }
 }
+LOOPS(circle_centre_dense)
 
 void NAME(circle_centre_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{10, 1, 0, {10}}, {3, 1, 1, {3}}};
-    static const struct kernel kernel = {NAME(circle_centre_block), NAME(circle_centre_dense), 1, 2, 0, 0, parts,
-        NULL};
+    static const struct kernel kernel = {WIDTHS(circle_centre_block), WIDTHS(circle_centre_dense), (any_function
+        *)NAME(circle_centre), NAME(call_ar), 1, 2, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -8670,7 +8868,7 @@ INLINE void NAME(circle_radius_squared)(const REAL *circle, REAL *out)
     out[0] = t20;
 }
 
-WIDE static void NAME(circle_radius_squared_block)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(circle_radius_squared_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c0a = strides[0];
@@ -8685,8 +8883,9 @@ WIDE static void NAME(circle_radius_squared_block)(intptr_t n, char **args, cons
         NAME(store_scalar)(a1 + i * w, x1);
     }
 }
+LOOPS(circle_radius_squared_block)
 
-WIDE static void NAME(circle_radius_squared_dense)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(circle_radius_squared_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
@@ -8705,12 +8904,13 @@ WIDE static void NAME(circle_radius_squared_dense)(intptr_t n, char **args, cons
         NAME(store_span)(args[1], first, r1, 1);
     }
 }
+LOOPS(circle_radius_squared_dense)
 
 void NAME(circle_radius_squared_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{10, 1, 0, {10}}, {1, 0, 1, {0}}};
-    static const struct kernel kernel = {NAME(circle_radius_squared_block), NAME(circle_radius_squared_dense), 1, 2,
-        0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(circle_radius_squared_block), WIDTHS(circle_radius_squared_dense),
+        (any_function *)NAME(circle_radius_squared), NAME(call_ar), 1, 2, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -8726,7 +8926,7 @@ INLINE void NAME(circle_plane)(const REAL *circle, REAL *out)
     out[3] = circle_e230;
 }
 
-WIDE static void NAME(circle_plane_block)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(circle_plane_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c0a = strides[0], c1a = strides[1];
@@ -8741,8 +8941,9 @@ WIDE static void NAME(circle_plane_block)(intptr_t n, char **args, const intptr_
         NAME(store_4)(a1 + i * w, c1a, x1);
     }
 }
+LOOPS(circle_plane_block)
 
-WIDE static void NAME(circle_plane_dense)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(circle_plane_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
@@ -8761,12 +8962,13 @@ WIDE static void NAME(circle_plane_dense)(intptr_t n, char **args, const intptr_
         NAME(store_span)(args[1], first, r1, 4);
     }
 }
+LOOPS(circle_plane_dense)
 
 void NAME(circle_plane_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{10, 1, 0, {10}}, {4, 1, 1, {4}}};
-    static const struct kernel kernel = {NAME(circle_plane_block), NAME(circle_plane_dense), 1, 2, 0, 0, parts,
-        NULL};
+    static const struct kernel kernel = {WIDTHS(circle_plane_block), WIDTHS(circle_plane_dense), (any_function
+        *)NAME(circle_plane), NAME(call_ar), 1, 2, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -8788,7 +8990,7 @@ INLINE void NAME(circle_axis)(const REAL *circle, REAL *out)
     out[5] = circle_e120;
 }
 
-WIDE static void NAME(circle_axis_block)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(circle_axis_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c0a = strides[0], c1a = strides[1];
@@ -8803,8 +9005,9 @@ WIDE static void NAME(circle_axis_block)(intptr_t n, char **args, const intptr_t
         NAME(store_6)(a1 + i * w, c1a, x1);
     }
 }
+LOOPS(circle_axis_block)
 
-WIDE static void NAME(circle_axis_dense)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(circle_axis_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
@@ -8823,11 +9026,13 @@ WIDE static void NAME(circle_axis_dense)(intptr_t n, char **args, const intptr_t
         NAME(store_span)(args[1], first, r1, 6);
     }
 }
+LOOPS(circle_axis_dense)
 
 void NAME(circle_axis_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{10, 1, 0, {10}}, {6, 1, 1, {6}}};
-    static const struct kernel kernel = {NAME(circle_axis_block), NAME(circle_axis_dense), 1, 2, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(circle_axis_block), WIDTHS(circle_axis_dense), (any_function
+        *)NAME(circle_axis), NAME(call_ar), 1, 2, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -8873,7 +9078,7 @@ INLINE void NAME(point_pair_centre)(const REAL *pair, REAL *out)
     out[2] = t27;
 }
 
-WIDE static void NAME(point_pair_centre_block)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(point_pair_centre_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c0a = strides[0], c1a = strides[1];
@@ -8888,8 +9093,9 @@ WIDE static void NAME(point_pair_centre_block)(intptr_t n, char **args, const in
         NAME(store_3)(a1 + i * w, c1a, x1);
     }
 }
+LOOPS(point_pair_centre_block)
 
-WIDE static void NAME(point_pair_centre_dense)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(point_pair_centre_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
@@ -8908,12 +9114,13 @@ WIDE static void NAME(point_pair_centre_dense)(intptr_t n, char **args, const in
         NAME(store_span)(args[1], first, r1, 3);
     }
 }
+LOOPS(point_pair_centre_dense)
 
 void NAME(point_pair_centre_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{10, 1, 0, {10}}, {3, 1, 1, {3}}};
-    static const struct kernel kernel = {NAME(point_pair_centre_block), NAME(point_pair_centre_dense), 1, 2, 0, 0,
-        parts, NULL};
+    static const struct kernel kernel = {WIDTHS(point_pair_centre_block), WIDTHS(point_pair_centre_dense),
+        (any_function *)NAME(point_pair_centre), NAME(call_ar), 1, 2, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -8952,7 +9159,7 @@ INLINE void NAME(point_pair_radius_squared)(const REAL *pair, REAL *out)
     out[0] = t19;
 }
 
-WIDE static void NAME(point_pair_radius_squared_block)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(point_pair_radius_squared_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c0a = strides[0];
@@ -8967,8 +9174,9 @@ WIDE static void NAME(point_pair_radius_squared_block)(intptr_t n, char **args, 
         NAME(store_scalar)(a1 + i * w, x1);
     }
 }
+LOOPS(point_pair_radius_squared_block)
 
-WIDE static void NAME(point_pair_radius_squared_dense)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(point_pair_radius_squared_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
@@ -8987,12 +9195,14 @@ WIDE static void NAME(point_pair_radius_squared_dense)(intptr_t n, char **args, 
         NAME(store_span)(args[1], first, r1, 1);
     }
 }
+LOOPS(point_pair_radius_squared_dense)
 
 void NAME(point_pair_radius_squared_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{10, 1, 0, {10}}, {1, 0, 1, {0}}};
-    static const struct kernel kernel = {NAME(point_pair_radius_squared_block),
-        NAME(point_pair_radius_squared_dense), 1, 2, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(point_pair_radius_squared_block),
+        WIDTHS(point_pair_radius_squared_dense), (any_function *)NAME(point_pair_radius_squared), NAME(call_ar), 1,
+        2, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -9069,7 +9279,7 @@ INLINE void NAME(point_pair_points)(const REAL *pair, REAL *out_0, REAL *out_1)
     out_1[2] = t52;
 }
 
-WIDE static void NAME(point_pair_points_block)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(point_pair_points_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
@@ -9087,8 +9297,9 @@ WIDE static void NAME(point_pair_points_block)(intptr_t n, char **args, const in
         NAME(store_3)(a2 + i * w, c2a, x2);
     }
 }
+LOOPS(point_pair_points_block)
 
-WIDE static void NAME(point_pair_points_dense)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(point_pair_points_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
@@ -9111,12 +9322,13 @@ WIDE static void NAME(point_pair_points_dense)(intptr_t n, char **args, const in
         NAME(store_span)(args[2], first, r2, 3);
     }
 }
+LOOPS(point_pair_points_dense)
 
 void NAME(point_pair_points_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{10, 1, 0, {10}}, {3, 1, 1, {3}}, {3, 1, 2, {3}}};
-    static const struct kernel kernel = {NAME(point_pair_points_block), NAME(point_pair_points_dense), 1, 3, 0, 0,
-        parts, NULL};
+    static const struct kernel kernel = {WIDTHS(point_pair_points_block), WIDTHS(point_pair_points_dense),
+        (any_function *)NAME(point_pair_points), NAME(call_arr), 1, 3, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -9174,7 +9386,7 @@ INLINE void NAME(meet_spheres)(const REAL *a, const REAL *b, REAL *out)
     out[9] = t29;
 }
 
-WIDE static void NAME(meet_spheres_block)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(meet_spheres_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
@@ -9192,8 +9404,9 @@ WIDE static void NAME(meet_spheres_block)(intptr_t n, char **args, const intptr_
         NAME(store_10)(a2 + i * w, c2a, x2);
     }
 }
+LOOPS(meet_spheres_block)
 
-WIDE static void NAME(meet_spheres_dense)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(meet_spheres_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
@@ -9216,12 +9429,13 @@ WIDE static void NAME(meet_spheres_dense)(intptr_t n, char **args, const intptr_
         NAME(store_span)(args[2], first, r2, 10);
     }
 }
+LOOPS(meet_spheres_dense)
 
 void NAME(meet_spheres_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{5, 1, 0, {5}}, {5, 1, 1, {5}}, {10, 1, 2, {10}}};
-    static const struct kernel kernel = {NAME(meet_spheres_block), NAME(meet_spheres_dense), 2, 3, 0, 0, parts,
-        NULL};
+    static const struct kernel kernel = {WIDTHS(meet_spheres_block), WIDTHS(meet_spheres_dense), (any_function
+        *)NAME(meet_spheres), NAME(call_aar), 2, 3, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -9274,7 +9488,7 @@ INLINE void NAME(meet_sphere_plane)(const REAL *sphere, const REAL *plane, REAL 
     out[9] = t25;
 }
 
-WIDE static void NAME(meet_sphere_plane_block)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(meet_sphere_plane_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
@@ -9292,8 +9506,9 @@ WIDE static void NAME(meet_sphere_plane_block)(intptr_t n, char **args, const in
         NAME(store_10)(a2 + i * w, c2a, x2);
     }
 }
+LOOPS(meet_sphere_plane_block)
 
-WIDE static void NAME(meet_sphere_plane_dense)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(meet_sphere_plane_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
@@ -9316,12 +9531,13 @@ WIDE static void NAME(meet_sphere_plane_dense)(intptr_t n, char **args, const in
         NAME(store_span)(args[2], first, r2, 10);
     }
 }
+LOOPS(meet_sphere_plane_dense)
 
 void NAME(meet_sphere_plane_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{5, 1, 0, {5}}, {4, 1, 1, {4}}, {10, 1, 2, {10}}};
-    static const struct kernel kernel = {NAME(meet_sphere_plane_block), NAME(meet_sphere_plane_dense), 2, 3, 0, 0,
-        parts, NULL};
+    static const struct kernel kernel = {WIDTHS(meet_sphere_plane_block), WIDTHS(meet_sphere_plane_dense),
+        (any_function *)NAME(meet_sphere_plane), NAME(call_aar), 2, 3, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -9835,7 +10051,7 @@ static INLINE void NAME(meet_three_spheres_apply_b_c)(const REAL *prepared, cons
     out[9] = t79;
 }
 
-WIDE static void NAME(meet_three_spheres_block_a_b)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(meet_three_spheres_block_a_b)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c2a = strides[2], c3a = strides[3];
@@ -9851,8 +10067,9 @@ WIDE static void NAME(meet_three_spheres_block_a_b)(intptr_t n, char **args, con
         NAME(store_10)(a3 + i * w, c3a, x3);
     }
 }
+LOOPS(meet_three_spheres_block_a_b)
 
-WIDE static void NAME(meet_three_spheres_dense_a_b)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(meet_three_spheres_dense_a_b)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const REAL *prepared = (const REAL *)args[0];
@@ -9872,6 +10089,7 @@ WIDE static void NAME(meet_three_spheres_dense_a_b)(intptr_t n, char **args, con
         NAME(store_span)(args[3], first, r3, 10);
     }
 }
+LOOPS(meet_three_spheres_dense_a_b)
 
 static void NAME(meet_three_spheres_start_a_b)(char **args, const intptr_t *strides, void *prepared)
 {
@@ -9883,7 +10101,7 @@ static void NAME(meet_three_spheres_start_a_b)(char **args, const intptr_t *stri
     NAME(meet_three_spheres_prepare_a_b)(x0, x1, prepared);
 }
 
-WIDE static void NAME(meet_three_spheres_block_a_c)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(meet_three_spheres_block_a_c)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c1a = strides[1], c3a = strides[3];
@@ -9899,8 +10117,9 @@ WIDE static void NAME(meet_three_spheres_block_a_c)(intptr_t n, char **args, con
         NAME(store_10)(a3 + i * w, c3a, x3);
     }
 }
+LOOPS(meet_three_spheres_block_a_c)
 
-WIDE static void NAME(meet_three_spheres_dense_a_c)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(meet_three_spheres_dense_a_c)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const REAL *prepared = (const REAL *)args[0];
@@ -9920,6 +10139,7 @@ WIDE static void NAME(meet_three_spheres_dense_a_c)(intptr_t n, char **args, con
         NAME(store_span)(args[3], first, r3, 10);
     }
 }
+LOOPS(meet_three_spheres_dense_a_c)
 
 static void NAME(meet_three_spheres_start_a_c)(char **args, const intptr_t *strides, void *prepared)
 {
@@ -9931,7 +10151,7 @@ static void NAME(meet_three_spheres_start_a_c)(char **args, const intptr_t *stri
     NAME(meet_three_spheres_prepare_a_c)(x0, x2, prepared);
 }
 
-WIDE static void NAME(meet_three_spheres_block_b_c)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(meet_three_spheres_block_b_c)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c0a = strides[0], c3a = strides[3];
@@ -9947,8 +10167,9 @@ WIDE static void NAME(meet_three_spheres_block_b_c)(intptr_t n, char **args, con
         NAME(store_10)(a3 + i * w, c3a, x3);
     }
 }
+LOOPS(meet_three_spheres_block_b_c)
 
-WIDE static void NAME(meet_three_spheres_dense_b_c)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(meet_three_spheres_dense_b_c)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const REAL *prepared = (const REAL *)args[1];
@@ -9968,6 +10189,7 @@ WIDE static void NAME(meet_three_spheres_dense_b_c)(intptr_t n, char **args, con
         NAME(store_span)(args[3], first, r3, 10);
     }
 }
+LOOPS(meet_three_spheres_dense_b_c)
 
 static void NAME(meet_three_spheres_start_b_c)(char **args, const intptr_t *strides, void *prepared)
 {
@@ -9979,7 +10201,7 @@ static void NAME(meet_three_spheres_start_b_c)(char **args, const intptr_t *stri
     NAME(meet_three_spheres_prepare_b_c)(x1, x2, prepared);
 }
 
-WIDE static void NAME(meet_three_spheres_block)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(meet_three_spheres_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2], c3a = strides[3];
@@ -10000,16 +10222,18 @@ WIDE static void NAME(meet_three_spheres_block)(intptr_t n, char **args, const i
         NAME(store_10)(a3 + i * w, c3a, x3);
     }
 }
+LOOPS(meet_three_spheres_block)
 
 void NAME(meet_three_spheres_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{5, 1, 0, {5}}, {5, 1, 1, {5}}, {5, 1, 2, {5}}, {10, 1, 3, {10}}};
     static const struct form forms[] = {{3, 2, NAME(meet_three_spheres_start_a_b),
-        NAME(meet_three_spheres_block_a_b), NAME(meet_three_spheres_dense_a_b)}, {5, 2,
-        NAME(meet_three_spheres_start_a_c), NAME(meet_three_spheres_block_a_c), NAME(meet_three_spheres_dense_a_c)},
-        {6, 2, NAME(meet_three_spheres_start_b_c), NAME(meet_three_spheres_block_b_c),
-        NAME(meet_three_spheres_dense_b_c)}};
-    static const struct kernel kernel = {NAME(meet_three_spheres_block), NULL, 3, 4, 3, 0, parts, forms};
+        WIDTHS(meet_three_spheres_block_a_b), WIDTHS(meet_three_spheres_dense_a_b)}, {5, 2,
+        NAME(meet_three_spheres_start_a_c), WIDTHS(meet_three_spheres_block_a_c),
+        WIDTHS(meet_three_spheres_dense_a_c)}, {6, 2, NAME(meet_three_spheres_start_b_c),
+        WIDTHS(meet_three_spheres_block_b_c), WIDTHS(meet_three_spheres_dense_b_c)}};
+    static const struct kernel kernel = {WIDTHS(meet_three_spheres_block), {NULL}, (any_function
+        *)NAME(meet_three_spheres), NAME(call_aaar), 3, 4, 3, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -10072,7 +10296,7 @@ INLINE void NAME(meet_line_sphere)(const REAL *line, const REAL *sphere, REAL *o
     out[9] = t33;
 }
 
-WIDE static void NAME(meet_line_sphere_block)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(meet_line_sphere_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
@@ -10090,8 +10314,9 @@ WIDE static void NAME(meet_line_sphere_block)(intptr_t n, char **args, const int
         NAME(store_10)(a2 + i * w, c2a, x2);
     }
 }
+LOOPS(meet_line_sphere_block)
 
-WIDE static void NAME(meet_line_sphere_dense)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(meet_line_sphere_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
@@ -10114,12 +10339,13 @@ WIDE static void NAME(meet_line_sphere_dense)(intptr_t n, char **args, const int
         NAME(store_span)(args[2], first, r2, 10);
     }
 }
+LOOPS(meet_line_sphere_dense)
 
 void NAME(meet_line_sphere_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{6, 1, 0, {6}}, {5, 1, 1, {5}}, {10, 1, 2, {10}}};
-    static const struct kernel kernel = {NAME(meet_line_sphere_block), NAME(meet_line_sphere_dense), 2, 3, 0, 0,
-        parts, NULL};
+    static const struct kernel kernel = {WIDTHS(meet_line_sphere_block), WIDTHS(meet_line_sphere_dense),
+        (any_function *)NAME(meet_line_sphere), NAME(call_aar), 2, 3, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -10191,7 +10417,7 @@ INLINE void NAME(meet_circle_plane)(const REAL *circle, const REAL *plane, REAL 
     out[9] = t39;
 }
 
-WIDE static void NAME(meet_circle_plane_block)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(meet_circle_plane_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
@@ -10209,8 +10435,9 @@ WIDE static void NAME(meet_circle_plane_block)(intptr_t n, char **args, const in
         NAME(store_10)(a2 + i * w, c2a, x2);
     }
 }
+LOOPS(meet_circle_plane_block)
 
-WIDE static void NAME(meet_circle_plane_dense)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(meet_circle_plane_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
@@ -10233,12 +10460,13 @@ WIDE static void NAME(meet_circle_plane_dense)(intptr_t n, char **args, const in
         NAME(store_span)(args[2], first, r2, 10);
     }
 }
+LOOPS(meet_circle_plane_dense)
 
 void NAME(meet_circle_plane_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{10, 1, 0, {10}}, {4, 1, 1, {4}}, {10, 1, 2, {10}}};
-    static const struct kernel kernel = {NAME(meet_circle_plane_block), NAME(meet_circle_plane_dense), 2, 3, 0, 0,
-        parts, NULL};
+    static const struct kernel kernel = {WIDTHS(meet_circle_plane_block), WIDTHS(meet_circle_plane_dense),
+        (any_function *)NAME(meet_circle_plane), NAME(call_aar), 2, 3, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -10327,7 +10555,7 @@ INLINE void NAME(meet_circle_sphere)(const REAL *circle, const REAL *sphere, REA
     out[9] = t55;
 }
 
-WIDE static void NAME(meet_circle_sphere_block)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(meet_circle_sphere_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
@@ -10345,11 +10573,13 @@ WIDE static void NAME(meet_circle_sphere_block)(intptr_t n, char **args, const i
         NAME(store_10)(a2 + i * w, c2a, x2);
     }
 }
+LOOPS(meet_circle_sphere_block)
 
 void NAME(meet_circle_sphere_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{10, 1, 0, {10}}, {5, 1, 1, {5}}, {10, 1, 2, {10}}};
-    static const struct kernel kernel = {NAME(meet_circle_sphere_block), NULL, 2, 3, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(meet_circle_sphere_block), {NULL}, (any_function
+        *)NAME(meet_circle_sphere), NAME(call_aar), 2, 3, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -10389,7 +10619,7 @@ INLINE void NAME(meet_planes)(const REAL *a, const REAL *b, REAL *out)
     out[5] = t17;
 }
 
-WIDE static void NAME(meet_planes_block)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(meet_planes_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
@@ -10407,8 +10637,9 @@ WIDE static void NAME(meet_planes_block)(intptr_t n, char **args, const intptr_t
         NAME(store_6)(a2 + i * w, c2a, x2);
     }
 }
+LOOPS(meet_planes_block)
 
-WIDE static void NAME(meet_planes_dense)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(meet_planes_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
@@ -10431,11 +10662,13 @@ WIDE static void NAME(meet_planes_dense)(intptr_t n, char **args, const intptr_t
         NAME(store_span)(args[2], first, r2, 6);
     }
 }
+LOOPS(meet_planes_dense)
 
 void NAME(meet_planes_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {4, 1, 1, {4}}, {6, 1, 2, {6}}};
-    static const struct kernel kernel = {NAME(meet_planes_block), NAME(meet_planes_dense), 2, 3, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(meet_planes_block), WIDTHS(meet_planes_dense), (any_function
+        *)NAME(meet_planes), NAME(call_aar), 2, 3, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -10480,7 +10713,7 @@ INLINE void NAME(meet_line_plane)(const REAL *line, const REAL *plane, REAL *out
     out[2] = t23;
 }
 
-WIDE static void NAME(meet_line_plane_block)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(meet_line_plane_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
@@ -10498,8 +10731,9 @@ WIDE static void NAME(meet_line_plane_block)(intptr_t n, char **args, const intp
         NAME(store_3)(a2 + i * w, c2a, x2);
     }
 }
+LOOPS(meet_line_plane_block)
 
-WIDE static void NAME(meet_line_plane_dense)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(meet_line_plane_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
@@ -10522,12 +10756,13 @@ WIDE static void NAME(meet_line_plane_dense)(intptr_t n, char **args, const intp
         NAME(store_span)(args[2], first, r2, 3);
     }
 }
+LOOPS(meet_line_plane_dense)
 
 void NAME(meet_line_plane_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{6, 1, 0, {6}}, {4, 1, 1, {4}}, {3, 1, 2, {3}}};
-    static const struct kernel kernel = {NAME(meet_line_plane_block), NAME(meet_line_plane_dense), 2, 3, 0, 0,
-        parts, NULL};
+    static const struct kernel kernel = {WIDTHS(meet_line_plane_block), WIDTHS(meet_line_plane_dense), (any_function
+        *)NAME(meet_line_plane), NAME(call_aar), 2, 3, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -10647,7 +10882,7 @@ INLINE void NAME(motor_product)(const REAL *a, const REAL *b, REAL *out)
     out[7] = t87;
 }
 
-WIDE static void NAME(motor_product_block)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(motor_product_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
@@ -10665,8 +10900,9 @@ WIDE static void NAME(motor_product_block)(intptr_t n, char **args, const intptr
         NAME(store_8)(a2 + i * w, c2a, x2);
     }
 }
+LOOPS(motor_product_block)
 
-WIDE static void NAME(motor_product_dense)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(motor_product_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
@@ -10689,12 +10925,13 @@ WIDE static void NAME(motor_product_dense)(intptr_t n, char **args, const intptr
         NAME(store_span)(args[2], first, r2, 8);
     }
 }
+LOOPS(motor_product_dense)
 
 void NAME(motor_product_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{8, 1, 0, {8}}, {8, 1, 1, {8}}, {8, 1, 2, {8}}};
-    static const struct kernel kernel = {NAME(motor_product_block), NAME(motor_product_dense), 2, 3, 0, 0, parts,
-        NULL};
+    static const struct kernel kernel = {WIDTHS(motor_product_block), WIDTHS(motor_product_dense), (any_function
+        *)NAME(motor_product), NAME(call_aar), 2, 3, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -10724,7 +10961,7 @@ INLINE void NAME(motor_inverse)(const REAL *m, REAL *out)
     out[7] = m_e123inf;
 }
 
-WIDE static void NAME(motor_inverse_block)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(motor_inverse_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c0a = strides[0], c1a = strides[1];
@@ -10739,8 +10976,9 @@ WIDE static void NAME(motor_inverse_block)(intptr_t n, char **args, const intptr
         NAME(store_8)(a1 + i * w, c1a, x1);
     }
 }
+LOOPS(motor_inverse_block)
 
-WIDE static void NAME(motor_inverse_dense)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(motor_inverse_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
@@ -10759,12 +10997,13 @@ WIDE static void NAME(motor_inverse_dense)(intptr_t n, char **args, const intptr
         NAME(store_span)(args[1], first, r1, 8);
     }
 }
+LOOPS(motor_inverse_dense)
 
 void NAME(motor_inverse_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{8, 1, 0, {8}}, {8, 1, 1, {8}}};
-    static const struct kernel kernel = {NAME(motor_inverse_block), NAME(motor_inverse_dense), 1, 2, 0, 0, parts,
-        NULL};
+    static const struct kernel kernel = {WIDTHS(motor_inverse_block), WIDTHS(motor_inverse_dense), (any_function
+        *)NAME(motor_inverse), NAME(call_ar), 1, 2, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -10871,7 +11110,7 @@ static INLINE void NAME(rotor_from_axis_angle_apply_axis)(const REAL *prepared, 
     out[3] = t14;
 }
 
-WIDE static void NAME(rotor_from_axis_angle_block_angle)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(rotor_from_axis_angle_block_angle)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c0a = strides[0], c2a = strides[1];
@@ -10887,8 +11126,9 @@ WIDE static void NAME(rotor_from_axis_angle_block_angle)(intptr_t n, char **args
         NAME(store_4)(a2 + i * w, c2a, x2);
     }
 }
+LOOPS(rotor_from_axis_angle_block_angle)
 
-WIDE static void NAME(rotor_from_axis_angle_dense_angle)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(rotor_from_axis_angle_dense_angle)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const REAL *prepared = (const REAL *)args[1];
@@ -10907,6 +11147,7 @@ WIDE static void NAME(rotor_from_axis_angle_dense_angle)(intptr_t n, char **args
         NAME(store_span)(args[2], first, r2, 4);
     }
 }
+LOOPS(rotor_from_axis_angle_dense_angle)
 
 static void NAME(rotor_from_axis_angle_start_angle)(char **args, const intptr_t *strides, void *prepared)
 {
@@ -10916,7 +11157,7 @@ static void NAME(rotor_from_axis_angle_start_angle)(char **args, const intptr_t 
     NAME(rotor_from_axis_angle_prepare_angle)(x1[0], prepared, NULL);
 }
 
-WIDE static void NAME(rotor_from_axis_angle_block_axis)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(rotor_from_axis_angle_block_axis)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c2a = strides[1];
@@ -10943,6 +11184,7 @@ WIDE static void NAME(rotor_from_axis_angle_block_axis)(intptr_t n, char **args,
         }
     }
 }
+LOOPS(rotor_from_axis_angle_block_axis)
 
 static void NAME(rotor_from_axis_angle_start_axis)(char **args, const intptr_t *strides, void *prepared)
 {
@@ -10952,7 +11194,7 @@ static void NAME(rotor_from_axis_angle_start_axis)(char **args, const intptr_t *
     NAME(rotor_from_axis_angle_prepare_axis)(x0, prepared);
 }
 
-WIDE static void NAME(rotor_from_axis_angle_block)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(rotor_from_axis_angle_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c0a = strides[0], c2a = strides[1];
@@ -10983,14 +11225,16 @@ WIDE static void NAME(rotor_from_axis_angle_block)(intptr_t n, char **args, cons
         }
     }
 }
+LOOPS(rotor_from_axis_angle_block)
 
 void NAME(rotor_from_axis_angle_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {1, 0, 1, {0}}, {4, 1, 1, {4}}};
     static const struct form forms[] = {{2, 2, NAME(rotor_from_axis_angle_start_angle),
-        NAME(rotor_from_axis_angle_block_angle), NAME(rotor_from_axis_angle_dense_angle)}, {1, 2,
-        NAME(rotor_from_axis_angle_start_axis), NAME(rotor_from_axis_angle_block_axis), NULL}};
-    static const struct kernel kernel = {NAME(rotor_from_axis_angle_block), NULL, 2, 3, 2, 1, parts, forms};
+        WIDTHS(rotor_from_axis_angle_block_angle), WIDTHS(rotor_from_axis_angle_dense_angle)}, {1, 2,
+        NAME(rotor_from_axis_angle_start_axis), WIDTHS(rotor_from_axis_angle_block_axis), {NULL}}};
+    static const struct kernel kernel = {WIDTHS(rotor_from_axis_angle_block), {NULL}, (any_function
+        *)NAME(rotor_from_axis_angle), NAME(call_anr), 2, 3, 2, 1, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -11010,7 +11254,7 @@ INLINE void NAME(translator_from_vector)(const REAL *t, REAL *out)
     out[2] = t5;
 }
 
-WIDE static void NAME(translator_from_vector_block)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(translator_from_vector_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c0a = strides[0], c1a = strides[1];
@@ -11025,8 +11269,9 @@ WIDE static void NAME(translator_from_vector_block)(intptr_t n, char **args, con
         NAME(store_3)(a1 + i * w, c1a, x1);
     }
 }
+LOOPS(translator_from_vector_block)
 
-WIDE static void NAME(translator_from_vector_dense)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(translator_from_vector_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
@@ -11044,12 +11289,13 @@ WIDE static void NAME(translator_from_vector_dense)(intptr_t n, char **args, con
         NAME(store_span)(args[1], first, r1, 3);
     }
 }
+LOOPS(translator_from_vector_dense)
 
 void NAME(translator_from_vector_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {3, 1, 1, {3}}};
-    static const struct kernel kernel = {NAME(translator_from_vector_block), NAME(translator_from_vector_dense), 1,
-        2, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(translator_from_vector_block), WIDTHS(translator_from_vector_dense),
+        (any_function *)NAME(translator_from_vector), NAME(call_ar), 1, 2, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -11065,7 +11311,7 @@ INLINE void NAME(dilator_from_scale)(REAL scale, REAL *out)
     out[1] = t5;
 }
 
-WIDE static void NAME(dilator_from_scale_block)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(dilator_from_scale_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c1a = strides[0];
@@ -11080,8 +11326,9 @@ WIDE static void NAME(dilator_from_scale_block)(intptr_t n, char **args, const i
         NAME(store_2)(a1 + i * w, c1a, x1);
     }
 }
+LOOPS(dilator_from_scale_block)
 
-WIDE static void NAME(dilator_from_scale_dense)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(dilator_from_scale_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
@@ -11099,12 +11346,13 @@ WIDE static void NAME(dilator_from_scale_dense)(intptr_t n, char **args, const i
         NAME(store_span)(args[1], first, r1, 2);
     }
 }
+LOOPS(dilator_from_scale_dense)
 
 void NAME(dilator_from_scale_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{1, 0, 0, {0}}, {2, 1, 0, {2}}};
-    static const struct kernel kernel = {NAME(dilator_from_scale_block), NAME(dilator_from_scale_dense), 1, 2, 0, 0,
-        parts, NULL};
+    static const struct kernel kernel = {WIDTHS(dilator_from_scale_block), WIDTHS(dilator_from_scale_dense),
+        (any_function *)NAME(dilator_from_scale), NAME(call_nr), 1, 2, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -11151,7 +11399,7 @@ INLINE void NAME(motor_from_rotor_translation)(const REAL *r, const REAL *t, REA
     out[7] = t23;
 }
 
-WIDE static void NAME(motor_from_rotor_translation_block)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(motor_from_rotor_translation_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
@@ -11169,8 +11417,9 @@ WIDE static void NAME(motor_from_rotor_translation_block)(intptr_t n, char **arg
         NAME(store_8)(a2 + i * w, c2a, x2);
     }
 }
+LOOPS(motor_from_rotor_translation_block)
 
-WIDE static void NAME(motor_from_rotor_translation_dense)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(motor_from_rotor_translation_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
@@ -11191,12 +11440,14 @@ WIDE static void NAME(motor_from_rotor_translation_dense)(intptr_t n, char **arg
         NAME(store_span)(args[2], first, r2, 8);
     }
 }
+LOOPS(motor_from_rotor_translation_dense)
 
 void NAME(motor_from_rotor_translation_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {3, 1, 1, {3}}, {8, 1, 2, {8}}};
-    static const struct kernel kernel = {NAME(motor_from_rotor_translation_block),
-        NAME(motor_from_rotor_translation_dense), 2, 3, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(motor_from_rotor_translation_block),
+        WIDTHS(motor_from_rotor_translation_dense), (any_function *)NAME(motor_from_rotor_translation),
+        NAME(call_aar), 2, 3, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -11287,7 +11538,7 @@ static INLINE void NAME(motor_from_line_apply_angle)(const REAL *prepared, const
     out[7] = (REAL)0;
 }
 
-WIDE static void NAME(motor_from_line_block_angle)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(motor_from_line_block_angle)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c0a = strides[0], c2a = strides[1];
@@ -11303,8 +11554,9 @@ WIDE static void NAME(motor_from_line_block_angle)(intptr_t n, char **args, cons
         NAME(store_8)(a2 + i * w, c2a, x2);
     }
 }
+LOOPS(motor_from_line_block_angle)
 
-WIDE static void NAME(motor_from_line_dense_angle)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(motor_from_line_dense_angle)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const REAL *prepared = (const REAL *)args[1];
@@ -11324,6 +11576,7 @@ WIDE static void NAME(motor_from_line_dense_angle)(intptr_t n, char **args, cons
         NAME(store_span)(args[2], first, r2, 8);
     }
 }
+LOOPS(motor_from_line_dense_angle)
 
 static void NAME(motor_from_line_start_angle)(char **args, const intptr_t *strides, void *prepared)
 {
@@ -11333,7 +11586,7 @@ static void NAME(motor_from_line_start_angle)(char **args, const intptr_t *strid
     NAME(motor_from_line_prepare_angle)(x1[0], prepared, NULL);
 }
 
-WIDE static void NAME(motor_from_line_block)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(motor_from_line_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c0a = strides[0], c2a = strides[1];
@@ -11364,13 +11617,15 @@ WIDE static void NAME(motor_from_line_block)(intptr_t n, char **args, const intp
         }
     }
 }
+LOOPS(motor_from_line_block)
 
 void NAME(motor_from_line_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{6, 1, 0, {6}}, {1, 0, 1, {0}}, {8, 1, 1, {8}}};
-    static const struct form forms[] = {{2, 2, NAME(motor_from_line_start_angle), NAME(motor_from_line_block_angle),
-        NAME(motor_from_line_dense_angle)}};
-    static const struct kernel kernel = {NAME(motor_from_line_block), NULL, 2, 3, 1, 1, parts, forms};
+    static const struct form forms[] = {{2, 2, NAME(motor_from_line_start_angle),
+        WIDTHS(motor_from_line_block_angle), WIDTHS(motor_from_line_dense_angle)}};
+    static const struct kernel kernel = {WIDTHS(motor_from_line_block), {NULL}, (any_function
+        *)NAME(motor_from_line), NAME(call_anr), 2, 3, 1, 1, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -11435,7 +11690,7 @@ INLINE void NAME(motor_exponential)(const REAL *b, REAL *out)
     NAME(motor_exponential_within)(b, out, NULL);
 }
 
-WIDE static void NAME(motor_exponential_block)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(motor_exponential_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c0a = strides[0], c1a = strides[1];
@@ -11461,11 +11716,13 @@ WIDE static void NAME(motor_exponential_block)(intptr_t n, char **args, const in
         }
     }
 }
+LOOPS(motor_exponential_block)
 
 void NAME(motor_exponential_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{6, 1, 0, {6}}, {8, 1, 1, {8}}};
-    static const struct kernel kernel = {NAME(motor_exponential_block), NULL, 1, 2, 0, 1, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(motor_exponential_block), {NULL}, (any_function
+        *)NAME(motor_exponential), NAME(call_ar), 1, 2, 0, 1, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -11517,7 +11774,7 @@ INLINE void NAME(motor_logarithm)(const REAL *m, REAL *out)
     out[5] = t29;
 }
 
-WIDE static void NAME(motor_logarithm_block)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(motor_logarithm_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c0a = strides[0], c1a = strides[1];
@@ -11532,11 +11789,13 @@ WIDE static void NAME(motor_logarithm_block)(intptr_t n, char **args, const intp
         NAME(store_6)(a1 + i * w, c1a, x1);
     }
 }
+LOOPS(motor_logarithm_block)
 
 void NAME(motor_logarithm_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{8, 1, 0, {8}}, {6, 1, 1, {6}}};
-    static const struct kernel kernel = {NAME(motor_logarithm_block), NULL, 1, 2, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(motor_logarithm_block), {NULL}, (any_function
+        *)NAME(motor_logarithm), NAME(call_ar), 1, 2, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -11595,7 +11854,7 @@ INLINE void NAME(motor_square_root)(const REAL *m, REAL *out)
     out[7] = t34;
 }
 
-WIDE static void NAME(motor_square_root_block)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(motor_square_root_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c0a = strides[0], c1a = strides[1];
@@ -11610,8 +11869,9 @@ WIDE static void NAME(motor_square_root_block)(intptr_t n, char **args, const in
         NAME(store_8)(a1 + i * w, c1a, x1);
     }
 }
+LOOPS(motor_square_root_block)
 
-WIDE static void NAME(motor_square_root_dense)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(motor_square_root_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
@@ -11630,12 +11890,13 @@ WIDE static void NAME(motor_square_root_dense)(intptr_t n, char **args, const in
         NAME(store_span)(args[1], first, r1, 8);
     }
 }
+LOOPS(motor_square_root_dense)
 
 void NAME(motor_square_root_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{8, 1, 0, {8}}, {8, 1, 1, {8}}};
-    static const struct kernel kernel = {NAME(motor_square_root_block), NAME(motor_square_root_dense), 1, 2, 0, 0,
-        parts, NULL};
+    static const struct kernel kernel = {WIDTHS(motor_square_root_block), WIDTHS(motor_square_root_dense),
+        (any_function *)NAME(motor_square_root), NAME(call_ar), 1, 2, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -11848,7 +12109,7 @@ static INLINE void NAME(motor_power_apply_m)(const REAL *prepared, REAL t, REAL 
     out[7] = t73;
 }
 
-WIDE static void NAME(motor_power_block_m)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(motor_power_block_m)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c2a = strides[1];
@@ -11875,6 +12136,7 @@ WIDE static void NAME(motor_power_block_m)(intptr_t n, char **args, const intptr
         }
     }
 }
+LOOPS(motor_power_block_m)
 
 static void NAME(motor_power_start_m)(char **args, const intptr_t *strides, void *prepared)
 {
@@ -11884,7 +12146,7 @@ static void NAME(motor_power_start_m)(char **args, const intptr_t *strides, void
     NAME(motor_power_prepare_m)(x0, prepared);
 }
 
-WIDE static void NAME(motor_power_block)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(motor_power_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c0a = strides[0], c2a = strides[1];
@@ -11915,12 +12177,14 @@ WIDE static void NAME(motor_power_block)(intptr_t n, char **args, const intptr_t
         }
     }
 }
+LOOPS(motor_power_block)
 
 void NAME(motor_power_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{8, 1, 0, {8}}, {1, 0, 1, {0}}, {8, 1, 1, {8}}};
-    static const struct form forms[] = {{1, 2, NAME(motor_power_start_m), NAME(motor_power_block_m), NULL}};
-    static const struct kernel kernel = {NAME(motor_power_block), NULL, 2, 3, 1, 1, parts, forms};
+    static const struct form forms[] = {{1, 2, NAME(motor_power_start_m), WIDTHS(motor_power_block_m), {NULL}}};
+    static const struct kernel kernel = {WIDTHS(motor_power_block), {NULL}, (any_function *)NAME(motor_power),
+        NAME(call_anr), 2, 3, 1, 1, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -12517,7 +12781,7 @@ static INLINE void NAME(interpolate_motors_apply_a_b)(const REAL *prepared, REAL
     out[7] = t249;
 }
 
-WIDE static void NAME(interpolate_motors_block_a_b)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(interpolate_motors_block_a_b)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c3a = strides[2];
@@ -12544,6 +12808,7 @@ WIDE static void NAME(interpolate_motors_block_a_b)(intptr_t n, char **args, con
         }
     }
 }
+LOOPS(interpolate_motors_block_a_b)
 
 static void NAME(interpolate_motors_start_a_b)(char **args, const intptr_t *strides, void *prepared)
 {
@@ -12555,7 +12820,7 @@ static void NAME(interpolate_motors_start_a_b)(char **args, const intptr_t *stri
     NAME(interpolate_motors_prepare_a_b)(x0, x1, prepared);
 }
 
-WIDE static void NAME(interpolate_motors_block)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(interpolate_motors_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c0a = strides[0], c1a = strides[1], c3a = strides[2];
@@ -12591,13 +12856,15 @@ WIDE static void NAME(interpolate_motors_block)(intptr_t n, char **args, const i
         }
     }
 }
+LOOPS(interpolate_motors_block)
 
 void NAME(interpolate_motors_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{8, 1, 0, {8}}, {8, 1, 1, {8}}, {1, 0, 2, {0}}, {8, 1, 2, {8}}};
     static const struct form forms[] = {{3, 2, NAME(interpolate_motors_start_a_b),
-        NAME(interpolate_motors_block_a_b), NULL}};
-    static const struct kernel kernel = {NAME(interpolate_motors_block), NULL, 3, 4, 1, 1, parts, forms};
+        WIDTHS(interpolate_motors_block_a_b), {NULL}}};
+    static const struct kernel kernel = {WIDTHS(interpolate_motors_block), {NULL}, (any_function
+        *)NAME(interpolate_motors), NAME(call_aanr), 3, 4, 1, 1, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -12932,7 +13199,7 @@ INLINE void NAME(versor_exponential)(const REAL *b, REAL *out)
     NAME(versor_exponential_within)(b, out, NULL);
 }
 
-WIDE static void NAME(versor_exponential_block)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(versor_exponential_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c0a = strides[0], c1a = strides[1];
@@ -12958,11 +13225,13 @@ WIDE static void NAME(versor_exponential_block)(intptr_t n, char **args, const i
         }
     }
 }
+LOOPS(versor_exponential_block)
 
 void NAME(versor_exponential_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{10, 1, 0, {10}}, {16, 1, 1, {16}}};
-    static const struct kernel kernel = {NAME(versor_exponential_block), NULL, 1, 2, 0, 1, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(versor_exponential_block), {NULL}, (any_function
+        *)NAME(versor_exponential), NAME(call_ar), 1, 2, 0, 1, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -13322,7 +13591,7 @@ INLINE void NAME(versor_logarithm)(const REAL *v, REAL *out)
     out[9] = t325;
 }
 
-WIDE static void NAME(versor_logarithm_block)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(versor_logarithm_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c0a = strides[0], c1a = strides[1];
@@ -13337,11 +13606,13 @@ WIDE static void NAME(versor_logarithm_block)(intptr_t n, char **args, const int
         NAME(store_10)(a1 + i * w, c1a, x1);
     }
 }
+LOOPS(versor_logarithm_block)
 
 void NAME(versor_logarithm_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{16, 1, 0, {16}}, {10, 1, 1, {10}}};
-    static const struct kernel kernel = {NAME(versor_logarithm_block), NULL, 1, 2, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(versor_logarithm_block), {NULL}, (any_function
+        *)NAME(versor_logarithm), NAME(call_ar), 1, 2, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -13606,7 +13877,7 @@ INLINE void NAME(versor_square_root)(const REAL *v, REAL *out)
     out[15] = t224;
 }
 
-WIDE static void NAME(versor_square_root_block)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(versor_square_root_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c0a = strides[0], c1a = strides[1];
@@ -13621,11 +13892,13 @@ WIDE static void NAME(versor_square_root_block)(intptr_t n, char **args, const i
         NAME(store_16)(a1 + i * w, c1a, x1);
     }
 }
+LOOPS(versor_square_root_block)
 
 void NAME(versor_square_root_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{16, 1, 0, {16}}, {16, 1, 1, {16}}};
-    static const struct kernel kernel = {NAME(versor_square_root_block), NULL, 1, 2, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(versor_square_root_block), {NULL}, (any_function
+        *)NAME(versor_square_root), NAME(call_ar), 1, 2, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -13708,7 +13981,7 @@ INLINE void NAME(motor_to_matrix)(const REAL *m, REAL *out)
     out[15] = (REAL)1;
 }
 
-WIDE static void NAME(motor_to_matrix_block)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(motor_to_matrix_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c0a = strides[0], c1a = strides[1], c1b = strides[2];
@@ -13723,8 +13996,9 @@ WIDE static void NAME(motor_to_matrix_block)(intptr_t n, char **args, const intp
         NAME(store_4x4)(a1 + i * w, c1a, c1b, x1);
     }
 }
+LOOPS(motor_to_matrix_block)
 
-WIDE static void NAME(motor_to_matrix_dense)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(motor_to_matrix_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
@@ -13743,12 +14017,13 @@ WIDE static void NAME(motor_to_matrix_dense)(intptr_t n, char **args, const intp
         NAME(store_span)(args[1], first, r1, 16);
     }
 }
+LOOPS(motor_to_matrix_dense)
 
 void NAME(motor_to_matrix_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{8, 1, 0, {8}}, {16, 2, 1, {4, 4}}};
-    static const struct kernel kernel = {NAME(motor_to_matrix_block), NAME(motor_to_matrix_dense), 1, 2, 0, 0,
-        parts, NULL};
+    static const struct kernel kernel = {WIDTHS(motor_to_matrix_block), WIDTHS(motor_to_matrix_dense), (any_function
+        *)NAME(motor_to_matrix), NAME(call_ar), 1, 2, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -13926,7 +14201,7 @@ static INLINE void NAME(move_point_apply_m)(const REAL *prepared, const REAL *p,
     out[2] = t70;
 }
 
-WIDE static void NAME(move_point_block_m)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(move_point_block_m)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c1a = strides[1], c2a = strides[2];
@@ -13942,8 +14217,9 @@ WIDE static void NAME(move_point_block_m)(intptr_t n, char **args, const intptr_
         NAME(store_3)(a2 + i * w, c2a, x2);
     }
 }
+LOOPS(move_point_block_m)
 
-WIDE static void NAME(move_point_dense_m)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(move_point_dense_m)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const REAL *prepared = (const REAL *)args[0];
@@ -13962,6 +14238,7 @@ WIDE static void NAME(move_point_dense_m)(intptr_t n, char **args, const intptr_
         NAME(store_span)(args[2], first, r2, 3);
     }
 }
+LOOPS(move_point_dense_m)
 
 static void NAME(move_point_start_m)(char **args, const intptr_t *strides, void *prepared)
 {
@@ -13971,7 +14248,7 @@ static void NAME(move_point_start_m)(char **args, const intptr_t *strides, void 
     NAME(move_point_prepare_m)(x0, prepared);
 }
 
-WIDE static void NAME(move_point_block)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(move_point_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
@@ -13989,8 +14266,9 @@ WIDE static void NAME(move_point_block)(intptr_t n, char **args, const intptr_t 
         NAME(store_3)(a2 + i * w, c2a, x2);
     }
 }
+LOOPS(move_point_block)
 
-WIDE static void NAME(move_point_dense)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(move_point_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
@@ -14011,13 +14289,15 @@ WIDE static void NAME(move_point_dense)(intptr_t n, char **args, const intptr_t 
         NAME(store_span)(args[2], first, r2, 3);
     }
 }
+LOOPS(move_point_dense)
 
 void NAME(move_point_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{8, 1, 0, {8}}, {3, 1, 1, {3}}, {3, 1, 2, {3}}};
-    static const struct form forms[] = {{1, 3, NAME(move_point_start_m), NAME(move_point_block_m),
-        NAME(move_point_dense_m)}};
-    static const struct kernel kernel = {NAME(move_point_block), NAME(move_point_dense), 2, 3, 1, 0, parts, forms};
+    static const struct form forms[] = {{1, 3, NAME(move_point_start_m), WIDTHS(move_point_block_m),
+        WIDTHS(move_point_dense_m)}};
+    static const struct kernel kernel = {WIDTHS(move_point_block), WIDTHS(move_point_dense), (any_function
+        *)NAME(move_point), NAME(call_aar), 2, 3, 1, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -14145,7 +14425,7 @@ static INLINE void NAME(rotate_point_apply_r)(const REAL *prepared, const REAL *
     out[2] = t43;
 }
 
-WIDE static void NAME(rotate_point_block_r)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(rotate_point_block_r)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c1a = strides[1], c2a = strides[2];
@@ -14161,8 +14441,9 @@ WIDE static void NAME(rotate_point_block_r)(intptr_t n, char **args, const intpt
         NAME(store_3)(a2 + i * w, c2a, x2);
     }
 }
+LOOPS(rotate_point_block_r)
 
-WIDE static void NAME(rotate_point_dense_r)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(rotate_point_dense_r)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const REAL *prepared = (const REAL *)args[0];
@@ -14181,6 +14462,7 @@ WIDE static void NAME(rotate_point_dense_r)(intptr_t n, char **args, const intpt
         NAME(store_span)(args[2], first, r2, 3);
     }
 }
+LOOPS(rotate_point_dense_r)
 
 static void NAME(rotate_point_start_r)(char **args, const intptr_t *strides, void *prepared)
 {
@@ -14190,7 +14472,7 @@ static void NAME(rotate_point_start_r)(char **args, const intptr_t *strides, voi
     NAME(rotate_point_prepare_r)(x0, prepared);
 }
 
-WIDE static void NAME(rotate_point_block)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(rotate_point_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
@@ -14208,8 +14490,9 @@ WIDE static void NAME(rotate_point_block)(intptr_t n, char **args, const intptr_
         NAME(store_3)(a2 + i * w, c2a, x2);
     }
 }
+LOOPS(rotate_point_block)
 
-WIDE static void NAME(rotate_point_dense)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(rotate_point_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
@@ -14230,14 +14513,15 @@ WIDE static void NAME(rotate_point_dense)(intptr_t n, char **args, const intptr_
         NAME(store_span)(args[2], first, r2, 3);
     }
 }
+LOOPS(rotate_point_dense)
 
 void NAME(rotate_point_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {3, 1, 1, {3}}, {3, 1, 2, {3}}};
-    static const struct form forms[] = {{1, 2, NAME(rotate_point_start_r), NAME(rotate_point_block_r),
-        NAME(rotate_point_dense_r)}};
-    static const struct kernel kernel = {NAME(rotate_point_block), NAME(rotate_point_dense), 2, 3, 1, 0, parts,
-        forms};
+    static const struct form forms[] = {{1, 2, NAME(rotate_point_start_r), WIDTHS(rotate_point_block_r),
+        WIDTHS(rotate_point_dense_r)}};
+    static const struct kernel kernel = {WIDTHS(rotate_point_block), WIDTHS(rotate_point_dense), (any_function
+        *)NAME(rotate_point), NAME(call_aar), 2, 3, 1, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -14260,7 +14544,7 @@ INLINE void NAME(translate_point)(const REAL *t, const REAL *p, REAL *out)
     out[2] = t5;
 }
 
-WIDE static void NAME(translate_point_block)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(translate_point_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
@@ -14278,8 +14562,9 @@ WIDE static void NAME(translate_point_block)(intptr_t n, char **args, const intp
         NAME(store_3)(a2 + i * w, c2a, x2);
     }
 }
+LOOPS(translate_point_block)
 
-WIDE static void NAME(translate_point_dense)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(translate_point_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
@@ -14300,12 +14585,13 @@ WIDE static void NAME(translate_point_dense)(intptr_t n, char **args, const intp
         NAME(store_span)(args[2], first, r2, 3);
     }
 }
+LOOPS(translate_point_dense)
 
 void NAME(translate_point_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {3, 1, 1, {3}}, {3, 1, 2, {3}}};
-    static const struct kernel kernel = {NAME(translate_point_block), NAME(translate_point_dense), 2, 3, 0, 0,
-        parts, NULL};
+    static const struct kernel kernel = {WIDTHS(translate_point_block), WIDTHS(translate_point_dense), (any_function
+        *)NAME(translate_point), NAME(call_aar), 2, 3, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -14327,7 +14613,7 @@ INLINE void NAME(dilate_point)(const REAL *d, const REAL *p, REAL *out)
     out[2] = t5;
 }
 
-WIDE static void NAME(dilate_point_block)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(dilate_point_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
@@ -14345,8 +14631,9 @@ WIDE static void NAME(dilate_point_block)(intptr_t n, char **args, const intptr_
         NAME(store_3)(a2 + i * w, c2a, x2);
     }
 }
+LOOPS(dilate_point_block)
 
-WIDE static void NAME(dilate_point_dense)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(dilate_point_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
@@ -14367,12 +14654,13 @@ WIDE static void NAME(dilate_point_dense)(intptr_t n, char **args, const intptr_
         NAME(store_span)(args[2], first, r2, 3);
     }
 }
+LOOPS(dilate_point_dense)
 
 void NAME(dilate_point_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{2, 1, 0, {2}}, {3, 1, 1, {3}}, {3, 1, 2, {3}}};
-    static const struct kernel kernel = {NAME(dilate_point_block), NAME(dilate_point_dense), 2, 3, 0, 0, parts,
-        NULL};
+    static const struct kernel kernel = {WIDTHS(dilate_point_block), WIDTHS(dilate_point_dense), (any_function
+        *)NAME(dilate_point), NAME(call_aar), 2, 3, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -14618,7 +14906,7 @@ static INLINE void NAME(move_vector_apply_m)(const REAL *prepared, const REAL *x
     out[4] = t96;
 }
 
-WIDE static void NAME(move_vector_block_m)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(move_vector_block_m)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c1a = strides[1], c2a = strides[2];
@@ -14634,8 +14922,9 @@ WIDE static void NAME(move_vector_block_m)(intptr_t n, char **args, const intptr
         NAME(store_5)(a2 + i * w, c2a, x2);
     }
 }
+LOOPS(move_vector_block_m)
 
-WIDE static void NAME(move_vector_dense_m)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(move_vector_dense_m)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const REAL *prepared = (const REAL *)args[0];
@@ -14655,6 +14944,7 @@ WIDE static void NAME(move_vector_dense_m)(intptr_t n, char **args, const intptr
         NAME(store_span)(args[2], first, r2, 5);
     }
 }
+LOOPS(move_vector_dense_m)
 
 static void NAME(move_vector_start_m)(char **args, const intptr_t *strides, void *prepared)
 {
@@ -14664,7 +14954,7 @@ static void NAME(move_vector_start_m)(char **args, const intptr_t *strides, void
     NAME(move_vector_prepare_m)(x0, prepared);
 }
 
-WIDE static void NAME(move_vector_block)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(move_vector_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
@@ -14682,8 +14972,9 @@ WIDE static void NAME(move_vector_block)(intptr_t n, char **args, const intptr_t
         NAME(store_5)(a2 + i * w, c2a, x2);
     }
 }
+LOOPS(move_vector_block)
 
-WIDE static void NAME(move_vector_dense)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(move_vector_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
@@ -14706,14 +14997,15 @@ WIDE static void NAME(move_vector_dense)(intptr_t n, char **args, const intptr_t
         NAME(store_span)(args[2], first, r2, 5);
     }
 }
+LOOPS(move_vector_dense)
 
 void NAME(move_vector_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{8, 1, 0, {8}}, {5, 1, 1, {5}}, {5, 1, 2, {5}}};
-    static const struct form forms[] = {{1, 2, NAME(move_vector_start_m), NAME(move_vector_block_m),
-        NAME(move_vector_dense_m)}};
-    static const struct kernel kernel = {NAME(move_vector_block), NAME(move_vector_dense), 2, 3, 1, 0, parts,
-        forms};
+    static const struct form forms[] = {{1, 2, NAME(move_vector_start_m), WIDTHS(move_vector_block_m),
+        WIDTHS(move_vector_dense_m)}};
+    static const struct kernel kernel = {WIDTHS(move_vector_block), WIDTHS(move_vector_dense), (any_function
+        *)NAME(move_vector), NAME(call_aar), 2, 3, 1, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -15274,7 +15566,7 @@ static INLINE void NAME(move_point_pair_apply_m)(const REAL *prepared, const REA
     out[9] = t229;
 }
 
-WIDE static void NAME(move_point_pair_block_m)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(move_point_pair_block_m)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c1a = strides[1], c2a = strides[2];
@@ -15290,6 +15582,7 @@ WIDE static void NAME(move_point_pair_block_m)(intptr_t n, char **args, const in
         NAME(store_10)(a2 + i * w, c2a, x2);
     }
 }
+LOOPS(move_point_pair_block_m)
 
 static void NAME(move_point_pair_start_m)(char **args, const intptr_t *strides, void *prepared)
 {
@@ -15299,7 +15592,7 @@ static void NAME(move_point_pair_start_m)(char **args, const intptr_t *strides, 
     NAME(move_point_pair_prepare_m)(x0, prepared);
 }
 
-WIDE static void NAME(move_point_pair_block)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(move_point_pair_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
@@ -15317,12 +15610,15 @@ WIDE static void NAME(move_point_pair_block)(intptr_t n, char **args, const intp
         NAME(store_10)(a2 + i * w, c2a, x2);
     }
 }
+LOOPS(move_point_pair_block)
 
 void NAME(move_point_pair_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{8, 1, 0, {8}}, {10, 1, 1, {10}}, {10, 1, 2, {10}}};
-    static const struct form forms[] = {{1, 2, NAME(move_point_pair_start_m), NAME(move_point_pair_block_m), NULL}};
-    static const struct kernel kernel = {NAME(move_point_pair_block), NULL, 2, 3, 1, 0, parts, forms};
+    static const struct form forms[] = {{1, 2, NAME(move_point_pair_start_m), WIDTHS(move_point_pair_block_m),
+        {NULL}}};
+    static const struct kernel kernel = {WIDTHS(move_point_pair_block), {NULL}, (any_function
+        *)NAME(move_point_pair), NAME(call_aar), 2, 3, 1, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -15621,7 +15917,7 @@ static INLINE void NAME(move_line_apply_m)(const REAL *prepared, const REAL *x, 
     out[5] = t116;
 }
 
-WIDE static void NAME(move_line_block_m)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(move_line_block_m)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c1a = strides[1], c2a = strides[2];
@@ -15637,8 +15933,9 @@ WIDE static void NAME(move_line_block_m)(intptr_t n, char **args, const intptr_t
         NAME(store_6)(a2 + i * w, c2a, x2);
     }
 }
+LOOPS(move_line_block_m)
 
-WIDE static void NAME(move_line_dense_m)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(move_line_dense_m)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const REAL *prepared = (const REAL *)args[0];
@@ -15658,6 +15955,7 @@ WIDE static void NAME(move_line_dense_m)(intptr_t n, char **args, const intptr_t
         NAME(store_span)(args[2], first, r2, 6);
     }
 }
+LOOPS(move_line_dense_m)
 
 static void NAME(move_line_start_m)(char **args, const intptr_t *strides, void *prepared)
 {
@@ -15667,7 +15965,7 @@ static void NAME(move_line_start_m)(char **args, const intptr_t *strides, void *
     NAME(move_line_prepare_m)(x0, prepared);
 }
 
-WIDE static void NAME(move_line_block)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(move_line_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
@@ -15685,8 +15983,9 @@ WIDE static void NAME(move_line_block)(intptr_t n, char **args, const intptr_t *
         NAME(store_6)(a2 + i * w, c2a, x2);
     }
 }
+LOOPS(move_line_block)
 
-WIDE static void NAME(move_line_dense)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(move_line_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
@@ -15709,13 +16008,15 @@ WIDE static void NAME(move_line_dense)(intptr_t n, char **args, const intptr_t *
         NAME(store_span)(args[2], first, r2, 6);
     }
 }
+LOOPS(move_line_dense)
 
 void NAME(move_line_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{8, 1, 0, {8}}, {6, 1, 1, {6}}, {6, 1, 2, {6}}};
-    static const struct form forms[] = {{1, 2, NAME(move_line_start_m), NAME(move_line_block_m),
-        NAME(move_line_dense_m)}};
-    static const struct kernel kernel = {NAME(move_line_block), NAME(move_line_dense), 2, 3, 1, 0, parts, forms};
+    static const struct form forms[] = {{1, 2, NAME(move_line_start_m), WIDTHS(move_line_block_m),
+        WIDTHS(move_line_dense_m)}};
+    static const struct kernel kernel = {WIDTHS(move_line_block), WIDTHS(move_line_dense), (any_function
+        *)NAME(move_line), NAME(call_aar), 2, 3, 1, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -16276,7 +16577,7 @@ static INLINE void NAME(move_circle_apply_m)(const REAL *prepared, const REAL *x
     out[9] = t229;
 }
 
-WIDE static void NAME(move_circle_block_m)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(move_circle_block_m)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c1a = strides[1], c2a = strides[2];
@@ -16292,6 +16593,7 @@ WIDE static void NAME(move_circle_block_m)(intptr_t n, char **args, const intptr
         NAME(store_10)(a2 + i * w, c2a, x2);
     }
 }
+LOOPS(move_circle_block_m)
 
 static void NAME(move_circle_start_m)(char **args, const intptr_t *strides, void *prepared)
 {
@@ -16301,7 +16603,7 @@ static void NAME(move_circle_start_m)(char **args, const intptr_t *strides, void
     NAME(move_circle_prepare_m)(x0, prepared);
 }
 
-WIDE static void NAME(move_circle_block)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(move_circle_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
@@ -16319,12 +16621,14 @@ WIDE static void NAME(move_circle_block)(intptr_t n, char **args, const intptr_t
         NAME(store_10)(a2 + i * w, c2a, x2);
     }
 }
+LOOPS(move_circle_block)
 
 void NAME(move_circle_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{8, 1, 0, {8}}, {10, 1, 1, {10}}, {10, 1, 2, {10}}};
-    static const struct form forms[] = {{1, 2, NAME(move_circle_start_m), NAME(move_circle_block_m), NULL}};
-    static const struct kernel kernel = {NAME(move_circle_block), NULL, 2, 3, 1, 0, parts, forms};
+    static const struct form forms[] = {{1, 2, NAME(move_circle_start_m), WIDTHS(move_circle_block_m), {NULL}}};
+    static const struct kernel kernel = {WIDTHS(move_circle_block), {NULL}, (any_function *)NAME(move_circle),
+        NAME(call_aar), 2, 3, 1, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -16515,7 +16819,7 @@ static INLINE void NAME(move_plane_apply_m)(const REAL *prepared, const REAL *x,
     out[3] = t74;
 }
 
-WIDE static void NAME(move_plane_block_m)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(move_plane_block_m)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c1a = strides[1], c2a = strides[2];
@@ -16531,8 +16835,9 @@ WIDE static void NAME(move_plane_block_m)(intptr_t n, char **args, const intptr_
         NAME(store_4)(a2 + i * w, c2a, x2);
     }
 }
+LOOPS(move_plane_block_m)
 
-WIDE static void NAME(move_plane_dense_m)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(move_plane_dense_m)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const REAL *prepared = (const REAL *)args[0];
@@ -16551,6 +16856,7 @@ WIDE static void NAME(move_plane_dense_m)(intptr_t n, char **args, const intptr_
         NAME(store_span)(args[2], first, r2, 4);
     }
 }
+LOOPS(move_plane_dense_m)
 
 static void NAME(move_plane_start_m)(char **args, const intptr_t *strides, void *prepared)
 {
@@ -16560,7 +16866,7 @@ static void NAME(move_plane_start_m)(char **args, const intptr_t *strides, void 
     NAME(move_plane_prepare_m)(x0, prepared);
 }
 
-WIDE static void NAME(move_plane_block)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(move_plane_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
@@ -16578,8 +16884,9 @@ WIDE static void NAME(move_plane_block)(intptr_t n, char **args, const intptr_t 
         NAME(store_4)(a2 + i * w, c2a, x2);
     }
 }
+LOOPS(move_plane_block)
 
-WIDE static void NAME(move_plane_dense)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(move_plane_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
@@ -16602,13 +16909,15 @@ WIDE static void NAME(move_plane_dense)(intptr_t n, char **args, const intptr_t 
         NAME(store_span)(args[2], first, r2, 4);
     }
 }
+LOOPS(move_plane_dense)
 
 void NAME(move_plane_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{8, 1, 0, {8}}, {4, 1, 1, {4}}, {4, 1, 2, {4}}};
-    static const struct form forms[] = {{1, 3, NAME(move_plane_start_m), NAME(move_plane_block_m),
-        NAME(move_plane_dense_m)}};
-    static const struct kernel kernel = {NAME(move_plane_block), NAME(move_plane_dense), 2, 3, 1, 0, parts, forms};
+    static const struct form forms[] = {{1, 3, NAME(move_plane_start_m), WIDTHS(move_plane_block_m),
+        WIDTHS(move_plane_dense_m)}};
+    static const struct kernel kernel = {WIDTHS(move_plane_block), WIDTHS(move_plane_dense), (any_function
+        *)NAME(move_plane), NAME(call_aar), 2, 3, 1, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -16854,7 +17163,7 @@ static INLINE void NAME(move_sphere_apply_m)(const REAL *prepared, const REAL *x
     out[4] = t96;
 }
 
-WIDE static void NAME(move_sphere_block_m)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(move_sphere_block_m)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c1a = strides[1], c2a = strides[2];
@@ -16870,8 +17179,9 @@ WIDE static void NAME(move_sphere_block_m)(intptr_t n, char **args, const intptr
         NAME(store_5)(a2 + i * w, c2a, x2);
     }
 }
+LOOPS(move_sphere_block_m)
 
-WIDE static void NAME(move_sphere_dense_m)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(move_sphere_dense_m)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const REAL *prepared = (const REAL *)args[0];
@@ -16891,6 +17201,7 @@ WIDE static void NAME(move_sphere_dense_m)(intptr_t n, char **args, const intptr
         NAME(store_span)(args[2], first, r2, 5);
     }
 }
+LOOPS(move_sphere_dense_m)
 
 static void NAME(move_sphere_start_m)(char **args, const intptr_t *strides, void *prepared)
 {
@@ -16900,7 +17211,7 @@ static void NAME(move_sphere_start_m)(char **args, const intptr_t *strides, void
     NAME(move_sphere_prepare_m)(x0, prepared);
 }
 
-WIDE static void NAME(move_sphere_block)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(move_sphere_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
@@ -16918,8 +17229,9 @@ WIDE static void NAME(move_sphere_block)(intptr_t n, char **args, const intptr_t
         NAME(store_5)(a2 + i * w, c2a, x2);
     }
 }
+LOOPS(move_sphere_block)
 
-WIDE static void NAME(move_sphere_dense)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(move_sphere_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
@@ -16942,14 +17254,15 @@ WIDE static void NAME(move_sphere_dense)(intptr_t n, char **args, const intptr_t
         NAME(store_span)(args[2], first, r2, 5);
     }
 }
+LOOPS(move_sphere_dense)
 
 void NAME(move_sphere_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{8, 1, 0, {8}}, {5, 1, 1, {5}}, {5, 1, 2, {5}}};
-    static const struct form forms[] = {{1, 2, NAME(move_sphere_start_m), NAME(move_sphere_block_m),
-        NAME(move_sphere_dense_m)}};
-    static const struct kernel kernel = {NAME(move_sphere_block), NAME(move_sphere_dense), 2, 3, 1, 0, parts,
-        forms};
+    static const struct form forms[] = {{1, 2, NAME(move_sphere_start_m), WIDTHS(move_sphere_block_m),
+        WIDTHS(move_sphere_dense_m)}};
+    static const struct kernel kernel = {WIDTHS(move_sphere_block), WIDTHS(move_sphere_dense), (any_function
+        *)NAME(move_sphere), NAME(call_aar), 2, 3, 1, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -17541,7 +17854,7 @@ static INLINE void NAME(transform_vector_apply_v)(const REAL *prepared, const RE
     out[4] = t268;
 }
 
-WIDE static void NAME(transform_vector_block_v)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(transform_vector_block_v)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c1a = strides[1], c2a = strides[2];
@@ -17557,8 +17870,9 @@ WIDE static void NAME(transform_vector_block_v)(intptr_t n, char **args, const i
         NAME(store_5)(a2 + i * w, c2a, x2);
     }
 }
+LOOPS(transform_vector_block_v)
 
-WIDE static void NAME(transform_vector_dense_v)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(transform_vector_dense_v)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const REAL *prepared = (const REAL *)args[0];
@@ -17578,6 +17892,7 @@ WIDE static void NAME(transform_vector_dense_v)(intptr_t n, char **args, const i
         NAME(store_span)(args[2], first, r2, 5);
     }
 }
+LOOPS(transform_vector_dense_v)
 
 static void NAME(transform_vector_start_v)(char **args, const intptr_t *strides, void *prepared)
 {
@@ -17587,7 +17902,7 @@ static void NAME(transform_vector_start_v)(char **args, const intptr_t *strides,
     NAME(transform_vector_prepare_v)(x0, prepared);
 }
 
-WIDE static void NAME(transform_vector_block)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(transform_vector_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
@@ -17605,13 +17920,15 @@ WIDE static void NAME(transform_vector_block)(intptr_t n, char **args, const int
         NAME(store_5)(a2 + i * w, c2a, x2);
     }
 }
+LOOPS(transform_vector_block)
 
 void NAME(transform_vector_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{16, 1, 0, {16}}, {5, 1, 1, {5}}, {5, 1, 2, {5}}};
-    static const struct form forms[] = {{1, 2, NAME(transform_vector_start_v), NAME(transform_vector_block_v),
-        NAME(transform_vector_dense_v)}};
-    static const struct kernel kernel = {NAME(transform_vector_block), NULL, 2, 3, 1, 0, parts, forms};
+    static const struct form forms[] = {{1, 2, NAME(transform_vector_start_v), WIDTHS(transform_vector_block_v),
+        WIDTHS(transform_vector_dense_v)}};
+    static const struct kernel kernel = {WIDTHS(transform_vector_block), {NULL}, (any_function
+        *)NAME(transform_vector), NAME(call_aar), 2, 3, 1, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -17731,7 +18048,7 @@ static INLINE void NAME(reflect_point_apply_plane)(const REAL *prepared, const R
     out[2] = t38;
 }
 
-WIDE static void NAME(reflect_point_block_plane)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(reflect_point_block_plane)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c0a = strides[0], c2a = strides[2];
@@ -17747,8 +18064,9 @@ WIDE static void NAME(reflect_point_block_plane)(intptr_t n, char **args, const 
         NAME(store_3)(a2 + i * w, c2a, x2);
     }
 }
+LOOPS(reflect_point_block_plane)
 
-WIDE static void NAME(reflect_point_dense_plane)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(reflect_point_dense_plane)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const REAL *prepared = (const REAL *)args[1];
@@ -17767,6 +18085,7 @@ WIDE static void NAME(reflect_point_dense_plane)(intptr_t n, char **args, const 
         NAME(store_span)(args[2], first, r2, 3);
     }
 }
+LOOPS(reflect_point_dense_plane)
 
 static void NAME(reflect_point_start_plane)(char **args, const intptr_t *strides, void *prepared)
 {
@@ -17776,7 +18095,7 @@ static void NAME(reflect_point_start_plane)(char **args, const intptr_t *strides
     NAME(reflect_point_prepare_plane)(x1, prepared);
 }
 
-WIDE static void NAME(reflect_point_block)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(reflect_point_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
@@ -17794,8 +18113,9 @@ WIDE static void NAME(reflect_point_block)(intptr_t n, char **args, const intptr
         NAME(store_3)(a2 + i * w, c2a, x2);
     }
 }
+LOOPS(reflect_point_block)
 
-WIDE static void NAME(reflect_point_dense)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(reflect_point_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
@@ -17816,14 +18136,15 @@ WIDE static void NAME(reflect_point_dense)(intptr_t n, char **args, const intptr
         NAME(store_span)(args[2], first, r2, 3);
     }
 }
+LOOPS(reflect_point_dense)
 
 void NAME(reflect_point_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {4, 1, 1, {4}}, {3, 1, 2, {3}}};
-    static const struct form forms[] = {{2, 2, NAME(reflect_point_start_plane), NAME(reflect_point_block_plane),
-        NAME(reflect_point_dense_plane)}};
-    static const struct kernel kernel = {NAME(reflect_point_block), NAME(reflect_point_dense), 2, 3, 1, 0, parts,
-        forms};
+    static const struct form forms[] = {{2, 2, NAME(reflect_point_start_plane), WIDTHS(reflect_point_block_plane),
+        WIDTHS(reflect_point_dense_plane)}};
+    static const struct kernel kernel = {WIDTHS(reflect_point_block), WIDTHS(reflect_point_dense), (any_function
+        *)NAME(reflect_point), NAME(call_aar), 2, 3, 1, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -17887,7 +18208,7 @@ INLINE void NAME(invert_point)(const REAL *p, const REAL *s, REAL *out)
     out[2] = t44;
 }
 
-WIDE static void NAME(invert_point_block)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(invert_point_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
@@ -17905,8 +18226,9 @@ WIDE static void NAME(invert_point_block)(intptr_t n, char **args, const intptr_
         NAME(store_3)(a2 + i * w, c2a, x2);
     }
 }
+LOOPS(invert_point_block)
 
-WIDE static void NAME(invert_point_dense)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(invert_point_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
@@ -17929,12 +18251,13 @@ WIDE static void NAME(invert_point_dense)(intptr_t n, char **args, const intptr_
         NAME(store_span)(args[2], first, r2, 3);
     }
 }
+LOOPS(invert_point_dense)
 
 void NAME(invert_point_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {5, 1, 1, {5}}, {3, 1, 2, {3}}};
-    static const struct kernel kernel = {NAME(invert_point_block), NAME(invert_point_dense), 2, 3, 0, 0, parts,
-        NULL};
+    static const struct kernel kernel = {WIDTHS(invert_point_block), WIDTHS(invert_point_dense), (any_function
+        *)NAME(invert_point), NAME(call_aar), 2, 3, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 #endif

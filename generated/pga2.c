@@ -2,7 +2,7 @@
 // command: gac generate --all pga2
 // spec: 6f50564ea0875a9f
 // contraction: -ffp-contract=off (every operation is rounded once)
-// body: 584c9002fc636ce2fdd35c4d3919b80cdb11c8b57fa1b06f0b7b8e50e7715cce
+// body: 884bb3c057e6fcf09dda7612aa11cb3ee3b4590c35ad4a80461ec62e73f58cb5
 
 #ifndef REAL
 #include "pga2.h"
@@ -30,11 +30,27 @@
 #define NOT_UNROLLED
 #endif
 
-// The widest vectors of the machine that runs the loops, chosen when the library is loaded.
+// The widest vectors of the machine that runs the loops: on x86-64 there is each for AVX2 and for AVX-512, and machines
+// that have neither run one element after the other; on others there is one.
 #if defined(__GNUC__) && __GNUC__ >= 12 && !defined(__clang__) && defined(__x86_64__) && defined(__GLIBC__)
 #define WIDE __attribute__((target_clones("default", "arch=x86-64-v3", "arch=x86-64-v4")))
+#define ON(level) __attribute__((target("arch=x86-64-" level)))
+#define LOOPS(name)                                                                     \
+    ON("v3") static void NAME(name##_v3)(intptr_t n, char **args, const intptr_t *strides) \
+    {                                                                                   \
+        NAME(name)(n, args, strides);                                                   \
+    }                                                                                   \
+    ON("v4") static void NAME(name##_v4)(intptr_t n, char **args, const intptr_t *strides) \
+    {                                                                                   \
+        NAME(name)(n, args, strides);                                                   \
+    }
+#define WIDTHS(name) {NAME(name##_v3), NAME(name##_v4)}
+#define CHOSEN (__builtin_cpu_supports("x86-64-v4") ? 1 : __builtin_cpu_supports("x86-64-v3") ? 0 : -1)
 #else
 #define WIDE
+#define LOOPS(name)
+#define WIDTHS(name) {NAME(name)}
+#define CHOSEN 0
 #endif
 
 // Loops run over whole vectors: a block is padded to a multiple of this many elements.
@@ -61,6 +77,7 @@ struct part {
 };
 
 typedef void loop_function(intptr_t n, char **args, const intptr_t *strides);
+typedef void any_function(void);
 
 // A form of a kernel for batches in which the `same` arguments (a bit each) are that for at least so many elements:
 // what depends on them is prepared once, and takes the place of the first of them.
@@ -68,19 +85,21 @@ struct form {
     unsigned same;
     intptr_t least;
     void (*start)(char **args, const intptr_t *strides, void *prepared);
-    loop_function *block, *dense;
+    loop_function *block[2], *dense[2];
 };
 
-// The loops of a kernel, over rows and in C order, and its forms. A kernel that repeats reads its inputs again after it
-// has written: its outputs cannot lie where they do.
+// The loops of a kernel, over rows and in C order, its plain function and how that is called, and its forms. A kernel
+// that repeats reads its inputs again after it has written: its outputs cannot lie where they do.
 struct kernel {
-    loop_function *block, *dense;
+    loop_function *block[2], *dense[2];
+    any_function *function;
+    void (*call)(any_function *function, void **parts);
     int n_inputs, n_parts, n_forms, repeats;
     const struct part *parts;
     const struct form *forms;
 };
 
-enum { PARTS = 6, CORES = 4, SPACE = 4096, PREPARED = 13 };
+enum { PARTS = 6, CORES = 4, NUMBERS = 24, SPACE = 4096, PREPARED = 13 };
 
 #define SQRT(x) FUNCTION(sqrt)(x)
 #define SIN(x) NAME(sin_of)(x, far)
@@ -483,6 +502,74 @@ static INLINE void NAME(store_8)(char *a, intptr_t ca, const REAL *x)
     *(REAL *)(a + 7 * ca) = x[7];
 }
 
+static void NAME(call_aaaarr)(any_function *function, void **x)
+{
+    ((void (*)(const REAL *, const REAL *, const REAL *, const REAL *, REAL *, REAL *))function)(x[0], x[1], x[2], x[3],
+        x[4], x[5]);
+}
+
+static void NAME(call_aaannr)(any_function *function, void **x)
+{
+    ((void (*)(const REAL *, const REAL *, const REAL *, REAL, REAL, REAL *))function)(x[0], x[1], x[2], *(REAL *)x[3],
+        *(REAL *)x[4], x[5]);
+}
+
+static void NAME(call_aaar)(any_function *function, void **x)
+{
+    ((void (*)(const REAL *, const REAL *, const REAL *, REAL *))function)(x[0], x[1], x[2], x[3]);
+}
+
+static void NAME(call_aaarr)(any_function *function, void **x)
+{
+    ((void (*)(const REAL *, const REAL *, const REAL *, REAL *, REAL *))function)(x[0], x[1], x[2], x[3], x[4]);
+}
+
+static void NAME(call_aannr)(any_function *function, void **x)
+{
+    ((void (*)(const REAL *, const REAL *, REAL, REAL, REAL *))function)(x[0], x[1], *(REAL *)x[2], *(REAL *)x[3],
+        x[4]);
+}
+
+static void NAME(call_aanr)(any_function *function, void **x)
+{
+    ((void (*)(const REAL *, const REAL *, REAL, REAL *))function)(x[0], x[1], *(REAL *)x[2], x[3]);
+}
+
+static void NAME(call_aar)(any_function *function, void **x)
+{
+    ((void (*)(const REAL *, const REAL *, REAL *))function)(x[0], x[1], x[2]);
+}
+
+static void NAME(call_aarr)(any_function *function, void **x)
+{
+    ((void (*)(const REAL *, const REAL *, REAL *, REAL *))function)(x[0], x[1], x[2], x[3]);
+}
+
+static void NAME(call_anr)(any_function *function, void **x)
+{
+    ((void (*)(const REAL *, REAL, REAL *))function)(x[0], *(REAL *)x[1], x[2]);
+}
+
+static void NAME(call_ar)(any_function *function, void **x)
+{
+    ((void (*)(const REAL *, REAL *))function)(x[0], x[1]);
+}
+
+static void NAME(call_arr)(any_function *function, void **x)
+{
+    ((void (*)(const REAL *, REAL *, REAL *))function)(x[0], x[1], x[2]);
+}
+
+static void NAME(call_nar)(any_function *function, void **x)
+{
+    ((void (*)(REAL, const REAL *, REAL *))function)(*(REAL *)x[0], x[1], x[2]);
+}
+
+static void NAME(call_nr)(any_function *function, void **x)
+{
+    ((void (*)(REAL, REAL *))function)(*(REAL *)x[0], x[1]);
+}
+
 // Blocks of a batch, and how they get there from strides of any kind: a component of a part (an argument or a result)
 // is a row, `row` numbers long, of the elements of a block.
 
@@ -727,19 +814,56 @@ static void NAME(move_part)(int back, REAL *x, intptr_t row, const struct part *
     }
 }
 
+// The numbers of an element of a part, from the batch or back to it.
+static void NAME(move_element)(int back, REAL *x, const struct part *part, char *a, const intptr_t *c)
+{
+    for (intptr_t k = 0; k < part->size; ++k) {
+        intptr_t offset = 0, rest = k;
+        for (int axis = part->rank; axis-- > 1; rest /= part->shape[axis])
+            offset += rest % part->shape[axis] * c[axis];
+        offset += part->rank ? rest * c[0] : 0;
+        if (back)
+            *(REAL *)(a + offset) = x[k];
+        else
+            x[k] = *(const REAL *)(a + offset);
+    }
+}
+
+// Runs a kernel on one element after the other.
+static void NAME(each)(const struct kernel *kernel, char **args, intptr_t n, const intptr_t *steps)
+{
+    const intptr_t *strides = steps + kernel->n_parts;
+    const struct part *parts = kernel->parts;
+    REAL numbers[NUMBERS], *next = numbers;
+    void *places[PARTS];
+    for (int p = 0; p < kernel->n_parts; next += parts[p++].size)
+        places[p] = next;
+    for (intptr_t i = 0; i < n; ++i) {
+        for (int p = 0; p < kernel->n_inputs; ++p)
+            NAME(move_element)(0, places[p], &parts[p], args[p] + i * steps[p], strides + parts[p].first);
+        kernel->call(kernel->function, places);
+        for (int p = kernel->n_inputs; p < kernel->n_parts; ++p)
+            NAME(move_element)(1, places[p], &parts[p], args[p] + i * steps[p], strides + parts[p].first);
+    }
+}
+
 // Runs a kernel over a batch in blocks. What lies at unit stride, or is hoisted, is used where it lies, and so is a
 // whole batch in C order if there is a loop for it; everything else goes through rows.
 static void NAME(batch)(const struct kernel *kernel, char **args, intptr_t n, const intptr_t *steps)
 {
     const intptr_t w = sizeof(REAL), *strides = steps + kernel->n_parts;
-    const int n_parts = kernel->n_parts, n_inputs = kernel->n_inputs;
+    const int n_parts = kernel->n_parts, n_inputs = kernel->n_inputs, width = CHOSEN;
     enum { SAME, HOISTED, UNIT, ANY } kinds[PARTS];
     _Alignas(64) REAL space[SPACE], prepared[PREPARED];
     REAL *rows[PARTS];
     char *starts[PARTS];
     intptr_t cores[CORES], row_cores[CORES], total = 0, bytes = 0;
     unsigned still = 0, hoisted = 0;
-    loop_function *in_rows = kernel->block, *in_order = kernel->dense;
+    if (width < 0 || n == 1) {
+        NAME(each)(kernel, args, n, steps);
+        return;
+    }
+    loop_function *in_rows = kernel->block[width], *in_order = kernel->dense[width];
     for (int p = 0; p < n_parts; ++p) {
         total += kernel->parts[p].size;
         bytes += steps[p] < 0 ? -steps[p] : steps[p];
@@ -749,7 +873,7 @@ static void NAME(batch)(const struct kernel *kernel, char **args, intptr_t n, co
         const struct form *form = &kernel->forms[f];
         if ((still & form->same) == form->same && n >= form->least) {
             form->start(args, strides, prepared);
-            hoisted = form->same, in_rows = form->block, in_order = form->dense;
+            hoisted = form->same, in_rows = form->block[width], in_order = form->dense[width];
         }
     }
     int in_place = 1, dense = in_order != NULL;
@@ -917,7 +1041,7 @@ INLINE void NAME(geometric_product)(const REAL *a, const REAL *b, REAL *out)
     out[7] = t72;
 }
 
-WIDE static void NAME(geometric_product_block)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(geometric_product_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
@@ -935,8 +1059,9 @@ WIDE static void NAME(geometric_product_block)(intptr_t n, char **args, const in
         NAME(store_8)(a2 + i * w, c2a, x2);
     }
 }
+LOOPS(geometric_product_block)
 
-WIDE static void NAME(geometric_product_dense)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(geometric_product_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
@@ -959,12 +1084,13 @@ WIDE static void NAME(geometric_product_dense)(intptr_t n, char **args, const in
         NAME(store_span)(args[2], first, r2, 8);
     }
 }
+LOOPS(geometric_product_dense)
 
 void NAME(geometric_product_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{8, 1, 0, {8}}, {8, 1, 1, {8}}, {8, 1, 2, {8}}};
-    static const struct kernel kernel = {NAME(geometric_product_block), NAME(geometric_product_dense), 2, 3, 0, 0,
-        parts, NULL};
+    static const struct kernel kernel = {WIDTHS(geometric_product_block), WIDTHS(geometric_product_dense),
+        (any_function *)NAME(geometric_product), NAME(call_aar), 2, 3, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -1042,7 +1168,7 @@ INLINE void NAME(outer_product)(const REAL *a, const REAL *b, REAL *out)
     out[7] = t45;
 }
 
-WIDE static void NAME(outer_product_block)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(outer_product_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
@@ -1060,8 +1186,9 @@ WIDE static void NAME(outer_product_block)(intptr_t n, char **args, const intptr
         NAME(store_8)(a2 + i * w, c2a, x2);
     }
 }
+LOOPS(outer_product_block)
 
-WIDE static void NAME(outer_product_dense)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(outer_product_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
@@ -1084,12 +1211,13 @@ WIDE static void NAME(outer_product_dense)(intptr_t n, char **args, const intptr
         NAME(store_span)(args[2], first, r2, 8);
     }
 }
+LOOPS(outer_product_dense)
 
 void NAME(outer_product_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{8, 1, 0, {8}}, {8, 1, 1, {8}}, {8, 1, 2, {8}}};
-    static const struct kernel kernel = {NAME(outer_product_block), NAME(outer_product_dense), 2, 3, 0, 0, parts,
-        NULL};
+    static const struct kernel kernel = {WIDTHS(outer_product_block), WIDTHS(outer_product_dense), (any_function
+        *)NAME(outer_product), NAME(call_aar), 2, 3, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -1167,7 +1295,7 @@ INLINE void NAME(regressive_product)(const REAL *a, const REAL *b, REAL *out)
     out[7] = t45;
 }
 
-WIDE static void NAME(regressive_product_block)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(regressive_product_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
@@ -1185,8 +1313,9 @@ WIDE static void NAME(regressive_product_block)(intptr_t n, char **args, const i
         NAME(store_8)(a2 + i * w, c2a, x2);
     }
 }
+LOOPS(regressive_product_block)
 
-WIDE static void NAME(regressive_product_dense)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(regressive_product_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
@@ -1209,12 +1338,13 @@ WIDE static void NAME(regressive_product_dense)(intptr_t n, char **args, const i
         NAME(store_span)(args[2], first, r2, 8);
     }
 }
+LOOPS(regressive_product_dense)
 
 void NAME(regressive_product_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{8, 1, 0, {8}}, {8, 1, 1, {8}}, {8, 1, 2, {8}}};
-    static const struct kernel kernel = {NAME(regressive_product_block), NAME(regressive_product_dense), 2, 3, 0, 0,
-        parts, NULL};
+    static const struct kernel kernel = {WIDTHS(regressive_product_block), WIDTHS(regressive_product_dense),
+        (any_function *)NAME(regressive_product), NAME(call_aar), 2, 3, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -1302,7 +1432,7 @@ INLINE void NAME(inner_product)(const REAL *a, const REAL *b, REAL *out)
     out[7] = t55;
 }
 
-WIDE static void NAME(inner_product_block)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(inner_product_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
@@ -1320,8 +1450,9 @@ WIDE static void NAME(inner_product_block)(intptr_t n, char **args, const intptr
         NAME(store_8)(a2 + i * w, c2a, x2);
     }
 }
+LOOPS(inner_product_block)
 
-WIDE static void NAME(inner_product_dense)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(inner_product_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
@@ -1344,12 +1475,13 @@ WIDE static void NAME(inner_product_dense)(intptr_t n, char **args, const intptr
         NAME(store_span)(args[2], first, r2, 8);
     }
 }
+LOOPS(inner_product_dense)
 
 void NAME(inner_product_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{8, 1, 0, {8}}, {8, 1, 1, {8}}, {8, 1, 2, {8}}};
-    static const struct kernel kernel = {NAME(inner_product_block), NAME(inner_product_dense), 2, 3, 0, 0, parts,
-        NULL};
+    static const struct kernel kernel = {WIDTHS(inner_product_block), WIDTHS(inner_product_dense), (any_function
+        *)NAME(inner_product), NAME(call_aar), 2, 3, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -1377,7 +1509,7 @@ INLINE void NAME(reverse)(const REAL *a, REAL *out)
     out[7] = t3;
 }
 
-WIDE static void NAME(reverse_block)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(reverse_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c0a = strides[0], c1a = strides[1];
@@ -1392,8 +1524,9 @@ WIDE static void NAME(reverse_block)(intptr_t n, char **args, const intptr_t *st
         NAME(store_8)(a1 + i * w, c1a, x1);
     }
 }
+LOOPS(reverse_block)
 
-WIDE static void NAME(reverse_dense)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(reverse_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
@@ -1412,11 +1545,13 @@ WIDE static void NAME(reverse_dense)(intptr_t n, char **args, const intptr_t *st
         NAME(store_span)(args[1], first, r1, 8);
     }
 }
+LOOPS(reverse_dense)
 
 void NAME(reverse_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{8, 1, 0, {8}}, {8, 1, 1, {8}}};
-    static const struct kernel kernel = {NAME(reverse_block), NAME(reverse_dense), 1, 2, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(reverse_block), WIDTHS(reverse_dense), (any_function
+        *)NAME(reverse), NAME(call_ar), 1, 2, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -1444,7 +1579,7 @@ INLINE void NAME(grade_involution)(const REAL *a, REAL *out)
     out[7] = t3;
 }
 
-WIDE static void NAME(grade_involution_block)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(grade_involution_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c0a = strides[0], c1a = strides[1];
@@ -1459,8 +1594,9 @@ WIDE static void NAME(grade_involution_block)(intptr_t n, char **args, const int
         NAME(store_8)(a1 + i * w, c1a, x1);
     }
 }
+LOOPS(grade_involution_block)
 
-WIDE static void NAME(grade_involution_dense)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(grade_involution_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
@@ -1479,12 +1615,13 @@ WIDE static void NAME(grade_involution_dense)(intptr_t n, char **args, const int
         NAME(store_span)(args[1], first, r1, 8);
     }
 }
+LOOPS(grade_involution_dense)
 
 void NAME(grade_involution_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{8, 1, 0, {8}}, {8, 1, 1, {8}}};
-    static const struct kernel kernel = {NAME(grade_involution_block), NAME(grade_involution_dense), 1, 2, 0, 0,
-        parts, NULL};
+    static const struct kernel kernel = {WIDTHS(grade_involution_block), WIDTHS(grade_involution_dense),
+        (any_function *)NAME(grade_involution), NAME(call_ar), 1, 2, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -1508,7 +1645,7 @@ INLINE void NAME(dual)(const REAL *a, REAL *out)
     out[7] = a_1;
 }
 
-WIDE static void NAME(dual_block)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(dual_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c0a = strides[0], c1a = strides[1];
@@ -1523,8 +1660,9 @@ WIDE static void NAME(dual_block)(intptr_t n, char **args, const intptr_t *strid
         NAME(store_8)(a1 + i * w, c1a, x1);
     }
 }
+LOOPS(dual_block)
 
-WIDE static void NAME(dual_dense)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(dual_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
@@ -1543,11 +1681,13 @@ WIDE static void NAME(dual_dense)(intptr_t n, char **args, const intptr_t *strid
         NAME(store_span)(args[1], first, r1, 8);
     }
 }
+LOOPS(dual_dense)
 
 void NAME(dual_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{8, 1, 0, {8}}, {8, 1, 1, {8}}};
-    static const struct kernel kernel = {NAME(dual_block), NAME(dual_dense), 1, 2, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(dual_block), WIDTHS(dual_dense), (any_function *)NAME(dual),
+        NAME(call_ar), 1, 2, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -1571,7 +1711,7 @@ INLINE void NAME(undual)(const REAL *a, REAL *out)
     out[7] = a_1;
 }
 
-WIDE static void NAME(undual_block)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(undual_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c0a = strides[0], c1a = strides[1];
@@ -1586,8 +1726,9 @@ WIDE static void NAME(undual_block)(intptr_t n, char **args, const intptr_t *str
         NAME(store_8)(a1 + i * w, c1a, x1);
     }
 }
+LOOPS(undual_block)
 
-WIDE static void NAME(undual_dense)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(undual_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
@@ -1606,11 +1747,13 @@ WIDE static void NAME(undual_dense)(intptr_t n, char **args, const intptr_t *str
         NAME(store_span)(args[1], first, r1, 8);
     }
 }
+LOOPS(undual_dense)
 
 void NAME(undual_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{8, 1, 0, {8}}, {8, 1, 1, {8}}};
-    static const struct kernel kernel = {NAME(undual_block), NAME(undual_dense), 1, 2, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(undual_block), WIDTHS(undual_dense), (any_function *)NAME(undual),
+        NAME(call_ar), 1, 2, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -1631,7 +1774,7 @@ INLINE void NAME(norm)(const REAL *a, REAL *out)
     out[0] = t7;
 }
 
-WIDE static void NAME(norm_block)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(norm_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c0a = strides[0];
@@ -1646,8 +1789,9 @@ WIDE static void NAME(norm_block)(intptr_t n, char **args, const intptr_t *strid
         NAME(store_scalar)(a1 + i * w, x1);
     }
 }
+LOOPS(norm_block)
 
-WIDE static void NAME(norm_dense)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(norm_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
@@ -1666,11 +1810,13 @@ WIDE static void NAME(norm_dense)(intptr_t n, char **args, const intptr_t *strid
         NAME(store_span)(args[1], first, r1, 1);
     }
 }
+LOOPS(norm_dense)
 
 void NAME(norm_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{8, 1, 0, {8}}, {1, 0, 1, {0}}};
-    static const struct kernel kernel = {NAME(norm_block), NAME(norm_dense), 1, 2, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(norm_block), WIDTHS(norm_dense), (any_function *)NAME(norm),
+        NAME(call_ar), 1, 2, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -1686,7 +1832,7 @@ INLINE void NAME(point_from_bivector)(const REAL *b, REAL *out)
     out[1] = t2;
 }
 
-WIDE static void NAME(point_from_bivector_block)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(point_from_bivector_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c0a = strides[0], c1a = strides[1];
@@ -1701,8 +1847,9 @@ WIDE static void NAME(point_from_bivector_block)(intptr_t n, char **args, const 
         NAME(store_2)(a1 + i * w, c1a, x1);
     }
 }
+LOOPS(point_from_bivector_block)
 
-WIDE static void NAME(point_from_bivector_dense)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(point_from_bivector_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
@@ -1720,12 +1867,13 @@ WIDE static void NAME(point_from_bivector_dense)(intptr_t n, char **args, const 
         NAME(store_span)(args[1], first, r1, 2);
     }
 }
+LOOPS(point_from_bivector_dense)
 
 void NAME(point_from_bivector_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {2, 1, 1, {2}}};
-    static const struct kernel kernel = {NAME(point_from_bivector_block), NAME(point_from_bivector_dense), 1, 2, 0,
-        0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(point_from_bivector_block), WIDTHS(point_from_bivector_dense),
+        (any_function *)NAME(point_from_bivector), NAME(call_ar), 1, 2, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -1747,7 +1895,7 @@ INLINE void NAME(normalize_line)(const REAL *line, REAL *out)
     out[2] = t7;
 }
 
-WIDE static void NAME(normalize_line_block)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(normalize_line_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c0a = strides[0], c1a = strides[1];
@@ -1762,8 +1910,9 @@ WIDE static void NAME(normalize_line_block)(intptr_t n, char **args, const intpt
         NAME(store_3)(a1 + i * w, c1a, x1);
     }
 }
+LOOPS(normalize_line_block)
 
-WIDE static void NAME(normalize_line_dense)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(normalize_line_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
@@ -1781,12 +1930,13 @@ WIDE static void NAME(normalize_line_dense)(intptr_t n, char **args, const intpt
         NAME(store_span)(args[1], first, r1, 3);
     }
 }
+LOOPS(normalize_line_dense)
 
 void NAME(normalize_line_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {3, 1, 1, {3}}};
-    static const struct kernel kernel = {NAME(normalize_line_block), NAME(normalize_line_dense), 1, 2, 0, 0, parts,
-        NULL};
+    static const struct kernel kernel = {WIDTHS(normalize_line_block), WIDTHS(normalize_line_dense), (any_function
+        *)NAME(normalize_line), NAME(call_ar), 1, 2, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -1806,7 +1956,7 @@ INLINE void NAME(join_points)(const REAL *a, const REAL *b, REAL *out)
     out[2] = t4;
 }
 
-WIDE static void NAME(join_points_block)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(join_points_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
@@ -1824,8 +1974,9 @@ WIDE static void NAME(join_points_block)(intptr_t n, char **args, const intptr_t
         NAME(store_3)(a2 + i * w, c2a, x2);
     }
 }
+LOOPS(join_points_block)
 
-WIDE static void NAME(join_points_dense)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(join_points_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
@@ -1846,11 +1997,13 @@ WIDE static void NAME(join_points_dense)(intptr_t n, char **args, const intptr_t
         NAME(store_span)(args[2], first, r2, 3);
     }
 }
+LOOPS(join_points_dense)
 
 void NAME(join_points_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{2, 1, 0, {2}}, {2, 1, 1, {2}}, {3, 1, 2, {3}}};
-    static const struct kernel kernel = {NAME(join_points_block), NAME(join_points_dense), 2, 3, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(join_points_block), WIDTHS(join_points_dense), (any_function
+        *)NAME(join_points), NAME(call_aar), 2, 3, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -1869,7 +2022,7 @@ INLINE void NAME(join_point_direction)(const REAL *p, const REAL *d, REAL *out)
     out[2] = t3;
 }
 
-WIDE static void NAME(join_point_direction_block)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(join_point_direction_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
@@ -1887,8 +2040,9 @@ WIDE static void NAME(join_point_direction_block)(intptr_t n, char **args, const
         NAME(store_3)(a2 + i * w, c2a, x2);
     }
 }
+LOOPS(join_point_direction_block)
 
-WIDE static void NAME(join_point_direction_dense)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(join_point_direction_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
@@ -1909,12 +2063,13 @@ WIDE static void NAME(join_point_direction_dense)(intptr_t n, char **args, const
         NAME(store_span)(args[2], first, r2, 3);
     }
 }
+LOOPS(join_point_direction_dense)
 
 void NAME(join_point_direction_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{2, 1, 0, {2}}, {2, 1, 1, {2}}, {3, 1, 2, {3}}};
-    static const struct kernel kernel = {NAME(join_point_direction_block), NAME(join_point_direction_dense), 2, 3,
-        0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(join_point_direction_block), WIDTHS(join_point_direction_dense),
+        (any_function *)NAME(join_point_direction), NAME(call_aar), 2, 3, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -1940,7 +2095,7 @@ INLINE void NAME(meet_lines)(const REAL *line, const REAL *other, REAL *out)
     out[2] = t8;
 }
 
-WIDE static void NAME(meet_lines_block)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(meet_lines_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
@@ -1958,8 +2113,9 @@ WIDE static void NAME(meet_lines_block)(intptr_t n, char **args, const intptr_t 
         NAME(store_3)(a2 + i * w, c2a, x2);
     }
 }
+LOOPS(meet_lines_block)
 
-WIDE static void NAME(meet_lines_dense)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(meet_lines_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
@@ -1980,11 +2136,13 @@ WIDE static void NAME(meet_lines_dense)(intptr_t n, char **args, const intptr_t 
         NAME(store_span)(args[2], first, r2, 3);
     }
 }
+LOOPS(meet_lines_dense)
 
 void NAME(meet_lines_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {3, 1, 1, {3}}, {3, 1, 2, {3}}};
-    static const struct kernel kernel = {NAME(meet_lines_block), NAME(meet_lines_dense), 2, 3, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(meet_lines_block), WIDTHS(meet_lines_dense), (any_function
+        *)NAME(meet_lines), NAME(call_aar), 2, 3, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -2003,7 +2161,7 @@ INLINE void NAME(line_orthogonal_to_line)(const REAL *p, const REAL *line, REAL 
     out[2] = t3;
 }
 
-WIDE static void NAME(line_orthogonal_to_line_block)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(line_orthogonal_to_line_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
@@ -2021,8 +2179,9 @@ WIDE static void NAME(line_orthogonal_to_line_block)(intptr_t n, char **args, co
         NAME(store_3)(a2 + i * w, c2a, x2);
     }
 }
+LOOPS(line_orthogonal_to_line_block)
 
-WIDE static void NAME(line_orthogonal_to_line_dense)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(line_orthogonal_to_line_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
@@ -2043,12 +2202,14 @@ WIDE static void NAME(line_orthogonal_to_line_dense)(intptr_t n, char **args, co
         NAME(store_span)(args[2], first, r2, 3);
     }
 }
+LOOPS(line_orthogonal_to_line_dense)
 
 void NAME(line_orthogonal_to_line_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{2, 1, 0, {2}}, {3, 1, 1, {3}}, {3, 1, 2, {3}}};
-    static const struct kernel kernel = {NAME(line_orthogonal_to_line_block), NAME(line_orthogonal_to_line_dense),
-        2, 3, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(line_orthogonal_to_line_block),
+        WIDTHS(line_orthogonal_to_line_dense), (any_function *)NAME(line_orthogonal_to_line), NAME(call_aar), 2, 3,
+        0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -2066,7 +2227,7 @@ INLINE void NAME(distance_squared_points)(const REAL *a, const REAL *b, REAL *ou
     out[0] = t4;
 }
 
-WIDE static void NAME(distance_squared_points_block)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(distance_squared_points_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c0a = strides[0], c1a = strides[1];
@@ -2084,8 +2245,9 @@ WIDE static void NAME(distance_squared_points_block)(intptr_t n, char **args, co
         NAME(store_scalar)(a2 + i * w, x2);
     }
 }
+LOOPS(distance_squared_points_block)
 
-WIDE static void NAME(distance_squared_points_dense)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(distance_squared_points_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
@@ -2106,12 +2268,14 @@ WIDE static void NAME(distance_squared_points_dense)(intptr_t n, char **args, co
         NAME(store_span)(args[2], first, r2, 1);
     }
 }
+LOOPS(distance_squared_points_dense)
 
 void NAME(distance_squared_points_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{2, 1, 0, {2}}, {2, 1, 1, {2}}, {1, 0, 2, {0}}};
-    static const struct kernel kernel = {NAME(distance_squared_points_block), NAME(distance_squared_points_dense),
-        2, 3, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(distance_squared_points_block),
+        WIDTHS(distance_squared_points_dense), (any_function *)NAME(distance_squared_points), NAME(call_aar), 2, 3,
+        0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -2130,7 +2294,7 @@ INLINE void NAME(distance_points)(const REAL *a, const REAL *b, REAL *out)
     out[0] = t5;
 }
 
-WIDE static void NAME(distance_points_block)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(distance_points_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c0a = strides[0], c1a = strides[1];
@@ -2148,8 +2312,9 @@ WIDE static void NAME(distance_points_block)(intptr_t n, char **args, const intp
         NAME(store_scalar)(a2 + i * w, x2);
     }
 }
+LOOPS(distance_points_block)
 
-WIDE static void NAME(distance_points_dense)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(distance_points_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
@@ -2170,12 +2335,13 @@ WIDE static void NAME(distance_points_dense)(intptr_t n, char **args, const intp
         NAME(store_span)(args[2], first, r2, 1);
     }
 }
+LOOPS(distance_points_dense)
 
 void NAME(distance_points_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{2, 1, 0, {2}}, {2, 1, 1, {2}}, {1, 0, 2, {0}}};
-    static const struct kernel kernel = {NAME(distance_points_block), NAME(distance_points_dense), 2, 3, 0, 0,
-        parts, NULL};
+    static const struct kernel kernel = {WIDTHS(distance_points_block), WIDTHS(distance_points_dense), (any_function
+        *)NAME(distance_points), NAME(call_aar), 2, 3, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -2193,7 +2359,7 @@ INLINE void NAME(signed_distance_point_line)(const REAL *p, const REAL *line, RE
     out[0] = t3;
 }
 
-WIDE static void NAME(signed_distance_point_line_block)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(signed_distance_point_line_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c0a = strides[0], c1a = strides[1];
@@ -2211,8 +2377,9 @@ WIDE static void NAME(signed_distance_point_line_block)(intptr_t n, char **args,
         NAME(store_scalar)(a2 + i * w, x2);
     }
 }
+LOOPS(signed_distance_point_line_block)
 
-WIDE static void NAME(signed_distance_point_line_dense)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(signed_distance_point_line_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
@@ -2233,12 +2400,14 @@ WIDE static void NAME(signed_distance_point_line_dense)(intptr_t n, char **args,
         NAME(store_span)(args[2], first, r2, 1);
     }
 }
+LOOPS(signed_distance_point_line_dense)
 
 void NAME(signed_distance_point_line_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{2, 1, 0, {2}}, {3, 1, 1, {3}}, {1, 0, 2, {0}}};
-    static const struct kernel kernel = {NAME(signed_distance_point_line_block),
-        NAME(signed_distance_point_line_dense), 2, 3, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(signed_distance_point_line_block),
+        WIDTHS(signed_distance_point_line_dense), (any_function *)NAME(signed_distance_point_line), NAME(call_aar),
+        2, 3, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -2260,7 +2429,7 @@ INLINE void NAME(signed_area)(const REAL *a, const REAL *b, const REAL *c, REAL 
     out[0] = t6;
 }
 
-WIDE static void NAME(signed_area_block)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(signed_area_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
@@ -2281,8 +2450,9 @@ WIDE static void NAME(signed_area_block)(intptr_t n, char **args, const intptr_t
         NAME(store_scalar)(a3 + i * w, x3);
     }
 }
+LOOPS(signed_area_block)
 
-WIDE static void NAME(signed_area_dense)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(signed_area_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
@@ -2306,11 +2476,13 @@ WIDE static void NAME(signed_area_dense)(intptr_t n, char **args, const intptr_t
         NAME(store_span)(args[3], first, r3, 1);
     }
 }
+LOOPS(signed_area_dense)
 
 void NAME(signed_area_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{2, 1, 0, {2}}, {2, 1, 1, {2}}, {2, 1, 2, {2}}, {1, 0, 3, {0}}};
-    static const struct kernel kernel = {NAME(signed_area_block), NAME(signed_area_dense), 3, 4, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(signed_area_block), WIDTHS(signed_area_dense), (any_function
+        *)NAME(signed_area), NAME(call_aaar), 3, 4, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -2330,7 +2502,7 @@ INLINE void NAME(angle_between_lines)(const REAL *line, const REAL *other, REAL 
     out[0] = t6;
 }
 
-WIDE static void NAME(angle_between_lines_block)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(angle_between_lines_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c0a = strides[0], c1a = strides[1];
@@ -2348,11 +2520,13 @@ WIDE static void NAME(angle_between_lines_block)(intptr_t n, char **args, const 
         NAME(store_scalar)(a2 + i * w, x2);
     }
 }
+LOOPS(angle_between_lines_block)
 
 void NAME(angle_between_lines_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {3, 1, 1, {3}}, {1, 0, 2, {0}}};
-    static const struct kernel kernel = {NAME(angle_between_lines_block), NULL, 2, 3, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(angle_between_lines_block), {NULL}, (any_function
+        *)NAME(angle_between_lines), NAME(call_aar), 2, 3, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -2427,7 +2601,7 @@ static INLINE void NAME(project_point_on_line_apply_line)(const REAL *prepared, 
     out[1] = t18;
 }
 
-WIDE static void NAME(project_point_on_line_block_line)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(project_point_on_line_block_line)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c0a = strides[0], c2a = strides[2];
@@ -2443,8 +2617,9 @@ WIDE static void NAME(project_point_on_line_block_line)(intptr_t n, char **args,
         NAME(store_2)(a2 + i * w, c2a, x2);
     }
 }
+LOOPS(project_point_on_line_block_line)
 
-WIDE static void NAME(project_point_on_line_dense_line)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(project_point_on_line_dense_line)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const REAL *prepared = (const REAL *)args[1];
@@ -2463,6 +2638,7 @@ WIDE static void NAME(project_point_on_line_dense_line)(intptr_t n, char **args,
         NAME(store_span)(args[2], first, r2, 2);
     }
 }
+LOOPS(project_point_on_line_dense_line)
 
 static void NAME(project_point_on_line_start_line)(char **args, const intptr_t *strides, void *prepared)
 {
@@ -2472,7 +2648,7 @@ static void NAME(project_point_on_line_start_line)(char **args, const intptr_t *
     NAME(project_point_on_line_prepare_line)(x1, prepared);
 }
 
-WIDE static void NAME(project_point_on_line_block)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(project_point_on_line_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
@@ -2490,8 +2666,9 @@ WIDE static void NAME(project_point_on_line_block)(intptr_t n, char **args, cons
         NAME(store_2)(a2 + i * w, c2a, x2);
     }
 }
+LOOPS(project_point_on_line_block)
 
-WIDE static void NAME(project_point_on_line_dense)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(project_point_on_line_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
@@ -2512,14 +2689,15 @@ WIDE static void NAME(project_point_on_line_dense)(intptr_t n, char **args, cons
         NAME(store_span)(args[2], first, r2, 2);
     }
 }
+LOOPS(project_point_on_line_dense)
 
 void NAME(project_point_on_line_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{2, 1, 0, {2}}, {3, 1, 1, {3}}, {2, 1, 2, {2}}};
     static const struct form forms[] = {{2, 2, NAME(project_point_on_line_start_line),
-        NAME(project_point_on_line_block_line), NAME(project_point_on_line_dense_line)}};
-    static const struct kernel kernel = {NAME(project_point_on_line_block), NAME(project_point_on_line_dense), 2, 3,
-        1, 0, parts, forms};
+        WIDTHS(project_point_on_line_block_line), WIDTHS(project_point_on_line_dense_line)}};
+    static const struct kernel kernel = {WIDTHS(project_point_on_line_block), WIDTHS(project_point_on_line_dense),
+        (any_function *)NAME(project_point_on_line), NAME(call_aar), 2, 3, 1, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -2544,7 +2722,7 @@ INLINE void NAME(project_point_on_unit_line)(const REAL *p, const REAL *line, RE
     out[1] = t9;
 }
 
-WIDE static void NAME(project_point_on_unit_line_block)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(project_point_on_unit_line_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
@@ -2562,8 +2740,9 @@ WIDE static void NAME(project_point_on_unit_line_block)(intptr_t n, char **args,
         NAME(store_2)(a2 + i * w, c2a, x2);
     }
 }
+LOOPS(project_point_on_unit_line_block)
 
-WIDE static void NAME(project_point_on_unit_line_dense)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(project_point_on_unit_line_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
@@ -2584,12 +2763,14 @@ WIDE static void NAME(project_point_on_unit_line_dense)(intptr_t n, char **args,
         NAME(store_span)(args[2], first, r2, 2);
     }
 }
+LOOPS(project_point_on_unit_line_dense)
 
 void NAME(project_point_on_unit_line_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{2, 1, 0, {2}}, {3, 1, 1, {3}}, {2, 1, 2, {2}}};
-    static const struct kernel kernel = {NAME(project_point_on_unit_line_block),
-        NAME(project_point_on_unit_line_dense), 2, 3, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(project_point_on_unit_line_block),
+        WIDTHS(project_point_on_unit_line_dense), (any_function *)NAME(project_point_on_unit_line), NAME(call_aar),
+        2, 3, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -2613,7 +2794,7 @@ INLINE void NAME(reflect_point)(const REAL *p, const REAL *line, REAL *out)
     out[1] = t8;
 }
 
-WIDE static void NAME(reflect_point_block)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(reflect_point_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
@@ -2631,8 +2812,9 @@ WIDE static void NAME(reflect_point_block)(intptr_t n, char **args, const intptr
         NAME(store_2)(a2 + i * w, c2a, x2);
     }
 }
+LOOPS(reflect_point_block)
 
-WIDE static void NAME(reflect_point_dense)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(reflect_point_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
@@ -2653,12 +2835,13 @@ WIDE static void NAME(reflect_point_dense)(intptr_t n, char **args, const intptr
         NAME(store_span)(args[2], first, r2, 2);
     }
 }
+LOOPS(reflect_point_dense)
 
 void NAME(reflect_point_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{2, 1, 0, {2}}, {3, 1, 1, {3}}, {2, 1, 2, {2}}};
-    static const struct kernel kernel = {NAME(reflect_point_block), NAME(reflect_point_dense), 2, 3, 0, 0, parts,
-        NULL};
+    static const struct kernel kernel = {WIDTHS(reflect_point_block), WIDTHS(reflect_point_dense), (any_function
+        *)NAME(reflect_point), NAME(call_aar), 2, 3, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -2672,7 +2855,7 @@ INLINE void NAME(line_from_normal)(const REAL *normal, REAL distance, REAL *out)
     out[2] = t0;
 }
 
-WIDE static void NAME(line_from_normal_block)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(line_from_normal_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c0a = strides[0], c2a = strides[1];
@@ -2690,8 +2873,9 @@ WIDE static void NAME(line_from_normal_block)(intptr_t n, char **args, const int
         NAME(store_3)(a2 + i * w, c2a, x2);
     }
 }
+LOOPS(line_from_normal_block)
 
-WIDE static void NAME(line_from_normal_dense)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(line_from_normal_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
@@ -2712,12 +2896,13 @@ WIDE static void NAME(line_from_normal_dense)(intptr_t n, char **args, const int
         NAME(store_span)(args[2], first, r2, 3);
     }
 }
+LOOPS(line_from_normal_dense)
 
 void NAME(line_from_normal_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{2, 1, 0, {2}}, {1, 0, 1, {0}}, {3, 1, 1, {3}}};
-    static const struct kernel kernel = {NAME(line_from_normal_block), NAME(line_from_normal_dense), 2, 3, 0, 0,
-        parts, NULL};
+    static const struct kernel kernel = {WIDTHS(line_from_normal_block), WIDTHS(line_from_normal_dense),
+        (any_function *)NAME(line_from_normal), NAME(call_anr), 2, 3, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -2736,7 +2921,7 @@ INLINE void NAME(line_from_point_normal)(const REAL *p, const REAL *normal, REAL
     out[2] = t3;
 }
 
-WIDE static void NAME(line_from_point_normal_block)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(line_from_point_normal_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
@@ -2754,8 +2939,9 @@ WIDE static void NAME(line_from_point_normal_block)(intptr_t n, char **args, con
         NAME(store_3)(a2 + i * w, c2a, x2);
     }
 }
+LOOPS(line_from_point_normal_block)
 
-WIDE static void NAME(line_from_point_normal_dense)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(line_from_point_normal_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
@@ -2776,12 +2962,13 @@ WIDE static void NAME(line_from_point_normal_dense)(intptr_t n, char **args, con
         NAME(store_span)(args[2], first, r2, 3);
     }
 }
+LOOPS(line_from_point_normal_dense)
 
 void NAME(line_from_point_normal_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{2, 1, 0, {2}}, {2, 1, 1, {2}}, {3, 1, 2, {3}}};
-    static const struct kernel kernel = {NAME(line_from_point_normal_block), NAME(line_from_point_normal_dense), 2,
-        3, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(line_from_point_normal_block), WIDTHS(line_from_point_normal_dense),
+        (any_function *)NAME(line_from_point_normal), NAME(call_aar), 2, 3, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -2804,7 +2991,7 @@ INLINE void NAME(line_to_normal)(const REAL *line, REAL *out_0, REAL *out_1)
     out_1[0] = t8;
 }
 
-WIDE static void NAME(line_to_normal_block)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(line_to_normal_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c0a = strides[0], c1a = strides[1];
@@ -2822,8 +3009,9 @@ WIDE static void NAME(line_to_normal_block)(intptr_t n, char **args, const intpt
         NAME(store_scalar)(a2 + i * w, x2);
     }
 }
+LOOPS(line_to_normal_block)
 
-WIDE static void NAME(line_to_normal_dense)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(line_to_normal_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
@@ -2845,12 +3033,13 @@ WIDE static void NAME(line_to_normal_dense)(intptr_t n, char **args, const intpt
         NAME(store_span)(args[2], first, r2, 1);
     }
 }
+LOOPS(line_to_normal_dense)
 
 void NAME(line_to_normal_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {2, 1, 1, {2}}, {1, 0, 2, {0}}};
-    static const struct kernel kernel = {NAME(line_to_normal_block), NAME(line_to_normal_dense), 1, 3, 0, 0, parts,
-        NULL};
+    static const struct kernel kernel = {WIDTHS(line_to_normal_block), WIDTHS(line_to_normal_dense), (any_function
+        *)NAME(line_to_normal), NAME(call_arr), 1, 3, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -2863,7 +3052,7 @@ INLINE void NAME(line_direction)(const REAL *line, REAL *out)
     out[1] = t0;
 }
 
-WIDE static void NAME(line_direction_block)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(line_direction_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c0a = strides[0], c1a = strides[1];
@@ -2878,8 +3067,9 @@ WIDE static void NAME(line_direction_block)(intptr_t n, char **args, const intpt
         NAME(store_2)(a1 + i * w, c1a, x1);
     }
 }
+LOOPS(line_direction_block)
 
-WIDE static void NAME(line_direction_dense)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(line_direction_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
@@ -2897,12 +3087,13 @@ WIDE static void NAME(line_direction_dense)(intptr_t n, char **args, const intpt
         NAME(store_span)(args[1], first, r1, 2);
     }
 }
+LOOPS(line_direction_dense)
 
 void NAME(line_direction_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {2, 1, 1, {2}}};
-    static const struct kernel kernel = {NAME(line_direction_block), NAME(line_direction_dense), 1, 2, 0, 0, parts,
-        NULL};
+    static const struct kernel kernel = {WIDTHS(line_direction_block), WIDTHS(line_direction_dense), (any_function
+        *)NAME(line_direction), NAME(call_ar), 1, 2, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -2923,7 +3114,7 @@ INLINE void NAME(line_support)(const REAL *line, REAL *out)
     out[1] = t7;
 }
 
-WIDE static void NAME(line_support_block)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(line_support_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c0a = strides[0], c1a = strides[1];
@@ -2938,8 +3129,9 @@ WIDE static void NAME(line_support_block)(intptr_t n, char **args, const intptr_
         NAME(store_2)(a1 + i * w, c1a, x1);
     }
 }
+LOOPS(line_support_block)
 
-WIDE static void NAME(line_support_dense)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(line_support_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
@@ -2957,12 +3149,13 @@ WIDE static void NAME(line_support_dense)(intptr_t n, char **args, const intptr_
         NAME(store_span)(args[1], first, r1, 2);
     }
 }
+LOOPS(line_support_dense)
 
 void NAME(line_support_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {2, 1, 1, {2}}};
-    static const struct kernel kernel = {NAME(line_support_block), NAME(line_support_dense), 1, 2, 0, 0, parts,
-        NULL};
+    static const struct kernel kernel = {WIDTHS(line_support_block), WIDTHS(line_support_dense), (any_function
+        *)NAME(line_support), NAME(call_ar), 1, 2, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -2982,7 +3175,7 @@ INLINE void NAME(point_on_line)(const REAL *line, REAL t, REAL *out)
     out[1] = t6;
 }
 
-WIDE static void NAME(point_on_line_block)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(point_on_line_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c0a = strides[0], c2a = strides[1];
@@ -3000,8 +3193,9 @@ WIDE static void NAME(point_on_line_block)(intptr_t n, char **args, const intptr
         NAME(store_2)(a2 + i * w, c2a, x2);
     }
 }
+LOOPS(point_on_line_block)
 
-WIDE static void NAME(point_on_line_dense)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(point_on_line_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
@@ -3022,12 +3216,13 @@ WIDE static void NAME(point_on_line_dense)(intptr_t n, char **args, const intptr
         NAME(store_span)(args[2], first, r2, 2);
     }
 }
+LOOPS(point_on_line_dense)
 
 void NAME(point_on_line_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {1, 0, 1, {0}}, {2, 1, 1, {2}}};
-    static const struct kernel kernel = {NAME(point_on_line_block), NAME(point_on_line_dense), 2, 3, 0, 0, parts,
-        NULL};
+    static const struct kernel kernel = {WIDTHS(point_on_line_block), WIDTHS(point_on_line_dense), (any_function
+        *)NAME(point_on_line), NAME(call_anr), 2, 3, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -3043,7 +3238,7 @@ INLINE void NAME(position_along_line)(const REAL *p, const REAL *line, REAL *out
     out[0] = t2;
 }
 
-WIDE static void NAME(position_along_line_block)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(position_along_line_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c0a = strides[0], c1a = strides[1];
@@ -3061,8 +3256,9 @@ WIDE static void NAME(position_along_line_block)(intptr_t n, char **args, const 
         NAME(store_scalar)(a2 + i * w, x2);
     }
 }
+LOOPS(position_along_line_block)
 
-WIDE static void NAME(position_along_line_dense)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(position_along_line_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
@@ -3083,12 +3279,13 @@ WIDE static void NAME(position_along_line_dense)(intptr_t n, char **args, const 
         NAME(store_span)(args[2], first, r2, 1);
     }
 }
+LOOPS(position_along_line_dense)
 
 void NAME(position_along_line_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{2, 1, 0, {2}}, {3, 1, 1, {3}}, {1, 0, 2, {0}}};
-    static const struct kernel kernel = {NAME(position_along_line_block), NAME(position_along_line_dense), 2, 3, 0,
-        0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(position_along_line_block), WIDTHS(position_along_line_dense),
+        (any_function *)NAME(position_along_line), NAME(call_aar), 2, 3, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -3112,7 +3309,7 @@ INLINE void NAME(bisector_line)(const REAL *a, const REAL *b, REAL *out)
     out[2] = t8;
 }
 
-WIDE static void NAME(bisector_line_block)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(bisector_line_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
@@ -3130,8 +3327,9 @@ WIDE static void NAME(bisector_line_block)(intptr_t n, char **args, const intptr
         NAME(store_3)(a2 + i * w, c2a, x2);
     }
 }
+LOOPS(bisector_line_block)
 
-WIDE static void NAME(bisector_line_dense)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(bisector_line_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
@@ -3152,12 +3350,13 @@ WIDE static void NAME(bisector_line_dense)(intptr_t n, char **args, const intptr
         NAME(store_span)(args[2], first, r2, 3);
     }
 }
+LOOPS(bisector_line_dense)
 
 void NAME(bisector_line_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{2, 1, 0, {2}}, {2, 1, 1, {2}}, {3, 1, 2, {3}}};
-    static const struct kernel kernel = {NAME(bisector_line_block), NAME(bisector_line_dense), 2, 3, 0, 0, parts,
-        NULL};
+    static const struct kernel kernel = {WIDTHS(bisector_line_block), WIDTHS(bisector_line_dense), (any_function
+        *)NAME(bisector_line), NAME(call_aar), 2, 3, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -3183,7 +3382,7 @@ INLINE void NAME(bisectors_of_lines)(const REAL *a, const REAL *b, REAL *out_0, 
     out_1[2] = t5;
 }
 
-WIDE static void NAME(bisectors_of_lines_block)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(bisectors_of_lines_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2], c3a = strides[3];
@@ -3204,8 +3403,9 @@ WIDE static void NAME(bisectors_of_lines_block)(intptr_t n, char **args, const i
         NAME(store_3)(a3 + i * w, c3a, x3);
     }
 }
+LOOPS(bisectors_of_lines_block)
 
-WIDE static void NAME(bisectors_of_lines_dense)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(bisectors_of_lines_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
@@ -3230,12 +3430,13 @@ WIDE static void NAME(bisectors_of_lines_dense)(intptr_t n, char **args, const i
         NAME(store_span)(args[3], first, r3, 3);
     }
 }
+LOOPS(bisectors_of_lines_dense)
 
 void NAME(bisectors_of_lines_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {3, 1, 1, {3}}, {3, 1, 2, {3}}, {3, 1, 3, {3}}};
-    static const struct kernel kernel = {NAME(bisectors_of_lines_block), NAME(bisectors_of_lines_dense), 2, 4, 0, 0,
-        parts, NULL};
+    static const struct kernel kernel = {WIDTHS(bisectors_of_lines_block), WIDTHS(bisectors_of_lines_dense),
+        (any_function *)NAME(bisectors_of_lines), NAME(call_aarr), 2, 4, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -3253,7 +3454,7 @@ INLINE void NAME(midpoint)(const REAL *a, const REAL *b, REAL *out)
     out[1] = t3;
 }
 
-WIDE static void NAME(midpoint_block)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(midpoint_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
@@ -3271,8 +3472,9 @@ WIDE static void NAME(midpoint_block)(intptr_t n, char **args, const intptr_t *s
         NAME(store_2)(a2 + i * w, c2a, x2);
     }
 }
+LOOPS(midpoint_block)
 
-WIDE static void NAME(midpoint_dense)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(midpoint_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
@@ -3293,11 +3495,13 @@ WIDE static void NAME(midpoint_dense)(intptr_t n, char **args, const intptr_t *s
         NAME(store_span)(args[2], first, r2, 2);
     }
 }
+LOOPS(midpoint_dense)
 
 void NAME(midpoint_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{2, 1, 0, {2}}, {2, 1, 1, {2}}, {2, 1, 2, {2}}};
-    static const struct kernel kernel = {NAME(midpoint_block), NAME(midpoint_dense), 2, 3, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(midpoint_block), WIDTHS(midpoint_dense), (any_function
+        *)NAME(midpoint), NAME(call_aar), 2, 3, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -3325,7 +3529,7 @@ INLINE void NAME(signed_distance_lines)(const REAL *a, const REAL *b, REAL *out)
     out[0] = t12;
 }
 
-WIDE static void NAME(signed_distance_lines_block)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(signed_distance_lines_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c0a = strides[0], c1a = strides[1];
@@ -3343,8 +3547,9 @@ WIDE static void NAME(signed_distance_lines_block)(intptr_t n, char **args, cons
         NAME(store_scalar)(a2 + i * w, x2);
     }
 }
+LOOPS(signed_distance_lines_block)
 
-WIDE static void NAME(signed_distance_lines_dense)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(signed_distance_lines_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
@@ -3365,12 +3570,13 @@ WIDE static void NAME(signed_distance_lines_dense)(intptr_t n, char **args, cons
         NAME(store_span)(args[2], first, r2, 1);
     }
 }
+LOOPS(signed_distance_lines_dense)
 
 void NAME(signed_distance_lines_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {3, 1, 1, {3}}, {1, 0, 2, {0}}};
-    static const struct kernel kernel = {NAME(signed_distance_lines_block), NAME(signed_distance_lines_dense), 2, 3,
-        0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(signed_distance_lines_block), WIDTHS(signed_distance_lines_dense),
+        (any_function *)NAME(signed_distance_lines), NAME(call_aar), 2, 3, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -3472,7 +3678,7 @@ static INLINE void NAME(relation_of_lines_apply_a_b_sine)(const REAL *prepared, 
     out[0] = t15;
 }
 
-WIDE static void NAME(relation_of_lines_block_a_b_distance)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(relation_of_lines_block_a_b_distance)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
@@ -3488,6 +3694,7 @@ WIDE static void NAME(relation_of_lines_block_a_b_distance)(intptr_t n, char **a
         NAME(store_scalar)(a4 + i * w, x4);
     }
 }
+LOOPS(relation_of_lines_block_a_b_distance)
 
 static void NAME(relation_of_lines_start_a_b_distance)(char **args, const intptr_t *strides, void *prepared)
 {
@@ -3501,7 +3708,7 @@ static void NAME(relation_of_lines_start_a_b_distance)(char **args, const intptr
     NAME(relation_of_lines_prepare_a_b_distance)(x0, x1, x2[0], prepared);
 }
 
-WIDE static void NAME(relation_of_lines_block_a_b_sine)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(relation_of_lines_block_a_b_sine)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
@@ -3517,6 +3724,7 @@ WIDE static void NAME(relation_of_lines_block_a_b_sine)(intptr_t n, char **args,
         NAME(store_scalar)(a4 + i * w, x4);
     }
 }
+LOOPS(relation_of_lines_block_a_b_sine)
 
 static void NAME(relation_of_lines_start_a_b_sine)(char **args, const intptr_t *strides, void *prepared)
 {
@@ -3530,7 +3738,7 @@ static void NAME(relation_of_lines_start_a_b_sine)(char **args, const intptr_t *
     NAME(relation_of_lines_prepare_a_b_sine)(x0, x1, x3[0], prepared);
 }
 
-WIDE static void NAME(relation_of_lines_block)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(relation_of_lines_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c0a = strides[0], c1a = strides[1];
@@ -3554,8 +3762,9 @@ WIDE static void NAME(relation_of_lines_block)(intptr_t n, char **args, const in
         NAME(store_scalar)(a4 + i * w, x4);
     }
 }
+LOOPS(relation_of_lines_block)
 
-WIDE static void NAME(relation_of_lines_dense)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(relation_of_lines_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
@@ -3582,16 +3791,17 @@ WIDE static void NAME(relation_of_lines_dense)(intptr_t n, char **args, const in
         NAME(store_span)(args[4], first, r4, 1);
     }
 }
+LOOPS(relation_of_lines_dense)
 
 void NAME(relation_of_lines_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {3, 1, 1, {3}}, {1, 0, 2, {0}}, {1, 0, 2, {0}}, {1, 0, 2,
         {0}}};
     static const struct form forms[] = {{7, 2, NAME(relation_of_lines_start_a_b_distance),
-        NAME(relation_of_lines_block_a_b_distance), NULL}, {11, 2, NAME(relation_of_lines_start_a_b_sine),
-        NAME(relation_of_lines_block_a_b_sine), NULL}};
-    static const struct kernel kernel = {NAME(relation_of_lines_block), NAME(relation_of_lines_dense), 4, 5, 2, 0,
-        parts, forms};
+        WIDTHS(relation_of_lines_block_a_b_distance), {NULL}}, {11, 2, NAME(relation_of_lines_start_a_b_sine),
+        WIDTHS(relation_of_lines_block_a_b_sine), {NULL}}};
+    static const struct kernel kernel = {WIDTHS(relation_of_lines_block), WIDTHS(relation_of_lines_dense),
+        (any_function *)NAME(relation_of_lines), NAME(call_aannr), 4, 5, 2, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -3952,7 +4162,7 @@ static INLINE void NAME(relation_of_three_lines_apply_a_b_distance_sine)(const R
     out[0] = t60;
 }
 
-WIDE static void NAME(relation_of_three_lines_block_a_b_c_distance)(intptr_t n, char **args, const intptr_t
+static INLINE void NAME(relation_of_three_lines_block_a_b_c_distance)(intptr_t n, char **args, const intptr_t
     *strides)
 {
     const intptr_t w = sizeof(REAL);
@@ -3969,6 +4179,7 @@ WIDE static void NAME(relation_of_three_lines_block_a_b_c_distance)(intptr_t n, 
         NAME(store_scalar)(a5 + i * w, x5);
     }
 }
+LOOPS(relation_of_three_lines_block_a_b_c_distance)
 
 static void NAME(relation_of_three_lines_start_a_b_c_distance)(char **args, const intptr_t *strides, void *prepared)
 {
@@ -3984,7 +4195,7 @@ static void NAME(relation_of_three_lines_start_a_b_c_distance)(char **args, cons
     NAME(relation_of_three_lines_prepare_a_b_c_distance)(x0, x1, x2, x3[0], prepared);
 }
 
-WIDE static void NAME(relation_of_three_lines_block_a_b_c_sine)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(relation_of_three_lines_block_a_b_c_sine)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
@@ -4000,6 +4211,7 @@ WIDE static void NAME(relation_of_three_lines_block_a_b_c_sine)(intptr_t n, char
         NAME(store_scalar)(a5 + i * w, x5);
     }
 }
+LOOPS(relation_of_three_lines_block_a_b_c_sine)
 
 static void NAME(relation_of_three_lines_start_a_b_c_sine)(char **args, const intptr_t *strides, void *prepared)
 {
@@ -4015,7 +4227,7 @@ static void NAME(relation_of_three_lines_start_a_b_c_sine)(char **args, const in
     NAME(relation_of_three_lines_prepare_a_b_c_sine)(x0, x1, x2, x4[0], prepared);
 }
 
-WIDE static void NAME(relation_of_three_lines_block_a_b_distance_sine)(intptr_t n, char **args, const intptr_t
+static INLINE void NAME(relation_of_three_lines_block_a_b_distance_sine)(intptr_t n, char **args, const intptr_t
     *strides)
 {
     const intptr_t w = sizeof(REAL);
@@ -4032,8 +4244,9 @@ WIDE static void NAME(relation_of_three_lines_block_a_b_distance_sine)(intptr_t 
         NAME(store_scalar)(a5 + i * w, x5);
     }
 }
+LOOPS(relation_of_three_lines_block_a_b_distance_sine)
 
-WIDE static void NAME(relation_of_three_lines_dense_a_b_distance_sine)(intptr_t n, char **args, const intptr_t
+static INLINE void NAME(relation_of_three_lines_dense_a_b_distance_sine)(intptr_t n, char **args, const intptr_t
     *strides)
 {
     const intptr_t w = sizeof(REAL);
@@ -4053,6 +4266,7 @@ WIDE static void NAME(relation_of_three_lines_dense_a_b_distance_sine)(intptr_t 
         NAME(store_span)(args[5], first, r5, 1);
     }
 }
+LOOPS(relation_of_three_lines_dense_a_b_distance_sine)
 
 static void NAME(relation_of_three_lines_start_a_b_distance_sine)(char **args, const intptr_t *strides, void
     *prepared)
@@ -4069,7 +4283,7 @@ static void NAME(relation_of_three_lines_start_a_b_distance_sine)(char **args, c
     NAME(relation_of_three_lines_prepare_a_b_distance_sine)(x0, x1, x3[0], x4[0], prepared);
 }
 
-WIDE static void NAME(relation_of_three_lines_block)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(relation_of_three_lines_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
@@ -4096,8 +4310,9 @@ WIDE static void NAME(relation_of_three_lines_block)(intptr_t n, char **args, co
         NAME(store_scalar)(a5 + i * w, x5);
     }
 }
+LOOPS(relation_of_three_lines_block)
 
-WIDE static void NAME(relation_of_three_lines_dense)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(relation_of_three_lines_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
@@ -4127,19 +4342,21 @@ WIDE static void NAME(relation_of_three_lines_dense)(intptr_t n, char **args, co
         NAME(store_span)(args[5], first, r5, 1);
     }
 }
+LOOPS(relation_of_three_lines_dense)
 
 void NAME(relation_of_three_lines_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {3, 1, 1, {3}}, {3, 1, 2, {3}}, {1, 0, 3, {0}}, {1, 0, 3,
         {0}}, {1, 0, 3, {0}}};
     static const struct form forms[] = {{15, 2, NAME(relation_of_three_lines_start_a_b_c_distance),
-        NAME(relation_of_three_lines_block_a_b_c_distance), NULL}, {23, 2,
-        NAME(relation_of_three_lines_start_a_b_c_sine), NAME(relation_of_three_lines_block_a_b_c_sine), NULL}, {27,
-        2, NAME(relation_of_three_lines_start_a_b_distance_sine),
-        NAME(relation_of_three_lines_block_a_b_distance_sine),
-        NAME(relation_of_three_lines_dense_a_b_distance_sine)}};
-    static const struct kernel kernel = {NAME(relation_of_three_lines_block), NAME(relation_of_three_lines_dense),
-        5, 6, 3, 0, parts, forms};
+        WIDTHS(relation_of_three_lines_block_a_b_c_distance), {NULL}}, {23, 2,
+        NAME(relation_of_three_lines_start_a_b_c_sine), WIDTHS(relation_of_three_lines_block_a_b_c_sine), {NULL}},
+        {27, 2, NAME(relation_of_three_lines_start_a_b_distance_sine),
+        WIDTHS(relation_of_three_lines_block_a_b_distance_sine),
+        WIDTHS(relation_of_three_lines_dense_a_b_distance_sine)}};
+    static const struct kernel kernel = {WIDTHS(relation_of_three_lines_block),
+        WIDTHS(relation_of_three_lines_dense), (any_function *)NAME(relation_of_three_lines), NAME(call_aaannr), 5,
+        6, 3, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -4158,7 +4375,7 @@ INLINE void NAME(project_line_on_point)(const REAL *line, const REAL *p, REAL *o
     out[2] = t3;
 }
 
-WIDE static void NAME(project_line_on_point_block)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(project_line_on_point_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
@@ -4176,8 +4393,9 @@ WIDE static void NAME(project_line_on_point_block)(intptr_t n, char **args, cons
         NAME(store_3)(a2 + i * w, c2a, x2);
     }
 }
+LOOPS(project_line_on_point_block)
 
-WIDE static void NAME(project_line_on_point_dense)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(project_line_on_point_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
@@ -4198,12 +4416,13 @@ WIDE static void NAME(project_line_on_point_dense)(intptr_t n, char **args, cons
         NAME(store_span)(args[2], first, r2, 3);
     }
 }
+LOOPS(project_line_on_point_dense)
 
 void NAME(project_line_on_point_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {2, 1, 1, {2}}, {3, 1, 2, {3}}};
-    static const struct kernel kernel = {NAME(project_line_on_point_block), NAME(project_line_on_point_dense), 2, 3,
-        0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(project_line_on_point_block), WIDTHS(project_line_on_point_dense),
+        (any_function *)NAME(project_line_on_point), NAME(call_aar), 2, 3, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -4224,7 +4443,7 @@ INLINE void NAME(reject_point_from_line)(const REAL *p, const REAL *line, REAL *
     out[1] = t5;
 }
 
-WIDE static void NAME(reject_point_from_line_block)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(reject_point_from_line_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
@@ -4242,8 +4461,9 @@ WIDE static void NAME(reject_point_from_line_block)(intptr_t n, char **args, con
         NAME(store_2)(a2 + i * w, c2a, x2);
     }
 }
+LOOPS(reject_point_from_line_block)
 
-WIDE static void NAME(reject_point_from_line_dense)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(reject_point_from_line_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
@@ -4264,12 +4484,13 @@ WIDE static void NAME(reject_point_from_line_dense)(intptr_t n, char **args, con
         NAME(store_span)(args[2], first, r2, 2);
     }
 }
+LOOPS(reject_point_from_line_dense)
 
 void NAME(reject_point_from_line_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{2, 1, 0, {2}}, {3, 1, 1, {3}}, {2, 1, 2, {2}}};
-    static const struct kernel kernel = {NAME(reject_point_from_line_block), NAME(reject_point_from_line_dense), 2,
-        3, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(reject_point_from_line_block), WIDTHS(reject_point_from_line_dense),
+        (any_function *)NAME(reject_point_from_line), NAME(call_aar), 2, 3, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -4296,7 +4517,7 @@ INLINE void NAME(reflect_line)(const REAL *a, const REAL *line, REAL *out)
     out[2] = t9;
 }
 
-WIDE static void NAME(reflect_line_block)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(reflect_line_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
@@ -4314,8 +4535,9 @@ WIDE static void NAME(reflect_line_block)(intptr_t n, char **args, const intptr_
         NAME(store_3)(a2 + i * w, c2a, x2);
     }
 }
+LOOPS(reflect_line_block)
 
-WIDE static void NAME(reflect_line_dense)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(reflect_line_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
@@ -4336,12 +4558,13 @@ WIDE static void NAME(reflect_line_dense)(intptr_t n, char **args, const intptr_
         NAME(store_span)(args[2], first, r2, 3);
     }
 }
+LOOPS(reflect_line_dense)
 
 void NAME(reflect_line_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {3, 1, 1, {3}}, {3, 1, 2, {3}}};
-    static const struct kernel kernel = {NAME(reflect_line_block), NAME(reflect_line_dense), 2, 3, 0, 0, parts,
-        NULL};
+    static const struct kernel kernel = {WIDTHS(reflect_line_block), WIDTHS(reflect_line_dense), (any_function
+        *)NAME(reflect_line), NAME(call_aar), 2, 3, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -4359,7 +4582,7 @@ INLINE void NAME(reflect_point_in_point)(const REAL *a, const REAL *p, REAL *out
     out[1] = t3;
 }
 
-WIDE static void NAME(reflect_point_in_point_block)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(reflect_point_in_point_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
@@ -4377,8 +4600,9 @@ WIDE static void NAME(reflect_point_in_point_block)(intptr_t n, char **args, con
         NAME(store_2)(a2 + i * w, c2a, x2);
     }
 }
+LOOPS(reflect_point_in_point_block)
 
-WIDE static void NAME(reflect_point_in_point_dense)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(reflect_point_in_point_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
@@ -4399,12 +4623,13 @@ WIDE static void NAME(reflect_point_in_point_dense)(intptr_t n, char **args, con
         NAME(store_span)(args[2], first, r2, 2);
     }
 }
+LOOPS(reflect_point_in_point_dense)
 
 void NAME(reflect_point_in_point_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{2, 1, 0, {2}}, {2, 1, 1, {2}}, {2, 1, 2, {2}}};
-    static const struct kernel kernel = {NAME(reflect_point_in_point_block), NAME(reflect_point_in_point_dense), 2,
-        3, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(reflect_point_in_point_block), WIDTHS(reflect_point_in_point_dense),
+        (any_function *)NAME(reflect_point_in_point), NAME(call_aar), 2, 3, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -4427,7 +4652,7 @@ INLINE void NAME(reflect_line_in_point)(const REAL *line, const REAL *p, REAL *o
     out[2] = t6;
 }
 
-WIDE static void NAME(reflect_line_in_point_block)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(reflect_line_in_point_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
@@ -4445,8 +4670,9 @@ WIDE static void NAME(reflect_line_in_point_block)(intptr_t n, char **args, cons
         NAME(store_3)(a2 + i * w, c2a, x2);
     }
 }
+LOOPS(reflect_line_in_point_block)
 
-WIDE static void NAME(reflect_line_in_point_dense)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(reflect_line_in_point_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
@@ -4467,12 +4693,13 @@ WIDE static void NAME(reflect_line_in_point_dense)(intptr_t n, char **args, cons
         NAME(store_span)(args[2], first, r2, 3);
     }
 }
+LOOPS(reflect_line_in_point_dense)
 
 void NAME(reflect_line_in_point_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {2, 1, 1, {2}}, {3, 1, 2, {3}}};
-    static const struct kernel kernel = {NAME(reflect_line_in_point_block), NAME(reflect_line_in_point_dense), 2, 3,
-        0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(reflect_line_in_point_block), WIDTHS(reflect_line_in_point_dense),
+        (any_function *)NAME(reflect_line_in_point), NAME(call_aar), 2, 3, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -4515,7 +4742,7 @@ INLINE void NAME(collinearity_residual)(const REAL *a, const REAL *b, const REAL
     out[0] = t27;
 }
 
-WIDE static void NAME(collinearity_residual_block)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(collinearity_residual_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
@@ -4536,8 +4763,9 @@ WIDE static void NAME(collinearity_residual_block)(intptr_t n, char **args, cons
         NAME(store_scalar)(a3 + i * w, x3);
     }
 }
+LOOPS(collinearity_residual_block)
 
-WIDE static void NAME(collinearity_residual_dense)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(collinearity_residual_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
@@ -4561,12 +4789,13 @@ WIDE static void NAME(collinearity_residual_dense)(intptr_t n, char **args, cons
         NAME(store_span)(args[3], first, r3, 1);
     }
 }
+LOOPS(collinearity_residual_dense)
 
 void NAME(collinearity_residual_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{2, 1, 0, {2}}, {2, 1, 1, {2}}, {2, 1, 2, {2}}, {1, 0, 3, {0}}};
-    static const struct kernel kernel = {NAME(collinearity_residual_block), NAME(collinearity_residual_dense), 3, 4,
-        0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(collinearity_residual_block), WIDTHS(collinearity_residual_dense),
+        (any_function *)NAME(collinearity_residual), NAME(call_aaar), 3, 4, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -4670,7 +4899,7 @@ static INLINE void NAME(motor_from_flag_apply_line)(const REAL *prepared, const 
     out[3] = t31;
 }
 
-WIDE static void NAME(motor_from_flag_block_line)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(motor_from_flag_block_line)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c0a = strides[0], c2a = strides[2];
@@ -4686,8 +4915,9 @@ WIDE static void NAME(motor_from_flag_block_line)(intptr_t n, char **args, const
         NAME(store_4)(a2 + i * w, c2a, x2);
     }
 }
+LOOPS(motor_from_flag_block_line)
 
-WIDE static void NAME(motor_from_flag_dense_line)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(motor_from_flag_dense_line)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const REAL *prepared = (const REAL *)args[1];
@@ -4706,6 +4936,7 @@ WIDE static void NAME(motor_from_flag_dense_line)(intptr_t n, char **args, const
         NAME(store_span)(args[2], first, r2, 4);
     }
 }
+LOOPS(motor_from_flag_dense_line)
 
 static void NAME(motor_from_flag_start_line)(char **args, const intptr_t *strides, void *prepared)
 {
@@ -4715,7 +4946,7 @@ static void NAME(motor_from_flag_start_line)(char **args, const intptr_t *stride
     NAME(motor_from_flag_prepare_line)(x1, prepared);
 }
 
-WIDE static void NAME(motor_from_flag_block)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(motor_from_flag_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
@@ -4733,8 +4964,9 @@ WIDE static void NAME(motor_from_flag_block)(intptr_t n, char **args, const intp
         NAME(store_4)(a2 + i * w, c2a, x2);
     }
 }
+LOOPS(motor_from_flag_block)
 
-WIDE static void NAME(motor_from_flag_dense)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(motor_from_flag_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
@@ -4755,14 +4987,15 @@ WIDE static void NAME(motor_from_flag_dense)(intptr_t n, char **args, const intp
         NAME(store_span)(args[2], first, r2, 4);
     }
 }
+LOOPS(motor_from_flag_dense)
 
 void NAME(motor_from_flag_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{2, 1, 0, {2}}, {3, 1, 1, {3}}, {4, 1, 2, {4}}};
-    static const struct form forms[] = {{2, 2, NAME(motor_from_flag_start_line), NAME(motor_from_flag_block_line),
-        NAME(motor_from_flag_dense_line)}};
-    static const struct kernel kernel = {NAME(motor_from_flag_block), NAME(motor_from_flag_dense), 2, 3, 1, 0,
-        parts, forms};
+    static const struct form forms[] = {{2, 2, NAME(motor_from_flag_start_line), WIDTHS(motor_from_flag_block_line),
+        WIDTHS(motor_from_flag_dense_line)}};
+    static const struct kernel kernel = {WIDTHS(motor_from_flag_block), WIDTHS(motor_from_flag_dense), (any_function
+        *)NAME(motor_from_flag), NAME(call_aar), 2, 3, 1, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -4791,7 +5024,7 @@ INLINE void NAME(flag_from_motor)(const REAL *m, REAL *out_0, REAL *out_1)
     out_1[2] = t11;
 }
 
-WIDE static void NAME(flag_from_motor_block)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(flag_from_motor_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
@@ -4809,8 +5042,9 @@ WIDE static void NAME(flag_from_motor_block)(intptr_t n, char **args, const intp
         NAME(store_3)(a2 + i * w, c2a, x2);
     }
 }
+LOOPS(flag_from_motor_block)
 
-WIDE static void NAME(flag_from_motor_dense)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(flag_from_motor_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
@@ -4832,12 +5066,13 @@ WIDE static void NAME(flag_from_motor_dense)(intptr_t n, char **args, const intp
         NAME(store_span)(args[2], first, r2, 3);
     }
 }
+LOOPS(flag_from_motor_dense)
 
 void NAME(flag_from_motor_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {2, 1, 1, {2}}, {3, 1, 2, {3}}};
-    static const struct kernel kernel = {NAME(flag_from_motor_block), NAME(flag_from_motor_dense), 1, 3, 0, 0,
-        parts, NULL};
+    static const struct kernel kernel = {WIDTHS(flag_from_motor_block), WIDTHS(flag_from_motor_dense), (any_function
+        *)NAME(flag_from_motor), NAME(call_arr), 1, 3, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -4973,7 +5208,7 @@ static INLINE void NAME(hit_ray_line_apply_p_line)(const REAL *prepared, const R
     out_1[1] = t12;
 }
 
-WIDE static void NAME(hit_ray_line_block_d_line)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(hit_ray_line_block_d_line)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c0a = strides[0], c4a = strides[3];
@@ -4992,8 +5227,9 @@ WIDE static void NAME(hit_ray_line_block_d_line)(intptr_t n, char **args, const 
         NAME(store_2)(a4 + i * w, c4a, x4);
     }
 }
+LOOPS(hit_ray_line_block_d_line)
 
-WIDE static void NAME(hit_ray_line_dense_d_line)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(hit_ray_line_dense_d_line)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const REAL *prepared = (const REAL *)args[1];
@@ -5016,6 +5252,7 @@ WIDE static void NAME(hit_ray_line_dense_d_line)(intptr_t n, char **args, const 
         NAME(store_span)(args[4], first, r4, 2);
     }
 }
+LOOPS(hit_ray_line_dense_d_line)
 
 static void NAME(hit_ray_line_start_d_line)(char **args, const intptr_t *strides, void *prepared)
 {
@@ -5027,7 +5264,7 @@ static void NAME(hit_ray_line_start_d_line)(char **args, const intptr_t *strides
     NAME(hit_ray_line_prepare_d_line)(x1, x2, prepared);
 }
 
-WIDE static void NAME(hit_ray_line_block_p_line)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(hit_ray_line_block_p_line)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c1a = strides[1], c4a = strides[3];
@@ -5046,8 +5283,9 @@ WIDE static void NAME(hit_ray_line_block_p_line)(intptr_t n, char **args, const 
         NAME(store_2)(a4 + i * w, c4a, x4);
     }
 }
+LOOPS(hit_ray_line_block_p_line)
 
-WIDE static void NAME(hit_ray_line_dense_p_line)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(hit_ray_line_dense_p_line)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const REAL *prepared = (const REAL *)args[0];
@@ -5070,6 +5308,7 @@ WIDE static void NAME(hit_ray_line_dense_p_line)(intptr_t n, char **args, const 
         NAME(store_span)(args[4], first, r4, 2);
     }
 }
+LOOPS(hit_ray_line_dense_p_line)
 
 static void NAME(hit_ray_line_start_p_line)(char **args, const intptr_t *strides, void *prepared)
 {
@@ -5081,7 +5320,7 @@ static void NAME(hit_ray_line_start_p_line)(char **args, const intptr_t *strides
     NAME(hit_ray_line_prepare_p_line)(x0, x2, prepared);
 }
 
-WIDE static void NAME(hit_ray_line_block)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(hit_ray_line_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2], c4a = strides[3];
@@ -5105,8 +5344,9 @@ WIDE static void NAME(hit_ray_line_block)(intptr_t n, char **args, const intptr_
         NAME(store_2)(a4 + i * w, c4a, x4);
     }
 }
+LOOPS(hit_ray_line_block)
 
-WIDE static void NAME(hit_ray_line_dense)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(hit_ray_line_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
@@ -5134,16 +5374,17 @@ WIDE static void NAME(hit_ray_line_dense)(intptr_t n, char **args, const intptr_
         NAME(store_span)(args[4], first, r4, 2);
     }
 }
+LOOPS(hit_ray_line_dense)
 
 void NAME(hit_ray_line_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{2, 1, 0, {2}}, {2, 1, 1, {2}}, {3, 1, 2, {3}}, {1, 0, 3, {0}}, {2, 1, 3,
         {2}}};
-    static const struct form forms[] = {{6, 4, NAME(hit_ray_line_start_d_line), NAME(hit_ray_line_block_d_line),
-        NAME(hit_ray_line_dense_d_line)}, {5, 2, NAME(hit_ray_line_start_p_line), NAME(hit_ray_line_block_p_line),
-        NAME(hit_ray_line_dense_p_line)}};
-    static const struct kernel kernel = {NAME(hit_ray_line_block), NAME(hit_ray_line_dense), 3, 5, 2, 0, parts,
-        forms};
+    static const struct form forms[] = {{6, 4, NAME(hit_ray_line_start_d_line), WIDTHS(hit_ray_line_block_d_line),
+        WIDTHS(hit_ray_line_dense_d_line)}, {5, 2, NAME(hit_ray_line_start_p_line),
+        WIDTHS(hit_ray_line_block_p_line), WIDTHS(hit_ray_line_dense_p_line)}};
+    static const struct kernel kernel = {WIDTHS(hit_ray_line_block), WIDTHS(hit_ray_line_dense), (any_function
+        *)NAME(hit_ray_line), NAME(call_aaarr), 3, 5, 2, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -5333,7 +5574,7 @@ static INLINE void NAME(hit_ray_segment_apply_p_d_b)(const REAL *prepared, const
     out_1[0] = t17;
 }
 
-WIDE static void NAME(hit_ray_segment_block_d_a_b)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(hit_ray_segment_block_d_a_b)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c0a = strides[0];
@@ -5352,8 +5593,9 @@ WIDE static void NAME(hit_ray_segment_block_d_a_b)(intptr_t n, char **args, cons
         NAME(store_scalar)(a5 + i * w, x5);
     }
 }
+LOOPS(hit_ray_segment_block_d_a_b)
 
-WIDE static void NAME(hit_ray_segment_dense_d_a_b)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(hit_ray_segment_dense_d_a_b)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const REAL *prepared = (const REAL *)args[1];
@@ -5376,6 +5618,7 @@ WIDE static void NAME(hit_ray_segment_dense_d_a_b)(intptr_t n, char **args, cons
         NAME(store_span)(args[5], first, r5, 1);
     }
 }
+LOOPS(hit_ray_segment_dense_d_a_b)
 
 static void NAME(hit_ray_segment_start_d_a_b)(char **args, const intptr_t *strides, void *prepared)
 {
@@ -5389,7 +5632,7 @@ static void NAME(hit_ray_segment_start_d_a_b)(char **args, const intptr_t *strid
     NAME(hit_ray_segment_prepare_d_a_b)(x1, x2, x3, prepared);
 }
 
-WIDE static void NAME(hit_ray_segment_block_p_a_b)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(hit_ray_segment_block_p_a_b)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c1a = strides[1];
@@ -5408,8 +5651,9 @@ WIDE static void NAME(hit_ray_segment_block_p_a_b)(intptr_t n, char **args, cons
         NAME(store_scalar)(a5 + i * w, x5);
     }
 }
+LOOPS(hit_ray_segment_block_p_a_b)
 
-WIDE static void NAME(hit_ray_segment_dense_p_a_b)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(hit_ray_segment_dense_p_a_b)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const REAL *prepared = (const REAL *)args[0];
@@ -5432,6 +5676,7 @@ WIDE static void NAME(hit_ray_segment_dense_p_a_b)(intptr_t n, char **args, cons
         NAME(store_span)(args[5], first, r5, 1);
     }
 }
+LOOPS(hit_ray_segment_dense_p_a_b)
 
 static void NAME(hit_ray_segment_start_p_a_b)(char **args, const intptr_t *strides, void *prepared)
 {
@@ -5445,7 +5690,7 @@ static void NAME(hit_ray_segment_start_p_a_b)(char **args, const intptr_t *strid
     NAME(hit_ray_segment_prepare_p_a_b)(x0, x2, x3, prepared);
 }
 
-WIDE static void NAME(hit_ray_segment_block_p_d_b)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(hit_ray_segment_block_p_d_b)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c2a = strides[2];
@@ -5464,8 +5709,9 @@ WIDE static void NAME(hit_ray_segment_block_p_d_b)(intptr_t n, char **args, cons
         NAME(store_scalar)(a5 + i * w, x5);
     }
 }
+LOOPS(hit_ray_segment_block_p_d_b)
 
-WIDE static void NAME(hit_ray_segment_dense_p_d_b)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(hit_ray_segment_dense_p_d_b)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const REAL *prepared = (const REAL *)args[0];
@@ -5488,6 +5734,7 @@ WIDE static void NAME(hit_ray_segment_dense_p_d_b)(intptr_t n, char **args, cons
         NAME(store_span)(args[5], first, r5, 1);
     }
 }
+LOOPS(hit_ray_segment_dense_p_d_b)
 
 static void NAME(hit_ray_segment_start_p_d_b)(char **args, const intptr_t *strides, void *prepared)
 {
@@ -5501,7 +5748,7 @@ static void NAME(hit_ray_segment_start_p_d_b)(char **args, const intptr_t *strid
     NAME(hit_ray_segment_prepare_p_d_b)(x0, x1, x3, prepared);
 }
 
-WIDE static void NAME(hit_ray_segment_block)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(hit_ray_segment_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2], c3a = strides[3];
@@ -5528,8 +5775,9 @@ WIDE static void NAME(hit_ray_segment_block)(intptr_t n, char **args, const intp
         NAME(store_scalar)(a5 + i * w, x5);
     }
 }
+LOOPS(hit_ray_segment_block)
 
-WIDE static void NAME(hit_ray_segment_dense)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(hit_ray_segment_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
@@ -5560,18 +5808,19 @@ WIDE static void NAME(hit_ray_segment_dense)(intptr_t n, char **args, const intp
         NAME(store_span)(args[5], first, r5, 1);
     }
 }
+LOOPS(hit_ray_segment_dense)
 
 void NAME(hit_ray_segment_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{2, 1, 0, {2}}, {2, 1, 1, {2}}, {2, 1, 2, {2}}, {2, 1, 3, {2}}, {1, 0, 4,
         {0}}, {1, 0, 4, {0}}};
     static const struct form forms[] = {{14, 2, NAME(hit_ray_segment_start_d_a_b),
-        NAME(hit_ray_segment_block_d_a_b), NAME(hit_ray_segment_dense_d_a_b)}, {13, 2,
-        NAME(hit_ray_segment_start_p_a_b), NAME(hit_ray_segment_block_p_a_b), NAME(hit_ray_segment_dense_p_a_b)},
-        {11, 2, NAME(hit_ray_segment_start_p_d_b), NAME(hit_ray_segment_block_p_d_b),
-        NAME(hit_ray_segment_dense_p_d_b)}};
-    static const struct kernel kernel = {NAME(hit_ray_segment_block), NAME(hit_ray_segment_dense), 4, 6, 3, 0,
-        parts, forms};
+        WIDTHS(hit_ray_segment_block_d_a_b), WIDTHS(hit_ray_segment_dense_d_a_b)}, {13, 2,
+        NAME(hit_ray_segment_start_p_a_b), WIDTHS(hit_ray_segment_block_p_a_b),
+        WIDTHS(hit_ray_segment_dense_p_a_b)}, {11, 2, NAME(hit_ray_segment_start_p_d_b),
+        WIDTHS(hit_ray_segment_block_p_d_b), WIDTHS(hit_ray_segment_dense_p_d_b)}};
+    static const struct kernel kernel = {WIDTHS(hit_ray_segment_block), WIDTHS(hit_ray_segment_dense), (any_function
+        *)NAME(hit_ray_segment), NAME(call_aaaarr), 4, 6, 3, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -5611,7 +5860,7 @@ INLINE void NAME(motor_product)(const REAL *a, const REAL *b, REAL *out)
     out[3] = t19;
 }
 
-WIDE static void NAME(motor_product_block)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(motor_product_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
@@ -5629,8 +5878,9 @@ WIDE static void NAME(motor_product_block)(intptr_t n, char **args, const intptr
         NAME(store_4)(a2 + i * w, c2a, x2);
     }
 }
+LOOPS(motor_product_block)
 
-WIDE static void NAME(motor_product_dense)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(motor_product_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
@@ -5651,12 +5901,13 @@ WIDE static void NAME(motor_product_dense)(intptr_t n, char **args, const intptr
         NAME(store_span)(args[2], first, r2, 4);
     }
 }
+LOOPS(motor_product_dense)
 
 void NAME(motor_product_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {4, 1, 1, {4}}, {4, 1, 2, {4}}};
-    static const struct kernel kernel = {NAME(motor_product_block), NAME(motor_product_dense), 2, 3, 0, 0, parts,
-        NULL};
+    static const struct kernel kernel = {WIDTHS(motor_product_block), WIDTHS(motor_product_dense), (any_function
+        *)NAME(motor_product), NAME(call_aar), 2, 3, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -5696,7 +5947,7 @@ INLINE void NAME(even_product)(const REAL *a, const REAL *b, REAL *out)
     out[3] = t19;
 }
 
-WIDE static void NAME(even_product_block)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(even_product_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
@@ -5714,8 +5965,9 @@ WIDE static void NAME(even_product_block)(intptr_t n, char **args, const intptr_
         NAME(store_4)(a2 + i * w, c2a, x2);
     }
 }
+LOOPS(even_product_block)
 
-WIDE static void NAME(even_product_dense)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(even_product_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
@@ -5736,12 +5988,13 @@ WIDE static void NAME(even_product_dense)(intptr_t n, char **args, const intptr_
         NAME(store_span)(args[2], first, r2, 4);
     }
 }
+LOOPS(even_product_dense)
 
 void NAME(even_product_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {4, 1, 1, {4}}, {4, 1, 2, {4}}};
-    static const struct kernel kernel = {NAME(even_product_block), NAME(even_product_dense), 2, 3, 0, 0, parts,
-        NULL};
+    static const struct kernel kernel = {WIDTHS(even_product_block), WIDTHS(even_product_dense), (any_function
+        *)NAME(even_product), NAME(call_aar), 2, 3, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -5760,7 +6013,7 @@ INLINE void NAME(motor_inverse)(const REAL *m, REAL *out)
     out[3] = t2;
 }
 
-WIDE static void NAME(motor_inverse_block)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(motor_inverse_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c0a = strides[0], c1a = strides[1];
@@ -5775,8 +6028,9 @@ WIDE static void NAME(motor_inverse_block)(intptr_t n, char **args, const intptr
         NAME(store_4)(a1 + i * w, c1a, x1);
     }
 }
+LOOPS(motor_inverse_block)
 
-WIDE static void NAME(motor_inverse_dense)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(motor_inverse_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
@@ -5794,12 +6048,13 @@ WIDE static void NAME(motor_inverse_dense)(intptr_t n, char **args, const intptr
         NAME(store_span)(args[1], first, r1, 4);
     }
 }
+LOOPS(motor_inverse_dense)
 
 void NAME(motor_inverse_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {4, 1, 1, {4}}};
-    static const struct kernel kernel = {NAME(motor_inverse_block), NAME(motor_inverse_dense), 1, 2, 0, 0, parts,
-        NULL};
+    static const struct kernel kernel = {WIDTHS(motor_inverse_block), WIDTHS(motor_inverse_dense), (any_function
+        *)NAME(motor_inverse), NAME(call_ar), 1, 2, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -5824,7 +6079,7 @@ INLINE void NAME(normalize_motor)(const REAL *x, REAL *out)
     out[3] = t8;
 }
 
-WIDE static void NAME(normalize_motor_block)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(normalize_motor_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c0a = strides[0], c1a = strides[1];
@@ -5839,8 +6094,9 @@ WIDE static void NAME(normalize_motor_block)(intptr_t n, char **args, const intp
         NAME(store_4)(a1 + i * w, c1a, x1);
     }
 }
+LOOPS(normalize_motor_block)
 
-WIDE static void NAME(normalize_motor_dense)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(normalize_motor_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
@@ -5858,12 +6114,13 @@ WIDE static void NAME(normalize_motor_dense)(intptr_t n, char **args, const intp
         NAME(store_span)(args[1], first, r1, 4);
     }
 }
+LOOPS(normalize_motor_dense)
 
 void NAME(normalize_motor_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {4, 1, 1, {4}}};
-    static const struct kernel kernel = {NAME(normalize_motor_block), NAME(normalize_motor_dense), 1, 2, 0, 0,
-        parts, NULL};
+    static const struct kernel kernel = {WIDTHS(normalize_motor_block), WIDTHS(normalize_motor_dense), (any_function
+        *)NAME(normalize_motor), NAME(call_ar), 1, 2, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -5893,7 +6150,7 @@ INLINE void NAME(move_point)(const REAL *m, const REAL *p, REAL *out)
     out[1] = t13;
 }
 
-WIDE static void NAME(move_point_block)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(move_point_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
@@ -5911,8 +6168,9 @@ WIDE static void NAME(move_point_block)(intptr_t n, char **args, const intptr_t 
         NAME(store_2)(a2 + i * w, c2a, x2);
     }
 }
+LOOPS(move_point_block)
 
-WIDE static void NAME(move_point_dense)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(move_point_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
@@ -5933,11 +6191,13 @@ WIDE static void NAME(move_point_dense)(intptr_t n, char **args, const intptr_t 
         NAME(store_span)(args[2], first, r2, 2);
     }
 }
+LOOPS(move_point_dense)
 
 void NAME(move_point_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {2, 1, 1, {2}}, {2, 1, 2, {2}}};
-    static const struct kernel kernel = {NAME(move_point_block), NAME(move_point_dense), 2, 3, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(move_point_block), WIDTHS(move_point_dense), (any_function
+        *)NAME(move_point), NAME(call_aar), 2, 3, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -5962,7 +6222,7 @@ INLINE void NAME(move_direction)(const REAL *m, const REAL *d, REAL *out)
     out[1] = t10;
 }
 
-WIDE static void NAME(move_direction_block)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(move_direction_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
@@ -5980,8 +6240,9 @@ WIDE static void NAME(move_direction_block)(intptr_t n, char **args, const intpt
         NAME(store_2)(a2 + i * w, c2a, x2);
     }
 }
+LOOPS(move_direction_block)
 
-WIDE static void NAME(move_direction_dense)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(move_direction_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
@@ -6002,12 +6263,13 @@ WIDE static void NAME(move_direction_dense)(intptr_t n, char **args, const intpt
         NAME(store_span)(args[2], first, r2, 2);
     }
 }
+LOOPS(move_direction_dense)
 
 void NAME(move_direction_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {2, 1, 1, {2}}, {2, 1, 2, {2}}};
-    static const struct kernel kernel = {NAME(move_direction_block), NAME(move_direction_dense), 2, 3, 0, 0, parts,
-        NULL};
+    static const struct kernel kernel = {WIDTHS(move_direction_block), WIDTHS(move_direction_dense), (any_function
+        *)NAME(move_direction), NAME(call_aar), 2, 3, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -6089,7 +6351,7 @@ static INLINE void NAME(move_line_apply_m)(const REAL *prepared, const REAL *lin
     out[2] = t21;
 }
 
-WIDE static void NAME(move_line_block_m)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(move_line_block_m)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c1a = strides[1], c2a = strides[2];
@@ -6105,8 +6367,9 @@ WIDE static void NAME(move_line_block_m)(intptr_t n, char **args, const intptr_t
         NAME(store_3)(a2 + i * w, c2a, x2);
     }
 }
+LOOPS(move_line_block_m)
 
-WIDE static void NAME(move_line_dense_m)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(move_line_dense_m)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const REAL *prepared = (const REAL *)args[0];
@@ -6125,6 +6388,7 @@ WIDE static void NAME(move_line_dense_m)(intptr_t n, char **args, const intptr_t
         NAME(store_span)(args[2], first, r2, 3);
     }
 }
+LOOPS(move_line_dense_m)
 
 static void NAME(move_line_start_m)(char **args, const intptr_t *strides, void *prepared)
 {
@@ -6134,7 +6398,7 @@ static void NAME(move_line_start_m)(char **args, const intptr_t *strides, void *
     NAME(move_line_prepare_m)(x0, prepared);
 }
 
-WIDE static void NAME(move_line_block)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(move_line_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
@@ -6152,8 +6416,9 @@ WIDE static void NAME(move_line_block)(intptr_t n, char **args, const intptr_t *
         NAME(store_3)(a2 + i * w, c2a, x2);
     }
 }
+LOOPS(move_line_block)
 
-WIDE static void NAME(move_line_dense)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(move_line_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
@@ -6174,13 +6439,15 @@ WIDE static void NAME(move_line_dense)(intptr_t n, char **args, const intptr_t *
         NAME(store_span)(args[2], first, r2, 3);
     }
 }
+LOOPS(move_line_dense)
 
 void NAME(move_line_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {3, 1, 1, {3}}, {3, 1, 2, {3}}};
-    static const struct form forms[] = {{1, 3, NAME(move_line_start_m), NAME(move_line_block_m),
-        NAME(move_line_dense_m)}};
-    static const struct kernel kernel = {NAME(move_line_block), NAME(move_line_dense), 2, 3, 1, 0, parts, forms};
+    static const struct form forms[] = {{1, 3, NAME(move_line_start_m), WIDTHS(move_line_block_m),
+        WIDTHS(move_line_dense_m)}};
+    static const struct kernel kernel = {WIDTHS(move_line_block), WIDTHS(move_line_dense), (any_function
+        *)NAME(move_line), NAME(call_aar), 2, 3, 1, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -6210,7 +6477,7 @@ INLINE void NAME(move_point_back)(const REAL *m, const REAL *p, REAL *out)
     out[1] = t13;
 }
 
-WIDE static void NAME(move_point_back_block)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(move_point_back_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
@@ -6228,8 +6495,9 @@ WIDE static void NAME(move_point_back_block)(intptr_t n, char **args, const intp
         NAME(store_2)(a2 + i * w, c2a, x2);
     }
 }
+LOOPS(move_point_back_block)
 
-WIDE static void NAME(move_point_back_dense)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(move_point_back_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
@@ -6250,12 +6518,13 @@ WIDE static void NAME(move_point_back_dense)(intptr_t n, char **args, const intp
         NAME(store_span)(args[2], first, r2, 2);
     }
 }
+LOOPS(move_point_back_dense)
 
 void NAME(move_point_back_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {2, 1, 1, {2}}, {2, 1, 2, {2}}};
-    static const struct kernel kernel = {NAME(move_point_back_block), NAME(move_point_back_dense), 2, 3, 0, 0,
-        parts, NULL};
+    static const struct kernel kernel = {WIDTHS(move_point_back_block), WIDTHS(move_point_back_dense), (any_function
+        *)NAME(move_point_back), NAME(call_aar), 2, 3, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -6274,7 +6543,7 @@ INLINE void NAME(rotor_from_angle)(REAL angle, REAL *out)
     NAME(rotor_from_angle_within)(angle, out, NULL);
 }
 
-WIDE static void NAME(rotor_from_angle_block)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(rotor_from_angle_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c1a = strides[0];
@@ -6300,11 +6569,13 @@ WIDE static void NAME(rotor_from_angle_block)(intptr_t n, char **args, const int
         }
     }
 }
+LOOPS(rotor_from_angle_block)
 
 void NAME(rotor_from_angle_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{1, 0, 0, {0}}, {2, 1, 0, {2}}};
-    static const struct kernel kernel = {NAME(rotor_from_angle_block), NULL, 1, 2, 0, 1, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(rotor_from_angle_block), {NULL}, (any_function
+        *)NAME(rotor_from_angle), NAME(call_nr), 1, 2, 0, 1, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -6319,7 +6590,7 @@ INLINE void NAME(translator_from_vector)(const REAL *v, REAL *out)
     out[1] = t2;
 }
 
-WIDE static void NAME(translator_from_vector_block)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(translator_from_vector_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c0a = strides[0], c1a = strides[1];
@@ -6334,8 +6605,9 @@ WIDE static void NAME(translator_from_vector_block)(intptr_t n, char **args, con
         NAME(store_2)(a1 + i * w, c1a, x1);
     }
 }
+LOOPS(translator_from_vector_block)
 
-WIDE static void NAME(translator_from_vector_dense)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(translator_from_vector_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
@@ -6353,12 +6625,13 @@ WIDE static void NAME(translator_from_vector_dense)(intptr_t n, char **args, con
         NAME(store_span)(args[1], first, r1, 2);
     }
 }
+LOOPS(translator_from_vector_dense)
 
 void NAME(translator_from_vector_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{2, 1, 0, {2}}, {2, 1, 1, {2}}};
-    static const struct kernel kernel = {NAME(translator_from_vector_block), NAME(translator_from_vector_dense), 1,
-        2, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(translator_from_vector_block), WIDTHS(translator_from_vector_dense),
+        (any_function *)NAME(translator_from_vector), NAME(call_ar), 1, 2, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -6413,7 +6686,7 @@ static INLINE void NAME(motor_from_point_apply_angle)(const REAL *prepared, cons
     out[3] = t7;
 }
 
-WIDE static void NAME(motor_from_point_block_angle)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(motor_from_point_block_angle)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c0a = strides[0], c2a = strides[1];
@@ -6429,8 +6702,9 @@ WIDE static void NAME(motor_from_point_block_angle)(intptr_t n, char **args, con
         NAME(store_4)(a2 + i * w, c2a, x2);
     }
 }
+LOOPS(motor_from_point_block_angle)
 
-WIDE static void NAME(motor_from_point_dense_angle)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(motor_from_point_dense_angle)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const REAL *prepared = (const REAL *)args[1];
@@ -6449,6 +6723,7 @@ WIDE static void NAME(motor_from_point_dense_angle)(intptr_t n, char **args, con
         NAME(store_span)(args[2], first, r2, 4);
     }
 }
+LOOPS(motor_from_point_dense_angle)
 
 static void NAME(motor_from_point_start_angle)(char **args, const intptr_t *strides, void *prepared)
 {
@@ -6458,7 +6733,7 @@ static void NAME(motor_from_point_start_angle)(char **args, const intptr_t *stri
     NAME(motor_from_point_prepare_angle)(x1[0], prepared, NULL);
 }
 
-WIDE static void NAME(motor_from_point_block)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(motor_from_point_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c0a = strides[0], c2a = strides[1];
@@ -6489,13 +6764,15 @@ WIDE static void NAME(motor_from_point_block)(intptr_t n, char **args, const int
         }
     }
 }
+LOOPS(motor_from_point_block)
 
 void NAME(motor_from_point_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{2, 1, 0, {2}}, {1, 0, 1, {0}}, {4, 1, 1, {4}}};
     static const struct form forms[] = {{2, 2, NAME(motor_from_point_start_angle),
-        NAME(motor_from_point_block_angle), NAME(motor_from_point_dense_angle)}};
-    static const struct kernel kernel = {NAME(motor_from_point_block), NULL, 2, 3, 1, 1, parts, forms};
+        WIDTHS(motor_from_point_block_angle), WIDTHS(motor_from_point_dense_angle)}};
+    static const struct kernel kernel = {WIDTHS(motor_from_point_block), {NULL}, (any_function
+        *)NAME(motor_from_point), NAME(call_anr), 2, 3, 1, 1, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -6560,7 +6837,7 @@ static INLINE void NAME(motor_from_angle_translation_apply_angle)(const REAL *pr
     out[3] = t12;
 }
 
-WIDE static void NAME(motor_from_angle_translation_block_angle)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(motor_from_angle_translation_block_angle)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c1a = strides[0], c2a = strides[1];
@@ -6576,8 +6853,9 @@ WIDE static void NAME(motor_from_angle_translation_block_angle)(intptr_t n, char
         NAME(store_4)(a2 + i * w, c2a, x2);
     }
 }
+LOOPS(motor_from_angle_translation_block_angle)
 
-WIDE static void NAME(motor_from_angle_translation_dense_angle)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(motor_from_angle_translation_dense_angle)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const REAL *prepared = (const REAL *)args[0];
@@ -6596,6 +6874,7 @@ WIDE static void NAME(motor_from_angle_translation_dense_angle)(intptr_t n, char
         NAME(store_span)(args[2], first, r2, 4);
     }
 }
+LOOPS(motor_from_angle_translation_dense_angle)
 
 static void NAME(motor_from_angle_translation_start_angle)(char **args, const intptr_t *strides, void *prepared)
 {
@@ -6605,7 +6884,7 @@ static void NAME(motor_from_angle_translation_start_angle)(char **args, const in
     NAME(motor_from_angle_translation_prepare_angle)(x0[0], prepared, NULL);
 }
 
-WIDE static void NAME(motor_from_angle_translation_block)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(motor_from_angle_translation_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c1a = strides[0], c2a = strides[1];
@@ -6636,13 +6915,15 @@ WIDE static void NAME(motor_from_angle_translation_block)(intptr_t n, char **arg
         }
     }
 }
+LOOPS(motor_from_angle_translation_block)
 
 void NAME(motor_from_angle_translation_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{1, 0, 0, {0}}, {2, 1, 0, {2}}, {4, 1, 1, {4}}};
     static const struct form forms[] = {{1, 2, NAME(motor_from_angle_translation_start_angle),
-        NAME(motor_from_angle_translation_block_angle), NAME(motor_from_angle_translation_dense_angle)}};
-    static const struct kernel kernel = {NAME(motor_from_angle_translation_block), NULL, 2, 3, 1, 1, parts, forms};
+        WIDTHS(motor_from_angle_translation_block_angle), WIDTHS(motor_from_angle_translation_dense_angle)}};
+    static const struct kernel kernel = {WIDTHS(motor_from_angle_translation_block), {NULL}, (any_function
+        *)NAME(motor_from_angle_translation), NAME(call_nar), 2, 3, 1, 1, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -6671,7 +6952,7 @@ INLINE void NAME(motor_to_angle_translation)(const REAL *m, REAL *out_0, REAL *o
     out_1[1] = t13;
 }
 
-WIDE static void NAME(motor_to_angle_translation_block)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(motor_to_angle_translation_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c0a = strides[0], c2a = strides[1];
@@ -6689,11 +6970,13 @@ WIDE static void NAME(motor_to_angle_translation_block)(intptr_t n, char **args,
         NAME(store_2)(a2 + i * w, c2a, x2);
     }
 }
+LOOPS(motor_to_angle_translation_block)
 
 void NAME(motor_to_angle_translation_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {1, 0, 1, {0}}, {2, 1, 1, {2}}};
-    static const struct kernel kernel = {NAME(motor_to_angle_translation_block), NULL, 1, 3, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(motor_to_angle_translation_block), {NULL}, (any_function
+        *)NAME(motor_to_angle_translation), NAME(call_arr), 1, 3, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -6726,7 +7009,7 @@ INLINE void NAME(motor_to_matrix)(const REAL *m, REAL *out)
     out[8] = (REAL)1;
 }
 
-WIDE static void NAME(motor_to_matrix_block)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(motor_to_matrix_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c0a = strides[0], c1a = strides[1], c1b = strides[2];
@@ -6741,8 +7024,9 @@ WIDE static void NAME(motor_to_matrix_block)(intptr_t n, char **args, const intp
         NAME(store_3x3)(a1 + i * w, c1a, c1b, x1);
     }
 }
+LOOPS(motor_to_matrix_block)
 
-WIDE static void NAME(motor_to_matrix_dense)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(motor_to_matrix_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
@@ -6761,12 +7045,13 @@ WIDE static void NAME(motor_to_matrix_dense)(intptr_t n, char **args, const intp
         NAME(store_span)(args[1], first, r1, 9);
     }
 }
+LOOPS(motor_to_matrix_dense)
 
 void NAME(motor_to_matrix_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {9, 2, 1, {3, 3}}};
-    static const struct kernel kernel = {NAME(motor_to_matrix_block), NAME(motor_to_matrix_dense), 1, 2, 0, 0,
-        parts, NULL};
+    static const struct kernel kernel = {WIDTHS(motor_to_matrix_block), WIDTHS(motor_to_matrix_dense), (any_function
+        *)NAME(motor_to_matrix), NAME(call_ar), 1, 2, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -6818,7 +7103,7 @@ INLINE void NAME(motor_from_matrix)(const REAL *matrix, REAL *out)
     out[3] = t33;
 }
 
-WIDE static void NAME(motor_from_matrix_block)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(motor_from_matrix_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c0a = strides[0], c0b = strides[1], c1a = strides[2];
@@ -6833,8 +7118,9 @@ WIDE static void NAME(motor_from_matrix_block)(intptr_t n, char **args, const in
         NAME(store_4)(a1 + i * w, c1a, x1);
     }
 }
+LOOPS(motor_from_matrix_block)
 
-WIDE static void NAME(motor_from_matrix_dense)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(motor_from_matrix_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
@@ -6853,12 +7139,13 @@ WIDE static void NAME(motor_from_matrix_dense)(intptr_t n, char **args, const in
         NAME(store_span)(args[1], first, r1, 4);
     }
 }
+LOOPS(motor_from_matrix_dense)
 
 void NAME(motor_from_matrix_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{9, 2, 0, {3, 3}}, {4, 1, 2, {4}}};
-    static const struct kernel kernel = {NAME(motor_from_matrix_block), NAME(motor_from_matrix_dense), 1, 2, 0, 0,
-        parts, NULL};
+    static const struct kernel kernel = {WIDTHS(motor_from_matrix_block), WIDTHS(motor_from_matrix_dense),
+        (any_function *)NAME(motor_from_matrix), NAME(call_ar), 1, 2, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -6888,7 +7175,7 @@ INLINE void NAME(motor_exponential)(const REAL *b, REAL *out)
     NAME(motor_exponential_within)(b, out, NULL);
 }
 
-WIDE static void NAME(motor_exponential_block)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(motor_exponential_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c0a = strides[0], c1a = strides[1];
@@ -6914,11 +7201,13 @@ WIDE static void NAME(motor_exponential_block)(intptr_t n, char **args, const in
         }
     }
 }
+LOOPS(motor_exponential_block)
 
 void NAME(motor_exponential_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {4, 1, 1, {4}}};
-    static const struct kernel kernel = {NAME(motor_exponential_block), NULL, 1, 2, 0, 1, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(motor_exponential_block), {NULL}, (any_function
+        *)NAME(motor_exponential), NAME(call_ar), 1, 2, 0, 1, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -6946,7 +7235,7 @@ INLINE void NAME(motor_logarithm)(const REAL *m, REAL *out)
     out[2] = t12;
 }
 
-WIDE static void NAME(motor_logarithm_block)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(motor_logarithm_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c0a = strides[0], c1a = strides[1];
@@ -6961,11 +7250,13 @@ WIDE static void NAME(motor_logarithm_block)(intptr_t n, char **args, const intp
         NAME(store_3)(a1 + i * w, c1a, x1);
     }
 }
+LOOPS(motor_logarithm_block)
 
 void NAME(motor_logarithm_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {3, 1, 1, {3}}};
-    static const struct kernel kernel = {NAME(motor_logarithm_block), NULL, 1, 2, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(motor_logarithm_block), {NULL}, (any_function
+        *)NAME(motor_logarithm), NAME(call_ar), 1, 2, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -6994,7 +7285,7 @@ INLINE void NAME(motor_square_root)(const REAL *m, REAL *out)
     out[3] = t12;
 }
 
-WIDE static void NAME(motor_square_root_block)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(motor_square_root_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c0a = strides[0], c1a = strides[1];
@@ -7009,8 +7300,9 @@ WIDE static void NAME(motor_square_root_block)(intptr_t n, char **args, const in
         NAME(store_4)(a1 + i * w, c1a, x1);
     }
 }
+LOOPS(motor_square_root_block)
 
-WIDE static void NAME(motor_square_root_dense)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(motor_square_root_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
@@ -7028,12 +7320,13 @@ WIDE static void NAME(motor_square_root_dense)(intptr_t n, char **args, const in
         NAME(store_span)(args[1], first, r1, 4);
     }
 }
+LOOPS(motor_square_root_dense)
 
 void NAME(motor_square_root_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {4, 1, 1, {4}}};
-    static const struct kernel kernel = {NAME(motor_square_root_block), NAME(motor_square_root_dense), 1, 2, 0, 0,
-        parts, NULL};
+    static const struct kernel kernel = {WIDTHS(motor_square_root_block), WIDTHS(motor_square_root_dense),
+        (any_function *)NAME(motor_square_root), NAME(call_ar), 1, 2, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -7126,7 +7419,7 @@ static INLINE void NAME(motor_power_apply_m)(const REAL *prepared, REAL t, REAL 
     out[3] = t23;
 }
 
-WIDE static void NAME(motor_power_block_m)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(motor_power_block_m)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c2a = strides[1];
@@ -7153,6 +7446,7 @@ WIDE static void NAME(motor_power_block_m)(intptr_t n, char **args, const intptr
         }
     }
 }
+LOOPS(motor_power_block_m)
 
 static void NAME(motor_power_start_m)(char **args, const intptr_t *strides, void *prepared)
 {
@@ -7162,7 +7456,7 @@ static void NAME(motor_power_start_m)(char **args, const intptr_t *strides, void
     NAME(motor_power_prepare_m)(x0, prepared);
 }
 
-WIDE static void NAME(motor_power_block)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(motor_power_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c0a = strides[0], c2a = strides[1];
@@ -7193,12 +7487,14 @@ WIDE static void NAME(motor_power_block)(intptr_t n, char **args, const intptr_t
         }
     }
 }
+LOOPS(motor_power_block)
 
 void NAME(motor_power_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {1, 0, 1, {0}}, {4, 1, 1, {4}}};
-    static const struct form forms[] = {{1, 2, NAME(motor_power_start_m), NAME(motor_power_block_m), NULL}};
-    static const struct kernel kernel = {NAME(motor_power_block), NULL, 2, 3, 1, 1, parts, forms};
+    static const struct form forms[] = {{1, 2, NAME(motor_power_start_m), WIDTHS(motor_power_block_m), {NULL}}};
+    static const struct kernel kernel = {WIDTHS(motor_power_block), {NULL}, (any_function *)NAME(motor_power),
+        NAME(call_anr), 2, 3, 1, 1, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -7387,7 +7683,7 @@ static INLINE void NAME(interpolate_motors_apply_a_b)(const REAL *prepared, REAL
     out[3] = t63;
 }
 
-WIDE static void NAME(interpolate_motors_block_a_b)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(interpolate_motors_block_a_b)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c3a = strides[2];
@@ -7414,6 +7710,7 @@ WIDE static void NAME(interpolate_motors_block_a_b)(intptr_t n, char **args, con
         }
     }
 }
+LOOPS(interpolate_motors_block_a_b)
 
 static void NAME(interpolate_motors_start_a_b)(char **args, const intptr_t *strides, void *prepared)
 {
@@ -7425,7 +7722,7 @@ static void NAME(interpolate_motors_start_a_b)(char **args, const intptr_t *stri
     NAME(interpolate_motors_prepare_a_b)(x0, x1, prepared);
 }
 
-WIDE static void NAME(interpolate_motors_block)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(interpolate_motors_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c0a = strides[0], c1a = strides[1], c3a = strides[2];
@@ -7461,13 +7758,15 @@ WIDE static void NAME(interpolate_motors_block)(intptr_t n, char **args, const i
         }
     }
 }
+LOOPS(interpolate_motors_block)
 
 void NAME(interpolate_motors_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {4, 1, 1, {4}}, {1, 0, 2, {0}}, {4, 1, 2, {4}}};
     static const struct form forms[] = {{3, 2, NAME(interpolate_motors_start_a_b),
-        NAME(interpolate_motors_block_a_b), NULL}};
-    static const struct kernel kernel = {NAME(interpolate_motors_block), NULL, 3, 4, 1, 1, parts, forms};
+        WIDTHS(interpolate_motors_block_a_b), {NULL}}};
+    static const struct kernel kernel = {WIDTHS(interpolate_motors_block), {NULL}, (any_function
+        *)NAME(interpolate_motors), NAME(call_aanr), 3, 4, 1, 1, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -7486,7 +7785,7 @@ INLINE void NAME(twist_on_point)(const REAL *v, const REAL *p, REAL *out)
     out[1] = t3;
 }
 
-WIDE static void NAME(twist_on_point_block)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(twist_on_point_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
@@ -7504,8 +7803,9 @@ WIDE static void NAME(twist_on_point_block)(intptr_t n, char **args, const intpt
         NAME(store_2)(a2 + i * w, c2a, x2);
     }
 }
+LOOPS(twist_on_point_block)
 
-WIDE static void NAME(twist_on_point_dense)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(twist_on_point_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
@@ -7526,12 +7826,13 @@ WIDE static void NAME(twist_on_point_dense)(intptr_t n, char **args, const intpt
         NAME(store_span)(args[2], first, r2, 2);
     }
 }
+LOOPS(twist_on_point_dense)
 
 void NAME(twist_on_point_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {2, 1, 1, {2}}, {2, 1, 2, {2}}};
-    static const struct kernel kernel = {NAME(twist_on_point_block), NAME(twist_on_point_dense), 2, 3, 0, 0, parts,
-        NULL};
+    static const struct kernel kernel = {WIDTHS(twist_on_point_block), WIDTHS(twist_on_point_dense), (any_function
+        *)NAME(twist_on_point), NAME(call_aar), 2, 3, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -7549,7 +7850,7 @@ INLINE void NAME(translator_between_points)(const REAL *a, const REAL *b, REAL *
     out[1] = t3;
 }
 
-WIDE static void NAME(translator_between_points_block)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(translator_between_points_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
@@ -7567,8 +7868,9 @@ WIDE static void NAME(translator_between_points_block)(intptr_t n, char **args, 
         NAME(store_2)(a2 + i * w, c2a, x2);
     }
 }
+LOOPS(translator_between_points_block)
 
-WIDE static void NAME(translator_between_points_dense)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(translator_between_points_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
@@ -7589,12 +7891,14 @@ WIDE static void NAME(translator_between_points_dense)(intptr_t n, char **args, 
         NAME(store_span)(args[2], first, r2, 2);
     }
 }
+LOOPS(translator_between_points_dense)
 
 void NAME(translator_between_points_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{2, 1, 0, {2}}, {2, 1, 1, {2}}, {2, 1, 2, {2}}};
-    static const struct kernel kernel = {NAME(translator_between_points_block),
-        NAME(translator_between_points_dense), 2, 3, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(translator_between_points_block),
+        WIDTHS(translator_between_points_dense), (any_function *)NAME(translator_between_points), NAME(call_aar), 2,
+        3, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -7671,7 +7975,7 @@ INLINE void NAME(motor_between_lines)(const REAL *a, const REAL *b, REAL *out)
     out[3] = t58;
 }
 
-WIDE static void NAME(motor_between_lines_block)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(motor_between_lines_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
@@ -7689,8 +7993,9 @@ WIDE static void NAME(motor_between_lines_block)(intptr_t n, char **args, const 
         NAME(store_4)(a2 + i * w, c2a, x2);
     }
 }
+LOOPS(motor_between_lines_block)
 
-WIDE static void NAME(motor_between_lines_dense)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(motor_between_lines_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
@@ -7711,12 +8016,13 @@ WIDE static void NAME(motor_between_lines_dense)(intptr_t n, char **args, const 
         NAME(store_span)(args[2], first, r2, 4);
     }
 }
+LOOPS(motor_between_lines_dense)
 
 void NAME(motor_between_lines_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {3, 1, 1, {3}}, {4, 1, 2, {4}}};
-    static const struct kernel kernel = {NAME(motor_between_lines_block), NAME(motor_between_lines_dense), 2, 3, 0,
-        0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(motor_between_lines_block), WIDTHS(motor_between_lines_dense),
+        (any_function *)NAME(motor_between_lines), NAME(call_aar), 2, 3, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -7757,7 +8063,7 @@ INLINE void NAME(motor_between_frames)(const REAL *a, const REAL *b, REAL *out)
     out[3] = t20;
 }
 
-WIDE static void NAME(motor_between_frames_block)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(motor_between_frames_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
@@ -7775,8 +8081,9 @@ WIDE static void NAME(motor_between_frames_block)(intptr_t n, char **args, const
         NAME(store_4)(a2 + i * w, c2a, x2);
     }
 }
+LOOPS(motor_between_frames_block)
 
-WIDE static void NAME(motor_between_frames_dense)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(motor_between_frames_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
@@ -7797,12 +8104,13 @@ WIDE static void NAME(motor_between_frames_dense)(intptr_t n, char **args, const
         NAME(store_span)(args[2], first, r2, 4);
     }
 }
+LOOPS(motor_between_frames_dense)
 
 void NAME(motor_between_frames_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {4, 1, 1, {4}}, {4, 1, 2, {4}}};
-    static const struct kernel kernel = {NAME(motor_between_frames_block), NAME(motor_between_frames_dense), 2, 3,
-        0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(motor_between_frames_block), WIDTHS(motor_between_frames_dense),
+        (any_function *)NAME(motor_between_frames), NAME(call_aar), 2, 3, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -7843,7 +8151,7 @@ INLINE void NAME(motor_relative)(const REAL *a, const REAL *b, REAL *out)
     out[3] = t20;
 }
 
-WIDE static void NAME(motor_relative_block)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(motor_relative_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
@@ -7861,8 +8169,9 @@ WIDE static void NAME(motor_relative_block)(intptr_t n, char **args, const intpt
         NAME(store_4)(a2 + i * w, c2a, x2);
     }
 }
+LOOPS(motor_relative_block)
 
-WIDE static void NAME(motor_relative_dense)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(motor_relative_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
@@ -7883,12 +8192,13 @@ WIDE static void NAME(motor_relative_dense)(intptr_t n, char **args, const intpt
         NAME(store_span)(args[2], first, r2, 4);
     }
 }
+LOOPS(motor_relative_dense)
 
 void NAME(motor_relative_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {4, 1, 1, {4}}, {4, 1, 2, {4}}};
-    static const struct kernel kernel = {NAME(motor_relative_block), NAME(motor_relative_dense), 2, 3, 0, 0, parts,
-        NULL};
+    static const struct kernel kernel = {WIDTHS(motor_relative_block), WIDTHS(motor_relative_dense), (any_function
+        *)NAME(motor_relative), NAME(call_aar), 2, 3, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -7936,7 +8246,7 @@ INLINE void NAME(blend_motors)(const REAL *a, const REAL *b, REAL t, REAL *out)
     out[3] = t27;
 }
 
-WIDE static void NAME(blend_motors_block)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(blend_motors_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c0a = strides[0], c1a = strides[1], c3a = strides[2];
@@ -7957,8 +8267,9 @@ WIDE static void NAME(blend_motors_block)(intptr_t n, char **args, const intptr_
         NAME(store_4)(a3 + i * w, c3a, x3);
     }
 }
+LOOPS(blend_motors_block)
 
-WIDE static void NAME(blend_motors_dense)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(blend_motors_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
@@ -7982,12 +8293,13 @@ WIDE static void NAME(blend_motors_dense)(intptr_t n, char **args, const intptr_
         NAME(store_span)(args[3], first, r3, 4);
     }
 }
+LOOPS(blend_motors_dense)
 
 void NAME(blend_motors_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {4, 1, 1, {4}}, {1, 0, 2, {0}}, {4, 1, 2, {4}}};
-    static const struct kernel kernel = {NAME(blend_motors_block), NAME(blend_motors_dense), 3, 4, 0, 0, parts,
-        NULL};
+    static const struct kernel kernel = {WIDTHS(blend_motors_block), WIDTHS(blend_motors_dense), (any_function
+        *)NAME(blend_motors), NAME(call_aanr), 3, 4, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -8026,7 +8338,7 @@ INLINE void NAME(motor_to_point)(const REAL *m, REAL *out_0, REAL *out_1)
     out_1[0] = t13;
 }
 
-WIDE static void NAME(motor_to_point_block)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(motor_to_point_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c0a = strides[0], c1a = strides[1];
@@ -8044,11 +8356,13 @@ WIDE static void NAME(motor_to_point_block)(intptr_t n, char **args, const intpt
         NAME(store_scalar)(a2 + i * w, x2);
     }
 }
+LOOPS(motor_to_point_block)
 
 void NAME(motor_to_point_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {3, 1, 1, {3}}, {1, 0, 2, {0}}};
-    static const struct kernel kernel = {NAME(motor_to_point_block), NULL, 1, 3, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(motor_to_point_block), {NULL}, (any_function *)NAME(motor_to_point),
+        NAME(call_arr), 1, 3, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -8085,7 +8399,7 @@ INLINE void NAME(motor_from_twist)(const REAL *v, REAL *out)
     NAME(motor_from_twist_within)(v, out, NULL);
 }
 
-WIDE static void NAME(motor_from_twist_block)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(motor_from_twist_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c0a = strides[0], c1a = strides[1];
@@ -8111,11 +8425,13 @@ WIDE static void NAME(motor_from_twist_block)(intptr_t n, char **args, const int
         }
     }
 }
+LOOPS(motor_from_twist_block)
 
 void NAME(motor_from_twist_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {4, 1, 1, {4}}};
-    static const struct kernel kernel = {NAME(motor_from_twist_block), NULL, 1, 2, 0, 1, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(motor_from_twist_block), {NULL}, (any_function
+        *)NAME(motor_from_twist), NAME(call_ar), 1, 2, 0, 1, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -8147,7 +8463,7 @@ INLINE void NAME(motor_to_twist)(const REAL *m, REAL *out)
     out[2] = t16;
 }
 
-WIDE static void NAME(motor_to_twist_block)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(motor_to_twist_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c0a = strides[0], c1a = strides[1];
@@ -8162,11 +8478,13 @@ WIDE static void NAME(motor_to_twist_block)(intptr_t n, char **args, const intpt
         NAME(store_3)(a1 + i * w, c1a, x1);
     }
 }
+LOOPS(motor_to_twist_block)
 
 void NAME(motor_to_twist_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {3, 1, 1, {3}}};
-    static const struct kernel kernel = {NAME(motor_to_twist_block), NULL, 1, 2, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(motor_to_twist_block), {NULL}, (any_function *)NAME(motor_to_twist),
+        NAME(call_ar), 1, 2, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -8180,7 +8498,7 @@ INLINE void NAME(twist_from_velocities)(REAL w, const REAL *v, REAL *out)
     out[2] = v_0;
 }
 
-WIDE static void NAME(twist_from_velocities_block)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(twist_from_velocities_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c1a = strides[0], c2a = strides[1];
@@ -8198,8 +8516,9 @@ WIDE static void NAME(twist_from_velocities_block)(intptr_t n, char **args, cons
         NAME(store_3)(a2 + i * w, c2a, x2);
     }
 }
+LOOPS(twist_from_velocities_block)
 
-WIDE static void NAME(twist_from_velocities_dense)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(twist_from_velocities_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
@@ -8220,12 +8539,13 @@ WIDE static void NAME(twist_from_velocities_dense)(intptr_t n, char **args, cons
         NAME(store_span)(args[2], first, r2, 3);
     }
 }
+LOOPS(twist_from_velocities_dense)
 
 void NAME(twist_from_velocities_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{1, 0, 0, {0}}, {2, 1, 0, {2}}, {3, 1, 1, {3}}};
-    static const struct kernel kernel = {NAME(twist_from_velocities_block), NAME(twist_from_velocities_dense), 2, 3,
-        0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(twist_from_velocities_block), WIDTHS(twist_from_velocities_dense),
+        (any_function *)NAME(twist_from_velocities), NAME(call_nar), 2, 3, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -8240,7 +8560,7 @@ INLINE void NAME(twist_to_velocities)(const REAL *twist, REAL *out_0, REAL *out_
     out_1[1] = t0;
 }
 
-WIDE static void NAME(twist_to_velocities_block)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(twist_to_velocities_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c0a = strides[0], c2a = strides[1];
@@ -8258,8 +8578,9 @@ WIDE static void NAME(twist_to_velocities_block)(intptr_t n, char **args, const 
         NAME(store_2)(a2 + i * w, c2a, x2);
     }
 }
+LOOPS(twist_to_velocities_block)
 
-WIDE static void NAME(twist_to_velocities_dense)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(twist_to_velocities_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
@@ -8281,12 +8602,13 @@ WIDE static void NAME(twist_to_velocities_dense)(intptr_t n, char **args, const 
         NAME(store_span)(args[2], first, r2, 2);
     }
 }
+LOOPS(twist_to_velocities_dense)
 
 void NAME(twist_to_velocities_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {1, 0, 1, {0}}, {2, 1, 1, {2}}};
-    static const struct kernel kernel = {NAME(twist_to_velocities_block), NAME(twist_to_velocities_dense), 1, 3, 0,
-        0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(twist_to_velocities_block), WIDTHS(twist_to_velocities_dense),
+        (any_function *)NAME(twist_to_velocities), NAME(call_arr), 1, 3, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -8322,7 +8644,7 @@ INLINE void NAME(motor_derivative)(const REAL *m, const REAL *v, REAL *out)
     out[3] = t16;
 }
 
-WIDE static void NAME(motor_derivative_block)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(motor_derivative_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
@@ -8340,8 +8662,9 @@ WIDE static void NAME(motor_derivative_block)(intptr_t n, char **args, const int
         NAME(store_4)(a2 + i * w, c2a, x2);
     }
 }
+LOOPS(motor_derivative_block)
 
-WIDE static void NAME(motor_derivative_dense)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(motor_derivative_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
@@ -8362,12 +8685,13 @@ WIDE static void NAME(motor_derivative_dense)(intptr_t n, char **args, const int
         NAME(store_span)(args[2], first, r2, 4);
     }
 }
+LOOPS(motor_derivative_dense)
 
 void NAME(motor_derivative_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {3, 1, 1, {3}}, {4, 1, 2, {4}}};
-    static const struct kernel kernel = {NAME(motor_derivative_block), NAME(motor_derivative_dense), 2, 3, 0, 0,
-        parts, NULL};
+    static const struct kernel kernel = {WIDTHS(motor_derivative_block), WIDTHS(motor_derivative_dense),
+        (any_function *)NAME(motor_derivative), NAME(call_aar), 2, 3, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -8406,7 +8730,7 @@ INLINE void NAME(twist_from_motor_derivative)(const REAL *m, const REAL *rate, R
     out[2] = t19;
 }
 
-WIDE static void NAME(twist_from_motor_derivative_block)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(twist_from_motor_derivative_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
@@ -8424,8 +8748,9 @@ WIDE static void NAME(twist_from_motor_derivative_block)(intptr_t n, char **args
         NAME(store_3)(a2 + i * w, c2a, x2);
     }
 }
+LOOPS(twist_from_motor_derivative_block)
 
-WIDE static void NAME(twist_from_motor_derivative_dense)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(twist_from_motor_derivative_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
@@ -8446,12 +8771,14 @@ WIDE static void NAME(twist_from_motor_derivative_dense)(intptr_t n, char **args
         NAME(store_span)(args[2], first, r2, 3);
     }
 }
+LOOPS(twist_from_motor_derivative_dense)
 
 void NAME(twist_from_motor_derivative_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {4, 1, 1, {4}}, {3, 1, 2, {3}}};
-    static const struct kernel kernel = {NAME(twist_from_motor_derivative_block),
-        NAME(twist_from_motor_derivative_dense), 2, 3, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(twist_from_motor_derivative_block),
+        WIDTHS(twist_from_motor_derivative_dense), (any_function *)NAME(twist_from_motor_derivative),
+        NAME(call_aar), 2, 3, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -8484,7 +8811,7 @@ INLINE void NAME(motor_to_adjoint)(const REAL *m, REAL *out)
     out[8] = t6;
 }
 
-WIDE static void NAME(motor_to_adjoint_block)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(motor_to_adjoint_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c0a = strides[0], c1a = strides[1], c1b = strides[2];
@@ -8499,8 +8826,9 @@ WIDE static void NAME(motor_to_adjoint_block)(intptr_t n, char **args, const int
         NAME(store_3x3)(a1 + i * w, c1a, c1b, x1);
     }
 }
+LOOPS(motor_to_adjoint_block)
 
-WIDE static void NAME(motor_to_adjoint_dense)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(motor_to_adjoint_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
@@ -8519,12 +8847,13 @@ WIDE static void NAME(motor_to_adjoint_dense)(intptr_t n, char **args, const int
         NAME(store_span)(args[1], first, r1, 9);
     }
 }
+LOOPS(motor_to_adjoint_dense)
 
 void NAME(motor_to_adjoint_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {9, 2, 1, {3, 3}}};
-    static const struct kernel kernel = {NAME(motor_to_adjoint_block), NAME(motor_to_adjoint_dense), 1, 2, 0, 0,
-        parts, NULL};
+    static const struct kernel kernel = {WIDTHS(motor_to_adjoint_block), WIDTHS(motor_to_adjoint_dense),
+        (any_function *)NAME(motor_to_adjoint), NAME(call_ar), 1, 2, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -8551,7 +8880,7 @@ INLINE void NAME(even_inverse)(const REAL *x, REAL *out)
     out[3] = t10;
 }
 
-WIDE static void NAME(even_inverse_block)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(even_inverse_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c0a = strides[0], c1a = strides[1];
@@ -8566,8 +8895,9 @@ WIDE static void NAME(even_inverse_block)(intptr_t n, char **args, const intptr_
         NAME(store_4)(a1 + i * w, c1a, x1);
     }
 }
+LOOPS(even_inverse_block)
 
-WIDE static void NAME(even_inverse_dense)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(even_inverse_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
@@ -8585,12 +8915,13 @@ WIDE static void NAME(even_inverse_dense)(intptr_t n, char **args, const intptr_
         NAME(store_span)(args[1], first, r1, 4);
     }
 }
+LOOPS(even_inverse_dense)
 
 void NAME(even_inverse_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {4, 1, 1, {4}}};
-    static const struct kernel kernel = {NAME(even_inverse_block), NAME(even_inverse_dense), 1, 2, 0, 0, parts,
-        NULL};
+    static const struct kernel kernel = {WIDTHS(even_inverse_block), WIDTHS(even_inverse_dense), (any_function
+        *)NAME(even_inverse), NAME(call_ar), 1, 2, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -8623,7 +8954,7 @@ INLINE void NAME(rotor_from_complex)(const REAL *z, REAL *out)
     out[1] = t20;
 }
 
-WIDE static void NAME(rotor_from_complex_block)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(rotor_from_complex_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c0a = strides[0], c1a = strides[1];
@@ -8638,8 +8969,9 @@ WIDE static void NAME(rotor_from_complex_block)(intptr_t n, char **args, const i
         NAME(store_2)(a1 + i * w, c1a, x1);
     }
 }
+LOOPS(rotor_from_complex_block)
 
-WIDE static void NAME(rotor_from_complex_dense)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(rotor_from_complex_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
@@ -8657,12 +8989,13 @@ WIDE static void NAME(rotor_from_complex_dense)(intptr_t n, char **args, const i
         NAME(store_span)(args[1], first, r1, 2);
     }
 }
+LOOPS(rotor_from_complex_dense)
 
 void NAME(rotor_from_complex_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{2, 1, 0, {2}}, {2, 1, 1, {2}}};
-    static const struct kernel kernel = {NAME(rotor_from_complex_block), NAME(rotor_from_complex_dense), 1, 2, 0, 0,
-        parts, NULL};
+    static const struct kernel kernel = {WIDTHS(rotor_from_complex_block), WIDTHS(rotor_from_complex_dense),
+        (any_function *)NAME(rotor_from_complex), NAME(call_ar), 1, 2, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -8679,7 +9012,7 @@ INLINE void NAME(rotor_to_complex)(const REAL *r, REAL *out)
     out[1] = t4;
 }
 
-WIDE static void NAME(rotor_to_complex_block)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(rotor_to_complex_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c0a = strides[0], c1a = strides[1];
@@ -8694,8 +9027,9 @@ WIDE static void NAME(rotor_to_complex_block)(intptr_t n, char **args, const int
         NAME(store_2)(a1 + i * w, c1a, x1);
     }
 }
+LOOPS(rotor_to_complex_block)
 
-WIDE static void NAME(rotor_to_complex_dense)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(rotor_to_complex_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
@@ -8713,12 +9047,13 @@ WIDE static void NAME(rotor_to_complex_dense)(intptr_t n, char **args, const int
         NAME(store_span)(args[1], first, r1, 2);
     }
 }
+LOOPS(rotor_to_complex_dense)
 
 void NAME(rotor_to_complex_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{2, 1, 0, {2}}, {2, 1, 1, {2}}};
-    static const struct kernel kernel = {NAME(rotor_to_complex_block), NAME(rotor_to_complex_dense), 1, 2, 0, 0,
-        parts, NULL};
+    static const struct kernel kernel = {WIDTHS(rotor_to_complex_block), WIDTHS(rotor_to_complex_dense),
+        (any_function *)NAME(rotor_to_complex), NAME(call_ar), 1, 2, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -8740,7 +9075,7 @@ INLINE void NAME(twist_on_line)(const REAL *v, const REAL *line, REAL *out)
     out[2] = t5;
 }
 
-WIDE static void NAME(twist_on_line_block)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(twist_on_line_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
@@ -8758,8 +9093,9 @@ WIDE static void NAME(twist_on_line_block)(intptr_t n, char **args, const intptr
         NAME(store_3)(a2 + i * w, c2a, x2);
     }
 }
+LOOPS(twist_on_line_block)
 
-WIDE static void NAME(twist_on_line_dense)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(twist_on_line_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
@@ -8780,12 +9116,13 @@ WIDE static void NAME(twist_on_line_dense)(intptr_t n, char **args, const intptr
         NAME(store_span)(args[2], first, r2, 3);
     }
 }
+LOOPS(twist_on_line_dense)
 
 void NAME(twist_on_line_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {3, 1, 1, {3}}, {3, 1, 2, {3}}};
-    static const struct kernel kernel = {NAME(twist_on_line_block), NAME(twist_on_line_dense), 2, 3, 0, 0, parts,
-        NULL};
+    static const struct kernel kernel = {WIDTHS(twist_on_line_block), WIDTHS(twist_on_line_dense), (any_function
+        *)NAME(twist_on_line), NAME(call_aar), 2, 3, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 #endif

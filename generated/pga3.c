@@ -2,7 +2,7 @@
 // command: gac generate --all pga3
 // spec: 0afa5ea537b4e31a
 // contraction: -ffp-contract=off (every operation is rounded once)
-// body: 4d8a984ba4534079cab062547c83d9211c98400f1da70951bd601b0a0b87f0f0
+// body: 8149562bd8b0fc735ee67ccbdd68a742345658bf1f01d9283ad05f06eec2d361
 
 #ifndef REAL
 #include "pga3.h"
@@ -30,11 +30,27 @@
 #define NOT_UNROLLED
 #endif
 
-// The widest vectors of the machine that runs the loops, chosen when the library is loaded.
+// The widest vectors of the machine that runs the loops: on x86-64 there is each for AVX2 and for AVX-512, and machines
+// that have neither run one element after the other; on others there is one.
 #if defined(__GNUC__) && __GNUC__ >= 12 && !defined(__clang__) && defined(__x86_64__) && defined(__GLIBC__)
 #define WIDE __attribute__((target_clones("default", "arch=x86-64-v3", "arch=x86-64-v4")))
+#define ON(level) __attribute__((target("arch=x86-64-" level)))
+#define LOOPS(name)                                                                     \
+    ON("v3") static void NAME(name##_v3)(intptr_t n, char **args, const intptr_t *strides) \
+    {                                                                                   \
+        NAME(name)(n, args, strides);                                                   \
+    }                                                                                   \
+    ON("v4") static void NAME(name##_v4)(intptr_t n, char **args, const intptr_t *strides) \
+    {                                                                                   \
+        NAME(name)(n, args, strides);                                                   \
+    }
+#define WIDTHS(name) {NAME(name##_v3), NAME(name##_v4)}
+#define CHOSEN (__builtin_cpu_supports("x86-64-v4") ? 1 : __builtin_cpu_supports("x86-64-v3") ? 0 : -1)
 #else
 #define WIDE
+#define LOOPS(name)
+#define WIDTHS(name) {NAME(name)}
+#define CHOSEN 0
 #endif
 
 // Loops run over whole vectors: a block is padded to a multiple of this many elements.
@@ -61,6 +77,7 @@ struct part {
 };
 
 typedef void loop_function(intptr_t n, char **args, const intptr_t *strides);
+typedef void any_function(void);
 
 // A form of a kernel for batches in which the `same` arguments (a bit each) are that for at least so many elements:
 // what depends on them is prepared once, and takes the place of the first of them.
@@ -68,19 +85,21 @@ struct form {
     unsigned same;
     intptr_t least;
     void (*start)(char **args, const intptr_t *strides, void *prepared);
-    loop_function *block, *dense;
+    loop_function *block[2], *dense[2];
 };
 
-// The loops of a kernel, over rows and in C order, and its forms. A kernel that repeats reads its inputs again after it
-// has written: its outputs cannot lie where they do.
+// The loops of a kernel, over rows and in C order, its plain function and how that is called, and its forms. A kernel
+// that repeats reads its inputs again after it has written: its outputs cannot lie where they do.
 struct kernel {
-    loop_function *block, *dense;
+    loop_function *block[2], *dense[2];
+    any_function *function;
+    void (*call)(any_function *function, void **parts);
     int n_inputs, n_parts, n_forms, repeats;
     const struct part *parts;
     const struct form *forms;
 };
 
-enum { PARTS = 7, CORES = 6, SPACE = 4096, PREPARED = 25 };
+enum { PARTS = 7, CORES = 6, NUMBERS = 80, SPACE = 4096, PREPARED = 25 };
 
 #define SQRT(x) FUNCTION(sqrt)(x)
 #define SIN(x) NAME(sin_of)(x, far)
@@ -749,6 +768,91 @@ static INLINE void NAME(store_16)(char *a, intptr_t ca, const REAL *x)
     *(REAL *)(a + 15 * ca) = x[15];
 }
 
+static void NAME(call_aaaaarr)(any_function *function, void **x)
+{
+    ((void (*)(const REAL *, const REAL *, const REAL *, const REAL *, const REAL *, REAL *, REAL *))function)(x[0],
+        x[1], x[2], x[3], x[4], x[5], x[6]);
+}
+
+static void NAME(call_aaaar)(any_function *function, void **x)
+{
+    ((void (*)(const REAL *, const REAL *, const REAL *, const REAL *, REAL *))function)(x[0], x[1], x[2], x[3], x[4]);
+}
+
+static void NAME(call_aaannr)(any_function *function, void **x)
+{
+    ((void (*)(const REAL *, const REAL *, const REAL *, REAL, REAL, REAL *))function)(x[0], x[1], x[2], *(REAL *)x[3],
+        *(REAL *)x[4], x[5]);
+}
+
+static void NAME(call_aaar)(any_function *function, void **x)
+{
+    ((void (*)(const REAL *, const REAL *, const REAL *, REAL *))function)(x[0], x[1], x[2], x[3]);
+}
+
+static void NAME(call_aaarr)(any_function *function, void **x)
+{
+    ((void (*)(const REAL *, const REAL *, const REAL *, REAL *, REAL *))function)(x[0], x[1], x[2], x[3], x[4]);
+}
+
+static void NAME(call_aaarrr)(any_function *function, void **x)
+{
+    ((void (*)(const REAL *, const REAL *, const REAL *, REAL *, REAL *, REAL *))function)(x[0], x[1], x[2], x[3], x[4],
+        x[5]);
+}
+
+static void NAME(call_aannr)(any_function *function, void **x)
+{
+    ((void (*)(const REAL *, const REAL *, REAL, REAL, REAL *))function)(x[0], x[1], *(REAL *)x[2], *(REAL *)x[3],
+        x[4]);
+}
+
+static void NAME(call_aanr)(any_function *function, void **x)
+{
+    ((void (*)(const REAL *, const REAL *, REAL, REAL *))function)(x[0], x[1], *(REAL *)x[2], x[3]);
+}
+
+static void NAME(call_aar)(any_function *function, void **x)
+{
+    ((void (*)(const REAL *, const REAL *, REAL *))function)(x[0], x[1], x[2]);
+}
+
+static void NAME(call_aarr)(any_function *function, void **x)
+{
+    ((void (*)(const REAL *, const REAL *, REAL *, REAL *))function)(x[0], x[1], x[2], x[3]);
+}
+
+static void NAME(call_annr)(any_function *function, void **x)
+{
+    ((void (*)(const REAL *, REAL, REAL, REAL *))function)(x[0], *(REAL *)x[1], *(REAL *)x[2], x[3]);
+}
+
+static void NAME(call_anr)(any_function *function, void **x)
+{
+    ((void (*)(const REAL *, REAL, REAL *))function)(x[0], *(REAL *)x[1], x[2]);
+}
+
+static void NAME(call_ar)(any_function *function, void **x)
+{
+    ((void (*)(const REAL *, REAL *))function)(x[0], x[1]);
+}
+
+static void NAME(call_arr)(any_function *function, void **x)
+{
+    ((void (*)(const REAL *, REAL *, REAL *))function)(x[0], x[1], x[2]);
+}
+
+static void NAME(call_arrr)(any_function *function, void **x)
+{
+    ((void (*)(const REAL *, REAL *, REAL *, REAL *))function)(x[0], x[1], x[2], x[3]);
+}
+
+static void NAME(call_nnnnr)(any_function *function, void **x)
+{
+    ((void (*)(REAL, REAL, REAL, REAL, REAL *))function)(*(REAL *)x[0], *(REAL *)x[1], *(REAL *)x[2], *(REAL *)x[3],
+        x[4]);
+}
+
 // Blocks of a batch, and how they get there from strides of any kind: a component of a part (an argument or a result)
 // is a row, `row` numbers long, of the elements of a block.
 
@@ -993,19 +1097,56 @@ static void NAME(move_part)(int back, REAL *x, intptr_t row, const struct part *
     }
 }
 
+// The numbers of an element of a part, from the batch or back to it.
+static void NAME(move_element)(int back, REAL *x, const struct part *part, char *a, const intptr_t *c)
+{
+    for (intptr_t k = 0; k < part->size; ++k) {
+        intptr_t offset = 0, rest = k;
+        for (int axis = part->rank; axis-- > 1; rest /= part->shape[axis])
+            offset += rest % part->shape[axis] * c[axis];
+        offset += part->rank ? rest * c[0] : 0;
+        if (back)
+            *(REAL *)(a + offset) = x[k];
+        else
+            x[k] = *(const REAL *)(a + offset);
+    }
+}
+
+// Runs a kernel on one element after the other.
+static void NAME(each)(const struct kernel *kernel, char **args, intptr_t n, const intptr_t *steps)
+{
+    const intptr_t *strides = steps + kernel->n_parts;
+    const struct part *parts = kernel->parts;
+    REAL numbers[NUMBERS], *next = numbers;
+    void *places[PARTS];
+    for (int p = 0; p < kernel->n_parts; next += parts[p++].size)
+        places[p] = next;
+    for (intptr_t i = 0; i < n; ++i) {
+        for (int p = 0; p < kernel->n_inputs; ++p)
+            NAME(move_element)(0, places[p], &parts[p], args[p] + i * steps[p], strides + parts[p].first);
+        kernel->call(kernel->function, places);
+        for (int p = kernel->n_inputs; p < kernel->n_parts; ++p)
+            NAME(move_element)(1, places[p], &parts[p], args[p] + i * steps[p], strides + parts[p].first);
+    }
+}
+
 // Runs a kernel over a batch in blocks. What lies at unit stride, or is hoisted, is used where it lies, and so is a
 // whole batch in C order if there is a loop for it; everything else goes through rows.
 static void NAME(batch)(const struct kernel *kernel, char **args, intptr_t n, const intptr_t *steps)
 {
     const intptr_t w = sizeof(REAL), *strides = steps + kernel->n_parts;
-    const int n_parts = kernel->n_parts, n_inputs = kernel->n_inputs;
+    const int n_parts = kernel->n_parts, n_inputs = kernel->n_inputs, width = CHOSEN;
     enum { SAME, HOISTED, UNIT, ANY } kinds[PARTS];
     _Alignas(64) REAL space[SPACE], prepared[PREPARED];
     REAL *rows[PARTS];
     char *starts[PARTS];
     intptr_t cores[CORES], row_cores[CORES], total = 0, bytes = 0;
     unsigned still = 0, hoisted = 0;
-    loop_function *in_rows = kernel->block, *in_order = kernel->dense;
+    if (width < 0 || n == 1) {
+        NAME(each)(kernel, args, n, steps);
+        return;
+    }
+    loop_function *in_rows = kernel->block[width], *in_order = kernel->dense[width];
     for (int p = 0; p < n_parts; ++p) {
         total += kernel->parts[p].size;
         bytes += steps[p] < 0 ? -steps[p] : steps[p];
@@ -1015,7 +1156,7 @@ static void NAME(batch)(const struct kernel *kernel, char **args, intptr_t n, co
         const struct form *form = &kernel->forms[f];
         if ((still & form->same) == form->same && n >= form->least) {
             form->start(args, strides, prepared);
-            hoisted = form->same, in_rows = form->block, in_order = form->dense;
+            hoisted = form->same, in_rows = form->block[width], in_order = form->dense[width];
         }
     }
     int in_place = 1, dense = in_order != NULL;
@@ -1382,7 +1523,7 @@ INLINE void NAME(geometric_product)(const REAL *a, const REAL *b, REAL *out)
     out[15] = t247;
 }
 
-WIDE static void NAME(geometric_product_block)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(geometric_product_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
@@ -1400,11 +1541,13 @@ WIDE static void NAME(geometric_product_block)(intptr_t n, char **args, const in
         NAME(store_16)(a2 + i * w, c2a, x2);
     }
 }
+LOOPS(geometric_product_block)
 
 void NAME(geometric_product_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{16, 1, 0, {16}}, {16, 1, 1, {16}}, {16, 1, 2, {16}}};
-    static const struct kernel kernel = {NAME(geometric_product_block), NULL, 2, 3, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(geometric_product_block), {NULL}, (any_function
+        *)NAME(geometric_product), NAME(call_aar), 2, 3, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -1606,7 +1749,7 @@ INLINE void NAME(outer_product)(const REAL *a, const REAL *b, REAL *out)
     out[15] = t145;
 }
 
-WIDE static void NAME(outer_product_block)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(outer_product_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
@@ -1624,11 +1767,13 @@ WIDE static void NAME(outer_product_block)(intptr_t n, char **args, const intptr
         NAME(store_16)(a2 + i * w, c2a, x2);
     }
 }
+LOOPS(outer_product_block)
 
 void NAME(outer_product_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{16, 1, 0, {16}}, {16, 1, 1, {16}}, {16, 1, 2, {16}}};
-    static const struct kernel kernel = {NAME(outer_product_block), NULL, 2, 3, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(outer_product_block), {NULL}, (any_function *)NAME(outer_product),
+        NAME(call_aar), 2, 3, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -1830,7 +1975,7 @@ INLINE void NAME(regressive_product)(const REAL *a, const REAL *b, REAL *out)
     out[15] = t145;
 }
 
-WIDE static void NAME(regressive_product_block)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(regressive_product_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
@@ -1848,11 +1993,13 @@ WIDE static void NAME(regressive_product_block)(intptr_t n, char **args, const i
         NAME(store_16)(a2 + i * w, c2a, x2);
     }
 }
+LOOPS(regressive_product_block)
 
 void NAME(regressive_product_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{16, 1, 0, {16}}, {16, 1, 1, {16}}, {16, 1, 2, {16}}};
-    static const struct kernel kernel = {NAME(regressive_product_block), NULL, 2, 3, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(regressive_product_block), {NULL}, (any_function
+        *)NAME(regressive_product), NAME(call_aar), 2, 3, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -2094,7 +2241,7 @@ INLINE void NAME(inner_product)(const REAL *a, const REAL *b, REAL *out)
     out[15] = t185;
 }
 
-WIDE static void NAME(inner_product_block)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(inner_product_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
@@ -2112,11 +2259,13 @@ WIDE static void NAME(inner_product_block)(intptr_t n, char **args, const intptr
         NAME(store_16)(a2 + i * w, c2a, x2);
     }
 }
+LOOPS(inner_product_block)
 
 void NAME(inner_product_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{16, 1, 0, {16}}, {16, 1, 1, {16}}, {16, 1, 2, {16}}};
-    static const struct kernel kernel = {NAME(inner_product_block), NULL, 2, 3, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(inner_product_block), {NULL}, (any_function *)NAME(inner_product),
+        NAME(call_aar), 2, 3, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -2333,7 +2482,7 @@ INLINE void NAME(commutator)(const REAL *a, const REAL *b, REAL *out)
     out[13] = t164;
 }
 
-WIDE static void NAME(commutator_block)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(commutator_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
@@ -2351,11 +2500,13 @@ WIDE static void NAME(commutator_block)(intptr_t n, char **args, const intptr_t 
         NAME(store_14)(a2 + i * w, c2a, x2);
     }
 }
+LOOPS(commutator_block)
 
 void NAME(commutator_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{16, 1, 0, {16}}, {16, 1, 1, {16}}, {14, 1, 2, {14}}};
-    static const struct kernel kernel = {NAME(commutator_block), NULL, 2, 3, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(commutator_block), {NULL}, (any_function *)NAME(commutator),
+        NAME(call_aar), 2, 3, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -2405,7 +2556,7 @@ INLINE void NAME(reverse)(const REAL *a, REAL *out)
     out[15] = a_e0123;
 }
 
-WIDE static void NAME(reverse_block)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(reverse_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c0a = strides[0], c1a = strides[1];
@@ -2420,11 +2571,13 @@ WIDE static void NAME(reverse_block)(intptr_t n, char **args, const intptr_t *st
         NAME(store_16)(a1 + i * w, c1a, x1);
     }
 }
+LOOPS(reverse_block)
 
 void NAME(reverse_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{16, 1, 0, {16}}, {16, 1, 1, {16}}};
-    static const struct kernel kernel = {NAME(reverse_block), NULL, 1, 2, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(reverse_block), {NULL}, (any_function *)NAME(reverse),
+        NAME(call_ar), 1, 2, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -2472,7 +2625,7 @@ INLINE void NAME(grade_involution)(const REAL *a, REAL *out)
     out[15] = a_e0123;
 }
 
-WIDE static void NAME(grade_involution_block)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(grade_involution_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c0a = strides[0], c1a = strides[1];
@@ -2487,11 +2640,13 @@ WIDE static void NAME(grade_involution_block)(intptr_t n, char **args, const int
         NAME(store_16)(a1 + i * w, c1a, x1);
     }
 }
+LOOPS(grade_involution_block)
 
 void NAME(grade_involution_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{16, 1, 0, {16}}, {16, 1, 1, {16}}};
-    static const struct kernel kernel = {NAME(grade_involution_block), NULL, 1, 2, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(grade_involution_block), {NULL}, (any_function
+        *)NAME(grade_involution), NAME(call_ar), 1, 2, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -2541,7 +2696,7 @@ INLINE void NAME(clifford_conjugate)(const REAL *a, REAL *out)
     out[15] = a_e0123;
 }
 
-WIDE static void NAME(clifford_conjugate_block)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(clifford_conjugate_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c0a = strides[0], c1a = strides[1];
@@ -2556,11 +2711,13 @@ WIDE static void NAME(clifford_conjugate_block)(intptr_t n, char **args, const i
         NAME(store_16)(a1 + i * w, c1a, x1);
     }
 }
+LOOPS(clifford_conjugate_block)
 
 void NAME(clifford_conjugate_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{16, 1, 0, {16}}, {16, 1, 1, {16}}};
-    static const struct kernel kernel = {NAME(clifford_conjugate_block), NULL, 1, 2, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(clifford_conjugate_block), {NULL}, (any_function
+        *)NAME(clifford_conjugate), NAME(call_ar), 1, 2, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -2606,7 +2763,7 @@ INLINE void NAME(dual)(const REAL *a, REAL *out)
     out[15] = a_1;
 }
 
-WIDE static void NAME(dual_block)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(dual_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c0a = strides[0], c1a = strides[1];
@@ -2621,11 +2778,13 @@ WIDE static void NAME(dual_block)(intptr_t n, char **args, const intptr_t *strid
         NAME(store_16)(a1 + i * w, c1a, x1);
     }
 }
+LOOPS(dual_block)
 
 void NAME(dual_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{16, 1, 0, {16}}, {16, 1, 1, {16}}};
-    static const struct kernel kernel = {NAME(dual_block), NULL, 1, 2, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(dual_block), {NULL}, (any_function *)NAME(dual), NAME(call_ar), 1,
+        2, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -2671,7 +2830,7 @@ INLINE void NAME(undual)(const REAL *a, REAL *out)
     out[15] = a_1;
 }
 
-WIDE static void NAME(undual_block)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(undual_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c0a = strides[0], c1a = strides[1];
@@ -2686,11 +2845,13 @@ WIDE static void NAME(undual_block)(intptr_t n, char **args, const intptr_t *str
         NAME(store_16)(a1 + i * w, c1a, x1);
     }
 }
+LOOPS(undual_block)
 
 void NAME(undual_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{16, 1, 0, {16}}, {16, 1, 1, {16}}};
-    static const struct kernel kernel = {NAME(undual_block), NULL, 1, 2, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(undual_block), {NULL}, (any_function *)NAME(undual), NAME(call_ar),
+        1, 2, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -2723,7 +2884,7 @@ INLINE void NAME(norm)(const REAL *a, REAL *out)
     out[0] = t15;
 }
 
-WIDE static void NAME(norm_block)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(norm_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c0a = strides[0];
@@ -2738,8 +2899,9 @@ WIDE static void NAME(norm_block)(intptr_t n, char **args, const intptr_t *strid
         NAME(store_scalar)(a1 + i * w, x1);
     }
 }
+LOOPS(norm_block)
 
-WIDE static void NAME(norm_dense)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(norm_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
@@ -2758,11 +2920,13 @@ WIDE static void NAME(norm_dense)(intptr_t n, char **args, const intptr_t *strid
         NAME(store_span)(args[1], first, r1, 1);
     }
 }
+LOOPS(norm_dense)
 
 void NAME(norm_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{16, 1, 0, {16}}, {1, 0, 1, {0}}};
-    static const struct kernel kernel = {NAME(norm_block), NAME(norm_dense), 1, 2, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(norm_block), WIDTHS(norm_dense), (any_function *)NAME(norm),
+        NAME(call_ar), 1, 2, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -2795,7 +2959,7 @@ INLINE void NAME(ideal_norm)(const REAL *a, REAL *out)
     out[0] = t15;
 }
 
-WIDE static void NAME(ideal_norm_block)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(ideal_norm_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c0a = strides[0];
@@ -2810,8 +2974,9 @@ WIDE static void NAME(ideal_norm_block)(intptr_t n, char **args, const intptr_t 
         NAME(store_scalar)(a1 + i * w, x1);
     }
 }
+LOOPS(ideal_norm_block)
 
-WIDE static void NAME(ideal_norm_dense)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(ideal_norm_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
@@ -2830,11 +2995,13 @@ WIDE static void NAME(ideal_norm_dense)(intptr_t n, char **args, const intptr_t 
         NAME(store_span)(args[1], first, r1, 1);
     }
 }
+LOOPS(ideal_norm_dense)
 
 void NAME(ideal_norm_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{16, 1, 0, {16}}, {1, 0, 1, {0}}};
-    static const struct kernel kernel = {NAME(ideal_norm_block), NAME(ideal_norm_dense), 1, 2, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(ideal_norm_block), WIDTHS(ideal_norm_dense), (any_function
+        *)NAME(ideal_norm), NAME(call_ar), 1, 2, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -2853,7 +3020,7 @@ INLINE void NAME(point_from_trivector)(const REAL *t, REAL *out)
     out[2] = t3;
 }
 
-WIDE static void NAME(point_from_trivector_block)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(point_from_trivector_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c0a = strides[0], c1a = strides[1];
@@ -2868,8 +3035,9 @@ WIDE static void NAME(point_from_trivector_block)(intptr_t n, char **args, const
         NAME(store_3)(a1 + i * w, c1a, x1);
     }
 }
+LOOPS(point_from_trivector_block)
 
-WIDE static void NAME(point_from_trivector_dense)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(point_from_trivector_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
@@ -2887,12 +3055,13 @@ WIDE static void NAME(point_from_trivector_dense)(intptr_t n, char **args, const
         NAME(store_span)(args[1], first, r1, 3);
     }
 }
+LOOPS(point_from_trivector_dense)
 
 void NAME(point_from_trivector_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {3, 1, 1, {3}}};
-    static const struct kernel kernel = {NAME(point_from_trivector_block), NAME(point_from_trivector_dense), 1, 2,
-        0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(point_from_trivector_block), WIDTHS(point_from_trivector_dense),
+        (any_function *)NAME(point_from_trivector), NAME(call_ar), 1, 2, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -2925,7 +3094,7 @@ INLINE void NAME(normalize_line)(const REAL *line, REAL *out)
     out[5] = t12;
 }
 
-WIDE static void NAME(normalize_line_block)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(normalize_line_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c0a = strides[0], c1a = strides[1];
@@ -2940,8 +3109,9 @@ WIDE static void NAME(normalize_line_block)(intptr_t n, char **args, const intpt
         NAME(store_6)(a1 + i * w, c1a, x1);
     }
 }
+LOOPS(normalize_line_block)
 
-WIDE static void NAME(normalize_line_dense)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(normalize_line_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
@@ -2960,12 +3130,13 @@ WIDE static void NAME(normalize_line_dense)(intptr_t n, char **args, const intpt
         NAME(store_span)(args[1], first, r1, 6);
     }
 }
+LOOPS(normalize_line_dense)
 
 void NAME(normalize_line_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{6, 1, 0, {6}}, {6, 1, 1, {6}}};
-    static const struct kernel kernel = {NAME(normalize_line_block), NAME(normalize_line_dense), 1, 2, 0, 0, parts,
-        NULL};
+    static const struct kernel kernel = {WIDTHS(normalize_line_block), WIDTHS(normalize_line_dense), (any_function
+        *)NAME(normalize_line), NAME(call_ar), 1, 2, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -2992,7 +3163,7 @@ INLINE void NAME(normalize_plane)(const REAL *plane, REAL *out)
     out[3] = t10;
 }
 
-WIDE static void NAME(normalize_plane_block)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(normalize_plane_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c0a = strides[0], c1a = strides[1];
@@ -3007,8 +3178,9 @@ WIDE static void NAME(normalize_plane_block)(intptr_t n, char **args, const intp
         NAME(store_4)(a1 + i * w, c1a, x1);
     }
 }
+LOOPS(normalize_plane_block)
 
-WIDE static void NAME(normalize_plane_dense)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(normalize_plane_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
@@ -3026,12 +3198,13 @@ WIDE static void NAME(normalize_plane_dense)(intptr_t n, char **args, const intp
         NAME(store_span)(args[1], first, r1, 4);
     }
 }
+LOOPS(normalize_plane_dense)
 
 void NAME(normalize_plane_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {4, 1, 1, {4}}};
-    static const struct kernel kernel = {NAME(normalize_plane_block), NAME(normalize_plane_dense), 1, 2, 0, 0,
-        parts, NULL};
+    static const struct kernel kernel = {WIDTHS(normalize_plane_block), WIDTHS(normalize_plane_dense), (any_function
+        *)NAME(normalize_plane), NAME(call_ar), 1, 2, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -3063,7 +3236,7 @@ INLINE void NAME(join_points)(const REAL *a, const REAL *b, REAL *out)
     out[5] = t11;
 }
 
-WIDE static void NAME(join_points_block)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(join_points_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
@@ -3081,8 +3254,9 @@ WIDE static void NAME(join_points_block)(intptr_t n, char **args, const intptr_t
         NAME(store_6)(a2 + i * w, c2a, x2);
     }
 }
+LOOPS(join_points_block)
 
-WIDE static void NAME(join_points_dense)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(join_points_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
@@ -3105,11 +3279,13 @@ WIDE static void NAME(join_points_dense)(intptr_t n, char **args, const intptr_t
         NAME(store_span)(args[2], first, r2, 6);
     }
 }
+LOOPS(join_points_dense)
 
 void NAME(join_points_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {3, 1, 1, {3}}, {6, 1, 2, {6}}};
-    static const struct kernel kernel = {NAME(join_points_block), NAME(join_points_dense), 2, 3, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(join_points_block), WIDTHS(join_points_dense), (any_function
+        *)NAME(join_points), NAME(call_aar), 2, 3, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -3139,7 +3315,7 @@ INLINE void NAME(join_point_direction)(const REAL *p, const REAL *d, REAL *out)
     out[5] = t9;
 }
 
-WIDE static void NAME(join_point_direction_block)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(join_point_direction_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
@@ -3157,8 +3333,9 @@ WIDE static void NAME(join_point_direction_block)(intptr_t n, char **args, const
         NAME(store_6)(a2 + i * w, c2a, x2);
     }
 }
+LOOPS(join_point_direction_block)
 
-WIDE static void NAME(join_point_direction_dense)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(join_point_direction_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
@@ -3181,12 +3358,13 @@ WIDE static void NAME(join_point_direction_dense)(intptr_t n, char **args, const
         NAME(store_span)(args[2], first, r2, 6);
     }
 }
+LOOPS(join_point_direction_dense)
 
 void NAME(join_point_direction_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {3, 1, 1, {3}}, {6, 1, 2, {6}}};
-    static const struct kernel kernel = {NAME(join_point_direction_block), NAME(join_point_direction_dense), 2, 3,
-        0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(join_point_direction_block), WIDTHS(join_point_direction_dense),
+        (any_function *)NAME(join_point_direction), NAME(call_aar), 2, 3, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -3225,7 +3403,7 @@ INLINE void NAME(join_point_line)(const REAL *p, const REAL *line, REAL *out)
     out[3] = t17;
 }
 
-WIDE static void NAME(join_point_line_block)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(join_point_line_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
@@ -3243,8 +3421,9 @@ WIDE static void NAME(join_point_line_block)(intptr_t n, char **args, const intp
         NAME(store_4)(a2 + i * w, c2a, x2);
     }
 }
+LOOPS(join_point_line_block)
 
-WIDE static void NAME(join_point_line_dense)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(join_point_line_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
@@ -3267,12 +3446,13 @@ WIDE static void NAME(join_point_line_dense)(intptr_t n, char **args, const intp
         NAME(store_span)(args[2], first, r2, 4);
     }
 }
+LOOPS(join_point_line_dense)
 
 void NAME(join_point_line_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {6, 1, 1, {6}}, {4, 1, 2, {4}}};
-    static const struct kernel kernel = {NAME(join_point_line_block), NAME(join_point_line_dense), 2, 3, 0, 0,
-        parts, NULL};
+    static const struct kernel kernel = {WIDTHS(join_point_line_block), WIDTHS(join_point_line_dense), (any_function
+        *)NAME(join_point_line), NAME(call_aar), 2, 3, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -3314,7 +3494,7 @@ INLINE void NAME(join_three_points)(const REAL *a, const REAL *b, const REAL *c,
     out[3] = t20;
 }
 
-WIDE static void NAME(join_three_points_block)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(join_three_points_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2], c3a = strides[3];
@@ -3335,8 +3515,9 @@ WIDE static void NAME(join_three_points_block)(intptr_t n, char **args, const in
         NAME(store_4)(a3 + i * w, c3a, x3);
     }
 }
+LOOPS(join_three_points_block)
 
-WIDE static void NAME(join_three_points_dense)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(join_three_points_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
@@ -3360,12 +3541,13 @@ WIDE static void NAME(join_three_points_dense)(intptr_t n, char **args, const in
         NAME(store_span)(args[3], first, r3, 4);
     }
 }
+LOOPS(join_three_points_dense)
 
 void NAME(join_three_points_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {3, 1, 1, {3}}, {3, 1, 2, {3}}, {4, 1, 3, {4}}};
-    static const struct kernel kernel = {NAME(join_three_points_block), NAME(join_three_points_dense), 3, 4, 0, 0,
-        parts, NULL};
+    static const struct kernel kernel = {WIDTHS(join_three_points_block), WIDTHS(join_three_points_dense),
+        (any_function *)NAME(join_three_points), NAME(call_aaar), 3, 4, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -3665,7 +3847,7 @@ static INLINE void NAME(join_four_points_apply_b_c_d)(const REAL *prepared, cons
     out[0] = t34;
 }
 
-WIDE static void NAME(join_four_points_block_a_b_c)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(join_four_points_block_a_b_c)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c3a = strides[3];
@@ -3681,8 +3863,9 @@ WIDE static void NAME(join_four_points_block_a_b_c)(intptr_t n, char **args, con
         NAME(store_scalar)(a4 + i * w, x4);
     }
 }
+LOOPS(join_four_points_block_a_b_c)
 
-WIDE static void NAME(join_four_points_dense_a_b_c)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(join_four_points_dense_a_b_c)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const REAL *prepared = (const REAL *)args[0];
@@ -3701,6 +3884,7 @@ WIDE static void NAME(join_four_points_dense_a_b_c)(intptr_t n, char **args, con
         NAME(store_span)(args[4], first, r4, 1);
     }
 }
+LOOPS(join_four_points_dense_a_b_c)
 
 static void NAME(join_four_points_start_a_b_c)(char **args, const intptr_t *strides, void *prepared)
 {
@@ -3714,7 +3898,7 @@ static void NAME(join_four_points_start_a_b_c)(char **args, const intptr_t *stri
     NAME(join_four_points_prepare_a_b_c)(x0, x1, x2, prepared);
 }
 
-WIDE static void NAME(join_four_points_block_a_b_d)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(join_four_points_block_a_b_d)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c2a = strides[2];
@@ -3730,8 +3914,9 @@ WIDE static void NAME(join_four_points_block_a_b_d)(intptr_t n, char **args, con
         NAME(store_scalar)(a4 + i * w, x4);
     }
 }
+LOOPS(join_four_points_block_a_b_d)
 
-WIDE static void NAME(join_four_points_dense_a_b_d)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(join_four_points_dense_a_b_d)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const REAL *prepared = (const REAL *)args[0];
@@ -3750,6 +3935,7 @@ WIDE static void NAME(join_four_points_dense_a_b_d)(intptr_t n, char **args, con
         NAME(store_span)(args[4], first, r4, 1);
     }
 }
+LOOPS(join_four_points_dense_a_b_d)
 
 static void NAME(join_four_points_start_a_b_d)(char **args, const intptr_t *strides, void *prepared)
 {
@@ -3763,7 +3949,7 @@ static void NAME(join_four_points_start_a_b_d)(char **args, const intptr_t *stri
     NAME(join_four_points_prepare_a_b_d)(x0, x1, x3, prepared);
 }
 
-WIDE static void NAME(join_four_points_block_a_c_d)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(join_four_points_block_a_c_d)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c1a = strides[1];
@@ -3779,8 +3965,9 @@ WIDE static void NAME(join_four_points_block_a_c_d)(intptr_t n, char **args, con
         NAME(store_scalar)(a4 + i * w, x4);
     }
 }
+LOOPS(join_four_points_block_a_c_d)
 
-WIDE static void NAME(join_four_points_dense_a_c_d)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(join_four_points_dense_a_c_d)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const REAL *prepared = (const REAL *)args[0];
@@ -3799,6 +3986,7 @@ WIDE static void NAME(join_four_points_dense_a_c_d)(intptr_t n, char **args, con
         NAME(store_span)(args[4], first, r4, 1);
     }
 }
+LOOPS(join_four_points_dense_a_c_d)
 
 static void NAME(join_four_points_start_a_c_d)(char **args, const intptr_t *strides, void *prepared)
 {
@@ -3812,7 +4000,7 @@ static void NAME(join_four_points_start_a_c_d)(char **args, const intptr_t *stri
     NAME(join_four_points_prepare_a_c_d)(x0, x2, x3, prepared);
 }
 
-WIDE static void NAME(join_four_points_block_b_c_d)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(join_four_points_block_b_c_d)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c0a = strides[0];
@@ -3828,8 +4016,9 @@ WIDE static void NAME(join_four_points_block_b_c_d)(intptr_t n, char **args, con
         NAME(store_scalar)(a4 + i * w, x4);
     }
 }
+LOOPS(join_four_points_block_b_c_d)
 
-WIDE static void NAME(join_four_points_dense_b_c_d)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(join_four_points_dense_b_c_d)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const REAL *prepared = (const REAL *)args[1];
@@ -3848,6 +4037,7 @@ WIDE static void NAME(join_four_points_dense_b_c_d)(intptr_t n, char **args, con
         NAME(store_span)(args[4], first, r4, 1);
     }
 }
+LOOPS(join_four_points_dense_b_c_d)
 
 static void NAME(join_four_points_start_b_c_d)(char **args, const intptr_t *strides, void *prepared)
 {
@@ -3861,7 +4051,7 @@ static void NAME(join_four_points_start_b_c_d)(char **args, const intptr_t *stri
     NAME(join_four_points_prepare_b_c_d)(x1, x2, x3, prepared);
 }
 
-WIDE static void NAME(join_four_points_block)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(join_four_points_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2], c3a = strides[3];
@@ -3885,8 +4075,9 @@ WIDE static void NAME(join_four_points_block)(intptr_t n, char **args, const int
         NAME(store_scalar)(a4 + i * w, x4);
     }
 }
+LOOPS(join_four_points_block)
 
-WIDE static void NAME(join_four_points_dense)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(join_four_points_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
@@ -3913,19 +4104,21 @@ WIDE static void NAME(join_four_points_dense)(intptr_t n, char **args, const int
         NAME(store_span)(args[4], first, r4, 1);
     }
 }
+LOOPS(join_four_points_dense)
 
 void NAME(join_four_points_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {3, 1, 1, {3}}, {3, 1, 2, {3}}, {3, 1, 3, {3}}, {1, 0, 4,
         {0}}};
     static const struct form forms[] = {{7, 2, NAME(join_four_points_start_a_b_c),
-        NAME(join_four_points_block_a_b_c), NAME(join_four_points_dense_a_b_c)}, {11, 2,
-        NAME(join_four_points_start_a_b_d), NAME(join_four_points_block_a_b_d), NAME(join_four_points_dense_a_b_d)},
-        {13, 2, NAME(join_four_points_start_a_c_d), NAME(join_four_points_block_a_c_d),
-        NAME(join_four_points_dense_a_c_d)}, {14, 2, NAME(join_four_points_start_b_c_d),
-        NAME(join_four_points_block_b_c_d), NAME(join_four_points_dense_b_c_d)}};
-    static const struct kernel kernel = {NAME(join_four_points_block), NAME(join_four_points_dense), 4, 5, 4, 0,
-        parts, forms};
+        WIDTHS(join_four_points_block_a_b_c), WIDTHS(join_four_points_dense_a_b_c)}, {11, 2,
+        NAME(join_four_points_start_a_b_d), WIDTHS(join_four_points_block_a_b_d),
+        WIDTHS(join_four_points_dense_a_b_d)}, {13, 2, NAME(join_four_points_start_a_c_d),
+        WIDTHS(join_four_points_block_a_c_d), WIDTHS(join_four_points_dense_a_c_d)}, {14, 2,
+        NAME(join_four_points_start_b_c_d), WIDTHS(join_four_points_block_b_c_d),
+        WIDTHS(join_four_points_dense_b_c_d)}};
+    static const struct kernel kernel = {WIDTHS(join_four_points_block), WIDTHS(join_four_points_dense),
+        (any_function *)NAME(join_four_points), NAME(call_aaaar), 4, 5, 4, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -3965,7 +4158,7 @@ INLINE void NAME(meet_planes)(const REAL *p, const REAL *q, REAL *out)
     out[5] = t17;
 }
 
-WIDE static void NAME(meet_planes_block)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(meet_planes_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
@@ -3983,8 +4176,9 @@ WIDE static void NAME(meet_planes_block)(intptr_t n, char **args, const intptr_t
         NAME(store_6)(a2 + i * w, c2a, x2);
     }
 }
+LOOPS(meet_planes_block)
 
-WIDE static void NAME(meet_planes_dense)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(meet_planes_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
@@ -4007,11 +4201,13 @@ WIDE static void NAME(meet_planes_dense)(intptr_t n, char **args, const intptr_t
         NAME(store_span)(args[2], first, r2, 6);
     }
 }
+LOOPS(meet_planes_dense)
 
 void NAME(meet_planes_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {4, 1, 1, {4}}, {6, 1, 2, {6}}};
-    static const struct kernel kernel = {NAME(meet_planes_block), NAME(meet_planes_dense), 2, 3, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(meet_planes_block), WIDTHS(meet_planes_dense), (any_function
+        *)NAME(meet_planes), NAME(call_aar), 2, 3, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -4053,7 +4249,7 @@ INLINE void NAME(meet_line_plane)(const REAL *line, const REAL *plane, REAL *out
     out[3] = t19;
 }
 
-WIDE static void NAME(meet_line_plane_block)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(meet_line_plane_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
@@ -4071,8 +4267,9 @@ WIDE static void NAME(meet_line_plane_block)(intptr_t n, char **args, const intp
         NAME(store_4)(a2 + i * w, c2a, x2);
     }
 }
+LOOPS(meet_line_plane_block)
 
-WIDE static void NAME(meet_line_plane_dense)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(meet_line_plane_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
@@ -4095,12 +4292,13 @@ WIDE static void NAME(meet_line_plane_dense)(intptr_t n, char **args, const intp
         NAME(store_span)(args[2], first, r2, 4);
     }
 }
+LOOPS(meet_line_plane_dense)
 
 void NAME(meet_line_plane_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{6, 1, 0, {6}}, {4, 1, 1, {4}}, {4, 1, 2, {4}}};
-    static const struct kernel kernel = {NAME(meet_line_plane_block), NAME(meet_line_plane_dense), 2, 3, 0, 0,
-        parts, NULL};
+    static const struct kernel kernel = {WIDTHS(meet_line_plane_block), WIDTHS(meet_line_plane_dense), (any_function
+        *)NAME(meet_line_plane), NAME(call_aar), 2, 3, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -4390,7 +4588,7 @@ static INLINE void NAME(meet_three_planes_apply_q_r)(const REAL *prepared, const
     out[3] = t38;
 }
 
-WIDE static void NAME(meet_three_planes_block_p_q)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(meet_three_planes_block_p_q)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c2a = strides[2], c3a = strides[3];
@@ -4406,8 +4604,9 @@ WIDE static void NAME(meet_three_planes_block_p_q)(intptr_t n, char **args, cons
         NAME(store_4)(a3 + i * w, c3a, x3);
     }
 }
+LOOPS(meet_three_planes_block_p_q)
 
-WIDE static void NAME(meet_three_planes_dense_p_q)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(meet_three_planes_dense_p_q)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const REAL *prepared = (const REAL *)args[0];
@@ -4426,6 +4625,7 @@ WIDE static void NAME(meet_three_planes_dense_p_q)(intptr_t n, char **args, cons
         NAME(store_span)(args[3], first, r3, 4);
     }
 }
+LOOPS(meet_three_planes_dense_p_q)
 
 static void NAME(meet_three_planes_start_p_q)(char **args, const intptr_t *strides, void *prepared)
 {
@@ -4437,7 +4637,7 @@ static void NAME(meet_three_planes_start_p_q)(char **args, const intptr_t *strid
     NAME(meet_three_planes_prepare_p_q)(x0, x1, prepared);
 }
 
-WIDE static void NAME(meet_three_planes_block_p_r)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(meet_three_planes_block_p_r)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c1a = strides[1], c3a = strides[3];
@@ -4453,8 +4653,9 @@ WIDE static void NAME(meet_three_planes_block_p_r)(intptr_t n, char **args, cons
         NAME(store_4)(a3 + i * w, c3a, x3);
     }
 }
+LOOPS(meet_three_planes_block_p_r)
 
-WIDE static void NAME(meet_three_planes_dense_p_r)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(meet_three_planes_dense_p_r)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const REAL *prepared = (const REAL *)args[0];
@@ -4473,6 +4674,7 @@ WIDE static void NAME(meet_three_planes_dense_p_r)(intptr_t n, char **args, cons
         NAME(store_span)(args[3], first, r3, 4);
     }
 }
+LOOPS(meet_three_planes_dense_p_r)
 
 static void NAME(meet_three_planes_start_p_r)(char **args, const intptr_t *strides, void *prepared)
 {
@@ -4484,7 +4686,7 @@ static void NAME(meet_three_planes_start_p_r)(char **args, const intptr_t *strid
     NAME(meet_three_planes_prepare_p_r)(x0, x2, prepared);
 }
 
-WIDE static void NAME(meet_three_planes_block_q_r)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(meet_three_planes_block_q_r)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c0a = strides[0], c3a = strides[3];
@@ -4500,8 +4702,9 @@ WIDE static void NAME(meet_three_planes_block_q_r)(intptr_t n, char **args, cons
         NAME(store_4)(a3 + i * w, c3a, x3);
     }
 }
+LOOPS(meet_three_planes_block_q_r)
 
-WIDE static void NAME(meet_three_planes_dense_q_r)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(meet_three_planes_dense_q_r)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const REAL *prepared = (const REAL *)args[1];
@@ -4520,6 +4723,7 @@ WIDE static void NAME(meet_three_planes_dense_q_r)(intptr_t n, char **args, cons
         NAME(store_span)(args[3], first, r3, 4);
     }
 }
+LOOPS(meet_three_planes_dense_q_r)
 
 static void NAME(meet_three_planes_start_q_r)(char **args, const intptr_t *strides, void *prepared)
 {
@@ -4531,7 +4735,7 @@ static void NAME(meet_three_planes_start_q_r)(char **args, const intptr_t *strid
     NAME(meet_three_planes_prepare_q_r)(x1, x2, prepared);
 }
 
-WIDE static void NAME(meet_three_planes_block)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(meet_three_planes_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2], c3a = strides[3];
@@ -4552,8 +4756,9 @@ WIDE static void NAME(meet_three_planes_block)(intptr_t n, char **args, const in
         NAME(store_4)(a3 + i * w, c3a, x3);
     }
 }
+LOOPS(meet_three_planes_block)
 
-WIDE static void NAME(meet_three_planes_dense)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(meet_three_planes_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
@@ -4577,16 +4782,18 @@ WIDE static void NAME(meet_three_planes_dense)(intptr_t n, char **args, const in
         NAME(store_span)(args[3], first, r3, 4);
     }
 }
+LOOPS(meet_three_planes_dense)
 
 void NAME(meet_three_planes_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {4, 1, 1, {4}}, {4, 1, 2, {4}}, {4, 1, 3, {4}}};
-    static const struct form forms[] = {{3, 2, NAME(meet_three_planes_start_p_q), NAME(meet_three_planes_block_p_q),
-        NAME(meet_three_planes_dense_p_q)}, {5, 2, NAME(meet_three_planes_start_p_r),
-        NAME(meet_three_planes_block_p_r), NAME(meet_three_planes_dense_p_r)}, {6, 2,
-        NAME(meet_three_planes_start_q_r), NAME(meet_three_planes_block_q_r), NAME(meet_three_planes_dense_q_r)}};
-    static const struct kernel kernel = {NAME(meet_three_planes_block), NAME(meet_three_planes_dense), 3, 4, 3, 0,
-        parts, forms};
+    static const struct form forms[] = {{3, 2, NAME(meet_three_planes_start_p_q),
+        WIDTHS(meet_three_planes_block_p_q), WIDTHS(meet_three_planes_dense_p_q)}, {5, 2,
+        NAME(meet_three_planes_start_p_r), WIDTHS(meet_three_planes_block_p_r),
+        WIDTHS(meet_three_planes_dense_p_r)}, {6, 2, NAME(meet_three_planes_start_q_r),
+        WIDTHS(meet_three_planes_block_q_r), WIDTHS(meet_three_planes_dense_q_r)}};
+    static const struct kernel kernel = {WIDTHS(meet_three_planes_block), WIDTHS(meet_three_planes_dense),
+        (any_function *)NAME(meet_three_planes), NAME(call_aaar), 3, 4, 3, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -4616,7 +4823,7 @@ INLINE void NAME(line_orthogonal_to_plane)(const REAL *p, const REAL *plane, REA
     out[5] = t9;
 }
 
-WIDE static void NAME(line_orthogonal_to_plane_block)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(line_orthogonal_to_plane_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
@@ -4634,8 +4841,9 @@ WIDE static void NAME(line_orthogonal_to_plane_block)(intptr_t n, char **args, c
         NAME(store_6)(a2 + i * w, c2a, x2);
     }
 }
+LOOPS(line_orthogonal_to_plane_block)
 
-WIDE static void NAME(line_orthogonal_to_plane_dense)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(line_orthogonal_to_plane_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
@@ -4658,12 +4866,14 @@ WIDE static void NAME(line_orthogonal_to_plane_dense)(intptr_t n, char **args, c
         NAME(store_span)(args[2], first, r2, 6);
     }
 }
+LOOPS(line_orthogonal_to_plane_dense)
 
 void NAME(line_orthogonal_to_plane_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {4, 1, 1, {4}}, {6, 1, 2, {6}}};
-    static const struct kernel kernel = {NAME(line_orthogonal_to_plane_block), NAME(line_orthogonal_to_plane_dense),
-        2, 3, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(line_orthogonal_to_plane_block),
+        WIDTHS(line_orthogonal_to_plane_dense), (any_function *)NAME(line_orthogonal_to_plane), NAME(call_aar), 2,
+        3, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -4687,7 +4897,7 @@ INLINE void NAME(plane_orthogonal_to_line)(const REAL *p, const REAL *line, REAL
     out[3] = t5;
 }
 
-WIDE static void NAME(plane_orthogonal_to_line_block)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(plane_orthogonal_to_line_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
@@ -4705,8 +4915,9 @@ WIDE static void NAME(plane_orthogonal_to_line_block)(intptr_t n, char **args, c
         NAME(store_4)(a2 + i * w, c2a, x2);
     }
 }
+LOOPS(plane_orthogonal_to_line_block)
 
-WIDE static void NAME(plane_orthogonal_to_line_dense)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(plane_orthogonal_to_line_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
@@ -4729,12 +4940,14 @@ WIDE static void NAME(plane_orthogonal_to_line_dense)(intptr_t n, char **args, c
         NAME(store_span)(args[2], first, r2, 4);
     }
 }
+LOOPS(plane_orthogonal_to_line_dense)
 
 void NAME(plane_orthogonal_to_line_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {6, 1, 1, {6}}, {4, 1, 2, {4}}};
-    static const struct kernel kernel = {NAME(plane_orthogonal_to_line_block), NAME(plane_orthogonal_to_line_dense),
-        2, 3, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(plane_orthogonal_to_line_block),
+        WIDTHS(plane_orthogonal_to_line_dense), (any_function *)NAME(plane_orthogonal_to_line), NAME(call_aar), 2,
+        3, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -4758,7 +4971,7 @@ INLINE void NAME(plane_through_point)(const REAL *p, const REAL *plane, REAL *ou
     out[3] = t5;
 }
 
-WIDE static void NAME(plane_through_point_block)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(plane_through_point_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
@@ -4776,8 +4989,9 @@ WIDE static void NAME(plane_through_point_block)(intptr_t n, char **args, const 
         NAME(store_4)(a2 + i * w, c2a, x2);
     }
 }
+LOOPS(plane_through_point_block)
 
-WIDE static void NAME(plane_through_point_dense)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(plane_through_point_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
@@ -4798,12 +5012,13 @@ WIDE static void NAME(plane_through_point_dense)(intptr_t n, char **args, const 
         NAME(store_span)(args[2], first, r2, 4);
     }
 }
+LOOPS(plane_through_point_dense)
 
 void NAME(plane_through_point_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {4, 1, 1, {4}}, {4, 1, 2, {4}}};
-    static const struct kernel kernel = {NAME(plane_through_point_block), NAME(plane_through_point_dense), 2, 3, 0,
-        0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(plane_through_point_block), WIDTHS(plane_through_point_dense),
+        (any_function *)NAME(plane_through_point), NAME(call_aar), 2, 3, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -4826,7 +5041,7 @@ INLINE void NAME(distance_squared_points)(const REAL *a, const REAL *b, REAL *ou
     out[0] = t7;
 }
 
-WIDE static void NAME(distance_squared_points_block)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(distance_squared_points_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c0a = strides[0], c1a = strides[1];
@@ -4844,8 +5059,9 @@ WIDE static void NAME(distance_squared_points_block)(intptr_t n, char **args, co
         NAME(store_scalar)(a2 + i * w, x2);
     }
 }
+LOOPS(distance_squared_points_block)
 
-WIDE static void NAME(distance_squared_points_dense)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(distance_squared_points_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
@@ -4866,12 +5082,14 @@ WIDE static void NAME(distance_squared_points_dense)(intptr_t n, char **args, co
         NAME(store_span)(args[2], first, r2, 1);
     }
 }
+LOOPS(distance_squared_points_dense)
 
 void NAME(distance_squared_points_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {3, 1, 1, {3}}, {1, 0, 2, {0}}};
-    static const struct kernel kernel = {NAME(distance_squared_points_block), NAME(distance_squared_points_dense),
-        2, 3, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(distance_squared_points_block),
+        WIDTHS(distance_squared_points_dense), (any_function *)NAME(distance_squared_points), NAME(call_aar), 2, 3,
+        0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -4895,7 +5113,7 @@ INLINE void NAME(distance_points)(const REAL *a, const REAL *b, REAL *out)
     out[0] = t8;
 }
 
-WIDE static void NAME(distance_points_block)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(distance_points_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c0a = strides[0], c1a = strides[1];
@@ -4913,8 +5131,9 @@ WIDE static void NAME(distance_points_block)(intptr_t n, char **args, const intp
         NAME(store_scalar)(a2 + i * w, x2);
     }
 }
+LOOPS(distance_points_block)
 
-WIDE static void NAME(distance_points_dense)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(distance_points_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
@@ -4935,12 +5154,13 @@ WIDE static void NAME(distance_points_dense)(intptr_t n, char **args, const intp
         NAME(store_span)(args[2], first, r2, 1);
     }
 }
+LOOPS(distance_points_dense)
 
 void NAME(distance_points_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {3, 1, 1, {3}}, {1, 0, 2, {0}}};
-    static const struct kernel kernel = {NAME(distance_points_block), NAME(distance_points_dense), 2, 3, 0, 0,
-        parts, NULL};
+    static const struct kernel kernel = {WIDTHS(distance_points_block), WIDTHS(distance_points_dense), (any_function
+        *)NAME(distance_points), NAME(call_aar), 2, 3, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -4962,7 +5182,7 @@ INLINE void NAME(signed_distance_point_plane)(const REAL *p, const REAL *plane, 
     out[0] = t5;
 }
 
-WIDE static void NAME(signed_distance_point_plane_block)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(signed_distance_point_plane_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c0a = strides[0], c1a = strides[1];
@@ -4980,8 +5200,9 @@ WIDE static void NAME(signed_distance_point_plane_block)(intptr_t n, char **args
         NAME(store_scalar)(a2 + i * w, x2);
     }
 }
+LOOPS(signed_distance_point_plane_block)
 
-WIDE static void NAME(signed_distance_point_plane_dense)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(signed_distance_point_plane_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
@@ -5002,12 +5223,14 @@ WIDE static void NAME(signed_distance_point_plane_dense)(intptr_t n, char **args
         NAME(store_span)(args[2], first, r2, 1);
     }
 }
+LOOPS(signed_distance_point_plane_dense)
 
 void NAME(signed_distance_point_plane_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {4, 1, 1, {4}}, {1, 0, 2, {0}}};
-    static const struct kernel kernel = {NAME(signed_distance_point_plane_block),
-        NAME(signed_distance_point_plane_dense), 2, 3, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(signed_distance_point_plane_block),
+        WIDTHS(signed_distance_point_plane_dense), (any_function *)NAME(signed_distance_point_plane),
+        NAME(call_aar), 2, 3, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -5043,7 +5266,7 @@ INLINE void NAME(distance_point_line)(const REAL *p, const REAL *line, REAL *out
     out[0] = t17;
 }
 
-WIDE static void NAME(distance_point_line_block)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(distance_point_line_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c0a = strides[0], c1a = strides[1];
@@ -5061,8 +5284,9 @@ WIDE static void NAME(distance_point_line_block)(intptr_t n, char **args, const 
         NAME(store_scalar)(a2 + i * w, x2);
     }
 }
+LOOPS(distance_point_line_block)
 
-WIDE static void NAME(distance_point_line_dense)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(distance_point_line_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
@@ -5085,12 +5309,13 @@ WIDE static void NAME(distance_point_line_dense)(intptr_t n, char **args, const 
         NAME(store_span)(args[2], first, r2, 1);
     }
 }
+LOOPS(distance_point_line_dense)
 
 void NAME(distance_point_line_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {6, 1, 1, {6}}, {1, 0, 2, {0}}};
-    static const struct kernel kernel = {NAME(distance_point_line_block), NAME(distance_point_line_dense), 2, 3, 0,
-        0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(distance_point_line_block), WIDTHS(distance_point_line_dense),
+        (any_function *)NAME(distance_point_line), NAME(call_aar), 2, 3, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -5122,7 +5347,7 @@ INLINE void NAME(mutual_moment)(const REAL *line, const REAL *other, REAL *out)
     out[0] = t10;
 }
 
-WIDE static void NAME(mutual_moment_block)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(mutual_moment_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c0a = strides[0], c1a = strides[1];
@@ -5140,8 +5365,9 @@ WIDE static void NAME(mutual_moment_block)(intptr_t n, char **args, const intptr
         NAME(store_scalar)(a2 + i * w, x2);
     }
 }
+LOOPS(mutual_moment_block)
 
-WIDE static void NAME(mutual_moment_dense)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(mutual_moment_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
@@ -5164,12 +5390,13 @@ WIDE static void NAME(mutual_moment_dense)(intptr_t n, char **args, const intptr
         NAME(store_span)(args[2], first, r2, 1);
     }
 }
+LOOPS(mutual_moment_dense)
 
 void NAME(mutual_moment_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{6, 1, 0, {6}}, {6, 1, 1, {6}}, {1, 0, 2, {0}}};
-    static const struct kernel kernel = {NAME(mutual_moment_block), NAME(mutual_moment_dense), 2, 3, 0, 0, parts,
-        NULL};
+    static const struct kernel kernel = {WIDTHS(mutual_moment_block), WIDTHS(mutual_moment_dense), (any_function
+        *)NAME(mutual_moment), NAME(call_aar), 2, 3, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -5205,7 +5432,7 @@ INLINE void NAME(angle_between_planes)(const REAL *p, const REAL *q, REAL *out)
     out[0] = t20;
 }
 
-WIDE static void NAME(angle_between_planes_block)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(angle_between_planes_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c0a = strides[0], c1a = strides[1];
@@ -5223,11 +5450,13 @@ WIDE static void NAME(angle_between_planes_block)(intptr_t n, char **args, const
         NAME(store_scalar)(a2 + i * w, x2);
     }
 }
+LOOPS(angle_between_planes_block)
 
 void NAME(angle_between_planes_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {4, 1, 1, {4}}, {1, 0, 2, {0}}};
-    static const struct kernel kernel = {NAME(angle_between_planes_block), NULL, 2, 3, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(angle_between_planes_block), {NULL}, (any_function
+        *)NAME(angle_between_planes), NAME(call_aar), 2, 3, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -5263,7 +5492,7 @@ INLINE void NAME(angle_between_lines)(const REAL *line, const REAL *other, REAL 
     out[0] = t20;
 }
 
-WIDE static void NAME(angle_between_lines_block)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(angle_between_lines_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c0a = strides[0], c1a = strides[1];
@@ -5281,11 +5510,13 @@ WIDE static void NAME(angle_between_lines_block)(intptr_t n, char **args, const 
         NAME(store_scalar)(a2 + i * w, x2);
     }
 }
+LOOPS(angle_between_lines_block)
 
 void NAME(angle_between_lines_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{6, 1, 0, {6}}, {6, 1, 1, {6}}, {1, 0, 2, {0}}};
-    static const struct kernel kernel = {NAME(angle_between_lines_block), NULL, 2, 3, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(angle_between_lines_block), {NULL}, (any_function
+        *)NAME(angle_between_lines), NAME(call_aar), 2, 3, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -5395,7 +5626,7 @@ static INLINE void NAME(project_point_on_plane_apply_plane)(const REAL *prepared
     out[2] = t37;
 }
 
-WIDE static void NAME(project_point_on_plane_block_plane)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(project_point_on_plane_block_plane)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c0a = strides[0], c2a = strides[2];
@@ -5411,8 +5642,9 @@ WIDE static void NAME(project_point_on_plane_block_plane)(intptr_t n, char **arg
         NAME(store_3)(a2 + i * w, c2a, x2);
     }
 }
+LOOPS(project_point_on_plane_block_plane)
 
-WIDE static void NAME(project_point_on_plane_dense_plane)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(project_point_on_plane_dense_plane)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const REAL *prepared = (const REAL *)args[1];
@@ -5431,6 +5663,7 @@ WIDE static void NAME(project_point_on_plane_dense_plane)(intptr_t n, char **arg
         NAME(store_span)(args[2], first, r2, 3);
     }
 }
+LOOPS(project_point_on_plane_dense_plane)
 
 static void NAME(project_point_on_plane_start_plane)(char **args, const intptr_t *strides, void *prepared)
 {
@@ -5440,7 +5673,7 @@ static void NAME(project_point_on_plane_start_plane)(char **args, const intptr_t
     NAME(project_point_on_plane_prepare_plane)(x1, prepared);
 }
 
-WIDE static void NAME(project_point_on_plane_block)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(project_point_on_plane_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
@@ -5458,8 +5691,9 @@ WIDE static void NAME(project_point_on_plane_block)(intptr_t n, char **args, con
         NAME(store_3)(a2 + i * w, c2a, x2);
     }
 }
+LOOPS(project_point_on_plane_block)
 
-WIDE static void NAME(project_point_on_plane_dense)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(project_point_on_plane_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
@@ -5480,14 +5714,15 @@ WIDE static void NAME(project_point_on_plane_dense)(intptr_t n, char **args, con
         NAME(store_span)(args[2], first, r2, 3);
     }
 }
+LOOPS(project_point_on_plane_dense)
 
 void NAME(project_point_on_plane_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {4, 1, 1, {4}}, {3, 1, 2, {3}}};
     static const struct form forms[] = {{2, 4, NAME(project_point_on_plane_start_plane),
-        NAME(project_point_on_plane_block_plane), NAME(project_point_on_plane_dense_plane)}};
-    static const struct kernel kernel = {NAME(project_point_on_plane_block), NAME(project_point_on_plane_dense), 2,
-        3, 1, 0, parts, forms};
+        WIDTHS(project_point_on_plane_block_plane), WIDTHS(project_point_on_plane_dense_plane)}};
+    static const struct kernel kernel = {WIDTHS(project_point_on_plane_block), WIDTHS(project_point_on_plane_dense),
+        (any_function *)NAME(project_point_on_plane), NAME(call_aar), 2, 3, 1, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -5517,7 +5752,7 @@ INLINE void NAME(project_point_on_unit_plane)(const REAL *p, const REAL *plane, 
     out[2] = t11;
 }
 
-WIDE static void NAME(project_point_on_unit_plane_block)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(project_point_on_unit_plane_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
@@ -5535,8 +5770,9 @@ WIDE static void NAME(project_point_on_unit_plane_block)(intptr_t n, char **args
         NAME(store_3)(a2 + i * w, c2a, x2);
     }
 }
+LOOPS(project_point_on_unit_plane_block)
 
-WIDE static void NAME(project_point_on_unit_plane_dense)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(project_point_on_unit_plane_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
@@ -5557,12 +5793,14 @@ WIDE static void NAME(project_point_on_unit_plane_dense)(intptr_t n, char **args
         NAME(store_span)(args[2], first, r2, 3);
     }
 }
+LOOPS(project_point_on_unit_plane_dense)
 
 void NAME(project_point_on_unit_plane_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {4, 1, 1, {4}}, {3, 1, 2, {3}}};
-    static const struct kernel kernel = {NAME(project_point_on_unit_plane_block),
-        NAME(project_point_on_unit_plane_dense), 2, 3, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(project_point_on_unit_plane_block),
+        WIDTHS(project_point_on_unit_plane_dense), (any_function *)NAME(project_point_on_unit_plane),
+        NAME(call_aar), 2, 3, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -5680,7 +5918,7 @@ static INLINE void NAME(project_point_on_line_apply_line)(const REAL *prepared, 
     out[2] = t28;
 }
 
-WIDE static void NAME(project_point_on_line_block_line)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(project_point_on_line_block_line)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c0a = strides[0], c2a = strides[2];
@@ -5696,8 +5934,9 @@ WIDE static void NAME(project_point_on_line_block_line)(intptr_t n, char **args,
         NAME(store_3)(a2 + i * w, c2a, x2);
     }
 }
+LOOPS(project_point_on_line_block_line)
 
-WIDE static void NAME(project_point_on_line_dense_line)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(project_point_on_line_dense_line)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const REAL *prepared = (const REAL *)args[1];
@@ -5716,6 +5955,7 @@ WIDE static void NAME(project_point_on_line_dense_line)(intptr_t n, char **args,
         NAME(store_span)(args[2], first, r2, 3);
     }
 }
+LOOPS(project_point_on_line_dense_line)
 
 static void NAME(project_point_on_line_start_line)(char **args, const intptr_t *strides, void *prepared)
 {
@@ -5725,7 +5965,7 @@ static void NAME(project_point_on_line_start_line)(char **args, const intptr_t *
     NAME(project_point_on_line_prepare_line)(x1, prepared);
 }
 
-WIDE static void NAME(project_point_on_line_block)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(project_point_on_line_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
@@ -5743,8 +5983,9 @@ WIDE static void NAME(project_point_on_line_block)(intptr_t n, char **args, cons
         NAME(store_3)(a2 + i * w, c2a, x2);
     }
 }
+LOOPS(project_point_on_line_block)
 
-WIDE static void NAME(project_point_on_line_dense)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(project_point_on_line_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
@@ -5767,14 +6008,15 @@ WIDE static void NAME(project_point_on_line_dense)(intptr_t n, char **args, cons
         NAME(store_span)(args[2], first, r2, 3);
     }
 }
+LOOPS(project_point_on_line_dense)
 
 void NAME(project_point_on_line_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {6, 1, 1, {6}}, {3, 1, 2, {3}}};
     static const struct form forms[] = {{2, 2, NAME(project_point_on_line_start_line),
-        NAME(project_point_on_line_block_line), NAME(project_point_on_line_dense_line)}};
-    static const struct kernel kernel = {NAME(project_point_on_line_block), NAME(project_point_on_line_dense), 2, 3,
-        1, 0, parts, forms};
+        WIDTHS(project_point_on_line_block_line), WIDTHS(project_point_on_line_dense_line)}};
+    static const struct kernel kernel = {WIDTHS(project_point_on_line_block), WIDTHS(project_point_on_line_dense),
+        (any_function *)NAME(project_point_on_line), NAME(call_aar), 2, 3, 1, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -5866,7 +6108,7 @@ static INLINE void NAME(project_point_on_unit_line_apply_line)(const REAL *prepa
     out[2] = t19;
 }
 
-WIDE static void NAME(project_point_on_unit_line_block_line)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(project_point_on_unit_line_block_line)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c0a = strides[0], c2a = strides[2];
@@ -5882,8 +6124,9 @@ WIDE static void NAME(project_point_on_unit_line_block_line)(intptr_t n, char **
         NAME(store_3)(a2 + i * w, c2a, x2);
     }
 }
+LOOPS(project_point_on_unit_line_block_line)
 
-WIDE static void NAME(project_point_on_unit_line_dense_line)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(project_point_on_unit_line_dense_line)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const REAL *prepared = (const REAL *)args[1];
@@ -5902,6 +6145,7 @@ WIDE static void NAME(project_point_on_unit_line_dense_line)(intptr_t n, char **
         NAME(store_span)(args[2], first, r2, 3);
     }
 }
+LOOPS(project_point_on_unit_line_dense_line)
 
 static void NAME(project_point_on_unit_line_start_line)(char **args, const intptr_t *strides, void *prepared)
 {
@@ -5911,7 +6155,7 @@ static void NAME(project_point_on_unit_line_start_line)(char **args, const intpt
     NAME(project_point_on_unit_line_prepare_line)(x1, prepared);
 }
 
-WIDE static void NAME(project_point_on_unit_line_block)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(project_point_on_unit_line_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
@@ -5929,8 +6173,9 @@ WIDE static void NAME(project_point_on_unit_line_block)(intptr_t n, char **args,
         NAME(store_3)(a2 + i * w, c2a, x2);
     }
 }
+LOOPS(project_point_on_unit_line_block)
 
-WIDE static void NAME(project_point_on_unit_line_dense)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(project_point_on_unit_line_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
@@ -5953,14 +6198,16 @@ WIDE static void NAME(project_point_on_unit_line_dense)(intptr_t n, char **args,
         NAME(store_span)(args[2], first, r2, 3);
     }
 }
+LOOPS(project_point_on_unit_line_dense)
 
 void NAME(project_point_on_unit_line_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {6, 1, 1, {6}}, {3, 1, 2, {3}}};
     static const struct form forms[] = {{2, 2, NAME(project_point_on_unit_line_start_line),
-        NAME(project_point_on_unit_line_block_line), NAME(project_point_on_unit_line_dense_line)}};
-    static const struct kernel kernel = {NAME(project_point_on_unit_line_block),
-        NAME(project_point_on_unit_line_dense), 2, 3, 1, 0, parts, forms};
+        WIDTHS(project_point_on_unit_line_block_line), WIDTHS(project_point_on_unit_line_dense_line)}};
+    static const struct kernel kernel = {WIDTHS(project_point_on_unit_line_block),
+        WIDTHS(project_point_on_unit_line_dense), (any_function *)NAME(project_point_on_unit_line), NAME(call_aar),
+        2, 3, 1, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -6016,7 +6263,7 @@ INLINE void NAME(project_line_on_unit_plane)(const REAL *line, const REAL *plane
     out[5] = t31;
 }
 
-WIDE static void NAME(project_line_on_unit_plane_block)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(project_line_on_unit_plane_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
@@ -6034,8 +6281,9 @@ WIDE static void NAME(project_line_on_unit_plane_block)(intptr_t n, char **args,
         NAME(store_6)(a2 + i * w, c2a, x2);
     }
 }
+LOOPS(project_line_on_unit_plane_block)
 
-WIDE static void NAME(project_line_on_unit_plane_dense)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(project_line_on_unit_plane_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
@@ -6058,12 +6306,14 @@ WIDE static void NAME(project_line_on_unit_plane_dense)(intptr_t n, char **args,
         NAME(store_span)(args[2], first, r2, 6);
     }
 }
+LOOPS(project_line_on_unit_plane_dense)
 
 void NAME(project_line_on_unit_plane_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{6, 1, 0, {6}}, {4, 1, 1, {4}}, {6, 1, 2, {6}}};
-    static const struct kernel kernel = {NAME(project_line_on_unit_plane_block),
-        NAME(project_line_on_unit_plane_dense), 2, 3, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(project_line_on_unit_plane_block),
+        WIDTHS(project_line_on_unit_plane_dense), (any_function *)NAME(project_line_on_unit_plane), NAME(call_aar),
+        2, 3, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -6094,7 +6344,7 @@ INLINE void NAME(reflect_point)(const REAL *p, const REAL *plane, REAL *out)
     out[2] = t12;
 }
 
-WIDE static void NAME(reflect_point_block)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(reflect_point_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
@@ -6112,8 +6362,9 @@ WIDE static void NAME(reflect_point_block)(intptr_t n, char **args, const intptr
         NAME(store_3)(a2 + i * w, c2a, x2);
     }
 }
+LOOPS(reflect_point_block)
 
-WIDE static void NAME(reflect_point_dense)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(reflect_point_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
@@ -6134,12 +6385,13 @@ WIDE static void NAME(reflect_point_dense)(intptr_t n, char **args, const intptr
         NAME(store_span)(args[2], first, r2, 3);
     }
 }
+LOOPS(reflect_point_dense)
 
 void NAME(reflect_point_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {4, 1, 1, {4}}, {3, 1, 2, {3}}};
-    static const struct kernel kernel = {NAME(reflect_point_block), NAME(reflect_point_dense), 2, 3, 0, 0, parts,
-        NULL};
+    static const struct kernel kernel = {WIDTHS(reflect_point_block), WIDTHS(reflect_point_dense), (any_function
+        *)NAME(reflect_point), NAME(call_aar), 2, 3, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -6160,7 +6412,7 @@ INLINE void NAME(line_from_direction_moment)(const REAL *d, const REAL *m, REAL 
     out[5] = m_2;
 }
 
-WIDE static void NAME(line_from_direction_moment_block)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(line_from_direction_moment_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
@@ -6178,8 +6430,9 @@ WIDE static void NAME(line_from_direction_moment_block)(intptr_t n, char **args,
         NAME(store_6)(a2 + i * w, c2a, x2);
     }
 }
+LOOPS(line_from_direction_moment_block)
 
-WIDE static void NAME(line_from_direction_moment_dense)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(line_from_direction_moment_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
@@ -6202,12 +6455,14 @@ WIDE static void NAME(line_from_direction_moment_dense)(intptr_t n, char **args,
         NAME(store_span)(args[2], first, r2, 6);
     }
 }
+LOOPS(line_from_direction_moment_dense)
 
 void NAME(line_from_direction_moment_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {3, 1, 1, {3}}, {6, 1, 2, {6}}};
-    static const struct kernel kernel = {NAME(line_from_direction_moment_block),
-        NAME(line_from_direction_moment_dense), 2, 3, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(line_from_direction_moment_block),
+        WIDTHS(line_from_direction_moment_dense), (any_function *)NAME(line_from_direction_moment), NAME(call_aar),
+        2, 3, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -6228,7 +6483,7 @@ INLINE void NAME(line_to_direction_moment)(const REAL *line, REAL *out_0, REAL *
     out_1[2] = line_e03;
 }
 
-WIDE static void NAME(line_to_direction_moment_block)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(line_to_direction_moment_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
@@ -6246,8 +6501,9 @@ WIDE static void NAME(line_to_direction_moment_block)(intptr_t n, char **args, c
         NAME(store_3)(a2 + i * w, c2a, x2);
     }
 }
+LOOPS(line_to_direction_moment_block)
 
-WIDE static void NAME(line_to_direction_moment_dense)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(line_to_direction_moment_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
@@ -6270,12 +6526,14 @@ WIDE static void NAME(line_to_direction_moment_dense)(intptr_t n, char **args, c
         NAME(store_span)(args[2], first, r2, 3);
     }
 }
+LOOPS(line_to_direction_moment_dense)
 
 void NAME(line_to_direction_moment_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{6, 1, 0, {6}}, {3, 1, 1, {3}}, {3, 1, 2, {3}}};
-    static const struct kernel kernel = {NAME(line_to_direction_moment_block), NAME(line_to_direction_moment_dense),
-        1, 3, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(line_to_direction_moment_block),
+        WIDTHS(line_to_direction_moment_dense), (any_function *)NAME(line_to_direction_moment), NAME(call_arr), 1,
+        3, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -6295,7 +6553,7 @@ INLINE void NAME(plucker_residual)(const REAL *b, REAL *out)
     out[0] = t4;
 }
 
-WIDE static void NAME(plucker_residual_block)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(plucker_residual_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c0a = strides[0];
@@ -6310,8 +6568,9 @@ WIDE static void NAME(plucker_residual_block)(intptr_t n, char **args, const int
         NAME(store_scalar)(a1 + i * w, x1);
     }
 }
+LOOPS(plucker_residual_block)
 
-WIDE static void NAME(plucker_residual_dense)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(plucker_residual_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
@@ -6330,12 +6589,13 @@ WIDE static void NAME(plucker_residual_dense)(intptr_t n, char **args, const int
         NAME(store_span)(args[1], first, r1, 1);
     }
 }
+LOOPS(plucker_residual_dense)
 
 void NAME(plucker_residual_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{6, 1, 0, {6}}, {1, 0, 1, {0}}};
-    static const struct kernel kernel = {NAME(plucker_residual_block), NAME(plucker_residual_dense), 1, 2, 0, 0,
-        parts, NULL};
+    static const struct kernel kernel = {WIDTHS(plucker_residual_block), WIDTHS(plucker_residual_dense),
+        (any_function *)NAME(plucker_residual), NAME(call_ar), 1, 2, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -6371,7 +6631,7 @@ INLINE void NAME(line_support)(const REAL *line, REAL *out)
     out[2] = t18;
 }
 
-WIDE static void NAME(line_support_block)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(line_support_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c0a = strides[0], c1a = strides[1];
@@ -6386,8 +6646,9 @@ WIDE static void NAME(line_support_block)(intptr_t n, char **args, const intptr_
         NAME(store_3)(a1 + i * w, c1a, x1);
     }
 }
+LOOPS(line_support_block)
 
-WIDE static void NAME(line_support_dense)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(line_support_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
@@ -6406,12 +6667,13 @@ WIDE static void NAME(line_support_dense)(intptr_t n, char **args, const intptr_
         NAME(store_span)(args[1], first, r1, 3);
     }
 }
+LOOPS(line_support_dense)
 
 void NAME(line_support_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{6, 1, 0, {6}}, {3, 1, 1, {3}}};
-    static const struct kernel kernel = {NAME(line_support_block), NAME(line_support_dense), 1, 2, 0, 0, parts,
-        NULL};
+    static const struct kernel kernel = {WIDTHS(line_support_block), WIDTHS(line_support_dense), (any_function
+        *)NAME(line_support), NAME(call_ar), 1, 2, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -6443,7 +6705,7 @@ INLINE void NAME(point_on_line)(const REAL *line, REAL t, REAL *out)
     out[2] = t14;
 }
 
-WIDE static void NAME(point_on_line_block)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(point_on_line_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c0a = strides[0], c2a = strides[1];
@@ -6461,8 +6723,9 @@ WIDE static void NAME(point_on_line_block)(intptr_t n, char **args, const intptr
         NAME(store_3)(a2 + i * w, c2a, x2);
     }
 }
+LOOPS(point_on_line_block)
 
-WIDE static void NAME(point_on_line_dense)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(point_on_line_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
@@ -6485,12 +6748,13 @@ WIDE static void NAME(point_on_line_dense)(intptr_t n, char **args, const intptr
         NAME(store_span)(args[2], first, r2, 3);
     }
 }
+LOOPS(point_on_line_dense)
 
 void NAME(point_on_line_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{6, 1, 0, {6}}, {1, 0, 1, {0}}, {3, 1, 1, {3}}};
-    static const struct kernel kernel = {NAME(point_on_line_block), NAME(point_on_line_dense), 2, 3, 0, 0, parts,
-        NULL};
+    static const struct kernel kernel = {WIDTHS(point_on_line_block), WIDTHS(point_on_line_dense), (any_function
+        *)NAME(point_on_line), NAME(call_anr), 2, 3, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -6510,7 +6774,7 @@ INLINE void NAME(position_along_line)(const REAL *p, const REAL *line, REAL *out
     out[0] = t4;
 }
 
-WIDE static void NAME(position_along_line_block)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(position_along_line_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c0a = strides[0], c1a = strides[1];
@@ -6528,8 +6792,9 @@ WIDE static void NAME(position_along_line_block)(intptr_t n, char **args, const 
         NAME(store_scalar)(a2 + i * w, x2);
     }
 }
+LOOPS(position_along_line_block)
 
-WIDE static void NAME(position_along_line_dense)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(position_along_line_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
@@ -6552,12 +6817,13 @@ WIDE static void NAME(position_along_line_dense)(intptr_t n, char **args, const 
         NAME(store_span)(args[2], first, r2, 1);
     }
 }
+LOOPS(position_along_line_dense)
 
 void NAME(position_along_line_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {6, 1, 1, {6}}, {1, 0, 2, {0}}};
-    static const struct kernel kernel = {NAME(position_along_line_block), NAME(position_along_line_dense), 2, 3, 0,
-        0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(position_along_line_block), WIDTHS(position_along_line_dense),
+        (any_function *)NAME(position_along_line), NAME(call_aar), 2, 3, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -6573,7 +6839,7 @@ INLINE void NAME(plane_from_normal)(const REAL *normal, REAL distance, REAL *out
     out[3] = t0;
 }
 
-WIDE static void NAME(plane_from_normal_block)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(plane_from_normal_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c0a = strides[0], c2a = strides[1];
@@ -6591,8 +6857,9 @@ WIDE static void NAME(plane_from_normal_block)(intptr_t n, char **args, const in
         NAME(store_4)(a2 + i * w, c2a, x2);
     }
 }
+LOOPS(plane_from_normal_block)
 
-WIDE static void NAME(plane_from_normal_dense)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(plane_from_normal_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
@@ -6613,12 +6880,13 @@ WIDE static void NAME(plane_from_normal_dense)(intptr_t n, char **args, const in
         NAME(store_span)(args[2], first, r2, 4);
     }
 }
+LOOPS(plane_from_normal_dense)
 
 void NAME(plane_from_normal_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {1, 0, 1, {0}}, {4, 1, 1, {4}}};
-    static const struct kernel kernel = {NAME(plane_from_normal_block), NAME(plane_from_normal_dense), 2, 3, 0, 0,
-        parts, NULL};
+    static const struct kernel kernel = {WIDTHS(plane_from_normal_block), WIDTHS(plane_from_normal_dense),
+        (any_function *)NAME(plane_from_normal), NAME(call_anr), 2, 3, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -6642,7 +6910,7 @@ INLINE void NAME(plane_from_point_normal)(const REAL *p, const REAL *normal, REA
     out[3] = t5;
 }
 
-WIDE static void NAME(plane_from_point_normal_block)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(plane_from_point_normal_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
@@ -6660,8 +6928,9 @@ WIDE static void NAME(plane_from_point_normal_block)(intptr_t n, char **args, co
         NAME(store_4)(a2 + i * w, c2a, x2);
     }
 }
+LOOPS(plane_from_point_normal_block)
 
-WIDE static void NAME(plane_from_point_normal_dense)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(plane_from_point_normal_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
@@ -6682,12 +6951,14 @@ WIDE static void NAME(plane_from_point_normal_dense)(intptr_t n, char **args, co
         NAME(store_span)(args[2], first, r2, 4);
     }
 }
+LOOPS(plane_from_point_normal_dense)
 
 void NAME(plane_from_point_normal_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {3, 1, 1, {3}}, {4, 1, 2, {4}}};
-    static const struct kernel kernel = {NAME(plane_from_point_normal_block), NAME(plane_from_point_normal_dense),
-        2, 3, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(plane_from_point_normal_block),
+        WIDTHS(plane_from_point_normal_dense), (any_function *)NAME(plane_from_point_normal), NAME(call_aar), 2, 3,
+        0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -6723,7 +6994,7 @@ INLINE void NAME(join_point_directions)(const REAL *p, const REAL *d, const REAL
     out[3] = t14;
 }
 
-WIDE static void NAME(join_point_directions_block)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(join_point_directions_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2], c3a = strides[3];
@@ -6744,8 +7015,9 @@ WIDE static void NAME(join_point_directions_block)(intptr_t n, char **args, cons
         NAME(store_4)(a3 + i * w, c3a, x3);
     }
 }
+LOOPS(join_point_directions_block)
 
-WIDE static void NAME(join_point_directions_dense)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(join_point_directions_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
@@ -6769,12 +7041,13 @@ WIDE static void NAME(join_point_directions_dense)(intptr_t n, char **args, cons
         NAME(store_span)(args[3], first, r3, 4);
     }
 }
+LOOPS(join_point_directions_dense)
 
 void NAME(join_point_directions_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {3, 1, 1, {3}}, {3, 1, 2, {3}}, {4, 1, 3, {4}}};
-    static const struct kernel kernel = {NAME(join_point_directions_block), NAME(join_point_directions_dense), 3, 4,
-        0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(join_point_directions_block), WIDTHS(join_point_directions_dense),
+        (any_function *)NAME(join_point_directions), NAME(call_aaar), 3, 4, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -6802,7 +7075,7 @@ INLINE void NAME(plane_to_normal)(const REAL *plane, REAL *out_0, REAL *out_1)
     out_1[0] = t11;
 }
 
-WIDE static void NAME(plane_to_normal_block)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(plane_to_normal_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c0a = strides[0], c1a = strides[1];
@@ -6820,8 +7093,9 @@ WIDE static void NAME(plane_to_normal_block)(intptr_t n, char **args, const intp
         NAME(store_scalar)(a2 + i * w, x2);
     }
 }
+LOOPS(plane_to_normal_block)
 
-WIDE static void NAME(plane_to_normal_dense)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(plane_to_normal_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
@@ -6843,12 +7117,13 @@ WIDE static void NAME(plane_to_normal_dense)(intptr_t n, char **args, const intp
         NAME(store_span)(args[2], first, r2, 1);
     }
 }
+LOOPS(plane_to_normal_dense)
 
 void NAME(plane_to_normal_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {3, 1, 1, {3}}, {1, 0, 2, {0}}};
-    static const struct kernel kernel = {NAME(plane_to_normal_block), NAME(plane_to_normal_dense), 1, 3, 0, 0,
-        parts, NULL};
+    static const struct kernel kernel = {WIDTHS(plane_to_normal_block), WIDTHS(plane_to_normal_dense), (any_function
+        *)NAME(plane_to_normal), NAME(call_arr), 1, 3, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -6875,7 +7150,7 @@ INLINE void NAME(plane_support)(const REAL *plane, REAL *out)
     out[2] = t11;
 }
 
-WIDE static void NAME(plane_support_block)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(plane_support_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c0a = strides[0], c1a = strides[1];
@@ -6890,8 +7165,9 @@ WIDE static void NAME(plane_support_block)(intptr_t n, char **args, const intptr
         NAME(store_3)(a1 + i * w, c1a, x1);
     }
 }
+LOOPS(plane_support_block)
 
-WIDE static void NAME(plane_support_dense)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(plane_support_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
@@ -6909,12 +7185,13 @@ WIDE static void NAME(plane_support_dense)(intptr_t n, char **args, const intptr
         NAME(store_span)(args[1], first, r1, 3);
     }
 }
+LOOPS(plane_support_dense)
 
 void NAME(plane_support_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {3, 1, 1, {3}}};
-    static const struct kernel kernel = {NAME(plane_support_block), NAME(plane_support_dense), 1, 2, 0, 0, parts,
-        NULL};
+    static const struct kernel kernel = {WIDTHS(plane_support_block), WIDTHS(plane_support_dense), (any_function
+        *)NAME(plane_support), NAME(call_ar), 1, 2, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -6945,7 +7222,7 @@ INLINE void NAME(bisector_plane)(const REAL *a, const REAL *b, REAL *out)
     out[3] = t12;
 }
 
-WIDE static void NAME(bisector_plane_block)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(bisector_plane_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
@@ -6963,8 +7240,9 @@ WIDE static void NAME(bisector_plane_block)(intptr_t n, char **args, const intpt
         NAME(store_4)(a2 + i * w, c2a, x2);
     }
 }
+LOOPS(bisector_plane_block)
 
-WIDE static void NAME(bisector_plane_dense)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(bisector_plane_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
@@ -6985,12 +7263,13 @@ WIDE static void NAME(bisector_plane_dense)(intptr_t n, char **args, const intpt
         NAME(store_span)(args[2], first, r2, 4);
     }
 }
+LOOPS(bisector_plane_dense)
 
 void NAME(bisector_plane_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {3, 1, 1, {3}}, {4, 1, 2, {4}}};
-    static const struct kernel kernel = {NAME(bisector_plane_block), NAME(bisector_plane_dense), 2, 3, 0, 0, parts,
-        NULL};
+    static const struct kernel kernel = {WIDTHS(bisector_plane_block), WIDTHS(bisector_plane_dense), (any_function
+        *)NAME(bisector_plane), NAME(call_aar), 2, 3, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -7022,7 +7301,7 @@ INLINE void NAME(bisectors_of_planes)(const REAL *p, const REAL *q, REAL *out_0,
     out_1[3] = t7;
 }
 
-WIDE static void NAME(bisectors_of_planes_block)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(bisectors_of_planes_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2], c3a = strides[3];
@@ -7043,8 +7322,9 @@ WIDE static void NAME(bisectors_of_planes_block)(intptr_t n, char **args, const 
         NAME(store_4)(a3 + i * w, c3a, x3);
     }
 }
+LOOPS(bisectors_of_planes_block)
 
-WIDE static void NAME(bisectors_of_planes_dense)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(bisectors_of_planes_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
@@ -7069,12 +7349,13 @@ WIDE static void NAME(bisectors_of_planes_dense)(intptr_t n, char **args, const 
         NAME(store_span)(args[3], first, r3, 4);
     }
 }
+LOOPS(bisectors_of_planes_dense)
 
 void NAME(bisectors_of_planes_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {4, 1, 1, {4}}, {4, 1, 2, {4}}, {4, 1, 3, {4}}};
-    static const struct kernel kernel = {NAME(bisectors_of_planes_block), NAME(bisectors_of_planes_dense), 2, 4, 0,
-        0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(bisectors_of_planes_block), WIDTHS(bisectors_of_planes_dense),
+        (any_function *)NAME(bisectors_of_planes), NAME(call_aarr), 2, 4, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -7097,7 +7378,7 @@ INLINE void NAME(midpoint)(const REAL *a, const REAL *b, REAL *out)
     out[2] = t5;
 }
 
-WIDE static void NAME(midpoint_block)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(midpoint_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
@@ -7115,8 +7396,9 @@ WIDE static void NAME(midpoint_block)(intptr_t n, char **args, const intptr_t *s
         NAME(store_3)(a2 + i * w, c2a, x2);
     }
 }
+LOOPS(midpoint_block)
 
-WIDE static void NAME(midpoint_dense)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(midpoint_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
@@ -7137,11 +7419,13 @@ WIDE static void NAME(midpoint_dense)(intptr_t n, char **args, const intptr_t *s
         NAME(store_span)(args[2], first, r2, 3);
     }
 }
+LOOPS(midpoint_dense)
 
 void NAME(midpoint_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {3, 1, 1, {3}}, {3, 1, 2, {3}}};
-    static const struct kernel kernel = {NAME(midpoint_block), NAME(midpoint_dense), 2, 3, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(midpoint_block), WIDTHS(midpoint_dense), (any_function
+        *)NAME(midpoint), NAME(call_aar), 2, 3, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -7322,7 +7606,7 @@ INLINE void NAME(closest_points_of_lines)(const REAL *a, const REAL *b, REAL *ou
     out_1[2] = t154;
 }
 
-WIDE static void NAME(closest_points_of_lines_block)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(closest_points_of_lines_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2], c3a = strides[3];
@@ -7343,11 +7627,13 @@ WIDE static void NAME(closest_points_of_lines_block)(intptr_t n, char **args, co
         NAME(store_3)(a3 + i * w, c3a, x3);
     }
 }
+LOOPS(closest_points_of_lines_block)
 
 void NAME(closest_points_of_lines_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{6, 1, 0, {6}}, {6, 1, 1, {6}}, {3, 1, 2, {3}}, {3, 1, 3, {3}}};
-    static const struct kernel kernel = {NAME(closest_points_of_lines_block), NULL, 2, 4, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(closest_points_of_lines_block), {NULL}, (any_function
+        *)NAME(closest_points_of_lines), NAME(call_aarr), 2, 4, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -7518,7 +7804,7 @@ INLINE void NAME(common_perpendicular)(const REAL *a, const REAL *b, REAL *out)
     out[5] = t144;
 }
 
-WIDE static void NAME(common_perpendicular_block)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(common_perpendicular_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
@@ -7536,11 +7822,13 @@ WIDE static void NAME(common_perpendicular_block)(intptr_t n, char **args, const
         NAME(store_6)(a2 + i * w, c2a, x2);
     }
 }
+LOOPS(common_perpendicular_block)
 
 void NAME(common_perpendicular_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{6, 1, 0, {6}}, {6, 1, 1, {6}}, {6, 1, 2, {6}}};
-    static const struct kernel kernel = {NAME(common_perpendicular_block), NULL, 2, 3, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(common_perpendicular_block), {NULL}, (any_function
+        *)NAME(common_perpendicular), NAME(call_aar), 2, 3, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -7619,7 +7907,7 @@ INLINE void NAME(signed_distance_lines)(const REAL *a, const REAL *b, REAL *out)
     out[0] = t57;
 }
 
-WIDE static void NAME(signed_distance_lines_block)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(signed_distance_lines_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c0a = strides[0], c1a = strides[1];
@@ -7637,8 +7925,9 @@ WIDE static void NAME(signed_distance_lines_block)(intptr_t n, char **args, cons
         NAME(store_scalar)(a2 + i * w, x2);
     }
 }
+LOOPS(signed_distance_lines_block)
 
-WIDE static void NAME(signed_distance_lines_dense)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(signed_distance_lines_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
@@ -7661,12 +7950,13 @@ WIDE static void NAME(signed_distance_lines_dense)(intptr_t n, char **args, cons
         NAME(store_span)(args[2], first, r2, 1);
     }
 }
+LOOPS(signed_distance_lines_dense)
 
 void NAME(signed_distance_lines_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{6, 1, 0, {6}}, {6, 1, 1, {6}}, {1, 0, 2, {0}}};
-    static const struct kernel kernel = {NAME(signed_distance_lines_block), NAME(signed_distance_lines_dense), 2, 3,
-        0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(signed_distance_lines_block), WIDTHS(signed_distance_lines_dense),
+        (any_function *)NAME(signed_distance_lines), NAME(call_aar), 2, 3, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -7746,7 +8036,7 @@ INLINE void NAME(distance_lines)(const REAL *a, const REAL *b, REAL *out)
     out[0] = t58;
 }
 
-WIDE static void NAME(distance_lines_block)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(distance_lines_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c0a = strides[0], c1a = strides[1];
@@ -7764,8 +8054,9 @@ WIDE static void NAME(distance_lines_block)(intptr_t n, char **args, const intpt
         NAME(store_scalar)(a2 + i * w, x2);
     }
 }
+LOOPS(distance_lines_block)
 
-WIDE static void NAME(distance_lines_dense)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(distance_lines_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
@@ -7788,12 +8079,13 @@ WIDE static void NAME(distance_lines_dense)(intptr_t n, char **args, const intpt
         NAME(store_span)(args[2], first, r2, 1);
     }
 }
+LOOPS(distance_lines_dense)
 
 void NAME(distance_lines_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{6, 1, 0, {6}}, {6, 1, 1, {6}}, {1, 0, 2, {0}}};
-    static const struct kernel kernel = {NAME(distance_lines_block), NAME(distance_lines_dense), 2, 3, 0, 0, parts,
-        NULL};
+    static const struct kernel kernel = {WIDTHS(distance_lines_block), WIDTHS(distance_lines_dense), (any_function
+        *)NAME(distance_lines), NAME(call_aar), 2, 3, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -7889,7 +8181,7 @@ static INLINE void NAME(signed_distance_line_plane_apply_line)(const REAL *prepa
     out[0] = t22;
 }
 
-WIDE static void NAME(signed_distance_line_plane_block_line)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(signed_distance_line_plane_block_line)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c1a = strides[1];
@@ -7905,8 +8197,9 @@ WIDE static void NAME(signed_distance_line_plane_block_line)(intptr_t n, char **
         NAME(store_scalar)(a2 + i * w, x2);
     }
 }
+LOOPS(signed_distance_line_plane_block_line)
 
-WIDE static void NAME(signed_distance_line_plane_dense_line)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(signed_distance_line_plane_dense_line)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const REAL *prepared = (const REAL *)args[0];
@@ -7925,6 +8218,7 @@ WIDE static void NAME(signed_distance_line_plane_dense_line)(intptr_t n, char **
         NAME(store_span)(args[2], first, r2, 1);
     }
 }
+LOOPS(signed_distance_line_plane_dense_line)
 
 static void NAME(signed_distance_line_plane_start_line)(char **args, const intptr_t *strides, void *prepared)
 {
@@ -7934,7 +8228,7 @@ static void NAME(signed_distance_line_plane_start_line)(char **args, const intpt
     NAME(signed_distance_line_plane_prepare_line)(x0, prepared);
 }
 
-WIDE static void NAME(signed_distance_line_plane_block)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(signed_distance_line_plane_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c0a = strides[0], c1a = strides[1];
@@ -7952,8 +8246,9 @@ WIDE static void NAME(signed_distance_line_plane_block)(intptr_t n, char **args,
         NAME(store_scalar)(a2 + i * w, x2);
     }
 }
+LOOPS(signed_distance_line_plane_block)
 
-WIDE static void NAME(signed_distance_line_plane_dense)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(signed_distance_line_plane_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
@@ -7976,14 +8271,16 @@ WIDE static void NAME(signed_distance_line_plane_dense)(intptr_t n, char **args,
         NAME(store_span)(args[2], first, r2, 1);
     }
 }
+LOOPS(signed_distance_line_plane_dense)
 
 void NAME(signed_distance_line_plane_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{6, 1, 0, {6}}, {4, 1, 1, {4}}, {1, 0, 2, {0}}};
     static const struct form forms[] = {{1, 2, NAME(signed_distance_line_plane_start_line),
-        NAME(signed_distance_line_plane_block_line), NAME(signed_distance_line_plane_dense_line)}};
-    static const struct kernel kernel = {NAME(signed_distance_line_plane_block),
-        NAME(signed_distance_line_plane_dense), 2, 3, 1, 0, parts, forms};
+        WIDTHS(signed_distance_line_plane_block_line), WIDTHS(signed_distance_line_plane_dense_line)}};
+    static const struct kernel kernel = {WIDTHS(signed_distance_line_plane_block),
+        WIDTHS(signed_distance_line_plane_dense), (any_function *)NAME(signed_distance_line_plane), NAME(call_aar),
+        2, 3, 1, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -8126,7 +8423,7 @@ static INLINE void NAME(signed_distance_planes_apply_q)(const REAL *prepared, co
     out[0] = t23;
 }
 
-WIDE static void NAME(signed_distance_planes_block_p)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(signed_distance_planes_block_p)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c1a = strides[1];
@@ -8142,8 +8439,9 @@ WIDE static void NAME(signed_distance_planes_block_p)(intptr_t n, char **args, c
         NAME(store_scalar)(a2 + i * w, x2);
     }
 }
+LOOPS(signed_distance_planes_block_p)
 
-WIDE static void NAME(signed_distance_planes_dense_p)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(signed_distance_planes_dense_p)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const REAL *prepared = (const REAL *)args[0];
@@ -8162,6 +8460,7 @@ WIDE static void NAME(signed_distance_planes_dense_p)(intptr_t n, char **args, c
         NAME(store_span)(args[2], first, r2, 1);
     }
 }
+LOOPS(signed_distance_planes_dense_p)
 
 static void NAME(signed_distance_planes_start_p)(char **args, const intptr_t *strides, void *prepared)
 {
@@ -8171,7 +8470,7 @@ static void NAME(signed_distance_planes_start_p)(char **args, const intptr_t *st
     NAME(signed_distance_planes_prepare_p)(x0, prepared);
 }
 
-WIDE static void NAME(signed_distance_planes_block_q)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(signed_distance_planes_block_q)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c0a = strides[0];
@@ -8187,8 +8486,9 @@ WIDE static void NAME(signed_distance_planes_block_q)(intptr_t n, char **args, c
         NAME(store_scalar)(a2 + i * w, x2);
     }
 }
+LOOPS(signed_distance_planes_block_q)
 
-WIDE static void NAME(signed_distance_planes_dense_q)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(signed_distance_planes_dense_q)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const REAL *prepared = (const REAL *)args[1];
@@ -8207,6 +8507,7 @@ WIDE static void NAME(signed_distance_planes_dense_q)(intptr_t n, char **args, c
         NAME(store_span)(args[2], first, r2, 1);
     }
 }
+LOOPS(signed_distance_planes_dense_q)
 
 static void NAME(signed_distance_planes_start_q)(char **args, const intptr_t *strides, void *prepared)
 {
@@ -8216,7 +8517,7 @@ static void NAME(signed_distance_planes_start_q)(char **args, const intptr_t *st
     NAME(signed_distance_planes_prepare_q)(x1, prepared);
 }
 
-WIDE static void NAME(signed_distance_planes_block)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(signed_distance_planes_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c0a = strides[0], c1a = strides[1];
@@ -8234,8 +8535,9 @@ WIDE static void NAME(signed_distance_planes_block)(intptr_t n, char **args, con
         NAME(store_scalar)(a2 + i * w, x2);
     }
 }
+LOOPS(signed_distance_planes_block)
 
-WIDE static void NAME(signed_distance_planes_dense)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(signed_distance_planes_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
@@ -8256,16 +8558,17 @@ WIDE static void NAME(signed_distance_planes_dense)(intptr_t n, char **args, con
         NAME(store_span)(args[2], first, r2, 1);
     }
 }
+LOOPS(signed_distance_planes_dense)
 
 void NAME(signed_distance_planes_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {4, 1, 1, {4}}, {1, 0, 2, {0}}};
     static const struct form forms[] = {{1, 2, NAME(signed_distance_planes_start_p),
-        NAME(signed_distance_planes_block_p), NAME(signed_distance_planes_dense_p)}, {2, 2,
-        NAME(signed_distance_planes_start_q), NAME(signed_distance_planes_block_q),
-        NAME(signed_distance_planes_dense_q)}};
-    static const struct kernel kernel = {NAME(signed_distance_planes_block), NAME(signed_distance_planes_dense), 2,
-        3, 2, 0, parts, forms};
+        WIDTHS(signed_distance_planes_block_p), WIDTHS(signed_distance_planes_dense_p)}, {2, 2,
+        NAME(signed_distance_planes_start_q), WIDTHS(signed_distance_planes_block_q),
+        WIDTHS(signed_distance_planes_dense_q)}};
+    static const struct kernel kernel = {WIDTHS(signed_distance_planes_block), WIDTHS(signed_distance_planes_dense),
+        (any_function *)NAME(signed_distance_planes), NAME(call_aar), 2, 3, 2, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -8301,7 +8604,7 @@ INLINE void NAME(signed_angle_line_plane)(const REAL *line, const REAL *plane, R
     out[0] = t20;
 }
 
-WIDE static void NAME(signed_angle_line_plane_block)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(signed_angle_line_plane_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c0a = strides[0], c1a = strides[1];
@@ -8319,11 +8622,13 @@ WIDE static void NAME(signed_angle_line_plane_block)(intptr_t n, char **args, co
         NAME(store_scalar)(a2 + i * w, x2);
     }
 }
+LOOPS(signed_angle_line_plane_block)
 
 void NAME(signed_angle_line_plane_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{6, 1, 0, {6}}, {4, 1, 1, {4}}, {1, 0, 2, {0}}};
-    static const struct kernel kernel = {NAME(signed_angle_line_plane_block), NULL, 2, 3, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(signed_angle_line_plane_block), {NULL}, (any_function
+        *)NAME(signed_angle_line_plane), NAME(call_aar), 2, 3, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -8435,7 +8740,7 @@ static INLINE void NAME(signed_angle_between_lines_apply_a_b)(const REAL *prepar
     out[0] = t32;
 }
 
-WIDE static void NAME(signed_angle_between_lines_block_a_b)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(signed_angle_between_lines_block_a_b)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c2a = strides[2];
@@ -8451,8 +8756,9 @@ WIDE static void NAME(signed_angle_between_lines_block_a_b)(intptr_t n, char **a
         NAME(store_scalar)(a3 + i * w, x3);
     }
 }
+LOOPS(signed_angle_between_lines_block_a_b)
 
-WIDE static void NAME(signed_angle_between_lines_dense_a_b)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(signed_angle_between_lines_dense_a_b)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const REAL *prepared = (const REAL *)args[0];
@@ -8471,6 +8777,7 @@ WIDE static void NAME(signed_angle_between_lines_dense_a_b)(intptr_t n, char **a
         NAME(store_span)(args[3], first, r3, 1);
     }
 }
+LOOPS(signed_angle_between_lines_dense_a_b)
 
 static void NAME(signed_angle_between_lines_start_a_b)(char **args, const intptr_t *strides, void *prepared)
 {
@@ -8482,7 +8789,7 @@ static void NAME(signed_angle_between_lines_start_a_b)(char **args, const intptr
     NAME(signed_angle_between_lines_prepare_a_b)(x0, x1, prepared);
 }
 
-WIDE static void NAME(signed_angle_between_lines_block)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(signed_angle_between_lines_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
@@ -8503,13 +8810,15 @@ WIDE static void NAME(signed_angle_between_lines_block)(intptr_t n, char **args,
         NAME(store_scalar)(a3 + i * w, x3);
     }
 }
+LOOPS(signed_angle_between_lines_block)
 
 void NAME(signed_angle_between_lines_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{6, 1, 0, {6}}, {6, 1, 1, {6}}, {3, 1, 2, {3}}, {1, 0, 3, {0}}};
     static const struct form forms[] = {{3, 2, NAME(signed_angle_between_lines_start_a_b),
-        NAME(signed_angle_between_lines_block_a_b), NAME(signed_angle_between_lines_dense_a_b)}};
-    static const struct kernel kernel = {NAME(signed_angle_between_lines_block), NULL, 3, 4, 1, 0, parts, forms};
+        WIDTHS(signed_angle_between_lines_block_a_b), WIDTHS(signed_angle_between_lines_dense_a_b)}};
+    static const struct kernel kernel = {WIDTHS(signed_angle_between_lines_block), {NULL}, (any_function
+        *)NAME(signed_angle_between_lines), NAME(call_aaar), 3, 4, 1, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -8613,7 +8922,7 @@ static INLINE void NAME(signed_angle_between_planes_apply_p_q)(const REAL *prepa
     out[0] = t28;
 }
 
-WIDE static void NAME(signed_angle_between_planes_block_p_q)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(signed_angle_between_planes_block_p_q)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c2a = strides[2];
@@ -8629,8 +8938,9 @@ WIDE static void NAME(signed_angle_between_planes_block_p_q)(intptr_t n, char **
         NAME(store_scalar)(a3 + i * w, x3);
     }
 }
+LOOPS(signed_angle_between_planes_block_p_q)
 
-WIDE static void NAME(signed_angle_between_planes_dense_p_q)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(signed_angle_between_planes_dense_p_q)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const REAL *prepared = (const REAL *)args[0];
@@ -8649,6 +8959,7 @@ WIDE static void NAME(signed_angle_between_planes_dense_p_q)(intptr_t n, char **
         NAME(store_span)(args[3], first, r3, 1);
     }
 }
+LOOPS(signed_angle_between_planes_dense_p_q)
 
 static void NAME(signed_angle_between_planes_start_p_q)(char **args, const intptr_t *strides, void *prepared)
 {
@@ -8660,7 +8971,7 @@ static void NAME(signed_angle_between_planes_start_p_q)(char **args, const intpt
     NAME(signed_angle_between_planes_prepare_p_q)(x0, x1, prepared);
 }
 
-WIDE static void NAME(signed_angle_between_planes_block)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(signed_angle_between_planes_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
@@ -8681,13 +8992,15 @@ WIDE static void NAME(signed_angle_between_planes_block)(intptr_t n, char **args
         NAME(store_scalar)(a3 + i * w, x3);
     }
 }
+LOOPS(signed_angle_between_planes_block)
 
 void NAME(signed_angle_between_planes_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {4, 1, 1, {4}}, {3, 1, 2, {3}}, {1, 0, 3, {0}}};
     static const struct form forms[] = {{3, 2, NAME(signed_angle_between_planes_start_p_q),
-        NAME(signed_angle_between_planes_block_p_q), NAME(signed_angle_between_planes_dense_p_q)}};
-    static const struct kernel kernel = {NAME(signed_angle_between_planes_block), NULL, 3, 4, 1, 0, parts, forms};
+        WIDTHS(signed_angle_between_planes_block_p_q), WIDTHS(signed_angle_between_planes_dense_p_q)}};
+    static const struct kernel kernel = {WIDTHS(signed_angle_between_planes_block), {NULL}, (any_function
+        *)NAME(signed_angle_between_planes), NAME(call_aaar), 3, 4, 1, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -8785,7 +9098,7 @@ INLINE void NAME(join_lines)(const REAL *a, const REAL *b, REAL *out)
     out[3] = t73;
 }
 
-WIDE static void NAME(join_lines_block)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(join_lines_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
@@ -8803,8 +9116,9 @@ WIDE static void NAME(join_lines_block)(intptr_t n, char **args, const intptr_t 
         NAME(store_4)(a2 + i * w, c2a, x2);
     }
 }
+LOOPS(join_lines_block)
 
-WIDE static void NAME(join_lines_dense)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(join_lines_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
@@ -8827,11 +9141,13 @@ WIDE static void NAME(join_lines_dense)(intptr_t n, char **args, const intptr_t 
         NAME(store_span)(args[2], first, r2, 4);
     }
 }
+LOOPS(join_lines_dense)
 
 void NAME(join_lines_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{6, 1, 0, {6}}, {6, 1, 1, {6}}, {4, 1, 2, {4}}};
-    static const struct kernel kernel = {NAME(join_lines_block), NAME(join_lines_dense), 2, 3, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(join_lines_block), WIDTHS(join_lines_dense), (any_function
+        *)NAME(join_lines), NAME(call_aar), 2, 3, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -8940,7 +9256,7 @@ INLINE void NAME(meet_lines)(const REAL *a, const REAL *b, REAL *out)
     out[3] = t84;
 }
 
-WIDE static void NAME(meet_lines_block)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(meet_lines_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
@@ -8958,8 +9274,9 @@ WIDE static void NAME(meet_lines_block)(intptr_t n, char **args, const intptr_t 
         NAME(store_4)(a2 + i * w, c2a, x2);
     }
 }
+LOOPS(meet_lines_block)
 
-WIDE static void NAME(meet_lines_dense)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(meet_lines_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
@@ -8982,11 +9299,13 @@ WIDE static void NAME(meet_lines_dense)(intptr_t n, char **args, const intptr_t 
         NAME(store_span)(args[2], first, r2, 4);
     }
 }
+LOOPS(meet_lines_dense)
 
 void NAME(meet_lines_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{6, 1, 0, {6}}, {6, 1, 1, {6}}, {4, 1, 2, {4}}};
-    static const struct kernel kernel = {NAME(meet_lines_block), NAME(meet_lines_dense), 2, 3, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(meet_lines_block), WIDTHS(meet_lines_dense), (any_function
+        *)NAME(meet_lines), NAME(call_aar), 2, 3, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -9263,7 +9582,7 @@ static INLINE void NAME(relation_of_lines_apply_a_b_sine)(const REAL *prepared, 
     out[0] = t66;
 }
 
-WIDE static void NAME(relation_of_lines_block_a_b_distance)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(relation_of_lines_block_a_b_distance)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
@@ -9279,6 +9598,7 @@ WIDE static void NAME(relation_of_lines_block_a_b_distance)(intptr_t n, char **a
         NAME(store_scalar)(a4 + i * w, x4);
     }
 }
+LOOPS(relation_of_lines_block_a_b_distance)
 
 static void NAME(relation_of_lines_start_a_b_distance)(char **args, const intptr_t *strides, void *prepared)
 {
@@ -9292,7 +9612,7 @@ static void NAME(relation_of_lines_start_a_b_distance)(char **args, const intptr
     NAME(relation_of_lines_prepare_a_b_distance)(x0, x1, x2[0], prepared);
 }
 
-WIDE static void NAME(relation_of_lines_block_a_b_sine)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(relation_of_lines_block_a_b_sine)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
@@ -9308,6 +9628,7 @@ WIDE static void NAME(relation_of_lines_block_a_b_sine)(intptr_t n, char **args,
         NAME(store_scalar)(a4 + i * w, x4);
     }
 }
+LOOPS(relation_of_lines_block_a_b_sine)
 
 static void NAME(relation_of_lines_start_a_b_sine)(char **args, const intptr_t *strides, void *prepared)
 {
@@ -9321,7 +9642,7 @@ static void NAME(relation_of_lines_start_a_b_sine)(char **args, const intptr_t *
     NAME(relation_of_lines_prepare_a_b_sine)(x0, x1, x3[0], prepared);
 }
 
-WIDE static void NAME(relation_of_lines_block)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(relation_of_lines_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c0a = strides[0], c1a = strides[1];
@@ -9345,8 +9666,9 @@ WIDE static void NAME(relation_of_lines_block)(intptr_t n, char **args, const in
         NAME(store_scalar)(a4 + i * w, x4);
     }
 }
+LOOPS(relation_of_lines_block)
 
-WIDE static void NAME(relation_of_lines_dense)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(relation_of_lines_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
@@ -9377,16 +9699,17 @@ WIDE static void NAME(relation_of_lines_dense)(intptr_t n, char **args, const in
         NAME(store_span)(args[4], first, r4, 1);
     }
 }
+LOOPS(relation_of_lines_dense)
 
 void NAME(relation_of_lines_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{6, 1, 0, {6}}, {6, 1, 1, {6}}, {1, 0, 2, {0}}, {1, 0, 2, {0}}, {1, 0, 2,
         {0}}};
     static const struct form forms[] = {{7, 2, NAME(relation_of_lines_start_a_b_distance),
-        NAME(relation_of_lines_block_a_b_distance), NULL}, {11, 2, NAME(relation_of_lines_start_a_b_sine),
-        NAME(relation_of_lines_block_a_b_sine), NULL}};
-    static const struct kernel kernel = {NAME(relation_of_lines_block), NAME(relation_of_lines_dense), 4, 5, 2, 0,
-        parts, forms};
+        WIDTHS(relation_of_lines_block_a_b_distance), {NULL}}, {11, 2, NAME(relation_of_lines_start_a_b_sine),
+        WIDTHS(relation_of_lines_block_a_b_sine), {NULL}}};
+    static const struct kernel kernel = {WIDTHS(relation_of_lines_block), WIDTHS(relation_of_lines_dense),
+        (any_function *)NAME(relation_of_lines), NAME(call_aannr), 4, 5, 2, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -9596,7 +9919,7 @@ static INLINE void NAME(relation_of_line_plane_apply_line_distance_sine)(const R
     out[0] = t25;
 }
 
-WIDE static void NAME(relation_of_line_plane_block_line_plane_distance)(intptr_t n, char **args, const intptr_t
+static INLINE void NAME(relation_of_line_plane_block_line_plane_distance)(intptr_t n, char **args, const intptr_t
     *strides)
 {
     const intptr_t w = sizeof(REAL);
@@ -9613,6 +9936,7 @@ WIDE static void NAME(relation_of_line_plane_block_line_plane_distance)(intptr_t
         NAME(store_scalar)(a4 + i * w, x4);
     }
 }
+LOOPS(relation_of_line_plane_block_line_plane_distance)
 
 static void NAME(relation_of_line_plane_start_line_plane_distance)(char **args, const intptr_t *strides, void
     *prepared)
@@ -9627,7 +9951,7 @@ static void NAME(relation_of_line_plane_start_line_plane_distance)(char **args, 
     NAME(relation_of_line_plane_prepare_line_plane_distance)(x0, x1, x2[0], prepared);
 }
 
-WIDE static void NAME(relation_of_line_plane_block_line_plane_sine)(intptr_t n, char **args, const intptr_t
+static INLINE void NAME(relation_of_line_plane_block_line_plane_sine)(intptr_t n, char **args, const intptr_t
     *strides)
 {
     const intptr_t w = sizeof(REAL);
@@ -9644,6 +9968,7 @@ WIDE static void NAME(relation_of_line_plane_block_line_plane_sine)(intptr_t n, 
         NAME(store_scalar)(a4 + i * w, x4);
     }
 }
+LOOPS(relation_of_line_plane_block_line_plane_sine)
 
 static void NAME(relation_of_line_plane_start_line_plane_sine)(char **args, const intptr_t *strides, void *prepared)
 {
@@ -9657,7 +9982,7 @@ static void NAME(relation_of_line_plane_start_line_plane_sine)(char **args, cons
     NAME(relation_of_line_plane_prepare_line_plane_sine)(x0, x1, x3[0], prepared);
 }
 
-WIDE static void NAME(relation_of_line_plane_block_line_distance_sine)(intptr_t n, char **args, const intptr_t
+static INLINE void NAME(relation_of_line_plane_block_line_distance_sine)(intptr_t n, char **args, const intptr_t
     *strides)
 {
     const intptr_t w = sizeof(REAL);
@@ -9674,8 +9999,9 @@ WIDE static void NAME(relation_of_line_plane_block_line_distance_sine)(intptr_t 
         NAME(store_scalar)(a4 + i * w, x4);
     }
 }
+LOOPS(relation_of_line_plane_block_line_distance_sine)
 
-WIDE static void NAME(relation_of_line_plane_dense_line_distance_sine)(intptr_t n, char **args, const intptr_t
+static INLINE void NAME(relation_of_line_plane_dense_line_distance_sine)(intptr_t n, char **args, const intptr_t
     *strides)
 {
     const intptr_t w = sizeof(REAL);
@@ -9695,6 +10021,7 @@ WIDE static void NAME(relation_of_line_plane_dense_line_distance_sine)(intptr_t 
         NAME(store_span)(args[4], first, r4, 1);
     }
 }
+LOOPS(relation_of_line_plane_dense_line_distance_sine)
 
 static void NAME(relation_of_line_plane_start_line_distance_sine)(char **args, const intptr_t *strides, void
     *prepared)
@@ -9709,7 +10036,7 @@ static void NAME(relation_of_line_plane_start_line_distance_sine)(char **args, c
     NAME(relation_of_line_plane_prepare_line_distance_sine)(x0, x2[0], x3[0], prepared);
 }
 
-WIDE static void NAME(relation_of_line_plane_block)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(relation_of_line_plane_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c0a = strides[0], c1a = strides[1];
@@ -9733,8 +10060,9 @@ WIDE static void NAME(relation_of_line_plane_block)(intptr_t n, char **args, con
         NAME(store_scalar)(a4 + i * w, x4);
     }
 }
+LOOPS(relation_of_line_plane_block)
 
-WIDE static void NAME(relation_of_line_plane_dense)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(relation_of_line_plane_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
@@ -9765,19 +10093,20 @@ WIDE static void NAME(relation_of_line_plane_dense)(intptr_t n, char **args, con
         NAME(store_span)(args[4], first, r4, 1);
     }
 }
+LOOPS(relation_of_line_plane_dense)
 
 void NAME(relation_of_line_plane_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{6, 1, 0, {6}}, {4, 1, 1, {4}}, {1, 0, 2, {0}}, {1, 0, 2, {0}}, {1, 0, 2,
         {0}}};
     static const struct form forms[] = {{7, 2, NAME(relation_of_line_plane_start_line_plane_distance),
-        NAME(relation_of_line_plane_block_line_plane_distance), NULL}, {11, 2,
-        NAME(relation_of_line_plane_start_line_plane_sine), NAME(relation_of_line_plane_block_line_plane_sine),
-        NULL}, {13, 2, NAME(relation_of_line_plane_start_line_distance_sine),
-        NAME(relation_of_line_plane_block_line_distance_sine),
-        NAME(relation_of_line_plane_dense_line_distance_sine)}};
-    static const struct kernel kernel = {NAME(relation_of_line_plane_block), NAME(relation_of_line_plane_dense), 4,
-        5, 3, 0, parts, forms};
+        WIDTHS(relation_of_line_plane_block_line_plane_distance), {NULL}}, {11, 2,
+        NAME(relation_of_line_plane_start_line_plane_sine), WIDTHS(relation_of_line_plane_block_line_plane_sine),
+        {NULL}}, {13, 2, NAME(relation_of_line_plane_start_line_distance_sine),
+        WIDTHS(relation_of_line_plane_block_line_distance_sine),
+        WIDTHS(relation_of_line_plane_dense_line_distance_sine)}};
+    static const struct kernel kernel = {WIDTHS(relation_of_line_plane_block), WIDTHS(relation_of_line_plane_dense),
+        (any_function *)NAME(relation_of_line_plane), NAME(call_aannr), 4, 5, 3, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -10042,7 +10371,7 @@ static INLINE void NAME(relation_of_planes_apply_q_distance_sine)(const REAL *pr
     out[0] = t27;
 }
 
-WIDE static void NAME(relation_of_planes_block_p_q_distance)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(relation_of_planes_block_p_q_distance)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
@@ -10058,6 +10387,7 @@ WIDE static void NAME(relation_of_planes_block_p_q_distance)(intptr_t n, char **
         NAME(store_scalar)(a4 + i * w, x4);
     }
 }
+LOOPS(relation_of_planes_block_p_q_distance)
 
 static void NAME(relation_of_planes_start_p_q_distance)(char **args, const intptr_t *strides, void *prepared)
 {
@@ -10071,7 +10401,7 @@ static void NAME(relation_of_planes_start_p_q_distance)(char **args, const intpt
     NAME(relation_of_planes_prepare_p_q_distance)(x0, x1, x2[0], prepared);
 }
 
-WIDE static void NAME(relation_of_planes_block_p_q_sine)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(relation_of_planes_block_p_q_sine)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
@@ -10087,6 +10417,7 @@ WIDE static void NAME(relation_of_planes_block_p_q_sine)(intptr_t n, char **args
         NAME(store_scalar)(a4 + i * w, x4);
     }
 }
+LOOPS(relation_of_planes_block_p_q_sine)
 
 static void NAME(relation_of_planes_start_p_q_sine)(char **args, const intptr_t *strides, void *prepared)
 {
@@ -10100,7 +10431,7 @@ static void NAME(relation_of_planes_start_p_q_sine)(char **args, const intptr_t 
     NAME(relation_of_planes_prepare_p_q_sine)(x0, x1, x3[0], prepared);
 }
 
-WIDE static void NAME(relation_of_planes_block_p_distance_sine)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(relation_of_planes_block_p_distance_sine)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c1a = strides[1];
@@ -10116,8 +10447,9 @@ WIDE static void NAME(relation_of_planes_block_p_distance_sine)(intptr_t n, char
         NAME(store_scalar)(a4 + i * w, x4);
     }
 }
+LOOPS(relation_of_planes_block_p_distance_sine)
 
-WIDE static void NAME(relation_of_planes_dense_p_distance_sine)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(relation_of_planes_dense_p_distance_sine)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const REAL *prepared = (const REAL *)args[0];
@@ -10136,6 +10468,7 @@ WIDE static void NAME(relation_of_planes_dense_p_distance_sine)(intptr_t n, char
         NAME(store_span)(args[4], first, r4, 1);
     }
 }
+LOOPS(relation_of_planes_dense_p_distance_sine)
 
 static void NAME(relation_of_planes_start_p_distance_sine)(char **args, const intptr_t *strides, void *prepared)
 {
@@ -10149,7 +10482,7 @@ static void NAME(relation_of_planes_start_p_distance_sine)(char **args, const in
     NAME(relation_of_planes_prepare_p_distance_sine)(x0, x2[0], x3[0], prepared);
 }
 
-WIDE static void NAME(relation_of_planes_block_q_distance_sine)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(relation_of_planes_block_q_distance_sine)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c0a = strides[0];
@@ -10165,8 +10498,9 @@ WIDE static void NAME(relation_of_planes_block_q_distance_sine)(intptr_t n, char
         NAME(store_scalar)(a4 + i * w, x4);
     }
 }
+LOOPS(relation_of_planes_block_q_distance_sine)
 
-WIDE static void NAME(relation_of_planes_dense_q_distance_sine)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(relation_of_planes_dense_q_distance_sine)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const REAL *prepared = (const REAL *)args[1];
@@ -10185,6 +10519,7 @@ WIDE static void NAME(relation_of_planes_dense_q_distance_sine)(intptr_t n, char
         NAME(store_span)(args[4], first, r4, 1);
     }
 }
+LOOPS(relation_of_planes_dense_q_distance_sine)
 
 static void NAME(relation_of_planes_start_q_distance_sine)(char **args, const intptr_t *strides, void *prepared)
 {
@@ -10198,7 +10533,7 @@ static void NAME(relation_of_planes_start_q_distance_sine)(char **args, const in
     NAME(relation_of_planes_prepare_q_distance_sine)(x1, x2[0], x3[0], prepared);
 }
 
-WIDE static void NAME(relation_of_planes_block)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(relation_of_planes_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c0a = strides[0], c1a = strides[1];
@@ -10222,8 +10557,9 @@ WIDE static void NAME(relation_of_planes_block)(intptr_t n, char **args, const i
         NAME(store_scalar)(a4 + i * w, x4);
     }
 }
+LOOPS(relation_of_planes_block)
 
-WIDE static void NAME(relation_of_planes_dense)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(relation_of_planes_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
@@ -10250,19 +10586,20 @@ WIDE static void NAME(relation_of_planes_dense)(intptr_t n, char **args, const i
         NAME(store_span)(args[4], first, r4, 1);
     }
 }
+LOOPS(relation_of_planes_dense)
 
 void NAME(relation_of_planes_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {4, 1, 1, {4}}, {1, 0, 2, {0}}, {1, 0, 2, {0}}, {1, 0, 2,
         {0}}};
     static const struct form forms[] = {{7, 2, NAME(relation_of_planes_start_p_q_distance),
-        NAME(relation_of_planes_block_p_q_distance), NULL}, {11, 2, NAME(relation_of_planes_start_p_q_sine),
-        NAME(relation_of_planes_block_p_q_sine), NULL}, {13, 2, NAME(relation_of_planes_start_p_distance_sine),
-        NAME(relation_of_planes_block_p_distance_sine), NAME(relation_of_planes_dense_p_distance_sine)}, {14, 2,
-        NAME(relation_of_planes_start_q_distance_sine), NAME(relation_of_planes_block_q_distance_sine),
-        NAME(relation_of_planes_dense_q_distance_sine)}};
-    static const struct kernel kernel = {NAME(relation_of_planes_block), NAME(relation_of_planes_dense), 4, 5, 4, 0,
-        parts, forms};
+        WIDTHS(relation_of_planes_block_p_q_distance), {NULL}}, {11, 2, NAME(relation_of_planes_start_p_q_sine),
+        WIDTHS(relation_of_planes_block_p_q_sine), {NULL}}, {13, 2, NAME(relation_of_planes_start_p_distance_sine),
+        WIDTHS(relation_of_planes_block_p_distance_sine), WIDTHS(relation_of_planes_dense_p_distance_sine)}, {14, 2,
+        NAME(relation_of_planes_start_q_distance_sine), WIDTHS(relation_of_planes_block_q_distance_sine),
+        WIDTHS(relation_of_planes_dense_q_distance_sine)}};
+    static const struct kernel kernel = {WIDTHS(relation_of_planes_block), WIDTHS(relation_of_planes_dense),
+        (any_function *)NAME(relation_of_planes), NAME(call_aannr), 4, 5, 4, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -10872,7 +11209,7 @@ static INLINE void NAME(relation_of_three_planes_apply_p_q_r_sine)(const REAL *p
     out[0] = t175;
 }
 
-WIDE static void NAME(relation_of_three_planes_block_p_q_r_distance)(intptr_t n, char **args, const intptr_t
+static INLINE void NAME(relation_of_three_planes_block_p_q_r_distance)(intptr_t n, char **args, const intptr_t
     *strides)
 {
     const intptr_t w = sizeof(REAL);
@@ -10889,6 +11226,7 @@ WIDE static void NAME(relation_of_three_planes_block_p_q_r_distance)(intptr_t n,
         NAME(store_scalar)(a5 + i * w, x5);
     }
 }
+LOOPS(relation_of_three_planes_block_p_q_r_distance)
 
 static void NAME(relation_of_three_planes_start_p_q_r_distance)(char **args, const intptr_t *strides, void
     *prepared)
@@ -10905,7 +11243,7 @@ static void NAME(relation_of_three_planes_start_p_q_r_distance)(char **args, con
     NAME(relation_of_three_planes_prepare_p_q_r_distance)(x0, x1, x2, x3[0], prepared);
 }
 
-WIDE static void NAME(relation_of_three_planes_block_p_q_r_sine)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(relation_of_three_planes_block_p_q_r_sine)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
@@ -10921,6 +11259,7 @@ WIDE static void NAME(relation_of_three_planes_block_p_q_r_sine)(intptr_t n, cha
         NAME(store_scalar)(a5 + i * w, x5);
     }
 }
+LOOPS(relation_of_three_planes_block_p_q_r_sine)
 
 static void NAME(relation_of_three_planes_start_p_q_r_sine)(char **args, const intptr_t *strides, void *prepared)
 {
@@ -10936,7 +11275,7 @@ static void NAME(relation_of_three_planes_start_p_q_r_sine)(char **args, const i
     NAME(relation_of_three_planes_prepare_p_q_r_sine)(x0, x1, x2, x4[0], prepared);
 }
 
-WIDE static void NAME(relation_of_three_planes_block)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(relation_of_three_planes_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
@@ -10963,15 +11302,18 @@ WIDE static void NAME(relation_of_three_planes_block)(intptr_t n, char **args, c
         NAME(store_scalar)(a5 + i * w, x5);
     }
 }
+LOOPS(relation_of_three_planes_block)
 
 void NAME(relation_of_three_planes_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {4, 1, 1, {4}}, {4, 1, 2, {4}}, {1, 0, 3, {0}}, {1, 0, 3,
         {0}}, {1, 0, 3, {0}}};
     static const struct form forms[] = {{15, 2, NAME(relation_of_three_planes_start_p_q_r_distance),
-        NAME(relation_of_three_planes_block_p_q_r_distance), NULL}, {23, 2,
-        NAME(relation_of_three_planes_start_p_q_r_sine), NAME(relation_of_three_planes_block_p_q_r_sine), NULL}};
-    static const struct kernel kernel = {NAME(relation_of_three_planes_block), NULL, 5, 6, 2, 0, parts, forms};
+        WIDTHS(relation_of_three_planes_block_p_q_r_distance), {NULL}}, {23, 2,
+        NAME(relation_of_three_planes_start_p_q_r_sine), WIDTHS(relation_of_three_planes_block_p_q_r_sine),
+        {NULL}}};
+    static const struct kernel kernel = {WIDTHS(relation_of_three_planes_block), {NULL}, (any_function
+        *)NAME(relation_of_three_planes), NAME(call_aaannr), 5, 6, 2, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -10998,7 +11340,7 @@ INLINE void NAME(reject_point_from_plane)(const REAL *p, const REAL *plane, REAL
     out[2] = t8;
 }
 
-WIDE static void NAME(reject_point_from_plane_block)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(reject_point_from_plane_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
@@ -11016,8 +11358,9 @@ WIDE static void NAME(reject_point_from_plane_block)(intptr_t n, char **args, co
         NAME(store_3)(a2 + i * w, c2a, x2);
     }
 }
+LOOPS(reject_point_from_plane_block)
 
-WIDE static void NAME(reject_point_from_plane_dense)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(reject_point_from_plane_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
@@ -11038,12 +11381,14 @@ WIDE static void NAME(reject_point_from_plane_dense)(intptr_t n, char **args, co
         NAME(store_span)(args[2], first, r2, 3);
     }
 }
+LOOPS(reject_point_from_plane_dense)
 
 void NAME(reject_point_from_plane_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {4, 1, 1, {4}}, {3, 1, 2, {3}}};
-    static const struct kernel kernel = {NAME(reject_point_from_plane_block), NAME(reject_point_from_plane_dense),
-        2, 3, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(reject_point_from_plane_block),
+        WIDTHS(reject_point_from_plane_dense), (any_function *)NAME(reject_point_from_plane), NAME(call_aar), 2, 3,
+        0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -11141,7 +11486,7 @@ static INLINE void NAME(reject_point_from_line_apply_line)(const REAL *prepared,
     out[2] = t22;
 }
 
-WIDE static void NAME(reject_point_from_line_block_line)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(reject_point_from_line_block_line)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c0a = strides[0], c2a = strides[2];
@@ -11157,8 +11502,9 @@ WIDE static void NAME(reject_point_from_line_block_line)(intptr_t n, char **args
         NAME(store_3)(a2 + i * w, c2a, x2);
     }
 }
+LOOPS(reject_point_from_line_block_line)
 
-WIDE static void NAME(reject_point_from_line_dense_line)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(reject_point_from_line_dense_line)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const REAL *prepared = (const REAL *)args[1];
@@ -11177,6 +11523,7 @@ WIDE static void NAME(reject_point_from_line_dense_line)(intptr_t n, char **args
         NAME(store_span)(args[2], first, r2, 3);
     }
 }
+LOOPS(reject_point_from_line_dense_line)
 
 static void NAME(reject_point_from_line_start_line)(char **args, const intptr_t *strides, void *prepared)
 {
@@ -11186,7 +11533,7 @@ static void NAME(reject_point_from_line_start_line)(char **args, const intptr_t 
     NAME(reject_point_from_line_prepare_line)(x1, prepared);
 }
 
-WIDE static void NAME(reject_point_from_line_block)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(reject_point_from_line_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
@@ -11204,8 +11551,9 @@ WIDE static void NAME(reject_point_from_line_block)(intptr_t n, char **args, con
         NAME(store_3)(a2 + i * w, c2a, x2);
     }
 }
+LOOPS(reject_point_from_line_block)
 
-WIDE static void NAME(reject_point_from_line_dense)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(reject_point_from_line_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
@@ -11228,14 +11576,15 @@ WIDE static void NAME(reject_point_from_line_dense)(intptr_t n, char **args, con
         NAME(store_span)(args[2], first, r2, 3);
     }
 }
+LOOPS(reject_point_from_line_dense)
 
 void NAME(reject_point_from_line_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {6, 1, 1, {6}}, {3, 1, 2, {3}}};
     static const struct form forms[] = {{2, 2, NAME(reject_point_from_line_start_line),
-        NAME(reject_point_from_line_block_line), NAME(reject_point_from_line_dense_line)}};
-    static const struct kernel kernel = {NAME(reject_point_from_line_block), NAME(reject_point_from_line_dense), 2,
-        3, 1, 0, parts, forms};
+        WIDTHS(reject_point_from_line_block_line), WIDTHS(reject_point_from_line_dense_line)}};
+    static const struct kernel kernel = {WIDTHS(reject_point_from_line_block), WIDTHS(reject_point_from_line_dense),
+        (any_function *)NAME(reject_point_from_line), NAME(call_aar), 2, 3, 1, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -11293,7 +11642,7 @@ INLINE void NAME(reject_line_from_plane)(const REAL *line, const REAL *plane, RE
     out[5] = t33;
 }
 
-WIDE static void NAME(reject_line_from_plane_block)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(reject_line_from_plane_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
@@ -11311,8 +11660,9 @@ WIDE static void NAME(reject_line_from_plane_block)(intptr_t n, char **args, con
         NAME(store_6)(a2 + i * w, c2a, x2);
     }
 }
+LOOPS(reject_line_from_plane_block)
 
-WIDE static void NAME(reject_line_from_plane_dense)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(reject_line_from_plane_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
@@ -11335,12 +11685,13 @@ WIDE static void NAME(reject_line_from_plane_dense)(intptr_t n, char **args, con
         NAME(store_span)(args[2], first, r2, 6);
     }
 }
+LOOPS(reject_line_from_plane_dense)
 
 void NAME(reject_line_from_plane_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{6, 1, 0, {6}}, {4, 1, 1, {4}}, {6, 1, 2, {6}}};
-    static const struct kernel kernel = {NAME(reject_line_from_plane_block), NAME(reject_line_from_plane_dense), 2,
-        3, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(reject_line_from_plane_block), WIDTHS(reject_line_from_plane_dense),
+        (any_function *)NAME(reject_line_from_plane), NAME(call_aar), 2, 3, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -11370,7 +11721,7 @@ INLINE void NAME(project_line_on_point)(const REAL *line, const REAL *p, REAL *o
     out[5] = t9;
 }
 
-WIDE static void NAME(project_line_on_point_block)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(project_line_on_point_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
@@ -11388,8 +11739,9 @@ WIDE static void NAME(project_line_on_point_block)(intptr_t n, char **args, cons
         NAME(store_6)(a2 + i * w, c2a, x2);
     }
 }
+LOOPS(project_line_on_point_block)
 
-WIDE static void NAME(project_line_on_point_dense)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(project_line_on_point_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
@@ -11412,12 +11764,13 @@ WIDE static void NAME(project_line_on_point_dense)(intptr_t n, char **args, cons
         NAME(store_span)(args[2], first, r2, 6);
     }
 }
+LOOPS(project_line_on_point_dense)
 
 void NAME(project_line_on_point_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{6, 1, 0, {6}}, {3, 1, 1, {3}}, {6, 1, 2, {6}}};
-    static const struct kernel kernel = {NAME(project_line_on_point_block), NAME(project_line_on_point_dense), 2, 3,
-        0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(project_line_on_point_block), WIDTHS(project_line_on_point_dense),
+        (any_function *)NAME(project_line_on_point), NAME(call_aar), 2, 3, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -11461,7 +11814,7 @@ INLINE void NAME(project_plane_on_line)(const REAL *plane, const REAL *line, REA
     out[3] = t22;
 }
 
-WIDE static void NAME(project_plane_on_line_block)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(project_plane_on_line_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
@@ -11479,8 +11832,9 @@ WIDE static void NAME(project_plane_on_line_block)(intptr_t n, char **args, cons
         NAME(store_4)(a2 + i * w, c2a, x2);
     }
 }
+LOOPS(project_plane_on_line_block)
 
-WIDE static void NAME(project_plane_on_line_dense)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(project_plane_on_line_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
@@ -11503,12 +11857,13 @@ WIDE static void NAME(project_plane_on_line_dense)(intptr_t n, char **args, cons
         NAME(store_span)(args[2], first, r2, 4);
     }
 }
+LOOPS(project_plane_on_line_dense)
 
 void NAME(project_plane_on_line_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {6, 1, 1, {6}}, {4, 1, 2, {4}}};
-    static const struct kernel kernel = {NAME(project_plane_on_line_block), NAME(project_plane_on_line_dense), 2, 3,
-        0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(project_plane_on_line_block), WIDTHS(project_plane_on_line_dense),
+        (any_function *)NAME(project_plane_on_line), NAME(call_aar), 2, 3, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -11554,7 +11909,7 @@ INLINE void NAME(reject_plane_from_line)(const REAL *plane, const REAL *line, RE
     out[3] = t23;
 }
 
-WIDE static void NAME(reject_plane_from_line_block)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(reject_plane_from_line_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
@@ -11572,8 +11927,9 @@ WIDE static void NAME(reject_plane_from_line_block)(intptr_t n, char **args, con
         NAME(store_4)(a2 + i * w, c2a, x2);
     }
 }
+LOOPS(reject_plane_from_line_block)
 
-WIDE static void NAME(reject_plane_from_line_dense)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(reject_plane_from_line_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
@@ -11596,12 +11952,13 @@ WIDE static void NAME(reject_plane_from_line_dense)(intptr_t n, char **args, con
         NAME(store_span)(args[2], first, r2, 4);
     }
 }
+LOOPS(reject_plane_from_line_dense)
 
 void NAME(reject_plane_from_line_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {6, 1, 1, {6}}, {4, 1, 2, {4}}};
-    static const struct kernel kernel = {NAME(reject_plane_from_line_block), NAME(reject_plane_from_line_dense), 2,
-        3, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(reject_plane_from_line_block), WIDTHS(reject_plane_from_line_dense),
+        (any_function *)NAME(reject_plane_from_line), NAME(call_aar), 2, 3, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -11665,7 +12022,7 @@ INLINE void NAME(reflect_line)(const REAL *line, const REAL *plane, REAL *out)
     out[5] = t39;
 }
 
-WIDE static void NAME(reflect_line_block)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(reflect_line_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
@@ -11683,8 +12040,9 @@ WIDE static void NAME(reflect_line_block)(intptr_t n, char **args, const intptr_
         NAME(store_6)(a2 + i * w, c2a, x2);
     }
 }
+LOOPS(reflect_line_block)
 
-WIDE static void NAME(reflect_line_dense)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(reflect_line_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
@@ -11707,12 +12065,13 @@ WIDE static void NAME(reflect_line_dense)(intptr_t n, char **args, const intptr_
         NAME(store_span)(args[2], first, r2, 6);
     }
 }
+LOOPS(reflect_line_dense)
 
 void NAME(reflect_line_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{6, 1, 0, {6}}, {4, 1, 1, {4}}, {6, 1, 2, {6}}};
-    static const struct kernel kernel = {NAME(reflect_line_block), NAME(reflect_line_dense), 2, 3, 0, 0, parts,
-        NULL};
+    static const struct kernel kernel = {WIDTHS(reflect_line_block), WIDTHS(reflect_line_dense), (any_function
+        *)NAME(reflect_line), NAME(call_aar), 2, 3, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -11746,7 +12105,7 @@ INLINE void NAME(reflect_plane)(const REAL *q, const REAL *plane, REAL *out)
     out[3] = t13;
 }
 
-WIDE static void NAME(reflect_plane_block)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(reflect_plane_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
@@ -11764,8 +12123,9 @@ WIDE static void NAME(reflect_plane_block)(intptr_t n, char **args, const intptr
         NAME(store_4)(a2 + i * w, c2a, x2);
     }
 }
+LOOPS(reflect_plane_block)
 
-WIDE static void NAME(reflect_plane_dense)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(reflect_plane_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
@@ -11786,12 +12146,13 @@ WIDE static void NAME(reflect_plane_dense)(intptr_t n, char **args, const intptr
         NAME(store_span)(args[2], first, r2, 4);
     }
 }
+LOOPS(reflect_plane_dense)
 
 void NAME(reflect_plane_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {4, 1, 1, {4}}, {4, 1, 2, {4}}};
-    static const struct kernel kernel = {NAME(reflect_plane_block), NAME(reflect_plane_dense), 2, 3, 0, 0, parts,
-        NULL};
+    static const struct kernel kernel = {WIDTHS(reflect_plane_block), WIDTHS(reflect_plane_dense), (any_function
+        *)NAME(reflect_plane), NAME(call_aar), 2, 3, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -11917,7 +12278,7 @@ static INLINE void NAME(reflect_point_in_line_apply_line)(const REAL *prepared, 
     out[2] = t41;
 }
 
-WIDE static void NAME(reflect_point_in_line_block_line)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(reflect_point_in_line_block_line)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c0a = strides[0], c2a = strides[2];
@@ -11933,8 +12294,9 @@ WIDE static void NAME(reflect_point_in_line_block_line)(intptr_t n, char **args,
         NAME(store_3)(a2 + i * w, c2a, x2);
     }
 }
+LOOPS(reflect_point_in_line_block_line)
 
-WIDE static void NAME(reflect_point_in_line_dense_line)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(reflect_point_in_line_dense_line)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const REAL *prepared = (const REAL *)args[1];
@@ -11953,6 +12315,7 @@ WIDE static void NAME(reflect_point_in_line_dense_line)(intptr_t n, char **args,
         NAME(store_span)(args[2], first, r2, 3);
     }
 }
+LOOPS(reflect_point_in_line_dense_line)
 
 static void NAME(reflect_point_in_line_start_line)(char **args, const intptr_t *strides, void *prepared)
 {
@@ -11962,7 +12325,7 @@ static void NAME(reflect_point_in_line_start_line)(char **args, const intptr_t *
     NAME(reflect_point_in_line_prepare_line)(x1, prepared);
 }
 
-WIDE static void NAME(reflect_point_in_line_block)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(reflect_point_in_line_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
@@ -11980,8 +12343,9 @@ WIDE static void NAME(reflect_point_in_line_block)(intptr_t n, char **args, cons
         NAME(store_3)(a2 + i * w, c2a, x2);
     }
 }
+LOOPS(reflect_point_in_line_block)
 
-WIDE static void NAME(reflect_point_in_line_dense)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(reflect_point_in_line_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
@@ -12004,14 +12368,15 @@ WIDE static void NAME(reflect_point_in_line_dense)(intptr_t n, char **args, cons
         NAME(store_span)(args[2], first, r2, 3);
     }
 }
+LOOPS(reflect_point_in_line_dense)
 
 void NAME(reflect_point_in_line_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {6, 1, 1, {6}}, {3, 1, 2, {3}}};
     static const struct form forms[] = {{2, 4, NAME(reflect_point_in_line_start_line),
-        NAME(reflect_point_in_line_block_line), NAME(reflect_point_in_line_dense_line)}};
-    static const struct kernel kernel = {NAME(reflect_point_in_line_block), NAME(reflect_point_in_line_dense), 2, 3,
-        1, 0, parts, forms};
+        WIDTHS(reflect_point_in_line_block_line), WIDTHS(reflect_point_in_line_dense_line)}};
+    static const struct kernel kernel = {WIDTHS(reflect_point_in_line_block), WIDTHS(reflect_point_in_line_dense),
+        (any_function *)NAME(reflect_point_in_line), NAME(call_aar), 2, 3, 1, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -12090,7 +12455,7 @@ INLINE void NAME(reflect_line_in_line)(const REAL *a, const REAL *line, REAL *ou
     out[5] = t52;
 }
 
-WIDE static void NAME(reflect_line_in_line_block)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(reflect_line_in_line_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
@@ -12108,8 +12473,9 @@ WIDE static void NAME(reflect_line_in_line_block)(intptr_t n, char **args, const
         NAME(store_6)(a2 + i * w, c2a, x2);
     }
 }
+LOOPS(reflect_line_in_line_block)
 
-WIDE static void NAME(reflect_line_in_line_dense)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(reflect_line_in_line_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
@@ -12132,12 +12498,13 @@ WIDE static void NAME(reflect_line_in_line_dense)(intptr_t n, char **args, const
         NAME(store_span)(args[2], first, r2, 6);
     }
 }
+LOOPS(reflect_line_in_line_dense)
 
 void NAME(reflect_line_in_line_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{6, 1, 0, {6}}, {6, 1, 1, {6}}, {6, 1, 2, {6}}};
-    static const struct kernel kernel = {NAME(reflect_line_in_line_block), NAME(reflect_line_in_line_dense), 2, 3,
-        0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(reflect_line_in_line_block), WIDTHS(reflect_line_in_line_dense),
+        (any_function *)NAME(reflect_line_in_line), NAME(call_aar), 2, 3, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -12273,7 +12640,7 @@ static INLINE void NAME(reflect_plane_in_line_apply_line)(const REAL *prepared, 
     out[3] = t44;
 }
 
-WIDE static void NAME(reflect_plane_in_line_block_line)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(reflect_plane_in_line_block_line)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c0a = strides[0], c2a = strides[2];
@@ -12289,8 +12656,9 @@ WIDE static void NAME(reflect_plane_in_line_block_line)(intptr_t n, char **args,
         NAME(store_4)(a2 + i * w, c2a, x2);
     }
 }
+LOOPS(reflect_plane_in_line_block_line)
 
-WIDE static void NAME(reflect_plane_in_line_dense_line)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(reflect_plane_in_line_dense_line)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const REAL *prepared = (const REAL *)args[1];
@@ -12309,6 +12677,7 @@ WIDE static void NAME(reflect_plane_in_line_dense_line)(intptr_t n, char **args,
         NAME(store_span)(args[2], first, r2, 4);
     }
 }
+LOOPS(reflect_plane_in_line_dense_line)
 
 static void NAME(reflect_plane_in_line_start_line)(char **args, const intptr_t *strides, void *prepared)
 {
@@ -12318,7 +12687,7 @@ static void NAME(reflect_plane_in_line_start_line)(char **args, const intptr_t *
     NAME(reflect_plane_in_line_prepare_line)(x1, prepared);
 }
 
-WIDE static void NAME(reflect_plane_in_line_block)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(reflect_plane_in_line_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
@@ -12336,8 +12705,9 @@ WIDE static void NAME(reflect_plane_in_line_block)(intptr_t n, char **args, cons
         NAME(store_4)(a2 + i * w, c2a, x2);
     }
 }
+LOOPS(reflect_plane_in_line_block)
 
-WIDE static void NAME(reflect_plane_in_line_dense)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(reflect_plane_in_line_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
@@ -12360,14 +12730,15 @@ WIDE static void NAME(reflect_plane_in_line_dense)(intptr_t n, char **args, cons
         NAME(store_span)(args[2], first, r2, 4);
     }
 }
+LOOPS(reflect_plane_in_line_dense)
 
 void NAME(reflect_plane_in_line_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {6, 1, 1, {6}}, {4, 1, 2, {4}}};
     static const struct form forms[] = {{2, 4, NAME(reflect_plane_in_line_start_line),
-        NAME(reflect_plane_in_line_block_line), NAME(reflect_plane_in_line_dense_line)}};
-    static const struct kernel kernel = {NAME(reflect_plane_in_line_block), NAME(reflect_plane_in_line_dense), 2, 3,
-        1, 0, parts, forms};
+        WIDTHS(reflect_plane_in_line_block_line), WIDTHS(reflect_plane_in_line_dense_line)}};
+    static const struct kernel kernel = {WIDTHS(reflect_plane_in_line_block), WIDTHS(reflect_plane_in_line_dense),
+        (any_function *)NAME(reflect_plane_in_line), NAME(call_aar), 2, 3, 1, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -12390,7 +12761,7 @@ INLINE void NAME(reflect_point_in_point)(const REAL *a, const REAL *p, REAL *out
     out[2] = t5;
 }
 
-WIDE static void NAME(reflect_point_in_point_block)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(reflect_point_in_point_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
@@ -12408,8 +12779,9 @@ WIDE static void NAME(reflect_point_in_point_block)(intptr_t n, char **args, con
         NAME(store_3)(a2 + i * w, c2a, x2);
     }
 }
+LOOPS(reflect_point_in_point_block)
 
-WIDE static void NAME(reflect_point_in_point_dense)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(reflect_point_in_point_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
@@ -12430,12 +12802,13 @@ WIDE static void NAME(reflect_point_in_point_dense)(intptr_t n, char **args, con
         NAME(store_span)(args[2], first, r2, 3);
     }
 }
+LOOPS(reflect_point_in_point_dense)
 
 void NAME(reflect_point_in_point_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {3, 1, 1, {3}}, {3, 1, 2, {3}}};
-    static const struct kernel kernel = {NAME(reflect_point_in_point_block), NAME(reflect_point_in_point_dense), 2,
-        3, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(reflect_point_in_point_block), WIDTHS(reflect_point_in_point_dense),
+        (any_function *)NAME(reflect_point_in_point), NAME(call_aar), 2, 3, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -12476,7 +12849,7 @@ INLINE void NAME(reflect_line_in_point)(const REAL *line, const REAL *p, REAL *o
     out[5] = t17;
 }
 
-WIDE static void NAME(reflect_line_in_point_block)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(reflect_line_in_point_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
@@ -12494,8 +12867,9 @@ WIDE static void NAME(reflect_line_in_point_block)(intptr_t n, char **args, cons
         NAME(store_6)(a2 + i * w, c2a, x2);
     }
 }
+LOOPS(reflect_line_in_point_block)
 
-WIDE static void NAME(reflect_line_in_point_dense)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(reflect_line_in_point_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
@@ -12518,12 +12892,13 @@ WIDE static void NAME(reflect_line_in_point_dense)(intptr_t n, char **args, cons
         NAME(store_span)(args[2], first, r2, 6);
     }
 }
+LOOPS(reflect_line_in_point_dense)
 
 void NAME(reflect_line_in_point_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{6, 1, 0, {6}}, {3, 1, 1, {3}}, {6, 1, 2, {6}}};
-    static const struct kernel kernel = {NAME(reflect_line_in_point_block), NAME(reflect_line_in_point_dense), 2, 3,
-        0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(reflect_line_in_point_block), WIDTHS(reflect_line_in_point_dense),
+        (any_function *)NAME(reflect_line_in_point), NAME(call_aar), 2, 3, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -12552,7 +12927,7 @@ INLINE void NAME(reflect_plane_in_point)(const REAL *plane, const REAL *p, REAL 
     out[3] = t9;
 }
 
-WIDE static void NAME(reflect_plane_in_point_block)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(reflect_plane_in_point_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
@@ -12570,8 +12945,9 @@ WIDE static void NAME(reflect_plane_in_point_block)(intptr_t n, char **args, con
         NAME(store_4)(a2 + i * w, c2a, x2);
     }
 }
+LOOPS(reflect_plane_in_point_block)
 
-WIDE static void NAME(reflect_plane_in_point_dense)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(reflect_plane_in_point_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
@@ -12592,12 +12968,13 @@ WIDE static void NAME(reflect_plane_in_point_dense)(intptr_t n, char **args, con
         NAME(store_span)(args[2], first, r2, 4);
     }
 }
+LOOPS(reflect_plane_in_point_dense)
 
 void NAME(reflect_plane_in_point_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {3, 1, 1, {3}}, {4, 1, 2, {4}}};
-    static const struct kernel kernel = {NAME(reflect_plane_in_point_block), NAME(reflect_plane_in_point_dense), 2,
-        3, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(reflect_plane_in_point_block), WIDTHS(reflect_plane_in_point_dense),
+        (any_function *)NAME(reflect_plane_in_point), NAME(call_aar), 2, 3, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -12773,7 +13150,7 @@ static INLINE void NAME(collinearity_residual_apply_a_b)(const REAL *prepared, c
     out[0] = t56;
 }
 
-WIDE static void NAME(collinearity_residual_block_a_b)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(collinearity_residual_block_a_b)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c2a = strides[2];
@@ -12789,8 +13166,9 @@ WIDE static void NAME(collinearity_residual_block_a_b)(intptr_t n, char **args, 
         NAME(store_scalar)(a3 + i * w, x3);
     }
 }
+LOOPS(collinearity_residual_block_a_b)
 
-WIDE static void NAME(collinearity_residual_dense_a_b)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(collinearity_residual_dense_a_b)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const REAL *prepared = (const REAL *)args[0];
@@ -12809,6 +13187,7 @@ WIDE static void NAME(collinearity_residual_dense_a_b)(intptr_t n, char **args, 
         NAME(store_span)(args[3], first, r3, 1);
     }
 }
+LOOPS(collinearity_residual_dense_a_b)
 
 static void NAME(collinearity_residual_start_a_b)(char **args, const intptr_t *strides, void *prepared)
 {
@@ -12820,7 +13199,7 @@ static void NAME(collinearity_residual_start_a_b)(char **args, const intptr_t *s
     NAME(collinearity_residual_prepare_a_b)(x0, x1, prepared);
 }
 
-WIDE static void NAME(collinearity_residual_block)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(collinearity_residual_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
@@ -12841,8 +13220,9 @@ WIDE static void NAME(collinearity_residual_block)(intptr_t n, char **args, cons
         NAME(store_scalar)(a3 + i * w, x3);
     }
 }
+LOOPS(collinearity_residual_block)
 
-WIDE static void NAME(collinearity_residual_dense)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(collinearity_residual_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
@@ -12866,14 +13246,15 @@ WIDE static void NAME(collinearity_residual_dense)(intptr_t n, char **args, cons
         NAME(store_span)(args[3], first, r3, 1);
     }
 }
+LOOPS(collinearity_residual_dense)
 
 void NAME(collinearity_residual_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {3, 1, 1, {3}}, {3, 1, 2, {3}}, {1, 0, 3, {0}}};
     static const struct form forms[] = {{3, 2, NAME(collinearity_residual_start_a_b),
-        NAME(collinearity_residual_block_a_b), NAME(collinearity_residual_dense_a_b)}};
-    static const struct kernel kernel = {NAME(collinearity_residual_block), NAME(collinearity_residual_dense), 3, 4,
-        1, 0, parts, forms};
+        WIDTHS(collinearity_residual_block_a_b), WIDTHS(collinearity_residual_dense_a_b)}};
+    static const struct kernel kernel = {WIDTHS(collinearity_residual_block), WIDTHS(collinearity_residual_dense),
+        (any_function *)NAME(collinearity_residual), NAME(call_aaar), 3, 4, 1, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -13710,7 +14091,7 @@ static INLINE void NAME(coplanarity_residual_apply_b_c_d)(const REAL *prepared, 
     out[0] = t121;
 }
 
-WIDE static void NAME(coplanarity_residual_block_a_b_c)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(coplanarity_residual_block_a_b_c)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c3a = strides[3];
@@ -13726,8 +14107,9 @@ WIDE static void NAME(coplanarity_residual_block_a_b_c)(intptr_t n, char **args,
         NAME(store_scalar)(a4 + i * w, x4);
     }
 }
+LOOPS(coplanarity_residual_block_a_b_c)
 
-WIDE static void NAME(coplanarity_residual_dense_a_b_c)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(coplanarity_residual_dense_a_b_c)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const REAL *prepared = (const REAL *)args[0];
@@ -13746,6 +14128,7 @@ WIDE static void NAME(coplanarity_residual_dense_a_b_c)(intptr_t n, char **args,
         NAME(store_span)(args[4], first, r4, 1);
     }
 }
+LOOPS(coplanarity_residual_dense_a_b_c)
 
 static void NAME(coplanarity_residual_start_a_b_c)(char **args, const intptr_t *strides, void *prepared)
 {
@@ -13759,7 +14142,7 @@ static void NAME(coplanarity_residual_start_a_b_c)(char **args, const intptr_t *
     NAME(coplanarity_residual_prepare_a_b_c)(x0, x1, x2, prepared);
 }
 
-WIDE static void NAME(coplanarity_residual_block_a_b_d)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(coplanarity_residual_block_a_b_d)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c2a = strides[2];
@@ -13775,8 +14158,9 @@ WIDE static void NAME(coplanarity_residual_block_a_b_d)(intptr_t n, char **args,
         NAME(store_scalar)(a4 + i * w, x4);
     }
 }
+LOOPS(coplanarity_residual_block_a_b_d)
 
-WIDE static void NAME(coplanarity_residual_dense_a_b_d)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(coplanarity_residual_dense_a_b_d)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const REAL *prepared = (const REAL *)args[0];
@@ -13795,6 +14179,7 @@ WIDE static void NAME(coplanarity_residual_dense_a_b_d)(intptr_t n, char **args,
         NAME(store_span)(args[4], first, r4, 1);
     }
 }
+LOOPS(coplanarity_residual_dense_a_b_d)
 
 static void NAME(coplanarity_residual_start_a_b_d)(char **args, const intptr_t *strides, void *prepared)
 {
@@ -13808,7 +14193,7 @@ static void NAME(coplanarity_residual_start_a_b_d)(char **args, const intptr_t *
     NAME(coplanarity_residual_prepare_a_b_d)(x0, x1, x3, prepared);
 }
 
-WIDE static void NAME(coplanarity_residual_block_a_c_d)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(coplanarity_residual_block_a_c_d)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c1a = strides[1];
@@ -13824,8 +14209,9 @@ WIDE static void NAME(coplanarity_residual_block_a_c_d)(intptr_t n, char **args,
         NAME(store_scalar)(a4 + i * w, x4);
     }
 }
+LOOPS(coplanarity_residual_block_a_c_d)
 
-WIDE static void NAME(coplanarity_residual_dense_a_c_d)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(coplanarity_residual_dense_a_c_d)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const REAL *prepared = (const REAL *)args[0];
@@ -13844,6 +14230,7 @@ WIDE static void NAME(coplanarity_residual_dense_a_c_d)(intptr_t n, char **args,
         NAME(store_span)(args[4], first, r4, 1);
     }
 }
+LOOPS(coplanarity_residual_dense_a_c_d)
 
 static void NAME(coplanarity_residual_start_a_c_d)(char **args, const intptr_t *strides, void *prepared)
 {
@@ -13857,7 +14244,7 @@ static void NAME(coplanarity_residual_start_a_c_d)(char **args, const intptr_t *
     NAME(coplanarity_residual_prepare_a_c_d)(x0, x2, x3, prepared);
 }
 
-WIDE static void NAME(coplanarity_residual_block_b_c_d)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(coplanarity_residual_block_b_c_d)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c0a = strides[0];
@@ -13873,8 +14260,9 @@ WIDE static void NAME(coplanarity_residual_block_b_c_d)(intptr_t n, char **args,
         NAME(store_scalar)(a4 + i * w, x4);
     }
 }
+LOOPS(coplanarity_residual_block_b_c_d)
 
-WIDE static void NAME(coplanarity_residual_dense_b_c_d)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(coplanarity_residual_dense_b_c_d)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const REAL *prepared = (const REAL *)args[1];
@@ -13893,6 +14281,7 @@ WIDE static void NAME(coplanarity_residual_dense_b_c_d)(intptr_t n, char **args,
         NAME(store_span)(args[4], first, r4, 1);
     }
 }
+LOOPS(coplanarity_residual_dense_b_c_d)
 
 static void NAME(coplanarity_residual_start_b_c_d)(char **args, const intptr_t *strides, void *prepared)
 {
@@ -13906,7 +14295,7 @@ static void NAME(coplanarity_residual_start_b_c_d)(char **args, const intptr_t *
     NAME(coplanarity_residual_prepare_b_c_d)(x1, x2, x3, prepared);
 }
 
-WIDE static void NAME(coplanarity_residual_block)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(coplanarity_residual_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2], c3a = strides[3];
@@ -13930,19 +14319,21 @@ WIDE static void NAME(coplanarity_residual_block)(intptr_t n, char **args, const
         NAME(store_scalar)(a4 + i * w, x4);
     }
 }
+LOOPS(coplanarity_residual_block)
 
 void NAME(coplanarity_residual_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {3, 1, 1, {3}}, {3, 1, 2, {3}}, {3, 1, 3, {3}}, {1, 0, 4,
         {0}}};
     static const struct form forms[] = {{7, 2, NAME(coplanarity_residual_start_a_b_c),
-        NAME(coplanarity_residual_block_a_b_c), NAME(coplanarity_residual_dense_a_b_c)}, {11, 2,
-        NAME(coplanarity_residual_start_a_b_d), NAME(coplanarity_residual_block_a_b_d),
-        NAME(coplanarity_residual_dense_a_b_d)}, {13, 2, NAME(coplanarity_residual_start_a_c_d),
-        NAME(coplanarity_residual_block_a_c_d), NAME(coplanarity_residual_dense_a_c_d)}, {14, 2,
-        NAME(coplanarity_residual_start_b_c_d), NAME(coplanarity_residual_block_b_c_d),
-        NAME(coplanarity_residual_dense_b_c_d)}};
-    static const struct kernel kernel = {NAME(coplanarity_residual_block), NULL, 4, 5, 4, 0, parts, forms};
+        WIDTHS(coplanarity_residual_block_a_b_c), WIDTHS(coplanarity_residual_dense_a_b_c)}, {11, 2,
+        NAME(coplanarity_residual_start_a_b_d), WIDTHS(coplanarity_residual_block_a_b_d),
+        WIDTHS(coplanarity_residual_dense_a_b_d)}, {13, 2, NAME(coplanarity_residual_start_a_c_d),
+        WIDTHS(coplanarity_residual_block_a_c_d), WIDTHS(coplanarity_residual_dense_a_c_d)}, {14, 2,
+        NAME(coplanarity_residual_start_b_c_d), WIDTHS(coplanarity_residual_block_b_c_d),
+        WIDTHS(coplanarity_residual_dense_b_c_d)}};
+    static const struct kernel kernel = {WIDTHS(coplanarity_residual_block), {NULL}, (any_function
+        *)NAME(coplanarity_residual), NAME(call_aaaar), 4, 5, 4, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -14064,7 +14455,7 @@ static INLINE void NAME(flag_residuals_apply_p_line)(const REAL *prepared, const
     out_2[0] = t28;
 }
 
-WIDE static void NAME(flag_residuals_block_p_line)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(flag_residuals_block_p_line)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c2a = strides[2];
@@ -14086,8 +14477,9 @@ WIDE static void NAME(flag_residuals_block_p_line)(intptr_t n, char **args, cons
         NAME(store_scalar)(a5 + i * w, x5);
     }
 }
+LOOPS(flag_residuals_block_p_line)
 
-WIDE static void NAME(flag_residuals_dense_p_line)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(flag_residuals_dense_p_line)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const REAL *prepared = (const REAL *)args[0];
@@ -14114,6 +14506,7 @@ WIDE static void NAME(flag_residuals_dense_p_line)(intptr_t n, char **args, cons
         NAME(store_span)(args[5], first, r5, 1);
     }
 }
+LOOPS(flag_residuals_dense_p_line)
 
 static void NAME(flag_residuals_start_p_line)(char **args, const intptr_t *strides, void *prepared)
 {
@@ -14125,7 +14518,7 @@ static void NAME(flag_residuals_start_p_line)(char **args, const intptr_t *strid
     NAME(flag_residuals_prepare_p_line)(x0, x1, prepared);
 }
 
-WIDE static void NAME(flag_residuals_block)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(flag_residuals_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
@@ -14152,8 +14545,9 @@ WIDE static void NAME(flag_residuals_block)(intptr_t n, char **args, const intpt
         NAME(store_scalar)(a5 + i * w, x5);
     }
 }
+LOOPS(flag_residuals_block)
 
-WIDE static void NAME(flag_residuals_dense)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(flag_residuals_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
@@ -14188,15 +14582,16 @@ WIDE static void NAME(flag_residuals_dense)(intptr_t n, char **args, const intpt
         NAME(store_span)(args[5], first, r5, 1);
     }
 }
+LOOPS(flag_residuals_dense)
 
 void NAME(flag_residuals_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {6, 1, 1, {6}}, {4, 1, 2, {4}}, {1, 0, 3, {0}}, {1, 0, 3,
         {0}}, {1, 0, 3, {0}}};
-    static const struct form forms[] = {{3, 2, NAME(flag_residuals_start_p_line), NAME(flag_residuals_block_p_line),
-        NAME(flag_residuals_dense_p_line)}};
-    static const struct kernel kernel = {NAME(flag_residuals_block), NAME(flag_residuals_dense), 3, 6, 1, 0, parts,
-        forms};
+    static const struct form forms[] = {{3, 2, NAME(flag_residuals_start_p_line),
+        WIDTHS(flag_residuals_block_p_line), WIDTHS(flag_residuals_dense_p_line)}};
+    static const struct kernel kernel = {WIDTHS(flag_residuals_block), WIDTHS(flag_residuals_dense), (any_function
+        *)NAME(flag_residuals), NAME(call_aaarrr), 3, 6, 1, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -14402,7 +14797,7 @@ static INLINE void NAME(flag_from_points_apply_a_b)(const REAL *prepared, const 
     out_2[3] = t56;
 }
 
-WIDE static void NAME(flag_from_points_block_a_b)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(flag_from_points_block_a_b)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c2a = strides[2], c3a = strides[3], c4a = strides[4], c5a = strides[5];
@@ -14424,8 +14819,9 @@ WIDE static void NAME(flag_from_points_block_a_b)(intptr_t n, char **args, const
         NAME(store_4)(a5 + i * w, c5a, x5);
     }
 }
+LOOPS(flag_from_points_block_a_b)
 
-WIDE static void NAME(flag_from_points_dense_a_b)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(flag_from_points_dense_a_b)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const REAL *prepared = (const REAL *)args[0];
@@ -14453,6 +14849,7 @@ WIDE static void NAME(flag_from_points_dense_a_b)(intptr_t n, char **args, const
         NAME(store_span)(args[5], first, r5, 4);
     }
 }
+LOOPS(flag_from_points_dense_a_b)
 
 static void NAME(flag_from_points_start_a_b)(char **args, const intptr_t *strides, void *prepared)
 {
@@ -14464,7 +14861,7 @@ static void NAME(flag_from_points_start_a_b)(char **args, const intptr_t *stride
     NAME(flag_from_points_prepare_a_b)(x0, x1, prepared);
 }
 
-WIDE static void NAME(flag_from_points_block)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(flag_from_points_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2], c3a = strides[3], c4a = strides[4], c5a =
@@ -14492,8 +14889,9 @@ WIDE static void NAME(flag_from_points_block)(intptr_t n, char **args, const int
         NAME(store_4)(a5 + i * w, c5a, x5);
     }
 }
+LOOPS(flag_from_points_block)
 
-WIDE static void NAME(flag_from_points_dense)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(flag_from_points_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
@@ -14528,15 +14926,16 @@ WIDE static void NAME(flag_from_points_dense)(intptr_t n, char **args, const int
         NAME(store_span)(args[5], first, r5, 4);
     }
 }
+LOOPS(flag_from_points_dense)
 
 void NAME(flag_from_points_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {3, 1, 1, {3}}, {3, 1, 2, {3}}, {3, 1, 3, {3}}, {6, 1, 4,
         {6}}, {4, 1, 5, {4}}};
-    static const struct form forms[] = {{3, 2, NAME(flag_from_points_start_a_b), NAME(flag_from_points_block_a_b),
-        NAME(flag_from_points_dense_a_b)}};
-    static const struct kernel kernel = {NAME(flag_from_points_block), NAME(flag_from_points_dense), 3, 6, 1, 0,
-        parts, forms};
+    static const struct form forms[] = {{3, 2, NAME(flag_from_points_start_a_b), WIDTHS(flag_from_points_block_a_b),
+        WIDTHS(flag_from_points_dense_a_b)}};
+    static const struct kernel kernel = {WIDTHS(flag_from_points_block), WIDTHS(flag_from_points_dense),
+        (any_function *)NAME(flag_from_points), NAME(call_aaarrr), 3, 6, 1, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -14617,7 +15016,7 @@ INLINE void NAME(flag_from_motor)(const REAL *m, REAL *out_0, REAL *out_1, REAL 
     out_2[3] = t51;
 }
 
-WIDE static void NAME(flag_from_motor_block)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(flag_from_motor_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2], c3a = strides[3];
@@ -14638,8 +15037,9 @@ WIDE static void NAME(flag_from_motor_block)(intptr_t n, char **args, const intp
         NAME(store_4)(a3 + i * w, c3a, x3);
     }
 }
+LOOPS(flag_from_motor_block)
 
-WIDE static void NAME(flag_from_motor_dense)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(flag_from_motor_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
@@ -14666,12 +15066,13 @@ WIDE static void NAME(flag_from_motor_dense)(intptr_t n, char **args, const intp
         NAME(store_span)(args[3], first, r3, 4);
     }
 }
+LOOPS(flag_from_motor_dense)
 
 void NAME(flag_from_motor_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{8, 1, 0, {8}}, {3, 1, 1, {3}}, {6, 1, 2, {6}}, {4, 1, 3, {4}}};
-    static const struct kernel kernel = {NAME(flag_from_motor_block), NAME(flag_from_motor_dense), 1, 4, 0, 0,
-        parts, NULL};
+    static const struct kernel kernel = {WIDTHS(flag_from_motor_block), WIDTHS(flag_from_motor_dense), (any_function
+        *)NAME(flag_from_motor), NAME(call_arrr), 1, 4, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -14967,7 +15368,7 @@ static INLINE void NAME(motor_from_flag_apply_line_plane)(const REAL *prepared, 
     out[7] = t126;
 }
 
-WIDE static void NAME(motor_from_flag_block_line_plane)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(motor_from_flag_block_line_plane)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c0a = strides[0], c3a = strides[3];
@@ -14983,8 +15384,9 @@ WIDE static void NAME(motor_from_flag_block_line_plane)(intptr_t n, char **args,
         NAME(store_8)(a3 + i * w, c3a, x3);
     }
 }
+LOOPS(motor_from_flag_block_line_plane)
 
-WIDE static void NAME(motor_from_flag_dense_line_plane)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(motor_from_flag_dense_line_plane)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const REAL *prepared = (const REAL *)args[1];
@@ -15003,6 +15405,7 @@ WIDE static void NAME(motor_from_flag_dense_line_plane)(intptr_t n, char **args,
         NAME(store_span)(args[3], first, r3, 8);
     }
 }
+LOOPS(motor_from_flag_dense_line_plane)
 
 static void NAME(motor_from_flag_start_line_plane)(char **args, const intptr_t *strides, void *prepared)
 {
@@ -15014,7 +15417,7 @@ static void NAME(motor_from_flag_start_line_plane)(char **args, const intptr_t *
     NAME(motor_from_flag_prepare_line_plane)(x1, x2, prepared);
 }
 
-WIDE static void NAME(motor_from_flag_block)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(motor_from_flag_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2], c3a = strides[3];
@@ -15035,13 +15438,15 @@ WIDE static void NAME(motor_from_flag_block)(intptr_t n, char **args, const intp
         NAME(store_8)(a3 + i * w, c3a, x3);
     }
 }
+LOOPS(motor_from_flag_block)
 
 void NAME(motor_from_flag_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {6, 1, 1, {6}}, {4, 1, 2, {4}}, {8, 1, 3, {8}}};
     static const struct form forms[] = {{6, 2, NAME(motor_from_flag_start_line_plane),
-        NAME(motor_from_flag_block_line_plane), NAME(motor_from_flag_dense_line_plane)}};
-    static const struct kernel kernel = {NAME(motor_from_flag_block), NULL, 3, 4, 1, 0, parts, forms};
+        WIDTHS(motor_from_flag_block_line_plane), WIDTHS(motor_from_flag_dense_line_plane)}};
+    static const struct kernel kernel = {WIDTHS(motor_from_flag_block), {NULL}, (any_function
+        *)NAME(motor_from_flag), NAME(call_aaar), 3, 4, 1, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -15413,7 +15818,7 @@ static INLINE void NAME(motor_from_points_apply_a_b)(const REAL *prepared, const
     out[7] = t146;
 }
 
-WIDE static void NAME(motor_from_points_block_a_b)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(motor_from_points_block_a_b)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c2a = strides[2], c3a = strides[3];
@@ -15429,6 +15834,7 @@ WIDE static void NAME(motor_from_points_block_a_b)(intptr_t n, char **args, cons
         NAME(store_8)(a3 + i * w, c3a, x3);
     }
 }
+LOOPS(motor_from_points_block_a_b)
 
 static void NAME(motor_from_points_start_a_b)(char **args, const intptr_t *strides, void *prepared)
 {
@@ -15440,7 +15846,7 @@ static void NAME(motor_from_points_start_a_b)(char **args, const intptr_t *strid
     NAME(motor_from_points_prepare_a_b)(x0, x1, prepared);
 }
 
-WIDE static void NAME(motor_from_points_block)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(motor_from_points_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2], c3a = strides[3];
@@ -15461,13 +15867,15 @@ WIDE static void NAME(motor_from_points_block)(intptr_t n, char **args, const in
         NAME(store_8)(a3 + i * w, c3a, x3);
     }
 }
+LOOPS(motor_from_points_block)
 
 void NAME(motor_from_points_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {3, 1, 1, {3}}, {3, 1, 2, {3}}, {8, 1, 3, {8}}};
-    static const struct form forms[] = {{3, 2, NAME(motor_from_points_start_a_b), NAME(motor_from_points_block_a_b),
-        NULL}};
-    static const struct kernel kernel = {NAME(motor_from_points_block), NULL, 3, 4, 1, 0, parts, forms};
+    static const struct form forms[] = {{3, 2, NAME(motor_from_points_start_a_b),
+        WIDTHS(motor_from_points_block_a_b), {NULL}}};
+    static const struct kernel kernel = {WIDTHS(motor_from_points_block), {NULL}, (any_function
+        *)NAME(motor_from_points), NAME(call_aaar), 3, 4, 1, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -15620,7 +16028,7 @@ static INLINE void NAME(hit_ray_plane_apply_d_plane)(const REAL *prepared, const
     out_1[2] = t18;
 }
 
-WIDE static void NAME(hit_ray_plane_block_p_plane)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(hit_ray_plane_block_p_plane)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c1a = strides[1], c4a = strides[3];
@@ -15639,8 +16047,9 @@ WIDE static void NAME(hit_ray_plane_block_p_plane)(intptr_t n, char **args, cons
         NAME(store_3)(a4 + i * w, c4a, x4);
     }
 }
+LOOPS(hit_ray_plane_block_p_plane)
 
-WIDE static void NAME(hit_ray_plane_dense_p_plane)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(hit_ray_plane_dense_p_plane)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const REAL *prepared = (const REAL *)args[0];
@@ -15663,6 +16072,7 @@ WIDE static void NAME(hit_ray_plane_dense_p_plane)(intptr_t n, char **args, cons
         NAME(store_span)(args[4], first, r4, 3);
     }
 }
+LOOPS(hit_ray_plane_dense_p_plane)
 
 static void NAME(hit_ray_plane_start_p_plane)(char **args, const intptr_t *strides, void *prepared)
 {
@@ -15674,7 +16084,7 @@ static void NAME(hit_ray_plane_start_p_plane)(char **args, const intptr_t *strid
     NAME(hit_ray_plane_prepare_p_plane)(x0, x2, prepared);
 }
 
-WIDE static void NAME(hit_ray_plane_block_d_plane)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(hit_ray_plane_block_d_plane)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c0a = strides[0], c4a = strides[3];
@@ -15693,8 +16103,9 @@ WIDE static void NAME(hit_ray_plane_block_d_plane)(intptr_t n, char **args, cons
         NAME(store_3)(a4 + i * w, c4a, x4);
     }
 }
+LOOPS(hit_ray_plane_block_d_plane)
 
-WIDE static void NAME(hit_ray_plane_dense_d_plane)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(hit_ray_plane_dense_d_plane)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const REAL *prepared = (const REAL *)args[1];
@@ -15717,6 +16128,7 @@ WIDE static void NAME(hit_ray_plane_dense_d_plane)(intptr_t n, char **args, cons
         NAME(store_span)(args[4], first, r4, 3);
     }
 }
+LOOPS(hit_ray_plane_dense_d_plane)
 
 static void NAME(hit_ray_plane_start_d_plane)(char **args, const intptr_t *strides, void *prepared)
 {
@@ -15728,7 +16140,7 @@ static void NAME(hit_ray_plane_start_d_plane)(char **args, const intptr_t *strid
     NAME(hit_ray_plane_prepare_d_plane)(x1, x2, prepared);
 }
 
-WIDE static void NAME(hit_ray_plane_block)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(hit_ray_plane_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2], c4a = strides[3];
@@ -15752,8 +16164,9 @@ WIDE static void NAME(hit_ray_plane_block)(intptr_t n, char **args, const intptr
         NAME(store_3)(a4 + i * w, c4a, x4);
     }
 }
+LOOPS(hit_ray_plane_block)
 
-WIDE static void NAME(hit_ray_plane_dense)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(hit_ray_plane_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
@@ -15781,16 +16194,18 @@ WIDE static void NAME(hit_ray_plane_dense)(intptr_t n, char **args, const intptr
         NAME(store_span)(args[4], first, r4, 3);
     }
 }
+LOOPS(hit_ray_plane_dense)
 
 void NAME(hit_ray_plane_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {3, 1, 1, {3}}, {4, 1, 2, {4}}, {1, 0, 3, {0}}, {3, 1, 3,
         {3}}};
-    static const struct form forms[] = {{5, 2, NAME(hit_ray_plane_start_p_plane), NAME(hit_ray_plane_block_p_plane),
-        NAME(hit_ray_plane_dense_p_plane)}, {6, 2, NAME(hit_ray_plane_start_d_plane),
-        NAME(hit_ray_plane_block_d_plane), NAME(hit_ray_plane_dense_d_plane)}};
-    static const struct kernel kernel = {NAME(hit_ray_plane_block), NAME(hit_ray_plane_dense), 3, 5, 2, 0, parts,
-        forms};
+    static const struct form forms[] = {{5, 2, NAME(hit_ray_plane_start_p_plane),
+        WIDTHS(hit_ray_plane_block_p_plane), WIDTHS(hit_ray_plane_dense_p_plane)}, {6, 2,
+        NAME(hit_ray_plane_start_d_plane), WIDTHS(hit_ray_plane_block_d_plane),
+        WIDTHS(hit_ray_plane_dense_d_plane)}};
+    static const struct kernel kernel = {WIDTHS(hit_ray_plane_block), WIDTHS(hit_ray_plane_dense), (any_function
+        *)NAME(hit_ray_plane), NAME(call_aaarr), 3, 5, 2, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -16846,7 +17261,7 @@ static INLINE void NAME(hit_ray_triangle_apply_p_d_b_c)(const REAL *prepared, co
     out_1[2] = t111;
 }
 
-WIDE static void NAME(hit_ray_triangle_block_d_a_b_c)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(hit_ray_triangle_block_d_a_b_c)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c0a = strides[0], c6a = strides[5];
@@ -16865,8 +17280,9 @@ WIDE static void NAME(hit_ray_triangle_block_d_a_b_c)(intptr_t n, char **args, c
         NAME(store_3)(a6 + i * w, c6a, x6);
     }
 }
+LOOPS(hit_ray_triangle_block_d_a_b_c)
 
-WIDE static void NAME(hit_ray_triangle_dense_d_a_b_c)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(hit_ray_triangle_dense_d_a_b_c)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const REAL *prepared = (const REAL *)args[1];
@@ -16889,6 +17305,7 @@ WIDE static void NAME(hit_ray_triangle_dense_d_a_b_c)(intptr_t n, char **args, c
         NAME(store_span)(args[6], first, r6, 3);
     }
 }
+LOOPS(hit_ray_triangle_dense_d_a_b_c)
 
 static void NAME(hit_ray_triangle_start_d_a_b_c)(char **args, const intptr_t *strides, void *prepared)
 {
@@ -16904,7 +17321,7 @@ static void NAME(hit_ray_triangle_start_d_a_b_c)(char **args, const intptr_t *st
     NAME(hit_ray_triangle_prepare_d_a_b_c)(x1, x2, x3, x4, prepared);
 }
 
-WIDE static void NAME(hit_ray_triangle_block_p_a_b_c)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(hit_ray_triangle_block_p_a_b_c)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c1a = strides[1], c6a = strides[5];
@@ -16923,8 +17340,9 @@ WIDE static void NAME(hit_ray_triangle_block_p_a_b_c)(intptr_t n, char **args, c
         NAME(store_3)(a6 + i * w, c6a, x6);
     }
 }
+LOOPS(hit_ray_triangle_block_p_a_b_c)
 
-WIDE static void NAME(hit_ray_triangle_dense_p_a_b_c)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(hit_ray_triangle_dense_p_a_b_c)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const REAL *prepared = (const REAL *)args[0];
@@ -16947,6 +17365,7 @@ WIDE static void NAME(hit_ray_triangle_dense_p_a_b_c)(intptr_t n, char **args, c
         NAME(store_span)(args[6], first, r6, 3);
     }
 }
+LOOPS(hit_ray_triangle_dense_p_a_b_c)
 
 static void NAME(hit_ray_triangle_start_p_a_b_c)(char **args, const intptr_t *strides, void *prepared)
 {
@@ -16962,7 +17381,7 @@ static void NAME(hit_ray_triangle_start_p_a_b_c)(char **args, const intptr_t *st
     NAME(hit_ray_triangle_prepare_p_a_b_c)(x0, x2, x3, x4, prepared);
 }
 
-WIDE static void NAME(hit_ray_triangle_block_p_d_a_b)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(hit_ray_triangle_block_p_d_a_b)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c4a = strides[4], c6a = strides[5];
@@ -16981,8 +17400,9 @@ WIDE static void NAME(hit_ray_triangle_block_p_d_a_b)(intptr_t n, char **args, c
         NAME(store_3)(a6 + i * w, c6a, x6);
     }
 }
+LOOPS(hit_ray_triangle_block_p_d_a_b)
 
-WIDE static void NAME(hit_ray_triangle_dense_p_d_a_b)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(hit_ray_triangle_dense_p_d_a_b)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const REAL *prepared = (const REAL *)args[0];
@@ -17005,6 +17425,7 @@ WIDE static void NAME(hit_ray_triangle_dense_p_d_a_b)(intptr_t n, char **args, c
         NAME(store_span)(args[6], first, r6, 3);
     }
 }
+LOOPS(hit_ray_triangle_dense_p_d_a_b)
 
 static void NAME(hit_ray_triangle_start_p_d_a_b)(char **args, const intptr_t *strides, void *prepared)
 {
@@ -17020,7 +17441,7 @@ static void NAME(hit_ray_triangle_start_p_d_a_b)(char **args, const intptr_t *st
     NAME(hit_ray_triangle_prepare_p_d_a_b)(x0, x1, x2, x3, prepared);
 }
 
-WIDE static void NAME(hit_ray_triangle_block_p_d_a_c)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(hit_ray_triangle_block_p_d_a_c)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c3a = strides[3], c6a = strides[5];
@@ -17039,8 +17460,9 @@ WIDE static void NAME(hit_ray_triangle_block_p_d_a_c)(intptr_t n, char **args, c
         NAME(store_3)(a6 + i * w, c6a, x6);
     }
 }
+LOOPS(hit_ray_triangle_block_p_d_a_c)
 
-WIDE static void NAME(hit_ray_triangle_dense_p_d_a_c)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(hit_ray_triangle_dense_p_d_a_c)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const REAL *prepared = (const REAL *)args[0];
@@ -17063,6 +17485,7 @@ WIDE static void NAME(hit_ray_triangle_dense_p_d_a_c)(intptr_t n, char **args, c
         NAME(store_span)(args[6], first, r6, 3);
     }
 }
+LOOPS(hit_ray_triangle_dense_p_d_a_c)
 
 static void NAME(hit_ray_triangle_start_p_d_a_c)(char **args, const intptr_t *strides, void *prepared)
 {
@@ -17078,7 +17501,7 @@ static void NAME(hit_ray_triangle_start_p_d_a_c)(char **args, const intptr_t *st
     NAME(hit_ray_triangle_prepare_p_d_a_c)(x0, x1, x2, x4, prepared);
 }
 
-WIDE static void NAME(hit_ray_triangle_block_p_d_b_c)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(hit_ray_triangle_block_p_d_b_c)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c2a = strides[2], c6a = strides[5];
@@ -17097,8 +17520,9 @@ WIDE static void NAME(hit_ray_triangle_block_p_d_b_c)(intptr_t n, char **args, c
         NAME(store_3)(a6 + i * w, c6a, x6);
     }
 }
+LOOPS(hit_ray_triangle_block_p_d_b_c)
 
-WIDE static void NAME(hit_ray_triangle_dense_p_d_b_c)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(hit_ray_triangle_dense_p_d_b_c)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const REAL *prepared = (const REAL *)args[0];
@@ -17121,6 +17545,7 @@ WIDE static void NAME(hit_ray_triangle_dense_p_d_b_c)(intptr_t n, char **args, c
         NAME(store_span)(args[6], first, r6, 3);
     }
 }
+LOOPS(hit_ray_triangle_dense_p_d_b_c)
 
 static void NAME(hit_ray_triangle_start_p_d_b_c)(char **args, const intptr_t *strides, void *prepared)
 {
@@ -17136,7 +17561,7 @@ static void NAME(hit_ray_triangle_start_p_d_b_c)(char **args, const intptr_t *st
     NAME(hit_ray_triangle_prepare_p_d_b_c)(x0, x1, x3, x4, prepared);
 }
 
-WIDE static void NAME(hit_ray_triangle_block)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(hit_ray_triangle_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2], c3a = strides[3], c4a = strides[4], c6a =
@@ -17167,20 +17592,22 @@ WIDE static void NAME(hit_ray_triangle_block)(intptr_t n, char **args, const int
         NAME(store_3)(a6 + i * w, c6a, x6);
     }
 }
+LOOPS(hit_ray_triangle_block)
 
 void NAME(hit_ray_triangle_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {3, 1, 1, {3}}, {3, 1, 2, {3}}, {3, 1, 3, {3}}, {3, 1, 4,
         {3}}, {1, 0, 5, {0}}, {3, 1, 5, {3}}};
     static const struct form forms[] = {{30, 2, NAME(hit_ray_triangle_start_d_a_b_c),
-        NAME(hit_ray_triangle_block_d_a_b_c), NAME(hit_ray_triangle_dense_d_a_b_c)}, {29, 2,
-        NAME(hit_ray_triangle_start_p_a_b_c), NAME(hit_ray_triangle_block_p_a_b_c),
-        NAME(hit_ray_triangle_dense_p_a_b_c)}, {15, 2, NAME(hit_ray_triangle_start_p_d_a_b),
-        NAME(hit_ray_triangle_block_p_d_a_b), NAME(hit_ray_triangle_dense_p_d_a_b)}, {23, 2,
-        NAME(hit_ray_triangle_start_p_d_a_c), NAME(hit_ray_triangle_block_p_d_a_c),
-        NAME(hit_ray_triangle_dense_p_d_a_c)}, {27, 2, NAME(hit_ray_triangle_start_p_d_b_c),
-        NAME(hit_ray_triangle_block_p_d_b_c), NAME(hit_ray_triangle_dense_p_d_b_c)}};
-    static const struct kernel kernel = {NAME(hit_ray_triangle_block), NULL, 5, 7, 5, 0, parts, forms};
+        WIDTHS(hit_ray_triangle_block_d_a_b_c), WIDTHS(hit_ray_triangle_dense_d_a_b_c)}, {29, 2,
+        NAME(hit_ray_triangle_start_p_a_b_c), WIDTHS(hit_ray_triangle_block_p_a_b_c),
+        WIDTHS(hit_ray_triangle_dense_p_a_b_c)}, {15, 2, NAME(hit_ray_triangle_start_p_d_a_b),
+        WIDTHS(hit_ray_triangle_block_p_d_a_b), WIDTHS(hit_ray_triangle_dense_p_d_a_b)}, {23, 2,
+        NAME(hit_ray_triangle_start_p_d_a_c), WIDTHS(hit_ray_triangle_block_p_d_a_c),
+        WIDTHS(hit_ray_triangle_dense_p_d_a_c)}, {27, 2, NAME(hit_ray_triangle_start_p_d_b_c),
+        WIDTHS(hit_ray_triangle_block_p_d_b_c), WIDTHS(hit_ray_triangle_dense_p_d_b_c)}};
+    static const struct kernel kernel = {WIDTHS(hit_ray_triangle_block), {NULL}, (any_function
+        *)NAME(hit_ray_triangle), NAME(call_aaaaarr), 5, 7, 5, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -17302,7 +17729,7 @@ INLINE void NAME(motor_product)(const REAL *a, const REAL *b, REAL *out)
     out[7] = t89;
 }
 
-WIDE static void NAME(motor_product_block)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(motor_product_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
@@ -17320,8 +17747,9 @@ WIDE static void NAME(motor_product_block)(intptr_t n, char **args, const intptr
         NAME(store_8)(a2 + i * w, c2a, x2);
     }
 }
+LOOPS(motor_product_block)
 
-WIDE static void NAME(motor_product_dense)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(motor_product_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
@@ -17344,12 +17772,13 @@ WIDE static void NAME(motor_product_dense)(intptr_t n, char **args, const intptr
         NAME(store_span)(args[2], first, r2, 8);
     }
 }
+LOOPS(motor_product_dense)
 
 void NAME(motor_product_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{8, 1, 0, {8}}, {8, 1, 1, {8}}, {8, 1, 2, {8}}};
-    static const struct kernel kernel = {NAME(motor_product_block), NAME(motor_product_dense), 2, 3, 0, 0, parts,
-        NULL};
+    static const struct kernel kernel = {WIDTHS(motor_product_block), WIDTHS(motor_product_dense), (any_function
+        *)NAME(motor_product), NAME(call_aar), 2, 3, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -17471,7 +17900,7 @@ INLINE void NAME(even_product)(const REAL *a, const REAL *b, REAL *out)
     out[7] = t89;
 }
 
-WIDE static void NAME(even_product_block)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(even_product_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
@@ -17489,8 +17918,9 @@ WIDE static void NAME(even_product_block)(intptr_t n, char **args, const intptr_
         NAME(store_8)(a2 + i * w, c2a, x2);
     }
 }
+LOOPS(even_product_block)
 
-WIDE static void NAME(even_product_dense)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(even_product_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
@@ -17513,12 +17943,13 @@ WIDE static void NAME(even_product_dense)(intptr_t n, char **args, const intptr_
         NAME(store_span)(args[2], first, r2, 8);
     }
 }
+LOOPS(even_product_dense)
 
 void NAME(even_product_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{8, 1, 0, {8}}, {8, 1, 1, {8}}, {8, 1, 2, {8}}};
-    static const struct kernel kernel = {NAME(even_product_block), NAME(even_product_dense), 2, 3, 0, 0, parts,
-        NULL};
+    static const struct kernel kernel = {WIDTHS(even_product_block), WIDTHS(even_product_dense), (any_function
+        *)NAME(even_product), NAME(call_aar), 2, 3, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -17548,7 +17979,7 @@ INLINE void NAME(motor_inverse)(const REAL *m, REAL *out)
     out[7] = m_e0123;
 }
 
-WIDE static void NAME(motor_inverse_block)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(motor_inverse_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c0a = strides[0], c1a = strides[1];
@@ -17563,8 +17994,9 @@ WIDE static void NAME(motor_inverse_block)(intptr_t n, char **args, const intptr
         NAME(store_8)(a1 + i * w, c1a, x1);
     }
 }
+LOOPS(motor_inverse_block)
 
-WIDE static void NAME(motor_inverse_dense)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(motor_inverse_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
@@ -17583,12 +18015,13 @@ WIDE static void NAME(motor_inverse_dense)(intptr_t n, char **args, const intptr
         NAME(store_span)(args[1], first, r1, 8);
     }
 }
+LOOPS(motor_inverse_dense)
 
 void NAME(motor_inverse_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{8, 1, 0, {8}}, {8, 1, 1, {8}}};
-    static const struct kernel kernel = {NAME(motor_inverse_block), NAME(motor_inverse_dense), 1, 2, 0, 0, parts,
-        NULL};
+    static const struct kernel kernel = {WIDTHS(motor_inverse_block), WIDTHS(motor_inverse_dense), (any_function
+        *)NAME(motor_inverse), NAME(call_ar), 1, 2, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -17651,7 +18084,7 @@ INLINE void NAME(even_inverse)(const REAL *x, REAL *out)
     out[7] = t38;
 }
 
-WIDE static void NAME(even_inverse_block)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(even_inverse_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c0a = strides[0], c1a = strides[1];
@@ -17666,8 +18099,9 @@ WIDE static void NAME(even_inverse_block)(intptr_t n, char **args, const intptr_
         NAME(store_8)(a1 + i * w, c1a, x1);
     }
 }
+LOOPS(even_inverse_block)
 
-WIDE static void NAME(even_inverse_dense)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(even_inverse_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
@@ -17686,12 +18120,13 @@ WIDE static void NAME(even_inverse_dense)(intptr_t n, char **args, const intptr_
         NAME(store_span)(args[1], first, r1, 8);
     }
 }
+LOOPS(even_inverse_dense)
 
 void NAME(even_inverse_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{8, 1, 0, {8}}, {8, 1, 1, {8}}};
-    static const struct kernel kernel = {NAME(even_inverse_block), NAME(even_inverse_dense), 1, 2, 0, 0, parts,
-        NULL};
+    static const struct kernel kernel = {WIDTHS(even_inverse_block), WIDTHS(even_inverse_dense), (any_function
+        *)NAME(even_inverse), NAME(call_ar), 1, 2, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -17750,7 +18185,7 @@ INLINE void NAME(normalize_motor)(const REAL *x, REAL *out)
     out[7] = t34;
 }
 
-WIDE static void NAME(normalize_motor_block)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(normalize_motor_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c0a = strides[0], c1a = strides[1];
@@ -17765,8 +18200,9 @@ WIDE static void NAME(normalize_motor_block)(intptr_t n, char **args, const intp
         NAME(store_8)(a1 + i * w, c1a, x1);
     }
 }
+LOOPS(normalize_motor_block)
 
-WIDE static void NAME(normalize_motor_dense)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(normalize_motor_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
@@ -17785,12 +18221,13 @@ WIDE static void NAME(normalize_motor_dense)(intptr_t n, char **args, const intp
         NAME(store_span)(args[1], first, r1, 8);
     }
 }
+LOOPS(normalize_motor_dense)
 
 void NAME(normalize_motor_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{8, 1, 0, {8}}, {8, 1, 1, {8}}};
-    static const struct kernel kernel = {NAME(normalize_motor_block), NAME(normalize_motor_dense), 1, 2, 0, 0,
-        parts, NULL};
+    static const struct kernel kernel = {WIDTHS(normalize_motor_block), WIDTHS(normalize_motor_dense), (any_function
+        *)NAME(normalize_motor), NAME(call_ar), 1, 2, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -17968,7 +18405,7 @@ static INLINE void NAME(move_point_apply_m)(const REAL *prepared, const REAL *p,
     out[2] = t70;
 }
 
-WIDE static void NAME(move_point_block_m)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(move_point_block_m)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c1a = strides[1], c2a = strides[2];
@@ -17984,8 +18421,9 @@ WIDE static void NAME(move_point_block_m)(intptr_t n, char **args, const intptr_
         NAME(store_3)(a2 + i * w, c2a, x2);
     }
 }
+LOOPS(move_point_block_m)
 
-WIDE static void NAME(move_point_dense_m)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(move_point_dense_m)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const REAL *prepared = (const REAL *)args[0];
@@ -18004,6 +18442,7 @@ WIDE static void NAME(move_point_dense_m)(intptr_t n, char **args, const intptr_
         NAME(store_span)(args[2], first, r2, 3);
     }
 }
+LOOPS(move_point_dense_m)
 
 static void NAME(move_point_start_m)(char **args, const intptr_t *strides, void *prepared)
 {
@@ -18013,7 +18452,7 @@ static void NAME(move_point_start_m)(char **args, const intptr_t *strides, void 
     NAME(move_point_prepare_m)(x0, prepared);
 }
 
-WIDE static void NAME(move_point_block)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(move_point_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
@@ -18031,8 +18470,9 @@ WIDE static void NAME(move_point_block)(intptr_t n, char **args, const intptr_t 
         NAME(store_3)(a2 + i * w, c2a, x2);
     }
 }
+LOOPS(move_point_block)
 
-WIDE static void NAME(move_point_dense)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(move_point_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
@@ -18053,13 +18493,15 @@ WIDE static void NAME(move_point_dense)(intptr_t n, char **args, const intptr_t 
         NAME(store_span)(args[2], first, r2, 3);
     }
 }
+LOOPS(move_point_dense)
 
 void NAME(move_point_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{8, 1, 0, {8}}, {3, 1, 1, {3}}, {3, 1, 2, {3}}};
-    static const struct form forms[] = {{1, 3, NAME(move_point_start_m), NAME(move_point_block_m),
-        NAME(move_point_dense_m)}};
-    static const struct kernel kernel = {NAME(move_point_block), NAME(move_point_dense), 2, 3, 1, 0, parts, forms};
+    static const struct form forms[] = {{1, 3, NAME(move_point_start_m), WIDTHS(move_point_block_m),
+        WIDTHS(move_point_dense_m)}};
+    static const struct kernel kernel = {WIDTHS(move_point_block), WIDTHS(move_point_dense), (any_function
+        *)NAME(move_point), NAME(call_aar), 2, 3, 1, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -18187,7 +18629,7 @@ static INLINE void NAME(move_direction_apply_m)(const REAL *prepared, const REAL
     out[2] = t43;
 }
 
-WIDE static void NAME(move_direction_block_m)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(move_direction_block_m)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c1a = strides[1], c2a = strides[2];
@@ -18203,8 +18645,9 @@ WIDE static void NAME(move_direction_block_m)(intptr_t n, char **args, const int
         NAME(store_3)(a2 + i * w, c2a, x2);
     }
 }
+LOOPS(move_direction_block_m)
 
-WIDE static void NAME(move_direction_dense_m)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(move_direction_dense_m)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const REAL *prepared = (const REAL *)args[0];
@@ -18223,6 +18666,7 @@ WIDE static void NAME(move_direction_dense_m)(intptr_t n, char **args, const int
         NAME(store_span)(args[2], first, r2, 3);
     }
 }
+LOOPS(move_direction_dense_m)
 
 static void NAME(move_direction_start_m)(char **args, const intptr_t *strides, void *prepared)
 {
@@ -18232,7 +18676,7 @@ static void NAME(move_direction_start_m)(char **args, const intptr_t *strides, v
     NAME(move_direction_prepare_m)(x0, prepared);
 }
 
-WIDE static void NAME(move_direction_block)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(move_direction_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
@@ -18250,8 +18694,9 @@ WIDE static void NAME(move_direction_block)(intptr_t n, char **args, const intpt
         NAME(store_3)(a2 + i * w, c2a, x2);
     }
 }
+LOOPS(move_direction_block)
 
-WIDE static void NAME(move_direction_dense)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(move_direction_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
@@ -18272,14 +18717,15 @@ WIDE static void NAME(move_direction_dense)(intptr_t n, char **args, const intpt
         NAME(store_span)(args[2], first, r2, 3);
     }
 }
+LOOPS(move_direction_dense)
 
 void NAME(move_direction_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{8, 1, 0, {8}}, {3, 1, 1, {3}}, {3, 1, 2, {3}}};
-    static const struct form forms[] = {{1, 2, NAME(move_direction_start_m), NAME(move_direction_block_m),
-        NAME(move_direction_dense_m)}};
-    static const struct kernel kernel = {NAME(move_direction_block), NAME(move_direction_dense), 2, 3, 1, 0, parts,
-        forms};
+    static const struct form forms[] = {{1, 2, NAME(move_direction_start_m), WIDTHS(move_direction_block_m),
+        WIDTHS(move_direction_dense_m)}};
+    static const struct kernel kernel = {WIDTHS(move_direction_block), WIDTHS(move_direction_dense), (any_function
+        *)NAME(move_direction), NAME(call_aar), 2, 3, 1, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -18578,7 +19024,7 @@ static INLINE void NAME(move_line_apply_m)(const REAL *prepared, const REAL *lin
     out[5] = t116;
 }
 
-WIDE static void NAME(move_line_block_m)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(move_line_block_m)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c1a = strides[1], c2a = strides[2];
@@ -18594,8 +19040,9 @@ WIDE static void NAME(move_line_block_m)(intptr_t n, char **args, const intptr_t
         NAME(store_6)(a2 + i * w, c2a, x2);
     }
 }
+LOOPS(move_line_block_m)
 
-WIDE static void NAME(move_line_dense_m)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(move_line_dense_m)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const REAL *prepared = (const REAL *)args[0];
@@ -18615,6 +19062,7 @@ WIDE static void NAME(move_line_dense_m)(intptr_t n, char **args, const intptr_t
         NAME(store_span)(args[2], first, r2, 6);
     }
 }
+LOOPS(move_line_dense_m)
 
 static void NAME(move_line_start_m)(char **args, const intptr_t *strides, void *prepared)
 {
@@ -18624,7 +19072,7 @@ static void NAME(move_line_start_m)(char **args, const intptr_t *strides, void *
     NAME(move_line_prepare_m)(x0, prepared);
 }
 
-WIDE static void NAME(move_line_block)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(move_line_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
@@ -18642,8 +19090,9 @@ WIDE static void NAME(move_line_block)(intptr_t n, char **args, const intptr_t *
         NAME(store_6)(a2 + i * w, c2a, x2);
     }
 }
+LOOPS(move_line_block)
 
-WIDE static void NAME(move_line_dense)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(move_line_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
@@ -18666,13 +19115,15 @@ WIDE static void NAME(move_line_dense)(intptr_t n, char **args, const intptr_t *
         NAME(store_span)(args[2], first, r2, 6);
     }
 }
+LOOPS(move_line_dense)
 
 void NAME(move_line_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{8, 1, 0, {8}}, {6, 1, 1, {6}}, {6, 1, 2, {6}}};
-    static const struct form forms[] = {{1, 2, NAME(move_line_start_m), NAME(move_line_block_m),
-        NAME(move_line_dense_m)}};
-    static const struct kernel kernel = {NAME(move_line_block), NAME(move_line_dense), 2, 3, 1, 0, parts, forms};
+    static const struct form forms[] = {{1, 2, NAME(move_line_start_m), WIDTHS(move_line_block_m),
+        WIDTHS(move_line_dense_m)}};
+    static const struct kernel kernel = {WIDTHS(move_line_block), WIDTHS(move_line_dense), (any_function
+        *)NAME(move_line), NAME(call_aar), 2, 3, 1, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -18863,7 +19314,7 @@ static INLINE void NAME(move_plane_apply_m)(const REAL *prepared, const REAL *pl
     out[3] = t74;
 }
 
-WIDE static void NAME(move_plane_block_m)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(move_plane_block_m)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c1a = strides[1], c2a = strides[2];
@@ -18879,8 +19330,9 @@ WIDE static void NAME(move_plane_block_m)(intptr_t n, char **args, const intptr_
         NAME(store_4)(a2 + i * w, c2a, x2);
     }
 }
+LOOPS(move_plane_block_m)
 
-WIDE static void NAME(move_plane_dense_m)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(move_plane_dense_m)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const REAL *prepared = (const REAL *)args[0];
@@ -18899,6 +19351,7 @@ WIDE static void NAME(move_plane_dense_m)(intptr_t n, char **args, const intptr_
         NAME(store_span)(args[2], first, r2, 4);
     }
 }
+LOOPS(move_plane_dense_m)
 
 static void NAME(move_plane_start_m)(char **args, const intptr_t *strides, void *prepared)
 {
@@ -18908,7 +19361,7 @@ static void NAME(move_plane_start_m)(char **args, const intptr_t *strides, void 
     NAME(move_plane_prepare_m)(x0, prepared);
 }
 
-WIDE static void NAME(move_plane_block)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(move_plane_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
@@ -18926,8 +19379,9 @@ WIDE static void NAME(move_plane_block)(intptr_t n, char **args, const intptr_t 
         NAME(store_4)(a2 + i * w, c2a, x2);
     }
 }
+LOOPS(move_plane_block)
 
-WIDE static void NAME(move_plane_dense)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(move_plane_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
@@ -18950,13 +19404,15 @@ WIDE static void NAME(move_plane_dense)(intptr_t n, char **args, const intptr_t 
         NAME(store_span)(args[2], first, r2, 4);
     }
 }
+LOOPS(move_plane_dense)
 
 void NAME(move_plane_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{8, 1, 0, {8}}, {4, 1, 1, {4}}, {4, 1, 2, {4}}};
-    static const struct form forms[] = {{1, 3, NAME(move_plane_start_m), NAME(move_plane_block_m),
-        NAME(move_plane_dense_m)}};
-    static const struct kernel kernel = {NAME(move_plane_block), NAME(move_plane_dense), 2, 3, 1, 0, parts, forms};
+    static const struct form forms[] = {{1, 3, NAME(move_plane_start_m), WIDTHS(move_plane_block_m),
+        WIDTHS(move_plane_dense_m)}};
+    static const struct kernel kernel = {WIDTHS(move_plane_block), WIDTHS(move_plane_dense), (any_function
+        *)NAME(move_plane), NAME(call_aar), 2, 3, 1, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -19263,7 +19719,7 @@ static INLINE void NAME(move_motor_apply_m)(const REAL *prepared, const REAL *n,
     out[7] = n_e0123;
 }
 
-WIDE static void NAME(move_motor_block_m)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(move_motor_block_m)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c1a = strides[1], c2a = strides[2];
@@ -19279,8 +19735,9 @@ WIDE static void NAME(move_motor_block_m)(intptr_t n, char **args, const intptr_
         NAME(store_8)(a2 + i * w, c2a, x2);
     }
 }
+LOOPS(move_motor_block_m)
 
-WIDE static void NAME(move_motor_dense_m)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(move_motor_dense_m)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const REAL *prepared = (const REAL *)args[0];
@@ -19300,6 +19757,7 @@ WIDE static void NAME(move_motor_dense_m)(intptr_t n, char **args, const intptr_
         NAME(store_span)(args[2], first, r2, 8);
     }
 }
+LOOPS(move_motor_dense_m)
 
 static void NAME(move_motor_start_m)(char **args, const intptr_t *strides, void *prepared)
 {
@@ -19309,7 +19767,7 @@ static void NAME(move_motor_start_m)(char **args, const intptr_t *strides, void 
     NAME(move_motor_prepare_m)(x0, prepared);
 }
 
-WIDE static void NAME(move_motor_block)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(move_motor_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
@@ -19327,8 +19785,9 @@ WIDE static void NAME(move_motor_block)(intptr_t n, char **args, const intptr_t 
         NAME(store_8)(a2 + i * w, c2a, x2);
     }
 }
+LOOPS(move_motor_block)
 
-WIDE static void NAME(move_motor_dense)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(move_motor_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
@@ -19351,13 +19810,15 @@ WIDE static void NAME(move_motor_dense)(intptr_t n, char **args, const intptr_t 
         NAME(store_span)(args[2], first, r2, 8);
     }
 }
+LOOPS(move_motor_dense)
 
 void NAME(move_motor_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{8, 1, 0, {8}}, {8, 1, 1, {8}}, {8, 1, 2, {8}}};
-    static const struct form forms[] = {{1, 2, NAME(move_motor_start_m), NAME(move_motor_block_m),
-        NAME(move_motor_dense_m)}};
-    static const struct kernel kernel = {NAME(move_motor_block), NAME(move_motor_dense), 2, 3, 1, 0, parts, forms};
+    static const struct form forms[] = {{1, 2, NAME(move_motor_start_m), WIDTHS(move_motor_block_m),
+        WIDTHS(move_motor_dense_m)}};
+    static const struct kernel kernel = {WIDTHS(move_motor_block), WIDTHS(move_motor_dense), (any_function
+        *)NAME(move_motor), NAME(call_aar), 2, 3, 1, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -19535,7 +19996,7 @@ static INLINE void NAME(move_point_back_apply_m)(const REAL *prepared, const REA
     out[2] = t70;
 }
 
-WIDE static void NAME(move_point_back_block_m)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(move_point_back_block_m)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c1a = strides[1], c2a = strides[2];
@@ -19551,8 +20012,9 @@ WIDE static void NAME(move_point_back_block_m)(intptr_t n, char **args, const in
         NAME(store_3)(a2 + i * w, c2a, x2);
     }
 }
+LOOPS(move_point_back_block_m)
 
-WIDE static void NAME(move_point_back_dense_m)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(move_point_back_dense_m)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const REAL *prepared = (const REAL *)args[0];
@@ -19571,6 +20033,7 @@ WIDE static void NAME(move_point_back_dense_m)(intptr_t n, char **args, const in
         NAME(store_span)(args[2], first, r2, 3);
     }
 }
+LOOPS(move_point_back_dense_m)
 
 static void NAME(move_point_back_start_m)(char **args, const intptr_t *strides, void *prepared)
 {
@@ -19580,7 +20043,7 @@ static void NAME(move_point_back_start_m)(char **args, const intptr_t *strides, 
     NAME(move_point_back_prepare_m)(x0, prepared);
 }
 
-WIDE static void NAME(move_point_back_block)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(move_point_back_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
@@ -19598,8 +20061,9 @@ WIDE static void NAME(move_point_back_block)(intptr_t n, char **args, const intp
         NAME(store_3)(a2 + i * w, c2a, x2);
     }
 }
+LOOPS(move_point_back_block)
 
-WIDE static void NAME(move_point_back_dense)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(move_point_back_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
@@ -19620,14 +20084,15 @@ WIDE static void NAME(move_point_back_dense)(intptr_t n, char **args, const intp
         NAME(store_span)(args[2], first, r2, 3);
     }
 }
+LOOPS(move_point_back_dense)
 
 void NAME(move_point_back_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{8, 1, 0, {8}}, {3, 1, 1, {3}}, {3, 1, 2, {3}}};
-    static const struct form forms[] = {{1, 3, NAME(move_point_back_start_m), NAME(move_point_back_block_m),
-        NAME(move_point_back_dense_m)}};
-    static const struct kernel kernel = {NAME(move_point_back_block), NAME(move_point_back_dense), 2, 3, 1, 0,
-        parts, forms};
+    static const struct form forms[] = {{1, 3, NAME(move_point_back_start_m), WIDTHS(move_point_back_block_m),
+        WIDTHS(move_point_back_dense_m)}};
+    static const struct kernel kernel = {WIDTHS(move_point_back_block), WIDTHS(move_point_back_dense), (any_function
+        *)NAME(move_point_back), NAME(call_aar), 2, 3, 1, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -19734,7 +20199,7 @@ static INLINE void NAME(rotor_from_axis_angle_apply_axis)(const REAL *prepared, 
     out[3] = t14;
 }
 
-WIDE static void NAME(rotor_from_axis_angle_block_angle)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(rotor_from_axis_angle_block_angle)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c0a = strides[0], c2a = strides[1];
@@ -19750,8 +20215,9 @@ WIDE static void NAME(rotor_from_axis_angle_block_angle)(intptr_t n, char **args
         NAME(store_4)(a2 + i * w, c2a, x2);
     }
 }
+LOOPS(rotor_from_axis_angle_block_angle)
 
-WIDE static void NAME(rotor_from_axis_angle_dense_angle)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(rotor_from_axis_angle_dense_angle)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const REAL *prepared = (const REAL *)args[1];
@@ -19770,6 +20236,7 @@ WIDE static void NAME(rotor_from_axis_angle_dense_angle)(intptr_t n, char **args
         NAME(store_span)(args[2], first, r2, 4);
     }
 }
+LOOPS(rotor_from_axis_angle_dense_angle)
 
 static void NAME(rotor_from_axis_angle_start_angle)(char **args, const intptr_t *strides, void *prepared)
 {
@@ -19779,7 +20246,7 @@ static void NAME(rotor_from_axis_angle_start_angle)(char **args, const intptr_t 
     NAME(rotor_from_axis_angle_prepare_angle)(x1[0], prepared, NULL);
 }
 
-WIDE static void NAME(rotor_from_axis_angle_block_axis)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(rotor_from_axis_angle_block_axis)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c2a = strides[1];
@@ -19806,6 +20273,7 @@ WIDE static void NAME(rotor_from_axis_angle_block_axis)(intptr_t n, char **args,
         }
     }
 }
+LOOPS(rotor_from_axis_angle_block_axis)
 
 static void NAME(rotor_from_axis_angle_start_axis)(char **args, const intptr_t *strides, void *prepared)
 {
@@ -19815,7 +20283,7 @@ static void NAME(rotor_from_axis_angle_start_axis)(char **args, const intptr_t *
     NAME(rotor_from_axis_angle_prepare_axis)(x0, prepared);
 }
 
-WIDE static void NAME(rotor_from_axis_angle_block)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(rotor_from_axis_angle_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c0a = strides[0], c2a = strides[1];
@@ -19846,14 +20314,16 @@ WIDE static void NAME(rotor_from_axis_angle_block)(intptr_t n, char **args, cons
         }
     }
 }
+LOOPS(rotor_from_axis_angle_block)
 
 void NAME(rotor_from_axis_angle_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {1, 0, 1, {0}}, {4, 1, 1, {4}}};
     static const struct form forms[] = {{2, 2, NAME(rotor_from_axis_angle_start_angle),
-        NAME(rotor_from_axis_angle_block_angle), NAME(rotor_from_axis_angle_dense_angle)}, {1, 2,
-        NAME(rotor_from_axis_angle_start_axis), NAME(rotor_from_axis_angle_block_axis), NULL}};
-    static const struct kernel kernel = {NAME(rotor_from_axis_angle_block), NULL, 2, 3, 2, 1, parts, forms};
+        WIDTHS(rotor_from_axis_angle_block_angle), WIDTHS(rotor_from_axis_angle_dense_angle)}, {1, 2,
+        NAME(rotor_from_axis_angle_start_axis), WIDTHS(rotor_from_axis_angle_block_axis), {NULL}}};
+    static const struct kernel kernel = {WIDTHS(rotor_from_axis_angle_block), {NULL}, (any_function
+        *)NAME(rotor_from_axis_angle), NAME(call_anr), 2, 3, 2, 1, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -19893,7 +20363,7 @@ INLINE void NAME(rotor_from_rotation_vector)(const REAL *v, REAL *out)
     NAME(rotor_from_rotation_vector_within)(v, out, NULL);
 }
 
-WIDE static void NAME(rotor_from_rotation_vector_block)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(rotor_from_rotation_vector_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c0a = strides[0], c1a = strides[1];
@@ -19919,11 +20389,13 @@ WIDE static void NAME(rotor_from_rotation_vector_block)(intptr_t n, char **args,
         }
     }
 }
+LOOPS(rotor_from_rotation_vector_block)
 
 void NAME(rotor_from_rotation_vector_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {4, 1, 1, {4}}};
-    static const struct kernel kernel = {NAME(rotor_from_rotation_vector_block), NULL, 1, 2, 0, 1, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(rotor_from_rotation_vector_block), {NULL}, (any_function
+        *)NAME(rotor_from_rotation_vector), NAME(call_ar), 1, 2, 0, 1, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -19943,7 +20415,7 @@ INLINE void NAME(translator_from_vector)(const REAL *v, REAL *out)
     out[2] = t5;
 }
 
-WIDE static void NAME(translator_from_vector_block)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(translator_from_vector_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c0a = strides[0], c1a = strides[1];
@@ -19958,8 +20430,9 @@ WIDE static void NAME(translator_from_vector_block)(intptr_t n, char **args, con
         NAME(store_3)(a1 + i * w, c1a, x1);
     }
 }
+LOOPS(translator_from_vector_block)
 
-WIDE static void NAME(translator_from_vector_dense)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(translator_from_vector_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
@@ -19977,12 +20450,13 @@ WIDE static void NAME(translator_from_vector_dense)(intptr_t n, char **args, con
         NAME(store_span)(args[1], first, r1, 3);
     }
 }
+LOOPS(translator_from_vector_dense)
 
 void NAME(translator_from_vector_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {3, 1, 1, {3}}};
-    static const struct kernel kernel = {NAME(translator_from_vector_block), NAME(translator_from_vector_dense), 1,
-        2, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(translator_from_vector_block), WIDTHS(translator_from_vector_dense),
+        (any_function *)NAME(translator_from_vector), NAME(call_ar), 1, 2, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -20065,7 +20539,7 @@ static INLINE void NAME(motor_from_line_apply_angle)(const REAL *prepared, const
     out[7] = (REAL)0;
 }
 
-WIDE static void NAME(motor_from_line_block_angle)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(motor_from_line_block_angle)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c0a = strides[0], c2a = strides[1];
@@ -20081,8 +20555,9 @@ WIDE static void NAME(motor_from_line_block_angle)(intptr_t n, char **args, cons
         NAME(store_8)(a2 + i * w, c2a, x2);
     }
 }
+LOOPS(motor_from_line_block_angle)
 
-WIDE static void NAME(motor_from_line_dense_angle)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(motor_from_line_dense_angle)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const REAL *prepared = (const REAL *)args[1];
@@ -20102,6 +20577,7 @@ WIDE static void NAME(motor_from_line_dense_angle)(intptr_t n, char **args, cons
         NAME(store_span)(args[2], first, r2, 8);
     }
 }
+LOOPS(motor_from_line_dense_angle)
 
 static void NAME(motor_from_line_start_angle)(char **args, const intptr_t *strides, void *prepared)
 {
@@ -20111,7 +20587,7 @@ static void NAME(motor_from_line_start_angle)(char **args, const intptr_t *strid
     NAME(motor_from_line_prepare_angle)(x1[0], prepared, NULL);
 }
 
-WIDE static void NAME(motor_from_line_block)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(motor_from_line_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c0a = strides[0], c2a = strides[1];
@@ -20142,13 +20618,15 @@ WIDE static void NAME(motor_from_line_block)(intptr_t n, char **args, const intp
         }
     }
 }
+LOOPS(motor_from_line_block)
 
 void NAME(motor_from_line_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{6, 1, 0, {6}}, {1, 0, 1, {0}}, {8, 1, 1, {8}}};
-    static const struct form forms[] = {{2, 2, NAME(motor_from_line_start_angle), NAME(motor_from_line_block_angle),
-        NAME(motor_from_line_dense_angle)}};
-    static const struct kernel kernel = {NAME(motor_from_line_block), NULL, 2, 3, 1, 1, parts, forms};
+    static const struct form forms[] = {{2, 2, NAME(motor_from_line_start_angle),
+        WIDTHS(motor_from_line_block_angle), WIDTHS(motor_from_line_dense_angle)}};
+    static const struct kernel kernel = {WIDTHS(motor_from_line_block), {NULL}, (any_function
+        *)NAME(motor_from_line), NAME(call_anr), 2, 3, 1, 1, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -20398,7 +20876,7 @@ static INLINE void NAME(motor_from_screw_apply_angle)(const REAL *prepared, cons
     out[7] = t22;
 }
 
-WIDE static void NAME(motor_from_screw_block_line_angle)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(motor_from_screw_block_line_angle)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c3a = strides[1];
@@ -20414,8 +20892,9 @@ WIDE static void NAME(motor_from_screw_block_line_angle)(intptr_t n, char **args
         NAME(store_8)(a3 + i * w, c3a, x3);
     }
 }
+LOOPS(motor_from_screw_block_line_angle)
 
-WIDE static void NAME(motor_from_screw_dense_line_angle)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(motor_from_screw_dense_line_angle)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const REAL *prepared = (const REAL *)args[0];
@@ -20435,6 +20914,7 @@ WIDE static void NAME(motor_from_screw_dense_line_angle)(intptr_t n, char **args
         NAME(store_span)(args[3], first, r3, 8);
     }
 }
+LOOPS(motor_from_screw_dense_line_angle)
 
 static void NAME(motor_from_screw_start_line_angle)(char **args, const intptr_t *strides, void *prepared)
 {
@@ -20446,7 +20926,7 @@ static void NAME(motor_from_screw_start_line_angle)(char **args, const intptr_t 
     NAME(motor_from_screw_prepare_line_angle)(x0, x1[0], prepared, NULL);
 }
 
-WIDE static void NAME(motor_from_screw_block_angle_distance)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(motor_from_screw_block_angle_distance)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c0a = strides[0], c3a = strides[1];
@@ -20462,8 +20942,9 @@ WIDE static void NAME(motor_from_screw_block_angle_distance)(intptr_t n, char **
         NAME(store_8)(a3 + i * w, c3a, x3);
     }
 }
+LOOPS(motor_from_screw_block_angle_distance)
 
-WIDE static void NAME(motor_from_screw_dense_angle_distance)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(motor_from_screw_dense_angle_distance)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const REAL *prepared = (const REAL *)args[1];
@@ -20483,6 +20964,7 @@ WIDE static void NAME(motor_from_screw_dense_angle_distance)(intptr_t n, char **
         NAME(store_span)(args[3], first, r3, 8);
     }
 }
+LOOPS(motor_from_screw_dense_angle_distance)
 
 static void NAME(motor_from_screw_start_angle_distance)(char **args, const intptr_t *strides, void *prepared)
 {
@@ -20494,7 +20976,7 @@ static void NAME(motor_from_screw_start_angle_distance)(char **args, const intpt
     NAME(motor_from_screw_prepare_angle_distance)(x1[0], x2[0], prepared, NULL);
 }
 
-WIDE static void NAME(motor_from_screw_block_angle)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(motor_from_screw_block_angle)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c0a = strides[0], c3a = strides[1];
@@ -20513,8 +20995,9 @@ WIDE static void NAME(motor_from_screw_block_angle)(intptr_t n, char **args, con
         NAME(store_8)(a3 + i * w, c3a, x3);
     }
 }
+LOOPS(motor_from_screw_block_angle)
 
-WIDE static void NAME(motor_from_screw_dense_angle)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(motor_from_screw_dense_angle)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const REAL *prepared = (const REAL *)args[1];
@@ -20538,6 +21021,7 @@ WIDE static void NAME(motor_from_screw_dense_angle)(intptr_t n, char **args, con
         NAME(store_span)(args[3], first, r3, 8);
     }
 }
+LOOPS(motor_from_screw_dense_angle)
 
 static void NAME(motor_from_screw_start_angle)(char **args, const intptr_t *strides, void *prepared)
 {
@@ -20547,7 +21031,7 @@ static void NAME(motor_from_screw_start_angle)(char **args, const intptr_t *stri
     NAME(motor_from_screw_prepare_angle)(x1[0], prepared, NULL);
 }
 
-WIDE static void NAME(motor_from_screw_block)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(motor_from_screw_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c0a = strides[0], c3a = strides[1];
@@ -20583,16 +21067,18 @@ WIDE static void NAME(motor_from_screw_block)(intptr_t n, char **args, const int
         }
     }
 }
+LOOPS(motor_from_screw_block)
 
 void NAME(motor_from_screw_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{6, 1, 0, {6}}, {1, 0, 1, {0}}, {1, 0, 1, {0}}, {8, 1, 1, {8}}};
     static const struct form forms[] = {{3, 2, NAME(motor_from_screw_start_line_angle),
-        NAME(motor_from_screw_block_line_angle), NAME(motor_from_screw_dense_line_angle)}, {6, 2,
-        NAME(motor_from_screw_start_angle_distance), NAME(motor_from_screw_block_angle_distance),
-        NAME(motor_from_screw_dense_angle_distance)}, {2, 2, NAME(motor_from_screw_start_angle),
-        NAME(motor_from_screw_block_angle), NAME(motor_from_screw_dense_angle)}};
-    static const struct kernel kernel = {NAME(motor_from_screw_block), NULL, 3, 4, 3, 1, parts, forms};
+        WIDTHS(motor_from_screw_block_line_angle), WIDTHS(motor_from_screw_dense_line_angle)}, {6, 2,
+        NAME(motor_from_screw_start_angle_distance), WIDTHS(motor_from_screw_block_angle_distance),
+        WIDTHS(motor_from_screw_dense_angle_distance)}, {2, 2, NAME(motor_from_screw_start_angle),
+        WIDTHS(motor_from_screw_block_angle), WIDTHS(motor_from_screw_dense_angle)}};
+    static const struct kernel kernel = {WIDTHS(motor_from_screw_block), {NULL}, (any_function
+        *)NAME(motor_from_screw), NAME(call_annr), 3, 4, 3, 1, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -20640,7 +21126,7 @@ INLINE void NAME(motor_from_rotor_translation)(const REAL *r, const REAL *v, REA
     out[7] = t24;
 }
 
-WIDE static void NAME(motor_from_rotor_translation_block)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(motor_from_rotor_translation_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
@@ -20658,8 +21144,9 @@ WIDE static void NAME(motor_from_rotor_translation_block)(intptr_t n, char **arg
         NAME(store_8)(a2 + i * w, c2a, x2);
     }
 }
+LOOPS(motor_from_rotor_translation_block)
 
-WIDE static void NAME(motor_from_rotor_translation_dense)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(motor_from_rotor_translation_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
@@ -20680,12 +21167,14 @@ WIDE static void NAME(motor_from_rotor_translation_dense)(intptr_t n, char **arg
         NAME(store_span)(args[2], first, r2, 8);
     }
 }
+LOOPS(motor_from_rotor_translation_dense)
 
 void NAME(motor_from_rotor_translation_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {3, 1, 1, {3}}, {8, 1, 2, {8}}};
-    static const struct kernel kernel = {NAME(motor_from_rotor_translation_block),
-        NAME(motor_from_rotor_translation_dense), 2, 3, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(motor_from_rotor_translation_block),
+        WIDTHS(motor_from_rotor_translation_dense), (any_function *)NAME(motor_from_rotor_translation),
+        NAME(call_aar), 2, 3, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -20734,7 +21223,7 @@ INLINE void NAME(motor_to_rotor_translation)(const REAL *m, REAL *out_0, REAL *o
     out_1[2] = t25;
 }
 
-WIDE static void NAME(motor_to_rotor_translation_block)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(motor_to_rotor_translation_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
@@ -20752,8 +21241,9 @@ WIDE static void NAME(motor_to_rotor_translation_block)(intptr_t n, char **args,
         NAME(store_3)(a2 + i * w, c2a, x2);
     }
 }
+LOOPS(motor_to_rotor_translation_block)
 
-WIDE static void NAME(motor_to_rotor_translation_dense)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(motor_to_rotor_translation_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
@@ -20775,12 +21265,14 @@ WIDE static void NAME(motor_to_rotor_translation_dense)(intptr_t n, char **args,
         NAME(store_span)(args[2], first, r2, 3);
     }
 }
+LOOPS(motor_to_rotor_translation_dense)
 
 void NAME(motor_to_rotor_translation_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{8, 1, 0, {8}}, {4, 1, 1, {4}}, {3, 1, 2, {3}}};
-    static const struct kernel kernel = {NAME(motor_to_rotor_translation_block),
-        NAME(motor_to_rotor_translation_dense), 1, 3, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(motor_to_rotor_translation_block),
+        WIDTHS(motor_to_rotor_translation_dense), (any_function *)NAME(motor_to_rotor_translation), NAME(call_arr),
+        1, 3, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -20798,7 +21290,7 @@ INLINE void NAME(rotor_from_quaternion)(const REAL *q, REAL *out)
     out[3] = t1;
 }
 
-WIDE static void NAME(rotor_from_quaternion_block)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(rotor_from_quaternion_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c0a = strides[0], c1a = strides[1];
@@ -20813,8 +21305,9 @@ WIDE static void NAME(rotor_from_quaternion_block)(intptr_t n, char **args, cons
         NAME(store_4)(a1 + i * w, c1a, x1);
     }
 }
+LOOPS(rotor_from_quaternion_block)
 
-WIDE static void NAME(rotor_from_quaternion_dense)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(rotor_from_quaternion_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
@@ -20832,12 +21325,13 @@ WIDE static void NAME(rotor_from_quaternion_dense)(intptr_t n, char **args, cons
         NAME(store_span)(args[1], first, r1, 4);
     }
 }
+LOOPS(rotor_from_quaternion_dense)
 
 void NAME(rotor_from_quaternion_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {4, 1, 1, {4}}};
-    static const struct kernel kernel = {NAME(rotor_from_quaternion_block), NAME(rotor_from_quaternion_dense), 1, 2,
-        0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(rotor_from_quaternion_block), WIDTHS(rotor_from_quaternion_dense),
+        (any_function *)NAME(rotor_from_quaternion), NAME(call_ar), 1, 2, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -20855,7 +21349,7 @@ INLINE void NAME(rotor_to_quaternion)(const REAL *r, REAL *out)
     out[3] = t1;
 }
 
-WIDE static void NAME(rotor_to_quaternion_block)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(rotor_to_quaternion_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c0a = strides[0], c1a = strides[1];
@@ -20870,8 +21364,9 @@ WIDE static void NAME(rotor_to_quaternion_block)(intptr_t n, char **args, const 
         NAME(store_4)(a1 + i * w, c1a, x1);
     }
 }
+LOOPS(rotor_to_quaternion_block)
 
-WIDE static void NAME(rotor_to_quaternion_dense)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(rotor_to_quaternion_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
@@ -20889,12 +21384,13 @@ WIDE static void NAME(rotor_to_quaternion_dense)(intptr_t n, char **args, const 
         NAME(store_span)(args[1], first, r1, 4);
     }
 }
+LOOPS(rotor_to_quaternion_dense)
 
 void NAME(rotor_to_quaternion_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {4, 1, 1, {4}}};
-    static const struct kernel kernel = {NAME(rotor_to_quaternion_block), NAME(rotor_to_quaternion_dense), 1, 2, 0,
-        0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(rotor_to_quaternion_block), WIDTHS(rotor_to_quaternion_dense),
+        (any_function *)NAME(rotor_to_quaternion), NAME(call_ar), 1, 2, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -20924,7 +21420,7 @@ INLINE void NAME(motor_from_dual_quaternion)(const REAL *q, REAL *out)
     out[7] = t5;
 }
 
-WIDE static void NAME(motor_from_dual_quaternion_block)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(motor_from_dual_quaternion_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c0a = strides[0], c1a = strides[1];
@@ -20939,8 +21435,9 @@ WIDE static void NAME(motor_from_dual_quaternion_block)(intptr_t n, char **args,
         NAME(store_8)(a1 + i * w, c1a, x1);
     }
 }
+LOOPS(motor_from_dual_quaternion_block)
 
-WIDE static void NAME(motor_from_dual_quaternion_dense)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(motor_from_dual_quaternion_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
@@ -20959,12 +21456,14 @@ WIDE static void NAME(motor_from_dual_quaternion_dense)(intptr_t n, char **args,
         NAME(store_span)(args[1], first, r1, 8);
     }
 }
+LOOPS(motor_from_dual_quaternion_dense)
 
 void NAME(motor_from_dual_quaternion_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{8, 1, 0, {8}}, {8, 1, 1, {8}}};
-    static const struct kernel kernel = {NAME(motor_from_dual_quaternion_block),
-        NAME(motor_from_dual_quaternion_dense), 1, 2, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(motor_from_dual_quaternion_block),
+        WIDTHS(motor_from_dual_quaternion_dense), (any_function *)NAME(motor_from_dual_quaternion), NAME(call_ar),
+        1, 2, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -20994,7 +21493,7 @@ INLINE void NAME(motor_to_dual_quaternion)(const REAL *m, REAL *out)
     out[7] = t5;
 }
 
-WIDE static void NAME(motor_to_dual_quaternion_block)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(motor_to_dual_quaternion_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c0a = strides[0], c1a = strides[1];
@@ -21009,8 +21508,9 @@ WIDE static void NAME(motor_to_dual_quaternion_block)(intptr_t n, char **args, c
         NAME(store_8)(a1 + i * w, c1a, x1);
     }
 }
+LOOPS(motor_to_dual_quaternion_block)
 
-WIDE static void NAME(motor_to_dual_quaternion_dense)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(motor_to_dual_quaternion_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
@@ -21029,12 +21529,14 @@ WIDE static void NAME(motor_to_dual_quaternion_dense)(intptr_t n, char **args, c
         NAME(store_span)(args[1], first, r1, 8);
     }
 }
+LOOPS(motor_to_dual_quaternion_dense)
 
 void NAME(motor_to_dual_quaternion_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{8, 1, 0, {8}}, {8, 1, 1, {8}}};
-    static const struct kernel kernel = {NAME(motor_to_dual_quaternion_block), NAME(motor_to_dual_quaternion_dense),
-        1, 2, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(motor_to_dual_quaternion_block),
+        WIDTHS(motor_to_dual_quaternion_dense), (any_function *)NAME(motor_to_dual_quaternion), NAME(call_ar), 1, 2,
+        0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -21117,7 +21619,7 @@ INLINE void NAME(motor_to_matrix)(const REAL *m, REAL *out)
     out[15] = (REAL)1;
 }
 
-WIDE static void NAME(motor_to_matrix_block)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(motor_to_matrix_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c0a = strides[0], c1a = strides[1], c1b = strides[2];
@@ -21132,8 +21634,9 @@ WIDE static void NAME(motor_to_matrix_block)(intptr_t n, char **args, const intp
         NAME(store_4x4)(a1 + i * w, c1a, c1b, x1);
     }
 }
+LOOPS(motor_to_matrix_block)
 
-WIDE static void NAME(motor_to_matrix_dense)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(motor_to_matrix_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
@@ -21152,12 +21655,13 @@ WIDE static void NAME(motor_to_matrix_dense)(intptr_t n, char **args, const intp
         NAME(store_span)(args[1], first, r1, 16);
     }
 }
+LOOPS(motor_to_matrix_dense)
 
 void NAME(motor_to_matrix_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{8, 1, 0, {8}}, {16, 2, 1, {4, 4}}};
-    static const struct kernel kernel = {NAME(motor_to_matrix_block), NAME(motor_to_matrix_dense), 1, 2, 0, 0,
-        parts, NULL};
+    static const struct kernel kernel = {WIDTHS(motor_to_matrix_block), WIDTHS(motor_to_matrix_dense), (any_function
+        *)NAME(motor_to_matrix), NAME(call_ar), 1, 2, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -21206,7 +21710,7 @@ INLINE void NAME(rotor_to_matrix)(const REAL *r, REAL *out)
     out[8] = t27;
 }
 
-WIDE static void NAME(rotor_to_matrix_block)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(rotor_to_matrix_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c0a = strides[0], c1a = strides[1], c1b = strides[2];
@@ -21221,8 +21725,9 @@ WIDE static void NAME(rotor_to_matrix_block)(intptr_t n, char **args, const intp
         NAME(store_3x3)(a1 + i * w, c1a, c1b, x1);
     }
 }
+LOOPS(rotor_to_matrix_block)
 
-WIDE static void NAME(rotor_to_matrix_dense)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(rotor_to_matrix_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
@@ -21241,12 +21746,13 @@ WIDE static void NAME(rotor_to_matrix_dense)(intptr_t n, char **args, const intp
         NAME(store_span)(args[1], first, r1, 9);
     }
 }
+LOOPS(rotor_to_matrix_dense)
 
 void NAME(rotor_to_matrix_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {9, 2, 1, {3, 3}}};
-    static const struct kernel kernel = {NAME(rotor_to_matrix_block), NAME(rotor_to_matrix_dense), 1, 2, 0, 0,
-        parts, NULL};
+    static const struct kernel kernel = {WIDTHS(rotor_to_matrix_block), WIDTHS(rotor_to_matrix_dense), (any_function
+        *)NAME(rotor_to_matrix), NAME(call_ar), 1, 2, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -21345,7 +21851,7 @@ INLINE void NAME(motor_from_matrix)(const REAL *matrix, REAL *out)
     out[7] = t70;
 }
 
-WIDE static void NAME(motor_from_matrix_block)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(motor_from_matrix_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c0a = strides[0], c0b = strides[1], c1a = strides[2];
@@ -21360,8 +21866,9 @@ WIDE static void NAME(motor_from_matrix_block)(intptr_t n, char **args, const in
         NAME(store_8)(a1 + i * w, c1a, x1);
     }
 }
+LOOPS(motor_from_matrix_block)
 
-WIDE static void NAME(motor_from_matrix_dense)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(motor_from_matrix_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
@@ -21380,12 +21887,13 @@ WIDE static void NAME(motor_from_matrix_dense)(intptr_t n, char **args, const in
         NAME(store_span)(args[1], first, r1, 8);
     }
 }
+LOOPS(motor_from_matrix_dense)
 
 void NAME(motor_from_matrix_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{16, 2, 0, {4, 4}}, {8, 1, 2, {8}}};
-    static const struct kernel kernel = {NAME(motor_from_matrix_block), NAME(motor_from_matrix_dense), 1, 2, 0, 0,
-        parts, NULL};
+    static const struct kernel kernel = {WIDTHS(motor_from_matrix_block), WIDTHS(motor_from_matrix_dense),
+        (any_function *)NAME(motor_from_matrix), NAME(call_ar), 1, 2, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -21454,7 +21962,7 @@ INLINE void NAME(rotor_from_matrix)(const REAL *matrix, REAL *out)
     out[3] = t47;
 }
 
-WIDE static void NAME(rotor_from_matrix_block)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(rotor_from_matrix_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c0a = strides[0], c0b = strides[1], c1a = strides[2];
@@ -21469,8 +21977,9 @@ WIDE static void NAME(rotor_from_matrix_block)(intptr_t n, char **args, const in
         NAME(store_4)(a1 + i * w, c1a, x1);
     }
 }
+LOOPS(rotor_from_matrix_block)
 
-WIDE static void NAME(rotor_from_matrix_dense)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(rotor_from_matrix_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
@@ -21489,12 +21998,13 @@ WIDE static void NAME(rotor_from_matrix_dense)(intptr_t n, char **args, const in
         NAME(store_span)(args[1], first, r1, 4);
     }
 }
+LOOPS(rotor_from_matrix_dense)
 
 void NAME(rotor_from_matrix_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{9, 2, 0, {3, 3}}, {4, 1, 2, {4}}};
-    static const struct kernel kernel = {NAME(rotor_from_matrix_block), NAME(rotor_from_matrix_dense), 1, 2, 0, 0,
-        parts, NULL};
+    static const struct kernel kernel = {WIDTHS(rotor_from_matrix_block), WIDTHS(rotor_from_matrix_dense),
+        (any_function *)NAME(rotor_from_matrix), NAME(call_ar), 1, 2, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -21803,7 +22313,7 @@ static INLINE void NAME(motor_from_denavit_hartenberg_apply_d_a_alpha)(const REA
     out[7] = t28;
 }
 
-WIDE static void NAME(motor_from_denavit_hartenberg_block_theta_d_alpha)(intptr_t n, char **args, const intptr_t
+static INLINE void NAME(motor_from_denavit_hartenberg_block_theta_d_alpha)(intptr_t n, char **args, const intptr_t
     *strides)
 {
     const intptr_t w = sizeof(REAL);
@@ -21820,8 +22330,9 @@ WIDE static void NAME(motor_from_denavit_hartenberg_block_theta_d_alpha)(intptr_
         NAME(store_8)(a4 + i * w, c4a, x4);
     }
 }
+LOOPS(motor_from_denavit_hartenberg_block_theta_d_alpha)
 
-WIDE static void NAME(motor_from_denavit_hartenberg_dense_theta_d_alpha)(intptr_t n, char **args, const intptr_t
+static INLINE void NAME(motor_from_denavit_hartenberg_dense_theta_d_alpha)(intptr_t n, char **args, const intptr_t
     *strides)
 {
     const intptr_t w = sizeof(REAL);
@@ -21842,6 +22353,7 @@ WIDE static void NAME(motor_from_denavit_hartenberg_dense_theta_d_alpha)(intptr_
         NAME(store_span)(args[4], first, r4, 8);
     }
 }
+LOOPS(motor_from_denavit_hartenberg_dense_theta_d_alpha)
 
 static void NAME(motor_from_denavit_hartenberg_start_theta_d_alpha)(char **args, const intptr_t *strides, void
     *prepared)
@@ -21856,7 +22368,7 @@ static void NAME(motor_from_denavit_hartenberg_start_theta_d_alpha)(char **args,
     NAME(motor_from_denavit_hartenberg_prepare_theta_d_alpha)(x0[0], x1[0], x3[0], prepared, NULL);
 }
 
-WIDE static void NAME(motor_from_denavit_hartenberg_block_theta_a_alpha)(intptr_t n, char **args, const intptr_t
+static INLINE void NAME(motor_from_denavit_hartenberg_block_theta_a_alpha)(intptr_t n, char **args, const intptr_t
     *strides)
 {
     const intptr_t w = sizeof(REAL);
@@ -21873,8 +22385,9 @@ WIDE static void NAME(motor_from_denavit_hartenberg_block_theta_a_alpha)(intptr_
         NAME(store_8)(a4 + i * w, c4a, x4);
     }
 }
+LOOPS(motor_from_denavit_hartenberg_block_theta_a_alpha)
 
-WIDE static void NAME(motor_from_denavit_hartenberg_dense_theta_a_alpha)(intptr_t n, char **args, const intptr_t
+static INLINE void NAME(motor_from_denavit_hartenberg_dense_theta_a_alpha)(intptr_t n, char **args, const intptr_t
     *strides)
 {
     const intptr_t w = sizeof(REAL);
@@ -21895,6 +22408,7 @@ WIDE static void NAME(motor_from_denavit_hartenberg_dense_theta_a_alpha)(intptr_
         NAME(store_span)(args[4], first, r4, 8);
     }
 }
+LOOPS(motor_from_denavit_hartenberg_dense_theta_a_alpha)
 
 static void NAME(motor_from_denavit_hartenberg_start_theta_a_alpha)(char **args, const intptr_t *strides, void
     *prepared)
@@ -21909,7 +22423,7 @@ static void NAME(motor_from_denavit_hartenberg_start_theta_a_alpha)(char **args,
     NAME(motor_from_denavit_hartenberg_prepare_theta_a_alpha)(x0[0], x2[0], x3[0], prepared, NULL);
 }
 
-WIDE static void NAME(motor_from_denavit_hartenberg_block_theta_d_a)(intptr_t n, char **args, const intptr_t
+static INLINE void NAME(motor_from_denavit_hartenberg_block_theta_d_a)(intptr_t n, char **args, const intptr_t
     *strides)
 {
     const intptr_t w = sizeof(REAL);
@@ -21937,6 +22451,7 @@ WIDE static void NAME(motor_from_denavit_hartenberg_block_theta_d_a)(intptr_t n,
         }
     }
 }
+LOOPS(motor_from_denavit_hartenberg_block_theta_d_a)
 
 static void NAME(motor_from_denavit_hartenberg_start_theta_d_a)(char **args, const intptr_t *strides, void
     *prepared)
@@ -21951,7 +22466,7 @@ static void NAME(motor_from_denavit_hartenberg_start_theta_d_a)(char **args, con
     NAME(motor_from_denavit_hartenberg_prepare_theta_d_a)(x0[0], x1[0], x2[0], prepared, NULL);
 }
 
-WIDE static void NAME(motor_from_denavit_hartenberg_block_d_a_alpha)(intptr_t n, char **args, const intptr_t
+static INLINE void NAME(motor_from_denavit_hartenberg_block_d_a_alpha)(intptr_t n, char **args, const intptr_t
     *strides)
 {
     const intptr_t w = sizeof(REAL);
@@ -21979,6 +22494,7 @@ WIDE static void NAME(motor_from_denavit_hartenberg_block_d_a_alpha)(intptr_t n,
         }
     }
 }
+LOOPS(motor_from_denavit_hartenberg_block_d_a_alpha)
 
 static void NAME(motor_from_denavit_hartenberg_start_d_a_alpha)(char **args, const intptr_t *strides, void
     *prepared)
@@ -21993,7 +22509,7 @@ static void NAME(motor_from_denavit_hartenberg_start_d_a_alpha)(char **args, con
     NAME(motor_from_denavit_hartenberg_prepare_d_a_alpha)(x1[0], x2[0], x3[0], prepared, NULL);
 }
 
-WIDE static void NAME(motor_from_denavit_hartenberg_block)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(motor_from_denavit_hartenberg_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c4a = strides[0];
@@ -22034,21 +22550,23 @@ WIDE static void NAME(motor_from_denavit_hartenberg_block)(intptr_t n, char **ar
         }
     }
 }
+LOOPS(motor_from_denavit_hartenberg_block)
 
 void NAME(motor_from_denavit_hartenberg_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{1, 0, 0, {0}}, {1, 0, 0, {0}}, {1, 0, 0, {0}}, {1, 0, 0, {0}}, {8, 1, 0,
         {8}}};
     static const struct form forms[] = {{11, 2, NAME(motor_from_denavit_hartenberg_start_theta_d_alpha),
-        NAME(motor_from_denavit_hartenberg_block_theta_d_alpha),
-        NAME(motor_from_denavit_hartenberg_dense_theta_d_alpha)}, {13, 2,
+        WIDTHS(motor_from_denavit_hartenberg_block_theta_d_alpha),
+        WIDTHS(motor_from_denavit_hartenberg_dense_theta_d_alpha)}, {13, 2,
         NAME(motor_from_denavit_hartenberg_start_theta_a_alpha),
-        NAME(motor_from_denavit_hartenberg_block_theta_a_alpha),
-        NAME(motor_from_denavit_hartenberg_dense_theta_a_alpha)}, {7, 2,
-        NAME(motor_from_denavit_hartenberg_start_theta_d_a), NAME(motor_from_denavit_hartenberg_block_theta_d_a),
-        NULL}, {14, 2, NAME(motor_from_denavit_hartenberg_start_d_a_alpha),
-        NAME(motor_from_denavit_hartenberg_block_d_a_alpha), NULL}};
-    static const struct kernel kernel = {NAME(motor_from_denavit_hartenberg_block), NULL, 4, 5, 4, 1, parts, forms};
+        WIDTHS(motor_from_denavit_hartenberg_block_theta_a_alpha),
+        WIDTHS(motor_from_denavit_hartenberg_dense_theta_a_alpha)}, {7, 2,
+        NAME(motor_from_denavit_hartenberg_start_theta_d_a), WIDTHS(motor_from_denavit_hartenberg_block_theta_d_a),
+        {NULL}}, {14, 2, NAME(motor_from_denavit_hartenberg_start_d_a_alpha),
+        WIDTHS(motor_from_denavit_hartenberg_block_d_a_alpha), {NULL}}};
+    static const struct kernel kernel = {WIDTHS(motor_from_denavit_hartenberg_block), {NULL}, (any_function
+        *)NAME(motor_from_denavit_hartenberg), NAME(call_nnnnr), 4, 5, 4, 1, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -22359,7 +22877,7 @@ static INLINE void NAME(motor_from_modified_denavit_hartenberg_apply_d_a_alpha)(
     out[7] = t28;
 }
 
-WIDE static void NAME(motor_from_modified_denavit_hartenberg_block_theta_d_alpha)(intptr_t n, char **args, const
+static INLINE void NAME(motor_from_modified_denavit_hartenberg_block_theta_d_alpha)(intptr_t n, char **args, const
     intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
@@ -22376,8 +22894,9 @@ WIDE static void NAME(motor_from_modified_denavit_hartenberg_block_theta_d_alpha
         NAME(store_8)(a4 + i * w, c4a, x4);
     }
 }
+LOOPS(motor_from_modified_denavit_hartenberg_block_theta_d_alpha)
 
-WIDE static void NAME(motor_from_modified_denavit_hartenberg_dense_theta_d_alpha)(intptr_t n, char **args, const
+static INLINE void NAME(motor_from_modified_denavit_hartenberg_dense_theta_d_alpha)(intptr_t n, char **args, const
     intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
@@ -22398,6 +22917,7 @@ WIDE static void NAME(motor_from_modified_denavit_hartenberg_dense_theta_d_alpha
         NAME(store_span)(args[4], first, r4, 8);
     }
 }
+LOOPS(motor_from_modified_denavit_hartenberg_dense_theta_d_alpha)
 
 static void NAME(motor_from_modified_denavit_hartenberg_start_theta_d_alpha)(char **args, const intptr_t *strides,
     void *prepared)
@@ -22412,7 +22932,7 @@ static void NAME(motor_from_modified_denavit_hartenberg_start_theta_d_alpha)(cha
     NAME(motor_from_modified_denavit_hartenberg_prepare_theta_d_alpha)(x0[0], x1[0], x3[0], prepared, NULL);
 }
 
-WIDE static void NAME(motor_from_modified_denavit_hartenberg_block_theta_a_alpha)(intptr_t n, char **args, const
+static INLINE void NAME(motor_from_modified_denavit_hartenberg_block_theta_a_alpha)(intptr_t n, char **args, const
     intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
@@ -22429,8 +22949,9 @@ WIDE static void NAME(motor_from_modified_denavit_hartenberg_block_theta_a_alpha
         NAME(store_8)(a4 + i * w, c4a, x4);
     }
 }
+LOOPS(motor_from_modified_denavit_hartenberg_block_theta_a_alpha)
 
-WIDE static void NAME(motor_from_modified_denavit_hartenberg_dense_theta_a_alpha)(intptr_t n, char **args, const
+static INLINE void NAME(motor_from_modified_denavit_hartenberg_dense_theta_a_alpha)(intptr_t n, char **args, const
     intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
@@ -22451,6 +22972,7 @@ WIDE static void NAME(motor_from_modified_denavit_hartenberg_dense_theta_a_alpha
         NAME(store_span)(args[4], first, r4, 8);
     }
 }
+LOOPS(motor_from_modified_denavit_hartenberg_dense_theta_a_alpha)
 
 static void NAME(motor_from_modified_denavit_hartenberg_start_theta_a_alpha)(char **args, const intptr_t *strides,
     void *prepared)
@@ -22465,7 +22987,7 @@ static void NAME(motor_from_modified_denavit_hartenberg_start_theta_a_alpha)(cha
     NAME(motor_from_modified_denavit_hartenberg_prepare_theta_a_alpha)(x0[0], x2[0], x3[0], prepared, NULL);
 }
 
-WIDE static void NAME(motor_from_modified_denavit_hartenberg_block_theta_d_a)(intptr_t n, char **args, const
+static INLINE void NAME(motor_from_modified_denavit_hartenberg_block_theta_d_a)(intptr_t n, char **args, const
     intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
@@ -22493,6 +23015,7 @@ WIDE static void NAME(motor_from_modified_denavit_hartenberg_block_theta_d_a)(in
         }
     }
 }
+LOOPS(motor_from_modified_denavit_hartenberg_block_theta_d_a)
 
 static void NAME(motor_from_modified_denavit_hartenberg_start_theta_d_a)(char **args, const intptr_t *strides, void
     *prepared)
@@ -22507,7 +23030,7 @@ static void NAME(motor_from_modified_denavit_hartenberg_start_theta_d_a)(char **
     NAME(motor_from_modified_denavit_hartenberg_prepare_theta_d_a)(x0[0], x1[0], x2[0], prepared, NULL);
 }
 
-WIDE static void NAME(motor_from_modified_denavit_hartenberg_block_d_a_alpha)(intptr_t n, char **args, const
+static INLINE void NAME(motor_from_modified_denavit_hartenberg_block_d_a_alpha)(intptr_t n, char **args, const
     intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
@@ -22535,6 +23058,7 @@ WIDE static void NAME(motor_from_modified_denavit_hartenberg_block_d_a_alpha)(in
         }
     }
 }
+LOOPS(motor_from_modified_denavit_hartenberg_block_d_a_alpha)
 
 static void NAME(motor_from_modified_denavit_hartenberg_start_d_a_alpha)(char **args, const intptr_t *strides, void
     *prepared)
@@ -22549,7 +23073,7 @@ static void NAME(motor_from_modified_denavit_hartenberg_start_d_a_alpha)(char **
     NAME(motor_from_modified_denavit_hartenberg_prepare_d_a_alpha)(x1[0], x2[0], x3[0], prepared, NULL);
 }
 
-WIDE static void NAME(motor_from_modified_denavit_hartenberg_block)(intptr_t n, char **args, const intptr_t
+static INLINE void NAME(motor_from_modified_denavit_hartenberg_block)(intptr_t n, char **args, const intptr_t
     *strides)
 {
     const intptr_t w = sizeof(REAL);
@@ -22591,6 +23115,7 @@ WIDE static void NAME(motor_from_modified_denavit_hartenberg_block)(intptr_t n, 
         }
     }
 }
+LOOPS(motor_from_modified_denavit_hartenberg_block)
 
 void NAME(motor_from_modified_denavit_hartenberg_loop)(char **args, const intptr_t *dimensions, const intptr_t
     *steps)
@@ -22598,17 +23123,17 @@ void NAME(motor_from_modified_denavit_hartenberg_loop)(char **args, const intptr
     static const struct part parts[] = {{1, 0, 0, {0}}, {1, 0, 0, {0}}, {1, 0, 0, {0}}, {1, 0, 0, {0}}, {8, 1, 0,
         {8}}};
     static const struct form forms[] = {{11, 2, NAME(motor_from_modified_denavit_hartenberg_start_theta_d_alpha),
-        NAME(motor_from_modified_denavit_hartenberg_block_theta_d_alpha),
-        NAME(motor_from_modified_denavit_hartenberg_dense_theta_d_alpha)}, {13, 2,
+        WIDTHS(motor_from_modified_denavit_hartenberg_block_theta_d_alpha),
+        WIDTHS(motor_from_modified_denavit_hartenberg_dense_theta_d_alpha)}, {13, 2,
         NAME(motor_from_modified_denavit_hartenberg_start_theta_a_alpha),
-        NAME(motor_from_modified_denavit_hartenberg_block_theta_a_alpha),
-        NAME(motor_from_modified_denavit_hartenberg_dense_theta_a_alpha)}, {7, 2,
+        WIDTHS(motor_from_modified_denavit_hartenberg_block_theta_a_alpha),
+        WIDTHS(motor_from_modified_denavit_hartenberg_dense_theta_a_alpha)}, {7, 2,
         NAME(motor_from_modified_denavit_hartenberg_start_theta_d_a),
-        NAME(motor_from_modified_denavit_hartenberg_block_theta_d_a), NULL}, {14, 2,
+        WIDTHS(motor_from_modified_denavit_hartenberg_block_theta_d_a), {NULL}}, {14, 2,
         NAME(motor_from_modified_denavit_hartenberg_start_d_a_alpha),
-        NAME(motor_from_modified_denavit_hartenberg_block_d_a_alpha), NULL}};
-    static const struct kernel kernel = {NAME(motor_from_modified_denavit_hartenberg_block), NULL, 4, 5, 4, 1,
-        parts, forms};
+        WIDTHS(motor_from_modified_denavit_hartenberg_block_d_a_alpha), {NULL}}};
+    static const struct kernel kernel = {WIDTHS(motor_from_modified_denavit_hartenberg_block), {NULL}, (any_function
+        *)NAME(motor_from_modified_denavit_hartenberg), NAME(call_nnnnr), 4, 5, 4, 1, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -22674,7 +23199,7 @@ INLINE void NAME(motor_exponential)(const REAL *b, REAL *out)
     NAME(motor_exponential_within)(b, out, NULL);
 }
 
-WIDE static void NAME(motor_exponential_block)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(motor_exponential_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c0a = strides[0], c1a = strides[1];
@@ -22700,11 +23225,13 @@ WIDE static void NAME(motor_exponential_block)(intptr_t n, char **args, const in
         }
     }
 }
+LOOPS(motor_exponential_block)
 
 void NAME(motor_exponential_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{6, 1, 0, {6}}, {8, 1, 1, {8}}};
-    static const struct kernel kernel = {NAME(motor_exponential_block), NULL, 1, 2, 0, 1, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(motor_exponential_block), {NULL}, (any_function
+        *)NAME(motor_exponential), NAME(call_ar), 1, 2, 0, 1, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -22756,7 +23283,7 @@ INLINE void NAME(motor_logarithm)(const REAL *m, REAL *out)
     out[5] = t29;
 }
 
-WIDE static void NAME(motor_logarithm_block)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(motor_logarithm_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c0a = strides[0], c1a = strides[1];
@@ -22771,11 +23298,13 @@ WIDE static void NAME(motor_logarithm_block)(intptr_t n, char **args, const intp
         NAME(store_6)(a1 + i * w, c1a, x1);
     }
 }
+LOOPS(motor_logarithm_block)
 
 void NAME(motor_logarithm_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{8, 1, 0, {8}}, {6, 1, 1, {6}}};
-    static const struct kernel kernel = {NAME(motor_logarithm_block), NULL, 1, 2, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(motor_logarithm_block), {NULL}, (any_function
+        *)NAME(motor_logarithm), NAME(call_ar), 1, 2, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -22836,7 +23365,7 @@ INLINE void NAME(motor_square_root)(const REAL *m, REAL *out)
     out[7] = t36;
 }
 
-WIDE static void NAME(motor_square_root_block)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(motor_square_root_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c0a = strides[0], c1a = strides[1];
@@ -22851,8 +23380,9 @@ WIDE static void NAME(motor_square_root_block)(intptr_t n, char **args, const in
         NAME(store_8)(a1 + i * w, c1a, x1);
     }
 }
+LOOPS(motor_square_root_block)
 
-WIDE static void NAME(motor_square_root_dense)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(motor_square_root_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
@@ -22871,12 +23401,13 @@ WIDE static void NAME(motor_square_root_dense)(intptr_t n, char **args, const in
         NAME(store_span)(args[1], first, r1, 8);
     }
 }
+LOOPS(motor_square_root_dense)
 
 void NAME(motor_square_root_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{8, 1, 0, {8}}, {8, 1, 1, {8}}};
-    static const struct kernel kernel = {NAME(motor_square_root_block), NAME(motor_square_root_dense), 1, 2, 0, 0,
-        parts, NULL};
+    static const struct kernel kernel = {WIDTHS(motor_square_root_block), WIDTHS(motor_square_root_dense),
+        (any_function *)NAME(motor_square_root), NAME(call_ar), 1, 2, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -23091,7 +23622,7 @@ static INLINE void NAME(motor_power_apply_m)(const REAL *prepared, REAL t, REAL 
     out[7] = t74;
 }
 
-WIDE static void NAME(motor_power_block_m)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(motor_power_block_m)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c2a = strides[1];
@@ -23118,6 +23649,7 @@ WIDE static void NAME(motor_power_block_m)(intptr_t n, char **args, const intptr
         }
     }
 }
+LOOPS(motor_power_block_m)
 
 static void NAME(motor_power_start_m)(char **args, const intptr_t *strides, void *prepared)
 {
@@ -23127,7 +23659,7 @@ static void NAME(motor_power_start_m)(char **args, const intptr_t *strides, void
     NAME(motor_power_prepare_m)(x0, prepared);
 }
 
-WIDE static void NAME(motor_power_block)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(motor_power_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c0a = strides[0], c2a = strides[1];
@@ -23158,12 +23690,14 @@ WIDE static void NAME(motor_power_block)(intptr_t n, char **args, const intptr_t
         }
     }
 }
+LOOPS(motor_power_block)
 
 void NAME(motor_power_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{8, 1, 0, {8}}, {1, 0, 1, {0}}, {8, 1, 1, {8}}};
-    static const struct form forms[] = {{1, 2, NAME(motor_power_start_m), NAME(motor_power_block_m), NULL}};
-    static const struct kernel kernel = {NAME(motor_power_block), NULL, 2, 3, 1, 1, parts, forms};
+    static const struct form forms[] = {{1, 2, NAME(motor_power_start_m), WIDTHS(motor_power_block_m), {NULL}}};
+    static const struct kernel kernel = {WIDTHS(motor_power_block), {NULL}, (any_function *)NAME(motor_power),
+        NAME(call_anr), 2, 3, 1, 1, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -23760,7 +24294,7 @@ static INLINE void NAME(interpolate_motors_apply_a_b)(const REAL *prepared, REAL
     out[7] = t249;
 }
 
-WIDE static void NAME(interpolate_motors_block_a_b)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(interpolate_motors_block_a_b)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c3a = strides[2];
@@ -23787,6 +24321,7 @@ WIDE static void NAME(interpolate_motors_block_a_b)(intptr_t n, char **args, con
         }
     }
 }
+LOOPS(interpolate_motors_block_a_b)
 
 static void NAME(interpolate_motors_start_a_b)(char **args, const intptr_t *strides, void *prepared)
 {
@@ -23798,7 +24333,7 @@ static void NAME(interpolate_motors_start_a_b)(char **args, const intptr_t *stri
     NAME(interpolate_motors_prepare_a_b)(x0, x1, prepared);
 }
 
-WIDE static void NAME(interpolate_motors_block)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(interpolate_motors_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c0a = strides[0], c1a = strides[1], c3a = strides[2];
@@ -23834,13 +24369,15 @@ WIDE static void NAME(interpolate_motors_block)(intptr_t n, char **args, const i
         }
     }
 }
+LOOPS(interpolate_motors_block)
 
 void NAME(interpolate_motors_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{8, 1, 0, {8}}, {8, 1, 1, {8}}, {1, 0, 2, {0}}, {8, 1, 2, {8}}};
     static const struct form forms[] = {{3, 2, NAME(interpolate_motors_start_a_b),
-        NAME(interpolate_motors_block_a_b), NULL}};
-    static const struct kernel kernel = {NAME(interpolate_motors_block), NULL, 3, 4, 1, 1, parts, forms};
+        WIDTHS(interpolate_motors_block_a_b), {NULL}}};
+    static const struct kernel kernel = {WIDTHS(interpolate_motors_block), {NULL}, (any_function
+        *)NAME(interpolate_motors), NAME(call_aanr), 3, 4, 1, 1, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -24132,7 +24669,7 @@ INLINE void NAME(motor_between_lines)(const REAL *a, const REAL *b, REAL *out)
     out[7] = t263;
 }
 
-WIDE static void NAME(motor_between_lines_block)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(motor_between_lines_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
@@ -24150,11 +24687,13 @@ WIDE static void NAME(motor_between_lines_block)(intptr_t n, char **args, const 
         NAME(store_8)(a2 + i * w, c2a, x2);
     }
 }
+LOOPS(motor_between_lines_block)
 
 void NAME(motor_between_lines_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{6, 1, 0, {6}}, {6, 1, 1, {6}}, {8, 1, 2, {8}}};
-    static const struct kernel kernel = {NAME(motor_between_lines_block), NULL, 2, 3, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(motor_between_lines_block), {NULL}, (any_function
+        *)NAME(motor_between_lines), NAME(call_aar), 2, 3, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -24337,7 +24876,7 @@ INLINE void NAME(motor_between_planes)(const REAL *a, const REAL *b, REAL *out)
     out[7] = t158;
 }
 
-WIDE static void NAME(motor_between_planes_block)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(motor_between_planes_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
@@ -24355,11 +24894,13 @@ WIDE static void NAME(motor_between_planes_block)(intptr_t n, char **args, const
         NAME(store_8)(a2 + i * w, c2a, x2);
     }
 }
+LOOPS(motor_between_planes_block)
 
 void NAME(motor_between_planes_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {4, 1, 1, {4}}, {8, 1, 2, {8}}};
-    static const struct kernel kernel = {NAME(motor_between_planes_block), NULL, 2, 3, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(motor_between_planes_block), {NULL}, (any_function
+        *)NAME(motor_between_planes), NAME(call_aar), 2, 3, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -24474,7 +25015,7 @@ INLINE void NAME(motor_to_adjoint)(const REAL *m, REAL *out)
     out[35] = t5;
 }
 
-WIDE static void NAME(motor_to_adjoint_block)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(motor_to_adjoint_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c0a = strides[0], c1a = strides[1], c1b = strides[2];
@@ -24489,11 +25030,13 @@ WIDE static void NAME(motor_to_adjoint_block)(intptr_t n, char **args, const int
         NAME(store_6x6)(a1 + i * w, c1a, c1b, x1);
     }
 }
+LOOPS(motor_to_adjoint_block)
 
 void NAME(motor_to_adjoint_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{8, 1, 0, {8}}, {36, 2, 1, {6, 6}}};
-    static const struct kernel kernel = {NAME(motor_to_adjoint_block), NULL, 1, 2, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(motor_to_adjoint_block), {NULL}, (any_function
+        *)NAME(motor_to_adjoint), NAME(call_ar), 1, 2, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -24605,7 +25148,7 @@ INLINE void NAME(motor_equation)(const REAL *a, const REAL *b, REAL *out)
     out[63] = t0;
 }
 
-WIDE static void NAME(motor_equation_block)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(motor_equation_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2], c2b = strides[3];
@@ -24623,11 +25166,13 @@ WIDE static void NAME(motor_equation_block)(intptr_t n, char **args, const intpt
         NAME(store_8x8)(a2 + i * w, c2a, c2b, x2);
     }
 }
+LOOPS(motor_equation_block)
 
 void NAME(motor_equation_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{8, 1, 0, {8}}, {8, 1, 1, {8}}, {64, 2, 2, {8, 8}}};
-    static const struct kernel kernel = {NAME(motor_equation_block), NULL, 2, 3, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(motor_equation_block), {NULL}, (any_function *)NAME(motor_equation),
+        NAME(call_aar), 2, 3, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -24705,7 +25250,7 @@ INLINE void NAME(bivector_to_screw)(const REAL *b, REAL *out_0, REAL *out_1, REA
     out_2[0] = t55;
 }
 
-WIDE static void NAME(bivector_to_screw_block)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(bivector_to_screw_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c0a = strides[0], c1a = strides[1];
@@ -24726,8 +25271,9 @@ WIDE static void NAME(bivector_to_screw_block)(intptr_t n, char **args, const in
         NAME(store_scalar)(a3 + i * w, x3);
     }
 }
+LOOPS(bivector_to_screw_block)
 
-WIDE static void NAME(bivector_to_screw_dense)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(bivector_to_screw_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
@@ -24754,12 +25300,13 @@ WIDE static void NAME(bivector_to_screw_dense)(intptr_t n, char **args, const in
         NAME(store_span)(args[3], first, r3, 1);
     }
 }
+LOOPS(bivector_to_screw_dense)
 
 void NAME(bivector_to_screw_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{6, 1, 0, {6}}, {6, 1, 1, {6}}, {1, 0, 2, {0}}, {1, 0, 2, {0}}};
-    static const struct kernel kernel = {NAME(bivector_to_screw_block), NAME(bivector_to_screw_dense), 1, 4, 0, 0,
-        parts, NULL};
+    static const struct kernel kernel = {WIDTHS(bivector_to_screw_block), WIDTHS(bivector_to_screw_dense),
+        (any_function *)NAME(bivector_to_screw), NAME(call_arrr), 1, 4, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -24792,7 +25339,7 @@ INLINE void NAME(bivector_from_screw)(const REAL *axis, REAL magnitude, REAL pit
     out[5] = t12;
 }
 
-WIDE static void NAME(bivector_from_screw_block)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(bivector_from_screw_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c0a = strides[0], c3a = strides[1];
@@ -24813,8 +25360,9 @@ WIDE static void NAME(bivector_from_screw_block)(intptr_t n, char **args, const 
         NAME(store_6)(a3 + i * w, c3a, x3);
     }
 }
+LOOPS(bivector_from_screw_block)
 
-WIDE static void NAME(bivector_from_screw_dense)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(bivector_from_screw_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
@@ -24841,12 +25389,13 @@ WIDE static void NAME(bivector_from_screw_dense)(intptr_t n, char **args, const 
         NAME(store_span)(args[3], first, r3, 6);
     }
 }
+LOOPS(bivector_from_screw_dense)
 
 void NAME(bivector_from_screw_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{6, 1, 0, {6}}, {1, 0, 1, {0}}, {1, 0, 1, {0}}, {6, 1, 1, {6}}};
-    static const struct kernel kernel = {NAME(bivector_from_screw_block), NAME(bivector_from_screw_dense), 3, 4, 0,
-        0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(bivector_from_screw_block), WIDTHS(bivector_from_screw_dense),
+        (any_function *)NAME(bivector_from_screw), NAME(call_annr), 3, 4, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -24965,7 +25514,7 @@ INLINE void NAME(motor_to_screw)(const REAL *m, REAL *out_0, REAL *out_1, REAL *
     out_2[0] = t94;
 }
 
-WIDE static void NAME(motor_to_screw_block)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(motor_to_screw_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c0a = strides[0], c1a = strides[1];
@@ -24986,11 +25535,13 @@ WIDE static void NAME(motor_to_screw_block)(intptr_t n, char **args, const intpt
         NAME(store_scalar)(a3 + i * w, x3);
     }
 }
+LOOPS(motor_to_screw_block)
 
 void NAME(motor_to_screw_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{8, 1, 0, {8}}, {6, 1, 1, {6}}, {1, 0, 2, {0}}, {1, 0, 2, {0}}};
-    static const struct kernel kernel = {NAME(motor_to_screw_block), NULL, 1, 4, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(motor_to_screw_block), {NULL}, (any_function *)NAME(motor_to_screw),
+        NAME(call_arrr), 1, 4, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -25241,7 +25792,7 @@ static INLINE void NAME(motor_from_screw_pitch_apply_angle)(const REAL *prepared
     out[7] = t23;
 }
 
-WIDE static void NAME(motor_from_screw_pitch_block_line_angle)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(motor_from_screw_pitch_block_line_angle)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c3a = strides[1];
@@ -25257,8 +25808,9 @@ WIDE static void NAME(motor_from_screw_pitch_block_line_angle)(intptr_t n, char 
         NAME(store_8)(a3 + i * w, c3a, x3);
     }
 }
+LOOPS(motor_from_screw_pitch_block_line_angle)
 
-WIDE static void NAME(motor_from_screw_pitch_dense_line_angle)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(motor_from_screw_pitch_dense_line_angle)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const REAL *prepared = (const REAL *)args[0];
@@ -25278,6 +25830,7 @@ WIDE static void NAME(motor_from_screw_pitch_dense_line_angle)(intptr_t n, char 
         NAME(store_span)(args[3], first, r3, 8);
     }
 }
+LOOPS(motor_from_screw_pitch_dense_line_angle)
 
 static void NAME(motor_from_screw_pitch_start_line_angle)(char **args, const intptr_t *strides, void *prepared)
 {
@@ -25289,7 +25842,7 @@ static void NAME(motor_from_screw_pitch_start_line_angle)(char **args, const int
     NAME(motor_from_screw_pitch_prepare_line_angle)(x0, x1[0], prepared, NULL);
 }
 
-WIDE static void NAME(motor_from_screw_pitch_block_angle_pitch)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(motor_from_screw_pitch_block_angle_pitch)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c0a = strides[0], c3a = strides[1];
@@ -25305,8 +25858,9 @@ WIDE static void NAME(motor_from_screw_pitch_block_angle_pitch)(intptr_t n, char
         NAME(store_8)(a3 + i * w, c3a, x3);
     }
 }
+LOOPS(motor_from_screw_pitch_block_angle_pitch)
 
-WIDE static void NAME(motor_from_screw_pitch_dense_angle_pitch)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(motor_from_screw_pitch_dense_angle_pitch)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const REAL *prepared = (const REAL *)args[1];
@@ -25326,6 +25880,7 @@ WIDE static void NAME(motor_from_screw_pitch_dense_angle_pitch)(intptr_t n, char
         NAME(store_span)(args[3], first, r3, 8);
     }
 }
+LOOPS(motor_from_screw_pitch_dense_angle_pitch)
 
 static void NAME(motor_from_screw_pitch_start_angle_pitch)(char **args, const intptr_t *strides, void *prepared)
 {
@@ -25337,7 +25892,7 @@ static void NAME(motor_from_screw_pitch_start_angle_pitch)(char **args, const in
     NAME(motor_from_screw_pitch_prepare_angle_pitch)(x1[0], x2[0], prepared, NULL);
 }
 
-WIDE static void NAME(motor_from_screw_pitch_block_angle)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(motor_from_screw_pitch_block_angle)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c0a = strides[0], c3a = strides[1];
@@ -25356,8 +25911,9 @@ WIDE static void NAME(motor_from_screw_pitch_block_angle)(intptr_t n, char **arg
         NAME(store_8)(a3 + i * w, c3a, x3);
     }
 }
+LOOPS(motor_from_screw_pitch_block_angle)
 
-WIDE static void NAME(motor_from_screw_pitch_dense_angle)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(motor_from_screw_pitch_dense_angle)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const REAL *prepared = (const REAL *)args[1];
@@ -25381,6 +25937,7 @@ WIDE static void NAME(motor_from_screw_pitch_dense_angle)(intptr_t n, char **arg
         NAME(store_span)(args[3], first, r3, 8);
     }
 }
+LOOPS(motor_from_screw_pitch_dense_angle)
 
 static void NAME(motor_from_screw_pitch_start_angle)(char **args, const intptr_t *strides, void *prepared)
 {
@@ -25390,7 +25947,7 @@ static void NAME(motor_from_screw_pitch_start_angle)(char **args, const intptr_t
     NAME(motor_from_screw_pitch_prepare_angle)(x1[0], prepared, NULL);
 }
 
-WIDE static void NAME(motor_from_screw_pitch_block)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(motor_from_screw_pitch_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c0a = strides[0], c3a = strides[1];
@@ -25426,16 +25983,18 @@ WIDE static void NAME(motor_from_screw_pitch_block)(intptr_t n, char **args, con
         }
     }
 }
+LOOPS(motor_from_screw_pitch_block)
 
 void NAME(motor_from_screw_pitch_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{6, 1, 0, {6}}, {1, 0, 1, {0}}, {1, 0, 1, {0}}, {8, 1, 1, {8}}};
     static const struct form forms[] = {{3, 2, NAME(motor_from_screw_pitch_start_line_angle),
-        NAME(motor_from_screw_pitch_block_line_angle), NAME(motor_from_screw_pitch_dense_line_angle)}, {6, 2,
-        NAME(motor_from_screw_pitch_start_angle_pitch), NAME(motor_from_screw_pitch_block_angle_pitch),
-        NAME(motor_from_screw_pitch_dense_angle_pitch)}, {2, 2, NAME(motor_from_screw_pitch_start_angle),
-        NAME(motor_from_screw_pitch_block_angle), NAME(motor_from_screw_pitch_dense_angle)}};
-    static const struct kernel kernel = {NAME(motor_from_screw_pitch_block), NULL, 3, 4, 3, 1, parts, forms};
+        WIDTHS(motor_from_screw_pitch_block_line_angle), WIDTHS(motor_from_screw_pitch_dense_line_angle)}, {6, 2,
+        NAME(motor_from_screw_pitch_start_angle_pitch), WIDTHS(motor_from_screw_pitch_block_angle_pitch),
+        WIDTHS(motor_from_screw_pitch_dense_angle_pitch)}, {2, 2, NAME(motor_from_screw_pitch_start_angle),
+        WIDTHS(motor_from_screw_pitch_block_angle), WIDTHS(motor_from_screw_pitch_dense_angle)}};
+    static const struct kernel kernel = {WIDTHS(motor_from_screw_pitch_block), {NULL}, (any_function
+        *)NAME(motor_from_screw_pitch), NAME(call_annr), 3, 4, 3, 1, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -25509,7 +26068,7 @@ INLINE void NAME(motor_from_twist)(const REAL *v, REAL *out)
     NAME(motor_from_twist_within)(v, out, NULL);
 }
 
-WIDE static void NAME(motor_from_twist_block)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(motor_from_twist_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c0a = strides[0], c1a = strides[1];
@@ -25535,11 +26094,13 @@ WIDE static void NAME(motor_from_twist_block)(intptr_t n, char **args, const int
         }
     }
 }
+LOOPS(motor_from_twist_block)
 
 void NAME(motor_from_twist_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{6, 1, 0, {6}}, {8, 1, 1, {8}}};
-    static const struct kernel kernel = {NAME(motor_from_twist_block), NULL, 1, 2, 0, 1, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(motor_from_twist_block), {NULL}, (any_function
+        *)NAME(motor_from_twist), NAME(call_ar), 1, 2, 0, 1, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -25601,7 +26162,7 @@ INLINE void NAME(motor_to_twist)(const REAL *m, REAL *out)
     out[5] = t39;
 }
 
-WIDE static void NAME(motor_to_twist_block)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(motor_to_twist_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c0a = strides[0], c1a = strides[1];
@@ -25616,11 +26177,13 @@ WIDE static void NAME(motor_to_twist_block)(intptr_t n, char **args, const intpt
         NAME(store_6)(a1 + i * w, c1a, x1);
     }
 }
+LOOPS(motor_to_twist_block)
 
 void NAME(motor_to_twist_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{8, 1, 0, {8}}, {6, 1, 1, {6}}};
-    static const struct kernel kernel = {NAME(motor_to_twist_block), NULL, 1, 2, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(motor_to_twist_block), {NULL}, (any_function *)NAME(motor_to_twist),
+        NAME(call_ar), 1, 2, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -25641,7 +26204,7 @@ INLINE void NAME(twist_from_velocities)(const REAL *w, const REAL *v, REAL *out)
     out[5] = v_2;
 }
 
-WIDE static void NAME(twist_from_velocities_block)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(twist_from_velocities_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
@@ -25659,8 +26222,9 @@ WIDE static void NAME(twist_from_velocities_block)(intptr_t n, char **args, cons
         NAME(store_6)(a2 + i * w, c2a, x2);
     }
 }
+LOOPS(twist_from_velocities_block)
 
-WIDE static void NAME(twist_from_velocities_dense)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(twist_from_velocities_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
@@ -25683,12 +26247,13 @@ WIDE static void NAME(twist_from_velocities_dense)(intptr_t n, char **args, cons
         NAME(store_span)(args[2], first, r2, 6);
     }
 }
+LOOPS(twist_from_velocities_dense)
 
 void NAME(twist_from_velocities_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {3, 1, 1, {3}}, {6, 1, 2, {6}}};
-    static const struct kernel kernel = {NAME(twist_from_velocities_block), NAME(twist_from_velocities_dense), 2, 3,
-        0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(twist_from_velocities_block), WIDTHS(twist_from_velocities_dense),
+        (any_function *)NAME(twist_from_velocities), NAME(call_aar), 2, 3, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -25709,7 +26274,7 @@ INLINE void NAME(twist_to_velocities)(const REAL *twist, REAL *out_0, REAL *out_
     out_1[2] = twist_e03;
 }
 
-WIDE static void NAME(twist_to_velocities_block)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(twist_to_velocities_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
@@ -25727,8 +26292,9 @@ WIDE static void NAME(twist_to_velocities_block)(intptr_t n, char **args, const 
         NAME(store_3)(a2 + i * w, c2a, x2);
     }
 }
+LOOPS(twist_to_velocities_block)
 
-WIDE static void NAME(twist_to_velocities_dense)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(twist_to_velocities_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
@@ -25751,12 +26317,13 @@ WIDE static void NAME(twist_to_velocities_dense)(intptr_t n, char **args, const 
         NAME(store_span)(args[2], first, r2, 3);
     }
 }
+LOOPS(twist_to_velocities_dense)
 
 void NAME(twist_to_velocities_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{6, 1, 0, {6}}, {3, 1, 1, {3}}, {3, 1, 2, {3}}};
-    static const struct kernel kernel = {NAME(twist_to_velocities_block), NAME(twist_to_velocities_dense), 1, 3, 0,
-        0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(twist_to_velocities_block), WIDTHS(twist_to_velocities_dense),
+        (any_function *)NAME(twist_to_velocities), NAME(call_arr), 1, 3, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -25858,7 +26425,7 @@ INLINE void NAME(motor_derivative)(const REAL *m, const REAL *v, REAL *out)
     out[7] = t71;
 }
 
-WIDE static void NAME(motor_derivative_block)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(motor_derivative_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
@@ -25876,8 +26443,9 @@ WIDE static void NAME(motor_derivative_block)(intptr_t n, char **args, const int
         NAME(store_8)(a2 + i * w, c2a, x2);
     }
 }
+LOOPS(motor_derivative_block)
 
-WIDE static void NAME(motor_derivative_dense)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(motor_derivative_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
@@ -25900,12 +26468,13 @@ WIDE static void NAME(motor_derivative_dense)(intptr_t n, char **args, const int
         NAME(store_span)(args[2], first, r2, 8);
     }
 }
+LOOPS(motor_derivative_dense)
 
 void NAME(motor_derivative_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{8, 1, 0, {8}}, {6, 1, 1, {6}}, {8, 1, 2, {8}}};
-    static const struct kernel kernel = {NAME(motor_derivative_block), NAME(motor_derivative_dense), 2, 3, 0, 0,
-        parts, NULL};
+    static const struct kernel kernel = {WIDTHS(motor_derivative_block), WIDTHS(motor_derivative_dense),
+        (any_function *)NAME(motor_derivative), NAME(call_aar), 2, 3, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -26007,7 +26576,7 @@ INLINE void NAME(twist_from_motor_derivative)(const REAL *m, const REAL *rate, R
     out[5] = t71;
 }
 
-WIDE static void NAME(twist_from_motor_derivative_block)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(twist_from_motor_derivative_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
@@ -26025,8 +26594,9 @@ WIDE static void NAME(twist_from_motor_derivative_block)(intptr_t n, char **args
         NAME(store_6)(a2 + i * w, c2a, x2);
     }
 }
+LOOPS(twist_from_motor_derivative_block)
 
-WIDE static void NAME(twist_from_motor_derivative_dense)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(twist_from_motor_derivative_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
@@ -26049,12 +26619,14 @@ WIDE static void NAME(twist_from_motor_derivative_dense)(intptr_t n, char **args
         NAME(store_span)(args[2], first, r2, 6);
     }
 }
+LOOPS(twist_from_motor_derivative_dense)
 
 void NAME(twist_from_motor_derivative_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{8, 1, 0, {8}}, {8, 1, 1, {8}}, {6, 1, 2, {6}}};
-    static const struct kernel kernel = {NAME(twist_from_motor_derivative_block),
-        NAME(twist_from_motor_derivative_dense), 2, 3, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(twist_from_motor_derivative_block),
+        WIDTHS(twist_from_motor_derivative_dense), (any_function *)NAME(twist_from_motor_derivative),
+        NAME(call_aar), 2, 3, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -26362,7 +26934,7 @@ static INLINE void NAME(acceleration_of_point_apply_a_p)(const REAL *prepared, c
     out[2] = t36;
 }
 
-WIDE static void NAME(acceleration_of_point_block_v_p)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(acceleration_of_point_block_v_p)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c1a = strides[1], c3a = strides[3];
@@ -26378,8 +26950,9 @@ WIDE static void NAME(acceleration_of_point_block_v_p)(intptr_t n, char **args, 
         NAME(store_3)(a3 + i * w, c3a, x3);
     }
 }
+LOOPS(acceleration_of_point_block_v_p)
 
-WIDE static void NAME(acceleration_of_point_dense_v_p)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(acceleration_of_point_dense_v_p)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const REAL *prepared = (const REAL *)args[0];
@@ -26399,6 +26972,7 @@ WIDE static void NAME(acceleration_of_point_dense_v_p)(intptr_t n, char **args, 
         NAME(store_span)(args[3], first, r3, 3);
     }
 }
+LOOPS(acceleration_of_point_dense_v_p)
 
 static void NAME(acceleration_of_point_start_v_p)(char **args, const intptr_t *strides, void *prepared)
 {
@@ -26410,7 +26984,7 @@ static void NAME(acceleration_of_point_start_v_p)(char **args, const intptr_t *s
     NAME(acceleration_of_point_prepare_v_p)(x0, x2, prepared);
 }
 
-WIDE static void NAME(acceleration_of_point_block_v_a)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(acceleration_of_point_block_v_a)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c2a = strides[2], c3a = strides[3];
@@ -26426,8 +27000,9 @@ WIDE static void NAME(acceleration_of_point_block_v_a)(intptr_t n, char **args, 
         NAME(store_3)(a3 + i * w, c3a, x3);
     }
 }
+LOOPS(acceleration_of_point_block_v_a)
 
-WIDE static void NAME(acceleration_of_point_dense_v_a)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(acceleration_of_point_dense_v_a)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const REAL *prepared = (const REAL *)args[0];
@@ -26446,6 +27021,7 @@ WIDE static void NAME(acceleration_of_point_dense_v_a)(intptr_t n, char **args, 
         NAME(store_span)(args[3], first, r3, 3);
     }
 }
+LOOPS(acceleration_of_point_dense_v_a)
 
 static void NAME(acceleration_of_point_start_v_a)(char **args, const intptr_t *strides, void *prepared)
 {
@@ -26457,7 +27033,7 @@ static void NAME(acceleration_of_point_start_v_a)(char **args, const intptr_t *s
     NAME(acceleration_of_point_prepare_v_a)(x0, x1, prepared);
 }
 
-WIDE static void NAME(acceleration_of_point_block_a_p)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(acceleration_of_point_block_a_p)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c0a = strides[0], c3a = strides[3];
@@ -26473,8 +27049,9 @@ WIDE static void NAME(acceleration_of_point_block_a_p)(intptr_t n, char **args, 
         NAME(store_3)(a3 + i * w, c3a, x3);
     }
 }
+LOOPS(acceleration_of_point_block_a_p)
 
-WIDE static void NAME(acceleration_of_point_dense_a_p)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(acceleration_of_point_dense_a_p)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const REAL *prepared = (const REAL *)args[1];
@@ -26494,6 +27071,7 @@ WIDE static void NAME(acceleration_of_point_dense_a_p)(intptr_t n, char **args, 
         NAME(store_span)(args[3], first, r3, 3);
     }
 }
+LOOPS(acceleration_of_point_dense_a_p)
 
 static void NAME(acceleration_of_point_start_a_p)(char **args, const intptr_t *strides, void *prepared)
 {
@@ -26505,7 +27083,7 @@ static void NAME(acceleration_of_point_start_a_p)(char **args, const intptr_t *s
     NAME(acceleration_of_point_prepare_a_p)(x1, x2, prepared);
 }
 
-WIDE static void NAME(acceleration_of_point_block)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(acceleration_of_point_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2], c3a = strides[3];
@@ -26526,8 +27104,9 @@ WIDE static void NAME(acceleration_of_point_block)(intptr_t n, char **args, cons
         NAME(store_3)(a3 + i * w, c3a, x3);
     }
 }
+LOOPS(acceleration_of_point_block)
 
-WIDE static void NAME(acceleration_of_point_dense)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(acceleration_of_point_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
@@ -26554,17 +27133,18 @@ WIDE static void NAME(acceleration_of_point_dense)(intptr_t n, char **args, cons
         NAME(store_span)(args[3], first, r3, 3);
     }
 }
+LOOPS(acceleration_of_point_dense)
 
 void NAME(acceleration_of_point_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{6, 1, 0, {6}}, {6, 1, 1, {6}}, {3, 1, 2, {3}}, {3, 1, 3, {3}}};
     static const struct form forms[] = {{5, 2, NAME(acceleration_of_point_start_v_p),
-        NAME(acceleration_of_point_block_v_p), NAME(acceleration_of_point_dense_v_p)}, {3, 2,
-        NAME(acceleration_of_point_start_v_a), NAME(acceleration_of_point_block_v_a),
-        NAME(acceleration_of_point_dense_v_a)}, {6, 2, NAME(acceleration_of_point_start_a_p),
-        NAME(acceleration_of_point_block_a_p), NAME(acceleration_of_point_dense_a_p)}};
-    static const struct kernel kernel = {NAME(acceleration_of_point_block), NAME(acceleration_of_point_dense), 3, 4,
-        3, 0, parts, forms};
+        WIDTHS(acceleration_of_point_block_v_p), WIDTHS(acceleration_of_point_dense_v_p)}, {3, 2,
+        NAME(acceleration_of_point_start_v_a), WIDTHS(acceleration_of_point_block_v_a),
+        WIDTHS(acceleration_of_point_dense_v_a)}, {6, 2, NAME(acceleration_of_point_start_a_p),
+        WIDTHS(acceleration_of_point_block_a_p), WIDTHS(acceleration_of_point_dense_a_p)}};
+    static const struct kernel kernel = {WIDTHS(acceleration_of_point_block), WIDTHS(acceleration_of_point_dense),
+        (any_function *)NAME(acceleration_of_point), NAME(call_aaar), 3, 4, 3, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -26597,7 +27177,7 @@ INLINE void NAME(rotor_to_rotation_vector)(const REAL *r, REAL *out)
     out[2] = t17;
 }
 
-WIDE static void NAME(rotor_to_rotation_vector_block)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(rotor_to_rotation_vector_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c0a = strides[0], c1a = strides[1];
@@ -26612,11 +27192,13 @@ WIDE static void NAME(rotor_to_rotation_vector_block)(intptr_t n, char **args, c
         NAME(store_3)(a1 + i * w, c1a, x1);
     }
 }
+LOOPS(rotor_to_rotation_vector_block)
 
 void NAME(rotor_to_rotation_vector_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {3, 1, 1, {3}}};
-    static const struct kernel kernel = {NAME(rotor_to_rotation_vector_block), NULL, 1, 2, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(rotor_to_rotation_vector_block), {NULL}, (any_function
+        *)NAME(rotor_to_rotation_vector), NAME(call_ar), 1, 2, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -26654,7 +27236,7 @@ INLINE void NAME(rotor_to_axis_angle)(const REAL *r, REAL *out_0, REAL *out_1)
     out_1[0] = t21;
 }
 
-WIDE static void NAME(rotor_to_axis_angle_block)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(rotor_to_axis_angle_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c0a = strides[0], c1a = strides[1];
@@ -26672,11 +27254,13 @@ WIDE static void NAME(rotor_to_axis_angle_block)(intptr_t n, char **args, const 
         NAME(store_scalar)(a2 + i * w, x2);
     }
 }
+LOOPS(rotor_to_axis_angle_block)
 
 void NAME(rotor_to_axis_angle_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {3, 1, 1, {3}}, {1, 0, 2, {0}}};
-    static const struct kernel kernel = {NAME(rotor_to_axis_angle_block), NULL, 1, 3, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(rotor_to_axis_angle_block), {NULL}, (any_function
+        *)NAME(rotor_to_axis_angle), NAME(call_arr), 1, 3, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -26832,7 +27416,7 @@ static INLINE void NAME(motor_from_rotation_vector_translation_apply_v)(const RE
     out[7] = t45;
 }
 
-WIDE static void NAME(motor_from_rotation_vector_translation_block_v)(intptr_t n, char **args, const intptr_t
+static INLINE void NAME(motor_from_rotation_vector_translation_block_v)(intptr_t n, char **args, const intptr_t
     *strides)
 {
     const intptr_t w = sizeof(REAL);
@@ -26849,8 +27433,9 @@ WIDE static void NAME(motor_from_rotation_vector_translation_block_v)(intptr_t n
         NAME(store_8)(a2 + i * w, c2a, x2);
     }
 }
+LOOPS(motor_from_rotation_vector_translation_block_v)
 
-WIDE static void NAME(motor_from_rotation_vector_translation_dense_v)(intptr_t n, char **args, const intptr_t
+static INLINE void NAME(motor_from_rotation_vector_translation_dense_v)(intptr_t n, char **args, const intptr_t
     *strides)
 {
     const intptr_t w = sizeof(REAL);
@@ -26870,6 +27455,7 @@ WIDE static void NAME(motor_from_rotation_vector_translation_dense_v)(intptr_t n
         NAME(store_span)(args[2], first, r2, 8);
     }
 }
+LOOPS(motor_from_rotation_vector_translation_dense_v)
 
 static void NAME(motor_from_rotation_vector_translation_start_v)(char **args, const intptr_t *strides, void
     *prepared)
@@ -26880,7 +27466,7 @@ static void NAME(motor_from_rotation_vector_translation_start_v)(char **args, co
     NAME(motor_from_rotation_vector_translation_prepare_v)(x0, prepared, NULL);
 }
 
-WIDE static void NAME(motor_from_rotation_vector_translation_block)(intptr_t n, char **args, const intptr_t
+static INLINE void NAME(motor_from_rotation_vector_translation_block)(intptr_t n, char **args, const intptr_t
     *strides)
 {
     const intptr_t w = sizeof(REAL);
@@ -26912,16 +27498,17 @@ WIDE static void NAME(motor_from_rotation_vector_translation_block)(intptr_t n, 
         }
     }
 }
+LOOPS(motor_from_rotation_vector_translation_block)
 
 void NAME(motor_from_rotation_vector_translation_loop)(char **args, const intptr_t *dimensions, const intptr_t
     *steps)
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {3, 1, 1, {3}}, {8, 1, 2, {8}}};
     static const struct form forms[] = {{1, 2, NAME(motor_from_rotation_vector_translation_start_v),
-        NAME(motor_from_rotation_vector_translation_block_v),
-        NAME(motor_from_rotation_vector_translation_dense_v)}};
-    static const struct kernel kernel = {NAME(motor_from_rotation_vector_translation_block), NULL, 2, 3, 1, 1,
-        parts, forms};
+        WIDTHS(motor_from_rotation_vector_translation_block_v),
+        WIDTHS(motor_from_rotation_vector_translation_dense_v)}};
+    static const struct kernel kernel = {WIDTHS(motor_from_rotation_vector_translation_block), {NULL}, (any_function
+        *)NAME(motor_from_rotation_vector_translation), NAME(call_aar), 2, 3, 1, 1, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -26993,7 +27580,8 @@ INLINE void NAME(motor_to_rotation_vector_translation)(const REAL *m, REAL *out_
     out_1[2] = t49;
 }
 
-WIDE static void NAME(motor_to_rotation_vector_translation_block)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(motor_to_rotation_vector_translation_block)(intptr_t n, char **args, const intptr_t
+    *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
@@ -27011,12 +27599,13 @@ WIDE static void NAME(motor_to_rotation_vector_translation_block)(intptr_t n, ch
         NAME(store_3)(a2 + i * w, c2a, x2);
     }
 }
+LOOPS(motor_to_rotation_vector_translation_block)
 
 void NAME(motor_to_rotation_vector_translation_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{8, 1, 0, {8}}, {3, 1, 1, {3}}, {3, 1, 2, {3}}};
-    static const struct kernel kernel = {NAME(motor_to_rotation_vector_translation_block), NULL, 1, 3, 0, 0, parts,
-        NULL};
+    static const struct kernel kernel = {WIDTHS(motor_to_rotation_vector_translation_block), {NULL}, (any_function
+        *)NAME(motor_to_rotation_vector_translation), NAME(call_arr), 1, 3, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -27066,7 +27655,7 @@ INLINE void NAME(motor_from_quaternion_translation)(const REAL *q, const REAL *t
     out[7] = t26;
 }
 
-WIDE static void NAME(motor_from_quaternion_translation_block)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(motor_from_quaternion_translation_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
@@ -27084,8 +27673,9 @@ WIDE static void NAME(motor_from_quaternion_translation_block)(intptr_t n, char 
         NAME(store_8)(a2 + i * w, c2a, x2);
     }
 }
+LOOPS(motor_from_quaternion_translation_block)
 
-WIDE static void NAME(motor_from_quaternion_translation_dense)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(motor_from_quaternion_translation_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
@@ -27106,12 +27696,14 @@ WIDE static void NAME(motor_from_quaternion_translation_dense)(intptr_t n, char 
         NAME(store_span)(args[2], first, r2, 8);
     }
 }
+LOOPS(motor_from_quaternion_translation_dense)
 
 void NAME(motor_from_quaternion_translation_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {3, 1, 1, {3}}, {8, 1, 2, {8}}};
-    static const struct kernel kernel = {NAME(motor_from_quaternion_translation_block),
-        NAME(motor_from_quaternion_translation_dense), 2, 3, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(motor_from_quaternion_translation_block),
+        WIDTHS(motor_from_quaternion_translation_dense), (any_function *)NAME(motor_from_quaternion_translation),
+        NAME(call_aar), 2, 3, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -27162,7 +27754,7 @@ INLINE void NAME(motor_to_quaternion_translation)(const REAL *m, REAL *out_0, RE
     out_1[2] = t27;
 }
 
-WIDE static void NAME(motor_to_quaternion_translation_block)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(motor_to_quaternion_translation_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
@@ -27180,8 +27772,9 @@ WIDE static void NAME(motor_to_quaternion_translation_block)(intptr_t n, char **
         NAME(store_3)(a2 + i * w, c2a, x2);
     }
 }
+LOOPS(motor_to_quaternion_translation_block)
 
-WIDE static void NAME(motor_to_quaternion_translation_dense)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(motor_to_quaternion_translation_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
@@ -27203,12 +27796,14 @@ WIDE static void NAME(motor_to_quaternion_translation_dense)(intptr_t n, char **
         NAME(store_span)(args[2], first, r2, 3);
     }
 }
+LOOPS(motor_to_quaternion_translation_dense)
 
 void NAME(motor_to_quaternion_translation_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{8, 1, 0, {8}}, {4, 1, 1, {4}}, {3, 1, 2, {3}}};
-    static const struct kernel kernel = {NAME(motor_to_quaternion_translation_block),
-        NAME(motor_to_quaternion_translation_dense), 1, 3, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(motor_to_quaternion_translation_block),
+        WIDTHS(motor_to_quaternion_translation_dense), (any_function *)NAME(motor_to_quaternion_translation),
+        NAME(call_arr), 1, 3, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -27226,7 +27821,7 @@ INLINE void NAME(rotor_from_quaternion_scalar_last)(const REAL *q, REAL *out)
     out[3] = t1;
 }
 
-WIDE static void NAME(rotor_from_quaternion_scalar_last_block)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(rotor_from_quaternion_scalar_last_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c0a = strides[0], c1a = strides[1];
@@ -27241,8 +27836,9 @@ WIDE static void NAME(rotor_from_quaternion_scalar_last_block)(intptr_t n, char 
         NAME(store_4)(a1 + i * w, c1a, x1);
     }
 }
+LOOPS(rotor_from_quaternion_scalar_last_block)
 
-WIDE static void NAME(rotor_from_quaternion_scalar_last_dense)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(rotor_from_quaternion_scalar_last_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
@@ -27260,12 +27856,14 @@ WIDE static void NAME(rotor_from_quaternion_scalar_last_dense)(intptr_t n, char 
         NAME(store_span)(args[1], first, r1, 4);
     }
 }
+LOOPS(rotor_from_quaternion_scalar_last_dense)
 
 void NAME(rotor_from_quaternion_scalar_last_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {4, 1, 1, {4}}};
-    static const struct kernel kernel = {NAME(rotor_from_quaternion_scalar_last_block),
-        NAME(rotor_from_quaternion_scalar_last_dense), 1, 2, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(rotor_from_quaternion_scalar_last_block),
+        WIDTHS(rotor_from_quaternion_scalar_last_dense), (any_function *)NAME(rotor_from_quaternion_scalar_last),
+        NAME(call_ar), 1, 2, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -27283,7 +27881,7 @@ INLINE void NAME(rotor_to_quaternion_scalar_last)(const REAL *r, REAL *out)
     out[3] = r_1;
 }
 
-WIDE static void NAME(rotor_to_quaternion_scalar_last_block)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(rotor_to_quaternion_scalar_last_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c0a = strides[0], c1a = strides[1];
@@ -27298,8 +27896,9 @@ WIDE static void NAME(rotor_to_quaternion_scalar_last_block)(intptr_t n, char **
         NAME(store_4)(a1 + i * w, c1a, x1);
     }
 }
+LOOPS(rotor_to_quaternion_scalar_last_block)
 
-WIDE static void NAME(rotor_to_quaternion_scalar_last_dense)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(rotor_to_quaternion_scalar_last_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
@@ -27317,12 +27916,14 @@ WIDE static void NAME(rotor_to_quaternion_scalar_last_dense)(intptr_t n, char **
         NAME(store_span)(args[1], first, r1, 4);
     }
 }
+LOOPS(rotor_to_quaternion_scalar_last_dense)
 
 void NAME(rotor_to_quaternion_scalar_last_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {4, 1, 1, {4}}};
-    static const struct kernel kernel = {NAME(rotor_to_quaternion_scalar_last_block),
-        NAME(rotor_to_quaternion_scalar_last_dense), 1, 2, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(rotor_to_quaternion_scalar_last_block),
+        WIDTHS(rotor_to_quaternion_scalar_last_dense), (any_function *)NAME(rotor_to_quaternion_scalar_last),
+        NAME(call_ar), 1, 2, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -27352,7 +27953,7 @@ INLINE void NAME(motor_from_dual_quaternion_scalar_last)(const REAL *q, REAL *ou
     out[7] = t5;
 }
 
-WIDE static void NAME(motor_from_dual_quaternion_scalar_last_block)(intptr_t n, char **args, const intptr_t
+static INLINE void NAME(motor_from_dual_quaternion_scalar_last_block)(intptr_t n, char **args, const intptr_t
     *strides)
 {
     const intptr_t w = sizeof(REAL);
@@ -27368,8 +27969,9 @@ WIDE static void NAME(motor_from_dual_quaternion_scalar_last_block)(intptr_t n, 
         NAME(store_8)(a1 + i * w, c1a, x1);
     }
 }
+LOOPS(motor_from_dual_quaternion_scalar_last_block)
 
-WIDE static void NAME(motor_from_dual_quaternion_scalar_last_dense)(intptr_t n, char **args, const intptr_t
+static INLINE void NAME(motor_from_dual_quaternion_scalar_last_dense)(intptr_t n, char **args, const intptr_t
     *strides)
 {
     const intptr_t w = sizeof(REAL);
@@ -27389,13 +27991,15 @@ WIDE static void NAME(motor_from_dual_quaternion_scalar_last_dense)(intptr_t n, 
         NAME(store_span)(args[1], first, r1, 8);
     }
 }
+LOOPS(motor_from_dual_quaternion_scalar_last_dense)
 
 void NAME(motor_from_dual_quaternion_scalar_last_loop)(char **args, const intptr_t *dimensions, const intptr_t
     *steps)
 {
     static const struct part parts[] = {{8, 1, 0, {8}}, {8, 1, 1, {8}}};
-    static const struct kernel kernel = {NAME(motor_from_dual_quaternion_scalar_last_block),
-        NAME(motor_from_dual_quaternion_scalar_last_dense), 1, 2, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(motor_from_dual_quaternion_scalar_last_block),
+        WIDTHS(motor_from_dual_quaternion_scalar_last_dense), (any_function
+        *)NAME(motor_from_dual_quaternion_scalar_last), NAME(call_ar), 1, 2, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -27425,7 +28029,8 @@ INLINE void NAME(motor_to_dual_quaternion_scalar_last)(const REAL *m, REAL *out)
     out[7] = t5;
 }
 
-WIDE static void NAME(motor_to_dual_quaternion_scalar_last_block)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(motor_to_dual_quaternion_scalar_last_block)(intptr_t n, char **args, const intptr_t
+    *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c0a = strides[0], c1a = strides[1];
@@ -27440,8 +28045,10 @@ WIDE static void NAME(motor_to_dual_quaternion_scalar_last_block)(intptr_t n, ch
         NAME(store_8)(a1 + i * w, c1a, x1);
     }
 }
+LOOPS(motor_to_dual_quaternion_scalar_last_block)
 
-WIDE static void NAME(motor_to_dual_quaternion_scalar_last_dense)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(motor_to_dual_quaternion_scalar_last_dense)(intptr_t n, char **args, const intptr_t
+    *strides)
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
@@ -27460,12 +28067,14 @@ WIDE static void NAME(motor_to_dual_quaternion_scalar_last_dense)(intptr_t n, ch
         NAME(store_span)(args[1], first, r1, 8);
     }
 }
+LOOPS(motor_to_dual_quaternion_scalar_last_dense)
 
 void NAME(motor_to_dual_quaternion_scalar_last_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{8, 1, 0, {8}}, {8, 1, 1, {8}}};
-    static const struct kernel kernel = {NAME(motor_to_dual_quaternion_scalar_last_block),
-        NAME(motor_to_dual_quaternion_scalar_last_dense), 1, 2, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(motor_to_dual_quaternion_scalar_last_block),
+        WIDTHS(motor_to_dual_quaternion_scalar_last_dense), (any_function
+        *)NAME(motor_to_dual_quaternion_scalar_last), NAME(call_ar), 1, 2, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -27608,7 +28217,7 @@ INLINE void NAME(motor_from_adjoint)(const REAL *matrix, REAL *out)
     out[7] = t108;
 }
 
-WIDE static void NAME(motor_from_adjoint_block)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(motor_from_adjoint_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c0a = strides[0], c0b = strides[1], c1a = strides[2];
@@ -27623,11 +28232,13 @@ WIDE static void NAME(motor_from_adjoint_block)(intptr_t n, char **args, const i
         NAME(store_8)(a1 + i * w, c1a, x1);
     }
 }
+LOOPS(motor_from_adjoint_block)
 
 void NAME(motor_from_adjoint_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{36, 2, 0, {6, 6}}, {8, 1, 2, {8}}};
-    static const struct kernel kernel = {NAME(motor_from_adjoint_block), NULL, 1, 2, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(motor_from_adjoint_block), {NULL}, (any_function
+        *)NAME(motor_from_adjoint), NAME(call_ar), 1, 2, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -27650,7 +28261,7 @@ INLINE void NAME(translator_between_points)(const REAL *a, const REAL *b, REAL *
     out[2] = t5;
 }
 
-WIDE static void NAME(translator_between_points_block)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(translator_between_points_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
@@ -27668,8 +28279,9 @@ WIDE static void NAME(translator_between_points_block)(intptr_t n, char **args, 
         NAME(store_3)(a2 + i * w, c2a, x2);
     }
 }
+LOOPS(translator_between_points_block)
 
-WIDE static void NAME(translator_between_points_dense)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(translator_between_points_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
@@ -27690,12 +28302,14 @@ WIDE static void NAME(translator_between_points_dense)(intptr_t n, char **args, 
         NAME(store_span)(args[2], first, r2, 3);
     }
 }
+LOOPS(translator_between_points_dense)
 
 void NAME(translator_between_points_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {3, 1, 1, {3}}, {3, 1, 2, {3}}};
-    static const struct kernel kernel = {NAME(translator_between_points_block),
-        NAME(translator_between_points_dense), 2, 3, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(translator_between_points_block),
+        WIDTHS(translator_between_points_dense), (any_function *)NAME(translator_between_points), NAME(call_aar), 2,
+        3, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -27816,7 +28430,7 @@ INLINE void NAME(motor_between_frames)(const REAL *a, const REAL *b, REAL *out)
     out[7] = t88;
 }
 
-WIDE static void NAME(motor_between_frames_block)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(motor_between_frames_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
@@ -27834,8 +28448,9 @@ WIDE static void NAME(motor_between_frames_block)(intptr_t n, char **args, const
         NAME(store_8)(a2 + i * w, c2a, x2);
     }
 }
+LOOPS(motor_between_frames_block)
 
-WIDE static void NAME(motor_between_frames_dense)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(motor_between_frames_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
@@ -27858,12 +28473,13 @@ WIDE static void NAME(motor_between_frames_dense)(intptr_t n, char **args, const
         NAME(store_span)(args[2], first, r2, 8);
     }
 }
+LOOPS(motor_between_frames_dense)
 
 void NAME(motor_between_frames_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{8, 1, 0, {8}}, {8, 1, 1, {8}}, {8, 1, 2, {8}}};
-    static const struct kernel kernel = {NAME(motor_between_frames_block), NAME(motor_between_frames_dense), 2, 3,
-        0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(motor_between_frames_block), WIDTHS(motor_between_frames_dense),
+        (any_function *)NAME(motor_between_frames), NAME(call_aar), 2, 3, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -27985,7 +28601,7 @@ INLINE void NAME(motor_relative)(const REAL *a, const REAL *b, REAL *out)
     out[7] = t89;
 }
 
-WIDE static void NAME(motor_relative_block)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(motor_relative_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
@@ -28003,8 +28619,9 @@ WIDE static void NAME(motor_relative_block)(intptr_t n, char **args, const intpt
         NAME(store_8)(a2 + i * w, c2a, x2);
     }
 }
+LOOPS(motor_relative_block)
 
-WIDE static void NAME(motor_relative_dense)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(motor_relative_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
@@ -28027,12 +28644,13 @@ WIDE static void NAME(motor_relative_dense)(intptr_t n, char **args, const intpt
         NAME(store_span)(args[2], first, r2, 8);
     }
 }
+LOOPS(motor_relative_dense)
 
 void NAME(motor_relative_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{8, 1, 0, {8}}, {8, 1, 1, {8}}, {8, 1, 2, {8}}};
-    static const struct kernel kernel = {NAME(motor_relative_block), NAME(motor_relative_dense), 2, 3, 0, 0, parts,
-        NULL};
+    static const struct kernel kernel = {WIDTHS(motor_relative_block), WIDTHS(motor_relative_dense), (any_function
+        *)NAME(motor_relative), NAME(call_aar), 2, 3, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -28136,7 +28754,7 @@ INLINE void NAME(blend_motors)(const REAL *a, const REAL *b, REAL t, REAL *out)
     out[7] = t71;
 }
 
-WIDE static void NAME(blend_motors_block)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(blend_motors_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c0a = strides[0], c1a = strides[1], c3a = strides[2];
@@ -28157,11 +28775,13 @@ WIDE static void NAME(blend_motors_block)(intptr_t n, char **args, const intptr_
         NAME(store_8)(a3 + i * w, c3a, x3);
     }
 }
+LOOPS(blend_motors_block)
 
 void NAME(blend_motors_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{8, 1, 0, {8}}, {8, 1, 1, {8}}, {1, 0, 2, {0}}, {8, 1, 2, {8}}};
-    static const struct kernel kernel = {NAME(blend_motors_block), NULL, 3, 4, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(blend_motors_block), {NULL}, (any_function *)NAME(blend_motors),
+        NAME(call_aanr), 3, 4, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -28348,7 +28968,7 @@ static INLINE void NAME(rotation_form_apply_b)(const REAL *prepared, const REAL 
     out[15] = t23;
 }
 
-WIDE static void NAME(rotation_form_block_a)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(rotation_form_block_a)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c1a = strides[1], c2a = strides[2], c2b = strides[3];
@@ -28364,8 +28984,9 @@ WIDE static void NAME(rotation_form_block_a)(intptr_t n, char **args, const intp
         NAME(store_4x4)(a2 + i * w, c2a, c2b, x2);
     }
 }
+LOOPS(rotation_form_block_a)
 
-WIDE static void NAME(rotation_form_dense_a)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(rotation_form_dense_a)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const REAL *prepared = (const REAL *)args[0];
@@ -28385,6 +29006,7 @@ WIDE static void NAME(rotation_form_dense_a)(intptr_t n, char **args, const intp
         NAME(store_span)(args[2], first, r2, 16);
     }
 }
+LOOPS(rotation_form_dense_a)
 
 static void NAME(rotation_form_start_a)(char **args, const intptr_t *strides, void *prepared)
 {
@@ -28394,7 +29016,7 @@ static void NAME(rotation_form_start_a)(char **args, const intptr_t *strides, vo
     NAME(rotation_form_prepare_a)(x0, prepared);
 }
 
-WIDE static void NAME(rotation_form_block_b)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(rotation_form_block_b)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c0a = strides[0], c2a = strides[2], c2b = strides[3];
@@ -28410,8 +29032,9 @@ WIDE static void NAME(rotation_form_block_b)(intptr_t n, char **args, const intp
         NAME(store_4x4)(a2 + i * w, c2a, c2b, x2);
     }
 }
+LOOPS(rotation_form_block_b)
 
-WIDE static void NAME(rotation_form_dense_b)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(rotation_form_dense_b)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const REAL *prepared = (const REAL *)args[1];
@@ -28431,6 +29054,7 @@ WIDE static void NAME(rotation_form_dense_b)(intptr_t n, char **args, const intp
         NAME(store_span)(args[2], first, r2, 16);
     }
 }
+LOOPS(rotation_form_dense_b)
 
 static void NAME(rotation_form_start_b)(char **args, const intptr_t *strides, void *prepared)
 {
@@ -28440,7 +29064,7 @@ static void NAME(rotation_form_start_b)(char **args, const intptr_t *strides, vo
     NAME(rotation_form_prepare_b)(x1, prepared);
 }
 
-WIDE static void NAME(rotation_form_block)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(rotation_form_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2], c2b = strides[3];
@@ -28458,8 +29082,9 @@ WIDE static void NAME(rotation_form_block)(intptr_t n, char **args, const intptr
         NAME(store_4x4)(a2 + i * w, c2a, c2b, x2);
     }
 }
+LOOPS(rotation_form_block)
 
-WIDE static void NAME(rotation_form_dense)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(rotation_form_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
@@ -28482,15 +29107,16 @@ WIDE static void NAME(rotation_form_dense)(intptr_t n, char **args, const intptr
         NAME(store_span)(args[2], first, r2, 16);
     }
 }
+LOOPS(rotation_form_dense)
 
 void NAME(rotation_form_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {3, 1, 1, {3}}, {16, 2, 2, {4, 4}}};
-    static const struct form forms[] = {{1, 2, NAME(rotation_form_start_a), NAME(rotation_form_block_a),
-        NAME(rotation_form_dense_a)}, {2, 2, NAME(rotation_form_start_b), NAME(rotation_form_block_b),
-        NAME(rotation_form_dense_b)}};
-    static const struct kernel kernel = {NAME(rotation_form_block), NAME(rotation_form_dense), 2, 3, 2, 0, parts,
-        forms};
+    static const struct form forms[] = {{1, 2, NAME(rotation_form_start_a), WIDTHS(rotation_form_block_a),
+        WIDTHS(rotation_form_dense_a)}, {2, 2, NAME(rotation_form_start_b), WIDTHS(rotation_form_block_b),
+        WIDTHS(rotation_form_dense_b)}};
+    static const struct kernel kernel = {WIDTHS(rotation_form_block), WIDTHS(rotation_form_dense), (any_function
+        *)NAME(rotation_form), NAME(call_aar), 2, 3, 2, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -29027,7 +29653,7 @@ static INLINE void NAME(rotor_from_euler_angles_apply_b_c_angles)(const REAL *pr
     out[3] = t85;
 }
 
-WIDE static void NAME(rotor_from_euler_angles_block_a_b_angles)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(rotor_from_euler_angles_block_a_b_angles)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c2a = strides[2], c4a = strides[4];
@@ -29043,8 +29669,9 @@ WIDE static void NAME(rotor_from_euler_angles_block_a_b_angles)(intptr_t n, char
         NAME(store_4)(a4 + i * w, c4a, x4);
     }
 }
+LOOPS(rotor_from_euler_angles_block_a_b_angles)
 
-WIDE static void NAME(rotor_from_euler_angles_dense_a_b_angles)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(rotor_from_euler_angles_dense_a_b_angles)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const REAL *prepared = (const REAL *)args[0];
@@ -29063,6 +29690,7 @@ WIDE static void NAME(rotor_from_euler_angles_dense_a_b_angles)(intptr_t n, char
         NAME(store_span)(args[4], first, r4, 4);
     }
 }
+LOOPS(rotor_from_euler_angles_dense_a_b_angles)
 
 static void NAME(rotor_from_euler_angles_start_a_b_angles)(char **args, const intptr_t *strides, void *prepared)
 {
@@ -29076,7 +29704,7 @@ static void NAME(rotor_from_euler_angles_start_a_b_angles)(char **args, const in
     NAME(rotor_from_euler_angles_prepare_a_b_angles)(x0, x1, x3, prepared, NULL);
 }
 
-WIDE static void NAME(rotor_from_euler_angles_block_a_c_angles)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(rotor_from_euler_angles_block_a_c_angles)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c1a = strides[1], c4a = strides[4];
@@ -29092,8 +29720,9 @@ WIDE static void NAME(rotor_from_euler_angles_block_a_c_angles)(intptr_t n, char
         NAME(store_4)(a4 + i * w, c4a, x4);
     }
 }
+LOOPS(rotor_from_euler_angles_block_a_c_angles)
 
-WIDE static void NAME(rotor_from_euler_angles_dense_a_c_angles)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(rotor_from_euler_angles_dense_a_c_angles)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const REAL *prepared = (const REAL *)args[0];
@@ -29112,6 +29741,7 @@ WIDE static void NAME(rotor_from_euler_angles_dense_a_c_angles)(intptr_t n, char
         NAME(store_span)(args[4], first, r4, 4);
     }
 }
+LOOPS(rotor_from_euler_angles_dense_a_c_angles)
 
 static void NAME(rotor_from_euler_angles_start_a_c_angles)(char **args, const intptr_t *strides, void *prepared)
 {
@@ -29125,7 +29755,7 @@ static void NAME(rotor_from_euler_angles_start_a_c_angles)(char **args, const in
     NAME(rotor_from_euler_angles_prepare_a_c_angles)(x0, x2, x3, prepared, NULL);
 }
 
-WIDE static void NAME(rotor_from_euler_angles_block_b_c_angles)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(rotor_from_euler_angles_block_b_c_angles)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c0a = strides[0], c4a = strides[4];
@@ -29141,8 +29771,9 @@ WIDE static void NAME(rotor_from_euler_angles_block_b_c_angles)(intptr_t n, char
         NAME(store_4)(a4 + i * w, c4a, x4);
     }
 }
+LOOPS(rotor_from_euler_angles_block_b_c_angles)
 
-WIDE static void NAME(rotor_from_euler_angles_dense_b_c_angles)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(rotor_from_euler_angles_dense_b_c_angles)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const REAL *prepared = (const REAL *)args[1];
@@ -29161,6 +29792,7 @@ WIDE static void NAME(rotor_from_euler_angles_dense_b_c_angles)(intptr_t n, char
         NAME(store_span)(args[4], first, r4, 4);
     }
 }
+LOOPS(rotor_from_euler_angles_dense_b_c_angles)
 
 static void NAME(rotor_from_euler_angles_start_b_c_angles)(char **args, const intptr_t *strides, void *prepared)
 {
@@ -29174,7 +29806,7 @@ static void NAME(rotor_from_euler_angles_start_b_c_angles)(char **args, const in
     NAME(rotor_from_euler_angles_prepare_b_c_angles)(x1, x2, x3, prepared, NULL);
 }
 
-WIDE static void NAME(rotor_from_euler_angles_block)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(rotor_from_euler_angles_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2], c3a = strides[3], c4a = strides[4];
@@ -29215,17 +29847,19 @@ WIDE static void NAME(rotor_from_euler_angles_block)(intptr_t n, char **args, co
         }
     }
 }
+LOOPS(rotor_from_euler_angles_block)
 
 void NAME(rotor_from_euler_angles_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {3, 1, 1, {3}}, {3, 1, 2, {3}}, {3, 1, 3, {3}}, {4, 1, 4,
         {4}}};
     static const struct form forms[] = {{11, 2, NAME(rotor_from_euler_angles_start_a_b_angles),
-        NAME(rotor_from_euler_angles_block_a_b_angles), NAME(rotor_from_euler_angles_dense_a_b_angles)}, {13, 2,
-        NAME(rotor_from_euler_angles_start_a_c_angles), NAME(rotor_from_euler_angles_block_a_c_angles),
-        NAME(rotor_from_euler_angles_dense_a_c_angles)}, {14, 2, NAME(rotor_from_euler_angles_start_b_c_angles),
-        NAME(rotor_from_euler_angles_block_b_c_angles), NAME(rotor_from_euler_angles_dense_b_c_angles)}};
-    static const struct kernel kernel = {NAME(rotor_from_euler_angles_block), NULL, 4, 5, 3, 1, parts, forms};
+        WIDTHS(rotor_from_euler_angles_block_a_b_angles), WIDTHS(rotor_from_euler_angles_dense_a_b_angles)}, {13, 2,
+        NAME(rotor_from_euler_angles_start_a_c_angles), WIDTHS(rotor_from_euler_angles_block_a_c_angles),
+        WIDTHS(rotor_from_euler_angles_dense_a_c_angles)}, {14, 2, NAME(rotor_from_euler_angles_start_b_c_angles),
+        WIDTHS(rotor_from_euler_angles_block_b_c_angles), WIDTHS(rotor_from_euler_angles_dense_b_c_angles)}};
+    static const struct kernel kernel = {WIDTHS(rotor_from_euler_angles_block), {NULL}, (any_function
+        *)NAME(rotor_from_euler_angles), NAME(call_aaaar), 4, 5, 3, 1, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -29306,7 +29940,7 @@ INLINE void NAME(rotor_to_proper_euler_angles)(const REAL *r, const REAL *a, con
     out[2] = t59;
 }
 
-WIDE static void NAME(rotor_to_proper_euler_angles_block)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(rotor_to_proper_euler_angles_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2], c3a = strides[3];
@@ -29327,11 +29961,13 @@ WIDE static void NAME(rotor_to_proper_euler_angles_block)(intptr_t n, char **arg
         NAME(store_3)(a3 + i * w, c3a, x3);
     }
 }
+LOOPS(rotor_to_proper_euler_angles_block)
 
 void NAME(rotor_to_proper_euler_angles_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {3, 1, 1, {3}}, {3, 1, 2, {3}}, {3, 1, 3, {3}}};
-    static const struct kernel kernel = {NAME(rotor_to_proper_euler_angles_block), NULL, 3, 4, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(rotor_to_proper_euler_angles_block), {NULL}, (any_function
+        *)NAME(rotor_to_proper_euler_angles), NAME(call_aaar), 3, 4, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -29422,7 +30058,7 @@ INLINE void NAME(rotor_to_tait_bryan_angles)(const REAL *r, const REAL *a, const
     out[2] = t69;
 }
 
-WIDE static void NAME(rotor_to_tait_bryan_angles_block)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(rotor_to_tait_bryan_angles_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2], c3a = strides[3];
@@ -29443,11 +30079,13 @@ WIDE static void NAME(rotor_to_tait_bryan_angles_block)(intptr_t n, char **args,
         NAME(store_3)(a3 + i * w, c3a, x3);
     }
 }
+LOOPS(rotor_to_tait_bryan_angles_block)
 
 void NAME(rotor_to_tait_bryan_angles_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {3, 1, 1, {3}}, {3, 1, 2, {3}}, {3, 1, 3, {3}}};
-    static const struct kernel kernel = {NAME(rotor_to_tait_bryan_angles_block), NULL, 3, 4, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(rotor_to_tait_bryan_angles_block), {NULL}, (any_function
+        *)NAME(rotor_to_tait_bryan_angles), NAME(call_aaar), 3, 4, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -29469,7 +30107,7 @@ INLINE void NAME(line_to_vector_algebra)(const REAL *line, REAL *out_0, REAL *ou
     out_1[2] = line_e01;
 }
 
-WIDE static void NAME(line_to_vector_algebra_block)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(line_to_vector_algebra_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
@@ -29487,8 +30125,9 @@ WIDE static void NAME(line_to_vector_algebra_block)(intptr_t n, char **args, con
         NAME(store_3)(a2 + i * w, c2a, x2);
     }
 }
+LOOPS(line_to_vector_algebra_block)
 
-WIDE static void NAME(line_to_vector_algebra_dense)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(line_to_vector_algebra_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
@@ -29511,12 +30150,13 @@ WIDE static void NAME(line_to_vector_algebra_dense)(intptr_t n, char **args, con
         NAME(store_span)(args[2], first, r2, 3);
     }
 }
+LOOPS(line_to_vector_algebra_dense)
 
 void NAME(line_to_vector_algebra_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{6, 1, 0, {6}}, {3, 1, 1, {3}}, {3, 1, 2, {3}}};
-    static const struct kernel kernel = {NAME(line_to_vector_algebra_block), NAME(line_to_vector_algebra_dense), 1,
-        3, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(line_to_vector_algebra_block), WIDTHS(line_to_vector_algebra_dense),
+        (any_function *)NAME(line_to_vector_algebra), NAME(call_arr), 1, 3, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -29538,7 +30178,7 @@ INLINE void NAME(line_from_vector_algebra)(const REAL *d, const REAL *m, REAL *o
     out[5] = m_e12;
 }
 
-WIDE static void NAME(line_from_vector_algebra_block)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(line_from_vector_algebra_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
@@ -29556,8 +30196,9 @@ WIDE static void NAME(line_from_vector_algebra_block)(intptr_t n, char **args, c
         NAME(store_6)(a2 + i * w, c2a, x2);
     }
 }
+LOOPS(line_from_vector_algebra_block)
 
-WIDE static void NAME(line_from_vector_algebra_dense)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(line_from_vector_algebra_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
@@ -29580,12 +30221,14 @@ WIDE static void NAME(line_from_vector_algebra_dense)(intptr_t n, char **args, c
         NAME(store_span)(args[2], first, r2, 6);
     }
 }
+LOOPS(line_from_vector_algebra_dense)
 
 void NAME(line_from_vector_algebra_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {3, 1, 1, {3}}, {6, 1, 2, {6}}};
-    static const struct kernel kernel = {NAME(line_from_vector_algebra_block), NAME(line_from_vector_algebra_dense),
-        2, 3, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(line_from_vector_algebra_block),
+        WIDTHS(line_from_vector_algebra_dense), (any_function *)NAME(line_from_vector_algebra), NAME(call_aar), 2,
+        3, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -29603,7 +30246,7 @@ INLINE void NAME(plane_to_vector_algebra)(const REAL *plane, REAL *out_0, REAL *
     out_1[0] = t1;
 }
 
-WIDE static void NAME(plane_to_vector_algebra_block)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(plane_to_vector_algebra_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
@@ -29621,8 +30264,9 @@ WIDE static void NAME(plane_to_vector_algebra_block)(intptr_t n, char **args, co
         NAME(store_1)(a2 + i * w, c2a, x2);
     }
 }
+LOOPS(plane_to_vector_algebra_block)
 
-WIDE static void NAME(plane_to_vector_algebra_dense)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(plane_to_vector_algebra_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
@@ -29644,12 +30288,14 @@ WIDE static void NAME(plane_to_vector_algebra_dense)(intptr_t n, char **args, co
         NAME(store_span)(args[2], first, r2, 1);
     }
 }
+LOOPS(plane_to_vector_algebra_dense)
 
 void NAME(plane_to_vector_algebra_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {3, 1, 1, {3}}, {1, 1, 2, {1}}};
-    static const struct kernel kernel = {NAME(plane_to_vector_algebra_block), NAME(plane_to_vector_algebra_dense),
-        1, 3, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(plane_to_vector_algebra_block),
+        WIDTHS(plane_to_vector_algebra_dense), (any_function *)NAME(plane_to_vector_algebra), NAME(call_arr), 1, 3,
+        0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -29667,7 +30313,7 @@ INLINE void NAME(plane_from_vector_algebra)(const REAL *b, const REAL *t, REAL *
     out[3] = t1;
 }
 
-WIDE static void NAME(plane_from_vector_algebra_block)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(plane_from_vector_algebra_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
@@ -29685,8 +30331,9 @@ WIDE static void NAME(plane_from_vector_algebra_block)(intptr_t n, char **args, 
         NAME(store_4)(a2 + i * w, c2a, x2);
     }
 }
+LOOPS(plane_from_vector_algebra_block)
 
-WIDE static void NAME(plane_from_vector_algebra_dense)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(plane_from_vector_algebra_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
@@ -29707,12 +30354,14 @@ WIDE static void NAME(plane_from_vector_algebra_dense)(intptr_t n, char **args, 
         NAME(store_span)(args[2], first, r2, 4);
     }
 }
+LOOPS(plane_from_vector_algebra_dense)
 
 void NAME(plane_from_vector_algebra_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {1, 1, 1, {1}}, {4, 1, 2, {4}}};
-    static const struct kernel kernel = {NAME(plane_from_vector_algebra_block),
-        NAME(plane_from_vector_algebra_dense), 2, 3, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(plane_from_vector_algebra_block),
+        WIDTHS(plane_from_vector_algebra_dense), (any_function *)NAME(plane_from_vector_algebra), NAME(call_aar), 2,
+        3, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -29727,7 +30376,7 @@ INLINE void NAME(point_to_projective)(const REAL *p, REAL *out)
     out[3] = (REAL)1;
 }
 
-WIDE static void NAME(point_to_projective_block)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(point_to_projective_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c0a = strides[0], c1a = strides[1];
@@ -29742,8 +30391,9 @@ WIDE static void NAME(point_to_projective_block)(intptr_t n, char **args, const 
         NAME(store_4)(a1 + i * w, c1a, x1);
     }
 }
+LOOPS(point_to_projective_block)
 
-WIDE static void NAME(point_to_projective_dense)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(point_to_projective_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
@@ -29761,12 +30411,13 @@ WIDE static void NAME(point_to_projective_dense)(intptr_t n, char **args, const 
         NAME(store_span)(args[1], first, r1, 4);
     }
 }
+LOOPS(point_to_projective_dense)
 
 void NAME(point_to_projective_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {4, 1, 1, {4}}};
-    static const struct kernel kernel = {NAME(point_to_projective_block), NAME(point_to_projective_dense), 1, 2, 0,
-        0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(point_to_projective_block), WIDTHS(point_to_projective_dense),
+        (any_function *)NAME(point_to_projective), NAME(call_ar), 1, 2, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -29781,7 +30432,7 @@ INLINE void NAME(direction_to_projective)(const REAL *d, REAL *out)
     out[3] = (REAL)0;
 }
 
-WIDE static void NAME(direction_to_projective_block)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(direction_to_projective_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c0a = strides[0], c1a = strides[1];
@@ -29796,8 +30447,9 @@ WIDE static void NAME(direction_to_projective_block)(intptr_t n, char **args, co
         NAME(store_4)(a1 + i * w, c1a, x1);
     }
 }
+LOOPS(direction_to_projective_block)
 
-WIDE static void NAME(direction_to_projective_dense)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(direction_to_projective_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
@@ -29815,12 +30467,14 @@ WIDE static void NAME(direction_to_projective_dense)(intptr_t n, char **args, co
         NAME(store_span)(args[1], first, r1, 4);
     }
 }
+LOOPS(direction_to_projective_dense)
 
 void NAME(direction_to_projective_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {4, 1, 1, {4}}};
-    static const struct kernel kernel = {NAME(direction_to_projective_block), NAME(direction_to_projective_dense),
-        1, 2, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(direction_to_projective_block),
+        WIDTHS(direction_to_projective_dense), (any_function *)NAME(direction_to_projective), NAME(call_ar), 1, 2,
+        0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -29836,7 +30490,7 @@ INLINE void NAME(trivector_from_projective)(const REAL *x, REAL *out)
     out[3] = x_2;
 }
 
-WIDE static void NAME(trivector_from_projective_block)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(trivector_from_projective_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c0a = strides[0], c1a = strides[1];
@@ -29851,8 +30505,9 @@ WIDE static void NAME(trivector_from_projective_block)(intptr_t n, char **args, 
         NAME(store_4)(a1 + i * w, c1a, x1);
     }
 }
+LOOPS(trivector_from_projective_block)
 
-WIDE static void NAME(trivector_from_projective_dense)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(trivector_from_projective_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
@@ -29870,12 +30525,14 @@ WIDE static void NAME(trivector_from_projective_dense)(intptr_t n, char **args, 
         NAME(store_span)(args[1], first, r1, 4);
     }
 }
+LOOPS(trivector_from_projective_dense)
 
 void NAME(trivector_from_projective_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {4, 1, 1, {4}}};
-    static const struct kernel kernel = {NAME(trivector_from_projective_block),
-        NAME(trivector_from_projective_dense), 1, 2, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(trivector_from_projective_block),
+        WIDTHS(trivector_from_projective_dense), (any_function *)NAME(trivector_from_projective), NAME(call_ar), 1,
+        2, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -29898,7 +30555,7 @@ INLINE void NAME(line_to_projective)(const REAL *line, REAL *out)
     out[5] = t2;
 }
 
-WIDE static void NAME(line_to_projective_block)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(line_to_projective_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c0a = strides[0], c1a = strides[1];
@@ -29913,8 +30570,9 @@ WIDE static void NAME(line_to_projective_block)(intptr_t n, char **args, const i
         NAME(store_6)(a1 + i * w, c1a, x1);
     }
 }
+LOOPS(line_to_projective_block)
 
-WIDE static void NAME(line_to_projective_dense)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(line_to_projective_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
@@ -29933,12 +30591,13 @@ WIDE static void NAME(line_to_projective_dense)(intptr_t n, char **args, const i
         NAME(store_span)(args[1], first, r1, 6);
     }
 }
+LOOPS(line_to_projective_dense)
 
 void NAME(line_to_projective_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{6, 1, 0, {6}}, {6, 1, 1, {6}}};
-    static const struct kernel kernel = {NAME(line_to_projective_block), NAME(line_to_projective_dense), 1, 2, 0, 0,
-        parts, NULL};
+    static const struct kernel kernel = {WIDTHS(line_to_projective_block), WIDTHS(line_to_projective_dense),
+        (any_function *)NAME(line_to_projective), NAME(call_ar), 1, 2, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -29961,7 +30620,7 @@ INLINE void NAME(line_from_projective)(const REAL *x, REAL *out)
     out[5] = x_0;
 }
 
-WIDE static void NAME(line_from_projective_block)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(line_from_projective_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c0a = strides[0], c1a = strides[1];
@@ -29976,8 +30635,9 @@ WIDE static void NAME(line_from_projective_block)(intptr_t n, char **args, const
         NAME(store_6)(a1 + i * w, c1a, x1);
     }
 }
+LOOPS(line_from_projective_block)
 
-WIDE static void NAME(line_from_projective_dense)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(line_from_projective_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
@@ -29996,12 +30656,13 @@ WIDE static void NAME(line_from_projective_dense)(intptr_t n, char **args, const
         NAME(store_span)(args[1], first, r1, 6);
     }
 }
+LOOPS(line_from_projective_dense)
 
 void NAME(line_from_projective_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{6, 1, 0, {6}}, {6, 1, 1, {6}}};
-    static const struct kernel kernel = {NAME(line_from_projective_block), NAME(line_from_projective_dense), 1, 2,
-        0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(line_from_projective_block), WIDTHS(line_from_projective_dense),
+        (any_function *)NAME(line_from_projective), NAME(call_ar), 1, 2, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -30017,7 +30678,7 @@ INLINE void NAME(plane_to_projective)(const REAL *plane, REAL *out)
     out[3] = plane_e0;
 }
 
-WIDE static void NAME(plane_to_projective_block)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(plane_to_projective_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c0a = strides[0], c1a = strides[1];
@@ -30032,8 +30693,9 @@ WIDE static void NAME(plane_to_projective_block)(intptr_t n, char **args, const 
         NAME(store_4)(a1 + i * w, c1a, x1);
     }
 }
+LOOPS(plane_to_projective_block)
 
-WIDE static void NAME(plane_to_projective_dense)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(plane_to_projective_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
@@ -30051,12 +30713,13 @@ WIDE static void NAME(plane_to_projective_dense)(intptr_t n, char **args, const 
         NAME(store_span)(args[1], first, r1, 4);
     }
 }
+LOOPS(plane_to_projective_dense)
 
 void NAME(plane_to_projective_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {4, 1, 1, {4}}};
-    static const struct kernel kernel = {NAME(plane_to_projective_block), NAME(plane_to_projective_dense), 1, 2, 0,
-        0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(plane_to_projective_block), WIDTHS(plane_to_projective_dense),
+        (any_function *)NAME(plane_to_projective), NAME(call_ar), 1, 2, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -30072,7 +30735,7 @@ INLINE void NAME(plane_from_projective)(const REAL *x, REAL *out)
     out[3] = x_3;
 }
 
-WIDE static void NAME(plane_from_projective_block)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(plane_from_projective_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c0a = strides[0], c1a = strides[1];
@@ -30087,8 +30750,9 @@ WIDE static void NAME(plane_from_projective_block)(intptr_t n, char **args, cons
         NAME(store_4)(a1 + i * w, c1a, x1);
     }
 }
+LOOPS(plane_from_projective_block)
 
-WIDE static void NAME(plane_from_projective_dense)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(plane_from_projective_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
@@ -30106,12 +30770,13 @@ WIDE static void NAME(plane_from_projective_dense)(intptr_t n, char **args, cons
         NAME(store_span)(args[1], first, r1, 4);
     }
 }
+LOOPS(plane_from_projective_dense)
 
 void NAME(plane_from_projective_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {4, 1, 1, {4}}};
-    static const struct kernel kernel = {NAME(plane_from_projective_block), NAME(plane_from_projective_dense), 1, 2,
-        0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(plane_from_projective_block), WIDTHS(plane_from_projective_dense),
+        (any_function *)NAME(plane_from_projective), NAME(call_ar), 1, 2, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -30128,7 +30793,7 @@ INLINE void NAME(point_to_motor_algebra)(const REAL *p, REAL *out)
     out[2] = t2;
 }
 
-WIDE static void NAME(point_to_motor_algebra_block)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(point_to_motor_algebra_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c0a = strides[0], c1a = strides[1];
@@ -30143,8 +30808,9 @@ WIDE static void NAME(point_to_motor_algebra_block)(intptr_t n, char **args, con
         NAME(store_3)(a1 + i * w, c1a, x1);
     }
 }
+LOOPS(point_to_motor_algebra_block)
 
-WIDE static void NAME(point_to_motor_algebra_dense)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(point_to_motor_algebra_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
@@ -30162,12 +30828,13 @@ WIDE static void NAME(point_to_motor_algebra_dense)(intptr_t n, char **args, con
         NAME(store_span)(args[1], first, r1, 3);
     }
 }
+LOOPS(point_to_motor_algebra_dense)
 
 void NAME(point_to_motor_algebra_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {3, 1, 1, {3}}};
-    static const struct kernel kernel = {NAME(point_to_motor_algebra_block), NAME(point_to_motor_algebra_dense), 1,
-        2, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(point_to_motor_algebra_block), WIDTHS(point_to_motor_algebra_dense),
+        (any_function *)NAME(point_to_motor_algebra), NAME(call_ar), 1, 2, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -30184,7 +30851,7 @@ INLINE void NAME(point_from_motor_algebra)(const REAL *x, REAL *out)
     out[2] = t2;
 }
 
-WIDE static void NAME(point_from_motor_algebra_block)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(point_from_motor_algebra_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c0a = strides[0], c1a = strides[1];
@@ -30199,8 +30866,9 @@ WIDE static void NAME(point_from_motor_algebra_block)(intptr_t n, char **args, c
         NAME(store_3)(a1 + i * w, c1a, x1);
     }
 }
+LOOPS(point_from_motor_algebra_block)
 
-WIDE static void NAME(point_from_motor_algebra_dense)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(point_from_motor_algebra_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
@@ -30218,12 +30886,14 @@ WIDE static void NAME(point_from_motor_algebra_dense)(intptr_t n, char **args, c
         NAME(store_span)(args[1], first, r1, 3);
     }
 }
+LOOPS(point_from_motor_algebra_dense)
 
 void NAME(point_from_motor_algebra_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {3, 1, 1, {3}}};
-    static const struct kernel kernel = {NAME(point_from_motor_algebra_block), NAME(point_from_motor_algebra_dense),
-        1, 2, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(point_from_motor_algebra_block),
+        WIDTHS(point_from_motor_algebra_dense), (any_function *)NAME(point_from_motor_algebra), NAME(call_ar), 1, 2,
+        0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -30247,7 +30917,7 @@ INLINE void NAME(line_to_motor_algebra)(const REAL *line, REAL *out_0, REAL *out
     out_1[2] = t3;
 }
 
-WIDE static void NAME(line_to_motor_algebra_block)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(line_to_motor_algebra_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
@@ -30265,8 +30935,9 @@ WIDE static void NAME(line_to_motor_algebra_block)(intptr_t n, char **args, cons
         NAME(store_3)(a2 + i * w, c2a, x2);
     }
 }
+LOOPS(line_to_motor_algebra_block)
 
-WIDE static void NAME(line_to_motor_algebra_dense)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(line_to_motor_algebra_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
@@ -30289,12 +30960,13 @@ WIDE static void NAME(line_to_motor_algebra_dense)(intptr_t n, char **args, cons
         NAME(store_span)(args[2], first, r2, 3);
     }
 }
+LOOPS(line_to_motor_algebra_dense)
 
 void NAME(line_to_motor_algebra_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{6, 1, 0, {6}}, {3, 1, 1, {3}}, {3, 1, 2, {3}}};
-    static const struct kernel kernel = {NAME(line_to_motor_algebra_block), NAME(line_to_motor_algebra_dense), 1, 3,
-        0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(line_to_motor_algebra_block), WIDTHS(line_to_motor_algebra_dense),
+        (any_function *)NAME(line_to_motor_algebra), NAME(call_arr), 1, 3, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -30318,7 +30990,7 @@ INLINE void NAME(line_from_motor_algebra)(const REAL *n, const REAL *m, REAL *ou
     out[5] = t3;
 }
 
-WIDE static void NAME(line_from_motor_algebra_block)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(line_from_motor_algebra_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
@@ -30336,8 +31008,9 @@ WIDE static void NAME(line_from_motor_algebra_block)(intptr_t n, char **args, co
         NAME(store_6)(a2 + i * w, c2a, x2);
     }
 }
+LOOPS(line_from_motor_algebra_block)
 
-WIDE static void NAME(line_from_motor_algebra_dense)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(line_from_motor_algebra_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
@@ -30360,12 +31033,14 @@ WIDE static void NAME(line_from_motor_algebra_dense)(intptr_t n, char **args, co
         NAME(store_span)(args[2], first, r2, 6);
     }
 }
+LOOPS(line_from_motor_algebra_dense)
 
 void NAME(line_from_motor_algebra_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {3, 1, 1, {3}}, {6, 1, 2, {6}}};
-    static const struct kernel kernel = {NAME(line_from_motor_algebra_block), NAME(line_from_motor_algebra_dense),
-        2, 3, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(line_from_motor_algebra_block),
+        WIDTHS(line_from_motor_algebra_dense), (any_function *)NAME(line_from_motor_algebra), NAME(call_aar), 2, 3,
+        0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -30382,7 +31057,7 @@ INLINE void NAME(plane_to_motor_algebra)(const REAL *plane, REAL *out)
     out[3] = plane_e0;
 }
 
-WIDE static void NAME(plane_to_motor_algebra_block)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(plane_to_motor_algebra_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c0a = strides[0], c1a = strides[1];
@@ -30397,8 +31072,9 @@ WIDE static void NAME(plane_to_motor_algebra_block)(intptr_t n, char **args, con
         NAME(store_4)(a1 + i * w, c1a, x1);
     }
 }
+LOOPS(plane_to_motor_algebra_block)
 
-WIDE static void NAME(plane_to_motor_algebra_dense)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(plane_to_motor_algebra_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
@@ -30416,12 +31092,13 @@ WIDE static void NAME(plane_to_motor_algebra_dense)(intptr_t n, char **args, con
         NAME(store_span)(args[1], first, r1, 4);
     }
 }
+LOOPS(plane_to_motor_algebra_dense)
 
 void NAME(plane_to_motor_algebra_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {4, 1, 1, {4}}};
-    static const struct kernel kernel = {NAME(plane_to_motor_algebra_block), NAME(plane_to_motor_algebra_dense), 1,
-        2, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(plane_to_motor_algebra_block), WIDTHS(plane_to_motor_algebra_dense),
+        (any_function *)NAME(plane_to_motor_algebra), NAME(call_ar), 1, 2, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -30438,7 +31115,7 @@ INLINE void NAME(plane_from_motor_algebra)(const REAL *x, REAL *out)
     out[3] = x_e0123;
 }
 
-WIDE static void NAME(plane_from_motor_algebra_block)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(plane_from_motor_algebra_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c0a = strides[0], c1a = strides[1];
@@ -30453,8 +31130,9 @@ WIDE static void NAME(plane_from_motor_algebra_block)(intptr_t n, char **args, c
         NAME(store_4)(a1 + i * w, c1a, x1);
     }
 }
+LOOPS(plane_from_motor_algebra_block)
 
-WIDE static void NAME(plane_from_motor_algebra_dense)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(plane_from_motor_algebra_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
@@ -30472,12 +31150,14 @@ WIDE static void NAME(plane_from_motor_algebra_dense)(intptr_t n, char **args, c
         NAME(store_span)(args[1], first, r1, 4);
     }
 }
+LOOPS(plane_from_motor_algebra_dense)
 
 void NAME(plane_from_motor_algebra_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {4, 1, 1, {4}}};
-    static const struct kernel kernel = {NAME(plane_from_motor_algebra_block), NAME(plane_from_motor_algebra_dense),
-        1, 2, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(plane_from_motor_algebra_block),
+        WIDTHS(plane_from_motor_algebra_dense), (any_function *)NAME(plane_from_motor_algebra), NAME(call_ar), 1, 2,
+        0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -30655,7 +31335,7 @@ static INLINE void NAME(move_point_of_motor_algebra_apply_m)(const REAL *prepare
     out[2] = t70;
 }
 
-WIDE static void NAME(move_point_of_motor_algebra_block_m)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(move_point_of_motor_algebra_block_m)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c1a = strides[1], c2a = strides[2];
@@ -30671,8 +31351,9 @@ WIDE static void NAME(move_point_of_motor_algebra_block_m)(intptr_t n, char **ar
         NAME(store_3)(a2 + i * w, c2a, x2);
     }
 }
+LOOPS(move_point_of_motor_algebra_block_m)
 
-WIDE static void NAME(move_point_of_motor_algebra_dense_m)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(move_point_of_motor_algebra_dense_m)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const REAL *prepared = (const REAL *)args[0];
@@ -30691,6 +31372,7 @@ WIDE static void NAME(move_point_of_motor_algebra_dense_m)(intptr_t n, char **ar
         NAME(store_span)(args[2], first, r2, 3);
     }
 }
+LOOPS(move_point_of_motor_algebra_dense_m)
 
 static void NAME(move_point_of_motor_algebra_start_m)(char **args, const intptr_t *strides, void *prepared)
 {
@@ -30700,7 +31382,7 @@ static void NAME(move_point_of_motor_algebra_start_m)(char **args, const intptr_
     NAME(move_point_of_motor_algebra_prepare_m)(x0, prepared);
 }
 
-WIDE static void NAME(move_point_of_motor_algebra_block)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(move_point_of_motor_algebra_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
@@ -30718,8 +31400,9 @@ WIDE static void NAME(move_point_of_motor_algebra_block)(intptr_t n, char **args
         NAME(store_3)(a2 + i * w, c2a, x2);
     }
 }
+LOOPS(move_point_of_motor_algebra_block)
 
-WIDE static void NAME(move_point_of_motor_algebra_dense)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(move_point_of_motor_algebra_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
@@ -30740,14 +31423,16 @@ WIDE static void NAME(move_point_of_motor_algebra_dense)(intptr_t n, char **args
         NAME(store_span)(args[2], first, r2, 3);
     }
 }
+LOOPS(move_point_of_motor_algebra_dense)
 
 void NAME(move_point_of_motor_algebra_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{8, 1, 0, {8}}, {3, 1, 1, {3}}, {3, 1, 2, {3}}};
     static const struct form forms[] = {{1, 3, NAME(move_point_of_motor_algebra_start_m),
-        NAME(move_point_of_motor_algebra_block_m), NAME(move_point_of_motor_algebra_dense_m)}};
-    static const struct kernel kernel = {NAME(move_point_of_motor_algebra_block),
-        NAME(move_point_of_motor_algebra_dense), 2, 3, 1, 0, parts, forms};
+        WIDTHS(move_point_of_motor_algebra_block_m), WIDTHS(move_point_of_motor_algebra_dense_m)}};
+    static const struct kernel kernel = {WIDTHS(move_point_of_motor_algebra_block),
+        WIDTHS(move_point_of_motor_algebra_dense), (any_function *)NAME(move_point_of_motor_algebra),
+        NAME(call_aar), 2, 3, 1, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -30938,7 +31623,7 @@ static INLINE void NAME(move_plane_of_motor_algebra_apply_m)(const REAL *prepare
     out[3] = t74;
 }
 
-WIDE static void NAME(move_plane_of_motor_algebra_block_m)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(move_plane_of_motor_algebra_block_m)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c1a = strides[1], c2a = strides[2];
@@ -30954,8 +31639,9 @@ WIDE static void NAME(move_plane_of_motor_algebra_block_m)(intptr_t n, char **ar
         NAME(store_4)(a2 + i * w, c2a, x2);
     }
 }
+LOOPS(move_plane_of_motor_algebra_block_m)
 
-WIDE static void NAME(move_plane_of_motor_algebra_dense_m)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(move_plane_of_motor_algebra_dense_m)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const REAL *prepared = (const REAL *)args[0];
@@ -30974,6 +31660,7 @@ WIDE static void NAME(move_plane_of_motor_algebra_dense_m)(intptr_t n, char **ar
         NAME(store_span)(args[2], first, r2, 4);
     }
 }
+LOOPS(move_plane_of_motor_algebra_dense_m)
 
 static void NAME(move_plane_of_motor_algebra_start_m)(char **args, const intptr_t *strides, void *prepared)
 {
@@ -30983,7 +31670,7 @@ static void NAME(move_plane_of_motor_algebra_start_m)(char **args, const intptr_
     NAME(move_plane_of_motor_algebra_prepare_m)(x0, prepared);
 }
 
-WIDE static void NAME(move_plane_of_motor_algebra_block)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(move_plane_of_motor_algebra_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
@@ -31001,8 +31688,9 @@ WIDE static void NAME(move_plane_of_motor_algebra_block)(intptr_t n, char **args
         NAME(store_4)(a2 + i * w, c2a, x2);
     }
 }
+LOOPS(move_plane_of_motor_algebra_block)
 
-WIDE static void NAME(move_plane_of_motor_algebra_dense)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(move_plane_of_motor_algebra_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
@@ -31025,14 +31713,16 @@ WIDE static void NAME(move_plane_of_motor_algebra_dense)(intptr_t n, char **args
         NAME(store_span)(args[2], first, r2, 4);
     }
 }
+LOOPS(move_plane_of_motor_algebra_dense)
 
 void NAME(move_plane_of_motor_algebra_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{8, 1, 0, {8}}, {4, 1, 1, {4}}, {4, 1, 2, {4}}};
     static const struct form forms[] = {{1, 3, NAME(move_plane_of_motor_algebra_start_m),
-        NAME(move_plane_of_motor_algebra_block_m), NAME(move_plane_of_motor_algebra_dense_m)}};
-    static const struct kernel kernel = {NAME(move_plane_of_motor_algebra_block),
-        NAME(move_plane_of_motor_algebra_dense), 2, 3, 1, 0, parts, forms};
+        WIDTHS(move_plane_of_motor_algebra_block_m), WIDTHS(move_plane_of_motor_algebra_dense_m)}};
+    static const struct kernel kernel = {WIDTHS(move_plane_of_motor_algebra_block),
+        WIDTHS(move_plane_of_motor_algebra_dense), (any_function *)NAME(move_plane_of_motor_algebra),
+        NAME(call_aar), 2, 3, 1, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -31090,7 +31780,7 @@ INLINE void NAME(line_commutator)(const REAL *a, const REAL *b, REAL *out)
     out[5] = t31;
 }
 
-WIDE static void NAME(line_commutator_block)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(line_commutator_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
@@ -31108,8 +31798,9 @@ WIDE static void NAME(line_commutator_block)(intptr_t n, char **args, const intp
         NAME(store_6)(a2 + i * w, c2a, x2);
     }
 }
+LOOPS(line_commutator_block)
 
-WIDE static void NAME(line_commutator_dense)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(line_commutator_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
@@ -31132,12 +31823,13 @@ WIDE static void NAME(line_commutator_dense)(intptr_t n, char **args, const intp
         NAME(store_span)(args[2], first, r2, 6);
     }
 }
+LOOPS(line_commutator_dense)
 
 void NAME(line_commutator_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{6, 1, 0, {6}}, {6, 1, 1, {6}}, {6, 1, 2, {6}}};
-    static const struct kernel kernel = {NAME(line_commutator_block), NAME(line_commutator_dense), 2, 3, 0, 0,
-        parts, NULL};
+    static const struct kernel kernel = {WIDTHS(line_commutator_block), WIDTHS(line_commutator_dense), (any_function
+        *)NAME(line_commutator), NAME(call_aar), 2, 3, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -31170,7 +31862,7 @@ INLINE void NAME(twist_on_point)(const REAL *v, const REAL *p, REAL *out)
     out[2] = t12;
 }
 
-WIDE static void NAME(twist_on_point_block)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(twist_on_point_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
@@ -31188,8 +31880,9 @@ WIDE static void NAME(twist_on_point_block)(intptr_t n, char **args, const intpt
         NAME(store_3)(a2 + i * w, c2a, x2);
     }
 }
+LOOPS(twist_on_point_block)
 
-WIDE static void NAME(twist_on_point_dense)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(twist_on_point_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
@@ -31212,12 +31905,13 @@ WIDE static void NAME(twist_on_point_dense)(intptr_t n, char **args, const intpt
         NAME(store_span)(args[2], first, r2, 3);
     }
 }
+LOOPS(twist_on_point_dense)
 
 void NAME(twist_on_point_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{6, 1, 0, {6}}, {3, 1, 1, {3}}, {3, 1, 2, {3}}};
-    static const struct kernel kernel = {NAME(twist_on_point_block), NAME(twist_on_point_dense), 2, 3, 0, 0, parts,
-        NULL};
+    static const struct kernel kernel = {WIDTHS(twist_on_point_block), WIDTHS(twist_on_point_dense), (any_function
+        *)NAME(twist_on_point), NAME(call_aar), 2, 3, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -31275,7 +31969,7 @@ INLINE void NAME(twist_on_line)(const REAL *v, const REAL *line, REAL *out)
     out[5] = t31;
 }
 
-WIDE static void NAME(twist_on_line_block)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(twist_on_line_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
@@ -31293,8 +31987,9 @@ WIDE static void NAME(twist_on_line_block)(intptr_t n, char **args, const intptr
         NAME(store_6)(a2 + i * w, c2a, x2);
     }
 }
+LOOPS(twist_on_line_block)
 
-WIDE static void NAME(twist_on_line_dense)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(twist_on_line_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
@@ -31317,12 +32012,13 @@ WIDE static void NAME(twist_on_line_dense)(intptr_t n, char **args, const intptr
         NAME(store_span)(args[2], first, r2, 6);
     }
 }
+LOOPS(twist_on_line_dense)
 
 void NAME(twist_on_line_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{6, 1, 0, {6}}, {6, 1, 1, {6}}, {6, 1, 2, {6}}};
-    static const struct kernel kernel = {NAME(twist_on_line_block), NAME(twist_on_line_dense), 2, 3, 0, 0, parts,
-        NULL};
+    static const struct kernel kernel = {WIDTHS(twist_on_line_block), WIDTHS(twist_on_line_dense), (any_function
+        *)NAME(twist_on_line), NAME(call_aar), 2, 3, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -31359,7 +32055,7 @@ INLINE void NAME(twist_on_plane)(const REAL *v, const REAL *plane, REAL *out)
     out[3] = t15;
 }
 
-WIDE static void NAME(twist_on_plane_block)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(twist_on_plane_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
@@ -31377,8 +32073,9 @@ WIDE static void NAME(twist_on_plane_block)(intptr_t n, char **args, const intpt
         NAME(store_4)(a2 + i * w, c2a, x2);
     }
 }
+LOOPS(twist_on_plane_block)
 
-WIDE static void NAME(twist_on_plane_dense)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(twist_on_plane_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
@@ -31401,12 +32098,13 @@ WIDE static void NAME(twist_on_plane_dense)(intptr_t n, char **args, const intpt
         NAME(store_span)(args[2], first, r2, 4);
     }
 }
+LOOPS(twist_on_plane_dense)
 
 void NAME(twist_on_plane_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{6, 1, 0, {6}}, {4, 1, 1, {4}}, {4, 1, 2, {4}}};
-    static const struct kernel kernel = {NAME(twist_on_plane_block), NAME(twist_on_plane_dense), 2, 3, 0, 0, parts,
-        NULL};
+    static const struct kernel kernel = {WIDTHS(twist_on_plane_block), WIDTHS(twist_on_plane_dense), (any_function
+        *)NAME(twist_on_plane), NAME(call_aar), 2, 3, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 #endif

@@ -2,7 +2,7 @@
 // command: gac generate --all projective3
 // spec: f8468e264e68aa93
 // contraction: -ffp-contract=off (every operation is rounded once)
-// body: 2b9f34ac8535366803a78fdbf1153ea9be43771798315e442084371e6007b95e
+// body: 8ffd31f2066077b5a76c6354521bbd84fdd96ed11dc9f108a9701933e14ffcea
 
 #ifndef REAL
 #include "projective3.h"
@@ -30,11 +30,27 @@
 #define NOT_UNROLLED
 #endif
 
-// The widest vectors of the machine that runs the loops, chosen when the library is loaded.
+// The widest vectors of the machine that runs the loops: on x86-64 there is each for AVX2 and for AVX-512, and machines
+// that have neither run one element after the other; on others there is one.
 #if defined(__GNUC__) && __GNUC__ >= 12 && !defined(__clang__) && defined(__x86_64__) && defined(__GLIBC__)
 #define WIDE __attribute__((target_clones("default", "arch=x86-64-v3", "arch=x86-64-v4")))
+#define ON(level) __attribute__((target("arch=x86-64-" level)))
+#define LOOPS(name)                                                                     \
+    ON("v3") static void NAME(name##_v3)(intptr_t n, char **args, const intptr_t *strides) \
+    {                                                                                   \
+        NAME(name)(n, args, strides);                                                   \
+    }                                                                                   \
+    ON("v4") static void NAME(name##_v4)(intptr_t n, char **args, const intptr_t *strides) \
+    {                                                                                   \
+        NAME(name)(n, args, strides);                                                   \
+    }
+#define WIDTHS(name) {NAME(name##_v3), NAME(name##_v4)}
+#define CHOSEN (__builtin_cpu_supports("x86-64-v4") ? 1 : __builtin_cpu_supports("x86-64-v3") ? 0 : -1)
 #else
 #define WIDE
+#define LOOPS(name)
+#define WIDTHS(name) {NAME(name)}
+#define CHOSEN 0
 #endif
 
 // Loops run over whole vectors: a block is padded to a multiple of this many elements.
@@ -61,6 +77,7 @@ struct part {
 };
 
 typedef void loop_function(intptr_t n, char **args, const intptr_t *strides);
+typedef void any_function(void);
 
 // A form of a kernel for batches in which the `same` arguments (a bit each) are that for at least so many elements:
 // what depends on them is prepared once, and takes the place of the first of them.
@@ -68,19 +85,21 @@ struct form {
     unsigned same;
     intptr_t least;
     void (*start)(char **args, const intptr_t *strides, void *prepared);
-    loop_function *block, *dense;
+    loop_function *block[2], *dense[2];
 };
 
-// The loops of a kernel, over rows and in C order, and its forms. A kernel that repeats reads its inputs again after it
-// has written: its outputs cannot lie where they do.
+// The loops of a kernel, over rows and in C order, its plain function and how that is called, and its forms. A kernel
+// that repeats reads its inputs again after it has written: its outputs cannot lie where they do.
 struct kernel {
-    loop_function *block, *dense;
+    loop_function *block[2], *dense[2];
+    any_function *function;
+    void (*call)(any_function *function, void **parts);
     int n_inputs, n_parts, n_forms, repeats;
     const struct part *parts;
     const struct form *forms;
 };
 
-enum { PARTS = 5, CORES = 7, SPACE = 4096, PREPARED = 20 };
+enum { PARTS = 5, CORES = 7, NUMBERS = 33, SPACE = 4096, PREPARED = 20 };
 
 #define SQRT(x) FUNCTION(sqrt)(x)
 
@@ -230,6 +249,26 @@ static INLINE void NAME(store_6)(char *a, intptr_t ca, const REAL *x)
     *(REAL *)(a + 3 * ca) = x[3];
     *(REAL *)(a + 4 * ca) = x[4];
     *(REAL *)(a + 5 * ca) = x[5];
+}
+
+static void NAME(call_aaaar)(any_function *function, void **x)
+{
+    ((void (*)(const REAL *, const REAL *, const REAL *, const REAL *, REAL *))function)(x[0], x[1], x[2], x[3], x[4]);
+}
+
+static void NAME(call_aaar)(any_function *function, void **x)
+{
+    ((void (*)(const REAL *, const REAL *, const REAL *, REAL *))function)(x[0], x[1], x[2], x[3]);
+}
+
+static void NAME(call_aar)(any_function *function, void **x)
+{
+    ((void (*)(const REAL *, const REAL *, REAL *))function)(x[0], x[1], x[2]);
+}
+
+static void NAME(call_ar)(any_function *function, void **x)
+{
+    ((void (*)(const REAL *, REAL *))function)(x[0], x[1]);
 }
 
 // Blocks of a batch, and how they get there from strides of any kind: a component of a part (an argument or a result)
@@ -476,19 +515,56 @@ static void NAME(move_part)(int back, REAL *x, intptr_t row, const struct part *
     }
 }
 
+// The numbers of an element of a part, from the batch or back to it.
+static void NAME(move_element)(int back, REAL *x, const struct part *part, char *a, const intptr_t *c)
+{
+    for (intptr_t k = 0; k < part->size; ++k) {
+        intptr_t offset = 0, rest = k;
+        for (int axis = part->rank; axis-- > 1; rest /= part->shape[axis])
+            offset += rest % part->shape[axis] * c[axis];
+        offset += part->rank ? rest * c[0] : 0;
+        if (back)
+            *(REAL *)(a + offset) = x[k];
+        else
+            x[k] = *(const REAL *)(a + offset);
+    }
+}
+
+// Runs a kernel on one element after the other.
+static void NAME(each)(const struct kernel *kernel, char **args, intptr_t n, const intptr_t *steps)
+{
+    const intptr_t *strides = steps + kernel->n_parts;
+    const struct part *parts = kernel->parts;
+    REAL numbers[NUMBERS], *next = numbers;
+    void *places[PARTS];
+    for (int p = 0; p < kernel->n_parts; next += parts[p++].size)
+        places[p] = next;
+    for (intptr_t i = 0; i < n; ++i) {
+        for (int p = 0; p < kernel->n_inputs; ++p)
+            NAME(move_element)(0, places[p], &parts[p], args[p] + i * steps[p], strides + parts[p].first);
+        kernel->call(kernel->function, places);
+        for (int p = kernel->n_inputs; p < kernel->n_parts; ++p)
+            NAME(move_element)(1, places[p], &parts[p], args[p] + i * steps[p], strides + parts[p].first);
+    }
+}
+
 // Runs a kernel over a batch in blocks. What lies at unit stride, or is hoisted, is used where it lies, and so is a
 // whole batch in C order if there is a loop for it; everything else goes through rows.
 static void NAME(batch)(const struct kernel *kernel, char **args, intptr_t n, const intptr_t *steps)
 {
     const intptr_t w = sizeof(REAL), *strides = steps + kernel->n_parts;
-    const int n_parts = kernel->n_parts, n_inputs = kernel->n_inputs;
+    const int n_parts = kernel->n_parts, n_inputs = kernel->n_inputs, width = CHOSEN;
     enum { SAME, HOISTED, UNIT, ANY } kinds[PARTS];
     _Alignas(64) REAL space[SPACE], prepared[PREPARED];
     REAL *rows[PARTS];
     char *starts[PARTS];
     intptr_t cores[CORES], row_cores[CORES], total = 0, bytes = 0;
     unsigned still = 0, hoisted = 0;
-    loop_function *in_rows = kernel->block, *in_order = kernel->dense;
+    if (width < 0 || n == 1) {
+        NAME(each)(kernel, args, n, steps);
+        return;
+    }
+    loop_function *in_rows = kernel->block[width], *in_order = kernel->dense[width];
     for (int p = 0; p < n_parts; ++p) {
         total += kernel->parts[p].size;
         bytes += steps[p] < 0 ? -steps[p] : steps[p];
@@ -498,7 +574,7 @@ static void NAME(batch)(const struct kernel *kernel, char **args, intptr_t n, co
         const struct form *form = &kernel->forms[f];
         if ((still & form->same) == form->same && n >= form->least) {
             form->start(args, strides, prepared);
-            hoisted = form->same, in_rows = form->block, in_order = form->dense;
+            hoisted = form->same, in_rows = form->block[width], in_order = form->dense[width];
         }
     }
     int in_place = 1, dense = in_order != NULL;
@@ -943,7 +1019,7 @@ static INLINE void NAME(bracket_apply_b_c_d)(const REAL *prepared, const REAL *a
     out[0] = t44;
 }
 
-WIDE static void NAME(bracket_block_a_b_c)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(bracket_block_a_b_c)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c3a = strides[3];
@@ -959,8 +1035,9 @@ WIDE static void NAME(bracket_block_a_b_c)(intptr_t n, char **args, const intptr
         NAME(store_scalar)(a4 + i * w, x4);
     }
 }
+LOOPS(bracket_block_a_b_c)
 
-WIDE static void NAME(bracket_dense_a_b_c)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(bracket_dense_a_b_c)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const REAL *prepared = (const REAL *)args[0];
@@ -979,6 +1056,7 @@ WIDE static void NAME(bracket_dense_a_b_c)(intptr_t n, char **args, const intptr
         NAME(store_span)(args[4], first, r4, 1);
     }
 }
+LOOPS(bracket_dense_a_b_c)
 
 static void NAME(bracket_start_a_b_c)(char **args, const intptr_t *strides, void *prepared)
 {
@@ -992,7 +1070,7 @@ static void NAME(bracket_start_a_b_c)(char **args, const intptr_t *strides, void
     NAME(bracket_prepare_a_b_c)(x0, x1, x2, prepared);
 }
 
-WIDE static void NAME(bracket_block_a_b_d)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(bracket_block_a_b_d)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c2a = strides[2];
@@ -1008,8 +1086,9 @@ WIDE static void NAME(bracket_block_a_b_d)(intptr_t n, char **args, const intptr
         NAME(store_scalar)(a4 + i * w, x4);
     }
 }
+LOOPS(bracket_block_a_b_d)
 
-WIDE static void NAME(bracket_dense_a_b_d)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(bracket_dense_a_b_d)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const REAL *prepared = (const REAL *)args[0];
@@ -1028,6 +1107,7 @@ WIDE static void NAME(bracket_dense_a_b_d)(intptr_t n, char **args, const intptr
         NAME(store_span)(args[4], first, r4, 1);
     }
 }
+LOOPS(bracket_dense_a_b_d)
 
 static void NAME(bracket_start_a_b_d)(char **args, const intptr_t *strides, void *prepared)
 {
@@ -1041,7 +1121,7 @@ static void NAME(bracket_start_a_b_d)(char **args, const intptr_t *strides, void
     NAME(bracket_prepare_a_b_d)(x0, x1, x3, prepared);
 }
 
-WIDE static void NAME(bracket_block_a_c_d)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(bracket_block_a_c_d)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c1a = strides[1];
@@ -1057,8 +1137,9 @@ WIDE static void NAME(bracket_block_a_c_d)(intptr_t n, char **args, const intptr
         NAME(store_scalar)(a4 + i * w, x4);
     }
 }
+LOOPS(bracket_block_a_c_d)
 
-WIDE static void NAME(bracket_dense_a_c_d)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(bracket_dense_a_c_d)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const REAL *prepared = (const REAL *)args[0];
@@ -1077,6 +1158,7 @@ WIDE static void NAME(bracket_dense_a_c_d)(intptr_t n, char **args, const intptr
         NAME(store_span)(args[4], first, r4, 1);
     }
 }
+LOOPS(bracket_dense_a_c_d)
 
 static void NAME(bracket_start_a_c_d)(char **args, const intptr_t *strides, void *prepared)
 {
@@ -1090,7 +1172,7 @@ static void NAME(bracket_start_a_c_d)(char **args, const intptr_t *strides, void
     NAME(bracket_prepare_a_c_d)(x0, x2, x3, prepared);
 }
 
-WIDE static void NAME(bracket_block_b_c_d)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(bracket_block_b_c_d)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c0a = strides[0];
@@ -1106,8 +1188,9 @@ WIDE static void NAME(bracket_block_b_c_d)(intptr_t n, char **args, const intptr
         NAME(store_scalar)(a4 + i * w, x4);
     }
 }
+LOOPS(bracket_block_b_c_d)
 
-WIDE static void NAME(bracket_dense_b_c_d)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(bracket_dense_b_c_d)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const REAL *prepared = (const REAL *)args[1];
@@ -1126,6 +1209,7 @@ WIDE static void NAME(bracket_dense_b_c_d)(intptr_t n, char **args, const intptr
         NAME(store_span)(args[4], first, r4, 1);
     }
 }
+LOOPS(bracket_dense_b_c_d)
 
 static void NAME(bracket_start_b_c_d)(char **args, const intptr_t *strides, void *prepared)
 {
@@ -1139,7 +1223,7 @@ static void NAME(bracket_start_b_c_d)(char **args, const intptr_t *strides, void
     NAME(bracket_prepare_b_c_d)(x1, x2, x3, prepared);
 }
 
-WIDE static void NAME(bracket_block)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(bracket_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2], c3a = strides[3];
@@ -1163,8 +1247,9 @@ WIDE static void NAME(bracket_block)(intptr_t n, char **args, const intptr_t *st
         NAME(store_scalar)(a4 + i * w, x4);
     }
 }
+LOOPS(bracket_block)
 
-WIDE static void NAME(bracket_dense)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(bracket_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
@@ -1191,17 +1276,19 @@ WIDE static void NAME(bracket_dense)(intptr_t n, char **args, const intptr_t *st
         NAME(store_span)(args[4], first, r4, 1);
     }
 }
+LOOPS(bracket_dense)
 
 void NAME(bracket_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {4, 1, 1, {4}}, {4, 1, 2, {4}}, {4, 1, 3, {4}}, {1, 0, 4,
         {0}}};
-    static const struct form forms[] = {{7, 2, NAME(bracket_start_a_b_c), NAME(bracket_block_a_b_c),
-        NAME(bracket_dense_a_b_c)}, {11, 2, NAME(bracket_start_a_b_d), NAME(bracket_block_a_b_d),
-        NAME(bracket_dense_a_b_d)}, {13, 2, NAME(bracket_start_a_c_d), NAME(bracket_block_a_c_d),
-        NAME(bracket_dense_a_c_d)}, {14, 2, NAME(bracket_start_b_c_d), NAME(bracket_block_b_c_d),
-        NAME(bracket_dense_b_c_d)}};
-    static const struct kernel kernel = {NAME(bracket_block), NAME(bracket_dense), 4, 5, 4, 0, parts, forms};
+    static const struct form forms[] = {{7, 2, NAME(bracket_start_a_b_c), WIDTHS(bracket_block_a_b_c),
+        WIDTHS(bracket_dense_a_b_c)}, {11, 2, NAME(bracket_start_a_b_d), WIDTHS(bracket_block_a_b_d),
+        WIDTHS(bracket_dense_a_b_d)}, {13, 2, NAME(bracket_start_a_c_d), WIDTHS(bracket_block_a_c_d),
+        WIDTHS(bracket_dense_a_c_d)}, {14, 2, NAME(bracket_start_b_c_d), WIDTHS(bracket_block_b_c_d),
+        WIDTHS(bracket_dense_b_c_d)}};
+    static const struct kernel kernel = {WIDTHS(bracket_block), WIDTHS(bracket_dense), (any_function
+        *)NAME(bracket), NAME(call_aaaar), 4, 5, 4, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -1241,7 +1328,7 @@ INLINE void NAME(join_points)(const REAL *a, const REAL *b, REAL *out)
     out[5] = t17;
 }
 
-WIDE static void NAME(join_points_block)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(join_points_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
@@ -1259,8 +1346,9 @@ WIDE static void NAME(join_points_block)(intptr_t n, char **args, const intptr_t
         NAME(store_6)(a2 + i * w, c2a, x2);
     }
 }
+LOOPS(join_points_block)
 
-WIDE static void NAME(join_points_dense)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(join_points_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
@@ -1283,11 +1371,13 @@ WIDE static void NAME(join_points_dense)(intptr_t n, char **args, const intptr_t
         NAME(store_span)(args[2], first, r2, 6);
     }
 }
+LOOPS(join_points_dense)
 
 void NAME(join_points_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {4, 1, 1, {4}}, {6, 1, 2, {6}}};
-    static const struct kernel kernel = {NAME(join_points_block), NAME(join_points_dense), 2, 3, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(join_points_block), WIDTHS(join_points_dense), (any_function
+        *)NAME(join_points), NAME(call_aar), 2, 3, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -1577,7 +1667,7 @@ static INLINE void NAME(join_three_points_apply_b_c)(const REAL *prepared, const
     out[3] = t38;
 }
 
-WIDE static void NAME(join_three_points_block_a_b)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(join_three_points_block_a_b)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c2a = strides[2], c3a = strides[3];
@@ -1593,8 +1683,9 @@ WIDE static void NAME(join_three_points_block_a_b)(intptr_t n, char **args, cons
         NAME(store_4)(a3 + i * w, c3a, x3);
     }
 }
+LOOPS(join_three_points_block_a_b)
 
-WIDE static void NAME(join_three_points_dense_a_b)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(join_three_points_dense_a_b)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const REAL *prepared = (const REAL *)args[0];
@@ -1613,6 +1704,7 @@ WIDE static void NAME(join_three_points_dense_a_b)(intptr_t n, char **args, cons
         NAME(store_span)(args[3], first, r3, 4);
     }
 }
+LOOPS(join_three_points_dense_a_b)
 
 static void NAME(join_three_points_start_a_b)(char **args, const intptr_t *strides, void *prepared)
 {
@@ -1624,7 +1716,7 @@ static void NAME(join_three_points_start_a_b)(char **args, const intptr_t *strid
     NAME(join_three_points_prepare_a_b)(x0, x1, prepared);
 }
 
-WIDE static void NAME(join_three_points_block_a_c)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(join_three_points_block_a_c)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c1a = strides[1], c3a = strides[3];
@@ -1640,8 +1732,9 @@ WIDE static void NAME(join_three_points_block_a_c)(intptr_t n, char **args, cons
         NAME(store_4)(a3 + i * w, c3a, x3);
     }
 }
+LOOPS(join_three_points_block_a_c)
 
-WIDE static void NAME(join_three_points_dense_a_c)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(join_three_points_dense_a_c)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const REAL *prepared = (const REAL *)args[0];
@@ -1660,6 +1753,7 @@ WIDE static void NAME(join_three_points_dense_a_c)(intptr_t n, char **args, cons
         NAME(store_span)(args[3], first, r3, 4);
     }
 }
+LOOPS(join_three_points_dense_a_c)
 
 static void NAME(join_three_points_start_a_c)(char **args, const intptr_t *strides, void *prepared)
 {
@@ -1671,7 +1765,7 @@ static void NAME(join_three_points_start_a_c)(char **args, const intptr_t *strid
     NAME(join_three_points_prepare_a_c)(x0, x2, prepared);
 }
 
-WIDE static void NAME(join_three_points_block_b_c)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(join_three_points_block_b_c)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c0a = strides[0], c3a = strides[3];
@@ -1687,8 +1781,9 @@ WIDE static void NAME(join_three_points_block_b_c)(intptr_t n, char **args, cons
         NAME(store_4)(a3 + i * w, c3a, x3);
     }
 }
+LOOPS(join_three_points_block_b_c)
 
-WIDE static void NAME(join_three_points_dense_b_c)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(join_three_points_dense_b_c)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const REAL *prepared = (const REAL *)args[1];
@@ -1707,6 +1802,7 @@ WIDE static void NAME(join_three_points_dense_b_c)(intptr_t n, char **args, cons
         NAME(store_span)(args[3], first, r3, 4);
     }
 }
+LOOPS(join_three_points_dense_b_c)
 
 static void NAME(join_three_points_start_b_c)(char **args, const intptr_t *strides, void *prepared)
 {
@@ -1718,7 +1814,7 @@ static void NAME(join_three_points_start_b_c)(char **args, const intptr_t *strid
     NAME(join_three_points_prepare_b_c)(x1, x2, prepared);
 }
 
-WIDE static void NAME(join_three_points_block)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(join_three_points_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2], c3a = strides[3];
@@ -1739,8 +1835,9 @@ WIDE static void NAME(join_three_points_block)(intptr_t n, char **args, const in
         NAME(store_4)(a3 + i * w, c3a, x3);
     }
 }
+LOOPS(join_three_points_block)
 
-WIDE static void NAME(join_three_points_dense)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(join_three_points_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
@@ -1764,16 +1861,18 @@ WIDE static void NAME(join_three_points_dense)(intptr_t n, char **args, const in
         NAME(store_span)(args[3], first, r3, 4);
     }
 }
+LOOPS(join_three_points_dense)
 
 void NAME(join_three_points_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {4, 1, 1, {4}}, {4, 1, 2, {4}}, {4, 1, 3, {4}}};
-    static const struct form forms[] = {{3, 2, NAME(join_three_points_start_a_b), NAME(join_three_points_block_a_b),
-        NAME(join_three_points_dense_a_b)}, {5, 2, NAME(join_three_points_start_a_c),
-        NAME(join_three_points_block_a_c), NAME(join_three_points_dense_a_c)}, {6, 2,
-        NAME(join_three_points_start_b_c), NAME(join_three_points_block_b_c), NAME(join_three_points_dense_b_c)}};
-    static const struct kernel kernel = {NAME(join_three_points_block), NAME(join_three_points_dense), 3, 4, 3, 0,
-        parts, forms};
+    static const struct form forms[] = {{3, 2, NAME(join_three_points_start_a_b),
+        WIDTHS(join_three_points_block_a_b), WIDTHS(join_three_points_dense_a_b)}, {5, 2,
+        NAME(join_three_points_start_a_c), WIDTHS(join_three_points_block_a_c),
+        WIDTHS(join_three_points_dense_a_c)}, {6, 2, NAME(join_three_points_start_b_c),
+        WIDTHS(join_three_points_block_b_c), WIDTHS(join_three_points_dense_b_c)}};
+    static const struct kernel kernel = {WIDTHS(join_three_points_block), WIDTHS(join_three_points_dense),
+        (any_function *)NAME(join_three_points), NAME(call_aaar), 3, 4, 3, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -1819,7 +1918,7 @@ INLINE void NAME(project_point)(const REAL *camera, const REAL *place, REAL *out
     out[1] = t20;
 }
 
-WIDE static void NAME(project_point_block)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(project_point_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c0a = strides[0], c0b = strides[1], c1a = strides[2], c2a = strides[3];
@@ -1837,8 +1936,9 @@ WIDE static void NAME(project_point_block)(intptr_t n, char **args, const intptr
         NAME(store_2)(a2 + i * w, c2a, x2);
     }
 }
+LOOPS(project_point_block)
 
-WIDE static void NAME(project_point_dense)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(project_point_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
@@ -1861,12 +1961,13 @@ WIDE static void NAME(project_point_dense)(intptr_t n, char **args, const intptr
         NAME(store_span)(args[2], first, r2, 2);
     }
 }
+LOOPS(project_point_dense)
 
 void NAME(project_point_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{12, 2, 0, {3, 4}}, {3, 1, 2, {3}}, {2, 1, 3, {2}}};
-    static const struct kernel kernel = {NAME(project_point_block), NAME(project_point_dense), 2, 3, 0, 0, parts,
-        NULL};
+    static const struct kernel kernel = {WIDTHS(project_point_block), WIDTHS(project_point_dense), (any_function
+        *)NAME(project_point), NAME(call_aar), 2, 3, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -1914,7 +2015,7 @@ INLINE void NAME(project_homogeneous_point)(const REAL *camera, const REAL *poin
     out[2] = t20;
 }
 
-WIDE static void NAME(project_homogeneous_point_block)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(project_homogeneous_point_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c0a = strides[0], c0b = strides[1], c1a = strides[2], c2a = strides[3];
@@ -1932,8 +2033,9 @@ WIDE static void NAME(project_homogeneous_point_block)(intptr_t n, char **args, 
         NAME(store_3)(a2 + i * w, c2a, x2);
     }
 }
+LOOPS(project_homogeneous_point_block)
 
-WIDE static void NAME(project_homogeneous_point_dense)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(project_homogeneous_point_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
@@ -1956,12 +2058,14 @@ WIDE static void NAME(project_homogeneous_point_dense)(intptr_t n, char **args, 
         NAME(store_span)(args[2], first, r2, 3);
     }
 }
+LOOPS(project_homogeneous_point_dense)
 
 void NAME(project_homogeneous_point_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{12, 2, 0, {3, 4}}, {4, 1, 2, {4}}, {3, 1, 3, {3}}};
-    static const struct kernel kernel = {NAME(project_homogeneous_point_block),
-        NAME(project_homogeneous_point_dense), 2, 3, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(project_homogeneous_point_block),
+        WIDTHS(project_homogeneous_point_dense), (any_function *)NAME(project_homogeneous_point), NAME(call_aar), 2,
+        3, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -2025,7 +2129,7 @@ INLINE void NAME(camera_centre)(const REAL *camera, REAL *out)
     out[3] = t39;
 }
 
-WIDE static void NAME(camera_centre_block)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(camera_centre_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c0a = strides[0], c0b = strides[1], c1a = strides[2];
@@ -2040,8 +2144,9 @@ WIDE static void NAME(camera_centre_block)(intptr_t n, char **args, const intptr
         NAME(store_4)(a1 + i * w, c1a, x1);
     }
 }
+LOOPS(camera_centre_block)
 
-WIDE static void NAME(camera_centre_dense)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(camera_centre_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
@@ -2060,12 +2165,13 @@ WIDE static void NAME(camera_centre_dense)(intptr_t n, char **args, const intptr
         NAME(store_span)(args[1], first, r1, 4);
     }
 }
+LOOPS(camera_centre_dense)
 
 void NAME(camera_centre_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{12, 2, 0, {3, 4}}, {4, 1, 2, {4}}};
-    static const struct kernel kernel = {NAME(camera_centre_block), NAME(camera_centre_dense), 1, 2, 0, 0, parts,
-        NULL};
+    static const struct kernel kernel = {WIDTHS(camera_centre_block), WIDTHS(camera_centre_dense), (any_function
+        *)NAME(camera_centre), NAME(call_ar), 1, 2, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -2269,7 +2375,7 @@ static INLINE void NAME(back_project_pixel_apply_camera)(const REAL *prepared, c
     out[5] = t77;
 }
 
-WIDE static void NAME(back_project_pixel_block_camera)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(back_project_pixel_block_camera)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c1a = strides[2], c2a = strides[3];
@@ -2285,8 +2391,9 @@ WIDE static void NAME(back_project_pixel_block_camera)(intptr_t n, char **args, 
         NAME(store_6)(a2 + i * w, c2a, x2);
     }
 }
+LOOPS(back_project_pixel_block_camera)
 
-WIDE static void NAME(back_project_pixel_dense_camera)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(back_project_pixel_dense_camera)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const REAL *prepared = (const REAL *)args[0];
@@ -2306,6 +2413,7 @@ WIDE static void NAME(back_project_pixel_dense_camera)(intptr_t n, char **args, 
         NAME(store_span)(args[2], first, r2, 6);
     }
 }
+LOOPS(back_project_pixel_dense_camera)
 
 static void NAME(back_project_pixel_start_camera)(char **args, const intptr_t *strides, void *prepared)
 {
@@ -2315,7 +2423,7 @@ static void NAME(back_project_pixel_start_camera)(char **args, const intptr_t *s
     NAME(back_project_pixel_prepare_camera)(x0, prepared);
 }
 
-WIDE static void NAME(back_project_pixel_block)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(back_project_pixel_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c0a = strides[0], c0b = strides[1], c1a = strides[2], c2a = strides[3];
@@ -2333,8 +2441,9 @@ WIDE static void NAME(back_project_pixel_block)(intptr_t n, char **args, const i
         NAME(store_6)(a2 + i * w, c2a, x2);
     }
 }
+LOOPS(back_project_pixel_block)
 
-WIDE static void NAME(back_project_pixel_dense)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(back_project_pixel_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
@@ -2357,14 +2466,15 @@ WIDE static void NAME(back_project_pixel_dense)(intptr_t n, char **args, const i
         NAME(store_span)(args[2], first, r2, 6);
     }
 }
+LOOPS(back_project_pixel_dense)
 
 void NAME(back_project_pixel_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{12, 2, 0, {3, 4}}, {2, 1, 2, {2}}, {6, 1, 3, {6}}};
     static const struct form forms[] = {{1, 6, NAME(back_project_pixel_start_camera),
-        NAME(back_project_pixel_block_camera), NAME(back_project_pixel_dense_camera)}};
-    static const struct kernel kernel = {NAME(back_project_pixel_block), NAME(back_project_pixel_dense), 2, 3, 1, 0,
-        parts, forms};
+        WIDTHS(back_project_pixel_block_camera), WIDTHS(back_project_pixel_dense_camera)}};
+    static const struct kernel kernel = {WIDTHS(back_project_pixel_block), WIDTHS(back_project_pixel_dense),
+        (any_function *)NAME(back_project_pixel), NAME(call_aar), 2, 3, 1, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -3182,7 +3292,8 @@ static INLINE void NAME(fundamental_matrix_from_cameras_apply_second)(const REAL
     out[8] = t206;
 }
 
-WIDE static void NAME(fundamental_matrix_from_cameras_block_first)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(fundamental_matrix_from_cameras_block_first)(intptr_t n, char **args, const intptr_t
+    *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c1a = strides[2], c1b = strides[3], c2a = strides[4], c2b = strides[5];
@@ -3198,6 +3309,7 @@ WIDE static void NAME(fundamental_matrix_from_cameras_block_first)(intptr_t n, c
         NAME(store_3x3)(a2 + i * w, c2a, c2b, x2);
     }
 }
+LOOPS(fundamental_matrix_from_cameras_block_first)
 
 static void NAME(fundamental_matrix_from_cameras_start_first)(char **args, const intptr_t *strides, void *prepared)
 {
@@ -3207,7 +3319,7 @@ static void NAME(fundamental_matrix_from_cameras_start_first)(char **args, const
     NAME(fundamental_matrix_from_cameras_prepare_first)(x0, prepared);
 }
 
-WIDE static void NAME(fundamental_matrix_from_cameras_block_second)(intptr_t n, char **args, const intptr_t
+static INLINE void NAME(fundamental_matrix_from_cameras_block_second)(intptr_t n, char **args, const intptr_t
     *strides)
 {
     const intptr_t w = sizeof(REAL);
@@ -3224,6 +3336,7 @@ WIDE static void NAME(fundamental_matrix_from_cameras_block_second)(intptr_t n, 
         NAME(store_3x3)(a2 + i * w, c2a, c2b, x2);
     }
 }
+LOOPS(fundamental_matrix_from_cameras_block_second)
 
 static void NAME(fundamental_matrix_from_cameras_start_second)(char **args, const intptr_t *strides, void *prepared)
 {
@@ -3233,7 +3346,7 @@ static void NAME(fundamental_matrix_from_cameras_start_second)(char **args, cons
     NAME(fundamental_matrix_from_cameras_prepare_second)(x1, prepared);
 }
 
-WIDE static void NAME(fundamental_matrix_from_cameras_block)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(fundamental_matrix_from_cameras_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c0a = strides[0], c0b = strides[1], c1a = strides[2], c1b = strides[3], c2a = strides[4], c2b =
@@ -3252,16 +3365,17 @@ WIDE static void NAME(fundamental_matrix_from_cameras_block)(intptr_t n, char **
         NAME(store_3x3)(a2 + i * w, c2a, c2b, x2);
     }
 }
+LOOPS(fundamental_matrix_from_cameras_block)
 
 void NAME(fundamental_matrix_from_cameras_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{12, 2, 0, {3, 4}}, {12, 2, 2, {3, 4}}, {9, 2, 4, {3, 3}}};
     static const struct form forms[] = {{1, 2, NAME(fundamental_matrix_from_cameras_start_first),
-        NAME(fundamental_matrix_from_cameras_block_first), NULL}, {2, 2,
-        NAME(fundamental_matrix_from_cameras_start_second), NAME(fundamental_matrix_from_cameras_block_second),
-        NULL}};
-    static const struct kernel kernel = {NAME(fundamental_matrix_from_cameras_block), NULL, 2, 3, 2, 0, parts,
-        forms};
+        WIDTHS(fundamental_matrix_from_cameras_block_first), {NULL}}, {2, 2,
+        NAME(fundamental_matrix_from_cameras_start_second), WIDTHS(fundamental_matrix_from_cameras_block_second),
+        {NULL}}};
+    static const struct kernel kernel = {WIDTHS(fundamental_matrix_from_cameras_block), {NULL}, (any_function
+        *)NAME(fundamental_matrix_from_cameras), NAME(call_aar), 2, 3, 2, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -3457,7 +3571,7 @@ static INLINE void NAME(epipole_from_cameras_apply_first)(const REAL *prepared, 
     out[2] = t58;
 }
 
-WIDE static void NAME(epipole_from_cameras_block_first)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(epipole_from_cameras_block_first)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c1a = strides[2], c1b = strides[3], c2a = strides[4];
@@ -3473,8 +3587,9 @@ WIDE static void NAME(epipole_from_cameras_block_first)(intptr_t n, char **args,
         NAME(store_3)(a2 + i * w, c2a, x2);
     }
 }
+LOOPS(epipole_from_cameras_block_first)
 
-WIDE static void NAME(epipole_from_cameras_dense_first)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(epipole_from_cameras_dense_first)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const REAL *prepared = (const REAL *)args[0];
@@ -3494,6 +3609,7 @@ WIDE static void NAME(epipole_from_cameras_dense_first)(intptr_t n, char **args,
         NAME(store_span)(args[2], first, r2, 3);
     }
 }
+LOOPS(epipole_from_cameras_dense_first)
 
 static void NAME(epipole_from_cameras_start_first)(char **args, const intptr_t *strides, void *prepared)
 {
@@ -3503,7 +3619,7 @@ static void NAME(epipole_from_cameras_start_first)(char **args, const intptr_t *
     NAME(epipole_from_cameras_prepare_first)(x0, prepared);
 }
 
-WIDE static void NAME(epipole_from_cameras_block)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(epipole_from_cameras_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c0a = strides[0], c0b = strides[1], c1a = strides[2], c1b = strides[3], c2a = strides[4];
@@ -3521,13 +3637,15 @@ WIDE static void NAME(epipole_from_cameras_block)(intptr_t n, char **args, const
         NAME(store_3)(a2 + i * w, c2a, x2);
     }
 }
+LOOPS(epipole_from_cameras_block)
 
 void NAME(epipole_from_cameras_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{12, 2, 0, {3, 4}}, {12, 2, 2, {3, 4}}, {3, 1, 4, {3}}};
     static const struct form forms[] = {{1, 2, NAME(epipole_from_cameras_start_first),
-        NAME(epipole_from_cameras_block_first), NAME(epipole_from_cameras_dense_first)}};
-    static const struct kernel kernel = {NAME(epipole_from_cameras_block), NULL, 2, 3, 1, 0, parts, forms};
+        WIDTHS(epipole_from_cameras_block_first), WIDTHS(epipole_from_cameras_dense_first)}};
+    static const struct kernel kernel = {WIDTHS(epipole_from_cameras_block), {NULL}, (any_function
+        *)NAME(epipole_from_cameras), NAME(call_aar), 2, 3, 1, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -3561,7 +3679,7 @@ INLINE void NAME(epipolar_line)(const REAL *fundamental, const REAL *pixel, REAL
     out[2] = t11;
 }
 
-WIDE static void NAME(epipolar_line_block)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(epipolar_line_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c0a = strides[0], c0b = strides[1], c1a = strides[2], c2a = strides[3];
@@ -3579,8 +3697,9 @@ WIDE static void NAME(epipolar_line_block)(intptr_t n, char **args, const intptr
         NAME(store_3)(a2 + i * w, c2a, x2);
     }
 }
+LOOPS(epipolar_line_block)
 
-WIDE static void NAME(epipolar_line_dense)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(epipolar_line_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
@@ -3603,12 +3722,13 @@ WIDE static void NAME(epipolar_line_dense)(intptr_t n, char **args, const intptr
         NAME(store_span)(args[2], first, r2, 3);
     }
 }
+LOOPS(epipolar_line_dense)
 
 void NAME(epipolar_line_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{9, 2, 0, {3, 3}}, {2, 1, 2, {2}}, {3, 1, 3, {3}}};
-    static const struct kernel kernel = {NAME(epipolar_line_block), NAME(epipolar_line_dense), 2, 3, 0, 0, parts,
-        NULL};
+    static const struct kernel kernel = {WIDTHS(epipolar_line_block), WIDTHS(epipolar_line_dense), (any_function
+        *)NAME(epipolar_line), NAME(call_aar), 2, 3, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -3729,7 +3849,7 @@ static INLINE void NAME(distance_to_epipolar_line_apply_fundamental_pixel)(const
     out[0] = t46;
 }
 
-WIDE static void NAME(distance_to_epipolar_line_block_fundamental_pixel)(intptr_t n, char **args, const intptr_t
+static INLINE void NAME(distance_to_epipolar_line_block_fundamental_pixel)(intptr_t n, char **args, const intptr_t
     *strides)
 {
     const intptr_t w = sizeof(REAL);
@@ -3746,8 +3866,9 @@ WIDE static void NAME(distance_to_epipolar_line_block_fundamental_pixel)(intptr_
         NAME(store_scalar)(a3 + i * w, x3);
     }
 }
+LOOPS(distance_to_epipolar_line_block_fundamental_pixel)
 
-WIDE static void NAME(distance_to_epipolar_line_dense_fundamental_pixel)(intptr_t n, char **args, const intptr_t
+static INLINE void NAME(distance_to_epipolar_line_dense_fundamental_pixel)(intptr_t n, char **args, const intptr_t
     *strides)
 {
     const intptr_t w = sizeof(REAL);
@@ -3767,6 +3888,7 @@ WIDE static void NAME(distance_to_epipolar_line_dense_fundamental_pixel)(intptr_
         NAME(store_span)(args[3], first, r3, 1);
     }
 }
+LOOPS(distance_to_epipolar_line_dense_fundamental_pixel)
 
 static void NAME(distance_to_epipolar_line_start_fundamental_pixel)(char **args, const intptr_t *strides, void
     *prepared)
@@ -3779,7 +3901,7 @@ static void NAME(distance_to_epipolar_line_start_fundamental_pixel)(char **args,
     NAME(distance_to_epipolar_line_prepare_fundamental_pixel)(x0, x1, prepared);
 }
 
-WIDE static void NAME(distance_to_epipolar_line_block)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(distance_to_epipolar_line_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c0a = strides[0], c0b = strides[1], c1a = strides[2], c2a = strides[3];
@@ -3800,8 +3922,9 @@ WIDE static void NAME(distance_to_epipolar_line_block)(intptr_t n, char **args, 
         NAME(store_scalar)(a3 + i * w, x3);
     }
 }
+LOOPS(distance_to_epipolar_line_block)
 
-WIDE static void NAME(distance_to_epipolar_line_dense)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(distance_to_epipolar_line_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
@@ -3828,15 +3951,17 @@ WIDE static void NAME(distance_to_epipolar_line_dense)(intptr_t n, char **args, 
         NAME(store_span)(args[3], first, r3, 1);
     }
 }
+LOOPS(distance_to_epipolar_line_dense)
 
 void NAME(distance_to_epipolar_line_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{9, 2, 0, {3, 3}}, {2, 1, 2, {2}}, {2, 1, 3, {2}}, {1, 0, 4, {0}}};
     static const struct form forms[] = {{3, 2, NAME(distance_to_epipolar_line_start_fundamental_pixel),
-        NAME(distance_to_epipolar_line_block_fundamental_pixel),
-        NAME(distance_to_epipolar_line_dense_fundamental_pixel)}};
-    static const struct kernel kernel = {NAME(distance_to_epipolar_line_block),
-        NAME(distance_to_epipolar_line_dense), 3, 4, 1, 0, parts, forms};
+        WIDTHS(distance_to_epipolar_line_block_fundamental_pixel),
+        WIDTHS(distance_to_epipolar_line_dense_fundamental_pixel)}};
+    static const struct kernel kernel = {WIDTHS(distance_to_epipolar_line_block),
+        WIDTHS(distance_to_epipolar_line_dense), (any_function *)NAME(distance_to_epipolar_line), NAME(call_aaar),
+        3, 4, 1, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -4051,7 +4176,7 @@ static INLINE void NAME(sampson_distance_apply_fundamental_partner)(const REAL *
     out[0] = t32;
 }
 
-WIDE static void NAME(sampson_distance_block_fundamental_pixel)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(sampson_distance_block_fundamental_pixel)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c2a = strides[3];
@@ -4067,8 +4192,9 @@ WIDE static void NAME(sampson_distance_block_fundamental_pixel)(intptr_t n, char
         NAME(store_scalar)(a3 + i * w, x3);
     }
 }
+LOOPS(sampson_distance_block_fundamental_pixel)
 
-WIDE static void NAME(sampson_distance_dense_fundamental_pixel)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(sampson_distance_dense_fundamental_pixel)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const REAL *prepared = (const REAL *)args[0];
@@ -4087,6 +4213,7 @@ WIDE static void NAME(sampson_distance_dense_fundamental_pixel)(intptr_t n, char
         NAME(store_span)(args[3], first, r3, 1);
     }
 }
+LOOPS(sampson_distance_dense_fundamental_pixel)
 
 static void NAME(sampson_distance_start_fundamental_pixel)(char **args, const intptr_t *strides, void *prepared)
 {
@@ -4098,7 +4225,8 @@ static void NAME(sampson_distance_start_fundamental_pixel)(char **args, const in
     NAME(sampson_distance_prepare_fundamental_pixel)(x0, x1, prepared);
 }
 
-WIDE static void NAME(sampson_distance_block_fundamental_partner)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(sampson_distance_block_fundamental_partner)(intptr_t n, char **args, const intptr_t
+    *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c1a = strides[2];
@@ -4114,8 +4242,10 @@ WIDE static void NAME(sampson_distance_block_fundamental_partner)(intptr_t n, ch
         NAME(store_scalar)(a3 + i * w, x3);
     }
 }
+LOOPS(sampson_distance_block_fundamental_partner)
 
-WIDE static void NAME(sampson_distance_dense_fundamental_partner)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(sampson_distance_dense_fundamental_partner)(intptr_t n, char **args, const intptr_t
+    *strides)
 {
     const intptr_t w = sizeof(REAL);
     const REAL *prepared = (const REAL *)args[0];
@@ -4134,6 +4264,7 @@ WIDE static void NAME(sampson_distance_dense_fundamental_partner)(intptr_t n, ch
         NAME(store_span)(args[3], first, r3, 1);
     }
 }
+LOOPS(sampson_distance_dense_fundamental_partner)
 
 static void NAME(sampson_distance_start_fundamental_partner)(char **args, const intptr_t *strides, void *prepared)
 {
@@ -4145,7 +4276,7 @@ static void NAME(sampson_distance_start_fundamental_partner)(char **args, const 
     NAME(sampson_distance_prepare_fundamental_partner)(x0, x2, prepared);
 }
 
-WIDE static void NAME(sampson_distance_block)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(sampson_distance_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c0a = strides[0], c0b = strides[1], c1a = strides[2], c2a = strides[3];
@@ -4166,8 +4297,9 @@ WIDE static void NAME(sampson_distance_block)(intptr_t n, char **args, const int
         NAME(store_scalar)(a3 + i * w, x3);
     }
 }
+LOOPS(sampson_distance_block)
 
-WIDE static void NAME(sampson_distance_dense)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(sampson_distance_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
@@ -4194,16 +4326,17 @@ WIDE static void NAME(sampson_distance_dense)(intptr_t n, char **args, const int
         NAME(store_span)(args[3], first, r3, 1);
     }
 }
+LOOPS(sampson_distance_dense)
 
 void NAME(sampson_distance_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{9, 2, 0, {3, 3}}, {2, 1, 2, {2}}, {2, 1, 3, {2}}, {1, 0, 4, {0}}};
     static const struct form forms[] = {{3, 2, NAME(sampson_distance_start_fundamental_pixel),
-        NAME(sampson_distance_block_fundamental_pixel), NAME(sampson_distance_dense_fundamental_pixel)}, {5, 2,
-        NAME(sampson_distance_start_fundamental_partner), NAME(sampson_distance_block_fundamental_partner),
-        NAME(sampson_distance_dense_fundamental_partner)}};
-    static const struct kernel kernel = {NAME(sampson_distance_block), NAME(sampson_distance_dense), 3, 4, 2, 0,
-        parts, forms};
+        WIDTHS(sampson_distance_block_fundamental_pixel), WIDTHS(sampson_distance_dense_fundamental_pixel)}, {5, 2,
+        NAME(sampson_distance_start_fundamental_partner), WIDTHS(sampson_distance_block_fundamental_partner),
+        WIDTHS(sampson_distance_dense_fundamental_partner)}};
+    static const struct kernel kernel = {WIDTHS(sampson_distance_block), WIDTHS(sampson_distance_dense),
+        (any_function *)NAME(sampson_distance), NAME(call_aaar), 3, 4, 2, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -4796,7 +4929,7 @@ static INLINE void NAME(triangulate_apply_first_pixel_partner)(const REAL *prepa
     out[3] = t137;
 }
 
-WIDE static void NAME(triangulate_block_first_second_pixel)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(triangulate_block_first_second_pixel)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c3a = strides[5], c4a = strides[6];
@@ -4812,8 +4945,9 @@ WIDE static void NAME(triangulate_block_first_second_pixel)(intptr_t n, char **a
         NAME(store_4)(a4 + i * w, c4a, x4);
     }
 }
+LOOPS(triangulate_block_first_second_pixel)
 
-WIDE static void NAME(triangulate_dense_first_second_pixel)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(triangulate_dense_first_second_pixel)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const REAL *prepared = (const REAL *)args[0];
@@ -4832,6 +4966,7 @@ WIDE static void NAME(triangulate_dense_first_second_pixel)(intptr_t n, char **a
         NAME(store_span)(args[4], first, r4, 4);
     }
 }
+LOOPS(triangulate_dense_first_second_pixel)
 
 static void NAME(triangulate_start_first_second_pixel)(char **args, const intptr_t *strides, void *prepared)
 {
@@ -4845,7 +4980,7 @@ static void NAME(triangulate_start_first_second_pixel)(char **args, const intptr
     NAME(triangulate_prepare_first_second_pixel)(x0, x1, x2, prepared);
 }
 
-WIDE static void NAME(triangulate_block_first_pixel_partner)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(triangulate_block_first_pixel_partner)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c1a = strides[2], c1b = strides[3], c4a = strides[6];
@@ -4861,6 +4996,7 @@ WIDE static void NAME(triangulate_block_first_pixel_partner)(intptr_t n, char **
         NAME(store_4)(a4 + i * w, c4a, x4);
     }
 }
+LOOPS(triangulate_block_first_pixel_partner)
 
 static void NAME(triangulate_start_first_pixel_partner)(char **args, const intptr_t *strides, void *prepared)
 {
@@ -4874,7 +5010,7 @@ static void NAME(triangulate_start_first_pixel_partner)(char **args, const intpt
     NAME(triangulate_prepare_first_pixel_partner)(x0, x2, x3, prepared);
 }
 
-WIDE static void NAME(triangulate_block)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(triangulate_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c0a = strides[0], c0b = strides[1], c1a = strides[2], c1b = strides[3], c2a = strides[4], c3a =
@@ -4899,15 +5035,17 @@ WIDE static void NAME(triangulate_block)(intptr_t n, char **args, const intptr_t
         NAME(store_4)(a4 + i * w, c4a, x4);
     }
 }
+LOOPS(triangulate_block)
 
 void NAME(triangulate_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{12, 2, 0, {3, 4}}, {12, 2, 2, {3, 4}}, {2, 1, 4, {2}}, {2, 1, 5, {2}}, {4,
         1, 6, {4}}};
     static const struct form forms[] = {{7, 2, NAME(triangulate_start_first_second_pixel),
-        NAME(triangulate_block_first_second_pixel), NAME(triangulate_dense_first_second_pixel)}, {13, 2,
-        NAME(triangulate_start_first_pixel_partner), NAME(triangulate_block_first_pixel_partner), NULL}};
-    static const struct kernel kernel = {NAME(triangulate_block), NULL, 4, 5, 2, 0, parts, forms};
+        WIDTHS(triangulate_block_first_second_pixel), WIDTHS(triangulate_dense_first_second_pixel)}, {13, 2,
+        NAME(triangulate_start_first_pixel_partner), WIDTHS(triangulate_block_first_pixel_partner), {NULL}}};
+    static const struct kernel kernel = {WIDTHS(triangulate_block), {NULL}, (any_function *)NAME(triangulate),
+        NAME(call_aaaar), 4, 5, 2, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 #endif

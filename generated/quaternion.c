@@ -2,7 +2,7 @@
 // command: gac generate --all quaternion
 // spec: 572983282bc211a8
 // contraction: -ffp-contract=off (every operation is rounded once)
-// body: 6bcfbdce9c9056faf2d2982c82bb70eb03c81eade6cb7d1cc73bbbc6dc15dd35
+// body: e26dab8e3abe25cf036050396b15b1cb90cdc673b98d2fd733e524dac5040833
 
 #ifndef REAL
 #include "quaternion.h"
@@ -30,11 +30,27 @@
 #define NOT_UNROLLED
 #endif
 
-// The widest vectors of the machine that runs the loops, chosen when the library is loaded.
+// The widest vectors of the machine that runs the loops: on x86-64 there is each for AVX2 and for AVX-512, and machines
+// that have neither run one element after the other; on others there is one.
 #if defined(__GNUC__) && __GNUC__ >= 12 && !defined(__clang__) && defined(__x86_64__) && defined(__GLIBC__)
 #define WIDE __attribute__((target_clones("default", "arch=x86-64-v3", "arch=x86-64-v4")))
+#define ON(level) __attribute__((target("arch=x86-64-" level)))
+#define LOOPS(name)                                                                     \
+    ON("v3") static void NAME(name##_v3)(intptr_t n, char **args, const intptr_t *strides) \
+    {                                                                                   \
+        NAME(name)(n, args, strides);                                                   \
+    }                                                                                   \
+    ON("v4") static void NAME(name##_v4)(intptr_t n, char **args, const intptr_t *strides) \
+    {                                                                                   \
+        NAME(name)(n, args, strides);                                                   \
+    }
+#define WIDTHS(name) {NAME(name##_v3), NAME(name##_v4)}
+#define CHOSEN (__builtin_cpu_supports("x86-64-v4") ? 1 : __builtin_cpu_supports("x86-64-v3") ? 0 : -1)
 #else
 #define WIDE
+#define LOOPS(name)
+#define WIDTHS(name) {NAME(name)}
+#define CHOSEN 0
 #endif
 
 // Loops run over whole vectors: a block is padded to a multiple of this many elements.
@@ -61,6 +77,7 @@ struct part {
 };
 
 typedef void loop_function(intptr_t n, char **args, const intptr_t *strides);
+typedef void any_function(void);
 
 // A form of a kernel for batches in which the `same` arguments (a bit each) are that for at least so many elements:
 // what depends on them is prepared once, and takes the place of the first of them.
@@ -68,19 +85,21 @@ struct form {
     unsigned same;
     intptr_t least;
     void (*start)(char **args, const intptr_t *strides, void *prepared);
-    loop_function *block, *dense;
+    loop_function *block[2], *dense[2];
 };
 
-// The loops of a kernel, over rows and in C order, and its forms. A kernel that repeats reads its inputs again after it
-// has written: its outputs cannot lie where they do.
+// The loops of a kernel, over rows and in C order, its plain function and how that is called, and its forms. A kernel
+// that repeats reads its inputs again after it has written: its outputs cannot lie where they do.
 struct kernel {
-    loop_function *block, *dense;
+    loop_function *block[2], *dense[2];
+    any_function *function;
+    void (*call)(any_function *function, void **parts);
     int n_inputs, n_parts, n_forms, repeats;
     const struct part *parts;
     const struct form *forms;
 };
 
-enum { PARTS = 4, CORES = 3, SPACE = 4096, PREPARED = 9 };
+enum { PARTS = 4, CORES = 3, NUMBERS = 13, SPACE = 4096, PREPARED = 9 };
 
 #define SQRT(x) FUNCTION(sqrt)(x)
 #define SIN(x) NAME(sin_of)(x, far)
@@ -463,6 +482,36 @@ static INLINE void NAME(store_4)(char *a, intptr_t ca, const REAL *x)
     *(REAL *)(a + 3 * ca) = x[3];
 }
 
+static void NAME(call_aanr)(any_function *function, void **x)
+{
+    ((void (*)(const REAL *, const REAL *, REAL, REAL *))function)(x[0], x[1], *(REAL *)x[2], x[3]);
+}
+
+static void NAME(call_aar)(any_function *function, void **x)
+{
+    ((void (*)(const REAL *, const REAL *, REAL *))function)(x[0], x[1], x[2]);
+}
+
+static void NAME(call_anr)(any_function *function, void **x)
+{
+    ((void (*)(const REAL *, REAL, REAL *))function)(x[0], *(REAL *)x[1], x[2]);
+}
+
+static void NAME(call_ar)(any_function *function, void **x)
+{
+    ((void (*)(const REAL *, REAL *))function)(x[0], x[1]);
+}
+
+static void NAME(call_arr)(any_function *function, void **x)
+{
+    ((void (*)(const REAL *, REAL *, REAL *))function)(x[0], x[1], x[2]);
+}
+
+static void NAME(call_nnnr)(any_function *function, void **x)
+{
+    ((void (*)(REAL, REAL, REAL, REAL *))function)(*(REAL *)x[0], *(REAL *)x[1], *(REAL *)x[2], x[3]);
+}
+
 // Blocks of a batch, and how they get there from strides of any kind: a component of a part (an argument or a result)
 // is a row, `row` numbers long, of the elements of a block.
 
@@ -707,19 +756,56 @@ static void NAME(move_part)(int back, REAL *x, intptr_t row, const struct part *
     }
 }
 
+// The numbers of an element of a part, from the batch or back to it.
+static void NAME(move_element)(int back, REAL *x, const struct part *part, char *a, const intptr_t *c)
+{
+    for (intptr_t k = 0; k < part->size; ++k) {
+        intptr_t offset = 0, rest = k;
+        for (int axis = part->rank; axis-- > 1; rest /= part->shape[axis])
+            offset += rest % part->shape[axis] * c[axis];
+        offset += part->rank ? rest * c[0] : 0;
+        if (back)
+            *(REAL *)(a + offset) = x[k];
+        else
+            x[k] = *(const REAL *)(a + offset);
+    }
+}
+
+// Runs a kernel on one element after the other.
+static void NAME(each)(const struct kernel *kernel, char **args, intptr_t n, const intptr_t *steps)
+{
+    const intptr_t *strides = steps + kernel->n_parts;
+    const struct part *parts = kernel->parts;
+    REAL numbers[NUMBERS], *next = numbers;
+    void *places[PARTS];
+    for (int p = 0; p < kernel->n_parts; next += parts[p++].size)
+        places[p] = next;
+    for (intptr_t i = 0; i < n; ++i) {
+        for (int p = 0; p < kernel->n_inputs; ++p)
+            NAME(move_element)(0, places[p], &parts[p], args[p] + i * steps[p], strides + parts[p].first);
+        kernel->call(kernel->function, places);
+        for (int p = kernel->n_inputs; p < kernel->n_parts; ++p)
+            NAME(move_element)(1, places[p], &parts[p], args[p] + i * steps[p], strides + parts[p].first);
+    }
+}
+
 // Runs a kernel over a batch in blocks. What lies at unit stride, or is hoisted, is used where it lies, and so is a
 // whole batch in C order if there is a loop for it; everything else goes through rows.
 static void NAME(batch)(const struct kernel *kernel, char **args, intptr_t n, const intptr_t *steps)
 {
     const intptr_t w = sizeof(REAL), *strides = steps + kernel->n_parts;
-    const int n_parts = kernel->n_parts, n_inputs = kernel->n_inputs;
+    const int n_parts = kernel->n_parts, n_inputs = kernel->n_inputs, width = CHOSEN;
     enum { SAME, HOISTED, UNIT, ANY } kinds[PARTS];
     _Alignas(64) REAL space[SPACE], prepared[PREPARED];
     REAL *rows[PARTS];
     char *starts[PARTS];
     intptr_t cores[CORES], row_cores[CORES], total = 0, bytes = 0;
     unsigned still = 0, hoisted = 0;
-    loop_function *in_rows = kernel->block, *in_order = kernel->dense;
+    if (width < 0 || n == 1) {
+        NAME(each)(kernel, args, n, steps);
+        return;
+    }
+    loop_function *in_rows = kernel->block[width], *in_order = kernel->dense[width];
     for (int p = 0; p < n_parts; ++p) {
         total += kernel->parts[p].size;
         bytes += steps[p] < 0 ? -steps[p] : steps[p];
@@ -729,7 +815,7 @@ static void NAME(batch)(const struct kernel *kernel, char **args, intptr_t n, co
         const struct form *form = &kernel->forms[f];
         if ((still & form->same) == form->same && n >= form->least) {
             form->start(args, strides, prepared);
-            hoisted = form->same, in_rows = form->block, in_order = form->dense;
+            hoisted = form->same, in_rows = form->block[width], in_order = form->dense[width];
         }
     }
     int in_place = 1, dense = in_order != NULL;
@@ -840,7 +926,7 @@ INLINE void NAME(product)(const REAL *p, const REAL *q, REAL *out)
     out[3] = t27;
 }
 
-WIDE static void NAME(product_block)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(product_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
@@ -858,8 +944,9 @@ WIDE static void NAME(product_block)(intptr_t n, char **args, const intptr_t *st
         NAME(store_4)(a2 + i * w, c2a, x2);
     }
 }
+LOOPS(product_block)
 
-WIDE static void NAME(product_dense)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(product_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
@@ -880,11 +967,13 @@ WIDE static void NAME(product_dense)(intptr_t n, char **args, const intptr_t *st
         NAME(store_span)(args[2], first, r2, 4);
     }
 }
+LOOPS(product_dense)
 
 void NAME(product_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {4, 1, 1, {4}}, {4, 1, 2, {4}}};
-    static const struct kernel kernel = {NAME(product_block), NAME(product_dense), 2, 3, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(product_block), WIDTHS(product_dense), (any_function
+        *)NAME(product), NAME(call_aar), 2, 3, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -903,7 +992,7 @@ INLINE void NAME(conjugate)(const REAL *q, REAL *out)
     out[3] = t2;
 }
 
-WIDE static void NAME(conjugate_block)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(conjugate_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c0a = strides[0], c1a = strides[1];
@@ -918,8 +1007,9 @@ WIDE static void NAME(conjugate_block)(intptr_t n, char **args, const intptr_t *
         NAME(store_4)(a1 + i * w, c1a, x1);
     }
 }
+LOOPS(conjugate_block)
 
-WIDE static void NAME(conjugate_dense)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(conjugate_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
@@ -937,11 +1027,13 @@ WIDE static void NAME(conjugate_dense)(intptr_t n, char **args, const intptr_t *
         NAME(store_span)(args[1], first, r1, 4);
     }
 }
+LOOPS(conjugate_dense)
 
 void NAME(conjugate_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {4, 1, 1, {4}}};
-    static const struct kernel kernel = {NAME(conjugate_block), NAME(conjugate_dense), 1, 2, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(conjugate_block), WIDTHS(conjugate_dense), (any_function
+        *)NAME(conjugate), NAME(call_ar), 1, 2, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -962,7 +1054,7 @@ INLINE void NAME(norm)(const REAL *q, REAL *out)
     out[0] = t7;
 }
 
-WIDE static void NAME(norm_block)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(norm_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c0a = strides[0];
@@ -977,8 +1069,9 @@ WIDE static void NAME(norm_block)(intptr_t n, char **args, const intptr_t *strid
         NAME(store_scalar)(a1 + i * w, x1);
     }
 }
+LOOPS(norm_block)
 
-WIDE static void NAME(norm_dense)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(norm_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
@@ -996,11 +1089,13 @@ WIDE static void NAME(norm_dense)(intptr_t n, char **args, const intptr_t *strid
         NAME(store_span)(args[1], first, r1, 1);
     }
 }
+LOOPS(norm_dense)
 
 void NAME(norm_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {1, 0, 1, {0}}};
-    static const struct kernel kernel = {NAME(norm_block), NAME(norm_dense), 1, 2, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(norm_block), WIDTHS(norm_dense), (any_function *)NAME(norm),
+        NAME(call_ar), 1, 2, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -1031,7 +1126,7 @@ INLINE void NAME(inverse)(const REAL *q, REAL *out)
     out[3] = t14;
 }
 
-WIDE static void NAME(inverse_block)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(inverse_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c0a = strides[0], c1a = strides[1];
@@ -1046,8 +1141,9 @@ WIDE static void NAME(inverse_block)(intptr_t n, char **args, const intptr_t *st
         NAME(store_4)(a1 + i * w, c1a, x1);
     }
 }
+LOOPS(inverse_block)
 
-WIDE static void NAME(inverse_dense)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(inverse_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
@@ -1065,11 +1161,13 @@ WIDE static void NAME(inverse_dense)(intptr_t n, char **args, const intptr_t *st
         NAME(store_span)(args[1], first, r1, 4);
     }
 }
+LOOPS(inverse_dense)
 
 void NAME(inverse_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {4, 1, 1, {4}}};
-    static const struct kernel kernel = {NAME(inverse_block), NAME(inverse_dense), 1, 2, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(inverse_block), WIDTHS(inverse_dense), (any_function
+        *)NAME(inverse), NAME(call_ar), 1, 2, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -1098,7 +1196,7 @@ INLINE void NAME(normalize)(const REAL *q, REAL *out)
     out[3] = t12;
 }
 
-WIDE static void NAME(normalize_block)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(normalize_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c0a = strides[0], c1a = strides[1];
@@ -1113,8 +1211,9 @@ WIDE static void NAME(normalize_block)(intptr_t n, char **args, const intptr_t *
         NAME(store_4)(a1 + i * w, c1a, x1);
     }
 }
+LOOPS(normalize_block)
 
-WIDE static void NAME(normalize_dense)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(normalize_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
@@ -1132,11 +1231,13 @@ WIDE static void NAME(normalize_dense)(intptr_t n, char **args, const intptr_t *
         NAME(store_span)(args[1], first, r1, 4);
     }
 }
+LOOPS(normalize_dense)
 
 void NAME(normalize_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {4, 1, 1, {4}}};
-    static const struct kernel kernel = {NAME(normalize_block), NAME(normalize_dense), 1, 2, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(normalize_block), WIDTHS(normalize_dense), (any_function
+        *)NAME(normalize), NAME(call_ar), 1, 2, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -1264,7 +1365,7 @@ static INLINE void NAME(rotate_vector_apply_q)(const REAL *prepared, const REAL 
     out[2] = t43;
 }
 
-WIDE static void NAME(rotate_vector_block_q)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(rotate_vector_block_q)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c1a = strides[1], c2a = strides[2];
@@ -1280,8 +1381,9 @@ WIDE static void NAME(rotate_vector_block_q)(intptr_t n, char **args, const intp
         NAME(store_3)(a2 + i * w, c2a, x2);
     }
 }
+LOOPS(rotate_vector_block_q)
 
-WIDE static void NAME(rotate_vector_dense_q)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(rotate_vector_dense_q)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const REAL *prepared = (const REAL *)args[0];
@@ -1300,6 +1402,7 @@ WIDE static void NAME(rotate_vector_dense_q)(intptr_t n, char **args, const intp
         NAME(store_span)(args[2], first, r2, 3);
     }
 }
+LOOPS(rotate_vector_dense_q)
 
 static void NAME(rotate_vector_start_q)(char **args, const intptr_t *strides, void *prepared)
 {
@@ -1309,7 +1412,7 @@ static void NAME(rotate_vector_start_q)(char **args, const intptr_t *strides, vo
     NAME(rotate_vector_prepare_q)(x0, prepared);
 }
 
-WIDE static void NAME(rotate_vector_block)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(rotate_vector_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
@@ -1327,8 +1430,9 @@ WIDE static void NAME(rotate_vector_block)(intptr_t n, char **args, const intptr
         NAME(store_3)(a2 + i * w, c2a, x2);
     }
 }
+LOOPS(rotate_vector_block)
 
-WIDE static void NAME(rotate_vector_dense)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(rotate_vector_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
@@ -1349,14 +1453,15 @@ WIDE static void NAME(rotate_vector_dense)(intptr_t n, char **args, const intptr
         NAME(store_span)(args[2], first, r2, 3);
     }
 }
+LOOPS(rotate_vector_dense)
 
 void NAME(rotate_vector_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {3, 1, 1, {3}}, {3, 1, 2, {3}}};
-    static const struct form forms[] = {{1, 2, NAME(rotate_vector_start_q), NAME(rotate_vector_block_q),
-        NAME(rotate_vector_dense_q)}};
-    static const struct kernel kernel = {NAME(rotate_vector_block), NAME(rotate_vector_dense), 2, 3, 1, 0, parts,
-        forms};
+    static const struct form forms[] = {{1, 2, NAME(rotate_vector_start_q), WIDTHS(rotate_vector_block_q),
+        WIDTHS(rotate_vector_dense_q)}};
+    static const struct kernel kernel = {WIDTHS(rotate_vector_block), WIDTHS(rotate_vector_dense), (any_function
+        *)NAME(rotate_vector), NAME(call_aar), 2, 3, 1, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -1484,7 +1589,7 @@ static INLINE void NAME(rotate_vector_back_apply_q)(const REAL *prepared, const 
     out[2] = t43;
 }
 
-WIDE static void NAME(rotate_vector_back_block_q)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(rotate_vector_back_block_q)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c1a = strides[1], c2a = strides[2];
@@ -1500,8 +1605,9 @@ WIDE static void NAME(rotate_vector_back_block_q)(intptr_t n, char **args, const
         NAME(store_3)(a2 + i * w, c2a, x2);
     }
 }
+LOOPS(rotate_vector_back_block_q)
 
-WIDE static void NAME(rotate_vector_back_dense_q)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(rotate_vector_back_dense_q)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const REAL *prepared = (const REAL *)args[0];
@@ -1520,6 +1626,7 @@ WIDE static void NAME(rotate_vector_back_dense_q)(intptr_t n, char **args, const
         NAME(store_span)(args[2], first, r2, 3);
     }
 }
+LOOPS(rotate_vector_back_dense_q)
 
 static void NAME(rotate_vector_back_start_q)(char **args, const intptr_t *strides, void *prepared)
 {
@@ -1529,7 +1636,7 @@ static void NAME(rotate_vector_back_start_q)(char **args, const intptr_t *stride
     NAME(rotate_vector_back_prepare_q)(x0, prepared);
 }
 
-WIDE static void NAME(rotate_vector_back_block)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(rotate_vector_back_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
@@ -1547,8 +1654,9 @@ WIDE static void NAME(rotate_vector_back_block)(intptr_t n, char **args, const i
         NAME(store_3)(a2 + i * w, c2a, x2);
     }
 }
+LOOPS(rotate_vector_back_block)
 
-WIDE static void NAME(rotate_vector_back_dense)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(rotate_vector_back_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
@@ -1569,14 +1677,15 @@ WIDE static void NAME(rotate_vector_back_dense)(intptr_t n, char **args, const i
         NAME(store_span)(args[2], first, r2, 3);
     }
 }
+LOOPS(rotate_vector_back_dense)
 
 void NAME(rotate_vector_back_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {3, 1, 1, {3}}, {3, 1, 2, {3}}};
-    static const struct form forms[] = {{1, 2, NAME(rotate_vector_back_start_q), NAME(rotate_vector_back_block_q),
-        NAME(rotate_vector_back_dense_q)}};
-    static const struct kernel kernel = {NAME(rotate_vector_back_block), NAME(rotate_vector_back_dense), 2, 3, 1, 0,
-        parts, forms};
+    static const struct form forms[] = {{1, 2, NAME(rotate_vector_back_start_q), WIDTHS(rotate_vector_back_block_q),
+        WIDTHS(rotate_vector_back_dense_q)}};
+    static const struct kernel kernel = {WIDTHS(rotate_vector_back_block), WIDTHS(rotate_vector_back_dense),
+        (any_function *)NAME(rotate_vector_back), NAME(call_aar), 2, 3, 1, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -1623,7 +1732,7 @@ INLINE void NAME(to_matrix)(const REAL *q, REAL *out)
     out[8] = t25;
 }
 
-WIDE static void NAME(to_matrix_block)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(to_matrix_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c0a = strides[0], c1a = strides[1], c1b = strides[2];
@@ -1638,8 +1747,9 @@ WIDE static void NAME(to_matrix_block)(intptr_t n, char **args, const intptr_t *
         NAME(store_3x3)(a1 + i * w, c1a, c1b, x1);
     }
 }
+LOOPS(to_matrix_block)
 
-WIDE static void NAME(to_matrix_dense)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(to_matrix_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
@@ -1658,11 +1768,13 @@ WIDE static void NAME(to_matrix_dense)(intptr_t n, char **args, const intptr_t *
         NAME(store_span)(args[1], first, r1, 9);
     }
 }
+LOOPS(to_matrix_dense)
 
 void NAME(to_matrix_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {9, 2, 1, {3, 3}}};
-    static const struct kernel kernel = {NAME(to_matrix_block), NAME(to_matrix_dense), 1, 2, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(to_matrix_block), WIDTHS(to_matrix_dense), (any_function
+        *)NAME(to_matrix), NAME(call_ar), 1, 2, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -1729,7 +1841,7 @@ INLINE void NAME(from_matrix)(const REAL *matrix, REAL *out)
     out[3] = t45;
 }
 
-WIDE static void NAME(from_matrix_block)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(from_matrix_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c0a = strides[0], c0b = strides[1], c1a = strides[2];
@@ -1744,8 +1856,9 @@ WIDE static void NAME(from_matrix_block)(intptr_t n, char **args, const intptr_t
         NAME(store_4)(a1 + i * w, c1a, x1);
     }
 }
+LOOPS(from_matrix_block)
 
-WIDE static void NAME(from_matrix_dense)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(from_matrix_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
@@ -1764,11 +1877,13 @@ WIDE static void NAME(from_matrix_dense)(intptr_t n, char **args, const intptr_t
         NAME(store_span)(args[1], first, r1, 4);
     }
 }
+LOOPS(from_matrix_dense)
 
 void NAME(from_matrix_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{9, 2, 0, {3, 3}}, {4, 1, 2, {4}}};
-    static const struct kernel kernel = {NAME(from_matrix_block), NAME(from_matrix_dense), 1, 2, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(from_matrix_block), WIDTHS(from_matrix_dense), (any_function
+        *)NAME(from_matrix), NAME(call_ar), 1, 2, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -1869,7 +1984,7 @@ static INLINE void NAME(from_axis_angle_apply_axis)(const REAL *prepared, REAL a
     out[3] = t12;
 }
 
-WIDE static void NAME(from_axis_angle_block_angle)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(from_axis_angle_block_angle)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c0a = strides[0], c2a = strides[1];
@@ -1885,8 +2000,9 @@ WIDE static void NAME(from_axis_angle_block_angle)(intptr_t n, char **args, cons
         NAME(store_4)(a2 + i * w, c2a, x2);
     }
 }
+LOOPS(from_axis_angle_block_angle)
 
-WIDE static void NAME(from_axis_angle_dense_angle)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(from_axis_angle_dense_angle)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const REAL *prepared = (const REAL *)args[1];
@@ -1905,6 +2021,7 @@ WIDE static void NAME(from_axis_angle_dense_angle)(intptr_t n, char **args, cons
         NAME(store_span)(args[2], first, r2, 4);
     }
 }
+LOOPS(from_axis_angle_dense_angle)
 
 static void NAME(from_axis_angle_start_angle)(char **args, const intptr_t *strides, void *prepared)
 {
@@ -1914,7 +2031,7 @@ static void NAME(from_axis_angle_start_angle)(char **args, const intptr_t *strid
     NAME(from_axis_angle_prepare_angle)(x1[0], prepared, NULL);
 }
 
-WIDE static void NAME(from_axis_angle_block_axis)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(from_axis_angle_block_axis)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c2a = strides[1];
@@ -1941,6 +2058,7 @@ WIDE static void NAME(from_axis_angle_block_axis)(intptr_t n, char **args, const
         }
     }
 }
+LOOPS(from_axis_angle_block_axis)
 
 static void NAME(from_axis_angle_start_axis)(char **args, const intptr_t *strides, void *prepared)
 {
@@ -1950,7 +2068,7 @@ static void NAME(from_axis_angle_start_axis)(char **args, const intptr_t *stride
     NAME(from_axis_angle_prepare_axis)(x0, prepared);
 }
 
-WIDE static void NAME(from_axis_angle_block)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(from_axis_angle_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c0a = strides[0], c2a = strides[1];
@@ -1981,14 +2099,16 @@ WIDE static void NAME(from_axis_angle_block)(intptr_t n, char **args, const intp
         }
     }
 }
+LOOPS(from_axis_angle_block)
 
 void NAME(from_axis_angle_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {1, 0, 1, {0}}, {4, 1, 1, {4}}};
-    static const struct form forms[] = {{2, 2, NAME(from_axis_angle_start_angle), NAME(from_axis_angle_block_angle),
-        NAME(from_axis_angle_dense_angle)}, {1, 2, NAME(from_axis_angle_start_axis),
-        NAME(from_axis_angle_block_axis), NULL}};
-    static const struct kernel kernel = {NAME(from_axis_angle_block), NULL, 2, 3, 2, 1, parts, forms};
+    static const struct form forms[] = {{2, 2, NAME(from_axis_angle_start_angle),
+        WIDTHS(from_axis_angle_block_angle), WIDTHS(from_axis_angle_dense_angle)}, {1, 2,
+        NAME(from_axis_angle_start_axis), WIDTHS(from_axis_angle_block_axis), {NULL}}};
+    static const struct kernel kernel = {WIDTHS(from_axis_angle_block), {NULL}, (any_function
+        *)NAME(from_axis_angle), NAME(call_anr), 2, 3, 2, 1, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -2026,7 +2146,7 @@ INLINE void NAME(from_rotation_vector)(const REAL *v, REAL *out)
     NAME(from_rotation_vector_within)(v, out, NULL);
 }
 
-WIDE static void NAME(from_rotation_vector_block)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(from_rotation_vector_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c0a = strides[0], c1a = strides[1];
@@ -2052,11 +2172,13 @@ WIDE static void NAME(from_rotation_vector_block)(intptr_t n, char **args, const
         }
     }
 }
+LOOPS(from_rotation_vector_block)
 
 void NAME(from_rotation_vector_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {4, 1, 1, {4}}};
-    static const struct kernel kernel = {NAME(from_rotation_vector_block), NULL, 1, 2, 0, 1, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(from_rotation_vector_block), {NULL}, (any_function
+        *)NAME(from_rotation_vector), NAME(call_ar), 1, 2, 0, 1, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -2087,7 +2209,7 @@ INLINE void NAME(to_rotation_vector)(const REAL *q, REAL *out)
     out[2] = t15;
 }
 
-WIDE static void NAME(to_rotation_vector_block)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(to_rotation_vector_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c0a = strides[0], c1a = strides[1];
@@ -2102,11 +2224,13 @@ WIDE static void NAME(to_rotation_vector_block)(intptr_t n, char **args, const i
         NAME(store_3)(a1 + i * w, c1a, x1);
     }
 }
+LOOPS(to_rotation_vector_block)
 
 void NAME(to_rotation_vector_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {3, 1, 1, {3}}};
-    static const struct kernel kernel = {NAME(to_rotation_vector_block), NULL, 1, 2, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(to_rotation_vector_block), {NULL}, (any_function
+        *)NAME(to_rotation_vector), NAME(call_ar), 1, 2, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -2283,7 +2407,7 @@ static INLINE void NAME(from_roll_pitch_yaw_apply_roll_yaw)(const REAL *prepared
     out[3] = t24;
 }
 
-WIDE static void NAME(from_roll_pitch_yaw_block_pitch_yaw)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(from_roll_pitch_yaw_block_pitch_yaw)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c3a = strides[0];
@@ -2310,6 +2434,7 @@ WIDE static void NAME(from_roll_pitch_yaw_block_pitch_yaw)(intptr_t n, char **ar
         }
     }
 }
+LOOPS(from_roll_pitch_yaw_block_pitch_yaw)
 
 static void NAME(from_roll_pitch_yaw_start_pitch_yaw)(char **args, const intptr_t *strides, void *prepared)
 {
@@ -2321,7 +2446,7 @@ static void NAME(from_roll_pitch_yaw_start_pitch_yaw)(char **args, const intptr_
     NAME(from_roll_pitch_yaw_prepare_pitch_yaw)(x1[0], x2[0], prepared, NULL);
 }
 
-WIDE static void NAME(from_roll_pitch_yaw_block_roll_pitch)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(from_roll_pitch_yaw_block_roll_pitch)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c3a = strides[0];
@@ -2348,6 +2473,7 @@ WIDE static void NAME(from_roll_pitch_yaw_block_roll_pitch)(intptr_t n, char **a
         }
     }
 }
+LOOPS(from_roll_pitch_yaw_block_roll_pitch)
 
 static void NAME(from_roll_pitch_yaw_start_roll_pitch)(char **args, const intptr_t *strides, void *prepared)
 {
@@ -2359,7 +2485,7 @@ static void NAME(from_roll_pitch_yaw_start_roll_pitch)(char **args, const intptr
     NAME(from_roll_pitch_yaw_prepare_roll_pitch)(x0[0], x1[0], prepared, NULL);
 }
 
-WIDE static void NAME(from_roll_pitch_yaw_block_roll_yaw)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(from_roll_pitch_yaw_block_roll_yaw)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c3a = strides[0];
@@ -2386,6 +2512,7 @@ WIDE static void NAME(from_roll_pitch_yaw_block_roll_yaw)(intptr_t n, char **arg
         }
     }
 }
+LOOPS(from_roll_pitch_yaw_block_roll_yaw)
 
 static void NAME(from_roll_pitch_yaw_start_roll_yaw)(char **args, const intptr_t *strides, void *prepared)
 {
@@ -2397,7 +2524,7 @@ static void NAME(from_roll_pitch_yaw_start_roll_yaw)(char **args, const intptr_t
     NAME(from_roll_pitch_yaw_prepare_roll_yaw)(x0[0], x2[0], prepared, NULL);
 }
 
-WIDE static void NAME(from_roll_pitch_yaw_block)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(from_roll_pitch_yaw_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c3a = strides[0];
@@ -2433,15 +2560,17 @@ WIDE static void NAME(from_roll_pitch_yaw_block)(intptr_t n, char **args, const 
         }
     }
 }
+LOOPS(from_roll_pitch_yaw_block)
 
 void NAME(from_roll_pitch_yaw_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{1, 0, 0, {0}}, {1, 0, 0, {0}}, {1, 0, 0, {0}}, {4, 1, 0, {4}}};
     static const struct form forms[] = {{6, 2, NAME(from_roll_pitch_yaw_start_pitch_yaw),
-        NAME(from_roll_pitch_yaw_block_pitch_yaw), NULL}, {3, 2, NAME(from_roll_pitch_yaw_start_roll_pitch),
-        NAME(from_roll_pitch_yaw_block_roll_pitch), NULL}, {5, 2, NAME(from_roll_pitch_yaw_start_roll_yaw),
-        NAME(from_roll_pitch_yaw_block_roll_yaw), NULL}};
-    static const struct kernel kernel = {NAME(from_roll_pitch_yaw_block), NULL, 3, 4, 3, 1, parts, forms};
+        WIDTHS(from_roll_pitch_yaw_block_pitch_yaw), {NULL}}, {3, 2, NAME(from_roll_pitch_yaw_start_roll_pitch),
+        WIDTHS(from_roll_pitch_yaw_block_roll_pitch), {NULL}}, {5, 2, NAME(from_roll_pitch_yaw_start_roll_yaw),
+        WIDTHS(from_roll_pitch_yaw_block_roll_yaw), {NULL}}};
+    static const struct kernel kernel = {WIDTHS(from_roll_pitch_yaw_block), {NULL}, (any_function
+        *)NAME(from_roll_pitch_yaw), NAME(call_nnnr), 3, 4, 3, 1, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -2592,7 +2721,7 @@ INLINE void NAME(between_vectors)(const REAL *a, const REAL *b, REAL *out)
     out[3] = t132;
 }
 
-WIDE static void NAME(between_vectors_block)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(between_vectors_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
@@ -2610,11 +2739,13 @@ WIDE static void NAME(between_vectors_block)(intptr_t n, char **args, const intp
         NAME(store_4)(a2 + i * w, c2a, x2);
     }
 }
+LOOPS(between_vectors_block)
 
 void NAME(between_vectors_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {3, 1, 1, {3}}, {4, 1, 2, {4}}};
-    static const struct kernel kernel = {NAME(between_vectors_block), NULL, 2, 3, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(between_vectors_block), {NULL}, (any_function
+        *)NAME(between_vectors), NAME(call_aar), 2, 3, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -2668,7 +2799,7 @@ INLINE void NAME(angle_between)(const REAL *p, const REAL *q, REAL *out)
     out[0] = t36;
 }
 
-WIDE static void NAME(angle_between_block)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(angle_between_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c0a = strides[0], c1a = strides[1];
@@ -2686,11 +2817,13 @@ WIDE static void NAME(angle_between_block)(intptr_t n, char **args, const intptr
         NAME(store_scalar)(a2 + i * w, x2);
     }
 }
+LOOPS(angle_between_block)
 
 void NAME(angle_between_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {4, 1, 1, {4}}, {1, 0, 2, {0}}};
-    static const struct kernel kernel = {NAME(angle_between_block), NULL, 2, 3, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(angle_between_block), {NULL}, (any_function *)NAME(angle_between),
+        NAME(call_aar), 2, 3, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -2730,7 +2863,7 @@ INLINE void NAME(exponential)(const REAL *q, REAL *out)
     NAME(exponential_within)(q, out, NULL);
 }
 
-WIDE static void NAME(exponential_block)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(exponential_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c0a = strides[0], c1a = strides[1];
@@ -2756,11 +2889,13 @@ WIDE static void NAME(exponential_block)(intptr_t n, char **args, const intptr_t
         }
     }
 }
+LOOPS(exponential_block)
 
 void NAME(exponential_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {4, 1, 1, {4}}};
-    static const struct kernel kernel = {NAME(exponential_block), NULL, 1, 2, 0, 1, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(exponential_block), {NULL}, (any_function *)NAME(exponential),
+        NAME(call_ar), 1, 2, 0, 1, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -2799,7 +2934,7 @@ INLINE void NAME(logarithm)(const REAL *q, REAL *out)
     out[3] = t22;
 }
 
-WIDE static void NAME(logarithm_block)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(logarithm_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c0a = strides[0], c1a = strides[1];
@@ -2814,11 +2949,13 @@ WIDE static void NAME(logarithm_block)(intptr_t n, char **args, const intptr_t *
         NAME(store_4)(a1 + i * w, c1a, x1);
     }
 }
+LOOPS(logarithm_block)
 
 void NAME(logarithm_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {4, 1, 1, {4}}};
-    static const struct kernel kernel = {NAME(logarithm_block), NULL, 1, 2, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(logarithm_block), {NULL}, (any_function *)NAME(logarithm),
+        NAME(call_ar), 1, 2, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -2867,7 +3004,7 @@ INLINE void NAME(square_root)(const REAL *q, REAL *out)
     out[3] = t32;
 }
 
-WIDE static void NAME(square_root_block)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(square_root_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c0a = strides[0], c1a = strides[1];
@@ -2882,8 +3019,9 @@ WIDE static void NAME(square_root_block)(intptr_t n, char **args, const intptr_t
         NAME(store_4)(a1 + i * w, c1a, x1);
     }
 }
+LOOPS(square_root_block)
 
-WIDE static void NAME(square_root_dense)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(square_root_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
@@ -2901,11 +3039,13 @@ WIDE static void NAME(square_root_dense)(intptr_t n, char **args, const intptr_t
         NAME(store_span)(args[1], first, r1, 4);
     }
 }
+LOOPS(square_root_dense)
 
 void NAME(square_root_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {4, 1, 1, {4}}};
-    static const struct kernel kernel = {NAME(square_root_block), NAME(square_root_dense), 1, 2, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(square_root_block), WIDTHS(square_root_dense), (any_function
+        *)NAME(square_root), NAME(call_ar), 1, 2, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -3046,7 +3186,7 @@ static INLINE void NAME(power_apply_q)(const REAL *prepared, REAL t, REAL *out, 
     out[3] = t47;
 }
 
-WIDE static void NAME(power_block_q)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(power_block_q)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c2a = strides[1];
@@ -3073,6 +3213,7 @@ WIDE static void NAME(power_block_q)(intptr_t n, char **args, const intptr_t *st
         }
     }
 }
+LOOPS(power_block_q)
 
 static void NAME(power_start_q)(char **args, const intptr_t *strides, void *prepared)
 {
@@ -3082,7 +3223,7 @@ static void NAME(power_start_q)(char **args, const intptr_t *strides, void *prep
     NAME(power_prepare_q)(x0, prepared);
 }
 
-WIDE static void NAME(power_block)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(power_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c0a = strides[0], c2a = strides[1];
@@ -3113,12 +3254,14 @@ WIDE static void NAME(power_block)(intptr_t n, char **args, const intptr_t *stri
         }
     }
 }
+LOOPS(power_block)
 
 void NAME(power_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {1, 0, 1, {0}}, {4, 1, 1, {4}}};
-    static const struct form forms[] = {{1, 2, NAME(power_start_q), NAME(power_block_q), NULL}};
-    static const struct kernel kernel = {NAME(power_block), NULL, 2, 3, 1, 1, parts, forms};
+    static const struct form forms[] = {{1, 2, NAME(power_start_q), WIDTHS(power_block_q), {NULL}}};
+    static const struct kernel kernel = {WIDTHS(power_block), {NULL}, (any_function *)NAME(power), NAME(call_anr),
+        2, 3, 1, 1, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -3357,7 +3500,7 @@ static INLINE void NAME(slerp_apply_p_q)(const REAL *prepared, REAL t, REAL *out
     out[3] = t89;
 }
 
-WIDE static void NAME(slerp_block_p_q)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(slerp_block_p_q)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c3a = strides[2];
@@ -3384,6 +3527,7 @@ WIDE static void NAME(slerp_block_p_q)(intptr_t n, char **args, const intptr_t *
         }
     }
 }
+LOOPS(slerp_block_p_q)
 
 static void NAME(slerp_start_p_q)(char **args, const intptr_t *strides, void *prepared)
 {
@@ -3395,7 +3539,7 @@ static void NAME(slerp_start_p_q)(char **args, const intptr_t *strides, void *pr
     NAME(slerp_prepare_p_q)(x0, x1, prepared);
 }
 
-WIDE static void NAME(slerp_block)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(slerp_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c0a = strides[0], c1a = strides[1], c3a = strides[2];
@@ -3431,12 +3575,14 @@ WIDE static void NAME(slerp_block)(intptr_t n, char **args, const intptr_t *stri
         }
     }
 }
+LOOPS(slerp_block)
 
 void NAME(slerp_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {4, 1, 1, {4}}, {1, 0, 2, {0}}, {4, 1, 2, {4}}};
-    static const struct form forms[] = {{3, 2, NAME(slerp_start_p_q), NAME(slerp_block_p_q), NULL}};
-    static const struct kernel kernel = {NAME(slerp_block), NULL, 3, 4, 1, 1, parts, forms};
+    static const struct form forms[] = {{3, 2, NAME(slerp_start_p_q), WIDTHS(slerp_block_p_q), {NULL}}};
+    static const struct kernel kernel = {WIDTHS(slerp_block), {NULL}, (any_function *)NAME(slerp), NAME(call_aanr),
+        3, 4, 1, 1, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -3456,7 +3602,7 @@ INLINE void NAME(pack_two_sided)(const REAL *q, REAL *out_0, REAL *out_1)
     out_1[1] = t3;
 }
 
-WIDE static void NAME(pack_two_sided_block)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(pack_two_sided_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
@@ -3474,8 +3620,9 @@ WIDE static void NAME(pack_two_sided_block)(intptr_t n, char **args, const intpt
         NAME(store_2)(a2 + i * w, c2a, x2);
     }
 }
+LOOPS(pack_two_sided_block)
 
-WIDE static void NAME(pack_two_sided_dense)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(pack_two_sided_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
@@ -3497,12 +3644,13 @@ WIDE static void NAME(pack_two_sided_dense)(intptr_t n, char **args, const intpt
         NAME(store_span)(args[2], first, r2, 2);
     }
 }
+LOOPS(pack_two_sided_dense)
 
 void NAME(pack_two_sided_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {2, 1, 1, {2}}, {2, 1, 2, {2}}};
-    static const struct kernel kernel = {NAME(pack_two_sided_block), NAME(pack_two_sided_dense), 1, 3, 0, 0, parts,
-        NULL};
+    static const struct kernel kernel = {WIDTHS(pack_two_sided_block), WIDTHS(pack_two_sided_dense), (any_function
+        *)NAME(pack_two_sided), NAME(call_arr), 1, 3, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -3524,7 +3672,7 @@ INLINE void NAME(unpack_two_sided)(const REAL *z_plus, const REAL *z_minus, REAL
     out[3] = t5;
 }
 
-WIDE static void NAME(unpack_two_sided_block)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(unpack_two_sided_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
@@ -3542,8 +3690,9 @@ WIDE static void NAME(unpack_two_sided_block)(intptr_t n, char **args, const int
         NAME(store_4)(a2 + i * w, c2a, x2);
     }
 }
+LOOPS(unpack_two_sided_block)
 
-WIDE static void NAME(unpack_two_sided_dense)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(unpack_two_sided_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
@@ -3564,12 +3713,13 @@ WIDE static void NAME(unpack_two_sided_dense)(intptr_t n, char **args, const int
         NAME(store_span)(args[2], first, r2, 4);
     }
 }
+LOOPS(unpack_two_sided_dense)
 
 void NAME(unpack_two_sided_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{2, 1, 0, {2}}, {2, 1, 1, {2}}, {4, 1, 2, {4}}};
-    static const struct kernel kernel = {NAME(unpack_two_sided_block), NAME(unpack_two_sided_dense), 2, 3, 0, 0,
-        parts, NULL};
+    static const struct kernel kernel = {WIDTHS(unpack_two_sided_block), WIDTHS(unpack_two_sided_dense),
+        (any_function *)NAME(unpack_two_sided), NAME(call_aar), 2, 3, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 #endif

@@ -2,7 +2,7 @@
 // command: gac generate --all sta
 // spec: 8f9679e9ce7ec13f
 // contraction: -ffp-contract=off (every operation is rounded once)
-// body: 8230caab5357e06d9dc5dc16ac13aefb6c90b0c4add4599f4be8180c9fe98cab
+// body: 7137be0b58655aeb36a097de7e1b25c271cd540ea0d86c06568a66735ec91c2b
 
 #ifndef REAL
 #include "sta.h"
@@ -30,11 +30,27 @@
 #define NOT_UNROLLED
 #endif
 
-// The widest vectors of the machine that runs the loops, chosen when the library is loaded.
+// The widest vectors of the machine that runs the loops: on x86-64 there is each for AVX2 and for AVX-512, and machines
+// that have neither run one element after the other; on others there is one.
 #if defined(__GNUC__) && __GNUC__ >= 12 && !defined(__clang__) && defined(__x86_64__) && defined(__GLIBC__)
 #define WIDE __attribute__((target_clones("default", "arch=x86-64-v3", "arch=x86-64-v4")))
+#define ON(level) __attribute__((target("arch=x86-64-" level)))
+#define LOOPS(name)                                                                     \
+    ON("v3") static void NAME(name##_v3)(intptr_t n, char **args, const intptr_t *strides) \
+    {                                                                                   \
+        NAME(name)(n, args, strides);                                                   \
+    }                                                                                   \
+    ON("v4") static void NAME(name##_v4)(intptr_t n, char **args, const intptr_t *strides) \
+    {                                                                                   \
+        NAME(name)(n, args, strides);                                                   \
+    }
+#define WIDTHS(name) {NAME(name##_v3), NAME(name##_v4)}
+#define CHOSEN (__builtin_cpu_supports("x86-64-v4") ? 1 : __builtin_cpu_supports("x86-64-v3") ? 0 : -1)
 #else
 #define WIDE
+#define LOOPS(name)
+#define WIDTHS(name) {NAME(name)}
+#define CHOSEN 0
 #endif
 
 // Loops run over whole vectors: a block is padded to a multiple of this many elements.
@@ -61,6 +77,7 @@ struct part {
 };
 
 typedef void loop_function(intptr_t n, char **args, const intptr_t *strides);
+typedef void any_function(void);
 
 // A form of a kernel for batches in which the `same` arguments (a bit each) are that for at least so many elements:
 // what depends on them is prepared once, and takes the place of the first of them.
@@ -68,19 +85,21 @@ struct form {
     unsigned same;
     intptr_t least;
     void (*start)(char **args, const intptr_t *strides, void *prepared);
-    loop_function *block, *dense;
+    loop_function *block[2], *dense[2];
 };
 
-// The loops of a kernel, over rows and in C order, and its forms. A kernel that repeats reads its inputs again after it
-// has written: its outputs cannot lie where they do.
+// The loops of a kernel, over rows and in C order, its plain function and how that is called, and its forms. A kernel
+// that repeats reads its inputs again after it has written: its outputs cannot lie where they do.
 struct kernel {
-    loop_function *block, *dense;
+    loop_function *block[2], *dense[2];
+    any_function *function;
+    void (*call)(any_function *function, void **parts);
     int n_inputs, n_parts, n_forms, repeats;
     const struct part *parts;
     const struct form *forms;
 };
 
-enum { PARTS = 4, CORES = 3, SPACE = 4096, PREPARED = 18 };
+enum { PARTS = 4, CORES = 3, NUMBERS = 48, SPACE = 4096, PREPARED = 18 };
 
 #define SQRT(x) FUNCTION(sqrt)(x)
 #define SIN(x) NAME(sin_of)(x, far)
@@ -526,6 +545,31 @@ static INLINE void NAME(store_16)(char *a, intptr_t ca, const REAL *x)
     *(REAL *)(a + 15 * ca) = x[15];
 }
 
+static void NAME(call_aanr)(any_function *function, void **x)
+{
+    ((void (*)(const REAL *, const REAL *, REAL, REAL *))function)(x[0], x[1], *(REAL *)x[2], x[3]);
+}
+
+static void NAME(call_aar)(any_function *function, void **x)
+{
+    ((void (*)(const REAL *, const REAL *, REAL *))function)(x[0], x[1], x[2]);
+}
+
+static void NAME(call_anr)(any_function *function, void **x)
+{
+    ((void (*)(const REAL *, REAL, REAL *))function)(x[0], *(REAL *)x[1], x[2]);
+}
+
+static void NAME(call_ar)(any_function *function, void **x)
+{
+    ((void (*)(const REAL *, REAL *))function)(x[0], x[1]);
+}
+
+static void NAME(call_arr)(any_function *function, void **x)
+{
+    ((void (*)(const REAL *, REAL *, REAL *))function)(x[0], x[1], x[2]);
+}
+
 // Blocks of a batch, and how they get there from strides of any kind: a component of a part (an argument or a result)
 // is a row, `row` numbers long, of the elements of a block.
 
@@ -770,19 +814,56 @@ static void NAME(move_part)(int back, REAL *x, intptr_t row, const struct part *
     }
 }
 
+// The numbers of an element of a part, from the batch or back to it.
+static void NAME(move_element)(int back, REAL *x, const struct part *part, char *a, const intptr_t *c)
+{
+    for (intptr_t k = 0; k < part->size; ++k) {
+        intptr_t offset = 0, rest = k;
+        for (int axis = part->rank; axis-- > 1; rest /= part->shape[axis])
+            offset += rest % part->shape[axis] * c[axis];
+        offset += part->rank ? rest * c[0] : 0;
+        if (back)
+            *(REAL *)(a + offset) = x[k];
+        else
+            x[k] = *(const REAL *)(a + offset);
+    }
+}
+
+// Runs a kernel on one element after the other.
+static void NAME(each)(const struct kernel *kernel, char **args, intptr_t n, const intptr_t *steps)
+{
+    const intptr_t *strides = steps + kernel->n_parts;
+    const struct part *parts = kernel->parts;
+    REAL numbers[NUMBERS], *next = numbers;
+    void *places[PARTS];
+    for (int p = 0; p < kernel->n_parts; next += parts[p++].size)
+        places[p] = next;
+    for (intptr_t i = 0; i < n; ++i) {
+        for (int p = 0; p < kernel->n_inputs; ++p)
+            NAME(move_element)(0, places[p], &parts[p], args[p] + i * steps[p], strides + parts[p].first);
+        kernel->call(kernel->function, places);
+        for (int p = kernel->n_inputs; p < kernel->n_parts; ++p)
+            NAME(move_element)(1, places[p], &parts[p], args[p] + i * steps[p], strides + parts[p].first);
+    }
+}
+
 // Runs a kernel over a batch in blocks. What lies at unit stride, or is hoisted, is used where it lies, and so is a
 // whole batch in C order if there is a loop for it; everything else goes through rows.
 static void NAME(batch)(const struct kernel *kernel, char **args, intptr_t n, const intptr_t *steps)
 {
     const intptr_t w = sizeof(REAL), *strides = steps + kernel->n_parts;
-    const int n_parts = kernel->n_parts, n_inputs = kernel->n_inputs;
+    const int n_parts = kernel->n_parts, n_inputs = kernel->n_inputs, width = CHOSEN;
     enum { SAME, HOISTED, UNIT, ANY } kinds[PARTS];
     _Alignas(64) REAL space[SPACE], prepared[PREPARED];
     REAL *rows[PARTS];
     char *starts[PARTS];
     intptr_t cores[CORES], row_cores[CORES], total = 0, bytes = 0;
     unsigned still = 0, hoisted = 0;
-    loop_function *in_rows = kernel->block, *in_order = kernel->dense;
+    if (width < 0 || n == 1) {
+        NAME(each)(kernel, args, n, steps);
+        return;
+    }
+    loop_function *in_rows = kernel->block[width], *in_order = kernel->dense[width];
     for (int p = 0; p < n_parts; ++p) {
         total += kernel->parts[p].size;
         bytes += steps[p] < 0 ? -steps[p] : steps[p];
@@ -792,7 +873,7 @@ static void NAME(batch)(const struct kernel *kernel, char **args, intptr_t n, co
         const struct form *form = &kernel->forms[f];
         if ((still & form->same) == form->same && n >= form->least) {
             form->start(args, strides, prepared);
-            hoisted = form->same, in_rows = form->block, in_order = form->dense;
+            hoisted = form->same, in_rows = form->block[width], in_order = form->dense[width];
         }
     }
     int in_place = 1, dense = in_order != NULL;
@@ -1218,7 +1299,7 @@ INLINE void NAME(geometric_product)(const REAL *a, const REAL *b, REAL *out)
     out[15] = t306;
 }
 
-WIDE static void NAME(geometric_product_block)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(geometric_product_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
@@ -1236,11 +1317,13 @@ WIDE static void NAME(geometric_product_block)(intptr_t n, char **args, const in
         NAME(store_16)(a2 + i * w, c2a, x2);
     }
 }
+LOOPS(geometric_product_block)
 
 void NAME(geometric_product_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{16, 1, 0, {16}}, {16, 1, 1, {16}}, {16, 1, 2, {16}}};
-    static const struct kernel kernel = {NAME(geometric_product_block), NULL, 2, 3, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(geometric_product_block), {NULL}, (any_function
+        *)NAME(geometric_product), NAME(call_aar), 2, 3, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -1442,7 +1525,7 @@ INLINE void NAME(outer_product)(const REAL *a, const REAL *b, REAL *out)
     out[15] = t145;
 }
 
-WIDE static void NAME(outer_product_block)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(outer_product_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
@@ -1460,11 +1543,13 @@ WIDE static void NAME(outer_product_block)(intptr_t n, char **args, const intptr
         NAME(store_16)(a2 + i * w, c2a, x2);
     }
 }
+LOOPS(outer_product_block)
 
 void NAME(outer_product_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{16, 1, 0, {16}}, {16, 1, 1, {16}}, {16, 1, 2, {16}}};
-    static const struct kernel kernel = {NAME(outer_product_block), NULL, 2, 3, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(outer_product_block), {NULL}, (any_function *)NAME(outer_product),
+        NAME(call_aar), 2, 3, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -1666,7 +1751,7 @@ INLINE void NAME(regressive_product)(const REAL *a, const REAL *b, REAL *out)
     out[15] = t145;
 }
 
-WIDE static void NAME(regressive_product_block)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(regressive_product_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
@@ -1684,11 +1769,13 @@ WIDE static void NAME(regressive_product_block)(intptr_t n, char **args, const i
         NAME(store_16)(a2 + i * w, c2a, x2);
     }
 }
+LOOPS(regressive_product_block)
 
 void NAME(regressive_product_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{16, 1, 0, {16}}, {16, 1, 1, {16}}, {16, 1, 2, {16}}};
-    static const struct kernel kernel = {NAME(regressive_product_block), NULL, 2, 3, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(regressive_product_block), {NULL}, (any_function
+        *)NAME(regressive_product), NAME(call_aar), 2, 3, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -2021,7 +2108,7 @@ INLINE void NAME(inner_product)(const REAL *a, const REAL *b, REAL *out)
     out[15] = t276;
 }
 
-WIDE static void NAME(inner_product_block)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(inner_product_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
@@ -2039,11 +2126,13 @@ WIDE static void NAME(inner_product_block)(intptr_t n, char **args, const intptr
         NAME(store_16)(a2 + i * w, c2a, x2);
     }
 }
+LOOPS(inner_product_block)
 
 void NAME(inner_product_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{16, 1, 0, {16}}, {16, 1, 1, {16}}, {16, 1, 2, {16}}};
-    static const struct kernel kernel = {NAME(inner_product_block), NULL, 2, 3, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(inner_product_block), {NULL}, (any_function *)NAME(inner_product),
+        NAME(call_aar), 2, 3, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -2167,7 +2256,7 @@ INLINE void NAME(even_product)(const REAL *a, const REAL *b, REAL *out)
     out[7] = t91;
 }
 
-WIDE static void NAME(even_product_block)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(even_product_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
@@ -2185,8 +2274,9 @@ WIDE static void NAME(even_product_block)(intptr_t n, char **args, const intptr_
         NAME(store_8)(a2 + i * w, c2a, x2);
     }
 }
+LOOPS(even_product_block)
 
-WIDE static void NAME(even_product_dense)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(even_product_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
@@ -2209,12 +2299,13 @@ WIDE static void NAME(even_product_dense)(intptr_t n, char **args, const intptr_
         NAME(store_span)(args[2], first, r2, 8);
     }
 }
+LOOPS(even_product_dense)
 
 void NAME(even_product_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{8, 1, 0, {8}}, {8, 1, 1, {8}}, {8, 1, 2, {8}}};
-    static const struct kernel kernel = {NAME(even_product_block), NAME(even_product_dense), 2, 3, 0, 0, parts,
-        NULL};
+    static const struct kernel kernel = {WIDTHS(even_product_block), WIDTHS(even_product_dense), (any_function
+        *)NAME(even_product), NAME(call_aar), 2, 3, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -2264,7 +2355,7 @@ INLINE void NAME(reverse)(const REAL *a, REAL *out)
     out[15] = a_g0123;
 }
 
-WIDE static void NAME(reverse_block)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(reverse_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c0a = strides[0], c1a = strides[1];
@@ -2279,11 +2370,13 @@ WIDE static void NAME(reverse_block)(intptr_t n, char **args, const intptr_t *st
         NAME(store_16)(a1 + i * w, c1a, x1);
     }
 }
+LOOPS(reverse_block)
 
 void NAME(reverse_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{16, 1, 0, {16}}, {16, 1, 1, {16}}};
-    static const struct kernel kernel = {NAME(reverse_block), NULL, 1, 2, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(reverse_block), {NULL}, (any_function *)NAME(reverse),
+        NAME(call_ar), 1, 2, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -2331,7 +2424,7 @@ INLINE void NAME(grade_involution)(const REAL *a, REAL *out)
     out[15] = a_g0123;
 }
 
-WIDE static void NAME(grade_involution_block)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(grade_involution_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c0a = strides[0], c1a = strides[1];
@@ -2346,11 +2439,13 @@ WIDE static void NAME(grade_involution_block)(intptr_t n, char **args, const int
         NAME(store_16)(a1 + i * w, c1a, x1);
     }
 }
+LOOPS(grade_involution_block)
 
 void NAME(grade_involution_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{16, 1, 0, {16}}, {16, 1, 1, {16}}};
-    static const struct kernel kernel = {NAME(grade_involution_block), NULL, 1, 2, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(grade_involution_block), {NULL}, (any_function
+        *)NAME(grade_involution), NAME(call_ar), 1, 2, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -2398,7 +2493,7 @@ INLINE void NAME(dual)(const REAL *a, REAL *out)
     out[15] = a_1;
 }
 
-WIDE static void NAME(dual_block)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(dual_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c0a = strides[0], c1a = strides[1];
@@ -2413,11 +2508,13 @@ WIDE static void NAME(dual_block)(intptr_t n, char **args, const intptr_t *strid
         NAME(store_16)(a1 + i * w, c1a, x1);
     }
 }
+LOOPS(dual_block)
 
 void NAME(dual_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{16, 1, 0, {16}}, {16, 1, 1, {16}}};
-    static const struct kernel kernel = {NAME(dual_block), NULL, 1, 2, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(dual_block), {NULL}, (any_function *)NAME(dual), NAME(call_ar), 1,
+        2, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -2465,7 +2562,7 @@ INLINE void NAME(polarity)(const REAL *a, REAL *out)
     out[15] = t7;
 }
 
-WIDE static void NAME(polarity_block)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(polarity_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c0a = strides[0], c1a = strides[1];
@@ -2480,11 +2577,13 @@ WIDE static void NAME(polarity_block)(intptr_t n, char **args, const intptr_t *s
         NAME(store_16)(a1 + i * w, c1a, x1);
     }
 }
+LOOPS(polarity_block)
 
 void NAME(polarity_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{16, 1, 0, {16}}, {16, 1, 1, {16}}};
-    static const struct kernel kernel = {NAME(polarity_block), NULL, 1, 2, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(polarity_block), {NULL}, (any_function *)NAME(polarity),
+        NAME(call_ar), 1, 2, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -2514,7 +2613,7 @@ INLINE void NAME(even_reverse)(const REAL *a, REAL *out)
     out[7] = a_g0123;
 }
 
-WIDE static void NAME(even_reverse_block)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(even_reverse_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c0a = strides[0], c1a = strides[1];
@@ -2529,8 +2628,9 @@ WIDE static void NAME(even_reverse_block)(intptr_t n, char **args, const intptr_
         NAME(store_8)(a1 + i * w, c1a, x1);
     }
 }
+LOOPS(even_reverse_block)
 
-WIDE static void NAME(even_reverse_dense)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(even_reverse_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
@@ -2549,12 +2649,13 @@ WIDE static void NAME(even_reverse_dense)(intptr_t n, char **args, const intptr_
         NAME(store_span)(args[1], first, r1, 8);
     }
 }
+LOOPS(even_reverse_dense)
 
 void NAME(even_reverse_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{8, 1, 0, {8}}, {8, 1, 1, {8}}};
-    static const struct kernel kernel = {NAME(even_reverse_block), NAME(even_reverse_dense), 1, 2, 0, 0, parts,
-        NULL};
+    static const struct kernel kernel = {WIDTHS(even_reverse_block), WIDTHS(even_reverse_dense), (any_function
+        *)NAME(even_reverse), NAME(call_ar), 1, 2, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -2603,7 +2704,7 @@ INLINE void NAME(vector_product)(const REAL *a, const REAL *b, REAL *out)
     out[7] = (REAL)0;
 }
 
-WIDE static void NAME(vector_product_block)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(vector_product_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
@@ -2621,8 +2722,9 @@ WIDE static void NAME(vector_product_block)(intptr_t n, char **args, const intpt
         NAME(store_8)(a2 + i * w, c2a, x2);
     }
 }
+LOOPS(vector_product_block)
 
-WIDE static void NAME(vector_product_dense)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(vector_product_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
@@ -2645,12 +2747,13 @@ WIDE static void NAME(vector_product_dense)(intptr_t n, char **args, const intpt
         NAME(store_span)(args[2], first, r2, 8);
     }
 }
+LOOPS(vector_product_dense)
 
 void NAME(vector_product_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {4, 1, 1, {4}}, {8, 1, 2, {8}}};
-    static const struct kernel kernel = {NAME(vector_product_block), NAME(vector_product_dense), 2, 3, 0, 0, parts,
-        NULL};
+    static const struct kernel kernel = {WIDTHS(vector_product_block), WIDTHS(vector_product_dense), (any_function
+        *)NAME(vector_product), NAME(call_aar), 2, 3, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -2674,7 +2777,7 @@ INLINE void NAME(dot_product)(const REAL *a, const REAL *b, REAL *out)
     out[0] = t6;
 }
 
-WIDE static void NAME(dot_product_block)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(dot_product_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c0a = strides[0], c1a = strides[1];
@@ -2692,8 +2795,9 @@ WIDE static void NAME(dot_product_block)(intptr_t n, char **args, const intptr_t
         NAME(store_scalar)(a2 + i * w, x2);
     }
 }
+LOOPS(dot_product_block)
 
-WIDE static void NAME(dot_product_dense)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(dot_product_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
@@ -2714,11 +2818,13 @@ WIDE static void NAME(dot_product_dense)(intptr_t n, char **args, const intptr_t
         NAME(store_span)(args[2], first, r2, 1);
     }
 }
+LOOPS(dot_product_dense)
 
 void NAME(dot_product_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {4, 1, 1, {4}}, {1, 0, 2, {0}}};
-    static const struct kernel kernel = {NAME(dot_product_block), NAME(dot_product_dense), 2, 3, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(dot_product_block), WIDTHS(dot_product_dense), (any_function
+        *)NAME(dot_product), NAME(call_aar), 2, 3, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -2758,7 +2864,7 @@ INLINE void NAME(wedge_vectors)(const REAL *a, const REAL *b, REAL *out)
     out[5] = t17;
 }
 
-WIDE static void NAME(wedge_vectors_block)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(wedge_vectors_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
@@ -2776,8 +2882,9 @@ WIDE static void NAME(wedge_vectors_block)(intptr_t n, char **args, const intptr
         NAME(store_6)(a2 + i * w, c2a, x2);
     }
 }
+LOOPS(wedge_vectors_block)
 
-WIDE static void NAME(wedge_vectors_dense)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(wedge_vectors_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
@@ -2800,12 +2907,13 @@ WIDE static void NAME(wedge_vectors_dense)(intptr_t n, char **args, const intptr
         NAME(store_span)(args[2], first, r2, 6);
     }
 }
+LOOPS(wedge_vectors_dense)
 
 void NAME(wedge_vectors_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {4, 1, 1, {4}}, {6, 1, 2, {6}}};
-    static const struct kernel kernel = {NAME(wedge_vectors_block), NAME(wedge_vectors_dense), 2, 3, 0, 0, parts,
-        NULL};
+    static const struct kernel kernel = {WIDTHS(wedge_vectors_block), WIDTHS(wedge_vectors_dense), (any_function
+        *)NAME(wedge_vectors), NAME(call_aar), 2, 3, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -2825,7 +2933,7 @@ INLINE void NAME(interval)(const REAL *v, REAL *out)
     out[0] = t6;
 }
 
-WIDE static void NAME(interval_block)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(interval_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c0a = strides[0];
@@ -2840,8 +2948,9 @@ WIDE static void NAME(interval_block)(intptr_t n, char **args, const intptr_t *s
         NAME(store_scalar)(a1 + i * w, x1);
     }
 }
+LOOPS(interval_block)
 
-WIDE static void NAME(interval_dense)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(interval_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
@@ -2859,11 +2968,13 @@ WIDE static void NAME(interval_dense)(intptr_t n, char **args, const intptr_t *s
         NAME(store_span)(args[1], first, r1, 1);
     }
 }
+LOOPS(interval_dense)
 
 void NAME(interval_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {1, 0, 1, {0}}};
-    static const struct kernel kernel = {NAME(interval_block), NAME(interval_dense), 1, 2, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(interval_block), WIDTHS(interval_dense), (any_function
+        *)NAME(interval), NAME(call_ar), 1, 2, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -2879,7 +2990,7 @@ INLINE void NAME(spacetime_split)(const REAL *v, REAL *out_0, REAL *out_1)
     out_1[2] = v_g3;
 }
 
-WIDE static void NAME(spacetime_split_block)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(spacetime_split_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c0a = strides[0], c2a = strides[1];
@@ -2897,8 +3008,9 @@ WIDE static void NAME(spacetime_split_block)(intptr_t n, char **args, const intp
         NAME(store_3)(a2 + i * w, c2a, x2);
     }
 }
+LOOPS(spacetime_split_block)
 
-WIDE static void NAME(spacetime_split_dense)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(spacetime_split_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
@@ -2920,12 +3032,13 @@ WIDE static void NAME(spacetime_split_dense)(intptr_t n, char **args, const intp
         NAME(store_span)(args[2], first, r2, 3);
     }
 }
+LOOPS(spacetime_split_dense)
 
 void NAME(spacetime_split_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {1, 0, 1, {0}}, {3, 1, 1, {3}}};
-    static const struct kernel kernel = {NAME(spacetime_split_block), NAME(spacetime_split_dense), 1, 3, 0, 0,
-        parts, NULL};
+    static const struct kernel kernel = {WIDTHS(spacetime_split_block), WIDTHS(spacetime_split_dense), (any_function
+        *)NAME(spacetime_split), NAME(call_arr), 1, 3, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -2951,7 +3064,7 @@ INLINE void NAME(proper_velocity)(const REAL *velocity, REAL *out)
     out[3] = t10;
 }
 
-WIDE static void NAME(proper_velocity_block)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(proper_velocity_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c0a = strides[0], c1a = strides[1];
@@ -2966,8 +3079,9 @@ WIDE static void NAME(proper_velocity_block)(intptr_t n, char **args, const intp
         NAME(store_4)(a1 + i * w, c1a, x1);
     }
 }
+LOOPS(proper_velocity_block)
 
-WIDE static void NAME(proper_velocity_dense)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(proper_velocity_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
@@ -2985,12 +3099,13 @@ WIDE static void NAME(proper_velocity_dense)(intptr_t n, char **args, const intp
         NAME(store_span)(args[1], first, r1, 4);
     }
 }
+LOOPS(proper_velocity_dense)
 
 void NAME(proper_velocity_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {4, 1, 1, {4}}};
-    static const struct kernel kernel = {NAME(proper_velocity_block), NAME(proper_velocity_dense), 1, 2, 0, 0,
-        parts, NULL};
+    static const struct kernel kernel = {WIDTHS(proper_velocity_block), WIDTHS(proper_velocity_dense), (any_function
+        *)NAME(proper_velocity), NAME(call_ar), 1, 2, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -3114,7 +3229,7 @@ INLINE void NAME(rotor_product)(const REAL *a, const REAL *b, REAL *out)
     out[7] = t91;
 }
 
-WIDE static void NAME(rotor_product_block)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(rotor_product_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
@@ -3132,8 +3247,9 @@ WIDE static void NAME(rotor_product_block)(intptr_t n, char **args, const intptr
         NAME(store_8)(a2 + i * w, c2a, x2);
     }
 }
+LOOPS(rotor_product_block)
 
-WIDE static void NAME(rotor_product_dense)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(rotor_product_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
@@ -3156,12 +3272,13 @@ WIDE static void NAME(rotor_product_dense)(intptr_t n, char **args, const intptr
         NAME(store_span)(args[2], first, r2, 8);
     }
 }
+LOOPS(rotor_product_dense)
 
 void NAME(rotor_product_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{8, 1, 0, {8}}, {8, 1, 1, {8}}, {8, 1, 2, {8}}};
-    static const struct kernel kernel = {NAME(rotor_product_block), NAME(rotor_product_dense), 2, 3, 0, 0, parts,
-        NULL};
+    static const struct kernel kernel = {WIDTHS(rotor_product_block), WIDTHS(rotor_product_dense), (any_function
+        *)NAME(rotor_product), NAME(call_aar), 2, 3, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -3191,7 +3308,7 @@ INLINE void NAME(rotor_inverse)(const REAL *r, REAL *out)
     out[7] = r_g0123;
 }
 
-WIDE static void NAME(rotor_inverse_block)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(rotor_inverse_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c0a = strides[0], c1a = strides[1];
@@ -3206,8 +3323,9 @@ WIDE static void NAME(rotor_inverse_block)(intptr_t n, char **args, const intptr
         NAME(store_8)(a1 + i * w, c1a, x1);
     }
 }
+LOOPS(rotor_inverse_block)
 
-WIDE static void NAME(rotor_inverse_dense)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(rotor_inverse_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
@@ -3226,12 +3344,13 @@ WIDE static void NAME(rotor_inverse_dense)(intptr_t n, char **args, const intptr
         NAME(store_span)(args[1], first, r1, 8);
     }
 }
+LOOPS(rotor_inverse_dense)
 
 void NAME(rotor_inverse_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{8, 1, 0, {8}}, {8, 1, 1, {8}}};
-    static const struct kernel kernel = {NAME(rotor_inverse_block), NAME(rotor_inverse_dense), 1, 2, 0, 0, parts,
-        NULL};
+    static const struct kernel kernel = {WIDTHS(rotor_inverse_block), WIDTHS(rotor_inverse_dense), (any_function
+        *)NAME(rotor_inverse), NAME(call_ar), 1, 2, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -3322,7 +3441,7 @@ INLINE void NAME(normalize_rotor)(const REAL *x, REAL *out)
     out[7] = t66;
 }
 
-WIDE static void NAME(normalize_rotor_block)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(normalize_rotor_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c0a = strides[0], c1a = strides[1];
@@ -3337,8 +3456,9 @@ WIDE static void NAME(normalize_rotor_block)(intptr_t n, char **args, const intp
         NAME(store_8)(a1 + i * w, c1a, x1);
     }
 }
+LOOPS(normalize_rotor_block)
 
-WIDE static void NAME(normalize_rotor_dense)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(normalize_rotor_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
@@ -3357,12 +3477,13 @@ WIDE static void NAME(normalize_rotor_dense)(intptr_t n, char **args, const intp
         NAME(store_span)(args[1], first, r1, 8);
     }
 }
+LOOPS(normalize_rotor_dense)
 
 void NAME(normalize_rotor_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{8, 1, 0, {8}}, {8, 1, 1, {8}}};
-    static const struct kernel kernel = {NAME(normalize_rotor_block), NAME(normalize_rotor_dense), 1, 2, 0, 0,
-        parts, NULL};
+    static const struct kernel kernel = {WIDTHS(normalize_rotor_block), WIDTHS(normalize_rotor_dense), (any_function
+        *)NAME(normalize_rotor), NAME(call_ar), 1, 2, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -3635,7 +3756,7 @@ static INLINE void NAME(transform_vector_apply_r)(const REAL *prepared, const RE
     out[3] = t107;
 }
 
-WIDE static void NAME(transform_vector_block_r)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(transform_vector_block_r)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c1a = strides[1], c2a = strides[2];
@@ -3651,8 +3772,9 @@ WIDE static void NAME(transform_vector_block_r)(intptr_t n, char **args, const i
         NAME(store_4)(a2 + i * w, c2a, x2);
     }
 }
+LOOPS(transform_vector_block_r)
 
-WIDE static void NAME(transform_vector_dense_r)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(transform_vector_dense_r)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const REAL *prepared = (const REAL *)args[0];
@@ -3671,6 +3793,7 @@ WIDE static void NAME(transform_vector_dense_r)(intptr_t n, char **args, const i
         NAME(store_span)(args[2], first, r2, 4);
     }
 }
+LOOPS(transform_vector_dense_r)
 
 static void NAME(transform_vector_start_r)(char **args, const intptr_t *strides, void *prepared)
 {
@@ -3680,7 +3803,7 @@ static void NAME(transform_vector_start_r)(char **args, const intptr_t *strides,
     NAME(transform_vector_prepare_r)(x0, prepared);
 }
 
-WIDE static void NAME(transform_vector_block)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(transform_vector_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
@@ -3698,8 +3821,9 @@ WIDE static void NAME(transform_vector_block)(intptr_t n, char **args, const int
         NAME(store_4)(a2 + i * w, c2a, x2);
     }
 }
+LOOPS(transform_vector_block)
 
-WIDE static void NAME(transform_vector_dense)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(transform_vector_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
@@ -3722,14 +3846,15 @@ WIDE static void NAME(transform_vector_dense)(intptr_t n, char **args, const int
         NAME(store_span)(args[2], first, r2, 4);
     }
 }
+LOOPS(transform_vector_dense)
 
 void NAME(transform_vector_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{8, 1, 0, {8}}, {4, 1, 1, {4}}, {4, 1, 2, {4}}};
-    static const struct form forms[] = {{1, 2, NAME(transform_vector_start_r), NAME(transform_vector_block_r),
-        NAME(transform_vector_dense_r)}};
-    static const struct kernel kernel = {NAME(transform_vector_block), NAME(transform_vector_dense), 2, 3, 1, 0,
-        parts, forms};
+    static const struct form forms[] = {{1, 2, NAME(transform_vector_start_r), WIDTHS(transform_vector_block_r),
+        WIDTHS(transform_vector_dense_r)}};
+    static const struct kernel kernel = {WIDTHS(transform_vector_block), WIDTHS(transform_vector_dense),
+        (any_function *)NAME(transform_vector), NAME(call_aar), 2, 3, 1, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -4094,7 +4219,7 @@ static INLINE void NAME(transform_bivector_apply_r)(const REAL *prepared, const 
     out[5] = t152;
 }
 
-WIDE static void NAME(transform_bivector_block_r)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(transform_bivector_block_r)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c1a = strides[1], c2a = strides[2];
@@ -4110,8 +4235,9 @@ WIDE static void NAME(transform_bivector_block_r)(intptr_t n, char **args, const
         NAME(store_6)(a2 + i * w, c2a, x2);
     }
 }
+LOOPS(transform_bivector_block_r)
 
-WIDE static void NAME(transform_bivector_dense_r)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(transform_bivector_dense_r)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const REAL *prepared = (const REAL *)args[0];
@@ -4131,6 +4257,7 @@ WIDE static void NAME(transform_bivector_dense_r)(intptr_t n, char **args, const
         NAME(store_span)(args[2], first, r2, 6);
     }
 }
+LOOPS(transform_bivector_dense_r)
 
 static void NAME(transform_bivector_start_r)(char **args, const intptr_t *strides, void *prepared)
 {
@@ -4140,7 +4267,7 @@ static void NAME(transform_bivector_start_r)(char **args, const intptr_t *stride
     NAME(transform_bivector_prepare_r)(x0, prepared);
 }
 
-WIDE static void NAME(transform_bivector_block)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(transform_bivector_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
@@ -4158,13 +4285,15 @@ WIDE static void NAME(transform_bivector_block)(intptr_t n, char **args, const i
         NAME(store_6)(a2 + i * w, c2a, x2);
     }
 }
+LOOPS(transform_bivector_block)
 
 void NAME(transform_bivector_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{8, 1, 0, {8}}, {6, 1, 1, {6}}, {6, 1, 2, {6}}};
-    static const struct form forms[] = {{1, 2, NAME(transform_bivector_start_r), NAME(transform_bivector_block_r),
-        NAME(transform_bivector_dense_r)}};
-    static const struct kernel kernel = {NAME(transform_bivector_block), NULL, 2, 3, 1, 0, parts, forms};
+    static const struct form forms[] = {{1, 2, NAME(transform_bivector_start_r), WIDTHS(transform_bivector_block_r),
+        WIDTHS(transform_bivector_dense_r)}};
+    static const struct kernel kernel = {WIDTHS(transform_bivector_block), {NULL}, (any_function
+        *)NAME(transform_bivector), NAME(call_aar), 2, 3, 1, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -4242,7 +4371,7 @@ static INLINE void NAME(boost_from_rapidity_apply_rapidity)(const REAL *prepared
     out[7] = (REAL)0;
 }
 
-WIDE static void NAME(boost_from_rapidity_block_rapidity)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(boost_from_rapidity_block_rapidity)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c0a = strides[0], c2a = strides[1];
@@ -4258,8 +4387,9 @@ WIDE static void NAME(boost_from_rapidity_block_rapidity)(intptr_t n, char **arg
         NAME(store_8)(a2 + i * w, c2a, x2);
     }
 }
+LOOPS(boost_from_rapidity_block_rapidity)
 
-WIDE static void NAME(boost_from_rapidity_dense_rapidity)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(boost_from_rapidity_dense_rapidity)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const REAL *prepared = (const REAL *)args[1];
@@ -4278,6 +4408,7 @@ WIDE static void NAME(boost_from_rapidity_dense_rapidity)(intptr_t n, char **arg
         NAME(store_span)(args[2], first, r2, 8);
     }
 }
+LOOPS(boost_from_rapidity_dense_rapidity)
 
 static void NAME(boost_from_rapidity_start_rapidity)(char **args, const intptr_t *strides, void *prepared)
 {
@@ -4287,7 +4418,7 @@ static void NAME(boost_from_rapidity_start_rapidity)(char **args, const intptr_t
     NAME(boost_from_rapidity_prepare_rapidity)(x1[0], prepared);
 }
 
-WIDE static void NAME(boost_from_rapidity_block)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(boost_from_rapidity_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c0a = strides[0], c2a = strides[1];
@@ -4305,13 +4436,15 @@ WIDE static void NAME(boost_from_rapidity_block)(intptr_t n, char **args, const 
         NAME(store_8)(a2 + i * w, c2a, x2);
     }
 }
+LOOPS(boost_from_rapidity_block)
 
 void NAME(boost_from_rapidity_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {1, 0, 1, {0}}, {8, 1, 1, {8}}};
     static const struct form forms[] = {{2, 2, NAME(boost_from_rapidity_start_rapidity),
-        NAME(boost_from_rapidity_block_rapidity), NAME(boost_from_rapidity_dense_rapidity)}};
-    static const struct kernel kernel = {NAME(boost_from_rapidity_block), NULL, 2, 3, 1, 0, parts, forms};
+        WIDTHS(boost_from_rapidity_block_rapidity), WIDTHS(boost_from_rapidity_dense_rapidity)}};
+    static const struct kernel kernel = {WIDTHS(boost_from_rapidity_block), {NULL}, (any_function
+        *)NAME(boost_from_rapidity), NAME(call_anr), 2, 3, 1, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -4349,7 +4482,7 @@ INLINE void NAME(boost_from_velocity)(const REAL *velocity, REAL *out)
     out[7] = (REAL)0;
 }
 
-WIDE static void NAME(boost_from_velocity_block)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(boost_from_velocity_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c0a = strides[0], c1a = strides[1];
@@ -4364,8 +4497,9 @@ WIDE static void NAME(boost_from_velocity_block)(intptr_t n, char **args, const 
         NAME(store_8)(a1 + i * w, c1a, x1);
     }
 }
+LOOPS(boost_from_velocity_block)
 
-WIDE static void NAME(boost_from_velocity_dense)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(boost_from_velocity_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
@@ -4383,12 +4517,13 @@ WIDE static void NAME(boost_from_velocity_dense)(intptr_t n, char **args, const 
         NAME(store_span)(args[1], first, r1, 8);
     }
 }
+LOOPS(boost_from_velocity_dense)
 
 void NAME(boost_from_velocity_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {8, 1, 1, {8}}};
-    static const struct kernel kernel = {NAME(boost_from_velocity_block), NAME(boost_from_velocity_dense), 1, 2, 0,
-        0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(boost_from_velocity_block), WIDTHS(boost_from_velocity_dense),
+        (any_function *)NAME(boost_from_velocity), NAME(call_ar), 1, 2, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -4446,7 +4581,7 @@ INLINE void NAME(boost_between_velocities)(const REAL *a, const REAL *b, REAL *o
     out[7] = (REAL)0;
 }
 
-WIDE static void NAME(boost_between_velocities_block)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(boost_between_velocities_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
@@ -4464,8 +4599,9 @@ WIDE static void NAME(boost_between_velocities_block)(intptr_t n, char **args, c
         NAME(store_8)(a2 + i * w, c2a, x2);
     }
 }
+LOOPS(boost_between_velocities_block)
 
-WIDE static void NAME(boost_between_velocities_dense)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(boost_between_velocities_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
@@ -4488,12 +4624,14 @@ WIDE static void NAME(boost_between_velocities_dense)(intptr_t n, char **args, c
         NAME(store_span)(args[2], first, r2, 8);
     }
 }
+LOOPS(boost_between_velocities_dense)
 
 void NAME(boost_between_velocities_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {4, 1, 1, {4}}, {8, 1, 2, {8}}};
-    static const struct kernel kernel = {NAME(boost_between_velocities_block), NAME(boost_between_velocities_dense),
-        2, 3, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(boost_between_velocities_block),
+        WIDTHS(boost_between_velocities_dense), (any_function *)NAME(boost_between_velocities), NAME(call_aar), 2,
+        3, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -4609,7 +4747,7 @@ static INLINE void NAME(rotor_from_axis_angle_apply_axis)(const REAL *prepared, 
     out[7] = (REAL)0;
 }
 
-WIDE static void NAME(rotor_from_axis_angle_block_angle)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(rotor_from_axis_angle_block_angle)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c0a = strides[0], c2a = strides[1];
@@ -4625,8 +4763,9 @@ WIDE static void NAME(rotor_from_axis_angle_block_angle)(intptr_t n, char **args
         NAME(store_8)(a2 + i * w, c2a, x2);
     }
 }
+LOOPS(rotor_from_axis_angle_block_angle)
 
-WIDE static void NAME(rotor_from_axis_angle_dense_angle)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(rotor_from_axis_angle_dense_angle)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const REAL *prepared = (const REAL *)args[1];
@@ -4645,6 +4784,7 @@ WIDE static void NAME(rotor_from_axis_angle_dense_angle)(intptr_t n, char **args
         NAME(store_span)(args[2], first, r2, 8);
     }
 }
+LOOPS(rotor_from_axis_angle_dense_angle)
 
 static void NAME(rotor_from_axis_angle_start_angle)(char **args, const intptr_t *strides, void *prepared)
 {
@@ -4654,7 +4794,7 @@ static void NAME(rotor_from_axis_angle_start_angle)(char **args, const intptr_t 
     NAME(rotor_from_axis_angle_prepare_angle)(x1[0], prepared, NULL);
 }
 
-WIDE static void NAME(rotor_from_axis_angle_block_axis)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(rotor_from_axis_angle_block_axis)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c2a = strides[1];
@@ -4681,6 +4821,7 @@ WIDE static void NAME(rotor_from_axis_angle_block_axis)(intptr_t n, char **args,
         }
     }
 }
+LOOPS(rotor_from_axis_angle_block_axis)
 
 static void NAME(rotor_from_axis_angle_start_axis)(char **args, const intptr_t *strides, void *prepared)
 {
@@ -4690,7 +4831,7 @@ static void NAME(rotor_from_axis_angle_start_axis)(char **args, const intptr_t *
     NAME(rotor_from_axis_angle_prepare_axis)(x0, prepared);
 }
 
-WIDE static void NAME(rotor_from_axis_angle_block)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(rotor_from_axis_angle_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c0a = strides[0], c2a = strides[1];
@@ -4721,14 +4862,16 @@ WIDE static void NAME(rotor_from_axis_angle_block)(intptr_t n, char **args, cons
         }
     }
 }
+LOOPS(rotor_from_axis_angle_block)
 
 void NAME(rotor_from_axis_angle_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {1, 0, 1, {0}}, {8, 1, 1, {8}}};
     static const struct form forms[] = {{2, 2, NAME(rotor_from_axis_angle_start_angle),
-        NAME(rotor_from_axis_angle_block_angle), NAME(rotor_from_axis_angle_dense_angle)}, {1, 2,
-        NAME(rotor_from_axis_angle_start_axis), NAME(rotor_from_axis_angle_block_axis), NULL}};
-    static const struct kernel kernel = {NAME(rotor_from_axis_angle_block), NULL, 2, 3, 2, 1, parts, forms};
+        WIDTHS(rotor_from_axis_angle_block_angle), WIDTHS(rotor_from_axis_angle_dense_angle)}, {1, 2,
+        NAME(rotor_from_axis_angle_start_axis), WIDTHS(rotor_from_axis_angle_block_axis), {NULL}}};
+    static const struct kernel kernel = {WIDTHS(rotor_from_axis_angle_block), {NULL}, (any_function
+        *)NAME(rotor_from_axis_angle), NAME(call_anr), 2, 3, 2, 1, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -4870,7 +5013,7 @@ INLINE void NAME(rotor_exponential)(const REAL *b, REAL *out)
     NAME(rotor_exponential_within)(b, out, NULL);
 }
 
-WIDE static void NAME(rotor_exponential_block)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(rotor_exponential_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c0a = strides[0], c1a = strides[1];
@@ -4896,11 +5039,13 @@ WIDE static void NAME(rotor_exponential_block)(intptr_t n, char **args, const in
         }
     }
 }
+LOOPS(rotor_exponential_block)
 
 void NAME(rotor_exponential_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{6, 1, 0, {6}}, {8, 1, 1, {8}}};
-    static const struct kernel kernel = {NAME(rotor_exponential_block), NULL, 1, 2, 0, 1, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(rotor_exponential_block), {NULL}, (any_function
+        *)NAME(rotor_exponential), NAME(call_ar), 1, 2, 0, 1, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -5063,7 +5208,7 @@ INLINE void NAME(rotor_logarithm)(const REAL *r, REAL *out)
     out[5] = t140;
 }
 
-WIDE static void NAME(rotor_logarithm_block)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(rotor_logarithm_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c0a = strides[0], c1a = strides[1];
@@ -5078,11 +5223,13 @@ WIDE static void NAME(rotor_logarithm_block)(intptr_t n, char **args, const intp
         NAME(store_6)(a1 + i * w, c1a, x1);
     }
 }
+LOOPS(rotor_logarithm_block)
 
 void NAME(rotor_logarithm_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{8, 1, 0, {8}}, {6, 1, 1, {6}}};
-    static const struct kernel kernel = {NAME(rotor_logarithm_block), NULL, 1, 2, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(rotor_logarithm_block), {NULL}, (any_function
+        *)NAME(rotor_logarithm), NAME(call_ar), 1, 2, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -5165,7 +5312,7 @@ INLINE void NAME(rotor_square_root)(const REAL *r, REAL *out)
     out[7] = t58;
 }
 
-WIDE static void NAME(rotor_square_root_block)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(rotor_square_root_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c0a = strides[0], c1a = strides[1];
@@ -5180,8 +5327,9 @@ WIDE static void NAME(rotor_square_root_block)(intptr_t n, char **args, const in
         NAME(store_8)(a1 + i * w, c1a, x1);
     }
 }
+LOOPS(rotor_square_root_block)
 
-WIDE static void NAME(rotor_square_root_dense)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(rotor_square_root_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
@@ -5200,12 +5348,13 @@ WIDE static void NAME(rotor_square_root_dense)(intptr_t n, char **args, const in
         NAME(store_span)(args[1], first, r1, 8);
     }
 }
+LOOPS(rotor_square_root_dense)
 
 void NAME(rotor_square_root_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{8, 1, 0, {8}}, {8, 1, 1, {8}}};
-    static const struct kernel kernel = {NAME(rotor_square_root_block), NAME(rotor_square_root_dense), 1, 2, 0, 0,
-        parts, NULL};
+    static const struct kernel kernel = {WIDTHS(rotor_square_root_block), WIDTHS(rotor_square_root_dense),
+        (any_function *)NAME(rotor_square_root), NAME(call_ar), 1, 2, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -5497,7 +5646,7 @@ INLINE void NAME(rotor_power)(const REAL *r, REAL t, REAL *out)
     NAME(rotor_power_within)(r, t, out, NULL);
 }
 
-WIDE static void NAME(rotor_power_block)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(rotor_power_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c0a = strides[0], c2a = strides[1];
@@ -5528,11 +5677,13 @@ WIDE static void NAME(rotor_power_block)(intptr_t n, char **args, const intptr_t
         }
     }
 }
+LOOPS(rotor_power_block)
 
 void NAME(rotor_power_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{8, 1, 0, {8}}, {1, 0, 1, {0}}, {8, 1, 1, {8}}};
-    static const struct kernel kernel = {NAME(rotor_power_block), NULL, 2, 3, 0, 1, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(rotor_power_block), {NULL}, (any_function *)NAME(rotor_power),
+        NAME(call_anr), 2, 3, 0, 1, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -6015,7 +6166,7 @@ INLINE void NAME(interpolate_rotors)(const REAL *a, const REAL *b, REAL t, REAL 
     NAME(interpolate_rotors_within)(a, b, t, out, NULL);
 }
 
-WIDE static void NAME(interpolate_rotors_block)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(interpolate_rotors_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c0a = strides[0], c1a = strides[1], c3a = strides[2];
@@ -6051,11 +6202,13 @@ WIDE static void NAME(interpolate_rotors_block)(intptr_t n, char **args, const i
         }
     }
 }
+LOOPS(interpolate_rotors_block)
 
 void NAME(interpolate_rotors_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{8, 1, 0, {8}}, {8, 1, 1, {8}}, {1, 0, 2, {0}}, {8, 1, 2, {8}}};
-    static const struct kernel kernel = {NAME(interpolate_rotors_block), NULL, 3, 4, 0, 1, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(interpolate_rotors_block), {NULL}, (any_function
+        *)NAME(interpolate_rotors), NAME(call_aanr), 3, 4, 0, 1, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -6161,7 +6314,7 @@ INLINE void NAME(rotor_to_matrix)(const REAL *r, REAL *out)
     out[15] = t73;
 }
 
-WIDE static void NAME(rotor_to_matrix_block)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(rotor_to_matrix_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c0a = strides[0], c1a = strides[1], c1b = strides[2];
@@ -6176,8 +6329,9 @@ WIDE static void NAME(rotor_to_matrix_block)(intptr_t n, char **args, const intp
         NAME(store_4x4)(a1 + i * w, c1a, c1b, x1);
     }
 }
+LOOPS(rotor_to_matrix_block)
 
-WIDE static void NAME(rotor_to_matrix_dense)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(rotor_to_matrix_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
@@ -6196,12 +6350,13 @@ WIDE static void NAME(rotor_to_matrix_dense)(intptr_t n, char **args, const intp
         NAME(store_span)(args[1], first, r1, 16);
     }
 }
+LOOPS(rotor_to_matrix_dense)
 
 void NAME(rotor_to_matrix_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{8, 1, 0, {8}}, {16, 2, 1, {4, 4}}};
-    static const struct kernel kernel = {NAME(rotor_to_matrix_block), NAME(rotor_to_matrix_dense), 1, 2, 0, 0,
-        parts, NULL};
+    static const struct kernel kernel = {WIDTHS(rotor_to_matrix_block), WIDTHS(rotor_to_matrix_dense), (any_function
+        *)NAME(rotor_to_matrix), NAME(call_ar), 1, 2, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -6223,7 +6378,7 @@ INLINE void NAME(field_from_electric_magnetic)(const REAL *e, const REAL *b, REA
     out[5] = t1;
 }
 
-WIDE static void NAME(field_from_electric_magnetic_block)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(field_from_electric_magnetic_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
@@ -6241,8 +6396,9 @@ WIDE static void NAME(field_from_electric_magnetic_block)(intptr_t n, char **arg
         NAME(store_6)(a2 + i * w, c2a, x2);
     }
 }
+LOOPS(field_from_electric_magnetic_block)
 
-WIDE static void NAME(field_from_electric_magnetic_dense)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(field_from_electric_magnetic_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
@@ -6265,12 +6421,14 @@ WIDE static void NAME(field_from_electric_magnetic_dense)(intptr_t n, char **arg
         NAME(store_span)(args[2], first, r2, 6);
     }
 }
+LOOPS(field_from_electric_magnetic_dense)
 
 void NAME(field_from_electric_magnetic_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {3, 1, 1, {3}}, {6, 1, 2, {6}}};
-    static const struct kernel kernel = {NAME(field_from_electric_magnetic_block),
-        NAME(field_from_electric_magnetic_dense), 2, 3, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(field_from_electric_magnetic_block),
+        WIDTHS(field_from_electric_magnetic_dense), (any_function *)NAME(field_from_electric_magnetic),
+        NAME(call_aar), 2, 3, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -6292,7 +6450,7 @@ INLINE void NAME(field_to_electric_magnetic)(const REAL *f, REAL *out_0, REAL *o
     out_1[2] = t1;
 }
 
-WIDE static void NAME(field_to_electric_magnetic_block)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(field_to_electric_magnetic_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
@@ -6310,8 +6468,9 @@ WIDE static void NAME(field_to_electric_magnetic_block)(intptr_t n, char **args,
         NAME(store_3)(a2 + i * w, c2a, x2);
     }
 }
+LOOPS(field_to_electric_magnetic_block)
 
-WIDE static void NAME(field_to_electric_magnetic_dense)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(field_to_electric_magnetic_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
@@ -6334,12 +6493,14 @@ WIDE static void NAME(field_to_electric_magnetic_dense)(intptr_t n, char **args,
         NAME(store_span)(args[2], first, r2, 3);
     }
 }
+LOOPS(field_to_electric_magnetic_dense)
 
 void NAME(field_to_electric_magnetic_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{6, 1, 0, {6}}, {3, 1, 1, {3}}, {3, 1, 2, {3}}};
-    static const struct kernel kernel = {NAME(field_to_electric_magnetic_block),
-        NAME(field_to_electric_magnetic_dense), 1, 3, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(field_to_electric_magnetic_block),
+        WIDTHS(field_to_electric_magnetic_dense), (any_function *)NAME(field_to_electric_magnetic), NAME(call_arr),
+        1, 3, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -6371,7 +6532,7 @@ INLINE void NAME(field_invariants)(const REAL *f, REAL *out_0, REAL *out_1)
     out_1[0] = t15;
 }
 
-WIDE static void NAME(field_invariants_block)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(field_invariants_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c0a = strides[0];
@@ -6389,8 +6550,9 @@ WIDE static void NAME(field_invariants_block)(intptr_t n, char **args, const int
         NAME(store_scalar)(a2 + i * w, x2);
     }
 }
+LOOPS(field_invariants_block)
 
-WIDE static void NAME(field_invariants_dense)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(field_invariants_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
@@ -6413,12 +6575,13 @@ WIDE static void NAME(field_invariants_dense)(intptr_t n, char **args, const int
         NAME(store_span)(args[2], first, r2, 1);
     }
 }
+LOOPS(field_invariants_dense)
 
 void NAME(field_invariants_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{6, 1, 0, {6}}, {1, 0, 1, {0}}, {1, 0, 1, {0}}};
-    static const struct kernel kernel = {NAME(field_invariants_block), NAME(field_invariants_dense), 1, 3, 0, 0,
-        parts, NULL};
+    static const struct kernel kernel = {WIDTHS(field_invariants_block), WIDTHS(field_invariants_dense),
+        (any_function *)NAME(field_invariants), NAME(call_arr), 1, 3, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -6460,7 +6623,7 @@ INLINE void NAME(lorentz_force)(const REAL *f, const REAL *u, REAL *out)
     out[3] = t19;
 }
 
-WIDE static void NAME(lorentz_force_block)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(lorentz_force_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
@@ -6478,8 +6641,9 @@ WIDE static void NAME(lorentz_force_block)(intptr_t n, char **args, const intptr
         NAME(store_4)(a2 + i * w, c2a, x2);
     }
 }
+LOOPS(lorentz_force_block)
 
-WIDE static void NAME(lorentz_force_dense)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(lorentz_force_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
@@ -6502,12 +6666,13 @@ WIDE static void NAME(lorentz_force_dense)(intptr_t n, char **args, const intptr
         NAME(store_span)(args[2], first, r2, 4);
     }
 }
+LOOPS(lorentz_force_dense)
 
 void NAME(lorentz_force_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{6, 1, 0, {6}}, {4, 1, 1, {4}}, {4, 1, 2, {4}}};
-    static const struct kernel kernel = {NAME(lorentz_force_block), NAME(lorentz_force_dense), 2, 3, 0, 0, parts,
-        NULL};
+    static const struct kernel kernel = {WIDTHS(lorentz_force_block), WIDTHS(lorentz_force_dense), (any_function
+        *)NAME(lorentz_force), NAME(call_aar), 2, 3, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -6699,7 +6864,7 @@ static INLINE void NAME(field_stress_energy_apply_f)(const REAL *prepared, const
     out[3] = t63;
 }
 
-WIDE static void NAME(field_stress_energy_block_f)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(field_stress_energy_block_f)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c1a = strides[1], c2a = strides[2];
@@ -6715,8 +6880,9 @@ WIDE static void NAME(field_stress_energy_block_f)(intptr_t n, char **args, cons
         NAME(store_4)(a2 + i * w, c2a, x2);
     }
 }
+LOOPS(field_stress_energy_block_f)
 
-WIDE static void NAME(field_stress_energy_dense_f)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(field_stress_energy_dense_f)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const REAL *prepared = (const REAL *)args[0];
@@ -6735,6 +6901,7 @@ WIDE static void NAME(field_stress_energy_dense_f)(intptr_t n, char **args, cons
         NAME(store_span)(args[2], first, r2, 4);
     }
 }
+LOOPS(field_stress_energy_dense_f)
 
 static void NAME(field_stress_energy_start_f)(char **args, const intptr_t *strides, void *prepared)
 {
@@ -6744,7 +6911,7 @@ static void NAME(field_stress_energy_start_f)(char **args, const intptr_t *strid
     NAME(field_stress_energy_prepare_f)(x0, prepared);
 }
 
-WIDE static void NAME(field_stress_energy_block)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(field_stress_energy_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
@@ -6762,8 +6929,9 @@ WIDE static void NAME(field_stress_energy_block)(intptr_t n, char **args, const 
         NAME(store_4)(a2 + i * w, c2a, x2);
     }
 }
+LOOPS(field_stress_energy_block)
 
-WIDE static void NAME(field_stress_energy_dense)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(field_stress_energy_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
@@ -6786,14 +6954,15 @@ WIDE static void NAME(field_stress_energy_dense)(intptr_t n, char **args, const 
         NAME(store_span)(args[2], first, r2, 4);
     }
 }
+LOOPS(field_stress_energy_dense)
 
 void NAME(field_stress_energy_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{6, 1, 0, {6}}, {4, 1, 1, {4}}, {4, 1, 2, {4}}};
-    static const struct form forms[] = {{1, 2, NAME(field_stress_energy_start_f), NAME(field_stress_energy_block_f),
-        NAME(field_stress_energy_dense_f)}};
-    static const struct kernel kernel = {NAME(field_stress_energy_block), NAME(field_stress_energy_dense), 2, 3, 1,
-        0, parts, forms};
+    static const struct form forms[] = {{1, 2, NAME(field_stress_energy_start_f),
+        WIDTHS(field_stress_energy_block_f), WIDTHS(field_stress_energy_dense_f)}};
+    static const struct kernel kernel = {WIDTHS(field_stress_energy_block), WIDTHS(field_stress_energy_dense),
+        (any_function *)NAME(field_stress_energy), NAME(call_aar), 2, 3, 1, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -6852,7 +7021,7 @@ INLINE void NAME(dirac_current)(const REAL *psi, REAL *out)
     out[3] = t38;
 }
 
-WIDE static void NAME(dirac_current_block)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(dirac_current_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c0a = strides[0], c1a = strides[1];
@@ -6867,8 +7036,9 @@ WIDE static void NAME(dirac_current_block)(intptr_t n, char **args, const intptr
         NAME(store_4)(a1 + i * w, c1a, x1);
     }
 }
+LOOPS(dirac_current_block)
 
-WIDE static void NAME(dirac_current_dense)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(dirac_current_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
@@ -6887,12 +7057,13 @@ WIDE static void NAME(dirac_current_dense)(intptr_t n, char **args, const intptr
         NAME(store_span)(args[1], first, r1, 4);
     }
 }
+LOOPS(dirac_current_dense)
 
 void NAME(dirac_current_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{8, 1, 0, {8}}, {4, 1, 1, {4}}};
-    static const struct kernel kernel = {NAME(dirac_current_block), NAME(dirac_current_dense), 1, 2, 0, 0, parts,
-        NULL};
+    static const struct kernel kernel = {WIDTHS(dirac_current_block), WIDTHS(dirac_current_dense), (any_function
+        *)NAME(dirac_current), NAME(call_ar), 1, 2, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -6951,7 +7122,7 @@ INLINE void NAME(dirac_spin)(const REAL *psi, REAL *out)
     out[3] = t38;
 }
 
-WIDE static void NAME(dirac_spin_block)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(dirac_spin_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c0a = strides[0], c1a = strides[1];
@@ -6966,8 +7137,9 @@ WIDE static void NAME(dirac_spin_block)(intptr_t n, char **args, const intptr_t 
         NAME(store_4)(a1 + i * w, c1a, x1);
     }
 }
+LOOPS(dirac_spin_block)
 
-WIDE static void NAME(dirac_spin_dense)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(dirac_spin_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
@@ -6986,11 +7158,13 @@ WIDE static void NAME(dirac_spin_dense)(intptr_t n, char **args, const intptr_t 
         NAME(store_span)(args[1], first, r1, 4);
     }
 }
+LOOPS(dirac_spin_dense)
 
 void NAME(dirac_spin_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{8, 1, 0, {8}}, {4, 1, 1, {4}}};
-    static const struct kernel kernel = {NAME(dirac_spin_block), NAME(dirac_spin_dense), 1, 2, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(dirac_spin_block), WIDTHS(dirac_spin_dense), (any_function
+        *)NAME(dirac_spin), NAME(call_ar), 1, 2, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 #endif

@@ -2,7 +2,7 @@
 // command: gac generate --all vga2
 // spec: 8b59814c8ae32dfd
 // contraction: -ffp-contract=off (every operation is rounded once)
-// body: 180e25b5be8def6de5857d0bb368f7d8d92f222df1b9f54e73df8a6832ed1dd5
+// body: 021ccd52dcc37fad63e20e2c01a0c8afb1050d77c7e8e8d255c0af0ea8b54fab
 
 #ifndef REAL
 #include "vga2.h"
@@ -30,11 +30,27 @@
 #define NOT_UNROLLED
 #endif
 
-// The widest vectors of the machine that runs the loops, chosen when the library is loaded.
+// The widest vectors of the machine that runs the loops: on x86-64 there is each for AVX2 and for AVX-512, and machines
+// that have neither run one element after the other; on others there is one.
 #if defined(__GNUC__) && __GNUC__ >= 12 && !defined(__clang__) && defined(__x86_64__) && defined(__GLIBC__)
 #define WIDE __attribute__((target_clones("default", "arch=x86-64-v3", "arch=x86-64-v4")))
+#define ON(level) __attribute__((target("arch=x86-64-" level)))
+#define LOOPS(name)                                                                     \
+    ON("v3") static void NAME(name##_v3)(intptr_t n, char **args, const intptr_t *strides) \
+    {                                                                                   \
+        NAME(name)(n, args, strides);                                                   \
+    }                                                                                   \
+    ON("v4") static void NAME(name##_v4)(intptr_t n, char **args, const intptr_t *strides) \
+    {                                                                                   \
+        NAME(name)(n, args, strides);                                                   \
+    }
+#define WIDTHS(name) {NAME(name##_v3), NAME(name##_v4)}
+#define CHOSEN (__builtin_cpu_supports("x86-64-v4") ? 1 : __builtin_cpu_supports("x86-64-v3") ? 0 : -1)
 #else
 #define WIDE
+#define LOOPS(name)
+#define WIDTHS(name) {NAME(name)}
+#define CHOSEN 0
 #endif
 
 // Loops run over whole vectors: a block is padded to a multiple of this many elements.
@@ -61,6 +77,7 @@ struct part {
 };
 
 typedef void loop_function(intptr_t n, char **args, const intptr_t *strides);
+typedef void any_function(void);
 
 // A form of a kernel for batches in which the `same` arguments (a bit each) are that for at least so many elements:
 // what depends on them is prepared once, and takes the place of the first of them.
@@ -68,19 +85,21 @@ struct form {
     unsigned same;
     intptr_t least;
     void (*start)(char **args, const intptr_t *strides, void *prepared);
-    loop_function *block, *dense;
+    loop_function *block[2], *dense[2];
 };
 
-// The loops of a kernel, over rows and in C order, and its forms. A kernel that repeats reads its inputs again after it
-// has written: its outputs cannot lie where they do.
+// The loops of a kernel, over rows and in C order, its plain function and how that is called, and its forms. A kernel
+// that repeats reads its inputs again after it has written: its outputs cannot lie where they do.
 struct kernel {
-    loop_function *block, *dense;
+    loop_function *block[2], *dense[2];
+    any_function *function;
+    void (*call)(any_function *function, void **parts);
     int n_inputs, n_parts, n_forms, repeats;
     const struct part *parts;
     const struct form *forms;
 };
 
-enum { PARTS = 4, CORES = 3, SPACE = 4096, PREPARED = 3 };
+enum { PARTS = 4, CORES = 3, NUMBERS = 12, SPACE = 4096, PREPARED = 3 };
 
 #define SQRT(x) FUNCTION(sqrt)(x)
 #define SIN(x) NAME(sin_of)(x, far)
@@ -447,6 +466,31 @@ static INLINE void NAME(store_4)(char *a, intptr_t ca, const REAL *x)
     *(REAL *)(a + 3 * ca) = x[3];
 }
 
+static void NAME(call_aanr)(any_function *function, void **x)
+{
+    ((void (*)(const REAL *, const REAL *, REAL, REAL *))function)(x[0], x[1], *(REAL *)x[2], x[3]);
+}
+
+static void NAME(call_aar)(any_function *function, void **x)
+{
+    ((void (*)(const REAL *, const REAL *, REAL *))function)(x[0], x[1], x[2]);
+}
+
+static void NAME(call_anr)(any_function *function, void **x)
+{
+    ((void (*)(const REAL *, REAL, REAL *))function)(x[0], *(REAL *)x[1], x[2]);
+}
+
+static void NAME(call_ar)(any_function *function, void **x)
+{
+    ((void (*)(const REAL *, REAL *))function)(x[0], x[1]);
+}
+
+static void NAME(call_nr)(any_function *function, void **x)
+{
+    ((void (*)(REAL, REAL *))function)(*(REAL *)x[0], x[1]);
+}
+
 // Blocks of a batch, and how they get there from strides of any kind: a component of a part (an argument or a result)
 // is a row, `row` numbers long, of the elements of a block.
 
@@ -691,19 +735,56 @@ static void NAME(move_part)(int back, REAL *x, intptr_t row, const struct part *
     }
 }
 
+// The numbers of an element of a part, from the batch or back to it.
+static void NAME(move_element)(int back, REAL *x, const struct part *part, char *a, const intptr_t *c)
+{
+    for (intptr_t k = 0; k < part->size; ++k) {
+        intptr_t offset = 0, rest = k;
+        for (int axis = part->rank; axis-- > 1; rest /= part->shape[axis])
+            offset += rest % part->shape[axis] * c[axis];
+        offset += part->rank ? rest * c[0] : 0;
+        if (back)
+            *(REAL *)(a + offset) = x[k];
+        else
+            x[k] = *(const REAL *)(a + offset);
+    }
+}
+
+// Runs a kernel on one element after the other.
+static void NAME(each)(const struct kernel *kernel, char **args, intptr_t n, const intptr_t *steps)
+{
+    const intptr_t *strides = steps + kernel->n_parts;
+    const struct part *parts = kernel->parts;
+    REAL numbers[NUMBERS], *next = numbers;
+    void *places[PARTS];
+    for (int p = 0; p < kernel->n_parts; next += parts[p++].size)
+        places[p] = next;
+    for (intptr_t i = 0; i < n; ++i) {
+        for (int p = 0; p < kernel->n_inputs; ++p)
+            NAME(move_element)(0, places[p], &parts[p], args[p] + i * steps[p], strides + parts[p].first);
+        kernel->call(kernel->function, places);
+        for (int p = kernel->n_inputs; p < kernel->n_parts; ++p)
+            NAME(move_element)(1, places[p], &parts[p], args[p] + i * steps[p], strides + parts[p].first);
+    }
+}
+
 // Runs a kernel over a batch in blocks. What lies at unit stride, or is hoisted, is used where it lies, and so is a
 // whole batch in C order if there is a loop for it; everything else goes through rows.
 static void NAME(batch)(const struct kernel *kernel, char **args, intptr_t n, const intptr_t *steps)
 {
     const intptr_t w = sizeof(REAL), *strides = steps + kernel->n_parts;
-    const int n_parts = kernel->n_parts, n_inputs = kernel->n_inputs;
+    const int n_parts = kernel->n_parts, n_inputs = kernel->n_inputs, width = CHOSEN;
     enum { SAME, HOISTED, UNIT, ANY } kinds[PARTS];
     _Alignas(64) REAL space[SPACE], prepared[PREPARED];
     REAL *rows[PARTS];
     char *starts[PARTS];
     intptr_t cores[CORES], row_cores[CORES], total = 0, bytes = 0;
     unsigned still = 0, hoisted = 0;
-    loop_function *in_rows = kernel->block, *in_order = kernel->dense;
+    if (width < 0 || n == 1) {
+        NAME(each)(kernel, args, n, steps);
+        return;
+    }
+    loop_function *in_rows = kernel->block[width], *in_order = kernel->dense[width];
     for (int p = 0; p < n_parts; ++p) {
         total += kernel->parts[p].size;
         bytes += steps[p] < 0 ? -steps[p] : steps[p];
@@ -713,7 +794,7 @@ static void NAME(batch)(const struct kernel *kernel, char **args, intptr_t n, co
         const struct form *form = &kernel->forms[f];
         if ((still & form->same) == form->same && n >= form->least) {
             form->start(args, strides, prepared);
-            hoisted = form->same, in_rows = form->block, in_order = form->dense;
+            hoisted = form->same, in_rows = form->block[width], in_order = form->dense[width];
         }
     }
     int in_place = 1, dense = in_order != NULL;
@@ -824,7 +905,7 @@ INLINE void NAME(geometric_product)(const REAL *a, const REAL *b, REAL *out)
     out[3] = t27;
 }
 
-WIDE static void NAME(geometric_product_block)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(geometric_product_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
@@ -842,8 +923,9 @@ WIDE static void NAME(geometric_product_block)(intptr_t n, char **args, const in
         NAME(store_4)(a2 + i * w, c2a, x2);
     }
 }
+LOOPS(geometric_product_block)
 
-WIDE static void NAME(geometric_product_dense)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(geometric_product_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
@@ -864,12 +946,13 @@ WIDE static void NAME(geometric_product_dense)(intptr_t n, char **args, const in
         NAME(store_span)(args[2], first, r2, 4);
     }
 }
+LOOPS(geometric_product_dense)
 
 void NAME(geometric_product_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {4, 1, 1, {4}}, {4, 1, 2, {4}}};
-    static const struct kernel kernel = {NAME(geometric_product_block), NAME(geometric_product_dense), 2, 3, 0, 0,
-        parts, NULL};
+    static const struct kernel kernel = {WIDTHS(geometric_product_block), WIDTHS(geometric_product_dense),
+        (any_function *)NAME(geometric_product), NAME(call_aar), 2, 3, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -903,7 +986,7 @@ INLINE void NAME(outer_product)(const REAL *a, const REAL *b, REAL *out)
     out[3] = t13;
 }
 
-WIDE static void NAME(outer_product_block)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(outer_product_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
@@ -921,8 +1004,9 @@ WIDE static void NAME(outer_product_block)(intptr_t n, char **args, const intptr
         NAME(store_4)(a2 + i * w, c2a, x2);
     }
 }
+LOOPS(outer_product_block)
 
-WIDE static void NAME(outer_product_dense)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(outer_product_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
@@ -943,12 +1027,13 @@ WIDE static void NAME(outer_product_dense)(intptr_t n, char **args, const intptr
         NAME(store_span)(args[2], first, r2, 4);
     }
 }
+LOOPS(outer_product_dense)
 
 void NAME(outer_product_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {4, 1, 1, {4}}, {4, 1, 2, {4}}};
-    static const struct kernel kernel = {NAME(outer_product_block), NAME(outer_product_dense), 2, 3, 0, 0, parts,
-        NULL};
+    static const struct kernel kernel = {WIDTHS(outer_product_block), WIDTHS(outer_product_dense), (any_function
+        *)NAME(outer_product), NAME(call_aar), 2, 3, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -982,7 +1067,7 @@ INLINE void NAME(regressive_product)(const REAL *a, const REAL *b, REAL *out)
     out[3] = t13;
 }
 
-WIDE static void NAME(regressive_product_block)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(regressive_product_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
@@ -1000,8 +1085,9 @@ WIDE static void NAME(regressive_product_block)(intptr_t n, char **args, const i
         NAME(store_4)(a2 + i * w, c2a, x2);
     }
 }
+LOOPS(regressive_product_block)
 
-WIDE static void NAME(regressive_product_dense)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(regressive_product_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
@@ -1022,12 +1108,13 @@ WIDE static void NAME(regressive_product_dense)(intptr_t n, char **args, const i
         NAME(store_span)(args[2], first, r2, 4);
     }
 }
+LOOPS(regressive_product_dense)
 
 void NAME(regressive_product_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {4, 1, 1, {4}}, {4, 1, 2, {4}}};
-    static const struct kernel kernel = {NAME(regressive_product_block), NAME(regressive_product_dense), 2, 3, 0, 0,
-        parts, NULL};
+    static const struct kernel kernel = {WIDTHS(regressive_product_block), WIDTHS(regressive_product_dense),
+        (any_function *)NAME(regressive_product), NAME(call_aar), 2, 3, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -1071,7 +1158,7 @@ INLINE void NAME(inner_product)(const REAL *a, const REAL *b, REAL *out)
     out[3] = t23;
 }
 
-WIDE static void NAME(inner_product_block)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(inner_product_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
@@ -1089,8 +1176,9 @@ WIDE static void NAME(inner_product_block)(intptr_t n, char **args, const intptr
         NAME(store_4)(a2 + i * w, c2a, x2);
     }
 }
+LOOPS(inner_product_block)
 
-WIDE static void NAME(inner_product_dense)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(inner_product_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
@@ -1111,12 +1199,13 @@ WIDE static void NAME(inner_product_dense)(intptr_t n, char **args, const intptr
         NAME(store_span)(args[2], first, r2, 4);
     }
 }
+LOOPS(inner_product_dense)
 
 void NAME(inner_product_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {4, 1, 1, {4}}, {4, 1, 2, {4}}};
-    static const struct kernel kernel = {NAME(inner_product_block), NAME(inner_product_dense), 2, 3, 0, 0, parts,
-        NULL};
+    static const struct kernel kernel = {WIDTHS(inner_product_block), WIDTHS(inner_product_dense), (any_function
+        *)NAME(inner_product), NAME(call_aar), 2, 3, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -1133,7 +1222,7 @@ INLINE void NAME(reverse)(const REAL *a, REAL *out)
     out[3] = t0;
 }
 
-WIDE static void NAME(reverse_block)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(reverse_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c0a = strides[0], c1a = strides[1];
@@ -1148,8 +1237,9 @@ WIDE static void NAME(reverse_block)(intptr_t n, char **args, const intptr_t *st
         NAME(store_4)(a1 + i * w, c1a, x1);
     }
 }
+LOOPS(reverse_block)
 
-WIDE static void NAME(reverse_dense)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(reverse_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
@@ -1167,11 +1257,13 @@ WIDE static void NAME(reverse_dense)(intptr_t n, char **args, const intptr_t *st
         NAME(store_span)(args[1], first, r1, 4);
     }
 }
+LOOPS(reverse_dense)
 
 void NAME(reverse_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {4, 1, 1, {4}}};
-    static const struct kernel kernel = {NAME(reverse_block), NAME(reverse_dense), 1, 2, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(reverse_block), WIDTHS(reverse_dense), (any_function
+        *)NAME(reverse), NAME(call_ar), 1, 2, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -1188,7 +1280,7 @@ INLINE void NAME(dual)(const REAL *a, REAL *out)
     out[3] = a_1;
 }
 
-WIDE static void NAME(dual_block)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(dual_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c0a = strides[0], c1a = strides[1];
@@ -1203,8 +1295,9 @@ WIDE static void NAME(dual_block)(intptr_t n, char **args, const intptr_t *strid
         NAME(store_4)(a1 + i * w, c1a, x1);
     }
 }
+LOOPS(dual_block)
 
-WIDE static void NAME(dual_dense)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(dual_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
@@ -1222,11 +1315,13 @@ WIDE static void NAME(dual_dense)(intptr_t n, char **args, const intptr_t *strid
         NAME(store_span)(args[1], first, r1, 4);
     }
 }
+LOOPS(dual_dense)
 
 void NAME(dual_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {4, 1, 1, {4}}};
-    static const struct kernel kernel = {NAME(dual_block), NAME(dual_dense), 1, 2, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(dual_block), WIDTHS(dual_dense), (any_function *)NAME(dual),
+        NAME(call_ar), 1, 2, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -1247,7 +1342,7 @@ INLINE void NAME(norm)(const REAL *a, REAL *out)
     out[0] = t7;
 }
 
-WIDE static void NAME(norm_block)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(norm_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c0a = strides[0];
@@ -1262,8 +1357,9 @@ WIDE static void NAME(norm_block)(intptr_t n, char **args, const intptr_t *strid
         NAME(store_scalar)(a1 + i * w, x1);
     }
 }
+LOOPS(norm_block)
 
-WIDE static void NAME(norm_dense)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(norm_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
@@ -1281,11 +1377,13 @@ WIDE static void NAME(norm_dense)(intptr_t n, char **args, const intptr_t *strid
         NAME(store_span)(args[1], first, r1, 1);
     }
 }
+LOOPS(norm_dense)
 
 void NAME(norm_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {1, 0, 1, {0}}};
-    static const struct kernel kernel = {NAME(norm_block), NAME(norm_dense), 1, 2, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(norm_block), WIDTHS(norm_dense), (any_function *)NAME(norm),
+        NAME(call_ar), 1, 2, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -1316,7 +1414,7 @@ INLINE void NAME(inverse)(const REAL *a, REAL *out)
     out[3] = t14;
 }
 
-WIDE static void NAME(inverse_block)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(inverse_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c0a = strides[0], c1a = strides[1];
@@ -1331,8 +1429,9 @@ WIDE static void NAME(inverse_block)(intptr_t n, char **args, const intptr_t *st
         NAME(store_4)(a1 + i * w, c1a, x1);
     }
 }
+LOOPS(inverse_block)
 
-WIDE static void NAME(inverse_dense)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(inverse_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
@@ -1350,11 +1449,13 @@ WIDE static void NAME(inverse_dense)(intptr_t n, char **args, const intptr_t *st
         NAME(store_span)(args[1], first, r1, 4);
     }
 }
+LOOPS(inverse_dense)
 
 void NAME(inverse_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {4, 1, 1, {4}}};
-    static const struct kernel kernel = {NAME(inverse_block), NAME(inverse_dense), 1, 2, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(inverse_block), WIDTHS(inverse_dense), (any_function
+        *)NAME(inverse), NAME(call_ar), 1, 2, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -1374,7 +1475,7 @@ INLINE void NAME(vector_product)(const REAL *a, const REAL *b, REAL *out)
     out[1] = t5;
 }
 
-WIDE static void NAME(vector_product_block)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(vector_product_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
@@ -1392,8 +1493,9 @@ WIDE static void NAME(vector_product_block)(intptr_t n, char **args, const intpt
         NAME(store_2)(a2 + i * w, c2a, x2);
     }
 }
+LOOPS(vector_product_block)
 
-WIDE static void NAME(vector_product_dense)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(vector_product_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
@@ -1414,12 +1516,13 @@ WIDE static void NAME(vector_product_dense)(intptr_t n, char **args, const intpt
         NAME(store_span)(args[2], first, r2, 2);
     }
 }
+LOOPS(vector_product_dense)
 
 void NAME(vector_product_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{2, 1, 0, {2}}, {2, 1, 1, {2}}, {2, 1, 2, {2}}};
-    static const struct kernel kernel = {NAME(vector_product_block), NAME(vector_product_dense), 2, 3, 0, 0, parts,
-        NULL};
+    static const struct kernel kernel = {WIDTHS(vector_product_block), WIDTHS(vector_product_dense), (any_function
+        *)NAME(vector_product), NAME(call_aar), 2, 3, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -1435,7 +1538,7 @@ INLINE void NAME(dot_product)(const REAL *a, const REAL *b, REAL *out)
     out[0] = t2;
 }
 
-WIDE static void NAME(dot_product_block)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(dot_product_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c0a = strides[0], c1a = strides[1];
@@ -1453,8 +1556,9 @@ WIDE static void NAME(dot_product_block)(intptr_t n, char **args, const intptr_t
         NAME(store_scalar)(a2 + i * w, x2);
     }
 }
+LOOPS(dot_product_block)
 
-WIDE static void NAME(dot_product_dense)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(dot_product_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
@@ -1475,11 +1579,13 @@ WIDE static void NAME(dot_product_dense)(intptr_t n, char **args, const intptr_t
         NAME(store_span)(args[2], first, r2, 1);
     }
 }
+LOOPS(dot_product_dense)
 
 void NAME(dot_product_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{2, 1, 0, {2}}, {2, 1, 1, {2}}, {1, 0, 2, {0}}};
-    static const struct kernel kernel = {NAME(dot_product_block), NAME(dot_product_dense), 2, 3, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(dot_product_block), WIDTHS(dot_product_dense), (any_function
+        *)NAME(dot_product), NAME(call_aar), 2, 3, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -1495,7 +1601,7 @@ INLINE void NAME(signed_area)(const REAL *a, const REAL *b, REAL *out)
     out[0] = t2;
 }
 
-WIDE static void NAME(signed_area_block)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(signed_area_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c0a = strides[0], c1a = strides[1];
@@ -1513,8 +1619,9 @@ WIDE static void NAME(signed_area_block)(intptr_t n, char **args, const intptr_t
         NAME(store_scalar)(a2 + i * w, x2);
     }
 }
+LOOPS(signed_area_block)
 
-WIDE static void NAME(signed_area_dense)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(signed_area_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
@@ -1535,11 +1642,13 @@ WIDE static void NAME(signed_area_dense)(intptr_t n, char **args, const intptr_t
         NAME(store_span)(args[2], first, r2, 1);
     }
 }
+LOOPS(signed_area_dense)
 
 void NAME(signed_area_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{2, 1, 0, {2}}, {2, 1, 1, {2}}, {1, 0, 2, {0}}};
-    static const struct kernel kernel = {NAME(signed_area_block), NAME(signed_area_dense), 2, 3, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(signed_area_block), WIDTHS(signed_area_dense), (any_function
+        *)NAME(signed_area), NAME(call_aar), 2, 3, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -1552,7 +1661,7 @@ INLINE void NAME(quarter_turn)(const REAL *v, REAL *out)
     out[1] = v_e1;
 }
 
-WIDE static void NAME(quarter_turn_block)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(quarter_turn_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c0a = strides[0], c1a = strides[1];
@@ -1567,8 +1676,9 @@ WIDE static void NAME(quarter_turn_block)(intptr_t n, char **args, const intptr_
         NAME(store_2)(a1 + i * w, c1a, x1);
     }
 }
+LOOPS(quarter_turn_block)
 
-WIDE static void NAME(quarter_turn_dense)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(quarter_turn_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
@@ -1586,12 +1696,13 @@ WIDE static void NAME(quarter_turn_dense)(intptr_t n, char **args, const intptr_
         NAME(store_span)(args[1], first, r1, 2);
     }
 }
+LOOPS(quarter_turn_dense)
 
 void NAME(quarter_turn_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{2, 1, 0, {2}}, {2, 1, 1, {2}}};
-    static const struct kernel kernel = {NAME(quarter_turn_block), NAME(quarter_turn_dense), 1, 2, 0, 0, parts,
-        NULL};
+    static const struct kernel kernel = {WIDTHS(quarter_turn_block), WIDTHS(quarter_turn_dense), (any_function
+        *)NAME(quarter_turn), NAME(call_ar), 1, 2, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -1610,7 +1721,7 @@ INLINE void NAME(normalize_vector)(const REAL *v, REAL *out)
     out[1] = t6;
 }
 
-WIDE static void NAME(normalize_vector_block)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(normalize_vector_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c0a = strides[0], c1a = strides[1];
@@ -1625,8 +1736,9 @@ WIDE static void NAME(normalize_vector_block)(intptr_t n, char **args, const int
         NAME(store_2)(a1 + i * w, c1a, x1);
     }
 }
+LOOPS(normalize_vector_block)
 
-WIDE static void NAME(normalize_vector_dense)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(normalize_vector_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
@@ -1644,12 +1756,13 @@ WIDE static void NAME(normalize_vector_dense)(intptr_t n, char **args, const int
         NAME(store_span)(args[1], first, r1, 2);
     }
 }
+LOOPS(normalize_vector_dense)
 
 void NAME(normalize_vector_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{2, 1, 0, {2}}, {2, 1, 1, {2}}};
-    static const struct kernel kernel = {NAME(normalize_vector_block), NAME(normalize_vector_dense), 1, 2, 0, 0,
-        parts, NULL};
+    static const struct kernel kernel = {WIDTHS(normalize_vector_block), WIDTHS(normalize_vector_dense),
+        (any_function *)NAME(normalize_vector), NAME(call_ar), 1, 2, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -1669,7 +1782,7 @@ INLINE void NAME(angle_between_vectors)(const REAL *a, const REAL *b, REAL *out)
     out[0] = t6;
 }
 
-WIDE static void NAME(angle_between_vectors_block)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(angle_between_vectors_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c0a = strides[0], c1a = strides[1];
@@ -1687,11 +1800,13 @@ WIDE static void NAME(angle_between_vectors_block)(intptr_t n, char **args, cons
         NAME(store_scalar)(a2 + i * w, x2);
     }
 }
+LOOPS(angle_between_vectors_block)
 
 void NAME(angle_between_vectors_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{2, 1, 0, {2}}, {2, 1, 1, {2}}, {1, 0, 2, {0}}};
-    static const struct kernel kernel = {NAME(angle_between_vectors_block), NULL, 2, 3, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(angle_between_vectors_block), {NULL}, (any_function
+        *)NAME(angle_between_vectors), NAME(call_aar), 2, 3, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -1747,7 +1862,7 @@ static INLINE void NAME(project_vector_on_vector_apply_n)(const REAL *prepared, 
     out[1] = t12;
 }
 
-WIDE static void NAME(project_vector_on_vector_block_n)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(project_vector_on_vector_block_n)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c0a = strides[0], c2a = strides[2];
@@ -1763,8 +1878,9 @@ WIDE static void NAME(project_vector_on_vector_block_n)(intptr_t n, char **args,
         NAME(store_2)(a2 + i * w, c2a, x2);
     }
 }
+LOOPS(project_vector_on_vector_block_n)
 
-WIDE static void NAME(project_vector_on_vector_dense_n)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(project_vector_on_vector_dense_n)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const REAL *prepared = (const REAL *)args[1];
@@ -1783,6 +1899,7 @@ WIDE static void NAME(project_vector_on_vector_dense_n)(intptr_t n, char **args,
         NAME(store_span)(args[2], first, r2, 2);
     }
 }
+LOOPS(project_vector_on_vector_dense_n)
 
 static void NAME(project_vector_on_vector_start_n)(char **args, const intptr_t *strides, void *prepared)
 {
@@ -1792,7 +1909,7 @@ static void NAME(project_vector_on_vector_start_n)(char **args, const intptr_t *
     NAME(project_vector_on_vector_prepare_n)(x1, prepared);
 }
 
-WIDE static void NAME(project_vector_on_vector_block)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(project_vector_on_vector_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
@@ -1810,8 +1927,9 @@ WIDE static void NAME(project_vector_on_vector_block)(intptr_t n, char **args, c
         NAME(store_2)(a2 + i * w, c2a, x2);
     }
 }
+LOOPS(project_vector_on_vector_block)
 
-WIDE static void NAME(project_vector_on_vector_dense)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(project_vector_on_vector_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
@@ -1832,14 +1950,16 @@ WIDE static void NAME(project_vector_on_vector_dense)(intptr_t n, char **args, c
         NAME(store_span)(args[2], first, r2, 2);
     }
 }
+LOOPS(project_vector_on_vector_dense)
 
 void NAME(project_vector_on_vector_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{2, 1, 0, {2}}, {2, 1, 1, {2}}, {2, 1, 2, {2}}};
     static const struct form forms[] = {{2, 2, NAME(project_vector_on_vector_start_n),
-        NAME(project_vector_on_vector_block_n), NAME(project_vector_on_vector_dense_n)}};
-    static const struct kernel kernel = {NAME(project_vector_on_vector_block), NAME(project_vector_on_vector_dense),
-        2, 3, 1, 0, parts, forms};
+        WIDTHS(project_vector_on_vector_block_n), WIDTHS(project_vector_on_vector_dense_n)}};
+    static const struct kernel kernel = {WIDTHS(project_vector_on_vector_block),
+        WIDTHS(project_vector_on_vector_dense), (any_function *)NAME(project_vector_on_vector), NAME(call_aar), 2,
+        3, 1, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -1903,7 +2023,7 @@ static INLINE void NAME(reflect_vector_apply_n)(const REAL *prepared, const REAL
     out[1] = t14;
 }
 
-WIDE static void NAME(reflect_vector_block_n)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(reflect_vector_block_n)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c0a = strides[0], c2a = strides[2];
@@ -1919,8 +2039,9 @@ WIDE static void NAME(reflect_vector_block_n)(intptr_t n, char **args, const int
         NAME(store_2)(a2 + i * w, c2a, x2);
     }
 }
+LOOPS(reflect_vector_block_n)
 
-WIDE static void NAME(reflect_vector_dense_n)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(reflect_vector_dense_n)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const REAL *prepared = (const REAL *)args[1];
@@ -1939,6 +2060,7 @@ WIDE static void NAME(reflect_vector_dense_n)(intptr_t n, char **args, const int
         NAME(store_span)(args[2], first, r2, 2);
     }
 }
+LOOPS(reflect_vector_dense_n)
 
 static void NAME(reflect_vector_start_n)(char **args, const intptr_t *strides, void *prepared)
 {
@@ -1948,7 +2070,7 @@ static void NAME(reflect_vector_start_n)(char **args, const intptr_t *strides, v
     NAME(reflect_vector_prepare_n)(x1, prepared);
 }
 
-WIDE static void NAME(reflect_vector_block)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(reflect_vector_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
@@ -1966,8 +2088,9 @@ WIDE static void NAME(reflect_vector_block)(intptr_t n, char **args, const intpt
         NAME(store_2)(a2 + i * w, c2a, x2);
     }
 }
+LOOPS(reflect_vector_block)
 
-WIDE static void NAME(reflect_vector_dense)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(reflect_vector_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
@@ -1988,14 +2111,15 @@ WIDE static void NAME(reflect_vector_dense)(intptr_t n, char **args, const intpt
         NAME(store_span)(args[2], first, r2, 2);
     }
 }
+LOOPS(reflect_vector_dense)
 
 void NAME(reflect_vector_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{2, 1, 0, {2}}, {2, 1, 1, {2}}, {2, 1, 2, {2}}};
-    static const struct form forms[] = {{2, 2, NAME(reflect_vector_start_n), NAME(reflect_vector_block_n),
-        NAME(reflect_vector_dense_n)}};
-    static const struct kernel kernel = {NAME(reflect_vector_block), NAME(reflect_vector_dense), 2, 3, 1, 0, parts,
-        forms};
+    static const struct form forms[] = {{2, 2, NAME(reflect_vector_start_n), WIDTHS(reflect_vector_block_n),
+        WIDTHS(reflect_vector_dense_n)}};
+    static const struct kernel kernel = {WIDTHS(reflect_vector_block), WIDTHS(reflect_vector_dense), (any_function
+        *)NAME(reflect_vector), NAME(call_aar), 2, 3, 1, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -2015,7 +2139,7 @@ INLINE void NAME(rotor_product)(const REAL *a, const REAL *b, REAL *out)
     out[1] = t5;
 }
 
-WIDE static void NAME(rotor_product_block)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(rotor_product_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
@@ -2033,8 +2157,9 @@ WIDE static void NAME(rotor_product_block)(intptr_t n, char **args, const intptr
         NAME(store_2)(a2 + i * w, c2a, x2);
     }
 }
+LOOPS(rotor_product_block)
 
-WIDE static void NAME(rotor_product_dense)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(rotor_product_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
@@ -2055,12 +2180,13 @@ WIDE static void NAME(rotor_product_dense)(intptr_t n, char **args, const intptr
         NAME(store_span)(args[2], first, r2, 2);
     }
 }
+LOOPS(rotor_product_dense)
 
 void NAME(rotor_product_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{2, 1, 0, {2}}, {2, 1, 1, {2}}, {2, 1, 2, {2}}};
-    static const struct kernel kernel = {NAME(rotor_product_block), NAME(rotor_product_dense), 2, 3, 0, 0, parts,
-        NULL};
+    static const struct kernel kernel = {WIDTHS(rotor_product_block), WIDTHS(rotor_product_dense), (any_function
+        *)NAME(rotor_product), NAME(call_aar), 2, 3, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -2080,7 +2206,7 @@ INLINE void NAME(even_product)(const REAL *a, const REAL *b, REAL *out)
     out[1] = t5;
 }
 
-WIDE static void NAME(even_product_block)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(even_product_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
@@ -2098,8 +2224,9 @@ WIDE static void NAME(even_product_block)(intptr_t n, char **args, const intptr_
         NAME(store_2)(a2 + i * w, c2a, x2);
     }
 }
+LOOPS(even_product_block)
 
-WIDE static void NAME(even_product_dense)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(even_product_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
@@ -2120,12 +2247,13 @@ WIDE static void NAME(even_product_dense)(intptr_t n, char **args, const intptr_
         NAME(store_span)(args[2], first, r2, 2);
     }
 }
+LOOPS(even_product_dense)
 
 void NAME(even_product_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{2, 1, 0, {2}}, {2, 1, 1, {2}}, {2, 1, 2, {2}}};
-    static const struct kernel kernel = {NAME(even_product_block), NAME(even_product_dense), 2, 3, 0, 0, parts,
-        NULL};
+    static const struct kernel kernel = {WIDTHS(even_product_block), WIDTHS(even_product_dense), (any_function
+        *)NAME(even_product), NAME(call_aar), 2, 3, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -2138,7 +2266,7 @@ INLINE void NAME(rotor_inverse)(const REAL *r, REAL *out)
     out[1] = t0;
 }
 
-WIDE static void NAME(rotor_inverse_block)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(rotor_inverse_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c0a = strides[0], c1a = strides[1];
@@ -2153,8 +2281,9 @@ WIDE static void NAME(rotor_inverse_block)(intptr_t n, char **args, const intptr
         NAME(store_2)(a1 + i * w, c1a, x1);
     }
 }
+LOOPS(rotor_inverse_block)
 
-WIDE static void NAME(rotor_inverse_dense)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(rotor_inverse_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
@@ -2172,12 +2301,13 @@ WIDE static void NAME(rotor_inverse_dense)(intptr_t n, char **args, const intptr
         NAME(store_span)(args[1], first, r1, 2);
     }
 }
+LOOPS(rotor_inverse_dense)
 
 void NAME(rotor_inverse_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{2, 1, 0, {2}}, {2, 1, 1, {2}}};
-    static const struct kernel kernel = {NAME(rotor_inverse_block), NAME(rotor_inverse_dense), 1, 2, 0, 0, parts,
-        NULL};
+    static const struct kernel kernel = {WIDTHS(rotor_inverse_block), WIDTHS(rotor_inverse_dense), (any_function
+        *)NAME(rotor_inverse), NAME(call_ar), 1, 2, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -2196,7 +2326,7 @@ INLINE void NAME(normalize_rotor)(const REAL *x, REAL *out)
     out[1] = t6;
 }
 
-WIDE static void NAME(normalize_rotor_block)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(normalize_rotor_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c0a = strides[0], c1a = strides[1];
@@ -2211,8 +2341,9 @@ WIDE static void NAME(normalize_rotor_block)(intptr_t n, char **args, const intp
         NAME(store_2)(a1 + i * w, c1a, x1);
     }
 }
+LOOPS(normalize_rotor_block)
 
-WIDE static void NAME(normalize_rotor_dense)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(normalize_rotor_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
@@ -2230,12 +2361,13 @@ WIDE static void NAME(normalize_rotor_dense)(intptr_t n, char **args, const intp
         NAME(store_span)(args[1], first, r1, 2);
     }
 }
+LOOPS(normalize_rotor_dense)
 
 void NAME(normalize_rotor_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{2, 1, 0, {2}}, {2, 1, 1, {2}}};
-    static const struct kernel kernel = {NAME(normalize_rotor_block), NAME(normalize_rotor_dense), 1, 2, 0, 0,
-        parts, NULL};
+    static const struct kernel kernel = {WIDTHS(normalize_rotor_block), WIDTHS(normalize_rotor_dense), (any_function
+        *)NAME(normalize_rotor), NAME(call_ar), 1, 2, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -2260,7 +2392,7 @@ INLINE void NAME(rotate_vector)(const REAL *r, const REAL *v, REAL *out)
     out[1] = t10;
 }
 
-WIDE static void NAME(rotate_vector_block)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(rotate_vector_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
@@ -2278,8 +2410,9 @@ WIDE static void NAME(rotate_vector_block)(intptr_t n, char **args, const intptr
         NAME(store_2)(a2 + i * w, c2a, x2);
     }
 }
+LOOPS(rotate_vector_block)
 
-WIDE static void NAME(rotate_vector_dense)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(rotate_vector_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
@@ -2300,12 +2433,13 @@ WIDE static void NAME(rotate_vector_dense)(intptr_t n, char **args, const intptr
         NAME(store_span)(args[2], first, r2, 2);
     }
 }
+LOOPS(rotate_vector_dense)
 
 void NAME(rotate_vector_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{2, 1, 0, {2}}, {2, 1, 1, {2}}, {2, 1, 2, {2}}};
-    static const struct kernel kernel = {NAME(rotate_vector_block), NAME(rotate_vector_dense), 2, 3, 0, 0, parts,
-        NULL};
+    static const struct kernel kernel = {WIDTHS(rotate_vector_block), WIDTHS(rotate_vector_dense), (any_function
+        *)NAME(rotate_vector), NAME(call_aar), 2, 3, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -2330,7 +2464,7 @@ INLINE void NAME(rotate_vector_back)(const REAL *r, const REAL *v, REAL *out)
     out[1] = t10;
 }
 
-WIDE static void NAME(rotate_vector_back_block)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(rotate_vector_back_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
@@ -2348,8 +2482,9 @@ WIDE static void NAME(rotate_vector_back_block)(intptr_t n, char **args, const i
         NAME(store_2)(a2 + i * w, c2a, x2);
     }
 }
+LOOPS(rotate_vector_back_block)
 
-WIDE static void NAME(rotate_vector_back_dense)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(rotate_vector_back_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
@@ -2370,12 +2505,13 @@ WIDE static void NAME(rotate_vector_back_dense)(intptr_t n, char **args, const i
         NAME(store_span)(args[2], first, r2, 2);
     }
 }
+LOOPS(rotate_vector_back_dense)
 
 void NAME(rotate_vector_back_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{2, 1, 0, {2}}, {2, 1, 1, {2}}, {2, 1, 2, {2}}};
-    static const struct kernel kernel = {NAME(rotate_vector_back_block), NAME(rotate_vector_back_dense), 2, 3, 0, 0,
-        parts, NULL};
+    static const struct kernel kernel = {WIDTHS(rotate_vector_back_block), WIDTHS(rotate_vector_back_dense),
+        (any_function *)NAME(rotate_vector_back), NAME(call_aar), 2, 3, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -2394,7 +2530,7 @@ INLINE void NAME(rotor_from_angle)(REAL angle, REAL *out)
     NAME(rotor_from_angle_within)(angle, out, NULL);
 }
 
-WIDE static void NAME(rotor_from_angle_block)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(rotor_from_angle_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c1a = strides[0];
@@ -2420,11 +2556,13 @@ WIDE static void NAME(rotor_from_angle_block)(intptr_t n, char **args, const int
         }
     }
 }
+LOOPS(rotor_from_angle_block)
 
 void NAME(rotor_from_angle_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{1, 0, 0, {0}}, {2, 1, 0, {2}}};
-    static const struct kernel kernel = {NAME(rotor_from_angle_block), NULL, 1, 2, 0, 1, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(rotor_from_angle_block), {NULL}, (any_function
+        *)NAME(rotor_from_angle), NAME(call_nr), 1, 2, 0, 1, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -2441,7 +2579,7 @@ INLINE void NAME(rotor_to_angle)(const REAL *r, REAL *out)
     out[0] = t5;
 }
 
-WIDE static void NAME(rotor_to_angle_block)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(rotor_to_angle_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c0a = strides[0];
@@ -2456,11 +2594,13 @@ WIDE static void NAME(rotor_to_angle_block)(intptr_t n, char **args, const intpt
         NAME(store_scalar)(a1 + i * w, x1);
     }
 }
+LOOPS(rotor_to_angle_block)
 
 void NAME(rotor_to_angle_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{2, 1, 0, {2}}, {1, 0, 1, {0}}};
-    static const struct kernel kernel = {NAME(rotor_to_angle_block), NULL, 1, 2, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(rotor_to_angle_block), {NULL}, (any_function *)NAME(rotor_to_angle),
+        NAME(call_ar), 1, 2, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -2478,7 +2618,7 @@ INLINE void NAME(rotor_exponential)(const REAL *b, REAL *out)
     NAME(rotor_exponential_within)(b, out, NULL);
 }
 
-WIDE static void NAME(rotor_exponential_block)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(rotor_exponential_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c0a = strides[0], c1a = strides[1];
@@ -2504,11 +2644,13 @@ WIDE static void NAME(rotor_exponential_block)(intptr_t n, char **args, const in
         }
     }
 }
+LOOPS(rotor_exponential_block)
 
 void NAME(rotor_exponential_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{1, 1, 0, {1}}, {2, 1, 1, {2}}};
-    static const struct kernel kernel = {NAME(rotor_exponential_block), NULL, 1, 2, 0, 1, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(rotor_exponential_block), {NULL}, (any_function
+        *)NAME(rotor_exponential), NAME(call_ar), 1, 2, 0, 1, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -2524,7 +2666,7 @@ INLINE void NAME(rotor_logarithm)(const REAL *r, REAL *out)
     out[0] = t4;
 }
 
-WIDE static void NAME(rotor_logarithm_block)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(rotor_logarithm_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c0a = strides[0], c1a = strides[1];
@@ -2539,11 +2681,13 @@ WIDE static void NAME(rotor_logarithm_block)(intptr_t n, char **args, const intp
         NAME(store_1)(a1 + i * w, c1a, x1);
     }
 }
+LOOPS(rotor_logarithm_block)
 
 void NAME(rotor_logarithm_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{2, 1, 0, {2}}, {1, 1, 1, {1}}};
-    static const struct kernel kernel = {NAME(rotor_logarithm_block), NULL, 1, 2, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(rotor_logarithm_block), {NULL}, (any_function
+        *)NAME(rotor_logarithm), NAME(call_ar), 1, 2, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -2566,7 +2710,7 @@ INLINE void NAME(rotor_square_root)(const REAL *r, REAL *out)
     out[1] = t10;
 }
 
-WIDE static void NAME(rotor_square_root_block)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(rotor_square_root_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c0a = strides[0], c1a = strides[1];
@@ -2581,8 +2725,9 @@ WIDE static void NAME(rotor_square_root_block)(intptr_t n, char **args, const in
         NAME(store_2)(a1 + i * w, c1a, x1);
     }
 }
+LOOPS(rotor_square_root_block)
 
-WIDE static void NAME(rotor_square_root_dense)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(rotor_square_root_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
@@ -2600,12 +2745,13 @@ WIDE static void NAME(rotor_square_root_dense)(intptr_t n, char **args, const in
         NAME(store_span)(args[1], first, r1, 2);
     }
 }
+LOOPS(rotor_square_root_dense)
 
 void NAME(rotor_square_root_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{2, 1, 0, {2}}, {2, 1, 1, {2}}};
-    static const struct kernel kernel = {NAME(rotor_square_root_block), NAME(rotor_square_root_dense), 1, 2, 0, 0,
-        parts, NULL};
+    static const struct kernel kernel = {WIDTHS(rotor_square_root_block), WIDTHS(rotor_square_root_dense),
+        (any_function *)NAME(rotor_square_root), NAME(call_ar), 1, 2, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -2652,7 +2798,7 @@ static INLINE void NAME(rotor_power_apply_r)(const REAL *prepared, REAL t, REAL 
     out[1] = t7;
 }
 
-WIDE static void NAME(rotor_power_block_r)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(rotor_power_block_r)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c2a = strides[1];
@@ -2679,6 +2825,7 @@ WIDE static void NAME(rotor_power_block_r)(intptr_t n, char **args, const intptr
         }
     }
 }
+LOOPS(rotor_power_block_r)
 
 static void NAME(rotor_power_start_r)(char **args, const intptr_t *strides, void *prepared)
 {
@@ -2688,7 +2835,7 @@ static void NAME(rotor_power_start_r)(char **args, const intptr_t *strides, void
     NAME(rotor_power_prepare_r)(x0, prepared);
 }
 
-WIDE static void NAME(rotor_power_block)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(rotor_power_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c0a = strides[0], c2a = strides[1];
@@ -2719,12 +2866,14 @@ WIDE static void NAME(rotor_power_block)(intptr_t n, char **args, const intptr_t
         }
     }
 }
+LOOPS(rotor_power_block)
 
 void NAME(rotor_power_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{2, 1, 0, {2}}, {1, 0, 1, {0}}, {2, 1, 1, {2}}};
-    static const struct form forms[] = {{1, 2, NAME(rotor_power_start_r), NAME(rotor_power_block_r), NULL}};
-    static const struct kernel kernel = {NAME(rotor_power_block), NULL, 2, 3, 1, 1, parts, forms};
+    static const struct form forms[] = {{1, 2, NAME(rotor_power_start_r), WIDTHS(rotor_power_block_r), {NULL}}};
+    static const struct kernel kernel = {WIDTHS(rotor_power_block), {NULL}, (any_function *)NAME(rotor_power),
+        NAME(call_anr), 2, 3, 1, 1, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -2803,7 +2952,7 @@ static INLINE void NAME(interpolate_rotors_apply_a_b)(const REAL *prepared, REAL
     out[1] = t19;
 }
 
-WIDE static void NAME(interpolate_rotors_block_a_b)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(interpolate_rotors_block_a_b)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c3a = strides[2];
@@ -2830,6 +2979,7 @@ WIDE static void NAME(interpolate_rotors_block_a_b)(intptr_t n, char **args, con
         }
     }
 }
+LOOPS(interpolate_rotors_block_a_b)
 
 static void NAME(interpolate_rotors_start_a_b)(char **args, const intptr_t *strides, void *prepared)
 {
@@ -2841,7 +2991,7 @@ static void NAME(interpolate_rotors_start_a_b)(char **args, const intptr_t *stri
     NAME(interpolate_rotors_prepare_a_b)(x0, x1, prepared);
 }
 
-WIDE static void NAME(interpolate_rotors_block)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(interpolate_rotors_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c0a = strides[0], c1a = strides[1], c3a = strides[2];
@@ -2877,13 +3027,15 @@ WIDE static void NAME(interpolate_rotors_block)(intptr_t n, char **args, const i
         }
     }
 }
+LOOPS(interpolate_rotors_block)
 
 void NAME(interpolate_rotors_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{2, 1, 0, {2}}, {2, 1, 1, {2}}, {1, 0, 2, {0}}, {2, 1, 2, {2}}};
     static const struct form forms[] = {{3, 2, NAME(interpolate_rotors_start_a_b),
-        NAME(interpolate_rotors_block_a_b), NULL}};
-    static const struct kernel kernel = {NAME(interpolate_rotors_block), NULL, 3, 4, 1, 1, parts, forms};
+        WIDTHS(interpolate_rotors_block_a_b), {NULL}}};
+    static const struct kernel kernel = {WIDTHS(interpolate_rotors_block), {NULL}, (any_function
+        *)NAME(interpolate_rotors), NAME(call_aanr), 3, 4, 1, 1, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -2905,7 +3057,7 @@ INLINE void NAME(even_exponential)(const REAL *x, REAL *out)
     NAME(even_exponential_within)(x, out, NULL);
 }
 
-WIDE static void NAME(even_exponential_block)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(even_exponential_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c0a = strides[0], c1a = strides[1];
@@ -2931,11 +3083,13 @@ WIDE static void NAME(even_exponential_block)(intptr_t n, char **args, const int
         }
     }
 }
+LOOPS(even_exponential_block)
 
 void NAME(even_exponential_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{2, 1, 0, {2}}, {2, 1, 1, {2}}};
-    static const struct kernel kernel = {NAME(even_exponential_block), NULL, 1, 2, 0, 1, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(even_exponential_block), {NULL}, (any_function
+        *)NAME(even_exponential), NAME(call_ar), 1, 2, 0, 1, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -2953,7 +3107,7 @@ INLINE void NAME(even_logarithm)(const REAL *x, REAL *out)
     out[1] = t5;
 }
 
-WIDE static void NAME(even_logarithm_block)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(even_logarithm_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c0a = strides[0], c1a = strides[1];
@@ -2968,11 +3122,13 @@ WIDE static void NAME(even_logarithm_block)(intptr_t n, char **args, const intpt
         NAME(store_2)(a1 + i * w, c1a, x1);
     }
 }
+LOOPS(even_logarithm_block)
 
 void NAME(even_logarithm_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{2, 1, 0, {2}}, {2, 1, 1, {2}}};
-    static const struct kernel kernel = {NAME(even_logarithm_block), NULL, 1, 2, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(even_logarithm_block), {NULL}, (any_function *)NAME(even_logarithm),
+        NAME(call_ar), 1, 2, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -3011,7 +3167,7 @@ INLINE void NAME(even_square_root)(const REAL *x, REAL *out)
     out[1] = t26;
 }
 
-WIDE static void NAME(even_square_root_block)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(even_square_root_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c0a = strides[0], c1a = strides[1];
@@ -3026,8 +3182,9 @@ WIDE static void NAME(even_square_root_block)(intptr_t n, char **args, const int
         NAME(store_2)(a1 + i * w, c1a, x1);
     }
 }
+LOOPS(even_square_root_block)
 
-WIDE static void NAME(even_square_root_dense)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(even_square_root_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
@@ -3045,12 +3202,13 @@ WIDE static void NAME(even_square_root_dense)(intptr_t n, char **args, const int
         NAME(store_span)(args[1], first, r1, 2);
     }
 }
+LOOPS(even_square_root_dense)
 
 void NAME(even_square_root_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{2, 1, 0, {2}}, {2, 1, 1, {2}}};
-    static const struct kernel kernel = {NAME(even_square_root_block), NAME(even_square_root_dense), 1, 2, 0, 0,
-        parts, NULL};
+    static const struct kernel kernel = {WIDTHS(even_square_root_block), WIDTHS(even_square_root_dense),
+        (any_function *)NAME(even_square_root), NAME(call_ar), 1, 2, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -3091,7 +3249,7 @@ INLINE void NAME(rotor_between_vectors)(const REAL *a, const REAL *b, REAL *out)
     out[1] = t26;
 }
 
-WIDE static void NAME(rotor_between_vectors_block)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(rotor_between_vectors_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
@@ -3109,8 +3267,9 @@ WIDE static void NAME(rotor_between_vectors_block)(intptr_t n, char **args, cons
         NAME(store_2)(a2 + i * w, c2a, x2);
     }
 }
+LOOPS(rotor_between_vectors_block)
 
-WIDE static void NAME(rotor_between_vectors_dense)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(rotor_between_vectors_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
@@ -3131,12 +3290,13 @@ WIDE static void NAME(rotor_between_vectors_dense)(intptr_t n, char **args, cons
         NAME(store_span)(args[2], first, r2, 2);
     }
 }
+LOOPS(rotor_between_vectors_dense)
 
 void NAME(rotor_between_vectors_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{2, 1, 0, {2}}, {2, 1, 1, {2}}, {2, 1, 2, {2}}};
-    static const struct kernel kernel = {NAME(rotor_between_vectors_block), NAME(rotor_between_vectors_dense), 2, 3,
-        0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(rotor_between_vectors_block), WIDTHS(rotor_between_vectors_dense),
+        (any_function *)NAME(rotor_between_vectors), NAME(call_aar), 2, 3, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -3155,7 +3315,7 @@ INLINE void NAME(rotor_to_matrix)(const REAL *r, REAL *out)
     out[3] = t2;
 }
 
-WIDE static void NAME(rotor_to_matrix_block)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(rotor_to_matrix_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c0a = strides[0], c1a = strides[1], c1b = strides[2];
@@ -3170,8 +3330,9 @@ WIDE static void NAME(rotor_to_matrix_block)(intptr_t n, char **args, const intp
         NAME(store_2x2)(a1 + i * w, c1a, c1b, x1);
     }
 }
+LOOPS(rotor_to_matrix_block)
 
-WIDE static void NAME(rotor_to_matrix_dense)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(rotor_to_matrix_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
@@ -3189,12 +3350,13 @@ WIDE static void NAME(rotor_to_matrix_dense)(intptr_t n, char **args, const intp
         NAME(store_span)(args[1], first, r1, 4);
     }
 }
+LOOPS(rotor_to_matrix_dense)
 
 void NAME(rotor_to_matrix_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{2, 1, 0, {2}}, {4, 2, 1, {2, 2}}};
-    static const struct kernel kernel = {NAME(rotor_to_matrix_block), NAME(rotor_to_matrix_dense), 1, 2, 0, 0,
-        parts, NULL};
+    static const struct kernel kernel = {WIDTHS(rotor_to_matrix_block), WIDTHS(rotor_to_matrix_dense), (any_function
+        *)NAME(rotor_to_matrix), NAME(call_ar), 1, 2, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -3233,7 +3395,7 @@ INLINE void NAME(rotor_from_matrix)(const REAL *matrix, REAL *out)
     out[1] = t24;
 }
 
-WIDE static void NAME(rotor_from_matrix_block)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(rotor_from_matrix_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c0a = strides[0], c0b = strides[1], c1a = strides[2];
@@ -3248,8 +3410,9 @@ WIDE static void NAME(rotor_from_matrix_block)(intptr_t n, char **args, const in
         NAME(store_2)(a1 + i * w, c1a, x1);
     }
 }
+LOOPS(rotor_from_matrix_block)
 
-WIDE static void NAME(rotor_from_matrix_dense)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(rotor_from_matrix_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
@@ -3267,12 +3430,13 @@ WIDE static void NAME(rotor_from_matrix_dense)(intptr_t n, char **args, const in
         NAME(store_span)(args[1], first, r1, 2);
     }
 }
+LOOPS(rotor_from_matrix_dense)
 
 void NAME(rotor_from_matrix_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{4, 2, 0, {2, 2}}, {2, 1, 2, {2}}};
-    static const struct kernel kernel = {NAME(rotor_from_matrix_block), NAME(rotor_from_matrix_dense), 1, 2, 0, 0,
-        parts, NULL};
+    static const struct kernel kernel = {WIDTHS(rotor_from_matrix_block), WIDTHS(rotor_from_matrix_dense),
+        (any_function *)NAME(rotor_from_matrix), NAME(call_ar), 1, 2, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 #endif

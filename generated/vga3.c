@@ -2,7 +2,7 @@
 // command: gac generate --all vga3
 // spec: 7e23ca9ee929e102
 // contraction: -ffp-contract=off (every operation is rounded once)
-// body: 29198eb323bcbed5a09f79533e58dcdbdcb03ed85175ea9e22687a2546864b84
+// body: 5c515f870822bc889d0b39603facf0f0ecc94115788469bb5ceeff24a1fef752
 
 #ifndef REAL
 #include "vga3.h"
@@ -30,11 +30,27 @@
 #define NOT_UNROLLED
 #endif
 
-// The widest vectors of the machine that runs the loops, chosen when the library is loaded.
+// The widest vectors of the machine that runs the loops: on x86-64 there is each for AVX2 and for AVX-512, and machines
+// that have neither run one element after the other; on others there is one.
 #if defined(__GNUC__) && __GNUC__ >= 12 && !defined(__clang__) && defined(__x86_64__) && defined(__GLIBC__)
 #define WIDE __attribute__((target_clones("default", "arch=x86-64-v3", "arch=x86-64-v4")))
+#define ON(level) __attribute__((target("arch=x86-64-" level)))
+#define LOOPS(name)                                                                     \
+    ON("v3") static void NAME(name##_v3)(intptr_t n, char **args, const intptr_t *strides) \
+    {                                                                                   \
+        NAME(name)(n, args, strides);                                                   \
+    }                                                                                   \
+    ON("v4") static void NAME(name##_v4)(intptr_t n, char **args, const intptr_t *strides) \
+    {                                                                                   \
+        NAME(name)(n, args, strides);                                                   \
+    }
+#define WIDTHS(name) {NAME(name##_v3), NAME(name##_v4)}
+#define CHOSEN (__builtin_cpu_supports("x86-64-v4") ? 1 : __builtin_cpu_supports("x86-64-v3") ? 0 : -1)
 #else
 #define WIDE
+#define LOOPS(name)
+#define WIDTHS(name) {NAME(name)}
+#define CHOSEN 0
 #endif
 
 // Loops run over whole vectors: a block is padded to a multiple of this many elements.
@@ -61,6 +77,7 @@ struct part {
 };
 
 typedef void loop_function(intptr_t n, char **args, const intptr_t *strides);
+typedef void any_function(void);
 
 // A form of a kernel for batches in which the `same` arguments (a bit each) are that for at least so many elements:
 // what depends on them is prepared once, and takes the place of the first of them.
@@ -68,19 +85,21 @@ struct form {
     unsigned same;
     intptr_t least;
     void (*start)(char **args, const intptr_t *strides, void *prepared);
-    loop_function *block, *dense;
+    loop_function *block[2], *dense[2];
 };
 
-// The loops of a kernel, over rows and in C order, and its forms. A kernel that repeats reads its inputs again after it
-// has written: its outputs cannot lie where they do.
+// The loops of a kernel, over rows and in C order, its plain function and how that is called, and its forms. A kernel
+// that repeats reads its inputs again after it has written: its outputs cannot lie where they do.
 struct kernel {
-    loop_function *block, *dense;
+    loop_function *block[2], *dense[2];
+    any_function *function;
+    void (*call)(any_function *function, void **parts);
     int n_inputs, n_parts, n_forms, repeats;
     const struct part *parts;
     const struct form *forms;
 };
 
-enum { PARTS = 4, CORES = 3, SPACE = 4096, PREPARED = 9 };
+enum { PARTS = 4, CORES = 3, NUMBERS = 24, SPACE = 4096, PREPARED = 9 };
 
 #define SQRT(x) FUNCTION(sqrt)(x)
 #define SIN(x) NAME(sin_of)(x, far)
@@ -472,6 +491,36 @@ static INLINE void NAME(store_8)(char *a, intptr_t ca, const REAL *x)
     *(REAL *)(a + 7 * ca) = x[7];
 }
 
+static void NAME(call_aaar)(any_function *function, void **x)
+{
+    ((void (*)(const REAL *, const REAL *, const REAL *, REAL *))function)(x[0], x[1], x[2], x[3]);
+}
+
+static void NAME(call_aanr)(any_function *function, void **x)
+{
+    ((void (*)(const REAL *, const REAL *, REAL, REAL *))function)(x[0], x[1], *(REAL *)x[2], x[3]);
+}
+
+static void NAME(call_aar)(any_function *function, void **x)
+{
+    ((void (*)(const REAL *, const REAL *, REAL *))function)(x[0], x[1], x[2]);
+}
+
+static void NAME(call_anr)(any_function *function, void **x)
+{
+    ((void (*)(const REAL *, REAL, REAL *))function)(x[0], *(REAL *)x[1], x[2]);
+}
+
+static void NAME(call_ar)(any_function *function, void **x)
+{
+    ((void (*)(const REAL *, REAL *))function)(x[0], x[1]);
+}
+
+static void NAME(call_nnnr)(any_function *function, void **x)
+{
+    ((void (*)(REAL, REAL, REAL, REAL *))function)(*(REAL *)x[0], *(REAL *)x[1], *(REAL *)x[2], x[3]);
+}
+
 // Blocks of a batch, and how they get there from strides of any kind: a component of a part (an argument or a result)
 // is a row, `row` numbers long, of the elements of a block.
 
@@ -716,19 +765,56 @@ static void NAME(move_part)(int back, REAL *x, intptr_t row, const struct part *
     }
 }
 
+// The numbers of an element of a part, from the batch or back to it.
+static void NAME(move_element)(int back, REAL *x, const struct part *part, char *a, const intptr_t *c)
+{
+    for (intptr_t k = 0; k < part->size; ++k) {
+        intptr_t offset = 0, rest = k;
+        for (int axis = part->rank; axis-- > 1; rest /= part->shape[axis])
+            offset += rest % part->shape[axis] * c[axis];
+        offset += part->rank ? rest * c[0] : 0;
+        if (back)
+            *(REAL *)(a + offset) = x[k];
+        else
+            x[k] = *(const REAL *)(a + offset);
+    }
+}
+
+// Runs a kernel on one element after the other.
+static void NAME(each)(const struct kernel *kernel, char **args, intptr_t n, const intptr_t *steps)
+{
+    const intptr_t *strides = steps + kernel->n_parts;
+    const struct part *parts = kernel->parts;
+    REAL numbers[NUMBERS], *next = numbers;
+    void *places[PARTS];
+    for (int p = 0; p < kernel->n_parts; next += parts[p++].size)
+        places[p] = next;
+    for (intptr_t i = 0; i < n; ++i) {
+        for (int p = 0; p < kernel->n_inputs; ++p)
+            NAME(move_element)(0, places[p], &parts[p], args[p] + i * steps[p], strides + parts[p].first);
+        kernel->call(kernel->function, places);
+        for (int p = kernel->n_inputs; p < kernel->n_parts; ++p)
+            NAME(move_element)(1, places[p], &parts[p], args[p] + i * steps[p], strides + parts[p].first);
+    }
+}
+
 // Runs a kernel over a batch in blocks. What lies at unit stride, or is hoisted, is used where it lies, and so is a
 // whole batch in C order if there is a loop for it; everything else goes through rows.
 static void NAME(batch)(const struct kernel *kernel, char **args, intptr_t n, const intptr_t *steps)
 {
     const intptr_t w = sizeof(REAL), *strides = steps + kernel->n_parts;
-    const int n_parts = kernel->n_parts, n_inputs = kernel->n_inputs;
+    const int n_parts = kernel->n_parts, n_inputs = kernel->n_inputs, width = CHOSEN;
     enum { SAME, HOISTED, UNIT, ANY } kinds[PARTS];
     _Alignas(64) REAL space[SPACE], prepared[PREPARED];
     REAL *rows[PARTS];
     char *starts[PARTS];
     intptr_t cores[CORES], row_cores[CORES], total = 0, bytes = 0;
     unsigned still = 0, hoisted = 0;
-    loop_function *in_rows = kernel->block, *in_order = kernel->dense;
+    if (width < 0 || n == 1) {
+        NAME(each)(kernel, args, n, steps);
+        return;
+    }
+    loop_function *in_rows = kernel->block[width], *in_order = kernel->dense[width];
     for (int p = 0; p < n_parts; ++p) {
         total += kernel->parts[p].size;
         bytes += steps[p] < 0 ? -steps[p] : steps[p];
@@ -738,7 +824,7 @@ static void NAME(batch)(const struct kernel *kernel, char **args, intptr_t n, co
         const struct form *form = &kernel->forms[f];
         if ((still & form->same) == form->same && n >= form->least) {
             form->start(args, strides, prepared);
-            hoisted = form->same, in_rows = form->block, in_order = form->dense;
+            hoisted = form->same, in_rows = form->block[width], in_order = form->dense[width];
         }
     }
     int in_place = 1, dense = in_order != NULL;
@@ -923,7 +1009,7 @@ INLINE void NAME(geometric_product)(const REAL *a, const REAL *b, REAL *out)
     out[7] = t89;
 }
 
-WIDE static void NAME(geometric_product_block)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(geometric_product_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
@@ -941,8 +1027,9 @@ WIDE static void NAME(geometric_product_block)(intptr_t n, char **args, const in
         NAME(store_8)(a2 + i * w, c2a, x2);
     }
 }
+LOOPS(geometric_product_block)
 
-WIDE static void NAME(geometric_product_dense)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(geometric_product_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
@@ -965,12 +1052,13 @@ WIDE static void NAME(geometric_product_dense)(intptr_t n, char **args, const in
         NAME(store_span)(args[2], first, r2, 8);
     }
 }
+LOOPS(geometric_product_dense)
 
 void NAME(geometric_product_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{8, 1, 0, {8}}, {8, 1, 1, {8}}, {8, 1, 2, {8}}};
-    static const struct kernel kernel = {NAME(geometric_product_block), NAME(geometric_product_dense), 2, 3, 0, 0,
-        parts, NULL};
+    static const struct kernel kernel = {WIDTHS(geometric_product_block), WIDTHS(geometric_product_dense),
+        (any_function *)NAME(geometric_product), NAME(call_aar), 2, 3, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -1048,7 +1136,7 @@ INLINE void NAME(outer_product)(const REAL *a, const REAL *b, REAL *out)
     out[7] = t45;
 }
 
-WIDE static void NAME(outer_product_block)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(outer_product_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
@@ -1066,8 +1154,9 @@ WIDE static void NAME(outer_product_block)(intptr_t n, char **args, const intptr
         NAME(store_8)(a2 + i * w, c2a, x2);
     }
 }
+LOOPS(outer_product_block)
 
-WIDE static void NAME(outer_product_dense)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(outer_product_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
@@ -1090,12 +1179,13 @@ WIDE static void NAME(outer_product_dense)(intptr_t n, char **args, const intptr
         NAME(store_span)(args[2], first, r2, 8);
     }
 }
+LOOPS(outer_product_dense)
 
 void NAME(outer_product_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{8, 1, 0, {8}}, {8, 1, 1, {8}}, {8, 1, 2, {8}}};
-    static const struct kernel kernel = {NAME(outer_product_block), NAME(outer_product_dense), 2, 3, 0, 0, parts,
-        NULL};
+    static const struct kernel kernel = {WIDTHS(outer_product_block), WIDTHS(outer_product_dense), (any_function
+        *)NAME(outer_product), NAME(call_aar), 2, 3, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -1173,7 +1263,7 @@ INLINE void NAME(regressive_product)(const REAL *a, const REAL *b, REAL *out)
     out[7] = t45;
 }
 
-WIDE static void NAME(regressive_product_block)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(regressive_product_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
@@ -1191,8 +1281,9 @@ WIDE static void NAME(regressive_product_block)(intptr_t n, char **args, const i
         NAME(store_8)(a2 + i * w, c2a, x2);
     }
 }
+LOOPS(regressive_product_block)
 
-WIDE static void NAME(regressive_product_dense)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(regressive_product_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
@@ -1215,12 +1306,13 @@ WIDE static void NAME(regressive_product_dense)(intptr_t n, char **args, const i
         NAME(store_span)(args[2], first, r2, 8);
     }
 }
+LOOPS(regressive_product_dense)
 
 void NAME(regressive_product_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{8, 1, 0, {8}}, {8, 1, 1, {8}}, {8, 1, 2, {8}}};
-    static const struct kernel kernel = {NAME(regressive_product_block), NAME(regressive_product_dense), 2, 3, 0, 0,
-        parts, NULL};
+    static const struct kernel kernel = {WIDTHS(regressive_product_block), WIDTHS(regressive_product_dense),
+        (any_function *)NAME(regressive_product), NAME(call_aar), 2, 3, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -1336,7 +1428,7 @@ INLINE void NAME(inner_product)(const REAL *a, const REAL *b, REAL *out)
     out[7] = t83;
 }
 
-WIDE static void NAME(inner_product_block)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(inner_product_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
@@ -1354,8 +1446,9 @@ WIDE static void NAME(inner_product_block)(intptr_t n, char **args, const intptr
         NAME(store_8)(a2 + i * w, c2a, x2);
     }
 }
+LOOPS(inner_product_block)
 
-WIDE static void NAME(inner_product_dense)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(inner_product_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
@@ -1378,12 +1471,13 @@ WIDE static void NAME(inner_product_dense)(intptr_t n, char **args, const intptr
         NAME(store_span)(args[2], first, r2, 8);
     }
 }
+LOOPS(inner_product_dense)
 
 void NAME(inner_product_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{8, 1, 0, {8}}, {8, 1, 1, {8}}, {8, 1, 2, {8}}};
-    static const struct kernel kernel = {NAME(inner_product_block), NAME(inner_product_dense), 2, 3, 0, 0, parts,
-        NULL};
+    static const struct kernel kernel = {WIDTHS(inner_product_block), WIDTHS(inner_product_dense), (any_function
+        *)NAME(inner_product), NAME(call_aar), 2, 3, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -1411,7 +1505,7 @@ INLINE void NAME(reverse)(const REAL *a, REAL *out)
     out[7] = t3;
 }
 
-WIDE static void NAME(reverse_block)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(reverse_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c0a = strides[0], c1a = strides[1];
@@ -1426,8 +1520,9 @@ WIDE static void NAME(reverse_block)(intptr_t n, char **args, const intptr_t *st
         NAME(store_8)(a1 + i * w, c1a, x1);
     }
 }
+LOOPS(reverse_block)
 
-WIDE static void NAME(reverse_dense)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(reverse_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
@@ -1446,11 +1541,13 @@ WIDE static void NAME(reverse_dense)(intptr_t n, char **args, const intptr_t *st
         NAME(store_span)(args[1], first, r1, 8);
     }
 }
+LOOPS(reverse_dense)
 
 void NAME(reverse_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{8, 1, 0, {8}}, {8, 1, 1, {8}}};
-    static const struct kernel kernel = {NAME(reverse_block), NAME(reverse_dense), 1, 2, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(reverse_block), WIDTHS(reverse_dense), (any_function
+        *)NAME(reverse), NAME(call_ar), 1, 2, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -1478,7 +1575,7 @@ INLINE void NAME(grade_involution)(const REAL *a, REAL *out)
     out[7] = t3;
 }
 
-WIDE static void NAME(grade_involution_block)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(grade_involution_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c0a = strides[0], c1a = strides[1];
@@ -1493,8 +1590,9 @@ WIDE static void NAME(grade_involution_block)(intptr_t n, char **args, const int
         NAME(store_8)(a1 + i * w, c1a, x1);
     }
 }
+LOOPS(grade_involution_block)
 
-WIDE static void NAME(grade_involution_dense)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(grade_involution_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
@@ -1513,12 +1611,13 @@ WIDE static void NAME(grade_involution_dense)(intptr_t n, char **args, const int
         NAME(store_span)(args[1], first, r1, 8);
     }
 }
+LOOPS(grade_involution_dense)
 
 void NAME(grade_involution_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{8, 1, 0, {8}}, {8, 1, 1, {8}}};
-    static const struct kernel kernel = {NAME(grade_involution_block), NAME(grade_involution_dense), 1, 2, 0, 0,
-        parts, NULL};
+    static const struct kernel kernel = {WIDTHS(grade_involution_block), WIDTHS(grade_involution_dense),
+        (any_function *)NAME(grade_involution), NAME(call_ar), 1, 2, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -1548,7 +1647,7 @@ INLINE void NAME(clifford_conjugate)(const REAL *a, REAL *out)
     out[7] = a_e123;
 }
 
-WIDE static void NAME(clifford_conjugate_block)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(clifford_conjugate_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c0a = strides[0], c1a = strides[1];
@@ -1563,8 +1662,9 @@ WIDE static void NAME(clifford_conjugate_block)(intptr_t n, char **args, const i
         NAME(store_8)(a1 + i * w, c1a, x1);
     }
 }
+LOOPS(clifford_conjugate_block)
 
-WIDE static void NAME(clifford_conjugate_dense)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(clifford_conjugate_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
@@ -1583,12 +1683,13 @@ WIDE static void NAME(clifford_conjugate_dense)(intptr_t n, char **args, const i
         NAME(store_span)(args[1], first, r1, 8);
     }
 }
+LOOPS(clifford_conjugate_dense)
 
 void NAME(clifford_conjugate_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{8, 1, 0, {8}}, {8, 1, 1, {8}}};
-    static const struct kernel kernel = {NAME(clifford_conjugate_block), NAME(clifford_conjugate_dense), 1, 2, 0, 0,
-        parts, NULL};
+    static const struct kernel kernel = {WIDTHS(clifford_conjugate_block), WIDTHS(clifford_conjugate_dense),
+        (any_function *)NAME(clifford_conjugate), NAME(call_ar), 1, 2, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -1614,7 +1715,7 @@ INLINE void NAME(dual)(const REAL *a, REAL *out)
     out[7] = a_1;
 }
 
-WIDE static void NAME(dual_block)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(dual_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c0a = strides[0], c1a = strides[1];
@@ -1629,8 +1730,9 @@ WIDE static void NAME(dual_block)(intptr_t n, char **args, const intptr_t *strid
         NAME(store_8)(a1 + i * w, c1a, x1);
     }
 }
+LOOPS(dual_block)
 
-WIDE static void NAME(dual_dense)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(dual_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
@@ -1649,11 +1751,13 @@ WIDE static void NAME(dual_dense)(intptr_t n, char **args, const intptr_t *strid
         NAME(store_span)(args[1], first, r1, 8);
     }
 }
+LOOPS(dual_dense)
 
 void NAME(dual_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{8, 1, 0, {8}}, {8, 1, 1, {8}}};
-    static const struct kernel kernel = {NAME(dual_block), NAME(dual_dense), 1, 2, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(dual_block), WIDTHS(dual_dense), (any_function *)NAME(dual),
+        NAME(call_ar), 1, 2, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -1686,7 +1790,7 @@ INLINE void NAME(norm)(const REAL *a, REAL *out)
     out[0] = t15;
 }
 
-WIDE static void NAME(norm_block)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(norm_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c0a = strides[0];
@@ -1701,8 +1805,9 @@ WIDE static void NAME(norm_block)(intptr_t n, char **args, const intptr_t *strid
         NAME(store_scalar)(a1 + i * w, x1);
     }
 }
+LOOPS(norm_block)
 
-WIDE static void NAME(norm_dense)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(norm_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
@@ -1721,11 +1826,13 @@ WIDE static void NAME(norm_dense)(intptr_t n, char **args, const intptr_t *strid
         NAME(store_span)(args[1], first, r1, 1);
     }
 }
+LOOPS(norm_dense)
 
 void NAME(norm_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{8, 1, 0, {8}}, {1, 0, 1, {0}}};
-    static const struct kernel kernel = {NAME(norm_block), NAME(norm_dense), 1, 2, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(norm_block), WIDTHS(norm_dense), (any_function *)NAME(norm),
+        NAME(call_ar), 1, 2, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -1805,7 +1912,7 @@ INLINE void NAME(inverse)(const REAL *a, REAL *out)
     out[7] = t55;
 }
 
-WIDE static void NAME(inverse_block)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(inverse_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c0a = strides[0], c1a = strides[1];
@@ -1820,8 +1927,9 @@ WIDE static void NAME(inverse_block)(intptr_t n, char **args, const intptr_t *st
         NAME(store_8)(a1 + i * w, c1a, x1);
     }
 }
+LOOPS(inverse_block)
 
-WIDE static void NAME(inverse_dense)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(inverse_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
@@ -1840,11 +1948,13 @@ WIDE static void NAME(inverse_dense)(intptr_t n, char **args, const intptr_t *st
         NAME(store_span)(args[1], first, r1, 8);
     }
 }
+LOOPS(inverse_dense)
 
 void NAME(inverse_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{8, 1, 0, {8}}, {8, 1, 1, {8}}};
-    static const struct kernel kernel = {NAME(inverse_block), NAME(inverse_dense), 1, 2, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(inverse_block), WIDTHS(inverse_dense), (any_function
+        *)NAME(inverse), NAME(call_ar), 1, 2, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -1876,7 +1986,7 @@ INLINE void NAME(vector_product)(const REAL *a, const REAL *b, REAL *out)
     out[3] = t13;
 }
 
-WIDE static void NAME(vector_product_block)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(vector_product_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
@@ -1894,8 +2004,9 @@ WIDE static void NAME(vector_product_block)(intptr_t n, char **args, const intpt
         NAME(store_4)(a2 + i * w, c2a, x2);
     }
 }
+LOOPS(vector_product_block)
 
-WIDE static void NAME(vector_product_dense)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(vector_product_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
@@ -1916,12 +2027,13 @@ WIDE static void NAME(vector_product_dense)(intptr_t n, char **args, const intpt
         NAME(store_span)(args[2], first, r2, 4);
     }
 }
+LOOPS(vector_product_dense)
 
 void NAME(vector_product_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {3, 1, 1, {3}}, {4, 1, 2, {4}}};
-    static const struct kernel kernel = {NAME(vector_product_block), NAME(vector_product_dense), 2, 3, 0, 0, parts,
-        NULL};
+    static const struct kernel kernel = {WIDTHS(vector_product_block), WIDTHS(vector_product_dense), (any_function
+        *)NAME(vector_product), NAME(call_aar), 2, 3, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -1941,7 +2053,7 @@ INLINE void NAME(dot_product)(const REAL *a, const REAL *b, REAL *out)
     out[0] = t4;
 }
 
-WIDE static void NAME(dot_product_block)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(dot_product_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c0a = strides[0], c1a = strides[1];
@@ -1959,8 +2071,9 @@ WIDE static void NAME(dot_product_block)(intptr_t n, char **args, const intptr_t
         NAME(store_scalar)(a2 + i * w, x2);
     }
 }
+LOOPS(dot_product_block)
 
-WIDE static void NAME(dot_product_dense)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(dot_product_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
@@ -1981,11 +2094,13 @@ WIDE static void NAME(dot_product_dense)(intptr_t n, char **args, const intptr_t
         NAME(store_span)(args[2], first, r2, 1);
     }
 }
+LOOPS(dot_product_dense)
 
 void NAME(dot_product_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {3, 1, 1, {3}}, {1, 0, 2, {0}}};
-    static const struct kernel kernel = {NAME(dot_product_block), NAME(dot_product_dense), 2, 3, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(dot_product_block), WIDTHS(dot_product_dense), (any_function
+        *)NAME(dot_product), NAME(call_aar), 2, 3, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -2011,7 +2126,7 @@ INLINE void NAME(wedge_vectors)(const REAL *a, const REAL *b, REAL *out)
     out[2] = t8;
 }
 
-WIDE static void NAME(wedge_vectors_block)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(wedge_vectors_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
@@ -2029,8 +2144,9 @@ WIDE static void NAME(wedge_vectors_block)(intptr_t n, char **args, const intptr
         NAME(store_3)(a2 + i * w, c2a, x2);
     }
 }
+LOOPS(wedge_vectors_block)
 
-WIDE static void NAME(wedge_vectors_dense)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(wedge_vectors_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
@@ -2051,12 +2167,13 @@ WIDE static void NAME(wedge_vectors_dense)(intptr_t n, char **args, const intptr
         NAME(store_span)(args[2], first, r2, 3);
     }
 }
+LOOPS(wedge_vectors_dense)
 
 void NAME(wedge_vectors_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {3, 1, 1, {3}}, {3, 1, 2, {3}}};
-    static const struct kernel kernel = {NAME(wedge_vectors_block), NAME(wedge_vectors_dense), 2, 3, 0, 0, parts,
-        NULL};
+    static const struct kernel kernel = {WIDTHS(wedge_vectors_block), WIDTHS(wedge_vectors_dense), (any_function
+        *)NAME(wedge_vectors), NAME(call_aar), 2, 3, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -2082,7 +2199,7 @@ INLINE void NAME(cross_product)(const REAL *a, const REAL *b, REAL *out)
     out[2] = t8;
 }
 
-WIDE static void NAME(cross_product_block)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(cross_product_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
@@ -2100,8 +2217,9 @@ WIDE static void NAME(cross_product_block)(intptr_t n, char **args, const intptr
         NAME(store_3)(a2 + i * w, c2a, x2);
     }
 }
+LOOPS(cross_product_block)
 
-WIDE static void NAME(cross_product_dense)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(cross_product_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
@@ -2122,12 +2240,13 @@ WIDE static void NAME(cross_product_dense)(intptr_t n, char **args, const intptr
         NAME(store_span)(args[2], first, r2, 3);
     }
 }
+LOOPS(cross_product_dense)
 
 void NAME(cross_product_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {3, 1, 1, {3}}, {3, 1, 2, {3}}};
-    static const struct kernel kernel = {NAME(cross_product_block), NAME(cross_product_dense), 2, 3, 0, 0, parts,
-        NULL};
+    static const struct kernel kernel = {WIDTHS(cross_product_block), WIDTHS(cross_product_dense), (any_function
+        *)NAME(cross_product), NAME(call_aar), 2, 3, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -2159,7 +2278,7 @@ INLINE void NAME(triple_product)(const REAL *a, const REAL *b, const REAL *c, RE
     out[0] = t13;
 }
 
-WIDE static void NAME(triple_product_block)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(triple_product_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
@@ -2180,8 +2299,9 @@ WIDE static void NAME(triple_product_block)(intptr_t n, char **args, const intpt
         NAME(store_scalar)(a3 + i * w, x3);
     }
 }
+LOOPS(triple_product_block)
 
-WIDE static void NAME(triple_product_dense)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(triple_product_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
@@ -2205,12 +2325,13 @@ WIDE static void NAME(triple_product_dense)(intptr_t n, char **args, const intpt
         NAME(store_span)(args[3], first, r3, 1);
     }
 }
+LOOPS(triple_product_dense)
 
 void NAME(triple_product_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {3, 1, 1, {3}}, {3, 1, 2, {3}}, {1, 0, 3, {0}}};
-    static const struct kernel kernel = {NAME(triple_product_block), NAME(triple_product_dense), 3, 4, 0, 0, parts,
-        NULL};
+    static const struct kernel kernel = {WIDTHS(triple_product_block), WIDTHS(triple_product_dense), (any_function
+        *)NAME(triple_product), NAME(call_aaar), 3, 4, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -2225,7 +2346,7 @@ INLINE void NAME(dual_vector)(const REAL *v, REAL *out)
     out[2] = v_e1;
 }
 
-WIDE static void NAME(dual_vector_block)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(dual_vector_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c0a = strides[0], c1a = strides[1];
@@ -2240,8 +2361,9 @@ WIDE static void NAME(dual_vector_block)(intptr_t n, char **args, const intptr_t
         NAME(store_3)(a1 + i * w, c1a, x1);
     }
 }
+LOOPS(dual_vector_block)
 
-WIDE static void NAME(dual_vector_dense)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(dual_vector_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
@@ -2259,11 +2381,13 @@ WIDE static void NAME(dual_vector_dense)(intptr_t n, char **args, const intptr_t
         NAME(store_span)(args[1], first, r1, 3);
     }
 }
+LOOPS(dual_vector_dense)
 
 void NAME(dual_vector_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {3, 1, 1, {3}}};
-    static const struct kernel kernel = {NAME(dual_vector_block), NAME(dual_vector_dense), 1, 2, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(dual_vector_block), WIDTHS(dual_vector_dense), (any_function
+        *)NAME(dual_vector), NAME(call_ar), 1, 2, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -2278,7 +2402,7 @@ INLINE void NAME(dual_bivector)(const REAL *b, REAL *out)
     out[2] = b_e12;
 }
 
-WIDE static void NAME(dual_bivector_block)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(dual_bivector_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c0a = strides[0], c1a = strides[1];
@@ -2293,8 +2417,9 @@ WIDE static void NAME(dual_bivector_block)(intptr_t n, char **args, const intptr
         NAME(store_3)(a1 + i * w, c1a, x1);
     }
 }
+LOOPS(dual_bivector_block)
 
-WIDE static void NAME(dual_bivector_dense)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(dual_bivector_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
@@ -2312,12 +2437,13 @@ WIDE static void NAME(dual_bivector_dense)(intptr_t n, char **args, const intptr
         NAME(store_span)(args[1], first, r1, 3);
     }
 }
+LOOPS(dual_bivector_dense)
 
 void NAME(dual_bivector_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {3, 1, 1, {3}}};
-    static const struct kernel kernel = {NAME(dual_bivector_block), NAME(dual_bivector_dense), 1, 2, 0, 0, parts,
-        NULL};
+    static const struct kernel kernel = {WIDTHS(dual_bivector_block), WIDTHS(dual_bivector_dense), (any_function
+        *)NAME(dual_bivector), NAME(call_ar), 1, 2, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -2335,7 +2461,7 @@ INLINE void NAME(vector_norm)(const REAL *v, REAL *out)
     out[0] = t5;
 }
 
-WIDE static void NAME(vector_norm_block)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(vector_norm_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c0a = strides[0];
@@ -2350,8 +2476,9 @@ WIDE static void NAME(vector_norm_block)(intptr_t n, char **args, const intptr_t
         NAME(store_scalar)(a1 + i * w, x1);
     }
 }
+LOOPS(vector_norm_block)
 
-WIDE static void NAME(vector_norm_dense)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(vector_norm_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
@@ -2369,11 +2496,13 @@ WIDE static void NAME(vector_norm_dense)(intptr_t n, char **args, const intptr_t
         NAME(store_span)(args[1], first, r1, 1);
     }
 }
+LOOPS(vector_norm_dense)
 
 void NAME(vector_norm_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {1, 0, 1, {0}}};
-    static const struct kernel kernel = {NAME(vector_norm_block), NAME(vector_norm_dense), 1, 2, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(vector_norm_block), WIDTHS(vector_norm_dense), (any_function
+        *)NAME(vector_norm), NAME(call_ar), 1, 2, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -2391,7 +2520,7 @@ INLINE void NAME(bivector_norm)(const REAL *b, REAL *out)
     out[0] = t5;
 }
 
-WIDE static void NAME(bivector_norm_block)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(bivector_norm_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c0a = strides[0];
@@ -2406,8 +2535,9 @@ WIDE static void NAME(bivector_norm_block)(intptr_t n, char **args, const intptr
         NAME(store_scalar)(a1 + i * w, x1);
     }
 }
+LOOPS(bivector_norm_block)
 
-WIDE static void NAME(bivector_norm_dense)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(bivector_norm_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
@@ -2425,12 +2555,13 @@ WIDE static void NAME(bivector_norm_dense)(intptr_t n, char **args, const intptr
         NAME(store_span)(args[1], first, r1, 1);
     }
 }
+LOOPS(bivector_norm_dense)
 
 void NAME(bivector_norm_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {1, 0, 1, {0}}};
-    static const struct kernel kernel = {NAME(bivector_norm_block), NAME(bivector_norm_dense), 1, 2, 0, 0, parts,
-        NULL};
+    static const struct kernel kernel = {WIDTHS(bivector_norm_block), WIDTHS(bivector_norm_dense), (any_function
+        *)NAME(bivector_norm), NAME(call_ar), 1, 2, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -2454,7 +2585,7 @@ INLINE void NAME(normalize_vector)(const REAL *v, REAL *out)
     out[2] = t9;
 }
 
-WIDE static void NAME(normalize_vector_block)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(normalize_vector_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c0a = strides[0], c1a = strides[1];
@@ -2469,8 +2600,9 @@ WIDE static void NAME(normalize_vector_block)(intptr_t n, char **args, const int
         NAME(store_3)(a1 + i * w, c1a, x1);
     }
 }
+LOOPS(normalize_vector_block)
 
-WIDE static void NAME(normalize_vector_dense)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(normalize_vector_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
@@ -2488,12 +2620,13 @@ WIDE static void NAME(normalize_vector_dense)(intptr_t n, char **args, const int
         NAME(store_span)(args[1], first, r1, 3);
     }
 }
+LOOPS(normalize_vector_dense)
 
 void NAME(normalize_vector_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {3, 1, 1, {3}}};
-    static const struct kernel kernel = {NAME(normalize_vector_block), NAME(normalize_vector_dense), 1, 2, 0, 0,
-        parts, NULL};
+    static const struct kernel kernel = {WIDTHS(normalize_vector_block), WIDTHS(normalize_vector_dense),
+        (any_function *)NAME(normalize_vector), NAME(call_ar), 1, 2, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -2529,7 +2662,7 @@ INLINE void NAME(angle_between_vectors)(const REAL *a, const REAL *b, REAL *out)
     out[0] = t20;
 }
 
-WIDE static void NAME(angle_between_vectors_block)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(angle_between_vectors_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c0a = strides[0], c1a = strides[1];
@@ -2547,11 +2680,13 @@ WIDE static void NAME(angle_between_vectors_block)(intptr_t n, char **args, cons
         NAME(store_scalar)(a2 + i * w, x2);
     }
 }
+LOOPS(angle_between_vectors_block)
 
 void NAME(angle_between_vectors_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {3, 1, 1, {3}}, {1, 0, 2, {0}}};
-    static const struct kernel kernel = {NAME(angle_between_vectors_block), NULL, 2, 3, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(angle_between_vectors_block), {NULL}, (any_function
+        *)NAME(angle_between_vectors), NAME(call_aar), 2, 3, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -2640,7 +2775,7 @@ static INLINE void NAME(project_vector_on_vector_apply_n)(const REAL *prepared, 
     out[2] = t28;
 }
 
-WIDE static void NAME(project_vector_on_vector_block_n)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(project_vector_on_vector_block_n)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c0a = strides[0], c2a = strides[2];
@@ -2656,8 +2791,9 @@ WIDE static void NAME(project_vector_on_vector_block_n)(intptr_t n, char **args,
         NAME(store_3)(a2 + i * w, c2a, x2);
     }
 }
+LOOPS(project_vector_on_vector_block_n)
 
-WIDE static void NAME(project_vector_on_vector_dense_n)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(project_vector_on_vector_dense_n)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const REAL *prepared = (const REAL *)args[1];
@@ -2676,6 +2812,7 @@ WIDE static void NAME(project_vector_on_vector_dense_n)(intptr_t n, char **args,
         NAME(store_span)(args[2], first, r2, 3);
     }
 }
+LOOPS(project_vector_on_vector_dense_n)
 
 static void NAME(project_vector_on_vector_start_n)(char **args, const intptr_t *strides, void *prepared)
 {
@@ -2685,7 +2822,7 @@ static void NAME(project_vector_on_vector_start_n)(char **args, const intptr_t *
     NAME(project_vector_on_vector_prepare_n)(x1, prepared);
 }
 
-WIDE static void NAME(project_vector_on_vector_block)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(project_vector_on_vector_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
@@ -2703,8 +2840,9 @@ WIDE static void NAME(project_vector_on_vector_block)(intptr_t n, char **args, c
         NAME(store_3)(a2 + i * w, c2a, x2);
     }
 }
+LOOPS(project_vector_on_vector_block)
 
-WIDE static void NAME(project_vector_on_vector_dense)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(project_vector_on_vector_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
@@ -2725,14 +2863,16 @@ WIDE static void NAME(project_vector_on_vector_dense)(intptr_t n, char **args, c
         NAME(store_span)(args[2], first, r2, 3);
     }
 }
+LOOPS(project_vector_on_vector_dense)
 
 void NAME(project_vector_on_vector_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {3, 1, 1, {3}}, {3, 1, 2, {3}}};
     static const struct form forms[] = {{2, 4, NAME(project_vector_on_vector_start_n),
-        NAME(project_vector_on_vector_block_n), NAME(project_vector_on_vector_dense_n)}};
-    static const struct kernel kernel = {NAME(project_vector_on_vector_block), NAME(project_vector_on_vector_dense),
-        2, 3, 1, 0, parts, forms};
+        WIDTHS(project_vector_on_vector_block_n), WIDTHS(project_vector_on_vector_dense_n)}};
+    static const struct kernel kernel = {WIDTHS(project_vector_on_vector_block),
+        WIDTHS(project_vector_on_vector_dense), (any_function *)NAME(project_vector_on_vector), NAME(call_aar), 2,
+        3, 1, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -2827,7 +2967,7 @@ static INLINE void NAME(project_vector_on_plane_apply_b)(const REAL *prepared, c
     out[2] = t31;
 }
 
-WIDE static void NAME(project_vector_on_plane_block_b)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(project_vector_on_plane_block_b)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c0a = strides[0], c2a = strides[2];
@@ -2843,8 +2983,9 @@ WIDE static void NAME(project_vector_on_plane_block_b)(intptr_t n, char **args, 
         NAME(store_3)(a2 + i * w, c2a, x2);
     }
 }
+LOOPS(project_vector_on_plane_block_b)
 
-WIDE static void NAME(project_vector_on_plane_dense_b)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(project_vector_on_plane_dense_b)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const REAL *prepared = (const REAL *)args[1];
@@ -2863,6 +3004,7 @@ WIDE static void NAME(project_vector_on_plane_dense_b)(intptr_t n, char **args, 
         NAME(store_span)(args[2], first, r2, 3);
     }
 }
+LOOPS(project_vector_on_plane_dense_b)
 
 static void NAME(project_vector_on_plane_start_b)(char **args, const intptr_t *strides, void *prepared)
 {
@@ -2872,7 +3014,7 @@ static void NAME(project_vector_on_plane_start_b)(char **args, const intptr_t *s
     NAME(project_vector_on_plane_prepare_b)(x1, prepared);
 }
 
-WIDE static void NAME(project_vector_on_plane_block)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(project_vector_on_plane_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
@@ -2890,8 +3032,9 @@ WIDE static void NAME(project_vector_on_plane_block)(intptr_t n, char **args, co
         NAME(store_3)(a2 + i * w, c2a, x2);
     }
 }
+LOOPS(project_vector_on_plane_block)
 
-WIDE static void NAME(project_vector_on_plane_dense)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(project_vector_on_plane_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
@@ -2912,14 +3055,16 @@ WIDE static void NAME(project_vector_on_plane_dense)(intptr_t n, char **args, co
         NAME(store_span)(args[2], first, r2, 3);
     }
 }
+LOOPS(project_vector_on_plane_dense)
 
 void NAME(project_vector_on_plane_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {3, 1, 1, {3}}, {3, 1, 2, {3}}};
     static const struct form forms[] = {{2, 3, NAME(project_vector_on_plane_start_b),
-        NAME(project_vector_on_plane_block_b), NAME(project_vector_on_plane_dense_b)}};
-    static const struct kernel kernel = {NAME(project_vector_on_plane_block), NAME(project_vector_on_plane_dense),
-        2, 3, 1, 0, parts, forms};
+        WIDTHS(project_vector_on_plane_block_b), WIDTHS(project_vector_on_plane_dense_b)}};
+    static const struct kernel kernel = {WIDTHS(project_vector_on_plane_block),
+        WIDTHS(project_vector_on_plane_dense), (any_function *)NAME(project_vector_on_plane), NAME(call_aar), 2, 3,
+        1, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -3015,7 +3160,7 @@ static INLINE void NAME(reflect_vector_apply_n)(const REAL *prepared, const REAL
     out[2] = t31;
 }
 
-WIDE static void NAME(reflect_vector_block_n)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(reflect_vector_block_n)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c0a = strides[0], c2a = strides[2];
@@ -3031,8 +3176,9 @@ WIDE static void NAME(reflect_vector_block_n)(intptr_t n, char **args, const int
         NAME(store_3)(a2 + i * w, c2a, x2);
     }
 }
+LOOPS(reflect_vector_block_n)
 
-WIDE static void NAME(reflect_vector_dense_n)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(reflect_vector_dense_n)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const REAL *prepared = (const REAL *)args[1];
@@ -3051,6 +3197,7 @@ WIDE static void NAME(reflect_vector_dense_n)(intptr_t n, char **args, const int
         NAME(store_span)(args[2], first, r2, 3);
     }
 }
+LOOPS(reflect_vector_dense_n)
 
 static void NAME(reflect_vector_start_n)(char **args, const intptr_t *strides, void *prepared)
 {
@@ -3060,7 +3207,7 @@ static void NAME(reflect_vector_start_n)(char **args, const intptr_t *strides, v
     NAME(reflect_vector_prepare_n)(x1, prepared);
 }
 
-WIDE static void NAME(reflect_vector_block)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(reflect_vector_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
@@ -3078,8 +3225,9 @@ WIDE static void NAME(reflect_vector_block)(intptr_t n, char **args, const intpt
         NAME(store_3)(a2 + i * w, c2a, x2);
     }
 }
+LOOPS(reflect_vector_block)
 
-WIDE static void NAME(reflect_vector_dense)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(reflect_vector_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
@@ -3100,14 +3248,15 @@ WIDE static void NAME(reflect_vector_dense)(intptr_t n, char **args, const intpt
         NAME(store_span)(args[2], first, r2, 3);
     }
 }
+LOOPS(reflect_vector_dense)
 
 void NAME(reflect_vector_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {3, 1, 1, {3}}, {3, 1, 2, {3}}};
-    static const struct form forms[] = {{2, 3, NAME(reflect_vector_start_n), NAME(reflect_vector_block_n),
-        NAME(reflect_vector_dense_n)}};
-    static const struct kernel kernel = {NAME(reflect_vector_block), NAME(reflect_vector_dense), 2, 3, 1, 0, parts,
-        forms};
+    static const struct form forms[] = {{2, 3, NAME(reflect_vector_start_n), WIDTHS(reflect_vector_block_n),
+        WIDTHS(reflect_vector_dense_n)}};
+    static const struct kernel kernel = {WIDTHS(reflect_vector_block), WIDTHS(reflect_vector_dense), (any_function
+        *)NAME(reflect_vector), NAME(call_aar), 2, 3, 1, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -3133,7 +3282,7 @@ INLINE void NAME(bivector_commutator)(const REAL *a, const REAL *b, REAL *out)
     out[2] = t8;
 }
 
-WIDE static void NAME(bivector_commutator_block)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(bivector_commutator_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
@@ -3151,8 +3300,9 @@ WIDE static void NAME(bivector_commutator_block)(intptr_t n, char **args, const 
         NAME(store_3)(a2 + i * w, c2a, x2);
     }
 }
+LOOPS(bivector_commutator_block)
 
-WIDE static void NAME(bivector_commutator_dense)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(bivector_commutator_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
@@ -3173,12 +3323,13 @@ WIDE static void NAME(bivector_commutator_dense)(intptr_t n, char **args, const 
         NAME(store_span)(args[2], first, r2, 3);
     }
 }
+LOOPS(bivector_commutator_dense)
 
 void NAME(bivector_commutator_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {3, 1, 1, {3}}, {3, 1, 2, {3}}};
-    static const struct kernel kernel = {NAME(bivector_commutator_block), NAME(bivector_commutator_dense), 2, 3, 0,
-        0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(bivector_commutator_block), WIDTHS(bivector_commutator_dense),
+        (any_function *)NAME(bivector_commutator), NAME(call_aar), 2, 3, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -3226,7 +3377,7 @@ INLINE void NAME(rotor_product)(const REAL *a, const REAL *b, REAL *out)
     out[3] = t27;
 }
 
-WIDE static void NAME(rotor_product_block)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(rotor_product_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
@@ -3244,8 +3395,9 @@ WIDE static void NAME(rotor_product_block)(intptr_t n, char **args, const intptr
         NAME(store_4)(a2 + i * w, c2a, x2);
     }
 }
+LOOPS(rotor_product_block)
 
-WIDE static void NAME(rotor_product_dense)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(rotor_product_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
@@ -3266,12 +3418,13 @@ WIDE static void NAME(rotor_product_dense)(intptr_t n, char **args, const intptr
         NAME(store_span)(args[2], first, r2, 4);
     }
 }
+LOOPS(rotor_product_dense)
 
 void NAME(rotor_product_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {4, 1, 1, {4}}, {4, 1, 2, {4}}};
-    static const struct kernel kernel = {NAME(rotor_product_block), NAME(rotor_product_dense), 2, 3, 0, 0, parts,
-        NULL};
+    static const struct kernel kernel = {WIDTHS(rotor_product_block), WIDTHS(rotor_product_dense), (any_function
+        *)NAME(rotor_product), NAME(call_aar), 2, 3, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -3319,7 +3472,7 @@ INLINE void NAME(even_product)(const REAL *a, const REAL *b, REAL *out)
     out[3] = t27;
 }
 
-WIDE static void NAME(even_product_block)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(even_product_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
@@ -3337,8 +3490,9 @@ WIDE static void NAME(even_product_block)(intptr_t n, char **args, const intptr_
         NAME(store_4)(a2 + i * w, c2a, x2);
     }
 }
+LOOPS(even_product_block)
 
-WIDE static void NAME(even_product_dense)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(even_product_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
@@ -3359,12 +3513,13 @@ WIDE static void NAME(even_product_dense)(intptr_t n, char **args, const intptr_
         NAME(store_span)(args[2], first, r2, 4);
     }
 }
+LOOPS(even_product_dense)
 
 void NAME(even_product_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {4, 1, 1, {4}}, {4, 1, 2, {4}}};
-    static const struct kernel kernel = {NAME(even_product_block), NAME(even_product_dense), 2, 3, 0, 0, parts,
-        NULL};
+    static const struct kernel kernel = {WIDTHS(even_product_block), WIDTHS(even_product_dense), (any_function
+        *)NAME(even_product), NAME(call_aar), 2, 3, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -3383,7 +3538,7 @@ INLINE void NAME(rotor_inverse)(const REAL *r, REAL *out)
     out[3] = t2;
 }
 
-WIDE static void NAME(rotor_inverse_block)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(rotor_inverse_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c0a = strides[0], c1a = strides[1];
@@ -3398,8 +3553,9 @@ WIDE static void NAME(rotor_inverse_block)(intptr_t n, char **args, const intptr
         NAME(store_4)(a1 + i * w, c1a, x1);
     }
 }
+LOOPS(rotor_inverse_block)
 
-WIDE static void NAME(rotor_inverse_dense)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(rotor_inverse_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
@@ -3417,12 +3573,13 @@ WIDE static void NAME(rotor_inverse_dense)(intptr_t n, char **args, const intptr
         NAME(store_span)(args[1], first, r1, 4);
     }
 }
+LOOPS(rotor_inverse_dense)
 
 void NAME(rotor_inverse_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {4, 1, 1, {4}}};
-    static const struct kernel kernel = {NAME(rotor_inverse_block), NAME(rotor_inverse_dense), 1, 2, 0, 0, parts,
-        NULL};
+    static const struct kernel kernel = {WIDTHS(rotor_inverse_block), WIDTHS(rotor_inverse_dense), (any_function
+        *)NAME(rotor_inverse), NAME(call_ar), 1, 2, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -3451,7 +3608,7 @@ INLINE void NAME(normalize_rotor)(const REAL *x, REAL *out)
     out[3] = t12;
 }
 
-WIDE static void NAME(normalize_rotor_block)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(normalize_rotor_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c0a = strides[0], c1a = strides[1];
@@ -3466,8 +3623,9 @@ WIDE static void NAME(normalize_rotor_block)(intptr_t n, char **args, const intp
         NAME(store_4)(a1 + i * w, c1a, x1);
     }
 }
+LOOPS(normalize_rotor_block)
 
-WIDE static void NAME(normalize_rotor_dense)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(normalize_rotor_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
@@ -3485,12 +3643,13 @@ WIDE static void NAME(normalize_rotor_dense)(intptr_t n, char **args, const intp
         NAME(store_span)(args[1], first, r1, 4);
     }
 }
+LOOPS(normalize_rotor_dense)
 
 void NAME(normalize_rotor_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {4, 1, 1, {4}}};
-    static const struct kernel kernel = {NAME(normalize_rotor_block), NAME(normalize_rotor_dense), 1, 2, 0, 0,
-        parts, NULL};
+    static const struct kernel kernel = {WIDTHS(normalize_rotor_block), WIDTHS(normalize_rotor_dense), (any_function
+        *)NAME(normalize_rotor), NAME(call_ar), 1, 2, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -3618,7 +3777,7 @@ static INLINE void NAME(rotate_vector_apply_r)(const REAL *prepared, const REAL 
     out[2] = t43;
 }
 
-WIDE static void NAME(rotate_vector_block_r)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(rotate_vector_block_r)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c1a = strides[1], c2a = strides[2];
@@ -3634,8 +3793,9 @@ WIDE static void NAME(rotate_vector_block_r)(intptr_t n, char **args, const intp
         NAME(store_3)(a2 + i * w, c2a, x2);
     }
 }
+LOOPS(rotate_vector_block_r)
 
-WIDE static void NAME(rotate_vector_dense_r)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(rotate_vector_dense_r)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const REAL *prepared = (const REAL *)args[0];
@@ -3654,6 +3814,7 @@ WIDE static void NAME(rotate_vector_dense_r)(intptr_t n, char **args, const intp
         NAME(store_span)(args[2], first, r2, 3);
     }
 }
+LOOPS(rotate_vector_dense_r)
 
 static void NAME(rotate_vector_start_r)(char **args, const intptr_t *strides, void *prepared)
 {
@@ -3663,7 +3824,7 @@ static void NAME(rotate_vector_start_r)(char **args, const intptr_t *strides, vo
     NAME(rotate_vector_prepare_r)(x0, prepared);
 }
 
-WIDE static void NAME(rotate_vector_block)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(rotate_vector_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
@@ -3681,8 +3842,9 @@ WIDE static void NAME(rotate_vector_block)(intptr_t n, char **args, const intptr
         NAME(store_3)(a2 + i * w, c2a, x2);
     }
 }
+LOOPS(rotate_vector_block)
 
-WIDE static void NAME(rotate_vector_dense)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(rotate_vector_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
@@ -3703,14 +3865,15 @@ WIDE static void NAME(rotate_vector_dense)(intptr_t n, char **args, const intptr
         NAME(store_span)(args[2], first, r2, 3);
     }
 }
+LOOPS(rotate_vector_dense)
 
 void NAME(rotate_vector_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {3, 1, 1, {3}}, {3, 1, 2, {3}}};
-    static const struct form forms[] = {{1, 2, NAME(rotate_vector_start_r), NAME(rotate_vector_block_r),
-        NAME(rotate_vector_dense_r)}};
-    static const struct kernel kernel = {NAME(rotate_vector_block), NAME(rotate_vector_dense), 2, 3, 1, 0, parts,
-        forms};
+    static const struct form forms[] = {{1, 2, NAME(rotate_vector_start_r), WIDTHS(rotate_vector_block_r),
+        WIDTHS(rotate_vector_dense_r)}};
+    static const struct kernel kernel = {WIDTHS(rotate_vector_block), WIDTHS(rotate_vector_dense), (any_function
+        *)NAME(rotate_vector), NAME(call_aar), 2, 3, 1, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -3838,7 +4001,7 @@ static INLINE void NAME(rotate_vector_back_apply_r)(const REAL *prepared, const 
     out[2] = t43;
 }
 
-WIDE static void NAME(rotate_vector_back_block_r)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(rotate_vector_back_block_r)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c1a = strides[1], c2a = strides[2];
@@ -3854,8 +4017,9 @@ WIDE static void NAME(rotate_vector_back_block_r)(intptr_t n, char **args, const
         NAME(store_3)(a2 + i * w, c2a, x2);
     }
 }
+LOOPS(rotate_vector_back_block_r)
 
-WIDE static void NAME(rotate_vector_back_dense_r)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(rotate_vector_back_dense_r)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const REAL *prepared = (const REAL *)args[0];
@@ -3874,6 +4038,7 @@ WIDE static void NAME(rotate_vector_back_dense_r)(intptr_t n, char **args, const
         NAME(store_span)(args[2], first, r2, 3);
     }
 }
+LOOPS(rotate_vector_back_dense_r)
 
 static void NAME(rotate_vector_back_start_r)(char **args, const intptr_t *strides, void *prepared)
 {
@@ -3883,7 +4048,7 @@ static void NAME(rotate_vector_back_start_r)(char **args, const intptr_t *stride
     NAME(rotate_vector_back_prepare_r)(x0, prepared);
 }
 
-WIDE static void NAME(rotate_vector_back_block)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(rotate_vector_back_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
@@ -3901,8 +4066,9 @@ WIDE static void NAME(rotate_vector_back_block)(intptr_t n, char **args, const i
         NAME(store_3)(a2 + i * w, c2a, x2);
     }
 }
+LOOPS(rotate_vector_back_block)
 
-WIDE static void NAME(rotate_vector_back_dense)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(rotate_vector_back_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
@@ -3923,14 +4089,15 @@ WIDE static void NAME(rotate_vector_back_dense)(intptr_t n, char **args, const i
         NAME(store_span)(args[2], first, r2, 3);
     }
 }
+LOOPS(rotate_vector_back_dense)
 
 void NAME(rotate_vector_back_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {3, 1, 1, {3}}, {3, 1, 2, {3}}};
-    static const struct form forms[] = {{1, 2, NAME(rotate_vector_back_start_r), NAME(rotate_vector_back_block_r),
-        NAME(rotate_vector_back_dense_r)}};
-    static const struct kernel kernel = {NAME(rotate_vector_back_block), NAME(rotate_vector_back_dense), 2, 3, 1, 0,
-        parts, forms};
+    static const struct form forms[] = {{1, 2, NAME(rotate_vector_back_start_r), WIDTHS(rotate_vector_back_block_r),
+        WIDTHS(rotate_vector_back_dense_r)}};
+    static const struct kernel kernel = {WIDTHS(rotate_vector_back_block), WIDTHS(rotate_vector_back_dense),
+        (any_function *)NAME(rotate_vector_back), NAME(call_aar), 2, 3, 1, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -4058,7 +4225,7 @@ static INLINE void NAME(rotate_bivector_apply_r)(const REAL *prepared, const REA
     out[2] = t43;
 }
 
-WIDE static void NAME(rotate_bivector_block_r)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(rotate_bivector_block_r)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c1a = strides[1], c2a = strides[2];
@@ -4074,8 +4241,9 @@ WIDE static void NAME(rotate_bivector_block_r)(intptr_t n, char **args, const in
         NAME(store_3)(a2 + i * w, c2a, x2);
     }
 }
+LOOPS(rotate_bivector_block_r)
 
-WIDE static void NAME(rotate_bivector_dense_r)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(rotate_bivector_dense_r)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const REAL *prepared = (const REAL *)args[0];
@@ -4094,6 +4262,7 @@ WIDE static void NAME(rotate_bivector_dense_r)(intptr_t n, char **args, const in
         NAME(store_span)(args[2], first, r2, 3);
     }
 }
+LOOPS(rotate_bivector_dense_r)
 
 static void NAME(rotate_bivector_start_r)(char **args, const intptr_t *strides, void *prepared)
 {
@@ -4103,7 +4272,7 @@ static void NAME(rotate_bivector_start_r)(char **args, const intptr_t *strides, 
     NAME(rotate_bivector_prepare_r)(x0, prepared);
 }
 
-WIDE static void NAME(rotate_bivector_block)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(rotate_bivector_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
@@ -4121,8 +4290,9 @@ WIDE static void NAME(rotate_bivector_block)(intptr_t n, char **args, const intp
         NAME(store_3)(a2 + i * w, c2a, x2);
     }
 }
+LOOPS(rotate_bivector_block)
 
-WIDE static void NAME(rotate_bivector_dense)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(rotate_bivector_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
@@ -4143,14 +4313,15 @@ WIDE static void NAME(rotate_bivector_dense)(intptr_t n, char **args, const intp
         NAME(store_span)(args[2], first, r2, 3);
     }
 }
+LOOPS(rotate_bivector_dense)
 
 void NAME(rotate_bivector_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {3, 1, 1, {3}}, {3, 1, 2, {3}}};
-    static const struct form forms[] = {{1, 2, NAME(rotate_bivector_start_r), NAME(rotate_bivector_block_r),
-        NAME(rotate_bivector_dense_r)}};
-    static const struct kernel kernel = {NAME(rotate_bivector_block), NAME(rotate_bivector_dense), 2, 3, 1, 0,
-        parts, forms};
+    static const struct form forms[] = {{1, 2, NAME(rotate_bivector_start_r), WIDTHS(rotate_bivector_block_r),
+        WIDTHS(rotate_bivector_dense_r)}};
+    static const struct kernel kernel = {WIDTHS(rotate_bivector_block), WIDTHS(rotate_bivector_dense), (any_function
+        *)NAME(rotate_bivector), NAME(call_aar), 2, 3, 1, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -4257,7 +4428,7 @@ static INLINE void NAME(rotor_from_axis_angle_apply_axis)(const REAL *prepared, 
     out[3] = t14;
 }
 
-WIDE static void NAME(rotor_from_axis_angle_block_angle)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(rotor_from_axis_angle_block_angle)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c0a = strides[0], c2a = strides[1];
@@ -4273,8 +4444,9 @@ WIDE static void NAME(rotor_from_axis_angle_block_angle)(intptr_t n, char **args
         NAME(store_4)(a2 + i * w, c2a, x2);
     }
 }
+LOOPS(rotor_from_axis_angle_block_angle)
 
-WIDE static void NAME(rotor_from_axis_angle_dense_angle)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(rotor_from_axis_angle_dense_angle)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const REAL *prepared = (const REAL *)args[1];
@@ -4293,6 +4465,7 @@ WIDE static void NAME(rotor_from_axis_angle_dense_angle)(intptr_t n, char **args
         NAME(store_span)(args[2], first, r2, 4);
     }
 }
+LOOPS(rotor_from_axis_angle_dense_angle)
 
 static void NAME(rotor_from_axis_angle_start_angle)(char **args, const intptr_t *strides, void *prepared)
 {
@@ -4302,7 +4475,7 @@ static void NAME(rotor_from_axis_angle_start_angle)(char **args, const intptr_t 
     NAME(rotor_from_axis_angle_prepare_angle)(x1[0], prepared, NULL);
 }
 
-WIDE static void NAME(rotor_from_axis_angle_block_axis)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(rotor_from_axis_angle_block_axis)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c2a = strides[1];
@@ -4329,6 +4502,7 @@ WIDE static void NAME(rotor_from_axis_angle_block_axis)(intptr_t n, char **args,
         }
     }
 }
+LOOPS(rotor_from_axis_angle_block_axis)
 
 static void NAME(rotor_from_axis_angle_start_axis)(char **args, const intptr_t *strides, void *prepared)
 {
@@ -4338,7 +4512,7 @@ static void NAME(rotor_from_axis_angle_start_axis)(char **args, const intptr_t *
     NAME(rotor_from_axis_angle_prepare_axis)(x0, prepared);
 }
 
-WIDE static void NAME(rotor_from_axis_angle_block)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(rotor_from_axis_angle_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c0a = strides[0], c2a = strides[1];
@@ -4369,14 +4543,16 @@ WIDE static void NAME(rotor_from_axis_angle_block)(intptr_t n, char **args, cons
         }
     }
 }
+LOOPS(rotor_from_axis_angle_block)
 
 void NAME(rotor_from_axis_angle_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {1, 0, 1, {0}}, {4, 1, 1, {4}}};
     static const struct form forms[] = {{2, 2, NAME(rotor_from_axis_angle_start_angle),
-        NAME(rotor_from_axis_angle_block_angle), NAME(rotor_from_axis_angle_dense_angle)}, {1, 2,
-        NAME(rotor_from_axis_angle_start_axis), NAME(rotor_from_axis_angle_block_axis), NULL}};
-    static const struct kernel kernel = {NAME(rotor_from_axis_angle_block), NULL, 2, 3, 2, 1, parts, forms};
+        WIDTHS(rotor_from_axis_angle_block_angle), WIDTHS(rotor_from_axis_angle_dense_angle)}, {1, 2,
+        NAME(rotor_from_axis_angle_start_axis), WIDTHS(rotor_from_axis_angle_block_axis), {NULL}}};
+    static const struct kernel kernel = {WIDTHS(rotor_from_axis_angle_block), {NULL}, (any_function
+        *)NAME(rotor_from_axis_angle), NAME(call_anr), 2, 3, 2, 1, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -4416,7 +4592,7 @@ INLINE void NAME(rotor_from_rotation_vector)(const REAL *v, REAL *out)
     NAME(rotor_from_rotation_vector_within)(v, out, NULL);
 }
 
-WIDE static void NAME(rotor_from_rotation_vector_block)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(rotor_from_rotation_vector_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c0a = strides[0], c1a = strides[1];
@@ -4442,11 +4618,13 @@ WIDE static void NAME(rotor_from_rotation_vector_block)(intptr_t n, char **args,
         }
     }
 }
+LOOPS(rotor_from_rotation_vector_block)
 
 void NAME(rotor_from_rotation_vector_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {4, 1, 1, {4}}};
-    static const struct kernel kernel = {NAME(rotor_from_rotation_vector_block), NULL, 1, 2, 0, 1, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(rotor_from_rotation_vector_block), {NULL}, (any_function
+        *)NAME(rotor_from_rotation_vector), NAME(call_ar), 1, 2, 0, 1, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -4479,7 +4657,7 @@ INLINE void NAME(rotor_to_rotation_vector)(const REAL *r, REAL *out)
     out[2] = t17;
 }
 
-WIDE static void NAME(rotor_to_rotation_vector_block)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(rotor_to_rotation_vector_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c0a = strides[0], c1a = strides[1];
@@ -4494,11 +4672,13 @@ WIDE static void NAME(rotor_to_rotation_vector_block)(intptr_t n, char **args, c
         NAME(store_3)(a1 + i * w, c1a, x1);
     }
 }
+LOOPS(rotor_to_rotation_vector_block)
 
 void NAME(rotor_to_rotation_vector_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {3, 1, 1, {3}}};
-    static const struct kernel kernel = {NAME(rotor_to_rotation_vector_block), NULL, 1, 2, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(rotor_to_rotation_vector_block), {NULL}, (any_function
+        *)NAME(rotor_to_rotation_vector), NAME(call_ar), 1, 2, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -4534,7 +4714,7 @@ INLINE void NAME(rotor_exponential)(const REAL *b, REAL *out)
     NAME(rotor_exponential_within)(b, out, NULL);
 }
 
-WIDE static void NAME(rotor_exponential_block)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(rotor_exponential_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c0a = strides[0], c1a = strides[1];
@@ -4560,11 +4740,13 @@ WIDE static void NAME(rotor_exponential_block)(intptr_t n, char **args, const in
         }
     }
 }
+LOOPS(rotor_exponential_block)
 
 void NAME(rotor_exponential_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {4, 1, 1, {4}}};
-    static const struct kernel kernel = {NAME(rotor_exponential_block), NULL, 1, 2, 0, 1, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(rotor_exponential_block), {NULL}, (any_function
+        *)NAME(rotor_exponential), NAME(call_ar), 1, 2, 0, 1, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -4594,7 +4776,7 @@ INLINE void NAME(rotor_logarithm)(const REAL *r, REAL *out)
     out[2] = t14;
 }
 
-WIDE static void NAME(rotor_logarithm_block)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(rotor_logarithm_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c0a = strides[0], c1a = strides[1];
@@ -4609,11 +4791,13 @@ WIDE static void NAME(rotor_logarithm_block)(intptr_t n, char **args, const intp
         NAME(store_3)(a1 + i * w, c1a, x1);
     }
 }
+LOOPS(rotor_logarithm_block)
 
 void NAME(rotor_logarithm_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {3, 1, 1, {3}}};
-    static const struct kernel kernel = {NAME(rotor_logarithm_block), NULL, 1, 2, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(rotor_logarithm_block), {NULL}, (any_function
+        *)NAME(rotor_logarithm), NAME(call_ar), 1, 2, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -4642,7 +4826,7 @@ INLINE void NAME(rotor_square_root)(const REAL *r, REAL *out)
     out[3] = t12;
 }
 
-WIDE static void NAME(rotor_square_root_block)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(rotor_square_root_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c0a = strides[0], c1a = strides[1];
@@ -4657,8 +4841,9 @@ WIDE static void NAME(rotor_square_root_block)(intptr_t n, char **args, const in
         NAME(store_4)(a1 + i * w, c1a, x1);
     }
 }
+LOOPS(rotor_square_root_block)
 
-WIDE static void NAME(rotor_square_root_dense)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(rotor_square_root_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
@@ -4676,12 +4861,13 @@ WIDE static void NAME(rotor_square_root_dense)(intptr_t n, char **args, const in
         NAME(store_span)(args[1], first, r1, 4);
     }
 }
+LOOPS(rotor_square_root_dense)
 
 void NAME(rotor_square_root_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {4, 1, 1, {4}}};
-    static const struct kernel kernel = {NAME(rotor_square_root_block), NAME(rotor_square_root_dense), 1, 2, 0, 0,
-        parts, NULL};
+    static const struct kernel kernel = {WIDTHS(rotor_square_root_block), WIDTHS(rotor_square_root_dense),
+        (any_function *)NAME(rotor_square_root), NAME(call_ar), 1, 2, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -4792,7 +4978,7 @@ static INLINE void NAME(rotor_power_apply_r)(const REAL *prepared, REAL t, REAL 
     out[3] = t33;
 }
 
-WIDE static void NAME(rotor_power_block_r)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(rotor_power_block_r)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c2a = strides[1];
@@ -4819,6 +5005,7 @@ WIDE static void NAME(rotor_power_block_r)(intptr_t n, char **args, const intptr
         }
     }
 }
+LOOPS(rotor_power_block_r)
 
 static void NAME(rotor_power_start_r)(char **args, const intptr_t *strides, void *prepared)
 {
@@ -4828,7 +5015,7 @@ static void NAME(rotor_power_start_r)(char **args, const intptr_t *strides, void
     NAME(rotor_power_prepare_r)(x0, prepared);
 }
 
-WIDE static void NAME(rotor_power_block)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(rotor_power_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c0a = strides[0], c2a = strides[1];
@@ -4859,12 +5046,14 @@ WIDE static void NAME(rotor_power_block)(intptr_t n, char **args, const intptr_t
         }
     }
 }
+LOOPS(rotor_power_block)
 
 void NAME(rotor_power_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {1, 0, 1, {0}}, {4, 1, 1, {4}}};
-    static const struct form forms[] = {{1, 2, NAME(rotor_power_start_r), NAME(rotor_power_block_r), NULL}};
-    static const struct kernel kernel = {NAME(rotor_power_block), NULL, 2, 3, 1, 1, parts, forms};
+    static const struct form forms[] = {{1, 2, NAME(rotor_power_start_r), WIDTHS(rotor_power_block_r), {NULL}}};
+    static const struct kernel kernel = {WIDTHS(rotor_power_block), {NULL}, (any_function *)NAME(rotor_power),
+        NAME(call_anr), 2, 3, 1, 1, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -5103,7 +5292,7 @@ static INLINE void NAME(interpolate_rotors_apply_a_b)(const REAL *prepared, REAL
     out[3] = t89;
 }
 
-WIDE static void NAME(interpolate_rotors_block_a_b)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(interpolate_rotors_block_a_b)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c3a = strides[2];
@@ -5130,6 +5319,7 @@ WIDE static void NAME(interpolate_rotors_block_a_b)(intptr_t n, char **args, con
         }
     }
 }
+LOOPS(interpolate_rotors_block_a_b)
 
 static void NAME(interpolate_rotors_start_a_b)(char **args, const intptr_t *strides, void *prepared)
 {
@@ -5141,7 +5331,7 @@ static void NAME(interpolate_rotors_start_a_b)(char **args, const intptr_t *stri
     NAME(interpolate_rotors_prepare_a_b)(x0, x1, prepared);
 }
 
-WIDE static void NAME(interpolate_rotors_block)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(interpolate_rotors_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c0a = strides[0], c1a = strides[1], c3a = strides[2];
@@ -5177,13 +5367,15 @@ WIDE static void NAME(interpolate_rotors_block)(intptr_t n, char **args, const i
         }
     }
 }
+LOOPS(interpolate_rotors_block)
 
 void NAME(interpolate_rotors_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {4, 1, 1, {4}}, {1, 0, 2, {0}}, {4, 1, 2, {4}}};
     static const struct form forms[] = {{3, 2, NAME(interpolate_rotors_start_a_b),
-        NAME(interpolate_rotors_block_a_b), NULL}};
-    static const struct kernel kernel = {NAME(interpolate_rotors_block), NULL, 3, 4, 1, 1, parts, forms};
+        WIDTHS(interpolate_rotors_block_a_b), {NULL}}};
+    static const struct kernel kernel = {WIDTHS(interpolate_rotors_block), {NULL}, (any_function
+        *)NAME(interpolate_rotors), NAME(call_aanr), 3, 4, 1, 1, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -5332,7 +5524,7 @@ INLINE void NAME(rotor_between_vectors)(const REAL *a, const REAL *b, REAL *out)
     out[3] = t130;
 }
 
-WIDE static void NAME(rotor_between_vectors_block)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(rotor_between_vectors_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
@@ -5350,11 +5542,13 @@ WIDE static void NAME(rotor_between_vectors_block)(intptr_t n, char **args, cons
         NAME(store_4)(a2 + i * w, c2a, x2);
     }
 }
+LOOPS(rotor_between_vectors_block)
 
 void NAME(rotor_between_vectors_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {3, 1, 1, {3}}, {4, 1, 2, {4}}};
-    static const struct kernel kernel = {NAME(rotor_between_vectors_block), NULL, 2, 3, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(rotor_between_vectors_block), {NULL}, (any_function
+        *)NAME(rotor_between_vectors), NAME(call_aar), 2, 3, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -5536,7 +5730,7 @@ static INLINE void NAME(rotor_from_roll_pitch_yaw_apply_roll_yaw)(const REAL *pr
     out[3] = t24;
 }
 
-WIDE static void NAME(rotor_from_roll_pitch_yaw_block_pitch_yaw)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(rotor_from_roll_pitch_yaw_block_pitch_yaw)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c3a = strides[0];
@@ -5563,6 +5757,7 @@ WIDE static void NAME(rotor_from_roll_pitch_yaw_block_pitch_yaw)(intptr_t n, cha
         }
     }
 }
+LOOPS(rotor_from_roll_pitch_yaw_block_pitch_yaw)
 
 static void NAME(rotor_from_roll_pitch_yaw_start_pitch_yaw)(char **args, const intptr_t *strides, void *prepared)
 {
@@ -5574,7 +5769,8 @@ static void NAME(rotor_from_roll_pitch_yaw_start_pitch_yaw)(char **args, const i
     NAME(rotor_from_roll_pitch_yaw_prepare_pitch_yaw)(x1[0], x2[0], prepared, NULL);
 }
 
-WIDE static void NAME(rotor_from_roll_pitch_yaw_block_roll_pitch)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(rotor_from_roll_pitch_yaw_block_roll_pitch)(intptr_t n, char **args, const intptr_t
+    *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c3a = strides[0];
@@ -5601,6 +5797,7 @@ WIDE static void NAME(rotor_from_roll_pitch_yaw_block_roll_pitch)(intptr_t n, ch
         }
     }
 }
+LOOPS(rotor_from_roll_pitch_yaw_block_roll_pitch)
 
 static void NAME(rotor_from_roll_pitch_yaw_start_roll_pitch)(char **args, const intptr_t *strides, void *prepared)
 {
@@ -5612,7 +5809,7 @@ static void NAME(rotor_from_roll_pitch_yaw_start_roll_pitch)(char **args, const 
     NAME(rotor_from_roll_pitch_yaw_prepare_roll_pitch)(x0[0], x1[0], prepared, NULL);
 }
 
-WIDE static void NAME(rotor_from_roll_pitch_yaw_block_roll_yaw)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(rotor_from_roll_pitch_yaw_block_roll_yaw)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c3a = strides[0];
@@ -5639,6 +5836,7 @@ WIDE static void NAME(rotor_from_roll_pitch_yaw_block_roll_yaw)(intptr_t n, char
         }
     }
 }
+LOOPS(rotor_from_roll_pitch_yaw_block_roll_yaw)
 
 static void NAME(rotor_from_roll_pitch_yaw_start_roll_yaw)(char **args, const intptr_t *strides, void *prepared)
 {
@@ -5650,7 +5848,7 @@ static void NAME(rotor_from_roll_pitch_yaw_start_roll_yaw)(char **args, const in
     NAME(rotor_from_roll_pitch_yaw_prepare_roll_yaw)(x0[0], x2[0], prepared, NULL);
 }
 
-WIDE static void NAME(rotor_from_roll_pitch_yaw_block)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(rotor_from_roll_pitch_yaw_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c3a = strides[0];
@@ -5686,16 +5884,18 @@ WIDE static void NAME(rotor_from_roll_pitch_yaw_block)(intptr_t n, char **args, 
         }
     }
 }
+LOOPS(rotor_from_roll_pitch_yaw_block)
 
 void NAME(rotor_from_roll_pitch_yaw_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{1, 0, 0, {0}}, {1, 0, 0, {0}}, {1, 0, 0, {0}}, {4, 1, 0, {4}}};
     static const struct form forms[] = {{6, 2, NAME(rotor_from_roll_pitch_yaw_start_pitch_yaw),
-        NAME(rotor_from_roll_pitch_yaw_block_pitch_yaw), NULL}, {3, 2,
-        NAME(rotor_from_roll_pitch_yaw_start_roll_pitch), NAME(rotor_from_roll_pitch_yaw_block_roll_pitch), NULL},
-        {5, 2, NAME(rotor_from_roll_pitch_yaw_start_roll_yaw), NAME(rotor_from_roll_pitch_yaw_block_roll_yaw),
-        NULL}};
-    static const struct kernel kernel = {NAME(rotor_from_roll_pitch_yaw_block), NULL, 3, 4, 3, 1, parts, forms};
+        WIDTHS(rotor_from_roll_pitch_yaw_block_pitch_yaw), {NULL}}, {3, 2,
+        NAME(rotor_from_roll_pitch_yaw_start_roll_pitch), WIDTHS(rotor_from_roll_pitch_yaw_block_roll_pitch),
+        {NULL}}, {5, 2, NAME(rotor_from_roll_pitch_yaw_start_roll_yaw),
+        WIDTHS(rotor_from_roll_pitch_yaw_block_roll_yaw), {NULL}}};
+    static const struct kernel kernel = {WIDTHS(rotor_from_roll_pitch_yaw_block), {NULL}, (any_function
+        *)NAME(rotor_from_roll_pitch_yaw), NAME(call_nnnr), 3, 4, 3, 1, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -5713,7 +5913,7 @@ INLINE void NAME(rotor_from_quaternion)(const REAL *q, REAL *out)
     out[3] = t1;
 }
 
-WIDE static void NAME(rotor_from_quaternion_block)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(rotor_from_quaternion_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c0a = strides[0], c1a = strides[1];
@@ -5728,8 +5928,9 @@ WIDE static void NAME(rotor_from_quaternion_block)(intptr_t n, char **args, cons
         NAME(store_4)(a1 + i * w, c1a, x1);
     }
 }
+LOOPS(rotor_from_quaternion_block)
 
-WIDE static void NAME(rotor_from_quaternion_dense)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(rotor_from_quaternion_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
@@ -5747,12 +5948,13 @@ WIDE static void NAME(rotor_from_quaternion_dense)(intptr_t n, char **args, cons
         NAME(store_span)(args[1], first, r1, 4);
     }
 }
+LOOPS(rotor_from_quaternion_dense)
 
 void NAME(rotor_from_quaternion_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {4, 1, 1, {4}}};
-    static const struct kernel kernel = {NAME(rotor_from_quaternion_block), NAME(rotor_from_quaternion_dense), 1, 2,
-        0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(rotor_from_quaternion_block), WIDTHS(rotor_from_quaternion_dense),
+        (any_function *)NAME(rotor_from_quaternion), NAME(call_ar), 1, 2, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -5770,7 +5972,7 @@ INLINE void NAME(rotor_to_quaternion)(const REAL *r, REAL *out)
     out[3] = t1;
 }
 
-WIDE static void NAME(rotor_to_quaternion_block)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(rotor_to_quaternion_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c0a = strides[0], c1a = strides[1];
@@ -5785,8 +5987,9 @@ WIDE static void NAME(rotor_to_quaternion_block)(intptr_t n, char **args, const 
         NAME(store_4)(a1 + i * w, c1a, x1);
     }
 }
+LOOPS(rotor_to_quaternion_block)
 
-WIDE static void NAME(rotor_to_quaternion_dense)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(rotor_to_quaternion_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
@@ -5804,12 +6007,13 @@ WIDE static void NAME(rotor_to_quaternion_dense)(intptr_t n, char **args, const 
         NAME(store_span)(args[1], first, r1, 4);
     }
 }
+LOOPS(rotor_to_quaternion_dense)
 
 void NAME(rotor_to_quaternion_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {4, 1, 1, {4}}};
-    static const struct kernel kernel = {NAME(rotor_to_quaternion_block), NAME(rotor_to_quaternion_dense), 1, 2, 0,
-        0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(rotor_to_quaternion_block), WIDTHS(rotor_to_quaternion_dense),
+        (any_function *)NAME(rotor_to_quaternion), NAME(call_ar), 1, 2, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -5858,7 +6062,7 @@ INLINE void NAME(rotor_to_matrix)(const REAL *r, REAL *out)
     out[8] = t27;
 }
 
-WIDE static void NAME(rotor_to_matrix_block)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(rotor_to_matrix_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c0a = strides[0], c1a = strides[1], c1b = strides[2];
@@ -5873,8 +6077,9 @@ WIDE static void NAME(rotor_to_matrix_block)(intptr_t n, char **args, const intp
         NAME(store_3x3)(a1 + i * w, c1a, c1b, x1);
     }
 }
+LOOPS(rotor_to_matrix_block)
 
-WIDE static void NAME(rotor_to_matrix_dense)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(rotor_to_matrix_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
@@ -5893,12 +6098,13 @@ WIDE static void NAME(rotor_to_matrix_dense)(intptr_t n, char **args, const intp
         NAME(store_span)(args[1], first, r1, 9);
     }
 }
+LOOPS(rotor_to_matrix_dense)
 
 void NAME(rotor_to_matrix_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {9, 2, 1, {3, 3}}};
-    static const struct kernel kernel = {NAME(rotor_to_matrix_block), NAME(rotor_to_matrix_dense), 1, 2, 0, 0,
-        parts, NULL};
+    static const struct kernel kernel = {WIDTHS(rotor_to_matrix_block), WIDTHS(rotor_to_matrix_dense), (any_function
+        *)NAME(rotor_to_matrix), NAME(call_ar), 1, 2, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -5967,7 +6173,7 @@ INLINE void NAME(rotor_from_matrix)(const REAL *matrix, REAL *out)
     out[3] = t47;
 }
 
-WIDE static void NAME(rotor_from_matrix_block)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(rotor_from_matrix_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c0a = strides[0], c0b = strides[1], c1a = strides[2];
@@ -5982,8 +6188,9 @@ WIDE static void NAME(rotor_from_matrix_block)(intptr_t n, char **args, const in
         NAME(store_4)(a1 + i * w, c1a, x1);
     }
 }
+LOOPS(rotor_from_matrix_block)
 
-WIDE static void NAME(rotor_from_matrix_dense)(intptr_t n, char **args, const intptr_t *strides)
+static INLINE void NAME(rotor_from_matrix_dense)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
@@ -6002,12 +6209,13 @@ WIDE static void NAME(rotor_from_matrix_dense)(intptr_t n, char **args, const in
         NAME(store_span)(args[1], first, r1, 4);
     }
 }
+LOOPS(rotor_from_matrix_dense)
 
 void NAME(rotor_from_matrix_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{9, 2, 0, {3, 3}}, {4, 1, 2, {4}}};
-    static const struct kernel kernel = {NAME(rotor_from_matrix_block), NAME(rotor_from_matrix_dense), 1, 2, 0, 0,
-        parts, NULL};
+    static const struct kernel kernel = {WIDTHS(rotor_from_matrix_block), WIDTHS(rotor_from_matrix_dense),
+        (any_function *)NAME(rotor_from_matrix), NAME(call_ar), 1, 2, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 #endif

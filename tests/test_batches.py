@@ -2,13 +2,20 @@
 
 from __future__ import annotations
 
+import ctypes
 import importlib
+import re
+import subprocess
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
 
+from gacompiler.backends.build import compiler_flags, find_compiler
 from gacompiler.generate import own_specs
+
+ROOT = Path(__file__).parents[1]
 
 N_ELEMENTS = 83
 """Some blocks of a loop, and what is left of one."""
@@ -43,3 +50,48 @@ def test_a_bivector_of_a_vector_with_itself_is_zero_in_a_batch() -> None:
 
     a = np.random.default_rng(0).normal(size=(1000, 2))
     assert not vga2.vector_product(a, a)[:, 1:].any()
+
+
+WIDTHS = {"no vectors": "-1", "AVX2": "0", "AVX-512": "1"}
+"""The loops of a C file that machines choose from, by their number there."""
+
+
+@pytest.mark.parametrize("width", WIDTHS)
+def test_all_machines_compute_the_same(width: str, tmp_path: Path) -> None:
+    """What a machine chooses is chosen by hand here, as far as this one can run it."""
+    compiler = find_compiler()
+    if compiler is None or "avx512dq" not in _features() or not re.search("gcc|Free Software", _version(compiler)):
+        pytest.skip("needs gcc, and a machine that has all of the widths")
+    text = (ROOT / "generated" / "vga2.c").read_text()
+    (tmp_path / "vga2.h").write_text((ROOT / "generated" / "vga2.h").read_text())
+    chosen, count = re.subn(r"#define CHOSEN \(.*", f"#define CHOSEN ({WIDTHS[width]})", text)
+    assert count == 1
+    (tmp_path / "vga2.c").write_text(chosen)
+    library = tmp_path / "vga2.so"
+    flags = [*compiler_flags(compiler), "-shared", "-o", str(library)]
+    subprocess.run([*compiler, *flags, str(tmp_path / "vga2.c"), "-lm"], check=True)
+    loops = ctypes.CDLL(str(library))
+    module = importlib.import_module("generated.vga2")
+    rng = np.random.default_rng(4)
+    for name in module.kernels:
+        kernel = getattr(module, name)
+        for dtype, ending in ((np.float64, "f64"), (np.float32, "f32")):
+            arrays = [rng.normal(size=(N_ELEMENTS, *shape)).astype(dtype) for shape in kernel._shapes]
+            right = _results(kernel(*arrays))
+            results = [np.empty_like(each) for each in right]
+            parts = [*arrays, *results]
+            steps = [part.strides[0] for part in parts] + [step for part in parts for step in part.strides[1:]]
+            addresses = (ctypes.c_void_p * len(parts))(*(part.ctypes.data for part in parts))
+            size, strides = (ctypes.c_ssize_t * 1)(N_ELEMENTS), (ctypes.c_ssize_t * len(steps))(*steps)
+            getattr(loops, f"vga2_{name}_loop_{ending}")(addresses, size, strides)
+            for one, other in zip(results, right, strict=True):
+                np.testing.assert_array_equal(one, other, f"{name}, {ending}")
+
+
+def _features() -> str:
+    facts = Path("/proc/cpuinfo")
+    return facts.read_text() if facts.exists() else ""
+
+
+def _version(compiler: tuple[str, ...]) -> str:
+    return subprocess.run([*compiler, "--version"], capture_output=True, text=True).stdout

@@ -323,13 +323,13 @@ def test_one_extension_serves_all_modules(tmp_path: Path, fast: ModuleType) -> N
     c_path = write(module_source("another", NORMALIZE), tmp_path)
     build_library(c_path)
     assert load(c_path.with_suffix(".py"), "another_one")._extension is fast._extension
-    assert [path.name for path in tmp_path.glob("_build/one_element*")] == [extension_path(tmp_path).name]
+    assert [path.name for path in tmp_path.glob("_build/calls*")] == [extension_path(tmp_path).name]
 
 
 def test_it_is_built_once_and_stale_ones_go(tmp_path: Path) -> None:
     c_path = write(module_source("another", NORMALIZE), tmp_path)
     stale = extension_path(tmp_path)
-    stale = stale.with_name(stale.name.replace(extension_name(), f"one_element_{'0' * 16}"))
+    stale = stale.with_name(stale.name.replace(extension_name(), f"calls_{'0' * 16}"))
     stale.parent.mkdir()
     stale.touch()
     build_library(c_path)
@@ -363,7 +363,7 @@ def test_a_compiler_that_fails_is_named(tmp_path: Path, monkeypatch: pytest.Monk
 def test_the_text_compiles_without_a_warning(tmp_path: Path) -> None:
     import subprocess
 
-    source = tmp_path / "one_element.c"
+    source = tmp_path / "calls.c"
     source.write_text(extension_source())
     options = ["-std=c17", "-O2", "-Wall", "-Wextra", "-Werror", "-DINIT=PyInit_x", "-c", "-o", str(tmp_path / "x.o")]
     command = [*(find_compiler() or ()), *options, f"-I{sysconfig.get_path('include')}", str(source)]

@@ -449,13 +449,15 @@ def test_values_do_not_leak(module: ModuleType) -> None:
     for _ in range(turns):  # until what the interpreter keeps for later is full
         calls()
     gc.collect()
-    before = tracemalloc.get_traced_memory()[0]
-    for _ in range(turns):
-        calls()
-    gc.collect()
-    grown = tracemalloc.get_traced_memory()[0] - before
+    grown = []
+    for _ in range(3):  # a leak grows every time; other threads keep things now and then
+        before = tracemalloc.get_traced_memory()[0]
+        for _ in range(turns):
+            calls()
+        gc.collect()
+        grown.append(tracemalloc.get_traced_memory()[0] - before)
     tracemalloc.stop()
-    assert grown < 10_000, grown
+    assert min(grown) < 10_000, grown
     for each, count in zip(held, counts, strict=True):
         assert abs(sys.getrefcount(each) - count) < 20, each
 

@@ -15,7 +15,7 @@ import jinja2
 
 from ..ir.program import Program
 from ..ir.uniform import Uniform
-from .c_batch import LANES, load_helpers, loop_text, named_parts, parts, store_helpers
+from .c_batch import LANES, call_helpers, load_helpers, loop_text, named_parts, parts, store_helpers
 from .c_functions import TRANSCENDENTAL, constants, has_turns, polynomial_lines
 from .documentation import c_comment, stamp
 from .module import KernelSource, ModuleSource
@@ -74,9 +74,11 @@ def c_body(name: str, kernels: list[tuple[Program, tuple[Uniform, ...]]]) -> str
         functions=_functions(name) if used & TRANSCENDENTAL else None,
         loads=load_helpers([argument.shape for program in programs for argument in program.arguments]),
         stores=store_helpers([result.shape for program in programs for result in program.results]),
+        calls=[{**helper, "lines": _wrapped(helper["lines"])} for helper in call_helpers(programs)],
         n_axes=max([1, *(len(shape) for each in shapes for shape in each)]),
         n_parts=max([1, *map(len, shapes)]),
         n_cores=max([1, *(sum(map(len, each)) for each in shapes)]),
+        n_numbers=max([1, *(sum(map(prod, each)) for each in shapes)]),
         n_prepared=max([1, *(form.apply.arguments[0].shape[0] for form in forms)]),
         space=max([_SPACE, *(LANES * sum(map(prod, each)) for each in shapes)]),
         kernels=["\n".join(_wrapped(_kernel_and_loops(program, uniform))) for program, uniform in kernels],

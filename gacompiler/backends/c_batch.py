@@ -2,7 +2,8 @@
 
 A loop loads the components of an element into local arrays, calls the plain function, which is inlined, and stores its
 results; so an output may be an input, and the compiler may vectorise without knowing which arrays overlap. It is
-compiled for structure-of-arrays (each component contiguous over the batch). For other strides the driver of
+compiled for structure-of-arrays (each component contiguous over the batch), once for each width of vectors that is
+chosen from when it runs. For other strides the driver of
 ``batch.c.jinja``, which all kernels share, moves blocks of elements through buffers of that order. That costs one store
 and one load for each number: what computes little for each number has a second loop for C order (each element
 contiguous). Both come once more for an argument that is the same for the whole batch, where that saves work.
@@ -14,6 +15,7 @@ import re
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from math import prod
+from typing import Any
 
 from ..ir.program import Argument, Program, Result
 from ..ir.uniform import Uniform
@@ -29,7 +31,8 @@ FORM_PARTS = ("prepare", "apply", "start", "block", "dense")
 """What the names of a form's C functions have between the kernel's name and its arguments."""
 
 C_HELPERS = re.compile(
-    r"(load|store)_(scalar|rows|\d+(x\d+)*)|turn(_tiles|_all)?|(load|store)_(tile|span)|four|eight|move_part|batch"
+    r"(load|store)_(scalar|rows|\d+(x\d+)*)|turn(_tiles|_all)?|(load|store)_(tile|span)|four|eight"
+    r"|move_(part|element)|each|batch|call_[anr]+"
     r"|bits_of|of_bits|chosen_by|quarters_of|(sin|cos)_of_rest|(sin|cos|exp|log|atan2|acos)_of"
     r"|(sin|cos|exp|log|atan|asin)_polynomial"
 )
@@ -65,7 +68,8 @@ def loop_text(program: Program, forms: Sequence[Uniform]) -> list[str]:
     body += [f"    static const struct form forms[] = {{{', '.join(tables)}}};"] if tables else []
     repeats = has_turns(program) or any(has_turns(form.apply) for form in forms)
     counts = [len(program.arguments), len(described), len(tables), int(repeats)]
-    kernel = [block, dense, *map(str, counts), "parts", "forms" if tables else "NULL"]
+    plain = [f"(any_function *)NAME({program.name})", f"NAME({_caller(program)})"]
+    kernel = [block, dense, *plain, *map(str, counts), "parts", "forms" if tables else "NULL"]
     return [
         *lines,
         f"void NAME({program.name}_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)",
@@ -99,15 +103,16 @@ def named_parts(program: Program, form: Uniform) -> tuple[Program, Program]:
 
 
 def _loops(program: Program, form: Uniform | None, lines: list[str]) -> list[str]:
-    """The names of the loops over rows and in C order, whose text is added to `lines`; NULL where there is none."""
+    """The loops over rows and in C order for each width, whose text is added to `lines`; NULL where there is none."""
     names = []
     for order in ("block", "dense"):
         if order == "dense" and not _has_dense(program, form):
-            names.append("NULL")
+            names.append("{NULL}")
             continue
         own = form_name(program, form, order) if form else f"{program.name}_{order}"
-        names.append(f"NAME({own})")
-        lines += [*(_dense_loop if order == "dense" else _one_loop)(program, names[-1], form), ""]
+        names.append(f"WIDTHS({own})")
+        loop = (_dense_loop if order == "dense" else _one_loop)(program, f"NAME({own})", form)
+        lines += [*loop, f"LOOPS({own})", ""]
     return names
 
 
@@ -147,7 +152,7 @@ def _one_loop(program: Program, name: str, form: Uniform | None) -> list[str]:
     """The loop over a block: of a form, with what is prepared in the place of the first argument it comes from."""
     same = _same(program, form)
     changing = [k for k in range(len(parts(program))) if k not in same]
-    lines = [f"WIDE static void {name}(intptr_t n, char **args, const intptr_t *strides)", "{"]
+    lines = [f"static INLINE void {name}(intptr_t n, char **args, const intptr_t *strides)", "{"]
     lines += ["    const intptr_t w = sizeof(REAL);", *_strides(program, changing), *_prepared(same)]
     lines += [f"    char *a{k} = args[{k}];" for k in changing]
     places = {k: f"a{k} + i * w" for k in changing}
@@ -185,7 +190,7 @@ def _dense_loop(program: Program, name: str, form: Uniform | None) -> list[str]:
     for k, part in enumerate(parts(program)):
         step = "SPAN * w" if k in rows else "w"
         cores.append([_times(prod(part.shape[axis + 1 :]), step) for axis in range(len(part.shape))])
-    lines = [f"WIDE static void {name}(intptr_t n, char **args, const intptr_t *strides)", "{"]
+    lines = [f"static INLINE void {name}(intptr_t n, char **args, const intptr_t *strides)", "{"]
     lines += ["    const intptr_t w = sizeof(REAL);", *_prepared(same), "    (void)strides;"]
     lines += [f"    char *a{k} = args[{k}];" for k in sizes if k not in rows]
     lines += [f"    _Alignas(64) REAL r{k}[{sizes[k]} * SPAN];" for k in rows]
@@ -265,6 +270,24 @@ def _places(shape: tuple[int, ...]) -> list[str]:
 
 def _signature(shape: tuple[int, ...]) -> str:
     return "".join(f", intptr_t c{'abcdefgh'[axis]}" for axis in range(len(shape)))
+
+
+def _caller(program: Program) -> str:
+    """The name of what calls a plain function: for an array, a number, a result."""
+    inputs = "".join("a" if argument.shape else "n" for argument in program.arguments)
+    return f"call_{inputs}{'r' * len(program.results)}"
+
+
+def call_helpers(programs: Sequence[Program]) -> list[dict[str, Any]]:
+    """Calls of plain functions through pointers of the right types, one for each that there is."""
+    helpers: list[dict[str, Any]] = []
+    types = {"a": "const REAL *", "n": "REAL", "r": "REAL *"}
+    for name in sorted({_caller(program) for program in programs}):
+        kinds = name.removeprefix("call_")
+        passed = [f"*(REAL *)x[{k}]" if kind == "n" else f"x[{k}]" for k, kind in enumerate(kinds)]
+        call = f"((void (*)({', '.join(types[kind] for kind in kinds)}))function)({', '.join(passed)});"
+        helpers.append({"head": f"NAME({name})(any_function *function, void **x)", "lines": [call]})
+    return helpers
 
 
 def load_helpers(shapes: list[tuple[int, ...]]) -> list[dict[str, object]]:

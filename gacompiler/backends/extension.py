@@ -1,7 +1,7 @@
-"""The C of the extension that calls kernels on one element: one text for all modules, which it knows nothing of.
+"""The C of the extension that calls kernels: one text for all modules, which it knows nothing of.
 
-A generated module works without it. With it, a call on small arrays goes from Python's interpreter to the kernel
-without a line of Python between them, and values of a layout have operators.
+A generated module works without it. With it, a call on one element, or on a batch that one loop does, goes from
+Python's interpreter to the kernel without a line of Python between them, and values of a layout have operators.
 """
 
 from __future__ import annotations
@@ -11,10 +11,13 @@ from itertools import product
 
 from .c import environment
 
-MAX_INPUTS, MAX_OUTPUTS, MAX_AXES = 4, 2, 3
-"""Kernels with more are called from Python."""
+MAX_INPUTS, MAX_OUTPUTS = 4, 2
+"""One element of a kernel with more goes through its loop."""
 
-STEM = "one_element"
+MAX_ARRAYS, MAX_AXES, MAX_LEADING = 16, 3, 8
+"""Kernels with more arguments and results, elements with more axes, and batches with more are called from Python."""
+
+STEM = "calls"
 """The name of the extension; its file has a digest besides."""
 
 BINARY = (("*", "multiply"), ("^", "xor"), ("&", "and"), ("+", "add"), ("-", "subtract"))
@@ -35,7 +38,9 @@ def extension_source() -> str:
         .render(
             max_inputs=MAX_INPUTS,
             max_outputs=MAX_OUTPUTS,
+            max_arrays=MAX_ARRAYS,
             max_axes=MAX_AXES,
+            max_leading=MAX_LEADING,
             invokers="\n\n".join(map(_invoker, _kinds())).splitlines(),
             invoker_table=[f'{{"{kinds}", invoke_{kinds}}},' for kinds in _kinds()],
             symbols=[f'"{symbol}"' for symbol, _ in operators],

@@ -93,8 +93,8 @@ _C_WORDS = frozenset(
     asm auto bool break case char const constexpr continue default do double else enum extern false float for fortran
     goto if inline int long nullptr register restrict return short signed sizeof static struct switch thread_local true
     typedef typeof union unsigned void volatile while intptr_t uintptr_t linux unix i386
-    REAL WORD NAME FUNCTION PRECISION INLINE WIDE ANY_ORDER NOT_UNROLLED LANES CHUNK SPAN PADDED PARTS CORES SPACE
-    PREPARED SHUFFLE VECTOR NAN INFINITY
+    REAL WORD NAME FUNCTION PRECISION INLINE WIDE ON LOOPS WIDTHS CHOSEN ANY_ORDER NOT_UNROLLED LANES CHUNK SPAN PADDED
+    PARTS CORES NUMBERS SPACE PREPARED SHUFFLE VECTOR NAN INFINITY
     WHERE SIGN SIGN_BIT SHIFT FRACTION_BITS BIAS LOG_HIGH LOG_LOW EIGHTH_HIGH EIGHTH_LOW NULL M_E M_PI far
     """.split()  # noqa: SIM905
 )

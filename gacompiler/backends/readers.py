@@ -96,7 +96,7 @@ def c_programs(text: str) -> dict[str, Read]:
     for k, line in enumerate(lines):
         if line.startswith("INLINE void NAME("):
             name, parameters, statements = _c_kernel(lines, k)
-            loop = _index(lines, k, f"WIDE static void NAME({name}_block)(")
+            loop = _index(lines, k, f"static INLINE void NAME({name}_block)(")
             shaped = _c_parameters(name, parameters, lines[loop : lines.index("}", loop)])
             found.append(Read(_program(name, shaped, statements, _flat_indices), ()))
         elif line.startswith("static INLINE void NAME(") and found and f"({found[-1].program.name}_prepare_" in line:

@@ -139,3 +139,5 @@ def _numba_batch(run: int, table: Any, arrays: Any, sizes: Any, strides: Any) ->
                 _move_part(1, rows[p], row, table, at, arrays[p] + i * step, step, strides, first, n)
             first += table[at + 1]
             at += 3 + table[at + 1]
+    # numba frees an array after its last use, and these are used by their addresses until here.
+    space[0] = prepared[0]

@@ -1,4 +1,4 @@
-"""The extension that calls kernels on one element without Python in between, if it is built.
+"""The extension that calls kernels without Python in between, if it is built.
 
 Copied into every generated module as it is, with the other ``runtime_`` files, but for the name of the extension.
 """
@@ -38,7 +38,8 @@ def _loaded_extension() -> Any:
     probe = np.zeros((2, 3))
     where = probe.__array_interface__["data"][0]
     functions = (sys.modules.get("numpy._core.multiarray") or sys.modules["numpy.core.multiarray"])._ARRAY_API
-    known = extension.prepare(probe, where, probe.shape, probe.strides, probe.flags.num, np.float64(0), functions)
+    number, single = np.float64(0), np.dtype(np.float32)
+    known = extension.prepare(probe, where, probe.shape, probe.strides, probe.flags.num, number, single, functions)
     return extension if known else None
 
 

@@ -21,6 +21,7 @@ from .runtime_libraries import (
     _c_address,
     _c_element,
     _c_loop,
+    _c_loops,
     _c_plan,
     _from_buffer,
     backend,
@@ -48,6 +49,8 @@ _empty = np.empty
 _DENSE = 0x101
 """numpy's flags of an aligned array in C order."""
 _ALIGNED = 0x100
+_PATIENCE = 1 << 15
+"""Bytes and operations, in bytes, of a batch that other threads of Python need not wait for: a few microseconds."""
 _N_PLANS = 256
 """How many shapes and strides a kernel remembers how to call."""
 
@@ -409,7 +412,11 @@ class Kernel(_Call):  # type: ignore[misc]
                 if self._backend == "c" and self._element is None and len(self._inputs):
                     self._element = _c_element(self)
                     if _extension is not None:
-                        self._bind(_c_address(f"{self.name}_f64"), tuple(self._shapes), tuple(self._out_shapes))
+                        most = (_LEAST_WORK - 1) // self._work
+                        shapes = tuple(self._shapes), tuple(self._out_shapes)
+                        self._bind(
+                            *shapes, _c_address(f"{self.name}_f64"), _c_loops(self), most, _PATIENCE // self._work
+                        )
         return loop
 
     def _call_arrays(self, namespace: Any, arrays: tuple[Any, ...], out: Any) -> Any:

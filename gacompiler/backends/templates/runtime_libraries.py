@@ -105,6 +105,12 @@ def _c_element(kernel: Any) -> Callable[..., Any]:
     return _c_function(f"{kernel.name}_f64", ", ".join(types))  # type: ignore[no-any-return]
 
 
+def _c_loops(kernel: Any) -> tuple[int, int]:
+    """Where the loops of doubles and of floats are."""
+    f64, f32 = (_c_address(f"{kernel.name}_loop_{_SUFFIX[size]}") for size in (8, 4))
+    return f64, f32
+
+
 def _c_loop(kernel: Any, dtype: np.dtype[Any]) -> Callable[..., None]:
     function = _c_function(f"{kernel.name}_loop_{_SUFFIX[dtype.itemsize]}", "void *, void *, void *")
     new, pointers, integers = _ffi.new, _ffi.typeof("void *[]"), _ffi.typeof("intptr_t[]")

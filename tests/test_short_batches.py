@@ -1,0 +1,265 @@
+"""Batches through the extension: results, places and errors as without it, in any order, type and overlap."""
+
+from __future__ import annotations
+
+import itertools
+import sys
+import sysconfig
+import threading
+from collections.abc import Iterator
+from pathlib import Path
+from types import ModuleType
+from typing import Any
+
+import numpy as np
+import pytest
+from backend_programs import (
+    ALL_OPERATIONS,
+    DISTANCE,
+    INTERPOLATE,
+    MATRIX_PRODUCT,
+    MOVE_POINT,
+    NORMALIZE,
+    PROGRAMS,
+    inputs,
+    module_source,
+    traced,
+)
+from one_element import load_ways, outcome
+
+from gacompiler.backends import find_compiler
+from gacompiler.ir.program import Program
+
+pytestmark = pytest.mark.skipif(
+    find_compiler() is None or not (Path(sysconfig.get_path("include")) / "Python.h").is_file(),
+    reason="no C compiler, or no headers of Python",
+)
+
+Array = np.ndarray[Any, Any]
+
+MANY = traced(
+    "many",
+    {f"x{k}": (2,) if k % 2 else () for k in range(7)},
+    lambda *x: ([x[0] + x[2] * x[4], x[1][0] * x[3][1] - x[5][0]], x[1][1] * x[6]),
+    {"pair": (2,), "number": ()},
+)
+"""More arguments than a call on one element takes at once."""
+
+
+@pytest.fixture(scope="module")
+def ways(tmp_path_factory: pytest.TempPathFactory) -> dict[str, ModuleType]:
+    found = load_ways(module_source("short", *PROGRAMS, MANY), tmp_path_factory.mktemp("short"))
+    for module in found.values():
+        for program in (*PROGRAMS, MANY):
+            getattr(module, program.name)(*inputs(program))  # so that libraries are loaded
+    return found
+
+
+@pytest.fixture
+def fast(ways: dict[str, ModuleType]) -> ModuleType:
+    return ways["extension"]
+
+
+@pytest.fixture
+def plain(ways: dict[str, ModuleType]) -> ModuleType:
+    return ways["c"]
+
+
+@pytest.fixture
+def only_short(fast: ModuleType, monkeypatch: pytest.MonkeyPatch) -> ModuleType:
+    """The module, where a call fails that runs a line of Python."""
+
+    def fails(*arguments: Any, **named: Any) -> Any:
+        raise AssertionError("not the short way")
+
+    monkeypatch.setattr(fast.Kernel, "_in_python", fails)
+    return fast
+
+
+def made(program: Program, lead: tuple[int, ...], dtype: str = "f8", order: Any = "C") -> list[Array]:
+    random = np.random.default_rng(5)
+    shapes = [lead + argument.shape for argument in program.arguments]
+    return [np.asarray(random.uniform(0.1, 1, shape), dtype, order=order) for shape in shapes]
+
+
+@pytest.mark.parametrize("program", [*PROGRAMS, MANY], ids=lambda program: program.name)
+@pytest.mark.parametrize("dtype", ["f8", "f4"])
+def test_batches_take_the_short_way(only_short: ModuleType, plain: ModuleType, program: Program, dtype: str) -> None:
+    if not program.arguments:
+        pytest.skip("a kernel without arguments has no batch")
+    for lead, order in itertools.product([(1,), (7,), (100,), (3, 5), (2, 1, 4)], "CF"):
+        if order == "F" and len(lead) > 1:
+            continue
+        arrays = made(program, lead, dtype, order)
+        assert outcome(getattr(only_short, program.name), *arrays) == outcome(getattr(plain, program.name), *arrays)
+
+
+@pytest.mark.parametrize("dtype", ["f8", "f4"])
+def test_arguments_that_stay_the_same(only_short: ModuleType, plain: ModuleType, dtype: str) -> None:
+    for program in (MOVE_POINT, MATRIX_PRODUCT, INTERPOLATE):
+        many, one = made(program, (20,), dtype), made(program, (), dtype)
+        for choice in itertools.product((True, False), repeat=len(many)):
+            arrays = [a if chosen else b for chosen, a, b in zip(choice, many, one, strict=True)]
+            if any(choice):
+                wanted = outcome(getattr(plain, program.name), *arrays)
+                assert outcome(getattr(only_short, program.name), *arrays) == wanted
+
+
+def test_numbers_and_single_elements(only_short: ModuleType, plain: ModuleType) -> None:
+    a, b, _ = made(INTERPOLATE, (9,), "f4")
+    for number in (0.25, 1, 10**17):
+        assert outcome(only_short.interpolate, a, b, number) == outcome(plain.interpolate, a, b, number)
+        assert only_short.interpolate(a, b, number).dtype == np.float32
+    x, y, _ = made(INTERPOLATE, (9,))
+    assert outcome(only_short.interpolate, x, y, np.float64(0.3)) == outcome(plain.interpolate, x, y, np.float64(0.3))
+    m, p = made(MOVE_POINT, (), "f4")
+    assert outcome(only_short.move_point, m, p) == outcome(plain.move_point, m, p)
+
+
+def test_out(only_short: ModuleType, plain: ModuleType) -> None:
+    for program, dtype, order in itertools.product((MOVE_POINT, MATRIX_PRODUCT), ("f8", "f4"), "CF"):
+        arrays = made(program, (50,), dtype)
+        right = getattr(plain, program.name)(*arrays)
+        out = np.empty(right.shape, dtype, order=order)
+        assert getattr(only_short, program.name)(*arrays, out=out) is out
+        np.testing.assert_array_equal(out, right)
+    m, p = made(MOVE_POINT, (50,))
+    right = plain.move_point(m, p)
+    wide = np.zeros((100, 7))
+    only_short.move_point(m, p, out=wide[::-2, 6:0:-2])
+    np.testing.assert_array_equal(wide[::-2, 6:0:-2], right)
+    assert not wide[::2].any() and not wide[:, ::2][:, :1].any()
+    assert only_short.move_point(m, p, out=p) is p
+    np.testing.assert_array_equal(p, right)
+
+
+def places() -> Iterator[Any]:
+    """Places for 20 points that overlap with ``both[:, 3:6]``, or are wrong."""
+    both = np.random.default_rng(1).normal(size=(20, 9))
+    for column in range(7):
+        yield both, both[:, column : column + 3]
+    yield both, both[::-1, 3:6]
+    yield both, both[:, 5:2:-1]
+    flat = np.random.default_rng(2).normal(size=(400,))
+    for start in range(0, 130, 7):
+        yield flat[:180].reshape(20, 9), flat[start : start + 60].reshape(20, 3)
+    yield both, np.empty((20, 4))
+    yield both, np.empty((19, 3))
+    yield both, np.empty((20, 3), "f4")
+    yield both, np.empty((1, 20, 3))
+    yield both, np.zeros((20, 3)).view(np.recarray)
+    frozen = np.zeros((20, 3))
+    frozen.flags.writeable = False
+    yield both, frozen
+    yield both, np.zeros(61 * 8, np.uint8)[4:484].view("f8").reshape(20, 3)
+    yield both, (np.zeros((20, 3)),)
+    yield both, 3.0
+
+
+@pytest.mark.parametrize("case", range(len(list(places()))))
+def test_overlaps_and_wrong_places(fast: ModuleType, plain: ModuleType, case: int) -> None:
+    m = made(MOVE_POINT, (20,))[0]
+    one, other = list(places())[case], list(places())[case]
+    found = outcome(fast.move_point, m, one[0][:, 3:6], out=one[1])
+    assert found == outcome(plain.move_point, m, other[0][:, 3:6], out=other[1])
+    np.testing.assert_array_equal(one[0], other[0])
+
+
+def forms(array: Array) -> Iterator[Any]:
+    """A batch in every form that is right or nearly so."""
+    yield array
+    yield np.asfortranarray(array)
+    yield array[::-1]
+    yield array[..., ::-1]
+    yield np.repeat(array, 3, 0)[::3]
+    yield np.broadcast_to(array[:1], array.shape)
+    yield array[:1]
+    yield array[0]
+    yield array[:0]
+    yield array[:-1]
+    yield array[None]
+    yield array.reshape(2, -1, *array.shape[1:])
+    yield np.asfortranarray(array.reshape(2, -1, *array.shape[1:]))
+    yield array.astype("f4")
+    yield array.astype(">f8")
+    yield array.astype(complex)
+    yield array.astype(int)
+    yield array.astype(object)
+    yield array.view(np.recarray)
+    yield array.tolist()
+    yield np.where(array > 0.5, np.nan, np.inf)
+    yield np.zeros(array.nbytes + 4, np.uint8)[4:].view("f8").reshape(array.shape)
+    deep = array.reshape((1,) * 9 + array.shape)
+    yield deep
+    yield None
+    yield "text"
+
+
+@pytest.mark.parametrize("program", [MOVE_POINT, NORMALIZE, MATRIX_PRODUCT, INTERPOLATE, DISTANCE, ALL_OPERATIONS])
+def test_any_form(fast: ModuleType, plain: ModuleType, program: Program) -> None:
+    arrays = made(program, (6,))
+    for k, array in enumerate(arrays):
+        for form in forms(array):
+            arguments = [*arrays[:k], form, *arrays[k + 1 :]]
+            wanted = outcome(getattr(plain, program.name), *arguments)
+            assert outcome(getattr(fast, program.name), *arguments) == wanted, (k, form)
+
+
+def test_values_beside_batches(only_short: ModuleType) -> None:
+    pga3 = pytest.importorskip("generated.pga3")
+    if pga3._extension is None:
+        pytest.skip("the extension is not built")
+    m = pga3.motor_exponential(np.random.default_rng(0).normal(size=6))
+    p = np.random.default_rng(1).normal(size=(11, 3))
+    np.testing.assert_array_equal(pga3.move_point(pga3.Motor(*m), p), pga3.move_point(m, p))
+    np.testing.assert_array_equal(pga3.move_point(m.astype("f4"), p.astype("f4")).dtype, np.float32)
+
+
+def test_large_batches_are_the_module_s(fast: ModuleType, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A batch that threads are for is shared as the module says."""
+    seen = []
+    monkeypatch.setattr(fast.Kernel, "_in_python", lambda *arguments, **named: seen.append(len(arguments[2])))
+    m, p = made(MOVE_POINT, (200_000,))
+    fast.move_point(m, p)
+    fast.move_point(m[:10], p[:10])
+    fast.move_point(m[:10], p[:10], num_threads=2)
+    assert seen == [200_000, 10]
+
+
+def test_nothing_leaks(fast: ModuleType) -> None:
+    m, p = made(MOVE_POINT, (40,))
+    (v,) = made(NORMALIZE, (40,), "f4")
+    out = np.empty((40, 3))
+    held = [m, p, v, out, np.dtype(float), np.dtype("f4"), np.ndarray, fast.move_point, None, "out"]
+    counts = [sys.getrefcount(each) for each in held]
+    for _ in range(5_000):
+        fast.move_point(m, p, out=out)
+        fast.move_point(m, p)
+        fast.normalize(v)
+        outcome(fast.move_point, m, p[:-1])
+        outcome(fast.move_point, m, p, out=v)
+    for each, count in zip(held, counts, strict=True):
+        assert abs(sys.getrefcount(each) - count) < 20, each
+
+
+def test_threads_of_python(fast: ModuleType) -> None:
+    """Long loops run without Python's lock, on arrays that their callers hold."""
+    errors: list[BaseException] = []
+
+    def run(seed: int) -> None:
+        random = np.random.default_rng(seed)
+        m, p = random.normal(size=(2_000, 8)), random.normal(size=(2_000, 3))
+        right = fast.move_point._in_python(m, p)
+        try:
+            for _ in range(300):
+                assert (fast.move_point(m, p) == right).all()
+                assert (fast.move_point(m.copy(), p.copy()) == right).all()
+        except BaseException as error:
+            errors.append(error)
+
+    threads = [threading.Thread(target=run, args=(seed,)) for seed in range(4)]
+    for thread in threads:
+        thread.start()
+    for thread in threads:
+        thread.join()
+    assert not errors
