@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import argparse
-import os
 import sys
 from pathlib import Path
 
@@ -13,6 +12,8 @@ from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, T
 from gacompiler.generate import load_spec
 
 from . import by_hand, features, generation, kernels
+from .affinity import processors, use_one_processor
+from .building import building
 from .cases import CASES, OPTIONAL
 from .counts import write
 from .libraries import LIBRARIES, installed
@@ -41,9 +42,9 @@ def main(arguments: list[str] | None = None) -> int:
             f"benchmarks: {out}: {error.strerror}; expected a file to write to; choose one with --out", file=sys.stderr
         )
         return 1
-    processors = os.sched_getaffinity(0) if hasattr(os, "sched_getaffinity") else set()
+    available = processors()
     if not options.quick:
-        _use_one_processor()
+        use_one_processor()
     effort = QUICK if options.quick else FULL
     sizes = tuple(sorted(set(options.sizes or (kernels.QUICK_SIZES if options.quick else kernels.SIZES))))
     paths = generation.specs(options.quick)
@@ -56,6 +57,7 @@ def main(arguments: list[str] | None = None) -> int:
         found = generation.generation(
             paths, lambda name: bar.update(compiling, advance=1, description=f"generate {name}")
         )
+        built = building((path.stem for path in paths), available, lambda name: bar.update(compiling, description=name))
         limits = machine(effort, options.quick)
         times = tuple(
             kernels.measure(case, sizes, effort, lambda name: bar.update(running, advance=1, description=f"run {name}"))
@@ -68,7 +70,7 @@ def main(arguments: list[str] | None = None) -> int:
 
         hand_sizes = by_hand.QUICK_SIZES if options.quick else by_hand.SIZES
         hand = by_hand.measure(hand_sizes, effort, compared)
-        ways = features.measure(effort, options.quick, processors, compared)
+        ways = features.measure(effort, options.quick, available, compared)
     figure = None
     if any(size > 1 for size in sizes):
         from .figure import draw
@@ -79,6 +81,7 @@ def main(arguments: list[str] | None = None) -> int:
     run = Run(
         limits,
         found,
+        built,
         sizes,
         times,
         hand_sizes,
@@ -111,9 +114,3 @@ def _size(text: str) -> int:
     if not text.isdecimal() or int(text) < 1:
         raise argparse.ArgumentTypeError(f"{text!r} is no number of elements; expected 1 or more")
     return int(text)
-
-
-def _use_one_processor() -> None:
-    """Keep this process on one processor, where the system allows it."""
-    if hasattr(os, "sched_setaffinity"):
-        os.sched_setaffinity(0, {max(os.sched_getaffinity(0))})

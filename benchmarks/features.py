@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-import contextlib
 import functools
 import importlib
 import os
-from collections.abc import Callable, Collection, Iterator, Sequence
+from collections.abc import Callable, Collection, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -19,6 +18,7 @@ from gacompiler.specs import pga3 as spec
 from generated import pga3
 
 from . import libraries
+from .affinity import on_processors
 from .cases import CASES
 from .kernels import ORDERS, ready
 from .timing import Effort, in_turn
@@ -93,7 +93,7 @@ def measure(effort: Effort, quick: bool, processors: Collection[int], progress: 
     progress("fusion")
     fused = fusion(QUICK_SIZES if quick else FUSED_SIZES, effort)
     progress("threads")
-    with _on(processors):
+    with on_processors(processors):
         shared = threads(QUICK_SIZES if quick else SIZES, effort)
     progress("one call")
     single = one_call(effort)
@@ -149,20 +149,6 @@ def threads(sizes: Sequence[int], effort: Effort) -> tuple[Compared, ...]:
             }
             found.append(_compared(case.title, size, "F", calls, effort))
     return tuple(found)
-
-
-@contextlib.contextmanager
-def _on(processors: Collection[int]) -> Iterator[None]:
-    """Let this thread, and those that it starts, run on these processors."""
-    if not processors or not hasattr(os, "sched_setaffinity"):
-        yield
-        return
-    before = os.sched_getaffinity(0)
-    os.sched_setaffinity(0, processors)
-    try:
-        yield
-    finally:
-        os.sched_setaffinity(0, before)
 
 
 def one_call(effort: Effort) -> tuple[Compared, ...]:

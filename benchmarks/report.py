@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from . import comparisons
+from .building import Building
 from .by_hand import HandTimes
 from .features import Features
 from .generation import Generation
@@ -15,6 +16,8 @@ from .markdown import MISSING, ns, ratio, seconds, table
 _BYTES = {"float64": 8, "float32": 4}
 TIMES = {"kingdon": 20.0, "clifford": 500.0}
 """How many times as long these libraries are to take on batches at least; others, as long."""
+BUILD = 60.0
+"""Seconds that the C build may take on two processors."""
 SHARE = 0.8
 """The least share of the memory's speed."""
 
@@ -25,6 +28,7 @@ class Run:
 
     machine: Machine
     generation: Generation
+    building: Building | None
     sizes: tuple[int, ...]
     kernels: tuple[KernelTimes, ...]
     hand_sizes: tuple[int, ...]
@@ -39,7 +43,7 @@ class Run:
 
 def page(run: Run) -> str:
     """A run as Markdown."""
-    sections = [_opening(run), _machine(run), _method(run), _generation(run)]
+    sections = [_opening(run), _machine(run), _method(run), _generation(run), _building(run)]
     sections += [_kernels(run, kind) for kind in TYPES]
     sections += [_peers(run), comparisons.by_hand(run.by_hand, run.hand_sizes), *comparisons.features(run.features)]
     sections.append(_bandwidth(run))
@@ -105,6 +109,26 @@ def _generation(run: Run) -> str:
             "The ten slowest kernels:",
             "",
             table(("kernel", "compile and prove", "rounding error", "together"), kernels),
+        ]
+    )
+
+
+def _building(run: Run) -> str:
+    found = run.building
+    if found is None:
+        return "## C build\n\nNot measured: no C compiler.\n"
+    rows = [(each.module, f"{each.source / 1e6:.2f}", f"{each.library / 1e6:.2f}") for each in found.libraries]
+    sums = (sum(each.source for each in found.libraries), sum(each.library for each in found.libraries))
+    rows.append(("all", *(f"{each / 1e6:.2f}" for each in sums)))
+    return "\n".join(
+        [
+            "## C build",
+            "",
+            f"From nothing to all libraries on all processors: {seconds(found.cold)}. Where nothing has changed: "
+            f"{seconds(found.again)}.",
+            "",
+            table(("module", "C, MB", "library, MB"), rows),
+            comparisons.missed(f"at most {seconds(BUILD)}", [seconds(found.cold)] if found.cold > BUILD else []),
         ]
     )
 

@@ -14,6 +14,7 @@ ROOT = Path(__file__).parent.parent
 sys.path.append(str(ROOT))
 
 from benchmarks import by_hand, comparisons  # noqa: E402
+from benchmarks.building import Building, LibrarySize  # noqa: E402
 from benchmarks.by_hand import HandTimes  # noqa: E402
 from benchmarks.cases import CASES, OPTIONAL, Case, Peer  # noqa: E402
 from benchmarks.features import Compared, Features  # noqa: E402
@@ -30,6 +31,7 @@ SECTIONS = [
     "Machine",
     "Method",
     "Generation",
+    "C build",
     "Kernels, float64",
     "Kernels, float32",
     "Peers",
@@ -126,6 +128,7 @@ def made_up(times: tuple[float, ...], theirs: tuple[float | None, ...]) -> Run:
         tuple(KernelTime("m", f"k{n}", 0.1 * n, 0.05) for n in range(12)), (ModuleTime("m", 12, 7.0),)
     )
     machine = Machine((("processor", "made up"),), 4e9, 2e9, 1e10)
+    built = Building(70.0, 0.02, (LibrarySize("m", 2_000_000, 1_500_000), LibrarySize("n", 1_000_000, 250_000)))
     hand = (
         HandTimes("m.slow", "float64", (2e-9, 3e-9), (1e-9, 3e-9), (4e-9, 3e-9)),
         HandTimes("m.fast", "float64", (1.1e-9, 1e-9), (1e-9, 2e-9), (1.1e-9, 2e-9)),
@@ -141,7 +144,9 @@ def made_up(times: tuple[float, ...], theirs: tuple[float | None, ...]) -> Run:
         (Compared("m.k", 1000, "C", {"each": 4e-9, "one": 2e-9}),),
     )
     sizes, backends, absent = ((1, 1000), (10, 20)), {"pga3": "c"}, ("clifford",)
-    return Run(machine, generation, sizes[0], (kernel,), sizes[1], hand, features, backends, absent, False, 7, None)
+    return Run(
+        machine, generation, built, sizes[0], (kernel,), sizes[1], hand, features, backends, absent, False, 7, None
+    )
 
 
 def test_the_page_of_made_up_figures() -> None:
@@ -156,6 +161,8 @@ def test_the_page_of_made_up_figures() -> None:
     generation = dict(row for row in found["Generation"] if len(row) == 2)
     assert generation["median"] == "600 ms"
     assert generation["above 1 s"] == "2"
+    assert found["C build"][1:] == [["m", "2.00", "1.50"], ["n", "1.00", "0.25"], ["all", "3.00", "1.75"]]
+    assert targets(text)["C build"].endswith("Missed: 70.0 s.")
     assert "clifford" in text.partition("Not installed")[2]
     assert "A quick run" not in text
     assert page(made_up((1e-6, 80e-9), (2e-6, None))) == text

@@ -112,7 +112,7 @@ def build_libraries(c_paths: Sequence[Path], *, force: bool = False) -> list[Pat
 
     Notes
     -----
-    The extension that calls kernels on one element is built beside them, if the headers of Python are there.
+    The extension that calls kernels is built beside them, if the headers of Python are there.
     """
     targets = [library_path(c_path) for c_path in c_paths]
     wanted = [(source, target) for source, target in zip(c_paths, targets, strict=True) if force or not target.exists()]
