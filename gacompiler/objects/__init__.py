@@ -8,11 +8,14 @@ PGA3.POINT(3 e021 + e123)
 
 from .arrays import MultivectorArray
 from .conformal import CGA2, CGA3
+from .draw import draw
 from .euclidean import QUATERNIONS, STA, VGA2, VGA3
 from .operators import build
 from .projective import PGA2, PGA3
 from .spaces import Space
+from .view import view
 
 __all__ = [
     "CGA2", "CGA3", "PGA2", "PGA3", "QUATERNIONS", "STA", "VGA2", "VGA3", "MultivectorArray", "Space", "build",
+    "draw", "view",
 ]  # fmt: skip

@@ -18,7 +18,7 @@ from ..algebra.algebra import Algebra
 from ..algebra.layout import SCALAR, SCALARS, Layout
 from ..algebra.multivector import Multivector
 from ..errors import AlgebraError, LayoutError
-from .definitions import BINARY, UNARY, Definition, grade_of, normalize_of, part_of
+from .definitions import BINARY, UNARY, Definition, grade_of, normalize_of
 from .native import extension
 from .operators import Operator, layout_of, operator_of
 from .printing import latex_of, repr_of, text_of

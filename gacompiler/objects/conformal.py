@@ -16,7 +16,7 @@ from ..errors import AlgebraError, LayoutError
 from .arrays import MultivectorArray, require_blade
 from .spaces import Space, define, numbers
 
-_EINF = "{A}.multivector({'einf': 1})"
+_EINF = '{A}.multivector({"einf": 1})'
 _NORMAL = "(normal / ga.norm(normal))"
 
 
@@ -32,10 +32,10 @@ _CIRCLE = define(
 _PLANE = define("flat", "normal distance", _on("(normal + distance * einf) * {A}.pseudoscalar"))
 _LINE = define("line", "point direction", _on("point ^ direction ^ einf"))
 _TRANSLATOR = define("translator", "direction", _on("1 - direction * einf / 2"), unit=True)
-_DILATOR = define("dilator", "factor", "ga.exp(ga.log(factor) / 2 * {A}.multivector({'e0inf': 1}))", unit=True)
-_ROTOR2 = define("rotor", "angle", "ga.exp(-angle / 2 * {A}.multivector({'e12': 1}))", unit=True)
+_DILATOR = define("dilator", "factor", 'ga.exp(ga.log(factor) / 2 * {A}.multivector({"e0inf": 1}))', unit=True)
+_ROTOR2 = define("rotor", "angle", 'ga.exp(-angle / 2 * {A}.multivector({"e12": 1}))', unit=True)
 _ROTOR3 = define(
-    "rotor", "axis angle", "ga.exp(-angle / 2 * (axis / ga.norm(axis)) * {A}.multivector({'e123': 1}))", unit=True
+    "rotor", "axis angle", 'ga.exp(-angle / 2 * (axis / ga.norm(axis)) * {A}.multivector({"e123": 1}))', unit=True
 )
 _CENTRE = define("centre", "x", _on("(x * einf * x).grade(1)"))
 _SQUARED = define(
@@ -43,8 +43,6 @@ _SQUARED = define(
     _on("ga.scalar_product(x, ga.grade_involution(x)) / ga.scalar_product(ga.left_contraction(einf, x), "
         "ga.left_contraction(einf, x))"),
 )  # fmt: skip
-_CARRIER = define("carrier", "x", _on("ga.left_contraction(einf, x) ^ einf"))
-_FLAT_DIRECTION = define("flat_direction", "x", _on("ga.left_contraction(einf, x)"))
 
 
 class Conformal(Space):

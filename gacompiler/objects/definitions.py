@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from functools import cache
 from typing import Any
 
 from ..algebra.algebra import Algebra
@@ -141,6 +142,7 @@ NORMALIZE_STUDY = Definition(
 """Onto the unit elements of projective space: the Study quadric, and lines whose direction is orthogonal to the moment."""
 
 
+@cache
 def normalize_of(layout: Layout) -> Definition:
     """How an element of this layout is normalised: by its norm, and by its Study norm where that is a dual number."""
     if not unit_by_study(layout):
@@ -149,12 +151,7 @@ def normalize_of(layout: Layout) -> Definition:
     return Definition("normalize", ("a",), NORMALIZE_STUDY.text.replace("{G}", str(grade)), unit=NORMALIZE_STUDY.unit)
 
 
+@cache
 def grade_of(grades: tuple[int, ...]) -> Definition:
     """The part of the given grades."""
     return _unary("grade_" + "_".join(map(str, grades)), f"a.grade({', '.join(map(str, grades))})")
-
-
-def part_of(layout: Layout) -> Definition:
-    """An element with the coefficients that another layout stores."""
-    blades = ", ".join(f'"{name}": a["{name}"]' for name in layout.blades)
-    return _unary("as_" + layout.name.lower(), f"ga.assemble({{A}}, {{{blades}}})")

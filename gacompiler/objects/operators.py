@@ -146,9 +146,9 @@ class Operator:
 
 
 _OPERATORS: dict[tuple[Definition, tuple[Layout, ...]], Operator] = {}
+_BY_IDENTITY: dict[tuple[int, ...], tuple[Operator, Definition, tuple[Layout, ...]]] = {}
+"""The same by the identities of what is asked for, which live as long as they are here: layouts are slow to compare."""
 _LOCK = threading.RLock()
-_LISTENERS: list[Callable[[Operator], None]] = []
-"""Who is told of every operator that is used, see `recording.py`."""
 
 
 def operator_of(definition: Definition, layouts: tuple[Layout, ...]) -> Operator:
@@ -159,14 +159,21 @@ def operator_of(definition: Definition, layouts: tuple[Layout, ...]) -> Operator
     KernelError
         When it has no meaning there: a function that the algebra does not have, a divisor that is no scalar.
     """
+    identity = (id(definition), *map(id, layouts))
+    known = _BY_IDENTITY.get(identity)
+    if known is not None:
+        return known[0]
     key = (definition, layouts)
     with _LOCK:
-        found = _OPERATORS.get(key)
-        if found is None:
-            found = _OPERATORS[key] = Operator(definition, layouts)
-        for listener in _LISTENERS:
-            listener(found)
-    return found
+        if key not in _OPERATORS:
+            _OPERATORS[key] = Operator(definition, layouts)
+        _BY_IDENTITY[identity] = _OPERATORS[key], definition, layouts
+        return _OPERATORS[key]
+
+
+def operators() -> tuple[Operator, ...]:
+    """Every operation that was used so far, in the order of first use."""
+    return tuple(_OPERATORS.values())
 
 
 def build() -> None:

@@ -148,13 +148,13 @@ def _coordinates(points: MultivectorArray, names: tuple[str, ...], weight: str) 
 # The ideal line or plane through a direction, from its coefficients: half the way, in planes orthogonal to it.
 _TRANSLATE2 = define(
     "translator", "d",
-    "1 + (d['e20'] * {A}.multivector({'e01': -1}) + d['e01'] * {A}.multivector({'e20': 1})) / 2",
+    '1 + (d["e20"] * {A}.multivector({"e01": -1}) + d["e01"] * {A}.multivector({"e20": 1})) / 2',
     unit=True,
 )  # fmt: skip
 _TRANSLATE3 = define(
     "translator", "d",
-    "1 - (d['e032'] * {A}.multivector({'e01': 1}) + d['e013'] * {A}.multivector({'e02': 1})"
-    " + d['e021'] * {A}.multivector({'e03': 1})) / 2",
+    '1 - (d["e032"] * {A}.multivector({"e01": 1}) + d["e013"] * {A}.multivector({"e02": 1})'
+    ' + d["e021"] * {A}.multivector({"e03": 1})) / 2',
     unit=True,
 )  # fmt: skip
 _ROTATE2 = define("rotor", "centre angle", "ga.exp(-angle / 2 * centre)", unit=True)
@@ -162,7 +162,7 @@ _ROTATE3 = define("rotor", "axis angle", "ga.exp(-angle / 2 * axis)", unit=True)
 _SCREW = define(
     "motor",
     "axis angle distance",
-    "ga.exp(-angle / 2 * axis) * (1 + distance / 2 * (axis * {A}.multivector({'e0123': 1})))", unit=True,
+    'ga.exp(-angle / 2 * axis) * (1 + distance / 2 * (axis * {A}.multivector({"e0123": 1})))', unit=True,
 )  # fmt: skip
 
 PGA2 = PlaneProjective(_PGA2)

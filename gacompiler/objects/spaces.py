@@ -107,7 +107,7 @@ class Space:
 
     def _make(self, definition: Definition, *operands: Any) -> Any:
         """What a constructor gives, also of numbers alone."""
-        return apply(replace(definition, algebra=self.algebra), *operands)
+        return apply(_in_algebra(definition, self.algebra), *operands)
 
     def _directions(self, what: str, names: str, coordinates: tuple[Any, ...]) -> Any:
         """Multivectors with these blades from coordinates, or as they are given where they are multivectors."""
@@ -125,6 +125,11 @@ def define(name: str, parameters: str, text: str, *, unit: bool = False) -> Defi
 @cache
 def _defined(name: str, parameters: tuple[str, ...], text: str, unit: bool) -> Definition:
     return Definition(name, parameters, text, unit=_always if unit else None)
+
+
+@cache
+def _in_algebra(definition: Definition, algebra: Algebra) -> Definition:
+    return replace(definition, algebra=algebra)
 
 
 def _always(layouts: tuple[Layout, ...]) -> bool:
