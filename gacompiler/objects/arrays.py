@@ -2,7 +2,7 @@
 
 A single multivector of doubles lives in the object itself where the extension of generated modules can be built; its
 operators then go from the interpreter straight to the compiled function. Everything else is a numpy array and a layout.
-The two and what they share are one file, because each makes the other. It has some more lines for that.
+The two and what they share are one file, because each makes the other and neither can be loaded first.
 """
 
 from __future__ import annotations
@@ -18,7 +18,8 @@ from ..algebra.algebra import Algebra
 from ..algebra.layout import SCALAR, SCALARS, Layout
 from ..algebra.multivector import Multivector
 from ..errors import AlgebraError, LayoutError
-from .definitions import BINARY, UNARY, Definition, grade_of, normalize_of
+from .checks import check_relations, require_blade
+from .definitions import BINARY, UNARY, Definition, grade_of, normalize_of, power_of
 from .native import extension
 from .operators import Operator, layout_of, operator_of
 from .printing import latex_of, repr_of, text_of
@@ -38,6 +39,9 @@ SYMBOLS = {
 _SHORT: dict[str, dict[tuple[type, ...], tuple[Any, Any]]] = {}
 """Operation -> types of single operands -> what to call, and the type of the result (None for a number)."""
 
+
+_LARGEST_POWER = 3
+"""Higher ones are products of these."""
 
 _SHORT_NORMALIZE = _SHORT.setdefault("normalize", {})
 
@@ -102,7 +106,8 @@ class MultivectorArray:
     @property
     def shape(self) -> tuple[int, ...]:
         """Shape without the axis of blades."""
-        return self.values.shape[:-1]
+        found: tuple[int, ...] = self.values.shape[:-1]
+        return found
 
     @property
     def ndim(self) -> int:
@@ -194,7 +199,9 @@ class MultivectorArray:
     anticommutator = _two("anticommutator", "``(x y + y x) / 2``.")
     _divided = _two("divide", "``x / number``.")
     _raised = _two("power", "As `power`, of what is known to be a unit versor or a number.")
-    sandwich = _two("sandwich", "``x y ~x`` for an even unit versor `x`; with the grade involution of `y` for odd ones.")
+    sandwich = _two(
+        "sandwich", "``x y ~x`` for an even unit versor `x`; with the grade involution of `y` for odd ones."
+    )
 
     __or__ = _two("inner_product", "``x | y``.")
 
@@ -206,7 +213,7 @@ class MultivectorArray:
 
     def __truediv__(self, other: Any) -> Any:
         if isinstance(other, MultivectorArray):
-            return self * other.inverse()  # type: ignore[operator]
+            return self * other.inverse()
         if type(other) is int:
             other = float(other)
         return self._divided(other) if _is_operand(other) else NotImplemented
@@ -220,11 +227,13 @@ class MultivectorArray:
             n = operator.index(exponent)
         except TypeError:
             return self.power(exponent)
-        factor: Any = self.inverse() if n < 0 else self
-        result: Any = factor if n else wrap(SCALAR, np.ones(self.shape))
-        for _ in range(abs(n) - 1):
-            result = result * factor
-        return result
+        if n < 0:
+            return self.inverse() ** -n
+        if n < 2:
+            return self if n else wrap(SCALAR, np.ones(self.shape))
+        if n <= _LARGEST_POWER:
+            return apply(power_of(n), self)
+        return self ** (n - n // 2) * self ** (n // 2)
 
     def __pos__(self) -> Any:
         return self
@@ -285,10 +294,10 @@ class MultivectorArray:
             raise _mixed(what or "as_layout", self.algebra, layout.algebra)
         where = what or f"as_layout({layout})"
         size = np.max(np.abs(self.values), axis=-1, initial=1.0)
-        for slot in _other_slots(self.layout, layout):
-            found = np.abs(np.asarray(self[slot]))
+        for name in _other_slots(self.layout, layout):
+            found = np.abs(np.asarray(self[name]))
             if np.any(found > tolerance * size):
-                raise LayoutError(where, f"{slot} = {np.max(found):.3g}", f"only {' '.join(layout.blades)}")
+                raise LayoutError(where, f"{name} = {np.max(found):.3g}", f"only {' '.join(layout.blades)}")
         for slot, value in layout.fixed:
             if np.any(np.abs(np.asarray(self[slot.name]) - float(value)) > tolerance * size):
                 raise LayoutError(
@@ -309,7 +318,7 @@ class MultivectorArray:
 
     def isclose(self, other: Any, rtol: float = 1e-9, atol: float = 1e-12) -> Any:
         """Whether two are the same multivector to a tolerance, whatever their layouts; an array of booleans."""
-        difference = np.abs((self - other).values if isinstance(self - other, MultivectorArray) else self - other)  # type: ignore[operator]
+        difference = np.abs(getattr(apply(BINARY["subtract"], self, other), "values", 0.0))
         return _number(np.all(np.atleast_1d(difference) <= atol + rtol * self._largest(other), axis=-1))
 
     def _largest(self, other: Any) -> Any:
@@ -608,48 +617,11 @@ def unit_layout(layout: Layout) -> Layout | None:
     return found if found.unit else None
 
 
-def check_relations(where: str, layout: Layout, values: np.ndarray[Any, Any], tolerance: float = 1e-9) -> None:
-    """Raise `LayoutError` where coefficients do not satisfy what a layout says of them."""
-    element = layout.element([values[..., k] for k in range(layout.size)])
-    size = np.maximum(1.0, np.max(np.abs(values), axis=-1, initial=0.0)) ** 2
-    for relation in layout.relations(element):
-        worst = np.max(np.abs(np.asarray(relation)) / size, initial=0.0)
-        if not worst <= tolerance:
-            what = "x ~x - 1" if layout.unit else "its relation"
-            raise LayoutError(
-                where, f"{what} = {worst:.3g}", f"0, as {layout} is declared",
-                "call normalize() on it first, or use a layout without relations",
-            )  # fmt: skip
-
-
-def require_blade(where: str, x: Any) -> None:
-    """Raise `AlgebraError` where an object is not of one grade, or not an outer product of vectors.
-
-    Vectors, their duals, bivectors ``b ^ b = 0`` and duals of such are decided, which is all there is over five vectors.
-    """
-    if not isinstance(x, MultivectorArray):
-        raise AlgebraError(where, f"a {type(x).__name__}", "a blade")
-    n, grades = x.algebra.dimension, sorted({blade.bit_count() for blade in x.layout.support})
-    if len(grades) != 1:
-        raise AlgebraError(where, f"a {x.layout} of grades {grades}", "a blade, of one grade", "take .grade() of it")
-    (k,) = grades
-    if k in (0, 1, n - 1, n):
-        return
-    if k not in (2, n - 2):
-        raise AlgebraError(where, f"grade {k} of {n} vectors", "a grade of which blades can be told here")
-    square = x.outer_product(x) if k == 2 else x.regressive_product(x)
-    found = np.abs(np.asarray(square.values if isinstance(square, MultivectorArray) else square))
-    worst = np.max(found, initial=0.0)
-    if worst > 1e-9 * np.max(np.abs(x.values), initial=1e-300) ** 2:
-        raise AlgebraError(
-            where, f"a {x.layout} that is no blade: x ^ x = {worst:.3g}" if k == 2 else f"a {x.layout} that is no blade",
-            "an outer product of vectors",
-        )  # fmt: skip
-
-
 def _other_slots(own: Layout, wanted: Layout) -> list[str]:
     kept = wanted.support
-    return [s.name for s in (*own.stored, *(s for s, _ in own.fixed), *(s for s, _ in own.implied)) if s.blade not in kept]
+    return [
+        s.name for s in (*own.stored, *(s for s, _ in own.fixed), *(s for s, _ in own.implied)) if s.blade not in kept
+    ]
 
 
 def _mixed(where: str, a: Algebra, b: Algebra) -> AlgebraError:
@@ -657,5 +629,3 @@ def _mixed(where: str, a: Algebra, b: Algebra) -> AlgebraError:
         where, f"multivectors of {a.name} and {b.name}", "one algebra",
         "carry coefficients over by name: algebra.multivector({...})",
     )  # fmt: skip
-
-

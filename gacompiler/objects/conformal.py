@@ -13,7 +13,8 @@ import numpy as np
 from ..algebra.catalog import CGA2 as _CGA2
 from ..algebra.catalog import CGA3 as _CGA3
 from ..errors import AlgebraError, LayoutError
-from .arrays import MultivectorArray, require_blade
+from .arrays import MultivectorArray
+from .checks import require_blade
 from .spaces import Space, define, numbers
 
 _EINF = '{A}.multivector({"einf": 1})'

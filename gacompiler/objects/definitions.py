@@ -139,7 +139,7 @@ NORMALIZE_STUDY = Definition(
     "a * (1 - (a * ~a).grade({G}) / (2 * ga.norm_squared(a))) / ga.norm(a)",
     unit=lambda layouts: True,
 )
-"""Onto the unit elements of projective space: the Study quadric, and lines whose direction is orthogonal to the moment."""
+"""Onto the unit elements of projective space: motors on the Study quadric, lines orthogonal to their moment."""
 
 
 @cache
@@ -155,3 +155,9 @@ def normalize_of(layout: Layout) -> Definition:
 def grade_of(grades: tuple[int, ...]) -> Definition:
     """The part of the given grades."""
     return _unary("grade_" + "_".join(map(str, grades)), f"a.grade({', '.join(map(str, grades))})")
+
+
+@cache
+def power_of(exponent: int) -> Definition:
+    """A natural power, as one operation: the square of a vector is a number."""
+    return _unary(f"power_{exponent}", f"a ** {exponent}")

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import importlib
 from collections.abc import Sequence
 from typing import Any
 
@@ -102,7 +103,7 @@ def _in_plane(ax: Any, shape: Shape, item: Item, scene: Scene) -> None:
 
 
 def _in_space(ax: Any, shape: Shape, item: Item, scene: Scene) -> None:
-    from mpl_toolkits.mplot3d.art3d import Poly3DCollection
+    Poly3DCollection = importlib.import_module("mpl_toolkits.mplot3d.art3d").Poly3DCollection
 
     match shape:
         case Circle():
@@ -116,7 +117,9 @@ def _in_space(ax: Any, shape: Shape, item: Item, scene: Scene) -> None:
         case Plane():
             corners = polygon(shape, scene.limits)
             if corners is not None:
-                ax.add_collection3d(Poly3DCollection([corners], facecolor=item.colour, edgecolor=item.colour, alpha=0.2))
+                ax.add_collection3d(
+                    Poly3DCollection([corners], facecolor=item.colour, edgecolor=item.colour, alpha=0.2)
+                )
         case Arrow(direction):
             ax.quiver(0, 0, 0, *direction, color=item.colour)
         case _:

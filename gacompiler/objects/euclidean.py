@@ -84,7 +84,7 @@ class Quaternions(Space):
 _EXP_HALF = define("boost", "generator", "ga.exp(generator / 2)", unit=True)
 _SPATIAL_ROTOR = define(
     "rotor", "axis angle",
-    'ga.exp(angle / 2 * (axis / ga.sqrt(-(axis * axis)["1"])) * {A}.multivector({"g123": 1}))', unit=True,
+    'ga.exp(-angle / 2 * (axis / ga.sqrt(-(axis * axis)["1"])) * {A}.multivector({"g123": 1}))', unit=True,
 )  # fmt: skip
 
 

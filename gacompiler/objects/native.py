@@ -1,7 +1,8 @@
 """An operation as machine code, at once: one small C function, compiled in some 30 ms and kept in the cache.
 
 A generated module has vectorised loops in two precisions, which take a compiler a second. Interactive use wants the
-first result soon, so an operation starts as its plain function and a plain loop; `operators.py` says when it becomes more.
+first result soon, so an operation starts as its plain function and a plain loop; `operators.py` says when it becomes
+more.
 """
 
 from __future__ import annotations
@@ -78,12 +79,14 @@ def native(program: Program) -> Native | None:
         return None
     library = ctypes.CDLL(str(_built(c_text(program))))
     loop = library.loop
-    n = len(program.arguments) + 1
-    loop.argtypes = [ctypes.c_ssize_t, *([ctypes.c_void_p, ctypes.c_ssize_t] * n)]
+    pair: list[Any] = [ctypes.c_void_p, ctypes.c_ssize_t]
+    loop.argtypes = [ctypes.c_ssize_t, *(pair * (len(program.arguments) + 1))]
     loop.restype = None
-    names = (f"kernel_{program.name}", "element")
-    addresses = [ctypes.cast(getattr(library, name), ctypes.c_void_p).value or 0 for name in names]
-    return Native(*addresses, loop, library)
+    return Native(_address(library, f"kernel_{program.name}"), _address(library, "element"), loop, library)
+
+
+def _address(library: Any, name: str) -> int:
+    return ctypes.cast(getattr(library, name), ctypes.c_void_p).value or 0
 
 
 def c_text(program: Program) -> str:

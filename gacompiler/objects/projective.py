@@ -12,10 +12,10 @@ import numpy as np
 from ..algebra.catalog import PGA2 as _PGA2
 from ..algebra.catalog import PGA3 as _PGA3
 from ..errors import LayoutError
-from .arrays import MultivectorArray, require_blade
+from .arrays import MultivectorArray
+from .checks import require_blade
 from .definitions import normalize_of
 from .spaces import Space, define
-
 
 
 class PlaneProjective(Space):
@@ -30,7 +30,7 @@ class PlaneProjective(Space):
         return self.of(_PGA2.DIRECTION, *coordinates)
 
     def line(self, *coefficients: Any) -> Any:
-        """Lines ``a x + b y + c = 0`` from a, b, c; or the line from one point to another point or along a direction."""
+        """Lines ``a x + b y + c = 0`` from a, b, c; or the line from one point to another or along a direction."""
         joined = _joined("line", coefficients)
         return self.of(_PGA2.LINE, *coefficients) if joined is None else joined
 

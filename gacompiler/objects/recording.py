@@ -156,9 +156,7 @@ def _algebra(algebra: Algebra, algebras: dict[Algebra, str], definitions: list[s
     return algebras[algebra]
 
 
-def _layout(
-    layout: Layout, algebras: dict[Algebra, str], layouts: dict[Layout, str], definitions: list[str]
-) -> str:
+def _layout(layout: Layout, algebras: dict[Algebra, str], layouts: dict[Layout, str], definitions: list[str]) -> str:
     """A layout in the spec: by the name it has in its algebra, or defined."""
     if layout.is_scalar:
         return "SCALAR"
@@ -170,13 +168,17 @@ def _layout(
                 return f"{algebra}.{each.name}"
     if layout not in layouts:
         if layout.implied or layout.user_relations is not None:
-            raise SpecError(f"layout {layout}", "it is made of functions, which cannot be written down", remedy="use one of plain blades")  # fmt: skip
+            raise SpecError(
+                f"layout {layout}", "functions cannot be written down", "a layout of the catalog, or of blades"
+            )
         word = _identifier(layout.name).upper()
         if layout.name.startswith("("):
             word = f"{algebra}_{word}" if len(word) <= 30 else f"{algebra}_{layout.size}_BLADES"
         name = _free(word, {*layouts.values(), *algebras.values()})
         layouts[layout] = name
-        fixed = {slot.name: str(value) if Fraction(value).denominator > 1 else int(value) for slot, value in layout.fixed}
+        fixed = {
+            slot.name: str(value) if Fraction(value).denominator > 1 else int(value) for slot, value in layout.fixed
+        }
         more = (f", fixed={fixed}" if fixed else "") + (", unit=True" if layout.unit else "")
         definitions.append(f'{name} = {algebra}.layout("{name}", "{" ".join(layout.blades)}"{more})')
     return layouts[layout]

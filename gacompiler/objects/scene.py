@@ -11,12 +11,14 @@ import numpy as np
 from ..algebra.algebra import Algebra
 from ..algebra.catalog import CGA2, CGA3, PGA2, PGA3
 from ..errors import AlgebraError, LayoutError
-from .arrays import MultivectorArray, require_blade
-from .conformal import Conformal
+from .arrays import MultivectorArray
+from .checks import require_blade
 from .conformal import CGA2 as _PLANE
 from .conformal import CGA3 as _ROOM
+from .conformal import Conformal
 
-Vectors = np.ndarray[Any, Any]
+Vectors = Any
+"""Arrays of coordinates along the last axis."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -157,11 +159,22 @@ def shapes_of(x: Any) -> list[Shape]:
             "draw what it moves; the axis of a motor is .log()",
         )  # fmt: skip
     require_blade("draw", x)
+    cloud = _cloud(x)
+    if cloud is not None:
+        return [cloud]
     flat = x.reshape(-1) if x.ndim > 1 else x
     elements = list(flat) if flat.shape else [flat]
     elements = [each for each in elements if np.any(each.values) or each.layout.fixed]
     make: Callable[[Any, int], Shape] = _conformal if x.algebra in (CGA2, CGA3) else _projective
     return _gathered(make(each, grades[0]) for each in elements)
+
+
+def _cloud(x: Any) -> Points | None:
+    """Points that all have a place because of their layout, at once."""
+    names = {PGA2: "e20 e01", PGA3: "e032 e013 e021", CGA2: "e1 e2", CGA3: "e1 e2 e3"}[x.algebra].split()
+    if x.layout != x.algebra.POINT:
+        return None
+    return Points(np.stack([np.ravel(x[name]) for name in names], -1))
 
 
 def _gathered(shapes: Iterable[Shape]) -> list[Shape]:
@@ -204,8 +217,6 @@ def _conformal(x: Any, grade: int) -> Shape:
     space: Conformal = _ROOM if d == 3 else _PLANE
     names = "e1 e2 e3" if d == 3 else "e1 e2"
     if grade == 1:
-        if x.layout.implied:
-            return Points(_named(x, names)[None])
         return _conformal(x.polarity(), d + 1)  # a vector is the dual of the round or flat that is meant
     if space.is_flat(x):
         if grade == 2:

@@ -12,7 +12,8 @@ import numpy as np
 from ..algebra.algebra import Algebra
 from ..algebra.layout import Layout
 from ..errors import AlgebraError, LayoutError
-from .arrays import MultivectorArray, apply, check_relations, wrap
+from .arrays import MultivectorArray, apply, wrap
+from .checks import check_relations
 from .definitions import Definition
 from .operators import layout_of
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import importlib
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
@@ -56,7 +57,7 @@ def view(
         When plotly is not installed, or the file cannot be written.
     """
     try:
-        from plotly import graph_objects
+        graph_objects = importlib.import_module("plotly.graph_objects")
     except ImportError:
         raise BackendError("view", "plotly is not installed", remedy="pip install plotly, or use draw()") from None
     scene = scene_of(objects, labels, colours, limits)
