@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import pickle
+import re
 from collections.abc import Iterator
 from fractions import Fraction
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -324,3 +326,15 @@ def test_large_arrays_run_as_generated_modules_do(monkeypatch: pytest.MonkeyPatc
 def test_definitions_are_the_names_of_the_compiler() -> None:
     for name in (*UNARY, *BINARY):
         assert name in OPERATIONS or hasattr(ga, name), name
+
+
+def test_blocks_of_the_page_run(capsys: pytest.CaptureFixture[str]) -> None:
+    """In one namespace, from top to bottom; asserts in them hold."""
+    import matplotlib
+
+    matplotlib.use("Agg")
+    text = (Path(__file__).parent.parent / "docs" / "objects.md").read_text()
+    blocks = re.findall(r"```python\n(.*?)```", text, re.DOTALL)
+    assert len(blocks) >= 5
+    exec(compile("\n".join(blocks), "docs/objects.md", "exec"), {"__name__": "objects"})
+    assert "e123" in capsys.readouterr().out

@@ -600,7 +600,7 @@ def _operate(symbol: str, *operands: Any) -> Any:
 
 
 def _layout(x: Any) -> Layout:
-    return SCALAR if x.layout.is_scalar else x.layout  # type: ignore[no-any-return]
+    return SCALAR if x.layout.is_scalar else x.layout
 
 
 def _bind(symbol: str, types: tuple[type, ...], found: Operator) -> None:
