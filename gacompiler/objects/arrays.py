@@ -10,7 +10,8 @@ from __future__ import annotations
 import itertools
 import operator
 from collections.abc import Callable, Iterator
-from typing import Any
+from functools import cache, partial
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -36,38 +37,60 @@ SYMBOLS = {
 }
 """What Python's operators mean, by their symbol and the number of operands; ``()`` is the call ``m(x)``."""
 
-_SHORT: dict[str, dict[tuple[type, ...], tuple[Any, Any]]] = {}
-"""Operation -> types of single operands -> what to call, and the type of the result (None for a number)."""
-
-
-_LARGEST_POWER = 3
-"""Higher ones are products of these."""
-
-_SHORT_NORMALIZE = _SHORT.setdefault("normalize", {})
-
 
 def _one(name: str, about: str) -> Any:
-    definition, short = UNARY[name], _SHORT.setdefault(name, {})
+    run = _curried(UNARY[name])
 
     def method(self: Any) -> Any:
-        found = short.get((type(self),))
-        return found[1](found[0](self)) if found is not None else apply(definition, self)
+        return run[0](self)
 
-    method.__name__, method.__doc__ = name, about
-    method.__qualname__ = f"MultivectorArray.{name}"
-    return method
+    return _named(method, name, about)
 
 
 def _two(name: str, about: str) -> Any:
-    definition, short = BINARY[name], _SHORT.setdefault(name, {})
+    run = _curried(BINARY[name])
 
     def method(self: Any, other: Any) -> Any:
-        found = short.get((type(self), type(other)))
-        return found[1](found[0](self, other)) if found is not None else apply(definition, self, other)
+        return run[0](self)(other)
 
+    return _named(method, name, about)
+
+
+def _named(method: Any, name: str, about: str) -> Any:
     method.__name__, method.__doc__ = name, about
     method.__qualname__ = f"MultivectorArray.{name}"
     return method
+
+
+def _curried(definition: Definition) -> list[Callable[[Any], Any]]:
+    """An operation as a function of its first operand that may be replaced: by one that the extension calls, if it can.
+
+    It gives the result, or where there are two operands a function of the second.
+    """
+
+    def first(x: Any) -> Any:
+        run[0] = partial(_in_turn, definition) if extension() is None else _role_type(definition, None)()
+        return run[0](x)
+
+    run: list[Callable[[Any], Any]] = [first]
+    return run
+
+
+def _in_turn(definition: Definition, x: Any) -> Any:
+    return apply(definition, x) if len(definition.parameters) == 1 else lambda y: apply(definition, x, y)
+
+
+@cache
+def _run_of(definition: Definition) -> list[Callable[[Any], Any]]:
+    """As `_curried`, for definitions that are made when they are asked for."""
+    return _curried(definition)
+
+
+_grades: dict[tuple[type, tuple[int, ...]], list[Callable[[Any], Any]]] = {}
+"""What `MultivectorArray.grade` calls for single multivectors, whose grades have been looked at."""
+
+_LARGEST_POWER = 3
+"""Higher ones are products of these."""
 
 
 class MultivectorArray:
@@ -212,10 +235,10 @@ class MultivectorArray:
         return self(other)  # type: ignore[operator]
 
     def __truediv__(self, other: Any) -> Any:
+        if type(other) is float or type(other) is int:
+            return self._divided(other if _Number is None else _Number(other))
         if isinstance(other, MultivectorArray):
             return self * other.inverse()
-        if type(other) is int:
-            other = float(other)
         return self._divided(other) if _is_operand(other) else NotImplemented
 
     def __rtruediv__(self, other: Any) -> Any:
@@ -232,7 +255,7 @@ class MultivectorArray:
         if n < 2:
             return self if n else wrap(SCALAR, np.ones(self.shape))
         if n <= _LARGEST_POWER:
-            return apply(power_of(n), self)
+            return _run_of(power_of(n))[0](self)
         return self ** (n - n // 2) * self ** (n // 2)
 
     def __pos__(self) -> Any:
@@ -244,15 +267,20 @@ class MultivectorArray:
         ``x / sqrt(x ~x)``, where that is a number or, for motors and lines of projective space, a dual number: both
         the norm is 1 then and the Study condition holds. Other elements are divided by their norm.
         """
-        found = _SHORT_NORMALIZE.get((type(self),))
-        return found[1](found[0](self)) if found is not None else apply(normalize_of(self.layout), self)
+        return _run_of(_normalization(self.layout))[0](self)
 
     def grade(self, *grades: int) -> Any:
         """The part of the given grades."""
+        known = _grades.get((type(self), grades))
+        if known is not None:
+            return known[0](self)
         n = self.algebra.dimension
         if not grades or not all(isinstance(k, int) and 0 <= k <= n for k in grades):
             raise AlgebraError("grade", f"grades {grades}", f"whole numbers from 0 to {n}, as in x.grade(2)")
-        return apply(grade_of(grades), self)
+        run = _run_of(grade_of(grades))
+        if type(self) is not _Array:
+            _grades[type(self), grades] = run
+        return run[0](self)
 
     def log(self, *, tolerance: float = 1e-9) -> Any:
         """The logarithm of a unit versor, or of a number; see `gacompiler.log`.
@@ -413,6 +441,9 @@ class _Array(MultivectorArray):
 
 
 _single_types: dict[Layout, type | None] = {}
+_by_identity: dict[int, tuple[type | None, Layout]] = {}
+"""The same by the identity of the layout, which lives as long as it is here: layouts are slow to compare."""
+_normalizations: dict[int, tuple[Definition, Layout]] = {}
 _next_index = itertools.count().__next__
 
 
@@ -423,12 +454,21 @@ _Number: Any = None
 def single_type(layout: Layout) -> Any:
     """The type of single multivectors of a layout; None where the extension is not there."""
     global _Number
-    found = _single_types.get(layout, layout)
-    if found is layout:
+    known = _by_identity.get(id(layout))
+    if known is not None:
+        return known[0]
+    if layout not in _single_types:
         found = _single_types[layout] = _make_single_type(layout)
         if _Number is None and found is not None:
             _Number = single_type(SCALAR) if layout != SCALAR else found
-    return found
+    _by_identity[id(layout)] = _single_types[layout], layout
+    return _single_types[layout]
+
+
+def _normalization(layout: Layout) -> Definition:
+    if id(layout) not in _normalizations:
+        _normalizations[id(layout)] = normalize_of(layout), layout
+    return _normalizations[id(layout)][0]
 
 
 def _make_single_type(layout: Layout) -> type | None:
@@ -469,32 +509,58 @@ def _coefficients(cls: Any, arguments: tuple[Any, ...]) -> np.ndarray[Any, Any]:
     return made
 
 
-def _direct(operator: Operator) -> Any:
-    """The function of an operator as something to call on single multivectors and numbers."""
-    found = extension()
-    if found is None or operator.native is None:
-        return None
-    call = _direct_type()()
-    shapes = tuple(argument.shape for argument in operator.program.arguments)
-    return call if call._bind(operator.native.direct, shapes, (operator.program.results[0].shape,)) else None
+class _Role(NamedTuple):
+    """What an object of the extension is that is no multivector: an operation, or one with its first operand."""
+
+    definition: Definition
+    layout: Layout | None
 
 
-def _direct_type() -> Any:
-    global _Direct
-    if _Direct is None:
-
-        class Direct(extension().Call):  # type: ignore[misc]
-            """A compiled function on single multivectors."""
-
-            def _in_python(self, *operands: Any, **named: Any) -> Any:
-                raise TypeError(f"operands of other types: {', '.join(type(x).__name__ for x in operands)}")
-
-        Direct._adopt()
-        _Direct = Direct
-    return _Direct
+_roles: dict[type, _Role] = {}
+_partial_types: dict[tuple[str, type], type] = {}
 
 
-_Direct: Any = None
+def _role_type(definition: Definition, layout: Layout | None) -> Any:
+    """A type of the extension for an operation, whose only object is called with a single multivector.
+
+    That gives the result; or where there are two operands an object with the coefficients of the first, of the type for
+    its layout, which is called with the second.
+    """
+    names = () if layout is None else layout.blades
+    made: Any = type(definition.name, (extension().Value,), {"__slots__": (), "_names": names})
+    made._adopt(_next_index(), tuple(f"_{k}" for k in range(len(names))), _operate, _coefficients)
+    _roles[made] = _Role(definition, layout)
+    return made
+
+
+def _play(role: _Role, holder: Any, x: Any) -> Any:
+    """A call of an operation for the first time with these types."""
+    definition, layout = role
+    if layout is not None:
+        if (type(x) is float or type(x) is int) and _Number is not None:
+            return holder(_Number(x))
+        return _second(definition, holder, wrap(layout, np.frombuffer(holder)), x)
+    if len(definition.parameters) == 1:
+        result = apply(definition, x)
+        if _is_single(type(x)):
+            found = operator_of(definition, (_layout(x),))
+            _bind("()", (type(holder), type(x)), found, found.native and found.native.marked)
+        return result
+    return lambda y: _second(definition, holder, x, y)
+
+
+def _second(definition: Definition, holder: Any, x: Any, y: Any) -> Any:
+    result = apply(definition, x, y)
+    if _is_single(type(x)) and _is_single(type(y)):
+        found = operator_of(definition, (_layout(x), _layout(y)))
+        key = (definition.name, type(x))
+        if key not in _partial_types and found.native is not None:
+            _partial_types[key] = _role_type(definition, x.layout)
+            operation = next(kind for kind, role in _roles.items() if role == (definition, None))
+            extension().bind_operator("()", (operation, type(x)), _partial_types[key], found.native.left, False)
+        if found.native is not None:
+            _bind("()", (_partial_types[key], type(y)), found, found.native.element)
+    return result
 
 
 def wrap(layout: Layout, values: Any) -> Any:
@@ -523,7 +589,6 @@ def apply(definition: Definition, *operands: Any) -> Any:
             algebra = each.algebra
     lifted = [_lifted(definition.name, each) for each in operands]
     found = operator_of(definition, tuple(layout for layout, _ in lifted))
-    _shorten(definition, found, operands)
     return wrap(found.result, found([values for _, values in lifted]))
 
 
@@ -552,50 +617,37 @@ def _is_operand(x: Any) -> bool:
     return isinstance(x, (MultivectorArray, Multivector, int, float, complex, np.ndarray, np.generic, list, tuple))
 
 
-def _shorten(definition: Definition, found: Operator, operands: tuple[Any, ...]) -> None:
-    """Let the next call on single operands of these types go straight to the compiled function."""
-    types = tuple(map(type, operands))
-    short = _SHORT.get(definition.name)
-    if short is None or types in short or not all(_is_single(x) or x is float for x in types):
-        return
-    call = _direct(found)
-    if call is None:
-        return
-    if found.result.is_scalar:
-        short[types] = call, float
-    else:
-        single = single_type(found.result)
-        if single is not None:
-            short[types] = call, single
-
-
 def _is_single(kind: type) -> bool:
     return issubclass(kind, MultivectorArray) and kind is not _Array
 
 
+_ABSENT: Any = object()
 _FORWARD: dict[str, Callable[[Any, Any], Any]] = {
     "*": operator.mul, "^": operator.xor, "&": operator.and_, "+": operator.add, "-": operator.sub,
 }  # fmt: skip
 
 
-def _operate(symbol: str, *operands: Any) -> Any:
+def _operate(symbol: str, a: Any, b: Any = _ABSENT) -> Any:
     """A Python operator on operands of which one is a multivector; it is bound to the types of single ones."""
-    if len(operands) == 2 and _Number is not None and symbol != "()":
-        a, b = operands
-        first, second = type(a), type(b)
-        if (first is float or first is int) and second is not _Array:
-            return _FORWARD[symbol](_Number(a), b)
-        if (second is float or second is int) and first is not _Array:
-            return _FORWARD[symbol](a, _Number(b))
-    types = tuple(map(type, operands))
+    first, second = type(a), type(b)
+    if symbol == "()":
+        role = _roles.get(first)
+        if role is not None:
+            return _play(role, a, b)
+        if not _is_operand(b):
+            raise TypeError(f"a versor is applied to multivectors; found {second.__name__}")
+    elif (first is float or first is int) and second is not _Array and _Number is not None:
+        return _FORWARD[symbol](_Number(a), b)
+    elif (second is float or second is int) and first is not _Array and _Number is not None:
+        return _FORWARD[symbol](a, _Number(b))
+    operands, types = ((a,), (first,)) if b is _ABSENT else ((a, b), (first, second))
     if not all(map(_is_operand, operands)):
-        if symbol == "()":
-            raise TypeError(f"a versor is applied to multivectors; found {types[-1].__name__}")
         return NotImplemented
     definition = SYMBOLS[symbol, len(operands)]
     result = apply(definition, *operands)
     if extension() is not None and all(map(_is_single, types)):
-        _bind(symbol, types, operator_of(definition, tuple(_layout(x) for x in operands)))
+        found = operator_of(definition, tuple(_layout(x) for x in operands))
+        _bind(symbol, types, found, found.native and found.native.element)
     return result
 
 
@@ -603,10 +655,11 @@ def _layout(x: Any) -> Layout:
     return SCALAR if x.layout.is_scalar else x.layout
 
 
-def _bind(symbol: str, types: tuple[type, ...], found: Operator) -> None:
-    if found.native is not None:
+def _bind(symbol: str, types: tuple[type, ...], found: Operator, address: int | None) -> None:
+    """Let the extension run a function on objects of these types from now on."""
+    if address is not None:
         result = None if found.result.is_scalar else single_type(found.result)
-        extension().bind_operator(symbol, types, result, found.native.element, False)
+        extension().bind_operator(symbol, types, result, address, False)
 
 
 def unit_layout(layout: Layout) -> Layout | None:

@@ -59,10 +59,12 @@ _HEAD = """\
 class Native(NamedTuple):
     """Addresses of an operation's functions."""
 
-    direct: int
-    """As generated C has it: arrays as pointers, numbers by value, then the result."""
     element: int
-    """The same with pointers only."""
+    """A pointer for each argument and the result."""
+    marked: int
+    """Of one operand: as `element`, behind a pointer that is not used."""
+    left: int
+    """A copy of the first operand, behind a pointer that is not used."""
     loop: Callable[..., None]
     """A number of elements, then a pointer and a step in bytes for each argument and the result."""
     library: Any
@@ -82,7 +84,8 @@ def native(program: Program) -> Native | None:
     pair: list[Any] = [ctypes.c_void_p, ctypes.c_ssize_t]
     loop.argtypes = [ctypes.c_ssize_t, *(pair * (len(program.arguments) + 1))]
     loop.restype = None
-    return Native(_address(library, f"kernel_{program.name}"), _address(library, "element"), loop, library)
+    element, marked, left = (_address(library, name) for name in ("element", "marked", "left"))
+    return Native(element, marked, left, loop, library)
 
 
 def _address(library: Any, name: str) -> int:
@@ -97,11 +100,16 @@ def c_text(program: Program) -> str:
     steps = ", ".join(f"const char *p{k}, ptrdiff_t s{k}" for k in range(n))
     reads = ", ".join(f"(const double *)p{k}" for k in range(n))
     moves = ", ".join(f"p{k} += s{k}" for k in range(n))
+    size = len(program.arguments[0].components)
     lines = [
         _HEAD,
         *kernel_text(program),
         "",
         f"void element({pointers}, double *out) {{ kernel_{program.name}({call}, out); }}",
+        f"void marked(const double *unused, {pointers}, double *out)",
+        f"{{ (void)unused; element({', '.join(f'a{k}' for k in range(n))}, out); }}",
+        "void left(const double *unused, const double *a, double *out)",
+        f"{{ (void)unused; for (int k = 0; k < {size}; k++) out[k] = a[k]; }}",
         "",
         f"void loop(ptrdiff_t n, {steps}, char *out, ptrdiff_t step)",
         "{",
