@@ -544,7 +544,8 @@ def _play(role: _Role, holder: Any, x: Any) -> Any:
         result = apply(definition, x)
         if _is_single(type(x)):
             found = operator_of(definition, (_layout(x),))
-            _bind("()", (type(holder), type(x)), found, found.native and found.native.marked)
+            native = found.native
+            _bind("()", (type(holder), type(x)), found, native and native.marked)
         return result
     return lambda y: _second(definition, holder, x, y)
 
@@ -553,13 +554,13 @@ def _second(definition: Definition, holder: Any, x: Any, y: Any) -> Any:
     result = apply(definition, x, y)
     if _is_single(type(x)) and _is_single(type(y)):
         found = operator_of(definition, (_layout(x), _layout(y)))
-        key = (definition.name, type(x))
-        if key not in _partial_types and found.native is not None:
+        native, key = found.native, (definition.name, type(x))
+        if native is None:
+            return result
+        if key not in _partial_types:
             _partial_types[key] = _role_type(definition, x.layout)
-            operation = next(kind for kind, role in _roles.items() if role == (definition, None))
-            extension().bind_operator("()", (operation, type(x)), _partial_types[key], found.native.left, False)
-        if found.native is not None:
-            _bind("()", (_partial_types[key], type(y)), found, found.native.element)
+            extension().bind_operator("()", (type(holder), type(x)), _partial_types[key], native.left, False)
+        _bind("()", (_partial_types[key], type(y)), found, native.element)
     return result
 
 
@@ -594,7 +595,7 @@ def apply(definition: Definition, *operands: Any) -> Any:
 
 def _lifted(where: str, operand: Any) -> tuple[Layout, np.ndarray[Any, Any]]:
     if isinstance(operand, MultivectorArray):
-        if operand.layout.is_scalar:
+        if operand.algebra is SCALARS:
             return SCALAR, operand.values[..., 0]
         return operand.layout, operand.values
     if isinstance(operand, Multivector):
@@ -647,7 +648,8 @@ def _operate(symbol: str, a: Any, b: Any = _ABSENT) -> Any:
     result = apply(definition, *operands)
     if extension() is not None and all(map(_is_single, types)):
         found = operator_of(definition, tuple(_layout(x) for x in operands))
-        _bind(symbol, types, found, found.native and found.native.element)
+        native = found.native
+        _bind(symbol, types, found, native and native.element)
     return result
 
 

@@ -1,4 +1,4 @@
-"""An operation as machine code, at once: one small C function, compiled in some 30 ms and kept in the cache.
+"""An operation as machine code, soon: one small C function, compiled in some 30 ms and kept in the cache.
 
 A generated module has vectorised loops in two precisions, which take a compiler a second. Interactive use wants the
 first result soon, so an operation starts as its plain function and a plain loop; `operators.py` says when it becomes
@@ -7,6 +7,7 @@ more.
 
 from __future__ import annotations
 
+import atexit
 import ctypes
 import hashlib
 import importlib.machinery
@@ -37,7 +38,7 @@ _HEAD = """\
 #include <stddef.h>
 #define REAL double
 #define WORD int
-#define INLINE __attribute__((unused))
+#define INLINE inline __attribute__((always_inline))
 #define NAME(name) kernel_##name
 #define SQRT(x) sqrt(x)
 #define SIN(x) sin(x)
@@ -75,11 +76,94 @@ def is_wanted() -> bool:
     return os.environ.get("GAC_BACKEND", "") in ("", "c") and find_compiler() is not None
 
 
-def native(program: Program) -> Native | None:
-    """The functions of a program; None where there is no compiler."""
-    if not is_wanted():
-        return None
-    library = ctypes.CDLL(str(_built(c_text(program))))
+class Build:
+    """The making of a program's functions: from the cache, or by the C compiler while the program goes on.
+
+    Compilers run beside the program, as many at a time as there are processors; `poll` looks whether this one is done.
+    """
+
+    def __init__(self, program: Program) -> None:
+        self._program = program
+        self._target, self._text = _target(c_text(program))
+        self._process: subprocess.Popen[str] | None = None
+        self._scratch = Path()
+        self.poll()
+
+    def poll(self) -> Native | None:
+        """The functions if they are there by now.
+
+        Raises
+        ------
+        BackendError
+            When the compiler fails.
+        """
+        if self._process is None and not self._target.exists() and len(_running) < (os.cpu_count() or 1):
+            self._start()
+        if self._process is not None:
+            if self._process.poll() is None:
+                return None
+            self._finish()
+        return _loaded(self._program, self._target) if self._target.exists() else None
+
+    def wait(self) -> Native:
+        """The functions, as soon as they are there."""
+        if self._process is None and not self._target.exists():
+            self._start()
+        if self._process is not None:
+            self._process.wait()
+        found = self.poll()
+        assert found is not None
+        return found
+
+    def _start(self) -> None:
+        compiler = find_compiler() or ()
+        handle, scratch = tempfile.mkstemp(dir=self._target.parent, prefix=f".{self._target.stem}.", suffix=".c")
+        with os.fdopen(handle, "w") as stream:
+            stream.write(self._text)
+        self._scratch = Path(scratch)
+        command = [*compiler, *FLAGS, scratch, "-o", f"{scratch}.so", "-lm"]
+        nothing = subprocess.DEVNULL
+        self._process = subprocess.Popen(command, stdin=nothing, stdout=nothing, stderr=subprocess.PIPE, text=True)
+        _running.append(self)
+
+    def _finish(self) -> None:
+        assert self._process is not None
+        _, errors = self._process.communicate()
+        status, self._process = self._process.returncode, None
+        _running.remove(self)
+        self._scratch.unlink(missing_ok=True)
+        if status:
+            Path(f"{self._scratch}.so").unlink(missing_ok=True)
+            first = next(iter(errors.splitlines()), f"status {status}")
+            raise BackendError("C compiler", f"it failed: {first}", "a working one", "or set GAC_BACKEND=arrays")
+        os.replace(f"{self._scratch}.so", self._target)
+
+    def drop(self) -> None:
+        """Stop, and leave nothing behind."""
+        if self._process is not None:
+            self._process.kill()
+            self._process.wait()
+            self._scratch.unlink(missing_ok=True)
+            Path(f"{self._scratch}.so").unlink(missing_ok=True)
+
+
+_running: list[Build] = []
+
+
+@atexit.register
+def _drop_all() -> None:
+    for each in _running:
+        each.drop()
+
+
+def _target(text: str) -> tuple[Path, str]:
+    """Where the library of a text belongs, and the text."""
+    digest = hashlib.sha256("\0".join([text, *FLAGS, *(find_compiler() or ())]).encode()).hexdigest()[:24]
+    return _folder() / f"{digest}.so", text
+
+
+def _loaded(program: Program, path: Path) -> Native:
+    library = ctypes.CDLL(str(path))
     loop = library.loop
     pair: list[Any] = [ctypes.c_void_p, ctypes.c_ssize_t]
     loop.argtypes = [ctypes.c_ssize_t, *(pair * (len(program.arguments) + 1))]
@@ -105,40 +189,21 @@ def c_text(program: Program) -> str:
         _HEAD,
         *kernel_text(program),
         "",
-        f"void element({pointers}, double *out) {{ kernel_{program.name}({call}, out); }}",
+        f"static INLINE void one({pointers}, double *out) {{ kernel_{program.name}({call}, out); }}",
+        f"void element({pointers}, double *out) {{ one({', '.join(f'a{k}' for k in range(n))}, out); }}",
         f"void marked(const double *unused, {pointers}, double *out)",
-        f"{{ (void)unused; element({', '.join(f'a{k}' for k in range(n))}, out); }}",
+        f"{{ (void)unused; one({', '.join(f'a{k}' for k in range(n))}, out); }}",
         "void left(const double *unused, const double *a, double *out)",
         f"{{ (void)unused; for (int k = 0; k < {size}; k++) out[k] = a[k]; }}",
         "",
         f"void loop(ptrdiff_t n, {steps}, char *out, ptrdiff_t step)",
         "{",
         f"    for (; n > 0; n--, {moves}, out += step)",
-        f"        element({reads}, (double *)out);",
+        f"        one({reads}, (double *)out);",
         "}",
         "",
     ]
     return "\n".join(lines)
-
-
-def _built(text: str) -> Path:
-    """The library of a text, from the cache or compiled into it."""
-    compiler = find_compiler()
-    assert compiler is not None
-    digest = hashlib.sha256("\0".join([text, *FLAGS, *compiler]).encode()).hexdigest()[:24]
-    target = _folder() / f"{digest}.so"
-    if target.exists():
-        return target
-    handle, scratch = tempfile.mkstemp(dir=target.parent, prefix=f".{digest}.")
-    os.close(handle)
-    command = [*compiler, *FLAGS, "-x", "c", "-", "-o", scratch, "-lm"]
-    run = subprocess.run(command, input=text, capture_output=True, text=True, errors="replace")
-    if run.returncode:
-        Path(scratch).unlink(missing_ok=True)
-        first = next(iter(run.stderr.splitlines()), f"status {run.returncode}")
-        raise BackendError(compiler[0], f"it failed: {first}", "a C compiler", "set GAC_BACKEND=arrays to do without")
-    os.replace(scratch, target)
-    return target
 
 
 @cache

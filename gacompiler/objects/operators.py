@@ -1,9 +1,9 @@
 """Operations on given layouts, compiled when they are first used and kept for as long as the program runs.
 
 The first use takes the compiler's own stages as far as they are quick: trace, rewrite, decide, and the cheapest of the
-ways in which the expression can be written. That is proved and runs as one small C function at once (`native.py`), or
-where there is no compiler as the text of the same program. Once an operation has done as much work on arrays as would
-have paid for it, it is made as generated modules are: `gacompiler.compile`.
+ways in which the expression can be written. That is proved and runs at once, as text; a C compiler makes one small
+function of the same program meanwhile (`native.py`), which takes over when it is there. Once an operation has done as
+much work on arrays as would have paid for it, it is made as generated modules are: `gacompiler.compile`.
 """
 
 from __future__ import annotations
@@ -19,6 +19,7 @@ from typing import Any
 import numpy as np
 
 from ..algebra.layout import SCALARS, Layout
+from ..backends.c_functions import TRANSCENDENTAL
 from ..backends.numba import function_text
 from ..errors import KernelError
 from ..frontend.expression import evaluate
@@ -36,7 +37,7 @@ from ..passes.rewrite import rewrite
 from ..passes.schedule import schedule
 from ..passes.search import Candidate
 from .definitions import Definition
-from .native import Native, native
+from .native import Build, Native, is_wanted
 
 ENOUGH_WORK = 500_000_000
 """Operations on numbers in arrays after which an operation is made as generated modules are: about what that takes."""
@@ -70,7 +71,6 @@ class Operator:
         The same as a spec has it.
     result : Layout
     program : Program
-    native : Native or None
     """
 
     def __init__(self, definition: Definition, layouts: tuple[Layout, ...]) -> None:
@@ -79,8 +79,10 @@ class Operator:
         assert record.decision is not None
         (self.result,) = record.decision.layouts
         self.kernel, self.program = record.kernel, record.program
-        self.native: Native | None = native(self.program)
+        self._native: Native | None = None
+        self._build = Build(self.program) if is_wanted() else None
         self._shapes = [argument.shape for argument in self.program.arguments]
+        self._is_exact = not any(line.op in TRANSCENDENTAL for line in self.program.lines)
         self._operations = max(1, record.cost.total)
         self._python: Callable[..., None] | None = None
         self._module: Any = None
@@ -88,25 +90,42 @@ class Operator:
 
     def __call__(self, arrays: Sequence[np.ndarray[Any, Any]]) -> np.ndarray[Any, Any]:
         """The result on arrays whose leading axes broadcast, blades last; a number has no axis of blades."""
+        if self._module is not None and not any(a.dtype.kind == "c" for a in arrays):
+            return np.asarray(self._module(*arrays))
         leadings = [a.shape[: a.ndim - len(shape)] for a, shape in zip(arrays, self._shapes, strict=True)]
         try:
-            leading = np.broadcast_shapes(*leadings)
+            leading = leadings[0] if len(set(leadings)) == 1 else np.broadcast_shapes(*leadings)
         except ValueError:
             shapes = " and ".join(map(str, leadings))
             raise ValueError(f"{self.definition.name}: shapes {shapes} do not broadcast") from None
-        if self.native is None or any(a.dtype != np.float64 for a in arrays):
+        found = None if any(a.dtype != np.float64 for a in arrays) else self.native
+        if found is None:
             return self._in_python(arrays, leading)
-        if self._module is None:
-            self._work += self._operations * int(np.prod(leading))
-            if self._work > ENOUGH_WORK:
-                self.build()
-        if self._module is not None:
+        self._work += self._operations * int(np.prod(leading))
+        if self._work > ENOUGH_WORK:
+            self.build()
             return np.asarray(self._module(*arrays))
-        return self._in_loop(self.native, arrays, leading)
+        return self._in_loop(found, arrays, leading)
+
+    @property
+    def native(self) -> Native | None:
+        """The compiled function if it is there by now; None without a compiler.
+
+        Programs whose C rounds as their text does are not waited for: whenever it comes, the numbers are the same.
+        """
+        if self._native is None and self._build is not None:
+            self._native = self._build.poll() if self._is_exact else self._build.wait()
+        return self._native
+
+    def wait(self) -> Native | None:
+        """The compiled function, waited for; None without a compiler."""
+        if self._native is None and self._build is not None:
+            self._native = self._build.wait()
+        return self._native
 
     def build(self) -> None:
         """Compile it as generated modules are, for large arrays."""
-        if self._module is None and self.native is not None:
+        if self._module is None and self.wait() is not None:
             from ..runtime import compile
 
             self._module = compile(self.kernel, "c")
