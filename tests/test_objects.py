@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+import os
 import pickle
 import re
+import subprocess
+import sys
 from collections.abc import Iterator
 from fractions import Fraction
 from pathlib import Path
@@ -207,6 +210,8 @@ def test_equality_and_pickles() -> None:
     assert m == m and m != ~m and hash(m) == hash(pickle.loads(pickle.dumps(m)))
     assert m != m * 1.0 and m.isclose(m * 1.0), "a motor and an even element are of two layouts"
     assert list(np.asarray(objects[2] == CGA3.point([[1, 1, 1], [2, 2, 2]]))) == [True, False]
+    with pytest.raises(TypeError, match="no hash"):
+        hash(objects[2])
     with pytest.raises(AttributeError, match="cannot be changed"):
         objects[2].layout = None
     with pytest.raises(ValueError, match="read-only"):
@@ -306,6 +311,24 @@ def test_without_a_c_compiler_the_numbers_are_the_same() -> None:
             assert np.array_equal(in_c, in_python, equal_nan=True), operator.kernel.name
         count += 1
     assert count >= 6
+
+
+def test_a_program_without_c_prints_the_same() -> None:
+    program = (
+        "from gacompiler.objects import CGA3, PGA3\n"
+        "m = PGA3.motor([1, 2, 3], 0.3, 2)\n"
+        "for _ in range(3):\n"
+        "    print((m * m) >> PGA3.point([[1, 2, 3], [3, 4, 5]]), m.log(), (m | m), 2 * m, m / 2, m.grade(2).norm())\n"
+        "print(CGA3.sphere([1, 2, 3], 2) & CGA3.plane([0, 0, 1], 2), type(m).__mro__[1].__name__)\n"
+    )
+    texts = []
+    for backend in ("", "arrays"):
+        run = subprocess.run(
+            [sys.executable, "-c", program], env={**os.environ, "GAC_BACKEND": backend}, capture_output=True, text=True,
+            cwd=Path(__file__).parent.parent, check=True,
+        )  # fmt: skip
+        texts.append(run.stdout)
+    assert texts[0] == texts[1] and texts[0].count("e032") == 6
 
 
 def test_large_arrays_run_as_generated_modules_do(monkeypatch: pytest.MonkeyPatch) -> None:

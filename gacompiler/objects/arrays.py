@@ -422,7 +422,10 @@ class _Array(MultivectorArray):
         found = self.__eq__(other)
         return found if found is NotImplemented else np.logical_not(found)
 
-    __hash__ = None  # type: ignore[assignment]
+    def __hash__(self) -> int:
+        if self.shape:
+            raise TypeError("an array of multivectors has no hash")
+        return hash(tuple(x if x == x else 0.0 for x in self.values.tolist()))
 
     def __call__(self, other: Any) -> Any:
         return _operate("()", self, other)
