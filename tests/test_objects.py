@@ -96,7 +96,11 @@ def test_numbers_beside_objects() -> None:
         assert (a / 4).exactly() == x / 4 and (a ^ 2.0).exactly() == x * 2
         assert (np.float64(2) * a).exactly() == 2 * x
     assert np.array_equal((np.array([1.0, 2.0]) * a).values, [a.values, 2 * a.values])
-    assert exact(a + PGA3.algebra.multivector({"e12": 2}), PGA3.algebra) == x + PGA3.algebra.multivector({"e12": 2})
+    constant = PGA3.algebra.multivector({"e12": 2, "e013": Fraction(1, 4)})
+    for _ in range(2):
+        assert (a * constant).exactly() == x * constant and (constant * a).exactly() == constant * x
+        assert (a + constant).exactly() == (constant + a).exactly() == x + constant
+        assert (constant - a).exactly() == constant - x and (constant & a).exactly() == constant & x
 
 
 def test_inverses_and_quotients() -> None:

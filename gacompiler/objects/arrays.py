@@ -117,7 +117,8 @@ class MultivectorArray:
     """
 
     __slots__ = ()
-    __array_ufunc__ = None
+    __array_ufunc__ = None  # so that an array on the left leaves the operation to the object
+    takes_over_multivector = True
     layout: Layout
     values: np.ndarray[Any, Any]
 
@@ -448,8 +449,6 @@ _by_identity: dict[int, tuple[type | None, Layout]] = {}
 """The same by the identity of the layout, which lives as long as it is here: layouts are slow to compare."""
 _normalizations: dict[int, tuple[Definition, Layout]] = {}
 _next_index = itertools.count().__next__
-
-
 _Number: Any = None
 """The type of numbers beside single multivectors, so that the extension knows what to do with them."""
 
