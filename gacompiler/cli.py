@@ -334,6 +334,28 @@ def new(name: str, algebra: str) -> None:
     click.echo(f"{path}: edit it, then run `gac generate {path}`")
 
 
+@main.command(
+    epilog=_examples(
+        "gac record arm.py -o arm_kernels.py        then: gac generate arm_kernels.py",
+        "gac record arm.py -o arm_kernels.py -- --steps 100    what follows -- is for the program",
+    )
+)
+@click.argument("script", type=click.Path(path_type=Path))
+@click.argument("arguments", nargs=-1, type=click.UNPROCESSED)
+@click.option("-o", "--output", type=click.Path(path_type=Path), required=True, help="The spec to write.")
+@click.option("--force", is_flag=True, help="Write over a spec that is there.")
+def record(script: Path, arguments: tuple[str, ...], output: Path, force: bool) -> None:
+    """Run a program that uses numeric objects, and write a spec of exactly the kernels that it used."""
+    from .objects.recording import record as recorded
+
+    if output.suffix != ".py" or not output.stem.isidentifier():
+        raise SpecError(str(output), "cannot name a spec", "a name of letters, digits and _ that ends in .py")
+    if output.exists() and not force:
+        raise SpecError(str(output), "exists already", remedy="choose another name, or give --force")
+    write({output.name: recorded(script, arguments)}, output.parent)
+    click.echo(f"{output}: {len(load_spec(output).kernels)} kernels; run `gac generate {output}`")
+
+
 # What the commands share.
 
 

@@ -22,6 +22,10 @@ ALLOWED: dict[str, set[str]] = {
     "frontend": {"frontend", "errors", "algebra", "rings", "ir.scalar"},
     "passes": {"passes", "errors", "algebra", "rings", "frontend", "ir", "mpmath"},
     "backends": {"backends", "errors", "ir", "jinja2"},
+    "objects": {
+        *("objects", "errors", "algebra", "rings", "ir", "frontend", "passes", "backends", "generate", "runtime"),
+        *("gacompiler", "numpy", "scipy", "matplotlib", "mpl_toolkits", "plotly"),
+    },
 }
 """What each package of the compiler may import beside the standard library."""
 

@@ -1,0 +1,21 @@
+"""Multivectors with numbers in them, for interactive use: every operation is compiled when it is first used.
+
+>>> from gacompiler.objects import PGA3
+>>> m = PGA3.motor([0, 0, 1], 0.5, 2)
+>>> m >> PGA3.point(0, 0, 1)
+PGA3.POINT(3 e021 + e123)
+"""
+
+from .arrays import MultivectorArray
+from .conformal import CGA2, CGA3
+from .draw import draw
+from .euclidean import QUATERNIONS, STA, VGA2, VGA3
+from .operators import build
+from .projective import PGA2, PGA3
+from .spaces import Space
+from .view import view
+
+__all__ = [
+    "CGA2", "CGA3", "PGA2", "PGA3", "QUATERNIONS", "STA", "VGA2", "VGA3", "MultivectorArray", "Space", "build",
+    "draw", "view",
+]  # fmt: skip

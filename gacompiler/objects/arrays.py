@@ -1,0 +1,688 @@
+"""Multivectors with numbers in them: one, or an array of any shape, each with a layout.
+
+A single multivector of doubles lives in the object itself where the extension of generated modules can be built; its
+operators then go from the interpreter straight to the compiled function. Everything else is a numpy array and a layout.
+The two and what they share are one file, because each makes the other and neither can be loaded first.
+"""
+
+from __future__ import annotations
+
+import itertools
+import operator
+from collections.abc import Callable, Iterator
+from functools import cache, partial
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from ..algebra.algebra import Algebra
+from ..algebra.layout import SCALAR, SCALARS, Layout
+from ..algebra.multivector import Multivector
+from ..errors import AlgebraError, LayoutError
+from .checks import check_relations, require_blade
+from .definitions import BINARY, UNARY, Definition, grade_of, normalize_of, power_of
+from .native import extension
+from .operators import Operator, layout_of, operator_of
+from .printing import latex_of, repr_of, text_of
+
+SYMBOLS = {
+    ("*", 2): BINARY["geometric_product"],
+    ("^", 2): BINARY["outer_product"],
+    ("&", 2): BINARY["regressive_product"],
+    ("+", 2): BINARY["add"],
+    ("-", 2): BINARY["subtract"],
+    ("()", 2): BINARY["sandwich"],
+    ("~", 1): UNARY["reverse"],
+    ("-", 1): UNARY["negate"],
+}
+"""What Python's operators mean, by their symbol and the number of operands; ``()`` is the call ``m(x)``."""
+
+
+def _one(name: str, about: str) -> Any:
+    run = _curried(UNARY[name])
+
+    def method(self: Any) -> Any:
+        return run[0](self)
+
+    return _named(method, name, about)
+
+
+def _two(name: str, about: str) -> Any:
+    run = _curried(BINARY[name])
+
+    def method(self: Any, other: Any) -> Any:
+        return run[0](self)(other)
+
+    return _named(method, name, about)
+
+
+def _named(method: Any, name: str, about: str) -> Any:
+    method.__name__, method.__doc__ = name, about
+    method.__qualname__ = f"MultivectorArray.{name}"
+    return method
+
+
+def _curried(definition: Definition) -> list[Callable[[Any], Any]]:
+    """An operation as a function of its first operand that may be replaced: by one that the extension calls, if it can.
+
+    It gives the result, or where there are two operands a function of the second.
+    """
+
+    def first(x: Any) -> Any:
+        run[0] = partial(_in_turn, definition) if extension() is None else _role_type(definition, None)()
+        return run[0](x)
+
+    run: list[Callable[[Any], Any]] = [first]
+    return run
+
+
+def _in_turn(definition: Definition, x: Any) -> Any:
+    return apply(definition, x) if len(definition.parameters) == 1 else lambda y: apply(definition, x, y)
+
+
+@cache
+def _run_of(definition: Definition) -> list[Callable[[Any], Any]]:
+    """As `_curried`, for definitions that are made when they are asked for."""
+    return _curried(definition)
+
+
+_grades: dict[tuple[type, tuple[int, ...]], list[Callable[[Any], Any]]] = {}
+"""What `MultivectorArray.grade` calls for single multivectors, whose grades have been looked at."""
+
+_LARGEST_POWER = 3
+"""Higher ones are products of these."""
+
+
+class MultivectorArray:
+    """Multivectors of one layout: a single one, shape ``()``, or an array of any shape. They cannot be changed.
+
+    Operators: ``+ -``, ``*`` geometric product, ``^`` outer product, ``&`` regressive product (join of points, in
+    projective algebras), ``|`` inner product, ``~`` reverse, ``/`` by a number, or by an object whose inverse is meant,
+    ``m >> x`` and ``m(x)`` sandwich, ``x ** n``. Python gives ``^ & | >>`` a lower precedence than ``+``: use
+    parentheses. Shapes broadcast as in numpy. All else is a method by its full name.
+
+    Every operation is compiled when it first meets two layouts, and so is its result's layout: two points of PGA3 join
+    to a line of six coefficients. Products of unit versors are taken to be unit versors; after many thousands of them
+    `normalize` removes what rounding has added.
+
+    Attributes
+    ----------
+    layout : Layout
+        Which coefficients are stored, and what is known of the others.
+    algebra : Algebra
+    values : numpy.ndarray
+        The stored coefficients, blades along the last axis. Read-only.
+    shape : tuple of int
+        Shape without the axis of blades.
+    """
+
+    __slots__ = ()
+    __array_ufunc__ = None  # so that an array on the left leaves the operation to the object
+    takes_over_multivector = True
+    layout: Layout
+    values: np.ndarray[Any, Any]
+
+    @property
+    def algebra(self) -> Algebra:
+        """The algebra of the layout."""
+        return self.layout.algebra
+
+    @property
+    def shape(self) -> tuple[int, ...]:
+        """Shape without the axis of blades."""
+        found: tuple[int, ...] = self.values.shape[:-1]
+        return found
+
+    @property
+    def ndim(self) -> int:
+        """Number of axes without that of blades."""
+        return len(self.shape)
+
+    @property
+    def size(self) -> int:
+        """Number of multivectors."""
+        return int(np.prod(self.shape))
+
+    def __array__(self, dtype: Any = None, copy: bool | None = None) -> np.ndarray[Any, Any]:
+        values = self.values
+        return np.array(values, dtype) if copy or (dtype is not None and dtype != values.dtype) else values
+
+    def __len__(self) -> int:
+        if not self.shape:
+            raise TypeError(f"one {self.layout} has no length; its coefficients are in .values")
+        return self.shape[0]
+
+    def __bool__(self) -> bool:
+        raise TypeError("a multivector is neither true nor false; compare coefficients, or use isclose()")
+
+    def __iter__(self) -> Iterator[Any]:
+        if not self.shape:
+            raise TypeError(f"one {self.layout} cannot be iterated; its coefficients are in .values")
+        return iter([wrap(self.layout, values) for values in self.values])
+
+    def __getitem__(self, index: Any) -> Any:
+        """A coefficient by any spelling of its blade, ``x["e31"]``; else elements by the axes of `shape`."""
+        if isinstance(index, str):
+            return self._coefficient(index)
+        if not self.shape:
+            raise TypeError(f'one {self.layout} has no axes; ask for a coefficient, x["{self.layout.blades[0]}"]')
+        indices = index if isinstance(index, tuple) else (index,)
+        return wrap(self.layout, self.values[(*indices, slice(None)) if Ellipsis in indices else (*indices, ...)])
+
+    def _coefficient(self, name: str) -> Any:
+        sign, blade = self.algebra.blade(name)
+        for k, slot in enumerate(self.layout.stored):
+            if slot.blade == blade:
+                return _number(self.values[..., k] * (sign * slot.sign))
+        for slot, value in self.layout.fixed:
+            if slot.blade == blade:
+                return _number(np.full(self.shape, float(value * sign * slot.sign)))
+        for slot, function in self.layout.implied:
+            if slot.blade == blade:
+                named = {each: self.values[..., k] for k, each in enumerate(self.layout.blades)}
+                return _number(function(named) * (sign * slot.sign))
+        return _number(np.zeros(self.shape))
+
+    def __getattr__(self, name: str) -> Any:
+        """A coefficient by the name of its blade, ``x.e12``; `scalar` is that of 1."""
+        if not name.startswith("_"):
+            try:
+                return self._coefficient("1" if name == "scalar" else name)
+            except AlgebraError:
+                pass
+        raise AttributeError(f"{type(self).__name__} has no method and {self.algebra.name} no blade {name!r}")
+
+    def __dir__(self) -> list[str]:
+        return sorted({*object.__dir__(self), *(name for name in self.layout.blades if name.isidentifier())})
+
+    # Operations of one object.
+    negate = _one("negate", "``-x``.")
+    reverse = _one("reverse", "``~x``: the order of vectors in every product turned round.")
+    grade_involution = _one("grade_involution", "Every vector negated.")
+    clifford_conjugate = _one("clifford_conjugate", "Reverse and grade involution.")
+    dual = _one("dual", "The right complement, which needs no metric: ``b ^ dual(b) = I`` for basis blades.")
+    undual = _one("undual", "The inverse of `dual`.")
+    polarity = _one("polarity", "The metric dual ``x I**-1``; an error where the metric is degenerate.")
+    inverse = _one("inverse", "``y`` with ``x y = 1``; infinite or not a number where there is none.")
+    norm_squared = _one("norm_squared", "The scalar part of ``x ~x``, a number.")
+    norm = _one("norm", "The root of `norm_squared`, a number.")
+    exp = _one("exp", "The exponential; of a bivector over up to five vectors a unit versor. See `gacompiler.exp`.")
+
+    _logarithm = _one("log", "As `log`, of what is known to be a unit versor or a number.")
+    _root = _one("sqrt", "As `sqrt`, of what is known to be a unit versor or a number.")
+
+    # Operations of two.
+    left_contraction = _two("left_contraction", "Of grades p and q, the part of grade q - p of the product.")
+    right_contraction = _two("right_contraction", "Of grades p and q, the part of grade p - q of the product.")
+    scalar_product = _two("scalar_product", "The scalar part of the geometric product, a number.")
+    inner_product = _two("inner_product", "``x | y``: of grades p and q, the part of grade ``|p - q|`` of the product.")
+    outer_product = _two("outer_product", "``x ^ y``.")
+    regressive_product = _two("regressive_product", "``x & y``.")
+    geometric_product = _two("geometric_product", "``x * y``.")
+    commutator = _two("commutator", "``(x y - y x) / 2``.")
+    anticommutator = _two("anticommutator", "``(x y + y x) / 2``.")
+    _divided = _two("divide", "``x / number``.")
+    _raised = _two("power", "As `power`, of what is known to be a unit versor or a number.")
+    sandwich = _two(
+        "sandwich", "``x y ~x`` for an even unit versor `x`; with the grade involution of `y` for odd ones."
+    )
+
+    __or__ = _two("inner_product", "``x | y``.")
+
+    def __ror__(self, other: Any) -> Any:
+        return apply(BINARY["inner_product"], other, self) if _is_operand(other) else NotImplemented
+
+    def __rshift__(self, other: Any) -> Any:
+        return self(other)  # type: ignore[operator]
+
+    def __truediv__(self, other: Any) -> Any:
+        if type(other) is float or type(other) is int:
+            return self._divided(other if _Number is None else _Number(other))
+        if isinstance(other, MultivectorArray):
+            return self * other.inverse()
+        return self._divided(other) if _is_operand(other) else NotImplemented
+
+    def __rtruediv__(self, other: Any) -> Any:
+        return other * self.inverse() if _is_operand(other) else NotImplemented
+
+    def __pow__(self, exponent: Any) -> Any:
+        """A product of equal factors for a natural number, the inverse of one for a negative whole number."""
+        try:
+            n = operator.index(exponent)
+        except TypeError:
+            return self.power(exponent)
+        if n < 0:
+            return self.inverse() ** -n
+        if n < 2:
+            return self if n else wrap(SCALAR, np.ones(self.shape))
+        if n <= _LARGEST_POWER:
+            return _run_of(power_of(n))[0](self)
+        return self ** (n - n // 2) * self ** (n // 2)
+
+    def __pos__(self) -> Any:
+        return self
+
+    def normalize(self) -> Any:
+        """The unit element along this one.
+
+        ``x / sqrt(x ~x)``, where that is a number or, for motors and lines of projective space, a dual number: both
+        the norm is 1 then and the Study condition holds. Other elements are divided by their norm.
+        """
+        return _run_of(_normalization(self.layout))[0](self)
+
+    def grade(self, *grades: int) -> Any:
+        """The part of the given grades."""
+        known = _grades.get((type(self), grades))
+        if known is not None:
+            return known[0](self)
+        n = self.algebra.dimension
+        if not grades or not all(isinstance(k, int) and 0 <= k <= n for k in grades):
+            raise AlgebraError("grade", f"grades {grades}", f"whole numbers from 0 to {n}, as in x.grade(2)")
+        run = _run_of(grade_of(grades))
+        if type(self) is not _Array:
+            _grades[type(self), grades] = run
+        return run[0](self)
+
+    def log(self, *, tolerance: float = 1e-9) -> Any:
+        """The logarithm of a unit versor, or of a number; see `gacompiler.log`.
+
+        Raises
+        ------
+        LayoutError
+            When a versor is not unit to the `tolerance`. A versor that is only known to be even is looked at.
+        """
+        return self._as_unit("log", tolerance)._logarithm()
+
+    def sqrt(self, *, tolerance: float = 1e-9) -> Any:
+        """The root of a unit versor, half way to it, or of a number; errors as in `log`."""
+        return self._as_unit("sqrt", tolerance)._root()
+
+    def power(self, exponent: Any, *, tolerance: float = 1e-9) -> Any:
+        """``exp(exponent * log(x))``: of a unit versor, a part of the shorter way to it; errors as in `log`."""
+        exponent = float(exponent) if isinstance(exponent, int) else exponent
+        return self._as_unit("power", tolerance)._raised(exponent)
+
+    def _as_unit(self, what: str, tolerance: float) -> Any:
+        """This, in the layout of unit elements if it is even; complex numbers and their kin as they are."""
+        layout = self.layout
+        if layout.unit or layout.has_relations or any(blade.bit_count() & 1 for blade in layout.support):
+            return self
+        unit = unit_layout(layout)
+        return self if unit is None else self.as_layout(unit, tolerance=tolerance, what=what)
+
+    def as_layout(self, layout: Layout, *, tolerance: float = 1e-9, what: str = "") -> Any:
+        """The same multivectors in another layout.
+
+        Raises
+        ------
+        LayoutError
+            When the layout cannot hold them: a coefficient that it does not store, or a relation that does not hold, to
+            the `tolerance` relative to the largest coefficient.
+        """
+        if layout.algebra != self.algebra:
+            raise _mixed(what or "as_layout", self.algebra, layout.algebra)
+        where = what or f"as_layout({layout})"
+        size = np.max(np.abs(self.values), axis=-1, initial=1.0)
+        for name in _other_slots(self.layout, layout):
+            found = np.abs(np.asarray(self[name]))
+            if np.any(found > tolerance * size):
+                raise LayoutError(where, f"{name} = {np.max(found):.3g}", f"only {' '.join(layout.blades)}")
+        for slot, value in layout.fixed:
+            if np.any(np.abs(np.asarray(self[slot.name]) - float(value)) > tolerance * size):
+                raise LayoutError(
+                    where, f"{slot.name} = {np.ravel(self[slot.name])[0]:.6g}", f"{slot.name} = {value}",
+                    "divide by the weight first",
+                )  # fmt: skip
+        values = np.stack(np.broadcast_arrays(*(np.asarray(self[name]) for name in layout.blades)), -1)
+        if layout.has_relations:
+            check_relations(where, layout, values, tolerance)
+        return wrap(layout, values)
+
+    def project(self, onto: Any) -> Any:
+        """The part of this in a blade: ``(x . b) b**-1``. An error where `onto` is no blade or has no inverse."""
+        require_blade("project", onto)
+        if np.any(np.abs(np.asarray(onto.norm_squared())) <= 1e-12 * np.max(onto.values**2, axis=-1, initial=1e-300)):
+            raise AlgebraError("project", f"onto a {onto.layout} whose norm is 0", "a blade with an inverse")
+        return self.inner_product(onto) * onto.inverse()
+
+    def isclose(self, other: Any, rtol: float = 1e-9, atol: float = 1e-12) -> Any:
+        """Whether two are the same multivector to a tolerance, whatever their layouts; an array of booleans."""
+        difference = np.abs(getattr(apply(BINARY["subtract"], self, other), "values", 0.0))
+        return _number(np.all(np.atleast_1d(difference) <= atol + rtol * self._largest(other), axis=-1))
+
+    def _largest(self, other: Any) -> Any:
+        sizes = [np.max(np.abs(each.values), axis=-1) for each in (self, other) if isinstance(each, MultivectorArray)]
+        return np.maximum(sizes[0], sizes[-1])[..., None]
+
+    def exactly(self) -> Multivector:
+        """This one multivector over the rationals, every coefficient as it is."""
+        from fractions import Fraction
+
+        if self.shape:
+            raise LayoutError("exactly", f"an array of shape {self.shape}", "one multivector", "take an element first")
+        return self.layout.element([Fraction(float(x)) for x in self.values])
+
+    def reshape(self, *shape: Any) -> Any:
+        """The same multivectors in another shape."""
+        wanted = shape[0] if len(shape) == 1 and isinstance(shape[0], tuple) else shape
+        return wrap(self.layout, self.values.reshape((*wanted, self.layout.size)))
+
+    def __str__(self) -> str:
+        return text_of(self)
+
+    def __repr__(self) -> str:
+        return repr_of(self)
+
+    def _repr_latex_(self) -> str:
+        return latex_of(self)
+
+    def __reduce__(self) -> Any:
+        from .pickling import packed, unpacked
+
+        return unpacked, (*packed(self.layout), np.array(self.values))
+
+
+def _forward(symbol: str) -> Any:
+    def method(self: Any, other: Any) -> Any:
+        return _operate(symbol, self, other)
+
+    return method
+
+
+def _backward(symbol: str) -> Any:
+    def method(self: Any, other: Any) -> Any:
+        return _operate(symbol, other, self)
+
+    return method
+
+
+class _Array(MultivectorArray):
+    """An array of multivectors, or a single one where it is not of doubles or the extension is not there."""
+
+    __slots__ = ("layout", "values")
+
+    def __init__(self, layout: Layout, values: np.ndarray[Any, Any]) -> None:
+        if values.flags.writeable:
+            values = values.view()
+            values.flags.writeable = False
+        object.__setattr__(self, "layout", layout)
+        object.__setattr__(self, "values", values)
+
+    def __setattr__(self, name: str, value: Any) -> None:
+        raise AttributeError(f"multivectors cannot be changed; cannot set {name}")
+
+    def __eq__(self, other: object) -> Any:
+        """Whether all coefficients are equal, for each element; multivectors of another layout are not equal."""
+        if not isinstance(other, MultivectorArray):
+            return NotImplemented
+        if other.layout != self.layout:
+            return _number(np.zeros(np.broadcast_shapes(self.shape, other.shape), bool))
+        return _number(np.all(self.values == other.values, axis=-1))
+
+    def __ne__(self, other: object) -> Any:
+        found = self.__eq__(other)
+        return found if found is NotImplemented else np.logical_not(found)
+
+    def __hash__(self) -> int:
+        if self.shape:
+            raise TypeError("an array of multivectors has no hash")
+        return hash(tuple(x if x == x else 0.0 for x in self.values.tolist()))
+
+    def __call__(self, other: Any) -> Any:
+        return _operate("()", self, other)
+
+    def __invert__(self) -> Any:
+        return _operate("~", self)
+
+    def __neg__(self) -> Any:
+        return _operate("-", self)
+
+    __mul__, __rmul__ = _forward("*"), _backward("*")
+    __xor__, __rxor__ = _forward("^"), _backward("^")
+    __and__, __rand__ = _forward("&"), _backward("&")
+    __add__, __radd__ = _forward("+"), _backward("+")
+    __sub__, __rsub__ = _forward("-"), _backward("-")
+
+
+_single_types: dict[Layout, type | None] = {}
+_by_identity: dict[int, tuple[type | None, Layout]] = {}
+"""The same by the identity of the layout, which lives as long as it is here: layouts are slow to compare."""
+_normalizations: dict[int, tuple[Definition, Layout]] = {}
+_next_index = itertools.count().__next__
+_Number: Any = None
+"""The type of numbers beside single multivectors, so that the extension knows what to do with them."""
+
+
+def single_type(layout: Layout) -> Any:
+    """The type of single multivectors of a layout; None where the extension is not there."""
+    global _Number
+    known = _by_identity.get(id(layout))
+    if known is not None:
+        return known[0]
+    if layout not in _single_types:
+        found = _single_types[layout] = _make_single_type(layout)
+        if _Number is None and found is not None:
+            _Number = single_type(SCALAR) if layout != SCALAR else found
+    _by_identity[id(layout)] = _single_types[layout], layout
+    return _single_types[layout]
+
+
+def _normalization(layout: Layout) -> Definition:
+    if id(layout) not in _normalizations:
+        _normalizations[id(layout)] = normalize_of(layout), layout
+    return _normalizations[id(layout)][0]
+
+
+def _make_single_type(layout: Layout) -> type | None:
+    found = extension()
+    if found is None:
+        return None
+
+    def values(self: Any) -> np.ndarray[Any, Any]:
+        return np.frombuffer(self)
+
+    names = tuple("scalar" if blade == "1" else blade.replace("^", "_") for blade in layout.blades)
+    body: dict[str, Any] = {
+        "__slots__": (),
+        "__doc__": f"One {layout}.",
+        "__module__": __name__,
+        "__hash__": found.Value.__hash__,
+        "__eq__": found.Value.__eq__,
+        "__ne__": found.Value.__ne__,
+        "layout": layout,
+        "values": property(values),
+        "shape": (),
+        "_names": names,
+    }
+    word = "".join(part.capitalize() for part in layout.name.split("_"))
+    made = type(word if word.isidentifier() else "Multivector", (MultivectorArray, found.Value), body)
+    made._adopt(_next_index(), names, _operate, _coefficients)  # type: ignore[attr-defined]
+    return made
+
+
+def _coefficients(cls: Any, arguments: tuple[Any, ...]) -> np.ndarray[Any, Any]:
+    """The coefficients that a single multivector is made of, as the extension wants them."""
+    layout: Layout = cls.layout
+    array = np.asarray(arguments[0] if len(arguments) == 1 and np.ndim(arguments[0]) else arguments)
+    if array.shape != (layout.size,):
+        raise LayoutError(str(layout), f"coefficients of shape {array.shape}", f"({layout.size},)")
+    made = np.empty(layout.size)  # of the one dtype that the extension knows; an unpickled array has its own
+    made[...] = array
+    return made
+
+
+class _Role(NamedTuple):
+    """What an object of the extension is that is no multivector: an operation, or one with its first operand."""
+
+    definition: Definition
+    layout: Layout | None
+
+
+_roles: dict[type, _Role] = {}
+_partial_types: dict[tuple[str, type], type] = {}
+
+
+def _role_type(definition: Definition, layout: Layout | None) -> Any:
+    """A type of the extension for an operation, whose only object is called with a single multivector.
+
+    That gives the result; or where there are two operands an object with the coefficients of the first, of the type for
+    its layout, which is called with the second.
+    """
+    names = () if layout is None else layout.blades
+    made: Any = type(definition.name, (extension().Value,), {"__slots__": (), "_names": names})
+    made._adopt(_next_index(), tuple(f"_{k}" for k in range(len(names))), _operate, _coefficients)
+    _roles[made] = _Role(definition, layout)
+    return made
+
+
+def _play(role: _Role, holder: Any, x: Any) -> Any:
+    """A call of an operation for the first time with these types."""
+    definition, layout = role
+    if layout is not None:
+        if (type(x) is float or type(x) is int) and _Number is not None:
+            return holder(_Number(x))
+        return _second(definition, holder, wrap(layout, np.frombuffer(holder)), x)
+    if len(definition.parameters) == 1:
+        result = apply(definition, x)
+        if _is_single(type(x)):
+            found = operator_of(definition, (_layout(x),))
+            native = found.native
+            _bind("()", (type(holder), type(x)), found, native and native.marked)
+        return result
+    return lambda y: _second(definition, holder, x, y)
+
+
+def _second(definition: Definition, holder: Any, x: Any, y: Any) -> Any:
+    result = apply(definition, x, y)
+    if _is_single(type(x)) and _is_single(type(y)):
+        found = operator_of(definition, (_layout(x), _layout(y)))
+        native, key = found.native, (definition.name, type(x))
+        if native is None:
+            return result
+        if key not in _partial_types:
+            _partial_types[key] = _role_type(definition, x.layout)
+            extension().bind_operator("()", (type(holder), type(x)), _partial_types[key], native.left, False)
+        _bind("()", (_partial_types[key], type(y)), found, native.element)
+    return result
+
+
+def wrap(layout: Layout, values: Any) -> Any:
+    """Multivectors of a layout from their stored coefficients; numbers where the layout is that of numbers."""
+    values = np.asarray(values)
+    if layout.is_scalar:
+        return _number(values)
+    if values.ndim == 1 and values.dtype == np.float64:
+        single = single_type(layout)
+        if single is not None:
+            return single(values)
+    return _Array(layout, values)
+
+
+def _number(values: Any) -> Any:
+    return values.item() if values.ndim == 0 else values
+
+
+def apply(definition: Definition, *operands: Any) -> Any:
+    """An operation on multivectors and numbers."""
+    algebra = definition.algebra
+    for each in operands:
+        if isinstance(each, MultivectorArray) and each.algebra is not SCALARS:
+            if algebra is not None and each.algebra is not algebra and each.algebra != algebra:
+                raise _mixed(definition.name, algebra, each.algebra)
+            algebra = each.algebra
+    lifted = [_lifted(definition.name, each) for each in operands]
+    found = operator_of(definition, tuple(layout for layout, _ in lifted))
+    return wrap(found.result, found([values for _, values in lifted]))
+
+
+def _lifted(where: str, operand: Any) -> tuple[Layout, np.ndarray[Any, Any]]:
+    if isinstance(operand, MultivectorArray):
+        if operand.algebra is SCALARS:
+            return SCALAR, operand.values[..., 0]
+        return operand.layout, operand.values
+    if isinstance(operand, Multivector):
+        constant = from_exact(operand)
+        return constant.layout, constant.values
+    values = np.asarray(operand)
+    if values.dtype.kind not in "fiubc":
+        raise TypeError(f"{where}: an operand of type {type(operand).__name__}; expected multivectors or numbers")
+    return SCALAR, values.astype(np.float64) if values.dtype.kind in "iub" else values
+
+
+def from_exact(element: Multivector) -> MultivectorArray:
+    """A multivector of the algebra layer, with its coefficients as doubles."""
+    layout = layout_of(element.algebra, element.terms or {0})
+    values = np.array([float(element.terms.get(slot.blade, 0)) * slot.sign for slot in layout.stored])
+    return wrap(layout, values)  # type: ignore[no-any-return]
+
+
+def _is_operand(x: Any) -> bool:
+    return isinstance(x, (MultivectorArray, Multivector, int, float, complex, np.ndarray, np.generic, list, tuple))
+
+
+def _is_single(kind: type) -> bool:
+    return issubclass(kind, MultivectorArray) and kind is not _Array
+
+
+_ABSENT: Any = object()
+_FORWARD: dict[str, Callable[[Any, Any], Any]] = {
+    "*": operator.mul, "^": operator.xor, "&": operator.and_, "+": operator.add, "-": operator.sub,
+}  # fmt: skip
+
+
+def _operate(symbol: str, a: Any, b: Any = _ABSENT) -> Any:
+    """A Python operator on operands of which one is a multivector; it is bound to the types of single ones."""
+    first, second = type(a), type(b)
+    if symbol == "()":
+        role = _roles.get(first)
+        if role is not None:
+            return _play(role, a, b)
+        if not _is_operand(b):
+            raise TypeError(f"a versor is applied to multivectors; found {second.__name__}")
+    elif (first is float or first is int) and second is not _Array and _Number is not None:
+        return _FORWARD[symbol](_Number(a), b)
+    elif (second is float or second is int) and first is not _Array and _Number is not None:
+        return _FORWARD[symbol](a, _Number(b))
+    operands, types = ((a,), (first,)) if b is _ABSENT else ((a, b), (first, second))
+    if not all(map(_is_operand, operands)):
+        return NotImplemented
+    definition = SYMBOLS[symbol, len(operands)]
+    result = apply(definition, *operands)
+    if extension() is not None and all(map(_is_single, types)):
+        found = operator_of(definition, tuple(_layout(x) for x in operands))
+        native = found.native
+        _bind(symbol, types, found, native and native.element)
+    return result
+
+
+def _layout(x: Any) -> Layout:
+    return SCALAR if x.layout.is_scalar else x.layout
+
+
+def _bind(symbol: str, types: tuple[type, ...], found: Operator, address: int | None) -> None:
+    """Let the extension run a function on objects of these types from now on."""
+    if address is not None:
+        result = None if found.result.is_scalar else single_type(found.result)
+        extension().bind_operator(symbol, types, result, address, False)
+
+
+def unit_layout(layout: Layout) -> Layout | None:
+    """The layout of unit elements with the same coefficients, if there is one."""
+    from .operators import chosen_layout
+
+    found = chosen_layout(layout, True)
+    return found if found.unit else None
+
+
+def _other_slots(own: Layout, wanted: Layout) -> list[str]:
+    kept = wanted.support
+    return [
+        s.name for s in (*own.stored, *(s for s, _ in own.fixed), *(s for s, _ in own.implied)) if s.blade not in kept
+    ]
+
+
+def _mixed(where: str, a: Algebra, b: Algebra) -> AlgebraError:
+    return AlgebraError(
+        where, f"multivectors of {a.name} and {b.name}", "one algebra",
+        "carry coefficients over by name: algebra.multivector({...})",
+    )  # fmt: skip

@@ -1,0 +1,163 @@
+"""What the operators and methods of numeric objects mean: one line of the kernel language each.
+
+The same text is compiled when an operation is first used and written into the spec by ``gac record``. In it ``ga`` is
+`gacompiler`, and ``{A}`` stands for the algebra.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from functools import cache
+from typing import Any
+
+from ..algebra.algebra import Algebra
+from ..algebra.layout import Layout
+
+
+@dataclass(frozen=True, slots=True)
+class Definition:
+    """An operation.
+
+    Attributes
+    ----------
+    name : str
+    parameters : tuple of str
+    text : str
+        The result, in terms of the parameters.
+    keeps : int, optional
+        The parameter whose layout the result has as well, where that can be proved.
+    unit : callable, optional
+        Whether the result is a unit versor for parameters of these layouts, beyond what the compiler finds out itself.
+    algebra : Algebra, optional
+        The algebra of the result, where parameters may all be numbers.
+    """
+
+    name: str
+    parameters: tuple[str, ...]
+    text: str
+    keeps: int | None = None
+    unit: Callable[[tuple[Layout, ...]], bool] | None = None
+    algebra: Algebra | None = None
+
+    def expression(self, algebra: str) -> str:
+        """The text with the name that the algebra has where it stands."""
+        return self.text.replace("{A}", algebra)
+
+    def function(self, algebra: Algebra) -> Callable[..., Any]:
+        """What a kernel of this operation calls with its arguments."""
+        import gacompiler
+
+        source = f"lambda {', '.join(self.parameters)}: {self.expression('algebra')}"
+        return eval(source, {"ga": gacompiler, "algebra": algebra})  # type: ignore[no-any-return]
+
+
+def _is_bivector(layouts: tuple[Layout, ...]) -> bool:
+    """Whether the first parameter has bivectors only, over so few vectors that their exponential has a closed form."""
+    (first, *_) = layouts
+    return first.algebra.dimension <= 5 and {blade.bit_count() for blade in first.support} == {2}
+
+
+def _is_unit(layouts: tuple[Layout, ...]) -> bool:
+    return layouts[0].unit
+
+
+def unit_by_norm(layout: Layout) -> bool:
+    """Whether ``x ~x`` is a scalar for every element: vectors, rotors of two and three dimensions, pseudovectors."""
+    return frozenset(_squared(layout)) <= {0}
+
+
+def unit_by_study(layout: Layout) -> bool:
+    """Whether ``x ~x`` is a scalar plus a part that squares to zero: motors and lines of projective space."""
+    found = _squared(layout)
+    (rest, *others) = [blade for blade in found if blade] or [0]
+    return bool(rest) and not others and not layout.algebra.blade_product(rest, rest)
+
+
+def _squared(layout: Layout) -> Mapping[int, Any]:
+    from ..rings.polynomial import PolynomialRing
+
+    ring = PolynomialRing()
+    element = layout.element([ring.variable(f"x{k}") for k in range(layout.size)])
+    return (element * ~element).terms
+
+
+def _unary(name: str, text: str | None = None, **more: Any) -> Definition:
+    return Definition(name, ("a",), text or f"ga.{name}(a)", **more)
+
+
+def _binary(name: str, text: str | None = None, **more: Any) -> Definition:
+    return Definition(name, ("a", "b"), text or f"ga.{name}(a, b)", **more)
+
+
+UNARY: Mapping[str, Definition] = {
+    definition.name: definition
+    for definition in (
+        _unary("negate", "-a"),
+        _unary("reverse", "~a"),
+        _unary("grade_involution"),
+        _unary("clifford_conjugate"),
+        _unary("dual"),
+        _unary("undual"),
+        _unary("polarity"),
+        _unary("inverse"),
+        _unary("norm"),
+        _unary("norm_squared"),
+        _unary("exp", unit=_is_bivector),
+        _unary("log"),
+        _unary("sqrt", unit=_is_unit),
+    )
+}
+"""Operations of one object, by name."""
+
+BINARY: Mapping[str, Definition] = {
+    definition.name: definition
+    for definition in (
+        _binary("add", "a + b"),
+        _binary("subtract", "a - b"),
+        _binary("geometric_product", "a * b"),
+        _binary("outer_product", "a ^ b"),
+        _binary("regressive_product", "a & b"),
+        _binary("left_contraction"),
+        _binary("right_contraction"),
+        _binary("inner_product"),
+        _binary("scalar_product"),
+        _binary("commutator"),
+        _binary("anticommutator"),
+        _binary("sandwich", keeps=1),
+        _binary("divide", "a / b"),
+        _binary("power", unit=_is_unit),
+    )
+}
+"""Operations of two objects, by name."""
+
+NORMALIZE = _unary("normalize", unit=lambda layouts: unit_by_norm(layouts[0]))
+NORMALIZE_STUDY = Definition(
+    "normalize",
+    ("a",),
+    # With s + p = a ~a and p p = 0, the inverse root is (1 - p / (2 s)) / sqrt(s).
+    "a * (1 - (a * ~a).grade({G}) / (2 * ga.norm_squared(a))) / ga.norm(a)",
+    unit=lambda layouts: True,
+)
+"""Onto the unit elements of projective space: motors on the Study quadric, lines orthogonal to their moment."""
+
+
+@cache
+def normalize_of(layout: Layout) -> Definition:
+    """How an element of this layout is normalised: by its norm, and by its Study norm where that is a dual number."""
+    if not unit_by_study(layout):
+        return NORMALIZE
+    (grade,) = {blade.bit_count() for blade in _squared(layout) if blade}
+    return Definition("normalize", ("a",), NORMALIZE_STUDY.text.replace("{G}", str(grade)), unit=NORMALIZE_STUDY.unit)
+
+
+@cache
+def grade_of(grades: tuple[int, ...]) -> Definition:
+    """The part of the given grades."""
+    return _unary("grade_" + "_".join(map(str, grades)), f"a.grade({', '.join(map(str, grades))})")
+
+
+@cache
+def power_of(exponent: int) -> Definition:
+    """A natural power, as one operation: the square of a vector is a number."""
+    return _unary(f"power_{exponent}", f"a ** {exponent}")

@@ -1,0 +1,113 @@
+"""Vectors, rotors, quaternions and spacetime, made from what people have: coordinates, axes, angles, velocities."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from ..algebra.catalog import QUATERNIONS as _QUATERNIONS
+from ..algebra.catalog import STA as _STA
+from ..algebra.catalog import VGA2 as _VGA2
+from ..algebra.catalog import VGA3 as _VGA3
+from ..errors import LayoutError
+from .arrays import MultivectorArray, wrap
+from .spaces import Space, define, stacked
+
+_ROTOR2 = define("rotor", "angle", "ga.exp(-angle / 2 * {A}.pseudoscalar)", unit=True)
+_ROTOR3 = define("rotor", "axis angle", "ga.exp(-angle / 2 * (axis / ga.norm(axis)) * {A}.pseudoscalar)", unit=True)
+_BETWEEN = define(
+    "rotor_between", "a b",
+    "(ga.norm(a) * ga.norm(b) + b * a) / ga.norm(ga.norm(a) * ga.norm(b) + b * a)", unit=True,
+)  # fmt: skip
+_REFLECTION = define("reflection", "mirror x", "-mirror * x * ga.inverse(mirror)")
+
+
+class Plane(Space):
+    """The plane, G(2)."""
+
+    def rotor(self, angle: Any) -> Any:
+        """The rotor by an angle in radians, from e1 towards e2."""
+        return self._make(_ROTOR2, angle)
+
+    def rotor_between(self, a: Any, b: Any) -> Any:
+        """The rotor by the smaller angle from the direction of `a` to that of `b`; none is where they are opposite."""
+        return self._make(_BETWEEN, a, b)
+
+
+class Room(Space):
+    """Space, G(3)."""
+
+    def rotor(self, axis: Any, angle: Any) -> Any:
+        """The rotor by an angle in radians about an axis of any length but 0, by the right-hand rule."""
+        return self._make(_ROTOR3, self._directions("axis", "e1 e2 e3", (axis,)), angle)
+
+    def rotor_between(self, a: Any, b: Any) -> Any:
+        """The rotor by the smaller angle from the direction of `a` to that of `b`; none is where they are opposite."""
+        return self._make(_BETWEEN, a, b)
+
+    def reflect(self, mirror: Any, x: Any) -> Any:
+        """The vectors `x` in mirrors with the normals `mirror`."""
+        return self._make(_REFLECTION, mirror, x)
+
+
+_TURN = define("rotation", "axis angle", 'ga.exp(angle / 2 * axis / ga.sqrt(-(axis * axis)["1"]))')
+_ROTATE = define("rotate", "q v", "q * v * ga.clifford_conjugate(q)")
+
+
+class Quaternions(Space):
+    """Hamilton's numbers: i, j and k are e1, e2 and e12."""
+
+    def quaternion(self, *coefficients: Any) -> Any:
+        """Quaternions from w, x, y, z, or an array with these along its last axis."""
+        return wrap(_QUATERNIONS.QUATERNION, stacked("quaternion", ("w", "x", "y", "z"), coefficients))
+
+    def rotation(self, axis: Any, angle: Any) -> Any:
+        """The unit quaternion by an angle in radians about an axis of any length but 0, by the right-hand rule."""
+        made = self._make(_TURN, self._imaginary("axis", (axis,)), angle)
+        return wrap(_QUATERNIONS.UNIT_QUATERNION, made.values)
+
+    def imaginary(self, *coordinates: Any) -> Any:
+        """Quaternions without a real part, from x, y, z: the vectors that quaternions rotate."""
+        return self._imaginary("imaginary", coordinates)
+
+    def rotate(self, q: Any, v: Any) -> Any:
+        """The imaginary quaternions `v` rotated by the unit quaternions `q`."""
+        return self._make(_ROTATE, q, v)
+
+    def _imaginary(self, what: str, coordinates: tuple[Any, ...]) -> Any:
+        if len(coordinates) == 1 and isinstance(coordinates[0], MultivectorArray):
+            return coordinates[0]
+        return wrap(_QUATERNIONS.VECTOR, stacked(what, ("x", "y", "z"), coordinates))
+
+
+_EXP_HALF = define("boost", "generator", "ga.exp(generator / 2)", unit=True)
+_SPATIAL_ROTOR = define(
+    "rotor", "axis angle",
+    'ga.exp(-angle / 2 * (axis / ga.sqrt(-(axis * axis)["1"])) * {A}.multivector({"g123": 1}))', unit=True,
+)  # fmt: skip
+
+
+class Spacetime(Space):
+    """Spacetime, G(1, 3), with c = 1."""
+
+    def rotor(self, axis: Any, angle: Any) -> Any:
+        """The rotor by an angle in radians about an axis in the space of g0, by the right-hand rule."""
+        return self._make(_SPATIAL_ROTOR, self._directions("axis", "g1 g2 g3", (axis,)), angle)
+
+    def boost(self, *velocity: Any) -> Any:
+        """The boost that takes g0 to the velocity (x, y, z) of an observer, below 1."""
+        v = stacked("boost", ("x", "y", "z"), velocity)
+        speed = np.sqrt(np.sum(v * v, axis=-1))
+        if np.any(speed >= 1):
+            raise LayoutError("boost", f"a speed of {np.max(speed):.6g}", "less than 1, that of light")
+        rapidity = np.arctanh(speed)
+        scale = np.divide(rapidity, speed, out=np.ones_like(speed), where=speed > 0)
+        generator = self.of(_STA.layout("SPACE", "g10 g20 g30"), v * scale[..., None])
+        return self._make(_EXP_HALF, generator)
+
+
+VGA2 = Plane(_VGA2)
+VGA3 = Room(_VGA3)
+QUATERNIONS = Quaternions(_QUATERNIONS)
+STA = Spacetime(_STA)

@@ -1,0 +1,243 @@
+"""An operation as machine code, soon: one small C function, compiled in some 30 ms and kept in the cache.
+
+A generated module has vectorised loops in two precisions, which take a compiler a second. Interactive use wants the
+first result soon, so an operation starts as its plain function and a plain loop; `operators.py` says when it becomes
+more.
+"""
+
+from __future__ import annotations
+
+import atexit
+import ctypes
+import hashlib
+import importlib.machinery
+import importlib.util
+import os
+import subprocess
+import sys
+import tempfile
+from collections.abc import Callable
+from functools import cache
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from ..backends import find_compiler
+from ..backends.build import build_extension, extension_name, extension_path
+from ..backends.c import kernel_text
+from ..errors import BackendError
+from ..generate import generated_folder
+from ..ir.program import Program
+from ..runtime import cache_folder
+
+FLAGS = ("-std=c17", "-O1", "-fPIC", "-shared", "-ffp-contract=off", "-fno-math-errno")
+
+_HEAD = """\
+#include <math.h>
+#include <stddef.h>
+#define REAL double
+#define WORD int
+#define INLINE inline __attribute__((always_inline))
+#define NAME(name) kernel_##name
+#define SQRT(x) sqrt(x)
+#define SIN(x) sin(x)
+#define COS(x) cos(x)
+#define ATAN2(y, x) atan2(y, x)
+#define ACOS(x) acos(x)
+#define EXP(x) exp(x)
+#define LOG(x) log(x)
+#define ABS(x) fabs(x)
+#define MINIMUM(a, b) ((a) < (b) || (a) != (a) ? (a) : (b))
+#define MAXIMUM(a, b) ((a) > (b) || (a) != (a) ? (a) : (b))
+#define LESS(a, b) ((double)((a) < (b)))
+#define LESS_EQUAL(a, b) ((double)((a) <= (b)))
+#define EQUAL(a, b) ((double)((a) == (b)))
+#define SELECT(condition, a, b) ((condition) != 0 ? (a) : (b))
+"""
+
+
+class Native(NamedTuple):
+    """Addresses of an operation's functions."""
+
+    element: int
+    """A pointer for each argument and the result."""
+    marked: int
+    """Of one operand: as `element`, behind a pointer that is not used."""
+    left: int
+    """A copy of the first operand, behind a pointer that is not used."""
+    loop: Callable[..., None]
+    """A number of elements, then a pointer and a step in bytes for each argument and the result."""
+    library: Any
+
+
+def is_wanted() -> bool:
+    """Whether C may run operations: not where GAC_BACKEND asks for something else."""
+    return os.environ.get("GAC_BACKEND", "") in ("", "c") and find_compiler() is not None
+
+
+class Build:
+    """The making of a program's functions: from the cache, or by the C compiler while the program goes on.
+
+    Compilers run beside the program, as many at a time as there are processors; `poll` looks whether this one is done.
+    """
+
+    def __init__(self, program: Program) -> None:
+        self._program = program
+        self._target, self._text = _target(c_text(program))
+        self._process: subprocess.Popen[str] | None = None
+        self._scratch = Path()
+        self.poll()
+
+    def poll(self) -> Native | None:
+        """The functions if they are there by now.
+
+        Raises
+        ------
+        BackendError
+            When the compiler fails.
+        """
+        if self._process is None and not self._target.exists() and len(_running) < (os.cpu_count() or 1):
+            self._start()
+        if self._process is not None:
+            if self._process.poll() is None:
+                return None
+            self._finish()
+        return _loaded(self._program, self._target) if self._target.exists() else None
+
+    def wait(self) -> Native:
+        """The functions, as soon as they are there."""
+        if self._process is None and not self._target.exists():
+            self._start()
+        if self._process is not None:
+            self._process.wait()
+        found = self.poll()
+        assert found is not None
+        return found
+
+    def _start(self) -> None:
+        compiler = find_compiler() or ()
+        handle, scratch = tempfile.mkstemp(dir=self._target.parent, prefix=f".{self._target.stem}.", suffix=".c")
+        with os.fdopen(handle, "w") as stream:
+            stream.write(self._text)
+        self._scratch = Path(scratch)
+        command = [*compiler, *FLAGS, scratch, "-o", f"{scratch}.so", "-lm"]
+        nothing = subprocess.DEVNULL
+        self._process = subprocess.Popen(command, stdin=nothing, stdout=nothing, stderr=subprocess.PIPE, text=True)
+        _running.append(self)
+
+    def _finish(self) -> None:
+        assert self._process is not None
+        _, errors = self._process.communicate()
+        status, self._process = self._process.returncode, None
+        _running.remove(self)
+        self._scratch.unlink(missing_ok=True)
+        if status:
+            Path(f"{self._scratch}.so").unlink(missing_ok=True)
+            first = next(iter(errors.splitlines()), f"status {status}")
+            raise BackendError("C compiler", f"it failed: {first}", "a working one", "or set GAC_BACKEND=arrays")
+        os.replace(f"{self._scratch}.so", self._target)
+
+    def drop(self) -> None:
+        """Stop, and leave nothing behind."""
+        if self._process is not None:
+            self._process.kill()
+            self._process.wait()
+            self._scratch.unlink(missing_ok=True)
+            Path(f"{self._scratch}.so").unlink(missing_ok=True)
+
+
+_running: list[Build] = []
+
+
+@atexit.register
+def _drop_all() -> None:
+    for each in _running:
+        each.drop()
+
+
+def _target(text: str) -> tuple[Path, str]:
+    """Where the library of a text belongs, and the text."""
+    digest = hashlib.sha256("\0".join([text, *FLAGS, *(find_compiler() or ())]).encode()).hexdigest()[:24]
+    return _folder() / f"{digest}.so", text
+
+
+def _loaded(program: Program, path: Path) -> Native:
+    library = ctypes.CDLL(str(path))
+    loop = library.loop
+    pair: list[Any] = [ctypes.c_void_p, ctypes.c_ssize_t]
+    loop.argtypes = [ctypes.c_ssize_t, *(pair * (len(program.arguments) + 1))]
+    loop.restype = None
+    element, marked, left = (_address(library, name) for name in ("element", "marked", "left"))
+    return Native(element, marked, left, loop, library)
+
+
+def _address(library: Any, name: str) -> int:
+    return ctypes.cast(getattr(library, name), ctypes.c_void_p).value or 0
+
+
+def c_text(program: Program) -> str:
+    """The C of an operation: its function as in generated modules, and ways to call it."""
+    n = len(program.arguments)
+    pointers = ", ".join(f"const double *a{k}" for k in range(n))
+    call = ", ".join(f"{'' if argument.shape else '*'}a{k}" for k, argument in enumerate(program.arguments))
+    steps = ", ".join(f"const char *p{k}, ptrdiff_t s{k}" for k in range(n))
+    reads = ", ".join(f"(const double *)p{k}" for k in range(n))
+    moves = ", ".join(f"p{k} += s{k}" for k in range(n))
+    size = len(program.arguments[0].components)
+    lines = [
+        _HEAD,
+        *kernel_text(program),
+        "",
+        f"static INLINE void one({pointers}, double *out) {{ kernel_{program.name}({call}, out); }}",
+        f"void element({pointers}, double *out) {{ one({', '.join(f'a{k}' for k in range(n))}, out); }}",
+        f"void marked(const double *unused, {pointers}, double *out)",
+        f"{{ (void)unused; one({', '.join(f'a{k}' for k in range(n))}, out); }}",
+        "void left(const double *unused, const double *a, double *out)",
+        f"{{ (void)unused; for (int k = 0; k < {size}; k++) out[k] = a[k]; }}",
+        "",
+        f"void loop(ptrdiff_t n, {steps}, char *out, ptrdiff_t step)",
+        "{",
+        f"    for (; n > 0; n--, {moves}, out += step)",
+        f"        one({reads}, (double *)out);",
+        "}",
+        "",
+    ]
+    return "\n".join(lines)
+
+
+@cache
+def _folder() -> Path:
+    folder = cache_folder() / "objects"
+    folder.mkdir(parents=True, exist_ok=True)
+    return folder
+
+
+@cache
+def extension() -> Any:
+    """The extension that runs functions on the coefficients of single objects, shared with generated modules.
+
+    None where it cannot be built; objects then are arrays. It is built once, in about a second, where no module has it.
+    """
+    compiler = find_compiler()
+    if not is_wanted() or compiler is None:
+        return None
+    place = extension_path(generated_folder())
+    if not place.exists():
+        built = build_extension(compiler, cache_folder())
+        if built is None:
+            return None
+        place = built
+    name = extension_name()
+    if name not in sys.modules:
+        loader = importlib.machinery.ExtensionFileLoader(name, str(place))
+        try:
+            importlib.util.module_from_spec(importlib.machinery.ModuleSpec(name, loader, origin=str(place)))
+        except ImportError:
+            return None
+    found = sys.modules[name]
+    probe = np.zeros((2, 3))
+    functions = (sys.modules.get("numpy._core.multiarray") or sys.modules["numpy.core.multiarray"])._ARRAY_API
+    where = probe.__array_interface__["data"][0]
+    known = found.prepare(probe, where, probe.shape, probe.strides, probe.flags.num, np.float64(0), functions)
+    return found if known else None

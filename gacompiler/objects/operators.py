@@ -1,0 +1,317 @@
+"""Operations on given layouts, compiled when they are first used and kept for as long as the program runs.
+
+The first use takes the compiler's own stages as far as they are quick: trace, rewrite, decide, and the cheapest of the
+ways in which the expression can be written. That is proved and runs at once, as text; a C compiler makes one small
+function of the same program meanwhile (`native.py`), which takes over when it is there. Once an operation has done as
+much work on arrays as would have paid for it, it is made as generated modules are: `gacompiler.compile`.
+"""
+
+from __future__ import annotations
+
+import keyword
+import re
+import threading
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import replace
+from functools import cache
+from typing import Any
+
+import numpy as np
+
+from ..algebra.layout import SCALARS, Layout
+from ..backends.c_functions import TRANSCENDENTAL
+from ..backends.numba import function_text
+from ..errors import KernelError
+from ..frontend.expression import evaluate
+from ..frontend.facts import is_unit
+from ..frontend.kernel import Kernel, Parameter, trace
+from ..ir.cost import cost
+from ..ir.program import Argument, Program
+from ..ir.scalar import Graph
+from ..passes.accuracy import Gate
+from ..passes.decide import Decision, decide
+from ..passes.lower import Slot, pick
+from ..passes.prove import prove_program
+from ..passes.record import Compilation
+from ..passes.rewrite import rewrite
+from ..passes.schedule import schedule
+from ..passes.search import Candidate
+from .definitions import Definition
+from .native import Build, Native, is_wanted
+
+ENOUGH_WORK = 500_000_000
+"""Operations on numbers in arrays after which an operation is made as generated modules are: about what that takes."""
+
+_FUNCTIONS: dict[str, Callable[..., Any]] = {
+    "sqrt": np.sqrt,
+    "sin": np.sin,
+    "cos": np.cos,
+    "atan2": np.arctan2,
+    "acos": np.arccos,
+    "exp": np.exp,
+    "log": np.log,
+    "abs": np.abs,
+    "minimum": np.minimum,
+    "maximum": np.maximum,
+    "less": lambda a, b: (a < b) * 1.0,
+    "less_equal": lambda a, b: (a <= b) * 1.0,
+    "equal": lambda a, b: (a == b) * 1.0,
+    "select": lambda condition, a, b: np.where(condition != 0, a, b),
+}
+"""The free names of a program's text."""
+
+
+class Operator:
+    """An operation on elements of given layouts.
+
+    Attributes
+    ----------
+    definition : Definition
+    kernel : Kernel
+        The same as a spec has it.
+    result : Layout
+    program : Program
+    """
+
+    def __init__(self, definition: Definition, layouts: tuple[Layout, ...]) -> None:
+        self.definition = definition
+        record = compiled(definition, layouts)
+        assert record.decision is not None
+        (self.result,) = record.decision.layouts
+        self.kernel, self.program = record.kernel, record.program
+        self._native: Native | None = None
+        self._build = Build(self.program) if is_wanted() else None
+        self._shapes = [argument.shape for argument in self.program.arguments]
+        self._is_exact = not any(line.op in TRANSCENDENTAL for line in self.program.lines)
+        self._operations = max(1, record.cost.total)
+        self._python: Callable[..., None] | None = None
+        self._module: Any = None
+        self._work = 0
+
+    def __call__(self, arrays: Sequence[np.ndarray[Any, Any]]) -> np.ndarray[Any, Any]:
+        """The result on arrays whose leading axes broadcast, blades last; a number has no axis of blades."""
+        if self._module is not None and not any(a.dtype.kind == "c" for a in arrays):
+            return np.asarray(self._module(*arrays))
+        leadings = [a.shape[: a.ndim - len(shape)] for a, shape in zip(arrays, self._shapes, strict=True)]
+        try:
+            leading = leadings[0] if len(set(leadings)) == 1 else np.broadcast_shapes(*leadings)
+        except ValueError:
+            shapes = " and ".join(map(str, leadings))
+            raise ValueError(f"{self.definition.name}: shapes {shapes} do not broadcast") from None
+        found = None if any(a.dtype != np.float64 for a in arrays) else self.native
+        if found is None:
+            return self._in_python(arrays, leading)
+        self._work += self._operations * int(np.prod(leading))
+        if self._work > ENOUGH_WORK:
+            self.build()
+            return np.asarray(self._module(*arrays))
+        return self._in_loop(found, arrays, leading)
+
+    @property
+    def native(self) -> Native | None:
+        """The compiled function if it is there by now; None without a compiler.
+
+        Programs whose C rounds as their text does are not waited for: whenever it comes, the numbers are the same.
+        """
+        if self._native is None and self._build is not None:
+            self._native = self._build.poll() if self._is_exact else self._build.wait()
+        return self._native
+
+    def wait(self) -> Native | None:
+        """The compiled function, waited for; None without a compiler."""
+        if self._native is None and self._build is not None:
+            self._native = self._build.wait()
+        return self._native
+
+    def build(self) -> None:
+        """Compile it as generated modules are, for large arrays."""
+        if self._module is None and self.wait() is not None:
+            from ..runtime import compile
+
+            self._module = compile(self.kernel, "c")
+
+    def _in_loop(
+        self, found: Native, arrays: Sequence[np.ndarray[Any, Any]], leading: tuple[int, ...]
+    ) -> np.ndarray[Any, Any]:
+        out = np.empty(leading + self.program.results[0].shape)
+        n = int(np.prod(leading))
+        given: list[int] = [n]
+        kept = []
+        for array, shape in zip(arrays, self._shapes, strict=True):
+            same = array.size == int(np.prod(shape))
+            used = np.ascontiguousarray(array if same else np.broadcast_to(array, leading + shape))
+            kept.append(used)
+            given += [used.__array_interface__["data"][0], 0 if same else 8 * int(np.prod(shape))]
+        found.loop(*given, out.__array_interface__["data"][0], 8 * int(np.prod(self.program.results[0].shape)))
+        return out
+
+    def _in_python(self, arrays: Sequence[np.ndarray[Any, Any]], leading: tuple[int, ...]) -> np.ndarray[Any, Any]:
+        if self._python is None:
+            names: dict[str, Any] = dict(_FUNCTIONS)
+            exec("\n".join(function_text(self.program)), names)
+            self._python = names[f"_{self.program.name}"]
+        dtype = np.result_type(np.float32, *(array.dtype for array in arrays))
+        if dtype.kind == "c" and not self.program.is_polynomial:
+            raise TypeError(f"{self.definition.name}: complex numbers; expected real ones, it is no polynomial")
+        parts = [
+            np.moveaxis(a.astype(dtype, copy=False), -1, 0) if shape else a.astype(dtype, copy=False)
+            for a, shape in zip(arrays, self._shapes, strict=True)
+        ]
+        shape = self.program.results[0].shape
+        out = np.empty(leading + (shape or (1,)), dtype)
+        with np.errstate(all="ignore"):
+            self._python(*parts, np.moveaxis(out, -1, 0))
+        return out if shape else out[..., 0]
+
+
+_OPERATORS: dict[tuple[Definition, tuple[Layout, ...]], Operator] = {}
+_BY_IDENTITY: dict[tuple[int, ...], tuple[Operator, Definition, tuple[Layout, ...]]] = {}
+"""The same by the identities of what is asked for, which live as long as they are here: layouts are slow to compare."""
+_LOCK = threading.RLock()
+
+
+def operator_of(definition: Definition, layouts: tuple[Layout, ...]) -> Operator:
+    """The operation on these layouts, compiled if this is the first time.
+
+    Raises
+    ------
+    KernelError
+        When it has no meaning there: a function that the algebra does not have, a divisor that is no scalar.
+    """
+    identity = (id(definition), *map(id, layouts))
+    known = _BY_IDENTITY.get(identity)
+    if known is not None:
+        return known[0]
+    key = (definition, layouts)
+    with _LOCK:
+        if key not in _OPERATORS:
+            _OPERATORS[key] = Operator(definition, layouts)
+        _BY_IDENTITY[identity] = _OPERATORS[key], definition, layouts
+        return _OPERATORS[key]
+
+
+def operators() -> tuple[Operator, ...]:
+    """Every operation that was used so far, in the order of first use."""
+    return tuple(_OPERATORS.values())
+
+
+def build() -> None:
+    """Compile every operation that was used so far as generated modules are, so that large arrays run at full speed.
+
+    Without this an operation is compiled so when it has done enough work; each takes about a second, once: the results
+    are kept in the cache.
+    """
+    for operator in list(_OPERATORS.values()):
+        operator.build()
+
+
+def compiled(definition: Definition, layouts: tuple[Layout, ...]) -> Compilation:
+    """The quick stages of the compiler on an operation, with the layout of the result chosen as people mean it."""
+    kernel = _kernel(definition, layouts)
+    if definition.keeps is not None and layouts[definition.keeps].implied:
+        try:
+            return _finished(*_decided(replace(kernel, returns=layouts[definition.keeps])))
+        except KernelError:
+            pass
+    record, variants = _decided(kernel)
+    decision, traced = record.decision, record.trace
+    assert decision is not None and traced is not None
+    (layout,) = decision.layouts
+    known = is_unit(traced.expressions[0]) or (definition.unit is not None and definition.unit(layouts))
+    wanted = chosen_layout(layout, known)
+    if wanted != layout:
+        slots = tuple(Slot(0, slot.blade, slot.sign) for slot in wanted.stored)
+        decision = Decision((wanted,), (slots,), decision.constants, (wanted.unit,))
+        kernel = replace(kernel, returns=wanted)
+        record = replace(record, kernel=kernel, decision=decision, trace=trace(kernel))
+    return _finished(record, variants)
+
+
+def chosen_layout(layout: Layout, unit: bool) -> Layout:
+    """The layout that a result is given: of unit elements where it is known to be one, else one with a name.
+
+    Coefficients that are the same for all results of this one operation are stored unless a layout with a name has
+    them: else sums of points would be of a new layout after every summand.
+    """
+    if layout.is_scalar or layout.algebra == SCALARS:
+        return layout
+    named = list(layout.algebra.layouts.values())
+    if unit:
+        units = [each for each in (*named, layout.algebra.UNIT_EVEN) if each.unit and not each.implied]
+        same = next((each for each in units if _same(each, layout)), None)
+        wider = [each for each in units if layout.support <= each.support and not each.fixed]
+        if same is not None or wider:
+            return same or min(wider, key=lambda each: each.size)
+    if layout in named:
+        return layout
+    blades = {slot.blade for slot in (*layout.stored, *(slot for slot, _ in layout.fixed))}
+    return layout_of(layout.algebra, blades)
+
+
+@cache
+def _layout_of(algebra: Any, blades: frozenset[int]) -> Layout:
+    for each in (*algebra.layouts.values(), algebra.even, algebra.full):
+        if {s.blade for s in each.stored} == blades and not (each.fixed or each.implied or each.has_relations):
+            return each  # type: ignore[no-any-return]
+    order = sorted(blades, key=lambda blade: (blade.bit_count(), blade))
+    names = " ".join(algebra.spelling(blade)[1] for blade in order)
+    return algebra.layout(f"({names})", names)  # type: ignore[no-any-return]
+
+
+def layout_of(algebra: Any, blades: Iterable[int]) -> Layout:
+    """The layout that stores these blades and knows nothing of them, by its name if the algebra has one."""
+    return _layout_of(algebra, frozenset(blades))
+
+
+def _same(a: Layout, b: Layout) -> bool:
+    def content(layout: Layout) -> tuple[Any, ...]:
+        return {slot.blade for slot in layout.stored}, {slot.blade: slot.sign * x for slot, x in layout.fixed}
+
+    return content(a) == content(b)
+
+
+def _kernel(definition: Definition, layouts: tuple[Layout, ...]) -> Kernel:
+    found = (layout.algebra for layout in layouts if layout.algebra != SCALARS)
+    algebra = definition.algebra or next(found, SCALARS)
+    parameters = tuple(Parameter(n, layout) for n, layout in zip(definition.parameters, layouts, strict=True))
+    name = "_".join([definition.name, *(_word(layout) for layout in layouts)])
+    summary = f"``{definition.expression(algebra.name)}``"
+    return Kernel(name, definition.function(algebra), parameters, None, summary)
+
+
+def _word(layout: Layout) -> str:
+    """A layout as part of a name."""
+    if layout.name.isidentifier() and not keyword.iskeyword(layout.name):
+        return layout.name.lower()
+    text = re.sub(r"\W+", "_", layout.name).strip("_")
+    return text if len(text) <= 24 else f"{layout.size}_blades"
+
+
+def _decided(kernel: Kernel) -> tuple[Compilation, dict[str, tuple[Any, ...]]]:
+    traced = trace(kernel)
+    variants = rewrite(traced.expressions)
+    return Compilation(kernel, traced, variants, decide(traced, tuple(variants.values()))), variants
+
+
+def _finished(record: Compilation, variants: dict[str, tuple[Any, ...]]) -> Compilation:
+    """The cheapest accurate of the ways to write the expression, proved where it is not the definition itself."""
+    assert record.decision is not None
+    (slots,), (layout,) = record.decision.slots, record.decision.layouts
+    shape = () if layout.is_scalar else (layout.size,)
+    arguments = tuple(Argument(p.name, p.shape, p.components) for p in record.kernel.parameters)
+    candidates = []
+    for name, expressions in variants.items():
+        graph = Graph()
+        inputs = {c: graph.variable(c) for parameter in record.kernel.parameters for c in parameter.components}
+        scalars = pick(evaluate(expressions, inputs, lift=graph.lift), slots, graph)
+        program: Program = schedule(record.kernel.name, arguments, (("out", shape, scalars),))
+        candidates.append(Candidate((name,), program, cost(program)))
+    by_cost = sorted(candidates, key=lambda candidate: candidate.cost.total)
+    record = replace(record, candidates=tuple(candidates), best=candidates[0])
+    if by_cost[0] is not candidates[0]:
+        gate = Gate(record.kernel, candidates[0].program)
+        best = next((each for each in by_cost if gate.accepts(each.program)), candidates[0])
+        record = replace(record, gate=gate, best=best)
+        if best is not candidates[0]:
+            record = prove_program(record)
+    return record

@@ -1,0 +1,84 @@
+"""Numeric objects as text and as LaTeX, with the names of their blades."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+if TYPE_CHECKING:
+    from .arrays import MultivectorArray
+
+SHOWN = 6
+"""Elements of an array that are printed; of longer ones the first and the last half of these."""
+
+_DIGITS = 6
+
+
+def text_of(x: MultivectorArray) -> str:
+    """One multivector as a sum of blades, an array as a list of such."""
+    if not x.shape:
+        return _sum(terms_of(x), "{} {}")
+    return "[" + ",\n ".join("..." if each is None else str(each) for each in _some(x)) + "]"
+
+
+def repr_of(x: MultivectorArray) -> str:
+    """As `text_of`, with the layout and the shape."""
+    if not x.shape:
+        return f"{x.layout}({text_of(x)})"
+    return f"{x.layout} of shape {x.shape}:\n{text_of(x)}"
+
+
+def latex_of(x: MultivectorArray) -> str:
+    """As `text_of`, in LaTeX."""
+    if not x.shape:
+        return f"${_latex(x)}$"
+    lines = [r"& \vdots" if each is None else f"& {_latex(each)}" for each in _some(x)]
+    return "$" + r"\begin{aligned}" + r" \\ ".join(lines) + r"\end{aligned}" + "$"
+
+
+def terms_of(x: MultivectorArray) -> list[tuple[str, Any]]:
+    """The blades of one multivector with their coefficients, stored ones and others, by grade; zeros are left out."""
+    layout = x.layout
+    slots = (*layout.stored, *(slot for slot, _ in layout.fixed), *(slot for slot, _ in layout.implied))
+    ordered = sorted(slots, key=lambda slot: (slot.blade.bit_count(), slot.blade)) if layout.implied else slots
+    found = [(slot.name, x[slot.name]) for slot in ordered]
+    return [(name, value) for name, value in found if value != 0]
+
+
+def _some(x: MultivectorArray) -> Iterator[Any]:
+    flat = x.reshape(-1) if x.ndim > 1 else x
+    if len(flat) <= SHOWN:
+        yield from flat
+        return
+    yield from flat[: SHOWN // 2]
+    yield None
+    yield from flat[-SHOWN // 2 :]
+
+
+def _sum(terms: list[tuple[str, Any]], pattern: str) -> str:
+    text = ""
+    for name, value in terms:
+        negative = not np.iscomplexobj(value) and value < 0
+        number = f"{-value if negative else value:.{_DIGITS}g}"
+        term = number if name == "1" else name if number == "1" else pattern.format(number, name)
+        text += (" - " if negative else " + ") + term if text else ("-" if negative else "") + term
+    return text or "0"
+
+
+def _latex(x: MultivectorArray) -> str:
+    text = _sum([(_blade(name), value) for name, value in terms_of(x)], r"{}\,{}")
+    return re.sub(r"(\d)e([+-]\d+)", lambda m: f"{m[1]}\\cdot 10^{{{int(m[2])}}}", text)
+
+
+def _blade(name: str) -> str:
+    """``e12inf`` as ``\\mathbf{e}_{12\\infty}``."""
+    if name == "1":
+        return name
+    parts = []
+    for part in name.split("^"):
+        label = part[1:].replace("inf", r"\infty")
+        parts.append(rf"\mathbf{{{part[0]}}}_{{{label}}}" if label else rf"\mathbf{{{part}}}")
+    return r"\wedge".join(parts)

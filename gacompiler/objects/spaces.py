@@ -1,0 +1,166 @@
+"""Making multivectors of any algebra: of coefficients, by the names of blades and layouts."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import replace
+from functools import cache
+from typing import Any
+
+import numpy as np
+
+from ..algebra.algebra import Algebra
+from ..algebra.layout import Layout
+from ..errors import AlgebraError, LayoutError
+from .arrays import MultivectorArray, apply, wrap
+from .checks import check_relations
+from .definitions import Definition
+from .operators import layout_of
+
+
+class Space:
+    """An algebra with constructors of multivectors.
+
+    Basis blades are its attributes, in any spelling (``space.e12``), and so are the layouts of the algebra
+    (``space.MOTOR``), so that a space stands wherever kernels are declared.
+
+    Parameters
+    ----------
+    algebra : Algebra
+
+    Examples
+    --------
+    >>> from gacompiler import Algebra
+    >>> G = Space(Algebra("G", "a b", [1, -1]))
+    >>> G.vector(1, 2) * G.a
+    G.even(1 - 2 ab)
+    """
+
+    def __init__(self, algebra: Algebra) -> None:
+        self.algebra = algebra
+
+    def __repr__(self) -> str:
+        return f"Space({self.algebra!r})"
+
+    def __getattr__(self, name: str) -> Any:
+        if name.startswith("_") or name == "algebra":
+            raise AttributeError(name)
+        try:
+            sign, blade = self.algebra.blade(name)
+        except AlgebraError:
+            return getattr(self.algebra, name)
+        layout = layout_of(self.algebra, {blade})
+        return wrap(layout, np.array([float(sign * layout.stored[0].sign)]))
+
+    def __dir__(self) -> list[str]:
+        return sorted({*object.__dir__(self), *self.algebra.layouts, *self.algebra.full.blades[1:]})
+
+    def of(self, layout: Layout, *coefficients: Any) -> Any:
+        """Multivectors of a layout from its stored coefficients.
+
+        Parameters
+        ----------
+        layout : Layout
+            Of this algebra.
+        *coefficients : array_like
+            One array with the blades along its last axis, or an array for each blade, which broadcast.
+
+        Raises
+        ------
+        LayoutError
+            When there are too few or too many, or a relation of the layout does not hold to 1e-9: a motor that is not
+            a unit motor.
+        """
+        if layout.algebra != self.algebra:
+            raise AlgebraError("of", f"the layout {layout}", f"one of {self.algebra.name}")
+        values = stacked(str(layout), layout.blades, coefficients)
+        if layout.has_relations:
+            check_relations(str(layout), layout, values)
+        return wrap(layout, values)
+
+    def multivector(self, coefficients: Mapping[str, Any]) -> Any:
+        """Multivectors from numbers or arrays by the names of blades, ``{"1": 2, "e12": [0, 1]}``; arrays broadcast."""
+        if not coefficients:
+            raise LayoutError("multivector", "no coefficient", 'blades with their numbers, {"1": 2}')
+        blades = {name: self.algebra.blade(name) for name in coefficients}
+        layout = layout_of(self.algebra, {blade for _, blade in blades.values()})
+        parts: dict[int, Any] = {}
+        for name, (sign, blade) in blades.items():
+            parts[blade] = parts.get(blade, 0) + sign * numbers(f"coefficient of {name}", coefficients[name])
+        return self.of(layout, *(parts[slot.blade] * slot.sign for slot in layout.stored))
+
+    def vector(self, *coordinates: Any) -> Any:
+        """Vectors from a coordinate for each basis vector, or one array with the coordinates along its last axis."""
+        return self.of(layout_of(self.algebra, self.algebra.blades(1)), *coordinates)
+
+    def bivector(self, *coordinates: Any) -> Any:
+        """Bivectors from a coordinate for each basis bivector, in the order of their bitmaps: e12 e13 e23 ..."""
+        return self.of(layout_of(self.algebra, self.algebra.blades(2)), *coordinates)
+
+    def basis(self) -> tuple[Any, ...]:
+        """The basis vectors."""
+        return tuple(getattr(self, name) for name in self.algebra.vectors)
+
+    @property
+    def pseudoscalar(self) -> Any:
+        """The unit pseudoscalar, as its name is spelled."""
+        return getattr(self, self.algebra.spelling(self.algebra.everything)[1])
+
+    def _make(self, definition: Definition, *operands: Any) -> Any:
+        """What a constructor gives, also of numbers alone."""
+        return apply(_in_algebra(definition, self.algebra), *operands)
+
+    def _directions(self, what: str, names: str, coordinates: tuple[Any, ...]) -> Any:
+        """Multivectors with these blades from coordinates, or as they are given where they are multivectors."""
+        if len(coordinates) == 1 and isinstance(coordinates[0], MultivectorArray):
+            return coordinates[0]
+        layout = layout_of(self.algebra, {self.algebra.blade(name)[1] for name in names.split()})
+        return wrap(layout, stacked(what, tuple(names.split()), coordinates))
+
+
+def define(name: str, parameters: str, text: str, *, unit: bool = False) -> Definition:
+    """A constructor as one line of the kernel language; with `unit` the result is a unit versor by its definition."""
+    return _defined(name, tuple(parameters.split()), " ".join(text.split()), unit)
+
+
+@cache
+def _defined(name: str, parameters: tuple[str, ...], text: str, unit: bool) -> Definition:
+    return Definition(name, parameters, text, unit=_always if unit else None)
+
+
+@cache
+def _in_algebra(definition: Definition, algebra: Algebra) -> Definition:
+    return replace(definition, algebra=algebra)
+
+
+def _always(layouts: tuple[Layout, ...]) -> bool:
+    return True
+
+
+def numbers(what: str, value: Any) -> np.ndarray[Any, Any]:
+    """A number or an array of real or complex numbers."""
+    try:
+        array = np.asarray(value)
+    except ValueError as error:
+        raise LayoutError(what, f"no array of numbers ({error})", "numbers") from None
+    if array.dtype.kind not in "fiubc":
+        raise LayoutError(what, f"{type(value).__name__} of dtype {array.dtype}", "numbers")
+    return array.astype(np.float64) if array.dtype.kind in "iub" else array
+
+
+def stacked(what: str, names: tuple[str, ...], coordinates: tuple[Any, ...]) -> np.ndarray[Any, Any]:
+    """Coordinates given one by one, or along the last axis of one array, as such an array."""
+    n = len(names)
+    if len(coordinates) == 1 and (n > 1 or np.ndim(coordinates[0])):
+        array = numbers(what, coordinates[0])
+        if array.ndim and array.shape[-1] == n:
+            return array
+        raise LayoutError(what, f"an array of shape {array.shape}", f"(..., {n}) with last axis {' '.join(names)}")
+    if len(coordinates) != n:
+        raise LayoutError(what, f"{len(coordinates)} coordinates", f"{n}: {' '.join(names)}")
+    arrays = [numbers(f"{what}: {name}", x) for name, x in zip(names, coordinates, strict=True)]
+    try:
+        return np.stack(np.broadcast_arrays(*arrays), -1)
+    except ValueError:
+        shapes = ", ".join(str(array.shape) for array in arrays)
+        raise LayoutError(what, f"coordinates of shapes {shapes}", "shapes that broadcast") from None
