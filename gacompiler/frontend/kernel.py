@@ -90,8 +90,10 @@ class Kernel:
     name: str
     function: Callable[..., Any]
     parameters: tuple[Parameter, ...]
-    returns: Type | tuple[Type, ...] | None
+    returns: Type | tuple[Type | None, ...] | None
     summary: str
+    result_names: tuple[str, ...] = ()
+    """Names of the results, where they are to come as a named tuple that holds every coefficient but zeros."""
 
     def __call__(self, *arguments: Any) -> Any:
         return self.function(*arguments)
