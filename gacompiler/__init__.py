@@ -48,6 +48,7 @@ from .frontend.operations import (
     sin,
     undual,
 )
+from .cluscript import read_cluscript
 from .frontend.roots import cubic_roots, quadratic_roots, quartic_roots
 
 
@@ -68,6 +69,7 @@ __all__ = [
     "hessian_vector", "hestenes_product", "inner_product", "inverse", "inverse_matrix", "jacobian", "join", "jvp",
     "kernel", "left_contraction", "log", "matrix_determinant", "matrix_of", "maximum", "meet", "minimum", "norm",
     "norm_squared", "normalize", "outer_product", "polarity", "power", "quadratic_roots", "quartic_roots",
+    "read_cluscript",
     "regressive_product", "reverse", "right_contraction", "sandwich", "scalar_product", "select", "sin", "solve_linear",
     "solve_symmetric", "sqrt", "undual", "vjp",
 ]  # fmt: skip

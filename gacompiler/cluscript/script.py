@@ -24,7 +24,9 @@ from .pragmas import OutputBlades, Pragmas, Returned, read_pragmas
 from .syntax import Assignment, Declaration, Statement
 from .tokens import Place, ScriptError, words
 
-RESERVED = ("out", "num_threads", "self")
+NOTHING = "nothing"
+"""The argument of a script without inputs: kernels have one."""
+RESERVED = ("out", "num_threads", NOTHING)
 """Names that a generated function has for something else."""
 
 
@@ -230,7 +232,7 @@ def _script(
         value, layout = _restricted(where, algebra, meaning.values[each], blades)
         values.append(value)
         layouts.append(layout)
-    parameters = tuple(symbols[each] for each in inputs) or (Parameter("nothing", SCALAR),)
+    parameters = tuple(symbols[each] for each in inputs) or (Parameter(NOTHING, SCALAR),)
     fields: list[str] = []
     for each in outputs:
         fields.append(_legal(each.lstrip("_"), set(fields)))

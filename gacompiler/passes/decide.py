@@ -26,6 +26,7 @@ from ..rings.points import DIGITS
 from ..rings.polynomial import Polynomial
 from .lower import Lowering, Reduction, Slot, author_scalars, stages
 from .matrices import has_huge_product
+from .named import prove_each
 from .samples import samples, to_mpmath
 
 POINTS, FEW_POINTS = 4, 2
@@ -60,7 +61,7 @@ def decide(trace: Trace, variants: Sequence[Sequence[Expression]]) -> Decision:
                 suspected[k, blade] = Fraction(scalar)
             elif scalar.is_constant:
                 suspected[k, blade] = scalar.value
-    constants = _prove(trace, suspected, variants)
+    constants = (prove_each if trace.kernel.result_names else _prove)(trace, suspected, variants)
     layouts, slots, related = [], [], []
     first = 0
     for output in trace.outputs:
