@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from fractions import Fraction
 from typing import Any
 
 from ..algebra.multivector import Multivector
@@ -25,6 +26,8 @@ def quotient(a: Any, b: Any) -> Any:
     ZeroDivisorError
         When `b` has no inverse, as far as its form tells.
     """
+    if isinstance(b, (int, Fraction)) and b == 0:
+        raise ZeroDivisorError("division", "a division by zero", "a divisor other than zero")
     if not isinstance(b, (Expression, Multivector)) or (isinstance(b, Expression) and b.is_scalar):
         return apply("divide", a, b)
     if isinstance(b, Multivector):

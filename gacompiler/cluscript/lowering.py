@@ -56,7 +56,7 @@ class Meaning:
     ----------
     values : dict
         Global variables, and outputs of macros by the names they get.
-    outputs : dict of str to Place
+    outputs : list of str
         Marked with ``?``, in order.
     drawings : list of Drawing
     inputs : dict of str to Place
@@ -67,7 +67,7 @@ class Meaning:
     """
 
     values: dict[str, Any] = field(default_factory=dict)
-    outputs: dict[str, Place] = field(default_factory=dict)
+    outputs: list[str] = field(default_factory=list)
     drawings: list[Drawing] = field(default_factory=list)
     inputs: dict[str, Place] = field(default_factory=dict)
     background: tuple[Any, ...] | None = None
@@ -256,7 +256,8 @@ class Lowering:
         outer = name if frame is None else self._name_outside(name, frame)
         if statement.mark is Mark.OUTPUT:
             self.meaning.values.setdefault(outer, value)
-            self.meaning.outputs.setdefault(outer, statement.place)
+            if outer not in self.meaning.outputs:
+                self.meaning.outputs.append(outer)
         elif statement.mark is Mark.DRAW:
             self.meaning.drawings.append(Drawing(outer, value, self._colour, self._null_space))
         elif statement.mark is Mark.EVALUATE:
@@ -276,7 +277,7 @@ class Lowering:
 
     def _may_be_assigned(self, target: Name, frame: _Frame | None) -> None:
         name = target.text
-        if name in self._dialect.constants:
+        if name in self._dialect.algebra.vectors:
             what = f"{name} is a basis vector of {self._dialect.algebra.name}"
             raise self._fail(target.place, what, "another name")
         if frame is not None and target.is_global:
@@ -344,7 +345,7 @@ class Lowering:
             frame.read.setdefault(name, node.place)
         if name in self.meaning.values:
             return self.meaning.values[name]
-        if name in self._dialect.constants:
+        if name in self._dialect.constants and (name not in self._assigned or name in self._dialect.algebra.vectors):
             return self._dialect.constants[name]
         if name not in self._assigned and (blade := self._blade(name)) is not None:
             return blade

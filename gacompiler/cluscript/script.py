@@ -13,7 +13,7 @@ from typing import Any
 from ..algebra.algebra import Algebra
 from ..algebra.layout import SCALAR, SCALARS, Layout
 from ..algebra.multivector import Multivector
-from ..errors import AlgebraError, LayoutError, SpecError
+from ..errors import AlgebraError, InexactError, LayoutError, SpecError
 from ..frontend.expression import Expression, evaluate, lift
 from ..frontend.kernel import Kernel, Parameter
 from ..frontend.operations import assemble
@@ -102,7 +102,7 @@ class Script(Kernel):
         """The script, for messages."""
         return f"{self.file}: script {self.name}"
 
-    def __call__(self, *arguments: Any, **named: Any) -> Any:
+    def __call__(self, /, *arguments: Any, **named: Any) -> Any:
         if any(isinstance(argument, Expression) for argument in (*arguments, *named.values())):
             names = dict(zip(self.inputs, arguments, strict=False)) | named
             return self.function(*(names[name] for name in self.inputs))
@@ -110,13 +110,13 @@ class Script(Kernel):
 
         return compile(self)(*arguments, **named)
 
-    def multivectors(self, **values: Any) -> Any:
+    def multivectors(self, /, **values: Any) -> Any:
         """The results by the algebra layer: a named tuple of multivectors, exact where the values are."""
         expressions = self.function(*(parameter.symbols() for parameter in self.parameters))
         found = self._evaluated(expressions, values)
         return namedtuple(f"{self.name}_multivectors", self.outputs)(*found)  # type: ignore[misc]
 
-    def draw(self, **values: Any) -> list[Drawn]:
+    def draw(self, /, **values: Any) -> list[Drawn]:
         """What is drawn, for these inputs: multivectors and colours of numbers."""
         found = []
         for each in self.drawn:
@@ -131,9 +131,12 @@ class Script(Kernel):
         missing = [name for name in self.inputs if name not in values]
         if missing or len(values) != len(self.inputs):
             raise TypeError(f"{self.name}: arguments {' '.join(values)}; expected {' '.join(self.inputs)}")
-        exact = all(isinstance(value, (int, Fraction)) for value in values.values()) and bool(values)
         known = {name: 0 for parameter in self.parameters for name in parameter.components} | values
-        found = evaluate(expressions, known, lift=None if exact else _float)
+        exact = all(isinstance(value, (int, Fraction)) for value in values.values())
+        try:
+            found = evaluate(expressions, known, lift=None if exact else _float)
+        except InexactError:
+            found = evaluate(expressions, {name: _float(value) for name, value in known.items()}, lift=_float)
         return [Multivector(self.algebra, value.terms) for value in found]
 
 
@@ -216,12 +219,12 @@ def _script(
     where: str, name: str, algebra: Algebra, meaning: Meaning, pragmas: Pragmas, symbols: dict[str, Parameter]
 ) -> Script:
     inputs = sorted(meaning.inputs, key=lambda each: meaning.inputs[each])
-    marks = dict(meaning.outputs)
+    outputs = list(meaning.outputs)
     for pragma in pragmas.outputs:
         if pragma.name not in meaning.values:
             raise ScriptError(where, pragma.place, f"#pragma output of {pragma.name}, which is not assigned")
-        marks.setdefault(pragma.name, pragma.place)
-    outputs = sorted(marks, key=lambda each: marks[each])
+        if pragma.name not in outputs:
+            outputs.append(pragma.name)
     if pragmas.signature is not None:
         inputs, outputs = _signature(where, pragmas.signature, inputs, outputs)
     if not outputs and not meaning.drawings:
