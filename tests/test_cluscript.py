@@ -714,7 +714,7 @@ def test_a_script_is_a_kernel() -> None:
         return inner(x, 0, 0, bx=0, by=0, bz=0)[0]
 
     assert float(gacompiler.compile(from_origin)(3.0)) == pytest.approx(3.0)
-    slope = gacompiler.compile(gacompiler.jvp(from_origin))
+    slope = gacompiler.compile(gacompiler.jvp(from_origin, "x"))
     assert float(np.asarray(slope(3.0, 1.0)[1])) == pytest.approx(1.0)
 
 
@@ -734,7 +734,7 @@ def test_what_pragmas_say() -> None:
     one = script("pragma_others")
     assert one.ranges == {"t": (0.0, 1.0), "s": (-2.5, 10.0)}
     assert one.segments == (("A", "B"), ("B", "C")) and one.triangles == (("A", "B", "C"),)
-    assert one.insertions == ("using Godot",) or one.insertions == ("using Godot;",)
+    assert one.insertions == ("using Godot",)
     (returned,) = one.returned
     assert returned.names == ("A", "B") and returned.type == "Godot.Vector3"
     assert script("evaluate_only").evaluated == ("t", "w", "q")
@@ -788,9 +788,9 @@ def test_the_definition_of_conformal_space(tmp_path: Path) -> None:
     assert [value.scalar for value in one.multivectors()] == [-1, 0, 1]
     root = "0.7071067811865475"
     (tmp_path / "definition.csv").write_text(
-        f"1,e1,a,b\n\n1,e1,p,q\ne1=1,p=1,q=-1\na={root}*q-{root}*p,b={root}*p+{root}*q\n"
+        f"1,e1,n,m\n\n1,e1,p,q\ne1=1,p=1,q=-1\nn={root}*q-{root}*p,m={root}*p+{root}*q\n"
     )
-    assert read_cluscript("?a = a1;\n?g = a.b; ?h = a.a;", tmp_path).algebra.gram[1:] == ((0, 0, -1), (0, -1, 0))
+    assert read_cluscript("?g = n.m;", tmp_path).algebra.gram[1:] == ((0, 0, -1), (0, -1, 0))
 
 
 def test_the_command_line(tmp_path: Path) -> None:

@@ -18,7 +18,9 @@ def named_lines(kernel: KernelSource) -> list[str]:
     given = [] if kernel.is_constant else used
     fields = ", ".join(f'("{each}", Any)' for each in names)
     results = "".join(part.capitalize() if part.islower() else part for part in name.split("_")) + "Results"
-    parameters = ", ".join([*(f"{each}: Any" for each in given), "*", "out: Any = None", "num_threads: int | None = None"])
+    parameters = ", ".join(
+        [*(f"{each}: Any" for each in given), "*", "out: Any = None", "num_threads: int | None = None"]
+    )
     arguments = ", ".join([*(given or ["0.0"]), "out=out", "num_threads=num_threads"])
     star = "*" if len(names) > 1 else ""
     return [
@@ -36,6 +38,9 @@ def named_lines(kernel: KernelSource) -> list[str]:
         f"{name}.kernel = _{name}_kernel  # type: ignore[attr-defined]",
         f"{name}.cost = _{name}_kernel.cost  # type: ignore[attr-defined]",
         f"{name}.layouts = {{  # type: ignore[attr-defined]",
-        *(f'    "{each}": _{name}_kernel.layouts["{result.name}"],' for each, result in zip(names, kernel.program.results, strict=True)),
+        *(
+            f'    "{each}": _{name}_kernel.layouts["{result.name}"],'
+            for each, result in zip(names, kernel.program.results, strict=True)
+        ),
         "}",
     ]

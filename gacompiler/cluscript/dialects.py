@@ -108,7 +108,9 @@ def dialect(algebra: str | Path | Algebra) -> Dialect:
     path = Path(algebra)
     if path.is_dir() or path.is_file():
         return _defined(path)
-    raise SpecError(f"algebra {algebra}", "no such algebra", "one of " + " ".join(NAMES), "or a folder with definition.csv")
+    raise SpecError(
+        f"algebra {algebra}", "no such algebra", "one of " + " ".join(NAMES), "or a folder with definition.csv"
+    )
 
 
 _known: dict[str, Dialect] = {}

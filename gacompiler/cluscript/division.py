@@ -56,7 +56,9 @@ def _is_blade_or_versor(b: Expression) -> bool:
         scaled = node.operation == "geometric_product" and any(x.is_scalar for x in inner)
         blades = all(blade[x] for x in inner)
         blade[node] = simple or (
-            bool(inner) and blades and (scaled or node.operation in _KEEPS or _is_dual(node) or node.operation == "divide")
+            bool(inner)
+            and blades
+            and (scaled or node.operation in _KEEPS or _is_dual(node) or node.operation == "divide")
         )
         versors = bool(inner) and all(versor[x] for x in inner)
         versor[node] = blade[node] or (

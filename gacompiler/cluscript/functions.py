@@ -7,13 +7,30 @@ from collections.abc import Callable
 from fractions import Fraction
 from typing import Any
 
+from ..algebra.multivector import Multivector
 from ..errors import KernelError
 from ..frontend import functions
 from .values import acos, atan2, cos, length, lifted, log, of_scalars, scalar_part, sin, sqrt
 
 
 def _exponential(value: Any) -> Any:
-    return functions.exp(lifted(value))
+    """Of a scalar; of a multiple of one blade, whose square has a known sign; of any other multivector."""
+    element = lifted(value)
+    if element.is_scalar or len(element.blades) != 1:
+        return functions.exp(element)
+    (blade,) = element.blades
+    square = element.algebra.blade_product(blade, blade)
+    if set(square) - {0}:
+        return functions.exp(element)
+    number, size = square.get(0, 0), element[blade]
+    if number == 0:
+        return 1 + element
+    root = sqrt(abs(number)) if abs(number) != 1 else 1
+    angle, plane = root * size, Multivector(element.algebra, {blade: 1}) / root
+    if number < 0:
+        return cos(angle) + sin(angle) * plane
+    grown, shrunk = functions.exp(angle), functions.exp(-angle)
+    return (grown + shrunk) / 2 + (grown - shrunk) / 2 * plane
 
 
 def _tangent(x: Any) -> Any:
@@ -28,7 +45,9 @@ def _of_number(function: Callable[[Any], Any], name: str) -> Callable[[Any], Any
     def of_number(value: Any) -> Any:
         number = scalar_part(value)
         if not isinstance(number, (int, Fraction)):
-            raise KernelError(name, f"{name} of {number}, which only a call decides", "a number", "kernels have no steps")
+            raise KernelError(
+                name, f"{name} of {number}, which only a call decides", "a number", "kernels have no steps"
+            )
         return function(number)
 
     return of_number

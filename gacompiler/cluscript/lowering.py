@@ -118,7 +118,10 @@ def check_calls(script: str, macros: Macros, statements: Sequence[Statement], di
     """
     calls: dict[tuple[str, int], list[Call]] = {key: [] for key in macros}
     for key, macro in macros.items():
-        nodes = [*(each.value for each in macro.body if each.value is not None), *([macro.value] if macro.value else [])]
+        nodes = [
+            *(each.value for each in macro.body if each.value is not None),
+            *([macro.value] if macro.value else []),
+        ]
         calls[key] = [call for node in nodes for call in _calls(node)]
     outside: list[Call] = []
     for statement in statements:
@@ -286,7 +289,9 @@ class Lowering:
         if name in known:
             first = self._places.get(name)
             where = f" in line {first.line}" if frame is None and first else ""
-            raise self._fail(target.place, f"{name} has a value already{where}", "a new name", "variables do not change")
+            raise self._fail(
+                target.place, f"{name} has a value already{where}", "a new name", "variables do not change"
+            )
         place = self._is_read(name, frame)
         if place is not None:
             raise self._fail(target.place, f"{name} was read in line {place.line}, before it is assigned", "a new name")
@@ -315,7 +320,9 @@ class Lowering:
                 operand = self._value(node.operand, frame)
                 if node.operator == "*":
                     return self._call("Dual", (operand,), node.place)
-                return self._guarded(node.place, lambda: apply("negate" if node.operator == "-" else "reverse", operand))
+                return self._guarded(
+                    node.place, lambda: apply("negate" if node.operator == "-" else "reverse", operand)
+                )
             case Binary():
                 return self._binary(node, frame)
             case Call():

@@ -98,7 +98,10 @@ class _Reader:
             return []
         if token.kind == "name" and token.text in CONTROL:
             raise self.fail(
-                token.place, f"{token.text!r}: a script has no control flow", "assignments", "write one script for each case"
+                token.place,
+                f"{token.text!r}: a script has no control flow",
+                "assignments",
+                "write one script for each case",
             )
         if token.kind == "name" and token.text in UNSUPPORTED:
             raise self.fail(token.place, f"{token.text!r}: scripts have no {UNSUPPORTED[token.text]}")
@@ -148,7 +151,9 @@ class _Reader:
         if len(components) not in (3, 4):
             raise self.fail(place, f"Color with {len(components)} components", "red, green, blue, and perhaps alpha")
         self._take(";", "after Color(...)")
-        return Colour(components if len(components) == 4 else (*components, Number(Fraction(1), place)), is_background, place)
+        return Colour(
+            components if len(components) == 4 else (*components, Number(Fraction(1), place)), is_background, place
+        )
 
     def _macro(self) -> Macro:
         name = self._next()

@@ -7,6 +7,7 @@ from collections import namedtuple
 from collections.abc import Sequence
 from dataclasses import dataclass
 from fractions import Fraction
+from functools import cached_property
 from pathlib import Path
 from typing import Any
 
@@ -110,6 +111,13 @@ class Script(Kernel):
 
         return compile(self)(*arguments, **named)
 
+    @cached_property
+    def layouts(self) -> Any:
+        """The layouts of the results by name; asking compiles the script."""
+        from ..runtime import compile
+
+        return compile(self).layouts
+
     def multivectors(self, /, **values: Any) -> Any:
         """The results by the algebra layer: a named tuple of multivectors, exact where the values are."""
         expressions = self.function(*(parameter.symbols() for parameter in self.parameters))
@@ -121,8 +129,10 @@ class Script(Kernel):
         found = []
         for each in self.drawn:
             (value,) = self._evaluated([lift(each.value)], values)
+            parts = [part for part in each.colour or () if isinstance(part, Expression)]
+            known = iter(self._evaluated(parts, values))
             colour = each.colour and tuple(
-                float(part.scalar) for part in self._evaluated([lift(part) for part in each.colour], values)
+                float(next(known).scalar) if isinstance(part, Expression) else part for part in each.colour
             )
             found.append(Drawn(each.name, value, colour, each.null_space))
         return found
@@ -144,7 +154,9 @@ def _float(value: Any) -> Any:
     return float(value) if isinstance(value, (int, Fraction)) else value
 
 
-def read_cluscript(text: str, algebra: str | Path | Algebra | None = None, name: str = "script", file: str = "") -> Script:
+def read_cluscript(
+    text: str, algebra: str | Path | Algebra | None = None, name: str = "script", file: str = ""
+) -> Script:
     """Read a script of Gaalop's language.
 
     Parameters
@@ -269,7 +281,9 @@ def _function(values: tuple[Any, ...], parameters: tuple[Parameter, ...]) -> Any
     def function(*arguments: Any) -> tuple[Any, ...]:
         if all(a is b for a, b in zip(arguments, symbols, strict=True)):
             return tuple(map(lift, values))
-        return tuple(substituted([lift(value) for value in values], dict(zip(symbols, map(lift, arguments), strict=True))))
+        return tuple(
+            substituted([lift(value) for value in values], dict(zip(symbols, map(lift, arguments), strict=True)))
+        )
 
     return function
 
@@ -299,9 +313,7 @@ def _signature(
     return list(signature[0]), list(signature[1])
 
 
-def _restricted(
-    where: str, algebra: Algebra, value: Any, pragmas: Sequence[OutputBlades]
-) -> tuple[Any, Layout | None]:
+def _restricted(where: str, algebra: Algebra, value: Any, pragmas: Sequence[OutputBlades]) -> tuple[Any, Layout | None]:
     """A result, and its layout where ``#pragma output`` says which blades it has."""
     if not pragmas:
         return value, None

@@ -67,7 +67,7 @@ _WORD = re.compile(
 )
 """Numbers as in C: the longest that fits is taken, so ``2.e1`` is twenty."""
 _SPACE = re.compile(r"\s+")
-_DIRECTIVE = re.compile(r"[ \t]*(?://[ \t]*)?#(?P<word>\w*)[ \t]*(?P<rest>.*)")
+_DIRECTIVE = re.compile(r"[ \t]*(?://)?#(?P<word>\w*)[ \t]*(?P<rest>.*)")
 
 
 def words(script: str, text: str) -> tuple[list[Token], list[Directive]]:

@@ -71,4 +71,3 @@ def _in_plane(point: Any, dual: Any, e0: Any) -> dict[tuple[str, int], Any]:
         ("extractPoint1", 1): lambda pair: points_of(pair, 1),
         ("extractPoint2", 1): lambda pair: points_of(pair, -1),
     }
-
