@@ -5,6 +5,7 @@ from typing import Any
 from .algebra.algebra import Algebra
 from .algebra.layout import SCALAR, Layout
 from .algebra.multivector import Multivector
+from .cluscript import read_cluscript
 from .derivatives import hessian_vector, jacobian, jvp, matrix_of, vjp
 from .frontend.eigen import eigenvalues_symmetric, eigenvectors_symmetric
 from .frontend.equations import inverse_matrix, matrix_determinant, solve_linear, solve_symmetric
@@ -48,7 +49,6 @@ from .frontend.operations import (
     sin,
     undual,
 )
-from .cluscript import read_cluscript
 from .frontend.roots import cubic_roots, quadratic_roots, quartic_roots
 
 

@@ -104,7 +104,12 @@ _json = click.option("--json", "as_json", is_flag=True, help="Print JSON instead
 )
 @_algebra
 def generate(
-    specs: tuple[str, ...], output: Path | None, own: bool, no_build: bool, targets: tuple[str, ...], algebra: str | None
+    specs: tuple[str, ...],
+    output: Path | None,
+    own: bool,
+    no_build: bool,
+    targets: tuple[str, ...],
+    algebra: str | None,
 ) -> None:
     """Write a module (.py, .c, .h) for each spec file, and compile its C if a compiler is there.
 

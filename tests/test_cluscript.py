@@ -261,7 +261,8 @@ def motor_3d(t: float, d: float, x: float, y: float, z: float) -> dict[str, Any]
 
 @truth
 def dual_3dpga() -> dict[str, Any]:
-    names = "e0123 e123 e032 e013 e021 e23 e31 e12 e03 e02 e01 e3 e2 e1 e0 1".split()
+    names = ["e0123", "e123", "e032", "e013", "e021", "e23", "e31", "e12"]
+    names += ["e03", "e02", "e01", "e3", "e2", "e1", "e0", "1"]
     return {"d": PGA3.multivector({name: k + 1 for k, name in enumerate(names)})}
 
 
@@ -529,7 +530,7 @@ def coefficient_of(x: float) -> dict[str, Any]:
 
 @truth
 def functions(x: float) -> dict[str, Any]:
-    names = dict(zip("abcdfghij", "sin cos tan asin acos atan exp log sqrt".split(), strict=True))
+    names = dict(zip("abcdfghij", ["sin", "cos", "tan", "asin", "acos", "atan", "exp", "log", "sqrt"], strict=True))
     plain = {letter: getattr(math, name)(x) for letter, name in names.items()}
     more = {"k": x, "l": math.sin(x) * math.cos(x), "m": math.atan2(x, -1), "n": math.sqrt(2) + math.sin(1)}
     return plain | more
@@ -677,9 +678,9 @@ def test_what_a_script_computes(name: str, modules: dict[str, ModuleType], scrip
 
 
 NUMBA = (
-    "add complex_numbers rotate_3d motor_3d sphere translate circles_2d functions coefficient_of macro_outputs dcga_points "
-    "pragma_output constant names length ellipse"
-).split()
+    "add", "complex_numbers", "rotate_3d", "motor_3d", "sphere", "translate", "circles_2d", "functions",
+    "coefficient_of", "macro_outputs", "dcga_points", "pragma_output", "constant", "names", "length", "ellipse",
+)  # fmt: skip
 """Scripts that are run by numba too, which takes its time to compile."""
 
 

@@ -176,8 +176,8 @@ CGA3 = Algebra("CGA3", "e1 e2 e3 e0 einf", _null_gram(3), "e0123inf", layouts=_c
 STA = Algebra("STA", "g0 g1 g2 g3", [1, -1, -1, -1], "g10 g20 g30", layouts=_sta)
 G33 = null_pairs(3)
 
-# Algebras of quadrics, conics, cyclides and cubics, as scripts of Gaalop know them. They are no part of the catalog that
-# is listed: nobody should list their blades.
+# Algebras of conics, quadrics, cyclides and cubics, as scripts of Gaalop know them. They are not in `CATALOG`: nobody
+# should list their blades.
 GAC = _with_null_pairs("GAC", "e1 e2", "e0p e0m e0c einfp einfm einfc", 3)
 QGA = _with_null_pairs("QGA", "e1 e2 e3", "e0x e0y e0z einfx einfy einfz", 3)
 DCGA = Algebra(

@@ -8,7 +8,6 @@ from ..ir.cost import Cost
 from ..ir.program import Program
 from ..ir.uniform import Uniform
 
-
 NOTHING = "nothing"
 """The argument of kernels with named results that need none."""
 

@@ -1,4 +1,4 @@
-"""Kernels whose arguments are given by name and whose results are a named tuple: a function around the kernel object."""
+"""Kernels with arguments by name and a named tuple of results: a function around the kernel object."""
 
 from __future__ import annotations
 

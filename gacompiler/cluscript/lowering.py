@@ -249,9 +249,9 @@ class Lowering:
             value = self._value(statement.value, frame)
             if self._is_read(name, frame) is not None:
                 self._may_be_assigned(target, frame)
-            if statement.mark is Mark.OUTPUT and frame is None and self._normalize_from is not None:
-                if self._normalize_from < statement.place:
-                    value = self._guarded(statement.place, lambda: quotient(value, length(value)))
+            after = self._normalize_from
+            if statement.mark is Mark.OUTPUT and frame is None and after is not None and after < statement.place:
+                value = self._guarded(statement.place, lambda: quotient(value, length(value)))
             if frame is None:
                 self.meaning.values[name], self._places[name] = value, target.place
             else:

@@ -29,7 +29,7 @@ from .tokens import Place, ScriptError, Token
 PRIORITIES = {"+": 1, "-": 2, "*": 3, "/": 4, ".": 5, "^": 6}
 """Binary operators; all group to the left."""
 
-COLOURS = {
+COLOURS: dict[str, tuple[int | Fraction, ...]] = {
     "Black": (0, 0, 0), "Blue": (0, 0, 1), "Cyan": (0, 1, 1), "Green": (0, 1, 0), "Magenta": (1, 0, 1),
     "Orange": (1, Fraction(7, 10), 0), "Red": (1, 0, 0), "White": (1, 1, 1), "Yellow": (1, 1, 0),
 }  # fmt: skip
@@ -128,7 +128,7 @@ class _Reader:
         if name in DECLARATIONS and self._peek("(", 2):
             self._next()
             return self._declaration(place)
-        if name not in COLOURS and plain not in NULL_SPACES or self._peek("=", 2):
+        if (name not in COLOURS and plain not in NULL_SPACES) or self._peek("=", 2):
             return None
         self._at += 2
         if plain in NULL_SPACES:

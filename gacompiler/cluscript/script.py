@@ -122,7 +122,8 @@ class Script(Kernel):
         """The results by the algebra layer: a named tuple of multivectors, exact where the values are."""
         expressions = self.function(*(parameter.symbols() for parameter in self.parameters))
         found = self._evaluated(expressions, values)
-        return namedtuple(f"{self.name}_multivectors", self.outputs)(*found)  # type: ignore[misc]
+        kind: Any = namedtuple(f"{self.name}_multivectors", self.outputs)  # type: ignore[misc]
+        return kind(*found)
 
     def draw(self, /, **values: Any) -> list[Drawn]:
         """What is drawn, for these inputs: multivectors and colours of numbers."""

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from fractions import Fraction
 from typing import Any
 
@@ -12,7 +12,7 @@ from ...frontend.operations import hestenes_product, outer_product
 from ..values import sqrt
 
 Function = Callable[..., Any]
-Table = Mapping[tuple[str, int], Function]
+Table = dict[tuple[str, int], Function]
 
 HALF = Fraction(1, 2)
 

@@ -35,7 +35,7 @@ def conformal(algebra: Algebra) -> Table:
     def translator(*components: Any) -> Any:
         return 1 - HALF * (combination(flat, components) * einf)
 
-    table = {
+    table: Table = {
         ("Dual", 1): dual,
         ("VecN3", n): point,
         ("createPoint", n): point,

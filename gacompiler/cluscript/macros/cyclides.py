@@ -128,7 +128,7 @@ def _both(name: str, arity: int, a: Callable[..., Any], b: Callable[..., Any], w
 
 
 def _versors(a: _Copy, b: _Copy) -> Table:
-    table: dict[tuple[str, int], Any] = {}
+    table: Table = {}
     for name, arity in (("Rotor", 4), ("Dilator", 1), ("Translator", 3), ("Sphere", 4), ("Plane", 4), ("Line", 6)):
         table |= _both(name, arity, getattr(a, name.lower()), getattr(b, name.lower()))
     return table
@@ -210,14 +210,14 @@ def _surfaces(t: dict[str, Any]) -> Table:
         squares = total(*(x * x for x in p)) * t["1"] + t["xx"] + t["yy"] + t["zz"]
         return total(*(x * t[name] for name, x in zip(AXES, p, strict=True))) - HALF * squares
 
+    solids: Table = {("Toroid", 2): toroid, ("vertex", 3): vertex}
     return (
         {(name, 6): quadric(*what) for name, what in QUADRICS.items()}
+        | solids
         | {(f"PPlanes{axis.upper()}", 2): parallel(axis) for axis in AXES}
         | {(f"XPlanes{axis}", 4): crossed(axes) for axis, axes in CROSSED.items()}
         | {
-            ("Toroid", 2): toroid,
             ("DupinCyclide", 3): lambda a, r, s: cyclide(a, HALF * (r + s), HALF * (r - s)),
             ("hornedDupinCyclide", 3): lambda a, r, s: cyclide(a, HALF * (r - s), HALF * (r + s)),
-            ("vertex", 3): vertex,
         }
     )
