@@ -18,8 +18,9 @@ from ..errors import AlgebraError, InexactError, LayoutError, SpecError
 from ..frontend.expression import Expression, evaluate, lift
 from ..frontend.kernel import Kernel, Parameter
 from ..frontend.operations import assemble
+from .calls import check_calls, macros_of
 from .dialects import DECLARED, Dialect, dialect
-from .lowering import Lowering, Meaning, check_calls, macros_of
+from .lowering import Lowering, Meaning
 from .parser import parse
 from .pragmas import OutputBlades, Pragmas, Returned, read_pragmas
 from .syntax import Assignment, Declaration, Statement

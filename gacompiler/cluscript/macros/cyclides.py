@@ -142,7 +142,7 @@ def _points(a: _Copy, b: _Copy) -> Table:
         return x / sqrt(dot(x, x))
 
     infinity = wedge(a.infinity, b.infinity)
-    return _both("Point", 3, a.point, b.point, "createPoint") | {
+    table: Table = {
         ("DCGA_Point", 3): point,
         ("EV1", 3): a.point,
         ("EV2", 3): b.point,
@@ -156,6 +156,7 @@ def _points(a: _Copy, b: _Copy) -> Table:
         ("PV2", 1): b.projected,
         ("PV", 1): lambda x: a.projected(dot(x, b.infinity)),
     }
+    return _both("Point", 3, a.point, b.point, "createPoint") | table
 
 
 QUADRICS = {
