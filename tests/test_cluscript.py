@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import math
 import random
+import re
 from collections.abc import Callable, Iterator
 from fractions import Fraction
 from pathlib import Path
@@ -748,6 +749,13 @@ def test_inputs_are_in_order_of_first_appearance() -> None:
     assert read_cluscript("?b = k(x);\nk = { _P(1) }\nunused = w;", "2d").inputs == ("x", "w")
 
 
+def test_time_has_three_names() -> None:
+    """In Gaalop's own definition of space-time the first of four vectors is time."""
+    for text in ("?s = e1*e1 + 10*e2*e2 + 100*e4*e4;", "?s = e0*e0 + 10*e1*e1 + 100*e3*e3;", "?s = g0*g0 - 110;"):
+        assert read_cluscript(text, "sta").multivectors().s == 1 - 10 - 100
+    assert read_cluscript("?d = *e1;", "sta").multivectors().d == STA.multivector({"g123": -1})
+
+
 def test_messages_say_what_to_do() -> None:
     with pytest.raises(ScriptError, match="did you mean createPoint"):
         read_cluscript("?x = createPiont(1, 2, 3);", "cga")
@@ -813,6 +821,13 @@ def test_the_command_line(tmp_path: Path) -> None:
     path.write_text("?q = createPiont(x, 0, 0);")
     done = runner.invoke(main, ["generate", str(path), "--algebra", "cga3", "-o", out])
     assert done.exit_code == 1 and "moved.clu:1:6: no macro and no function createPiont" in done.output
+
+
+def test_the_page_runs() -> None:
+    """In one namespace, from top to bottom; asserts in it hold."""
+    blocks = re.findall(r"```python\n(.*?)```", (FOLDER.parent.parent / "docs" / "cluscript.md").read_text(), re.DOTALL)
+    assert len(blocks) == 2
+    exec(compile("\n".join(blocks), "docs/cluscript.md", "exec"), {"__name__": "cluscript"})
 
 
 def test_files_that_name_no_function(tmp_path: Path) -> None:

@@ -53,7 +53,8 @@ _GAALOP: dict[str, tuple[Algebra, Callable[[Algebra], Table], Mapping[str, str]]
     "3dpga": (catalog.PGA3, space, {}),
     "cra": (catalog.CGA2, conformal, {"ep": "1/2 einf - e0", "em": "1/2 einf + e0"}),
     "cga": (catalog.CGA3, conformal, {"ep": "1/2 einf - e0", "em": "1/2 einf + e0"}),
-    "sta": (catalog.STA, space_time, {f"e{k}": f"g{k}" for k in range(4)}),
+    "sta": (catalog.STA, space_time, {f"e{k + 1}": f"g{k}" for k in range(4)}),
+    "sta0": (catalog.STA, space_time, {f"e{k}": f"g{k}" for k in range(4)}),
     "gac": (catalog.GAC, conics, {
         f"e{sign}{k + 1}": f"1/2 einf{name} {'-' if sign == 'p' else '+'} e0{name}"
         for k, name in enumerate("pmc") for sign in "pm"
@@ -78,7 +79,12 @@ OTHER_NAMES = {
 DECLARED = {"DefVarsE2": "2d", "DefVarsE3": "3d", "DefVarsC2": "cra", "DefVarsN3": "cga"}
 """What older scripts say instead, in their first line."""
 
-NAMES = tuple(_GAALOP)
+NAMES = tuple(name for name in _GAALOP if name != "sta0")
+
+
+def fitting(chosen: Dialect, names: set[str]) -> Dialect:
+    """The dialect for a script that uses some names: in space-time, time is ``e1``, or ``e0`` where there is one."""
+    return _named("sta0") if chosen is _known.get("sta") and "e0" in names else chosen
 
 
 def dialect(algebra: str | Path | Algebra) -> Dialect:

@@ -19,7 +19,7 @@ from ..frontend.expression import Expression, evaluate, lift
 from ..frontend.kernel import Kernel, Parameter
 from ..frontend.operations import assemble
 from .calls import check_calls, macros_of
-from .dialects import DECLARED, Dialect, dialect
+from .dialects import DECLARED, Dialect, dialect, fitting
 from .lowering import Lowering, Meaning
 from .parser import parse
 from .pragmas import OutputBlades, Pragmas, Returned, read_pragmas
@@ -198,7 +198,7 @@ def read_cluscript(
     tokens, directives = words(where, text)
     pragmas = read_pragmas(where, directives)
     statements = parse(where, tokens)
-    chosen = _dialect(where, statements, algebra)
+    chosen = fitting(_dialect(where, statements, algebra), {token.text for token in tokens})
     own = macros_of(where, statements)
     if chosen.source:
         library, _ = words(chosen.where, chosen.source)
