@@ -34,7 +34,7 @@ def named_lines(kernel: KernelSource) -> list[str]:
         f"    return {results}({star}_{name}_kernel({arguments}))",
         "",
         "",
-        f"{name}.__doc__ = _{name}_kernel.__doc__",
+        f'{name}.__doc__ = (_{name}_kernel.__doc__ or "").replace("``{name}.jit", "``{name}.kernel.jit")',
         f"{name}.kernel = _{name}_kernel  # type: ignore[attr-defined]",
         f"{name}.cost = _{name}_kernel.cost  # type: ignore[attr-defined]",
         f"{name}.layouts = {{  # type: ignore[attr-defined]",
