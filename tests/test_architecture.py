@@ -21,7 +21,7 @@ ALLOWED: dict[str, set[str]] = {
     "calculus": {"calculus", "errors", "algebra", "rings", "sympy"},
     "frontend": {"frontend", "errors", "algebra", "rings", "ir.scalar"},
     "passes": {"passes", "errors", "algebra", "rings", "frontend", "ir", "mpmath"},
-    "cluscript": {"cluscript", "errors", "algebra", "frontend", "runtime"},
+    "cluscript": {"cluscript", "errors", "algebra", "frontend", "ir.scalar", "runtime"},
     "backends": {"backends", "errors", "ir", "jinja2"},
 }
 """What each package of the compiler may import beside the standard library."""

@@ -2,14 +2,32 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from fractions import Fraction
 from typing import Any
 
 from ..algebra.multivector import Multivector
 from ..algebra.versors import SMALL_DIMENSION, n_vectors
 from ..errors import ZeroDivisorError
-from ..frontend.expression import Expression, topological
+from ..frontend.expression import INPUT, Expression, evaluate, topological
 from ..frontend.operations import apply, inverse, norm_squared, reverse
+from ..ir.scalar import Graph
+
+
+def zero_divisors(divisors: Sequence[Expression]) -> list[bool]:
+    """Which scalars and vectors of some, arguments of divisions before what needs them, are zero for every input."""
+    found, graph, memory = [], Graph(), dict[Expression, Multivector]()
+    for divisor in divisors:
+        checked = divisor if divisor.is_scalar else norm_squared(divisor)
+        names = [e.data.components[0] for e in topological([checked], memory) if e.operation == INPUT]
+        inputs = {name: graph.variable(name) for name in names}
+        (value,) = evaluate([checked], inputs, memory, graph.lift)
+        number = graph.lift(value.scalar)
+        found.append(number.is_constant and number.value == 0)
+        if found[-1]:
+            break
+    return found
+
 
 _KEEPS = ("reverse", "negate", "outer_product", "hestenes_product", "grade_involution", "dual", "undual")
 """What makes blades of blades."""
@@ -28,6 +46,8 @@ def quotient(a: Any, b: Any) -> Any:
     """
     if isinstance(b, (int, Fraction)) and b == 0:
         raise ZeroDivisorError("division", "a division by zero", "a divisor other than zero")
+    if isinstance(b, (Expression, Multivector)) and not b.blades:
+        raise ZeroDivisorError("division", f"a division by {b}, which is zero", "a divisor other than zero")
     if not isinstance(b, (Expression, Multivector)) or (isinstance(b, Expression) and b.is_scalar):
         return apply("divide", a, b)
     if isinstance(b, Multivector):

@@ -13,7 +13,7 @@ from ..frontend.expression import Expression
 from ..frontend.operations import apply
 from .calls import Macros
 from .dialects import Dialect
-from .division import quotient
+from .division import quotient, zero_divisors
 from .functions import FUNCTIONS
 from .syntax import (
     Argument,
@@ -118,6 +118,7 @@ class Lowering:
         self._null_space: str | None = None
         self._places: dict[str, Place] = {}
         self._counts: dict[str, int] = {}
+        self._divisors: list[tuple[Expression, Place]] = []
         self.meaning = Meaning()
 
     def run(self, statements: Sequence[Statement]) -> Meaning:
@@ -136,6 +137,7 @@ class Lowering:
                     self._null_space = statement.name
                 case Macro() | Declaration():
                     pass
+        self._refuse_zero_divisors()
         return self.meaning
 
     def _fail(self, place: Place, found: str, expected: str = "", remedy: str = "") -> ScriptError:
@@ -239,11 +241,23 @@ class Lowering:
         for each in reversed(chain):
             right, left = self._value(each.right, frame), value
             if each.operator == "/":
+                self._note_divisor(right, each.place)
                 value = self._guarded(each.place, lambda left=left, right=right: quotient(left, right))  # type: ignore[misc]
             else:
                 name = OPERATIONS[each.operator]
                 value = self._guarded(each.place, lambda n=name, left=left, right=right: apply(n, left, right))  # type: ignore[misc]
         return value
+
+    def _note_divisor(self, divisor: Any, place: Place) -> None:
+        grades = {blade.bit_count() for blade in divisor.blades} if isinstance(divisor, Expression) else None
+        if grades in ({0}, {1}):
+            self._divisors.append((divisor, place))
+
+    def _refuse_zero_divisors(self) -> None:
+        divisors = [divisor for divisor, _ in self._divisors]
+        for is_zero, (divisor, place) in zip(zero_divisors(divisors), self._divisors, strict=False):
+            if is_zero:
+                raise self._fail(place, f"a division by {divisor}, which is zero", "a divisor other than zero")
 
     def _name(self, node: Name, frame: _Frame | None) -> Any:
         name = node.text
