@@ -5,6 +5,7 @@ from typing import Any
 from .algebra.algebra import Algebra
 from .algebra.layout import SCALAR, Layout
 from .algebra.multivector import Multivector
+from .cluscript import read_cluscript
 from .derivatives import hessian_vector, jacobian, jvp, matrix_of, vjp
 from .frontend.eigen import eigenvalues_symmetric, eigenvectors_symmetric
 from .frontend.equations import inverse_matrix, matrix_determinant, solve_linear, solve_symmetric
@@ -68,6 +69,7 @@ __all__ = [
     "hessian_vector", "hestenes_product", "inner_product", "inverse", "inverse_matrix", "jacobian", "join", "jvp",
     "kernel", "left_contraction", "log", "matrix_determinant", "matrix_of", "maximum", "meet", "minimum", "norm",
     "norm_squared", "normalize", "outer_product", "polarity", "power", "quadratic_roots", "quartic_roots",
+    "read_cluscript",
     "regressive_product", "reverse", "right_contraction", "sandwich", "scalar_product", "select", "sin", "solve_linear",
     "solve_symmetric", "sqrt", "undual", "vjp",
 ]  # fmt: skip

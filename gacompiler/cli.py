@@ -72,6 +72,9 @@ def main() -> None:
     """Compile geometric-algebra definitions into specialised, proved kernels."""
 
 
+_algebra = click.option(
+    "--algebra", "algebra", default=None, help="Of scripts (.clu): cga, 3dpga, ..., or a folder with definition.csv."
+)
 _json = click.option("--json", "as_json", is_flag=True, help="Print JSON instead of a table.")
 
 
@@ -81,6 +84,7 @@ _json = click.option("--json", "as_json", is_flag=True, help="Print JSON instead
         "gac generate my_kernels.py --target rust --target cuda   out/my_kernels.rs and .cu, no C",
         "gac generate --all           the modules under generated/",
         "gac generate --all pga3 cga3",
+        "gac generate horizon.clu --algebra cga3   a script of Gaalop's language",
     )
 )
 @click.argument("specs", nargs=-1)
@@ -98,7 +102,15 @@ _json = click.option("--json", "as_json", is_flag=True, help="Print JSON instead
     show_default=True,
     help="A language to write; may be given again. c is C with the Python module; the others are one file for a spec.",
 )
-def generate(specs: tuple[str, ...], output: Path | None, own: bool, no_build: bool, targets: tuple[str, ...]) -> None:
+@_algebra
+def generate(
+    specs: tuple[str, ...],
+    output: Path | None,
+    own: bool,
+    no_build: bool,
+    targets: tuple[str, ...],
+    algebra: str | None,
+) -> None:
     """Write a module (.py, .c, .h) for each spec file, and compile its C if a compiler is there.
 
     Other languages are written as one file, with functions of one element and over batches; what they are given is
@@ -108,7 +120,7 @@ def generate(specs: tuple[str, ...], output: Path | None, own: bool, no_build: b
         raise click.UsageError("name at least one spec file, or give --all")
     others = [target for target in TARGETS if target in targets]
     elsewhere = output or Path("out")
-    found = _own(specs) if own else [load_spec(Path(spec)) for spec in specs]
+    found = _own(specs) if own else [load_spec(Path(spec), algebra=algebra) for spec in specs]
     with _progress(sum(len(spec.kernels) for spec in found)) as advance:
         modules = [compile_spec(spec, advance) for spec in found]
     in_others = [render_targets(module, others) for module in modules]
@@ -182,9 +194,10 @@ def check(names: tuple[str, ...]) -> None:
 @click.option("--stage", type=click.Choice(list(STAGES)), help="Only this stage.")
 @click.option("--why", is_flag=True, help="What each step of the program taken saves, and what was not tried.")
 @click.option("--latex", "as_latex", is_flag=True, help="The definition and the program as LaTeX.")
-def show(target: str, stage: str | None, why: bool, as_latex: bool) -> None:
+@_algebra
+def show(target: str, stage: str | None, why: bool, as_latex: bool, algebra: str | None) -> None:
     """Show how a kernel is made, stage by stage."""
-    record = compile_kernel(_kernel(target))
+    record = compile_kernel(_kernel(target, algebra))
     if as_latex:
         click.echo(latex(record))
         return
@@ -206,9 +219,10 @@ def show(target: str, stage: str | None, why: bool, as_latex: bool) -> None:
 )
 @click.argument("spec")
 @_json
-def cost(spec: str, as_json: bool) -> None:
+@_algebra
+def cost(spec: str, as_json: bool, algebra: str | None) -> None:
     """Count the operations of every kernel: mul, add, div, sqrt, call, choice, fma."""
-    records = _compiled(_spec(spec))
+    records = _compiled(_spec(spec, algebra))
     counts = {record.kernel.name: record.cost.as_dict() for record in records}
     if as_json:
         click.echo(json.dumps(counts, indent=2))
@@ -236,13 +250,14 @@ def cost(spec: str, as_json: bool) -> None:
 )
 @click.option("--all", "own", is_flag=True, help="Every module under generated/.")
 @_json
-def verify(specs: tuple[str, ...], output: Path | None, own: bool, as_json: bool) -> None:
+@_algebra
+def verify(specs: tuple[str, ...], output: Path | None, own: bool, as_json: bool, algebra: str | None) -> None:
     """Prove the generated files on disk: read them back and compare every kernel with its definition.
 
     Exact rational points that satisfy the relations decide; what runs is then measured in ulp. Exit status 1 if any
     kernel is not proved.
     """
-    found = _own(()) if own else [_spec(spec) for spec in specs]
+    found = _own(()) if own else [_spec(spec, algebra) for spec in specs]
     if not found:
         raise click.UsageError("name at least one spec, or give --all")
     rows: list[tuple[str, Verdict]] = []
@@ -376,17 +391,19 @@ def _is_own(spec: Spec) -> bool:
     return spec.command.startswith("gac generate --all")
 
 
-def _spec(text: str) -> Spec:
+def _spec(text: str, algebra: str | None = None) -> Spec:
     """A spec by path, or a checked-in module by name."""
     own = {path.stem for path in own_specs()}
-    return _own((text,))[0] if text in own and not Path(text).is_file() else load_spec(Path(text))
+    return _own((text,))[0] if text in own and not Path(text).is_file() else load_spec(Path(text), algebra=algebra)
 
 
-def _kernel(target: str) -> Kernel:
+def _kernel(target: str, algebra: str | None = None) -> Kernel:
+    if target.endswith(".clu"):
+        target = f"{target}:{Path(target).stem}"
     path, colon, name = target.rpartition(":")
     if not colon:
         raise SpecError(target, "no kernel named", "SPEC:KERNEL, such as my_kernels.py:move_point")
-    kernels = {kernel.name: kernel for kernel in _spec(path).kernels}
+    kernels = {kernel.name: kernel for kernel in _spec(path, algebra).kernels}
     if name not in kernels:
         raise SpecError(path, f"no kernel {name}", "one of " + " ".join(kernels))
     return kernels[name]

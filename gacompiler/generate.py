@@ -21,6 +21,7 @@ from .backends.javascript import javascript_source
 from .backends.module import KernelSource, LayoutText, ModuleSource
 from .backends.opencl import opencl_source
 from .backends.rust import rust_source
+from .cluscript import load_script
 from .errors import BackendError, GacError, SpecError
 from .frontend.kernel import Kernel
 from .passes.operators import operator_of
@@ -50,8 +51,10 @@ class Spec:
     kernels: tuple[Kernel, ...]
 
 
-def load_spec(path: Path, command: str | None = None) -> Spec:
+def load_spec(path: Path, command: str | None = None, algebra: str | None = None) -> Spec:
     """Run a spec file and collect its kernels, in the order of their definition.
+
+    A file ``.clu`` is a script of Gaalop's language in the named `algebra`, and one kernel.
 
     Raises
     ------
@@ -63,6 +66,8 @@ def load_spec(path: Path, command: str | None = None) -> Spec:
             str(path), "no such file", "a Python file with @kernel functions", "write one with `gac new NAME`"
         )
     text = path.read_text()
+    if path.suffix == ".clu":
+        return _script_spec(path, text, algebra)
     try:
         code = compile(text, str(path), "exec")
     except SyntaxError as error:
@@ -108,6 +113,13 @@ def load_spec(path: Path, command: str | None = None) -> Spec:
     )
 
 
+def _script_spec(path: Path, text: str, algebra: str | None) -> Spec:
+    script = load_script(path, algebra)
+    command = f"gac generate {path.name}" + (f" --algebra {algebra}" if algebra else "")
+    digest = hashlib.sha256(text.encode()).hexdigest()[:16]
+    return Spec(script.name, command, f"The script {path.name}.", digest, (script,))
+
+
 def _place(path: Path, error: BaseException) -> str:
     line = None
     trace = error.__traceback__
@@ -151,6 +163,7 @@ def kernel_source(record: Compilation) -> KernelSource:
         tuple(relations),
         record.uniform,
         operator_of(record),
+        kernel.result_names,
         rounding_error(record),
     )
 

@@ -21,6 +21,7 @@ ALLOWED: dict[str, set[str]] = {
     "calculus": {"calculus", "errors", "algebra", "rings", "sympy"},
     "frontend": {"frontend", "errors", "algebra", "rings", "ir.scalar"},
     "passes": {"passes", "errors", "algebra", "rings", "frontend", "ir", "mpmath"},
+    "cluscript": {"cluscript", "errors", "algebra", "frontend", "ir.scalar", "runtime"},
     "backends": {"backends", "errors", "ir", "jinja2"},
     "objects": {
         *("objects", "errors", "algebra", "rings", "ir", "frontend", "passes", "backends", "generate", "runtime"),

@@ -153,6 +153,16 @@ def _null_gram(n: int) -> list[list[int]]:
     return gram
 
 
+def _with_null_pairs(name: str, flat: str, null: str, n: int) -> Algebra:
+    """Euclidean vectors, and `n` null vectors with partners in the same order; partners have the product -1."""
+    first = len(flat.split())
+    size = first + 2 * n
+    gram = [[int(i == j and i < first) for j in range(size)] for i in range(size)]
+    for k in range(first, first + n):
+        gram[k][k + n] = gram[k + n][k] = -1
+    return Algebra(name, f"{flat} {null}", gram)
+
+
 COMPLEX = Algebra("COMPLEX", "e1", [-1], layouts=_numbers("1 e1"))
 DUAL_NUMBERS = Algebra("DUAL_NUMBERS", "e0", [0], layouts=_numbers("1 e0"))
 DOUBLE_NUMBERS = Algebra("DOUBLE_NUMBERS", "e1", [1], layouts=_numbers("1 e1"))
@@ -165,6 +175,16 @@ CGA2 = Algebra("CGA2", "e1 e2 e0 einf", _null_gram(2), "e012inf", layouts=_cga2)
 CGA3 = Algebra("CGA3", "e1 e2 e3 e0 einf", _null_gram(3), "e0123inf", layouts=_cga3)
 STA = Algebra("STA", "g0 g1 g2 g3", [1, -1, -1, -1], "g10 g20 g30", layouts=_sta)
 G33 = null_pairs(3)
+
+# Algebras of conics, quadrics, cyclides and cubics, as scripts of Gaalop know them. They are not in `CATALOG`: nobody
+# should list their blades.
+GAC = _with_null_pairs("GAC", "e1 e2", "e0p e0m e0c einfp einfm einfc", 3)
+QGA = _with_null_pairs("QGA", "e1 e2 e3", "e0x e0y e0z einfx einfy einfz", 3)
+DCGA = Algebra(
+    "DCGA", "e1 e2 e3 eo1 ei1 e6 e7 e8 eo2 ei2",
+    [[_null_gram(3)[i % 5][j % 5] * (i // 5 == j // 5) for j in range(10)] for i in range(10)],
+)  # fmt: skip
+CCGA = _with_null_pairs("CCGA", "e1 e2", " ".join(f"e{x}{k + 1}" for x in "oi" for k in range(7)), 7)
 
 CATALOG = {
     algebra.name: algebra

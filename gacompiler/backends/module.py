@@ -8,6 +8,9 @@ from ..ir.cost import Cost
 from ..ir.program import Program
 from ..ir.uniform import Uniform
 
+NOTHING = "nothing"
+"""The argument of kernels with named results that need none."""
+
 
 @dataclass(frozen=True, slots=True)
 class LayoutText:
@@ -46,8 +49,15 @@ class KernelSource:
     """Forms for batches in which some arguments are the same for every element, the cheapest first."""
     operator: tuple[str, tuple[str, ...]] | None = None
     """The operator on values that the kernel is, ``*`` or ``()``, and the arguments that are its operands, in order."""
+    result_names: tuple[str, ...] = ()
+    """Names of the results, where a function around the kernel gives them as a named tuple."""
     error: str = ""
     """The measured error, for readers: ``1.5 ulp (1000 random inputs)``; empty while it is being measured."""
+
+    @property
+    def is_constant(self) -> bool:
+        """Whether its only argument is there because kernels have one."""
+        return bool(self.result_names) and [argument.name for argument in self.program.arguments] == [NOTHING]
 
 
 @dataclass(frozen=True, slots=True)

@@ -16,6 +16,7 @@ from .c import c_source, environment
 from .c_batch import C_ENDINGS, C_HELPERS, FORM_PARTS, form_name
 from .documentation import docstring, stamp
 from .module import KernelSource, LayoutText, ModuleSource
+from .named import named_lines
 from .numba import function_text
 from .values import class_text, operator_lines, value_types
 
@@ -165,6 +166,7 @@ def _kernel(kernel: KernelSource, layouts: dict[LayoutText, str]) -> dict[str, o
         "cost": "{" + ", ".join(f"{_string(name)}: {count}" for name, count in kernel.cost.as_dict().items()) + "}",
         "polynomial": program.is_polynomial,
         "ending": kernel_ending(program, kernel.uniform),
+        "named": named_lines(kernel),
     }
 
 

@@ -90,8 +90,10 @@ class Kernel:
     name: str
     function: Callable[..., Any]
     parameters: tuple[Parameter, ...]
-    returns: Type | tuple[Type, ...] | None
+    returns: Type | tuple[Type | None, ...] | None
     summary: str
+    result_names: tuple[str, ...] = ()
+    """Names of the results, where they are to come as a named tuple that holds every coefficient but zeros."""
 
     def __call__(self, *arguments: Any) -> Any:
         return self.function(*arguments)
@@ -201,15 +203,21 @@ def trace(definition: Kernel) -> Trace:
         types: tuple[Type | None, ...] = pinned if isinstance(pinned, tuple) else (pinned,) * len(value)
         if len(types) != len(value):
             raise KernelError(definition.where, f"{len(value)} results", f"{len(types)} as returns= says")
-        outputs = tuple(
-            _output(definition, f"out_{k}", v, t) for k, (v, t) in enumerate(zip(value, types, strict=True))
-        )
+        names = _result_names(definition, len(value))
+        outputs = tuple(_output(definition, n, v, t) for n, v, t in zip(names, value, types, strict=True))
     elif isinstance(pinned, tuple):
         raise KernelError(definition.where, "one result", f"a tuple of {len(pinned)} as returns= says")
     else:
         outputs = (_output(definition, "out", value, pinned),)
     _check_inputs(definition, outputs)
     return Trace(definition, outputs)
+
+
+def _result_names(definition: Kernel, n: int) -> list[str]:
+    """Names of several results; those given, unless an argument has one."""
+    taken = {parameter.name for parameter in definition.parameters}
+    given = definition.result_names
+    return [f"{name}_out" if name in taken else name for name in given] if given else [f"out_{k}" for k in range(n)]
 
 
 def _output(definition: Kernel, name: str, value: Any, pinned: Type | None) -> Output:

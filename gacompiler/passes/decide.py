@@ -26,6 +26,7 @@ from ..rings.points import DIGITS
 from ..rings.polynomial import Polynomial
 from .lower import Lowering, Reduction, Slot, author_scalars, stages
 from .matrices import has_huge_product
+from .named import prove_each
 from .samples import samples, to_mpmath
 
 POINTS, FEW_POINTS = 4, 2
@@ -60,7 +61,7 @@ def decide(trace: Trace, variants: Sequence[Sequence[Expression]]) -> Decision:
                 suspected[k, blade] = Fraction(scalar)
             elif scalar.is_constant:
                 suspected[k, blade] = scalar.value
-    constants = _prove(trace, suspected, variants)
+    constants = (prove_each if trace.kernel.result_names else _prove)(trace, suspected, variants)
     layouts, slots, related = [], [], []
     first = 0
     for output in trace.outputs:
@@ -70,7 +71,7 @@ def decide(trace: Trace, variants: Sequence[Sequence[Expression]]) -> Decision:
             blade: _common(constants, [(k, blade) for k in numbers], [supports[k] for k in numbers])
             for blade in sorted({blade for k in numbers for blade in supports[k]})
         }
-        layout = output.layout or _infer(output, found)
+        layout = output.layout or _infer(output, found, bool(trace.kernel.result_names))
         _check(trace, output, layout, found)
         layouts.append(layout)
         related.append(all(_satisfies(layout, value[k]) for value in points for k in numbers))
@@ -147,13 +148,16 @@ def _prove(
     return proved
 
 
-def _infer(output: Output, found: Mapping[int, Any]) -> Layout:
-    """The layout that holds a result: a named one with the same blades if the algebra has it, else one made for it."""
+def _infer(output: Output, found: Mapping[int, Any], with_constants: bool = False) -> Layout:
+    """The layout that holds a result: a named one with the same blades if the algebra has it, else one made for it.
+
+    Constants are stored too where that is asked for.
+    """
     algebra = next((e.algebra for e in output.expressions if e.algebra != SCALARS), SCALARS)
     variable = {blade for blade, value in found.items() if value is None}
     fixed = {blade: value for blade, value in found.items() if value is not None and value != 0}
-    if not variable:
-        variable, fixed = set(fixed) or {0}, {}
+    if not variable or with_constants:
+        variable, fixed = variable | set(fixed) or {0}, {}
     if variable == {0} and not fixed:
         return SCALAR
     for candidate in algebra.layouts.values():

@@ -59,6 +59,8 @@ def choose_program(record: Compilation) -> Compilation:
 def split_uniform(record: Compilation) -> Compilation:
     """Find forms for batches in which some arguments are the same for every element."""
     assert record.trace is not None and record.decision is not None and record.gate is not None
+    if record.kernel.result_names:
+        return record  # scripts have many numbers as arguments, and a second is all that they may take
     slots = [slot for each in record.decision.slots for slot in each]
     forms = uniform_forms(record.kernel, record.trace.expressions, slots, record.program, record.gate)
     return replace(record, uniform=forms)

@@ -1,0 +1,93 @@
+"""``a / b`` of multivectors: times the inverse of ``b``, by the cheapest formula that is exact for it."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from fractions import Fraction
+from typing import Any
+
+from ..algebra.multivector import Multivector
+from ..algebra.versors import SMALL_DIMENSION, n_vectors
+from ..errors import ZeroDivisorError
+from ..frontend.expression import INPUT, Expression, evaluate, topological
+from ..frontend.operations import apply, inverse, norm_squared, reverse
+from ..ir.scalar import Graph
+
+
+def zero_divisors(divisors: Sequence[Expression]) -> list[bool]:
+    """Which scalars and vectors of some, arguments of divisions before what needs them, are zero for every input."""
+    found, graph, memory = [], Graph(), dict[Expression, Multivector]()
+    for divisor in divisors:
+        checked = divisor if divisor.is_scalar else norm_squared(divisor)
+        names = [e.data.components[0] for e in topological([checked], memory) if e.operation == INPUT]
+        inputs = {name: graph.variable(name) for name in names}
+        (value,) = evaluate([checked], inputs, memory, graph.lift)
+        number = graph.lift(value.scalar)
+        found.append(number.is_constant and number.value == 0)
+        if found[-1]:
+            break
+    return found
+
+
+_KEEPS = ("reverse", "negate", "outer_product", "hestenes_product", "grade_involution", "dual", "undual")
+"""What makes blades of blades."""
+
+
+def quotient(a: Any, b: Any) -> Any:
+    """``a b**-1``.
+
+    Of blades, versors and their multiples the inverse is ``~b / (b ~b)``. Of other elements over up to five basis
+    vectors it is the whole inverse; over more, ``~b`` over the scalar part of ``b ~b``, as in Gaalop.
+
+    Raises
+    ------
+    ZeroDivisorError
+        When `b` has no inverse, as far as its form tells.
+    """
+    if isinstance(b, (int, Fraction)) and b == 0:
+        raise ZeroDivisorError("division", "a division by zero", "a divisor other than zero")
+    if isinstance(b, (Expression, Multivector)) and not b.blades:
+        raise ZeroDivisorError("division", f"a division by {b}, which is zero", "a divisor other than zero")
+    if not isinstance(b, (Expression, Multivector)) or (isinstance(b, Expression) and b.is_scalar):
+        return apply("divide", a, b)
+    if isinstance(b, Multivector):
+        return apply("geometric_product", a, inverse(b))
+    if n_vectors(b.blades) > SMALL_DIMENSION or _is_blade_or_versor(b):
+        square = norm_squared(b)
+        if not square.blades:
+            raise ZeroDivisorError("division", f"{b}, whose square is zero", "an element with an inverse")
+        return apply("divide", apply("geometric_product", a, reverse(b)), square)
+    return apply("geometric_product", a, inverse(b))
+
+
+def _is_blade_or_versor(b: Expression) -> bool:
+    """Whether ``b ~b`` is a scalar, as far as the way it is built tells.
+
+    Products of versors are versors; inner and outer products, and duals, of blades are blades.
+    """
+    blade: dict[Expression, bool] = {}
+    versor: dict[Expression, bool] = {}
+    for node in topological([b]):
+        simple = node.is_scalar or all(each.bit_count() == 1 for each in node.blades)
+        if not simple and isinstance(node.data, Multivector):
+            square = node.data * reverse(node.data)
+            simple = not any(square.terms) and len({each.bit_count() for each in node.data.terms}) == 1
+        inner = node.arguments
+        scaled = node.operation == "geometric_product" and any(x.is_scalar for x in inner)
+        blades = all(blade[x] for x in inner)
+        blade[node] = simple or (
+            bool(inner)
+            and blades
+            and (scaled or node.operation in _KEEPS or _is_dual(node) or node.operation == "divide")
+        )
+        versors = bool(inner) and all(versor[x] for x in inner)
+        versor[node] = blade[node] or (
+            versors and node.operation in ("geometric_product", "reverse", "negate", "divide", "sandwich")
+        )
+    return versor[b]
+
+
+def _is_dual(node: Expression) -> bool:
+    """Whether a product has a pseudoscalar as one factor."""
+    everything = {node.algebra.everything}
+    return node.operation == "geometric_product" and any(set(x.blades) == everything for x in node.arguments)

@@ -1,0 +1,58 @@
+"""What the tables of macros share."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from fractions import Fraction
+from typing import Any
+
+from ...algebra.algebra import Algebra
+from ...algebra.multivector import Multivector
+from ...frontend.operations import hestenes_product, outer_product
+from ..values import sqrt
+
+Function = Callable[..., Any]
+Table = dict[tuple[str, int], Function]
+
+HALF = Fraction(1, 2)
+
+
+def basis(algebra: Algebra) -> dict[str, Multivector]:
+    """The basis vectors by name."""
+    return dict(zip(algebra.vectors, algebra.basis(), strict=True))
+
+
+def wedge(*factors: Any) -> Any:
+    """The outer product of all."""
+    result = factors[0]
+    for factor in factors[1:]:
+        result = outer_product(result, factor)
+    return result
+
+
+def dot(a: Any, b: Any) -> Any:
+    """``a . b`` of scripts: zero where one factor is a scalar."""
+    return hestenes_product(a, b)
+
+
+def total(*terms: Any) -> Any:
+    """The sum of all."""
+    result = terms[0]
+    for term in terms[1:]:
+        result = result + term
+    return result
+
+
+def length(*components: Any) -> Any:
+    """The root of the sum of squares."""
+    return sqrt(total(*(component * component for component in components)))
+
+
+def combination(vectors: list[Multivector], components: tuple[Any, ...]) -> Any:
+    """The sum of vectors times components."""
+    return total(*(component * vector for component, vector in zip(components, vectors, strict=True)))
+
+
+def times(factor: Any) -> Function:
+    """The macro that multiplies its argument by `factor` from the right: a dual."""
+    return lambda x: x * factor

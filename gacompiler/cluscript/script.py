@@ -1,0 +1,359 @@
+"""A script as a kernel: read, traced, ready for every pass and backend."""
+
+from __future__ import annotations
+
+import keyword
+from collections import namedtuple
+from collections.abc import Sequence
+from dataclasses import dataclass
+from fractions import Fraction
+from functools import cached_property
+from pathlib import Path
+from typing import Any
+
+from ..algebra.algebra import Algebra
+from ..algebra.layout import SCALAR, SCALARS, Layout
+from ..algebra.multivector import Multivector
+from ..errors import AlgebraError, InexactError, LayoutError, SpecError
+from ..frontend.expression import Expression, evaluate, lift
+from ..frontend.kernel import Kernel, Parameter
+from ..frontend.operations import assemble
+from .calls import check_calls, macros_of
+from .dialects import DECLARED, Dialect, dialect, fitting
+from .lowering import Lowering, Meaning
+from .parser import parse
+from .pragmas import OutputBlades, Pragmas, Returned, read_pragmas
+from .syntax import Assignment, Declaration, Statement
+from .tokens import Place, ScriptError, words
+
+NOTHING = "nothing"
+"""The argument of a script without inputs: kernels have one."""
+RESERVED = ("out", "num_threads", NOTHING)
+"""Names that a generated function has for something else."""
+
+
+@dataclass(frozen=True, slots=True)
+class Drawn:
+    """An object that a script draws.
+
+    Attributes
+    ----------
+    name : str
+    value : Multivector or Expression
+        A multivector of numbers after `Script.draw`, an expression before.
+    colour : tuple, optional
+        Red, green, blue and alpha, in [0, 1]; None where the script sets none.
+    null_space : str, optional
+        ``IPNS`` or ``OPNS``, where the script says how it is meant.
+    """
+
+    name: str
+    value: Any
+    colour: tuple[Any, ...] | None
+    null_space: str | None
+
+
+@dataclass(frozen=True)
+class Script(Kernel):
+    """A script of Gaalop's language: a kernel whose arguments and results have names.
+
+    Call it with numbers or arrays by name: it is compiled once, and the result is a named tuple of arrays. It is a
+    kernel besides: `gacompiler.compile`, `jacobian` and other kernels take it.
+
+    Attributes
+    ----------
+    name : str
+    inputs, outputs : tuple of str
+        Names of arguments and results, in order.
+    algebra : Algebra
+    drawn : tuple of Drawn
+        What it draws, in order.
+    background : tuple, optional
+        Red, green, blue, alpha.
+    ranges : dict of str to (float, float)
+        What ``#pragma range`` says of inputs.
+    segments, triangles : tuple of tuples of str
+        Names of points to be joined.
+    evaluated : tuple of str
+        Marked with ``!``, or by ``#pragma onlyEvaluate``. The optimiser decides itself what it keeps.
+    insertions, returned
+        What is meant for Gaalop's own targets: kept, not used.
+    """
+
+    inputs: tuple[str, ...] = ()
+    outputs: tuple[str, ...] = ()
+    algebra: Algebra = SCALARS
+    drawn: tuple[Drawn, ...] = ()
+    background: tuple[Any, ...] | None = None
+    ranges: Any = None
+    segments: tuple[tuple[str, ...], ...] = ()
+    triangles: tuple[tuple[str, ...], ...] = ()
+    evaluated: tuple[str, ...] = ()
+    insertions: tuple[str, ...] = ()
+    returned: tuple[Returned, ...] = ()
+    file: str = ""
+
+    def __hash__(self) -> int:
+        return id(self)
+
+    def __eq__(self, other: object) -> bool:
+        return self is other
+
+    @property
+    def where(self) -> str:
+        """The script, for messages."""
+        return f"{self.file}: script {self.name}"
+
+    def __call__(self, /, *arguments: Any, **named: Any) -> Any:
+        if any(isinstance(argument, Expression) for argument in (*arguments, *named.values())):
+            names = dict(zip(self.inputs, arguments, strict=False)) | named
+            return self.function(*(names[name] for name in self.inputs))
+        from ..runtime import compile
+
+        return compile(self)(*arguments, **named)
+
+    @cached_property
+    def layouts(self) -> Any:
+        """The layouts of the results by name; asking compiles the script."""
+        from ..runtime import compile
+
+        return compile(self).layouts
+
+    def multivectors(self, /, **values: Any) -> Any:
+        """The results by the algebra layer: a named tuple of multivectors, exact where the values are."""
+        expressions = self.function(*(parameter.symbols() for parameter in self.parameters))
+        found = self._evaluated(expressions, values)
+        kind: Any = namedtuple(f"{self.name}_multivectors", self.outputs)  # type: ignore[misc]
+        return kind(*found)
+
+    def draw(self, /, **values: Any) -> list[Drawn]:
+        """What is drawn, for these inputs: multivectors and colours of numbers."""
+        found = []
+        for each in self.drawn:
+            (value,) = self._evaluated([lift(each.value)], values)
+            parts = [part for part in each.colour or () if isinstance(part, Expression)]
+            known = iter(self._evaluated(parts, values))
+            colour = each.colour and tuple(
+                float(next(known).scalar) if isinstance(part, Expression) else part for part in each.colour
+            )
+            found.append(Drawn(each.name, value, colour, each.null_space))
+        return found
+
+    def _evaluated(self, expressions: Sequence[Any], values: dict[str, Any]) -> list[Multivector]:
+        missing = [name for name in self.inputs if name not in values]
+        if missing or len(values) != len(self.inputs):
+            raise TypeError(f"{self.name}: arguments {' '.join(values)}; expected {' '.join(self.inputs)}")
+        known = {name: 0 for parameter in self.parameters for name in parameter.components} | values
+        exact = all(isinstance(value, (int, Fraction)) for value in values.values())
+        try:
+            found = evaluate(expressions, known, lift=None if exact else _float)
+        except InexactError:
+            found = evaluate(expressions, {name: _float(value) for name, value in known.items()}, lift=_float)
+        return [Multivector(self.algebra, value.terms) for value in found]
+
+
+def _float(value: Any) -> Any:
+    return float(value) if isinstance(value, (int, Fraction)) else value
+
+
+def read_cluscript(
+    text: str, algebra: str | Path | Algebra | None = None, name: str = "script", file: str = ""
+) -> Script:
+    """Read a script of Gaalop's language.
+
+    Parameters
+    ----------
+    text : str
+        The script.
+    algebra : str, Path or Algebra
+        A name (``cga``, ``cga3``, ``3dpga``), a folder with a user's ``definition.csv``, or an algebra. May be left out
+        where the script says it itself (``DefVarsN3();``).
+    name : str
+        Of the generated function.
+    file : str, optional
+        What messages call the script.
+
+    Returns
+    -------
+    Script
+        Call it with its free identifiers, as scalars or arrays by name; the result is a named tuple in the order of the
+        output marks, each field an array over the blades of its layout, or a plain array of scalars.
+
+    Raises
+    ------
+    ScriptError
+        Where the script cannot be read: it knows `line` and `column`.
+    SpecError
+        When there is no such algebra.
+
+    Examples
+    --------
+    >>> script = read_cluscript("?d = (x*e1 + y*e2) . (x*e1 + y*e2);", "2d")
+    >>> script.inputs, script.outputs
+    (('x', 'y'), ('d',))
+    >>> float(script(x=3.0, y=4.0).d)
+    25.0
+    """
+    where = file or name
+    tokens, directives = words(where, text)
+    pragmas = read_pragmas(where, directives)
+    statements = parse(where, tokens)
+    chosen = fitting(_dialect(where, statements, algebra), {token.text for token in tokens})
+    own = macros_of(where, statements)
+    if chosen.source:
+        library, _ = words(chosen.where, chosen.source)
+        own = macros_of(chosen.where, parse(chosen.where, library)) | own
+    check_calls(where, own, statements, chosen)
+    symbols: dict[str, Parameter] = {}
+
+    def symbol(written: str) -> Any:
+        if written not in symbols:
+            symbols[written] = Parameter(_legal(written, {p.name for p in symbols.values()}), SCALAR)
+        return symbols[written].symbols()
+
+    assigned = frozenset(each.target.text for each in statements if isinstance(each, Assignment) and each.value)
+    lowering = Lowering(where, chosen, own, pragmas.normalize_from, symbol, assigned)
+    meaning = lowering.run(statements)
+    return _script(where, name, chosen.algebra, meaning, pragmas, symbols)
+
+
+def _dialect(where: str, statements: Sequence[Statement], algebra: str | Path | Algebra | None) -> Dialect:
+    declared = next((each for each in statements if isinstance(each, Declaration)), None)
+    if algebra is None:
+        if declared is None:
+            raise SpecError(where, "no algebra", "a name such as cga", "give --algebra, or begin with DefVarsN3();")
+        return dialect(DECLARED[declared.name])
+    chosen = dialect(algebra)
+    if declared is not None and dialect(DECLARED[declared.name]).algebra != chosen.algebra:
+        raise ScriptError(where, declared.place, f"{declared.name} in a script for {chosen.algebra.name}")
+    return chosen
+
+
+def _script(
+    where: str, name: str, algebra: Algebra, meaning: Meaning, pragmas: Pragmas, symbols: dict[str, Parameter]
+) -> Script:
+    inputs = sorted(meaning.inputs, key=lambda each: meaning.inputs[each])
+    outputs = list(meaning.outputs)
+    for pragma in pragmas.outputs:
+        if pragma.name not in meaning.values:
+            raise ScriptError(where, pragma.place, f"#pragma output of {pragma.name}, which is not assigned")
+        if pragma.name not in outputs:
+            outputs.append(pragma.name)
+    if pragmas.signature is not None:
+        inputs, outputs = _signature(where, pragmas.signature, inputs, outputs)
+    if not outputs and not meaning.drawings:
+        raise ScriptError(where, Place(1, 1), "no output in the script", "?x; or ?x = expression;")
+    values, layouts = [], []
+    for each in outputs:
+        blades = [p for p in pragmas.outputs if p.name == each and p.blades]
+        value, layout = _restricted(where, algebra, meaning.values[each], blades)
+        values.append(value)
+        layouts.append(layout)
+    parameters = tuple(symbols[each] for each in inputs) or (Parameter(NOTHING, SCALAR),)
+    fields: list[str] = []
+    for each in outputs:
+        fields.append(_legal(each.lstrip("_"), set(fields)))
+    names = tuple(symbols[each].name for each in inputs)
+    return Script(
+        name,
+        _function(tuple(values), parameters),
+        parameters,
+        tuple(layouts) if any(layouts) else None,
+        f"The script `{name}` in {algebra.name}: {', '.join(fields)}.",
+        tuple(fields),
+        names,
+        tuple(fields),
+        algebra,
+        tuple(Drawn(each.name, each.value, _numbers(each.colour), each.null_space) for each in meaning.drawings),
+        _numbers(meaning.background),
+        {symbols[each].name: limits for each, limits in pragmas.ranges.items() if each in symbols},
+        tuple(pragmas.segments),
+        tuple(pragmas.triangles),
+        tuple(dict.fromkeys([*meaning.evaluated, *pragmas.only_evaluate])),
+        tuple(pragmas.insertions),
+        tuple(pragmas.returns),
+        where,
+    )
+
+
+def _function(values: tuple[Any, ...], parameters: tuple[Parameter, ...]) -> Any:
+    """The kernel's function: the traced expressions, with the arguments in place of the symbols."""
+    symbols = [parameter.symbols() for parameter in parameters]
+
+    def function(*arguments: Any) -> tuple[Any, ...]:
+        if all(a is b for a, b in zip(arguments, symbols, strict=True)):
+            return tuple(map(lift, values))
+        return tuple(
+            substituted([lift(value) for value in values], dict(zip(symbols, map(lift, arguments), strict=True)))
+        )
+
+    return function
+
+
+def substituted(expressions: Sequence[Expression], by: dict[Expression, Expression]) -> list[Expression]:
+    """Expressions with others in place of some."""
+    from ..frontend.expression import topological
+
+    memory = dict(by)
+    for each in topological(expressions, memory):
+        arguments = tuple(memory[argument] for argument in each.arguments)
+        same = all(a is b for a, b in zip(arguments, each.arguments, strict=True))
+        memory[each] = each if same else Expression(each.operation, arguments, each.data, each.algebra)
+    return [memory[expression] for expression in expressions]
+
+
+def _signature(
+    where: str, signature: tuple[tuple[str, ...], tuple[str, ...], Place], inputs: list[str], outputs: list[str]
+) -> tuple[list[str], list[str]]:
+    """The order that ``#pragma in2out`` gives, which must name all."""
+    place = signature[2]
+    for what, given, found in (("inputs", signature[0], inputs), ("outputs", signature[1], outputs)):
+        if sorted(given) != sorted(found):
+            raise ScriptError(
+                where, place, f"#pragma in2out names the {what} {' '.join(given) or 'none'}", " ".join(found) or "none"
+            )
+    return list(signature[0]), list(signature[1])
+
+
+def _restricted(where: str, algebra: Algebra, value: Any, pragmas: Sequence[OutputBlades]) -> tuple[Any, Layout | None]:
+    """A result, and its layout where ``#pragma output`` says which blades it has."""
+    if not pragmas:
+        return value, None
+    names = [blade for pragma in pragmas for blade in pragma.blades]
+    value = lift(value)
+    try:
+        layout = algebra.layout(f"({' '.join(names)})", " ".join(names))
+        parts = {each: value[each] if value.algebra != SCALARS else value * (each == "1") for each in names}
+    except (AlgebraError, LayoutError) as error:
+        raise ScriptError(where, pragmas[0].place, error.found, error.expected) from error
+    if names == ["1"]:
+        return parts["1"], SCALAR
+    return assemble(algebra, parts), layout
+
+
+def _numbers(colour: tuple[Any, ...] | None) -> tuple[Any, ...] | None:
+    return colour and tuple(float(part) if isinstance(part, (int, Fraction)) else part for part in colour)
+
+
+def _legal(written: str, taken: set[str]) -> str:
+    """A name of Python that is as near to one of the script as possible."""
+    name = written.replace("$", "_") or "_"
+    name = name if not name.startswith("_") else "v" + name
+    while keyword.iskeyword(name) or name in RESERVED or name in taken:
+        name += "_"
+    return name
+
+
+def load_script(path: Path, algebra: str | None) -> Script:
+    """Read a file with a script; its function is named after it.
+
+    Raises
+    ------
+    SpecError
+        When the file is missing or its name cannot name a function.
+    """
+    if not path.is_file():
+        raise SpecError(str(path), "no such file", "a script")
+    if not path.stem.isidentifier() or keyword.iskeyword(path.stem):
+        raise SpecError(str(path), f"{path.stem!r} cannot name a function", "letters, digits and _", "rename the file")
+    return read_cluscript(path.read_text(), algebra, path.stem, str(path))

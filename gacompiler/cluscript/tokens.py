@@ -1,0 +1,135 @@
+"""The words of a script, with their places."""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass
+from fractions import Fraction
+from typing import NamedTuple
+
+from ..errors import SpecError
+
+
+class Place(NamedTuple):
+    """Where something stands in a script: line and column, from 1 on."""
+
+    line: int
+    column: int
+
+
+class ScriptError(SpecError):
+    """A script that cannot be read, with the place of its fault.
+
+    Attributes
+    ----------
+    line, column : int
+        From 1 on.
+    """
+
+    def __init__(self, script: str, place: Place, found: str, expected: str = "", remedy: str = "") -> None:
+        self.line, self.column = place
+        super().__init__(f"{script}:{place.line}:{place.column}", found, expected, remedy)
+
+
+@dataclass(frozen=True, slots=True)
+class Token:
+    """One word: ``name``, ``number``, ``string``, ``symbol`` or ``end``."""
+
+    kind: str
+    text: str
+    place: Place
+
+    @property
+    def value(self) -> Fraction:
+        """What a number says, exactly."""
+        return Fraction(self.text.rstrip("fdFD"))
+
+    def __str__(self) -> str:
+        return "the end of the script" if self.kind == "end" else repr(self.text)
+
+
+@dataclass(frozen=True, slots=True)
+class Directive:
+    """A line ``#pragma NAME REST``, or the same as a comment."""
+
+    name: str
+    rest: str
+    place: Place
+
+
+_EXPONENT = r"[eE][+-]?\d+"
+_WORD = re.compile(
+    rf"(?P<number>(?:\d+\.\d*|\.\d+)(?:{_EXPONENT})?[fd]?|\d+{_EXPONENT}[fd]?|\d+[fd](?![\w$])|\d+)"
+    r"|(?P<name>(?:::)?[A-Za-z_$][\w$]*)"
+    r'|(?P<string>"[^"\n]*")'
+    r"|(?P<symbol>==|!=|<=|>=|->|&&|\|\||!!|\*\*|[-+*/^.~=;,(){}?:!<>%\[\]])",
+    re.ASCII,
+)
+"""Numbers as in C: the longest that fits is taken, so ``2.e1`` is twenty."""
+_SPACE = re.compile(r"\s+")
+_DIRECTIVE = re.compile(r"[ \t]*(?://)?#(?P<word>\w*)[ \t]*(?P<rest>.*)")
+
+
+def words(script: str, text: str) -> tuple[list[Token], list[Directive]]:
+    """The tokens of a script, with one for its end, and its directives.
+
+    Parameters
+    ----------
+    script : str
+        What messages call it.
+    text : str
+
+    Raises
+    ------
+    ScriptError
+        At a character that begins nothing, or a comment that does not end.
+    """
+    tokens: list[Token] = []
+    directives: list[Directive] = []
+    position, line, start = 0, 1, 0  # `start` is where the line begins
+
+    def place() -> Place:
+        return Place(line, position - start + 1)
+
+    while position < len(text):
+        end = text.find("\n", position)
+        end = len(text) if end < 0 else end
+        if not text[start:position].strip() and (found := _DIRECTIVE.fullmatch(text, position, end)):
+            is_comment = text[position:end].lstrip().startswith("//")
+            if found["word"] == "pragma":
+                directives.append(_directive(script, found["rest"], Place(line, found.start("rest") - start + 1)))
+                position = end
+                continue
+            if not is_comment:
+                shown = Place(line, found.start("word") - start)
+                raise ScriptError(script, shown, f"a directive #{found['word']}", "#pragma", "write // for a comment")
+        if space := _SPACE.match(text, position):
+            line += space[0].count("\n")
+            if "\n" in space[0]:
+                start = position + space[0].rindex("\n") + 1
+            position = space.end()
+        elif text.startswith("//", position):
+            position = end
+        elif text.startswith("/*", position):
+            close = text.find("*/", position + 2)
+            if close < 0:
+                raise ScriptError(script, place(), "a comment that does not end", "*/")
+            comment = text[position:close]
+            if "\n" in comment:
+                line += comment.count("\n")
+                start = position + comment.rindex("\n") + 1
+            position = close + 2
+        elif word := _WORD.match(text, position):
+            tokens.append(Token(str(word.lastgroup), word[0], place()))
+            position = word.end()
+        else:
+            raise ScriptError(script, place(), f"the character {text[position]!r}", "a word of the language")
+    tokens.append(Token("end", "", place()))
+    return tokens, directives
+
+
+def _directive(script: str, rest: str, place: Place) -> Directive:
+    name, _, text = rest.strip().partition(" ")
+    if not name:
+        raise ScriptError(script, place, "a pragma without a name", "#pragma output, range, ...")
+    return Directive(name.rstrip(";"), text.strip().rstrip(";").strip(), place)
