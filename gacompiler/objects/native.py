@@ -239,5 +239,6 @@ def extension() -> Any:
     probe = np.zeros((2, 3))
     functions = (sys.modules.get("numpy._core.multiarray") or sys.modules["numpy.core.multiarray"])._ARRAY_API
     where = probe.__array_interface__["data"][0]
-    known = found.prepare(probe, where, probe.shape, probe.strides, probe.flags.num, np.float64(0), functions)
+    kinds = np.float64(0), np.dtype(np.float32)
+    known = found.prepare(probe, where, probe.shape, probe.strides, probe.flags.num, *kinds, functions)
     return found if known else None
