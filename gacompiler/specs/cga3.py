@@ -6,10 +6,16 @@ outer products of points: point pairs of 2, circles of 3, spheres of 4; lines ar
 ``n + d einf`` for the plane ``n . x = d``. `polarity`, multiplication by ``e0123inf**-1``, takes a sphere or plane to a
 multiple of its dual.
 
+A `kind` is 1 for what is real, 0 for what is tangent (of radius 0), -1 for what is imaginary, 2 for what is flat,
+parallel or concentric, 3 where two objects are the same. It is decided with a tolerance, 1e-12 of the squares of radii
+and distances from the origin that enter; `radius_squared` of a result says the same without one.
+
 Even versors move everything by ``v x ~v``: the rotor ``exp(-angle/2 B)``, the translator ``1 - t einf/2``, the dilator
 ``exp(log(scale)/2 e0inf)``. A motor has rotation and translation; its eight coefficients are, in order, those of the
 same motor in G(3,0,1). Angles are in radians; lengths are in the units of the coordinates.
 """
+
+from fractions import Fraction
 
 import gacompiler as ga
 from gacompiler import SCALAR, array, kernel
@@ -23,7 +29,14 @@ COORDINATES = array(SCALAR, 3)
 GENERATOR = CGA3.layout("GENERATOR", "e12 e13 e23 e1inf e2inf e3inf")
 """Bivectors of rigid motions."""
 
+FLAT_POINT, DIRECTION, DUAL_LINE, TRANSVERSOR = CGA3.FLAT_POINT, CGA3.DIRECTION, CGA3.DUAL_LINE, CGA3.TRANSVERSOR
+
 E1, E2, E3, E0, EINF = CGA3.basis()
+SPACE, PSEUDOSCALAR = E1 * E2 * E3, CGA3.pseudoscalar
+AXES = ("e1", "e2", "e3")
+NEARLY_ZERO = Fraction(1, 10**12)
+NEARLY_OPPOSITE = Fraction(-9, 10)
+BISECTIONS, POLISH = 20, 3
 
 
 def _vector(x):
@@ -54,6 +67,161 @@ def _radius_squared(x):
     """Squared radius of a round, negative for an imaginary one."""
     carrier = ga.left_contraction(EINF, x)
     return ga.scalar_product(x, ga.grade_involution(x)) / ga.scalar_product(carrier, carrier)
+
+
+def _dot(a, b):
+    return ga.scalar_product(a, b)
+
+
+def _cross(a, b):
+    return -(a ^ b) * SPACE
+
+
+def _length(a):
+    return ga.sqrt(_dot(a, a))
+
+
+def _coordinates(x):
+    """The Euclidean part of a vector or point."""
+    return x["e1"] * E1 + x["e2"] * E2 + x["e3"] * E3
+
+
+def _tuple(x):
+    return tuple(x[name] for name in AXES)
+
+
+def _at(x):
+    """The point at a Euclidean vector."""
+    return _point(*_tuple(x))
+
+
+def _unless(wrong, x):
+    """`x`, not a number where `wrong`."""
+    return x * ga.sqrt(ga.select(wrong, -1, 1))
+
+
+def _perpendicular(n):
+    """A unit vector orthogonal to `n`: to the axis of least coordinate as well."""
+    x, y, z = (n[name] * n[name] for name in AXES)
+    axis = ga.select(x <= ga.minimum(y, z), E1, ga.select(y <= z, E2, E3))
+    return ga.normalize(_cross(n, axis))
+
+
+# Flats and rounds by vectors: direction and moment, normal and distance, centre and squared radius.
+
+
+def _line(direction, moment):
+    return (moment * SPACE + (E0 ^ direction)) ^ EINF
+
+
+def _line_direction(line):
+    return -line["e10inf"] * E1 - line["e20inf"] * E2 - line["e30inf"] * E3
+
+
+def _line_moment(line):
+    return line["e23inf"] * E1 - line["e13inf"] * E2 + line["e12inf"] * E3
+
+
+def _line_through(p, direction):
+    return _line(direction, _cross(p, direction))
+
+
+def _line_parts(line):
+    """Unit direction and the point nearest to the origin."""
+    direction, moment = _line_direction(line), _line_moment(line)
+    square = _dot(direction, direction)
+    return direction / ga.sqrt(square), _cross(direction, moment) / square
+
+
+def _plane(normal, distance):
+    return -(distance * EINF + normal) * PSEUDOSCALAR
+
+
+def _plane_normal(plane):
+    return plane["e230inf"] * E1 - plane["e130inf"] * E2 + plane["e120inf"] * E3
+
+
+def _plane_parts(plane):
+    """Unit normal and the distance from the origin along it."""
+    normal = _plane_normal(plane)
+    length = _length(normal)
+    return normal / length, plane["e123inf"] / length
+
+
+def _pair(centre, direction, radius_squared):
+    """From ``centre - radius direction`` to ``centre + radius direction``."""
+    return (_at(centre) + radius_squared / 2 * EINF) ^ (direction + _dot(centre, direction) * EINF)
+
+
+def _circle(centre, normal, radius_squared):
+    """Right-handed about the normal."""
+    return -((_at(centre) - radius_squared / 2 * EINF) ^ (normal + _dot(centre, normal) * EINF)) * PSEUDOSCALAR
+
+
+def _sphere_parts(sphere):
+    dual = ga.polarity(sphere)
+    return _coordinates(_normalized(dual)), _radius_squared(sphere)
+
+
+def _circle_normal(circle):
+    return circle["e230"] * E1 - circle["e130"] * E2 + circle["e120"] * E3
+
+
+def _circle_parts(circle):
+    """Centre, unit normal, squared radius."""
+    return _coordinates(_centre(circle)), ga.normalize(_circle_normal(circle)), _radius_squared(circle)
+
+
+def _pair_direction(pair):
+    return -pair["e10"] * E1 - pair["e20"] * E2 - pair["e30"] * E3
+
+
+def _pair_parts(pair):
+    """Centre, unit direction, squared radius."""
+    return _coordinates(_centre(pair)), ga.normalize(_pair_direction(pair)), _radius_squared(pair)
+
+
+def _pair_ends(pair):
+    centre, direction, square = _pair_parts(pair)
+    half = ga.sqrt(square) * direction
+    return centre - half, centre + half
+
+
+def _least_and_most(a, b):
+    return ga.minimum(a, b), ga.maximum(a, b)
+
+
+# Kinds.
+
+
+def _sign(value, size):
+    """1, 0 or -1; 0 up to a tolerance relative to `size`, not a number where `value` is none."""
+    tolerance = NEARLY_ZERO * size
+    small = ga.select(ga.absolute(value) <= tolerance, 0, ga.sqrt(ga.select(value < 0, -1, value)))
+    return ga.select(value > tolerance, 1, ga.select(value < -tolerance, -1, small))
+
+
+def _kind_of_round(weight_squared, moved_squared, square):
+    """`square` is the weight's square times that of the radius, `moved_squared` times that of the centre."""
+    flat = weight_squared <= NEARLY_ZERO**2 * moved_squared
+    return ga.select(flat, 2, _sign(square, moved_squared))
+
+
+def _moved_squared(sphere):
+    return sphere["e230inf"] ** 2 + sphere["e130inf"] ** 2 + sphere["e120inf"] ** 2
+
+
+def _sphere_sign(sphere):
+    return _sign(-_dot(sphere, sphere), _moved_squared(sphere))
+
+
+def _kind_of_two_rounds(distance_squared, r, s, size):
+    """How two circles in a plane, or two spheres, meet: by squared distance of the centres and squared radii."""
+    concentric = distance_squared <= NEARLY_ZERO**2 * size
+    same = ga.select(ga.absolute(r - s) <= NEARLY_ZERO * size, 3, 2)
+    along = distance_squared + r - s
+    height = along * along / (4 * ga.select(concentric, 1, distance_squared))
+    return ga.select(concentric, same, _sign(r - height, size + height))
 
 
 # Products, involutions and duals of any two elements.
@@ -381,6 +549,1154 @@ def meet_line_plane(line, plane):
     return _point(*(flat[name] / flat["e0inf"] for name in ("e1inf", "e2inf", "e3inf")))
 
 
+# Flats by points and directions, in direct and dual form.
+
+
+@kernel(p=POINT, returns=FLAT_POINT)
+def flat_point_from_point(p):
+    """The flat point ``p ^ einf``: a point together with infinity."""
+    return p ^ EINF
+
+
+@kernel(flat=FLAT_POINT, returns=POINT)
+def point_from_flat_point(flat):
+    """The point of a flat point of any weight but 0."""
+    return _point(*(flat[name] / flat["e0inf"] for name in ("e1inf", "e2inf", "e3inf")))
+
+
+@kernel(a=POINT, b=POINT, returns=DIRECTION)
+def direction_from_points(a, b):
+    """The direction ``(b - a) ^ einf`` from `a` to `b`: what translations leave alone."""
+    return (b - a) ^ EINF
+
+
+@kernel(direction=COORDINATES, moment=COORDINATES, returns=LINE)
+def line_from_pluecker(direction, moment):
+    """The line of a direction ``d`` and the moment ``p x d`` of a point p on it."""
+    return _line(_vector(direction), _vector(moment))
+
+
+@kernel(a=DUAL_PLANE, b=DUAL_PLANE, returns=LINE)
+def line_from_dual_planes(a, b):
+    """The line in which two dual planes meet, along the vector product of their normals."""
+    return -(a ^ b) * PSEUDOSCALAR
+
+
+@kernel(normal=COORDINATES, distance=SCALAR, returns=PLANE)
+def plane_from_normal(normal, distance):
+    """The plane of all x with ``normal . x = distance``."""
+    return _plane(_vector(normal), distance)
+
+
+@kernel(p=POINT, normal=COORDINATES, returns=PLANE)
+def plane_from_point_normal(p, normal):
+    """The plane through `p` orthogonal to a vector."""
+    return _plane(_vector(normal), _dot(p, _vector(normal)))
+
+
+@kernel(p=POINT, normal=COORDINATES, returns=DUAL_PLANE)
+def dual_plane_from_point_normal(p, normal):
+    """The dual plane through `p` orthogonal to a vector."""
+    return _vector(normal) + _dot(p, _vector(normal)) * EINF
+
+
+@kernel(p=POINT, line=LINE, returns=PLANE)
+def join_point_line(p, line):
+    """The plane through a point and a line; 0 where the point is on the line."""
+    return p ^ line
+
+
+@kernel(line=LINE, returns=DUAL_LINE)
+def line_polarity(line):
+    """The dual line, a bivector: along the unit direction d, with the square -1, twice the generator of rotations."""
+    return ga.polarity(line)
+
+
+@kernel(dual=DUAL_LINE, returns=LINE)
+def line_from_dual(dual):
+    """The line whose polarity is given."""
+    return dual * PSEUDOSCALAR
+
+
+@kernel(dual=DUAL_PLANE, returns=PLANE)
+def plane_from_dual(dual):
+    """The plane whose polarity is given; its normal is the opposite one."""
+    return dual * PSEUDOSCALAR
+
+
+@kernel(line=LINE, returns=CIRCLE)
+def circle_from_line(line):
+    """A line as the circle that it is, all ten coefficients, for what is written for circles."""
+    return line
+
+
+@kernel(plane=PLANE, returns=SPHERE)
+def sphere_from_plane(plane):
+    """A plane as the sphere that it is, all five coefficients, for what is written for spheres."""
+    return plane
+
+
+@kernel(dual=VECTOR, returns=SPHERE)
+def sphere_from_dual(dual):
+    """The sphere whose polarity is given."""
+    return dual * PSEUDOSCALAR
+
+
+@kernel(dual=POINT_PAIR, returns=CIRCLE)
+def circle_from_dual(dual):
+    """The circle whose polarity is given: of two dual spheres, ``a ^ b`` gives that in which they meet."""
+    return dual * PSEUDOSCALAR
+
+
+@kernel(dual=CIRCLE, returns=POINT_PAIR)
+def point_pair_from_dual(dual):
+    """The point pair whose polarity is given: of three dual spheres, ``a ^ b ^ c`` gives what they have in common."""
+    return dual * PSEUDOSCALAR
+
+
+@kernel(circle=CIRCLE, returns=POINT_PAIR)
+def circle_polarity(circle):
+    """The dual circle, a bivector."""
+    return ga.polarity(circle)
+
+
+@kernel(pair=POINT_PAIR, returns=CIRCLE)
+def point_pair_polarity(pair):
+    """The dual of a point pair, a trivector."""
+    return ga.polarity(pair)
+
+
+# Rounds by centres and radii; a negative squared radius is that of an imaginary round, 0 that of a tangent one.
+
+
+@kernel(centre=POINT, direction=COORDINATES, radius_squared=SCALAR, returns=POINT_PAIR)
+def point_pair_from_centre(centre, direction, radius_squared):
+    """The pair of points at one distance from a centre, before and behind it along a direction of any length but 0."""
+    return _pair(_coordinates(centre), _vector(direction), radius_squared)
+
+
+@kernel(centre=POINT, normal=COORDINATES, radius_squared=SCALAR, returns=CIRCLE)
+def circle_from_centre(centre, normal, radius_squared):
+    """The circle about a centre, orthogonal to a normal of any length but 0 and right-handed about it."""
+    return _circle(_coordinates(centre), _vector(normal), radius_squared)
+
+
+@kernel(centre=POINT, radius_squared=SCALAR, returns=SPHERE)
+def sphere_from_centre_radius_squared(centre, radius_squared):
+    """The sphere, imaginary for a negative squared radius, whose polarity is ``centre - radius_squared/2 einf``."""
+    return (centre - radius_squared / 2 * EINF) * PSEUDOSCALAR
+
+
+@kernel(centre=POINT, radius_squared=SCALAR, returns=VECTOR)
+def dual_sphere_from_centre_radius_squared(centre, radius_squared):
+    """The dual sphere ``centre - radius_squared/2 einf``, imaginary for a negative squared radius."""
+    return centre - radius_squared / 2 * EINF
+
+
+@kernel(centre=POINT, p=POINT, returns=SPHERE)
+def sphere_through_point(centre, p):
+    """The sphere with a centre and a point on it."""
+    return (centre + ga.scalar_product(centre, p) * EINF) * PSEUDOSCALAR
+
+
+@kernel(a=VECTOR, b=VECTOR, returns=CIRCLE)
+def circle_from_dual_spheres(a, b):
+    """The circle in which two dual spheres meet; a line for two dual planes."""
+    return -(a ^ b) * PSEUDOSCALAR
+
+
+@kernel(pair=POINT_PAIR, p=POINT, returns=CIRCLE)
+def join_point_pair_point(pair, p):
+    """The circle through a point pair, imaginary ones too, and a point."""
+    return pair ^ p
+
+
+@kernel(circle=CIRCLE, p=POINT, returns=SPHERE)
+def join_circle_point(circle, p):
+    """The sphere through a circle and a point; a plane where the point is in that of the circle."""
+    return circle ^ p
+
+
+@kernel(p=POINT, direction=COORDINATES, returns=POINT_PAIR)
+def tangent_from_point_direction(p, direction):
+    """The tangent vector at a point: a point pair of radius 0 along a direction."""
+    return _pair(_coordinates(p), _vector(direction), 0)
+
+
+@kernel(p=POINT, normal=COORDINATES, returns=CIRCLE)
+def tangent_from_point_normal(p, normal):
+    """The tangent plane element at a point: a circle of radius 0 about a normal."""
+    return _circle(_coordinates(p), _vector(normal), 0)
+
+
+@kernel(circle=CIRCLE, p=POINT, returns=LINE)
+def tangent_line_of_circle(circle, p):
+    """The line that touches a circle in a point of it, along the sense of the circle."""
+    return -ga.left_contraction(p, circle) ^ EINF
+
+
+@kernel(sphere=SPHERE, p=POINT, returns=PLANE)
+def tangent_plane_of_sphere(sphere, p):
+    """The plane that touches a sphere in a point of it."""
+    return ga.left_contraction(p, sphere) ^ EINF
+
+
+@kernel(p=POINT, s=VECTOR, returns=DUAL_PLANE)
+def polar_plane_of_sphere(p, s):
+    """The dual plane of all x with ``(p - c) . (x - c) = r**2``: where lines from `p` touch the dual sphere `s`."""
+    centre = _normalized(s)
+    normal = _coordinates(p) - _coordinates(centre)
+    square = _dot(s, s) / _weight(s) ** 2
+    return normal + (_dot(normal, _coordinates(centre)) + square) * EINF
+
+
+# What objects are made of.
+
+
+@kernel(plane=PLANE, returns=COORDINATES)
+def plane_normal(plane):
+    """The unit normal of a plane; of that through a, b, c, along ``(b - a) x (c - a)``."""
+    return _tuple(_plane_parts(plane)[0])
+
+
+@kernel(plane=PLANE)
+def plane_distance(plane):
+    """The distance of a plane from the origin, positive along its normal."""
+    return _plane_parts(plane)[1]
+
+
+@kernel(plane=PLANE)
+def plane_weight(plane):
+    """The length of the normal that the coefficients of a plane contain."""
+    return _length(_plane_normal(plane))
+
+
+@kernel(plane=PLANE, returns=POINT)
+def plane_support_point(plane):
+    """The point of a plane that is nearest to the origin."""
+    normal = _plane_normal(plane)
+    return _at(plane["e123inf"] / _dot(normal, normal) * normal)
+
+
+@kernel(line=LINE, returns=COORDINATES)
+def line_direction(line):
+    """The unit direction of a line."""
+    return _tuple(ga.normalize(_line_direction(line)))
+
+
+@kernel(line=LINE, returns=COORDINATES)
+def line_moment(line):
+    """The moment ``p x d`` of a line for its unit direction d."""
+    return _tuple(_line_moment(line) / _length(_line_direction(line)))
+
+
+@kernel(line=LINE)
+def line_weight(line):
+    """The length of the direction that the coefficients of a line contain: for two points, their distance."""
+    return _length(_line_direction(line))
+
+
+@kernel(line=LINE, returns=POINT)
+def line_support_point(line):
+    """The point of a line that is nearest to the origin."""
+    return _at(_line_parts(line)[1])
+
+
+@kernel(circle=CIRCLE, returns=COORDINATES)
+def circle_normal(circle):
+    """The unit normal of a circle, about which it is right-handed."""
+    return _tuple(ga.normalize(_circle_normal(circle)))
+
+
+@kernel(circle=CIRCLE)
+def circle_weight(circle):
+    """The length of the normal that the coefficients of a circle contain: for three points, twice their area."""
+    return _length(_circle_normal(circle))
+
+
+@kernel(circle=CIRCLE, returns=VECTOR)
+def circle_surround_sphere(circle):
+    """The dual sphere with the centre and the radius of a circle, of weight 1."""
+    return _centre(circle) - _radius_squared(circle) / 2 * EINF
+
+
+@kernel(pair=POINT_PAIR, returns=COORDINATES)
+def point_pair_direction(pair):
+    """The unit direction of a point pair, for ``a ^ b`` from `a` to `b`."""
+    return _tuple(ga.normalize(_pair_direction(pair)))
+
+
+@kernel(pair=POINT_PAIR)
+def point_pair_weight(pair):
+    """The length of the direction that the coefficients of a pair contain: for two points, their distance."""
+    return _length(_pair_direction(pair))
+
+
+@kernel(pair=POINT_PAIR, returns=LINE)
+def point_pair_line(pair):
+    """The line through a point pair: ``pair ^ einf``."""
+    return pair ^ EINF
+
+
+@kernel(pair=POINT_PAIR, returns=VECTOR)
+def point_pair_surround_sphere(pair):
+    """The dual sphere of weight 1 of which a point pair is a diameter."""
+    return _centre(pair) - _radius_squared(pair) / 2 * EINF
+
+
+@kernel(pair=POINT_PAIR, returns=DUAL_PLANE)
+def point_pair_bisector(pair):
+    """The dual plane midway between the points of a pair, its normal along the direction of the pair."""
+    return -ga.left_contraction(EINF, pair)
+
+
+@kernel(sphere=SPHERE)
+def sphere_weight(sphere):
+    """The weight of a sphere, whose sign is its orientation: minus six times the volume for four points."""
+    return _weight(ga.polarity(sphere))
+
+
+@kernel(s=VECTOR)
+def dual_sphere_radius_squared(s):
+    """The squared radius of a dual sphere of any weight but 0, negative for an imaginary one."""
+    return _dot(s, s) / _weight(s) ** 2
+
+
+@kernel(pair=POINT_PAIR)
+def point_pair_kind(pair):
+    """1 for two points, 0 for a double one (a tangent vector), -1 for an imaginary pair, 2 for a flat point."""
+    carrier = ga.left_contraction(EINF, pair)
+    inner = pair["e12"] ** 2 + pair["e13"] ** 2 + pair["e23"] ** 2 + pair["e0inf"] ** 2
+    direction = _coordinates(carrier)
+    return _kind_of_round(_dot(direction, direction), inner, _dot(pair, pair))
+
+
+@kernel(circle=CIRCLE)
+def circle_kind(circle):
+    """1 for a real circle, 0 for one of radius 0, -1 for an imaginary one, 2 for a line."""
+    normal = _circle_normal(circle)
+    moved = sum(circle[name] ** 2 for name in ("e123", "e10inf", "e20inf", "e30inf"))
+    return _kind_of_round(_dot(normal, normal), moved, _dot(circle, circle))
+
+
+@kernel(sphere=SPHERE)
+def sphere_kind(sphere):
+    """1 for a real sphere, 0 for a point, -1 for an imaginary sphere, 2 for a plane."""
+    return _kind_of_round(sphere["e1230"] ** 2, _moved_squared(sphere), -_dot(sphere, sphere))
+
+
+@kernel(s=VECTOR)
+def dual_sphere_kind(s):
+    """1 for a real dual sphere, 0 for a point, -1 for an imaginary sphere, 2 for a dual plane."""
+    normal = _coordinates(s)
+    return _kind_of_round(_weight(s) ** 2, _dot(normal, normal), _dot(s, s))
+
+
+# Distances, in the units of the coordinates; of points, lines and circles to others, the least of any two points.
+
+
+@kernel(p=POINT, plane=PLANE)
+def distance_point_plane(p, plane):
+    """The distance of a point to a plane, positive on the side of its normal."""
+    normal, distance = _plane_parts(plane)
+    return _dot(p, normal) - distance
+
+
+@kernel(p=POINT, sphere=SPHERE)
+def distance_point_sphere(p, sphere):
+    """The distance of a point to a sphere, negative inside; not a number for an imaginary one."""
+    centre, square = _sphere_parts(sphere)
+    return _length(_coordinates(p) - centre) - ga.sqrt(square)
+
+
+def _to_circle(p, centre, normal):
+    """Height above the plane of a circle, the vector in that plane from its centre, its length."""
+    away = p - centre
+    height = _dot(away, normal)
+    inside = away - height * normal
+    return height, inside, _length(inside)
+
+
+@kernel(p=POINT, circle=CIRCLE)
+def distance_point_circle(p, circle):
+    """The distance of a point to a circle; not a number for an imaginary one."""
+    centre, normal, square = _circle_parts(circle)
+    height, _, length = _to_circle(_coordinates(p), centre, normal)
+    gap = length - ga.sqrt(square)
+    return ga.sqrt(height * height + gap * gap)
+
+
+@kernel(p=POINT, pair=POINT_PAIR)
+def distance_point_point_pair(p, pair):
+    """The distances of a point to the nearer and to the farther point of a pair."""
+    return _least_and_most(*(_length(_coordinates(p) - end) for end in _pair_ends(pair)))
+
+
+def _parts_of_lines(a, b):
+    """Directions, support points, the vector product of the directions, its square, whether they are parallel."""
+    (d, p), (e, q) = _line_parts(a), _line_parts(b)
+    across = _cross(d, e)
+    square = _dot(across, across)
+    return d, p, e, q, across, square, square <= NEARLY_ZERO**2
+
+
+def _distance_of_lines(a, b):
+    d, p, _, q, across, square, parallel = _parts_of_lines(a, b)
+    beside = _cross(q - p, d)
+    skew = ga.absolute(_dot(q - p, across)) / ga.sqrt(ga.select(parallel, 1, square))
+    return ga.select(parallel, _length(beside), skew)
+
+
+@kernel(a=LINE, b=LINE)
+def distance_lines(a, b):
+    """The distance of two lines, parallel ones too."""
+    return _distance_of_lines(a, b)
+
+
+@kernel(line=LINE, plane=PLANE)
+def distance_line_plane(line, plane):
+    """The distance of a line to a plane that is parallel to it, positive on the side of the normal; else 0."""
+    (direction, point), (normal, distance) = _line_parts(line), _plane_parts(plane)
+    height = _dot(point, normal) - distance
+    return ga.select(ga.absolute(_dot(direction, normal)) <= NEARLY_ZERO, height, 0)
+
+
+def _point_to_line(p, direction, support):
+    away = p - support
+    return away - _dot(away, direction) * direction
+
+
+@kernel(line=LINE, sphere=SPHERE)
+def distance_line_sphere(line, sphere):
+    """The distance of a line to a sphere: 0 where they meet."""
+    (direction, point), (centre, square) = _line_parts(line), _sphere_parts(sphere)
+    return ga.maximum(0, _length(_point_to_line(centre, direction, point)) - ga.sqrt(square))
+
+
+@kernel(line=LINE, pair=POINT_PAIR)
+def distance_line_point_pair(line, pair):
+    """The distances of a line to the nearer and to the farther point of a pair; 0, 0 for a pair on the line."""
+    direction, point = _line_parts(line)
+    return _least_and_most(*(_length(_point_to_line(end, direction, point)) for end in _pair_ends(pair)))
+
+
+@kernel(a=PLANE, b=PLANE)
+def distance_planes(a, b):
+    """The distance of two parallel planes; 0 for others."""
+    (n, d), (m, e) = _plane_parts(a), _plane_parts(b)
+    across = _cross(n, m)
+    gap = ga.absolute(d - ga.select(_dot(n, m) < 0, -e, e))
+    return ga.select(_dot(across, across) <= NEARLY_ZERO**2, gap, 0)
+
+
+@kernel(plane=PLANE, circle=CIRCLE)
+def distance_plane_circle(plane, circle):
+    """The distance of a plane to a circle: 0 where they meet."""
+    (normal, distance), (centre, axis, square) = _plane_parts(plane), _circle_parts(circle)
+    height = ga.absolute(_dot(centre, normal) - distance)
+    return ga.maximum(0, height - ga.sqrt(square) * _length(_cross(axis, normal)))
+
+
+@kernel(plane=PLANE, sphere=SPHERE)
+def distance_plane_sphere(plane, sphere):
+    """The distance of a plane to a sphere: 0 where they meet."""
+    (normal, distance), (centre, square) = _plane_parts(plane), _sphere_parts(sphere)
+    return ga.maximum(0, ga.absolute(_dot(centre, normal) - distance) - ga.sqrt(square))
+
+
+@kernel(plane=PLANE, pair=POINT_PAIR)
+def distance_plane_point_pair(plane, pair):
+    """The distances of a plane to the nearer and to the farther point of a pair; 0, 0 for a pair in the plane."""
+    normal, distance = _plane_parts(plane)
+    return _least_and_most(*(ga.absolute(_dot(end, normal) - distance) for end in _pair_ends(pair)))
+
+
+@kernel(circle=CIRCLE, sphere=SPHERE)
+def distance_circle_sphere(circle, sphere):
+    """The distance of a circle to the surface of a sphere: 0 where they meet."""
+    (centre, normal, square), (middle, other) = _circle_parts(circle), _sphere_parts(sphere)
+    height, _, length = _to_circle(middle, centre, normal)
+    radius, ball = ga.sqrt(square), ga.sqrt(other)
+    near, far = (ga.sqrt(height * height + (length + sign * radius) ** 2) for sign in (-1, 1))
+    return ga.maximum(0, ga.maximum(near - ball, ball - far))
+
+
+@kernel(circle=CIRCLE, pair=POINT_PAIR)
+def distance_circle_point_pair(circle, pair):
+    """The distances of a circle to the nearer and to the farther point of a pair; 0, 0 for a pair on the circle."""
+    centre, normal, square = _circle_parts(circle)
+    radius = ga.sqrt(square)
+    found = []
+    for end in _pair_ends(pair):
+        height, _, length = _to_circle(end, centre, normal)
+        found.append(ga.sqrt(height * height + (length - radius) ** 2))
+    return _least_and_most(*found)
+
+
+@kernel(a=SPHERE, b=SPHERE)
+def distance_spheres(a, b):
+    """The distance of two spheres: 0 where they meet; one may be inside the other."""
+    (p, r), (q, s) = _sphere_parts(a), _sphere_parts(b)
+    distance, r, s = _length(q - p), ga.sqrt(r), ga.sqrt(s)
+    return ga.maximum(0, ga.maximum(distance - r - s, ga.absolute(r - s) - distance))
+
+
+@kernel(sphere=SPHERE, pair=POINT_PAIR)
+def distance_sphere_point_pair(sphere, pair):
+    """The distances of the surface of a sphere to the nearer and to the farther point of a pair; 0, 0 on it."""
+    centre, square = _sphere_parts(sphere)
+    radius = ga.sqrt(square)
+    return _least_and_most(*(ga.absolute(_length(end - centre) - radius) for end in _pair_ends(pair)))
+
+
+@kernel(a=POINT_PAIR, b=POINT_PAIR)
+def distance_point_pairs(a, b):
+    """The least distance of a point of one pair to a point of the other."""
+    one, two = _pair_ends(a), _pair_ends(b)
+    squares = [[_dot(p - q, p - q) for q in two] for p in one]
+    return ga.sqrt(ga.minimum(ga.minimum(*squares[0]), ga.minimum(*squares[1])))
+
+
+def _nearest_on_circle_to_line(line, circle):
+    """The point of a circle that is nearest to a line, and that of the line.
+
+    In the frame u, v of the circle's plane with v orthogonal to the line the point is ``c + r (C u + S v)``, and
+    ``-2 (A C + B S) - e C**2`` is to be least. Signs of C and S are those of A and B, and half an angle later
+    ``B t**4 + 2 (A - e) t**3 + 2 (A + e) t - B`` has one root in [0, 1]: -B at 0, 4 A at 1.
+    """
+    (d, q), (centre, normal, square) = _line_parts(line), _circle_parts(circle)
+    radius = ga.sqrt(square)
+    across = _cross(d, normal)
+    sine = _dot(across, across)
+    v = ga.normalize(ga.select(sine <= NEARLY_ZERO**2, _perpendicular(normal), across))
+    u = _cross(v, normal)
+    to_line = -_point_to_line(centre, d, q)
+    a, b = _dot(to_line, u), _dot(to_line, v)
+    e = radius * _dot(u, d) ** 2
+    left, right = ga.absolute(a), ga.absolute(b)
+    cubic, linear = 2 * (left - e), 2 * (left + e)
+
+    def value(t):
+        return ((right * t + cubic) * t * t + linear) * t - right
+
+    t, step = Fraction(1, 2), Fraction(1, 4)
+    for _ in range(BISECTIONS):
+        t, step = ga.select(value(t) > 0, t - step, t + step), step / 2
+    for _ in range(POLISH):
+        slope = (4 * right * t + 3 * cubic) * t * t + linear
+        better = t - value(t) / ga.select(slope > 0, slope, 1)
+        t = ga.select(slope > 0, ga.maximum(0, ga.minimum(1, better)), t)
+    whole = 1 + t * t
+    cosine = ga.select(a < 0, -1, 1) * (1 - t * t) / whole
+    sine = ga.select(b < 0, -1, 1) * 2 * t / whole
+    point = centre + radius * (cosine * u + sine * v)
+    return point, point - _point_to_line(point, d, q)
+
+
+# Angles in [0, pi], and what conformal maps leave alone.
+
+
+def _angle(a, b):
+    return ga.atan2(_length(_cross(a, b)), _dot(a, b))
+
+
+@kernel(a=LINE, b=LINE)
+def angle_between_lines(a, b):
+    """The angle of the directions of two lines."""
+    return _angle(_line_direction(a), _line_direction(b))
+
+
+@kernel(a=PLANE, b=PLANE)
+def angle_between_planes(a, b):
+    """The angle of the normals of two planes."""
+    return _angle(_plane_normal(a), _plane_normal(b))
+
+
+@kernel(line=LINE, plane=PLANE)
+def angle_between_line_and_plane(line, plane):
+    """The angle of a line to a plane, in [-pi/2, pi/2], positive along the normal."""
+    d, n = _line_direction(line), _plane_normal(plane)
+    return ga.atan2(_dot(d, n), _length(_cross(d, n)))
+
+
+@kernel(a=CIRCLE, b=CIRCLE)
+def angle_between_circles(a, b):
+    """The angle of the normals of two circles."""
+    return _angle(_circle_normal(a), _circle_normal(b))
+
+
+@kernel(circle=CIRCLE, plane=PLANE)
+def angle_between_circle_and_plane(circle, plane):
+    """The angle of the normals of a circle and a plane."""
+    return _angle(_circle_normal(circle), _plane_normal(plane))
+
+
+@kernel(line=LINE, circle=CIRCLE)
+def angle_between_line_and_circle(line, circle):
+    """The angle of a line to the plane of a circle, in [-pi/2, pi/2], positive along its normal."""
+    d, n = _line_direction(line), _circle_normal(circle)
+    return ga.atan2(_dot(d, n), _length(_cross(d, n)))
+
+
+@kernel(a=POINT_PAIR, b=POINT_PAIR)
+def angle_between_point_pairs(a, b):
+    """The angle of the directions of two point pairs."""
+    return _angle(_pair_direction(a), _pair_direction(b))
+
+
+@kernel(pair=POINT_PAIR, line=LINE)
+def angle_between_point_pair_and_line(pair, line):
+    """The angle of the directions of a point pair and a line."""
+    return _angle(_pair_direction(pair), _line_direction(line))
+
+
+@kernel(pair=POINT_PAIR, plane=PLANE)
+def angle_between_point_pair_and_plane(pair, plane):
+    """The angle of a point pair to a plane, in [-pi/2, pi/2], positive along the normal."""
+    d, n = _pair_direction(pair), _plane_normal(plane)
+    return ga.atan2(_dot(d, n), _length(_cross(d, n)))
+
+
+@kernel(pair=POINT_PAIR, circle=CIRCLE)
+def angle_between_point_pair_and_circle(pair, circle):
+    """The angle of a point pair to the plane of a circle, in [-pi/2, pi/2], positive along its normal."""
+    d, n = _pair_direction(pair), _circle_normal(circle)
+    return ga.atan2(_dot(d, n), _length(_cross(d, n)))
+
+
+@kernel(a=VECTOR, b=VECTOR)
+def inversive_distance(a, b):
+    """The inversive distance ``-a . b / (|a| |b|)`` of two dual spheres or dual planes, which conformal maps keep.
+
+    Of spheres with centres at the distance d, ``(d**2 - r**2 - s**2) / (2 r s)``: -cos of the angle between radii
+    where they meet, 1 where they touch from outside, -1 from inside, larger where they are apart. The sign of
+    a weight counts. Of a sphere and a plane, the distance from centre to plane over the radius.
+    """
+    return -_dot(a, b) / ga.sqrt(_dot(a, a) * _dot(b, b))
+
+
+@kernel(a=VECTOR, b=VECTOR)
+def angle_between_dual_spheres(a, b):
+    """The angle of the radii of two dual spheres, or of normals, where they meet; not a number where they do not."""
+    return ga.acos(_dot(a, b) / ga.sqrt(_dot(a, a) * _dot(b, b)))
+
+
+def _likeness(a, b):
+    return ga.scalar_product(a, b) / ga.sqrt(ga.scalar_product(a, a) * ga.scalar_product(b, b))
+
+
+@kernel(a=CIRCLE, b=CIRCLE)
+def inversive_product_circles(a, b):
+    """``a . b / (|a| |b|)`` of two circles or lines, which conformal maps keep: where they meet twice, cos of the angle
+    of their senses in each point if they are on one sphere."""
+    return _likeness(a, b)
+
+
+@kernel(a=POINT_PAIR, b=POINT_PAIR)
+def inversive_product_point_pairs(a, b):
+    """``a . b / (|a| |b|)`` of two point pairs, which conformal maps keep; on one circle it is
+    ``(1 + x) / (1 - x)`` by the cross-ratio x, up to its sign."""
+    return _likeness(a, b)
+
+
+@kernel(circle=CIRCLE, s=VECTOR)
+def conformal_sine_circle_sphere(circle, s):
+    """The sine of the angle at which a circle or line crosses a dual sphere or plane, larger than 1 where it does not.
+
+    ``|s ^ circle*| / (|s| |circle|)``, which conformal maps keep: 0 where the circle is on the sphere.
+    """
+    joint = s ^ ga.polarity(circle)
+    joint_squared = -ga.scalar_product(joint, joint)
+    return ga.sqrt(ga.maximum(0, joint_squared) / (_dot(s, s) * ga.scalar_product(circle, circle)))
+
+
+# Closest points, projections, rejections.
+
+
+@kernel(a=LINE, b=LINE, returns=(POINT, POINT))
+def closest_points_lines(a, b):
+    """The points of two lines that are nearest to each other, ends of their common perpendicular.
+
+    Of parallel lines, the point of `a` nearest to the origin and its foot on `b`.
+    """
+    d, p, e, q, across, square, parallel = _parts_of_lines(a, b)
+    along = _dot(_cross(q - p, e), across) / ga.select(parallel, 1, square)
+    one = p + ga.select(parallel, 0, along) * d
+    return _at(one), _at(one - _point_to_line(one, e, q))
+
+
+@kernel(line=LINE, circle=CIRCLE, returns=(POINT, POINT))
+def closest_points_line_circle(line, circle):
+    """The points of a line and of a circle that are nearest to each other; one pair where there are several."""
+    on_circle, on_line = _nearest_on_circle_to_line(line, circle)
+    return _at(on_line), _at(on_circle)
+
+
+@kernel(line=LINE, sphere=SPHERE, returns=(POINT, POINT))
+def closest_points_line_sphere(line, sphere):
+    """The point of a line nearest to the centre of a sphere, and the point of the sphere on the ray to it."""
+    (direction, point), (centre, square) = _line_parts(line), _sphere_parts(sphere)
+    away = -_point_to_line(centre, direction, point)
+    return _at(centre + away), _at(centre + ga.sqrt(square) / _length(away) * away)
+
+
+@kernel(plane=PLANE, sphere=SPHERE, returns=(POINT, POINT))
+def closest_points_plane_sphere(plane, sphere):
+    """The point of a plane nearest to the centre of a sphere, and the point of the sphere on the ray to it."""
+    (normal, distance), (centre, square) = _plane_parts(plane), _sphere_parts(sphere)
+    height = distance - _dot(centre, normal)
+    side = ga.select(height < 0, -1, 1)
+    return _at(centre + height * normal), _at(centre + side * ga.sqrt(square) * normal)
+
+
+@kernel(a=SPHERE, b=SPHERE, returns=(POINT, POINT))
+def closest_points_spheres(a, b):
+    """The points of two spheres, apart, on the line of their centres; none where these are the same."""
+    (p, r), (q, s) = _sphere_parts(a), _sphere_parts(b)
+    along = ga.normalize(q - p)
+    return _at(p + ga.sqrt(r) * along), _at(q - ga.sqrt(s) * along)
+
+
+@kernel(p=POINT, plane=PLANE, returns=POINT)
+def project_point_on_plane(p, plane):
+    """The foot of a point on a plane."""
+    normal, distance = _plane_parts(plane)
+    return _at(_coordinates(p) - (_dot(p, normal) - distance) * normal)
+
+
+@kernel(p=POINT, line=LINE, returns=POINT)
+def project_point_on_line(p, line):
+    """The foot of a point on a line."""
+    direction, support = _line_parts(line)
+    return _at(_coordinates(p) - _point_to_line(_coordinates(p), direction, support))
+
+
+@kernel(p=POINT, sphere=SPHERE, returns=POINT)
+def project_point_on_sphere(p, sphere):
+    """The nearest point of a sphere. For the centre, all are as near: not a number."""
+    centre, square = _sphere_parts(sphere)
+    away = _coordinates(p) - centre
+    return _at(centre + ga.sqrt(square) / _length(away) * away)
+
+
+@kernel(p=POINT, circle=CIRCLE, returns=POINT)
+def project_point_on_circle(p, circle):
+    """The nearest point of a circle. For points of its axis, all are as near: not a number."""
+    centre, normal, square = _circle_parts(circle)
+    _, inside, length = _to_circle(_coordinates(p), centre, normal)
+    return _at(centre + ga.sqrt(square) / length * inside)
+
+
+@kernel(p=POINT, pair=POINT_PAIR, returns=POINT)
+def project_point_on_point_pair(p, pair):
+    """The nearer point of a pair, the first one where both are as near."""
+    one, two = _pair_ends(pair)
+    x, y = _coordinates(p) - one, _coordinates(p) - two
+    return _at(ga.select(_dot(x, x) <= _dot(y, y), one, two))
+
+
+def _onto(x, y):
+    """The projection ``(x . y) y**-1``, times the square of the blade `y`, which is a number."""
+    return ga.left_contraction(x, y) * y
+
+
+@kernel(line=LINE, plane=PLANE, returns=LINE)
+def project_line_on_plane(line, plane):
+    """The line below a line in a plane, shortened by the cosine; of length 0 for an orthogonal one."""
+    return _onto(line, plane).grade(3) / ga.scalar_product(plane, plane)
+
+
+@kernel(pair=POINT_PAIR, s=VECTOR)
+def project_point_pair_on_sphere(pair, s):
+    """The part ``(pair . S) S**-1`` of a point pair in the sphere or plane whose dual is `s`.
+
+    On a plane, the ends of the pair that is symmetrical about it span the same circle as the given ones.
+    """
+    return (pair - (s ^ ga.left_contraction(s, pair)) / _dot(s, s)).grade(2)
+
+
+@kernel(circle=CIRCLE, s=VECTOR)
+def project_circle_on_sphere(circle, s):
+    """The circle ``(circle . S) S**-1`` in a sphere or plane, given by its dual `s`, that is orthogonal to a sphere
+    through the given one and orthogonal to it."""
+    return (circle - (s ^ ga.left_contraction(s, circle)) / _dot(s, s)).grade(3)
+
+
+@kernel(circle=CIRCLE, s=VECTOR)
+def reject_circle_from_sphere(circle, s):
+    """What `project_circle_on_sphere` leaves: ``s ^ (s . circle) / s**2``."""
+    return (s ^ ga.left_contraction(s, circle)) / _dot(s, s)
+
+
+@kernel(pair=POINT_PAIR, s=VECTOR)
+def reject_point_pair_from_sphere(pair, s):
+    """What `project_point_pair_on_sphere` leaves: ``s ^ (s . pair) / s**2``."""
+    return (s ^ ga.left_contraction(s, pair)) / _dot(s, s)
+
+
+@kernel(line=LINE, plane=PLANE, returns=LINE)
+def reject_line_from_plane(line, plane):
+    """The line minus its projection on a plane: ``(line ^ plane) plane**-1``, along the normal."""
+    return line - _onto(line, plane).grade(3) / ga.scalar_product(plane, plane)
+
+
+@kernel(p=POINT, line=LINE, returns=COORDINATES)
+def reject_point_from_line(p, line):
+    """The vector from the foot of a point on a line to the point."""
+    direction, support = _line_parts(line)
+    return _tuple(_point_to_line(_coordinates(p), direction, support))
+
+
+@kernel(p=POINT, plane=PLANE, returns=COORDINATES)
+def reject_point_from_plane(p, plane):
+    """The vector from the foot of a point on a plane to the point."""
+    normal, distance = _plane_parts(plane)
+    return _tuple((_dot(p, normal) - distance) * normal)
+
+
+@kernel(p=POINT, sphere=SPHERE, returns=COORDINATES)
+def reject_point_from_sphere(p, sphere):
+    """The vector from the nearest point of a sphere to a point."""
+    centre, square = _sphere_parts(sphere)
+    away = _coordinates(p) - centre
+    return _tuple((1 - ga.sqrt(square) / _length(away)) * away)
+
+
+@kernel(p=POINT, circle=CIRCLE, returns=COORDINATES)
+def reject_point_from_circle(p, circle):
+    """The vector from the nearest point of a circle to a point."""
+    centre, normal, square = _circle_parts(circle)
+    height, inside, length = _to_circle(_coordinates(p), centre, normal)
+    return _tuple(height * normal + (1 - ga.sqrt(square) / length) * inside)
+
+
+# Reflections in planes, lines, points; inversions in spheres. Objects keep their weight and turn with their sense.
+
+
+@kernel(x=VECTOR, s=VECTOR)
+def invert_vector(x, s):
+    """A vector, such as a dual sphere or dual plane, inverted in a dual sphere or mirrored in a dual plane."""
+    return (2 * _dot(x, s) / _dot(s, s)) * s - x
+
+
+@kernel(x=POINT_PAIR, s=VECTOR)
+def invert_point_pair(x, s):
+    """A point pair inverted in a dual sphere or mirrored in a dual plane: ``s x s**-1``."""
+    return s * x * s / _dot(s, s)
+
+
+@kernel(x=CIRCLE, s=VECTOR)
+def invert_circle(x, s):
+    """A circle inverted in a dual sphere or mirrored in a dual plane: ``-s x s**-1``; a line if through its centre."""
+    return -(s * x * s) / _dot(s, s)
+
+
+@kernel(x=SPHERE, s=VECTOR)
+def invert_sphere(x, s):
+    """A sphere inverted in a dual sphere or mirrored in a dual plane: ``s x s**-1``."""
+    return s * x * s / _dot(s, s)
+
+
+@kernel(x=LINE, plane=DUAL_PLANE, returns=LINE)
+def reflect_line(x, plane):
+    """The mirror image of a line in a dual plane: that of its direction along with it."""
+    return -(plane * x * plane) / _dot(plane, plane)
+
+
+@kernel(x=PLANE, plane=DUAL_PLANE, returns=PLANE)
+def reflect_plane(x, plane):
+    """The mirror image of a plane in a dual plane; its normal is that of the images of three points."""
+    return plane * x * plane / _dot(plane, plane)
+
+
+@kernel(p=POINT, line=LINE, returns=POINT)
+def reflect_point_in_line(p, line):
+    """The point after a half turn about a line."""
+    direction, support = _line_parts(line)
+    return _at(_coordinates(p) - 2 * _point_to_line(_coordinates(p), direction, support))
+
+
+@kernel(p=POINT, centre=POINT, returns=POINT)
+def reflect_point_in_point(p, centre):
+    """The point on the other side of a centre, as far away."""
+    return _at(2 * _coordinates(centre) - _coordinates(p))
+
+
+@kernel(p=POINT, circle=CIRCLE, returns=POINT)
+def reflect_point_in_circle(p, circle):
+    """The point after the conformal half turn about a circle: ``circle p circle``, normalised. Points of it stay."""
+    return _normalized((circle * p * circle).grade(1))
+
+
+# Containment: scalars that are 0 where one object lies in the other, and of points that lie on one of a kind.
+
+
+@kernel(line=LINE, plane=PLANE)
+def containment_line_in_plane(line, plane):
+    """Sine of the angle, and the distance of the point of the line that is nearest to the origin: 0, 0 in the plane."""
+    (direction, point), (normal, distance) = _line_parts(line), _plane_parts(plane)
+    return _dot(direction, normal), _dot(point, normal) - distance
+
+
+@kernel(circle=CIRCLE, plane=PLANE)
+def containment_circle_in_plane(circle, plane):
+    """Sine of the angle of the normals, and the distance of the centre: 0, 0 for a circle in the plane."""
+    (centre, axis, _), (normal, distance) = _circle_parts(circle), _plane_parts(plane)
+    return _length(_cross(axis, normal)), _dot(centre, normal) - distance
+
+
+@kernel(circle=CIRCLE, sphere=SPHERE)
+def containment_circle_in_sphere(circle, sphere):
+    """How far the sphere's centre is from the circle's axis, and its radius from that of the sphere about it through
+    the circle, of any sign: 0, 0 for a circle on the sphere."""
+    (centre, normal, square), (middle, other) = _circle_parts(circle), _sphere_parts(sphere)
+    height, _, length = _to_circle(middle, centre, normal)
+    return length, ga.sqrt(other) - ga.sqrt(square + height * height)
+
+
+@kernel(a=POINT, b=POINT, c=POINT)
+def collinearity(a, b, c):
+    """Twice the area of the triangle of three points: 0 where they are on a line."""
+    plane = a ^ b ^ c ^ EINF
+    return ga.sqrt(-ga.scalar_product(plane, plane))
+
+
+@kernel(a=POINT, b=POINT, c=POINT, d=POINT)
+def coplanarity(a, b, c, d):
+    """Six times the signed volume of four points: 0 where they are in a plane, positive for e1, e2, e3 seen from 0."""
+    return -(a ^ b ^ c ^ d ^ EINF)["e1230inf"]
+
+
+@kernel(a=POINT, b=POINT, c=POINT, d=POINT)
+def cocircularity(a, b, c, d):
+    """``|a ^ b ^ c ^ d|``: 0 where four points are on a circle or line, of degree 4 in lengths.
+
+    By the products x, y, z of opposite sides, ``sqrt((x + y + z) (-x + y + z) (x - y + z) (x + y - z)) / 4``.
+    """
+    u, v, w = (_coordinates(x) - _coordinates(d) for x in (a, b, c))
+    return _length(_dot(u, u) * _cross(v, w) + _dot(v, v) * _cross(w, u) + _dot(w, w) * _cross(u, v)) / 2
+
+
+@kernel(points=array(POINT, 5))
+def cosphericity(points):
+    """``a ^ b ^ c ^ d ^ e`` as a signed number: 0 where five points are on a sphere or plane.
+
+    `coplanarity` of the first four times half the power of the fifth for the sphere through them.
+    """
+    a, b, c, d, e = points
+    return -(a ^ b ^ c ^ d ^ e)["e1230inf"]
+
+
+# Meets of what needs more than the regressive product, and the kinds of all.
+
+
+@kernel(p=PLANE, q=PLANE, r=PLANE, returns=POINT)
+def meet_three_planes(p, q, r):
+    """The point that three planes have in common; division by 0 where there is none or more than one."""
+    flat = p & q & r
+    return _point(*(flat[name] / flat["e0inf"] for name in ("e1inf", "e2inf", "e3inf")))
+
+
+@kernel(a=LINE, b=LINE, returns=POINT)
+def meet_lines(a, b):
+    """The point in which two lines meet, of skew ones the one midway between them; not a number for parallel ones."""
+    d, p, e, q, across, square, _ = _parts_of_lines(a, b)
+    one = p + _dot(_cross(q - p, e), across) / square * d
+    return _at(one - _point_to_line(one, e, q) / 2)
+
+
+@kernel(line=LINE, circle=CIRCLE)
+def meet_line_circle(line, circle):
+    """The point pair in which a line in the plane of a circle meets it: that on the sphere about the circle."""
+    return line & ((_centre(circle) - _radius_squared(circle) / 2 * EINF) * PSEUDOSCALAR)
+
+
+@kernel(a=CIRCLE, b=CIRCLE)
+def meet_circles(a, b):
+    """The point pair that two circles on one sphere, or in one plane, have in common, imaginary where there is none.
+
+    Of circles in different planes, what `a` has in common with the plane of `b`.
+    """
+    n, m = ga.normalize(_circle_normal(a)), ga.normalize(_circle_normal(b))
+    across = _cross(n, m)
+    around = (_centre(b) - _radius_squared(b) / 2 * EINF) * PSEUDOSCALAR
+    return a & ga.select(_dot(across, across) <= NEARLY_ZERO**2, around, b ^ EINF)
+
+
+@kernel(a=SPHERE, b=SPHERE)
+def meet_spheres_kind(a, b):
+    """1: the spheres meet in a circle; 0: they touch; -1: they are apart; 2: concentric; 3: the same."""
+    (p, r), (q, s) = _sphere_parts(a), _sphere_parts(b)
+    size = _dot(p, p) + _dot(q, q) + ga.absolute(r) + ga.absolute(s)
+    return _kind_of_two_rounds(_dot(q - p, q - p), r, s, size)
+
+
+@kernel(sphere=SPHERE, plane=PLANE)
+def meet_sphere_plane_kind(sphere, plane):
+    """1: they meet in a circle; 0: they touch; -1: they are apart."""
+    (centre, square), (normal, distance) = _sphere_parts(sphere), _plane_parts(plane)
+    height = _dot(centre, normal) - distance
+    return _sign(square - height * height, _dot(centre, centre) + ga.absolute(square) + height * height)
+
+
+@kernel(a=PLANE, b=PLANE)
+def meet_planes_kind(a, b):
+    """1: the planes meet in a line; 2: they are parallel; 3: the same, with either normal."""
+    (n, d), (m, e) = _plane_parts(a), _plane_parts(b)
+    across = _cross(n, m)
+    gap = ga.absolute(d - ga.select(_dot(n, m) < 0, -e, e))
+    same = ga.select(gap <= NEARLY_ZERO * (ga.absolute(d) + ga.absolute(e)), 3, 2)
+    return ga.select(_dot(across, across) <= NEARLY_ZERO**2, same, 1 + 0 * gap)
+
+
+@kernel(p=PLANE, q=PLANE, r=PLANE)
+def meet_three_planes_kind(p, q, r):
+    """1: one point; 2: no point, or a common line or plane."""
+    n, m, k = (ga.normalize(_plane_normal(plane)) for plane in (p, q, r))
+    return ga.select(ga.absolute(_dot(_cross(n, m), k)) <= NEARLY_ZERO, 2, 1)
+
+
+@kernel(line=LINE, plane=PLANE)
+def meet_line_plane_kind(line, plane):
+    """1: they meet in a point; 2: they are parallel; 3: the line is in the plane."""
+    (direction, point), (normal, distance) = _line_parts(line), _plane_parts(plane)
+    gap = ga.absolute(_dot(point, normal) - distance)
+    inside = ga.select(gap <= NEARLY_ZERO * (_length(point) + ga.absolute(distance)), 3, 2)
+    return ga.select(ga.absolute(_dot(direction, normal)) <= NEARLY_ZERO, inside, 1)
+
+
+@kernel(line=LINE, sphere=SPHERE)
+def meet_line_sphere_kind(line, sphere):
+    """1: they meet in two points; 0: they touch; -1: they are apart."""
+    (direction, point), (centre, square) = _line_parts(line), _sphere_parts(sphere)
+    away = _point_to_line(centre, direction, point)
+    height = _dot(away, away)
+    return _sign(square - height, _dot(centre, centre) + _dot(point, point) + ga.absolute(square) + height)
+
+
+@kernel(a=LINE, b=LINE)
+def meet_lines_kind(a, b):
+    """1: the lines meet in a point; -1: they are skew; 2: parallel; 3: the same, in either direction."""
+    _, p, _, q, _, _, parallel = _parts_of_lines(a, b)
+    near = _distance_of_lines(a, b) <= NEARLY_ZERO * (_length(p) + _length(q))
+    return ga.select(parallel, ga.select(near, 3, 2), ga.select(near, 1, -1))
+
+
+@kernel(circle=CIRCLE, plane=PLANE)
+def meet_circle_plane_kind(circle, plane):
+    """1: they meet in two points; 0: they touch; -1: they are apart; 2: parallel; 3: the circle is in the plane."""
+    (centre, axis, square), (normal, distance) = _circle_parts(circle), _plane_parts(plane)
+    across = _cross(axis, normal)
+    sine = _dot(across, across)
+    height = _dot(centre, normal) - distance
+    parallel = sine <= NEARLY_ZERO**2
+    inside = ga.select(ga.absolute(height) <= NEARLY_ZERO * (_length(centre) + ga.absolute(distance)), 3, 2)
+    gap = height * height / ga.select(parallel, 1, sine)
+    return ga.select(parallel, inside, _sign(square - gap, _dot(centre, centre) + ga.absolute(square) + gap))
+
+
+@kernel(circle=CIRCLE, sphere=SPHERE)
+def meet_circle_sphere_kind(circle, sphere):
+    """1: they meet in two points; 0: they touch; -1: they are apart; 2: the sphere cuts the plane of the circle in one
+    about the same centre; 3: the circle is on the sphere."""
+    (centre, normal, square), (middle, other) = _circle_parts(circle), _sphere_parts(sphere)
+    height, _, length = _to_circle(middle, centre, normal)
+    size = _dot(centre, centre) + _dot(middle, middle) + ga.absolute(square) + ga.absolute(other)
+    return _kind_of_two_rounds(length * length, square, other - height * height, size)
+
+
+@kernel(line=LINE, circle=CIRCLE)
+def meet_line_circle_kind(line, circle):
+    """1: two common points; 0: one, in which the line touches the circle or goes through it; -1: none."""
+    (direction, point), (centre, normal, square) = _line_parts(line), _circle_parts(circle)
+    sine, height = _dot(direction, normal), _dot(centre - point, normal)
+    away = _point_to_line(centre, direction, point)
+    size = _dot(centre, centre) + _dot(point, point) + ga.absolute(square)
+    flat = ga.absolute(sine) <= NEARLY_ZERO
+    low = ga.absolute(height) <= NEARLY_ZERO * ga.sqrt(size)
+    hit = point + height / ga.select(flat, 1, sine) * direction - centre
+    gap, far = _dot(away, away), _dot(hit, hit)
+    through = ga.select(ga.absolute(far - square) <= NEARLY_ZERO * (size + far), 0, -1)
+    return ga.select(flat, ga.select(low, _sign(square - gap, size + gap), -1), through)
+
+
+@kernel(a=CIRCLE, b=CIRCLE)
+def meet_circles_kind(a, b):
+    """1: two common points; 0: one; -1: none; 2: in one plane about one centre; 3: the same, in either sense."""
+    (p, n, r), (q, m, s) = _circle_parts(a), _circle_parts(b)
+    size = _dot(p, p) + _dot(q, q) + ga.absolute(r) + ga.absolute(s)
+    across, apart = _cross(n, m), q - p
+    sine = _dot(across, across)
+    parallel = sine <= NEARLY_ZERO**2
+    low = ga.absolute(_dot(apart, n)) <= NEARLY_ZERO * ga.sqrt(size)
+    in_plane = ga.select(low, _kind_of_two_rounds(_dot(apart, apart), r, s, size), -1)
+    square = ga.select(parallel, 1, sine)
+    along = across / ga.sqrt(square)
+    one = _dot(apart, m) / square * _cross(along, n) * ga.sqrt(square)
+    two = _dot(-apart, n) / square * _cross(m, along) * -ga.sqrt(square)
+    first, second = r - _dot(one, one), s - _dot(two, two)
+    reach = size + _dot(one, one) + _dot(two, two)
+    shift = _dot(apart, along)
+    equal = ga.maximum(ga.absolute(shift) * ga.sqrt(size), ga.absolute(first - second)) <= NEARLY_ZERO * reach
+    lengths = first + second - shift * shift
+    single = ga.absolute(lengths * lengths - 4 * first * second) <= NEARLY_ZERO * reach * reach
+    both = ga.minimum(first, second) >= -NEARLY_ZERO * reach
+    twice = _sign(ga.minimum(first, second), reach)
+    crossed = ga.select(equal, twice, ga.select(ga.select(both, single, 0), 0, -1))
+    return ga.select(parallel, in_plane, crossed)
+
+
+# First hits of rays, which start at a point and go along a direction of any length but 0.
+
+
+def _hit(wrong, origin, direction, distance):
+    """Distance in lengths of the direction, and the point; not numbers where `wrong`."""
+    distance = _unless(wrong, distance)
+    return distance, _at(_coordinates(origin) + distance * direction)
+
+
+@kernel(origin=POINT, direction=COORDINATES, sphere=SPHERE, returns=(SCALAR, POINT))
+def ray_hits_sphere(origin, direction, sphere):
+    """The first point in which a ray meets a sphere, from either side, and where on the ray: not numbers for none.
+
+    The distance is in lengths of the direction. No digits are lost for a small sphere that is far away.
+    """
+    d, (centre, square) = _vector(direction), _sphere_parts(sphere)
+    towards, along = centre - _coordinates(origin), _dot(d, d)
+    middle = _dot(towards, d) / along
+    beside = towards - middle * d
+    half = ga.sqrt((square - _dot(beside, beside)) / along)
+    near, far = middle - half, middle + half
+    return _hit(far < 0, origin, d, ga.select(near >= 0, near, far))
+
+
+@kernel(origin=POINT, direction=COORDINATES, plane=PLANE, returns=(SCALAR, POINT))
+def ray_hits_plane(origin, direction, plane):
+    """The point in which a ray meets a plane, and where on the ray: not numbers where it goes away or is parallel."""
+    d, normal = _vector(direction), _plane_normal(plane)
+    fall = _dot(d, normal)
+    height = plane["e123inf"] - _dot(origin, normal)
+    return _hit(height * fall < 0, origin, d, height / _unless(ga.equal(fall, 0), fall))
+
+
+@kernel(origin=POINT, direction=COORDINATES, a=POINT, b=POINT, c=POINT, returns=(SCALAR, POINT))
+def ray_hits_triangle(origin, direction, a, b, c):
+    """The point in which a ray meets a triangle, from either side, and where on the ray: not numbers where it does not.
+
+    Corners and edges belong to the triangle.
+    """
+    d, o = _vector(direction), _coordinates(origin)
+    a, b, c = (_coordinates(corner) - o for corner in (a, b, c))
+    normal = _cross(b - a, c - a)
+    fall = _dot(d, normal)
+    distance = _dot(a, normal) / ga.select(ga.equal(fall, 0), 1, fall)
+    sides = [_dot(d, _cross(p, q)) for p, q in ((a, b), (b, c), (c, a))]
+    low, high = ga.minimum(ga.minimum(*sides[:2]), sides[2]), ga.maximum(ga.maximum(*sides[:2]), sides[2])
+    outside = ga.minimum(low < 0, high > 0)
+    wrong = ga.maximum(ga.maximum(outside, ga.equal(fall, 0)), distance < 0)
+    return _hit(wrong, origin, d, distance)
+
+
 # Versors.
 
 
@@ -577,3 +1893,267 @@ def invert_point(p, s):
     The centre goes to infinity: division by 0.
     """
     return _normalized(-(s * p * s))
+
+
+# Versors of all conformal maps.
+
+
+@kernel(b=COORDINATES, returns=TRANSVERSOR)
+def transversor_from_vector(b):
+    """The transversion ``1 + b e0``: inversion in the unit sphere, translation by ``-b``, inversion again.
+
+    It takes x to ``(x - x**2 b) / (1 - 2 b . x + b**2 x**2)``.
+    """
+    return 1 + _vector(b) * E0
+
+
+@kernel(centre=POINT, scale=SCALAR, returns=EVEN)
+def dilator_about_point(centre, scale):
+    """The dilation about a centre by a positive factor, which leaves the centre alone."""
+    root = ga.sqrt(scale)
+    return (1 + scale + (scale - 1) * (centre ^ EINF)) / (2 * root)
+
+
+@kernel(d=DILATOR)
+def dilator_to_scale(d):
+    """The factor of a dilator: ``exp`` of twice the coefficient of its logarithm."""
+    return (d["1"] + d["e0inf"]) ** 2
+
+
+@kernel(r=ROTOR, returns=COORDINATES)
+def rotor_logarithm(r):
+    """The coefficients e12, e13, e23 of the bivector of least angle whose exponential is `r` or ``-r``."""
+    b = ga.log(r)
+    return b["e12"], b["e13"], b["e23"]
+
+
+@kernel(b=COORDINATES, returns=ROTOR)
+def rotor_exponential(b):
+    """``exp`` of the bivector with coefficients e12, e13, e23: minus half the angle about ``e3, -e2, e1``."""
+    return ga.exp(b[0] * E1 * E2 + b[1] * E1 * E3 + b[2] * E2 * E3)
+
+
+@kernel(line=LINE, angle=SCALAR, distance=SCALAR, returns=MOTOR)
+def motor_from_screw(line, angle, distance):
+    """The right-handed rotation about a line along with a translation along it; the line may have any length but 0."""
+    d, _ = _line_parts(line)
+    axis = ga.polarity(line) / ga.sqrt(ga.scalar_product(line, line))
+    turn = ga.cos(angle / 2) + ga.sin(angle / 2) * axis
+    return (1 - distance * d * EINF / 2) * turn
+
+
+@kernel(m=MOTOR, returns=(ROTOR, COORDINATES))
+def motor_to_rotor_translation(m):
+    """The rotor and the vector of the translation after it."""
+    return (m["1"] + m["e12"] * E1 * E2 + m["e13"] * E1 * E3 + m["e23"] * E2 * E3), _tuple(m * E0 * ~m)
+
+
+@kernel(a=UNIT_EVEN, b=UNIT_EVEN, returns=UNIT_EVEN)
+def versor_product(a, b):
+    """The versor that does `b` first and then `a`."""
+    return a * b
+
+
+def _square_root_inverse(s):
+    """``s**(-1/2)`` of a scalar and a 4-vector: of what a versor's sum with 1 is off from a unit one."""
+    scalar, four = s.grade(0), s.grade(4)
+    number = scalar["1"]
+    root = ga.sqrt(number * number - ga.scalar_product(four, four))
+    return (number + root - four) / (root * ga.sqrt(2 * (number + root)))
+
+
+@kernel(x=EVEN, returns=EVEN)
+def normalize_versor(x):
+    """The unit versor nearest to an even element: ``(x ~x)**(-1/2) x``. Sums of versors become versors."""
+    return _square_root_inverse(x * ~x) * x
+
+
+@kernel(x=UNIT_EVEN, returns=(SCALAR, ROTOR, COORDINATES, COORDINATES))
+def versor_decomposition(x):
+    """A conformal map as a transversion, then a dilation, a rotation and a translation: scale, rotor, and the vectors
+    of the translation and of the transversion.
+
+    ``translator * rotor * dilator * transversor`` is `x` again, its sign in the rotor. A map that takes the origin to
+    infinity, or nearly, has no such form: division by 0.
+    """
+    moved, back = (x * E0 * ~x).grade(1), (~x * EINF * x).grade(1)
+    weight = _weight(moved)
+    t, b = _coordinates(moved) / weight, _coordinates(back) / (2 * weight)
+    scale = 1 / weight
+    rest = (1 + t * EINF / 2) * x
+    factor = 2 * ga.sqrt(scale) / (1 + scale)
+    rotor = {name: factor * rest[name] for name in ("1", "e12", "e13", "e23")}
+    return scale, ga.assemble(CGA3, rotor), _tuple(t), _tuple(b)
+
+
+@kernel(scale=SCALAR, r=ROTOR, t=COORDINATES, b=COORDINATES, returns=UNIT_EVEN)
+def versor_from_parts(scale, r, t, b):
+    """The conformal map that `versor_decomposition` takes apart: transversion, dilation, rotation, translation."""
+    dilator = (1 + scale + (scale - 1) * (E0 ^ EINF)) / (2 * ga.sqrt(scale))
+    return (1 - _vector(t) * EINF / 2) * r * dilator * (1 + _vector(b) * E0)
+
+
+# Versors between two objects of one kind: the square root of their ratio. Nearly opposite ones are turned over first.
+
+
+def _root(ratio):
+    """The versor half way to a ratio ``b a**-1`` of objects, which takes `a` to `b`."""
+    sum_ = 1 + ratio
+    return sum_ * _square_root_inverse(2 + ratio + ~ratio)
+
+
+def _between(a, b, turn):
+    """From `a` to `b`, unit ones, where `turn` takes `a` to ``-a``."""
+    square = ga.scalar_product(a, a)
+    ratio = b * a / square
+    ratio = ratio.grade(0, 2, 4)
+    opposite = ratio["1"] < NEARLY_OPPOSITE
+    root = _root(ga.select(opposite, -ratio, ratio))
+    return root * ga.select(opposite, turn, 1)
+
+
+def _half_turn(point, direction):
+    """About the line through a point along a unit direction."""
+    return ga.polarity(_line_through(point, direction))
+
+
+def _unit_blade(x):
+    return x / ga.sqrt(ga.absolute(ga.scalar_product(x, x)))
+
+
+@kernel(a=LINE, b=LINE, returns=MOTOR)
+def motor_between_lines(a, b):
+    """The motor that takes the line `a` to the line `b` along with its direction; it exists for every pair.
+
+    It turns about the common perpendicular and moves along it; nearly opposite lines are turned over first.
+    """
+    d, p = _line_parts(a)
+    return _between(_unit_blade(a), _unit_blade(b), _half_turn(p, _perpendicular(d)))
+
+
+@kernel(a=PLANE, b=PLANE, returns=MOTOR)
+def motor_between_planes(a, b):
+    """The motor that takes the plane `a` to the plane `b` along with its normal; it exists for every pair.
+
+    It turns about the line in which they meet, or translates along the normal of parallel ones; nearly opposite ones
+    are turned over first.
+    """
+    n, distance = _plane_parts(a)
+    return _between(_unit_blade(a), _unit_blade(b), _half_turn(distance * n, _perpendicular(n)))
+
+
+@kernel(a=SPHERE, b=SPHERE, returns=UNIT_EVEN)
+def versor_between_spheres(a, b):
+    """The versor that takes the sphere `a` to `b` along with the signs of their weights.
+
+    Both are real, or both imaginary with weights of one sign, else the result is not a number. Of real spheres apart
+    from each other, with weights of one sign, `a` is turned inside out by an inversion and a reflection first.
+    """
+    one, two = _unit_blade(a), _unit_blade(b)
+    centre, _ = _sphere_parts(a)
+    mirror = E1 + _dot(centre, E1) * EINF
+    wrong = ga.minimum(_sphere_sign(a), _sphere_sign(b)) <= 0
+    other = ga.maximum(ga.maximum(_sphere_sign(a), _sphere_sign(b)) >= 0, ga.scalar_product(a, b) < 0)
+    wrong = ga.minimum(wrong, other)
+    turn = (ga.polarity(one) * mirror).grade(0, 2)
+    return _unless(wrong, _between(one, two, turn))
+
+
+@kernel(a=CIRCLE, b=CIRCLE, returns=UNIT_EVEN)
+def versor_between_circles(a, b):
+    """The versor that takes the circle `a` to the circle `b` along with its sense, lines among them as `b`.
+
+    The root of the ratio ``b a**-1``, which turns or scales the least. Not a number where `a` is a line, where one is
+    real and the other imaginary, and for circles linked so that ``b a**-1`` is a 4-vector, such as a circle and its
+    axis.
+    """
+    centre, normal, _ = _circle_parts(a)
+    wrong = ga.scalar_product(a, a) * ga.scalar_product(b, b) <= 0
+    return _unless(wrong, _between(_unit_blade(a), _unit_blade(b), _half_turn(centre, _perpendicular(normal))))
+
+
+@kernel(a=POINT_PAIR, b=POINT_PAIR, returns=UNIT_EVEN)
+def versor_between_point_pairs(a, b):
+    """The versor that takes the point pair `a` to `b`, the first point to the first.
+
+    The root of the ratio ``b a**-1``. Not a number where one is real and the other imaginary.
+    """
+    centre, direction, _ = _pair_parts(a)
+    wrong = ga.scalar_product(a, a) * ga.scalar_product(b, b) <= 0
+    return _unless(wrong, _between(_unit_blade(a), _unit_blade(b), _half_turn(centre, _perpendicular(direction))))
+
+
+def _rotor_between(n, m):
+    """The rotor that takes the unit vector `n` to `m`, by the smaller angle."""
+    opposite = _dot(n, m) < NEARLY_OPPOSITE
+    across = _perpendicular(n)
+    start = ga.select(opposite, -n, n)
+    half = start + m
+    turn = half * start / _length(half)
+    turn = turn.grade(0, 2)
+    return turn * ga.select(opposite, across * n, 1)
+
+
+def _similarity(p, q, turn, scale):
+    """First a translation by ``-p``, then a dilation and a rotation, then a translation by `q`."""
+    dilator = (1 + scale + (scale - 1) * (E0 ^ EINF)) / (2 * ga.sqrt(scale))
+    return (1 - q * EINF / 2) * turn * dilator * (1 + p * EINF / 2)
+
+
+@kernel(a=SPHERE, b=SPHERE, returns=UNIT_EVEN)
+def similarity_between_spheres(a, b):
+    """The dilation and translation that take one real sphere to another, centre to centre."""
+    (p, r), (q, s) = _sphere_parts(a), _sphere_parts(b)
+    return _similarity(p, q, 1, ga.sqrt(s) / ga.sqrt(r))
+
+
+@kernel(a=CIRCLE, b=CIRCLE, returns=UNIT_EVEN)
+def similarity_between_circles(a, b):
+    """The rotation by the least angle, dilation and translation that take one real circle to another with its sense."""
+    (p, n, r), (q, m, s) = _circle_parts(a), _circle_parts(b)
+    return _similarity(p, q, _rotor_between(n, m), ga.sqrt(s) / ga.sqrt(r))
+
+
+# Versors on every kind of object.
+
+
+@kernel(m=MOTOR, x=FLAT_POINT, returns=FLAT_POINT)
+def move_flat_point(m, x):
+    """A flat point moved by the unit motor `m`: ``m x ~m``."""
+    return m * x * ~m
+
+
+@kernel(m=MOTOR, x=DIRECTION, returns=DIRECTION)
+def move_direction(m, x):
+    """A direction turned by the unit motor `m`, which translations leave alone: ``m x ~m``."""
+    return m * x * ~m
+
+
+@kernel(m=MOTOR, x=DUAL_PLANE, returns=DUAL_PLANE)
+def move_dual_plane(m, x):
+    """A dual plane moved by the unit motor `m`: ``m x ~m``."""
+    return m * x * ~m
+
+
+@kernel(v=UNIT_EVEN, p=POINT, returns=POINT)
+def transform_point(v, p):
+    """A point transformed by any unit even versor, a conformal map. What goes to infinity: division by 0."""
+    return _normalized(v * p * ~v)
+
+
+@kernel(v=UNIT_EVEN, x=POINT_PAIR)
+def transform_point_pair(v, x):
+    """A point pair, dual circle or dual line transformed by any unit even versor: ``v x ~v``."""
+    return v * x * ~v
+
+
+@kernel(v=UNIT_EVEN, x=CIRCLE)
+def transform_circle(v, x):
+    """A circle transformed by any unit even versor: ``v x ~v``."""
+    return v * x * ~v
+
+
+@kernel(v=UNIT_EVEN, x=SPHERE)
+def transform_sphere(v, x):
+    """A sphere transformed by any unit even versor: ``v x ~v``."""
+    return v * x * ~v
