@@ -44,8 +44,10 @@ lint: .venv/.installed ## Check style and formatting
 types: .venv/.installed ## Check types
 	$(BIN)/mypy
 
-bench: build ## Measure generation and kernels beside peers; write docs/benchmarks.md
+bench: build ## Measure generation and kernels beside peers; write docs/benchmarks.md, numba.md and subspaces.md
 	$(BIN)/python -m benchmarks
+	$(BIN)/python -m benchmarks chain
+	$(BIN)/python -m benchmarks subspaces
 
 counts: .venv/.installed ## Count operations of known expressions beside kingdon; write docs/operation-counts.md
 	$(BIN)/python -m benchmarks counts

@@ -1,4 +1,4 @@
-"""The command ``python -m benchmarks``, and ``counts`` and ``growth`` after it."""
+"""The command ``python -m benchmarks``, and the pages that may be named after it."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ import importlib
 import os
 import sys
 
-COMMANDS = {"counts": ".counts", "growth": ".growth"}
+COMMANDS = {"counts": ".counts", "growth": ".growth", "subspaces": ".subspaces", "chain": ".chain"}
 """What may stand after ``benchmarks``, and the module that does it; without one of them, times are measured."""
 
 

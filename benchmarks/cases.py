@@ -6,6 +6,7 @@ compared with ours before it is timed.
 
 from __future__ import annotations
 
+import importlib
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import Any
@@ -38,7 +39,7 @@ class Peer:
     read, expect : functions
         Of its result and of ours, to something in which they are equal.
     largest : int
-        The most elements it is tried on.
+        The most elements it is tried on; 1 where it takes one element only.
     """
 
     library: str
@@ -254,10 +255,100 @@ def _as_matrix(rotation: Any) -> Array:
     return rotation.as_matrix()
 
 
+# pytransform3d, numpy-quaternion and pin are imported when they are asked for: they need not be there.
+
+
+def _dual_quaternions(m: Array) -> Array:
+    trajectories = importlib.import_module("pytransform3d.trajectories")
+    return np.asarray(trajectories.dual_quaternions_from_transforms(pga3.motor_to_matrix(m)))
+
+
+def _dual_matrices(dual_quaternions: Any) -> Array:
+    trajectories = importlib.import_module("pytransform3d.trajectories")
+    return np.asarray(trajectories.transforms_from_dual_quaternions(dual_quaternions))
+
+
+def _dual_points(m: Array, p: Array) -> Callable[[], Array]:
+    move, motion = importlib.import_module("pytransform3d.trajectories").batch_dq_prod_vector, _dual_quaternions(m)
+    return lambda: move(motion, p)
+
+
+def _dual_product(a: Array, b: Array) -> Callable[[], Array]:
+    multiply = importlib.import_module("pytransform3d.trajectories").batch_concatenate_dual_quaternions
+    left, right = _dual_quaternions(a), _dual_quaternions(b)
+    return lambda: multiply(left, right)
+
+
+def _dual_exponential(b: Array) -> Callable[[], Array]:
+    trajectories = importlib.import_module("pytransform3d.trajectories")
+    coordinates = _rigid(pga3.motor_exponential(b)).as_exp_coords()
+    return lambda: trajectories.transforms_from_exponential_coordinates(coordinates)
+
+
+def _dual_logarithm(m: Array) -> Callable[[], Array]:
+    trajectories = importlib.import_module("pytransform3d.trajectories")
+    matrix = pga3.motor_to_matrix(m)
+    return lambda: trajectories.exponential_coordinates_from_transforms(matrix)
+
+
+def _exponential_coordinates(out: Array) -> Array:
+    return np.asarray(_rigid(pga3.motor_exponential(out)).as_exp_coords())
+
+
+def _batch_quaternions(p: Array, q: Array) -> Callable[[], Array]:
+    multiply = importlib.import_module("pytransform3d.batch_rotations").batch_concatenate_quaternions
+    return lambda: multiply(p, q)
+
+
+def _own_type(p: Array, q: Array) -> Callable[[], Any]:
+    as_quat_array = importlib.import_module("quaternion").as_quat_array
+    left, right = as_quat_array(p), as_quat_array(q)
+    return lambda: left * right
+
+
+def _own_coefficients(q: Any) -> Array:
+    return np.asarray(importlib.import_module("quaternion").as_float_array(q))
+
+
+def _pin(m: Array) -> Any:
+    return importlib.import_module("pinocchio").SE3(pga3.motor_to_matrix(m))
+
+
+def _pin_points(m: Array, p: Array) -> Callable[[], Array]:
+    motion = _pin(m)
+    return lambda: motion.act(p)
+
+
+def _pin_product(a: Array, b: Array) -> Callable[[], Any]:
+    left, right = _pin(a), _pin(b)
+    return lambda: left * right
+
+
+def _pin_exponential(b: Array) -> Callable[[], Any]:
+    pin = importlib.import_module("pinocchio")
+    twist = pin.log6(_pin(pga3.motor_exponential(b)))
+    return lambda: pin.exp6(twist)
+
+
+def _pin_logarithm(m: Array) -> Callable[[], Any]:
+    log6, motion = importlib.import_module("pinocchio").log6, _pin(m)
+    return lambda: log6(motion)
+
+
+def _pin_matrix(motion: Any) -> Array:
+    return np.asarray(motion.homogeneous)
+
+
 _POINTS = (
     Peer("numpy", "matmul with 3 × 3 matrices, and a sum", _move_points),
     Peer("scipy", "`RigidTransform.apply`", _scipy_points),
+    Peer("pin", "`SE3.act`", _pin_points, largest=1),
 )
+_DUAL_POINTS = Peer("pytransform3d", "`batch_dq_prod_vector`", _dual_points, largest=100_000)
+"""It wants as many motors as points."""
+
+OPTIONAL = ("pytransform3d", "numpy-quaternion", "pin")
+"""Libraries of peers that are left out where they are not installed."""
 
 CASES: tuple[Case, ...] = (
     Case(
@@ -268,7 +359,7 @@ CASES: tuple[Case, ...] = (
         "sandwich",
         "one motor, many points",
     ),
-    Case("pga3", "move_point", _with_motors(3), _POINTS, "sandwich"),
+    Case("pga3", "move_point", _with_motors(3), (*_POINTS, _DUAL_POINTS), "sandwich"),
     Case(
         "pga3",
         "motor_product",
@@ -276,6 +367,15 @@ CASES: tuple[Case, ...] = (
         (
             Peer("numpy", "matmul of 4 × 4 matrices", _matrices, expect=pga3.motor_to_matrix),
             Peer("scipy", "`RigidTransform * RigidTransform`", _scipy_motors, _as_matrix, pga3.motor_to_matrix),
+            Peer(
+                "pytransform3d",
+                "`batch_concatenate_dual_quaternions`",
+                _dual_product,
+                _dual_matrices,
+                pga3.motor_to_matrix,
+                100_000,
+            ),
+            Peer("pin", "`SE3 * SE3`", _pin_product, _pin_matrix, pga3.motor_to_matrix, 1),
         ),
         "product",
     ),
@@ -310,18 +410,38 @@ CASES: tuple[Case, ...] = (
         "pga3",
         "motor_exponential",
         lambda rng, lead: (0.4 * rng.normal(size=(*lead, 6)),),
-        (Peer("scipy", "`RigidTransform.from_exp_coords`", _scipy_exponential, _as_matrix, pga3.motor_to_matrix),),
+        (
+            Peer("scipy", "`RigidTransform.from_exp_coords`", _scipy_exponential, _as_matrix, pga3.motor_to_matrix),
+            Peer(
+                "pytransform3d",
+                "`transforms_from_exponential_coordinates`",
+                _dual_exponential,
+                expect=pga3.motor_to_matrix,
+                largest=100_000,
+            ),
+            Peer("pin", "`exp6`", _pin_exponential, _pin_matrix, pga3.motor_to_matrix, 1),
+        ),
     ),
     Case(
         "pga3",
         "motor_logarithm",
         lambda rng, lead: (_motors(rng, lead),),
         (
+            Peer("scipy", "`RigidTransform.as_exp_coords`", _scipy_logarithm, expect=_exponential_coordinates),
             Peer(
-                "scipy",
-                "`RigidTransform.as_exp_coords`",
-                _scipy_logarithm,
-                expect=lambda out: _rigid(pga3.motor_exponential(out)).as_exp_coords(),
+                "pytransform3d",
+                "`exponential_coordinates_from_transforms`",
+                _dual_logarithm,
+                expect=_exponential_coordinates,
+                largest=100_000,
+            ),
+            Peer(
+                "pin",
+                "`log6`",
+                _pin_logarithm,
+                lambda twist: np.concatenate([twist.angular, twist.linear]),
+                _exponential_coordinates,
+                1,
             ),
         ),
     ),
@@ -363,6 +483,8 @@ CASES: tuple[Case, ...] = (
         (
             Peer("numpy", "sixteen products, `stack`", _multiply),
             Peer("scipy", "`Rotation * Rotation`", _scipy_multiply, _as_matrix, quaternion.to_matrix),
+            Peer("numpy-quaternion", "`p * q`", _own_type, _own_coefficients),
+            Peer("pytransform3d", "`batch_concatenate_quaternions`", _batch_quaternions),
         ),
     ),
     Case(

@@ -12,8 +12,9 @@ from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, T
 
 from gacompiler.generate import load_spec
 
-from . import generation, kernels
-from .cases import CASES
+from . import by_hand, features, generation, kernels
+from .cases import CASES, OPTIONAL
+from .counts import write
 from .libraries import LIBRARIES, installed
 from .machine import machine
 from .report import Run, page
@@ -40,6 +41,7 @@ def main(arguments: list[str] | None = None) -> int:
             f"benchmarks: {out}: {error.strerror}; expected a file to write to; choose one with --out", file=sys.stderr
         )
         return 1
+    processors = os.sched_getaffinity(0) if hasattr(os, "sched_getaffinity") else set()
     if not options.quick:
         _use_one_processor()
     effort = QUICK if options.quick else FULL
@@ -59,25 +61,36 @@ def main(arguments: list[str] | None = None) -> int:
             kernels.measure(case, sizes, effort, lambda name: bar.update(running, advance=1, description=f"run {name}"))
             for case in CASES
         )
+        comparing = bar.add_task("compare", total=None)
+
+        def compared(name: str) -> None:
+            bar.update(comparing, advance=1, description=f"compare {name}")
+
+        hand_sizes = by_hand.QUICK_SIZES if options.quick else by_hand.SIZES
+        hand = by_hand.measure(hand_sizes, effort, compared)
+        ways = features.measure(effort, options.quick, processors, compared)
     figure = None
     if any(size > 1 for size in sizes):
         from .figure import draw
 
         figure = out.with_suffix(".png")
         draw(figure, limits, sizes, times)
-    absent = tuple(name for name in LIBRARIES if not installed(name))
+    absent = tuple(name for name in (*LIBRARIES, *OPTIONAL) if not installed(name))
     run = Run(
         limits,
         found,
         sizes,
         times,
+        hand_sizes,
+        hand,
+        ways,
         kernels.backends(),
         absent,
         options.quick,
         effort.repeats,
         figure.name if figure else None,
     )
-    out.write_text(page(run))
+    write(out, page(run))
     print(f"{out}: {len(found.kernels)} kernels generated, {len(times)} measured" + (f"; {figure}" if figure else ""))
     return 0
 

@@ -73,9 +73,9 @@ def measure(case: Case, sizes: Sequence[int], effort: Effort, progress: Callable
     """
     progress(case.title)
     kernel: Any = getattr(importlib.import_module(f"generated.{case.module}"), case.kernel)
-    given = {size: case.arguments(np.random.default_rng(size), _lead(size)) for size in sizes}
+    given = {size: case.arguments(np.random.default_rng(size), lead_of(size)) for size in sizes}
     times = {
-        (kind, order): tuple(_own(kernel, given[size], _lead(size), kind, order, effort) / size for size in sizes)
+        (kind, order): tuple(_own(kernel, given[size], lead_of(size), kind, order, effort) / size for size in sizes)
         for kind in TYPES
         for order in ORDERS
     }
@@ -87,7 +87,7 @@ def measure(case: Case, sizes: Sequence[int], effort: Effort, progress: Callable
     return KernelTimes(case, dict(kernel.cost), moved, times, tuple(_peers(case, kernel, given, effort)))
 
 
-def _lead(size: int) -> tuple[int, ...]:
+def lead_of(size: int) -> tuple[int, ...]:
     """One element has no leading axis."""
     return () if size == 1 else (size,)
 
@@ -95,16 +95,26 @@ def _lead(size: int) -> tuple[int, ...]:
 def _own(
     kernel: Any, arrays: Sequence[np.ndarray], lead: tuple[int, ...], kind: str, order: str, effort: Effort
 ) -> float:
+    call, _ = ready(kernel, arrays, order, kind)
+    return seconds(call, effort)
+
+
+def ready(
+    kernel: Any, arrays: Sequence[np.ndarray], order: str, kind: str = "float64"
+) -> tuple[Callable[[], object], Any]:
+    """A call of a kernel on arrays of an order and type, and the arrays that it writes to with ``out=``."""
     arguments = [np.array(array, dtype=kind, order=order) for array in arrays]
     results = kernel(*arguments)
     outs = tuple(np.array(result, order=order) for result in (results if isinstance(results, tuple) else (results,)))
     out = outs if len(outs) > 1 else outs[0]
-    return seconds(lambda: kernel(*arguments, out=out), effort)
+    return lambda: kernel(*arguments, out=out), out
 
 
 def _peers(case: Case, kernel: Any, given: dict[int, tuple[np.ndarray, ...]], effort: Effort) -> list[PeerTimes]:
     found = []
     for peer in case.peers:
+        if not libraries.installed(peer.library):
+            continue
 
         def prepare(arrays: Sequence[np.ndarray], peer: Any = peer) -> libraries.Call:
             return libraries.Call(peer.prepare(*arrays), peer.read)
@@ -133,7 +143,7 @@ def _peer(
     given: dict[int, tuple[np.ndarray, ...]],
     effort: Effort,
 ) -> tuple[float | None, ...]:
-    for lead in ((), (_COMPARED,)):
+    for lead in ((), (_COMPARED,)) if largest > 1 else ((),):
         arrays = case.arguments(np.random.default_rng(7), lead)
         call = prepare(arrays)
         theirs, ours = call.read(call.run()), expect(kernel(*arrays))

@@ -43,10 +43,14 @@ Peer = Callable[[Any, str, str, Sequence[np.ndarray]], Call]
 """Of a kernel, its module, its formula and its arguments."""
 
 
+IMPORTED = {"numpy-quaternion": "quaternion", "pin": "pinocchio"}
+"""What packages with another name are imported as."""
+
+
 def installed(name: str) -> bool:
-    """Whether a library can be imported."""
+    """Whether a package can be imported."""
     try:
-        importlib.import_module(name)
+        importlib.import_module(IMPORTED.get(name, name))
     except ImportError:
         return False
     return True

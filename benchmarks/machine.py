@@ -11,11 +11,11 @@ from pathlib import Path
 
 import numpy as np
 
-from gacompiler.backends.build import FLAGS, find_compiler
+from gacompiler.backends.build import FLAGS, compiler_flags, find_compiler
 
 from .timing import Effort, seconds
 
-PACKAGES = ("numpy", "numba", "scipy", "kingdon", "clifford")
+PACKAGES = ("numpy", "numba", "scipy", "kingdon", "clifford", "pytransform3d", "numpy-quaternion", "pin")
 """Those whose version a figure depends on."""
 
 IN_CACHE = 128 << 10
@@ -53,7 +53,7 @@ def machine(effort: Effort, quick: bool) -> Machine:
         ("processors, of which one is used", str(_n_processors())),
         ("system", f"{platform.system()} {platform.machine()}"),
         ("C compiler", _compiler()),
-        ("flags", " ".join(FLAGS)),
+        ("flags", " ".join(compiler_flags(compiler) if (compiler := find_compiler()) else FLAGS)),
         ("Python", platform.python_version()),
         *((name, version(name) or "not installed") for name in PACKAGES),
         (f"copy, {IN_CACHE >> 10} KiB", f"{cached / 1e9:.1f} GB/s read and written"),

@@ -2,15 +2,21 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
+from . import comparisons
+from .by_hand import HandTimes
+from .features import Features
 from .generation import Generation
 from .kernels import ORDERS, TYPES, KernelTimes
 from .machine import Machine
+from .markdown import MISSING, ns, ratio, seconds, table
 
 _BYTES = {"float64": 8, "float32": 4}
-_MISSING = "–"
+TIMES = {"kingdon": 20.0, "clifford": 500.0}
+"""How many times as long these libraries are to take on batches at least; others, as long."""
+SHARE = 0.8
+"""The least share of the memory's speed."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -21,6 +27,9 @@ class Run:
     generation: Generation
     sizes: tuple[int, ...]
     kernels: tuple[KernelTimes, ...]
+    hand_sizes: tuple[int, ...]
+    by_hand: tuple[HandTimes, ...]
+    features: Features
     backends: dict[str, str]
     absent: tuple[str, ...]
     quick: bool
@@ -32,7 +41,8 @@ def page(run: Run) -> str:
     """A run as Markdown."""
     sections = [_opening(run), _machine(run), _method(run), _generation(run)]
     sections += [_kernels(run, kind) for kind in TYPES]
-    sections += [_peers(run), _bandwidth(run)]
+    sections += [_peers(run), comparisons.by_hand(run.by_hand, run.hand_sizes), *comparisons.features(run.features)]
+    sections.append(_bandwidth(run))
     return "\n".join(sections)
 
 
@@ -44,7 +54,7 @@ def _opening(run: Run) -> str:
 
 
 def _machine(run: Run) -> str:
-    return "## Machine\n\n" + _table(("what", "is"), run.machine.facts)
+    return "## Machine\n\n" + table(("what", "is"), run.machine.facts)
 
 
 def _method(run: Run) -> str:
@@ -61,8 +71,8 @@ def _method(run: Run) -> str:
         "  it needs in another form (matrices, its own objects) is made before the clock starts.",
     ]
     if run.absent:
-        names = " and ".join(run.absent)
-        lines.append(f"- Not installed, so without rows here: {names}. `make .venv/.peers` installs them.")
+        names = ", ".join(run.absent)
+        lines.append(f"- Not installed, so without rows here: {names}. `make .venv/.peers` installs all but pin.")
     return "\n".join([*lines, ""])
 
 
@@ -73,15 +83,15 @@ def _generation(run: Run) -> str:
     number = sum(module.n_kernels for module in found.modules)
     summary = [
         ("kernels", str(number)),
-        ("median", _seconds(found.median)),
-        ("slowest", f"{_seconds(slowest.total)}, {slowest.module}.{slowest.kernel}"),
+        ("median", seconds(found.median)),
+        ("slowest", f"{seconds(slowest.total)}, {slowest.module}.{slowest.kernel}"),
         ("above 0.1 s", str(found.above(0.1))),
         ("above 1 s", str(found.above(1.0))),
-        ("all modules, printing included", _seconds(total)),
+        ("all modules, printing included", seconds(total)),
     ]
-    modules = [(module.module, str(module.n_kernels), _seconds(module.total)) for module in found.modules]
+    modules = [(module.module, str(module.n_kernels), seconds(module.total)) for module in found.modules]
     kernels = [
-        (f"{time.module}.{time.kernel}", _seconds(time.compiling), _seconds(time.rounding), _seconds(time.total))
+        (f"{time.module}.{time.kernel}", seconds(time.compiling), seconds(time.rounding), seconds(time.total))
         for time in found.slowest
     ]
     return "\n".join(
@@ -90,11 +100,11 @@ def _generation(run: Run) -> str:
             "",
             "From a definition to a proved program with its measured rounding error, as `gac generate` does it.",
             "",
-            _table(("all kernels", "time"), summary),
-            _table(("module", "kernels", "time"), modules),
+            table(("all kernels", "time"), summary),
+            table(("module", "kernels", "time"), modules),
             "The ten slowest kernels:",
             "",
-            _table(("kernel", "compile and prove", "rounding error", "together"), kernels),
+            table(("kernel", "compile and prove", "rounding error", "together"), kernels),
         ]
     )
 
@@ -106,7 +116,7 @@ def _kernels(run: Run, kind: str) -> str:
     rows = []
     for kernel in run.kernels:
         others = ", ".join(f"{kernel.cost[name]} {name}" for name in ("div", "sqrt", "call") if kernel.cost[name])
-        times = [_ns(kernel.times[kind, order][run.sizes.index(size)]) for size, order in columns]
+        times = [ns(kernel.times[kind, order][run.sizes.index(size)]) for size, order in columns]
         rows.append((kernel.case.title, str(kernel.cost["mul"]), str(kernel.cost["add"]), others, *times))
     return "\n".join(
         [
@@ -116,33 +126,41 @@ def _kernels(run: Run, kind: str) -> str:
             "order,",
             "which is a structure of arrays.",
             "",
-            _table(header, rows),
+            table(header, rows),
         ]
     )
 
 
 def _peers(run: Run) -> str:
     header = ("kernel", "peer", "what it computes", *(f"{size:,}" for size in run.sizes))
-    rows = []
+    rows, slow = [], []
     for kernel in run.kernels:
         own = kernel.times["float64", "C"]
         for peer in kernel.peers:
+            slow += [
+                f"{kernel.case.title} {size:,} ({peer.library}, {ratio(theirs / ours)})"
+                for size, theirs, ours in zip(run.sizes, peer.times, own, strict=True)
+                if theirs is not None and theirs / ours < (TIMES.get(peer.library, 1.0) if size > 1 else 1.0)
+            ]
             ratios = [
-                _MISSING if theirs is None else _ratio(theirs / ours)
+                MISSING if theirs is None else ratio(theirs / ours)
                 for theirs, ours in zip(peer.times, own, strict=True)
             ]
             rows.append((kernel.case.title, peer.library, peer.text, *ratios))
+    target = "on batches " + ", ".join(f"{name} {times:g} times as long" for name, times in TIMES.items())
+    target += "; nowhere is a peer faster"
     return "\n".join(
         [
             "## Peers",
             "",
             "How many times as long the peer takes as the kernel, in the same run: float64, C order for the kernel. "
-            f"{_MISSING}: not",
+            f"{MISSING}: not",
             "tried, for it would take too long. clifford works on one element after the other, so its time for each "
             "does not",
             "depend on their number.",
             "",
-            _table(header, rows),
+            table(header, rows),
+            comparisons.missed(target, slow),
         ]
     )
 
@@ -150,14 +168,16 @@ def _peers(run: Run) -> str:
 def _bandwidth(run: Run) -> str:
     size = run.sizes[-1]
     header = ("kernel", "coefficients", *(f"{kind} {order}" for kind in TYPES for order in ORDERS))
-    rows = []
+    rows, slow = [], []
     for kernel in run.kernels:
-        shares = []
+        shares = {}
         for kind in TYPES:
             for order in ORDERS:
                 speed = kernel.moved * _BYTES[kind] / kernel.times[kind, order][-1]
-                shares.append(f"{100 * speed / run.machine.copy_memory:.0f} %")
-        rows.append((kernel.case.title, str(kernel.moved), *shares))
+                shares[kind, order] = speed / run.machine.copy_memory
+        rows.append((kernel.case.title, str(kernel.moved), *(f"{100 * share:.0f} %" for share in shares.values())))
+        best = max(shares["float64", order] for order in ORDERS)
+        slow += [f"{kernel.case.title} ({100 * best:.0f} %)"] if best < SHARE else []
     text = [
         f"## Share of the memory's speed, {size:,} elements",
         "",
@@ -165,27 +185,9 @@ def _bandwidth(run: Run) -> str:
         "same time.",
         "Above 100 %, the arrays fit in a cache, or stores go past it.",
         "",
-        _table(header, rows),
+        table(header, rows),
+        comparisons.missed(f"{100 * SHARE:.0f} % in float64, in the better order", slow),
     ]
     if run.figure:
         text += [f"![Operations in a second over operations for each byte, float64, Fortran order]({run.figure})", ""]
     return "\n".join(text)
-
-
-def _table(header: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
-    lines = ["| " + " | ".join(header) + " |", "|" + "|".join("---" for _ in header) + "|"]
-    lines += ["| " + " | ".join(cell.replace("|", "\\|") for cell in row) + " |" for row in rows]
-    return "\n".join([*lines, ""])
-
-
-def _seconds(value: float) -> str:
-    return f"{value:.1f} s" if value >= 10 else f"{value:.2f} s" if value >= 1 else f"{1e3 * value:.0f} ms"
-
-
-def _ns(value: float) -> str:
-    value *= 1e9
-    return f"{value:,.0f}" if value >= 100 else f"{value:.1f}" if value >= 10 else f"{value:.2f}"
-
-
-def _ratio(value: float) -> str:
-    return f"{value:,.0f}" if value >= 10 else f"{value:.1f}" if value >= 1 else f"{value:.2f}"

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+import random
 import statistics
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 
 
@@ -29,6 +30,8 @@ class Effort:
 
 FULL = Effort(repeats=7, span=0.01, patience=1.0)
 QUICK = Effort(repeats=3, span=0.0005, patience=0.1)
+_TURNS = 3
+"""Parts of a measurement where calls take turns."""
 
 
 def seconds(call: Callable[[], object], effort: Effort) -> float:
@@ -38,6 +41,23 @@ def seconds(call: Callable[[], object], effort: Effort) -> float:
     number = max(1, round(effort.span / once))
     repeats = effort.repeats if once < effort.patience else 1
     return statistics.median(_timed(call, number) for _ in range(repeats))
+
+
+def in_turn(calls: Mapping[str, Callable[[], object]], effort: Effort) -> dict[str, float]:
+    """Seconds of warm calls by name: as `seconds`, but they take short turns, each time in another order.
+
+    What is compared meets the same busy moments then; it is for calls that do not take long.
+    """
+    numbers = {}
+    for name, call in calls.items():
+        call()
+        numbers[name] = max(1, round(effort.span / _TURNS / max(_timed(call, 1), 1e-9)))
+    spent: dict[str, list[float]] = {name: [] for name in calls}
+    shuffled = random.Random(0)
+    for _ in range(effort.repeats * _TURNS):
+        for name in shuffled.sample(list(calls), len(calls)):
+            spent[name].append(_timed(calls[name], numbers[name]))
+    return {name: statistics.median(times) for name, times in spent.items()}
 
 
 def _timed(call: Callable[[], object], number: int) -> float:

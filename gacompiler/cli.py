@@ -1,4 +1,4 @@
-"""The command line: ``gac``."""
+"""The command line: ``gac``. All commands are in one file: they share how specs are found and errors are told."""
 
 from __future__ import annotations
 
@@ -18,7 +18,18 @@ from .algebra.catalog import CATALOG
 from .backends import NO_COMPILER, build_library
 from .errors import GacError, SpecError, StaleError
 from .frontend.kernel import Kernel
-from .generate import Spec, compare, compile_spec, generated_folder, load_spec, own_specs, render, write
+from .generate import (
+    TARGETS,
+    Spec,
+    compare,
+    compile_spec,
+    generated_folder,
+    load_spec,
+    own_specs,
+    render,
+    render_targets,
+    write,
+)
 from .inspect import SHOWN, STAGES, described, latex, stage_text
 from .inspect import why as why_text
 from .passes.pipeline import compile_kernel
@@ -67,6 +78,7 @@ _json = click.option("--json", "as_json", is_flag=True, help="Print JSON instead
 @main.command(
     epilog=_examples(
         "gac generate my_kernels.py -o out",
+        "gac generate my_kernels.py --target rust --target cuda   out/my_kernels.rs and .cu, no C",
         "gac generate --all           the modules under generated/",
         "gac generate --all pga3 cga3",
     )
@@ -77,20 +89,41 @@ _json = click.option("--json", "as_json", is_flag=True, help="Print JSON instead
 )
 @click.option("--all", "own", is_flag=True, help="Regenerate the modules under generated/ (or those named).")
 @click.option("--no-build", is_flag=True, help="Do not compile the C.")
-def generate(specs: tuple[str, ...], output: Path | None, own: bool, no_build: bool) -> None:
-    """Write a module (.py, .c, .h) for each spec file, and compile its C if a compiler is there."""
+@click.option(
+    "--target",
+    "targets",
+    type=click.Choice(["c", *TARGETS]),
+    multiple=True,
+    default=("c",),
+    show_default=True,
+    help="A language to write; may be given again. c is C with the Python module; the others are one file for a spec.",
+)
+def generate(specs: tuple[str, ...], output: Path | None, own: bool, no_build: bool, targets: tuple[str, ...]) -> None:
+    """Write a module (.py, .c, .h) for each spec file, and compile its C if a compiler is there.
+
+    Other languages are written as one file, with functions of one element and over batches; what they are given is
+    described at its top. A module under generated/ goes to out/ in these.
+    """
     if not specs and not own:
         raise click.UsageError("name at least one spec file, or give --all")
-    folder = output or (generated_folder() if own else Path("out"))
+    others = [target for target in TARGETS if target in targets]
+    elsewhere = output or Path("out")
     found = _own(specs) if own else [load_spec(Path(spec)) for spec in specs]
     with _progress(sum(len(spec.kernels) for spec in found)) as advance:
-        modules = [(spec, render(compile_spec(spec, advance))) for spec in found]
-    for spec, files in modules:
+        modules = [compile_spec(spec, advance) for spec in found]
+    in_others = [render_targets(module, others) for module in modules]
+    in_c = [render(module) for module in modules] if "c" in targets else []
+    for spec, files in zip(found, in_others, strict=True):
+        for name, text in files.items():
+            unchanged = "" if write({name: text}, elsewhere) else ", unchanged"
+            click.echo(f"{_near(elsewhere / name)}: {len(spec.kernels)} kernels{unchanged}")
+    folder = generated_folder() if own and output is None else elsewhere
+    for spec, files in zip(found, in_c, strict=False):
         changed = write(files, folder)
         built = None if no_build else build_library(folder / f"{spec.name}.c")
         state = f"{len(spec.kernels)} kernels" + (", unchanged" if not changed else "")
         click.echo(f"{_near(folder / spec.name)}.py .c .h: {state}" + (f", built {built.name}" if built else ""))
-    if not no_build and found and build_library(folder / f"{found[0].name}.c") is None:
+    if in_c and not no_build and build_library(folder / f"{found[0].name}.c") is None:
         click.echo(f"note: {NO_COMPILER}", err=True)
 
 

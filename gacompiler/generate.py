@@ -10,13 +10,17 @@ import os
 import sys
 import tempfile
 from collections.abc import Callable, Iterable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from types import ModuleType
 
 from .algebra.layout import Layout
 from .backends import c_header, c_source, python_source
+from .backends.cuda import cuda_source
+from .backends.javascript import javascript_source
 from .backends.module import KernelSource, LayoutText, ModuleSource
+from .backends.opencl import opencl_source
+from .backends.rust import rust_source
 from .errors import BackendError, GacError, SpecError
 from .frontend.kernel import Kernel
 from .passes.operators import operator_of
@@ -25,6 +29,14 @@ from .passes.record import Compilation
 from .prove import rounding_error
 
 Progress = Callable[[str], None]
+
+TARGETS: Mapping[str, tuple[str, Callable[[ModuleSource], str]]] = {
+    "rust": ("rs", rust_source),
+    "javascript": ("mjs", javascript_source),
+    "cuda": ("cu", cuda_source),
+    "opencl": ("cl", opencl_source),
+}
+"""Languages beside C and Python: the ending of their file, and what prints it."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -159,6 +171,15 @@ def render(module: ModuleSource) -> dict[str, str]:
         f"{module.name}.c": c_source(module),
         f"{module.name}.h": c_header(module),
     }
+
+
+def render_targets(module: ModuleSource, targets: Iterable[str]) -> dict[str, str]:
+    """The files of a module in other languages, `TARGETS`: name -> text."""
+    files = {}
+    for target in targets:
+        ending, source = TARGETS[target]
+        files[f"{module.name}.{ending}"] = source(replace(module, command=f"{module.command} --target {target}"))
+    return files
 
 
 def write(files: Mapping[str, str], folder: Path) -> list[Path]:

@@ -2,13 +2,15 @@
 // command: gac generate --all cga2
 // spec: 4869490a3b1f2390
 // contraction: -ffp-contract=off (every operation is rounded once)
-// body: 27d6e178bbbde1938bd9da5bb406b167a9bdcb7a29ff17c7a98c762a05585014
+// body: 55ec0cbfe6d4cb8750435d61825d250aab53eaccf5d4f57a6cd3f633fed83d42
 
 #ifndef REAL
 #include "cga2.h"
 
+#include <float.h>
 #include <math.h>
 #include <stddef.h>
+#include <string.h>
 
 #if defined(__GNUC__)
 #define INLINE inline __attribute__((always_inline))
@@ -19,10 +21,13 @@
 // Elements are independent: an output is an input of the same element, or of none.
 #if defined(__clang__)
 #define ANY_ORDER _Pragma("clang loop vectorize(assume_safety)")
+#define NOT_UNROLLED _Pragma("clang loop unroll(disable)")
 #elif defined(__GNUC__)
 #define ANY_ORDER _Pragma("GCC ivdep")
+#define NOT_UNROLLED _Pragma("GCC unroll 1")
 #else
 #define ANY_ORDER
+#define NOT_UNROLLED
 #endif
 
 // The widest vectors of the machine that runs the loops, chosen when the library is loaded.
@@ -35,6 +40,12 @@
 // Loops run over whole vectors: a block is padded to a multiple of this many elements.
 #define LANES 16
 #define PADDED(n) (((n) + LANES - 1) & -LANES)
+
+// A block in which an argument is too far for the functions of a loop is done once more, in pieces of this many.
+#define CHUNK 64
+
+// Elements in C order go through rows of this many.
+#define SPAN 32
 
 // A vector of neighbours in memory.
 #if defined(__has_builtin)
@@ -60,10 +71,11 @@ struct form {
     loop_function *block, *dense;
 };
 
-// The loops of a kernel, over rows and in C order, and its forms.
+// The loops of a kernel, over rows and in C order, and its forms. A kernel that repeats reads its inputs again after it
+// has written: its outputs cannot lie where they do.
 struct kernel {
     loop_function *block, *dense;
-    int n_inputs, n_parts, n_forms;
+    int n_inputs, n_parts, n_forms, repeats;
     const struct part *parts;
     const struct form *forms;
 };
@@ -71,38 +83,308 @@ struct kernel {
 enum { PARTS = 5, CORES = 4, SPACE = 4096, PREPARED = 18 };
 
 #define SQRT(x) FUNCTION(sqrt)(x)
-#define SIN(x) FUNCTION(sin)(x)
-#define COS(x) FUNCTION(cos)(x)
-#define ATAN2(y, x) FUNCTION(atan2)(y, x)
-#define ACOS(x) FUNCTION(acos)(x)
-#define EXP(x) FUNCTION(exp)(x)
-#define LOG(x) FUNCTION(log)(x)
+#define SIN(x) NAME(sin_of)(x, far)
+#define COS(x) NAME(cos_of)(x, far)
+#define ATAN2(y, x) NAME(atan2_of)(y, x)
+#define ACOS(x) NAME(acos_of)(x)
+#define EXP(x) NAME(exp_of)(x)
+#define LOG(x) NAME(log_of)(x)
 #define ABS(x) FUNCTION(fabs)(x)
-#define MINIMUM(a, b) ((a) < (b) || (a) != (a) ? (a) : (b))
-#define MAXIMUM(a, b) ((a) > (b) || (a) != (a) ? (a) : (b))
+#define MINIMUM(a, b) NAME(chosen_by)(WHERE((a) < (b)) | WHERE((a) != (a)), a, b)
+#define MAXIMUM(a, b) NAME(chosen_by)(WHERE((a) > (b)) | WHERE((a) != (a)), a, b)
 #define LESS(a, b) ((REAL)((a) < (b)))
 #define LESS_EQUAL(a, b) ((REAL)((a) <= (b)))
 #define EQUAL(a, b) ((REAL)((a) == (b)))
-#define SELECT(condition, a, b) ((condition) != 0 ? (a) : (b))
+#define SELECT(condition, a, b) NAME(chosen_by)(WHERE((condition) != 0), a, b)
+
+static INLINE double cga2_sin_polynomial_f64(double z)
+{
+    const double y = z * z;
+    const double even = -0.16666666666666666 + y * (-0.00019841269836758574 + y * (-2.5051131845003624e-08));
+    const double odd = 0.008333333333330948 + y * (2.755731610255244e-06 + y * (1.5918129294866608e-10));
+    return even + z * odd;
+}
+
+static INLINE double cga2_cos_polynomial_f64(double z)
+{
+    const double y = z * z;
+    const double even = 0.041666666666666664 + y * (2.480158729876569e-05 + y * (2.08761462684032e-09));
+    const double odd = -0.0013888888888887398 + y * (-2.7557317271729793e-07 + y * (-1.1382632425521717e-11));
+    return even + z * odd;
+}
+
+static INLINE double cga2_exp_polynomial_f64(double z)
+{
+    const double y = z * z;
+    const double even = 0.5000000000000001 + y * (0.041666666666624164 + y * (0.0013888888917196719 + y *
+        (2.4801521322368692e-05 + y * (2.7620075879983367e-07))));
+    const double odd = 0.16666666666666669 + y * (0.008333333333330065 + y * (0.00019841269863040545 + y *
+        (2.7557268480310024e-06 + y * (2.5100375832561234e-08))));
+    return even + z * odd;
+}
+
+static INLINE double cga2_log_polynomial_f64(double z)
+{
+    const double y = z * z;
+    const double even = 0.666666666666667 + y * (0.28571428625975487 + y * (0.18182889125261723 + y *
+        (0.14616449685043406)));
+    const double odd = 0.39999999999899505 + y * (0.2222221113479508 + y * (0.15331721600556042));
+    return even + z * odd;
+}
+
+static INLINE double cga2_atan_polynomial_f64(double z)
+{
+    const double y = z * z;
+    const double even = -0.3333333333333333 + y * (-0.14285714285654572 + y * (-0.09090908863985787 + y *
+        (-0.06666560334352166 + y * (-0.05252496695434043 + y * (-0.04071743212322443 + y *
+        (-0.01839325882379991))))));
+    const double odd = 0.19999999999999724 + y * (0.11111111106023758 + y * (0.07692301604813975 + y *
+        (0.05881083654057798 + y * (0.04697897173031055 + y * (0.03147747598887358 + y *
+        (0.005746109253696299))))));
+    return even + z * odd;
+}
+
+static INLINE double cga2_asin_polynomial_f64(double z)
+{
+    const double y = z * z;
+    const double even = 0.16666666666666669 + y * (0.04464285714635543 + y * (0.02237217294214989 + y *
+        (0.013971212973552933 + y * (0.01032281435018578 + y * (0.01740087944269402 + y *
+        (0.028757851367421566))))));
+    const double odd = 0.07499999999998433 + y * (0.030381944138531247 + y * (0.017352392720869973 + y *
+        (0.011479177415184906 + y * (0.005457506718640358 + y * (-0.014851887071247204)))));
+    return even + z * odd;
+}
+
+static INLINE float cga2_sin_polynomial_f32(float z)
+{
+    const float y = z * z;
+    const float even = (float)-0.166666641831398 + y * ((float)-0.00019587890710681677);
+    const float odd = (float)0.008332747966051102;
+    return even + z * odd;
+}
+
+static INLINE float cga2_cos_polynomial_f32(float z)
+{
+    const float y = z * z;
+    const float even = (float)0.0416666641831398 + y * ((float)2.454794230288826e-05);
+    const float odd = (float)-0.001388830249197781;
+    return even + z * odd;
+}
+
+static INLINE float cga2_exp_polynomial_f32(float z)
+{
+    const float y = z * z;
+    const float even = (float)0.5 + y * ((float)0.041666556149721146 + y * ((float)0.0013926175888627768));
+    const float odd = (float)0.16666577756404877 + y * ((float)0.008363173343241215);
+    return even + z * odd;
+}
+
+static INLINE float cga2_log_polynomial_f32(float z)
+{
+    const float y = z * z;
+    const float even = (float)0.6666668653488159 + y * ((float)0.29579949378967285);
+    const float odd = (float)0.3998878002166748;
+    return even + z * odd;
+}
+
+static INLINE float cga2_atan_polynomial_f32(float z)
+{
+    const float y = z * z;
+    const float even = (float)-0.3333333432674408 + y * ((float)-0.14284485578536987 + y *
+        ((float)-0.08842379599809647 + y * ((float)-0.028579968959093094)));
+    const float odd = (float)0.19999976456165314 + y * ((float)0.11086060851812363 + y *
+        ((float)0.06374502927064896));
+    return even + z * odd;
+}
+
+static INLINE float cga2_asin_polynomial_f32(float z)
+{
+    const float y = z * z;
+    const float even = (float)0.1666666567325592 + y * ((float)0.04459940269589424 + y *
+        ((float)0.017149237915873528));
+    const float odd = (float)0.07500094175338745 + y * ((float)0.031100662425160408 + y *
+        ((float)0.03369084745645523));
+    return even + z * odd;
+}
 
 // The kernels are written once, below; this file includes itself for each precision.
 #ifndef ONLY_F32
 #define REAL double
+#define WORD uint64_t
+#define PRECISION(of_double, of_float) of_double
 #define NAME(name) cga2_##name##_f64
 #define FUNCTION(name) name
 #include "cga2.c"
 #undef REAL
+#undef WORD
+#undef PRECISION
 #undef NAME
 #undef FUNCTION
 #endif
 #ifndef ONLY_F64
 #define REAL float
+#define WORD uint32_t
+#define PRECISION(of_double, of_float) of_float
 #define NAME(name) cga2_##name##_f32
 #define FUNCTION(name) name##f
 #include "cga2.c"
 #endif
 
 #else
+
+// Words as wide as a number; a condition as a mask, because conditions that occur often would become branches.
+#define SIGN_BIT PRECISION(63, 31)
+#define SIGN ((WORD)1 << SIGN_BIT)
+#define WHERE(condition) ((WORD)0 - (WORD)(condition))
+
+static INLINE WORD NAME(bits_of)(REAL x)
+{
+    WORD bits;
+    memcpy(&bits, &x, sizeof bits);
+    return bits;
+}
+
+static INLINE REAL NAME(of_bits)(WORD bits)
+{
+    REAL x;
+    memcpy(&x, &bits, sizeof x);
+    return x;
+}
+
+static INLINE REAL NAME(chosen_by)(WORD where, REAL a, REAL b)
+{
+    return NAME(of_bits)((NAME(bits_of)(a) & where) | (NAME(bits_of)(b) & ~where));
+}
+
+// Sine and its kin without branches, so that loops over them are vectorised: at most 2 ulp from the exact values.
+
+// A number so large that the bits of what is added to it, up to half a million, are its last.
+#define SHIFT PRECISION(6755399441055744.0, 12582912.0f)
+
+// How many quarter turns an angle has, modulo 4, and what is left in two parts, up to an eighth of a turn.
+static INLINE WORD NAME(quarters_of)(REAL x, REAL *rest, REAL *low)
+{
+    const double shift = 6755399441055744.0, shifted = x * 0.6366197723675814 + shift, k = shifted - shift;
+    const double a = x - k * 1.5707963267923333, b = k * 2.5633441515839558e-12;
+#if PRECISION(1, 0)
+    const double sum = a - b, back = a - sum;
+    const double error = ((back - b) + (a - (sum + back))) - k * 1.0562999066987428e-23;
+    *rest = sum + error;
+    *low = (sum - *rest) + error;
+    return NAME(bits_of)(shifted);
+#else
+    *rest = (float)(a - b);
+    *low = 0;
+    return NAME(bits_of)((float)k + SHIFT);
+#endif
+}
+
+static INLINE REAL NAME(sin_of_rest)(REAL x, REAL low)
+{
+    const REAL z = x * x;
+    return x + (x * (z * NAME(sin_polynomial)(z)) + low);
+}
+
+static INLINE REAL NAME(cos_of_rest)(REAL x, REAL low)
+{
+    const REAL z = x * x, half = z / 2, one = 1 - half;
+    return one + (((1 - one) - half) + (z * z * NAME(cos_polynomial)(z) - x * low));
+}
+
+// Beyond 65536 the C library's; a caller that has a place for it is told so instead.
+static INLINE REAL NAME(sin_of)(REAL x, WORD *far)
+{
+    REAL rest, low;
+    const WORD n = NAME(quarters_of)(FUNCTION(fabs)(x), &rest, &low);
+    const WORD is_far = WHERE(FUNCTION(fabs)(x) > 65536), sign = (NAME(bits_of)(x) ^ n << (SIGN_BIT - 1)) & SIGN;
+    const REAL s = NAME(sin_of_rest)(rest, low), c = NAME(cos_of_rest)(rest, low);
+    const REAL y = NAME(of_bits)(NAME(bits_of)(NAME(chosen_by)(WHERE(n & 1), c, s)) ^ sign);
+    if (far == NULL)
+        return is_far ? FUNCTION(sin)(x) : y;
+    *far |= is_far;
+    return y;
+}
+
+static INLINE REAL NAME(cos_of)(REAL x, WORD *far)
+{
+    REAL rest, low;
+    const WORD n = NAME(quarters_of)(FUNCTION(fabs)(x), &rest, &low);
+    const WORD is_far = WHERE(FUNCTION(fabs)(x) > 65536), sign = (n + 1) << (SIGN_BIT - 1) & SIGN;
+    const REAL s = NAME(sin_of_rest)(rest, low), c = NAME(cos_of_rest)(rest, low);
+    const REAL y = NAME(of_bits)(NAME(bits_of)(NAME(chosen_by)(WHERE(n & 1), s, c)) ^ sign);
+    if (far == NULL)
+        return is_far ? FUNCTION(cos)(x) : y;
+    *far |= is_far;
+    return y;
+}
+
+#define FRACTION_BITS PRECISION(52, 23)
+#define BIAS PRECISION(1023, 127)
+#define LOG_HIGH PRECISION(0.693147180559663, 0.693145751953125f)
+#define LOG_LOW PRECISION(2.8235290563031577e-13, 1.428606765330187e-06f)
+
+// The power of 2 comes in two factors, so that the largest and the smallest results are reached.
+static INLINE REAL NAME(exp_of)(REAL x)
+{
+    const REAL most = PRECISION(710, 89), least = PRECISION(-746, -105);
+    const REAL y = NAME(chosen_by)(WHERE(x > most), most, NAME(chosen_by)(WHERE(x < least), least, x));
+    const REAL shifted = y * PRECISION(1.4426950408889634, 1.4426950216293335f) + SHIFT, k = shifted - SHIFT;
+    const REAL z = (y - k * LOG_HIGH) - k * LOG_LOW;
+    const WORD n = NAME(bits_of)(shifted) - NAME(bits_of)(SHIFT), half = (n + 2 * BIAS) / 2 - BIAS;
+    const REAL a = NAME(of_bits)((half + BIAS) << FRACTION_BITS), b = NAME(of_bits)((n - half + BIAS) << FRACTION_BITS);
+    return (1 + (z + z * z * NAME(exp_polynomial)(z))) * a * b;
+}
+
+static INLINE REAL NAME(log_of)(REAL x)
+{
+    // x = 2^k (1 + f), 1 + f between the roots of 1/2 and 2; numbers below the normal ones are scaled first.
+    const WORD tiny = WHERE(x < PRECISION(DBL_MIN, FLT_MIN)), fraction = ((WORD)1 << FRACTION_BITS) - 1;
+    const WORD root = PRECISION(0x3FE6A09E667F3BCD, 0x3F3504F3), one = (WORD)BIAS << FRACTION_BITS;
+    const REAL y = x * NAME(chosen_by)(tiny, (WORD)1 << (FRACTION_BITS + 2), 1);
+    const WORD n = NAME(bits_of)(y) + (one - root);
+    const REAL shift = (WORD)1 << FRACTION_BITS, bias = NAME(chosen_by)(tiny, BIAS + FRACTION_BITS + 2, BIAS);
+    const REAL k = NAME(of_bits)((n >> FRACTION_BITS) + NAME(bits_of)(shift)) - (shift + bias);
+    const REAL f = NAME(of_bits)((n & fraction) + root) - 1, half = f * f / 2, s = f / (2 + f), z = s * s;
+    const REAL low = s * (half + z * NAME(log_polynomial)(z)) + k * LOG_LOW;
+    const REAL finite = k * LOG_HIGH - ((half - low) - f);
+    const REAL other = NAME(chosen_by)(WHERE(x == 0), -INFINITY, NAME(chosen_by)(WHERE(x > 0), x, NAN));
+    return NAME(chosen_by)(WHERE(x > 0) & WHERE(x < INFINITY), finite, other);
+}
+
+#define EIGHTH_HIGH PRECISION(0.7853981633974456, 0.7853975296020508f)
+#define EIGHTH_LOW PRECISION(2.6951514290790595e-15, 6.337954232549237e-07f)
+
+static INLINE REAL NAME(atan2_of)(REAL y, REAL x)
+{
+    const REAL u = FUNCTION(fabs)(x), v = FUNCTION(fabs)(y);
+    const WORD swapped = WHERE(v > u), left = WHERE(NAME(bits_of)(x) >> SIGN_BIT);
+    const REAL most = NAME(chosen_by)(swapped, v, u), least = NAME(chosen_by)(swapped, u, v);
+    // Sums of the largest numbers would overflow; two zeros, and two infinities, have the ratio 0 and 1.
+    const WORD same = WHERE(u == INFINITY) & WHERE(v == INFINITY), none = WHERE(most == 0);
+    const REAL scale = NAME(chosen_by)(WHERE(most > PRECISION(DBL_MAX, FLT_MAX) / 64), (REAL)1 / 64, 1);
+    const REAL big = NAME(chosen_by)(same | none, 1, most * scale), small = NAME(chosen_by)(same, 1, least * scale);
+    // Above 0.55 an eighth of a turn is taken away: results below 1/2 come from one division. The factor 16 is for
+    // the smallest numbers, whose products are rounded to few bits.
+    const WORD upper = WHERE(16 * small > (REAL)8.8 * big);
+    const REAL t = (small - NAME(chosen_by)(upper, big, 0)) / (big + NAME(chosen_by)(upper, small, 0)), z = t * t;
+    const REAL angle = t + t * (z * NAME(atan_polynomial)(z));
+    const REAL near = NAME(chosen_by)(upper, 1, 0), first = NAME(chosen_by)(swapped, 2 - near, near);
+    const REAL eighths = NAME(chosen_by)(left, 4 - first, first);
+    const REAL turned = NAME(of_bits)(NAME(bits_of)(angle) ^ ((left ^ swapped) & SIGN));
+    const REAL whole = eighths * EIGHTH_HIGH + (eighths * EIGHTH_LOW + turned);
+    return NAME(of_bits)(NAME(bits_of)(whole) ^ (NAME(bits_of)(y) & SIGN));
+}
+
+static INLINE REAL NAME(acos_of)(REAL x)
+{
+    const REAL u = FUNCTION(fabs)(x);
+    const WORD large = WHERE(u > (REAL)0.5);
+    const REAL z = NAME(chosen_by)(large, (1 - u) / 2, x * x), s = NAME(chosen_by)(large, FUNCTION(sqrt)(z), x);
+    const REAL more = s * (z * NAME(asin_polynomial)(z));
+    const REAL middle = 2 * EIGHTH_HIGH - (s - (2 * EIGHTH_LOW - more));
+    const REAL right = 2 * (s + more), left = 4 * EIGHTH_HIGH - (right - 4 * EIGHTH_LOW);
+    return NAME(chosen_by)(large, NAME(chosen_by)(WHERE(x < 0), left, right), middle);
+}
 
 static INLINE void NAME(load_scalar)(REAL *x, const char *a)
 {
@@ -258,43 +540,104 @@ static INLINE void NAME(store_16)(char *a, intptr_t ca, const REAL *x)
 
 #ifdef SHUFFLE
 typedef REAL NAME(four) VECTOR(4);
-typedef REAL NAME(eight) VECTOR(8);
+#define AT(a, k, s) (*(NAME(four) *)((a) + (k) * (s)))
 
-// Four numbers at each of eight places, `s` bytes apart, as eight numbers at each of four.
-static INLINE void NAME(turn_8x4)(const char *a, intptr_t s, REAL *x, intptr_t row)
+// A tile is four components of as many elements as fill 32 bytes, which every wide machine turns alike.
+#define TILE PRECISION(4, 8)
+#if PRECISION(1, 0)
+// From four places, `s` bytes apart, to four, `t` bytes apart.
+static INLINE void NAME(turn)(char *a, intptr_t s, char *b, intptr_t t)
 {
-    NAME(eight) a0, a1, a2, a3;
-#define PAIR(k) SHUFFLE(*(const NAME(four) *)(a + (k) * s), *(const NAME(four) *)(a + ((k) + 4) * s), \
-        0, 1, 2, 3, 4, 5, 6, 7)
-    a0 = PAIR(0);
-    a1 = PAIR(1);
-    a2 = PAIR(2);
-    a3 = PAIR(3);
+    const NAME(four) a0 = AT(a, 0, s), a1 = AT(a, 1, s), a2 = AT(a, 2, s), a3 = AT(a, 3, s);
+    const NAME(four) b0 = SHUFFLE(a0, a1, 0, 4, 2, 6), b1 = SHUFFLE(a0, a1, 1, 5, 3, 7);
+    const NAME(four) b2 = SHUFFLE(a2, a3, 0, 4, 2, 6), b3 = SHUFFLE(a2, a3, 1, 5, 3, 7);
+    AT(b, 0, t) = SHUFFLE(b0, b2, 0, 1, 4, 5);
+    AT(b, 1, t) = SHUFFLE(b1, b3, 0, 1, 4, 5);
+    AT(b, 2, t) = SHUFFLE(b0, b2, 2, 3, 6, 7);
+    AT(b, 3, t) = SHUFFLE(b1, b3, 2, 3, 6, 7);
+}
+
+static INLINE void NAME(load_tile)(char *x, intptr_t row, char *a, intptr_t s)
+{
+    NAME(turn)(a, s, x, row);
+}
+
+static INLINE void NAME(store_tile)(char *a, intptr_t s, char *x, intptr_t row)
+{
+    NAME(turn)(x, row, a, s);
+}
+#else
+typedef REAL NAME(eight) VECTOR(8);
+#define ROW(x, k, row) (*(NAME(eight) *)((x) + (k) * (row)))
+
+static INLINE void NAME(load_tile)(char *x, intptr_t row, char *a, intptr_t s)
+{
+#define PAIR(k) SHUFFLE(AT(a, k, s), AT(a, (k) + 4, s), 0, 1, 2, 3, 4, 5, 6, 7)
+    const NAME(eight) a0 = PAIR(0), a1 = PAIR(1), a2 = PAIR(2), a3 = PAIR(3);
 #undef PAIR
     const NAME(eight) b0 = SHUFFLE(a0, a1, 0, 8, 1, 9, 4, 12, 5, 13), b1 = SHUFFLE(a0, a1, 2, 10, 3, 11, 6, 14, 7, 15);
     const NAME(eight) b2 = SHUFFLE(a2, a3, 0, 8, 1, 9, 4, 12, 5, 13), b3 = SHUFFLE(a2, a3, 2, 10, 3, 11, 6, 14, 7, 15);
-    *(NAME(eight) *)x = SHUFFLE(b0, b2, 0, 1, 8, 9, 4, 5, 12, 13);
-    *(NAME(eight) *)(x + row) = SHUFFLE(b0, b2, 2, 3, 10, 11, 6, 7, 14, 15);
-    *(NAME(eight) *)(x + 2 * row) = SHUFFLE(b1, b3, 0, 1, 8, 9, 4, 5, 12, 13);
-    *(NAME(eight) *)(x + 3 * row) = SHUFFLE(b1, b3, 2, 3, 10, 11, 6, 7, 14, 15);
+    ROW(x, 0, row) = SHUFFLE(b0, b2, 0, 1, 8, 9, 4, 5, 12, 13);
+    ROW(x, 1, row) = SHUFFLE(b0, b2, 2, 3, 10, 11, 6, 7, 14, 15);
+    ROW(x, 2, row) = SHUFFLE(b1, b3, 0, 1, 8, 9, 4, 5, 12, 13);
+    ROW(x, 3, row) = SHUFFLE(b1, b3, 2, 3, 10, 11, 6, 7, 14, 15);
 }
 
-static INLINE void NAME(turn_4x4)(const char *a, intptr_t s, char *b, intptr_t t)
+static INLINE void NAME(store_tile)(char *a, intptr_t s, char *x, intptr_t row)
 {
-    const NAME(four) a0 = *(const NAME(four) *)a, a1 = *(const NAME(four) *)(a + s);
-    const NAME(four) a2 = *(const NAME(four) *)(a + 2 * s), a3 = *(const NAME(four) *)(a + 3 * s);
-    const NAME(four) b0 = SHUFFLE(a0, a1, 0, 4, 2, 6), b1 = SHUFFLE(a0, a1, 1, 5, 3, 7);
-    const NAME(four) b2 = SHUFFLE(a2, a3, 0, 4, 2, 6), b3 = SHUFFLE(a2, a3, 1, 5, 3, 7);
-    *(NAME(four) *)b = SHUFFLE(b0, b2, 0, 1, 4, 5);
-    *(NAME(four) *)(b + t) = SHUFFLE(b1, b3, 0, 1, 4, 5);
-    *(NAME(four) *)(b + 2 * t) = SHUFFLE(b0, b2, 2, 3, 6, 7);
-    *(NAME(four) *)(b + 3 * t) = SHUFFLE(b1, b3, 2, 3, 6, 7);
+    const NAME(eight) x0 = ROW(x, 0, row), x1 = ROW(x, 1, row), x2 = ROW(x, 2, row), x3 = ROW(x, 3, row);
+    const NAME(eight) b0 = SHUFFLE(x0, x1, 0, 8, 1, 9, 4, 12, 5, 13), b1 = SHUFFLE(x0, x1, 2, 10, 3, 11, 6, 14, 7, 15);
+    const NAME(eight) b2 = SHUFFLE(x2, x3, 0, 8, 1, 9, 4, 12, 5, 13), b3 = SHUFFLE(x2, x3, 2, 10, 3, 11, 6, 14, 7, 15);
+    const NAME(eight) a0 = SHUFFLE(b0, b2, 0, 1, 8, 9, 4, 5, 12, 13), a1 = SHUFFLE(b0, b2, 2, 3, 10, 11, 6, 7, 14, 15);
+    const NAME(eight) a2 = SHUFFLE(b1, b3, 0, 1, 8, 9, 4, 5, 12, 13), a3 = SHUFFLE(b1, b3, 2, 3, 10, 11, 6, 7, 14, 15);
+#define HALVES(k, v) AT(a, k, s) = SHUFFLE(v, v, 0, 1, 2, 3), AT(a, (k) + 4, s) = SHUFFLE(v, v, 4, 5, 6, 7)
+    HALVES(0, a0);
+    HALVES(1, a1);
+    HALVES(2, a2);
+    HALVES(3, a3);
+#undef HALVES
 }
+#undef ROW
+#endif
+
+// Tiles of `size` components that are neighbours, of elements `s` bytes apart: how many elements are done. What is
+// known of the size when this is compiled saves half the time.
+static INLINE intptr_t NAME(turn_tiles)(int back, char *x, intptr_t row, char *a, intptr_t s, intptr_t size, intptr_t n)
+{
+    const intptr_t w = sizeof(REAL);
+    intptr_t done = 0;
+    NOT_UNROLLED
+    for (; done + TILE <= n; done += TILE) {
+        for (intptr_t k = 0; k < size; k += 4) {
+            const intptr_t first = k + 4 <= size ? k : size - 4;
+            char *in_rows = x + first * row + done * w, *in_element = a + done * s + first * w;
+            if (back)
+                NAME(store_tile)(in_element, s, in_rows, row);
+            else
+                NAME(load_tile)(in_rows, row, in_element, s);
+        }
+    }
+    return done;
+}
+
+static INLINE intptr_t NAME(turn_all)(int back, REAL *x, intptr_t row, char *a, intptr_t s, intptr_t size, intptr_t n)
+{
+    switch (size) {
+    case 4:
+        return NAME(turn_tiles)(back, (char *)x, row * sizeof(REAL), a, s, 4, n);
+    case 6:
+        return NAME(turn_tiles)(back, (char *)x, row * sizeof(REAL), a, s, 6, n);
+    case 8:
+        return NAME(turn_tiles)(back, (char *)x, row * sizeof(REAL), a, s, 8, n);
+    default:
+        return NAME(turn_tiles)(back, (char *)x, row * sizeof(REAL), a, s, size, n);
+    }
+}
+#undef AT
 #endif
 
 // Rows of `size` components that lie `c` bytes apart, of `n` elements that lie `s` bytes apart.
-WIDE static void NAME(load_rows)(REAL *x, intptr_t row, const char *a, intptr_t s, intptr_t c, intptr_t size,
-    intptr_t n)
+WIDE static void NAME(load_rows)(REAL *x, intptr_t row, char *a, intptr_t s, intptr_t c, intptr_t size, intptr_t n)
 {
     const intptr_t w = sizeof(REAL);
     intptr_t done = 0;
@@ -310,12 +653,7 @@ WIDE static void NAME(load_rows)(REAL *x, intptr_t row, const char *a, intptr_t 
     }
 #ifdef SHUFFLE
     if (size >= 4 && c == w) {
-        for (; done + 8 <= n; done += 8) {
-            for (intptr_t k = 0; k < size; k += 4) {
-                const intptr_t first = k + 4 <= size ? k : size - 4;
-                NAME(turn_8x4)(a + done * s + first * w, s, x + first * row + done, row);
-            }
-        }
+        done = NAME(turn_all)(0, x, row, a, s, size, n);
     } else if (s != w) {
         for (; done + 4 <= n; done += 4) {
             for (intptr_t k = 0; k < size; ++k) {
@@ -343,8 +681,7 @@ WIDE static void NAME(load_rows)(REAL *x, intptr_t row, const char *a, intptr_t 
 }
 
 // The inverse of load_rows.
-WIDE static void NAME(store_rows)(char *a, intptr_t s, intptr_t c, const REAL *x, intptr_t row, intptr_t size,
-    intptr_t n)
+WIDE static void NAME(store_rows)(char *a, intptr_t s, intptr_t c, REAL *x, intptr_t row, intptr_t size, intptr_t n)
 {
     const intptr_t w = sizeof(REAL);
     intptr_t done = 0;
@@ -359,14 +696,8 @@ WIDE static void NAME(store_rows)(char *a, intptr_t s, intptr_t c, const REAL *x
         return;
     }
 #ifdef SHUFFLE
-    if (size >= 4 && c == w) {
-        for (; done + 4 <= n; done += 4) {
-            for (intptr_t k = 0; k < size; k += 4) {
-                const intptr_t first = k + 4 <= size ? k : size - 4;
-                NAME(turn_4x4)((const char *)(x + first * row + done), row * w, a + done * s + first * w, s);
-            }
-        }
-    }
+    if (size >= 4 && c == w)
+        done = NAME(turn_all)(1, x, row, a, s, size, n);
 #endif
     if (done == n)
         return;
@@ -375,6 +706,51 @@ WIDE static void NAME(store_rows)(char *a, intptr_t s, intptr_t c, const REAL *x
         char *to = a + k * c;
         for (intptr_t i = done; i < n; ++i)
             *(REAL *)(to + i * s) = from[i];
+    }
+}
+
+// The rows of SPAN elements of `size` components, in C order from element `first` on; and back.
+static INLINE void NAME(load_span)(REAL *x, char *a, intptr_t first, intptr_t size)
+{
+    const intptr_t w = sizeof(REAL);
+    const REAL *from = (const REAL *)(a + first * size * w);
+    if (size == 1) {
+        memcpy(x, from, SPAN * w);
+    } else if (size == 2) {
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            x[i] = from[2 * i];
+            x[SPAN + i] = from[2 * i + 1];
+        }
+    } else if (size == 3) {
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            x[i] = from[3 * i];
+            x[SPAN + i] = from[3 * i + 1];
+            x[2 * SPAN + i] = from[3 * i + 2];
+        }
+    } else {
+        NAME(turn_tiles)(0, (char *)x, SPAN * w, (char *)from, size * w, size, SPAN);
+    }
+}
+
+static INLINE void NAME(store_span)(char *a, intptr_t first, REAL *x, intptr_t size)
+{
+    const intptr_t w = sizeof(REAL);
+    REAL *to = (REAL *)(a + first * size * w);
+    if (size == 1) {
+        memcpy(to, x, SPAN * w);
+    } else if (size == 2) {
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            to[2 * i] = x[i];
+            to[2 * i + 1] = x[SPAN + i];
+        }
+    } else if (size == 3) {
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            to[3 * i] = x[i];
+            to[3 * i + 1] = x[SPAN + i];
+            to[3 * i + 2] = x[2 * SPAN + i];
+        }
+    } else {
+        NAME(turn_tiles)(1, (char *)x, SPAN * w, (char *)to, size * w, size, SPAN);
     }
 }
 
@@ -388,7 +764,11 @@ static void NAME(move_part)(int back, REAL *x, intptr_t row, const struct part *
         step = count == 1 ? c[axis - 1] : step;
         count *= part->shape[axis - 1];
     }
-    for (intptr_t k = 0; k < part->size; k += count) {
+    if (count == part->size && back)
+        NAME(store_rows)(a, s, step, x, row, count, n);
+    else if (count == part->size)
+        NAME(load_rows)(x, row, a, s, step, count, n);
+    for (intptr_t k = 0; count < part->size && k < part->size; k += count) {
         intptr_t offset = 0, rest = k / count;
         for (int outer = axis; outer-- > 0; rest /= part->shape[outer])
             offset += rest % part->shape[outer] * c[outer];
@@ -426,7 +806,7 @@ static void NAME(batch)(const struct kernel *kernel, char **args, intptr_t n, co
     }
     int in_place = 1, dense = in_order != NULL;
     // Long rows spare calls; beyond the last cache, short ones keep reading and writing going side by side.
-    intptr_t row = n < (1 << 24) / (bytes + 1) ? 64 : LANES;
+    intptr_t row = n < (1 << 24) / (bytes + 1) ? 512 / w : LANES;
     while (row > LANES && row * total > SPACE)
         row /= 2;
     total = 0;
@@ -438,6 +818,8 @@ static void NAME(batch)(const struct kernel *kernel, char **args, intptr_t n, co
         rows[p] = space + row * total;
         total += part->size;
         kinds[p] = hoisted >> p & 1 ? HOISTED : p < n_inputs && steps[p] == 0 ? SAME : steps[p] == w ? UNIT : ANY;
+        for (int q = 0; kernel->repeats && p >= n_inputs && q < n_inputs; ++q)
+            kinds[p] = args[p] == args[q] ? ANY : kinds[p];
         in_place = in_place && (kinds[p] == UNIT || kinds[p] == HOISTED);
         for (int q = part->rank; q-- > 0; step *= part->shape[q], row_step *= part->shape[q]) {
             cores[part->first + q] = c[q];
@@ -457,8 +839,8 @@ static void NAME(batch)(const struct kernel *kernel, char **args, intptr_t n, co
     }
     for (intptr_t i = 0, m; i < n; i += m) {
         const int last = n - i < LANES;
-        if (dense && !last) {
-            m = n & -LANES;
+        if (dense && n - i >= SPAN) {
+            m = n & -SPAN;
             in_order(m, starts, cores);
             continue;
         }
@@ -780,7 +1162,7 @@ WIDE static void NAME(geometric_product_block)(intptr_t n, char **args, const in
 void NAME(geometric_product_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{16, 1, 0, {16}}, {16, 1, 1, {16}}, {16, 1, 2, {16}}};
-    static const struct kernel kernel = {NAME(geometric_product_block), NULL, 2, 3, 0, parts, NULL};
+    static const struct kernel kernel = {NAME(geometric_product_block), NULL, 2, 3, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -1004,7 +1386,7 @@ WIDE static void NAME(outer_product_block)(intptr_t n, char **args, const intptr
 void NAME(outer_product_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{16, 1, 0, {16}}, {16, 1, 1, {16}}, {16, 1, 2, {16}}};
-    static const struct kernel kernel = {NAME(outer_product_block), NULL, 2, 3, 0, parts, NULL};
+    static const struct kernel kernel = {NAME(outer_product_block), NULL, 2, 3, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -1228,7 +1610,7 @@ WIDE static void NAME(regressive_product_block)(intptr_t n, char **args, const i
 void NAME(regressive_product_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{16, 1, 0, {16}}, {16, 1, 1, {16}}, {16, 1, 2, {16}}};
-    static const struct kernel kernel = {NAME(regressive_product_block), NULL, 2, 3, 0, parts, NULL};
+    static const struct kernel kernel = {NAME(regressive_product_block), NULL, 2, 3, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -1566,7 +1948,7 @@ WIDE static void NAME(inner_product_block)(intptr_t n, char **args, const intptr
 void NAME(inner_product_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{16, 1, 0, {16}}, {16, 1, 1, {16}}, {16, 1, 2, {16}}};
-    static const struct kernel kernel = {NAME(inner_product_block), NULL, 2, 3, 0, parts, NULL};
+    static const struct kernel kernel = {NAME(inner_product_block), NULL, 2, 3, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -1699,10 +2081,35 @@ WIDE static void NAME(even_product_block)(intptr_t n, char **args, const intptr_
     }
 }
 
+WIDE static void NAME(even_product_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    _Alignas(64) REAL r0[8 * SPAN];
+    _Alignas(64) REAL r1[8 * SPAN];
+    _Alignas(64) REAL r2[8 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        NAME(load_span)(r0, args[0], first, 8);
+        NAME(load_span)(r1, args[1], first, 8);
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[8];
+            REAL x1[8];
+            REAL x2[8];
+            NAME(load_8)(x0, (char *)(r0 + i), SPAN * w);
+            NAME(load_8)(x1, (char *)(r1 + i), SPAN * w);
+            NAME(even_product)(x0, x1, x2);
+            NAME(store_8)((char *)(r2 + i), SPAN * w, x2);
+        }
+        NAME(store_span)(args[2], first, r2, 8);
+    }
+}
+
 void NAME(even_product_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{8, 1, 0, {8}}, {8, 1, 1, {8}}, {8, 1, 2, {8}}};
-    static const struct kernel kernel = {NAME(even_product_block), NULL, 2, 3, 0, parts, NULL};
+    static const struct kernel kernel = {NAME(even_product_block), NAME(even_product_dense), 2, 3, 0, 0, parts,
+        NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -1771,7 +2178,7 @@ WIDE static void NAME(reverse_block)(intptr_t n, char **args, const intptr_t *st
 void NAME(reverse_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{16, 1, 0, {16}}, {16, 1, 1, {16}}};
-    static const struct kernel kernel = {NAME(reverse_block), NULL, 1, 2, 0, parts, NULL};
+    static const struct kernel kernel = {NAME(reverse_block), NULL, 1, 2, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -1821,22 +2228,27 @@ WIDE static void NAME(even_reverse_dense)(intptr_t n, char **args, const intptr_
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
-    char *a0 = args[0];
-    char *a1 = args[1];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[8];
-        REAL x1[8];
-        NAME(load_8)(x0, a0 + i * 8 * w, w);
-        NAME(even_reverse)(x0, x1);
-        NAME(store_8)(a1 + i * 8 * w, w, x1);
+    _Alignas(64) REAL r0[8 * SPAN];
+    _Alignas(64) REAL r1[8 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        NAME(load_span)(r0, args[0], first, 8);
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[8];
+            REAL x1[8];
+            NAME(load_8)(x0, (char *)(r0 + i), SPAN * w);
+            NAME(even_reverse)(x0, x1);
+            NAME(store_8)((char *)(r1 + i), SPAN * w, x1);
+        }
+        NAME(store_span)(args[1], first, r1, 8);
     }
 }
 
 void NAME(even_reverse_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{8, 1, 0, {8}}, {8, 1, 1, {8}}};
-    static const struct kernel kernel = {NAME(even_reverse_block), NAME(even_reverse_dense), 1, 2, 0, parts, NULL};
+    static const struct kernel kernel = {NAME(even_reverse_block), NAME(even_reverse_dense), 1, 2, 0, 0, parts,
+        NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -1903,7 +2315,7 @@ WIDE static void NAME(grade_involution_block)(intptr_t n, char **args, const int
 void NAME(grade_involution_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{16, 1, 0, {16}}, {16, 1, 1, {16}}};
-    static const struct kernel kernel = {NAME(grade_involution_block), NULL, 1, 2, 0, parts, NULL};
+    static const struct kernel kernel = {NAME(grade_involution_block), NULL, 1, 2, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -1968,7 +2380,7 @@ WIDE static void NAME(dual_block)(intptr_t n, char **args, const intptr_t *strid
 void NAME(dual_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{16, 1, 0, {16}}, {16, 1, 1, {16}}};
-    static const struct kernel kernel = {NAME(dual_block), NULL, 1, 2, 0, parts, NULL};
+    static const struct kernel kernel = {NAME(dual_block), NULL, 1, 2, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -2033,7 +2445,7 @@ WIDE static void NAME(undual_block)(intptr_t n, char **args, const intptr_t *str
 void NAME(undual_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{16, 1, 0, {16}}, {16, 1, 1, {16}}};
-    static const struct kernel kernel = {NAME(undual_block), NULL, 1, 2, 0, parts, NULL};
+    static const struct kernel kernel = {NAME(undual_block), NULL, 1, 2, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -2100,7 +2512,7 @@ WIDE static void NAME(polarity_block)(intptr_t n, char **args, const intptr_t *s
 void NAME(polarity_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{16, 1, 0, {16}}, {16, 1, 1, {16}}};
-    static const struct kernel kernel = {NAME(polarity_block), NULL, 1, 2, 0, parts, NULL};
+    static const struct kernel kernel = {NAME(polarity_block), NULL, 1, 2, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -2139,21 +2551,24 @@ WIDE static void NAME(embed_point_dense)(intptr_t n, char **args, const intptr_t
     const intptr_t w = sizeof(REAL);
     (void)strides;
     char *a0 = args[0];
-    char *a1 = args[1];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[2];
-        REAL x1[4];
-        NAME(load_2)(x0, a0 + i * 2 * w, w);
-        NAME(embed_point)(x0, x1);
-        NAME(store_4)(a1 + i * 4 * w, w, x1);
+    _Alignas(64) REAL r1[4 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[2];
+            REAL x1[4];
+            NAME(load_2)(x0, a0 + (first + i) * 2 * w, w);
+            NAME(embed_point)(x0, x1);
+            NAME(store_4)((char *)(r1 + i), SPAN * w, x1);
+        }
+        NAME(store_span)(args[1], first, r1, 4);
     }
 }
 
 void NAME(embed_point_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{2, 1, 0, {2}}, {4, 1, 1, {4}}};
-    static const struct kernel kernel = {NAME(embed_point_block), NAME(embed_point_dense), 1, 2, 0, parts, NULL};
+    static const struct kernel kernel = {NAME(embed_point_block), NAME(embed_point_dense), 1, 2, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -2190,21 +2605,24 @@ WIDE static void NAME(extract_point_dense)(intptr_t n, char **args, const intptr
     const intptr_t w = sizeof(REAL);
     (void)strides;
     char *a0 = args[0];
-    char *a1 = args[1];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[4];
-        REAL x1[2];
-        NAME(load_4)(x0, a0 + i * 4 * w, w);
-        NAME(extract_point)(x0, x1);
-        NAME(store_2)(a1 + i * 2 * w, w, x1);
+    _Alignas(64) REAL r1[2 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[4];
+            REAL x1[2];
+            NAME(load_4)(x0, a0 + (first + i) * 4 * w, w);
+            NAME(extract_point)(x0, x1);
+            NAME(store_2)((char *)(r1 + i), SPAN * w, x1);
+        }
+        NAME(store_span)(args[1], first, r1, 2);
     }
 }
 
 void NAME(extract_point_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {2, 1, 1, {2}}};
-    static const struct kernel kernel = {NAME(extract_point_block), NAME(extract_point_dense), 1, 2, 0, parts,
+    static const struct kernel kernel = {NAME(extract_point_block), NAME(extract_point_dense), 1, 2, 0, 0, parts,
         NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -2246,22 +2664,25 @@ WIDE static void NAME(normalize_vector_dense)(intptr_t n, char **args, const int
     const intptr_t w = sizeof(REAL);
     (void)strides;
     char *a0 = args[0];
-    char *a1 = args[1];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[4];
-        REAL x1[4];
-        NAME(load_4)(x0, a0 + i * 4 * w, w);
-        NAME(normalize_vector)(x0, x1);
-        NAME(store_4)(a1 + i * 4 * w, w, x1);
+    _Alignas(64) REAL r1[4 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[4];
+            REAL x1[4];
+            NAME(load_4)(x0, a0 + (first + i) * 4 * w, w);
+            NAME(normalize_vector)(x0, x1);
+            NAME(store_4)((char *)(r1 + i), SPAN * w, x1);
+        }
+        NAME(store_span)(args[1], first, r1, 4);
     }
 }
 
 void NAME(normalize_vector_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {4, 1, 1, {4}}};
-    static const struct kernel kernel = {NAME(normalize_vector_block), NAME(normalize_vector_dense), 1, 2, 0, parts,
-        NULL};
+    static const struct kernel kernel = {NAME(normalize_vector_block), NAME(normalize_vector_dense), 1, 2, 0, 0,
+        parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -2306,16 +2727,19 @@ WIDE static void NAME(inner_product_of_points_dense)(intptr_t n, char **args, co
     (void)strides;
     char *a0 = args[0];
     char *a1 = args[1];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[2];
-        REAL x1[2];
-        REAL x2[1];
-        NAME(load_2)(x0, a0 + i * 2 * w, w);
-        NAME(load_2)(x1, a1 + i * 2 * w, w);
-        NAME(inner_product_of_points)(x0, x1, x2);
-        NAME(store_scalar)(a2 + i * w, x2);
+    _Alignas(64) REAL r2[1 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[2];
+            REAL x1[2];
+            REAL x2[1];
+            NAME(load_2)(x0, a0 + (first + i) * 2 * w, w);
+            NAME(load_2)(x1, a1 + (first + i) * 2 * w, w);
+            NAME(inner_product_of_points)(x0, x1, x2);
+            NAME(store_scalar)((char *)(r2 + i), x2);
+        }
+        NAME(store_span)(args[2], first, r2, 1);
     }
 }
 
@@ -2323,7 +2747,7 @@ void NAME(inner_product_of_points_loop)(char **args, const intptr_t *dimensions,
 {
     static const struct part parts[] = {{2, 1, 0, {2}}, {2, 1, 1, {2}}, {1, 0, 2, {0}}};
     static const struct kernel kernel = {NAME(inner_product_of_points_block), NAME(inner_product_of_points_dense),
-        2, 3, 0, parts, NULL};
+        2, 3, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -2366,16 +2790,19 @@ WIDE static void NAME(distance_squared_points_dense)(intptr_t n, char **args, co
     (void)strides;
     char *a0 = args[0];
     char *a1 = args[1];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[2];
-        REAL x1[2];
-        REAL x2[1];
-        NAME(load_2)(x0, a0 + i * 2 * w, w);
-        NAME(load_2)(x1, a1 + i * 2 * w, w);
-        NAME(distance_squared_points)(x0, x1, x2);
-        NAME(store_scalar)(a2 + i * w, x2);
+    _Alignas(64) REAL r2[1 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[2];
+            REAL x1[2];
+            REAL x2[1];
+            NAME(load_2)(x0, a0 + (first + i) * 2 * w, w);
+            NAME(load_2)(x1, a1 + (first + i) * 2 * w, w);
+            NAME(distance_squared_points)(x0, x1, x2);
+            NAME(store_scalar)((char *)(r2 + i), x2);
+        }
+        NAME(store_span)(args[2], first, r2, 1);
     }
 }
 
@@ -2383,7 +2810,7 @@ void NAME(distance_squared_points_loop)(char **args, const intptr_t *dimensions,
 {
     static const struct part parts[] = {{2, 1, 0, {2}}, {2, 1, 1, {2}}, {1, 0, 2, {0}}};
     static const struct kernel kernel = {NAME(distance_squared_points_block), NAME(distance_squared_points_dense),
-        2, 3, 0, parts, NULL};
+        2, 3, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -2427,24 +2854,27 @@ WIDE static void NAME(distance_points_dense)(intptr_t n, char **args, const intp
     (void)strides;
     char *a0 = args[0];
     char *a1 = args[1];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[2];
-        REAL x1[2];
-        REAL x2[1];
-        NAME(load_2)(x0, a0 + i * 2 * w, w);
-        NAME(load_2)(x1, a1 + i * 2 * w, w);
-        NAME(distance_points)(x0, x1, x2);
-        NAME(store_scalar)(a2 + i * w, x2);
+    _Alignas(64) REAL r2[1 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[2];
+            REAL x1[2];
+            REAL x2[1];
+            NAME(load_2)(x0, a0 + (first + i) * 2 * w, w);
+            NAME(load_2)(x1, a1 + (first + i) * 2 * w, w);
+            NAME(distance_points)(x0, x1, x2);
+            NAME(store_scalar)((char *)(r2 + i), x2);
+        }
+        NAME(store_span)(args[2], first, r2, 1);
     }
 }
 
 void NAME(distance_points_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{2, 1, 0, {2}}, {2, 1, 1, {2}}, {1, 0, 2, {0}}};
-    static const struct kernel kernel = {NAME(distance_points_block), NAME(distance_points_dense), 2, 3, 0, parts,
-        NULL};
+    static const struct kernel kernel = {NAME(distance_points_block), NAME(distance_points_dense), 2, 3, 0, 0,
+        parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -2493,16 +2923,19 @@ WIDE static void NAME(inner_product_of_vectors_dense)(intptr_t n, char **args, c
     (void)strides;
     char *a0 = args[0];
     char *a1 = args[1];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[4];
-        REAL x1[4];
-        REAL x2[1];
-        NAME(load_4)(x0, a0 + i * 4 * w, w);
-        NAME(load_4)(x1, a1 + i * 4 * w, w);
-        NAME(inner_product_of_vectors)(x0, x1, x2);
-        NAME(store_scalar)(a2 + i * w, x2);
+    _Alignas(64) REAL r2[1 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[4];
+            REAL x1[4];
+            REAL x2[1];
+            NAME(load_4)(x0, a0 + (first + i) * 4 * w, w);
+            NAME(load_4)(x1, a1 + (first + i) * 4 * w, w);
+            NAME(inner_product_of_vectors)(x0, x1, x2);
+            NAME(store_scalar)((char *)(r2 + i), x2);
+        }
+        NAME(store_span)(args[2], first, r2, 1);
     }
 }
 
@@ -2510,7 +2943,7 @@ void NAME(inner_product_of_vectors_loop)(char **args, const intptr_t *dimensions
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {4, 1, 1, {4}}, {1, 0, 2, {0}}};
     static const struct kernel kernel = {NAME(inner_product_of_vectors_block), NAME(inner_product_of_vectors_dense),
-        2, 3, 0, parts, NULL};
+        2, 3, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -2544,14 +2977,17 @@ WIDE static void NAME(flat_point_from_point_dense)(intptr_t n, char **args, cons
     const intptr_t w = sizeof(REAL);
     (void)strides;
     char *a0 = args[0];
-    char *a1 = args[1];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[2];
-        REAL x1[3];
-        NAME(load_2)(x0, a0 + i * 2 * w, w);
-        NAME(flat_point_from_point)(x0, x1);
-        NAME(store_3)(a1 + i * 3 * w, w, x1);
+    _Alignas(64) REAL r1[3 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[2];
+            REAL x1[3];
+            NAME(load_2)(x0, a0 + (first + i) * 2 * w, w);
+            NAME(flat_point_from_point)(x0, x1);
+            NAME(store_3)((char *)(r1 + i), SPAN * w, x1);
+        }
+        NAME(store_span)(args[1], first, r1, 3);
     }
 }
 
@@ -2559,7 +2995,7 @@ void NAME(flat_point_from_point_loop)(char **args, const intptr_t *dimensions, c
 {
     static const struct part parts[] = {{2, 1, 0, {2}}, {3, 1, 1, {3}}};
     static const struct kernel kernel = {NAME(flat_point_from_point_block), NAME(flat_point_from_point_dense), 1, 2,
-        0, parts, NULL};
+        0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -2596,14 +3032,17 @@ WIDE static void NAME(point_from_flat_point_dense)(intptr_t n, char **args, cons
     const intptr_t w = sizeof(REAL);
     (void)strides;
     char *a0 = args[0];
-    char *a1 = args[1];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[3];
-        REAL x1[2];
-        NAME(load_3)(x0, a0 + i * 3 * w, w);
-        NAME(point_from_flat_point)(x0, x1);
-        NAME(store_2)(a1 + i * 2 * w, w, x1);
+    _Alignas(64) REAL r1[2 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[3];
+            REAL x1[2];
+            NAME(load_3)(x0, a0 + (first + i) * 3 * w, w);
+            NAME(point_from_flat_point)(x0, x1);
+            NAME(store_2)((char *)(r1 + i), SPAN * w, x1);
+        }
+        NAME(store_span)(args[1], first, r1, 2);
     }
 }
 
@@ -2611,7 +3050,7 @@ void NAME(point_from_flat_point_loop)(char **args, const intptr_t *dimensions, c
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {2, 1, 1, {2}}};
     static const struct kernel kernel = {NAME(point_from_flat_point_block), NAME(point_from_flat_point_dense), 1, 2,
-        0, parts, NULL};
+        0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -2652,16 +3091,19 @@ WIDE static void NAME(direction_from_points_dense)(intptr_t n, char **args, cons
     (void)strides;
     char *a0 = args[0];
     char *a1 = args[1];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[2];
-        REAL x1[2];
-        REAL x2[2];
-        NAME(load_2)(x0, a0 + i * 2 * w, w);
-        NAME(load_2)(x1, a1 + i * 2 * w, w);
-        NAME(direction_from_points)(x0, x1, x2);
-        NAME(store_2)(a2 + i * 2 * w, w, x2);
+    _Alignas(64) REAL r2[2 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[2];
+            REAL x1[2];
+            REAL x2[2];
+            NAME(load_2)(x0, a0 + (first + i) * 2 * w, w);
+            NAME(load_2)(x1, a1 + (first + i) * 2 * w, w);
+            NAME(direction_from_points)(x0, x1, x2);
+            NAME(store_2)((char *)(r2 + i), SPAN * w, x2);
+        }
+        NAME(store_span)(args[2], first, r2, 2);
     }
 }
 
@@ -2669,7 +3111,7 @@ void NAME(direction_from_points_loop)(char **args, const intptr_t *dimensions, c
 {
     static const struct part parts[] = {{2, 1, 0, {2}}, {2, 1, 1, {2}}, {2, 1, 2, {2}}};
     static const struct kernel kernel = {NAME(direction_from_points_block), NAME(direction_from_points_dense), 2, 3,
-        0, parts, NULL};
+        0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -2714,24 +3156,27 @@ WIDE static void NAME(line_from_points_dense)(intptr_t n, char **args, const int
     (void)strides;
     char *a0 = args[0];
     char *a1 = args[1];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[2];
-        REAL x1[2];
-        REAL x2[3];
-        NAME(load_2)(x0, a0 + i * 2 * w, w);
-        NAME(load_2)(x1, a1 + i * 2 * w, w);
-        NAME(line_from_points)(x0, x1, x2);
-        NAME(store_3)(a2 + i * 3 * w, w, x2);
+    _Alignas(64) REAL r2[3 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[2];
+            REAL x1[2];
+            REAL x2[3];
+            NAME(load_2)(x0, a0 + (first + i) * 2 * w, w);
+            NAME(load_2)(x1, a1 + (first + i) * 2 * w, w);
+            NAME(line_from_points)(x0, x1, x2);
+            NAME(store_3)((char *)(r2 + i), SPAN * w, x2);
+        }
+        NAME(store_span)(args[2], first, r2, 3);
     }
 }
 
 void NAME(line_from_points_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{2, 1, 0, {2}}, {2, 1, 1, {2}}, {3, 1, 2, {3}}};
-    static const struct kernel kernel = {NAME(line_from_points_block), NAME(line_from_points_dense), 2, 3, 0, parts,
-        NULL};
+    static const struct kernel kernel = {NAME(line_from_points_block), NAME(line_from_points_dense), 2, 3, 0, 0,
+        parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -2776,16 +3221,19 @@ WIDE static void NAME(line_from_point_direction_dense)(intptr_t n, char **args, 
     (void)strides;
     char *a0 = args[0];
     char *a1 = args[1];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[2];
-        REAL x1[2];
-        REAL x2[3];
-        NAME(load_2)(x0, a0 + i * 2 * w, w);
-        NAME(load_2)(x1, a1 + i * 2 * w, w);
-        NAME(line_from_point_direction)(x0, x1, x2);
-        NAME(store_3)(a2 + i * 3 * w, w, x2);
+    _Alignas(64) REAL r2[3 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[2];
+            REAL x1[2];
+            REAL x2[3];
+            NAME(load_2)(x0, a0 + (first + i) * 2 * w, w);
+            NAME(load_2)(x1, a1 + (first + i) * 2 * w, w);
+            NAME(line_from_point_direction)(x0, x1, x2);
+            NAME(store_3)((char *)(r2 + i), SPAN * w, x2);
+        }
+        NAME(store_span)(args[2], first, r2, 3);
     }
 }
 
@@ -2793,7 +3241,7 @@ void NAME(line_from_point_direction_loop)(char **args, const intptr_t *dimension
 {
     static const struct part parts[] = {{2, 1, 0, {2}}, {2, 1, 1, {2}}, {3, 1, 2, {3}}};
     static const struct kernel kernel = {NAME(line_from_point_direction_block),
-        NAME(line_from_point_direction_dense), 2, 3, 0, parts, NULL};
+        NAME(line_from_point_direction_dense), 2, 3, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -2833,24 +3281,27 @@ WIDE static void NAME(line_from_normal_dense)(intptr_t n, char **args, const int
     (void)strides;
     char *a0 = args[0];
     char *a1 = args[1];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[2];
-        REAL x1[1];
-        REAL x2[3];
-        NAME(load_2)(x0, a0 + i * 2 * w, w);
-        NAME(load_scalar)(x1, a1 + i * w);
-        NAME(line_from_normal)(x0, x1[0], x2);
-        NAME(store_3)(a2 + i * 3 * w, w, x2);
+    _Alignas(64) REAL r2[3 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[2];
+            REAL x1[1];
+            REAL x2[3];
+            NAME(load_2)(x0, a0 + (first + i) * 2 * w, w);
+            NAME(load_scalar)(x1, a1 + (first + i) * w);
+            NAME(line_from_normal)(x0, x1[0], x2);
+            NAME(store_3)((char *)(r2 + i), SPAN * w, x2);
+        }
+        NAME(store_span)(args[2], first, r2, 3);
     }
 }
 
 void NAME(line_from_normal_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{2, 1, 0, {2}}, {1, 0, 1, {0}}, {3, 1, 1, {3}}};
-    static const struct kernel kernel = {NAME(line_from_normal_block), NAME(line_from_normal_dense), 2, 3, 0, parts,
-        NULL};
+    static const struct kernel kernel = {NAME(line_from_normal_block), NAME(line_from_normal_dense), 2, 3, 0, 0,
+        parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -2900,23 +3351,26 @@ WIDE static void NAME(bisector_line_dense)(intptr_t n, char **args, const intptr
     (void)strides;
     char *a0 = args[0];
     char *a1 = args[1];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[2];
-        REAL x1[2];
-        REAL x2[3];
-        NAME(load_2)(x0, a0 + i * 2 * w, w);
-        NAME(load_2)(x1, a1 + i * 2 * w, w);
-        NAME(bisector_line)(x0, x1, x2);
-        NAME(store_3)(a2 + i * 3 * w, w, x2);
+    _Alignas(64) REAL r2[3 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[2];
+            REAL x1[2];
+            REAL x2[3];
+            NAME(load_2)(x0, a0 + (first + i) * 2 * w, w);
+            NAME(load_2)(x1, a1 + (first + i) * 2 * w, w);
+            NAME(bisector_line)(x0, x1, x2);
+            NAME(store_3)((char *)(r2 + i), SPAN * w, x2);
+        }
+        NAME(store_span)(args[2], first, r2, 3);
     }
 }
 
 void NAME(bisector_line_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{2, 1, 0, {2}}, {2, 1, 1, {2}}, {3, 1, 2, {3}}};
-    static const struct kernel kernel = {NAME(bisector_line_block), NAME(bisector_line_dense), 2, 3, 0, parts,
+    static const struct kernel kernel = {NAME(bisector_line_block), NAME(bisector_line_dense), 2, 3, 0, 0, parts,
         NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -2955,16 +3409,19 @@ WIDE static void NAME(dual_line_from_normal_dense)(intptr_t n, char **args, cons
     (void)strides;
     char *a0 = args[0];
     char *a1 = args[1];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[2];
-        REAL x1[1];
-        REAL x2[3];
-        NAME(load_2)(x0, a0 + i * 2 * w, w);
-        NAME(load_scalar)(x1, a1 + i * w);
-        NAME(dual_line_from_normal)(x0, x1[0], x2);
-        NAME(store_3)(a2 + i * 3 * w, w, x2);
+    _Alignas(64) REAL r2[3 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[2];
+            REAL x1[1];
+            REAL x2[3];
+            NAME(load_2)(x0, a0 + (first + i) * 2 * w, w);
+            NAME(load_scalar)(x1, a1 + (first + i) * w);
+            NAME(dual_line_from_normal)(x0, x1[0], x2);
+            NAME(store_3)((char *)(r2 + i), SPAN * w, x2);
+        }
+        NAME(store_span)(args[2], first, r2, 3);
     }
 }
 
@@ -2972,7 +3429,7 @@ void NAME(dual_line_from_normal_loop)(char **args, const intptr_t *dimensions, c
 {
     static const struct part parts[] = {{2, 1, 0, {2}}, {1, 0, 1, {0}}, {3, 1, 1, {3}}};
     static const struct kernel kernel = {NAME(dual_line_from_normal_block), NAME(dual_line_from_normal_dense), 2, 3,
-        0, parts, NULL};
+        0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -3015,16 +3472,19 @@ WIDE static void NAME(dual_line_from_point_normal_dense)(intptr_t n, char **args
     (void)strides;
     char *a0 = args[0];
     char *a1 = args[1];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[2];
-        REAL x1[2];
-        REAL x2[3];
-        NAME(load_2)(x0, a0 + i * 2 * w, w);
-        NAME(load_2)(x1, a1 + i * 2 * w, w);
-        NAME(dual_line_from_point_normal)(x0, x1, x2);
-        NAME(store_3)(a2 + i * 3 * w, w, x2);
+    _Alignas(64) REAL r2[3 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[2];
+            REAL x1[2];
+            REAL x2[3];
+            NAME(load_2)(x0, a0 + (first + i) * 2 * w, w);
+            NAME(load_2)(x1, a1 + (first + i) * 2 * w, w);
+            NAME(dual_line_from_point_normal)(x0, x1, x2);
+            NAME(store_3)((char *)(r2 + i), SPAN * w, x2);
+        }
+        NAME(store_span)(args[2], first, r2, 3);
     }
 }
 
@@ -3032,7 +3492,7 @@ void NAME(dual_line_from_point_normal_loop)(char **args, const intptr_t *dimensi
 {
     static const struct part parts[] = {{2, 1, 0, {2}}, {2, 1, 1, {2}}, {3, 1, 2, {3}}};
     static const struct kernel kernel = {NAME(dual_line_from_point_normal_block),
-        NAME(dual_line_from_point_normal_dense), 2, 3, 0, parts, NULL};
+        NAME(dual_line_from_point_normal_dense), 2, 3, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -3069,21 +3529,24 @@ WIDE static void NAME(line_polarity_dense)(intptr_t n, char **args, const intptr
     const intptr_t w = sizeof(REAL);
     (void)strides;
     char *a0 = args[0];
-    char *a1 = args[1];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[3];
-        REAL x1[3];
-        NAME(load_3)(x0, a0 + i * 3 * w, w);
-        NAME(line_polarity)(x0, x1);
-        NAME(store_3)(a1 + i * 3 * w, w, x1);
+    _Alignas(64) REAL r1[3 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[3];
+            REAL x1[3];
+            NAME(load_3)(x0, a0 + (first + i) * 3 * w, w);
+            NAME(line_polarity)(x0, x1);
+            NAME(store_3)((char *)(r1 + i), SPAN * w, x1);
+        }
+        NAME(store_span)(args[1], first, r1, 3);
     }
 }
 
 void NAME(line_polarity_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {3, 1, 1, {3}}};
-    static const struct kernel kernel = {NAME(line_polarity_block), NAME(line_polarity_dense), 1, 2, 0, parts,
+    static const struct kernel kernel = {NAME(line_polarity_block), NAME(line_polarity_dense), 1, 2, 0, 0, parts,
         NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -3121,21 +3584,24 @@ WIDE static void NAME(line_from_dual_dense)(intptr_t n, char **args, const intpt
     const intptr_t w = sizeof(REAL);
     (void)strides;
     char *a0 = args[0];
-    char *a1 = args[1];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[3];
-        REAL x1[3];
-        NAME(load_3)(x0, a0 + i * 3 * w, w);
-        NAME(line_from_dual)(x0, x1);
-        NAME(store_3)(a1 + i * 3 * w, w, x1);
+    _Alignas(64) REAL r1[3 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[3];
+            REAL x1[3];
+            NAME(load_3)(x0, a0 + (first + i) * 3 * w, w);
+            NAME(line_from_dual)(x0, x1);
+            NAME(store_3)((char *)(r1 + i), SPAN * w, x1);
+        }
+        NAME(store_span)(args[1], first, r1, 3);
     }
 }
 
 void NAME(line_from_dual_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {3, 1, 1, {3}}};
-    static const struct kernel kernel = {NAME(line_from_dual_block), NAME(line_from_dual_dense), 1, 2, 0, parts,
+    static const struct kernel kernel = {NAME(line_from_dual_block), NAME(line_from_dual_dense), 1, 2, 0, 0, parts,
         NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -3172,22 +3638,25 @@ WIDE static void NAME(circle_from_line_dense)(intptr_t n, char **args, const int
     const intptr_t w = sizeof(REAL);
     (void)strides;
     char *a0 = args[0];
-    char *a1 = args[1];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[3];
-        REAL x1[4];
-        NAME(load_3)(x0, a0 + i * 3 * w, w);
-        NAME(circle_from_line)(x0, x1);
-        NAME(store_4)(a1 + i * 4 * w, w, x1);
+    _Alignas(64) REAL r1[4 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[3];
+            REAL x1[4];
+            NAME(load_3)(x0, a0 + (first + i) * 3 * w, w);
+            NAME(circle_from_line)(x0, x1);
+            NAME(store_4)((char *)(r1 + i), SPAN * w, x1);
+        }
+        NAME(store_span)(args[1], first, r1, 4);
     }
 }
 
 void NAME(circle_from_line_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {4, 1, 1, {4}}};
-    static const struct kernel kernel = {NAME(circle_from_line_block), NAME(circle_from_line_dense), 1, 2, 0, parts,
-        NULL};
+    static const struct kernel kernel = {NAME(circle_from_line_block), NAME(circle_from_line_dense), 1, 2, 0, 0,
+        parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -3330,6 +3799,27 @@ WIDE static void NAME(point_pair_from_points_block_a)(intptr_t n, char **args, c
     }
 }
 
+WIDE static void NAME(point_pair_from_points_dense_a)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    const REAL *prepared = (const REAL *)args[0];
+    (void)strides;
+    _Alignas(64) REAL r1[2 * SPAN];
+    _Alignas(64) REAL r2[6 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        NAME(load_span)(r1, args[1], first, 2);
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x1[2];
+            REAL x2[6];
+            NAME(load_2)(x1, (char *)(r1 + i), SPAN * w);
+            NAME(point_pair_from_points_apply_a)(prepared, x1, x2);
+            NAME(store_6)((char *)(r2 + i), SPAN * w, x2);
+        }
+        NAME(store_span)(args[2], first, r2, 6);
+    }
+}
+
 static void NAME(point_pair_from_points_start_a)(char **args, const intptr_t *strides, void *prepared)
 {
     const intptr_t c0a = strides[0];
@@ -3352,6 +3842,27 @@ WIDE static void NAME(point_pair_from_points_block_b)(intptr_t n, char **args, c
         NAME(load_2)(x0, a0 + i * w, c0a);
         NAME(point_pair_from_points_apply_b)(prepared, x0, x2);
         NAME(store_6)(a2 + i * w, c2a, x2);
+    }
+}
+
+WIDE static void NAME(point_pair_from_points_dense_b)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    const REAL *prepared = (const REAL *)args[1];
+    (void)strides;
+    _Alignas(64) REAL r0[2 * SPAN];
+    _Alignas(64) REAL r2[6 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        NAME(load_span)(r0, args[0], first, 2);
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[2];
+            REAL x2[6];
+            NAME(load_2)(x0, (char *)(r0 + i), SPAN * w);
+            NAME(point_pair_from_points_apply_b)(prepared, x0, x2);
+            NAME(store_6)((char *)(r2 + i), SPAN * w, x2);
+        }
+        NAME(store_span)(args[2], first, r2, 6);
     }
 }
 
@@ -3382,13 +3893,39 @@ WIDE static void NAME(point_pair_from_points_block)(intptr_t n, char **args, con
     }
 }
 
+WIDE static void NAME(point_pair_from_points_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    _Alignas(64) REAL r0[2 * SPAN];
+    _Alignas(64) REAL r1[2 * SPAN];
+    _Alignas(64) REAL r2[6 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        NAME(load_span)(r0, args[0], first, 2);
+        NAME(load_span)(r1, args[1], first, 2);
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[2];
+            REAL x1[2];
+            REAL x2[6];
+            NAME(load_2)(x0, (char *)(r0 + i), SPAN * w);
+            NAME(load_2)(x1, (char *)(r1 + i), SPAN * w);
+            NAME(point_pair_from_points)(x0, x1, x2);
+            NAME(store_6)((char *)(r2 + i), SPAN * w, x2);
+        }
+        NAME(store_span)(args[2], first, r2, 6);
+    }
+}
+
 void NAME(point_pair_from_points_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{2, 1, 0, {2}}, {2, 1, 1, {2}}, {6, 1, 2, {6}}};
     static const struct form forms[] = {{1, 2, NAME(point_pair_from_points_start_a),
-        NAME(point_pair_from_points_block_a), NULL}, {2, 2, NAME(point_pair_from_points_start_b),
-        NAME(point_pair_from_points_block_b), NULL}};
-    static const struct kernel kernel = {NAME(point_pair_from_points_block), NULL, 2, 3, 2, parts, forms};
+        NAME(point_pair_from_points_block_a), NAME(point_pair_from_points_dense_a)}, {2, 2,
+        NAME(point_pair_from_points_start_b), NAME(point_pair_from_points_block_b),
+        NAME(point_pair_from_points_dense_b)}};
+    static const struct kernel kernel = {NAME(point_pair_from_points_block), NAME(point_pair_from_points_dense), 2,
+        3, 2, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -3545,6 +4082,27 @@ WIDE static void NAME(point_pair_from_centre_block_0_1)(intptr_t n, char **args,
     }
 }
 
+WIDE static void NAME(point_pair_from_centre_dense_0_1)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    const REAL *prepared = (const REAL *)args[0];
+    (void)strides;
+    _Alignas(64) REAL r2[1 * SPAN];
+    _Alignas(64) REAL r3[6 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        NAME(load_span)(r2, args[2], first, 1);
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x2[1];
+            REAL x3[6];
+            NAME(load_scalar)(x2, (char *)(r2 + i));
+            NAME(point_pair_from_centre_apply_0_1)(prepared, x2[0], x3);
+            NAME(store_6)((char *)(r3 + i), SPAN * w, x3);
+        }
+        NAME(store_span)(args[3], first, r3, 6);
+    }
+}
+
 static void NAME(point_pair_from_centre_start_0_1)(char **args, const intptr_t *strides, void *prepared)
 {
     const intptr_t c0a = strides[0], c1a = strides[1];
@@ -3569,6 +4127,27 @@ WIDE static void NAME(point_pair_from_centre_block_0_2)(intptr_t n, char **args,
         NAME(load_2)(x1, a1 + i * w, c1a);
         NAME(point_pair_from_centre_apply_0_2)(prepared, x1, x3);
         NAME(store_6)(a3 + i * w, c3a, x3);
+    }
+}
+
+WIDE static void NAME(point_pair_from_centre_dense_0_2)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    const REAL *prepared = (const REAL *)args[0];
+    (void)strides;
+    _Alignas(64) REAL r1[2 * SPAN];
+    _Alignas(64) REAL r3[6 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        NAME(load_span)(r1, args[1], first, 2);
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x1[2];
+            REAL x3[6];
+            NAME(load_2)(x1, (char *)(r1 + i), SPAN * w);
+            NAME(point_pair_from_centre_apply_0_2)(prepared, x1, x3);
+            NAME(store_6)((char *)(r3 + i), SPAN * w, x3);
+        }
+        NAME(store_span)(args[3], first, r3, 6);
     }
 }
 
@@ -3604,13 +4183,43 @@ WIDE static void NAME(point_pair_from_centre_block)(intptr_t n, char **args, con
     }
 }
 
+WIDE static void NAME(point_pair_from_centre_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    _Alignas(64) REAL r0[2 * SPAN];
+    _Alignas(64) REAL r1[2 * SPAN];
+    _Alignas(64) REAL r2[1 * SPAN];
+    _Alignas(64) REAL r3[6 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        NAME(load_span)(r0, args[0], first, 2);
+        NAME(load_span)(r1, args[1], first, 2);
+        NAME(load_span)(r2, args[2], first, 1);
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[2];
+            REAL x1[2];
+            REAL x2[1];
+            REAL x3[6];
+            NAME(load_2)(x0, (char *)(r0 + i), SPAN * w);
+            NAME(load_2)(x1, (char *)(r1 + i), SPAN * w);
+            NAME(load_scalar)(x2, (char *)(r2 + i));
+            NAME(point_pair_from_centre)(x0, x1, x2[0], x3);
+            NAME(store_6)((char *)(r3 + i), SPAN * w, x3);
+        }
+        NAME(store_span)(args[3], first, r3, 6);
+    }
+}
+
 void NAME(point_pair_from_centre_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{2, 1, 0, {2}}, {2, 1, 1, {2}}, {1, 0, 2, {0}}, {6, 1, 2, {6}}};
     static const struct form forms[] = {{3, 2, NAME(point_pair_from_centre_start_0_1),
-        NAME(point_pair_from_centre_block_0_1), NULL}, {5, 2, NAME(point_pair_from_centre_start_0_2),
-        NAME(point_pair_from_centre_block_0_2), NULL}};
-    static const struct kernel kernel = {NAME(point_pair_from_centre_block), NULL, 3, 4, 2, parts, forms};
+        NAME(point_pair_from_centre_block_0_1), NAME(point_pair_from_centre_dense_0_1)}, {5, 2,
+        NAME(point_pair_from_centre_start_0_2), NAME(point_pair_from_centre_block_0_2),
+        NAME(point_pair_from_centre_dense_0_2)}};
+    static const struct kernel kernel = {NAME(point_pair_from_centre_block), NAME(point_pair_from_centre_dense), 3,
+        4, 2, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -3706,6 +4315,27 @@ WIDE static void NAME(tangent_from_point_direction_block_p)(intptr_t n, char **a
     }
 }
 
+WIDE static void NAME(tangent_from_point_direction_dense_p)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    const REAL *prepared = (const REAL *)args[0];
+    (void)strides;
+    _Alignas(64) REAL r1[2 * SPAN];
+    _Alignas(64) REAL r2[6 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        NAME(load_span)(r1, args[1], first, 2);
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x1[2];
+            REAL x2[6];
+            NAME(load_2)(x1, (char *)(r1 + i), SPAN * w);
+            NAME(tangent_from_point_direction_apply_p)(prepared, x1, x2);
+            NAME(store_6)((char *)(r2 + i), SPAN * w, x2);
+        }
+        NAME(store_span)(args[2], first, r2, 6);
+    }
+}
+
 static void NAME(tangent_from_point_direction_start_p)(char **args, const intptr_t *strides, void *prepared)
 {
     const intptr_t c0a = strides[0];
@@ -3733,12 +4363,37 @@ WIDE static void NAME(tangent_from_point_direction_block)(intptr_t n, char **arg
     }
 }
 
+WIDE static void NAME(tangent_from_point_direction_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    _Alignas(64) REAL r0[2 * SPAN];
+    _Alignas(64) REAL r1[2 * SPAN];
+    _Alignas(64) REAL r2[6 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        NAME(load_span)(r0, args[0], first, 2);
+        NAME(load_span)(r1, args[1], first, 2);
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[2];
+            REAL x1[2];
+            REAL x2[6];
+            NAME(load_2)(x0, (char *)(r0 + i), SPAN * w);
+            NAME(load_2)(x1, (char *)(r1 + i), SPAN * w);
+            NAME(tangent_from_point_direction)(x0, x1, x2);
+            NAME(store_6)((char *)(r2 + i), SPAN * w, x2);
+        }
+        NAME(store_span)(args[2], first, r2, 6);
+    }
+}
+
 void NAME(tangent_from_point_direction_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{2, 1, 0, {2}}, {2, 1, 1, {2}}, {6, 1, 2, {6}}};
     static const struct form forms[] = {{1, 2, NAME(tangent_from_point_direction_start_p),
-        NAME(tangent_from_point_direction_block_p), NULL}};
-    static const struct kernel kernel = {NAME(tangent_from_point_direction_block), NULL, 2, 3, 1, parts, forms};
+        NAME(tangent_from_point_direction_block_p), NAME(tangent_from_point_direction_dense_p)}};
+    static const struct kernel kernel = {NAME(tangent_from_point_direction_block),
+        NAME(tangent_from_point_direction_dense), 2, 3, 1, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -3797,10 +4452,35 @@ WIDE static void NAME(point_pair_from_dual_circles_block)(intptr_t n, char **arg
     }
 }
 
+WIDE static void NAME(point_pair_from_dual_circles_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    _Alignas(64) REAL r0[4 * SPAN];
+    _Alignas(64) REAL r1[4 * SPAN];
+    _Alignas(64) REAL r2[6 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        NAME(load_span)(r0, args[0], first, 4);
+        NAME(load_span)(r1, args[1], first, 4);
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[4];
+            REAL x1[4];
+            REAL x2[6];
+            NAME(load_4)(x0, (char *)(r0 + i), SPAN * w);
+            NAME(load_4)(x1, (char *)(r1 + i), SPAN * w);
+            NAME(point_pair_from_dual_circles)(x0, x1, x2);
+            NAME(store_6)((char *)(r2 + i), SPAN * w, x2);
+        }
+        NAME(store_span)(args[2], first, r2, 6);
+    }
+}
+
 void NAME(point_pair_from_dual_circles_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {4, 1, 1, {4}}, {6, 1, 2, {6}}};
-    static const struct kernel kernel = {NAME(point_pair_from_dual_circles_block), NULL, 2, 3, 0, parts, NULL};
+    static const struct kernel kernel = {NAME(point_pair_from_dual_circles_block),
+        NAME(point_pair_from_dual_circles_dense), 2, 3, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -4113,17 +4793,20 @@ WIDE static void NAME(circle_from_points_block_a_b)(intptr_t n, char **args, con
 WIDE static void NAME(circle_from_points_dense_a_b)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
-    (void)strides;
     const REAL *prepared = (const REAL *)args[0];
+    (void)strides;
     char *a2 = args[2];
-    char *a3 = args[3];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x2[2];
-        REAL x3[4];
-        NAME(load_2)(x2, a2 + i * 2 * w, w);
-        NAME(circle_from_points_apply_a_b)(prepared, x2, x3);
-        NAME(store_4)(a3 + i * 4 * w, w, x3);
+    _Alignas(64) REAL r3[4 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x2[2];
+            REAL x3[4];
+            NAME(load_2)(x2, a2 + (first + i) * 2 * w, w);
+            NAME(circle_from_points_apply_a_b)(prepared, x2, x3);
+            NAME(store_4)((char *)(r3 + i), SPAN * w, x3);
+        }
+        NAME(store_span)(args[3], first, r3, 4);
     }
 }
 
@@ -4157,17 +4840,20 @@ WIDE static void NAME(circle_from_points_block_a_c)(intptr_t n, char **args, con
 WIDE static void NAME(circle_from_points_dense_a_c)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
-    (void)strides;
     const REAL *prepared = (const REAL *)args[0];
+    (void)strides;
     char *a1 = args[1];
-    char *a3 = args[3];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x1[2];
-        REAL x3[4];
-        NAME(load_2)(x1, a1 + i * 2 * w, w);
-        NAME(circle_from_points_apply_a_c)(prepared, x1, x3);
-        NAME(store_4)(a3 + i * 4 * w, w, x3);
+    _Alignas(64) REAL r3[4 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x1[2];
+            REAL x3[4];
+            NAME(load_2)(x1, a1 + (first + i) * 2 * w, w);
+            NAME(circle_from_points_apply_a_c)(prepared, x1, x3);
+            NAME(store_4)((char *)(r3 + i), SPAN * w, x3);
+        }
+        NAME(store_span)(args[3], first, r3, 4);
     }
 }
 
@@ -4201,17 +4887,20 @@ WIDE static void NAME(circle_from_points_block_b_c)(intptr_t n, char **args, con
 WIDE static void NAME(circle_from_points_dense_b_c)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
-    (void)strides;
     const REAL *prepared = (const REAL *)args[1];
+    (void)strides;
     char *a0 = args[0];
-    char *a3 = args[3];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[2];
-        REAL x3[4];
-        NAME(load_2)(x0, a0 + i * 2 * w, w);
-        NAME(circle_from_points_apply_b_c)(prepared, x0, x3);
-        NAME(store_4)(a3 + i * 4 * w, w, x3);
+    _Alignas(64) REAL r3[4 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[2];
+            REAL x3[4];
+            NAME(load_2)(x0, a0 + (first + i) * 2 * w, w);
+            NAME(circle_from_points_apply_b_c)(prepared, x0, x3);
+            NAME(store_4)((char *)(r3 + i), SPAN * w, x3);
+        }
+        NAME(store_span)(args[3], first, r3, 4);
     }
 }
 
@@ -4254,18 +4943,21 @@ WIDE static void NAME(circle_from_points_dense)(intptr_t n, char **args, const i
     char *a0 = args[0];
     char *a1 = args[1];
     char *a2 = args[2];
-    char *a3 = args[3];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[2];
-        REAL x1[2];
-        REAL x2[2];
-        REAL x3[4];
-        NAME(load_2)(x0, a0 + i * 2 * w, w);
-        NAME(load_2)(x1, a1 + i * 2 * w, w);
-        NAME(load_2)(x2, a2 + i * 2 * w, w);
-        NAME(circle_from_points)(x0, x1, x2, x3);
-        NAME(store_4)(a3 + i * 4 * w, w, x3);
+    _Alignas(64) REAL r3[4 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[2];
+            REAL x1[2];
+            REAL x2[2];
+            REAL x3[4];
+            NAME(load_2)(x0, a0 + (first + i) * 2 * w, w);
+            NAME(load_2)(x1, a1 + (first + i) * 2 * w, w);
+            NAME(load_2)(x2, a2 + (first + i) * 2 * w, w);
+            NAME(circle_from_points)(x0, x1, x2, x3);
+            NAME(store_4)((char *)(r3 + i), SPAN * w, x3);
+        }
+        NAME(store_span)(args[3], first, r3, 4);
     }
 }
 
@@ -4277,7 +4969,7 @@ void NAME(circle_from_points_loop)(char **args, const intptr_t *dimensions, cons
         NAME(circle_from_points_start_a_c), NAME(circle_from_points_block_a_c), NAME(circle_from_points_dense_a_c)},
         {6, 3, NAME(circle_from_points_start_b_c), NAME(circle_from_points_block_b_c),
         NAME(circle_from_points_dense_b_c)}};
-    static const struct kernel kernel = {NAME(circle_from_points_block), NAME(circle_from_points_dense), 3, 4, 3,
+    static const struct kernel kernel = {NAME(circle_from_points_block), NAME(circle_from_points_dense), 3, 4, 3, 0,
         parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -4324,23 +5016,26 @@ WIDE static void NAME(circle_from_centre_dense)(intptr_t n, char **args, const i
     (void)strides;
     char *a0 = args[0];
     char *a1 = args[1];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[2];
-        REAL x1[1];
-        REAL x2[4];
-        NAME(load_2)(x0, a0 + i * 2 * w, w);
-        NAME(load_scalar)(x1, a1 + i * w);
-        NAME(circle_from_centre)(x0, x1[0], x2);
-        NAME(store_4)(a2 + i * 4 * w, w, x2);
+    _Alignas(64) REAL r2[4 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[2];
+            REAL x1[1];
+            REAL x2[4];
+            NAME(load_2)(x0, a0 + (first + i) * 2 * w, w);
+            NAME(load_scalar)(x1, a1 + (first + i) * w);
+            NAME(circle_from_centre)(x0, x1[0], x2);
+            NAME(store_4)((char *)(r2 + i), SPAN * w, x2);
+        }
+        NAME(store_span)(args[2], first, r2, 4);
     }
 }
 
 void NAME(circle_from_centre_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{2, 1, 0, {2}}, {1, 0, 1, {0}}, {4, 1, 1, {4}}};
-    static const struct kernel kernel = {NAME(circle_from_centre_block), NAME(circle_from_centre_dense), 2, 3, 0,
+    static const struct kernel kernel = {NAME(circle_from_centre_block), NAME(circle_from_centre_dense), 2, 3, 0, 0,
         parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -4386,16 +5081,19 @@ WIDE static void NAME(circle_from_centre_radius_squared_dense)(intptr_t n, char 
     (void)strides;
     char *a0 = args[0];
     char *a1 = args[1];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[2];
-        REAL x1[1];
-        REAL x2[4];
-        NAME(load_2)(x0, a0 + i * 2 * w, w);
-        NAME(load_scalar)(x1, a1 + i * w);
-        NAME(circle_from_centre_radius_squared)(x0, x1[0], x2);
-        NAME(store_4)(a2 + i * 4 * w, w, x2);
+    _Alignas(64) REAL r2[4 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[2];
+            REAL x1[1];
+            REAL x2[4];
+            NAME(load_2)(x0, a0 + (first + i) * 2 * w, w);
+            NAME(load_scalar)(x1, a1 + (first + i) * w);
+            NAME(circle_from_centre_radius_squared)(x0, x1[0], x2);
+            NAME(store_4)((char *)(r2 + i), SPAN * w, x2);
+        }
+        NAME(store_span)(args[2], first, r2, 4);
     }
 }
 
@@ -4403,7 +5101,7 @@ void NAME(circle_from_centre_radius_squared_loop)(char **args, const intptr_t *d
 {
     static const struct part parts[] = {{2, 1, 0, {2}}, {1, 0, 1, {0}}, {4, 1, 1, {4}}};
     static const struct kernel kernel = {NAME(circle_from_centre_radius_squared_block),
-        NAME(circle_from_centre_radius_squared_dense), 2, 3, 0, parts, NULL};
+        NAME(circle_from_centre_radius_squared_dense), 2, 3, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -4453,16 +5151,19 @@ WIDE static void NAME(circle_through_point_dense)(intptr_t n, char **args, const
     (void)strides;
     char *a0 = args[0];
     char *a1 = args[1];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[2];
-        REAL x1[2];
-        REAL x2[4];
-        NAME(load_2)(x0, a0 + i * 2 * w, w);
-        NAME(load_2)(x1, a1 + i * 2 * w, w);
-        NAME(circle_through_point)(x0, x1, x2);
-        NAME(store_4)(a2 + i * 4 * w, w, x2);
+    _Alignas(64) REAL r2[4 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[2];
+            REAL x1[2];
+            REAL x2[4];
+            NAME(load_2)(x0, a0 + (first + i) * 2 * w, w);
+            NAME(load_2)(x1, a1 + (first + i) * 2 * w, w);
+            NAME(circle_through_point)(x0, x1, x2);
+            NAME(store_4)((char *)(r2 + i), SPAN * w, x2);
+        }
+        NAME(store_span)(args[2], first, r2, 4);
     }
 }
 
@@ -4470,7 +5171,7 @@ void NAME(circle_through_point_loop)(char **args, const intptr_t *dimensions, co
 {
     static const struct part parts[] = {{2, 1, 0, {2}}, {2, 1, 1, {2}}, {4, 1, 2, {4}}};
     static const struct kernel kernel = {NAME(circle_through_point_block), NAME(circle_through_point_dense), 2, 3,
-        0, parts, NULL};
+        0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -4516,16 +5217,19 @@ WIDE static void NAME(dual_circle_from_centre_radius_squared_dense)(intptr_t n, 
     (void)strides;
     char *a0 = args[0];
     char *a1 = args[1];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[2];
-        REAL x1[1];
-        REAL x2[4];
-        NAME(load_2)(x0, a0 + i * 2 * w, w);
-        NAME(load_scalar)(x1, a1 + i * w);
-        NAME(dual_circle_from_centre_radius_squared)(x0, x1[0], x2);
-        NAME(store_4)(a2 + i * 4 * w, w, x2);
+    _Alignas(64) REAL r2[4 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[2];
+            REAL x1[1];
+            REAL x2[4];
+            NAME(load_2)(x0, a0 + (first + i) * 2 * w, w);
+            NAME(load_scalar)(x1, a1 + (first + i) * w);
+            NAME(dual_circle_from_centre_radius_squared)(x0, x1[0], x2);
+            NAME(store_4)((char *)(r2 + i), SPAN * w, x2);
+        }
+        NAME(store_span)(args[2], first, r2, 4);
     }
 }
 
@@ -4534,7 +5238,7 @@ void NAME(dual_circle_from_centre_radius_squared_loop)(char **args, const intptr
 {
     static const struct part parts[] = {{2, 1, 0, {2}}, {1, 0, 1, {0}}, {4, 1, 1, {4}}};
     static const struct kernel kernel = {NAME(dual_circle_from_centre_radius_squared_block),
-        NAME(dual_circle_from_centre_radius_squared_dense), 2, 3, 0, parts, NULL};
+        NAME(dual_circle_from_centre_radius_squared_dense), 2, 3, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -4573,22 +5277,25 @@ WIDE static void NAME(circle_polarity_dense)(intptr_t n, char **args, const intp
     const intptr_t w = sizeof(REAL);
     (void)strides;
     char *a0 = args[0];
-    char *a1 = args[1];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[4];
-        REAL x1[4];
-        NAME(load_4)(x0, a0 + i * 4 * w, w);
-        NAME(circle_polarity)(x0, x1);
-        NAME(store_4)(a1 + i * 4 * w, w, x1);
+    _Alignas(64) REAL r1[4 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[4];
+            REAL x1[4];
+            NAME(load_4)(x0, a0 + (first + i) * 4 * w, w);
+            NAME(circle_polarity)(x0, x1);
+            NAME(store_4)((char *)(r1 + i), SPAN * w, x1);
+        }
+        NAME(store_span)(args[1], first, r1, 4);
     }
 }
 
 void NAME(circle_polarity_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {4, 1, 1, {4}}};
-    static const struct kernel kernel = {NAME(circle_polarity_block), NAME(circle_polarity_dense), 1, 2, 0, parts,
-        NULL};
+    static const struct kernel kernel = {NAME(circle_polarity_block), NAME(circle_polarity_dense), 1, 2, 0, 0,
+        parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -4627,22 +5334,25 @@ WIDE static void NAME(circle_from_dual_dense)(intptr_t n, char **args, const int
     const intptr_t w = sizeof(REAL);
     (void)strides;
     char *a0 = args[0];
-    char *a1 = args[1];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[4];
-        REAL x1[4];
-        NAME(load_4)(x0, a0 + i * 4 * w, w);
-        NAME(circle_from_dual)(x0, x1);
-        NAME(store_4)(a1 + i * 4 * w, w, x1);
+    _Alignas(64) REAL r1[4 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[4];
+            REAL x1[4];
+            NAME(load_4)(x0, a0 + (first + i) * 4 * w, w);
+            NAME(circle_from_dual)(x0, x1);
+            NAME(store_4)((char *)(r1 + i), SPAN * w, x1);
+        }
+        NAME(store_span)(args[1], first, r1, 4);
     }
 }
 
 void NAME(circle_from_dual_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {4, 1, 1, {4}}};
-    static const struct kernel kernel = {NAME(circle_from_dual_block), NAME(circle_from_dual_dense), 1, 2, 0, parts,
-        NULL};
+    static const struct kernel kernel = {NAME(circle_from_dual_block), NAME(circle_from_dual_dense), 1, 2, 0, 0,
+        parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -4695,16 +5405,19 @@ WIDE static void NAME(tangent_line_of_circle_dense)(intptr_t n, char **args, con
     (void)strides;
     char *a0 = args[0];
     char *a1 = args[1];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[4];
-        REAL x1[2];
-        REAL x2[3];
-        NAME(load_4)(x0, a0 + i * 4 * w, w);
-        NAME(load_2)(x1, a1 + i * 2 * w, w);
-        NAME(tangent_line_of_circle)(x0, x1, x2);
-        NAME(store_3)(a2 + i * 3 * w, w, x2);
+    _Alignas(64) REAL r2[3 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[4];
+            REAL x1[2];
+            REAL x2[3];
+            NAME(load_4)(x0, a0 + (first + i) * 4 * w, w);
+            NAME(load_2)(x1, a1 + (first + i) * 2 * w, w);
+            NAME(tangent_line_of_circle)(x0, x1, x2);
+            NAME(store_3)((char *)(r2 + i), SPAN * w, x2);
+        }
+        NAME(store_span)(args[2], first, r2, 3);
     }
 }
 
@@ -4712,7 +5425,7 @@ void NAME(tangent_line_of_circle_loop)(char **args, const intptr_t *dimensions, 
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {2, 1, 1, {2}}, {3, 1, 2, {3}}};
     static const struct kernel kernel = {NAME(tangent_line_of_circle_block), NAME(tangent_line_of_circle_dense), 2,
-        3, 0, parts, NULL};
+        3, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -4754,21 +5467,24 @@ WIDE static void NAME(line_direction_dense)(intptr_t n, char **args, const intpt
     const intptr_t w = sizeof(REAL);
     (void)strides;
     char *a0 = args[0];
-    char *a1 = args[1];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[3];
-        REAL x1[2];
-        NAME(load_3)(x0, a0 + i * 3 * w, w);
-        NAME(line_direction)(x0, x1);
-        NAME(store_2)(a1 + i * 2 * w, w, x1);
+    _Alignas(64) REAL r1[2 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[3];
+            REAL x1[2];
+            NAME(load_3)(x0, a0 + (first + i) * 3 * w, w);
+            NAME(line_direction)(x0, x1);
+            NAME(store_2)((char *)(r1 + i), SPAN * w, x1);
+        }
+        NAME(store_span)(args[1], first, r1, 2);
     }
 }
 
 void NAME(line_direction_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {2, 1, 1, {2}}};
-    static const struct kernel kernel = {NAME(line_direction_block), NAME(line_direction_dense), 1, 2, 0, parts,
+    static const struct kernel kernel = {NAME(line_direction_block), NAME(line_direction_dense), 1, 2, 0, 0, parts,
         NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -4810,21 +5526,24 @@ WIDE static void NAME(line_normal_dense)(intptr_t n, char **args, const intptr_t
     const intptr_t w = sizeof(REAL);
     (void)strides;
     char *a0 = args[0];
-    char *a1 = args[1];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[3];
-        REAL x1[2];
-        NAME(load_3)(x0, a0 + i * 3 * w, w);
-        NAME(line_normal)(x0, x1);
-        NAME(store_2)(a1 + i * 2 * w, w, x1);
+    _Alignas(64) REAL r1[2 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[3];
+            REAL x1[2];
+            NAME(load_3)(x0, a0 + (first + i) * 3 * w, w);
+            NAME(line_normal)(x0, x1);
+            NAME(store_2)((char *)(r1 + i), SPAN * w, x1);
+        }
+        NAME(store_span)(args[1], first, r1, 2);
     }
 }
 
 void NAME(line_normal_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {2, 1, 1, {2}}};
-    static const struct kernel kernel = {NAME(line_normal_block), NAME(line_normal_dense), 1, 2, 0, parts, NULL};
+    static const struct kernel kernel = {NAME(line_normal_block), NAME(line_normal_dense), 1, 2, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -4863,21 +5582,24 @@ WIDE static void NAME(line_distance_dense)(intptr_t n, char **args, const intptr
     const intptr_t w = sizeof(REAL);
     (void)strides;
     char *a0 = args[0];
-    char *a1 = args[1];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[3];
-        REAL x1[1];
-        NAME(load_3)(x0, a0 + i * 3 * w, w);
-        NAME(line_distance)(x0, x1);
-        NAME(store_scalar)(a1 + i * w, x1);
+    _Alignas(64) REAL r1[1 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[3];
+            REAL x1[1];
+            NAME(load_3)(x0, a0 + (first + i) * 3 * w, w);
+            NAME(line_distance)(x0, x1);
+            NAME(store_scalar)((char *)(r1 + i), x1);
+        }
+        NAME(store_span)(args[1], first, r1, 1);
     }
 }
 
 void NAME(line_distance_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {1, 0, 1, {0}}};
-    static const struct kernel kernel = {NAME(line_distance_block), NAME(line_distance_dense), 1, 2, 0, parts,
+    static const struct kernel kernel = {NAME(line_distance_block), NAME(line_distance_dense), 1, 2, 0, 0, parts,
         NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -4914,21 +5636,24 @@ WIDE static void NAME(line_weight_dense)(intptr_t n, char **args, const intptr_t
     const intptr_t w = sizeof(REAL);
     (void)strides;
     char *a0 = args[0];
-    char *a1 = args[1];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[3];
-        REAL x1[1];
-        NAME(load_3)(x0, a0 + i * 3 * w, w);
-        NAME(line_weight)(x0, x1);
-        NAME(store_scalar)(a1 + i * w, x1);
+    _Alignas(64) REAL r1[1 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[3];
+            REAL x1[1];
+            NAME(load_3)(x0, a0 + (first + i) * 3 * w, w);
+            NAME(line_weight)(x0, x1);
+            NAME(store_scalar)((char *)(r1 + i), x1);
+        }
+        NAME(store_span)(args[1], first, r1, 1);
     }
 }
 
 void NAME(line_weight_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {1, 0, 1, {0}}};
-    static const struct kernel kernel = {NAME(line_weight_block), NAME(line_weight_dense), 1, 2, 0, parts, NULL};
+    static const struct kernel kernel = {NAME(line_weight_block), NAME(line_weight_dense), 1, 2, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -4973,21 +5698,24 @@ WIDE static void NAME(line_support_point_dense)(intptr_t n, char **args, const i
     const intptr_t w = sizeof(REAL);
     (void)strides;
     char *a0 = args[0];
-    char *a1 = args[1];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[3];
-        REAL x1[2];
-        NAME(load_3)(x0, a0 + i * 3 * w, w);
-        NAME(line_support_point)(x0, x1);
-        NAME(store_2)(a1 + i * 2 * w, w, x1);
+    _Alignas(64) REAL r1[2 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[3];
+            REAL x1[2];
+            NAME(load_3)(x0, a0 + (first + i) * 3 * w, w);
+            NAME(line_support_point)(x0, x1);
+            NAME(store_2)((char *)(r1 + i), SPAN * w, x1);
+        }
+        NAME(store_span)(args[1], first, r1, 2);
     }
 }
 
 void NAME(line_support_point_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {2, 1, 1, {2}}};
-    static const struct kernel kernel = {NAME(line_support_point_block), NAME(line_support_point_dense), 1, 2, 0,
+    static const struct kernel kernel = {NAME(line_support_point_block), NAME(line_support_point_dense), 1, 2, 0, 0,
         parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -5026,21 +5754,24 @@ WIDE static void NAME(circle_centre_dense)(intptr_t n, char **args, const intptr
     const intptr_t w = sizeof(REAL);
     (void)strides;
     char *a0 = args[0];
-    char *a1 = args[1];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[4];
-        REAL x1[2];
-        NAME(load_4)(x0, a0 + i * 4 * w, w);
-        NAME(circle_centre)(x0, x1);
-        NAME(store_2)(a1 + i * 2 * w, w, x1);
+    _Alignas(64) REAL r1[2 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[4];
+            REAL x1[2];
+            NAME(load_4)(x0, a0 + (first + i) * 4 * w, w);
+            NAME(circle_centre)(x0, x1);
+            NAME(store_2)((char *)(r1 + i), SPAN * w, x1);
+        }
+        NAME(store_span)(args[1], first, r1, 2);
     }
 }
 
 void NAME(circle_centre_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {2, 1, 1, {2}}};
-    static const struct kernel kernel = {NAME(circle_centre_block), NAME(circle_centre_dense), 1, 2, 0, parts,
+    static const struct kernel kernel = {NAME(circle_centre_block), NAME(circle_centre_dense), 1, 2, 0, 0, parts,
         NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -5085,14 +5816,17 @@ WIDE static void NAME(circle_radius_squared_dense)(intptr_t n, char **args, cons
     const intptr_t w = sizeof(REAL);
     (void)strides;
     char *a0 = args[0];
-    char *a1 = args[1];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[4];
-        REAL x1[1];
-        NAME(load_4)(x0, a0 + i * 4 * w, w);
-        NAME(circle_radius_squared)(x0, x1);
-        NAME(store_scalar)(a1 + i * w, x1);
+    _Alignas(64) REAL r1[1 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[4];
+            REAL x1[1];
+            NAME(load_4)(x0, a0 + (first + i) * 4 * w, w);
+            NAME(circle_radius_squared)(x0, x1);
+            NAME(store_scalar)((char *)(r1 + i), x1);
+        }
+        NAME(store_span)(args[1], first, r1, 1);
     }
 }
 
@@ -5100,7 +5834,7 @@ void NAME(circle_radius_squared_loop)(char **args, const intptr_t *dimensions, c
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {1, 0, 1, {0}}};
     static const struct kernel kernel = {NAME(circle_radius_squared_block), NAME(circle_radius_squared_dense), 1, 2,
-        0, parts, NULL};
+        0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -5131,21 +5865,24 @@ WIDE static void NAME(circle_weight_dense)(intptr_t n, char **args, const intptr
     const intptr_t w = sizeof(REAL);
     (void)strides;
     char *a0 = args[0];
-    char *a1 = args[1];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[4];
-        REAL x1[1];
-        NAME(load_4)(x0, a0 + i * 4 * w, w);
-        NAME(circle_weight)(x0, x1);
-        NAME(store_scalar)(a1 + i * w, x1);
+    _Alignas(64) REAL r1[1 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[4];
+            REAL x1[1];
+            NAME(load_4)(x0, a0 + (first + i) * 4 * w, w);
+            NAME(circle_weight)(x0, x1);
+            NAME(store_scalar)((char *)(r1 + i), x1);
+        }
+        NAME(store_span)(args[1], first, r1, 1);
     }
 }
 
 void NAME(circle_weight_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {1, 0, 1, {0}}};
-    static const struct kernel kernel = {NAME(circle_weight_block), NAME(circle_weight_dense), 1, 2, 0, parts,
+    static const struct kernel kernel = {NAME(circle_weight_block), NAME(circle_weight_dense), 1, 2, 0, 0, parts,
         NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -5203,21 +5940,24 @@ WIDE static void NAME(circle_kind_dense)(intptr_t n, char **args, const intptr_t
     const intptr_t w = sizeof(REAL);
     (void)strides;
     char *a0 = args[0];
-    char *a1 = args[1];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[4];
-        REAL x1[1];
-        NAME(load_4)(x0, a0 + i * 4 * w, w);
-        NAME(circle_kind)(x0, x1);
-        NAME(store_scalar)(a1 + i * w, x1);
+    _Alignas(64) REAL r1[1 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[4];
+            REAL x1[1];
+            NAME(load_4)(x0, a0 + (first + i) * 4 * w, w);
+            NAME(circle_kind)(x0, x1);
+            NAME(store_scalar)((char *)(r1 + i), x1);
+        }
+        NAME(store_span)(args[1], first, r1, 1);
     }
 }
 
 void NAME(circle_kind_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {1, 0, 1, {0}}};
-    static const struct kernel kernel = {NAME(circle_kind_block), NAME(circle_kind_dense), 1, 2, 0, parts, NULL};
+    static const struct kernel kernel = {NAME(circle_kind_block), NAME(circle_kind_dense), 1, 2, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -5259,14 +5999,17 @@ WIDE static void NAME(dual_circle_radius_squared_dense)(intptr_t n, char **args,
     const intptr_t w = sizeof(REAL);
     (void)strides;
     char *a0 = args[0];
-    char *a1 = args[1];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[4];
-        REAL x1[1];
-        NAME(load_4)(x0, a0 + i * 4 * w, w);
-        NAME(dual_circle_radius_squared)(x0, x1);
-        NAME(store_scalar)(a1 + i * w, x1);
+    _Alignas(64) REAL r1[1 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[4];
+            REAL x1[1];
+            NAME(load_4)(x0, a0 + (first + i) * 4 * w, w);
+            NAME(dual_circle_radius_squared)(x0, x1);
+            NAME(store_scalar)((char *)(r1 + i), x1);
+        }
+        NAME(store_span)(args[1], first, r1, 1);
     }
 }
 
@@ -5274,7 +6017,7 @@ void NAME(dual_circle_radius_squared_loop)(char **args, const intptr_t *dimensio
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {1, 0, 1, {0}}};
     static const struct kernel kernel = {NAME(dual_circle_radius_squared_block),
-        NAME(dual_circle_radius_squared_dense), 1, 2, 0, parts, NULL};
+        NAME(dual_circle_radius_squared_dense), 1, 2, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -5319,10 +6062,31 @@ WIDE static void NAME(point_pair_centre_block)(intptr_t n, char **args, const in
     }
 }
 
+WIDE static void NAME(point_pair_centre_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    _Alignas(64) REAL r0[6 * SPAN];
+    _Alignas(64) REAL r1[2 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        NAME(load_span)(r0, args[0], first, 6);
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[6];
+            REAL x1[2];
+            NAME(load_6)(x0, (char *)(r0 + i), SPAN * w);
+            NAME(point_pair_centre)(x0, x1);
+            NAME(store_2)((char *)(r1 + i), SPAN * w, x1);
+        }
+        NAME(store_span)(args[1], first, r1, 2);
+    }
+}
+
 void NAME(point_pair_centre_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{6, 1, 0, {6}}, {2, 1, 1, {2}}};
-    static const struct kernel kernel = {NAME(point_pair_centre_block), NULL, 1, 2, 0, parts, NULL};
+    static const struct kernel kernel = {NAME(point_pair_centre_block), NAME(point_pair_centre_dense), 1, 2, 0, 0,
+        parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -5365,10 +6129,31 @@ WIDE static void NAME(point_pair_radius_squared_block)(intptr_t n, char **args, 
     }
 }
 
+WIDE static void NAME(point_pair_radius_squared_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    _Alignas(64) REAL r0[6 * SPAN];
+    _Alignas(64) REAL r1[1 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        NAME(load_span)(r0, args[0], first, 6);
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[6];
+            REAL x1[1];
+            NAME(load_6)(x0, (char *)(r0 + i), SPAN * w);
+            NAME(point_pair_radius_squared)(x0, x1);
+            NAME(store_scalar)((char *)(r1 + i), x1);
+        }
+        NAME(store_span)(args[1], first, r1, 1);
+    }
+}
+
 void NAME(point_pair_radius_squared_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{6, 1, 0, {6}}, {1, 0, 1, {0}}};
-    static const struct kernel kernel = {NAME(point_pair_radius_squared_block), NULL, 1, 2, 0, parts, NULL};
+    static const struct kernel kernel = {NAME(point_pair_radius_squared_block),
+        NAME(point_pair_radius_squared_dense), 1, 2, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -5440,10 +6225,35 @@ WIDE static void NAME(point_pair_points_block)(intptr_t n, char **args, const in
     }
 }
 
+WIDE static void NAME(point_pair_points_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    _Alignas(64) REAL r0[6 * SPAN];
+    _Alignas(64) REAL r1[2 * SPAN];
+    _Alignas(64) REAL r2[2 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        NAME(load_span)(r0, args[0], first, 6);
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[6];
+            REAL x1[2];
+            REAL x2[2];
+            NAME(load_6)(x0, (char *)(r0 + i), SPAN * w);
+            NAME(point_pair_points)(x0, x1, x2);
+            NAME(store_2)((char *)(r1 + i), SPAN * w, x1);
+            NAME(store_2)((char *)(r2 + i), SPAN * w, x2);
+        }
+        NAME(store_span)(args[1], first, r1, 2);
+        NAME(store_span)(args[2], first, r2, 2);
+    }
+}
+
 void NAME(point_pair_points_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{6, 1, 0, {6}}, {2, 1, 1, {2}}, {2, 1, 2, {2}}};
-    static const struct kernel kernel = {NAME(point_pair_points_block), NULL, 1, 3, 0, parts, NULL};
+    static const struct kernel kernel = {NAME(point_pair_points_block), NAME(point_pair_points_dense), 1, 3, 0, 0,
+        parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -5480,10 +6290,31 @@ WIDE static void NAME(point_pair_direction_block)(intptr_t n, char **args, const
     }
 }
 
+WIDE static void NAME(point_pair_direction_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    _Alignas(64) REAL r0[6 * SPAN];
+    _Alignas(64) REAL r1[2 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        NAME(load_span)(r0, args[0], first, 6);
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[6];
+            REAL x1[2];
+            NAME(load_6)(x0, (char *)(r0 + i), SPAN * w);
+            NAME(point_pair_direction)(x0, x1);
+            NAME(store_2)((char *)(r1 + i), SPAN * w, x1);
+        }
+        NAME(store_span)(args[1], first, r1, 2);
+    }
+}
+
 void NAME(point_pair_direction_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{6, 1, 0, {6}}, {2, 1, 1, {2}}};
-    static const struct kernel kernel = {NAME(point_pair_direction_block), NULL, 1, 2, 0, parts, NULL};
+    static const struct kernel kernel = {NAME(point_pair_direction_block), NAME(point_pair_direction_dense), 1, 2,
+        0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -5514,10 +6345,31 @@ WIDE static void NAME(point_pair_weight_block)(intptr_t n, char **args, const in
     }
 }
 
+WIDE static void NAME(point_pair_weight_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    _Alignas(64) REAL r0[6 * SPAN];
+    _Alignas(64) REAL r1[1 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        NAME(load_span)(r0, args[0], first, 6);
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[6];
+            REAL x1[1];
+            NAME(load_6)(x0, (char *)(r0 + i), SPAN * w);
+            NAME(point_pair_weight)(x0, x1);
+            NAME(store_scalar)((char *)(r1 + i), x1);
+        }
+        NAME(store_span)(args[1], first, r1, 1);
+    }
+}
+
 void NAME(point_pair_weight_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{6, 1, 0, {6}}, {1, 0, 1, {0}}};
-    static const struct kernel kernel = {NAME(point_pair_weight_block), NULL, 1, 2, 0, parts, NULL};
+    static const struct kernel kernel = {NAME(point_pair_weight_block), NAME(point_pair_weight_dense), 1, 2, 0, 0,
+        parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -5547,10 +6399,31 @@ WIDE static void NAME(point_pair_line_block)(intptr_t n, char **args, const intp
     }
 }
 
+WIDE static void NAME(point_pair_line_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    _Alignas(64) REAL r0[6 * SPAN];
+    _Alignas(64) REAL r1[3 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        NAME(load_span)(r0, args[0], first, 6);
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[6];
+            REAL x1[3];
+            NAME(load_6)(x0, (char *)(r0 + i), SPAN * w);
+            NAME(point_pair_line)(x0, x1);
+            NAME(store_3)((char *)(r1 + i), SPAN * w, x1);
+        }
+        NAME(store_span)(args[1], first, r1, 3);
+    }
+}
+
 void NAME(point_pair_line_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{6, 1, 0, {6}}, {3, 1, 1, {3}}};
-    static const struct kernel kernel = {NAME(point_pair_line_block), NULL, 1, 2, 0, parts, NULL};
+    static const struct kernel kernel = {NAME(point_pair_line_block), NAME(point_pair_line_dense), 1, 2, 0, 0,
+        parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -5613,10 +6486,31 @@ WIDE static void NAME(point_pair_surround_circle_block)(intptr_t n, char **args,
     }
 }
 
+WIDE static void NAME(point_pair_surround_circle_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    _Alignas(64) REAL r0[6 * SPAN];
+    _Alignas(64) REAL r1[4 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        NAME(load_span)(r0, args[0], first, 6);
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[6];
+            REAL x1[4];
+            NAME(load_6)(x0, (char *)(r0 + i), SPAN * w);
+            NAME(point_pair_surround_circle)(x0, x1);
+            NAME(store_4)((char *)(r1 + i), SPAN * w, x1);
+        }
+        NAME(store_span)(args[1], first, r1, 4);
+    }
+}
+
 void NAME(point_pair_surround_circle_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{6, 1, 0, {6}}, {4, 1, 1, {4}}};
-    static const struct kernel kernel = {NAME(point_pair_surround_circle_block), NULL, 1, 2, 0, parts, NULL};
+    static const struct kernel kernel = {NAME(point_pair_surround_circle_block),
+        NAME(point_pair_surround_circle_dense), 1, 2, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -5648,10 +6542,31 @@ WIDE static void NAME(point_pair_bisector_block)(intptr_t n, char **args, const 
     }
 }
 
+WIDE static void NAME(point_pair_bisector_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    _Alignas(64) REAL r0[6 * SPAN];
+    _Alignas(64) REAL r1[3 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        NAME(load_span)(r0, args[0], first, 6);
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[6];
+            REAL x1[3];
+            NAME(load_6)(x0, (char *)(r0 + i), SPAN * w);
+            NAME(point_pair_bisector)(x0, x1);
+            NAME(store_3)((char *)(r1 + i), SPAN * w, x1);
+        }
+        NAME(store_span)(args[1], first, r1, 3);
+    }
+}
+
 void NAME(point_pair_bisector_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{6, 1, 0, {6}}, {3, 1, 1, {3}}};
-    static const struct kernel kernel = {NAME(point_pair_bisector_block), NULL, 1, 2, 0, parts, NULL};
+    static const struct kernel kernel = {NAME(point_pair_bisector_block), NAME(point_pair_bisector_dense), 1, 2, 0,
+        0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -5709,10 +6624,31 @@ WIDE static void NAME(point_pair_kind_block)(intptr_t n, char **args, const intp
     }
 }
 
+WIDE static void NAME(point_pair_kind_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    _Alignas(64) REAL r0[6 * SPAN];
+    _Alignas(64) REAL r1[1 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        NAME(load_span)(r0, args[0], first, 6);
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[6];
+            REAL x1[1];
+            NAME(load_6)(x0, (char *)(r0 + i), SPAN * w);
+            NAME(point_pair_kind)(x0, x1);
+            NAME(store_scalar)((char *)(r1 + i), x1);
+        }
+        NAME(store_span)(args[1], first, r1, 1);
+    }
+}
+
 void NAME(point_pair_kind_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{6, 1, 0, {6}}, {1, 0, 1, {0}}};
-    static const struct kernel kernel = {NAME(point_pair_kind_block), NULL, 1, 2, 0, parts, NULL};
+    static const struct kernel kernel = {NAME(point_pair_kind_block), NAME(point_pair_kind_dense), 1, 2, 0, 0,
+        parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -5790,17 +6726,20 @@ WIDE static void NAME(signed_distance_point_line_block_line)(intptr_t n, char **
 WIDE static void NAME(signed_distance_point_line_dense_line)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
-    (void)strides;
     const REAL *prepared = (const REAL *)args[1];
+    (void)strides;
     char *a0 = args[0];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[2];
-        REAL x2[1];
-        NAME(load_2)(x0, a0 + i * 2 * w, w);
-        NAME(signed_distance_point_line_apply_line)(prepared, x0, x2);
-        NAME(store_scalar)(a2 + i * w, x2);
+    _Alignas(64) REAL r2[1 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[2];
+            REAL x2[1];
+            NAME(load_2)(x0, a0 + (first + i) * 2 * w, w);
+            NAME(signed_distance_point_line_apply_line)(prepared, x0, x2);
+            NAME(store_scalar)((char *)(r2 + i), x2);
+        }
+        NAME(store_span)(args[2], first, r2, 1);
     }
 }
 
@@ -5837,16 +6776,19 @@ WIDE static void NAME(signed_distance_point_line_dense)(intptr_t n, char **args,
     (void)strides;
     char *a0 = args[0];
     char *a1 = args[1];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[2];
-        REAL x1[3];
-        REAL x2[1];
-        NAME(load_2)(x0, a0 + i * 2 * w, w);
-        NAME(load_3)(x1, a1 + i * 3 * w, w);
-        NAME(signed_distance_point_line)(x0, x1, x2);
-        NAME(store_scalar)(a2 + i * w, x2);
+    _Alignas(64) REAL r2[1 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[2];
+            REAL x1[3];
+            REAL x2[1];
+            NAME(load_2)(x0, a0 + (first + i) * 2 * w, w);
+            NAME(load_3)(x1, a1 + (first + i) * 3 * w, w);
+            NAME(signed_distance_point_line)(x0, x1, x2);
+            NAME(store_scalar)((char *)(r2 + i), x2);
+        }
+        NAME(store_span)(args[2], first, r2, 1);
     }
 }
 
@@ -5856,7 +6798,7 @@ void NAME(signed_distance_point_line_loop)(char **args, const intptr_t *dimensio
     static const struct form forms[] = {{2, 2, NAME(signed_distance_point_line_start_line),
         NAME(signed_distance_point_line_block_line), NAME(signed_distance_point_line_dense_line)}};
     static const struct kernel kernel = {NAME(signed_distance_point_line_block),
-        NAME(signed_distance_point_line_dense), 2, 3, 1, parts, forms};
+        NAME(signed_distance_point_line_dense), 2, 3, 1, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -5954,17 +6896,20 @@ WIDE static void NAME(distance_point_circle_block_circle)(intptr_t n, char **arg
 WIDE static void NAME(distance_point_circle_dense_circle)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
-    (void)strides;
     const REAL *prepared = (const REAL *)args[1];
+    (void)strides;
     char *a0 = args[0];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[2];
-        REAL x2[1];
-        NAME(load_2)(x0, a0 + i * 2 * w, w);
-        NAME(distance_point_circle_apply_circle)(prepared, x0, x2);
-        NAME(store_scalar)(a2 + i * w, x2);
+    _Alignas(64) REAL r2[1 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[2];
+            REAL x2[1];
+            NAME(load_2)(x0, a0 + (first + i) * 2 * w, w);
+            NAME(distance_point_circle_apply_circle)(prepared, x0, x2);
+            NAME(store_scalar)((char *)(r2 + i), x2);
+        }
+        NAME(store_span)(args[2], first, r2, 1);
     }
 }
 
@@ -6001,16 +6946,19 @@ WIDE static void NAME(distance_point_circle_dense)(intptr_t n, char **args, cons
     (void)strides;
     char *a0 = args[0];
     char *a1 = args[1];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[2];
-        REAL x1[4];
-        REAL x2[1];
-        NAME(load_2)(x0, a0 + i * 2 * w, w);
-        NAME(load_4)(x1, a1 + i * 4 * w, w);
-        NAME(distance_point_circle)(x0, x1, x2);
-        NAME(store_scalar)(a2 + i * w, x2);
+    _Alignas(64) REAL r2[1 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[2];
+            REAL x1[4];
+            REAL x2[1];
+            NAME(load_2)(x0, a0 + (first + i) * 2 * w, w);
+            NAME(load_4)(x1, a1 + (first + i) * 4 * w, w);
+            NAME(distance_point_circle)(x0, x1, x2);
+            NAME(store_scalar)((char *)(r2 + i), x2);
+        }
+        NAME(store_span)(args[2], first, r2, 1);
     }
 }
 
@@ -6020,7 +6968,7 @@ void NAME(distance_point_circle_loop)(char **args, const intptr_t *dimensions, c
     static const struct form forms[] = {{2, 2, NAME(distance_point_circle_start_circle),
         NAME(distance_point_circle_block_circle), NAME(distance_point_circle_dense_circle)}};
     static const struct kernel kernel = {NAME(distance_point_circle_block), NAME(distance_point_circle_dense), 2, 3,
-        1, parts, forms};
+        1, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -6096,17 +7044,20 @@ WIDE static void NAME(power_of_point_block_s)(intptr_t n, char **args, const int
 WIDE static void NAME(power_of_point_dense_s)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
-    (void)strides;
     const REAL *prepared = (const REAL *)args[1];
+    (void)strides;
     char *a0 = args[0];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[2];
-        REAL x2[1];
-        NAME(load_2)(x0, a0 + i * 2 * w, w);
-        NAME(power_of_point_apply_s)(prepared, x0, x2);
-        NAME(store_scalar)(a2 + i * w, x2);
+    _Alignas(64) REAL r2[1 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[2];
+            REAL x2[1];
+            NAME(load_2)(x0, a0 + (first + i) * 2 * w, w);
+            NAME(power_of_point_apply_s)(prepared, x0, x2);
+            NAME(store_scalar)((char *)(r2 + i), x2);
+        }
+        NAME(store_span)(args[2], first, r2, 1);
     }
 }
 
@@ -6143,16 +7094,19 @@ WIDE static void NAME(power_of_point_dense)(intptr_t n, char **args, const intpt
     (void)strides;
     char *a0 = args[0];
     char *a1 = args[1];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[2];
-        REAL x1[4];
-        REAL x2[1];
-        NAME(load_2)(x0, a0 + i * 2 * w, w);
-        NAME(load_4)(x1, a1 + i * 4 * w, w);
-        NAME(power_of_point)(x0, x1, x2);
-        NAME(store_scalar)(a2 + i * w, x2);
+    _Alignas(64) REAL r2[1 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[2];
+            REAL x1[4];
+            REAL x2[1];
+            NAME(load_2)(x0, a0 + (first + i) * 2 * w, w);
+            NAME(load_4)(x1, a1 + (first + i) * 4 * w, w);
+            NAME(power_of_point)(x0, x1, x2);
+            NAME(store_scalar)((char *)(r2 + i), x2);
+        }
+        NAME(store_span)(args[2], first, r2, 1);
     }
 }
 
@@ -6161,7 +7115,7 @@ void NAME(power_of_point_loop)(char **args, const intptr_t *dimensions, const in
     static const struct part parts[] = {{2, 1, 0, {2}}, {4, 1, 1, {4}}, {1, 0, 2, {0}}};
     static const struct form forms[] = {{2, 2, NAME(power_of_point_start_s), NAME(power_of_point_block_s),
         NAME(power_of_point_dense_s)}};
-    static const struct kernel kernel = {NAME(power_of_point_block), NAME(power_of_point_dense), 2, 3, 1, parts,
+    static const struct kernel kernel = {NAME(power_of_point_block), NAME(power_of_point_dense), 2, 3, 1, 0, parts,
         forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -6328,20 +7282,24 @@ WIDE static void NAME(distance_point_point_pair_block_pair)(intptr_t n, char **a
 WIDE static void NAME(distance_point_point_pair_dense_pair)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
-    (void)strides;
     const REAL *prepared = (const REAL *)args[1];
+    (void)strides;
     char *a0 = args[0];
-    char *a2 = args[2];
-    char *a3 = args[3];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[2];
-        REAL x2[1];
-        REAL x3[1];
-        NAME(load_2)(x0, a0 + i * 2 * w, w);
-        NAME(distance_point_point_pair_apply_pair)(prepared, x0, x2, x3);
-        NAME(store_scalar)(a2 + i * w, x2);
-        NAME(store_scalar)(a3 + i * w, x3);
+    _Alignas(64) REAL r2[1 * SPAN];
+    _Alignas(64) REAL r3[1 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[2];
+            REAL x2[1];
+            REAL x3[1];
+            NAME(load_2)(x0, a0 + (first + i) * 2 * w, w);
+            NAME(distance_point_point_pair_apply_pair)(prepared, x0, x2, x3);
+            NAME(store_scalar)((char *)(r2 + i), x2);
+            NAME(store_scalar)((char *)(r3 + i), x3);
+        }
+        NAME(store_span)(args[2], first, r2, 1);
+        NAME(store_span)(args[3], first, r3, 1);
     }
 }
 
@@ -6375,12 +7333,41 @@ WIDE static void NAME(distance_point_point_pair_block)(intptr_t n, char **args, 
     }
 }
 
+WIDE static void NAME(distance_point_point_pair_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    _Alignas(64) REAL r0[2 * SPAN];
+    _Alignas(64) REAL r1[6 * SPAN];
+    _Alignas(64) REAL r2[1 * SPAN];
+    _Alignas(64) REAL r3[1 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        NAME(load_span)(r0, args[0], first, 2);
+        NAME(load_span)(r1, args[1], first, 6);
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[2];
+            REAL x1[6];
+            REAL x2[1];
+            REAL x3[1];
+            NAME(load_2)(x0, (char *)(r0 + i), SPAN * w);
+            NAME(load_6)(x1, (char *)(r1 + i), SPAN * w);
+            NAME(distance_point_point_pair)(x0, x1, x2, x3);
+            NAME(store_scalar)((char *)(r2 + i), x2);
+            NAME(store_scalar)((char *)(r3 + i), x3);
+        }
+        NAME(store_span)(args[2], first, r2, 1);
+        NAME(store_span)(args[3], first, r3, 1);
+    }
+}
+
 void NAME(distance_point_point_pair_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{2, 1, 0, {2}}, {6, 1, 1, {6}}, {1, 0, 2, {0}}, {1, 0, 2, {0}}};
     static const struct form forms[] = {{2, 2, NAME(distance_point_point_pair_start_pair),
         NAME(distance_point_point_pair_block_pair), NAME(distance_point_point_pair_dense_pair)}};
-    static const struct kernel kernel = {NAME(distance_point_point_pair_block), NULL, 2, 4, 1, parts, forms};
+    static const struct kernel kernel = {NAME(distance_point_point_pair_block),
+        NAME(distance_point_point_pair_dense), 2, 4, 1, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -6552,17 +7539,20 @@ WIDE static void NAME(distance_lines_block_a)(intptr_t n, char **args, const int
 WIDE static void NAME(distance_lines_dense_a)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
-    (void)strides;
     const REAL *prepared = (const REAL *)args[0];
+    (void)strides;
     char *a1 = args[1];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x1[3];
-        REAL x2[1];
-        NAME(load_3)(x1, a1 + i * 3 * w, w);
-        NAME(distance_lines_apply_a)(prepared, x1, x2);
-        NAME(store_scalar)(a2 + i * w, x2);
+    _Alignas(64) REAL r2[1 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x1[3];
+            REAL x2[1];
+            NAME(load_3)(x1, a1 + (first + i) * 3 * w, w);
+            NAME(distance_lines_apply_a)(prepared, x1, x2);
+            NAME(store_scalar)((char *)(r2 + i), x2);
+        }
+        NAME(store_span)(args[2], first, r2, 1);
     }
 }
 
@@ -6594,17 +7584,20 @@ WIDE static void NAME(distance_lines_block_b)(intptr_t n, char **args, const int
 WIDE static void NAME(distance_lines_dense_b)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
-    (void)strides;
     const REAL *prepared = (const REAL *)args[1];
+    (void)strides;
     char *a0 = args[0];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[3];
-        REAL x2[1];
-        NAME(load_3)(x0, a0 + i * 3 * w, w);
-        NAME(distance_lines_apply_b)(prepared, x0, x2);
-        NAME(store_scalar)(a2 + i * w, x2);
+    _Alignas(64) REAL r2[1 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[3];
+            REAL x2[1];
+            NAME(load_3)(x0, a0 + (first + i) * 3 * w, w);
+            NAME(distance_lines_apply_b)(prepared, x0, x2);
+            NAME(store_scalar)((char *)(r2 + i), x2);
+        }
+        NAME(store_span)(args[2], first, r2, 1);
     }
 }
 
@@ -6641,16 +7634,19 @@ WIDE static void NAME(distance_lines_dense)(intptr_t n, char **args, const intpt
     (void)strides;
     char *a0 = args[0];
     char *a1 = args[1];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[3];
-        REAL x1[3];
-        REAL x2[1];
-        NAME(load_3)(x0, a0 + i * 3 * w, w);
-        NAME(load_3)(x1, a1 + i * 3 * w, w);
-        NAME(distance_lines)(x0, x1, x2);
-        NAME(store_scalar)(a2 + i * w, x2);
+    _Alignas(64) REAL r2[1 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[3];
+            REAL x1[3];
+            REAL x2[1];
+            NAME(load_3)(x0, a0 + (first + i) * 3 * w, w);
+            NAME(load_3)(x1, a1 + (first + i) * 3 * w, w);
+            NAME(distance_lines)(x0, x1, x2);
+            NAME(store_scalar)((char *)(r2 + i), x2);
+        }
+        NAME(store_span)(args[2], first, r2, 1);
     }
 }
 
@@ -6660,7 +7656,7 @@ void NAME(distance_lines_loop)(char **args, const intptr_t *dimensions, const in
     static const struct form forms[] = {{1, 2, NAME(distance_lines_start_a), NAME(distance_lines_block_a),
         NAME(distance_lines_dense_a)}, {2, 2, NAME(distance_lines_start_b), NAME(distance_lines_block_b),
         NAME(distance_lines_dense_b)}};
-    static const struct kernel kernel = {NAME(distance_lines_block), NAME(distance_lines_dense), 2, 3, 2, parts,
+    static const struct kernel kernel = {NAME(distance_lines_block), NAME(distance_lines_dense), 2, 3, 2, 0, parts,
         forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -6828,17 +7824,20 @@ WIDE static void NAME(distance_line_circle_block_circle)(intptr_t n, char **args
 WIDE static void NAME(distance_line_circle_dense_circle)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
-    (void)strides;
     const REAL *prepared = (const REAL *)args[1];
+    (void)strides;
     char *a0 = args[0];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[3];
-        REAL x2[1];
-        NAME(load_3)(x0, a0 + i * 3 * w, w);
-        NAME(distance_line_circle_apply_circle)(prepared, x0, x2);
-        NAME(store_scalar)(a2 + i * w, x2);
+    _Alignas(64) REAL r2[1 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[3];
+            REAL x2[1];
+            NAME(load_3)(x0, a0 + (first + i) * 3 * w, w);
+            NAME(distance_line_circle_apply_circle)(prepared, x0, x2);
+            NAME(store_scalar)((char *)(r2 + i), x2);
+        }
+        NAME(store_span)(args[2], first, r2, 1);
     }
 }
 
@@ -6870,17 +7869,20 @@ WIDE static void NAME(distance_line_circle_block_line)(intptr_t n, char **args, 
 WIDE static void NAME(distance_line_circle_dense_line)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
-    (void)strides;
     const REAL *prepared = (const REAL *)args[0];
+    (void)strides;
     char *a1 = args[1];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x1[4];
-        REAL x2[1];
-        NAME(load_4)(x1, a1 + i * 4 * w, w);
-        NAME(distance_line_circle_apply_line)(prepared, x1, x2);
-        NAME(store_scalar)(a2 + i * w, x2);
+    _Alignas(64) REAL r2[1 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x1[4];
+            REAL x2[1];
+            NAME(load_4)(x1, a1 + (first + i) * 4 * w, w);
+            NAME(distance_line_circle_apply_line)(prepared, x1, x2);
+            NAME(store_scalar)((char *)(r2 + i), x2);
+        }
+        NAME(store_span)(args[2], first, r2, 1);
     }
 }
 
@@ -6917,16 +7919,19 @@ WIDE static void NAME(distance_line_circle_dense)(intptr_t n, char **args, const
     (void)strides;
     char *a0 = args[0];
     char *a1 = args[1];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[3];
-        REAL x1[4];
-        REAL x2[1];
-        NAME(load_3)(x0, a0 + i * 3 * w, w);
-        NAME(load_4)(x1, a1 + i * 4 * w, w);
-        NAME(distance_line_circle)(x0, x1, x2);
-        NAME(store_scalar)(a2 + i * w, x2);
+    _Alignas(64) REAL r2[1 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[3];
+            REAL x1[4];
+            REAL x2[1];
+            NAME(load_3)(x0, a0 + (first + i) * 3 * w, w);
+            NAME(load_4)(x1, a1 + (first + i) * 4 * w, w);
+            NAME(distance_line_circle)(x0, x1, x2);
+            NAME(store_scalar)((char *)(r2 + i), x2);
+        }
+        NAME(store_span)(args[2], first, r2, 1);
     }
 }
 
@@ -6938,7 +7943,7 @@ void NAME(distance_line_circle_loop)(char **args, const intptr_t *dimensions, co
         NAME(distance_line_circle_start_line), NAME(distance_line_circle_block_line),
         NAME(distance_line_circle_dense_line)}};
     static const struct kernel kernel = {NAME(distance_line_circle_block), NAME(distance_line_circle_dense), 2, 3,
-        2, parts, forms};
+        2, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -7199,20 +8204,24 @@ WIDE static void NAME(distance_line_point_pair_block_pair)(intptr_t n, char **ar
 WIDE static void NAME(distance_line_point_pair_dense_pair)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
-    (void)strides;
     const REAL *prepared = (const REAL *)args[1];
+    (void)strides;
     char *a0 = args[0];
-    char *a2 = args[2];
-    char *a3 = args[3];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[3];
-        REAL x2[1];
-        REAL x3[1];
-        NAME(load_3)(x0, a0 + i * 3 * w, w);
-        NAME(distance_line_point_pair_apply_pair)(prepared, x0, x2, x3);
-        NAME(store_scalar)(a2 + i * w, x2);
-        NAME(store_scalar)(a3 + i * w, x3);
+    _Alignas(64) REAL r2[1 * SPAN];
+    _Alignas(64) REAL r3[1 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[3];
+            REAL x2[1];
+            REAL x3[1];
+            NAME(load_3)(x0, a0 + (first + i) * 3 * w, w);
+            NAME(distance_line_point_pair_apply_pair)(prepared, x0, x2, x3);
+            NAME(store_scalar)((char *)(r2 + i), x2);
+            NAME(store_scalar)((char *)(r3 + i), x3);
+        }
+        NAME(store_span)(args[2], first, r2, 1);
+        NAME(store_span)(args[3], first, r3, 1);
     }
 }
 
@@ -7241,6 +8250,31 @@ WIDE static void NAME(distance_line_point_pair_block_line)(intptr_t n, char **ar
         NAME(distance_line_point_pair_apply_line)(prepared, x1, x2, x3);
         NAME(store_scalar)(a2 + i * w, x2);
         NAME(store_scalar)(a3 + i * w, x3);
+    }
+}
+
+WIDE static void NAME(distance_line_point_pair_dense_line)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    const REAL *prepared = (const REAL *)args[0];
+    (void)strides;
+    _Alignas(64) REAL r1[6 * SPAN];
+    _Alignas(64) REAL r2[1 * SPAN];
+    _Alignas(64) REAL r3[1 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        NAME(load_span)(r1, args[1], first, 6);
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x1[6];
+            REAL x2[1];
+            REAL x3[1];
+            NAME(load_6)(x1, (char *)(r1 + i), SPAN * w);
+            NAME(distance_line_point_pair_apply_line)(prepared, x1, x2, x3);
+            NAME(store_scalar)((char *)(r2 + i), x2);
+            NAME(store_scalar)((char *)(r3 + i), x3);
+        }
+        NAME(store_span)(args[2], first, r2, 1);
+        NAME(store_span)(args[3], first, r3, 1);
     }
 }
 
@@ -7274,13 +8308,43 @@ WIDE static void NAME(distance_line_point_pair_block)(intptr_t n, char **args, c
     }
 }
 
+WIDE static void NAME(distance_line_point_pair_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    _Alignas(64) REAL r0[3 * SPAN];
+    _Alignas(64) REAL r1[6 * SPAN];
+    _Alignas(64) REAL r2[1 * SPAN];
+    _Alignas(64) REAL r3[1 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        NAME(load_span)(r0, args[0], first, 3);
+        NAME(load_span)(r1, args[1], first, 6);
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[3];
+            REAL x1[6];
+            REAL x2[1];
+            REAL x3[1];
+            NAME(load_3)(x0, (char *)(r0 + i), SPAN * w);
+            NAME(load_6)(x1, (char *)(r1 + i), SPAN * w);
+            NAME(distance_line_point_pair)(x0, x1, x2, x3);
+            NAME(store_scalar)((char *)(r2 + i), x2);
+            NAME(store_scalar)((char *)(r3 + i), x3);
+        }
+        NAME(store_span)(args[2], first, r2, 1);
+        NAME(store_span)(args[3], first, r3, 1);
+    }
+}
+
 void NAME(distance_line_point_pair_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {6, 1, 1, {6}}, {1, 0, 2, {0}}, {1, 0, 2, {0}}};
     static const struct form forms[] = {{2, 2, NAME(distance_line_point_pair_start_pair),
         NAME(distance_line_point_pair_block_pair), NAME(distance_line_point_pair_dense_pair)}, {1, 2,
-        NAME(distance_line_point_pair_start_line), NAME(distance_line_point_pair_block_line), NULL}};
-    static const struct kernel kernel = {NAME(distance_line_point_pair_block), NULL, 2, 4, 2, parts, forms};
+        NAME(distance_line_point_pair_start_line), NAME(distance_line_point_pair_block_line),
+        NAME(distance_line_point_pair_dense_line)}};
+    static const struct kernel kernel = {NAME(distance_line_point_pair_block), NAME(distance_line_point_pair_dense),
+        2, 4, 2, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -7486,17 +8550,20 @@ WIDE static void NAME(distance_circles_block_a)(intptr_t n, char **args, const i
 WIDE static void NAME(distance_circles_dense_a)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
-    (void)strides;
     const REAL *prepared = (const REAL *)args[0];
+    (void)strides;
     char *a1 = args[1];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x1[4];
-        REAL x2[1];
-        NAME(load_4)(x1, a1 + i * 4 * w, w);
-        NAME(distance_circles_apply_a)(prepared, x1, x2);
-        NAME(store_scalar)(a2 + i * w, x2);
+    _Alignas(64) REAL r2[1 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x1[4];
+            REAL x2[1];
+            NAME(load_4)(x1, a1 + (first + i) * 4 * w, w);
+            NAME(distance_circles_apply_a)(prepared, x1, x2);
+            NAME(store_scalar)((char *)(r2 + i), x2);
+        }
+        NAME(store_span)(args[2], first, r2, 1);
     }
 }
 
@@ -7528,17 +8595,20 @@ WIDE static void NAME(distance_circles_block_b)(intptr_t n, char **args, const i
 WIDE static void NAME(distance_circles_dense_b)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
-    (void)strides;
     const REAL *prepared = (const REAL *)args[1];
+    (void)strides;
     char *a0 = args[0];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[4];
-        REAL x2[1];
-        NAME(load_4)(x0, a0 + i * 4 * w, w);
-        NAME(distance_circles_apply_b)(prepared, x0, x2);
-        NAME(store_scalar)(a2 + i * w, x2);
+    _Alignas(64) REAL r2[1 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[4];
+            REAL x2[1];
+            NAME(load_4)(x0, a0 + (first + i) * 4 * w, w);
+            NAME(distance_circles_apply_b)(prepared, x0, x2);
+            NAME(store_scalar)((char *)(r2 + i), x2);
+        }
+        NAME(store_span)(args[2], first, r2, 1);
     }
 }
 
@@ -7575,16 +8645,19 @@ WIDE static void NAME(distance_circles_dense)(intptr_t n, char **args, const int
     (void)strides;
     char *a0 = args[0];
     char *a1 = args[1];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[4];
-        REAL x1[4];
-        REAL x2[1];
-        NAME(load_4)(x0, a0 + i * 4 * w, w);
-        NAME(load_4)(x1, a1 + i * 4 * w, w);
-        NAME(distance_circles)(x0, x1, x2);
-        NAME(store_scalar)(a2 + i * w, x2);
+    _Alignas(64) REAL r2[1 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[4];
+            REAL x1[4];
+            REAL x2[1];
+            NAME(load_4)(x0, a0 + (first + i) * 4 * w, w);
+            NAME(load_4)(x1, a1 + (first + i) * 4 * w, w);
+            NAME(distance_circles)(x0, x1, x2);
+            NAME(store_scalar)((char *)(r2 + i), x2);
+        }
+        NAME(store_span)(args[2], first, r2, 1);
     }
 }
 
@@ -7594,8 +8667,8 @@ void NAME(distance_circles_loop)(char **args, const intptr_t *dimensions, const 
     static const struct form forms[] = {{1, 2, NAME(distance_circles_start_a), NAME(distance_circles_block_a),
         NAME(distance_circles_dense_a)}, {2, 2, NAME(distance_circles_start_b), NAME(distance_circles_block_b),
         NAME(distance_circles_dense_b)}};
-    static const struct kernel kernel = {NAME(distance_circles_block), NAME(distance_circles_dense), 2, 3, 2, parts,
-        forms};
+    static const struct kernel kernel = {NAME(distance_circles_block), NAME(distance_circles_dense), 2, 3, 2, 0,
+        parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -7895,20 +8968,24 @@ WIDE static void NAME(distance_circle_point_pair_block_pair)(intptr_t n, char **
 WIDE static void NAME(distance_circle_point_pair_dense_pair)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
-    (void)strides;
     const REAL *prepared = (const REAL *)args[1];
+    (void)strides;
     char *a0 = args[0];
-    char *a2 = args[2];
-    char *a3 = args[3];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[4];
-        REAL x2[1];
-        REAL x3[1];
-        NAME(load_4)(x0, a0 + i * 4 * w, w);
-        NAME(distance_circle_point_pair_apply_pair)(prepared, x0, x2, x3);
-        NAME(store_scalar)(a2 + i * w, x2);
-        NAME(store_scalar)(a3 + i * w, x3);
+    _Alignas(64) REAL r2[1 * SPAN];
+    _Alignas(64) REAL r3[1 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[4];
+            REAL x2[1];
+            REAL x3[1];
+            NAME(load_4)(x0, a0 + (first + i) * 4 * w, w);
+            NAME(distance_circle_point_pair_apply_pair)(prepared, x0, x2, x3);
+            NAME(store_scalar)((char *)(r2 + i), x2);
+            NAME(store_scalar)((char *)(r3 + i), x3);
+        }
+        NAME(store_span)(args[2], first, r2, 1);
+        NAME(store_span)(args[3], first, r3, 1);
     }
 }
 
@@ -7937,6 +9014,31 @@ WIDE static void NAME(distance_circle_point_pair_block_circle)(intptr_t n, char 
         NAME(distance_circle_point_pair_apply_circle)(prepared, x1, x2, x3);
         NAME(store_scalar)(a2 + i * w, x2);
         NAME(store_scalar)(a3 + i * w, x3);
+    }
+}
+
+WIDE static void NAME(distance_circle_point_pair_dense_circle)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    const REAL *prepared = (const REAL *)args[0];
+    (void)strides;
+    _Alignas(64) REAL r1[6 * SPAN];
+    _Alignas(64) REAL r2[1 * SPAN];
+    _Alignas(64) REAL r3[1 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        NAME(load_span)(r1, args[1], first, 6);
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x1[6];
+            REAL x2[1];
+            REAL x3[1];
+            NAME(load_6)(x1, (char *)(r1 + i), SPAN * w);
+            NAME(distance_circle_point_pair_apply_circle)(prepared, x1, x2, x3);
+            NAME(store_scalar)((char *)(r2 + i), x2);
+            NAME(store_scalar)((char *)(r3 + i), x3);
+        }
+        NAME(store_span)(args[2], first, r2, 1);
+        NAME(store_span)(args[3], first, r3, 1);
     }
 }
 
@@ -7970,13 +9072,43 @@ WIDE static void NAME(distance_circle_point_pair_block)(intptr_t n, char **args,
     }
 }
 
+WIDE static void NAME(distance_circle_point_pair_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    _Alignas(64) REAL r0[4 * SPAN];
+    _Alignas(64) REAL r1[6 * SPAN];
+    _Alignas(64) REAL r2[1 * SPAN];
+    _Alignas(64) REAL r3[1 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        NAME(load_span)(r0, args[0], first, 4);
+        NAME(load_span)(r1, args[1], first, 6);
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[4];
+            REAL x1[6];
+            REAL x2[1];
+            REAL x3[1];
+            NAME(load_4)(x0, (char *)(r0 + i), SPAN * w);
+            NAME(load_6)(x1, (char *)(r1 + i), SPAN * w);
+            NAME(distance_circle_point_pair)(x0, x1, x2, x3);
+            NAME(store_scalar)((char *)(r2 + i), x2);
+            NAME(store_scalar)((char *)(r3 + i), x3);
+        }
+        NAME(store_span)(args[2], first, r2, 1);
+        NAME(store_span)(args[3], first, r3, 1);
+    }
+}
+
 void NAME(distance_circle_point_pair_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {6, 1, 1, {6}}, {1, 0, 2, {0}}, {1, 0, 2, {0}}};
     static const struct form forms[] = {{2, 2, NAME(distance_circle_point_pair_start_pair),
         NAME(distance_circle_point_pair_block_pair), NAME(distance_circle_point_pair_dense_pair)}, {1, 2,
-        NAME(distance_circle_point_pair_start_circle), NAME(distance_circle_point_pair_block_circle), NULL}};
-    static const struct kernel kernel = {NAME(distance_circle_point_pair_block), NULL, 2, 4, 2, parts, forms};
+        NAME(distance_circle_point_pair_start_circle), NAME(distance_circle_point_pair_block_circle),
+        NAME(distance_circle_point_pair_dense_circle)}};
+    static const struct kernel kernel = {NAME(distance_circle_point_pair_block),
+        NAME(distance_circle_point_pair_dense), 2, 4, 2, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -8354,6 +9486,27 @@ WIDE static void NAME(distance_point_pairs_block_a)(intptr_t n, char **args, con
     }
 }
 
+WIDE static void NAME(distance_point_pairs_dense_a)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    const REAL *prepared = (const REAL *)args[0];
+    (void)strides;
+    _Alignas(64) REAL r1[6 * SPAN];
+    _Alignas(64) REAL r2[1 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        NAME(load_span)(r1, args[1], first, 6);
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x1[6];
+            REAL x2[1];
+            NAME(load_6)(x1, (char *)(r1 + i), SPAN * w);
+            NAME(distance_point_pairs_apply_a)(prepared, x1, x2);
+            NAME(store_scalar)((char *)(r2 + i), x2);
+        }
+        NAME(store_span)(args[2], first, r2, 1);
+    }
+}
+
 static void NAME(distance_point_pairs_start_a)(char **args, const intptr_t *strides, void *prepared)
 {
     const intptr_t c0a = strides[0];
@@ -8376,6 +9529,27 @@ WIDE static void NAME(distance_point_pairs_block_b)(intptr_t n, char **args, con
         NAME(load_6)(x0, a0 + i * w, c0a);
         NAME(distance_point_pairs_apply_b)(prepared, x0, x2);
         NAME(store_scalar)(a2 + i * w, x2);
+    }
+}
+
+WIDE static void NAME(distance_point_pairs_dense_b)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    const REAL *prepared = (const REAL *)args[1];
+    (void)strides;
+    _Alignas(64) REAL r0[6 * SPAN];
+    _Alignas(64) REAL r2[1 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        NAME(load_span)(r0, args[0], first, 6);
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[6];
+            REAL x2[1];
+            NAME(load_6)(x0, (char *)(r0 + i), SPAN * w);
+            NAME(distance_point_pairs_apply_b)(prepared, x0, x2);
+            NAME(store_scalar)((char *)(r2 + i), x2);
+        }
+        NAME(store_span)(args[2], first, r2, 1);
     }
 }
 
@@ -8406,13 +9580,39 @@ WIDE static void NAME(distance_point_pairs_block)(intptr_t n, char **args, const
     }
 }
 
+WIDE static void NAME(distance_point_pairs_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    _Alignas(64) REAL r0[6 * SPAN];
+    _Alignas(64) REAL r1[6 * SPAN];
+    _Alignas(64) REAL r2[1 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        NAME(load_span)(r0, args[0], first, 6);
+        NAME(load_span)(r1, args[1], first, 6);
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[6];
+            REAL x1[6];
+            REAL x2[1];
+            NAME(load_6)(x0, (char *)(r0 + i), SPAN * w);
+            NAME(load_6)(x1, (char *)(r1 + i), SPAN * w);
+            NAME(distance_point_pairs)(x0, x1, x2);
+            NAME(store_scalar)((char *)(r2 + i), x2);
+        }
+        NAME(store_span)(args[2], first, r2, 1);
+    }
+}
+
 void NAME(distance_point_pairs_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{6, 1, 0, {6}}, {6, 1, 1, {6}}, {1, 0, 2, {0}}};
     static const struct form forms[] = {{1, 2, NAME(distance_point_pairs_start_a),
-        NAME(distance_point_pairs_block_a), NULL}, {2, 2, NAME(distance_point_pairs_start_b),
-        NAME(distance_point_pairs_block_b), NULL}};
-    static const struct kernel kernel = {NAME(distance_point_pairs_block), NULL, 2, 3, 2, parts, forms};
+        NAME(distance_point_pairs_block_a), NAME(distance_point_pairs_dense_a)}, {2, 2,
+        NAME(distance_point_pairs_start_b), NAME(distance_point_pairs_block_b),
+        NAME(distance_point_pairs_dense_b)}};
+    static const struct kernel kernel = {NAME(distance_point_pairs_block), NAME(distance_point_pairs_dense), 2, 3,
+        2, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -8440,7 +9640,7 @@ WIDE static void NAME(angle_between_lines_block)(intptr_t n, char **args, const 
     char *a1 = args[1];
     char *a2 = args[2];
     ANY_ORDER
-    for (intptr_t i = 0; i < n; ++i) {
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
         REAL x0[3];
         REAL x1[3];
         REAL x2[1];
@@ -8454,7 +9654,7 @@ WIDE static void NAME(angle_between_lines_block)(intptr_t n, char **args, const 
 void NAME(angle_between_lines_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {3, 1, 1, {3}}, {1, 0, 2, {0}}};
-    static const struct kernel kernel = {NAME(angle_between_lines_block), NULL, 2, 3, 0, parts, NULL};
+    static const struct kernel kernel = {NAME(angle_between_lines_block), NULL, 2, 3, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -8518,23 +9718,26 @@ WIDE static void NAME(inversive_distance_dense)(intptr_t n, char **args, const i
     (void)strides;
     char *a0 = args[0];
     char *a1 = args[1];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[4];
-        REAL x1[4];
-        REAL x2[1];
-        NAME(load_4)(x0, a0 + i * 4 * w, w);
-        NAME(load_4)(x1, a1 + i * 4 * w, w);
-        NAME(inversive_distance)(x0, x1, x2);
-        NAME(store_scalar)(a2 + i * w, x2);
+    _Alignas(64) REAL r2[1 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[4];
+            REAL x1[4];
+            REAL x2[1];
+            NAME(load_4)(x0, a0 + (first + i) * 4 * w, w);
+            NAME(load_4)(x1, a1 + (first + i) * 4 * w, w);
+            NAME(inversive_distance)(x0, x1, x2);
+            NAME(store_scalar)((char *)(r2 + i), x2);
+        }
+        NAME(store_span)(args[2], first, r2, 1);
     }
 }
 
 void NAME(inversive_distance_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {4, 1, 1, {4}}, {1, 0, 2, {0}}};
-    static const struct kernel kernel = {NAME(inversive_distance_block), NAME(inversive_distance_dense), 2, 3, 0,
+    static const struct kernel kernel = {NAME(inversive_distance_block), NAME(inversive_distance_dense), 2, 3, 0, 0,
         parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -8583,7 +9786,7 @@ WIDE static void NAME(angle_between_dual_circles_block)(intptr_t n, char **args,
     char *a1 = args[1];
     char *a2 = args[2];
     ANY_ORDER
-    for (intptr_t i = 0; i < n; ++i) {
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
         REAL x0[4];
         REAL x1[4];
         REAL x2[1];
@@ -8597,7 +9800,7 @@ WIDE static void NAME(angle_between_dual_circles_block)(intptr_t n, char **args,
 void NAME(angle_between_dual_circles_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {4, 1, 1, {4}}, {1, 0, 2, {0}}};
-    static const struct kernel kernel = {NAME(angle_between_dual_circles_block), NULL, 2, 3, 0, parts, NULL};
+    static const struct kernel kernel = {NAME(angle_between_dual_circles_block), NULL, 2, 3, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -8667,10 +9870,35 @@ WIDE static void NAME(inversive_product_point_pairs_block)(intptr_t n, char **ar
     }
 }
 
+WIDE static void NAME(inversive_product_point_pairs_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    _Alignas(64) REAL r0[6 * SPAN];
+    _Alignas(64) REAL r1[6 * SPAN];
+    _Alignas(64) REAL r2[1 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        NAME(load_span)(r0, args[0], first, 6);
+        NAME(load_span)(r1, args[1], first, 6);
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[6];
+            REAL x1[6];
+            REAL x2[1];
+            NAME(load_6)(x0, (char *)(r0 + i), SPAN * w);
+            NAME(load_6)(x1, (char *)(r1 + i), SPAN * w);
+            NAME(inversive_product_point_pairs)(x0, x1, x2);
+            NAME(store_scalar)((char *)(r2 + i), x2);
+        }
+        NAME(store_span)(args[2], first, r2, 1);
+    }
+}
+
 void NAME(inversive_product_point_pairs_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{6, 1, 0, {6}}, {6, 1, 1, {6}}, {1, 0, 2, {0}}};
-    static const struct kernel kernel = {NAME(inversive_product_point_pairs_block), NULL, 2, 3, 0, parts, NULL};
+    static const struct kernel kernel = {NAME(inversive_product_point_pairs_block),
+        NAME(inversive_product_point_pairs_dense), 2, 3, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -8721,25 +9949,29 @@ WIDE static void NAME(collinearity_dense)(intptr_t n, char **args, const intptr_
     char *a0 = args[0];
     char *a1 = args[1];
     char *a2 = args[2];
-    char *a3 = args[3];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[2];
-        REAL x1[2];
-        REAL x2[2];
-        REAL x3[1];
-        NAME(load_2)(x0, a0 + i * 2 * w, w);
-        NAME(load_2)(x1, a1 + i * 2 * w, w);
-        NAME(load_2)(x2, a2 + i * 2 * w, w);
-        NAME(collinearity)(x0, x1, x2, x3);
-        NAME(store_scalar)(a3 + i * w, x3);
+    _Alignas(64) REAL r3[1 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[2];
+            REAL x1[2];
+            REAL x2[2];
+            REAL x3[1];
+            NAME(load_2)(x0, a0 + (first + i) * 2 * w, w);
+            NAME(load_2)(x1, a1 + (first + i) * 2 * w, w);
+            NAME(load_2)(x2, a2 + (first + i) * 2 * w, w);
+            NAME(collinearity)(x0, x1, x2, x3);
+            NAME(store_scalar)((char *)(r3 + i), x3);
+        }
+        NAME(store_span)(args[3], first, r3, 1);
     }
 }
 
 void NAME(collinearity_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{2, 1, 0, {2}}, {2, 1, 1, {2}}, {2, 1, 2, {2}}, {1, 0, 3, {0}}};
-    static const struct kernel kernel = {NAME(collinearity_block), NAME(collinearity_dense), 3, 4, 0, parts, NULL};
+    static const struct kernel kernel = {NAME(collinearity_block), NAME(collinearity_dense), 3, 4, 0, 0, parts,
+        NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -9110,17 +10342,20 @@ WIDE static void NAME(cocircularity_block_a_b_c)(intptr_t n, char **args, const 
 WIDE static void NAME(cocircularity_dense_a_b_c)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
-    (void)strides;
     const REAL *prepared = (const REAL *)args[0];
+    (void)strides;
     char *a3 = args[3];
-    char *a4 = args[4];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x3[2];
-        REAL x4[1];
-        NAME(load_2)(x3, a3 + i * 2 * w, w);
-        NAME(cocircularity_apply_a_b_c)(prepared, x3, x4);
-        NAME(store_scalar)(a4 + i * w, x4);
+    _Alignas(64) REAL r4[1 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x3[2];
+            REAL x4[1];
+            NAME(load_2)(x3, a3 + (first + i) * 2 * w, w);
+            NAME(cocircularity_apply_a_b_c)(prepared, x3, x4);
+            NAME(store_scalar)((char *)(r4 + i), x4);
+        }
+        NAME(store_span)(args[4], first, r4, 1);
     }
 }
 
@@ -9156,17 +10391,20 @@ WIDE static void NAME(cocircularity_block_a_b_d)(intptr_t n, char **args, const 
 WIDE static void NAME(cocircularity_dense_a_b_d)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
-    (void)strides;
     const REAL *prepared = (const REAL *)args[0];
+    (void)strides;
     char *a2 = args[2];
-    char *a4 = args[4];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x2[2];
-        REAL x4[1];
-        NAME(load_2)(x2, a2 + i * 2 * w, w);
-        NAME(cocircularity_apply_a_b_d)(prepared, x2, x4);
-        NAME(store_scalar)(a4 + i * w, x4);
+    _Alignas(64) REAL r4[1 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x2[2];
+            REAL x4[1];
+            NAME(load_2)(x2, a2 + (first + i) * 2 * w, w);
+            NAME(cocircularity_apply_a_b_d)(prepared, x2, x4);
+            NAME(store_scalar)((char *)(r4 + i), x4);
+        }
+        NAME(store_span)(args[4], first, r4, 1);
     }
 }
 
@@ -9202,17 +10440,20 @@ WIDE static void NAME(cocircularity_block_a_c_d)(intptr_t n, char **args, const 
 WIDE static void NAME(cocircularity_dense_a_c_d)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
-    (void)strides;
     const REAL *prepared = (const REAL *)args[0];
+    (void)strides;
     char *a1 = args[1];
-    char *a4 = args[4];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x1[2];
-        REAL x4[1];
-        NAME(load_2)(x1, a1 + i * 2 * w, w);
-        NAME(cocircularity_apply_a_c_d)(prepared, x1, x4);
-        NAME(store_scalar)(a4 + i * w, x4);
+    _Alignas(64) REAL r4[1 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x1[2];
+            REAL x4[1];
+            NAME(load_2)(x1, a1 + (first + i) * 2 * w, w);
+            NAME(cocircularity_apply_a_c_d)(prepared, x1, x4);
+            NAME(store_scalar)((char *)(r4 + i), x4);
+        }
+        NAME(store_span)(args[4], first, r4, 1);
     }
 }
 
@@ -9248,17 +10489,20 @@ WIDE static void NAME(cocircularity_block_b_c_d)(intptr_t n, char **args, const 
 WIDE static void NAME(cocircularity_dense_b_c_d)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
-    (void)strides;
     const REAL *prepared = (const REAL *)args[1];
+    (void)strides;
     char *a0 = args[0];
-    char *a4 = args[4];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[2];
-        REAL x4[1];
-        NAME(load_2)(x0, a0 + i * 2 * w, w);
-        NAME(cocircularity_apply_b_c_d)(prepared, x0, x4);
-        NAME(store_scalar)(a4 + i * w, x4);
+    _Alignas(64) REAL r4[1 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[2];
+            REAL x4[1];
+            NAME(load_2)(x0, a0 + (first + i) * 2 * w, w);
+            NAME(cocircularity_apply_b_c_d)(prepared, x0, x4);
+            NAME(store_scalar)((char *)(r4 + i), x4);
+        }
+        NAME(store_span)(args[4], first, r4, 1);
     }
 }
 
@@ -9307,20 +10551,23 @@ WIDE static void NAME(cocircularity_dense)(intptr_t n, char **args, const intptr
     char *a1 = args[1];
     char *a2 = args[2];
     char *a3 = args[3];
-    char *a4 = args[4];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[2];
-        REAL x1[2];
-        REAL x2[2];
-        REAL x3[2];
-        REAL x4[1];
-        NAME(load_2)(x0, a0 + i * 2 * w, w);
-        NAME(load_2)(x1, a1 + i * 2 * w, w);
-        NAME(load_2)(x2, a2 + i * 2 * w, w);
-        NAME(load_2)(x3, a3 + i * 2 * w, w);
-        NAME(cocircularity)(x0, x1, x2, x3, x4);
-        NAME(store_scalar)(a4 + i * w, x4);
+    _Alignas(64) REAL r4[1 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[2];
+            REAL x1[2];
+            REAL x2[2];
+            REAL x3[2];
+            REAL x4[1];
+            NAME(load_2)(x0, a0 + (first + i) * 2 * w, w);
+            NAME(load_2)(x1, a1 + (first + i) * 2 * w, w);
+            NAME(load_2)(x2, a2 + (first + i) * 2 * w, w);
+            NAME(load_2)(x3, a3 + (first + i) * 2 * w, w);
+            NAME(cocircularity)(x0, x1, x2, x3, x4);
+            NAME(store_scalar)((char *)(r4 + i), x4);
+        }
+        NAME(store_span)(args[4], first, r4, 1);
     }
 }
 
@@ -9333,7 +10580,7 @@ void NAME(cocircularity_loop)(char **args, const intptr_t *dimensions, const int
         NAME(cocircularity_dense_a_b_d)}, {13, 3, NAME(cocircularity_start_a_c_d), NAME(cocircularity_block_a_c_d),
         NAME(cocircularity_dense_a_c_d)}, {14, 3, NAME(cocircularity_start_b_c_d), NAME(cocircularity_block_b_c_d),
         NAME(cocircularity_dense_b_c_d)}};
-    static const struct kernel kernel = {NAME(cocircularity_block), NAME(cocircularity_dense), 4, 5, 4, parts,
+    static const struct kernel kernel = {NAME(cocircularity_block), NAME(cocircularity_dense), 4, 5, 4, 0, parts,
         forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -9422,17 +10669,20 @@ WIDE static void NAME(project_point_on_line_block_line)(intptr_t n, char **args,
 WIDE static void NAME(project_point_on_line_dense_line)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
-    (void)strides;
     const REAL *prepared = (const REAL *)args[1];
+    (void)strides;
     char *a0 = args[0];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[2];
-        REAL x2[2];
-        NAME(load_2)(x0, a0 + i * 2 * w, w);
-        NAME(project_point_on_line_apply_line)(prepared, x0, x2);
-        NAME(store_2)(a2 + i * 2 * w, w, x2);
+    _Alignas(64) REAL r2[2 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[2];
+            REAL x2[2];
+            NAME(load_2)(x0, a0 + (first + i) * 2 * w, w);
+            NAME(project_point_on_line_apply_line)(prepared, x0, x2);
+            NAME(store_2)((char *)(r2 + i), SPAN * w, x2);
+        }
+        NAME(store_span)(args[2], first, r2, 2);
     }
 }
 
@@ -9469,16 +10719,19 @@ WIDE static void NAME(project_point_on_line_dense)(intptr_t n, char **args, cons
     (void)strides;
     char *a0 = args[0];
     char *a1 = args[1];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[2];
-        REAL x1[3];
-        REAL x2[2];
-        NAME(load_2)(x0, a0 + i * 2 * w, w);
-        NAME(load_3)(x1, a1 + i * 3 * w, w);
-        NAME(project_point_on_line)(x0, x1, x2);
-        NAME(store_2)(a2 + i * 2 * w, w, x2);
+    _Alignas(64) REAL r2[2 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[2];
+            REAL x1[3];
+            REAL x2[2];
+            NAME(load_2)(x0, a0 + (first + i) * 2 * w, w);
+            NAME(load_3)(x1, a1 + (first + i) * 3 * w, w);
+            NAME(project_point_on_line)(x0, x1, x2);
+            NAME(store_2)((char *)(r2 + i), SPAN * w, x2);
+        }
+        NAME(store_span)(args[2], first, r2, 2);
     }
 }
 
@@ -9488,7 +10741,7 @@ void NAME(project_point_on_line_loop)(char **args, const intptr_t *dimensions, c
     static const struct form forms[] = {{2, 2, NAME(project_point_on_line_start_line),
         NAME(project_point_on_line_block_line), NAME(project_point_on_line_dense_line)}};
     static const struct kernel kernel = {NAME(project_point_on_line_block), NAME(project_point_on_line_dense), 2, 3,
-        1, parts, forms};
+        1, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -9596,17 +10849,20 @@ WIDE static void NAME(project_point_on_circle_block_circle)(intptr_t n, char **a
 WIDE static void NAME(project_point_on_circle_dense_circle)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
-    (void)strides;
     const REAL *prepared = (const REAL *)args[1];
+    (void)strides;
     char *a0 = args[0];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[2];
-        REAL x2[2];
-        NAME(load_2)(x0, a0 + i * 2 * w, w);
-        NAME(project_point_on_circle_apply_circle)(prepared, x0, x2);
-        NAME(store_2)(a2 + i * 2 * w, w, x2);
+    _Alignas(64) REAL r2[2 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[2];
+            REAL x2[2];
+            NAME(load_2)(x0, a0 + (first + i) * 2 * w, w);
+            NAME(project_point_on_circle_apply_circle)(prepared, x0, x2);
+            NAME(store_2)((char *)(r2 + i), SPAN * w, x2);
+        }
+        NAME(store_span)(args[2], first, r2, 2);
     }
 }
 
@@ -9643,16 +10899,19 @@ WIDE static void NAME(project_point_on_circle_dense)(intptr_t n, char **args, co
     (void)strides;
     char *a0 = args[0];
     char *a1 = args[1];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[2];
-        REAL x1[4];
-        REAL x2[2];
-        NAME(load_2)(x0, a0 + i * 2 * w, w);
-        NAME(load_4)(x1, a1 + i * 4 * w, w);
-        NAME(project_point_on_circle)(x0, x1, x2);
-        NAME(store_2)(a2 + i * 2 * w, w, x2);
+    _Alignas(64) REAL r2[2 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[2];
+            REAL x1[4];
+            REAL x2[2];
+            NAME(load_2)(x0, a0 + (first + i) * 2 * w, w);
+            NAME(load_4)(x1, a1 + (first + i) * 4 * w, w);
+            NAME(project_point_on_circle)(x0, x1, x2);
+            NAME(store_2)((char *)(r2 + i), SPAN * w, x2);
+        }
+        NAME(store_span)(args[2], first, r2, 2);
     }
 }
 
@@ -9662,7 +10921,7 @@ void NAME(project_point_on_circle_loop)(char **args, const intptr_t *dimensions,
     static const struct form forms[] = {{2, 2, NAME(project_point_on_circle_start_circle),
         NAME(project_point_on_circle_block_circle), NAME(project_point_on_circle_dense_circle)}};
     static const struct kernel kernel = {NAME(project_point_on_circle_block), NAME(project_point_on_circle_dense),
-        2, 3, 1, parts, forms};
+        2, 3, 1, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -9748,17 +11007,20 @@ WIDE static void NAME(reject_point_from_line_block_line)(intptr_t n, char **args
 WIDE static void NAME(reject_point_from_line_dense_line)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
-    (void)strides;
     const REAL *prepared = (const REAL *)args[1];
+    (void)strides;
     char *a0 = args[0];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[2];
-        REAL x2[2];
-        NAME(load_2)(x0, a0 + i * 2 * w, w);
-        NAME(reject_point_from_line_apply_line)(prepared, x0, x2);
-        NAME(store_2)(a2 + i * 2 * w, w, x2);
+    _Alignas(64) REAL r2[2 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[2];
+            REAL x2[2];
+            NAME(load_2)(x0, a0 + (first + i) * 2 * w, w);
+            NAME(reject_point_from_line_apply_line)(prepared, x0, x2);
+            NAME(store_2)((char *)(r2 + i), SPAN * w, x2);
+        }
+        NAME(store_span)(args[2], first, r2, 2);
     }
 }
 
@@ -9795,16 +11057,19 @@ WIDE static void NAME(reject_point_from_line_dense)(intptr_t n, char **args, con
     (void)strides;
     char *a0 = args[0];
     char *a1 = args[1];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[2];
-        REAL x1[3];
-        REAL x2[2];
-        NAME(load_2)(x0, a0 + i * 2 * w, w);
-        NAME(load_3)(x1, a1 + i * 3 * w, w);
-        NAME(reject_point_from_line)(x0, x1, x2);
-        NAME(store_2)(a2 + i * 2 * w, w, x2);
+    _Alignas(64) REAL r2[2 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[2];
+            REAL x1[3];
+            REAL x2[2];
+            NAME(load_2)(x0, a0 + (first + i) * 2 * w, w);
+            NAME(load_3)(x1, a1 + (first + i) * 3 * w, w);
+            NAME(reject_point_from_line)(x0, x1, x2);
+            NAME(store_2)((char *)(r2 + i), SPAN * w, x2);
+        }
+        NAME(store_span)(args[2], first, r2, 2);
     }
 }
 
@@ -9814,7 +11079,7 @@ void NAME(reject_point_from_line_loop)(char **args, const intptr_t *dimensions, 
     static const struct form forms[] = {{2, 2, NAME(reject_point_from_line_start_line),
         NAME(reject_point_from_line_block_line), NAME(reject_point_from_line_dense_line)}};
     static const struct kernel kernel = {NAME(reject_point_from_line_block), NAME(reject_point_from_line_dense), 2,
-        3, 1, parts, forms};
+        3, 1, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -9920,17 +11185,20 @@ WIDE static void NAME(reject_point_from_circle_block_circle)(intptr_t n, char **
 WIDE static void NAME(reject_point_from_circle_dense_circle)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
-    (void)strides;
     const REAL *prepared = (const REAL *)args[1];
+    (void)strides;
     char *a0 = args[0];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[2];
-        REAL x2[2];
-        NAME(load_2)(x0, a0 + i * 2 * w, w);
-        NAME(reject_point_from_circle_apply_circle)(prepared, x0, x2);
-        NAME(store_2)(a2 + i * 2 * w, w, x2);
+    _Alignas(64) REAL r2[2 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[2];
+            REAL x2[2];
+            NAME(load_2)(x0, a0 + (first + i) * 2 * w, w);
+            NAME(reject_point_from_circle_apply_circle)(prepared, x0, x2);
+            NAME(store_2)((char *)(r2 + i), SPAN * w, x2);
+        }
+        NAME(store_span)(args[2], first, r2, 2);
     }
 }
 
@@ -9967,16 +11235,19 @@ WIDE static void NAME(reject_point_from_circle_dense)(intptr_t n, char **args, c
     (void)strides;
     char *a0 = args[0];
     char *a1 = args[1];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[2];
-        REAL x1[4];
-        REAL x2[2];
-        NAME(load_2)(x0, a0 + i * 2 * w, w);
-        NAME(load_4)(x1, a1 + i * 4 * w, w);
-        NAME(reject_point_from_circle)(x0, x1, x2);
-        NAME(store_2)(a2 + i * 2 * w, w, x2);
+    _Alignas(64) REAL r2[2 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[2];
+            REAL x1[4];
+            REAL x2[2];
+            NAME(load_2)(x0, a0 + (first + i) * 2 * w, w);
+            NAME(load_4)(x1, a1 + (first + i) * 4 * w, w);
+            NAME(reject_point_from_circle)(x0, x1, x2);
+            NAME(store_2)((char *)(r2 + i), SPAN * w, x2);
+        }
+        NAME(store_span)(args[2], first, r2, 2);
     }
 }
 
@@ -9986,7 +11257,7 @@ void NAME(reject_point_from_circle_loop)(char **args, const intptr_t *dimensions
     static const struct form forms[] = {{2, 2, NAME(reject_point_from_circle_start_circle),
         NAME(reject_point_from_circle_block_circle), NAME(reject_point_from_circle_dense_circle)}};
     static const struct kernel kernel = {NAME(reject_point_from_circle_block), NAME(reject_point_from_circle_dense),
-        2, 3, 1, parts, forms};
+        2, 3, 1, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -10197,20 +11468,24 @@ WIDE static void NAME(closest_points_line_circle_block_circle)(intptr_t n, char 
 WIDE static void NAME(closest_points_line_circle_dense_circle)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
-    (void)strides;
     const REAL *prepared = (const REAL *)args[1];
+    (void)strides;
     char *a0 = args[0];
-    char *a2 = args[2];
-    char *a3 = args[3];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[3];
-        REAL x2[2];
-        REAL x3[2];
-        NAME(load_3)(x0, a0 + i * 3 * w, w);
-        NAME(closest_points_line_circle_apply_circle)(prepared, x0, x2, x3);
-        NAME(store_2)(a2 + i * 2 * w, w, x2);
-        NAME(store_2)(a3 + i * 2 * w, w, x3);
+    _Alignas(64) REAL r2[2 * SPAN];
+    _Alignas(64) REAL r3[2 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[3];
+            REAL x2[2];
+            REAL x3[2];
+            NAME(load_3)(x0, a0 + (first + i) * 3 * w, w);
+            NAME(closest_points_line_circle_apply_circle)(prepared, x0, x2, x3);
+            NAME(store_2)((char *)(r2 + i), SPAN * w, x2);
+            NAME(store_2)((char *)(r3 + i), SPAN * w, x3);
+        }
+        NAME(store_span)(args[2], first, r2, 2);
+        NAME(store_span)(args[3], first, r3, 2);
     }
 }
 
@@ -10245,20 +11520,24 @@ WIDE static void NAME(closest_points_line_circle_block_line)(intptr_t n, char **
 WIDE static void NAME(closest_points_line_circle_dense_line)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
-    (void)strides;
     const REAL *prepared = (const REAL *)args[0];
+    (void)strides;
     char *a1 = args[1];
-    char *a2 = args[2];
-    char *a3 = args[3];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x1[4];
-        REAL x2[2];
-        REAL x3[2];
-        NAME(load_4)(x1, a1 + i * 4 * w, w);
-        NAME(closest_points_line_circle_apply_line)(prepared, x1, x2, x3);
-        NAME(store_2)(a2 + i * 2 * w, w, x2);
-        NAME(store_2)(a3 + i * 2 * w, w, x3);
+    _Alignas(64) REAL r2[2 * SPAN];
+    _Alignas(64) REAL r3[2 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x1[4];
+            REAL x2[2];
+            REAL x3[2];
+            NAME(load_4)(x1, a1 + (first + i) * 4 * w, w);
+            NAME(closest_points_line_circle_apply_line)(prepared, x1, x2, x3);
+            NAME(store_2)((char *)(r2 + i), SPAN * w, x2);
+            NAME(store_2)((char *)(r3 + i), SPAN * w, x3);
+        }
+        NAME(store_span)(args[2], first, r2, 2);
+        NAME(store_span)(args[3], first, r3, 2);
     }
 }
 
@@ -10298,19 +11577,23 @@ WIDE static void NAME(closest_points_line_circle_dense)(intptr_t n, char **args,
     (void)strides;
     char *a0 = args[0];
     char *a1 = args[1];
-    char *a2 = args[2];
-    char *a3 = args[3];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[3];
-        REAL x1[4];
-        REAL x2[2];
-        REAL x3[2];
-        NAME(load_3)(x0, a0 + i * 3 * w, w);
-        NAME(load_4)(x1, a1 + i * 4 * w, w);
-        NAME(closest_points_line_circle)(x0, x1, x2, x3);
-        NAME(store_2)(a2 + i * 2 * w, w, x2);
-        NAME(store_2)(a3 + i * 2 * w, w, x3);
+    _Alignas(64) REAL r2[2 * SPAN];
+    _Alignas(64) REAL r3[2 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[3];
+            REAL x1[4];
+            REAL x2[2];
+            REAL x3[2];
+            NAME(load_3)(x0, a0 + (first + i) * 3 * w, w);
+            NAME(load_4)(x1, a1 + (first + i) * 4 * w, w);
+            NAME(closest_points_line_circle)(x0, x1, x2, x3);
+            NAME(store_2)((char *)(r2 + i), SPAN * w, x2);
+            NAME(store_2)((char *)(r3 + i), SPAN * w, x3);
+        }
+        NAME(store_span)(args[2], first, r2, 2);
+        NAME(store_span)(args[3], first, r3, 2);
     }
 }
 
@@ -10322,7 +11605,7 @@ void NAME(closest_points_line_circle_loop)(char **args, const intptr_t *dimensio
         NAME(closest_points_line_circle_start_line), NAME(closest_points_line_circle_block_line),
         NAME(closest_points_line_circle_dense_line)}};
     static const struct kernel kernel = {NAME(closest_points_line_circle_block),
-        NAME(closest_points_line_circle_dense), 2, 4, 2, parts, forms};
+        NAME(closest_points_line_circle_dense), 2, 4, 2, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -10557,20 +11840,24 @@ WIDE static void NAME(closest_points_circles_block_a)(intptr_t n, char **args, c
 WIDE static void NAME(closest_points_circles_dense_a)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
-    (void)strides;
     const REAL *prepared = (const REAL *)args[0];
+    (void)strides;
     char *a1 = args[1];
-    char *a2 = args[2];
-    char *a3 = args[3];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x1[4];
-        REAL x2[2];
-        REAL x3[2];
-        NAME(load_4)(x1, a1 + i * 4 * w, w);
-        NAME(closest_points_circles_apply_a)(prepared, x1, x2, x3);
-        NAME(store_2)(a2 + i * 2 * w, w, x2);
-        NAME(store_2)(a3 + i * 2 * w, w, x3);
+    _Alignas(64) REAL r2[2 * SPAN];
+    _Alignas(64) REAL r3[2 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x1[4];
+            REAL x2[2];
+            REAL x3[2];
+            NAME(load_4)(x1, a1 + (first + i) * 4 * w, w);
+            NAME(closest_points_circles_apply_a)(prepared, x1, x2, x3);
+            NAME(store_2)((char *)(r2 + i), SPAN * w, x2);
+            NAME(store_2)((char *)(r3 + i), SPAN * w, x3);
+        }
+        NAME(store_span)(args[2], first, r2, 2);
+        NAME(store_span)(args[3], first, r3, 2);
     }
 }
 
@@ -10605,20 +11892,24 @@ WIDE static void NAME(closest_points_circles_block_b)(intptr_t n, char **args, c
 WIDE static void NAME(closest_points_circles_dense_b)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
-    (void)strides;
     const REAL *prepared = (const REAL *)args[1];
+    (void)strides;
     char *a0 = args[0];
-    char *a2 = args[2];
-    char *a3 = args[3];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[4];
-        REAL x2[2];
-        REAL x3[2];
-        NAME(load_4)(x0, a0 + i * 4 * w, w);
-        NAME(closest_points_circles_apply_b)(prepared, x0, x2, x3);
-        NAME(store_2)(a2 + i * 2 * w, w, x2);
-        NAME(store_2)(a3 + i * 2 * w, w, x3);
+    _Alignas(64) REAL r2[2 * SPAN];
+    _Alignas(64) REAL r3[2 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[4];
+            REAL x2[2];
+            REAL x3[2];
+            NAME(load_4)(x0, a0 + (first + i) * 4 * w, w);
+            NAME(closest_points_circles_apply_b)(prepared, x0, x2, x3);
+            NAME(store_2)((char *)(r2 + i), SPAN * w, x2);
+            NAME(store_2)((char *)(r3 + i), SPAN * w, x3);
+        }
+        NAME(store_span)(args[2], first, r2, 2);
+        NAME(store_span)(args[3], first, r3, 2);
     }
 }
 
@@ -10658,19 +11949,23 @@ WIDE static void NAME(closest_points_circles_dense)(intptr_t n, char **args, con
     (void)strides;
     char *a0 = args[0];
     char *a1 = args[1];
-    char *a2 = args[2];
-    char *a3 = args[3];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[4];
-        REAL x1[4];
-        REAL x2[2];
-        REAL x3[2];
-        NAME(load_4)(x0, a0 + i * 4 * w, w);
-        NAME(load_4)(x1, a1 + i * 4 * w, w);
-        NAME(closest_points_circles)(x0, x1, x2, x3);
-        NAME(store_2)(a2 + i * 2 * w, w, x2);
-        NAME(store_2)(a3 + i * 2 * w, w, x3);
+    _Alignas(64) REAL r2[2 * SPAN];
+    _Alignas(64) REAL r3[2 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[4];
+            REAL x1[4];
+            REAL x2[2];
+            REAL x3[2];
+            NAME(load_4)(x0, a0 + (first + i) * 4 * w, w);
+            NAME(load_4)(x1, a1 + (first + i) * 4 * w, w);
+            NAME(closest_points_circles)(x0, x1, x2, x3);
+            NAME(store_2)((char *)(r2 + i), SPAN * w, x2);
+            NAME(store_2)((char *)(r3 + i), SPAN * w, x3);
+        }
+        NAME(store_span)(args[2], first, r2, 2);
+        NAME(store_span)(args[3], first, r3, 2);
     }
 }
 
@@ -10682,7 +11977,7 @@ void NAME(closest_points_circles_loop)(char **args, const intptr_t *dimensions, 
         NAME(closest_points_circles_start_b), NAME(closest_points_circles_block_b),
         NAME(closest_points_circles_dense_b)}};
     static const struct kernel kernel = {NAME(closest_points_circles_block), NAME(closest_points_circles_dense), 2,
-        4, 2, parts, forms};
+        4, 2, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -10777,17 +12072,20 @@ WIDE static void NAME(reflect_point_block_line)(intptr_t n, char **args, const i
 WIDE static void NAME(reflect_point_dense_line)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
-    (void)strides;
     const REAL *prepared = (const REAL *)args[1];
+    (void)strides;
     char *a0 = args[0];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[2];
-        REAL x2[2];
-        NAME(load_2)(x0, a0 + i * 2 * w, w);
-        NAME(reflect_point_apply_line)(prepared, x0, x2);
-        NAME(store_2)(a2 + i * 2 * w, w, x2);
+    _Alignas(64) REAL r2[2 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[2];
+            REAL x2[2];
+            NAME(load_2)(x0, a0 + (first + i) * 2 * w, w);
+            NAME(reflect_point_apply_line)(prepared, x0, x2);
+            NAME(store_2)((char *)(r2 + i), SPAN * w, x2);
+        }
+        NAME(store_span)(args[2], first, r2, 2);
     }
 }
 
@@ -10824,16 +12122,19 @@ WIDE static void NAME(reflect_point_dense)(intptr_t n, char **args, const intptr
     (void)strides;
     char *a0 = args[0];
     char *a1 = args[1];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[2];
-        REAL x1[3];
-        REAL x2[2];
-        NAME(load_2)(x0, a0 + i * 2 * w, w);
-        NAME(load_3)(x1, a1 + i * 3 * w, w);
-        NAME(reflect_point)(x0, x1, x2);
-        NAME(store_2)(a2 + i * 2 * w, w, x2);
+    _Alignas(64) REAL r2[2 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[2];
+            REAL x1[3];
+            REAL x2[2];
+            NAME(load_2)(x0, a0 + (first + i) * 2 * w, w);
+            NAME(load_3)(x1, a1 + (first + i) * 3 * w, w);
+            NAME(reflect_point)(x0, x1, x2);
+            NAME(store_2)((char *)(r2 + i), SPAN * w, x2);
+        }
+        NAME(store_span)(args[2], first, r2, 2);
     }
 }
 
@@ -10842,7 +12143,7 @@ void NAME(reflect_point_loop)(char **args, const intptr_t *dimensions, const int
     static const struct part parts[] = {{2, 1, 0, {2}}, {3, 1, 1, {3}}, {2, 1, 2, {2}}};
     static const struct form forms[] = {{2, 2, NAME(reflect_point_start_line), NAME(reflect_point_block_line),
         NAME(reflect_point_dense_line)}};
-    static const struct kernel kernel = {NAME(reflect_point_block), NAME(reflect_point_dense), 2, 3, 1, parts,
+    static const struct kernel kernel = {NAME(reflect_point_block), NAME(reflect_point_dense), 2, 3, 1, 0, parts,
         forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -10942,17 +12243,20 @@ WIDE static void NAME(reflect_line_block_line)(intptr_t n, char **args, const in
 WIDE static void NAME(reflect_line_dense_line)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
-    (void)strides;
     const REAL *prepared = (const REAL *)args[1];
+    (void)strides;
     char *a0 = args[0];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[3];
-        REAL x2[3];
-        NAME(load_3)(x0, a0 + i * 3 * w, w);
-        NAME(reflect_line_apply_line)(prepared, x0, x2);
-        NAME(store_3)(a2 + i * 3 * w, w, x2);
+    _Alignas(64) REAL r2[3 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[3];
+            REAL x2[3];
+            NAME(load_3)(x0, a0 + (first + i) * 3 * w, w);
+            NAME(reflect_line_apply_line)(prepared, x0, x2);
+            NAME(store_3)((char *)(r2 + i), SPAN * w, x2);
+        }
+        NAME(store_span)(args[2], first, r2, 3);
     }
 }
 
@@ -10989,16 +12293,19 @@ WIDE static void NAME(reflect_line_dense)(intptr_t n, char **args, const intptr_
     (void)strides;
     char *a0 = args[0];
     char *a1 = args[1];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[3];
-        REAL x1[3];
-        REAL x2[3];
-        NAME(load_3)(x0, a0 + i * 3 * w, w);
-        NAME(load_3)(x1, a1 + i * 3 * w, w);
-        NAME(reflect_line)(x0, x1, x2);
-        NAME(store_3)(a2 + i * 3 * w, w, x2);
+    _Alignas(64) REAL r2[3 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[3];
+            REAL x1[3];
+            REAL x2[3];
+            NAME(load_3)(x0, a0 + (first + i) * 3 * w, w);
+            NAME(load_3)(x1, a1 + (first + i) * 3 * w, w);
+            NAME(reflect_line)(x0, x1, x2);
+            NAME(store_3)((char *)(r2 + i), SPAN * w, x2);
+        }
+        NAME(store_span)(args[2], first, r2, 3);
     }
 }
 
@@ -11007,7 +12314,8 @@ void NAME(reflect_line_loop)(char **args, const intptr_t *dimensions, const intp
     static const struct part parts[] = {{3, 1, 0, {3}}, {3, 1, 1, {3}}, {3, 1, 2, {3}}};
     static const struct form forms[] = {{2, 2, NAME(reflect_line_start_line), NAME(reflect_line_block_line),
         NAME(reflect_line_dense_line)}};
-    static const struct kernel kernel = {NAME(reflect_line_block), NAME(reflect_line_dense), 2, 3, 1, parts, forms};
+    static const struct kernel kernel = {NAME(reflect_line_block), NAME(reflect_line_dense), 2, 3, 1, 0, parts,
+        forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -11050,16 +12358,19 @@ WIDE static void NAME(reflect_point_in_point_dense)(intptr_t n, char **args, con
     (void)strides;
     char *a0 = args[0];
     char *a1 = args[1];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[2];
-        REAL x1[2];
-        REAL x2[2];
-        NAME(load_2)(x0, a0 + i * 2 * w, w);
-        NAME(load_2)(x1, a1 + i * 2 * w, w);
-        NAME(reflect_point_in_point)(x0, x1, x2);
-        NAME(store_2)(a2 + i * 2 * w, w, x2);
+    _Alignas(64) REAL r2[2 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[2];
+            REAL x1[2];
+            REAL x2[2];
+            NAME(load_2)(x0, a0 + (first + i) * 2 * w, w);
+            NAME(load_2)(x1, a1 + (first + i) * 2 * w, w);
+            NAME(reflect_point_in_point)(x0, x1, x2);
+            NAME(store_2)((char *)(r2 + i), SPAN * w, x2);
+        }
+        NAME(store_span)(args[2], first, r2, 2);
     }
 }
 
@@ -11067,7 +12378,7 @@ void NAME(reflect_point_in_point_loop)(char **args, const intptr_t *dimensions, 
 {
     static const struct part parts[] = {{2, 1, 0, {2}}, {2, 1, 1, {2}}, {2, 1, 2, {2}}};
     static const struct kernel kernel = {NAME(reflect_point_in_point_block), NAME(reflect_point_in_point_dense), 2,
-        3, 0, parts, NULL};
+        3, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -11120,23 +12431,26 @@ WIDE static void NAME(meet_lines_dense)(intptr_t n, char **args, const intptr_t 
     (void)strides;
     char *a0 = args[0];
     char *a1 = args[1];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[3];
-        REAL x1[3];
-        REAL x2[2];
-        NAME(load_3)(x0, a0 + i * 3 * w, w);
-        NAME(load_3)(x1, a1 + i * 3 * w, w);
-        NAME(meet_lines)(x0, x1, x2);
-        NAME(store_2)(a2 + i * 2 * w, w, x2);
+    _Alignas(64) REAL r2[2 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[3];
+            REAL x1[3];
+            REAL x2[2];
+            NAME(load_3)(x0, a0 + (first + i) * 3 * w, w);
+            NAME(load_3)(x1, a1 + (first + i) * 3 * w, w);
+            NAME(meet_lines)(x0, x1, x2);
+            NAME(store_2)((char *)(r2 + i), SPAN * w, x2);
+        }
+        NAME(store_span)(args[2], first, r2, 2);
     }
 }
 
 void NAME(meet_lines_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {3, 1, 1, {3}}, {2, 1, 2, {2}}};
-    static const struct kernel kernel = {NAME(meet_lines_block), NAME(meet_lines_dense), 2, 3, 0, parts, NULL};
+    static const struct kernel kernel = {NAME(meet_lines_block), NAME(meet_lines_dense), 2, 3, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -11191,10 +12505,35 @@ WIDE static void NAME(meet_line_circle_block)(intptr_t n, char **args, const int
     }
 }
 
+WIDE static void NAME(meet_line_circle_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    _Alignas(64) REAL r0[3 * SPAN];
+    _Alignas(64) REAL r1[4 * SPAN];
+    _Alignas(64) REAL r2[6 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        NAME(load_span)(r0, args[0], first, 3);
+        NAME(load_span)(r1, args[1], first, 4);
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[3];
+            REAL x1[4];
+            REAL x2[6];
+            NAME(load_3)(x0, (char *)(r0 + i), SPAN * w);
+            NAME(load_4)(x1, (char *)(r1 + i), SPAN * w);
+            NAME(meet_line_circle)(x0, x1, x2);
+            NAME(store_6)((char *)(r2 + i), SPAN * w, x2);
+        }
+        NAME(store_span)(args[2], first, r2, 6);
+    }
+}
+
 void NAME(meet_line_circle_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {4, 1, 1, {4}}, {6, 1, 2, {6}}};
-    static const struct kernel kernel = {NAME(meet_line_circle_block), NULL, 2, 3, 0, parts, NULL};
+    static const struct kernel kernel = {NAME(meet_line_circle_block), NAME(meet_line_circle_dense), 2, 3, 0, 0,
+        parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -11253,10 +12592,35 @@ WIDE static void NAME(meet_circles_block)(intptr_t n, char **args, const intptr_
     }
 }
 
+WIDE static void NAME(meet_circles_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    _Alignas(64) REAL r0[4 * SPAN];
+    _Alignas(64) REAL r1[4 * SPAN];
+    _Alignas(64) REAL r2[6 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        NAME(load_span)(r0, args[0], first, 4);
+        NAME(load_span)(r1, args[1], first, 4);
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[4];
+            REAL x1[4];
+            REAL x2[6];
+            NAME(load_4)(x0, (char *)(r0 + i), SPAN * w);
+            NAME(load_4)(x1, (char *)(r1 + i), SPAN * w);
+            NAME(meet_circles)(x0, x1, x2);
+            NAME(store_6)((char *)(r2 + i), SPAN * w, x2);
+        }
+        NAME(store_span)(args[2], first, r2, 6);
+    }
+}
+
 void NAME(meet_circles_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {4, 1, 1, {4}}, {6, 1, 2, {6}}};
-    static const struct kernel kernel = {NAME(meet_circles_block), NULL, 2, 3, 0, parts, NULL};
+    static const struct kernel kernel = {NAME(meet_circles_block), NAME(meet_circles_dense), 2, 3, 0, 0, parts,
+        NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -11453,17 +12817,20 @@ WIDE static void NAME(meet_lines_kind_block_a)(intptr_t n, char **args, const in
 WIDE static void NAME(meet_lines_kind_dense_a)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
-    (void)strides;
     const REAL *prepared = (const REAL *)args[0];
+    (void)strides;
     char *a1 = args[1];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x1[3];
-        REAL x2[1];
-        NAME(load_3)(x1, a1 + i * 3 * w, w);
-        NAME(meet_lines_kind_apply_a)(prepared, x1, x2);
-        NAME(store_scalar)(a2 + i * w, x2);
+    _Alignas(64) REAL r2[1 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x1[3];
+            REAL x2[1];
+            NAME(load_3)(x1, a1 + (first + i) * 3 * w, w);
+            NAME(meet_lines_kind_apply_a)(prepared, x1, x2);
+            NAME(store_scalar)((char *)(r2 + i), x2);
+        }
+        NAME(store_span)(args[2], first, r2, 1);
     }
 }
 
@@ -11495,17 +12862,20 @@ WIDE static void NAME(meet_lines_kind_block_b)(intptr_t n, char **args, const in
 WIDE static void NAME(meet_lines_kind_dense_b)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
-    (void)strides;
     const REAL *prepared = (const REAL *)args[1];
+    (void)strides;
     char *a0 = args[0];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[3];
-        REAL x2[1];
-        NAME(load_3)(x0, a0 + i * 3 * w, w);
-        NAME(meet_lines_kind_apply_b)(prepared, x0, x2);
-        NAME(store_scalar)(a2 + i * w, x2);
+    _Alignas(64) REAL r2[1 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[3];
+            REAL x2[1];
+            NAME(load_3)(x0, a0 + (first + i) * 3 * w, w);
+            NAME(meet_lines_kind_apply_b)(prepared, x0, x2);
+            NAME(store_scalar)((char *)(r2 + i), x2);
+        }
+        NAME(store_span)(args[2], first, r2, 1);
     }
 }
 
@@ -11542,16 +12912,19 @@ WIDE static void NAME(meet_lines_kind_dense)(intptr_t n, char **args, const intp
     (void)strides;
     char *a0 = args[0];
     char *a1 = args[1];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[3];
-        REAL x1[3];
-        REAL x2[1];
-        NAME(load_3)(x0, a0 + i * 3 * w, w);
-        NAME(load_3)(x1, a1 + i * 3 * w, w);
-        NAME(meet_lines_kind)(x0, x1, x2);
-        NAME(store_scalar)(a2 + i * w, x2);
+    _Alignas(64) REAL r2[1 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[3];
+            REAL x1[3];
+            REAL x2[1];
+            NAME(load_3)(x0, a0 + (first + i) * 3 * w, w);
+            NAME(load_3)(x1, a1 + (first + i) * 3 * w, w);
+            NAME(meet_lines_kind)(x0, x1, x2);
+            NAME(store_scalar)((char *)(r2 + i), x2);
+        }
+        NAME(store_span)(args[2], first, r2, 1);
     }
 }
 
@@ -11561,8 +12934,8 @@ void NAME(meet_lines_kind_loop)(char **args, const intptr_t *dimensions, const i
     static const struct form forms[] = {{1, 2, NAME(meet_lines_kind_start_a), NAME(meet_lines_kind_block_a),
         NAME(meet_lines_kind_dense_a)}, {2, 2, NAME(meet_lines_kind_start_b), NAME(meet_lines_kind_block_b),
         NAME(meet_lines_kind_dense_b)}};
-    static const struct kernel kernel = {NAME(meet_lines_kind_block), NAME(meet_lines_kind_dense), 2, 3, 2, parts,
-        forms};
+    static const struct kernel kernel = {NAME(meet_lines_kind_block), NAME(meet_lines_kind_dense), 2, 3, 2, 0,
+        parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -11782,17 +13155,20 @@ WIDE static void NAME(meet_line_circle_kind_block_circle)(intptr_t n, char **arg
 WIDE static void NAME(meet_line_circle_kind_dense_circle)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
-    (void)strides;
     const REAL *prepared = (const REAL *)args[1];
+    (void)strides;
     char *a0 = args[0];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[3];
-        REAL x2[1];
-        NAME(load_3)(x0, a0 + i * 3 * w, w);
-        NAME(meet_line_circle_kind_apply_circle)(prepared, x0, x2);
-        NAME(store_scalar)(a2 + i * w, x2);
+    _Alignas(64) REAL r2[1 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[3];
+            REAL x2[1];
+            NAME(load_3)(x0, a0 + (first + i) * 3 * w, w);
+            NAME(meet_line_circle_kind_apply_circle)(prepared, x0, x2);
+            NAME(store_scalar)((char *)(r2 + i), x2);
+        }
+        NAME(store_span)(args[2], first, r2, 1);
     }
 }
 
@@ -11824,17 +13200,20 @@ WIDE static void NAME(meet_line_circle_kind_block_line)(intptr_t n, char **args,
 WIDE static void NAME(meet_line_circle_kind_dense_line)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
-    (void)strides;
     const REAL *prepared = (const REAL *)args[0];
+    (void)strides;
     char *a1 = args[1];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x1[4];
-        REAL x2[1];
-        NAME(load_4)(x1, a1 + i * 4 * w, w);
-        NAME(meet_line_circle_kind_apply_line)(prepared, x1, x2);
-        NAME(store_scalar)(a2 + i * w, x2);
+    _Alignas(64) REAL r2[1 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x1[4];
+            REAL x2[1];
+            NAME(load_4)(x1, a1 + (first + i) * 4 * w, w);
+            NAME(meet_line_circle_kind_apply_line)(prepared, x1, x2);
+            NAME(store_scalar)((char *)(r2 + i), x2);
+        }
+        NAME(store_span)(args[2], first, r2, 1);
     }
 }
 
@@ -11871,16 +13250,19 @@ WIDE static void NAME(meet_line_circle_kind_dense)(intptr_t n, char **args, cons
     (void)strides;
     char *a0 = args[0];
     char *a1 = args[1];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[3];
-        REAL x1[4];
-        REAL x2[1];
-        NAME(load_3)(x0, a0 + i * 3 * w, w);
-        NAME(load_4)(x1, a1 + i * 4 * w, w);
-        NAME(meet_line_circle_kind)(x0, x1, x2);
-        NAME(store_scalar)(a2 + i * w, x2);
+    _Alignas(64) REAL r2[1 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[3];
+            REAL x1[4];
+            REAL x2[1];
+            NAME(load_3)(x0, a0 + (first + i) * 3 * w, w);
+            NAME(load_4)(x1, a1 + (first + i) * 4 * w, w);
+            NAME(meet_line_circle_kind)(x0, x1, x2);
+            NAME(store_scalar)((char *)(r2 + i), x2);
+        }
+        NAME(store_span)(args[2], first, r2, 1);
     }
 }
 
@@ -11892,7 +13274,7 @@ void NAME(meet_line_circle_kind_loop)(char **args, const intptr_t *dimensions, c
         NAME(meet_line_circle_kind_start_line), NAME(meet_line_circle_kind_block_line),
         NAME(meet_line_circle_kind_dense_line)}};
     static const struct kernel kernel = {NAME(meet_line_circle_kind_block), NAME(meet_line_circle_kind_dense), 2, 3,
-        2, parts, forms};
+        2, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -12196,17 +13578,20 @@ WIDE static void NAME(meet_circles_kind_block_a)(intptr_t n, char **args, const 
 WIDE static void NAME(meet_circles_kind_dense_a)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
-    (void)strides;
     const REAL *prepared = (const REAL *)args[0];
+    (void)strides;
     char *a1 = args[1];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x1[4];
-        REAL x2[1];
-        NAME(load_4)(x1, a1 + i * 4 * w, w);
-        NAME(meet_circles_kind_apply_a)(prepared, x1, x2);
-        NAME(store_scalar)(a2 + i * w, x2);
+    _Alignas(64) REAL r2[1 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x1[4];
+            REAL x2[1];
+            NAME(load_4)(x1, a1 + (first + i) * 4 * w, w);
+            NAME(meet_circles_kind_apply_a)(prepared, x1, x2);
+            NAME(store_scalar)((char *)(r2 + i), x2);
+        }
+        NAME(store_span)(args[2], first, r2, 1);
     }
 }
 
@@ -12238,17 +13623,20 @@ WIDE static void NAME(meet_circles_kind_block_b)(intptr_t n, char **args, const 
 WIDE static void NAME(meet_circles_kind_dense_b)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
-    (void)strides;
     const REAL *prepared = (const REAL *)args[1];
+    (void)strides;
     char *a0 = args[0];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[4];
-        REAL x2[1];
-        NAME(load_4)(x0, a0 + i * 4 * w, w);
-        NAME(meet_circles_kind_apply_b)(prepared, x0, x2);
-        NAME(store_scalar)(a2 + i * w, x2);
+    _Alignas(64) REAL r2[1 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[4];
+            REAL x2[1];
+            NAME(load_4)(x0, a0 + (first + i) * 4 * w, w);
+            NAME(meet_circles_kind_apply_b)(prepared, x0, x2);
+            NAME(store_scalar)((char *)(r2 + i), x2);
+        }
+        NAME(store_span)(args[2], first, r2, 1);
     }
 }
 
@@ -12279,13 +13667,36 @@ WIDE static void NAME(meet_circles_kind_block)(intptr_t n, char **args, const in
     }
 }
 
+WIDE static void NAME(meet_circles_kind_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    char *a0 = args[0];
+    char *a1 = args[1];
+    _Alignas(64) REAL r2[1 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[4];
+            REAL x1[4];
+            REAL x2[1];
+            NAME(load_4)(x0, a0 + (first + i) * 4 * w, w);
+            NAME(load_4)(x1, a1 + (first + i) * 4 * w, w);
+            NAME(meet_circles_kind)(x0, x1, x2);
+            NAME(store_scalar)((char *)(r2 + i), x2);
+        }
+        NAME(store_span)(args[2], first, r2, 1);
+    }
+}
+
 void NAME(meet_circles_kind_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {4, 1, 1, {4}}, {1, 0, 2, {0}}};
     static const struct form forms[] = {{1, 2, NAME(meet_circles_kind_start_a), NAME(meet_circles_kind_block_a),
         NAME(meet_circles_kind_dense_a)}, {2, 2, NAME(meet_circles_kind_start_b), NAME(meet_circles_kind_block_b),
         NAME(meet_circles_kind_dense_b)}};
-    static const struct kernel kernel = {NAME(meet_circles_kind_block), NULL, 2, 3, 2, parts, forms};
+    static const struct kernel kernel = {NAME(meet_circles_kind_block), NAME(meet_circles_kind_dense), 2, 3, 2, 0,
+        parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -12598,20 +14009,24 @@ WIDE static void NAME(ray_hits_circle_block_direction_circle)(intptr_t n, char *
 WIDE static void NAME(ray_hits_circle_dense_direction_circle)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
-    (void)strides;
     const REAL *prepared = (const REAL *)args[1];
+    (void)strides;
     char *a0 = args[0];
-    char *a3 = args[3];
-    char *a4 = args[4];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[2];
-        REAL x3[1];
-        REAL x4[2];
-        NAME(load_2)(x0, a0 + i * 2 * w, w);
-        NAME(ray_hits_circle_apply_direction_circle)(prepared, x0, x3, x4);
-        NAME(store_scalar)(a3 + i * w, x3);
-        NAME(store_2)(a4 + i * 2 * w, w, x4);
+    _Alignas(64) REAL r3[1 * SPAN];
+    _Alignas(64) REAL r4[2 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[2];
+            REAL x3[1];
+            REAL x4[2];
+            NAME(load_2)(x0, a0 + (first + i) * 2 * w, w);
+            NAME(ray_hits_circle_apply_direction_circle)(prepared, x0, x3, x4);
+            NAME(store_scalar)((char *)(r3 + i), x3);
+            NAME(store_2)((char *)(r4 + i), SPAN * w, x4);
+        }
+        NAME(store_span)(args[3], first, r3, 1);
+        NAME(store_span)(args[4], first, r4, 2);
     }
 }
 
@@ -12648,20 +14063,24 @@ WIDE static void NAME(ray_hits_circle_block_origin_circle)(intptr_t n, char **ar
 WIDE static void NAME(ray_hits_circle_dense_origin_circle)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
-    (void)strides;
     const REAL *prepared = (const REAL *)args[0];
+    (void)strides;
     char *a1 = args[1];
-    char *a3 = args[3];
-    char *a4 = args[4];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x1[2];
-        REAL x3[1];
-        REAL x4[2];
-        NAME(load_2)(x1, a1 + i * 2 * w, w);
-        NAME(ray_hits_circle_apply_origin_circle)(prepared, x1, x3, x4);
-        NAME(store_scalar)(a3 + i * w, x3);
-        NAME(store_2)(a4 + i * 2 * w, w, x4);
+    _Alignas(64) REAL r3[1 * SPAN];
+    _Alignas(64) REAL r4[2 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x1[2];
+            REAL x3[1];
+            REAL x4[2];
+            NAME(load_2)(x1, a1 + (first + i) * 2 * w, w);
+            NAME(ray_hits_circle_apply_origin_circle)(prepared, x1, x3, x4);
+            NAME(store_scalar)((char *)(r3 + i), x3);
+            NAME(store_2)((char *)(r4 + i), SPAN * w, x4);
+        }
+        NAME(store_span)(args[3], first, r3, 1);
+        NAME(store_span)(args[4], first, r4, 2);
     }
 }
 
@@ -12701,23 +14120,27 @@ WIDE static void NAME(ray_hits_circle_block_circle)(intptr_t n, char **args, con
 WIDE static void NAME(ray_hits_circle_dense_circle)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
-    (void)strides;
     const REAL *prepared = (const REAL *)args[2];
+    (void)strides;
     char *a0 = args[0];
     char *a1 = args[1];
-    char *a3 = args[3];
-    char *a4 = args[4];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[2];
-        REAL x1[2];
-        REAL x3[1];
-        REAL x4[2];
-        NAME(load_2)(x0, a0 + i * 2 * w, w);
-        NAME(load_2)(x1, a1 + i * 2 * w, w);
-        NAME(ray_hits_circle_apply_circle)(prepared, x0, x1, x3, x4);
-        NAME(store_scalar)(a3 + i * w, x3);
-        NAME(store_2)(a4 + i * 2 * w, w, x4);
+    _Alignas(64) REAL r3[1 * SPAN];
+    _Alignas(64) REAL r4[2 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[2];
+            REAL x1[2];
+            REAL x3[1];
+            REAL x4[2];
+            NAME(load_2)(x0, a0 + (first + i) * 2 * w, w);
+            NAME(load_2)(x1, a1 + (first + i) * 2 * w, w);
+            NAME(ray_hits_circle_apply_circle)(prepared, x0, x1, x3, x4);
+            NAME(store_scalar)((char *)(r3 + i), x3);
+            NAME(store_2)((char *)(r4 + i), SPAN * w, x4);
+        }
+        NAME(store_span)(args[3], first, r3, 1);
+        NAME(store_span)(args[4], first, r4, 2);
     }
 }
 
@@ -12761,21 +14184,25 @@ WIDE static void NAME(ray_hits_circle_dense)(intptr_t n, char **args, const intp
     char *a0 = args[0];
     char *a1 = args[1];
     char *a2 = args[2];
-    char *a3 = args[3];
-    char *a4 = args[4];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[2];
-        REAL x1[2];
-        REAL x2[4];
-        REAL x3[1];
-        REAL x4[2];
-        NAME(load_2)(x0, a0 + i * 2 * w, w);
-        NAME(load_2)(x1, a1 + i * 2 * w, w);
-        NAME(load_4)(x2, a2 + i * 4 * w, w);
-        NAME(ray_hits_circle)(x0, x1, x2, x3, x4);
-        NAME(store_scalar)(a3 + i * w, x3);
-        NAME(store_2)(a4 + i * 2 * w, w, x4);
+    _Alignas(64) REAL r3[1 * SPAN];
+    _Alignas(64) REAL r4[2 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[2];
+            REAL x1[2];
+            REAL x2[4];
+            REAL x3[1];
+            REAL x4[2];
+            NAME(load_2)(x0, a0 + (first + i) * 2 * w, w);
+            NAME(load_2)(x1, a1 + (first + i) * 2 * w, w);
+            NAME(load_4)(x2, a2 + (first + i) * 4 * w, w);
+            NAME(ray_hits_circle)(x0, x1, x2, x3, x4);
+            NAME(store_scalar)((char *)(r3 + i), x3);
+            NAME(store_2)((char *)(r4 + i), SPAN * w, x4);
+        }
+        NAME(store_span)(args[3], first, r3, 1);
+        NAME(store_span)(args[4], first, r4, 2);
     }
 }
 
@@ -12788,8 +14215,8 @@ void NAME(ray_hits_circle_loop)(char **args, const intptr_t *dimensions, const i
         NAME(ray_hits_circle_start_origin_circle), NAME(ray_hits_circle_block_origin_circle),
         NAME(ray_hits_circle_dense_origin_circle)}, {4, 2, NAME(ray_hits_circle_start_circle),
         NAME(ray_hits_circle_block_circle), NAME(ray_hits_circle_dense_circle)}};
-    static const struct kernel kernel = {NAME(ray_hits_circle_block), NAME(ray_hits_circle_dense), 3, 5, 3, parts,
-        forms};
+    static const struct kernel kernel = {NAME(ray_hits_circle_block), NAME(ray_hits_circle_dense), 3, 5, 3, 0,
+        parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -13043,20 +14470,24 @@ WIDE static void NAME(ray_hits_line_block_direction_line)(intptr_t n, char **arg
 WIDE static void NAME(ray_hits_line_dense_direction_line)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
-    (void)strides;
     const REAL *prepared = (const REAL *)args[1];
+    (void)strides;
     char *a0 = args[0];
-    char *a3 = args[3];
-    char *a4 = args[4];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[2];
-        REAL x3[1];
-        REAL x4[2];
-        NAME(load_2)(x0, a0 + i * 2 * w, w);
-        NAME(ray_hits_line_apply_direction_line)(prepared, x0, x3, x4);
-        NAME(store_scalar)(a3 + i * w, x3);
-        NAME(store_2)(a4 + i * 2 * w, w, x4);
+    _Alignas(64) REAL r3[1 * SPAN];
+    _Alignas(64) REAL r4[2 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[2];
+            REAL x3[1];
+            REAL x4[2];
+            NAME(load_2)(x0, a0 + (first + i) * 2 * w, w);
+            NAME(ray_hits_line_apply_direction_line)(prepared, x0, x3, x4);
+            NAME(store_scalar)((char *)(r3 + i), x3);
+            NAME(store_2)((char *)(r4 + i), SPAN * w, x4);
+        }
+        NAME(store_span)(args[3], first, r3, 1);
+        NAME(store_span)(args[4], first, r4, 2);
     }
 }
 
@@ -13093,20 +14524,24 @@ WIDE static void NAME(ray_hits_line_block_origin_line)(intptr_t n, char **args, 
 WIDE static void NAME(ray_hits_line_dense_origin_line)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
-    (void)strides;
     const REAL *prepared = (const REAL *)args[0];
+    (void)strides;
     char *a1 = args[1];
-    char *a3 = args[3];
-    char *a4 = args[4];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x1[2];
-        REAL x3[1];
-        REAL x4[2];
-        NAME(load_2)(x1, a1 + i * 2 * w, w);
-        NAME(ray_hits_line_apply_origin_line)(prepared, x1, x3, x4);
-        NAME(store_scalar)(a3 + i * w, x3);
-        NAME(store_2)(a4 + i * 2 * w, w, x4);
+    _Alignas(64) REAL r3[1 * SPAN];
+    _Alignas(64) REAL r4[2 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x1[2];
+            REAL x3[1];
+            REAL x4[2];
+            NAME(load_2)(x1, a1 + (first + i) * 2 * w, w);
+            NAME(ray_hits_line_apply_origin_line)(prepared, x1, x3, x4);
+            NAME(store_scalar)((char *)(r3 + i), x3);
+            NAME(store_2)((char *)(r4 + i), SPAN * w, x4);
+        }
+        NAME(store_span)(args[3], first, r3, 1);
+        NAME(store_span)(args[4], first, r4, 2);
     }
 }
 
@@ -13146,23 +14581,27 @@ WIDE static void NAME(ray_hits_line_block_line)(intptr_t n, char **args, const i
 WIDE static void NAME(ray_hits_line_dense_line)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
-    (void)strides;
     const REAL *prepared = (const REAL *)args[2];
+    (void)strides;
     char *a0 = args[0];
     char *a1 = args[1];
-    char *a3 = args[3];
-    char *a4 = args[4];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[2];
-        REAL x1[2];
-        REAL x3[1];
-        REAL x4[2];
-        NAME(load_2)(x0, a0 + i * 2 * w, w);
-        NAME(load_2)(x1, a1 + i * 2 * w, w);
-        NAME(ray_hits_line_apply_line)(prepared, x0, x1, x3, x4);
-        NAME(store_scalar)(a3 + i * w, x3);
-        NAME(store_2)(a4 + i * 2 * w, w, x4);
+    _Alignas(64) REAL r3[1 * SPAN];
+    _Alignas(64) REAL r4[2 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[2];
+            REAL x1[2];
+            REAL x3[1];
+            REAL x4[2];
+            NAME(load_2)(x0, a0 + (first + i) * 2 * w, w);
+            NAME(load_2)(x1, a1 + (first + i) * 2 * w, w);
+            NAME(ray_hits_line_apply_line)(prepared, x0, x1, x3, x4);
+            NAME(store_scalar)((char *)(r3 + i), x3);
+            NAME(store_2)((char *)(r4 + i), SPAN * w, x4);
+        }
+        NAME(store_span)(args[3], first, r3, 1);
+        NAME(store_span)(args[4], first, r4, 2);
     }
 }
 
@@ -13206,21 +14645,25 @@ WIDE static void NAME(ray_hits_line_dense)(intptr_t n, char **args, const intptr
     char *a0 = args[0];
     char *a1 = args[1];
     char *a2 = args[2];
-    char *a3 = args[3];
-    char *a4 = args[4];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[2];
-        REAL x1[2];
-        REAL x2[3];
-        REAL x3[1];
-        REAL x4[2];
-        NAME(load_2)(x0, a0 + i * 2 * w, w);
-        NAME(load_2)(x1, a1 + i * 2 * w, w);
-        NAME(load_3)(x2, a2 + i * 3 * w, w);
-        NAME(ray_hits_line)(x0, x1, x2, x3, x4);
-        NAME(store_scalar)(a3 + i * w, x3);
-        NAME(store_2)(a4 + i * 2 * w, w, x4);
+    _Alignas(64) REAL r3[1 * SPAN];
+    _Alignas(64) REAL r4[2 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[2];
+            REAL x1[2];
+            REAL x2[3];
+            REAL x3[1];
+            REAL x4[2];
+            NAME(load_2)(x0, a0 + (first + i) * 2 * w, w);
+            NAME(load_2)(x1, a1 + (first + i) * 2 * w, w);
+            NAME(load_3)(x2, a2 + (first + i) * 3 * w, w);
+            NAME(ray_hits_line)(x0, x1, x2, x3, x4);
+            NAME(store_scalar)((char *)(r3 + i), x3);
+            NAME(store_2)((char *)(r4 + i), SPAN * w, x4);
+        }
+        NAME(store_span)(args[3], first, r3, 1);
+        NAME(store_span)(args[4], first, r4, 2);
     }
 }
 
@@ -13233,12 +14676,12 @@ void NAME(ray_hits_line_loop)(char **args, const intptr_t *dimensions, const int
         NAME(ray_hits_line_start_origin_line), NAME(ray_hits_line_block_origin_line),
         NAME(ray_hits_line_dense_origin_line)}, {4, 2, NAME(ray_hits_line_start_line),
         NAME(ray_hits_line_block_line), NAME(ray_hits_line_dense_line)}};
-    static const struct kernel kernel = {NAME(ray_hits_line_block), NAME(ray_hits_line_dense), 3, 5, 3, parts,
+    static const struct kernel kernel = {NAME(ray_hits_line_block), NAME(ray_hits_line_dense), 3, 5, 3, 0, parts,
         forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
-INLINE void NAME(rotor_from_angle)(REAL angle, REAL *out)
+static INLINE void NAME(rotor_from_angle_within)(REAL angle, REAL *out, WORD *far)
 {
     const REAL t0 = angle * (REAL)0.5;
     const REAL t1 = COS(t0);
@@ -13248,26 +14691,42 @@ INLINE void NAME(rotor_from_angle)(REAL angle, REAL *out)
     out[1] = t3;
 }
 
+INLINE void NAME(rotor_from_angle)(REAL angle, REAL *out)
+{
+    NAME(rotor_from_angle_within)(angle, out, NULL);
+}
+
 WIDE static void NAME(rotor_from_angle_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c1a = strides[0];
     char *a0 = args[0];
     char *a1 = args[1];
-    ANY_ORDER
-    for (intptr_t i = 0; i < n; ++i) {
-        REAL x0[1];
-        REAL x1[2];
-        NAME(load_scalar)(x0, a0 + i * w);
-        NAME(rotor_from_angle)(x0[0], x1);
-        NAME(store_2)(a1 + i * w, c1a, x1);
+    for (intptr_t first = 0; first < n; first += CHUNK) {
+        const intptr_t last = first + CHUNK < n ? first + CHUNK : PADDED(n);
+        WORD far = 0;
+        ANY_ORDER
+        for (intptr_t i = first; i < last; ++i) {
+            REAL x0[1];
+            REAL x1[2];
+            NAME(load_scalar)(x0, a0 + i * w);
+            NAME(rotor_from_angle_within)(x0[0], x1, &far);
+            NAME(store_2)(a1 + i * w, c1a, x1);
+        }
+        for (intptr_t i = first; far && i < last; ++i) {
+            REAL x0[1];
+            REAL x1[2];
+            NAME(load_scalar)(x0, a0 + i * w);
+            NAME(rotor_from_angle)(x0[0], x1);
+            NAME(store_2)(a1 + i * w, c1a, x1);
+        }
     }
 }
 
 void NAME(rotor_from_angle_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{1, 0, 0, {0}}, {2, 1, 0, {2}}};
-    static const struct kernel kernel = {NAME(rotor_from_angle_block), NULL, 1, 2, 0, parts, NULL};
+    static const struct kernel kernel = {NAME(rotor_from_angle_block), NULL, 1, 2, 0, 1, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -13288,7 +14747,7 @@ WIDE static void NAME(rotor_to_angle_block)(intptr_t n, char **args, const intpt
     char *a0 = args[0];
     char *a1 = args[1];
     ANY_ORDER
-    for (intptr_t i = 0; i < n; ++i) {
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
         REAL x0[2];
         REAL x1[1];
         NAME(load_2)(x0, a0 + i * w, c0a);
@@ -13300,11 +14759,11 @@ WIDE static void NAME(rotor_to_angle_block)(intptr_t n, char **args, const intpt
 void NAME(rotor_to_angle_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{2, 1, 0, {2}}, {1, 0, 1, {0}}};
-    static const struct kernel kernel = {NAME(rotor_to_angle_block), NULL, 1, 2, 0, parts, NULL};
+    static const struct kernel kernel = {NAME(rotor_to_angle_block), NULL, 1, 2, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
-INLINE void NAME(motor_from_point)(const REAL *p, REAL angle, REAL *out)
+static INLINE void NAME(motor_from_point_within)(const REAL *p, REAL angle, REAL *out, WORD *far)
 {
     const REAL p_e1 = p[0];
     const REAL p_e2 = p[1];
@@ -13321,7 +14780,12 @@ INLINE void NAME(motor_from_point)(const REAL *p, REAL angle, REAL *out)
     out[3] = t6;
 }
 
-static INLINE void NAME(motor_from_point_prepare_angle)(REAL angle, REAL *prepared)
+INLINE void NAME(motor_from_point)(const REAL *p, REAL angle, REAL *out)
+{
+    NAME(motor_from_point_within)(p, angle, out, NULL);
+}
+
+static INLINE void NAME(motor_from_point_prepare_angle)(REAL angle, REAL *prepared, WORD *far)
 {
     const REAL t0 = angle * (REAL)0.5;
     const REAL t1 = COS(t0);
@@ -13368,17 +14832,20 @@ WIDE static void NAME(motor_from_point_block_angle)(intptr_t n, char **args, con
 WIDE static void NAME(motor_from_point_dense_angle)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
-    (void)strides;
     const REAL *prepared = (const REAL *)args[1];
+    (void)strides;
     char *a0 = args[0];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[2];
-        REAL x2[4];
-        NAME(load_2)(x0, a0 + i * 2 * w, w);
-        NAME(motor_from_point_apply_angle)(prepared, x0, x2);
-        NAME(store_4)(a2 + i * 4 * w, w, x2);
+    _Alignas(64) REAL r2[4 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[2];
+            REAL x2[4];
+            NAME(load_2)(x0, a0 + (first + i) * 2 * w, w);
+            NAME(motor_from_point_apply_angle)(prepared, x0, x2);
+            NAME(store_4)((char *)(r2 + i), SPAN * w, x2);
+        }
+        NAME(store_span)(args[2], first, r2, 4);
     }
 }
 
@@ -13387,7 +14854,7 @@ static void NAME(motor_from_point_start_angle)(char **args, const intptr_t *stri
     (void)strides;
     REAL x1[1];
     NAME(load_scalar)(x1, args[1]);
-    NAME(motor_from_point_prepare_angle)(x1[0], prepared);
+    NAME(motor_from_point_prepare_angle)(x1[0], prepared, NULL);
 }
 
 WIDE static void NAME(motor_from_point_block)(intptr_t n, char **args, const intptr_t *strides)
@@ -13397,15 +14864,28 @@ WIDE static void NAME(motor_from_point_block)(intptr_t n, char **args, const int
     char *a0 = args[0];
     char *a1 = args[1];
     char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < n; ++i) {
-        REAL x0[2];
-        REAL x1[1];
-        REAL x2[4];
-        NAME(load_2)(x0, a0 + i * w, c0a);
-        NAME(load_scalar)(x1, a1 + i * w);
-        NAME(motor_from_point)(x0, x1[0], x2);
-        NAME(store_4)(a2 + i * w, c2a, x2);
+    for (intptr_t first = 0; first < n; first += CHUNK) {
+        const intptr_t last = first + CHUNK < n ? first + CHUNK : PADDED(n);
+        WORD far = 0;
+        ANY_ORDER
+        for (intptr_t i = first; i < last; ++i) {
+            REAL x0[2];
+            REAL x1[1];
+            REAL x2[4];
+            NAME(load_2)(x0, a0 + i * w, c0a);
+            NAME(load_scalar)(x1, a1 + i * w);
+            NAME(motor_from_point_within)(x0, x1[0], x2, &far);
+            NAME(store_4)(a2 + i * w, c2a, x2);
+        }
+        for (intptr_t i = first; far && i < last; ++i) {
+            REAL x0[2];
+            REAL x1[1];
+            REAL x2[4];
+            NAME(load_2)(x0, a0 + i * w, c0a);
+            NAME(load_scalar)(x1, a1 + i * w);
+            NAME(motor_from_point)(x0, x1[0], x2);
+            NAME(store_4)(a2 + i * w, c2a, x2);
+        }
     }
 }
 
@@ -13414,7 +14894,7 @@ void NAME(motor_from_point_loop)(char **args, const intptr_t *dimensions, const 
     static const struct part parts[] = {{2, 1, 0, {2}}, {1, 0, 1, {0}}, {4, 1, 1, {4}}};
     static const struct form forms[] = {{2, 2, NAME(motor_from_point_start_angle),
         NAME(motor_from_point_block_angle), NAME(motor_from_point_dense_angle)}};
-    static const struct kernel kernel = {NAME(motor_from_point_block), NULL, 2, 3, 1, parts, forms};
+    static const struct kernel kernel = {NAME(motor_from_point_block), NULL, 2, 3, 1, 1, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -13464,10 +14944,31 @@ WIDE static void NAME(motor_to_matrix_block)(intptr_t n, char **args, const intp
     }
 }
 
+WIDE static void NAME(motor_to_matrix_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    _Alignas(64) REAL r0[4 * SPAN];
+    _Alignas(64) REAL r1[9 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        NAME(load_span)(r0, args[0], first, 4);
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[4];
+            REAL x1[9];
+            NAME(load_4)(x0, (char *)(r0 + i), SPAN * w);
+            NAME(motor_to_matrix)(x0, x1);
+            NAME(store_3x3)((char *)(r1 + i), 3 * SPAN * w, SPAN * w, x1);
+        }
+        NAME(store_span)(args[1], first, r1, 9);
+    }
+}
+
 void NAME(motor_to_matrix_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {9, 2, 1, {3, 3}}};
-    static const struct kernel kernel = {NAME(motor_to_matrix_block), NULL, 1, 2, 0, parts, NULL};
+    static const struct kernel kernel = {NAME(motor_to_matrix_block), NAME(motor_to_matrix_dense), 1, 2, 0, 0,
+        parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -13532,23 +15033,26 @@ WIDE static void NAME(motor_product_dense)(intptr_t n, char **args, const intptr
     (void)strides;
     char *a0 = args[0];
     char *a1 = args[1];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[4];
-        REAL x1[4];
-        REAL x2[4];
-        NAME(load_4)(x0, a0 + i * 4 * w, w);
-        NAME(load_4)(x1, a1 + i * 4 * w, w);
-        NAME(motor_product)(x0, x1, x2);
-        NAME(store_4)(a2 + i * 4 * w, w, x2);
+    _Alignas(64) REAL r2[4 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[4];
+            REAL x1[4];
+            REAL x2[4];
+            NAME(load_4)(x0, a0 + (first + i) * 4 * w, w);
+            NAME(load_4)(x1, a1 + (first + i) * 4 * w, w);
+            NAME(motor_product)(x0, x1, x2);
+            NAME(store_4)((char *)(r2 + i), SPAN * w, x2);
+        }
+        NAME(store_span)(args[2], first, r2, 4);
     }
 }
 
 void NAME(motor_product_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {4, 1, 1, {4}}, {4, 1, 2, {4}}};
-    static const struct kernel kernel = {NAME(motor_product_block), NAME(motor_product_dense), 2, 3, 0, parts,
+    static const struct kernel kernel = {NAME(motor_product_block), NAME(motor_product_dense), 2, 3, 0, 0, parts,
         NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -13589,21 +15093,24 @@ WIDE static void NAME(motor_inverse_dense)(intptr_t n, char **args, const intptr
     const intptr_t w = sizeof(REAL);
     (void)strides;
     char *a0 = args[0];
-    char *a1 = args[1];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[4];
-        REAL x1[4];
-        NAME(load_4)(x0, a0 + i * 4 * w, w);
-        NAME(motor_inverse)(x0, x1);
-        NAME(store_4)(a1 + i * 4 * w, w, x1);
+    _Alignas(64) REAL r1[4 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[4];
+            REAL x1[4];
+            NAME(load_4)(x0, a0 + (first + i) * 4 * w, w);
+            NAME(motor_inverse)(x0, x1);
+            NAME(store_4)((char *)(r1 + i), SPAN * w, x1);
+        }
+        NAME(store_span)(args[1], first, r1, 4);
     }
 }
 
 void NAME(motor_inverse_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {4, 1, 1, {4}}};
-    static const struct kernel kernel = {NAME(motor_inverse_block), NAME(motor_inverse_dense), 1, 2, 0, parts,
+    static const struct kernel kernel = {NAME(motor_inverse_block), NAME(motor_inverse_dense), 1, 2, 0, 0, parts,
         NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -13641,14 +15148,17 @@ WIDE static void NAME(translator_from_vector_dense)(intptr_t n, char **args, con
     const intptr_t w = sizeof(REAL);
     (void)strides;
     char *a0 = args[0];
-    char *a1 = args[1];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[2];
-        REAL x1[2];
-        NAME(load_2)(x0, a0 + i * 2 * w, w);
-        NAME(translator_from_vector)(x0, x1);
-        NAME(store_2)(a1 + i * 2 * w, w, x1);
+    _Alignas(64) REAL r1[2 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[2];
+            REAL x1[2];
+            NAME(load_2)(x0, a0 + (first + i) * 2 * w, w);
+            NAME(translator_from_vector)(x0, x1);
+            NAME(store_2)((char *)(r1 + i), SPAN * w, x1);
+        }
+        NAME(store_span)(args[1], first, r1, 2);
     }
 }
 
@@ -13656,7 +15166,7 @@ void NAME(translator_from_vector_loop)(char **args, const intptr_t *dimensions, 
 {
     static const struct part parts[] = {{2, 1, 0, {2}}, {2, 1, 1, {2}}};
     static const struct kernel kernel = {NAME(translator_from_vector_block), NAME(translator_from_vector_dense), 1,
-        2, 0, parts, NULL};
+        2, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -13693,21 +15203,24 @@ WIDE static void NAME(dilator_from_scale_dense)(intptr_t n, char **args, const i
     const intptr_t w = sizeof(REAL);
     (void)strides;
     char *a0 = args[0];
-    char *a1 = args[1];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[1];
-        REAL x1[2];
-        NAME(load_scalar)(x0, a0 + i * w);
-        NAME(dilator_from_scale)(x0[0], x1);
-        NAME(store_2)(a1 + i * 2 * w, w, x1);
+    _Alignas(64) REAL r1[2 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[1];
+            REAL x1[2];
+            NAME(load_scalar)(x0, a0 + (first + i) * w);
+            NAME(dilator_from_scale)(x0[0], x1);
+            NAME(store_2)((char *)(r1 + i), SPAN * w, x1);
+        }
+        NAME(store_span)(args[1], first, r1, 2);
     }
 }
 
 void NAME(dilator_from_scale_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{1, 0, 0, {0}}, {2, 1, 0, {2}}};
-    static const struct kernel kernel = {NAME(dilator_from_scale_block), NAME(dilator_from_scale_dense), 1, 2, 0,
+    static const struct kernel kernel = {NAME(dilator_from_scale_block), NAME(dilator_from_scale_dense), 1, 2, 0, 0,
         parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -13782,17 +15295,21 @@ WIDE static void NAME(dilator_about_point_block_scale)(intptr_t n, char **args, 
 WIDE static void NAME(dilator_about_point_dense_scale)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
-    (void)strides;
     const REAL *prepared = (const REAL *)args[1];
-    char *a0 = args[0];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[2];
-        REAL x2[8];
-        NAME(load_2)(x0, a0 + i * 2 * w, w);
-        NAME(dilator_about_point_apply_scale)(prepared, x0, x2);
-        NAME(store_8)(a2 + i * 8 * w, w, x2);
+    (void)strides;
+    _Alignas(64) REAL r0[2 * SPAN];
+    _Alignas(64) REAL r2[8 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        NAME(load_span)(r0, args[0], first, 2);
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[2];
+            REAL x2[8];
+            NAME(load_2)(x0, (char *)(r0 + i), SPAN * w);
+            NAME(dilator_about_point_apply_scale)(prepared, x0, x2);
+            NAME(store_8)((char *)(r2 + i), SPAN * w, x2);
+        }
+        NAME(store_span)(args[2], first, r2, 8);
     }
 }
 
@@ -13827,18 +15344,23 @@ WIDE static void NAME(dilator_about_point_dense)(intptr_t n, char **args, const 
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[2];
-        REAL x1[1];
-        REAL x2[8];
-        NAME(load_2)(x0, a0 + i * 2 * w, w);
-        NAME(load_scalar)(x1, a1 + i * w);
-        NAME(dilator_about_point)(x0, x1[0], x2);
-        NAME(store_8)(a2 + i * 8 * w, w, x2);
+    _Alignas(64) REAL r0[2 * SPAN];
+    _Alignas(64) REAL r1[1 * SPAN];
+    _Alignas(64) REAL r2[8 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        NAME(load_span)(r0, args[0], first, 2);
+        NAME(load_span)(r1, args[1], first, 1);
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[2];
+            REAL x1[1];
+            REAL x2[8];
+            NAME(load_2)(x0, (char *)(r0 + i), SPAN * w);
+            NAME(load_scalar)(x1, (char *)(r1 + i));
+            NAME(dilator_about_point)(x0, x1[0], x2);
+            NAME(store_8)((char *)(r2 + i), SPAN * w, x2);
+        }
+        NAME(store_span)(args[2], first, r2, 8);
     }
 }
 
@@ -13848,7 +15370,7 @@ void NAME(dilator_about_point_loop)(char **args, const intptr_t *dimensions, con
     static const struct form forms[] = {{2, 2, NAME(dilator_about_point_start_scale),
         NAME(dilator_about_point_block_scale), NAME(dilator_about_point_dense_scale)}};
     static const struct kernel kernel = {NAME(dilator_about_point_block), NAME(dilator_about_point_dense), 2, 3, 1,
-        parts, forms};
+        0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -13882,22 +15404,25 @@ WIDE static void NAME(dilator_to_scale_dense)(intptr_t n, char **args, const int
     const intptr_t w = sizeof(REAL);
     (void)strides;
     char *a0 = args[0];
-    char *a1 = args[1];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[2];
-        REAL x1[1];
-        NAME(load_2)(x0, a0 + i * 2 * w, w);
-        NAME(dilator_to_scale)(x0, x1);
-        NAME(store_scalar)(a1 + i * w, x1);
+    _Alignas(64) REAL r1[1 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[2];
+            REAL x1[1];
+            NAME(load_2)(x0, a0 + (first + i) * 2 * w, w);
+            NAME(dilator_to_scale)(x0, x1);
+            NAME(store_scalar)((char *)(r1 + i), x1);
+        }
+        NAME(store_span)(args[1], first, r1, 1);
     }
 }
 
 void NAME(dilator_to_scale_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{2, 1, 0, {2}}, {1, 0, 1, {0}}};
-    static const struct kernel kernel = {NAME(dilator_to_scale_block), NAME(dilator_to_scale_dense), 1, 2, 0, parts,
-        NULL};
+    static const struct kernel kernel = {NAME(dilator_to_scale_block), NAME(dilator_to_scale_dense), 1, 2, 0, 0,
+        parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -13930,14 +15455,17 @@ WIDE static void NAME(transversor_from_vector_dense)(intptr_t n, char **args, co
     const intptr_t w = sizeof(REAL);
     (void)strides;
     char *a0 = args[0];
-    char *a1 = args[1];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[2];
-        REAL x1[2];
-        NAME(load_2)(x0, a0 + i * 2 * w, w);
-        NAME(transversor_from_vector)(x0, x1);
-        NAME(store_2)(a1 + i * 2 * w, w, x1);
+    _Alignas(64) REAL r1[2 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[2];
+            REAL x1[2];
+            NAME(load_2)(x0, a0 + (first + i) * 2 * w, w);
+            NAME(transversor_from_vector)(x0, x1);
+            NAME(store_2)((char *)(r1 + i), SPAN * w, x1);
+        }
+        NAME(store_span)(args[1], first, r1, 2);
     }
 }
 
@@ -13945,7 +15473,7 @@ void NAME(transversor_from_vector_loop)(char **args, const intptr_t *dimensions,
 {
     static const struct part parts[] = {{2, 1, 0, {2}}, {2, 1, 1, {2}}};
     static const struct kernel kernel = {NAME(transversor_from_vector_block), NAME(transversor_from_vector_dense),
-        1, 2, 0, parts, NULL};
+        1, 2, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -13995,16 +15523,19 @@ WIDE static void NAME(motor_from_rotor_translation_dense)(intptr_t n, char **arg
     (void)strides;
     char *a0 = args[0];
     char *a1 = args[1];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[2];
-        REAL x1[2];
-        REAL x2[4];
-        NAME(load_2)(x0, a0 + i * 2 * w, w);
-        NAME(load_2)(x1, a1 + i * 2 * w, w);
-        NAME(motor_from_rotor_translation)(x0, x1, x2);
-        NAME(store_4)(a2 + i * 4 * w, w, x2);
+    _Alignas(64) REAL r2[4 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[2];
+            REAL x1[2];
+            REAL x2[4];
+            NAME(load_2)(x0, a0 + (first + i) * 2 * w, w);
+            NAME(load_2)(x1, a1 + (first + i) * 2 * w, w);
+            NAME(motor_from_rotor_translation)(x0, x1, x2);
+            NAME(store_4)((char *)(r2 + i), SPAN * w, x2);
+        }
+        NAME(store_span)(args[2], first, r2, 4);
     }
 }
 
@@ -14012,11 +15543,11 @@ void NAME(motor_from_rotor_translation_loop)(char **args, const intptr_t *dimens
 {
     static const struct part parts[] = {{2, 1, 0, {2}}, {2, 1, 1, {2}}, {4, 1, 2, {4}}};
     static const struct kernel kernel = {NAME(motor_from_rotor_translation_block),
-        NAME(motor_from_rotor_translation_dense), 2, 3, 0, parts, NULL};
+        NAME(motor_from_rotor_translation_dense), 2, 3, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
-INLINE void NAME(motor_exponential)(const REAL *b, REAL *out)
+static INLINE void NAME(motor_exponential_within)(const REAL *b, REAL *out, WORD *far)
 {
     const REAL b_e12 = b[0];
     const REAL b_e1inf = b[1];
@@ -14037,26 +15568,42 @@ INLINE void NAME(motor_exponential)(const REAL *b, REAL *out)
     out[3] = t9;
 }
 
+INLINE void NAME(motor_exponential)(const REAL *b, REAL *out)
+{
+    NAME(motor_exponential_within)(b, out, NULL);
+}
+
 WIDE static void NAME(motor_exponential_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c0a = strides[0], c1a = strides[1];
     char *a0 = args[0];
     char *a1 = args[1];
-    ANY_ORDER
-    for (intptr_t i = 0; i < n; ++i) {
-        REAL x0[3];
-        REAL x1[4];
-        NAME(load_3)(x0, a0 + i * w, c0a);
-        NAME(motor_exponential)(x0, x1);
-        NAME(store_4)(a1 + i * w, c1a, x1);
+    for (intptr_t first = 0; first < n; first += CHUNK) {
+        const intptr_t last = first + CHUNK < n ? first + CHUNK : PADDED(n);
+        WORD far = 0;
+        ANY_ORDER
+        for (intptr_t i = first; i < last; ++i) {
+            REAL x0[3];
+            REAL x1[4];
+            NAME(load_3)(x0, a0 + i * w, c0a);
+            NAME(motor_exponential_within)(x0, x1, &far);
+            NAME(store_4)(a1 + i * w, c1a, x1);
+        }
+        for (intptr_t i = first; far && i < last; ++i) {
+            REAL x0[3];
+            REAL x1[4];
+            NAME(load_3)(x0, a0 + i * w, c0a);
+            NAME(motor_exponential)(x0, x1);
+            NAME(store_4)(a1 + i * w, c1a, x1);
+        }
     }
 }
 
 void NAME(motor_exponential_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {4, 1, 1, {4}}};
-    static const struct kernel kernel = {NAME(motor_exponential_block), NULL, 1, 2, 0, parts, NULL};
+    static const struct kernel kernel = {NAME(motor_exponential_block), NULL, 1, 2, 0, 1, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -14091,7 +15638,7 @@ WIDE static void NAME(motor_logarithm_block)(intptr_t n, char **args, const intp
     char *a0 = args[0];
     char *a1 = args[1];
     ANY_ORDER
-    for (intptr_t i = 0; i < n; ++i) {
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
         REAL x0[4];
         REAL x1[3];
         NAME(load_4)(x0, a0 + i * w, c0a);
@@ -14103,7 +15650,7 @@ WIDE static void NAME(motor_logarithm_block)(intptr_t n, char **args, const intp
 void NAME(motor_logarithm_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {3, 1, 1, {3}}};
-    static const struct kernel kernel = {NAME(motor_logarithm_block), NULL, 1, 2, 0, parts, NULL};
+    static const struct kernel kernel = {NAME(motor_logarithm_block), NULL, 1, 2, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -14153,26 +15700,29 @@ WIDE static void NAME(motor_square_root_dense)(intptr_t n, char **args, const in
     const intptr_t w = sizeof(REAL);
     (void)strides;
     char *a0 = args[0];
-    char *a1 = args[1];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[4];
-        REAL x1[4];
-        NAME(load_4)(x0, a0 + i * 4 * w, w);
-        NAME(motor_square_root)(x0, x1);
-        NAME(store_4)(a1 + i * 4 * w, w, x1);
+    _Alignas(64) REAL r1[4 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[4];
+            REAL x1[4];
+            NAME(load_4)(x0, a0 + (first + i) * 4 * w, w);
+            NAME(motor_square_root)(x0, x1);
+            NAME(store_4)((char *)(r1 + i), SPAN * w, x1);
+        }
+        NAME(store_span)(args[1], first, r1, 4);
     }
 }
 
 void NAME(motor_square_root_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {4, 1, 1, {4}}};
-    static const struct kernel kernel = {NAME(motor_square_root_block), NAME(motor_square_root_dense), 1, 2, 0,
+    static const struct kernel kernel = {NAME(motor_square_root_block), NAME(motor_square_root_dense), 1, 2, 0, 0,
         parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
-INLINE void NAME(motor_power)(const REAL *m, REAL t, REAL *out)
+static INLINE void NAME(motor_power_within)(const REAL *m, REAL t, REAL *out, WORD *far)
 {
     const REAL m_1 = m[0];
     const REAL m_e12 = m[1];
@@ -14208,6 +15758,11 @@ INLINE void NAME(motor_power)(const REAL *m, REAL t, REAL *out)
     out[3] = t23;
 }
 
+INLINE void NAME(motor_power)(const REAL *m, REAL t, REAL *out)
+{
+    NAME(motor_power_within)(m, t, out, NULL);
+}
+
 static INLINE void NAME(motor_power_prepare_m)(const REAL *m, REAL *prepared)
 {
     const REAL m_1 = m[0];
@@ -14230,7 +15785,7 @@ static INLINE void NAME(motor_power_prepare_m)(const REAL *m, REAL *prepared)
     prepared[3] = m_e2inf;
 }
 
-static INLINE void NAME(motor_power_apply_m)(const REAL *prepared, REAL t, REAL *out)
+static INLINE void NAME(motor_power_apply_m)(const REAL *prepared, REAL t, REAL *out, WORD *far)
 {
     const REAL t9 = prepared[0];
     const REAL m_e12 = prepared[1];
@@ -14263,13 +15818,24 @@ WIDE static void NAME(motor_power_block_m)(intptr_t n, char **args, const intptr
     const REAL *prepared = (const REAL *)args[0];
     char *a1 = args[1];
     char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < n; ++i) {
-        REAL x1[1];
-        REAL x2[4];
-        NAME(load_scalar)(x1, a1 + i * w);
-        NAME(motor_power_apply_m)(prepared, x1[0], x2);
-        NAME(store_4)(a2 + i * w, c2a, x2);
+    for (intptr_t first = 0; first < n; first += CHUNK) {
+        const intptr_t last = first + CHUNK < n ? first + CHUNK : PADDED(n);
+        WORD far = 0;
+        ANY_ORDER
+        for (intptr_t i = first; i < last; ++i) {
+            REAL x1[1];
+            REAL x2[4];
+            NAME(load_scalar)(x1, a1 + i * w);
+            NAME(motor_power_apply_m)(prepared, x1[0], x2, &far);
+            NAME(store_4)(a2 + i * w, c2a, x2);
+        }
+        for (intptr_t i = first; far && i < last; ++i) {
+            REAL x1[1];
+            REAL x2[4];
+            NAME(load_scalar)(x1, a1 + i * w);
+            NAME(motor_power_apply_m)(prepared, x1[0], x2, NULL);
+            NAME(store_4)(a2 + i * w, c2a, x2);
+        }
     }
 }
 
@@ -14288,15 +15854,28 @@ WIDE static void NAME(motor_power_block)(intptr_t n, char **args, const intptr_t
     char *a0 = args[0];
     char *a1 = args[1];
     char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < n; ++i) {
-        REAL x0[4];
-        REAL x1[1];
-        REAL x2[4];
-        NAME(load_4)(x0, a0 + i * w, c0a);
-        NAME(load_scalar)(x1, a1 + i * w);
-        NAME(motor_power)(x0, x1[0], x2);
-        NAME(store_4)(a2 + i * w, c2a, x2);
+    for (intptr_t first = 0; first < n; first += CHUNK) {
+        const intptr_t last = first + CHUNK < n ? first + CHUNK : PADDED(n);
+        WORD far = 0;
+        ANY_ORDER
+        for (intptr_t i = first; i < last; ++i) {
+            REAL x0[4];
+            REAL x1[1];
+            REAL x2[4];
+            NAME(load_4)(x0, a0 + i * w, c0a);
+            NAME(load_scalar)(x1, a1 + i * w);
+            NAME(motor_power_within)(x0, x1[0], x2, &far);
+            NAME(store_4)(a2 + i * w, c2a, x2);
+        }
+        for (intptr_t i = first; far && i < last; ++i) {
+            REAL x0[4];
+            REAL x1[1];
+            REAL x2[4];
+            NAME(load_4)(x0, a0 + i * w, c0a);
+            NAME(load_scalar)(x1, a1 + i * w);
+            NAME(motor_power)(x0, x1[0], x2);
+            NAME(store_4)(a2 + i * w, c2a, x2);
+        }
     }
 }
 
@@ -14304,11 +15883,11 @@ void NAME(motor_power_loop)(char **args, const intptr_t *dimensions, const intpt
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {1, 0, 1, {0}}, {4, 1, 1, {4}}};
     static const struct form forms[] = {{1, 2, NAME(motor_power_start_m), NAME(motor_power_block_m), NULL}};
-    static const struct kernel kernel = {NAME(motor_power_block), NULL, 2, 3, 1, parts, forms};
+    static const struct kernel kernel = {NAME(motor_power_block), NULL, 2, 3, 1, 1, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
-INLINE void NAME(interpolate_motors)(const REAL *a, const REAL *b, REAL t, REAL *out)
+static INLINE void NAME(interpolate_motors_within)(const REAL *a, const REAL *b, REAL t, REAL *out, WORD *far)
 {
     const REAL a_1 = a[0];
     const REAL a_e12 = a[1];
@@ -14388,6 +15967,11 @@ INLINE void NAME(interpolate_motors)(const REAL *a, const REAL *b, REAL t, REAL 
     out[3] = t63;
 }
 
+INLINE void NAME(interpolate_motors)(const REAL *a, const REAL *b, REAL t, REAL *out)
+{
+    NAME(interpolate_motors_within)(a, b, t, out, NULL);
+}
+
 static INLINE void NAME(interpolate_motors_prepare_a_b)(const REAL *a, const REAL *b, REAL *prepared)
 {
     const REAL a_1 = a[0];
@@ -14438,7 +16022,7 @@ static INLINE void NAME(interpolate_motors_prepare_a_b)(const REAL *a, const REA
     prepared[7] = a_e2inf;
 }
 
-static INLINE void NAME(interpolate_motors_apply_a_b)(const REAL *prepared, REAL t, REAL *out)
+static INLINE void NAME(interpolate_motors_apply_a_b)(const REAL *prepared, REAL t, REAL *out, WORD *far)
 {
     const REAL t15 = prepared[0];
     const REAL t2 = prepared[1];
@@ -14495,13 +16079,24 @@ WIDE static void NAME(interpolate_motors_block_a_b)(intptr_t n, char **args, con
     const REAL *prepared = (const REAL *)args[0];
     char *a2 = args[2];
     char *a3 = args[3];
-    ANY_ORDER
-    for (intptr_t i = 0; i < n; ++i) {
-        REAL x2[1];
-        REAL x3[4];
-        NAME(load_scalar)(x2, a2 + i * w);
-        NAME(interpolate_motors_apply_a_b)(prepared, x2[0], x3);
-        NAME(store_4)(a3 + i * w, c3a, x3);
+    for (intptr_t first = 0; first < n; first += CHUNK) {
+        const intptr_t last = first + CHUNK < n ? first + CHUNK : PADDED(n);
+        WORD far = 0;
+        ANY_ORDER
+        for (intptr_t i = first; i < last; ++i) {
+            REAL x2[1];
+            REAL x3[4];
+            NAME(load_scalar)(x2, a2 + i * w);
+            NAME(interpolate_motors_apply_a_b)(prepared, x2[0], x3, &far);
+            NAME(store_4)(a3 + i * w, c3a, x3);
+        }
+        for (intptr_t i = first; far && i < last; ++i) {
+            REAL x2[1];
+            REAL x3[4];
+            NAME(load_scalar)(x2, a2 + i * w);
+            NAME(interpolate_motors_apply_a_b)(prepared, x2[0], x3, NULL);
+            NAME(store_4)(a3 + i * w, c3a, x3);
+        }
     }
 }
 
@@ -14523,17 +16118,32 @@ WIDE static void NAME(interpolate_motors_block)(intptr_t n, char **args, const i
     char *a1 = args[1];
     char *a2 = args[2];
     char *a3 = args[3];
-    ANY_ORDER
-    for (intptr_t i = 0; i < n; ++i) {
-        REAL x0[4];
-        REAL x1[4];
-        REAL x2[1];
-        REAL x3[4];
-        NAME(load_4)(x0, a0 + i * w, c0a);
-        NAME(load_4)(x1, a1 + i * w, c1a);
-        NAME(load_scalar)(x2, a2 + i * w);
-        NAME(interpolate_motors)(x0, x1, x2[0], x3);
-        NAME(store_4)(a3 + i * w, c3a, x3);
+    for (intptr_t first = 0; first < n; first += CHUNK) {
+        const intptr_t last = first + CHUNK < n ? first + CHUNK : PADDED(n);
+        WORD far = 0;
+        ANY_ORDER
+        for (intptr_t i = first; i < last; ++i) {
+            REAL x0[4];
+            REAL x1[4];
+            REAL x2[1];
+            REAL x3[4];
+            NAME(load_4)(x0, a0 + i * w, c0a);
+            NAME(load_4)(x1, a1 + i * w, c1a);
+            NAME(load_scalar)(x2, a2 + i * w);
+            NAME(interpolate_motors_within)(x0, x1, x2[0], x3, &far);
+            NAME(store_4)(a3 + i * w, c3a, x3);
+        }
+        for (intptr_t i = first; far && i < last; ++i) {
+            REAL x0[4];
+            REAL x1[4];
+            REAL x2[1];
+            REAL x3[4];
+            NAME(load_4)(x0, a0 + i * w, c0a);
+            NAME(load_4)(x1, a1 + i * w, c1a);
+            NAME(load_scalar)(x2, a2 + i * w);
+            NAME(interpolate_motors)(x0, x1, x2[0], x3);
+            NAME(store_4)(a3 + i * w, c3a, x3);
+        }
     }
 }
 
@@ -14542,7 +16152,7 @@ void NAME(interpolate_motors_loop)(char **args, const intptr_t *dimensions, cons
     static const struct part parts[] = {{4, 1, 0, {4}}, {4, 1, 1, {4}}, {1, 0, 2, {0}}, {4, 1, 2, {4}}};
     static const struct form forms[] = {{3, 2, NAME(interpolate_motors_start_a_b),
         NAME(interpolate_motors_block_a_b), NULL}};
-    static const struct kernel kernel = {NAME(interpolate_motors_block), NULL, 3, 4, 1, parts, forms};
+    static const struct kernel kernel = {NAME(interpolate_motors_block), NULL, 3, 4, 1, 1, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -14675,14 +16285,39 @@ WIDE static void NAME(versor_product_block)(intptr_t n, char **args, const intpt
     }
 }
 
+WIDE static void NAME(versor_product_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    _Alignas(64) REAL r0[8 * SPAN];
+    _Alignas(64) REAL r1[8 * SPAN];
+    _Alignas(64) REAL r2[8 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        NAME(load_span)(r0, args[0], first, 8);
+        NAME(load_span)(r1, args[1], first, 8);
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[8];
+            REAL x1[8];
+            REAL x2[8];
+            NAME(load_8)(x0, (char *)(r0 + i), SPAN * w);
+            NAME(load_8)(x1, (char *)(r1 + i), SPAN * w);
+            NAME(versor_product)(x0, x1, x2);
+            NAME(store_8)((char *)(r2 + i), SPAN * w, x2);
+        }
+        NAME(store_span)(args[2], first, r2, 8);
+    }
+}
+
 void NAME(versor_product_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{8, 1, 0, {8}}, {8, 1, 1, {8}}, {8, 1, 2, {8}}};
-    static const struct kernel kernel = {NAME(versor_product_block), NULL, 2, 3, 0, parts, NULL};
+    static const struct kernel kernel = {NAME(versor_product_block), NAME(versor_product_dense), 2, 3, 0, 0, parts,
+        NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
-INLINE void NAME(versor_exponential)(const REAL *b, REAL *out)
+static INLINE void NAME(versor_exponential_within)(const REAL *b, REAL *out, WORD *far)
 {
     const REAL b_e12 = b[0];
     const REAL b_e10 = b[1];
@@ -14812,26 +16447,42 @@ INLINE void NAME(versor_exponential)(const REAL *b, REAL *out)
     out[7] = t111;
 }
 
+INLINE void NAME(versor_exponential)(const REAL *b, REAL *out)
+{
+    NAME(versor_exponential_within)(b, out, NULL);
+}
+
 WIDE static void NAME(versor_exponential_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c0a = strides[0], c1a = strides[1];
     char *a0 = args[0];
     char *a1 = args[1];
-    ANY_ORDER
-    for (intptr_t i = 0; i < n; ++i) {
-        REAL x0[6];
-        REAL x1[8];
-        NAME(load_6)(x0, a0 + i * w, c0a);
-        NAME(versor_exponential)(x0, x1);
-        NAME(store_8)(a1 + i * w, c1a, x1);
+    for (intptr_t first = 0; first < n; first += CHUNK) {
+        const intptr_t last = first + CHUNK < n ? first + CHUNK : PADDED(n);
+        WORD far = 0;
+        ANY_ORDER
+        for (intptr_t i = first; i < last; ++i) {
+            REAL x0[6];
+            REAL x1[8];
+            NAME(load_6)(x0, a0 + i * w, c0a);
+            NAME(versor_exponential_within)(x0, x1, &far);
+            NAME(store_8)(a1 + i * w, c1a, x1);
+        }
+        for (intptr_t i = first; far && i < last; ++i) {
+            REAL x0[6];
+            REAL x1[8];
+            NAME(load_6)(x0, a0 + i * w, c0a);
+            NAME(versor_exponential)(x0, x1);
+            NAME(store_8)(a1 + i * w, c1a, x1);
+        }
     }
 }
 
 void NAME(versor_exponential_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{6, 1, 0, {6}}, {8, 1, 1, {8}}};
-    static const struct kernel kernel = {NAME(versor_exponential_block), NULL, 1, 2, 0, parts, NULL};
+    static const struct kernel kernel = {NAME(versor_exponential_block), NULL, 1, 2, 0, 1, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -15001,7 +16652,7 @@ WIDE static void NAME(versor_logarithm_block)(intptr_t n, char **args, const int
     char *a0 = args[0];
     char *a1 = args[1];
     ANY_ORDER
-    for (intptr_t i = 0; i < n; ++i) {
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
         REAL x0[8];
         REAL x1[6];
         NAME(load_8)(x0, a0 + i * w, c0a);
@@ -15013,7 +16664,7 @@ WIDE static void NAME(versor_logarithm_block)(intptr_t n, char **args, const int
 void NAME(versor_logarithm_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{8, 1, 0, {8}}, {6, 1, 1, {6}}};
-    static const struct kernel kernel = {NAME(versor_logarithm_block), NULL, 1, 2, 0, parts, NULL};
+    static const struct kernel kernel = {NAME(versor_logarithm_block), NULL, 1, 2, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -15114,22 +16765,26 @@ WIDE static void NAME(versor_square_root_dense)(intptr_t n, char **args, const i
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
-    char *a0 = args[0];
-    char *a1 = args[1];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[8];
-        REAL x1[8];
-        NAME(load_8)(x0, a0 + i * 8 * w, w);
-        NAME(versor_square_root)(x0, x1);
-        NAME(store_8)(a1 + i * 8 * w, w, x1);
+    _Alignas(64) REAL r0[8 * SPAN];
+    _Alignas(64) REAL r1[8 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        NAME(load_span)(r0, args[0], first, 8);
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[8];
+            REAL x1[8];
+            NAME(load_8)(x0, (char *)(r0 + i), SPAN * w);
+            NAME(versor_square_root)(x0, x1);
+            NAME(store_8)((char *)(r1 + i), SPAN * w, x1);
+        }
+        NAME(store_span)(args[1], first, r1, 8);
     }
 }
 
 void NAME(versor_square_root_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{8, 1, 0, {8}}, {8, 1, 1, {8}}};
-    static const struct kernel kernel = {NAME(versor_square_root_block), NAME(versor_square_root_dense), 1, 2, 0,
+    static const struct kernel kernel = {NAME(versor_square_root_block), NAME(versor_square_root_dense), 1, 2, 0, 0,
         parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -15229,23 +16884,27 @@ WIDE static void NAME(normalize_versor_dense)(intptr_t n, char **args, const int
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
-    char *a0 = args[0];
-    char *a1 = args[1];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[8];
-        REAL x1[8];
-        NAME(load_8)(x0, a0 + i * 8 * w, w);
-        NAME(normalize_versor)(x0, x1);
-        NAME(store_8)(a1 + i * 8 * w, w, x1);
+    _Alignas(64) REAL r0[8 * SPAN];
+    _Alignas(64) REAL r1[8 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        NAME(load_span)(r0, args[0], first, 8);
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[8];
+            REAL x1[8];
+            NAME(load_8)(x0, (char *)(r0 + i), SPAN * w);
+            NAME(normalize_versor)(x0, x1);
+            NAME(store_8)((char *)(r1 + i), SPAN * w, x1);
+        }
+        NAME(store_span)(args[1], first, r1, 8);
     }
 }
 
 void NAME(normalize_versor_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{8, 1, 0, {8}}, {8, 1, 1, {8}}};
-    static const struct kernel kernel = {NAME(normalize_versor_block), NAME(normalize_versor_dense), 1, 2, 0, parts,
-        NULL};
+    static const struct kernel kernel = {NAME(normalize_versor_block), NAME(normalize_versor_dense), 1, 2, 0, 0,
+        parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -15341,24 +17000,31 @@ WIDE static void NAME(versor_decomposition_dense)(intptr_t n, char **args, const
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    char *a3 = args[3];
-    char *a4 = args[4];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[8];
-        REAL x1[1];
-        REAL x2[2];
-        REAL x3[2];
-        REAL x4[2];
-        NAME(load_8)(x0, a0 + i * 8 * w, w);
-        NAME(versor_decomposition)(x0, x1, x2, x3, x4);
-        NAME(store_scalar)(a1 + i * w, x1);
-        NAME(store_2)(a2 + i * 2 * w, w, x2);
-        NAME(store_2)(a3 + i * 2 * w, w, x3);
-        NAME(store_2)(a4 + i * 2 * w, w, x4);
+    _Alignas(64) REAL r0[8 * SPAN];
+    _Alignas(64) REAL r1[1 * SPAN];
+    _Alignas(64) REAL r2[2 * SPAN];
+    _Alignas(64) REAL r3[2 * SPAN];
+    _Alignas(64) REAL r4[2 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        NAME(load_span)(r0, args[0], first, 8);
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[8];
+            REAL x1[1];
+            REAL x2[2];
+            REAL x3[2];
+            REAL x4[2];
+            NAME(load_8)(x0, (char *)(r0 + i), SPAN * w);
+            NAME(versor_decomposition)(x0, x1, x2, x3, x4);
+            NAME(store_scalar)((char *)(r1 + i), x1);
+            NAME(store_2)((char *)(r2 + i), SPAN * w, x2);
+            NAME(store_2)((char *)(r3 + i), SPAN * w, x3);
+            NAME(store_2)((char *)(r4 + i), SPAN * w, x4);
+        }
+        NAME(store_span)(args[1], first, r1, 1);
+        NAME(store_span)(args[2], first, r2, 2);
+        NAME(store_span)(args[3], first, r3, 2);
+        NAME(store_span)(args[4], first, r4, 2);
     }
 }
 
@@ -15367,7 +17033,7 @@ void NAME(versor_decomposition_loop)(char **args, const intptr_t *dimensions, co
     static const struct part parts[] = {{8, 1, 0, {8}}, {1, 0, 1, {0}}, {2, 1, 1, {2}}, {2, 1, 2, {2}}, {2, 1, 3,
         {2}}};
     static const struct kernel kernel = {NAME(versor_decomposition_block), NAME(versor_decomposition_dense), 1, 5,
-        0, parts, NULL};
+        0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -15705,17 +17371,21 @@ WIDE static void NAME(versor_from_parts_block_scale_r_t)(intptr_t n, char **args
 WIDE static void NAME(versor_from_parts_dense_scale_r_t)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
-    (void)strides;
     const REAL *prepared = (const REAL *)args[0];
-    char *a3 = args[3];
-    char *a4 = args[4];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x3[2];
-        REAL x4[8];
-        NAME(load_2)(x3, a3 + i * 2 * w, w);
-        NAME(versor_from_parts_apply_scale_r_t)(prepared, x3, x4);
-        NAME(store_8)(a4 + i * 8 * w, w, x4);
+    (void)strides;
+    _Alignas(64) REAL r3[2 * SPAN];
+    _Alignas(64) REAL r4[8 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        NAME(load_span)(r3, args[3], first, 2);
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x3[2];
+            REAL x4[8];
+            NAME(load_2)(x3, (char *)(r3 + i), SPAN * w);
+            NAME(versor_from_parts_apply_scale_r_t)(prepared, x3, x4);
+            NAME(store_8)((char *)(r4 + i), SPAN * w, x4);
+        }
+        NAME(store_span)(args[4], first, r4, 8);
     }
 }
 
@@ -15751,17 +17421,21 @@ WIDE static void NAME(versor_from_parts_block_scale_r_b)(intptr_t n, char **args
 WIDE static void NAME(versor_from_parts_dense_scale_r_b)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
-    (void)strides;
     const REAL *prepared = (const REAL *)args[0];
-    char *a2 = args[2];
-    char *a4 = args[4];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x2[2];
-        REAL x4[8];
-        NAME(load_2)(x2, a2 + i * 2 * w, w);
-        NAME(versor_from_parts_apply_scale_r_b)(prepared, x2, x4);
-        NAME(store_8)(a4 + i * 8 * w, w, x4);
+    (void)strides;
+    _Alignas(64) REAL r2[2 * SPAN];
+    _Alignas(64) REAL r4[8 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        NAME(load_span)(r2, args[2], first, 2);
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x2[2];
+            REAL x4[8];
+            NAME(load_2)(x2, (char *)(r2 + i), SPAN * w);
+            NAME(versor_from_parts_apply_scale_r_b)(prepared, x2, x4);
+            NAME(store_8)((char *)(r4 + i), SPAN * w, x4);
+        }
+        NAME(store_span)(args[4], first, r4, 8);
     }
 }
 
@@ -15797,17 +17471,21 @@ WIDE static void NAME(versor_from_parts_block_scale_t_b)(intptr_t n, char **args
 WIDE static void NAME(versor_from_parts_dense_scale_t_b)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
-    (void)strides;
     const REAL *prepared = (const REAL *)args[0];
-    char *a1 = args[1];
-    char *a4 = args[4];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x1[2];
-        REAL x4[8];
-        NAME(load_2)(x1, a1 + i * 2 * w, w);
-        NAME(versor_from_parts_apply_scale_t_b)(prepared, x1, x4);
-        NAME(store_8)(a4 + i * 8 * w, w, x4);
+    (void)strides;
+    _Alignas(64) REAL r1[2 * SPAN];
+    _Alignas(64) REAL r4[8 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        NAME(load_span)(r1, args[1], first, 2);
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x1[2];
+            REAL x4[8];
+            NAME(load_2)(x1, (char *)(r1 + i), SPAN * w);
+            NAME(versor_from_parts_apply_scale_t_b)(prepared, x1, x4);
+            NAME(store_8)((char *)(r4 + i), SPAN * w, x4);
+        }
+        NAME(store_span)(args[4], first, r4, 8);
     }
 }
 
@@ -15852,24 +17530,31 @@ WIDE static void NAME(versor_from_parts_dense)(intptr_t n, char **args, const in
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    char *a3 = args[3];
-    char *a4 = args[4];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[1];
-        REAL x1[2];
-        REAL x2[2];
-        REAL x3[2];
-        REAL x4[8];
-        NAME(load_scalar)(x0, a0 + i * w);
-        NAME(load_2)(x1, a1 + i * 2 * w, w);
-        NAME(load_2)(x2, a2 + i * 2 * w, w);
-        NAME(load_2)(x3, a3 + i * 2 * w, w);
-        NAME(versor_from_parts)(x0[0], x1, x2, x3, x4);
-        NAME(store_8)(a4 + i * 8 * w, w, x4);
+    _Alignas(64) REAL r0[1 * SPAN];
+    _Alignas(64) REAL r1[2 * SPAN];
+    _Alignas(64) REAL r2[2 * SPAN];
+    _Alignas(64) REAL r3[2 * SPAN];
+    _Alignas(64) REAL r4[8 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        NAME(load_span)(r0, args[0], first, 1);
+        NAME(load_span)(r1, args[1], first, 2);
+        NAME(load_span)(r2, args[2], first, 2);
+        NAME(load_span)(r3, args[3], first, 2);
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[1];
+            REAL x1[2];
+            REAL x2[2];
+            REAL x3[2];
+            REAL x4[8];
+            NAME(load_scalar)(x0, (char *)(r0 + i));
+            NAME(load_2)(x1, (char *)(r1 + i), SPAN * w);
+            NAME(load_2)(x2, (char *)(r2 + i), SPAN * w);
+            NAME(load_2)(x3, (char *)(r3 + i), SPAN * w);
+            NAME(versor_from_parts)(x0[0], x1, x2, x3, x4);
+            NAME(store_8)((char *)(r4 + i), SPAN * w, x4);
+        }
+        NAME(store_span)(args[4], first, r4, 8);
     }
 }
 
@@ -15877,12 +17562,12 @@ void NAME(versor_from_parts_loop)(char **args, const intptr_t *dimensions, const
 {
     static const struct part parts[] = {{1, 0, 0, {0}}, {2, 1, 0, {2}}, {2, 1, 1, {2}}, {2, 1, 2, {2}}, {8, 1, 3,
         {8}}};
-    static const struct form forms[] = {{7, 1, NAME(versor_from_parts_start_scale_r_t),
+    static const struct form forms[] = {{7, 2, NAME(versor_from_parts_start_scale_r_t),
         NAME(versor_from_parts_block_scale_r_t), NAME(versor_from_parts_dense_scale_r_t)}, {11, 2,
         NAME(versor_from_parts_start_scale_r_b), NAME(versor_from_parts_block_scale_r_b),
         NAME(versor_from_parts_dense_scale_r_b)}, {13, 2, NAME(versor_from_parts_start_scale_t_b),
         NAME(versor_from_parts_block_scale_t_b), NAME(versor_from_parts_dense_scale_t_b)}};
-    static const struct kernel kernel = {NAME(versor_from_parts_block), NAME(versor_from_parts_dense), 4, 5, 3,
+    static const struct kernel kernel = {NAME(versor_from_parts_block), NAME(versor_from_parts_dense), 4, 5, 3, 0,
         parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -15938,23 +17623,26 @@ WIDE static void NAME(move_point_dense)(intptr_t n, char **args, const intptr_t 
     (void)strides;
     char *a0 = args[0];
     char *a1 = args[1];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[4];
-        REAL x1[2];
-        REAL x2[2];
-        NAME(load_4)(x0, a0 + i * 4 * w, w);
-        NAME(load_2)(x1, a1 + i * 2 * w, w);
-        NAME(move_point)(x0, x1, x2);
-        NAME(store_2)(a2 + i * 2 * w, w, x2);
+    _Alignas(64) REAL r2[2 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[4];
+            REAL x1[2];
+            REAL x2[2];
+            NAME(load_4)(x0, a0 + (first + i) * 4 * w, w);
+            NAME(load_2)(x1, a1 + (first + i) * 2 * w, w);
+            NAME(move_point)(x0, x1, x2);
+            NAME(store_2)((char *)(r2 + i), SPAN * w, x2);
+        }
+        NAME(store_span)(args[2], first, r2, 2);
     }
 }
 
 void NAME(move_point_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {2, 1, 1, {2}}, {2, 1, 2, {2}}};
-    static const struct kernel kernel = {NAME(move_point_block), NAME(move_point_dense), 2, 3, 0, parts, NULL};
+    static const struct kernel kernel = {NAME(move_point_block), NAME(move_point_dense), 2, 3, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -16004,23 +17692,27 @@ WIDE static void NAME(rotate_point_dense)(intptr_t n, char **args, const intptr_
     (void)strides;
     char *a0 = args[0];
     char *a1 = args[1];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[2];
-        REAL x1[2];
-        REAL x2[2];
-        NAME(load_2)(x0, a0 + i * 2 * w, w);
-        NAME(load_2)(x1, a1 + i * 2 * w, w);
-        NAME(rotate_point)(x0, x1, x2);
-        NAME(store_2)(a2 + i * 2 * w, w, x2);
+    _Alignas(64) REAL r2[2 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[2];
+            REAL x1[2];
+            REAL x2[2];
+            NAME(load_2)(x0, a0 + (first + i) * 2 * w, w);
+            NAME(load_2)(x1, a1 + (first + i) * 2 * w, w);
+            NAME(rotate_point)(x0, x1, x2);
+            NAME(store_2)((char *)(r2 + i), SPAN * w, x2);
+        }
+        NAME(store_span)(args[2], first, r2, 2);
     }
 }
 
 void NAME(rotate_point_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{2, 1, 0, {2}}, {2, 1, 1, {2}}, {2, 1, 2, {2}}};
-    static const struct kernel kernel = {NAME(rotate_point_block), NAME(rotate_point_dense), 2, 3, 0, parts, NULL};
+    static const struct kernel kernel = {NAME(rotate_point_block), NAME(rotate_point_dense), 2, 3, 0, 0, parts,
+        NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -16063,24 +17755,27 @@ WIDE static void NAME(translate_point_dense)(intptr_t n, char **args, const intp
     (void)strides;
     char *a0 = args[0];
     char *a1 = args[1];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[2];
-        REAL x1[2];
-        REAL x2[2];
-        NAME(load_2)(x0, a0 + i * 2 * w, w);
-        NAME(load_2)(x1, a1 + i * 2 * w, w);
-        NAME(translate_point)(x0, x1, x2);
-        NAME(store_2)(a2 + i * 2 * w, w, x2);
+    _Alignas(64) REAL r2[2 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[2];
+            REAL x1[2];
+            REAL x2[2];
+            NAME(load_2)(x0, a0 + (first + i) * 2 * w, w);
+            NAME(load_2)(x1, a1 + (first + i) * 2 * w, w);
+            NAME(translate_point)(x0, x1, x2);
+            NAME(store_2)((char *)(r2 + i), SPAN * w, x2);
+        }
+        NAME(store_span)(args[2], first, r2, 2);
     }
 }
 
 void NAME(translate_point_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{2, 1, 0, {2}}, {2, 1, 1, {2}}, {2, 1, 2, {2}}};
-    static const struct kernel kernel = {NAME(translate_point_block), NAME(translate_point_dense), 2, 3, 0, parts,
-        NULL};
+    static const struct kernel kernel = {NAME(translate_point_block), NAME(translate_point_dense), 2, 3, 0, 0,
+        parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -16124,23 +17819,27 @@ WIDE static void NAME(dilate_point_dense)(intptr_t n, char **args, const intptr_
     (void)strides;
     char *a0 = args[0];
     char *a1 = args[1];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[2];
-        REAL x1[2];
-        REAL x2[2];
-        NAME(load_2)(x0, a0 + i * 2 * w, w);
-        NAME(load_2)(x1, a1 + i * 2 * w, w);
-        NAME(dilate_point)(x0, x1, x2);
-        NAME(store_2)(a2 + i * 2 * w, w, x2);
+    _Alignas(64) REAL r2[2 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[2];
+            REAL x1[2];
+            REAL x2[2];
+            NAME(load_2)(x0, a0 + (first + i) * 2 * w, w);
+            NAME(load_2)(x1, a1 + (first + i) * 2 * w, w);
+            NAME(dilate_point)(x0, x1, x2);
+            NAME(store_2)((char *)(r2 + i), SPAN * w, x2);
+        }
+        NAME(store_span)(args[2], first, r2, 2);
     }
 }
 
 void NAME(dilate_point_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{2, 1, 0, {2}}, {2, 1, 1, {2}}, {2, 1, 2, {2}}};
-    static const struct kernel kernel = {NAME(dilate_point_block), NAME(dilate_point_dense), 2, 3, 0, parts, NULL};
+    static const struct kernel kernel = {NAME(dilate_point_block), NAME(dilate_point_dense), 2, 3, 0, 0, parts,
+        NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -16276,17 +17975,20 @@ WIDE static void NAME(move_vector_block_m)(intptr_t n, char **args, const intptr
 WIDE static void NAME(move_vector_dense_m)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
-    (void)strides;
     const REAL *prepared = (const REAL *)args[0];
+    (void)strides;
     char *a1 = args[1];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x1[4];
-        REAL x2[4];
-        NAME(load_4)(x1, a1 + i * 4 * w, w);
-        NAME(move_vector_apply_m)(prepared, x1, x2);
-        NAME(store_4)(a2 + i * 4 * w, w, x2);
+    _Alignas(64) REAL r2[4 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x1[4];
+            REAL x2[4];
+            NAME(load_4)(x1, a1 + (first + i) * 4 * w, w);
+            NAME(move_vector_apply_m)(prepared, x1, x2);
+            NAME(store_4)((char *)(r2 + i), SPAN * w, x2);
+        }
+        NAME(store_span)(args[2], first, r2, 4);
     }
 }
 
@@ -16323,16 +18025,19 @@ WIDE static void NAME(move_vector_dense)(intptr_t n, char **args, const intptr_t
     (void)strides;
     char *a0 = args[0];
     char *a1 = args[1];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[4];
-        REAL x1[4];
-        REAL x2[4];
-        NAME(load_4)(x0, a0 + i * 4 * w, w);
-        NAME(load_4)(x1, a1 + i * 4 * w, w);
-        NAME(move_vector)(x0, x1, x2);
-        NAME(store_4)(a2 + i * 4 * w, w, x2);
+    _Alignas(64) REAL r2[4 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[4];
+            REAL x1[4];
+            REAL x2[4];
+            NAME(load_4)(x0, a0 + (first + i) * 4 * w, w);
+            NAME(load_4)(x1, a1 + (first + i) * 4 * w, w);
+            NAME(move_vector)(x0, x1, x2);
+            NAME(store_4)((char *)(r2 + i), SPAN * w, x2);
+        }
+        NAME(store_span)(args[2], first, r2, 4);
     }
 }
 
@@ -16341,7 +18046,8 @@ void NAME(move_vector_loop)(char **args, const intptr_t *dimensions, const intpt
     static const struct part parts[] = {{4, 1, 0, {4}}, {4, 1, 1, {4}}, {4, 1, 2, {4}}};
     static const struct form forms[] = {{1, 3, NAME(move_vector_start_m), NAME(move_vector_block_m),
         NAME(move_vector_dense_m)}};
-    static const struct kernel kernel = {NAME(move_vector_block), NAME(move_vector_dense), 2, 3, 1, parts, forms};
+    static const struct kernel kernel = {NAME(move_vector_block), NAME(move_vector_dense), 2, 3, 1, 0, parts,
+        forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -16538,6 +18244,27 @@ WIDE static void NAME(move_point_pair_block_m)(intptr_t n, char **args, const in
     }
 }
 
+WIDE static void NAME(move_point_pair_dense_m)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    const REAL *prepared = (const REAL *)args[0];
+    (void)strides;
+    _Alignas(64) REAL r1[6 * SPAN];
+    _Alignas(64) REAL r2[6 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        NAME(load_span)(r1, args[1], first, 6);
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x1[6];
+            REAL x2[6];
+            NAME(load_6)(x1, (char *)(r1 + i), SPAN * w);
+            NAME(move_point_pair_apply_m)(prepared, x1, x2);
+            NAME(store_6)((char *)(r2 + i), SPAN * w, x2);
+        }
+        NAME(store_span)(args[2], first, r2, 6);
+    }
+}
+
 static void NAME(move_point_pair_start_m)(char **args, const intptr_t *strides, void *prepared)
 {
     const intptr_t c0a = strides[0];
@@ -16565,11 +18292,37 @@ WIDE static void NAME(move_point_pair_block)(intptr_t n, char **args, const intp
     }
 }
 
+WIDE static void NAME(move_point_pair_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    _Alignas(64) REAL r0[4 * SPAN];
+    _Alignas(64) REAL r1[6 * SPAN];
+    _Alignas(64) REAL r2[6 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        NAME(load_span)(r0, args[0], first, 4);
+        NAME(load_span)(r1, args[1], first, 6);
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[4];
+            REAL x1[6];
+            REAL x2[6];
+            NAME(load_4)(x0, (char *)(r0 + i), SPAN * w);
+            NAME(load_6)(x1, (char *)(r1 + i), SPAN * w);
+            NAME(move_point_pair)(x0, x1, x2);
+            NAME(store_6)((char *)(r2 + i), SPAN * w, x2);
+        }
+        NAME(store_span)(args[2], first, r2, 6);
+    }
+}
+
 void NAME(move_point_pair_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {6, 1, 1, {6}}, {6, 1, 2, {6}}};
-    static const struct form forms[] = {{1, 2, NAME(move_point_pair_start_m), NAME(move_point_pair_block_m), NULL}};
-    static const struct kernel kernel = {NAME(move_point_pair_block), NULL, 2, 3, 1, parts, forms};
+    static const struct form forms[] = {{1, 2, NAME(move_point_pair_start_m), NAME(move_point_pair_block_m),
+        NAME(move_point_pair_dense_m)}};
+    static const struct kernel kernel = {NAME(move_point_pair_block), NAME(move_point_pair_dense), 2, 3, 1, 0,
+        parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -16671,17 +18424,20 @@ WIDE static void NAME(move_line_block_m)(intptr_t n, char **args, const intptr_t
 WIDE static void NAME(move_line_dense_m)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
-    (void)strides;
     const REAL *prepared = (const REAL *)args[0];
+    (void)strides;
     char *a1 = args[1];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x1[3];
-        REAL x2[3];
-        NAME(load_3)(x1, a1 + i * 3 * w, w);
-        NAME(move_line_apply_m)(prepared, x1, x2);
-        NAME(store_3)(a2 + i * 3 * w, w, x2);
+    _Alignas(64) REAL r2[3 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x1[3];
+            REAL x2[3];
+            NAME(load_3)(x1, a1 + (first + i) * 3 * w, w);
+            NAME(move_line_apply_m)(prepared, x1, x2);
+            NAME(store_3)((char *)(r2 + i), SPAN * w, x2);
+        }
+        NAME(store_span)(args[2], first, r2, 3);
     }
 }
 
@@ -16718,16 +18474,19 @@ WIDE static void NAME(move_line_dense)(intptr_t n, char **args, const intptr_t *
     (void)strides;
     char *a0 = args[0];
     char *a1 = args[1];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[4];
-        REAL x1[3];
-        REAL x2[3];
-        NAME(load_4)(x0, a0 + i * 4 * w, w);
-        NAME(load_3)(x1, a1 + i * 3 * w, w);
-        NAME(move_line)(x0, x1, x2);
-        NAME(store_3)(a2 + i * 3 * w, w, x2);
+    _Alignas(64) REAL r2[3 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[4];
+            REAL x1[3];
+            REAL x2[3];
+            NAME(load_4)(x0, a0 + (first + i) * 4 * w, w);
+            NAME(load_3)(x1, a1 + (first + i) * 3 * w, w);
+            NAME(move_line)(x0, x1, x2);
+            NAME(store_3)((char *)(r2 + i), SPAN * w, x2);
+        }
+        NAME(store_span)(args[2], first, r2, 3);
     }
 }
 
@@ -16736,7 +18495,7 @@ void NAME(move_line_loop)(char **args, const intptr_t *dimensions, const intptr_
     static const struct part parts[] = {{4, 1, 0, {4}}, {3, 1, 1, {3}}, {3, 1, 2, {3}}};
     static const struct form forms[] = {{1, 3, NAME(move_line_start_m), NAME(move_line_block_m),
         NAME(move_line_dense_m)}};
-    static const struct kernel kernel = {NAME(move_line_block), NAME(move_line_dense), 2, 3, 1, parts, forms};
+    static const struct kernel kernel = {NAME(move_line_block), NAME(move_line_dense), 2, 3, 1, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -16872,17 +18631,20 @@ WIDE static void NAME(move_circle_block_m)(intptr_t n, char **args, const intptr
 WIDE static void NAME(move_circle_dense_m)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
-    (void)strides;
     const REAL *prepared = (const REAL *)args[0];
+    (void)strides;
     char *a1 = args[1];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x1[4];
-        REAL x2[4];
-        NAME(load_4)(x1, a1 + i * 4 * w, w);
-        NAME(move_circle_apply_m)(prepared, x1, x2);
-        NAME(store_4)(a2 + i * 4 * w, w, x2);
+    _Alignas(64) REAL r2[4 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x1[4];
+            REAL x2[4];
+            NAME(load_4)(x1, a1 + (first + i) * 4 * w, w);
+            NAME(move_circle_apply_m)(prepared, x1, x2);
+            NAME(store_4)((char *)(r2 + i), SPAN * w, x2);
+        }
+        NAME(store_span)(args[2], first, r2, 4);
     }
 }
 
@@ -16919,16 +18681,19 @@ WIDE static void NAME(move_circle_dense)(intptr_t n, char **args, const intptr_t
     (void)strides;
     char *a0 = args[0];
     char *a1 = args[1];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[4];
-        REAL x1[4];
-        REAL x2[4];
-        NAME(load_4)(x0, a0 + i * 4 * w, w);
-        NAME(load_4)(x1, a1 + i * 4 * w, w);
-        NAME(move_circle)(x0, x1, x2);
-        NAME(store_4)(a2 + i * 4 * w, w, x2);
+    _Alignas(64) REAL r2[4 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[4];
+            REAL x1[4];
+            REAL x2[4];
+            NAME(load_4)(x0, a0 + (first + i) * 4 * w, w);
+            NAME(load_4)(x1, a1 + (first + i) * 4 * w, w);
+            NAME(move_circle)(x0, x1, x2);
+            NAME(store_4)((char *)(r2 + i), SPAN * w, x2);
+        }
+        NAME(store_span)(args[2], first, r2, 4);
     }
 }
 
@@ -16937,7 +18702,8 @@ void NAME(move_circle_loop)(char **args, const intptr_t *dimensions, const intpt
     static const struct part parts[] = {{4, 1, 0, {4}}, {4, 1, 1, {4}}, {4, 1, 2, {4}}};
     static const struct form forms[] = {{1, 3, NAME(move_circle_start_m), NAME(move_circle_block_m),
         NAME(move_circle_dense_m)}};
-    static const struct kernel kernel = {NAME(move_circle_block), NAME(move_circle_dense), 2, 3, 1, parts, forms};
+    static const struct kernel kernel = {NAME(move_circle_block), NAME(move_circle_dense), 2, 3, 1, 0, parts,
+        forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -17039,17 +18805,20 @@ WIDE static void NAME(move_flat_point_block_m)(intptr_t n, char **args, const in
 WIDE static void NAME(move_flat_point_dense_m)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
-    (void)strides;
     const REAL *prepared = (const REAL *)args[0];
+    (void)strides;
     char *a1 = args[1];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x1[3];
-        REAL x2[3];
-        NAME(load_3)(x1, a1 + i * 3 * w, w);
-        NAME(move_flat_point_apply_m)(prepared, x1, x2);
-        NAME(store_3)(a2 + i * 3 * w, w, x2);
+    _Alignas(64) REAL r2[3 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x1[3];
+            REAL x2[3];
+            NAME(load_3)(x1, a1 + (first + i) * 3 * w, w);
+            NAME(move_flat_point_apply_m)(prepared, x1, x2);
+            NAME(store_3)((char *)(r2 + i), SPAN * w, x2);
+        }
+        NAME(store_span)(args[2], first, r2, 3);
     }
 }
 
@@ -17086,16 +18855,19 @@ WIDE static void NAME(move_flat_point_dense)(intptr_t n, char **args, const intp
     (void)strides;
     char *a0 = args[0];
     char *a1 = args[1];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[4];
-        REAL x1[3];
-        REAL x2[3];
-        NAME(load_4)(x0, a0 + i * 4 * w, w);
-        NAME(load_3)(x1, a1 + i * 3 * w, w);
-        NAME(move_flat_point)(x0, x1, x2);
-        NAME(store_3)(a2 + i * 3 * w, w, x2);
+    _Alignas(64) REAL r2[3 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[4];
+            REAL x1[3];
+            REAL x2[3];
+            NAME(load_4)(x0, a0 + (first + i) * 4 * w, w);
+            NAME(load_3)(x1, a1 + (first + i) * 3 * w, w);
+            NAME(move_flat_point)(x0, x1, x2);
+            NAME(store_3)((char *)(r2 + i), SPAN * w, x2);
+        }
+        NAME(store_span)(args[2], first, r2, 3);
     }
 }
 
@@ -17104,8 +18876,8 @@ void NAME(move_flat_point_loop)(char **args, const intptr_t *dimensions, const i
     static const struct part parts[] = {{4, 1, 0, {4}}, {3, 1, 1, {3}}, {3, 1, 2, {3}}};
     static const struct form forms[] = {{1, 3, NAME(move_flat_point_start_m), NAME(move_flat_point_block_m),
         NAME(move_flat_point_dense_m)}};
-    static const struct kernel kernel = {NAME(move_flat_point_block), NAME(move_flat_point_dense), 2, 3, 1, parts,
-        forms};
+    static const struct kernel kernel = {NAME(move_flat_point_block), NAME(move_flat_point_dense), 2, 3, 1, 0,
+        parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -17155,23 +18927,26 @@ WIDE static void NAME(move_direction_dense)(intptr_t n, char **args, const intpt
     (void)strides;
     char *a0 = args[0];
     char *a1 = args[1];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[4];
-        REAL x1[2];
-        REAL x2[2];
-        NAME(load_4)(x0, a0 + i * 4 * w, w);
-        NAME(load_2)(x1, a1 + i * 2 * w, w);
-        NAME(move_direction)(x0, x1, x2);
-        NAME(store_2)(a2 + i * 2 * w, w, x2);
+    _Alignas(64) REAL r2[2 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[4];
+            REAL x1[2];
+            REAL x2[2];
+            NAME(load_4)(x0, a0 + (first + i) * 4 * w, w);
+            NAME(load_2)(x1, a1 + (first + i) * 2 * w, w);
+            NAME(move_direction)(x0, x1, x2);
+            NAME(store_2)((char *)(r2 + i), SPAN * w, x2);
+        }
+        NAME(store_span)(args[2], first, r2, 2);
     }
 }
 
 void NAME(move_direction_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {2, 1, 1, {2}}, {2, 1, 2, {2}}};
-    static const struct kernel kernel = {NAME(move_direction_block), NAME(move_direction_dense), 2, 3, 0, parts,
+    static const struct kernel kernel = {NAME(move_direction_block), NAME(move_direction_dense), 2, 3, 0, 0, parts,
         NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -17454,17 +19229,20 @@ WIDE static void NAME(transform_vector_block_v)(intptr_t n, char **args, const i
 WIDE static void NAME(transform_vector_dense_v)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
-    (void)strides;
     const REAL *prepared = (const REAL *)args[0];
+    (void)strides;
     char *a1 = args[1];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x1[4];
-        REAL x2[4];
-        NAME(load_4)(x1, a1 + i * 4 * w, w);
-        NAME(transform_vector_apply_v)(prepared, x1, x2);
-        NAME(store_4)(a2 + i * 4 * w, w, x2);
+    _Alignas(64) REAL r2[4 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x1[4];
+            REAL x2[4];
+            NAME(load_4)(x1, a1 + (first + i) * 4 * w, w);
+            NAME(transform_vector_apply_v)(prepared, x1, x2);
+            NAME(store_4)((char *)(r2 + i), SPAN * w, x2);
+        }
+        NAME(store_span)(args[2], first, r2, 4);
     }
 }
 
@@ -17495,12 +19273,37 @@ WIDE static void NAME(transform_vector_block)(intptr_t n, char **args, const int
     }
 }
 
+WIDE static void NAME(transform_vector_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    _Alignas(64) REAL r0[8 * SPAN];
+    _Alignas(64) REAL r1[4 * SPAN];
+    _Alignas(64) REAL r2[4 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        NAME(load_span)(r0, args[0], first, 8);
+        NAME(load_span)(r1, args[1], first, 4);
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[8];
+            REAL x1[4];
+            REAL x2[4];
+            NAME(load_8)(x0, (char *)(r0 + i), SPAN * w);
+            NAME(load_4)(x1, (char *)(r1 + i), SPAN * w);
+            NAME(transform_vector)(x0, x1, x2);
+            NAME(store_4)((char *)(r2 + i), SPAN * w, x2);
+        }
+        NAME(store_span)(args[2], first, r2, 4);
+    }
+}
+
 void NAME(transform_vector_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{8, 1, 0, {8}}, {4, 1, 1, {4}}, {4, 1, 2, {4}}};
     static const struct form forms[] = {{1, 2, NAME(transform_vector_start_v), NAME(transform_vector_block_v),
         NAME(transform_vector_dense_v)}};
-    static const struct kernel kernel = {NAME(transform_vector_block), NULL, 2, 3, 1, parts, forms};
+    static const struct kernel kernel = {NAME(transform_vector_block), NAME(transform_vector_dense), 2, 3, 1, 0,
+        parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -17604,10 +19407,35 @@ WIDE static void NAME(transform_point_block)(intptr_t n, char **args, const intp
     }
 }
 
+WIDE static void NAME(transform_point_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    _Alignas(64) REAL r0[8 * SPAN];
+    _Alignas(64) REAL r1[2 * SPAN];
+    _Alignas(64) REAL r2[2 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        NAME(load_span)(r0, args[0], first, 8);
+        NAME(load_span)(r1, args[1], first, 2);
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[8];
+            REAL x1[2];
+            REAL x2[2];
+            NAME(load_8)(x0, (char *)(r0 + i), SPAN * w);
+            NAME(load_2)(x1, (char *)(r1 + i), SPAN * w);
+            NAME(transform_point)(x0, x1, x2);
+            NAME(store_2)((char *)(r2 + i), SPAN * w, x2);
+        }
+        NAME(store_span)(args[2], first, r2, 2);
+    }
+}
+
 void NAME(transform_point_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{8, 1, 0, {8}}, {2, 1, 1, {2}}, {2, 1, 2, {2}}};
-    static const struct kernel kernel = {NAME(transform_point_block), NULL, 2, 3, 0, parts, NULL};
+    static const struct kernel kernel = {NAME(transform_point_block), NAME(transform_point_dense), 2, 3, 0, 0,
+        parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -17966,6 +19794,27 @@ WIDE static void NAME(transform_point_pair_block_v)(intptr_t n, char **args, con
     }
 }
 
+WIDE static void NAME(transform_point_pair_dense_v)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    const REAL *prepared = (const REAL *)args[0];
+    (void)strides;
+    _Alignas(64) REAL r1[6 * SPAN];
+    _Alignas(64) REAL r2[6 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        NAME(load_span)(r1, args[1], first, 6);
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x1[6];
+            REAL x2[6];
+            NAME(load_6)(x1, (char *)(r1 + i), SPAN * w);
+            NAME(transform_point_pair_apply_v)(prepared, x1, x2);
+            NAME(store_6)((char *)(r2 + i), SPAN * w, x2);
+        }
+        NAME(store_span)(args[2], first, r2, 6);
+    }
+}
+
 static void NAME(transform_point_pair_start_v)(char **args, const intptr_t *strides, void *prepared)
 {
     const intptr_t c0a = strides[0];
@@ -17997,8 +19846,8 @@ void NAME(transform_point_pair_loop)(char **args, const intptr_t *dimensions, co
 {
     static const struct part parts[] = {{8, 1, 0, {8}}, {6, 1, 1, {6}}, {6, 1, 2, {6}}};
     static const struct form forms[] = {{1, 2, NAME(transform_point_pair_start_v),
-        NAME(transform_point_pair_block_v), NULL}};
-    static const struct kernel kernel = {NAME(transform_point_pair_block), NULL, 2, 3, 1, parts, forms};
+        NAME(transform_point_pair_block_v), NAME(transform_point_pair_dense_v)}};
+    static const struct kernel kernel = {NAME(transform_point_pair_block), NULL, 2, 3, 1, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -18280,17 +20129,20 @@ WIDE static void NAME(transform_circle_block_v)(intptr_t n, char **args, const i
 WIDE static void NAME(transform_circle_dense_v)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
-    (void)strides;
     const REAL *prepared = (const REAL *)args[0];
+    (void)strides;
     char *a1 = args[1];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x1[4];
-        REAL x2[4];
-        NAME(load_4)(x1, a1 + i * 4 * w, w);
-        NAME(transform_circle_apply_v)(prepared, x1, x2);
-        NAME(store_4)(a2 + i * 4 * w, w, x2);
+    _Alignas(64) REAL r2[4 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x1[4];
+            REAL x2[4];
+            NAME(load_4)(x1, a1 + (first + i) * 4 * w, w);
+            NAME(transform_circle_apply_v)(prepared, x1, x2);
+            NAME(store_4)((char *)(r2 + i), SPAN * w, x2);
+        }
+        NAME(store_span)(args[2], first, r2, 4);
     }
 }
 
@@ -18321,12 +20173,37 @@ WIDE static void NAME(transform_circle_block)(intptr_t n, char **args, const int
     }
 }
 
+WIDE static void NAME(transform_circle_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    _Alignas(64) REAL r0[8 * SPAN];
+    _Alignas(64) REAL r1[4 * SPAN];
+    _Alignas(64) REAL r2[4 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        NAME(load_span)(r0, args[0], first, 8);
+        NAME(load_span)(r1, args[1], first, 4);
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[8];
+            REAL x1[4];
+            REAL x2[4];
+            NAME(load_8)(x0, (char *)(r0 + i), SPAN * w);
+            NAME(load_4)(x1, (char *)(r1 + i), SPAN * w);
+            NAME(transform_circle)(x0, x1, x2);
+            NAME(store_4)((char *)(r2 + i), SPAN * w, x2);
+        }
+        NAME(store_span)(args[2], first, r2, 4);
+    }
+}
+
 void NAME(transform_circle_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{8, 1, 0, {8}}, {4, 1, 1, {4}}, {4, 1, 2, {4}}};
     static const struct form forms[] = {{1, 2, NAME(transform_circle_start_v), NAME(transform_circle_block_v),
         NAME(transform_circle_dense_v)}};
-    static const struct kernel kernel = {NAME(transform_circle_block), NULL, 2, 3, 1, parts, forms};
+    static const struct kernel kernel = {NAME(transform_circle_block), NAME(transform_circle_dense), 2, 3, 1, 0,
+        parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -18442,17 +20319,20 @@ WIDE static void NAME(invert_vector_block_s)(intptr_t n, char **args, const intp
 WIDE static void NAME(invert_vector_dense_s)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
-    (void)strides;
     const REAL *prepared = (const REAL *)args[1];
+    (void)strides;
     char *a0 = args[0];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[4];
-        REAL x2[4];
-        NAME(load_4)(x0, a0 + i * 4 * w, w);
-        NAME(invert_vector_apply_s)(prepared, x0, x2);
-        NAME(store_4)(a2 + i * 4 * w, w, x2);
+    _Alignas(64) REAL r2[4 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[4];
+            REAL x2[4];
+            NAME(load_4)(x0, a0 + (first + i) * 4 * w, w);
+            NAME(invert_vector_apply_s)(prepared, x0, x2);
+            NAME(store_4)((char *)(r2 + i), SPAN * w, x2);
+        }
+        NAME(store_span)(args[2], first, r2, 4);
     }
 }
 
@@ -18489,16 +20369,19 @@ WIDE static void NAME(invert_vector_dense)(intptr_t n, char **args, const intptr
     (void)strides;
     char *a0 = args[0];
     char *a1 = args[1];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[4];
-        REAL x1[4];
-        REAL x2[4];
-        NAME(load_4)(x0, a0 + i * 4 * w, w);
-        NAME(load_4)(x1, a1 + i * 4 * w, w);
-        NAME(invert_vector)(x0, x1, x2);
-        NAME(store_4)(a2 + i * 4 * w, w, x2);
+    _Alignas(64) REAL r2[4 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[4];
+            REAL x1[4];
+            REAL x2[4];
+            NAME(load_4)(x0, a0 + (first + i) * 4 * w, w);
+            NAME(load_4)(x1, a1 + (first + i) * 4 * w, w);
+            NAME(invert_vector)(x0, x1, x2);
+            NAME(store_4)((char *)(r2 + i), SPAN * w, x2);
+        }
+        NAME(store_span)(args[2], first, r2, 4);
     }
 }
 
@@ -18507,7 +20390,7 @@ void NAME(invert_vector_loop)(char **args, const intptr_t *dimensions, const int
     static const struct part parts[] = {{4, 1, 0, {4}}, {4, 1, 1, {4}}, {4, 1, 2, {4}}};
     static const struct form forms[] = {{2, 2, NAME(invert_vector_start_s), NAME(invert_vector_block_s),
         NAME(invert_vector_dense_s)}};
-    static const struct kernel kernel = {NAME(invert_vector_block), NAME(invert_vector_dense), 2, 3, 1, parts,
+    static const struct kernel kernel = {NAME(invert_vector_block), NAME(invert_vector_dense), 2, 3, 1, 0, parts,
         forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -18699,6 +20582,27 @@ WIDE static void NAME(invert_point_pair_block_s)(intptr_t n, char **args, const 
     }
 }
 
+WIDE static void NAME(invert_point_pair_dense_s)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    const REAL *prepared = (const REAL *)args[1];
+    (void)strides;
+    _Alignas(64) REAL r0[6 * SPAN];
+    _Alignas(64) REAL r2[6 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        NAME(load_span)(r0, args[0], first, 6);
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[6];
+            REAL x2[6];
+            NAME(load_6)(x0, (char *)(r0 + i), SPAN * w);
+            NAME(invert_point_pair_apply_s)(prepared, x0, x2);
+            NAME(store_6)((char *)(r2 + i), SPAN * w, x2);
+        }
+        NAME(store_span)(args[2], first, r2, 6);
+    }
+}
+
 static void NAME(invert_point_pair_start_s)(char **args, const intptr_t *strides, void *prepared)
 {
     const intptr_t c1a = strides[1];
@@ -18726,12 +20630,37 @@ WIDE static void NAME(invert_point_pair_block)(intptr_t n, char **args, const in
     }
 }
 
+WIDE static void NAME(invert_point_pair_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    _Alignas(64) REAL r0[6 * SPAN];
+    _Alignas(64) REAL r1[4 * SPAN];
+    _Alignas(64) REAL r2[6 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        NAME(load_span)(r0, args[0], first, 6);
+        NAME(load_span)(r1, args[1], first, 4);
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[6];
+            REAL x1[4];
+            REAL x2[6];
+            NAME(load_6)(x0, (char *)(r0 + i), SPAN * w);
+            NAME(load_4)(x1, (char *)(r1 + i), SPAN * w);
+            NAME(invert_point_pair)(x0, x1, x2);
+            NAME(store_6)((char *)(r2 + i), SPAN * w, x2);
+        }
+        NAME(store_span)(args[2], first, r2, 6);
+    }
+}
+
 void NAME(invert_point_pair_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{6, 1, 0, {6}}, {4, 1, 1, {4}}, {6, 1, 2, {6}}};
     static const struct form forms[] = {{2, 2, NAME(invert_point_pair_start_s), NAME(invert_point_pair_block_s),
-        NULL}};
-    static const struct kernel kernel = {NAME(invert_point_pair_block), NULL, 2, 3, 1, parts, forms};
+        NAME(invert_point_pair_dense_s)}};
+    static const struct kernel kernel = {NAME(invert_point_pair_block), NAME(invert_point_pair_dense), 2, 3, 1, 0,
+        parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -18851,17 +20780,20 @@ WIDE static void NAME(invert_circle_block_s)(intptr_t n, char **args, const intp
 WIDE static void NAME(invert_circle_dense_s)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
-    (void)strides;
     const REAL *prepared = (const REAL *)args[1];
+    (void)strides;
     char *a0 = args[0];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[4];
-        REAL x2[4];
-        NAME(load_4)(x0, a0 + i * 4 * w, w);
-        NAME(invert_circle_apply_s)(prepared, x0, x2);
-        NAME(store_4)(a2 + i * 4 * w, w, x2);
+    _Alignas(64) REAL r2[4 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[4];
+            REAL x2[4];
+            NAME(load_4)(x0, a0 + (first + i) * 4 * w, w);
+            NAME(invert_circle_apply_s)(prepared, x0, x2);
+            NAME(store_4)((char *)(r2 + i), SPAN * w, x2);
+        }
+        NAME(store_span)(args[2], first, r2, 4);
     }
 }
 
@@ -18898,16 +20830,19 @@ WIDE static void NAME(invert_circle_dense)(intptr_t n, char **args, const intptr
     (void)strides;
     char *a0 = args[0];
     char *a1 = args[1];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[4];
-        REAL x1[4];
-        REAL x2[4];
-        NAME(load_4)(x0, a0 + i * 4 * w, w);
-        NAME(load_4)(x1, a1 + i * 4 * w, w);
-        NAME(invert_circle)(x0, x1, x2);
-        NAME(store_4)(a2 + i * 4 * w, w, x2);
+    _Alignas(64) REAL r2[4 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[4];
+            REAL x1[4];
+            REAL x2[4];
+            NAME(load_4)(x0, a0 + (first + i) * 4 * w, w);
+            NAME(load_4)(x1, a1 + (first + i) * 4 * w, w);
+            NAME(invert_circle)(x0, x1, x2);
+            NAME(store_4)((char *)(r2 + i), SPAN * w, x2);
+        }
+        NAME(store_span)(args[2], first, r2, 4);
     }
 }
 
@@ -18916,7 +20851,7 @@ void NAME(invert_circle_loop)(char **args, const intptr_t *dimensions, const int
     static const struct part parts[] = {{4, 1, 0, {4}}, {4, 1, 1, {4}}, {4, 1, 2, {4}}};
     static const struct form forms[] = {{2, 2, NAME(invert_circle_start_s), NAME(invert_circle_block_s),
         NAME(invert_circle_dense_s)}};
-    static const struct kernel kernel = {NAME(invert_circle_block), NAME(invert_circle_dense), 2, 3, 1, parts,
+    static const struct kernel kernel = {NAME(invert_circle_block), NAME(invert_circle_dense), 2, 3, 1, 0, parts,
         forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -18991,23 +20926,27 @@ WIDE static void NAME(invert_point_dense)(intptr_t n, char **args, const intptr_
     (void)strides;
     char *a0 = args[0];
     char *a1 = args[1];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[2];
-        REAL x1[4];
-        REAL x2[2];
-        NAME(load_2)(x0, a0 + i * 2 * w, w);
-        NAME(load_4)(x1, a1 + i * 4 * w, w);
-        NAME(invert_point)(x0, x1, x2);
-        NAME(store_2)(a2 + i * 2 * w, w, x2);
+    _Alignas(64) REAL r2[2 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[2];
+            REAL x1[4];
+            REAL x2[2];
+            NAME(load_2)(x0, a0 + (first + i) * 2 * w, w);
+            NAME(load_4)(x1, a1 + (first + i) * 4 * w, w);
+            NAME(invert_point)(x0, x1, x2);
+            NAME(store_2)((char *)(r2 + i), SPAN * w, x2);
+        }
+        NAME(store_span)(args[2], first, r2, 2);
     }
 }
 
 void NAME(invert_point_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{2, 1, 0, {2}}, {4, 1, 1, {4}}, {2, 1, 2, {2}}};
-    static const struct kernel kernel = {NAME(invert_point_block), NAME(invert_point_dense), 2, 3, 0, parts, NULL};
+    static const struct kernel kernel = {NAME(invert_point_block), NAME(invert_point_dense), 2, 3, 0, 0, parts,
+        NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -19056,17 +20995,21 @@ WIDE static void NAME(motor_to_rotor_translation_dense)(intptr_t n, char **args,
     const intptr_t w = sizeof(REAL);
     (void)strides;
     char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[4];
-        REAL x1[2];
-        REAL x2[2];
-        NAME(load_4)(x0, a0 + i * 4 * w, w);
-        NAME(motor_to_rotor_translation)(x0, x1, x2);
-        NAME(store_2)(a1 + i * 2 * w, w, x1);
-        NAME(store_2)(a2 + i * 2 * w, w, x2);
+    _Alignas(64) REAL r1[2 * SPAN];
+    _Alignas(64) REAL r2[2 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[4];
+            REAL x1[2];
+            REAL x2[2];
+            NAME(load_4)(x0, a0 + (first + i) * 4 * w, w);
+            NAME(motor_to_rotor_translation)(x0, x1, x2);
+            NAME(store_2)((char *)(r1 + i), SPAN * w, x1);
+            NAME(store_2)((char *)(r2 + i), SPAN * w, x2);
+        }
+        NAME(store_span)(args[1], first, r1, 2);
+        NAME(store_span)(args[2], first, r2, 2);
     }
 }
 
@@ -19074,7 +21017,7 @@ void NAME(motor_to_rotor_translation_loop)(char **args, const intptr_t *dimensio
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {2, 1, 1, {2}}, {2, 1, 2, {2}}};
     static const struct kernel kernel = {NAME(motor_to_rotor_translation_block),
-        NAME(motor_to_rotor_translation_dense), 1, 3, 0, parts, NULL};
+        NAME(motor_to_rotor_translation_dense), 1, 3, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -19323,6 +21266,26 @@ WIDE static void NAME(motor_between_lines_block_a)(intptr_t n, char **args, cons
     }
 }
 
+WIDE static void NAME(motor_between_lines_dense_a)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    const REAL *prepared = (const REAL *)args[0];
+    (void)strides;
+    char *a1 = args[1];
+    _Alignas(64) REAL r2[4 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x1[3];
+            REAL x2[4];
+            NAME(load_3)(x1, a1 + (first + i) * 3 * w, w);
+            NAME(motor_between_lines_apply_a)(prepared, x1, x2);
+            NAME(store_4)((char *)(r2 + i), SPAN * w, x2);
+        }
+        NAME(store_span)(args[2], first, r2, 4);
+    }
+}
+
 static void NAME(motor_between_lines_start_a)(char **args, const intptr_t *strides, void *prepared)
 {
     const intptr_t c0a = strides[0];
@@ -19350,12 +21313,35 @@ WIDE static void NAME(motor_between_lines_block)(intptr_t n, char **args, const 
     }
 }
 
+WIDE static void NAME(motor_between_lines_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    char *a0 = args[0];
+    char *a1 = args[1];
+    _Alignas(64) REAL r2[4 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[3];
+            REAL x1[3];
+            REAL x2[4];
+            NAME(load_3)(x0, a0 + (first + i) * 3 * w, w);
+            NAME(load_3)(x1, a1 + (first + i) * 3 * w, w);
+            NAME(motor_between_lines)(x0, x1, x2);
+            NAME(store_4)((char *)(r2 + i), SPAN * w, x2);
+        }
+        NAME(store_span)(args[2], first, r2, 4);
+    }
+}
+
 void NAME(motor_between_lines_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {3, 1, 1, {3}}, {4, 1, 2, {4}}};
     static const struct form forms[] = {{1, 2, NAME(motor_between_lines_start_a), NAME(motor_between_lines_block_a),
-        NULL}};
-    static const struct kernel kernel = {NAME(motor_between_lines_block), NULL, 2, 3, 1, parts, forms};
+        NAME(motor_between_lines_dense_a)}};
+    static const struct kernel kernel = {NAME(motor_between_lines_block), NAME(motor_between_lines_dense), 2, 3, 1,
+        0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -19874,7 +21860,7 @@ void NAME(versor_between_circles_loop)(char **args, const intptr_t *dimensions, 
     static const struct part parts[] = {{4, 1, 0, {4}}, {4, 1, 1, {4}}, {8, 1, 2, {8}}};
     static const struct form forms[] = {{1, 2, NAME(versor_between_circles_start_a),
         NAME(versor_between_circles_block_a), NULL}};
-    static const struct kernel kernel = {NAME(versor_between_circles_block), NULL, 2, 3, 1, parts, forms};
+    static const struct kernel kernel = {NAME(versor_between_circles_block), NULL, 2, 3, 1, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -20461,7 +22447,7 @@ void NAME(versor_between_point_pairs_loop)(char **args, const intptr_t *dimensio
     static const struct part parts[] = {{6, 1, 0, {6}}, {6, 1, 1, {6}}, {8, 1, 2, {8}}};
     static const struct form forms[] = {{1, 2, NAME(versor_between_point_pairs_start_a),
         NAME(versor_between_point_pairs_block_a), NULL}};
-    static const struct kernel kernel = {NAME(versor_between_point_pairs_block), NULL, 2, 3, 1, parts, forms};
+    static const struct kernel kernel = {NAME(versor_between_point_pairs_block), NULL, 2, 3, 1, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -20700,17 +22686,21 @@ WIDE static void NAME(similarity_between_circles_block_a)(intptr_t n, char **arg
 WIDE static void NAME(similarity_between_circles_dense_a)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
-    (void)strides;
     const REAL *prepared = (const REAL *)args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x1[4];
-        REAL x2[8];
-        NAME(load_4)(x1, a1 + i * 4 * w, w);
-        NAME(similarity_between_circles_apply_a)(prepared, x1, x2);
-        NAME(store_8)(a2 + i * 8 * w, w, x2);
+    (void)strides;
+    _Alignas(64) REAL r1[4 * SPAN];
+    _Alignas(64) REAL r2[8 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        NAME(load_span)(r1, args[1], first, 4);
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x1[4];
+            REAL x2[8];
+            NAME(load_4)(x1, (char *)(r1 + i), SPAN * w);
+            NAME(similarity_between_circles_apply_a)(prepared, x1, x2);
+            NAME(store_8)((char *)(r2 + i), SPAN * w, x2);
+        }
+        NAME(store_span)(args[2], first, r2, 8);
     }
 }
 
@@ -20742,17 +22732,21 @@ WIDE static void NAME(similarity_between_circles_block_b)(intptr_t n, char **arg
 WIDE static void NAME(similarity_between_circles_dense_b)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
-    (void)strides;
     const REAL *prepared = (const REAL *)args[1];
-    char *a0 = args[0];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[4];
-        REAL x2[8];
-        NAME(load_4)(x0, a0 + i * 4 * w, w);
-        NAME(similarity_between_circles_apply_b)(prepared, x0, x2);
-        NAME(store_8)(a2 + i * 8 * w, w, x2);
+    (void)strides;
+    _Alignas(64) REAL r0[4 * SPAN];
+    _Alignas(64) REAL r2[8 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        NAME(load_span)(r0, args[0], first, 4);
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[4];
+            REAL x2[8];
+            NAME(load_4)(x0, (char *)(r0 + i), SPAN * w);
+            NAME(similarity_between_circles_apply_b)(prepared, x0, x2);
+            NAME(store_8)((char *)(r2 + i), SPAN * w, x2);
+        }
+        NAME(store_span)(args[2], first, r2, 8);
     }
 }
 
@@ -20787,18 +22781,23 @@ WIDE static void NAME(similarity_between_circles_dense)(intptr_t n, char **args,
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[4];
-        REAL x1[4];
-        REAL x2[8];
-        NAME(load_4)(x0, a0 + i * 4 * w, w);
-        NAME(load_4)(x1, a1 + i * 4 * w, w);
-        NAME(similarity_between_circles)(x0, x1, x2);
-        NAME(store_8)(a2 + i * 8 * w, w, x2);
+    _Alignas(64) REAL r0[4 * SPAN];
+    _Alignas(64) REAL r1[4 * SPAN];
+    _Alignas(64) REAL r2[8 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        NAME(load_span)(r0, args[0], first, 4);
+        NAME(load_span)(r1, args[1], first, 4);
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[4];
+            REAL x1[4];
+            REAL x2[8];
+            NAME(load_4)(x0, (char *)(r0 + i), SPAN * w);
+            NAME(load_4)(x1, (char *)(r1 + i), SPAN * w);
+            NAME(similarity_between_circles)(x0, x1, x2);
+            NAME(store_8)((char *)(r2 + i), SPAN * w, x2);
+        }
+        NAME(store_span)(args[2], first, r2, 8);
     }
 }
 
@@ -20810,7 +22809,7 @@ void NAME(similarity_between_circles_loop)(char **args, const intptr_t *dimensio
         NAME(similarity_between_circles_start_b), NAME(similarity_between_circles_block_b),
         NAME(similarity_between_circles_dense_b)}};
     static const struct kernel kernel = {NAME(similarity_between_circles_block),
-        NAME(similarity_between_circles_dense), 2, 3, 2, parts, forms};
+        NAME(similarity_between_circles_dense), 2, 3, 2, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 #endif

@@ -2,7 +2,7 @@
 // command: gac generate --all cga2
 // spec: 4869490a3b1f2390
 // contraction: -ffp-contract=off (every operation is rounded once)
-// body: 49bc1c142529a8e25c495d7391156cd8a2823f4b6ccd2f8def421f0d14f29a16
+// body: e743b68165badefcdd101e9a6bc90395a7c0fb70ae9fd31c05ebeb92ba363852
 /* cga2
    Conformal geometry of the plane in G(3,1) with the null basis ``e0, einf`` and ``einf . e0 = -1``.
    
@@ -1462,7 +1462,7 @@ void cga2_versor_decomposition_loop_f32(char **args, const intptr_t *dimensions,
      out[8]  CGA2.UNIT_EVEN: 1, e12, e10, e20, e1inf, e2inf, e0inf, e012inf; unit.
    Assumes ``r ~r = 1``.
    Costs 24 mul, 13 add, 1 div, 1 sqrt.
-   Where `scale` and `r` and `t` stay the same for 1 elements or more: 14 mul, 6 add, 1 div, 1 sqrt once, then 8
+   Where `scale` and `r` and `t` stay the same for 2 elements or more: 14 mul, 6 add, 1 div, 1 sqrt once, then 8
    mul, 8 add for each.
    Where `scale` and `r` and `b` stay the same for 2 elements or more: 16 mul, 7 add, 1 div, 1 sqrt once, then 8
    mul, 8 add for each.

@@ -2,13 +2,15 @@
 // command: gac generate --all cga3
 // spec: e6e444617b5d9040
 // contraction: -ffp-contract=off (every operation is rounded once)
-// body: ba65a498a939a126d47b5eef24fdabf552c2688a07ac5e6ad6e33f03d7434ad5
+// body: df0dd31786e25fb253c86f665438f6f73d02f65c5e0b1af94702f0e00c182e98
 
 #ifndef REAL
 #include "cga3.h"
 
+#include <float.h>
 #include <math.h>
 #include <stddef.h>
+#include <string.h>
 
 #if defined(__GNUC__)
 #define INLINE inline __attribute__((always_inline))
@@ -19,10 +21,13 @@
 // Elements are independent: an output is an input of the same element, or of none.
 #if defined(__clang__)
 #define ANY_ORDER _Pragma("clang loop vectorize(assume_safety)")
+#define NOT_UNROLLED _Pragma("clang loop unroll(disable)")
 #elif defined(__GNUC__)
 #define ANY_ORDER _Pragma("GCC ivdep")
+#define NOT_UNROLLED _Pragma("GCC unroll 1")
 #else
 #define ANY_ORDER
+#define NOT_UNROLLED
 #endif
 
 // The widest vectors of the machine that runs the loops, chosen when the library is loaded.
@@ -35,6 +40,12 @@
 // Loops run over whole vectors: a block is padded to a multiple of this many elements.
 #define LANES 16
 #define PADDED(n) (((n) + LANES - 1) & -LANES)
+
+// A block in which an argument is too far for the functions of a loop is done once more, in pieces of this many.
+#define CHUNK 64
+
+// Elements in C order go through rows of this many.
+#define SPAN 32
 
 // A vector of neighbours in memory.
 #if defined(__has_builtin)
@@ -60,10 +71,11 @@ struct form {
     loop_function *block, *dense;
 };
 
-// The loops of a kernel, over rows and in C order, and its forms.
+// The loops of a kernel, over rows and in C order, and its forms. A kernel that repeats reads its inputs again after it
+// has written: its outputs cannot lie where they do.
 struct kernel {
     loop_function *block, *dense;
-    int n_inputs, n_parts, n_forms;
+    int n_inputs, n_parts, n_forms, repeats;
     const struct part *parts;
     const struct form *forms;
 };
@@ -71,38 +83,308 @@ struct kernel {
 enum { PARTS = 7, CORES = 6, SPACE = 4096, PREPARED = 33 };
 
 #define SQRT(x) FUNCTION(sqrt)(x)
-#define SIN(x) FUNCTION(sin)(x)
-#define COS(x) FUNCTION(cos)(x)
-#define ATAN2(y, x) FUNCTION(atan2)(y, x)
-#define ACOS(x) FUNCTION(acos)(x)
-#define EXP(x) FUNCTION(exp)(x)
-#define LOG(x) FUNCTION(log)(x)
+#define SIN(x) NAME(sin_of)(x, far)
+#define COS(x) NAME(cos_of)(x, far)
+#define ATAN2(y, x) NAME(atan2_of)(y, x)
+#define ACOS(x) NAME(acos_of)(x)
+#define EXP(x) NAME(exp_of)(x)
+#define LOG(x) NAME(log_of)(x)
 #define ABS(x) FUNCTION(fabs)(x)
-#define MINIMUM(a, b) ((a) < (b) || (a) != (a) ? (a) : (b))
-#define MAXIMUM(a, b) ((a) > (b) || (a) != (a) ? (a) : (b))
+#define MINIMUM(a, b) NAME(chosen_by)(WHERE((a) < (b)) | WHERE((a) != (a)), a, b)
+#define MAXIMUM(a, b) NAME(chosen_by)(WHERE((a) > (b)) | WHERE((a) != (a)), a, b)
 #define LESS(a, b) ((REAL)((a) < (b)))
 #define LESS_EQUAL(a, b) ((REAL)((a) <= (b)))
 #define EQUAL(a, b) ((REAL)((a) == (b)))
-#define SELECT(condition, a, b) ((condition) != 0 ? (a) : (b))
+#define SELECT(condition, a, b) NAME(chosen_by)(WHERE((condition) != 0), a, b)
+
+static INLINE double cga3_sin_polynomial_f64(double z)
+{
+    const double y = z * z;
+    const double even = -0.16666666666666666 + y * (-0.00019841269836758574 + y * (-2.5051131845003624e-08));
+    const double odd = 0.008333333333330948 + y * (2.755731610255244e-06 + y * (1.5918129294866608e-10));
+    return even + z * odd;
+}
+
+static INLINE double cga3_cos_polynomial_f64(double z)
+{
+    const double y = z * z;
+    const double even = 0.041666666666666664 + y * (2.480158729876569e-05 + y * (2.08761462684032e-09));
+    const double odd = -0.0013888888888887398 + y * (-2.7557317271729793e-07 + y * (-1.1382632425521717e-11));
+    return even + z * odd;
+}
+
+static INLINE double cga3_exp_polynomial_f64(double z)
+{
+    const double y = z * z;
+    const double even = 0.5000000000000001 + y * (0.041666666666624164 + y * (0.0013888888917196719 + y *
+        (2.4801521322368692e-05 + y * (2.7620075879983367e-07))));
+    const double odd = 0.16666666666666669 + y * (0.008333333333330065 + y * (0.00019841269863040545 + y *
+        (2.7557268480310024e-06 + y * (2.5100375832561234e-08))));
+    return even + z * odd;
+}
+
+static INLINE double cga3_log_polynomial_f64(double z)
+{
+    const double y = z * z;
+    const double even = 0.666666666666667 + y * (0.28571428625975487 + y * (0.18182889125261723 + y *
+        (0.14616449685043406)));
+    const double odd = 0.39999999999899505 + y * (0.2222221113479508 + y * (0.15331721600556042));
+    return even + z * odd;
+}
+
+static INLINE double cga3_atan_polynomial_f64(double z)
+{
+    const double y = z * z;
+    const double even = -0.3333333333333333 + y * (-0.14285714285654572 + y * (-0.09090908863985787 + y *
+        (-0.06666560334352166 + y * (-0.05252496695434043 + y * (-0.04071743212322443 + y *
+        (-0.01839325882379991))))));
+    const double odd = 0.19999999999999724 + y * (0.11111111106023758 + y * (0.07692301604813975 + y *
+        (0.05881083654057798 + y * (0.04697897173031055 + y * (0.03147747598887358 + y *
+        (0.005746109253696299))))));
+    return even + z * odd;
+}
+
+static INLINE double cga3_asin_polynomial_f64(double z)
+{
+    const double y = z * z;
+    const double even = 0.16666666666666669 + y * (0.04464285714635543 + y * (0.02237217294214989 + y *
+        (0.013971212973552933 + y * (0.01032281435018578 + y * (0.01740087944269402 + y *
+        (0.028757851367421566))))));
+    const double odd = 0.07499999999998433 + y * (0.030381944138531247 + y * (0.017352392720869973 + y *
+        (0.011479177415184906 + y * (0.005457506718640358 + y * (-0.014851887071247204)))));
+    return even + z * odd;
+}
+
+static INLINE float cga3_sin_polynomial_f32(float z)
+{
+    const float y = z * z;
+    const float even = (float)-0.166666641831398 + y * ((float)-0.00019587890710681677);
+    const float odd = (float)0.008332747966051102;
+    return even + z * odd;
+}
+
+static INLINE float cga3_cos_polynomial_f32(float z)
+{
+    const float y = z * z;
+    const float even = (float)0.0416666641831398 + y * ((float)2.454794230288826e-05);
+    const float odd = (float)-0.001388830249197781;
+    return even + z * odd;
+}
+
+static INLINE float cga3_exp_polynomial_f32(float z)
+{
+    const float y = z * z;
+    const float even = (float)0.5 + y * ((float)0.041666556149721146 + y * ((float)0.0013926175888627768));
+    const float odd = (float)0.16666577756404877 + y * ((float)0.008363173343241215);
+    return even + z * odd;
+}
+
+static INLINE float cga3_log_polynomial_f32(float z)
+{
+    const float y = z * z;
+    const float even = (float)0.6666668653488159 + y * ((float)0.29579949378967285);
+    const float odd = (float)0.3998878002166748;
+    return even + z * odd;
+}
+
+static INLINE float cga3_atan_polynomial_f32(float z)
+{
+    const float y = z * z;
+    const float even = (float)-0.3333333432674408 + y * ((float)-0.14284485578536987 + y *
+        ((float)-0.08842379599809647 + y * ((float)-0.028579968959093094)));
+    const float odd = (float)0.19999976456165314 + y * ((float)0.11086060851812363 + y *
+        ((float)0.06374502927064896));
+    return even + z * odd;
+}
+
+static INLINE float cga3_asin_polynomial_f32(float z)
+{
+    const float y = z * z;
+    const float even = (float)0.1666666567325592 + y * ((float)0.04459940269589424 + y *
+        ((float)0.017149237915873528));
+    const float odd = (float)0.07500094175338745 + y * ((float)0.031100662425160408 + y *
+        ((float)0.03369084745645523));
+    return even + z * odd;
+}
 
 // The kernels are written once, below; this file includes itself for each precision.
 #ifndef ONLY_F32
 #define REAL double
+#define WORD uint64_t
+#define PRECISION(of_double, of_float) of_double
 #define NAME(name) cga3_##name##_f64
 #define FUNCTION(name) name
 #include "cga3.c"
 #undef REAL
+#undef WORD
+#undef PRECISION
 #undef NAME
 #undef FUNCTION
 #endif
 #ifndef ONLY_F64
 #define REAL float
+#define WORD uint32_t
+#define PRECISION(of_double, of_float) of_float
 #define NAME(name) cga3_##name##_f32
 #define FUNCTION(name) name##f
 #include "cga3.c"
 #endif
 
 #else
+
+// Words as wide as a number; a condition as a mask, because conditions that occur often would become branches.
+#define SIGN_BIT PRECISION(63, 31)
+#define SIGN ((WORD)1 << SIGN_BIT)
+#define WHERE(condition) ((WORD)0 - (WORD)(condition))
+
+static INLINE WORD NAME(bits_of)(REAL x)
+{
+    WORD bits;
+    memcpy(&bits, &x, sizeof bits);
+    return bits;
+}
+
+static INLINE REAL NAME(of_bits)(WORD bits)
+{
+    REAL x;
+    memcpy(&x, &bits, sizeof x);
+    return x;
+}
+
+static INLINE REAL NAME(chosen_by)(WORD where, REAL a, REAL b)
+{
+    return NAME(of_bits)((NAME(bits_of)(a) & where) | (NAME(bits_of)(b) & ~where));
+}
+
+// Sine and its kin without branches, so that loops over them are vectorised: at most 2 ulp from the exact values.
+
+// A number so large that the bits of what is added to it, up to half a million, are its last.
+#define SHIFT PRECISION(6755399441055744.0, 12582912.0f)
+
+// How many quarter turns an angle has, modulo 4, and what is left in two parts, up to an eighth of a turn.
+static INLINE WORD NAME(quarters_of)(REAL x, REAL *rest, REAL *low)
+{
+    const double shift = 6755399441055744.0, shifted = x * 0.6366197723675814 + shift, k = shifted - shift;
+    const double a = x - k * 1.5707963267923333, b = k * 2.5633441515839558e-12;
+#if PRECISION(1, 0)
+    const double sum = a - b, back = a - sum;
+    const double error = ((back - b) + (a - (sum + back))) - k * 1.0562999066987428e-23;
+    *rest = sum + error;
+    *low = (sum - *rest) + error;
+    return NAME(bits_of)(shifted);
+#else
+    *rest = (float)(a - b);
+    *low = 0;
+    return NAME(bits_of)((float)k + SHIFT);
+#endif
+}
+
+static INLINE REAL NAME(sin_of_rest)(REAL x, REAL low)
+{
+    const REAL z = x * x;
+    return x + (x * (z * NAME(sin_polynomial)(z)) + low);
+}
+
+static INLINE REAL NAME(cos_of_rest)(REAL x, REAL low)
+{
+    const REAL z = x * x, half = z / 2, one = 1 - half;
+    return one + (((1 - one) - half) + (z * z * NAME(cos_polynomial)(z) - x * low));
+}
+
+// Beyond 65536 the C library's; a caller that has a place for it is told so instead.
+static INLINE REAL NAME(sin_of)(REAL x, WORD *far)
+{
+    REAL rest, low;
+    const WORD n = NAME(quarters_of)(FUNCTION(fabs)(x), &rest, &low);
+    const WORD is_far = WHERE(FUNCTION(fabs)(x) > 65536), sign = (NAME(bits_of)(x) ^ n << (SIGN_BIT - 1)) & SIGN;
+    const REAL s = NAME(sin_of_rest)(rest, low), c = NAME(cos_of_rest)(rest, low);
+    const REAL y = NAME(of_bits)(NAME(bits_of)(NAME(chosen_by)(WHERE(n & 1), c, s)) ^ sign);
+    if (far == NULL)
+        return is_far ? FUNCTION(sin)(x) : y;
+    *far |= is_far;
+    return y;
+}
+
+static INLINE REAL NAME(cos_of)(REAL x, WORD *far)
+{
+    REAL rest, low;
+    const WORD n = NAME(quarters_of)(FUNCTION(fabs)(x), &rest, &low);
+    const WORD is_far = WHERE(FUNCTION(fabs)(x) > 65536), sign = (n + 1) << (SIGN_BIT - 1) & SIGN;
+    const REAL s = NAME(sin_of_rest)(rest, low), c = NAME(cos_of_rest)(rest, low);
+    const REAL y = NAME(of_bits)(NAME(bits_of)(NAME(chosen_by)(WHERE(n & 1), s, c)) ^ sign);
+    if (far == NULL)
+        return is_far ? FUNCTION(cos)(x) : y;
+    *far |= is_far;
+    return y;
+}
+
+#define FRACTION_BITS PRECISION(52, 23)
+#define BIAS PRECISION(1023, 127)
+#define LOG_HIGH PRECISION(0.693147180559663, 0.693145751953125f)
+#define LOG_LOW PRECISION(2.8235290563031577e-13, 1.428606765330187e-06f)
+
+// The power of 2 comes in two factors, so that the largest and the smallest results are reached.
+static INLINE REAL NAME(exp_of)(REAL x)
+{
+    const REAL most = PRECISION(710, 89), least = PRECISION(-746, -105);
+    const REAL y = NAME(chosen_by)(WHERE(x > most), most, NAME(chosen_by)(WHERE(x < least), least, x));
+    const REAL shifted = y * PRECISION(1.4426950408889634, 1.4426950216293335f) + SHIFT, k = shifted - SHIFT;
+    const REAL z = (y - k * LOG_HIGH) - k * LOG_LOW;
+    const WORD n = NAME(bits_of)(shifted) - NAME(bits_of)(SHIFT), half = (n + 2 * BIAS) / 2 - BIAS;
+    const REAL a = NAME(of_bits)((half + BIAS) << FRACTION_BITS), b = NAME(of_bits)((n - half + BIAS) << FRACTION_BITS);
+    return (1 + (z + z * z * NAME(exp_polynomial)(z))) * a * b;
+}
+
+static INLINE REAL NAME(log_of)(REAL x)
+{
+    // x = 2^k (1 + f), 1 + f between the roots of 1/2 and 2; numbers below the normal ones are scaled first.
+    const WORD tiny = WHERE(x < PRECISION(DBL_MIN, FLT_MIN)), fraction = ((WORD)1 << FRACTION_BITS) - 1;
+    const WORD root = PRECISION(0x3FE6A09E667F3BCD, 0x3F3504F3), one = (WORD)BIAS << FRACTION_BITS;
+    const REAL y = x * NAME(chosen_by)(tiny, (WORD)1 << (FRACTION_BITS + 2), 1);
+    const WORD n = NAME(bits_of)(y) + (one - root);
+    const REAL shift = (WORD)1 << FRACTION_BITS, bias = NAME(chosen_by)(tiny, BIAS + FRACTION_BITS + 2, BIAS);
+    const REAL k = NAME(of_bits)((n >> FRACTION_BITS) + NAME(bits_of)(shift)) - (shift + bias);
+    const REAL f = NAME(of_bits)((n & fraction) + root) - 1, half = f * f / 2, s = f / (2 + f), z = s * s;
+    const REAL low = s * (half + z * NAME(log_polynomial)(z)) + k * LOG_LOW;
+    const REAL finite = k * LOG_HIGH - ((half - low) - f);
+    const REAL other = NAME(chosen_by)(WHERE(x == 0), -INFINITY, NAME(chosen_by)(WHERE(x > 0), x, NAN));
+    return NAME(chosen_by)(WHERE(x > 0) & WHERE(x < INFINITY), finite, other);
+}
+
+#define EIGHTH_HIGH PRECISION(0.7853981633974456, 0.7853975296020508f)
+#define EIGHTH_LOW PRECISION(2.6951514290790595e-15, 6.337954232549237e-07f)
+
+static INLINE REAL NAME(atan2_of)(REAL y, REAL x)
+{
+    const REAL u = FUNCTION(fabs)(x), v = FUNCTION(fabs)(y);
+    const WORD swapped = WHERE(v > u), left = WHERE(NAME(bits_of)(x) >> SIGN_BIT);
+    const REAL most = NAME(chosen_by)(swapped, v, u), least = NAME(chosen_by)(swapped, u, v);
+    // Sums of the largest numbers would overflow; two zeros, and two infinities, have the ratio 0 and 1.
+    const WORD same = WHERE(u == INFINITY) & WHERE(v == INFINITY), none = WHERE(most == 0);
+    const REAL scale = NAME(chosen_by)(WHERE(most > PRECISION(DBL_MAX, FLT_MAX) / 64), (REAL)1 / 64, 1);
+    const REAL big = NAME(chosen_by)(same | none, 1, most * scale), small = NAME(chosen_by)(same, 1, least * scale);
+    // Above 0.55 an eighth of a turn is taken away: results below 1/2 come from one division. The factor 16 is for
+    // the smallest numbers, whose products are rounded to few bits.
+    const WORD upper = WHERE(16 * small > (REAL)8.8 * big);
+    const REAL t = (small - NAME(chosen_by)(upper, big, 0)) / (big + NAME(chosen_by)(upper, small, 0)), z = t * t;
+    const REAL angle = t + t * (z * NAME(atan_polynomial)(z));
+    const REAL near = NAME(chosen_by)(upper, 1, 0), first = NAME(chosen_by)(swapped, 2 - near, near);
+    const REAL eighths = NAME(chosen_by)(left, 4 - first, first);
+    const REAL turned = NAME(of_bits)(NAME(bits_of)(angle) ^ ((left ^ swapped) & SIGN));
+    const REAL whole = eighths * EIGHTH_HIGH + (eighths * EIGHTH_LOW + turned);
+    return NAME(of_bits)(NAME(bits_of)(whole) ^ (NAME(bits_of)(y) & SIGN));
+}
+
+static INLINE REAL NAME(acos_of)(REAL x)
+{
+    const REAL u = FUNCTION(fabs)(x);
+    const WORD large = WHERE(u > (REAL)0.5);
+    const REAL z = NAME(chosen_by)(large, (1 - u) / 2, x * x), s = NAME(chosen_by)(large, FUNCTION(sqrt)(z), x);
+    const REAL more = s * (z * NAME(asin_polynomial)(z));
+    const REAL middle = 2 * EIGHTH_HIGH - (s - (2 * EIGHTH_LOW - more));
+    const REAL right = 2 * (s + more), left = 4 * EIGHTH_HIGH - (right - 4 * EIGHTH_LOW);
+    return NAME(chosen_by)(large, NAME(chosen_by)(WHERE(x < 0), left, right), middle);
+}
 
 static INLINE void NAME(load_scalar)(REAL *x, const char *a)
 {
@@ -402,43 +684,104 @@ static INLINE void NAME(store_32)(char *a, intptr_t ca, const REAL *x)
 
 #ifdef SHUFFLE
 typedef REAL NAME(four) VECTOR(4);
-typedef REAL NAME(eight) VECTOR(8);
+#define AT(a, k, s) (*(NAME(four) *)((a) + (k) * (s)))
 
-// Four numbers at each of eight places, `s` bytes apart, as eight numbers at each of four.
-static INLINE void NAME(turn_8x4)(const char *a, intptr_t s, REAL *x, intptr_t row)
+// A tile is four components of as many elements as fill 32 bytes, which every wide machine turns alike.
+#define TILE PRECISION(4, 8)
+#if PRECISION(1, 0)
+// From four places, `s` bytes apart, to four, `t` bytes apart.
+static INLINE void NAME(turn)(char *a, intptr_t s, char *b, intptr_t t)
 {
-    NAME(eight) a0, a1, a2, a3;
-#define PAIR(k) SHUFFLE(*(const NAME(four) *)(a + (k) * s), *(const NAME(four) *)(a + ((k) + 4) * s), \
-        0, 1, 2, 3, 4, 5, 6, 7)
-    a0 = PAIR(0);
-    a1 = PAIR(1);
-    a2 = PAIR(2);
-    a3 = PAIR(3);
+    const NAME(four) a0 = AT(a, 0, s), a1 = AT(a, 1, s), a2 = AT(a, 2, s), a3 = AT(a, 3, s);
+    const NAME(four) b0 = SHUFFLE(a0, a1, 0, 4, 2, 6), b1 = SHUFFLE(a0, a1, 1, 5, 3, 7);
+    const NAME(four) b2 = SHUFFLE(a2, a3, 0, 4, 2, 6), b3 = SHUFFLE(a2, a3, 1, 5, 3, 7);
+    AT(b, 0, t) = SHUFFLE(b0, b2, 0, 1, 4, 5);
+    AT(b, 1, t) = SHUFFLE(b1, b3, 0, 1, 4, 5);
+    AT(b, 2, t) = SHUFFLE(b0, b2, 2, 3, 6, 7);
+    AT(b, 3, t) = SHUFFLE(b1, b3, 2, 3, 6, 7);
+}
+
+static INLINE void NAME(load_tile)(char *x, intptr_t row, char *a, intptr_t s)
+{
+    NAME(turn)(a, s, x, row);
+}
+
+static INLINE void NAME(store_tile)(char *a, intptr_t s, char *x, intptr_t row)
+{
+    NAME(turn)(x, row, a, s);
+}
+#else
+typedef REAL NAME(eight) VECTOR(8);
+#define ROW(x, k, row) (*(NAME(eight) *)((x) + (k) * (row)))
+
+static INLINE void NAME(load_tile)(char *x, intptr_t row, char *a, intptr_t s)
+{
+#define PAIR(k) SHUFFLE(AT(a, k, s), AT(a, (k) + 4, s), 0, 1, 2, 3, 4, 5, 6, 7)
+    const NAME(eight) a0 = PAIR(0), a1 = PAIR(1), a2 = PAIR(2), a3 = PAIR(3);
 #undef PAIR
     const NAME(eight) b0 = SHUFFLE(a0, a1, 0, 8, 1, 9, 4, 12, 5, 13), b1 = SHUFFLE(a0, a1, 2, 10, 3, 11, 6, 14, 7, 15);
     const NAME(eight) b2 = SHUFFLE(a2, a3, 0, 8, 1, 9, 4, 12, 5, 13), b3 = SHUFFLE(a2, a3, 2, 10, 3, 11, 6, 14, 7, 15);
-    *(NAME(eight) *)x = SHUFFLE(b0, b2, 0, 1, 8, 9, 4, 5, 12, 13);
-    *(NAME(eight) *)(x + row) = SHUFFLE(b0, b2, 2, 3, 10, 11, 6, 7, 14, 15);
-    *(NAME(eight) *)(x + 2 * row) = SHUFFLE(b1, b3, 0, 1, 8, 9, 4, 5, 12, 13);
-    *(NAME(eight) *)(x + 3 * row) = SHUFFLE(b1, b3, 2, 3, 10, 11, 6, 7, 14, 15);
+    ROW(x, 0, row) = SHUFFLE(b0, b2, 0, 1, 8, 9, 4, 5, 12, 13);
+    ROW(x, 1, row) = SHUFFLE(b0, b2, 2, 3, 10, 11, 6, 7, 14, 15);
+    ROW(x, 2, row) = SHUFFLE(b1, b3, 0, 1, 8, 9, 4, 5, 12, 13);
+    ROW(x, 3, row) = SHUFFLE(b1, b3, 2, 3, 10, 11, 6, 7, 14, 15);
 }
 
-static INLINE void NAME(turn_4x4)(const char *a, intptr_t s, char *b, intptr_t t)
+static INLINE void NAME(store_tile)(char *a, intptr_t s, char *x, intptr_t row)
 {
-    const NAME(four) a0 = *(const NAME(four) *)a, a1 = *(const NAME(four) *)(a + s);
-    const NAME(four) a2 = *(const NAME(four) *)(a + 2 * s), a3 = *(const NAME(four) *)(a + 3 * s);
-    const NAME(four) b0 = SHUFFLE(a0, a1, 0, 4, 2, 6), b1 = SHUFFLE(a0, a1, 1, 5, 3, 7);
-    const NAME(four) b2 = SHUFFLE(a2, a3, 0, 4, 2, 6), b3 = SHUFFLE(a2, a3, 1, 5, 3, 7);
-    *(NAME(four) *)b = SHUFFLE(b0, b2, 0, 1, 4, 5);
-    *(NAME(four) *)(b + t) = SHUFFLE(b1, b3, 0, 1, 4, 5);
-    *(NAME(four) *)(b + 2 * t) = SHUFFLE(b0, b2, 2, 3, 6, 7);
-    *(NAME(four) *)(b + 3 * t) = SHUFFLE(b1, b3, 2, 3, 6, 7);
+    const NAME(eight) x0 = ROW(x, 0, row), x1 = ROW(x, 1, row), x2 = ROW(x, 2, row), x3 = ROW(x, 3, row);
+    const NAME(eight) b0 = SHUFFLE(x0, x1, 0, 8, 1, 9, 4, 12, 5, 13), b1 = SHUFFLE(x0, x1, 2, 10, 3, 11, 6, 14, 7, 15);
+    const NAME(eight) b2 = SHUFFLE(x2, x3, 0, 8, 1, 9, 4, 12, 5, 13), b3 = SHUFFLE(x2, x3, 2, 10, 3, 11, 6, 14, 7, 15);
+    const NAME(eight) a0 = SHUFFLE(b0, b2, 0, 1, 8, 9, 4, 5, 12, 13), a1 = SHUFFLE(b0, b2, 2, 3, 10, 11, 6, 7, 14, 15);
+    const NAME(eight) a2 = SHUFFLE(b1, b3, 0, 1, 8, 9, 4, 5, 12, 13), a3 = SHUFFLE(b1, b3, 2, 3, 10, 11, 6, 7, 14, 15);
+#define HALVES(k, v) AT(a, k, s) = SHUFFLE(v, v, 0, 1, 2, 3), AT(a, (k) + 4, s) = SHUFFLE(v, v, 4, 5, 6, 7)
+    HALVES(0, a0);
+    HALVES(1, a1);
+    HALVES(2, a2);
+    HALVES(3, a3);
+#undef HALVES
 }
+#undef ROW
+#endif
+
+// Tiles of `size` components that are neighbours, of elements `s` bytes apart: how many elements are done. What is
+// known of the size when this is compiled saves half the time.
+static INLINE intptr_t NAME(turn_tiles)(int back, char *x, intptr_t row, char *a, intptr_t s, intptr_t size, intptr_t n)
+{
+    const intptr_t w = sizeof(REAL);
+    intptr_t done = 0;
+    NOT_UNROLLED
+    for (; done + TILE <= n; done += TILE) {
+        for (intptr_t k = 0; k < size; k += 4) {
+            const intptr_t first = k + 4 <= size ? k : size - 4;
+            char *in_rows = x + first * row + done * w, *in_element = a + done * s + first * w;
+            if (back)
+                NAME(store_tile)(in_element, s, in_rows, row);
+            else
+                NAME(load_tile)(in_rows, row, in_element, s);
+        }
+    }
+    return done;
+}
+
+static INLINE intptr_t NAME(turn_all)(int back, REAL *x, intptr_t row, char *a, intptr_t s, intptr_t size, intptr_t n)
+{
+    switch (size) {
+    case 4:
+        return NAME(turn_tiles)(back, (char *)x, row * sizeof(REAL), a, s, 4, n);
+    case 6:
+        return NAME(turn_tiles)(back, (char *)x, row * sizeof(REAL), a, s, 6, n);
+    case 8:
+        return NAME(turn_tiles)(back, (char *)x, row * sizeof(REAL), a, s, 8, n);
+    default:
+        return NAME(turn_tiles)(back, (char *)x, row * sizeof(REAL), a, s, size, n);
+    }
+}
+#undef AT
 #endif
 
 // Rows of `size` components that lie `c` bytes apart, of `n` elements that lie `s` bytes apart.
-WIDE static void NAME(load_rows)(REAL *x, intptr_t row, const char *a, intptr_t s, intptr_t c, intptr_t size,
-    intptr_t n)
+WIDE static void NAME(load_rows)(REAL *x, intptr_t row, char *a, intptr_t s, intptr_t c, intptr_t size, intptr_t n)
 {
     const intptr_t w = sizeof(REAL);
     intptr_t done = 0;
@@ -454,12 +797,7 @@ WIDE static void NAME(load_rows)(REAL *x, intptr_t row, const char *a, intptr_t 
     }
 #ifdef SHUFFLE
     if (size >= 4 && c == w) {
-        for (; done + 8 <= n; done += 8) {
-            for (intptr_t k = 0; k < size; k += 4) {
-                const intptr_t first = k + 4 <= size ? k : size - 4;
-                NAME(turn_8x4)(a + done * s + first * w, s, x + first * row + done, row);
-            }
-        }
+        done = NAME(turn_all)(0, x, row, a, s, size, n);
     } else if (s != w) {
         for (; done + 4 <= n; done += 4) {
             for (intptr_t k = 0; k < size; ++k) {
@@ -487,8 +825,7 @@ WIDE static void NAME(load_rows)(REAL *x, intptr_t row, const char *a, intptr_t 
 }
 
 // The inverse of load_rows.
-WIDE static void NAME(store_rows)(char *a, intptr_t s, intptr_t c, const REAL *x, intptr_t row, intptr_t size,
-    intptr_t n)
+WIDE static void NAME(store_rows)(char *a, intptr_t s, intptr_t c, REAL *x, intptr_t row, intptr_t size, intptr_t n)
 {
     const intptr_t w = sizeof(REAL);
     intptr_t done = 0;
@@ -503,14 +840,8 @@ WIDE static void NAME(store_rows)(char *a, intptr_t s, intptr_t c, const REAL *x
         return;
     }
 #ifdef SHUFFLE
-    if (size >= 4 && c == w) {
-        for (; done + 4 <= n; done += 4) {
-            for (intptr_t k = 0; k < size; k += 4) {
-                const intptr_t first = k + 4 <= size ? k : size - 4;
-                NAME(turn_4x4)((const char *)(x + first * row + done), row * w, a + done * s + first * w, s);
-            }
-        }
-    }
+    if (size >= 4 && c == w)
+        done = NAME(turn_all)(1, x, row, a, s, size, n);
 #endif
     if (done == n)
         return;
@@ -519,6 +850,51 @@ WIDE static void NAME(store_rows)(char *a, intptr_t s, intptr_t c, const REAL *x
         char *to = a + k * c;
         for (intptr_t i = done; i < n; ++i)
             *(REAL *)(to + i * s) = from[i];
+    }
+}
+
+// The rows of SPAN elements of `size` components, in C order from element `first` on; and back.
+static INLINE void NAME(load_span)(REAL *x, char *a, intptr_t first, intptr_t size)
+{
+    const intptr_t w = sizeof(REAL);
+    const REAL *from = (const REAL *)(a + first * size * w);
+    if (size == 1) {
+        memcpy(x, from, SPAN * w);
+    } else if (size == 2) {
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            x[i] = from[2 * i];
+            x[SPAN + i] = from[2 * i + 1];
+        }
+    } else if (size == 3) {
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            x[i] = from[3 * i];
+            x[SPAN + i] = from[3 * i + 1];
+            x[2 * SPAN + i] = from[3 * i + 2];
+        }
+    } else {
+        NAME(turn_tiles)(0, (char *)x, SPAN * w, (char *)from, size * w, size, SPAN);
+    }
+}
+
+static INLINE void NAME(store_span)(char *a, intptr_t first, REAL *x, intptr_t size)
+{
+    const intptr_t w = sizeof(REAL);
+    REAL *to = (REAL *)(a + first * size * w);
+    if (size == 1) {
+        memcpy(to, x, SPAN * w);
+    } else if (size == 2) {
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            to[2 * i] = x[i];
+            to[2 * i + 1] = x[SPAN + i];
+        }
+    } else if (size == 3) {
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            to[3 * i] = x[i];
+            to[3 * i + 1] = x[SPAN + i];
+            to[3 * i + 2] = x[2 * SPAN + i];
+        }
+    } else {
+        NAME(turn_tiles)(1, (char *)x, SPAN * w, (char *)to, size * w, size, SPAN);
     }
 }
 
@@ -532,7 +908,11 @@ static void NAME(move_part)(int back, REAL *x, intptr_t row, const struct part *
         step = count == 1 ? c[axis - 1] : step;
         count *= part->shape[axis - 1];
     }
-    for (intptr_t k = 0; k < part->size; k += count) {
+    if (count == part->size && back)
+        NAME(store_rows)(a, s, step, x, row, count, n);
+    else if (count == part->size)
+        NAME(load_rows)(x, row, a, s, step, count, n);
+    for (intptr_t k = 0; count < part->size && k < part->size; k += count) {
         intptr_t offset = 0, rest = k / count;
         for (int outer = axis; outer-- > 0; rest /= part->shape[outer])
             offset += rest % part->shape[outer] * c[outer];
@@ -570,7 +950,7 @@ static void NAME(batch)(const struct kernel *kernel, char **args, intptr_t n, co
     }
     int in_place = 1, dense = in_order != NULL;
     // Long rows spare calls; beyond the last cache, short ones keep reading and writing going side by side.
-    intptr_t row = n < (1 << 24) / (bytes + 1) ? 64 : LANES;
+    intptr_t row = n < (1 << 24) / (bytes + 1) ? 512 / w : LANES;
     while (row > LANES && row * total > SPACE)
         row /= 2;
     total = 0;
@@ -582,6 +962,8 @@ static void NAME(batch)(const struct kernel *kernel, char **args, intptr_t n, co
         rows[p] = space + row * total;
         total += part->size;
         kinds[p] = hoisted >> p & 1 ? HOISTED : p < n_inputs && steps[p] == 0 ? SAME : steps[p] == w ? UNIT : ANY;
+        for (int q = 0; kernel->repeats && p >= n_inputs && q < n_inputs; ++q)
+            kinds[p] = args[p] == args[q] ? ANY : kinds[p];
         in_place = in_place && (kinds[p] == UNIT || kinds[p] == HOISTED);
         for (int q = part->rank; q-- > 0; step *= part->shape[q], row_step *= part->shape[q]) {
             cores[part->first + q] = c[q];
@@ -601,8 +983,8 @@ static void NAME(batch)(const struct kernel *kernel, char **args, intptr_t n, co
     }
     for (intptr_t i = 0, m; i < n; i += m) {
         const int last = n - i < LANES;
-        if (dense && !last) {
-            m = n & -LANES;
+        if (dense && n - i >= SPAN) {
+            m = n & -SPAN;
             in_order(m, starts, cores);
             continue;
         }
@@ -1383,7 +1765,7 @@ WIDE static void NAME(geometric_product_block)(intptr_t n, char **args, const in
 void NAME(geometric_product_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{32, 1, 0, {32}}, {32, 1, 1, {32}}, {32, 1, 2, {32}}};
-    static const struct kernel kernel = {NAME(geometric_product_block), NULL, 2, 3, 0, parts, NULL};
+    static const struct kernel kernel = {NAME(geometric_product_block), NULL, 2, 3, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -1963,7 +2345,7 @@ WIDE static void NAME(outer_product_block)(intptr_t n, char **args, const intptr
 void NAME(outer_product_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{32, 1, 0, {32}}, {32, 1, 1, {32}}, {32, 1, 2, {32}}};
-    static const struct kernel kernel = {NAME(outer_product_block), NULL, 2, 3, 0, parts, NULL};
+    static const struct kernel kernel = {NAME(outer_product_block), NULL, 2, 3, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -2543,7 +2925,7 @@ WIDE static void NAME(regressive_product_block)(intptr_t n, char **args, const i
 void NAME(regressive_product_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{32, 1, 0, {32}}, {32, 1, 1, {32}}, {32, 1, 2, {32}}};
-    static const struct kernel kernel = {NAME(regressive_product_block), NULL, 2, 3, 0, parts, NULL};
+    static const struct kernel kernel = {NAME(regressive_product_block), NULL, 2, 3, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -3513,7 +3895,7 @@ WIDE static void NAME(inner_product_block)(intptr_t n, char **args, const intptr
 void NAME(inner_product_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{32, 1, 0, {32}}, {32, 1, 1, {32}}, {32, 1, 2, {32}}};
-    static const struct kernel kernel = {NAME(inner_product_block), NULL, 2, 3, 0, parts, NULL};
+    static const struct kernel kernel = {NAME(inner_product_block), NULL, 2, 3, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -3887,7 +4269,7 @@ WIDE static void NAME(even_product_block)(intptr_t n, char **args, const intptr_
 void NAME(even_product_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{16, 1, 0, {16}}, {16, 1, 1, {16}}, {16, 1, 2, {16}}};
-    static const struct kernel kernel = {NAME(even_product_block), NULL, 2, 3, 0, parts, NULL};
+    static const struct kernel kernel = {NAME(even_product_block), NULL, 2, 3, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -3998,7 +4380,7 @@ WIDE static void NAME(reverse_block)(intptr_t n, char **args, const intptr_t *st
 void NAME(reverse_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{32, 1, 0, {32}}, {32, 1, 1, {32}}};
-    static const struct kernel kernel = {NAME(reverse_block), NULL, 1, 2, 0, parts, NULL};
+    static const struct kernel kernel = {NAME(reverse_block), NULL, 1, 2, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -4067,7 +4449,7 @@ WIDE static void NAME(even_reverse_block)(intptr_t n, char **args, const intptr_
 void NAME(even_reverse_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{16, 1, 0, {16}}, {16, 1, 1, {16}}};
-    static const struct kernel kernel = {NAME(even_reverse_block), NULL, 1, 2, 0, parts, NULL};
+    static const struct kernel kernel = {NAME(even_reverse_block), NULL, 1, 2, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -4174,7 +4556,7 @@ WIDE static void NAME(grade_involution_block)(intptr_t n, char **args, const int
 void NAME(grade_involution_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{32, 1, 0, {32}}, {32, 1, 1, {32}}};
-    static const struct kernel kernel = {NAME(grade_involution_block), NULL, 1, 2, 0, parts, NULL};
+    static const struct kernel kernel = {NAME(grade_involution_block), NULL, 1, 2, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -4283,7 +4665,7 @@ WIDE static void NAME(dual_block)(intptr_t n, char **args, const intptr_t *strid
 void NAME(dual_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{32, 1, 0, {32}}, {32, 1, 1, {32}}};
-    static const struct kernel kernel = {NAME(dual_block), NULL, 1, 2, 0, parts, NULL};
+    static const struct kernel kernel = {NAME(dual_block), NULL, 1, 2, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -4392,7 +4774,7 @@ WIDE static void NAME(undual_block)(intptr_t n, char **args, const intptr_t *str
 void NAME(undual_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{32, 1, 0, {32}}, {32, 1, 1, {32}}};
-    static const struct kernel kernel = {NAME(undual_block), NULL, 1, 2, 0, parts, NULL};
+    static const struct kernel kernel = {NAME(undual_block), NULL, 1, 2, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -4499,7 +4881,7 @@ WIDE static void NAME(polarity_block)(intptr_t n, char **args, const intptr_t *s
 void NAME(polarity_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{32, 1, 0, {32}}, {32, 1, 1, {32}}};
-    static const struct kernel kernel = {NAME(polarity_block), NULL, 1, 2, 0, parts, NULL};
+    static const struct kernel kernel = {NAME(polarity_block), NULL, 1, 2, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -4537,10 +4919,30 @@ WIDE static void NAME(embed_point_block)(intptr_t n, char **args, const intptr_t
     }
 }
 
+WIDE static void NAME(embed_point_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    _Alignas(64) REAL r0[3 * SPAN];
+    _Alignas(64) REAL r1[5 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        NAME(load_span)(r0, args[0], first, 3);
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[3];
+            REAL x1[5];
+            NAME(load_3)(x0, (char *)(r0 + i), SPAN * w);
+            NAME(embed_point)(x0, x1);
+            NAME(store_5)((char *)(r1 + i), SPAN * w, x1);
+        }
+        NAME(store_span)(args[1], first, r1, 5);
+    }
+}
+
 void NAME(embed_point_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {5, 1, 1, {5}}};
-    static const struct kernel kernel = {NAME(embed_point_block), NULL, 1, 2, 0, parts, NULL};
+    static const struct kernel kernel = {NAME(embed_point_block), NAME(embed_point_dense), 1, 2, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -4575,10 +4977,31 @@ WIDE static void NAME(extract_point_block)(intptr_t n, char **args, const intptr
     }
 }
 
+WIDE static void NAME(extract_point_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    _Alignas(64) REAL r0[5 * SPAN];
+    _Alignas(64) REAL r1[3 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        NAME(load_span)(r0, args[0], first, 5);
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[5];
+            REAL x1[3];
+            NAME(load_5)(x0, (char *)(r0 + i), SPAN * w);
+            NAME(extract_point)(x0, x1);
+            NAME(store_3)((char *)(r1 + i), SPAN * w, x1);
+        }
+        NAME(store_span)(args[1], first, r1, 3);
+    }
+}
+
 void NAME(extract_point_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{5, 1, 0, {5}}, {3, 1, 1, {3}}};
-    static const struct kernel kernel = {NAME(extract_point_block), NULL, 1, 2, 0, parts, NULL};
+    static const struct kernel kernel = {NAME(extract_point_block), NAME(extract_point_dense), 1, 2, 0, 0, parts,
+        NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -4617,10 +5040,31 @@ WIDE static void NAME(normalize_vector_block)(intptr_t n, char **args, const int
     }
 }
 
+WIDE static void NAME(normalize_vector_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    _Alignas(64) REAL r0[5 * SPAN];
+    _Alignas(64) REAL r1[5 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        NAME(load_span)(r0, args[0], first, 5);
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[5];
+            REAL x1[5];
+            NAME(load_5)(x0, (char *)(r0 + i), SPAN * w);
+            NAME(normalize_vector)(x0, x1);
+            NAME(store_5)((char *)(r1 + i), SPAN * w, x1);
+        }
+        NAME(store_span)(args[1], first, r1, 5);
+    }
+}
+
 void NAME(normalize_vector_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{5, 1, 0, {5}}, {5, 1, 1, {5}}};
-    static const struct kernel kernel = {NAME(normalize_vector_block), NULL, 1, 2, 0, parts, NULL};
+    static const struct kernel kernel = {NAME(normalize_vector_block), NAME(normalize_vector_dense), 1, 2, 0, 0,
+        parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -4670,16 +5114,19 @@ WIDE static void NAME(inner_product_of_points_dense)(intptr_t n, char **args, co
     (void)strides;
     char *a0 = args[0];
     char *a1 = args[1];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[3];
-        REAL x1[3];
-        REAL x2[1];
-        NAME(load_3)(x0, a0 + i * 3 * w, w);
-        NAME(load_3)(x1, a1 + i * 3 * w, w);
-        NAME(inner_product_of_points)(x0, x1, x2);
-        NAME(store_scalar)(a2 + i * w, x2);
+    _Alignas(64) REAL r2[1 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[3];
+            REAL x1[3];
+            REAL x2[1];
+            NAME(load_3)(x0, a0 + (first + i) * 3 * w, w);
+            NAME(load_3)(x1, a1 + (first + i) * 3 * w, w);
+            NAME(inner_product_of_points)(x0, x1, x2);
+            NAME(store_scalar)((char *)(r2 + i), x2);
+        }
+        NAME(store_span)(args[2], first, r2, 1);
     }
 }
 
@@ -4687,7 +5134,7 @@ void NAME(inner_product_of_points_loop)(char **args, const intptr_t *dimensions,
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {3, 1, 1, {3}}, {1, 0, 2, {0}}};
     static const struct kernel kernel = {NAME(inner_product_of_points_block), NAME(inner_product_of_points_dense),
-        2, 3, 0, parts, NULL};
+        2, 3, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -4735,16 +5182,19 @@ WIDE static void NAME(distance_squared_points_dense)(intptr_t n, char **args, co
     (void)strides;
     char *a0 = args[0];
     char *a1 = args[1];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[3];
-        REAL x1[3];
-        REAL x2[1];
-        NAME(load_3)(x0, a0 + i * 3 * w, w);
-        NAME(load_3)(x1, a1 + i * 3 * w, w);
-        NAME(distance_squared_points)(x0, x1, x2);
-        NAME(store_scalar)(a2 + i * w, x2);
+    _Alignas(64) REAL r2[1 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[3];
+            REAL x1[3];
+            REAL x2[1];
+            NAME(load_3)(x0, a0 + (first + i) * 3 * w, w);
+            NAME(load_3)(x1, a1 + (first + i) * 3 * w, w);
+            NAME(distance_squared_points)(x0, x1, x2);
+            NAME(store_scalar)((char *)(r2 + i), x2);
+        }
+        NAME(store_span)(args[2], first, r2, 1);
     }
 }
 
@@ -4752,7 +5202,7 @@ void NAME(distance_squared_points_loop)(char **args, const intptr_t *dimensions,
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {3, 1, 1, {3}}, {1, 0, 2, {0}}};
     static const struct kernel kernel = {NAME(distance_squared_points_block), NAME(distance_squared_points_dense),
-        2, 3, 0, parts, NULL};
+        2, 3, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -4801,24 +5251,27 @@ WIDE static void NAME(distance_points_dense)(intptr_t n, char **args, const intp
     (void)strides;
     char *a0 = args[0];
     char *a1 = args[1];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[3];
-        REAL x1[3];
-        REAL x2[1];
-        NAME(load_3)(x0, a0 + i * 3 * w, w);
-        NAME(load_3)(x1, a1 + i * 3 * w, w);
-        NAME(distance_points)(x0, x1, x2);
-        NAME(store_scalar)(a2 + i * w, x2);
+    _Alignas(64) REAL r2[1 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[3];
+            REAL x1[3];
+            REAL x2[1];
+            NAME(load_3)(x0, a0 + (first + i) * 3 * w, w);
+            NAME(load_3)(x1, a1 + (first + i) * 3 * w, w);
+            NAME(distance_points)(x0, x1, x2);
+            NAME(store_scalar)((char *)(r2 + i), x2);
+        }
+        NAME(store_span)(args[2], first, r2, 1);
     }
 }
 
 void NAME(distance_points_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {3, 1, 1, {3}}, {1, 0, 2, {0}}};
-    static const struct kernel kernel = {NAME(distance_points_block), NAME(distance_points_dense), 2, 3, 0, parts,
-        NULL};
+    static const struct kernel kernel = {NAME(distance_points_block), NAME(distance_points_dense), 2, 3, 0, 0,
+        parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -4865,10 +5318,35 @@ WIDE static void NAME(inner_product_of_vectors_block)(intptr_t n, char **args, c
     }
 }
 
+WIDE static void NAME(inner_product_of_vectors_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    _Alignas(64) REAL r0[5 * SPAN];
+    _Alignas(64) REAL r1[5 * SPAN];
+    _Alignas(64) REAL r2[1 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        NAME(load_span)(r0, args[0], first, 5);
+        NAME(load_span)(r1, args[1], first, 5);
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[5];
+            REAL x1[5];
+            REAL x2[1];
+            NAME(load_5)(x0, (char *)(r0 + i), SPAN * w);
+            NAME(load_5)(x1, (char *)(r1 + i), SPAN * w);
+            NAME(inner_product_of_vectors)(x0, x1, x2);
+            NAME(store_scalar)((char *)(r2 + i), x2);
+        }
+        NAME(store_span)(args[2], first, r2, 1);
+    }
+}
+
 void NAME(inner_product_of_vectors_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{5, 1, 0, {5}}, {5, 1, 1, {5}}, {1, 0, 2, {0}}};
-    static const struct kernel kernel = {NAME(inner_product_of_vectors_block), NULL, 2, 3, 0, parts, NULL};
+    static const struct kernel kernel = {NAME(inner_product_of_vectors_block), NAME(inner_product_of_vectors_dense),
+        2, 3, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -4997,17 +5475,20 @@ WIDE static void NAME(power_of_point_block_s)(intptr_t n, char **args, const int
 WIDE static void NAME(power_of_point_dense_s)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
-    (void)strides;
     const REAL *prepared = (const REAL *)args[1];
+    (void)strides;
     char *a0 = args[0];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[3];
-        REAL x2[1];
-        NAME(load_3)(x0, a0 + i * 3 * w, w);
-        NAME(power_of_point_apply_s)(prepared, x0, x2);
-        NAME(store_scalar)(a2 + i * w, x2);
+    _Alignas(64) REAL r2[1 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[3];
+            REAL x2[1];
+            NAME(load_3)(x0, a0 + (first + i) * 3 * w, w);
+            NAME(power_of_point_apply_s)(prepared, x0, x2);
+            NAME(store_scalar)((char *)(r2 + i), x2);
+        }
+        NAME(store_span)(args[2], first, r2, 1);
     }
 }
 
@@ -5033,6 +5514,27 @@ WIDE static void NAME(power_of_point_block_p)(intptr_t n, char **args, const int
         NAME(load_5)(x1, a1 + i * w, c1a);
         NAME(power_of_point_apply_p)(prepared, x1, x2);
         NAME(store_scalar)(a2 + i * w, x2);
+    }
+}
+
+WIDE static void NAME(power_of_point_dense_p)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    const REAL *prepared = (const REAL *)args[0];
+    (void)strides;
+    _Alignas(64) REAL r1[5 * SPAN];
+    _Alignas(64) REAL r2[1 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        NAME(load_span)(r1, args[1], first, 5);
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x1[5];
+            REAL x2[1];
+            NAME(load_5)(x1, (char *)(r1 + i), SPAN * w);
+            NAME(power_of_point_apply_p)(prepared, x1, x2);
+            NAME(store_scalar)((char *)(r2 + i), x2);
+        }
+        NAME(store_span)(args[2], first, r2, 1);
     }
 }
 
@@ -5063,12 +5565,38 @@ WIDE static void NAME(power_of_point_block)(intptr_t n, char **args, const intpt
     }
 }
 
+WIDE static void NAME(power_of_point_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    _Alignas(64) REAL r0[3 * SPAN];
+    _Alignas(64) REAL r1[5 * SPAN];
+    _Alignas(64) REAL r2[1 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        NAME(load_span)(r0, args[0], first, 3);
+        NAME(load_span)(r1, args[1], first, 5);
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[3];
+            REAL x1[5];
+            REAL x2[1];
+            NAME(load_3)(x0, (char *)(r0 + i), SPAN * w);
+            NAME(load_5)(x1, (char *)(r1 + i), SPAN * w);
+            NAME(power_of_point)(x0, x1, x2);
+            NAME(store_scalar)((char *)(r2 + i), x2);
+        }
+        NAME(store_span)(args[2], first, r2, 1);
+    }
+}
+
 void NAME(power_of_point_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {5, 1, 1, {5}}, {1, 0, 2, {0}}};
     static const struct form forms[] = {{2, 2, NAME(power_of_point_start_s), NAME(power_of_point_block_s),
-        NAME(power_of_point_dense_s)}, {1, 2, NAME(power_of_point_start_p), NAME(power_of_point_block_p), NULL}};
-    static const struct kernel kernel = {NAME(power_of_point_block), NULL, 2, 3, 2, parts, forms};
+        NAME(power_of_point_dense_s)}, {1, 2, NAME(power_of_point_start_p), NAME(power_of_point_block_p),
+        NAME(power_of_point_dense_p)}};
+    static const struct kernel kernel = {NAME(power_of_point_block), NAME(power_of_point_dense), 2, 3, 2, 0, parts,
+        forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -5158,17 +5686,20 @@ WIDE static void NAME(signed_distance_point_plane_block_plane)(intptr_t n, char 
 WIDE static void NAME(signed_distance_point_plane_dense_plane)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
-    (void)strides;
     const REAL *prepared = (const REAL *)args[1];
+    (void)strides;
     char *a0 = args[0];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[3];
-        REAL x2[1];
-        NAME(load_3)(x0, a0 + i * 3 * w, w);
-        NAME(signed_distance_point_plane_apply_plane)(prepared, x0, x2);
-        NAME(store_scalar)(a2 + i * w, x2);
+    _Alignas(64) REAL r2[1 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[3];
+            REAL x2[1];
+            NAME(load_3)(x0, a0 + (first + i) * 3 * w, w);
+            NAME(signed_distance_point_plane_apply_plane)(prepared, x0, x2);
+            NAME(store_scalar)((char *)(r2 + i), x2);
+        }
+        NAME(store_span)(args[2], first, r2, 1);
     }
 }
 
@@ -5205,16 +5736,19 @@ WIDE static void NAME(signed_distance_point_plane_dense)(intptr_t n, char **args
     (void)strides;
     char *a0 = args[0];
     char *a1 = args[1];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[3];
-        REAL x1[4];
-        REAL x2[1];
-        NAME(load_3)(x0, a0 + i * 3 * w, w);
-        NAME(load_4)(x1, a1 + i * 4 * w, w);
-        NAME(signed_distance_point_plane)(x0, x1, x2);
-        NAME(store_scalar)(a2 + i * w, x2);
+    _Alignas(64) REAL r2[1 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[3];
+            REAL x1[4];
+            REAL x2[1];
+            NAME(load_3)(x0, a0 + (first + i) * 3 * w, w);
+            NAME(load_4)(x1, a1 + (first + i) * 4 * w, w);
+            NAME(signed_distance_point_plane)(x0, x1, x2);
+            NAME(store_scalar)((char *)(r2 + i), x2);
+        }
+        NAME(store_span)(args[2], first, r2, 1);
     }
 }
 
@@ -5224,7 +5758,7 @@ void NAME(signed_distance_point_plane_loop)(char **args, const intptr_t *dimensi
     static const struct form forms[] = {{2, 2, NAME(signed_distance_point_plane_start_plane),
         NAME(signed_distance_point_plane_block_plane), NAME(signed_distance_point_plane_dense_plane)}};
     static const struct kernel kernel = {NAME(signed_distance_point_plane_block),
-        NAME(signed_distance_point_plane_dense), 2, 3, 1, parts, forms};
+        NAME(signed_distance_point_plane_dense), 2, 3, 1, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -5287,10 +5821,35 @@ WIDE static void NAME(distance_point_line_block)(intptr_t n, char **args, const 
     }
 }
 
+WIDE static void NAME(distance_point_line_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    _Alignas(64) REAL r0[3 * SPAN];
+    _Alignas(64) REAL r1[6 * SPAN];
+    _Alignas(64) REAL r2[1 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        NAME(load_span)(r0, args[0], first, 3);
+        NAME(load_span)(r1, args[1], first, 6);
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[3];
+            REAL x1[6];
+            REAL x2[1];
+            NAME(load_3)(x0, (char *)(r0 + i), SPAN * w);
+            NAME(load_6)(x1, (char *)(r1 + i), SPAN * w);
+            NAME(distance_point_line)(x0, x1, x2);
+            NAME(store_scalar)((char *)(r2 + i), x2);
+        }
+        NAME(store_span)(args[2], first, r2, 1);
+    }
+}
+
 void NAME(distance_point_line_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {6, 1, 1, {6}}, {1, 0, 2, {0}}};
-    static const struct kernel kernel = {NAME(distance_point_line_block), NULL, 2, 3, 0, parts, NULL};
+    static const struct kernel kernel = {NAME(distance_point_line_block), NAME(distance_point_line_dense), 2, 3, 0,
+        0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -5367,10 +5926,35 @@ WIDE static void NAME(point_pair_from_points_block)(intptr_t n, char **args, con
     }
 }
 
+WIDE static void NAME(point_pair_from_points_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    _Alignas(64) REAL r0[3 * SPAN];
+    _Alignas(64) REAL r1[3 * SPAN];
+    _Alignas(64) REAL r2[10 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        NAME(load_span)(r0, args[0], first, 3);
+        NAME(load_span)(r1, args[1], first, 3);
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[3];
+            REAL x1[3];
+            REAL x2[10];
+            NAME(load_3)(x0, (char *)(r0 + i), SPAN * w);
+            NAME(load_3)(x1, (char *)(r1 + i), SPAN * w);
+            NAME(point_pair_from_points)(x0, x1, x2);
+            NAME(store_10)((char *)(r2 + i), SPAN * w, x2);
+        }
+        NAME(store_span)(args[2], first, r2, 10);
+    }
+}
+
 void NAME(point_pair_from_points_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {3, 1, 1, {3}}, {10, 1, 2, {10}}};
-    static const struct kernel kernel = {NAME(point_pair_from_points_block), NULL, 2, 3, 0, parts, NULL};
+    static const struct kernel kernel = {NAME(point_pair_from_points_block), NAME(point_pair_from_points_dense), 2,
+        3, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -5844,6 +6428,27 @@ WIDE static void NAME(circle_from_points_block_a_c)(intptr_t n, char **args, con
     }
 }
 
+WIDE static void NAME(circle_from_points_dense_a_c)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    const REAL *prepared = (const REAL *)args[0];
+    (void)strides;
+    _Alignas(64) REAL r1[3 * SPAN];
+    _Alignas(64) REAL r3[10 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        NAME(load_span)(r1, args[1], first, 3);
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x1[3];
+            REAL x3[10];
+            NAME(load_3)(x1, (char *)(r1 + i), SPAN * w);
+            NAME(circle_from_points_apply_a_c)(prepared, x1, x3);
+            NAME(store_10)((char *)(r3 + i), SPAN * w, x3);
+        }
+        NAME(store_span)(args[3], first, r3, 10);
+    }
+}
+
 static void NAME(circle_from_points_start_a_c)(char **args, const intptr_t *strides, void *prepared)
 {
     const intptr_t c0a = strides[0], c2a = strides[2];
@@ -5871,6 +6476,27 @@ WIDE static void NAME(circle_from_points_block_b_c)(intptr_t n, char **args, con
     }
 }
 
+WIDE static void NAME(circle_from_points_dense_b_c)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    const REAL *prepared = (const REAL *)args[1];
+    (void)strides;
+    _Alignas(64) REAL r0[3 * SPAN];
+    _Alignas(64) REAL r3[10 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        NAME(load_span)(r0, args[0], first, 3);
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[3];
+            REAL x3[10];
+            NAME(load_3)(x0, (char *)(r0 + i), SPAN * w);
+            NAME(circle_from_points_apply_b_c)(prepared, x0, x3);
+            NAME(store_10)((char *)(r3 + i), SPAN * w, x3);
+        }
+        NAME(store_span)(args[3], first, r3, 10);
+    }
+}
+
 static void NAME(circle_from_points_start_b_c)(char **args, const intptr_t *strides, void *prepared)
 {
     const intptr_t c1a = strides[1], c2a = strides[2];
@@ -5895,6 +6521,27 @@ WIDE static void NAME(circle_from_points_block_a_b)(intptr_t n, char **args, con
         NAME(load_3)(x2, a2 + i * w, c2a);
         NAME(circle_from_points_apply_a_b)(prepared, x2, x3);
         NAME(store_10)(a3 + i * w, c3a, x3);
+    }
+}
+
+WIDE static void NAME(circle_from_points_dense_a_b)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    const REAL *prepared = (const REAL *)args[0];
+    (void)strides;
+    _Alignas(64) REAL r2[3 * SPAN];
+    _Alignas(64) REAL r3[10 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        NAME(load_span)(r2, args[2], first, 3);
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x2[3];
+            REAL x3[10];
+            NAME(load_3)(x2, (char *)(r2 + i), SPAN * w);
+            NAME(circle_from_points_apply_a_b)(prepared, x2, x3);
+            NAME(store_10)((char *)(r3 + i), SPAN * w, x3);
+        }
+        NAME(store_span)(args[3], first, r3, 10);
     }
 }
 
@@ -5930,14 +6577,44 @@ WIDE static void NAME(circle_from_points_block)(intptr_t n, char **args, const i
     }
 }
 
+WIDE static void NAME(circle_from_points_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    _Alignas(64) REAL r0[3 * SPAN];
+    _Alignas(64) REAL r1[3 * SPAN];
+    _Alignas(64) REAL r2[3 * SPAN];
+    _Alignas(64) REAL r3[10 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        NAME(load_span)(r0, args[0], first, 3);
+        NAME(load_span)(r1, args[1], first, 3);
+        NAME(load_span)(r2, args[2], first, 3);
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[3];
+            REAL x1[3];
+            REAL x2[3];
+            REAL x3[10];
+            NAME(load_3)(x0, (char *)(r0 + i), SPAN * w);
+            NAME(load_3)(x1, (char *)(r1 + i), SPAN * w);
+            NAME(load_3)(x2, (char *)(r2 + i), SPAN * w);
+            NAME(circle_from_points)(x0, x1, x2, x3);
+            NAME(store_10)((char *)(r3 + i), SPAN * w, x3);
+        }
+        NAME(store_span)(args[3], first, r3, 10);
+    }
+}
+
 void NAME(circle_from_points_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {3, 1, 1, {3}}, {3, 1, 2, {3}}, {10, 1, 3, {10}}};
     static const struct form forms[] = {{5, 2, NAME(circle_from_points_start_a_c),
-        NAME(circle_from_points_block_a_c), NULL}, {6, 2, NAME(circle_from_points_start_b_c),
-        NAME(circle_from_points_block_b_c), NULL}, {3, 3, NAME(circle_from_points_start_a_b),
-        NAME(circle_from_points_block_a_b), NULL}};
-    static const struct kernel kernel = {NAME(circle_from_points_block), NULL, 3, 4, 3, parts, forms};
+        NAME(circle_from_points_block_a_c), NAME(circle_from_points_dense_a_c)}, {6, 2,
+        NAME(circle_from_points_start_b_c), NAME(circle_from_points_block_b_c), NAME(circle_from_points_dense_b_c)},
+        {3, 3, NAME(circle_from_points_start_a_b), NAME(circle_from_points_block_a_b),
+        NAME(circle_from_points_dense_a_b)}};
+    static const struct kernel kernel = {NAME(circle_from_points_block), NAME(circle_from_points_dense), 3, 4, 3, 0,
+        parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -6784,6 +7461,27 @@ WIDE static void NAME(sphere_from_points_block_a_b_c)(intptr_t n, char **args, c
     }
 }
 
+WIDE static void NAME(sphere_from_points_dense_a_b_c)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    const REAL *prepared = (const REAL *)args[0];
+    (void)strides;
+    _Alignas(64) REAL r3[3 * SPAN];
+    _Alignas(64) REAL r4[5 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        NAME(load_span)(r3, args[3], first, 3);
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x3[3];
+            REAL x4[5];
+            NAME(load_3)(x3, (char *)(r3 + i), SPAN * w);
+            NAME(sphere_from_points_apply_a_b_c)(prepared, x3, x4);
+            NAME(store_5)((char *)(r4 + i), SPAN * w, x4);
+        }
+        NAME(store_span)(args[4], first, r4, 5);
+    }
+}
+
 static void NAME(sphere_from_points_start_a_b_c)(char **args, const intptr_t *strides, void *prepared)
 {
     const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
@@ -6810,6 +7508,27 @@ WIDE static void NAME(sphere_from_points_block_a_b_d)(intptr_t n, char **args, c
         NAME(load_3)(x2, a2 + i * w, c2a);
         NAME(sphere_from_points_apply_a_b_d)(prepared, x2, x4);
         NAME(store_5)(a4 + i * w, c4a, x4);
+    }
+}
+
+WIDE static void NAME(sphere_from_points_dense_a_b_d)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    const REAL *prepared = (const REAL *)args[0];
+    (void)strides;
+    _Alignas(64) REAL r2[3 * SPAN];
+    _Alignas(64) REAL r4[5 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        NAME(load_span)(r2, args[2], first, 3);
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x2[3];
+            REAL x4[5];
+            NAME(load_3)(x2, (char *)(r2 + i), SPAN * w);
+            NAME(sphere_from_points_apply_a_b_d)(prepared, x2, x4);
+            NAME(store_5)((char *)(r4 + i), SPAN * w, x4);
+        }
+        NAME(store_span)(args[4], first, r4, 5);
     }
 }
 
@@ -6842,6 +7561,27 @@ WIDE static void NAME(sphere_from_points_block_a_c_d)(intptr_t n, char **args, c
     }
 }
 
+WIDE static void NAME(sphere_from_points_dense_a_c_d)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    const REAL *prepared = (const REAL *)args[0];
+    (void)strides;
+    _Alignas(64) REAL r1[3 * SPAN];
+    _Alignas(64) REAL r4[5 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        NAME(load_span)(r1, args[1], first, 3);
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x1[3];
+            REAL x4[5];
+            NAME(load_3)(x1, (char *)(r1 + i), SPAN * w);
+            NAME(sphere_from_points_apply_a_c_d)(prepared, x1, x4);
+            NAME(store_5)((char *)(r4 + i), SPAN * w, x4);
+        }
+        NAME(store_span)(args[4], first, r4, 5);
+    }
+}
+
 static void NAME(sphere_from_points_start_a_c_d)(char **args, const intptr_t *strides, void *prepared)
 {
     const intptr_t c0a = strides[0], c2a = strides[2], c3a = strides[3];
@@ -6868,6 +7608,27 @@ WIDE static void NAME(sphere_from_points_block_b_c_d)(intptr_t n, char **args, c
         NAME(load_3)(x0, a0 + i * w, c0a);
         NAME(sphere_from_points_apply_b_c_d)(prepared, x0, x4);
         NAME(store_5)(a4 + i * w, c4a, x4);
+    }
+}
+
+WIDE static void NAME(sphere_from_points_dense_b_c_d)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    const REAL *prepared = (const REAL *)args[1];
+    (void)strides;
+    _Alignas(64) REAL r0[3 * SPAN];
+    _Alignas(64) REAL r4[5 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        NAME(load_span)(r0, args[0], first, 3);
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[3];
+            REAL x4[5];
+            NAME(load_3)(x0, (char *)(r0 + i), SPAN * w);
+            NAME(sphere_from_points_apply_b_c_d)(prepared, x0, x4);
+            NAME(store_5)((char *)(r4 + i), SPAN * w, x4);
+        }
+        NAME(store_span)(args[4], first, r4, 5);
     }
 }
 
@@ -6908,16 +7669,51 @@ WIDE static void NAME(sphere_from_points_block)(intptr_t n, char **args, const i
     }
 }
 
+WIDE static void NAME(sphere_from_points_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    _Alignas(64) REAL r0[3 * SPAN];
+    _Alignas(64) REAL r1[3 * SPAN];
+    _Alignas(64) REAL r2[3 * SPAN];
+    _Alignas(64) REAL r3[3 * SPAN];
+    _Alignas(64) REAL r4[5 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        NAME(load_span)(r0, args[0], first, 3);
+        NAME(load_span)(r1, args[1], first, 3);
+        NAME(load_span)(r2, args[2], first, 3);
+        NAME(load_span)(r3, args[3], first, 3);
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[3];
+            REAL x1[3];
+            REAL x2[3];
+            REAL x3[3];
+            REAL x4[5];
+            NAME(load_3)(x0, (char *)(r0 + i), SPAN * w);
+            NAME(load_3)(x1, (char *)(r1 + i), SPAN * w);
+            NAME(load_3)(x2, (char *)(r2 + i), SPAN * w);
+            NAME(load_3)(x3, (char *)(r3 + i), SPAN * w);
+            NAME(sphere_from_points)(x0, x1, x2, x3, x4);
+            NAME(store_5)((char *)(r4 + i), SPAN * w, x4);
+        }
+        NAME(store_span)(args[4], first, r4, 5);
+    }
+}
+
 void NAME(sphere_from_points_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {3, 1, 1, {3}}, {3, 1, 2, {3}}, {3, 1, 3, {3}}, {5, 1, 4,
         {5}}};
     static const struct form forms[] = {{7, 3, NAME(sphere_from_points_start_a_b_c),
-        NAME(sphere_from_points_block_a_b_c), NULL}, {11, 3, NAME(sphere_from_points_start_a_b_d),
-        NAME(sphere_from_points_block_a_b_d), NULL}, {13, 3, NAME(sphere_from_points_start_a_c_d),
-        NAME(sphere_from_points_block_a_c_d), NULL}, {14, 3, NAME(sphere_from_points_start_b_c_d),
-        NAME(sphere_from_points_block_b_c_d), NULL}};
-    static const struct kernel kernel = {NAME(sphere_from_points_block), NULL, 4, 5, 4, parts, forms};
+        NAME(sphere_from_points_block_a_b_c), NAME(sphere_from_points_dense_a_b_c)}, {11, 3,
+        NAME(sphere_from_points_start_a_b_d), NAME(sphere_from_points_block_a_b_d),
+        NAME(sphere_from_points_dense_a_b_d)}, {13, 3, NAME(sphere_from_points_start_a_c_d),
+        NAME(sphere_from_points_block_a_c_d), NAME(sphere_from_points_dense_a_c_d)}, {14, 3,
+        NAME(sphere_from_points_start_b_c_d), NAME(sphere_from_points_block_b_c_d),
+        NAME(sphere_from_points_dense_b_c_d)}};
+    static const struct kernel kernel = {NAME(sphere_from_points_block), NAME(sphere_from_points_dense), 4, 5, 4, 0,
+        parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -6968,10 +7764,35 @@ WIDE static void NAME(line_from_points_block)(intptr_t n, char **args, const int
     }
 }
 
+WIDE static void NAME(line_from_points_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    _Alignas(64) REAL r0[3 * SPAN];
+    _Alignas(64) REAL r1[3 * SPAN];
+    _Alignas(64) REAL r2[6 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        NAME(load_span)(r0, args[0], first, 3);
+        NAME(load_span)(r1, args[1], first, 3);
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[3];
+            REAL x1[3];
+            REAL x2[6];
+            NAME(load_3)(x0, (char *)(r0 + i), SPAN * w);
+            NAME(load_3)(x1, (char *)(r1 + i), SPAN * w);
+            NAME(line_from_points)(x0, x1, x2);
+            NAME(store_6)((char *)(r2 + i), SPAN * w, x2);
+        }
+        NAME(store_span)(args[2], first, r2, 6);
+    }
+}
+
 void NAME(line_from_points_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {3, 1, 1, {3}}, {6, 1, 2, {6}}};
-    static const struct kernel kernel = {NAME(line_from_points_block), NULL, 2, 3, 0, parts, NULL};
+    static const struct kernel kernel = {NAME(line_from_points_block), NAME(line_from_points_dense), 2, 3, 0, 0,
+        parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -7022,10 +7843,35 @@ WIDE static void NAME(line_from_point_direction_block)(intptr_t n, char **args, 
     }
 }
 
+WIDE static void NAME(line_from_point_direction_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    _Alignas(64) REAL r0[3 * SPAN];
+    _Alignas(64) REAL r1[3 * SPAN];
+    _Alignas(64) REAL r2[6 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        NAME(load_span)(r0, args[0], first, 3);
+        NAME(load_span)(r1, args[1], first, 3);
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[3];
+            REAL x1[3];
+            REAL x2[6];
+            NAME(load_3)(x0, (char *)(r0 + i), SPAN * w);
+            NAME(load_3)(x1, (char *)(r1 + i), SPAN * w);
+            NAME(line_from_point_direction)(x0, x1, x2);
+            NAME(store_6)((char *)(r2 + i), SPAN * w, x2);
+        }
+        NAME(store_span)(args[2], first, r2, 6);
+    }
+}
+
 void NAME(line_from_point_direction_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {3, 1, 1, {3}}, {6, 1, 2, {6}}};
-    static const struct kernel kernel = {NAME(line_from_point_direction_block), NULL, 2, 3, 0, parts, NULL};
+    static const struct kernel kernel = {NAME(line_from_point_direction_block),
+        NAME(line_from_point_direction_dense), 2, 3, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -7095,25 +7941,28 @@ WIDE static void NAME(plane_from_points_dense)(intptr_t n, char **args, const in
     char *a0 = args[0];
     char *a1 = args[1];
     char *a2 = args[2];
-    char *a3 = args[3];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[3];
-        REAL x1[3];
-        REAL x2[3];
-        REAL x3[4];
-        NAME(load_3)(x0, a0 + i * 3 * w, w);
-        NAME(load_3)(x1, a1 + i * 3 * w, w);
-        NAME(load_3)(x2, a2 + i * 3 * w, w);
-        NAME(plane_from_points)(x0, x1, x2, x3);
-        NAME(store_4)(a3 + i * 4 * w, w, x3);
+    _Alignas(64) REAL r3[4 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[3];
+            REAL x1[3];
+            REAL x2[3];
+            REAL x3[4];
+            NAME(load_3)(x0, a0 + (first + i) * 3 * w, w);
+            NAME(load_3)(x1, a1 + (first + i) * 3 * w, w);
+            NAME(load_3)(x2, a2 + (first + i) * 3 * w, w);
+            NAME(plane_from_points)(x0, x1, x2, x3);
+            NAME(store_4)((char *)(r3 + i), SPAN * w, x3);
+        }
+        NAME(store_span)(args[3], first, r3, 4);
     }
 }
 
 void NAME(plane_from_points_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {3, 1, 1, {3}}, {3, 1, 2, {3}}, {4, 1, 3, {4}}};
-    static const struct kernel kernel = {NAME(plane_from_points_block), NAME(plane_from_points_dense), 3, 4, 0,
+    static const struct kernel kernel = {NAME(plane_from_points_block), NAME(plane_from_points_dense), 3, 4, 0, 0,
         parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -7157,10 +8006,35 @@ WIDE static void NAME(dual_sphere_from_centre_block)(intptr_t n, char **args, co
     }
 }
 
+WIDE static void NAME(dual_sphere_from_centre_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    _Alignas(64) REAL r0[3 * SPAN];
+    _Alignas(64) REAL r1[1 * SPAN];
+    _Alignas(64) REAL r2[5 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        NAME(load_span)(r0, args[0], first, 3);
+        NAME(load_span)(r1, args[1], first, 1);
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[3];
+            REAL x1[1];
+            REAL x2[5];
+            NAME(load_3)(x0, (char *)(r0 + i), SPAN * w);
+            NAME(load_scalar)(x1, (char *)(r1 + i));
+            NAME(dual_sphere_from_centre)(x0, x1[0], x2);
+            NAME(store_5)((char *)(r2 + i), SPAN * w, x2);
+        }
+        NAME(store_span)(args[2], first, r2, 5);
+    }
+}
+
 void NAME(dual_sphere_from_centre_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {1, 0, 1, {0}}, {5, 1, 1, {5}}};
-    static const struct kernel kernel = {NAME(dual_sphere_from_centre_block), NULL, 2, 3, 0, parts, NULL};
+    static const struct kernel kernel = {NAME(dual_sphere_from_centre_block), NAME(dual_sphere_from_centre_dense),
+        2, 3, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -7209,10 +8083,35 @@ WIDE static void NAME(dual_sphere_through_point_block)(intptr_t n, char **args, 
     }
 }
 
+WIDE static void NAME(dual_sphere_through_point_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    _Alignas(64) REAL r0[3 * SPAN];
+    _Alignas(64) REAL r1[3 * SPAN];
+    _Alignas(64) REAL r2[5 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        NAME(load_span)(r0, args[0], first, 3);
+        NAME(load_span)(r1, args[1], first, 3);
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[3];
+            REAL x1[3];
+            REAL x2[5];
+            NAME(load_3)(x0, (char *)(r0 + i), SPAN * w);
+            NAME(load_3)(x1, (char *)(r1 + i), SPAN * w);
+            NAME(dual_sphere_through_point)(x0, x1, x2);
+            NAME(store_5)((char *)(r2 + i), SPAN * w, x2);
+        }
+        NAME(store_span)(args[2], first, r2, 5);
+    }
+}
+
 void NAME(dual_sphere_through_point_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {3, 1, 1, {3}}, {5, 1, 2, {5}}};
-    static const struct kernel kernel = {NAME(dual_sphere_through_point_block), NULL, 2, 3, 0, parts, NULL};
+    static const struct kernel kernel = {NAME(dual_sphere_through_point_block),
+        NAME(dual_sphere_through_point_dense), 2, 3, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -7257,10 +8156,35 @@ WIDE static void NAME(sphere_from_centre_block)(intptr_t n, char **args, const i
     }
 }
 
+WIDE static void NAME(sphere_from_centre_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    _Alignas(64) REAL r0[3 * SPAN];
+    _Alignas(64) REAL r1[1 * SPAN];
+    _Alignas(64) REAL r2[5 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        NAME(load_span)(r0, args[0], first, 3);
+        NAME(load_span)(r1, args[1], first, 1);
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[3];
+            REAL x1[1];
+            REAL x2[5];
+            NAME(load_3)(x0, (char *)(r0 + i), SPAN * w);
+            NAME(load_scalar)(x1, (char *)(r1 + i));
+            NAME(sphere_from_centre)(x0, x1[0], x2);
+            NAME(store_5)((char *)(r2 + i), SPAN * w, x2);
+        }
+        NAME(store_span)(args[2], first, r2, 5);
+    }
+}
+
 void NAME(sphere_from_centre_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {1, 0, 1, {0}}, {5, 1, 1, {5}}};
-    static const struct kernel kernel = {NAME(sphere_from_centre_block), NULL, 2, 3, 0, parts, NULL};
+    static const struct kernel kernel = {NAME(sphere_from_centre_block), NAME(sphere_from_centre_dense), 2, 3, 0, 0,
+        parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -7300,16 +8224,19 @@ WIDE static void NAME(dual_plane_from_normal_dense)(intptr_t n, char **args, con
     (void)strides;
     char *a0 = args[0];
     char *a1 = args[1];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[3];
-        REAL x1[1];
-        REAL x2[4];
-        NAME(load_3)(x0, a0 + i * 3 * w, w);
-        NAME(load_scalar)(x1, a1 + i * w);
-        NAME(dual_plane_from_normal)(x0, x1[0], x2);
-        NAME(store_4)(a2 + i * 4 * w, w, x2);
+    _Alignas(64) REAL r2[4 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[3];
+            REAL x1[1];
+            REAL x2[4];
+            NAME(load_3)(x0, a0 + (first + i) * 3 * w, w);
+            NAME(load_scalar)(x1, a1 + (first + i) * w);
+            NAME(dual_plane_from_normal)(x0, x1[0], x2);
+            NAME(store_4)((char *)(r2 + i), SPAN * w, x2);
+        }
+        NAME(store_span)(args[2], first, r2, 4);
     }
 }
 
@@ -7317,7 +8244,7 @@ void NAME(dual_plane_from_normal_loop)(char **args, const intptr_t *dimensions, 
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {1, 0, 1, {0}}, {4, 1, 1, {4}}};
     static const struct kernel kernel = {NAME(dual_plane_from_normal_block), NAME(dual_plane_from_normal_dense), 2,
-        3, 0, parts, NULL};
+        3, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -7375,23 +8302,26 @@ WIDE static void NAME(bisector_plane_dense)(intptr_t n, char **args, const intpt
     (void)strides;
     char *a0 = args[0];
     char *a1 = args[1];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[3];
-        REAL x1[3];
-        REAL x2[4];
-        NAME(load_3)(x0, a0 + i * 3 * w, w);
-        NAME(load_3)(x1, a1 + i * 3 * w, w);
-        NAME(bisector_plane)(x0, x1, x2);
-        NAME(store_4)(a2 + i * 4 * w, w, x2);
+    _Alignas(64) REAL r2[4 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[3];
+            REAL x1[3];
+            REAL x2[4];
+            NAME(load_3)(x0, a0 + (first + i) * 3 * w, w);
+            NAME(load_3)(x1, a1 + (first + i) * 3 * w, w);
+            NAME(bisector_plane)(x0, x1, x2);
+            NAME(store_4)((char *)(r2 + i), SPAN * w, x2);
+        }
+        NAME(store_span)(args[2], first, r2, 4);
     }
 }
 
 void NAME(bisector_plane_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {3, 1, 1, {3}}, {4, 1, 2, {4}}};
-    static const struct kernel kernel = {NAME(bisector_plane_block), NAME(bisector_plane_dense), 2, 3, 0, parts,
+    static const struct kernel kernel = {NAME(bisector_plane_block), NAME(bisector_plane_dense), 2, 3, 0, 0, parts,
         NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -7429,10 +8359,31 @@ WIDE static void NAME(sphere_polarity_block)(intptr_t n, char **args, const intp
     }
 }
 
+WIDE static void NAME(sphere_polarity_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    _Alignas(64) REAL r0[5 * SPAN];
+    _Alignas(64) REAL r1[5 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        NAME(load_span)(r0, args[0], first, 5);
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[5];
+            REAL x1[5];
+            NAME(load_5)(x0, (char *)(r0 + i), SPAN * w);
+            NAME(sphere_polarity)(x0, x1);
+            NAME(store_5)((char *)(r1 + i), SPAN * w, x1);
+        }
+        NAME(store_span)(args[1], first, r1, 5);
+    }
+}
+
 void NAME(sphere_polarity_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{5, 1, 0, {5}}, {5, 1, 1, {5}}};
-    static const struct kernel kernel = {NAME(sphere_polarity_block), NULL, 1, 2, 0, parts, NULL};
+    static const struct kernel kernel = {NAME(sphere_polarity_block), NAME(sphere_polarity_dense), 1, 2, 0, 0,
+        parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -7472,21 +8423,24 @@ WIDE static void NAME(plane_polarity_dense)(intptr_t n, char **args, const intpt
     const intptr_t w = sizeof(REAL);
     (void)strides;
     char *a0 = args[0];
-    char *a1 = args[1];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[4];
-        REAL x1[4];
-        NAME(load_4)(x0, a0 + i * 4 * w, w);
-        NAME(plane_polarity)(x0, x1);
-        NAME(store_4)(a1 + i * 4 * w, w, x1);
+    _Alignas(64) REAL r1[4 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[4];
+            REAL x1[4];
+            NAME(load_4)(x0, a0 + (first + i) * 4 * w, w);
+            NAME(plane_polarity)(x0, x1);
+            NAME(store_4)((char *)(r1 + i), SPAN * w, x1);
+        }
+        NAME(store_span)(args[1], first, r1, 4);
     }
 }
 
 void NAME(plane_polarity_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {4, 1, 1, {4}}};
-    static const struct kernel kernel = {NAME(plane_polarity_block), NAME(plane_polarity_dense), 1, 2, 0, parts,
+    static const struct kernel kernel = {NAME(plane_polarity_block), NAME(plane_polarity_dense), 1, 2, 0, 0, parts,
         NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -7524,10 +8478,31 @@ WIDE static void NAME(sphere_centre_block)(intptr_t n, char **args, const intptr
     }
 }
 
+WIDE static void NAME(sphere_centre_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    _Alignas(64) REAL r0[5 * SPAN];
+    _Alignas(64) REAL r1[3 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        NAME(load_span)(r0, args[0], first, 5);
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[5];
+            REAL x1[3];
+            NAME(load_5)(x0, (char *)(r0 + i), SPAN * w);
+            NAME(sphere_centre)(x0, x1);
+            NAME(store_3)((char *)(r1 + i), SPAN * w, x1);
+        }
+        NAME(store_span)(args[1], first, r1, 3);
+    }
+}
+
 void NAME(sphere_centre_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{5, 1, 0, {5}}, {3, 1, 1, {3}}};
-    static const struct kernel kernel = {NAME(sphere_centre_block), NULL, 1, 2, 0, parts, NULL};
+    static const struct kernel kernel = {NAME(sphere_centre_block), NAME(sphere_centre_dense), 1, 2, 0, 0, parts,
+        NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -7569,10 +8544,31 @@ WIDE static void NAME(sphere_radius_squared_block)(intptr_t n, char **args, cons
     }
 }
 
+WIDE static void NAME(sphere_radius_squared_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    _Alignas(64) REAL r0[5 * SPAN];
+    _Alignas(64) REAL r1[1 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        NAME(load_span)(r0, args[0], first, 5);
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[5];
+            REAL x1[1];
+            NAME(load_5)(x0, (char *)(r0 + i), SPAN * w);
+            NAME(sphere_radius_squared)(x0, x1);
+            NAME(store_scalar)((char *)(r1 + i), x1);
+        }
+        NAME(store_span)(args[1], first, r1, 1);
+    }
+}
+
 void NAME(sphere_radius_squared_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{5, 1, 0, {5}}, {1, 0, 1, {0}}};
-    static const struct kernel kernel = {NAME(sphere_radius_squared_block), NULL, 1, 2, 0, parts, NULL};
+    static const struct kernel kernel = {NAME(sphere_radius_squared_block), NAME(sphere_radius_squared_dense), 1, 2,
+        0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -7633,10 +8629,31 @@ WIDE static void NAME(circle_centre_block)(intptr_t n, char **args, const intptr
     }
 }
 
+WIDE static void NAME(circle_centre_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    _Alignas(64) REAL r0[10 * SPAN];
+    _Alignas(64) REAL r1[3 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        NAME(load_span)(r0, args[0], first, 10);
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[10];
+            REAL x1[3];
+            NAME(load_10)(x0, (char *)(r0 + i), SPAN * w);
+            NAME(circle_centre)(x0, x1);
+            NAME(store_3)((char *)(r1 + i), SPAN * w, x1);
+        }
+        NAME(store_span)(args[1], first, r1, 3);
+    }
+}
+
 void NAME(circle_centre_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{10, 1, 0, {10}}, {3, 1, 1, {3}}};
-    static const struct kernel kernel = {NAME(circle_centre_block), NULL, 1, 2, 0, parts, NULL};
+    static const struct kernel kernel = {NAME(circle_centre_block), NAME(circle_centre_dense), 1, 2, 0, 0, parts,
+        NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -7692,10 +8709,31 @@ WIDE static void NAME(circle_radius_squared_block)(intptr_t n, char **args, cons
     }
 }
 
+WIDE static void NAME(circle_radius_squared_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    _Alignas(64) REAL r0[10 * SPAN];
+    _Alignas(64) REAL r1[1 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        NAME(load_span)(r0, args[0], first, 10);
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[10];
+            REAL x1[1];
+            NAME(load_10)(x0, (char *)(r0 + i), SPAN * w);
+            NAME(circle_radius_squared)(x0, x1);
+            NAME(store_scalar)((char *)(r1 + i), x1);
+        }
+        NAME(store_span)(args[1], first, r1, 1);
+    }
+}
+
 void NAME(circle_radius_squared_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{10, 1, 0, {10}}, {1, 0, 1, {0}}};
-    static const struct kernel kernel = {NAME(circle_radius_squared_block), NULL, 1, 2, 0, parts, NULL};
+    static const struct kernel kernel = {NAME(circle_radius_squared_block), NAME(circle_radius_squared_dense), 1, 2,
+        0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -7727,10 +8765,31 @@ WIDE static void NAME(circle_plane_block)(intptr_t n, char **args, const intptr_
     }
 }
 
+WIDE static void NAME(circle_plane_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    _Alignas(64) REAL r0[10 * SPAN];
+    _Alignas(64) REAL r1[4 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        NAME(load_span)(r0, args[0], first, 10);
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[10];
+            REAL x1[4];
+            NAME(load_10)(x0, (char *)(r0 + i), SPAN * w);
+            NAME(circle_plane)(x0, x1);
+            NAME(store_4)((char *)(r1 + i), SPAN * w, x1);
+        }
+        NAME(store_span)(args[1], first, r1, 4);
+    }
+}
+
 void NAME(circle_plane_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{10, 1, 0, {10}}, {4, 1, 1, {4}}};
-    static const struct kernel kernel = {NAME(circle_plane_block), NULL, 1, 2, 0, parts, NULL};
+    static const struct kernel kernel = {NAME(circle_plane_block), NAME(circle_plane_dense), 1, 2, 0, 0, parts,
+        NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -7768,10 +8827,30 @@ WIDE static void NAME(circle_axis_block)(intptr_t n, char **args, const intptr_t
     }
 }
 
+WIDE static void NAME(circle_axis_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    _Alignas(64) REAL r0[10 * SPAN];
+    _Alignas(64) REAL r1[6 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        NAME(load_span)(r0, args[0], first, 10);
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[10];
+            REAL x1[6];
+            NAME(load_10)(x0, (char *)(r0 + i), SPAN * w);
+            NAME(circle_axis)(x0, x1);
+            NAME(store_6)((char *)(r1 + i), SPAN * w, x1);
+        }
+        NAME(store_span)(args[1], first, r1, 6);
+    }
+}
+
 void NAME(circle_axis_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{10, 1, 0, {10}}, {6, 1, 1, {6}}};
-    static const struct kernel kernel = {NAME(circle_axis_block), NULL, 1, 2, 0, parts, NULL};
+    static const struct kernel kernel = {NAME(circle_axis_block), NAME(circle_axis_dense), 1, 2, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -7833,10 +8912,31 @@ WIDE static void NAME(point_pair_centre_block)(intptr_t n, char **args, const in
     }
 }
 
+WIDE static void NAME(point_pair_centre_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    _Alignas(64) REAL r0[10 * SPAN];
+    _Alignas(64) REAL r1[3 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        NAME(load_span)(r0, args[0], first, 10);
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[10];
+            REAL x1[3];
+            NAME(load_10)(x0, (char *)(r0 + i), SPAN * w);
+            NAME(point_pair_centre)(x0, x1);
+            NAME(store_3)((char *)(r1 + i), SPAN * w, x1);
+        }
+        NAME(store_span)(args[1], first, r1, 3);
+    }
+}
+
 void NAME(point_pair_centre_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{10, 1, 0, {10}}, {3, 1, 1, {3}}};
-    static const struct kernel kernel = {NAME(point_pair_centre_block), NULL, 1, 2, 0, parts, NULL};
+    static const struct kernel kernel = {NAME(point_pair_centre_block), NAME(point_pair_centre_dense), 1, 2, 0, 0,
+        parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -7891,10 +8991,31 @@ WIDE static void NAME(point_pair_radius_squared_block)(intptr_t n, char **args, 
     }
 }
 
+WIDE static void NAME(point_pair_radius_squared_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    _Alignas(64) REAL r0[10 * SPAN];
+    _Alignas(64) REAL r1[1 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        NAME(load_span)(r0, args[0], first, 10);
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[10];
+            REAL x1[1];
+            NAME(load_10)(x0, (char *)(r0 + i), SPAN * w);
+            NAME(point_pair_radius_squared)(x0, x1);
+            NAME(store_scalar)((char *)(r1 + i), x1);
+        }
+        NAME(store_span)(args[1], first, r1, 1);
+    }
+}
+
 void NAME(point_pair_radius_squared_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{10, 1, 0, {10}}, {1, 0, 1, {0}}};
-    static const struct kernel kernel = {NAME(point_pair_radius_squared_block), NULL, 1, 2, 0, parts, NULL};
+    static const struct kernel kernel = {NAME(point_pair_radius_squared_block),
+        NAME(point_pair_radius_squared_dense), 1, 2, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -7990,10 +9111,35 @@ WIDE static void NAME(point_pair_points_block)(intptr_t n, char **args, const in
     }
 }
 
+WIDE static void NAME(point_pair_points_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    _Alignas(64) REAL r0[10 * SPAN];
+    _Alignas(64) REAL r1[3 * SPAN];
+    _Alignas(64) REAL r2[3 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        NAME(load_span)(r0, args[0], first, 10);
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[10];
+            REAL x1[3];
+            REAL x2[3];
+            NAME(load_10)(x0, (char *)(r0 + i), SPAN * w);
+            NAME(point_pair_points)(x0, x1, x2);
+            NAME(store_3)((char *)(r1 + i), SPAN * w, x1);
+            NAME(store_3)((char *)(r2 + i), SPAN * w, x2);
+        }
+        NAME(store_span)(args[1], first, r1, 3);
+        NAME(store_span)(args[2], first, r2, 3);
+    }
+}
+
 void NAME(point_pair_points_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{10, 1, 0, {10}}, {3, 1, 1, {3}}, {3, 1, 2, {3}}};
-    static const struct kernel kernel = {NAME(point_pair_points_block), NULL, 1, 3, 0, parts, NULL};
+    static const struct kernel kernel = {NAME(point_pair_points_block), NAME(point_pair_points_dense), 1, 3, 0, 0,
+        parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -8070,10 +9216,35 @@ WIDE static void NAME(meet_spheres_block)(intptr_t n, char **args, const intptr_
     }
 }
 
+WIDE static void NAME(meet_spheres_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    _Alignas(64) REAL r0[5 * SPAN];
+    _Alignas(64) REAL r1[5 * SPAN];
+    _Alignas(64) REAL r2[10 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        NAME(load_span)(r0, args[0], first, 5);
+        NAME(load_span)(r1, args[1], first, 5);
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[5];
+            REAL x1[5];
+            REAL x2[10];
+            NAME(load_5)(x0, (char *)(r0 + i), SPAN * w);
+            NAME(load_5)(x1, (char *)(r1 + i), SPAN * w);
+            NAME(meet_spheres)(x0, x1, x2);
+            NAME(store_10)((char *)(r2 + i), SPAN * w, x2);
+        }
+        NAME(store_span)(args[2], first, r2, 10);
+    }
+}
+
 void NAME(meet_spheres_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{5, 1, 0, {5}}, {5, 1, 1, {5}}, {10, 1, 2, {10}}};
-    static const struct kernel kernel = {NAME(meet_spheres_block), NULL, 2, 3, 0, parts, NULL};
+    static const struct kernel kernel = {NAME(meet_spheres_block), NAME(meet_spheres_dense), 2, 3, 0, 0, parts,
+        NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -8145,10 +9316,35 @@ WIDE static void NAME(meet_sphere_plane_block)(intptr_t n, char **args, const in
     }
 }
 
+WIDE static void NAME(meet_sphere_plane_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    _Alignas(64) REAL r0[5 * SPAN];
+    _Alignas(64) REAL r1[4 * SPAN];
+    _Alignas(64) REAL r2[10 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        NAME(load_span)(r0, args[0], first, 5);
+        NAME(load_span)(r1, args[1], first, 4);
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[5];
+            REAL x1[4];
+            REAL x2[10];
+            NAME(load_5)(x0, (char *)(r0 + i), SPAN * w);
+            NAME(load_4)(x1, (char *)(r1 + i), SPAN * w);
+            NAME(meet_sphere_plane)(x0, x1, x2);
+            NAME(store_10)((char *)(r2 + i), SPAN * w, x2);
+        }
+        NAME(store_span)(args[2], first, r2, 10);
+    }
+}
+
 void NAME(meet_sphere_plane_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{5, 1, 0, {5}}, {4, 1, 1, {4}}, {10, 1, 2, {10}}};
-    static const struct kernel kernel = {NAME(meet_sphere_plane_block), NULL, 2, 3, 0, parts, NULL};
+    static const struct kernel kernel = {NAME(meet_sphere_plane_block), NAME(meet_sphere_plane_dense), 2, 3, 0, 0,
+        parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -8679,6 +9875,27 @@ WIDE static void NAME(meet_three_spheres_block_a_b)(intptr_t n, char **args, con
     }
 }
 
+WIDE static void NAME(meet_three_spheres_dense_a_b)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    const REAL *prepared = (const REAL *)args[0];
+    (void)strides;
+    _Alignas(64) REAL r2[5 * SPAN];
+    _Alignas(64) REAL r3[10 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        NAME(load_span)(r2, args[2], first, 5);
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x2[5];
+            REAL x3[10];
+            NAME(load_5)(x2, (char *)(r2 + i), SPAN * w);
+            NAME(meet_three_spheres_apply_a_b)(prepared, x2, x3);
+            NAME(store_10)((char *)(r3 + i), SPAN * w, x3);
+        }
+        NAME(store_span)(args[3], first, r3, 10);
+    }
+}
+
 static void NAME(meet_three_spheres_start_a_b)(char **args, const intptr_t *strides, void *prepared)
 {
     const intptr_t c0a = strides[0], c1a = strides[1];
@@ -8706,6 +9923,27 @@ WIDE static void NAME(meet_three_spheres_block_a_c)(intptr_t n, char **args, con
     }
 }
 
+WIDE static void NAME(meet_three_spheres_dense_a_c)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    const REAL *prepared = (const REAL *)args[0];
+    (void)strides;
+    _Alignas(64) REAL r1[5 * SPAN];
+    _Alignas(64) REAL r3[10 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        NAME(load_span)(r1, args[1], first, 5);
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x1[5];
+            REAL x3[10];
+            NAME(load_5)(x1, (char *)(r1 + i), SPAN * w);
+            NAME(meet_three_spheres_apply_a_c)(prepared, x1, x3);
+            NAME(store_10)((char *)(r3 + i), SPAN * w, x3);
+        }
+        NAME(store_span)(args[3], first, r3, 10);
+    }
+}
+
 static void NAME(meet_three_spheres_start_a_c)(char **args, const intptr_t *strides, void *prepared)
 {
     const intptr_t c0a = strides[0], c2a = strides[2];
@@ -8730,6 +9968,27 @@ WIDE static void NAME(meet_three_spheres_block_b_c)(intptr_t n, char **args, con
         NAME(load_5)(x0, a0 + i * w, c0a);
         NAME(meet_three_spheres_apply_b_c)(prepared, x0, x3);
         NAME(store_10)(a3 + i * w, c3a, x3);
+    }
+}
+
+WIDE static void NAME(meet_three_spheres_dense_b_c)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    const REAL *prepared = (const REAL *)args[1];
+    (void)strides;
+    _Alignas(64) REAL r0[5 * SPAN];
+    _Alignas(64) REAL r3[10 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        NAME(load_span)(r0, args[0], first, 5);
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[5];
+            REAL x3[10];
+            NAME(load_5)(x0, (char *)(r0 + i), SPAN * w);
+            NAME(meet_three_spheres_apply_b_c)(prepared, x0, x3);
+            NAME(store_10)((char *)(r3 + i), SPAN * w, x3);
+        }
+        NAME(store_span)(args[3], first, r3, 10);
     }
 }
 
@@ -8769,10 +10028,11 @@ void NAME(meet_three_spheres_loop)(char **args, const intptr_t *dimensions, cons
 {
     static const struct part parts[] = {{5, 1, 0, {5}}, {5, 1, 1, {5}}, {5, 1, 2, {5}}, {10, 1, 3, {10}}};
     static const struct form forms[] = {{3, 2, NAME(meet_three_spheres_start_a_b),
-        NAME(meet_three_spheres_block_a_b), NULL}, {5, 2, NAME(meet_three_spheres_start_a_c),
-        NAME(meet_three_spheres_block_a_c), NULL}, {6, 2, NAME(meet_three_spheres_start_b_c),
-        NAME(meet_three_spheres_block_b_c), NULL}};
-    static const struct kernel kernel = {NAME(meet_three_spheres_block), NULL, 3, 4, 3, parts, forms};
+        NAME(meet_three_spheres_block_a_b), NAME(meet_three_spheres_dense_a_b)}, {5, 2,
+        NAME(meet_three_spheres_start_a_c), NAME(meet_three_spheres_block_a_c), NAME(meet_three_spheres_dense_a_c)},
+        {6, 2, NAME(meet_three_spheres_start_b_c), NAME(meet_three_spheres_block_b_c),
+        NAME(meet_three_spheres_dense_b_c)}};
+    static const struct kernel kernel = {NAME(meet_three_spheres_block), NULL, 3, 4, 3, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -8854,10 +10114,35 @@ WIDE static void NAME(meet_line_sphere_block)(intptr_t n, char **args, const int
     }
 }
 
+WIDE static void NAME(meet_line_sphere_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    _Alignas(64) REAL r0[6 * SPAN];
+    _Alignas(64) REAL r1[5 * SPAN];
+    _Alignas(64) REAL r2[10 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        NAME(load_span)(r0, args[0], first, 6);
+        NAME(load_span)(r1, args[1], first, 5);
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[6];
+            REAL x1[5];
+            REAL x2[10];
+            NAME(load_6)(x0, (char *)(r0 + i), SPAN * w);
+            NAME(load_5)(x1, (char *)(r1 + i), SPAN * w);
+            NAME(meet_line_sphere)(x0, x1, x2);
+            NAME(store_10)((char *)(r2 + i), SPAN * w, x2);
+        }
+        NAME(store_span)(args[2], first, r2, 10);
+    }
+}
+
 void NAME(meet_line_sphere_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{6, 1, 0, {6}}, {5, 1, 1, {5}}, {10, 1, 2, {10}}};
-    static const struct kernel kernel = {NAME(meet_line_sphere_block), NULL, 2, 3, 0, parts, NULL};
+    static const struct kernel kernel = {NAME(meet_line_sphere_block), NAME(meet_line_sphere_dense), 2, 3, 0, 0,
+        parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -8948,10 +10233,35 @@ WIDE static void NAME(meet_circle_plane_block)(intptr_t n, char **args, const in
     }
 }
 
+WIDE static void NAME(meet_circle_plane_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    _Alignas(64) REAL r0[10 * SPAN];
+    _Alignas(64) REAL r1[4 * SPAN];
+    _Alignas(64) REAL r2[10 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        NAME(load_span)(r0, args[0], first, 10);
+        NAME(load_span)(r1, args[1], first, 4);
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[10];
+            REAL x1[4];
+            REAL x2[10];
+            NAME(load_10)(x0, (char *)(r0 + i), SPAN * w);
+            NAME(load_4)(x1, (char *)(r1 + i), SPAN * w);
+            NAME(meet_circle_plane)(x0, x1, x2);
+            NAME(store_10)((char *)(r2 + i), SPAN * w, x2);
+        }
+        NAME(store_span)(args[2], first, r2, 10);
+    }
+}
+
 void NAME(meet_circle_plane_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{10, 1, 0, {10}}, {4, 1, 1, {4}}, {10, 1, 2, {10}}};
-    static const struct kernel kernel = {NAME(meet_circle_plane_block), NULL, 2, 3, 0, parts, NULL};
+    static const struct kernel kernel = {NAME(meet_circle_plane_block), NAME(meet_circle_plane_dense), 2, 3, 0, 0,
+        parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -9062,7 +10372,7 @@ WIDE static void NAME(meet_circle_sphere_block)(intptr_t n, char **args, const i
 void NAME(meet_circle_sphere_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{10, 1, 0, {10}}, {5, 1, 1, {5}}, {10, 1, 2, {10}}};
-    static const struct kernel kernel = {NAME(meet_circle_sphere_block), NULL, 2, 3, 0, parts, NULL};
+    static const struct kernel kernel = {NAME(meet_circle_sphere_block), NULL, 2, 3, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -9121,10 +10431,34 @@ WIDE static void NAME(meet_planes_block)(intptr_t n, char **args, const intptr_t
     }
 }
 
+WIDE static void NAME(meet_planes_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    _Alignas(64) REAL r0[4 * SPAN];
+    _Alignas(64) REAL r1[4 * SPAN];
+    _Alignas(64) REAL r2[6 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        NAME(load_span)(r0, args[0], first, 4);
+        NAME(load_span)(r1, args[1], first, 4);
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[4];
+            REAL x1[4];
+            REAL x2[6];
+            NAME(load_4)(x0, (char *)(r0 + i), SPAN * w);
+            NAME(load_4)(x1, (char *)(r1 + i), SPAN * w);
+            NAME(meet_planes)(x0, x1, x2);
+            NAME(store_6)((char *)(r2 + i), SPAN * w, x2);
+        }
+        NAME(store_span)(args[2], first, r2, 6);
+    }
+}
+
 void NAME(meet_planes_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {4, 1, 1, {4}}, {6, 1, 2, {6}}};
-    static const struct kernel kernel = {NAME(meet_planes_block), NULL, 2, 3, 0, parts, NULL};
+    static const struct kernel kernel = {NAME(meet_planes_block), NAME(meet_planes_dense), 2, 3, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -9188,10 +10522,35 @@ WIDE static void NAME(meet_line_plane_block)(intptr_t n, char **args, const intp
     }
 }
 
+WIDE static void NAME(meet_line_plane_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    _Alignas(64) REAL r0[6 * SPAN];
+    _Alignas(64) REAL r1[4 * SPAN];
+    _Alignas(64) REAL r2[3 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        NAME(load_span)(r0, args[0], first, 6);
+        NAME(load_span)(r1, args[1], first, 4);
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[6];
+            REAL x1[4];
+            REAL x2[3];
+            NAME(load_6)(x0, (char *)(r0 + i), SPAN * w);
+            NAME(load_4)(x1, (char *)(r1 + i), SPAN * w);
+            NAME(meet_line_plane)(x0, x1, x2);
+            NAME(store_3)((char *)(r2 + i), SPAN * w, x2);
+        }
+        NAME(store_span)(args[2], first, r2, 3);
+    }
+}
+
 void NAME(meet_line_plane_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{6, 1, 0, {6}}, {4, 1, 1, {4}}, {3, 1, 2, {3}}};
-    static const struct kernel kernel = {NAME(meet_line_plane_block), NULL, 2, 3, 0, parts, NULL};
+    static const struct kernel kernel = {NAME(meet_line_plane_block), NAME(meet_line_plane_dense), 2, 3, 0, 0,
+        parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -9227,14 +10586,17 @@ WIDE static void NAME(flat_point_from_point_dense)(intptr_t n, char **args, cons
     const intptr_t w = sizeof(REAL);
     (void)strides;
     char *a0 = args[0];
-    char *a1 = args[1];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[3];
-        REAL x1[4];
-        NAME(load_3)(x0, a0 + i * 3 * w, w);
-        NAME(flat_point_from_point)(x0, x1);
-        NAME(store_4)(a1 + i * 4 * w, w, x1);
+    _Alignas(64) REAL r1[4 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[3];
+            REAL x1[4];
+            NAME(load_3)(x0, a0 + (first + i) * 3 * w, w);
+            NAME(flat_point_from_point)(x0, x1);
+            NAME(store_4)((char *)(r1 + i), SPAN * w, x1);
+        }
+        NAME(store_span)(args[1], first, r1, 4);
     }
 }
 
@@ -9242,7 +10604,7 @@ void NAME(flat_point_from_point_loop)(char **args, const intptr_t *dimensions, c
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {4, 1, 1, {4}}};
     static const struct kernel kernel = {NAME(flat_point_from_point_block), NAME(flat_point_from_point_dense), 1, 2,
-        0, parts, NULL};
+        0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -9282,14 +10644,17 @@ WIDE static void NAME(point_from_flat_point_dense)(intptr_t n, char **args, cons
     const intptr_t w = sizeof(REAL);
     (void)strides;
     char *a0 = args[0];
-    char *a1 = args[1];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[4];
-        REAL x1[3];
-        NAME(load_4)(x0, a0 + i * 4 * w, w);
-        NAME(point_from_flat_point)(x0, x1);
-        NAME(store_3)(a1 + i * 3 * w, w, x1);
+    _Alignas(64) REAL r1[3 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[4];
+            REAL x1[3];
+            NAME(load_4)(x0, a0 + (first + i) * 4 * w, w);
+            NAME(point_from_flat_point)(x0, x1);
+            NAME(store_3)((char *)(r1 + i), SPAN * w, x1);
+        }
+        NAME(store_span)(args[1], first, r1, 3);
     }
 }
 
@@ -9297,7 +10662,7 @@ void NAME(point_from_flat_point_loop)(char **args, const intptr_t *dimensions, c
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {3, 1, 1, {3}}};
     static const struct kernel kernel = {NAME(point_from_flat_point_block), NAME(point_from_flat_point_dense), 1, 2,
-        0, parts, NULL};
+        0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -9342,16 +10707,19 @@ WIDE static void NAME(direction_from_points_dense)(intptr_t n, char **args, cons
     (void)strides;
     char *a0 = args[0];
     char *a1 = args[1];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[3];
-        REAL x1[3];
-        REAL x2[3];
-        NAME(load_3)(x0, a0 + i * 3 * w, w);
-        NAME(load_3)(x1, a1 + i * 3 * w, w);
-        NAME(direction_from_points)(x0, x1, x2);
-        NAME(store_3)(a2 + i * 3 * w, w, x2);
+    _Alignas(64) REAL r2[3 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[3];
+            REAL x1[3];
+            REAL x2[3];
+            NAME(load_3)(x0, a0 + (first + i) * 3 * w, w);
+            NAME(load_3)(x1, a1 + (first + i) * 3 * w, w);
+            NAME(direction_from_points)(x0, x1, x2);
+            NAME(store_3)((char *)(r2 + i), SPAN * w, x2);
+        }
+        NAME(store_span)(args[2], first, r2, 3);
     }
 }
 
@@ -9359,7 +10727,7 @@ void NAME(direction_from_points_loop)(char **args, const intptr_t *dimensions, c
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {3, 1, 1, {3}}, {3, 1, 2, {3}}};
     static const struct kernel kernel = {NAME(direction_from_points_block), NAME(direction_from_points_dense), 2, 3,
-        0, parts, NULL};
+        0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -9402,10 +10770,35 @@ WIDE static void NAME(line_from_pluecker_block)(intptr_t n, char **args, const i
     }
 }
 
+WIDE static void NAME(line_from_pluecker_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    _Alignas(64) REAL r0[3 * SPAN];
+    _Alignas(64) REAL r1[3 * SPAN];
+    _Alignas(64) REAL r2[6 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        NAME(load_span)(r0, args[0], first, 3);
+        NAME(load_span)(r1, args[1], first, 3);
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[3];
+            REAL x1[3];
+            REAL x2[6];
+            NAME(load_3)(x0, (char *)(r0 + i), SPAN * w);
+            NAME(load_3)(x1, (char *)(r1 + i), SPAN * w);
+            NAME(line_from_pluecker)(x0, x1, x2);
+            NAME(store_6)((char *)(r2 + i), SPAN * w, x2);
+        }
+        NAME(store_span)(args[2], first, r2, 6);
+    }
+}
+
 void NAME(line_from_pluecker_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {3, 1, 1, {3}}, {6, 1, 2, {6}}};
-    static const struct kernel kernel = {NAME(line_from_pluecker_block), NULL, 2, 3, 0, parts, NULL};
+    static const struct kernel kernel = {NAME(line_from_pluecker_block), NAME(line_from_pluecker_dense), 2, 3, 0, 0,
+        parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -9464,10 +10857,35 @@ WIDE static void NAME(line_from_dual_planes_block)(intptr_t n, char **args, cons
     }
 }
 
+WIDE static void NAME(line_from_dual_planes_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    _Alignas(64) REAL r0[4 * SPAN];
+    _Alignas(64) REAL r1[4 * SPAN];
+    _Alignas(64) REAL r2[6 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        NAME(load_span)(r0, args[0], first, 4);
+        NAME(load_span)(r1, args[1], first, 4);
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[4];
+            REAL x1[4];
+            REAL x2[6];
+            NAME(load_4)(x0, (char *)(r0 + i), SPAN * w);
+            NAME(load_4)(x1, (char *)(r1 + i), SPAN * w);
+            NAME(line_from_dual_planes)(x0, x1, x2);
+            NAME(store_6)((char *)(r2 + i), SPAN * w, x2);
+        }
+        NAME(store_span)(args[2], first, r2, 6);
+    }
+}
+
 void NAME(line_from_dual_planes_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {4, 1, 1, {4}}, {6, 1, 2, {6}}};
-    static const struct kernel kernel = {NAME(line_from_dual_planes_block), NULL, 2, 3, 0, parts, NULL};
+    static const struct kernel kernel = {NAME(line_from_dual_planes_block), NAME(line_from_dual_planes_dense), 2, 3,
+        0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -9508,23 +10926,26 @@ WIDE static void NAME(plane_from_normal_dense)(intptr_t n, char **args, const in
     (void)strides;
     char *a0 = args[0];
     char *a1 = args[1];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[3];
-        REAL x1[1];
-        REAL x2[4];
-        NAME(load_3)(x0, a0 + i * 3 * w, w);
-        NAME(load_scalar)(x1, a1 + i * w);
-        NAME(plane_from_normal)(x0, x1[0], x2);
-        NAME(store_4)(a2 + i * 4 * w, w, x2);
+    _Alignas(64) REAL r2[4 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[3];
+            REAL x1[1];
+            REAL x2[4];
+            NAME(load_3)(x0, a0 + (first + i) * 3 * w, w);
+            NAME(load_scalar)(x1, a1 + (first + i) * w);
+            NAME(plane_from_normal)(x0, x1[0], x2);
+            NAME(store_4)((char *)(r2 + i), SPAN * w, x2);
+        }
+        NAME(store_span)(args[2], first, r2, 4);
     }
 }
 
 void NAME(plane_from_normal_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {1, 0, 1, {0}}, {4, 1, 1, {4}}};
-    static const struct kernel kernel = {NAME(plane_from_normal_block), NAME(plane_from_normal_dense), 2, 3, 0,
+    static const struct kernel kernel = {NAME(plane_from_normal_block), NAME(plane_from_normal_dense), 2, 3, 0, 0,
         parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -9574,16 +10995,19 @@ WIDE static void NAME(plane_from_point_normal_dense)(intptr_t n, char **args, co
     (void)strides;
     char *a0 = args[0];
     char *a1 = args[1];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[3];
-        REAL x1[3];
-        REAL x2[4];
-        NAME(load_3)(x0, a0 + i * 3 * w, w);
-        NAME(load_3)(x1, a1 + i * 3 * w, w);
-        NAME(plane_from_point_normal)(x0, x1, x2);
-        NAME(store_4)(a2 + i * 4 * w, w, x2);
+    _Alignas(64) REAL r2[4 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[3];
+            REAL x1[3];
+            REAL x2[4];
+            NAME(load_3)(x0, a0 + (first + i) * 3 * w, w);
+            NAME(load_3)(x1, a1 + (first + i) * 3 * w, w);
+            NAME(plane_from_point_normal)(x0, x1, x2);
+            NAME(store_4)((char *)(r2 + i), SPAN * w, x2);
+        }
+        NAME(store_span)(args[2], first, r2, 4);
     }
 }
 
@@ -9591,7 +11015,7 @@ void NAME(plane_from_point_normal_loop)(char **args, const intptr_t *dimensions,
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {3, 1, 1, {3}}, {4, 1, 2, {4}}};
     static const struct kernel kernel = {NAME(plane_from_point_normal_block), NAME(plane_from_point_normal_dense),
-        2, 3, 0, parts, NULL};
+        2, 3, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -9639,16 +11063,19 @@ WIDE static void NAME(dual_plane_from_point_normal_dense)(intptr_t n, char **arg
     (void)strides;
     char *a0 = args[0];
     char *a1 = args[1];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[3];
-        REAL x1[3];
-        REAL x2[4];
-        NAME(load_3)(x0, a0 + i * 3 * w, w);
-        NAME(load_3)(x1, a1 + i * 3 * w, w);
-        NAME(dual_plane_from_point_normal)(x0, x1, x2);
-        NAME(store_4)(a2 + i * 4 * w, w, x2);
+    _Alignas(64) REAL r2[4 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[3];
+            REAL x1[3];
+            REAL x2[4];
+            NAME(load_3)(x0, a0 + (first + i) * 3 * w, w);
+            NAME(load_3)(x1, a1 + (first + i) * 3 * w, w);
+            NAME(dual_plane_from_point_normal)(x0, x1, x2);
+            NAME(store_4)((char *)(r2 + i), SPAN * w, x2);
+        }
+        NAME(store_span)(args[2], first, r2, 4);
     }
 }
 
@@ -9656,7 +11083,7 @@ void NAME(dual_plane_from_point_normal_loop)(char **args, const intptr_t *dimens
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {3, 1, 1, {3}}, {4, 1, 2, {4}}};
     static const struct kernel kernel = {NAME(dual_plane_from_point_normal_block),
-        NAME(dual_plane_from_point_normal_dense), 2, 3, 0, parts, NULL};
+        NAME(dual_plane_from_point_normal_dense), 2, 3, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -9713,10 +11140,35 @@ WIDE static void NAME(join_point_line_block)(intptr_t n, char **args, const intp
     }
 }
 
+WIDE static void NAME(join_point_line_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    _Alignas(64) REAL r0[3 * SPAN];
+    _Alignas(64) REAL r1[6 * SPAN];
+    _Alignas(64) REAL r2[4 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        NAME(load_span)(r0, args[0], first, 3);
+        NAME(load_span)(r1, args[1], first, 6);
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[3];
+            REAL x1[6];
+            REAL x2[4];
+            NAME(load_3)(x0, (char *)(r0 + i), SPAN * w);
+            NAME(load_6)(x1, (char *)(r1 + i), SPAN * w);
+            NAME(join_point_line)(x0, x1, x2);
+            NAME(store_4)((char *)(r2 + i), SPAN * w, x2);
+        }
+        NAME(store_span)(args[2], first, r2, 4);
+    }
+}
+
 void NAME(join_point_line_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {6, 1, 1, {6}}, {4, 1, 2, {4}}};
-    static const struct kernel kernel = {NAME(join_point_line_block), NULL, 2, 3, 0, parts, NULL};
+    static const struct kernel kernel = {NAME(join_point_line_block), NAME(join_point_line_dense), 2, 3, 0, 0,
+        parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -9755,10 +11207,31 @@ WIDE static void NAME(line_polarity_block)(intptr_t n, char **args, const intptr
     }
 }
 
+WIDE static void NAME(line_polarity_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    _Alignas(64) REAL r0[6 * SPAN];
+    _Alignas(64) REAL r1[6 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        NAME(load_span)(r0, args[0], first, 6);
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[6];
+            REAL x1[6];
+            NAME(load_6)(x0, (char *)(r0 + i), SPAN * w);
+            NAME(line_polarity)(x0, x1);
+            NAME(store_6)((char *)(r1 + i), SPAN * w, x1);
+        }
+        NAME(store_span)(args[1], first, r1, 6);
+    }
+}
+
 void NAME(line_polarity_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{6, 1, 0, {6}}, {6, 1, 1, {6}}};
-    static const struct kernel kernel = {NAME(line_polarity_block), NULL, 1, 2, 0, parts, NULL};
+    static const struct kernel kernel = {NAME(line_polarity_block), NAME(line_polarity_dense), 1, 2, 0, 0, parts,
+        NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -9797,10 +11270,31 @@ WIDE static void NAME(line_from_dual_block)(intptr_t n, char **args, const intpt
     }
 }
 
+WIDE static void NAME(line_from_dual_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    _Alignas(64) REAL r0[6 * SPAN];
+    _Alignas(64) REAL r1[6 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        NAME(load_span)(r0, args[0], first, 6);
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[6];
+            REAL x1[6];
+            NAME(load_6)(x0, (char *)(r0 + i), SPAN * w);
+            NAME(line_from_dual)(x0, x1);
+            NAME(store_6)((char *)(r1 + i), SPAN * w, x1);
+        }
+        NAME(store_span)(args[1], first, r1, 6);
+    }
+}
+
 void NAME(line_from_dual_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{6, 1, 0, {6}}, {6, 1, 1, {6}}};
-    static const struct kernel kernel = {NAME(line_from_dual_block), NULL, 1, 2, 0, parts, NULL};
+    static const struct kernel kernel = {NAME(line_from_dual_block), NAME(line_from_dual_dense), 1, 2, 0, 0, parts,
+        NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -9840,22 +11334,25 @@ WIDE static void NAME(plane_from_dual_dense)(intptr_t n, char **args, const intp
     const intptr_t w = sizeof(REAL);
     (void)strides;
     char *a0 = args[0];
-    char *a1 = args[1];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[4];
-        REAL x1[4];
-        NAME(load_4)(x0, a0 + i * 4 * w, w);
-        NAME(plane_from_dual)(x0, x1);
-        NAME(store_4)(a1 + i * 4 * w, w, x1);
+    _Alignas(64) REAL r1[4 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[4];
+            REAL x1[4];
+            NAME(load_4)(x0, a0 + (first + i) * 4 * w, w);
+            NAME(plane_from_dual)(x0, x1);
+            NAME(store_4)((char *)(r1 + i), SPAN * w, x1);
+        }
+        NAME(store_span)(args[1], first, r1, 4);
     }
 }
 
 void NAME(plane_from_dual_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {4, 1, 1, {4}}};
-    static const struct kernel kernel = {NAME(plane_from_dual_block), NAME(plane_from_dual_dense), 1, 2, 0, parts,
-        NULL};
+    static const struct kernel kernel = {NAME(plane_from_dual_block), NAME(plane_from_dual_dense), 1, 2, 0, 0,
+        parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -9895,10 +11392,31 @@ WIDE static void NAME(circle_from_line_block)(intptr_t n, char **args, const int
     }
 }
 
+WIDE static void NAME(circle_from_line_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    _Alignas(64) REAL r0[6 * SPAN];
+    _Alignas(64) REAL r1[10 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        NAME(load_span)(r0, args[0], first, 6);
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[6];
+            REAL x1[10];
+            NAME(load_6)(x0, (char *)(r0 + i), SPAN * w);
+            NAME(circle_from_line)(x0, x1);
+            NAME(store_10)((char *)(r1 + i), SPAN * w, x1);
+        }
+        NAME(store_span)(args[1], first, r1, 10);
+    }
+}
+
 void NAME(circle_from_line_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{6, 1, 0, {6}}, {10, 1, 1, {10}}};
-    static const struct kernel kernel = {NAME(circle_from_line_block), NULL, 1, 2, 0, parts, NULL};
+    static const struct kernel kernel = {NAME(circle_from_line_block), NAME(circle_from_line_dense), 1, 2, 0, 0,
+        parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -9931,10 +11449,31 @@ WIDE static void NAME(sphere_from_plane_block)(intptr_t n, char **args, const in
     }
 }
 
+WIDE static void NAME(sphere_from_plane_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    _Alignas(64) REAL r0[4 * SPAN];
+    _Alignas(64) REAL r1[5 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        NAME(load_span)(r0, args[0], first, 4);
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[4];
+            REAL x1[5];
+            NAME(load_4)(x0, (char *)(r0 + i), SPAN * w);
+            NAME(sphere_from_plane)(x0, x1);
+            NAME(store_5)((char *)(r1 + i), SPAN * w, x1);
+        }
+        NAME(store_span)(args[1], first, r1, 5);
+    }
+}
+
 void NAME(sphere_from_plane_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {5, 1, 1, {5}}};
-    static const struct kernel kernel = {NAME(sphere_from_plane_block), NULL, 1, 2, 0, parts, NULL};
+    static const struct kernel kernel = {NAME(sphere_from_plane_block), NAME(sphere_from_plane_dense), 1, 2, 0, 0,
+        parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -9971,10 +11510,31 @@ WIDE static void NAME(sphere_from_dual_block)(intptr_t n, char **args, const int
     }
 }
 
+WIDE static void NAME(sphere_from_dual_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    _Alignas(64) REAL r0[5 * SPAN];
+    _Alignas(64) REAL r1[5 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        NAME(load_span)(r0, args[0], first, 5);
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[5];
+            REAL x1[5];
+            NAME(load_5)(x0, (char *)(r0 + i), SPAN * w);
+            NAME(sphere_from_dual)(x0, x1);
+            NAME(store_5)((char *)(r1 + i), SPAN * w, x1);
+        }
+        NAME(store_span)(args[1], first, r1, 5);
+    }
+}
+
 void NAME(sphere_from_dual_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{5, 1, 0, {5}}, {5, 1, 1, {5}}};
-    static const struct kernel kernel = {NAME(sphere_from_dual_block), NULL, 1, 2, 0, parts, NULL};
+    static const struct kernel kernel = {NAME(sphere_from_dual_block), NAME(sphere_from_dual_dense), 1, 2, 0, 0,
+        parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -10023,10 +11583,31 @@ WIDE static void NAME(circle_from_dual_block)(intptr_t n, char **args, const int
     }
 }
 
+WIDE static void NAME(circle_from_dual_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    _Alignas(64) REAL r0[10 * SPAN];
+    _Alignas(64) REAL r1[10 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        NAME(load_span)(r0, args[0], first, 10);
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[10];
+            REAL x1[10];
+            NAME(load_10)(x0, (char *)(r0 + i), SPAN * w);
+            NAME(circle_from_dual)(x0, x1);
+            NAME(store_10)((char *)(r1 + i), SPAN * w, x1);
+        }
+        NAME(store_span)(args[1], first, r1, 10);
+    }
+}
+
 void NAME(circle_from_dual_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{10, 1, 0, {10}}, {10, 1, 1, {10}}};
-    static const struct kernel kernel = {NAME(circle_from_dual_block), NULL, 1, 2, 0, parts, NULL};
+    static const struct kernel kernel = {NAME(circle_from_dual_block), NAME(circle_from_dual_dense), 1, 2, 0, 0,
+        parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -10075,10 +11656,31 @@ WIDE static void NAME(point_pair_from_dual_block)(intptr_t n, char **args, const
     }
 }
 
+WIDE static void NAME(point_pair_from_dual_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    _Alignas(64) REAL r0[10 * SPAN];
+    _Alignas(64) REAL r1[10 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        NAME(load_span)(r0, args[0], first, 10);
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[10];
+            REAL x1[10];
+            NAME(load_10)(x0, (char *)(r0 + i), SPAN * w);
+            NAME(point_pair_from_dual)(x0, x1);
+            NAME(store_10)((char *)(r1 + i), SPAN * w, x1);
+        }
+        NAME(store_span)(args[1], first, r1, 10);
+    }
+}
+
 void NAME(point_pair_from_dual_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{10, 1, 0, {10}}, {10, 1, 1, {10}}};
-    static const struct kernel kernel = {NAME(point_pair_from_dual_block), NULL, 1, 2, 0, parts, NULL};
+    static const struct kernel kernel = {NAME(point_pair_from_dual_block), NAME(point_pair_from_dual_dense), 1, 2,
+        0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -10127,10 +11729,31 @@ WIDE static void NAME(circle_polarity_block)(intptr_t n, char **args, const intp
     }
 }
 
+WIDE static void NAME(circle_polarity_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    _Alignas(64) REAL r0[10 * SPAN];
+    _Alignas(64) REAL r1[10 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        NAME(load_span)(r0, args[0], first, 10);
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[10];
+            REAL x1[10];
+            NAME(load_10)(x0, (char *)(r0 + i), SPAN * w);
+            NAME(circle_polarity)(x0, x1);
+            NAME(store_10)((char *)(r1 + i), SPAN * w, x1);
+        }
+        NAME(store_span)(args[1], first, r1, 10);
+    }
+}
+
 void NAME(circle_polarity_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{10, 1, 0, {10}}, {10, 1, 1, {10}}};
-    static const struct kernel kernel = {NAME(circle_polarity_block), NULL, 1, 2, 0, parts, NULL};
+    static const struct kernel kernel = {NAME(circle_polarity_block), NAME(circle_polarity_dense), 1, 2, 0, 0,
+        parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -10179,10 +11802,31 @@ WIDE static void NAME(point_pair_polarity_block)(intptr_t n, char **args, const 
     }
 }
 
+WIDE static void NAME(point_pair_polarity_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    _Alignas(64) REAL r0[10 * SPAN];
+    _Alignas(64) REAL r1[10 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        NAME(load_span)(r0, args[0], first, 10);
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[10];
+            REAL x1[10];
+            NAME(load_10)(x0, (char *)(r0 + i), SPAN * w);
+            NAME(point_pair_polarity)(x0, x1);
+            NAME(store_10)((char *)(r1 + i), SPAN * w, x1);
+        }
+        NAME(store_span)(args[1], first, r1, 10);
+    }
+}
+
 void NAME(point_pair_polarity_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{10, 1, 0, {10}}, {10, 1, 1, {10}}};
-    static const struct kernel kernel = {NAME(point_pair_polarity_block), NULL, 1, 2, 0, parts, NULL};
+    static const struct kernel kernel = {NAME(point_pair_polarity_block), NAME(point_pair_polarity_dense), 1, 2, 0,
+        0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -10419,6 +12063,27 @@ WIDE static void NAME(point_pair_from_centre_block_0_1)(intptr_t n, char **args,
     }
 }
 
+WIDE static void NAME(point_pair_from_centre_dense_0_1)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    const REAL *prepared = (const REAL *)args[0];
+    (void)strides;
+    _Alignas(64) REAL r2[1 * SPAN];
+    _Alignas(64) REAL r3[10 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        NAME(load_span)(r2, args[2], first, 1);
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x2[1];
+            REAL x3[10];
+            NAME(load_scalar)(x2, (char *)(r2 + i));
+            NAME(point_pair_from_centre_apply_0_1)(prepared, x2[0], x3);
+            NAME(store_10)((char *)(r3 + i), SPAN * w, x3);
+        }
+        NAME(store_span)(args[3], first, r3, 10);
+    }
+}
+
 static void NAME(point_pair_from_centre_start_0_1)(char **args, const intptr_t *strides, void *prepared)
 {
     const intptr_t c0a = strides[0], c1a = strides[1];
@@ -10443,6 +12108,27 @@ WIDE static void NAME(point_pair_from_centre_block_0_2)(intptr_t n, char **args,
         NAME(load_3)(x1, a1 + i * w, c1a);
         NAME(point_pair_from_centre_apply_0_2)(prepared, x1, x3);
         NAME(store_10)(a3 + i * w, c3a, x3);
+    }
+}
+
+WIDE static void NAME(point_pair_from_centre_dense_0_2)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    const REAL *prepared = (const REAL *)args[0];
+    (void)strides;
+    _Alignas(64) REAL r1[3 * SPAN];
+    _Alignas(64) REAL r3[10 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        NAME(load_span)(r1, args[1], first, 3);
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x1[3];
+            REAL x3[10];
+            NAME(load_3)(x1, (char *)(r1 + i), SPAN * w);
+            NAME(point_pair_from_centre_apply_0_2)(prepared, x1, x3);
+            NAME(store_10)((char *)(r3 + i), SPAN * w, x3);
+        }
+        NAME(store_span)(args[3], first, r3, 10);
     }
 }
 
@@ -10478,13 +12164,43 @@ WIDE static void NAME(point_pair_from_centre_block)(intptr_t n, char **args, con
     }
 }
 
+WIDE static void NAME(point_pair_from_centre_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    _Alignas(64) REAL r0[3 * SPAN];
+    _Alignas(64) REAL r1[3 * SPAN];
+    _Alignas(64) REAL r2[1 * SPAN];
+    _Alignas(64) REAL r3[10 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        NAME(load_span)(r0, args[0], first, 3);
+        NAME(load_span)(r1, args[1], first, 3);
+        NAME(load_span)(r2, args[2], first, 1);
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[3];
+            REAL x1[3];
+            REAL x2[1];
+            REAL x3[10];
+            NAME(load_3)(x0, (char *)(r0 + i), SPAN * w);
+            NAME(load_3)(x1, (char *)(r1 + i), SPAN * w);
+            NAME(load_scalar)(x2, (char *)(r2 + i));
+            NAME(point_pair_from_centre)(x0, x1, x2[0], x3);
+            NAME(store_10)((char *)(r3 + i), SPAN * w, x3);
+        }
+        NAME(store_span)(args[3], first, r3, 10);
+    }
+}
+
 void NAME(point_pair_from_centre_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {3, 1, 1, {3}}, {1, 0, 2, {0}}, {10, 1, 2, {10}}};
     static const struct form forms[] = {{3, 2, NAME(point_pair_from_centre_start_0_1),
-        NAME(point_pair_from_centre_block_0_1), NULL}, {5, 2, NAME(point_pair_from_centre_start_0_2),
-        NAME(point_pair_from_centre_block_0_2), NULL}};
-    static const struct kernel kernel = {NAME(point_pair_from_centre_block), NULL, 3, 4, 2, parts, forms};
+        NAME(point_pair_from_centre_block_0_1), NAME(point_pair_from_centre_dense_0_1)}, {5, 2,
+        NAME(point_pair_from_centre_start_0_2), NAME(point_pair_from_centre_block_0_2),
+        NAME(point_pair_from_centre_dense_0_2)}};
+    static const struct kernel kernel = {NAME(point_pair_from_centre_block), NAME(point_pair_from_centre_dense), 3,
+        4, 2, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -10710,6 +12426,27 @@ WIDE static void NAME(circle_from_centre_block_0_1)(intptr_t n, char **args, con
     }
 }
 
+WIDE static void NAME(circle_from_centre_dense_0_1)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    const REAL *prepared = (const REAL *)args[0];
+    (void)strides;
+    _Alignas(64) REAL r2[1 * SPAN];
+    _Alignas(64) REAL r3[10 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        NAME(load_span)(r2, args[2], first, 1);
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x2[1];
+            REAL x3[10];
+            NAME(load_scalar)(x2, (char *)(r2 + i));
+            NAME(circle_from_centre_apply_0_1)(prepared, x2[0], x3);
+            NAME(store_10)((char *)(r3 + i), SPAN * w, x3);
+        }
+        NAME(store_span)(args[3], first, r3, 10);
+    }
+}
+
 static void NAME(circle_from_centre_start_0_1)(char **args, const intptr_t *strides, void *prepared)
 {
     const intptr_t c0a = strides[0], c1a = strides[1];
@@ -10734,6 +12471,27 @@ WIDE static void NAME(circle_from_centre_block_0_2)(intptr_t n, char **args, con
         NAME(load_3)(x1, a1 + i * w, c1a);
         NAME(circle_from_centre_apply_0_2)(prepared, x1, x3);
         NAME(store_10)(a3 + i * w, c3a, x3);
+    }
+}
+
+WIDE static void NAME(circle_from_centre_dense_0_2)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    const REAL *prepared = (const REAL *)args[0];
+    (void)strides;
+    _Alignas(64) REAL r1[3 * SPAN];
+    _Alignas(64) REAL r3[10 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        NAME(load_span)(r1, args[1], first, 3);
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x1[3];
+            REAL x3[10];
+            NAME(load_3)(x1, (char *)(r1 + i), SPAN * w);
+            NAME(circle_from_centre_apply_0_2)(prepared, x1, x3);
+            NAME(store_10)((char *)(r3 + i), SPAN * w, x3);
+        }
+        NAME(store_span)(args[3], first, r3, 10);
     }
 }
 
@@ -10769,13 +12527,43 @@ WIDE static void NAME(circle_from_centre_block)(intptr_t n, char **args, const i
     }
 }
 
+WIDE static void NAME(circle_from_centre_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    _Alignas(64) REAL r0[3 * SPAN];
+    _Alignas(64) REAL r1[3 * SPAN];
+    _Alignas(64) REAL r2[1 * SPAN];
+    _Alignas(64) REAL r3[10 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        NAME(load_span)(r0, args[0], first, 3);
+        NAME(load_span)(r1, args[1], first, 3);
+        NAME(load_span)(r2, args[2], first, 1);
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[3];
+            REAL x1[3];
+            REAL x2[1];
+            REAL x3[10];
+            NAME(load_3)(x0, (char *)(r0 + i), SPAN * w);
+            NAME(load_3)(x1, (char *)(r1 + i), SPAN * w);
+            NAME(load_scalar)(x2, (char *)(r2 + i));
+            NAME(circle_from_centre)(x0, x1, x2[0], x3);
+            NAME(store_10)((char *)(r3 + i), SPAN * w, x3);
+        }
+        NAME(store_span)(args[3], first, r3, 10);
+    }
+}
+
 void NAME(circle_from_centre_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {3, 1, 1, {3}}, {1, 0, 2, {0}}, {10, 1, 2, {10}}};
     static const struct form forms[] = {{3, 2, NAME(circle_from_centre_start_0_1),
-        NAME(circle_from_centre_block_0_1), NULL}, {5, 2, NAME(circle_from_centre_start_0_2),
-        NAME(circle_from_centre_block_0_2), NULL}};
-    static const struct kernel kernel = {NAME(circle_from_centre_block), NULL, 3, 4, 2, parts, forms};
+        NAME(circle_from_centre_block_0_1), NAME(circle_from_centre_dense_0_1)}, {5, 2,
+        NAME(circle_from_centre_start_0_2), NAME(circle_from_centre_block_0_2),
+        NAME(circle_from_centre_dense_0_2)}};
+    static const struct kernel kernel = {NAME(circle_from_centre_block), NAME(circle_from_centre_dense), 3, 4, 2, 0,
+        parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -10819,10 +12607,35 @@ WIDE static void NAME(sphere_from_centre_radius_squared_block)(intptr_t n, char 
     }
 }
 
+WIDE static void NAME(sphere_from_centre_radius_squared_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    _Alignas(64) REAL r0[3 * SPAN];
+    _Alignas(64) REAL r1[1 * SPAN];
+    _Alignas(64) REAL r2[5 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        NAME(load_span)(r0, args[0], first, 3);
+        NAME(load_span)(r1, args[1], first, 1);
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[3];
+            REAL x1[1];
+            REAL x2[5];
+            NAME(load_3)(x0, (char *)(r0 + i), SPAN * w);
+            NAME(load_scalar)(x1, (char *)(r1 + i));
+            NAME(sphere_from_centre_radius_squared)(x0, x1[0], x2);
+            NAME(store_5)((char *)(r2 + i), SPAN * w, x2);
+        }
+        NAME(store_span)(args[2], first, r2, 5);
+    }
+}
+
 void NAME(sphere_from_centre_radius_squared_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {1, 0, 1, {0}}, {5, 1, 1, {5}}};
-    static const struct kernel kernel = {NAME(sphere_from_centre_radius_squared_block), NULL, 2, 3, 0, parts, NULL};
+    static const struct kernel kernel = {NAME(sphere_from_centre_radius_squared_block),
+        NAME(sphere_from_centre_radius_squared_dense), 2, 3, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -10865,12 +12678,37 @@ WIDE static void NAME(dual_sphere_from_centre_radius_squared_block)(intptr_t n, 
     }
 }
 
+WIDE static void NAME(dual_sphere_from_centre_radius_squared_dense)(intptr_t n, char **args, const intptr_t
+    *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    _Alignas(64) REAL r0[3 * SPAN];
+    _Alignas(64) REAL r1[1 * SPAN];
+    _Alignas(64) REAL r2[5 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        NAME(load_span)(r0, args[0], first, 3);
+        NAME(load_span)(r1, args[1], first, 1);
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[3];
+            REAL x1[1];
+            REAL x2[5];
+            NAME(load_3)(x0, (char *)(r0 + i), SPAN * w);
+            NAME(load_scalar)(x1, (char *)(r1 + i));
+            NAME(dual_sphere_from_centre_radius_squared)(x0, x1[0], x2);
+            NAME(store_5)((char *)(r2 + i), SPAN * w, x2);
+        }
+        NAME(store_span)(args[2], first, r2, 5);
+    }
+}
+
 void NAME(dual_sphere_from_centre_radius_squared_loop)(char **args, const intptr_t *dimensions, const intptr_t
     *steps)
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {1, 0, 1, {0}}, {5, 1, 1, {5}}};
-    static const struct kernel kernel = {NAME(dual_sphere_from_centre_radius_squared_block), NULL, 2, 3, 0, parts,
-        NULL};
+    static const struct kernel kernel = {NAME(dual_sphere_from_centre_radius_squared_block),
+        NAME(dual_sphere_from_centre_radius_squared_dense), 2, 3, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -10922,10 +12760,35 @@ WIDE static void NAME(sphere_through_point_block)(intptr_t n, char **args, const
     }
 }
 
+WIDE static void NAME(sphere_through_point_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    _Alignas(64) REAL r0[3 * SPAN];
+    _Alignas(64) REAL r1[3 * SPAN];
+    _Alignas(64) REAL r2[5 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        NAME(load_span)(r0, args[0], first, 3);
+        NAME(load_span)(r1, args[1], first, 3);
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[3];
+            REAL x1[3];
+            REAL x2[5];
+            NAME(load_3)(x0, (char *)(r0 + i), SPAN * w);
+            NAME(load_3)(x1, (char *)(r1 + i), SPAN * w);
+            NAME(sphere_through_point)(x0, x1, x2);
+            NAME(store_5)((char *)(r2 + i), SPAN * w, x2);
+        }
+        NAME(store_span)(args[2], first, r2, 5);
+    }
+}
+
 void NAME(sphere_through_point_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {3, 1, 1, {3}}, {5, 1, 2, {5}}};
-    static const struct kernel kernel = {NAME(sphere_through_point_block), NULL, 2, 3, 0, parts, NULL};
+    static const struct kernel kernel = {NAME(sphere_through_point_block), NAME(sphere_through_point_dense), 2, 3,
+        0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -11002,10 +12865,35 @@ WIDE static void NAME(circle_from_dual_spheres_block)(intptr_t n, char **args, c
     }
 }
 
+WIDE static void NAME(circle_from_dual_spheres_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    _Alignas(64) REAL r0[5 * SPAN];
+    _Alignas(64) REAL r1[5 * SPAN];
+    _Alignas(64) REAL r2[10 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        NAME(load_span)(r0, args[0], first, 5);
+        NAME(load_span)(r1, args[1], first, 5);
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[5];
+            REAL x1[5];
+            REAL x2[10];
+            NAME(load_5)(x0, (char *)(r0 + i), SPAN * w);
+            NAME(load_5)(x1, (char *)(r1 + i), SPAN * w);
+            NAME(circle_from_dual_spheres)(x0, x1, x2);
+            NAME(store_10)((char *)(r2 + i), SPAN * w, x2);
+        }
+        NAME(store_span)(args[2], first, r2, 10);
+    }
+}
+
 void NAME(circle_from_dual_spheres_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{5, 1, 0, {5}}, {5, 1, 1, {5}}, {10, 1, 2, {10}}};
-    static const struct kernel kernel = {NAME(circle_from_dual_spheres_block), NULL, 2, 3, 0, parts, NULL};
+    static const struct kernel kernel = {NAME(circle_from_dual_spheres_block), NAME(circle_from_dual_spheres_dense),
+        2, 3, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -11105,10 +12993,35 @@ WIDE static void NAME(join_point_pair_point_block)(intptr_t n, char **args, cons
     }
 }
 
+WIDE static void NAME(join_point_pair_point_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    _Alignas(64) REAL r0[10 * SPAN];
+    _Alignas(64) REAL r1[3 * SPAN];
+    _Alignas(64) REAL r2[10 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        NAME(load_span)(r0, args[0], first, 10);
+        NAME(load_span)(r1, args[1], first, 3);
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[10];
+            REAL x1[3];
+            REAL x2[10];
+            NAME(load_10)(x0, (char *)(r0 + i), SPAN * w);
+            NAME(load_3)(x1, (char *)(r1 + i), SPAN * w);
+            NAME(join_point_pair_point)(x0, x1, x2);
+            NAME(store_10)((char *)(r2 + i), SPAN * w, x2);
+        }
+        NAME(store_span)(args[2], first, r2, 10);
+    }
+}
+
 void NAME(join_point_pair_point_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{10, 1, 0, {10}}, {3, 1, 1, {3}}, {10, 1, 2, {10}}};
-    static const struct kernel kernel = {NAME(join_point_pair_point_block), NULL, 2, 3, 0, parts, NULL};
+    static const struct kernel kernel = {NAME(join_point_pair_point_block), NAME(join_point_pair_point_dense), 2, 3,
+        0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -11190,10 +13103,35 @@ WIDE static void NAME(join_circle_point_block)(intptr_t n, char **args, const in
     }
 }
 
+WIDE static void NAME(join_circle_point_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    _Alignas(64) REAL r0[10 * SPAN];
+    _Alignas(64) REAL r1[3 * SPAN];
+    _Alignas(64) REAL r2[5 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        NAME(load_span)(r0, args[0], first, 10);
+        NAME(load_span)(r1, args[1], first, 3);
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[10];
+            REAL x1[3];
+            REAL x2[5];
+            NAME(load_10)(x0, (char *)(r0 + i), SPAN * w);
+            NAME(load_3)(x1, (char *)(r1 + i), SPAN * w);
+            NAME(join_circle_point)(x0, x1, x2);
+            NAME(store_5)((char *)(r2 + i), SPAN * w, x2);
+        }
+        NAME(store_span)(args[2], first, r2, 5);
+    }
+}
+
 void NAME(join_circle_point_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{10, 1, 0, {10}}, {3, 1, 1, {3}}, {5, 1, 2, {5}}};
-    static const struct kernel kernel = {NAME(join_circle_point_block), NULL, 2, 3, 0, parts, NULL};
+    static const struct kernel kernel = {NAME(join_circle_point_block), NAME(join_circle_point_dense), 2, 3, 0, 0,
+        parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -11331,6 +13269,27 @@ WIDE static void NAME(tangent_from_point_direction_block_p)(intptr_t n, char **a
     }
 }
 
+WIDE static void NAME(tangent_from_point_direction_dense_p)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    const REAL *prepared = (const REAL *)args[0];
+    (void)strides;
+    _Alignas(64) REAL r1[3 * SPAN];
+    _Alignas(64) REAL r2[10 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        NAME(load_span)(r1, args[1], first, 3);
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x1[3];
+            REAL x2[10];
+            NAME(load_3)(x1, (char *)(r1 + i), SPAN * w);
+            NAME(tangent_from_point_direction_apply_p)(prepared, x1, x2);
+            NAME(store_10)((char *)(r2 + i), SPAN * w, x2);
+        }
+        NAME(store_span)(args[2], first, r2, 10);
+    }
+}
+
 static void NAME(tangent_from_point_direction_start_p)(char **args, const intptr_t *strides, void *prepared)
 {
     const intptr_t c0a = strides[0];
@@ -11358,12 +13317,37 @@ WIDE static void NAME(tangent_from_point_direction_block)(intptr_t n, char **arg
     }
 }
 
+WIDE static void NAME(tangent_from_point_direction_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    _Alignas(64) REAL r0[3 * SPAN];
+    _Alignas(64) REAL r1[3 * SPAN];
+    _Alignas(64) REAL r2[10 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        NAME(load_span)(r0, args[0], first, 3);
+        NAME(load_span)(r1, args[1], first, 3);
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[3];
+            REAL x1[3];
+            REAL x2[10];
+            NAME(load_3)(x0, (char *)(r0 + i), SPAN * w);
+            NAME(load_3)(x1, (char *)(r1 + i), SPAN * w);
+            NAME(tangent_from_point_direction)(x0, x1, x2);
+            NAME(store_10)((char *)(r2 + i), SPAN * w, x2);
+        }
+        NAME(store_span)(args[2], first, r2, 10);
+    }
+}
+
 void NAME(tangent_from_point_direction_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {3, 1, 1, {3}}, {10, 1, 2, {10}}};
     static const struct form forms[] = {{1, 2, NAME(tangent_from_point_direction_start_p),
-        NAME(tangent_from_point_direction_block_p), NULL}};
-    static const struct kernel kernel = {NAME(tangent_from_point_direction_block), NULL, 2, 3, 1, parts, forms};
+        NAME(tangent_from_point_direction_block_p), NAME(tangent_from_point_direction_dense_p)}};
+    static const struct kernel kernel = {NAME(tangent_from_point_direction_block),
+        NAME(tangent_from_point_direction_dense), 2, 3, 1, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -11496,6 +13480,27 @@ WIDE static void NAME(tangent_from_point_normal_block_p)(intptr_t n, char **args
     }
 }
 
+WIDE static void NAME(tangent_from_point_normal_dense_p)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    const REAL *prepared = (const REAL *)args[0];
+    (void)strides;
+    _Alignas(64) REAL r1[3 * SPAN];
+    _Alignas(64) REAL r2[10 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        NAME(load_span)(r1, args[1], first, 3);
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x1[3];
+            REAL x2[10];
+            NAME(load_3)(x1, (char *)(r1 + i), SPAN * w);
+            NAME(tangent_from_point_normal_apply_p)(prepared, x1, x2);
+            NAME(store_10)((char *)(r2 + i), SPAN * w, x2);
+        }
+        NAME(store_span)(args[2], first, r2, 10);
+    }
+}
+
 static void NAME(tangent_from_point_normal_start_p)(char **args, const intptr_t *strides, void *prepared)
 {
     const intptr_t c0a = strides[0];
@@ -11523,12 +13528,37 @@ WIDE static void NAME(tangent_from_point_normal_block)(intptr_t n, char **args, 
     }
 }
 
+WIDE static void NAME(tangent_from_point_normal_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    _Alignas(64) REAL r0[3 * SPAN];
+    _Alignas(64) REAL r1[3 * SPAN];
+    _Alignas(64) REAL r2[10 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        NAME(load_span)(r0, args[0], first, 3);
+        NAME(load_span)(r1, args[1], first, 3);
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[3];
+            REAL x1[3];
+            REAL x2[10];
+            NAME(load_3)(x0, (char *)(r0 + i), SPAN * w);
+            NAME(load_3)(x1, (char *)(r1 + i), SPAN * w);
+            NAME(tangent_from_point_normal)(x0, x1, x2);
+            NAME(store_10)((char *)(r2 + i), SPAN * w, x2);
+        }
+        NAME(store_span)(args[2], first, r2, 10);
+    }
+}
+
 void NAME(tangent_from_point_normal_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {3, 1, 1, {3}}, {10, 1, 2, {10}}};
     static const struct form forms[] = {{1, 2, NAME(tangent_from_point_normal_start_p),
-        NAME(tangent_from_point_normal_block_p), NULL}};
-    static const struct kernel kernel = {NAME(tangent_from_point_normal_block), NULL, 2, 3, 1, parts, forms};
+        NAME(tangent_from_point_normal_block_p), NAME(tangent_from_point_normal_dense_p)}};
+    static const struct kernel kernel = {NAME(tangent_from_point_normal_block),
+        NAME(tangent_from_point_normal_dense), 2, 3, 1, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -11667,6 +13697,27 @@ WIDE static void NAME(tangent_line_of_circle_block_p)(intptr_t n, char **args, c
     }
 }
 
+WIDE static void NAME(tangent_line_of_circle_dense_p)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    const REAL *prepared = (const REAL *)args[1];
+    (void)strides;
+    _Alignas(64) REAL r0[10 * SPAN];
+    _Alignas(64) REAL r2[6 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        NAME(load_span)(r0, args[0], first, 10);
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[10];
+            REAL x2[6];
+            NAME(load_10)(x0, (char *)(r0 + i), SPAN * w);
+            NAME(tangent_line_of_circle_apply_p)(prepared, x0, x2);
+            NAME(store_6)((char *)(r2 + i), SPAN * w, x2);
+        }
+        NAME(store_span)(args[2], first, r2, 6);
+    }
+}
+
 static void NAME(tangent_line_of_circle_start_p)(char **args, const intptr_t *strides, void *prepared)
 {
     const intptr_t c1a = strides[1];
@@ -11694,12 +13745,37 @@ WIDE static void NAME(tangent_line_of_circle_block)(intptr_t n, char **args, con
     }
 }
 
+WIDE static void NAME(tangent_line_of_circle_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    _Alignas(64) REAL r0[10 * SPAN];
+    _Alignas(64) REAL r1[3 * SPAN];
+    _Alignas(64) REAL r2[6 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        NAME(load_span)(r0, args[0], first, 10);
+        NAME(load_span)(r1, args[1], first, 3);
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[10];
+            REAL x1[3];
+            REAL x2[6];
+            NAME(load_10)(x0, (char *)(r0 + i), SPAN * w);
+            NAME(load_3)(x1, (char *)(r1 + i), SPAN * w);
+            NAME(tangent_line_of_circle)(x0, x1, x2);
+            NAME(store_6)((char *)(r2 + i), SPAN * w, x2);
+        }
+        NAME(store_span)(args[2], first, r2, 6);
+    }
+}
+
 void NAME(tangent_line_of_circle_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{10, 1, 0, {10}}, {3, 1, 1, {3}}, {6, 1, 2, {6}}};
     static const struct form forms[] = {{2, 2, NAME(tangent_line_of_circle_start_p),
-        NAME(tangent_line_of_circle_block_p), NULL}};
-    static const struct kernel kernel = {NAME(tangent_line_of_circle_block), NULL, 2, 3, 1, parts, forms};
+        NAME(tangent_line_of_circle_block_p), NAME(tangent_line_of_circle_dense_p)}};
+    static const struct kernel kernel = {NAME(tangent_line_of_circle_block), NAME(tangent_line_of_circle_dense), 2,
+        3, 1, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -11751,10 +13827,35 @@ WIDE static void NAME(tangent_plane_of_sphere_block)(intptr_t n, char **args, co
     }
 }
 
+WIDE static void NAME(tangent_plane_of_sphere_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    _Alignas(64) REAL r0[5 * SPAN];
+    _Alignas(64) REAL r1[3 * SPAN];
+    _Alignas(64) REAL r2[4 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        NAME(load_span)(r0, args[0], first, 5);
+        NAME(load_span)(r1, args[1], first, 3);
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[5];
+            REAL x1[3];
+            REAL x2[4];
+            NAME(load_5)(x0, (char *)(r0 + i), SPAN * w);
+            NAME(load_3)(x1, (char *)(r1 + i), SPAN * w);
+            NAME(tangent_plane_of_sphere)(x0, x1, x2);
+            NAME(store_4)((char *)(r2 + i), SPAN * w, x2);
+        }
+        NAME(store_span)(args[2], first, r2, 4);
+    }
+}
+
 void NAME(tangent_plane_of_sphere_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{5, 1, 0, {5}}, {3, 1, 1, {3}}, {4, 1, 2, {4}}};
-    static const struct kernel kernel = {NAME(tangent_plane_of_sphere_block), NULL, 2, 3, 0, parts, NULL};
+    static const struct kernel kernel = {NAME(tangent_plane_of_sphere_block), NAME(tangent_plane_of_sphere_dense),
+        2, 3, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -11860,17 +13961,20 @@ WIDE static void NAME(polar_plane_of_sphere_block_s)(intptr_t n, char **args, co
 WIDE static void NAME(polar_plane_of_sphere_dense_s)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
-    (void)strides;
     const REAL *prepared = (const REAL *)args[1];
+    (void)strides;
     char *a0 = args[0];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[3];
-        REAL x2[4];
-        NAME(load_3)(x0, a0 + i * 3 * w, w);
-        NAME(polar_plane_of_sphere_apply_s)(prepared, x0, x2);
-        NAME(store_4)(a2 + i * 4 * w, w, x2);
+    _Alignas(64) REAL r2[4 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[3];
+            REAL x2[4];
+            NAME(load_3)(x0, a0 + (first + i) * 3 * w, w);
+            NAME(polar_plane_of_sphere_apply_s)(prepared, x0, x2);
+            NAME(store_4)((char *)(r2 + i), SPAN * w, x2);
+        }
+        NAME(store_span)(args[2], first, r2, 4);
     }
 }
 
@@ -11901,12 +14005,37 @@ WIDE static void NAME(polar_plane_of_sphere_block)(intptr_t n, char **args, cons
     }
 }
 
+WIDE static void NAME(polar_plane_of_sphere_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    _Alignas(64) REAL r0[3 * SPAN];
+    _Alignas(64) REAL r1[5 * SPAN];
+    _Alignas(64) REAL r2[4 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        NAME(load_span)(r0, args[0], first, 3);
+        NAME(load_span)(r1, args[1], first, 5);
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[3];
+            REAL x1[5];
+            REAL x2[4];
+            NAME(load_3)(x0, (char *)(r0 + i), SPAN * w);
+            NAME(load_5)(x1, (char *)(r1 + i), SPAN * w);
+            NAME(polar_plane_of_sphere)(x0, x1, x2);
+            NAME(store_4)((char *)(r2 + i), SPAN * w, x2);
+        }
+        NAME(store_span)(args[2], first, r2, 4);
+    }
+}
+
 void NAME(polar_plane_of_sphere_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {5, 1, 1, {5}}, {4, 1, 2, {4}}};
-    static const struct form forms[] = {{2, 1, NAME(polar_plane_of_sphere_start_s),
+    static const struct form forms[] = {{2, 2, NAME(polar_plane_of_sphere_start_s),
         NAME(polar_plane_of_sphere_block_s), NAME(polar_plane_of_sphere_dense_s)}};
-    static const struct kernel kernel = {NAME(polar_plane_of_sphere_block), NULL, 2, 3, 1, parts, forms};
+    static const struct kernel kernel = {NAME(polar_plane_of_sphere_block), NAME(polar_plane_of_sphere_dense), 2, 3,
+        1, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -11952,21 +14081,25 @@ WIDE static void NAME(plane_normal_dense)(intptr_t n, char **args, const intptr_
     const intptr_t w = sizeof(REAL);
     (void)strides;
     char *a0 = args[0];
-    char *a1 = args[1];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[4];
-        REAL x1[3];
-        NAME(load_4)(x0, a0 + i * 4 * w, w);
-        NAME(plane_normal)(x0, x1);
-        NAME(store_3)(a1 + i * 3 * w, w, x1);
+    _Alignas(64) REAL r1[3 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[4];
+            REAL x1[3];
+            NAME(load_4)(x0, a0 + (first + i) * 4 * w, w);
+            NAME(plane_normal)(x0, x1);
+            NAME(store_3)((char *)(r1 + i), SPAN * w, x1);
+        }
+        NAME(store_span)(args[1], first, r1, 3);
     }
 }
 
 void NAME(plane_normal_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {3, 1, 1, {3}}};
-    static const struct kernel kernel = {NAME(plane_normal_block), NAME(plane_normal_dense), 1, 2, 0, parts, NULL};
+    static const struct kernel kernel = {NAME(plane_normal_block), NAME(plane_normal_dense), 1, 2, 0, 0, parts,
+        NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -12007,21 +14140,24 @@ WIDE static void NAME(plane_distance_dense)(intptr_t n, char **args, const intpt
     const intptr_t w = sizeof(REAL);
     (void)strides;
     char *a0 = args[0];
-    char *a1 = args[1];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[4];
-        REAL x1[1];
-        NAME(load_4)(x0, a0 + i * 4 * w, w);
-        NAME(plane_distance)(x0, x1);
-        NAME(store_scalar)(a1 + i * w, x1);
+    _Alignas(64) REAL r1[1 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[4];
+            REAL x1[1];
+            NAME(load_4)(x0, a0 + (first + i) * 4 * w, w);
+            NAME(plane_distance)(x0, x1);
+            NAME(store_scalar)((char *)(r1 + i), x1);
+        }
+        NAME(store_span)(args[1], first, r1, 1);
     }
 }
 
 void NAME(plane_distance_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {1, 0, 1, {0}}};
-    static const struct kernel kernel = {NAME(plane_distance_block), NAME(plane_distance_dense), 1, 2, 0, parts,
+    static const struct kernel kernel = {NAME(plane_distance_block), NAME(plane_distance_dense), 1, 2, 0, 0, parts,
         NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -12061,21 +14197,25 @@ WIDE static void NAME(plane_weight_dense)(intptr_t n, char **args, const intptr_
     const intptr_t w = sizeof(REAL);
     (void)strides;
     char *a0 = args[0];
-    char *a1 = args[1];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[4];
-        REAL x1[1];
-        NAME(load_4)(x0, a0 + i * 4 * w, w);
-        NAME(plane_weight)(x0, x1);
-        NAME(store_scalar)(a1 + i * w, x1);
+    _Alignas(64) REAL r1[1 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[4];
+            REAL x1[1];
+            NAME(load_4)(x0, a0 + (first + i) * 4 * w, w);
+            NAME(plane_weight)(x0, x1);
+            NAME(store_scalar)((char *)(r1 + i), x1);
+        }
+        NAME(store_span)(args[1], first, r1, 1);
     }
 }
 
 void NAME(plane_weight_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {1, 0, 1, {0}}};
-    static const struct kernel kernel = {NAME(plane_weight_block), NAME(plane_weight_dense), 1, 2, 0, parts, NULL};
+    static const struct kernel kernel = {NAME(plane_weight_block), NAME(plane_weight_dense), 1, 2, 0, 0, parts,
+        NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -12121,14 +14261,17 @@ WIDE static void NAME(plane_support_point_dense)(intptr_t n, char **args, const 
     const intptr_t w = sizeof(REAL);
     (void)strides;
     char *a0 = args[0];
-    char *a1 = args[1];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[4];
-        REAL x1[3];
-        NAME(load_4)(x0, a0 + i * 4 * w, w);
-        NAME(plane_support_point)(x0, x1);
-        NAME(store_3)(a1 + i * 3 * w, w, x1);
+    _Alignas(64) REAL r1[3 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[4];
+            REAL x1[3];
+            NAME(load_4)(x0, a0 + (first + i) * 4 * w, w);
+            NAME(plane_support_point)(x0, x1);
+            NAME(store_3)((char *)(r1 + i), SPAN * w, x1);
+        }
+        NAME(store_span)(args[1], first, r1, 3);
     }
 }
 
@@ -12136,7 +14279,7 @@ void NAME(plane_support_point_loop)(char **args, const intptr_t *dimensions, con
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {3, 1, 1, {3}}};
     static const struct kernel kernel = {NAME(plane_support_point_block), NAME(plane_support_point_dense), 1, 2, 0,
-        parts, NULL};
+        0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -12179,10 +14322,31 @@ WIDE static void NAME(line_direction_block)(intptr_t n, char **args, const intpt
     }
 }
 
+WIDE static void NAME(line_direction_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    _Alignas(64) REAL r0[6 * SPAN];
+    _Alignas(64) REAL r1[3 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        NAME(load_span)(r0, args[0], first, 6);
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[6];
+            REAL x1[3];
+            NAME(load_6)(x0, (char *)(r0 + i), SPAN * w);
+            NAME(line_direction)(x0, x1);
+            NAME(store_3)((char *)(r1 + i), SPAN * w, x1);
+        }
+        NAME(store_span)(args[1], first, r1, 3);
+    }
+}
+
 void NAME(line_direction_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{6, 1, 0, {6}}, {3, 1, 1, {3}}};
-    static const struct kernel kernel = {NAME(line_direction_block), NULL, 1, 2, 0, parts, NULL};
+    static const struct kernel kernel = {NAME(line_direction_block), NAME(line_direction_dense), 1, 2, 0, 0, parts,
+        NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -12226,10 +14390,30 @@ WIDE static void NAME(line_moment_block)(intptr_t n, char **args, const intptr_t
     }
 }
 
+WIDE static void NAME(line_moment_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    _Alignas(64) REAL r0[6 * SPAN];
+    _Alignas(64) REAL r1[3 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        NAME(load_span)(r0, args[0], first, 6);
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[6];
+            REAL x1[3];
+            NAME(load_6)(x0, (char *)(r0 + i), SPAN * w);
+            NAME(line_moment)(x0, x1);
+            NAME(store_3)((char *)(r1 + i), SPAN * w, x1);
+        }
+        NAME(store_span)(args[1], first, r1, 3);
+    }
+}
+
 void NAME(line_moment_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{6, 1, 0, {6}}, {3, 1, 1, {3}}};
-    static const struct kernel kernel = {NAME(line_moment_block), NULL, 1, 2, 0, parts, NULL};
+    static const struct kernel kernel = {NAME(line_moment_block), NAME(line_moment_dense), 1, 2, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -12263,10 +14447,30 @@ WIDE static void NAME(line_weight_block)(intptr_t n, char **args, const intptr_t
     }
 }
 
+WIDE static void NAME(line_weight_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    _Alignas(64) REAL r0[6 * SPAN];
+    _Alignas(64) REAL r1[1 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        NAME(load_span)(r0, args[0], first, 6);
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[6];
+            REAL x1[1];
+            NAME(load_6)(x0, (char *)(r0 + i), SPAN * w);
+            NAME(line_weight)(x0, x1);
+            NAME(store_scalar)((char *)(r1 + i), x1);
+        }
+        NAME(store_span)(args[1], first, r1, 1);
+    }
+}
+
 void NAME(line_weight_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{6, 1, 0, {6}}, {1, 0, 1, {0}}};
-    static const struct kernel kernel = {NAME(line_weight_block), NULL, 1, 2, 0, parts, NULL};
+    static const struct kernel kernel = {NAME(line_weight_block), NAME(line_weight_dense), 1, 2, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -12319,10 +14523,31 @@ WIDE static void NAME(line_support_point_block)(intptr_t n, char **args, const i
     }
 }
 
+WIDE static void NAME(line_support_point_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    _Alignas(64) REAL r0[6 * SPAN];
+    _Alignas(64) REAL r1[3 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        NAME(load_span)(r0, args[0], first, 6);
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[6];
+            REAL x1[3];
+            NAME(load_6)(x0, (char *)(r0 + i), SPAN * w);
+            NAME(line_support_point)(x0, x1);
+            NAME(store_3)((char *)(r1 + i), SPAN * w, x1);
+        }
+        NAME(store_span)(args[1], first, r1, 3);
+    }
+}
+
 void NAME(line_support_point_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{6, 1, 0, {6}}, {3, 1, 1, {3}}};
-    static const struct kernel kernel = {NAME(line_support_point_block), NULL, 1, 2, 0, parts, NULL};
+    static const struct kernel kernel = {NAME(line_support_point_block), NAME(line_support_point_dense), 1, 2, 0, 0,
+        parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -12363,10 +14588,31 @@ WIDE static void NAME(circle_normal_block)(intptr_t n, char **args, const intptr
     }
 }
 
+WIDE static void NAME(circle_normal_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    _Alignas(64) REAL r0[10 * SPAN];
+    _Alignas(64) REAL r1[3 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        NAME(load_span)(r0, args[0], first, 10);
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[10];
+            REAL x1[3];
+            NAME(load_10)(x0, (char *)(r0 + i), SPAN * w);
+            NAME(circle_normal)(x0, x1);
+            NAME(store_3)((char *)(r1 + i), SPAN * w, x1);
+        }
+        NAME(store_span)(args[1], first, r1, 3);
+    }
+}
+
 void NAME(circle_normal_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{10, 1, 0, {10}}, {3, 1, 1, {3}}};
-    static const struct kernel kernel = {NAME(circle_normal_block), NULL, 1, 2, 0, parts, NULL};
+    static const struct kernel kernel = {NAME(circle_normal_block), NAME(circle_normal_dense), 1, 2, 0, 0, parts,
+        NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -12400,10 +14646,31 @@ WIDE static void NAME(circle_weight_block)(intptr_t n, char **args, const intptr
     }
 }
 
+WIDE static void NAME(circle_weight_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    _Alignas(64) REAL r0[10 * SPAN];
+    _Alignas(64) REAL r1[1 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        NAME(load_span)(r0, args[0], first, 10);
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[10];
+            REAL x1[1];
+            NAME(load_10)(x0, (char *)(r0 + i), SPAN * w);
+            NAME(circle_weight)(x0, x1);
+            NAME(store_scalar)((char *)(r1 + i), x1);
+        }
+        NAME(store_span)(args[1], first, r1, 1);
+    }
+}
+
 void NAME(circle_weight_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{10, 1, 0, {10}}, {1, 0, 1, {0}}};
-    static const struct kernel kernel = {NAME(circle_weight_block), NULL, 1, 2, 0, parts, NULL};
+    static const struct kernel kernel = {NAME(circle_weight_block), NAME(circle_weight_dense), 1, 2, 0, 0, parts,
+        NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -12493,10 +14760,31 @@ WIDE static void NAME(circle_surround_sphere_block)(intptr_t n, char **args, con
     }
 }
 
+WIDE static void NAME(circle_surround_sphere_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    _Alignas(64) REAL r0[10 * SPAN];
+    _Alignas(64) REAL r1[5 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        NAME(load_span)(r0, args[0], first, 10);
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[10];
+            REAL x1[5];
+            NAME(load_10)(x0, (char *)(r0 + i), SPAN * w);
+            NAME(circle_surround_sphere)(x0, x1);
+            NAME(store_5)((char *)(r1 + i), SPAN * w, x1);
+        }
+        NAME(store_span)(args[1], first, r1, 5);
+    }
+}
+
 void NAME(circle_surround_sphere_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{10, 1, 0, {10}}, {5, 1, 1, {5}}};
-    static const struct kernel kernel = {NAME(circle_surround_sphere_block), NULL, 1, 2, 0, parts, NULL};
+    static const struct kernel kernel = {NAME(circle_surround_sphere_block), NAME(circle_surround_sphere_dense), 1,
+        2, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -12539,10 +14827,31 @@ WIDE static void NAME(point_pair_direction_block)(intptr_t n, char **args, const
     }
 }
 
+WIDE static void NAME(point_pair_direction_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    _Alignas(64) REAL r0[10 * SPAN];
+    _Alignas(64) REAL r1[3 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        NAME(load_span)(r0, args[0], first, 10);
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[10];
+            REAL x1[3];
+            NAME(load_10)(x0, (char *)(r0 + i), SPAN * w);
+            NAME(point_pair_direction)(x0, x1);
+            NAME(store_3)((char *)(r1 + i), SPAN * w, x1);
+        }
+        NAME(store_span)(args[1], first, r1, 3);
+    }
+}
+
 void NAME(point_pair_direction_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{10, 1, 0, {10}}, {3, 1, 1, {3}}};
-    static const struct kernel kernel = {NAME(point_pair_direction_block), NULL, 1, 2, 0, parts, NULL};
+    static const struct kernel kernel = {NAME(point_pair_direction_block), NAME(point_pair_direction_dense), 1, 2,
+        0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -12576,10 +14885,31 @@ WIDE static void NAME(point_pair_weight_block)(intptr_t n, char **args, const in
     }
 }
 
+WIDE static void NAME(point_pair_weight_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    _Alignas(64) REAL r0[10 * SPAN];
+    _Alignas(64) REAL r1[1 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        NAME(load_span)(r0, args[0], first, 10);
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[10];
+            REAL x1[1];
+            NAME(load_10)(x0, (char *)(r0 + i), SPAN * w);
+            NAME(point_pair_weight)(x0, x1);
+            NAME(store_scalar)((char *)(r1 + i), x1);
+        }
+        NAME(store_span)(args[1], first, r1, 1);
+    }
+}
+
 void NAME(point_pair_weight_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{10, 1, 0, {10}}, {1, 0, 1, {0}}};
-    static const struct kernel kernel = {NAME(point_pair_weight_block), NULL, 1, 2, 0, parts, NULL};
+    static const struct kernel kernel = {NAME(point_pair_weight_block), NAME(point_pair_weight_dense), 1, 2, 0, 0,
+        parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -12615,10 +14945,31 @@ WIDE static void NAME(point_pair_line_block)(intptr_t n, char **args, const intp
     }
 }
 
+WIDE static void NAME(point_pair_line_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    _Alignas(64) REAL r0[10 * SPAN];
+    _Alignas(64) REAL r1[6 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        NAME(load_span)(r0, args[0], first, 10);
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[10];
+            REAL x1[6];
+            NAME(load_10)(x0, (char *)(r0 + i), SPAN * w);
+            NAME(point_pair_line)(x0, x1);
+            NAME(store_6)((char *)(r1 + i), SPAN * w, x1);
+        }
+        NAME(store_span)(args[1], first, r1, 6);
+    }
+}
+
 void NAME(point_pair_line_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{10, 1, 0, {10}}, {6, 1, 1, {6}}};
-    static const struct kernel kernel = {NAME(point_pair_line_block), NULL, 1, 2, 0, parts, NULL};
+    static const struct kernel kernel = {NAME(point_pair_line_block), NAME(point_pair_line_dense), 1, 2, 0, 0,
+        parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -12708,10 +15059,31 @@ WIDE static void NAME(point_pair_surround_sphere_block)(intptr_t n, char **args,
     }
 }
 
+WIDE static void NAME(point_pair_surround_sphere_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    _Alignas(64) REAL r0[10 * SPAN];
+    _Alignas(64) REAL r1[5 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        NAME(load_span)(r0, args[0], first, 10);
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[10];
+            REAL x1[5];
+            NAME(load_10)(x0, (char *)(r0 + i), SPAN * w);
+            NAME(point_pair_surround_sphere)(x0, x1);
+            NAME(store_5)((char *)(r1 + i), SPAN * w, x1);
+        }
+        NAME(store_span)(args[1], first, r1, 5);
+    }
+}
+
 void NAME(point_pair_surround_sphere_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{10, 1, 0, {10}}, {5, 1, 1, {5}}};
-    static const struct kernel kernel = {NAME(point_pair_surround_sphere_block), NULL, 1, 2, 0, parts, NULL};
+    static const struct kernel kernel = {NAME(point_pair_surround_sphere_block),
+        NAME(point_pair_surround_sphere_dense), 1, 2, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -12746,10 +15118,31 @@ WIDE static void NAME(point_pair_bisector_block)(intptr_t n, char **args, const 
     }
 }
 
+WIDE static void NAME(point_pair_bisector_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    _Alignas(64) REAL r0[10 * SPAN];
+    _Alignas(64) REAL r1[4 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        NAME(load_span)(r0, args[0], first, 10);
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[10];
+            REAL x1[4];
+            NAME(load_10)(x0, (char *)(r0 + i), SPAN * w);
+            NAME(point_pair_bisector)(x0, x1);
+            NAME(store_4)((char *)(r1 + i), SPAN * w, x1);
+        }
+        NAME(store_span)(args[1], first, r1, 4);
+    }
+}
+
 void NAME(point_pair_bisector_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{10, 1, 0, {10}}, {4, 1, 1, {4}}};
-    static const struct kernel kernel = {NAME(point_pair_bisector_block), NULL, 1, 2, 0, parts, NULL};
+    static const struct kernel kernel = {NAME(point_pair_bisector_block), NAME(point_pair_bisector_dense), 1, 2, 0,
+        0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -12775,10 +15168,31 @@ WIDE static void NAME(sphere_weight_block)(intptr_t n, char **args, const intptr
     }
 }
 
+WIDE static void NAME(sphere_weight_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    _Alignas(64) REAL r0[5 * SPAN];
+    _Alignas(64) REAL r1[1 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        NAME(load_span)(r0, args[0], first, 5);
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[5];
+            REAL x1[1];
+            NAME(load_5)(x0, (char *)(r0 + i), SPAN * w);
+            NAME(sphere_weight)(x0, x1);
+            NAME(store_scalar)((char *)(r1 + i), x1);
+        }
+        NAME(store_span)(args[1], first, r1, 1);
+    }
+}
+
 void NAME(sphere_weight_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{5, 1, 0, {5}}, {1, 0, 1, {0}}};
-    static const struct kernel kernel = {NAME(sphere_weight_block), NULL, 1, 2, 0, parts, NULL};
+    static const struct kernel kernel = {NAME(sphere_weight_block), NAME(sphere_weight_dense), 1, 2, 0, 0, parts,
+        NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -12818,10 +15232,31 @@ WIDE static void NAME(dual_sphere_radius_squared_block)(intptr_t n, char **args,
     }
 }
 
+WIDE static void NAME(dual_sphere_radius_squared_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    _Alignas(64) REAL r0[5 * SPAN];
+    _Alignas(64) REAL r1[1 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        NAME(load_span)(r0, args[0], first, 5);
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[5];
+            REAL x1[1];
+            NAME(load_5)(x0, (char *)(r0 + i), SPAN * w);
+            NAME(dual_sphere_radius_squared)(x0, x1);
+            NAME(store_scalar)((char *)(r1 + i), x1);
+        }
+        NAME(store_span)(args[1], first, r1, 1);
+    }
+}
+
 void NAME(dual_sphere_radius_squared_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{5, 1, 0, {5}}, {1, 0, 1, {0}}};
-    static const struct kernel kernel = {NAME(dual_sphere_radius_squared_block), NULL, 1, 2, 0, parts, NULL};
+    static const struct kernel kernel = {NAME(dual_sphere_radius_squared_block),
+        NAME(dual_sphere_radius_squared_dense), 1, 2, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -12893,10 +15328,31 @@ WIDE static void NAME(point_pair_kind_block)(intptr_t n, char **args, const intp
     }
 }
 
+WIDE static void NAME(point_pair_kind_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    _Alignas(64) REAL r0[10 * SPAN];
+    _Alignas(64) REAL r1[1 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        NAME(load_span)(r0, args[0], first, 10);
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[10];
+            REAL x1[1];
+            NAME(load_10)(x0, (char *)(r0 + i), SPAN * w);
+            NAME(point_pair_kind)(x0, x1);
+            NAME(store_scalar)((char *)(r1 + i), x1);
+        }
+        NAME(store_span)(args[1], first, r1, 1);
+    }
+}
+
 void NAME(point_pair_kind_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{10, 1, 0, {10}}, {1, 0, 1, {0}}};
-    static const struct kernel kernel = {NAME(point_pair_kind_block), NULL, 1, 2, 0, parts, NULL};
+    static const struct kernel kernel = {NAME(point_pair_kind_block), NAME(point_pair_kind_dense), 1, 2, 0, 0,
+        parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -12968,10 +15424,30 @@ WIDE static void NAME(circle_kind_block)(intptr_t n, char **args, const intptr_t
     }
 }
 
+WIDE static void NAME(circle_kind_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    _Alignas(64) REAL r0[10 * SPAN];
+    _Alignas(64) REAL r1[1 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        NAME(load_span)(r0, args[0], first, 10);
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[10];
+            REAL x1[1];
+            NAME(load_10)(x0, (char *)(r0 + i), SPAN * w);
+            NAME(circle_kind)(x0, x1);
+            NAME(store_scalar)((char *)(r1 + i), x1);
+        }
+        NAME(store_span)(args[1], first, r1, 1);
+    }
+}
+
 void NAME(circle_kind_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{10, 1, 0, {10}}, {1, 0, 1, {0}}};
-    static const struct kernel kernel = {NAME(circle_kind_block), NULL, 1, 2, 0, parts, NULL};
+    static const struct kernel kernel = {NAME(circle_kind_block), NAME(circle_kind_dense), 1, 2, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -13027,10 +15503,30 @@ WIDE static void NAME(sphere_kind_block)(intptr_t n, char **args, const intptr_t
     }
 }
 
+WIDE static void NAME(sphere_kind_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    _Alignas(64) REAL r0[5 * SPAN];
+    _Alignas(64) REAL r1[1 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        NAME(load_span)(r0, args[0], first, 5);
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[5];
+            REAL x1[1];
+            NAME(load_5)(x0, (char *)(r0 + i), SPAN * w);
+            NAME(sphere_kind)(x0, x1);
+            NAME(store_scalar)((char *)(r1 + i), x1);
+        }
+        NAME(store_span)(args[1], first, r1, 1);
+    }
+}
+
 void NAME(sphere_kind_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{5, 1, 0, {5}}, {1, 0, 1, {0}}};
-    static const struct kernel kernel = {NAME(sphere_kind_block), NULL, 1, 2, 0, parts, NULL};
+    static const struct kernel kernel = {NAME(sphere_kind_block), NAME(sphere_kind_dense), 1, 2, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -13084,10 +15580,31 @@ WIDE static void NAME(dual_sphere_kind_block)(intptr_t n, char **args, const int
     }
 }
 
+WIDE static void NAME(dual_sphere_kind_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    _Alignas(64) REAL r0[5 * SPAN];
+    _Alignas(64) REAL r1[1 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        NAME(load_span)(r0, args[0], first, 5);
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[5];
+            REAL x1[1];
+            NAME(load_5)(x0, (char *)(r0 + i), SPAN * w);
+            NAME(dual_sphere_kind)(x0, x1);
+            NAME(store_scalar)((char *)(r1 + i), x1);
+        }
+        NAME(store_span)(args[1], first, r1, 1);
+    }
+}
+
 void NAME(dual_sphere_kind_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{5, 1, 0, {5}}, {1, 0, 1, {0}}};
-    static const struct kernel kernel = {NAME(dual_sphere_kind_block), NULL, 1, 2, 0, parts, NULL};
+    static const struct kernel kernel = {NAME(dual_sphere_kind_block), NAME(dual_sphere_kind_dense), 1, 2, 0, 0,
+        parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -13181,17 +15698,20 @@ WIDE static void NAME(distance_point_plane_block_plane)(intptr_t n, char **args,
 WIDE static void NAME(distance_point_plane_dense_plane)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
-    (void)strides;
     const REAL *prepared = (const REAL *)args[1];
+    (void)strides;
     char *a0 = args[0];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[3];
-        REAL x2[1];
-        NAME(load_3)(x0, a0 + i * 3 * w, w);
-        NAME(distance_point_plane_apply_plane)(prepared, x0, x2);
-        NAME(store_scalar)(a2 + i * w, x2);
+    _Alignas(64) REAL r2[1 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[3];
+            REAL x2[1];
+            NAME(load_3)(x0, a0 + (first + i) * 3 * w, w);
+            NAME(distance_point_plane_apply_plane)(prepared, x0, x2);
+            NAME(store_scalar)((char *)(r2 + i), x2);
+        }
+        NAME(store_span)(args[2], first, r2, 1);
     }
 }
 
@@ -13228,16 +15748,19 @@ WIDE static void NAME(distance_point_plane_dense)(intptr_t n, char **args, const
     (void)strides;
     char *a0 = args[0];
     char *a1 = args[1];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[3];
-        REAL x1[4];
-        REAL x2[1];
-        NAME(load_3)(x0, a0 + i * 3 * w, w);
-        NAME(load_4)(x1, a1 + i * 4 * w, w);
-        NAME(distance_point_plane)(x0, x1, x2);
-        NAME(store_scalar)(a2 + i * w, x2);
+    _Alignas(64) REAL r2[1 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[3];
+            REAL x1[4];
+            REAL x2[1];
+            NAME(load_3)(x0, a0 + (first + i) * 3 * w, w);
+            NAME(load_4)(x1, a1 + (first + i) * 4 * w, w);
+            NAME(distance_point_plane)(x0, x1, x2);
+            NAME(store_scalar)((char *)(r2 + i), x2);
+        }
+        NAME(store_span)(args[2], first, r2, 1);
     }
 }
 
@@ -13247,7 +15770,7 @@ void NAME(distance_point_plane_loop)(char **args, const intptr_t *dimensions, co
     static const struct form forms[] = {{2, 2, NAME(distance_point_plane_start_plane),
         NAME(distance_point_plane_block_plane), NAME(distance_point_plane_dense_plane)}};
     static const struct kernel kernel = {NAME(distance_point_plane_block), NAME(distance_point_plane_dense), 2, 3,
-        1, parts, forms};
+        1, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -13363,17 +15886,20 @@ WIDE static void NAME(distance_point_sphere_block_sphere)(intptr_t n, char **arg
 WIDE static void NAME(distance_point_sphere_dense_sphere)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
-    (void)strides;
     const REAL *prepared = (const REAL *)args[1];
+    (void)strides;
     char *a0 = args[0];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[3];
-        REAL x2[1];
-        NAME(load_3)(x0, a0 + i * 3 * w, w);
-        NAME(distance_point_sphere_apply_sphere)(prepared, x0, x2);
-        NAME(store_scalar)(a2 + i * w, x2);
+    _Alignas(64) REAL r2[1 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[3];
+            REAL x2[1];
+            NAME(load_3)(x0, a0 + (first + i) * 3 * w, w);
+            NAME(distance_point_sphere_apply_sphere)(prepared, x0, x2);
+            NAME(store_scalar)((char *)(r2 + i), x2);
+        }
+        NAME(store_span)(args[2], first, r2, 1);
     }
 }
 
@@ -13404,12 +15930,37 @@ WIDE static void NAME(distance_point_sphere_block)(intptr_t n, char **args, cons
     }
 }
 
+WIDE static void NAME(distance_point_sphere_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    _Alignas(64) REAL r0[3 * SPAN];
+    _Alignas(64) REAL r1[5 * SPAN];
+    _Alignas(64) REAL r2[1 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        NAME(load_span)(r0, args[0], first, 3);
+        NAME(load_span)(r1, args[1], first, 5);
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[3];
+            REAL x1[5];
+            REAL x2[1];
+            NAME(load_3)(x0, (char *)(r0 + i), SPAN * w);
+            NAME(load_5)(x1, (char *)(r1 + i), SPAN * w);
+            NAME(distance_point_sphere)(x0, x1, x2);
+            NAME(store_scalar)((char *)(r2 + i), x2);
+        }
+        NAME(store_span)(args[2], first, r2, 1);
+    }
+}
+
 void NAME(distance_point_sphere_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {5, 1, 1, {5}}, {1, 0, 2, {0}}};
     static const struct form forms[] = {{2, 2, NAME(distance_point_sphere_start_sphere),
         NAME(distance_point_sphere_block_sphere), NAME(distance_point_sphere_dense_sphere)}};
-    static const struct kernel kernel = {NAME(distance_point_sphere_block), NULL, 2, 3, 1, parts, forms};
+    static const struct kernel kernel = {NAME(distance_point_sphere_block), NAME(distance_point_sphere_dense), 2, 3,
+        1, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -13635,17 +16186,20 @@ WIDE static void NAME(distance_point_circle_block_circle)(intptr_t n, char **arg
 WIDE static void NAME(distance_point_circle_dense_circle)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
-    (void)strides;
     const REAL *prepared = (const REAL *)args[1];
+    (void)strides;
     char *a0 = args[0];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[3];
-        REAL x2[1];
-        NAME(load_3)(x0, a0 + i * 3 * w, w);
-        NAME(distance_point_circle_apply_circle)(prepared, x0, x2);
-        NAME(store_scalar)(a2 + i * w, x2);
+    _Alignas(64) REAL r2[1 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[3];
+            REAL x2[1];
+            NAME(load_3)(x0, a0 + (first + i) * 3 * w, w);
+            NAME(distance_point_circle_apply_circle)(prepared, x0, x2);
+            NAME(store_scalar)((char *)(r2 + i), x2);
+        }
+        NAME(store_span)(args[2], first, r2, 1);
     }
 }
 
@@ -13676,12 +16230,37 @@ WIDE static void NAME(distance_point_circle_block)(intptr_t n, char **args, cons
     }
 }
 
+WIDE static void NAME(distance_point_circle_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    _Alignas(64) REAL r0[3 * SPAN];
+    _Alignas(64) REAL r1[10 * SPAN];
+    _Alignas(64) REAL r2[1 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        NAME(load_span)(r0, args[0], first, 3);
+        NAME(load_span)(r1, args[1], first, 10);
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[3];
+            REAL x1[10];
+            REAL x2[1];
+            NAME(load_3)(x0, (char *)(r0 + i), SPAN * w);
+            NAME(load_10)(x1, (char *)(r1 + i), SPAN * w);
+            NAME(distance_point_circle)(x0, x1, x2);
+            NAME(store_scalar)((char *)(r2 + i), x2);
+        }
+        NAME(store_span)(args[2], first, r2, 1);
+    }
+}
+
 void NAME(distance_point_circle_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {10, 1, 1, {10}}, {1, 0, 2, {0}}};
     static const struct form forms[] = {{2, 2, NAME(distance_point_circle_start_circle),
         NAME(distance_point_circle_block_circle), NAME(distance_point_circle_dense_circle)}};
-    static const struct kernel kernel = {NAME(distance_point_circle_block), NULL, 2, 3, 1, parts, forms};
+    static const struct kernel kernel = {NAME(distance_point_circle_block), NAME(distance_point_circle_dense), 2, 3,
+        1, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -13919,20 +16498,24 @@ WIDE static void NAME(distance_point_point_pair_block_pair)(intptr_t n, char **a
 WIDE static void NAME(distance_point_point_pair_dense_pair)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
-    (void)strides;
     const REAL *prepared = (const REAL *)args[1];
+    (void)strides;
     char *a0 = args[0];
-    char *a2 = args[2];
-    char *a3 = args[3];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[3];
-        REAL x2[1];
-        REAL x3[1];
-        NAME(load_3)(x0, a0 + i * 3 * w, w);
-        NAME(distance_point_point_pair_apply_pair)(prepared, x0, x2, x3);
-        NAME(store_scalar)(a2 + i * w, x2);
-        NAME(store_scalar)(a3 + i * w, x3);
+    _Alignas(64) REAL r2[1 * SPAN];
+    _Alignas(64) REAL r3[1 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[3];
+            REAL x2[1];
+            REAL x3[1];
+            NAME(load_3)(x0, a0 + (first + i) * 3 * w, w);
+            NAME(distance_point_point_pair_apply_pair)(prepared, x0, x2, x3);
+            NAME(store_scalar)((char *)(r2 + i), x2);
+            NAME(store_scalar)((char *)(r3 + i), x3);
+        }
+        NAME(store_span)(args[2], first, r2, 1);
+        NAME(store_span)(args[3], first, r3, 1);
     }
 }
 
@@ -13966,12 +16549,41 @@ WIDE static void NAME(distance_point_point_pair_block)(intptr_t n, char **args, 
     }
 }
 
+WIDE static void NAME(distance_point_point_pair_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    _Alignas(64) REAL r0[3 * SPAN];
+    _Alignas(64) REAL r1[10 * SPAN];
+    _Alignas(64) REAL r2[1 * SPAN];
+    _Alignas(64) REAL r3[1 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        NAME(load_span)(r0, args[0], first, 3);
+        NAME(load_span)(r1, args[1], first, 10);
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[3];
+            REAL x1[10];
+            REAL x2[1];
+            REAL x3[1];
+            NAME(load_3)(x0, (char *)(r0 + i), SPAN * w);
+            NAME(load_10)(x1, (char *)(r1 + i), SPAN * w);
+            NAME(distance_point_point_pair)(x0, x1, x2, x3);
+            NAME(store_scalar)((char *)(r2 + i), x2);
+            NAME(store_scalar)((char *)(r3 + i), x3);
+        }
+        NAME(store_span)(args[2], first, r2, 1);
+        NAME(store_span)(args[3], first, r3, 1);
+    }
+}
+
 void NAME(distance_point_point_pair_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {10, 1, 1, {10}}, {1, 0, 2, {0}}, {1, 0, 2, {0}}};
     static const struct form forms[] = {{2, 2, NAME(distance_point_point_pair_start_pair),
         NAME(distance_point_point_pair_block_pair), NAME(distance_point_point_pair_dense_pair)}};
-    static const struct kernel kernel = {NAME(distance_point_point_pair_block), NULL, 2, 4, 1, parts, forms};
+    static const struct kernel kernel = {NAME(distance_point_point_pair_block),
+        NAME(distance_point_point_pair_dense), 2, 4, 1, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -14342,6 +16954,27 @@ WIDE static void NAME(distance_lines_block_a)(intptr_t n, char **args, const int
     }
 }
 
+WIDE static void NAME(distance_lines_dense_a)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    const REAL *prepared = (const REAL *)args[0];
+    (void)strides;
+    _Alignas(64) REAL r1[6 * SPAN];
+    _Alignas(64) REAL r2[1 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        NAME(load_span)(r1, args[1], first, 6);
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x1[6];
+            REAL x2[1];
+            NAME(load_6)(x1, (char *)(r1 + i), SPAN * w);
+            NAME(distance_lines_apply_a)(prepared, x1, x2);
+            NAME(store_scalar)((char *)(r2 + i), x2);
+        }
+        NAME(store_span)(args[2], first, r2, 1);
+    }
+}
+
 static void NAME(distance_lines_start_a)(char **args, const intptr_t *strides, void *prepared)
 {
     const intptr_t c0a = strides[0];
@@ -14364,6 +16997,27 @@ WIDE static void NAME(distance_lines_block_b)(intptr_t n, char **args, const int
         NAME(load_6)(x0, a0 + i * w, c0a);
         NAME(distance_lines_apply_b)(prepared, x0, x2);
         NAME(store_scalar)(a2 + i * w, x2);
+    }
+}
+
+WIDE static void NAME(distance_lines_dense_b)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    const REAL *prepared = (const REAL *)args[1];
+    (void)strides;
+    _Alignas(64) REAL r0[6 * SPAN];
+    _Alignas(64) REAL r2[1 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        NAME(load_span)(r0, args[0], first, 6);
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[6];
+            REAL x2[1];
+            NAME(load_6)(x0, (char *)(r0 + i), SPAN * w);
+            NAME(distance_lines_apply_b)(prepared, x0, x2);
+            NAME(store_scalar)((char *)(r2 + i), x2);
+        }
+        NAME(store_span)(args[2], first, r2, 1);
     }
 }
 
@@ -14394,12 +17048,38 @@ WIDE static void NAME(distance_lines_block)(intptr_t n, char **args, const intpt
     }
 }
 
+WIDE static void NAME(distance_lines_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    _Alignas(64) REAL r0[6 * SPAN];
+    _Alignas(64) REAL r1[6 * SPAN];
+    _Alignas(64) REAL r2[1 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        NAME(load_span)(r0, args[0], first, 6);
+        NAME(load_span)(r1, args[1], first, 6);
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[6];
+            REAL x1[6];
+            REAL x2[1];
+            NAME(load_6)(x0, (char *)(r0 + i), SPAN * w);
+            NAME(load_6)(x1, (char *)(r1 + i), SPAN * w);
+            NAME(distance_lines)(x0, x1, x2);
+            NAME(store_scalar)((char *)(r2 + i), x2);
+        }
+        NAME(store_span)(args[2], first, r2, 1);
+    }
+}
+
 void NAME(distance_lines_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{6, 1, 0, {6}}, {6, 1, 1, {6}}, {1, 0, 2, {0}}};
-    static const struct form forms[] = {{1, 2, NAME(distance_lines_start_a), NAME(distance_lines_block_a), NULL},
-        {2, 2, NAME(distance_lines_start_b), NAME(distance_lines_block_b), NULL}};
-    static const struct kernel kernel = {NAME(distance_lines_block), NULL, 2, 3, 2, parts, forms};
+    static const struct form forms[] = {{1, 2, NAME(distance_lines_start_a), NAME(distance_lines_block_a),
+        NAME(distance_lines_dense_a)}, {2, 2, NAME(distance_lines_start_b), NAME(distance_lines_block_b),
+        NAME(distance_lines_dense_b)}};
+    static const struct kernel kernel = {NAME(distance_lines_block), NAME(distance_lines_dense), 2, 3, 2, 0, parts,
+        forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -14640,17 +17320,20 @@ WIDE static void NAME(distance_line_plane_block_line)(intptr_t n, char **args, c
 WIDE static void NAME(distance_line_plane_dense_line)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
-    (void)strides;
     const REAL *prepared = (const REAL *)args[0];
+    (void)strides;
     char *a1 = args[1];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x1[4];
-        REAL x2[1];
-        NAME(load_4)(x1, a1 + i * 4 * w, w);
-        NAME(distance_line_plane_apply_line)(prepared, x1, x2);
-        NAME(store_scalar)(a2 + i * w, x2);
+    _Alignas(64) REAL r2[1 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x1[4];
+            REAL x2[1];
+            NAME(load_4)(x1, a1 + (first + i) * 4 * w, w);
+            NAME(distance_line_plane_apply_line)(prepared, x1, x2);
+            NAME(store_scalar)((char *)(r2 + i), x2);
+        }
+        NAME(store_span)(args[2], first, r2, 1);
     }
 }
 
@@ -14676,6 +17359,27 @@ WIDE static void NAME(distance_line_plane_block_plane)(intptr_t n, char **args, 
         NAME(load_6)(x0, a0 + i * w, c0a);
         NAME(distance_line_plane_apply_plane)(prepared, x0, x2);
         NAME(store_scalar)(a2 + i * w, x2);
+    }
+}
+
+WIDE static void NAME(distance_line_plane_dense_plane)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    const REAL *prepared = (const REAL *)args[1];
+    (void)strides;
+    _Alignas(64) REAL r0[6 * SPAN];
+    _Alignas(64) REAL r2[1 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        NAME(load_span)(r0, args[0], first, 6);
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[6];
+            REAL x2[1];
+            NAME(load_6)(x0, (char *)(r0 + i), SPAN * w);
+            NAME(distance_line_plane_apply_plane)(prepared, x0, x2);
+            NAME(store_scalar)((char *)(r2 + i), x2);
+        }
+        NAME(store_span)(args[2], first, r2, 1);
     }
 }
 
@@ -14706,13 +17410,39 @@ WIDE static void NAME(distance_line_plane_block)(intptr_t n, char **args, const 
     }
 }
 
+WIDE static void NAME(distance_line_plane_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    _Alignas(64) REAL r0[6 * SPAN];
+    _Alignas(64) REAL r1[4 * SPAN];
+    _Alignas(64) REAL r2[1 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        NAME(load_span)(r0, args[0], first, 6);
+        NAME(load_span)(r1, args[1], first, 4);
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[6];
+            REAL x1[4];
+            REAL x2[1];
+            NAME(load_6)(x0, (char *)(r0 + i), SPAN * w);
+            NAME(load_4)(x1, (char *)(r1 + i), SPAN * w);
+            NAME(distance_line_plane)(x0, x1, x2);
+            NAME(store_scalar)((char *)(r2 + i), x2);
+        }
+        NAME(store_span)(args[2], first, r2, 1);
+    }
+}
+
 void NAME(distance_line_plane_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{6, 1, 0, {6}}, {4, 1, 1, {4}}, {1, 0, 2, {0}}};
     static const struct form forms[] = {{1, 2, NAME(distance_line_plane_start_line),
         NAME(distance_line_plane_block_line), NAME(distance_line_plane_dense_line)}, {2, 2,
-        NAME(distance_line_plane_start_plane), NAME(distance_line_plane_block_plane), NULL}};
-    static const struct kernel kernel = {NAME(distance_line_plane_block), NULL, 2, 3, 2, parts, forms};
+        NAME(distance_line_plane_start_plane), NAME(distance_line_plane_block_plane),
+        NAME(distance_line_plane_dense_plane)}};
+    static const struct kernel kernel = {NAME(distance_line_plane_block), NAME(distance_line_plane_dense), 2, 3, 2,
+        0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -14995,6 +17725,27 @@ WIDE static void NAME(distance_line_sphere_block_line)(intptr_t n, char **args, 
     }
 }
 
+WIDE static void NAME(distance_line_sphere_dense_line)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    const REAL *prepared = (const REAL *)args[0];
+    (void)strides;
+    _Alignas(64) REAL r1[5 * SPAN];
+    _Alignas(64) REAL r2[1 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        NAME(load_span)(r1, args[1], first, 5);
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x1[5];
+            REAL x2[1];
+            NAME(load_5)(x1, (char *)(r1 + i), SPAN * w);
+            NAME(distance_line_sphere_apply_line)(prepared, x1, x2);
+            NAME(store_scalar)((char *)(r2 + i), x2);
+        }
+        NAME(store_span)(args[2], first, r2, 1);
+    }
+}
+
 static void NAME(distance_line_sphere_start_line)(char **args, const intptr_t *strides, void *prepared)
 {
     const intptr_t c0a = strides[0];
@@ -15017,6 +17768,27 @@ WIDE static void NAME(distance_line_sphere_block_sphere)(intptr_t n, char **args
         NAME(load_6)(x0, a0 + i * w, c0a);
         NAME(distance_line_sphere_apply_sphere)(prepared, x0, x2);
         NAME(store_scalar)(a2 + i * w, x2);
+    }
+}
+
+WIDE static void NAME(distance_line_sphere_dense_sphere)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    const REAL *prepared = (const REAL *)args[1];
+    (void)strides;
+    _Alignas(64) REAL r0[6 * SPAN];
+    _Alignas(64) REAL r2[1 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        NAME(load_span)(r0, args[0], first, 6);
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[6];
+            REAL x2[1];
+            NAME(load_6)(x0, (char *)(r0 + i), SPAN * w);
+            NAME(distance_line_sphere_apply_sphere)(prepared, x0, x2);
+            NAME(store_scalar)((char *)(r2 + i), x2);
+        }
+        NAME(store_span)(args[2], first, r2, 1);
     }
 }
 
@@ -15047,13 +17819,39 @@ WIDE static void NAME(distance_line_sphere_block)(intptr_t n, char **args, const
     }
 }
 
+WIDE static void NAME(distance_line_sphere_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    _Alignas(64) REAL r0[6 * SPAN];
+    _Alignas(64) REAL r1[5 * SPAN];
+    _Alignas(64) REAL r2[1 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        NAME(load_span)(r0, args[0], first, 6);
+        NAME(load_span)(r1, args[1], first, 5);
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[6];
+            REAL x1[5];
+            REAL x2[1];
+            NAME(load_6)(x0, (char *)(r0 + i), SPAN * w);
+            NAME(load_5)(x1, (char *)(r1 + i), SPAN * w);
+            NAME(distance_line_sphere)(x0, x1, x2);
+            NAME(store_scalar)((char *)(r2 + i), x2);
+        }
+        NAME(store_span)(args[2], first, r2, 1);
+    }
+}
+
 void NAME(distance_line_sphere_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{6, 1, 0, {6}}, {5, 1, 1, {5}}, {1, 0, 2, {0}}};
     static const struct form forms[] = {{1, 2, NAME(distance_line_sphere_start_line),
-        NAME(distance_line_sphere_block_line), NULL}, {2, 2, NAME(distance_line_sphere_start_sphere),
-        NAME(distance_line_sphere_block_sphere), NULL}};
-    static const struct kernel kernel = {NAME(distance_line_sphere_block), NULL, 2, 3, 2, parts, forms};
+        NAME(distance_line_sphere_block_line), NAME(distance_line_sphere_dense_line)}, {2, 2,
+        NAME(distance_line_sphere_start_sphere), NAME(distance_line_sphere_block_sphere),
+        NAME(distance_line_sphere_dense_sphere)}};
+    static const struct kernel kernel = {NAME(distance_line_sphere_block), NAME(distance_line_sphere_dense), 2, 3,
+        2, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -15546,6 +18344,31 @@ WIDE static void NAME(distance_line_point_pair_block_pair)(intptr_t n, char **ar
     }
 }
 
+WIDE static void NAME(distance_line_point_pair_dense_pair)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    const REAL *prepared = (const REAL *)args[1];
+    (void)strides;
+    _Alignas(64) REAL r0[6 * SPAN];
+    _Alignas(64) REAL r2[1 * SPAN];
+    _Alignas(64) REAL r3[1 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        NAME(load_span)(r0, args[0], first, 6);
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[6];
+            REAL x2[1];
+            REAL x3[1];
+            NAME(load_6)(x0, (char *)(r0 + i), SPAN * w);
+            NAME(distance_line_point_pair_apply_pair)(prepared, x0, x2, x3);
+            NAME(store_scalar)((char *)(r2 + i), x2);
+            NAME(store_scalar)((char *)(r3 + i), x3);
+        }
+        NAME(store_span)(args[2], first, r2, 1);
+        NAME(store_span)(args[3], first, r3, 1);
+    }
+}
+
 static void NAME(distance_line_point_pair_start_pair)(char **args, const intptr_t *strides, void *prepared)
 {
     const intptr_t c1a = strides[1];
@@ -15571,6 +18394,31 @@ WIDE static void NAME(distance_line_point_pair_block_line)(intptr_t n, char **ar
         NAME(distance_line_point_pair_apply_line)(prepared, x1, x2, x3);
         NAME(store_scalar)(a2 + i * w, x2);
         NAME(store_scalar)(a3 + i * w, x3);
+    }
+}
+
+WIDE static void NAME(distance_line_point_pair_dense_line)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    const REAL *prepared = (const REAL *)args[0];
+    (void)strides;
+    _Alignas(64) REAL r1[10 * SPAN];
+    _Alignas(64) REAL r2[1 * SPAN];
+    _Alignas(64) REAL r3[1 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        NAME(load_span)(r1, args[1], first, 10);
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x1[10];
+            REAL x2[1];
+            REAL x3[1];
+            NAME(load_10)(x1, (char *)(r1 + i), SPAN * w);
+            NAME(distance_line_point_pair_apply_line)(prepared, x1, x2, x3);
+            NAME(store_scalar)((char *)(r2 + i), x2);
+            NAME(store_scalar)((char *)(r3 + i), x3);
+        }
+        NAME(store_span)(args[2], first, r2, 1);
+        NAME(store_span)(args[3], first, r3, 1);
     }
 }
 
@@ -15608,9 +18456,10 @@ void NAME(distance_line_point_pair_loop)(char **args, const intptr_t *dimensions
 {
     static const struct part parts[] = {{6, 1, 0, {6}}, {10, 1, 1, {10}}, {1, 0, 2, {0}}, {1, 0, 2, {0}}};
     static const struct form forms[] = {{2, 2, NAME(distance_line_point_pair_start_pair),
-        NAME(distance_line_point_pair_block_pair), NULL}, {1, 2, NAME(distance_line_point_pair_start_line),
-        NAME(distance_line_point_pair_block_line), NULL}};
-    static const struct kernel kernel = {NAME(distance_line_point_pair_block), NULL, 2, 4, 2, parts, forms};
+        NAME(distance_line_point_pair_block_pair), NAME(distance_line_point_pair_dense_pair)}, {1, 2,
+        NAME(distance_line_point_pair_start_line), NAME(distance_line_point_pair_block_line),
+        NAME(distance_line_point_pair_dense_line)}};
+    static const struct kernel kernel = {NAME(distance_line_point_pair_block), NULL, 2, 4, 2, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -15843,17 +18692,20 @@ WIDE static void NAME(distance_planes_block_a)(intptr_t n, char **args, const in
 WIDE static void NAME(distance_planes_dense_a)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
-    (void)strides;
     const REAL *prepared = (const REAL *)args[0];
+    (void)strides;
     char *a1 = args[1];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x1[4];
-        REAL x2[1];
-        NAME(load_4)(x1, a1 + i * 4 * w, w);
-        NAME(distance_planes_apply_a)(prepared, x1, x2);
-        NAME(store_scalar)(a2 + i * w, x2);
+    _Alignas(64) REAL r2[1 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x1[4];
+            REAL x2[1];
+            NAME(load_4)(x1, a1 + (first + i) * 4 * w, w);
+            NAME(distance_planes_apply_a)(prepared, x1, x2);
+            NAME(store_scalar)((char *)(r2 + i), x2);
+        }
+        NAME(store_span)(args[2], first, r2, 1);
     }
 }
 
@@ -15885,17 +18737,20 @@ WIDE static void NAME(distance_planes_block_b)(intptr_t n, char **args, const in
 WIDE static void NAME(distance_planes_dense_b)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
-    (void)strides;
     const REAL *prepared = (const REAL *)args[1];
+    (void)strides;
     char *a0 = args[0];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[4];
-        REAL x2[1];
-        NAME(load_4)(x0, a0 + i * 4 * w, w);
-        NAME(distance_planes_apply_b)(prepared, x0, x2);
-        NAME(store_scalar)(a2 + i * w, x2);
+    _Alignas(64) REAL r2[1 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[4];
+            REAL x2[1];
+            NAME(load_4)(x0, a0 + (first + i) * 4 * w, w);
+            NAME(distance_planes_apply_b)(prepared, x0, x2);
+            NAME(store_scalar)((char *)(r2 + i), x2);
+        }
+        NAME(store_span)(args[2], first, r2, 1);
     }
 }
 
@@ -15932,16 +18787,19 @@ WIDE static void NAME(distance_planes_dense)(intptr_t n, char **args, const intp
     (void)strides;
     char *a0 = args[0];
     char *a1 = args[1];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[4];
-        REAL x1[4];
-        REAL x2[1];
-        NAME(load_4)(x0, a0 + i * 4 * w, w);
-        NAME(load_4)(x1, a1 + i * 4 * w, w);
-        NAME(distance_planes)(x0, x1, x2);
-        NAME(store_scalar)(a2 + i * w, x2);
+    _Alignas(64) REAL r2[1 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[4];
+            REAL x1[4];
+            REAL x2[1];
+            NAME(load_4)(x0, a0 + (first + i) * 4 * w, w);
+            NAME(load_4)(x1, a1 + (first + i) * 4 * w, w);
+            NAME(distance_planes)(x0, x1, x2);
+            NAME(store_scalar)((char *)(r2 + i), x2);
+        }
+        NAME(store_span)(args[2], first, r2, 1);
     }
 }
 
@@ -15951,8 +18809,8 @@ void NAME(distance_planes_loop)(char **args, const intptr_t *dimensions, const i
     static const struct form forms[] = {{1, 2, NAME(distance_planes_start_a), NAME(distance_planes_block_a),
         NAME(distance_planes_dense_a)}, {2, 2, NAME(distance_planes_start_b), NAME(distance_planes_block_b),
         NAME(distance_planes_dense_b)}};
-    static const struct kernel kernel = {NAME(distance_planes_block), NAME(distance_planes_dense), 2, 3, 2, parts,
-        forms};
+    static const struct kernel kernel = {NAME(distance_planes_block), NAME(distance_planes_dense), 2, 3, 2, 0,
+        parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -16202,17 +19060,20 @@ WIDE static void NAME(distance_plane_circle_block_circle)(intptr_t n, char **arg
 WIDE static void NAME(distance_plane_circle_dense_circle)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
-    (void)strides;
     const REAL *prepared = (const REAL *)args[1];
+    (void)strides;
     char *a0 = args[0];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[4];
-        REAL x2[1];
-        NAME(load_4)(x0, a0 + i * 4 * w, w);
-        NAME(distance_plane_circle_apply_circle)(prepared, x0, x2);
-        NAME(store_scalar)(a2 + i * w, x2);
+    _Alignas(64) REAL r2[1 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[4];
+            REAL x2[1];
+            NAME(load_4)(x0, a0 + (first + i) * 4 * w, w);
+            NAME(distance_plane_circle_apply_circle)(prepared, x0, x2);
+            NAME(store_scalar)((char *)(r2 + i), x2);
+        }
+        NAME(store_span)(args[2], first, r2, 1);
     }
 }
 
@@ -16243,12 +19104,37 @@ WIDE static void NAME(distance_plane_circle_block)(intptr_t n, char **args, cons
     }
 }
 
+WIDE static void NAME(distance_plane_circle_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    _Alignas(64) REAL r0[4 * SPAN];
+    _Alignas(64) REAL r1[10 * SPAN];
+    _Alignas(64) REAL r2[1 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        NAME(load_span)(r0, args[0], first, 4);
+        NAME(load_span)(r1, args[1], first, 10);
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[4];
+            REAL x1[10];
+            REAL x2[1];
+            NAME(load_4)(x0, (char *)(r0 + i), SPAN * w);
+            NAME(load_10)(x1, (char *)(r1 + i), SPAN * w);
+            NAME(distance_plane_circle)(x0, x1, x2);
+            NAME(store_scalar)((char *)(r2 + i), x2);
+        }
+        NAME(store_span)(args[2], first, r2, 1);
+    }
+}
+
 void NAME(distance_plane_circle_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {10, 1, 1, {10}}, {1, 0, 2, {0}}};
     static const struct form forms[] = {{2, 2, NAME(distance_plane_circle_start_circle),
         NAME(distance_plane_circle_block_circle), NAME(distance_plane_circle_dense_circle)}};
-    static const struct kernel kernel = {NAME(distance_plane_circle_block), NULL, 2, 3, 1, parts, forms};
+    static const struct kernel kernel = {NAME(distance_plane_circle_block), NAME(distance_plane_circle_dense), 2, 3,
+        1, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -16452,17 +19338,20 @@ WIDE static void NAME(distance_plane_sphere_block_sphere)(intptr_t n, char **arg
 WIDE static void NAME(distance_plane_sphere_dense_sphere)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
-    (void)strides;
     const REAL *prepared = (const REAL *)args[1];
+    (void)strides;
     char *a0 = args[0];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[4];
-        REAL x2[1];
-        NAME(load_4)(x0, a0 + i * 4 * w, w);
-        NAME(distance_plane_sphere_apply_sphere)(prepared, x0, x2);
-        NAME(store_scalar)(a2 + i * w, x2);
+    _Alignas(64) REAL r2[1 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[4];
+            REAL x2[1];
+            NAME(load_4)(x0, a0 + (first + i) * 4 * w, w);
+            NAME(distance_plane_sphere_apply_sphere)(prepared, x0, x2);
+            NAME(store_scalar)((char *)(r2 + i), x2);
+        }
+        NAME(store_span)(args[2], first, r2, 1);
     }
 }
 
@@ -16488,6 +19377,27 @@ WIDE static void NAME(distance_plane_sphere_block_plane)(intptr_t n, char **args
         NAME(load_5)(x1, a1 + i * w, c1a);
         NAME(distance_plane_sphere_apply_plane)(prepared, x1, x2);
         NAME(store_scalar)(a2 + i * w, x2);
+    }
+}
+
+WIDE static void NAME(distance_plane_sphere_dense_plane)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    const REAL *prepared = (const REAL *)args[0];
+    (void)strides;
+    _Alignas(64) REAL r1[5 * SPAN];
+    _Alignas(64) REAL r2[1 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        NAME(load_span)(r1, args[1], first, 5);
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x1[5];
+            REAL x2[1];
+            NAME(load_5)(x1, (char *)(r1 + i), SPAN * w);
+            NAME(distance_plane_sphere_apply_plane)(prepared, x1, x2);
+            NAME(store_scalar)((char *)(r2 + i), x2);
+        }
+        NAME(store_span)(args[2], first, r2, 1);
     }
 }
 
@@ -16518,13 +19428,39 @@ WIDE static void NAME(distance_plane_sphere_block)(intptr_t n, char **args, cons
     }
 }
 
+WIDE static void NAME(distance_plane_sphere_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    _Alignas(64) REAL r0[4 * SPAN];
+    _Alignas(64) REAL r1[5 * SPAN];
+    _Alignas(64) REAL r2[1 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        NAME(load_span)(r0, args[0], first, 4);
+        NAME(load_span)(r1, args[1], first, 5);
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[4];
+            REAL x1[5];
+            REAL x2[1];
+            NAME(load_4)(x0, (char *)(r0 + i), SPAN * w);
+            NAME(load_5)(x1, (char *)(r1 + i), SPAN * w);
+            NAME(distance_plane_sphere)(x0, x1, x2);
+            NAME(store_scalar)((char *)(r2 + i), x2);
+        }
+        NAME(store_span)(args[2], first, r2, 1);
+    }
+}
+
 void NAME(distance_plane_sphere_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {5, 1, 1, {5}}, {1, 0, 2, {0}}};
     static const struct form forms[] = {{2, 2, NAME(distance_plane_sphere_start_sphere),
         NAME(distance_plane_sphere_block_sphere), NAME(distance_plane_sphere_dense_sphere)}, {1, 2,
-        NAME(distance_plane_sphere_start_plane), NAME(distance_plane_sphere_block_plane), NULL}};
-    static const struct kernel kernel = {NAME(distance_plane_sphere_block), NULL, 2, 3, 2, parts, forms};
+        NAME(distance_plane_sphere_start_plane), NAME(distance_plane_sphere_block_plane),
+        NAME(distance_plane_sphere_dense_plane)}};
+    static const struct kernel kernel = {NAME(distance_plane_sphere_block), NAME(distance_plane_sphere_dense), 2, 3,
+        2, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -16778,20 +19714,24 @@ WIDE static void NAME(distance_plane_point_pair_block_pair)(intptr_t n, char **a
 WIDE static void NAME(distance_plane_point_pair_dense_pair)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
-    (void)strides;
     const REAL *prepared = (const REAL *)args[1];
+    (void)strides;
     char *a0 = args[0];
-    char *a2 = args[2];
-    char *a3 = args[3];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[4];
-        REAL x2[1];
-        REAL x3[1];
-        NAME(load_4)(x0, a0 + i * 4 * w, w);
-        NAME(distance_plane_point_pair_apply_pair)(prepared, x0, x2, x3);
-        NAME(store_scalar)(a2 + i * w, x2);
-        NAME(store_scalar)(a3 + i * w, x3);
+    _Alignas(64) REAL r2[1 * SPAN];
+    _Alignas(64) REAL r3[1 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[4];
+            REAL x2[1];
+            REAL x3[1];
+            NAME(load_4)(x0, a0 + (first + i) * 4 * w, w);
+            NAME(distance_plane_point_pair_apply_pair)(prepared, x0, x2, x3);
+            NAME(store_scalar)((char *)(r2 + i), x2);
+            NAME(store_scalar)((char *)(r3 + i), x3);
+        }
+        NAME(store_span)(args[2], first, r2, 1);
+        NAME(store_span)(args[3], first, r3, 1);
     }
 }
 
@@ -16825,12 +19765,41 @@ WIDE static void NAME(distance_plane_point_pair_block)(intptr_t n, char **args, 
     }
 }
 
+WIDE static void NAME(distance_plane_point_pair_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    _Alignas(64) REAL r0[4 * SPAN];
+    _Alignas(64) REAL r1[10 * SPAN];
+    _Alignas(64) REAL r2[1 * SPAN];
+    _Alignas(64) REAL r3[1 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        NAME(load_span)(r0, args[0], first, 4);
+        NAME(load_span)(r1, args[1], first, 10);
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[4];
+            REAL x1[10];
+            REAL x2[1];
+            REAL x3[1];
+            NAME(load_4)(x0, (char *)(r0 + i), SPAN * w);
+            NAME(load_10)(x1, (char *)(r1 + i), SPAN * w);
+            NAME(distance_plane_point_pair)(x0, x1, x2, x3);
+            NAME(store_scalar)((char *)(r2 + i), x2);
+            NAME(store_scalar)((char *)(r3 + i), x3);
+        }
+        NAME(store_span)(args[2], first, r2, 1);
+        NAME(store_span)(args[3], first, r3, 1);
+    }
+}
+
 void NAME(distance_plane_point_pair_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {10, 1, 1, {10}}, {1, 0, 2, {0}}, {1, 0, 2, {0}}};
     static const struct form forms[] = {{2, 2, NAME(distance_plane_point_pair_start_pair),
         NAME(distance_plane_point_pair_block_pair), NAME(distance_plane_point_pair_dense_pair)}};
-    static const struct kernel kernel = {NAME(distance_plane_point_pair_block), NULL, 2, 4, 1, parts, forms};
+    static const struct kernel kernel = {NAME(distance_plane_point_pair_block),
+        NAME(distance_plane_point_pair_dense), 2, 4, 1, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -17238,6 +20207,27 @@ WIDE static void NAME(distance_circle_sphere_block_circle)(intptr_t n, char **ar
     }
 }
 
+WIDE static void NAME(distance_circle_sphere_dense_circle)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    const REAL *prepared = (const REAL *)args[0];
+    (void)strides;
+    _Alignas(64) REAL r1[5 * SPAN];
+    _Alignas(64) REAL r2[1 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        NAME(load_span)(r1, args[1], first, 5);
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x1[5];
+            REAL x2[1];
+            NAME(load_5)(x1, (char *)(r1 + i), SPAN * w);
+            NAME(distance_circle_sphere_apply_circle)(prepared, x1, x2);
+            NAME(store_scalar)((char *)(r2 + i), x2);
+        }
+        NAME(store_span)(args[2], first, r2, 1);
+    }
+}
+
 static void NAME(distance_circle_sphere_start_circle)(char **args, const intptr_t *strides, void *prepared)
 {
     const intptr_t c0a = strides[0];
@@ -17260,6 +20250,27 @@ WIDE static void NAME(distance_circle_sphere_block_sphere)(intptr_t n, char **ar
         NAME(load_10)(x0, a0 + i * w, c0a);
         NAME(distance_circle_sphere_apply_sphere)(prepared, x0, x2);
         NAME(store_scalar)(a2 + i * w, x2);
+    }
+}
+
+WIDE static void NAME(distance_circle_sphere_dense_sphere)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    const REAL *prepared = (const REAL *)args[1];
+    (void)strides;
+    _Alignas(64) REAL r0[10 * SPAN];
+    _Alignas(64) REAL r2[1 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        NAME(load_span)(r0, args[0], first, 10);
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[10];
+            REAL x2[1];
+            NAME(load_10)(x0, (char *)(r0 + i), SPAN * w);
+            NAME(distance_circle_sphere_apply_sphere)(prepared, x0, x2);
+            NAME(store_scalar)((char *)(r2 + i), x2);
+        }
+        NAME(store_span)(args[2], first, r2, 1);
     }
 }
 
@@ -17290,13 +20301,39 @@ WIDE static void NAME(distance_circle_sphere_block)(intptr_t n, char **args, con
     }
 }
 
+WIDE static void NAME(distance_circle_sphere_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    _Alignas(64) REAL r0[10 * SPAN];
+    _Alignas(64) REAL r1[5 * SPAN];
+    _Alignas(64) REAL r2[1 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        NAME(load_span)(r0, args[0], first, 10);
+        NAME(load_span)(r1, args[1], first, 5);
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[10];
+            REAL x1[5];
+            REAL x2[1];
+            NAME(load_10)(x0, (char *)(r0 + i), SPAN * w);
+            NAME(load_5)(x1, (char *)(r1 + i), SPAN * w);
+            NAME(distance_circle_sphere)(x0, x1, x2);
+            NAME(store_scalar)((char *)(r2 + i), x2);
+        }
+        NAME(store_span)(args[2], first, r2, 1);
+    }
+}
+
 void NAME(distance_circle_sphere_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{10, 1, 0, {10}}, {5, 1, 1, {5}}, {1, 0, 2, {0}}};
     static const struct form forms[] = {{1, 2, NAME(distance_circle_sphere_start_circle),
-        NAME(distance_circle_sphere_block_circle), NULL}, {2, 2, NAME(distance_circle_sphere_start_sphere),
-        NAME(distance_circle_sphere_block_sphere), NULL}};
-    static const struct kernel kernel = {NAME(distance_circle_sphere_block), NULL, 2, 3, 2, parts, forms};
+        NAME(distance_circle_sphere_block_circle), NAME(distance_circle_sphere_dense_circle)}, {2, 2,
+        NAME(distance_circle_sphere_start_sphere), NAME(distance_circle_sphere_block_sphere),
+        NAME(distance_circle_sphere_dense_sphere)}};
+    static const struct kernel kernel = {NAME(distance_circle_sphere_block), NAME(distance_circle_sphere_dense), 2,
+        3, 2, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -17975,7 +21012,7 @@ void NAME(distance_circle_point_pair_loop)(char **args, const intptr_t *dimensio
     static const struct form forms[] = {{2, 2, NAME(distance_circle_point_pair_start_pair),
         NAME(distance_circle_point_pair_block_pair), NULL}, {1, 2, NAME(distance_circle_point_pair_start_circle),
         NAME(distance_circle_point_pair_block_circle), NULL}};
-    static const struct kernel kernel = {NAME(distance_circle_point_pair_block), NULL, 2, 4, 2, parts, forms};
+    static const struct kernel kernel = {NAME(distance_circle_point_pair_block), NULL, 2, 4, 2, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -18215,6 +21252,27 @@ WIDE static void NAME(distance_spheres_block_a)(intptr_t n, char **args, const i
     }
 }
 
+WIDE static void NAME(distance_spheres_dense_a)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    const REAL *prepared = (const REAL *)args[0];
+    (void)strides;
+    _Alignas(64) REAL r1[5 * SPAN];
+    _Alignas(64) REAL r2[1 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        NAME(load_span)(r1, args[1], first, 5);
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x1[5];
+            REAL x2[1];
+            NAME(load_5)(x1, (char *)(r1 + i), SPAN * w);
+            NAME(distance_spheres_apply_a)(prepared, x1, x2);
+            NAME(store_scalar)((char *)(r2 + i), x2);
+        }
+        NAME(store_span)(args[2], first, r2, 1);
+    }
+}
+
 static void NAME(distance_spheres_start_a)(char **args, const intptr_t *strides, void *prepared)
 {
     const intptr_t c0a = strides[0];
@@ -18237,6 +21295,27 @@ WIDE static void NAME(distance_spheres_block_b)(intptr_t n, char **args, const i
         NAME(load_5)(x0, a0 + i * w, c0a);
         NAME(distance_spheres_apply_b)(prepared, x0, x2);
         NAME(store_scalar)(a2 + i * w, x2);
+    }
+}
+
+WIDE static void NAME(distance_spheres_dense_b)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    const REAL *prepared = (const REAL *)args[1];
+    (void)strides;
+    _Alignas(64) REAL r0[5 * SPAN];
+    _Alignas(64) REAL r2[1 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        NAME(load_span)(r0, args[0], first, 5);
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[5];
+            REAL x2[1];
+            NAME(load_5)(x0, (char *)(r0 + i), SPAN * w);
+            NAME(distance_spheres_apply_b)(prepared, x0, x2);
+            NAME(store_scalar)((char *)(r2 + i), x2);
+        }
+        NAME(store_span)(args[2], first, r2, 1);
     }
 }
 
@@ -18267,12 +21346,38 @@ WIDE static void NAME(distance_spheres_block)(intptr_t n, char **args, const int
     }
 }
 
+WIDE static void NAME(distance_spheres_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    _Alignas(64) REAL r0[5 * SPAN];
+    _Alignas(64) REAL r1[5 * SPAN];
+    _Alignas(64) REAL r2[1 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        NAME(load_span)(r0, args[0], first, 5);
+        NAME(load_span)(r1, args[1], first, 5);
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[5];
+            REAL x1[5];
+            REAL x2[1];
+            NAME(load_5)(x0, (char *)(r0 + i), SPAN * w);
+            NAME(load_5)(x1, (char *)(r1 + i), SPAN * w);
+            NAME(distance_spheres)(x0, x1, x2);
+            NAME(store_scalar)((char *)(r2 + i), x2);
+        }
+        NAME(store_span)(args[2], first, r2, 1);
+    }
+}
+
 void NAME(distance_spheres_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{5, 1, 0, {5}}, {5, 1, 1, {5}}, {1, 0, 2, {0}}};
     static const struct form forms[] = {{1, 2, NAME(distance_spheres_start_a), NAME(distance_spheres_block_a),
-        NULL}, {2, 2, NAME(distance_spheres_start_b), NAME(distance_spheres_block_b), NULL}};
-    static const struct kernel kernel = {NAME(distance_spheres_block), NULL, 2, 3, 2, parts, forms};
+        NAME(distance_spheres_dense_a)}, {2, 2, NAME(distance_spheres_start_b), NAME(distance_spheres_block_b),
+        NAME(distance_spheres_dense_b)}};
+    static const struct kernel kernel = {NAME(distance_spheres_block), NAME(distance_spheres_dense), 2, 3, 2, 0,
+        parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -18686,6 +21791,31 @@ WIDE static void NAME(distance_sphere_point_pair_block_pair)(intptr_t n, char **
     }
 }
 
+WIDE static void NAME(distance_sphere_point_pair_dense_pair)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    const REAL *prepared = (const REAL *)args[1];
+    (void)strides;
+    _Alignas(64) REAL r0[5 * SPAN];
+    _Alignas(64) REAL r2[1 * SPAN];
+    _Alignas(64) REAL r3[1 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        NAME(load_span)(r0, args[0], first, 5);
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[5];
+            REAL x2[1];
+            REAL x3[1];
+            NAME(load_5)(x0, (char *)(r0 + i), SPAN * w);
+            NAME(distance_sphere_point_pair_apply_pair)(prepared, x0, x2, x3);
+            NAME(store_scalar)((char *)(r2 + i), x2);
+            NAME(store_scalar)((char *)(r3 + i), x3);
+        }
+        NAME(store_span)(args[2], first, r2, 1);
+        NAME(store_span)(args[3], first, r3, 1);
+    }
+}
+
 static void NAME(distance_sphere_point_pair_start_pair)(char **args, const intptr_t *strides, void *prepared)
 {
     const intptr_t c1a = strides[1];
@@ -18711,6 +21841,31 @@ WIDE static void NAME(distance_sphere_point_pair_block_sphere)(intptr_t n, char 
         NAME(distance_sphere_point_pair_apply_sphere)(prepared, x1, x2, x3);
         NAME(store_scalar)(a2 + i * w, x2);
         NAME(store_scalar)(a3 + i * w, x3);
+    }
+}
+
+WIDE static void NAME(distance_sphere_point_pair_dense_sphere)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    const REAL *prepared = (const REAL *)args[0];
+    (void)strides;
+    _Alignas(64) REAL r1[10 * SPAN];
+    _Alignas(64) REAL r2[1 * SPAN];
+    _Alignas(64) REAL r3[1 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        NAME(load_span)(r1, args[1], first, 10);
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x1[10];
+            REAL x2[1];
+            REAL x3[1];
+            NAME(load_10)(x1, (char *)(r1 + i), SPAN * w);
+            NAME(distance_sphere_point_pair_apply_sphere)(prepared, x1, x2, x3);
+            NAME(store_scalar)((char *)(r2 + i), x2);
+            NAME(store_scalar)((char *)(r3 + i), x3);
+        }
+        NAME(store_span)(args[2], first, r2, 1);
+        NAME(store_span)(args[3], first, r3, 1);
     }
 }
 
@@ -18744,13 +21899,43 @@ WIDE static void NAME(distance_sphere_point_pair_block)(intptr_t n, char **args,
     }
 }
 
+WIDE static void NAME(distance_sphere_point_pair_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    _Alignas(64) REAL r0[5 * SPAN];
+    _Alignas(64) REAL r1[10 * SPAN];
+    _Alignas(64) REAL r2[1 * SPAN];
+    _Alignas(64) REAL r3[1 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        NAME(load_span)(r0, args[0], first, 5);
+        NAME(load_span)(r1, args[1], first, 10);
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[5];
+            REAL x1[10];
+            REAL x2[1];
+            REAL x3[1];
+            NAME(load_5)(x0, (char *)(r0 + i), SPAN * w);
+            NAME(load_10)(x1, (char *)(r1 + i), SPAN * w);
+            NAME(distance_sphere_point_pair)(x0, x1, x2, x3);
+            NAME(store_scalar)((char *)(r2 + i), x2);
+            NAME(store_scalar)((char *)(r3 + i), x3);
+        }
+        NAME(store_span)(args[2], first, r2, 1);
+        NAME(store_span)(args[3], first, r3, 1);
+    }
+}
+
 void NAME(distance_sphere_point_pair_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{5, 1, 0, {5}}, {10, 1, 1, {10}}, {1, 0, 2, {0}}, {1, 0, 2, {0}}};
     static const struct form forms[] = {{2, 2, NAME(distance_sphere_point_pair_start_pair),
-        NAME(distance_sphere_point_pair_block_pair), NULL}, {1, 2, NAME(distance_sphere_point_pair_start_sphere),
-        NAME(distance_sphere_point_pair_block_sphere), NULL}};
-    static const struct kernel kernel = {NAME(distance_sphere_point_pair_block), NULL, 2, 4, 2, parts, forms};
+        NAME(distance_sphere_point_pair_block_pair), NAME(distance_sphere_point_pair_dense_pair)}, {1, 2,
+        NAME(distance_sphere_point_pair_start_sphere), NAME(distance_sphere_point_pair_block_sphere),
+        NAME(distance_sphere_point_pair_dense_sphere)}};
+    static const struct kernel kernel = {NAME(distance_sphere_point_pair_block),
+        NAME(distance_sphere_point_pair_dense), 2, 4, 2, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -19334,6 +22519,27 @@ WIDE static void NAME(distance_point_pairs_block_a)(intptr_t n, char **args, con
     }
 }
 
+WIDE static void NAME(distance_point_pairs_dense_a)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    const REAL *prepared = (const REAL *)args[0];
+    (void)strides;
+    _Alignas(64) REAL r1[10 * SPAN];
+    _Alignas(64) REAL r2[1 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        NAME(load_span)(r1, args[1], first, 10);
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x1[10];
+            REAL x2[1];
+            NAME(load_10)(x1, (char *)(r1 + i), SPAN * w);
+            NAME(distance_point_pairs_apply_a)(prepared, x1, x2);
+            NAME(store_scalar)((char *)(r2 + i), x2);
+        }
+        NAME(store_span)(args[2], first, r2, 1);
+    }
+}
+
 static void NAME(distance_point_pairs_start_a)(char **args, const intptr_t *strides, void *prepared)
 {
     const intptr_t c0a = strides[0];
@@ -19356,6 +22562,27 @@ WIDE static void NAME(distance_point_pairs_block_b)(intptr_t n, char **args, con
         NAME(load_10)(x0, a0 + i * w, c0a);
         NAME(distance_point_pairs_apply_b)(prepared, x0, x2);
         NAME(store_scalar)(a2 + i * w, x2);
+    }
+}
+
+WIDE static void NAME(distance_point_pairs_dense_b)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    const REAL *prepared = (const REAL *)args[1];
+    (void)strides;
+    _Alignas(64) REAL r0[10 * SPAN];
+    _Alignas(64) REAL r2[1 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        NAME(load_span)(r0, args[0], first, 10);
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[10];
+            REAL x2[1];
+            NAME(load_10)(x0, (char *)(r0 + i), SPAN * w);
+            NAME(distance_point_pairs_apply_b)(prepared, x0, x2);
+            NAME(store_scalar)((char *)(r2 + i), x2);
+        }
+        NAME(store_span)(args[2], first, r2, 1);
     }
 }
 
@@ -19390,9 +22617,10 @@ void NAME(distance_point_pairs_loop)(char **args, const intptr_t *dimensions, co
 {
     static const struct part parts[] = {{10, 1, 0, {10}}, {10, 1, 1, {10}}, {1, 0, 2, {0}}};
     static const struct form forms[] = {{1, 2, NAME(distance_point_pairs_start_a),
-        NAME(distance_point_pairs_block_a), NULL}, {2, 2, NAME(distance_point_pairs_start_b),
-        NAME(distance_point_pairs_block_b), NULL}};
-    static const struct kernel kernel = {NAME(distance_point_pairs_block), NULL, 2, 3, 2, parts, forms};
+        NAME(distance_point_pairs_block_a), NAME(distance_point_pairs_dense_a)}, {2, 2,
+        NAME(distance_point_pairs_start_b), NAME(distance_point_pairs_block_b),
+        NAME(distance_point_pairs_dense_b)}};
+    static const struct kernel kernel = {NAME(distance_point_pairs_block), NULL, 2, 3, 2, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -19436,7 +22664,7 @@ WIDE static void NAME(angle_between_lines_block)(intptr_t n, char **args, const 
     char *a1 = args[1];
     char *a2 = args[2];
     ANY_ORDER
-    for (intptr_t i = 0; i < n; ++i) {
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
         REAL x0[6];
         REAL x1[6];
         REAL x2[1];
@@ -19450,7 +22678,7 @@ WIDE static void NAME(angle_between_lines_block)(intptr_t n, char **args, const 
 void NAME(angle_between_lines_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{6, 1, 0, {6}}, {6, 1, 1, {6}}, {1, 0, 2, {0}}};
-    static const struct kernel kernel = {NAME(angle_between_lines_block), NULL, 2, 3, 0, parts, NULL};
+    static const struct kernel kernel = {NAME(angle_between_lines_block), NULL, 2, 3, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -19494,7 +22722,7 @@ WIDE static void NAME(angle_between_planes_block)(intptr_t n, char **args, const
     char *a1 = args[1];
     char *a2 = args[2];
     ANY_ORDER
-    for (intptr_t i = 0; i < n; ++i) {
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
         REAL x0[4];
         REAL x1[4];
         REAL x2[1];
@@ -19508,7 +22736,7 @@ WIDE static void NAME(angle_between_planes_block)(intptr_t n, char **args, const
 void NAME(angle_between_planes_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {4, 1, 1, {4}}, {1, 0, 2, {0}}};
-    static const struct kernel kernel = {NAME(angle_between_planes_block), NULL, 2, 3, 0, parts, NULL};
+    static const struct kernel kernel = {NAME(angle_between_planes_block), NULL, 2, 3, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -19552,7 +22780,7 @@ WIDE static void NAME(angle_between_line_and_plane_block)(intptr_t n, char **arg
     char *a1 = args[1];
     char *a2 = args[2];
     ANY_ORDER
-    for (intptr_t i = 0; i < n; ++i) {
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
         REAL x0[6];
         REAL x1[4];
         REAL x2[1];
@@ -19566,7 +22794,7 @@ WIDE static void NAME(angle_between_line_and_plane_block)(intptr_t n, char **arg
 void NAME(angle_between_line_and_plane_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{6, 1, 0, {6}}, {4, 1, 1, {4}}, {1, 0, 2, {0}}};
-    static const struct kernel kernel = {NAME(angle_between_line_and_plane_block), NULL, 2, 3, 0, parts, NULL};
+    static const struct kernel kernel = {NAME(angle_between_line_and_plane_block), NULL, 2, 3, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -19610,7 +22838,7 @@ WIDE static void NAME(angle_between_circles_block)(intptr_t n, char **args, cons
     char *a1 = args[1];
     char *a2 = args[2];
     ANY_ORDER
-    for (intptr_t i = 0; i < n; ++i) {
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
         REAL x0[10];
         REAL x1[10];
         REAL x2[1];
@@ -19624,7 +22852,7 @@ WIDE static void NAME(angle_between_circles_block)(intptr_t n, char **args, cons
 void NAME(angle_between_circles_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{10, 1, 0, {10}}, {10, 1, 1, {10}}, {1, 0, 2, {0}}};
-    static const struct kernel kernel = {NAME(angle_between_circles_block), NULL, 2, 3, 0, parts, NULL};
+    static const struct kernel kernel = {NAME(angle_between_circles_block), NULL, 2, 3, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -19668,7 +22896,7 @@ WIDE static void NAME(angle_between_circle_and_plane_block)(intptr_t n, char **a
     char *a1 = args[1];
     char *a2 = args[2];
     ANY_ORDER
-    for (intptr_t i = 0; i < n; ++i) {
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
         REAL x0[10];
         REAL x1[4];
         REAL x2[1];
@@ -19682,7 +22910,7 @@ WIDE static void NAME(angle_between_circle_and_plane_block)(intptr_t n, char **a
 void NAME(angle_between_circle_and_plane_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{10, 1, 0, {10}}, {4, 1, 1, {4}}, {1, 0, 2, {0}}};
-    static const struct kernel kernel = {NAME(angle_between_circle_and_plane_block), NULL, 2, 3, 0, parts, NULL};
+    static const struct kernel kernel = {NAME(angle_between_circle_and_plane_block), NULL, 2, 3, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -19726,7 +22954,7 @@ WIDE static void NAME(angle_between_line_and_circle_block)(intptr_t n, char **ar
     char *a1 = args[1];
     char *a2 = args[2];
     ANY_ORDER
-    for (intptr_t i = 0; i < n; ++i) {
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
         REAL x0[6];
         REAL x1[10];
         REAL x2[1];
@@ -19740,7 +22968,7 @@ WIDE static void NAME(angle_between_line_and_circle_block)(intptr_t n, char **ar
 void NAME(angle_between_line_and_circle_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{6, 1, 0, {6}}, {10, 1, 1, {10}}, {1, 0, 2, {0}}};
-    static const struct kernel kernel = {NAME(angle_between_line_and_circle_block), NULL, 2, 3, 0, parts, NULL};
+    static const struct kernel kernel = {NAME(angle_between_line_and_circle_block), NULL, 2, 3, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -19784,7 +23012,7 @@ WIDE static void NAME(angle_between_point_pairs_block)(intptr_t n, char **args, 
     char *a1 = args[1];
     char *a2 = args[2];
     ANY_ORDER
-    for (intptr_t i = 0; i < n; ++i) {
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
         REAL x0[10];
         REAL x1[10];
         REAL x2[1];
@@ -19798,7 +23026,7 @@ WIDE static void NAME(angle_between_point_pairs_block)(intptr_t n, char **args, 
 void NAME(angle_between_point_pairs_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{10, 1, 0, {10}}, {10, 1, 1, {10}}, {1, 0, 2, {0}}};
-    static const struct kernel kernel = {NAME(angle_between_point_pairs_block), NULL, 2, 3, 0, parts, NULL};
+    static const struct kernel kernel = {NAME(angle_between_point_pairs_block), NULL, 2, 3, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -19842,7 +23070,7 @@ WIDE static void NAME(angle_between_point_pair_and_line_block)(intptr_t n, char 
     char *a1 = args[1];
     char *a2 = args[2];
     ANY_ORDER
-    for (intptr_t i = 0; i < n; ++i) {
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
         REAL x0[10];
         REAL x1[6];
         REAL x2[1];
@@ -19856,7 +23084,8 @@ WIDE static void NAME(angle_between_point_pair_and_line_block)(intptr_t n, char 
 void NAME(angle_between_point_pair_and_line_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{10, 1, 0, {10}}, {6, 1, 1, {6}}, {1, 0, 2, {0}}};
-    static const struct kernel kernel = {NAME(angle_between_point_pair_and_line_block), NULL, 2, 3, 0, parts, NULL};
+    static const struct kernel kernel = {NAME(angle_between_point_pair_and_line_block), NULL, 2, 3, 0, 0, parts,
+        NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -19900,7 +23129,7 @@ WIDE static void NAME(angle_between_point_pair_and_plane_block)(intptr_t n, char
     char *a1 = args[1];
     char *a2 = args[2];
     ANY_ORDER
-    for (intptr_t i = 0; i < n; ++i) {
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
         REAL x0[10];
         REAL x1[4];
         REAL x2[1];
@@ -19914,7 +23143,7 @@ WIDE static void NAME(angle_between_point_pair_and_plane_block)(intptr_t n, char
 void NAME(angle_between_point_pair_and_plane_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{10, 1, 0, {10}}, {4, 1, 1, {4}}, {1, 0, 2, {0}}};
-    static const struct kernel kernel = {NAME(angle_between_point_pair_and_plane_block), NULL, 2, 3, 0, parts,
+    static const struct kernel kernel = {NAME(angle_between_point_pair_and_plane_block), NULL, 2, 3, 0, 0, parts,
         NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -19959,7 +23188,7 @@ WIDE static void NAME(angle_between_point_pair_and_circle_block)(intptr_t n, cha
     char *a1 = args[1];
     char *a2 = args[2];
     ANY_ORDER
-    for (intptr_t i = 0; i < n; ++i) {
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
         REAL x0[10];
         REAL x1[10];
         REAL x2[1];
@@ -19973,7 +23202,7 @@ WIDE static void NAME(angle_between_point_pair_and_circle_block)(intptr_t n, cha
 void NAME(angle_between_point_pair_and_circle_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{10, 1, 0, {10}}, {10, 1, 1, {10}}, {1, 0, 2, {0}}};
-    static const struct kernel kernel = {NAME(angle_between_point_pair_and_circle_block), NULL, 2, 3, 0, parts,
+    static const struct kernel kernel = {NAME(angle_between_point_pair_and_circle_block), NULL, 2, 3, 0, 0, parts,
         NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -20040,10 +23269,35 @@ WIDE static void NAME(inversive_distance_block)(intptr_t n, char **args, const i
     }
 }
 
+WIDE static void NAME(inversive_distance_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    _Alignas(64) REAL r0[5 * SPAN];
+    _Alignas(64) REAL r1[5 * SPAN];
+    _Alignas(64) REAL r2[1 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        NAME(load_span)(r0, args[0], first, 5);
+        NAME(load_span)(r1, args[1], first, 5);
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[5];
+            REAL x1[5];
+            REAL x2[1];
+            NAME(load_5)(x0, (char *)(r0 + i), SPAN * w);
+            NAME(load_5)(x1, (char *)(r1 + i), SPAN * w);
+            NAME(inversive_distance)(x0, x1, x2);
+            NAME(store_scalar)((char *)(r2 + i), x2);
+        }
+        NAME(store_span)(args[2], first, r2, 1);
+    }
+}
+
 void NAME(inversive_distance_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{5, 1, 0, {5}}, {5, 1, 1, {5}}, {1, 0, 2, {0}}};
-    static const struct kernel kernel = {NAME(inversive_distance_block), NULL, 2, 3, 0, parts, NULL};
+    static const struct kernel kernel = {NAME(inversive_distance_block), NAME(inversive_distance_dense), 2, 3, 0, 0,
+        parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -20099,7 +23353,7 @@ WIDE static void NAME(angle_between_dual_spheres_block)(intptr_t n, char **args,
     char *a1 = args[1];
     char *a2 = args[2];
     ANY_ORDER
-    for (intptr_t i = 0; i < n; ++i) {
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
         REAL x0[5];
         REAL x1[5];
         REAL x2[1];
@@ -20113,7 +23367,7 @@ WIDE static void NAME(angle_between_dual_spheres_block)(intptr_t n, char **args,
 void NAME(angle_between_dual_spheres_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{5, 1, 0, {5}}, {5, 1, 1, {5}}, {1, 0, 2, {0}}};
-    static const struct kernel kernel = {NAME(angle_between_dual_spheres_block), NULL, 2, 3, 0, parts, NULL};
+    static const struct kernel kernel = {NAME(angle_between_dual_spheres_block), NULL, 2, 3, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -20411,6 +23665,27 @@ WIDE static void NAME(inversive_product_circles_block_a)(intptr_t n, char **args
     }
 }
 
+WIDE static void NAME(inversive_product_circles_dense_a)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    const REAL *prepared = (const REAL *)args[0];
+    (void)strides;
+    _Alignas(64) REAL r1[10 * SPAN];
+    _Alignas(64) REAL r2[1 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        NAME(load_span)(r1, args[1], first, 10);
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x1[10];
+            REAL x2[1];
+            NAME(load_10)(x1, (char *)(r1 + i), SPAN * w);
+            NAME(inversive_product_circles_apply_a)(prepared, x1, x2);
+            NAME(store_scalar)((char *)(r2 + i), x2);
+        }
+        NAME(store_span)(args[2], first, r2, 1);
+    }
+}
+
 static void NAME(inversive_product_circles_start_a)(char **args, const intptr_t *strides, void *prepared)
 {
     const intptr_t c0a = strides[0];
@@ -20433,6 +23708,27 @@ WIDE static void NAME(inversive_product_circles_block_b)(intptr_t n, char **args
         NAME(load_10)(x0, a0 + i * w, c0a);
         NAME(inversive_product_circles_apply_b)(prepared, x0, x2);
         NAME(store_scalar)(a2 + i * w, x2);
+    }
+}
+
+WIDE static void NAME(inversive_product_circles_dense_b)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    const REAL *prepared = (const REAL *)args[1];
+    (void)strides;
+    _Alignas(64) REAL r0[10 * SPAN];
+    _Alignas(64) REAL r2[1 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        NAME(load_span)(r0, args[0], first, 10);
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[10];
+            REAL x2[1];
+            NAME(load_10)(x0, (char *)(r0 + i), SPAN * w);
+            NAME(inversive_product_circles_apply_b)(prepared, x0, x2);
+            NAME(store_scalar)((char *)(r2 + i), x2);
+        }
+        NAME(store_span)(args[2], first, r2, 1);
     }
 }
 
@@ -20463,13 +23759,39 @@ WIDE static void NAME(inversive_product_circles_block)(intptr_t n, char **args, 
     }
 }
 
+WIDE static void NAME(inversive_product_circles_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    _Alignas(64) REAL r0[10 * SPAN];
+    _Alignas(64) REAL r1[10 * SPAN];
+    _Alignas(64) REAL r2[1 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        NAME(load_span)(r0, args[0], first, 10);
+        NAME(load_span)(r1, args[1], first, 10);
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[10];
+            REAL x1[10];
+            REAL x2[1];
+            NAME(load_10)(x0, (char *)(r0 + i), SPAN * w);
+            NAME(load_10)(x1, (char *)(r1 + i), SPAN * w);
+            NAME(inversive_product_circles)(x0, x1, x2);
+            NAME(store_scalar)((char *)(r2 + i), x2);
+        }
+        NAME(store_span)(args[2], first, r2, 1);
+    }
+}
+
 void NAME(inversive_product_circles_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{10, 1, 0, {10}}, {10, 1, 1, {10}}, {1, 0, 2, {0}}};
     static const struct form forms[] = {{1, 2, NAME(inversive_product_circles_start_a),
-        NAME(inversive_product_circles_block_a), NULL}, {2, 2, NAME(inversive_product_circles_start_b),
-        NAME(inversive_product_circles_block_b), NULL}};
-    static const struct kernel kernel = {NAME(inversive_product_circles_block), NULL, 2, 3, 2, parts, forms};
+        NAME(inversive_product_circles_block_a), NAME(inversive_product_circles_dense_a)}, {2, 2,
+        NAME(inversive_product_circles_start_b), NAME(inversive_product_circles_block_b),
+        NAME(inversive_product_circles_dense_b)}};
+    static const struct kernel kernel = {NAME(inversive_product_circles_block),
+        NAME(inversive_product_circles_dense), 2, 3, 2, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -20767,6 +24089,27 @@ WIDE static void NAME(inversive_product_point_pairs_block_a)(intptr_t n, char **
     }
 }
 
+WIDE static void NAME(inversive_product_point_pairs_dense_a)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    const REAL *prepared = (const REAL *)args[0];
+    (void)strides;
+    _Alignas(64) REAL r1[10 * SPAN];
+    _Alignas(64) REAL r2[1 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        NAME(load_span)(r1, args[1], first, 10);
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x1[10];
+            REAL x2[1];
+            NAME(load_10)(x1, (char *)(r1 + i), SPAN * w);
+            NAME(inversive_product_point_pairs_apply_a)(prepared, x1, x2);
+            NAME(store_scalar)((char *)(r2 + i), x2);
+        }
+        NAME(store_span)(args[2], first, r2, 1);
+    }
+}
+
 static void NAME(inversive_product_point_pairs_start_a)(char **args, const intptr_t *strides, void *prepared)
 {
     const intptr_t c0a = strides[0];
@@ -20789,6 +24132,27 @@ WIDE static void NAME(inversive_product_point_pairs_block_b)(intptr_t n, char **
         NAME(load_10)(x0, a0 + i * w, c0a);
         NAME(inversive_product_point_pairs_apply_b)(prepared, x0, x2);
         NAME(store_scalar)(a2 + i * w, x2);
+    }
+}
+
+WIDE static void NAME(inversive_product_point_pairs_dense_b)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    const REAL *prepared = (const REAL *)args[1];
+    (void)strides;
+    _Alignas(64) REAL r0[10 * SPAN];
+    _Alignas(64) REAL r2[1 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        NAME(load_span)(r0, args[0], first, 10);
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[10];
+            REAL x2[1];
+            NAME(load_10)(x0, (char *)(r0 + i), SPAN * w);
+            NAME(inversive_product_point_pairs_apply_b)(prepared, x0, x2);
+            NAME(store_scalar)((char *)(r2 + i), x2);
+        }
+        NAME(store_span)(args[2], first, r2, 1);
     }
 }
 
@@ -20819,13 +24183,39 @@ WIDE static void NAME(inversive_product_point_pairs_block)(intptr_t n, char **ar
     }
 }
 
+WIDE static void NAME(inversive_product_point_pairs_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    _Alignas(64) REAL r0[10 * SPAN];
+    _Alignas(64) REAL r1[10 * SPAN];
+    _Alignas(64) REAL r2[1 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        NAME(load_span)(r0, args[0], first, 10);
+        NAME(load_span)(r1, args[1], first, 10);
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[10];
+            REAL x1[10];
+            REAL x2[1];
+            NAME(load_10)(x0, (char *)(r0 + i), SPAN * w);
+            NAME(load_10)(x1, (char *)(r1 + i), SPAN * w);
+            NAME(inversive_product_point_pairs)(x0, x1, x2);
+            NAME(store_scalar)((char *)(r2 + i), x2);
+        }
+        NAME(store_span)(args[2], first, r2, 1);
+    }
+}
+
 void NAME(inversive_product_point_pairs_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{10, 1, 0, {10}}, {10, 1, 1, {10}}, {1, 0, 2, {0}}};
     static const struct form forms[] = {{1, 2, NAME(inversive_product_point_pairs_start_a),
-        NAME(inversive_product_point_pairs_block_a), NULL}, {2, 2, NAME(inversive_product_point_pairs_start_b),
-        NAME(inversive_product_point_pairs_block_b), NULL}};
-    static const struct kernel kernel = {NAME(inversive_product_point_pairs_block), NULL, 2, 3, 2, parts, forms};
+        NAME(inversive_product_point_pairs_block_a), NAME(inversive_product_point_pairs_dense_a)}, {2, 2,
+        NAME(inversive_product_point_pairs_start_b), NAME(inversive_product_point_pairs_block_b),
+        NAME(inversive_product_point_pairs_dense_b)}};
+    static const struct kernel kernel = {NAME(inversive_product_point_pairs_block),
+        NAME(inversive_product_point_pairs_dense), 2, 3, 2, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -20958,10 +24348,35 @@ WIDE static void NAME(conformal_sine_circle_sphere_block)(intptr_t n, char **arg
     }
 }
 
+WIDE static void NAME(conformal_sine_circle_sphere_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    _Alignas(64) REAL r0[10 * SPAN];
+    _Alignas(64) REAL r1[5 * SPAN];
+    _Alignas(64) REAL r2[1 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        NAME(load_span)(r0, args[0], first, 10);
+        NAME(load_span)(r1, args[1], first, 5);
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[10];
+            REAL x1[5];
+            REAL x2[1];
+            NAME(load_10)(x0, (char *)(r0 + i), SPAN * w);
+            NAME(load_5)(x1, (char *)(r1 + i), SPAN * w);
+            NAME(conformal_sine_circle_sphere)(x0, x1, x2);
+            NAME(store_scalar)((char *)(r2 + i), x2);
+        }
+        NAME(store_span)(args[2], first, r2, 1);
+    }
+}
+
 void NAME(conformal_sine_circle_sphere_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{10, 1, 0, {10}}, {5, 1, 1, {5}}, {1, 0, 2, {0}}};
-    static const struct kernel kernel = {NAME(conformal_sine_circle_sphere_block), NULL, 2, 3, 0, parts, NULL};
+    static const struct kernel kernel = {NAME(conformal_sine_circle_sphere_block),
+        NAME(conformal_sine_circle_sphere_dense), 2, 3, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -21407,6 +24822,31 @@ WIDE static void NAME(closest_points_lines_block_a)(intptr_t n, char **args, con
     }
 }
 
+WIDE static void NAME(closest_points_lines_dense_a)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    const REAL *prepared = (const REAL *)args[0];
+    (void)strides;
+    _Alignas(64) REAL r1[6 * SPAN];
+    _Alignas(64) REAL r2[3 * SPAN];
+    _Alignas(64) REAL r3[3 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        NAME(load_span)(r1, args[1], first, 6);
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x1[6];
+            REAL x2[3];
+            REAL x3[3];
+            NAME(load_6)(x1, (char *)(r1 + i), SPAN * w);
+            NAME(closest_points_lines_apply_a)(prepared, x1, x2, x3);
+            NAME(store_3)((char *)(r2 + i), SPAN * w, x2);
+            NAME(store_3)((char *)(r3 + i), SPAN * w, x3);
+        }
+        NAME(store_span)(args[2], first, r2, 3);
+        NAME(store_span)(args[3], first, r3, 3);
+    }
+}
+
 static void NAME(closest_points_lines_start_a)(char **args, const intptr_t *strides, void *prepared)
 {
     const intptr_t c0a = strides[0];
@@ -21432,6 +24872,31 @@ WIDE static void NAME(closest_points_lines_block_b)(intptr_t n, char **args, con
         NAME(closest_points_lines_apply_b)(prepared, x0, x2, x3);
         NAME(store_3)(a2 + i * w, c2a, x2);
         NAME(store_3)(a3 + i * w, c3a, x3);
+    }
+}
+
+WIDE static void NAME(closest_points_lines_dense_b)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    const REAL *prepared = (const REAL *)args[1];
+    (void)strides;
+    _Alignas(64) REAL r0[6 * SPAN];
+    _Alignas(64) REAL r2[3 * SPAN];
+    _Alignas(64) REAL r3[3 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        NAME(load_span)(r0, args[0], first, 6);
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[6];
+            REAL x2[3];
+            REAL x3[3];
+            NAME(load_6)(x0, (char *)(r0 + i), SPAN * w);
+            NAME(closest_points_lines_apply_b)(prepared, x0, x2, x3);
+            NAME(store_3)((char *)(r2 + i), SPAN * w, x2);
+            NAME(store_3)((char *)(r3 + i), SPAN * w, x3);
+        }
+        NAME(store_span)(args[2], first, r2, 3);
+        NAME(store_span)(args[3], first, r3, 3);
     }
 }
 
@@ -21469,9 +24934,10 @@ void NAME(closest_points_lines_loop)(char **args, const intptr_t *dimensions, co
 {
     static const struct part parts[] = {{6, 1, 0, {6}}, {6, 1, 1, {6}}, {3, 1, 2, {3}}, {3, 1, 3, {3}}};
     static const struct form forms[] = {{1, 2, NAME(closest_points_lines_start_a),
-        NAME(closest_points_lines_block_a), NULL}, {2, 2, NAME(closest_points_lines_start_b),
-        NAME(closest_points_lines_block_b), NULL}};
-    static const struct kernel kernel = {NAME(closest_points_lines_block), NULL, 2, 4, 2, parts, forms};
+        NAME(closest_points_lines_block_a), NAME(closest_points_lines_dense_a)}, {2, 2,
+        NAME(closest_points_lines_start_b), NAME(closest_points_lines_block_b),
+        NAME(closest_points_lines_dense_b)}};
+    static const struct kernel kernel = {NAME(closest_points_lines_block), NULL, 2, 4, 2, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -22028,7 +25494,7 @@ WIDE static void NAME(closest_points_line_circle_block)(intptr_t n, char **args,
 void NAME(closest_points_line_circle_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{6, 1, 0, {6}}, {10, 1, 1, {10}}, {3, 1, 2, {3}}, {3, 1, 3, {3}}};
-    static const struct kernel kernel = {NAME(closest_points_line_circle_block), NULL, 2, 4, 0, parts, NULL};
+    static const struct kernel kernel = {NAME(closest_points_line_circle_block), NULL, 2, 4, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -22367,6 +25833,31 @@ WIDE static void NAME(closest_points_line_sphere_block_line)(intptr_t n, char **
     }
 }
 
+WIDE static void NAME(closest_points_line_sphere_dense_line)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    const REAL *prepared = (const REAL *)args[0];
+    (void)strides;
+    _Alignas(64) REAL r1[5 * SPAN];
+    _Alignas(64) REAL r2[3 * SPAN];
+    _Alignas(64) REAL r3[3 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        NAME(load_span)(r1, args[1], first, 5);
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x1[5];
+            REAL x2[3];
+            REAL x3[3];
+            NAME(load_5)(x1, (char *)(r1 + i), SPAN * w);
+            NAME(closest_points_line_sphere_apply_line)(prepared, x1, x2, x3);
+            NAME(store_3)((char *)(r2 + i), SPAN * w, x2);
+            NAME(store_3)((char *)(r3 + i), SPAN * w, x3);
+        }
+        NAME(store_span)(args[2], first, r2, 3);
+        NAME(store_span)(args[3], first, r3, 3);
+    }
+}
+
 static void NAME(closest_points_line_sphere_start_line)(char **args, const intptr_t *strides, void *prepared)
 {
     const intptr_t c0a = strides[0];
@@ -22392,6 +25883,31 @@ WIDE static void NAME(closest_points_line_sphere_block_sphere)(intptr_t n, char 
         NAME(closest_points_line_sphere_apply_sphere)(prepared, x0, x2, x3);
         NAME(store_3)(a2 + i * w, c2a, x2);
         NAME(store_3)(a3 + i * w, c3a, x3);
+    }
+}
+
+WIDE static void NAME(closest_points_line_sphere_dense_sphere)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    const REAL *prepared = (const REAL *)args[1];
+    (void)strides;
+    _Alignas(64) REAL r0[6 * SPAN];
+    _Alignas(64) REAL r2[3 * SPAN];
+    _Alignas(64) REAL r3[3 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        NAME(load_span)(r0, args[0], first, 6);
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[6];
+            REAL x2[3];
+            REAL x3[3];
+            NAME(load_6)(x0, (char *)(r0 + i), SPAN * w);
+            NAME(closest_points_line_sphere_apply_sphere)(prepared, x0, x2, x3);
+            NAME(store_3)((char *)(r2 + i), SPAN * w, x2);
+            NAME(store_3)((char *)(r3 + i), SPAN * w, x3);
+        }
+        NAME(store_span)(args[2], first, r2, 3);
+        NAME(store_span)(args[3], first, r3, 3);
     }
 }
 
@@ -22425,13 +25941,43 @@ WIDE static void NAME(closest_points_line_sphere_block)(intptr_t n, char **args,
     }
 }
 
+WIDE static void NAME(closest_points_line_sphere_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    _Alignas(64) REAL r0[6 * SPAN];
+    _Alignas(64) REAL r1[5 * SPAN];
+    _Alignas(64) REAL r2[3 * SPAN];
+    _Alignas(64) REAL r3[3 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        NAME(load_span)(r0, args[0], first, 6);
+        NAME(load_span)(r1, args[1], first, 5);
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[6];
+            REAL x1[5];
+            REAL x2[3];
+            REAL x3[3];
+            NAME(load_6)(x0, (char *)(r0 + i), SPAN * w);
+            NAME(load_5)(x1, (char *)(r1 + i), SPAN * w);
+            NAME(closest_points_line_sphere)(x0, x1, x2, x3);
+            NAME(store_3)((char *)(r2 + i), SPAN * w, x2);
+            NAME(store_3)((char *)(r3 + i), SPAN * w, x3);
+        }
+        NAME(store_span)(args[2], first, r2, 3);
+        NAME(store_span)(args[3], first, r3, 3);
+    }
+}
+
 void NAME(closest_points_line_sphere_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{6, 1, 0, {6}}, {5, 1, 1, {5}}, {3, 1, 2, {3}}, {3, 1, 3, {3}}};
     static const struct form forms[] = {{1, 2, NAME(closest_points_line_sphere_start_line),
-        NAME(closest_points_line_sphere_block_line), NULL}, {2, 2, NAME(closest_points_line_sphere_start_sphere),
-        NAME(closest_points_line_sphere_block_sphere), NULL}};
-    static const struct kernel kernel = {NAME(closest_points_line_sphere_block), NULL, 2, 4, 2, parts, forms};
+        NAME(closest_points_line_sphere_block_line), NAME(closest_points_line_sphere_dense_line)}, {2, 2,
+        NAME(closest_points_line_sphere_start_sphere), NAME(closest_points_line_sphere_block_sphere),
+        NAME(closest_points_line_sphere_dense_sphere)}};
+    static const struct kernel kernel = {NAME(closest_points_line_sphere_block),
+        NAME(closest_points_line_sphere_dense), 2, 4, 2, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -22688,20 +26234,24 @@ WIDE static void NAME(closest_points_plane_sphere_block_sphere)(intptr_t n, char
 WIDE static void NAME(closest_points_plane_sphere_dense_sphere)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
-    (void)strides;
     const REAL *prepared = (const REAL *)args[1];
+    (void)strides;
     char *a0 = args[0];
-    char *a2 = args[2];
-    char *a3 = args[3];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[4];
-        REAL x2[3];
-        REAL x3[3];
-        NAME(load_4)(x0, a0 + i * 4 * w, w);
-        NAME(closest_points_plane_sphere_apply_sphere)(prepared, x0, x2, x3);
-        NAME(store_3)(a2 + i * 3 * w, w, x2);
-        NAME(store_3)(a3 + i * 3 * w, w, x3);
+    _Alignas(64) REAL r2[3 * SPAN];
+    _Alignas(64) REAL r3[3 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[4];
+            REAL x2[3];
+            REAL x3[3];
+            NAME(load_4)(x0, a0 + (first + i) * 4 * w, w);
+            NAME(closest_points_plane_sphere_apply_sphere)(prepared, x0, x2, x3);
+            NAME(store_3)((char *)(r2 + i), SPAN * w, x2);
+            NAME(store_3)((char *)(r3 + i), SPAN * w, x3);
+        }
+        NAME(store_span)(args[2], first, r2, 3);
+        NAME(store_span)(args[3], first, r3, 3);
     }
 }
 
@@ -22730,6 +26280,31 @@ WIDE static void NAME(closest_points_plane_sphere_block_plane)(intptr_t n, char 
         NAME(closest_points_plane_sphere_apply_plane)(prepared, x1, x2, x3);
         NAME(store_3)(a2 + i * w, c2a, x2);
         NAME(store_3)(a3 + i * w, c3a, x3);
+    }
+}
+
+WIDE static void NAME(closest_points_plane_sphere_dense_plane)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    const REAL *prepared = (const REAL *)args[0];
+    (void)strides;
+    _Alignas(64) REAL r1[5 * SPAN];
+    _Alignas(64) REAL r2[3 * SPAN];
+    _Alignas(64) REAL r3[3 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        NAME(load_span)(r1, args[1], first, 5);
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x1[5];
+            REAL x2[3];
+            REAL x3[3];
+            NAME(load_5)(x1, (char *)(r1 + i), SPAN * w);
+            NAME(closest_points_plane_sphere_apply_plane)(prepared, x1, x2, x3);
+            NAME(store_3)((char *)(r2 + i), SPAN * w, x2);
+            NAME(store_3)((char *)(r3 + i), SPAN * w, x3);
+        }
+        NAME(store_span)(args[2], first, r2, 3);
+        NAME(store_span)(args[3], first, r3, 3);
     }
 }
 
@@ -22763,13 +26338,43 @@ WIDE static void NAME(closest_points_plane_sphere_block)(intptr_t n, char **args
     }
 }
 
+WIDE static void NAME(closest_points_plane_sphere_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    _Alignas(64) REAL r0[4 * SPAN];
+    _Alignas(64) REAL r1[5 * SPAN];
+    _Alignas(64) REAL r2[3 * SPAN];
+    _Alignas(64) REAL r3[3 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        NAME(load_span)(r0, args[0], first, 4);
+        NAME(load_span)(r1, args[1], first, 5);
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[4];
+            REAL x1[5];
+            REAL x2[3];
+            REAL x3[3];
+            NAME(load_4)(x0, (char *)(r0 + i), SPAN * w);
+            NAME(load_5)(x1, (char *)(r1 + i), SPAN * w);
+            NAME(closest_points_plane_sphere)(x0, x1, x2, x3);
+            NAME(store_3)((char *)(r2 + i), SPAN * w, x2);
+            NAME(store_3)((char *)(r3 + i), SPAN * w, x3);
+        }
+        NAME(store_span)(args[2], first, r2, 3);
+        NAME(store_span)(args[3], first, r3, 3);
+    }
+}
+
 void NAME(closest_points_plane_sphere_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {5, 1, 1, {5}}, {3, 1, 2, {3}}, {3, 1, 3, {3}}};
     static const struct form forms[] = {{2, 2, NAME(closest_points_plane_sphere_start_sphere),
         NAME(closest_points_plane_sphere_block_sphere), NAME(closest_points_plane_sphere_dense_sphere)}, {1, 2,
-        NAME(closest_points_plane_sphere_start_plane), NAME(closest_points_plane_sphere_block_plane), NULL}};
-    static const struct kernel kernel = {NAME(closest_points_plane_sphere_block), NULL, 2, 4, 2, parts, forms};
+        NAME(closest_points_plane_sphere_start_plane), NAME(closest_points_plane_sphere_block_plane),
+        NAME(closest_points_plane_sphere_dense_plane)}};
+    static const struct kernel kernel = {NAME(closest_points_plane_sphere_block),
+        NAME(closest_points_plane_sphere_dense), 2, 4, 2, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -23062,6 +26667,31 @@ WIDE static void NAME(closest_points_spheres_block_a)(intptr_t n, char **args, c
     }
 }
 
+WIDE static void NAME(closest_points_spheres_dense_a)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    const REAL *prepared = (const REAL *)args[0];
+    (void)strides;
+    _Alignas(64) REAL r1[5 * SPAN];
+    _Alignas(64) REAL r2[3 * SPAN];
+    _Alignas(64) REAL r3[3 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        NAME(load_span)(r1, args[1], first, 5);
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x1[5];
+            REAL x2[3];
+            REAL x3[3];
+            NAME(load_5)(x1, (char *)(r1 + i), SPAN * w);
+            NAME(closest_points_spheres_apply_a)(prepared, x1, x2, x3);
+            NAME(store_3)((char *)(r2 + i), SPAN * w, x2);
+            NAME(store_3)((char *)(r3 + i), SPAN * w, x3);
+        }
+        NAME(store_span)(args[2], first, r2, 3);
+        NAME(store_span)(args[3], first, r3, 3);
+    }
+}
+
 static void NAME(closest_points_spheres_start_a)(char **args, const intptr_t *strides, void *prepared)
 {
     const intptr_t c0a = strides[0];
@@ -23087,6 +26717,31 @@ WIDE static void NAME(closest_points_spheres_block_b)(intptr_t n, char **args, c
         NAME(closest_points_spheres_apply_b)(prepared, x0, x2, x3);
         NAME(store_3)(a2 + i * w, c2a, x2);
         NAME(store_3)(a3 + i * w, c3a, x3);
+    }
+}
+
+WIDE static void NAME(closest_points_spheres_dense_b)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    const REAL *prepared = (const REAL *)args[1];
+    (void)strides;
+    _Alignas(64) REAL r0[5 * SPAN];
+    _Alignas(64) REAL r2[3 * SPAN];
+    _Alignas(64) REAL r3[3 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        NAME(load_span)(r0, args[0], first, 5);
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[5];
+            REAL x2[3];
+            REAL x3[3];
+            NAME(load_5)(x0, (char *)(r0 + i), SPAN * w);
+            NAME(closest_points_spheres_apply_b)(prepared, x0, x2, x3);
+            NAME(store_3)((char *)(r2 + i), SPAN * w, x2);
+            NAME(store_3)((char *)(r3 + i), SPAN * w, x3);
+        }
+        NAME(store_span)(args[2], first, r2, 3);
+        NAME(store_span)(args[3], first, r3, 3);
     }
 }
 
@@ -23120,13 +26775,43 @@ WIDE static void NAME(closest_points_spheres_block)(intptr_t n, char **args, con
     }
 }
 
+WIDE static void NAME(closest_points_spheres_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    _Alignas(64) REAL r0[5 * SPAN];
+    _Alignas(64) REAL r1[5 * SPAN];
+    _Alignas(64) REAL r2[3 * SPAN];
+    _Alignas(64) REAL r3[3 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        NAME(load_span)(r0, args[0], first, 5);
+        NAME(load_span)(r1, args[1], first, 5);
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[5];
+            REAL x1[5];
+            REAL x2[3];
+            REAL x3[3];
+            NAME(load_5)(x0, (char *)(r0 + i), SPAN * w);
+            NAME(load_5)(x1, (char *)(r1 + i), SPAN * w);
+            NAME(closest_points_spheres)(x0, x1, x2, x3);
+            NAME(store_3)((char *)(r2 + i), SPAN * w, x2);
+            NAME(store_3)((char *)(r3 + i), SPAN * w, x3);
+        }
+        NAME(store_span)(args[2], first, r2, 3);
+        NAME(store_span)(args[3], first, r3, 3);
+    }
+}
+
 void NAME(closest_points_spheres_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{5, 1, 0, {5}}, {5, 1, 1, {5}}, {3, 1, 2, {3}}, {3, 1, 3, {3}}};
     static const struct form forms[] = {{1, 2, NAME(closest_points_spheres_start_a),
-        NAME(closest_points_spheres_block_a), NULL}, {2, 2, NAME(closest_points_spheres_start_b),
-        NAME(closest_points_spheres_block_b), NULL}};
-    static const struct kernel kernel = {NAME(closest_points_spheres_block), NULL, 2, 4, 2, parts, forms};
+        NAME(closest_points_spheres_block_a), NAME(closest_points_spheres_dense_a)}, {2, 2,
+        NAME(closest_points_spheres_start_b), NAME(closest_points_spheres_block_b),
+        NAME(closest_points_spheres_dense_b)}};
+    static const struct kernel kernel = {NAME(closest_points_spheres_block), NAME(closest_points_spheres_dense), 2,
+        4, 2, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -23236,17 +26921,20 @@ WIDE static void NAME(project_point_on_plane_block_plane)(intptr_t n, char **arg
 WIDE static void NAME(project_point_on_plane_dense_plane)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
-    (void)strides;
     const REAL *prepared = (const REAL *)args[1];
+    (void)strides;
     char *a0 = args[0];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[3];
-        REAL x2[3];
-        NAME(load_3)(x0, a0 + i * 3 * w, w);
-        NAME(project_point_on_plane_apply_plane)(prepared, x0, x2);
-        NAME(store_3)(a2 + i * 3 * w, w, x2);
+    _Alignas(64) REAL r2[3 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[3];
+            REAL x2[3];
+            NAME(load_3)(x0, a0 + (first + i) * 3 * w, w);
+            NAME(project_point_on_plane_apply_plane)(prepared, x0, x2);
+            NAME(store_3)((char *)(r2 + i), SPAN * w, x2);
+        }
+        NAME(store_span)(args[2], first, r2, 3);
     }
 }
 
@@ -23283,16 +26971,19 @@ WIDE static void NAME(project_point_on_plane_dense)(intptr_t n, char **args, con
     (void)strides;
     char *a0 = args[0];
     char *a1 = args[1];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[3];
-        REAL x1[4];
-        REAL x2[3];
-        NAME(load_3)(x0, a0 + i * 3 * w, w);
-        NAME(load_4)(x1, a1 + i * 4 * w, w);
-        NAME(project_point_on_plane)(x0, x1, x2);
-        NAME(store_3)(a2 + i * 3 * w, w, x2);
+    _Alignas(64) REAL r2[3 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[3];
+            REAL x1[4];
+            REAL x2[3];
+            NAME(load_3)(x0, a0 + (first + i) * 3 * w, w);
+            NAME(load_4)(x1, a1 + (first + i) * 4 * w, w);
+            NAME(project_point_on_plane)(x0, x1, x2);
+            NAME(store_3)((char *)(r2 + i), SPAN * w, x2);
+        }
+        NAME(store_span)(args[2], first, r2, 3);
     }
 }
 
@@ -23302,7 +26993,7 @@ void NAME(project_point_on_plane_loop)(char **args, const intptr_t *dimensions, 
     static const struct form forms[] = {{2, 2, NAME(project_point_on_plane_start_plane),
         NAME(project_point_on_plane_block_plane), NAME(project_point_on_plane_dense_plane)}};
     static const struct kernel kernel = {NAME(project_point_on_plane_block), NAME(project_point_on_plane_dense), 2,
-        3, 1, parts, forms};
+        3, 1, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -23454,17 +27145,20 @@ WIDE static void NAME(project_point_on_line_block_line)(intptr_t n, char **args,
 WIDE static void NAME(project_point_on_line_dense_line)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
-    (void)strides;
     const REAL *prepared = (const REAL *)args[1];
+    (void)strides;
     char *a0 = args[0];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[3];
-        REAL x2[3];
-        NAME(load_3)(x0, a0 + i * 3 * w, w);
-        NAME(project_point_on_line_apply_line)(prepared, x0, x2);
-        NAME(store_3)(a2 + i * 3 * w, w, x2);
+    _Alignas(64) REAL r2[3 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[3];
+            REAL x2[3];
+            NAME(load_3)(x0, a0 + (first + i) * 3 * w, w);
+            NAME(project_point_on_line_apply_line)(prepared, x0, x2);
+            NAME(store_3)((char *)(r2 + i), SPAN * w, x2);
+        }
+        NAME(store_span)(args[2], first, r2, 3);
     }
 }
 
@@ -23495,12 +27189,37 @@ WIDE static void NAME(project_point_on_line_block)(intptr_t n, char **args, cons
     }
 }
 
+WIDE static void NAME(project_point_on_line_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    _Alignas(64) REAL r0[3 * SPAN];
+    _Alignas(64) REAL r1[6 * SPAN];
+    _Alignas(64) REAL r2[3 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        NAME(load_span)(r0, args[0], first, 3);
+        NAME(load_span)(r1, args[1], first, 6);
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[3];
+            REAL x1[6];
+            REAL x2[3];
+            NAME(load_3)(x0, (char *)(r0 + i), SPAN * w);
+            NAME(load_6)(x1, (char *)(r1 + i), SPAN * w);
+            NAME(project_point_on_line)(x0, x1, x2);
+            NAME(store_3)((char *)(r2 + i), SPAN * w, x2);
+        }
+        NAME(store_span)(args[2], first, r2, 3);
+    }
+}
+
 void NAME(project_point_on_line_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {6, 1, 1, {6}}, {3, 1, 2, {3}}};
     static const struct form forms[] = {{2, 2, NAME(project_point_on_line_start_line),
         NAME(project_point_on_line_block_line), NAME(project_point_on_line_dense_line)}};
-    static const struct kernel kernel = {NAME(project_point_on_line_block), NULL, 2, 3, 1, parts, forms};
+    static const struct kernel kernel = {NAME(project_point_on_line_block), NAME(project_point_on_line_dense), 2, 3,
+        1, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -23632,17 +27351,20 @@ WIDE static void NAME(project_point_on_sphere_block_sphere)(intptr_t n, char **a
 WIDE static void NAME(project_point_on_sphere_dense_sphere)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
-    (void)strides;
     const REAL *prepared = (const REAL *)args[1];
+    (void)strides;
     char *a0 = args[0];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[3];
-        REAL x2[3];
-        NAME(load_3)(x0, a0 + i * 3 * w, w);
-        NAME(project_point_on_sphere_apply_sphere)(prepared, x0, x2);
-        NAME(store_3)(a2 + i * 3 * w, w, x2);
+    _Alignas(64) REAL r2[3 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[3];
+            REAL x2[3];
+            NAME(load_3)(x0, a0 + (first + i) * 3 * w, w);
+            NAME(project_point_on_sphere_apply_sphere)(prepared, x0, x2);
+            NAME(store_3)((char *)(r2 + i), SPAN * w, x2);
+        }
+        NAME(store_span)(args[2], first, r2, 3);
     }
 }
 
@@ -23673,12 +27395,37 @@ WIDE static void NAME(project_point_on_sphere_block)(intptr_t n, char **args, co
     }
 }
 
+WIDE static void NAME(project_point_on_sphere_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    _Alignas(64) REAL r0[3 * SPAN];
+    _Alignas(64) REAL r1[5 * SPAN];
+    _Alignas(64) REAL r2[3 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        NAME(load_span)(r0, args[0], first, 3);
+        NAME(load_span)(r1, args[1], first, 5);
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[3];
+            REAL x1[5];
+            REAL x2[3];
+            NAME(load_3)(x0, (char *)(r0 + i), SPAN * w);
+            NAME(load_5)(x1, (char *)(r1 + i), SPAN * w);
+            NAME(project_point_on_sphere)(x0, x1, x2);
+            NAME(store_3)((char *)(r2 + i), SPAN * w, x2);
+        }
+        NAME(store_span)(args[2], first, r2, 3);
+    }
+}
+
 void NAME(project_point_on_sphere_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {5, 1, 1, {5}}, {3, 1, 2, {3}}};
     static const struct form forms[] = {{2, 2, NAME(project_point_on_sphere_start_sphere),
         NAME(project_point_on_sphere_block_sphere), NAME(project_point_on_sphere_dense_sphere)}};
-    static const struct kernel kernel = {NAME(project_point_on_sphere_block), NULL, 2, 3, 1, parts, forms};
+    static const struct kernel kernel = {NAME(project_point_on_sphere_block), NAME(project_point_on_sphere_dense),
+        2, 3, 1, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -23912,17 +27659,20 @@ WIDE static void NAME(project_point_on_circle_block_circle)(intptr_t n, char **a
 WIDE static void NAME(project_point_on_circle_dense_circle)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
-    (void)strides;
     const REAL *prepared = (const REAL *)args[1];
+    (void)strides;
     char *a0 = args[0];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[3];
-        REAL x2[3];
-        NAME(load_3)(x0, a0 + i * 3 * w, w);
-        NAME(project_point_on_circle_apply_circle)(prepared, x0, x2);
-        NAME(store_3)(a2 + i * 3 * w, w, x2);
+    _Alignas(64) REAL r2[3 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[3];
+            REAL x2[3];
+            NAME(load_3)(x0, a0 + (first + i) * 3 * w, w);
+            NAME(project_point_on_circle_apply_circle)(prepared, x0, x2);
+            NAME(store_3)((char *)(r2 + i), SPAN * w, x2);
+        }
+        NAME(store_span)(args[2], first, r2, 3);
     }
 }
 
@@ -23953,12 +27703,37 @@ WIDE static void NAME(project_point_on_circle_block)(intptr_t n, char **args, co
     }
 }
 
+WIDE static void NAME(project_point_on_circle_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    _Alignas(64) REAL r0[3 * SPAN];
+    _Alignas(64) REAL r1[10 * SPAN];
+    _Alignas(64) REAL r2[3 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        NAME(load_span)(r0, args[0], first, 3);
+        NAME(load_span)(r1, args[1], first, 10);
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[3];
+            REAL x1[10];
+            REAL x2[3];
+            NAME(load_3)(x0, (char *)(r0 + i), SPAN * w);
+            NAME(load_10)(x1, (char *)(r1 + i), SPAN * w);
+            NAME(project_point_on_circle)(x0, x1, x2);
+            NAME(store_3)((char *)(r2 + i), SPAN * w, x2);
+        }
+        NAME(store_span)(args[2], first, r2, 3);
+    }
+}
+
 void NAME(project_point_on_circle_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {10, 1, 1, {10}}, {3, 1, 2, {3}}};
     static const struct form forms[] = {{2, 2, NAME(project_point_on_circle_start_circle),
         NAME(project_point_on_circle_block_circle), NAME(project_point_on_circle_dense_circle)}};
-    static const struct kernel kernel = {NAME(project_point_on_circle_block), NULL, 2, 3, 1, parts, forms};
+    static const struct kernel kernel = {NAME(project_point_on_circle_block), NAME(project_point_on_circle_dense),
+        2, 3, 1, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -24194,17 +27969,20 @@ WIDE static void NAME(project_point_on_point_pair_block_pair)(intptr_t n, char *
 WIDE static void NAME(project_point_on_point_pair_dense_pair)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
-    (void)strides;
     const REAL *prepared = (const REAL *)args[1];
+    (void)strides;
     char *a0 = args[0];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[3];
-        REAL x2[3];
-        NAME(load_3)(x0, a0 + i * 3 * w, w);
-        NAME(project_point_on_point_pair_apply_pair)(prepared, x0, x2);
-        NAME(store_3)(a2 + i * 3 * w, w, x2);
+    _Alignas(64) REAL r2[3 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[3];
+            REAL x2[3];
+            NAME(load_3)(x0, a0 + (first + i) * 3 * w, w);
+            NAME(project_point_on_point_pair_apply_pair)(prepared, x0, x2);
+            NAME(store_3)((char *)(r2 + i), SPAN * w, x2);
+        }
+        NAME(store_span)(args[2], first, r2, 3);
     }
 }
 
@@ -24235,12 +28013,37 @@ WIDE static void NAME(project_point_on_point_pair_block)(intptr_t n, char **args
     }
 }
 
+WIDE static void NAME(project_point_on_point_pair_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    _Alignas(64) REAL r0[3 * SPAN];
+    _Alignas(64) REAL r1[10 * SPAN];
+    _Alignas(64) REAL r2[3 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        NAME(load_span)(r0, args[0], first, 3);
+        NAME(load_span)(r1, args[1], first, 10);
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[3];
+            REAL x1[10];
+            REAL x2[3];
+            NAME(load_3)(x0, (char *)(r0 + i), SPAN * w);
+            NAME(load_10)(x1, (char *)(r1 + i), SPAN * w);
+            NAME(project_point_on_point_pair)(x0, x1, x2);
+            NAME(store_3)((char *)(r2 + i), SPAN * w, x2);
+        }
+        NAME(store_span)(args[2], first, r2, 3);
+    }
+}
+
 void NAME(project_point_on_point_pair_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {10, 1, 1, {10}}, {3, 1, 2, {3}}};
     static const struct form forms[] = {{2, 2, NAME(project_point_on_point_pair_start_pair),
         NAME(project_point_on_point_pair_block_pair), NAME(project_point_on_point_pair_dense_pair)}};
-    static const struct kernel kernel = {NAME(project_point_on_point_pair_block), NULL, 2, 3, 1, parts, forms};
+    static const struct kernel kernel = {NAME(project_point_on_point_pair_block),
+        NAME(project_point_on_point_pair_dense), 2, 3, 1, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -24403,6 +28206,27 @@ WIDE static void NAME(project_line_on_plane_block_plane)(intptr_t n, char **args
     }
 }
 
+WIDE static void NAME(project_line_on_plane_dense_plane)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    const REAL *prepared = (const REAL *)args[1];
+    (void)strides;
+    _Alignas(64) REAL r0[6 * SPAN];
+    _Alignas(64) REAL r2[6 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        NAME(load_span)(r0, args[0], first, 6);
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[6];
+            REAL x2[6];
+            NAME(load_6)(x0, (char *)(r0 + i), SPAN * w);
+            NAME(project_line_on_plane_apply_plane)(prepared, x0, x2);
+            NAME(store_6)((char *)(r2 + i), SPAN * w, x2);
+        }
+        NAME(store_span)(args[2], first, r2, 6);
+    }
+}
+
 static void NAME(project_line_on_plane_start_plane)(char **args, const intptr_t *strides, void *prepared)
 {
     const intptr_t c1a = strides[1];
@@ -24430,12 +28254,37 @@ WIDE static void NAME(project_line_on_plane_block)(intptr_t n, char **args, cons
     }
 }
 
+WIDE static void NAME(project_line_on_plane_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    _Alignas(64) REAL r0[6 * SPAN];
+    _Alignas(64) REAL r1[4 * SPAN];
+    _Alignas(64) REAL r2[6 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        NAME(load_span)(r0, args[0], first, 6);
+        NAME(load_span)(r1, args[1], first, 4);
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[6];
+            REAL x1[4];
+            REAL x2[6];
+            NAME(load_6)(x0, (char *)(r0 + i), SPAN * w);
+            NAME(load_4)(x1, (char *)(r1 + i), SPAN * w);
+            NAME(project_line_on_plane)(x0, x1, x2);
+            NAME(store_6)((char *)(r2 + i), SPAN * w, x2);
+        }
+        NAME(store_span)(args[2], first, r2, 6);
+    }
+}
+
 void NAME(project_line_on_plane_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{6, 1, 0, {6}}, {4, 1, 1, {4}}, {6, 1, 2, {6}}};
     static const struct form forms[] = {{2, 2, NAME(project_line_on_plane_start_plane),
-        NAME(project_line_on_plane_block_plane), NULL}};
-    static const struct kernel kernel = {NAME(project_line_on_plane_block), NULL, 2, 3, 1, parts, forms};
+        NAME(project_line_on_plane_block_plane), NAME(project_line_on_plane_dense_plane)}};
+    static const struct kernel kernel = {NAME(project_line_on_plane_block), NAME(project_line_on_plane_dense), 2, 3,
+        1, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -24716,6 +28565,27 @@ WIDE static void NAME(project_point_pair_on_sphere_block_s)(intptr_t n, char **a
     }
 }
 
+WIDE static void NAME(project_point_pair_on_sphere_dense_s)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    const REAL *prepared = (const REAL *)args[1];
+    (void)strides;
+    _Alignas(64) REAL r0[10 * SPAN];
+    _Alignas(64) REAL r2[10 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        NAME(load_span)(r0, args[0], first, 10);
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[10];
+            REAL x2[10];
+            NAME(load_10)(x0, (char *)(r0 + i), SPAN * w);
+            NAME(project_point_pair_on_sphere_apply_s)(prepared, x0, x2);
+            NAME(store_10)((char *)(r2 + i), SPAN * w, x2);
+        }
+        NAME(store_span)(args[2], first, r2, 10);
+    }
+}
+
 static void NAME(project_point_pair_on_sphere_start_s)(char **args, const intptr_t *strides, void *prepared)
 {
     const intptr_t c1a = strides[1];
@@ -24747,8 +28617,8 @@ void NAME(project_point_pair_on_sphere_loop)(char **args, const intptr_t *dimens
 {
     static const struct part parts[] = {{10, 1, 0, {10}}, {5, 1, 1, {5}}, {10, 1, 2, {10}}};
     static const struct form forms[] = {{2, 2, NAME(project_point_pair_on_sphere_start_s),
-        NAME(project_point_pair_on_sphere_block_s), NULL}};
-    static const struct kernel kernel = {NAME(project_point_pair_on_sphere_block), NULL, 2, 3, 1, parts, forms};
+        NAME(project_point_pair_on_sphere_block_s), NAME(project_point_pair_on_sphere_dense_s)}};
+    static const struct kernel kernel = {NAME(project_point_pair_on_sphere_block), NULL, 2, 3, 1, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -25023,6 +28893,27 @@ WIDE static void NAME(project_circle_on_sphere_block_s)(intptr_t n, char **args,
     }
 }
 
+WIDE static void NAME(project_circle_on_sphere_dense_s)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    const REAL *prepared = (const REAL *)args[1];
+    (void)strides;
+    _Alignas(64) REAL r0[10 * SPAN];
+    _Alignas(64) REAL r2[10 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        NAME(load_span)(r0, args[0], first, 10);
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[10];
+            REAL x2[10];
+            NAME(load_10)(x0, (char *)(r0 + i), SPAN * w);
+            NAME(project_circle_on_sphere_apply_s)(prepared, x0, x2);
+            NAME(store_10)((char *)(r2 + i), SPAN * w, x2);
+        }
+        NAME(store_span)(args[2], first, r2, 10);
+    }
+}
+
 static void NAME(project_circle_on_sphere_start_s)(char **args, const intptr_t *strides, void *prepared)
 {
     const intptr_t c1a = strides[1];
@@ -25054,8 +28945,8 @@ void NAME(project_circle_on_sphere_loop)(char **args, const intptr_t *dimensions
 {
     static const struct part parts[] = {{10, 1, 0, {10}}, {5, 1, 1, {5}}, {10, 1, 2, {10}}};
     static const struct form forms[] = {{2, 2, NAME(project_circle_on_sphere_start_s),
-        NAME(project_circle_on_sphere_block_s), NULL}};
-    static const struct kernel kernel = {NAME(project_circle_on_sphere_block), NULL, 2, 3, 1, parts, forms};
+        NAME(project_circle_on_sphere_block_s), NAME(project_circle_on_sphere_dense_s)}};
+    static const struct kernel kernel = {NAME(project_circle_on_sphere_block), NULL, 2, 3, 1, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -25224,7 +29115,7 @@ WIDE static void NAME(reject_circle_from_sphere_block)(intptr_t n, char **args, 
 void NAME(reject_circle_from_sphere_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{10, 1, 0, {10}}, {5, 1, 1, {5}}, {10, 1, 2, {10}}};
-    static const struct kernel kernel = {NAME(reject_circle_from_sphere_block), NULL, 2, 3, 0, parts, NULL};
+    static const struct kernel kernel = {NAME(reject_circle_from_sphere_block), NULL, 2, 3, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -25485,6 +29376,27 @@ WIDE static void NAME(reject_point_pair_from_sphere_block_s)(intptr_t n, char **
     }
 }
 
+WIDE static void NAME(reject_point_pair_from_sphere_dense_s)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    const REAL *prepared = (const REAL *)args[1];
+    (void)strides;
+    _Alignas(64) REAL r0[10 * SPAN];
+    _Alignas(64) REAL r2[10 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        NAME(load_span)(r0, args[0], first, 10);
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[10];
+            REAL x2[10];
+            NAME(load_10)(x0, (char *)(r0 + i), SPAN * w);
+            NAME(reject_point_pair_from_sphere_apply_s)(prepared, x0, x2);
+            NAME(store_10)((char *)(r2 + i), SPAN * w, x2);
+        }
+        NAME(store_span)(args[2], first, r2, 10);
+    }
+}
+
 static void NAME(reject_point_pair_from_sphere_start_s)(char **args, const intptr_t *strides, void *prepared)
 {
     const intptr_t c1a = strides[1];
@@ -25516,8 +29428,8 @@ void NAME(reject_point_pair_from_sphere_loop)(char **args, const intptr_t *dimen
 {
     static const struct part parts[] = {{10, 1, 0, {10}}, {5, 1, 1, {5}}, {10, 1, 2, {10}}};
     static const struct form forms[] = {{2, 2, NAME(reject_point_pair_from_sphere_start_s),
-        NAME(reject_point_pair_from_sphere_block_s), NULL}};
-    static const struct kernel kernel = {NAME(reject_point_pair_from_sphere_block), NULL, 2, 3, 1, parts, forms};
+        NAME(reject_point_pair_from_sphere_block_s), NAME(reject_point_pair_from_sphere_dense_s)}};
+    static const struct kernel kernel = {NAME(reject_point_pair_from_sphere_block), NULL, 2, 3, 1, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -25680,6 +29592,27 @@ WIDE static void NAME(reject_line_from_plane_block_plane)(intptr_t n, char **arg
     }
 }
 
+WIDE static void NAME(reject_line_from_plane_dense_plane)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    const REAL *prepared = (const REAL *)args[1];
+    (void)strides;
+    _Alignas(64) REAL r0[6 * SPAN];
+    _Alignas(64) REAL r2[6 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        NAME(load_span)(r0, args[0], first, 6);
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[6];
+            REAL x2[6];
+            NAME(load_6)(x0, (char *)(r0 + i), SPAN * w);
+            NAME(reject_line_from_plane_apply_plane)(prepared, x0, x2);
+            NAME(store_6)((char *)(r2 + i), SPAN * w, x2);
+        }
+        NAME(store_span)(args[2], first, r2, 6);
+    }
+}
+
 static void NAME(reject_line_from_plane_start_plane)(char **args, const intptr_t *strides, void *prepared)
 {
     const intptr_t c1a = strides[1];
@@ -25707,12 +29640,37 @@ WIDE static void NAME(reject_line_from_plane_block)(intptr_t n, char **args, con
     }
 }
 
+WIDE static void NAME(reject_line_from_plane_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    _Alignas(64) REAL r0[6 * SPAN];
+    _Alignas(64) REAL r1[4 * SPAN];
+    _Alignas(64) REAL r2[6 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        NAME(load_span)(r0, args[0], first, 6);
+        NAME(load_span)(r1, args[1], first, 4);
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[6];
+            REAL x1[4];
+            REAL x2[6];
+            NAME(load_6)(x0, (char *)(r0 + i), SPAN * w);
+            NAME(load_4)(x1, (char *)(r1 + i), SPAN * w);
+            NAME(reject_line_from_plane)(x0, x1, x2);
+            NAME(store_6)((char *)(r2 + i), SPAN * w, x2);
+        }
+        NAME(store_span)(args[2], first, r2, 6);
+    }
+}
+
 void NAME(reject_line_from_plane_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{6, 1, 0, {6}}, {4, 1, 1, {4}}, {6, 1, 2, {6}}};
     static const struct form forms[] = {{2, 2, NAME(reject_line_from_plane_start_plane),
-        NAME(reject_line_from_plane_block_plane), NULL}};
-    static const struct kernel kernel = {NAME(reject_line_from_plane_block), NULL, 2, 3, 1, parts, forms};
+        NAME(reject_line_from_plane_block_plane), NAME(reject_line_from_plane_dense_plane)}};
+    static const struct kernel kernel = {NAME(reject_line_from_plane_block), NAME(reject_line_from_plane_dense), 2,
+        3, 1, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -25858,17 +29816,20 @@ WIDE static void NAME(reject_point_from_line_block_line)(intptr_t n, char **args
 WIDE static void NAME(reject_point_from_line_dense_line)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
-    (void)strides;
     const REAL *prepared = (const REAL *)args[1];
+    (void)strides;
     char *a0 = args[0];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[3];
-        REAL x2[3];
-        NAME(load_3)(x0, a0 + i * 3 * w, w);
-        NAME(reject_point_from_line_apply_line)(prepared, x0, x2);
-        NAME(store_3)(a2 + i * 3 * w, w, x2);
+    _Alignas(64) REAL r2[3 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[3];
+            REAL x2[3];
+            NAME(load_3)(x0, a0 + (first + i) * 3 * w, w);
+            NAME(reject_point_from_line_apply_line)(prepared, x0, x2);
+            NAME(store_3)((char *)(r2 + i), SPAN * w, x2);
+        }
+        NAME(store_span)(args[2], first, r2, 3);
     }
 }
 
@@ -25899,12 +29860,37 @@ WIDE static void NAME(reject_point_from_line_block)(intptr_t n, char **args, con
     }
 }
 
+WIDE static void NAME(reject_point_from_line_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    _Alignas(64) REAL r0[3 * SPAN];
+    _Alignas(64) REAL r1[6 * SPAN];
+    _Alignas(64) REAL r2[3 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        NAME(load_span)(r0, args[0], first, 3);
+        NAME(load_span)(r1, args[1], first, 6);
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[3];
+            REAL x1[6];
+            REAL x2[3];
+            NAME(load_3)(x0, (char *)(r0 + i), SPAN * w);
+            NAME(load_6)(x1, (char *)(r1 + i), SPAN * w);
+            NAME(reject_point_from_line)(x0, x1, x2);
+            NAME(store_3)((char *)(r2 + i), SPAN * w, x2);
+        }
+        NAME(store_span)(args[2], first, r2, 3);
+    }
+}
+
 void NAME(reject_point_from_line_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {6, 1, 1, {6}}, {3, 1, 2, {3}}};
     static const struct form forms[] = {{2, 2, NAME(reject_point_from_line_start_line),
         NAME(reject_point_from_line_block_line), NAME(reject_point_from_line_dense_line)}};
-    static const struct kernel kernel = {NAME(reject_point_from_line_block), NULL, 2, 3, 1, parts, forms};
+    static const struct kernel kernel = {NAME(reject_point_from_line_block), NAME(reject_point_from_line_dense), 2,
+        3, 1, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -26010,17 +29996,20 @@ WIDE static void NAME(reject_point_from_plane_block_plane)(intptr_t n, char **ar
 WIDE static void NAME(reject_point_from_plane_dense_plane)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
-    (void)strides;
     const REAL *prepared = (const REAL *)args[1];
+    (void)strides;
     char *a0 = args[0];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[3];
-        REAL x2[3];
-        NAME(load_3)(x0, a0 + i * 3 * w, w);
-        NAME(reject_point_from_plane_apply_plane)(prepared, x0, x2);
-        NAME(store_3)(a2 + i * 3 * w, w, x2);
+    _Alignas(64) REAL r2[3 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[3];
+            REAL x2[3];
+            NAME(load_3)(x0, a0 + (first + i) * 3 * w, w);
+            NAME(reject_point_from_plane_apply_plane)(prepared, x0, x2);
+            NAME(store_3)((char *)(r2 + i), SPAN * w, x2);
+        }
+        NAME(store_span)(args[2], first, r2, 3);
     }
 }
 
@@ -26057,16 +30046,19 @@ WIDE static void NAME(reject_point_from_plane_dense)(intptr_t n, char **args, co
     (void)strides;
     char *a0 = args[0];
     char *a1 = args[1];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[3];
-        REAL x1[4];
-        REAL x2[3];
-        NAME(load_3)(x0, a0 + i * 3 * w, w);
-        NAME(load_4)(x1, a1 + i * 4 * w, w);
-        NAME(reject_point_from_plane)(x0, x1, x2);
-        NAME(store_3)(a2 + i * 3 * w, w, x2);
+    _Alignas(64) REAL r2[3 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[3];
+            REAL x1[4];
+            REAL x2[3];
+            NAME(load_3)(x0, a0 + (first + i) * 3 * w, w);
+            NAME(load_4)(x1, a1 + (first + i) * 4 * w, w);
+            NAME(reject_point_from_plane)(x0, x1, x2);
+            NAME(store_3)((char *)(r2 + i), SPAN * w, x2);
+        }
+        NAME(store_span)(args[2], first, r2, 3);
     }
 }
 
@@ -26076,7 +30068,7 @@ void NAME(reject_point_from_plane_loop)(char **args, const intptr_t *dimensions,
     static const struct form forms[] = {{2, 2, NAME(reject_point_from_plane_start_plane),
         NAME(reject_point_from_plane_block_plane), NAME(reject_point_from_plane_dense_plane)}};
     static const struct kernel kernel = {NAME(reject_point_from_plane_block), NAME(reject_point_from_plane_dense),
-        2, 3, 1, parts, forms};
+        2, 3, 1, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -26204,17 +30196,20 @@ WIDE static void NAME(reject_point_from_sphere_block_sphere)(intptr_t n, char **
 WIDE static void NAME(reject_point_from_sphere_dense_sphere)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
-    (void)strides;
     const REAL *prepared = (const REAL *)args[1];
+    (void)strides;
     char *a0 = args[0];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[3];
-        REAL x2[3];
-        NAME(load_3)(x0, a0 + i * 3 * w, w);
-        NAME(reject_point_from_sphere_apply_sphere)(prepared, x0, x2);
-        NAME(store_3)(a2 + i * 3 * w, w, x2);
+    _Alignas(64) REAL r2[3 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[3];
+            REAL x2[3];
+            NAME(load_3)(x0, a0 + (first + i) * 3 * w, w);
+            NAME(reject_point_from_sphere_apply_sphere)(prepared, x0, x2);
+            NAME(store_3)((char *)(r2 + i), SPAN * w, x2);
+        }
+        NAME(store_span)(args[2], first, r2, 3);
     }
 }
 
@@ -26245,12 +30240,37 @@ WIDE static void NAME(reject_point_from_sphere_block)(intptr_t n, char **args, c
     }
 }
 
+WIDE static void NAME(reject_point_from_sphere_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    _Alignas(64) REAL r0[3 * SPAN];
+    _Alignas(64) REAL r1[5 * SPAN];
+    _Alignas(64) REAL r2[3 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        NAME(load_span)(r0, args[0], first, 3);
+        NAME(load_span)(r1, args[1], first, 5);
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[3];
+            REAL x1[5];
+            REAL x2[3];
+            NAME(load_3)(x0, (char *)(r0 + i), SPAN * w);
+            NAME(load_5)(x1, (char *)(r1 + i), SPAN * w);
+            NAME(reject_point_from_sphere)(x0, x1, x2);
+            NAME(store_3)((char *)(r2 + i), SPAN * w, x2);
+        }
+        NAME(store_span)(args[2], first, r2, 3);
+    }
+}
+
 void NAME(reject_point_from_sphere_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {5, 1, 1, {5}}, {3, 1, 2, {3}}};
     static const struct form forms[] = {{2, 2, NAME(reject_point_from_sphere_start_sphere),
         NAME(reject_point_from_sphere_block_sphere), NAME(reject_point_from_sphere_dense_sphere)}};
-    static const struct kernel kernel = {NAME(reject_point_from_sphere_block), NULL, 2, 3, 1, parts, forms};
+    static const struct kernel kernel = {NAME(reject_point_from_sphere_block), NAME(reject_point_from_sphere_dense),
+        2, 3, 1, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -26486,17 +30506,20 @@ WIDE static void NAME(reject_point_from_circle_block_circle)(intptr_t n, char **
 WIDE static void NAME(reject_point_from_circle_dense_circle)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
-    (void)strides;
     const REAL *prepared = (const REAL *)args[1];
+    (void)strides;
     char *a0 = args[0];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[3];
-        REAL x2[3];
-        NAME(load_3)(x0, a0 + i * 3 * w, w);
-        NAME(reject_point_from_circle_apply_circle)(prepared, x0, x2);
-        NAME(store_3)(a2 + i * 3 * w, w, x2);
+    _Alignas(64) REAL r2[3 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[3];
+            REAL x2[3];
+            NAME(load_3)(x0, a0 + (first + i) * 3 * w, w);
+            NAME(reject_point_from_circle_apply_circle)(prepared, x0, x2);
+            NAME(store_3)((char *)(r2 + i), SPAN * w, x2);
+        }
+        NAME(store_span)(args[2], first, r2, 3);
     }
 }
 
@@ -26527,12 +30550,37 @@ WIDE static void NAME(reject_point_from_circle_block)(intptr_t n, char **args, c
     }
 }
 
+WIDE static void NAME(reject_point_from_circle_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    _Alignas(64) REAL r0[3 * SPAN];
+    _Alignas(64) REAL r1[10 * SPAN];
+    _Alignas(64) REAL r2[3 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        NAME(load_span)(r0, args[0], first, 3);
+        NAME(load_span)(r1, args[1], first, 10);
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[3];
+            REAL x1[10];
+            REAL x2[3];
+            NAME(load_3)(x0, (char *)(r0 + i), SPAN * w);
+            NAME(load_10)(x1, (char *)(r1 + i), SPAN * w);
+            NAME(reject_point_from_circle)(x0, x1, x2);
+            NAME(store_3)((char *)(r2 + i), SPAN * w, x2);
+        }
+        NAME(store_span)(args[2], first, r2, 3);
+    }
+}
+
 void NAME(reject_point_from_circle_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {10, 1, 1, {10}}, {3, 1, 2, {3}}};
     static const struct form forms[] = {{2, 2, NAME(reject_point_from_circle_start_circle),
         NAME(reject_point_from_circle_block_circle), NAME(reject_point_from_circle_dense_circle)}};
-    static const struct kernel kernel = {NAME(reject_point_from_circle_block), NULL, 2, 3, 1, parts, forms};
+    static const struct kernel kernel = {NAME(reject_point_from_circle_block), NAME(reject_point_from_circle_dense),
+        2, 3, 1, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -26665,6 +30713,27 @@ WIDE static void NAME(invert_vector_block_s)(intptr_t n, char **args, const intp
     }
 }
 
+WIDE static void NAME(invert_vector_dense_s)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    const REAL *prepared = (const REAL *)args[1];
+    (void)strides;
+    _Alignas(64) REAL r0[5 * SPAN];
+    _Alignas(64) REAL r2[5 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        NAME(load_span)(r0, args[0], first, 5);
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[5];
+            REAL x2[5];
+            NAME(load_5)(x0, (char *)(r0 + i), SPAN * w);
+            NAME(invert_vector_apply_s)(prepared, x0, x2);
+            NAME(store_5)((char *)(r2 + i), SPAN * w, x2);
+        }
+        NAME(store_span)(args[2], first, r2, 5);
+    }
+}
+
 static void NAME(invert_vector_start_s)(char **args, const intptr_t *strides, void *prepared)
 {
     const intptr_t c1a = strides[1];
@@ -26692,11 +30761,37 @@ WIDE static void NAME(invert_vector_block)(intptr_t n, char **args, const intptr
     }
 }
 
+WIDE static void NAME(invert_vector_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    _Alignas(64) REAL r0[5 * SPAN];
+    _Alignas(64) REAL r1[5 * SPAN];
+    _Alignas(64) REAL r2[5 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        NAME(load_span)(r0, args[0], first, 5);
+        NAME(load_span)(r1, args[1], first, 5);
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[5];
+            REAL x1[5];
+            REAL x2[5];
+            NAME(load_5)(x0, (char *)(r0 + i), SPAN * w);
+            NAME(load_5)(x1, (char *)(r1 + i), SPAN * w);
+            NAME(invert_vector)(x0, x1, x2);
+            NAME(store_5)((char *)(r2 + i), SPAN * w, x2);
+        }
+        NAME(store_span)(args[2], first, r2, 5);
+    }
+}
+
 void NAME(invert_vector_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{5, 1, 0, {5}}, {5, 1, 1, {5}}, {5, 1, 2, {5}}};
-    static const struct form forms[] = {{2, 2, NAME(invert_vector_start_s), NAME(invert_vector_block_s), NULL}};
-    static const struct kernel kernel = {NAME(invert_vector_block), NULL, 2, 3, 1, parts, forms};
+    static const struct form forms[] = {{2, 2, NAME(invert_vector_start_s), NAME(invert_vector_block_s),
+        NAME(invert_vector_dense_s)}};
+    static const struct kernel kernel = {NAME(invert_vector_block), NAME(invert_vector_dense), 2, 3, 1, 0, parts,
+        forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -26977,6 +31072,27 @@ WIDE static void NAME(invert_point_pair_block_s)(intptr_t n, char **args, const 
     }
 }
 
+WIDE static void NAME(invert_point_pair_dense_s)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    const REAL *prepared = (const REAL *)args[1];
+    (void)strides;
+    _Alignas(64) REAL r0[10 * SPAN];
+    _Alignas(64) REAL r2[10 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        NAME(load_span)(r0, args[0], first, 10);
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[10];
+            REAL x2[10];
+            NAME(load_10)(x0, (char *)(r0 + i), SPAN * w);
+            NAME(invert_point_pair_apply_s)(prepared, x0, x2);
+            NAME(store_10)((char *)(r2 + i), SPAN * w, x2);
+        }
+        NAME(store_span)(args[2], first, r2, 10);
+    }
+}
+
 static void NAME(invert_point_pair_start_s)(char **args, const intptr_t *strides, void *prepared)
 {
     const intptr_t c1a = strides[1];
@@ -27008,8 +31124,8 @@ void NAME(invert_point_pair_loop)(char **args, const intptr_t *dimensions, const
 {
     static const struct part parts[] = {{10, 1, 0, {10}}, {5, 1, 1, {5}}, {10, 1, 2, {10}}};
     static const struct form forms[] = {{2, 2, NAME(invert_point_pair_start_s), NAME(invert_point_pair_block_s),
-        NULL}};
-    static const struct kernel kernel = {NAME(invert_point_pair_block), NULL, 2, 3, 1, parts, forms};
+        NAME(invert_point_pair_dense_s)}};
+    static const struct kernel kernel = {NAME(invert_point_pair_block), NULL, 2, 3, 1, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -27298,6 +31414,27 @@ WIDE static void NAME(invert_circle_block_s)(intptr_t n, char **args, const intp
     }
 }
 
+WIDE static void NAME(invert_circle_dense_s)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    const REAL *prepared = (const REAL *)args[1];
+    (void)strides;
+    _Alignas(64) REAL r0[10 * SPAN];
+    _Alignas(64) REAL r2[10 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        NAME(load_span)(r0, args[0], first, 10);
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[10];
+            REAL x2[10];
+            NAME(load_10)(x0, (char *)(r0 + i), SPAN * w);
+            NAME(invert_circle_apply_s)(prepared, x0, x2);
+            NAME(store_10)((char *)(r2 + i), SPAN * w, x2);
+        }
+        NAME(store_span)(args[2], first, r2, 10);
+    }
+}
+
 static void NAME(invert_circle_start_s)(char **args, const intptr_t *strides, void *prepared)
 {
     const intptr_t c1a = strides[1];
@@ -27328,8 +31465,9 @@ WIDE static void NAME(invert_circle_block)(intptr_t n, char **args, const intptr
 void NAME(invert_circle_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{10, 1, 0, {10}}, {5, 1, 1, {5}}, {10, 1, 2, {10}}};
-    static const struct form forms[] = {{2, 2, NAME(invert_circle_start_s), NAME(invert_circle_block_s), NULL}};
-    static const struct kernel kernel = {NAME(invert_circle_block), NULL, 2, 3, 1, parts, forms};
+    static const struct form forms[] = {{2, 2, NAME(invert_circle_start_s), NAME(invert_circle_block_s),
+        NAME(invert_circle_dense_s)}};
+    static const struct kernel kernel = {NAME(invert_circle_block), NULL, 2, 3, 1, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -27466,6 +31604,27 @@ WIDE static void NAME(invert_sphere_block_s)(intptr_t n, char **args, const intp
     }
 }
 
+WIDE static void NAME(invert_sphere_dense_s)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    const REAL *prepared = (const REAL *)args[1];
+    (void)strides;
+    _Alignas(64) REAL r0[5 * SPAN];
+    _Alignas(64) REAL r2[5 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        NAME(load_span)(r0, args[0], first, 5);
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[5];
+            REAL x2[5];
+            NAME(load_5)(x0, (char *)(r0 + i), SPAN * w);
+            NAME(invert_sphere_apply_s)(prepared, x0, x2);
+            NAME(store_5)((char *)(r2 + i), SPAN * w, x2);
+        }
+        NAME(store_span)(args[2], first, r2, 5);
+    }
+}
+
 static void NAME(invert_sphere_start_s)(char **args, const intptr_t *strides, void *prepared)
 {
     const intptr_t c1a = strides[1];
@@ -27493,11 +31652,37 @@ WIDE static void NAME(invert_sphere_block)(intptr_t n, char **args, const intptr
     }
 }
 
+WIDE static void NAME(invert_sphere_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    _Alignas(64) REAL r0[5 * SPAN];
+    _Alignas(64) REAL r1[5 * SPAN];
+    _Alignas(64) REAL r2[5 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        NAME(load_span)(r0, args[0], first, 5);
+        NAME(load_span)(r1, args[1], first, 5);
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[5];
+            REAL x1[5];
+            REAL x2[5];
+            NAME(load_5)(x0, (char *)(r0 + i), SPAN * w);
+            NAME(load_5)(x1, (char *)(r1 + i), SPAN * w);
+            NAME(invert_sphere)(x0, x1, x2);
+            NAME(store_5)((char *)(r2 + i), SPAN * w, x2);
+        }
+        NAME(store_span)(args[2], first, r2, 5);
+    }
+}
+
 void NAME(invert_sphere_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{5, 1, 0, {5}}, {5, 1, 1, {5}}, {5, 1, 2, {5}}};
-    static const struct form forms[] = {{2, 2, NAME(invert_sphere_start_s), NAME(invert_sphere_block_s), NULL}};
-    static const struct kernel kernel = {NAME(invert_sphere_block), NULL, 2, 3, 1, parts, forms};
+    static const struct form forms[] = {{2, 2, NAME(invert_sphere_start_s), NAME(invert_sphere_block_s),
+        NAME(invert_sphere_dense_s)}};
+    static const struct kernel kernel = {NAME(invert_sphere_block), NAME(invert_sphere_dense), 2, 3, 1, 0, parts,
+        forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -27670,6 +31855,27 @@ WIDE static void NAME(reflect_line_block_plane)(intptr_t n, char **args, const i
     }
 }
 
+WIDE static void NAME(reflect_line_dense_plane)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    const REAL *prepared = (const REAL *)args[1];
+    (void)strides;
+    _Alignas(64) REAL r0[6 * SPAN];
+    _Alignas(64) REAL r2[6 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        NAME(load_span)(r0, args[0], first, 6);
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[6];
+            REAL x2[6];
+            NAME(load_6)(x0, (char *)(r0 + i), SPAN * w);
+            NAME(reflect_line_apply_plane)(prepared, x0, x2);
+            NAME(store_6)((char *)(r2 + i), SPAN * w, x2);
+        }
+        NAME(store_span)(args[2], first, r2, 6);
+    }
+}
+
 static void NAME(reflect_line_start_plane)(char **args, const intptr_t *strides, void *prepared)
 {
     const intptr_t c1a = strides[1];
@@ -27697,12 +31903,37 @@ WIDE static void NAME(reflect_line_block)(intptr_t n, char **args, const intptr_
     }
 }
 
+WIDE static void NAME(reflect_line_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    _Alignas(64) REAL r0[6 * SPAN];
+    _Alignas(64) REAL r1[4 * SPAN];
+    _Alignas(64) REAL r2[6 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        NAME(load_span)(r0, args[0], first, 6);
+        NAME(load_span)(r1, args[1], first, 4);
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[6];
+            REAL x1[4];
+            REAL x2[6];
+            NAME(load_6)(x0, (char *)(r0 + i), SPAN * w);
+            NAME(load_4)(x1, (char *)(r1 + i), SPAN * w);
+            NAME(reflect_line)(x0, x1, x2);
+            NAME(store_6)((char *)(r2 + i), SPAN * w, x2);
+        }
+        NAME(store_span)(args[2], first, r2, 6);
+    }
+}
+
 void NAME(reflect_line_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{6, 1, 0, {6}}, {4, 1, 1, {4}}, {6, 1, 2, {6}}};
     static const struct form forms[] = {{2, 2, NAME(reflect_line_start_plane), NAME(reflect_line_block_plane),
-        NULL}};
-    static const struct kernel kernel = {NAME(reflect_line_block), NULL, 2, 3, 1, parts, forms};
+        NAME(reflect_line_dense_plane)}};
+    static const struct kernel kernel = {NAME(reflect_line_block), NAME(reflect_line_dense), 2, 3, 1, 0, parts,
+        forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -27843,17 +32074,20 @@ WIDE static void NAME(reflect_plane_block_plane)(intptr_t n, char **args, const 
 WIDE static void NAME(reflect_plane_dense_plane)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
-    (void)strides;
     const REAL *prepared = (const REAL *)args[1];
+    (void)strides;
     char *a0 = args[0];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[4];
-        REAL x2[4];
-        NAME(load_4)(x0, a0 + i * 4 * w, w);
-        NAME(reflect_plane_apply_plane)(prepared, x0, x2);
-        NAME(store_4)(a2 + i * 4 * w, w, x2);
+    _Alignas(64) REAL r2[4 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[4];
+            REAL x2[4];
+            NAME(load_4)(x0, a0 + (first + i) * 4 * w, w);
+            NAME(reflect_plane_apply_plane)(prepared, x0, x2);
+            NAME(store_4)((char *)(r2 + i), SPAN * w, x2);
+        }
+        NAME(store_span)(args[2], first, r2, 4);
     }
 }
 
@@ -27890,16 +32124,19 @@ WIDE static void NAME(reflect_plane_dense)(intptr_t n, char **args, const intptr
     (void)strides;
     char *a0 = args[0];
     char *a1 = args[1];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[4];
-        REAL x1[4];
-        REAL x2[4];
-        NAME(load_4)(x0, a0 + i * 4 * w, w);
-        NAME(load_4)(x1, a1 + i * 4 * w, w);
-        NAME(reflect_plane)(x0, x1, x2);
-        NAME(store_4)(a2 + i * 4 * w, w, x2);
+    _Alignas(64) REAL r2[4 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[4];
+            REAL x1[4];
+            REAL x2[4];
+            NAME(load_4)(x0, a0 + (first + i) * 4 * w, w);
+            NAME(load_4)(x1, a1 + (first + i) * 4 * w, w);
+            NAME(reflect_plane)(x0, x1, x2);
+            NAME(store_4)((char *)(r2 + i), SPAN * w, x2);
+        }
+        NAME(store_span)(args[2], first, r2, 4);
     }
 }
 
@@ -27908,7 +32145,7 @@ void NAME(reflect_plane_loop)(char **args, const intptr_t *dimensions, const int
     static const struct part parts[] = {{4, 1, 0, {4}}, {4, 1, 1, {4}}, {4, 1, 2, {4}}};
     static const struct form forms[] = {{2, 5, NAME(reflect_plane_start_plane), NAME(reflect_plane_block_plane),
         NAME(reflect_plane_dense_plane)}};
-    static const struct kernel kernel = {NAME(reflect_plane_block), NAME(reflect_plane_dense), 2, 3, 1, parts,
+    static const struct kernel kernel = {NAME(reflect_plane_block), NAME(reflect_plane_dense), 2, 3, 1, 0, parts,
         forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -28083,17 +32320,20 @@ WIDE static void NAME(reflect_point_in_line_block_line)(intptr_t n, char **args,
 WIDE static void NAME(reflect_point_in_line_dense_line)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
-    (void)strides;
     const REAL *prepared = (const REAL *)args[1];
+    (void)strides;
     char *a0 = args[0];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[3];
-        REAL x2[3];
-        NAME(load_3)(x0, a0 + i * 3 * w, w);
-        NAME(reflect_point_in_line_apply_line)(prepared, x0, x2);
-        NAME(store_3)(a2 + i * 3 * w, w, x2);
+    _Alignas(64) REAL r2[3 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[3];
+            REAL x2[3];
+            NAME(load_3)(x0, a0 + (first + i) * 3 * w, w);
+            NAME(reflect_point_in_line_apply_line)(prepared, x0, x2);
+            NAME(store_3)((char *)(r2 + i), SPAN * w, x2);
+        }
+        NAME(store_span)(args[2], first, r2, 3);
     }
 }
 
@@ -28124,12 +32364,37 @@ WIDE static void NAME(reflect_point_in_line_block)(intptr_t n, char **args, cons
     }
 }
 
+WIDE static void NAME(reflect_point_in_line_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    _Alignas(64) REAL r0[3 * SPAN];
+    _Alignas(64) REAL r1[6 * SPAN];
+    _Alignas(64) REAL r2[3 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        NAME(load_span)(r0, args[0], first, 3);
+        NAME(load_span)(r1, args[1], first, 6);
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[3];
+            REAL x1[6];
+            REAL x2[3];
+            NAME(load_3)(x0, (char *)(r0 + i), SPAN * w);
+            NAME(load_6)(x1, (char *)(r1 + i), SPAN * w);
+            NAME(reflect_point_in_line)(x0, x1, x2);
+            NAME(store_3)((char *)(r2 + i), SPAN * w, x2);
+        }
+        NAME(store_span)(args[2], first, r2, 3);
+    }
+}
+
 void NAME(reflect_point_in_line_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {6, 1, 1, {6}}, {3, 1, 2, {3}}};
-    static const struct form forms[] = {{2, 1, NAME(reflect_point_in_line_start_line),
+    static const struct form forms[] = {{2, 2, NAME(reflect_point_in_line_start_line),
         NAME(reflect_point_in_line_block_line), NAME(reflect_point_in_line_dense_line)}};
-    static const struct kernel kernel = {NAME(reflect_point_in_line_block), NULL, 2, 3, 1, parts, forms};
+    static const struct kernel kernel = {NAME(reflect_point_in_line_block), NAME(reflect_point_in_line_dense), 2, 3,
+        1, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -28177,16 +32442,19 @@ WIDE static void NAME(reflect_point_in_point_dense)(intptr_t n, char **args, con
     (void)strides;
     char *a0 = args[0];
     char *a1 = args[1];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[3];
-        REAL x1[3];
-        REAL x2[3];
-        NAME(load_3)(x0, a0 + i * 3 * w, w);
-        NAME(load_3)(x1, a1 + i * 3 * w, w);
-        NAME(reflect_point_in_point)(x0, x1, x2);
-        NAME(store_3)(a2 + i * 3 * w, w, x2);
+    _Alignas(64) REAL r2[3 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[3];
+            REAL x1[3];
+            REAL x2[3];
+            NAME(load_3)(x0, a0 + (first + i) * 3 * w, w);
+            NAME(load_3)(x1, a1 + (first + i) * 3 * w, w);
+            NAME(reflect_point_in_point)(x0, x1, x2);
+            NAME(store_3)((char *)(r2 + i), SPAN * w, x2);
+        }
+        NAME(store_span)(args[2], first, r2, 3);
     }
 }
 
@@ -28194,7 +32462,7 @@ void NAME(reflect_point_in_point_loop)(char **args, const intptr_t *dimensions, 
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {3, 1, 1, {3}}, {3, 1, 2, {3}}};
     static const struct kernel kernel = {NAME(reflect_point_in_point_block), NAME(reflect_point_in_point_dense), 2,
-        3, 0, parts, NULL};
+        3, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -28395,7 +32663,7 @@ WIDE static void NAME(reflect_point_in_circle_block)(intptr_t n, char **args, co
 void NAME(reflect_point_in_circle_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {10, 1, 1, {10}}, {3, 1, 2, {3}}};
-    static const struct kernel kernel = {NAME(reflect_point_in_circle_block), NULL, 2, 3, 0, parts, NULL};
+    static const struct kernel kernel = {NAME(reflect_point_in_circle_block), NULL, 2, 3, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -28635,20 +32903,24 @@ WIDE static void NAME(containment_line_in_plane_block_line)(intptr_t n, char **a
 WIDE static void NAME(containment_line_in_plane_dense_line)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
-    (void)strides;
     const REAL *prepared = (const REAL *)args[0];
+    (void)strides;
     char *a1 = args[1];
-    char *a2 = args[2];
-    char *a3 = args[3];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x1[4];
-        REAL x2[1];
-        REAL x3[1];
-        NAME(load_4)(x1, a1 + i * 4 * w, w);
-        NAME(containment_line_in_plane_apply_line)(prepared, x1, x2, x3);
-        NAME(store_scalar)(a2 + i * w, x2);
-        NAME(store_scalar)(a3 + i * w, x3);
+    _Alignas(64) REAL r2[1 * SPAN];
+    _Alignas(64) REAL r3[1 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x1[4];
+            REAL x2[1];
+            REAL x3[1];
+            NAME(load_4)(x1, a1 + (first + i) * 4 * w, w);
+            NAME(containment_line_in_plane_apply_line)(prepared, x1, x2, x3);
+            NAME(store_scalar)((char *)(r2 + i), x2);
+            NAME(store_scalar)((char *)(r3 + i), x3);
+        }
+        NAME(store_span)(args[2], first, r2, 1);
+        NAME(store_span)(args[3], first, r3, 1);
     }
 }
 
@@ -28677,6 +32949,31 @@ WIDE static void NAME(containment_line_in_plane_block_plane)(intptr_t n, char **
         NAME(containment_line_in_plane_apply_plane)(prepared, x0, x2, x3);
         NAME(store_scalar)(a2 + i * w, x2);
         NAME(store_scalar)(a3 + i * w, x3);
+    }
+}
+
+WIDE static void NAME(containment_line_in_plane_dense_plane)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    const REAL *prepared = (const REAL *)args[1];
+    (void)strides;
+    _Alignas(64) REAL r0[6 * SPAN];
+    _Alignas(64) REAL r2[1 * SPAN];
+    _Alignas(64) REAL r3[1 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        NAME(load_span)(r0, args[0], first, 6);
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[6];
+            REAL x2[1];
+            REAL x3[1];
+            NAME(load_6)(x0, (char *)(r0 + i), SPAN * w);
+            NAME(containment_line_in_plane_apply_plane)(prepared, x0, x2, x3);
+            NAME(store_scalar)((char *)(r2 + i), x2);
+            NAME(store_scalar)((char *)(r3 + i), x3);
+        }
+        NAME(store_span)(args[2], first, r2, 1);
+        NAME(store_span)(args[3], first, r3, 1);
     }
 }
 
@@ -28710,13 +33007,43 @@ WIDE static void NAME(containment_line_in_plane_block)(intptr_t n, char **args, 
     }
 }
 
+WIDE static void NAME(containment_line_in_plane_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    _Alignas(64) REAL r0[6 * SPAN];
+    _Alignas(64) REAL r1[4 * SPAN];
+    _Alignas(64) REAL r2[1 * SPAN];
+    _Alignas(64) REAL r3[1 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        NAME(load_span)(r0, args[0], first, 6);
+        NAME(load_span)(r1, args[1], first, 4);
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[6];
+            REAL x1[4];
+            REAL x2[1];
+            REAL x3[1];
+            NAME(load_6)(x0, (char *)(r0 + i), SPAN * w);
+            NAME(load_4)(x1, (char *)(r1 + i), SPAN * w);
+            NAME(containment_line_in_plane)(x0, x1, x2, x3);
+            NAME(store_scalar)((char *)(r2 + i), x2);
+            NAME(store_scalar)((char *)(r3 + i), x3);
+        }
+        NAME(store_span)(args[2], first, r2, 1);
+        NAME(store_span)(args[3], first, r3, 1);
+    }
+}
+
 void NAME(containment_line_in_plane_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{6, 1, 0, {6}}, {4, 1, 1, {4}}, {1, 0, 2, {0}}, {1, 0, 2, {0}}};
     static const struct form forms[] = {{1, 2, NAME(containment_line_in_plane_start_line),
         NAME(containment_line_in_plane_block_line), NAME(containment_line_in_plane_dense_line)}, {2, 2,
-        NAME(containment_line_in_plane_start_plane), NAME(containment_line_in_plane_block_plane), NULL}};
-    static const struct kernel kernel = {NAME(containment_line_in_plane_block), NULL, 2, 4, 2, parts, forms};
+        NAME(containment_line_in_plane_start_plane), NAME(containment_line_in_plane_block_plane),
+        NAME(containment_line_in_plane_dense_plane)}};
+    static const struct kernel kernel = {NAME(containment_line_in_plane_block),
+        NAME(containment_line_in_plane_dense), 2, 4, 2, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -29019,20 +33346,24 @@ WIDE static void NAME(containment_circle_in_plane_block_circle)(intptr_t n, char
 WIDE static void NAME(containment_circle_in_plane_dense_circle)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
-    (void)strides;
     const REAL *prepared = (const REAL *)args[0];
+    (void)strides;
     char *a1 = args[1];
-    char *a2 = args[2];
-    char *a3 = args[3];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x1[4];
-        REAL x2[1];
-        REAL x3[1];
-        NAME(load_4)(x1, a1 + i * 4 * w, w);
-        NAME(containment_circle_in_plane_apply_circle)(prepared, x1, x2, x3);
-        NAME(store_scalar)(a2 + i * w, x2);
-        NAME(store_scalar)(a3 + i * w, x3);
+    _Alignas(64) REAL r2[1 * SPAN];
+    _Alignas(64) REAL r3[1 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x1[4];
+            REAL x2[1];
+            REAL x3[1];
+            NAME(load_4)(x1, a1 + (first + i) * 4 * w, w);
+            NAME(containment_circle_in_plane_apply_circle)(prepared, x1, x2, x3);
+            NAME(store_scalar)((char *)(r2 + i), x2);
+            NAME(store_scalar)((char *)(r3 + i), x3);
+        }
+        NAME(store_span)(args[2], first, r2, 1);
+        NAME(store_span)(args[3], first, r3, 1);
     }
 }
 
@@ -29061,6 +33392,31 @@ WIDE static void NAME(containment_circle_in_plane_block_plane)(intptr_t n, char 
         NAME(containment_circle_in_plane_apply_plane)(prepared, x0, x2, x3);
         NAME(store_scalar)(a2 + i * w, x2);
         NAME(store_scalar)(a3 + i * w, x3);
+    }
+}
+
+WIDE static void NAME(containment_circle_in_plane_dense_plane)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    const REAL *prepared = (const REAL *)args[1];
+    (void)strides;
+    _Alignas(64) REAL r0[10 * SPAN];
+    _Alignas(64) REAL r2[1 * SPAN];
+    _Alignas(64) REAL r3[1 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        NAME(load_span)(r0, args[0], first, 10);
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[10];
+            REAL x2[1];
+            REAL x3[1];
+            NAME(load_10)(x0, (char *)(r0 + i), SPAN * w);
+            NAME(containment_circle_in_plane_apply_plane)(prepared, x0, x2, x3);
+            NAME(store_scalar)((char *)(r2 + i), x2);
+            NAME(store_scalar)((char *)(r3 + i), x3);
+        }
+        NAME(store_span)(args[2], first, r2, 1);
+        NAME(store_span)(args[3], first, r3, 1);
     }
 }
 
@@ -29094,13 +33450,43 @@ WIDE static void NAME(containment_circle_in_plane_block)(intptr_t n, char **args
     }
 }
 
+WIDE static void NAME(containment_circle_in_plane_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    _Alignas(64) REAL r0[10 * SPAN];
+    _Alignas(64) REAL r1[4 * SPAN];
+    _Alignas(64) REAL r2[1 * SPAN];
+    _Alignas(64) REAL r3[1 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        NAME(load_span)(r0, args[0], first, 10);
+        NAME(load_span)(r1, args[1], first, 4);
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[10];
+            REAL x1[4];
+            REAL x2[1];
+            REAL x3[1];
+            NAME(load_10)(x0, (char *)(r0 + i), SPAN * w);
+            NAME(load_4)(x1, (char *)(r1 + i), SPAN * w);
+            NAME(containment_circle_in_plane)(x0, x1, x2, x3);
+            NAME(store_scalar)((char *)(r2 + i), x2);
+            NAME(store_scalar)((char *)(r3 + i), x3);
+        }
+        NAME(store_span)(args[2], first, r2, 1);
+        NAME(store_span)(args[3], first, r3, 1);
+    }
+}
+
 void NAME(containment_circle_in_plane_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{10, 1, 0, {10}}, {4, 1, 1, {4}}, {1, 0, 2, {0}}, {1, 0, 2, {0}}};
     static const struct form forms[] = {{1, 2, NAME(containment_circle_in_plane_start_circle),
         NAME(containment_circle_in_plane_block_circle), NAME(containment_circle_in_plane_dense_circle)}, {2, 2,
-        NAME(containment_circle_in_plane_start_plane), NAME(containment_circle_in_plane_block_plane), NULL}};
-    static const struct kernel kernel = {NAME(containment_circle_in_plane_block), NULL, 2, 4, 2, parts, forms};
+        NAME(containment_circle_in_plane_start_plane), NAME(containment_circle_in_plane_block_plane),
+        NAME(containment_circle_in_plane_dense_plane)}};
+    static const struct kernel kernel = {NAME(containment_circle_in_plane_block),
+        NAME(containment_circle_in_plane_dense), 2, 4, 2, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -29486,6 +33872,31 @@ WIDE static void NAME(containment_circle_in_sphere_block_circle)(intptr_t n, cha
     }
 }
 
+WIDE static void NAME(containment_circle_in_sphere_dense_circle)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    const REAL *prepared = (const REAL *)args[0];
+    (void)strides;
+    _Alignas(64) REAL r1[5 * SPAN];
+    _Alignas(64) REAL r2[1 * SPAN];
+    _Alignas(64) REAL r3[1 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        NAME(load_span)(r1, args[1], first, 5);
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x1[5];
+            REAL x2[1];
+            REAL x3[1];
+            NAME(load_5)(x1, (char *)(r1 + i), SPAN * w);
+            NAME(containment_circle_in_sphere_apply_circle)(prepared, x1, x2, x3);
+            NAME(store_scalar)((char *)(r2 + i), x2);
+            NAME(store_scalar)((char *)(r3 + i), x3);
+        }
+        NAME(store_span)(args[2], first, r2, 1);
+        NAME(store_span)(args[3], first, r3, 1);
+    }
+}
+
 static void NAME(containment_circle_in_sphere_start_circle)(char **args, const intptr_t *strides, void *prepared)
 {
     const intptr_t c0a = strides[0];
@@ -29511,6 +33922,31 @@ WIDE static void NAME(containment_circle_in_sphere_block_sphere)(intptr_t n, cha
         NAME(containment_circle_in_sphere_apply_sphere)(prepared, x0, x2, x3);
         NAME(store_scalar)(a2 + i * w, x2);
         NAME(store_scalar)(a3 + i * w, x3);
+    }
+}
+
+WIDE static void NAME(containment_circle_in_sphere_dense_sphere)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    const REAL *prepared = (const REAL *)args[1];
+    (void)strides;
+    _Alignas(64) REAL r0[10 * SPAN];
+    _Alignas(64) REAL r2[1 * SPAN];
+    _Alignas(64) REAL r3[1 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        NAME(load_span)(r0, args[0], first, 10);
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[10];
+            REAL x2[1];
+            REAL x3[1];
+            NAME(load_10)(x0, (char *)(r0 + i), SPAN * w);
+            NAME(containment_circle_in_sphere_apply_sphere)(prepared, x0, x2, x3);
+            NAME(store_scalar)((char *)(r2 + i), x2);
+            NAME(store_scalar)((char *)(r3 + i), x3);
+        }
+        NAME(store_span)(args[2], first, r2, 1);
+        NAME(store_span)(args[3], first, r3, 1);
     }
 }
 
@@ -29544,13 +33980,43 @@ WIDE static void NAME(containment_circle_in_sphere_block)(intptr_t n, char **arg
     }
 }
 
+WIDE static void NAME(containment_circle_in_sphere_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    _Alignas(64) REAL r0[10 * SPAN];
+    _Alignas(64) REAL r1[5 * SPAN];
+    _Alignas(64) REAL r2[1 * SPAN];
+    _Alignas(64) REAL r3[1 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        NAME(load_span)(r0, args[0], first, 10);
+        NAME(load_span)(r1, args[1], first, 5);
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[10];
+            REAL x1[5];
+            REAL x2[1];
+            REAL x3[1];
+            NAME(load_10)(x0, (char *)(r0 + i), SPAN * w);
+            NAME(load_5)(x1, (char *)(r1 + i), SPAN * w);
+            NAME(containment_circle_in_sphere)(x0, x1, x2, x3);
+            NAME(store_scalar)((char *)(r2 + i), x2);
+            NAME(store_scalar)((char *)(r3 + i), x3);
+        }
+        NAME(store_span)(args[2], first, r2, 1);
+        NAME(store_span)(args[3], first, r3, 1);
+    }
+}
+
 void NAME(containment_circle_in_sphere_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{10, 1, 0, {10}}, {5, 1, 1, {5}}, {1, 0, 2, {0}}, {1, 0, 2, {0}}};
     static const struct form forms[] = {{1, 2, NAME(containment_circle_in_sphere_start_circle),
-        NAME(containment_circle_in_sphere_block_circle), NULL}, {2, 2,
-        NAME(containment_circle_in_sphere_start_sphere), NAME(containment_circle_in_sphere_block_sphere), NULL}};
-    static const struct kernel kernel = {NAME(containment_circle_in_sphere_block), NULL, 2, 4, 2, parts, forms};
+        NAME(containment_circle_in_sphere_block_circle), NAME(containment_circle_in_sphere_dense_circle)}, {2, 2,
+        NAME(containment_circle_in_sphere_start_sphere), NAME(containment_circle_in_sphere_block_sphere),
+        NAME(containment_circle_in_sphere_dense_sphere)}};
+    static const struct kernel kernel = {NAME(containment_circle_in_sphere_block),
+        NAME(containment_circle_in_sphere_dense), 2, 4, 2, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -29618,25 +34084,29 @@ WIDE static void NAME(collinearity_dense)(intptr_t n, char **args, const intptr_
     char *a0 = args[0];
     char *a1 = args[1];
     char *a2 = args[2];
-    char *a3 = args[3];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[3];
-        REAL x1[3];
-        REAL x2[3];
-        REAL x3[1];
-        NAME(load_3)(x0, a0 + i * 3 * w, w);
-        NAME(load_3)(x1, a1 + i * 3 * w, w);
-        NAME(load_3)(x2, a2 + i * 3 * w, w);
-        NAME(collinearity)(x0, x1, x2, x3);
-        NAME(store_scalar)(a3 + i * w, x3);
+    _Alignas(64) REAL r3[1 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[3];
+            REAL x1[3];
+            REAL x2[3];
+            REAL x3[1];
+            NAME(load_3)(x0, a0 + (first + i) * 3 * w, w);
+            NAME(load_3)(x1, a1 + (first + i) * 3 * w, w);
+            NAME(load_3)(x2, a2 + (first + i) * 3 * w, w);
+            NAME(collinearity)(x0, x1, x2, x3);
+            NAME(store_scalar)((char *)(r3 + i), x3);
+        }
+        NAME(store_span)(args[3], first, r3, 1);
     }
 }
 
 void NAME(collinearity_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {3, 1, 1, {3}}, {3, 1, 2, {3}}, {1, 0, 3, {0}}};
-    static const struct kernel kernel = {NAME(collinearity_block), NAME(collinearity_dense), 3, 4, 0, parts, NULL};
+    static const struct kernel kernel = {NAME(collinearity_block), NAME(collinearity_dense), 3, 4, 0, 0, parts,
+        NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -29956,17 +34426,20 @@ WIDE static void NAME(coplanarity_block_a_b_c)(intptr_t n, char **args, const in
 WIDE static void NAME(coplanarity_dense_a_b_c)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
-    (void)strides;
     const REAL *prepared = (const REAL *)args[0];
+    (void)strides;
     char *a3 = args[3];
-    char *a4 = args[4];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x3[3];
-        REAL x4[1];
-        NAME(load_3)(x3, a3 + i * 3 * w, w);
-        NAME(coplanarity_apply_a_b_c)(prepared, x3, x4);
-        NAME(store_scalar)(a4 + i * w, x4);
+    _Alignas(64) REAL r4[1 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x3[3];
+            REAL x4[1];
+            NAME(load_3)(x3, a3 + (first + i) * 3 * w, w);
+            NAME(coplanarity_apply_a_b_c)(prepared, x3, x4);
+            NAME(store_scalar)((char *)(r4 + i), x4);
+        }
+        NAME(store_span)(args[4], first, r4, 1);
     }
 }
 
@@ -30002,17 +34475,20 @@ WIDE static void NAME(coplanarity_block_a_b_d)(intptr_t n, char **args, const in
 WIDE static void NAME(coplanarity_dense_a_b_d)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
-    (void)strides;
     const REAL *prepared = (const REAL *)args[0];
+    (void)strides;
     char *a2 = args[2];
-    char *a4 = args[4];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x2[3];
-        REAL x4[1];
-        NAME(load_3)(x2, a2 + i * 3 * w, w);
-        NAME(coplanarity_apply_a_b_d)(prepared, x2, x4);
-        NAME(store_scalar)(a4 + i * w, x4);
+    _Alignas(64) REAL r4[1 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x2[3];
+            REAL x4[1];
+            NAME(load_3)(x2, a2 + (first + i) * 3 * w, w);
+            NAME(coplanarity_apply_a_b_d)(prepared, x2, x4);
+            NAME(store_scalar)((char *)(r4 + i), x4);
+        }
+        NAME(store_span)(args[4], first, r4, 1);
     }
 }
 
@@ -30048,17 +34524,20 @@ WIDE static void NAME(coplanarity_block_a_c_d)(intptr_t n, char **args, const in
 WIDE static void NAME(coplanarity_dense_a_c_d)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
-    (void)strides;
     const REAL *prepared = (const REAL *)args[0];
+    (void)strides;
     char *a1 = args[1];
-    char *a4 = args[4];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x1[3];
-        REAL x4[1];
-        NAME(load_3)(x1, a1 + i * 3 * w, w);
-        NAME(coplanarity_apply_a_c_d)(prepared, x1, x4);
-        NAME(store_scalar)(a4 + i * w, x4);
+    _Alignas(64) REAL r4[1 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x1[3];
+            REAL x4[1];
+            NAME(load_3)(x1, a1 + (first + i) * 3 * w, w);
+            NAME(coplanarity_apply_a_c_d)(prepared, x1, x4);
+            NAME(store_scalar)((char *)(r4 + i), x4);
+        }
+        NAME(store_span)(args[4], first, r4, 1);
     }
 }
 
@@ -30094,17 +34573,20 @@ WIDE static void NAME(coplanarity_block_b_c_d)(intptr_t n, char **args, const in
 WIDE static void NAME(coplanarity_dense_b_c_d)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
-    (void)strides;
     const REAL *prepared = (const REAL *)args[1];
+    (void)strides;
     char *a0 = args[0];
-    char *a4 = args[4];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[3];
-        REAL x4[1];
-        NAME(load_3)(x0, a0 + i * 3 * w, w);
-        NAME(coplanarity_apply_b_c_d)(prepared, x0, x4);
-        NAME(store_scalar)(a4 + i * w, x4);
+    _Alignas(64) REAL r4[1 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[3];
+            REAL x4[1];
+            NAME(load_3)(x0, a0 + (first + i) * 3 * w, w);
+            NAME(coplanarity_apply_b_c_d)(prepared, x0, x4);
+            NAME(store_scalar)((char *)(r4 + i), x4);
+        }
+        NAME(store_span)(args[4], first, r4, 1);
     }
 }
 
@@ -30153,20 +34635,23 @@ WIDE static void NAME(coplanarity_dense)(intptr_t n, char **args, const intptr_t
     char *a1 = args[1];
     char *a2 = args[2];
     char *a3 = args[3];
-    char *a4 = args[4];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[3];
-        REAL x1[3];
-        REAL x2[3];
-        REAL x3[3];
-        REAL x4[1];
-        NAME(load_3)(x0, a0 + i * 3 * w, w);
-        NAME(load_3)(x1, a1 + i * 3 * w, w);
-        NAME(load_3)(x2, a2 + i * 3 * w, w);
-        NAME(load_3)(x3, a3 + i * 3 * w, w);
-        NAME(coplanarity)(x0, x1, x2, x3, x4);
-        NAME(store_scalar)(a4 + i * w, x4);
+    _Alignas(64) REAL r4[1 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[3];
+            REAL x1[3];
+            REAL x2[3];
+            REAL x3[3];
+            REAL x4[1];
+            NAME(load_3)(x0, a0 + (first + i) * 3 * w, w);
+            NAME(load_3)(x1, a1 + (first + i) * 3 * w, w);
+            NAME(load_3)(x2, a2 + (first + i) * 3 * w, w);
+            NAME(load_3)(x3, a3 + (first + i) * 3 * w, w);
+            NAME(coplanarity)(x0, x1, x2, x3, x4);
+            NAME(store_scalar)((char *)(r4 + i), x4);
+        }
+        NAME(store_span)(args[4], first, r4, 1);
     }
 }
 
@@ -30179,7 +34664,8 @@ void NAME(coplanarity_loop)(char **args, const intptr_t *dimensions, const intpt
         NAME(coplanarity_dense_a_b_d)}, {13, 2, NAME(coplanarity_start_a_c_d), NAME(coplanarity_block_a_c_d),
         NAME(coplanarity_dense_a_c_d)}, {14, 2, NAME(coplanarity_start_b_c_d), NAME(coplanarity_block_b_c_d),
         NAME(coplanarity_dense_b_c_d)}};
-    static const struct kernel kernel = {NAME(coplanarity_block), NAME(coplanarity_dense), 4, 5, 4, parts, forms};
+    static const struct kernel kernel = {NAME(coplanarity_block), NAME(coplanarity_dense), 4, 5, 4, 0, parts,
+        forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -30659,17 +35145,20 @@ WIDE static void NAME(cocircularity_block_a_b_d)(intptr_t n, char **args, const 
 WIDE static void NAME(cocircularity_dense_a_b_d)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
-    (void)strides;
     const REAL *prepared = (const REAL *)args[0];
+    (void)strides;
     char *a2 = args[2];
-    char *a4 = args[4];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x2[3];
-        REAL x4[1];
-        NAME(load_3)(x2, a2 + i * 3 * w, w);
-        NAME(cocircularity_apply_a_b_d)(prepared, x2, x4);
-        NAME(store_scalar)(a4 + i * w, x4);
+    _Alignas(64) REAL r4[1 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x2[3];
+            REAL x4[1];
+            NAME(load_3)(x2, a2 + (first + i) * 3 * w, w);
+            NAME(cocircularity_apply_a_b_d)(prepared, x2, x4);
+            NAME(store_scalar)((char *)(r4 + i), x4);
+        }
+        NAME(store_span)(args[4], first, r4, 1);
     }
 }
 
@@ -30705,17 +35194,20 @@ WIDE static void NAME(cocircularity_block_a_c_d)(intptr_t n, char **args, const 
 WIDE static void NAME(cocircularity_dense_a_c_d)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
-    (void)strides;
     const REAL *prepared = (const REAL *)args[0];
+    (void)strides;
     char *a1 = args[1];
-    char *a4 = args[4];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x1[3];
-        REAL x4[1];
-        NAME(load_3)(x1, a1 + i * 3 * w, w);
-        NAME(cocircularity_apply_a_c_d)(prepared, x1, x4);
-        NAME(store_scalar)(a4 + i * w, x4);
+    _Alignas(64) REAL r4[1 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x1[3];
+            REAL x4[1];
+            NAME(load_3)(x1, a1 + (first + i) * 3 * w, w);
+            NAME(cocircularity_apply_a_c_d)(prepared, x1, x4);
+            NAME(store_scalar)((char *)(r4 + i), x4);
+        }
+        NAME(store_span)(args[4], first, r4, 1);
     }
 }
 
@@ -30751,17 +35243,20 @@ WIDE static void NAME(cocircularity_block_b_c_d)(intptr_t n, char **args, const 
 WIDE static void NAME(cocircularity_dense_b_c_d)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
-    (void)strides;
     const REAL *prepared = (const REAL *)args[1];
+    (void)strides;
     char *a0 = args[0];
-    char *a4 = args[4];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[3];
-        REAL x4[1];
-        NAME(load_3)(x0, a0 + i * 3 * w, w);
-        NAME(cocircularity_apply_b_c_d)(prepared, x0, x4);
-        NAME(store_scalar)(a4 + i * w, x4);
+    _Alignas(64) REAL r4[1 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[3];
+            REAL x4[1];
+            NAME(load_3)(x0, a0 + (first + i) * 3 * w, w);
+            NAME(cocircularity_apply_b_c_d)(prepared, x0, x4);
+            NAME(store_scalar)((char *)(r4 + i), x4);
+        }
+        NAME(store_span)(args[4], first, r4, 1);
     }
 }
 
@@ -30802,6 +35297,34 @@ WIDE static void NAME(cocircularity_block)(intptr_t n, char **args, const intptr
     }
 }
 
+WIDE static void NAME(cocircularity_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    char *a0 = args[0];
+    char *a1 = args[1];
+    char *a2 = args[2];
+    char *a3 = args[3];
+    _Alignas(64) REAL r4[1 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[3];
+            REAL x1[3];
+            REAL x2[3];
+            REAL x3[3];
+            REAL x4[1];
+            NAME(load_3)(x0, a0 + (first + i) * 3 * w, w);
+            NAME(load_3)(x1, a1 + (first + i) * 3 * w, w);
+            NAME(load_3)(x2, a2 + (first + i) * 3 * w, w);
+            NAME(load_3)(x3, a3 + (first + i) * 3 * w, w);
+            NAME(cocircularity)(x0, x1, x2, x3, x4);
+            NAME(store_scalar)((char *)(r4 + i), x4);
+        }
+        NAME(store_span)(args[4], first, r4, 1);
+    }
+}
+
 void NAME(cocircularity_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {3, 1, 1, {3}}, {3, 1, 2, {3}}, {3, 1, 3, {3}}, {1, 0, 4,
@@ -30810,7 +35333,8 @@ void NAME(cocircularity_loop)(char **args, const intptr_t *dimensions, const int
         NAME(cocircularity_dense_a_b_d)}, {13, 2, NAME(cocircularity_start_a_c_d), NAME(cocircularity_block_a_c_d),
         NAME(cocircularity_dense_a_c_d)}, {14, 2, NAME(cocircularity_start_b_c_d), NAME(cocircularity_block_b_c_d),
         NAME(cocircularity_dense_b_c_d)}};
-    static const struct kernel kernel = {NAME(cocircularity_block), NULL, 4, 5, 3, parts, forms};
+    static const struct kernel kernel = {NAME(cocircularity_block), NAME(cocircularity_dense), 4, 5, 3, 0, parts,
+        forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -30943,10 +35467,31 @@ WIDE static void NAME(cosphericity_block)(intptr_t n, char **args, const intptr_
     }
 }
 
+WIDE static void NAME(cosphericity_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    _Alignas(64) REAL r0[15 * SPAN];
+    _Alignas(64) REAL r1[1 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        NAME(load_span)(r0, args[0], first, 15);
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[15];
+            REAL x1[1];
+            NAME(load_5x3)(x0, (char *)(r0 + i), 3 * SPAN * w, SPAN * w);
+            NAME(cosphericity)(x0, x1);
+            NAME(store_scalar)((char *)(r1 + i), x1);
+        }
+        NAME(store_span)(args[1], first, r1, 1);
+    }
+}
+
 void NAME(cosphericity_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{15, 2, 0, {5, 3}}, {1, 0, 2, {0}}};
-    static const struct kernel kernel = {NAME(cosphericity_block), NULL, 1, 2, 0, parts, NULL};
+    static const struct kernel kernel = {NAME(cosphericity_block), NAME(cosphericity_dense), 1, 2, 0, 0, parts,
+        NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -31108,17 +35653,20 @@ WIDE static void NAME(meet_three_planes_block_p_q)(intptr_t n, char **args, cons
 WIDE static void NAME(meet_three_planes_dense_p_q)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
-    (void)strides;
     const REAL *prepared = (const REAL *)args[0];
+    (void)strides;
     char *a2 = args[2];
-    char *a3 = args[3];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x2[4];
-        REAL x3[3];
-        NAME(load_4)(x2, a2 + i * 4 * w, w);
-        NAME(meet_three_planes_apply_p_q)(prepared, x2, x3);
-        NAME(store_3)(a3 + i * 3 * w, w, x3);
+    _Alignas(64) REAL r3[3 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x2[4];
+            REAL x3[3];
+            NAME(load_4)(x2, a2 + (first + i) * 4 * w, w);
+            NAME(meet_three_planes_apply_p_q)(prepared, x2, x3);
+            NAME(store_3)((char *)(r3 + i), SPAN * w, x3);
+        }
+        NAME(store_span)(args[3], first, r3, 3);
     }
 }
 
@@ -31161,18 +35709,21 @@ WIDE static void NAME(meet_three_planes_dense)(intptr_t n, char **args, const in
     char *a0 = args[0];
     char *a1 = args[1];
     char *a2 = args[2];
-    char *a3 = args[3];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[4];
-        REAL x1[4];
-        REAL x2[4];
-        REAL x3[3];
-        NAME(load_4)(x0, a0 + i * 4 * w, w);
-        NAME(load_4)(x1, a1 + i * 4 * w, w);
-        NAME(load_4)(x2, a2 + i * 4 * w, w);
-        NAME(meet_three_planes)(x0, x1, x2, x3);
-        NAME(store_3)(a3 + i * 3 * w, w, x3);
+    _Alignas(64) REAL r3[3 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[4];
+            REAL x1[4];
+            REAL x2[4];
+            REAL x3[3];
+            NAME(load_4)(x0, a0 + (first + i) * 4 * w, w);
+            NAME(load_4)(x1, a1 + (first + i) * 4 * w, w);
+            NAME(load_4)(x2, a2 + (first + i) * 4 * w, w);
+            NAME(meet_three_planes)(x0, x1, x2, x3);
+            NAME(store_3)((char *)(r3 + i), SPAN * w, x3);
+        }
+        NAME(store_span)(args[3], first, r3, 3);
     }
 }
 
@@ -31181,7 +35732,7 @@ void NAME(meet_three_planes_loop)(char **args, const intptr_t *dimensions, const
     static const struct part parts[] = {{4, 1, 0, {4}}, {4, 1, 1, {4}}, {4, 1, 2, {4}}, {3, 1, 3, {3}}};
     static const struct form forms[] = {{3, 2, NAME(meet_three_planes_start_p_q), NAME(meet_three_planes_block_p_q),
         NAME(meet_three_planes_dense_p_q)}};
-    static const struct kernel kernel = {NAME(meet_three_planes_block), NAME(meet_three_planes_dense), 3, 4, 1,
+    static const struct kernel kernel = {NAME(meet_three_planes_block), NAME(meet_three_planes_dense), 3, 4, 1, 0,
         parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -31610,6 +36161,27 @@ WIDE static void NAME(meet_lines_block_a)(intptr_t n, char **args, const intptr_
     }
 }
 
+WIDE static void NAME(meet_lines_dense_a)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    const REAL *prepared = (const REAL *)args[0];
+    (void)strides;
+    _Alignas(64) REAL r1[6 * SPAN];
+    _Alignas(64) REAL r2[3 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        NAME(load_span)(r1, args[1], first, 6);
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x1[6];
+            REAL x2[3];
+            NAME(load_6)(x1, (char *)(r1 + i), SPAN * w);
+            NAME(meet_lines_apply_a)(prepared, x1, x2);
+            NAME(store_3)((char *)(r2 + i), SPAN * w, x2);
+        }
+        NAME(store_span)(args[2], first, r2, 3);
+    }
+}
+
 static void NAME(meet_lines_start_a)(char **args, const intptr_t *strides, void *prepared)
 {
     const intptr_t c0a = strides[0];
@@ -31632,6 +36204,27 @@ WIDE static void NAME(meet_lines_block_b)(intptr_t n, char **args, const intptr_
         NAME(load_6)(x0, a0 + i * w, c0a);
         NAME(meet_lines_apply_b)(prepared, x0, x2);
         NAME(store_3)(a2 + i * w, c2a, x2);
+    }
+}
+
+WIDE static void NAME(meet_lines_dense_b)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    const REAL *prepared = (const REAL *)args[1];
+    (void)strides;
+    _Alignas(64) REAL r0[6 * SPAN];
+    _Alignas(64) REAL r2[3 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        NAME(load_span)(r0, args[0], first, 6);
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[6];
+            REAL x2[3];
+            NAME(load_6)(x0, (char *)(r0 + i), SPAN * w);
+            NAME(meet_lines_apply_b)(prepared, x0, x2);
+            NAME(store_3)((char *)(r2 + i), SPAN * w, x2);
+        }
+        NAME(store_span)(args[2], first, r2, 3);
     }
 }
 
@@ -31665,9 +36258,10 @@ WIDE static void NAME(meet_lines_block)(intptr_t n, char **args, const intptr_t 
 void NAME(meet_lines_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{6, 1, 0, {6}}, {6, 1, 1, {6}}, {3, 1, 2, {3}}};
-    static const struct form forms[] = {{1, 2, NAME(meet_lines_start_a), NAME(meet_lines_block_a), NULL}, {2, 2,
-        NAME(meet_lines_start_b), NAME(meet_lines_block_b), NULL}};
-    static const struct kernel kernel = {NAME(meet_lines_block), NULL, 2, 3, 2, parts, forms};
+    static const struct form forms[] = {{1, 2, NAME(meet_lines_start_a), NAME(meet_lines_block_a),
+        NAME(meet_lines_dense_a)}, {2, 2, NAME(meet_lines_start_b), NAME(meet_lines_block_b),
+        NAME(meet_lines_dense_b)}};
+    static const struct kernel kernel = {NAME(meet_lines_block), NULL, 2, 3, 2, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -31914,6 +36508,27 @@ WIDE static void NAME(meet_line_circle_block_circle)(intptr_t n, char **args, co
     }
 }
 
+WIDE static void NAME(meet_line_circle_dense_circle)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    const REAL *prepared = (const REAL *)args[1];
+    (void)strides;
+    _Alignas(64) REAL r0[6 * SPAN];
+    _Alignas(64) REAL r2[10 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        NAME(load_span)(r0, args[0], first, 6);
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[6];
+            REAL x2[10];
+            NAME(load_6)(x0, (char *)(r0 + i), SPAN * w);
+            NAME(meet_line_circle_apply_circle)(prepared, x0, x2);
+            NAME(store_10)((char *)(r2 + i), SPAN * w, x2);
+        }
+        NAME(store_span)(args[2], first, r2, 10);
+    }
+}
+
 static void NAME(meet_line_circle_start_circle)(char **args, const intptr_t *strides, void *prepared)
 {
     const intptr_t c1a = strides[1];
@@ -31944,9 +36559,9 @@ WIDE static void NAME(meet_line_circle_block)(intptr_t n, char **args, const int
 void NAME(meet_line_circle_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{6, 1, 0, {6}}, {10, 1, 1, {10}}, {10, 1, 2, {10}}};
-    static const struct form forms[] = {{2, 1, NAME(meet_line_circle_start_circle),
-        NAME(meet_line_circle_block_circle), NULL}};
-    static const struct kernel kernel = {NAME(meet_line_circle_block), NULL, 2, 3, 1, parts, forms};
+    static const struct form forms[] = {{2, 2, NAME(meet_line_circle_start_circle),
+        NAME(meet_line_circle_block_circle), NAME(meet_line_circle_dense_circle)}};
+    static const struct kernel kernel = {NAME(meet_line_circle_block), NULL, 2, 3, 1, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -32337,6 +36952,27 @@ WIDE static void NAME(meet_circles_block_b)(intptr_t n, char **args, const intpt
     }
 }
 
+WIDE static void NAME(meet_circles_dense_b)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    const REAL *prepared = (const REAL *)args[1];
+    (void)strides;
+    _Alignas(64) REAL r0[10 * SPAN];
+    _Alignas(64) REAL r2[10 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        NAME(load_span)(r0, args[0], first, 10);
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[10];
+            REAL x2[10];
+            NAME(load_10)(x0, (char *)(r0 + i), SPAN * w);
+            NAME(meet_circles_apply_b)(prepared, x0, x2);
+            NAME(store_10)((char *)(r2 + i), SPAN * w, x2);
+        }
+        NAME(store_span)(args[2], first, r2, 10);
+    }
+}
+
 static void NAME(meet_circles_start_b)(char **args, const intptr_t *strides, void *prepared)
 {
     const intptr_t c1a = strides[1];
@@ -32367,8 +37003,9 @@ WIDE static void NAME(meet_circles_block)(intptr_t n, char **args, const intptr_
 void NAME(meet_circles_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{10, 1, 0, {10}}, {10, 1, 1, {10}}, {10, 1, 2, {10}}};
-    static const struct form forms[] = {{2, 2, NAME(meet_circles_start_b), NAME(meet_circles_block_b), NULL}};
-    static const struct kernel kernel = {NAME(meet_circles_block), NULL, 2, 3, 1, parts, forms};
+    static const struct form forms[] = {{2, 2, NAME(meet_circles_start_b), NAME(meet_circles_block_b),
+        NAME(meet_circles_dense_b)}};
+    static const struct kernel kernel = {NAME(meet_circles_block), NULL, 2, 3, 1, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -32718,6 +37355,27 @@ WIDE static void NAME(meet_spheres_kind_block_a)(intptr_t n, char **args, const 
     }
 }
 
+WIDE static void NAME(meet_spheres_kind_dense_a)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    const REAL *prepared = (const REAL *)args[0];
+    (void)strides;
+    _Alignas(64) REAL r1[5 * SPAN];
+    _Alignas(64) REAL r2[1 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        NAME(load_span)(r1, args[1], first, 5);
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x1[5];
+            REAL x2[1];
+            NAME(load_5)(x1, (char *)(r1 + i), SPAN * w);
+            NAME(meet_spheres_kind_apply_a)(prepared, x1, x2);
+            NAME(store_scalar)((char *)(r2 + i), x2);
+        }
+        NAME(store_span)(args[2], first, r2, 1);
+    }
+}
+
 static void NAME(meet_spheres_kind_start_a)(char **args, const intptr_t *strides, void *prepared)
 {
     const intptr_t c0a = strides[0];
@@ -32740,6 +37398,27 @@ WIDE static void NAME(meet_spheres_kind_block_b)(intptr_t n, char **args, const 
         NAME(load_5)(x0, a0 + i * w, c0a);
         NAME(meet_spheres_kind_apply_b)(prepared, x0, x2);
         NAME(store_scalar)(a2 + i * w, x2);
+    }
+}
+
+WIDE static void NAME(meet_spheres_kind_dense_b)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    const REAL *prepared = (const REAL *)args[1];
+    (void)strides;
+    _Alignas(64) REAL r0[5 * SPAN];
+    _Alignas(64) REAL r2[1 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        NAME(load_span)(r0, args[0], first, 5);
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[5];
+            REAL x2[1];
+            NAME(load_5)(x0, (char *)(r0 + i), SPAN * w);
+            NAME(meet_spheres_kind_apply_b)(prepared, x0, x2);
+            NAME(store_scalar)((char *)(r2 + i), x2);
+        }
+        NAME(store_span)(args[2], first, r2, 1);
     }
 }
 
@@ -32770,12 +37449,38 @@ WIDE static void NAME(meet_spheres_kind_block)(intptr_t n, char **args, const in
     }
 }
 
+WIDE static void NAME(meet_spheres_kind_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    _Alignas(64) REAL r0[5 * SPAN];
+    _Alignas(64) REAL r1[5 * SPAN];
+    _Alignas(64) REAL r2[1 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        NAME(load_span)(r0, args[0], first, 5);
+        NAME(load_span)(r1, args[1], first, 5);
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[5];
+            REAL x1[5];
+            REAL x2[1];
+            NAME(load_5)(x0, (char *)(r0 + i), SPAN * w);
+            NAME(load_5)(x1, (char *)(r1 + i), SPAN * w);
+            NAME(meet_spheres_kind)(x0, x1, x2);
+            NAME(store_scalar)((char *)(r2 + i), x2);
+        }
+        NAME(store_span)(args[2], first, r2, 1);
+    }
+}
+
 void NAME(meet_spheres_kind_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{5, 1, 0, {5}}, {5, 1, 1, {5}}, {1, 0, 2, {0}}};
     static const struct form forms[] = {{1, 2, NAME(meet_spheres_kind_start_a), NAME(meet_spheres_kind_block_a),
-        NULL}, {2, 2, NAME(meet_spheres_kind_start_b), NAME(meet_spheres_kind_block_b), NULL}};
-    static const struct kernel kernel = {NAME(meet_spheres_kind_block), NULL, 2, 3, 2, parts, forms};
+        NAME(meet_spheres_kind_dense_a)}, {2, 2, NAME(meet_spheres_kind_start_b), NAME(meet_spheres_kind_block_b),
+        NAME(meet_spheres_kind_dense_b)}};
+    static const struct kernel kernel = {NAME(meet_spheres_kind_block), NAME(meet_spheres_kind_dense), 2, 3, 2, 0,
+        parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -33035,17 +37740,20 @@ WIDE static void NAME(meet_sphere_plane_kind_block_sphere)(intptr_t n, char **ar
 WIDE static void NAME(meet_sphere_plane_kind_dense_sphere)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
-    (void)strides;
     const REAL *prepared = (const REAL *)args[0];
+    (void)strides;
     char *a1 = args[1];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x1[4];
-        REAL x2[1];
-        NAME(load_4)(x1, a1 + i * 4 * w, w);
-        NAME(meet_sphere_plane_kind_apply_sphere)(prepared, x1, x2);
-        NAME(store_scalar)(a2 + i * w, x2);
+    _Alignas(64) REAL r2[1 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x1[4];
+            REAL x2[1];
+            NAME(load_4)(x1, a1 + (first + i) * 4 * w, w);
+            NAME(meet_sphere_plane_kind_apply_sphere)(prepared, x1, x2);
+            NAME(store_scalar)((char *)(r2 + i), x2);
+        }
+        NAME(store_span)(args[2], first, r2, 1);
     }
 }
 
@@ -33071,6 +37779,27 @@ WIDE static void NAME(meet_sphere_plane_kind_block_plane)(intptr_t n, char **arg
         NAME(load_5)(x0, a0 + i * w, c0a);
         NAME(meet_sphere_plane_kind_apply_plane)(prepared, x0, x2);
         NAME(store_scalar)(a2 + i * w, x2);
+    }
+}
+
+WIDE static void NAME(meet_sphere_plane_kind_dense_plane)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    const REAL *prepared = (const REAL *)args[1];
+    (void)strides;
+    _Alignas(64) REAL r0[5 * SPAN];
+    _Alignas(64) REAL r2[1 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        NAME(load_span)(r0, args[0], first, 5);
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[5];
+            REAL x2[1];
+            NAME(load_5)(x0, (char *)(r0 + i), SPAN * w);
+            NAME(meet_sphere_plane_kind_apply_plane)(prepared, x0, x2);
+            NAME(store_scalar)((char *)(r2 + i), x2);
+        }
+        NAME(store_span)(args[2], first, r2, 1);
     }
 }
 
@@ -33101,13 +37830,39 @@ WIDE static void NAME(meet_sphere_plane_kind_block)(intptr_t n, char **args, con
     }
 }
 
+WIDE static void NAME(meet_sphere_plane_kind_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    _Alignas(64) REAL r0[5 * SPAN];
+    _Alignas(64) REAL r1[4 * SPAN];
+    _Alignas(64) REAL r2[1 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        NAME(load_span)(r0, args[0], first, 5);
+        NAME(load_span)(r1, args[1], first, 4);
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[5];
+            REAL x1[4];
+            REAL x2[1];
+            NAME(load_5)(x0, (char *)(r0 + i), SPAN * w);
+            NAME(load_4)(x1, (char *)(r1 + i), SPAN * w);
+            NAME(meet_sphere_plane_kind)(x0, x1, x2);
+            NAME(store_scalar)((char *)(r2 + i), x2);
+        }
+        NAME(store_span)(args[2], first, r2, 1);
+    }
+}
+
 void NAME(meet_sphere_plane_kind_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{5, 1, 0, {5}}, {4, 1, 1, {4}}, {1, 0, 2, {0}}};
     static const struct form forms[] = {{1, 2, NAME(meet_sphere_plane_kind_start_sphere),
         NAME(meet_sphere_plane_kind_block_sphere), NAME(meet_sphere_plane_kind_dense_sphere)}, {2, 2,
-        NAME(meet_sphere_plane_kind_start_plane), NAME(meet_sphere_plane_kind_block_plane), NULL}};
-    static const struct kernel kernel = {NAME(meet_sphere_plane_kind_block), NULL, 2, 3, 2, parts, forms};
+        NAME(meet_sphere_plane_kind_start_plane), NAME(meet_sphere_plane_kind_block_plane),
+        NAME(meet_sphere_plane_kind_dense_plane)}};
+    static const struct kernel kernel = {NAME(meet_sphere_plane_kind_block), NAME(meet_sphere_plane_kind_dense), 2,
+        3, 2, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -33362,17 +38117,20 @@ WIDE static void NAME(meet_planes_kind_block_a)(intptr_t n, char **args, const i
 WIDE static void NAME(meet_planes_kind_dense_a)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
-    (void)strides;
     const REAL *prepared = (const REAL *)args[0];
+    (void)strides;
     char *a1 = args[1];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x1[4];
-        REAL x2[1];
-        NAME(load_4)(x1, a1 + i * 4 * w, w);
-        NAME(meet_planes_kind_apply_a)(prepared, x1, x2);
-        NAME(store_scalar)(a2 + i * w, x2);
+    _Alignas(64) REAL r2[1 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x1[4];
+            REAL x2[1];
+            NAME(load_4)(x1, a1 + (first + i) * 4 * w, w);
+            NAME(meet_planes_kind_apply_a)(prepared, x1, x2);
+            NAME(store_scalar)((char *)(r2 + i), x2);
+        }
+        NAME(store_span)(args[2], first, r2, 1);
     }
 }
 
@@ -33404,17 +38162,20 @@ WIDE static void NAME(meet_planes_kind_block_b)(intptr_t n, char **args, const i
 WIDE static void NAME(meet_planes_kind_dense_b)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
-    (void)strides;
     const REAL *prepared = (const REAL *)args[1];
+    (void)strides;
     char *a0 = args[0];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[4];
-        REAL x2[1];
-        NAME(load_4)(x0, a0 + i * 4 * w, w);
-        NAME(meet_planes_kind_apply_b)(prepared, x0, x2);
-        NAME(store_scalar)(a2 + i * w, x2);
+    _Alignas(64) REAL r2[1 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[4];
+            REAL x2[1];
+            NAME(load_4)(x0, a0 + (first + i) * 4 * w, w);
+            NAME(meet_planes_kind_apply_b)(prepared, x0, x2);
+            NAME(store_scalar)((char *)(r2 + i), x2);
+        }
+        NAME(store_span)(args[2], first, r2, 1);
     }
 }
 
@@ -33451,16 +38212,19 @@ WIDE static void NAME(meet_planes_kind_dense)(intptr_t n, char **args, const int
     (void)strides;
     char *a0 = args[0];
     char *a1 = args[1];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[4];
-        REAL x1[4];
-        REAL x2[1];
-        NAME(load_4)(x0, a0 + i * 4 * w, w);
-        NAME(load_4)(x1, a1 + i * 4 * w, w);
-        NAME(meet_planes_kind)(x0, x1, x2);
-        NAME(store_scalar)(a2 + i * w, x2);
+    _Alignas(64) REAL r2[1 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[4];
+            REAL x1[4];
+            REAL x2[1];
+            NAME(load_4)(x0, a0 + (first + i) * 4 * w, w);
+            NAME(load_4)(x1, a1 + (first + i) * 4 * w, w);
+            NAME(meet_planes_kind)(x0, x1, x2);
+            NAME(store_scalar)((char *)(r2 + i), x2);
+        }
+        NAME(store_span)(args[2], first, r2, 1);
     }
 }
 
@@ -33470,8 +38234,8 @@ void NAME(meet_planes_kind_loop)(char **args, const intptr_t *dimensions, const 
     static const struct form forms[] = {{1, 2, NAME(meet_planes_kind_start_a), NAME(meet_planes_kind_block_a),
         NAME(meet_planes_kind_dense_a)}, {2, 2, NAME(meet_planes_kind_start_b), NAME(meet_planes_kind_block_b),
         NAME(meet_planes_kind_dense_b)}};
-    static const struct kernel kernel = {NAME(meet_planes_kind_block), NAME(meet_planes_kind_dense), 2, 3, 2, parts,
-        forms};
+    static const struct kernel kernel = {NAME(meet_planes_kind_block), NAME(meet_planes_kind_dense), 2, 3, 2, 0,
+        parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -33781,17 +38545,20 @@ WIDE static void NAME(meet_three_planes_kind_block_p_q)(intptr_t n, char **args,
 WIDE static void NAME(meet_three_planes_kind_dense_p_q)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
-    (void)strides;
     const REAL *prepared = (const REAL *)args[0];
+    (void)strides;
     char *a2 = args[2];
-    char *a3 = args[3];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x2[4];
-        REAL x3[1];
-        NAME(load_4)(x2, a2 + i * 4 * w, w);
-        NAME(meet_three_planes_kind_apply_p_q)(prepared, x2, x3);
-        NAME(store_scalar)(a3 + i * w, x3);
+    _Alignas(64) REAL r3[1 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x2[4];
+            REAL x3[1];
+            NAME(load_4)(x2, a2 + (first + i) * 4 * w, w);
+            NAME(meet_three_planes_kind_apply_p_q)(prepared, x2, x3);
+            NAME(store_scalar)((char *)(r3 + i), x3);
+        }
+        NAME(store_span)(args[3], first, r3, 1);
     }
 }
 
@@ -33825,17 +38592,20 @@ WIDE static void NAME(meet_three_planes_kind_block_p_r)(intptr_t n, char **args,
 WIDE static void NAME(meet_three_planes_kind_dense_p_r)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
-    (void)strides;
     const REAL *prepared = (const REAL *)args[0];
+    (void)strides;
     char *a1 = args[1];
-    char *a3 = args[3];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x1[4];
-        REAL x3[1];
-        NAME(load_4)(x1, a1 + i * 4 * w, w);
-        NAME(meet_three_planes_kind_apply_p_r)(prepared, x1, x3);
-        NAME(store_scalar)(a3 + i * w, x3);
+    _Alignas(64) REAL r3[1 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x1[4];
+            REAL x3[1];
+            NAME(load_4)(x1, a1 + (first + i) * 4 * w, w);
+            NAME(meet_three_planes_kind_apply_p_r)(prepared, x1, x3);
+            NAME(store_scalar)((char *)(r3 + i), x3);
+        }
+        NAME(store_span)(args[3], first, r3, 1);
     }
 }
 
@@ -33869,17 +38639,20 @@ WIDE static void NAME(meet_three_planes_kind_block_q_r)(intptr_t n, char **args,
 WIDE static void NAME(meet_three_planes_kind_dense_q_r)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
-    (void)strides;
     const REAL *prepared = (const REAL *)args[1];
+    (void)strides;
     char *a0 = args[0];
-    char *a3 = args[3];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[4];
-        REAL x3[1];
-        NAME(load_4)(x0, a0 + i * 4 * w, w);
-        NAME(meet_three_planes_kind_apply_q_r)(prepared, x0, x3);
-        NAME(store_scalar)(a3 + i * w, x3);
+    _Alignas(64) REAL r3[1 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[4];
+            REAL x3[1];
+            NAME(load_4)(x0, a0 + (first + i) * 4 * w, w);
+            NAME(meet_three_planes_kind_apply_q_r)(prepared, x0, x3);
+            NAME(store_scalar)((char *)(r3 + i), x3);
+        }
+        NAME(store_span)(args[3], first, r3, 1);
     }
 }
 
@@ -33922,18 +38695,21 @@ WIDE static void NAME(meet_three_planes_kind_dense)(intptr_t n, char **args, con
     char *a0 = args[0];
     char *a1 = args[1];
     char *a2 = args[2];
-    char *a3 = args[3];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[4];
-        REAL x1[4];
-        REAL x2[4];
-        REAL x3[1];
-        NAME(load_4)(x0, a0 + i * 4 * w, w);
-        NAME(load_4)(x1, a1 + i * 4 * w, w);
-        NAME(load_4)(x2, a2 + i * 4 * w, w);
-        NAME(meet_three_planes_kind)(x0, x1, x2, x3);
-        NAME(store_scalar)(a3 + i * w, x3);
+    _Alignas(64) REAL r3[1 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[4];
+            REAL x1[4];
+            REAL x2[4];
+            REAL x3[1];
+            NAME(load_4)(x0, a0 + (first + i) * 4 * w, w);
+            NAME(load_4)(x1, a1 + (first + i) * 4 * w, w);
+            NAME(load_4)(x2, a2 + (first + i) * 4 * w, w);
+            NAME(meet_three_planes_kind)(x0, x1, x2, x3);
+            NAME(store_scalar)((char *)(r3 + i), x3);
+        }
+        NAME(store_span)(args[3], first, r3, 1);
     }
 }
 
@@ -33946,7 +38722,7 @@ void NAME(meet_three_planes_kind_loop)(char **args, const intptr_t *dimensions, 
         NAME(meet_three_planes_kind_dense_p_r)}, {6, 2, NAME(meet_three_planes_kind_start_q_r),
         NAME(meet_three_planes_kind_block_q_r), NAME(meet_three_planes_kind_dense_q_r)}};
     static const struct kernel kernel = {NAME(meet_three_planes_kind_block), NAME(meet_three_planes_kind_dense), 3,
-        4, 3, parts, forms};
+        4, 3, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -34227,17 +39003,20 @@ WIDE static void NAME(meet_line_plane_kind_block_line)(intptr_t n, char **args, 
 WIDE static void NAME(meet_line_plane_kind_dense_line)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
-    (void)strides;
     const REAL *prepared = (const REAL *)args[0];
+    (void)strides;
     char *a1 = args[1];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x1[4];
-        REAL x2[1];
-        NAME(load_4)(x1, a1 + i * 4 * w, w);
-        NAME(meet_line_plane_kind_apply_line)(prepared, x1, x2);
-        NAME(store_scalar)(a2 + i * w, x2);
+    _Alignas(64) REAL r2[1 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x1[4];
+            REAL x2[1];
+            NAME(load_4)(x1, a1 + (first + i) * 4 * w, w);
+            NAME(meet_line_plane_kind_apply_line)(prepared, x1, x2);
+            NAME(store_scalar)((char *)(r2 + i), x2);
+        }
+        NAME(store_span)(args[2], first, r2, 1);
     }
 }
 
@@ -34263,6 +39042,27 @@ WIDE static void NAME(meet_line_plane_kind_block_plane)(intptr_t n, char **args,
         NAME(load_6)(x0, a0 + i * w, c0a);
         NAME(meet_line_plane_kind_apply_plane)(prepared, x0, x2);
         NAME(store_scalar)(a2 + i * w, x2);
+    }
+}
+
+WIDE static void NAME(meet_line_plane_kind_dense_plane)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    const REAL *prepared = (const REAL *)args[1];
+    (void)strides;
+    _Alignas(64) REAL r0[6 * SPAN];
+    _Alignas(64) REAL r2[1 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        NAME(load_span)(r0, args[0], first, 6);
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[6];
+            REAL x2[1];
+            NAME(load_6)(x0, (char *)(r0 + i), SPAN * w);
+            NAME(meet_line_plane_kind_apply_plane)(prepared, x0, x2);
+            NAME(store_scalar)((char *)(r2 + i), x2);
+        }
+        NAME(store_span)(args[2], first, r2, 1);
     }
 }
 
@@ -34293,13 +39093,39 @@ WIDE static void NAME(meet_line_plane_kind_block)(intptr_t n, char **args, const
     }
 }
 
+WIDE static void NAME(meet_line_plane_kind_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    _Alignas(64) REAL r0[6 * SPAN];
+    _Alignas(64) REAL r1[4 * SPAN];
+    _Alignas(64) REAL r2[1 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        NAME(load_span)(r0, args[0], first, 6);
+        NAME(load_span)(r1, args[1], first, 4);
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[6];
+            REAL x1[4];
+            REAL x2[1];
+            NAME(load_6)(x0, (char *)(r0 + i), SPAN * w);
+            NAME(load_4)(x1, (char *)(r1 + i), SPAN * w);
+            NAME(meet_line_plane_kind)(x0, x1, x2);
+            NAME(store_scalar)((char *)(r2 + i), x2);
+        }
+        NAME(store_span)(args[2], first, r2, 1);
+    }
+}
+
 void NAME(meet_line_plane_kind_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{6, 1, 0, {6}}, {4, 1, 1, {4}}, {1, 0, 2, {0}}};
     static const struct form forms[] = {{1, 2, NAME(meet_line_plane_kind_start_line),
         NAME(meet_line_plane_kind_block_line), NAME(meet_line_plane_kind_dense_line)}, {2, 2,
-        NAME(meet_line_plane_kind_start_plane), NAME(meet_line_plane_kind_block_plane), NULL}};
-    static const struct kernel kernel = {NAME(meet_line_plane_kind_block), NULL, 2, 3, 2, parts, forms};
+        NAME(meet_line_plane_kind_start_plane), NAME(meet_line_plane_kind_block_plane),
+        NAME(meet_line_plane_kind_dense_plane)}};
+    static const struct kernel kernel = {NAME(meet_line_plane_kind_block), NAME(meet_line_plane_kind_dense), 2, 3,
+        2, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -34660,6 +39486,27 @@ WIDE static void NAME(meet_line_sphere_kind_block_line)(intptr_t n, char **args,
     }
 }
 
+WIDE static void NAME(meet_line_sphere_kind_dense_line)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    const REAL *prepared = (const REAL *)args[0];
+    (void)strides;
+    _Alignas(64) REAL r1[5 * SPAN];
+    _Alignas(64) REAL r2[1 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        NAME(load_span)(r1, args[1], first, 5);
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x1[5];
+            REAL x2[1];
+            NAME(load_5)(x1, (char *)(r1 + i), SPAN * w);
+            NAME(meet_line_sphere_kind_apply_line)(prepared, x1, x2);
+            NAME(store_scalar)((char *)(r2 + i), x2);
+        }
+        NAME(store_span)(args[2], first, r2, 1);
+    }
+}
+
 static void NAME(meet_line_sphere_kind_start_line)(char **args, const intptr_t *strides, void *prepared)
 {
     const intptr_t c0a = strides[0];
@@ -34682,6 +39529,27 @@ WIDE static void NAME(meet_line_sphere_kind_block_sphere)(intptr_t n, char **arg
         NAME(load_6)(x0, a0 + i * w, c0a);
         NAME(meet_line_sphere_kind_apply_sphere)(prepared, x0, x2);
         NAME(store_scalar)(a2 + i * w, x2);
+    }
+}
+
+WIDE static void NAME(meet_line_sphere_kind_dense_sphere)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    const REAL *prepared = (const REAL *)args[1];
+    (void)strides;
+    _Alignas(64) REAL r0[6 * SPAN];
+    _Alignas(64) REAL r2[1 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        NAME(load_span)(r0, args[0], first, 6);
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[6];
+            REAL x2[1];
+            NAME(load_6)(x0, (char *)(r0 + i), SPAN * w);
+            NAME(meet_line_sphere_kind_apply_sphere)(prepared, x0, x2);
+            NAME(store_scalar)((char *)(r2 + i), x2);
+        }
+        NAME(store_span)(args[2], first, r2, 1);
     }
 }
 
@@ -34712,13 +39580,39 @@ WIDE static void NAME(meet_line_sphere_kind_block)(intptr_t n, char **args, cons
     }
 }
 
+WIDE static void NAME(meet_line_sphere_kind_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    _Alignas(64) REAL r0[6 * SPAN];
+    _Alignas(64) REAL r1[5 * SPAN];
+    _Alignas(64) REAL r2[1 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        NAME(load_span)(r0, args[0], first, 6);
+        NAME(load_span)(r1, args[1], first, 5);
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[6];
+            REAL x1[5];
+            REAL x2[1];
+            NAME(load_6)(x0, (char *)(r0 + i), SPAN * w);
+            NAME(load_5)(x1, (char *)(r1 + i), SPAN * w);
+            NAME(meet_line_sphere_kind)(x0, x1, x2);
+            NAME(store_scalar)((char *)(r2 + i), x2);
+        }
+        NAME(store_span)(args[2], first, r2, 1);
+    }
+}
+
 void NAME(meet_line_sphere_kind_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{6, 1, 0, {6}}, {5, 1, 1, {5}}, {1, 0, 2, {0}}};
     static const struct form forms[] = {{1, 2, NAME(meet_line_sphere_kind_start_line),
-        NAME(meet_line_sphere_kind_block_line), NULL}, {2, 2, NAME(meet_line_sphere_kind_start_sphere),
-        NAME(meet_line_sphere_kind_block_sphere), NULL}};
-    static const struct kernel kernel = {NAME(meet_line_sphere_kind_block), NULL, 2, 3, 2, parts, forms};
+        NAME(meet_line_sphere_kind_block_line), NAME(meet_line_sphere_kind_dense_line)}, {2, 2,
+        NAME(meet_line_sphere_kind_start_sphere), NAME(meet_line_sphere_kind_block_sphere),
+        NAME(meet_line_sphere_kind_dense_sphere)}};
+    static const struct kernel kernel = {NAME(meet_line_sphere_kind_block), NAME(meet_line_sphere_kind_dense), 2, 3,
+        2, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -35147,6 +40041,27 @@ WIDE static void NAME(meet_lines_kind_block_a)(intptr_t n, char **args, const in
     }
 }
 
+WIDE static void NAME(meet_lines_kind_dense_a)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    const REAL *prepared = (const REAL *)args[0];
+    (void)strides;
+    _Alignas(64) REAL r1[6 * SPAN];
+    _Alignas(64) REAL r2[1 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        NAME(load_span)(r1, args[1], first, 6);
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x1[6];
+            REAL x2[1];
+            NAME(load_6)(x1, (char *)(r1 + i), SPAN * w);
+            NAME(meet_lines_kind_apply_a)(prepared, x1, x2);
+            NAME(store_scalar)((char *)(r2 + i), x2);
+        }
+        NAME(store_span)(args[2], first, r2, 1);
+    }
+}
+
 static void NAME(meet_lines_kind_start_a)(char **args, const intptr_t *strides, void *prepared)
 {
     const intptr_t c0a = strides[0];
@@ -35169,6 +40084,27 @@ WIDE static void NAME(meet_lines_kind_block_b)(intptr_t n, char **args, const in
         NAME(load_6)(x0, a0 + i * w, c0a);
         NAME(meet_lines_kind_apply_b)(prepared, x0, x2);
         NAME(store_scalar)(a2 + i * w, x2);
+    }
+}
+
+WIDE static void NAME(meet_lines_kind_dense_b)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    const REAL *prepared = (const REAL *)args[1];
+    (void)strides;
+    _Alignas(64) REAL r0[6 * SPAN];
+    _Alignas(64) REAL r2[1 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        NAME(load_span)(r0, args[0], first, 6);
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[6];
+            REAL x2[1];
+            NAME(load_6)(x0, (char *)(r0 + i), SPAN * w);
+            NAME(meet_lines_kind_apply_b)(prepared, x0, x2);
+            NAME(store_scalar)((char *)(r2 + i), x2);
+        }
+        NAME(store_span)(args[2], first, r2, 1);
     }
 }
 
@@ -35202,9 +40138,10 @@ WIDE static void NAME(meet_lines_kind_block)(intptr_t n, char **args, const intp
 void NAME(meet_lines_kind_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{6, 1, 0, {6}}, {6, 1, 1, {6}}, {1, 0, 2, {0}}};
-    static const struct form forms[] = {{1, 2, NAME(meet_lines_kind_start_a), NAME(meet_lines_kind_block_a), NULL},
-        {2, 2, NAME(meet_lines_kind_start_b), NAME(meet_lines_kind_block_b), NULL}};
-    static const struct kernel kernel = {NAME(meet_lines_kind_block), NULL, 2, 3, 2, parts, forms};
+    static const struct form forms[] = {{1, 2, NAME(meet_lines_kind_start_a), NAME(meet_lines_kind_block_a),
+        NAME(meet_lines_kind_dense_a)}, {2, 2, NAME(meet_lines_kind_start_b), NAME(meet_lines_kind_block_b),
+        NAME(meet_lines_kind_dense_b)}};
+    static const struct kernel kernel = {NAME(meet_lines_kind_block), NULL, 2, 3, 2, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -35512,17 +40449,20 @@ WIDE static void NAME(meet_circle_plane_kind_block_circle)(intptr_t n, char **ar
 WIDE static void NAME(meet_circle_plane_kind_dense_circle)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
-    (void)strides;
     const REAL *prepared = (const REAL *)args[0];
+    (void)strides;
     char *a1 = args[1];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x1[4];
-        REAL x2[1];
-        NAME(load_4)(x1, a1 + i * 4 * w, w);
-        NAME(meet_circle_plane_kind_apply_circle)(prepared, x1, x2);
-        NAME(store_scalar)(a2 + i * w, x2);
+    _Alignas(64) REAL r2[1 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x1[4];
+            REAL x2[1];
+            NAME(load_4)(x1, a1 + (first + i) * 4 * w, w);
+            NAME(meet_circle_plane_kind_apply_circle)(prepared, x1, x2);
+            NAME(store_scalar)((char *)(r2 + i), x2);
+        }
+        NAME(store_span)(args[2], first, r2, 1);
     }
 }
 
@@ -35558,7 +40498,7 @@ void NAME(meet_circle_plane_kind_loop)(char **args, const intptr_t *dimensions, 
     static const struct part parts[] = {{10, 1, 0, {10}}, {4, 1, 1, {4}}, {1, 0, 2, {0}}};
     static const struct form forms[] = {{1, 2, NAME(meet_circle_plane_kind_start_circle),
         NAME(meet_circle_plane_kind_block_circle), NAME(meet_circle_plane_kind_dense_circle)}};
-    static const struct kernel kernel = {NAME(meet_circle_plane_kind_block), NULL, 2, 3, 1, parts, forms};
+    static const struct kernel kernel = {NAME(meet_circle_plane_kind_block), NULL, 2, 3, 1, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -35897,6 +40837,27 @@ WIDE static void NAME(meet_circle_sphere_kind_block_circle)(intptr_t n, char **a
     }
 }
 
+WIDE static void NAME(meet_circle_sphere_kind_dense_circle)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    const REAL *prepared = (const REAL *)args[0];
+    (void)strides;
+    _Alignas(64) REAL r1[5 * SPAN];
+    _Alignas(64) REAL r2[1 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        NAME(load_span)(r1, args[1], first, 5);
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x1[5];
+            REAL x2[1];
+            NAME(load_5)(x1, (char *)(r1 + i), SPAN * w);
+            NAME(meet_circle_sphere_kind_apply_circle)(prepared, x1, x2);
+            NAME(store_scalar)((char *)(r2 + i), x2);
+        }
+        NAME(store_span)(args[2], first, r2, 1);
+    }
+}
+
 static void NAME(meet_circle_sphere_kind_start_circle)(char **args, const intptr_t *strides, void *prepared)
 {
     const intptr_t c0a = strides[0];
@@ -35928,8 +40889,8 @@ void NAME(meet_circle_sphere_kind_loop)(char **args, const intptr_t *dimensions,
 {
     static const struct part parts[] = {{10, 1, 0, {10}}, {5, 1, 1, {5}}, {1, 0, 2, {0}}};
     static const struct form forms[] = {{1, 2, NAME(meet_circle_sphere_kind_start_circle),
-        NAME(meet_circle_sphere_kind_block_circle), NULL}};
-    static const struct kernel kernel = {NAME(meet_circle_sphere_kind_block), NULL, 2, 3, 1, parts, forms};
+        NAME(meet_circle_sphere_kind_block_circle), NAME(meet_circle_sphere_kind_dense_circle)}};
+    static const struct kernel kernel = {NAME(meet_circle_sphere_kind_block), NULL, 2, 3, 1, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -36582,7 +41543,7 @@ void NAME(meet_line_circle_kind_loop)(char **args, const intptr_t *dimensions, c
     static const struct form forms[] = {{2, 2, NAME(meet_line_circle_kind_start_circle),
         NAME(meet_line_circle_kind_block_circle), NULL}, {1, 2, NAME(meet_line_circle_kind_start_line),
         NAME(meet_line_circle_kind_block_line), NULL}};
-    static const struct kernel kernel = {NAME(meet_line_circle_kind_block), NULL, 2, 3, 2, parts, forms};
+    static const struct kernel kernel = {NAME(meet_line_circle_kind_block), NULL, 2, 3, 2, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -37586,7 +42547,7 @@ void NAME(meet_circles_kind_loop)(char **args, const intptr_t *dimensions, const
     static const struct part parts[] = {{10, 1, 0, {10}}, {10, 1, 1, {10}}, {1, 0, 2, {0}}};
     static const struct form forms[] = {{1, 2, NAME(meet_circles_kind_start_a), NAME(meet_circles_kind_block_a),
         NULL}, {2, 2, NAME(meet_circles_kind_start_b), NAME(meet_circles_kind_block_b), NULL}};
-    static const struct kernel kernel = {NAME(meet_circles_kind_block), NULL, 2, 3, 2, parts, forms};
+    static const struct kernel kernel = {NAME(meet_circles_kind_block), NULL, 2, 3, 2, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -37981,20 +42942,24 @@ WIDE static void NAME(ray_hits_sphere_block_direction_sphere)(intptr_t n, char *
 WIDE static void NAME(ray_hits_sphere_dense_direction_sphere)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
-    (void)strides;
     const REAL *prepared = (const REAL *)args[1];
+    (void)strides;
     char *a0 = args[0];
-    char *a3 = args[3];
-    char *a4 = args[4];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[3];
-        REAL x3[1];
-        REAL x4[3];
-        NAME(load_3)(x0, a0 + i * 3 * w, w);
-        NAME(ray_hits_sphere_apply_direction_sphere)(prepared, x0, x3, x4);
-        NAME(store_scalar)(a3 + i * w, x3);
-        NAME(store_3)(a4 + i * 3 * w, w, x4);
+    _Alignas(64) REAL r3[1 * SPAN];
+    _Alignas(64) REAL r4[3 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[3];
+            REAL x3[1];
+            REAL x4[3];
+            NAME(load_3)(x0, a0 + (first + i) * 3 * w, w);
+            NAME(ray_hits_sphere_apply_direction_sphere)(prepared, x0, x3, x4);
+            NAME(store_scalar)((char *)(r3 + i), x3);
+            NAME(store_3)((char *)(r4 + i), SPAN * w, x4);
+        }
+        NAME(store_span)(args[3], first, r3, 1);
+        NAME(store_span)(args[4], first, r4, 3);
     }
 }
 
@@ -38031,20 +42996,24 @@ WIDE static void NAME(ray_hits_sphere_block_origin_sphere)(intptr_t n, char **ar
 WIDE static void NAME(ray_hits_sphere_dense_origin_sphere)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
-    (void)strides;
     const REAL *prepared = (const REAL *)args[0];
+    (void)strides;
     char *a1 = args[1];
-    char *a3 = args[3];
-    char *a4 = args[4];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x1[3];
-        REAL x3[1];
-        REAL x4[3];
-        NAME(load_3)(x1, a1 + i * 3 * w, w);
-        NAME(ray_hits_sphere_apply_origin_sphere)(prepared, x1, x3, x4);
-        NAME(store_scalar)(a3 + i * w, x3);
-        NAME(store_3)(a4 + i * 3 * w, w, x4);
+    _Alignas(64) REAL r3[1 * SPAN];
+    _Alignas(64) REAL r4[3 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x1[3];
+            REAL x3[1];
+            REAL x4[3];
+            NAME(load_3)(x1, a1 + (first + i) * 3 * w, w);
+            NAME(ray_hits_sphere_apply_origin_sphere)(prepared, x1, x3, x4);
+            NAME(store_scalar)((char *)(r3 + i), x3);
+            NAME(store_3)((char *)(r4 + i), SPAN * w, x4);
+        }
+        NAME(store_span)(args[3], first, r3, 1);
+        NAME(store_span)(args[4], first, r4, 3);
     }
 }
 
@@ -38084,23 +43053,27 @@ WIDE static void NAME(ray_hits_sphere_block_sphere)(intptr_t n, char **args, con
 WIDE static void NAME(ray_hits_sphere_dense_sphere)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
-    (void)strides;
     const REAL *prepared = (const REAL *)args[2];
+    (void)strides;
     char *a0 = args[0];
     char *a1 = args[1];
-    char *a3 = args[3];
-    char *a4 = args[4];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[3];
-        REAL x1[3];
-        REAL x3[1];
-        REAL x4[3];
-        NAME(load_3)(x0, a0 + i * 3 * w, w);
-        NAME(load_3)(x1, a1 + i * 3 * w, w);
-        NAME(ray_hits_sphere_apply_sphere)(prepared, x0, x1, x3, x4);
-        NAME(store_scalar)(a3 + i * w, x3);
-        NAME(store_3)(a4 + i * 3 * w, w, x4);
+    _Alignas(64) REAL r3[1 * SPAN];
+    _Alignas(64) REAL r4[3 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[3];
+            REAL x1[3];
+            REAL x3[1];
+            REAL x4[3];
+            NAME(load_3)(x0, a0 + (first + i) * 3 * w, w);
+            NAME(load_3)(x1, a1 + (first + i) * 3 * w, w);
+            NAME(ray_hits_sphere_apply_sphere)(prepared, x0, x1, x3, x4);
+            NAME(store_scalar)((char *)(r3 + i), x3);
+            NAME(store_3)((char *)(r4 + i), SPAN * w, x4);
+        }
+        NAME(store_span)(args[3], first, r3, 1);
+        NAME(store_span)(args[4], first, r4, 3);
     }
 }
 
@@ -38137,6 +43110,38 @@ WIDE static void NAME(ray_hits_sphere_block)(intptr_t n, char **args, const intp
     }
 }
 
+WIDE static void NAME(ray_hits_sphere_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    _Alignas(64) REAL r0[3 * SPAN];
+    _Alignas(64) REAL r1[3 * SPAN];
+    _Alignas(64) REAL r2[5 * SPAN];
+    _Alignas(64) REAL r3[1 * SPAN];
+    _Alignas(64) REAL r4[3 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        NAME(load_span)(r0, args[0], first, 3);
+        NAME(load_span)(r1, args[1], first, 3);
+        NAME(load_span)(r2, args[2], first, 5);
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[3];
+            REAL x1[3];
+            REAL x2[5];
+            REAL x3[1];
+            REAL x4[3];
+            NAME(load_3)(x0, (char *)(r0 + i), SPAN * w);
+            NAME(load_3)(x1, (char *)(r1 + i), SPAN * w);
+            NAME(load_5)(x2, (char *)(r2 + i), SPAN * w);
+            NAME(ray_hits_sphere)(x0, x1, x2, x3, x4);
+            NAME(store_scalar)((char *)(r3 + i), x3);
+            NAME(store_3)((char *)(r4 + i), SPAN * w, x4);
+        }
+        NAME(store_span)(args[3], first, r3, 1);
+        NAME(store_span)(args[4], first, r4, 3);
+    }
+}
+
 void NAME(ray_hits_sphere_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {3, 1, 1, {3}}, {5, 1, 2, {5}}, {1, 0, 3, {0}}, {3, 1, 3,
@@ -38146,7 +43151,8 @@ void NAME(ray_hits_sphere_loop)(char **args, const intptr_t *dimensions, const i
         NAME(ray_hits_sphere_start_origin_sphere), NAME(ray_hits_sphere_block_origin_sphere),
         NAME(ray_hits_sphere_dense_origin_sphere)}, {4, 2, NAME(ray_hits_sphere_start_sphere),
         NAME(ray_hits_sphere_block_sphere), NAME(ray_hits_sphere_dense_sphere)}};
-    static const struct kernel kernel = {NAME(ray_hits_sphere_block), NULL, 3, 5, 3, parts, forms};
+    static const struct kernel kernel = {NAME(ray_hits_sphere_block), NAME(ray_hits_sphere_dense), 3, 5, 3, 0,
+        parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -38288,20 +43294,24 @@ WIDE static void NAME(ray_hits_plane_block_direction_plane)(intptr_t n, char **a
 WIDE static void NAME(ray_hits_plane_dense_direction_plane)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
-    (void)strides;
     const REAL *prepared = (const REAL *)args[1];
+    (void)strides;
     char *a0 = args[0];
-    char *a3 = args[3];
-    char *a4 = args[4];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[3];
-        REAL x3[1];
-        REAL x4[3];
-        NAME(load_3)(x0, a0 + i * 3 * w, w);
-        NAME(ray_hits_plane_apply_direction_plane)(prepared, x0, x3, x4);
-        NAME(store_scalar)(a3 + i * w, x3);
-        NAME(store_3)(a4 + i * 3 * w, w, x4);
+    _Alignas(64) REAL r3[1 * SPAN];
+    _Alignas(64) REAL r4[3 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[3];
+            REAL x3[1];
+            REAL x4[3];
+            NAME(load_3)(x0, a0 + (first + i) * 3 * w, w);
+            NAME(ray_hits_plane_apply_direction_plane)(prepared, x0, x3, x4);
+            NAME(store_scalar)((char *)(r3 + i), x3);
+            NAME(store_3)((char *)(r4 + i), SPAN * w, x4);
+        }
+        NAME(store_span)(args[3], first, r3, 1);
+        NAME(store_span)(args[4], first, r4, 3);
     }
 }
 
@@ -38347,21 +43357,25 @@ WIDE static void NAME(ray_hits_plane_dense)(intptr_t n, char **args, const intpt
     char *a0 = args[0];
     char *a1 = args[1];
     char *a2 = args[2];
-    char *a3 = args[3];
-    char *a4 = args[4];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[3];
-        REAL x1[3];
-        REAL x2[4];
-        REAL x3[1];
-        REAL x4[3];
-        NAME(load_3)(x0, a0 + i * 3 * w, w);
-        NAME(load_3)(x1, a1 + i * 3 * w, w);
-        NAME(load_4)(x2, a2 + i * 4 * w, w);
-        NAME(ray_hits_plane)(x0, x1, x2, x3, x4);
-        NAME(store_scalar)(a3 + i * w, x3);
-        NAME(store_3)(a4 + i * 3 * w, w, x4);
+    _Alignas(64) REAL r3[1 * SPAN];
+    _Alignas(64) REAL r4[3 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[3];
+            REAL x1[3];
+            REAL x2[4];
+            REAL x3[1];
+            REAL x4[3];
+            NAME(load_3)(x0, a0 + (first + i) * 3 * w, w);
+            NAME(load_3)(x1, a1 + (first + i) * 3 * w, w);
+            NAME(load_4)(x2, a2 + (first + i) * 4 * w, w);
+            NAME(ray_hits_plane)(x0, x1, x2, x3, x4);
+            NAME(store_scalar)((char *)(r3 + i), x3);
+            NAME(store_3)((char *)(r4 + i), SPAN * w, x4);
+        }
+        NAME(store_span)(args[3], first, r3, 1);
+        NAME(store_span)(args[4], first, r4, 3);
     }
 }
 
@@ -38371,7 +43385,7 @@ void NAME(ray_hits_plane_loop)(char **args, const intptr_t *dimensions, const in
         {3}}};
     static const struct form forms[] = {{6, 2, NAME(ray_hits_plane_start_direction_plane),
         NAME(ray_hits_plane_block_direction_plane), NAME(ray_hits_plane_dense_direction_plane)}};
-    static const struct kernel kernel = {NAME(ray_hits_plane_block), NAME(ray_hits_plane_dense), 3, 5, 1, parts,
+    static const struct kernel kernel = {NAME(ray_hits_plane_block), NAME(ray_hits_plane_dense), 3, 5, 1, 0, parts,
         forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -38998,20 +44012,24 @@ WIDE static void NAME(ray_hits_triangle_block_origin_a_b_c)(intptr_t n, char **a
 WIDE static void NAME(ray_hits_triangle_dense_origin_a_b_c)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
-    (void)strides;
     const REAL *prepared = (const REAL *)args[0];
+    (void)strides;
     char *a1 = args[1];
-    char *a5 = args[5];
-    char *a6 = args[6];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x1[3];
-        REAL x5[1];
-        REAL x6[3];
-        NAME(load_3)(x1, a1 + i * 3 * w, w);
-        NAME(ray_hits_triangle_apply_origin_a_b_c)(prepared, x1, x5, x6);
-        NAME(store_scalar)(a5 + i * w, x5);
-        NAME(store_3)(a6 + i * 3 * w, w, x6);
+    _Alignas(64) REAL r5[1 * SPAN];
+    _Alignas(64) REAL r6[3 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x1[3];
+            REAL x5[1];
+            REAL x6[3];
+            NAME(load_3)(x1, a1 + (first + i) * 3 * w, w);
+            NAME(ray_hits_triangle_apply_origin_a_b_c)(prepared, x1, x5, x6);
+            NAME(store_scalar)((char *)(r5 + i), x5);
+            NAME(store_3)((char *)(r6 + i), SPAN * w, x6);
+        }
+        NAME(store_span)(args[5], first, r5, 1);
+        NAME(store_span)(args[6], first, r6, 3);
     }
 }
 
@@ -39050,6 +44068,31 @@ WIDE static void NAME(ray_hits_triangle_block_origin_direction_a_b)(intptr_t n, 
     }
 }
 
+WIDE static void NAME(ray_hits_triangle_dense_origin_direction_a_b)(intptr_t n, char **args, const intptr_t
+    *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    const REAL *prepared = (const REAL *)args[0];
+    (void)strides;
+    char *a4 = args[4];
+    _Alignas(64) REAL r5[1 * SPAN];
+    _Alignas(64) REAL r6[3 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x4[3];
+            REAL x5[1];
+            REAL x6[3];
+            NAME(load_3)(x4, a4 + (first + i) * 3 * w, w);
+            NAME(ray_hits_triangle_apply_origin_direction_a_b)(prepared, x4, x5, x6);
+            NAME(store_scalar)((char *)(r5 + i), x5);
+            NAME(store_3)((char *)(r6 + i), SPAN * w, x6);
+        }
+        NAME(store_span)(args[5], first, r5, 1);
+        NAME(store_span)(args[6], first, r6, 3);
+    }
+}
+
 static void NAME(ray_hits_triangle_start_origin_direction_a_b)(char **args, const intptr_t *strides, void *prepared)
 {
     const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2], c3a = strides[3];
@@ -39082,6 +44125,31 @@ WIDE static void NAME(ray_hits_triangle_block_origin_direction_a_c)(intptr_t n, 
         NAME(ray_hits_triangle_apply_origin_direction_a_c)(prepared, x3, x5, x6);
         NAME(store_scalar)(a5 + i * w, x5);
         NAME(store_3)(a6 + i * w, c6a, x6);
+    }
+}
+
+WIDE static void NAME(ray_hits_triangle_dense_origin_direction_a_c)(intptr_t n, char **args, const intptr_t
+    *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    const REAL *prepared = (const REAL *)args[0];
+    (void)strides;
+    char *a3 = args[3];
+    _Alignas(64) REAL r5[1 * SPAN];
+    _Alignas(64) REAL r6[3 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x3[3];
+            REAL x5[1];
+            REAL x6[3];
+            NAME(load_3)(x3, a3 + (first + i) * 3 * w, w);
+            NAME(ray_hits_triangle_apply_origin_direction_a_c)(prepared, x3, x5, x6);
+            NAME(store_scalar)((char *)(r5 + i), x5);
+            NAME(store_3)((char *)(r6 + i), SPAN * w, x6);
+        }
+        NAME(store_span)(args[5], first, r5, 1);
+        NAME(store_span)(args[6], first, r6, 3);
     }
 }
 
@@ -39131,6 +44199,41 @@ WIDE static void NAME(ray_hits_triangle_block)(intptr_t n, char **args, const in
     }
 }
 
+WIDE static void NAME(ray_hits_triangle_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    char *a0 = args[0];
+    char *a1 = args[1];
+    char *a2 = args[2];
+    char *a3 = args[3];
+    char *a4 = args[4];
+    _Alignas(64) REAL r5[1 * SPAN];
+    _Alignas(64) REAL r6[3 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[3];
+            REAL x1[3];
+            REAL x2[3];
+            REAL x3[3];
+            REAL x4[3];
+            REAL x5[1];
+            REAL x6[3];
+            NAME(load_3)(x0, a0 + (first + i) * 3 * w, w);
+            NAME(load_3)(x1, a1 + (first + i) * 3 * w, w);
+            NAME(load_3)(x2, a2 + (first + i) * 3 * w, w);
+            NAME(load_3)(x3, a3 + (first + i) * 3 * w, w);
+            NAME(load_3)(x4, a4 + (first + i) * 3 * w, w);
+            NAME(ray_hits_triangle)(x0, x1, x2, x3, x4, x5, x6);
+            NAME(store_scalar)((char *)(r5 + i), x5);
+            NAME(store_3)((char *)(r6 + i), SPAN * w, x6);
+        }
+        NAME(store_span)(args[5], first, r5, 1);
+        NAME(store_span)(args[6], first, r6, 3);
+    }
+}
+
 void NAME(ray_hits_triangle_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {3, 1, 1, {3}}, {3, 1, 2, {3}}, {3, 1, 3, {3}}, {3, 1, 4,
@@ -39138,9 +44241,11 @@ void NAME(ray_hits_triangle_loop)(char **args, const intptr_t *dimensions, const
     static const struct form forms[] = {{29, 2, NAME(ray_hits_triangle_start_origin_a_b_c),
         NAME(ray_hits_triangle_block_origin_a_b_c), NAME(ray_hits_triangle_dense_origin_a_b_c)}, {15, 2,
         NAME(ray_hits_triangle_start_origin_direction_a_b), NAME(ray_hits_triangle_block_origin_direction_a_b),
-        NULL}, {23, 2, NAME(ray_hits_triangle_start_origin_direction_a_c),
-        NAME(ray_hits_triangle_block_origin_direction_a_c), NULL}};
-    static const struct kernel kernel = {NAME(ray_hits_triangle_block), NULL, 5, 7, 3, parts, forms};
+        NAME(ray_hits_triangle_dense_origin_direction_a_b)}, {23, 2,
+        NAME(ray_hits_triangle_start_origin_direction_a_c), NAME(ray_hits_triangle_block_origin_direction_a_c),
+        NAME(ray_hits_triangle_dense_origin_direction_a_c)}};
+    static const struct kernel kernel = {NAME(ray_hits_triangle_block), NAME(ray_hits_triangle_dense), 5, 7, 3, 0,
+        parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -39279,10 +44384,35 @@ WIDE static void NAME(motor_product_block)(intptr_t n, char **args, const intptr
     }
 }
 
+WIDE static void NAME(motor_product_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    _Alignas(64) REAL r0[8 * SPAN];
+    _Alignas(64) REAL r1[8 * SPAN];
+    _Alignas(64) REAL r2[8 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        NAME(load_span)(r0, args[0], first, 8);
+        NAME(load_span)(r1, args[1], first, 8);
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[8];
+            REAL x1[8];
+            REAL x2[8];
+            NAME(load_8)(x0, (char *)(r0 + i), SPAN * w);
+            NAME(load_8)(x1, (char *)(r1 + i), SPAN * w);
+            NAME(motor_product)(x0, x1, x2);
+            NAME(store_8)((char *)(r2 + i), SPAN * w, x2);
+        }
+        NAME(store_span)(args[2], first, r2, 8);
+    }
+}
+
 void NAME(motor_product_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{8, 1, 0, {8}}, {8, 1, 1, {8}}, {8, 1, 2, {8}}};
-    static const struct kernel kernel = {NAME(motor_product_block), NULL, 2, 3, 0, parts, NULL};
+    static const struct kernel kernel = {NAME(motor_product_block), NAME(motor_product_dense), 2, 3, 0, 0, parts,
+        NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -39332,27 +44462,31 @@ WIDE static void NAME(motor_inverse_dense)(intptr_t n, char **args, const intptr
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
-    char *a0 = args[0];
-    char *a1 = args[1];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[8];
-        REAL x1[8];
-        NAME(load_8)(x0, a0 + i * 8 * w, w);
-        NAME(motor_inverse)(x0, x1);
-        NAME(store_8)(a1 + i * 8 * w, w, x1);
+    _Alignas(64) REAL r0[8 * SPAN];
+    _Alignas(64) REAL r1[8 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        NAME(load_span)(r0, args[0], first, 8);
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[8];
+            REAL x1[8];
+            NAME(load_8)(x0, (char *)(r0 + i), SPAN * w);
+            NAME(motor_inverse)(x0, x1);
+            NAME(store_8)((char *)(r1 + i), SPAN * w, x1);
+        }
+        NAME(store_span)(args[1], first, r1, 8);
     }
 }
 
 void NAME(motor_inverse_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{8, 1, 0, {8}}, {8, 1, 1, {8}}};
-    static const struct kernel kernel = {NAME(motor_inverse_block), NAME(motor_inverse_dense), 1, 2, 0, parts,
+    static const struct kernel kernel = {NAME(motor_inverse_block), NAME(motor_inverse_dense), 1, 2, 0, 0, parts,
         NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
-INLINE void NAME(rotor_from_axis_angle)(const REAL *axis, REAL angle, REAL *out)
+static INLINE void NAME(rotor_from_axis_angle_within)(const REAL *axis, REAL angle, REAL *out, WORD *far)
 {
     const REAL axis_0 = axis[0];
     const REAL axis_1 = axis[1];
@@ -39378,7 +44512,12 @@ INLINE void NAME(rotor_from_axis_angle)(const REAL *axis, REAL angle, REAL *out)
     out[3] = t14;
 }
 
-static INLINE void NAME(rotor_from_axis_angle_prepare_angle)(REAL angle, REAL *prepared)
+INLINE void NAME(rotor_from_axis_angle)(const REAL *axis, REAL angle, REAL *out)
+{
+    NAME(rotor_from_axis_angle_within)(axis, angle, out, NULL);
+}
+
+static INLINE void NAME(rotor_from_axis_angle_prepare_angle)(REAL angle, REAL *prepared, WORD *far)
 {
     const REAL t0 = angle * (REAL)0.5;
     const REAL t1 = COS(t0);
@@ -39429,7 +44568,7 @@ static INLINE void NAME(rotor_from_axis_angle_prepare_axis)(const REAL *axis, RE
     prepared[3] = axis_0;
 }
 
-static INLINE void NAME(rotor_from_axis_angle_apply_axis)(const REAL *prepared, REAL angle, REAL *out)
+static INLINE void NAME(rotor_from_axis_angle_apply_axis)(const REAL *prepared, REAL angle, REAL *out, WORD *far)
 {
     const REAL t7 = prepared[0];
     const REAL axis_2 = prepared[1];
@@ -39470,17 +44609,20 @@ WIDE static void NAME(rotor_from_axis_angle_block_angle)(intptr_t n, char **args
 WIDE static void NAME(rotor_from_axis_angle_dense_angle)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
-    (void)strides;
     const REAL *prepared = (const REAL *)args[1];
+    (void)strides;
     char *a0 = args[0];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[3];
-        REAL x2[4];
-        NAME(load_3)(x0, a0 + i * 3 * w, w);
-        NAME(rotor_from_axis_angle_apply_angle)(prepared, x0, x2);
-        NAME(store_4)(a2 + i * 4 * w, w, x2);
+    _Alignas(64) REAL r2[4 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[3];
+            REAL x2[4];
+            NAME(load_3)(x0, a0 + (first + i) * 3 * w, w);
+            NAME(rotor_from_axis_angle_apply_angle)(prepared, x0, x2);
+            NAME(store_4)((char *)(r2 + i), SPAN * w, x2);
+        }
+        NAME(store_span)(args[2], first, r2, 4);
     }
 }
 
@@ -39489,7 +44631,7 @@ static void NAME(rotor_from_axis_angle_start_angle)(char **args, const intptr_t 
     (void)strides;
     REAL x1[1];
     NAME(load_scalar)(x1, args[1]);
-    NAME(rotor_from_axis_angle_prepare_angle)(x1[0], prepared);
+    NAME(rotor_from_axis_angle_prepare_angle)(x1[0], prepared, NULL);
 }
 
 WIDE static void NAME(rotor_from_axis_angle_block_axis)(intptr_t n, char **args, const intptr_t *strides)
@@ -39499,13 +44641,24 @@ WIDE static void NAME(rotor_from_axis_angle_block_axis)(intptr_t n, char **args,
     const REAL *prepared = (const REAL *)args[0];
     char *a1 = args[1];
     char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < n; ++i) {
-        REAL x1[1];
-        REAL x2[4];
-        NAME(load_scalar)(x1, a1 + i * w);
-        NAME(rotor_from_axis_angle_apply_axis)(prepared, x1[0], x2);
-        NAME(store_4)(a2 + i * w, c2a, x2);
+    for (intptr_t first = 0; first < n; first += CHUNK) {
+        const intptr_t last = first + CHUNK < n ? first + CHUNK : PADDED(n);
+        WORD far = 0;
+        ANY_ORDER
+        for (intptr_t i = first; i < last; ++i) {
+            REAL x1[1];
+            REAL x2[4];
+            NAME(load_scalar)(x1, a1 + i * w);
+            NAME(rotor_from_axis_angle_apply_axis)(prepared, x1[0], x2, &far);
+            NAME(store_4)(a2 + i * w, c2a, x2);
+        }
+        for (intptr_t i = first; far && i < last; ++i) {
+            REAL x1[1];
+            REAL x2[4];
+            NAME(load_scalar)(x1, a1 + i * w);
+            NAME(rotor_from_axis_angle_apply_axis)(prepared, x1[0], x2, NULL);
+            NAME(store_4)(a2 + i * w, c2a, x2);
+        }
     }
 }
 
@@ -39524,15 +44677,28 @@ WIDE static void NAME(rotor_from_axis_angle_block)(intptr_t n, char **args, cons
     char *a0 = args[0];
     char *a1 = args[1];
     char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < n; ++i) {
-        REAL x0[3];
-        REAL x1[1];
-        REAL x2[4];
-        NAME(load_3)(x0, a0 + i * w, c0a);
-        NAME(load_scalar)(x1, a1 + i * w);
-        NAME(rotor_from_axis_angle)(x0, x1[0], x2);
-        NAME(store_4)(a2 + i * w, c2a, x2);
+    for (intptr_t first = 0; first < n; first += CHUNK) {
+        const intptr_t last = first + CHUNK < n ? first + CHUNK : PADDED(n);
+        WORD far = 0;
+        ANY_ORDER
+        for (intptr_t i = first; i < last; ++i) {
+            REAL x0[3];
+            REAL x1[1];
+            REAL x2[4];
+            NAME(load_3)(x0, a0 + i * w, c0a);
+            NAME(load_scalar)(x1, a1 + i * w);
+            NAME(rotor_from_axis_angle_within)(x0, x1[0], x2, &far);
+            NAME(store_4)(a2 + i * w, c2a, x2);
+        }
+        for (intptr_t i = first; far && i < last; ++i) {
+            REAL x0[3];
+            REAL x1[1];
+            REAL x2[4];
+            NAME(load_3)(x0, a0 + i * w, c0a);
+            NAME(load_scalar)(x1, a1 + i * w);
+            NAME(rotor_from_axis_angle)(x0, x1[0], x2);
+            NAME(store_4)(a2 + i * w, c2a, x2);
+        }
     }
 }
 
@@ -39542,7 +44708,7 @@ void NAME(rotor_from_axis_angle_loop)(char **args, const intptr_t *dimensions, c
     static const struct form forms[] = {{2, 2, NAME(rotor_from_axis_angle_start_angle),
         NAME(rotor_from_axis_angle_block_angle), NAME(rotor_from_axis_angle_dense_angle)}, {1, 2,
         NAME(rotor_from_axis_angle_start_axis), NAME(rotor_from_axis_angle_block_axis), NULL}};
-    static const struct kernel kernel = {NAME(rotor_from_axis_angle_block), NULL, 2, 3, 2, parts, forms};
+    static const struct kernel kernel = {NAME(rotor_from_axis_angle_block), NULL, 2, 3, 2, 1, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -39583,14 +44749,17 @@ WIDE static void NAME(translator_from_vector_dense)(intptr_t n, char **args, con
     const intptr_t w = sizeof(REAL);
     (void)strides;
     char *a0 = args[0];
-    char *a1 = args[1];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[3];
-        REAL x1[3];
-        NAME(load_3)(x0, a0 + i * 3 * w, w);
-        NAME(translator_from_vector)(x0, x1);
-        NAME(store_3)(a1 + i * 3 * w, w, x1);
+    _Alignas(64) REAL r1[3 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[3];
+            REAL x1[3];
+            NAME(load_3)(x0, a0 + (first + i) * 3 * w, w);
+            NAME(translator_from_vector)(x0, x1);
+            NAME(store_3)((char *)(r1 + i), SPAN * w, x1);
+        }
+        NAME(store_span)(args[1], first, r1, 3);
     }
 }
 
@@ -39598,7 +44767,7 @@ void NAME(translator_from_vector_loop)(char **args, const intptr_t *dimensions, 
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {3, 1, 1, {3}}};
     static const struct kernel kernel = {NAME(translator_from_vector_block), NAME(translator_from_vector_dense), 1,
-        2, 0, parts, NULL};
+        2, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -39635,21 +44804,24 @@ WIDE static void NAME(dilator_from_scale_dense)(intptr_t n, char **args, const i
     const intptr_t w = sizeof(REAL);
     (void)strides;
     char *a0 = args[0];
-    char *a1 = args[1];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[1];
-        REAL x1[2];
-        NAME(load_scalar)(x0, a0 + i * w);
-        NAME(dilator_from_scale)(x0[0], x1);
-        NAME(store_2)(a1 + i * 2 * w, w, x1);
+    _Alignas(64) REAL r1[2 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[1];
+            REAL x1[2];
+            NAME(load_scalar)(x0, a0 + (first + i) * w);
+            NAME(dilator_from_scale)(x0[0], x1);
+            NAME(store_2)((char *)(r1 + i), SPAN * w, x1);
+        }
+        NAME(store_span)(args[1], first, r1, 2);
     }
 }
 
 void NAME(dilator_from_scale_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{1, 0, 0, {0}}, {2, 1, 0, {2}}};
-    static const struct kernel kernel = {NAME(dilator_from_scale_block), NAME(dilator_from_scale_dense), 1, 2, 0,
+    static const struct kernel kernel = {NAME(dilator_from_scale_block), NAME(dilator_from_scale_dense), 1, 2, 0, 0,
         parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -39722,16 +44894,19 @@ WIDE static void NAME(motor_from_rotor_translation_dense)(intptr_t n, char **arg
     (void)strides;
     char *a0 = args[0];
     char *a1 = args[1];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[4];
-        REAL x1[3];
-        REAL x2[8];
-        NAME(load_4)(x0, a0 + i * 4 * w, w);
-        NAME(load_3)(x1, a1 + i * 3 * w, w);
-        NAME(motor_from_rotor_translation)(x0, x1, x2);
-        NAME(store_8)(a2 + i * 8 * w, w, x2);
+    _Alignas(64) REAL r2[8 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[4];
+            REAL x1[3];
+            REAL x2[8];
+            NAME(load_4)(x0, a0 + (first + i) * 4 * w, w);
+            NAME(load_3)(x1, a1 + (first + i) * 3 * w, w);
+            NAME(motor_from_rotor_translation)(x0, x1, x2);
+            NAME(store_8)((char *)(r2 + i), SPAN * w, x2);
+        }
+        NAME(store_span)(args[2], first, r2, 8);
     }
 }
 
@@ -39739,11 +44914,11 @@ void NAME(motor_from_rotor_translation_loop)(char **args, const intptr_t *dimens
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {3, 1, 1, {3}}, {8, 1, 2, {8}}};
     static const struct kernel kernel = {NAME(motor_from_rotor_translation_block),
-        NAME(motor_from_rotor_translation_dense), 2, 3, 0, parts, NULL};
+        NAME(motor_from_rotor_translation_dense), 2, 3, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
-INLINE void NAME(motor_from_line)(const REAL *line, REAL angle, REAL *out)
+static INLINE void NAME(motor_from_line_within)(const REAL *line, REAL angle, REAL *out, WORD *far)
 {
     const REAL line_e12inf = line[0];
     const REAL line_e13inf = line[1];
@@ -39780,7 +44955,12 @@ INLINE void NAME(motor_from_line)(const REAL *line, REAL angle, REAL *out)
     out[7] = (REAL)0;
 }
 
-static INLINE void NAME(motor_from_line_prepare_angle)(REAL angle, REAL *prepared)
+INLINE void NAME(motor_from_line)(const REAL *line, REAL angle, REAL *out)
+{
+    NAME(motor_from_line_within)(line, angle, out, NULL);
+}
+
+static INLINE void NAME(motor_from_line_prepare_angle)(REAL angle, REAL *prepared, WORD *far)
 {
     const REAL t0 = angle * (REAL)0.5;
     const REAL t1 = COS(t0);
@@ -39842,12 +45022,33 @@ WIDE static void NAME(motor_from_line_block_angle)(intptr_t n, char **args, cons
     }
 }
 
+WIDE static void NAME(motor_from_line_dense_angle)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    const REAL *prepared = (const REAL *)args[1];
+    (void)strides;
+    _Alignas(64) REAL r0[6 * SPAN];
+    _Alignas(64) REAL r2[8 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        NAME(load_span)(r0, args[0], first, 6);
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[6];
+            REAL x2[8];
+            NAME(load_6)(x0, (char *)(r0 + i), SPAN * w);
+            NAME(motor_from_line_apply_angle)(prepared, x0, x2);
+            NAME(store_8)((char *)(r2 + i), SPAN * w, x2);
+        }
+        NAME(store_span)(args[2], first, r2, 8);
+    }
+}
+
 static void NAME(motor_from_line_start_angle)(char **args, const intptr_t *strides, void *prepared)
 {
     (void)strides;
     REAL x1[1];
     NAME(load_scalar)(x1, args[1]);
-    NAME(motor_from_line_prepare_angle)(x1[0], prepared);
+    NAME(motor_from_line_prepare_angle)(x1[0], prepared, NULL);
 }
 
 WIDE static void NAME(motor_from_line_block)(intptr_t n, char **args, const intptr_t *strides)
@@ -39857,15 +45058,28 @@ WIDE static void NAME(motor_from_line_block)(intptr_t n, char **args, const intp
     char *a0 = args[0];
     char *a1 = args[1];
     char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < n; ++i) {
-        REAL x0[6];
-        REAL x1[1];
-        REAL x2[8];
-        NAME(load_6)(x0, a0 + i * w, c0a);
-        NAME(load_scalar)(x1, a1 + i * w);
-        NAME(motor_from_line)(x0, x1[0], x2);
-        NAME(store_8)(a2 + i * w, c2a, x2);
+    for (intptr_t first = 0; first < n; first += CHUNK) {
+        const intptr_t last = first + CHUNK < n ? first + CHUNK : PADDED(n);
+        WORD far = 0;
+        ANY_ORDER
+        for (intptr_t i = first; i < last; ++i) {
+            REAL x0[6];
+            REAL x1[1];
+            REAL x2[8];
+            NAME(load_6)(x0, a0 + i * w, c0a);
+            NAME(load_scalar)(x1, a1 + i * w);
+            NAME(motor_from_line_within)(x0, x1[0], x2, &far);
+            NAME(store_8)(a2 + i * w, c2a, x2);
+        }
+        for (intptr_t i = first; far && i < last; ++i) {
+            REAL x0[6];
+            REAL x1[1];
+            REAL x2[8];
+            NAME(load_6)(x0, a0 + i * w, c0a);
+            NAME(load_scalar)(x1, a1 + i * w);
+            NAME(motor_from_line)(x0, x1[0], x2);
+            NAME(store_8)(a2 + i * w, c2a, x2);
+        }
     }
 }
 
@@ -39873,12 +45087,12 @@ void NAME(motor_from_line_loop)(char **args, const intptr_t *dimensions, const i
 {
     static const struct part parts[] = {{6, 1, 0, {6}}, {1, 0, 1, {0}}, {8, 1, 1, {8}}};
     static const struct form forms[] = {{2, 2, NAME(motor_from_line_start_angle), NAME(motor_from_line_block_angle),
-        NULL}};
-    static const struct kernel kernel = {NAME(motor_from_line_block), NULL, 2, 3, 1, parts, forms};
+        NAME(motor_from_line_dense_angle)}};
+    static const struct kernel kernel = {NAME(motor_from_line_block), NULL, 2, 3, 1, 1, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
-INLINE void NAME(motor_exponential)(const REAL *b, REAL *out)
+static INLINE void NAME(motor_exponential_within)(const REAL *b, REAL *out, WORD *far)
 {
     const REAL b_e12 = b[0];
     const REAL b_e13 = b[1];
@@ -39934,26 +45148,42 @@ INLINE void NAME(motor_exponential)(const REAL *b, REAL *out)
     out[7] = t37;
 }
 
+INLINE void NAME(motor_exponential)(const REAL *b, REAL *out)
+{
+    NAME(motor_exponential_within)(b, out, NULL);
+}
+
 WIDE static void NAME(motor_exponential_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c0a = strides[0], c1a = strides[1];
     char *a0 = args[0];
     char *a1 = args[1];
-    ANY_ORDER
-    for (intptr_t i = 0; i < n; ++i) {
-        REAL x0[6];
-        REAL x1[8];
-        NAME(load_6)(x0, a0 + i * w, c0a);
-        NAME(motor_exponential)(x0, x1);
-        NAME(store_8)(a1 + i * w, c1a, x1);
+    for (intptr_t first = 0; first < n; first += CHUNK) {
+        const intptr_t last = first + CHUNK < n ? first + CHUNK : PADDED(n);
+        WORD far = 0;
+        ANY_ORDER
+        for (intptr_t i = first; i < last; ++i) {
+            REAL x0[6];
+            REAL x1[8];
+            NAME(load_6)(x0, a0 + i * w, c0a);
+            NAME(motor_exponential_within)(x0, x1, &far);
+            NAME(store_8)(a1 + i * w, c1a, x1);
+        }
+        for (intptr_t i = first; far && i < last; ++i) {
+            REAL x0[6];
+            REAL x1[8];
+            NAME(load_6)(x0, a0 + i * w, c0a);
+            NAME(motor_exponential)(x0, x1);
+            NAME(store_8)(a1 + i * w, c1a, x1);
+        }
     }
 }
 
 void NAME(motor_exponential_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{6, 1, 0, {6}}, {8, 1, 1, {8}}};
-    static const struct kernel kernel = {NAME(motor_exponential_block), NULL, 1, 2, 0, parts, NULL};
+    static const struct kernel kernel = {NAME(motor_exponential_block), NULL, 1, 2, 0, 1, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -40012,7 +45242,7 @@ WIDE static void NAME(motor_logarithm_block)(intptr_t n, char **args, const intp
     char *a0 = args[0];
     char *a1 = args[1];
     ANY_ORDER
-    for (intptr_t i = 0; i < n; ++i) {
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
         REAL x0[8];
         REAL x1[6];
         NAME(load_8)(x0, a0 + i * w, c0a);
@@ -40024,7 +45254,7 @@ WIDE static void NAME(motor_logarithm_block)(intptr_t n, char **args, const intp
 void NAME(motor_logarithm_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{8, 1, 0, {8}}, {6, 1, 1, {6}}};
-    static const struct kernel kernel = {NAME(motor_logarithm_block), NULL, 1, 2, 0, parts, NULL};
+    static const struct kernel kernel = {NAME(motor_logarithm_block), NULL, 1, 2, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -40103,27 +45333,31 @@ WIDE static void NAME(motor_square_root_dense)(intptr_t n, char **args, const in
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
-    char *a0 = args[0];
-    char *a1 = args[1];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[8];
-        REAL x1[8];
-        NAME(load_8)(x0, a0 + i * 8 * w, w);
-        NAME(motor_square_root)(x0, x1);
-        NAME(store_8)(a1 + i * 8 * w, w, x1);
+    _Alignas(64) REAL r0[8 * SPAN];
+    _Alignas(64) REAL r1[8 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        NAME(load_span)(r0, args[0], first, 8);
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[8];
+            REAL x1[8];
+            NAME(load_8)(x0, (char *)(r0 + i), SPAN * w);
+            NAME(motor_square_root)(x0, x1);
+            NAME(store_8)((char *)(r1 + i), SPAN * w, x1);
+        }
+        NAME(store_span)(args[1], first, r1, 8);
     }
 }
 
 void NAME(motor_square_root_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{8, 1, 0, {8}}, {8, 1, 1, {8}}};
-    static const struct kernel kernel = {NAME(motor_square_root_block), NAME(motor_square_root_dense), 1, 2, 0,
+    static const struct kernel kernel = {NAME(motor_square_root_block), NAME(motor_square_root_dense), 1, 2, 0, 0,
         parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
-INLINE void NAME(motor_power)(const REAL *m, REAL t, REAL *out)
+static INLINE void NAME(motor_power_within)(const REAL *m, REAL t, REAL *out, WORD *far)
 {
     const REAL m_1 = m[0];
     const REAL m_e12 = m[1];
@@ -40217,6 +45451,11 @@ INLINE void NAME(motor_power)(const REAL *m, REAL t, REAL *out)
     out[7] = t73;
 }
 
+INLINE void NAME(motor_power)(const REAL *m, REAL t, REAL *out)
+{
+    NAME(motor_power_within)(m, t, out, NULL);
+}
+
 static INLINE void NAME(motor_power_prepare_m)(const REAL *m, REAL *prepared)
 {
     const REAL m_1 = m[0];
@@ -40265,7 +45504,7 @@ static INLINE void NAME(motor_power_prepare_m)(const REAL *m, REAL *prepared)
     prepared[5] = t57;
 }
 
-static INLINE void NAME(motor_power_apply_m)(const REAL *prepared, REAL t, REAL *out)
+static INLINE void NAME(motor_power_apply_m)(const REAL *prepared, REAL t, REAL *out, WORD *far)
 {
     const REAL t12 = prepared[0];
     const REAL t15 = prepared[1];
@@ -40334,13 +45573,24 @@ WIDE static void NAME(motor_power_block_m)(intptr_t n, char **args, const intptr
     const REAL *prepared = (const REAL *)args[0];
     char *a1 = args[1];
     char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < n; ++i) {
-        REAL x1[1];
-        REAL x2[8];
-        NAME(load_scalar)(x1, a1 + i * w);
-        NAME(motor_power_apply_m)(prepared, x1[0], x2);
-        NAME(store_8)(a2 + i * w, c2a, x2);
+    for (intptr_t first = 0; first < n; first += CHUNK) {
+        const intptr_t last = first + CHUNK < n ? first + CHUNK : PADDED(n);
+        WORD far = 0;
+        ANY_ORDER
+        for (intptr_t i = first; i < last; ++i) {
+            REAL x1[1];
+            REAL x2[8];
+            NAME(load_scalar)(x1, a1 + i * w);
+            NAME(motor_power_apply_m)(prepared, x1[0], x2, &far);
+            NAME(store_8)(a2 + i * w, c2a, x2);
+        }
+        for (intptr_t i = first; far && i < last; ++i) {
+            REAL x1[1];
+            REAL x2[8];
+            NAME(load_scalar)(x1, a1 + i * w);
+            NAME(motor_power_apply_m)(prepared, x1[0], x2, NULL);
+            NAME(store_8)(a2 + i * w, c2a, x2);
+        }
     }
 }
 
@@ -40359,15 +45609,28 @@ WIDE static void NAME(motor_power_block)(intptr_t n, char **args, const intptr_t
     char *a0 = args[0];
     char *a1 = args[1];
     char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < n; ++i) {
-        REAL x0[8];
-        REAL x1[1];
-        REAL x2[8];
-        NAME(load_8)(x0, a0 + i * w, c0a);
-        NAME(load_scalar)(x1, a1 + i * w);
-        NAME(motor_power)(x0, x1[0], x2);
-        NAME(store_8)(a2 + i * w, c2a, x2);
+    for (intptr_t first = 0; first < n; first += CHUNK) {
+        const intptr_t last = first + CHUNK < n ? first + CHUNK : PADDED(n);
+        WORD far = 0;
+        ANY_ORDER
+        for (intptr_t i = first; i < last; ++i) {
+            REAL x0[8];
+            REAL x1[1];
+            REAL x2[8];
+            NAME(load_8)(x0, a0 + i * w, c0a);
+            NAME(load_scalar)(x1, a1 + i * w);
+            NAME(motor_power_within)(x0, x1[0], x2, &far);
+            NAME(store_8)(a2 + i * w, c2a, x2);
+        }
+        for (intptr_t i = first; far && i < last; ++i) {
+            REAL x0[8];
+            REAL x1[1];
+            REAL x2[8];
+            NAME(load_8)(x0, a0 + i * w, c0a);
+            NAME(load_scalar)(x1, a1 + i * w);
+            NAME(motor_power)(x0, x1[0], x2);
+            NAME(store_8)(a2 + i * w, c2a, x2);
+        }
     }
 }
 
@@ -40375,11 +45638,11 @@ void NAME(motor_power_loop)(char **args, const intptr_t *dimensions, const intpt
 {
     static const struct part parts[] = {{8, 1, 0, {8}}, {1, 0, 1, {0}}, {8, 1, 1, {8}}};
     static const struct form forms[] = {{1, 2, NAME(motor_power_start_m), NAME(motor_power_block_m), NULL}};
-    static const struct kernel kernel = {NAME(motor_power_block), NULL, 2, 3, 1, parts, forms};
+    static const struct kernel kernel = {NAME(motor_power_block), NULL, 2, 3, 1, 1, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
-INLINE void NAME(interpolate_motors)(const REAL *a, const REAL *b, REAL t, REAL *out)
+static INLINE void NAME(interpolate_motors_within)(const REAL *a, const REAL *b, REAL t, REAL *out, WORD *far)
 {
     const REAL a_1 = a[0];
     const REAL a_e12 = a[1];
@@ -40657,6 +45920,11 @@ INLINE void NAME(interpolate_motors)(const REAL *a, const REAL *b, REAL t, REAL 
     out[7] = t249;
 }
 
+INLINE void NAME(interpolate_motors)(const REAL *a, const REAL *b, REAL t, REAL *out)
+{
+    NAME(interpolate_motors_within)(a, b, t, out, NULL);
+}
+
 static INLINE void NAME(interpolate_motors_prepare_a_b)(const REAL *a, const REAL *b, REAL *prepared)
 {
     const REAL a_1 = a[0];
@@ -40809,7 +46077,7 @@ static INLINE void NAME(interpolate_motors_prepare_a_b)(const REAL *a, const REA
     prepared[13] = a_e123inf;
 }
 
-static INLINE void NAME(interpolate_motors_apply_a_b)(const REAL *prepared, REAL t, REAL *out)
+static INLINE void NAME(interpolate_motors_apply_a_b)(const REAL *prepared, REAL t, REAL *out, WORD *far)
 {
     const REAL t26 = prepared[0];
     const REAL t36 = prepared[1];
@@ -40974,13 +46242,24 @@ WIDE static void NAME(interpolate_motors_block_a_b)(intptr_t n, char **args, con
     const REAL *prepared = (const REAL *)args[0];
     char *a2 = args[2];
     char *a3 = args[3];
-    ANY_ORDER
-    for (intptr_t i = 0; i < n; ++i) {
-        REAL x2[1];
-        REAL x3[8];
-        NAME(load_scalar)(x2, a2 + i * w);
-        NAME(interpolate_motors_apply_a_b)(prepared, x2[0], x3);
-        NAME(store_8)(a3 + i * w, c3a, x3);
+    for (intptr_t first = 0; first < n; first += CHUNK) {
+        const intptr_t last = first + CHUNK < n ? first + CHUNK : PADDED(n);
+        WORD far = 0;
+        ANY_ORDER
+        for (intptr_t i = first; i < last; ++i) {
+            REAL x2[1];
+            REAL x3[8];
+            NAME(load_scalar)(x2, a2 + i * w);
+            NAME(interpolate_motors_apply_a_b)(prepared, x2[0], x3, &far);
+            NAME(store_8)(a3 + i * w, c3a, x3);
+        }
+        for (intptr_t i = first; far && i < last; ++i) {
+            REAL x2[1];
+            REAL x3[8];
+            NAME(load_scalar)(x2, a2 + i * w);
+            NAME(interpolate_motors_apply_a_b)(prepared, x2[0], x3, NULL);
+            NAME(store_8)(a3 + i * w, c3a, x3);
+        }
     }
 }
 
@@ -41002,17 +46281,32 @@ WIDE static void NAME(interpolate_motors_block)(intptr_t n, char **args, const i
     char *a1 = args[1];
     char *a2 = args[2];
     char *a3 = args[3];
-    ANY_ORDER
-    for (intptr_t i = 0; i < n; ++i) {
-        REAL x0[8];
-        REAL x1[8];
-        REAL x2[1];
-        REAL x3[8];
-        NAME(load_8)(x0, a0 + i * w, c0a);
-        NAME(load_8)(x1, a1 + i * w, c1a);
-        NAME(load_scalar)(x2, a2 + i * w);
-        NAME(interpolate_motors)(x0, x1, x2[0], x3);
-        NAME(store_8)(a3 + i * w, c3a, x3);
+    for (intptr_t first = 0; first < n; first += CHUNK) {
+        const intptr_t last = first + CHUNK < n ? first + CHUNK : PADDED(n);
+        WORD far = 0;
+        ANY_ORDER
+        for (intptr_t i = first; i < last; ++i) {
+            REAL x0[8];
+            REAL x1[8];
+            REAL x2[1];
+            REAL x3[8];
+            NAME(load_8)(x0, a0 + i * w, c0a);
+            NAME(load_8)(x1, a1 + i * w, c1a);
+            NAME(load_scalar)(x2, a2 + i * w);
+            NAME(interpolate_motors_within)(x0, x1, x2[0], x3, &far);
+            NAME(store_8)(a3 + i * w, c3a, x3);
+        }
+        for (intptr_t i = first; far && i < last; ++i) {
+            REAL x0[8];
+            REAL x1[8];
+            REAL x2[1];
+            REAL x3[8];
+            NAME(load_8)(x0, a0 + i * w, c0a);
+            NAME(load_8)(x1, a1 + i * w, c1a);
+            NAME(load_scalar)(x2, a2 + i * w);
+            NAME(interpolate_motors)(x0, x1, x2[0], x3);
+            NAME(store_8)(a3 + i * w, c3a, x3);
+        }
     }
 }
 
@@ -41021,11 +46315,11 @@ void NAME(interpolate_motors_loop)(char **args, const intptr_t *dimensions, cons
     static const struct part parts[] = {{8, 1, 0, {8}}, {8, 1, 1, {8}}, {1, 0, 2, {0}}, {8, 1, 2, {8}}};
     static const struct form forms[] = {{3, 2, NAME(interpolate_motors_start_a_b),
         NAME(interpolate_motors_block_a_b), NULL}};
-    static const struct kernel kernel = {NAME(interpolate_motors_block), NULL, 3, 4, 1, parts, forms};
+    static const struct kernel kernel = {NAME(interpolate_motors_block), NULL, 3, 4, 1, 1, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
-INLINE void NAME(versor_exponential)(const REAL *b, REAL *out)
+static INLINE void NAME(versor_exponential_within)(const REAL *b, REAL *out, WORD *far)
 {
     const REAL b_e12 = b[0];
     const REAL b_e13 = b[1];
@@ -41351,26 +46645,42 @@ INLINE void NAME(versor_exponential)(const REAL *b, REAL *out)
     out[15] = t295;
 }
 
+INLINE void NAME(versor_exponential)(const REAL *b, REAL *out)
+{
+    NAME(versor_exponential_within)(b, out, NULL);
+}
+
 WIDE static void NAME(versor_exponential_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c0a = strides[0], c1a = strides[1];
     char *a0 = args[0];
     char *a1 = args[1];
-    ANY_ORDER
-    for (intptr_t i = 0; i < n; ++i) {
-        REAL x0[10];
-        REAL x1[16];
-        NAME(load_10)(x0, a0 + i * w, c0a);
-        NAME(versor_exponential)(x0, x1);
-        NAME(store_16)(a1 + i * w, c1a, x1);
+    for (intptr_t first = 0; first < n; first += CHUNK) {
+        const intptr_t last = first + CHUNK < n ? first + CHUNK : PADDED(n);
+        WORD far = 0;
+        ANY_ORDER
+        for (intptr_t i = first; i < last; ++i) {
+            REAL x0[10];
+            REAL x1[16];
+            NAME(load_10)(x0, a0 + i * w, c0a);
+            NAME(versor_exponential_within)(x0, x1, &far);
+            NAME(store_16)(a1 + i * w, c1a, x1);
+        }
+        for (intptr_t i = first; far && i < last; ++i) {
+            REAL x0[10];
+            REAL x1[16];
+            NAME(load_10)(x0, a0 + i * w, c0a);
+            NAME(versor_exponential)(x0, x1);
+            NAME(store_16)(a1 + i * w, c1a, x1);
+        }
     }
 }
 
 void NAME(versor_exponential_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{10, 1, 0, {10}}, {16, 1, 1, {16}}};
-    static const struct kernel kernel = {NAME(versor_exponential_block), NULL, 1, 2, 0, parts, NULL};
+    static const struct kernel kernel = {NAME(versor_exponential_block), NULL, 1, 2, 0, 1, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -41737,7 +47047,7 @@ WIDE static void NAME(versor_logarithm_block)(intptr_t n, char **args, const int
     char *a0 = args[0];
     char *a1 = args[1];
     ANY_ORDER
-    for (intptr_t i = 0; i < n; ++i) {
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
         REAL x0[16];
         REAL x1[10];
         NAME(load_16)(x0, a0 + i * w, c0a);
@@ -41749,7 +47059,7 @@ WIDE static void NAME(versor_logarithm_block)(intptr_t n, char **args, const int
 void NAME(versor_logarithm_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{16, 1, 0, {16}}, {10, 1, 1, {10}}};
-    static const struct kernel kernel = {NAME(versor_logarithm_block), NULL, 1, 2, 0, parts, NULL};
+    static const struct kernel kernel = {NAME(versor_logarithm_block), NULL, 1, 2, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -42033,7 +47343,7 @@ WIDE static void NAME(versor_square_root_block)(intptr_t n, char **args, const i
 void NAME(versor_square_root_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{16, 1, 0, {16}}, {16, 1, 1, {16}}};
-    static const struct kernel kernel = {NAME(versor_square_root_block), NULL, 1, 2, 0, parts, NULL};
+    static const struct kernel kernel = {NAME(versor_square_root_block), NULL, 1, 2, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -42132,10 +47442,31 @@ WIDE static void NAME(motor_to_matrix_block)(intptr_t n, char **args, const intp
     }
 }
 
+WIDE static void NAME(motor_to_matrix_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    _Alignas(64) REAL r0[8 * SPAN];
+    _Alignas(64) REAL r1[16 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        NAME(load_span)(r0, args[0], first, 8);
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[8];
+            REAL x1[16];
+            NAME(load_8)(x0, (char *)(r0 + i), SPAN * w);
+            NAME(motor_to_matrix)(x0, x1);
+            NAME(store_4x4)((char *)(r1 + i), 4 * SPAN * w, SPAN * w, x1);
+        }
+        NAME(store_span)(args[1], first, r1, 16);
+    }
+}
+
 void NAME(motor_to_matrix_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{8, 1, 0, {8}}, {16, 2, 1, {4, 4}}};
-    static const struct kernel kernel = {NAME(motor_to_matrix_block), NULL, 1, 2, 0, parts, NULL};
+    static const struct kernel kernel = {NAME(motor_to_matrix_block), NAME(motor_to_matrix_dense), 1, 2, 0, 0,
+        parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -42333,17 +47664,20 @@ WIDE static void NAME(move_point_block_m)(intptr_t n, char **args, const intptr_
 WIDE static void NAME(move_point_dense_m)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
-    (void)strides;
     const REAL *prepared = (const REAL *)args[0];
+    (void)strides;
     char *a1 = args[1];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x1[3];
-        REAL x2[3];
-        NAME(load_3)(x1, a1 + i * 3 * w, w);
-        NAME(move_point_apply_m)(prepared, x1, x2);
-        NAME(store_3)(a2 + i * 3 * w, w, x2);
+    _Alignas(64) REAL r2[3 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x1[3];
+            REAL x2[3];
+            NAME(load_3)(x1, a1 + (first + i) * 3 * w, w);
+            NAME(move_point_apply_m)(prepared, x1, x2);
+            NAME(store_3)((char *)(r2 + i), SPAN * w, x2);
+        }
+        NAME(store_span)(args[2], first, r2, 3);
     }
 }
 
@@ -42380,16 +47714,19 @@ WIDE static void NAME(move_point_dense)(intptr_t n, char **args, const intptr_t 
     (void)strides;
     char *a0 = args[0];
     char *a1 = args[1];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[8];
-        REAL x1[3];
-        REAL x2[3];
-        NAME(load_8)(x0, a0 + i * 8 * w, w);
-        NAME(load_3)(x1, a1 + i * 3 * w, w);
-        NAME(move_point)(x0, x1, x2);
-        NAME(store_3)(a2 + i * 3 * w, w, x2);
+    _Alignas(64) REAL r2[3 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[8];
+            REAL x1[3];
+            REAL x2[3];
+            NAME(load_8)(x0, a0 + (first + i) * 8 * w, w);
+            NAME(load_3)(x1, a1 + (first + i) * 3 * w, w);
+            NAME(move_point)(x0, x1, x2);
+            NAME(store_3)((char *)(r2 + i), SPAN * w, x2);
+        }
+        NAME(store_span)(args[2], first, r2, 3);
     }
 }
 
@@ -42398,7 +47735,7 @@ void NAME(move_point_loop)(char **args, const intptr_t *dimensions, const intptr
     static const struct part parts[] = {{8, 1, 0, {8}}, {3, 1, 1, {3}}, {3, 1, 2, {3}}};
     static const struct form forms[] = {{1, 3, NAME(move_point_start_m), NAME(move_point_block_m),
         NAME(move_point_dense_m)}};
-    static const struct kernel kernel = {NAME(move_point_block), NAME(move_point_dense), 2, 3, 1, parts, forms};
+    static const struct kernel kernel = {NAME(move_point_block), NAME(move_point_dense), 2, 3, 1, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -42546,17 +47883,20 @@ WIDE static void NAME(rotate_point_block_r)(intptr_t n, char **args, const intpt
 WIDE static void NAME(rotate_point_dense_r)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
-    (void)strides;
     const REAL *prepared = (const REAL *)args[0];
+    (void)strides;
     char *a1 = args[1];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x1[3];
-        REAL x2[3];
-        NAME(load_3)(x1, a1 + i * 3 * w, w);
-        NAME(rotate_point_apply_r)(prepared, x1, x2);
-        NAME(store_3)(a2 + i * 3 * w, w, x2);
+    _Alignas(64) REAL r2[3 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x1[3];
+            REAL x2[3];
+            NAME(load_3)(x1, a1 + (first + i) * 3 * w, w);
+            NAME(rotate_point_apply_r)(prepared, x1, x2);
+            NAME(store_3)((char *)(r2 + i), SPAN * w, x2);
+        }
+        NAME(store_span)(args[2], first, r2, 3);
     }
 }
 
@@ -42593,16 +47933,19 @@ WIDE static void NAME(rotate_point_dense)(intptr_t n, char **args, const intptr_
     (void)strides;
     char *a0 = args[0];
     char *a1 = args[1];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[4];
-        REAL x1[3];
-        REAL x2[3];
-        NAME(load_4)(x0, a0 + i * 4 * w, w);
-        NAME(load_3)(x1, a1 + i * 3 * w, w);
-        NAME(rotate_point)(x0, x1, x2);
-        NAME(store_3)(a2 + i * 3 * w, w, x2);
+    _Alignas(64) REAL r2[3 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[4];
+            REAL x1[3];
+            REAL x2[3];
+            NAME(load_4)(x0, a0 + (first + i) * 4 * w, w);
+            NAME(load_3)(x1, a1 + (first + i) * 3 * w, w);
+            NAME(rotate_point)(x0, x1, x2);
+            NAME(store_3)((char *)(r2 + i), SPAN * w, x2);
+        }
+        NAME(store_span)(args[2], first, r2, 3);
     }
 }
 
@@ -42611,7 +47954,8 @@ void NAME(rotate_point_loop)(char **args, const intptr_t *dimensions, const intp
     static const struct part parts[] = {{4, 1, 0, {4}}, {3, 1, 1, {3}}, {3, 1, 2, {3}}};
     static const struct form forms[] = {{1, 2, NAME(rotate_point_start_r), NAME(rotate_point_block_r),
         NAME(rotate_point_dense_r)}};
-    static const struct kernel kernel = {NAME(rotate_point_block), NAME(rotate_point_dense), 2, 3, 1, parts, forms};
+    static const struct kernel kernel = {NAME(rotate_point_block), NAME(rotate_point_dense), 2, 3, 1, 0, parts,
+        forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -42659,24 +48003,27 @@ WIDE static void NAME(translate_point_dense)(intptr_t n, char **args, const intp
     (void)strides;
     char *a0 = args[0];
     char *a1 = args[1];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[3];
-        REAL x1[3];
-        REAL x2[3];
-        NAME(load_3)(x0, a0 + i * 3 * w, w);
-        NAME(load_3)(x1, a1 + i * 3 * w, w);
-        NAME(translate_point)(x0, x1, x2);
-        NAME(store_3)(a2 + i * 3 * w, w, x2);
+    _Alignas(64) REAL r2[3 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[3];
+            REAL x1[3];
+            REAL x2[3];
+            NAME(load_3)(x0, a0 + (first + i) * 3 * w, w);
+            NAME(load_3)(x1, a1 + (first + i) * 3 * w, w);
+            NAME(translate_point)(x0, x1, x2);
+            NAME(store_3)((char *)(r2 + i), SPAN * w, x2);
+        }
+        NAME(store_span)(args[2], first, r2, 3);
     }
 }
 
 void NAME(translate_point_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {3, 1, 1, {3}}, {3, 1, 2, {3}}};
-    static const struct kernel kernel = {NAME(translate_point_block), NAME(translate_point_dense), 2, 3, 0, parts,
-        NULL};
+    static const struct kernel kernel = {NAME(translate_point_block), NAME(translate_point_dense), 2, 3, 0, 0,
+        parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -42723,23 +48070,27 @@ WIDE static void NAME(dilate_point_dense)(intptr_t n, char **args, const intptr_
     (void)strides;
     char *a0 = args[0];
     char *a1 = args[1];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[2];
-        REAL x1[3];
-        REAL x2[3];
-        NAME(load_2)(x0, a0 + i * 2 * w, w);
-        NAME(load_3)(x1, a1 + i * 3 * w, w);
-        NAME(dilate_point)(x0, x1, x2);
-        NAME(store_3)(a2 + i * 3 * w, w, x2);
+    _Alignas(64) REAL r2[3 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[2];
+            REAL x1[3];
+            REAL x2[3];
+            NAME(load_2)(x0, a0 + (first + i) * 2 * w, w);
+            NAME(load_3)(x1, a1 + (first + i) * 3 * w, w);
+            NAME(dilate_point)(x0, x1, x2);
+            NAME(store_3)((char *)(r2 + i), SPAN * w, x2);
+        }
+        NAME(store_span)(args[2], first, r2, 3);
     }
 }
 
 void NAME(dilate_point_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{2, 1, 0, {2}}, {3, 1, 1, {3}}, {3, 1, 2, {3}}};
-    static const struct kernel kernel = {NAME(dilate_point_block), NAME(dilate_point_dense), 2, 3, 0, parts, NULL};
+    static const struct kernel kernel = {NAME(dilate_point_block), NAME(dilate_point_dense), 2, 3, 0, 0, parts,
+        NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -43002,6 +48353,27 @@ WIDE static void NAME(move_vector_block_m)(intptr_t n, char **args, const intptr
     }
 }
 
+WIDE static void NAME(move_vector_dense_m)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    const REAL *prepared = (const REAL *)args[0];
+    (void)strides;
+    _Alignas(64) REAL r1[5 * SPAN];
+    _Alignas(64) REAL r2[5 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        NAME(load_span)(r1, args[1], first, 5);
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x1[5];
+            REAL x2[5];
+            NAME(load_5)(x1, (char *)(r1 + i), SPAN * w);
+            NAME(move_vector_apply_m)(prepared, x1, x2);
+            NAME(store_5)((char *)(r2 + i), SPAN * w, x2);
+        }
+        NAME(store_span)(args[2], first, r2, 5);
+    }
+}
+
 static void NAME(move_vector_start_m)(char **args, const intptr_t *strides, void *prepared)
 {
     const intptr_t c0a = strides[0];
@@ -43029,11 +48401,37 @@ WIDE static void NAME(move_vector_block)(intptr_t n, char **args, const intptr_t
     }
 }
 
+WIDE static void NAME(move_vector_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    _Alignas(64) REAL r0[8 * SPAN];
+    _Alignas(64) REAL r1[5 * SPAN];
+    _Alignas(64) REAL r2[5 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        NAME(load_span)(r0, args[0], first, 8);
+        NAME(load_span)(r1, args[1], first, 5);
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[8];
+            REAL x1[5];
+            REAL x2[5];
+            NAME(load_8)(x0, (char *)(r0 + i), SPAN * w);
+            NAME(load_5)(x1, (char *)(r1 + i), SPAN * w);
+            NAME(move_vector)(x0, x1, x2);
+            NAME(store_5)((char *)(r2 + i), SPAN * w, x2);
+        }
+        NAME(store_span)(args[2], first, r2, 5);
+    }
+}
+
 void NAME(move_vector_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{8, 1, 0, {8}}, {5, 1, 1, {5}}, {5, 1, 2, {5}}};
-    static const struct form forms[] = {{1, 2, NAME(move_vector_start_m), NAME(move_vector_block_m), NULL}};
-    static const struct kernel kernel = {NAME(move_vector_block), NULL, 2, 3, 1, parts, forms};
+    static const struct form forms[] = {{1, 2, NAME(move_vector_start_m), NAME(move_vector_block_m),
+        NAME(move_vector_dense_m)}};
+    static const struct kernel kernel = {NAME(move_vector_block), NAME(move_vector_dense), 2, 3, 1, 0, parts,
+        forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -43642,7 +49040,7 @@ void NAME(move_point_pair_loop)(char **args, const intptr_t *dimensions, const i
 {
     static const struct part parts[] = {{8, 1, 0, {8}}, {10, 1, 1, {10}}, {10, 1, 2, {10}}};
     static const struct form forms[] = {{1, 2, NAME(move_point_pair_start_m), NAME(move_point_pair_block_m), NULL}};
-    static const struct kernel kernel = {NAME(move_point_pair_block), NULL, 2, 3, 1, parts, forms};
+    static const struct kernel kernel = {NAME(move_point_pair_block), NULL, 2, 3, 1, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -43958,6 +49356,27 @@ WIDE static void NAME(move_line_block_m)(intptr_t n, char **args, const intptr_t
     }
 }
 
+WIDE static void NAME(move_line_dense_m)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    const REAL *prepared = (const REAL *)args[0];
+    (void)strides;
+    _Alignas(64) REAL r1[6 * SPAN];
+    _Alignas(64) REAL r2[6 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        NAME(load_span)(r1, args[1], first, 6);
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x1[6];
+            REAL x2[6];
+            NAME(load_6)(x1, (char *)(r1 + i), SPAN * w);
+            NAME(move_line_apply_m)(prepared, x1, x2);
+            NAME(store_6)((char *)(r2 + i), SPAN * w, x2);
+        }
+        NAME(store_span)(args[2], first, r2, 6);
+    }
+}
+
 static void NAME(move_line_start_m)(char **args, const intptr_t *strides, void *prepared)
 {
     const intptr_t c0a = strides[0];
@@ -43985,11 +49404,36 @@ WIDE static void NAME(move_line_block)(intptr_t n, char **args, const intptr_t *
     }
 }
 
+WIDE static void NAME(move_line_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    _Alignas(64) REAL r0[8 * SPAN];
+    _Alignas(64) REAL r1[6 * SPAN];
+    _Alignas(64) REAL r2[6 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        NAME(load_span)(r0, args[0], first, 8);
+        NAME(load_span)(r1, args[1], first, 6);
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[8];
+            REAL x1[6];
+            REAL x2[6];
+            NAME(load_8)(x0, (char *)(r0 + i), SPAN * w);
+            NAME(load_6)(x1, (char *)(r1 + i), SPAN * w);
+            NAME(move_line)(x0, x1, x2);
+            NAME(store_6)((char *)(r2 + i), SPAN * w, x2);
+        }
+        NAME(store_span)(args[2], first, r2, 6);
+    }
+}
+
 void NAME(move_line_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{8, 1, 0, {8}}, {6, 1, 1, {6}}, {6, 1, 2, {6}}};
-    static const struct form forms[] = {{1, 2, NAME(move_line_start_m), NAME(move_line_block_m), NULL}};
-    static const struct kernel kernel = {NAME(move_line_block), NULL, 2, 3, 1, parts, forms};
+    static const struct form forms[] = {{1, 2, NAME(move_line_start_m), NAME(move_line_block_m),
+        NAME(move_line_dense_m)}};
+    static const struct kernel kernel = {NAME(move_line_block), NAME(move_line_dense), 2, 3, 1, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -44598,7 +50042,7 @@ void NAME(move_circle_loop)(char **args, const intptr_t *dimensions, const intpt
 {
     static const struct part parts[] = {{8, 1, 0, {8}}, {10, 1, 1, {10}}, {10, 1, 2, {10}}};
     static const struct form forms[] = {{1, 2, NAME(move_circle_start_m), NAME(move_circle_block_m), NULL}};
-    static const struct kernel kernel = {NAME(move_circle_block), NULL, 2, 3, 1, parts, forms};
+    static const struct kernel kernel = {NAME(move_circle_block), NULL, 2, 3, 1, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -44809,17 +50253,20 @@ WIDE static void NAME(move_plane_block_m)(intptr_t n, char **args, const intptr_
 WIDE static void NAME(move_plane_dense_m)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
-    (void)strides;
     const REAL *prepared = (const REAL *)args[0];
+    (void)strides;
     char *a1 = args[1];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x1[4];
-        REAL x2[4];
-        NAME(load_4)(x1, a1 + i * 4 * w, w);
-        NAME(move_plane_apply_m)(prepared, x1, x2);
-        NAME(store_4)(a2 + i * 4 * w, w, x2);
+    _Alignas(64) REAL r2[4 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x1[4];
+            REAL x2[4];
+            NAME(load_4)(x1, a1 + (first + i) * 4 * w, w);
+            NAME(move_plane_apply_m)(prepared, x1, x2);
+            NAME(store_4)((char *)(r2 + i), SPAN * w, x2);
+        }
+        NAME(store_span)(args[2], first, r2, 4);
     }
 }
 
@@ -44854,18 +50301,23 @@ WIDE static void NAME(move_plane_dense)(intptr_t n, char **args, const intptr_t 
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[8];
-        REAL x1[4];
-        REAL x2[4];
-        NAME(load_8)(x0, a0 + i * 8 * w, w);
-        NAME(load_4)(x1, a1 + i * 4 * w, w);
-        NAME(move_plane)(x0, x1, x2);
-        NAME(store_4)(a2 + i * 4 * w, w, x2);
+    _Alignas(64) REAL r0[8 * SPAN];
+    _Alignas(64) REAL r1[4 * SPAN];
+    _Alignas(64) REAL r2[4 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        NAME(load_span)(r0, args[0], first, 8);
+        NAME(load_span)(r1, args[1], first, 4);
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[8];
+            REAL x1[4];
+            REAL x2[4];
+            NAME(load_8)(x0, (char *)(r0 + i), SPAN * w);
+            NAME(load_4)(x1, (char *)(r1 + i), SPAN * w);
+            NAME(move_plane)(x0, x1, x2);
+            NAME(store_4)((char *)(r2 + i), SPAN * w, x2);
+        }
+        NAME(store_span)(args[2], first, r2, 4);
     }
 }
 
@@ -44874,7 +50326,7 @@ void NAME(move_plane_loop)(char **args, const intptr_t *dimensions, const intptr
     static const struct part parts[] = {{8, 1, 0, {8}}, {4, 1, 1, {4}}, {4, 1, 2, {4}}};
     static const struct form forms[] = {{1, 3, NAME(move_plane_start_m), NAME(move_plane_block_m),
         NAME(move_plane_dense_m)}};
-    static const struct kernel kernel = {NAME(move_plane_block), NAME(move_plane_dense), 2, 3, 1, parts, forms};
+    static const struct kernel kernel = {NAME(move_plane_block), NAME(move_plane_dense), 2, 3, 1, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -45137,6 +50589,27 @@ WIDE static void NAME(move_sphere_block_m)(intptr_t n, char **args, const intptr
     }
 }
 
+WIDE static void NAME(move_sphere_dense_m)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    const REAL *prepared = (const REAL *)args[0];
+    (void)strides;
+    _Alignas(64) REAL r1[5 * SPAN];
+    _Alignas(64) REAL r2[5 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        NAME(load_span)(r1, args[1], first, 5);
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x1[5];
+            REAL x2[5];
+            NAME(load_5)(x1, (char *)(r1 + i), SPAN * w);
+            NAME(move_sphere_apply_m)(prepared, x1, x2);
+            NAME(store_5)((char *)(r2 + i), SPAN * w, x2);
+        }
+        NAME(store_span)(args[2], first, r2, 5);
+    }
+}
+
 static void NAME(move_sphere_start_m)(char **args, const intptr_t *strides, void *prepared)
 {
     const intptr_t c0a = strides[0];
@@ -45164,11 +50637,37 @@ WIDE static void NAME(move_sphere_block)(intptr_t n, char **args, const intptr_t
     }
 }
 
+WIDE static void NAME(move_sphere_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    _Alignas(64) REAL r0[8 * SPAN];
+    _Alignas(64) REAL r1[5 * SPAN];
+    _Alignas(64) REAL r2[5 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        NAME(load_span)(r0, args[0], first, 8);
+        NAME(load_span)(r1, args[1], first, 5);
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[8];
+            REAL x1[5];
+            REAL x2[5];
+            NAME(load_8)(x0, (char *)(r0 + i), SPAN * w);
+            NAME(load_5)(x1, (char *)(r1 + i), SPAN * w);
+            NAME(move_sphere)(x0, x1, x2);
+            NAME(store_5)((char *)(r2 + i), SPAN * w, x2);
+        }
+        NAME(store_span)(args[2], first, r2, 5);
+    }
+}
+
 void NAME(move_sphere_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{8, 1, 0, {8}}, {5, 1, 1, {5}}, {5, 1, 2, {5}}};
-    static const struct form forms[] = {{1, 2, NAME(move_sphere_start_m), NAME(move_sphere_block_m), NULL}};
-    static const struct kernel kernel = {NAME(move_sphere_block), NULL, 2, 3, 1, parts, forms};
+    static const struct form forms[] = {{1, 2, NAME(move_sphere_start_m), NAME(move_sphere_block_m),
+        NAME(move_sphere_dense_m)}};
+    static const struct kernel kernel = {NAME(move_sphere_block), NAME(move_sphere_dense), 2, 3, 1, 0, parts,
+        forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -45777,6 +51276,27 @@ WIDE static void NAME(transform_vector_block_v)(intptr_t n, char **args, const i
     }
 }
 
+WIDE static void NAME(transform_vector_dense_v)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    const REAL *prepared = (const REAL *)args[0];
+    (void)strides;
+    _Alignas(64) REAL r1[5 * SPAN];
+    _Alignas(64) REAL r2[5 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        NAME(load_span)(r1, args[1], first, 5);
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x1[5];
+            REAL x2[5];
+            NAME(load_5)(x1, (char *)(r1 + i), SPAN * w);
+            NAME(transform_vector_apply_v)(prepared, x1, x2);
+            NAME(store_5)((char *)(r2 + i), SPAN * w, x2);
+        }
+        NAME(store_span)(args[2], first, r2, 5);
+    }
+}
+
 static void NAME(transform_vector_start_v)(char **args, const intptr_t *strides, void *prepared)
 {
     const intptr_t c0a = strides[0];
@@ -45808,8 +51328,8 @@ void NAME(transform_vector_loop)(char **args, const intptr_t *dimensions, const 
 {
     static const struct part parts[] = {{16, 1, 0, {16}}, {5, 1, 1, {5}}, {5, 1, 2, {5}}};
     static const struct form forms[] = {{1, 2, NAME(transform_vector_start_v), NAME(transform_vector_block_v),
-        NULL}};
-    static const struct kernel kernel = {NAME(transform_vector_block), NULL, 2, 3, 1, parts, forms};
+        NAME(transform_vector_dense_v)}};
+    static const struct kernel kernel = {NAME(transform_vector_block), NULL, 2, 3, 1, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -45949,17 +51469,20 @@ WIDE static void NAME(reflect_point_block_plane)(intptr_t n, char **args, const 
 WIDE static void NAME(reflect_point_dense_plane)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
-    (void)strides;
     const REAL *prepared = (const REAL *)args[1];
+    (void)strides;
     char *a0 = args[0];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[3];
-        REAL x2[3];
-        NAME(load_3)(x0, a0 + i * 3 * w, w);
-        NAME(reflect_point_apply_plane)(prepared, x0, x2);
-        NAME(store_3)(a2 + i * 3 * w, w, x2);
+    _Alignas(64) REAL r2[3 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[3];
+            REAL x2[3];
+            NAME(load_3)(x0, a0 + (first + i) * 3 * w, w);
+            NAME(reflect_point_apply_plane)(prepared, x0, x2);
+            NAME(store_3)((char *)(r2 + i), SPAN * w, x2);
+        }
+        NAME(store_span)(args[2], first, r2, 3);
     }
 }
 
@@ -45996,16 +51519,19 @@ WIDE static void NAME(reflect_point_dense)(intptr_t n, char **args, const intptr
     (void)strides;
     char *a0 = args[0];
     char *a1 = args[1];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[3];
-        REAL x1[4];
-        REAL x2[3];
-        NAME(load_3)(x0, a0 + i * 3 * w, w);
-        NAME(load_4)(x1, a1 + i * 4 * w, w);
-        NAME(reflect_point)(x0, x1, x2);
-        NAME(store_3)(a2 + i * 3 * w, w, x2);
+    _Alignas(64) REAL r2[3 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[3];
+            REAL x1[4];
+            REAL x2[3];
+            NAME(load_3)(x0, a0 + (first + i) * 3 * w, w);
+            NAME(load_4)(x1, a1 + (first + i) * 4 * w, w);
+            NAME(reflect_point)(x0, x1, x2);
+            NAME(store_3)((char *)(r2 + i), SPAN * w, x2);
+        }
+        NAME(store_span)(args[2], first, r2, 3);
     }
 }
 
@@ -46014,7 +51540,7 @@ void NAME(reflect_point_loop)(char **args, const intptr_t *dimensions, const int
     static const struct part parts[] = {{3, 1, 0, {3}}, {4, 1, 1, {4}}, {3, 1, 2, {3}}};
     static const struct form forms[] = {{2, 2, NAME(reflect_point_start_plane), NAME(reflect_point_block_plane),
         NAME(reflect_point_dense_plane)}};
-    static const struct kernel kernel = {NAME(reflect_point_block), NAME(reflect_point_dense), 2, 3, 1, parts,
+    static const struct kernel kernel = {NAME(reflect_point_block), NAME(reflect_point_dense), 2, 3, 1, 0, parts,
         forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -46098,10 +51624,35 @@ WIDE static void NAME(invert_point_block)(intptr_t n, char **args, const intptr_
     }
 }
 
+WIDE static void NAME(invert_point_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    _Alignas(64) REAL r0[3 * SPAN];
+    _Alignas(64) REAL r1[5 * SPAN];
+    _Alignas(64) REAL r2[3 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        NAME(load_span)(r0, args[0], first, 3);
+        NAME(load_span)(r1, args[1], first, 5);
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[3];
+            REAL x1[5];
+            REAL x2[3];
+            NAME(load_3)(x0, (char *)(r0 + i), SPAN * w);
+            NAME(load_5)(x1, (char *)(r1 + i), SPAN * w);
+            NAME(invert_point)(x0, x1, x2);
+            NAME(store_3)((char *)(r2 + i), SPAN * w, x2);
+        }
+        NAME(store_span)(args[2], first, r2, 3);
+    }
+}
+
 void NAME(invert_point_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {5, 1, 1, {5}}, {3, 1, 2, {3}}};
-    static const struct kernel kernel = {NAME(invert_point_block), NULL, 2, 3, 0, parts, NULL};
+    static const struct kernel kernel = {NAME(invert_point_block), NAME(invert_point_dense), 2, 3, 0, 0, parts,
+        NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -46136,14 +51687,17 @@ WIDE static void NAME(transversor_from_vector_dense)(intptr_t n, char **args, co
     const intptr_t w = sizeof(REAL);
     (void)strides;
     char *a0 = args[0];
-    char *a1 = args[1];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[3];
-        REAL x1[3];
-        NAME(load_3)(x0, a0 + i * 3 * w, w);
-        NAME(transversor_from_vector)(x0, x1);
-        NAME(store_3)(a1 + i * 3 * w, w, x1);
+    _Alignas(64) REAL r1[3 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[3];
+            REAL x1[3];
+            NAME(load_3)(x0, a0 + (first + i) * 3 * w, w);
+            NAME(transversor_from_vector)(x0, x1);
+            NAME(store_3)((char *)(r1 + i), SPAN * w, x1);
+        }
+        NAME(store_span)(args[1], first, r1, 3);
     }
 }
 
@@ -46151,7 +51705,7 @@ void NAME(transversor_from_vector_loop)(char **args, const intptr_t *dimensions,
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {3, 1, 1, {3}}};
     static const struct kernel kernel = {NAME(transversor_from_vector_block), NAME(transversor_from_vector_dense),
-        1, 2, 0, parts, NULL};
+        1, 2, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -46242,6 +51796,27 @@ WIDE static void NAME(dilator_about_point_block_scale)(intptr_t n, char **args, 
     }
 }
 
+WIDE static void NAME(dilator_about_point_dense_scale)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    const REAL *prepared = (const REAL *)args[1];
+    (void)strides;
+    _Alignas(64) REAL r0[3 * SPAN];
+    _Alignas(64) REAL r2[16 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        NAME(load_span)(r0, args[0], first, 3);
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[3];
+            REAL x2[16];
+            NAME(load_3)(x0, (char *)(r0 + i), SPAN * w);
+            NAME(dilator_about_point_apply_scale)(prepared, x0, x2);
+            NAME(store_16)((char *)(r2 + i), SPAN * w, x2);
+        }
+        NAME(store_span)(args[2], first, r2, 16);
+    }
+}
+
 static void NAME(dilator_about_point_start_scale)(char **args, const intptr_t *strides, void *prepared)
 {
     (void)strides;
@@ -46269,12 +51844,37 @@ WIDE static void NAME(dilator_about_point_block)(intptr_t n, char **args, const 
     }
 }
 
+WIDE static void NAME(dilator_about_point_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    _Alignas(64) REAL r0[3 * SPAN];
+    _Alignas(64) REAL r1[1 * SPAN];
+    _Alignas(64) REAL r2[16 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        NAME(load_span)(r0, args[0], first, 3);
+        NAME(load_span)(r1, args[1], first, 1);
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[3];
+            REAL x1[1];
+            REAL x2[16];
+            NAME(load_3)(x0, (char *)(r0 + i), SPAN * w);
+            NAME(load_scalar)(x1, (char *)(r1 + i));
+            NAME(dilator_about_point)(x0, x1[0], x2);
+            NAME(store_16)((char *)(r2 + i), SPAN * w, x2);
+        }
+        NAME(store_span)(args[2], first, r2, 16);
+    }
+}
+
 void NAME(dilator_about_point_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {1, 0, 1, {0}}, {16, 1, 1, {16}}};
     static const struct form forms[] = {{2, 2, NAME(dilator_about_point_start_scale),
-        NAME(dilator_about_point_block_scale), NULL}};
-    static const struct kernel kernel = {NAME(dilator_about_point_block), NULL, 2, 3, 1, parts, forms};
+        NAME(dilator_about_point_block_scale), NAME(dilator_about_point_dense_scale)}};
+    static const struct kernel kernel = {NAME(dilator_about_point_block), NAME(dilator_about_point_dense), 2, 3, 1,
+        0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -46308,22 +51908,25 @@ WIDE static void NAME(dilator_to_scale_dense)(intptr_t n, char **args, const int
     const intptr_t w = sizeof(REAL);
     (void)strides;
     char *a0 = args[0];
-    char *a1 = args[1];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[2];
-        REAL x1[1];
-        NAME(load_2)(x0, a0 + i * 2 * w, w);
-        NAME(dilator_to_scale)(x0, x1);
-        NAME(store_scalar)(a1 + i * w, x1);
+    _Alignas(64) REAL r1[1 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[2];
+            REAL x1[1];
+            NAME(load_2)(x0, a0 + (first + i) * 2 * w, w);
+            NAME(dilator_to_scale)(x0, x1);
+            NAME(store_scalar)((char *)(r1 + i), x1);
+        }
+        NAME(store_span)(args[1], first, r1, 1);
     }
 }
 
 void NAME(dilator_to_scale_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{2, 1, 0, {2}}, {1, 0, 1, {0}}};
-    static const struct kernel kernel = {NAME(dilator_to_scale_block), NAME(dilator_to_scale_dense), 1, 2, 0, parts,
-        NULL};
+    static const struct kernel kernel = {NAME(dilator_to_scale_block), NAME(dilator_to_scale_dense), 1, 2, 0, 0,
+        parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -46360,7 +51963,7 @@ WIDE static void NAME(rotor_logarithm_block)(intptr_t n, char **args, const intp
     char *a0 = args[0];
     char *a1 = args[1];
     ANY_ORDER
-    for (intptr_t i = 0; i < n; ++i) {
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
         REAL x0[4];
         REAL x1[3];
         NAME(load_4)(x0, a0 + i * w, c0a);
@@ -46372,11 +51975,11 @@ WIDE static void NAME(rotor_logarithm_block)(intptr_t n, char **args, const intp
 void NAME(rotor_logarithm_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {3, 1, 1, {3}}};
-    static const struct kernel kernel = {NAME(rotor_logarithm_block), NULL, 1, 2, 0, parts, NULL};
+    static const struct kernel kernel = {NAME(rotor_logarithm_block), NULL, 1, 2, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
-INLINE void NAME(rotor_exponential)(const REAL *b, REAL *out)
+static INLINE void NAME(rotor_exponential_within)(const REAL *b, REAL *out, WORD *far)
 {
     const REAL b_0 = b[0];
     const REAL b_1 = b[1];
@@ -46403,30 +52006,46 @@ INLINE void NAME(rotor_exponential)(const REAL *b, REAL *out)
     out[3] = t15;
 }
 
+INLINE void NAME(rotor_exponential)(const REAL *b, REAL *out)
+{
+    NAME(rotor_exponential_within)(b, out, NULL);
+}
+
 WIDE static void NAME(rotor_exponential_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c0a = strides[0], c1a = strides[1];
     char *a0 = args[0];
     char *a1 = args[1];
-    ANY_ORDER
-    for (intptr_t i = 0; i < n; ++i) {
-        REAL x0[3];
-        REAL x1[4];
-        NAME(load_3)(x0, a0 + i * w, c0a);
-        NAME(rotor_exponential)(x0, x1);
-        NAME(store_4)(a1 + i * w, c1a, x1);
+    for (intptr_t first = 0; first < n; first += CHUNK) {
+        const intptr_t last = first + CHUNK < n ? first + CHUNK : PADDED(n);
+        WORD far = 0;
+        ANY_ORDER
+        for (intptr_t i = first; i < last; ++i) {
+            REAL x0[3];
+            REAL x1[4];
+            NAME(load_3)(x0, a0 + i * w, c0a);
+            NAME(rotor_exponential_within)(x0, x1, &far);
+            NAME(store_4)(a1 + i * w, c1a, x1);
+        }
+        for (intptr_t i = first; far && i < last; ++i) {
+            REAL x0[3];
+            REAL x1[4];
+            NAME(load_3)(x0, a0 + i * w, c0a);
+            NAME(rotor_exponential)(x0, x1);
+            NAME(store_4)(a1 + i * w, c1a, x1);
+        }
     }
 }
 
 void NAME(rotor_exponential_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {4, 1, 1, {4}}};
-    static const struct kernel kernel = {NAME(rotor_exponential_block), NULL, 1, 2, 0, parts, NULL};
+    static const struct kernel kernel = {NAME(rotor_exponential_block), NULL, 1, 2, 0, 1, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
-INLINE void NAME(motor_from_screw)(const REAL *line, REAL angle, REAL distance, REAL *out)
+static INLINE void NAME(motor_from_screw_within)(const REAL *line, REAL angle, REAL distance, REAL *out, WORD *far)
 {
     const REAL line_e12inf = line[0];
     const REAL line_e13inf = line[1];
@@ -46496,7 +52115,13 @@ INLINE void NAME(motor_from_screw)(const REAL *line, REAL angle, REAL distance, 
     out[7] = t51;
 }
 
-static INLINE void NAME(motor_from_screw_prepare_line_angle)(const REAL *line, REAL angle, REAL *prepared)
+INLINE void NAME(motor_from_screw)(const REAL *line, REAL angle, REAL distance, REAL *out)
+{
+    NAME(motor_from_screw_within)(line, angle, distance, out, NULL);
+}
+
+static INLINE void NAME(motor_from_screw_prepare_line_angle)(const REAL *line, REAL angle, REAL *prepared, WORD
+    *far)
 {
     const REAL line_e12inf = line[0];
     const REAL line_e13inf = line[1];
@@ -46573,7 +52198,7 @@ static INLINE void NAME(motor_from_screw_apply_line_angle)(const REAL *prepared,
     out[7] = t32;
 }
 
-static INLINE void NAME(motor_from_screw_prepare_angle)(REAL angle, REAL *prepared)
+static INLINE void NAME(motor_from_screw_prepare_angle)(REAL angle, REAL *prepared, WORD *far)
 {
     const REAL t0 = angle * (REAL)0.5;
     const REAL t1 = COS(t0);
@@ -46652,7 +52277,8 @@ static INLINE void NAME(motor_from_screw_apply_angle)(const REAL *prepared, cons
     out[7] = t51;
 }
 
-static INLINE void NAME(motor_from_screw_prepare_angle_distance)(REAL angle, REAL distance, REAL *prepared)
+static INLINE void NAME(motor_from_screw_prepare_angle_distance)(REAL angle, REAL distance, REAL *prepared, WORD
+    *far)
 {
     const REAL t0 = angle * (REAL)0.5;
     const REAL t1 = COS(t0);
@@ -46752,17 +52378,21 @@ WIDE static void NAME(motor_from_screw_block_line_angle)(intptr_t n, char **args
 WIDE static void NAME(motor_from_screw_dense_line_angle)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
-    (void)strides;
     const REAL *prepared = (const REAL *)args[0];
-    char *a2 = args[2];
-    char *a3 = args[3];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x2[1];
-        REAL x3[8];
-        NAME(load_scalar)(x2, a2 + i * w);
-        NAME(motor_from_screw_apply_line_angle)(prepared, x2[0], x3);
-        NAME(store_8)(a3 + i * 8 * w, w, x3);
+    (void)strides;
+    _Alignas(64) REAL r2[1 * SPAN];
+    _Alignas(64) REAL r3[8 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        NAME(load_span)(r2, args[2], first, 1);
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x2[1];
+            REAL x3[8];
+            NAME(load_scalar)(x2, (char *)(r2 + i));
+            NAME(motor_from_screw_apply_line_angle)(prepared, x2[0], x3);
+            NAME(store_8)((char *)(r3 + i), SPAN * w, x3);
+        }
+        NAME(store_span)(args[3], first, r3, 8);
     }
 }
 
@@ -46773,7 +52403,7 @@ static void NAME(motor_from_screw_start_line_angle)(char **args, const intptr_t 
     NAME(load_6)(x0, args[0], c0a);
     REAL x1[1];
     NAME(load_scalar)(x1, args[1]);
-    NAME(motor_from_screw_prepare_line_angle)(x0, x1[0], prepared);
+    NAME(motor_from_screw_prepare_line_angle)(x0, x1[0], prepared, NULL);
 }
 
 WIDE static void NAME(motor_from_screw_block_angle)(intptr_t n, char **args, const intptr_t *strides)
@@ -46796,12 +52426,37 @@ WIDE static void NAME(motor_from_screw_block_angle)(intptr_t n, char **args, con
     }
 }
 
+WIDE static void NAME(motor_from_screw_dense_angle)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    const REAL *prepared = (const REAL *)args[1];
+    (void)strides;
+    _Alignas(64) REAL r0[6 * SPAN];
+    _Alignas(64) REAL r2[1 * SPAN];
+    _Alignas(64) REAL r3[8 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        NAME(load_span)(r0, args[0], first, 6);
+        NAME(load_span)(r2, args[2], first, 1);
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[6];
+            REAL x2[1];
+            REAL x3[8];
+            NAME(load_6)(x0, (char *)(r0 + i), SPAN * w);
+            NAME(load_scalar)(x2, (char *)(r2 + i));
+            NAME(motor_from_screw_apply_angle)(prepared, x0, x2[0], x3);
+            NAME(store_8)((char *)(r3 + i), SPAN * w, x3);
+        }
+        NAME(store_span)(args[3], first, r3, 8);
+    }
+}
+
 static void NAME(motor_from_screw_start_angle)(char **args, const intptr_t *strides, void *prepared)
 {
     (void)strides;
     REAL x1[1];
     NAME(load_scalar)(x1, args[1]);
-    NAME(motor_from_screw_prepare_angle)(x1[0], prepared);
+    NAME(motor_from_screw_prepare_angle)(x1[0], prepared, NULL);
 }
 
 WIDE static void NAME(motor_from_screw_block_angle_distance)(intptr_t n, char **args, const intptr_t *strides)
@@ -46821,6 +52476,27 @@ WIDE static void NAME(motor_from_screw_block_angle_distance)(intptr_t n, char **
     }
 }
 
+WIDE static void NAME(motor_from_screw_dense_angle_distance)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    const REAL *prepared = (const REAL *)args[1];
+    (void)strides;
+    _Alignas(64) REAL r0[6 * SPAN];
+    _Alignas(64) REAL r3[8 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        NAME(load_span)(r0, args[0], first, 6);
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[6];
+            REAL x3[8];
+            NAME(load_6)(x0, (char *)(r0 + i), SPAN * w);
+            NAME(motor_from_screw_apply_angle_distance)(prepared, x0, x3);
+            NAME(store_8)((char *)(r3 + i), SPAN * w, x3);
+        }
+        NAME(store_span)(args[3], first, r3, 8);
+    }
+}
+
 static void NAME(motor_from_screw_start_angle_distance)(char **args, const intptr_t *strides, void *prepared)
 {
     (void)strides;
@@ -46828,7 +52504,7 @@ static void NAME(motor_from_screw_start_angle_distance)(char **args, const intpt
     NAME(load_scalar)(x1, args[1]);
     REAL x2[1];
     NAME(load_scalar)(x2, args[2]);
-    NAME(motor_from_screw_prepare_angle_distance)(x1[0], x2[0], prepared);
+    NAME(motor_from_screw_prepare_angle_distance)(x1[0], x2[0], prepared, NULL);
 }
 
 WIDE static void NAME(motor_from_screw_block)(intptr_t n, char **args, const intptr_t *strides)
@@ -46839,28 +52515,44 @@ WIDE static void NAME(motor_from_screw_block)(intptr_t n, char **args, const int
     char *a1 = args[1];
     char *a2 = args[2];
     char *a3 = args[3];
-    ANY_ORDER
-    for (intptr_t i = 0; i < n; ++i) {
-        REAL x0[6];
-        REAL x1[1];
-        REAL x2[1];
-        REAL x3[8];
-        NAME(load_6)(x0, a0 + i * w, c0a);
-        NAME(load_scalar)(x1, a1 + i * w);
-        NAME(load_scalar)(x2, a2 + i * w);
-        NAME(motor_from_screw)(x0, x1[0], x2[0], x3);
-        NAME(store_8)(a3 + i * w, c3a, x3);
+    for (intptr_t first = 0; first < n; first += CHUNK) {
+        const intptr_t last = first + CHUNK < n ? first + CHUNK : PADDED(n);
+        WORD far = 0;
+        ANY_ORDER
+        for (intptr_t i = first; i < last; ++i) {
+            REAL x0[6];
+            REAL x1[1];
+            REAL x2[1];
+            REAL x3[8];
+            NAME(load_6)(x0, a0 + i * w, c0a);
+            NAME(load_scalar)(x1, a1 + i * w);
+            NAME(load_scalar)(x2, a2 + i * w);
+            NAME(motor_from_screw_within)(x0, x1[0], x2[0], x3, &far);
+            NAME(store_8)(a3 + i * w, c3a, x3);
+        }
+        for (intptr_t i = first; far && i < last; ++i) {
+            REAL x0[6];
+            REAL x1[1];
+            REAL x2[1];
+            REAL x3[8];
+            NAME(load_6)(x0, a0 + i * w, c0a);
+            NAME(load_scalar)(x1, a1 + i * w);
+            NAME(load_scalar)(x2, a2 + i * w);
+            NAME(motor_from_screw)(x0, x1[0], x2[0], x3);
+            NAME(store_8)(a3 + i * w, c3a, x3);
+        }
     }
 }
 
 void NAME(motor_from_screw_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{6, 1, 0, {6}}, {1, 0, 1, {0}}, {1, 0, 1, {0}}, {8, 1, 1, {8}}};
-    static const struct form forms[] = {{3, 1, NAME(motor_from_screw_start_line_angle),
+    static const struct form forms[] = {{3, 2, NAME(motor_from_screw_start_line_angle),
         NAME(motor_from_screw_block_line_angle), NAME(motor_from_screw_dense_line_angle)}, {2, 2,
-        NAME(motor_from_screw_start_angle), NAME(motor_from_screw_block_angle), NULL}, {6, 2,
-        NAME(motor_from_screw_start_angle_distance), NAME(motor_from_screw_block_angle_distance), NULL}};
-    static const struct kernel kernel = {NAME(motor_from_screw_block), NULL, 3, 4, 3, parts, forms};
+        NAME(motor_from_screw_start_angle), NAME(motor_from_screw_block_angle), NAME(motor_from_screw_dense_angle)},
+        {6, 2, NAME(motor_from_screw_start_angle_distance), NAME(motor_from_screw_block_angle_distance),
+        NAME(motor_from_screw_dense_angle_distance)}};
+    static const struct kernel kernel = {NAME(motor_from_screw_block), NULL, 3, 4, 3, 1, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -46932,17 +52624,21 @@ WIDE static void NAME(motor_to_rotor_translation_dense)(intptr_t n, char **args,
     const intptr_t w = sizeof(REAL);
     (void)strides;
     char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[8];
-        REAL x1[4];
-        REAL x2[3];
-        NAME(load_8)(x0, a0 + i * 8 * w, w);
-        NAME(motor_to_rotor_translation)(x0, x1, x2);
-        NAME(store_4)(a1 + i * 4 * w, w, x1);
-        NAME(store_3)(a2 + i * 3 * w, w, x2);
+    _Alignas(64) REAL r1[4 * SPAN];
+    _Alignas(64) REAL r2[3 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[8];
+            REAL x1[4];
+            REAL x2[3];
+            NAME(load_8)(x0, a0 + (first + i) * 8 * w, w);
+            NAME(motor_to_rotor_translation)(x0, x1, x2);
+            NAME(store_4)((char *)(r1 + i), SPAN * w, x1);
+            NAME(store_3)((char *)(r2 + i), SPAN * w, x2);
+        }
+        NAME(store_span)(args[1], first, r1, 4);
+        NAME(store_span)(args[2], first, r2, 3);
     }
 }
 
@@ -46950,7 +52646,7 @@ void NAME(motor_to_rotor_translation_loop)(char **args, const intptr_t *dimensio
 {
     static const struct part parts[] = {{8, 1, 0, {8}}, {4, 1, 1, {4}}, {3, 1, 2, {3}}};
     static const struct kernel kernel = {NAME(motor_to_rotor_translation_block),
-        NAME(motor_to_rotor_translation_dense), 1, 3, 0, parts, NULL};
+        NAME(motor_to_rotor_translation_dense), 1, 3, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -47324,7 +53020,7 @@ WIDE static void NAME(versor_product_block)(intptr_t n, char **args, const intpt
 void NAME(versor_product_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{16, 1, 0, {16}}, {16, 1, 1, {16}}, {16, 1, 2, {16}}};
-    static const struct kernel kernel = {NAME(versor_product_block), NULL, 2, 3, 0, parts, NULL};
+    static const struct kernel kernel = {NAME(versor_product_block), NULL, 2, 3, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -47653,7 +53349,7 @@ WIDE static void NAME(normalize_versor_block)(intptr_t n, char **args, const int
 void NAME(normalize_versor_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{16, 1, 0, {16}}, {16, 1, 1, {16}}};
-    static const struct kernel kernel = {NAME(normalize_versor_block), NULL, 1, 2, 0, parts, NULL};
+    static const struct kernel kernel = {NAME(normalize_versor_block), NULL, 1, 2, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -47824,7 +53520,7 @@ void NAME(versor_decomposition_loop)(char **args, const intptr_t *dimensions, co
 {
     static const struct part parts[] = {{16, 1, 0, {16}}, {1, 0, 1, {0}}, {4, 1, 1, {4}}, {3, 1, 2, {3}}, {3, 1, 3,
         {3}}};
-    static const struct kernel kernel = {NAME(versor_decomposition_block), NULL, 1, 5, 0, parts, NULL};
+    static const struct kernel kernel = {NAME(versor_decomposition_block), NULL, 1, 5, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -48676,6 +54372,27 @@ WIDE static void NAME(versor_from_parts_block_scale_r_t)(intptr_t n, char **args
     }
 }
 
+WIDE static void NAME(versor_from_parts_dense_scale_r_t)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    const REAL *prepared = (const REAL *)args[0];
+    (void)strides;
+    _Alignas(64) REAL r3[3 * SPAN];
+    _Alignas(64) REAL r4[16 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        NAME(load_span)(r3, args[3], first, 3);
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x3[3];
+            REAL x4[16];
+            NAME(load_3)(x3, (char *)(r3 + i), SPAN * w);
+            NAME(versor_from_parts_apply_scale_r_t)(prepared, x3, x4);
+            NAME(store_16)((char *)(r4 + i), SPAN * w, x4);
+        }
+        NAME(store_span)(args[4], first, r4, 16);
+    }
+}
+
 static void NAME(versor_from_parts_start_scale_r_t)(char **args, const intptr_t *strides, void *prepared)
 {
     const intptr_t c1a = strides[0], c2a = strides[1];
@@ -48702,6 +54419,27 @@ WIDE static void NAME(versor_from_parts_block_scale_r_b)(intptr_t n, char **args
         NAME(load_3)(x2, a2 + i * w, c2a);
         NAME(versor_from_parts_apply_scale_r_b)(prepared, x2, x4);
         NAME(store_16)(a4 + i * w, c4a, x4);
+    }
+}
+
+WIDE static void NAME(versor_from_parts_dense_scale_r_b)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    const REAL *prepared = (const REAL *)args[0];
+    (void)strides;
+    _Alignas(64) REAL r2[3 * SPAN];
+    _Alignas(64) REAL r4[16 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        NAME(load_span)(r2, args[2], first, 3);
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x2[3];
+            REAL x4[16];
+            NAME(load_3)(x2, (char *)(r2 + i), SPAN * w);
+            NAME(versor_from_parts_apply_scale_r_b)(prepared, x2, x4);
+            NAME(store_16)((char *)(r4 + i), SPAN * w, x4);
+        }
+        NAME(store_span)(args[4], first, r4, 16);
     }
 }
 
@@ -48734,6 +54472,27 @@ WIDE static void NAME(versor_from_parts_block_scale_t_b)(intptr_t n, char **args
     }
 }
 
+WIDE static void NAME(versor_from_parts_dense_scale_t_b)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    const REAL *prepared = (const REAL *)args[0];
+    (void)strides;
+    _Alignas(64) REAL r1[4 * SPAN];
+    _Alignas(64) REAL r4[16 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        NAME(load_span)(r1, args[1], first, 4);
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x1[4];
+            REAL x4[16];
+            NAME(load_4)(x1, (char *)(r1 + i), SPAN * w);
+            NAME(versor_from_parts_apply_scale_t_b)(prepared, x1, x4);
+            NAME(store_16)((char *)(r4 + i), SPAN * w, x4);
+        }
+        NAME(store_span)(args[4], first, r4, 16);
+    }
+}
+
 static void NAME(versor_from_parts_start_scale_t_b)(char **args, const intptr_t *strides, void *prepared)
 {
     const intptr_t c2a = strides[1], c3a = strides[2];
@@ -48760,6 +54519,27 @@ WIDE static void NAME(versor_from_parts_block_r_t_b)(intptr_t n, char **args, co
         NAME(load_scalar)(x0, a0 + i * w);
         NAME(versor_from_parts_apply_r_t_b)(prepared, x0[0], x4);
         NAME(store_16)(a4 + i * w, c4a, x4);
+    }
+}
+
+WIDE static void NAME(versor_from_parts_dense_r_t_b)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    const REAL *prepared = (const REAL *)args[1];
+    (void)strides;
+    _Alignas(64) REAL r0[1 * SPAN];
+    _Alignas(64) REAL r4[16 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        NAME(load_span)(r0, args[0], first, 1);
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[1];
+            REAL x4[16];
+            NAME(load_scalar)(x0, (char *)(r0 + i));
+            NAME(versor_from_parts_apply_r_t_b)(prepared, x0[0], x4);
+            NAME(store_16)((char *)(r4 + i), SPAN * w, x4);
+        }
+        NAME(store_span)(args[4], first, r4, 16);
     }
 }
 
@@ -48805,11 +54585,13 @@ void NAME(versor_from_parts_loop)(char **args, const intptr_t *dimensions, const
     static const struct part parts[] = {{1, 0, 0, {0}}, {4, 1, 0, {4}}, {3, 1, 1, {3}}, {3, 1, 2, {3}}, {16, 1, 3,
         {16}}};
     static const struct form forms[] = {{7, 2, NAME(versor_from_parts_start_scale_r_t),
-        NAME(versor_from_parts_block_scale_r_t), NULL}, {11, 2, NAME(versor_from_parts_start_scale_r_b),
-        NAME(versor_from_parts_block_scale_r_b), NULL}, {13, 3, NAME(versor_from_parts_start_scale_t_b),
-        NAME(versor_from_parts_block_scale_t_b), NULL}, {14, 2, NAME(versor_from_parts_start_r_t_b),
-        NAME(versor_from_parts_block_r_t_b), NULL}};
-    static const struct kernel kernel = {NAME(versor_from_parts_block), NULL, 4, 5, 4, parts, forms};
+        NAME(versor_from_parts_block_scale_r_t), NAME(versor_from_parts_dense_scale_r_t)}, {11, 2,
+        NAME(versor_from_parts_start_scale_r_b), NAME(versor_from_parts_block_scale_r_b),
+        NAME(versor_from_parts_dense_scale_r_b)}, {13, 3, NAME(versor_from_parts_start_scale_t_b),
+        NAME(versor_from_parts_block_scale_t_b), NAME(versor_from_parts_dense_scale_t_b)}, {14, 2,
+        NAME(versor_from_parts_start_r_t_b), NAME(versor_from_parts_block_r_t_b),
+        NAME(versor_from_parts_dense_r_t_b)}};
+    static const struct kernel kernel = {NAME(versor_from_parts_block), NULL, 4, 5, 4, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -49506,7 +55288,7 @@ void NAME(motor_between_lines_loop)(char **args, const intptr_t *dimensions, con
     static const struct part parts[] = {{6, 1, 0, {6}}, {6, 1, 1, {6}}, {8, 1, 2, {8}}};
     static const struct form forms[] = {{1, 2, NAME(motor_between_lines_start_a), NAME(motor_between_lines_block_a),
         NULL}};
-    static const struct kernel kernel = {NAME(motor_between_lines_block), NULL, 2, 3, 1, parts, forms};
+    static const struct kernel kernel = {NAME(motor_between_lines_block), NULL, 2, 3, 1, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -50073,7 +55855,7 @@ void NAME(motor_between_planes_loop)(char **args, const intptr_t *dimensions, co
     static const struct part parts[] = {{4, 1, 0, {4}}, {4, 1, 1, {4}}, {8, 1, 2, {8}}};
     static const struct form forms[] = {{1, 2, NAME(motor_between_planes_start_a),
         NAME(motor_between_planes_block_a), NULL}};
-    static const struct kernel kernel = {NAME(motor_between_planes_block), NULL, 2, 3, 1, parts, forms};
+    static const struct kernel kernel = {NAME(motor_between_planes_block), NULL, 2, 3, 1, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -50896,7 +56678,7 @@ void NAME(versor_between_spheres_loop)(char **args, const intptr_t *dimensions, 
     static const struct part parts[] = {{5, 1, 0, {5}}, {5, 1, 1, {5}}, {16, 1, 2, {16}}};
     static const struct form forms[] = {{1, 2, NAME(versor_between_spheres_start_a),
         NAME(versor_between_spheres_block_a), NULL}};
-    static const struct kernel kernel = {NAME(versor_between_spheres_block), NULL, 2, 3, 1, parts, forms};
+    static const struct kernel kernel = {NAME(versor_between_spheres_block), NULL, 2, 3, 1, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -51684,7 +57466,7 @@ WIDE static void NAME(versor_between_circles_block)(intptr_t n, char **args, con
 void NAME(versor_between_circles_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{10, 1, 0, {10}}, {10, 1, 1, {10}}, {16, 1, 2, {16}}};
-    static const struct kernel kernel = {NAME(versor_between_circles_block), NULL, 2, 3, 0, parts, NULL};
+    static const struct kernel kernel = {NAME(versor_between_circles_block), NULL, 2, 3, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -52474,7 +58256,7 @@ WIDE static void NAME(versor_between_point_pairs_block)(intptr_t n, char **args,
 void NAME(versor_between_point_pairs_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{10, 1, 0, {10}}, {10, 1, 1, {10}}, {16, 1, 2, {16}}};
-    static const struct kernel kernel = {NAME(versor_between_point_pairs_block), NULL, 2, 3, 0, parts, NULL};
+    static const struct kernel kernel = {NAME(versor_between_point_pairs_block), NULL, 2, 3, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -52771,6 +58553,27 @@ WIDE static void NAME(similarity_between_spheres_block_a)(intptr_t n, char **arg
     }
 }
 
+WIDE static void NAME(similarity_between_spheres_dense_a)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    const REAL *prepared = (const REAL *)args[0];
+    (void)strides;
+    _Alignas(64) REAL r1[5 * SPAN];
+    _Alignas(64) REAL r2[16 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        NAME(load_span)(r1, args[1], first, 5);
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x1[5];
+            REAL x2[16];
+            NAME(load_5)(x1, (char *)(r1 + i), SPAN * w);
+            NAME(similarity_between_spheres_apply_a)(prepared, x1, x2);
+            NAME(store_16)((char *)(r2 + i), SPAN * w, x2);
+        }
+        NAME(store_span)(args[2], first, r2, 16);
+    }
+}
+
 static void NAME(similarity_between_spheres_start_a)(char **args, const intptr_t *strides, void *prepared)
 {
     const intptr_t c0a = strides[0];
@@ -52793,6 +58596,27 @@ WIDE static void NAME(similarity_between_spheres_block_b)(intptr_t n, char **arg
         NAME(load_5)(x0, a0 + i * w, c0a);
         NAME(similarity_between_spheres_apply_b)(prepared, x0, x2);
         NAME(store_16)(a2 + i * w, c2a, x2);
+    }
+}
+
+WIDE static void NAME(similarity_between_spheres_dense_b)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    const REAL *prepared = (const REAL *)args[1];
+    (void)strides;
+    _Alignas(64) REAL r0[5 * SPAN];
+    _Alignas(64) REAL r2[16 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        NAME(load_span)(r0, args[0], first, 5);
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[5];
+            REAL x2[16];
+            NAME(load_5)(x0, (char *)(r0 + i), SPAN * w);
+            NAME(similarity_between_spheres_apply_b)(prepared, x0, x2);
+            NAME(store_16)((char *)(r2 + i), SPAN * w, x2);
+        }
+        NAME(store_span)(args[2], first, r2, 16);
     }
 }
 
@@ -52827,9 +58651,10 @@ void NAME(similarity_between_spheres_loop)(char **args, const intptr_t *dimensio
 {
     static const struct part parts[] = {{5, 1, 0, {5}}, {5, 1, 1, {5}}, {16, 1, 2, {16}}};
     static const struct form forms[] = {{1, 2, NAME(similarity_between_spheres_start_a),
-        NAME(similarity_between_spheres_block_a), NULL}, {2, 2, NAME(similarity_between_spheres_start_b),
-        NAME(similarity_between_spheres_block_b), NULL}};
-    static const struct kernel kernel = {NAME(similarity_between_spheres_block), NULL, 2, 3, 2, parts, forms};
+        NAME(similarity_between_spheres_block_a), NAME(similarity_between_spheres_dense_a)}, {2, 2,
+        NAME(similarity_between_spheres_start_b), NAME(similarity_between_spheres_block_b),
+        NAME(similarity_between_spheres_dense_b)}};
+    static const struct kernel kernel = {NAME(similarity_between_spheres_block), NULL, 2, 3, 2, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -53939,7 +59764,7 @@ void NAME(similarity_between_circles_loop)(char **args, const intptr_t *dimensio
     static const struct form forms[] = {{1, 2, NAME(similarity_between_circles_start_a),
         NAME(similarity_between_circles_block_a), NULL}, {2, 2, NAME(similarity_between_circles_start_b),
         NAME(similarity_between_circles_block_b), NULL}};
-    static const struct kernel kernel = {NAME(similarity_between_circles_block), NULL, 2, 3, 2, parts, forms};
+    static const struct kernel kernel = {NAME(similarity_between_circles_block), NULL, 2, 3, 2, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -54149,17 +59974,20 @@ WIDE static void NAME(move_flat_point_block_m)(intptr_t n, char **args, const in
 WIDE static void NAME(move_flat_point_dense_m)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
-    (void)strides;
     const REAL *prepared = (const REAL *)args[0];
+    (void)strides;
     char *a1 = args[1];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x1[4];
-        REAL x2[4];
-        NAME(load_4)(x1, a1 + i * 4 * w, w);
-        NAME(move_flat_point_apply_m)(prepared, x1, x2);
-        NAME(store_4)(a2 + i * 4 * w, w, x2);
+    _Alignas(64) REAL r2[4 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x1[4];
+            REAL x2[4];
+            NAME(load_4)(x1, a1 + (first + i) * 4 * w, w);
+            NAME(move_flat_point_apply_m)(prepared, x1, x2);
+            NAME(store_4)((char *)(r2 + i), SPAN * w, x2);
+        }
+        NAME(store_span)(args[2], first, r2, 4);
     }
 }
 
@@ -54194,18 +60022,23 @@ WIDE static void NAME(move_flat_point_dense)(intptr_t n, char **args, const intp
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[8];
-        REAL x1[4];
-        REAL x2[4];
-        NAME(load_8)(x0, a0 + i * 8 * w, w);
-        NAME(load_4)(x1, a1 + i * 4 * w, w);
-        NAME(move_flat_point)(x0, x1, x2);
-        NAME(store_4)(a2 + i * 4 * w, w, x2);
+    _Alignas(64) REAL r0[8 * SPAN];
+    _Alignas(64) REAL r1[4 * SPAN];
+    _Alignas(64) REAL r2[4 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        NAME(load_span)(r0, args[0], first, 8);
+        NAME(load_span)(r1, args[1], first, 4);
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[8];
+            REAL x1[4];
+            REAL x2[4];
+            NAME(load_8)(x0, (char *)(r0 + i), SPAN * w);
+            NAME(load_4)(x1, (char *)(r1 + i), SPAN * w);
+            NAME(move_flat_point)(x0, x1, x2);
+            NAME(store_4)((char *)(r2 + i), SPAN * w, x2);
+        }
+        NAME(store_span)(args[2], first, r2, 4);
     }
 }
 
@@ -54214,8 +60047,8 @@ void NAME(move_flat_point_loop)(char **args, const intptr_t *dimensions, const i
     static const struct part parts[] = {{8, 1, 0, {8}}, {4, 1, 1, {4}}, {4, 1, 2, {4}}};
     static const struct form forms[] = {{1, 3, NAME(move_flat_point_start_m), NAME(move_flat_point_block_m),
         NAME(move_flat_point_dense_m)}};
-    static const struct kernel kernel = {NAME(move_flat_point_block), NAME(move_flat_point_dense), 2, 3, 1, parts,
-        forms};
+    static const struct kernel kernel = {NAME(move_flat_point_block), NAME(move_flat_point_dense), 2, 3, 1, 0,
+        parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -54363,17 +60196,20 @@ WIDE static void NAME(move_direction_block_m)(intptr_t n, char **args, const int
 WIDE static void NAME(move_direction_dense_m)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
-    (void)strides;
     const REAL *prepared = (const REAL *)args[0];
+    (void)strides;
     char *a1 = args[1];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x1[3];
-        REAL x2[3];
-        NAME(load_3)(x1, a1 + i * 3 * w, w);
-        NAME(move_direction_apply_m)(prepared, x1, x2);
-        NAME(store_3)(a2 + i * 3 * w, w, x2);
+    _Alignas(64) REAL r2[3 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x1[3];
+            REAL x2[3];
+            NAME(load_3)(x1, a1 + (first + i) * 3 * w, w);
+            NAME(move_direction_apply_m)(prepared, x1, x2);
+            NAME(store_3)((char *)(r2 + i), SPAN * w, x2);
+        }
+        NAME(store_span)(args[2], first, r2, 3);
     }
 }
 
@@ -54410,16 +60246,19 @@ WIDE static void NAME(move_direction_dense)(intptr_t n, char **args, const intpt
     (void)strides;
     char *a0 = args[0];
     char *a1 = args[1];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[8];
-        REAL x1[3];
-        REAL x2[3];
-        NAME(load_8)(x0, a0 + i * 8 * w, w);
-        NAME(load_3)(x1, a1 + i * 3 * w, w);
-        NAME(move_direction)(x0, x1, x2);
-        NAME(store_3)(a2 + i * 3 * w, w, x2);
+    _Alignas(64) REAL r2[3 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[8];
+            REAL x1[3];
+            REAL x2[3];
+            NAME(load_8)(x0, a0 + (first + i) * 8 * w, w);
+            NAME(load_3)(x1, a1 + (first + i) * 3 * w, w);
+            NAME(move_direction)(x0, x1, x2);
+            NAME(store_3)((char *)(r2 + i), SPAN * w, x2);
+        }
+        NAME(store_span)(args[2], first, r2, 3);
     }
 }
 
@@ -54428,7 +60267,7 @@ void NAME(move_direction_loop)(char **args, const intptr_t *dimensions, const in
     static const struct part parts[] = {{8, 1, 0, {8}}, {3, 1, 1, {3}}, {3, 1, 2, {3}}};
     static const struct form forms[] = {{1, 2, NAME(move_direction_start_m), NAME(move_direction_block_m),
         NAME(move_direction_dense_m)}};
-    static const struct kernel kernel = {NAME(move_direction_block), NAME(move_direction_dense), 2, 3, 1, parts,
+    static const struct kernel kernel = {NAME(move_direction_block), NAME(move_direction_dense), 2, 3, 1, 0, parts,
         forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -54640,17 +60479,20 @@ WIDE static void NAME(move_dual_plane_block_m)(intptr_t n, char **args, const in
 WIDE static void NAME(move_dual_plane_dense_m)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
-    (void)strides;
     const REAL *prepared = (const REAL *)args[0];
+    (void)strides;
     char *a1 = args[1];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x1[4];
-        REAL x2[4];
-        NAME(load_4)(x1, a1 + i * 4 * w, w);
-        NAME(move_dual_plane_apply_m)(prepared, x1, x2);
-        NAME(store_4)(a2 + i * 4 * w, w, x2);
+    _Alignas(64) REAL r2[4 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x1[4];
+            REAL x2[4];
+            NAME(load_4)(x1, a1 + (first + i) * 4 * w, w);
+            NAME(move_dual_plane_apply_m)(prepared, x1, x2);
+            NAME(store_4)((char *)(r2 + i), SPAN * w, x2);
+        }
+        NAME(store_span)(args[2], first, r2, 4);
     }
 }
 
@@ -54685,18 +60527,23 @@ WIDE static void NAME(move_dual_plane_dense)(intptr_t n, char **args, const intp
 {
     const intptr_t w = sizeof(REAL);
     (void)strides;
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[8];
-        REAL x1[4];
-        REAL x2[4];
-        NAME(load_8)(x0, a0 + i * 8 * w, w);
-        NAME(load_4)(x1, a1 + i * 4 * w, w);
-        NAME(move_dual_plane)(x0, x1, x2);
-        NAME(store_4)(a2 + i * 4 * w, w, x2);
+    _Alignas(64) REAL r0[8 * SPAN];
+    _Alignas(64) REAL r1[4 * SPAN];
+    _Alignas(64) REAL r2[4 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        NAME(load_span)(r0, args[0], first, 8);
+        NAME(load_span)(r1, args[1], first, 4);
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[8];
+            REAL x1[4];
+            REAL x2[4];
+            NAME(load_8)(x0, (char *)(r0 + i), SPAN * w);
+            NAME(load_4)(x1, (char *)(r1 + i), SPAN * w);
+            NAME(move_dual_plane)(x0, x1, x2);
+            NAME(store_4)((char *)(r2 + i), SPAN * w, x2);
+        }
+        NAME(store_span)(args[2], first, r2, 4);
     }
 }
 
@@ -54705,8 +60552,8 @@ void NAME(move_dual_plane_loop)(char **args, const intptr_t *dimensions, const i
     static const struct part parts[] = {{8, 1, 0, {8}}, {4, 1, 1, {4}}, {4, 1, 2, {4}}};
     static const struct form forms[] = {{1, 3, NAME(move_dual_plane_start_m), NAME(move_dual_plane_block_m),
         NAME(move_dual_plane_dense_m)}};
-    static const struct kernel kernel = {NAME(move_dual_plane_block), NAME(move_dual_plane_dense), 2, 3, 1, parts,
-        forms};
+    static const struct kernel kernel = {NAME(move_dual_plane_block), NAME(move_dual_plane_dense), 2, 3, 1, 0,
+        parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -54942,7 +60789,7 @@ WIDE static void NAME(transform_point_block)(intptr_t n, char **args, const intp
 void NAME(transform_point_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{16, 1, 0, {16}}, {3, 1, 1, {3}}, {3, 1, 2, {3}}};
-    static const struct kernel kernel = {NAME(transform_point_block), NULL, 2, 3, 0, parts, NULL};
+    static const struct kernel kernel = {NAME(transform_point_block), NULL, 2, 3, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -55393,7 +61240,7 @@ WIDE static void NAME(transform_point_pair_block)(intptr_t n, char **args, const
 void NAME(transform_point_pair_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{16, 1, 0, {16}}, {10, 1, 1, {10}}, {10, 1, 2, {10}}};
-    static const struct kernel kernel = {NAME(transform_point_pair_block), NULL, 2, 3, 0, parts, NULL};
+    static const struct kernel kernel = {NAME(transform_point_pair_block), NULL, 2, 3, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -55836,7 +61683,7 @@ WIDE static void NAME(transform_circle_block)(intptr_t n, char **args, const int
 void NAME(transform_circle_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{16, 1, 0, {16}}, {10, 1, 1, {10}}, {10, 1, 2, {10}}};
-    static const struct kernel kernel = {NAME(transform_circle_block), NULL, 2, 3, 0, parts, NULL};
+    static const struct kernel kernel = {NAME(transform_circle_block), NULL, 2, 3, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -56446,6 +62293,27 @@ WIDE static void NAME(transform_sphere_block_v)(intptr_t n, char **args, const i
     }
 }
 
+WIDE static void NAME(transform_sphere_dense_v)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    const REAL *prepared = (const REAL *)args[0];
+    (void)strides;
+    _Alignas(64) REAL r1[5 * SPAN];
+    _Alignas(64) REAL r2[5 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        NAME(load_span)(r1, args[1], first, 5);
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x1[5];
+            REAL x2[5];
+            NAME(load_5)(x1, (char *)(r1 + i), SPAN * w);
+            NAME(transform_sphere_apply_v)(prepared, x1, x2);
+            NAME(store_5)((char *)(r2 + i), SPAN * w, x2);
+        }
+        NAME(store_span)(args[2], first, r2, 5);
+    }
+}
+
 static void NAME(transform_sphere_start_v)(char **args, const intptr_t *strides, void *prepared)
 {
     const intptr_t c0a = strides[0];
@@ -56477,8 +62345,8 @@ void NAME(transform_sphere_loop)(char **args, const intptr_t *dimensions, const 
 {
     static const struct part parts[] = {{16, 1, 0, {16}}, {5, 1, 1, {5}}, {5, 1, 2, {5}}};
     static const struct form forms[] = {{1, 2, NAME(transform_sphere_start_v), NAME(transform_sphere_block_v),
-        NULL}};
-    static const struct kernel kernel = {NAME(transform_sphere_block), NULL, 2, 3, 1, parts, forms};
+        NAME(transform_sphere_dense_v)}};
+    static const struct kernel kernel = {NAME(transform_sphere_block), NULL, 2, 3, 1, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 #endif

@@ -2,7 +2,7 @@
 // command: gac generate --all cga3
 // spec: e6e444617b5d9040
 // contraction: -ffp-contract=off (every operation is rounded once)
-// body: e6f50e37af15c9ae0335ffbc548265fe2cc0ed7331174ed47737b567b0357df1
+// body: 41ffda6a6280931738526271dfaca25a5aa2b93e09ceb942834536e7fbc6b677
 /* cga3
    Conformal geometry of space in G(4,1) with the null basis ``e0, einf`` and ``einf . e0 = -1``.
    
@@ -1011,7 +1011,7 @@ void cga3_tangent_plane_of_sphere_loop_f32(char **args, const intptr_t *dimensio
      s[5]  CGA3.VECTOR: e1, e2, e3, e0, einf.
      out[4]  CGA3.DUAL_PLANE: e1, e2, e3, einf.
    Costs 12 mul, 9 add, 2 div.
-   Where `s` stay the same for 1 elements or more: 5 mul, 0 add, 1 div once, then 3 mul, 6 add for each.
+   Where `s` stay the same for 2 elements or more: 5 mul, 0 add, 1 div once, then 3 mul, 6 add for each.
    Error: 125.8 ulp of the largest coefficient, 64 random inputs. */
 void cga3_polar_plane_of_sphere_f64(const double *p, const double *s, double *out);
 void cga3_polar_plane_of_sphere_f32(const float *p, const float *s, float *out);
@@ -2019,7 +2019,7 @@ void cga3_reflect_plane_loop_f32(char **args, const intptr_t *dimensions, const 
      line[6]  CGA3.LINE: e12inf, e13inf, e23inf, e10inf, e20inf, e30inf.
      out[3]  CGA3.POINT: e1, e2, e3; with e0 = 1, einf = implied.
    Costs 24 mul, 16 add, 2 div, 1 sqrt.
-   Where `line` stay the same for 1 elements or more: 25 mul, 9 add, 1 div once, then 9 mul, 9 add for each.
+   Where `line` stay the same for 2 elements or more: 25 mul, 9 add, 1 div once, then 9 mul, 9 add for each.
    Error: 6.1 ulp of the largest coefficient, 64 random inputs. */
 void cga3_reflect_point_in_line_f64(const double *p, const double *line, double *out);
 void cga3_reflect_point_in_line_f32(const float *p, const float *line, float *out);
@@ -2198,7 +2198,7 @@ void cga3_meet_lines_loop_f32(char **args, const intptr_t *dimensions, const int
      circle[10]  CGA3.CIRCLE: e123, e120, e130, e230, e12inf, e13inf, e23inf, e10inf, e20inf, e30inf.
      out[10]  CGA3.POINT_PAIR: e12, e13, e23, e10, e20, e30, e1inf, e2inf, e3inf, e0inf.
    Costs 43 mul, 25 add, 2 div.
-   Where `circle` stay the same for 1 elements or more: 31 mul, 19 add, 1 div once, then 12 mul, 8 add for each.
+   Where `circle` stay the same for 2 elements or more: 31 mul, 19 add, 1 div once, then 12 mul, 8 add for each.
    Error: 4.7 ulp of the largest coefficient, 64 random inputs. */
 void cga3_meet_line_circle_f64(const double *line, const double *circle, double *out);
 void cga3_meet_line_circle_f32(const float *line, const float *circle, float *out);
@@ -2883,7 +2883,7 @@ void cga3_rotor_exponential_loop_f32(char **args, const intptr_t *dimensions, co
      distance  SCALAR.
      out[8]  CGA3.MOTOR: 1, e12, e13, e23, e1inf, e2inf, e3inf, e123inf.
    Costs 34 mul, 13 add, 1 div, 1 sqrt, 2 call.
-   Where `line` and `angle` stay the same for 1 elements or more: 19 mul, 2 add, 1 div, 1 sqrt, 2 call once, then
+   Where `line` and `angle` stay the same for 2 elements or more: 19 mul, 2 add, 1 div, 1 sqrt, 2 call once, then
    4 mul, 3 add for each.
    Where `angle` stay the same for 2 elements or more: 1 mul, 0 add, 2 call once, then 33 mul, 13 add, 1 div, 1
    sqrt for each.

@@ -2,13 +2,15 @@
 // command: gac generate --all projective3
 // spec: f8468e264e68aa93
 // contraction: -ffp-contract=off (every operation is rounded once)
-// body: 5179b18cffe19246e8b287ec7645cf27ffb0e433ace6a1d28b5bcb2f923c05b8
+// body: 2b9f34ac8535366803a78fdbf1153ea9be43771798315e442084371e6007b95e
 
 #ifndef REAL
 #include "projective3.h"
 
+#include <float.h>
 #include <math.h>
 #include <stddef.h>
+#include <string.h>
 
 #if defined(__GNUC__)
 #define INLINE inline __attribute__((always_inline))
@@ -19,10 +21,13 @@
 // Elements are independent: an output is an input of the same element, or of none.
 #if defined(__clang__)
 #define ANY_ORDER _Pragma("clang loop vectorize(assume_safety)")
+#define NOT_UNROLLED _Pragma("clang loop unroll(disable)")
 #elif defined(__GNUC__)
 #define ANY_ORDER _Pragma("GCC ivdep")
+#define NOT_UNROLLED _Pragma("GCC unroll 1")
 #else
 #define ANY_ORDER
+#define NOT_UNROLLED
 #endif
 
 // The widest vectors of the machine that runs the loops, chosen when the library is loaded.
@@ -35,6 +40,12 @@
 // Loops run over whole vectors: a block is padded to a multiple of this many elements.
 #define LANES 16
 #define PADDED(n) (((n) + LANES - 1) & -LANES)
+
+// A block in which an argument is too far for the functions of a loop is done once more, in pieces of this many.
+#define CHUNK 64
+
+// Elements in C order go through rows of this many.
+#define SPAN 32
 
 // A vector of neighbours in memory.
 #if defined(__has_builtin)
@@ -60,10 +71,11 @@ struct form {
     loop_function *block, *dense;
 };
 
-// The loops of a kernel, over rows and in C order, and its forms.
+// The loops of a kernel, over rows and in C order, and its forms. A kernel that repeats reads its inputs again after it
+// has written: its outputs cannot lie where they do.
 struct kernel {
     loop_function *block, *dense;
-    int n_inputs, n_parts, n_forms;
+    int n_inputs, n_parts, n_forms, repeats;
     const struct part *parts;
     const struct form *forms;
 };
@@ -75,21 +87,51 @@ enum { PARTS = 5, CORES = 7, SPACE = 4096, PREPARED = 20 };
 // The kernels are written once, below; this file includes itself for each precision.
 #ifndef ONLY_F32
 #define REAL double
+#define WORD uint64_t
+#define PRECISION(of_double, of_float) of_double
 #define NAME(name) projective3_##name##_f64
 #define FUNCTION(name) name
 #include "projective3.c"
 #undef REAL
+#undef WORD
+#undef PRECISION
 #undef NAME
 #undef FUNCTION
 #endif
 #ifndef ONLY_F64
 #define REAL float
+#define WORD uint32_t
+#define PRECISION(of_double, of_float) of_float
 #define NAME(name) projective3_##name##_f32
 #define FUNCTION(name) name##f
 #include "projective3.c"
 #endif
 
 #else
+
+// Words as wide as a number; a condition as a mask, because conditions that occur often would become branches.
+#define SIGN_BIT PRECISION(63, 31)
+#define SIGN ((WORD)1 << SIGN_BIT)
+#define WHERE(condition) ((WORD)0 - (WORD)(condition))
+
+static INLINE WORD NAME(bits_of)(REAL x)
+{
+    WORD bits;
+    memcpy(&bits, &x, sizeof bits);
+    return bits;
+}
+
+static INLINE REAL NAME(of_bits)(WORD bits)
+{
+    REAL x;
+    memcpy(&x, &bits, sizeof x);
+    return x;
+}
+
+static INLINE REAL NAME(chosen_by)(WORD where, REAL a, REAL b)
+{
+    return NAME(of_bits)((NAME(bits_of)(a) & where) | (NAME(bits_of)(b) & ~where));
+}
 
 static INLINE void NAME(load_2)(REAL *x, const char *a, intptr_t ca)
 {
@@ -195,43 +237,104 @@ static INLINE void NAME(store_6)(char *a, intptr_t ca, const REAL *x)
 
 #ifdef SHUFFLE
 typedef REAL NAME(four) VECTOR(4);
-typedef REAL NAME(eight) VECTOR(8);
+#define AT(a, k, s) (*(NAME(four) *)((a) + (k) * (s)))
 
-// Four numbers at each of eight places, `s` bytes apart, as eight numbers at each of four.
-static INLINE void NAME(turn_8x4)(const char *a, intptr_t s, REAL *x, intptr_t row)
+// A tile is four components of as many elements as fill 32 bytes, which every wide machine turns alike.
+#define TILE PRECISION(4, 8)
+#if PRECISION(1, 0)
+// From four places, `s` bytes apart, to four, `t` bytes apart.
+static INLINE void NAME(turn)(char *a, intptr_t s, char *b, intptr_t t)
 {
-    NAME(eight) a0, a1, a2, a3;
-#define PAIR(k) SHUFFLE(*(const NAME(four) *)(a + (k) * s), *(const NAME(four) *)(a + ((k) + 4) * s), \
-        0, 1, 2, 3, 4, 5, 6, 7)
-    a0 = PAIR(0);
-    a1 = PAIR(1);
-    a2 = PAIR(2);
-    a3 = PAIR(3);
+    const NAME(four) a0 = AT(a, 0, s), a1 = AT(a, 1, s), a2 = AT(a, 2, s), a3 = AT(a, 3, s);
+    const NAME(four) b0 = SHUFFLE(a0, a1, 0, 4, 2, 6), b1 = SHUFFLE(a0, a1, 1, 5, 3, 7);
+    const NAME(four) b2 = SHUFFLE(a2, a3, 0, 4, 2, 6), b3 = SHUFFLE(a2, a3, 1, 5, 3, 7);
+    AT(b, 0, t) = SHUFFLE(b0, b2, 0, 1, 4, 5);
+    AT(b, 1, t) = SHUFFLE(b1, b3, 0, 1, 4, 5);
+    AT(b, 2, t) = SHUFFLE(b0, b2, 2, 3, 6, 7);
+    AT(b, 3, t) = SHUFFLE(b1, b3, 2, 3, 6, 7);
+}
+
+static INLINE void NAME(load_tile)(char *x, intptr_t row, char *a, intptr_t s)
+{
+    NAME(turn)(a, s, x, row);
+}
+
+static INLINE void NAME(store_tile)(char *a, intptr_t s, char *x, intptr_t row)
+{
+    NAME(turn)(x, row, a, s);
+}
+#else
+typedef REAL NAME(eight) VECTOR(8);
+#define ROW(x, k, row) (*(NAME(eight) *)((x) + (k) * (row)))
+
+static INLINE void NAME(load_tile)(char *x, intptr_t row, char *a, intptr_t s)
+{
+#define PAIR(k) SHUFFLE(AT(a, k, s), AT(a, (k) + 4, s), 0, 1, 2, 3, 4, 5, 6, 7)
+    const NAME(eight) a0 = PAIR(0), a1 = PAIR(1), a2 = PAIR(2), a3 = PAIR(3);
 #undef PAIR
     const NAME(eight) b0 = SHUFFLE(a0, a1, 0, 8, 1, 9, 4, 12, 5, 13), b1 = SHUFFLE(a0, a1, 2, 10, 3, 11, 6, 14, 7, 15);
     const NAME(eight) b2 = SHUFFLE(a2, a3, 0, 8, 1, 9, 4, 12, 5, 13), b3 = SHUFFLE(a2, a3, 2, 10, 3, 11, 6, 14, 7, 15);
-    *(NAME(eight) *)x = SHUFFLE(b0, b2, 0, 1, 8, 9, 4, 5, 12, 13);
-    *(NAME(eight) *)(x + row) = SHUFFLE(b0, b2, 2, 3, 10, 11, 6, 7, 14, 15);
-    *(NAME(eight) *)(x + 2 * row) = SHUFFLE(b1, b3, 0, 1, 8, 9, 4, 5, 12, 13);
-    *(NAME(eight) *)(x + 3 * row) = SHUFFLE(b1, b3, 2, 3, 10, 11, 6, 7, 14, 15);
+    ROW(x, 0, row) = SHUFFLE(b0, b2, 0, 1, 8, 9, 4, 5, 12, 13);
+    ROW(x, 1, row) = SHUFFLE(b0, b2, 2, 3, 10, 11, 6, 7, 14, 15);
+    ROW(x, 2, row) = SHUFFLE(b1, b3, 0, 1, 8, 9, 4, 5, 12, 13);
+    ROW(x, 3, row) = SHUFFLE(b1, b3, 2, 3, 10, 11, 6, 7, 14, 15);
 }
 
-static INLINE void NAME(turn_4x4)(const char *a, intptr_t s, char *b, intptr_t t)
+static INLINE void NAME(store_tile)(char *a, intptr_t s, char *x, intptr_t row)
 {
-    const NAME(four) a0 = *(const NAME(four) *)a, a1 = *(const NAME(four) *)(a + s);
-    const NAME(four) a2 = *(const NAME(four) *)(a + 2 * s), a3 = *(const NAME(four) *)(a + 3 * s);
-    const NAME(four) b0 = SHUFFLE(a0, a1, 0, 4, 2, 6), b1 = SHUFFLE(a0, a1, 1, 5, 3, 7);
-    const NAME(four) b2 = SHUFFLE(a2, a3, 0, 4, 2, 6), b3 = SHUFFLE(a2, a3, 1, 5, 3, 7);
-    *(NAME(four) *)b = SHUFFLE(b0, b2, 0, 1, 4, 5);
-    *(NAME(four) *)(b + t) = SHUFFLE(b1, b3, 0, 1, 4, 5);
-    *(NAME(four) *)(b + 2 * t) = SHUFFLE(b0, b2, 2, 3, 6, 7);
-    *(NAME(four) *)(b + 3 * t) = SHUFFLE(b1, b3, 2, 3, 6, 7);
+    const NAME(eight) x0 = ROW(x, 0, row), x1 = ROW(x, 1, row), x2 = ROW(x, 2, row), x3 = ROW(x, 3, row);
+    const NAME(eight) b0 = SHUFFLE(x0, x1, 0, 8, 1, 9, 4, 12, 5, 13), b1 = SHUFFLE(x0, x1, 2, 10, 3, 11, 6, 14, 7, 15);
+    const NAME(eight) b2 = SHUFFLE(x2, x3, 0, 8, 1, 9, 4, 12, 5, 13), b3 = SHUFFLE(x2, x3, 2, 10, 3, 11, 6, 14, 7, 15);
+    const NAME(eight) a0 = SHUFFLE(b0, b2, 0, 1, 8, 9, 4, 5, 12, 13), a1 = SHUFFLE(b0, b2, 2, 3, 10, 11, 6, 7, 14, 15);
+    const NAME(eight) a2 = SHUFFLE(b1, b3, 0, 1, 8, 9, 4, 5, 12, 13), a3 = SHUFFLE(b1, b3, 2, 3, 10, 11, 6, 7, 14, 15);
+#define HALVES(k, v) AT(a, k, s) = SHUFFLE(v, v, 0, 1, 2, 3), AT(a, (k) + 4, s) = SHUFFLE(v, v, 4, 5, 6, 7)
+    HALVES(0, a0);
+    HALVES(1, a1);
+    HALVES(2, a2);
+    HALVES(3, a3);
+#undef HALVES
 }
+#undef ROW
+#endif
+
+// Tiles of `size` components that are neighbours, of elements `s` bytes apart: how many elements are done. What is
+// known of the size when this is compiled saves half the time.
+static INLINE intptr_t NAME(turn_tiles)(int back, char *x, intptr_t row, char *a, intptr_t s, intptr_t size, intptr_t n)
+{
+    const intptr_t w = sizeof(REAL);
+    intptr_t done = 0;
+    NOT_UNROLLED
+    for (; done + TILE <= n; done += TILE) {
+        for (intptr_t k = 0; k < size; k += 4) {
+            const intptr_t first = k + 4 <= size ? k : size - 4;
+            char *in_rows = x + first * row + done * w, *in_element = a + done * s + first * w;
+            if (back)
+                NAME(store_tile)(in_element, s, in_rows, row);
+            else
+                NAME(load_tile)(in_rows, row, in_element, s);
+        }
+    }
+    return done;
+}
+
+static INLINE intptr_t NAME(turn_all)(int back, REAL *x, intptr_t row, char *a, intptr_t s, intptr_t size, intptr_t n)
+{
+    switch (size) {
+    case 4:
+        return NAME(turn_tiles)(back, (char *)x, row * sizeof(REAL), a, s, 4, n);
+    case 6:
+        return NAME(turn_tiles)(back, (char *)x, row * sizeof(REAL), a, s, 6, n);
+    case 8:
+        return NAME(turn_tiles)(back, (char *)x, row * sizeof(REAL), a, s, 8, n);
+    default:
+        return NAME(turn_tiles)(back, (char *)x, row * sizeof(REAL), a, s, size, n);
+    }
+}
+#undef AT
 #endif
 
 // Rows of `size` components that lie `c` bytes apart, of `n` elements that lie `s` bytes apart.
-WIDE static void NAME(load_rows)(REAL *x, intptr_t row, const char *a, intptr_t s, intptr_t c, intptr_t size,
-    intptr_t n)
+WIDE static void NAME(load_rows)(REAL *x, intptr_t row, char *a, intptr_t s, intptr_t c, intptr_t size, intptr_t n)
 {
     const intptr_t w = sizeof(REAL);
     intptr_t done = 0;
@@ -247,12 +350,7 @@ WIDE static void NAME(load_rows)(REAL *x, intptr_t row, const char *a, intptr_t 
     }
 #ifdef SHUFFLE
     if (size >= 4 && c == w) {
-        for (; done + 8 <= n; done += 8) {
-            for (intptr_t k = 0; k < size; k += 4) {
-                const intptr_t first = k + 4 <= size ? k : size - 4;
-                NAME(turn_8x4)(a + done * s + first * w, s, x + first * row + done, row);
-            }
-        }
+        done = NAME(turn_all)(0, x, row, a, s, size, n);
     } else if (s != w) {
         for (; done + 4 <= n; done += 4) {
             for (intptr_t k = 0; k < size; ++k) {
@@ -280,8 +378,7 @@ WIDE static void NAME(load_rows)(REAL *x, intptr_t row, const char *a, intptr_t 
 }
 
 // The inverse of load_rows.
-WIDE static void NAME(store_rows)(char *a, intptr_t s, intptr_t c, const REAL *x, intptr_t row, intptr_t size,
-    intptr_t n)
+WIDE static void NAME(store_rows)(char *a, intptr_t s, intptr_t c, REAL *x, intptr_t row, intptr_t size, intptr_t n)
 {
     const intptr_t w = sizeof(REAL);
     intptr_t done = 0;
@@ -296,14 +393,8 @@ WIDE static void NAME(store_rows)(char *a, intptr_t s, intptr_t c, const REAL *x
         return;
     }
 #ifdef SHUFFLE
-    if (size >= 4 && c == w) {
-        for (; done + 4 <= n; done += 4) {
-            for (intptr_t k = 0; k < size; k += 4) {
-                const intptr_t first = k + 4 <= size ? k : size - 4;
-                NAME(turn_4x4)((const char *)(x + first * row + done), row * w, a + done * s + first * w, s);
-            }
-        }
-    }
+    if (size >= 4 && c == w)
+        done = NAME(turn_all)(1, x, row, a, s, size, n);
 #endif
     if (done == n)
         return;
@@ -312,6 +403,51 @@ WIDE static void NAME(store_rows)(char *a, intptr_t s, intptr_t c, const REAL *x
         char *to = a + k * c;
         for (intptr_t i = done; i < n; ++i)
             *(REAL *)(to + i * s) = from[i];
+    }
+}
+
+// The rows of SPAN elements of `size` components, in C order from element `first` on; and back.
+static INLINE void NAME(load_span)(REAL *x, char *a, intptr_t first, intptr_t size)
+{
+    const intptr_t w = sizeof(REAL);
+    const REAL *from = (const REAL *)(a + first * size * w);
+    if (size == 1) {
+        memcpy(x, from, SPAN * w);
+    } else if (size == 2) {
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            x[i] = from[2 * i];
+            x[SPAN + i] = from[2 * i + 1];
+        }
+    } else if (size == 3) {
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            x[i] = from[3 * i];
+            x[SPAN + i] = from[3 * i + 1];
+            x[2 * SPAN + i] = from[3 * i + 2];
+        }
+    } else {
+        NAME(turn_tiles)(0, (char *)x, SPAN * w, (char *)from, size * w, size, SPAN);
+    }
+}
+
+static INLINE void NAME(store_span)(char *a, intptr_t first, REAL *x, intptr_t size)
+{
+    const intptr_t w = sizeof(REAL);
+    REAL *to = (REAL *)(a + first * size * w);
+    if (size == 1) {
+        memcpy(to, x, SPAN * w);
+    } else if (size == 2) {
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            to[2 * i] = x[i];
+            to[2 * i + 1] = x[SPAN + i];
+        }
+    } else if (size == 3) {
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            to[3 * i] = x[i];
+            to[3 * i + 1] = x[SPAN + i];
+            to[3 * i + 2] = x[2 * SPAN + i];
+        }
+    } else {
+        NAME(turn_tiles)(1, (char *)x, SPAN * w, (char *)to, size * w, size, SPAN);
     }
 }
 
@@ -325,7 +461,11 @@ static void NAME(move_part)(int back, REAL *x, intptr_t row, const struct part *
         step = count == 1 ? c[axis - 1] : step;
         count *= part->shape[axis - 1];
     }
-    for (intptr_t k = 0; k < part->size; k += count) {
+    if (count == part->size && back)
+        NAME(store_rows)(a, s, step, x, row, count, n);
+    else if (count == part->size)
+        NAME(load_rows)(x, row, a, s, step, count, n);
+    for (intptr_t k = 0; count < part->size && k < part->size; k += count) {
         intptr_t offset = 0, rest = k / count;
         for (int outer = axis; outer-- > 0; rest /= part->shape[outer])
             offset += rest % part->shape[outer] * c[outer];
@@ -363,7 +503,7 @@ static void NAME(batch)(const struct kernel *kernel, char **args, intptr_t n, co
     }
     int in_place = 1, dense = in_order != NULL;
     // Long rows spare calls; beyond the last cache, short ones keep reading and writing going side by side.
-    intptr_t row = n < (1 << 24) / (bytes + 1) ? 64 : LANES;
+    intptr_t row = n < (1 << 24) / (bytes + 1) ? 512 / w : LANES;
     while (row > LANES && row * total > SPACE)
         row /= 2;
     total = 0;
@@ -375,6 +515,8 @@ static void NAME(batch)(const struct kernel *kernel, char **args, intptr_t n, co
         rows[p] = space + row * total;
         total += part->size;
         kinds[p] = hoisted >> p & 1 ? HOISTED : p < n_inputs && steps[p] == 0 ? SAME : steps[p] == w ? UNIT : ANY;
+        for (int q = 0; kernel->repeats && p >= n_inputs && q < n_inputs; ++q)
+            kinds[p] = args[p] == args[q] ? ANY : kinds[p];
         in_place = in_place && (kinds[p] == UNIT || kinds[p] == HOISTED);
         for (int q = part->rank; q-- > 0; step *= part->shape[q], row_step *= part->shape[q]) {
             cores[part->first + q] = c[q];
@@ -394,8 +536,8 @@ static void NAME(batch)(const struct kernel *kernel, char **args, intptr_t n, co
     }
     for (intptr_t i = 0, m; i < n; i += m) {
         const int last = n - i < LANES;
-        if (dense && !last) {
-            m = n & -LANES;
+        if (dense && n - i >= SPAN) {
+            m = n & -SPAN;
             in_order(m, starts, cores);
             continue;
         }
@@ -821,17 +963,20 @@ WIDE static void NAME(bracket_block_a_b_c)(intptr_t n, char **args, const intptr
 WIDE static void NAME(bracket_dense_a_b_c)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
-    (void)strides;
     const REAL *prepared = (const REAL *)args[0];
+    (void)strides;
     char *a3 = args[3];
-    char *a4 = args[4];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x3[4];
-        REAL x4[1];
-        NAME(load_4)(x3, a3 + i * 4 * w, w);
-        NAME(bracket_apply_a_b_c)(prepared, x3, x4);
-        NAME(store_scalar)(a4 + i * w, x4);
+    _Alignas(64) REAL r4[1 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x3[4];
+            REAL x4[1];
+            NAME(load_4)(x3, a3 + (first + i) * 4 * w, w);
+            NAME(bracket_apply_a_b_c)(prepared, x3, x4);
+            NAME(store_scalar)((char *)(r4 + i), x4);
+        }
+        NAME(store_span)(args[4], first, r4, 1);
     }
 }
 
@@ -867,17 +1012,20 @@ WIDE static void NAME(bracket_block_a_b_d)(intptr_t n, char **args, const intptr
 WIDE static void NAME(bracket_dense_a_b_d)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
-    (void)strides;
     const REAL *prepared = (const REAL *)args[0];
+    (void)strides;
     char *a2 = args[2];
-    char *a4 = args[4];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x2[4];
-        REAL x4[1];
-        NAME(load_4)(x2, a2 + i * 4 * w, w);
-        NAME(bracket_apply_a_b_d)(prepared, x2, x4);
-        NAME(store_scalar)(a4 + i * w, x4);
+    _Alignas(64) REAL r4[1 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x2[4];
+            REAL x4[1];
+            NAME(load_4)(x2, a2 + (first + i) * 4 * w, w);
+            NAME(bracket_apply_a_b_d)(prepared, x2, x4);
+            NAME(store_scalar)((char *)(r4 + i), x4);
+        }
+        NAME(store_span)(args[4], first, r4, 1);
     }
 }
 
@@ -913,17 +1061,20 @@ WIDE static void NAME(bracket_block_a_c_d)(intptr_t n, char **args, const intptr
 WIDE static void NAME(bracket_dense_a_c_d)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
-    (void)strides;
     const REAL *prepared = (const REAL *)args[0];
+    (void)strides;
     char *a1 = args[1];
-    char *a4 = args[4];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x1[4];
-        REAL x4[1];
-        NAME(load_4)(x1, a1 + i * 4 * w, w);
-        NAME(bracket_apply_a_c_d)(prepared, x1, x4);
-        NAME(store_scalar)(a4 + i * w, x4);
+    _Alignas(64) REAL r4[1 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x1[4];
+            REAL x4[1];
+            NAME(load_4)(x1, a1 + (first + i) * 4 * w, w);
+            NAME(bracket_apply_a_c_d)(prepared, x1, x4);
+            NAME(store_scalar)((char *)(r4 + i), x4);
+        }
+        NAME(store_span)(args[4], first, r4, 1);
     }
 }
 
@@ -959,17 +1110,20 @@ WIDE static void NAME(bracket_block_b_c_d)(intptr_t n, char **args, const intptr
 WIDE static void NAME(bracket_dense_b_c_d)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
-    (void)strides;
     const REAL *prepared = (const REAL *)args[1];
+    (void)strides;
     char *a0 = args[0];
-    char *a4 = args[4];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[4];
-        REAL x4[1];
-        NAME(load_4)(x0, a0 + i * 4 * w, w);
-        NAME(bracket_apply_b_c_d)(prepared, x0, x4);
-        NAME(store_scalar)(a4 + i * w, x4);
+    _Alignas(64) REAL r4[1 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[4];
+            REAL x4[1];
+            NAME(load_4)(x0, a0 + (first + i) * 4 * w, w);
+            NAME(bracket_apply_b_c_d)(prepared, x0, x4);
+            NAME(store_scalar)((char *)(r4 + i), x4);
+        }
+        NAME(store_span)(args[4], first, r4, 1);
     }
 }
 
@@ -1018,20 +1172,23 @@ WIDE static void NAME(bracket_dense)(intptr_t n, char **args, const intptr_t *st
     char *a1 = args[1];
     char *a2 = args[2];
     char *a3 = args[3];
-    char *a4 = args[4];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[4];
-        REAL x1[4];
-        REAL x2[4];
-        REAL x3[4];
-        REAL x4[1];
-        NAME(load_4)(x0, a0 + i * 4 * w, w);
-        NAME(load_4)(x1, a1 + i * 4 * w, w);
-        NAME(load_4)(x2, a2 + i * 4 * w, w);
-        NAME(load_4)(x3, a3 + i * 4 * w, w);
-        NAME(bracket)(x0, x1, x2, x3, x4);
-        NAME(store_scalar)(a4 + i * w, x4);
+    _Alignas(64) REAL r4[1 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[4];
+            REAL x1[4];
+            REAL x2[4];
+            REAL x3[4];
+            REAL x4[1];
+            NAME(load_4)(x0, a0 + (first + i) * 4 * w, w);
+            NAME(load_4)(x1, a1 + (first + i) * 4 * w, w);
+            NAME(load_4)(x2, a2 + (first + i) * 4 * w, w);
+            NAME(load_4)(x3, a3 + (first + i) * 4 * w, w);
+            NAME(bracket)(x0, x1, x2, x3, x4);
+            NAME(store_scalar)((char *)(r4 + i), x4);
+        }
+        NAME(store_span)(args[4], first, r4, 1);
     }
 }
 
@@ -1044,7 +1201,7 @@ void NAME(bracket_loop)(char **args, const intptr_t *dimensions, const intptr_t 
         NAME(bracket_dense_a_b_d)}, {13, 2, NAME(bracket_start_a_c_d), NAME(bracket_block_a_c_d),
         NAME(bracket_dense_a_c_d)}, {14, 2, NAME(bracket_start_b_c_d), NAME(bracket_block_b_c_d),
         NAME(bracket_dense_b_c_d)}};
-    static const struct kernel kernel = {NAME(bracket_block), NAME(bracket_dense), 4, 5, 4, parts, forms};
+    static const struct kernel kernel = {NAME(bracket_block), NAME(bracket_dense), 4, 5, 4, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -1103,10 +1260,34 @@ WIDE static void NAME(join_points_block)(intptr_t n, char **args, const intptr_t
     }
 }
 
+WIDE static void NAME(join_points_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    _Alignas(64) REAL r0[4 * SPAN];
+    _Alignas(64) REAL r1[4 * SPAN];
+    _Alignas(64) REAL r2[6 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        NAME(load_span)(r0, args[0], first, 4);
+        NAME(load_span)(r1, args[1], first, 4);
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[4];
+            REAL x1[4];
+            REAL x2[6];
+            NAME(load_4)(x0, (char *)(r0 + i), SPAN * w);
+            NAME(load_4)(x1, (char *)(r1 + i), SPAN * w);
+            NAME(join_points)(x0, x1, x2);
+            NAME(store_6)((char *)(r2 + i), SPAN * w, x2);
+        }
+        NAME(store_span)(args[2], first, r2, 6);
+    }
+}
+
 void NAME(join_points_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {4, 1, 1, {4}}, {6, 1, 2, {6}}};
-    static const struct kernel kernel = {NAME(join_points_block), NULL, 2, 3, 0, parts, NULL};
+    static const struct kernel kernel = {NAME(join_points_block), NAME(join_points_dense), 2, 3, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -1416,17 +1597,20 @@ WIDE static void NAME(join_three_points_block_a_b)(intptr_t n, char **args, cons
 WIDE static void NAME(join_three_points_dense_a_b)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
-    (void)strides;
     const REAL *prepared = (const REAL *)args[0];
+    (void)strides;
     char *a2 = args[2];
-    char *a3 = args[3];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x2[4];
-        REAL x3[4];
-        NAME(load_4)(x2, a2 + i * 4 * w, w);
-        NAME(join_three_points_apply_a_b)(prepared, x2, x3);
-        NAME(store_4)(a3 + i * 4 * w, w, x3);
+    _Alignas(64) REAL r3[4 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x2[4];
+            REAL x3[4];
+            NAME(load_4)(x2, a2 + (first + i) * 4 * w, w);
+            NAME(join_three_points_apply_a_b)(prepared, x2, x3);
+            NAME(store_4)((char *)(r3 + i), SPAN * w, x3);
+        }
+        NAME(store_span)(args[3], first, r3, 4);
     }
 }
 
@@ -1460,17 +1644,20 @@ WIDE static void NAME(join_three_points_block_a_c)(intptr_t n, char **args, cons
 WIDE static void NAME(join_three_points_dense_a_c)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
-    (void)strides;
     const REAL *prepared = (const REAL *)args[0];
+    (void)strides;
     char *a1 = args[1];
-    char *a3 = args[3];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x1[4];
-        REAL x3[4];
-        NAME(load_4)(x1, a1 + i * 4 * w, w);
-        NAME(join_three_points_apply_a_c)(prepared, x1, x3);
-        NAME(store_4)(a3 + i * 4 * w, w, x3);
+    _Alignas(64) REAL r3[4 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x1[4];
+            REAL x3[4];
+            NAME(load_4)(x1, a1 + (first + i) * 4 * w, w);
+            NAME(join_three_points_apply_a_c)(prepared, x1, x3);
+            NAME(store_4)((char *)(r3 + i), SPAN * w, x3);
+        }
+        NAME(store_span)(args[3], first, r3, 4);
     }
 }
 
@@ -1504,17 +1691,20 @@ WIDE static void NAME(join_three_points_block_b_c)(intptr_t n, char **args, cons
 WIDE static void NAME(join_three_points_dense_b_c)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
-    (void)strides;
     const REAL *prepared = (const REAL *)args[1];
+    (void)strides;
     char *a0 = args[0];
-    char *a3 = args[3];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[4];
-        REAL x3[4];
-        NAME(load_4)(x0, a0 + i * 4 * w, w);
-        NAME(join_three_points_apply_b_c)(prepared, x0, x3);
-        NAME(store_4)(a3 + i * 4 * w, w, x3);
+    _Alignas(64) REAL r3[4 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[4];
+            REAL x3[4];
+            NAME(load_4)(x0, a0 + (first + i) * 4 * w, w);
+            NAME(join_three_points_apply_b_c)(prepared, x0, x3);
+            NAME(store_4)((char *)(r3 + i), SPAN * w, x3);
+        }
+        NAME(store_span)(args[3], first, r3, 4);
     }
 }
 
@@ -1557,18 +1747,21 @@ WIDE static void NAME(join_three_points_dense)(intptr_t n, char **args, const in
     char *a0 = args[0];
     char *a1 = args[1];
     char *a2 = args[2];
-    char *a3 = args[3];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[4];
-        REAL x1[4];
-        REAL x2[4];
-        REAL x3[4];
-        NAME(load_4)(x0, a0 + i * 4 * w, w);
-        NAME(load_4)(x1, a1 + i * 4 * w, w);
-        NAME(load_4)(x2, a2 + i * 4 * w, w);
-        NAME(join_three_points)(x0, x1, x2, x3);
-        NAME(store_4)(a3 + i * 4 * w, w, x3);
+    _Alignas(64) REAL r3[4 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[4];
+            REAL x1[4];
+            REAL x2[4];
+            REAL x3[4];
+            NAME(load_4)(x0, a0 + (first + i) * 4 * w, w);
+            NAME(load_4)(x1, a1 + (first + i) * 4 * w, w);
+            NAME(load_4)(x2, a2 + (first + i) * 4 * w, w);
+            NAME(join_three_points)(x0, x1, x2, x3);
+            NAME(store_4)((char *)(r3 + i), SPAN * w, x3);
+        }
+        NAME(store_span)(args[3], first, r3, 4);
     }
 }
 
@@ -1579,7 +1772,7 @@ void NAME(join_three_points_loop)(char **args, const intptr_t *dimensions, const
         NAME(join_three_points_dense_a_b)}, {5, 2, NAME(join_three_points_start_a_c),
         NAME(join_three_points_block_a_c), NAME(join_three_points_dense_a_c)}, {6, 2,
         NAME(join_three_points_start_b_c), NAME(join_three_points_block_b_c), NAME(join_three_points_dense_b_c)}};
-    static const struct kernel kernel = {NAME(join_three_points_block), NAME(join_three_points_dense), 3, 4, 3,
+    static const struct kernel kernel = {NAME(join_three_points_block), NAME(join_three_points_dense), 3, 4, 3, 0,
         parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -1645,10 +1838,35 @@ WIDE static void NAME(project_point_block)(intptr_t n, char **args, const intptr
     }
 }
 
+WIDE static void NAME(project_point_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    _Alignas(64) REAL r0[12 * SPAN];
+    _Alignas(64) REAL r1[3 * SPAN];
+    _Alignas(64) REAL r2[2 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        NAME(load_span)(r0, args[0], first, 12);
+        NAME(load_span)(r1, args[1], first, 3);
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[12];
+            REAL x1[3];
+            REAL x2[2];
+            NAME(load_3x4)(x0, (char *)(r0 + i), 4 * SPAN * w, SPAN * w);
+            NAME(load_3)(x1, (char *)(r1 + i), SPAN * w);
+            NAME(project_point)(x0, x1, x2);
+            NAME(store_2)((char *)(r2 + i), SPAN * w, x2);
+        }
+        NAME(store_span)(args[2], first, r2, 2);
+    }
+}
+
 void NAME(project_point_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{12, 2, 0, {3, 4}}, {3, 1, 2, {3}}, {2, 1, 3, {2}}};
-    static const struct kernel kernel = {NAME(project_point_block), NULL, 2, 3, 0, parts, NULL};
+    static const struct kernel kernel = {NAME(project_point_block), NAME(project_point_dense), 2, 3, 0, 0, parts,
+        NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -1715,10 +1933,35 @@ WIDE static void NAME(project_homogeneous_point_block)(intptr_t n, char **args, 
     }
 }
 
+WIDE static void NAME(project_homogeneous_point_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    _Alignas(64) REAL r0[12 * SPAN];
+    _Alignas(64) REAL r1[4 * SPAN];
+    _Alignas(64) REAL r2[3 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        NAME(load_span)(r0, args[0], first, 12);
+        NAME(load_span)(r1, args[1], first, 4);
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[12];
+            REAL x1[4];
+            REAL x2[3];
+            NAME(load_3x4)(x0, (char *)(r0 + i), 4 * SPAN * w, SPAN * w);
+            NAME(load_4)(x1, (char *)(r1 + i), SPAN * w);
+            NAME(project_homogeneous_point)(x0, x1, x2);
+            NAME(store_3)((char *)(r2 + i), SPAN * w, x2);
+        }
+        NAME(store_span)(args[2], first, r2, 3);
+    }
+}
+
 void NAME(project_homogeneous_point_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{12, 2, 0, {3, 4}}, {4, 1, 2, {4}}, {3, 1, 3, {3}}};
-    static const struct kernel kernel = {NAME(project_homogeneous_point_block), NULL, 2, 3, 0, parts, NULL};
+    static const struct kernel kernel = {NAME(project_homogeneous_point_block),
+        NAME(project_homogeneous_point_dense), 2, 3, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -1798,10 +2041,31 @@ WIDE static void NAME(camera_centre_block)(intptr_t n, char **args, const intptr
     }
 }
 
+WIDE static void NAME(camera_centre_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    _Alignas(64) REAL r0[12 * SPAN];
+    _Alignas(64) REAL r1[4 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        NAME(load_span)(r0, args[0], first, 12);
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[12];
+            REAL x1[4];
+            NAME(load_3x4)(x0, (char *)(r0 + i), 4 * SPAN * w, SPAN * w);
+            NAME(camera_centre)(x0, x1);
+            NAME(store_4)((char *)(r1 + i), SPAN * w, x1);
+        }
+        NAME(store_span)(args[1], first, r1, 4);
+    }
+}
+
 void NAME(camera_centre_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{12, 2, 0, {3, 4}}, {4, 1, 2, {4}}};
-    static const struct kernel kernel = {NAME(camera_centre_block), NULL, 1, 2, 0, parts, NULL};
+    static const struct kernel kernel = {NAME(camera_centre_block), NAME(camera_centre_dense), 1, 2, 0, 0, parts,
+        NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -2022,6 +2286,27 @@ WIDE static void NAME(back_project_pixel_block_camera)(intptr_t n, char **args, 
     }
 }
 
+WIDE static void NAME(back_project_pixel_dense_camera)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    const REAL *prepared = (const REAL *)args[0];
+    (void)strides;
+    _Alignas(64) REAL r1[2 * SPAN];
+    _Alignas(64) REAL r2[6 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        NAME(load_span)(r1, args[1], first, 2);
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x1[2];
+            REAL x2[6];
+            NAME(load_2)(x1, (char *)(r1 + i), SPAN * w);
+            NAME(back_project_pixel_apply_camera)(prepared, x1, x2);
+            NAME(store_6)((char *)(r2 + i), SPAN * w, x2);
+        }
+        NAME(store_span)(args[2], first, r2, 6);
+    }
+}
+
 static void NAME(back_project_pixel_start_camera)(char **args, const intptr_t *strides, void *prepared)
 {
     const intptr_t c0a = strides[0], c0b = strides[1];
@@ -2049,12 +2334,37 @@ WIDE static void NAME(back_project_pixel_block)(intptr_t n, char **args, const i
     }
 }
 
+WIDE static void NAME(back_project_pixel_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    _Alignas(64) REAL r0[12 * SPAN];
+    _Alignas(64) REAL r1[2 * SPAN];
+    _Alignas(64) REAL r2[6 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        NAME(load_span)(r0, args[0], first, 12);
+        NAME(load_span)(r1, args[1], first, 2);
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[12];
+            REAL x1[2];
+            REAL x2[6];
+            NAME(load_3x4)(x0, (char *)(r0 + i), 4 * SPAN * w, SPAN * w);
+            NAME(load_2)(x1, (char *)(r1 + i), SPAN * w);
+            NAME(back_project_pixel)(x0, x1, x2);
+            NAME(store_6)((char *)(r2 + i), SPAN * w, x2);
+        }
+        NAME(store_span)(args[2], first, r2, 6);
+    }
+}
+
 void NAME(back_project_pixel_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{12, 2, 0, {3, 4}}, {2, 1, 2, {2}}, {6, 1, 3, {6}}};
     static const struct form forms[] = {{1, 6, NAME(back_project_pixel_start_camera),
-        NAME(back_project_pixel_block_camera), NULL}};
-    static const struct kernel kernel = {NAME(back_project_pixel_block), NULL, 2, 3, 1, parts, forms};
+        NAME(back_project_pixel_block_camera), NAME(back_project_pixel_dense_camera)}};
+    static const struct kernel kernel = {NAME(back_project_pixel_block), NAME(back_project_pixel_dense), 2, 3, 1, 0,
+        parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -2950,7 +3260,8 @@ void NAME(fundamental_matrix_from_cameras_loop)(char **args, const intptr_t *dim
         NAME(fundamental_matrix_from_cameras_block_first), NULL}, {2, 2,
         NAME(fundamental_matrix_from_cameras_start_second), NAME(fundamental_matrix_from_cameras_block_second),
         NULL}};
-    static const struct kernel kernel = {NAME(fundamental_matrix_from_cameras_block), NULL, 2, 3, 2, parts, forms};
+    static const struct kernel kernel = {NAME(fundamental_matrix_from_cameras_block), NULL, 2, 3, 2, 0, parts,
+        forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -3163,6 +3474,27 @@ WIDE static void NAME(epipole_from_cameras_block_first)(intptr_t n, char **args,
     }
 }
 
+WIDE static void NAME(epipole_from_cameras_dense_first)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    const REAL *prepared = (const REAL *)args[0];
+    (void)strides;
+    _Alignas(64) REAL r1[12 * SPAN];
+    _Alignas(64) REAL r2[3 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        NAME(load_span)(r1, args[1], first, 12);
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x1[12];
+            REAL x2[3];
+            NAME(load_3x4)(x1, (char *)(r1 + i), 4 * SPAN * w, SPAN * w);
+            NAME(epipole_from_cameras_apply_first)(prepared, x1, x2);
+            NAME(store_3)((char *)(r2 + i), SPAN * w, x2);
+        }
+        NAME(store_span)(args[2], first, r2, 3);
+    }
+}
+
 static void NAME(epipole_from_cameras_start_first)(char **args, const intptr_t *strides, void *prepared)
 {
     const intptr_t c0a = strides[0], c0b = strides[1];
@@ -3194,8 +3526,8 @@ void NAME(epipole_from_cameras_loop)(char **args, const intptr_t *dimensions, co
 {
     static const struct part parts[] = {{12, 2, 0, {3, 4}}, {12, 2, 2, {3, 4}}, {3, 1, 4, {3}}};
     static const struct form forms[] = {{1, 2, NAME(epipole_from_cameras_start_first),
-        NAME(epipole_from_cameras_block_first), NULL}};
-    static const struct kernel kernel = {NAME(epipole_from_cameras_block), NULL, 2, 3, 1, parts, forms};
+        NAME(epipole_from_cameras_block_first), NAME(epipole_from_cameras_dense_first)}};
+    static const struct kernel kernel = {NAME(epipole_from_cameras_block), NULL, 2, 3, 1, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -3248,10 +3580,35 @@ WIDE static void NAME(epipolar_line_block)(intptr_t n, char **args, const intptr
     }
 }
 
+WIDE static void NAME(epipolar_line_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    _Alignas(64) REAL r0[9 * SPAN];
+    _Alignas(64) REAL r1[2 * SPAN];
+    _Alignas(64) REAL r2[3 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        NAME(load_span)(r0, args[0], first, 9);
+        NAME(load_span)(r1, args[1], first, 2);
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[9];
+            REAL x1[2];
+            REAL x2[3];
+            NAME(load_3x3)(x0, (char *)(r0 + i), 3 * SPAN * w, SPAN * w);
+            NAME(load_2)(x1, (char *)(r1 + i), SPAN * w);
+            NAME(epipolar_line)(x0, x1, x2);
+            NAME(store_3)((char *)(r2 + i), SPAN * w, x2);
+        }
+        NAME(store_span)(args[2], first, r2, 3);
+    }
+}
+
 void NAME(epipolar_line_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{9, 2, 0, {3, 3}}, {2, 1, 2, {2}}, {3, 1, 3, {3}}};
-    static const struct kernel kernel = {NAME(epipolar_line_block), NULL, 2, 3, 0, parts, NULL};
+    static const struct kernel kernel = {NAME(epipolar_line_block), NAME(epipolar_line_dense), 2, 3, 0, 0, parts,
+        NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -3394,17 +3751,20 @@ WIDE static void NAME(distance_to_epipolar_line_dense_fundamental_pixel)(intptr_
     *strides)
 {
     const intptr_t w = sizeof(REAL);
-    (void)strides;
     const REAL *prepared = (const REAL *)args[0];
+    (void)strides;
     char *a2 = args[2];
-    char *a3 = args[3];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x2[2];
-        REAL x3[1];
-        NAME(load_2)(x2, a2 + i * 2 * w, w);
-        NAME(distance_to_epipolar_line_apply_fundamental_pixel)(prepared, x2, x3);
-        NAME(store_scalar)(a3 + i * w, x3);
+    _Alignas(64) REAL r3[1 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x2[2];
+            REAL x3[1];
+            NAME(load_2)(x2, a2 + (first + i) * 2 * w, w);
+            NAME(distance_to_epipolar_line_apply_fundamental_pixel)(prepared, x2, x3);
+            NAME(store_scalar)((char *)(r3 + i), x3);
+        }
+        NAME(store_span)(args[3], first, r3, 1);
     }
 }
 
@@ -3441,13 +3801,42 @@ WIDE static void NAME(distance_to_epipolar_line_block)(intptr_t n, char **args, 
     }
 }
 
+WIDE static void NAME(distance_to_epipolar_line_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    _Alignas(64) REAL r0[9 * SPAN];
+    _Alignas(64) REAL r1[2 * SPAN];
+    _Alignas(64) REAL r2[2 * SPAN];
+    _Alignas(64) REAL r3[1 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        NAME(load_span)(r0, args[0], first, 9);
+        NAME(load_span)(r1, args[1], first, 2);
+        NAME(load_span)(r2, args[2], first, 2);
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[9];
+            REAL x1[2];
+            REAL x2[2];
+            REAL x3[1];
+            NAME(load_3x3)(x0, (char *)(r0 + i), 3 * SPAN * w, SPAN * w);
+            NAME(load_2)(x1, (char *)(r1 + i), SPAN * w);
+            NAME(load_2)(x2, (char *)(r2 + i), SPAN * w);
+            NAME(distance_to_epipolar_line)(x0, x1, x2, x3);
+            NAME(store_scalar)((char *)(r3 + i), x3);
+        }
+        NAME(store_span)(args[3], first, r3, 1);
+    }
+}
+
 void NAME(distance_to_epipolar_line_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{9, 2, 0, {3, 3}}, {2, 1, 2, {2}}, {2, 1, 3, {2}}, {1, 0, 4, {0}}};
     static const struct form forms[] = {{3, 2, NAME(distance_to_epipolar_line_start_fundamental_pixel),
         NAME(distance_to_epipolar_line_block_fundamental_pixel),
         NAME(distance_to_epipolar_line_dense_fundamental_pixel)}};
-    static const struct kernel kernel = {NAME(distance_to_epipolar_line_block), NULL, 3, 4, 1, parts, forms};
+    static const struct kernel kernel = {NAME(distance_to_epipolar_line_block),
+        NAME(distance_to_epipolar_line_dense), 3, 4, 1, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -3682,17 +4071,20 @@ WIDE static void NAME(sampson_distance_block_fundamental_pixel)(intptr_t n, char
 WIDE static void NAME(sampson_distance_dense_fundamental_pixel)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
-    (void)strides;
     const REAL *prepared = (const REAL *)args[0];
+    (void)strides;
     char *a2 = args[2];
-    char *a3 = args[3];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x2[2];
-        REAL x3[1];
-        NAME(load_2)(x2, a2 + i * 2 * w, w);
-        NAME(sampson_distance_apply_fundamental_pixel)(prepared, x2, x3);
-        NAME(store_scalar)(a3 + i * w, x3);
+    _Alignas(64) REAL r3[1 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x2[2];
+            REAL x3[1];
+            NAME(load_2)(x2, a2 + (first + i) * 2 * w, w);
+            NAME(sampson_distance_apply_fundamental_pixel)(prepared, x2, x3);
+            NAME(store_scalar)((char *)(r3 + i), x3);
+        }
+        NAME(store_span)(args[3], first, r3, 1);
     }
 }
 
@@ -3726,17 +4118,20 @@ WIDE static void NAME(sampson_distance_block_fundamental_partner)(intptr_t n, ch
 WIDE static void NAME(sampson_distance_dense_fundamental_partner)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
-    (void)strides;
     const REAL *prepared = (const REAL *)args[0];
+    (void)strides;
     char *a1 = args[1];
-    char *a3 = args[3];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x1[2];
-        REAL x3[1];
-        NAME(load_2)(x1, a1 + i * 2 * w, w);
-        NAME(sampson_distance_apply_fundamental_partner)(prepared, x1, x3);
-        NAME(store_scalar)(a3 + i * w, x3);
+    _Alignas(64) REAL r3[1 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x1[2];
+            REAL x3[1];
+            NAME(load_2)(x1, a1 + (first + i) * 2 * w, w);
+            NAME(sampson_distance_apply_fundamental_partner)(prepared, x1, x3);
+            NAME(store_scalar)((char *)(r3 + i), x3);
+        }
+        NAME(store_span)(args[3], first, r3, 1);
     }
 }
 
@@ -3772,6 +4167,34 @@ WIDE static void NAME(sampson_distance_block)(intptr_t n, char **args, const int
     }
 }
 
+WIDE static void NAME(sampson_distance_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    _Alignas(64) REAL r0[9 * SPAN];
+    _Alignas(64) REAL r1[2 * SPAN];
+    _Alignas(64) REAL r2[2 * SPAN];
+    _Alignas(64) REAL r3[1 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        NAME(load_span)(r0, args[0], first, 9);
+        NAME(load_span)(r1, args[1], first, 2);
+        NAME(load_span)(r2, args[2], first, 2);
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[9];
+            REAL x1[2];
+            REAL x2[2];
+            REAL x3[1];
+            NAME(load_3x3)(x0, (char *)(r0 + i), 3 * SPAN * w, SPAN * w);
+            NAME(load_2)(x1, (char *)(r1 + i), SPAN * w);
+            NAME(load_2)(x2, (char *)(r2 + i), SPAN * w);
+            NAME(sampson_distance)(x0, x1, x2, x3);
+            NAME(store_scalar)((char *)(r3 + i), x3);
+        }
+        NAME(store_span)(args[3], first, r3, 1);
+    }
+}
+
 void NAME(sampson_distance_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{9, 2, 0, {3, 3}}, {2, 1, 2, {2}}, {2, 1, 3, {2}}, {1, 0, 4, {0}}};
@@ -3779,7 +4202,8 @@ void NAME(sampson_distance_loop)(char **args, const intptr_t *dimensions, const 
         NAME(sampson_distance_block_fundamental_pixel), NAME(sampson_distance_dense_fundamental_pixel)}, {5, 2,
         NAME(sampson_distance_start_fundamental_partner), NAME(sampson_distance_block_fundamental_partner),
         NAME(sampson_distance_dense_fundamental_partner)}};
-    static const struct kernel kernel = {NAME(sampson_distance_block), NULL, 3, 4, 2, parts, forms};
+    static const struct kernel kernel = {NAME(sampson_distance_block), NAME(sampson_distance_dense), 3, 4, 2, 0,
+        parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -4392,17 +4816,20 @@ WIDE static void NAME(triangulate_block_first_second_pixel)(intptr_t n, char **a
 WIDE static void NAME(triangulate_dense_first_second_pixel)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
-    (void)strides;
     const REAL *prepared = (const REAL *)args[0];
+    (void)strides;
     char *a3 = args[3];
-    char *a4 = args[4];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x3[2];
-        REAL x4[4];
-        NAME(load_2)(x3, a3 + i * 2 * w, w);
-        NAME(triangulate_apply_first_second_pixel)(prepared, x3, x4);
-        NAME(store_4)(a4 + i * 4 * w, w, x4);
+    _Alignas(64) REAL r4[4 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x3[2];
+            REAL x4[4];
+            NAME(load_2)(x3, a3 + (first + i) * 2 * w, w);
+            NAME(triangulate_apply_first_second_pixel)(prepared, x3, x4);
+            NAME(store_4)((char *)(r4 + i), SPAN * w, x4);
+        }
+        NAME(store_span)(args[4], first, r4, 4);
     }
 }
 
@@ -4480,7 +4907,7 @@ void NAME(triangulate_loop)(char **args, const intptr_t *dimensions, const intpt
     static const struct form forms[] = {{7, 2, NAME(triangulate_start_first_second_pixel),
         NAME(triangulate_block_first_second_pixel), NAME(triangulate_dense_first_second_pixel)}, {13, 2,
         NAME(triangulate_start_first_pixel_partner), NAME(triangulate_block_first_pixel_partner), NULL}};
-    static const struct kernel kernel = {NAME(triangulate_block), NULL, 4, 5, 2, parts, forms};
+    static const struct kernel kernel = {NAME(triangulate_block), NULL, 4, 5, 2, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 #endif

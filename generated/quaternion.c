@@ -2,13 +2,15 @@
 // command: gac generate --all quaternion
 // spec: 572983282bc211a8
 // contraction: -ffp-contract=off (every operation is rounded once)
-// body: 2eca9cd4005cbee5a0584dfe06ab801d4e2c5ba255a82786e9a1d2ec6315070e
+// body: 6bcfbdce9c9056faf2d2982c82bb70eb03c81eade6cb7d1cc73bbbc6dc15dd35
 
 #ifndef REAL
 #include "quaternion.h"
 
+#include <float.h>
 #include <math.h>
 #include <stddef.h>
+#include <string.h>
 
 #if defined(__GNUC__)
 #define INLINE inline __attribute__((always_inline))
@@ -19,10 +21,13 @@
 // Elements are independent: an output is an input of the same element, or of none.
 #if defined(__clang__)
 #define ANY_ORDER _Pragma("clang loop vectorize(assume_safety)")
+#define NOT_UNROLLED _Pragma("clang loop unroll(disable)")
 #elif defined(__GNUC__)
 #define ANY_ORDER _Pragma("GCC ivdep")
+#define NOT_UNROLLED _Pragma("GCC unroll 1")
 #else
 #define ANY_ORDER
+#define NOT_UNROLLED
 #endif
 
 // The widest vectors of the machine that runs the loops, chosen when the library is loaded.
@@ -35,6 +40,12 @@
 // Loops run over whole vectors: a block is padded to a multiple of this many elements.
 #define LANES 16
 #define PADDED(n) (((n) + LANES - 1) & -LANES)
+
+// A block in which an argument is too far for the functions of a loop is done once more, in pieces of this many.
+#define CHUNK 64
+
+// Elements in C order go through rows of this many.
+#define SPAN 32
 
 // A vector of neighbours in memory.
 #if defined(__has_builtin)
@@ -60,10 +71,11 @@ struct form {
     loop_function *block, *dense;
 };
 
-// The loops of a kernel, over rows and in C order, and its forms.
+// The loops of a kernel, over rows and in C order, and its forms. A kernel that repeats reads its inputs again after it
+// has written: its outputs cannot lie where they do.
 struct kernel {
     loop_function *block, *dense;
-    int n_inputs, n_parts, n_forms;
+    int n_inputs, n_parts, n_forms, repeats;
     const struct part *parts;
     const struct form *forms;
 };
@@ -71,37 +83,307 @@ struct kernel {
 enum { PARTS = 4, CORES = 3, SPACE = 4096, PREPARED = 9 };
 
 #define SQRT(x) FUNCTION(sqrt)(x)
-#define SIN(x) FUNCTION(sin)(x)
-#define COS(x) FUNCTION(cos)(x)
-#define ATAN2(y, x) FUNCTION(atan2)(y, x)
-#define EXP(x) FUNCTION(exp)(x)
-#define LOG(x) FUNCTION(log)(x)
+#define SIN(x) NAME(sin_of)(x, far)
+#define COS(x) NAME(cos_of)(x, far)
+#define ATAN2(y, x) NAME(atan2_of)(y, x)
+#define EXP(x) NAME(exp_of)(x)
+#define LOG(x) NAME(log_of)(x)
 #define ABS(x) FUNCTION(fabs)(x)
-#define MINIMUM(a, b) ((a) < (b) || (a) != (a) ? (a) : (b))
-#define MAXIMUM(a, b) ((a) > (b) || (a) != (a) ? (a) : (b))
+#define MINIMUM(a, b) NAME(chosen_by)(WHERE((a) < (b)) | WHERE((a) != (a)), a, b)
+#define MAXIMUM(a, b) NAME(chosen_by)(WHERE((a) > (b)) | WHERE((a) != (a)), a, b)
 #define LESS(a, b) ((REAL)((a) < (b)))
 #define LESS_EQUAL(a, b) ((REAL)((a) <= (b)))
 #define EQUAL(a, b) ((REAL)((a) == (b)))
-#define SELECT(condition, a, b) ((condition) != 0 ? (a) : (b))
+#define SELECT(condition, a, b) NAME(chosen_by)(WHERE((condition) != 0), a, b)
+
+static INLINE double quaternion_sin_polynomial_f64(double z)
+{
+    const double y = z * z;
+    const double even = -0.16666666666666666 + y * (-0.00019841269836758574 + y * (-2.5051131845003624e-08));
+    const double odd = 0.008333333333330948 + y * (2.755731610255244e-06 + y * (1.5918129294866608e-10));
+    return even + z * odd;
+}
+
+static INLINE double quaternion_cos_polynomial_f64(double z)
+{
+    const double y = z * z;
+    const double even = 0.041666666666666664 + y * (2.480158729876569e-05 + y * (2.08761462684032e-09));
+    const double odd = -0.0013888888888887398 + y * (-2.7557317271729793e-07 + y * (-1.1382632425521717e-11));
+    return even + z * odd;
+}
+
+static INLINE double quaternion_exp_polynomial_f64(double z)
+{
+    const double y = z * z;
+    const double even = 0.5000000000000001 + y * (0.041666666666624164 + y * (0.0013888888917196719 + y *
+        (2.4801521322368692e-05 + y * (2.7620075879983367e-07))));
+    const double odd = 0.16666666666666669 + y * (0.008333333333330065 + y * (0.00019841269863040545 + y *
+        (2.7557268480310024e-06 + y * (2.5100375832561234e-08))));
+    return even + z * odd;
+}
+
+static INLINE double quaternion_log_polynomial_f64(double z)
+{
+    const double y = z * z;
+    const double even = 0.666666666666667 + y * (0.28571428625975487 + y * (0.18182889125261723 + y *
+        (0.14616449685043406)));
+    const double odd = 0.39999999999899505 + y * (0.2222221113479508 + y * (0.15331721600556042));
+    return even + z * odd;
+}
+
+static INLINE double quaternion_atan_polynomial_f64(double z)
+{
+    const double y = z * z;
+    const double even = -0.3333333333333333 + y * (-0.14285714285654572 + y * (-0.09090908863985787 + y *
+        (-0.06666560334352166 + y * (-0.05252496695434043 + y * (-0.04071743212322443 + y *
+        (-0.01839325882379991))))));
+    const double odd = 0.19999999999999724 + y * (0.11111111106023758 + y * (0.07692301604813975 + y *
+        (0.05881083654057798 + y * (0.04697897173031055 + y * (0.03147747598887358 + y *
+        (0.005746109253696299))))));
+    return even + z * odd;
+}
+
+static INLINE double quaternion_asin_polynomial_f64(double z)
+{
+    const double y = z * z;
+    const double even = 0.16666666666666669 + y * (0.04464285714635543 + y * (0.02237217294214989 + y *
+        (0.013971212973552933 + y * (0.01032281435018578 + y * (0.01740087944269402 + y *
+        (0.028757851367421566))))));
+    const double odd = 0.07499999999998433 + y * (0.030381944138531247 + y * (0.017352392720869973 + y *
+        (0.011479177415184906 + y * (0.005457506718640358 + y * (-0.014851887071247204)))));
+    return even + z * odd;
+}
+
+static INLINE float quaternion_sin_polynomial_f32(float z)
+{
+    const float y = z * z;
+    const float even = (float)-0.166666641831398 + y * ((float)-0.00019587890710681677);
+    const float odd = (float)0.008332747966051102;
+    return even + z * odd;
+}
+
+static INLINE float quaternion_cos_polynomial_f32(float z)
+{
+    const float y = z * z;
+    const float even = (float)0.0416666641831398 + y * ((float)2.454794230288826e-05);
+    const float odd = (float)-0.001388830249197781;
+    return even + z * odd;
+}
+
+static INLINE float quaternion_exp_polynomial_f32(float z)
+{
+    const float y = z * z;
+    const float even = (float)0.5 + y * ((float)0.041666556149721146 + y * ((float)0.0013926175888627768));
+    const float odd = (float)0.16666577756404877 + y * ((float)0.008363173343241215);
+    return even + z * odd;
+}
+
+static INLINE float quaternion_log_polynomial_f32(float z)
+{
+    const float y = z * z;
+    const float even = (float)0.6666668653488159 + y * ((float)0.29579949378967285);
+    const float odd = (float)0.3998878002166748;
+    return even + z * odd;
+}
+
+static INLINE float quaternion_atan_polynomial_f32(float z)
+{
+    const float y = z * z;
+    const float even = (float)-0.3333333432674408 + y * ((float)-0.14284485578536987 + y *
+        ((float)-0.08842379599809647 + y * ((float)-0.028579968959093094)));
+    const float odd = (float)0.19999976456165314 + y * ((float)0.11086060851812363 + y *
+        ((float)0.06374502927064896));
+    return even + z * odd;
+}
+
+static INLINE float quaternion_asin_polynomial_f32(float z)
+{
+    const float y = z * z;
+    const float even = (float)0.1666666567325592 + y * ((float)0.04459940269589424 + y *
+        ((float)0.017149237915873528));
+    const float odd = (float)0.07500094175338745 + y * ((float)0.031100662425160408 + y *
+        ((float)0.03369084745645523));
+    return even + z * odd;
+}
 
 // The kernels are written once, below; this file includes itself for each precision.
 #ifndef ONLY_F32
 #define REAL double
+#define WORD uint64_t
+#define PRECISION(of_double, of_float) of_double
 #define NAME(name) quaternion_##name##_f64
 #define FUNCTION(name) name
 #include "quaternion.c"
 #undef REAL
+#undef WORD
+#undef PRECISION
 #undef NAME
 #undef FUNCTION
 #endif
 #ifndef ONLY_F64
 #define REAL float
+#define WORD uint32_t
+#define PRECISION(of_double, of_float) of_float
 #define NAME(name) quaternion_##name##_f32
 #define FUNCTION(name) name##f
 #include "quaternion.c"
 #endif
 
 #else
+
+// Words as wide as a number; a condition as a mask, because conditions that occur often would become branches.
+#define SIGN_BIT PRECISION(63, 31)
+#define SIGN ((WORD)1 << SIGN_BIT)
+#define WHERE(condition) ((WORD)0 - (WORD)(condition))
+
+static INLINE WORD NAME(bits_of)(REAL x)
+{
+    WORD bits;
+    memcpy(&bits, &x, sizeof bits);
+    return bits;
+}
+
+static INLINE REAL NAME(of_bits)(WORD bits)
+{
+    REAL x;
+    memcpy(&x, &bits, sizeof x);
+    return x;
+}
+
+static INLINE REAL NAME(chosen_by)(WORD where, REAL a, REAL b)
+{
+    return NAME(of_bits)((NAME(bits_of)(a) & where) | (NAME(bits_of)(b) & ~where));
+}
+
+// Sine and its kin without branches, so that loops over them are vectorised: at most 2 ulp from the exact values.
+
+// A number so large that the bits of what is added to it, up to half a million, are its last.
+#define SHIFT PRECISION(6755399441055744.0, 12582912.0f)
+
+// How many quarter turns an angle has, modulo 4, and what is left in two parts, up to an eighth of a turn.
+static INLINE WORD NAME(quarters_of)(REAL x, REAL *rest, REAL *low)
+{
+    const double shift = 6755399441055744.0, shifted = x * 0.6366197723675814 + shift, k = shifted - shift;
+    const double a = x - k * 1.5707963267923333, b = k * 2.5633441515839558e-12;
+#if PRECISION(1, 0)
+    const double sum = a - b, back = a - sum;
+    const double error = ((back - b) + (a - (sum + back))) - k * 1.0562999066987428e-23;
+    *rest = sum + error;
+    *low = (sum - *rest) + error;
+    return NAME(bits_of)(shifted);
+#else
+    *rest = (float)(a - b);
+    *low = 0;
+    return NAME(bits_of)((float)k + SHIFT);
+#endif
+}
+
+static INLINE REAL NAME(sin_of_rest)(REAL x, REAL low)
+{
+    const REAL z = x * x;
+    return x + (x * (z * NAME(sin_polynomial)(z)) + low);
+}
+
+static INLINE REAL NAME(cos_of_rest)(REAL x, REAL low)
+{
+    const REAL z = x * x, half = z / 2, one = 1 - half;
+    return one + (((1 - one) - half) + (z * z * NAME(cos_polynomial)(z) - x * low));
+}
+
+// Beyond 65536 the C library's; a caller that has a place for it is told so instead.
+static INLINE REAL NAME(sin_of)(REAL x, WORD *far)
+{
+    REAL rest, low;
+    const WORD n = NAME(quarters_of)(FUNCTION(fabs)(x), &rest, &low);
+    const WORD is_far = WHERE(FUNCTION(fabs)(x) > 65536), sign = (NAME(bits_of)(x) ^ n << (SIGN_BIT - 1)) & SIGN;
+    const REAL s = NAME(sin_of_rest)(rest, low), c = NAME(cos_of_rest)(rest, low);
+    const REAL y = NAME(of_bits)(NAME(bits_of)(NAME(chosen_by)(WHERE(n & 1), c, s)) ^ sign);
+    if (far == NULL)
+        return is_far ? FUNCTION(sin)(x) : y;
+    *far |= is_far;
+    return y;
+}
+
+static INLINE REAL NAME(cos_of)(REAL x, WORD *far)
+{
+    REAL rest, low;
+    const WORD n = NAME(quarters_of)(FUNCTION(fabs)(x), &rest, &low);
+    const WORD is_far = WHERE(FUNCTION(fabs)(x) > 65536), sign = (n + 1) << (SIGN_BIT - 1) & SIGN;
+    const REAL s = NAME(sin_of_rest)(rest, low), c = NAME(cos_of_rest)(rest, low);
+    const REAL y = NAME(of_bits)(NAME(bits_of)(NAME(chosen_by)(WHERE(n & 1), s, c)) ^ sign);
+    if (far == NULL)
+        return is_far ? FUNCTION(cos)(x) : y;
+    *far |= is_far;
+    return y;
+}
+
+#define FRACTION_BITS PRECISION(52, 23)
+#define BIAS PRECISION(1023, 127)
+#define LOG_HIGH PRECISION(0.693147180559663, 0.693145751953125f)
+#define LOG_LOW PRECISION(2.8235290563031577e-13, 1.428606765330187e-06f)
+
+// The power of 2 comes in two factors, so that the largest and the smallest results are reached.
+static INLINE REAL NAME(exp_of)(REAL x)
+{
+    const REAL most = PRECISION(710, 89), least = PRECISION(-746, -105);
+    const REAL y = NAME(chosen_by)(WHERE(x > most), most, NAME(chosen_by)(WHERE(x < least), least, x));
+    const REAL shifted = y * PRECISION(1.4426950408889634, 1.4426950216293335f) + SHIFT, k = shifted - SHIFT;
+    const REAL z = (y - k * LOG_HIGH) - k * LOG_LOW;
+    const WORD n = NAME(bits_of)(shifted) - NAME(bits_of)(SHIFT), half = (n + 2 * BIAS) / 2 - BIAS;
+    const REAL a = NAME(of_bits)((half + BIAS) << FRACTION_BITS), b = NAME(of_bits)((n - half + BIAS) << FRACTION_BITS);
+    return (1 + (z + z * z * NAME(exp_polynomial)(z))) * a * b;
+}
+
+static INLINE REAL NAME(log_of)(REAL x)
+{
+    // x = 2^k (1 + f), 1 + f between the roots of 1/2 and 2; numbers below the normal ones are scaled first.
+    const WORD tiny = WHERE(x < PRECISION(DBL_MIN, FLT_MIN)), fraction = ((WORD)1 << FRACTION_BITS) - 1;
+    const WORD root = PRECISION(0x3FE6A09E667F3BCD, 0x3F3504F3), one = (WORD)BIAS << FRACTION_BITS;
+    const REAL y = x * NAME(chosen_by)(tiny, (WORD)1 << (FRACTION_BITS + 2), 1);
+    const WORD n = NAME(bits_of)(y) + (one - root);
+    const REAL shift = (WORD)1 << FRACTION_BITS, bias = NAME(chosen_by)(tiny, BIAS + FRACTION_BITS + 2, BIAS);
+    const REAL k = NAME(of_bits)((n >> FRACTION_BITS) + NAME(bits_of)(shift)) - (shift + bias);
+    const REAL f = NAME(of_bits)((n & fraction) + root) - 1, half = f * f / 2, s = f / (2 + f), z = s * s;
+    const REAL low = s * (half + z * NAME(log_polynomial)(z)) + k * LOG_LOW;
+    const REAL finite = k * LOG_HIGH - ((half - low) - f);
+    const REAL other = NAME(chosen_by)(WHERE(x == 0), -INFINITY, NAME(chosen_by)(WHERE(x > 0), x, NAN));
+    return NAME(chosen_by)(WHERE(x > 0) & WHERE(x < INFINITY), finite, other);
+}
+
+#define EIGHTH_HIGH PRECISION(0.7853981633974456, 0.7853975296020508f)
+#define EIGHTH_LOW PRECISION(2.6951514290790595e-15, 6.337954232549237e-07f)
+
+static INLINE REAL NAME(atan2_of)(REAL y, REAL x)
+{
+    const REAL u = FUNCTION(fabs)(x), v = FUNCTION(fabs)(y);
+    const WORD swapped = WHERE(v > u), left = WHERE(NAME(bits_of)(x) >> SIGN_BIT);
+    const REAL most = NAME(chosen_by)(swapped, v, u), least = NAME(chosen_by)(swapped, u, v);
+    // Sums of the largest numbers would overflow; two zeros, and two infinities, have the ratio 0 and 1.
+    const WORD same = WHERE(u == INFINITY) & WHERE(v == INFINITY), none = WHERE(most == 0);
+    const REAL scale = NAME(chosen_by)(WHERE(most > PRECISION(DBL_MAX, FLT_MAX) / 64), (REAL)1 / 64, 1);
+    const REAL big = NAME(chosen_by)(same | none, 1, most * scale), small = NAME(chosen_by)(same, 1, least * scale);
+    // Above 0.55 an eighth of a turn is taken away: results below 1/2 come from one division. The factor 16 is for
+    // the smallest numbers, whose products are rounded to few bits.
+    const WORD upper = WHERE(16 * small > (REAL)8.8 * big);
+    const REAL t = (small - NAME(chosen_by)(upper, big, 0)) / (big + NAME(chosen_by)(upper, small, 0)), z = t * t;
+    const REAL angle = t + t * (z * NAME(atan_polynomial)(z));
+    const REAL near = NAME(chosen_by)(upper, 1, 0), first = NAME(chosen_by)(swapped, 2 - near, near);
+    const REAL eighths = NAME(chosen_by)(left, 4 - first, first);
+    const REAL turned = NAME(of_bits)(NAME(bits_of)(angle) ^ ((left ^ swapped) & SIGN));
+    const REAL whole = eighths * EIGHTH_HIGH + (eighths * EIGHTH_LOW + turned);
+    return NAME(of_bits)(NAME(bits_of)(whole) ^ (NAME(bits_of)(y) & SIGN));
+}
+
+static INLINE REAL NAME(acos_of)(REAL x)
+{
+    const REAL u = FUNCTION(fabs)(x);
+    const WORD large = WHERE(u > (REAL)0.5);
+    const REAL z = NAME(chosen_by)(large, (1 - u) / 2, x * x), s = NAME(chosen_by)(large, FUNCTION(sqrt)(z), x);
+    const REAL more = s * (z * NAME(asin_polynomial)(z));
+    const REAL middle = 2 * EIGHTH_HIGH - (s - (2 * EIGHTH_LOW - more));
+    const REAL right = 2 * (s + more), left = 4 * EIGHTH_HIGH - (right - 4 * EIGHTH_LOW);
+    return NAME(chosen_by)(large, NAME(chosen_by)(WHERE(x < 0), left, right), middle);
+}
 
 static INLINE void NAME(load_scalar)(REAL *x, const char *a)
 {
@@ -186,43 +468,104 @@ static INLINE void NAME(store_4)(char *a, intptr_t ca, const REAL *x)
 
 #ifdef SHUFFLE
 typedef REAL NAME(four) VECTOR(4);
-typedef REAL NAME(eight) VECTOR(8);
+#define AT(a, k, s) (*(NAME(four) *)((a) + (k) * (s)))
 
-// Four numbers at each of eight places, `s` bytes apart, as eight numbers at each of four.
-static INLINE void NAME(turn_8x4)(const char *a, intptr_t s, REAL *x, intptr_t row)
+// A tile is four components of as many elements as fill 32 bytes, which every wide machine turns alike.
+#define TILE PRECISION(4, 8)
+#if PRECISION(1, 0)
+// From four places, `s` bytes apart, to four, `t` bytes apart.
+static INLINE void NAME(turn)(char *a, intptr_t s, char *b, intptr_t t)
 {
-    NAME(eight) a0, a1, a2, a3;
-#define PAIR(k) SHUFFLE(*(const NAME(four) *)(a + (k) * s), *(const NAME(four) *)(a + ((k) + 4) * s), \
-        0, 1, 2, 3, 4, 5, 6, 7)
-    a0 = PAIR(0);
-    a1 = PAIR(1);
-    a2 = PAIR(2);
-    a3 = PAIR(3);
+    const NAME(four) a0 = AT(a, 0, s), a1 = AT(a, 1, s), a2 = AT(a, 2, s), a3 = AT(a, 3, s);
+    const NAME(four) b0 = SHUFFLE(a0, a1, 0, 4, 2, 6), b1 = SHUFFLE(a0, a1, 1, 5, 3, 7);
+    const NAME(four) b2 = SHUFFLE(a2, a3, 0, 4, 2, 6), b3 = SHUFFLE(a2, a3, 1, 5, 3, 7);
+    AT(b, 0, t) = SHUFFLE(b0, b2, 0, 1, 4, 5);
+    AT(b, 1, t) = SHUFFLE(b1, b3, 0, 1, 4, 5);
+    AT(b, 2, t) = SHUFFLE(b0, b2, 2, 3, 6, 7);
+    AT(b, 3, t) = SHUFFLE(b1, b3, 2, 3, 6, 7);
+}
+
+static INLINE void NAME(load_tile)(char *x, intptr_t row, char *a, intptr_t s)
+{
+    NAME(turn)(a, s, x, row);
+}
+
+static INLINE void NAME(store_tile)(char *a, intptr_t s, char *x, intptr_t row)
+{
+    NAME(turn)(x, row, a, s);
+}
+#else
+typedef REAL NAME(eight) VECTOR(8);
+#define ROW(x, k, row) (*(NAME(eight) *)((x) + (k) * (row)))
+
+static INLINE void NAME(load_tile)(char *x, intptr_t row, char *a, intptr_t s)
+{
+#define PAIR(k) SHUFFLE(AT(a, k, s), AT(a, (k) + 4, s), 0, 1, 2, 3, 4, 5, 6, 7)
+    const NAME(eight) a0 = PAIR(0), a1 = PAIR(1), a2 = PAIR(2), a3 = PAIR(3);
 #undef PAIR
     const NAME(eight) b0 = SHUFFLE(a0, a1, 0, 8, 1, 9, 4, 12, 5, 13), b1 = SHUFFLE(a0, a1, 2, 10, 3, 11, 6, 14, 7, 15);
     const NAME(eight) b2 = SHUFFLE(a2, a3, 0, 8, 1, 9, 4, 12, 5, 13), b3 = SHUFFLE(a2, a3, 2, 10, 3, 11, 6, 14, 7, 15);
-    *(NAME(eight) *)x = SHUFFLE(b0, b2, 0, 1, 8, 9, 4, 5, 12, 13);
-    *(NAME(eight) *)(x + row) = SHUFFLE(b0, b2, 2, 3, 10, 11, 6, 7, 14, 15);
-    *(NAME(eight) *)(x + 2 * row) = SHUFFLE(b1, b3, 0, 1, 8, 9, 4, 5, 12, 13);
-    *(NAME(eight) *)(x + 3 * row) = SHUFFLE(b1, b3, 2, 3, 10, 11, 6, 7, 14, 15);
+    ROW(x, 0, row) = SHUFFLE(b0, b2, 0, 1, 8, 9, 4, 5, 12, 13);
+    ROW(x, 1, row) = SHUFFLE(b0, b2, 2, 3, 10, 11, 6, 7, 14, 15);
+    ROW(x, 2, row) = SHUFFLE(b1, b3, 0, 1, 8, 9, 4, 5, 12, 13);
+    ROW(x, 3, row) = SHUFFLE(b1, b3, 2, 3, 10, 11, 6, 7, 14, 15);
 }
 
-static INLINE void NAME(turn_4x4)(const char *a, intptr_t s, char *b, intptr_t t)
+static INLINE void NAME(store_tile)(char *a, intptr_t s, char *x, intptr_t row)
 {
-    const NAME(four) a0 = *(const NAME(four) *)a, a1 = *(const NAME(four) *)(a + s);
-    const NAME(four) a2 = *(const NAME(four) *)(a + 2 * s), a3 = *(const NAME(four) *)(a + 3 * s);
-    const NAME(four) b0 = SHUFFLE(a0, a1, 0, 4, 2, 6), b1 = SHUFFLE(a0, a1, 1, 5, 3, 7);
-    const NAME(four) b2 = SHUFFLE(a2, a3, 0, 4, 2, 6), b3 = SHUFFLE(a2, a3, 1, 5, 3, 7);
-    *(NAME(four) *)b = SHUFFLE(b0, b2, 0, 1, 4, 5);
-    *(NAME(four) *)(b + t) = SHUFFLE(b1, b3, 0, 1, 4, 5);
-    *(NAME(four) *)(b + 2 * t) = SHUFFLE(b0, b2, 2, 3, 6, 7);
-    *(NAME(four) *)(b + 3 * t) = SHUFFLE(b1, b3, 2, 3, 6, 7);
+    const NAME(eight) x0 = ROW(x, 0, row), x1 = ROW(x, 1, row), x2 = ROW(x, 2, row), x3 = ROW(x, 3, row);
+    const NAME(eight) b0 = SHUFFLE(x0, x1, 0, 8, 1, 9, 4, 12, 5, 13), b1 = SHUFFLE(x0, x1, 2, 10, 3, 11, 6, 14, 7, 15);
+    const NAME(eight) b2 = SHUFFLE(x2, x3, 0, 8, 1, 9, 4, 12, 5, 13), b3 = SHUFFLE(x2, x3, 2, 10, 3, 11, 6, 14, 7, 15);
+    const NAME(eight) a0 = SHUFFLE(b0, b2, 0, 1, 8, 9, 4, 5, 12, 13), a1 = SHUFFLE(b0, b2, 2, 3, 10, 11, 6, 7, 14, 15);
+    const NAME(eight) a2 = SHUFFLE(b1, b3, 0, 1, 8, 9, 4, 5, 12, 13), a3 = SHUFFLE(b1, b3, 2, 3, 10, 11, 6, 7, 14, 15);
+#define HALVES(k, v) AT(a, k, s) = SHUFFLE(v, v, 0, 1, 2, 3), AT(a, (k) + 4, s) = SHUFFLE(v, v, 4, 5, 6, 7)
+    HALVES(0, a0);
+    HALVES(1, a1);
+    HALVES(2, a2);
+    HALVES(3, a3);
+#undef HALVES
 }
+#undef ROW
+#endif
+
+// Tiles of `size` components that are neighbours, of elements `s` bytes apart: how many elements are done. What is
+// known of the size when this is compiled saves half the time.
+static INLINE intptr_t NAME(turn_tiles)(int back, char *x, intptr_t row, char *a, intptr_t s, intptr_t size, intptr_t n)
+{
+    const intptr_t w = sizeof(REAL);
+    intptr_t done = 0;
+    NOT_UNROLLED
+    for (; done + TILE <= n; done += TILE) {
+        for (intptr_t k = 0; k < size; k += 4) {
+            const intptr_t first = k + 4 <= size ? k : size - 4;
+            char *in_rows = x + first * row + done * w, *in_element = a + done * s + first * w;
+            if (back)
+                NAME(store_tile)(in_element, s, in_rows, row);
+            else
+                NAME(load_tile)(in_rows, row, in_element, s);
+        }
+    }
+    return done;
+}
+
+static INLINE intptr_t NAME(turn_all)(int back, REAL *x, intptr_t row, char *a, intptr_t s, intptr_t size, intptr_t n)
+{
+    switch (size) {
+    case 4:
+        return NAME(turn_tiles)(back, (char *)x, row * sizeof(REAL), a, s, 4, n);
+    case 6:
+        return NAME(turn_tiles)(back, (char *)x, row * sizeof(REAL), a, s, 6, n);
+    case 8:
+        return NAME(turn_tiles)(back, (char *)x, row * sizeof(REAL), a, s, 8, n);
+    default:
+        return NAME(turn_tiles)(back, (char *)x, row * sizeof(REAL), a, s, size, n);
+    }
+}
+#undef AT
 #endif
 
 // Rows of `size` components that lie `c` bytes apart, of `n` elements that lie `s` bytes apart.
-WIDE static void NAME(load_rows)(REAL *x, intptr_t row, const char *a, intptr_t s, intptr_t c, intptr_t size,
-    intptr_t n)
+WIDE static void NAME(load_rows)(REAL *x, intptr_t row, char *a, intptr_t s, intptr_t c, intptr_t size, intptr_t n)
 {
     const intptr_t w = sizeof(REAL);
     intptr_t done = 0;
@@ -238,12 +581,7 @@ WIDE static void NAME(load_rows)(REAL *x, intptr_t row, const char *a, intptr_t 
     }
 #ifdef SHUFFLE
     if (size >= 4 && c == w) {
-        for (; done + 8 <= n; done += 8) {
-            for (intptr_t k = 0; k < size; k += 4) {
-                const intptr_t first = k + 4 <= size ? k : size - 4;
-                NAME(turn_8x4)(a + done * s + first * w, s, x + first * row + done, row);
-            }
-        }
+        done = NAME(turn_all)(0, x, row, a, s, size, n);
     } else if (s != w) {
         for (; done + 4 <= n; done += 4) {
             for (intptr_t k = 0; k < size; ++k) {
@@ -271,8 +609,7 @@ WIDE static void NAME(load_rows)(REAL *x, intptr_t row, const char *a, intptr_t 
 }
 
 // The inverse of load_rows.
-WIDE static void NAME(store_rows)(char *a, intptr_t s, intptr_t c, const REAL *x, intptr_t row, intptr_t size,
-    intptr_t n)
+WIDE static void NAME(store_rows)(char *a, intptr_t s, intptr_t c, REAL *x, intptr_t row, intptr_t size, intptr_t n)
 {
     const intptr_t w = sizeof(REAL);
     intptr_t done = 0;
@@ -287,14 +624,8 @@ WIDE static void NAME(store_rows)(char *a, intptr_t s, intptr_t c, const REAL *x
         return;
     }
 #ifdef SHUFFLE
-    if (size >= 4 && c == w) {
-        for (; done + 4 <= n; done += 4) {
-            for (intptr_t k = 0; k < size; k += 4) {
-                const intptr_t first = k + 4 <= size ? k : size - 4;
-                NAME(turn_4x4)((const char *)(x + first * row + done), row * w, a + done * s + first * w, s);
-            }
-        }
-    }
+    if (size >= 4 && c == w)
+        done = NAME(turn_all)(1, x, row, a, s, size, n);
 #endif
     if (done == n)
         return;
@@ -303,6 +634,51 @@ WIDE static void NAME(store_rows)(char *a, intptr_t s, intptr_t c, const REAL *x
         char *to = a + k * c;
         for (intptr_t i = done; i < n; ++i)
             *(REAL *)(to + i * s) = from[i];
+    }
+}
+
+// The rows of SPAN elements of `size` components, in C order from element `first` on; and back.
+static INLINE void NAME(load_span)(REAL *x, char *a, intptr_t first, intptr_t size)
+{
+    const intptr_t w = sizeof(REAL);
+    const REAL *from = (const REAL *)(a + first * size * w);
+    if (size == 1) {
+        memcpy(x, from, SPAN * w);
+    } else if (size == 2) {
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            x[i] = from[2 * i];
+            x[SPAN + i] = from[2 * i + 1];
+        }
+    } else if (size == 3) {
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            x[i] = from[3 * i];
+            x[SPAN + i] = from[3 * i + 1];
+            x[2 * SPAN + i] = from[3 * i + 2];
+        }
+    } else {
+        NAME(turn_tiles)(0, (char *)x, SPAN * w, (char *)from, size * w, size, SPAN);
+    }
+}
+
+static INLINE void NAME(store_span)(char *a, intptr_t first, REAL *x, intptr_t size)
+{
+    const intptr_t w = sizeof(REAL);
+    REAL *to = (REAL *)(a + first * size * w);
+    if (size == 1) {
+        memcpy(to, x, SPAN * w);
+    } else if (size == 2) {
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            to[2 * i] = x[i];
+            to[2 * i + 1] = x[SPAN + i];
+        }
+    } else if (size == 3) {
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            to[3 * i] = x[i];
+            to[3 * i + 1] = x[SPAN + i];
+            to[3 * i + 2] = x[2 * SPAN + i];
+        }
+    } else {
+        NAME(turn_tiles)(1, (char *)x, SPAN * w, (char *)to, size * w, size, SPAN);
     }
 }
 
@@ -316,7 +692,11 @@ static void NAME(move_part)(int back, REAL *x, intptr_t row, const struct part *
         step = count == 1 ? c[axis - 1] : step;
         count *= part->shape[axis - 1];
     }
-    for (intptr_t k = 0; k < part->size; k += count) {
+    if (count == part->size && back)
+        NAME(store_rows)(a, s, step, x, row, count, n);
+    else if (count == part->size)
+        NAME(load_rows)(x, row, a, s, step, count, n);
+    for (intptr_t k = 0; count < part->size && k < part->size; k += count) {
         intptr_t offset = 0, rest = k / count;
         for (int outer = axis; outer-- > 0; rest /= part->shape[outer])
             offset += rest % part->shape[outer] * c[outer];
@@ -354,7 +734,7 @@ static void NAME(batch)(const struct kernel *kernel, char **args, intptr_t n, co
     }
     int in_place = 1, dense = in_order != NULL;
     // Long rows spare calls; beyond the last cache, short ones keep reading and writing going side by side.
-    intptr_t row = n < (1 << 24) / (bytes + 1) ? 64 : LANES;
+    intptr_t row = n < (1 << 24) / (bytes + 1) ? 512 / w : LANES;
     while (row > LANES && row * total > SPACE)
         row /= 2;
     total = 0;
@@ -366,6 +746,8 @@ static void NAME(batch)(const struct kernel *kernel, char **args, intptr_t n, co
         rows[p] = space + row * total;
         total += part->size;
         kinds[p] = hoisted >> p & 1 ? HOISTED : p < n_inputs && steps[p] == 0 ? SAME : steps[p] == w ? UNIT : ANY;
+        for (int q = 0; kernel->repeats && p >= n_inputs && q < n_inputs; ++q)
+            kinds[p] = args[p] == args[q] ? ANY : kinds[p];
         in_place = in_place && (kinds[p] == UNIT || kinds[p] == HOISTED);
         for (int q = part->rank; q-- > 0; step *= part->shape[q], row_step *= part->shape[q]) {
             cores[part->first + q] = c[q];
@@ -385,8 +767,8 @@ static void NAME(batch)(const struct kernel *kernel, char **args, intptr_t n, co
     }
     for (intptr_t i = 0, m; i < n; i += m) {
         const int last = n - i < LANES;
-        if (dense && !last) {
-            m = n & -LANES;
+        if (dense && n - i >= SPAN) {
+            m = n & -SPAN;
             in_order(m, starts, cores);
             continue;
         }
@@ -483,23 +865,26 @@ WIDE static void NAME(product_dense)(intptr_t n, char **args, const intptr_t *st
     (void)strides;
     char *a0 = args[0];
     char *a1 = args[1];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[4];
-        REAL x1[4];
-        REAL x2[4];
-        NAME(load_4)(x0, a0 + i * 4 * w, w);
-        NAME(load_4)(x1, a1 + i * 4 * w, w);
-        NAME(product)(x0, x1, x2);
-        NAME(store_4)(a2 + i * 4 * w, w, x2);
+    _Alignas(64) REAL r2[4 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[4];
+            REAL x1[4];
+            REAL x2[4];
+            NAME(load_4)(x0, a0 + (first + i) * 4 * w, w);
+            NAME(load_4)(x1, a1 + (first + i) * 4 * w, w);
+            NAME(product)(x0, x1, x2);
+            NAME(store_4)((char *)(r2 + i), SPAN * w, x2);
+        }
+        NAME(store_span)(args[2], first, r2, 4);
     }
 }
 
 void NAME(product_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {4, 1, 1, {4}}, {4, 1, 2, {4}}};
-    static const struct kernel kernel = {NAME(product_block), NAME(product_dense), 2, 3, 0, parts, NULL};
+    static const struct kernel kernel = {NAME(product_block), NAME(product_dense), 2, 3, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -539,21 +924,24 @@ WIDE static void NAME(conjugate_dense)(intptr_t n, char **args, const intptr_t *
     const intptr_t w = sizeof(REAL);
     (void)strides;
     char *a0 = args[0];
-    char *a1 = args[1];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[4];
-        REAL x1[4];
-        NAME(load_4)(x0, a0 + i * 4 * w, w);
-        NAME(conjugate)(x0, x1);
-        NAME(store_4)(a1 + i * 4 * w, w, x1);
+    _Alignas(64) REAL r1[4 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[4];
+            REAL x1[4];
+            NAME(load_4)(x0, a0 + (first + i) * 4 * w, w);
+            NAME(conjugate)(x0, x1);
+            NAME(store_4)((char *)(r1 + i), SPAN * w, x1);
+        }
+        NAME(store_span)(args[1], first, r1, 4);
     }
 }
 
 void NAME(conjugate_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {4, 1, 1, {4}}};
-    static const struct kernel kernel = {NAME(conjugate_block), NAME(conjugate_dense), 1, 2, 0, parts, NULL};
+    static const struct kernel kernel = {NAME(conjugate_block), NAME(conjugate_dense), 1, 2, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -595,21 +983,24 @@ WIDE static void NAME(norm_dense)(intptr_t n, char **args, const intptr_t *strid
     const intptr_t w = sizeof(REAL);
     (void)strides;
     char *a0 = args[0];
-    char *a1 = args[1];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[4];
-        REAL x1[1];
-        NAME(load_4)(x0, a0 + i * 4 * w, w);
-        NAME(norm)(x0, x1);
-        NAME(store_scalar)(a1 + i * w, x1);
+    _Alignas(64) REAL r1[1 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[4];
+            REAL x1[1];
+            NAME(load_4)(x0, a0 + (first + i) * 4 * w, w);
+            NAME(norm)(x0, x1);
+            NAME(store_scalar)((char *)(r1 + i), x1);
+        }
+        NAME(store_span)(args[1], first, r1, 1);
     }
 }
 
 void NAME(norm_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {1, 0, 1, {0}}};
-    static const struct kernel kernel = {NAME(norm_block), NAME(norm_dense), 1, 2, 0, parts, NULL};
+    static const struct kernel kernel = {NAME(norm_block), NAME(norm_dense), 1, 2, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -661,21 +1052,24 @@ WIDE static void NAME(inverse_dense)(intptr_t n, char **args, const intptr_t *st
     const intptr_t w = sizeof(REAL);
     (void)strides;
     char *a0 = args[0];
-    char *a1 = args[1];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[4];
-        REAL x1[4];
-        NAME(load_4)(x0, a0 + i * 4 * w, w);
-        NAME(inverse)(x0, x1);
-        NAME(store_4)(a1 + i * 4 * w, w, x1);
+    _Alignas(64) REAL r1[4 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[4];
+            REAL x1[4];
+            NAME(load_4)(x0, a0 + (first + i) * 4 * w, w);
+            NAME(inverse)(x0, x1);
+            NAME(store_4)((char *)(r1 + i), SPAN * w, x1);
+        }
+        NAME(store_span)(args[1], first, r1, 4);
     }
 }
 
 void NAME(inverse_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {4, 1, 1, {4}}};
-    static const struct kernel kernel = {NAME(inverse_block), NAME(inverse_dense), 1, 2, 0, parts, NULL};
+    static const struct kernel kernel = {NAME(inverse_block), NAME(inverse_dense), 1, 2, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -725,21 +1119,24 @@ WIDE static void NAME(normalize_dense)(intptr_t n, char **args, const intptr_t *
     const intptr_t w = sizeof(REAL);
     (void)strides;
     char *a0 = args[0];
-    char *a1 = args[1];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[4];
-        REAL x1[4];
-        NAME(load_4)(x0, a0 + i * 4 * w, w);
-        NAME(normalize)(x0, x1);
-        NAME(store_4)(a1 + i * 4 * w, w, x1);
+    _Alignas(64) REAL r1[4 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[4];
+            REAL x1[4];
+            NAME(load_4)(x0, a0 + (first + i) * 4 * w, w);
+            NAME(normalize)(x0, x1);
+            NAME(store_4)((char *)(r1 + i), SPAN * w, x1);
+        }
+        NAME(store_span)(args[1], first, r1, 4);
     }
 }
 
 void NAME(normalize_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {4, 1, 1, {4}}};
-    static const struct kernel kernel = {NAME(normalize_block), NAME(normalize_dense), 1, 2, 0, parts, NULL};
+    static const struct kernel kernel = {NAME(normalize_block), NAME(normalize_dense), 1, 2, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -887,17 +1284,20 @@ WIDE static void NAME(rotate_vector_block_q)(intptr_t n, char **args, const intp
 WIDE static void NAME(rotate_vector_dense_q)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
-    (void)strides;
     const REAL *prepared = (const REAL *)args[0];
+    (void)strides;
     char *a1 = args[1];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x1[3];
-        REAL x2[3];
-        NAME(load_3)(x1, a1 + i * 3 * w, w);
-        NAME(rotate_vector_apply_q)(prepared, x1, x2);
-        NAME(store_3)(a2 + i * 3 * w, w, x2);
+    _Alignas(64) REAL r2[3 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x1[3];
+            REAL x2[3];
+            NAME(load_3)(x1, a1 + (first + i) * 3 * w, w);
+            NAME(rotate_vector_apply_q)(prepared, x1, x2);
+            NAME(store_3)((char *)(r2 + i), SPAN * w, x2);
+        }
+        NAME(store_span)(args[2], first, r2, 3);
     }
 }
 
@@ -934,16 +1334,19 @@ WIDE static void NAME(rotate_vector_dense)(intptr_t n, char **args, const intptr
     (void)strides;
     char *a0 = args[0];
     char *a1 = args[1];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[4];
-        REAL x1[3];
-        REAL x2[3];
-        NAME(load_4)(x0, a0 + i * 4 * w, w);
-        NAME(load_3)(x1, a1 + i * 3 * w, w);
-        NAME(rotate_vector)(x0, x1, x2);
-        NAME(store_3)(a2 + i * 3 * w, w, x2);
+    _Alignas(64) REAL r2[3 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[4];
+            REAL x1[3];
+            REAL x2[3];
+            NAME(load_4)(x0, a0 + (first + i) * 4 * w, w);
+            NAME(load_3)(x1, a1 + (first + i) * 3 * w, w);
+            NAME(rotate_vector)(x0, x1, x2);
+            NAME(store_3)((char *)(r2 + i), SPAN * w, x2);
+        }
+        NAME(store_span)(args[2], first, r2, 3);
     }
 }
 
@@ -952,7 +1355,7 @@ void NAME(rotate_vector_loop)(char **args, const intptr_t *dimensions, const int
     static const struct part parts[] = {{4, 1, 0, {4}}, {3, 1, 1, {3}}, {3, 1, 2, {3}}};
     static const struct form forms[] = {{1, 2, NAME(rotate_vector_start_q), NAME(rotate_vector_block_q),
         NAME(rotate_vector_dense_q)}};
-    static const struct kernel kernel = {NAME(rotate_vector_block), NAME(rotate_vector_dense), 2, 3, 1, parts,
+    static const struct kernel kernel = {NAME(rotate_vector_block), NAME(rotate_vector_dense), 2, 3, 1, 0, parts,
         forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -1101,17 +1504,20 @@ WIDE static void NAME(rotate_vector_back_block_q)(intptr_t n, char **args, const
 WIDE static void NAME(rotate_vector_back_dense_q)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
-    (void)strides;
     const REAL *prepared = (const REAL *)args[0];
+    (void)strides;
     char *a1 = args[1];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x1[3];
-        REAL x2[3];
-        NAME(load_3)(x1, a1 + i * 3 * w, w);
-        NAME(rotate_vector_back_apply_q)(prepared, x1, x2);
-        NAME(store_3)(a2 + i * 3 * w, w, x2);
+    _Alignas(64) REAL r2[3 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x1[3];
+            REAL x2[3];
+            NAME(load_3)(x1, a1 + (first + i) * 3 * w, w);
+            NAME(rotate_vector_back_apply_q)(prepared, x1, x2);
+            NAME(store_3)((char *)(r2 + i), SPAN * w, x2);
+        }
+        NAME(store_span)(args[2], first, r2, 3);
     }
 }
 
@@ -1148,16 +1554,19 @@ WIDE static void NAME(rotate_vector_back_dense)(intptr_t n, char **args, const i
     (void)strides;
     char *a0 = args[0];
     char *a1 = args[1];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[4];
-        REAL x1[3];
-        REAL x2[3];
-        NAME(load_4)(x0, a0 + i * 4 * w, w);
-        NAME(load_3)(x1, a1 + i * 3 * w, w);
-        NAME(rotate_vector_back)(x0, x1, x2);
-        NAME(store_3)(a2 + i * 3 * w, w, x2);
+    _Alignas(64) REAL r2[3 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[4];
+            REAL x1[3];
+            REAL x2[3];
+            NAME(load_4)(x0, a0 + (first + i) * 4 * w, w);
+            NAME(load_3)(x1, a1 + (first + i) * 3 * w, w);
+            NAME(rotate_vector_back)(x0, x1, x2);
+            NAME(store_3)((char *)(r2 + i), SPAN * w, x2);
+        }
+        NAME(store_span)(args[2], first, r2, 3);
     }
 }
 
@@ -1166,7 +1575,7 @@ void NAME(rotate_vector_back_loop)(char **args, const intptr_t *dimensions, cons
     static const struct part parts[] = {{4, 1, 0, {4}}, {3, 1, 1, {3}}, {3, 1, 2, {3}}};
     static const struct form forms[] = {{1, 2, NAME(rotate_vector_back_start_q), NAME(rotate_vector_back_block_q),
         NAME(rotate_vector_back_dense_q)}};
-    static const struct kernel kernel = {NAME(rotate_vector_back_block), NAME(rotate_vector_back_dense), 2, 3, 1,
+    static const struct kernel kernel = {NAME(rotate_vector_back_block), NAME(rotate_vector_back_dense), 2, 3, 1, 0,
         parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -1230,10 +1639,30 @@ WIDE static void NAME(to_matrix_block)(intptr_t n, char **args, const intptr_t *
     }
 }
 
+WIDE static void NAME(to_matrix_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    _Alignas(64) REAL r0[4 * SPAN];
+    _Alignas(64) REAL r1[9 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        NAME(load_span)(r0, args[0], first, 4);
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[4];
+            REAL x1[9];
+            NAME(load_4)(x0, (char *)(r0 + i), SPAN * w);
+            NAME(to_matrix)(x0, x1);
+            NAME(store_3x3)((char *)(r1 + i), 3 * SPAN * w, SPAN * w, x1);
+        }
+        NAME(store_span)(args[1], first, r1, 9);
+    }
+}
+
 void NAME(to_matrix_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {9, 2, 1, {3, 3}}};
-    static const struct kernel kernel = {NAME(to_matrix_block), NULL, 1, 2, 0, parts, NULL};
+    static const struct kernel kernel = {NAME(to_matrix_block), NAME(to_matrix_dense), 1, 2, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -1316,14 +1745,34 @@ WIDE static void NAME(from_matrix_block)(intptr_t n, char **args, const intptr_t
     }
 }
 
+WIDE static void NAME(from_matrix_dense)(intptr_t n, char **args, const intptr_t *strides)
+{
+    const intptr_t w = sizeof(REAL);
+    (void)strides;
+    _Alignas(64) REAL r0[9 * SPAN];
+    _Alignas(64) REAL r1[4 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        NAME(load_span)(r0, args[0], first, 9);
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[9];
+            REAL x1[4];
+            NAME(load_3x3)(x0, (char *)(r0 + i), 3 * SPAN * w, SPAN * w);
+            NAME(from_matrix)(x0, x1);
+            NAME(store_4)((char *)(r1 + i), SPAN * w, x1);
+        }
+        NAME(store_span)(args[1], first, r1, 4);
+    }
+}
+
 void NAME(from_matrix_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{9, 2, 0, {3, 3}}, {4, 1, 2, {4}}};
-    static const struct kernel kernel = {NAME(from_matrix_block), NULL, 1, 2, 0, parts, NULL};
+    static const struct kernel kernel = {NAME(from_matrix_block), NAME(from_matrix_dense), 1, 2, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
-INLINE void NAME(from_axis_angle)(const REAL *axis, REAL angle, REAL *out)
+static INLINE void NAME(from_axis_angle_within)(const REAL *axis, REAL angle, REAL *out, WORD *far)
 {
     const REAL axis_e1 = axis[0];
     const REAL axis_e2 = axis[1];
@@ -1347,7 +1796,12 @@ INLINE void NAME(from_axis_angle)(const REAL *axis, REAL angle, REAL *out)
     out[3] = t12;
 }
 
-static INLINE void NAME(from_axis_angle_prepare_angle)(REAL angle, REAL *prepared)
+INLINE void NAME(from_axis_angle)(const REAL *axis, REAL angle, REAL *out)
+{
+    NAME(from_axis_angle_within)(axis, angle, out, NULL);
+}
+
+static INLINE void NAME(from_axis_angle_prepare_angle)(REAL angle, REAL *prepared, WORD *far)
 {
     const REAL t0 = angle * (REAL)0.5;
     const REAL t1 = COS(t0);
@@ -1396,7 +1850,7 @@ static INLINE void NAME(from_axis_angle_prepare_axis)(const REAL *axis, REAL *pr
     prepared[3] = axis_e3;
 }
 
-static INLINE void NAME(from_axis_angle_apply_axis)(const REAL *prepared, REAL angle, REAL *out)
+static INLINE void NAME(from_axis_angle_apply_axis)(const REAL *prepared, REAL angle, REAL *out, WORD *far)
 {
     const REAL t7 = prepared[0];
     const REAL axis_e1 = prepared[1];
@@ -1435,17 +1889,20 @@ WIDE static void NAME(from_axis_angle_block_angle)(intptr_t n, char **args, cons
 WIDE static void NAME(from_axis_angle_dense_angle)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
-    (void)strides;
     const REAL *prepared = (const REAL *)args[1];
+    (void)strides;
     char *a0 = args[0];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[3];
-        REAL x2[4];
-        NAME(load_3)(x0, a0 + i * 3 * w, w);
-        NAME(from_axis_angle_apply_angle)(prepared, x0, x2);
-        NAME(store_4)(a2 + i * 4 * w, w, x2);
+    _Alignas(64) REAL r2[4 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[3];
+            REAL x2[4];
+            NAME(load_3)(x0, a0 + (first + i) * 3 * w, w);
+            NAME(from_axis_angle_apply_angle)(prepared, x0, x2);
+            NAME(store_4)((char *)(r2 + i), SPAN * w, x2);
+        }
+        NAME(store_span)(args[2], first, r2, 4);
     }
 }
 
@@ -1454,7 +1911,7 @@ static void NAME(from_axis_angle_start_angle)(char **args, const intptr_t *strid
     (void)strides;
     REAL x1[1];
     NAME(load_scalar)(x1, args[1]);
-    NAME(from_axis_angle_prepare_angle)(x1[0], prepared);
+    NAME(from_axis_angle_prepare_angle)(x1[0], prepared, NULL);
 }
 
 WIDE static void NAME(from_axis_angle_block_axis)(intptr_t n, char **args, const intptr_t *strides)
@@ -1464,13 +1921,24 @@ WIDE static void NAME(from_axis_angle_block_axis)(intptr_t n, char **args, const
     const REAL *prepared = (const REAL *)args[0];
     char *a1 = args[1];
     char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < n; ++i) {
-        REAL x1[1];
-        REAL x2[4];
-        NAME(load_scalar)(x1, a1 + i * w);
-        NAME(from_axis_angle_apply_axis)(prepared, x1[0], x2);
-        NAME(store_4)(a2 + i * w, c2a, x2);
+    for (intptr_t first = 0; first < n; first += CHUNK) {
+        const intptr_t last = first + CHUNK < n ? first + CHUNK : PADDED(n);
+        WORD far = 0;
+        ANY_ORDER
+        for (intptr_t i = first; i < last; ++i) {
+            REAL x1[1];
+            REAL x2[4];
+            NAME(load_scalar)(x1, a1 + i * w);
+            NAME(from_axis_angle_apply_axis)(prepared, x1[0], x2, &far);
+            NAME(store_4)(a2 + i * w, c2a, x2);
+        }
+        for (intptr_t i = first; far && i < last; ++i) {
+            REAL x1[1];
+            REAL x2[4];
+            NAME(load_scalar)(x1, a1 + i * w);
+            NAME(from_axis_angle_apply_axis)(prepared, x1[0], x2, NULL);
+            NAME(store_4)(a2 + i * w, c2a, x2);
+        }
     }
 }
 
@@ -1489,15 +1957,28 @@ WIDE static void NAME(from_axis_angle_block)(intptr_t n, char **args, const intp
     char *a0 = args[0];
     char *a1 = args[1];
     char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < n; ++i) {
-        REAL x0[3];
-        REAL x1[1];
-        REAL x2[4];
-        NAME(load_3)(x0, a0 + i * w, c0a);
-        NAME(load_scalar)(x1, a1 + i * w);
-        NAME(from_axis_angle)(x0, x1[0], x2);
-        NAME(store_4)(a2 + i * w, c2a, x2);
+    for (intptr_t first = 0; first < n; first += CHUNK) {
+        const intptr_t last = first + CHUNK < n ? first + CHUNK : PADDED(n);
+        WORD far = 0;
+        ANY_ORDER
+        for (intptr_t i = first; i < last; ++i) {
+            REAL x0[3];
+            REAL x1[1];
+            REAL x2[4];
+            NAME(load_3)(x0, a0 + i * w, c0a);
+            NAME(load_scalar)(x1, a1 + i * w);
+            NAME(from_axis_angle_within)(x0, x1[0], x2, &far);
+            NAME(store_4)(a2 + i * w, c2a, x2);
+        }
+        for (intptr_t i = first; far && i < last; ++i) {
+            REAL x0[3];
+            REAL x1[1];
+            REAL x2[4];
+            NAME(load_3)(x0, a0 + i * w, c0a);
+            NAME(load_scalar)(x1, a1 + i * w);
+            NAME(from_axis_angle)(x0, x1[0], x2);
+            NAME(store_4)(a2 + i * w, c2a, x2);
+        }
     }
 }
 
@@ -1507,11 +1988,11 @@ void NAME(from_axis_angle_loop)(char **args, const intptr_t *dimensions, const i
     static const struct form forms[] = {{2, 2, NAME(from_axis_angle_start_angle), NAME(from_axis_angle_block_angle),
         NAME(from_axis_angle_dense_angle)}, {1, 2, NAME(from_axis_angle_start_axis),
         NAME(from_axis_angle_block_axis), NULL}};
-    static const struct kernel kernel = {NAME(from_axis_angle_block), NULL, 2, 3, 2, parts, forms};
+    static const struct kernel kernel = {NAME(from_axis_angle_block), NULL, 2, 3, 2, 1, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
-INLINE void NAME(from_rotation_vector)(const REAL *v, REAL *out)
+static INLINE void NAME(from_rotation_vector_within)(const REAL *v, REAL *out, WORD *far)
 {
     const REAL v_e1 = v[0];
     const REAL v_e2 = v[1];
@@ -1540,26 +2021,42 @@ INLINE void NAME(from_rotation_vector)(const REAL *v, REAL *out)
     out[3] = t17;
 }
 
+INLINE void NAME(from_rotation_vector)(const REAL *v, REAL *out)
+{
+    NAME(from_rotation_vector_within)(v, out, NULL);
+}
+
 WIDE static void NAME(from_rotation_vector_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c0a = strides[0], c1a = strides[1];
     char *a0 = args[0];
     char *a1 = args[1];
-    ANY_ORDER
-    for (intptr_t i = 0; i < n; ++i) {
-        REAL x0[3];
-        REAL x1[4];
-        NAME(load_3)(x0, a0 + i * w, c0a);
-        NAME(from_rotation_vector)(x0, x1);
-        NAME(store_4)(a1 + i * w, c1a, x1);
+    for (intptr_t first = 0; first < n; first += CHUNK) {
+        const intptr_t last = first + CHUNK < n ? first + CHUNK : PADDED(n);
+        WORD far = 0;
+        ANY_ORDER
+        for (intptr_t i = first; i < last; ++i) {
+            REAL x0[3];
+            REAL x1[4];
+            NAME(load_3)(x0, a0 + i * w, c0a);
+            NAME(from_rotation_vector_within)(x0, x1, &far);
+            NAME(store_4)(a1 + i * w, c1a, x1);
+        }
+        for (intptr_t i = first; far && i < last; ++i) {
+            REAL x0[3];
+            REAL x1[4];
+            NAME(load_3)(x0, a0 + i * w, c0a);
+            NAME(from_rotation_vector)(x0, x1);
+            NAME(store_4)(a1 + i * w, c1a, x1);
+        }
     }
 }
 
 void NAME(from_rotation_vector_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {4, 1, 1, {4}}};
-    static const struct kernel kernel = {NAME(from_rotation_vector_block), NULL, 1, 2, 0, parts, NULL};
+    static const struct kernel kernel = {NAME(from_rotation_vector_block), NULL, 1, 2, 0, 1, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -1597,7 +2094,7 @@ WIDE static void NAME(to_rotation_vector_block)(intptr_t n, char **args, const i
     char *a0 = args[0];
     char *a1 = args[1];
     ANY_ORDER
-    for (intptr_t i = 0; i < n; ++i) {
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
         REAL x0[4];
         REAL x1[3];
         NAME(load_4)(x0, a0 + i * w, c0a);
@@ -1609,11 +2106,11 @@ WIDE static void NAME(to_rotation_vector_block)(intptr_t n, char **args, const i
 void NAME(to_rotation_vector_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {3, 1, 1, {3}}};
-    static const struct kernel kernel = {NAME(to_rotation_vector_block), NULL, 1, 2, 0, parts, NULL};
+    static const struct kernel kernel = {NAME(to_rotation_vector_block), NULL, 1, 2, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
-INLINE void NAME(from_roll_pitch_yaw)(REAL roll, REAL pitch, REAL yaw, REAL *out)
+static INLINE void NAME(from_roll_pitch_yaw_within)(REAL roll, REAL pitch, REAL yaw, REAL *out, WORD *far)
 {
     const REAL t0 = yaw * (REAL)0.5;
     const REAL t1 = COS(t0);
@@ -1646,7 +2143,12 @@ INLINE void NAME(from_roll_pitch_yaw)(REAL roll, REAL pitch, REAL yaw, REAL *out
     out[3] = t24;
 }
 
-static INLINE void NAME(from_roll_pitch_yaw_prepare_pitch_yaw)(REAL pitch, REAL yaw, REAL *prepared)
+INLINE void NAME(from_roll_pitch_yaw)(REAL roll, REAL pitch, REAL yaw, REAL *out)
+{
+    NAME(from_roll_pitch_yaw_within)(roll, pitch, yaw, out, NULL);
+}
+
+static INLINE void NAME(from_roll_pitch_yaw_prepare_pitch_yaw)(REAL pitch, REAL yaw, REAL *prepared, WORD *far)
 {
     const REAL t0 = yaw * (REAL)0.5;
     const REAL t1 = COS(t0);
@@ -1664,7 +2166,7 @@ static INLINE void NAME(from_roll_pitch_yaw_prepare_pitch_yaw)(REAL pitch, REAL 
     prepared[3] = t19;
 }
 
-static INLINE void NAME(from_roll_pitch_yaw_apply_pitch_yaw)(const REAL *prepared, REAL roll, REAL *out)
+static INLINE void NAME(from_roll_pitch_yaw_apply_pitch_yaw)(const REAL *prepared, REAL roll, REAL *out, WORD *far)
 {
     const REAL t4 = prepared[0];
     const REAL t10 = prepared[1];
@@ -1691,7 +2193,7 @@ static INLINE void NAME(from_roll_pitch_yaw_apply_pitch_yaw)(const REAL *prepare
     out[3] = t24;
 }
 
-static INLINE void NAME(from_roll_pitch_yaw_prepare_roll_pitch)(REAL roll, REAL pitch, REAL *prepared)
+static INLINE void NAME(from_roll_pitch_yaw_prepare_roll_pitch)(REAL roll, REAL pitch, REAL *prepared, WORD *far)
 {
     const REAL t2 = pitch * (REAL)0.5;
     const REAL t3 = COS(t2);
@@ -1705,7 +2207,7 @@ static INLINE void NAME(from_roll_pitch_yaw_prepare_roll_pitch)(REAL roll, REAL 
     prepared[3] = t11;
 }
 
-static INLINE void NAME(from_roll_pitch_yaw_apply_roll_pitch)(const REAL *prepared, REAL yaw, REAL *out)
+static INLINE void NAME(from_roll_pitch_yaw_apply_roll_pitch)(const REAL *prepared, REAL yaw, REAL *out, WORD *far)
 {
     const REAL t3 = prepared[0];
     const REAL t6 = prepared[1];
@@ -1736,7 +2238,7 @@ static INLINE void NAME(from_roll_pitch_yaw_apply_roll_pitch)(const REAL *prepar
     out[3] = t24;
 }
 
-static INLINE void NAME(from_roll_pitch_yaw_prepare_roll_yaw)(REAL roll, REAL yaw, REAL *prepared)
+static INLINE void NAME(from_roll_pitch_yaw_prepare_roll_yaw)(REAL roll, REAL yaw, REAL *prepared, WORD *far)
 {
     const REAL t0 = yaw * (REAL)0.5;
     const REAL t1 = COS(t0);
@@ -1750,7 +2252,7 @@ static INLINE void NAME(from_roll_pitch_yaw_prepare_roll_yaw)(REAL roll, REAL ya
     prepared[3] = t11;
 }
 
-static INLINE void NAME(from_roll_pitch_yaw_apply_roll_yaw)(const REAL *prepared, REAL pitch, REAL *out)
+static INLINE void NAME(from_roll_pitch_yaw_apply_roll_yaw)(const REAL *prepared, REAL pitch, REAL *out, WORD *far)
 {
     const REAL t1 = prepared[0];
     const REAL t6 = prepared[1];
@@ -1788,13 +2290,24 @@ WIDE static void NAME(from_roll_pitch_yaw_block_pitch_yaw)(intptr_t n, char **ar
     const REAL *prepared = (const REAL *)args[1];
     char *a0 = args[0];
     char *a3 = args[3];
-    ANY_ORDER
-    for (intptr_t i = 0; i < n; ++i) {
-        REAL x0[1];
-        REAL x3[4];
-        NAME(load_scalar)(x0, a0 + i * w);
-        NAME(from_roll_pitch_yaw_apply_pitch_yaw)(prepared, x0[0], x3);
-        NAME(store_4)(a3 + i * w, c3a, x3);
+    for (intptr_t first = 0; first < n; first += CHUNK) {
+        const intptr_t last = first + CHUNK < n ? first + CHUNK : PADDED(n);
+        WORD far = 0;
+        ANY_ORDER
+        for (intptr_t i = first; i < last; ++i) {
+            REAL x0[1];
+            REAL x3[4];
+            NAME(load_scalar)(x0, a0 + i * w);
+            NAME(from_roll_pitch_yaw_apply_pitch_yaw)(prepared, x0[0], x3, &far);
+            NAME(store_4)(a3 + i * w, c3a, x3);
+        }
+        for (intptr_t i = first; far && i < last; ++i) {
+            REAL x0[1];
+            REAL x3[4];
+            NAME(load_scalar)(x0, a0 + i * w);
+            NAME(from_roll_pitch_yaw_apply_pitch_yaw)(prepared, x0[0], x3, NULL);
+            NAME(store_4)(a3 + i * w, c3a, x3);
+        }
     }
 }
 
@@ -1805,7 +2318,7 @@ static void NAME(from_roll_pitch_yaw_start_pitch_yaw)(char **args, const intptr_
     NAME(load_scalar)(x1, args[1]);
     REAL x2[1];
     NAME(load_scalar)(x2, args[2]);
-    NAME(from_roll_pitch_yaw_prepare_pitch_yaw)(x1[0], x2[0], prepared);
+    NAME(from_roll_pitch_yaw_prepare_pitch_yaw)(x1[0], x2[0], prepared, NULL);
 }
 
 WIDE static void NAME(from_roll_pitch_yaw_block_roll_pitch)(intptr_t n, char **args, const intptr_t *strides)
@@ -1815,13 +2328,24 @@ WIDE static void NAME(from_roll_pitch_yaw_block_roll_pitch)(intptr_t n, char **a
     const REAL *prepared = (const REAL *)args[0];
     char *a2 = args[2];
     char *a3 = args[3];
-    ANY_ORDER
-    for (intptr_t i = 0; i < n; ++i) {
-        REAL x2[1];
-        REAL x3[4];
-        NAME(load_scalar)(x2, a2 + i * w);
-        NAME(from_roll_pitch_yaw_apply_roll_pitch)(prepared, x2[0], x3);
-        NAME(store_4)(a3 + i * w, c3a, x3);
+    for (intptr_t first = 0; first < n; first += CHUNK) {
+        const intptr_t last = first + CHUNK < n ? first + CHUNK : PADDED(n);
+        WORD far = 0;
+        ANY_ORDER
+        for (intptr_t i = first; i < last; ++i) {
+            REAL x2[1];
+            REAL x3[4];
+            NAME(load_scalar)(x2, a2 + i * w);
+            NAME(from_roll_pitch_yaw_apply_roll_pitch)(prepared, x2[0], x3, &far);
+            NAME(store_4)(a3 + i * w, c3a, x3);
+        }
+        for (intptr_t i = first; far && i < last; ++i) {
+            REAL x2[1];
+            REAL x3[4];
+            NAME(load_scalar)(x2, a2 + i * w);
+            NAME(from_roll_pitch_yaw_apply_roll_pitch)(prepared, x2[0], x3, NULL);
+            NAME(store_4)(a3 + i * w, c3a, x3);
+        }
     }
 }
 
@@ -1832,7 +2356,7 @@ static void NAME(from_roll_pitch_yaw_start_roll_pitch)(char **args, const intptr
     NAME(load_scalar)(x0, args[0]);
     REAL x1[1];
     NAME(load_scalar)(x1, args[1]);
-    NAME(from_roll_pitch_yaw_prepare_roll_pitch)(x0[0], x1[0], prepared);
+    NAME(from_roll_pitch_yaw_prepare_roll_pitch)(x0[0], x1[0], prepared, NULL);
 }
 
 WIDE static void NAME(from_roll_pitch_yaw_block_roll_yaw)(intptr_t n, char **args, const intptr_t *strides)
@@ -1842,13 +2366,24 @@ WIDE static void NAME(from_roll_pitch_yaw_block_roll_yaw)(intptr_t n, char **arg
     const REAL *prepared = (const REAL *)args[0];
     char *a1 = args[1];
     char *a3 = args[3];
-    ANY_ORDER
-    for (intptr_t i = 0; i < n; ++i) {
-        REAL x1[1];
-        REAL x3[4];
-        NAME(load_scalar)(x1, a1 + i * w);
-        NAME(from_roll_pitch_yaw_apply_roll_yaw)(prepared, x1[0], x3);
-        NAME(store_4)(a3 + i * w, c3a, x3);
+    for (intptr_t first = 0; first < n; first += CHUNK) {
+        const intptr_t last = first + CHUNK < n ? first + CHUNK : PADDED(n);
+        WORD far = 0;
+        ANY_ORDER
+        for (intptr_t i = first; i < last; ++i) {
+            REAL x1[1];
+            REAL x3[4];
+            NAME(load_scalar)(x1, a1 + i * w);
+            NAME(from_roll_pitch_yaw_apply_roll_yaw)(prepared, x1[0], x3, &far);
+            NAME(store_4)(a3 + i * w, c3a, x3);
+        }
+        for (intptr_t i = first; far && i < last; ++i) {
+            REAL x1[1];
+            REAL x3[4];
+            NAME(load_scalar)(x1, a1 + i * w);
+            NAME(from_roll_pitch_yaw_apply_roll_yaw)(prepared, x1[0], x3, NULL);
+            NAME(store_4)(a3 + i * w, c3a, x3);
+        }
     }
 }
 
@@ -1859,7 +2394,7 @@ static void NAME(from_roll_pitch_yaw_start_roll_yaw)(char **args, const intptr_t
     NAME(load_scalar)(x0, args[0]);
     REAL x2[1];
     NAME(load_scalar)(x2, args[2]);
-    NAME(from_roll_pitch_yaw_prepare_roll_yaw)(x0[0], x2[0], prepared);
+    NAME(from_roll_pitch_yaw_prepare_roll_yaw)(x0[0], x2[0], prepared, NULL);
 }
 
 WIDE static void NAME(from_roll_pitch_yaw_block)(intptr_t n, char **args, const intptr_t *strides)
@@ -1870,17 +2405,32 @@ WIDE static void NAME(from_roll_pitch_yaw_block)(intptr_t n, char **args, const 
     char *a1 = args[1];
     char *a2 = args[2];
     char *a3 = args[3];
-    ANY_ORDER
-    for (intptr_t i = 0; i < n; ++i) {
-        REAL x0[1];
-        REAL x1[1];
-        REAL x2[1];
-        REAL x3[4];
-        NAME(load_scalar)(x0, a0 + i * w);
-        NAME(load_scalar)(x1, a1 + i * w);
-        NAME(load_scalar)(x2, a2 + i * w);
-        NAME(from_roll_pitch_yaw)(x0[0], x1[0], x2[0], x3);
-        NAME(store_4)(a3 + i * w, c3a, x3);
+    for (intptr_t first = 0; first < n; first += CHUNK) {
+        const intptr_t last = first + CHUNK < n ? first + CHUNK : PADDED(n);
+        WORD far = 0;
+        ANY_ORDER
+        for (intptr_t i = first; i < last; ++i) {
+            REAL x0[1];
+            REAL x1[1];
+            REAL x2[1];
+            REAL x3[4];
+            NAME(load_scalar)(x0, a0 + i * w);
+            NAME(load_scalar)(x1, a1 + i * w);
+            NAME(load_scalar)(x2, a2 + i * w);
+            NAME(from_roll_pitch_yaw_within)(x0[0], x1[0], x2[0], x3, &far);
+            NAME(store_4)(a3 + i * w, c3a, x3);
+        }
+        for (intptr_t i = first; far && i < last; ++i) {
+            REAL x0[1];
+            REAL x1[1];
+            REAL x2[1];
+            REAL x3[4];
+            NAME(load_scalar)(x0, a0 + i * w);
+            NAME(load_scalar)(x1, a1 + i * w);
+            NAME(load_scalar)(x2, a2 + i * w);
+            NAME(from_roll_pitch_yaw)(x0[0], x1[0], x2[0], x3);
+            NAME(store_4)(a3 + i * w, c3a, x3);
+        }
     }
 }
 
@@ -1891,7 +2441,7 @@ void NAME(from_roll_pitch_yaw_loop)(char **args, const intptr_t *dimensions, con
         NAME(from_roll_pitch_yaw_block_pitch_yaw), NULL}, {3, 2, NAME(from_roll_pitch_yaw_start_roll_pitch),
         NAME(from_roll_pitch_yaw_block_roll_pitch), NULL}, {5, 2, NAME(from_roll_pitch_yaw_start_roll_yaw),
         NAME(from_roll_pitch_yaw_block_roll_yaw), NULL}};
-    static const struct kernel kernel = {NAME(from_roll_pitch_yaw_block), NULL, 3, 4, 3, parts, forms};
+    static const struct kernel kernel = {NAME(from_roll_pitch_yaw_block), NULL, 3, 4, 3, 1, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -2064,7 +2614,7 @@ WIDE static void NAME(between_vectors_block)(intptr_t n, char **args, const intp
 void NAME(between_vectors_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {3, 1, 1, {3}}, {4, 1, 2, {4}}};
-    static const struct kernel kernel = {NAME(between_vectors_block), NULL, 2, 3, 0, parts, NULL};
+    static const struct kernel kernel = {NAME(between_vectors_block), NULL, 2, 3, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -2126,7 +2676,7 @@ WIDE static void NAME(angle_between_block)(intptr_t n, char **args, const intptr
     char *a1 = args[1];
     char *a2 = args[2];
     ANY_ORDER
-    for (intptr_t i = 0; i < n; ++i) {
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
         REAL x0[4];
         REAL x1[4];
         REAL x2[1];
@@ -2140,11 +2690,11 @@ WIDE static void NAME(angle_between_block)(intptr_t n, char **args, const intptr
 void NAME(angle_between_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {4, 1, 1, {4}}, {1, 0, 2, {0}}};
-    static const struct kernel kernel = {NAME(angle_between_block), NULL, 2, 3, 0, parts, NULL};
+    static const struct kernel kernel = {NAME(angle_between_block), NULL, 2, 3, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
-INLINE void NAME(exponential)(const REAL *q, REAL *out)
+static INLINE void NAME(exponential_within)(const REAL *q, REAL *out, WORD *far)
 {
     const REAL q_1 = q[0];
     const REAL q_e32 = q[1];
@@ -2175,26 +2725,42 @@ INLINE void NAME(exponential)(const REAL *q, REAL *out)
     out[3] = t18;
 }
 
+INLINE void NAME(exponential)(const REAL *q, REAL *out)
+{
+    NAME(exponential_within)(q, out, NULL);
+}
+
 WIDE static void NAME(exponential_block)(intptr_t n, char **args, const intptr_t *strides)
 {
     const intptr_t w = sizeof(REAL);
     const intptr_t c0a = strides[0], c1a = strides[1];
     char *a0 = args[0];
     char *a1 = args[1];
-    ANY_ORDER
-    for (intptr_t i = 0; i < n; ++i) {
-        REAL x0[4];
-        REAL x1[4];
-        NAME(load_4)(x0, a0 + i * w, c0a);
-        NAME(exponential)(x0, x1);
-        NAME(store_4)(a1 + i * w, c1a, x1);
+    for (intptr_t first = 0; first < n; first += CHUNK) {
+        const intptr_t last = first + CHUNK < n ? first + CHUNK : PADDED(n);
+        WORD far = 0;
+        ANY_ORDER
+        for (intptr_t i = first; i < last; ++i) {
+            REAL x0[4];
+            REAL x1[4];
+            NAME(load_4)(x0, a0 + i * w, c0a);
+            NAME(exponential_within)(x0, x1, &far);
+            NAME(store_4)(a1 + i * w, c1a, x1);
+        }
+        for (intptr_t i = first; far && i < last; ++i) {
+            REAL x0[4];
+            REAL x1[4];
+            NAME(load_4)(x0, a0 + i * w, c0a);
+            NAME(exponential)(x0, x1);
+            NAME(store_4)(a1 + i * w, c1a, x1);
+        }
     }
 }
 
 void NAME(exponential_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {4, 1, 1, {4}}};
-    static const struct kernel kernel = {NAME(exponential_block), NULL, 1, 2, 0, parts, NULL};
+    static const struct kernel kernel = {NAME(exponential_block), NULL, 1, 2, 0, 1, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -2240,7 +2806,7 @@ WIDE static void NAME(logarithm_block)(intptr_t n, char **args, const intptr_t *
     char *a0 = args[0];
     char *a1 = args[1];
     ANY_ORDER
-    for (intptr_t i = 0; i < n; ++i) {
+    for (intptr_t i = 0; i < PADDED(n); ++i) {
         REAL x0[4];
         REAL x1[4];
         NAME(load_4)(x0, a0 + i * w, c0a);
@@ -2252,7 +2818,7 @@ WIDE static void NAME(logarithm_block)(intptr_t n, char **args, const intptr_t *
 void NAME(logarithm_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {4, 1, 1, {4}}};
-    static const struct kernel kernel = {NAME(logarithm_block), NULL, 1, 2, 0, parts, NULL};
+    static const struct kernel kernel = {NAME(logarithm_block), NULL, 1, 2, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -2322,25 +2888,28 @@ WIDE static void NAME(square_root_dense)(intptr_t n, char **args, const intptr_t
     const intptr_t w = sizeof(REAL);
     (void)strides;
     char *a0 = args[0];
-    char *a1 = args[1];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[4];
-        REAL x1[4];
-        NAME(load_4)(x0, a0 + i * 4 * w, w);
-        NAME(square_root)(x0, x1);
-        NAME(store_4)(a1 + i * 4 * w, w, x1);
+    _Alignas(64) REAL r1[4 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[4];
+            REAL x1[4];
+            NAME(load_4)(x0, a0 + (first + i) * 4 * w, w);
+            NAME(square_root)(x0, x1);
+            NAME(store_4)((char *)(r1 + i), SPAN * w, x1);
+        }
+        NAME(store_span)(args[1], first, r1, 4);
     }
 }
 
 void NAME(square_root_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {4, 1, 1, {4}}};
-    static const struct kernel kernel = {NAME(square_root_block), NAME(square_root_dense), 1, 2, 0, parts, NULL};
+    static const struct kernel kernel = {NAME(square_root_block), NAME(square_root_dense), 1, 2, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
-INLINE void NAME(power)(const REAL *q, REAL t, REAL *out)
+static INLINE void NAME(power_within)(const REAL *q, REAL t, REAL *out, WORD *far)
 {
     const REAL q_1 = q[0];
     const REAL q_e32 = q[1];
@@ -2400,6 +2969,11 @@ INLINE void NAME(power)(const REAL *q, REAL t, REAL *out)
     out[3] = t47;
 }
 
+INLINE void NAME(power)(const REAL *q, REAL t, REAL *out)
+{
+    NAME(power_within)(q, t, out, NULL);
+}
+
 static INLINE void NAME(power_prepare_q)(const REAL *q, REAL *prepared)
 {
     const REAL q_1 = q[0];
@@ -2435,7 +3009,7 @@ static INLINE void NAME(power_prepare_q)(const REAL *q, REAL *prepared)
     prepared[3] = t35;
 }
 
-static INLINE void NAME(power_apply_q)(const REAL *prepared, REAL t, REAL *out)
+static INLINE void NAME(power_apply_q)(const REAL *prepared, REAL t, REAL *out, WORD *far)
 {
     const REAL t14 = prepared[0];
     const REAL t17 = prepared[1];
@@ -2479,13 +3053,24 @@ WIDE static void NAME(power_block_q)(intptr_t n, char **args, const intptr_t *st
     const REAL *prepared = (const REAL *)args[0];
     char *a1 = args[1];
     char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < n; ++i) {
-        REAL x1[1];
-        REAL x2[4];
-        NAME(load_scalar)(x1, a1 + i * w);
-        NAME(power_apply_q)(prepared, x1[0], x2);
-        NAME(store_4)(a2 + i * w, c2a, x2);
+    for (intptr_t first = 0; first < n; first += CHUNK) {
+        const intptr_t last = first + CHUNK < n ? first + CHUNK : PADDED(n);
+        WORD far = 0;
+        ANY_ORDER
+        for (intptr_t i = first; i < last; ++i) {
+            REAL x1[1];
+            REAL x2[4];
+            NAME(load_scalar)(x1, a1 + i * w);
+            NAME(power_apply_q)(prepared, x1[0], x2, &far);
+            NAME(store_4)(a2 + i * w, c2a, x2);
+        }
+        for (intptr_t i = first; far && i < last; ++i) {
+            REAL x1[1];
+            REAL x2[4];
+            NAME(load_scalar)(x1, a1 + i * w);
+            NAME(power_apply_q)(prepared, x1[0], x2, NULL);
+            NAME(store_4)(a2 + i * w, c2a, x2);
+        }
     }
 }
 
@@ -2504,15 +3089,28 @@ WIDE static void NAME(power_block)(intptr_t n, char **args, const intptr_t *stri
     char *a0 = args[0];
     char *a1 = args[1];
     char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < n; ++i) {
-        REAL x0[4];
-        REAL x1[1];
-        REAL x2[4];
-        NAME(load_4)(x0, a0 + i * w, c0a);
-        NAME(load_scalar)(x1, a1 + i * w);
-        NAME(power)(x0, x1[0], x2);
-        NAME(store_4)(a2 + i * w, c2a, x2);
+    for (intptr_t first = 0; first < n; first += CHUNK) {
+        const intptr_t last = first + CHUNK < n ? first + CHUNK : PADDED(n);
+        WORD far = 0;
+        ANY_ORDER
+        for (intptr_t i = first; i < last; ++i) {
+            REAL x0[4];
+            REAL x1[1];
+            REAL x2[4];
+            NAME(load_4)(x0, a0 + i * w, c0a);
+            NAME(load_scalar)(x1, a1 + i * w);
+            NAME(power_within)(x0, x1[0], x2, &far);
+            NAME(store_4)(a2 + i * w, c2a, x2);
+        }
+        for (intptr_t i = first; far && i < last; ++i) {
+            REAL x0[4];
+            REAL x1[1];
+            REAL x2[4];
+            NAME(load_4)(x0, a0 + i * w, c0a);
+            NAME(load_scalar)(x1, a1 + i * w);
+            NAME(power)(x0, x1[0], x2);
+            NAME(store_4)(a2 + i * w, c2a, x2);
+        }
     }
 }
 
@@ -2520,11 +3118,11 @@ void NAME(power_loop)(char **args, const intptr_t *dimensions, const intptr_t *s
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {1, 0, 1, {0}}, {4, 1, 1, {4}}};
     static const struct form forms[] = {{1, 2, NAME(power_start_q), NAME(power_block_q), NULL}};
-    static const struct kernel kernel = {NAME(power_block), NULL, 2, 3, 1, parts, forms};
+    static const struct kernel kernel = {NAME(power_block), NULL, 2, 3, 1, 1, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
-INLINE void NAME(slerp)(const REAL *p, const REAL *q, REAL t, REAL *out)
+static INLINE void NAME(slerp_within)(const REAL *p, const REAL *q, REAL t, REAL *out, WORD *far)
 {
     const REAL p_1 = p[0];
     const REAL p_e32 = p[1];
@@ -2630,6 +3228,11 @@ INLINE void NAME(slerp)(const REAL *p, const REAL *q, REAL t, REAL *out)
     out[3] = t89;
 }
 
+INLINE void NAME(slerp)(const REAL *p, const REAL *q, REAL t, REAL *out)
+{
+    NAME(slerp_within)(p, q, t, out, NULL);
+}
+
 static INLINE void NAME(slerp_prepare_p_q)(const REAL *p, const REAL *q, REAL *prepared)
 {
     const REAL p_1 = p[0];
@@ -2692,7 +3295,7 @@ static INLINE void NAME(slerp_prepare_p_q)(const REAL *p, const REAL *q, REAL *p
     prepared[6] = p_e13;
 }
 
-static INLINE void NAME(slerp_apply_p_q)(const REAL *prepared, REAL t, REAL *out)
+static INLINE void NAME(slerp_apply_p_q)(const REAL *prepared, REAL t, REAL *out, WORD *far)
 {
     const REAL t26 = prepared[0];
     const REAL t36 = prepared[1];
@@ -2761,13 +3364,24 @@ WIDE static void NAME(slerp_block_p_q)(intptr_t n, char **args, const intptr_t *
     const REAL *prepared = (const REAL *)args[0];
     char *a2 = args[2];
     char *a3 = args[3];
-    ANY_ORDER
-    for (intptr_t i = 0; i < n; ++i) {
-        REAL x2[1];
-        REAL x3[4];
-        NAME(load_scalar)(x2, a2 + i * w);
-        NAME(slerp_apply_p_q)(prepared, x2[0], x3);
-        NAME(store_4)(a3 + i * w, c3a, x3);
+    for (intptr_t first = 0; first < n; first += CHUNK) {
+        const intptr_t last = first + CHUNK < n ? first + CHUNK : PADDED(n);
+        WORD far = 0;
+        ANY_ORDER
+        for (intptr_t i = first; i < last; ++i) {
+            REAL x2[1];
+            REAL x3[4];
+            NAME(load_scalar)(x2, a2 + i * w);
+            NAME(slerp_apply_p_q)(prepared, x2[0], x3, &far);
+            NAME(store_4)(a3 + i * w, c3a, x3);
+        }
+        for (intptr_t i = first; far && i < last; ++i) {
+            REAL x2[1];
+            REAL x3[4];
+            NAME(load_scalar)(x2, a2 + i * w);
+            NAME(slerp_apply_p_q)(prepared, x2[0], x3, NULL);
+            NAME(store_4)(a3 + i * w, c3a, x3);
+        }
     }
 }
 
@@ -2789,17 +3403,32 @@ WIDE static void NAME(slerp_block)(intptr_t n, char **args, const intptr_t *stri
     char *a1 = args[1];
     char *a2 = args[2];
     char *a3 = args[3];
-    ANY_ORDER
-    for (intptr_t i = 0; i < n; ++i) {
-        REAL x0[4];
-        REAL x1[4];
-        REAL x2[1];
-        REAL x3[4];
-        NAME(load_4)(x0, a0 + i * w, c0a);
-        NAME(load_4)(x1, a1 + i * w, c1a);
-        NAME(load_scalar)(x2, a2 + i * w);
-        NAME(slerp)(x0, x1, x2[0], x3);
-        NAME(store_4)(a3 + i * w, c3a, x3);
+    for (intptr_t first = 0; first < n; first += CHUNK) {
+        const intptr_t last = first + CHUNK < n ? first + CHUNK : PADDED(n);
+        WORD far = 0;
+        ANY_ORDER
+        for (intptr_t i = first; i < last; ++i) {
+            REAL x0[4];
+            REAL x1[4];
+            REAL x2[1];
+            REAL x3[4];
+            NAME(load_4)(x0, a0 + i * w, c0a);
+            NAME(load_4)(x1, a1 + i * w, c1a);
+            NAME(load_scalar)(x2, a2 + i * w);
+            NAME(slerp_within)(x0, x1, x2[0], x3, &far);
+            NAME(store_4)(a3 + i * w, c3a, x3);
+        }
+        for (intptr_t i = first; far && i < last; ++i) {
+            REAL x0[4];
+            REAL x1[4];
+            REAL x2[1];
+            REAL x3[4];
+            NAME(load_4)(x0, a0 + i * w, c0a);
+            NAME(load_4)(x1, a1 + i * w, c1a);
+            NAME(load_scalar)(x2, a2 + i * w);
+            NAME(slerp)(x0, x1, x2[0], x3);
+            NAME(store_4)(a3 + i * w, c3a, x3);
+        }
     }
 }
 
@@ -2807,7 +3436,7 @@ void NAME(slerp_loop)(char **args, const intptr_t *dimensions, const intptr_t *s
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {4, 1, 1, {4}}, {1, 0, 2, {0}}, {4, 1, 2, {4}}};
     static const struct form forms[] = {{3, 2, NAME(slerp_start_p_q), NAME(slerp_block_p_q), NULL}};
-    static const struct kernel kernel = {NAME(slerp_block), NULL, 3, 4, 1, parts, forms};
+    static const struct kernel kernel = {NAME(slerp_block), NULL, 3, 4, 1, 1, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -2851,24 +3480,28 @@ WIDE static void NAME(pack_two_sided_dense)(intptr_t n, char **args, const intpt
     const intptr_t w = sizeof(REAL);
     (void)strides;
     char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[4];
-        REAL x1[2];
-        REAL x2[2];
-        NAME(load_4)(x0, a0 + i * 4 * w, w);
-        NAME(pack_two_sided)(x0, x1, x2);
-        NAME(store_2)(a1 + i * 2 * w, w, x1);
-        NAME(store_2)(a2 + i * 2 * w, w, x2);
+    _Alignas(64) REAL r1[2 * SPAN];
+    _Alignas(64) REAL r2[2 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[4];
+            REAL x1[2];
+            REAL x2[2];
+            NAME(load_4)(x0, a0 + (first + i) * 4 * w, w);
+            NAME(pack_two_sided)(x0, x1, x2);
+            NAME(store_2)((char *)(r1 + i), SPAN * w, x1);
+            NAME(store_2)((char *)(r2 + i), SPAN * w, x2);
+        }
+        NAME(store_span)(args[1], first, r1, 2);
+        NAME(store_span)(args[2], first, r2, 2);
     }
 }
 
 void NAME(pack_two_sided_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {2, 1, 1, {2}}, {2, 1, 2, {2}}};
-    static const struct kernel kernel = {NAME(pack_two_sided_block), NAME(pack_two_sided_dense), 1, 3, 0, parts,
+    static const struct kernel kernel = {NAME(pack_two_sided_block), NAME(pack_two_sided_dense), 1, 3, 0, 0, parts,
         NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -2916,24 +3549,27 @@ WIDE static void NAME(unpack_two_sided_dense)(intptr_t n, char **args, const int
     (void)strides;
     char *a0 = args[0];
     char *a1 = args[1];
-    char *a2 = args[2];
-    ANY_ORDER
-    for (intptr_t i = 0; i < PADDED(n); ++i) {
-        REAL x0[2];
-        REAL x1[2];
-        REAL x2[4];
-        NAME(load_2)(x0, a0 + i * 2 * w, w);
-        NAME(load_2)(x1, a1 + i * 2 * w, w);
-        NAME(unpack_two_sided)(x0, x1, x2);
-        NAME(store_4)(a2 + i * 4 * w, w, x2);
+    _Alignas(64) REAL r2[4 * SPAN];
+    for (intptr_t first = 0; first < n; first += SPAN) {
+        ANY_ORDER
+        for (intptr_t i = 0; i < SPAN; ++i) {
+            REAL x0[2];
+            REAL x1[2];
+            REAL x2[4];
+            NAME(load_2)(x0, a0 + (first + i) * 2 * w, w);
+            NAME(load_2)(x1, a1 + (first + i) * 2 * w, w);
+            NAME(unpack_two_sided)(x0, x1, x2);
+            NAME(store_4)((char *)(r2 + i), SPAN * w, x2);
+        }
+        NAME(store_span)(args[2], first, r2, 4);
     }
 }
 
 void NAME(unpack_two_sided_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{2, 1, 0, {2}}, {2, 1, 1, {2}}, {4, 1, 2, {4}}};
-    static const struct kernel kernel = {NAME(unpack_two_sided_block), NAME(unpack_two_sided_dense), 2, 3, 0, parts,
-        NULL};
+    static const struct kernel kernel = {NAME(unpack_two_sided_block), NAME(unpack_two_sided_dense), 2, 3, 0, 0,
+        parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 #endif

@@ -2,7 +2,7 @@
 // command: gac generate --all vga2
 // spec: 8b59814c8ae32dfd
 // contraction: -ffp-contract=off (every operation is rounded once)
-// body: 0ad3ef7985acf0ffe3e89f3bb778b3a853113fb5afc29c75d5edb1b6dfee242e
+// body: 61a29d309a1ab9e4a7e677611109702e91a1d0b9d01cc69b615dee102508c33c
 /* vga2
    Vectors and rotations of the plane in the geometric algebra G(2); its even elements are the complex numbers.
    
@@ -188,7 +188,7 @@ void vga2_project_vector_on_vector_loop_f32(char **args, const intptr_t *dimensi
      n[2]  VGA2.VECTOR: e1, e2.
      out[2]  VGA2.VECTOR: e1, e2.
    Costs 10 mul, 4 add, 1 div.
-   Where `n` stay the same for 1 elements or more: 5 mul, 2 add, 1 div once, then 4 mul, 2 add for each.
+   Where `n` stay the same for 2 elements or more: 5 mul, 2 add, 1 div once, then 4 mul, 2 add for each.
    Error: 2.1 ulp of the largest coefficient, 64 random inputs. */
 void vga2_reflect_vector_f64(const double *v, const double *n, double *out);
 void vga2_reflect_vector_f32(const float *v, const float *n, float *out);

@@ -38,6 +38,13 @@ def test_blocks_print_what_is_shown(page: Path, monkeypatch: pytest.MonkeyPatch)
     assert page.read_text() == current(page), "run `python tests/test_docs.py`"
 
 
+def test_blocks_of_the_page_on_speed_run() -> None:
+    """In one namespace, from top to bottom; asserts in them hold."""
+    blocks = re.findall(r"```python\n(.*?)```", (ROOT / "docs" / "speed.md").read_text(), re.DOTALL)
+    assert len(blocks) >= 4
+    exec(compile("\n".join(blocks), "docs/speed.md", "exec"), {"__name__": "speed"})
+
+
 def test_architecture_is_among_them() -> None:
     assert "architecture.md" in [page.name for page in PAGES]
 

@@ -150,8 +150,8 @@ def test_forms_are_the_definition(name: str, records: Records) -> None:
         check_arguments(form, record.program)
         once, each = form.costs
         least, alone = form.least(record.program), record.cost.total
-        assert once.total + least * each.total < least * alone
-        assert least == 1 or once.total + (least - 1) * each.total >= (least - 1) * alone
+        assert least >= 2 and once.total + least * each.total < least * alone
+        assert least == 2 or once.total + (least - 1) * each.total >= (least - 1) * alone
 
 
 def check_arguments(form: Uniform, program: Program) -> None:
@@ -551,7 +551,7 @@ def numbers_of_forms(text: str, ending: str) -> list[tuple[int, int]]:
     heads = {
         "c": r"^    static const struct form forms.*?;$|^static void NAME\(\w+_start_.*?^}$"
         r"|^WIDE static void NAME\(\w+_(?:block|dense)_\w+\).*?^}$|^enum \{ PARTS.*?;$",
-        "py": r"^    forms=\(.*?^    \),$|^def _\w+_loop_.*?\n\n",
+        "py": r"^    forms=\(.*?^    \),$",
     }[ending]
     found = []
     for block in re.finditer(heads, text, re.DOTALL | re.MULTILINE):
@@ -569,7 +569,7 @@ def test_changes_around_a_form_in_the_text_are_found(name: str, ending: str, rec
     whole = texts(record)
     text = whole[ending]
     places = numbers_of_forms(text, ending)
-    assert len(places) >= 3
+    assert len(places) >= (2 if ending == "py" else 3)
     for start, end in places:
         changed = f"{text[:start]}{int(text[start:end]) + 1}{text[end:]}"
         assert is_found(record, whole, ending, changed), text[max(0, start - 60) : end + 20]
@@ -580,7 +580,7 @@ def test_changes_around_a_form_in_the_text_are_found(name: str, ending: str, rec
     [
         ("py", '(("m",), ', '(("p",), '),
         ("py", '(("m",), ', '(("m", "p"), '),
-        ("py", "_move_point_apply_m(prepared, p[i], out[i])", "_move_point_apply_m(prepared, out[i], p[i])"),
+        ("py", "(_move_point_prepare_m, _move_point_apply_m)", "(_move_point_apply_m, _move_point_prepare_m)"),
         ("py", "empty(", "zeros("),
         ("c", "args[0], c0a", "args[1], c0a"),
         ("c", "PREPARED = 12", "PREPARED = 11"),
@@ -599,7 +599,7 @@ def renamed(definition: Kernel, name: str) -> Kernel:
     return Kernel(name, definition.function, definition.parameters, None, "Other.")
 
 
-@pytest.mark.parametrize("name", [f"move_point_{end}" for end in ("apply_m", "prepare_m", "start_m", "loop_m", "loop")])
+@pytest.mark.parametrize("name", [f"move_point_{end}" for end in ("apply_m", "prepare_m", "start_m", "loop")])
 def test_a_kernel_may_not_have_the_name_of_a_form(name: str, records: Records) -> None:
     other = kernel_source(compile_kernel(renamed(move_point, name)))
     for sources in ((kernel_source(records["move_point"]), other), (other, kernel_source(records["move_point"]))):

@@ -89,8 +89,9 @@ def _exact_atan2(y: Any, x: Any) -> Fraction:
 
 _ANY: dict[str, Callable[..., Any]] = {
     "abs": abs,
-    "minimum": lambda a, b: a if a <= b else b,
-    "maximum": lambda a, b: a if a >= b else b,
+    # NaN where either is, and the second of two zeros, as the backends have it.
+    "minimum": lambda a, b: a if a < b or a != a else b,
+    "maximum": lambda a, b: a if a > b or a != a else b,
     "less": lambda a, b: int(a < b),
     "less_equal": lambda a, b: int(a <= b),
     "equal": lambda a, b: int(a == b),
@@ -113,8 +114,8 @@ FLOAT: Mapping[str, Callable[..., Any]] = _ANY | {
 
 ARRAY: Mapping[str, Callable[..., Any]] = {
     "abs": np.abs,
-    "minimum": np.minimum,
-    "maximum": np.maximum,
+    "minimum": lambda a, b: np.where(np.less(a, b) | np.not_equal(a, a), a, b),
+    "maximum": lambda a, b: np.where(np.greater(a, b) | np.not_equal(a, a), a, b),
     "less": lambda a, b: np.less(a, b) * 1.0,
     "less_equal": lambda a, b: np.less_equal(a, b) * 1.0,
     "equal": lambda a, b: np.equal(a, b) * 1.0,

@@ -13,13 +13,20 @@ import sysconfig
 import tempfile
 from collections.abc import Sequence
 from concurrent.futures import ThreadPoolExecutor
+from functools import cache
 from pathlib import Path
 
 from ..errors import BackendError
 from .extension import STEM, extension_source
 
-FLAGS = ("-O3", "-std=c17", "-fPIC", "-ffp-contract=off", "-fno-math-errno")
+FLAGS = ("-std=c17", "-fPIC", "-ffp-contract=off", "-fno-math-errno")
 """No flag depends on the machine: the loops carry code for wide vectors and choose when they are loaded."""
+
+GCC_FLAGS = ("-O1", "-ftree-loop-vectorize", "-fvect-cost-model=dynamic", "-fpeel-loops")
+"""What vectorised straight-line code profits from: as fast as with -O3, and compiled in two thirds of the time."""
+
+OTHER_FLAGS = ("-O3",)
+"""What other compilers take instead."""
 
 FOLDER = "_build"
 """Where libraries live, beside the module."""
@@ -35,7 +42,7 @@ NO_COMPILER = (
 
 def library_name(module: str, c_text: str) -> str:
     """The file name of the library made of `c_text`: it changes with the text and the flags, so it is never stale."""
-    digest = hashlib.sha256("\0".join([c_text, *FLAGS]).encode()).hexdigest()
+    digest = hashlib.sha256("\0".join([c_text, *FLAGS, *GCC_FLAGS, *OTHER_FLAGS]).encode()).hexdigest()
     return f"{module}-{digest[:16]}.so"
 
 
@@ -69,6 +76,13 @@ def find_compiler() -> tuple[str, ...] | None:
     if wanted:
         return tuple(wanted) if shutil.which(wanted[0]) else None
     return next(((name,) for name in COMPILERS if shutil.which(name)), None)
+
+
+@cache
+def compiler_flags(compiler: tuple[str, ...]) -> tuple[str, ...]:
+    """`FLAGS` and those of the optimiser, of which gcc takes its own."""
+    run = _run([*compiler, "--version"])
+    return (*FLAGS, *(GCC_FLAGS if "Free Software Foundation" in run.stdout else OTHER_FLAGS))
 
 
 def build_library(c_path: Path, *, force: bool = False) -> Path | None:
@@ -125,7 +139,7 @@ def _build(compiler: tuple[str, ...], targets: dict[Path, Path]) -> None:
             jobs += [(len(text), source, folder / f"{half}.o") for half in halves]
         jobs.sort(key=lambda job: -job[0])
         commands = [
-            [*compiler, *FLAGS, f"-DONLY_{part.stem.upper()}", "-c", str(source), "-o", str(part)]
+            [*compiler, *compiler_flags(compiler), f"-DONLY_{part.stem.upper()}", "-c", str(source), "-o", str(part)]
             for _, source, part in jobs
         ]
         with ThreadPoolExecutor(len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else None) as threads:

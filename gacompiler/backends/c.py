@@ -16,6 +16,7 @@ import jinja2
 from ..ir.program import Program
 from ..ir.uniform import Uniform
 from .c_batch import LANES, load_helpers, loop_text, named_parts, parts, store_helpers
+from .c_functions import TRANSCENDENTAL, constants, has_turns, polynomial_lines
 from .documentation import c_comment, stamp
 from .module import KernelSource, ModuleSource
 from .printers import C_MACROS, C, Names
@@ -70,6 +71,7 @@ def c_body(name: str, kernels: list[tuple[Program, tuple[Uniform, ...]]]) -> str
     return template.render(
         name=name,
         macros=[text for op, text in C_MACROS.items() if op in used],
+        functions=_functions(name) if used & TRANSCENDENTAL else None,
         loads=load_helpers([argument.shape for program in programs for argument in program.arguments]),
         stores=store_helpers([result.shape for program in programs for result in program.results]),
         n_axes=max([1, *(len(shape) for each in shapes for shape in each)]),
@@ -79,6 +81,13 @@ def c_body(name: str, kernels: list[tuple[Program, tuple[Uniform, ...]]]) -> str
         space=max([_SPACE, *(LANES * sum(map(prod, each)) for each in shapes)]),
         kernels=["\n".join(_wrapped(_kernel_and_loops(program, uniform))) for program, uniform in kernels],
     )
+
+
+@cache
+def _functions(name: str) -> dict[str, list[str]]:
+    """The transcendental functions of a module: polynomials, and what is written once for both precisions."""
+    text = environment().get_template("functions.c.jinja").render(constants())
+    return {"polynomials": _wrapped(polynomial_lines(name)), "generic": text.splitlines()}
 
 
 def _kernel_and_loops(program: Program, uniform: tuple[Uniform, ...]) -> list[str]:
@@ -136,10 +145,21 @@ def _parameters(program: Program, real: str) -> tuple[list[str], Names]:
 
 
 def kernel_text(program: Program, storage: str = "INLINE") -> list[str]:
-    """The plain function: inputs read, one statement for each line, outputs written."""
+    """The plain function: inputs read, one statement for each line, outputs written.
+
+    With sines or cosines its body is a function with a place to say that an argument is too far for a loop.
+    """
     parameters, names = _parameters(program, "REAL")
     pointers = [text.rsplit("*", 1)[-1] for text in parameters]
-    lines = [f"{storage} void NAME({program.name})({', '.join(parameters)})", "{"]
+    passed = [text.rsplit("*", 1)[-1].removeprefix("REAL ") for text in parameters]
+    name, given, after = program.name, parameters, []
+    if has_turns(program):
+        given = [*parameters, "WORD *far"]
+        if storage == "INLINE":
+            head = f"{storage} void NAME({name})({', '.join(parameters)})"
+            after = ["", head, "{", f"    NAME({name}_within)({', '.join([*passed, 'NULL'])});", "}"]
+            name, storage = f"{name}_within", "static INLINE"
+    lines = [f"{storage} void NAME({name})({', '.join(given)})", "{"]
     used = used_variables(program)
     for argument, pointer in zip(program.arguments, pointers, strict=False):
         if argument.shape:
@@ -157,7 +177,7 @@ def kernel_text(program: Program, storage: str = "INLINE") -> list[str]:
         lines.append(f"    const REAL {names.define(line.target)} = {right};")
     for result, pointer in zip(program.results, pointers[len(program.arguments) :], strict=True):
         lines += [f"    {pointer}[{k}] = {names.c(operand)};" for k, operand in enumerate(result.operands)]
-    return [*lines, "}"]
+    return [*lines, "}", *after]
 
 
 def used_variables(program: Program) -> frozenset[str]:

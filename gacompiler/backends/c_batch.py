@@ -11,33 +11,33 @@ contiguous). Both come once more for an argument that is the same for the whole 
 from __future__ import annotations
 
 import re
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from math import prod
 
 from ..ir.program import Argument, Program, Result
-from ..ir.scalar import Op
 from ..ir.uniform import Uniform
+from .c_functions import has_turns, is_long
 from .printers import Names
 
 LANES = 16
 """As in the template: blocks are padded to a multiple of this many elements, so that no loop needs a remainder."""
 
-C_ENDINGS = ("_loop", "_block", "_dense")
+C_ENDINGS = ("_within", "_loop", "_block", "_dense")
 """What the names of a kernel's C functions add to its own."""
 FORM_PARTS = ("prepare", "apply", "start", "block", "dense")
 """What the names of a form's C functions have between the kernel's name and its arguments."""
 
-C_HELPERS = re.compile(r"(load|store)_(scalar|rows|\d+(x\d+)*)|turn_[48]x4|four|eight|move_part|batch")
+C_HELPERS = re.compile(
+    r"(load|store)_(scalar|rows|\d+(x\d+)*)|turn(_tiles|_all)?|(load|store)_(tile|span)|four|eight|move_part|batch"
+    r"|bits_of|of_bits|chosen_by|quarters_of|(sin|cos)_of_rest|(sin|cos|exp|log|atan2|acos)_of"
+    r"|(sin|cos|exp|log|atan|asin)_polynomial"
+)
 """Functions and types that the kernels of a C file share."""
 
-_OPAQUE = frozenset({Op.SIN, Op.COS, Op.ATAN2, Op.ACOS, Op.EXP, Op.LOG})
-"""Calls into the mathematical library, which keep a loop from being vectorised."""
-
-_DENSE_SIZES = frozenset({1, 2, 3, 4, 8})
-"""Numbers in an element that compilers load and turn in registers."""
-
-_DENSE_LINES = 64
+_DENSE_NUMBERS = 24
+_DENSE_LINES = 100
+"""Kernels of at most so many numbers and operations have a loop of their own for C order."""
 
 
 def parts(program: Program) -> list[Argument | Result]:
@@ -63,8 +63,9 @@ def loop_text(program: Program, forms: Sequence[Uniform]) -> list[str]:
         first += len(part.shape)
     body = [f"    static const struct part parts[] = {{{', '.join(described)}}};"]
     body += [f"    static const struct form forms[] = {{{', '.join(tables)}}};"] if tables else []
-    kernel = [block, dense, str(len(program.arguments)), str(len(described)), str(len(tables)), "parts"]
-    kernel.append("forms" if tables else "NULL")
+    repeats = has_turns(program) or any(has_turns(form.apply) for form in forms)
+    counts = [len(program.arguments), len(described), len(tables), int(repeats)]
+    kernel = [block, dense, *map(str, counts), "parts", "forms" if tables else "NULL"]
     return [
         *lines,
         f"void NAME({program.name}_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)",
@@ -106,7 +107,7 @@ def _loops(program: Program, form: Uniform | None, lines: list[str]) -> list[str
             continue
         own = form_name(program, form, order) if form else f"{program.name}_{order}"
         names.append(f"NAME({own})")
-        lines += [*_one_loop(program, names[-1], order == "dense", form), ""]
+        lines += [*(_dense_loop if order == "dense" else _one_loop)(program, names[-1], form), ""]
     return names
 
 
@@ -138,60 +139,116 @@ def _start(program: Program, form: Uniform) -> list[str]:
         lines.append(f"    REAL x{k}[{prod(shape)}];")
         lines.append(f"    NAME(load{_size(shape)})({', '.join([f'x{k}', f'args[{k}]', *cores[k]])});")
         inputs.append(f"x{k}" if shape else f"x{k}[0]")
-    return [*lines, f"    NAME({form_name(program, form, 'prepare')})({', '.join([*inputs, 'prepared'])});", "}"]
+    passed = [*inputs, "prepared", *(["NULL"] if has_turns(form.prepare) else [])]
+    return [*lines, f"    NAME({form_name(program, form, 'prepare')})({', '.join(passed)});", "}"]
 
 
-def _one_loop(program: Program, name: str, dense: bool, form: Uniform | None) -> list[str]:
+def _one_loop(program: Program, name: str, form: Uniform | None) -> list[str]:
     """The loop over a block: of a form, with what is prepared in the place of the first argument it comes from."""
-    n_inputs = len(program.arguments)
-    same = [k for k, argument in enumerate(program.arguments) if form and argument.name in form.same]
+    same = _same(program, form)
     changing = [k for k in range(len(parts(program))) if k not in same]
-    cores = _cores(program)
     lines = [f"WIDE static void {name}(intptr_t n, char **args, const intptr_t *strides)", "{"]
-    lines.append("    const intptr_t w = sizeof(REAL);")
-    if dense:
-        cores = [_dense(part.shape) for part in parts(program)]
-        lines.append("    (void)strides;")
-    else:
-        lines += _strides(program, changing)
-    lines += [f"    const REAL *prepared = (const REAL *)args[{same[0]}];"] if same else []
+    lines += ["    const intptr_t w = sizeof(REAL);", *_strides(program, changing), *_prepared(same)]
     lines += [f"    char *a{k} = args[{k}];" for k in changing]
-    loads, stores = [], []
-    for k in changing:
+    places = {k: f"a{k} + i * w" for k in changing}
+    run, again = _elements(program, form, places, _cores(program), near=True), []
+    if has_turns(_run(program, form)):
+        again = _elements(program, form, places, _cores(program), near=False)
+    if not again:
+        inner = ["ANY_ORDER", "for (intptr_t i = 0; i < PADDED(n); ++i) {", *run]
+        return [*lines, *(f"    {text}" for text in inner), "}"]
+    inner = [
+        "const intptr_t last = first + CHUNK < n ? first + CHUNK : PADDED(n);",
+        "WORD far = 0;",
+        "ANY_ORDER",
+        "for (intptr_t i = first; i < last; ++i) {",
+        *run,
+        "for (intptr_t i = first; far && i < last; ++i) {",
+        *again,
+    ]
+    head = "for (intptr_t first = 0; first < n; first += CHUNK) {"
+    return [*lines, *(f"    {text}" for text in (head, *(f"    {text}" for text in inner), "}")), "}"]
+
+
+def _dense_loop(program: Program, name: str, form: Uniform | None) -> list[str]:
+    """The loop over elements in C order: results, and arguments of many numbers, go through rows of a few elements.
+
+    Results of neighbours are never written side by side: compilers that make one vector of the sums and differences of
+    an element may fuse them with products, whatever they are told of contraction (gcc 12 does).
+    """
+    n_inputs, same = len(program.arguments), _same(program, form)
+    sizes = {k: prod(part.shape) for k, part in enumerate(parts(program)) if k not in same}
+    direct = _is_direct(set(sizes.values()))
+    rows = [k for k in sizes if k >= n_inputs or not direct]
+    places = {k: f"(char *)(r{k} + i)" if k in rows else f"a{k} + (first + i) * {_times(sizes[k])}" for k in sizes}
+    cores = []
+    for k, part in enumerate(parts(program)):
+        step = "SPAN * w" if k in rows else "w"
+        cores.append([_times(prod(part.shape[axis + 1 :]), step) for axis in range(len(part.shape))])
+    lines = [f"WIDE static void {name}(intptr_t n, char **args, const intptr_t *strides)", "{"]
+    lines += ["    const intptr_t w = sizeof(REAL);", *_prepared(same), "    (void)strides;"]
+    lines += [f"    char *a{k} = args[{k}];" for k in sizes if k not in rows]
+    lines += [f"    _Alignas(64) REAL r{k}[{sizes[k]} * SPAN];" for k in rows]
+    inner = [f"NAME(load_span)(r{k}, args[{k}], first, {sizes[k]});" for k in rows if k < n_inputs]
+    inner += ["ANY_ORDER", "for (intptr_t i = 0; i < SPAN; ++i) {", *_elements(program, form, places, cores, near=True)]
+    inner += [f"NAME(store_span)(args[{k}], first, r{k}, {sizes[k]});" for k in rows if k >= n_inputs]
+    head = "for (intptr_t first = 0; first < n; first += SPAN) {"
+    return [*lines, *(f"    {text}" for text in (head, *(f"    {text}" for text in inner), "}")), "}"]
+
+
+def _is_direct(sizes: set[int]) -> bool:
+    """Whether compilers read elements of these sizes as well as tiles do, which take four numbers."""
+    return sizes <= {1, 2, 3, 4, 8} and (3 in sizes or max(sizes) <= 4)
+
+
+def _same(program: Program, form: Uniform | None) -> list[int]:
+    """The arguments that a form has prepared."""
+    return [k for k, argument in enumerate(program.arguments) if form and argument.name in form.same]
+
+
+def _prepared(same: Sequence[int]) -> list[str]:
+    return [f"    const REAL *prepared = (const REAL *)args[{same[0]}];"] if same else []
+
+
+def _run(program: Program, form: Uniform | None) -> Program:
+    """What a loop runs for each element."""
+    return named_parts(program, form)[1] if form else program
+
+
+def _elements(
+    program: Program, form: Uniform | None, places: Mapping[int, str], cores: Sequence[Sequence[str]], *, near: bool
+) -> list[str]:
+    """The body of a loop: components from their places, the plain function, results to theirs.
+
+    Of a function with sines, the one that only notes far angles, or the one that knows them.
+    """
+    n_inputs, run = len(program.arguments), _run(program, form)
+    passed = ["prepared"] if form else []
+    loads, stores, arrays = [], [], []
+    for k, place in places.items():
         shape = parts(program)[k].shape
-        place = f"a{k} + i * {_times(prod(shape) if dense else 1)}"
+        arrays.append(f"REAL x{k}[{prod(shape)}];")
+        passed.append(f"x{k}" if shape or k >= n_inputs else f"x{k}[0]")
         if k < n_inputs:
             loads.append(f"NAME(load{_size(shape)})({', '.join([f'x{k}', place, *cores[k]])});")
         else:
             stores.append(f"NAME(store{_size(shape)})({', '.join([place, *cores[k], f'x{k}'])});")
-    run = named_parts(program, form)[1] if form else program
-    end = "n" if _is_opaque(run) else "PADDED(n)"
-    lines += ["    ANY_ORDER", f"    for (intptr_t i = 0; i < {end}; ++i) {{"]
-    lines += [f"        REAL x{k}[{prod(parts(program)[k].shape)}];" for k in changing]
-    lines += [f"        {load}" for load in loads]
-    call = ["prepared"] if same else []
-    call += [f"x{k}" if parts(program)[k].shape or k >= n_inputs else f"x{k}[0]" for k in changing]
-    lines.append(f"        NAME({run.name})({', '.join(call)});")
-    return [*lines, *(f"        {store}" for store in stores), "    }", "}"]
-
-
-def _is_opaque(program: Program) -> bool:
-    return any(line.op in _OPAQUE for line in program.lines)
+    name = run.name
+    if has_turns(run) and near:
+        name, passed = (name if form else f"{name}_within"), [*passed, "&far"]
+    elif has_turns(run) and form:
+        passed.append("NULL")
+    return [f"    {text}" for text in (*arrays, *loads, f"NAME({name})({', '.join(passed)});", *stores)] + ["}"]
 
 
 def _has_dense(program: Program, form: Uniform | None) -> bool:
-    run = form.apply if form else program
-    sizes = {prod(part.shape) for part in (run.arguments[1:] if form else run.arguments)}
-    sizes |= {prod(result.shape) for result in run.results}
-    return sizes <= _DENSE_SIZES and sizes != {1} and len(run.lines) <= _DENSE_LINES and not _is_opaque(run)
+    run, same = _run(program, form), _same(program, form)
+    counts = [prod(part.shape) for k, part in enumerate(parts(program)) if k not in same]
+    return max(counts) > 1 and sum(counts) <= _DENSE_NUMBERS and len(run.lines) <= _DENSE_LINES and not is_long(run)
 
 
-def _times(count: int) -> str:
-    return "w" if count == 1 else f"{count} * w"
-
-
-def _dense(shape: tuple[int, ...]) -> list[str]:
-    return [_times(prod(shape[axis + 1 :])) for axis in range(len(shape))]
+def _times(count: int, step: str = "w") -> str:
+    return step if count == 1 else f"{count} * {step}"
 
 
 def _size(shape: tuple[int, ...]) -> str:

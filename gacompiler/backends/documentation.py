@@ -98,8 +98,7 @@ def docstring(kernel: KernelSource) -> str:
     lines += ["", "Notes", "-----"]
     for sentence in facts(kernel):
         lines += textwrap.wrap(sentence, _WIDTH, break_on_hyphens=False)
-    outs = ", ".join(result.name for result, _ in results)
-    lines += [f"Inside numba: ``{kernel.program.name}.jit({', '.join(filter(None, (names, outs)))})``."]
+    lines += [f"Inside numba: ``{kernel.program.name}.jit({names})``, of arrays and tuples."]
     return "\n".join(lines)
 
 

@@ -13,53 +13,21 @@ from itertools import product
 from ..ir.program import Argument, Program, Result
 from ..ir.uniform import Uniform
 from .c import used_variables
-from .c_batch import form_name, named_parts
+from .c_batch import named_parts
 from .printers import PYTHON, Names
 
 
 def function_text(program: Program, forms: Sequence[Uniform] = ()) -> list[str]:
-    """The lines of a kernel and of its loop over a batch, and of its forms for batches with arguments that stay."""
-    lines, parameters = _one_function(program)
-    outputs = parameters[len(program.arguments) :]
-    element = _fresh("i", parameters)
-    arguments = ", ".join(f"{parameter}[{element}]" for parameter in parameters)
-    lines += [
-        *["", "", f"def _{program.name}_loop({', '.join(parameters)}):"],
-        f"    for {element} in range(len({outputs[0]})):",
-        f"        _{program.name}({arguments})",
-    ]
+    """The lines of a kernel, and of both functions of its forms for batches with arguments that stay."""
+    lines = _one_function(program)
     for form in forms:
-        lines += ["", "", *_form_text(program, form, parameters)]
+        for part in named_parts(program, form):
+            lines += ["", "", *_one_function(part)]
     return lines
 
 
-def _form_text(program: Program, form: Uniform, parameters: list[str]) -> list[str]:
-    """Both functions of a form, and its loop, which prepares once."""
-    names = [argument.name for argument in program.arguments]
-    once = [f"{p}[0]" for p, name in zip(parameters, names, strict=False) if name in form.same]
-    element, prepared = _fresh("i", parameters), _fresh("prepared", parameters)
-    each = [f"{p}[{element}]" for k, p in enumerate(parameters) if k >= len(names) or names[k] not in form.same]
-    output = parameters[len(names)]
-    prepare, apply = named_parts(program, form)
-    return [
-        *_one_function(prepare)[0],
-        *["", "", *_one_function(apply)[0]],
-        *["", "", f"def _{form_name(program, form, 'loop')}({', '.join(parameters)}):"],
-        f"    {prepared} = empty({form.apply.arguments[0].shape[0]}, {output}.dtype)",
-        f"    _{prepare.name}({', '.join([*once, prepared])})",
-        f"    for {element} in range(len({output})):",
-        f"        _{apply.name}({', '.join([prepared, *each])})",
-    ]
-
-
-def _fresh(name: str, taken: Sequence[str]) -> str:
-    while name in taken:
-        name += "_"
-    return name
-
-
-def _one_function(program: Program) -> tuple[list[str], list[str]]:
-    """The lines of one function, and its parameters."""
+def _one_function(program: Program) -> list[str]:
+    """The lines of one function."""
     names = Names()
     parameters = names.parameters(program)
     parameters += [names.fresh(result.name) for result in program.results]
@@ -81,7 +49,7 @@ def _one_function(program: Program) -> tuple[list[str], list[str]]:
             f"    {output}[{index}] = {names.python(operand)}"
             for operand, index in zip(result.operands, indices(result), strict=True)
         ]
-    return lines, parameters
+    return lines
 
 
 def indices(part: Argument | Result) -> list[str]:

@@ -46,19 +46,19 @@ PYTHON: Mapping[Op, str] = {
 
 C_MACROS: Mapping[Op, str] = {
     Op.SQRT: "SQRT(x) FUNCTION(sqrt)(x)",
-    Op.SIN: "SIN(x) FUNCTION(sin)(x)",
-    Op.COS: "COS(x) FUNCTION(cos)(x)",
-    Op.ATAN2: "ATAN2(y, x) FUNCTION(atan2)(y, x)",
-    Op.ACOS: "ACOS(x) FUNCTION(acos)(x)",
-    Op.EXP: "EXP(x) FUNCTION(exp)(x)",
-    Op.LOG: "LOG(x) FUNCTION(log)(x)",
+    Op.SIN: "SIN(x) NAME(sin_of)(x, far)",
+    Op.COS: "COS(x) NAME(cos_of)(x, far)",
+    Op.ATAN2: "ATAN2(y, x) NAME(atan2_of)(y, x)",
+    Op.ACOS: "ACOS(x) NAME(acos_of)(x)",
+    Op.EXP: "EXP(x) NAME(exp_of)(x)",
+    Op.LOG: "LOG(x) NAME(log_of)(x)",
     Op.ABS: "ABS(x) FUNCTION(fabs)(x)",
-    Op.MINIMUM: "MINIMUM(a, b) ((a) < (b) || (a) != (a) ? (a) : (b))",
-    Op.MAXIMUM: "MAXIMUM(a, b) ((a) > (b) || (a) != (a) ? (a) : (b))",
+    Op.MINIMUM: "MINIMUM(a, b) NAME(chosen_by)(WHERE((a) < (b)) | WHERE((a) != (a)), a, b)",
+    Op.MAXIMUM: "MAXIMUM(a, b) NAME(chosen_by)(WHERE((a) > (b)) | WHERE((a) != (a)), a, b)",
     Op.LESS: "LESS(a, b) ((REAL)((a) < (b)))",
     Op.LESS_EQUAL: "LESS_EQUAL(a, b) ((REAL)((a) <= (b)))",
     Op.EQUAL: "EQUAL(a, b) ((REAL)((a) == (b)))",
-    Op.SELECT: "SELECT(condition, a, b) ((condition) != 0 ? (a) : (b))",
+    Op.SELECT: "SELECT(condition, a, b) NAME(chosen_by)(WHERE((condition) != 0), a, b)",
 }
 """What the macros of `C` mean. Minimum and maximum give NaN where either operand is NaN."""
 
@@ -93,8 +93,9 @@ _C_WORDS = frozenset(
     asm auto bool break case char const constexpr continue default do double else enum extern false float for fortran
     goto if inline int long nullptr register restrict return short signed sizeof static struct switch thread_local true
     typedef typeof union unsigned void volatile while intptr_t uintptr_t linux unix i386
-    REAL NAME FUNCTION INLINE WIDE ANY_ORDER LANES PADDED PARTS CORES SPACE PREPARED SHUFFLE VECTOR NAN INFINITY
-    NULL M_E M_PI
+    REAL WORD NAME FUNCTION PRECISION INLINE WIDE ANY_ORDER NOT_UNROLLED LANES CHUNK SPAN PADDED PARTS CORES SPACE
+    PREPARED SHUFFLE VECTOR NAN INFINITY
+    WHERE SIGN SIGN_BIT SHIFT FRACTION_BITS BIAS LOG_HIGH LOG_LOW EIGHTH_HIGH EIGHTH_LOW NULL M_E M_PI far
     """.split()  # noqa: SIM905
 )
 """Keywords, macros and types. Functions of ``<math.h>`` are not here: a parameter may hide one, the macros may not."""

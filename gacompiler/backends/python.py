@@ -19,8 +19,14 @@ from .module import KernelSource, LayoutText, ModuleSource
 from .numba import function_text
 from .values import class_text, operator_lines, value_types
 
-PUBLIC = ("Kernel", "Layout", "Value", "backend", "kernels")
+PUBLIC = ("Kernel", "Layout", "Value", "backend", "kernels", "num_threads")
 """What a module offers besides its kernels and types."""
+
+_RUNTIME = (
+    *("functions", "strides", "layout", "extension", "threads", "libraries"),
+    *("batches", "llvm", "intrinsics", "numba", "kernel", "value"),
+)
+"""The runtime files, each before what uses it."""
 
 _WIDTH = 120
 
@@ -69,7 +75,7 @@ def runtime_text() -> str:
     modules: set[str] = set()
     names: dict[str, set[str]] = {}
     bodies = []
-    for part in ("functions", "strides", "layout", "extension", "libraries", "kernel", "value"):
+    for part in _RUNTIME:
         text = (Path(__file__).parent / "templates" / f"runtime_{part}.py").read_text(encoding="utf-8")
         nodes = [node for node in ast.parse(text).body if isinstance(node, (ast.Import, ast.ImportFrom))]
         bodies.append("\n".join(text.splitlines()[nodes[-1].end_lineno or 0 :]).strip("\n"))
@@ -105,9 +111,8 @@ def check_names(module: ModuleSource) -> None:
     taken: dict[str, str] = dict.fromkeys([*sorted(_runtime_names()), *dir(builtins)], "the module itself")
     for kernel in module.kernels:
         name = kernel.program.name
-        parts = (*FORM_PARTS, "loop")
-        forms = [form_name(kernel.program, form, what) for form in kernel.uniform for what in parts]
-        own_names = (name, f"_{name}", f"_{name}_loop", *(f"{name}{ending}" for ending in C_ENDINGS), *forms)
+        forms = [form_name(kernel.program, form, what) for form in kernel.uniform for what in FORM_PARTS]
+        own_names = (name, f"_{name}", *(f"{name}{ending}" for ending in C_ENDINGS), *forms)
         for own in (*own_names, *(f"_{form}" for form in forms)):
             if own in taken or C_HELPERS.fullmatch(own):
                 taken.setdefault(own, "the C file itself")
@@ -169,7 +174,7 @@ def kernel_ending(program: Program, forms: Sequence[Uniform], names: Sequence[st
     A reader knows the names of the arguments only as they are printed, and gives what they are besides as `names`.
     """
     names = names or [argument.name for argument in program.arguments]
-    lines = [f"    functions=(_{program.name}, _{program.name}_loop),"]
+    lines = [f"    functions=(_{program.name},),"]
     if forms:
         lines += ["    forms=(", *(f"        {_form(program, form, names)}," for form in forms), "    ),"]
     return [*lines, ")"]
@@ -179,8 +184,8 @@ def _form(program: Program, form: Uniform, names: Sequence[str]) -> str:
     """A form as the kernel object takes it: which arguments stay, from how many elements on, and its functions."""
     each = zip(names, program.arguments, strict=True)
     same = _tuple_of(_string(name) for name, argument in each if argument.name in form.same)
-    functions = [f"_{form_name(program, form, what)}" for what in ("prepare", "apply", "loop")]
-    return f"({same}, {form.least(program)}, ({', '.join(functions)}))"
+    functions = [f"_{form_name(program, form, what)}" for what in ("prepare", "apply")]
+    return f"({same}, {form.least(program)}, {form.apply.arguments[0].shape[0]}, ({', '.join(functions)}))"
 
 
 def _parts(parts: tuple[Argument, ...] | tuple[Result, ...]) -> list[str]:

@@ -95,7 +95,7 @@ def c_programs(text: str) -> dict[str, Read]:
         raise BackendError("C text", "no #include of its header", "a generated C file")
     for k, line in enumerate(lines):
         if line.startswith("INLINE void NAME("):
-            name, parameters, statements = _c_function(lines, k)
+            name, parameters, statements = _c_kernel(lines, k)
             loop = _index(lines, k, f"WIDE static void NAME({name}_block)(")
             shaped = _c_parameters(name, parameters, lines[loop : lines.index("}", loop)])
             found.append(Read(_program(name, shaped, statements, _flat_indices), ()))
@@ -127,7 +127,17 @@ def _c_function(lines: list[str], k: int) -> tuple[str, list[str], list[str]]:
     if head is None:
         raise BackendError("C text", f"line {lines[k]!r}", "a kernel that gacompiler writes")
     statements = [_c_statement(head[1], statement) for statement in lines[start + 1 : end]]
-    return head[1], head[2].split(", "), [statement for statement in statements if statement]
+    parameters = head[2].removesuffix(", WORD *far").split(", ")
+    return head[1], parameters, [statement for statement in statements if statement]
+
+
+def _c_kernel(lines: list[str], k: int) -> tuple[str, list[str], list[str]]:
+    """The same of the kernel in line `k`, whose statements are elsewhere if it computes sines or cosines."""
+    name = line_name[1] if (line_name := re.match(r"INLINE void NAME\((\w+)\)\(", lines[k])) else ""
+    if not any(line.startswith(f"    NAME({name}_within)(") for line in lines[k : lines.index("}", k)]):
+        return _c_function(lines, k)
+    within = _index(lines, 0, f"static INLINE void NAME({name}_within)(")
+    return name, *_c_function(lines, within)[1:]
 
 
 def _c_parameters(kernel: str, texts: list[str], each: list[str]) -> list[_Parameter]:

@@ -40,9 +40,9 @@ class Uniform:
         return cost(self.prepare), cost(self.apply)
 
     def least(self, program: Program) -> int:
-        """From how many elements on this takes fewer operations than `program` for each of them."""
+        """From how many elements on this takes fewer operations than `program` for each of them; not for one alone."""
         once, each = self.costs
-        return 1 + once.total // max(1, cost(program).total - each.total)
+        return max(2, 1 + once.total // max(1, cost(program).total - each.total))
 
 
 def split(program: Program, same: Sequence[str]) -> Uniform | None:

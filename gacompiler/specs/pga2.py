@@ -21,7 +21,10 @@ VECTOR, MATRIX = array(SCALAR, 2), array(SCALAR, 3, 3)
 
 ORIGIN = PGA2.multivector({"e12": 1})
 AXES = tuple(PGA2.multivector({name: 1}) for name in ("e20", "e01"))
-NEARLY_ZERO = Fraction(1, 10**18)
+PARALLEL = Fraction(1, 10**24)
+"""Squared sines up to this are rounding."""
+NEARLY_OPPOSITE = Fraction(1, 10**4)
+HALF = Fraction(1, 2)
 
 
 def _rotor(angle):
@@ -34,6 +37,23 @@ def _translator(v):
 
 def _coordinates(point):
     return point["e20"], point["e01"]
+
+
+def _bivector(v):
+    return ga.assemble(PGA2, {"e20": v[0], "e01": v[1]})
+
+
+def _line(n, e0):
+    return ga.assemble(PGA2, {"e1": n[0], "e2": n[1], "e0": e0})
+
+
+def _dot(a, b):
+    return sum(x * y for x, y in zip(a, b, strict=True))
+
+
+def _offset(a, b):
+    """How far apart two normalised lines are that are parallel."""
+    return ga.absolute(a["e0"] - ga.select(ga.scalar_product(a, b) < 0, -1, 1) * b["e0"])
 
 
 # Products, involutions and duals of any two elements.
@@ -186,6 +206,191 @@ def reflect_point(p, line):
     return -(line * p * line)
 
 
+# Numbers into lines, and back.
+
+
+@kernel(normal=DIRECTION, distance=SCALAR, returns=LINE)
+def line_from_normal(normal, distance):
+    """The line ``normal . x = distance``; for a normal of length 1, that is its signed distance from the origin."""
+    return _line(_coordinates(normal), -distance)
+
+
+@kernel(p=POINT, normal=DIRECTION, returns=LINE)
+def line_from_point_normal(p, normal):
+    """The line through the point `p` with a normal, whose length is its norm."""
+    n = _coordinates(normal)
+    return _line(n, -_dot(_coordinates(p), n))
+
+
+@kernel(line=LINE, returns=(DIRECTION, SCALAR))
+def line_to_normal(line):
+    """The unit normal of a line, and its signed distance from the origin along it: ``normal . x = distance``."""
+    length = ga.sqrt(line["e1"] * line["e1"] + line["e2"] * line["e2"])
+    return _bivector([line["e1"] / length, line["e2"] / length]), -line["e0"] / length
+
+
+@kernel(line=LINE, returns=DIRECTION)
+def line_direction(line):
+    """The direction of a line, of its norm; the normal is a quarter turn to the left of it."""
+    return _bivector([line["e2"], -line["e1"]])
+
+
+@kernel(line=LINE, returns=POINT)
+def line_support(line):
+    """The point of a line, of any norm but 0, that is nearest to the origin."""
+    return ga.inner_product(ORIGIN, line) * ga.inverse(line)
+
+
+@kernel(line=UNIT_LINE, t=SCALAR, returns=POINT)
+def point_on_line(line, t):
+    """The point of a normalised line at the signed distance `t` from its support point, along its direction."""
+    return ga.inner_product(ORIGIN, line) * line + t * _bivector([line["e2"], -line["e1"]])
+
+
+@kernel(p=POINT, line=UNIT_LINE, returns=SCALAR)
+def position_along_line(p, line):
+    """The `t` of the point of a normalised line that is nearest to `p`, as in `point_on_line`."""
+    x, y = _coordinates(p)
+    return x * line["e2"] - y * line["e1"]
+
+
+@kernel(a=POINT, b=POINT, returns=LINE)
+def bisector_line(a, b):
+    """The line of the points as far from `a` as from `b`, its normal ``b - a``; 0 where they are the same."""
+    difference = _coordinates(b - a)
+    return _line(difference, -_dot(difference, _coordinates(a + b)) / 2)
+
+
+@kernel(a=UNIT_LINE, b=UNIT_LINE, returns=(LINE, LINE))
+def bisectors_of_lines(a, b):
+    """The lines of equal and of opposite signed distances from two normalised lines: ``a - b`` and ``a + b``.
+
+    Of parallel lines one is the line half way, the other the line at infinity; it is 0 where they coincide.
+    """
+    return a - b, a + b
+
+
+@kernel(a=POINT, b=POINT, returns=POINT)
+def midpoint(a, b):
+    """The point half way between two."""
+    return (a + b) / 2
+
+
+# Distances, relations, projections and reflections.
+
+
+@kernel(a=UNIT_LINE, b=UNIT_LINE, returns=SCALAR)
+def signed_distance_lines(a, b):
+    """How far the normalised line `b` is from the normalised line `a` along the normal of `a`.
+
+    It is 0 where they meet: where the sine of the angle is more than 1e-12.
+    """
+    sine = (a ^ b)["e12"]
+    same = ga.select(ga.scalar_product(a, b) < 0, -1, 1)
+    return ga.select(sine * sine <= PARALLEL, a["e0"] - same * b["e0"], 0)
+
+
+@kernel(a=UNIT_LINE, b=UNIT_LINE, distance=SCALAR, sine=SCALAR, returns=SCALAR)
+def relation_of_lines(a, b, distance, sine):
+    """How two normalised lines lie: 0 the same, 1 parallel, 2 they meet in a point.
+
+    Distances up to `distance`, and angles with a sine up to `sine`, count as 0. Directions may be opposite.
+    """
+    same = ga.select(ga.scalar_product(a, b) < 0, -1, 1)
+    off = distance < ga.absolute(a["e0"] - same * b["e0"])
+    return ga.select(ga.absolute((a ^ b)["e12"]) <= sine, ga.select(off, 1, 0), 2)
+
+
+@kernel(a=UNIT_LINE, b=UNIT_LINE, c=UNIT_LINE, distance=SCALAR, sine=SCALAR, returns=SCALAR)
+def relation_of_three_lines(a, b, c, distance, sine):
+    """What three normalised lines have in common: 0 a line, 1 nothing, all parallel, 2 a point, 3 nothing.
+
+    With 3 they enclose a triangle, or two of them are parallel. Distances up to `distance`, of the third line to the
+    point of the two that meet most squarely, and angles with a sine up to `sine`, count as 0.
+    """
+    ab, bc, ca = a ^ b, b ^ c, c ^ a
+    sines = [ga.absolute(x["e12"]) for x in (ab, bc, ca)]
+    widest = ga.maximum(sines[0], ga.maximum(sines[1], sines[2]))
+    off = distance * ga.select(widest <= 0, 1, widest) < ga.absolute((ab ^ c)["e012"])
+    apart = [_offset(a, b), _offset(b, c), _offset(c, a)]
+    beside = distance < ga.maximum(apart[0], ga.maximum(apart[1], apart[2]))
+    return ga.select(widest <= sine, ga.select(beside, 1, 0), ga.select(off, 3, 2))
+
+
+@kernel(line=LINE, p=POINT, returns=LINE)
+def project_line_on_point(line, p):
+    """The line through the point `p` that is parallel to a line, of the same norm."""
+    n = [line["e1"], line["e2"]]
+    return _line(n, -_dot(_coordinates(p), n))
+
+
+@kernel(p=POINT, line=UNIT_LINE, returns=DIRECTION)
+def reject_point_from_line(p, line):
+    """The direction from the nearest point of the normalised line to the point `p`."""
+    return (p ^ line) * line
+
+
+@kernel(a=LINE, line=UNIT_LINE, returns=LINE)
+def reflect_line(a, line):
+    """The mirror image of the line `a` in a normalised line: its points and its normal are mirrored."""
+    return -(line * a * line)
+
+
+@kernel(a=POINT, p=POINT, returns=POINT)
+def reflect_point_in_point(a, p):
+    """The point opposite to `a` with `p` in the middle: a half turn about `p`."""
+    return p * a * ~p
+
+
+@kernel(line=LINE, p=POINT, returns=LINE)
+def reflect_line_in_point(line, p):
+    """The line after a half turn about the point `p`."""
+    return p * line * ~p
+
+
+@kernel(a=POINT, b=POINT, c=POINT, returns=SCALAR)
+def collinearity_residual(a, b, c):
+    """The smallest height of a triangle, positive where its corners are counter-clockwise.
+
+    It is 0 where three points lie on a line, and where points coincide.
+    """
+    longest = ga.maximum(ga.norm_squared(a & b), ga.maximum(ga.norm_squared(b & c), ga.norm_squared(c & a)))
+    return (a & b & c) / ga.sqrt(ga.select(longest <= 0, 1, longest))
+
+
+@kernel(p=POINT, line=UNIT_LINE, returns=MOTOR)
+def motor_from_flag(p, line):
+    """The motor that takes the origin to the point `p`, and the x axis to the line through `p`, in its direction."""
+    return _translator(_coordinates(p)) * _rotor_of_direction(line["e2"], -line["e1"])
+
+
+@kernel(m=MOTOR, returns=(POINT, LINE))
+def flag_from_motor(m):
+    """The flag of origin and x axis moved by the unit motor `m`: a point on a line."""
+    return m * ORIGIN * ~m, m * PGA2.multivector({"e2": 1}) * ~m
+
+
+@kernel(p=POINT, d=DIRECTION, line=LINE, returns=(SCALAR, POINT))
+def hit_ray_line(p, d, line):
+    """The `t` for which ``p + t d`` is on the line, of any norm but 0, and that point.
+
+    The ray hits where ``t >= 0``. Where they are parallel `t` is infinite, or NaN if the ray lies in the line.
+    """
+    t = -(p & line) / (d & line)
+    return t, p + t * d
+
+
+@kernel(p=POINT, d=DIRECTION, a=POINT, b=POINT, returns=(SCALAR, SCALAR))
+def hit_ray_segment(p, d, a, b):
+    """`t` and `s` for which ``p + t d`` is ``a + s (b - a)``: the ray hits where ``t >= 0`` and ``0 <= s <= 1``.
+
+    Nothing is finite where they are parallel.
+    """
+    line, ray = a & b, p & d
+    along = d & line
+    return -(p & line) / along, (ray & a) / along
+
+
 # Motors.
 
 
@@ -328,3 +533,135 @@ def interpolate_motors(a, b, t):
 def twist_on_point(v, p):
     """The velocity of the point `p` under the twist `v`: the derivative at 0 of ``m p ~m`` with ``m = exp(-t/2 v)``."""
     return ga.commutator(p, v)
+
+
+# Screws, twists and motors in other forms.
+
+
+@kernel(a=POINT, b=POINT, returns=TRANSLATOR)
+def translator_between_points(a, b):
+    """The translation that takes the point `a` to `b`."""
+    return _translator(_coordinates(b - a))
+
+
+@kernel(a=LINE, b=LINE, returns=MOTOR)
+def motor_between_lines(a, b):
+    """The motor that takes the normalised line `a` to `b`: a rotation about their meet, or a translation.
+
+    Where the normals are opposite to within 0.01 radians, it is the product of two reflections instead: in the middle
+    of `a` and the reversed `b`, and in a line orthogonal to `b`.
+    """
+    squared = ga.norm_squared(a + b)
+    opposite = squared < NEARLY_OPPOSITE
+    across = _line([b["e2"], -b["e1"]], 0)
+    middle = ga.select(opposite, a - b, PGA2.multivector({"e1": 1}))
+    half = ga.select(opposite, 1, 1 + b * a)
+    return ga.select(opposite, across * ga.normalize(middle), ga.normalize(half))
+
+
+@kernel(a=MOTOR, b=MOTOR, returns=MOTOR)
+def motor_between_frames(a, b):
+    """The motor, in fixed coordinates, that takes what `a` moves things to where `b` moves them: ``b ~a``."""
+    return b * ~a
+
+
+@kernel(a=MOTOR, b=MOTOR, returns=MOTOR)
+def motor_relative(a, b):
+    """The motor `b` seen from the frame `a`: ``~a b``, so that `a` times it is `b`."""
+    return ~a * b
+
+
+@kernel(a=MOTOR, b=MOTOR, t=SCALAR, returns=MOTOR)
+def blend_motors(a, b, t):
+    """``(1 - t) a + t b`` as a unit motor, or with ``-b`` where that is nearer: the way of NLERP, without angles."""
+    near = ga.select(ga.scalar_product(a, ~b) < 0, -t, t)
+    return ga.normalize((1 - t) * a + near * b)
+
+
+@kernel(m=MOTOR, returns=(BIVECTOR, SCALAR))
+def motor_to_point(m):
+    """The centre of a unit motor, with a weight, and its angle in [0, pi]: the least exponent is -angle/2 times it.
+
+    A rotation has a point with weight 1 or -1, for turns from y to x. Of a translation the angle is 0 and the centre
+    is the direction a quarter turn to the right of the way, as long as the way.
+    """
+    b = -2 * ga.log(m)
+    angle = ga.absolute(b["e12"])
+    length = ga.select(angle <= 0, 1, angle)
+    return b / length, angle
+
+
+@kernel(v=BIVECTOR, returns=MOTOR)
+def motor_from_twist(v):
+    """The motor of a twist kept for the unit of time: ``exp(-v/2)``."""
+    return ga.exp(-v / 2)
+
+
+@kernel(m=MOTOR, returns=BIVECTOR)
+def motor_to_twist(m):
+    """The twist that does the motion of a unit motor in the unit of time, by an angle in [0, pi]: ``-2 log(m)``."""
+    return -2 * ga.log(m)
+
+
+@kernel(w=SCALAR, v=VECTOR, returns=BIVECTOR)
+def twist_from_velocities(w, v):
+    """The twist of an angular velocity, from x towards y, and the velocity of the point that is at the origin."""
+    return ga.assemble(PGA2, {"e12": w, "e20": -v[1], "e01": v[0]})
+
+
+@kernel(twist=BIVECTOR, returns=(SCALAR, VECTOR))
+def twist_to_velocities(twist):
+    """Angular velocity of a twist, from x towards y, and the velocity of the point that is at the origin."""
+    return twist["e12"], (twist["e01"], -twist["e20"])
+
+
+@kernel(m=MOTOR, v=BIVECTOR)
+def motor_derivative(m, v):
+    """The rate of change of a motor under the twist `v`, in fixed coordinates: ``-v m / 2``."""
+    return -HALF * v * m
+
+
+@kernel(m=MOTOR, rate=EVEN, returns=BIVECTOR)
+def twist_from_motor_derivative(m, rate):
+    """The twist of a unit motor that changes at a rate, in fixed coordinates: ``-2 rate ~m``."""
+    return (-2 * rate * ~m).grade(2)
+
+
+@kernel(m=MOTOR, returns=MATRIX)
+def motor_to_adjoint(m):
+    """The 3 x 3 matrix of a unit motor on twists: on columns of their coefficients e12 e20 e01."""
+    moved = [m * PGA2.multivector({name: 1}) * ~m for name in BIVECTOR.blades]
+    return tuple(tuple(column[name] for column in moved) for name in BIVECTOR.blades)
+
+
+@kernel(x=EVEN)
+def even_inverse(x):
+    """The inverse of an even element. Its rotational part, of 1 and e12, must not be 0."""
+    return ga.inverse(x)
+
+
+@kernel(z=VECTOR, returns=ROTOR)
+def rotor_from_complex(z):
+    """The rotation by the angle of the complex number ``z[0] + z[1] i``, of any length but 0."""
+    return _rotor_of_direction(z[0], z[1])
+
+
+@kernel(r=ROTOR, returns=VECTOR)
+def rotor_to_complex(r):
+    """The complex number of length 1, as real and imaginary part, whose angle is that of the rotation."""
+    return r["1"] * r["1"] - r["e12"] * r["e12"], -2 * r["1"] * r["e12"]
+
+
+def _rotor_of_direction(cosine, sine):
+    """The rotor, with scalar part not negative, of the angle of (cosine, sine), of any length but 0."""
+    length = ga.sqrt(cosine * cosine + sine * sine)
+    sharp, left = cosine >= 0, ga.select(sine < 0, -1, 1)
+    w = ga.select(sharp, length + cosine, left * sine)
+    z = ga.select(sharp, sine, left * (length - cosine))
+    return ga.assemble(PGA2, {"1": w, "e12": -z}) / ga.sqrt(w * w + z * z)
+
+
+@kernel(v=BIVECTOR, line=LINE)
+def twist_on_line(v, line):
+    """The rate of change of the line under the twist `v`, as in `twist_on_point`."""
+    return ga.commutator(line, v)

@@ -39,8 +39,9 @@ def test_kingdon_takes_no_fewer_operations(name: str, worker: Worker) -> None:
     cost = compile_kernel(known()[name].kernel).cost
     peer = ask(worker, name, LIMIT)
     if peer.found is None:
-        assert name in TOO_SLOW, peer.reason
-        return
+        # How long kingdon takes is the machine's affair; any other reason is a fault.
+        assert name in TOO_SLOW or peer.reason.startswith(">"), peer.reason
+        pytest.skip(f"kingdon: {peer.reason}")
     assert peer.total is not None
     mul, add, div = peer.found
     assert cost.total <= peer.total, f"ours: {cost}; kingdon: {mul} mul, {add} add, {div} div"

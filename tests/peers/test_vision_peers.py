@@ -2,10 +2,21 @@
 
 from __future__ import annotations
 
+from itertools import pairwise
+
 import numpy as np
 import pytest
+from scipy.spatial.transform import Rotation
 
-from algorithms.vision import MOTORCYCLE, Camera, epipolar_lines, fundamental_matrix, triangulate
+from algorithms.vision import (
+    MOTORCYCLE,
+    Camera,
+    HandEyeStatus,
+    epipolar_lines,
+    fundamental_matrix,
+    hand_eye,
+    triangulate,
+)
 from generated import pga3
 
 pytestmark = pytest.mark.peers
@@ -79,3 +90,41 @@ def test_epipolar_residuals_equal_those_of_scikit_image() -> None:
     model = transform.FundamentalMatrixTransform.from_estimate(first.project(points), second.project(points))
     assert model
     assert same_up_to_scale(fundamental_matrix(first, second), model.params) < 1e-7
+
+
+def test_hand_eye_is_as_exact_as_opencvs_under_noise() -> None:
+    cv2 = pytest.importorskip("cv2")
+    rng = np.random.default_rng(7)
+    ours, theirs = [], []
+    for _ in range(100):
+        x = _pose(rng)
+        hands = [_pose(rng) for _ in range(11)]
+        # A pattern seen by the camera on the hand, each view a little wrong.
+        pattern = _pose(rng)
+        views = [np.linalg.inv(hand @ x) @ pattern @ _pose(rng, 1e-3) for hand in hands]
+        a = np.array([np.linalg.inv(p) @ q for p, q in pairwise(hands)])
+        b = np.array([p @ np.linalg.inv(q) for p, q in pairwise(views)])
+        found = hand_eye(pga3.motor_from_matrix(a), pga3.motor_from_matrix(b))
+        assert found.status == HandEyeStatus.OK
+        ours.append(_rotation_error(pga3.motor_to_matrix(found.motor), x))
+        turned, _ = cv2.calibrateHandEye(
+            [hand[:3, :3] for hand in hands],
+            [hand[:3, 3] for hand in hands],
+            [view[:3, :3] for view in views],
+            [view[:3, 3] for view in views],
+            method=cv2.CALIB_HAND_EYE_DANIILIDIS,
+        )
+        theirs.append(_rotation_error(turned, x))
+    # OpenCV takes all pairs of poses, this test only successive ones.
+    assert np.sqrt(np.mean(np.square(ours))) < 2 * np.sqrt(np.mean(np.square(theirs)))
+
+
+def _pose(rng: np.random.Generator, size: float = 1.0) -> np.ndarray:
+    matrix = np.eye(4)
+    matrix[:3, :3] = Rotation.from_rotvec(size * rng.normal(size=3)).as_matrix()
+    matrix[:3, 3] = size * rng.normal(size=3)
+    return matrix
+
+
+def _rotation_error(found: np.ndarray, truth: np.ndarray) -> float:
+    return float(np.linalg.norm(found[:3, :3] - truth[:3, :3]))

@@ -55,6 +55,7 @@ class _Signature:
         import inspect
 
         kinds = inspect.Parameter
-        names = [name if name != "out" else "out_" for name, _ in kernel._inputs]
+        names = [name if name not in ("out", "num_threads") else f"{name}_" for name, _ in kernel._inputs]
         parameters = [kinds(name, kinds.POSITIONAL_ONLY) for name in names]
-        return inspect.Signature([*parameters, kinds("out", kinds.KEYWORD_ONLY, default=None)])
+        named = [kinds(name, kinds.KEYWORD_ONLY, default=None) for name in ("out", "num_threads")]
+        return inspect.Signature([*parameters, *named])

@@ -5,6 +5,8 @@ Copied into every generated module as it is, with the other ``runtime_`` files.
 
 from __future__ import annotations
 
+import builtins
+import functools
 import itertools
 import math
 import sys
@@ -60,7 +62,7 @@ _SCALAR: dict[str, Callable[..., Any]] = {
 def _bound(function: Callable[..., None], names: dict[str, Any]) -> Any:
     """`function` with its free names bound to `names`."""
     assert isinstance(function, FunctionType)
-    bound = FunctionType(function.__code__, names, function.__name__)
+    bound = FunctionType(function.__code__, {"__builtins__": builtins, **names}, function.__name__)
     bound.__module__, bound.__qualname__ = function.__module__, function.__qualname__
     return bound
 
@@ -74,6 +76,24 @@ def _namespace(arrays: tuple[Any, ...]) -> Any:
         if root in ("jax", "jaxlib"):
             return sys.modules["jax.numpy"]
     return np
+
+
+def _namespace_operands(namespace: Any, arrays: tuple[Any, ...]) -> list[Any]:
+    """Arguments as arrays of `namespace`, where the first such array is; numbers and lists widen nothing."""
+    own = [array for array in arrays if _namespace((array,)) is namespace]
+    found = functools.reduce(namespace.promote_types, [array.dtype for array in own])
+    floating = (namespace.zeros((), dtype=found) + 0.5).dtype
+    place = {"device": own[0].device} if namespace.__name__ == "torch" else {}
+    moved = []
+    for array in arrays:
+        if _namespace((array,)) is namespace:
+            moved.append(array)
+        elif isinstance(array, (np.ndarray, np.generic)):
+            # A copy, since torch takes neither arrays that are read-only nor steps backwards.
+            moved.append(namespace.asarray(np.array(array), **place))
+        else:
+            moved.append(namespace.asarray(array, dtype=floating, **place))
+    return moved
 
 
 def _array_functions(namespace: Any) -> dict[str, Callable[..., Any]]:
@@ -100,6 +120,10 @@ def _array_functions(namespace: Any) -> dict[str, Callable[..., Any]]:
             return a if condition else b
         others = (a, b, *others)
         return namespace.where(condition, _lifted(namespace, a, others), _lifted(namespace, b, others))
+
+    if namespace is not np:
+        # At zero their derivative is 0, and that of a kernel is the one of the negative side.
+        functions["abs"] = lambda a: choose(a > 0, a, 0.0 - a)
 
     return functions | {
         "minimum": lambda a, b: choose((a < b) | (a != a), a, b),

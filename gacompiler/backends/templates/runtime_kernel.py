@@ -1,10 +1,12 @@
 """The kernel object of a generated module: it checks its arguments and finds the way to run them.
 
+All ways to call a kernel share those checks, so they are one file.
 Copied into every generated module as it is, with the other ``runtime_`` files.
 """
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Mapping
 from types import MappingProxyType
 from typing import Any
@@ -12,7 +14,7 @@ from typing import Any
 import numpy as np
 
 from .runtime_extension import _Call, _extension, _Signature
-from .runtime_functions import _evaluate, _namespace
+from .runtime_functions import _evaluate, _namespace, _namespace_operands
 from .runtime_layout import Layout
 from .runtime_libraries import (
     _LOCK,
@@ -20,25 +22,27 @@ from .runtime_libraries import (
     _c_element,
     _c_loop,
     _c_plan,
-    _compiled,
     _from_buffer,
-    _numba_loop,
     backend,
 )
+from .runtime_numba import _kernel_of, _numba_loop, _numba_plan, _scalar_kernel
 from .runtime_strides import (
     _FLOAT32,
     _FLOAT64,
     _apart,
     _as_array,
+    _checked_outs,
     _coalesced,
     _converted,
     _float64,
+    _leading,
     _ndarray,
     _returned,
     _shape_text,
     _steps,
     _usable,
 )
+from .runtime_threads import _LEAST_WORK, _checked_threads
 
 _empty = np.empty
 _DENSE = 0x101
@@ -51,17 +55,24 @@ _N_PLANS = 256
 class Kernel(_Call):  # type: ignore[misc]
     """A generated function: call it on arrays. Leading axes broadcast; the last axes are those of `signature`.
 
+    ``kernel(..., out=array)`` writes to an array, ``kernel(..., num_threads=2)`` shares the elements of a large batch
+    among threads; where a call does not say, the module's `num_threads` holds.
+
     Attributes
     ----------
     name, signature : str
         The signature is that of a generalised ufunc, ``(8),(3)->(3)``.
     layouts : mapping of str to Layout
         By name of argument and result.
+    output_sizes : dict of str to int
+        The axes of the results by their names in the signature, which `dask.array.apply_gufunc` asks for.
     cost : mapping of str to int
         Operations for one element: mul, add, div, sqrt, call, fma.
     jit
-        The scalar kernel for loops under ``numba.njit``: ``jit(m, p, out)`` on one element; a scalar argument is a
-        float, a scalar result is written to entry 0 of a vector of length 1.
+        The kernel on one element for functions under ``numba.njit``, which inline it. Arguments are numbers, and
+        arrays in any layout or tuples. ``jit(m, p)`` returns a number, a tuple of numbers, a tuple of rows, or a tuple
+        of such results, and needs no memory; ``jit(m, p, out)`` writes to arrays, a number to entry 0. Loops over
+        whole arrays are quicker as a kernel, see `of`.
     """
 
     __signature__ = _Signature()
@@ -75,8 +86,8 @@ class Kernel(_Call):  # type: ignore[misc]
         layouts: dict[str, Layout],
         cost: dict[str, int],
         polynomial: bool,
-        functions: tuple[Callable[..., None], Callable[..., None]],
-        forms: tuple[tuple[tuple[str, ...], int, tuple[Callable[..., None], ...]], ...] = (),
+        functions: tuple[Callable[..., None], ...],
+        forms: tuple[tuple[tuple[str, ...], int, int, tuple[Callable[..., None], ...]], ...] = (),
     ) -> None:
         self.name = self.__name__ = self.__qualname__ = name
         self.__doc__ = doc
@@ -88,16 +99,44 @@ class Kernel(_Call):  # type: ignore[misc]
         self._inputs, self._outputs = inputs, outputs
         self._shapes = [shape for _, shape in inputs]
         self._out_shapes = [shape for _, shape in outputs]
+        self.output_sizes = {str(size): size for shape in self._out_shapes for size in shape}
         self._all_shapes = [*self._shapes, *self._out_shapes]
         self._n_inputs = len(inputs)
         self._single_out = self._out_shapes[0] if len(outputs) == 1 and self._out_shapes[0] else None
         self._pair = tuple(self._shapes) if len(inputs) == 2 and all(self._shapes) and self._single_out else None
         self._polynomial = polynomial
+        # Bytes, and operations as so many bytes, of one element in doubles.
+        self._work = 8 * sum(int(np.prod(shape)) for shape in self._all_shapes) + 4 * sum(cost.values())
         self._functions, self._forms = functions, forms
+        self._user: Any = None
         self._loops: dict[Any, Callable[..., Any]] = {}
         self._plans: tuple[dict[Any, Any], dict[Any, Any]] = ({}, {})
         self._element: Callable[..., Any] | None = None
         self._jit: Any = None
+
+    @classmethod
+    def of(cls, function: Callable[..., Any], signature: str) -> Kernel:
+        """A kernel of one's own: a chain of kernels, or anything else that numba compiles, at the speed of one kernel.
+
+        Parameters
+        ----------
+        function : callable
+            Under ``numba.njit`` or not yet. It is given one element: numbers, tuples of numbers, and tuples of rows.
+            It returns the same, as a tuple where there are several results, and changes nothing else.
+        signature : str
+            Shapes of its arguments and results, ``(8),(3),()->(3)``.
+
+        Returns
+        -------
+        Kernel
+            It is run by numba; leading axes broadcast, and ``out`` may be an argument. It is compiled in each process.
+
+        Raises
+        ------
+        ValueError
+            When the signature is none, or has not as many arguments as the function.
+        """
+        return _kernel_of(cls, function, signature)  # type: ignore[no-any-return]
 
     def __repr__(self) -> str:
         return f"<kernel {self.__module__}.{self.name}{self.signature}>"
@@ -105,11 +144,17 @@ class Kernel(_Call):  # type: ignore[misc]
     def __reduce__(self) -> str:
         return self.name
 
-    def _in_python(self, *arrays: Any, out: Any = None) -> Any:
+    @property
+    def _backend(self) -> str:
+        """What runs it."""
+        return backend if self._user is None else "numba"
+
+    def _in_python(self, *arrays: Any, out: Any = None, num_threads: int | None = None) -> Any:
         """A call that the extension does not do, or any where it is not there."""
         element = self._element
-        if element is None or len(arrays) != self._n_inputs:
-            return self._call(arrays, out)
+        if element is None or num_threads is not None or len(arrays) != self._n_inputs:
+            known = self._loops and self._backend == "numba" and len(arrays) == self._n_inputs
+            return self._planned(arrays, out) if known and num_threads is None else self._call(arrays, out, num_threads)
         # One element of C-ordered doubles, the call that per-call overhead matters for; two arrays without a loop.
         if self._pair is not None:
             a, b = arrays
@@ -179,41 +224,55 @@ class Kernel(_Call):  # type: ignore[misc]
                 return self._call(arrays, out)
         if dtype is _FLOAT64 or dtype is _FLOAT32:
             plans = self._plans[dtype is _FLOAT32]
+            if type(out) is _ndarray and not out.flags.c_contiguous:
+                if out.dtype is not dtype:
+                    return self._call(arrays, out)
+                key.append((out.shape, out.strides))
             plan = plans.get(tuple(key))
             if plan is None:
-                plan = self._plan(arrays)
+                plan = self._plan(arrays, out)
                 if plan is not None:
                     if len(plans) >= _N_PLANS:
                         plans.clear()
                     plans[tuple(key)] = plan
             if plan is not None:
-                run, shapes = plan
+                run, shapes, size = plan
                 if out is None:
                     results = [_empty(shape, dtype) for shape in shapes]
-                    run([*pointers, *map(_from_buffer, results)])
-                    return results[0] if self._single_out is not None else _returned(results)
-                if (
+                    pointers += map(_from_buffer, results)
+                elif (
                     type(out) is _ndarray
                     and [out.shape] == shapes
                     and out.dtype is dtype
-                    and out.flags.carray
+                    and out.flags.behaved
                     and not any(array is not out and np.may_share_memory(array, out) for array in arrays)
                 ):
-                    run([*pointers, _from_buffer(out)])
-                    return out
+                    results = [out]
+                    pointers.append(_from_buffer(out if out.flags.c_contiguous else out[:0]))
+                else:
+                    return self._call(arrays, out)
+                run(pointers, 1 if size * self._work < _LEAST_WORK else _checked_threads(self.name, None))
+                return out if out is not None else results[0] if self._single_out is not None else _returned(results)
         return self._call(arrays, out)
 
-    def _plan(self, arrays: tuple[Any, ...]) -> tuple[Callable[[list[Any]], None], list[tuple[int, ...]]] | None:
-        """What to call with the pointers of such arrays, and the shapes of its results; None if one call is not all."""
+    def _plan(
+        self, arrays: tuple[Any, ...], out: Any
+    ) -> tuple[Callable[[list[Any], int], None], list[tuple[int, ...]], int] | None:
+        """What to call with the pointers of such arrays, the shapes of its results, and how many elements there are.
+
+        None if one call is not all.
+        """
         plain = self._plain(arrays)
         if plain is None or 0 in plain[0]:
             return None
         leading, dtype = plain
         shapes = [leading + shape for shape in self._out_shapes]
-        operands = [*arrays, *(np.empty(shape, dtype) for shape in shapes)]
+        given = type(out) is _ndarray and [out.shape] == shapes and out.dtype is dtype
+        operands = [*arrays, *([out] if given else (np.empty(shape, dtype) for shape in shapes))]
         steps = [_steps(array, leading, shape) for array, shape in zip(operands, self._all_shapes, strict=True)]
         sizes, steps = _coalesced(leading, steps)
-        return (_c_plan(self, dtype, sizes[0], steps), shapes) if len(sizes) == 1 else None
+        make = _c_plan if self._backend == "c" else _numba_plan
+        return (make(self, dtype, sizes[0], steps), shapes, sizes[0]) if len(sizes) == 1 else None
 
     @property
     def jit(self) -> Any:
@@ -221,24 +280,27 @@ class Kernel(_Call):  # type: ignore[misc]
         if self._jit is None:
             with _LOCK:
                 if self._jit is None:
-                    self._jit = _compiled(self._functions[0], {})
+                    self._jit = _scalar_kernel(self)
         return self._jit
 
-    def _call(self, arrays: tuple[Any, ...], out: Any) -> Any:
+    def _call(self, arrays: tuple[Any, ...], out: Any, num_threads: int | None = None) -> Any:
         if len(arrays) != len(self._inputs):
             names = ", ".join(name for name, _ in self._inputs)
             raise TypeError(f"{self.name}: {len(arrays)} arguments; expected {len(self._inputs)} ({names})")
+        n_threads = _checked_threads(self.name, num_threads)
         plain = self._plain(arrays)
         if plain is not None:
             operands, (leading, dtype) = list(arrays), plain
         else:
             namespace = _namespace(arrays)
             if namespace is not np:
+                if self._user is not None:
+                    raise TypeError(f"{self.name}: arrays of {namespace.__name__}; expected numpy arrays")
                 return self._call_arrays(namespace, arrays, out)
             operands, dtype = self._checked(arrays)
-            leading = self._leading(operands)
-        outs = self._checked_outs(out, leading, dtype)
-        if dtype.kind == "c" or backend == "arrays":
+            leading = _leading(self, operands)
+        outs = _checked_outs(self, out, leading, dtype)
+        if dtype.kind == "c" or self._backend == "arrays":
             results = _evaluate(self, np, operands, leading)
             if outs is None:
                 outs = [np.asarray(result, dtype, order="C") for result in results]
@@ -248,9 +310,9 @@ class Kernel(_Call):  # type: ignore[misc]
         else:
             if outs is None:
                 outs = [np.empty(leading + shape, dtype) for shape in self._out_shapes]
-                self._run(operands, outs, leading, dtype, False)
+                self._run(operands, outs, leading, dtype, False, n_threads)
             else:
-                self._run(operands, outs, leading, dtype, True)
+                self._run(operands, outs, leading, dtype, True, n_threads)
         if out is not None:
             return out
         return _returned(outs)
@@ -305,51 +367,23 @@ class Kernel(_Call):  # type: ignore[misc]
             )
         return [_usable(operand, dtype) for operand in operands], dtype
 
-    def _leading(self, operands: list[Any]) -> tuple[int, ...]:
-        shapes = [
-            operand.shape[: operand.ndim - len(shape)] for operand, shape in zip(operands, self._shapes, strict=True)
-        ]
-        longest = max(shapes, key=len)
-        if all(shape == longest or not shape for shape in shapes):
-            return tuple(longest)
-        try:
-            return np.broadcast_shapes(*shapes)
-        except ValueError:
-            text = ", ".join(
-                f"{name} {tuple(operand.shape)}" for (name, _), operand in zip(self._inputs, operands, strict=True)
-            )
-            raise ValueError(f"{self.name}: leading axes do not broadcast: {text}; expected {self.signature}") from None
-
-    def _checked_outs(self, out: Any, leading: tuple[int, ...], dtype: np.dtype[Any]) -> list[Any] | None:
-        if out is None:
-            return None
-        outs = [out] if len(self._outputs) == 1 and not isinstance(out, tuple) else out
-        if not isinstance(outs, (list, tuple)) or len(outs) != len(self._outputs):
-            names = ", ".join(name for name, _ in self._outputs)
-            found = f"{len(outs)} arrays" if isinstance(outs, (list, tuple)) else type(out).__name__
-            raise TypeError(f"{self.name}: out is {found}; expected a tuple of {len(self._outputs)} arrays ({names})")
-        for (name, shape), target in zip(self._outputs, outs, strict=True):
-            place = f"{self.name}: out" if len(outs) == 1 else f"{self.name}: out {name}"
-            if not isinstance(target, np.ndarray):
-                raise TypeError(f"{place} is {type(target).__name__}; expected an array")
-            if target.shape != leading + shape:
-                raise ValueError(f"{place} has shape {target.shape}; expected {leading + shape}{self._blades(name)}")
-            if target.dtype != dtype:
-                raise TypeError(f"{place} has dtype {target.dtype}; expected {dtype}, the type of the arguments")
-            if not target.flags.writeable:
-                raise ValueError(f"{place} is read-only; expected an array that can be written")
-        return list(outs)
-
     def _blades(self, name: str) -> str:
         layout = self.layouts.get(name)
         return f" with last axis {' '.join(layout.blades)}" if layout is not None and layout.blades else ""
 
     def _run(
-        self, operands: list[Any], outs: list[Any], leading: tuple[int, ...], dtype: np.dtype[Any], given: bool
+        self,
+        operands: list[Any],
+        outs: list[Any],
+        leading: tuple[int, ...],
+        dtype: np.dtype[Any],
+        given: bool,
+        n_threads: int,
     ) -> None:
         """Fill `outs`, with the inner loop over the longest axis that all arrays have at constant strides."""
         if 0 in leading:
             return
+        n_threads = n_threads if math.prod(leading) * self._work >= _LEAST_WORK else 1
         targets = outs
         if given:
             targets = list(outs)
@@ -361,7 +395,7 @@ class Kernel(_Call):  # type: ignore[misc]
         steps = [_steps(array, leading, shape) for array, shape in zip(arrays, self._all_shapes)]  # noqa: B905
         sizes, steps = _coalesced(leading, steps)
         inner = max(range(len(sizes)), key=lambda axis: (sizes[axis], axis)) if len(sizes) > 1 else 0
-        self._loop(dtype)(arrays, sizes, steps, inner)
+        self._loop(dtype)(arrays, sizes, steps, inner, n_threads)
         for target, final in zip(targets, outs, strict=True):
             if target is not final:
                 final[...] = target
@@ -370,9 +404,9 @@ class Kernel(_Call):  # type: ignore[misc]
         loop = self._loops.get(dtype)
         if loop is None:
             with _LOCK:
-                make = _c_loop if backend == "c" else _numba_loop
+                make = _c_loop if self._backend == "c" else _numba_loop
                 loop = self._loops[dtype] = make(self, dtype)
-                if backend == "c" and self._element is None and len(self._inputs):
+                if self._backend == "c" and self._element is None and len(self._inputs):
                     self._element = _c_element(self)
                     if _extension is not None:
                         self._bind(_c_address(f"{self.name}_f64"), tuple(self._shapes), tuple(self._out_shapes))
@@ -381,16 +415,14 @@ class Kernel(_Call):  # type: ignore[misc]
     def _call_arrays(self, namespace: Any, arrays: tuple[Any, ...], out: Any) -> Any:
         if out is not None:
             raise TypeError(f"{self.name}: out is for numpy arrays; found arguments of {namespace.__name__}")
-        operands = []
-        for (name, shape), value in zip(self._inputs, arrays, strict=True):
-            operand = value if hasattr(value, "shape") else namespace.asarray(value)
+        operands = _namespace_operands(namespace, arrays)
+        for (name, shape), operand in zip(self._inputs, operands, strict=True):
             found = tuple(operand.shape)
             if len(found) < len(shape) or found[len(found) - len(shape) :] != shape:
                 raise ValueError(
                     f"{self.name}: argument {name} has shape {found}; expected {_shape_text(shape)}{self._blades(name)}"
                 )
-            operands.append(operand)
-        results = _evaluate(self, namespace, operands, self._leading(operands))
+        results = _evaluate(self, namespace, operands, _leading(self, operands))
         return results[0] if len(results) == 1 else tuple(results)
 
 

@@ -5,19 +5,16 @@ Copied into every generated module as it is, with the other ``runtime_`` files.
 
 from __future__ import annotations
 
-import functools
 import importlib.util
-import itertools
 import os
 import threading
 from collections.abc import Callable
-from types import FunctionType
 from typing import Any
 
 import numpy as np
 
-from .runtime_functions import _SCALAR, _bound
 from .runtime_strides import _address, _offsets
+from .runtime_threads import _in_threads
 
 _SUFFIX = {4: "f32", 8: "f64"}
 
@@ -61,16 +58,46 @@ def _c_address(name: str) -> int:
     return address
 
 
-def _c_function(name: str, types: str) -> Any:
-    """A function of the built library."""
+class _Ctypes:
+    """As much of cffi as numba's loops need, where it is not installed."""
+
+    def from_buffer(self, array: Any) -> int:
+        return _address(array)
+
+    def typeof(self, kind: str) -> str:
+        return kind
+
+    def new(self, kind: str, values: list[int]) -> Any:
+        import ctypes
+
+        return (ctypes.c_ssize_t * len(values))(*values)
+
+    def cast(self, kind: str, address: int) -> Any:
+        import ctypes
+
+        if kind == "void *":
+            return address
+        return ctypes.CFUNCTYPE(None, *[ctypes.c_void_p] * (kind.count(",") + 1))(address)
+
+
+def _foreign() -> Any:
+    """What calls functions at an address."""
     global _ffi, _from_buffer
     if _ffi is None:
-        # This FFI is the one that cffi's compiled modules use; it reads C types without loading a C parser.
-        import _cffi_backend  # type: ignore[import-untyped]
+        if importlib.util.find_spec("_cffi_backend"):
+            # This FFI is the one that cffi's compiled modules use; it reads C types without loading a C parser.
+            import _cffi_backend  # type: ignore[import-untyped]
 
-        _ffi = _cffi_backend.FFI()
+            _ffi = _cffi_backend.FFI()
+        else:
+            _ffi = _Ctypes()
         _from_buffer = _ffi.from_buffer
-    return _ffi.cast(f"void(*)({types})", _c_address(name))
+    return _ffi
+
+
+def _c_function(name: str, types: str) -> Any:
+    """A function of the built library."""
+    return _foreign().cast(f"void(*)({types})", _c_address(name))
 
 
 def _c_element(kernel: Any) -> Callable[..., Any]:
@@ -82,33 +109,50 @@ def _c_loop(kernel: Any, dtype: np.dtype[Any]) -> Callable[..., None]:
     function = _c_function(f"{kernel.name}_loop_{_SUFFIX[dtype.itemsize]}", "void *, void *, void *")
     new, pointers, integers = _ffi.new, _ffi.typeof("void *[]"), _ffi.typeof("intptr_t[]")
 
-    def run(arrays: list[Any], sizes: list[int], steps: list[tuple[int, ...]], inner: int) -> None:
+    def run(arrays: list[Any], sizes: list[int], steps: list[tuple[int, ...]], inner: int, n_threads: int) -> None:
         depth = len(sizes)
-        dimensions = new(integers, (sizes[inner],))
         flat = [step[inner] for step in steps]
         for step in steps:
             flat += step[depth:]
         strides = new(integers, flat)
-        if depth == 1:
-            function(new(pointers, [_pointer(array) for array in arrays]), dimensions, strides)
+        if depth == 1 and n_threads == 1:
+            function(new(pointers, [_pointer(array) for array in arrays]), new(integers, (sizes[0],)), strides)
             return
         addresses = [_address(array) for array in arrays]
-        for offsets in _offsets(sizes, steps, inner):
-            starts = [address + offset for address, offset in zip(addresses, offsets, strict=True)]
-            function(new(integers, starts), dimensions, strides)
+
+        def piece(first: int, count: int) -> None:
+            dimensions = new(integers, (count,))
+            starts = [address + first * step for address, step in zip(addresses, flat)]  # noqa: B905
+            for offsets in _offsets(sizes, steps, inner):
+                moved = [start + offset for start, offset in zip(starts, offsets, strict=True)]
+                function(new(integers, moved), dimensions, strides)
+
+        _in_threads(piece, sizes[inner], n_threads)
 
     return run
 
 
-def _c_plan(kernel: Any, dtype: np.dtype[Any], size: int, steps: list[tuple[int, ...]]) -> Callable[[list[Any]], None]:
-    """One call of a loop, complete but for the pointers."""
+def _c_plan(
+    kernel: Any, dtype: np.dtype[Any], size: int, steps: list[tuple[int, ...]]
+) -> Callable[[list[Any], int], None]:
+    """One call of a loop, complete but for the pointers and the number of threads."""
     function = _c_function(f"{kernel.name}_loop_{_SUFFIX[dtype.itemsize]}", "void *, void *, void *")
     new, pointers, integers = _ffi.new, _ffi.typeof("void *[]"), _ffi.typeof("intptr_t[]")
     dimensions = new(integers, (size,))
-    strides = new(integers, [step[0] for step in steps] + [stride for step in steps for stride in step[1:]])
+    outer = [step[0] for step in steps]
+    strides = new(integers, outer + [stride for step in steps for stride in step[1:]])
 
-    def run(starts: list[Any]) -> None:
-        function(new(pointers, starts), dimensions, strides)
+    def run(starts: list[Any], n_threads: int) -> None:
+        if n_threads == 1:
+            function(new(pointers, starts), dimensions, strides)
+            return
+        addresses = [int(_ffi.cast("intptr_t", start)) for start in starts]
+
+        def piece(first: int, count: int) -> None:
+            moved = [address + first * step for address, step in zip(addresses, outer)]  # noqa: B905
+            function(new(integers, moved), new(integers, (count,)), strides)
+
+        _in_threads(piece, size, n_threads)
 
     return run
 
@@ -122,75 +166,3 @@ def _pointer(array: Any) -> Any:
 
 
 _LOCK = threading.RLock()
-_numba_names: dict[str, Any] = {}
-
-
-def _compiled(function: Callable[..., None], names: dict[str, Any], signature: Any = None) -> Any:
-    """`function` under numba: rounding as written, and inf and nan instead of exceptions."""
-    if not _numba_names:
-        for name, scalar in _SCALAR.items():
-            _numba_names[name] = _jitted(scalar) if isinstance(scalar, FunctionType) else scalar
-    bound = _bound(function, {"__name__": __name__, "range": range, "len": len, **_numba_names, **names})
-    return _jitted(bound, signature)
-
-
-def _jitted(function: Callable[..., Any], signature: Any = None) -> Any:
-    """`function` under numba, kept on disk beside this file or in the user's cache if either can be written."""
-    import numba
-
-    decorate = functools.partial(numba.njit, *([] if signature is None else [signature]), error_model="numpy")
-    try:
-        return decorate(cache=True)(function)
-    except RuntimeError:
-        return decorate()(function)
-
-
-def _numba_loop(kernel: Any, dtype: np.dtype[Any]) -> Callable[..., None]:
-    import numba
-
-    real = numba.from_dtype(dtype)
-    types = [numba.types.Array(real, 1 + len(shape), "A", readonly=True) for shape in kernel._shapes]
-    types += [numba.types.Array(real, 1 + max(len(shape), 1), "A") for shape in kernel._out_shapes]
-    n_inputs = len(kernel._inputs)
-    signature = numba.types.void(*types)
-    loops: dict[int, Callable[..., None]] = {}
-    names = [name for name, _ in kernel._inputs]
-
-    def chosen(size: int, still: list[bool]) -> Callable[..., None]:
-        """The loop of the first form whose arguments are the same for all elements, else the ordinary one."""
-        which = -1
-        for k, (same, least, _) in enumerate(kernel._forms):
-            if size >= least and all(still[names.index(name)] for name in same):
-                which = k
-                break
-        if which not in loops:
-            with _LOCK:
-                if which < 0:
-                    loop = _compiled(kernel._functions[1], {f"_{kernel.name}": kernel.jit}, signature)
-                else:
-                    prepare, apply, together = kernel._forms[which][2]
-                    parts = {part.__name__: _compiled(part, {}) for part in (prepare, apply)}
-                    loop = _compiled(together, {**parts, "empty": np.empty}, signature)
-                loops[which] = loop
-        return loops[which]
-
-    strided = np.lib.stride_tricks.as_strided
-
-    def run(arrays: list[Any], sizes: list[int], steps: list[tuple[int, ...]], inner: int) -> None:
-        loop = chosen(sizes[inner], [step[inner] == 0 for step in steps])
-        views = []
-        for k, (array, shape, step) in enumerate(zip(arrays, kernel._all_shapes, steps, strict=True)):
-            if k >= n_inputs and not shape:
-                shape, step = (1,), (*step, array.itemsize)
-            if len(sizes) == 1 and step[0] and array.ndim == 1 + len(shape) and array.shape[0] == sizes[0]:
-                views.append(array)
-                continue
-            view = strided(array, (*sizes, *shape), step, writeable=k >= n_inputs)
-            views.append(np.moveaxis(view, inner, len(sizes) - 1) if len(sizes) > 1 else view)
-        if len(sizes) == 1:
-            loop(*views)
-            return
-        for turns in itertools.product(*(range(size) for axis, size in enumerate(sizes) if axis != inner)):
-            loop(*(view[turns] for view in views))
-
-    return run

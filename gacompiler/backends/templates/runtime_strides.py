@@ -6,6 +6,7 @@ Copied into every generated module as it is, with the other ``runtime_`` files.
 from __future__ import annotations
 
 import itertools
+import re
 from typing import Any
 
 import numpy as np
@@ -51,6 +52,45 @@ def _as_array(kernel: Any, name: str, value: Any) -> np.ndarray[Any, Any]:
             + f"; convert it with {name}.astype(float)"
         )
     return array
+
+
+def _leading(kernel: Any, operands: list[Any]) -> tuple[int, ...]:
+    """The shape of the batch that arguments make together."""
+    shapes = [
+        operand.shape[: operand.ndim - len(shape)] for operand, shape in zip(operands, kernel._shapes, strict=True)
+    ]
+    longest = max(shapes, key=len)
+    if all(shape == longest or not shape for shape in shapes):
+        return tuple(longest)
+    try:
+        return np.broadcast_shapes(*shapes)
+    except ValueError:
+        text = ", ".join(
+            f"{name} {tuple(operand.shape)}" for (name, _), operand in zip(kernel._inputs, operands, strict=True)
+        )
+        raise ValueError(f"{kernel.name}: leading axes do not broadcast: {text}; expected {kernel.signature}") from None
+
+
+def _checked_outs(kernel: Any, out: Any, leading: tuple[int, ...], dtype: np.dtype[Any]) -> list[Any] | None:
+    """What a caller gave to be written, one array for each result; None where nothing was given."""
+    if out is None:
+        return None
+    outs = [out] if len(kernel._outputs) == 1 and not isinstance(out, tuple) else out
+    if not isinstance(outs, (list, tuple)) or len(outs) != len(kernel._outputs):
+        names = ", ".join(name for name, _ in kernel._outputs)
+        found = f"{len(outs)} arrays" if isinstance(outs, (list, tuple)) else type(out).__name__
+        raise TypeError(f"{kernel.name}: out is {found}; expected a tuple of {len(kernel._outputs)} arrays ({names})")
+    for (name, shape), target in zip(kernel._outputs, outs, strict=True):
+        place = f"{kernel.name}: out" if len(outs) == 1 else f"{kernel.name}: out {name}"
+        if not isinstance(target, np.ndarray):
+            raise TypeError(f"{place} is {type(target).__name__}; expected an array")
+        if target.shape != leading + shape:
+            raise ValueError(f"{place} has shape {target.shape}; expected {leading + shape}{kernel._blades(name)}")
+        if target.dtype != dtype:
+            raise TypeError(f"{place} has dtype {target.dtype}; expected {dtype}, the type of the arguments")
+        if not target.flags.writeable:
+            raise ValueError(f"{place} is read-only; expected an array that can be written")
+    return list(outs)
 
 
 def _usable(array: Any, dtype: np.dtype[Any]) -> Any:
@@ -123,3 +163,12 @@ def _returned(results: list[Any]) -> Any:
 
 def _shape_text(shape: tuple[int, ...]) -> str:
     return f"({', '.join(['...', *map(str, shape)])})"
+
+
+def _parsed(signature: str) -> list[list[tuple[int, ...]]] | None:
+    """The shapes of arguments and of results in ``(8),(3,3),()->(3)``; None if it is no such text."""
+    shape = r"\((?:[1-9]\d*(?:,[1-9]\d*)*)?\)"
+    text = signature.replace(" ", "")
+    if not re.fullmatch(f"{shape}(?:,{shape})*->{shape}(?:,{shape})*", text):
+        return None
+    return [[tuple(map(int, re.findall(r"\d+", one))) for one in re.findall(shape, part)] for part in text.split("->")]

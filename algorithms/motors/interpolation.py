@@ -1,0 +1,98 @@
+"""Motions between motors. Of ``m`` and ``-m`` the nearer one is taken, so signs do not matter."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from generated import pga3, vga3
+
+from ..arguments import Reals, real_array
+
+
+def slerp(a: ArrayLike, b: ArrayLike, t: ArrayLike) -> Reals:
+    """The rotation at the part `t` of the way from rotor `a` to `b`, at constant speed along the shorter arc.
+
+    Parameters
+    ----------
+    a, b : array_like, (..., 4)
+        Unit rotors 1 e12 e13 e23; leading axes broadcast.
+    t : array_like, (...)
+        Any real numbers; 0 gives `a`, 1 gives `b` or ``-b``.
+
+    Returns
+    -------
+    array, (..., 4)
+
+    Raises
+    ------
+    TypeError, ValueError
+        Where an argument has another shape or type.
+    """
+    one, two = real_array(a, "a", (4,), "a rotor"), real_array(b, "b", (4,), "a rotor")
+    return np.asarray(vga3.interpolate_rotors(one, two, real_array(t, "t")))
+
+
+def sclerp(a: ArrayLike, b: ArrayLike, t: ArrayLike) -> Reals:
+    """The motion at the part `t` of the screw motion from motor `a` to `b`, at constant twist.
+
+    Parameters
+    ----------
+    a, b : array_like, (..., 8)
+        Unit motors; leading axes broadcast.
+    t : array_like, (...)
+        Any real numbers; 0 gives `a`, 1 gives `b` or ``-b``.
+
+    Returns
+    -------
+    array, (..., 8)
+
+    Raises
+    ------
+    TypeError, ValueError
+        Where an argument has another shape or type.
+    """
+    return np.asarray(pga3.interpolate_motors(_motors(a, "a"), _motors(b, "b"), real_array(t, "t")))
+
+
+def nlerp(a: ArrayLike, b: ArrayLike, t: ArrayLike) -> Reals:
+    """The straight way from motor `a` to `b`, put back onto the Study quadric: near `sclerp`, without angles.
+
+    Parameters and results are those of `sclerp`, `t` in [0, 1].
+    """
+    return np.asarray(pga3.blend_motors(_motors(a, "a"), _motors(b, "b"), real_array(t, "t")))
+
+
+def bezier(controls: ArrayLike, t: ArrayLike) -> Reals:
+    """The curve of de Casteljau through the first and the last of some motors, drawn by the ones between.
+
+    Straight lines of his construction are screw motions. The curve starts along the screw from the first motor to the
+    second, and ends along that from the last but one (Shoemake, *SIGGRAPH* 1985, for quaternions).
+
+    Parameters
+    ----------
+    controls : array_like, (n, 8)
+        Unit motors, at least one.
+    t : array_like, (...)
+        In [0, 1].
+
+    Returns
+    -------
+    array, (..., 8)
+
+    Raises
+    ------
+    TypeError, ValueError
+        Where an argument has another shape or type, or there is no motor.
+    """
+    given, where = real_array(controls, "controls", (-1, 8), "unit motors"), real_array(t, "t")
+    if given.ndim != 2 or not len(given):
+        raise ValueError(f"controls: shape {given.shape}; expected (any, 8), at least one motor")
+    points = np.broadcast_to(given, (*where.shape, *given.shape))
+    while points.shape[-2] > 1:
+        points = pga3.interpolate_motors(points[..., :-1, :], points[..., 1:, :], where[..., None])
+    return np.asarray(points[..., 0, :])
+
+
+def _motors(value: ArrayLike, name: str) -> Reals:
+    return real_array(value, name, (8,), "a motor")

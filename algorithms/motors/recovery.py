@@ -1,0 +1,157 @@
+"""The rotation, or rigid motion, that takes vectors, frames or points to given ones."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from generated import pga3
+
+from ..arguments import Reals, real_array
+
+_DEGENERATE = 1e-10
+"""A rotation is not determined where two eigenvalues are nearer than this, of the largest possible difference."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class RotorFit:
+    """The best rotation, and how well the data determine it."""
+
+    rotor: Reals
+    """(..., 4) 1 e12 e13 e23, with scalar part not negative."""
+    residual: Reals
+    """(...) The root of the weighted mean of squared distances."""
+    determined: Reals
+    """(...) bool. False where another rotation is as good: vectors all parallel, or none."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class MotorFit:
+    """The best rigid motion, and how well the data determine it."""
+
+    motor: Reals
+    """(..., 8) With scalar part not negative."""
+    residual: Reals
+    """(...) The root of the weighted mean of squared distances."""
+    determined: Reals
+    """(...) bool. False where another motion is as good: points all on a line, or the same."""
+
+
+def rotor_from_vectors(a: ArrayLike, b: ArrayLike, weights: ArrayLike | None = None) -> RotorFit:
+    """The rotation with the least weighted sum of squared distances of the turned `a` to `b` (Wahba's problem).
+
+    ``b . (r a ~r)`` is a quadratic form in the four coefficients of the rotor: the eigenvector of the largest
+    eigenvalue of the sum of these forms (Davenport's method; Lasenby, Fitzgerald, Doran and Lasenby, *IJCV* 1998). Half
+    turns are no exception, and the result is never a reflection.
+
+    Parameters
+    ----------
+    a, b : array_like, (..., n, 3)
+        Vectors and what they should become, of any lengths. Leading axes broadcast.
+    weights : array_like, (..., n), optional
+        Not negative, with a positive sum. By default all are equal.
+
+    Returns
+    -------
+    RotorFit
+
+    Raises
+    ------
+    TypeError, ValueError
+        Where an argument has another shape or type, there is no vector, or a weight is negative or all are 0.
+    """
+    one, two, share = _pairs(a, b, weights)
+    forms = np.einsum("...n,...nij->...ij", share, pga3.rotation_form(one, two))
+    values, vectors = np.linalg.eigh(forms)
+    rotor = vectors[..., -1] * np.where(vectors[..., :1, -1] < 0, -1, 1)
+    off = two - pga3.move_direction(_motor(rotor)[..., None, :], one)
+    sizes = np.sqrt(_mean_square(one, share) * _mean_square(two, share))
+    gap = values[..., -1] - values[..., -2]
+    return RotorFit(rotor, np.sqrt(_mean_square(off, share)), gap > _DEGENERATE * np.where(sizes > 0, sizes, 1))
+
+
+def rotor_from_frames(frame: ArrayLike, image: ArrayLike) -> Reals:
+    """The rotation that takes a frame of three vectors, orthogonal or not, to another that is a turned copy of it.
+
+    ``1 + sum of image_k frame^k`` with the reciprocal frame, normalised, is that rotor except at half turns (Hestenes
+    and Sobczyk; Doran and Lasenby, *Geometric Algebra for Physicists*, 4.3); this is the same by all four columns of
+    the form that it is the first of, so that half turns are as accurate.
+
+    Parameters
+    ----------
+    frame, image : array_like, (..., 3, 3)
+        Rows are vectors. Leading axes broadcast.
+
+    Returns
+    -------
+    array, (..., 4)
+        The rotor 1 e12 e13 e23, with scalar part not negative; NaN where the frame lies in a plane.
+
+    Raises
+    ------
+    TypeError, ValueError
+        Where an argument has another shape or type.
+    """
+    rows, turned = (
+        real_array(value, name, (3, 3), "three vectors as rows") for value, name in ((frame, "frame"), (image, "image"))
+    )
+    sizes = np.linalg.norm(rows, axis=-1)
+    volume = np.linalg.det(rows)
+    flat = np.abs(volume) <= _DEGENERATE * sizes.prod(-1)
+    safe = np.where(flat[..., None, None], np.eye(3, dtype=rows.dtype), rows)
+    matrix = np.einsum("...ki,...jk->...ij", turned, np.linalg.inv(safe))
+    rotor: Reals = pga3.rotor_from_matrix(matrix)
+    return np.where(flat[..., None], np.nan, rotor)
+
+
+def motor_from_points(a: ArrayLike, b: ArrayLike, weights: ArrayLike | None = None) -> MotorFit:
+    """The rigid motion with the least weighted sum of squared distances of the moved points `a` to `b` (Procrustes).
+
+    It takes centroid to centroid, and turns as `rotor_from_vectors` of the points less their centroids.
+
+    Parameters
+    ----------
+    a, b : array_like, (..., n, 3)
+        Points and what they should become. Leading axes broadcast.
+    weights : array_like, (..., n), optional
+        Not negative, with a positive sum. By default all are equal.
+
+    Returns
+    -------
+    MotorFit
+
+    Raises
+    ------
+    TypeError, ValueError
+        As `rotor_from_vectors` does.
+    """
+    one, two, share = _pairs(a, b, weights)
+    start, end = (np.einsum("...n,...ni->...i", share, points) for points in (one, two))
+    fit = rotor_from_vectors(one - start[..., None, :], two - end[..., None, :], share)
+    turned = pga3.move_direction(_motor(fit.rotor), start)
+    motor = pga3.motor_from_rotor_translation(fit.rotor, end - turned)
+    off = two - pga3.move_point(motor[..., None, :], one)
+    return MotorFit(motor, np.sqrt(_mean_square(off, share)), fit.determined)
+
+
+def _pairs(a: ArrayLike, b: ArrayLike, weights: ArrayLike | None) -> tuple[Reals, Reals, Reals]:
+    """Both sets, and weights of sum 1."""
+    one, two = (real_array(value, name, (-1, 3), "vectors as rows") for value, name in ((a, "a"), (b, "b")))
+    count = one.shape[-2]
+    if not count or two.shape[-2] != count:
+        raise ValueError(f"a, b: {count} and {two.shape[-2]} vectors; expected as many of both, at least one")
+    share = real_array(np.ones(count) if weights is None else weights, "weights", (count,), "a weight for each pair")
+    total = share.sum(-1, keepdims=True)
+    if np.any(share < 0) or np.any(total <= 0) or not np.all(np.isfinite(total)):
+        raise ValueError("weights: expected finite numbers, none negative, with a positive sum")
+    return one, two, share / total
+
+
+def _motor(rotor: Reals) -> Reals:
+    return np.concatenate([rotor, np.zeros_like(rotor)], -1)
+
+
+def _mean_square(vectors: Reals, share: Reals) -> Reals:
+    return np.asarray(np.einsum("...n,...ni,...ni->...", share, vectors, vectors))

@@ -1,0 +1,100 @@
+"""A smooth motion through motors at given times."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from generated import pga3
+
+from ..arguments import Reals, real_array
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class MotorSpline:
+    """A motion through motors whose velocity is continuous: cubic on each interval (Hermite).
+
+    ``m exp(b1 w1) exp(b2 w2) exp(b3 w3)`` with the cumulative Bernstein polynomials b1, b2, b3 of the third degree
+    (Kim, Kim and Shin, *SIGGRAPH* 1995, for quaternions). Build it with `through`.
+    """
+
+    times: Reals
+    """(n) Increasing."""
+    motors: Reals
+    """(n, 8) The motors at these times, each with the sign that is nearer to the one before."""
+    twists: Reals
+    """(n, 6) Twists at these times, in the coordinates of the moving body."""
+
+    @classmethod
+    def through(cls, times: ArrayLike, motors: ArrayLike, twists: ArrayLike | None = None) -> MotorSpline:
+        """The spline through motors.
+
+        Parameters
+        ----------
+        times : array_like, (n)
+            Increasing; n is at least 2.
+        motors : array_like, (n, 8)
+            Unit motors, of any signs. Two that follow must be less than half a turn apart: else the shorter way goes.
+        twists : array_like, (n, 6), optional
+            Twists of the body in its own coordinates. By default, those of the parabola through three motors that
+            follow (of two at the ends: a constant twist stays one).
+
+        Raises
+        ------
+        TypeError, ValueError
+            Where an argument has another shape or type, or times do not increase.
+        """
+        at = real_array(times, "times", (-1,), "times")
+        given = real_array(motors, "motors", (len(at), 8), "a unit motor for each time")
+        if at.ndim != 1 or given.ndim != 2 or len(at) < 2:
+            raise ValueError(f"times: shape {at.shape}, motors: shape {given.shape}; expected (n) and (n, 8), n > 1")
+        if not np.all(np.diff(at) > 0):
+            raise ValueError("times: expected increasing numbers")
+        between = np.einsum("ni,ni->n", given[:-1, :4], given[1:, :4])
+        signed = given * np.cumprod(np.concatenate([[1], np.where(between < 0, -1, 1)]))[:, None]
+        if twists is None:
+            slopes = _twists(signed[:-1], signed[1:]) / np.diff(at)[:, None]
+            rates = _parabolic(slopes, np.diff(at))
+        else:
+            rates = real_array(twists, "twists", (len(at), 6), "a twist for each time")
+        return cls(at, signed, rates)
+
+    def __call__(self, t: ArrayLike) -> Reals:
+        """The motors at some times; before the first and after the last, the first and last cubics go on.
+
+        Parameters
+        ----------
+        t : array_like, (...)
+
+        Returns
+        -------
+        array, (..., 8)
+        """
+        where = real_array(t, "t")
+        k = np.clip(np.searchsorted(self.times, where, side="right") - 1, 0, len(self.times) - 2)
+        step = (self.times[k + 1] - self.times[k])[..., None]
+        s = (where - self.times[k])[..., None] / step
+        first, last = self.twists[k] * step / 3, self.twists[k + 1] * step / 3
+        start, end = self.motors[k], self.motors[k + 1]
+        after = pga3.motor_product(start, pga3.motor_from_twist(first))
+        before = pga3.motor_product(end, pga3.motor_from_twist(-last))
+        middle = _twists(after, before)
+        found = start
+        for weight, twist in ((1 - (1 - s) ** 3, first), (s * s * (3 - 2 * s), middle), (s**3, last)):
+            found = pga3.motor_product(found, pga3.motor_from_twist(weight * twist))
+        return np.asarray(found)
+
+
+def _twists(a: Reals, b: Reals) -> Reals:
+    return np.asarray(pga3.motor_to_twist(pga3.motor_relative(a, b)))
+
+
+def _parabolic(slopes: Reals, steps: Reals) -> Reals:
+    """Derivatives at the times of the parabolas through three values; at the ends, of those through the first three."""
+    if len(slopes) == 1:
+        return np.repeat(slopes, 2, 0)
+    h, k = steps[:-1, None], steps[1:, None]
+    inner = (k * slopes[:-1] + h * slopes[1:]) / (h + k)
+    return np.concatenate([2 * slopes[:1] - inner[:1], inner, 2 * slopes[-1:] - inner[-1:]])

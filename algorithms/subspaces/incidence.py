@@ -1,0 +1,165 @@
+"""Join and meet of arrays of blades, with dimensions decided by angles; what two blades do not share."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any, TypeVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from . import loops
+from .blade import (
+    BLADE_TOLERANCE,
+    Blade,
+    FactoredBlade,
+    Floats,
+    _factors,
+    _made,
+    check_pair,
+    flat,
+    refuse,
+    wedge_vectors,
+)
+
+ANGLE = 1e-9
+"""A direction of one blade is in the other where the sine of the angle between them is at most this."""
+
+AnyBlade = TypeVar("AnyBlade", Blade, FactoredBlade)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class JoinAndMeet:
+    """Joins and meets of arrays of blades, whose grades may differ from element to element.
+
+    For each element ``join = a ^ c`` with ``b = meet ^ c``, up to what of ``c`` lies in `a`; so joins change with the
+    scales of `a` and `b`, and meets have norm 1. The sign of a meet is that of its rows, and the join goes with it.
+
+    Attributes
+    ----------
+    larger : Blade or FactoredBlade
+        That of the larger grade.
+    join_grade, meet_grade : int array, (...)
+    outside : array, (..., k, n)
+        Orthonormal rows that complete `larger` to the join, as many as its grade is larger; zeros after them. `k` is
+        the grade of the other blade.
+    inside : array, (..., k, n)
+        Orthonormal rows of the meet, as many as its grade; zeros after them.
+    factor : array, (...)
+        The join is this number times `larger` ^ the rows `outside`.
+    """
+
+    larger: Blade | FactoredBlade
+    join_grade: NDArray[np.int64]
+    meet_grade: NDArray[np.int64]
+    outside: Floats
+    inside: Floats
+    factor: Floats
+
+    def join(self, grade: int | None = None) -> Blade | FactoredBlade:
+        """The joins of a grade, in order; with no grade given all, when they have the same one."""
+        grade, chosen = self._chosen(self.join_grade, grade, "join")
+        rows = self.outside[chosen][..., : grade - self.larger.grade, :]
+        factor = self.factor[chosen]
+        if isinstance(self.larger, Blade):
+            shape = self.join_grade.shape + self.larger.coefficients.shape[-1:]
+            first = Blade(np.broadcast_to(self.larger.coefficients, shape)[chosen], self.larger.n, self.larger.grade)
+            return wedge_vectors(first, rows, factor)
+        shape = self.join_grade.shape
+        own = np.broadcast_to(self.larger.vectors, shape + self.larger.vectors.shape[-2:])[chosen]
+        return _made(np.concatenate([own, rows], -2), factor * np.broadcast_to(self.larger.scale, shape)[chosen])
+
+    def meet(self, grade: int | None = None) -> Blade | FactoredBlade:
+        """The meets of a grade, in order; with no grade given all, when they have the same one."""
+        grade, chosen = self._chosen(self.meet_grade, grade, "meet")
+        rows = self.inside[chosen][..., :grade, :]
+        found = _made(rows, np.ones(rows.shape[:-2]))
+        return found.coefficients() if isinstance(self.larger, Blade) else found
+
+    def _chosen(self, grades: NDArray[np.int64], grade: int | None, name: str) -> tuple[int, Any]:
+        if grade is not None:
+            k = self.outside.shape[-2]
+            least, largest = (
+                (0, k) if name == "meet" else (self.larger.grade, min(self.larger.grade + k, self.larger.n))
+            )
+            if grade not in range(least, largest + 1):
+                raise ValueError(f"grade: {grade!r}; expected {least} to {largest}, which a {name} of these can have")
+            return grade, grades == grade
+        if not grades.size:
+            raise ValueError(f"{name}: no elements, so no grade; expected at least one element, or a grade")
+        least, largest = int(grades.min()), int(grades.max())
+        if least != largest:
+            raise ValueError(
+                f"{name}: grades {', '.join(map(str, np.unique(grades)))} among the elements; expected one grade; "
+                f"use join_and_meet(a, b).{name}(grade)"
+            )
+        return least, ()
+
+
+def join_and_meet(
+    a: Blade | FactoredBlade,
+    b: Blade | FactoredBlade,
+    tolerance: float = ANGLE,
+    blade_tolerance: float | None = BLADE_TOLERANCE,
+) -> JoinAndMeet:
+    """The smallest blades that contain, and the largest that are contained in, two blades; no metric is used.
+
+    The grade of the meet is the number of principal angles between the two subspaces with a sine of at most the
+    tolerance, in the Euclidean metric of the coordinates. So it does not depend on the scales of the blades.
+
+    Parameters
+    ----------
+    a, b : Blade or FactoredBlade
+        The same form and number of vectors; leading axes broadcast.
+    tolerance : float
+        A sine, 0 < tolerance < 1. It should be above the errors of the blades: of 10^-15 for exact coefficients.
+    blade_tolerance : float or None
+        How far coefficients may be from those of a blade, of their norm; None does not look.
+
+    Raises
+    ------
+    TypeError, ValueError
+        Where forms, numbers of vectors or leading axes do not fit, or an element is zero or no blade.
+    """
+    check_pair(a, b)
+    if not 0 < tolerance < 1:
+        raise ValueError(f"tolerance: {tolerance!r}; expected the sine of an angle, above 0 and below 1")
+    rows = {name: _rows(x, name, blade_tolerance) for name, x in (("a", a), ("b", b))}
+    swapped = a.grade < b.grade  # less is left of the smaller blade, so less is to do
+    larger, smaller = (b, a) if swapped else (a, b)
+    (one, _), (two, scale) = rows["b" if swapped else "a"], rows["a" if swapped else "b"]
+    shape = np.broadcast_shapes(a.shape, b.shape)
+    one, two = flat(one, shape, 2), flat(two, shape, 2)
+    count = len(one)
+    rank, factor = np.empty(count, np.int64), np.empty(count)
+    outside, inside = np.empty_like(two), np.empty_like(two)
+    loops.join_batch(one, two, tolerance, rank, factor, outside, inside)
+    more = rank.reshape(shape)
+    factor = factor.reshape(shape) * scale
+    if swapped:
+        # b ^ c' is a ^ c up to the order of c and c'
+        factor = np.where(more * (larger.grade - smaller.grade + more) & 1, -factor, factor)
+    of_rows = (*shape, smaller.grade, a.n)
+    return JoinAndMeet(
+        larger, larger.grade + more, smaller.grade - more, outside.reshape(of_rows), inside.reshape(of_rows), factor
+    )
+
+
+def join(a: AnyBlade, b: AnyBlade, tolerance: float = ANGLE) -> AnyBlade:
+    """The joins of blades, when all have the same grade: see `join_and_meet`."""
+    return join_and_meet(a, b, tolerance).join()  # type: ignore[return-value]
+
+
+def meet(a: AnyBlade, b: AnyBlade, tolerance: float = ANGLE) -> AnyBlade:
+    """The meets of blades, when all have the same grade: see `join_and_meet`."""
+    return join_and_meet(a, b, tolerance).meet()  # type: ignore[return-value]
+
+
+def _rows(x: Blade | FactoredBlade, name: str, tolerance: float | None) -> tuple[Floats, Floats]:
+    if isinstance(x, Blade):
+        try:
+            return _factors(x, tolerance, orthonormal=True)
+        except ValueError as error:
+            raise ValueError(str(error).replace("blade", name, 1)) from None
+    refuse(np.atleast_1d(x.scale == 0).ravel(), x.shape, "zero; expected a blade other than zero", name)
+    return x.vectors, x.scale

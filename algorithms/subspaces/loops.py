@@ -1,0 +1,347 @@
+"""The loops over batches, compiled by numba. Arrays come in whole and checked; nothing here raises.
+
+Vectors are rows. `k`, `a`, `b` are numbers of rows, `n` is their length, `e` is an element of the batch: arrays are
+passed whole, with their index, because a view of an element would cost as much as a short loop.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numba import njit
+
+_COMPILED = {"cache": True, "error_model": "numpy", "fastmath": {"reassoc", "contract", "nsz"}}
+"""Sums may be reordered; infinities and NaNs keep their meaning."""
+ROUNDING = 1e-12
+"""What is left of a vector of a subspace, of its length, when all of it is projected out."""
+REORTHOGONALIZE = 0.5
+"""Below this length a projected unit vector is projected again ("twice is enough", Kahan in Parlett 1980, §6.9)."""
+
+
+@njit(**_COMPILED)
+def outer_product(a: Any, b: Any, left: Any, right: Any, sign: Any, out: Any) -> None:
+    """``out = a ^ b`` for each element, by an `OuterTable`."""
+    for e in range(len(out)):
+        for row in range(left.shape[0]):
+            total = 0.0
+            for way in range(left.shape[1]):
+                total += sign[row, way] * a[e, left[row, way]] * b[e, right[row, way]]
+            out[e, row] = total
+
+
+@njit(**_COMPILED)
+def find_pivot(coefficients: Any, e: int) -> int:
+    """The place of the largest coefficient, the first of several; -1 where all are zero, or below 10^-308."""
+    best, pivot = 0.0, 0
+    for p in range(coefficients.shape[1]):
+        size = abs(coefficients[e, p])
+        if size > best:
+            best, pivot = size, p
+    return -1 if best < 2.3e-308 else pivot
+
+
+@njit(**_COMPILED)
+def gather_factors(coefficients: Any, e: int, pivot: int, place: Any, sign: Any, factors: Any) -> None:
+    """Rows whose outer product, times the coefficient at the pivot, is the blade."""
+    reciprocal = 1.0 / coefficients[e, pivot]
+    for i in range(place.shape[1]):
+        for j in range(place.shape[2]):
+            factors[e, i, j] = sign[pivot, i, j] * (coefficients[e, place[pivot, i, j]] * reciprocal)
+
+
+@njit(**_COMPILED)
+def blade_defect(coefficients: Any, e: int, pivot: int, table: Any) -> float:
+    """How far the relations of a `BladeTable` are from holding, of the norm of the coefficients."""
+    pivots, target, first, left, right, sign = table
+    reciprocal = 1.0 / coefficients[e, pivot]
+    # in units of the largest coefficient, so that squares neither overflow nor vanish
+    squares, difference = 0.0, 0.0
+    for p in range(coefficients.shape[1]):
+        squares += (coefficients[e, p] * reciprocal) ** 2
+    for relation in range(pivots[pivot], pivots[pivot + 1]):
+        total = coefficients[e, target[relation]] * reciprocal
+        for term in range(first[relation], first[relation + 1]):
+            one, two = coefficients[e, left[term]] * reciprocal, coefficients[e, right[term]] * reciprocal
+            total -= sign[term] * one * two
+        difference += total * total
+    return np.sqrt(difference / squares)  # type: ignore[no-any-return]
+
+
+@njit(**_COMPILED)
+def orthonormalize(rows: Any, e: int, k: int) -> float:
+    """Make rows orthonormal in place; the number returned, times their outer product, is the former one."""
+    n = rows.shape[2]
+    determinant = 1.0
+    for i in range(k):
+        before = 0.0
+        for j in range(n):
+            before += rows[e, i, j] * rows[e, i, j]
+        length = before
+        for turn in range(2):
+            for h in range(i):
+                dot = 0.0
+                for j in range(n):
+                    dot += rows[e, h, j] * rows[e, i, j]
+                for j in range(n):
+                    rows[e, i, j] -= dot * rows[e, h, j]
+            length = 0.0
+            for j in range(n):
+                length += rows[e, i, j] * rows[e, i, j]
+            if turn == 0 and length > REORTHOGONALIZE * REORTHOGONALIZE * before:
+                break
+        length = np.sqrt(length)
+        determinant *= length
+        if length > 0.0:
+            reciprocal = 1.0 / length
+            for j in range(n):
+                rows[e, i, j] *= reciprocal
+    return determinant
+
+
+@njit(**_COMPILED)
+def wedge_rows(
+    start_with: Any, f: int, grade: int, rows: Any, e: int, first: int, k: int,
+    rest: Any, vector: Any, start: Any, size: Any, buffers: Any,
+) -> int:  # fmt: skip
+    """Coefficients of grade `grade` ^ rows `first` to `k`, in the row of `buffers` that is returned."""
+    for p in range(size[grade]):
+        buffers[0, p] = start_with[f, p]
+    source = 0
+    for i in range(first, k):
+        grade += 1
+        at = start[grade]
+        for p in range(size[grade]):
+            total = 0.0
+            for _ in range(grade):
+                total = buffers[source, rest[at]] * rows[e, i, vector[at]] - total
+                at += 1
+            buffers[1 - source, p] = total
+        source = 1 - source
+    return source
+
+
+@njit(**_COMPILED)
+def factor_batch(
+    coefficients: Any, place: Any, sign: Any, orthonormal: bool, relations: Any, factors: Any, scale: Any, error: Any
+) -> None:
+    """Factors and scale of each blade (0 where it is zero), and `blade_defect` by the relations given."""
+    for e in range(len(coefficients)):
+        pivot = find_pivot(coefficients, e)
+        if pivot < 0:
+            scale[e] = 0.0
+            continue
+        gather_factors(coefficients, e, pivot, place, sign, factors)
+        scale[e] = coefficients[e, pivot]
+        if orthonormal:
+            scale[e] *= orthonormalize(factors, e, place.shape[1])
+        if len(relations[1]):
+            error[e] = blade_defect(coefficients, e, pivot, relations)
+
+
+@njit(**_COMPILED)
+def expand_batch(start_with: Any, grade: int, rows: Any, k: int, scale: Any, table: Any, out: Any) -> None:
+    """``start_with`` (of grade `grade`) ^ the first `k` rows, times the scale, for each element."""
+    rest, vector, start, size = table
+    largest = 1
+    for each in range(grade, grade + k + 1):
+        largest = max(largest, size[each])
+    buffers = np.empty((2, largest))
+    for e in range(len(rows)):
+        found = wedge_rows(start_with, e, grade, rows, e, 0, k, rest, vector, start, size, buffers)
+        for p in range(size[grade + k]):
+            out[e, p] = scale[e] * buffers[found, p]
+
+
+@njit(**_COMPILED)
+def _project_out(rows: Any, f: int, i: int, basis: Any, e: int, k: int) -> None:
+    n = rows.shape[2]
+    for h in range(k):
+        dot = 0.0
+        for j in range(n):
+            dot += basis[e, h, j] * rows[f, i, j]
+        for j in range(n):
+            rows[f, i, j] -= dot * basis[e, h, j]
+
+
+@njit(**_COMPILED)
+def _swap(rows: Any, i: int, h: int) -> None:
+    for j in range(rows.shape[2]):
+        rows[0, i, j], rows[0, h, j] = rows[0, h, j], rows[0, i, j]
+
+
+@njit(**_COMPILED)
+def _jacobi(work: Any, other: Any, b: int) -> float:
+    """Rotate rows of both until those of `work` are orthogonal, longest first; the determinant of the rotation.
+
+    One-sided Jacobi (Hestenes 1958): lengths of rows are singular values, small ones to high relative accuracy.
+    """
+    n = work.shape[2]
+    for _ in range(40):
+        turned = False
+        for i in range(b):
+            for h in range(i + 1, b):
+                alpha, beta, gamma = 0.0, 0.0, 0.0
+                for j in range(n):
+                    alpha += work[0, i, j] * work[0, i, j]
+                    beta += work[0, h, j] * work[0, h, j]
+                    gamma += work[0, i, j] * work[0, h, j]
+                if abs(gamma) <= 1e-15 * np.sqrt(alpha * beta) or abs(gamma) < 1e-300:
+                    continue
+                turned = True
+                zeta = (beta - alpha) / (2.0 * gamma)
+                t = (1.0 if zeta >= 0 else -1.0) / (abs(zeta) + np.sqrt(1.0 + zeta * zeta))
+                c = 1.0 / np.sqrt(1.0 + t * t)
+                s = c * t
+                for j in range(n):
+                    x, y = work[0, i, j], work[0, h, j]
+                    work[0, i, j], work[0, h, j] = c * x - s * y, s * x + c * y
+                    x, y = other[0, i, j], other[0, h, j]
+                    other[0, i, j], other[0, h, j] = c * x - s * y, s * x + c * y
+        if not turned:
+            break
+    determinant = 1.0
+    for i in range(b):
+        longest, at = -1.0, i
+        for h in range(i, b):
+            length = 0.0
+            for j in range(n):
+                length += work[0, h, j] * work[0, h, j]
+            if length > longest:
+                longest, at = length, h
+        if at != i:
+            _swap(work, i, at)
+            _swap(other, i, at)
+            determinant = -determinant
+    return determinant
+
+
+@njit(**_COMPILED)
+def _length(rows: Any, e: int, i: int) -> float:
+    total = 0.0
+    for j in range(rows.shape[2]):
+        total += rows[e, i, j] * rows[e, i, j]
+    return np.sqrt(total)  # type: ignore[no-any-return]
+
+
+@njit(**_COMPILED)
+def join_one(
+    e: int, one: Any, two: Any, a: int, b: int, tolerance: float, work: Any, mixed: Any, r: Any, added: Any, met: Any
+) -> tuple[int, float]:
+    """Join and meet of two subspaces with orthonormal rows `one` and `two`.
+
+    The number of rows of `two` outside `one` is that of sines of principal angles above the tolerance. Those sines are
+    the singular values of what is left of `two` when `one` is projected out. Orthogonal triangles with pivoting bound
+    them from both sides, by ``3 / sqrt(4**r + 6 r - 1)`` of the last pivot below (Lawson & Hanson 1974, ch. 6) and by
+    the norm of the remainder above; where the bounds leave a doubt, Jacobi's rotations decide.
+
+    Returns the number of rows in `added` and a factor: with ``c`` the factor times the outer product of `added`,
+    ``join = one ^ c`` and ``two = meet ^ c``, up to what is in `one`; `met` has the rows of the meet.
+    """
+    n = one.shape[2]
+    for i in range(b):
+        for j in range(n):
+            work[0, i, j] = two[e, i, j]
+            mixed[0, i, j] = two[e, i, j]
+        _project_out(work, 0, i, one, e, a)
+    factor, rank, left, power = 1.0, 0, 0.0, 1.0
+    for s in range(b):
+        longest, at, left = -1.0, s, 0.0
+        for i in range(s, b):
+            length = 0.0
+            for j in range(n):
+                length += work[0, i, j] * work[0, i, j]
+            left += length
+            if length > longest:
+                longest, at = length, i
+        left = np.sqrt(left)
+        if longest <= tolerance * tolerance:
+            break
+        if at != s:
+            _swap(work, s, at)
+            _swap(mixed, s, at)
+            for h in range(s):
+                r[h, s], r[h, at] = r[h, at], r[h, s]
+            factor = -factor
+        longest = np.sqrt(longest)
+        reciprocal = 1.0 / longest
+        for j in range(n):
+            added[e, s, j] = work[0, s, j] * reciprocal
+        if longest < REORTHOGONALIZE:
+            _project_out(added, e, s, one, e, a)
+            _project_out(added, e, s, added, e, s)
+            again = _length(added, e, s)
+            for j in range(n):
+                added[e, s, j] /= again
+        r[s, s] = longest
+        for i in range(s + 1, b):
+            dot = 0.0
+            for j in range(n):
+                dot += added[e, s, j] * work[0, i, j]
+            r[s, i] = dot
+            for j in range(n):
+                work[0, i, j] -= dot * added[e, s, j]
+        rank += 1
+        power *= 4.0
+        left = 0.0
+    least = r[rank - 1, rank - 1] * 3.0 / np.sqrt(power + 6.0 * rank - 1.0) if rank else 2.0
+    if least > tolerance and left <= min(tolerance, ROUNDING):
+        for s in range(rank):
+            factor *= r[s, s]
+        # vectors of `two` that lie in `one`: mixed[rank:] - X mixed[:rank] with R11 X = R12, column by column
+        for i in range(rank, b):
+            for j in range(n):
+                met[e, i - rank, j] = mixed[0, i, j]
+            for s in range(rank - 1, -1, -1):
+                x = r[s, i]
+                for h in range(s + 1, rank):
+                    x -= r[s, h] * r[h, b]
+                x /= r[s, s]
+                r[s, b] = x
+                for j in range(n):
+                    met[e, i - rank, j] -= x * mixed[0, s, j]
+        factor *= orthonormalize(met, e, b - rank)
+    else:
+        for i in range(b):
+            for j in range(n):
+                work[0, i, j] = two[e, i, j]
+                mixed[0, i, j] = two[e, i, j]
+            _project_out(work, 0, i, one, e, a)
+            _project_out(work, 0, i, one, e, a)
+        factor = _jacobi(work, mixed, b)
+        rank = 0
+        for s in range(b):
+            length = _length(work, 0, s)
+            if length <= tolerance:
+                break
+            for j in range(n):
+                added[e, s, j] = work[0, s, j] / length
+            _project_out(added, e, s, one, e, a)
+            _project_out(added, e, s, added, e, s)
+            again = _length(added, e, s)
+            for j in range(n):
+                added[e, s, j] /= again
+            factor *= length
+            rank += 1
+        for i in range(rank, b):
+            for j in range(n):
+                met[e, i - rank, j] = mixed[0, i, j]
+    if rank * (b - rank) & 1:
+        factor = -factor
+    for i in range(rank, b):
+        for j in range(n):
+            added[e, i, j] = 0.0
+    for i in range(b - rank, met.shape[1]):
+        for j in range(n):
+            met[e, i, j] = 0.0
+    return rank, factor
+
+
+@njit(**_COMPILED)
+def join_batch(one: Any, two: Any, tolerance: float, rank: Any, factor: Any, added: Any, met: Any) -> None:
+    """`join_one` for each element."""
+    a, n = one.shape[1], one.shape[2]
+    b = two.shape[1]
+    work, mixed, r = np.empty((1, b, n)), np.empty((1, b, n)), np.zeros((b + 1, b + 1))
+    for e in range(len(one)):
+        rank[e], factor[e] = join_one(e, one, two, a, b, tolerance, work, mixed, r, added, met)

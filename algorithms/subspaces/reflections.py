@@ -1,0 +1,206 @@
+"""Orthogonal maps of any metric as products of reflections (Cartan-Dieudonné)."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from itertools import combinations
+
+import numpy as np
+from numpy.typing import ArrayLike
+from scipy.linalg import schur
+
+from ..arguments import real_array
+from .blade import Floats
+from .gram import gram_matrix
+
+_ORTHOGONAL = 1e-8
+"""How far ``M^T G M`` may be from ``G``, of the squared norm of M."""
+_FIXED = 1e-12
+"""A direction that a map changes by less than this, of its norm, is fixed."""
+_NULL = 1e-4
+"""A direction is null where its square, of that of its length and of the largest inner product, is below this."""
+_STEEP = 1e-2
+"""And farther from null than this what is left after a reflection that was put in."""
+_TRIED = 6
+"""How many directions are combined with each other when single ones do not do."""
+
+
+def reflection_matrix(vectors: Floats, gram: Floats) -> Floats:
+    """The matrices of ``x - 2 (v . x) / (v . v) v``, for rows ``(..., n)`` that are not null."""
+    covector = vectors @ gram
+    square = (covector * vectors).sum(-1)[..., None, None]
+    return np.asarray(np.eye(len(gram)) - 2.0 * vectors[..., :, None] * covector[..., None, :] / square)
+
+
+def reflections_of(matrix: ArrayLike, gram: ArrayLike | None = None) -> Floats:
+    """Vectors whose reflections, the last one first, make up an orthogonal map.
+
+    In a Euclidean metric the planes of rotation give two vectors each, the directions that are turned round one each;
+    so there are as many as dimensions that change. In others a direction that changes and is farthest from null is
+    reflected until nothing changes: again that many, or two more where all directions that change are null (Scherk).
+    Rounding there grows with the square of the norm of the map: strong boosts have no accurate reflections.
+
+    Parameters
+    ----------
+    matrix : array_like, (n, n)
+        The images of basis vectors are its columns.
+    gram : array_like, (n,) or (n, n), optional
+        Squares, or all inner products, of the basis vectors; Euclidean, left out. It may be degenerate.
+
+    Returns
+    -------
+    array, (k, n)
+        Rows of length 1 in coordinates.
+
+    Raises
+    ------
+    TypeError, ValueError
+        Where the map does not keep the inner products, or changes what is orthogonal to all.
+    """
+    array = real_array(matrix, "matrix", (-1, -1), "an orthogonal map").astype(np.float64)
+    n = array.shape[-1]
+    if array.shape != (n, n) or n == 0:
+        raise ValueError(f"matrix: shape {array.shape}; expected (n, n)")
+    metric = gram_matrix(gram, n)
+    off = np.abs(array.T @ metric @ array - metric).max()
+    if not off <= _ORTHOGONAL * np.abs(metric).max() * max(1.0, np.linalg.norm(array, 2) ** 2):
+        raise ValueError(f"matrix: inner products change by up to {off:.2g}; expected a map that keeps them")
+    definite = np.abs(metric - metric[0, 0] * np.eye(n)).max() == 0.0 and metric[0, 0] != 0.0
+    if definite:
+        return _by_planes(array)
+    squares, turn = np.linalg.eigh(metric)
+    null = np.abs(squares) <= 1e-12 * np.abs(squares).max()
+    if not null.any():
+        return _by_steps(array, metric)
+    # the unit of directions that are orthogonal to all is arbitrary: such that translations have size 1
+    shift = float(np.linalg.norm(turn[:, null].T @ array @ turn[:, ~null]))
+    units = np.where(null, shift if shift > 0.0 else 1.0, 1.0)
+    there, back = turn * units, (turn / units).T
+    found = _by_steps(back @ array @ there, np.diag(np.where(null, 0.0, squares))) @ there.T
+    return np.asarray(found / np.linalg.norm(found, axis=-1, keepdims=True))
+
+
+def _by_planes(matrix: Floats) -> Floats:
+    triangle, basis = schur(matrix, output="real")
+    n, i = len(matrix), 0
+    found = []
+    while i < n:
+        if i + 1 < n and triangle[i + 1, i] != 0.0:
+            angle = np.arctan2(triangle[i + 1, i] - triangle[i, i + 1], triangle[i, i] + triangle[i + 1, i + 1]) / 2
+            if abs(angle) > _FIXED:
+                found += [np.cos(angle) * basis[:, i] + np.sin(angle) * basis[:, i + 1], basis[:, i]]
+            i += 2
+        else:
+            if triangle[i, i] < 0:
+                found.append(basis[:, i])
+            i += 1
+    return np.array(found).reshape(-1, n)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Rest:
+    """A map that is still to be reflected away: what it changes, and how.
+
+    Attributes
+    ----------
+    changed : array, (n, rank)
+        An orthonormal basis of the range of the map less the identity, as columns.
+    moved : array, (rank, n)
+        Rows that are orthogonal to all that is fixed, those that move most first.
+    steepness : float
+        How far from null the vectors of that range get, as a square.
+    """
+
+    matrix: Floats
+    changed: Floats
+    moved: Floats
+    squares: Floats
+    turn: Floats
+
+    @property
+    def rank(self) -> int:
+        return len(self.moved)
+
+    @property
+    def steepness(self) -> float:
+        return float(np.abs(self.squares).max(initial=0.0))
+
+    @classmethod
+    def of(cls, matrix: Floats, metric: Floats, threshold: float) -> _Rest:
+        left, lengths, right = np.linalg.svd(matrix - np.eye(len(matrix)))
+        rank = int((lengths > threshold).sum())
+        changed = left[:, :rank]
+        squares, turn = np.linalg.eigh(changed.T @ metric @ changed)
+        order = np.argsort(-np.abs(squares))
+        return cls(matrix, changed, right[:rank], squares[order], turn[:, order])
+
+    def directions(self) -> Iterator[Floats]:
+        """Unit vectors of the range: the one farthest from null first, then others, then their sums and differences."""
+        vectors = (self.changed @ self.turn).T
+        yield from vectors
+        for a, b in combinations(vectors[:_TRIED], 2):
+            yield (a + b) / np.sqrt(2.0)
+            yield (a - b) / np.sqrt(2.0)
+
+
+def _by_steps(matrix: Floats, metric: Floats) -> Floats:
+    n = len(matrix)
+    size = float(np.abs(np.linalg.eigvalsh(metric)).max())
+    threshold = _FIXED * max(1.0, float(np.linalg.norm(matrix, 2)) ** 2)
+    null = _NULL * size
+
+    def after(rest: _Rest, vector: Floats) -> _Rest | None:
+        if abs(vector @ metric @ vector) <= null:
+            return None
+        return _Rest.of(reflection_matrix(vector, metric) @ rest.matrix, metric, threshold)
+
+    def one(rest: _Rest) -> tuple[tuple[Floats, ...], _Rest] | None:
+        """A direction to reflect, after which again some direction that changes is not null."""
+        for vector in rest.directions():
+            new = after(rest, vector)
+            if new is None or new.rank >= rest.rank:
+                continue
+            # what is orthogonal to all is left to the exception: nothing else changes it
+            if new.steepness > null or np.abs(metric @ new.changed).max(initial=0.0) <= null:
+                return (vector,), new
+        return None
+
+    def two(rest: _Rest) -> tuple[tuple[Floats, ...], _Rest] | None:
+        """The exception: another reflection first, then one that does more than to take it back."""
+        for helper in _helpers(rest, metric):
+            middle = after(rest, helper)
+            if middle is None:
+                continue
+            for vector in middle.directions():
+                new = after(middle, vector)
+                if new is not None and new.rank <= rest.rank and (new.rank == 0 or new.steepness > _STEEP * size):
+                    return (helper, vector), new
+        return None
+
+    rest = _Rest.of(matrix, metric, threshold)
+    found: list[Floats] = []
+    for _ in range(2 * n + 3):
+        if rest.rank == 0:
+            return np.array(found).reshape(len(found), n)
+        step = one(rest) or two(rest)
+        if step is None:
+            break
+        vectors, rest = step
+        found += vectors
+    raise ValueError(
+        "matrix: reflections do not bring it to the identity; expected a map that leaves alone what is orthogonal to "
+        "all, with entries up to some thousands"
+    )
+
+
+def _helpers(rest: _Rest, metric: Floats) -> Iterator[Floats]:
+    """Unit vectors to put in where all directions that change are null: such as touch what is moved."""
+    moved = rest.moved[:_TRIED]
+    partners = moved @ np.linalg.pinv(metric, rcond=1e-10)
+    for vector in (*moved, *partners):
+        for more in (0.0 * vector, *rest.changed.T[:_TRIED]):
+            for total in (vector + more, vector - more):
+                length = np.linalg.norm(total)
+                if length > 1e-3:
+                    yield total / length

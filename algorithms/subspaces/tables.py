@@ -1,0 +1,191 @@
+"""Index tables: where the coefficients of blades of `n` vectors stand, and which of them meet in an outer product.
+
+Coefficients of grade `k` are ordered by bitmap, as everywhere in this project. With the vectors of a blade ascending,
+that order is the colexicographic one: the place of ``c_0 < c_1 < ...`` is the sum of the binomials ``(c_i, i + 1)``.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cache
+from itertools import combinations
+from math import comb
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+Integers = NDArray[np.int32]
+Signs = NDArray[np.int8]
+
+LARGEST = 16
+"""The most vectors for which coefficients are stored: blades of eight of them have 12 870."""
+
+_BINOMIALS = np.array([[comb(c, i + 1) for i in range(LARGEST)] for c in range(LARGEST)], np.int32)
+
+
+@cache
+def vectors_of(n: int, grade: int) -> Integers:
+    """The vectors of each basis blade of a grade, ascending: ``(C(n, grade), grade)``."""
+    chosen = [tuple(reversed(c)) for c in combinations(range(n - 1, -1, -1), grade)][::-1]
+    return np.asarray(_frozen(np.array(chosen, np.int32).reshape(comb(n, grade), grade)))
+
+
+def place(vectors: Integers) -> Integers:
+    """The places of basis blades whose vectors, ascending, are the last axis."""
+    k = vectors.shape[-1]
+    return np.asarray(_BINOMIALS[vectors, np.arange(k)].sum(-1), np.int32)
+
+
+@dataclass(frozen=True, slots=True)
+class FactorTable:
+    """For each basis blade E of grade `k`, which coefficients are the coordinates of the vectors of a blade.
+
+    Attributes
+    ----------
+    place : array, (C(n, k), k, n)
+        Of the coefficient that is coordinate `j` of the vector that has ``e_i`` alone of the vectors of E.
+    sign : array, (C(n, k), k, n)
+        Its sign; 0 where the coordinate is zero.
+    """
+
+    place: Integers
+    sign: Signs
+
+
+@cache
+def factor_table(n: int, grade: int) -> FactorTable:
+    """The table that `factorize_blade` gathers by."""
+    blades = vectors_of(n, grade)
+    found = np.zeros((len(blades), grade, n), np.int32)
+    sign = np.zeros((len(blades), grade, n), np.int8)
+    for i in range(grade):
+        others = np.repeat(blades[:, None, :], n, 1)
+        others[:, :, i] = np.arange(n)
+        order = np.argsort(others, axis=-1)
+        ascending = np.take_along_axis(others, order, -1)
+        good = (np.diff(ascending, axis=-1) != 0).all(-1)
+        # only the new vector moves: past those between its old place and its new one
+        swaps = np.argmax(order == i, axis=-1) - i
+        found[:, i], sign[:, i] = np.where(good, place(ascending), 0), np.where(good, 1 - 2 * (swaps & 1), 0)
+    return FactorTable(_frozen(found), _frozen(sign))
+
+
+@dataclass(frozen=True, slots=True)
+class BladeTable:
+    """Conditions for coefficients to be those of a blade: Plücker relations with the largest coefficient in them.
+
+    With E the basis blade of that coefficient, every other S that lacks two or more vectors of E has one:
+    ``B_E B_S`` is a sum over the vectors of E that S lacks. In that order for all E and S, flat: the relations of E are
+    those from ``pivot[E]`` on, for the coefficients at `target`; the terms of a relation are those from ``first`` on.
+    """
+
+    pivot: NDArray[np.int64]
+    target: Integers
+    first: NDArray[np.int64]
+    left: Integers
+    right: Integers
+    sign: Signs
+
+
+MOST_TERMS = 200_000
+"""The most terms that a `BladeTable` may have: enough for 10 vectors."""
+
+
+def blade_table_terms(n: int, grade: int) -> int:
+    """The number of terms that `blade_table` would have."""
+    shared = (m * comb(grade, m) * comb(n - grade, m) for m in range(2, grade + 1))
+    return comb(n, grade) * sum(shared)
+
+
+@cache
+def blade_table(n: int, grade: int) -> BladeTable:
+    """The conditions for blades of a grade, for sizes of up to `MOST_TERMS` terms."""
+    masks = [sum(1 << i for i in row) for row in vectors_of(n, grade).tolist()]
+    at = {mask: index for index, mask in enumerate(masks)}
+    pivot, target, first, left, right, sign = [0], [], [0], [], [], []
+    for whole in masks:
+        for other in masks:
+            if (other & ~whole).bit_count() < 2:
+                continue
+            new = other & ~whole & -(other & ~whole)
+            rest, more = other ^ new, whole | new
+            own = _exchange(rest, more, new)
+            missing = whole & ~other
+            while missing:
+                old = missing & -missing
+                missing ^= old
+                left.append(at[rest | old])
+                right.append(at[more ^ old])
+                sign.append(-own * _exchange(rest, more, old))
+            target.append(at[other])
+            first.append(len(left))
+        pivot.append(len(target))
+    return BladeTable(
+        _frozen(np.array(pivot, np.int64)),
+        _frozen(np.array(target, np.int32)),
+        _frozen(np.array(first, np.int64)),
+        _frozen(np.array(left, np.int32)),
+        _frozen(np.array(right, np.int32)),
+        _frozen(np.array(sign, np.int8)),
+    )
+
+
+def _exchange(rest: int, more: int, vector: int) -> int:
+    """The sign of ``(rest ^ vector) (more without vector)`` in a Plücker relation."""
+    return 1 - 2 * (((more & (vector - 1)).bit_count() + (rest & -vector).bit_count()) & 1)
+
+
+@dataclass(frozen=True, slots=True)
+class WedgeTable:
+    """Outer products by a vector, for all grades in one flat array.
+
+    The basis blade at place `p` of grade `k` is, up to sign, ``rest ^ e_vector`` in `k` ways, which stand from
+    ``start[k] + p k`` on; the sign of the `i`-th is ``(-1)**(k - 1 - i)``.
+    """
+
+    rest: Integers
+    vector: Integers
+    start: NDArray[np.int64]
+    size: NDArray[np.int64]
+
+
+@cache
+def wedge_table(n: int) -> WedgeTable:
+    """The table of the outer product by a vector among `n` vectors."""
+    rests, vectors, start = [], [], [0]
+    for k in range(n + 1):
+        blades = vectors_of(n, k)
+        without = [place(np.delete(blades, i, axis=1)) for i in range(k)]
+        rests.append(np.stack(without, -1).ravel() if k else np.empty(0, np.int32))
+        vectors.append(blades.ravel())
+        start.append(start[-1] + blades.size)
+    size = np.array([comb(n, k) for k in range(n + 1)])
+    rest, vector = (_frozen(np.concatenate(part).astype(np.int32)) for part in (rests, vectors))
+    return WedgeTable(rest, vector, _frozen(np.array(start)), _frozen(size))
+
+
+@dataclass(frozen=True, slots=True)
+class OuterTable:
+    """The outer product of two grades: rows are blades of the result, columns the ways to make them."""
+
+    left: Integers
+    right: Integers
+    sign: Signs
+
+
+@cache
+def outer_table(n: int, a: int, b: int) -> OuterTable:
+    """The table of the outer product of grades `a` and `b`, which together are at most `n`."""
+    blades = vectors_of(n, a + b)
+    first = vectors_of(a + b, a)
+    second = np.array([sorted(set(range(a + b)) - set(c)) for c in first.tolist()], np.int32).reshape(len(first), b)
+    swaps = (first[:, :, None] > second[:, None, :]).sum((1, 2))
+    sign = np.broadcast_to((1 - 2 * (swaps & 1)).astype(np.int8), (len(blades), len(first)))
+    return OuterTable(_frozen(place(blades[:, first])), _frozen(place(blades[:, second])), _frozen(sign.copy()))
+
+
+def _frozen(array: Any) -> Any:
+    array = np.ascontiguousarray(array)
+    array.flags.writeable = False
+    return array

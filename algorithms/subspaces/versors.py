@@ -1,0 +1,204 @@
+"""Versors as lists of vectors: the multiplicative form, for up to 30 dimensions, in any metric."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import reduce
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from ..arguments import real_array
+from .blade import LARGEST, FactoredBlade, Floats, _finite, _made, check_dimension, flat
+from .duals import metric_factors
+from .gram import gram_matrix, nullity
+from .reflections import reflection_matrix, reflections_of
+
+_NULL = 1e-12
+"""A vector is null where its square, of that of its length and of the largest inner product, is below this."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class FactoredVersor:
+    """Versors as ``scale`` times a geometric product of vectors: k n numbers instead of up to 2^n.
+
+    Parameters
+    ----------
+    vectors : array_like, (..., k, n)
+        None of them null, none zero; `n` is at most 30.
+    gram : array_like, (n,) or (n, n), optional
+        Squares, or all inner products, of the basis vectors; Euclidean, left out.
+    scale : array_like, (...)
+
+    Raises
+    ------
+    TypeError, ValueError
+        Where shapes do not fit, something is not finite or too large for a float, or a vector has no inverse.
+
+    Notes
+    -----
+    Any metric will do for products, inverses and maps. `reduced`, by which a product keeps at most n vectors, follows
+    from the map of vectors, so that it needs a metric with at most one dimension orthogonal to all (as PGA has), and
+    maps with entries up to some thousands: rotations, motors and moderate boosts.
+    """
+
+    vectors: Floats
+    gram: Floats
+    scale: Floats
+
+    def __init__(self, vectors: ArrayLike, gram: ArrayLike | None = None, scale: ArrayLike = 1.0) -> None:
+        rows = _finite(real_array(vectors, "vectors", (-1, -1), "vectors of a versor"), "vectors")
+        n = rows.shape[-1]
+        check_dimension(n, LARGEST)
+        matrix = gram_matrix(gram, n)
+        lengths = np.linalg.norm(rows, axis=-1)
+        with np.errstate(over="ignore"):
+            volume = lengths.prod(-1)
+        unit = rows / np.where(lengths > 0, lengths, 1.0)[..., None]
+        squares = np.abs((unit @ matrix * unit).sum(-1))
+        bad = squares <= _NULL * max(np.abs(matrix).max(), 1e-300)
+        if bad.any():
+            at = tuple(int(i) for i in np.argwhere(bad)[0])
+            raise ValueError(f"vectors: the vector at {at} is null or zero; expected vectors that have inverses")
+        numbers = _finite(real_array(scale, "scale"), "scale")
+        shape = np.broadcast_shapes(rows.shape[:-2], numbers.shape)
+        object.__setattr__(self, "vectors", np.broadcast_to(unit, shape + rows.shape[-2:]))
+        object.__setattr__(self, "gram", matrix)
+        object.__setattr__(self, "scale", np.broadcast_to(_finite(numbers * volume, "scale"), shape))
+
+    @classmethod
+    def of_blade(cls, blade: FactoredBlade, gram: ArrayLike | None = None) -> FactoredVersor:
+        """A blade as a versor, by vectors that are orthogonal in the metric; null blades have none."""
+        vectors, _ = metric_factors(blade, gram_matrix(gram, blade.n))
+        scale = blade.scale if blade.grade == 0 else 1.0
+        return cls(vectors, gram, scale)
+
+    @property
+    def shape(self) -> tuple[int, ...]:
+        """The leading axes."""
+        return self.scale.shape
+
+    @property
+    def n(self) -> int:
+        """The number of basis vectors."""
+        return int(self.vectors.shape[-1])
+
+    @property
+    def n_vectors(self) -> int:
+        """The number of factors."""
+        return int(self.vectors.shape[-2])
+
+    def matrix(self) -> Floats:
+        """The orthogonal maps ``x -> v grade_involution(x) v**-1`` of vectors, ``(..., n, n)``; images are columns."""
+        each = reflection_matrix(self.vectors, self.gram)
+        start = np.broadcast_to(np.eye(self.n), (*self.shape, self.n, self.n))
+        return np.asarray(reduce(np.matmul, (each[..., i, :, :] for i in range(self.n_vectors)), start))
+
+    def norm_squared(self) -> Floats:
+        """``v ~v``."""
+        squares = (self.vectors @ self.gram * self.vectors).sum(-1)
+        return np.asarray(self.scale**2 * squares.prod(-1))
+
+    def reverse(self) -> FactoredVersor:
+        """The product in the opposite order."""
+        return FactoredVersor(self.vectors[..., ::-1, :], self.gram, self.scale)
+
+    def inverse(self) -> FactoredVersor:
+        """``~v / (v ~v)``."""
+        return FactoredVersor(self.vectors[..., ::-1, :], self.gram, self.scale / self.norm_squared())
+
+    def geometric_product(self, other: FactoredVersor) -> FactoredVersor:
+        """The product with another; one of more than n vectors is made again of at most n, where `reduced` can.
+
+        It cannot where two or more dimensions are orthogonal to all, and where boosts are so strong that the map has
+        no accurate reflections; then the product keeps all its vectors, and is as good.
+
+        Raises
+        ------
+        TypeError, ValueError
+            Where the other is no FactoredVersor of the same metric.
+        """
+        if not isinstance(other, FactoredVersor):
+            raise TypeError(f"other: {type(other).__name__}; expected FactoredVersor")
+        if self.gram.shape != other.gram.shape or np.abs(self.gram - other.gram).max() > 0:
+            raise ValueError("other: a versor of another metric; expected the same algebra")
+        shape = np.broadcast_shapes(self.shape, other.shape)
+        parts = [np.broadcast_to(v.vectors, shape + v.vectors.shape[-2:]) for v in (self, other)]
+        product = FactoredVersor(np.concatenate(parts, -2), self.gram, self.scale * other.scale)
+        if product.n_vectors <= self.n:
+            return product
+        try:
+            return product.reduced()
+        except ValueError:
+            return product
+
+    def apply(self, x: FactoredBlade) -> FactoredBlade:
+        """``v x v**-1`` (with the grade involution for odd versors) on blades, vector by vector."""
+        if not isinstance(x, FactoredBlade) or x.n != self.n:
+            raise ValueError(f"x: {type(x).__name__}; expected FactoredBlade of {self.n} vectors")
+        moved = FactoredBlade.of_vectors(x.vectors @ np.swapaxes(self.matrix(), -1, -2))
+        return _made(moved.vectors, moved.scale * x.scale)
+
+    def reduced(self) -> FactoredVersor:
+        """The same versors with as few vectors as their maps need, the same number for the whole batch.
+
+        The vectors are those of `reflections_of`; the size of the scale follows from ``v ~v``, its sign from the
+        scalar part of the product of the old vectors and the new ones reversed, which is a Pfaffian of inner products.
+
+        Raises
+        ------
+        ValueError
+            In a metric in which more than one dimension is orthogonal to all: there a versor is more than its map. And
+            where `reflections_of` finds none.
+        """
+        if nullity(self.gram) > 1:
+            raise ValueError("reduced: two or more dimensions are orthogonal to all; expected one at most")
+        maps, old = flat(self.matrix(), self.shape, 2), flat(self.vectors, self.shape, 2)
+        scale = self.scale.reshape(-1)
+        lists = [reflections_of(one, self.gram) for one in maps]
+        count = max((len(one) for one in lists), default=0)
+        unit = self._some_vector()
+        vectors, scales = np.empty((len(maps), count, self.n)), np.empty(len(maps))
+        for e, new in enumerate(lists):
+            pad = np.broadcast_to(unit, (count - len(new), self.n))
+            whole = np.concatenate([new, pad])
+            scales[e] = scale[e] * _ratio(old[e], whole, self.gram)
+            vectors[e] = whole
+        return FactoredVersor(vectors.reshape(*self.shape, count, self.n), self.gram, scales.reshape(self.shape))
+
+    def _some_vector(self) -> Floats:
+        squares, turn = np.linalg.eigh(self.gram)
+        return np.asarray(turn[:, int(np.argmax(np.abs(squares)))])
+
+
+def _ratio(old: Floats, new: Floats, gram: Floats) -> float:
+    """The number that a product of vectors is of another one with the same map."""
+    squares = [(v @ gram * v).sum(-1) for v in (old, new)]
+    size = float(np.exp((np.log(np.abs(squares[0])).sum() - np.log(np.abs(squares[1])).sum()) / 2))
+    both = np.concatenate([old, new[::-1]])
+    return size * float(np.sign(_pfaffian(both @ gram @ both.T)) * np.sign(np.prod(squares[1])))
+
+
+def _pfaffian(products: Floats) -> float:
+    """The scalar part of the geometric product of vectors, from their inner products (the upper triangle counts).
+
+    Elimination with pivots, two rows at a time (Parlett & Reid 1970), rescaled as it goes: only the sign is exact.
+    """
+    a = np.triu(products, 1)
+    a = a - a.T
+    sign = 1.0
+    while len(a):
+        if len(a) & 1:
+            return 0.0
+        at = int(np.argmax(np.abs(a[0])))
+        if a[0, at] == 0.0:
+            return 0.0
+        if at != 1:
+            a[[1, at]] = a[[at, 1]]
+            a[:, [1, at]] = a[:, [at, 1]]
+            sign = -sign
+        sign *= float(np.sign(a[0, 1]))
+        rest = a[2:, 2:]
+        outer = np.outer(a[0, 2:], a[1, 2:]) / a[0, 1]
+        a = rest + (outer.T - outer)
+    return sign

@@ -1,0 +1,184 @@
+"""Generated loops beside C that is written by hand, both called from C on the same arrays."""
+
+from __future__ import annotations
+
+import ctypes
+import functools
+import importlib
+import subprocess
+import tempfile
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from gacompiler.backends.build import FLAGS, find_compiler, library_path
+
+from .cases import CASES
+from .timing import Effort, in_turn
+
+Array = np.ndarray
+
+SOURCE = Path(__file__).with_suffix(".c")
+SIZES = (992, 100_000, 1_000_000)
+QUICK_SIZES = (992,)
+KERNELS = (
+    ("pga3", "motor_product"),
+    ("pga3", "move_point"),
+    ("pga3", "move_line"),
+    ("pga3", "move_plane"),
+    ("pga3", "join_points"),
+    ("pga3", "meet_three_planes"),
+    ("vga3", "rotate_vector"),
+    ("quaternion", "product"),
+)
+REALS = {"float64": ("double", "f64"), "float32": ("float", "f32")}
+"""By type: its name in C, and the ending of our loops for it."""
+
+NATIVE = ("-O3", "-march=native")
+"""All that a compiler can do for this very machine, without fusing products with sums, as our kernels."""
+WIDTHS = {"as the compiler likes": (), "512 bits": ("-mprefer-vector-width=512",)}
+"""Vectors that the hand-written loops are compiled for; the faster counts."""
+
+_COMPARED = 200
+_ULPS = 64
+_CACHE_LINE = 64
+
+
+@dataclass(frozen=True, slots=True)
+class HandTimes:
+    """Seconds for each element by size, of one kernel in one type.
+
+    Attributes
+    ----------
+    own, hand : tuple of float
+        The generated loop and the better hand-written one, on structures of arrays.
+    interleaved : tuple of float
+        The generated loop on elements after one another.
+    """
+
+    title: str
+    kind: str
+    own: tuple[float, ...]
+    hand: tuple[float, ...]
+    interleaved: tuple[float, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class Batch:
+    """What a loop is called with: addresses of the arrays, the number of elements, and steps in bytes."""
+
+    arrays: tuple[Array, ...]
+    arguments: tuple[Any, Any, Any]
+
+
+def measure(sizes: Sequence[int], effort: Effort, progress: Callable[[str], None]) -> tuple[HandTimes, ...]:
+    """Time every kernel in both types; nothing where there is no C compiler that takes the flags, or no built library.
+
+    Raises
+    ------
+    RuntimeError
+        When hand-written code computes something else.
+    """
+    found = []
+    with tempfile.TemporaryDirectory() as folder:
+        libraries = {kind: build(Path(folder), kind) for kind in REALS}
+        for module, kernel in KERNELS:
+            progress(f"{module}.{kernel} by hand")
+            for kind, hands in libraries.items():
+                own = own_loop(module, kernel, kind)
+                if hands and own is not None:
+                    found.append(_measure(module, kernel, kind, own, hands, sizes, effort))
+    return tuple(found)
+
+
+def build(folder: Path, kind: str) -> tuple[ctypes.CDLL, ...]:
+    """The hand-written loops for one type, once for each width that the compiler knows."""
+    compiler = find_compiler()
+    if compiler is None:
+        return ()
+    built = []
+    for k, width in enumerate(WIDTHS.values()):
+        target = folder / f"by_hand-{kind}-{k}.so"
+        flags = (*FLAGS, *NATIVE, *width, f"-DREAL={REALS[kind][0]}", "-shared")
+        if subprocess.run([*compiler, *flags, str(SOURCE), "-o", str(target)], capture_output=True).returncode == 0:
+            built.append(ctypes.CDLL(str(target)))
+    return tuple(built)
+
+
+def own_loop(module: str, kernel: str, kind: str) -> Any:
+    """The loop of a generated module; None where its library is not built."""
+    file = importlib.import_module(f"generated.{module}").__file__
+    assert file is not None
+    path = library_path(Path(file).with_suffix(".c"))
+    if not path.exists():
+        return None
+    return getattr(ctypes.CDLL(str(path)), f"{module}_{kernel}_loop_{REALS[kind][1]}")
+
+
+def batch(inputs: Sequence[Array], result: Array, kind: str, order: str) -> Batch:
+    """Arrays of one type and order that start at cache lines: the inputs, and then one for the result."""
+    arrays = tuple(_aligned(array, kind, order) for array in (*inputs, result))
+    steps = [array.strides[0] for array in arrays] + [array.strides[1] for array in arrays]
+    addresses = [array.ctypes.data for array in arrays]
+    numbers = (ctypes.c_ssize_t * 1)(len(result)), (ctypes.c_ssize_t * len(steps))(*steps)
+    return Batch(arrays, ((ctypes.c_void_p * len(addresses))(*addresses), *numbers))
+
+
+def _aligned(array: Array, kind: str, order: str) -> Array:
+    size = array.size * np.dtype(kind).itemsize
+    room = np.empty(size + _CACHE_LINE, np.uint8)
+    first = -room.ctypes.data % _CACHE_LINE
+    aligned: Array = np.ndarray(array.shape, kind, room[first : first + size], order=order)
+    aligned[...] = array
+    return aligned
+
+
+def _measure(
+    module: str,
+    name: str,
+    kind: str,
+    own: Any,
+    hands: Sequence[ctypes.CDLL],
+    sizes: Sequence[int],
+    effort: Effort,
+) -> HandTimes:
+    case = next(case for case in CASES if (case.module, case.kernel, case.note) == (module, name, ""))
+    kernel = getattr(importlib.import_module(f"generated.{module}"), name)
+    loops = [getattr(hand, f"{module}_{name}") for hand in hands]
+    inputs = case.arguments(np.random.default_rng(0), (_COMPARED,))
+    expected = kernel(*inputs)
+    for loop in (own, *loops):
+        given = batch(inputs, np.full_like(expected, np.nan), kind, "F")
+        loop(*given.arguments)
+        _compare(f"{module}.{name}", given.arrays[-1], expected)
+    rows = []
+    for size in sizes:
+        inputs = case.arguments(np.random.default_rng(size), (size,))
+        blank = np.zeros((size, expected.shape[1]))
+        rows_of, dense = (batch(inputs, blank, kind, order) for order in "FC")
+        calls = {"own": (own, rows_of), "interleaved": (own, dense)}
+        calls |= {f"hand {k}": (loop, rows_of) for k, loop in enumerate(loops)}
+        rows.append(_times(hands[0].repeat, calls, effort, size))
+    own_times, dense_times = (tuple(row[key] for row in rows) for key in ("own", "interleaved"))
+    hand_times = tuple(min(spent for key, spent in row.items() if key.startswith("hand")) for row in rows)
+    return HandTimes(f"{module}.{name}", kind, own_times, hand_times, dense_times)
+
+
+def _times(repeat: Any, calls: dict[str, tuple[Any, Batch]], effort: Effort, size: int) -> dict[str, float]:
+    """Seconds for each element. Python is called once for so many elements that it does not count."""
+    times = max(1, 100_000 // size)
+    prepared = {
+        key: functools.partial(repeat, loop, *given.arguments, ctypes.c_ssize_t(times))
+        for key, (loop, given) in calls.items()
+    }
+    return {key: spent / (times * size) for key, spent in in_turn(prepared, effort).items()}
+
+
+def _compare(title: str, found: Array, expected: Array) -> None:
+    limit = _ULPS * np.finfo(found.dtype).eps * np.abs(expected).max()
+    error = np.abs(found - expected).max()
+    if not error <= limit:
+        raise RuntimeError(f"{title}: hand-written C is off by {error:.1e}; expected at most {limit:.1e}")

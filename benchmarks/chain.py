@@ -1,0 +1,273 @@
+"""Kernels under numba beside the same kernels in C, and chains of kernels beside the chain as one kernel in C."""
+
+from __future__ import annotations
+
+import argparse
+import sys
+import time
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numba
+import numpy as np
+from rich.console import Console
+from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
+
+import gacompiler
+import generated
+from gacompiler.algebra.catalog import PGA3
+from gacompiler.runtime import load_module
+
+from .counts import write
+from .kernels import ORDERS, TYPES
+from .machine import version
+from .timing import FULL, QUICK, Effort
+
+PAGE = Path("docs/numba.md")
+SIZES = (1_000, 100_000, 1_000_000)
+
+KERNELS: tuple[tuple[str, int | None], ...] = (
+    ("pga3.motor_product", None),
+    ("pga3.move_point", None),
+    ("pga3.move_line", None),
+    ("pga3.move_plane", None),
+    ("pga3.join_points", None),
+    ("pga3.meet_three_planes", None),
+    ("pga3.geometric_product", None),
+    ("vga3.rotate_vector", None),
+    ("quaternion.product", None),
+    ("cga3.embed_point", None),
+    ("cga3.sphere_from_points", None),
+    ("cga3.meet_circle_sphere", None),
+    ("cga3.meet_sphere_plane", None),
+    ("cga3.move_point", None),
+    ("cga3.transform_vector", None),
+    ("pga3.motor_product", 0),
+    ("pga3.move_point", 0),
+    ("pga3.move_line", 0),
+    ("pga3.move_plane", 0),
+    ("vga3.rotate_vector", 0),
+    ("cga3.transform_vector", 0),
+)
+"""Kernels, and which argument is one element."""
+
+
+@dataclass(frozen=True, slots=True)
+class Pair:
+    """Seconds for each element in C and under numba."""
+
+    c: float
+    numba: float
+
+    @property
+    def ratio(self) -> float:
+        """How much longer numba takes."""
+        return self.numba / self.c
+
+
+@dataclass(frozen=True, slots=True)
+class Row:
+    """What was measured of one way to compute, by type and order, for each size."""
+
+    title: str
+    pairs: dict[tuple[str, str], tuple[Pair, ...]]
+
+
+def _module(name: str, backend: str) -> Any:
+    folder = Path(str(generated.__file__)).parent
+    module: Any = sys.modules.get(f"_{name}_on_{backend}")
+    return module or load_module(folder / f"{name}.py", f"_{name}_on_{backend}", backend)
+
+
+def _least(calls: Sequence[Callable[[], Any]], effort: Effort) -> list[float]:
+    """The least seconds of each of some calls, taken in turns: other work on the machine strikes all alike."""
+    numbers = []
+    for call in calls:
+        call()
+        start = time.perf_counter()
+        call()
+        numbers.append(max(1, round(effort.span / max(time.perf_counter() - start, 1e-9))))
+    times = [float("inf")] * len(calls)
+    for _ in range(effort.repeats):
+        for k, (call, number) in enumerate(zip(calls, numbers, strict=True)):
+            start = time.perf_counter()
+            for _ in range(number):
+                call()
+            times[k] = min(times[k], (time.perf_counter() - start) / number)
+    return times
+
+
+def _pair(c: Callable[..., Any], ours: Callable[..., Any], arrays: Sequence[Any], order: str, effort: Effort) -> Pair:
+    """Both on the same arrays, in turns.
+
+    Raises
+    ------
+    RuntimeError
+        When they compute something else.
+    """
+    right = c(*arrays)
+    outs = [np.array(right, order=order) for _ in range(2)]
+    size = len(right)
+    calls = [lambda: c(*arrays, out=outs[0]), lambda: ours(*arrays, out=outs[1])]
+    times = _least(calls, effort)
+    scale = float(np.abs(right).max())
+    if not np.allclose(outs[0], outs[1], rtol=0, atol=100 * float(np.finfo(right.dtype).eps) * scale):
+        raise RuntimeError(f"{getattr(c, 'name', c)}: C and numba give different results")
+    return Pair(times[0] / size, times[1] / size)
+
+
+def measure_kernel(title: str, same: int | None, sizes: Sequence[int], effort: Effort) -> Row:
+    """One kernel on both backends."""
+    name, _, kernel = title.partition(".")
+    c, ours = (getattr(_module(name, backend), kernel) for backend in ("c", "numba"))
+    shapes = c.signature.partition("->")[0].strip("()").split("),(")
+    rng = np.random.default_rng(0)
+    pairs = {}
+    for kind in TYPES:
+        for order in ORDERS:
+            found = []
+            for size in sizes:
+                leads = [() if k == same else (size,) for k in range(len(shapes))]
+                given = [rng.normal(size=(*lead, int(n))) for lead, n in zip(leads, shapes, strict=True)]
+                found.append(_pair(c, ours, [np.array(x, kind, order=order) for x in given], order, effort))
+            pairs[kind, order] = tuple(found)
+    return Row(title if same is None else f"{title}, one {'abc'[same]}", pairs)
+
+
+@gacompiler.kernel(a=PGA3.MOTOR, b=PGA3.MOTOR, p=PGA3.POINT, q=PGA3.POINT)
+def moved_line(a: Any, b: Any, p: Any, q: Any) -> Any:
+    """The line through two points, moved by `b` and then by `a`."""
+    m = a * b
+    return (m * p * ~m) & (m * q * ~m)
+
+
+def chains() -> dict[str, Callable[..., Any]]:
+    """Ways to write the chain with kernels under numba, as functions of arrays and ``out``."""
+    pga3 = _module("pga3", "numba")
+    product, move, join = pga3.motor_product.jit, pga3.move_point.jit, pga3.join_points.jit
+
+    @numba.njit
+    def leg(a: Any, b: Any, p: Any, q: Any) -> Any:
+        m = product(a, b)
+        return join(move(m, p), move(m, q))
+
+    @numba.njit
+    def tuples(a: Any, b: Any, p: Any, q: Any, out: Any) -> None:
+        for k in range(len(out)):
+            m = product(a[k], b[k])
+            join(move(m, p[k]), move(m, q[k]), out[k])
+
+    @numba.njit
+    def scratch(a: Any, b: Any, p: Any, q: Any, out: Any) -> None:
+        m, x, y = np.empty(8, a.dtype), np.empty(3, a.dtype), np.empty(3, a.dtype)
+        for k in range(len(out)):
+            product(a[k], b[k], m)
+            move(m, p[k], x)
+            move(m, q[k], y)
+            join(x, y, out[k])
+
+    def plain(loop: Any) -> Callable[..., Any]:
+        return lambda *arrays, out: loop(*arrays, out)
+
+    return {
+        "`Kernel.of`": pga3.Kernel.of(leg, "(8),(8),(3),(3)->(6)"),
+        "a loop, tuples": plain(tuples),
+        "a loop, small arrays": plain(scratch),
+    }
+
+
+def measure_chain(title: str, chain: Callable[..., Any], fused: Any, sizes: Sequence[int], effort: Effort) -> Row:
+    """One way to write the chain, beside the chain as one kernel in C."""
+    pga3 = _module("pga3", "c")
+    rng = np.random.default_rng(0)
+    pairs = {}
+    for kind in TYPES:
+        for order in ORDERS:
+            found = []
+            for size in sizes:
+                motors = [pga3.motor_exponential(0.4 * rng.normal(size=(size, 6))) for _ in range(2)]
+                given = [*motors, *(rng.normal(size=(size, 3)) for _ in range(2))]
+                found.append(_pair(fused, chain, [np.array(x, kind, order=order) for x in given], order, effort))
+            pairs[kind, order] = tuple(found)
+    return Row(title, pairs)
+
+
+def page(kernels: Sequence[Row], chained: Sequence[Row], sizes: Sequence[int]) -> str:
+    """The page in Markdown."""
+    ratios = [pair.ratio for row in kernels for pairs in row.pairs.values() for pair in pairs]
+    above = sum(ratio > 1.5 for ratio in ratios)
+    lines = [
+        "# numba beside C",
+        "",
+        f"Written by `python -m benchmarks chain`; numba {version('numba')}, numpy {version('numpy')}. Nanoseconds for",
+        "each element of whole calls, the least of several taken in turns: C, numba, and their ratio. Orders: `F`",
+        "coefficients after one another, `C` elements after one another.",
+        "",
+        f"Kernels: median ratio {float(np.median(ratios)):.2f}, largest {max(ratios):.2f};",
+        f"{above} of {len(ratios)} above 1.5.",
+    ]
+    chain = "## Chain: motor times motor, two points moved, joined; beside one kernel in C"
+    for heading, rows in (("## Kernels", kernels), (chain, chained)):
+        for kind in TYPES:
+            columns = [f"{size:,} {order}" for order in ORDERS for size in sizes]
+            lines += ["", f"{heading}, {kind}", "", f"| | {' | '.join(columns)} |", "|---|" + "---:|" * len(columns)]
+            for row in rows:
+                cells = [
+                    f"{pair.c * 1e9:.2f} {pair.numba * 1e9:.2f} **{pair.ratio:.2f}**"
+                    for order in ORDERS
+                    for pair in row.pairs[kind, order]
+                ]
+                lines.append(f"| {row.title} | {' | '.join(cells)} |")
+    return "\n".join(lines) + "\n"
+
+
+def main(arguments: list[str] | None = None) -> int:
+    """Measure, and write the page.
+
+    Parameters
+    ----------
+    arguments : list of str, optional
+        Of the command line; left out, those of the process.
+    """
+    options = _parser().parse_args(arguments)
+    out: Path = options.out
+    effort = QUICK if options.quick else FULL
+    sizes = tuple(options.sizes)
+    chosen = KERNELS[:: 8 if options.quick else 1]
+    if not list(Path(str(generated.__file__)).parent.glob("_build/pga3-*")):
+        print("chain: no built C; expected the libraries of generated/; build them with `gac build`", file=sys.stderr)
+        return 1
+    console = Console(stderr=True)
+    columns = (TextColumn("{task.description:<44}"), BarColumn(), MofNCompleteColumn(), TimeElapsedColumn())
+    with Progress(*columns, console=console, disable=not console.is_terminal) as bar:
+        ways = chains()
+        task = bar.add_task("numba", total=len(chosen) + len(ways))
+        kernels, chained = [], []
+        for title, same in chosen:
+            bar.update(task, description=title)
+            kernels.append(measure_kernel(title, same, sizes, effort))
+            bar.advance(task)
+        fused = gacompiler.compile(moved_line, backend="c")
+        for title, chain in ways.items():
+            bar.update(task, description=title)
+            chained.append(measure_chain(title, chain, fused, sizes, effort))
+            bar.advance(task)
+    try:
+        write(out, page(kernels, chained, sizes))
+    except OSError as error:
+        print(f"chain: {out}: {error.strerror}; expected a file to write to; choose one with --out", file=sys.stderr)
+        return 1
+    print(f"{out}: {len(kernels)} kernels, {len(chained)} ways to write a chain")
+    return 0
+
+
+def _parser() -> argparse.ArgumentParser:
+    parser = argparse.ArgumentParser(prog="python -m benchmarks chain", description=__doc__)
+    parser.add_argument("--quick", action="store_true", help="see that everything works; figures not for quoting")
+    parser.add_argument("--out", type=Path, default=PAGE, metavar="FILE", help="the page to write [%(default)s]")
+    parser.add_argument(
+        "--sizes", type=int, nargs="+", default=SIZES, metavar="N", help="numbers of elements [1000 100000 1000000]"
+    )
+    return parser

@@ -1,0 +1,232 @@
+"""What a user gains by each way of calling: fusion, threads, one element, arguments that stay the same."""
+
+from __future__ import annotations
+
+import contextlib
+import functools
+import importlib
+import os
+from collections.abc import Callable, Collection, Iterator, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+import gacompiler
+from gacompiler import kernel
+from gacompiler.algebra.catalog import PGA3
+from gacompiler.specs import pga3 as spec
+from generated import pga3
+
+from . import libraries
+from .cases import CASES
+from .kernels import ORDERS, ready
+from .timing import Effort, in_turn
+
+Array = np.ndarray
+Calls = dict[str, Callable[[], object]]
+
+FUSED_SIZES = (1_000, 100_000, 1_000_000)
+SIZES = (100_000, 1_000_000)
+QUICK_SIZES = (100,)
+
+THREADED = ("move_point", "motor_product", "motor_exponential")
+MOVED = {"move_point": 3, "move_line": 6, "move_plane": 4}
+"""Kernels that are given one motor and one for each element, and how many coefficients they move."""
+
+
+@kernel(a=PGA3.MOTOR, b=PGA3.MOTOR, p=PGA3.POINT, q=PGA3.POINT)
+def join_to_moved(a, b, p, q):
+    """The line to `q` from the point `p` moved by `b` and then by `a`."""
+    return spec.join_points(spec.move_point(spec.motor_product(a, b), p), q)
+
+
+@dataclass(frozen=True, slots=True)
+class Compared:
+    """Several ways to one result.
+
+    Attributes
+    ----------
+    title : str
+        What is computed.
+    size : int
+        Of how many elements; 1 has no leading axis.
+    order : str
+        Of all arrays: C or F.
+    times : dict of str to float
+        Seconds for each element by the name of the way.
+    peers : tuple of str
+        The ways that are another library's.
+    """
+
+    title: str
+    size: int
+    order: str
+    times: dict[str, float]
+    peers: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True, slots=True)
+class Features:
+    """What was measured, in the order of the page."""
+
+    fusion: tuple[Compared, ...]
+    threads: tuple[Compared, ...]
+    n_processors: int
+    one_call: tuple[Compared, ...]
+    same: tuple[Compared, ...]
+
+
+def measure(effort: Effort, quick: bool, processors: Collection[int], progress: Callable[[str], None]) -> Features:
+    """Time all of them.
+
+    Parameters
+    ----------
+    effort : Effort
+    quick : bool
+        Few elements.
+    processors : collection of int
+        Those that threads may use; empty where the system does not say.
+    progress : function of str
+        Told what comes next.
+    """
+    progress("fusion")
+    fused = fusion(QUICK_SIZES if quick else FUSED_SIZES, effort)
+    progress("threads")
+    with _on(processors):
+        shared = threads(QUICK_SIZES if quick else SIZES, effort)
+    progress("one call")
+    single = one_call(effort)
+    progress("one motor")
+    same = same_motor(QUICK_SIZES if quick else SIZES, effort)
+    return Features(fused, shared, len(processors) or os.cpu_count() or 1, single, same)
+
+
+def fusion(sizes: Sequence[int], effort: Effort) -> tuple[Compared, ...]:
+    """Motor product, moved point and join, by three kernels and by one."""
+    whole = gacompiler.compile(join_to_moved)
+    found = []
+    for size in sizes:
+        for order in ORDERS:
+            a, b, p, q = (np.array(x, order=order) for x in _chain(size))
+            m, moved, line, fused = (np.empty((size, n), order=order) for n in (8, 3, 6, 6))
+
+            def with_out(a: Any = a, b: Any = b, p: Any = p, q: Any = q, outs: Any = (m, moved, line)) -> None:
+                m, moved, line = outs
+                pga3.motor_product(a, b, out=m)
+                pga3.move_point(m, p, out=moved)
+                pga3.join_points(moved, q, out=line)
+
+            def plain(a: Any = a, b: Any = b, p: Any = p, q: Any = q) -> Array:
+                return pga3.join_points(pga3.move_point(pga3.motor_product(a, b), p), q)
+
+            def one(x: Any = (a, b, p, q), out: Any = fused) -> None:
+                whole(*x, out=out)
+
+            with_out()
+            one()
+            _agree("the fused kernel", fused, line)
+            calls: Calls = {"three": plain, "three, out=": with_out, "fused, out=": one}
+            found.append(_compared("motor product, moved point, join", size, order, calls, effort))
+    return tuple(found)
+
+
+def _chain(size: int) -> tuple[Array, Array, Array, Array]:
+    rng = np.random.default_rng(size)
+    a, b = (pga3.motor_exponential(0.4 * rng.normal(size=(size, 6))) for _ in range(2))
+    return a, b, rng.normal(size=(size, 3)), rng.normal(size=(size, 3))
+
+
+def threads(sizes: Sequence[int], effort: Effort) -> tuple[Compared, ...]:
+    """One and two threads, on structures of arrays."""
+    found = []
+    for name in THREADED:
+        case = next(case for case in CASES if (case.module, case.kernel, case.note) == ("pga3", name, ""))
+        for size in sizes:
+            arrays = case.arguments(np.random.default_rng(size), (size,))
+            calls = {
+                str(n): ready(functools.partial(getattr(pga3, name), num_threads=n), arrays, "F")[0] for n in (1, 2)
+            }
+            found.append(_compared(case.title, size, "F", calls, effort))
+    return tuple(found)
+
+
+@contextlib.contextmanager
+def _on(processors: Collection[int]) -> Iterator[None]:
+    """Let this thread, and those that it starts, run on these processors."""
+    if not processors or not hasattr(os, "sched_setaffinity"):
+        yield
+        return
+    before = os.sched_getaffinity(0)
+    os.sched_setaffinity(0, processors)
+    try:
+        yield
+    finally:
+        os.sched_setaffinity(0, before)
+
+
+def one_call(effort: Effort) -> tuple[Compared, ...]:
+    """The product of two motors, and a moved point, of one element each."""
+    rng = np.random.default_rng(0)
+    a, b = (pga3.motor_exponential(0.4 * rng.normal(size=6)) for _ in range(2))
+    p, motor_out, point_out = rng.normal(size=3), np.empty(8), np.empty(3)
+    m, n, point = pga3.Motor(*a), pga3.Motor(*b), pga3.Point(*p)
+    first, second = pga3.motor_to_matrix(a), pga3.motor_to_matrix(b)
+    turn, shift, matrix_out = first[:3, :3].copy(), first[:3, 3].copy(), np.empty((4, 4))
+    own: tuple[Calls, Calls] = (
+        {
+            "`motor * motor`": lambda: m * n,
+            "`motor_product(a, b, out=out)`": lambda: pga3.motor_product(a, b, out=motor_out),
+            "`motor_product(a, b)`": lambda: pga3.motor_product(a, b),
+        },
+        {
+            "`motor(point)`": lambda: m(point),
+            "`move_point(m, p, out=out)`": lambda: pga3.move_point(a, p, out=point_out),
+            "`move_point(m, p)`": lambda: pga3.move_point(a, p),
+        },
+    )
+    products: Calls = {
+        "numpy, 4 × 4 `matmul(a, b, out=out)`": lambda: np.matmul(first, second, out=matrix_out),
+        "numpy, 4 × 4 `a @ b`": lambda: first @ second,
+    }
+    moves: Calls = {"numpy, `turn @ p + shift`": lambda: turn @ p + shift}
+    for name, (library, _) in libraries.LIBRARIES.items():
+        if libraries.installed(name):
+            products[f"{name}, `a * b`"] = library(pga3.motor_product, "pga3", "product", (a, b)).run
+            moves[f"{name}, `m p ~m`"] = library(pga3.move_point, "pga3", "sandwich", (a, p)).run
+    if libraries.installed("pin"):
+        pin: Any = importlib.import_module("pinocchio")
+        left, right = pin.SE3(first), pin.SE3(second)
+        products["pin, `SE3 * SE3`"] = lambda: left * right
+        moves["pin, `SE3.act(p)`"] = lambda: left.act(p)
+    return tuple(
+        Compared(title, 1, "C", in_turn({**ours, **theirs}, effort), tuple(theirs))
+        for title, ours, theirs in zip(("motor product", "moved point"), own, (products, moves), strict=True)
+    )
+
+
+def same_motor(sizes: Sequence[int], effort: Effort) -> tuple[Compared, ...]:
+    """One motor for all elements, and one for each, in both orders."""
+    found = []
+    for name, n_coefficients in MOVED.items():
+        for size in sizes:
+            rng = np.random.default_rng(size)
+            motors, x = (
+                pga3.motor_exponential(0.4 * rng.normal(size=(size, 6))),
+                rng.normal(size=(size, n_coefficients)),
+            )
+            for order in ORDERS:
+                ways = {"each": motors, "one": motors[0]}
+                calls = {way: ready(getattr(pga3, name), (motor, x), order)[0] for way, motor in ways.items()}
+                found.append(_compared(f"pga3.{name}", size, order, calls, effort))
+    return tuple(found)
+
+
+def _agree(title: str, found: Any, expected: Any) -> None:
+    if not np.allclose(found, expected, rtol=1e-9, atol=1e-9):
+        raise RuntimeError(f"{title}: computes something else; largest difference {np.abs(found - expected).max():.1e}")
+
+
+def _compared(title: str, size: int, order: str, calls: Calls, effort: Effort) -> Compared:
+    times = {name: spent / size for name, spent in in_turn(calls, effort).items()}
+    return Compared(title, size, order, times)

@@ -1,0 +1,207 @@
+"""How long factors, joins and meets of blades take, in outer products of the same size, beside clifford and numpy."""
+
+from __future__ import annotations
+
+import argparse
+import sys
+import time
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from functools import reduce
+from pathlib import Path
+
+import numpy as np
+
+from algorithms.subspaces import (
+    Blade,
+    FactoredBlade,
+    FactoredVersor,
+    factorize_blade,
+    join,
+    join_and_meet,
+    outer_product,
+    reduced_factors,
+    split_bivectors,
+)
+
+from .counts import write
+from .libraries import installed
+from .machine import version
+
+PAGE = Path("docs/subspaces.md")
+SIZES = ((3, 1, 1), (4, 1, 2), (5, 2, 2), (6, 2, 3), (7, 3, 3), (8, 3, 4), (9, 4, 4), (10, 4, 5), (12, 5, 5))
+"""Numbers of vectors, and two grades: of the blades that are joined. Half as many vectors make a blade to factorise."""
+QUICK_SIZES = ((3, 1, 1), (5, 2, 2))
+ROUNDS = 7
+CLIFFORD = 6
+"""The most vectors that clifford is tried on: it keeps all coefficients of both blades."""
+
+
+@dataclass(frozen=True, slots=True)
+class Row:
+    """One size: nanoseconds for one element, by name of the operation."""
+
+    n: int
+    a: int
+    b: int
+    times: dict[str, float]
+
+
+def interleaved(calls: dict[str, Callable[[], object]], elements: int, rounds: int) -> dict[str, float]:
+    """Nanoseconds for one element: the least of rounds in which the calls take turns, after one that does not count."""
+    least = {}
+    for turn in range(rounds + 1):
+        for name, call in calls.items():
+            start = time.perf_counter()
+            call()
+            spent = time.perf_counter() - start
+            if turn:
+                least[name] = min(least.get(name, spent), spent)
+    return {name: 1e9 * spent / elements for name, spent in least.items()}
+
+
+def measure(n: int, a: int, b: int, elements: int, rounds: int) -> Row:
+    """All operations on random blades of one size."""
+    random = np.random.default_rng(n)
+    rows = random.normal(size=(elements, a + b, n))
+    first, second = FactoredBlade.of_vectors(rows[:, :a]), FactoredBlade.of_vectors(rows[:, a:])
+    one, two = first.coefficients(), second.coefficients()
+    # blades that share a direction
+    shared = FactoredBlade.of_vectors(np.concatenate([rows[:, :1], rows[:, a : a + b - 1]], 1)).coefficients()
+    k = max(2, n // 2)
+    halves = [
+        FactoredBlade.of_vectors(part).coefficients()
+        for part in np.split(random.normal(size=(elements, k, n)), [k // 2], 1)
+    ]
+    whole = outer_product(*halves)
+    assert isinstance(whole, Blade)
+    times = interleaved(
+        {
+            "outer product": lambda: outer_product(one, two),
+            "join": lambda: join(one, two),
+            "join, shared": lambda: join(one, shared),
+            "join, factored": lambda: join_and_meet(first, second),
+            "halves": lambda: outer_product(*halves),
+            "reduced factors": lambda: reduced_factors(whole, None),
+            "checked": lambda: reduced_factors(whole),
+            "orthonormal": lambda: factorize_blade(whole),
+        },
+        elements,
+        rounds,
+    )
+    times["averaged"] = interleaved({"": lambda: factorize_blade(whole, averaged=True)}, elements, 1)[""]
+    if n <= CLIFFORD and installed("clifford"):
+        times |= _clifford(n, rows[0], a, rounds)
+    return Row(n, a, b, times)
+
+
+def _clifford(n: int, rows: np.ndarray, a: int, rounds: int) -> dict[str, float]:
+    import clifford
+
+    layout, _ = clifford.Cl(n)
+    vectors = [sum(c * v for c, v in zip(row, layout.basis_vectors_lst, strict=True)) for row in rows]
+    one, two = (reduce(lambda u, v: u ^ v, part) for part in (vectors[:a], vectors[a:]))
+    whole = one ^ two
+    return interleaved(
+        {
+            "clifford outer": lambda: one ^ two,
+            "clifford factors": lambda: whole.factorise(),
+            "clifford join": lambda: one.join(two),
+        },
+        1,
+        rounds,
+    )
+
+
+def measure_others(rounds: int) -> dict[str, float]:
+    """Microseconds for one element of what has no outer product to compare with."""
+    random = np.random.default_rng(0)
+    blades = [FactoredBlade.of_vectors(random.normal(size=(100, k, 30))) for k in (14, 14)]
+    versors = [FactoredVersor(random.normal(size=(4, 20, 30))) for _ in range(2)]
+    bivectors = random.normal(size=(1000, 15))
+    minkowski = np.array([1.0] * 5 + [-1.0])
+    found = {
+        "join and meet of two 14-blades of 30 vectors, factored": (lambda: join_and_meet(*blades), 100),
+        "outer product of the same": (lambda: outer_product(*blades), 100),
+        "product of two versors of 20 vectors each, 30 dimensions": (
+            lambda: versors[0].geometric_product(versors[1]),
+            4,
+        ),
+        "split of a bivector of 6 vectors, Euclidean": (lambda: split_bivectors(bivectors, 6), 1000),
+        "split of a bivector of 6 vectors, one timelike": (lambda: split_bivectors(bivectors, 6, minkowski), 1000),
+    }
+    return {name: interleaved({"": call}, count, rounds)[""] / 1000 for name, (call, count) in found.items()}
+
+
+def page(rows: Sequence[Row], others: dict[str, float], elements: int, rounds: int) -> str:
+    """All figures as Markdown."""
+    lines = [
+        "# Subspaces",
+        "",
+        f"Nanoseconds for one of {elements} elements, the least of {rounds} rounds in which operations take turns; in",
+        "brackets, outer products: of two blades that make up the one to factorise, of the two blades to join.",
+        "*Reduced factors* are the fast form, *checked* with the proof that the element is a blade, *orthonormal* also",
+        "with that, *averaged* for noisy blades. Joins check both blades; *shared* ones have a meet; *factored* ones",
+        "need no check.",
+        "",
+    ]
+    factors, joins = (
+        ("reduced factors", "checked", "orthonormal", "averaged"),
+        ("join", "join, shared", "join, factored"),
+    )
+    for names, base in ((factors, "halves"), (joins, "outer product")):
+        lines += ["| n | grades | outer product | " + " | ".join(names) + " |"]
+        lines += ["| ---: | --- |" + " ---: |" * (len(names) + 1)]
+        for row in rows:
+            k = max(2, row.n // 2)
+            grades = (k // 2, k - k // 2) if base == "halves" else (row.a, row.b)
+            outer = row.times[base]
+            cells = [f"{row.times[name]:,.0f} ({row.times[name] / outer:.1f})" for name in names]
+            lines.append(f"| {row.n} | {grades[0]}, {grades[1]} | {outer:,.0f} | " + " | ".join(cells) + " |")
+        lines.append("")
+    lines.pop()
+    peers = [row for row in rows if "clifford join" in row.times]
+    if peers:
+        lines += ["", f"clifford {version('clifford')}, one element at a time:", ""]
+        lines += ["| n | grades | outer product | factors | join |", "| ---: | --- | ---: | ---: | ---: |"]
+        for row in peers:
+            cells = [f"{row.times[f'clifford {name}']:,.0f}" for name in ("outer", "factors", "join")]
+            lines.append(f"| {row.n} | {row.a}, {row.b} | " + " | ".join(cells) + " |")
+    lines += ["", "| other operations | µs |", "| --- | ---: |"]
+    lines += [f"| {name} | {spent:,.1f} |" for name, spent in others.items()]
+    return "\n".join(lines) + "\n"
+
+
+def main(arguments: list[str] | None = None) -> int:
+    """Measure, and write the page.
+
+    Parameters
+    ----------
+    arguments : list of str, optional
+        Of the command line; left out, those of the process.
+    """
+    options = _parser().parse_args(arguments)
+    out: Path = options.out
+    elements, rounds = (50, 1) if options.quick else (2000, ROUNDS)
+    rows = [measure(*size, elements, rounds) for size in (QUICK_SIZES if options.quick else SIZES)]
+    text = page(rows, measure_others(1 if options.quick else 3), elements, rounds)
+    try:
+        write(out, text)
+    except OSError as error:
+        print(
+            f"subspaces: {out}: {error.strerror}; expected a file to write to; choose one with --out", file=sys.stderr
+        )
+        return 1
+    print(f"{out}: {len(rows)} sizes")
+    return 0
+
+
+def _parser() -> argparse.ArgumentParser:
+    parser = argparse.ArgumentParser(prog="python -m benchmarks subspaces", description=__doc__)
+    parser.add_argument("--quick", action="store_true", help="see that everything works; figures not for quoting")
+    parser.add_argument("--out", type=Path, default=PAGE, metavar="FILE", help="the page to write [%(default)s]")
+    return parser
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,131 @@
+"""What CUDA and OpenCL share: functions of one element, and loops over a batch that a grid of threads divides.
+
+An array of a batch has two strides, in numbers: from element to element, and from component to component. Structures of
+arrays (1 and n) let neighbouring threads read neighbours in memory; arrays of structures have their size and 1; an
+argument that is the same for every element has 0 and 1.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+from ..ir.scalar import Op
+from .targets import Function, Language, LanguageNames
+
+C_WORDS = frozenset(
+    """
+    auto bool break case char const continue default do double else enum extern false float for goto if inline int long
+    register restrict return short signed sizeof static struct switch true typedef union unsigned void volatile while
+    NULL NAN INFINITY HUGE_VAL MAXFLOAT M_E M_LOG2E M_LOG10E M_LN2 M_LN10 M_PI M_PI_2 M_PI_4 M_1_PI M_2_PI M_2_SQRTPI
+    M_SQRT2 M_SQRT1_2 linux unix i386 errno stdin stdout stderr
+    """.split()  # noqa: SIM905
+)
+"""Keywords of C, and macros that may be there."""
+
+ARITHMETIC: Mapping[Op, str] = {
+    Op.ADD: "{0} + {1}",
+    Op.SUBTRACT: "{0} - {1}",
+    Op.MULTIPLY: "{0} * {1}",
+    Op.DIVIDE: "{0} / {1}",
+    Op.NEGATE: "-{0}",
+    Op.MINIMUM: "{0} < {1} || {0} != {0} ? {0} : {1}",
+    Op.MAXIMUM: "{0} > {1} || {0} != {0} ? {0} : {1}",
+}
+"""What every language with the operators of C writes alike; minimum and maximum are NaN where either operand is."""
+
+
+@dataclass(frozen=True, slots=True)
+class Element:
+    """One element in one thread.
+
+    Attributes
+    ----------
+    parameters : str
+        Of the function.
+    lines : tuple of str
+        Its statements.
+    """
+
+    parameters: str
+    lines: tuple[str, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class Batch:
+    """A loop of a thread over its elements.
+
+    Attributes
+    ----------
+    parameters : str
+        Of the function.
+    passed : str
+        The same as arguments of a call.
+    lines : tuple of str
+        Its statements.
+    """
+
+    parameters: str
+    passed: str
+    lines: tuple[str, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class Grid:
+    """How a language writes what the loops need.
+
+    Attributes
+    ----------
+    real, array, index : str
+        The types of a number, of what an array in the memory of all threads consists of, and of a count or a stride.
+    first, step : str
+        The number of this thread, and how many there are.
+    """
+
+    real: str
+    array: str
+    index: str
+    first: str
+    step: str
+
+
+def element(printed: Function, real: str) -> Element:
+    """The function of one element."""
+    texts = [f"{real} {part.name}" if part.is_scalar else f"const {real} *{part.name}" for part in printed.inputs]
+    texts += [f"{real} *{part.name}" for part in printed.outputs]
+    unused = [f"(void){name};" for name in printed.unused]
+    return Element(", ".join(texts), (*unused, *printed.statements))
+
+
+def batch(printed: Function, language: Language, name: str, grid: Grid) -> Batch:
+    """The loop over a batch around the function `name` of one element."""
+    names = LanguageNames(language)
+    names.fresh(name)
+    arrays = [names.fresh(part.name) for part in printed.parts]
+    strides = [(names.fresh(f"{each}_element"), names.fresh(f"{each}_component")) for each in arrays]
+    count, at, component = names.fresh("n"), names.fresh("i"), names.fresh("k")
+    local = [names.fresh(f"{each}_i") for each in arrays]
+
+    parameters, passed = [f"{grid.index} {count}"], [count]
+    reads, writes, arguments, declared = [], [], [], []
+    for k, part in enumerate(printed.parts):
+        is_input = k < len(printed.inputs)
+        parameters.append(f"{'const ' if is_input else ''}{grid.array} *{arrays[k]}")
+        parameters += [f"{grid.index} {stride}" for stride in strides[k]]
+        passed += [arrays[k], *strides[k]]
+        place = f"{arrays[k]}[{at} * {strides[k][0]}"
+        if part.is_scalar and is_input:
+            arguments.append(f"{place}]")
+            reads.append(f"(void){strides[k][1]};")
+            continue
+        declared.append(f"{local[k]}[{part.size}]")
+        arguments.append(local[k])
+        loop = f"for (int {component} = 0; {component} < {part.size}; {component}++)"
+        inside, outside = f"{local[k]}[{component}]", f"{place} + {component} * {strides[k][1]}]"
+        if is_input:
+            reads += [loop, f"    {inside} = {outside};"]
+        else:
+            writes += [loop, f"    {outside} = {inside};"]
+    inner = [f"{grid.real} {', '.join(declared)};", *reads, f"{name}({', '.join(arguments)});", *writes]
+    head = f"for ({grid.index} {at} = {grid.first}; {at} < {count}; {at} += {grid.step}) {{"
+    return Batch(", ".join(parameters), ", ".join(passed), (head, *(f"    {line}" for line in inner), "}"))

@@ -1,0 +1,68 @@
+"""OpenCL C 1.2: functions of one element and kernels over a batch, in the precision that the program is built with."""
+
+from __future__ import annotations
+
+from ..ir.scalar import Op, Rational
+from .devices import ARITHMETIC, C_WORDS, Grid, batch, element
+from .module import ModuleSource
+from .printers import number
+from .targets import Language, comment, function, function_names, render_target
+
+_POLICY = "contraction: #pragma OPENCL FP_CONTRACT OFF (every operation is rounded once)"
+_GRID = Grid("REAL", "__global REAL", "long", "get_global_id(0)", "get_global_size(0)")
+_VECTORS = ("char", "uchar", "short", "ushort", "int", "uint", "long", "ulong", "half", "float", "double")
+
+
+def _number(value: Rational) -> str:
+    return f"(REAL){number(value)}"
+
+
+OPENCL = Language(
+    operations={
+        **ARITHMETIC,
+        Op.SQRT: "sqrt({0})",
+        Op.SIN: "sin({0})",
+        Op.COS: "cos({0})",
+        Op.ATAN2: "atan2({0}, {1})",
+        Op.ACOS: "acos({0})",
+        Op.EXP: "exp({0})",
+        Op.LOG: "log({0})",
+        Op.ABS: "fabs({0})",
+        Op.LESS: "(REAL)({0} < {1})",
+        Op.LESS_EQUAL: "(REAL)({0} <= {1})",
+        Op.EQUAL: "(REAL)({0} == {1})",
+        Op.SELECT: "{0} != 0 ? {1} : {2}",
+    },
+    declaration="const REAL {0} = {1};",
+    number=_number,
+    # Vectors, images and address spaces are types and keywords here; a variable would hide a function.
+    reserved=C_WORDS
+    | frozenset(
+        """
+        REAL sqrt sin cos atan2 acos exp log fabs
+        kernel global local constant private generic pipe uniform half quad complex imaginary uchar ushort uint ulong
+        size_t ptrdiff_t event_t sampler_t queue_t ndrange_t clk_event_t reserve_id_t cl_mem_fence_flags
+        read_only write_only read_write vec_step as_double as_float get_global_id get_global_size
+        image1d_t image1d_array_t image1d_buffer_t image2d_t image2d_array_t image3d_t
+        """.split()  # noqa: SIM905
+    )
+    | {f"{kind}{n}" for kind in _VECTORS for n in (2, 3, 4, 8, 16)},
+)
+
+
+def opencl_source(module: ModuleSource) -> str:
+    """The ``.cl`` of a module; ``REAL`` is double unless the program is built with ``-D REAL=float``."""
+    kernels = []
+    wanted = [f"{module.name}_{kernel.program.name}" for kernel in module.kernels]
+    for kernel, (name, over_batch) in zip(module.kernels, function_names(wanted, OPENCL, "_batch"), strict=True):
+        printed = function(kernel.program, OPENCL)
+        kernels.append(
+            {
+                "comment": comment(kernel),
+                "name": name,
+                "element": element(printed, "REAL"),
+                "batch_name": over_batch,
+                "batch": batch(printed, OPENCL, name, _GRID),
+            }
+        )
+    return render_target("opencl.cl.jinja", module, _POLICY, kernels=kernels)

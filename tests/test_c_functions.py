@@ -1,0 +1,170 @@
+"""The transcendental functions of C loops against mpmath at 50 digits; special numbers against the C library."""
+
+from __future__ import annotations
+
+import itertools
+import math
+from collections.abc import Callable
+from types import ModuleType
+from typing import Any
+
+import mpmath
+import numpy as np
+import pytest
+from backend_programs import load, module_source, traced, write
+
+from gacompiler.backends.approximations import APPROXIMATIONS, coefficients, series
+from gacompiler.backends.build import build_library, find_compiler
+from gacompiler.backends.c_functions import FARTHEST
+from gacompiler.ir.scalar import Op
+
+FUNCTIONS: dict[str, tuple[Op, Callable[..., Any], Callable[..., Any]]] = {
+    "sine": (Op.SIN, mpmath.sin, np.sin),
+    "cosine": (Op.COS, mpmath.cos, np.cos),
+    "exponential": (Op.EXP, mpmath.exp, np.exp),
+    "logarithm": (Op.LOG, mpmath.log, np.log),
+    "angle": (Op.ATAN2, mpmath.atan2, np.arctan2),
+    "arc": (Op.ACOS, mpmath.acos, np.arccos),
+}
+MOST_ULP = 2
+
+needs_c = pytest.mark.skipif(find_compiler() is None, reason="no C compiler")
+
+
+def _program(name: str, op: Op) -> Any:
+    shapes: dict[str, tuple[int, ...]] = {"y": (), "x": ()} if op is Op.ATAN2 else {"x": ()}
+    return traced(name, shapes, lambda *x: x[0].graph.apply(op, *x), {"out": ()})
+
+
+@pytest.fixture(scope="module")
+def module(tmp_path_factory: pytest.TempPathFactory) -> ModuleType:
+    folder = tmp_path_factory.mktemp("functions")
+    programs = [_program(name, op) for name, (op, _, _) in FUNCTIONS.items()]
+    programs.append(
+        traced("turned", {"v": (2,)}, lambda v: [v[0] * v[0].graph.apply(Op.COS, v[1]), v[1]], {"out": (2,)})
+    )
+    build_library(write(module_source("functions", *programs), folder))
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setenv("GAC_BACKEND", "c")
+        return load(folder / "functions.py", "functions")
+
+
+def _arguments(name: str, dtype: Any) -> list[np.ndarray[Any, Any]]:
+    """Arguments where the functions are hard: small, large, near multiples of pi/2, near roots."""
+    rng = np.random.default_rng(5)
+    info = np.finfo(dtype)
+    signs = rng.choice([-1, 1], 600)
+    spread = signs * np.exp(rng.uniform(np.log(1e-12), np.log(1e4), 600))
+    wide = np.exp(rng.uniform(np.log(info.tiny), np.log(info.max), 600))
+    if name in ("sine", "cosine"):
+        near = (np.arange(1, 601) * 68 * np.pi / 2).astype(dtype)
+        return [np.concatenate([spread, rng.uniform(-8, 8, 600), near, np.nextafter(near, dtype(0))]).astype(dtype)]
+    if name == "exponential":
+        most = math.log(info.max)
+        return [np.concatenate([spread[abs(spread) < most], rng.uniform(-most, most, 900)]).astype(dtype)]
+    if name == "logarithm":
+        near = 1 + signs * np.exp(rng.uniform(np.log(info.eps), np.log(0.5), 600))
+        return [np.concatenate([wide, near, info.smallest_subnormal * np.arange(1, 99)]).astype(dtype)]
+    if name == "arc":
+        near = signs * (1 - np.exp(rng.uniform(np.log(info.eps), 0, 600)))
+        return [np.concatenate([near, rng.uniform(-1, 1, 600), [-1, -0.5, 0.5, 1]]).astype(dtype)]
+    y = np.concatenate([spread, rng.normal(size=600), wide * signs, np.linspace(0.5, 0.6, 300)]).astype(dtype)
+    x = np.concatenate([rng.permutation(spread), rng.normal(size=600), wide, np.ones(300)]).astype(dtype)
+    return [y, x]
+
+
+@needs_c
+@pytest.mark.parametrize("dtype", [np.float64, np.float32])
+@pytest.mark.parametrize("name", FUNCTIONS)
+def test_every_function_is_within_two_ulp(name: str, dtype: Any, module: ModuleType) -> None:
+    arguments = _arguments(name, dtype)
+    found = getattr(module, name)(*arguments)
+    assert found.dtype == dtype
+    smallest = float(np.finfo(dtype).smallest_subnormal)
+    worst = mpmath.mpf(0)
+    with mpmath.workdps(50):
+        for y, *x in zip(found, *arguments, strict=True):
+            exact = FUNCTIONS[name][1](*map(mpmath.mpf, map(float, x)))
+            unit = max(float(np.spacing(abs(dtype(float(exact))))), smallest)
+            worst = max(worst, abs(mpmath.mpf(float(y)) - exact) / unit)
+    assert worst < MOST_ULP
+
+
+@needs_c
+@pytest.mark.parametrize("dtype", [np.float64, np.float32])
+@pytest.mark.parametrize("name", FUNCTIONS)
+def test_special_numbers_are_those_of_the_c_library(name: str, dtype: Any, module: ModuleType) -> None:
+    info = np.finfo(dtype)
+    numbers = [0.0, 1.0, 2.0, info.max, info.tiny, info.smallest_subnormal, np.inf, 710.0, 1e-30]
+    special = np.array([*numbers, *(-x for x in numbers), np.nan], dtype)
+    arguments = list(zip(*itertools.product(special, repeat=1 + (name == "angle")), strict=True))
+    arrays = [np.array(argument, dtype) for argument in arguments]
+    found = getattr(module, name)(*arrays)
+    with np.errstate(all="ignore"):
+        known = FUNCTIONS[name][2](*arrays)
+    np.testing.assert_array_equal(np.isnan(found), np.isnan(known))
+    np.testing.assert_array_equal(np.signbit(found[~np.isnan(known)]), np.signbit(known[~np.isnan(known)]))
+    units = np.where(np.isfinite(known), np.maximum(np.spacing(abs(known)), info.smallest_subnormal), 1)
+    with np.errstate(invalid="ignore"):
+        difference = np.where(found == known, 0, abs(found - known) / units)
+    assert np.nanmax(difference) <= 3
+
+
+@needs_c
+@pytest.mark.parametrize("dtype", [np.float64, np.float32])
+@pytest.mark.parametrize("name", ["sine", "cosine"])
+def test_one_far_angle_in_a_batch_is_as_exact_as_the_others(name: str, dtype: Any, module: ModuleType) -> None:
+    function, known = getattr(module, name), FUNCTIONS[name][2]
+    for n in (1, 15, 16, 64, 65, 200, 1000):
+        x = np.linspace(-3, 3, n).astype(dtype)
+        x[n // 2] = 1e6
+        x[-1] = -np.float32(3e38)
+        out = function(x)
+        np.testing.assert_allclose(out, known(x.astype(float)).astype(dtype), rtol=0, atol=2 * np.finfo(dtype).eps)
+        # The far angles change nothing for the others, nor does writing over the angles.
+        x[[n // 2, -1]] = FARTHEST, 0
+        alone = np.array([function(one) for one in x])
+        np.testing.assert_array_equal(function(x), alone)
+        np.testing.assert_array_equal(function(x, out=x), alone)
+
+
+@needs_c
+@pytest.mark.parametrize("order", ["C", "F"])
+def test_results_may_be_written_over_arguments_with_far_angles(order: Any, module: ModuleType) -> None:
+    v = np.asarray(np.random.default_rng(1).normal(size=(300, 2)), order=order)
+    v[::70, 1] = 1e9
+    expected = np.stack([v[:, 0] * np.cos(v[:, 1]), v[:, 1]], -1)
+    written = v.copy(order)
+    module.turned(written, out=written)
+    np.testing.assert_allclose(written, expected, rtol=1e-15)
+
+
+@pytest.mark.parametrize("double", [True, False], ids=["double", "float"])
+@pytest.mark.parametrize("name", APPROXIMATIONS)
+def test_polynomials_leave_less_than_a_quarter_of_an_ulp(name: str, double: bool) -> None:
+    """Beside the first terms, which are 1 or more, what a polynomial leaves is multiplied by this power of ``z``."""
+    power = 2 if name in ("cos", "exp") else 1
+    unit = mpmath.mpf(2) ** (-53 if double else -24)
+    with mpmath.workdps(40):
+        low, high = map(mpmath.mpf, APPROXIMATIONS[name].interval())
+        for k in range(101):
+            z = low + (high - low) * k / 100
+            polynomial = mpmath.polyval([mpmath.mpf(c) for c in reversed(coefficients(name, double=double))], z)
+            assert abs((polynomial - series(name, z)) * z**power) < unit / 2
+
+
+def test_polynomials_stand_for_the_functions() -> None:
+    with mpmath.workdps(40):
+        r = mpmath.mpf("0.3")
+        z = r * r
+        values = {
+            "sin": (mpmath.sin(r) / r - 1) / z,
+            "cos": (mpmath.cos(r) - 1 + z / 2) / z**2,
+            "exp": (mpmath.exp(z) - 1 - z) / z**2,
+            "log": (mpmath.log((1 + r) / (1 - r)) / r - 2) / z,
+            "atan": (mpmath.atan(r) / r - 1) / z,
+            "asin": (mpmath.asin(r) / r - 1) / z,
+        }
+        assert values.keys() == APPROXIMATIONS.keys()
+        for name, value in values.items():
+            assert abs(series(name, z) - value) < mpmath.mpf(10) ** -35

@@ -1,0 +1,97 @@
+"""What dask, xarray and Ray ask of a function, without them. In tests/peers/test_large_data.py they call them."""
+
+from __future__ import annotations
+
+import importlib
+import multiprocessing
+import pkgutil
+import re
+from concurrent.futures import ProcessPoolExecutor, ThreadPoolExecutor
+from typing import Any
+
+import numpy as np
+import pytest
+
+import generated
+from generated import pga3
+
+MODULES = [importlib.import_module(f"generated.{info.name}") for info in pkgutil.iter_modules(generated.__path__)]
+KERNELS = [getattr(module, name) for module in MODULES for name in module.kernels]
+
+
+def shapes(signature: str) -> tuple[list[tuple[int, ...]], list[tuple[int, ...]]]:
+    """The shapes of one element's arguments and results, read from a signature."""
+    parts = [re.findall(r"\(([\d,]*)\)", side) for side in signature.split("->")]
+    inputs, outputs = ([tuple(map(int, filter(None, text.split(",")))) for text in side] for side in parts)
+    return inputs, outputs
+
+
+@pytest.mark.parametrize("dtype", [np.float32, np.float64])
+@pytest.mark.parametrize("module", MODULES, ids=lambda module: module.__name__)
+def test_no_elements(module: Any, dtype: Any) -> None:
+    """Batches without elements, by which types and shapes are inferred, of every kernel."""
+    assert len(module.kernels) > 0
+    for name in module.kernels:
+        kernel = getattr(module, name)
+        inputs, outputs = shapes(kernel.signature)
+        for first, others, leading in (((0,), (0,), (0,)), ((5, 0), (), (5, 0)), ((0, 1), (1, 4), (0, 4))):
+            lead = [first, *[others] * (len(inputs) - 1)]
+            if len(inputs) == 1:
+                leading = first
+            arguments = [np.ones(extra + shape, dtype) for extra, shape in zip(lead, inputs, strict=True)]
+            found = kernel(*arguments)
+            found = found if isinstance(found, tuple) else (found,)
+            assert [(a.shape, a.dtype) for a in found] == [(leading + shape, dtype) for shape in outputs], kernel
+
+
+def test_output_sizes_are_those_of_the_signature() -> None:
+    for kernel in KERNELS:
+        named = {str(size): size for shape in shapes(kernel.signature)[1] for size in shape}
+        assert kernel.output_sizes == named
+    assert pga3.motor_to_rotor_translation.output_sizes == {"4": 4, "3": 3}
+    assert pga3.motor_to_matrix.output_sizes == {"4": 4}
+    assert pga3.distance_points.output_sizes == {}
+
+
+def batch(n: int) -> tuple[np.ndarray[Any, Any], np.ndarray[Any, Any], np.ndarray[Any, Any]]:
+    """Motors, points, and where the motors take them, by matrices."""
+    rng = np.random.default_rng(n)
+    m, p = pga3.motor_exponential(rng.normal(size=(n, 6))), rng.normal(size=(n, 3))
+    matrix = pga3.motor_to_matrix(m)
+    return m, p, (matrix[:, :3, :3] @ p[..., None])[..., 0] + matrix[:, :3, 3]
+
+
+def test_signature_is_read_by_numpy() -> None:
+    m, p, right = batch(7)
+    function = np.vectorize(pga3.move_point, signature=pga3.move_point.signature)
+    np.testing.assert_allclose(function(m, p), right, 0, 1e-13)
+
+
+def test_arrays_as_schedulers_hand_them_over() -> None:
+    """Read-only, out of a buffer that is not aligned, and with coefficients first in memory."""
+    m, p, right = batch(50)
+    raw = np.frombuffer(b"\0" + m.tobytes(), np.uint8)[1:].view(np.float64).reshape(m.shape)
+    assert not raw.flags.aligned and not raw.flags.writeable
+    fixed = p.copy()
+    fixed.flags.writeable = False
+    for arguments in ((raw, fixed), (np.asfortranarray(m), fixed), (m, np.asfortranarray(fixed)), (m, fixed)):
+        np.testing.assert_allclose(pga3.move_point(*arguments), right, 0, 1e-13)
+        np.testing.assert_allclose(pga3.move_point(*(a[3] for a in arguments)), right[3], 0, 1e-13)
+        np.testing.assert_allclose(pga3.move_point(*(a[::-2] for a in arguments)), right[::-2], 0, 1e-13)
+
+
+def test_another_process() -> None:
+    """A kernel travels as its name, and its arguments and results as arrays."""
+    m, p, right = batch(50)
+    with ProcessPoolExecutor(1, mp_context=multiprocessing.get_context("spawn")) as pool:
+        found = pool.submit(pga3.move_point, m, p).result()
+    np.testing.assert_allclose(found, right, 0, 1e-13)
+
+
+def test_many_threads() -> None:
+    """Calls of one kernel at the same time, of many shapes, so that plans are made and forgotten meanwhile."""
+    cases = [batch(n) for n in range(1, 400)]
+    with ThreadPoolExecutor(8) as pool:
+        results = list(pool.map(lambda case: pga3.move_point(case[0], case[1]), cases))
+    for found, (_, _, right) in zip(results, cases, strict=True):
+        np.testing.assert_allclose(found, right, 0, 1e-12)

@@ -1,0 +1,160 @@
+"""Bivectors as sums of commuting blades: against sums that were made, and exponentials of scipy."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from scipy.linalg import expm
+from scipy.stats import ortho_group
+
+from algorithms.subspaces import BivectorParts, split_bivectors
+from gacompiler.algebra.algebra import Algebra
+from gacompiler.algebra.catalog import CGA3, PGA3, STA, null_pairs, orthogonal
+
+RANDOM = np.random.default_rng(22)
+
+
+@pytest.fixture(autouse=True)
+def same_numbers_in_any_order() -> None:
+    """The numbers of a test do not depend on the tests before it."""
+    RANDOM.bit_generator.state = np.random.default_rng(22).bit_generator.state
+
+
+def gram_of(algebra: Algebra) -> np.ndarray:
+    return np.array([[float(x) for x in row] for row in algebra.gram])
+
+
+def matrix(coefficients: np.ndarray, n: int) -> np.ndarray:
+    result = np.zeros((*coefficients.shape[:-1], n, n))
+    at = 0
+    for j in range(n):
+        for i in range(j):
+            result[..., i, j], result[..., j, i] = coefficients[..., at], -coefficients[..., at]
+            at += 1
+    return result
+
+
+def coefficients(skew: np.ndarray) -> np.ndarray:
+    n = skew.shape[-1]
+    return np.stack([skew[..., i, j] for j in range(n) for i in range(j)], -1)
+
+
+def check(found: BivectorParts, bivector: np.ndarray, n: int, gram: np.ndarray, tolerance: float = 1e-11) -> None:
+    """The sum, simplicity by rank, commuting as operators, squares."""
+    size = np.abs(bivector).max()
+    assert np.abs(found.parts.sum(-2) - bivector).max() < tolerance * size
+    parts = matrix(found.parts, n)
+    assert np.linalg.svd(parts, compute_uv=False)[..., 2:].max(initial=0) < tolerance * size
+    maps = parts @ gram
+    for i in range(maps.shape[-3]):
+        square = maps[..., i, :, :] @ maps[..., i, :, :] @ maps[..., i, :, :]
+        assert np.abs(square - found.squares[..., i, None, None] * maps[..., i, :, :]).max() < tolerance * 100 * size**3
+        for j in range(i):
+            one, two = maps[..., i, :, :], maps[..., j, :, :]
+            assert np.abs(one @ two - two @ one).max() < tolerance * 100 * size**2
+
+
+@pytest.mark.parametrize("n", range(2, 13))
+@pytest.mark.parametrize("scale", [1e-8, 1.0, 1e8])
+def test_euclidean_bivectors(n: int, scale: float) -> None:
+    bivectors = scale * RANDOM.normal(size=(20, n * (n - 1) // 2))
+    found = split_bivectors(bivectors, n)
+    assert found.is_split.all()
+    check(found, bivectors, n, np.eye(n))
+    assert (np.diff(found.squares, axis=-1) >= -1e-12 * scale**2).all() and (found.squares <= 0).all()
+    # a rotation turns each plane by its rate
+    angles = np.sort(np.abs(np.angle(np.linalg.eigvals(expm(matrix(bivectors[0] / scale, n))))))[::-1]
+    rates = np.sqrt(-found.squares[0]) / scale
+    expected = np.abs((rates + np.pi) % (2 * np.pi) - np.pi)
+    assert np.abs(np.sort(np.repeat(expected, 2))[::-1] - angles[: 2 * len(rates)]).max() < 1e-7
+
+
+def test_equal_and_small_rates() -> None:
+    n = 8
+    frame = ortho_group.rvs(n, random_state=5)
+    for rates in ([1.0, 1.0, 1.0, 1.0], [2.0, 1.0, 1.0, 0.0], [1.0, 1e-9, 0.0, 0.0], [3.0, 1.0, 1.0, 1.0 + 1e-12]):
+        skew = np.zeros((n, n))
+        for k, rate in enumerate(rates):
+            skew[2 * k, 2 * k + 1], skew[2 * k + 1, 2 * k] = rate, -rate
+        bivector = coefficients(frame @ skew @ frame.T)
+        found = split_bivectors(bivector, n)
+        check(found, bivector, n, np.eye(n))
+        assert np.abs(np.sqrt(-found.squares) - np.sort(rates)[::-1]).max() < 1e-12
+
+
+@pytest.mark.parametrize("algebra", [STA, CGA3, orthogonal(5, 1), orthogonal(1, 6)], ids=lambda a: a.name)
+def test_bivectors_of_one_timelike_direction(algebra: Algebra) -> None:
+    n, gram = algebra.dimension, gram_of(algebra)
+    bivectors = RANDOM.normal(size=(50, n * (n - 1) // 2))
+    found = split_bivectors(bivectors, n, gram)
+    assert found.is_split.all()
+    check(found, bivectors, n, gram, 1e-9)
+    assert ((found.squares > 1e-9).sum(-1) <= 1).all()
+    truth = np.linalg.eigvals(matrix(bivectors, n) @ gram) ** 2
+    for one, all_of in zip(found.squares, truth, strict=True):
+        assert max(np.abs(all_of - square).min() for square in one) < 1e-8
+
+
+def test_screws_and_null_rotations() -> None:
+    """In PGA a screw is a rotation and a translation that commute; in STA and beyond null parts stay whole."""
+    screw = np.array([2.0, 0.3, 0.5, 1.0, -0.7, 0.2])
+    gram = gram_of(PGA3)
+    found = split_bivectors(screw, 4, gram)
+    assert found.is_split
+    check(found, screw, 4, gram)
+    assert np.allclose(np.sort(found.squares), [-(4 + 0.09 + 0.25), 0.0])
+    null = np.zeros((6, 6))
+    minkowski = np.diag([1.0, 1, 1, 1, 1, -1])
+    null[0, 4] = null[0, 5] = 1.0
+    null[1, 2] = 3.0
+    turn = expm(matrix(RANDOM.normal(size=15) * 0.3, 6) @ minkowski)
+    bivector = coefficients(turn @ (null - null.T) @ turn.T)
+    found = split_bivectors(bivector, 6, minkowski)
+    assert found.is_split
+    check(found, bivector, 6, minkowski, 1e-9)
+    assert np.allclose(np.sort(found.squares), [-9, 0, 0], atol=1e-8)
+
+
+def test_small_boosts_beside_fast_turns() -> None:
+    minkowski = np.diag([1.0, 1, 1, 1, 1, -1])
+    skew = np.zeros((6, 6))
+    skew[0, 1], skew[2, 3], skew[4, 5] = 5.0, 5.0, 1e-7
+    turn = expm(matrix(RANDOM.normal(size=15) * 0.3, 6) @ minkowski)
+    bivector = coefficients(turn @ (skew - skew.T) @ turn.T)
+    found = split_bivectors(bivector, 6, minkowski)
+    assert found.is_split
+    check(found, bivector, 6, minkowski, 1e-9)
+
+
+def test_where_no_real_split_is_singled_out() -> None:
+    """Complex rates of G(2, 2), and a nilpotent bivector that is not simple."""
+    gram = np.diag([1.0, 1, -1, -1])
+    skew = np.zeros((4, 4))
+    skew[0, 1], skew[2, 3], skew[0, 2], skew[1, 3] = 1.0, -1.0, 0.5, 0.5
+    bivector = coefficients(skew - skew.T)
+    rates = np.linalg.eigvals(matrix(bivector, 4) @ gram)
+    found = split_bivectors(np.stack([bivector, [1.0, 0, 0, 0, 0, 0]]), 4, gram)
+    assert np.abs((rates**2).imag).max() > 0.1
+    assert found.is_split.tolist() == [False, True]
+    assert np.allclose(found.parts.sum(-2)[0], bivector)
+    null = np.zeros((8, 8))
+    null[0, 1], null[2, 3] = 1.0, 2.0  # w1^w2 + 2 w3^w4: null in many ways
+    assert not split_bivectors(coefficients(null - null.T), 8, gram_of(null_pairs(4))).is_split
+    null[2, 3] = 0.0
+    assert split_bivectors(coefficients(null - null.T), 8, gram_of(null_pairs(4))).is_split
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        (([1.0, 2.0], 3), r"\(\.\.\., 3\)"),
+        (([], 3), r"shape \(0,\)"),
+        (([np.nan, 0, 0], 3), "nan"),
+        (([1.0], 1), "2 or more"),
+        (([1.0], 31), "30"),
+        (([1.0, 0, 0], 3, [1, 1]), "gram"),
+    ],
+)
+def test_bad_arguments_are_named(arguments: tuple, words: str) -> None:
+    with pytest.raises(ValueError, match=words):
+        split_bivectors(*arguments)

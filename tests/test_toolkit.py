@@ -1,0 +1,103 @@
+"""``docs/toolkit.md`` is the table of the toolkit, and every function and every test that it names is there.
+
+``python tests/test_toolkit.py`` writes the page anew.
+"""
+
+from __future__ import annotations
+
+import ast
+import re
+import sys
+from importlib import import_module
+from importlib.util import find_spec
+from pathlib import Path
+
+import pytest
+import toolkit_pga
+from toolkit_table import Entry
+
+ROOT = Path(__file__).parent.parent
+PAGE = ROOT / "docs" / "toolkit.md"
+TITLES = {
+    "pga3": "Points, lines, planes and motors of space: `generated.pga3`",
+    "pga2": "Points, lines and motors of the plane: `generated.pga2`",
+    "motors": "Means, curves and fits of motors: `algorithms.motors`",
+    "cga3": "Conformal geometry of space: `generated.cga3`",
+    "cga2": "Conformal geometry of the plane: `generated.cga2`",
+}
+PRODUCTS = {
+    "geometric_product", "outer_product", "regressive_product", "inner_product", "commutator", "reverse",
+    "grade_involution", "clifford_conjugate", "dual", "undual", "norm", "ideal_norm",
+}  # fmt: skip
+"""Operations on any elements, which the README and the modules' own pages list."""
+
+
+def entries() -> tuple[Entry, ...]:
+    """All rows; those of the conformal algebras where their table is there."""
+    conformal = import_module("toolkit_cga").ENTRIES if find_spec("toolkit_cga") else ()
+    return (*toolkit_pga.ENTRIES, *conformal)
+
+
+def module(algebra: str) -> str:
+    return f"algorithms.{algebra}" if algebra == "motors" else f"generated.{algebra}"
+
+
+def page() -> str:
+    """The text of ``docs/toolkit.md``."""
+    lines = [
+        "# Toolkit",
+        "",
+        "What each operation is called, where its formula is from, and the test that compares it with formulas that",
+        "share no code with it, over random and degenerate cases. `python tests/test_toolkit.py` writes this page.",
+        "Kernels take arrays with any leading axes; `help(pga3.distance_lines)` says what degenerate input gives.",
+    ]
+    for algebra in dict.fromkeys(entry.algebra for entry in entries()):
+        lines += ["", f"## {TITLES.get(algebra, f'`{module(algebra)}`')}", "", "| what | function | source | test |"]
+        lines += ["|---|---|---|---|"]
+        lines += [
+            f"| {entry.entry} | `{entry.function}` | {entry.source} | `{entry.test}` |"
+            for entry in entries()
+            if entry.algebra == algebra
+        ]
+    return "\n".join(lines) + "\n"
+
+
+def test_the_page_is_current() -> None:
+    assert PAGE.read_text() == page(), "run `python tests/test_toolkit.py`"
+
+
+@pytest.mark.parametrize("algebra", sorted({entry.algebra for entry in entries()}))
+def test_every_function_exists(algebra: str) -> None:
+    functions = [entry.function for entry in entries() if entry.algebra == algebra]
+    missing = [name for name in functions if not callable(getattr(import_module(module(algebra)), name, None))]
+    assert not missing
+
+
+def test_every_test_exists_and_uses_the_function() -> None:
+    for entry in entries():
+        name, _, test = entry.test.partition("::")
+        found = [
+            node
+            for node in ast.parse((ROOT / "tests" / name).read_text()).body
+            if isinstance(node, ast.FunctionDef) and node.name == test
+        ]
+        assert found, entry.test
+        assert re.search(rf"\b{entry.function}\b", ast.unparse(found[0])), f"{entry.test} has no {entry.function}"
+
+
+def test_nothing_is_listed_twice() -> None:
+    named = [(entry.algebra, entry.function) for entry in entries()]
+    assert len(named) == len(set(named))
+
+
+@pytest.mark.parametrize("algebra", ["pga3", "pga2"])
+def test_every_kernel_of_the_plane_based_modules_is_listed(algebra: str) -> None:
+    spec = ast.parse((ROOT / "gacompiler" / "specs" / f"{algebra}.py").read_text())
+    kernels = {node.name for node in spec.body if isinstance(node, ast.FunctionDef) and node.decorator_list}
+    listed = {entry.function for entry in entries() if entry.algebra == algebra}
+    assert kernels - listed <= PRODUCTS, sorted(kernels - listed - PRODUCTS)
+
+
+if __name__ == "__main__":
+    PAGE.write_text(page())
+    sys.stdout.write(f"{PAGE.name}\n")
