@@ -119,19 +119,6 @@ def _kind_of_round(weight_squared, moved_squared, square):
     return ga.select(flat, 2, _sign(square, moved_squared))
 
 
-def _kind_of_two_rounds(distance_squared, r, s, size):
-    """How two circles in a plane, or two spheres, meet: by squared distance of the centres and squared radii."""
-    concentric = distance_squared <= NEARLY_ZERO**2 * size
-    same = ga.select(ga.absolute(r - s) <= NEARLY_ZERO * size, 3, 2)
-    along = distance_squared + r - s
-    height = along * along / (4 * ga.select(concentric, 1, distance_squared))
-    return ga.select(concentric, same, _sign(r - height, size + height))
-
-
-def _least_and_most(a, b):
-    return ga.minimum(a, b), ga.maximum(a, b)
-
-
 def _pair(centre, direction, radius_squared):
     """From ``centre - radius direction`` to ``centre + radius direction``."""
     return (_at(centre) + radius_squared / 2 * EINF) ^ (direction + _dot(centre, direction) * EINF)
@@ -325,12 +312,6 @@ def point_from_flat_point(flat):
     return _point(*(flat[name] / flat["e0inf"] for name in ("e1inf", "e2inf")))
 
 
-@kernel(a=POINT, b=POINT, returns=DIRECTION)
-def direction_from_points(a, b):
-    """The direction ``(b - a) ^ einf`` from `a` to `b`: what translations leave alone."""
-    return (b - a) ^ EINF
-
-
 # Flats and rounds, in direct and dual form; a negative squared radius is that of an imaginary round.
 
 
@@ -364,12 +345,6 @@ def dual_line_from_normal(normal, distance):
     return _vector(normal) + distance * EINF
 
 
-@kernel(p=POINT, normal=COORDINATES, returns=DUAL_LINE)
-def dual_line_from_point_normal(p, normal):
-    """The dual line through `p` orthogonal to a vector."""
-    return _vector(normal) + _dot(p, _vector(normal)) * EINF
-
-
 @kernel(line=LINE, returns=DUAL_LINE)
 def line_polarity(line):
     """The dual line of a line, with the normal to its left."""
@@ -400,18 +375,6 @@ def point_pair_from_centre(centre, direction, radius_squared):
     return _pair(_coordinates(centre), _vector(direction), radius_squared)
 
 
-@kernel(p=POINT, direction=COORDINATES, returns=POINT_PAIR)
-def tangent_from_point_direction(p, direction):
-    """The tangent vector at a point: a point pair of radius 0 along a direction."""
-    return _pair(_coordinates(p), _vector(direction), 0)
-
-
-@kernel(a=VECTOR, b=VECTOR, returns=POINT_PAIR)
-def point_pair_from_dual_circles(a, b):
-    """The points in which two dual circles or dual lines meet; for two lines a flat point."""
-    return (a ^ b) * PSEUDOSCALAR
-
-
 @kernel(a=POINT, b=POINT, c=POINT)
 def circle_from_points(a, b, c):
     """The circle ``a ^ b ^ c`` through three points; a line where they are on one."""
@@ -430,18 +393,6 @@ def circle_from_centre_radius_squared(centre, radius_squared):
     return (centre - radius_squared / 2 * EINF) * PSEUDOSCALAR
 
 
-@kernel(centre=POINT, p=POINT, returns=CIRCLE)
-def circle_through_point(centre, p):
-    """The circle with a centre and a point on it."""
-    return (centre + _dot(centre, p) * EINF) * PSEUDOSCALAR
-
-
-@kernel(centre=POINT, radius_squared=SCALAR, returns=VECTOR)
-def dual_circle_from_centre_radius_squared(centre, radius_squared):
-    """The dual circle ``centre - radius_squared/2 einf``, imaginary for a negative squared radius."""
-    return centre - radius_squared / 2 * EINF
-
-
 @kernel(circle=CIRCLE, returns=VECTOR)
 def circle_polarity(circle):
     """The dual circle of a circle, with a weight."""
@@ -454,31 +405,20 @@ def circle_from_dual(dual):
     return dual * PSEUDOSCALAR
 
 
-@kernel(circle=CIRCLE, p=POINT, returns=LINE)
-def tangent_line_of_circle(circle, p):
-    """The line that touches a circle in a point of it."""
-    return ga.left_contraction(p, circle) ^ EINF
-
-
 # What objects are made of.
 
 
 @kernel(line=LINE, returns=COORDINATES)
 def line_direction(line):
-    """The unit direction of a line."""
-    return _tuple(_line_parts(line)[0])
+    """The direction of a line, of the length that its coefficients have; the normal is to the left of it."""
+    return _tuple(_line_direction(line))
 
 
-@kernel(line=LINE, returns=COORDINATES)
-def line_normal(line):
-    """The unit normal on the left of a line."""
-    return _tuple(_line_parts(line)[1])
-
-
-@kernel(line=LINE)
-def line_distance(line):
-    """The distance of a line from the origin, positive along its normal."""
-    return _line_parts(line)[2]
+@kernel(line=LINE, returns=(COORDINATES, SCALAR))
+def line_to_normal(line):
+    """The unit normal of a line, on its left, and its distance from the origin along it: ``normal . x = distance``."""
+    _, normal, distance = _line_parts(line)
+    return _tuple(normal), distance
 
 
 @kernel(line=LINE)
@@ -488,7 +428,7 @@ def line_weight(line):
 
 
 @kernel(line=LINE, returns=POINT)
-def line_support_point(line):
+def line_support(line):
     """The point of a line that is nearest to the origin."""
     _, normal, distance = _line_parts(line)
     return _at(distance * normal)
@@ -516,12 +456,6 @@ def circle_weight(circle):
 def circle_kind(circle):
     """1 for a real circle, 0 for a point, -1 for an imaginary circle, 2 for a line."""
     return _kind_of_round(circle["e120"] ** 2, _moved_squared(circle), _dot(circle, circle))
-
-
-@kernel(s=VECTOR)
-def dual_circle_radius_squared(s):
-    """The squared radius of a dual circle of any weight but 0, negative for an imaginary one."""
-    return _dot(s, s) / _weight(s) ** 2
 
 
 @kernel(pair=POINT_PAIR, returns=POINT)
@@ -561,18 +495,6 @@ def point_pair_line(pair):
     return pair ^ EINF
 
 
-@kernel(pair=POINT_PAIR, returns=VECTOR)
-def point_pair_surround_circle(pair):
-    """The dual circle of weight 1 of which a point pair is a diameter."""
-    return _centre(pair) - _radius_squared(pair) / 2 * EINF
-
-
-@kernel(pair=POINT_PAIR, returns=DUAL_LINE)
-def point_pair_bisector(pair):
-    """The dual line midway between the points of a pair, its normal along the direction of the pair."""
-    return -ga.left_contraction(EINF, pair)
-
-
 @kernel(pair=POINT_PAIR)
 def point_pair_kind(pair):
     """1 for two points, 0 for a double one (a tangent vector), -1 for an imaginary pair, 2 for a flat point."""
@@ -591,7 +513,7 @@ def signed_distance_point_line(p, line):
 
 
 @kernel(p=POINT, circle=CIRCLE)
-def distance_point_circle(p, circle):
+def signed_distance_point_circle(p, circle):
     """The distance of a point to a circle, negative inside; not a number for an imaginary one."""
     centre, square = _circle_parts(circle)
     return _length(_coordinates(p) - centre) - ga.sqrt(square)
@@ -603,18 +525,11 @@ def power_of_point(p, s):
     return -2 * _dot(p, s) / _weight(s)
 
 
-@kernel(p=POINT, pair=POINT_PAIR)
-def distance_point_point_pair(p, pair):
-    """The distances of a point to the nearer and to the farther point of a pair."""
-    return _least_and_most(*(_length(_coordinates(p) - end) for end in _pair_ends(pair)))
-
-
 @kernel(a=LINE, b=LINE)
-def distance_lines(a, b):
-    """The distance of two parallel lines; 0 for others."""
+def signed_distance_lines(a, b):
+    """How far the line `b` is from the line `a`, parallel to it, along the normal of `a`; 0 for others."""
     (d, _, p), (e, _, q) = _line_parts(a), _line_parts(b)
-    gap = ga.absolute(p - ga.select(_dot(d, e) < 0, -q, q))
-    return ga.select(ga.absolute(_cross(d, e)) <= NEARLY_ZERO, gap, 0)
+    return ga.select(ga.absolute(_cross(d, e)) <= NEARLY_ZERO, ga.select(_dot(d, e) < 0, -q, q) - p, 0)
 
 
 @kernel(line=LINE, circle=CIRCLE)
@@ -622,13 +537,6 @@ def distance_line_circle(line, circle):
     """The distance of a line to a circle: 0 where they meet."""
     (_, normal, distance), (centre, square) = _line_parts(line), _circle_parts(circle)
     return ga.maximum(0, ga.absolute(_dot(centre, normal) - distance) - ga.sqrt(square))
-
-
-@kernel(line=LINE, pair=POINT_PAIR)
-def distance_line_point_pair(line, pair):
-    """The distances of a line to the nearer and to the farther point of a pair; 0, 0 for a pair on the line."""
-    _, normal, distance = _line_parts(line)
-    return _least_and_most(*(ga.absolute(_dot(end, normal) - distance) for end in _pair_ends(pair)))
 
 
 @kernel(a=CIRCLE, b=CIRCLE)
@@ -639,26 +547,10 @@ def distance_circles(a, b):
     return ga.maximum(0, ga.maximum(distance - r - s, ga.absolute(r - s) - distance))
 
 
-@kernel(circle=CIRCLE, pair=POINT_PAIR)
-def distance_circle_point_pair(circle, pair):
-    """The distances of a circle to the nearer and to the farther point of a pair; 0, 0 for a pair on the circle."""
-    centre, square = _circle_parts(circle)
-    radius = ga.sqrt(square)
-    return _least_and_most(*(ga.absolute(_length(end - centre) - radius) for end in _pair_ends(pair)))
-
-
-@kernel(a=POINT_PAIR, b=POINT_PAIR)
-def distance_point_pairs(a, b):
-    """The least distance of a point of one pair to a point of the other."""
-    one, two = _pair_ends(a), _pair_ends(b)
-    squares = [[_dot(p - q, p - q) for q in two] for p in one]
-    return ga.sqrt(ga.minimum(ga.minimum(*squares[0]), ga.minimum(*squares[1])))
-
-
-@kernel(a=LINE, b=LINE)
-def angle_between_lines(a, b):
-    """The angle from the direction of `a` to that of `b`, counterclockwise, in (-pi, pi]."""
-    d, e = _line_direction(a), _line_direction(b)
+@kernel(line=LINE, other=LINE)
+def angle_between_lines(line, other):
+    """The angle from the direction of `line` to that of `other`, counterclockwise, in (-pi, pi]."""
+    d, e = _line_direction(line), _line_direction(other)
     return ga.atan2(_cross(d, e), _dot(d, e))
 
 
@@ -672,34 +564,20 @@ def inversive_distance(a, b):
     return -_dot(a, b) / ga.sqrt(_dot(a, a) * _dot(b, b))
 
 
+@kernel(a=POINT_PAIR, b=POINT_PAIR)
+def inner_product_of_point_pairs(a, b):
+    """The inner product of two point pairs. By those of `a` and of `b` with themselves, ``a . b / (|a| |b|)``
+    is ``(1 + x) / (1 - x)``, up to its sign, by the cross-ratio x of four points on a circle."""
+    return _dot(a, b)
+
+
 @kernel(a=VECTOR, b=VECTOR)
 def angle_between_dual_circles(a, b):
     """The angle of the radii of two dual circles, or of normals, where they meet; not a number where they do not."""
     return ga.acos(_dot(a, b) / ga.sqrt(_dot(a, a) * _dot(b, b)))
 
 
-@kernel(a=POINT_PAIR, b=POINT_PAIR)
-def inversive_product_point_pairs(a, b):
-    """``a . b / (|a| |b|)`` of two point pairs, which conformal maps keep."""
-    return _dot(a, b) / ga.sqrt(_dot(a, a) * _dot(b, b))
-
-
-@kernel(a=POINT, b=POINT, c=POINT)
-def collinearity(a, b, c):
-    """Twice the signed area of three points, positive counterclockwise: 0 where they are on a line."""
-    return _cross(_coordinates(b) - _coordinates(a), _coordinates(c) - _coordinates(a))
-
-
-@kernel(a=POINT, b=POINT, c=POINT, d=POINT)
-def cocircularity(a, b, c, d):
-    """``a ^ b ^ c ^ d`` as a signed number: 0 where four points are on a circle or line.
-
-    `collinearity` of the first three times half the power of the fourth for the circle through them.
-    """
-    return -(a ^ b ^ c ^ d)["e120inf"]
-
-
-# Closest points, projections, rejections, reflections.
+# Projections and reflections.
 
 
 @kernel(p=POINT, line=LINE, returns=POINT)
@@ -717,57 +595,13 @@ def project_point_on_circle(p, circle):
     return _at(centre + ga.sqrt(square) / _length(away) * away)
 
 
-@kernel(p=POINT, line=LINE, returns=COORDINATES)
-def reject_point_from_line(p, line):
-    """The vector from the foot of a point on a line to the point."""
-    _, normal, distance = _line_parts(line)
-    return _tuple((_dot(p, normal) - distance) * normal)
-
-
-@kernel(p=POINT, circle=CIRCLE, returns=COORDINATES)
-def reject_point_from_circle(p, circle):
-    """The vector from the nearest point of a circle to a point."""
-    centre, square = _circle_parts(circle)
-    away = _coordinates(p) - centre
-    return _tuple((1 - ga.sqrt(square) / _length(away)) * away)
-
-
-@kernel(line=LINE, circle=CIRCLE, returns=(POINT, POINT))
-def closest_points_line_circle(line, circle):
-    """The point of a line nearest to the centre of a circle, and the point of the circle on the ray to it."""
-    (_, normal, distance), (centre, square) = _line_parts(line), _circle_parts(circle)
-    height = distance - _dot(centre, normal)
-    side = ga.select(height < 0, -1, 1)
-    return _at(centre + height * normal), _at(centre + side * ga.sqrt(square) * normal)
-
-
-@kernel(a=CIRCLE, b=CIRCLE, returns=(POINT, POINT))
-def closest_points_circles(a, b):
-    """The points of two circles, apart, on the line of their centres; none where these are the same."""
-    (p, r), (q, s) = _circle_parts(a), _circle_parts(b)
-    along = ga.normalize(q - p)
-    return _at(p + ga.sqrt(r) * along), _at(q - ga.sqrt(s) * along)
-
-
 @kernel(p=POINT, line=DUAL_LINE, returns=POINT)
 def reflect_point(p, line):
     """The mirror image of a point in a dual line, whose normal may have any length but 0."""
     return _normalized(-(line * p * line))
 
 
-@kernel(x=LINE, line=DUAL_LINE, returns=LINE)
-def reflect_line(x, line):
-    """The mirror image of a line in a dual line: that of its direction along with it."""
-    return -(line * x * line) / _dot(line, line)
-
-
-@kernel(p=POINT, centre=POINT, returns=POINT)
-def reflect_point_in_point(p, centre):
-    """The point on the other side of a centre, as far away."""
-    return _at(2 * _coordinates(centre) - _coordinates(p))
-
-
-# Meets, their kinds, first hits of rays.
+# Meets.
 
 
 @kernel(a=LINE, b=LINE, returns=POINT)
@@ -789,59 +623,52 @@ def meet_circles(a, b):
     return a & b
 
 
-@kernel(a=LINE, b=LINE)
-def meet_lines_kind(a, b):
-    """1: the lines meet in a point; 2: they are parallel; 3: the same, in either direction."""
-    (d, _, p), (e, _, q) = _line_parts(a), _line_parts(b)
-    gap = ga.absolute(p - ga.select(_dot(d, e) < 0, -q, q))
-    same = ga.select(gap <= NEARLY_ZERO * (ga.absolute(p) + ga.absolute(q)), 3, 2)
-    return ga.select(ga.absolute(_cross(d, e)) <= NEARLY_ZERO, same, 1)
+# Kinds of meets. What two objects have in common is a blade whose coefficients have degree 1, 2 and 3 in lengths; each
+# is 0 up to a tolerance relative to the sizes of what it is computed from.
 
 
-@kernel(line=LINE, circle=CIRCLE)
-def meet_line_circle_kind(line, circle):
-    """1: they meet in two points; 0: they touch; -1: they are apart."""
-    (_, normal, distance), (centre, square) = _line_parts(line), _circle_parts(circle)
-    height = _dot(centre, normal) - distance
-    return _sign(square - height * height, _dot(centre, centre) + ga.absolute(square) + height * height)
+def _sizes_of_vector(s):
+    """Squared sizes of a dual circle's coefficients of degree 0, 1 and 2, those of degree 1 with its radius."""
+    return s["e0"] ** 2, s["e1"] ** 2 + s["e2"] ** 2 + 2 * ga.absolute(s["e0"] * s["einf"]), s["einf"] ** 2
 
 
-@kernel(a=CIRCLE, b=CIRCLE)
-def meet_circles_kind(a, b):
-    """1: the circles meet in two points; 0: they touch; -1: they are apart; 2: concentric; 3: the same."""
-    (p, r), (q, s) = _circle_parts(a), _circle_parts(b)
-    size = _dot(p, p) + _dot(q, q) + ga.absolute(r) + ga.absolute(s)
-    return _kind_of_two_rounds(_dot(q - p, q - p), r, s, size)
+def _vanishes(square, size):
+    return square <= NEARLY_ZERO**2 * size
 
 
-def _hit(wrong, origin, direction, distance):
-    """Distance in lengths of the direction, and the point; not numbers where `wrong`."""
-    distance = _unless(wrong, distance)
-    return distance, _at(_coordinates(origin) + distance * direction)
+@kernel(a=VECTOR, b=VECTOR)
+def meet_dual_circles_kind(a, b):
+    """How two dual circles or dual lines meet, in a pair of points or a point. 1: they do; 0: they touch; -1: they do
+    not; 2: concentric circles or parallel lines; 3: the same, of any weights."""
+    sizes, others = _sizes_of_vector(a), _sizes_of_vector(b)
+    first = sizes[0] * others[1] + sizes[1] * others[0]
+    middle = sizes[1] * others[1] + sizes[0] * others[2] + sizes[2] * others[0]
+    last = sizes[1] * others[2] + sizes[2] * others[1]
+    (v, w), (x, y) = (_coordinates(a), _coordinates(b)), (a["e0"], b["e0"])
+    one, three = x * w - y * v, a["einf"] * w - b["einf"] * v
+    across, gap = _cross(v, w), x * b["einf"] - y * a["einf"]
+    same = ga.minimum(_vanishes(gap * gap, middle), _vanishes(_dot(three, three), last))
+    level = ga.select(_vanishes(across * across, middle), ga.select(same, 3, 2), 1)
+    squares, product, mixed = (_dot(a, a), _dot(b, b)), _dot(a, b), ga.sqrt(middle)
+    size = sizes[1] * ga.absolute(squares[1]) + others[1] * ga.absolute(squares[0])
+    size = size + mixed * (2 * ga.absolute(product) + NEARLY_ZERO * mixed)
+    sign = _sign(squares[0] * squares[1] - product * product, size)
+    return ga.select(_vanishes(_dot(one, one), first), level, sign)
 
 
-@kernel(origin=POINT, direction=COORDINATES, circle=CIRCLE, returns=(SCALAR, POINT))
-def ray_hits_circle(origin, direction, circle):
-    """The first point in which a ray meets a circle, from either side, and where on the ray: not numbers for none.
+@kernel(p=POINT, d=COORDINATES, circle=CIRCLE)
+def hit_ray_circle(p, d, circle):
+    """The least `t`, at least 0, for which ``p + t d`` is on a circle, from either side; not a number if there is none.
 
-    The distance is in lengths of the direction.
+    No digits are lost for a small circle that is far away.
     """
-    d, (centre, square) = _vector(direction), _circle_parts(circle)
-    towards, along = centre - _coordinates(origin), _dot(d, d)
+    d, (centre, square) = _vector(d), _circle_parts(circle)
+    towards, along = centre - _coordinates(p), _dot(d, d)
     middle = _dot(towards, d) / along
-    aside = towards - middle * d
-    half = ga.sqrt((square - _dot(aside, aside)) / along)
+    beside = towards - middle * d
+    half = ga.sqrt((square - _dot(beside, beside)) / along)
     near, far = middle - half, middle + half
-    return _hit(far < 0, origin, d, ga.select(near >= 0, near, far))
-
-
-@kernel(origin=POINT, direction=COORDINATES, line=LINE, returns=(SCALAR, POINT))
-def ray_hits_line(origin, direction, line):
-    """The point in which a ray meets a line, and where on the ray: not numbers where it goes away or is parallel."""
-    d, (_, normal, distance) = _vector(direction), _line_parts(line)
-    fall = _dot(d, normal)
-    height = distance - _dot(origin, normal)
-    return _hit(height * fall < 0, origin, d, height / _unless(ga.equal(fall, 0), fall))
+    return _unless(far < 0, ga.select(near >= 0, near, far))
 
 
 # Versors.
@@ -901,13 +728,6 @@ def dilator_from_scale(scale):
     return (1 + scale + (scale - 1) * (E0 ^ EINF)) / (2 * ga.sqrt(scale))
 
 
-@kernel(centre=POINT, scale=SCALAR, returns=EVEN)
-def dilator_about_point(centre, scale):
-    """The dilation about a centre by a positive factor, which leaves the centre alone."""
-    root = ga.sqrt(scale)
-    return (1 + scale + (scale - 1) * (centre ^ EINF)) / (2 * root)
-
-
 @kernel(d=DILATOR)
 def dilator_to_scale(d):
     """The factor of a dilator: ``exp`` of twice the coefficient of its logarithm."""
@@ -951,27 +771,6 @@ def motor_square_root(m):
     return ga.sqrt(m)
 
 
-@kernel(m=MOTOR, t=SCALAR, returns=MOTOR)
-def motor_power(m, t):
-    """The part `t` of the motion of `m`, by the smaller angle: ``exp(t log(m))``, of ``-m`` where that is nearer to 1.
-
-    Any real `t`: 0 gives no motion, 1 the motion itself, -1 its inverse. At half turns the sense jumps.
-    """
-    return ga.power(m, t)
-
-
-@kernel(a=MOTOR, b=MOTOR, t=SCALAR, returns=MOTOR)
-def interpolate_motors(a, b, t):
-    """The motion that starts as `a` at ``t = 0`` and is `b` (or `-b`) at ``t = 1``, at constant twist."""
-    return a * ga.power(~a * b, t)
-
-
-@kernel(a=UNIT_EVEN, b=UNIT_EVEN, returns=UNIT_EVEN)
-def versor_product(a, b):
-    """The versor that does `b` first and then `a`."""
-    return a * b
-
-
 @kernel(b=POINT_PAIR, returns=UNIT_EVEN)
 def versor_exponential(b):
     """``exp(b)`` of any bivector: motions, dilations, transversions and all other conformal maps near the identity.
@@ -1004,6 +803,30 @@ def normalize_versor(x):
     return _square_root_inverse(x * ~x) * x
 
 
+@kernel(m=MOTOR, returns=UNIT_EVEN)
+def versor_from_motor(m):
+    """A motor with all eight coefficients of a versor, for products with versors of other kinds."""
+    return m
+
+
+@kernel(d=DILATOR, returns=UNIT_EVEN)
+def versor_from_dilator(d):
+    """A dilator with all eight coefficients of a versor."""
+    return d
+
+
+@kernel(k=TRANSVERSOR, returns=UNIT_EVEN)
+def versor_from_transversor(k):
+    """A transversor with all eight coefficients of a versor."""
+    return k
+
+
+@kernel(a=POINT, b=POINT, returns=TRANSLATOR)
+def translator_between_points(a, b):
+    """The translation that takes the point `a` to `b`."""
+    return 1 - (_coordinates(b) - _coordinates(a)) * EINF / 2
+
+
 @kernel(x=UNIT_EVEN, returns=(SCALAR, ROTOR, COORDINATES, COORDINATES))
 def versor_decomposition(x):
     """A conformal map as a transversion, then a dilation, a rotation and a translation: scale, rotor, and the vectors
@@ -1020,13 +843,6 @@ def versor_decomposition(x):
     factor = 2 * ga.sqrt(scale) / (1 + scale)
     rotor = {name: factor * rest[name] for name in ("1", "e12")}
     return scale, ga.assemble(CGA2, rotor), _tuple(t), _tuple(b)
-
-
-@kernel(scale=SCALAR, r=ROTOR, t=COORDINATES, b=COORDINATES, returns=UNIT_EVEN)
-def versor_from_parts(scale, r, t, b):
-    """The conformal map that `versor_decomposition` takes apart: transversion, dilation, rotation, translation."""
-    dilator = (1 + scale + (scale - 1) * (E0 ^ EINF)) / (2 * ga.sqrt(scale))
-    return (1 - _vector(t) * EINF / 2) * r * dilator * (1 + _vector(b) * E0)
 
 
 @kernel(m=MOTOR, p=POINT, returns=POINT)
@@ -1053,18 +869,6 @@ def dilate_point(d, p):
     return _normalized(d * p * ~d)
 
 
-@kernel(m=MOTOR, x=VECTOR)
-def move_vector(m, x):
-    """A vector, such as a dual circle or dual line, moved by the unit motor `m`: ``m x ~m``."""
-    return m * x * ~m
-
-
-@kernel(m=MOTOR, x=POINT_PAIR)
-def move_point_pair(m, x):
-    """A point pair moved by the unit motor `m`: ``m x ~m``."""
-    return m * x * ~m
-
-
 @kernel(m=MOTOR, x=LINE)
 def move_line(m, x):
     """A line moved by the unit motor `m`: ``m x ~m``."""
@@ -1074,18 +878,6 @@ def move_line(m, x):
 @kernel(m=MOTOR, x=CIRCLE)
 def move_circle(m, x):
     """A circle moved by the unit motor `m`: ``m x ~m``."""
-    return m * x * ~m
-
-
-@kernel(m=MOTOR, x=FLAT_POINT, returns=FLAT_POINT)
-def move_flat_point(m, x):
-    """A flat point moved by the unit motor `m`: ``m x ~m``."""
-    return m * x * ~m
-
-
-@kernel(m=MOTOR, x=DIRECTION, returns=DIRECTION)
-def move_direction(m, x):
-    """A direction turned by the unit motor `m`, which translations leave alone: ``m x ~m``."""
     return m * x * ~m
 
 
@@ -1182,12 +974,3 @@ def versor_between_point_pairs(a, b):
     """
     wrong = _dot(a, a) * _dot(b, b) <= 0
     return _unless(wrong, _between(_unit_blade(a), _unit_blade(b), _turn_about(_coordinates(_centre(a)))))
-
-
-@kernel(a=CIRCLE, b=CIRCLE, returns=UNIT_EVEN)
-def similarity_between_circles(a, b):
-    """The dilation and translation that take one real circle to another, centre to centre."""
-    (p, r), (q, s) = _circle_parts(a), _circle_parts(b)
-    scale = ga.sqrt(s) / ga.sqrt(r)
-    dilator = (1 + scale + (scale - 1) * (E0 ^ EINF)) / (2 * ga.sqrt(scale))
-    return (1 - q * EINF / 2) * dilator * (1 + p * EINF / 2)

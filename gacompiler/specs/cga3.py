@@ -181,16 +181,6 @@ def _pair_parts(pair):
     return _coordinates(_centre(pair)), ga.normalize(_pair_direction(pair)), _radius_squared(pair)
 
 
-def _pair_ends(pair):
-    centre, direction, square = _pair_parts(pair)
-    half = ga.sqrt(square) * direction
-    return centre - half, centre + half
-
-
-def _least_and_most(a, b):
-    return ga.minimum(a, b), ga.maximum(a, b)
-
-
 # Kinds.
 
 
@@ -213,15 +203,6 @@ def _moved_squared(sphere):
 
 def _sphere_sign(sphere):
     return _sign(-_dot(sphere, sphere), _moved_squared(sphere))
-
-
-def _kind_of_two_rounds(distance_squared, r, s, size):
-    """How two circles in a plane, or two spheres, meet: by squared distance of the centres and squared radii."""
-    concentric = distance_squared <= NEARLY_ZERO**2 * size
-    same = ga.select(ga.absolute(r - s) <= NEARLY_ZERO * size, 3, 2)
-    along = distance_squared + r - s
-    height = along * along / (4 * ga.select(concentric, 1, distance_squared))
-    return ga.select(concentric, same, _sign(r - height, size + height))
 
 
 # Products, involutions and duals of any two elements.
@@ -570,16 +551,16 @@ def direction_from_points(a, b):
     return (b - a) ^ EINF
 
 
-@kernel(direction=COORDINATES, moment=COORDINATES, returns=LINE)
-def line_from_pluecker(direction, moment):
-    """The line of a direction ``d`` and the moment ``p x d`` of a point p on it."""
-    return _line(_vector(direction), _vector(moment))
+@kernel(d=COORDINATES, m=COORDINATES, returns=LINE)
+def line_from_direction_moment(d, m):
+    """The line of Pluecker coordinates `d`, its direction, and `m`, its moment ``p x d`` for all p on it."""
+    return _line(_vector(d), _vector(m))
 
 
-@kernel(a=DUAL_PLANE, b=DUAL_PLANE, returns=LINE)
-def line_from_dual_planes(a, b):
-    """The line in which two dual planes meet, along the vector product of their normals."""
-    return -(a ^ b) * PSEUDOSCALAR
+@kernel(line=LINE, returns=(COORDINATES, COORDINATES))
+def line_to_direction_moment(line):
+    """Direction and moment of a line, its Pluecker coordinates, with the length that its coefficients have."""
+    return _tuple(_line_direction(line)), _tuple(_line_moment(line))
 
 
 @kernel(normal=COORDINATES, distance=SCALAR, returns=PLANE)
@@ -588,16 +569,18 @@ def plane_from_normal(normal, distance):
     return _plane(_vector(normal), distance)
 
 
+@kernel(plane=PLANE, returns=(COORDINATES, SCALAR))
+def plane_to_normal(plane):
+    """The unit normal of a plane, of that through a, b, c along ``(b - a) x (c - a)``, and its distance from the origin
+    along it."""
+    normal, distance = _plane_parts(plane)
+    return _tuple(normal), distance
+
+
 @kernel(p=POINT, normal=COORDINATES, returns=PLANE)
 def plane_from_point_normal(p, normal):
     """The plane through `p` orthogonal to a vector."""
     return _plane(_vector(normal), _dot(p, _vector(normal)))
-
-
-@kernel(p=POINT, normal=COORDINATES, returns=DUAL_PLANE)
-def dual_plane_from_point_normal(p, normal):
-    """The dual plane through `p` orthogonal to a vector."""
-    return _vector(normal) + _dot(p, _vector(normal)) * EINF
 
 
 @kernel(p=POINT, line=LINE, returns=PLANE)
@@ -687,52 +670,10 @@ def sphere_from_centre_radius_squared(centre, radius_squared):
     return (centre - radius_squared / 2 * EINF) * PSEUDOSCALAR
 
 
-@kernel(centre=POINT, radius_squared=SCALAR, returns=VECTOR)
-def dual_sphere_from_centre_radius_squared(centre, radius_squared):
-    """The dual sphere ``centre - radius_squared/2 einf``, imaginary for a negative squared radius."""
-    return centre - radius_squared / 2 * EINF
-
-
-@kernel(centre=POINT, p=POINT, returns=SPHERE)
-def sphere_through_point(centre, p):
-    """The sphere with a centre and a point on it."""
-    return (centre + ga.scalar_product(centre, p) * EINF) * PSEUDOSCALAR
-
-
 @kernel(a=VECTOR, b=VECTOR, returns=CIRCLE)
 def circle_from_dual_spheres(a, b):
     """The circle in which two dual spheres meet; a line for two dual planes."""
     return -(a ^ b) * PSEUDOSCALAR
-
-
-@kernel(pair=POINT_PAIR, p=POINT, returns=CIRCLE)
-def join_point_pair_point(pair, p):
-    """The circle through a point pair, imaginary ones too, and a point."""
-    return pair ^ p
-
-
-@kernel(circle=CIRCLE, p=POINT, returns=SPHERE)
-def join_circle_point(circle, p):
-    """The sphere through a circle and a point; a plane where the point is in that of the circle."""
-    return circle ^ p
-
-
-@kernel(p=POINT, direction=COORDINATES, returns=POINT_PAIR)
-def tangent_from_point_direction(p, direction):
-    """The tangent vector at a point: a point pair of radius 0 along a direction."""
-    return _pair(_coordinates(p), _vector(direction), 0)
-
-
-@kernel(p=POINT, normal=COORDINATES, returns=CIRCLE)
-def tangent_from_point_normal(p, normal):
-    """The tangent plane element at a point: a circle of radius 0 about a normal."""
-    return _circle(_coordinates(p), _vector(normal), 0)
-
-
-@kernel(circle=CIRCLE, p=POINT, returns=LINE)
-def tangent_line_of_circle(circle, p):
-    """The line that touches a circle in a point of it, along the sense of the circle."""
-    return -ga.left_contraction(p, circle) ^ EINF
 
 
 @kernel(sphere=SPHERE, p=POINT, returns=PLANE)
@@ -741,28 +682,7 @@ def tangent_plane_of_sphere(sphere, p):
     return ga.left_contraction(p, sphere) ^ EINF
 
 
-@kernel(p=POINT, s=VECTOR, returns=DUAL_PLANE)
-def polar_plane_of_sphere(p, s):
-    """The dual plane of all x with ``(p - c) . (x - c) = r**2``: where lines from `p` touch the dual sphere `s`."""
-    centre = _normalized(s)
-    normal = _coordinates(p) - _coordinates(centre)
-    square = _dot(s, s) / _weight(s) ** 2
-    return normal + (_dot(normal, _coordinates(centre)) + square) * EINF
-
-
 # What objects are made of.
-
-
-@kernel(plane=PLANE, returns=COORDINATES)
-def plane_normal(plane):
-    """The unit normal of a plane; of that through a, b, c, along ``(b - a) x (c - a)``."""
-    return _tuple(_plane_parts(plane)[0])
-
-
-@kernel(plane=PLANE)
-def plane_distance(plane):
-    """The distance of a plane from the origin, positive along its normal."""
-    return _plane_parts(plane)[1]
 
 
 @kernel(plane=PLANE)
@@ -772,22 +692,10 @@ def plane_weight(plane):
 
 
 @kernel(plane=PLANE, returns=POINT)
-def plane_support_point(plane):
+def plane_support(plane):
     """The point of a plane that is nearest to the origin."""
     normal = _plane_normal(plane)
     return _at(plane["e123inf"] / _dot(normal, normal) * normal)
-
-
-@kernel(line=LINE, returns=COORDINATES)
-def line_direction(line):
-    """The unit direction of a line."""
-    return _tuple(ga.normalize(_line_direction(line)))
-
-
-@kernel(line=LINE, returns=COORDINATES)
-def line_moment(line):
-    """The moment ``p x d`` of a line for its unit direction d."""
-    return _tuple(_line_moment(line) / _length(_line_direction(line)))
 
 
 @kernel(line=LINE)
@@ -797,7 +705,7 @@ def line_weight(line):
 
 
 @kernel(line=LINE, returns=POINT)
-def line_support_point(line):
+def line_support(line):
     """The point of a line that is nearest to the origin."""
     return _at(_line_parts(line)[1])
 
@@ -844,12 +752,6 @@ def point_pair_surround_sphere(pair):
     return _centre(pair) - _radius_squared(pair) / 2 * EINF
 
 
-@kernel(pair=POINT_PAIR, returns=DUAL_PLANE)
-def point_pair_bisector(pair):
-    """The dual plane midway between the points of a pair, its normal along the direction of the pair."""
-    return -ga.left_contraction(EINF, pair)
-
-
 @kernel(sphere=SPHERE)
 def sphere_weight(sphere):
     """The weight of a sphere, whose sign is its orientation: minus six times the volume for four points."""
@@ -885,25 +787,11 @@ def sphere_kind(sphere):
     return _kind_of_round(sphere["e1230"] ** 2, _moved_squared(sphere), -_dot(sphere, sphere))
 
 
-@kernel(s=VECTOR)
-def dual_sphere_kind(s):
-    """1 for a real dual sphere, 0 for a point, -1 for an imaginary sphere, 2 for a dual plane."""
-    normal = _coordinates(s)
-    return _kind_of_round(_weight(s) ** 2, _dot(normal, normal), _dot(s, s))
-
-
 # Distances, in the units of the coordinates; of points, lines and circles to others, the least of any two points.
 
 
-@kernel(p=POINT, plane=PLANE)
-def distance_point_plane(p, plane):
-    """The distance of a point to a plane, positive on the side of its normal."""
-    normal, distance = _plane_parts(plane)
-    return _dot(p, normal) - distance
-
-
 @kernel(p=POINT, sphere=SPHERE)
-def distance_point_sphere(p, sphere):
+def signed_distance_point_sphere(p, sphere):
     """The distance of a point to a sphere, negative inside; not a number for an imaginary one."""
     centre, square = _sphere_parts(sphere)
     return _length(_coordinates(p) - centre) - ga.sqrt(square)
@@ -924,12 +812,6 @@ def distance_point_circle(p, circle):
     height, _, length = _to_circle(_coordinates(p), centre, normal)
     gap = length - ga.sqrt(square)
     return ga.sqrt(height * height + gap * gap)
-
-
-@kernel(p=POINT, pair=POINT_PAIR)
-def distance_point_point_pair(p, pair):
-    """The distances of a point to the nearer and to the farther point of a pair."""
-    return _least_and_most(*(_length(_coordinates(p) - end) for end in _pair_ends(pair)))
 
 
 def _parts_of_lines(a, b):
@@ -954,11 +836,10 @@ def distance_lines(a, b):
 
 
 @kernel(line=LINE, plane=PLANE)
-def distance_line_plane(line, plane):
+def signed_distance_line_plane(line, plane):
     """The distance of a line to a plane that is parallel to it, positive on the side of the normal; else 0."""
     (direction, point), (normal, distance) = _line_parts(line), _plane_parts(plane)
-    height = _dot(point, normal) - distance
-    return ga.select(ga.absolute(_dot(direction, normal)) <= NEARLY_ZERO, height, 0)
+    return ga.select(ga.absolute(_dot(direction, normal)) <= NEARLY_ZERO, _dot(point, normal) - distance, 0)
 
 
 def _point_to_line(p, direction, support):
@@ -973,20 +854,12 @@ def distance_line_sphere(line, sphere):
     return ga.maximum(0, _length(_point_to_line(centre, direction, point)) - ga.sqrt(square))
 
 
-@kernel(line=LINE, pair=POINT_PAIR)
-def distance_line_point_pair(line, pair):
-    """The distances of a line to the nearer and to the farther point of a pair; 0, 0 for a pair on the line."""
-    direction, point = _line_parts(line)
-    return _least_and_most(*(_length(_point_to_line(end, direction, point)) for end in _pair_ends(pair)))
-
-
-@kernel(a=PLANE, b=PLANE)
-def distance_planes(a, b):
-    """The distance of two parallel planes; 0 for others."""
-    (n, d), (m, e) = _plane_parts(a), _plane_parts(b)
+@kernel(p=PLANE, q=PLANE)
+def signed_distance_planes(p, q):
+    """How far the plane `q` is from the plane `p`, parallel to it, along the normal of `p`; 0 for others."""
+    (n, d), (m, e) = _plane_parts(p), _plane_parts(q)
     across = _cross(n, m)
-    gap = ga.absolute(d - ga.select(_dot(n, m) < 0, -e, e))
-    return ga.select(_dot(across, across) <= NEARLY_ZERO**2, gap, 0)
+    return ga.select(_dot(across, across) <= NEARLY_ZERO**2, ga.select(_dot(n, m) < 0, -e, e) - d, 0)
 
 
 @kernel(plane=PLANE, circle=CIRCLE)
@@ -1004,13 +877,6 @@ def distance_plane_sphere(plane, sphere):
     return ga.maximum(0, ga.absolute(_dot(centre, normal) - distance) - ga.sqrt(square))
 
 
-@kernel(plane=PLANE, pair=POINT_PAIR)
-def distance_plane_point_pair(plane, pair):
-    """The distances of a plane to the nearer and to the farther point of a pair; 0, 0 for a pair in the plane."""
-    normal, distance = _plane_parts(plane)
-    return _least_and_most(*(ga.absolute(_dot(end, normal) - distance) for end in _pair_ends(pair)))
-
-
 @kernel(circle=CIRCLE, sphere=SPHERE)
 def distance_circle_sphere(circle, sphere):
     """The distance of a circle to the surface of a sphere: 0 where they meet."""
@@ -1021,40 +887,12 @@ def distance_circle_sphere(circle, sphere):
     return ga.maximum(0, ga.maximum(near - ball, ball - far))
 
 
-@kernel(circle=CIRCLE, pair=POINT_PAIR)
-def distance_circle_point_pair(circle, pair):
-    """The distances of a circle to the nearer and to the farther point of a pair; 0, 0 for a pair on the circle."""
-    centre, normal, square = _circle_parts(circle)
-    radius = ga.sqrt(square)
-    found = []
-    for end in _pair_ends(pair):
-        height, _, length = _to_circle(end, centre, normal)
-        found.append(ga.sqrt(height * height + (length - radius) ** 2))
-    return _least_and_most(*found)
-
-
 @kernel(a=SPHERE, b=SPHERE)
 def distance_spheres(a, b):
     """The distance of two spheres: 0 where they meet; one may be inside the other."""
     (p, r), (q, s) = _sphere_parts(a), _sphere_parts(b)
     distance, r, s = _length(q - p), ga.sqrt(r), ga.sqrt(s)
     return ga.maximum(0, ga.maximum(distance - r - s, ga.absolute(r - s) - distance))
-
-
-@kernel(sphere=SPHERE, pair=POINT_PAIR)
-def distance_sphere_point_pair(sphere, pair):
-    """The distances of the surface of a sphere to the nearer and to the farther point of a pair; 0, 0 on it."""
-    centre, square = _sphere_parts(sphere)
-    radius = ga.sqrt(square)
-    return _least_and_most(*(ga.absolute(_length(end - centre) - radius) for end in _pair_ends(pair)))
-
-
-@kernel(a=POINT_PAIR, b=POINT_PAIR)
-def distance_point_pairs(a, b):
-    """The least distance of a point of one pair to a point of the other."""
-    one, two = _pair_ends(a), _pair_ends(b)
-    squares = [[_dot(p - q, p - q) for q in two] for p in one]
-    return ga.sqrt(ga.minimum(ga.minimum(*squares[0]), ga.minimum(*squares[1])))
 
 
 def _nearest_on_circle_to_line(line, circle):
@@ -1100,6 +938,15 @@ def _angle(a, b):
     return ga.atan2(_length(_cross(a, b)), _dot(a, b))
 
 
+@kernel(a=COORDINATES, b=COORDINATES)
+def angle_between_directions(a, b):
+    """The angle of two vectors of any length but 0: directions of lines and point pairs, normals of planes and circles.
+
+    Accurate where it is small and where it is nearly pi.
+    """
+    return _angle(_vector(a), _vector(b))
+
+
 @kernel(a=LINE, b=LINE)
 def angle_between_lines(a, b):
     """The angle of the directions of two lines."""
@@ -1113,7 +960,7 @@ def angle_between_planes(a, b):
 
 
 @kernel(line=LINE, plane=PLANE)
-def angle_between_line_and_plane(line, plane):
+def signed_angle_line_plane(line, plane):
     """The angle of a line to a plane, in [-pi/2, pi/2], positive along the normal."""
     d, n = _line_direction(line), _plane_normal(plane)
     return ga.atan2(_dot(d, n), _length(_cross(d, n)))
@@ -1123,45 +970,6 @@ def angle_between_line_and_plane(line, plane):
 def angle_between_circles(a, b):
     """The angle of the normals of two circles."""
     return _angle(_circle_normal(a), _circle_normal(b))
-
-
-@kernel(circle=CIRCLE, plane=PLANE)
-def angle_between_circle_and_plane(circle, plane):
-    """The angle of the normals of a circle and a plane."""
-    return _angle(_circle_normal(circle), _plane_normal(plane))
-
-
-@kernel(line=LINE, circle=CIRCLE)
-def angle_between_line_and_circle(line, circle):
-    """The angle of a line to the plane of a circle, in [-pi/2, pi/2], positive along its normal."""
-    d, n = _line_direction(line), _circle_normal(circle)
-    return ga.atan2(_dot(d, n), _length(_cross(d, n)))
-
-
-@kernel(a=POINT_PAIR, b=POINT_PAIR)
-def angle_between_point_pairs(a, b):
-    """The angle of the directions of two point pairs."""
-    return _angle(_pair_direction(a), _pair_direction(b))
-
-
-@kernel(pair=POINT_PAIR, line=LINE)
-def angle_between_point_pair_and_line(pair, line):
-    """The angle of the directions of a point pair and a line."""
-    return _angle(_pair_direction(pair), _line_direction(line))
-
-
-@kernel(pair=POINT_PAIR, plane=PLANE)
-def angle_between_point_pair_and_plane(pair, plane):
-    """The angle of a point pair to a plane, in [-pi/2, pi/2], positive along the normal."""
-    d, n = _pair_direction(pair), _plane_normal(plane)
-    return ga.atan2(_dot(d, n), _length(_cross(d, n)))
-
-
-@kernel(pair=POINT_PAIR, circle=CIRCLE)
-def angle_between_point_pair_and_circle(pair, circle):
-    """The angle of a point pair to the plane of a circle, in [-pi/2, pi/2], positive along its normal."""
-    d, n = _pair_direction(pair), _circle_normal(circle)
-    return ga.atan2(_dot(d, n), _length(_cross(d, n)))
 
 
 @kernel(a=VECTOR, b=VECTOR)
@@ -1181,22 +989,20 @@ def angle_between_dual_spheres(a, b):
     return ga.acos(_dot(a, b) / ga.sqrt(_dot(a, a) * _dot(b, b)))
 
 
-def _likeness(a, b):
-    return ga.scalar_product(a, b) / ga.sqrt(ga.scalar_product(a, a) * ga.scalar_product(b, b))
-
-
 @kernel(a=CIRCLE, b=CIRCLE)
-def inversive_product_circles(a, b):
-    """``a . b / (|a| |b|)`` of two circles or lines, which conformal maps keep: where they meet twice, cos of the angle
-    of their senses in each point if they are on one sphere."""
-    return _likeness(a, b)
+def inner_product_of_circles(a, b):
+    """The inner product of two circles or lines: its square is that of `a` times that of `b` times ``cos**2``.
+
+    The angle is that of their senses where they meet twice, the same in both points; conformal maps keep it.
+    """
+    return ga.scalar_product(a, b)
 
 
 @kernel(a=POINT_PAIR, b=POINT_PAIR)
-def inversive_product_point_pairs(a, b):
-    """``a . b / (|a| |b|)`` of two point pairs, which conformal maps keep; on one circle it is
-    ``(1 + x) / (1 - x)`` by the cross-ratio x, up to its sign."""
-    return _likeness(a, b)
+def inner_product_of_point_pairs(a, b):
+    """The inner product of two point pairs. By those of `a` and of `b` with themselves, ``a . b / (|a| |b|)``
+    is ``(1 + x) / (1 - x)``, up to its sign, by the cross-ratio x of four points on a circle."""
+    return ga.scalar_product(a, b)
 
 
 @kernel(circle=CIRCLE, s=VECTOR)
@@ -1214,7 +1020,7 @@ def conformal_sine_circle_sphere(circle, s):
 
 
 @kernel(a=LINE, b=LINE, returns=(POINT, POINT))
-def closest_points_lines(a, b):
+def closest_points_of_lines(a, b):
     """The points of two lines that are nearest to each other, ends of their common perpendicular.
 
     Of parallel lines, the point of `a` nearest to the origin and its foot on `b`.
@@ -1230,31 +1036,6 @@ def closest_points_line_circle(line, circle):
     """The points of a line and of a circle that are nearest to each other; one pair where there are several."""
     on_circle, on_line = _nearest_on_circle_to_line(line, circle)
     return _at(on_line), _at(on_circle)
-
-
-@kernel(line=LINE, sphere=SPHERE, returns=(POINT, POINT))
-def closest_points_line_sphere(line, sphere):
-    """The point of a line nearest to the centre of a sphere, and the point of the sphere on the ray to it."""
-    (direction, point), (centre, square) = _line_parts(line), _sphere_parts(sphere)
-    away = -_point_to_line(centre, direction, point)
-    return _at(centre + away), _at(centre + ga.sqrt(square) / _length(away) * away)
-
-
-@kernel(plane=PLANE, sphere=SPHERE, returns=(POINT, POINT))
-def closest_points_plane_sphere(plane, sphere):
-    """The point of a plane nearest to the centre of a sphere, and the point of the sphere on the ray to it."""
-    (normal, distance), (centre, square) = _plane_parts(plane), _sphere_parts(sphere)
-    height = distance - _dot(centre, normal)
-    side = ga.select(height < 0, -1, 1)
-    return _at(centre + height * normal), _at(centre + side * ga.sqrt(square) * normal)
-
-
-@kernel(a=SPHERE, b=SPHERE, returns=(POINT, POINT))
-def closest_points_spheres(a, b):
-    """The points of two spheres, apart, on the line of their centres; none where these are the same."""
-    (p, r), (q, s) = _sphere_parts(a), _sphere_parts(b)
-    along = ga.normalize(q - p)
-    return _at(p + ga.sqrt(r) * along), _at(q - ga.sqrt(s) * along)
 
 
 @kernel(p=POINT, plane=PLANE, returns=POINT)
@@ -1287,25 +1068,6 @@ def project_point_on_circle(p, circle):
     return _at(centre + ga.sqrt(square) / length * inside)
 
 
-@kernel(p=POINT, pair=POINT_PAIR, returns=POINT)
-def project_point_on_point_pair(p, pair):
-    """The nearer point of a pair, the first one where both are as near."""
-    one, two = _pair_ends(pair)
-    x, y = _coordinates(p) - one, _coordinates(p) - two
-    return _at(ga.select(_dot(x, x) <= _dot(y, y), one, two))
-
-
-def _onto(x, y):
-    """The projection ``(x . y) y**-1``, times the square of the blade `y`, which is a number."""
-    return ga.left_contraction(x, y) * y
-
-
-@kernel(line=LINE, plane=PLANE, returns=LINE)
-def project_line_on_plane(line, plane):
-    """The line below a line in a plane, shortened by the cosine; of length 0 for an orthogonal one."""
-    return _onto(line, plane).grade(3) / ga.scalar_product(plane, plane)
-
-
 @kernel(pair=POINT_PAIR, s=VECTOR)
 def project_point_pair_on_sphere(pair, s):
     """The part ``(pair . S) S**-1`` of a point pair in the sphere or plane whose dual is `s`.
@@ -1322,55 +1084,7 @@ def project_circle_on_sphere(circle, s):
     return (circle - (s ^ ga.left_contraction(s, circle)) / _dot(s, s)).grade(3)
 
 
-@kernel(circle=CIRCLE, s=VECTOR)
-def reject_circle_from_sphere(circle, s):
-    """What `project_circle_on_sphere` leaves: ``s ^ (s . circle) / s**2``."""
-    return (s ^ ga.left_contraction(s, circle)) / _dot(s, s)
-
-
-@kernel(pair=POINT_PAIR, s=VECTOR)
-def reject_point_pair_from_sphere(pair, s):
-    """What `project_point_pair_on_sphere` leaves: ``s ^ (s . pair) / s**2``."""
-    return (s ^ ga.left_contraction(s, pair)) / _dot(s, s)
-
-
-@kernel(line=LINE, plane=PLANE, returns=LINE)
-def reject_line_from_plane(line, plane):
-    """The line minus its projection on a plane: ``(line ^ plane) plane**-1``, along the normal."""
-    return line - _onto(line, plane).grade(3) / ga.scalar_product(plane, plane)
-
-
-@kernel(p=POINT, line=LINE, returns=COORDINATES)
-def reject_point_from_line(p, line):
-    """The vector from the foot of a point on a line to the point."""
-    direction, support = _line_parts(line)
-    return _tuple(_point_to_line(_coordinates(p), direction, support))
-
-
-@kernel(p=POINT, plane=PLANE, returns=COORDINATES)
-def reject_point_from_plane(p, plane):
-    """The vector from the foot of a point on a plane to the point."""
-    normal, distance = _plane_parts(plane)
-    return _tuple((_dot(p, normal) - distance) * normal)
-
-
-@kernel(p=POINT, sphere=SPHERE, returns=COORDINATES)
-def reject_point_from_sphere(p, sphere):
-    """The vector from the nearest point of a sphere to a point."""
-    centre, square = _sphere_parts(sphere)
-    away = _coordinates(p) - centre
-    return _tuple((1 - ga.sqrt(square) / _length(away)) * away)
-
-
-@kernel(p=POINT, circle=CIRCLE, returns=COORDINATES)
-def reject_point_from_circle(p, circle):
-    """The vector from the nearest point of a circle to a point."""
-    centre, normal, square = _circle_parts(circle)
-    height, inside, length = _to_circle(_coordinates(p), centre, normal)
-    return _tuple(height * normal + (1 - ga.sqrt(square) / length) * inside)
-
-
-# Reflections in planes, lines, points; inversions in spheres. Objects keep their weight and turn with their sense.
+# Inversions in spheres and reflections in planes. Objects keep their weight and turn with their sense.
 
 
 @kernel(x=VECTOR, s=VECTOR)
@@ -1397,96 +1111,6 @@ def invert_sphere(x, s):
     return s * x * s / _dot(s, s)
 
 
-@kernel(x=LINE, plane=DUAL_PLANE, returns=LINE)
-def reflect_line(x, plane):
-    """The mirror image of a line in a dual plane: that of its direction along with it."""
-    return -(plane * x * plane) / _dot(plane, plane)
-
-
-@kernel(x=PLANE, plane=DUAL_PLANE, returns=PLANE)
-def reflect_plane(x, plane):
-    """The mirror image of a plane in a dual plane; its normal is that of the images of three points."""
-    return plane * x * plane / _dot(plane, plane)
-
-
-@kernel(p=POINT, line=LINE, returns=POINT)
-def reflect_point_in_line(p, line):
-    """The point after a half turn about a line."""
-    direction, support = _line_parts(line)
-    return _at(_coordinates(p) - 2 * _point_to_line(_coordinates(p), direction, support))
-
-
-@kernel(p=POINT, centre=POINT, returns=POINT)
-def reflect_point_in_point(p, centre):
-    """The point on the other side of a centre, as far away."""
-    return _at(2 * _coordinates(centre) - _coordinates(p))
-
-
-@kernel(p=POINT, circle=CIRCLE, returns=POINT)
-def reflect_point_in_circle(p, circle):
-    """The point after the conformal half turn about a circle: ``circle p circle``, normalised. Points of it stay."""
-    return _normalized((circle * p * circle).grade(1))
-
-
-# Containment: scalars that are 0 where one object lies in the other, and of points that lie on one of a kind.
-
-
-@kernel(line=LINE, plane=PLANE)
-def containment_line_in_plane(line, plane):
-    """Sine of the angle, and the distance of the point of the line that is nearest to the origin: 0, 0 in the plane."""
-    (direction, point), (normal, distance) = _line_parts(line), _plane_parts(plane)
-    return _dot(direction, normal), _dot(point, normal) - distance
-
-
-@kernel(circle=CIRCLE, plane=PLANE)
-def containment_circle_in_plane(circle, plane):
-    """Sine of the angle of the normals, and the distance of the centre: 0, 0 for a circle in the plane."""
-    (centre, axis, _), (normal, distance) = _circle_parts(circle), _plane_parts(plane)
-    return _length(_cross(axis, normal)), _dot(centre, normal) - distance
-
-
-@kernel(circle=CIRCLE, sphere=SPHERE)
-def containment_circle_in_sphere(circle, sphere):
-    """How far the sphere's centre is from the circle's axis, and its radius from that of the sphere about it through
-    the circle, of any sign: 0, 0 for a circle on the sphere."""
-    (centre, normal, square), (middle, other) = _circle_parts(circle), _sphere_parts(sphere)
-    height, _, length = _to_circle(middle, centre, normal)
-    return length, ga.sqrt(other) - ga.sqrt(square + height * height)
-
-
-@kernel(a=POINT, b=POINT, c=POINT)
-def collinearity(a, b, c):
-    """Twice the area of the triangle of three points: 0 where they are on a line."""
-    plane = a ^ b ^ c ^ EINF
-    return ga.sqrt(-ga.scalar_product(plane, plane))
-
-
-@kernel(a=POINT, b=POINT, c=POINT, d=POINT)
-def coplanarity(a, b, c, d):
-    """Six times the signed volume of four points: 0 where they are in a plane, positive for e1, e2, e3 seen from 0."""
-    return -(a ^ b ^ c ^ d ^ EINF)["e1230inf"]
-
-
-@kernel(a=POINT, b=POINT, c=POINT, d=POINT)
-def cocircularity(a, b, c, d):
-    """``|a ^ b ^ c ^ d|``: 0 where four points are on a circle or line, of degree 4 in lengths.
-
-    By the products x, y, z of opposite sides, ``sqrt((x + y + z) (-x + y + z) (x - y + z) (x + y - z)) / 4``.
-    """
-    u, v, w = (_coordinates(x) - _coordinates(d) for x in (a, b, c))
-    return _length(_dot(u, u) * _cross(v, w) + _dot(v, v) * _cross(w, u) + _dot(w, w) * _cross(u, v)) / 2
-
-
-@kernel(points=array(POINT, 5))
-def cosphericity(points):
-    """``a ^ b ^ c ^ d ^ e`` as a signed number: 0 where five points are on a sphere or plane.
-
-    `coplanarity` of the first four times half the power of the fifth for the sphere through them.
-    """
-    a, b, c, d, e = points
-    return -(a ^ b ^ c ^ d ^ e)["e1230inf"]
-
-
 # Meets of what needs more than the regressive product, and the kinds of all.
 
 
@@ -1495,14 +1119,6 @@ def meet_three_planes(p, q, r):
     """The point that three planes have in common; division by 0 where there is none or more than one."""
     flat = p & q & r
     return _point(*(flat[name] / flat["e0inf"] for name in ("e1inf", "e2inf", "e3inf")))
-
-
-@kernel(a=LINE, b=LINE, returns=POINT)
-def meet_lines(a, b):
-    """The point in which two lines meet, of skew ones the one midway between them; not a number for parallel ones."""
-    d, p, e, q, across, square, _ = _parts_of_lines(a, b)
-    one = p + _dot(_cross(q - p, e), across) / square * d
-    return _at(one - _point_to_line(one, e, q) / 2)
 
 
 @kernel(line=LINE, circle=CIRCLE)
@@ -1523,178 +1139,126 @@ def meet_circles(a, b):
     return a & ga.select(_dot(across, across) <= NEARLY_ZERO**2, around, b ^ EINF)
 
 
-@kernel(a=SPHERE, b=SPHERE)
-def meet_spheres_kind(a, b):
-    """1: the spheres meet in a circle; 0: they touch; -1: they are apart; 2: concentric; 3: the same."""
-    (p, r), (q, s) = _sphere_parts(a), _sphere_parts(b)
-    size = _dot(p, p) + _dot(q, q) + ga.absolute(r) + ga.absolute(s)
-    return _kind_of_two_rounds(_dot(q - p, q - p), r, s, size)
+# Kinds of meets. What two objects have in common is a blade whose coefficients have degree 1, 2 and 3 in lengths; each
+# is 0 up to a tolerance relative to the sizes of what it is computed from.
 
 
-@kernel(sphere=SPHERE, plane=PLANE)
-def meet_sphere_plane_kind(sphere, plane):
-    """1: they meet in a circle; 0: they touch; -1: they are apart."""
-    (centre, square), (normal, distance) = _sphere_parts(sphere), _plane_parts(plane)
-    height = _dot(centre, normal) - distance
-    return _sign(square - height * height, _dot(centre, centre) + ga.absolute(square) + height * height)
+def _sum_of_squares(x, names):
+    return sum(x[name] ** 2 for name in names.split())
 
 
-@kernel(a=PLANE, b=PLANE)
-def meet_planes_kind(a, b):
-    """1: the planes meet in a line; 2: they are parallel; 3: the same, with either normal."""
-    (n, d), (m, e) = _plane_parts(a), _plane_parts(b)
-    across = _cross(n, m)
-    gap = ga.absolute(d - ga.select(_dot(n, m) < 0, -e, e))
-    same = ga.select(gap <= NEARLY_ZERO * (ga.absolute(d) + ga.absolute(e)), 3, 2)
-    return ga.select(_dot(across, across) <= NEARLY_ZERO**2, same, 1 + 0 * gap)
+def _sizes_of_vector(s):
+    """Squared sizes of a dual sphere's coefficients of degree 0, 1 and 2, those of degree 1 with its radius."""
+    return s["e0"] ** 2, _sum_of_squares(s, "e1 e2 e3") + 2 * ga.absolute(s["e0"] * s["einf"]), s["einf"] ** 2
 
 
-@kernel(p=PLANE, q=PLANE, r=PLANE)
-def meet_three_planes_kind(p, q, r):
-    """1: one point; 2: no point, or a common line or plane."""
-    n, m, k = (ga.normalize(_plane_normal(plane)) for plane in (p, q, r))
-    return ga.select(ga.absolute(_dot(_cross(n, m), k)) <= NEARLY_ZERO, 2, 1)
+CIRCLE_DEGREES = ("e120 e130 e230", "e123 e10inf e20inf e30inf", "e12inf e13inf e23inf")
+"""Coefficients of circles by their degree in lengths."""
 
 
-@kernel(line=LINE, plane=PLANE)
-def meet_line_plane_kind(line, plane):
-    """1: they meet in a point; 2: they are parallel; 3: the line is in the plane."""
-    (direction, point), (normal, distance) = _line_parts(line), _plane_parts(plane)
-    gap = ga.absolute(_dot(point, normal) - distance)
-    inside = ga.select(gap <= NEARLY_ZERO * (_length(point) + ga.absolute(distance)), 3, 2)
-    return ga.select(ga.absolute(_dot(direction, normal)) <= NEARLY_ZERO, inside, 1)
+def _sizes_of_circle(circle):
+    first, middle, last = (_sum_of_squares(circle, names) for names in CIRCLE_DEGREES)
+    return first, middle + 2 * ga.sqrt(first * last), last
 
 
-@kernel(line=LINE, sphere=SPHERE)
-def meet_line_sphere_kind(line, sphere):
-    """1: they meet in two points; 0: they touch; -1: they are apart."""
-    (direction, point), (centre, square) = _line_parts(line), _sphere_parts(sphere)
-    away = _point_to_line(centre, direction, point)
-    height = _dot(away, away)
-    return _sign(square - height, _dot(centre, centre) + _dot(point, point) + ga.absolute(square) + height)
+def _sizes_of_meet(a, b):
+    """Squared sizes of the coefficients of degree 1, 2 and 3 in products of what has these sizes."""
+    one, two, three = a[0] * b[1] + a[1] * b[0], a[1] * b[1], a[1] * b[2] + a[2] * b[1]
+    return one, two + a[0] * b[2] + a[2] * b[0], three
 
 
-@kernel(a=LINE, b=LINE)
-def meet_lines_kind(a, b):
-    """1: the lines meet in a point; -1: they are skew; 2: parallel; 3: the same, in either direction."""
-    _, p, _, q, _, _, parallel = _parts_of_lines(a, b)
-    near = _distance_of_lines(a, b) <= NEARLY_ZERO * (_length(p) + _length(q))
-    return ga.select(parallel, ga.select(near, 3, 2), ga.select(near, 1, -1))
+def _vanishes(square, size):
+    return square <= NEARLY_ZERO**2 * size
 
 
-@kernel(circle=CIRCLE, plane=PLANE)
-def meet_circle_plane_kind(circle, plane):
-    """1: they meet in two points; 0: they touch; -1: they are apart; 2: parallel; 3: the circle is in the plane."""
-    (centre, axis, square), (normal, distance) = _circle_parts(circle), _plane_parts(plane)
-    across = _cross(axis, normal)
-    sine = _dot(across, across)
-    height = _dot(centre, normal) - distance
-    parallel = sine <= NEARLY_ZERO**2
-    inside = ga.select(ga.absolute(height) <= NEARLY_ZERO * (_length(centre) + ga.absolute(distance)), 3, 2)
-    gap = height * height / ga.select(parallel, 1, sine)
-    return ga.select(parallel, inside, _sign(square - gap, _dot(centre, centre) + ga.absolute(square) + gap))
+def _both(a, b):
+    return ga.minimum(a, b)
 
 
-@kernel(circle=CIRCLE, sphere=SPHERE)
-def meet_circle_sphere_kind(circle, sphere):
-    """1: they meet in two points; 0: they touch; -1: they are apart; 2: the sphere cuts the plane of the circle in one
-    about the same centre; 3: the circle is on the sphere."""
-    (centre, normal, square), (middle, other) = _circle_parts(circle), _sphere_parts(sphere)
-    height, _, length = _to_circle(middle, centre, normal)
-    size = _dot(centre, centre) + _dot(middle, middle) + ga.absolute(square) + ga.absolute(other)
-    return _kind_of_two_rounds(length * length, square, other - height * height, size)
+def _sign_of_square(value, parts, sizes):
+    """The sign of the square of a blade with these squared coefficients of degree 1, 2 and 3."""
+    known = parts[0] * sizes[2] + parts[1] * sizes[1] + parts[2] * sizes[0]
+    return _sign(value, 4 * ga.sqrt(known + NEARLY_ZERO**2 * (sizes[0] * sizes[2] + sizes[1] * sizes[1])))
 
 
-@kernel(line=LINE, circle=CIRCLE)
-def meet_line_circle_kind(line, circle):
-    """1: two common points; 0: one, in which the line touches the circle or goes through it; -1: none."""
-    (direction, point), (centre, normal, square) = _line_parts(line), _circle_parts(circle)
-    sine, height = _dot(direction, normal), _dot(centre - point, normal)
-    away = _point_to_line(centre, direction, point)
-    size = _dot(centre, centre) + _dot(point, point) + ga.absolute(square)
-    flat = ga.absolute(sine) <= NEARLY_ZERO
-    low = ga.absolute(height) <= NEARLY_ZERO * ga.sqrt(size)
-    hit = point + height / ga.select(flat, 1, sine) * direction - centre
-    gap, far = _dot(away, away), _dot(hit, hit)
-    through = ga.select(ga.absolute(far - square) <= NEARLY_ZERO * (size + far), 0, -1)
-    return ga.select(flat, ga.select(low, _sign(square - gap, size + gap), -1), through)
+def _sign_of_pencil(a, b, product, sizes):
+    """The sign of ``a**2 b**2 - (a . b)**2`` for two squares and the inner product; the last size is squared."""
+    one, two, mixed = sizes[0], sizes[1], ga.sqrt(sizes[2])
+    size = one * ga.absolute(b) + two * ga.absolute(a) + mixed * (2 * ga.absolute(product) + NEARLY_ZERO * mixed)
+    return _sign(a * b - product * product, size)
+
+
+@kernel(a=VECTOR, b=VECTOR)
+def meet_dual_spheres_kind(a, b):
+    """How two dual spheres or dual planes meet, in a circle or line. 1: they do; 0: they touch; -1: they do not;
+    2: concentric spheres or parallel planes; 3: the same, of any weights."""
+    sizes, others = _sizes_of_vector(a), _sizes_of_vector(b)
+    both = _sizes_of_meet(sizes, others)
+    (v, w), (x, y) = (_coordinates(a), _coordinates(b)), (a["e0"], b["e0"])
+    one, three = x * w - y * v, a["einf"] * w - b["einf"] * v
+    across, gap = _cross(v, w), x * b["einf"] - y * a["einf"]
+    same = _both(_vanishes(gap * gap, both[1]), _vanishes(_dot(three, three), both[2]))
+    level = ga.select(_vanishes(_dot(across, across), both[1]), ga.select(same, 3, 2), 1)
+    sign = _sign_of_pencil(_dot(a, a), _dot(b, b), _dot(a, b), (sizes[1], others[1], both[1]))
+    return ga.select(_vanishes(_dot(one, one), both[0]), level, sign)
+
+
+@kernel(circle=CIRCLE, s=VECTOR)
+def meet_circle_dual_sphere_kind(circle, s):
+    """How a circle or line meets a dual sphere or dual plane, in a pair of points. 1: it does; 0: it touches; -1: it
+    does not; 2: parallel, or the plane of the circle is cut in one about the same centre; 3: it lies there."""
+    sizes = _sizes_of_meet(_sizes_of_circle(circle), _sizes_of_vector(s))
+    pair = ga.left_contraction(s, circle)
+    weight, inner = _sum_of_squares(pair, "e10 e20 e30"), _sum_of_squares(pair, "e12 e13 e23 e0inf")
+    outer = _sum_of_squares(pair, "e1inf e2inf e3inf")
+    inside = _both(_vanishes(inner, sizes[1]), _vanishes(outer, sizes[2]))
+    level = ga.select(_vanishes(pair["e0inf"] ** 2, sizes[1]), ga.select(inside, 3, 2), 1)
+    sign = _sign_of_square(_dot(pair, pair), (weight, inner, outer), sizes)
+    return ga.select(_vanishes(weight, sizes[0]), level, sign)
 
 
 @kernel(a=CIRCLE, b=CIRCLE)
 def meet_circles_kind(a, b):
-    """1: two common points; 0: one; -1: none; 2: in one plane about one centre; 3: the same, in either sense."""
-    (p, n, r), (q, m, s) = _circle_parts(a), _circle_parts(b)
-    size = _dot(p, p) + _dot(q, q) + ga.absolute(r) + ga.absolute(s)
-    across, apart = _cross(n, m), q - p
-    sine = _dot(across, across)
-    parallel = sine <= NEARLY_ZERO**2
-    low = ga.absolute(_dot(apart, n)) <= NEARLY_ZERO * ga.sqrt(size)
-    in_plane = ga.select(low, _kind_of_two_rounds(_dot(apart, apart), r, s, size), -1)
-    square = ga.select(parallel, 1, sine)
-    along = across / ga.sqrt(square)
-    one = _dot(apart, m) / square * _cross(along, n) * ga.sqrt(square)
-    two = _dot(-apart, n) / square * _cross(m, along) * -ga.sqrt(square)
-    first, second = r - _dot(one, one), s - _dot(two, two)
-    reach = size + _dot(one, one) + _dot(two, two)
-    shift = _dot(apart, along)
-    equal = ga.maximum(ga.absolute(shift) * ga.sqrt(size), ga.absolute(first - second)) <= NEARLY_ZERO * reach
-    lengths = first + second - shift * shift
-    single = ga.absolute(lengths * lengths - 4 * first * second) <= NEARLY_ZERO * reach * reach
-    both = ga.minimum(first, second) >= -NEARLY_ZERO * reach
-    twice = _sign(ga.minimum(first, second), reach)
-    crossed = ga.select(equal, twice, ga.select(ga.select(both, single, 0), 0, -1))
-    return ga.select(parallel, in_plane, crossed)
+    """How two circles or lines meet. 1: in two points, lines in one and at infinity; 0: in one; -1: in none;
+    2: parallel lines, or circles in one plane about one centre; 3: the same, in either sense."""
+    sizes, others = _sizes_of_circle(a), _sizes_of_circle(b)
+    both = _sizes_of_meet(sizes, others)
+    joint = ga.polarity(a) ^ ga.polarity(b)
+    parts = joint["e1230"] ** 2, _sum_of_squares(joint, "e120inf e130inf e230inf"), joint["e123inf"] ** 2
+    finite = ga.select(_vanishes(parts[0], both[0]), 0, 1)
+    spherical = _both(_both(1 - finite, _vanishes(parts[1], both[1])), _vanishes(parts[2], both[2]))
+    null = ga.equal(_sign_of_square(_dot(joint, joint), parts, both), 0)
+    single = ga.select(_both(finite, null), 0, -1)
+    lines = [_vanishes(size[0], size[1]) for size in (sizes, others)]
+    first, second = (
+        sum(a[n] * b[n] for n in names.split()) / _sum_of_squares(b, names) for names in CIRCLE_DEGREES[:2]
+    )
+    scale = ga.select(lines[1], second, first)
+    differences = [sum((a[n] - scale * b[n]) ** 2 for n in names.split()) for names in CIRCLE_DEGREES]
+    zero = [
+        _vanishes(difference, size + scale * scale * other)
+        for difference, size, other in zip(differences, sizes, others, strict=True)
+    ]
+    sign = _sign_of_pencil(_dot(a, a), _dot(b, b), _dot(a, b), (sizes[1], others[1], both[1]))
+    crossing = ga.select(_both(*lines), 1, sign)
+    parallel = ga.select(zero[2], 3, 2)
+    common = ga.select(_both(zero[0], zero[1]), parallel, crossing)
+    return ga.select(spherical, common, single)
 
 
-# First hits of rays, which start at a point and go along a direction of any length but 0.
+@kernel(p=POINT, d=COORDINATES, sphere=SPHERE)
+def hit_ray_sphere(p, d, sphere):
+    """The least `t`, at least 0, for which ``p + t d`` is on a sphere, from either side; not a number if there is none.
 
-
-def _hit(wrong, origin, direction, distance):
-    """Distance in lengths of the direction, and the point; not numbers where `wrong`."""
-    distance = _unless(wrong, distance)
-    return distance, _at(_coordinates(origin) + distance * direction)
-
-
-@kernel(origin=POINT, direction=COORDINATES, sphere=SPHERE, returns=(SCALAR, POINT))
-def ray_hits_sphere(origin, direction, sphere):
-    """The first point in which a ray meets a sphere, from either side, and where on the ray: not numbers for none.
-
-    The distance is in lengths of the direction. No digits are lost for a small sphere that is far away.
+    No digits are lost for a small sphere that is far away.
     """
-    d, (centre, square) = _vector(direction), _sphere_parts(sphere)
-    towards, along = centre - _coordinates(origin), _dot(d, d)
+    d, (centre, square) = _vector(d), _sphere_parts(sphere)
+    towards, along = centre - _coordinates(p), _dot(d, d)
     middle = _dot(towards, d) / along
     beside = towards - middle * d
     half = ga.sqrt((square - _dot(beside, beside)) / along)
     near, far = middle - half, middle + half
-    return _hit(far < 0, origin, d, ga.select(near >= 0, near, far))
-
-
-@kernel(origin=POINT, direction=COORDINATES, plane=PLANE, returns=(SCALAR, POINT))
-def ray_hits_plane(origin, direction, plane):
-    """The point in which a ray meets a plane, and where on the ray: not numbers where it goes away or is parallel."""
-    d, normal = _vector(direction), _plane_normal(plane)
-    fall = _dot(d, normal)
-    height = plane["e123inf"] - _dot(origin, normal)
-    return _hit(height * fall < 0, origin, d, height / _unless(ga.equal(fall, 0), fall))
-
-
-@kernel(origin=POINT, direction=COORDINATES, a=POINT, b=POINT, c=POINT, returns=(SCALAR, POINT))
-def ray_hits_triangle(origin, direction, a, b, c):
-    """The point in which a ray meets a triangle, from either side, and where on the ray: not numbers where it does not.
-
-    Corners and edges belong to the triangle.
-    """
-    d, o = _vector(direction), _coordinates(origin)
-    a, b, c = (_coordinates(corner) - o for corner in (a, b, c))
-    normal = _cross(b - a, c - a)
-    fall = _dot(d, normal)
-    distance = _dot(a, normal) / ga.select(ga.equal(fall, 0), 1, fall)
-    sides = [_dot(d, _cross(p, q)) for p, q in ((a, b), (b, c), (c, a))]
-    low, high = ga.minimum(ga.minimum(*sides[:2]), sides[2]), ga.maximum(ga.maximum(*sides[:2]), sides[2])
-    outside = ga.minimum(low < 0, high > 0)
-    wrong = ga.maximum(ga.maximum(outside, ga.equal(fall, 0)), distance < 0)
-    return _hit(wrong, origin, d, distance)
+    return _unless(far < 0, ga.select(near >= 0, near, far))
 
 
 # Versors.
@@ -1907,13 +1471,6 @@ def transversor_from_vector(b):
     return 1 + _vector(b) * E0
 
 
-@kernel(centre=POINT, scale=SCALAR, returns=EVEN)
-def dilator_about_point(centre, scale):
-    """The dilation about a centre by a positive factor, which leaves the centre alone."""
-    root = ga.sqrt(scale)
-    return (1 + scale + (scale - 1) * (centre ^ EINF)) / (2 * root)
-
-
 @kernel(d=DILATOR)
 def dilator_to_scale(d):
     """The factor of a dilator: ``exp`` of twice the coefficient of its logarithm."""
@@ -1933,25 +1490,10 @@ def rotor_exponential(b):
     return ga.exp(b[0] * E1 * E2 + b[1] * E1 * E3 + b[2] * E2 * E3)
 
 
-@kernel(line=LINE, angle=SCALAR, distance=SCALAR, returns=MOTOR)
-def motor_from_screw(line, angle, distance):
-    """The right-handed rotation about a line along with a translation along it; the line may have any length but 0."""
-    d, _ = _line_parts(line)
-    axis = ga.polarity(line) / ga.sqrt(ga.scalar_product(line, line))
-    turn = ga.cos(angle / 2) + ga.sin(angle / 2) * axis
-    return (1 - distance * d * EINF / 2) * turn
-
-
 @kernel(m=MOTOR, returns=(ROTOR, COORDINATES))
 def motor_to_rotor_translation(m):
     """The rotor and the vector of the translation after it."""
     return (m["1"] + m["e12"] * E1 * E2 + m["e13"] * E1 * E3 + m["e23"] * E2 * E3), _tuple(m * E0 * ~m)
-
-
-@kernel(a=UNIT_EVEN, b=UNIT_EVEN, returns=UNIT_EVEN)
-def versor_product(a, b):
-    """The versor that does `b` first and then `a`."""
-    return a * b
 
 
 def _square_root_inverse(s):
@@ -1966,6 +1508,30 @@ def _square_root_inverse(s):
 def normalize_versor(x):
     """The unit versor nearest to an even element: ``(x ~x)**(-1/2) x``. Sums of versors become versors."""
     return _square_root_inverse(x * ~x) * x
+
+
+@kernel(m=MOTOR, returns=UNIT_EVEN)
+def versor_from_motor(m):
+    """A motor with all sixteen coefficients of a versor, for products with versors of other kinds."""
+    return m
+
+
+@kernel(d=DILATOR, returns=UNIT_EVEN)
+def versor_from_dilator(d):
+    """A dilator with all sixteen coefficients of a versor."""
+    return d
+
+
+@kernel(k=TRANSVERSOR, returns=UNIT_EVEN)
+def versor_from_transversor(k):
+    """A transversor with all sixteen coefficients of a versor."""
+    return k
+
+
+@kernel(a=POINT, b=POINT, returns=TRANSLATOR)
+def translator_between_points(a, b):
+    """The translation that takes the point `a` to `b`."""
+    return 1 - (_coordinates(b) - _coordinates(a)) * EINF / 2
 
 
 @kernel(x=UNIT_EVEN, returns=(SCALAR, ROTOR, COORDINATES, COORDINATES))
@@ -1984,13 +1550,6 @@ def versor_decomposition(x):
     factor = 2 * ga.sqrt(scale) / (1 + scale)
     rotor = {name: factor * rest[name] for name in ("1", "e12", "e13", "e23")}
     return scale, ga.assemble(CGA3, rotor), _tuple(t), _tuple(b)
-
-
-@kernel(scale=SCALAR, r=ROTOR, t=COORDINATES, b=COORDINATES, returns=UNIT_EVEN)
-def versor_from_parts(scale, r, t, b):
-    """The conformal map that `versor_decomposition` takes apart: transversion, dilation, rotation, translation."""
-    dilator = (1 + scale + (scale - 1) * (E0 ^ EINF)) / (2 * ga.sqrt(scale))
-    return (1 - _vector(t) * EINF / 2) * r * dilator * (1 + _vector(b) * E0)
 
 
 # Versors between two objects of one kind: the square root of their ratio. Nearly opposite ones are turned over first.
@@ -2083,56 +1642,7 @@ def versor_between_point_pairs(a, b):
     return _unless(wrong, _between(_unit_blade(a), _unit_blade(b), _half_turn(centre, _perpendicular(direction))))
 
 
-def _rotor_between(n, m):
-    """The rotor that takes the unit vector `n` to `m`, by the smaller angle."""
-    opposite = _dot(n, m) < NEARLY_OPPOSITE
-    across = _perpendicular(n)
-    start = ga.select(opposite, -n, n)
-    half = start + m
-    turn = half * start / _length(half)
-    turn = turn.grade(0, 2)
-    return turn * ga.select(opposite, across * n, 1)
-
-
-def _similarity(p, q, turn, scale):
-    """First a translation by ``-p``, then a dilation and a rotation, then a translation by `q`."""
-    dilator = (1 + scale + (scale - 1) * (E0 ^ EINF)) / (2 * ga.sqrt(scale))
-    return (1 - q * EINF / 2) * turn * dilator * (1 + p * EINF / 2)
-
-
-@kernel(a=SPHERE, b=SPHERE, returns=UNIT_EVEN)
-def similarity_between_spheres(a, b):
-    """The dilation and translation that take one real sphere to another, centre to centre."""
-    (p, r), (q, s) = _sphere_parts(a), _sphere_parts(b)
-    return _similarity(p, q, 1, ga.sqrt(s) / ga.sqrt(r))
-
-
-@kernel(a=CIRCLE, b=CIRCLE, returns=UNIT_EVEN)
-def similarity_between_circles(a, b):
-    """The rotation by the least angle, dilation and translation that take one real circle to another with its sense."""
-    (p, n, r), (q, m, s) = _circle_parts(a), _circle_parts(b)
-    return _similarity(p, q, _rotor_between(n, m), ga.sqrt(s) / ga.sqrt(r))
-
-
 # Versors on every kind of object.
-
-
-@kernel(m=MOTOR, x=FLAT_POINT, returns=FLAT_POINT)
-def move_flat_point(m, x):
-    """A flat point moved by the unit motor `m`: ``m x ~m``."""
-    return m * x * ~m
-
-
-@kernel(m=MOTOR, x=DIRECTION, returns=DIRECTION)
-def move_direction(m, x):
-    """A direction turned by the unit motor `m`, which translations leave alone: ``m x ~m``."""
-    return m * x * ~m
-
-
-@kernel(m=MOTOR, x=DUAL_PLANE, returns=DUAL_PLANE)
-def move_dual_plane(m, x):
-    """A dual plane moved by the unit motor `m`: ``m x ~m``."""
-    return m * x * ~m
 
 
 @kernel(v=UNIT_EVEN, p=POINT, returns=POINT)
