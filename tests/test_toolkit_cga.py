@@ -89,7 +89,6 @@ def same_blade(found: Any, expected: Any, tolerance: float = 1e-9) -> None:
 def test_flats_give_back_what_they_were_made_of(rng: np.random.Generator) -> None:
     a, b, c = vectors(rng, 3)
     close(cga3.point_from_flat_point(-3 * cga3.flat_point_from_point(a)), a)
-    close(cga3.direction_from_points(a, b), b - a)
     d = b - a
     line = cga3.line_from_points(a, b)
     close(cga3.line_from_direction_moment(d, np.cross(a, d)), line)
@@ -97,7 +96,6 @@ def test_flats_give_back_what_they_were_made_of(rng: np.random.Generator) -> Non
     close(direction, 2 * d)
     close(moment, np.cross(a, 2 * d))
     close(cga3.translate_point(cga3.translator_between_points(a, c), a), c)
-    close(cga3.line_weight(line), length(d))
     close(cga3.line_support(line), a - dot(a, unit(d))[:, None] * unit(d), 1e-8)
     n = np.cross(b - a, c - a)
     plane = cga3.plane_from_points(a, b, c)
@@ -107,7 +105,6 @@ def test_flats_give_back_what_they_were_made_of(rng: np.random.Generator) -> Non
     normal, distance = cga3.plane_to_normal(5 * plane)
     close(normal, unit(n), 1e-9)
     close(distance, dot(a, unit(n)), 1e-9)
-    close(cga3.plane_weight(plane), length(n))
     close(cga3.plane_support(plane), dot(a, unit(n))[:, None] * unit(n), 1e-9)
 
 
@@ -253,9 +250,6 @@ def test_distances_that_are_intervals(rng: np.random.Generator) -> None:
     gap = length(c - c2)
     close(cga3.distance_spheres(sphere, other), np.max([zero, gap - r - r2, np.abs(r - r2) - gap], 0), 1e-9)
     other_plane = cga3.plane_from_point_normal(c, -3 * n)
-    close(cga3.signed_distance_planes(plane, other_plane), dot(c - q, n), 1e-9)
-    close(cga3.signed_distance_planes(other_plane, plane), dot(c - q, n), 1e-9)
-    close(cga3.signed_distance_planes(plane, cga3.plane_from_point_normal(c, d)), zero, 0)
     inside = cga3.line_from_point_direction(p, np.cross(n, d))
     close(cga3.signed_distance_line_plane(inside, plane), dot(p - q, n), 1e-9)
     close(cga3.signed_distance_line_plane(line, other_plane), zero, 0)
@@ -552,6 +546,5 @@ def test_versors_of_parts_do_what_parts_do(rng: np.random.Generator) -> None:
     general = cga3.versor_exponential(rng.normal(size=(N, 10)) / 2)
     close(from_parts(*cga3.versor_decomposition(general)), general, 1e-6)
     close(cga3.dilator_to_scale(cga3.dilator_from_scale(scale)), scale, 1e-12)
-    k = np.zeros((N, 16))
-    k[:, 0], k[:, 4:7] = 1, cga3.transversor_from_vector(b)
+    k = cga3.versor_from_transversor(cga3.transversor_from_vector(b))
     close(cga3.transform_point(k, x), transversion(x, b), 1e-6)

@@ -52,24 +52,24 @@ def test_versors_move_objects_as_points(rng: np.random.Generator) -> None:
     close(translation, t)
     close(cga3.motor_from_rotor_translation(rotor, translation), m)
     close(as_versor(m), cga3.versor_from_motor(m), 0)
-    close(cga3.rotor_exponential(cga3.rotor_logarithm(rotor)), rotor * np.where(rotor[:, :1] < 0, -1, 1), 1e-13)
 
 
 def directed(rng: np.random.Generator, kind: str) -> Any:
     return {"lines": lines(rng)[-1], "planes": planes(rng)[-1], "circles": circles(rng)[-1],
-            "point_pairs": pairs(rng)[-1], "spheres": spheres(rng)[-1]}[kind]  # fmt: skip
+            "point_pairs": cga3.point_pair_polarity(pairs(rng)[-1]), "spheres": spheres(rng)[-1]}[kind]  # fmt: skip
 
 
 MOVES = {
     "lines": cga3.move_line, "planes": cga3.move_plane, "circles": cga3.transform_circle,
-    "point_pairs": cga3.transform_point_pair, "spheres": cga3.transform_sphere,
+    "point_pairs": cga3.transform_circle, "spheres": cga3.transform_sphere,
 }  # fmt: skip
 
 
 @pytest.mark.parametrize("kind", list(MOVES))
 def test_versors_between_objects_take_one_to_the_other(rng: np.random.Generator, kind: str) -> None:
-    name = f"motor_between_{kind}" if kind in ("lines", "planes") else f"versor_between_{kind}"
-    between, move = getattr(cga3, name), MOVES[kind]
+    between = {"lines": cga3.motor_between_lines, "planes": cga3.motor_between_planes,
+               "spheres": cga3.versor_between_spheres}.get(kind, cga3.versor_between_circles)  # fmt: skip
+    move = MOVES[kind]
     a, b = directed(rng, kind), directed(rng, kind)
     opposite = -2 * a
     for first, second in ((a, b), (a, a), (a, opposite), (b, -a), (a, -a * (1 + 1e-13)), (a, 3 * a + 1e-9 * b * 0)):
@@ -125,13 +125,36 @@ def test_projections_of_blades(rng: np.random.Generator) -> None:
     below = cga3.project_circle_on_sphere(cga3.circle_from_line(line), dual)
     foot = q - np.sum((q - p) * n, -1)[:, None] * n
     flat = d - np.sum(d * n, -1)[:, None] * n
-    expected = cga3.line_weight(line)[:, None] * cga3.line_from_point_direction(foot, flat)
+    size = np.linalg.norm(cga3.line_to_direction_moment(line)[0], axis=-1)
+    expected = size[:, None] * cga3.line_from_point_direction(foot, flat)
     close(below, cga3.circle_from_line(expected), 1e-8)
     _, m, _, circle = circles(rng)
     in_plane = cga3.project_circle_on_sphere(circle, dual)
     real = np.abs(np.sum(m * n, -1)) > 0.1
     close(np.abs(np.sum(cga3.circle_normal(in_plane) * n, -1))[real], 1 + 0 * n[real, 0], 1e-9)
     close(np.sum((cga3.circle_centre(in_plane) - p) * n, -1)[real], 0 * n[real, 0], 1e-6)
-    _, _, pair = pairs(rng)
-    inside = cga3.project_point_pair_on_sphere(pair, dual)
-    close(np.sum(cga3.point_pair_centre(inside) * n, -1)[real], np.sum(p * n, -1)[real], 1e-4)
+
+
+def test_exponentials_logarithms_and_powers(rng: np.random.Generator) -> None:
+    tiny = np.array([0, 1e-12, 1e-9, 1e-5, np.pi - 1e-12, np.pi - 1e-7])
+    angle = np.concatenate([tiny, rng.uniform(0, 3.1, N - len(tiny))])
+    axis, t, x = rng.normal(size=(3, N, 3))
+    t[: N // 10] = 0
+    rotation = Rotation.from_rotvec(angle[:, None] * unit(axis))
+    rotor = cga3.rotor_from_axis_angle(axis, angle)
+    close(cga3.rotate_point(rotor, x), rotation.apply(x), 1e-12)
+    m = cga3.motor_from_rotor_translation(rotor, t)
+    close(cga3.motor_exponential(cga3.motor_logarithm(m)), m, 1e-13)
+    half = cga3.motor_square_root(m)
+    close(cga3.motor_product(half, half), m, 1e-12)
+    third = cga3.motor_power(m, 1 / 3)
+    close(cga3.motor_product(third, cga3.motor_product(third, third)), m, 1e-11)
+    matrix = Rotation.from_rotvec(angle[:, None] / 2 * unit(axis))
+    close(cga3.motor_to_rotor_translation(half)[0], cga3.rotor_from_axis_angle(axis, angle / 2), 1e-12)
+    close(cga3.move_point(half, x) - cga3.move_point(half, O), matrix.apply(x), 1e-11)
+    between = cga3.interpolate_motors(half, cga3.motor_product(m, half), 0.5)
+    close(between, m, 1e-10)
+    v = random_versors(rng)
+    close(cga3.versor_exponential(cga3.versor_logarithm(v)), v * np.where(v[:, :1] < 0, -1, 1), 1e-9)
+    a = rng.normal(size=(N, 32))
+    close(cga3.polarity(cga3.polarity(a)), -a, 1e-15)

@@ -19,19 +19,11 @@ import gacompiler as ga
 from gacompiler import SCALAR, array, kernel
 from gacompiler.algebra.catalog import CGA2
 
-POINT, VECTOR, DUAL_LINE, FLAT_POINT, DIRECTION = (
-    CGA2.POINT,
-    CGA2.VECTOR,
-    CGA2.DUAL_LINE,
-    CGA2.FLAT_POINT,
-    CGA2.DIRECTION,
-)
+POINT, VECTOR, DUAL_LINE, FLAT_POINT = CGA2.POINT, CGA2.VECTOR, CGA2.DUAL_LINE, CGA2.FLAT_POINT
 POINT_PAIR, LINE, CIRCLE = CGA2.POINT_PAIR, CGA2.LINE, CGA2.CIRCLE
 ROTOR, TRANSLATOR, MOTOR = CGA2.ROTOR, CGA2.TRANSLATOR, CGA2.MOTOR
 DILATOR, TRANSVERSOR, EVEN, UNIT_EVEN, FULL = CGA2.DILATOR, CGA2.TRANSVERSOR, CGA2.even, CGA2.UNIT_EVEN, CGA2.full
 COORDINATES = array(SCALAR, 2)
-GENERATOR = CGA2.layout("GENERATOR", "e12 e1inf e2inf")
-"""Bivectors of rigid motions."""
 
 E1, E2, E0, EINF = CGA2.basis()
 PSEUDOSCALAR = CGA2.pseudoscalar
@@ -276,12 +268,6 @@ def normalize_vector(x):
 
 
 @kernel(a=POINT, b=POINT)
-def inner_product_of_points(a, b):
-    """The inner product of two points: minus half their squared distance."""
-    return ga.scalar_product(a, b)
-
-
-@kernel(a=POINT, b=POINT)
 def distance_squared_points(a, b):
     """The squared distance of two points."""
     return -2 * ga.scalar_product(a, b)
@@ -419,12 +405,6 @@ def line_to_normal(line):
     """The unit normal of a line, on its left, and its distance from the origin along it: ``normal . x = distance``."""
     _, normal, distance = _line_parts(line)
     return _tuple(normal), distance
-
-
-@kernel(line=LINE)
-def line_weight(line):
-    """The length of the direction that the coefficients of a line contain: for two points, their distance."""
-    return _length(_line_direction(line))
 
 
 @kernel(line=LINE, returns=POINT)
@@ -697,25 +677,6 @@ def _turn_about(p):
     return E1 * E2 - (_left(p) ^ EINF)
 
 
-@kernel(m=MOTOR, returns=array(SCALAR, 3, 3))
-def motor_to_matrix(m):
-    """The homogeneous 3 x 3 matrix of a unit motor, which acts on columns (x, y, 1)."""
-    columns = [m * x * ~m for x in (E1, E2, E0)]
-    return (*(tuple(column[name] for column in columns) for name in AXES), (0, 0, 1))
-
-
-@kernel(a=MOTOR, b=MOTOR, returns=MOTOR)
-def motor_product(a, b):
-    """The motor that does `b` first and then `a`."""
-    return a * b
-
-
-@kernel(m=MOTOR, returns=MOTOR)
-def motor_inverse(m):
-    """The inverse of a unit motor, which is its reverse."""
-    return ~m
-
-
 @kernel(t=COORDINATES, returns=TRANSLATOR)
 def translator_from_vector(t):
     """The translation by a vector: ``1 - t einf/2``."""
@@ -749,28 +710,6 @@ def motor_from_rotor_translation(r, t):
     return (1 - _vector(t) * EINF / 2) * r
 
 
-@kernel(b=GENERATOR, returns=MOTOR)
-def motor_exponential(b):
-    """``exp(b)`` of the bivector of a rigid motion: rotation or translation. Smooth everywhere."""
-    return ga.exp(b)
-
-
-@kernel(m=MOTOR, returns=GENERATOR)
-def motor_logarithm(m):
-    """The bivector of least angle whose exponential is `m` or `-m`, the same motion.
-
-    Pure translations are no exception. At half turns, where the scalar part is 0, the two signs are equally near
-    and the result jumps.
-    """
-    return ga.log(m)
-
-
-@kernel(m=MOTOR, returns=MOTOR)
-def motor_square_root(m):
-    """The motor that, done twice, is the motion of `m`, by the smaller angle; a half turn's sign decides its sense."""
-    return ga.sqrt(m)
-
-
 @kernel(b=POINT_PAIR, returns=UNIT_EVEN)
 def versor_exponential(b):
     """``exp(b)`` of any bivector: motions, dilations, transversions and all other conformal maps near the identity.
@@ -789,12 +728,6 @@ def versor_logarithm(v):
     jumps.
     """
     return ga.log(v)
-
-
-@kernel(v=UNIT_EVEN, returns=UNIT_EVEN)
-def versor_square_root(v):
-    """The unit versor half way to `v` or `-v`: ``exp(log(v) / 2)`` without angles, where that is defined."""
-    return ga.sqrt(v)
 
 
 @kernel(x=EVEN, returns=EVEN)
@@ -849,24 +782,6 @@ def versor_decomposition(x):
 def move_point(m, p):
     """The point `p` moved by the unit motor `m`: ``m p ~m``."""
     return m * p * ~m
-
-
-@kernel(r=ROTOR, p=POINT, returns=POINT)
-def rotate_point(r, p):
-    """The point `p` turned by the unit rotor `r`: ``r p ~r``."""
-    return r * p * ~r
-
-
-@kernel(t=TRANSLATOR, p=POINT, returns=POINT)
-def translate_point(t, p):
-    """The point `p` moved by the translator `t`: ``t p ~t``."""
-    return t * p * ~t
-
-
-@kernel(d=DILATOR, p=POINT, returns=POINT)
-def dilate_point(d, p):
-    """The point `p` scaled about the origin by the dilator `d`: ``d p ~d``, normalised."""
-    return _normalized(d * p * ~d)
 
 
 @kernel(m=MOTOR, x=LINE)
@@ -930,12 +845,6 @@ def invert_point(p, s):
     The centre goes to infinity: division by 0.
     """
     return _normalized(-(s * p * s))
-
-
-@kernel(m=MOTOR, returns=(ROTOR, COORDINATES))
-def motor_to_rotor_translation(m):
-    """The rotor and the vector of the translation after it."""
-    return (m["1"] + m["e12"] * E1 * E2), _tuple(m * E0 * ~m)
 
 
 # Versors between two objects of one kind: the square root of their ratio. Nearly opposite ones are turned over first.

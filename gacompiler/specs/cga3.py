@@ -29,7 +29,7 @@ COORDINATES = array(SCALAR, 3)
 GENERATOR = CGA3.layout("GENERATOR", "e12 e13 e23 e1inf e2inf e3inf")
 """Bivectors of rigid motions."""
 
-FLAT_POINT, DIRECTION, DUAL_LINE, TRANSVERSOR = CGA3.FLAT_POINT, CGA3.DIRECTION, CGA3.DUAL_LINE, CGA3.TRANSVERSOR
+FLAT_POINT, DUAL_LINE, TRANSVERSOR = CGA3.FLAT_POINT, CGA3.DUAL_LINE, CGA3.TRANSVERSOR
 
 E1, E2, E3, E0, EINF = CGA3.basis()
 SPACE, PSEUDOSCALAR = E1 * E2 * E3, CGA3.pseudoscalar
@@ -174,11 +174,6 @@ def _circle_parts(circle):
 
 def _pair_direction(pair):
     return -pair["e10"] * E1 - pair["e20"] * E2 - pair["e30"] * E3
-
-
-def _pair_parts(pair):
-    """Centre, unit direction, squared radius."""
-    return _coordinates(_centre(pair)), ga.normalize(_pair_direction(pair)), _radius_squared(pair)
 
 
 # Kinds.
@@ -545,12 +540,6 @@ def point_from_flat_point(flat):
     return _point(*(flat[name] / flat["e0inf"] for name in ("e1inf", "e2inf", "e3inf")))
 
 
-@kernel(a=POINT, b=POINT, returns=DIRECTION)
-def direction_from_points(a, b):
-    """The direction ``(b - a) ^ einf`` from `a` to `b`: what translations leave alone."""
-    return (b - a) ^ EINF
-
-
 @kernel(d=COORDINATES, m=COORDINATES, returns=LINE)
 def line_from_direction_moment(d, m):
     """The line of Pluecker coordinates `d`, its direction, and `m`, its moment ``p x d`` for all p on it."""
@@ -685,23 +674,11 @@ def tangent_plane_of_sphere(sphere, p):
 # What objects are made of.
 
 
-@kernel(plane=PLANE)
-def plane_weight(plane):
-    """The length of the normal that the coefficients of a plane contain."""
-    return _length(_plane_normal(plane))
-
-
 @kernel(plane=PLANE, returns=POINT)
 def plane_support(plane):
     """The point of a plane that is nearest to the origin."""
     normal = _plane_normal(plane)
     return _at(plane["e123inf"] / _dot(normal, normal) * normal)
-
-
-@kernel(line=LINE)
-def line_weight(line):
-    """The length of the direction that the coefficients of a line contain: for two points, their distance."""
-    return _length(_line_direction(line))
 
 
 @kernel(line=LINE, returns=POINT)
@@ -822,17 +799,16 @@ def _parts_of_lines(a, b):
     return d, p, e, q, across, square, square <= NEARLY_ZERO**2
 
 
-def _distance_of_lines(a, b):
-    d, p, _, q, across, square, parallel = _parts_of_lines(a, b)
-    beside = _cross(q - p, d)
-    skew = ga.absolute(_dot(q - p, across)) / ga.sqrt(ga.select(parallel, 1, square))
-    return ga.select(parallel, _length(beside), skew)
-
-
 @kernel(a=LINE, b=LINE)
 def distance_lines(a, b):
     """The distance of two lines, parallel ones too."""
-    return _distance_of_lines(a, b)
+    (d, m), (e, k) = ((_line_direction(line), _line_moment(line)) for line in (a, b))
+    across, first, second = _cross(d, e), _dot(d, d), _dot(e, e)
+    square = _dot(across, across)
+    parallel = square <= NEARLY_ZERO**2 * first * second
+    skew = ga.absolute(_dot(d, k) + _dot(m, e)) / ga.sqrt(ga.select(parallel, 1, square))
+    beside = (_dot(d, e) / second) * k - m
+    return ga.select(parallel, ga.sqrt(_dot(beside, beside) / first), skew)
 
 
 @kernel(line=LINE, plane=PLANE)
@@ -850,16 +826,9 @@ def _point_to_line(p, direction, support):
 @kernel(line=LINE, sphere=SPHERE)
 def distance_line_sphere(line, sphere):
     """The distance of a line to a sphere: 0 where they meet."""
-    (direction, point), (centre, square) = _line_parts(line), _sphere_parts(sphere)
-    return ga.maximum(0, _length(_point_to_line(centre, direction, point)) - ga.sqrt(square))
-
-
-@kernel(p=PLANE, q=PLANE)
-def signed_distance_planes(p, q):
-    """How far the plane `q` is from the plane `p`, parallel to it, along the normal of `p`; 0 for others."""
-    (n, d), (m, e) = _plane_parts(p), _plane_parts(q)
-    across = _cross(n, m)
-    return ga.select(_dot(across, across) <= NEARLY_ZERO**2, ga.select(_dot(n, m) < 0, -e, e) - d, 0)
+    direction, (centre, square) = _line_direction(line), _sphere_parts(sphere)
+    moment = _cross(centre, direction) - _line_moment(line)
+    return ga.maximum(0, ga.sqrt(_dot(moment, moment) / _dot(direction, direction)) - ga.sqrt(square))
 
 
 @kernel(plane=PLANE, circle=CIRCLE)
@@ -1048,8 +1017,9 @@ def project_point_on_plane(p, plane):
 @kernel(p=POINT, line=LINE, returns=POINT)
 def project_point_on_line(p, line):
     """The foot of a point on a line."""
-    direction, support = _line_parts(line)
-    return _at(_coordinates(p) - _point_to_line(_coordinates(p), direction, support))
+    direction = _line_direction(line)
+    moment = _line_moment(line) - _cross(_coordinates(p), direction)
+    return _at(_coordinates(p) + _cross(direction, moment) / _dot(direction, direction))
 
 
 @kernel(p=POINT, sphere=SPHERE, returns=POINT)
@@ -1066,15 +1036,6 @@ def project_point_on_circle(p, circle):
     centre, normal, square = _circle_parts(circle)
     _, inside, length = _to_circle(_coordinates(p), centre, normal)
     return _at(centre + ga.sqrt(square) / length * inside)
-
-
-@kernel(pair=POINT_PAIR, s=VECTOR)
-def project_point_pair_on_sphere(pair, s):
-    """The part ``(pair . S) S**-1`` of a point pair in the sphere or plane whose dual is `s`.
-
-    On a plane, the ends of the pair that is symmetrical about it span the same circle as the given ones.
-    """
-    return (pair - (s ^ ga.left_contraction(s, pair)) / _dot(s, s)).grade(2)
 
 
 @kernel(circle=CIRCLE, s=VECTOR)
@@ -1477,19 +1438,6 @@ def dilator_to_scale(d):
     return (d["1"] + d["e0inf"]) ** 2
 
 
-@kernel(r=ROTOR, returns=COORDINATES)
-def rotor_logarithm(r):
-    """The coefficients e12, e13, e23 of the bivector of least angle whose exponential is `r` or ``-r``."""
-    b = ga.log(r)
-    return b["e12"], b["e13"], b["e23"]
-
-
-@kernel(b=COORDINATES, returns=ROTOR)
-def rotor_exponential(b):
-    """``exp`` of the bivector with coefficients e12, e13, e23: minus half the angle about ``e3, -e2, e1``."""
-    return ga.exp(b[0] * E1 * E2 + b[1] * E1 * E3 + b[2] * E2 * E3)
-
-
 @kernel(m=MOTOR, returns=(ROTOR, COORDINATES))
 def motor_to_rotor_translation(m):
     """The rotor and the vector of the translation after it."""
@@ -1622,24 +1570,14 @@ def versor_between_spheres(a, b):
 def versor_between_circles(a, b):
     """The versor that takes the circle `a` to the circle `b` along with its sense, lines among them as `b`.
 
-    The root of the ratio ``b a**-1``, which turns or scales the least. Not a number where `a` is a line, where one is
+    The root of the ratio ``b a**-1``, which turns or scales the least; point pairs and their polarities have the same
+    one. Not a number where `a` is a line, where one is
     real and the other imaginary, and for circles linked so that ``b a**-1`` is a 4-vector, such as a circle and its
     axis.
     """
     centre, normal, _ = _circle_parts(a)
     wrong = ga.scalar_product(a, a) * ga.scalar_product(b, b) <= 0
     return _unless(wrong, _between(_unit_blade(a), _unit_blade(b), _half_turn(centre, _perpendicular(normal))))
-
-
-@kernel(a=POINT_PAIR, b=POINT_PAIR, returns=UNIT_EVEN)
-def versor_between_point_pairs(a, b):
-    """The versor that takes the point pair `a` to `b`, the first point to the first.
-
-    The root of the ratio ``b a**-1``. Not a number where one is real and the other imaginary.
-    """
-    centre, direction, _ = _pair_parts(a)
-    wrong = ga.scalar_product(a, a) * ga.scalar_product(b, b) <= 0
-    return _unless(wrong, _between(_unit_blade(a), _unit_blade(b), _half_turn(centre, _perpendicular(direction))))
 
 
 # Versors on every kind of object.
