@@ -90,8 +90,8 @@ def test_nothing_is_listed_twice() -> None:
     assert len(named) == len(set(named))
 
 
-@pytest.mark.parametrize("algebra", ["pga3", "pga2"])
-def test_every_kernel_of_the_plane_based_modules_is_listed(algebra: str) -> None:
+@pytest.mark.parametrize("algebra", ["pga3", "pga2", "cga3", "cga2"])
+def test_every_kernel_is_listed(algebra: str) -> None:
     spec = ast.parse((ROOT / "gacompiler" / "specs" / f"{algebra}.py").read_text())
     kernels = {node.name for node in spec.body if isinstance(node, ast.FunctionDef) and node.decorator_list}
     listed = {entry.function for entry in entries() if entry.algebra == algebra}

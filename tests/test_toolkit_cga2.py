@@ -138,7 +138,7 @@ def test_distances_projections_and_angles(rng: np.random.Generator) -> None:
     close(cga2.angle_between_dual_circles(*duals)[meets], np.arccos(-ratio[meets]), 1e-7)
 
 
-def test_meets_and_their_kinds(rng: np.random.Generator) -> None:
+def test_meets_lie_on_both(rng: np.random.Generator) -> None:
     (p, d, line), (q, e, other) = lines(rng), lines(rng)
     point = cga2.meet_lines(line, other)
     good = np.abs(dot(left(d), e)) > 0.05
