@@ -98,6 +98,11 @@ def _cga2(algebra: Algebra) -> Iterable[Layout]:
     yield algebra.layout("ROTOR", "1 e12", unit=True)
     yield algebra.layout("TRANSLATOR", "e1inf e2inf", fixed={"1": 1}, unit=True)
     yield algebra.layout("MOTOR", "1 e12 e1inf e2inf", unit=True)
+    yield algebra.layout("DILATOR", "1 e0inf", unit=True)
+    yield algebra.layout("TRANSVERSOR", "e10 e20", fixed={"1": 1}, unit=True)
+    yield algebra.layout("DUAL_LINE", "e1 e2 einf")
+    yield algebra.layout("FLAT_POINT", "e1inf e2inf e0inf")
+    yield algebra.layout("DIRECTION", "e1inf e2inf")
 
 
 def _cga3(algebra: Algebra) -> Iterable[Layout]:
@@ -113,6 +118,10 @@ def _cga3(algebra: Algebra) -> Iterable[Layout]:
     yield algebra.layout("TRANSLATOR", "e1inf e2inf e3inf", fixed={"1": 1}, unit=True)
     yield algebra.layout("MOTOR", "1 e12 e13 e23 e1inf e2inf e3inf e123inf", unit=True)
     yield algebra.layout("DILATOR", "1 e0inf", unit=True)
+    yield algebra.layout("TRANSVERSOR", "e10 e20 e30", fixed={"1": 1}, unit=True)
+    yield algebra.layout("DUAL_LINE", "e12 e13 e23 e1inf e2inf e3inf")
+    yield algebra.layout("FLAT_POINT", "e1inf e2inf e3inf e0inf")
+    yield algebra.layout("DIRECTION", "e1inf e2inf e3inf")
 
 
 def _sta(algebra: Algebra) -> Iterable[Layout]:
