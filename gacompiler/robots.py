@@ -13,7 +13,9 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 from functools import reduce
+from math import floor, log10
 from operator import add
+from textwrap import wrap
 from typing import Any
 
 from .algebra.catalog import PGA3
@@ -34,7 +36,7 @@ _MOTOR = ("1", *_LINE, "e0123")
 
 @dataclass(frozen=True, slots=True)
 class Chain:
-    """The constants of a robot, a chain or a tree of joints.
+    """The constants of a robot, a chain or a tree of joints. Numbers are taken as the decimals that they print as.
 
     Attributes
     ----------
@@ -222,11 +224,8 @@ class _Motion:
 
     def down(self, x: Any) -> Any:
         """A line of this frame in the frame before."""
-        if self.slides:
-            x = x + commutator(x, self._slide)
-        else:
-            x = _turned(x, self._axis, self._cosine, self._sine)
-        return x + commutator(x, self._shift)
+        moved = x + commutator(x, self._slide) if self.slides else _turned(x, self._axis, self._cosine, self._sine)
+        return moved + commutator(moved, self._shift)
 
     def up(self, x: Any) -> Any:
         """A line of the frame before in this frame."""
@@ -243,7 +242,9 @@ class _Motion:
 
     def position(self, q: Any) -> tuple[Any, ...]:
         """The origin of this frame in the frame before."""
-        return tuple(r + q * d for r, d in zip(self.offset, self.direction, strict=True)) if self.slides else self.offset
+        return (
+            tuple(r + q * d for r, d in zip(self.offset, self.direction, strict=True)) if self.slides else self.offset
+        )
 
     def tensor_down(self, t: dict[tuple[int, int], Any]) -> dict[tuple[int, int], Any]:
         """A symmetric tensor of this frame in the directions of the frame before; keys (i, j), i <= j."""
@@ -328,7 +329,9 @@ def forward(chain: Chain, q: Sequence[Any]) -> Any:
     for joint in _path(chain):
         d, m = lines[joint]
         half = q[joint] / 2
-        motion = 1 - half * _line(_ZERO, d) if chain.kinds[joint] == "prismatic" else cos(half) - sin(half) * _line(d, m)
+        motion = (
+            1 - half * _line(_ZERO, d) if chain.kinds[joint] == "prismatic" else cos(half) - sin(half) * _line(d, m)
+        )
         product = motion if product is None else product * motion
     tool = PGA3.multivector(dict(zip(_MOTOR, map(_exact, chain.tool), strict=True)))
     return tool * (1 + 0 * q[0]) if product is None else product * tool
@@ -482,3 +485,91 @@ def mass_matrix(chain: Chain, q: Sequence[Any]) -> tuple[tuple[Any, ...], ...]:
                     before[2][i, j] = before[2][i, j] + trace
             bodies[parent] = (before[0] + mass, [a + b for a, b in zip(before[1], shifted, strict=True)], before[2])
     return tuple(map(tuple, result))
+
+
+# The text of a spec.
+
+
+def spec_text(name: str, chain: Chain, source: str) -> str:
+    """A spec of one robot: its constants, and the kernels that they fold into.
+
+    Parameters
+    ----------
+    name : str
+        What readers call it.
+    chain : Chain
+        Numbers that are within 5e-11 (of their unit; for tensors, of their largest entry) of one with six decimals
+        become that: quarter turns are written with eleven digits in many files, and their cosines are meant to vanish.
+    source : str
+        Where the numbers are from, a sentence or two.
+    """
+    bodies = "" if not chain.inertias else _rows("inertias", [_nice_body(row) for row in chain.inertias])
+    armature = f"    armature=({', '.join(map(repr, chain.armature))},),\n" if any(map(_exact, chain.armature)) else ""
+    own = "\n".join(
+        (
+            f'"""{name}: kinematics and dynamics with its constants folded.',
+            "",
+            *wrap(source, 118),
+            "",
+            "Joint variables are radians, or metres where a joint slides.",
+            '"""',
+            "",
+            "from gacompiler import SCALAR, array, kernel, robots",
+            "from gacompiler.algebra.catalog import PGA3",
+            "",
+            "ROBOT = robots.Chain(",
+            f"    kinds={chain.kinds!r},",
+            f"    parents={chain.parents!r},",
+            _rows("axes", [tuple(map(_nice, row)) for row in chain.axes]) + f"    tip={chain.tip},",
+            f"    tool={tuple(map(_nice, chain.tool))!r},",
+            f"{bodies}    gravity={tuple(chain.gravity)!r},",
+            f"{armature})",
+            f"JOINTS = array(SCALAR, {chain.n_joints})",
+            "",
+        )
+    )
+    return own + _FORWARD + (_DYNAMICS if chain.inertias else "")
+
+
+_FORWARD = '''
+
+@kernel(q=JOINTS, returns=PGA3.MOTOR)
+def forward(q):
+    """Where the end effector is: the unit motor from its frame to the base frame."""
+    return robots.forward(ROBOT, q)
+
+
+@kernel(q=JOINTS, returns=array(SCALAR, 6, ROBOT.n_joints))
+def jacobian(q):
+    """Angular over linear velocity of the end effector by the rates of the joints, in the base frame."""
+    return robots.jacobian(ROBOT, q)
+'''
+_DYNAMICS = '''
+
+@kernel(q=JOINTS, qd=JOINTS, qdd=JOINTS, returns=JOINTS)
+def inverse_dynamics(q, qd, qdd):
+    """Forces and torques of the joints that give accelerations, gravity included."""
+    return robots.inverse_dynamics(ROBOT, q, qd, qdd)
+
+
+@kernel(q=JOINTS, returns=array(SCALAR, ROBOT.n_joints, ROBOT.n_joints))
+def mass_matrix(q):
+    """The symmetric matrix of the kinetic energy."""
+    return robots.mass_matrix(ROBOT, q)
+'''
+
+
+def _rows(name: str, rows: Sequence[tuple[Number, ...]]) -> str:
+    return "".join([f"    {name}=(\n", *(f"        {row!r},\n" for row in rows), "    ),\n"])
+
+
+def _nice(x: Number, unit: float = 1.0) -> float:
+    near = round(float(x) / unit, 6) * unit
+    near = round(near, 6 - floor(log10(unit)))
+    return (near if abs(float(x) - near) <= 5e-11 * unit else float(x)) + 0.0
+
+
+def _nice_body(row: tuple[Number, ...]) -> tuple[float, ...]:
+    largest = max(map(abs, map(float, row[4:])))
+    unit = 10.0 ** floor(log10(largest)) if largest else 1.0
+    return (float(row[0]), *map(_nice, row[1:4]), *(_nice(x, unit) for x in row[4:]))
