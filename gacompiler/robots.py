@@ -503,8 +503,16 @@ def spec_text(name: str, chain: Chain, source: str) -> str:
     source : str
         Where the numbers are from, a sentence or two.
     """
-    bodies = "" if not chain.inertias else _rows("inertias", [_nice_body(row) for row in chain.inertias])
-    armature = f"    armature=({', '.join(map(repr, chain.armature))},),\n" if any(map(_exact, chain.armature)) else ""
+    parts = [
+        _literal("kinds", [f'"{kind}"' for kind in chain.kinds]),
+        _literal("parents", list(map(repr, chain.parents))),
+        _rows("axes", [tuple(map(_nice, row)) for row in chain.axes]),
+        f"    tip={chain.tip},\n",
+        _literal("tool", [repr(_nice(x)) for x in chain.tool]),
+        _rows("inertias", [_nice_body(row) for row in chain.inertias]) if chain.inertias else "",
+        _literal("gravity", [repr(float(x)) for x in chain.gravity]),
+        _literal("armature", [repr(_nice(x)) for x in chain.armature]) if any(map(_exact, chain.armature)) else "",
+    ]
     own = "\n".join(
         (
             f'"""{name}: kinematics and dynamics with its constants folded.',
@@ -518,12 +526,7 @@ def spec_text(name: str, chain: Chain, source: str) -> str:
             "from gacompiler.algebra.catalog import PGA3",
             "",
             "ROBOT = robots.Chain(",
-            f"    kinds={chain.kinds!r},",
-            f"    parents={chain.parents!r},",
-            _rows("axes", [tuple(map(_nice, row)) for row in chain.axes]) + f"    tip={chain.tip},",
-            f"    tool={tuple(map(_nice, chain.tool))!r},",
-            f"{bodies}    gravity={tuple(chain.gravity)!r},",
-            f"{armature})",
+            f"{''.join(parts)})",
             f"JOINTS = array(SCALAR, {chain.n_joints})",
             "",
         )
@@ -559,8 +562,17 @@ def mass_matrix(q):
 '''
 
 
+def _literal(name: str, entries: Sequence[str], indent: int = 4) -> str:
+    """A tuple on one line where it fits, else one entry a line, as formatters have it."""
+    head, space = (f"{name}=" if name else ""), " " * indent
+    line = f"{space}{head}({', '.join(entries)}{',' if len(entries) == 1 else ''}),\n"
+    if len(line) <= 121:
+        return line
+    return "".join([f"{space}{head}(\n", *(f"{space}    {entry},\n" for entry in entries), f"{space}),\n"])
+
+
 def _rows(name: str, rows: Sequence[tuple[Number, ...]]) -> str:
-    return "".join([f"    {name}=(\n", *(f"        {row!r},\n" for row in rows), "    ),\n"])
+    return "".join([f"    {name}=(\n", *(_literal("", list(map(repr, row)), 8) for row in rows), "    ),\n"])
 
 
 def _nice(x: Number, unit: float = 1.0) -> float:

@@ -18,6 +18,8 @@ from .errors import DescriptionError, JointCountError, MissingInertiaError, NotF
 
 Floats = NDArray[np.float64]
 
+_FLOATS = (np.dtype(np.float64), np.dtype(np.float32))
+
 STANDARD_GRAVITY = (0.0, 0.0, -9.81)
 """The acceleration of free fall that robots' tables are made with, m/s²."""
 
@@ -151,12 +153,16 @@ class Model:
 
     def _variables(self, value: ArrayLike, name: str) -> tuple[Reals, Reals]:
         """Joint variables or their rates as given, and as rows."""
+        if type(value) is np.ndarray and value.dtype in _FLOATS and value.shape[-1:] == (self.n_joints,):
+            return value, value if value.ndim == 2 else value.reshape(-1, self.n_joints)
         array = real_array(value, f"{self.name}: {name}", (self.n_joints,), f"{self.n_joints} joint variables")
         return array, array.reshape(-1, self.n_joints)
 
     def _together(self, *values: tuple[ArrayLike, str]) -> tuple[tuple[int, ...], list[Reals]]:
         """The leading axes that several arguments have in common, and each as rows."""
         arrays = [self._variables(value, name)[0] for value, name in values]
+        if all(a.shape == arrays[0].shape and a.dtype == arrays[0].dtype for a in arrays):
+            return arrays[0].shape[:-1], [a.reshape(-1, self.n_joints) for a in arrays]
         dtype = np.result_type(*arrays)
         try:
             together = np.broadcast_arrays(*arrays)
