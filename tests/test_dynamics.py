@@ -72,8 +72,8 @@ def test_the_twist_after_a_joint_is_a_derivative() -> None:
     """Twists add up, and an axis that is carried changes as it is dragged along."""
     v, a, axis = np.random.default_rng(3).normal(size=(3, 6))
     axis = pga3.line_from_direction_moment(*pga3.line_to_direction_moment(axis))
-    twist, rate = pga3.twist_after_joint(v, a, axis, 0.7, -0.4)
-    assert np.abs(twist - (v + 0.7 * axis)).max() < 1e-15
+    assert np.abs(pga3.twist_after_joint(v, axis, 0.7) - (v + 0.7 * axis)).max() < 1e-15
+    rate = pga3.twist_rate_after_joint(v, a, axis, 0.7, -0.4)
     h = 1e-5
     dragged = [pga3.move_line(pga3.motor_from_twist(s * h * v), axis) for s in (1, -1)]
     assert np.abs(rate - (a - 0.4 * axis + 0.7 * (dragged[0] - dragged[1]) / (2 * h))).max() < 1e-9
@@ -250,11 +250,11 @@ def test_gravity_is_the_slope_of_height_and_power_is_balanced(arm: Robot) -> Non
     assert rate == pytest.approx((tau * qd).sum(-1), rel=1e-8, abs=1e-8)
 
 
-@pytest.mark.parametrize(("arm", "step"), [(two_links(), 0.005), (Robot.named("ur5"), 0.005)], ids=["pendulum", "ur5"])
-def test_energy_stays(arm: Robot, step: float) -> None:
+@pytest.mark.parametrize("arm", [two_links(), Robot.named("ur5")], ids=["pendulum", "ur5"])
+def test_energy_stays(arm: Robot) -> None:
     """Ten seconds of free motion."""
     start = np.full(arm.n_joints, 0.4)
-    q, qd = arm.simulate(start, 0 * start, step, round(10 / step))
+    q, qd = arm.simulate(start, 0 * start, 0.008, 1250)
     energy = arm.kinetic_energy(q, qd) + arm.potential_energy(q)
     assert arm.kinetic_energy(q, qd).max() > 1
     assert np.abs(energy - energy[0]).max() < 1e-8
@@ -274,7 +274,7 @@ def test_motion_under_forces_does_their_work() -> None:
     energy = arm.kinetic_energy(q, qd) + arm.potential_energy(q)
     assert energy[-1] - energy[0] == pytest.approx(work, abs=1e-6)
     with pytest.raises(ArithmeticError, match="take a shorter step"):
-        arm.simulate([0.1, 0.2], [40.0, -90.0], 1.0, 3)
+        arm.simulate([0.1, 0.2], [40.0, -90.0], 0.3, 3)
 
 
 def test_puma_as_the_toolbox_prints_it() -> None:

@@ -16,34 +16,37 @@ BLOCK = 1024
 """Configurations that are worked on at once: what is known of their joints stays in the second cache."""
 
 
-def blocks(count: int) -> Iterator[slice]:
-    """Slices that cover `count` configurations."""
+def blocks(count: int) -> Iterator[slice | int]:
+    """Slices that cover `count` configurations; or the index of a single one, for which kernels need no batch."""
+    if count == 1:
+        yield 0
+        return
     for start in range(0, count, BLOCK):
         yield slice(start, min(start + BLOCK, count))
 
 
-def columns(count: int, width: int, like: Reals) -> Reals:
-    """Room for `count` rows whose coordinates lie one after the other, as the kernels run best."""
-    return np.empty((width, count), like.dtype).T
+def room(width: int, x: Reals) -> Reals:
+    """An element for each configuration in `x`, of a block or a single one; kernels run best on columns."""
+    return np.empty((width, *x.shape[:-1]), x.dtype).T
 
 
 def motions(model: Model, x: Reals) -> list[Reals]:
-    """What every joint's motion, and all before it, do to what is at home: motors (B, 8), one array for each joint.
+    """What every joint's motion, and all before it, do to what is at home: motors (..., 8), one array for each joint.
 
     Parameters
     ----------
     model : Model
-    x : array, (B, N)
+    x : array, (B, N) or (N,)
         Positions of all joints.
     """
     axes = model.axes.astype(x.dtype)
     found: list[Reals] = []
     for j, (kind, parent) in enumerate(zip(model.kinds, model.parents, strict=True)):
-        motor = columns(len(x), 8, x)
+        motor = room(8, x)
         if kind is Joint.REVOLUTE:
-            pga3.motor_from_line(axes[j], x[:, j], out=motor)
+            pga3.motor_from_line(axes[j], x[..., j], out=motor)
         else:
-            pga3.motor_from_screw(axes[j], 0.0, x[:, j], out=motor)
+            pga3.motor_from_screw(axes[j], 0.0, x[..., j], out=motor)
         if parent >= 0:
             pga3.motor_product(found[parent], motor, out=motor)
         found.append(motor)
@@ -51,11 +54,11 @@ def motions(model: Model, x: Reals) -> list[Reals]:
 
 
 def joint_twists(model: Model, moved: list[Reals]) -> list[Reals]:
-    """The twist (B, 6) of each joint at unit speed, where the joints before have put it."""
+    """The twist (..., 6) of each joint at unit speed, where the joints before have put it."""
     twists = model.twists.astype(moved[0].dtype)
     found = []
     for j, parent in enumerate(model.parents):
-        twist = columns(len(moved[0]), 6, moved[0])
+        twist = room(6, moved[0])
         if parent < 0:
             twist[:] = twists[j]
         else:
@@ -65,5 +68,5 @@ def joint_twists(model: Model, moved: list[Reals]) -> list[Reals]:
 
 
 def tool_points(model: Model, moved: list[Reals]) -> Reals:
-    """Where the end effector is, (B, 3)."""
+    """Where the end effector is, (..., 3)."""
     return pga3.move_point(moved[model.tip], model._tool_point.astype(moved[0].dtype))  # type: ignore[no-any-return]

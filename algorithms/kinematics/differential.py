@@ -145,7 +145,7 @@ class Differential(Model):
         for block in blocks(len(flat)):
             moved = motions(self, self._positions(flat[block]))
             for j, twist in enumerate(joint_twists(self, moved)):
-                found[block, j] = twist
+                found[block][..., j, :] = twist
         return found.reshape(*q.shape[:-1], len(self.kinds), 6)
 
     def jacobian_of_point(self, q: ArrayLike, p: ArrayLike) -> Reals:
@@ -219,14 +219,14 @@ class Differential(Model):
             twists = joint_twists(self, moved)
             now = move(moved[self.tip], at_home)
             for j in self.path:
-                found[block, :, j] = twist_on(twists[j], now)
+                found[block][..., j] = twist_on(twists[j], now)
         return self._reduced(found).reshape(*q.shape[:-1], len(element), self.n_joints)
 
     def _fill_jacobian(self, x: Reals, out: Reals) -> None:
         moved = motions(self, x)
         twists, point = joint_twists(self, moved), tool_points(self, moved)
         for j in self.path:
-            _angular_over_linear(twists[j], pga3.twist_on_point(twists[j], point), out[:, :, j])
+            _angular_over_linear(twists[j], pga3.twist_on_point(twists[j], point), out[..., j])
 
     def _fill_rate(self, x: Reals, speeds: Reals, out: Reals) -> None:
         moved = motions(self, x)
@@ -235,7 +235,7 @@ class Differential(Model):
         carriers = []
         for j in self.path:
             carriers.append(carrier)
-            carrier = carrier + speeds[:, j, None] * twists[j]
+            carrier = carrier + speeds[..., j, None] * twists[j]
         velocity = pga3.twist_on_point(carrier, point)
         origin = np.zeros(3, x.dtype)
         for j, before in zip(self.path, carriers, strict=True):
@@ -244,9 +244,9 @@ class Differential(Model):
             if self.kinds[j] is Joint.REVOLUTE:
                 # the axis times the velocity of the point: of the point itself, less that of the origin
                 linear += pga3.twist_on_point(twists[j], velocity) - pga3.twist_on_point(twists[j], origin)
-            _angular_over_linear(rate, linear, out[:, :, j])
+            _angular_over_linear(rate, linear, out[..., j])
 
 
 def _angular_over_linear(twist: Reals, linear: Reals, out: Reals) -> None:
-    out[:, 0], out[:, 1], out[:, 2] = twist[:, 2], -twist[:, 1], twist[:, 0]
-    out[:, 3:] = linear
+    out[..., 0], out[..., 1], out[..., 2] = twist[..., 2], -twist[..., 1], twist[..., 0]
+    out[..., 3:] = linear

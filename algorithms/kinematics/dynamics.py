@@ -18,7 +18,7 @@ from numpy.typing import ArrayLike
 from generated import pga3
 
 from ..arguments import Reals
-from .chains import blocks, columns, joint_twists, motions
+from .chains import blocks, joint_twists, motions, room
 from .differential import Differential
 
 Torque = Callable[[float, Reals, Reals], ArrayLike]
@@ -271,18 +271,19 @@ class Dynamics(Differential):
         rates: list[Reals] = []
         wrenches: list[Reals] = []
         base = np.zeros(6, x.dtype), np.concatenate([np.zeros(3), -free_fall]).astype(x.dtype)
-        inertia = columns(len(x), 10, x)
+        inertia = room(10, x)
         for j, parent in enumerate(self.parents):
-            twist, rate, wrench = (columns(len(x), 6, x) for _ in range(3))
+            twist, rate, wrench = (room(6, x) for _ in range(3))
             before = (twists[parent], rates[parent]) if parent >= 0 else base
-            pga3.twist_after_joint(*before, axes[j], v[:, j], a[:, j], out=(twist, rate))
+            pga3.twist_after_joint(before[0], axes[j], v[..., j], out=twist)
+            pga3.twist_rate_after_joint(*before, axes[j], v[..., j], a[..., j], out=rate)
             pga3.inertia_of_moved_body(moved[j], bodies[j], out=inertia)
             pga3.inertial_wrench(inertia, twist, rate, out=wrench)
             twists.append(twist)
             rates.append(rate)
             wrenches.append(wrench)
         for j in reversed(range(len(self.kinds))):
-            pga3.power(axes[j], wrenches[j], out=out[:, j])
+            out[..., j] = pga3.power(axes[j], wrenches[j])
             if self.parents[j] >= 0:
                 wrenches[self.parents[j]] += wrenches[j]
         out += self.armature.astype(x.dtype) * a
@@ -291,18 +292,16 @@ class Dynamics(Differential):
         moved = motions(self, x)
         axes, bodies = joint_twists(self, moved), self.bodies.astype(x.dtype)
         composite = [
-            pga3.inertia_of_moved_body(m, body, out=columns(len(x), 10, x))
-            for m, body in zip(moved, bodies, strict=True)
+            pga3.inertia_of_moved_body(m, body, out=room(10, x)) for m, body in zip(moved, bodies, strict=True)
         ]
-        wrench = columns(len(x), 6, x)
+        wrench = room(6, x)
         for j in reversed(range(len(self.kinds))):
             pga3.momentum(composite[j], axes[j], out=wrench)
             ancestor = j
             while ancestor >= 0:
-                pga3.power(axes[ancestor], wrench, out=out[:, j, ancestor])
-                out[:, ancestor, j] = out[:, j, ancestor]
+                out[..., j, ancestor] = out[..., ancestor, j] = pga3.power(axes[ancestor], wrench)
                 ancestor = self.parents[ancestor]
-            out[:, j, j] += self.armature[j]
+            out[..., j, j] += self.armature[j]
             if self.parents[j] >= 0:
                 composite[self.parents[j]] += composite[j]
 

@@ -256,7 +256,7 @@ class Robot(Dynamics):
         home = self.home.astype(q.dtype)
         for block in blocks(len(flat)):
             for j, motion in enumerate(motions(self, self._positions(flat[block]))):
-                pga3.motor_product(motion, home[j], out=motors[block, j])
+                pga3.motor_product(motion, home[j], out=motors[block][..., j, :])
         return motors.reshape(*q.shape[:-1], len(self.kinds), 8)
 
     def link(self, name: str, q: ArrayLike) -> Reals:

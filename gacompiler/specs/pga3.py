@@ -1655,13 +1655,19 @@ def inertial_wrench(inertia, v, a):
     return _momentum(inertia, a) + ga.commutator(_momentum(inertia, v), v)
 
 
-@kernel(v=LINE, a=LINE, axis=LINE, speed=SCALAR, acceleration=SCALAR, returns=(LINE, LINE))
-def twist_after_joint(v, a, axis, speed, acceleration):
-    """Twist, and its rate, of what a joint carries; `v` and `a` are those of what carries the joint.
+@kernel(v=LINE, axis=LINE, speed=SCALAR)
+def twist_after_joint(v, axis, speed):
+    """The twist of what a joint carries; `v` is that of what carries the joint.
 
     `axis` is the twist of the joint at unit speed, where it is now.
     """
-    return v + speed * axis, a + acceleration * axis + speed * ga.commutator(axis, v)
+    return v + speed * axis
+
+
+@kernel(v=LINE, a=LINE, axis=LINE, speed=SCALAR, acceleration=SCALAR, returns=LINE)
+def twist_rate_after_joint(v, a, axis, speed, acceleration):
+    """The rate of change of `twist_after_joint`; `a` is the rate of `v`, and the axis is dragged along."""
+    return a + acceleration * axis + speed * ga.commutator(axis, v)
 
 
 def _momentum(inertia, v):
