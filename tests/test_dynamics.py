@@ -393,3 +393,23 @@ def test_masses_that_are_missing_or_wrong() -> None:
         Body(1.0, (0.0, 0.0))
     weightless = Robot.from_dh([{"a": 1.0}, {}], bodies=[Body(1.0), Body(0.0)])
     assert np.isnan(weightless.forward_dynamics(np.zeros(2), np.zeros(2), np.ones(2))).any()
+
+
+@pytest.mark.parametrize("arm", [*ARMS.values(), forked()], ids=[*ARMS, "forked"])
+def test_slopes_of_the_dynamics(arm: Robot) -> None:
+    """Along random directions, against differences."""
+    q, qd, qdd = states(arm, 10)
+    tau = arm.inverse_dynamics(q, qd, qdd)
+    direction = states(arm, 10, seed=6)[0]
+    by_q, by_qd = arm.inverse_dynamics_slopes(q, qd, qdd)
+    ahead = arm.forward_dynamics_slopes(q, qd, tau)
+    moves = (
+        (by_q, along(lambda x: arm.inverse_dynamics(x, qd, qdd), q, direction)),
+        (by_qd, along(lambda v: arm.inverse_dynamics(q, v, qdd), qd, direction)),
+        (ahead[0], along(lambda x: arm.forward_dynamics(x, qd, tau), q, direction)),
+        (ahead[1], along(lambda v: arm.forward_dynamics(q, v, tau), qd, direction)),
+        (ahead[2], along(lambda f: arm.forward_dynamics(q, qd, f), tau, direction)),
+    )
+    for k, (matrix, slope) in enumerate(moves):
+        found = np.einsum("bij,bj->bi", matrix, direction)
+        assert np.abs(found - slope).max() < 1e-7 * np.abs(slope).max(), k

@@ -40,11 +40,10 @@ class Differential(Model):
         q, flat = self._variables(q, "q")
         n = len(self.kinds)
         if self.module is not None:
-            found = self.module.jacobian(self._positions(flat))
-        else:
-            found = np.zeros((len(flat), 6, n), q.dtype)
-            for block in blocks(len(flat)):
-                self._fill_jacobian(self._positions(flat[block]), found[block])
+            return self._reduced(self.module.jacobian(self._positions(q)))
+        found = np.zeros((len(flat), 6, n), q.dtype)
+        for block in blocks(len(flat)):
+            self._fill_jacobian(self._positions(flat[block]), found[block])
         return self._reduced(found).reshape(*q.shape[:-1], 6, self.n_joints)
 
     def jacobian_rate(self, q: ArrayLike, qd: ArrayLike) -> Reals:

@@ -25,6 +25,32 @@ Torque = Callable[[float, Reals, Reals], ArrayLike]
 """Forces of the joints from time, joint variables (..., n) and speeds (..., n)."""
 
 
+@dataclass(frozen=True, slots=True)
+class Motion:
+    """How everything moves in a block of states, one array for each joint; in the base frame.
+
+    Attributes
+    ----------
+    axes : list of array, (..., 6)
+        Twists of the joints at unit speed.
+    base_rate : array, (6,)
+        The rate of the base's twist; gravity counts as its acceleration upwards.
+    twists, rates : list of array, (..., 6)
+        Of what each joint carries.
+    inertias : list of array, (..., 10)
+        About the origin.
+    wrenches : list of array, (..., 6)
+        Through each joint.
+    """
+
+    axes: list[Reals]
+    base_rate: Reals
+    twists: list[Reals]
+    rates: list[Reals]
+    inertias: list[Reals]
+    wrenches: list[Reals]
+
+
 @dataclass(frozen=True, slots=True, eq=False)
 class Dynamics(Differential):
     """A robot that has masses. Everything raises `MissingInertiaError` where they are not known."""
@@ -131,7 +157,7 @@ class Dynamics(Differential):
         q, flat = self._variables(q, "q")
         count = len(self.kinds)
         if self.module is not None:
-            found = self.module.mass_matrix(self._positions(flat))
+            found = self.module.mass_matrix(self._positions(q))
         else:
             found = np.zeros((len(flat), count, count), q.dtype)
             for block in blocks(len(flat)):
@@ -265,28 +291,32 @@ class Dynamics(Differential):
         return self._reduced(found)
 
     def _newton_euler(self, x: Reals, v: Reals, a: Reals, free_fall: Reals, out: Reals) -> None:
+        now = self._moving(x, v, a, free_fall)
+        for j, (axis, wrench) in enumerate(zip(now.axes, now.wrenches, strict=True)):
+            out[..., j] = pga3.power(axis, wrench)
+        out += self.armature.astype(x.dtype) * a
+
+    def _moving(self, x: Reals, v: Reals, a: Reals, free_fall: Reals) -> Motion:
+        """Newton and Euler: outward through the joints, and back."""
         moved = motions(self, x)
         axes, bodies = joint_twists(self, moved), self.bodies.astype(x.dtype)
-        twists: list[Reals] = []
-        rates: list[Reals] = []
-        wrenches: list[Reals] = []
-        base = np.zeros(6, x.dtype), np.concatenate([np.zeros(3), -free_fall]).astype(x.dtype)
-        inertia = room(10, x)
+        now = Motion(axes, np.concatenate([np.zeros(3), -free_fall]).astype(x.dtype), [], [], [], [])
+        base = np.zeros(6, x.dtype), now.base_rate
         for j, parent in enumerate(self.parents):
-            twist, rate, wrench = (room(6, x) for _ in range(3))
-            before = (twists[parent], rates[parent]) if parent >= 0 else base
+            twist, rate, wrench, inertia = room(6, x), room(6, x), room(6, x), room(10, x)
+            before = (now.twists[parent], now.rates[parent]) if parent >= 0 else base
             pga3.twist_after_joint(before[0], axes[j], v[..., j], out=twist)
             pga3.twist_rate_after_joint(*before, axes[j], v[..., j], a[..., j], out=rate)
             pga3.inertia_of_moved_body(moved[j], bodies[j], out=inertia)
             pga3.inertial_wrench(inertia, twist, rate, out=wrench)
-            twists.append(twist)
-            rates.append(rate)
-            wrenches.append(wrench)
+            now.twists.append(twist)
+            now.rates.append(rate)
+            now.inertias.append(inertia)
+            now.wrenches.append(wrench)
         for j in reversed(range(len(self.kinds))):
-            out[..., j] = pga3.power(axes[j], wrenches[j])
             if self.parents[j] >= 0:
-                wrenches[self.parents[j]] += wrenches[j]
-        out += self.armature.astype(x.dtype) * a
+                now.wrenches[self.parents[j]] += now.wrenches[j]
+        return now
 
     def _fill_mass_matrix(self, x: Reals, out: Reals) -> None:
         moved = motions(self, x)

@@ -18,18 +18,18 @@ from . import urdf
 from .bodies import Body, moved
 from .chains import blocks, motions
 from .denavit_hartenberg import Convention, Joint, Table, convention_of, rows_of
-from .dynamics import Dynamics
 from .errors import DescriptionError, JointCountError
 from .named import FOLDED, TABLES
+from .slopes import Slopes
 
 _LINE_Z = np.array([1.0, 0.0, 0.0, 0.0, 0.0, 0.0])
 """The axis z as a unit line of PGA3, e12."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Robot(Dynamics):
-    """A robot, a chain or a tree of joints: see `Model` for what it holds, `Differential` and `Dynamics` for more of
-    what it can do. Every method takes any leading axes, in float64 or float32.
+class Robot(Slopes):
+    """A robot, a chain or a tree of joints: see `Model` for what it holds, `Differential`, `Dynamics` and `Slopes`
+    for more of what it can do. Every method takes any leading axes, in float64 or float32.
     """
 
     @classmethod
@@ -226,7 +226,7 @@ class Robot(Dynamics):
         """
         q, flat = self._variables(q, "q")
         if self.module is not None:
-            return self.module.forward(self._positions(flat)).reshape(*q.shape[:-1], 8)  # type: ignore[no-any-return]
+            return self.module.forward(self._positions(q))  # type: ignore[no-any-return]
         motors = np.empty((len(flat), 8), q.dtype)
         tool = self.tool.astype(q.dtype)
         for block in blocks(len(flat)):

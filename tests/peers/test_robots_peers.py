@@ -40,19 +40,23 @@ def random_tree(folder: Path, seed: int, count: int) -> Path:
     def numbers(x: Any) -> str:
         return " ".join(f"{value:.17g}" for value in np.ravel(x))
 
+    def place() -> str:
+        return f'<origin xyz="{numbers(rng.normal(size=3))}" rpy="{numbers(rng.normal(size=3))}"/>'
+
     parts = ['<robot name="tree"><link name="l0"/>']
     for k in range(1, count + 1):
         a = rng.normal(size=(3, 3))
         t = a @ a.T / 10
         t = np.trace(t) * np.eye(3) - t  # obeys the triangle inequality, as real tensors do
+        kind = rng.choice(["revolute", "prismatic", "fixed", "revolute"]) if k > 1 else "revolute"
         parts.append(
-            f'<link name="l{k}"><inertial><origin xyz="{numbers(rng.normal(size=3))}" rpy="{numbers(rng.normal(size=3))}"/>'
+            f'<link name="l{k}"><inertial>{place()}'
             f'<mass value="{rng.uniform(0.5, 3)}"/><inertia ixx="{t[0, 0]}" ixy="{t[0, 1]}" ixz="{t[0, 2]}" '
             f'iyy="{t[1, 1]}" iyz="{t[1, 2]}" izz="{t[2, 2]}"/></inertial></link>'
-            f'<joint name="j{k:02}" type="{rng.choice(["revolute", "prismatic", "fixed", "revolute"]) if k > 1 else "revolute"}">'
+            f'<joint name="j{k:02}" type="{kind}">'
             f'<parent link="l{rng.integers(max(0, k - 3), k)}"/><child link="l{k}"/>'
-            f'<origin xyz="{numbers(rng.normal(size=3))}" rpy="{numbers(rng.normal(size=3))}"/>'
-            f'<axis xyz="{numbers(rng.normal(size=3))}"/><limit lower="-3" upper="3" velocity="1" effort="1"/></joint>'
+            f'{place()}<axis xyz="{numbers(rng.normal(size=3))}"/>'
+            '<limit lower="-3" upper="3" velocity="1" effort="1"/></joint>'
         )
     path = folder / f"tree{seed}.urdf"
     path.write_text("\n".join([*parts, "</robot>"]))
@@ -83,6 +87,9 @@ def compare(path: Path, count: int) -> None:
         "gravity": robot.gravity(q),
         "coriolis matrix": robot.coriolis_matrix(q, qd),
         "forward dynamics": robot.forward_dynamics(q, qd, tau),
+        "slope by q": robot.inverse_dynamics_slopes(q, qd, qdd)[0],
+        "slope by qd": robot.inverse_dynamics_slopes(q, qd, qdd)[1],
+        "forward slope by q": robot.forward_dynamics_slopes(q, qd, tau)[0],
         "kinetic energy": robot.kinetic_energy(q, qd),
         "potential energy": robot.potential_energy(q),
     }
@@ -98,7 +105,12 @@ def compare(path: Path, count: int) -> None:
         pin.updateFramePlacements(model, data)
         swap = [3, 4, 5, 0, 1, 2]
         aligned = pin.LOCAL_WORLD_ALIGNED
+        slopes = pin.computeRNEADerivatives(model, data, x, v, a)
+        ahead = pin.computeABADerivatives(model, data, x, v, f)
         theirs = {
+            "slope by q": slopes[0][np.ix_(at, at)],
+            "slope by qd": slopes[1][np.ix_(at, at)],
+            "forward slope by q": ahead[0][np.ix_(at, at)],
             "pose": data.oMf[frame].homogeneous.copy(),
             "jacobian": pin.getFrameJacobian(model, data, frame, aligned)[swap][:, at],
             "jacobian_rate": pin.getFrameJacobianTimeVariation(model, data, frame, aligned)[swap][:, at],
@@ -112,7 +124,8 @@ def compare(path: Path, count: int) -> None:
         }
         for name, value in theirs.items():
             worst[name] = max(worst[name], float(np.abs(mine[name][k] - value).max()))
-    assert max(worst.values()) < 1e-10, worst
+    forward = worst.pop("forward slope by q")  # through the inverse of the mass matrix
+    assert max(worst.values()) < 1e-10 and forward < 1e-7, (worst, forward)
 
 
 @pytest.mark.parametrize(("name", "count"), [(name, 200 if name == "talos" else 10_000) for name in URDFS])
