@@ -1,205 +1,42 @@
-"""Kinematics and dynamics of one robot as expressions: the constants of its chain are numbers, and fold away.
+"""Kinematics and dynamics of one robot as expressions: the constants of its `Chain` are numbers, and fold away.
 
-A robot is what `Chain` holds, all where every joint variable is 0, in the base frame. Recursions run in frames that are
-parallel to the base there, one for each joint, with an origin on the joint's axis: the constants between them are
-vectors, and most of their coordinates vanish. Twists and wrenches are lines of G(3,0,1): ``w x p + v`` is the twist
-with direction `w` and moment `v`; a force `f` that acts at `p` is the line through `p` along `f`. Their regressive
-product is a power.
+Twists and wrenches are lines of G(3,0,1): ``w x p + v`` is the twist with direction `w` and moment `v`; a force `f` at
+`p` is the line through `p` along `f`. Their regressive product is a power.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from fractions import Fraction
 from functools import reduce
-from math import floor, log10
 from operator import add
-from textwrap import wrap
 from typing import Any
 
 from .algebra.catalog import PGA3
 from .algebra.multivector import Multivector
-from .errors import SpecError
 from .frontend.expression import lift
 from .frontend.operations import assemble, commutator, cos, regressive_product, sin
+from .robot_chains import (
+    ZERO,
+    Chain,
+    Inertia,
+    Vector,
+    directions_and_moments,
+    exact,
+    origins,
+    plus,
+    regrouped,
+    rounded,
+)
 
-Number = float | Fraction
-Vector = tuple[Fraction, Fraction, Fraction]
-Inertia = tuple[Fraction, Vector, tuple[Vector, Vector, Vector]]
-"""Mass, mass times centre, and the tensor about the origin."""
+__all__ = ["Chain", "forward", "inverse_dynamics", "jacobian", "mass_matrix", "regrouped"]
 
-_ZERO = (Fraction(0),) * 3
 _LINE = ("e12", "e13", "e23", "e01", "e02", "e03")
 _MOTOR = ("1", *_LINE, "e0123")
 
 
-@dataclass(frozen=True, slots=True)
-class Chain:
-    """The constants of a robot, a chain or a tree of joints. Numbers are taken as the decimals that they print as.
-
-    Attributes
-    ----------
-    kinds : tuple of str
-        "revolute" or "prismatic", one for each joint; a joint comes after the one that carries it.
-    parents : tuple of int
-        The joint that carries each joint, or -1 for the base.
-    axes : tuple of 6-tuples
-        Unit lines of the joints: e12, e13, e23, e01, e02, e03.
-    tip : int
-        The joint that carries the end effector.
-    tool : 8-tuple
-        The motor of the end effector: 1, e12, e13, e23, e01, e02, e03, e0123.
-    inertias : tuple of 10-tuples, optional
-        Of what each joint carries: mass, centre x y z, and xx, xy, xz, yy, yz, zz of the tensor about the centre.
-    gravity : 3-tuple, optional
-        Acceleration of free fall.
-    armature : tuple, optional
-        Inertia of each rotor seen at its joint, kg m² (kg for a slide): it adds to the diagonal of the mass matrix.
-    """
-
-    kinds: tuple[str, ...]
-    parents: tuple[int, ...]
-    axes: tuple[tuple[Number, ...], ...]
-    tip: int
-    tool: tuple[Number, ...]
-    inertias: tuple[tuple[Number, ...], ...] = ()
-    gravity: tuple[Number, ...] = (0.0, 0.0, -9.81)
-    armature: tuple[Number, ...] = ()
-
-    def __post_init__(self) -> None:
-        n = len(self.kinds)
-        for name, found, wanted in (
-            ("parents", len(self.parents), (n,)),
-            ("axes", len(self.axes), (n,)),
-            ("inertias", len(self.inertias), (0, n)),
-            ("armature", len(self.armature), (0, n)),
-        ):
-            if found not in wanted:
-                raise SpecError("Chain()", f"{found} {name} for {n} joints", "one for each joint")
-        for joint, (kind, parent) in enumerate(zip(self.kinds, self.parents, strict=True)):
-            if kind not in ("revolute", "prismatic"):
-                raise SpecError(f"Chain(): joint {joint}", f"kind {kind!r}", "'revolute' or 'prismatic'")
-            if not -1 <= parent < joint:
-                raise SpecError(f"Chain(): joint {joint}", f"parent {parent}", "an earlier joint, or -1 for the base")
-
-    @property
-    def n_joints(self) -> int:
-        """The number of joints."""
-        return len(self.kinds)
-
-
-# Constants: exact rationals of the decimals given.
-
-
-def _exact(x: Number) -> Fraction:
-    return x if isinstance(x, Fraction) else Fraction(repr(float(x)))
-
-
-def _dot(a: Sequence[Fraction], b: Sequence[Fraction]) -> Fraction:
-    return sum((x * y for x, y in zip(a, b, strict=True)), Fraction(0))
-
-
-def _cross(a: Vector, b: Vector) -> Vector:
-    return a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]
-
-
-def _plus(a: Vector, b: Vector, factor: Fraction | int = 1) -> Vector:
-    x, y, z = (p + factor * q for p, q in zip(a, b, strict=True))
-    return x, y, z
-
-
-def _rounded(x: Fraction) -> Fraction:
-    """What sums of decimals leave behind is below their rounding."""
-    return Fraction(round(x * 10**17), 10**17)
-
-
 def _line(d: Vector, m: Vector) -> Multivector:
     return PGA3.multivector(dict(zip(_LINE, (d[2], -d[1], d[0], *m), strict=True)))
-
-
-def _directions_and_moments(chain: Chain) -> list[tuple[Vector, Vector]]:
-    found: list[tuple[Vector, Vector]] = []
-    for axis in chain.axes:
-        e12, e13, e23, *m = map(_exact, axis)
-        found.append(((e23, -e13, e12), (m[0], m[1], m[2])))
-    return found
-
-
-def _origins(chain: Chain) -> list[Vector]:
-    """A point on each axis: the one nearest to the point of the joint before, so that offsets have few coordinates."""
-    points: list[Vector] = []
-    for (d, m), parent in zip(_directions_and_moments(chain), chain.parents, strict=True):
-        before = points[parent] if parent >= 0 else _ZERO
-        foot = _plus(_cross(d, m), d, _dot(d, before))
-        points.append((_rounded(foot[0]), _rounded(foot[1]), _rounded(foot[2])))
-    return points
-
-
-def _about(inertia: Inertia, r: Vector) -> Inertia:
-    """The same body about the point `r`."""
-    mass, h, tensor = inertia
-    # |p - r|² E - (p - r)(p - r)ᵀ, integrated
-    shifted = _plus(h, r, -mass)
-    trace = mass * _dot(r, r) - 2 * _dot(r, h)
-    rows = tuple(
-        tuple(
-            tensor[i][j] + (trace if i == j else 0) + h[i] * r[j] + r[i] * h[j] - mass * r[i] * r[j] for j in range(3)
-        )
-        for i in range(3)
-    )
-    return mass, shifted, rows  # type: ignore[return-value]
-
-
-def _sum(a: Inertia, b: Inertia, sign: int = 1) -> Inertia:
-    x, y, z = (_plus(p, q, sign) for p, q in zip(a[2], b[2], strict=True))
-    return a[0] + sign * b[0], _plus(a[1], b[1], sign), (x, y, z)
-
-
-def regrouped(chain: Chain, joints: Sequence[int] | None = None) -> list[Inertia]:
-    """Inertias about the joints' origins, with what cannot be felt at a joint handed down to the one that carries it.
-
-    A body of mass m with its centre on the axis of a turning joint, with equal moments about the other two axes and
-    none about its own, does not change when the joint turns: whether it is carried by the joint or by the one before
-    makes no difference (the base parameters of Gautier and Khalil, *IEEE Trans. Robotics Autom.* 6:368, 1990). A slide
-    hands down its tensor. What reaches the base is felt nowhere.
-    """
-    frames = list(zip(_directions_and_moments(chain), _origins(chain), strict=True))
-    found: list[Inertia] = []
-    for numbers, (_, origin) in zip(chain.inertias, frames, strict=True):
-        mass, *centre, xx, xy, xz, yy, yz, zz = map(_exact, numbers)
-        tensor = ((xx, xy, xz), (xy, yy, yz), (xz, yz, zz))
-        x, y, z = (origin[k] - centre[k] for k in range(3))
-        found.append(_about((mass, _ZERO, tensor), (x, y, z)))
-    for joint in reversed(range(chain.n_joints)):
-        (d, _), origin = frames[joint]
-        mass, h, tensor = found[joint]
-        if chain.kinds[joint] == "revolute":
-            along = _dot(d, h)
-            x, y, z = d
-            # any unit vector across the axis will do; one along a coordinate axis leaves a zero there
-            size, across = min((abs(c), k) for k, c in enumerate(d))
-            unit = tuple(Fraction(int(k == across)) for k in range(3))
-            level = _dot(unit, [_dot(row, unit) for row in tensor]) if size == 0 else Fraction(0)
-            rows = tuple(tuple(level * ((i == j) - d[i] * d[j]) for j in range(3)) for i in range(3))
-            carried: Inertia = (mass, (along * x, along * y, along * z), rows)  # type: ignore[assignment]
-        else:
-            carried = (Fraction(0), _ZERO, tensor)
-        found[joint] = _sum(found[joint], carried, -1)
-        parent = chain.parents[joint]
-        if parent >= 0:
-            offset = _plus(frames[parent][1], origin, -1)
-            found[parent] = _sum(found[parent], _about(carried, offset))
-    return [_clean(inertia) for inertia in found]
-
-
-def _clean(inertia: Inertia) -> Inertia:
-    mass, h, tensor = inertia
-    x, y, z = (tuple(map(_rounded, row)) for row in tensor)
-    return _rounded(mass), tuple(map(_rounded, h)), (x, y, z)  # type: ignore[return-value]
-
-
-# Expressions.
 
 
 def _turned(x: Any, axis: Multivector, c: Any, s: Any) -> Any:
@@ -214,11 +51,11 @@ class _Motion:
     def __init__(self, kind: str, d: Vector, offset: Vector, q: Any) -> None:
         self.slides = kind == "prismatic"
         self.direction, self.offset = d, offset
-        self.twist = _line(_ZERO, d) if self.slides else _line(d, _ZERO)
-        self._axis, self._shift = _line(d, _ZERO), _line(_ZERO, offset)
+        self.twist = _line(ZERO, d) if self.slides else _line(d, ZERO)
+        self._axis, self._shift = _line(d, ZERO), _line(ZERO, offset)
         self._slide = None
         if self.slides:
-            self._slide = q * _line(_ZERO, d)
+            self._slide = q * _line(ZERO, d)
         else:
             self._cosine, self._sine = cos(q), sin(q)
 
@@ -276,10 +113,10 @@ class _Motion:
 
 
 def _motions(chain: Chain, q: Sequence[Any]) -> list[_Motion]:
-    origins = _origins(chain)
+    points = origins(chain)
     found = []
-    for joint, ((d, _), parent) in enumerate(zip(_directions_and_moments(chain), chain.parents, strict=True)):
-        offset = _plus(origins[joint], origins[parent] if parent >= 0 else _ZERO, -1)
+    for joint, ((d, _), parent) in enumerate(zip(directions_and_moments(chain), chain.parents, strict=True)):
+        offset = plus(points[joint], points[parent] if parent >= 0 else ZERO, -1)
         found.append(_Motion(chain.kinds[joint], d, offset, q[joint]))
     return found
 
@@ -324,16 +161,14 @@ def forward(chain: Chain, q: Sequence[Any]) -> Any:
     Expression
         An even element, a unit motor to the rounding of the constants.
     """
-    lines = _directions_and_moments(chain)
+    lines = directions_and_moments(chain)
     product: Any = None
     for joint in _path(chain):
         d, m = lines[joint]
         half = q[joint] / 2
-        motion = (
-            1 - half * _line(_ZERO, d) if chain.kinds[joint] == "prismatic" else cos(half) - sin(half) * _line(d, m)
-        )
+        motion = 1 - half * _line(ZERO, d) if chain.kinds[joint] == "prismatic" else cos(half) - sin(half) * _line(d, m)
         product = motion if product is None else product * motion
-    tool = PGA3.multivector(dict(zip(_MOTOR, map(_exact, chain.tool), strict=True)))
+    tool = PGA3.multivector(dict(zip(_MOTOR, map(exact, chain.tool), strict=True)))
     return tool * (1 + 0 * q[0]) if product is None else product * tool
 
 
@@ -349,10 +184,10 @@ def jacobian(chain: Chain, q: Sequence[Any]) -> tuple[tuple[Any, ...], ...]:
     -------
     6 rows of n scalars
     """
-    motions, origins = _motions(chain, q), _origins(chain)
+    motions = _motions(chain, q)
     # images of the three coordinate directions, and the origin, of each joint's frame
     columns: list[tuple[Any, ...]] = [(1, 0, 0), (0, 1, 0), (0, 0, 1)]
-    position: tuple[Any, ...] = _ZERO
+    position: tuple[Any, ...] = ZERO
     found: dict[int, tuple[Any, tuple[Any, ...]]] = {}
 
     def moved(v: Sequence[Any]) -> tuple[Any, ...]:
@@ -364,7 +199,7 @@ def jacobian(chain: Chain, q: Sequence[Any]) -> tuple[tuple[Any, ...], ...]:
         position = tuple(a + b for a, b in zip(position, offset, strict=True))
         found[joint] = (moved(motion.direction), position)
         columns = [moved(motion.turned([int(k == i) for i in range(3)])) for k in range(3)]
-    tip = moved(_plus(_tool_position(chain), origins[chain.tip], -1)) if found else _ZERO
+    tip = moved(plus(_tool_position(chain), origins(chain)[chain.tip], -1)) if found else ZERO
     position = tuple(a + b for a, b in zip(position, tip, strict=True))
     result = []
     for joint in range(chain.n_joints):
@@ -380,9 +215,9 @@ def jacobian(chain: Chain, q: Sequence[Any]) -> tuple[tuple[Any, ...], ...]:
 
 
 def _tool_position(chain: Chain) -> Vector:
-    tool = PGA3.multivector(dict(zip(_MOTOR, map(_exact, chain.tool), strict=True)))
+    tool = PGA3.multivector(dict(zip(_MOTOR, map(exact, chain.tool), strict=True)))
     point = tool * PGA3.multivector({"e123": 1}) * ~tool
-    x, y, z = (_rounded(Fraction(point[name] / point["e123"])) for name in ("e032", "e013", "e021"))
+    x, y, z = (rounded(Fraction(point[name] / point["e123"])) for name in ("e032", "e013", "e021"))
     return x, y, z
 
 
@@ -402,7 +237,7 @@ def inverse_dynamics(chain: Chain, q: Sequence[Any], qd: Sequence[Any], qdd: Seq
         N m, or N where the joint slides.
     """
     motions, inertias = _motions(chain, q), regrouped(chain)
-    free_fall = _line(_ZERO, tuple(-_exact(g) for g in chain.gravity))  # type: ignore[arg-type]
+    free_fall = _line(ZERO, tuple(-exact(g) for g in chain.gravity))  # type: ignore[arg-type]
     twists: list[Any] = []
     rates: list[Any] = []
     wrenches: list[Any] = []
@@ -421,7 +256,7 @@ def inverse_dynamics(chain: Chain, q: Sequence[Any], qd: Sequence[Any], qdd: Seq
         motion, parent = motions[joint], chain.parents[joint]
         torques[joint] = regressive_product(motion.twist, wrenches[joint])
         if chain.armature:
-            torques[joint] = torques[joint] + _exact(chain.armature[joint]) * qdd[joint]
+            torques[joint] = torques[joint] + exact(chain.armature[joint]) * qdd[joint]
         if parent >= 0:
             wrenches[parent] = wrenches[parent] + motion.down(wrenches[joint])
     return tuple(torques)
@@ -470,7 +305,7 @@ def mass_matrix(chain: Chain, q: Sequence[Any]) -> tuple[tuple[Any, ...], ...]:
             result[joint][ancestor] = result[ancestor][joint] = entry
             other, ancestor = ancestor, chain.parents[ancestor]
         if chain.armature:
-            result[joint][joint] = result[joint][joint] + _exact(chain.armature[joint])
+            result[joint][joint] = result[joint][joint] + exact(chain.armature[joint])
         if parent >= 0:
             turned_h, turned = motion.turned(h), motion.tensor_down(tensor)
             r = motion.position(q[joint])
@@ -485,103 +320,3 @@ def mass_matrix(chain: Chain, q: Sequence[Any]) -> tuple[tuple[Any, ...], ...]:
                     before[2][i, j] = before[2][i, j] + trace
             bodies[parent] = (before[0] + mass, [a + b for a, b in zip(before[1], shifted, strict=True)], before[2])
     return tuple(map(tuple, result))
-
-
-# The text of a spec.
-
-
-def spec_text(name: str, chain: Chain, source: str) -> str:
-    """A spec of one robot: its constants, and the kernels that they fold into.
-
-    Parameters
-    ----------
-    name : str
-        What readers call it.
-    chain : Chain
-        Numbers that are within 5e-11 (of their unit; for tensors, of their largest entry) of one with six decimals
-        become that: quarter turns are written with eleven digits in many files, and their cosines are meant to vanish.
-    source : str
-        Where the numbers are from, a sentence or two.
-    """
-    parts = [
-        _literal("kinds", [f'"{kind}"' for kind in chain.kinds]),
-        _literal("parents", list(map(repr, chain.parents))),
-        _rows("axes", [tuple(map(_nice, row)) for row in chain.axes]),
-        f"    tip={chain.tip},\n",
-        _literal("tool", [repr(_nice(x)) for x in chain.tool]),
-        _rows("inertias", [_nice_body(row) for row in chain.inertias]) if chain.inertias else "",
-        _literal("gravity", [repr(float(x)) for x in chain.gravity]),
-        _literal("armature", [repr(_nice(x)) for x in chain.armature]) if any(map(_exact, chain.armature)) else "",
-    ]
-    own = "\n".join(
-        (
-            f'"""{name}: kinematics and dynamics with its constants folded.',
-            "",
-            *wrap(source, 118),
-            "",
-            "Joint variables are radians, or metres where a joint slides.",
-            '"""',
-            "",
-            "from gacompiler import SCALAR, array, kernel, robots",
-            "from gacompiler.algebra.catalog import PGA3",
-            "",
-            "ROBOT = robots.Chain(",
-            f"{''.join(parts)})",
-            f"JOINTS = array(SCALAR, {chain.n_joints})",
-            "",
-        )
-    )
-    return own + _FORWARD + (_DYNAMICS if chain.inertias else "")
-
-
-_FORWARD = '''
-
-@kernel(q=JOINTS, returns=PGA3.MOTOR)
-def forward(q):
-    """Where the end effector is: the unit motor from its frame to the base frame."""
-    return robots.forward(ROBOT, q)
-
-
-@kernel(q=JOINTS, returns=array(SCALAR, 6, ROBOT.n_joints))
-def jacobian(q):
-    """Angular over linear velocity of the end effector by the rates of the joints, in the base frame."""
-    return robots.jacobian(ROBOT, q)
-'''
-_DYNAMICS = '''
-
-@kernel(q=JOINTS, qd=JOINTS, qdd=JOINTS, returns=JOINTS)
-def inverse_dynamics(q, qd, qdd):
-    """Forces and torques of the joints that give accelerations, gravity included."""
-    return robots.inverse_dynamics(ROBOT, q, qd, qdd)
-
-
-@kernel(q=JOINTS, returns=array(SCALAR, ROBOT.n_joints, ROBOT.n_joints))
-def mass_matrix(q):
-    """The symmetric matrix of the kinetic energy."""
-    return robots.mass_matrix(ROBOT, q)
-'''
-
-
-def _literal(name: str, entries: Sequence[str], indent: int = 4) -> str:
-    """A tuple on one line where it fits, else one entry a line, as formatters have it."""
-    head, space = (f"{name}=" if name else ""), " " * indent
-    line = f"{space}{head}({', '.join(entries)}{',' if len(entries) == 1 else ''}),\n"
-    if len(line) <= 121:
-        return line
-    return "".join([f"{space}{head}(\n", *(f"{space}    {entry},\n" for entry in entries), f"{space}),\n"])
-
-
-def _rows(name: str, rows: Sequence[tuple[Number, ...]]) -> str:
-    return "".join([f"    {name}=(\n", *(_literal("", list(map(repr, row)), 8) for row in rows), "    ),\n"])
-
-
-def _nice(x: Number, unit: float = 1.0) -> float:
-    near = round(float(x) / unit, 6) * unit
-    near = round(near, 6 - floor(log10(unit)))
-    return (near if abs(float(x) - near) <= 5e-11 * unit else float(x)) + 0.0
-
-
-def _nice_body(row: tuple[Number, ...]) -> tuple[float, ...]:
-    largest = max(map(abs, map(float, row[4:])))
-    unit = 10.0 ** floor(log10(largest)) if largest else 1.0
-    return (float(row[0]), *map(_nice, row[1:4]), *(_nice(x, unit) for x in row[4:]))

@@ -12,6 +12,7 @@ import sympy
 
 import gacompiler as ga
 from algorithms.kinematics import Body, DescriptionError, JointCountError, MissingInertiaError, NotFiniteError, Robot
+from algorithms.kinematics.lagrange import scalar_inertia_dynamics
 from gacompiler import robots
 from generated import pga3
 
@@ -413,3 +414,23 @@ def test_slopes_of_the_dynamics(arm: Robot) -> None:
     for k, (matrix, slope) in enumerate(moves):
         found = np.einsum("bij,bj->bi", matrix, direction)
         assert np.abs(found - slope).max() < 1e-7 * np.abs(slope).max(), k
+
+
+def test_the_books_scalar_inertia_is_exact_where_axes_are_parallel() -> None:
+    arm = two_links()
+    q, qd, _ = states(arm, 20)
+    mass, coriolis, gravity = scalar_inertia_dynamics(arm, [I1, I2], q, qd)
+    assert np.abs(mass - arm.mass_matrix(q)).max() < 1e-14
+    assert np.abs(coriolis - arm.coriolis(q, qd)).max() < 1e-13
+    assert np.abs(gravity - arm.gravity(q)).max() < 1e-13
+    # elsewhere gravity is exact, and the rest is as if bodies were points and spheres that add up their joints' rates
+    arm = ARMS["panda"]
+    q, qd, _ = states(arm, 20)
+    points = replace(arm, bodies=np.hstack([arm.bodies[:, :4], np.zeros((7, 6))]))
+    mass, coriolis, gravity = scalar_inertia_dynamics(arm, np.zeros(7), q, qd)
+    assert np.abs(mass - points.mass_matrix(q)).max() < 1e-13
+    assert np.abs(coriolis - points.coriolis(q, qd)).max() < 1e-12
+    assert np.abs(gravity - arm.gravity(q)).max() < 1e-12
+    assert np.abs(scalar_inertia_dynamics(arm, np.full(7, 0.1), q, qd)[0] - arm.mass_matrix(q)).max() > 0.1
+    with pytest.raises(ValueError, match="one for each link"):
+        scalar_inertia_dynamics(arm, [1.0], q, qd)
