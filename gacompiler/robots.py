@@ -14,6 +14,7 @@ from typing import Any
 
 from .algebra.catalog import PGA3
 from .algebra.multivector import Multivector
+from .errors import SpecError
 from .frontend.expression import lift
 from .frontend.operations import assemble, commutator, cos, regressive_product, sin
 from .robot_chains import (
@@ -29,14 +30,38 @@ from .robot_chains import (
     rounded,
 )
 
-__all__ = ["Chain", "forward", "inverse_dynamics", "jacobian", "mass_matrix", "regrouped"]
+__all__ = ["Chain", "forward", "inverse_dynamics", "jacobian", "mass_matrix", "regrouped", "row_motor"]
 
 _LINE = ("e12", "e13", "e23", "e01", "e02", "e03")
 _MOTOR = ("1", *_LINE, "e0123")
 
 
+_E12, _E23, _E01, _E03 = (PGA3.multivector({name: 1}) for name in ("e12", "e23", "e01", "e03"))
+
+
 def _line(d: Vector, m: Vector) -> Multivector:
     return PGA3.multivector(dict(zip(_LINE, (d[2], -d[1], d[0], *m), strict=True)))
+
+
+def row_motor(theta: Any = 0, d: Any = 0, a: Any = 0, alpha: Any = 0, convention: str = "standard") -> Any:
+    """The motor of a row of a Denavit-Hartenberg table; products of these are a robot in closed form.
+
+    Parameters
+    ----------
+    theta, d, a, alpha : scalars
+        Numbers, expressions in a kernel, or symbols of sympy: with these the motor, and what it moves, is a formula.
+    convention : str
+        "standard", or "modified" (Craig).
+
+    Returns
+    -------
+    Expression or Multivector
+    """
+    if convention not in ("standard", "modified"):
+        raise SpecError("row_motor()", f"convention {convention!r}", "'standard' or 'modified'")
+    about_z = (1 - _E03 * (d / 2)) * (cos(theta / 2) - _E12 * sin(theta / 2))
+    about_x = (1 - _E01 * (a / 2)) * (cos(alpha / 2) - _E23 * sin(alpha / 2))
+    return about_z * about_x if convention == "standard" else about_x * about_z
 
 
 def _turned(x: Any, axis: Multivector, c: Any, s: Any) -> Any:
