@@ -157,7 +157,7 @@ class Dynamics(Differential):
         q, flat = self._variables(q, "q")
         count = len(self.kinds)
         if self.module is not None:
-            found = self.module.mass_matrix(self._positions(q))
+            found = self._folded("mass_matrix", self._positions(q))
         else:
             found = np.zeros((len(flat), count, count), q.dtype)
             for block in blocks(len(flat)):
@@ -279,9 +279,9 @@ class Dynamics(Differential):
         """Inverse dynamics of rows of variables."""
         if self.module is not None:
             x, v, a = self._positions(q), self._rates(qd), self._rates(qdd)
-            found = self.module.inverse_dynamics(x, v, a)
+            found = self._folded("inverse_dynamics", x, v, a)
             if without_gravity:
-                found = found - self.module.inverse_dynamics(x, np.zeros_like(v), np.zeros_like(a))
+                found = found - self._folded("inverse_dynamics", x, np.zeros_like(v), np.zeros_like(a))
             return self._reduced(found)
         found = np.empty((len(q), len(self.kinds)), q.dtype)
         free_fall = np.zeros(3) if without_gravity else self.free_fall
