@@ -2,6 +2,7 @@
 
 from typing import Any
 
+from . import robots
 from .algebra.algebra import Algebra
 from .algebra.layout import SCALAR, Layout
 from .algebra.multivector import Multivector
@@ -69,7 +70,6 @@ __all__ = [
     "hessian_vector", "hestenes_product", "inner_product", "inverse", "inverse_matrix", "jacobian", "join", "jvp",
     "kernel", "left_contraction", "log", "matrix_determinant", "matrix_of", "maximum", "meet", "minimum", "norm",
     "norm_squared", "normalize", "outer_product", "polarity", "power", "quadratic_roots", "quartic_roots",
-    "read_cluscript",
-    "regressive_product", "reverse", "right_contraction", "sandwich", "scalar_product", "select", "sin", "solve_linear",
-    "solve_symmetric", "sqrt", "undual", "vjp",
+    "read_cluscript", "regressive_product", "reverse", "right_contraction", "robots", "sandwich", "scalar_product",
+    "select", "sin", "solve_linear", "solve_symmetric", "sqrt", "undual", "vjp",
 ]  # fmt: skip

@@ -35,6 +35,7 @@ from .inspect import why as why_text
 from .passes.pipeline import compile_kernel
 from .passes.record import Compilation
 from .prove import Verdict, verify_module
+from .robot_specs import robot_spec
 from .runtime import load_module
 
 
@@ -330,6 +331,40 @@ def list_(what: str | None, as_json: bool) -> None:
         click.echo(json.dumps([dict(zip(header, row, strict=True)) for row in rows], indent=2))
     else:
         _table(header, rows)
+
+
+@main.command(
+    epilog=_examples(
+        "gac robot panda.urdf -o out",
+        "gac robot panda.urdf --tip panda_link8 --lock panda_finger_joint1 --lock panda_finger_joint2",
+        "gac robot ur5                one that algorithms.kinematics knows by name",
+    )
+)
+@click.argument("robot")
+@click.option("-o", "--output", type=click.Path(path_type=Path), default=Path("out"), show_default=True)
+@click.option("--name", help="Of the module [default: the robot's].")
+@click.option("--tip", help="The link that is the end effector [default: the one most joints away].")
+@click.option("--lock", multiple=True, help="A joint that is held at 0; may be given again.")
+@click.option("--no-build", is_flag=True, help="Do not compile the C.")
+def robot(robot: str, output: Path, name: str | None, tip: str | None, lock: tuple[str, ...], no_build: bool) -> None:
+    """Write a module (.py, .c, .h) for one robot, a URDF file or a name, with its constants folded.
+
+    Its kernels are forward, jacobian, inverse_dynamics and mass_matrix, each over the vector of all joints. The spec is
+    kept in specs/ beside them, for `gac show` and `gac verify`.
+    """
+    module, text = robot_spec(robot, name, tip, lock)
+    path = output / "specs" / f"{module}.py"
+    write({path.name: text}, path.parent)
+    spec = load_spec(path, f"gac robot {robot}")
+    with _progress(len(spec.kernels)) as advance:
+        files = render(compile_spec(spec, advance))
+    write(files, output)
+    built = None if no_build else build_library(output / f"{module}.c")
+    click.echo(
+        f"{_near(output / module)}.py .c .h: {len(spec.kernels)} kernels" + (f", built {built.name}" if built else "")
+    )
+    if built is None and not no_build:
+        click.echo(f"note: {NO_COMPILER}", err=True)
 
 
 @main.command(epilog=_examples("gac new my_kernels", "gac new my_kernels --algebra CGA3"))

@@ -3,19 +3,20 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from random import Random
 from typing import Any
 
 import numpy as np
 
-from .backends import Read, body_is_intact, c_programs, python_programs
+from .backends import Read, as_printed, body_is_intact, c_programs, python_programs
 from .errors import ProofError
 from .ir.interpret import Tape
+from .ir.program import Program
 from .ir.uniform import joined
 from .passes.accuracy import ERROR_POINTS, measured_error, ulps, without_rounding
-from .passes.prove import Truth, disagreement, program_reader, truths
+from .passes.prove import Truth, disagreement, program_reader, read, truths
 from .passes.record import Compilation
 from .passes.samples import sample
 
@@ -93,8 +94,8 @@ def verify_kernel(
         error, runs_on = _error_of(run, record), backend
     return Verdict(
         name,
-        _difference(python[name], known) if name in python else "is not in the Python text",
-        _difference(c[name], known) if name in c else "is not in the C text",
+        _difference(python[name], record, known) if name in python else "is not in the Python text",
+        _difference(c[name], record, known) if name in c else "is not in the C text",
         error,
         runs_on,
         len(known),
@@ -102,14 +103,34 @@ def verify_kernel(
     )
 
 
-def _difference(read: Read, known: Sequence[Truth]) -> str:
+def _difference(found: Read, record: Compilation, known: Sequence[Truth]) -> str:
     """How what was read differs from the definition, in the kernel itself or in one of its forms."""
-    difference = disagreement(program_reader(read.program), known)
-    for form in read.forms:
+    difference = _from_program(found.program, record.program, known)
+    if not difference and len(found.forms) != len(record.uniform):
+        return f"has {len(found.forms)} forms, expected {len(record.uniform)}"
+    for form, own in zip(found.forms, record.uniform, strict=False):
         if not difference:
-            difference = disagreement(program_reader(joined(form, read.program)), known)
+            difference = _from_program(joined(form, found.program), joined(own, record.program), known)
             difference = difference and f"the form for the same {', '.join(form.same)}: {difference}"
     return difference
+
+
+def _from_program(text: Program, program: Program, known: Sequence[Truth]) -> str:
+    """How a text differs from the definition at these points.
+
+    Where it cannot hold the numbers of its program, the program is to be the definition, and the text the program with
+    its numbers rounded once.
+    """
+    printed = as_printed(program)
+    if printed == program:
+        return disagreement(program_reader(text), known)
+    difference = disagreement(program_reader(program), known)
+    if difference:
+        return difference
+    reader = program_reader(printed)
+    return disagreement(
+        program_reader(text), [replace(truth, results=(tuple(read(reader, truth)),)) for truth in known]
+    )
 
 
 def _error_of(run: Any, record: Compilation) -> float:

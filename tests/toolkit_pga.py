@@ -18,6 +18,8 @@ PLUCKER = "Shoemake, *Pluecker Coordinate Tutorial*, Ray Tracing News 11, 1998"
 DORAN = "Doran and Lasenby, *Geometric Algebra for Physicists*, 2003"
 VECTORS = "definition, vector algebra"
 BOOK = "Bayro-Corrochano, *Geometric Computing*, 2010, motor algebra"
+FEATHERSTONE = "Featherstone, *Rigid Body Dynamics Algorithms*, 2008, ch. 2"
+DYNAMICS = "test_dynamics.py::test_"
 MURRAY = "Murray, Li and Sastry, *Robotic Manipulation*, 1994, ch. 2"
 
 SPECS, GEOMETRY, MOTORS, ALGORITHMS = (
@@ -189,6 +191,15 @@ ENTRIES = (
     *rows("pga3", BOOK, SPECS + "rates_of_change_are_derivatives", """
         velocity of point, line, plane: twist_on_point twist_on_line twist_on_plane
         Lie bracket: line_commutator
+    """),
+    *rows("pga3", FEATHERSTONE, DYNAMICS + "momenta_and_wrenches_are_those_of_point_masses", """
+        inertia of a moved body: inertia_of_moved_body
+        momentum of a body: momentum
+        wrench of a body that accelerates: inertial_wrench
+        power of a wrench: power
+    """),
+    *rows("pga3", FEATHERSTONE, DYNAMICS + "the_twist_after_a_joint_is_a_derivative", """
+        twist of what a joint carries, and its rate: twist_after_joint twist_rate_after_joint
     """),
     *rows("pga3", VECTORS, MOTORS + "rotations_in_other_forms", """
         rotation vector of a rotor: rotor_to_rotation_vector

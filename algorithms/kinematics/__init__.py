@@ -1,6 +1,26 @@
-"""Kinematics of robot arms by motors."""
+"""Kinematics and dynamics of robots by motors."""
 
+from .bodies import Body
 from .denavit_hartenberg import Row, Table
+from .errors import (
+    CyclicTreeError,
+    DescriptionError,
+    JointCountError,
+    MissingInertiaError,
+    NotFiniteError,
+    UnknownJointTypeError,
+)
 from .robot import Robot
 
-__all__ = ["Robot", "Row", "Table"]
+__all__ = [
+    "Body",
+    "CyclicTreeError",
+    "DescriptionError",
+    "JointCountError",
+    "MissingInertiaError",
+    "NotFiniteError",
+    "Robot",
+    "Row",
+    "Table",
+    "UnknownJointTypeError",
+]

@@ -7,6 +7,7 @@ from dataclasses import dataclass, fields
 from enum import Enum
 
 from ..arguments import finite_number
+from .bodies import Body
 
 
 class Joint(Enum):
@@ -59,12 +60,15 @@ class Table:
     rows : tuple of Row
     source : str
         Where the numbers are from.
+    bodies : tuple of Body, optional
+        What each link weighs, in the frame after its row.
     """
 
     name: str
     convention: Convention
     rows: tuple[Row, ...]
     source: str
+    bodies: tuple[Body, ...] = ()
 
 
 _LENGTHS_AND_ANGLES = ("d", "a", "alpha", "theta")

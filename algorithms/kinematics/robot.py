@@ -1,54 +1,40 @@
-"""A serial arm as a chain of screws: the motion of every joint about its axis at home, times a home motor."""
+"""Robots: made from tables, screws or URDF files, and asked where things are."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from importlib import import_module
+from pathlib import Path
+from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from generated import pga3
 
 from ..arguments import Reals, real_array
+from . import urdf
+from .bodies import Body, moved
+from .chains import blocks, motions
 from .denavit_hartenberg import Convention, Joint, Table, convention_of, rows_of
-from .named import TABLES
-
-_BLOCK = 4096
-"""Configurations that are worked on at once: their motors stay in the second cache."""
+from .errors import DescriptionError, JointCountError
+from .named import FOLDED, TABLES
+from .slopes import Slopes
 
 _LINE_Z = np.array([1.0, 0.0, 0.0, 0.0, 0.0, 0.0])
 """The axis z as a unit line of PGA3, e12."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Robot:
-    """A serial arm with one variable for each joint.
-
-    The frame after joint j is the motor ``exp(-q_1/2 l_1) ... exp(-q_j/2 l_j) H_j``: the product of exponentials
-    (Brockett 1984) with the unit lines ``l`` of the joints and the motors ``H`` of the frames, both where all joint
-    variables are 0. A prismatic joint translates along its line instead. All conventions become this form once, when
-    the robot is made.
-
-    Attributes
-    ----------
-    name : str
-    kinds : tuple of Joint
-        One for each joint, base first; n of them.
-    axes : array, (n, 6)
-        Unit lines of the joints at home, in the base frame: e12, e13, e23, e01, e02, e03.
-    home : array, (n, 8)
-        Motors of the frames after every joint at home: 1, e12, e13, e23, e01, e02, e03, e0123.
+class Robot(Slopes):
+    """A robot, a chain or a tree of joints: see `Model` for what it holds, `Differential`, `Dynamics` and `Slopes`
+    for more of what it can do. Every method takes any leading axes, in float64 or float32.
     """
-
-    name: str
-    kinds: tuple[Joint, ...]
-    axes: NDArray[np.float64]
-    home: NDArray[np.float64]
 
     @classmethod
     def named(cls, name: str) -> Robot:
-        """A robot known by name: puma560 or ur5.
+        """A robot known by name: puma560, stanford, ur5, panda or iiwa.
 
         Raises
         ------
@@ -57,10 +43,17 @@ class Robot:
         """
         if name not in TABLES:
             raise ValueError(f"robot {name!r}: not known; expected one of {', '.join(TABLES)}, or use Robot.from_dh")
-        return cls.from_table(TABLES[name])
+        robot = cls.from_table(TABLES[name])
+        return robot.with_module(import_module(f"generated.{name}")) if name in FOLDED else robot
 
     @classmethod
-    def from_dh(cls, rows: Sequence[Mapping[str, object]], convention: str = "standard", name: str = "robot") -> Robot:
+    def from_dh(
+        cls,
+        rows: Sequence[Mapping[str, object]],
+        convention: str = "standard",
+        name: str = "robot",
+        bodies: Sequence[Body] = (),
+    ) -> Robot:
         """A robot from the rows of a Denavit-Hartenberg table.
 
         Parameters
@@ -71,6 +64,8 @@ class Robot:
         convention : str
             "standard", or "modified" (Craig).
         name : str, optional
+        bodies : sequence of Body, optional
+            What each row's link weighs, in the frame after the row.
 
         Returns
         -------
@@ -79,10 +74,10 @@ class Robot:
         Raises
         ------
         TypeError, ValueError
-            For an unknown key, kind or convention, what is not a finite number, or no rows; the message names the row,
-            counted from 0.
+            For an unknown key, kind or convention, what is not a finite number, no rows, or another number of bodies;
+            the message names the row, counted from 0.
         """
-        return cls.from_table(Table(name, convention_of(convention), rows_of(rows), "given"))
+        return cls.from_table(Table(name, convention_of(convention), rows_of(rows), "given", tuple(bodies)))
 
     @classmethod
     def from_table(cls, table: Table) -> Robot:
@@ -96,16 +91,122 @@ class Robot:
             # A standard joint moves about z before its link, a modified one after it.
             pga3.move_line(before if standard else home[j], _LINE_Z, out=axes[j])
             before = home[j]
-        axes.flags.writeable = home.flags.writeable = False
-        return cls(table.name, tuple(row.kind for row in table.rows), axes, home)
+        return cls(table.name, tuple(row.kind for row in table.rows), axes, home, **_carried(table.bodies, home))
 
-    @property
-    def n_joints(self) -> int:
-        """The number of joint variables."""
-        return len(self.kinds)
+    @classmethod
+    def from_screws(
+        cls,
+        axes: ArrayLike,
+        tool: ArrayLike,
+        kinds: Sequence[str] = (),
+        name: str = "robot",
+        bodies: Sequence[Body] = (),
+    ) -> Robot:
+        """A serial arm as a product of exponentials.
+
+        Parameters
+        ----------
+        axes : array_like, (n, 6)
+            Lines of the joints where all variables are 0, base first: e12, e13, e23, e01, e02, e03. Of any length.
+        tool : array_like, (8,)
+            The motor of the end effector there.
+        kinds : sequence of str, optional
+            "revolute" or "prismatic" for each joint; left out, all turn.
+        name : str, optional
+        bodies : sequence of Body, optional
+            What each joint carries, in the base frame, where all variables are 0.
+
+        Returns
+        -------
+        Robot
+            Frames after the joints are those of the base at home, but for the last, which is the end effector's.
+
+        Raises
+        ------
+        DescriptionError
+            For lines without direction, or that are none; motors that are none; unknown kinds; another number of kinds
+            or bodies than of axes.
+        """
+        lines = np.array(real_array(axes, "axes", (-1, 6), "lines"), float)
+        motor = np.array(real_array(tool, "tool", (8,), "a motor"), float)
+        lengths = np.linalg.norm(lines[:, :3], axis=1, keepdims=True)
+        defect = np.abs(pga3.plucker_residual(lines)).max(initial=0.0)
+        if not (lengths > 0).all() or not defect <= 1e-9 * (np.square(lines).sum(1) + 1).max(initial=0.0):
+            raise DescriptionError(f"{name}: axes that are no lines; expected a direction, and a moment across it")
+        unit = pga3.normalize_motor(motor)
+        if not np.abs(unit - motor).max() < 1e-9:
+            raise DescriptionError(f"{name}: tool {motor}; expected a unit motor")
+        for kind in kinds:
+            if kind not in ("revolute", "prismatic"):
+                raise DescriptionError(f"{name}: kind {kind!r}; expected 'revolute' or 'prismatic'")
+        if len(kinds) not in (0, len(lines)):
+            raise JointCountError(f"{name}: {len(kinds)} kinds for {len(lines)} axes; expected one for each")
+        frames = np.tile(np.eye(8)[0], (len(lines), 1))
+        carried = _carried(tuple(bodies), frames)
+        home = np.concatenate([frames[:-1], unit[None]])
+        chosen = tuple(map(Joint, kinds)) or (Joint.REVOLUTE,) * len(lines)
+        return cls(name, chosen, lines / lengths, home, **carried)
+
+    @classmethod
+    def from_urdf(
+        cls, path: str | Path, tip: str | None = None, locked: Iterable[str] = (), base: str = "fixed"
+    ) -> Robot:
+        """A robot from a URDF file: a tree of links with revolute, continuous, prismatic and fixed joints.
+
+        Parameters
+        ----------
+        path : str or Path
+        tip : str, optional
+            The link that is the end effector; left out, the one most joints away from the base, the first of several.
+        locked : iterable of str, optional
+            Names of joints that are held at 0: what they carry becomes part of what carries them.
+        base : str
+            "fixed"; or "floating": three slides x, y, z and turns by yaw, pitch and roll come before the first link. A
+            joint of type floating becomes such six joints as well, a planar one three.
+
+        Returns
+        -------
+        Robot
+            Joints are in the order of the file, depth first: `joint_names`. Joints that mimic others have no variable.
+
+        Raises
+        ------
+        OSError
+            Where the file cannot be read.
+        CyclicTreeError, UnknownJointTypeError, NotFiniteError, JointCountError, DescriptionError
+            Where it describes no robot. Links without inertia are refused only when dynamics is asked for, with a
+            `MissingInertiaError`.
+        """
+        return cls(**urdf.read(path, tip, locked, base))
+
+    def with_module(self, module: Any) -> Robot:
+        """The same robot with kernels that ``gac robot`` wrote for it.
+
+        Parameters
+        ----------
+        module : module
+            Its kernels forward, jacobian, and where masses are known inverse_dynamics and mass_matrix.
+
+        Raises
+        ------
+        DescriptionError
+            Where the module is another robot's: its end effector is elsewhere.
+        """
+        robot = replace(self, module=module)
+        q = np.linspace(0.3, 0.9, self.n_joints)
+        x = self._positions(q[None])
+        if module.forward.signature != f"({len(self.kinds)})->(8)" or not np.allclose(
+            pga3.motor_to_matrix(module.forward(x)),
+            pga3.motor_to_matrix(replace(self, module=None).forward(q)),
+            atol=1e-8,
+        ):
+            raise DescriptionError(
+                f"{self.name}: module {module.__name__} is another robot's; expected its own kernels"
+            )
+        return robot
 
     def forward(self, q: ArrayLike) -> Reals:
-        """Where the end effector is: the motor of the last frame.
+        """Where the end effector is.
 
         Parameters
         ----------
@@ -115,21 +216,21 @@ class Robot:
         Returns
         -------
         array, (..., 8)
-            Unit motors from the last frame to the base frame: 1, e12, e13, e23, e01, e02, e03, e0123. A motor of a
-            configuration with a NaN or an infinite angle is NaN.
+            Unit motors from the end effector's frame to the base frame: 1, e12, e13, e23, e01, e02, e03, e0123. A motor
+            of a configuration with a NaN or an infinite angle is NaN.
 
         Raises
         ------
         TypeError, ValueError
             Where `q` is not an array of n real numbers in its last axis.
         """
-        q, flat = self._joint_variables(q)
+        q, flat = self._variables(q, "q")
+        if self.module is not None:
+            return self.module.forward(self._positions(q))  # type: ignore[no-any-return]
         motors = np.empty((len(flat), 8), q.dtype)
-        axes, home = self.axes.astype(q.dtype), self.home.astype(q.dtype)
-        for start in range(0, len(flat), _BLOCK):
-            block = slice(start, start + _BLOCK)
-            *_, last = self._prefixes(flat[block], axes, motors[block])
-            pga3.motor_product(last, home[-1], out=motors[block])
+        tool = self.tool.astype(q.dtype)
+        for block in blocks(len(flat)):
+            pga3.motor_product(motions(self, self._positions(flat[block]))[self.tip], tool, out=motors[block])
         return motors.reshape(*q.shape[:-1], 8)
 
     def forward_all(self, q: ArrayLike) -> Reals:
@@ -142,24 +243,42 @@ class Robot:
 
         Returns
         -------
-        array, (..., n, 8)
-            Unit motors from the frame after each joint to the base frame; the last is that of `forward`.
+        array, (..., N, 8)
+            Unit motors from the frame after each of the N joints to the base frame.
 
         Raises
         ------
         TypeError, ValueError
             As in `forward`.
         """
-        q, flat = self._joint_variables(q)
-        motors = np.empty((len(flat), self.n_joints, 8), q.dtype)
-        axes, home = self.axes.astype(q.dtype), self.home.astype(q.dtype)
-        workspace = np.empty((min(len(flat), _BLOCK), 8), q.dtype)
-        for start in range(0, len(flat), _BLOCK):
-            block = slice(start, start + _BLOCK)
-            variables = flat[block]
-            for j, prefix in enumerate(self._prefixes(variables, axes, workspace[: len(variables)])):
-                pga3.motor_product(prefix, home[j], out=motors[block, j])
-        return motors.reshape(*q.shape, 8)
+        q, flat = self._variables(q, "q")
+        motors = np.empty((len(flat), len(self.kinds), 8), q.dtype)
+        home = self.home.astype(q.dtype)
+        for block in blocks(len(flat)):
+            for j, motion in enumerate(motions(self, self._positions(flat[block]))):
+                pga3.motor_product(motion, home[j], out=motors[block][..., j, :])
+        return motors.reshape(*q.shape[:-1], len(self.kinds), 8)
+
+    def link(self, name: str, q: ArrayLike) -> Reals:
+        """Where a link of a URDF file is, (..., 8).
+
+        Parameters
+        ----------
+        name : str
+        q : array_like, (..., n)
+            As in `forward`.
+
+        Raises
+        ------
+        TypeError, ValueError
+            As in `forward`, and for an unknown link.
+        """
+        if name not in self.links:
+            raise DescriptionError(f"{self.name}: no link {name!r}; expected one of {', '.join(self.links) or 'none'}")
+        joint, tool = self.links[name]
+        if joint >= 0:
+            return replace(self, tip=joint, tool=tool, module=None).forward(q)
+        return np.broadcast_to(tool, (*self._variables(q, "q")[0].shape[:-1], 8)).copy()
 
     def pose(self, q: ArrayLike) -> Reals:
         """Where the end effector is, as a matrix that acts on columns (x, y, z, 1).
@@ -180,20 +299,12 @@ class Robot:
         """
         return pga3.motor_to_matrix(self.forward(q))  # type: ignore[no-any-return]
 
-    def _joint_variables(self, q: ArrayLike) -> tuple[Reals, Reals]:
-        """The joint variables, and the same as rows."""
-        array = real_array(q, f"{self.name}: q", (self.n_joints,), f"{self.n_joints} joint variables")
-        return array, array.reshape(-1, self.n_joints)
 
-    def _prefixes(self, q: Reals, axes: Reals, product: Reals) -> Iterator[Reals]:
-        """The products of the first 1, 2, ..., n joint motions, one after the other in the same memory."""
-        step = np.empty_like(product)
-        for j, kind in enumerate(self.kinds):
-            motion = product if j == 0 else step
-            if kind is Joint.REVOLUTE:
-                pga3.motor_from_line(axes[j], q[:, j], out=motion)
-            else:
-                pga3.motor_from_screw(axes[j], 0.0, q[:, j], out=motion)
-            if j:
-                pga3.motor_product(product, step, out=product)
-            yield product
+def _carried(bodies: tuple[Body, ...], home: Reals) -> dict[str, Any]:
+    """The fields of a `Model` that say what joints carry, from bodies in the frames after them."""
+    if not bodies:
+        return {}
+    if len(bodies) != len(home):
+        raise JointCountError(f"{len(bodies)} bodies for {len(home)} joints; expected one for each")
+    rows = [moved(motor, [body.row]) for motor, body in zip(home, bodies, strict=True)]
+    return {"bodies": np.array(rows), "armature": np.array([body.armature for body in bodies])}

@@ -6,6 +6,7 @@ from .build import NO_COMPILER, build_libraries, build_library, find_compiler, l
 from .c import c_header, c_source
 from .documentation import body_is_intact
 from .module import KernelSource, LayoutText, ModuleSource
+from .printers import as_printed
 from .python import check_names, python_source
 from .readers import Read, c_functions, c_programs, python_functions, python_programs
 
@@ -15,6 +16,7 @@ __all__ = [
     "LayoutText",
     "ModuleSource",
     "Read",
+    "as_printed",
     "body_is_intact",
     "build_libraries",
     "build_library",

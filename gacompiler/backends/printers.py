@@ -9,6 +9,7 @@ from __future__ import annotations
 import keyword
 import re
 from collections.abc import Mapping
+from dataclasses import replace
 from fractions import Fraction
 
 from ..errors import BackendError
@@ -86,6 +87,22 @@ def number(value: Rational) -> str:
     if max(abs(top), bottom) <= _EXACT_INTEGER:
         return f"({top}.0 / {bottom}.0)"
     return repr(nearest)
+
+
+def as_printed(program: Program) -> Program:
+    """The program that a reader of the text of `program` sees: numbers that `number` rounds are rounded."""
+
+    def seen(operand: Operand) -> Operand:
+        if isinstance(operand, str):
+            return operand
+        top, _, bottom = number(operand).strip("()").partition(" / ")
+        return Fraction(float(top)) / Fraction(float(bottom or 1))
+
+    return replace(
+        program,
+        lines=tuple(replace(line, operands=tuple(map(seen, line.operands))) for line in program.lines),
+        results=tuple(replace(result, operands=tuple(map(seen, result.operands))) for result in program.results),
+    )
 
 
 _C_WORDS = frozenset(

@@ -21,6 +21,7 @@ MOTOR, ROTOR, TRANSLATOR, EVEN = PGA3.MOTOR, PGA3.ROTOR, PGA3.TRANSLATOR, PGA3.E
 UNIT_LINE, UNIT_PLANE, FULL = PGA3.UNIT_LINE, PGA3.UNIT_PLANE, PGA3.full
 VECTOR, QUATERNION, MATRIX = array(SCALAR, 3), array(SCALAR, 4), array(SCALAR, 4, 4)
 HOMOGENEOUS = array(SCALAR, 4)
+BODY = array(SCALAR, 10)
 PLANE_OF_EVEN = PGA3.layout("PLANE_OF_EVEN", "e12 e13 e23 e0123")
 """Planes in the even algebra, where lines are bivectors and points are ``1 + I x``."""
 
@@ -1614,3 +1615,69 @@ def twist_on_line(v, line):
 def twist_on_plane(v, plane):
     """The rate of change of the plane under the twist `v`, as in `twist_on_point`."""
     return ga.commutator(plane, v)
+
+
+# Bodies that move. A force at a point is the line through it along the force; momenta are lines, too.
+
+
+@kernel(v=LINE, f=LINE)
+def power(v, f):
+    """The power of a wrench `f` on a body that has the twist `v`: angular velocity times moment, plus v times force."""
+    return v & f
+
+
+@kernel(m=MOTOR, body=BODY, returns=BODY)
+def inertia_of_moved_body(m, body):
+    """The inertia about the origin of a body that was moved by the motor `m`.
+
+    `body` is its mass, its centre x y z, and xx, xy, xz, yy, yz, zz of the tensor about the centre, before it moved.
+    The result is the mass, mass times centre, and the tensor about the origin: these of several bodies add up.
+    """
+    mass, *centre, xx, xy, xz, yy, yz, zz = body
+    c = _coordinates(m * _trivector(centre, 1) * ~m)
+    rows = _matrix_of_rotor(_rotor_part(m))
+    columns = [[_dot(row, column) for row in rows] for column in ((xx, xy, xz), (xy, yy, yz), (xz, yz, zz))]
+    h = [mass * x for x in c]
+    tensor = [[_dot(rows[i], [column[j] for column in columns]) - c[i] * h[j] for j in range(3)] for i in range(3)]
+    trace = _dot(c, h)
+    return (mass, *h, *(tensor[i][j] + (trace if i == j else 0) for i in range(3) for j in range(i, 3)))
+
+
+@kernel(inertia=BODY, v=LINE, returns=LINE)
+def momentum(inertia, v):
+    """The momentum of a body with the twist `v`; `inertia` is about the origin, as `inertia_of_moved_body` gives it."""
+    return _momentum(inertia, v)
+
+
+@kernel(inertia=BODY, v=LINE, a=LINE, returns=LINE)
+def inertial_wrench(inertia, v, a):
+    """The wrench that a body needs to have the twist `v` with the rate of change `a`: the rate of its momentum."""
+    return _momentum(inertia, a) + ga.commutator(_momentum(inertia, v), v)
+
+
+@kernel(v=LINE, axis=LINE, speed=SCALAR)
+def twist_after_joint(v, axis, speed):
+    """The twist of what a joint carries; `v` is that of what carries the joint.
+
+    `axis` is the twist of the joint at unit speed, where it is now.
+    """
+    return v + speed * axis
+
+
+@kernel(v=LINE, a=LINE, axis=LINE, speed=SCALAR, acceleration=SCALAR, returns=LINE)
+def twist_rate_after_joint(v, a, axis, speed, acceleration):
+    """The rate of change of `twist_after_joint`; `a` is the rate of `v`, and the axis is dragged along."""
+    return a + acceleration * axis + speed * ga.commutator(axis, v)
+
+
+def _momentum(inertia, v):
+    mass, hx, hy, hz, xx, xy, xz, yy, yz, zz = inertia
+    h, w, linear = (hx, hy, hz), _coordinates(_direction(v)), [v[name] for name in ("e01", "e02", "e03")]
+    force = [mass * x + y for x, y in zip(linear, _cross(w, h), strict=True)]
+    tensor = ((xx, xy, xz), (xy, yy, yz), (xz, yz, zz))
+    return _line(force, [_dot(row, w) + x for row, x in zip(tensor, _cross(h, linear), strict=True)])
+
+
+def _matrix_of_rotor(r):
+    columns = [_coordinates(r * axis * ~r) for axis in AXES]
+    return [[column[i] for column in columns] for i in range(3)]

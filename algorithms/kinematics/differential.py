@@ -1,0 +1,251 @@
+"""Velocities and accelerations: Jacobians of the end effector and of what is attached to it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from generated import pga3
+
+from ..arguments import Reals, real_array
+from .chains import blocks, joint_twists, motions, tool_points
+from .denavit_hartenberg import Joint
+from .model import Model
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Differential(Model):
+    """A robot that can say how fast things move."""
+
+    def jacobian(self, q: ArrayLike) -> Reals:
+        """The geometric Jacobian of the end effector, in the base frame.
+
+        Parameters
+        ----------
+        q : array_like, (..., n)
+            Joint variables: radians, or metres where the joint slides. float32 gives float32.
+
+        Returns
+        -------
+        array, (..., 6, n)
+            ``J @ qd`` is the angular velocity x, y, z over the velocity of the end effector's origin.
+
+        Raises
+        ------
+        TypeError, ValueError
+            Where `q` is not an array of n real numbers in its last axis.
+        """
+        q, flat = self._variables(q, "q")
+        n = len(self.kinds)
+        if self.module is not None:
+            return self._reduced(self.module.jacobian(self._positions(q)))
+        found = np.zeros((len(flat), 6, n), q.dtype)
+        for block in blocks(len(flat)):
+            self._fill_jacobian(self._positions(flat[block]), found[block])
+        return self._reduced(found).reshape(*q.shape[:-1], 6, self.n_joints)
+
+    def jacobian_rate(self, q: ArrayLike, qd: ArrayLike) -> Reals:
+        """The rate of change of `jacobian` while the joints move at speeds `qd`.
+
+        Parameters
+        ----------
+        q, qd : array_like, (..., n)
+
+        Returns
+        -------
+        array, (..., 6, n)
+            ``J @ qdd + J_rate @ qd`` is the acceleration: angular over that of the end effector's origin.
+
+        Raises
+        ------
+        TypeError, ValueError
+            As in `jacobian`.
+        """
+        shape, (flat, speeds) = self._together((q, "q"), (qd, "qd"))
+        found = np.zeros((len(flat), 6, len(self.kinds)), flat.dtype)
+        for block in blocks(len(flat)):
+            self._fill_rate(self._positions(flat[block]), self._rates(speeds[block]), found[block])
+        return self._reduced(found).reshape(*shape, 6, self.n_joints)
+
+    def velocity(self, q: ArrayLike, qd: ArrayLike) -> Reals:
+        """The spatial velocity of the end effector, (..., 6): angular over linear, base frame.
+
+        Parameters
+        ----------
+        q, qd : array_like, (..., n)
+
+        Raises
+        ------
+        TypeError, ValueError
+            As in `jacobian`.
+        """
+        shape, (flat, speeds) = self._together((q, "q"), (qd, "qd"))
+        found: Reals = np.einsum("bij,bj->bi", self.jacobian(flat), speeds)
+        return found.reshape(*shape, 6)
+
+    def acceleration(self, q: ArrayLike, qd: ArrayLike, qdd: ArrayLike) -> Reals:
+        """The acceleration of the end effector, (..., 6): angular over that of its origin, base frame.
+
+        Parameters
+        ----------
+        q, qd, qdd : array_like, (..., n)
+
+        Raises
+        ------
+        TypeError, ValueError
+            As in `jacobian`.
+        """
+        shape, (flat, speeds, rates) = self._together((q, "q"), (qd, "qd"), (qdd, "qdd"))
+        found: Reals = np.einsum("bij,bj->bi", self.jacobian(flat), rates)
+        found += np.einsum("bij,bj->bi", self.jacobian_rate(flat, speeds), speeds)
+        return found.reshape(*shape, 6)
+
+    def manipulability(self, q: ArrayLike) -> Reals:
+        """Yoshikawa's measure (...): ``sqrt(det(J Jᵀ))``, 0 where the end effector cannot move in some direction.
+
+        Units of length matter: rows of angular and linear velocity are multiplied with each other.
+
+        Parameters
+        ----------
+        q : array_like, (..., n)
+
+        Raises
+        ------
+        TypeError, ValueError
+            As in `jacobian`.
+        """
+        jacobian = self.jacobian(q)
+        if self.n_joints < 6:
+            return np.zeros(jacobian.shape[:-2], jacobian.dtype)
+        return np.prod(np.linalg.svd(jacobian, compute_uv=False), axis=-1)  # type: ignore[no-any-return]
+
+    def twists_of_joints(self, q: ArrayLike) -> Reals:
+        """The twist of every joint at unit speed, as lines in the base frame: the spatial Jacobian.
+
+        Parameters
+        ----------
+        q : array_like, (..., n)
+
+        Returns
+        -------
+        array, (..., N, 6)
+            One for each of the N joints: e12, e13, e23, e01, e02, e03. A turn's is the unit line of its axis, a slide's
+            lies at infinity. Joints that are not on the way to the end effector have theirs, too.
+
+        Raises
+        ------
+        TypeError, ValueError
+            As in `jacobian`.
+        """
+        q, flat = self._variables(q, "q")
+        found = np.empty((len(flat), len(self.kinds), 6), q.dtype)
+        for block in blocks(len(flat)):
+            moved = motions(self, self._positions(flat[block]))
+            for j, twist in enumerate(joint_twists(self, moved)):
+                found[block][..., j, :] = twist
+        return found.reshape(*q.shape[:-1], len(self.kinds), 6)
+
+    def jacobian_of_point(self, q: ArrayLike, p: ArrayLike) -> Reals:
+        """How a point that the end effector holds moves: derivatives by the variables.
+
+        Parameters
+        ----------
+        q : array_like, (..., n)
+        p : array_like, (3,)
+            Coordinates x, y, z in the end effector's frame.
+
+        Returns
+        -------
+        array, (..., 3, n)
+
+        Raises
+        ------
+        TypeError, ValueError
+            As in `jacobian`.
+        """
+        return self._jacobian_of(q, real_array(p, "p", (3,), "x, y, z"), pga3.move_point, pga3.twist_on_point)
+
+    def jacobian_of_line(self, q: ArrayLike, line: ArrayLike) -> Reals:
+        """How a line that the end effector holds moves.
+
+        Parameters
+        ----------
+        q : array_like, (..., n)
+        line : array_like, (6,)
+            e12, e13, e23, e01, e02, e03 in the end effector's frame.
+
+        Returns
+        -------
+        array, (..., 6, n)
+            Derivatives of the coefficients in the base frame.
+
+        Raises
+        ------
+        TypeError, ValueError
+            As in `jacobian`.
+        """
+        return self._jacobian_of(q, real_array(line, "line", (6,), "a line"), pga3.move_line, pga3.twist_on_line)
+
+    def jacobian_of_plane(self, q: ArrayLike, plane: ArrayLike) -> Reals:
+        """How a plane that the end effector holds moves.
+
+        Parameters
+        ----------
+        q : array_like, (..., n)
+        plane : array_like, (4,)
+            e1, e2, e3, e0 in the end effector's frame.
+
+        Returns
+        -------
+        array, (..., 4, n)
+            Derivatives of the coefficients in the base frame.
+
+        Raises
+        ------
+        TypeError, ValueError
+            As in `jacobian`.
+        """
+        return self._jacobian_of(q, real_array(plane, "plane", (4,), "a plane"), pga3.move_plane, pga3.twist_on_plane)
+
+    def _jacobian_of(self, q: ArrayLike, element: Reals, move: pga3.Kernel, twist_on: pga3.Kernel) -> Reals:
+        q, flat = self._variables(q, "q")
+        found = np.zeros((len(flat), len(element), len(self.kinds)), q.dtype)
+        at_home = move(self.tool.astype(q.dtype), element.astype(q.dtype))
+        for block in blocks(len(flat)):
+            moved = motions(self, self._positions(flat[block]))
+            twists = joint_twists(self, moved)
+            now = move(moved[self.tip], at_home)
+            for j in self.path:
+                found[block][..., j] = twist_on(twists[j], now)
+        return self._reduced(found).reshape(*q.shape[:-1], len(element), self.n_joints)
+
+    def _fill_jacobian(self, x: Reals, out: Reals) -> None:
+        moved = motions(self, x)
+        twists, point = joint_twists(self, moved), tool_points(self, moved)
+        for j in self.path:
+            _angular_over_linear(twists[j], pga3.twist_on_point(twists[j], point), out[..., j])
+
+    def _fill_rate(self, x: Reals, speeds: Reals, out: Reals) -> None:
+        moved = motions(self, x)
+        twists, point = joint_twists(self, moved), tool_points(self, moved)
+        carrier = np.zeros_like(twists[0])
+        carriers = []
+        for j in self.path:
+            carriers.append(carrier)
+            carrier = carrier + speeds[..., j, None] * twists[j]
+        velocity = pga3.twist_on_point(carrier, point)
+        origin = np.zeros(3, x.dtype)
+        for j, before in zip(self.path, carriers, strict=True):
+            rate = pga3.twist_on_line(before, twists[j])
+            linear = pga3.twist_on_point(rate, point)
+            if self.kinds[j] is Joint.REVOLUTE:
+                # the axis times the velocity of the point: of the point itself, less that of the origin
+                linear += pga3.twist_on_point(twists[j], velocity) - pga3.twist_on_point(twists[j], origin)
+            _angular_over_linear(rate, linear, out[..., j])
+
+
+def _angular_over_linear(twist: Reals, linear: Reals, out: Reals) -> None:
+    out[..., 0], out[..., 1], out[..., 2] = twist[..., 2], -twist[..., 1], twist[..., 0]
+    out[..., 3:] = linear

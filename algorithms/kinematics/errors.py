@@ -1,0 +1,25 @@
+"""What can be wrong with the description of a robot. All are `ValueError`."""
+
+
+class DescriptionError(ValueError):
+    """A description that no robot has."""
+
+
+class MissingInertiaError(DescriptionError):
+    """Something that moves has no inertia, and dynamics is asked for."""
+
+
+class CyclicTreeError(DescriptionError):
+    """Links that carry each other in a ring, or a link that two joints carry."""
+
+
+class UnknownJointTypeError(DescriptionError):
+    """A joint of a type that is not known."""
+
+
+class JointCountError(DescriptionError):
+    """As many numbers as another robot would need, or no joint at all."""
+
+
+class NotFiniteError(DescriptionError):
+    """NaN, an infinite number, or what is no number, where one was expected."""

@@ -1,0 +1,207 @@
+"""What a robot is: joints in a tree, each with an axis and what it carries, all where every variable is 0."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from types import MappingProxyType
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from generated import pga3
+
+from ..arguments import Reals, real_array
+from .denavit_hartenberg import Joint
+from .errors import DescriptionError, JointCountError, MissingInertiaError, NotFiniteError
+
+Floats = NDArray[np.float64]
+
+_FLOATS = (np.dtype(np.float64), np.dtype(np.float32))
+
+STANDARD_GRAVITY = (0.0, 0.0, -9.81)
+"""The acceleration of free fall that robots' tables are made with, m/s²."""
+
+
+def _empty() -> Floats:
+    return np.empty(0)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Model:
+    """The constants of a robot. Immutable; arrays cannot be written to.
+
+    The frame after joint j is the motor ``exp(-x_i/2 l_i) ... exp(-x_j/2 l_j) H_j`` over the joints from the base to j:
+    the product of exponentials (Brockett 1984) with the unit lines ``l`` of the joints and the motors ``H`` of the
+    frames, both where all joint variables are 0. A prismatic joint translates along its line instead. All conventions
+    become this form once, when the robot is made.
+
+    Attributes
+    ----------
+    name : str
+    kinds : tuple of Joint
+        One for each joint, what carries before what is carried; N of them.
+    axes : array, (N, 6)
+        Unit lines of the joints at home, in the base frame: e12, e13, e23, e01, e02, e03.
+    home : array, (N, 8)
+        Motors of the frames after every joint at home: 1, e12, e13, e23, e01, e02, e03, e0123.
+    parents : tuple of int
+        The joint that carries each joint, -1 for the base. Left out: each carries the next.
+    joint_names : tuple of str
+    tip : int
+        The joint that carries the end effector; left out, the last one.
+    tool : array, (8,)
+        The motor of the end effector at home; left out, the frame after joint `tip`.
+    bodies : array, (N, 10)
+        What each joint carries, at home in the base frame: mass, centre x y z, tensor about the centre xx, xy, xz, yy,
+        yz, zz. Empty where nothing is known of masses.
+    armature : array, (N,)
+        Inertia of the motors' rotors seen at the joints.
+    without_inertia : tuple of str
+        Links that move and have no inertia; dynamics is refused where there are any.
+    free_fall : array, (3,)
+        Gravity in the base frame, m/s².
+    limits : array, (n, 4)
+        For each variable: lowest, highest, speed, effort; infinite where there is no limit.
+    coupling : array, (N, n + 1)
+        Joints that follow others (mimic): their positions are ``coupling[:, :n] q + coupling[:, n]``. Empty where each
+        joint has its own variable.
+    links : mapping of str to (int, array (8,))
+        By name of a link: the joint that carries it, and its motor at home.
+    module : module or None
+        Kernels with the constants of this robot folded, written by ``gac robot``; used where there are any.
+    """
+
+    name: str
+    kinds: tuple[Joint, ...]
+    axes: Floats
+    home: Floats
+    parents: tuple[int, ...] = ()
+    joint_names: tuple[str, ...] = ()
+    tip: int = -1
+    tool: Floats = field(default_factory=_empty)
+    bodies: Floats = field(default_factory=_empty)
+    armature: Floats = field(default_factory=_empty)
+    without_inertia: tuple[str, ...] = ()
+    free_fall: Floats = field(default_factory=lambda: np.array(STANDARD_GRAVITY))
+    limits: Floats = field(default_factory=_empty)
+    coupling: Floats = field(default_factory=_empty)
+    links: Mapping[str, tuple[int, Floats]] = field(default_factory=dict)
+    module: Any = None
+
+    def __post_init__(self) -> None:
+        count = len(self.kinds)
+        if not count:
+            raise JointCountError(f"{self.name}: no joint; expected at least one")
+
+        def fill(name: str, value: Any) -> None:
+            object.__setattr__(self, name, value)
+
+        if not self.parents:
+            fill("parents", tuple(range(-1, count - 1)))
+        if not self.joint_names:
+            fill("joint_names", tuple(f"joint {k}" for k in range(count)))
+        if self.tip < 0:
+            fill("tip", count - 1)
+        if not self.tool.size:
+            fill("tool", self.home[self.tip].copy())
+        if not self.armature.size:
+            fill("armature", np.zeros(count))
+        if not self.limits.size:
+            n = self.coupling.shape[1] - 1 if self.coupling.size else count
+            fill("limits", np.tile([-np.inf, np.inf, np.inf, np.inf], (n, 1)))
+        fill("links", MappingProxyType(dict(self.links)))
+        for name, shape in (("axes", (count, 6)), ("home", (count, 8)), ("tool", (8,)), ("armature", (count,))):
+            found = getattr(self, name)
+            if found.shape != shape:
+                raise JointCountError(f"{self.name}: {name} of shape {found.shape}; expected {shape}")
+            if not np.isfinite(found).all():
+                raise NotFiniteError(f"{self.name}: {name} has a NaN or an infinite number; expected finite numbers")
+        if self.bodies.size and self.bodies.shape != (count, 10):
+            raise JointCountError(f"{self.name}: bodies of shape {self.bodies.shape}; expected ({count}, 10)")
+        if any(not -1 <= parent < j for j, parent in enumerate(self.parents)) or len(self.parents) != count:
+            raise DescriptionError(
+                f"{self.name}: parents {self.parents}; expected an earlier joint or -1 for each joint"
+            )
+        for array in (self.axes, self.home, self.tool, self.bodies, self.armature, self.limits, self.coupling):
+            array.flags.writeable = False
+
+    @property
+    def n_joints(self) -> int:
+        """The number of joint variables."""
+        return self.coupling.shape[1] - 1 if self.coupling.size else len(self.kinds)
+
+    @property
+    def path(self) -> tuple[int, ...]:
+        """The joints from the base to the end effector."""
+        found, joint = [], self.tip
+        while joint >= 0:
+            found.append(joint)
+            joint = self.parents[joint]
+        return tuple(reversed(found))
+
+    @property
+    def twists(self) -> Floats:
+        """(N, 6), twists of the joints at unit speed, at home: the line of a turn, the line at infinity of a slide."""
+        found = self.axes.copy()
+        for j, kind in enumerate(self.kinds):
+            if kind is Joint.PRISMATIC:
+                e12, e13, e23 = self.axes[j, :3]
+                found[j] = 0, 0, 0, e23, -e13, e12
+        return found
+
+    def _variables(self, value: ArrayLike, name: str) -> tuple[Reals, Reals]:
+        """Joint variables or their rates as given, and as rows."""
+        if type(value) is np.ndarray and value.dtype in _FLOATS and value.shape[-1:] == (self.n_joints,):
+            return value, value if value.ndim == 2 else value.reshape(-1, self.n_joints)
+        array = real_array(value, f"{self.name}: {name}", (self.n_joints,), f"{self.n_joints} joint variables")
+        return array, array.reshape(-1, self.n_joints)
+
+    def _together(self, *values: tuple[ArrayLike, str]) -> tuple[tuple[int, ...], list[Reals]]:
+        """The leading axes that several arguments have in common, and each as rows."""
+        arrays = [self._variables(value, name)[0] for value, name in values]
+        if all(a.shape == arrays[0].shape and a.dtype == arrays[0].dtype for a in arrays):
+            return arrays[0].shape[:-1], [a.reshape(-1, self.n_joints) for a in arrays]
+        dtype = np.result_type(*arrays)
+        try:
+            together = np.broadcast_arrays(*arrays)
+        except ValueError:
+            shapes = ", ".join(f"{name} {a.shape}" for (_, name), a in zip(values, arrays, strict=True))
+            raise ValueError(f"{self.name}: {shapes}; expected leading axes that broadcast") from None
+        return together[0].shape[:-1], [a.reshape(-1, self.n_joints).astype(dtype, copy=False) for a in together]
+
+    def _positions(self, q: Reals) -> Reals:
+        """(B, N), positions of all joints."""
+        if not self.coupling.size:
+            return q
+        coupling = self.coupling.astype(q.dtype)
+        return np.asarray(q @ coupling[:, :-1].T + coupling[:, -1])
+
+    def _rates(self, qd: Reals) -> Reals:
+        """(B, N), rates of all joints."""
+        return qd @ self.coupling[:, :-1].T.astype(qd.dtype) if self.coupling.size else qd
+
+    def _reduced(self, columns: Reals) -> Reals:
+        """Derivatives by all joints (..., N) as derivatives by the variables (..., n)."""
+        if not self.coupling.size:
+            return columns
+        return columns @ self.coupling[:, :-1].astype(columns.dtype)  # type: ignore[no-any-return]
+
+    def _folded(self, name: str, *rows: Reals) -> Reals:
+        """A kernel of the robot's own module on rows; a single row is quicker without a batch."""
+        kernel = getattr(self.module, name)
+        if rows[0].ndim == 2 and len(rows[0]) == 1:
+            return kernel(*(row[0] for row in rows))[None]  # type: ignore[no-any-return]
+        return kernel(*rows)  # type: ignore[no-any-return]
+
+    def _need_inertia(self) -> None:
+        if self.without_inertia:
+            links = ", ".join(self.without_inertia)
+            raise MissingInertiaError(f"{self.name}: no inertia of {links}; expected one for every link that moves")
+        if not self.bodies.size:
+            raise MissingInertiaError(f"{self.name}: nothing known of masses; expected bodies, one for each joint")
+
+    @property
+    def _tool_point(self) -> Floats:
+        return pga3.motor_to_matrix(self.tool)[:3, 3]  # type: ignore[no-any-return]

@@ -1,0 +1,135 @@
+"""Pictures of robots: drawn from their motors, clouds of where they reach, motions as a file."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from matplotlib.animation import FuncAnimation, PillowWriter
+from matplotlib.figure import Figure
+from numpy.typing import ArrayLike
+
+from generated import pga3
+
+from ..arguments import Reals, real_array
+from .robot import Robot
+
+
+def skeleton(robot: Robot, q: ArrayLike) -> Reals:
+    """The lines that a robot is drawn with.
+
+    Parameters
+    ----------
+    robot : Robot
+    q : array_like, (n,)
+
+    Returns
+    -------
+    array, (N + 1, 2, 3)
+        For each joint the frame after what carries it, and its own; then from the last to the end effector.
+
+    Raises
+    ------
+    TypeError, ValueError
+        As in `Robot.forward`.
+    """
+    frames = pga3.motor_to_matrix(robot.forward_all(q))[:, :3, 3]
+    tip = robot.pose(q)[:3, 3]
+    starts = [frames[parent] if parent >= 0 else np.zeros(3) for parent in robot.parents]
+    return np.array([*zip(starts, frames, strict=True), (frames[robot.tip], tip)])
+
+
+def workspace(robot: Robot, count: int, seed: int = 0) -> Reals:
+    """Where the end effector can be: its place at random configurations within the limits.
+
+    Parameters
+    ----------
+    robot : Robot
+        Variables without limits turn by up to half a turn, or slide by up to a metre, either way.
+    count : int
+    seed : int, optional
+
+    Returns
+    -------
+    array, (count, 3)
+    """
+    width = np.full(robot.n_joints, np.pi)
+    if not robot.coupling.size:
+        width = np.array([np.pi if kind.value == "revolute" else 1.0 for kind in robot.kinds])
+    low, high = robot.limits[:, 0], robot.limits[:, 1]
+    low, high = np.where(np.isfinite(low), low, -width), np.where(np.isfinite(high), high, width)
+    q = np.random.default_rng(seed).uniform(low, high, (count, robot.n_joints))
+    return robot.pose(q)[:, :3, 3]
+
+
+def draw(robot: Robot, q: ArrayLike, cloud: ArrayLike | None = None) -> Figure:
+    """A figure of a robot in one configuration.
+
+    Parameters
+    ----------
+    robot : Robot
+    q : array_like, (n,)
+    cloud : array_like, (count, 3), optional
+        Points to be drawn around it, as `workspace` gives them.
+
+    Raises
+    ------
+    TypeError, ValueError
+        As in `Robot.forward`, or where the cloud is no array of points.
+    """
+    figure, axes = _stage(robot)
+    if cloud is not None:
+        points = real_array(cloud, "cloud", (-1, 3), "points")
+        axes.scatter(*points.T, s=1, alpha=0.2, linewidths=0, color="tab:gray")
+    _lines(axes, skeleton(robot, q))
+    axes.set_aspect("equal")
+    return figure
+
+
+def animate(robot: Robot, q: ArrayLike, path: str | Path, frames_per_second: int = 25) -> Path:
+    """A motion as an animated GIF, with the way of the end effector.
+
+    Parameters
+    ----------
+    robot : Robot
+    q : array_like, (frames, n)
+    path : str or Path
+    frames_per_second : int, optional
+
+    Raises
+    ------
+    OSError
+        Where the file cannot be written.
+    TypeError, ValueError
+        Where `q` is not an array of configurations.
+    """
+    motion = real_array(q, f"{robot.name}: q", (-1, robot.n_joints), "configurations")
+    figure, axes = _stage(robot)
+    way = robot.pose(motion)[:, :3, 3]
+    axes.plot(*way.T, linewidth=1, color="tab:orange")
+    drawn = _lines(axes, skeleton(robot, motion[0]))
+    reach = np.abs(
+        np.concatenate([skeleton(robot, one).reshape(-1, 3) for one in motion[:: max(1, len(motion) // 50)]])
+    )
+    size = 1.05 * reach.max()
+    axes.set(xlim=(-size, size), ylim=(-size, size), zlim=(-size, size))
+
+    def show(k: int) -> list[Any]:
+        for line, (start, end) in zip(drawn, skeleton(robot, motion[k]), strict=True):
+            line.set_data_3d(*np.array([start, end]).T)
+        return drawn
+
+    FuncAnimation(figure, show, frames=len(motion), blit=False).save(path, PillowWriter(fps=frames_per_second))
+    return Path(path)
+
+
+def _stage(robot: Robot) -> tuple[Figure, Any]:
+    figure = Figure(figsize=(5, 5))
+    axes = figure.add_subplot(projection="3d")
+    axes.set(title=robot.name, xlabel="x/m", ylabel="y/m", zlabel="z/m")
+    return figure, axes
+
+
+def _lines(axes: Any, segments: Reals) -> list[Any]:
+    return [axes.plot(*segment.T, "o-", linewidth=3, markersize=4, color="tab:blue")[0] for segment in segments]

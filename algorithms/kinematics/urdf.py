@@ -1,0 +1,331 @@
+"""Robots from URDF files: links, joints, inertias, limits, and joints that follow others.
+
+What is drawn (meshes, collisions), and what controllers read, is left alone. Lengths are metres, angles radians, `rpy`
+turns about the fixed axes x, y, z in this order (http://wiki.ros.org/urdf/XML).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+from xml.etree import ElementTree
+
+import numpy as np
+
+from generated import pga3
+
+from .bodies import moved
+from .denavit_hartenberg import Joint
+from .errors import CyclicTreeError, DescriptionError, JointCountError, NotFiniteError, UnknownJointTypeError
+from .model import Floats
+
+_X, _Y, _Z = np.eye(3)
+_TYPES = ("revolute", "continuous", "prismatic", "fixed", "floating", "planar")
+
+
+@dataclass(slots=True)
+class Link:
+    """A link as the file has it: its inertia in its own frame, mass, centre, tensor about the centre; or none."""
+
+    name: str
+    body: Floats | None
+
+
+@dataclass(slots=True)
+class Connection:
+    """A joint as the file has it."""
+
+    name: str
+    type: str
+    parent: str
+    child: str
+    origin: Floats
+    axis: Floats
+    limits: tuple[float, float, float, float]
+    mimic: tuple[str, float, float] | None
+
+
+@dataclass(slots=True)
+class _Found:
+    """What has been collected while the tree was walked."""
+
+    kinds: list[Joint] = field(default_factory=list)
+    axes: list[Floats] = field(default_factory=list)
+    home: list[Floats] = field(default_factory=list)
+    parents: list[int] = field(default_factory=list)
+    names: list[str] = field(default_factory=list)
+    limits: list[tuple[float, float, float, float]] = field(default_factory=list)
+    mimics: list[tuple[str, float, float] | None] = field(default_factory=list)
+    bodies: list[list[Floats]] = field(default_factory=list)
+    without_inertia: list[str] = field(default_factory=list)
+    links: dict[str, tuple[int, Floats]] = field(default_factory=dict)
+    depths: dict[str, int] = field(default_factory=dict)
+
+
+def read(path: str | Path, tip: str | None, locked: Iterable[str], base: str) -> dict[str, Any]:
+    """The fields of a `Model` from a file; see `Robot.from_urdf`."""
+    where = str(path)
+    try:
+        root = ElementTree.parse(path).getroot()
+    except ElementTree.ParseError as error:
+        raise DescriptionError(f"{where}: not XML ({error})") from None
+    if root.tag != "robot":
+        raise DescriptionError(f"{where}: <{root.tag}>; expected <robot>")
+    if base not in ("fixed", "floating"):
+        raise ValueError(f"base: {base!r}; expected 'fixed' or 'floating'")
+    links = _links(root, where)
+    joints = _joints(root, links, where)
+    held = set(locked)
+    unknown = held - {joint.name for joint in joints}
+    if unknown:
+        raise DescriptionError(f"{where}: no joint {sorted(unknown)[0]!r} to lock; its joints are {_names(joints)}")
+    start = _root_link(links, joints, where)
+    found = _walk(start, links, joints, held, base)
+    if not found.kinds:
+        raise JointCountError(f"{where}: no joint that moves; expected at least one")
+    last = tip if tip is not None else max(found.depths, key=lambda name: found.depths[name])
+    if last not in found.links:
+        raise DescriptionError(f"{where}: no link {last!r}; expected one of {', '.join(found.links)}")
+    carrier, tool = found.links[last]
+    if carrier < 0:
+        raise DescriptionError(f"{where}: link {last!r} does not move; expected an end effector that a joint carries")
+    coupling, limits = _coupling(found, where)
+    return {
+        "name": root.get("name", Path(path).stem),
+        "kinds": tuple(found.kinds),
+        "axes": np.array(found.axes),
+        "home": np.array(found.home),
+        "parents": tuple(found.parents),
+        "joint_names": tuple(found.names),
+        "tip": carrier,
+        "tool": tool,
+        "bodies": np.array([moved(np.eye(8)[0], parts) for parts in found.bodies]),
+        "without_inertia": tuple(found.without_inertia),
+        "limits": limits,
+        "coupling": coupling,
+        "links": found.links,
+    }
+
+
+def _names(joints: Sequence[Connection]) -> str:
+    return ", ".join(joint.name for joint in joints)
+
+
+def _numbers(element: ElementTree.Element | None, key: str, default: str, count: int, where: str) -> Floats:
+    text = default if element is None else element.get(key, default)
+    try:
+        values = np.array([float(part) for part in text.split()])
+    except ValueError:
+        raise NotFiniteError(f"{where}: {key}={text!r}; expected {count} numbers") from None
+    if len(values) != count:
+        raise DescriptionError(f"{where}: {key}={text!r}; expected {count} numbers")
+    if not np.isfinite(values).all():
+        raise NotFiniteError(f"{where}: {key}={text!r}; expected finite numbers")
+    return values
+
+
+def _number(element: ElementTree.Element | None, key: str, default: str, where: str) -> float:
+    return float(_numbers(element, key, default, 1, where)[0])
+
+
+def _motor(element: ElementTree.Element | None, where: str) -> Floats:
+    """The motor of an <origin>."""
+    r, p, y = _numbers(element, "rpy", "0 0 0", 3, where)
+    turns = [pga3.rotor_from_axis_angle(axis, angle) for axis, angle in ((_Z, y), (_Y, p), (_X, r))]
+    motors = [pga3.motor_from_rotor_translation(turn, np.zeros(3)) for turn in turns]
+    motors[0] = pga3.motor_from_rotor_translation(turns[0], _numbers(element, "xyz", "0 0 0", 3, where))
+    return pga3.motor_product(pga3.motor_product(motors[0], motors[1]), motors[2])  # type: ignore[no-any-return]
+
+
+def _links(root: ElementTree.Element, where: str) -> dict[str, Link]:
+    found: dict[str, Link] = {}
+    for element in root.findall("link"):
+        name = element.get("name", "")
+        if name in found:
+            raise DescriptionError(f"{where}: two links {name!r}; expected different names")
+        found[name] = Link(name, _body(element.find("inertial"), f"{where}: link {name!r}"))
+    if not found:
+        raise DescriptionError(f"{where}: no link; expected at least one")
+    return found
+
+
+def _body(element: ElementTree.Element | None, where: str) -> Floats | None:
+    """An <inertial>; None where it, its mass or its tensor is missing."""
+    if element is None or element.find("mass") is None or element.find("inertia") is None:
+        return None
+    mass = _number(element.find("mass"), "value", "nan", where)
+    tensor = [_number(element.find("inertia"), key, "nan", where) for key in ("ixx", "ixy", "ixz", "iyy", "iyz", "izz")]
+    if mass < 0:
+        raise DescriptionError(f"{where}: mass {mass}; expected no negative number")
+    return moved(_motor(element.find("origin"), where), [np.array([mass, 0, 0, 0, *tensor])])
+
+
+def _joints(root: ElementTree.Element, links: dict[str, Link], where: str) -> list[Connection]:
+    found: list[Connection] = []
+    carried: dict[str, str] = {}
+    for element in root.findall("joint"):
+        name, type_ = element.get("name", ""), element.get("type", "")
+        here = f"{where}: joint {name!r}"
+        if type_ not in _TYPES:
+            raise UnknownJointTypeError(f"{here}: type {type_!r}; expected one of {', '.join(_TYPES)}")
+        if any(joint.name == name for joint in found):
+            raise DescriptionError(f"{where}: two joints {name!r}; expected different names")
+        ends = []
+        for tag in ("parent", "child"):
+            end = element.find(tag)
+            link = "" if end is None else end.get("link", "")
+            if link not in links:
+                raise DescriptionError(f"{here}: {tag} {link!r} is no link; expected one of {', '.join(links)}")
+            ends.append(link)
+        if ends[1] in carried:
+            raise CyclicTreeError(
+                f"{here}: link {ends[1]!r} is carried by {carried[ends[1]]!r} already; expected a tree"
+            )
+        carried[ends[1]] = name
+        axis = _numbers(element.find("axis"), "xyz", "1 0 0", 3, here)
+        length = float(np.linalg.norm(axis))
+        if type_ not in ("fixed", "floating") and length == 0:
+            raise DescriptionError(f"{here}: axis of length 0; expected a direction")
+        mimic = element.find("mimic")
+        found.append(
+            Connection(
+                name,
+                type_,
+                ends[0],
+                ends[1],
+                _motor(element.find("origin"), here),
+                axis / (length or 1.0),
+                _limits(element.find("limit"), type_, here),
+                None
+                if mimic is None
+                else (
+                    mimic.get("joint", ""),
+                    _number(mimic, "multiplier", "1", here),
+                    _number(mimic, "offset", "0", here),
+                ),
+            )
+        )
+    return found
+
+
+def _limits(element: ElementTree.Element | None, type_: str, where: str) -> tuple[float, float, float, float]:
+    free = element is None or type_ in ("continuous", "floating", "planar")
+    low = -np.inf if free else _number(element, "lower", "0", where)
+    high = np.inf if free else _number(element, "upper", "0", where)
+    if element is None:
+        return low, high, np.inf, np.inf
+    speed, effort = (
+        _number(element, key, "0", where) if element.get(key) is not None else np.inf for key in ("velocity", "effort")
+    )
+    return low, high, speed, effort
+
+
+def _root_link(links: dict[str, Link], joints: Sequence[Connection], where: str) -> str:
+    children = {joint.child for joint in joints}
+    roots = [name for name in links if name not in children]
+    if not roots:
+        raise CyclicTreeError(f"{where}: every link is carried by another; expected one that is the base")
+    reached, todo = set(), list(roots)
+    while todo:
+        name = todo.pop()
+        reached.add(name)
+        todo += [joint.child for joint in joints if joint.parent == name]
+    ring = [name for name in links if name not in reached]
+    if ring:
+        raise CyclicTreeError(f"{where}: links {', '.join(ring)} carry each other; expected a tree")
+    if len(roots) > 1:
+        raise DescriptionError(f"{where}: no joint carries any of {', '.join(roots)}; expected one base")
+    return roots[0]
+
+
+def _walk(start: str, links: dict[str, Link], joints: Sequence[Connection], held: set[str], base: str) -> _Found:
+    """The tree, depth first, in the order of the file."""
+    found = _Found()
+    identity = np.eye(8)[0]
+
+    def add(kind: Joint, name: str, frame: Floats, axis: Floats, parent: int, connection: Connection | None) -> int:
+        at_origin = np.array([axis[2], -axis[1], axis[0], 0.0, 0.0, 0.0])
+        found.kinds.append(kind)
+        found.axes.append(pga3.move_line(frame, at_origin))
+        found.home.append(frame)
+        found.parents.append(parent)
+        found.names.append(name)
+        single = connection is not None and connection.type in ("revolute", "continuous", "prismatic")
+        free = (-np.inf, np.inf, np.inf, np.inf)
+        found.limits.append(connection.limits if single and connection is not None else free)
+        found.mimics.append(connection.mimic if single and connection is not None else None)
+        found.bodies.append([])
+        return len(found.kinds) - 1
+
+    def several(name: str, frame: Floats, parts: Sequence[tuple[str, Joint, Floats]], parent: int) -> int:
+        for end, kind, axis in parts:
+            parent = add(kind, f"{name}.{end}", frame, axis, parent, None)
+        return parent
+
+    def visit(link: str, frame: Floats, carrier: int, depth: int) -> None:
+        found.links[link], found.depths[link] = (carrier, frame), depth
+        body = links[link].body
+        if carrier >= 0 and body is not None:
+            found.bodies[carrier].append(moved(frame, [body]))
+        for joint in joints:
+            if joint.parent != link:
+                continue
+            there = pga3.motor_product(frame, joint.origin)
+            match "fixed" if joint.name in held else joint.type:
+                case "fixed":
+                    carried = carrier
+                case "floating":
+                    carried = several(joint.name, there, _FREE, carrier)
+                case "planar":
+                    carried = several(joint.name, there, _in_plane(joint.axis), carrier)
+                case type_:
+                    kind = Joint.PRISMATIC if type_ == "prismatic" else Joint.REVOLUTE
+                    carried = add(kind, joint.name, there, joint.axis, carrier, joint)
+            if carried != carrier and links[joint.child].body is None:
+                found.without_inertia.append(joint.child)
+            visit(joint.child, there, carried, depth + 1)
+
+    visit(start, identity, several("base", identity, _FREE, -1) if base == "floating" else -1, 0)
+    return found
+
+
+_FREE = (
+    *((name, Joint.PRISMATIC, axis) for name, axis in zip("xyz", (_X, _Y, _Z), strict=True)),
+    *((name, Joint.REVOLUTE, axis) for name, axis in (("yaw", _Z), ("pitch", _Y), ("roll", _X))),
+)
+"""Six joints that together move freely; at a pitch of a quarter turn yaw and roll are the same."""
+
+
+def _in_plane(axis: Floats) -> list[tuple[str, Joint, Floats]]:
+    first = np.cross(axis, np.eye(3)[np.abs(axis).argmin()])
+    first /= np.linalg.norm(first)
+    return [
+        ("x", Joint.PRISMATIC, first),
+        ("y", Joint.PRISMATIC, np.cross(axis, first)),
+        ("turn", Joint.REVOLUTE, axis),
+    ]
+
+
+def _coupling(found: _Found, where: str) -> tuple[Floats, Floats]:
+    """The matrix of joints that follow others, empty where none does; and the limits of the variables."""
+    free = [k for k, mimic in enumerate(found.mimics) if mimic is None]
+    if len(free) == len(found.kinds):
+        return np.empty(0), np.array(found.limits)
+    rows = np.zeros((len(found.kinds), len(free) + 1))
+    for joint in range(len(found.kinds)):
+        factor, offset, leader, seen = 1.0, 0.0, joint, [joint]
+        while (mimic := found.mimics[leader]) is not None:
+            if mimic[0] not in found.names:
+                raise DescriptionError(
+                    f"{where}: joint {found.names[leader]!r} mimics {mimic[0]!r}, which does not move"
+                )
+            offset += factor * mimic[2]
+            factor *= mimic[1]
+            leader = found.names.index(mimic[0])
+            if leader in seen:
+                raise CyclicTreeError(f"{where}: joints {', '.join(found.names[k] for k in seen)} mimic each other")
+            seen.append(leader)
+        rows[joint, free.index(leader)], rows[joint, -1] = factor, offset
+    return rows, np.array([found.limits[k] for k in free])

@@ -1,0 +1,161 @@
+"""From a robot's description to the text of its spec: what ``gac robot`` reads.
+
+Descriptions are read by `algorithms.kinematics`, which is built on generated modules. It is loaded when the command is
+given and not before: the compiler itself needs nothing of it.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Sequence
+from math import floor, log10
+from pathlib import Path
+from textwrap import wrap
+
+from .errors import SpecError
+from .robot_chains import Chain, Number, exact
+
+
+def robot_spec(robot: str, name: str | None, tip: str | None, locked: Sequence[str]) -> tuple[str, str]:
+    """The name of a robot's module, and the text of its spec.
+
+    Parameters
+    ----------
+    robot : str
+        A URDF file, or the name of a robot that `algorithms.kinematics` knows.
+    name : str or None
+        Of the module; else it is the robot's, in letters, digits and _.
+    tip : str or None
+    locked : sequence of str
+        As `Robot.from_urdf` has them.
+
+    Raises
+    ------
+    SpecError
+        Where there is no such file or robot, or it describes none.
+    """
+    from algorithms.kinematics import Robot
+
+    try:
+        if robot.endswith((".urdf", ".xml")) or Path(robot).is_file():
+            found, source = Robot.from_urdf(robot, tip, locked), f"From {Path(robot).name}."
+        elif tip is not None or locked:
+            raise SpecError(robot, "a robot known by name", "a URDF file for --tip and --lock")
+        else:
+            found, source = Robot.named(robot), "From the table of that name in algorithms.kinematics."
+    except OSError as error:
+        raise SpecError(robot, error.strerror or str(error), "a URDF file, or the name of a robot") from None
+    except ValueError as error:
+        raise SpecError(robot, str(error)) from None
+    module = name or re.sub(r"\W+", "_", found.name)
+    if not module.isidentifier():
+        raise SpecError(module, "cannot name a module", "letters, digits and _", "give another --name")
+    has_masses = bool(found.bodies.size) and not found.without_inertia
+    chain = Chain(
+        kinds=tuple(kind.value for kind in found.kinds),
+        parents=found.parents,
+        axes=tuple(tuple(map(float, row)) for row in found.axes),
+        tip=found.tip,
+        tool=tuple(map(float, found.tool)),
+        inertias=tuple(tuple(map(float, row)) for row in found.bodies) if has_masses else (),
+        gravity=tuple(map(float, found.free_fall)),
+        armature=tuple(map(float, found.armature)),
+    )
+    return module, spec_text(module, chain, source)
+
+
+def spec_text(name: str, chain: Chain, source: str) -> str:
+    """A spec of one robot: its constants, and the kernels that they fold into.
+
+    Parameters
+    ----------
+    name : str
+        What readers call it.
+    chain : Chain
+        Numbers that are within 5e-11 (of their unit; for tensors, of their largest entry) of one with six decimals
+        become that: quarter turns are written with eleven digits in many files, and their cosines are meant to vanish.
+    source : str
+        Where the numbers are from, a sentence or two.
+    """
+    parts = [
+        _literal("kinds", [f'"{kind}"' for kind in chain.kinds]),
+        _literal("parents", list(map(repr, chain.parents))),
+        _rows("axes", [tuple(map(_nice, row)) for row in chain.axes]),
+        f"    tip={chain.tip},\n",
+        _literal("tool", [repr(_nice(x)) for x in chain.tool]),
+        _rows("inertias", [_nice_body(row) for row in chain.inertias]) if chain.inertias else "",
+        _literal("gravity", [repr(float(x)) for x in chain.gravity]),
+        _literal("armature", [repr(_nice(x)) for x in chain.armature]) if any(map(exact, chain.armature)) else "",
+    ]
+    own = "\n".join(
+        (
+            f'"""{name}: kinematics and dynamics with its constants folded.',
+            "",
+            *wrap(source, 118),
+            "",
+            "Joint variables are radians, or metres where a joint slides.",
+            '"""',
+            "",
+            "from gacompiler import SCALAR, array, kernel, robots",
+            "from gacompiler.algebra.catalog import PGA3",
+            "",
+            "ROBOT = robots.Chain(",
+            f"{''.join(parts)})",
+            f"JOINTS = array(SCALAR, {chain.n_joints})",
+            "",
+        )
+    )
+    return own + _FORWARD + (_DYNAMICS if chain.inertias else "")
+
+
+_FORWARD = '''
+
+@kernel(q=JOINTS, returns=PGA3.MOTOR)
+def forward(q):
+    """Where the end effector is: the unit motor from its frame to the base frame."""
+    return robots.forward(ROBOT, q)
+
+
+@kernel(q=JOINTS, returns=array(SCALAR, 6, ROBOT.n_joints))
+def jacobian(q):
+    """Angular over linear velocity of the end effector by the rates of the joints, in the base frame."""
+    return robots.jacobian(ROBOT, q)
+'''
+_DYNAMICS = '''
+
+@kernel(q=JOINTS, qd=JOINTS, qdd=JOINTS, returns=JOINTS)
+def inverse_dynamics(q, qd, qdd):
+    """Forces and torques of the joints that give accelerations, gravity included."""
+    return robots.inverse_dynamics(ROBOT, q, qd, qdd)
+
+
+@kernel(q=JOINTS, returns=array(SCALAR, ROBOT.n_joints, ROBOT.n_joints))
+def mass_matrix(q):
+    """The symmetric matrix of the kinetic energy."""
+    return robots.mass_matrix(ROBOT, q)
+'''
+
+
+def _literal(name: str, entries: Sequence[str], indent: int = 4) -> str:
+    """A tuple on one line where it fits, else one entry a line, as formatters have it."""
+    head, space = (f"{name}=" if name else ""), " " * indent
+    line = f"{space}{head}({', '.join(entries)}{',' if len(entries) == 1 else ''}),\n"
+    if len(line) <= 121:
+        return line
+    return "".join([f"{space}{head}(\n", *(f"{space}    {entry},\n" for entry in entries), f"{space}),\n"])
+
+
+def _rows(name: str, rows: Sequence[tuple[Number, ...]]) -> str:
+    return "".join([f"    {name}=(\n", *(_literal("", list(map(repr, row)), 8) for row in rows), "    ),\n"])
+
+
+def _nice(x: Number, unit: float = 1.0) -> float:
+    near = round(float(x) / unit, 6) * unit
+    near = round(near, 6 - floor(log10(unit)))
+    return (near if abs(float(x) - near) <= 5e-11 * unit else float(x)) + 0.0
+
+
+def _nice_body(row: tuple[Number, ...]) -> tuple[float, ...]:
+    largest = max(map(abs, map(float, row[4:])))
+    unit = 10.0 ** floor(log10(largest)) if largest else 1.0
+    return (float(row[0]), *map(_nice, row[1:4]), *(_nice(x, unit) for x in row[4:]))

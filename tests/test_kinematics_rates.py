@@ -1,0 +1,155 @@
+"""Jacobians, their rates and what is made of them, against derivatives of poses and closed forms."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from algorithms.kinematics import DescriptionError, JointCountError, NotFiniteError, Robot
+from generated import pga3
+
+ARMS = {
+    "ur5": Robot.named("ur5"),
+    "panda, generic": replace(Robot.named("panda"), module=None),
+    "stanford": Robot.named("stanford"),
+    "puma560": Robot.named("puma560"),
+    "iiwa": Robot.named("iiwa"),
+}
+
+
+def states(arm: Robot, count: int = 10) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    q, qd, qdd = np.random.default_rng(4).uniform(-2, 2, (3, count, arm.n_joints))
+    return q, qd, qdd
+
+
+def slope(function: Callable[[float], np.ndarray], h: float = 4e-3) -> np.ndarray:
+    """The derivative at 0, by differences of order 8."""
+    weights = (4 / 5, -1 / 5, 4 / 105, -1 / 280)
+    terms = (w * (function(k * h) - function(-k * h)) for k, w in enumerate(weights, 1))
+    total: np.ndarray = sum(terms) / h  # type: ignore[assignment]
+    return total
+
+
+def velocity_of(arm: Robot, q: Callable[[float], np.ndarray]) -> np.ndarray:
+    """Angular over linear velocity from the rate of the pose matrix."""
+    pose, rate = arm.pose(q(0.0)), slope(lambda t: arm.pose(q(t)))
+    spin = rate[:, :3, :3] @ np.swapaxes(pose[:, :3, :3], 1, 2)
+    return np.stack([spin[:, 2, 1], spin[:, 0, 2], spin[:, 1, 0], *rate[:, :3, 3].T], -1)
+
+
+@pytest.mark.parametrize("arm", ARMS.values(), ids=ARMS)
+def test_velocities_are_rates_of_poses(arm: Robot) -> None:
+    q, qd, qdd = states(arm)
+    found = velocity_of(arm, lambda t: q + t * qd)
+    assert np.abs(arm.velocity(q, qd) - found).max() < 1e-10
+    assert np.abs(np.einsum("bij,bj->bi", arm.jacobian(q), qd) - found).max() < 1e-10
+    rate = slope(lambda t: arm.jacobian(q + t * qd))
+    assert np.abs(arm.jacobian_rate(q, qd) - rate).max() < 1e-9
+    acceleration = slope(lambda t: arm.velocity(q + t * qd + t * t / 2 * qdd, qd + t * qdd))
+    assert np.abs(arm.acceleration(q, qd, qdd) - acceleration).max() < 1e-9
+
+
+@pytest.mark.parametrize("arm", ARMS.values(), ids=ARMS)
+def test_elements_that_the_end_effector_holds(arm: Robot) -> None:
+    q, qd, _ = states(arm)
+    rng = np.random.default_rng(5)
+    point, plane = rng.normal(size=3), rng.normal(size=4)
+    line = pga3.join_points(point, rng.normal(size=3))
+    for jacobian, move, element in (
+        (arm.jacobian_of_point, pga3.move_point, point),
+        (arm.jacobian_of_line, pga3.move_line, line),
+        (arm.jacobian_of_plane, pga3.move_plane, plane),
+    ):
+        rate = slope(lambda t: move(arm.forward(q + t * qd), element))  # noqa: B023
+        assert np.abs(np.einsum("bij,bj->bi", jacobian(q, element), qd) - rate).max() < 1e-9
+    origin = arm.jacobian_of_point(q, np.zeros(3))
+    assert np.abs(origin - arm.jacobian(q)[:, 3:]).max() < 1e-13
+
+
+def test_twists_of_joints_are_their_axes() -> None:
+    """A turning joint leaves the points of its axis in place; the twist of a slide is where it goes."""
+    arm = Robot.named("stanford")
+    q, _, _ = states(arm)
+    twists, frames = arm.twists_of_joints(q), arm.forward_all(q)
+    axis = np.array([1.0, 0, 0, 0, 0, 0])
+    before = pga3.move_line(frames, axis)  # z of the frame after a joint is the axis of the next, in this convention
+    assert np.abs(twists[:, 0] - axis).max() == 0
+    for j in (1, 3, 4, 5):
+        assert np.abs(twists[:, j] - before[:, j - 1]).max() < 1e-14
+    along = pga3.motor_to_matrix(frames[:, 1])[:, :3, 2]
+    assert np.abs(twists[:, 2, :3]).max() == 0 and np.abs(twists[:, 2, 3:] - along).max() < 1e-14
+
+
+def test_planar_arm_in_closed_form() -> None:
+    arm = Robot.from_dh([{"a": 0.7}, {"a": 0.4}])
+    q = np.random.default_rng(6).normal(size=(20, 2))
+    s1, s12, c1, c12 = np.sin(q[:, 0]), np.sin(q.sum(-1)), np.cos(q[:, 0]), np.cos(q.sum(-1))
+    jacobian = arm.jacobian(q)
+    x = np.array([[-0.7 * s1 - 0.4 * s12, -0.4 * s12], [0.7 * c1 + 0.4 * c12, 0.4 * c12]]).transpose(2, 0, 1)
+    assert np.abs(jacobian[:, 3:5] - x).max() < 1e-15
+    assert np.array_equal(jacobian[:, :3], np.broadcast_to([[0, 0], [0, 0], [1, 1]], (20, 3, 2)))
+    assert np.array_equal(arm.manipulability(q), np.zeros(20))
+
+
+def test_manipulability() -> None:
+    arm = Robot.named("panda")
+    q, _, _ = states(arm)
+    j = arm.jacobian(q)
+    assert arm.manipulability(q) == pytest.approx(np.sqrt(np.linalg.det(j @ np.swapaxes(j, 1, 2))), rel=1e-9)
+    # UR5 with a straight elbow, and with its wrist axes parallel, is singular.
+    for k in (2, 4):
+        singular = np.array([0.3, -0.8, 1.1, 0.4, 0.9, 0.2])
+        singular[k] = 0
+        assert Robot.named("ur5").manipulability(singular) < 1e-15
+
+
+def test_screws_give_the_same_robot_as_the_table() -> None:
+    for name in ("puma560", "stanford", "iiwa"):
+        arm = Robot.named(name)
+        again = Robot.from_screws(2 * arm.axes, arm.tool, [kind.value for kind in arm.kinds])
+        q, qd, _ = states(arm)
+        assert np.abs(again.pose(q) - arm.pose(q)).max() < 1e-14
+        assert np.abs(again.jacobian_rate(q, qd) - arm.jacobian_rate(q, qd)).max() < 1e-13
+
+
+def test_screws_that_are_none() -> None:
+    z, one = np.array([[1.0, 0, 0, 0, 0, 0]]), np.eye(8)[0]
+    for axes in ([[0.0, 0, 0, 1, 0, 0]], [[1.0, 0, 0, 0, 0, 1]], [[np.nan, 0, 0, 0, 0, 0]]):
+        with pytest.raises(DescriptionError, match="axes that are no lines"):
+            Robot.from_screws(axes, one)
+    with pytest.raises(DescriptionError, match="expected a unit motor"):
+        Robot.from_screws(z, 2 * one)
+    with pytest.raises(DescriptionError, match="kind 'round'"):
+        Robot.from_screws(z, one, ["round"])
+    with pytest.raises(JointCountError, match="2 kinds for 1 axes"):
+        Robot.from_screws(z, one, ["revolute", "revolute"])
+    with pytest.raises(JointCountError, match="no joint"):
+        Robot.from_screws(np.empty((0, 6)), one)
+    with pytest.raises(NotFiniteError):
+        replace(Robot.named("iiwa"), tool=np.full(8, np.nan))
+
+
+def test_models_cannot_be_changed() -> None:
+    arm = Robot.named("ur5")
+    for array in (arm.axes, arm.home, arm.tool, arm.bodies, arm.limits):
+        with pytest.raises(ValueError, match="read-only"):
+            array[0] = 0
+    with pytest.raises(AttributeError):
+        arm.name = "other"  # type: ignore[misc]
+
+
+def test_blocks_batches_and_single_configurations_agree() -> None:
+    arm = replace(Robot.named("panda"), module=None)
+    q, qd, _ = states(arm, 2100)
+    for one in (0, 1023, 1024, 2099):
+        assert np.array_equal(arm.jacobian(q)[one], arm.jacobian(q[one]))
+        assert np.array_equal(arm.jacobian_rate(q, qd)[one], arm.jacobian_rate(q[one], qd[one]))
+        assert np.array_equal(arm.forward_all(q)[one], arm.forward_all(q[one]))
+        assert np.array_equal(arm.twists_of_joints(q)[one], arm.twists_of_joints(q[one]))
+    single = arm.jacobian(q.astype(np.float32))
+    assert single.dtype == np.float32 and np.abs(single - arm.jacobian(q)).max() < 1e-4
+    assert arm.jacobian(np.empty((0, 3, 7))).shape == (0, 3, 6, 7)
+    assert arm.jacobian(q.reshape(3, 700, 7)).shape == (3, 700, 6, 7)

@@ -1,0 +1,103 @@
+"""``gac robot``: kernels of one robot with its constants folded, beside the generic path."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from click.testing import CliRunner
+
+from algorithms.kinematics import Robot
+from algorithms.kinematics.named import FOLDED
+from gacompiler import robots
+from gacompiler.cli import main
+from gacompiler.errors import SpecError
+from gacompiler.robot_specs import robot_spec
+from gacompiler.runtime import load_module
+
+INERTIAL = """<inertial><origin xyz="0.1 -0.2 0.3" rpy="0.2 0.1 -0.4"/><mass value="1.5"/>
+<inertia ixx="0.3" ixy="0.01" ixz="-0.02" iyy="0.4" iyz="0.03" izz="0.2"/></inertial>"""
+GRIPPER = f"""<robot name="lift and grip">
+<link name="base"/><link name="arm">{INERTIAL}</link>
+<link name="left">{INERTIAL}</link><link name="right">{INERTIAL}</link>
+<joint name="turn" type="revolute"><parent link="base"/><child link="arm"/>
+<origin rpy="1.57079632679 0 0" xyz="0 0 0.3"/><axis xyz="0 0 1"/></joint>
+<joint name="left" type="prismatic"><parent link="arm"/><child link="left"/><origin xyz="0.5 0.02 0"/>
+<axis xyz="0 1 0"/></joint>
+<joint name="right" type="prismatic"><parent link="arm"/><child link="right"/><origin xyz="0.5 -0.02 0"/>
+<axis xyz="0 -1 0"/><mimic joint="left"/></joint>
+</robot>"""
+
+
+def run(*arguments: str) -> str:
+    result = CliRunner().invoke(main, ["robot", *arguments])
+    assert result.exit_code == 0, result.output
+    return result.output
+
+
+def test_a_tree_from_a_file(tmp_path: Path) -> None:
+    path = tmp_path / "gripper.urdf"
+    path.write_text(GRIPPER)
+    printed = run(str(path), "-o", str(tmp_path / "out"), "--no-build")
+    assert "lift_and_grip.py .c .h: 4 kernels" in printed
+    module = load_module(tmp_path / "out" / "lift_and_grip.py", "_lift_and_grip")
+    generic = Robot.from_urdf(path)
+    folded = generic.with_module(module)
+    q, qd, qdd = np.random.default_rng(0).normal(size=(3, 20, 2))
+    for name in ("pose", "jacobian", "mass_matrix", "gravity"):
+        assert np.abs(getattr(folded, name)(q) - getattr(generic, name)(q)).max() < 1e-9, name
+    both = [robot.inverse_dynamics(q, qd, qdd) for robot in (folded, generic)]
+    assert np.abs(both[0] - both[1]).max() < 1e-9
+    assert np.abs(folded.coriolis_matrix(q, qd) - generic.coriolis_matrix(q, qd)).max() < 1e-9
+    # quarter turns with eleven digits are quarter turns
+    spec = (tmp_path / "out" / "specs" / "lift_and_grip.py").read_text()
+    assert "(0.0, 1.0, 0.0, 0.3, 0.0, 0.0)" in spec and "e-1" not in spec
+
+
+def test_without_masses_there_are_two_kernels(tmp_path: Path) -> None:
+    module, text = robot_spec("iiwa", None, None, ())
+    assert module == "iiwa" and "def jacobian" in text and "def mass_matrix" not in text
+    path = tmp_path / "bare.urdf"
+    path.write_text(GRIPPER.replace(INERTIAL, "", 1))
+    assert "def mass_matrix" not in robot_spec(str(path), "bare", "left", ["right"])[1]
+
+
+@pytest.mark.parametrize("name", sorted(FOLDED))
+def test_specs_that_are_checked_in_are_what_the_command_writes(name: str) -> None:
+    path = Path(robots.__file__).parent / "specs" / f"{name}.py"
+    assert path.read_text() == robot_spec(name, None, None, ())[1]
+
+
+def test_robots_that_there_are_not(tmp_path: Path) -> None:
+    with pytest.raises(SpecError, match="not known; expected one of puma560"):
+        robot_spec("r2d2", None, None, ())
+    with pytest.raises(SpecError, match="No such file"):
+        robot_spec(str(tmp_path / "none.urdf"), None, None, ())
+    with pytest.raises(SpecError, match="for --tip and --lock"):
+        robot_spec("ur5", None, "tool", ())
+    with pytest.raises(SpecError, match="cannot name a module"):
+        robot_spec("ur5", "3 d", None, ())
+
+
+def test_chains_that_are_none() -> None:
+    z, tool = (1.0, 0, 0, 0, 0, 0), (1.0, *(0.0,) * 7)
+    for kinds, parents, message in (
+        (("revolute",), (-1, 0), "2 parents for 1 joints"),
+        (("round",), (-1,), "kind 'round'"),
+        (("revolute",), (0,), "parent 0"),
+    ):
+        with pytest.raises(SpecError, match=message):
+            robots.Chain(kinds, parents, (z,), 0, tool)
+
+
+def test_what_a_joint_hands_down_is_not_felt() -> None:
+    """Regrouped inertias have no mass and at most seven numbers; those forces are made of are in `test_dynamics`."""
+    names: dict[str, Any] = {}
+    exec(robot_spec("panda", None, None, ())[1], names)
+    chain = names["ROBOT"]
+    found = robots.regrouped(chain)
+    assert sum(body[0] for body in chain.inertias) > 10 and all(mass == 0 for mass, _, _ in found)
+    numbers = [sum(x != 0 for x in [*h, *(t[i][j] for i in range(3) for j in range(i, 3))]) for _, h, t in found]
+    assert max(numbers) <= 7

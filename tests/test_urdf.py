@@ -1,0 +1,248 @@
+"""Robots from URDF files against products of matrices and the same robots put together by hand."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from math import cos, sin
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from algorithms.kinematics import (
+    CyclicTreeError,
+    DescriptionError,
+    JointCountError,
+    MissingInertiaError,
+    NotFiniteError,
+    Robot,
+    UnknownJointTypeError,
+)
+from generated import pga3
+
+INERTIAL = """<inertial><origin xyz="0.1 -0.2 0.3" rpy="0.2 0.1 -0.4"/><mass value="1.5"/>
+<inertia ixx="0.3" ixy="0.01" ixz="-0.02" iyy="0.4" iyz="0.03" izz="0.2"/></inertial>"""
+
+
+def link(name: str, inside: str = INERTIAL) -> str:
+    return f'<link name="{name}">{inside}</link>'
+
+
+def joint(name: str, type_: str, parent: str, child: str, inside: str = "") -> str:
+    return f'<joint name="{name}" type="{type_}"><parent link="{parent}"/><child link="{child}"/>{inside}</joint>'
+
+
+def place(xyz: str, rpy: str = "0 0 0") -> str:
+    return f'<origin xyz="{xyz}" rpy="{rpy}"/>'
+
+
+ARM = [
+    link("base"),
+    link("one"),
+    link("two"),
+    link("flange"),
+    link("tool"),
+    joint("a", "revolute", "base", "one", place("0.1 0.2 0.3", "0.4 -0.5 0.6") + '<axis xyz="0 2 0"/>'
+          '<limit lower="-1" upper="2" velocity="3" effort="40"/>'),
+    joint("b", "prismatic", "one", "two", place("0.5 0 -0.1", "-0.3 0.7 0.1") + '<axis xyz="1 1 0"/>'
+          '<limit lower="0" upper="0.5" velocity="1" effort="9"/>'),
+    joint("c", "continuous", "two", "flange", place("0 0.3 0.2") + '<axis xyz="0.2 -0.4 0.7"/>'),
+    joint("d", "fixed", "flange", "tool", place("0 0 0.15", "0 0.5 1.5")),
+]  # fmt: skip
+FINGERS = [
+    link("left"),
+    link("right"),
+    joint("left", "prismatic", "tool", "left", place("0 0.02 0.05") + '<axis xyz="0 1 0"/>'),
+    joint("right", "prismatic", "tool", "right", place("0 -0.02 0.05") + '<axis xyz="0 -1 0"/>'
+          '<mimic joint="left" multiplier="0.5" offset="0.01"/>'),
+]  # fmt: skip
+
+
+def written(folder: Path, parts: list[str]) -> Path:
+    path = folder / "robot.urdf"
+    path.write_text('<?xml version="1.0"?>\n<robot name="arm">' + "\n".join(parts) + "</robot>")
+    return path
+
+
+def about(axis: np.ndarray, angle: float) -> np.ndarray:
+    """Rodrigues' formula as a 4 x 4 matrix."""
+    x, y, z = axis / np.linalg.norm(axis)
+    k = np.array([[0, -z, y], [z, 0, -x], [-y, x, 0]])
+    matrix = np.eye(4)
+    matrix[:3, :3] += sin(angle) * k + (1 - cos(angle)) * k @ k
+    return matrix
+
+
+def shifted(v: np.ndarray) -> np.ndarray:
+    matrix = np.eye(4)
+    matrix[:3, 3] = v
+    return matrix
+
+
+def origin(xyz: tuple[float, ...], rpy: tuple[float, ...] = (0, 0, 0)) -> np.ndarray:
+    x, y, z = np.eye(3)
+    return shifted(np.array(xyz)) @ about(z, rpy[2]) @ about(y, rpy[1]) @ about(x, rpy[0])
+
+
+def poses(q: np.ndarray) -> dict[str, np.ndarray]:
+    """Where the links of `ARM` and `FINGERS` are, by matrices."""
+    one = origin((0.1, 0.2, 0.3), (0.4, -0.5, 0.6)) @ about(np.array([0.0, 1, 0]), q[0])
+    two = one @ origin((0.5, 0, -0.1), (-0.3, 0.7, 0.1)) @ shifted(np.array([1, 1, 0]) / 2**0.5 * q[1])
+    flange = two @ origin((0, 0.3, 0.2)) @ about(np.array([0.2, -0.4, 0.7]), q[2])
+    found = {"base": np.eye(4), "one": one, "two": two, "flange": flange}
+    found["tool"] = flange @ origin((0, 0, 0.15), (0, 0.5, 1.5))
+    if len(q) > 3:
+        found["left"] = found["tool"] @ origin((0, 0.02 + q[3], 0.05))
+        found["right"] = found["tool"] @ origin((0, -0.02 - (0.5 * q[3] + 0.01), 0.05))
+    return found
+
+
+def test_an_arm_with_every_type_of_joint(tmp_path: Path) -> None:
+    arm = Robot.from_urdf(written(tmp_path, ARM))
+    assert arm.name == "arm" and arm.n_joints == 3 and arm.joint_names == ("a", "b", "c")
+    assert np.array_equal(arm.limits[:, :2], [[-1, 2], [0, 0.5], [-np.inf, np.inf]])
+    assert np.array_equal(arm.limits[:, 2:], [[3, 40], [1, 9], [np.inf, np.inf]])
+    for q in np.random.default_rng(1).normal(size=(20, 3)):
+        truth = poses(q)
+        assert np.abs(arm.pose(q) - truth["tool"]).max() < 1e-14
+        for name, pose in truth.items():
+            assert np.abs(pga3.motor_to_matrix(arm.link(name, q)) - pose).max() < 1e-14
+    with pytest.raises(DescriptionError, match="no link 'hand'"):
+        arm.link("hand", np.zeros(3))
+
+
+def test_links_that_are_fixed_weigh_with_what_carries_them(tmp_path: Path) -> None:
+    """Potential energy by the centres of all links; a link that is locked stays in place and keeps its weight."""
+    path = written(tmp_path, ARM)
+    arm, held = Robot.from_urdf(path), Robot.from_urdf(path, locked=["b"])
+    q = np.array([0.3, 0.0, -0.8])
+    centre = np.array([0.1, -0.2, 0.3, 1])
+    height = sum((pose @ centre)[2] for name, pose in poses(q).items() if name != "base")
+    assert arm.potential_energy(q) == pytest.approx(1.5 * 9.81 * height, abs=1e-12)
+    assert held.n_joints == 2 and np.abs(held.pose(q[[0, 2]]) - arm.pose(q)).max() < 1e-15
+    assert held.potential_energy(q[[0, 2]]) == pytest.approx(arm.potential_energy(q), abs=1e-12)
+    mass = arm.mass_matrix(q)[np.ix_([0, 2], [0, 2])]
+    assert np.abs(held.mass_matrix(q[[0, 2]]) - mass).max() < 1e-13
+
+
+def test_a_tree_with_a_joint_that_follows_another(tmp_path: Path) -> None:
+    path = written(tmp_path, ARM + FINGERS)
+    hand = Robot.from_urdf(path, tip="right")
+    assert hand.n_joints == 4 and hand.joint_names == ("a", "b", "c", "left", "right") and len(hand.limits) == 4
+    rng = np.random.default_rng(2)
+    q, qd, qdd = rng.normal(size=(3, 6, 4))
+    for one, pose, left in zip(q, hand.pose(q), hand.link("left", q), strict=True):
+        assert np.abs(pose - poses(one)["right"]).max() < 1e-14
+        assert np.abs(pga3.motor_to_matrix(left) - poses(one)["left"]).max() < 1e-14
+    # As if the joint had a variable, with forces and rates carried over.
+    loose = replace(hand, coupling=np.empty(0), limits=np.empty(0))
+    follow = np.vstack([np.eye(4), [0, 0, 0, 0.5]])
+    x, v, a = q @ follow.T + [0, 0, 0, 0, 0.01], qd @ follow.T, qdd @ follow.T
+    assert np.abs(hand.jacobian(q) - loose.jacobian(x) @ follow).max() < 1e-14
+    assert np.abs(hand.mass_matrix(q) - follow.T @ loose.mass_matrix(x) @ follow).max() < 1e-13
+    assert np.abs(hand.inverse_dynamics(q, qd, qdd) - loose.inverse_dynamics(x, v, a) @ follow).max() < 1e-12
+    tau = hand.inverse_dynamics(q, qd, qdd)
+    assert np.abs(hand.forward_dynamics(q, qd, tau) - qdd).max() < 1e-11
+    # by energies, which need no matrices of the joints
+    h = 1e-4
+    ahead, behind = (hand.potential_energy(q + s * h * qd) for s in (1, -1))
+    assert (ahead - behind) / (2 * h) == pytest.approx((hand.gravity(q) * qd).sum(-1), abs=1e-6)
+
+
+def test_floating_and_planar(tmp_path: Path) -> None:
+    free = Robot.from_urdf(written(tmp_path, ARM), base="floating")
+    assert free.n_joints == 9 and free.joint_names[:6] == tuple(
+        f"base.{n}" for n in ("x", "y", "z", "yaw", "pitch", "roll")
+    )
+    q = np.random.default_rng(3).normal(size=9)
+    x, y, z = np.eye(3)
+    base = shifted(q[:3]) @ about(z, q[3]) @ about(y, q[4]) @ about(x, q[5])
+    assert np.abs(free.pose(q) - base @ poses(q[6:])["tool"]).max() < 1e-14
+    # Nothing holds it: falling freely at rest takes no forces.
+    fall = np.zeros(9)
+    fall[2] = -9.81
+    assert np.abs(free.inverse_dynamics(q, np.zeros(9), fall)).max() < 1e-12
+    assert np.trace(free.mass_matrix(q)[:3, :3]) == pytest.approx(3 * 5 * 1.5)
+    slab = [link("base"), link("slab"), joint("p", "planar", "base", "slab", place("0 0 1") + '<axis xyz="0 0 1"/>')]
+    plane = Robot.from_urdf(written(tmp_path, slab))
+    assert plane.joint_names == ("p.x", "p.y", "p.turn")
+    assert np.abs(plane.pose([0.3, 0.4, 0.5])[:3, 2] - z).max() < 1e-15
+    assert np.linalg.norm(plane.pose([0.3, 0.4, 0.5])[:3, 3] - z) == pytest.approx(0.5)
+    whole = joint("f", "floating", "base", "slab")
+    assert Robot.from_urdf(written(tmp_path, [*slab[:2], whole])).n_joints == 6
+
+
+def test_missing_inertia_is_told_when_it_matters(tmp_path: Path) -> None:
+    arm = Robot.from_urdf(written(tmp_path, [ARM[0], link("one", ""), *ARM[2:]]))
+    assert arm.pose(np.zeros(3)).shape == (4, 4)
+    for call in (arm.mass_matrix, arm.gravity, arm.potential_energy):
+        with pytest.raises(MissingInertiaError, match="no inertia of one; expected one for every link that moves"):
+            call(np.zeros(3))
+    half = link("one", '<inertial><mass value="1"/></inertial>')
+    with pytest.raises(MissingInertiaError):
+        Robot.from_urdf(written(tmp_path, [ARM[0], half, *ARM[2:]])).gravity(np.zeros(3))
+    # of the base, and of what is fixed to something that weighs, nobody asks
+    fine = [link("base", ""), *ARM[1:4], link("tool", ""), *ARM[5:]]
+    assert Robot.from_urdf(written(tmp_path, fine)).gravity(np.zeros(3)).shape == (3,)
+
+
+BAD = {
+    "ring": ([link("a"), link("b"), joint("x", "revolute", "a", "b"), joint("y", "revolute", "b", "a")],
+             CyclicTreeError, "every link is carried"),
+    "ring beside a base": (
+        [*map(link, "abc"), joint("x", "revolute", "a", "b"), joint("y", "revolute", "b", "a")],
+        CyclicTreeError, "links a, b carry each other"),
+    "two carriers": ([*map(link, "abc"), joint("x", "revolute", "a", "c"), joint("y", "revolute", "b", "c")],
+                     CyclicTreeError, "link 'c' is carried by 'x' already"),
+    "two bases": ([*map(link, "abc"), joint("x", "revolute", "a", "b")], DescriptionError, "expected one base"),
+    "unknown type": ([*map(link, "ab"), joint("x", "helical", "a", "b")], UnknownJointTypeError, "type 'helical'"),
+    "nothing moves": ([*map(link, "ab"), joint("x", "fixed", "a", "b")], JointCountError, "no joint that moves"),
+    "no axis": ([*map(link, "ab"), joint("x", "revolute", "a", "b", '<axis xyz="0 0 0"/>')],
+                DescriptionError, "axis of length 0"),
+    "unknown link": ([*map(link, "ab"), joint("x", "revolute", "a", "c")], DescriptionError, "child 'c' is no link"),
+    "nan": ([*map(link, "ab"), joint("x", "revolute", "a", "b", place("0 nan 0"))], NotFiniteError, "xyz='0 nan 0'"),
+    "no number": ([*map(link, "ab"), joint("x", "revolute", "a", "b", place("0 1 q"))], NotFiniteError, "3 numbers"),
+    "two numbers": ([*map(link, "ab"), joint("x", "revolute", "a", "b", place("0 1"))], DescriptionError, "3 numbers"),
+    "infinite mass": (
+        [link("a", INERTIAL.replace("1.5", "inf")), link("b"), joint("x", "revolute", "a", "b")],
+        NotFiniteError, "link 'a': value='inf'"),
+    "negative mass": ([link("a", INERTIAL.replace("1.5", "-1")), link("b"), joint("x", "revolute", "a", "b")],
+                      DescriptionError, "mass -1.0"),
+    "mimic of nothing": (
+        [*map(link, "ab"), joint("x", "revolute", "a", "b", '<mimic joint="z"/>')], DescriptionError, "mimics 'z'"),
+    "mimic of itself": (
+        [*map(link, "ab"), joint("x", "revolute", "a", "b", '<mimic joint="x"/>')], CyclicTreeError, "each other"),
+    "links of one name": ([link("a"), link("a")], DescriptionError, "two links 'a'"),
+    "joints of one name": ([*map(link, "abc"), joint("x", "revolute", "a", "b"), joint("x", "revolute", "b", "c")],
+                           DescriptionError, "two joints 'x'"),
+    "no link": ([], DescriptionError, "no link"),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize(("parts", "error", "message"), BAD.values(), ids=BAD)
+def test_files_that_describe_no_robot(
+    parts: list[str], error: type[DescriptionError], message: str, tmp_path: Path
+) -> None:
+    with pytest.raises(error, match=message) as caught:
+        Robot.from_urdf(written(tmp_path, parts))
+    assert "robot.urdf" in str(caught.value) and isinstance(caught.value, ValueError)
+
+
+def test_other_things_that_are_wrong(tmp_path: Path) -> None:
+    path = written(tmp_path, ARM)
+    with pytest.raises(DescriptionError, match="no link 'hand'"):
+        Robot.from_urdf(path, tip="hand")
+    with pytest.raises(DescriptionError, match="link 'base' does not move"):
+        Robot.from_urdf(path, tip="base")
+    with pytest.raises(DescriptionError, match="no joint 'z' to lock"):
+        Robot.from_urdf(path, locked=["z"])
+    with pytest.raises(ValueError, match="'fixed' or 'floating'"):
+        Robot.from_urdf(path, base="loose")
+    with pytest.raises(FileNotFoundError):
+        Robot.from_urdf(tmp_path / "none.urdf")
+    for text, message in (("<robot", "not XML"), ("<model/>", "expected <robot>")):
+        (tmp_path / "bad.urdf").write_text(text)
+        with pytest.raises(DescriptionError, match=message):
+            Robot.from_urdf(tmp_path / "bad.urdf")
+    with pytest.raises(ValueError, match="3 joint variables"):
+        Robot.from_urdf(path).pose(np.zeros(4))
