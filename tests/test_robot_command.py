@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pytest
@@ -16,6 +15,7 @@ from gacompiler.cli import main
 from gacompiler.errors import SpecError
 from gacompiler.robot_specs import robot_spec
 from gacompiler.runtime import load_module
+from gacompiler.specs import panda
 
 INERTIAL = """<inertial><origin xyz="0.1 -0.2 0.3" rpy="0.2 0.1 -0.4"/><mass value="1.5"/>
 <inertia ixx="0.3" ixy="0.01" ixz="-0.02" iyy="0.4" iyz="0.03" izz="0.2"/></inertial>"""
@@ -94,10 +94,7 @@ def test_chains_that_are_none() -> None:
 
 def test_what_a_joint_hands_down_is_not_felt() -> None:
     """Regrouped inertias have no mass and at most seven numbers; those forces are made of are in `test_dynamics`."""
-    names: dict[str, Any] = {}
-    exec(robot_spec("panda", None, None, ())[1], names)
-    chain = names["ROBOT"]
-    found = robots.regrouped(chain)
-    assert sum(body[0] for body in chain.inertias) > 10 and all(mass == 0 for mass, _, _ in found)
+    found = robots.regrouped(panda.ROBOT)
+    assert sum(body[0] for body in panda.ROBOT.inertias) > 10 and all(mass == 0 for mass, _, _ in found)
     numbers = [sum(x != 0 for x in [*h, *(t[i][j] for i in range(3) for j in range(i, 3))]) for _, h, t in found]
     assert max(numbers) <= 7

@@ -126,5 +126,5 @@ IIWA = Table(
 
 TABLES: Mapping[str, Table] = MappingProxyType({t.name: t for t in (PUMA560, STANFORD, UR5, PANDA, IIWA)})
 
-FOLDED: frozenset[str] = frozenset()
+FOLDED: frozenset[str] = frozenset({"ur5", "panda"})
 """Robots whose own kernels are checked in."""

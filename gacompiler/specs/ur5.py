@@ -1,0 +1,67 @@
+"""ur5: kinematics and dynamics with its constants folded.
+
+From the table of that name in algorithms.kinematics.
+
+Joint variables are radians, or metres where a joint slides.
+"""
+
+from gacompiler import SCALAR, array, kernel, robots
+from gacompiler.algebra.catalog import PGA3
+
+ROBOT = robots.Chain(
+    kinds=("revolute", "revolute", "revolute", "revolute", "revolute", "revolute"),
+    parents=(-1, 0, 1, 2, 3, 4),
+    axes=(
+        (1.0, 0.0, 0.0, 0.0, 0.0, 0.0),
+        (0.0, 1.0, 0.0, 0.089459, 0.0, 0.0),
+        (0.0, 1.0, 0.0, 0.089459, 0.0, 0.425),
+        (0.0, 1.0, 0.0, 0.089459, 0.0, 0.81725),
+        (-1.0, 0.0, 0.0, 0.10915, -0.81725, 0.0),
+        (0.0, 1.0, 0.0, -0.005191, 0.0, 0.81725),
+    ),
+    tip=5,
+    tool=(
+        0.7071067811865476,
+        0.0,
+        0.0,
+        -0.7071067811865475,
+        0.288941508462353,
+        0.06952309227965195,
+        -0.0658525009785126,
+        -0.28894150846235295,
+    ),
+    inertias=(
+        (3.7, 0.0, -0.00193, 0.063849, 0.010267495893000004, 0.0, 0.0, 0.010267495893000004, 0.0, 0.00666),
+        (8.393, -0.2125, -0.11336, 0.089459, 0.0151074, 0.0, 0.0, 0.22689067591000006, 0.0, 0.22689067591000006),
+        (2.33, -0.66725, -0.0265, 0.089459, 0.004095, 0.0, 0.0, 0.04944331355599996, 0.0, 0.04944331355599996),
+        (1.219, -0.81725, -0.10735, 0.073119, 0.11117275553100003, 0.0, 0.0, 0.21942, 0.0, 0.11117275553099992),
+        (1.219, -0.81725, -0.12549, -0.006991, 0.11117275553100003, 0.0, 0.0, 0.11117275553100003, 0.0, 0.21942),
+        (0.1897, -0.81725, -0.190291, -0.005191, 0.017136473145399997, 0.0, 0.0, 0.033822, 0.0, 0.017136473145399983),
+    ),
+    gravity=(0.0, 0.0, -9.81),
+)
+JOINTS = array(SCALAR, 6)
+
+
+@kernel(q=JOINTS, returns=PGA3.MOTOR)
+def forward(q):
+    """Where the end effector is: the unit motor from its frame to the base frame."""
+    return robots.forward(ROBOT, q)
+
+
+@kernel(q=JOINTS, returns=array(SCALAR, 6, ROBOT.n_joints))
+def jacobian(q):
+    """Angular over linear velocity of the end effector by the rates of the joints, in the base frame."""
+    return robots.jacobian(ROBOT, q)
+
+
+@kernel(q=JOINTS, qd=JOINTS, qdd=JOINTS, returns=JOINTS)
+def inverse_dynamics(q, qd, qdd):
+    """Forces and torques of the joints that give accelerations, gravity included."""
+    return robots.inverse_dynamics(ROBOT, q, qd, qdd)
+
+
+@kernel(q=JOINTS, returns=array(SCALAR, ROBOT.n_joints, ROBOT.n_joints))
+def mass_matrix(q):
+    """The symmetric matrix of the kinetic energy."""
+    return robots.mass_matrix(ROBOT, q)
