@@ -12,6 +12,8 @@ from generated import pga3
 
 from ..arguments import Reals, real_array
 from .denavit_hartenberg import Convention, Joint, Table, convention_of, rows_of
+from .inverse import Solutions
+from .inverse import inverse as _inverse
 from .named import TABLES
 
 _BLOCK = 4096
@@ -179,6 +181,44 @@ class Robot:
             As in `forward`.
         """
         return pga3.motor_to_matrix(self.forward(q))  # type: ignore[no-any-return]
+
+    def inverse(
+        self,
+        poses: ArrayLike,
+        *,
+        locked: Mapping[int, ArrayLike] | None = None,
+        elbow: ArrayLike | None = None,
+    ) -> Solutions:
+        """All configurations that reach poses.
+
+        In closed form where the last or the first three axes meet (at most 8 branches, 16 where the other three are
+        skew), where the second, third and fourth, or third to fifth, are parallel and the two beyond meet (8), and for
+        planar arms and SCARA (2). Other arms are searched by damped Gauss-Newton on motors from 24 starts, and up to 8
+        different configurations are kept; so are arms with more joints than a pose has freedoms unless `locked` or
+        `elbow` says which configuration is meant. Joint limits are not looked at.
+
+        Parameters
+        ----------
+        poses : array_like, (..., 8) or (..., 4, 4)
+            Motors, of either sign, or matrices, as `forward` and `pose` give them.
+        locked : mapping of int to array_like, optional
+            Joints, counted from 0, and the values that they shall have, one or one for each pose: for arms of seven
+            joints. Many different values are fast for the first and the last joint only.
+        elbow : array_like, optional
+            For arms of seven joints whose first three axes meet in a shoulder and last three in a wrist: the angle in
+            radians of the fourth axis about the line from shoulder to wrist, as `elbow_angle` measures it.
+
+        Returns
+        -------
+        Solutions
+            Branches, which of them are valid, a status for each pose, the nearest that can be reached.
+
+        Raises
+        ------
+        TypeError, ValueError
+            Where an argument has another shape or type, a joint is not there, or `elbow` is given for another arm.
+        """
+        return _inverse(self, poses, locked=locked, elbow=elbow)
 
     def _joint_variables(self, q: ArrayLike) -> tuple[Reals, Reals]:
         """The joint variables, and the same as rows."""

@@ -1,0 +1,198 @@
+"""Inverse kinematics of a robot: which way is taken, all branches, and whether they are right."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from generated import pga3
+
+from ...arguments import Reals, real_array
+from .chain import Chain
+from .closed import closed_form
+from .redundant import elbow_circle
+from .search import descend, polish, search
+from .solutions import Solutions, Status
+
+if TYPE_CHECKING:
+    from ..robot import Robot
+
+_BLOCK = 512
+"""Poses that are worked on at once, so that what belongs to them stays in the second cache."""
+_RIGHT = 2e-11
+"""A branch is valid where each coefficient of its motor, lengths as parts of the arm's size, is nearer than this."""
+_EXACT = 1e-13
+"""Branches farther off than this, up to `_ROUGH`, are polished."""
+_ROUGH = 1e-3
+_COINCIDE = 1e-12
+"""Discriminants up to this are branches that coincide to 1e-6 radians."""
+
+Way = Callable[[Reals, slice], tuple[Reals, Reals]]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Found:
+    """Branches of a batch of goals: q (N, B, n), valid (N, B), discriminants (N, B), nearest (N, n)."""
+
+    q: Reals
+    valid: NDArray[np.bool_]
+    gap: Reals
+    nearest: Reals
+    method: str
+
+
+def inverse(
+    robot: Robot,
+    poses: ArrayLike,
+    *,
+    locked: Mapping[int, ArrayLike] | None = None,
+    elbow: ArrayLike | None = None,
+) -> Solutions:
+    """All configurations of a robot that reach poses: what `Robot.inverse` calls, and describes."""
+    goals = _motors(robot, poses)
+    shape, count = goals.shape[:-1], int(np.prod(goals.shape[:-1]))
+    if locked and elbow is not None:
+        raise ValueError(f"{robot.name}: locked and elbow are both given; expected one of them")
+    values = {joint: _per_pose(value, f"{robot.name}: locked[{joint}]", shape) for joint, value in (locked or {}).items()}
+    for joint in values:
+        if isinstance(joint, bool) or not isinstance(joint, (int, np.integer)) or not 0 <= joint < len(robot.kinds):
+            raise ValueError(f"{robot.name}: locked: joint {joint!r}; expected 0 to {len(robot.kinds) - 1}")
+    if values and len(values) == len(robot.kinds):
+        raise ValueError(f"{robot.name}: locked: all joints; expected one at least that is free")
+    angles = None if elbow is None else _per_pose(elbow, f"{robot.name}: elbow", shape)
+    given = list(values.values()) + ([] if angles is None else [angles])
+    goals = goals.reshape(-1, 8)
+    finite = np.isfinite(goals).all(-1) & np.all([np.isfinite(value) for value in given], axis=0)
+    # What is not finite is solved as the pose at home, and struck out at the end.
+    goals = np.where(finite[:, None], goals, robot.home[-1])
+    goals = pga3.motor_between_frames(robot.home[-1], goals)
+    values = {joint: np.where(finite, value, 0.0) for joint, value in values.items()}
+    chain = Chain(robot.axes, tuple(kind.value == "prismatic" for kind in robot.kinds))
+    if angles is not None:
+        arm, turns = elbow_circle(robot), np.where(finite, angles, 0.0)
+        found = _checked(chain, goals, lambda motors, block: arm.solve(motors, turns[block]), arm.name)
+    else:
+        found = _with_locked(chain, goals, values)
+    status = np.full(count, Status.OUT_OF_REACH if found.method != "search" else Status.NOT_FOUND, np.int8)
+    status[found.valid.any(-1)] = Status.FOUND
+    status[(found.valid & (np.abs(found.gap) <= _COINCIDE)).any(-1)] = Status.SINGULAR
+    status[~finite] = Status.NOT_FINITE
+    valid = found.valid & finite[:, None]
+    q = np.where(valid[..., None], found.q, np.nan)
+    nearest = np.where(finite[:, None], found.nearest, np.nan)
+    return Solutions(
+        q.reshape(*shape, *q.shape[1:]),
+        valid.reshape(*shape, -1) if count else valid.reshape(*shape, valid.shape[-1]),
+        status.reshape(shape),
+        nearest.reshape(*shape, nearest.shape[-1]),
+        found.method,
+    )
+
+
+def _motors(robot: Robot, poses: ArrayLike) -> Reals:
+    """Unit motors of poses, in double precision."""
+    array = real_array(poses, f"{robot.name}: poses", ())
+    if array.shape[-2:] == (4, 4):
+        return pga3.motor_from_matrix(array.astype(float))  # type: ignore[no-any-return]
+    motors = real_array(array, f"{robot.name}: poses", (8,), "motors, or matrices (..., 4, 4)")
+    return pga3.normalize_motor(motors.astype(float))  # type: ignore[no-any-return]
+
+
+def _per_pose(value: ArrayLike, name: str, shape: tuple[int, ...]) -> Reals:
+    """A number for each pose, (N,)."""
+    array = real_array(value, name)
+    try:
+        return np.broadcast_to(array, shape).reshape(-1).astype(float)
+    except ValueError:
+        raise ValueError(f"{name}: shape {array.shape}; expected one number, or one for each pose, {shape}") from None
+
+
+def _with_locked(chain: Chain, goals: Reals, values: Mapping[int, Reals]) -> _Found:
+    """The branches where some joints have given values, (N,) each."""
+    if not values:
+        form = closed_form(chain)
+        if form is None:
+            return _checked(chain, goals, lambda motors, _: _searched(chain, motors), "search")
+        return _checked(chain, goals, lambda motors, _: form.solve(motors), form.name)
+    joint = max(values)
+    value, others = values[joint], {j: v for j, v in values.items() if j != joint}
+    if joint in (0, len(chain) - 1):
+        rest, motors = chain.lock(joint, value, goals)
+        return _inserted(_with_locked(rest, motors, others), joint, value)
+    # A joint between others carries axes along: one arm for each value.
+    different, which = np.unique(value, return_inverse=True)
+    parts = []
+    for k, one in enumerate(different if len(different) else np.zeros(1)):
+        chosen = np.flatnonzero(which == k)
+        rest, motors = chain.lock(joint, one, goals[chosen])
+        found = _with_locked(rest, motors, {j: v[chosen] for j, v in others.items()})
+        parts.append((chosen, _inserted(found, joint, value[chosen])))
+    branches = max(part.q.shape[1] for _, part in parts)
+    q, nearest = np.full((len(goals), branches, len(chain)), np.nan), np.full((len(goals), len(chain)), np.nan)
+    valid, gap = np.zeros((len(goals), branches), bool), np.zeros((len(goals), branches))
+    for chosen, part in parts:
+        here = slice(part.q.shape[1])
+        q[chosen, here], valid[chosen, here], gap[chosen, here] = part.q, part.valid, part.gap
+        nearest[chosen] = part.nearest
+    methods = {part.method for _, part in parts}
+    return _Found(q, valid, gap, nearest, "search" if "search" in methods else parts[0][1].method)
+
+
+def _inserted(found: _Found, joint: int, value: Reals) -> _Found:
+    q = np.insert(found.q, joint, value[:, None], axis=-1)
+    return _Found(q, found.valid, found.gap, np.insert(found.nearest, joint, value, axis=-1), found.method)
+
+
+def _searched(chain: Chain, goals: Reals) -> tuple[Reals, Reals]:
+    q = search(chain, goals)
+    return q, np.ones(q.shape[:2])
+
+
+def _checked(chain: Chain, goals: Reals, way: Way, method: str) -> _Found:
+    """The branches of a way, block by block, polished and compared with the goals."""
+    blocks = [slice(start, start + _BLOCK) for start in range(0, max(len(goals), 1), _BLOCK)]
+    parts = [_block(chain, goals[block], *way(goals[block], block)) for block in blocks]
+    q, valid, gap, nearest = (np.concatenate(part) for part in zip(*parts, strict=True))
+    return _Found(q, valid, gap, nearest, method)
+
+
+def _block(chain: Chain, goals: Reals, q: Reals, gap: Reals) -> tuple[Reals, NDArray[np.bool_], Reals, Reals]:
+    off = _distance(chain, q, goals[:, None])
+    rough = (off > _EXACT) & (off < _ROUGH)
+    if rough.any():
+        to = np.broadcast_to(goals[:, None], (*q.shape[:2], 8))[rough]
+        better = polish(chain, q[rough], to)
+        distance = _distance(chain, better, to)
+        improved = distance < off[rough]
+        q[rough], off[rough] = np.where(improved[:, None], better, q[rough]), np.where(improved, distance, off[rough])
+    valid = off <= _RIGHT
+    first = np.argmin(np.where(valid, -1.0, np.where(np.isfinite(off), off, np.inf)), axis=-1)
+    nearest = np.take_along_axis(q, first[:, None, None], 1)[:, 0]
+    lost = ~valid.any(-1)
+    if lost.any():
+        start = np.where(np.isfinite(nearest[lost]), nearest[lost], 0.0)
+        nearest[lost], _ = descend(chain, start, goals[lost], 60, 1e-13 * chain.size)
+        found = lost & (_distance(chain, nearest, goals) <= _RIGHT)
+        q[found, 0], valid[found, 0] = nearest[found], True
+    turns = ~np.array(chain.slides)
+    for angles in (q, nearest):
+        angles[..., turns] = _wrapped(angles[..., turns])
+    return q, valid, gap, nearest
+
+
+def _distance(chain: Chain, q: Reals, goals: Reals) -> Reals:
+    """The largest difference of the coefficients of the motors, of either sign, lengths as parts of the arm's size."""
+    made = chain.motions(q)[-1]
+    weights = np.array([1.0] * 4 + [2 / chain.size] * 4)
+    same, opposite = (np.abs((made - sign * goals) * weights).max(-1) for sign in (1, -1))
+    return np.minimum(same, opposite)
+
+
+def _wrapped(angles: Reals) -> Reals:
+    """Angles in (-pi, pi]."""
+    turned = np.where(np.abs(angles) <= np.pi, angles, angles - 2 * np.pi * np.round(angles / (2 * np.pi)))
+    return np.where(turned <= -np.pi, np.pi, turned)
