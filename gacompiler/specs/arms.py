@@ -11,6 +11,7 @@ is as good. Angles are in radians, in [-pi, pi].
 """
 
 from fractions import Fraction
+from functools import reduce
 
 import gacompiler as ga
 from gacompiler import SCALAR, array, kernel
@@ -260,7 +261,7 @@ def wrist_turns(first, second, third, m):
 def planar_turns(first, second, third, m):
     """The angles about three parallel axes, the third done first, whose product is the motion `m` of their plane.
 
-    A point of the third axis gives the first two, and a direction their sum with the last, which is not wrapped.
+    A point of the third axis gives the first two, and a direction their sum with the last.
     Returns both branches as rows, and the discriminant.
     """
     p = _foot(ORIGIN, third)
@@ -273,27 +274,26 @@ def planar_turns(first, second, third, m):
         ga.norm_squared(goal) - ga.norm_squared(base) - ga.norm_squared(across),
     )
     moved = m * radius * ~m
-    whole = ga.atan2(_inner(_direction(first), _cross(radius, moved)), _inner(radius, moved))
+    whole = _inner(radius, moved), _inner(_direction(first), _cross(radius, moved))
     branches = []
     for solution in solutions:
-        cosine, sine = _unit(*solution)
-        shoulder = _angle(_plane_turn(first, base + cosine * across + sine * around, goal))
-        elbow = _angle(solution)
-        branches.append((shoulder, elbow, whole - shoulder - elbow))
+        elbow = _unit(*solution)
+        shoulder = _plane_turn(first, base + elbow[0] * across + elbow[1] * around, goal)
+        last = _less(_less(whole, shoulder), elbow)
+        branches.append((_angle(shoulder), _angle(solution), _angle(last)))
     return tuple(branches), discriminant
+
+
+def _less(turn, other):
+    """The difference of two angles, all as unnormalised (cosine, sine)."""
+    return turn[0] * other[0] + turn[1] * other[1], turn[1] * other[0] - turn[0] * other[1]
 
 
 def _cross(a, b):
     """The vector product of two directions."""
     x, y = _coordinates(a), _coordinates(b)
-    return ga.assemble(
-        PGA3,
-        {
-            "e032": x[1] * y[2] - x[2] * y[1],
-            "e013": x[2] * y[0] - x[0] * y[2],
-            "e021": x[0] * y[1] - x[1] * y[0],
-        },
-    )
+    names = ("e032", "e013", "e021")
+    return ga.assemble(PGA3, {names[k]: x[k - 2] * y[k - 1] - x[k - 1] * y[k - 2] for k in range(3)})
 
 
 @kernel(shoulder=POINT, wrist=POINT, hinge=LINE, returns=MOTOR)
@@ -304,3 +304,25 @@ def elbow_frame(shoulder, wrist, hinge):
     """
     line = ga.normalize(shoulder & wrist)
     return pga3.motor_from_flag(shoulder, line, ga.normalize(line & _direction(hinge)))
+
+
+@kernel(first=UNIT_LINE, second=UNIT_LINE, third=UNIT_LINE, q=array(SCALAR, 3), returns=MOTOR)
+def motion_of_three_turns(first, second, third, q):
+    """The motor of turns by three angles about three lines, the third done first."""
+    turn = pga3.motor_from_line
+    return turn(first, q[0]) * turn(second, q[1]) * turn(third, q[2])
+
+
+@kernel(m=MOTOR, n=MOTOR, goal=MOTOR, size=SCALAR, returns=SCALAR)
+def distance_to_goal(m, n, goal, size):
+    """How far the motor ``m n`` is from a goal or its negative: the largest difference of coefficients.
+
+    Those of the translation are in units of half of `size`.
+    """
+    made = m * n
+    near, far = [], []
+    for name in MOTOR.blades:
+        scale = 2 / size if "0" in name else 1
+        near.append(scale * ga.absolute(made[name] - goal[name]))
+        far.append(scale * ga.absolute(made[name] + goal[name]))
+    return ga.minimum(reduce(ga.maximum, near), reduce(ga.maximum, far))

@@ -8,12 +8,14 @@ from itertools import combinations
 
 import numpy as np
 
-from generated import pga3
+from generated import arms, pga3
 
 from ...arguments import Reals
 
 TOLERANCE = 1e-9
 """Sines of angles, and distances as parts of the arm's size, up to this are 0: axes meet, or are parallel."""
+
+_ONE = np.eye(8)[0]
 
 
 @dataclass(frozen=True, eq=False)
@@ -64,6 +66,34 @@ class Chain:
             found.append(pga3.motor_product(found[-1], self.motion(j, q[..., j])))
         return found
 
+    def motion_of_all(self, q: Reals) -> Reals:
+        """The motor of all joints, (..., n) to (..., 8)."""
+        first, *rest = self._groups(q)
+        for motion in rest:
+            first = pga3.motor_product(first, motion)
+        return first
+
+    def distance(self, q: Reals, goals: Reals) -> Reals:
+        """How far the motor of all joints is from goals: the kernel `distance_to_goal`, (..., n), (..., 8) to (...)."""
+        *most, last = self._groups(q)
+        first = _ONE if not most else most[0]
+        for motion in most[1:]:
+            first = pga3.motor_product(first, motion)
+        return arms.distance_to_goal(first, last, goals, self.size)  # type: ignore[no-any-return]
+
+    def _groups(self, q: Reals) -> list[Reals]:
+        """The motors of three joints in a row where all turn, and of single ones."""
+        found, j = [], 0
+        while j < len(self):
+            three = slice(j, j + 3)
+            if j + 3 <= len(self) and not any(self.slides[three]):
+                found.append(arms.motion_of_three_turns(*self.axes[three], q[..., three]))
+                j += 3
+            else:
+                found.append(self.motion(j, q[..., j]))
+                j += 1
+        return found
+
     def lock(self, joint: int, value: Reals, goals: Reals) -> tuple[Chain, Reals]:
         """The chain without one joint, and the motors it must make: (N, 8).
 
@@ -93,7 +123,9 @@ def parallel(a: Reals, b: Reals) -> bool:
 
 def common_point(lines: Reals, size: float) -> Reals | None:
     """The point in which unit lines meet, or None; lines that are all parallel have none."""
-    angles = {(i, j): np.sin(pga3.angle_between_lines(lines[i], lines[j])) for i, j in combinations(range(len(lines)), 2)}
+    angles = {
+        (i, j): np.sin(pga3.angle_between_lines(lines[i], lines[j])) for i, j in combinations(range(len(lines)), 2)
+    }
     i, j = max(angles, key=lambda pair: float(angles[pair]))
     if angles[i, j] <= TOLERANCE:
         return None

@@ -74,7 +74,7 @@ class SphericalWrist:
 
     def solve(self, goals: Reals) -> tuple[Reals, Reals]:
         q, gap = self.regional.solve(pga3.move_point(goals, self.regional.point))
-        arm = self.regional.chain.motions(q)[-1]
+        arm = self.regional.chain.motion_of_all(q)
         wrist, gap_wrist = arms.wrist_turns(*self.chain.axes[3:], pga3.motor_relative(arm, goals[:, None]))
         return joined(q, gap, wrist, gap_wrist)
 

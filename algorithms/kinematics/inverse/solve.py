@@ -21,13 +21,14 @@ from .solutions import Solutions, Status
 if TYPE_CHECKING:
     from ..robot import Robot
 
-_BLOCK = 512
+_BLOCK = 2048
 """Poses that are worked on at once, so that what belongs to them stays in the second cache."""
 _RIGHT = 2e-11
 """A branch is valid where each coefficient of its motor, lengths as parts of the arm's size, is nearer than this."""
 _EXACT = 1e-13
 """Branches farther off than this, up to `_ROUGH`, are polished."""
 _ROUGH = 1e-3
+_STEPS = 60
 _COINCIDE = 1e-12
 """Discriminants up to this are branches that coincide to 1e-6 radians."""
 
@@ -57,7 +58,9 @@ def inverse(
     shape, count = goals.shape[:-1], int(np.prod(goals.shape[:-1]))
     if locked and elbow is not None:
         raise ValueError(f"{robot.name}: locked and elbow are both given; expected one of them")
-    values = {joint: _per_pose(value, f"{robot.name}: locked[{joint}]", shape) for joint, value in (locked or {}).items()}
+    values = {
+        joint: _per_pose(value, f"{robot.name}: locked[{joint}]", shape) for joint, value in (locked or {}).items()
+    }
     for joint in values:
         if isinstance(joint, bool) or not isinstance(joint, (int, np.integer)) or not 0 <= joint < len(robot.kinds):
             raise ValueError(f"{robot.name}: locked: joint {joint!r}; expected 0 to {len(robot.kinds) - 1}")
@@ -82,7 +85,8 @@ def inverse(
     status[(found.valid & (np.abs(found.gap) <= _COINCIDE)).any(-1)] = Status.SINGULAR
     status[~finite] = Status.NOT_FINITE
     valid = found.valid & finite[:, None]
-    q = np.where(valid[..., None], found.q, np.nan)
+    q = found.q
+    q[~finite] = np.nan
     nearest = np.where(finite[:, None], found.nearest, np.nan)
     return Solutions(
         q.reshape(*shape, *q.shape[1:]),
@@ -153,46 +157,39 @@ def _searched(chain: Chain, goals: Reals) -> tuple[Reals, Reals]:
 
 
 def _checked(chain: Chain, goals: Reals, way: Way, method: str) -> _Found:
-    """The branches of a way, block by block, polished and compared with the goals."""
-    blocks = [slice(start, start + _BLOCK) for start in range(0, max(len(goals), 1), _BLOCK)]
-    parts = [_block(chain, goals[block], *way(goals[block], block)) for block in blocks]
-    q, valid, gap, nearest = (np.concatenate(part) for part in zip(*parts, strict=True))
+    """The branches of a way, compared with the goals; those that are nearly right are polished."""
+    parts = []
+    for start in range(0, max(len(goals), 1), _BLOCK):
+        block = slice(start, start + _BLOCK)
+        q, gap = way(goals[block], block)
+        parts.append((q, gap, chain.distance(q, goals[block, None])))
+    q, gap, off = (np.concatenate(part) for part in zip(*parts, strict=True))
+    rough = (off > _EXACT) & (off < _ROUGH)
+    if rough.any():
+        to = goals[np.nonzero(rough)[0]]
+        better = polish(chain, q[rough], to)
+        distance = chain.distance(better, to)
+        improved = distance < off[rough]
+        q[rough] = np.where(improved[:, None], _wrapped(chain, better), q[rough])
+        off[rough] = np.where(improved, distance, off[rough])
+    valid = off <= _RIGHT
+    first = np.argmax(valid, axis=-1)
+    lost = np.flatnonzero(~valid.any(-1))
+    first[lost] = np.argmin(np.where(np.isfinite(off[lost]), off[lost], np.inf), axis=-1)
+    nearest = q[np.arange(len(q)), first]
+    if len(lost):
+        start = np.where(np.isfinite(nearest[lost]), nearest[lost], 0.0)
+        near, _ = descend(chain, start, goals[lost], _STEPS, 1e-13 * chain.size)
+        nearest[lost] = _wrapped(chain, near)
+        found = lost[chain.distance(near, goals[lost]) <= _RIGHT]
+        q[found, 0], valid[found, 0] = nearest[found], True
+    q[~valid] = np.nan
+    # The arc tangent of -0 is -pi.
+    q[q == -np.pi] = np.pi
     return _Found(q, valid, gap, nearest, method)
 
 
-def _block(chain: Chain, goals: Reals, q: Reals, gap: Reals) -> tuple[Reals, NDArray[np.bool_], Reals, Reals]:
-    off = _distance(chain, q, goals[:, None])
-    rough = (off > _EXACT) & (off < _ROUGH)
-    if rough.any():
-        to = np.broadcast_to(goals[:, None], (*q.shape[:2], 8))[rough]
-        better = polish(chain, q[rough], to)
-        distance = _distance(chain, better, to)
-        improved = distance < off[rough]
-        q[rough], off[rough] = np.where(improved[:, None], better, q[rough]), np.where(improved, distance, off[rough])
-    valid = off <= _RIGHT
-    first = np.argmin(np.where(valid, -1.0, np.where(np.isfinite(off), off, np.inf)), axis=-1)
-    nearest = np.take_along_axis(q, first[:, None, None], 1)[:, 0]
-    lost = ~valid.any(-1)
-    if lost.any():
-        start = np.where(np.isfinite(nearest[lost]), nearest[lost], 0.0)
-        nearest[lost], _ = descend(chain, start, goals[lost], 60, 1e-13 * chain.size)
-        found = lost & (_distance(chain, nearest, goals) <= _RIGHT)
-        q[found, 0], valid[found, 0] = nearest[found], True
-    turns = ~np.array(chain.slides)
-    for angles in (q, nearest):
-        angles[..., turns] = _wrapped(angles[..., turns])
-    return q, valid, gap, nearest
-
-
-def _distance(chain: Chain, q: Reals, goals: Reals) -> Reals:
-    """The largest difference of the coefficients of the motors, of either sign, lengths as parts of the arm's size."""
-    made = chain.motions(q)[-1]
-    weights = np.array([1.0] * 4 + [2 / chain.size] * 4)
-    same, opposite = (np.abs((made - sign * goals) * weights).max(-1) for sign in (1, -1))
-    return np.minimum(same, opposite)
-
-
-def _wrapped(angles: Reals) -> Reals:
-    """Angles in (-pi, pi]."""
-    turned = np.where(np.abs(angles) <= np.pi, angles, angles - 2 * np.pi * np.round(angles / (2 * np.pi)))
-    return np.where(turned <= -np.pi, np.pi, turned)
+def _wrapped(chain: Chain, q: Reals) -> Reals:
+    """Joint variables with angles in (-pi, pi]."""
+    turned = q - 2 * np.pi * np.ceil((q - np.pi) / (2 * np.pi))
+    return np.where(chain.slides, q, np.where(np.abs(q) <= np.pi, q, np.clip(turned, -np.pi, np.pi)))
