@@ -24,7 +24,7 @@ E0 = PGA3.multivector({"e0": 1})
 ORIGIN = PGA3.multivector({"e123": 1})
 PAIR, PROFILE = array(SCALAR, 2), array(SCALAR, 2, 3)
 BRANCHES = array(SCALAR, 2, 3)
-TINY = Fraction(1, 10**30)
+TINY = Fraction(1, 10**24)
 """Squared lengths up to this are rounding."""
 
 
@@ -77,7 +77,8 @@ def _angles(a, b, c):
     gap = size - c * c
     root = ga.sqrt(ga.maximum(gap, 0))
     first, second = (a * c - b * root, b * c + a * root), (a * c + b * root, b * c - a * root)
-    return first, second, gap / ga.maximum(size, TINY)
+    every = size + c * c <= TINY
+    return first, second, ga.select(every, 0, gap / ga.maximum(size, TINY))
 
 
 def _line_turn(line, x, y):

@@ -70,7 +70,7 @@ class SphericalWrist:
         if centre is None or parallel(chain.axes[3], chain.axes[4]) or parallel(chain.axes[4], chain.axes[5]):
             return None
         regional = Regional.of(chain.part(slice(0, 3)), centre)
-        return regional and cls(chain, regional)
+        return None if regional is None else cls(chain, regional)
 
     def solve(self, goals: Reals) -> tuple[Reals, Reals]:
         q, gap = self.regional.solve(pga3.move_point(goals, self.regional.point))
@@ -112,9 +112,7 @@ class ThreeParallel:
         rest = pga3.motor_relative(self.chain.motion(0, one), goals[:, None])
         normal = pga3.move_line(pga3.motor_inverse(rest), axes[1])
         *wrist, gap_wrist = arms.turns_about_two_axes(axes[4], axes[5], normal, axes[1])
-        q = np.empty((len(goals), 2, 2, 3))
-        q[..., 0], q[..., 1:] = one[..., None], np.stack(wrist, -2)
-        q, gap = q.reshape(-1, 4, 3), np.minimum(gap[:, None], gap_wrist).repeat(2, axis=-1)
+        q, gap = joined(one[..., None], gap[:, None], np.stack(wrist, -2), gap_wrist)
         rest = np.repeat(rest, 2, axis=1)
         tail = pga3.motor_product(self.chain.motion(4, q[..., 1]), self.chain.motion(5, q[..., 2]))
         middle, gap_middle = arms.planar_turns(
@@ -126,7 +124,7 @@ class ThreeParallel:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class ParallelAxes:
-    """At most three joints that turn about parallel axes, and at most one that slides along them: planar arms, SCARA."""
+    """Planar arms and SCARA: at most three turns about parallel axes, and at most one slide along them."""
 
     chain: Chain
     turns: tuple[int, ...]
@@ -175,4 +173,4 @@ def joined(q: Reals, gap: Reals, more: Reals, gap_more: Reals) -> tuple[Reals, R
     """Branches of the first joints, (N, B, k), each with those of the next, (N, B, 2, m), as (N, 2 B, k + m)."""
     branches = 2 * q.shape[1]
     both = np.concatenate([np.broadcast_to(q[:, :, None], (*more.shape[:-1], q.shape[-1])), more], -1)
-    return both.reshape(len(q), branches, -1), np.minimum(gap, gap_more).repeat(2, axis=-1)
+    return both.reshape(len(q), branches, both.shape[-1]), np.minimum(gap, gap_more).repeat(2, axis=-1)

@@ -64,7 +64,7 @@ class ElbowCircle:
         return joined(q, gap, behind, gap_behind)
 
     def reference(self, goal: Reals) -> tuple[Reals, Reals, Reals]:
-        """The line to the wrist, the direction from which the elbow is measured, and the squared sine to the first axis.
+        """The line to the wrist, where the elbow is measured from, and the squared sine of its angle to the first axis.
 
         Where the wrist is on the first axis, the second as it is at home stands for that.
         """

@@ -2,8 +2,8 @@
 
 ``E1 E2 E3 c = p``. What the second joint cannot change is the same of ``x = E3 c`` and ``y = E1^-1 p``: height and
 distance, for a turn; two coordinates, for a slide. These are two equations between the first and the third variable.
-Where one of them, or a combination, has only one of the variables, because axes meet or are parallel, each variable has two
-solutions in turn; otherwise an ellipse meets a circle in at most four points (Pieper's quartic).
+Where one of them, or a combination, has only one of the variables, because axes meet or are parallel, each variable has
+two solutions in turn; otherwise an ellipse meets a circle in at most four points (Pieper's quartic).
 """
 
 from __future__ import annotations

@@ -48,7 +48,7 @@ def remainder(chain: Chain, q: Reals, goals: Reals) -> tuple[Reals, Reals]:
 def _twist(chain: Chain, joint: int) -> Reals:
     axis = chain.axes[joint]
     if chain.slides[joint]:
-        return pga3.twist_from_velocities(np.zeros(3), direction(axis))  # type: ignore[no-any-return]
+        axis = np.asarray(pga3.twist_from_velocities(np.zeros(3), direction(axis)))
     return axis
 
 

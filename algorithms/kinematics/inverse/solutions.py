@@ -35,8 +35,8 @@ class Solutions:
     q : array, (..., branches, n)
         Joint variables; angles in (-pi, pi]. NaN where the branch is not valid.
     valid : array of bool, (..., branches)
-        Whether the branch reaches the pose, to 1e-10 of the arm's size: checked by the forward kinematics. Branches that
-        coincide, at singularities, are all valid.
+        Whether the branch reaches the pose, to 1e-10 of the arm's size: checked by the forward kinematics. Branches
+        that coincide, at singularities, are all valid.
     status : array of int, (...)
         Of `Status`.
     nearest : array, (..., n)

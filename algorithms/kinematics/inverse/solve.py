@@ -90,7 +90,7 @@ def inverse(
     nearest = np.where(finite[:, None], found.nearest, np.nan)
     return Solutions(
         q.reshape(*shape, *q.shape[1:]),
-        valid.reshape(*shape, -1) if count else valid.reshape(*shape, valid.shape[-1]),
+        valid.reshape(*shape, valid.shape[-1]),
         status.reshape(shape),
         nearest.reshape(*shape, nearest.shape[-1]),
         found.method,
@@ -173,13 +173,13 @@ def _checked(chain: Chain, goals: Reals, way: Way, method: str) -> _Found:
         q[rough] = np.where(improved[:, None], _wrapped(chain, better), q[rough])
         off[rough] = np.where(improved, distance, off[rough])
     valid = off <= _RIGHT
-    first = np.argmax(valid, axis=-1)
+    first = np.asarray(np.argmax(valid, axis=-1))
     lost = np.flatnonzero(~valid.any(-1))
     first[lost] = np.argmin(np.where(np.isfinite(off[lost]), off[lost], np.inf), axis=-1)
     nearest = q[np.arange(len(q)), first]
     if len(lost):
-        start = np.where(np.isfinite(nearest[lost]), nearest[lost], 0.0)
-        near, _ = descend(chain, start, goals[lost], _STEPS, 1e-13 * chain.size)
+        begin = np.where(np.isfinite(nearest[lost]), nearest[lost], 0.0)
+        near, _ = descend(chain, begin, goals[lost], _STEPS, 1e-13 * chain.size)
         nearest[lost] = _wrapped(chain, near)
         found = lost[chain.distance(near, goals[lost]) <= _RIGHT]
         q[found, 0], valid[found, 0] = nearest[found], True
