@@ -1,4 +1,4 @@
-"""Inverse kinematics against products of 4 x 4 matrices, the law of cosines, and configurations that poses came from."""
+"""Inverse kinematics against products of 4 x 4 matrices, the law of cosines, and where poses came from."""
 
 from __future__ import annotations
 
@@ -57,6 +57,30 @@ IIWA: Rows = [
     {"d": 0.4, "alpha": -QUARTER},
     {"alpha": QUARTER},
     {"d": 0.126},
+]
+CRAIG_PUMA: Rows = [
+    {},
+    {"alpha": -QUARTER, "d": 0.2435},
+    {"a": 0.4318, "d": -0.0934},
+    {"a": -0.0203, "alpha": QUARTER, "d": 0.4331},
+    {"alpha": -QUARTER},
+    {"alpha": QUARTER, "theta": 0.5},
+]
+CRAIG_UR5: Rows = [
+    {"d": 0.089},
+    {"alpha": QUARTER, "theta": 0.2},
+    {"a": -0.425},
+    {"a": -0.392, "d": 0.109},
+    {"alpha": QUARTER, "d": 0.095},
+    {"alpha": -QUARTER, "d": 0.082},
+]
+CRAIG_SKEW: Rows = [
+    {"d": 0.2, "a": 0.1, "alpha": 0.3},
+    {"a": 0.3, "alpha": 1.1, "d": 0.15},
+    {"a": 0.25, "alpha": -0.8, "d": 0.1},
+    {"a": 0.2, "alpha": 0.9, "d": 0.3},
+    {"alpha": 1.2},
+    {"alpha": -1.3, "d": 0.1},
 ]
 SCARA: Rows = [{"a": 0.4, "d": 0.3}, {"a": 0.3, "alpha": pi}, {"kind": SLIDE}, {"d": 0.05, "theta": 0.2}]
 PLANAR: Rows = [{"a": 0.5}, {"a": 0.4}, {"a": 0.2}]
@@ -156,7 +180,7 @@ def test_all_branches_of_arms_with_closed_forms(rows: Rows, method: str, branche
     assert set(found.valid.sum(-1)) == branches
 
 
-@pytest.mark.parametrize("rows", [PUMA560, UR5, random_wrist(4)])
+@pytest.mark.parametrize("rows", [CRAIG_PUMA, CRAIG_UR5, CRAIG_SKEW])
 def test_the_modified_convention(rows: Rows) -> None:
     q = configurations(rows, 500, 5)
     found = Robot.from_dh(rows, "modified").inverse(pose_by_matrices(rows, q, "modified"))
@@ -278,7 +302,7 @@ def test_a_pose_outside_the_motions_of_a_planar_arm() -> None:
     ("rows", "q"),
     [
         (PUMA560, [0.3, 0.4, 0.5, 0.6, 0.0, 0.7]),
-        (PUMA560, [0.3, 0.4, -QUARTER + np.arctan2(0.0203, 0.4318), 0.6, 0.5, 0.7]),
+        (PUMA560, [0.3, 0.4, np.arctan2(0.0203, 0.4318) - QUARTER, 0.6, 0.5, 0.7]),
         (UR5, [0.3, 0.4, 0.5, 0.6, 0.0, 0.7]),
         (UR5, [0.3, 0.4, 0.0, 0.6, 0.5, 0.7]),
         (STANFORD, [0.3, 0.4, 0.5, 0.6, 0.0, 0.7]),
@@ -289,8 +313,6 @@ def test_a_pose_outside_the_motions_of_a_planar_arm() -> None:
 def test_singular_poses_are_flagged_and_solved(rows: Rows, q: list[float]) -> None:
     pose = pose_by_matrices(rows, np.array(q))
     found = Robot.from_dh(rows).inverse(pose)
-    if rows is PUMA560 and q[4]:
-        pytest.skip("checked below: the elbow of this arm is straight at another angle")
     assert found.status == Status.SINGULAR
     assert np.abs(pose_by_matrices(rows, found.q[found.valid]) - pose).max() < 1e-10
 
@@ -386,7 +408,7 @@ def test_turns_to_a_plane_and_to_a_sphere() -> None:
     # Where there is none, the angle that comes nearest.
     missed = gap < -1e-3
     assert np.abs(np.linalg.norm(moved - centre[:, None], axis=-1) - 1.5)[missed].max(-1) == pytest.approx(
-        np.abs(heights[missed]).min(-1), abs=1e-4
+        np.abs(heights[missed]).min(-1), abs=1e-3
     )
 
 

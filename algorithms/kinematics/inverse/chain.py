@@ -94,6 +94,11 @@ class Chain:
                 j += 1
         return found
 
+    def wrapped(self, q: Reals) -> Reals:
+        """Joint variables with angles in (-pi, pi]."""
+        turned = q - 2 * np.pi * np.ceil((q - np.pi) / (2 * np.pi))
+        return np.where(np.array(self.slides) | (np.abs(q) < np.pi), q, np.clip(turned, -np.pi, np.pi))
+
     def lock(self, joint: int, value: Reals, goals: Reals) -> tuple[Chain, Reals]:
         """The chain without one joint, and the motors it must make: (N, 8).
 

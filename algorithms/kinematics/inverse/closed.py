@@ -166,7 +166,7 @@ class ParallelAxes:
             q[..., 0, self.turns[0]], q[..., 0, self.turns[1]] = first, signs[1] * (whole - first)
         else:
             q[..., 0, self.turns[0]] = whole
-        return q, np.ones((len(goals), 1))
+        return self.chain.wrapped(q), np.ones((len(goals), 1))
 
 
 def joined(q: Reals, gap: Reals, more: Reals, gap_more: Reals) -> tuple[Reals, Reals]:

@@ -12,6 +12,9 @@ from .chain import Chain, direction
 _STARTS, _STEPS = 24, 60
 _BRANCHES = 8
 """How many configurations a search keeps."""
+_SLIGHT = 1e-12
+"""Damping, as part of the arm's size squared, that only keeps equations from being singular."""
+_REACHED = 1e-9
 _SAME = 1e-5
 """Configurations are the same where their largest difference is less."""
 
@@ -46,9 +49,9 @@ def remainder(chain: Chain, q: Reals, goals: Reals) -> tuple[Reals, Reals]:
 
 
 def _twist(chain: Chain, joint: int) -> Reals:
-    axis = chain.axes[joint]
+    axis: Reals = chain.axes[joint]
     if chain.slides[joint]:
-        axis = np.asarray(pga3.twist_from_velocities(np.zeros(3), direction(axis)))
+        axis = pga3.twist_from_velocities(np.zeros(3), direction(axis))
     return axis
 
 
@@ -100,7 +103,7 @@ def polish(chain: Chain, q: Reals, goals: Reals) -> Reals:
     """A few undamped steps, (N, n) and (N, 8): for what a closed form found to half the digits."""
     for _ in range(3):
         left, rates = remainder(chain, q, goals)
-        square = rates.swapaxes(-1, -2) @ rates + 1e-14 * chain.size**2 * np.eye(len(chain))
+        square = rates.swapaxes(-1, -2) @ rates + _SLIGHT * chain.size**2 * np.eye(len(chain))
         q = q + np.linalg.solve(square, rates.swapaxes(-1, -2) @ left[..., None])[..., 0]
     return q
 
@@ -112,7 +115,7 @@ def search(chain: Chain, goals: Reals, starts: Reals | None = None) -> Reals:
         starts[:, list(np.flatnonzero(chain.slides))] *= chain.size / np.pi
     many = len(starts)
     q, error = descend(chain, np.tile(starts, (len(goals), 1)), np.repeat(goals, many, axis=0), _STEPS, 1e-13)
-    q, error = q.reshape(-1, many, len(chain)), error.reshape(-1, many)
+    q, error = chain.wrapped(q).reshape(-1, many, len(chain)), error.reshape(-1, many)
     order = np.argsort(error, axis=-1)
     q, error = np.take_along_axis(q, order[..., None], 1), np.take_along_axis(error, order, 1)
     turns = ~np.array(chain.slides)
@@ -122,5 +125,7 @@ def search(chain: Chain, goals: Reals, starts: Reals | None = None) -> Reals:
     order = np.argsort(same, axis=-1, kind="stable")[:, :_BRANCHES]
     repeated = np.take_along_axis(same, order, 1)
     q = np.take_along_axis(q, order[..., None], 1)
+    # What ended elsewhere is of use only as the nearest.
+    repeated[:, 1:] |= np.take_along_axis(error, order, 1)[:, 1:] > _REACHED * chain.size
     q[repeated] = np.nan
     return q

@@ -86,7 +86,7 @@ def inverse(
     status[~finite] = Status.NOT_FINITE
     valid = found.valid & finite[:, None]
     q = found.q
-    q[~finite] = np.nan
+    q[~valid] = np.nan
     nearest = np.where(finite[:, None], found.nearest, np.nan)
     return Solutions(
         q.reshape(*shape, *q.shape[1:]),
@@ -170,7 +170,7 @@ def _checked(chain: Chain, goals: Reals, way: Way, method: str) -> _Found:
         better = polish(chain, q[rough], to)
         distance = chain.distance(better, to)
         improved = distance < off[rough]
-        q[rough] = np.where(improved[:, None], _wrapped(chain, better), q[rough])
+        q[rough] = np.where(improved[:, None], chain.wrapped(better), q[rough])
         off[rough] = np.where(improved, distance, off[rough])
     valid = off <= _RIGHT
     first = np.asarray(np.argmax(valid, axis=-1))
@@ -180,16 +180,9 @@ def _checked(chain: Chain, goals: Reals, way: Way, method: str) -> _Found:
     if len(lost):
         begin = np.where(np.isfinite(nearest[lost]), nearest[lost], 0.0)
         near, _ = descend(chain, begin, goals[lost], _STEPS, 1e-13 * chain.size)
-        nearest[lost] = _wrapped(chain, near)
+        nearest[lost] = chain.wrapped(near)
         found = lost[chain.distance(near, goals[lost]) <= _RIGHT]
         q[found, 0], valid[found, 0] = nearest[found], True
-    q[~valid] = np.nan
     # The arc tangent of -0 is -pi.
     q[q == -np.pi] = np.pi
     return _Found(q, valid, gap, nearest, method)
-
-
-def _wrapped(chain: Chain, q: Reals) -> Reals:
-    """Joint variables with angles in (-pi, pi]."""
-    turned = q - 2 * np.pi * np.ceil((q - np.pi) / (2 * np.pi))
-    return np.where(chain.slides, q, np.where(np.abs(q) <= np.pi, q, np.clip(turned, -np.pi, np.pi)))
