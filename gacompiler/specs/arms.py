@@ -6,8 +6,8 @@ the first angles, a line the next, a plane the last: the rendezvous method (Bayr
 lines and planes, and which has two solutions.
 
 With each pair comes its discriminant ``1 - c**2 / (a**2 + b**2)``, the squared sine of half the angle between the two:
-negative where there is none, when both are the angle that comes nearest; 0 where they coincide, or where every angle
-is as good. Angles are in radians, in [-pi, pi].
+negative, down to -1, where there is none, when both are the angle that comes nearest; 0 where they coincide, or where
+every angle is as good. Angles are in radians, in [-pi, pi].
 """
 
 from fractions import Fraction
@@ -78,7 +78,7 @@ def _angles(a, b, c):
     root = ga.sqrt(ga.maximum(gap, 0))
     first, second = (a * c - b * root, b * c + a * root), (a * c + b * root, b * c - a * root)
     every = size + c * c <= TINY
-    return first, second, ga.select(every, 0, gap / ga.maximum(size, TINY))
+    return first, second, ga.select(every, 0, ga.maximum(gap / ga.maximum(size, TINY), -1))
 
 
 def _line_turn(line, x, y):

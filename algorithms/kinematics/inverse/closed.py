@@ -46,9 +46,11 @@ class Backwards:
 
     @property
     def name(self) -> str:
+        """What the arm has, seen from its base."""
         return self.forwards.name.replace("wrist", "shoulder")
 
     def solve(self, goals: Reals) -> tuple[Reals, Reals]:
+        """As in `Closed`."""
         q, gap = self.forwards.solve(pga3.motor_inverse(goals))
         return q[..., ::-1], gap
 
@@ -64,6 +66,7 @@ class SphericalWrist:
 
     @classmethod
     def of(cls, chain: Chain) -> SphericalWrist | None:
+        """The chain prepared, or None where it is of another kind."""
         if len(chain) != 6 or any(chain.slides[3:]):
             return None
         centre = common_point(chain.axes[3:], chain.size)
@@ -73,6 +76,7 @@ class SphericalWrist:
         return None if regional is None else cls(chain, regional)
 
     def solve(self, goals: Reals) -> tuple[Reals, Reals]:
+        """As in `Closed`."""
         q, gap = self.regional.solve(pga3.move_point(goals, self.regional.point))
         arm = self.regional.chain.motion_of_all(q)
         wrist, gap_wrist = arms.wrist_turns(*self.chain.axes[3:], pga3.motor_relative(arm, goals[:, None]))
@@ -96,6 +100,7 @@ class ThreeParallel:
 
     @classmethod
     def of(cls, chain: Chain) -> ThreeParallel | None:
+        """The chain prepared, or None where it is of another kind."""
         axes = chain.axes
         if len(chain) != 6 or any(chain.slides) or not (parallel(axes[1], axes[2]) and parallel(axes[2], axes[3])):
             return None
@@ -106,6 +111,7 @@ class ThreeParallel:
         return cls(chain, point, signs)
 
     def solve(self, goals: Reals) -> tuple[Reals, Reals]:
+        """As in `Closed`."""
         axes = self.chain.axes
         plane = pga3.plane_orthogonal_to_line(self.point, axes[1])
         one, gap = arms.turns_to_plane(-axes[0], pga3.move_point(goals, self.point), plane)
@@ -134,6 +140,7 @@ class ParallelAxes:
 
     @classmethod
     def of(cls, chain: Chain) -> ParallelAxes | None:
+        """The chain prepared, or None where it is of another kind."""
         turns = tuple(j for j in range(len(chain)) if not chain.slides[j])
         slides = tuple(j for j in range(len(chain)) if chain.slides[j])
         if not 1 <= len(turns) <= 3 or len(slides) > 1 or not all(parallel(chain.axes[0], a) for a in chain.axes):
@@ -145,6 +152,7 @@ class ParallelAxes:
         return cls(chain, turns, slides)
 
     def solve(self, goals: Reals) -> tuple[Reals, Reals]:
+        """As in `Closed`."""
         axes = self.chain.axes
         q = np.zeros((len(goals), 2 if len(self.turns) == 3 else 1, len(self.chain)))
         for j in self.slides:
