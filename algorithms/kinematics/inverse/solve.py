@@ -158,31 +158,51 @@ def _searched(chain: Chain, goals: Reals) -> tuple[Reals, Reals]:
 
 def _checked(chain: Chain, goals: Reals, way: Way, method: str) -> _Found:
     """The branches of a way, compared with the goals; those that are nearly right are polished."""
-    parts = []
+    found: _Found | None = None
+    rough: list[tuple[Reals, Reals, Reals, Reals]] = []
     for start in range(0, max(len(goals), 1), _BLOCK):
         block = slice(start, start + _BLOCK)
         q, gap = way(goals[block], block)
-        parts.append((q, gap, chain.distance(q, goals[block, None])))
-    q, gap, off = (np.concatenate(part) for part in zip(*parts, strict=True))
-    rough = (off > _EXACT) & (off < _ROUGH)
-    if rough.any():
-        to = goals[np.nonzero(rough)[0]]
-        better = polish(chain, q[rough], to)
-        distance = chain.distance(better, to)
-        improved = distance < off[rough]
-        q[rough] = np.where(improved[:, None], chain.wrapped(better), q[rough])
-        off[rough] = np.where(improved, distance, off[rough])
-    valid = off <= _RIGHT
-    first = np.asarray(np.argmax(valid, axis=-1))
-    lost = np.flatnonzero(~valid.any(-1))
-    first[lost] = np.argmin(np.where(np.isfinite(off[lost]), off[lost], np.inf), axis=-1)
-    nearest = q[np.arange(len(q)), first]
-    if len(lost):
-        begin = np.where(np.isfinite(nearest[lost]), nearest[lost], 0.0)
-        near, _ = descend(chain, begin, goals[lost], _STEPS, 1e-13 * chain.size)
-        nearest[lost] = chain.wrapped(near)
-        found = lost[chain.distance(near, goals[lost]) <= _RIGHT]
-        q[found, 0], valid[found, 0] = nearest[found], True
-    # The arc tangent of -0 is -pi.
-    q[q == -np.pi] = np.pi
-    return _Found(q, valid, gap, nearest, method)
+        off = chain.distance(q, goals[block, None])
+        if found is None:
+            shape = len(goals), *q.shape[1:]
+            found = _Found(
+                np.empty(shape), np.empty(shape[:2], bool), np.empty(shape[:2]), np.empty((shape[0], shape[2])), method
+            )
+        # The arc tangent of -0 is -pi.
+        q[q == -np.pi] = np.pi
+        valid = off <= _RIGHT
+        near = (off > _EXACT) & (off < _ROUGH)
+        if near.any():
+            rows, branches = np.nonzero(near)
+            rough.append((rows + start, branches, q[near], off[near]))
+        # Where no branch is valid, the one that is nearest.
+        best = np.argmax(valid, axis=-1)
+        lost = ~valid.any(-1)
+        best[lost] = np.argmin(np.where(np.isfinite(off[lost]), off[lost], np.inf), axis=-1)
+        found.nearest[block] = q[np.arange(len(q)), best]
+        q[~valid] = np.nan
+        found.q[block], found.valid[block], found.gap[block] = q, valid, gap
+    assert found is not None  # there is a block even of no goals
+    if rough:
+        _polished(chain, goals, found, *(np.concatenate(part) for part in zip(*rough, strict=True)))
+    missed = np.flatnonzero(~found.valid.any(-1))
+    if len(missed):
+        begin = np.where(np.isfinite(found.nearest[missed]), found.nearest[missed], 0.0)
+        reached, _ = descend(chain, begin, goals[missed], _STEPS, 1e-13 * chain.size)
+        found.nearest[missed] = chain.wrapped(reached)
+        right = missed[chain.distance(reached, goals[missed]) <= _RIGHT]
+        found.q[right, 0], found.valid[right, 0] = found.nearest[right], True
+    return found
+
+
+def _polished(chain: Chain, goals: Reals, found: _Found, rows: Reals, branches: Reals, q: Reals, off: Reals) -> None:
+    """Put branches (K, n) that were off by (K,) into what was found, polished where that helps."""
+    better = polish(chain, q, goals[rows])
+    distance = chain.distance(better, goals[rows])
+    improved = distance < off
+    q = np.where(improved[:, None], chain.wrapped(better), q)
+    right = np.where(improved, distance, off) <= _RIGHT
+    rows, branches, q = rows[right], branches[right], q[right]
+    found.q[rows, branches], found.valid[rows, branches] = q, True
+    found.nearest[rows] = found.q[rows, found.valid[rows].argmax(-1)]
