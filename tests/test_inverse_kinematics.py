@@ -317,6 +317,22 @@ def test_singular_poses_are_flagged_and_solved(rows: Rows, q: list[float]) -> No
     assert np.abs(pose_by_matrices(rows, found.q[found.valid]) - pose).max() < 1e-10
 
 
+@pytest.mark.parametrize(
+    ("rows", "joint", "value"), [(PUMA560, 4, 0.0), (UR5, 4, 0.0), (UR5, 2, 0.0), (STANFORD, 4, pi)]
+)
+@pytest.mark.parametrize("away", [0.0, 1e-14, 1e-10, 1e-8, 1e-7, 1e-6, 1e-4])
+def test_near_singular_poses_are_reached(rows: Rows, joint: int, value: float, away: float) -> None:
+    q = configurations(rows, 300, 18)
+    q[:, joint] = value + away
+    poses = pose_by_matrices(rows, q)
+    found = Robot.from_dh(rows).inverse(poses)
+    assert found.valid.any(-1).all()
+    reached = pose_by_matrices(rows, np.where(found.valid[..., None], found.q, 0.0))
+    assert np.abs(reached - poses[:, None])[found.valid].max() < 1e-10
+    if rows is not UR5:
+        assert found.valid.all()
+
+
 def test_both_signs_batches_and_matrices_are_the_same() -> None:
     arm = Robot.named("ur5")
     motors = arm.forward(configurations(UR5, 60, 13))

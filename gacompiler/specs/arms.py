@@ -27,6 +27,9 @@ BRANCHES = array(SCALAR, 2, 3)
 TINY = Fraction(1, 10**24)
 """Squared lengths up to this are rounding."""
 
+ON_AXIS = Fraction(1, 10**14)
+"""Squared sines of angles up to this are found to few digits only."""
+
 
 def _dot(a, b):
     """The inner product of the directions of two lines."""
@@ -84,6 +87,17 @@ def _angles(a, b, c):
 def _line_turn(line, x, y):
     """Unnormalised (cosine, sine) of the angle about a line from the direction of the line `x` to that of `y`."""
     return _dot(x, y) - _dot(x, line) * _dot(y, line), _dot(line, ga.commutator(y, x))
+
+
+def _line_turned(line, x, unit):
+    """The direction of the line `x` turned about a line by an angle of (cosine, sine)."""
+    centre, radius, tangent = _line_circle(line, x)
+    return centre + unit[0] * radius + unit[1] * tangent
+
+
+def _back(unit):
+    """The opposite angle."""
+    return unit[0], -unit[1]
 
 
 def _plane_turn(line, p, q):
@@ -246,15 +260,17 @@ def wrist_turns(first, second, third, m):
     *solutions, discriminant = _angles(
         _dot(first, radius), _dot(first, tangent), _dot(first, goal) - _dot(first, centre)
     )
-    still, across, around = _line_circle(first, second)
     branches = []
-    for solution in solutions:
+    for solution, side in zip(solutions, (1, -1), strict=True):
         cosine, sine = _unit(*solution)
-        turn = _line_turn(first, centre + cosine * radius + sine * tangent, goal)
-        cosine, sine = _unit(*turn)
-        moved = still + cosine * across + sine * around
-        last = _line_turn(third, ~m * moved * m, second)
-        branches.append((_angle(turn), _angle(solution), _angle(last)))
+        x, onward = centre + cosine * radius + sine * tangent, cosine * tangent - sine * radius
+        # Where it is on the first axis to rounding, it leaves it this way.
+        on_axis = ga.norm_squared(ga.commutator(x, first)) <= ON_AXIS
+        turn = _line_turn(first, ga.select(on_axis, side * onward, x), goal)
+        unit = _unit(*turn)
+        middle = _line_turn(second, third, _line_turned(first, goal, _back(unit)))
+        last = _line_turn(third, ~m * _line_turned(first, second, unit) * m, second)
+        branches.append((_angle(turn), _angle(middle), _angle(last)))
     return tuple(branches), discriminant
 
 

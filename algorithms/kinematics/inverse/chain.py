@@ -15,6 +15,8 @@ from ...arguments import Reals
 TOLERANCE = 1e-9
 """Sines of angles, and distances as parts of the arm's size, up to this are 0: axes meet, or are parallel."""
 
+COINCIDE = 1e-12
+"""Discriminants up to this are branches that coincide to 1e-6 radians."""
 _ONE = np.eye(8)[0]
 
 

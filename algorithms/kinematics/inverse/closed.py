@@ -10,7 +10,7 @@ import numpy as np
 from generated import arms, pga3
 
 from ...arguments import Reals
-from .chain import TOLERANCE, Chain, common_point, direction, parallel
+from .chain import COINCIDE, TOLERANCE, Chain, common_point, direction, parallel
 from .regional import Regional
 
 
@@ -178,7 +178,12 @@ class ParallelAxes:
 
 
 def joined(q: Reals, gap: Reals, more: Reals, gap_more: Reals) -> tuple[Reals, Reals]:
-    """Branches of the first joints, (N, B, k), each with those of the next, (N, B, 2, m), as (N, 2 B, k + m)."""
+    """Branches of the first joints, (N, B, k), each with those of the next, (N, B, 2, m), as (N, 2 B, k + m).
+
+    Discriminants are the smaller ones, but 0 stays: what comes after a joint that turns freely depends on its angle.
+    """
     branches = 2 * q.shape[1]
     both = np.concatenate([np.broadcast_to(q[:, :, None], (*more.shape[:-1], q.shape[-1])), more], -1)
-    return both.reshape(len(q), branches, both.shape[-1]), np.minimum(gap, gap_more).repeat(2, axis=-1)
+    return both.reshape(len(q), branches, both.shape[-1]), np.where(
+        np.abs(gap) <= COINCIDE, gap, np.minimum(gap, gap_more)
+    ).repeat(2, axis=-1)

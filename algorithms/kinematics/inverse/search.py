@@ -93,7 +93,7 @@ def descend(chain: Chain, q: Reals, goals: Reals, steps: int, enough: float) -> 
         settled = better & (found > (1 - 1e-7) * error[active]) | (damping[active] > 1e6 * chain.size**2)
         chosen = active[better]
         q[chosen], error[chosen] = trial[better], found[better]
-        damping[active] *= np.where(better, 0.1, 10.0)
+        damping[active] = np.maximum(damping[active] * np.where(better, 0.1, 10.0), _SLIGHT * chain.size**2)
         left, rates = np.where(better[:, None], left_next, left), np.where(better[:, None, None], rates_next, rates)
         active, left, rates = active[~settled], left[~settled], rates[~settled]
     return q, error

@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 from generated import pga3
 
 from ...arguments import Reals, real_array
-from .chain import Chain
+from .chain import COINCIDE, Chain
 from .closed import closed_form
 from .redundant import elbow_circle
 from .search import descend, polish, search
@@ -29,8 +29,6 @@ _EXACT = 1e-13
 """Branches farther off than this, up to `_ROUGH`, are polished."""
 _ROUGH = 1e-3
 _STEPS = 60
-_COINCIDE = 1e-12
-"""Discriminants up to this are branches that coincide to 1e-6 radians."""
 
 Way = Callable[[Reals, slice], tuple[Reals, Reals]]
 
@@ -82,7 +80,7 @@ def inverse(
         found = _with_locked(chain, goals, values)
     status = np.full(count, Status.OUT_OF_REACH if found.method != "search" else Status.NOT_FOUND, np.int8)
     status[found.valid.any(-1)] = Status.FOUND
-    status[(found.valid & (np.abs(found.gap) <= _COINCIDE)).any(-1)] = Status.SINGULAR
+    status[(found.valid & (np.abs(found.gap) <= COINCIDE)).any(-1)] = Status.SINGULAR
     status[~finite] = Status.NOT_FINITE
     valid = found.valid & finite[:, None]
     q = found.q
@@ -190,9 +188,15 @@ def _checked(chain: Chain, goals: Reals, way: Way, method: str) -> _Found:
     if len(missed):
         begin = np.where(np.isfinite(found.nearest[missed]), found.nearest[missed], 0.0)
         reached, _ = descend(chain, begin, goals[missed], _STEPS, 1e-13 * chain.size)
+        # Where a joint could turn freely, another angle than the one that was taken may reach.
+        free = (np.abs(found.gap[missed]) <= COINCIDE).any(-1) & (chain.distance(reached, goals[missed]) > _RIGHT)
+        reached[free] = search(chain, goals[missed[free]])[:, 0]
         found.nearest[missed] = chain.wrapped(reached)
-        right = missed[chain.distance(reached, goals[missed]) <= _RIGHT]
+        distance = chain.distance(reached, goals[missed])
+        right = missed[distance <= _RIGHT]
         found.q[right, 0], found.valid[right, 0] = found.nearest[right], True
+        # Found though the equations had no solution: that is where they are singular.
+        found.gap[right, 0] = 0.0
     return found
 
 
