@@ -86,7 +86,9 @@ def _angles(a, b, c):
 
 def _line_turn(line, x, y):
     """Unnormalised (cosine, sine) of the angle about a line from the direction of the line `x` to that of `y`."""
-    return _dot(x, y) - _dot(x, line) * _dot(y, line), _dot(line, ga.commutator(y, x))
+    # By the parts across the line, so that nothing cancels where they are small.
+    u, v = ga.commutator(x, line), ga.commutator(y, line)
+    return _dot(u, v), _dot(line, ga.commutator(v, u))
 
 
 def _line_turned(line, x, unit):
