@@ -10,6 +10,7 @@ from .errors import (
     NotFiniteError,
     UnknownJointTypeError,
 )
+from .inverse import Solutions, Status, elbow_angle
 from .robot import Robot
 
 __all__ = [
@@ -21,6 +22,9 @@ __all__ = [
     "NotFiniteError",
     "Robot",
     "Row",
+    "Solutions",
+    "Status",
     "Table",
     "UnknownJointTypeError",
+    "elbow_angle",
 ]

@@ -19,6 +19,8 @@ from .bodies import Body, moved
 from .chains import blocks, motions
 from .denavit_hartenberg import Convention, Joint, Table, convention_of, rows_of
 from .errors import DescriptionError, JointCountError
+from .inverse import Solutions
+from .inverse import inverse as _inverse
 from .named import FOLDED, TABLES
 from .slopes import Slopes
 
@@ -298,6 +300,79 @@ class Robot(Slopes):
             As in `forward`.
         """
         return pga3.motor_to_matrix(self.forward(q))  # type: ignore[no-any-return]
+
+    def inverse(
+        self,
+        poses: ArrayLike,
+        *,
+        locked: Mapping[int, ArrayLike] | None = None,
+        elbow: ArrayLike | None = None,
+    ) -> Solutions:
+        """All configurations that reach poses.
+
+        In closed form where the last or the first three axes meet (at most 8 branches, 16 where the other three are
+        skew), where the second, third and fourth, or third to fifth, are parallel and the two beyond meet (8), and for
+        planar arms and SCARA (2). Other arms are searched by damped Gauss-Newton on motors from 24 starts, and up to 8
+        different configurations are kept; so are arms with more joints than a pose has freedoms unless `locked` or
+        `elbow` says which configuration is meant. Joint limits are not looked at. Joints that do not move the end
+        effector stay at 0.
+
+        Parameters
+        ----------
+        poses : array_like, (..., 8) or (..., 4, 4)
+            Motors, of either sign, or matrices, as `forward` and `pose` give them.
+        locked : mapping of int to array_like, optional
+            Joints, counted from 0, and the values that they shall have, one or one for each pose: for arms of seven
+            joints. Many different values are fast for the first and the last joint only.
+        elbow : array_like, optional
+            For arms of seven joints whose first three axes meet in a shoulder and last three in a wrist: the angle in
+            radians of the fourth axis about the line from shoulder to wrist, as `elbow_angle` measures it.
+
+        Returns
+        -------
+        Solutions
+            Branches, which of them are valid, a status for each pose, the nearest that can be reached.
+
+        Raises
+        ------
+        TypeError, ValueError
+            Where an argument has another shape or type, a joint is not there, or `elbow` is given for another arm.
+        """
+        arm, variables = self._arm()
+        if arm is self:
+            return _inverse(self, poses, locked=locked, elbow=elbow)
+        for joint in locked or {}:
+            if joint not in variables:
+                raise ValueError(
+                    f"{self.name}: locked: joint {joint!r} does not move the end effector; expected one of {variables}"
+                )
+        kept = {variables.index(joint): value for joint, value in (locked or {}).items()}
+        found = _inverse(arm, poses, locked=kept, elbow=elbow)
+        q, nearest = (np.zeros((*some.shape[:-1], self.n_joints)) for some in (found.q, found.nearest))
+        q[..., variables], nearest[..., variables] = found.q, found.nearest
+        q[~found.valid] = np.nan
+        nearest[np.isnan(found.nearest).any(-1)] = np.nan
+        return replace(found, q=q, nearest=nearest)
+
+    def _arm(self) -> tuple[Robot, list[int]]:
+        """The joints from the base to the end effector as a robot, and which variables are theirs."""
+        path = list(self.path)
+        if not self.coupling.size and len(path) == len(self.kinds):
+            return self, path
+        variables = path
+        if self.coupling.size:
+            rows = self.coupling[path]
+            variables = [int(k) for k in rows.argmax(axis=1)]
+            own = np.zeros_like(rows)
+            own[range(len(path)), variables] = 1.0
+            for j, same in zip(path, (rows == own).all(axis=1), strict=True):
+                if not same or variables.count(variables[path.index(j)]) > 1:
+                    raise ValueError(
+                        f"{self.name}: inverse: {self.joint_names[j]} follows another joint; expected joints to the "
+                        "end effector that have variables of their own"
+                    )
+        kinds = tuple(self.kinds[j] for j in path)
+        return Robot(self.name, kinds, self.axes[path], self.home[path], tool=self.tool), variables
 
 
 def _carried(bodies: tuple[Body, ...], home: Reals) -> dict[str, Any]:

@@ -1,0 +1,113 @@
+"""Arms of seven joints with three axes that meet at the shoulder and three at the wrist: the circle of the elbow."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from generated import arms, pga3
+
+from ...arguments import Reals, real_array
+from .chain import Chain, common_point, parallel
+from .closed import joined
+
+if TYPE_CHECKING:
+    from ..robot import Robot
+
+_ON_AXIS = 1e-20
+"""Squared sines up to this are 0."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class ElbowCircle:
+    """Shoulder and wrist prepared for an angle of the elbow.
+
+    The distance from shoulder to wrist gives the fourth joint. Then the upper arm may turn about the line through both;
+    the angle of the fourth axis about that line, from the vector product of the first axis with it, is the caller's.
+    Shoulder and wrist are then two rotations.
+    """
+
+    chain: Chain
+    shoulder: Reals
+    wrist: Reals
+
+    name = "elbow circle"
+
+    @classmethod
+    def of(cls, chain: Chain) -> ElbowCircle | None:
+        """The arm, or None where it is not of this kind."""
+        if len(chain) != 7 or any(chain.slides) or any(parallel(*chain.axes[j : j + 2]) for j in (0, 1, 4, 5)):
+            return None
+        shoulder, wrist = (common_point(chain.axes[part], chain.size) for part in (slice(0, 3), slice(4, 7)))
+        return None if shoulder is None or wrist is None else cls(chain, shoulder, wrist)
+
+    def solve(self, goals: Reals, elbow: Reals) -> tuple[Reals, Reals]:
+        """Variables (N, 8, 7) and discriminants (N, 8) for motors (N, 8) and angles (N,)."""
+        axes, shoulder = self.chain.axes, self.shoulder
+        goal = pga3.move_point(goals, self.wrist)
+        four, gap = arms.turns_to_sphere(axes[3], self.wrist, shoulder, pga3.distance_points(shoulder, goal))
+        bend = self.chain.motion(3, four)
+        before = arms.elbow_frame(shoulder, pga3.move_point(bend, self.wrist), axes[3])
+        line, start, gap_start = self.reference(goal)
+        after = pga3.motor_product(pga3.motor_from_line(line, elbow), arms.elbow_frame(shoulder, goal, start))
+        upper = pga3.motor_between_frames(before, after[:, None])
+        ahead, gap_ahead = arms.wrist_turns(*axes[:3], upper)
+        rest = pga3.motor_relative(pga3.motor_product(upper, bend), goals[:, None])
+        behind, gap_behind = arms.wrist_turns(*axes[4:], rest)
+        gap = np.minimum(gap[:, None], gap_start[:, None])
+        q, gap = joined(four[..., None], gap, ahead, gap_ahead)
+        q = q[..., [1, 2, 3, 0]]
+        behind, gap_behind = np.repeat(behind, 2, axis=1), np.repeat(gap_behind, 2, axis=1)
+        return joined(q, gap, behind, gap_behind)
+
+    def reference(self, goal: Reals) -> tuple[Reals, Reals, Reals]:
+        """The line to the wrist, where the elbow is measured from, and the squared sine of its angle to the first axis.
+
+        Where the wrist is on the first axis, the second as it is at home stands for that.
+        """
+        line = pga3.normalize_line(pga3.join_points(self.shoulder, goal))
+        axis = self.chain.axes[0]
+        across = pga3.line_commutator(line, axis)
+        sine_squared = np.sin(pga3.angle_between_lines(line, axis)) ** 2
+        spare = pga3.line_commutator(line, self.chain.axes[1])
+        return line, np.where(sine_squared[..., None] > _ON_AXIS, across, spare), sine_squared
+
+
+def elbow_angle(robot: Robot, q: ArrayLike) -> Reals:
+    """The angle of the elbow that `Robot.inverse` takes, of configurations.
+
+    Parameters
+    ----------
+    robot : Robot
+        Of seven joints, the first three axes through one point and the last three through another.
+    q : array_like, (..., 7)
+
+    Returns
+    -------
+    array, (...)
+        Radians in [-pi, pi].
+
+    Raises
+    ------
+    TypeError, ValueError
+        Where the arm is of another kind, or `q` of another shape.
+    """
+    arm = elbow_circle(robot)
+    joints = real_array(q, f"{robot.name}: q", (7,), "7 joint variables")
+    motions = arm.chain.motions(joints)
+    line, start, _ = arm.reference(pga3.move_point(motions[3], arm.wrist))
+    return arms.turn_between_lines(line, start, pga3.move_line(motions[2], arm.chain.axes[3]))  # type: ignore[no-any-return]
+
+
+def elbow_circle(robot: Robot) -> ElbowCircle:
+    """The arm prepared, or a `ValueError`."""
+    arm = ElbowCircle.of(Chain(robot.axes, tuple(kind.value == "prismatic" for kind in robot.kinds)))
+    if arm is None:
+        raise ValueError(
+            f"{robot.name}: elbow: not an arm of seven turning joints, three axes through the shoulder and three "
+            "through the wrist; expected one, or give the value of a joint by locked={joint: value}"
+        )
+    return arm

@@ -1,0 +1,163 @@
+"""The first three joints of an arm: where a point must go.
+
+``E1 E2 E3 c = p``. What the second joint cannot change is the same of ``x = E3 c`` and ``y = E1^-1 p``: height and
+distance, for a turn; two coordinates, for a slide. These are two equations between the first and the third variable.
+Where one of them, or a combination, has only one of the variables, because axes meet or are parallel, each variable has
+two solutions in turn; otherwise an ellipse meets a circle in at most four points (Pieper's quartic).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from enum import Enum
+
+import numpy as np
+
+from generated import arms, pga3
+
+from ...arguments import Reals
+from .chain import TOLERANCE, Chain, common_point, direction, parallel
+
+
+class _Order(Enum):
+    FIRST_THEN_THIRD = 1
+    THIRD_THEN_FIRST = 2
+    TOGETHER = 3
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Regional:
+    """Three joints prepared for a point.
+
+    Attributes
+    ----------
+    chain : Chain
+        Of three joints.
+    point : array, (3,)
+        The point that they move, where all variables are 0.
+    """
+
+    chain: Chain
+    point: Reals
+    order: _Order
+    mix: Reals
+    """(2, 2) What combines the two equations, so that the first is the one with a single variable."""
+    frame: tuple[Reals, Reals]
+    """For the profile: a point of the second axis; for the shadow: two directions. See `_equations`."""
+    third: Reals
+    """(2, 3) The side of the third joint in both equations, combined."""
+
+    @classmethod
+    def of(cls, chain: Chain, point: Reals) -> Regional | None:
+        """The three joints, or None where no order of solving is known: prismatic joints skew to all others."""
+        frame = _frame(chain)
+        scale = np.array([1.0, 1.0 if chain.slides[1] else 1 / chain.size])
+        mix = np.diag(scale)
+        third = mix @ _equations(chain, frame, 2, chain.axes[2], point)
+        tests = point + chain.size * np.random.default_rng(0).normal(size=(8, 3))
+        first = mix @ _equations(chain, frame, 0, -chain.axes[0], tests)
+        small = TOLERANCE * max(1.0, chain.size)
+        single = np.abs(first[..., :2]).max((0, 2)) <= small
+        left, values, _ = np.linalg.svd(third[:, :2])
+        if values[1] <= small:
+            order, mix = _Order.FIRST_THEN_THIRD, left.T[::-1] @ mix
+        elif single.any():
+            order, mix = _Order.THIRD_THEN_FIRST, (np.eye(2) if single[0] else np.eye(2)[::-1]) @ mix
+        elif not (chain.slides[0] or chain.slides[2]):
+            order = _Order.TOGETHER
+        else:
+            return None
+        return cls(chain, point, order, mix, frame, mix @ _equations(chain, frame, 2, chain.axes[2], point))
+
+    def solve(self, goals: Reals) -> tuple[Reals, Reals]:
+        """All branches for goals of the point.
+
+        Parameters
+        ----------
+        goals : array, (N, 3)
+
+        Returns
+        -------
+        q : array, (N, 4, 3)
+        discriminant : array, (N, 4)
+            The smallest of those of the equations that were solved, as in the module `arms`.
+        """
+        chain = self.chain
+        first = self.mix @ _equations(chain, self.frame, 0, -chain.axes[0], goals)
+        if self.order is _Order.TOGETHER:
+            inverse = np.linalg.inv(self.third[:, :2])
+            ellipse, centre = inverse @ first[..., :2], (first[..., 2] - self.third[:, 2]) @ inverse.T
+            one, imaginary = arms.turns_of_ellipse(ellipse, centre)
+            circle = np.stack([np.cos(one), np.sin(one)], -1)
+            x = circle @ ellipse.swapaxes(-1, -2) + centre[:, None]
+            three, gap = np.arctan2(x[..., 1], x[..., 0]), _apart(one, imaginary)
+        else:
+            ahead = self.order is _Order.FIRST_THEN_THIRD
+            known, wanted = (first[:, None], self.third) if ahead else (self.third, first[:, None])
+            slide_known, slide_wanted = (chain.slides[0], chain.slides[2])[:: 1 if ahead else -1]
+            a, gap_a = _solved(slide_known, known[..., 0, :], wanted[..., 0, 2])
+            a, gap_a = a.reshape(-1, 2), gap_a.reshape(-1, 1)
+            b, gap_b = _solved(slide_wanted, wanted[..., 1, :], _value(slide_known, known[..., 1, :], a))
+            a, gap = np.repeat(a, 2, axis=-1), np.repeat(np.minimum(gap_a, gap_b), 2, axis=-1)
+            b = b.reshape(-1, 4)
+            one, three = (a, b) if ahead else (b, a)
+        x = pga3.move_point(chain.motion(2, three), self.point)
+        y = pga3.move_point_back(chain.motion(0, one), goals[:, None])
+        axis = chain.axes[1]
+        if chain.slides[1]:
+            two = pga3.position_along_line(y, axis) - pga3.position_along_line(x, axis)
+        else:
+            two = arms.turn_between_points(axis, x, y)
+        return np.stack([one, two, three], -1), gap
+
+
+def _apart(angles: Reals, imaginary: Reals) -> Reals:
+    """The squared sine of half the angle to the next solution, negative for what is none: (N, 4)."""
+    half = np.sin((angles[:, :, None] - angles[:, None]) / 2) ** 2
+    near: Reals = (half + np.eye(4)).min(-1)
+    return np.where(imaginary == 0, near, -np.abs(imaginary))
+
+
+def _frame(chain: Chain) -> tuple[Reals, Reals]:
+    """Where the two equations are measured from, chosen so that a side that is constant is seen to be so."""
+    first, second = chain.axes[:2]
+    if not chain.slides[1]:
+        meet = None if chain.slides[0] else common_point(chain.axes[:2], chain.size)
+        base = pga3.line_support(second) if meet is None else meet
+        return base, base
+    # The second coordinate is across the first slide, or along the first axis, as far as the second joint lets it.
+    along = direction(second)
+    other = direction(first)
+    if parallel(first, second):
+        other = np.eye(3)[np.argmin(np.abs(along))]
+    across = np.cross(along, other)
+    across /= np.linalg.norm(across)
+    inside = np.cross(across, along)
+    return (inside, across) if chain.slides[0] else (across, inside)
+
+
+def _equations(chain: Chain, frame: tuple[Reals, Reals], joint: int, axis: Reals, points: Reals) -> Reals:
+    """Both equations of points that a joint moves about or along an axis: (..., 3) to (..., 2, 3)."""
+    slides = chain.slides[joint]
+    if chain.slides[1]:
+        shadow = arms.segment_shadow if slides else arms.circle_shadow
+        return shadow(*frame, axis, points)  # type: ignore[no-any-return]
+    profile = arms.segment_profile if slides else arms.circle_profile
+    return profile(chain.axes[1], frame[0], axis, points)  # type: ignore[no-any-return]
+
+
+def _solved(slides: bool, row: Reals, value: Reals) -> tuple[Reals, Reals]:
+    """Both variables at which a side has a value: (..., 3) and (...) to (..., 2), and the discriminant."""
+    if not slides:
+        return arms.turns_of_sum(row[..., 0], row[..., 1], value - row[..., 2])  # type: ignore[no-any-return]
+    found, gap = arms.slides_of_quadratic(row[..., 0], row[..., 1], row[..., 2] - value)
+    # Of a linear equation there is one solution.
+    linear = np.broadcast_to(row[..., 0] == 0, gap.shape)
+    return np.where(linear[..., None] & np.array([False, True]), np.nan, found), gap
+
+
+def _value(slides: bool, row: Reals, q: Reals) -> Reals:
+    """A side of an equation at values of its variable."""
+    a, b = (q * q, q) if slides else (np.cos(q), np.sin(q))
+    value: Reals = row[..., 0] * a + row[..., 1] * b + row[..., 2]
+    return value

@@ -1,0 +1,131 @@
+"""Damped Gauss-Newton on motors: polish, the nearest pose that can be reached, and arms without a closed form."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from generated import pga3
+
+from ...arguments import Reals
+from .chain import Chain, direction
+
+_STARTS, _STEPS = 24, 60
+_BRANCHES = 8
+"""How many configurations a search keeps."""
+_SLIGHT = 1e-12
+"""Damping, as part of the arm's size squared, that only keeps equations from being singular."""
+_REACHED = 1e-9
+_SAME = 1e-5
+"""Configurations are the same where their largest difference is less."""
+
+
+def remainder(chain: Chain, q: Reals, goals: Reals) -> tuple[Reals, Reals]:
+    """The twist, at the goal and with angles times the arm's size, that is left to go, and its rates of change.
+
+    Parameters
+    ----------
+    chain : Chain
+    q : array, (..., n)
+    goals : array, (..., 8)
+
+    Returns
+    -------
+    left : array, (..., 6)
+    rates : array, (..., 6, n)
+        Twists of the joints, in the same frame.
+    """
+    motions = chain.motions(q)
+    back = pga3.motor_inverse(motions[-1])
+    way = pga3.motor_product(back, goals)
+    # Of the two motors of a motion, the one with the shorter way.
+    way = np.where(way[..., :1] < 0, -way, way)
+    left = pga3.motor_to_twist(way)
+    rates = np.empty((*q.shape[:-1], 6, len(chain)))
+    for j in range(len(chain)):
+        # A joint's own motion leaves its axis alone.
+        rates[..., j] = pga3.move_line(pga3.motor_product(back, motions[j]), _twist(chain, j))
+    weights = np.array([chain.size] * 3 + [1.0] * 3)
+    return left * weights, rates * weights[:, None]
+
+
+def _twist(chain: Chain, joint: int) -> Reals:
+    axis: Reals = chain.axes[joint]
+    if chain.slides[joint]:
+        axis = pga3.twist_from_velocities(np.zeros(3), direction(axis))
+    return axis
+
+
+def descend(chain: Chain, q: Reals, goals: Reals, steps: int, enough: float) -> tuple[Reals, Reals]:
+    """Damped least squares from given configurations (Levenberg and Marquardt).
+
+    Parameters
+    ----------
+    chain : Chain
+    q : array, (N, n)
+    goals : array, (N, 8)
+    steps : int
+        At most so many.
+    enough : float
+        Poses nearer than this are left alone, as are those that improve by less than 1e-7 of themselves.
+
+    Returns
+    -------
+    q : array, (N, n)
+    error : array, (N,)
+        Length of the twist that is left.
+    """
+    q = q.copy()
+    error, damping = np.full(len(q), np.inf), np.full(len(q), 1e-6 * chain.size**2)
+    active, identity = np.arange(len(q)), np.eye(len(chain))
+    left, rates = remainder(chain, q, goals)
+    error[:] = np.linalg.norm(left, axis=-1)
+    for _ in range(steps):
+        going = np.isfinite(error[active]) & (error[active] > enough)
+        active, left, rates = active[going], left[going], rates[going]
+        if not len(active):
+            break
+        square = rates.swapaxes(-1, -2) @ rates + damping[active, None, None] * identity
+        step = np.linalg.solve(square, rates.swapaxes(-1, -2) @ left[..., None])[..., 0]
+        trial = q[active] + step
+        left_next, rates_next = remainder(chain, trial, goals[active])
+        found = np.linalg.norm(left_next, axis=-1)
+        better = found < error[active]
+        settled = better & (found > (1 - 1e-7) * error[active]) | (damping[active] > 1e6 * chain.size**2)
+        chosen = active[better]
+        q[chosen], error[chosen] = trial[better], found[better]
+        damping[active] = np.maximum(damping[active] * np.where(better, 0.1, 10.0), _SLIGHT * chain.size**2)
+        left, rates = np.where(better[:, None], left_next, left), np.where(better[:, None, None], rates_next, rates)
+        active, left, rates = active[~settled], left[~settled], rates[~settled]
+    return q, error
+
+
+def polish(chain: Chain, q: Reals, goals: Reals) -> Reals:
+    """A few undamped steps, (N, n) and (N, 8): for what a closed form found to half the digits."""
+    for _ in range(3):
+        left, rates = remainder(chain, q, goals)
+        square = rates.swapaxes(-1, -2) @ rates + _SLIGHT * chain.size**2 * np.eye(len(chain))
+        q = q + np.linalg.solve(square, rates.swapaxes(-1, -2) @ left[..., None])[..., 0]
+    return q
+
+
+def search(chain: Chain, goals: Reals, starts: Reals | None = None) -> Reals:
+    """Configurations found from several starts, the nearest to the goal first: (N, branches, n)."""
+    if starts is None:
+        starts = np.random.default_rng(7).uniform(-np.pi, np.pi, (_STARTS, len(chain)))
+        starts[:, list(np.flatnonzero(chain.slides))] *= chain.size / np.pi
+    many = len(starts)
+    q, error = descend(chain, np.tile(starts, (len(goals), 1)), np.repeat(goals, many, axis=0), _STEPS, 1e-13)
+    q, error = chain.wrapped(q).reshape(-1, many, len(chain)), error.reshape(-1, many)
+    order = np.argsort(error, axis=-1)
+    q, error = np.take_along_axis(q, order[..., None], 1), np.take_along_axis(error, order, 1)
+    turns = ~np.array(chain.slides)
+    away = q[:, :, None] - q[:, None]
+    away[..., turns] = (away[..., turns] + np.pi) % (2 * np.pi) - np.pi
+    same = np.tril(np.abs(away).max(-1) < _SAME, -1).any(-1)
+    order = np.argsort(same, axis=-1, kind="stable")[:, :_BRANCHES]
+    repeated = np.take_along_axis(same, order, 1)
+    q = np.take_along_axis(q, order[..., None], 1)
+    # What ended elsewhere is of use only as the nearest.
+    repeated[:, 1:] |= np.take_along_axis(error, order, 1)[:, 1:] > _REACHED * chain.size
+    q[repeated] = np.nan
+    return q

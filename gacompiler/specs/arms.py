@@ -1,0 +1,347 @@
+"""Inverse kinematics of serial arms in plane-based geometric algebra G(3,0,1): which angles take one thing to another.
+
+Every joint is the rotation about a line, or the translation along it. A point that the joints behind do not move gives
+the first angles, a line the next, a plane the last: the rendezvous method (Bayro-Corrochano, *Geometric Computing*,
+2010, 11.4). Each step is an equation ``a cos(q) + b sin(q) = c``, whose coefficients are joins and products of points,
+lines and planes, and which has two solutions.
+
+With each pair comes its discriminant ``1 - c**2 / (a**2 + b**2)``, the squared sine of half the angle between the two:
+negative, down to -1, where there is none, when both are the angle that comes nearest; 0 where they coincide, or where
+every angle is as good. Angles are in radians, in [-pi, pi].
+"""
+
+from fractions import Fraction
+from functools import reduce
+
+import gacompiler as ga
+from gacompiler import SCALAR, array, kernel
+from gacompiler.algebra.catalog import PGA3
+from gacompiler.specs import pga3
+
+POINT, DIRECTION, LINE, PLANE, MOTOR = PGA3.POINT, PGA3.DIRECTION, PGA3.LINE, PGA3.PLANE, PGA3.MOTOR
+UNIT_LINE = PGA3.UNIT_LINE
+E0 = PGA3.multivector({"e0": 1})
+ORIGIN = PGA3.multivector({"e123": 1})
+PAIR, PROFILE = array(SCALAR, 2), array(SCALAR, 2, 3)
+BRANCHES = array(SCALAR, 2, 3)
+TINY = Fraction(1, 10**24)
+"""Squared lengths up to this are rounding."""
+
+ON_AXIS = Fraction(1, 10**14)
+"""Squared sines of angles up to this are found to few digits only."""
+
+
+def _dot(a, b):
+    """The inner product of the directions of two lines."""
+    return ga.scalar_product(a, ~b)
+
+
+def _coordinates(d):
+    return d["e032"], d["e013"], d["e021"]
+
+
+def _inner(a, b):
+    """The inner product of two directions."""
+    return sum(x * y for x, y in zip(_coordinates(a), _coordinates(b), strict=True))
+
+
+def _direction(line):
+    return line ^ -E0
+
+
+def _foot(p, line):
+    """The point of a normalised line that is nearest to `p`."""
+    return (ga.right_contraction(p, line) * ~line).grade(3)
+
+
+def _circle(line, p):
+    """Centre, radius and tangent of the circle of `p` about a line: ``centre + cos(q) radius + sin(q) tangent``."""
+    centre = _foot(p, line)
+    return centre, p - centre, ga.commutator(p, line)
+
+
+def _line_circle(line, x):
+    """The same for the direction of a line `x`."""
+    centre = _dot(line, x) * line
+    return centre, x - centre, ga.commutator(x, line)
+
+
+def _unit(cosine, sine):
+    """Cosine and sine of the angle of two numbers; of nothing, of the angle 0."""
+    length = ga.sqrt(cosine * cosine + sine * sine)
+    nothing = length <= 0
+    safe = ga.select(nothing, 1, length)
+    return ga.select(nothing, 1, cosine / safe), sine / safe
+
+
+def _angles(a, b, c):
+    """Unnormalised (cosine, sine) of both solutions of ``a cos + b sin = c``, and the discriminant."""
+    size = a * a + b * b
+    gap = size - c * c
+    root = ga.sqrt(ga.maximum(gap, 0))
+    first, second = (a * c - b * root, b * c + a * root), (a * c + b * root, b * c - a * root)
+    every = size + c * c <= TINY
+    return first, second, ga.select(every, 0, ga.maximum(gap / ga.maximum(size, TINY), -1))
+
+
+def _line_turn(line, x, y):
+    """Unnormalised (cosine, sine) of the angle about a line from the direction of the line `x` to that of `y`."""
+    # By the parts across the line, so that nothing cancels where they are small.
+    u, v = ga.commutator(x, line), ga.commutator(y, line)
+    return _dot(u, v), _dot(line, ga.commutator(v, u))
+
+
+def _line_turned(line, x, unit):
+    """The direction of the line `x` turned about a line by an angle of (cosine, sine)."""
+    centre, radius, tangent = _line_circle(line, x)
+    return centre + unit[0] * radius + unit[1] * tangent
+
+
+def _back(unit):
+    """The opposite angle."""
+    return unit[0], -unit[1]
+
+
+def _plane_turn(line, p, q):
+    """Unnormalised (cosine, sine) of the angle about a line from the plane `p` through it to `q`."""
+    return ga.scalar_product(p, q), _dot(p ^ q, line)
+
+
+def _angle(turn):
+    return ga.atan2(turn[1], turn[0])
+
+
+@kernel(a=SCALAR, b=SCALAR, c=SCALAR, returns=(PAIR, SCALAR))
+def turns_of_sum(a, b, c):
+    """Both angles q with ``a cos(q) + b sin(q) = c``, and the discriminant."""
+    first, second, discriminant = _angles(a, b, c)
+    return (_angle(first), _angle(second)), discriminant
+
+
+@kernel(a=SCALAR, b=SCALAR, c=SCALAR, returns=(PAIR, SCALAR))
+def slides_of_quadratic(a, b, c):
+    """Both slides t with ``a t**2 + b t + c = 0``, ascending, and the discriminant ``1 - 4 a c / b**2``, scaled.
+
+    Where that is negative, both are where the polynomial is nearest to 0. Where `a` is 0, both are the one root.
+    """
+    (low, high), _, number = ga.quadratic_roots(a, b, c)
+    size = b * b + ga.absolute(4 * a * c)
+    discriminant = (b * b - 4 * a * c) / ga.maximum(size, TINY)
+    return (low, ga.select(ga.equal(number, 1), low, high)), discriminant
+
+
+@kernel(p=array(SCALAR, 2, 2), s=PAIR, returns=(array(SCALAR, 4), array(SCALAR, 4)))
+def turns_of_ellipse(p, s):
+    """The angles at which an ellipse ``p (cos(q), sin(q)) + s`` meets the unit circle, at most four.
+
+    By the quartic in the tangent of half the angle from a direction that is far from all solutions.
+
+    Returns the angles, and of each the imaginary part of its tangent: 0 where it is real.
+    """
+    (a, b), (c, d) = p
+    x, y = s
+    # |p u + s|**2 - 1 = two_c cos(2 q) + two_s sin(2 q) + one_c cos(q) + one_s sin(q) + rest
+    cc, ss, cs = a * a + c * c, b * b + d * d, a * b + c * d
+    two_c, two_s = (cc - ss) / 2, cs
+    one_c, one_s = 2 * (a * x + c * y), 2 * (b * x + d * y)
+    rest = (cc + ss) / 2 + x * x + y * y - 1
+    long, short = Fraction(4, 5), Fraction(3, 5)
+    best, cosine, sine = ga.absolute(two_c - one_c + rest), 1, 0
+    for u, v in ((-1, 0), (0, 1), (0, -1), (long, short), (-long, short), (long, -short), (-long, -short)):
+        value = two_c * (u * u - v * v) + two_s * (2 * u * v) - one_c * u - one_s * v + rest
+        better = ga.absolute(value) > best
+        best = ga.select(better, ga.absolute(value), best)
+        cosine, sine = ga.select(better, u, cosine), ga.select(better, v, sine)
+    cosine_two, sine_two = cosine * cosine - sine * sine, 2 * sine * cosine
+    two_c, two_s = two_c * cosine_two + two_s * sine_two, two_s * cosine_two - two_c * sine_two
+    one_c, one_s = one_c * cosine + one_s * sine, one_s * cosine - one_c * sine
+    real, imaginary, _ = ga.quartic_roots(
+        two_c - one_c + rest, 2 * one_s - 4 * two_s, 2 * rest - 6 * two_c, 2 * one_s + 4 * two_s, two_c + one_c + rest
+    )
+    angles = []
+    for t in real:
+        u, v = 1 - t * t, 2 * t
+        angles.append(ga.atan2(v * cosine + u * sine, u * cosine - v * sine))
+    return tuple(angles), imaginary
+
+
+@kernel(line=UNIT_LINE, a=POINT, b=POINT, returns=SCALAR)
+def turn_between_points(line, a, b):
+    """The angle about a normalised line from the half plane of the point `a` to that of `b`; 0 for points on it."""
+    return _angle(_plane_turn(line, a & line, b & line))
+
+
+@kernel(line=UNIT_LINE, a=LINE, b=LINE, returns=SCALAR)
+def turn_between_lines(line, a, b):
+    """The angle about a normalised line from the direction of the line `a` to that of `b`, as seen along it."""
+    return _angle(_line_turn(line, a, b))
+
+
+@kernel(line=UNIT_LINE, p=POINT, plane=PLANE, returns=(PAIR, SCALAR))
+def turns_to_plane(line, p, plane):
+    """Both angles about a normalised line that take the point `p` into a plane, and the discriminant."""
+    centre, radius, tangent = _circle(line, p)
+    first, second, discriminant = _angles(plane & radius, plane & tangent, -(plane & centre))
+    return (_angle(first), _angle(second)), discriminant
+
+
+@kernel(line=UNIT_LINE, p=POINT, centre=POINT, distance=SCALAR, returns=(PAIR, SCALAR))
+def turns_to_sphere(line, p, centre, distance):
+    """Both angles about a normalised line that take the point `p` to a distance from a centre, and the discriminant."""
+    middle, radius, tangent = _circle(line, p)
+    away = middle - centre
+    first, second, discriminant = _angles(
+        2 * _inner(away, radius),
+        2 * _inner(away, tangent),
+        distance * distance - _inner(away, away) - _inner(radius, radius),
+    )
+    return (_angle(first), _angle(second)), discriminant
+
+
+@kernel(axis=UNIT_LINE, base=POINT, line=UNIT_LINE, p=POINT, returns=PROFILE)
+def circle_profile(axis, base, line, p):
+    """What a turn about an axis leaves of the circle of the point `p` about a line: height and squared distance.
+
+    Both from the point `base` of the axis, as numbers (a, b, c) with ``a cos(q) + b sin(q) + c``.
+    """
+    centre, radius, tangent = _circle(line, p)
+    up, away = _direction(axis), centre - base
+    return (
+        (_inner(radius, up), _inner(tangent, up), _inner(away, up)),
+        (2 * _inner(away, radius), 2 * _inner(away, tangent), _inner(away, away) + _inner(radius, radius)),
+    )
+
+
+@kernel(axis=UNIT_LINE, base=POINT, line=UNIT_LINE, p=POINT, returns=PROFILE)
+def segment_profile(axis, base, line, p):
+    """The same of the point `p` as it slides along a line: numbers (a, b, c) with ``a t**2 + b t + c``."""
+    along, up, away = _direction(line), _direction(axis), p - base
+    return (0, _inner(along, up), _inner(away, up)), (1, 2 * _inner(away, along), _inner(away, away))
+
+
+@kernel(first=DIRECTION, second=DIRECTION, line=UNIT_LINE, p=POINT, returns=PROFILE)
+def circle_shadow(first, second, line, p):
+    """Two coordinates of the circle of the point `p` about a line: (a, b, c) with ``a cos(q) + b sin(q) + c``."""
+    centre, radius, tangent = _circle(line, p)
+    away = centre - ORIGIN
+    return tuple(tuple(_inner(x, d) for x in (radius, tangent, away)) for d in (first, second))
+
+
+@kernel(first=DIRECTION, second=DIRECTION, line=UNIT_LINE, p=POINT, returns=PROFILE)
+def segment_shadow(first, second, line, p):
+    """Two coordinates of the point `p` as it slides along a line: numbers (0, b, c) with ``b t + c``."""
+    along, away = _direction(line), p - ORIGIN
+    return tuple((0, _inner(along, d), _inner(away, d)) for d in (first, second))
+
+
+@kernel(first=UNIT_LINE, second=UNIT_LINE, a=LINE, b=LINE, returns=(PAIR, PAIR, SCALAR))
+def turns_about_two_axes(first, second, a, b):
+    """The angles about two axes, the second done first, that turn the direction of the line `a` to that of `b`.
+
+    Returns both branches (angle about the first axis, angle about the second), and the discriminant.
+    """
+    centre, radius, tangent = _line_circle(second, a)
+    *solutions, discriminant = _angles(_dot(first, radius), _dot(first, tangent), _dot(first, b) - _dot(first, centre))
+    branches = []
+    for solution in solutions:
+        cosine, sine = _unit(*solution)
+        x = centre + cosine * radius + sine * tangent
+        branches.append((_angle(_line_turn(first, x, b)), _angle(solution)))
+    return *branches, discriminant
+
+
+@kernel(first=UNIT_LINE, second=UNIT_LINE, third=UNIT_LINE, m=MOTOR, returns=(BRANCHES, SCALAR))
+def wrist_turns(first, second, third, m):
+    """The angles about three axes through a point, the third done first, whose product is the rotation `m` about it.
+
+    The line of the third axis, which its own turn leaves alone, gives the angles of the first and second; the plane of
+    second and third axis gives that of the third. Returns both branches as rows, and the discriminant.
+    """
+    goal = m * third * ~m
+    centre, radius, tangent = _line_circle(second, third)
+    *solutions, discriminant = _angles(
+        _dot(first, radius), _dot(first, tangent), _dot(first, goal) - _dot(first, centre)
+    )
+    branches = []
+    for solution, side in zip(solutions, (1, -1), strict=True):
+        cosine, sine = _unit(*solution)
+        x, onward = centre + cosine * radius + sine * tangent, cosine * tangent - sine * radius
+        # Where it is on the first axis to rounding, it leaves it this way.
+        on_axis = ga.norm_squared(ga.commutator(x, first)) <= ON_AXIS
+        turn = _line_turn(first, ga.select(on_axis, side * onward, x), goal)
+        unit = _unit(*turn)
+        middle = _line_turn(second, third, _line_turned(first, goal, _back(unit)))
+        last = _line_turn(third, ~m * _line_turned(first, second, unit) * m, second)
+        branches.append((_angle(turn), _angle(middle), _angle(last)))
+    return tuple(branches), discriminant
+
+
+@kernel(first=UNIT_LINE, second=UNIT_LINE, third=UNIT_LINE, m=MOTOR, returns=(BRANCHES, SCALAR))
+def planar_turns(first, second, third, m):
+    """The angles about three parallel axes, the third done first, whose product is the motion `m` of their plane.
+
+    A point of the third axis gives the first two, and a direction their sum with the last.
+    Returns both branches as rows, and the discriminant.
+    """
+    p = _foot(ORIGIN, third)
+    goal = (m * p * ~m) & first
+    centre, radius, tangent = _circle(second, p)
+    base, across, around = centre & first, radius & first, tangent & first
+    *solutions, discriminant = _angles(
+        2 * ga.scalar_product(base, across),
+        2 * ga.scalar_product(base, around),
+        ga.norm_squared(goal) - ga.norm_squared(base) - ga.norm_squared(across),
+    )
+    moved = m * radius * ~m
+    whole = _inner(radius, moved), _inner(_direction(first), _cross(radius, moved))
+    branches = []
+    for solution in solutions:
+        elbow = _unit(*solution)
+        shoulder = _plane_turn(first, base + elbow[0] * across + elbow[1] * around, goal)
+        last = _less(_less(whole, shoulder), elbow)
+        branches.append((_angle(shoulder), _angle(solution), _angle(last)))
+    return tuple(branches), discriminant
+
+
+def _less(turn, other):
+    """The difference of two angles, all as unnormalised (cosine, sine)."""
+    return turn[0] * other[0] + turn[1] * other[1], turn[1] * other[0] - turn[0] * other[1]
+
+
+def _cross(a, b):
+    """The vector product of two directions."""
+    x, y = _coordinates(a), _coordinates(b)
+    names = ("e032", "e013", "e021")
+    return ga.assemble(PGA3, {names[k]: x[k - 2] * y[k - 1] - x[k - 1] * y[k - 2] for k in range(3)})
+
+
+@kernel(shoulder=POINT, wrist=POINT, hinge=LINE, returns=MOTOR)
+def elbow_frame(shoulder, wrist, hinge):
+    """The frame at the shoulder with x to the wrist and the direction of the hinge in its plane of x and y, above x.
+
+    Not a number where that direction is along x, or the wrist is on the shoulder.
+    """
+    line = ga.normalize(shoulder & wrist)
+    return pga3.motor_from_flag(shoulder, line, ga.normalize(line & _direction(hinge)))
+
+
+@kernel(first=UNIT_LINE, second=UNIT_LINE, third=UNIT_LINE, q=array(SCALAR, 3), returns=MOTOR)
+def motion_of_three_turns(first, second, third, q):
+    """The motor of turns by three angles about three lines, the third done first."""
+    turn = pga3.motor_from_line
+    return turn(first, q[0]) * turn(second, q[1]) * turn(third, q[2])
+
+
+@kernel(m=MOTOR, n=MOTOR, goal=MOTOR, size=SCALAR, returns=SCALAR)
+def distance_to_goal(m, n, goal, size):
+    """How far the motor ``m n`` is from a goal or its negative: the largest difference of coefficients.
+
+    Those of the translation are in units of half of `size`.
+    """
+    made = m * n
+    near, far = [], []
+    for name in MOTOR.blades:
+        scale = 2 / size if "0" in name else 1
+        near.append(scale * ga.absolute(made[name] - goal[name]))
+        far.append(scale * ga.absolute(made[name] + goal[name]))
+    return ga.minimum(reduce(ga.maximum, near), reduce(ga.maximum, far))
