@@ -479,6 +479,7 @@ def test_joints_that_do_not_move_the_end_effector_stay() -> None:
     assert not found.q[found.valid][:, [1, 7]].any()
     with pytest.raises(ValueError, match="joint 7 does not move the end effector"):
         tree.inverse(goals, locked={7: 0.0})
+    coupling = coupling.copy()
     coupling[2, :] = 0.0
     coupling[2, 0] = 0.5
     follower = Robot("tree", kinds, arm.axes[order], arm.home[order], parents=parents, tip=6, coupling=coupling)
