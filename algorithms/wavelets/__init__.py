@@ -4,10 +4,14 @@ from .clifford_fourier import clifford_fft, iclifford_fft, ispacetime_fft, space
 from .convolution import clifford_convolve, clifford_correlate
 from .discrete import WaveletPyramid, discrete_wavelet, wavelet_filters
 from .dual_tree import DualTree, dual_tree
+from .phase import Phase, gabor_bank, quaternion_phase
+from .pyramid import QuaternionPyramid
 from .quaternion_fourier import Side, iqft, irqft, qft, rqft
 
 __all__ = [
     "DualTree",
+    "Phase",
+    "QuaternionPyramid",
     "Side",
     "WaveletPyramid",
     "clifford_convolve",
@@ -15,11 +19,13 @@ __all__ = [
     "clifford_fft",
     "discrete_wavelet",
     "dual_tree",
+    "gabor_bank",
     "iclifford_fft",
     "iqft",
     "irqft",
     "ispacetime_fft",
     "qft",
+    "quaternion_phase",
     "rqft",
     "spacetime_fft",
     "wavelet_filters",
