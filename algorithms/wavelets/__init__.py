@@ -4,12 +4,14 @@ from .clifford_fourier import clifford_fft, iclifford_fft, ispacetime_fft, space
 from .convolution import clifford_convolve, clifford_correlate
 from .discrete import WaveletPyramid, discrete_wavelet, wavelet_filters
 from .dual_tree import DualTree, dual_tree
+from .flow import Flow, optical_flow
 from .phase import Phase, gabor_bank, quaternion_phase
 from .pyramid import QuaternionPyramid
 from .quaternion_fourier import Side, iqft, irqft, qft, rqft
 
 __all__ = [
     "DualTree",
+    "Flow",
     "Phase",
     "QuaternionPyramid",
     "Side",
@@ -24,6 +26,7 @@ __all__ = [
     "iqft",
     "irqft",
     "ispacetime_fft",
+    "optical_flow",
     "qft",
     "quaternion_phase",
     "rqft",

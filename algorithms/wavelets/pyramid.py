@@ -40,9 +40,9 @@ class QuaternionPyramid:
         At most as many as ``2**levels`` is no more than the smaller size.
     kind : str
         "dual-tree": the four trees of the dual-tree transform are the parts of a quaternion (Chan, Choi and Baraniuk,
-        *IEEE Trans. Image Processing* 17:1069, 2008). "gabor": complex filters of four taps, near Gabor's, act along x with
-        i from the left and along y with j from the right (Bayro-Corrochano, *J. Math. Imaging and Vision* 24:79, 2006);
-        the image goes on periodically.
+        *IEEE Trans. Image Processing* 17:1069, 2008). "gabor": complex filters of four taps, near Gabor's, act along x
+        with i from the left and along y with j from the right (Bayro-Corrochano, *J. Math. Imaging and Vision* 24:79,
+        2006); the image goes on periodically.
 
     Attributes
     ----------

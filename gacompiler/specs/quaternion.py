@@ -282,15 +282,15 @@ def from_phases(size, phi, theta, psi):
     north=COMPLEX,
     south=COMPLEX,
     floor=SCALAR,
-    returns=array(SCALAR, 5),
+    returns=array(SCALAR, 6),
 )
 def phase_equation(z, moved, west, east, north, south, floor):
     """What one complex band says of the motion (u, v) between two images: a line, as weighted normal equations.
 
     `z` is the band of the first image, with its four neighbours, `moved` that of the second. Phases obey
     ``k . (u, v) = -arg(moved / z)`` with the local frequency k, half the change of phase between opposite neighbours.
-    Results are xx, xy, yy of the matrix and the right-hand sides x, y, weighted by ``|z moved|``; 0 where one of the
-    two is smaller than `floor` or the change of phase exceeds 2.
+    Results are xx, xy, yy of the matrix, the right-hand sides x, y and the squared change of phase, weighted by
+    ``|z moved|``; 0 where one of the two is smaller than `floor` or the change exceeds 2.
     """
 
     def change(a, b):
@@ -301,17 +301,29 @@ def phase_equation(z, moved, west, east, north, south, floor):
     small = ga.minimum(first, second) < floor * floor
     weight = ga.select(small, 0, ga.select(ga.absolute(angle) <= 2, ga.sqrt(first * second), 0))
     x, y = weight * kx, weight * ky
-    return x * kx, x * ky, y * ky, -x * angle, -y * angle
+    return x * kx, x * ky, y * ky, -x * angle, -y * angle, weight * angle * angle
 
 
-@kernel(xx=SCALAR, xy=SCALAR, yy=SCALAR, x=SCALAR, y=SCALAR, ridge=SCALAR, returns=(array(SCALAR, 2), SCALAR))
-def solve_motion(xx, xy, yy, x, y, ridge):
-    """The motion (u, v) of normal equations as in `phase_equation`, and the smaller eigenvalue of their matrix.
+@kernel(
+    xx=SCALAR,
+    xy=SCALAR,
+    yy=SCALAR,
+    x=SCALAR,
+    y=SCALAR,
+    square=SCALAR,
+    ridge=SCALAR,
+    returns=(SCALAR, SCALAR, SCALAR),
+)
+def solve_motion(xx, xy, yy, x, y, square, ridge):
+    """The motion u, v of normal equations as in `phase_equation`, and how well it is known, from 0 to 1.
 
-    `ridge`, positive, is added to the diagonal, so that the motion is 0 where there are no equations.
+    `ridge`, positive, is added to the diagonal, so that the motion is 0 where there are no equations. With the smaller
+    eigenvalue e of the matrix and the sum r of squares that are left, the third result is ``e / (e + r + ridge)``.
     """
     half, across = (xx - yy) / 2, xy
     least = (xx + yy) / 2 - ga.sqrt(half * half + across * across)
     a, c = xx + ridge, yy + ridge
     determinant = a * c - xy * xy
-    return ((c * x - xy * y) / determinant, (a * y - xy * x) / determinant), least
+    u, v = (c * x - xy * y) / determinant, (a * y - xy * x) / determinant
+    least, left = ga.maximum(least, 0), ga.maximum(square - u * x - v * y, 0)
+    return u, v, least / (least + left + ridge)
