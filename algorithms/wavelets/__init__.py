@@ -1,6 +1,7 @@
 """Fourier and wavelet transforms with values in geometric algebras."""
 
 from .clifford_fourier import clifford_fft, iclifford_fft, ispacetime_fft, spacetime_fft
+from .clifford_wavelet import CliffordWavelet, clifford_wavelet
 from .convolution import clifford_convolve, clifford_correlate
 from .discrete import WaveletPyramid, discrete_wavelet, wavelet_filters
 from .dual_tree import DualTree, dual_tree
@@ -10,6 +11,7 @@ from .pyramid import QuaternionPyramid
 from .quaternion_fourier import Side, iqft, irqft, qft, rqft
 
 __all__ = [
+    "CliffordWavelet",
     "DualTree",
     "Flow",
     "Phase",
@@ -19,6 +21,7 @@ __all__ = [
     "clifford_convolve",
     "clifford_correlate",
     "clifford_fft",
+    "clifford_wavelet",
     "discrete_wavelet",
     "dual_tree",
     "gabor_bank",
