@@ -2,6 +2,7 @@
 
 from .clifford_fourier import clifford_fft, iclifford_fft, ispacetime_fft, spacetime_fft
 from .clifford_wavelet import CliffordWavelet, clifford_wavelet
+from .conformal_wavelet import conformal_wavelet, similarity_versor
 from .convolution import clifford_convolve, clifford_correlate
 from .discrete import WaveletPyramid, discrete_wavelet, wavelet_filters
 from .dual_tree import DualTree, dual_tree
@@ -22,6 +23,7 @@ __all__ = [
     "clifford_correlate",
     "clifford_fft",
     "clifford_wavelet",
+    "conformal_wavelet",
     "discrete_wavelet",
     "dual_tree",
     "gabor_bank",
@@ -33,6 +35,7 @@ __all__ = [
     "qft",
     "quaternion_phase",
     "rqft",
+    "similarity_versor",
     "spacetime_fft",
     "wavelet_filters",
 ]

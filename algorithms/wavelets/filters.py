@@ -7,6 +7,8 @@ two low-pass filters, of analysis and of synthesis.
 - coif: Daubechies, ibid., section 8.2. bior: Cohen, Daubechies and Feauveau, *Comm. Pure Appl. Math.* 45:485, 1992.
 - near_sym: Kingsbury, *Phil. Trans. R. Soc. A* 357:2543, 1999. qshift: Kingsbury, *Proc. IEEE ICIP* 2000, and
   *Appl. Comput. Harmon. Anal.* 10:234, 2001: trees of the dual tree whose delays differ by half a sample.
+
+Its lines are many because they are tables, in one place.
 """
 
 Taps = tuple[float, ...]
