@@ -40,6 +40,12 @@ def product(p, q):
     return p * q
 
 
+@kernel(p=QUATERNION, q=QUATERNION, r=QUATERNION, returns=QUATERNION)
+def product_of_three(p, q, r):
+    """The product ``p q r`` of any three quaternions."""
+    return p * q * r
+
+
 @kernel(q=QUATERNION, returns=QUATERNION)
 def conjugate(q):
     """The quaternion with i, j and k negated: the inverse of a unit quaternion."""
@@ -209,3 +215,115 @@ def unpack_two_sided(z_plus, z_minus):
     w, x = (z_plus[0] + z_minus[0]) / 2, (z_minus[1] + z_plus[1]) / 2
     y, z = (z_minus[1] - z_plus[1]) / 2, (z_plus[0] - z_minus[0]) / 2
     return _quaternion(w, x, y, z)
+
+
+@kernel(w=COMPLEX, mirrored=COMPLEX, mu=VECTOR, nu=VECTOR, returns=QUATERNION)
+def unpack_real(w, mirrored, mu, nu):
+    """The two-sided Fourier transform of a real image at (u, v), by its complex ones at (u, v) and (-u, v).
+
+    mu and nu are the axes, unit vectors for the imaginary quaternions of the same coordinates. With the cosine and
+    sine sums of the image it is ``CC - mu SC - nu CS + mu nu SS``; ``-nu`` for nu gives the value at (u, -v). Complex
+    numbers have their real part first.
+    """
+    mu, nu = -ga.dual(mu), -ga.dual(nu)
+    even, odd = (w[0] + mirrored[0]) / 2, (w[0] - mirrored[0]) / 2
+    return even + (w[1] - mirrored[1]) / 2 * mu + (w[1] + mirrored[1]) / 2 * nu - odd * mu * nu
+
+
+@kernel(q=QUATERNION, mu=VECTOR, nu=VECTOR, returns=COMPLEX)
+def pack_real(q, mu, nu):
+    """The complex Fourier transform of a real image at (u, v), by its two-sided one there: `unpack_real` turned round.
+
+    The axes may be equal, but not opposite: the precision falls as they come near to that.
+    """
+    mu, nu = -ga.dual(mu), -ga.dual(nu)
+    both = mu * nu
+    share = 1 / (1 - both["1"])
+    return q["1"] + ga.scalar_product(q, both.grade(2)) * share, -ga.scalar_product(q, mu + nu) * share
+
+
+@kernel(q=QUATERNION, returns=(SCALAR, SCALAR, SCALAR, SCALAR, SCALAR))
+def to_phases(q):
+    """Norm, phi, theta and psi of ``q = norm exp(i phi) exp(k psi) exp(j theta)``, and the cosine of 2 psi.
+
+    phi is in [-pi, pi], theta in [-pi/2, pi/2], psi in [-pi/4, pi/4] (Buelow, *Hypercomplex spectral signal
+    representations*, 1999). Where ``cos(2 psi)`` is 0, only the sum or the difference of phi and theta is
+    known; theta is computed from phi, so that the product is always `q`. All are 0, the cosine 1, where `q` is 0.
+    """
+    a, b, c, d = (q[name] for name in QUATERNION.blades)
+    size = ga.norm(q)
+    sine, cosine = 2 * (c * d + a * b), a * a - b * b + c * c - d * d
+    flat = ga.sqrt(sine * sine + cosine * cosine)
+    phi = ga.atan2(sine, cosine) / 2
+    psi = -ga.atan2(2 * (b * c - a * d), flat) / 2
+    along, across = ga.cos(phi), ga.sin(phi)
+    turned = _quaternion(ga.cos(psi), 0, 0, -ga.sin(psi)) * _quaternion(along, -across, 0, 0) * q
+    opposite = turned["1"] < 0
+    phi = ga.select(opposite, ga.atan2(-across, -along), phi)
+    sign = ga.select(opposite, -1, 1)
+    theta = ga.atan2(sign * turned["e13"], sign * turned["1"])
+    none = ga.equal(size, 0)
+    return size, phi, theta, psi, ga.select(none, 1, flat / ga.select(none, 1, size * size))
+
+
+@kernel(size=SCALAR, phi=SCALAR, theta=SCALAR, psi=SCALAR, returns=QUATERNION)
+def from_phases(size, phi, theta, psi):
+    """The quaternion ``size exp(i phi) exp(k psi) exp(j theta)``."""
+    turn_i = _quaternion(ga.cos(phi), ga.sin(phi), 0, 0)
+    turn_k = _quaternion(ga.cos(psi), 0, 0, ga.sin(psi))
+    return size * turn_i * turn_k * _quaternion(ga.cos(theta), 0, ga.sin(theta), 0)
+
+
+@kernel(
+    z=COMPLEX,
+    moved=COMPLEX,
+    west=COMPLEX,
+    east=COMPLEX,
+    north=COMPLEX,
+    south=COMPLEX,
+    floor=SCALAR,
+    returns=array(SCALAR, 6),
+)
+def phase_equation(z, moved, west, east, north, south, floor):
+    """What one complex band says of the motion (u, v) between two images: a line, as weighted normal equations.
+
+    `z` is the band of the first image, with its four neighbours, `moved` that of the second. Phases obey
+    ``k . (u, v) = -arg(moved / z)`` with the local frequency k, half the change of phase between opposite neighbours.
+    Results are xx, xy, yy of the matrix, the right-hand sides x, y and the squared change of phase, weighted by
+    ``|z moved|``; 0 where one of the two is smaller than `floor` or the change exceeds 2.
+    """
+
+    def change(a, b):
+        return ga.atan2(a[0] * b[1] - a[1] * b[0], a[0] * b[0] + a[1] * b[1])
+
+    kx, ky, angle = change(west, east) / 2, change(north, south) / 2, change(z, moved)
+    first, second = z[0] * z[0] + z[1] * z[1], moved[0] * moved[0] + moved[1] * moved[1]
+    small = ga.minimum(first, second) < floor * floor
+    weight = ga.select(small, 0, ga.select(ga.absolute(angle) <= 2, ga.sqrt(first * second), 0))
+    x, y = weight * kx, weight * ky
+    return x * kx, x * ky, y * ky, -x * angle, -y * angle, weight * angle * angle
+
+
+@kernel(
+    xx=SCALAR,
+    xy=SCALAR,
+    yy=SCALAR,
+    x=SCALAR,
+    y=SCALAR,
+    square=SCALAR,
+    ridge=SCALAR,
+    returns=(SCALAR, SCALAR, SCALAR),
+)
+def solve_motion(xx, xy, yy, x, y, square, ridge):
+    """The motion u, v of normal equations as in `phase_equation`, and how well it is known, from 0 to 1.
+
+    `ridge`, positive, is added to the diagonal, so that the motion is 0 where there are no equations. With the smaller
+    eigenvalue e of the matrix and the sum r of squares that are left, the third result is ``e / (e + r + ridge)``.
+    """
+    half, across = (xx - yy) / 2, xy
+    least = (xx + yy) / 2 - ga.sqrt(half * half + across * across)
+    a, c = xx + ridge, yy + ridge
+    determinant = a * c - xy * xy
+    u, v = (c * x - xy * y) / determinant, (a * y - xy * x) / determinant
+    least, left = ga.maximum(least, 0), ga.maximum(square - u * x - v * y, 0)
+    return u, v, least / (least + left + ridge)

@@ -8,7 +8,7 @@ A bivector ``E1 g10 + E2 g20 + E3 g30 - B3 g12 + B2 g13 - B1 g23`` is the electr
 
 import gacompiler as ga
 from gacompiler import SCALAR, array, kernel
-from gacompiler.algebra.catalog import STA
+from gacompiler.algebra.catalog import STA, orthogonal
 
 VECTOR, BIVECTOR, TRIVECTOR, ROTOR, EVEN, FULL = STA.VECTOR, STA.BIVECTOR, STA.TRIVECTOR, STA.ROTOR, STA.EVEN, STA.full
 RELATIVE = array(SCALAR, 3)
@@ -295,3 +295,49 @@ def dirac_current(psi):
 def dirac_spin(psi):
     """The spin vector ``psi g3 ~psi`` of a spinor."""
     return psi * G3 * ~psi
+
+
+# Fields of space-time with the opposite signature, G(3,1): e4 is the time, of square -1 as the volume e123 is.
+
+SPACETIME = orthogonal(3, 1, name="SPACETIME")
+FIELD, COMPLEX = array(SCALAR, 16), array(SCALAR, 2)
+ONE = SPACETIME.multivector({"1": 1})
+*SPACE, TIME = SPACETIME.basis()
+VOLUME = SPACE[0] * SPACE[1] * SPACE[2]
+
+
+def _quaternion_basis(blade):
+    """``b``, ``b e123``, ``e4 b`` and ``e4 b e123``: what e4 from the left and e123 from the right make of a blade."""
+    return blade, blade * VOLUME, TIME * blade, TIME * blade * VOLUME
+
+
+def _coordinate(f, blade):
+    """The coefficient that `f` has along plus or minus a basis blade."""
+    ((bitmap, sign),) = blade.terms.items()
+    return sign * f[SPACETIME.full.blades.index(SPACETIME.spelling(bitmap)[1])]
+
+
+@kernel(f=FIELD, returns=(COMPLEX,) * 8)
+def pack_spacetime(f):
+    """The eight complex numbers of an element of G(3,1), by blades of rising grade; real parts first.
+
+    The first four stand for ``(f + e4 f e123)/2``, the last four for ``(f - e4 f e123)/2``. The transform
+    ``exp(-e4 s) f exp(-e123 t)`` multiplies the first by ``exp(-i (t - s))`` and the others by ``exp(-i (t + s))``.
+    """
+    plus, minus = [], []
+    for blade in (ONE, *SPACE):
+        a, b, c, d = (_coordinate(f, each) for each in _quaternion_basis(blade))
+        plus.append((a + d, b - c))
+        minus.append((a - d, b + c))
+    return (*plus, *minus)
+
+
+@kernel(p0=COMPLEX, p1=COMPLEX, p2=COMPLEX, p3=COMPLEX, m0=COMPLEX, m1=COMPLEX, m2=COMPLEX, m3=COMPLEX, returns=FIELD)
+def unpack_spacetime(p0, p1, p2, p3, m0, m1, m2, m3):
+    """The element of G(3,1) of eight complex numbers: the inverse of `pack_spacetime`."""
+    f = SPACETIME.multivector({})
+    for blade, plus, minus in zip((ONE, *SPACE), (p0, p1, p2, p3), (m0, m1, m2, m3), strict=True):
+        blades = _quaternion_basis(blade)
+        parts = (plus[0] + minus[0], plus[1] + minus[1], minus[1] - plus[1], plus[0] - minus[0])
+        f = f + sum(part / 2 * each for part, each in zip(parts, blades, strict=True))
+    return tuple(f[name] for name in SPACETIME.full.blades)

@@ -10,7 +10,7 @@ from gacompiler.algebra.catalog import VGA2
 
 VECTOR, BIVECTOR, ROTOR = VGA2.VECTOR, VGA2.BIVECTOR, VGA2.ROTOR
 EVEN, FULL = VGA2.EVEN, VGA2.full
-MATRIX = array(SCALAR, 2, 2)
+COMPLEX, MATRIX = array(SCALAR, 2), array(SCALAR, 2, 2)
 
 E1, E2 = VGA2.basis()
 
@@ -240,3 +240,22 @@ def rotor_to_matrix(r):
 def rotor_from_matrix(matrix):
     """The rotor, with scalar part not negative, of a 2 x 2 rotation matrix; of the nearest rotation of any other."""
     return _rotor(matrix[0][0] + matrix[1][1], matrix[1][0] - matrix[0][1])
+
+
+# Fields.
+
+
+@kernel(a=FULL, returns=(COMPLEX, COMPLEX))
+def pack_field(a):
+    """The two complex numbers ``z = x + i y`` of ``a = z_0 + e1 z_1`` with ``i = e12``, real parts first.
+
+    Multiplying `a` from the right by ``exp(e12 s)`` multiplies both by ``exp(i s)``; from the left, it divides the
+    second one by it.
+    """
+    return (a["1"], a["e12"]), (a["e1"], a["e2"])
+
+
+@kernel(even=COMPLEX, odd=COMPLEX, returns=FULL)
+def unpack_field(even, odd):
+    """The element of two complex numbers, real parts first: the inverse of `pack_field`."""
+    return ga.assemble(VGA2, {"1": even[0], "e12": even[1], "e1": odd[0], "e2": odd[1]})

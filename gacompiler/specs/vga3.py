@@ -13,7 +13,7 @@ from gacompiler.algebra.catalog import VGA3
 
 VECTOR, BIVECTOR, ROTOR, EVEN, FULL = VGA3.VECTOR, VGA3.BIVECTOR, VGA3.ROTOR, VGA3.EVEN, VGA3.full
 UNIT_VECTOR = VGA3.UNIT_VECTOR
-QUATERNION, MATRIX = array(SCALAR, 4), array(SCALAR, 3, 3)
+COMPLEX, QUATERNION, MATRIX = array(SCALAR, 2), array(SCALAR, 4), array(SCALAR, 3, 3)
 
 AXES = VGA3.basis()
 NEARLY_ZERO = Fraction(1, 10**18)
@@ -353,3 +353,22 @@ def rotor_from_matrix(matrix):
 
 def _choose(condition, these, those):
     return tuple(ga.select(condition, a, b) for a, b in zip(these, those, strict=True))
+
+
+# Fields.
+
+
+@kernel(a=FULL, returns=(COMPLEX, COMPLEX, COMPLEX, COMPLEX))
+def pack_field(a):
+    """The complex numbers of ``a = z_0 + z_1 e1 + z_2 e2 + z_3 e3`` with ``z = x + e123 y``, real parts first.
+
+    e123 commutes with everything, so that multiplying by ``exp(e123 s)`` multiplies all four by ``exp(i s)``.
+    """
+    return (a["1"], a["e123"]), (a["e1"], a["e23"]), (a["e2"], -a["e13"]), (a["e3"], a["e12"])
+
+
+@kernel(z0=COMPLEX, z1=COMPLEX, z2=COMPLEX, z3=COMPLEX, returns=FULL)
+def unpack_field(z0, z1, z2, z3):
+    """The element of four complex numbers, real parts first: the inverse of `pack_field`."""
+    numbers = (z[0] + z[1] * VGA3.pseudoscalar for z in (z0, z1, z2, z3))
+    return sum(z * axis for z, axis in zip(numbers, (1, *AXES), strict=True))

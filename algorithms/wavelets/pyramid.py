@@ -1,0 +1,196 @@
+"""Quaternionic wavelet pyramids: of the dual tree, exactly invertible, and of short complex filters near Gabor's."""
+
+from __future__ import annotations
+
+from functools import lru_cache
+from typing import Any
+
+import numpy as np
+import scipy.sparse
+import scipy.sparse.linalg
+from numpy.typing import ArrayLike, NDArray
+
+from generated import quaternion
+
+from ..arguments import Reals, real_array
+from .discrete import check_finite, checked_levels
+from .dual_tree import joined, quads, split
+from .phase import quaternion_phase
+
+_FIRST, _LATER = "near_sym_b", "qshift_b"
+_KINDS = ("dual-tree", "gabor")
+_NAMES = {"H": ("high", "low"), "V": ("low", "high"), "D": ("high", "high")}
+_TAPS = {
+    "low": np.array([1 - 1j, 4 - 1j, 4 + 1j, 1 + 1j]) / 10,
+    "high": np.array([-1 - 2j, 5 + 2j, -5 + 2j, 1 - 2j]) / 14,
+}
+"""Magarey and Kingsbury, *IEEE Trans. Signal Processing* 46:1069, 1998: Gaussians times waves of 0.51 and 2.4 radians
+per pixel, to 1 %."""
+
+
+class QuaternionPyramid:
+    """The quaternionic wavelet transform of images.
+
+    Parameters
+    ----------
+    image : array_like, (..., M, N)
+        Real images of any size; where a size is no multiple of ``2**levels``, the last row or column is repeated.
+        float32 stays; integers become float64.
+    levels : int
+        At most as many as ``2**levels`` is no more than the smaller size.
+    kind : str
+        "dual-tree": the four trees of the dual-tree transform are the parts of a quaternion (Chan, Choi and Baraniuk,
+        *IEEE Trans. Image Processing* 17:1069, 2008). "gabor": complex filters of four taps, near Gabor's, act along x
+        with i from the left and along y with j from the right (Bayro-Corrochano, *J. Math. Imaging and Vision* 24:79,
+        2006); the image goes on periodically.
+
+    Attributes
+    ----------
+    approx : array, (..., m, n, 4)
+        Quaternions (w, x, y, z) of what is left after all levels.
+    detail : tuple of dict
+        ``detail[l]["H"]``, ``["V"]`` and ``["D"]``, (..., m, n, 4), of horizontal, vertical and diagonal structures,
+        finest first: each level has half the size of the one before.
+    kind : str
+    size : (int, int)
+        M and N.
+
+    Raises
+    ------
+    TypeError, ValueError
+        Where `image` is not an array of finite real numbers with two axes, for an unknown kind and too many levels.
+    """
+
+    def __init__(self, image: ArrayLike, levels: int = 4, kind: str = "dual-tree") -> None:
+        if kind not in _KINDS:
+            raise ValueError(f"kind: {kind!r}; expected 'dual-tree' or 'gabor'")
+        array = real_array(image, "image", (-1, -1), "images M N")
+        check_finite(array, "image")
+        rows, columns = array.shape[-2:]
+        most = int(np.log2(min(rows, columns)))
+        count = checked_levels(levels, most, f"as images of {rows} x {columns} pixels have")
+        self.kind, self.size = kind, (rows, columns)
+        if kind == "dual-tree":
+            approx, bands = split(array, count, _FIRST, _LATER)
+            self.approx = _quaternions(approx) if count else _embedded(approx)
+            self.detail = tuple({name: _quaternions(level[name]) for name in _NAMES} for level in bands)
+        else:
+            padding = [(0, 0)] * (array.ndim - 2) + [(0, -n % 2**count) for n in array.shape[-2:]]
+            planes, details = _gabor(np.pad(array, padding, "edge"), count)
+            self.approx = _unpacked(planes)
+            self.detail = tuple({name: _unpacked(level[name]) for name in _NAMES} for level in details)
+
+    def amplitude(self) -> tuple[dict[str, Reals], ...]:
+        """The norms of the details: for each level and band, (..., m, n)."""
+        return tuple({name: quaternion.norm(band) for name, band in level.items()} for level in self.detail)
+
+    def phases(self) -> tuple[dict[str, Reals], ...]:
+        """Phases phi, theta and psi of the details, see `quaternion_phase`: for each level and band, (..., m, n, 3)."""
+        return tuple(
+            {name: np.stack(quaternion_phase(band)[1:4], -1) for name, band in level.items()} for level in self.detail
+        )
+
+    def inverse(self) -> Reals:
+        """The images again, (..., M, N).
+
+        Of the dual tree, to rounding. Of Gabor's filters, the least-squares solution, found by conjugate gradients to
+        1e-10; it is the image where nothing was changed.
+        """
+        if self.kind == "dual-tree":
+            if not self.detail:
+                return np.ascontiguousarray(self.approx[..., 0])
+            bands = [{name: _interleaved(band) for name, band in level.items()} for level in self.detail]
+            return joined(_interleaved(self.approx), bands, _FIRST, _LATER, self.size)
+        planes = _packed(self.approx)
+        details = [{name: _packed(band) for name, band in level.items()} for level in self.detail]
+        shape = (*planes[0].shape[:-2], *(n * 2 ** len(details) for n in planes[0].shape[-2:]))
+        levels = len(details)
+
+        def normal(flat: NDArray[Any]) -> NDArray[Any]:
+            return _adjoint(*_gabor(flat.reshape(shape), levels)).ravel()
+
+        size = int(np.prod(shape))
+        operator = scipy.sparse.linalg.LinearOperator((size, size), normal, dtype=np.float64)
+        target = _adjoint(planes, details).ravel()
+        solution, left = scipy.sparse.linalg.cg(operator, target, rtol=1e-12, maxiter=1000)
+        if left:
+            raise ArithmeticError("the least-squares solution was not found in 1000 steps of conjugate gradients")
+        image = solution.reshape(shape)[..., : self.size[0], : self.size[1]]
+        return np.ascontiguousarray(image, self.approx.dtype)
+
+
+def _quaternions(samples: Reals) -> Reals:
+    """The four trees as parts of a quaternion: i goes with x, the first axis, and j with y."""
+    a, b, c, d = quads(samples)
+    return np.stack([a, c, b, d], -1)
+
+
+def _interleaved(q: Reals) -> Reals:
+    samples = np.empty((*q.shape[:-3], 2 * q.shape[-3], 2 * q.shape[-2]), q.dtype)
+    for part, k in zip(quads(samples), (0, 2, 1, 3), strict=True):
+        part[...] = q[..., k]
+    return samples
+
+
+def _embedded(image: Reals) -> Reals:
+    return np.stack([image, *np.zeros((3, *image.shape), image.dtype)], -1)
+
+
+Planes = tuple[NDArray[Any], NDArray[Any]]
+"""The two complex images of a quaternion image, as of `quaternion.pack_two_sided`: there, j acts as -i and as i."""
+
+
+def _gabor(image: Reals, levels: int) -> tuple[Planes, list[dict[str, Planes]]]:
+    planes: Planes = (image, image)
+    details = []
+    for _ in range(levels):
+        details.append({name: _filtered(planes, words) for name, words in _NAMES.items()})
+        planes = _filtered(planes, ("low", "low"))
+    return planes, details
+
+
+def _adjoint(approx: Planes, details: list[dict[str, Planes]]) -> Reals:
+    """The transpose of `_gabor`, of the sum of products of coefficients of quaternions, halved."""
+    planes = approx
+    for level in details[::-1]:
+        parts = [_spread(planes, ("low", "low")), *(_spread(level[name], words) for name, words in _NAMES.items())]
+        planes = np.sum([part[0] for part in parts], 0), np.sum([part[1] for part in parts], 0)
+    return np.asarray(planes[0].real + planes[1].real)
+
+
+def _filtered(planes: Planes, words: tuple[str, str]) -> Planes:
+    rows, columns = (_matrix(words[k], planes[0].shape[k - 2]) for k in range(2))
+    plus, minus = planes
+    return _applied(_applied(plus, rows, -2), columns.conj(), -1), _applied(_applied(minus, rows, -2), columns, -1)
+
+
+def _spread(planes: Planes, words: tuple[str, str]) -> Planes:
+    rows, columns = (_matrix(words[k], 2 * planes[0].shape[k - 2]).conj().T for k in range(2))
+    plus, minus = planes
+    return _applied(_applied(plus, rows, -2), columns.conj(), -1), _applied(_applied(minus, rows, -2), columns, -1)
+
+
+def _applied(array: NDArray[Any], matrix: Any, axis: int) -> NDArray[Any]:
+    moved = np.moveaxis(array, axis, 0)
+    return np.moveaxis((matrix @ moved.reshape(moved.shape[0], -1)).reshape(-1, *moved.shape[1:]), 0, axis)
+
+
+@lru_cache(64)
+def _matrix(word: str, size: int) -> Any:
+    """Periodic filtering, and every other of the results."""
+    taps = _TAPS[word]
+    places = (2 * np.arange(size // 2)[:, None] + np.arange(4) - 1) % size
+    rows = np.broadcast_to(np.arange(size // 2)[:, None], places.shape)
+    values = np.broadcast_to(taps[::-1], places.shape)
+    return scipy.sparse.csr_array((values.ravel(), (rows.ravel(), places.ravel())), (size // 2, size))
+
+
+def _unpacked(planes: Planes) -> Reals:
+    plus, minus = (np.asarray(np.ascontiguousarray(plane), complex)[..., None].view(float) for plane in planes)
+    result: Reals = quaternion.unpack_two_sided(plus, minus)
+    return result
+
+
+def _packed(q: Reals) -> Planes:
+    plus, minus = quaternion.pack_two_sided(q.astype(float, copy=False))
+    return plus.view(complex)[..., 0], minus.view(complex)[..., 0]

@@ -1,0 +1,60 @@
+"""Optical flow beside scikit-image and OpenCV on the same known motions."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+import pytest
+from flow_truth import mean_error, pair
+
+from algorithms.wavelets import optical_flow
+
+pytestmark = pytest.mark.peers
+
+cv2 = pytest.importorskip("cv2")
+data = pytest.importorskip("skimage.data")
+registration = pytest.importorskip("skimage.registration")
+
+Method = Callable[[np.ndarray, np.ndarray], np.ndarray]
+
+
+def of_skimage(method: Callable[..., np.ndarray], **options: float) -> Method:
+    return lambda a, b: np.moveaxis(method(a / 255, b / 255, **options), 0, -1)[..., ::-1]
+
+
+def bytes_of(image: np.ndarray) -> np.ndarray:
+    return np.round(image).clip(0, 255).astype(np.uint8)
+
+
+def farneback(a: np.ndarray, b: np.ndarray) -> np.ndarray:
+    return cv2.calcOpticalFlowFarneback(bytes_of(a), bytes_of(b), None, 0.5, 5, 15, 5, 7, 1.5, 0)
+
+
+def dis(a: np.ndarray, b: np.ndarray) -> np.ndarray:
+    method = cv2.DISOpticalFlow_create(cv2.DISOPTICAL_FLOW_PRESET_MEDIUM)
+    return method.calc(bytes_of(a), bytes_of(b), None)
+
+
+PEERS: dict[str, Method] = {
+    "ilk": of_skimage(registration.optical_flow_ilk, radius=7),
+    "tvl1": of_skimage(registration.optical_flow_tvl1),
+    "farneback": farneback,
+    "dis": dis,
+}
+
+
+def test_motions_are_more_accurate_than_those_of_peers() -> None:
+    """On at least 7 of 8 pairs, than each of them."""
+    cases = [(name, kind) for name in ("brick", "grass", "gravel", "camera") for kind in ("translation", "rotation")]
+    wins = dict.fromkeys(PEERS, 0)
+    for name, kind in cases:
+        first, second, motion = pair(getattr(data, name)()[60:364, 60:364], kind)
+        own = mean_error(optical_flow(first, second).uv, motion)
+        line = [f"{name} {kind}: {own:.4f}"]
+        for peer, method in PEERS.items():
+            error = mean_error(method(first, second), motion)
+            wins[peer] += own < error
+            line.append(f"{peer} {error:.4f}")
+        print(*line)
+    assert all(count >= 7 for count in wins.values()), wins
