@@ -34,13 +34,13 @@ class PlaneCalibration:
 
 
 def calibrate_from_planes(
-    planes: ArrayLike | Sequence[ArrayLike], views: Sequence[ArrayLike] | ArrayLike, skew: bool = False
+    planes: ArrayLike | Sequence[ArrayLike], views: Sequence[ArrayLike] | Reals, skew: bool = False
 ) -> PlaneCalibration:
     """The intrinsic parameters of a camera that saw known points of planes.
 
-    The homography of a plane takes its circular points to ``h1 + i h2`` and its conjugate, which lie on the image of the
-    absolute conic, ``(K K')^-1``: two real equations a view (Zhang 2000 by another way). Their least squares is found in
-    coordinates of size 1.
+    The homography of a plane takes its circular points to ``h1 + i h2`` and its conjugate, which lie on the image of
+    the absolute conic, ``(K K')^-1``: two real equations a view (Zhang 2000 by another way). Their least squares is found
+    in coordinates of size 1.
 
     Parameters
     ----------
@@ -54,7 +54,7 @@ def calibrate_from_planes(
     Returns
     -------
     PlaneCalibration
-        DEGENERATE where points of a plane are on a line, planes are parallel, or the conic found is not that of a camera.
+        DEGENERATE where points of a plane are on a line, planes are parallel, or the conic is not that of a camera.
 
     Raises
     ------

@@ -46,8 +46,8 @@ def factorize(pixels: ArrayLike, mask: ArrayLike | None = None) -> Factorization
 
     Two views with many common points give a first frame by F and projective depths. Cameras of views that see six known
     points and points that two known views see follow in turn; images of points where they were occluded complete the
-    join-image, the matrix of all ``depth (x, y, 1)``, whose four first singular vectors are cameras and points (Sturm and
-    Triggs 1996). Weighted linear equations for all cameras and all points in turn then lessen distances in the images.
+    join-image, the matrix of all ``depth (x, y, 1)``, whose four first singular vectors are cameras and points (Sturm
+    and Triggs 1996). Weighted linear equations for all cameras and all points in turn then lessen distances in the images.
 
     Parameters
     ----------
@@ -90,7 +90,7 @@ def factorize(pixels: ArrayLike, mask: ArrayLike | None = None) -> Factorization
     if start is None:
         return _nothing(image, VisionStatus.DEGENERATE)
     cameras, points = _grown(scaled, seen, *start)
-    views, known = np.isfinite(cameras).all((1, 2)), np.isfinite(points).all(1)
+    views, known = np.asarray(np.isfinite(cameras).all((1, 2))), np.asarray(np.isfinite(points).all(1))
     status = VisionStatus.OK if views.all() and known.all() else VisionStatus.TOO_FEW
 
     part = seen[views][:, known]
@@ -142,7 +142,7 @@ def _first_pair(image: Reals, seen: Reals, common: Reals) -> tuple[Reals, Reals]
 def _grown(image: Reals, seen: Reals, cameras: Reals, points: Reals) -> tuple[Reals, Reals]:
     """Cameras of views with six and more known points, and points that two known views see, in turn."""
     while True:
-        views, known = np.isfinite(cameras).all((1, 2)), np.isfinite(points).all(1)
+        views, known = np.asarray(np.isfinite(cameras).all((1, 2))), np.asarray(np.isfinite(points).all(1))
         open_views = [v for v in np.nonzero(~views)[0] if (seen[v] & known).sum() >= 6]
         if open_views:
             v = max(open_views, key=lambda v: int((seen[v] & known).sum()))
@@ -189,7 +189,7 @@ def _settled(image: Reals, seen: Reals, cameras: Reals, points: Reals) -> tuple[
 
 def _depths(cameras: Reals, points: Reals) -> Reals:
     depth = np.abs(np.einsum("vj,nj->vn", cameras[:, 2], points))
-    return np.maximum(depth, 1e-12 * depth.max())
+    return np.asarray(np.maximum(depth, 1e-12 * depth.max()))
 
 
 def _error(image: Reals, seen: Reals, cameras: Reals, points: Reals) -> float:

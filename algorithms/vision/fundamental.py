@@ -46,7 +46,7 @@ def seven_points(first: Reals, second: Reals) -> Reals:
     # det(x A + y B) is a cubic form: its coefficients from its values at (1, 0), (0, 1), (1, 1) and (1, -1).
     c3, c0, plus, minus = (np.linalg.det(m) for m in (a, b, a + b, a - b))
     c1, c2 = (plus + minus) / 2 - c3, (plus - minus) / 2 - c0
-    swap = np.abs(c3) < np.abs(c0)
+    swap = np.asarray(np.abs(c3) < np.abs(c0))
     lead = np.where(swap, c0, c3)
     lead = np.where(lead == 0, np.nan, lead)
     rest = np.where(swap[..., None], np.stack([c1, c2, c3], -1), np.stack([c2, c1, c0], -1)) / lead[..., None]
@@ -55,7 +55,7 @@ def seven_points(first: Reals, second: Reals) -> Reals:
     companion[..., 1, 0] = companion[..., 2, 1] = 1
     usable = np.isfinite(companion).all((-1, -2))
     roots = np.linalg.eigvals(np.where(usable[..., None, None], companion, np.eye(3)))
-    real = (np.abs(roots.imag) <= 1e-7 * (1 + np.abs(roots.real))) & usable[..., None]
+    real = np.asarray(np.abs(roots.imag) <= 1e-7 * (1 + np.abs(roots.real))) & usable[..., None]
     root = np.where(real, roots.real, np.nan)[..., None, None]
     mixed = np.where(
         swap[..., None, None, None],
@@ -165,7 +165,7 @@ def robust_fundamental_matrix(
 
     def distances(models: Reals) -> Reals:
         with np.errstate(divide="ignore", invalid="ignore"):
-            return np.abs(projective3.sampson_distance(models[:, None], one, two))
+            return np.asarray(np.abs(projective3.sampson_distance(models[:, None], one, two)))
 
     def improve(model: Reals, inliers: Reals) -> Reals | None:
         return refined(model, one[inliers], two[inliers]) if inliers.sum() >= 8 else None
@@ -179,7 +179,9 @@ def robust_fundamental_matrix(
     return RobustEstimate(nothing, status, found.inliers, found.distance, found.n_samples)
 
 
-_TURNS = np.array([[[0, 0, 0], [0, 0, -1], [0, 1, 0]], [[0, 0, 1], [0, 0, 0], [-1, 0, 0]], [[0, -1, 0], [1, 0, 0], [0, 0, 0]]])
+_TURNS = np.array(
+    [[[0, 0, 0], [0, 0, -1], [0, 1, 0]], [[0, 0, 1], [0, 0, 0], [-1, 0, 0]], [[0, -1, 0], [1, 0, 0], [0, 0, 0]]]
+)
 
 
 def _rotation(vector: Reals) -> Reals:

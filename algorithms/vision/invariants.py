@@ -2,17 +2,25 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from itertools import permutations
+from typing import Any
+
 import numpy as np
 from numpy.typing import ArrayLike
 
 from generated import projective2, projective3
 
 from ..arguments import Reals, real_array
-from .normalization import homogeneous, normalized
-from .tensors import epipoles_of_tensor
+from .normalization import homogeneous, normalized, similarity
+from .tensors import cameras_of_tensor
 
 _DIMENSION = {4: 1, 5: 2, 6: 3}
-_KERNEL = {4: projective2.cross_ratio_on_line, 5: projective2.cross_ratio_of_lines, 6: projective3.cross_ratio_of_planes}
+_KERNEL = {
+    4: projective2.cross_ratio_on_line,
+    5: projective2.cross_ratio_of_lines,
+    6: projective3.cross_ratio_of_planes,
+}
 
 
 def cross_ratio(points: ArrayLike) -> Reals:
@@ -76,9 +84,7 @@ def permutation_invariant(ratio: ArrayLike) -> Reals:
     return np.asarray(above / np.polynomial.polynomial.polyval(r, [1, -3, 3, -1, 3, -3, 1]))
 
 
-def invariants_3d(
-    *points: ArrayLike, fundamental: ArrayLike | None = None, tensor: ArrayLike | None = None
-) -> Reals:
+def invariants_3d(*points: ArrayLike, fundamental: ArrayLike | None = None, tensor: ArrayLike | None = None) -> Reals:
     """Three projective invariants of six points of space: coordinates of the last in the frame of the first five.
 
     From the points themselves; from two views and their fundamental matrix; or from three views and their trifocal
@@ -127,12 +133,14 @@ def invariants_3d(
     if tensor is None:
         raise ValueError("tensor: left out; expected the trifocal tensor of the three views")
     array = real_array(tensor, "tensor", (3, 3, 3), "a trifocal tensor")
+    if array.ndim != 3 or not np.isfinite(array).all():
+        raise ValueError(f"tensor: shape {array.shape}; expected (3, 3, 3), one tensor of finite numbers")
     return _three_views(array, views)
 
 
-def _quotients(kernel: object, *arrays: Reals) -> Reals:
+def _quotients(kernel: Callable[..., Any], *arrays: Reals) -> Reals:
     with np.errstate(divide="ignore", invalid="ignore"):
-        return np.asarray(kernel(*arrays))  # type: ignore[operator]
+        return np.asarray(kernel(*arrays))
 
 
 def _normalized_pair(matrix: Reals, first: Reals, second: Reals) -> tuple[Reals, Reals, Reals]:
@@ -143,9 +151,21 @@ def _normalized_pair(matrix: Reals, first: Reals, second: Reals) -> tuple[Reals,
 
 
 def _three_views(tensor: Reals, views: list[Reals]) -> Reals:
-    both = [normalized(view) for view in views]
-    back = np.linalg.inv(both[0][1])
-    scaled = np.einsum("...abc,...ai,...jb,...kc->...ijk", tensor, back, both[1][1], both[2][1])
-    second, third = epipoles_of_tensor(tensor)
-    second, third = (each @ np.swapaxes(m, -1, -2) for each, (_, m) in zip((second, third), both[1:], strict=True))
-    return _quotients(projective3.invariants_of_three_views, scaled, second, third, *(view for view, _ in both))
+    """The median of what the tensors of the three views in any order give: less noise than one of them."""
+    scaled, maps = [], []
+    for view in views:
+        finite = view[np.isfinite(view).all(-1)]
+        matrix = similarity(finite) if len(finite) else np.eye(3)
+        with np.errstate(invalid="ignore"):
+            scaled.append(view * matrix[0, 0] + matrix[:2, 2])
+        maps.append(matrix)
+    cameras = cameras_of_tensor(np.einsum("abc,ai,jb,kc->ijk", tensor, np.linalg.inv(maps[0]), maps[1], maps[2]))
+    found = []
+    for order in permutations(range(3)):
+        one, two, three = (cameras[k] for k in order)
+        array = projective3.trifocal_tensor_from_cameras(one, two, three)
+        second, third = projective3.epipole_from_cameras(one, two), projective3.epipole_from_cameras(one, three)
+        views_in_order = [scaled[k] for k in order]
+        found.append(_quotients(projective3.invariants_of_three_views, array, second, third, *views_in_order))
+    with np.errstate(invalid="ignore"):
+        return np.asarray(np.median(found, axis=0))

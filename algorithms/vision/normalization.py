@@ -1,4 +1,4 @@
-"""Coordinates about the centroid and of size 1, in which linear equations for matrices are well conditioned (Hartley)."""
+"""Coordinates about the centroid and of size 1, which linear equations for matrices need (Hartley)."""
 
 from __future__ import annotations
 

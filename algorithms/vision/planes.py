@@ -42,7 +42,7 @@ def homography(first: ArrayLike, second: ArrayLike) -> Reals:
     matrix, gap = linear_homography(one[None], two[None])
     if gap[0] <= _RANK or not np.isfinite(matrix).all():
         refuse(VisionStatus.DEGENERATE, "homography", "four points, no three of them on a line")
-    return matrix[0]
+    return np.asarray(matrix[0])
 
 
 def linear_homography(first: Reals, second: Reals) -> tuple[Reals, Reals]:
@@ -104,7 +104,5 @@ def robust_homography(
 
     found = consensus(Problem(len(one), 4, solve, distances, improve), threshold, seed, confidence, max_samples)
     if found.status != VisionStatus.OK:
-        return RobustEstimate(
-            np.full((3, 3), np.nan), found.status, found.inliers, found.distance, found.n_samples
-        )
+        return RobustEstimate(np.full((3, 3), np.nan), found.status, found.inliers, found.distance, found.n_samples)
     return found

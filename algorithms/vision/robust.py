@@ -1,4 +1,4 @@
-"""Estimates in spite of wrong points: random samples, the best of them improved on the points that agree (LO-RANSAC)."""
+"""Estimates in spite of wrong points: random samples, the best improved on the points that agree (LO-RANSAC)."""
 
 from __future__ import annotations
 

@@ -22,7 +22,12 @@ _SAME_CENTRE = 1e-12
 
 
 def fundamental_matrix(
-    first: Camera | ArrayLike, second: Camera | ArrayLike, method: Method = "8-point", *, refine: bool = True, seed: int = 0
+    first: Camera | ArrayLike,
+    second: Camera | ArrayLike,
+    method: Method = "8-point",
+    *,
+    refine: bool = True,
+    seed: int = 0,
 ) -> Reals:
     """The matrix F with ``x2 . F x1 = 0`` for homogeneous images x1, x2 of the same point.
 

@@ -1,8 +1,8 @@
 """The unified model of omnidirectional cameras in conformal geometry: a unit sphere about the viewpoint.
 
 A point X is seen in the point P in which its ray from the centre of the sphere meets the sphere. The line from the pole
-N = (0, 0, -mirror) through P meets the plane ``z = 1 - mirror`` in the image (x, y), in the units of a perspective camera
-with focal length 1. `mirror` is 1 for a parabolic mirror, less for a hyperbolic one and 0 without a mirror.
+N = (0, 0, -mirror) through P meets the plane ``z = 1 - mirror`` in the image (x, y), in the units of a perspective
+camera with focal length 1. `mirror` is 1 for a parabolic mirror, less for a hyperbolic one and 0 without a mirror.
 """
 
 import gacompiler as ga
@@ -23,7 +23,7 @@ def _point(x, y, z):
 
 @kernel(mirror=SCALAR, place=PLACE, returns=IMAGE)
 def project_place(mirror, place):
-    """The image (x, y) of a point of space; division by 0 for the centre and for points in the direction of no image."""
+    """The image (x, y) of a point of space; division by 0 for the centre and where no image is."""
     x, y, z = place
     length = ga.sqrt(x * x + y * y + z * z)
     w = z + mirror * length
