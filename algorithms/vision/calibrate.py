@@ -39,8 +39,8 @@ def calibrate_from_planes(
     """The intrinsic parameters of a camera that saw known points of planes.
 
     The homography of a plane takes its circular points to ``h1 + i h2`` and its conjugate, which lie on the image of
-    the absolute conic, ``(K K')^-1``: two real equations a view (Zhang 2000 by another way). Their least squares is found
-    in coordinates of size 1.
+    the absolute conic, ``(K K')^-1``: two real equations a view (Zhang 2000 by another way). Their least squares is
+    found in coordinates of size 1.
 
     Parameters
     ----------

@@ -47,7 +47,7 @@ def factorize(pixels: ArrayLike, mask: ArrayLike | None = None) -> Factorization
     Two views with many common points give a first frame by F and projective depths. Cameras of views that see six known
     points and points that two known views see follow in turn; images of points where they were occluded complete the
     join-image, the matrix of all ``depth (x, y, 1)``, whose four first singular vectors are cameras and points (Sturm
-    and Triggs 1996). Weighted linear equations for all cameras and all points in turn then lessen distances in the images.
+    and Triggs 1996). Weighted linear equations for all cameras and all points in turn then lessen the error in pixels.
 
     Parameters
     ----------

@@ -16,7 +16,7 @@ from .status import VisionStatus, check_points
 _FLAT = 1e-7
 """Points are on a line where their extent across is below this part of that along it."""
 _PLANAR = 3.0
-"""A homography that fits points within this many times the distances to F leaves F open."""
+"""A homography, or a line, that fits points within this many times their noise by F leaves F open."""
 _ROUNDING = 1e-10
 """Distances below this part of the image are rounding."""
 _STEPS = 30
@@ -49,13 +49,13 @@ def seven_points(first: Reals, second: Reals) -> Reals:
     swap = np.asarray(np.abs(c3) < np.abs(c0))
     lead = np.where(swap, c0, c3)
     lead = np.where(lead == 0, np.nan, lead)
-    rest = np.where(swap[..., None], np.stack([c1, c2, c3], -1), np.stack([c2, c1, c0], -1)) / lead[..., None]
+    rest = np.where(np.expand_dims(swap, -1), np.stack([c1, c2, c3], -1), np.stack([c2, c1, c0], -1)) / lead[..., None]
     companion = np.zeros((*lead.shape, 3, 3))
     companion[..., 0, :] = -rest
     companion[..., 1, 0] = companion[..., 2, 1] = 1
     usable = np.isfinite(companion).all((-1, -2))
-    roots = np.linalg.eigvals(np.where(usable[..., None, None], companion, np.eye(3)))
-    real = np.asarray(np.abs(roots.imag) <= 1e-7 * (1 + np.abs(roots.real))) & usable[..., None]
+    roots = np.linalg.eigvals(np.where(np.expand_dims(usable, (-1, -2)), companion, np.eye(3)))
+    real = (np.abs(roots.imag) <= 1e-7 * (1 + np.abs(roots.real))) & np.expand_dims(usable, -1)
     root = np.where(real, roots.real, np.nan)[..., None, None]
     mixed = np.where(
         swap[..., None, None, None],
@@ -111,13 +111,16 @@ def degenerate(matrix: Reals, first: Reals, second: Reals) -> bool:
     """Whether points fit a homography, or a line, as well as they fit F: then they do not determine it."""
     if min(flatness(first), flatness(second)) <= _FLAT:
         return True
-    plane, _ = linear_homography(first, second)
+    n = len(first)
     size = max(np.ptp(first, 0).max(), np.ptp(second, 0).max())
     off = projective3.sampson_distance(matrix, first, second)
-    with np.errstate(divide="ignore", invalid="ignore"):
-        across = _transfer_distance(plane, first, second)
-    allowed = max(_PLANAR * float(np.sqrt(np.mean(off**2))), _ROUNDING * size)
-    return bool(np.sqrt(np.mean(across**2)) <= allowed)
+    noise = np.sqrt((off**2).sum() / max(n - 7, 1))
+    allowed = max(_PLANAR * float(noise), _ROUNDING * size)
+    across = min(np.linalg.svd(x - x.mean(0), compute_uv=False)[1] for x in (first, second)) / np.sqrt(n)
+    # Both ways: where one image shows all much larger, distances there are larger too.
+    ways = [_transfer_distance(linear_homography(a, b)[0], a, b) for a, b in ((first, second), (second, first))]
+    plane = min(np.sqrt((way**2).sum() / (2 * n - 8)) for way in ways) if n > 4 else 0.0
+    return bool(across <= allowed or plane <= allowed)
 
 
 def robust_fundamental_matrix(
@@ -189,7 +192,8 @@ def _rotation(vector: Reals) -> Reals:
 
 
 def _transfer_distance(matrix: Reals, first: Reals, second: Reals) -> Reals:
-    return np.asarray(np.linalg.norm(projective2.transform_point(matrix, first) - second, axis=-1))
+    with np.errstate(divide="ignore", invalid="ignore"):
+        return np.asarray(np.linalg.norm(projective2.transform_point(matrix, first) - second, axis=-1))
 
 
 def _unit(matrix: Reals) -> Reals:

@@ -16,7 +16,7 @@ from .normalization import homogeneous, normalized, similarity
 from .tensors import cameras_of_tensor
 
 _DIMENSION = {4: 1, 5: 2, 6: 3}
-_KERNEL = {
+_KERNEL: dict[int, Callable[..., Any]] = {
     4: projective2.cross_ratio_on_line,
     5: projective2.cross_ratio_of_lines,
     6: projective3.cross_ratio_of_planes,
@@ -102,7 +102,8 @@ def invariants_3d(*points: ArrayLike, fundamental: ArrayLike | None = None, tens
     Returns
     -------
     array, (..., 3)
-        Infinite or NaN where four of the first five points are on a plane, or a number of the input is not finite.
+        Cross-ratios of planes about edges of the tetrahedron of the first four points: 1 where these are on a plane,
+        infinite or NaN where a bracket below vanishes or a number of the input is not finite.
 
     Raises
     ------

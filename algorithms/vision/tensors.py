@@ -64,8 +64,8 @@ def quadrifocal_tensor(*views: Camera | ArrayLike) -> Reals:
     ----------
     *views : four Cameras or array_like, (..., 3, 4) or (n, 2)
         Cameras or their matrices, whose leading axes broadcast: then the entries are brackets of their rows. Or pixels
-        of the same points, n at least 6: then it is the least squares of the linear equations, which for pixels with noise
-        need not belong to cameras.
+        of the same points, n at least 6: then it is the least squares of the linear equations, which for pixels with
+        noise need not belong to cameras.
 
     Returns
     -------

@@ -1,8 +1,8 @@
 """The projective plane in the exterior algebra of homogeneous coordinates.
 
 Points are (x, y, w) and lines ``a x + b y + c w = 0`` are (a, b, c), both vectors. The join of two points and the meet
-of two lines are the dual of their outer product; a bracket, the outer product of three, is a determinant. A conic is the
-six numbers (a, b, c, d, e, f) of ``a x**2 + b x y + c y**2 + d x w + e y w + f w**2 = 0``.
+of two lines are the dual of their outer product; a bracket, the outer product of three, is a determinant. A conic is
+the six numbers (a, b, c, d, e, f) of ``a x**2 + b x y + c y**2 + d x w + e y w + f w**2 = 0``.
 """
 
 import gacompiler as ga
