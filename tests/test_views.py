@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import re
 from itertools import combinations, permutations
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -487,3 +489,12 @@ def test_localization(rng: np.random.Generator) -> None:
         localize(points, pixels[1:], camera.intrinsics)
     with pytest.raises(ValueError, match="intrinsics"):
         localize(points, pixels, np.zeros((3, 3)))
+
+
+def test_blocks_of_the_page_run() -> None:
+    """In one namespace, from top to bottom; asserts in them hold."""
+    blocks = re.findall(
+        r"```python\n(.*?)```", (Path(__file__).parent.parent / "docs/vision.md").read_text(), re.DOTALL
+    )
+    assert len(blocks) >= 6
+    exec(compile("\n".join(blocks), "docs/vision.md", "exec"), {"__name__": "vision"})
