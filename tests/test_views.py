@@ -337,7 +337,7 @@ def test_images_by_conformal_meets(rng: np.random.Generator) -> None:
         on_sphere = ends[np.argmax(ends @ place)]
         plane = cga3.plane_from_points(*(np.array([x, y, 0.3]) for x, y in ((0.0, 0.0), (1.0, 0.0), (0.0, 1.0))))
         met = cga3.meet_line_plane(cga3.line_from_points(north, on_sphere), plane)
-        assert np.abs(met[:2] - omnidirectional.project_place(0.7, place)).max() < 1e-12
+        assert np.abs(met[:2] - omnidirectional.project_place(0.7, -1.0, place)).max() < 1e-12
     circle = omnidirectional.circle_of_line(places[0], places[1])
     assert np.abs(cga3.circle_centre(circle)).max() < 1e-14
     assert cga3.circle_radius_squared(circle) == pytest.approx(1)

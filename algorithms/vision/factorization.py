@@ -215,4 +215,5 @@ def _points(image: Reals, weights: Reals, cameras: Reals) -> Reals:
     """Points (n, 4) from cameras (v, 3, 4)."""
     rows = [weights[..., None] * (image[..., k, None] * cameras[:, None, 2] - cameras[:, None, k]) for k in (0, 1)]
     whole = np.concatenate(rows).transpose(1, 0, 2)
-    return np.asarray(np.linalg.svd(whole)[2][:, -1])
+    # Fewer than four rows only for points seen by one view, which are not asked for.
+    return np.asarray(np.linalg.svd(whole, full_matrices=False)[2][:, -1])

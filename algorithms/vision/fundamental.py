@@ -27,7 +27,7 @@ def eight_points(first: Reals, second: Reals) -> Reals:
     one, left = normalized(first)
     two, right = normalized(second)
     rows = projective3.epipolar_equation(one, two)
-    null = np.linalg.svd(rows, full_matrices=True)[2][..., -1, :]
+    null = np.linalg.svd(rows, full_matrices=rows.shape[-2] < rows.shape[-1])[2][..., -1, :]
     u, s, v = np.linalg.svd(null.reshape(*null.shape[:-1], 3, 3))
     s[..., 2] = 0
     return _unit(np.swapaxes(right, -1, -2) @ (u * s[..., None, :]) @ v @ left)

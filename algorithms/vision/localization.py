@@ -142,7 +142,9 @@ def linear_cameras(places: Reals, pixels: Reals) -> Reals:
         ],
         -2,
     )
-    matrix = np.linalg.svd(rows, full_matrices=True)[2][..., -1, :].reshape(*rows.shape[:-2], 3, 4)
+    matrix = np.linalg.svd(rows, full_matrices=rows.shape[-2] < rows.shape[-1])[2][..., -1, :].reshape(
+        *rows.shape[:-2], 3, 4
+    )
     matrix = np.linalg.inv(other) @ matrix @ scale
     return np.asarray(matrix / np.linalg.norm(matrix, axis=(-1, -2), keepdims=True))
 
@@ -150,7 +152,7 @@ def linear_cameras(places: Reals, pixels: Reals) -> Reals:
 def _from_plane(places: Reals, seen: Reals) -> Reals:
     """Matrices [R | t] (..., 3, 4) from points of a plane, by its homography."""
     mean = places.mean(-2)
-    axes = np.linalg.svd(places - mean[..., None, :], full_matrices=True)[2]
+    axes = np.linalg.svd(places - mean[..., None, :], full_matrices=False)[2]
     flat = (places - mean[..., None, :]) @ np.swapaxes(axes[..., :2, :], -1, -2)
     matrix, _ = linear_homography(flat, seen)
     size = np.sqrt(np.linalg.norm(matrix[..., 0], axis=-1) * np.linalg.norm(matrix[..., 1], axis=-1))

@@ -61,8 +61,8 @@ class OmnidirectionalCamera:
         Returns
         -------
         array, (..., 2)
-            NaN for the viewpoint itself and for directions that have no image: those whose line from the pole does not
-            meet the image plane from above, or meets the sphere before.
+            Infinite or NaN for the viewpoint itself and for directions that have no image: those whose line from the
+            pole does not meet the image plane from above, or meets the sphere before.
 
         Raises
         ------
@@ -72,13 +72,9 @@ class OmnidirectionalCamera:
         array = real_array(points, "points", (3,), "x y z")
         place = pga3.move_point_back(self.camera.pose.astype(array.dtype), array)
         mirror = array.dtype.type(self.mirror)
-        length = np.linalg.norm(place, axis=-1)
         # From a pole outside the sphere only the cap before the tangents is seen: z > -1 / mirror.
-        least = -min(self.mirror, 1 / self.mirror) if self.mirror > 0 else 0.0
-        seen = (place[..., 2] > least * length) & np.isfinite(length)
-        with np.errstate(divide="ignore", invalid="ignore"):
-            image = omnidirectional.project_place(mirror, place)
-        image = np.where(seen[..., None], image, np.nan)
+        least = array.dtype.type(-min(self.mirror, 1 / self.mirror) if self.mirror > 0 else 0)
+        image = omnidirectional.project_place(mirror, least, place)
         return np.asarray(projective2.transform_point(self.camera.intrinsics.astype(array.dtype), image))
 
     def directions(self, pixels: ArrayLike) -> Reals:

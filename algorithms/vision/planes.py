@@ -51,7 +51,7 @@ def linear_homography(first: Reals, second: Reals) -> tuple[Reals, Reals]:
     two, other = normalized(second)
     rows = projective2.homography_equations(one, two)
     rows = rows.reshape(*rows.shape[:-3], -1, 9)
-    _, values, right = np.linalg.svd(rows, full_matrices=True)
+    _, values, right = np.linalg.svd(rows, full_matrices=rows.shape[-2] < rows.shape[-1])
     matrix = np.linalg.inv(other) @ right[..., -1, :].reshape(*rows.shape[:-2], 3, 3) @ scale
     return matrix / np.linalg.norm(matrix, axis=(-1, -2), keepdims=True), values[..., 7] / values[..., 0]
 

@@ -230,7 +230,7 @@ def _lines_through(points: Reals) -> Reals:
 
 
 def _null_vector(rows: Reals, where: str) -> Reals:
-    _, values, right = np.linalg.svd(rows, full_matrices=True)
+    _, values, right = np.linalg.svd(rows, full_matrices=rows.shape[-2] < rows.shape[-1])
     if len(values) < rows.shape[1] - 1 or values[rows.shape[1] - 2] <= _OPEN * values[0]:
         refuse(VisionStatus.DEGENERATE, where, "points in general position, seen from different centres")
     return np.asarray(right[-1])

@@ -21,12 +21,12 @@ def _point(x, y, z):
     return x * E1 + y * E2 + z * E3 + E0 + (x * x + y * y + z * z) / 2 * EINF
 
 
-@kernel(mirror=SCALAR, place=PLACE, returns=IMAGE)
-def project_place(mirror, place):
-    """The image (x, y) of a point of space; division by 0 for the centre and where no image is."""
+@kernel(mirror=SCALAR, least=SCALAR, place=PLACE, returns=IMAGE)
+def project_place(mirror, least, place):
+    """The image (x, y) of a point of space; division by 0 where its direction has a z of `least` or less, or none."""
     x, y, z = place
     length = ga.sqrt(x * x + y * y + z * z)
-    w = z + mirror * length
+    w = ga.select(least * length < z, z + mirror * length, 0)
     return x / w, y / w
 
 
