@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 from numpy.typing import ArrayLike
+from scipy.special import fdtri
 
 from generated import pga3, projective2, projective3
 
@@ -15,8 +16,10 @@ from .status import VisionStatus, check_points
 
 _FLAT = 1e-7
 """Points are on a line where their extent across is below this part of that along it."""
-_PLANAR = 3.0
+_PLANAR = 2.0
 """A homography, or a line, that fits points within this many times their noise by F leaves F open."""
+_CONFIDENCE = 0.99
+"""Of planes being seen as such; with ten points and noise some in a hundred are missed, and some scenes refused."""
 _ROUNDING = 1e-10
 """Distances below this part of the image are rounding."""
 _STEPS = 30
@@ -115,7 +118,9 @@ def degenerate(matrix: Reals, first: Reals, second: Reals) -> bool:
     size = max(np.ptp(first, 0).max(), np.ptp(second, 0).max())
     off = projective3.sampson_distance(matrix, first, second)
     noise = np.sqrt((off**2).sum() / max(n - 7, 1))
-    allowed = max(_PLANAR * float(noise), _ROUNDING * size)
+    # Few points beyond seven say little about their noise: the ratio of both variances has Fisher's distribution.
+    doubt = np.sqrt(fdtri(2 * n - 8, max(n - 7, 1), _CONFIDENCE))
+    allowed = max(_PLANAR * float(noise * doubt), _ROUNDING * size)
     across = min(np.linalg.svd(x - x.mean(0), compute_uv=False)[1] for x in (first, second)) / np.sqrt(n)
     # Both ways: where one image shows all much larger, distances there are larger too.
     ways = [_transfer_distance(linear_homography(a, b)[0], a, b) for a, b in ((first, second), (second, first))]
