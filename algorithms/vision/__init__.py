@@ -1,20 +1,67 @@
-"""Cameras, two views and depth."""
+"""Cameras, their calibration and pose, what several views have to do with each other, invariants and depth."""
 
+from .calibrate import PlaneCalibration, calibrate_from_planes
 from .calibrations import MOTORCYCLE
 from .camera import Camera
+from .factorization import Factorization, factorize
+from .fundamental import robust_fundamental_matrix
 from .hand_eye import HandEye, HandEyeStatus, hand_eye
+from .invariants import cross_ratio, invariants_3d, permutation_invariant
+from .localization import Localization, localize
+from .omnidirectional import OmnidirectionalCamera, conic_value
+from .planes import homography, robust_homography
+from .robust import RobustEstimate
+from .status import DegenerateError, VisionStatus
 from .stereo import RectifiedPair
-from .two_views import epipolar_distance, epipolar_lines, fundamental_matrix, triangulate
+from .tensors import (
+    epipoles_of_tensor,
+    quadrifocal_tensor,
+    transfer_line,
+    transfer_point,
+    trifocal_tensor,
+)
+from .two_views import (
+    epipolar_distance,
+    epipolar_lines,
+    epipoles,
+    fundamental_matrix,
+    sampson_distance,
+    triangulate,
+)
 
 __all__ = [
     "MOTORCYCLE",
     "Camera",
+    "DegenerateError",
+    "Factorization",
     "HandEye",
     "HandEyeStatus",
+    "Localization",
+    "OmnidirectionalCamera",
+    "PlaneCalibration",
     "RectifiedPair",
+    "RobustEstimate",
+    "VisionStatus",
+    "calibrate_from_planes",
+    "conic_value",
+    "cross_ratio",
     "epipolar_distance",
     "epipolar_lines",
+    "epipoles",
+    "epipoles_of_tensor",
+    "factorize",
     "fundamental_matrix",
     "hand_eye",
+    "homography",
+    "invariants_3d",
+    "localize",
+    "permutation_invariant",
+    "quadrifocal_tensor",
+    "robust_fundamental_matrix",
+    "robust_homography",
+    "sampson_distance",
+    "transfer_line",
+    "transfer_point",
     "triangulate",
+    "trifocal_tensor",
 ]

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import Literal
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -11,32 +12,60 @@ from generated import projective3
 
 from ..arguments import Reals, real_array
 from .camera import Camera, camera_matrix
+from .fundamental import degenerate, eight_points, refined, robust_fundamental_matrix, seven_points
+from .status import VisionStatus, check_points, refuse
+
+Method = Literal["8-point", "7-point", "robust"]
 
 _SAME_CENTRE = 1e-12
 """A baseline shorter than this, of the distance to the origin of the world, is rounding."""
 
 
-def fundamental_matrix(first: Camera | ArrayLike, second: Camera | ArrayLike) -> Reals:
-    """The matrix F with ``x2 . F x1 = 0`` for homogeneous images x1, x2 of the same point, from two cameras.
+def fundamental_matrix(
+    first: Camera | ArrayLike,
+    second: Camera | ArrayLike,
+    method: Method = "8-point",
+    *,
+    refine: bool = True,
+    seed: int = 0,
+) -> Reals:
+    """The matrix F with ``x2 . F x1 = 0`` for homogeneous images x1, x2 of the same point.
 
-    Its entries are brackets of rows of the two camera matrices (Faugeras and Mourrain, ICCV 1995).
+    From two cameras its entries are brackets of rows of their matrices (Faugeras and Mourrain, ICCV 1995). From pixels
+    of the same points in both images it is estimated.
 
     Parameters
     ----------
-    first, second : Camera or array_like, (..., 3, 4)
-        Cameras or camera matrices; leading axes broadcast.
+    first, second : Camera or array_like, (..., 3, 4) or (n, 2)
+        Cameras or camera matrices, whose leading axes broadcast; or pixels.
+    method : {"8-point", "7-point", "robust"}
+        From pixels: the normalised eight-point algorithm, n at least 8; the cubic of seven points, n = 7; or samples of
+        seven, n at least 8, where some pairs are wrong (`robust_fundamental_matrix` also tells which).
+    refine : bool
+        With "8-point", go on to the least squares of Sampson distances.
+    seed : int
+        With "robust", of the samples.
 
     Returns
     -------
     array, (..., 3, 3)
-        Of rank 2, in the scale that the matrices give.
+        Of rank 2. From cameras in the scale that the matrices give, from pixels with norm 1. With "7-point" (3, 3, 3):
+        one or three matrices, the others NaN.
 
     Raises
     ------
     TypeError, ValueError
-        Where these are not cameras, where a matrix has rank less than 3, and where both cameras have the same centre:
-        then every F fits.
+        Where these are neither cameras nor as many pixels each, where a camera matrix has rank less than 3, and where
+        both cameras have the same centre: then every F fits.
+    DegenerateError
+        Where pixels are too few or not finite, or those of points on one plane or line, or of one centre.
+
+    Notes
+    -----
+    The error from exact pixels is some 1e-12 for points well spread in space.
     """
+    if not isinstance(first, Camera) and not isinstance(second, Camera) and np.shape(first)[-1:] == (2,):
+        return _from_pixels(first, second, method, refine, seed)
     one, two = camera_matrix(first, "first"), camera_matrix(second, "second")
     for matrix, other, name in ((one, two, "first"), (two, one, "second")):
         centre = np.linalg.norm(projective3.camera_centre(matrix), axis=-1)
@@ -47,6 +76,84 @@ def fundamental_matrix(first: Camera | ArrayLike, second: Camera | ArrayLike) ->
         if np.any((epipole <= _SAME_CENTRE * np.linalg.norm(other, axis=-1) * centre[..., None]).all(-1)):
             raise ValueError("first, second: cameras with the same centre; expected two centres")
     return projective3.fundamental_matrix_from_cameras(one, two)  # type: ignore[no-any-return]
+
+
+def _from_pixels(first: ArrayLike, second: ArrayLike, method: Method, refine: bool, seed: int) -> Reals:
+    one, two = _pixels(first, "first"), _pixels(second, "second")
+    if method not in ("8-point", "7-point", "robust"):
+        raise ValueError(f"method: {method!r}; expected '8-point', '7-point' or 'robust'")
+    where, least = "fundamental_matrix", 7 if method == "7-point" else 8
+    expected = f"at least {least} finite points, not on one plane or line, seen from two centres"
+    refuse(check_points({"first": one, "second": two}, least, "points"), where, expected)
+    if method == "robust":
+        found = robust_fundamental_matrix(one, two, seed=seed)
+        refuse(found.status, where, expected)
+        return found.model
+    if method == "7-point":
+        if len(one) != 7:
+            raise ValueError(f"first: {len(one)} points; expected 7 for the method '7-point'")
+        several = seven_points(one, two)
+        usable = several[np.isfinite(several).all((-1, -2))]
+        if not len(usable) or any(degenerate(each, one, two) for each in usable):
+            refuse(VisionStatus.DEGENERATE, where, expected)
+        return several
+    matrix = eight_points(one, two)
+    if refine:
+        matrix = refined(matrix, one, two)
+    if degenerate(matrix, one, two):
+        refuse(VisionStatus.DEGENERATE, where, expected)
+    return matrix
+
+
+def sampson_distance(fundamental: ArrayLike, pixels: ArrayLike, partners: ArrayLike) -> Reals:
+    """The distances of pairs of pixels to the nearest pairs that fit F, to first order (Sampson's), signed, in pixels.
+
+    Parameters
+    ----------
+    fundamental : array_like, (..., 3, 3)
+    pixels, partners : array_like, (..., 2)
+        In the first and in the second image.
+
+    Returns
+    -------
+    array, (...)
+
+    Raises
+    ------
+    TypeError, ValueError
+        Where an argument has another shape or type.
+    """
+    matrix = real_array(fundamental, "fundamental", (3, 3), "a fundamental matrix")
+    return projective3.sampson_distance(  # type: ignore[no-any-return]
+        matrix, _pixels(pixels, "pixels"), _pixels(partners, "partners")
+    )
+
+
+def epipoles(fundamental: ArrayLike) -> tuple[Reals, Reals]:
+    """The images of the second centre in the first view and of the first centre in the second.
+
+    Parameters
+    ----------
+    fundamental : array_like, (..., 3, 3)
+
+    Returns
+    -------
+    first, second : array, (..., 3)
+        Homogeneous, of norm 1: the null vectors of F and of its transpose. The last entry is 0 for an epipole at
+        infinity.
+
+    Raises
+    ------
+    TypeError, ValueError
+        Where this is not a matrix of finite numbers and rank 2.
+    """
+    matrix = real_array(fundamental, "fundamental", (3, 3), "a fundamental matrix")
+    if not np.isfinite(matrix).all():
+        raise ValueError("fundamental: a number is not finite; expected a matrix of rank 2")
+    left, values, right = np.linalg.svd(matrix)
+    if np.any(values[..., 1] <= 1e-12 * values[..., 0]) or np.any(values[..., 2] > 1e-3 * values[..., 1]):
+        raise ValueError("fundamental: a matrix of another rank; expected rank 2")
+    return right[..., 2, :], left[..., :, 2]
 
 
 def epipolar_lines(fundamental: ArrayLike, pixels: ArrayLike) -> Reals:

@@ -120,3 +120,252 @@ def triangulate(first, second, pixel, partner):
     epipolar_x, epipolar_y = ((sight ^ second[k] ^ second[m])["e1234"] for k, m in NEXT[:2])
     column, row = second[0] - partner[0] * second[2], second[1] - partner[1] * second[2]
     return ga.undual(sight ^ (epipolar_x * row - epipolar_y * column))
+
+
+# Cameras and lines.
+
+
+@kernel(centre=VECTOR, first=VECTOR, second=VECTOR, third=VECTOR, returns=CAMERA)
+def camera_from_image_basis(centre, first, second, third):
+    """The camera with a centre whose image plane has the basis of three points: row 0 is the plane of the last two."""
+    basis = (first, second, third)
+    return tuple(ga.undual(centre ^ basis[k] ^ basis[m]) for k, m in NEXT)
+
+
+@kernel(camera=CAMERA, returns=array(BIVECTOR, 3))
+def line_projection(camera):
+    """The 3 x 6 matrix of a camera for lines: it takes Pluecker coordinates to the image line (a, b, c)."""
+    return tuple(camera[k] ^ camera[m] for k, m in NEXT)
+
+
+@kernel(camera=CAMERA, line=BIVECTOR, returns=LINE)
+def project_line(camera, line):
+    """The image line (a, b, c) of a line of space; 0 where it goes through the camera's centre."""
+    return tuple(ga.scalar_product(camera[k] ^ camera[m], ~line) for k, m in NEXT)
+
+
+@kernel(line=BIVECTOR, plane=VECTOR, returns=VECTOR)
+def meet_line_plane(line, plane):
+    """The point in which a line meets a plane (n, d); 0 where the line is in the plane."""
+    return ga.left_contraction(plane, line)
+
+
+@kernel(a=BIVECTOR, b=BIVECTOR)
+def meet_lines(a, b):
+    """The outer product of two lines: 0 where they meet."""
+    return (a ^ b)["e1234"]
+
+
+# Three and four views.
+
+
+def _product(point, tensor, second, third):
+    return sum(point[i] * tensor[i][j][k] * second[j] * third[k] for i in range(3) for j in range(3) for k in range(3))
+
+
+@kernel(first=CAMERA, second=CAMERA, third=CAMERA, returns=array(SCALAR, 3, 3, 3))
+def trifocal_tensor_from_cameras(first, second, third):
+    """The tensor T with ``x_i l'_j l''_k T_ijk = 0`` for a point x and lines l', l'' through its partners.
+
+    Entry (i, j, k) is the bracket of the two rows of the first camera other than i, in cyclic order, row j of the
+    second and row k of the third: whether a line of sight and two planes of sight meet.
+    """
+    sights = [first[k] ^ first[m] for k, m in NEXT]
+    return tuple(tuple(tuple((sight ^ b ^ c)["e1234"] for c in third) for b in second) for sight in sights)
+
+
+@kernel(first=CAMERA, second=CAMERA, third=CAMERA, fourth=CAMERA, returns=array(SCALAR, 3, 3, 3, 3))
+def quadrifocal_tensor_from_cameras(first, second, third, fourth):
+    """The tensor Q with ``l_i l'_j l''_k l'''_m Q_ijkm = 0`` for lines through images of the same point.
+
+    Entry (i, j, k, m) is the bracket of row i, j, k and m of the four cameras.
+    """
+    lines, others = [[a ^ b for b in second] for a in first], [[c ^ d for d in fourth] for c in third]
+    return tuple(
+        tuple(tuple(tuple((line ^ other)["e1234"] for other in row) for row in others) for line in part)
+        for part in lines
+    )
+
+
+@kernel(tensor=array(SCALAR, 3, 3, 3), pixel=PIXEL, line=LINE, returns=array(SCALAR, 3))
+def transfer_point(tensor, pixel, line):
+    """The homogeneous image in the third view of a pixel of the first and a line of the second through its partner."""
+    x = (*pixel, 1)
+    return tuple(sum(x[i] * line[j] * tensor[i][j][k] for i in range(3) for j in range(3)) for k in range(3))
+
+
+@kernel(tensor=array(SCALAR, 3, 3, 3), second=LINE, third=LINE, returns=LINE)
+def transfer_line(tensor, second, third):
+    """The line of the first view of a line of space whose images in the second and third are given."""
+    return tuple(sum(second[j] * third[k] * tensor[i][j][k] for j in range(3) for k in range(3)) for i in range(3))
+
+
+@kernel(tensor=array(SCALAR, 3, 3, 3, 3), first=LINE, second=LINE, third=LINE, returns=array(SCALAR, 3))
+def transfer_lines(tensor, first, second, third):
+    """The homogeneous image in the fourth view of the point in which three planes of sight meet."""
+    pairs = [[first[i] * second[j] for j in range(3)] for i in range(3)]
+    inner = [
+        [sum(pairs[i][j] * tensor[i][j][k][m] for i in range(3) for j in range(3)) for m in range(3)] for k in range(3)
+    ]
+    return tuple(sum(third[k] * inner[k][m] for k in range(3)) for m in range(3))
+
+
+# Equations for tensors, and depths.
+
+
+@kernel(pixel=PIXEL, partner=PIXEL, returns=array(SCALAR, 9))
+def epipolar_equation(pixel, partner):
+    """The coefficients of the entries of F, row after row, in ``x' F x``."""
+    return tuple(b * a for b in (*partner, 1) for a in (*pixel, 1))
+
+
+@kernel(fundamental=MATRIX, pixel=PIXEL, partner=PIXEL, returns=MATRIX)
+def sampson_distance_gradient(fundamental, pixel, partner):
+    """The derivatives of `sampson_distance` by the entries of F."""
+    x, y = (*pixel, 1), (*partner, 1)
+    line = _epipolar_line(fundamental, pixel)
+    back = _epipolar_line(tuple(zip(*fundamental, strict=True)), partner)
+    square = line[0] * line[0] + line[1] * line[1] + back[0] * back[0] + back[1] * back[1]
+    inverse = 1 / ga.sqrt(square)
+    ratio = (line[0] * y[0] + line[1] * y[1] + line[2]) / square
+    a, b = (line[0], line[1], 0), (back[0], back[1], 0)
+    return tuple(
+        tuple(inverse * (y[i] * x[j] - ratio * (a[i] * x[j] + b[j] * y[i])) for j in range(3)) for i in range(3)
+    )
+
+
+@kernel(fundamental=MATRIX, epipole=array(SCALAR, 3), pixel=PIXEL, partner=PIXEL)
+def depth_ratio(fundamental, epipole, pixel, partner):
+    """The projective depth of a partner by that of its pixel, up to one number for all points of both views.
+
+    With the epipole e of the second view it is ``(e x x') . F x / (e x x')**2``.
+    """
+    x = (*partner, 1)
+    cross = tuple(epipole[k] * x[m] - epipole[m] * x[k] for k, m in NEXT)
+    line = _epipolar_line(fundamental, pixel)
+    return sum(a * b for a, b in zip(cross, line, strict=True)) / sum(a * a for a in cross)
+
+
+@kernel(place=PLACE, returns=array(SCALAR, 2, 6))
+def image_derivative(place):
+    """How the image (x/z, y/z) of a point in the camera's frame turns and shifts with it.
+
+    The first three columns are by a small rotation vector, the last three by a translation of the point.
+    """
+    x, y, z = place
+    w = 1 / z
+    u, v = x * w, y * w
+    return (-u * v, 1 + u * u, -v, w, 0, -u * w), (-1 - v * v, u * v, u, 0, w, -v * w)
+
+
+# Invariants of six points.
+
+
+_EDGES = ((0, (1, 2)), (1, (0, 2)), (2, (0, 1)))
+"""Each coordinate by the fourth is a cross-ratio about the edge of the two others."""
+
+
+def _ratios(value):
+    """Coordinate k over coordinate 3 of point 5 in the frame of points 0 to 4, by brackets ``value(i, j, k, m)``.
+
+    The brackets are split in pairs so that each pair occurs above and below.
+    """
+    for a, (p, q) in _EDGES:
+        above = value(5, p, q, 3) * value(a, q, p, 4)
+        yield above / (value(4, p, q, 3) * value(a, q, p, 5))
+
+
+@kernel(points=array(VECTOR, 6), returns=array(SCALAR, 3))
+def invariants_of_points(points):
+    """Three projective invariants of six points: the last one's coordinates in the frame of the first five.
+
+    Each is a cross-ratio of four planes about an edge of the tetrahedron of the first four points.
+    """
+    pairs = {}
+
+    def line(i, j):
+        if (i, j) not in pairs:
+            pairs[i, j] = points[i] ^ points[j]
+        return pairs[i, j]
+
+    return tuple(_ratios(lambda i, j, k, m: (line(i, j) ^ line(k, m))["e1234"]))
+
+
+@kernel(points=array(VECTOR, 6))
+def cross_ratio_of_planes(points):
+    """The cross-ratio {2, 3; 4, 5} of the planes through points 0 and 1, and one of the other four points each."""
+    axis = points[0] ^ points[1]
+
+    def bracket_of(i, j):
+        return (axis ^ points[i] ^ points[j])["e1234"]
+
+    return bracket_of(2, 4) * bracket_of(3, 5) / (bracket_of(2, 5) * bracket_of(3, 4))
+
+
+def _cross(a, b):
+    return tuple(a[k] * b[m] - a[m] * b[k] for k, m in NEXT)
+
+
+def _joins(pixels):
+    """The line of two of several image points, computed once."""
+    found = {}
+
+    def line(i, j):
+        if (i, j) not in found:
+            found[i, j] = _cross((*pixels[i], 1), (*pixels[j], 1))
+        return found[i, j]
+
+    return line
+
+
+def _crossings(line):
+    """The point in which two joins cross, computed once."""
+    found = {}
+
+    def point(*pairs):
+        if pairs not in found:
+            found[pairs] = _cross(line(*pairs[:2]), line(*pairs[2:]))
+        return found[pairs]
+
+    return point
+
+
+@kernel(fundamental=MATRIX, pixels=array(SCALAR, 6, 2), partners=array(SCALAR, 6, 2), returns=array(SCALAR, 3))
+def invariants_of_two_views(fundamental, pixels, partners):
+    """`invariants_of_points` from two views with fundamental matrix F.
+
+    A bracket [ijkm] is, up to brackets of the centres with i, j and with k, m, the form ``x' F x`` of the points in
+    which the joins of i, j and of k, m cross; the factors cancel.
+    """
+    first, second = _crossings(_joins(pixels)), _crossings(_joins(partners))
+
+    def value(*pairs):
+        x, y = first(*pairs), second(*pairs)
+        return sum(y[i] * sum(fundamental[i][j] * x[j] for j in range(3)) for i in range(3))
+
+    return tuple(_ratios(value))
+
+
+@kernel(
+    tensor=array(SCALAR, 3, 3, 3),
+    second=array(SCALAR, 3),
+    third=array(SCALAR, 3),
+    pixels=array(SCALAR, 6, 2),
+    partners=array(SCALAR, 6, 2),
+    others=array(SCALAR, 6, 2),
+    returns=array(SCALAR, 3),
+)
+def invariants_of_three_views(tensor, second, third, pixels, partners, others):
+    """`invariants_of_points` from three views with trifocal tensor T.
+
+    `second` and `third` are the images there of the first centre: brackets of them with the joins take the place that
+    those of the centres have.
+    """
+    one, two, three = _crossings(_joins(pixels)), _joins(partners), _joins(others)
+
+    def value(i, j, k, m):
+        x, b, c = one(i, j, k, m), two(i, j), three(k, m)
+        scale = sum(e * n for e, n in zip(second, b, strict=True)) * sum(e * n for e, n in zip(third, c, strict=True))
+        return _product(x, tensor, b, c) / scale
+
+    return tuple(_ratios(value))

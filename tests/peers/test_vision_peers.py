@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from itertools import pairwise
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -12,9 +13,13 @@ from algorithms.vision import (
     MOTORCYCLE,
     Camera,
     HandEyeStatus,
+    VisionStatus,
     epipolar_lines,
     fundamental_matrix,
     hand_eye,
+    localize,
+    robust_fundamental_matrix,
+    sampson_distance,
     triangulate,
 )
 from generated import pga3
@@ -90,6 +95,70 @@ def test_epipolar_residuals_equal_those_of_scikit_image() -> None:
     model = transform.FundamentalMatrixTransform.from_estimate(first.project(points), second.project(points))
     assert model
     assert same_up_to_scale(fundamental_matrix(first, second), model.params) < 1e-7
+
+
+def _root_mean_square(values: np.ndarray) -> float:
+    return float(np.sqrt(np.mean(np.square(values))))
+
+
+def test_fundamental_matrix_under_noise_has_the_sampson_error_of_opencvs() -> None:
+    """True correspondences of the Motorcycle, and cameras in general position, each with noise."""
+    cv2 = pytest.importorskip("cv2")
+    disparity = pytest.importorskip("skimage.data").stereo_motorcycle()[2].astype(float)
+    rng = np.random.default_rng(1)
+    pixels, partners = (part[::1000] for part in MOTORCYCLE.correspondences(disparity))
+    pairs = [(pixels, partners)]
+    for seed in range(10):
+        cameras, points = two_cameras(seed), points_before(seed, 100)
+        pairs.append((cameras[0].project(points), cameras[1].project(points)))
+    for first, second in pairs:
+        one, two = (x + 0.5 * rng.normal(size=x.shape) for x in (first, second))
+        theirs, _ = cv2.findFundamentalMat(one, two, cv2.FM_8POINT)
+        ours = fundamental_matrix(one, two)
+        error = _root_mean_square(sampson_distance(ours, one, two))
+        assert error <= 1.05 * _root_mean_square(sampson_distance(theirs, one, two))
+
+
+def test_robust_fundamental_matrix_of_photographs() -> None:
+    """Matches of real features in the pairs of mvtb-data: as many agree, as closely, as with OpenCV's best."""
+    cv2, data = pytest.importorskip("cv2"), pytest.importorskip("mvtbdata")
+    folder = Path(data.__file__).parent / "images"
+    for left, right in (("building2-1.png", "building2-2.png"), ("eiffel-1.png", "eiffel-2.png")):
+        images = [cv2.imread(str(folder / name), cv2.IMREAD_GRAYSCALE) for name in (left, right)]
+        if any(image is None for image in images):
+            continue
+        (keys, a), (others, b) = (cv2.SIFT_create(2000).detectAndCompute(image, None) for image in images)
+        near = [m for m, n in cv2.BFMatcher().knnMatch(a, b, k=2) if m.distance < 0.8 * n.distance]
+        one = np.array([keys[m.queryIdx].pt for m in near])
+        two = np.array([others[m.trainIdx].pt for m in near])
+        theirs, _ = cv2.findFundamentalMat(one, two, cv2.USAC_MAGSAC, 1.0, 0.999, 10000)
+        ours = robust_fundamental_matrix(one, two, threshold=1.0)
+        assert ours.status == VisionStatus.OK
+
+        def cost(matrix: np.ndarray, one: np.ndarray = one, two: np.ndarray = two) -> float:
+            return float(np.minimum(sampson_distance(matrix, one, two) ** 2, 1.0).sum())
+
+        assert cost(ours.model) <= 1.05 * cost(theirs)
+
+
+def test_pose_under_noise_is_as_exact_as_opencvs() -> None:
+    cv2 = pytest.importorskip("cv2")
+    rng = np.random.default_rng(2)
+    ours, theirs = [], []
+    for seed in range(100):
+        camera, points = two_cameras(seed)[0], points_before(seed, 20)
+        pixels = camera.project(points) + rng.normal(size=(20, 2))
+        truth = np.linalg.inv(pga3.motor_to_matrix(camera.pose))
+        found = localize(points, pixels, camera.intrinsics)
+        assert found.status == VisionStatus.OK
+        mine = np.linalg.inv(pga3.motor_to_matrix(found.pose))
+        _, turn, shift = cv2.solvePnP(points, pixels, camera.intrinsics, None)
+        other = np.eye(4)
+        other[:3, :3], other[:3, 3] = cv2.Rodrigues(turn)[0], shift[:, 0]
+        ours.append(np.abs(mine - truth).max())
+        theirs.append(np.abs(other - truth).max())
+    assert np.median(ours) <= 1.05 * np.median(theirs)
+    assert _root_mean_square(np.array(ours)) <= 1.05 * _root_mean_square(np.array(theirs))
 
 
 def test_hand_eye_is_as_exact_as_opencvs_under_noise() -> None:

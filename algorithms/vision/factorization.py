@@ -1,0 +1,219 @@
+"""Shape and motion: cameras and points of many views at once, from the join-image of rank 4, also with occlusion."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from generated import projective3
+
+from ..arguments import Reals, real_array
+from .fundamental import degenerate, eight_points, refined
+from .normalization import homogeneous, normalized
+from .status import VisionStatus
+from .two_views import epipoles
+
+_PAIRS = 6
+"""So many pairs of views, those with the most common points, are tried as a first one."""
+_ROUNDS = 100
+_STILL = 1e-7
+"""The error is at rest where a round changes less than this part of it."""
+_ROUNDING = 1e-13
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Factorization:
+    """Cameras and points whose images are those given, up to one projective map of space."""
+
+    cameras: Reals
+    """(v, 3, 4) of norm 1; NaN for views that see too few of the points."""
+    points: Reals
+    """(n, 4) homogeneous, of norm 1; NaN for points that too few views see."""
+    pixels: Reals
+    """(v, n, 2) of all points in all views: what was occluded is completed."""
+    status: VisionStatus
+    """DEGENERATE where no two views determine each other; TOO_FEW where a view or a point is left out."""
+    residual: float
+    """The root of the mean square of the distances of the given pixels, in pixels."""
+    singular_values: Reals
+    """Of the join-image, descending: four, and then what noise leaves, by the first."""
+
+
+def factorize(pixels: ArrayLike, mask: ArrayLike | None = None) -> Factorization:
+    """Cameras and points from the pixels of the same points in several views, some of them occluded.
+
+    Two views with many common points give a first frame by F and projective depths. Cameras of views that see six known
+    points and points that two known views see follow in turn; images of points where they were occluded complete the
+    join-image, the matrix of all ``depth (x, y, 1)``, whose four first singular vectors are cameras and points (Sturm
+    and Triggs 1996). Weighted linear equations for all cameras and all points in turn then lessen the error in pixels.
+
+    Parameters
+    ----------
+    pixels : array_like, (v, n, 2)
+        What `mask` leaves out may be anything.
+    mask : array_like of bool, (v, n), optional
+        Where points are seen; left out, where both numbers of a pixel are not NaN.
+
+    Returns
+    -------
+    Factorization
+        TOO_FEW for fewer than two views or eight points, NOT_FINITE for infinite pixels.
+
+    Raises
+    ------
+    TypeError, ValueError
+        Where `pixels` is not one set of views, or `mask` has another shape.
+    """
+    image = real_array(pixels, "pixels", (-1, -1, 2), "views, points, x y").astype(np.float64)
+    if image.ndim != 3:
+        raise ValueError(f"pixels: shape {image.shape}; expected (views, points, 2)")
+    n_views, n_points = image.shape[:2]
+    seen = ~np.isnan(image).any(-1) if mask is None else np.asarray(mask)
+    if seen.dtype != bool or seen.shape != (n_views, n_points):
+        raise ValueError(f"mask: {seen.dtype} of shape {seen.shape}; expected bool of shape {(n_views, n_points)}")
+    if n_views < 2 or n_points < 8:
+        return _nothing(image, VisionStatus.TOO_FEW)
+    if not np.isfinite(image[seen]).all():
+        return _nothing(image, VisionStatus.NOT_FINITE)
+    common = seen.astype(int) @ seen.astype(int).T
+    if np.triu(common, 1).max() < 8:
+        return _nothing(image, VisionStatus.TOO_FEW)
+
+    # One scale and centre for each view; what is occluded does no harm.
+    scaled, maps = np.zeros_like(image), np.tile(np.eye(3), (n_views, 1, 1))
+    for v in range(n_views):
+        if seen[v].any():
+            scaled[v, seen[v]], maps[v] = normalized(image[v, seen[v]])
+    start = _first_pair(scaled, seen, common)
+    if start is None:
+        return _nothing(image, VisionStatus.DEGENERATE)
+    cameras, points = _grown(scaled, seen, *start)
+    views, known = np.asarray(np.isfinite(cameras).all((1, 2))), np.asarray(np.isfinite(points).all(1))
+    status = VisionStatus.OK if views.all() and known.all() else VisionStatus.TOO_FEW
+
+    part = seen[views][:, known]
+    found, shape, values = _settled(scaled[views][:, known], part, cameras[views], points[known])
+    cameras[views] = np.linalg.inv(maps[views]) @ found
+    cameras /= np.linalg.norm(cameras, axis=(1, 2), keepdims=True)
+    points[known] = shape / np.linalg.norm(shape, axis=1, keepdims=True)
+    everywhere = np.einsum("vij,nj->vni", cameras, points)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        completed = everywhere[..., :2] / everywhere[..., 2:]
+    off = (completed - image)[seen & views[:, None] & known]
+    return Factorization(cameras, points, completed, status, float(np.sqrt(np.mean((off**2).sum(-1)))), values)
+
+
+def _nothing(image: Reals, status: VisionStatus) -> Factorization:
+    v, n = image.shape[:2]
+    nan = np.nan
+    return Factorization(
+        np.full((v, 3, 4), nan), np.full((n, 4), nan), np.full((v, n, 2), nan), status, nan, np.empty(0)
+    )
+
+
+def _first_pair(image: Reals, seen: Reals, common: Reals) -> tuple[Reals, Reals] | None:
+    """Cameras and points, NaN but for those of two views, that determine each other best among some."""
+    ways = [(-common[i, j], i - j, i, j) for i in range(len(image)) for j in range(i + 1, len(image))]
+    best: tuple[float, Reals, Reals] | None = None
+    for _, _, i, j in sorted(ways)[:_PAIRS]:
+        both = seen[i] & seen[j]
+        if both.sum() < 8:
+            break
+        one, two = image[i, both], image[j, both]
+        matrix = refined(eight_points(one, two), one, two)
+        if degenerate(matrix, one, two):
+            continue
+        _, epipole = epipoles(matrix)
+        # With its depths the join-image of two views has rank 4.
+        ratio = projective3.depth_ratio(matrix, epipole, one, two)
+        join = np.concatenate([homogeneous(one), ratio[:, None] * homogeneous(two)], 1).T
+        u, s, v = np.linalg.svd(join, full_matrices=False)
+        quality = s[3] / s[0]
+        if best is None or quality > best[0]:
+            cameras, points = np.full((len(image), 3, 4), np.nan), np.full((image.shape[1], 4), np.nan)
+            cameras[[i, j]] = (u[:, :4] * np.sqrt(s[:4])).reshape(2, 3, 4)
+            points[both] = (np.sqrt(s[:4, None]) * v[:4]).T
+            best = quality, cameras, points
+    return None if best is None else (best[1], best[2])
+
+
+def _grown(image: Reals, seen: Reals, cameras: Reals, points: Reals) -> tuple[Reals, Reals]:
+    """Cameras of views with six and more known points, and points that two known views see, in turn."""
+    while True:
+        views, known = np.asarray(np.isfinite(cameras).all((1, 2))), np.asarray(np.isfinite(points).all(1))
+        open_views = [v for v in np.nonzero(~views)[0] if (seen[v] & known).sum() >= 6]
+        if open_views:
+            v = max(open_views, key=lambda v: int((seen[v] & known).sum()))
+            visible = seen[v] & known
+            cameras[v] = _cameras(image[v : v + 1, visible], np.ones((1, int(visible.sum()))), points[visible])[0]
+            views[v] = True
+        open_points = ~known & (seen[views].sum(0) >= 2)
+        if open_points.any():
+            points[open_points] = _points(
+                image[views][:, open_points], seen[views][:, open_points].astype(float), cameras[views]
+            )
+        if not open_views and not open_points.any():
+            return cameras, points
+
+
+def _settled(image: Reals, seen: Reals, cameras: Reals, points: Reals) -> tuple[Reals, Reals, Reals]:
+    """Cameras and points with less error, and the singular values of the completed join-image."""
+    n_views, n_points = seen.shape
+    values = np.empty(0)
+    for sweep in range(2):
+        projected = np.einsum("vij,nj->vni", cameras, points)
+        join = np.where(seen[..., None], projected[..., 2:] * homogeneous(image), projected)
+        # Rows and columns of norm 1: the scales of homogeneous coordinates do not weigh.
+        join = join / np.linalg.norm(join, axis=(0, 2))[None, :, None]
+        join = join / np.linalg.norm(join, axis=(1, 2))[:, None, None]
+        u, s, v = np.linalg.svd(np.swapaxes(join, 1, 2).reshape(3 * n_views, n_points), full_matrices=False)
+        values = s / s[0]
+        if sweep == 0 or np.allclose(values[4:], 0, atol=1e-12):
+            cameras, points = (u[:, :4] * s[:4]).reshape(n_views, 3, 4), v[:4].T
+    error = _error(image, seen, cameras, points)
+    for _ in range(_ROUNDS):
+        if error <= _ROUNDING:
+            break
+        turned = _cameras(image, seen / _depths(cameras, points), points)
+        moved = _points(image, seen / _depths(turned, points), turned)
+        new = _error(image, seen, turned, moved)
+        if not new < error:
+            break
+        change, cameras, points, error = error - new, turned, moved, new
+        if change <= _STILL * error:
+            break
+    return cameras, points, values
+
+
+def _depths(cameras: Reals, points: Reals) -> Reals:
+    depth = np.abs(np.einsum("vj,nj->vn", cameras[:, 2], points))
+    return np.asarray(np.maximum(depth, 1e-12 * depth.max()))
+
+
+def _error(image: Reals, seen: Reals, cameras: Reals, points: Reals) -> float:
+    x = np.einsum("vij,nj->vni", cameras, points)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        return float(np.sqrt(np.mean((x[..., :2] / x[..., 2:] - image)[seen] ** 2)))
+
+
+def _cameras(image: Reals, weights: Reals, points: Reals) -> Reals:
+    """Cameras (v, 3, 4) from points (n, 4), in the frame in which these have unit moments, where equations are even."""
+    spread = np.linalg.cholesky(points.T @ points / len(points) + 1e-14 * np.eye(4) * (points**2).mean())
+    x = np.linalg.solve(spread, points.T).T
+    nothing = np.zeros((len(image), *x.shape))
+    first = np.concatenate([np.broadcast_to(x, nothing.shape), nothing, -image[..., :1] * x], -1)
+    second = np.concatenate([nothing, np.broadcast_to(x, nothing.shape), -image[..., 1:] * x], -1)
+    rows = np.concatenate([first * weights[..., None], second * weights[..., None]], 1)
+    triangle = np.linalg.qr(rows, mode="r")
+    found = np.linalg.svd(triangle)[2][:, -1].reshape(-1, 3, 4)
+    return np.asarray(np.linalg.solve(spread.T, np.swapaxes(found, 1, 2)).swapaxes(1, 2))
+
+
+def _points(image: Reals, weights: Reals, cameras: Reals) -> Reals:
+    """Points (n, 4) from cameras (v, 3, 4)."""
+    rows = [weights[..., None] * (image[..., k, None] * cameras[:, None, 2] - cameras[:, None, k]) for k in (0, 1)]
+    whole = np.concatenate(rows).transpose(1, 0, 2)
+    # Fewer than four rows only for points seen by one view, which are not asked for.
+    return np.asarray(np.linalg.svd(whole, full_matrices=False)[2][:, -1])

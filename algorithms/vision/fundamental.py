@@ -1,0 +1,205 @@
+"""The fundamental matrix from correspondences: seven points, eight and more, and with wrong ones among them."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import ArrayLike
+from scipy.special import fdtri
+
+from generated import pga3, projective2, projective3
+
+from ..arguments import Reals, real_array
+from .normalization import flatness, normalized
+from .planes import linear_homography
+from .robust import Problem, RobustEstimate, consensus
+from .status import VisionStatus, check_points
+
+_FLAT = 1e-7
+"""Points are on a line where their extent across is below this part of that along it."""
+_PLANAR = 2.0
+"""A homography, or a line, that fits points within this many times their noise by F leaves F open."""
+_CONFIDENCE = 0.99
+"""Of planes being seen as such; with ten points and noise some in a hundred are missed, and some scenes refused."""
+_ROUNDING = 1e-10
+"""Distances below this part of the image are rounding."""
+_STEPS = 30
+
+
+def eight_points(first: Reals, second: Reals) -> Reals:
+    """F of point sets (..., n, 2) by the normalised eight-point algorithm, of rank 2, norm 1 (Hartley 1997)."""
+    one, left = normalized(first)
+    two, right = normalized(second)
+    rows = projective3.epipolar_equation(one, two)
+    null = np.linalg.svd(rows, full_matrices=rows.shape[-2] < rows.shape[-1])[2][..., -1, :]
+    u, s, v = np.linalg.svd(null.reshape(*null.shape[:-1], 3, 3))
+    s[..., 2] = 0
+    return _unit(np.swapaxes(right, -1, -2) @ (u * s[..., None, :]) @ v @ left)
+
+
+def seven_points(first: Reals, second: Reals) -> Reals:
+    """The one or three F (..., 3, 3, 3) of seven points (..., 7, 2), NaN where there are fewer than three.
+
+    They are the real roots of the cubic ``det(x A + y B) = 0`` in the plane of A and B that seven equations leave.
+    """
+    one, left = normalized(first)
+    two, right = normalized(second)
+    rows = projective3.epipolar_equation(one, two)
+    null = np.linalg.svd(rows, full_matrices=True)[2][..., 7:, :]
+    a, b = (null[..., k, :].reshape(*null.shape[:-2], 3, 3) for k in (0, 1))
+    # det(x A + y B) is a cubic form: its coefficients from its values at (1, 0), (0, 1), (1, 1) and (1, -1).
+    c3, c0, plus, minus = (np.linalg.det(m) for m in (a, b, a + b, a - b))
+    c1, c2 = (plus + minus) / 2 - c3, (plus - minus) / 2 - c0
+    swap = np.asarray(np.abs(c3) < np.abs(c0))
+    lead = np.where(swap, c0, c3)
+    lead = np.where(lead == 0, np.nan, lead)
+    rest = np.where(np.expand_dims(swap, -1), np.stack([c1, c2, c3], -1), np.stack([c2, c1, c0], -1)) / lead[..., None]
+    companion = np.zeros((*lead.shape, 3, 3))
+    companion[..., 0, :] = -rest
+    companion[..., 1, 0] = companion[..., 2, 1] = 1
+    usable = np.isfinite(companion).all((-1, -2))
+    roots = np.linalg.eigvals(np.where(np.expand_dims(usable, (-1, -2)), companion, np.eye(3)))
+    real = (np.abs(roots.imag) <= 1e-7 * (1 + np.abs(roots.real))) & np.expand_dims(usable, -1)
+    root = np.where(real, roots.real, np.nan)[..., None, None]
+    mixed = np.where(
+        swap[..., None, None, None],
+        a[..., None, :, :] + root * b[..., None, :, :],
+        root * a[..., None, :, :] + b[..., None, :, :],
+    )
+    return _unit(np.swapaxes(right, -1, -2)[..., None, :, :] @ mixed @ left[..., None, :, :])
+
+
+def refined(matrix: Reals, first: Reals, second: Reals) -> Reals:
+    """F of rank 2 with the least squares of Sampson distances near a given one (Levenberg and Marquardt).
+
+    ``F = U diag(1, s, 0) V'`` with rotations U and V, and steps in their six angles and s (Bartoli and Sturm 2004).
+    Both images are scaled alike, so that distances keep their meaning.
+    """
+    size = np.sqrt(np.mean([np.var(first), np.var(second)])) or 1.0
+    one, left = normalized(first, np.asarray(1 / size))
+    two, right = normalized(second, np.asarray(1 / size))
+    u, s, v = np.linalg.svd(np.linalg.inv(right).T @ matrix @ np.linalg.inv(left))
+    u, v, ratio = u * np.sign(np.linalg.det(u)), v.T * np.sign(np.linalg.det(v)), s[1] / s[0]
+
+    def product(u: Reals, ratio: float, v: Reals) -> Reals:
+        return np.asarray((u * np.array([1.0, ratio, 0.0])) @ v.T)
+
+    damping, current = 1e-4, product(u, ratio, v)
+    residual = projective3.sampson_distance(current, one, two)
+    cost = residual @ residual
+    for _ in range(_STEPS):
+        gradient = projective3.sampson_distance_gradient(current, one, two).reshape(-1, 9)
+        middle = np.diag([1.0, ratio, 0.0])
+        columns = [u @ g @ middle @ v.T for g in _TURNS] + [-u @ middle @ g @ v.T for g in _TURNS]
+        columns.append(np.outer(u[:, 1], v[:, 1]))
+        jacobian = gradient @ np.array([c.ravel() for c in columns]).T
+        normal, right_side = jacobian.T @ jacobian, jacobian.T @ residual
+        step = -np.linalg.lstsq(normal + damping * np.diag(np.diag(normal) + 1e-300), right_side, rcond=1e-14)[0]
+        trial_u, trial_v = u @ _rotation(step[:3]), v @ _rotation(step[3:6])
+        trial = product(trial_u, ratio + step[6], trial_v)
+        new = projective3.sampson_distance(trial, one, two)
+        if new @ new < cost:
+            better = cost - new @ new
+            u, v, ratio, current, residual, cost = trial_u, trial_v, ratio + step[6], trial, new, new @ new
+            damping = max(damping / 10, 1e-12)
+            if better <= 1e-12 * cost:
+                break
+        else:
+            damping *= 10
+            if damping > 1e6:
+                break
+    return _unit(right.T @ current @ left)
+
+
+def degenerate(matrix: Reals, first: Reals, second: Reals) -> bool:
+    """Whether points fit a homography, or a line, as well as they fit F: then they do not determine it."""
+    if min(flatness(first), flatness(second)) <= _FLAT:
+        return True
+    n = len(first)
+    size = max(np.ptp(first, 0).max(), np.ptp(second, 0).max())
+    off = projective3.sampson_distance(matrix, first, second)
+    noise = np.sqrt((off**2).sum() / max(n - 7, 1))
+    # Few points beyond seven say little about their noise: the ratio of both variances has Fisher's distribution.
+    doubt = np.sqrt(fdtri(2 * n - 8, max(n - 7, 1), _CONFIDENCE))
+    allowed = max(_PLANAR * float(noise * doubt), _ROUNDING * size)
+    across = min(np.linalg.svd(x - x.mean(0), compute_uv=False)[1] for x in (first, second)) / np.sqrt(n)
+    # Both ways: where one image shows all much larger, distances there are larger too.
+    ways = [_transfer_distance(linear_homography(a, b)[0], a, b) for a, b in ((first, second), (second, first))]
+    plane = min(np.sqrt((way**2).sum() / (2 * n - 8)) for way in ways) if n > 4 else 0.0
+    return bool(across <= allowed or plane <= allowed)
+
+
+def robust_fundamental_matrix(
+    first: ArrayLike,
+    second: ArrayLike,
+    threshold: float = 1.0,
+    seed: int = 0,
+    confidence: float = 0.999,
+    max_samples: int = 5000,
+) -> RobustEstimate:
+    """The fundamental matrix that most correspondences agree on.
+
+    Samples of seven points, the best of them refined on all that agree; the last one has the least squares of Sampson
+    distances.
+
+    Parameters
+    ----------
+    first, second : array_like, (n, 2)
+        Pixels of both images.
+    threshold : float
+        The Sampson distance, in pixels, from which a correspondence counts as wrong.
+    seed : int
+        Of the random samples; the same seed gives the same result.
+    confidence : float
+        With which a sample without wrong points is among those drawn.
+    max_samples : int
+
+    Returns
+    -------
+    RobustEstimate
+
+    Raises
+    ------
+    TypeError, ValueError
+        Where these are not n points each.
+    """
+    one, two = real_array(first, "first", (2,), "x y"), real_array(second, "second", (2,), "x y")
+    status = check_points({"first": one, "second": two}, 8, "points")
+    nothing = np.full((3, 3), np.nan)
+    if status != VisionStatus.OK:
+        return RobustEstimate(nothing, status, np.zeros(len(one), bool), np.nan, 0)
+
+    def solve(sets: Reals) -> Reals:
+        return seven_points(one[sets], two[sets]).reshape(-1, 3, 3)
+
+    def distances(models: Reals) -> Reals:
+        with np.errstate(divide="ignore", invalid="ignore"):
+            return np.asarray(np.abs(projective3.sampson_distance(models[:, None], one, two)))
+
+    def improve(model: Reals, inliers: Reals) -> Reals | None:
+        return refined(model, one[inliers], two[inliers]) if inliers.sum() >= 8 else None
+
+    found = consensus(Problem(len(one), 7, solve, distances, improve), threshold, seed, confidence, max_samples)
+    status = found.status
+    if status == VisionStatus.OK and degenerate(found.model, one[found.inliers], two[found.inliers]):
+        status = VisionStatus.DEGENERATE
+    if status == VisionStatus.OK:
+        return found
+    return RobustEstimate(nothing, status, found.inliers, found.distance, found.n_samples)
+
+
+_TURNS = np.array(
+    [[[0, 0, 0], [0, 0, -1], [0, 1, 0]], [[0, 0, 1], [0, 0, 0], [-1, 0, 0]], [[0, -1, 0], [1, 0, 0], [0, 0, 0]]]
+)
+
+
+def _rotation(vector: Reals) -> Reals:
+    return np.asarray(pga3.rotor_to_matrix(pga3.rotor_from_rotation_vector(vector)))
+
+
+def _transfer_distance(matrix: Reals, first: Reals, second: Reals) -> Reals:
+    with np.errstate(divide="ignore", invalid="ignore"):
+        return np.asarray(np.linalg.norm(projective2.transform_point(matrix, first) - second, axis=-1))
+
+
+def _unit(matrix: Reals) -> Reals:
+    return np.asarray(matrix / np.linalg.norm(matrix, axis=(-1, -2), keepdims=True))

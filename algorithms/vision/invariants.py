@@ -1,0 +1,172 @@
+"""Numbers that no projective map changes: cross-ratios, and invariants of points in space from views alone."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from itertools import permutations
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from generated import projective2, projective3
+
+from ..arguments import Reals, real_array
+from .normalization import homogeneous, normalized, similarity
+from .tensors import cameras_of_tensor
+
+_DIMENSION = {4: 1, 5: 2, 6: 3}
+_KERNEL: dict[int, Callable[..., Any]] = {
+    4: projective2.cross_ratio_on_line,
+    5: projective2.cross_ratio_of_lines,
+    6: projective3.cross_ratio_of_planes,
+}
+
+
+def cross_ratio(points: ArrayLike) -> Reals:
+    """The cross-ratio ``{a, b; c, d} = [a c] [b d] / ([a d] [b c])`` by brackets.
+
+    Of four points of a line; of the lines from the first of five points of a plane to the others; of the planes through
+    the first two of six points of space and each of the others.
+
+    Parameters
+    ----------
+    points : array_like, (..., d + 3, d) or (..., d + 3, d + 1)
+        In dimension d = 1, 2 or 3, Euclidean or homogeneous: the number of points says which.
+
+    Returns
+    -------
+    array, (...)
+        Infinite where a bracket below vanishes, NaN where one above does too.
+
+    Raises
+    ------
+    TypeError, ValueError
+        Where these are not four, five or six points of that many coordinates.
+    """
+    array = real_array(points, "points", (-1, -1), "4, 5 or 6 points")
+    n, size = array.shape[-2:]
+    if n not in _DIMENSION or size not in (_DIMENSION[n], _DIMENSION[n] + 1):
+        raise ValueError(
+            f"points: shape {array.shape}; expected (..., 4, 1), (..., 5, 2) or (..., 6, 3), or one coordinate more"
+        )
+    array = homogeneous(array) if size == _DIMENSION[n] else array
+    with np.errstate(divide="ignore", invalid="ignore"):
+        return np.asarray(_KERNEL[n](array))
+
+
+def permutation_invariant(ratio: ArrayLike) -> Reals:
+    """A number that is the same for the cross-ratios of four points in any order.
+
+    ``J = (2r^6 - 6r^5 + 9r^4 - 8r^3 + 9r^2 - 6r + 2) / (r^6 - 3r^5 + 3r^4 - r^3 + 3r^2 - 3r + 1)`` (Meer, Lenz and
+    Ramakrishna, *IJCV* 26:137, 1998).
+
+    Parameters
+    ----------
+    ratio : array_like, (...)
+        Cross-ratios; infinite is one of them.
+
+    Returns
+    -------
+    array, (...)
+        Between 2 and 14/5.
+
+    Raises
+    ------
+    TypeError, ValueError
+        Where these are not numbers.
+    """
+    r = real_array(ratio, "ratio")
+    # J is the same at 1/r, where numbers are smaller.
+    with np.errstate(divide="ignore", invalid="ignore"):
+        r = np.where(np.abs(r) > 1, 1 / r, r)
+    above = np.polynomial.polynomial.polyval(r, [2, -6, 9, -8, 9, -6, 2])
+    return np.asarray(above / np.polynomial.polynomial.polyval(r, [1, -3, 3, -1, 3, -3, 1]))
+
+
+def invariants_3d(*points: ArrayLike, fundamental: ArrayLike | None = None, tensor: ArrayLike | None = None) -> Reals:
+    """Three projective invariants of six points of space: coordinates of the last in the frame of the first five.
+
+    From the points themselves; from two views and their fundamental matrix; or from three views and their trifocal
+    tensor, in all cases without calibration, and with the same result.
+
+    Parameters
+    ----------
+    *points : array_like, (..., 6, 3) or (..., 6, 4); or two or three arrays, (..., 6, 2)
+        Points of space, Euclidean or homogeneous; or their pixels in each view.
+    fundamental : array_like, (..., 3, 3)
+        For two views, as `fundamental_matrix` gives it.
+    tensor : array_like, (3, 3, 3)
+        For three views, as `trifocal_tensor` gives it.
+
+    Returns
+    -------
+    array, (..., 3)
+        Cross-ratios of planes about edges of the tetrahedron of the first four points: 1 where these are on a plane,
+        infinite or NaN where a bracket below vanishes or a number of the input is not finite.
+
+    Raises
+    ------
+    TypeError, ValueError
+        Where the arrays are not points or pixels of six points, or the matrix or tensor for the views is left out.
+
+    Notes
+    -----
+    The error is that of the brackets, some 1e-15 by the smallest of them in relation to the size of its points. From
+    views there are other numbers that need to be large: the angles between joins of two points and the lines through
+    the centres.
+    """
+    if len(points) == 1:
+        array = real_array(points[0], "points", (6, -1), "six points")
+        if array.shape[-1] not in (3, 4):
+            raise ValueError(f"points: shape {array.shape}; expected (..., 6, 3) or (..., 6, 4)")
+        if fundamental is not None or tensor is not None:
+            raise ValueError("invariants_3d: points of space and a tensor of views; expected one of both")
+        return _quotients(projective3.invariants_of_points, homogeneous(array) if array.shape[-1] == 3 else array)
+    views = [real_array(each, f"points[{k}]", (6, 2), "six pixels") for k, each in enumerate(points)]
+    if len(views) == 2:
+        if fundamental is None:
+            raise ValueError("fundamental: left out; expected the matrix of the two views")
+        matrix = real_array(fundamental, "fundamental", (3, 3), "a fundamental matrix")
+        return _quotients(projective3.invariants_of_two_views, *_normalized_pair(matrix, *views))
+    if len(views) != 3:
+        raise ValueError(f"invariants_3d: {len(points)} arrays; expected 1 of points or 2 or 3 of pixels")
+    if tensor is None:
+        raise ValueError("tensor: left out; expected the trifocal tensor of the three views")
+    array = real_array(tensor, "tensor", (3, 3, 3), "a trifocal tensor")
+    if array.ndim != 3 or not np.isfinite(array).all():
+        raise ValueError(f"tensor: shape {array.shape}; expected (3, 3, 3), one tensor of finite numbers")
+    return _three_views(array, views)
+
+
+def _quotients(kernel: Callable[..., Any], *arrays: Reals) -> Reals:
+    with np.errstate(divide="ignore", invalid="ignore"):
+        return np.asarray(kernel(*arrays))
+
+
+def _normalized_pair(matrix: Reals, first: Reals, second: Reals) -> tuple[Reals, Reals, Reals]:
+    """F and pixels in coordinates of size 1: the invariants are the same, their rounding is less."""
+    (one, left), (two, right) = normalized(first), normalized(second)
+    back, other = np.linalg.inv(left), np.linalg.inv(right)
+    return np.swapaxes(other, -1, -2) @ matrix @ back, one, two
+
+
+def _three_views(tensor: Reals, views: list[Reals]) -> Reals:
+    """The median of what the tensors of the three views in any order give: less noise than one of them."""
+    scaled, maps = [], []
+    for view in views:
+        finite = view[np.isfinite(view).all(-1)]
+        matrix = similarity(finite) if len(finite) else np.eye(3)
+        with np.errstate(invalid="ignore"):
+            scaled.append(view * matrix[0, 0] + matrix[:2, 2])
+        maps.append(matrix)
+    cameras = cameras_of_tensor(np.einsum("abc,ai,jb,kc->ijk", tensor, np.linalg.inv(maps[0]), maps[1], maps[2]))
+    found = []
+    for order in permutations(range(3)):
+        one, two, three = (cameras[k] for k in order)
+        array = projective3.trifocal_tensor_from_cameras(one, two, three)
+        second, third = projective3.epipole_from_cameras(one, two), projective3.epipole_from_cameras(one, three)
+        views_in_order = [scaled[k] for k in order]
+        found.append(_quotients(projective3.invariants_of_three_views, array, second, third, *views_in_order))
+    with np.errstate(invalid="ignore"):
+        return np.asarray(np.median(found, axis=0))

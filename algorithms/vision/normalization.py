@@ -1,0 +1,54 @@
+"""Coordinates about the centroid and of size 1, which linear equations for matrices need (Hartley)."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from ..arguments import Reals
+
+
+def similarity(points: Reals, scale: Reals | None = None) -> Reals:
+    """Matrices (..., d + 1, d + 1) that take points (..., n, d) to mean 0 and mean square norm d.
+
+    `scale` (...) is taken in place of their own, where given.
+    """
+    dimension = points.shape[-1]
+    mean = points.mean(-2)
+    if scale is None:
+        spread = np.sqrt(np.mean(np.sum((points - mean[..., None, :]) ** 2, -1), -1) / dimension)
+        scale = 1 / np.where(spread > 0, spread, 1)
+    matrix = np.zeros((*points.shape[:-2], dimension + 1, dimension + 1), points.dtype)
+    for k in range(dimension):
+        matrix[..., k, k] = scale
+        matrix[..., k, -1] = -scale * mean[..., k]
+    matrix[..., -1, -1] = 1
+    return matrix
+
+
+def normalized(points: Reals, scale: Reals | None = None) -> tuple[Reals, Reals]:
+    """The points after their `similarity`, and it."""
+    matrix = similarity(points, scale)
+    factor, shift = matrix[..., :1, :1], matrix[..., None, :-1, -1]
+    return points * factor + shift, matrix
+
+
+def flatness(points: Reals) -> Reals:
+    """The least singular value of centred points (..., n, d) by the largest: 0 on a line in 2D, on a plane in 3D."""
+    values = np.linalg.svd(points - points.mean(-2, keepdims=True), compute_uv=False)
+    return np.asarray(values[..., -1] / np.maximum(values[..., 0], np.finfo(float).tiny))
+
+
+def three_on_a_line(quads: Reals, least: float = 1e-3) -> Reals:
+    """Whether three of four points (..., 4, 2) are nearly on a line: the area of a triangle by its longest side."""
+    bad = np.zeros(quads.shape[:-2], bool)
+    for k in range(4):
+        a, b, c = (quads[..., m, :] for m in range(4) if m != k)
+        u, v = b - a, c - a
+        area = np.abs(u[..., 0] * v[..., 1] - u[..., 1] * v[..., 0])
+        bad |= area <= least * np.maximum((u * u).sum(-1), (v * v).sum(-1))
+    return bad
+
+
+def homogeneous(points: Reals) -> Reals:
+    """Points (..., d) with a last coordinate 1."""
+    return np.concatenate([points, np.ones((*points.shape[:-1], 1), points.dtype)], -1)

@@ -1,0 +1,108 @@
+"""Homographies: what two views of a plane have to do with each other."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from generated import projective2
+
+from ..arguments import Reals, real_array
+from .normalization import normalized, three_on_a_line
+from .robust import Problem, RobustEstimate, consensus
+from .status import VisionStatus, check_points, refuse
+
+_RANK = 1e-9
+"""A singular value below this part of the first is rounding."""
+
+
+def homography(first: ArrayLike, second: ArrayLike) -> Reals:
+    """The matrix H that takes points of a plane to their partners, in the least squares of its linear equations.
+
+    Parameters
+    ----------
+    first, second : array_like, (n, 2)
+        At least four, no three of four on a line.
+
+    Returns
+    -------
+    array, (3, 3)
+        With norm 1.
+
+    Raises
+    ------
+    TypeError, ValueError
+        Where these are not n points each.
+    DegenerateError
+        Where they are too few, not finite, or nearly all on a line.
+    """
+    one, two = real_array(first, "first", (2,), "x y"), real_array(second, "second", (2,), "x y")
+    status = check_points({"first": one, "second": two}, 4, "points")
+    refuse(status, "homography", "at least 4 finite points")
+    matrix, gap = linear_homography(one[None], two[None])
+    if gap[0] <= _RANK or not np.isfinite(matrix).all():
+        refuse(VisionStatus.DEGENERATE, "homography", "four points, no three of them on a line")
+    return np.asarray(matrix[0])
+
+
+def linear_homography(first: Reals, second: Reals) -> tuple[Reals, Reals]:
+    """Homographies of point sets (..., n, 2), and the eighth singular value of the equations by the first."""
+    one, scale = normalized(first)
+    two, other = normalized(second)
+    rows = projective2.homography_equations(one, two)
+    rows = rows.reshape(*rows.shape[:-3], -1, 9)
+    _, values, right = np.linalg.svd(rows, full_matrices=rows.shape[-2] < rows.shape[-1])
+    matrix = np.linalg.inv(other) @ right[..., -1, :].reshape(*rows.shape[:-2], 3, 3) @ scale
+    return matrix / np.linalg.norm(matrix, axis=(-1, -2), keepdims=True), values[..., 7] / values[..., 0]
+
+
+def robust_homography(
+    first: ArrayLike,
+    second: ArrayLike,
+    threshold: float = 2.0,
+    seed: int = 0,
+    confidence: float = 0.999,
+    max_samples: int = 5000,
+) -> RobustEstimate:
+    """The homography that most pairs of points agree on.
+
+    Parameters
+    ----------
+    first, second : array_like, (n, 2)
+    threshold : float
+        In pixels of the second image: the distance from which a partner counts as wrong.
+    seed : int
+        Of the random samples; the same seed gives the same result.
+    confidence : float
+        With which a sample without wrong points is among those drawn.
+    max_samples : int
+
+    Returns
+    -------
+    RobustEstimate
+
+    Raises
+    ------
+    TypeError, ValueError
+        Where these are not n points each.
+    """
+    one, two = real_array(first, "first", (2,), "x y"), real_array(second, "second", (2,), "x y")
+    status = check_points({"first": one, "second": two}, 4, "points")
+    if status != VisionStatus.OK:
+        return RobustEstimate(np.full((3, 3), np.nan), status, np.zeros(len(one), bool), np.nan, 0)
+
+    def solve(sets: Reals) -> Reals:
+        good = ~(three_on_a_line(one[sets]) | three_on_a_line(two[sets]))
+        return linear_homography(one[sets[good]], two[sets[good]])[0] if good.any() else np.empty((0, 3, 3))
+
+    def distances(models: Reals) -> Reals:
+        with np.errstate(divide="ignore", invalid="ignore"):
+            return np.asarray(np.linalg.norm(projective2.transform_point(models[:, None], one) - two, axis=-1))
+
+    def improve(_: Reals, inliers: Reals) -> Reals | None:
+        return linear_homography(one[inliers], two[inliers])[0] if inliers.sum() > 4 else None
+
+    found = consensus(Problem(len(one), 4, solve, distances, improve), threshold, seed, confidence, max_samples)
+    if found.status != VisionStatus.OK:
+        return RobustEstimate(np.full((3, 3), np.nan), found.status, found.inliers, found.distance, found.n_samples)
+    return found
