@@ -145,7 +145,7 @@ def hat(w: np.ndarray) -> np.ndarray:
 
 
 def test_there_is_a_spec_for_every_algebra_that_the_readme_names() -> None:
-    assert set(MODULES) >= {"pga3", "pga2", "cga3", "vga3", "vga2", "sta", "quaternion", "projective3"}
+    assert set(MODULES) >= {"pga3", "pga2", "cga3", "vga3", "vga2", "sta", "quaternion", "projective3", "cga2", "arms"}
 
 
 @pytest.mark.parametrize("module", MODULES)
