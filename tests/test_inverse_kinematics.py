@@ -483,5 +483,5 @@ def test_joints_that_do_not_move_the_end_effector_stay() -> None:
     coupling[2, :] = 0.0
     coupling[2, 0] = 0.5
     follower = Robot("tree", kinds, arm.axes[order], arm.home[order], parents=parents, tip=6, coupling=coupling)
-    with pytest.raises(ValueError, match="joint . follows another joint"):
+    with pytest.raises(ValueError, match="follows another joint"):
         follower.inverse(goals)
