@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 import importlib
 import re
 from collections.abc import Callable, Sequence
@@ -107,7 +108,7 @@ def ready(
     results = kernel(*arguments)
     outs = tuple(np.array(result, order=order) for result in (results if isinstance(results, tuple) else (results,)))
     out = outs if len(outs) > 1 else outs[0]
-    return lambda: kernel(*arguments, out=out), out
+    return functools.partial(kernel, *arguments, out=out), out
 
 
 def _peers(case: Case, kernel: Any, given: dict[int, tuple[np.ndarray, ...]], effort: Effort) -> list[PeerTimes]:

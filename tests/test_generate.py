@@ -11,7 +11,7 @@ from pathlib import Path
 import pytest
 
 from gacompiler.errors import BackendError, SpecError
-from gacompiler.generate import compare, compile_spec, generated_folder, load_spec, own_specs, render, render_own, write
+from gacompiler.generate import compare, compile_spec, load_spec, render, write
 
 SPEC = '''
 """Two kernels."""
@@ -35,17 +35,6 @@ def spec_file(tmp_path: Path) -> Path:
     path = tmp_path / "two.py"
     path.write_text(SPEC)
     return path
-
-
-@pytest.mark.parametrize("path", own_specs(), ids=lambda path: path.stem)
-def test_generated_is_what_the_spec_gives(path: Path) -> None:
-    diffs = compare(render_own([path]), generated_folder())
-    assert not diffs, "".join(diffs)[:2000] + "\nrun `make generated` and commit the result"
-
-
-def test_no_module_without_a_spec() -> None:
-    names = {path.stem for path in own_specs()}
-    assert {path.stem for path in generated_folder().glob("*.py")} == names | {"__init__"}
 
 
 def test_text_does_not_depend_on_hash_seed(spec_file: Path) -> None:

@@ -149,14 +149,13 @@ def test_there_is_a_spec_for_every_algebra_that_the_readme_names() -> None:
 
 
 @pytest.mark.parametrize("module", MODULES)
-def test_every_kernel_compiles_and_is_documented(module: str) -> None:
+def test_every_kernel_is_documented(module: str) -> None:
     spec = import_module(f"gacompiler.specs.{module}")
     kernels = {name: value for name, value in vars(spec).items() if isinstance(value, Kernel)}
     assert spec.__doc__ and kernels
     for name, kernel in kernels.items():
         assert name == kernel.name
         assert kernel.summary.strip().endswith("."), name
-        assert record(module, name).program.results, name
 
 
 @pytest.mark.parametrize("module", MODULES)

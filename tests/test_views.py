@@ -7,9 +7,9 @@ from itertools import combinations, permutations
 from pathlib import Path
 from typing import Any
 
+import chessboard
 import numpy as np
 import pytest
-from known import chessboard
 from test_vision import homogeneous, random_camera, same_up_to_scale, through_matrix
 
 from algorithms.vision import (
