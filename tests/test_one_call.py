@@ -16,6 +16,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from alone import alone
 from backend_programs import (
     DISTANCE,
     INTERPOLATE,
@@ -258,6 +259,7 @@ def test_random_calls_never_crash(fast: ModuleType, plain: ModuleType) -> None:
             assert found == outcome(getattr(plain, name), *arguments, **named), (name, arguments, named)
 
 
+@alone
 def test_nothing_leaks(fast: ModuleType) -> None:
     m, p = inputs(MOVE_POINT)
     (v,) = inputs(NORMALIZE)

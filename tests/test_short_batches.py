@@ -13,6 +13,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from alone import alone
 from backend_programs import (
     ALL_OPERATIONS,
     DISTANCE,
@@ -226,6 +227,7 @@ def test_large_batches_are_the_module_s(fast: ModuleType, monkeypatch: pytest.Mo
     assert seen == [200_000, 10]
 
 
+@alone
 def test_nothing_leaks(fast: ModuleType) -> None:
     m, p = made(MOVE_POINT, (40,))
     (v,) = made(NORMALIZE, (40,), "f4")

@@ -15,6 +15,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from alone import alone
 from backend_programs import load
 from one_element import load_ways, outcome
 
@@ -430,6 +431,7 @@ def test_relations_are_meaning() -> None:
     assert layouts["a"].has_meaning and not layouts["a"].unit and not layouts["b"].has_meaning
 
 
+@alone
 def test_values_do_not_leak(module: ModuleType) -> None:
     v = random_values(module)
     motor, point, line = v["Motor"], v["Point"], v["Line"]
