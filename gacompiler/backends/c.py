@@ -15,7 +15,7 @@ import jinja2
 
 from ..ir.program import Program
 from ..ir.uniform import Uniform
-from .c_batch import LANES, call_helpers, load_helpers, loop_text, named_parts, parts, store_helpers
+from .c_batch import LANES, call_helpers, load_helpers, loop_text, named_parts, parts, span_sizes, store_helpers
 from .c_functions import TRANSCENDENTAL, constants, has_turns, polynomial_lines
 from .documentation import c_comment, stamp
 from .module import KernelSource, ModuleSource
@@ -80,6 +80,7 @@ def c_body(name: str, kernels: list[tuple[Program, tuple[Uniform, ...]]]) -> str
         n_cores=max([1, *(sum(map(len, each)) for each in shapes)]),
         n_numbers=max([1, *(sum(map(prod, each)) for each in shapes)]),
         n_prepared=max([1, *(form.apply.arguments[0].shape[0] for form in forms)]),
+        spans=span_sizes([prod(shape) for each in shapes for shape in each]),
         space=max([_SPACE, *(LANES * sum(map(prod, each)) for each in shapes)]),
         kernels=["\n".join(_wrapped(_kernel_and_loops(program, uniform))) for program, uniform in kernels],
     )

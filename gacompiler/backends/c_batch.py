@@ -4,9 +4,10 @@ A loop loads the components of an element into local arrays, calls the plain fun
 results; so an output may be an input, and the compiler may vectorise without knowing which arrays overlap. It is
 compiled for structure-of-arrays (each component contiguous over the batch), once for each width of vectors that is
 chosen from when it runs. For other strides the driver of
-``batch.c.jinja``, which all kernels share, moves blocks of elements through buffers of that order. That costs one store
-and one load for each number: what computes little for each number has a second loop for C order (each element
-contiguous). Both come once more for an argument that is the same for the whole batch, where that saves work.
+``batch.c.jinja``, which all kernels share, moves blocks of elements through buffers of that order; from C order (each
+element contiguous) by functions for each size of element. That costs one store and one load for each number: what
+computes little for each number has a second loop for C order. Both come once more for an argument that is the same for
+the whole batch, where that saves work.
 """
 
 from __future__ import annotations
@@ -31,7 +32,7 @@ FORM_PARTS = ("prepare", "apply", "start", "block", "dense")
 """What the names of a form's C functions have between the kernel's name and its arguments."""
 
 C_HELPERS = re.compile(
-    r"(load|store)_(scalar|rows|\d+(x\d+)*)|turn(_tiles|_all)?|(load|store)_(tile|span)|four|eight"
+    r"(load|store)_(scalar|rows|span_\d+|\d+(x\d+)*)|spans|turn(_tiles|_all)?|(load|store)_(tile|span)|four|eight"
     r"|move_(part|element)|each|batch|call_[anr]+"
     r"|bits_of|of_bits|chosen_by|quarters_of|(sin|cos)_of_rest|(sin|cos|exp|log|atan2|acos)_of"
     r"|(sin|cos|exp|log|atan|asin)_polynomial"
@@ -39,8 +40,17 @@ C_HELPERS = re.compile(
 """Functions and types that the kernels of a C file share."""
 
 _DENSE_NUMBERS = 24
-_DENSE_LINES = 100
-"""Kernels of at most so many numbers and operations have a loop of their own for C order."""
+_DENSE_LINES = 40
+"""Kernels of at most so many numbers and operations, whose elements are read as they lie, have a loop of their own for
+C order. For others the driver's rows cost about a tenth more, and loops for all would be two fifths of the build."""
+
+_SPAN_NUMBERS = 32
+"""Elements of at most so many numbers have functions of their own between C order and rows."""
+
+
+def span_sizes(sizes: Sequence[int]) -> list[int]:
+    """The sizes of parts, ascending, for which there are functions between C order and rows."""
+    return sorted({1, *(size for size in sizes if size <= _SPAN_NUMBERS)})
 
 
 def parts(program: Program) -> list[Argument | Result]:
@@ -194,9 +204,9 @@ def _dense_loop(program: Program, name: str, form: Uniform | None) -> list[str]:
     lines += ["    const intptr_t w = sizeof(REAL);", *_prepared(same), "    (void)strides;"]
     lines += [f"    char *a{k} = args[{k}];" for k in sizes if k not in rows]
     lines += [f"    _Alignas(64) REAL r{k}[{sizes[k]} * SPAN];" for k in rows]
-    inner = [f"NAME(load_span)(r{k}, args[{k}], first, {sizes[k]});" for k in rows if k < n_inputs]
+    inner = [f"NAME(load_span)(r{k}, args[{k}], first, {sizes[k]}, SPAN);" for k in rows if k < n_inputs]
     inner += ["ANY_ORDER", "for (intptr_t i = 0; i < SPAN; ++i) {", *_elements(program, form, places, cores, near=True)]
-    inner += [f"NAME(store_span)(args[{k}], first, r{k}, {sizes[k]});" for k in rows if k >= n_inputs]
+    inner += [f"NAME(store_span)(args[{k}], first, r{k}, {sizes[k]}, SPAN);" for k in rows if k >= n_inputs]
     head = "for (intptr_t first = 0; first < n; first += SPAN) {"
     return [*lines, *(f"    {text}" for text in (head, *(f"    {text}" for text in inner), "}")), "}"]
 
@@ -249,7 +259,8 @@ def _elements(
 def _has_dense(program: Program, form: Uniform | None) -> bool:
     run, same = _run(program, form), _same(program, form)
     counts = [prod(part.shape) for k, part in enumerate(parts(program)) if k not in same]
-    return max(counts) > 1 and sum(counts) <= _DENSE_NUMBERS and len(run.lines) <= _DENSE_LINES and not is_long(run)
+    small = sum(counts) <= _DENSE_NUMBERS and len(run.lines) <= _DENSE_LINES and not is_long(run)
+    return max(counts) > 1 and small and _is_direct(set(counts))
 
 
 def _times(count: int, step: str = "w") -> str:

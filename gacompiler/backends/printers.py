@@ -111,7 +111,7 @@ _C_WORDS = frozenset(
     goto if inline int long nullptr register restrict return short signed sizeof static struct switch thread_local true
     typedef typeof union unsigned void volatile while intptr_t uintptr_t linux unix i386
     REAL WORD NAME FUNCTION PRECISION INLINE WIDE ON LOOPS WIDTHS CHOSEN ANY_ORDER NOT_UNROLLED LANES CHUNK SPAN PADDED
-    PARTS CORES NUMBERS SPACE PREPARED SHUFFLE VECTOR NAN INFINITY
+    PARTS CORES NUMBERS SPACE PREPARED SIZES SHUFFLE VECTOR NAN INFINITY
     WHERE SIGN SIGN_BIT SHIFT FRACTION_BITS BIAS LOG_HIGH LOG_LOW EIGHTH_HIGH EIGHTH_LOW NULL M_E M_PI far
     """.split()  # noqa: SIM905
 )
