@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..algebra.algebra import Algebra
+from ..algebra.blades import exact
 from ..algebra.multivector import Multivector
 from ..errors import AlgebraError
 from .matrix_algebras import orthogonal_basis
@@ -36,6 +37,7 @@ def centre(algebra: Algebra) -> tuple[Multivector, ...]:
             found.append(_product(blade, vectors, part))
         if (len(others) + len(part)) & 1 and len(part) == len(null):
             found.append(_product(blade, vectors, [*others, *part]))
+    found = [element.map(exact) for element in found]
     return tuple(sorted(found, key=lambda element: (max(element.grades), min(element.terms))))
 
 
@@ -63,6 +65,26 @@ def primitive_idempotents(representation: Representation) -> tuple[Multivector, 
         return tuple(found)
     half_of = Fraction(1, 2)
     return tuple(f * ((1 + sign * root) * half_of) for f in found for sign in (1, -1))
+
+
+def idempotent_factors(idempotent: Multivector) -> tuple[Multivector, ...]:
+    """Commuting blades ``g`` with signs such that an idempotent is the product of all ``(1 + g) / 2``.
+
+    Raises
+    ------
+    AlgebraError
+        For an element that is no such product; in null bases idempotents are not.
+    """
+    product, factors = idempotent.lift(1), []
+    for blade in sorted(idempotent.terms, key=lambda blade: (blade.bit_count(), blade)):
+        if blade and blade not in product.terms:
+            factors.append(Multivector(idempotent.algebra, {blade: 1 if idempotent.terms[blade] > 0 else -1}))
+            product = product * ((1 + factors[-1]) * Fraction(1, 2))
+    if product != idempotent:
+        raise AlgebraError(
+            "idempotent_factors", f"{idempotent}", "a product of factors (1 + g) / 2 of commuting blades"
+        )
+    return tuple(factors)
 
 
 def _root_of_one(representation: Representation) -> Multivector | None:
