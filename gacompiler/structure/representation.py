@@ -7,7 +7,7 @@ real, complex or quaternion parts apart on a last axis, so that integers and fra
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cache, cached_property
 from typing import Any
 
 import numpy as np
@@ -152,6 +152,12 @@ class Representation:
                         found[half, :, unit, half, :, k] += factor * matrices[half, :, :, j]
         return found.reshape(halves * size * parts, -1)
 
+    def from_real(self, matrix: Matrices) -> Matrices:
+        """The matrices whose `real` matrix this is; what such a matrix says twice is read once."""
+        halves, size, _, parts = self.shape
+        blocks = np.asarray(matrix).reshape(halves, size, parts, halves, size, parts)
+        return np.stack([blocks[half, :, :, half, :, 0].swapaxes(1, 2) for half in range(halves)])
+
     def complex(self, matrices: Matrices) -> NDArray[np.complex128]:
         """Complex matrices, shape (halves, size, size), twice that size for quaternions, whose units are Pauli's.
 
@@ -190,6 +196,12 @@ class Representation:
         parts = values[half][row][column]
         units = self.numbers.units
         return {blade: scale(value, sign) for (blade, sign), value in zip(units, parts, strict=True) if value != 0}
+
+
+@cache
+def representation(algebra: Algebra) -> Representation:
+    """The matrices of an algebra, found once."""
+    return Representation(algebra)
 
 
 def _narrowed(found: Matrices) -> Matrices:
