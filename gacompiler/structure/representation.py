@@ -161,7 +161,7 @@ class Representation:
     def complex(self, matrices: Matrices) -> NDArray[np.complex128]:
         """Complex matrices, shape (halves, size, size), twice that size for quaternions, whose units are Pauli's.
 
-        ``1, i, j, k`` become ``1, -i s3, -i s2, -i s1``: exact for integers up to 2**53.
+        ``1, i, j, k`` become ``1, i s3, i s2, i s1``: exact for integers up to 2**53.
 
         Raises
         ------
@@ -175,7 +175,7 @@ class Representation:
         if self.kind.numbers != "H":
             found = (parts @ np.array([1, 1j][: parts.shape[-1]])).astype(complex)
             return found
-        quaternions = np.array([[[1, 0], [0, 1]], [[-1j, 0], [0, 1j]], [[0, -1], [1, 0]], [[0, -1j], [-1j, 0]]])
+        quaternions = np.array([[[1, 0], [0, 1]], [[1j, 0], [0, -1j]], [[0, 1], [-1, 0]], [[0, 1j], [1j, 0]]])
         halves, size, _, _ = self.shape
         found = np.einsum("hrcu,uab->hracb", parts, quaternions).reshape(halves, 2 * size, 2 * size)
         return found
