@@ -5,7 +5,7 @@ from __future__ import annotations
 import random
 from collections import Counter
 from fractions import Fraction
-from itertools import combinations, permutations, product
+from itertools import combinations, pairwise, permutations, product
 from math import factorial
 
 import numpy as np
@@ -332,7 +332,7 @@ def test_straightening_keeps_the_value_and_gives_standard_tableaux(n: int) -> No
         assert value(normal, points) == value({monomial: 3}, points)
         for rows in normal:
             assert all(list(row) == sorted(set(row)) for row in rows)
-            assert all(x <= y for up, low in zip(rows, rows[1:], strict=False) for x, y in zip(up, low, strict=True))
+            assert all(x <= y for up, low in pairwise(rows) for x, y in zip(up, low, strict=True))
 
 
 def test_relations_of_brackets_straighten_to_zero() -> None:

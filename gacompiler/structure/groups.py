@@ -60,17 +60,18 @@ def membership(x: Multivector, tolerance: float = TOLERANCE) -> Membership:
         What counts as zero, of the square of the element's length, and as a norm of 1, where coefficients are not
         exact. Exact ones decide exactly.
     """
-    x = significant(x, tolerance)
-    if not x.terms or len({k & 1 for k in x.grades}) != 1:
+    parities = {k & 1 for k in significant(x, tolerance).grades}
+    if len(parities) != 1:
         return _OUTSIDE
+    x = x.grade(*(k for k in x.grades if k & 1 in parities))
     like = x.lift(sum(abs(value) ** 2 for value in x.terms.values()))
-    norm = significant(x * reverse(x), tolerance, like=like)
-    if norm.grades != (0,):
+    norm = x * reverse(x)
+    if significant(norm, tolerance, like=like).grades != (0,):
         return _OUTSIDE
     images = []
     for vector in x.algebra.basis():
-        image = significant(grade_involution(x) * vector * reverse(x), tolerance, like=like)
-        if image.grades not in ((), (1,)):
+        image = grade_involution(x) * vector * reverse(x)
+        if significant(image, tolerance, like=like).grades not in ((), (1,)):
             return _OUTSIDE
         images.append([divide(image[1 << k], norm.scalar) for k in range(x.algebra.dimension)])
     action = tuple(zip(*images, strict=True))
