@@ -189,6 +189,28 @@ def test_complex_matrices_are_a_representation() -> None:
         representation(PGA3).complex(representation(PGA3).one)
 
 
+def test_complex_double_and_dual_numbers_and_quaternions() -> None:
+    """The small algebras by the rules that everybody knows; dual numbers differentiate."""
+    rng = random.Random(8)
+    a, b, c, d = (rng.randint(-9, 9) for _ in range(4))
+    for algebra, square in ((orthogonal(0, 1), -1), (orthogonal(1), 1), (orthogonal(0, 0, 1), 0)):
+        found = representation(algebra)
+        x, y = algebra.multivector({"1": a, "e1": b}), algebra.multivector({"1": c, "e1": d})
+        expected = algebra.multivector({"1": a * c + square * b * d, "e1": a * d + b * c})
+        assert x * y == found.element(found.product(found.matrix(x), found.matrix(y))) == expected
+    assert representation(orthogonal(1)).matrix(orthogonal(1).multivector({"1": a, "e1": b})).ravel().tolist() == [
+        a + b, a - b,
+    ]  # fmt: skip
+    x = orthogonal(0, 0, 1).multivector({"1": a, "e1": 1})
+    assert (x**5 - 2 * x**3)["e1"] == 5 * a**4 - 6 * a**2
+    e1, e2 = orthogonal(0, 2).basis()
+    i, j, k = e1, e2, e1 * e2
+    assert i * i == j * j == k * k == i * j * k == -1
+    found = representation(orthogonal(0, 2))
+    parts = [found.matrix(unit).ravel().tolist() for unit in (i * 0 + 1, i, j, k)]
+    assert parts == np.eye(4).tolist()
+
+
 def test_it_is_the_optimisers_matrices() -> None:
     """The levels that large products are compiled through are those of the representation."""
     for algebra in (CGA3, STA, orthogonal(0, 3), orthogonal(5, 1)):
