@@ -63,6 +63,7 @@ def _entries(chosen: Sequence[Level], wanted: Sequence[int]) -> dict[int, tuple[
 
 
 def leaves(blocks: Blocks) -> Iterator[tuple[tuple[int, ...], Terms]]:
+    """What no level takes apart, with the numbers of the blocks that lead there."""
     if not isinstance(blocks, tuple):
         yield (), blocks
         return
@@ -79,6 +80,7 @@ def _at(blocks: Blocks, path: Sequence[int]) -> Terms:
 
 
 def to_blocks(chosen: Sequence[Level], terms: Terms) -> Blocks:
+    """The blocks of an element, by one level after the other."""
     if not chosen:
         return terms
     level = chosen[0]
