@@ -28,7 +28,7 @@ from gacompiler.structure.matrix_algebras import (
     signature,
     tensor_product,
 )
-from gacompiler.structure.representation import Representation, representation
+from gacompiler.structure.representation import Representation, complex_generators, representation
 from gacompiler.structure.summary import matrix_lines
 
 TABLE = """
@@ -159,6 +159,7 @@ def test_degenerate_metrics(three: tuple[int, int, int]) -> None:
     assert found.element(found.matrix(x)) == x
     assert np.array_equal(found.real(found.matrix(x)) @ found.real(found.matrix(y)), found.real(found.matrix(x * y)))
     assert found.kind.dimension == 2 ** (p + q + r) and found.kind.grassmann == r
+    assert found.real(found.one).shape == (found.kind.real_size,) * 2
     assert np.array_equal(found.from_real(found.real(found.matrix(x))), found.matrix(x))
 
 
@@ -209,6 +210,21 @@ def test_complex_double_and_dual_numbers_and_quaternions() -> None:
     found = representation(orthogonal(0, 2))
     parts = [found.matrix(unit).ravel().tolist() for unit in (i * 0 + 1, i, j, k)]
     assert parts == np.eye(4).tolist()
+
+
+@pytest.mark.parametrize("n", range(8))
+def test_complex_algebras(n: int) -> None:
+    """Anticommutators, and ``2**n`` products of generators that are independent over the complex numbers."""
+    generators = complex_generators(n)
+    kind = complex_matrix_algebra(n)
+    assert generators.shape == (n, kind.halves, kind.size, kind.size)
+    blades = [np.broadcast_to(np.eye(kind.size, dtype=complex), generators.shape[1:])]
+    for i, g in enumerate(generators):
+        for j, h in enumerate(generators):
+            assert np.array_equal(g @ h + h @ g, np.broadcast_to(2 * (i == j) * np.eye(kind.size), g.shape))
+        blades += [blade @ g for blade in blades]
+    assert np.linalg.matrix_rank(np.array([blade.ravel() for blade in blades])) == 2**n == kind.dimension // 2
+    assert set(np.unique(generators)) <= {0, 1, -1, 1j, -1j}
 
 
 def test_it_is_the_optimisers_matrices() -> None:

@@ -165,6 +165,27 @@ def test_exponentials_are_exact_where_series_end() -> None:
     assert exponential(VGA3.scalar(0)) == 1
 
 
+def test_exponentials_of_the_plane_and_of_numbers() -> None:
+    """Rotors of G(2), G(1, 1) and G(0, 2) in closed form; complex, double and dual numbers; any other element."""
+    for (p, q), even, odd in (((2, 0), np.cos, np.sin), ((1, 1), np.cosh, np.sinh), ((0, 2), np.cos, np.sin)):
+        algebra = orthogonal(p, q)
+        found = exponential(algebra.multivector({"e12": 1.3}))
+        assert distance(found, algebra.multivector({"1": float(even(1.3)), "e12": float(odd(1.3))})) < 1e-15
+    size = np.exp(0.4)
+    numbers = {(0, 1, 0): (np.cos(2.0), np.sin(2.0)), (1, 0, 0): (np.cosh(2.0), np.sinh(2.0)), (0, 0, 1): (1.0, 2.0)}
+    for three, (real, imaginary) in numbers.items():
+        algebra = orthogonal(*three)
+        found = exponential(algebra.multivector({"1": 0.4, "e1": 2.0}))
+        assert distance(found, algebra.multivector({"1": float(size * real), "e1": float(size * imaginary)})) < 4e-15
+    for algebra in (PGA3, STA):
+        x = Multivector(algebra, {blade: float(RNG.normal()) * 0.5 for blade in algebra.blades()})
+        total = term = algebra.scalar(1.0)
+        for k in range(1, 40):
+            term = term * x / k
+            total = total + term
+        assert distance(exponential(x), total) < 1e-13
+
+
 def test_matrix_exponential_is_that_of_scipy() -> None:
     for n, scale in ((1, 3.0), (4, 1e-9), (8, 0.7), (8, 20.0)):
         matrix = RNG.normal(size=(n, n)) * scale

@@ -52,14 +52,15 @@ class MatrixAlgebra:
 
     @property
     def real_size(self) -> int:
-        """Of the smallest faithful real matrices made of the entries, pairs as blocks on the diagonal.
+        """Of one real matrix made of the entries' parts, pairs as blocks on the diagonal.
 
-        A degenerate part multiplies it by ``2**grassmann``, as it acts on itself.
+        The smallest that tells all elements apart where the metric is not degenerate. A degenerate part multiplies it
+        by ``2**grassmann``, as it acts on itself.
         """
         return self.halves * self.size * DIMENSIONS[self.numbers] << self.grassmann
 
     def __str__(self) -> str:
-        """``R(4)``, ``2H(2)``, ``C``; with a degenerate part ``H(2) x L(1)`` in the signs of the field."""
+        """``R(4)``, ``2H(2)``, ``C``; with a degenerate part ``H(2) ⊗ Λ(1)``, or with ``⊗̂`` where it is graded."""
         text = f"{self.halves if self.halves > 1 else ''}{self.numbers}{f'({self.size})' if self.size > 1 else ''}"
         if self.grassmann:
             text += f" {'⊗̂' if self.is_graded else '⊗'} Λ({self.grassmann})"

@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 from ..algebra.algebra import Algebra
 from ..algebra.blades import Rational
+from ..algebra.catalog import orthogonal
 from ..algebra.coefficients import is_exact, scale
 from ..algebra.multivector import Multivector
 from ..errors import AlgebraError
@@ -202,6 +203,21 @@ class Representation:
 def representation(algebra: Algebra) -> Representation:
     """The matrices of an algebra, found once."""
     return Representation(algebra)
+
+
+def complex_generators(n: int) -> NDArray[np.complex128]:
+    """Matrices of `n` vectors of square +1 that generate the complex geometric algebra.
+
+    Shape (n, halves, size, size), with ``2**(n // 2)`` rows and two halves for odd `n`; entries 0, 1, -1, i and -i.
+    They are those of G(k, k) or G(k + 1, k), which are real, times i where the square is -1.
+    """
+    if not 0 <= n <= LARGEST_DIMENSION:
+        raise AlgebraError("complex_generators", f"{n} vectors", f"0 to {LARGEST_DIMENSION}")
+    found = representation(orthogonal(n - n // 2, n // 2))
+    if not n:
+        return np.zeros((0, 1, 1, 1), dtype=complex)
+    units = np.array([1] * (n - n // 2) + [1j] * (n // 2))
+    return np.array([unit * found.complex(g) for unit, g in zip(units, found.generators, strict=True)])
 
 
 def _narrowed(found: Matrices) -> Matrices:
