@@ -14,7 +14,7 @@ from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn
 from rich.table import Table
 
-from .algebra.catalog import CATALOG
+from .algebra.catalog import CATALOG, orthogonal
 from .backends import NO_COMPILER, build_library
 from .errors import GacError, SpecError, StaleError
 from .frontend.kernel import Kernel
@@ -404,6 +404,45 @@ def record(script: Path, arguments: tuple[str, ...], output: Path, force: bool) 
         raise SpecError(str(output), "exists already", remedy="choose another name, or give --force")
     write({output.name: recorded(script, arguments)}, output.parent)
     click.echo(f"{output}: {len(load_spec(output).kernels)} kernels; run `gac generate {output}`")
+
+
+@main.command(
+    epilog=_examples(
+        "gac classify 3 0 1           projective geometry of space",
+        "gac classify 1 3 --matrices  the matrices of the basis vectors, exactly",
+        "gac classify 4 1 --json",
+    )
+)
+@click.argument("p", type=click.IntRange(0))
+@click.argument("q", type=click.IntRange(0), default=0)
+@click.argument("r", type=click.IntRange(0), default=0)
+@click.option("--matrices", is_flag=True, help="Print the matrices of the basis vectors.")
+@_json
+def classify(p: int, q: int, r: int, matrices: bool, as_json: bool) -> None:
+    """Which algebra of matrices G(P, Q, R) is: P vectors of square +1, Q of -1 and R of 0.
+
+    R(n), C(n) and H(n) are n x n matrices of real and complex numbers and quaternions, 2R(n) and 2H(n) pairs of them,
+    and the sign after them the Grassmann algebra of the degenerate part.
+    """
+    from .structure.representation import Representation
+    from .structure.summary import generator_rows, summary
+
+    found = summary(p, q, r)
+    representation = Representation(orthogonal(p, q, r)) if matrices else None
+    if as_json:
+        data: dict[str, Any] = dict(found)
+        if representation is not None:
+            data["units"] = list(representation.numbers.names)
+            data["generators"] = {
+                name: generator.tolist()
+                for name, generator in zip(representation.algebra.vectors, representation.generators, strict=True)
+            }
+        click.echo(json.dumps(data, indent=2, ensure_ascii=False))
+        return
+    _table(["what", "it is"], [[name, text] for name, text in found.items()])
+    if representation is not None:
+        click.echo()
+        _table(["vector", "square", "matrix"], generator_rows(representation))
 
 
 # What the commands share.

@@ -20,7 +20,10 @@ ALLOWED: dict[str, set[str]] = {
     "rings": {"rings", "errors", "algebra", "ir.scalar", "mpmath"},
     "calculus": {"calculus", "errors", "algebra", "rings", "sympy"},
     "frontend": {"frontend", "errors", "algebra", "rings", "ir.scalar"},
-    "passes": {"passes", "errors", "algebra", "rings", "frontend", "ir", "mpmath"},
+    "structure": {"structure", "errors", "algebra", "numpy"},
+    "passes": {
+        *("passes", "errors", "algebra", "rings", "structure.levels", "structure.blocks", "frontend", "ir", "mpmath"),
+    },
     "cluscript": {"cluscript", "errors", "algebra", "frontend", "ir.scalar", "runtime"},
     "backends": {"backends", "errors", "ir", "jinja2"},
     "objects": {

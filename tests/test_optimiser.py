@@ -33,9 +33,7 @@ from gacompiler.passes.accuracy import run_in_double, ulps
 from gacompiler.passes.associate import associate
 from gacompiler.passes.expand import expand_contraction, expand_meet, expand_square
 from gacompiler.passes.kernels import best_divisor
-from gacompiler.passes.levels import COMPLEX, HALVES, plans
 from gacompiler.passes.lower import Lowering, Reduction, Slot
-from gacompiler.passes.matrices import matrix_product
 from gacompiler.passes.pipeline import compile_kernel
 from gacompiler.passes.resubstitute import resubstitute
 from gacompiler.passes.rewrite import (
@@ -52,6 +50,8 @@ from gacompiler.passes.squares import solvable, solve, square_of
 from gacompiler.passes.system import Definition, System
 from gacompiler.rings.polynomial import Polynomial, PolynomialRing
 from gacompiler.rings.sparse import simplify
+from gacompiler.structure.blocks import matrix_product
+from gacompiler.structure.levels import COMPLEX, HALVES, plans
 
 
 def value(polynomial: Polynomial, at: dict[int, Any]) -> Any:

@@ -1,171 +1,28 @@
 """Dense products through matrices: a geometric algebra is an algebra of small matrices, which multiply in fewer steps.
 
-One level of 2 x 2 matrices (`gacompiler.passes.levels`) takes the product of two elements to eight products of elements
-of a quarter of the size instead of sixteen, for a few sums on the way in and out. Two halves take two products of half
-the size instead of four, complex numbers three. Zero squares are no obstacle: a degenerate vector stays in the blocks,
-where products that vanish are not formed.
+One level of 2 x 2 matrices (`gacompiler.structure.levels`) takes the product of two elements to eight products of
+elements of a quarter of the size instead of sixteen, for a few sums on the way in and out. Two halves take two products
+of half the size instead of four, complex numbers three. Zero squares are no obstacle: a degenerate vector stays in the
+blocks, where products that vanish are not formed.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from fractions import Fraction
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import Any
 
-from ..algebra.algebra import Algebra
-from ..algebra.blades import Rational
-from ..algebra.coefficients import is_zero, scale
 from ..algebra.involutions import grade_involution, reverse
 from ..algebra.multivector import Multivector
-from ..algebra.products import product
 from ..frontend.expression import Expression, apply_operation, topological
 from ..frontend.facts import is_unit_even_versor
-from .levels import COMPLEX, HALVES, MATRIX, Level, plans
-
-Terms = Mapping[int, Any]
-Blocks = Any
-"""An element without levels left (a mapping of blades), or one for each block, row by row."""
+from ..structure.blocks import matrix_product
+from ..structure.levels import COMPLEX, HALVES, MATRIX, Level, plans
 
 SMALLEST = 64
 """Products of fewer pairs of blades than this are left as they are; of sandwiches half as many pairs."""
 HUGE = 10_000
 """Products of more pairs of blades than this are only computed through matrices: writing them out takes seconds and
 never wins."""
-
-
-def matrix_product(
-    algebra: Algebra, factors: Sequence[Terms], chosen: Sequence[Level], possible: Iterable[int]
-) -> dict[int, Any]:
-    """The geometric product of sums of blades, from left to right, through the levels of a plan.
-
-    Only the `possible` blades are formed: sums that cancel for every element (odd blades in a product of even ones) do
-    not cancel by their form.
-    """
-    blocks = _to_blocks(chosen, factors[0])
-    for factor in factors[1:]:
-        blocks = _multiply(algebra, chosen, blocks, _to_blocks(chosen, factor))
-    values, scales = _from_blocks(chosen, blocks)
-    wanted = [blade for blade in sorted(possible) if not chosen or blade in chosen[0].places]
-    short = _entries(chosen, wanted) if chosen and len(wanted) < len(chosen[0].places) else {}
-    result: dict[int, Any] = {}
-    for blade in wanted:
-        if blade in short:
-            path, place, share = short[blade]
-            result[blade] = scale(_at(blocks, path).get(place, 0), share)
-        elif blade in values:
-            result[blade] = scale(values[blade], scales[blade])
-    return {blade: value for blade, value in result.items() if not is_zero(value)}
-
-
-def _entries(chosen: Sequence[Level], wanted: Sequence[int]) -> dict[int, tuple[tuple[int, ...], int, Rational]]:
-    """Blades that are the only ones in some entry of a block: the path to the block, the blade of C, the factor.
-
-    A vector that was turned by a rotor need not be collected from blocks that say the same twice.
-    """
-    contained: dict[tuple[tuple[int, ...], int], list[tuple[int, Rational]]] = {}
-    for blade in wanted:
-        for path, terms in _leaves(_to_blocks(chosen, {blade: 1})):
-            for z, factor in terms.items():
-                contained.setdefault((path, z), []).append((blade, factor))
-    found: dict[int, tuple[tuple[int, ...], int, Rational]] = {}
-    for (path, z), blades in sorted(contained.items()):
-        if len(blades) == 1:
-            ((blade, factor),) = blades
-            found.setdefault(blade, (path, z, 1 / Fraction(factor)))
-    return found
-
-
-def _leaves(blocks: Blocks) -> Iterator[tuple[tuple[int, ...], Terms]]:
-    if not isinstance(blocks, tuple):
-        yield (), blocks
-        return
-    for k, block in enumerate(blocks):
-        for path, terms in _leaves(block):
-            yield (k, *path), terms
-
-
-def _at(blocks: Blocks, path: Sequence[int]) -> Terms:
-    for k in path:
-        blocks = blocks[k]
-    found: Terms = blocks
-    return found
-
-
-def _to_blocks(chosen: Sequence[Level], terms: Terms) -> Blocks:
-    if not chosen:
-        return terms
-    level = chosen[0]
-    parts: list[dict[int, Any]] = [{} for _ in level.kind.duals]
-    for blade, value in terms.items():
-        z, j, factor = level.places[blade]
-        parts[j][z] = scale(value, factor)
-    return tuple(_to_blocks(chosen[1:], _combined(zip(parts, row, strict=True))) for row in level.kind.entries)
-
-
-def _combined(parts: Iterable[tuple[Terms, Rational]]) -> dict[int, Any]:
-    total: dict[int, Any] = {}
-    for terms, factor in parts:
-        for blade, value in terms.items() if factor else ():
-            if blade in total and factor == -1:  # not the sum with the opposite, which would be a node of its own
-                total[blade] = total[blade] - value
-            else:
-                total[blade] = total[blade] + scale(value, factor) if blade in total else scale(value, factor)
-    return total
-
-
-def _multiply(algebra: Algebra, chosen: Sequence[Level], a: Blocks, b: Blocks) -> Blocks:
-    if not chosen:
-        return product(algebra, "geometric_product", a, b)
-    if chosen[0].kind is COMPLEX:
-        return _three_products(lambda x, y: _multiply(algebra, chosen[1:], x, y), a, b)
-    found = []
-    for pairs in chosen[0].kind.products:
-        terms = [_multiply(algebra, chosen[1:], a[j], b[k]) for j, k in pairs]
-        found.append(terms[0] if len(terms) == 1 else _sum(terms[0], terms[1]))
-    return tuple(found)
-
-
-def _three_products(multiply: Callable[[Blocks, Blocks], Blocks], a: Blocks, b: Blocks) -> Blocks:
-    """``(p + z q) (r + z s)`` with ``z z = -1``: ``p r - q s``, and ``(p + q) (r + s) - p r - q s``."""
-    (p, q), (r, s) = a, b
-    if not (_is_empty(p) or _is_empty(q) or _is_empty(r) or _is_empty(s)):
-        first, last = multiply(p, r), multiply(q, s)
-        return _sum(first, last, -1), _sum(_sum(multiply(_sum(p, q), _sum(r, s)), first, -1), last, -1)
-    return _sum(multiply(p, r), multiply(q, s), -1), _sum(multiply(p, s), multiply(q, r))
-
-
-def _is_empty(blocks: Blocks) -> bool:
-    return not any(terms for _, terms in _leaves(blocks))
-
-
-def _sum(a: Blocks, b: Blocks, factor: int = 1) -> Blocks:
-    if not isinstance(a, tuple):
-        return _combined([(a, 1), (b, factor)])
-    return tuple(_sum(x, y, factor) for x, y in zip(a, b, strict=True))
-
-
-def _from_blocks(chosen: Sequence[Level], blocks: Blocks) -> tuple[dict[int, Any], Mapping[int, Rational]]:
-    """Coefficients, and the factors that they still lack."""
-    if not chosen:
-        return dict(blocks), _Ones()
-    level = chosen[0]
-    inner = [_from_blocks(chosen[1:], block) for block in blocks]
-    inner_scales = inner[0][1]
-    parts = [_combined(zip((terms for terms, _ in inner), row, strict=True)) for row in level.kind.duals]
-    values: dict[int, Any] = {}
-    scales: dict[int, Rational] = {}
-    for blade, (z, j, factor) in level.places.items():
-        scales[blade] = inner_scales[z] * level.kind.scales[j] / Fraction(factor)
-        if z in parts[j]:
-            values[blade] = parts[j][z]
-    return values, scales
-
-
-class _Ones(dict[int, Rational]):
-    """The factor 1 for every blade."""
-
-    def __missing__(self, blade: int) -> Rational:
-        return 1
 
 
 def ways(expressions: Sequence[Expression]) -> list[tuple[int, int]]:

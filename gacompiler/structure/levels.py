@@ -1,5 +1,8 @@
 """Geometric algebras as algebras of matrices: which levels of matrices, halves and complex numbers there are.
 
+The one place that finds matrices from blades: the optimiser multiplies large products through them
+(`gacompiler.passes.matrices`), and `gacompiler.structure.representation` makes generators of them.
+
 Two anticommuting blades that square to 1 (or a null pair of vectors) generate the real 2 x 2 matrices. Every element is
 a 2 x 2 matrix over the blades that commute with both: Cl = M2(R) (x) C, where C is again spanned by blades, and so on
 (Lounesto, *Clifford Algebras and Spinors*, 2001, ch. 16; Porteous 1995). A blade that commutes with everything and
@@ -85,6 +88,18 @@ def _null_pair(g: Rational, half: Rational) -> Kind:
         ((1, 0, 0, 1), (0, 0, 1, 0), (0, 1, 0, 0), (-1, 0, 0, 1)),
         (_HALF, 1, 1 / Fraction(g), 1 / (2 * Fraction(half))),
     )
+
+
+@cache
+def tower(algebra: Algebra) -> tuple[tuple[Level, ...], frozenset[int]]:
+    """All levels of the whole algebra, one after the other, and the blades that no level takes apart.
+
+    These span the real or complex numbers or the quaternions where the metric is not degenerate. Levels need blades
+    that multiply to blades: an orthogonal basis, or null pairs; there are none otherwise.
+    """
+    everything = frozenset(algebra.blades())
+    levels = _levels(algebra, (everything,), everything)
+    return levels, frozenset(z for z, _, _ in levels[-1].places.values()) if levels else everything
 
 
 @cache
