@@ -1,0 +1,1 @@
+"""Geometric calculus in numbers: linear functions, integrals over meshes, electromagnetic fields, spinors."""
