@@ -49,7 +49,10 @@ def plane_wave(
     if not (frequency > 0).all():
         raise ValueError("wave_vector: zero or not a number; expected a direction")
     potentials = []
-    for name, given in (("electric", electric), ("electric_sine", np.zeros(3) if electric_sine is None else electric_sine)):
+    for name, given in (
+        ("electric", electric),
+        ("electric_sine", np.zeros(3) if electric_sine is None else electric_sine),
+    ):
         amplitude = real_array(given, name, (3,), "electric fields").astype(np.float64, copy=False)
         along = np.abs((amplitude * k).sum(-1))
         if not (along <= _TRANSVERSE * frequency[..., 0] * np.linalg.norm(amplitude, axis=-1)).all():

@@ -17,6 +17,8 @@ from ..arguments import Reals, finite_number, real_array
 
 _NODES = 0.5 + np.array([-1.0, 1.0]) * np.sqrt(3) / 6
 """Where in a step the field is taken: the nodes of Gauss's quadrature of two points."""
+_BLADES = spacetime.dirac_to_matrix.layouts["a"].blades
+_AT_G0, *_AT_RELATIVE = (_BLADES.index(name) for name in ("g0", "g10", "g20", "g30"))
 
 
 def precess(
@@ -62,7 +64,7 @@ def precess(
     def turned(t: float) -> Reals:
         return real_array(angular_velocity(t), "angular_velocity", (3,), "vectors")
 
-    state = np.broadcast_to(start, np.broadcast_shapes(start.shape[:-1], turned(float(at[0])).shape[:-1]) + (4,))
+    state = np.broadcast_to(start, (*np.broadcast_shapes(start.shape[:-1], turned(float(at[0])).shape[:-1]), 4))
     history = np.empty((len(at), *state.shape))
     history[0] = state
     for i in range(1, len(at)):
@@ -139,8 +141,3 @@ def free_dirac(psi: ArrayLike, size: ArrayLike, mass: float, time: float) -> Rea
     # sin(w t)/w at w = 0 is t
     part = t * np.sinc(frequency * t / np.pi)
     return dirac_spinors(np.fft.ifftn(np.cos(frequency * t) * spectrum - 1j * part * turned, axes=(0, 1, 2)))
-
-
-_BLADES = "1 g0 g1 g2 g3 g10 g20 g12 g30 g13 g23 g012 g013 g023 g123 g0123".split()
-_AT_G0 = _BLADES.index("g0")
-_AT_RELATIVE = [_BLADES.index(name) for name in ("g10", "g20", "g30")]

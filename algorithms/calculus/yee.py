@@ -1,8 +1,8 @@
 """Maxwell's equations stepped in time on Yee's grid, in a periodic or a perfectly conducting box, by kernels.
 
 Vectors live on edges and bivectors on faces, so the grid of Yee (1966) is that of ``E + I B`` itself: the component of
-``E`` along an axis stands in the middle of the edge along it, and that of ``I B`` in the middle of the face in its plane.
-A step is ``I B -= dt D ^ E`` and ``E -= dt (D . (I B) + J)`` with differences for ``D``.
+``E`` along an axis stands in the middle of the edge along it, that of ``I B`` in the middle of the face in its plane. A
+step is ``I B -= dt D ^ E`` and ``E -= dt (D . (I B) + J)`` with differences for ``D``.
 """
 
 from __future__ import annotations
@@ -176,8 +176,8 @@ class YeeBox:
     def energy(self, fields: Fields) -> Floats:
         """The energy that steps conserve, ``(...)``: ``(E(t)**2 + B(t - dt/2) . B(t + dt/2)) / 2``, over the box.
 
-        With C for the discrete ``D ^`` and its transpose, which is the discrete ``- D .`` in both kinds of boxes, a step
-        is ``b' = b - dt C e`` and ``e' = e + dt C^T b'``. Then ``e'^2 - e^2 = (e' + e) . dt C^T b'``, and, as the next
+        With C for the discrete ``D ^``, whose transpose is the discrete ``- D .`` in both kinds of boxes, a step is
+        ``b' = b - dt C e`` and ``e' = e + dt C^T b'``. Then ``e'^2 - e^2 = (e' + e) . dt C^T b'``, and, as the next
         magnetic field is ``b'' = b' - dt C e'``, ``b' . b'' - b . b' = b' . (b'' - b) = -dt b' . C (e' + e)``: the
         two cancel. It is positive below the limit of Courant, where ``dt |C| < 2``.
         """
