@@ -197,7 +197,7 @@ def cauchy_in_plane(curve: ArrayLike, values: ArrayLike, at: ArrayLike, derivati
     Returns
     -------
     array, (..., 2)
-        NaN outside the curve.
+        NaN outside the curve, and at its points.
 
     Raises
     ------
@@ -221,13 +221,15 @@ def cauchy_in_plane(curve: ArrayLike, values: ArrayLike, at: ArrayLike, derivati
     order[len(z) // 2 if len(z) % 2 == 0 else 0] = 0.0
     tangent = np.fft.ifft(1j * order * np.fft.fft(z))
     away = z - places[..., None]
-    turns = np.round(np.angle(np.roll(away, -1, -1) / away).sum(-1) / (2 * pi))
-    simple = tangent / away
-    rest = f
-    found = (simple * f).sum(-1) / simple.sum(-1)
-    for _ in range(derivative):
-        rest = (rest - found[..., None]) / away
-        found = (simple * rest).sum(-1) / simple.sum(-1)
+    # outside, and on the curve, divisions by zero are expected
+    with np.errstate(divide="ignore", invalid="ignore"):
+        turns = np.round(np.angle(np.roll(away, -1, -1) / away).sum(-1) / (2 * pi))
+        simple = tangent / away
+        rest = f
+        found = (simple * f).sum(-1) / simple.sum(-1)
+        for _ in range(derivative):
+            rest = (rest - found[..., None]) / away
+            found = (simple * rest).sum(-1) / simple.sum(-1)
     found = gamma(derivative + 1) * np.where(np.abs(turns) == 1, found, np.nan + 1j * np.nan)
     return np.stack([found.real, found.imag], -1)
 
