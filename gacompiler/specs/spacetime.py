@@ -35,13 +35,11 @@ def _times(a, b):
 
 
 def _dirac():
-    """The matrices of g0 to g3: ``diag(1, -1)``, and Pauli's off the diagonal, negative above it: those of index down."""
-    matrices = [tuple(tuple((1 if i < 2 else -1) if i == j else 0 for j in range(4)) for i in range(4))]
-    for small in PAULI:
-        upper = tuple((0, 0, *(-x for x in row)) for row in small)
-        lower = tuple((*row, 0, 0) for row in small)
-        matrices.append(upper + lower)
-    return tuple(matrices)
+    """The matrices of g0 to g3, of index down: ``diag(1, -1)``, and Pauli's off the diagonal, negative above it."""
+    time = tuple(tuple((1 if i < 2 else -1) if i == j else 0 for j in range(4)) for i in range(4))
+    upper = [tuple((0, 0, *(-x for x in row)) for row in small) for small in PAULI]
+    lower = [tuple((*row, 0, 0) for row in small) for small in PAULI]
+    return time, *(above + below for above, below in zip(upper, lower, strict=True))
 
 
 def _blade_matrices(algebra, generators):
