@@ -120,6 +120,18 @@ def test_large_batches_are_like_single_functions(rng: np.random.Generator) -> No
     np.testing.assert_array_equal(many.determinant()[1, 2217], one.determinant())
 
 
+def test_units_do_not_matter(rng: np.random.Generator) -> None:
+    matrix = rng.normal(size=(4, 4))
+    for scale in (2.0**-600, 2.0**-30, 2.0**200):
+        f, g = LinearFunction(matrix), LinearFunction(scale * matrix)
+        np.testing.assert_array_equal(g.inverse().matrix * scale, f.inverse().matrix)
+        assert g.inverse().status == LinearStatus.OK
+        np.testing.assert_array_equal(g.inverse_outermorphism(1) * scale, f.inverse_outermorphism(1))
+        one, other = eigenblades(scale * matrix).blades(), eigenblades(matrix).blades()
+        assert [blade.grade for blade, _ in one] == [blade.grade for blade, _ in other]
+        assert polar(scale * matrix).status == LinearStatus.OK
+
+
 def test_singular_functions_say_so(rng: np.random.Generator) -> None:
     a, b = rng.normal(size=(2, 5, 3))
     rank_three = a.T @ b

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from algorithms.calculus import Fields, YeeBox, field_seen_by, plane_wave, stress_energy
-from generated import spacetime, sta
+from generated import spacetime, sta, vga3
 
 
 @pytest.fixture
@@ -74,6 +74,14 @@ def test_fields_of_potentials_and_their_currents(rng: np.random.Generator) -> No
         [c[2][..., 2] - c[3][..., 1], c[3][..., 0] - c[1][..., 2], c[1][..., 1] - c[2][..., 0]], -1
     ) - d[0]  # fmt: skip
     np.testing.assert_allclose(vector, np.concatenate([charge[..., None], turned], -1), atol=1e-9)
+    # the same in G(3): d F/dt + D F = rho - J with F = E + e123 B
+    left = np.zeros((*shape, 8))
+    for axis, (de, db) in enumerate(zip(d, c, strict=True)):
+        f = np.zeros((*shape, 8))
+        f[..., 1:4], f[..., 4], f[..., 5], f[..., 6] = de, db[..., 2], -db[..., 1], db[..., 0]
+        left += vga3.geometric_product(np.eye(8)[axis], f)
+    right = np.concatenate([charge[..., None], -turned, np.zeros((*shape, 4))], -1)
+    np.testing.assert_allclose(left, right, atol=1e-9)
 
 
 def test_moving_observers_see_the_lorentz_transform(rng: np.random.Generator) -> None:

@@ -199,15 +199,14 @@ class LinearFunction:
         n = self._square("inverse_outermorphism")
         if isinstance(grade, bool) or not isinstance(grade, (int, np.integer)) or not 0 <= grade <= n:
             raise ValueError(f"grade: {grade!r}; expected 0 to {n}")
-        determinant = self.determinant()
-        safe = np.where(self._is_singular(determinant), np.nan, determinant)
-        return np.asarray(minors.complementary(self.outermorphism(n - grade), n, int(grade)) / safe[..., None, None])
-
-    def _is_singular(self, determinant: Floats) -> NDArray[np.bool_]:
-        lengths = np.linalg.norm(self.matrix, axis=-1)
-        n = self.matrix.shape[-1]
-        with np.errstate(under="ignore", over="ignore"):
-            return np.asarray(np.abs(determinant) <= n * np.finfo(np.float64).eps * np.prod(lengths, axis=-1))
+        # entries of about 1, so that products neither overflow nor vanish
+        exponent = np.frexp(np.abs(self.matrix).max((-1, -2)))[1]
+        unit = LinearFunction(np.ldexp(self.matrix, -exponent[..., None, None]))
+        determinant, lengths = unit.determinant(), np.linalg.norm(unit.matrix, axis=-1)
+        singular = np.abs(determinant) <= n * np.finfo(np.float64).eps * np.prod(lengths, axis=-1)
+        found = minors.complementary(unit.outermorphism(n - grade), n, int(grade))
+        found = found / np.where(singular, np.nan, determinant)[..., None, None]
+        return np.asarray(np.ldexp(found, -int(grade) * exponent[..., None, None]))
 
     def _last_minors(self) -> Floats:
         """The wedge of the rows, one after the other: minors of the first rows only."""

@@ -54,9 +54,12 @@ def inverses(matrices: Floats) -> tuple[Floats, Floats, NDArray[np.bool_]]:
     count, n, _ = matrices.shape
     out, determinant, singular = np.empty((count, n, n)), np.empty(count), np.empty(count, np.bool_)
     for part, block in _blocks(matrices, comb(n, n // 2) ** 2):
-        found = np.empty_like(block)
+        # entries of about 1, so that products neither overflow nor vanish
+        exponent = np.frexp(np.abs(block).max((0, 1)))[1]
+        block, found = np.ldexp(block, -exponent), np.empty_like(block)
         _divide(block, _minors(block, n - 1), found, determinant[part], singular[part])
-        out[part] = np.moveaxis(found, -1, 0)
+        out[part] = np.moveaxis(np.ldexp(found, -exponent), -1, 0)
+        determinant[part] = np.ldexp(determinant[part], n * exponent)
     return out, determinant, singular
 
 

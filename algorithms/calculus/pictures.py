@@ -49,7 +49,8 @@ def draw_energy(box: YeeBox, fields: Fields, axis: int = 2, layer: int | None = 
         (np.arange(box.shape[k])[::step] + 0.5) * box.spacing[k] for k in (first, second)
     )  # fmt: skip
     arrows = flow[::step, ::step, 1:]
-    axes.quiver(x, y, arrows[..., first].T, arrows[..., second].T, color="white")
+    if arrows.any():
+        axes.quiver(x, y, arrows[..., first].T, arrows[..., second].T, color="white")
     axes.set(xlabel="xyz"[first], ylabel="xyz"[second], title=f"t = {fields.time:.3g}")
     return figure
 

