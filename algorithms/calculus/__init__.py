@@ -1,5 +1,6 @@
 """Geometric calculus in numbers: linear functions, integrals over meshes, electromagnetic fields, spinors."""
 
+from .grids import grid_derivative
 from .integrals import cauchy_in_plane, cauchy_integral, circulation, directed_integral, flux, integral
 from .linear_functions import Inverse, LinearFunction, LinearStatus
 from .maxwell import field_seen_by, plane_wave, stress_energy
@@ -32,6 +33,7 @@ __all__ = [
     "field_seen_by",
     "flux",
     "free_dirac",
+    "grid_derivative",
     "integral",
     "plane_wave",
     "polar",

@@ -53,8 +53,16 @@ def embed(coefficients: ArrayLike, n: int, grade: int) -> Floats:
 
 
 @cache
+def bitmaps_of(n: int) -> NDArray[np.int64]:
+    """The vectors of each blade, as bits, in the order of full layouts: by grades, each ascending."""
+    found = np.array([int((1 << row).sum()) for k in range(n + 1) for row in vectors_of(n, k).astype(np.int64)])
+    found.setflags(write=False)
+    return found
+
+
+@cache
 def _by_table(n: int) -> Product:
-    bitmaps = np.array([int((1 << row).sum()) for k in range(n + 1) for row in vectors_of(n, k).astype(np.int64)])
+    bitmaps = bitmaps_of(n)
     at = np.empty(1 << n, np.int64)
     at[bitmaps] = np.arange(1 << n)
     target = at[bitmaps[:, None] ^ bitmaps]
