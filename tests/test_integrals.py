@@ -22,6 +22,7 @@ from algorithms.calculus import (
     flux,
     integral,
     product_of,
+    residues_in_plane,
     simplex_rule,
 )
 
@@ -245,6 +246,26 @@ def test_cauchy_in_the_plane() -> None:
             found = cauchy_in_plane(pairs(curve), pairs(analytic(curve)), pairs(inside), order)
             np.testing.assert_allclose(found, pairs(analytic(inside, order)), atol=1e-10)
         assert np.isnan(cauchy_in_plane(pairs(curve), pairs(analytic(curve)), [[3.0, 0]])).all()
+
+
+def test_residues_in_the_plane() -> None:
+    t = np.linspace(0, 2 * np.pi, 256, endpoint=False)
+    circle = np.exp(1j * t)
+    poles, strengths = np.array([0.8, -0.3 + 0.5j, 0.1j]), np.array([1.0, 2 - 1j, -0.5j])
+    simple = (strengths / (circle[:, None] - poles)).sum(1)
+    double = np.exp(3 * circle) / (circle - 0.4) ** 2  # exp has the residue 3 exp(1.2) there
+    for values, known in (
+        (simple, strengths.sum()),
+        (double, 3 * np.exp(1.2)),
+        (analytic(circle), 0.0),
+        (1 / np.tan(2 * circle), 0.5),
+        (1 / (circle - 3), 0.0),
+    ):
+        np.testing.assert_allclose(residues_in_plane(pairs(circle), pairs(values)), pairs(np.array(known)), atol=1e-10)
+        back = residues_in_plane(pairs(circle[::-1]), pairs(values[::-1]))
+        np.testing.assert_allclose(back, -pairs(np.array(known)), atol=1e-10)
+    with pytest.raises(ValueError, match=r"curve, values: .*expected \(N, 2\) both, N from 3"):
+        residues_in_plane(pairs(circle), pairs(circle[:9]))
 
 
 def test_cauchy_in_space(rng: np.random.Generator) -> None:

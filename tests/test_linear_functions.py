@@ -228,6 +228,24 @@ def test_equal_eigenvalues_form_one_eigenblade(rng: np.random.Generator) -> None
             np.testing.assert_allclose(image, known * blade.coefficients().coefficients, atol=1e-8)
 
 
+def test_chains_of_near_eigenvalues_are_one_blade(rng: np.random.Generator) -> None:
+    """A real eigenvalue beside pairs, each within the tolerance of the next; and Jordan blocks with rounding."""
+    blocks = [[[1.0]], *([[1.0, -w], [w, 1.0]] for w in (0.09, 0.17))]
+    frame = np.linalg.qr(rng.normal(size=(5, 5)))[0]
+    norm = np.linalg.norm(scipy.linalg.block_diag(*blocks))
+    found = eigenblades(frame @ scipy.linalg.block_diag(*blocks) @ frame.T, tolerance=0.1 / norm)
+    ((whole, value),) = found.blades()
+    assert whole.grade == 5 and value == pytest.approx(1, abs=0.1)
+    for n in (2, 3, 4, 5, 6):
+        jordan = np.eye(n) + np.diag(np.ones(n - 1), 1)
+        for _ in range(20):
+            frame = np.linalg.qr(rng.normal(size=(n, n)))[0]
+            for tolerance in (1e-8, 1e-5, 1e-3, 1e-1):
+                blades = eigenblades(frame @ jordan @ frame.T, tolerance).blades()
+                assert sum(blade.grade for blade, _ in blades) == n
+                assert np.prod([value for _, value in blades]) == pytest.approx(1, abs=0.05)
+
+
 def test_polar_decomposition(rng: np.random.Generator) -> None:
     matrices = rng.normal(size=(20, 4, 4))
     found = polar(matrices)

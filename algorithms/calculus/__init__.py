@@ -1,10 +1,11 @@
 """Geometric calculus in numbers: linear functions, integrals over meshes, electromagnetic fields, spinors."""
 
 from .grids import grid_derivative
-from .integrals import cauchy_in_plane, cauchy_integral, circulation, directed_integral, flux, integral
+from .integrals import cauchy_integral, circulation, directed_integral, flux, integral
 from .linear_functions import Inverse, LinearFunction, LinearStatus
 from .maxwell import field_seen_by, plane_wave, stress_energy
 from .meshes import SimplicialMesh, box_mesh
+from .plane import cauchy_in_plane, residues_in_plane
 from .products import embed, product_of
 from .quadrature import simplex_rule
 from .spectra import Eigenblades, Polar, SkewPlanes, eigenblades, polar, skew_planes, symmetric_spectrum
@@ -39,6 +40,7 @@ __all__ = [
     "polar",
     "precess",
     "product_of",
+    "residues_in_plane",
     "simplex_rule",
     "skew_planes",
     "stress_energy",

@@ -281,7 +281,8 @@ def _of_schur(matrix: Floats, values: NDArray[Any], near: float) -> tuple[Floats
         triangle, basis, count = schur(matrix, output="real", sort=chosen)
         inner = triangle[:count, :count]
         centre = members.mean()
-        is_pair = abs(centre.imag) > near
+        # a pair nearer to each other than this is one with itself, and with real ones beside it
+        is_pair = members.imag.min() > near / 2
         if count > (2 if is_pair else 1):
             rest = inner - centre.real * np.eye(count)
             rest = rest @ rest + centre.imag**2 * np.eye(count) if is_pair else rest
