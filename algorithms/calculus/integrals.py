@@ -1,0 +1,196 @@
+"""Directed integrals over meshes and what follows from the fundamental theorem: fluxes, circulations, Cauchy's formula.
+
+For a mesh M of dimension k and its boundary, as `SimplicialMesh.boundary` orients it, the fundamental theorem of
+geometric calculus (Hestenes & Sobczyk 1984, ch. 7) is ``integral of dS F = (-1)**(k - 1) integral of dX D F``.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from math import gamma, pi
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from ..arguments import real_array
+from .meshes import SimplicialMesh
+from .products import embed, product_of
+from .quadrature import simplex_rule
+
+Floats = NDArray[np.float64]
+Field = Callable[[Floats], ArrayLike]
+"""Values at points ``(..., n)``: multivectors ``(..., 2**n)`` by grades, or what a function asks for."""
+
+
+def integral(mesh: SimplicialMesh, field: Field, degree: int) -> Floats:
+    """The integral of a field over a mesh by lengths, areas or volumes, whatever its orientation.
+
+    Parameters
+    ----------
+    mesh : SimplicialMesh
+    field : callable
+        From points ``(C, Q, n)`` to values ``(C, Q, ...)``.
+    degree : int
+        Exact for polynomials of this degree.
+
+    Returns
+    -------
+    array, (...)
+        What the field has besides the axes of points.
+
+    Raises
+    ------
+    TypeError, ValueError
+        Where values do not fit or are not finite.
+    """
+    values, weights = _values(mesh, field, degree, None)
+    return np.asarray(np.einsum("c,cq...,q->...", mesh.contents() * np.abs(mesh.weights), values, weights))
+
+
+def directed_integral(mesh: SimplicialMesh, field: Field, degree: int, left: Field | None = None) -> Floats:
+    """The directed integral of ``dX F``, or of ``G dX F`` with a field on the left too.
+
+    Parameters
+    ----------
+    mesh : SimplicialMesh
+        Of a space of up to 8 dimensions.
+    field, left : callable
+        From points ``(C, Q, n)`` to multivectors ``(C, Q, 2**n)`` by grades.
+    degree : int
+        Exact for polynomials of this degree, of the product of both fields.
+
+    Returns
+    -------
+    array, (2**n,)
+
+    Raises
+    ------
+    TypeError, ValueError
+        Where values do not fit or are not finite.
+    """
+    n, product = mesh.n, product_of(mesh.n)
+    values, weights = _values(mesh, field, degree, 1 << n)
+    measures = embed(mesh.measures(), n, mesh.dimension)
+    if left is None:
+        return np.asarray(np.sum(product(measures, np.einsum("cqm,q->cm", values, weights)), axis=0))
+    others, _ = _values(mesh, left, degree, 1 << n)
+    found = np.asarray(product(product(others, measures[:, None]), values))
+    return np.asarray(np.einsum("cqm,q->m", found, weights))
+
+
+def flux(mesh: SimplicialMesh, field: Field, degree: int) -> float:
+    """The flux of a vector field through a hypersurface: the integral of ``V ^ dS``, over the pseudoscalar.
+
+    Over a boundary it is the integral of the divergence: outward counts.
+
+    Parameters
+    ----------
+    mesh : SimplicialMesh
+        Of dimension n - 1.
+    field : callable
+        From points ``(C, Q, n)`` to vectors ``(C, Q, n)``.
+    degree : int
+        Exact for polynomials of this degree.
+
+    Raises
+    ------
+    TypeError, ValueError
+        Where the mesh is no hypersurface, or values do not fit or are not finite.
+    """
+    n = mesh.n
+    if mesh.dimension != n - 1:
+        raise ValueError(f"mesh: dimension {mesh.dimension} in space of {n}; expected {n - 1}, a hypersurface")
+    values, weights = _values(mesh, field, degree, n)
+    # e_i ^ (blade without e_i) has the sign (-1)**i, and that blade stands at n - 1 - i
+    normals = mesh.measures()[:, ::-1] * (1.0 - 2.0 * (np.arange(n) & 1))
+    return float(np.einsum("cqm,cm,q->", values, normals, weights))
+
+
+def circulation(mesh: SimplicialMesh, field: Field, degree: int) -> float:
+    """The circulation of a vector field along a curve: the integral of ``V . dX``.
+
+    Along the boundary of a surface it is the integral of the curl, ``-(D ^ V) . dX`` in the surface (Stokes).
+
+    Parameters
+    ----------
+    mesh : SimplicialMesh
+        Of dimension 1.
+    field : callable
+        From points ``(C, Q, n)`` to vectors ``(C, Q, n)``.
+    degree : int
+        Exact for polynomials of this degree.
+
+    Raises
+    ------
+    TypeError, ValueError
+        Where the mesh is no curve, or values do not fit or are not finite.
+    """
+    if mesh.dimension != 1:
+        raise ValueError(f"mesh: dimension {mesh.dimension}; expected 1, a curve")
+    values, weights = _values(mesh, field, degree, mesh.n)
+    return float(np.einsum("cqm,cm,q->", values, mesh.measures(), weights))
+
+
+def cauchy_integral(surface: SimplicialMesh, field: Field, at: ArrayLike, degree: int) -> Floats:
+    """The values that a field with ``D F = 0`` has inside a closed surface, from those on it, in any dimension.
+
+    ``F(a) = I^-1 integral of E(x - a) dS F(x)``, ``E(x) = x / (|x|**n`` area of the unit sphere``)``. Outside it is 0.
+
+    Parameters
+    ----------
+    surface : SimplicialMesh
+        A closed hypersurface with an outward vector first in its orientation, such as `SimplicialMesh.boundary`.
+    field : callable
+        From points ``(C, Q, n)`` to multivectors ``(C, Q, 2**n)`` by grades.
+    at : array_like, (..., n)
+        Not on the surface; errors grow where it is nearer than the points of quadrature are to each other.
+    degree : int
+        Of the quadrature on each cell.
+
+    Returns
+    -------
+    array, (..., 2**n)
+
+    Raises
+    ------
+    TypeError, ValueError
+        Where the mesh is no hypersurface or not closed, or values do not fit or are not finite.
+    """
+    n, product = surface.n, product_of(surface.n)
+    if n < 2 or surface.dimension != n - 1:
+        raise ValueError(f"surface: dimension {surface.dimension} in space of {n}; expected {n - 1}, a hypersurface")
+    if len(surface.boundary().cells):
+        raise ValueError("surface: it has a boundary; expected a closed one")
+    places = real_array(at, "at", (n,), "points")
+    values, weights = _values(surface, field, degree, 1 << n)
+    measures = embed(surface.measures(), n, n - 1)
+    weighted = np.asarray(product(measures[:, None], values)) * weights[:, None]
+    x = _points(surface, degree)
+    area = 2 * pi ** (n / 2) / gamma(n / 2)
+    # I I^~ = 1, and the pseudoscalar is the last coefficient
+    inverse = np.zeros(1 << n)
+    inverse[-1] = 1.0 - 2.0 * (n * (n - 1) // 2 & 1)
+    found = np.empty((*places.shape[:-1], 1 << n))
+    for index in np.ndindex(places.shape[:-1]):
+        away = x - places[index]
+        kernel = embed(away / (area * np.linalg.norm(away, axis=-1, keepdims=True) ** n), n, 1)
+        found[index] = product(inverse, np.asarray(product(kernel, weighted)).sum((0, 1)))
+    return found
+
+
+def _points(mesh: SimplicialMesh, degree: int) -> Floats:
+    points, _ = simplex_rule(mesh.dimension, degree)
+    return np.asarray(np.einsum("qi,cin->cqn", points, mesh.points[mesh.cells]))
+
+
+def _values(mesh: SimplicialMesh, field: Field, degree: int, size: int | None) -> tuple[Floats, Any]:
+    """What a field has at the points of quadrature, ``(C, Q, ...)``, and the weights of these."""
+    x = _points(mesh, degree)
+    values = real_array(field(x), "field")
+    if values.shape[:2] != x.shape[:2] or (size is not None and values.shape != (*x.shape[:2], size)):
+        expected = (*x.shape[:2], "..." if size is None else size)
+        raise ValueError(f"field: values of shape {values.shape}; expected ({', '.join(map(str, expected))})")
+    if not np.isfinite(values).all():
+        raise ValueError("field: infinite values or not numbers; expected finite ones at all points of quadrature")
+    return values.astype(np.float64, copy=False), simplex_rule(mesh.dimension, degree)[1]

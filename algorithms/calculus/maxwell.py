@@ -1,0 +1,113 @@
+"""Electromagnetic fields ``F = E + I B`` in spacetime: plane waves, what moving observers see, energy and momentum.
+
+Fields are bivectors of `generated.sta`, events and vectors have coefficients (t, x, y, z), and ``c = 1``.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from generated import spacetime, sta
+
+from ..arguments import Reals, real_array
+
+_TRANSVERSE = 1e-9
+"""How far an electric field may be from orthogonal to its wave vector, of both lengths."""
+
+
+def plane_wave(
+    wave_vector: ArrayLike, electric: ArrayLike, events: ArrayLike, electric_sine: ArrayLike | None = None
+) -> Reals:  # fmt: skip
+    """The plane wave whose electric field is ``electric cos(phase) + electric_sine sin(phase)``.
+
+    The phase is ``|k| t - k . x``. Equal and orthogonal amplitudes make a circular wave.
+
+    Parameters
+    ----------
+    wave_vector : array_like, (..., 3)
+        Not zero.
+    electric : array_like, (..., 3)
+        Orthogonal to the wave vector.
+    events : array_like, (..., 4)
+        (t, x, y, z).
+    electric_sine : array_like, (..., 3), optional
+        Zero, left out.
+
+    Returns
+    -------
+    array, (..., 6)
+        Bivectors of `generated.sta`.
+
+    Raises
+    ------
+    TypeError, ValueError
+        Where shapes do not fit, a wave vector is zero, or an amplitude is not orthogonal to it.
+    """
+    k = real_array(wave_vector, "wave_vector", (3,), "wave vectors").astype(np.float64, copy=False)
+    frequency = np.linalg.norm(k, axis=-1, keepdims=True)
+    if not (frequency > 0).all():
+        raise ValueError("wave_vector: zero or not a number; expected a direction")
+    potentials = []
+    for name, given in (
+        ("electric", electric),
+        ("electric_sine", np.zeros(3) if electric_sine is None else electric_sine),
+    ):
+        amplitude = real_array(given, name, (3,), "electric fields").astype(np.float64, copy=False)
+        along = np.abs((amplitude * k).sum(-1))
+        if not (along <= _TRANSVERSE * frequency[..., 0] * np.linalg.norm(amplitude, axis=-1)).all():
+            raise ValueError(f"{name}: not orthogonal to wave_vector; expected a transverse field")
+        # k ^ a has the relative vector -|k| a: the electric field
+        potentials.append(_spatial(-amplitude / frequency))
+    x = real_array(events, "events", (4,), "events (t, x, y, z)")
+    lightlike = np.concatenate([frequency, k], -1)
+    return np.asarray(spacetime.electromagnetic_wave(lightlike, *potentials, x))
+
+
+def field_seen_by(field: ArrayLike, velocity: ArrayLike) -> Reals:
+    """The field in the coordinates of an observer who moves: ``~R F R`` with the boost R to its velocity.
+
+    Parameters
+    ----------
+    field : array_like, (..., 6)
+    velocity : array_like, (..., 3)
+        Slower than light.
+
+    Raises
+    ------
+    TypeError, ValueError
+        Where shapes do not fit or a velocity is not below 1.
+    """
+    f = real_array(field, "field", (6,), "bivectors of spacetime")
+    v = real_array(velocity, "velocity", (3,), "velocities")
+    if not (np.linalg.norm(v, axis=-1) < 1).all():
+        raise ValueError("velocity: 1 or more, or not a number; expected below 1, the speed of light")
+    return np.asarray(sta.transform_bivector(sta.rotor_inverse(sta.boost_from_velocity(v)), f))
+
+
+def stress_energy(field: ArrayLike) -> Reals:
+    """The stress-energy tensor ``T(n) = F n ~F / 2`` as a matrix: ``T[m, n] = g^m . T(g^n)``.
+
+    Parameters
+    ----------
+    field : array_like, (..., 6)
+
+    Returns
+    -------
+    array, (..., 4, 4)
+        Symmetric, without trace. ``T[0, 0]`` is the energy density, ``T[0, k]`` Poynting's vector ``E x B`` and
+        ``-T[j, k]`` Maxwell's stress.
+
+    Raises
+    ------
+    TypeError, ValueError
+        Where the shape does not fit.
+    """
+    f = real_array(field, "field", (6,), "bivectors of spacetime")
+    columns = sta.field_stress_energy(f[..., None, :], np.diag([1.0, -1.0, -1.0, -1.0]))
+    # reciprocal vectors on both sides: coefficients of T(g^n) are those along g^m
+    return np.asarray(np.swapaxes(columns, -1, -2))
+
+
+def _spatial(vectors: Reals) -> Reals:
+    return np.concatenate([np.zeros_like(vectors[..., :1]), vectors], -1)
