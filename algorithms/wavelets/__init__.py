@@ -1,5 +1,14 @@
 """Fourier and wavelet transforms with values in geometric algebras."""
 
+from .analytic import (
+    Monogenic,
+    analytic_signal,
+    monogenic_signal,
+    partial_analytic_signal,
+    quaternionic_analytic_signal,
+    single_orthant_signal,
+    total_analytic_signal,
+)
 from .clifford_fourier import clifford_fft, iclifford_fft, ispacetime_fft, spacetime_fft
 from .clifford_wavelet import CliffordWavelet, clifford_wavelet
 from .conformal_wavelet import conformal_wavelet, similarity_versor
@@ -7,6 +16,17 @@ from .convolution import clifford_convolve, clifford_correlate
 from .discrete import WaveletPyramid, discrete_wavelet, wavelet_filters
 from .dual_tree import DualTree, dual_tree
 from .flow import Flow, optical_flow
+from .geometric_fourier import (
+    geometric_fft,
+    igeometric_fft,
+    iproduct_fft,
+    ipseudoscalar_fft,
+    ivolume_time_fft,
+    product_fft,
+    pseudoscalar_fft,
+    real_product_fft,
+    volume_time_fft,
+)
 from .phase import Phase, gabor_bank, quaternion_phase
 from .pyramid import QuaternionPyramid
 from .quaternion_fourier import Side, iqft, irqft, qft, rqft
@@ -15,10 +35,12 @@ __all__ = [
     "CliffordWavelet",
     "DualTree",
     "Flow",
+    "Monogenic",
     "Phase",
     "QuaternionPyramid",
     "Side",
     "WaveletPyramid",
+    "analytic_signal",
     "clifford_convolve",
     "clifford_correlate",
     "clifford_fft",
@@ -27,15 +49,29 @@ __all__ = [
     "discrete_wavelet",
     "dual_tree",
     "gabor_bank",
+    "geometric_fft",
     "iclifford_fft",
+    "igeometric_fft",
+    "iproduct_fft",
+    "ipseudoscalar_fft",
     "iqft",
     "irqft",
     "ispacetime_fft",
+    "ivolume_time_fft",
+    "monogenic_signal",
     "optical_flow",
+    "partial_analytic_signal",
+    "product_fft",
+    "pseudoscalar_fft",
     "qft",
     "quaternion_phase",
+    "quaternionic_analytic_signal",
+    "real_product_fft",
     "rqft",
     "similarity_versor",
+    "single_orthant_signal",
     "spacetime_fft",
+    "total_analytic_signal",
+    "volume_time_fft",
     "wavelet_filters",
 ]
