@@ -11,7 +11,9 @@ from .analytic import (
 )
 from .clifford_fourier import clifford_fft, iclifford_fft, ispacetime_fft, spacetime_fft
 from .clifford_wavelet import CliffordWavelet, clifford_wavelet
+from .complex_pyramid import ComplexPyramid, complex_pyramid
 from .conformal_wavelet import conformal_wavelet, similarity_versor
+from .continuous import ContinuousWavelet, admissibility, continuous_wavelet
 from .convolution import clifford_convolve, clifford_correlate
 from .discrete import WaveletPyramid, discrete_wavelet, wavelet_filters
 from .dual_tree import DualTree, dual_tree
@@ -33,6 +35,8 @@ from .quaternion_fourier import Side, iqft, irqft, qft, rqft
 
 __all__ = [
     "CliffordWavelet",
+    "ComplexPyramid",
+    "ContinuousWavelet",
     "DualTree",
     "Flow",
     "Monogenic",
@@ -40,12 +44,15 @@ __all__ = [
     "QuaternionPyramid",
     "Side",
     "WaveletPyramid",
+    "admissibility",
     "analytic_signal",
     "clifford_convolve",
     "clifford_correlate",
     "clifford_fft",
     "clifford_wavelet",
+    "complex_pyramid",
     "conformal_wavelet",
+    "continuous_wavelet",
     "discrete_wavelet",
     "dual_tree",
     "gabor_bank",
