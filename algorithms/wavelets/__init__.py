@@ -29,9 +29,17 @@ from .geometric_fourier import (
     real_product_fft,
     volume_time_fft,
 )
+from .local_phase import (
+    LocalPhase,
+    QuaternionLocalPhase,
+    complex_gabor_bank,
+    local_phase,
+    quaternion_local_phase,
+)
 from .phase import Phase, gabor_bank, quaternion_phase
 from .pyramid import QuaternionPyramid
 from .quaternion_fourier import Side, iqft, irqft, qft, rqft
+from .vector_fields import Match, derivative_mask, divergence_and_curl, match_template
 
 __all__ = [
     "CliffordWavelet",
@@ -39,8 +47,11 @@ __all__ = [
     "ContinuousWavelet",
     "DualTree",
     "Flow",
+    "LocalPhase",
+    "Match",
     "Monogenic",
     "Phase",
+    "QuaternionLocalPhase",
     "QuaternionPyramid",
     "Side",
     "WaveletPyramid",
@@ -50,10 +61,13 @@ __all__ = [
     "clifford_correlate",
     "clifford_fft",
     "clifford_wavelet",
+    "complex_gabor_bank",
     "complex_pyramid",
     "conformal_wavelet",
     "continuous_wavelet",
+    "derivative_mask",
     "discrete_wavelet",
+    "divergence_and_curl",
     "dual_tree",
     "gabor_bank",
     "geometric_fft",
@@ -65,12 +79,15 @@ __all__ = [
     "irqft",
     "ispacetime_fft",
     "ivolume_time_fft",
+    "local_phase",
+    "match_template",
     "monogenic_signal",
     "optical_flow",
     "partial_analytic_signal",
     "product_fft",
     "pseudoscalar_fft",
     "qft",
+    "quaternion_local_phase",
     "quaternion_phase",
     "quaternionic_analytic_signal",
     "real_product_fft",
