@@ -11,6 +11,7 @@ from .analytic import (
 )
 from .clifford_fourier import clifford_fft, iclifford_fft, ispacetime_fft, spacetime_fft
 from .clifford_wavelet import CliffordWavelet, clifford_wavelet
+from .clifford_wavelet_nd import CliffordWaveletND, clifford_wavelet_nd
 from .complex_pyramid import ComplexPyramid, complex_pyramid
 from .conformal_wavelet import conformal_wavelet, similarity_versor
 from .continuous import ContinuousWavelet, admissibility, continuous_wavelet
@@ -39,10 +40,12 @@ from .local_phase import (
 from .phase import Phase, gabor_bank, quaternion_phase
 from .pyramid import QuaternionPyramid
 from .quaternion_fourier import Side, iqft, irqft, qft, rqft
+from .spherical_wavelet import sphere_versor, sphere_wavelet
 from .vector_fields import Match, derivative_mask, divergence_and_curl, match_template
 
 __all__ = [
     "CliffordWavelet",
+    "CliffordWaveletND",
     "ComplexPyramid",
     "ContinuousWavelet",
     "DualTree",
@@ -61,6 +64,7 @@ __all__ = [
     "clifford_correlate",
     "clifford_fft",
     "clifford_wavelet",
+    "clifford_wavelet_nd",
     "complex_gabor_bank",
     "complex_pyramid",
     "conformal_wavelet",
@@ -95,6 +99,8 @@ __all__ = [
     "similarity_versor",
     "single_orthant_signal",
     "spacetime_fft",
+    "sphere_versor",
+    "sphere_wavelet",
     "total_analytic_signal",
     "volume_time_fft",
     "wavelet_filters",
