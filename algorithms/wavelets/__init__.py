@@ -16,6 +16,7 @@ from .complex_pyramid import ComplexPyramid, complex_pyramid
 from .conformal_wavelet import conformal_wavelet, similarity_versor
 from .continuous import ContinuousWavelet, admissibility, continuous_wavelet
 from .convolution import clifford_convolve, clifford_correlate
+from .denoise import denoise, estimated_noise
 from .discrete import WaveletPyramid, discrete_wavelet, wavelet_filters
 from .dual_tree import DualTree, dual_tree
 from .flow import Flow, optical_flow
@@ -40,7 +41,9 @@ from .local_phase import (
 from .phase import Phase, gabor_bank, quaternion_phase
 from .pyramid import QuaternionPyramid
 from .quaternion_fourier import Side, iqft, irqft, qft, rqft
+from .similarity import Disparity, disparity, similarity_distance
 from .spherical_wavelet import sphere_versor, sphere_wavelet
+from .texture import texture_features
 from .vector_fields import Match, derivative_mask, divergence_and_curl, match_template
 
 __all__ = [
@@ -48,6 +51,7 @@ __all__ = [
     "CliffordWaveletND",
     "ComplexPyramid",
     "ContinuousWavelet",
+    "Disparity",
     "DualTree",
     "Flow",
     "LocalPhase",
@@ -69,10 +73,13 @@ __all__ = [
     "complex_pyramid",
     "conformal_wavelet",
     "continuous_wavelet",
+    "denoise",
     "derivative_mask",
     "discrete_wavelet",
+    "disparity",
     "divergence_and_curl",
     "dual_tree",
+    "estimated_noise",
     "gabor_bank",
     "geometric_fft",
     "iclifford_fft",
@@ -96,11 +103,13 @@ __all__ = [
     "quaternionic_analytic_signal",
     "real_product_fft",
     "rqft",
+    "similarity_distance",
     "similarity_versor",
     "single_orthant_signal",
     "spacetime_fft",
     "sphere_versor",
     "sphere_wavelet",
+    "texture_features",
     "total_analytic_signal",
     "volume_time_fft",
     "wavelet_filters",
