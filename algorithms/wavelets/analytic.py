@@ -126,7 +126,7 @@ def partial_analytic_signal(image: ArrayLike, angle: float = 0.0, workers: int |
     side = (side - np.roll(side[::-1, ::-1], 1, (0, 1))) / 2
     spectrum = scipy.fft.fft2(array, workers=workers)
     spectrum *= (1 + side).astype(array.dtype)
-    return scipy.fft.ifft2(spectrum, overwrite_x=True, workers=workers)
+    return np.asarray(scipy.fft.ifft2(spectrum, overwrite_x=True, workers=workers))
 
 
 def single_orthant_signal(image: ArrayLike, workers: int | None = None) -> Complexes:
@@ -139,7 +139,7 @@ def single_orthant_signal(image: ArrayLike, workers: int | None = None) -> Compl
     s, t = (_sign(n).astype(array.dtype) for n in array.shape[-2:])
     spectrum = scipy.fft.fft2(array, workers=workers)
     spectrum *= (1 + s)[:, None] * (1 + t)
-    return scipy.fft.ifft2(spectrum, overwrite_x=True, workers=workers)
+    return np.asarray(scipy.fft.ifft2(spectrum, overwrite_x=True, workers=workers))
 
 
 def quaternionic_analytic_signal(image: ArrayLike, workers: int | None = None) -> Reals:

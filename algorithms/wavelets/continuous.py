@@ -22,11 +22,12 @@ _COVERED = 1e-6
 
 
 def _mexican_hat(w: NDArray[np.float64]) -> NDArray[np.float64]:
-    return np.sqrt(8 / 3) * np.pi**0.25 * w**2 * np.exp(-(w**2) / 2)
+    return np.asarray(np.sqrt(8 / 3) * np.pi**0.25 * w**2 * np.exp(-(w**2) / 2))
 
 
 def _morlet(w: NDArray[np.float64]) -> NDArray[np.float64]:
-    return np.sqrt(np.pi / 2) * (np.exp(-((w - _MORLET) ** 2) / 2) + np.exp(-((w + _MORLET) ** 2) / 2))
+    both = np.exp(-((w - _MORLET) ** 2) / 2) + np.exp(-((w + _MORLET) ** 2) / 2)
+    return np.asarray(np.sqrt(np.pi / 2) * both)
 
 
 def _analytic_morlet(w: NDArray[np.float64]) -> NDArray[np.float64]:

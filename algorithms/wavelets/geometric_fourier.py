@@ -256,16 +256,16 @@ def _geometric(
         basis = np.eye(size, dtype=array.dtype)
         check_finite(number, side)
         if number.ndim != 1 or np.abs(multiply(multiply(basis, number), number) + basis).max() > 1e-6:
-            raise ValueError(f"{side}: the square of {root} is not -1; expected roots of -1")
+            raise ValueError(f"{side}: the square of {root!r} is not -1; expected roots of -1")
         chosen = [axis if axis >= 0 else axis + space for axis in axes]
         if any(not 0 <= axis < space for axis in chosen) or len(set(chosen + seen)) < len(chosen + seen):
             raise ValueError(f"{side}: axes {tuple(axes)}; expected each axis of space, 0 to {space - 1}, at most once")
         seen += chosen
         checked.append((number, tuple(chosen), multiply))
     function, sign = (scipy.fft.ifftn, -1) if inverse else (scipy.fft.fftn, 1)
-    for number, chosen, multiply in checked[::-1] if inverse else checked:
-        if chosen:
-            spectrum = function(array, axes=chosen, norm=norm, workers=workers)
+    for number, along, multiply in checked[::-1] if inverse else checked:
+        if along:
+            spectrum = function(array, axes=along, norm=norm, workers=workers)
             array = spectrum.real + sign * multiply(spectrum.imag, number)
     return array
 
@@ -363,4 +363,4 @@ def _blades(n: int) -> tuple[int, ...]:
 def _sign(a: int, b: int, negative: bool) -> int:
     """The sign of the product of two blades, whose vectors have square 1, or -1."""
     exchanges = sum(1 for i, j in every(range(_LARGEST), repeat=2) if i > j and a >> i & 1 and b >> j & 1)
-    return (-1) ** (exchanges + (negative and (a & b).bit_count()))
+    return -1 if (exchanges + (negative and (a & b).bit_count())) % 2 else 1
