@@ -340,7 +340,7 @@ def _transformed(
 
 def _field(value: ArrayLike, name: str) -> tuple[Reals, int]:
     array = real_array(value, name, (-1, -1), "fields N1 ... Nn 2**n")
-    n = array.shape[-1].bit_length() - 1
+    n = max(array.shape[-1].bit_length() - 1, 0)
     if array.shape[-1] != 1 << n or not 1 <= n <= _LARGEST or array.ndim < n + 1:
         raise ValueError(
             f"{name}: shape {array.shape}; expected n axes of space, 1 to {_LARGEST}, and 2**n coefficients"
