@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+import scipy.integrate
 from test_wavelets_fields import PLANE, field, table, times
 from test_wavelets_geometric_fourier import blades
 
@@ -101,6 +102,34 @@ def test_quarter_turns_and_dilations() -> None:
     inside = slice(n // 2 - 12, n // 2 + 13)
     twice = slice(n // 2 - 24, n // 2 + 25, 2)
     assert np.abs(two[twice, twice] - 2 * one[inside, inside]).max() < 1e-6 * np.abs(two).max()
+
+
+def spread(count: int) -> tuple[np.ndarray, np.ndarray]:
+    """Turns that take e1 to directions on rings, and weights, of Gauss's rule on the sphere."""
+    directions, weights = sphere(count)
+    return vga3.rotor_to_matrix(vga3.rotor_between_vectors(np.array([1.0, 0, 0]), directions)), weights / (4 * np.pi)
+
+
+def test_continuous_measure() -> None:
+    """All turns, and all scales by ``da / a**(n + 1)``, see every frequency alike: the constant of admissibility."""
+    frequency, step = 1.5, 2**0.5
+
+    def shell(s: float) -> float:
+        """The mean of the squared spectrum over the sphere of radius ``exp(s)``, for deviations of 1."""
+        r = np.exp(s)
+        means = [np.sinh(k * r * frequency) / (k * r * frequency) for k in (2, 1)]
+        return float(np.exp(-(r**2) - frequency**2) * (means[0] - 2 * means[1] + 1))
+
+    constant = scipy.integrate.quad(shell, -15, 4, limit=200)[0]
+    f = np.zeros((9, 9, 9, 8))
+    scales = step ** np.arange(-16.0, 12)
+    for count, bound in ((4, 0.02), (6, 0.002)):
+        turns, weights = spread(count)
+        filters = clifford_wavelet_nd(f, scales, turns, frequency, 1.0).filters
+        gains = (filters**2 / scales[:, None, None, None, None] ** 3).sum(0)
+        weight = np.tensordot(weights, gains, 1) * np.log(step)
+        weight[0, 0, 0] = constant
+        assert np.abs(weight / constant - 1).max() < bound
 
 
 def test_types_of_six_dimensions() -> None:

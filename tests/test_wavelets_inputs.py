@@ -1,4 +1,4 @@
-"""What all public functions of the package do with wrong shapes, odd sizes, integers and numbers that are not finite."""
+"""What all public functions of the package do with wrong shapes, odd sizes, integers and what is not finite."""
 
 from __future__ import annotations
 

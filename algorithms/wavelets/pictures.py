@@ -163,7 +163,10 @@ def draw_matches(field: ArrayLike, matches: Sequence[Match] = ()) -> Figure:
     step = max(1, max(array.shape[:2]) // _ARROWS)
     rows, columns = np.meshgrid(*(np.arange(0, n, step) for n in array.shape[:2]), indexing="ij")
     some = array[::step, ::step]
-    axes.quiver(columns, rows, some[..., 1], some[..., 0], angles="xy", pivot="middle")
+    # The longest arrow is as long as two steps.
+    longest = float(np.hypot(some[..., 0], some[..., 1]).max()) or 1.0
+    arrows = {"angles": "xy", "scale_units": "xy", "pivot": "middle", "scale": longest / (2 * step)}
+    axes.quiver(columns, rows, some[..., 1], some[..., 0], **arrows)
     for match in matches:
         along = vga2.rotate_vector(match.rotor, np.array([1.0, 0.0], match.rotor.dtype)) * step * 2
         row, column = match.place
