@@ -67,8 +67,9 @@ def denoise(image: ArrayLike, sigma: float | None = None, levels: int | None = N
     over the signal's deviation (Chang, Yu and Vetterli, *IEEE Trans. Image Processing* 9:1532, 2000). For "local" it is
     what is most probable where the density of d numbers falls off as ``exp(-c r)``: of d = 8 with their parent, and d =
     4 at the last level, the energy S gives ``c = sqrt(d (d + 1) / S)`` (for d = 2 that is Sendur and Selesnick, *IEEE
-    Trans. Signal Processing* 50:2744, 2002). Peak signal-to-noise ratios are 0.1 to 3 dB above those of scikit-image's
-    `denoise_wavelet` with BayesShrink on its camera, moon, coins, astronaut, brick and grass.
+    Trans. Signal Processing* 50:2744, 2002). On scikit-image's camera, moon, coins, astronaut, brick and grass, with
+    noise of 10 and of 25, ratios of peak signal to noise are 0.4 to 2.6 dB above those of its `denoise_wavelet` with
+    BayesShrink and the better of two wavelets.
     """
     array = _image(image)
     if rule not in _RULES:
