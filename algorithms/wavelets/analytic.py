@@ -166,16 +166,20 @@ def quaternionic_analytic_signal(image: ArrayLike, workers: int | None = None) -
 
     Notes
     -----
-    One real transform forward and three back.
+    Along rows one real transform there and back; along columns a complex one, of the image and what that gave.
     """
     array = _image(image)
-    spectrum = scipy.fft.rfft2(array, workers=workers)
-    s, t = _signs(array)
+    rows, columns = array.shape[-2:]
+    numbers = np.empty(array.shape, np.result_type(array.dtype, np.complex64))
+    along = scipy.fft.rfft(array, workers=workers)
+    along *= (-1j * _sign(columns)[: columns // 2 + 1]).astype(numbers.dtype)
+    numbers.real, numbers.imag = array, scipy.fft.irfft(along, columns, overwrite_x=True, workers=workers)
     result = np.empty((*array.shape, 4), array.dtype)
-    result[..., 0] = array
-    for k, weight in ((1, -1j * s), (2, -1j * t), (3, -s * t)):
-        part = spectrum * weight.astype(spectrum.dtype)
-        result[..., k] = scipy.fft.irfft2(part, array.shape[-2:], overwrite_x=True, workers=workers)
+    result[..., 0], result[..., 2] = array, numbers.imag
+    across = scipy.fft.fft(numbers, axis=-2, overwrite_x=True, workers=workers)
+    across *= (-1j * _sign(rows)).astype(numbers.dtype)[:, None]
+    across = scipy.fft.ifft(across, axis=-2, overwrite_x=True, workers=workers)
+    result[..., 1], result[..., 3] = across.real, across.imag
     return result
 
 

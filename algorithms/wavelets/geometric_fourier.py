@@ -181,19 +181,20 @@ def real_product_fft(
     n = array.ndim if dimension is None else dimension
     if isinstance(n, bool) or not isinstance(n, (int, np.integer)) or not 1 <= n <= min(array.ndim, _LARGEST):
         raise ValueError(f"dimension: {n!r}; expected 1 to {min(array.ndim, _LARGEST)} for shape {array.shape}")
-    parts = {0: scipy.fft.fftn(array, axes=tuple(range(-n, 0)), norm=norm, workers=workers)}
+    # Sums with cosines, and with minus the sines, along one axis after the other, of half of the frequencies.
+    parts = array[None]
     for k in range(n):
-        split = {}
-        for blade, part in parts.items():
-            mirrored = np.roll(np.flip(part, k - n), 1, k - n)
-            split[blade], split[blade | 1 << k] = (part + mirrored) / 2, (part - mirrored) / 2
-        parts = split
-    result = np.empty((*array.shape, 2**n), array.dtype)
-    for place, blade in enumerate(_blades(n)):
-        # Sines come with -i, and stand with a sign of their own.
-        grade, part = blade.bit_count(), parts[blade]
-        result[..., place] = (part.imag if grade % 2 else part.real) * (1, 1, -1, -1)[grade % 4]
-    return result
+        spectrum = scipy.fft.rfft(parts, axis=k - n, norm=norm, workers=workers)
+        parts = np.concatenate([spectrum.real, spectrum.imag])
+    for k in range(n):
+        size, half = array.shape[k - n], parts.shape[k - n]
+        there: tuple[Any, ...] = (Ellipsis, slice(size - half, 0, -1), *(slice(None),) * (n - 1 - k))
+        mirrored = parts[there].copy()
+        for blade in range(1 << n):
+            if blade & 1 << k:
+                mirrored[blade] *= -1
+        parts = np.concatenate([parts, mirrored], k - n)
+    return np.ascontiguousarray(np.moveaxis(parts[list(_blades(n))], 0, -1))
 
 
 def volume_time_fft(field: ArrayLike, norm: str | None = None, workers: int | None = None) -> Reals:
@@ -262,11 +263,12 @@ def _geometric(
             raise ValueError(f"{side}: axes {tuple(axes)}; expected each axis of space, 0 to {space - 1}, at most once")
         seen += chosen
         checked.append((number, tuple(chosen), multiply))
-    function, sign = (scipy.fft.ifftn, -1) if inverse else (scipy.fft.fftn, 1)
+    function = scipy.fft.ifftn if inverse else scipy.fft.fftn
     for number, along, multiply in checked[::-1] if inverse else checked:
         if along:
             spectrum = function(array, axes=along, norm=norm, workers=workers)
-            array = spectrum.real + sign * multiply(spectrum.imag, number)
+            # The imaginary part has the sines with the sign of the exponent.
+            array = spectrum.real + multiply(spectrum.imag, number)
     return array
 
 
