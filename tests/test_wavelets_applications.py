@@ -60,7 +60,7 @@ def test_whole_shifts_have_distance_0() -> None:
 @pytest.mark.parametrize(("u", "v"), [(2.3, -1.4), (0.5, 0.25), (1.1, 0.0)])
 def test_shifts_between_pixels(u: float, v: float) -> None:
     """Along each axis, the least of a parabola through distances at quarters of a pixel."""
-    for texture in (blurred(80, 84), picture("gravel")[100:180, 100:180]):
+    for texture in (blurred(64, 60), picture("gravel")[100:160, 100:164]):
         other = moved(texture, u, v)
         steps = np.arange(-4, 5) / 4
         for true, shifts in (

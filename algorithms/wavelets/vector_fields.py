@@ -163,7 +163,7 @@ def match_template(
     and Computer Graphics* 11:469, 2005). Values turned in the plane are found by one correlation; in space, the rotor
     that makes the bivector part vanish is found by turning again and again (Bujack et al., *Adv. Appl. Clifford
     Algebras* 24:395, 2014). For "whole", templates turned in 12, or 24, ways are correlated, and the best are improved
-    by least squares; for smooth templates of 15 pixels, rotors are found to 1e-3.
+    by least squares; for smooth templates of 15 pixels, angles are found to 1.5e-3 radians.
     """
     if turned not in _WORDS:
         raise ValueError(f"turned: {turned!r}; expected 'values' or 'whole'")
