@@ -1,41 +1,116 @@
 """Fourier and wavelet transforms with values in geometric algebras."""
 
+from .analytic import (
+    Monogenic,
+    analytic_signal,
+    monogenic_signal,
+    partial_analytic_signal,
+    quaternionic_analytic_signal,
+    single_orthant_signal,
+    total_analytic_signal,
+)
 from .clifford_fourier import clifford_fft, iclifford_fft, ispacetime_fft, spacetime_fft
 from .clifford_wavelet import CliffordWavelet, clifford_wavelet
+from .clifford_wavelet_nd import CliffordWaveletND, clifford_wavelet_nd
+from .complex_pyramid import ComplexPyramid, complex_pyramid
 from .conformal_wavelet import conformal_wavelet, similarity_versor
+from .continuous import ContinuousWavelet, admissibility, continuous_wavelet
 from .convolution import clifford_convolve, clifford_correlate
+from .denoise import denoise, estimated_noise
 from .discrete import WaveletPyramid, discrete_wavelet, wavelet_filters
 from .dual_tree import DualTree, dual_tree
 from .flow import Flow, optical_flow
+from .geometric_fourier import (
+    geometric_fft,
+    igeometric_fft,
+    iproduct_fft,
+    ipseudoscalar_fft,
+    ivolume_time_fft,
+    product_fft,
+    pseudoscalar_fft,
+    real_product_fft,
+    volume_time_fft,
+)
+from .local_phase import (
+    LocalPhase,
+    QuaternionLocalPhase,
+    complex_gabor_bank,
+    local_phase,
+    quaternion_local_phase,
+)
 from .phase import Phase, gabor_bank, quaternion_phase
 from .pyramid import QuaternionPyramid
 from .quaternion_fourier import Side, iqft, irqft, qft, rqft
+from .similarity import Disparity, disparity, similarity_distance
+from .spherical_wavelet import sphere_versor, sphere_wavelet
+from .texture import texture_features
+from .vector_fields import Match, derivative_mask, divergence_and_curl, match_template
 
 __all__ = [
     "CliffordWavelet",
+    "CliffordWaveletND",
+    "ComplexPyramid",
+    "ContinuousWavelet",
+    "Disparity",
     "DualTree",
     "Flow",
+    "LocalPhase",
+    "Match",
+    "Monogenic",
     "Phase",
+    "QuaternionLocalPhase",
     "QuaternionPyramid",
     "Side",
     "WaveletPyramid",
+    "admissibility",
+    "analytic_signal",
     "clifford_convolve",
     "clifford_correlate",
     "clifford_fft",
     "clifford_wavelet",
+    "clifford_wavelet_nd",
+    "complex_gabor_bank",
+    "complex_pyramid",
     "conformal_wavelet",
+    "continuous_wavelet",
+    "denoise",
+    "derivative_mask",
     "discrete_wavelet",
+    "disparity",
+    "divergence_and_curl",
     "dual_tree",
+    "estimated_noise",
     "gabor_bank",
+    "geometric_fft",
     "iclifford_fft",
+    "igeometric_fft",
+    "iproduct_fft",
+    "ipseudoscalar_fft",
     "iqft",
     "irqft",
     "ispacetime_fft",
+    "ivolume_time_fft",
+    "local_phase",
+    "match_template",
+    "monogenic_signal",
     "optical_flow",
+    "partial_analytic_signal",
+    "product_fft",
+    "pseudoscalar_fft",
     "qft",
+    "quaternion_local_phase",
     "quaternion_phase",
+    "quaternionic_analytic_signal",
+    "real_product_fft",
     "rqft",
+    "similarity_distance",
     "similarity_versor",
+    "single_orthant_signal",
     "spacetime_fft",
+    "sphere_versor",
+    "sphere_wavelet",
+    "texture_features",
+    "total_analytic_signal",
+    "volume_time_fft",
     "wavelet_filters",
 ]

@@ -1,0 +1,243 @@
+"""Analytic signals: of signals, and of images in the five ways to choose the frequencies that stay."""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple
+
+import numpy as np
+import scipy.fft
+from numpy.typing import ArrayLike, NDArray
+
+from generated import vga3
+
+from ..arguments import Reals, finite_number, real_array
+from .discrete import check_finite
+
+Complexes = NDArray[Any]
+"""An array of complex64 or complex128."""
+
+
+class Monogenic(NamedTuple):
+    """The monogenic signal of an image f: with its Riesz transforms r1 and r2, the vector r1 e1 + r2 e2 + f e3.
+
+    Attributes
+    ----------
+    vector : array, (..., M, N, 3)
+        r1, r2 and f.
+    amplitude, phase, orientation : array, (..., M, N)
+        Its norm, its angle with e3, from 0 to pi, and the direction of (r1, r2), from -pi to pi.
+    """
+
+    vector: Reals
+    amplitude: Reals
+    phase: Reals
+    orientation: Reals
+
+
+def analytic_signal(signal: ArrayLike, axis: int = -1, workers: int | None = None) -> Complexes:
+    """The analytic signal ``f + i H f`` along one axis, with the Hilbert transform H of periodic signals.
+
+    Parameters
+    ----------
+    signal : array_like
+        Real numbers of any shape. float32 gives complex64; integers become float64.
+    axis : int
+    workers : int, optional
+        As in `scipy.fft`.
+
+    Returns
+    -------
+    array of complex, of the shape of `signal`
+        What ``scipy.signal.hilbert`` gives: no negative frequencies; 0 and, of even sizes, 1/2 stay as they are.
+
+    Raises
+    ------
+    TypeError, ValueError
+        Where `signal` is not an array of finite real numbers, or has no such axis.
+    """
+    array = real_array(signal, "signal", (-1,))
+    check_finite(array, "signal")
+    if isinstance(axis, bool) or not isinstance(axis, (int, np.integer)) or not -array.ndim <= axis < array.ndim:
+        raise ValueError(f"axis: {axis!r}; expected an axis of an array of {array.ndim}")
+    last = np.moveaxis(array, axis, -1)
+    spectrum = scipy.fft.fft(last, workers=workers)
+    spectrum *= (1 + _sign(last.shape[-1])).astype(array.dtype)
+    return np.moveaxis(scipy.fft.ifft(spectrum, overwrite_x=True, workers=workers), -1, axis)
+
+
+def total_analytic_signal(image: ArrayLike, workers: int | None = None) -> Complexes:
+    """``f + i H1 H2 f``: the imaginary part is the Hilbert transform along both axes.
+
+    Its spectrum is that of the image, times ``1 - i sgn(u) sgn(v)``; no frequency vanishes.
+
+    Parameters
+    ----------
+    image : array_like, (..., M, N)
+        Real images, taken for periodic. float32 gives complex64; integers become float64.
+    workers : int, optional
+        As in `scipy.fft`.
+
+    Returns
+    -------
+    array of complex, (..., M, N)
+
+    Raises
+    ------
+    TypeError, ValueError
+        Where `image` is not an array of finite real numbers with two axes.
+    """
+    array = _image(image)
+    spectrum = scipy.fft.rfft2(array, workers=workers)
+    s, t = _signs(array)
+    result = np.empty(array.shape, np.result_type(array.dtype, np.complex64))
+    result.real = array
+    result.imag = scipy.fft.irfft2(-s * t * spectrum, array.shape[-2:], overwrite_x=True, workers=workers)
+    return result
+
+
+def partial_analytic_signal(image: ArrayLike, angle: float = 0.0, workers: int | None = None) -> Complexes:
+    """The analytic signal along one direction: frequencies stay, doubled, on one side of a line.
+
+    Parameters
+    ----------
+    image : array_like, (..., M, N)
+        Real images, taken for periodic; x runs along M and y along N.
+    angle : float
+        Of the direction (cos, sin) along x and y, in radians: 0 is the analytic signal of each column.
+    workers : int, optional
+        As in `scipy.fft`.
+
+    Returns
+    -------
+    array of complex, (..., M, N)
+        Its real part is the image.
+
+    Raises
+    ------
+    TypeError, ValueError
+        As in `total_analytic_signal`, and where `angle` is not finite.
+    """
+    array = _image(image)
+    direction = finite_number(angle, "angle")
+    u, v = (np.fft.fftfreq(n) for n in array.shape[-2:])
+    along = np.cos(direction) * u[:, None] + np.sin(direction) * v
+    # To rounding, waves across the direction have no side.
+    side = np.where(np.abs(along) < 1e-12, 0, np.sign(along))
+    side = (side - np.roll(side[::-1, ::-1], 1, (0, 1))) / 2
+    spectrum = scipy.fft.fft2(array, workers=workers)
+    spectrum *= (1 + side).astype(array.dtype)
+    return np.asarray(scipy.fft.ifft2(spectrum, overwrite_x=True, workers=workers))
+
+
+def single_orthant_signal(image: ArrayLike, workers: int | None = None) -> Complexes:
+    """Hahn's analytic signal ``(f - H1 H2 f) + i (H1 f + H2 f)``: only frequencies of positive u and v stay.
+
+    Arguments, results and errors are those of `total_analytic_signal`. It is that of ``scipy.signal.hilbert2`` for odd
+    sizes; of even ones, that function drops the frequency 1/2, which stays here as in `analytic_signal`.
+    """
+    array = _image(image)
+    s, t = (_sign(n).astype(array.dtype) for n in array.shape[-2:])
+    spectrum = scipy.fft.fft2(array, workers=workers)
+    spectrum *= (1 + s)[:, None] * (1 + t)
+    return np.asarray(scipy.fft.ifft2(spectrum, overwrite_x=True, workers=workers))
+
+
+def quaternionic_analytic_signal(image: ArrayLike, workers: int | None = None) -> Reals:
+    """Buelow's analytic signal ``f + i H1 f + j H2 f + k H1 H2 f``.
+
+    Its two-sided quaternion Fourier transform is that of the image, times ``(1 + sgn(u)) (1 + sgn(v))``.
+
+    Parameters
+    ----------
+    image : array_like, (..., M, N)
+        Real images, taken for periodic; H1 acts along M and H2 along N. float32 stays; integers become float64.
+    workers : int, optional
+        As in `scipy.fft`.
+
+    Returns
+    -------
+    array, (..., M, N, 4)
+        Quaternions (w, x, y, z).
+
+    Raises
+    ------
+    TypeError, ValueError
+        As in `total_analytic_signal`.
+
+    Notes
+    -----
+    Along rows one real transform there and back; along columns a complex one, of the image and what that gave.
+    """
+    array = _image(image)
+    rows, columns = array.shape[-2:]
+    numbers = np.empty(array.shape, np.result_type(array.dtype, np.complex64))
+    along = scipy.fft.rfft(array, workers=workers)
+    along *= (-1j * _sign(columns)[: columns // 2 + 1]).astype(numbers.dtype)
+    numbers.real, numbers.imag = array, scipy.fft.irfft(along, columns, overwrite_x=True, workers=workers)
+    result = np.empty((*array.shape, 4), array.dtype)
+    result[..., 0], result[..., 2] = array, numbers.imag
+    across = scipy.fft.fft(numbers, axis=-2, overwrite_x=True, workers=workers)
+    across *= (-1j * _sign(rows)).astype(numbers.dtype)[:, None]
+    across = scipy.fft.ifft(across, axis=-2, overwrite_x=True, workers=workers)
+    result[..., 1], result[..., 3] = across.real, across.imag
+    return result
+
+
+def monogenic_signal(image: ArrayLike, workers: int | None = None) -> Monogenic:
+    """The monogenic signal, which treats all directions alike.
+
+    Parameters
+    ----------
+    image : array_like, (..., M, N)
+        Real images, taken for periodic; best without their mean, which has no Riesz transform.
+    workers : int, optional
+        As in `scipy.fft`.
+
+    Returns
+    -------
+    Monogenic
+
+    Raises
+    ------
+    TypeError, ValueError
+        As in `total_analytic_signal`.
+
+    Notes
+    -----
+    Riesz transforms multiply the spectrum by ``-i u / |(u, v)|`` and ``-i v / |(u, v)|`` (Felsberg and Sommer, *IEEE
+    Trans. Signal Processing* 49:3136, 2001). A wave has its own amplitude and phase, and the orientation of its
+    frequency.
+    """
+    array = _image(image)
+    spectrum = scipy.fft.rfft2(array, workers=workers)
+    u, v = np.fft.fftfreq(array.shape[-2])[:, None], np.fft.rfftfreq(array.shape[-1])
+    length = np.hypot(u, v)
+    length[0, 0] = 1
+    vector = np.empty((*array.shape, 3), array.dtype)
+    for k, frequency in enumerate((u, v)):
+        # The frequency 1/2 is also -1/2, and has no sign.
+        weight = -1j * np.where(np.abs(frequency) == 0.5, 0, frequency) / length
+        part = spectrum * weight.astype(spectrum.dtype)
+        vector[..., k] = scipy.fft.irfft2(part, array.shape[-2:], overwrite_x=True, workers=workers)
+    vector[..., 2] = array
+    amplitude = vga3.vector_norm(vector)
+    across = np.hypot(vector[..., 0], vector[..., 1])
+    return Monogenic(vector, amplitude, np.arctan2(across, vector[..., 2]), np.arctan2(vector[..., 1], vector[..., 0]))
+
+
+def _image(image: ArrayLike) -> Reals:
+    array = real_array(image, "image", (-1, -1), "images M N")
+    check_finite(array, "image")
+    return array
+
+
+def _sign(size: int) -> NDArray[np.float64]:
+    """The signs of the frequencies; 0 and 1/2 have none."""
+    frequency = np.fft.fftfreq(size)
+    return np.where(frequency == -0.5, 0, np.sign(frequency))
+
+
+def _signs(array: Reals) -> tuple[Reals, Reals]:
+    """Along both axes, for half of the frequencies along the last one."""
+    rows, columns = array.shape[-2:]
+    return _sign(rows).astype(array.dtype)[:, None], _sign(columns)[: columns // 2 + 1].astype(array.dtype)

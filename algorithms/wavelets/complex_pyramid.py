@@ -1,0 +1,98 @@
+"""The complex wavelet transform of Magarey and Kingsbury: short filters near Gabor's, six directions."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from generated import quaternion
+
+from ..arguments import Reals
+from .pyramid import QuaternionPyramid
+
+Complexes = NDArray[Any]
+
+_PAIRS = {"H": (0, 5), "V": (2, 3), "D": (1, 4)}
+"""Where the two complex bands of a quaternion stand among the six, as in `dual_tree`."""
+
+
+@dataclass(frozen=True)
+class ComplexPyramid:
+    """What `complex_pyramid` gives.
+
+    Attributes
+    ----------
+    approx : array, (..., m, n, 2)
+        What is left after all levels, for waves of rising and of falling diagonals.
+    detail : tuple of array
+        ``detail[l]``, (..., m, n, 6), finest first: bands of edges at 15, 45, 75, 105, 135 and 165 degrees.
+    size : (int, int)
+        M and N, before they were made multiples of ``2**levels``.
+    """
+
+    approx: Complexes
+    detail: tuple[Complexes, ...]
+    size: tuple[int, int]
+
+    def inverse(self) -> Reals:
+        """The images whose coefficients are nearest to those that are here, (..., M, N), to 1e-9.
+
+        The filters have no finite inverse: conjugate gradients solve the equations, see `QuaternionPyramid.inverse`.
+        """
+        start = QuaternionPyramid(np.zeros(self.size), 0, "gabor")
+        start.approx = _quaternions(self.approx)
+        start.detail = tuple(
+            {name: _quaternions(level[..., pair]) for name, pair in _PAIRS.items()} for level in self.detail
+        )
+        return start.inverse()
+
+
+def complex_pyramid(image: ArrayLike, levels: int = 4) -> ComplexPyramid:
+    """The complex discrete wavelet transform of images with filters of four taps.
+
+    Parameters
+    ----------
+    image : array_like, (..., M, N)
+        Real images of any size; where a size is no multiple of ``2**levels``, the last row or column is repeated, and
+        the image goes on periodically.
+    levels : int
+        At most as many as ``2**levels`` is no more than the smaller size.
+
+    Returns
+    -------
+    ComplexPyramid
+
+    Raises
+    ------
+    TypeError, ValueError
+        Where `image` is not an array of finite real numbers with two axes, and for too many levels.
+
+    Notes
+    -----
+    Magarey and Kingsbury, *IEEE Trans. Signal Processing* 46:1069, 1998. The two planes of ``QuaternionPyramid(image,
+    levels, "gabor")``: with the filter r along x and c along y, one band is that of r and c, the other of r and the
+    conjugate of c.
+    """
+    pyramid = QuaternionPyramid(image, levels, "gabor")
+    detail = []
+    for level in pyramid.detail:
+        bands = {name: _planes(band) for name, band in level.items()}
+        numbers = np.empty((*bands["H"].shape[:-1], 6), bands["H"].dtype)
+        for name, pair in _PAIRS.items():
+            numbers[..., pair] = bands[name]
+        detail.append(numbers)
+    return ComplexPyramid(_planes(pyramid.approx), tuple(detail), pyramid.size)
+
+
+def _planes(q: Reals) -> Complexes:
+    parts = quaternion.pack_two_sided(q.astype(float, copy=False))
+    return np.stack([np.ascontiguousarray(part).view(complex)[..., 0] for part in parts], -1)
+
+
+def _quaternions(planes: Complexes) -> Reals:
+    parts = (np.ascontiguousarray(planes[..., k]).astype(complex)[..., None].view(float) for k in range(2))
+    result: Reals = quaternion.unpack_two_sided(*parts)
+    return result

@@ -1,0 +1,117 @@
+"""Wavelets on the sphere, for omnidirectional images, moved by conformal versors that keep the sphere."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from generated import cga3
+
+from ..arguments import Reals, finite_number, real_array
+from .discrete import check_finite
+
+_BIVECTORS = cga3.versor_exponential.layouts["b"].blades
+
+
+def sphere_versor(rotor: ArrayLike, scale: ArrayLike) -> Reals:
+    """The versor that scales on the sphere, about the direction e3, then turns.
+
+    Parameters
+    ----------
+    rotor : array_like, (..., 4)
+        Unit rotors 1 e12 e13 e23.
+    scale : array_like, (...)
+        Positive numbers a: angles t from e3 become ``2 atan(a tan(t / 2))``.
+
+    Returns
+    -------
+    array, (..., 16)
+        Even elements of G(4,1), in the order of ``cga3.even_product``.
+
+    Raises
+    ------
+    TypeError, ValueError
+        Where arguments are not finite real numbers of these shapes, or a scale is not positive.
+    """
+    turn, factor = real_array(rotor, "rotor", (4,), "unit rotors"), real_array(scale, "scale")
+    check_finite(turn, "rotor")
+    if not ((factor > 0) & np.isfinite(factor)).all():
+        raise ValueError("scale: a number is not positive and finite; expected positive scales")
+    blades = cga3.even_product.layouts["a"].blades
+    motor = cga3.motor_from_rotor_translation(turn, np.zeros(3, turn.dtype))
+    first = np.zeros((*motor.shape[:-1], 16), motor.dtype)
+    first[..., [blades.index(name) for name in cga3.motor_from_rotor_translation.layouts["out"].blades]] = motor
+    # e3 (e0 + einf / 2) has square 1 and keeps e0 - einf / 2, the unit sphere: a boost along e3.
+    bivector = np.zeros((*factor.shape, 10), factor.dtype)
+    for name, share in (("e30", 0.5), ("e3inf", 0.25)):
+        bivector[..., _BIVECTORS.index(name)] = share * np.log(factor)
+    result: Reals = cga3.even_product(first, cga3.versor_exponential(bivector))
+    return result
+
+
+def sphere_wavelet(
+    image: ArrayLike,
+    directions: ArrayLike,
+    versors: ArrayLike,
+    frequency: float = 12.0,
+    sigma: float = 0.25,
+    weights: ArrayLike = 1.0,
+) -> NDArray[np.complexfloating]:
+    """The wavelet transform of an image on the sphere by Gabor wavelets that versors scale and turn.
+
+    Parameters
+    ----------
+    image : array_like, (P,)
+        Real numbers.
+    directions : array_like, (P, 3)
+        Unit vectors: where they are.
+    versors : array_like, (K, 16)
+        Of `sphere_versor`, or products of such.
+    frequency, sigma : float
+        Of the wavelet that the versor 1 stands for, about e3: radians per radian along e1, and its standard deviation,
+        in the plane that the sphere is projected to from the opposite point.
+    weights : array_like, (P,) or a number
+        The area for which each direction stands; all areas together are 4 pi.
+
+    Returns
+    -------
+    array of complex, (K,)
+
+    Raises
+    ------
+    TypeError, ValueError
+        Where arguments are not finite real numbers of these shapes, or directions are not of length 1.
+
+    Notes
+    -----
+    ``W(U) = sum f(x) ~psi(~U x U) weight``, times the root of the change of area by ``~U``, so that moved wavelets have
+    the norm of the first one (Antoine and Vandergheynst, *Appl. Comput. Harmon. Anal.* 7:262, 1999).
+    """
+    values = real_array(image, "image", (-1,), "numbers")
+    places = real_array(directions, "directions", (-1, 3), "unit vectors")
+    moves = real_array(versors, "versors", (16,), "even elements of G(4,1)").reshape(-1, 16)
+    areas = real_array(weights, "weights")
+    if values.ndim != 1 or places.shape != (len(values), 3):
+        raise ValueError(f"directions: shape {places.shape}; expected ({values.size}, 3), one for each number")
+    if areas.shape not in ((), (len(values),)):
+        raise ValueError(f"weights: shape {areas.shape}; expected one number, or one for each direction")
+    for name, array in (("image", values), ("directions", places), ("versors", moves), ("weights", areas)):
+        check_finite(array, name)
+    if np.abs(np.linalg.norm(places, axis=-1) - 1).max() > 1e-6:
+        raise ValueError("directions: not of length 1; expected unit vectors")
+    width, wave = finite_number(sigma, "sigma"), finite_number(frequency, "frequency")
+    if width <= 0 or wave <= 0:
+        raise ValueError(f"frequency, sigma: {wave}, {width}; expected positive numbers")
+    embedded = cga3.embed_point(places)
+    result = np.empty(len(moves), np.result_type(values, moves, np.complex64))
+    for k, back in enumerate(cga3.even_reverse(moves)):
+        moved = cga3.transform_vector(back, embedded)
+        x = moved[:, :3] / moved[:, 3:4]
+        # From the point opposite to e3, which is far away: the Gaussian is 0 there.
+        height = np.maximum(1 + x[:, 2], np.finfo(x.dtype).tiny ** 0.25)
+        y = 2 * x[:, :2] / height[:, None]
+        gauss = np.exp(-((y / width) ** 2).sum(-1) / 2) / (2 * np.pi * width**2)
+        mother = gauss * (np.exp(-1j * wave * y[:, 0]) - np.exp(-((wave * width) ** 2) / 2))
+        # 2 / height is the root of the area in the plane for one on the sphere.
+        result[k] = (values * areas * mother * (2 / height) / np.abs(moved[:, 3])).sum()
+    return result

@@ -1,0 +1,167 @@
+"""What all public functions of the package do with wrong shapes, odd sizes, integers and what is not finite."""
+
+from __future__ import annotations
+
+import inspect
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+import pytest
+
+from algorithms import wavelets as w
+from generated import cga3, vga2
+
+IDENTITY = np.eye(16)[0]
+NO_TURN = np.array([1.0, 0, 0, 0])
+E12 = [(np.eye(4)[3], (0, 1))]
+
+Call = Callable[[Any], Any]
+
+CALLS: dict[str, tuple[Call, tuple[int, ...]]] = {
+    "analytic_signal": (w.analytic_signal, (9,)),
+    "clifford_convolve": (lambda f: w.clifford_convolve(f, np.ones((3, 3, 4)), vga2.geometric_product), (9, 7, 4)),
+    "clifford_correlate": (lambda f: w.clifford_correlate(f, np.ones((3, 3, 4)), vga2.geometric_product), (9, 7, 4)),
+    "clifford_fft": (w.clifford_fft, (9, 7, 4)),
+    "clifford_wavelet": (lambda f: w.clifford_wavelet(f, [1.0], NO_TURN).coefficients, (5, 7, 3, 8)),
+    "clifford_wavelet_nd": (lambda f: w.clifford_wavelet_nd(f, [1.0], np.eye(2)).coefficients, (9, 7, 4)),
+    "complex_gabor_bank": (lambda f: w.complex_gabor_bank(f, [(0.1, 0.2)]), (19, 17)),
+    "complex_pyramid": (lambda f: w.complex_pyramid(f, 2).detail[1], (19, 17)),
+    "conformal_wavelet": (lambda f: w.conformal_wavelet(f, np.ones((6, 3)), IDENTITY), (6, 8)),
+    "continuous_wavelet": (lambda f: w.continuous_wavelet(f, [2.0, 3.0]).coefficients, (33,)),
+    "denoise": (lambda f: w.denoise(f, 0.5), (19, 17)),
+    "discrete_wavelet": (lambda f: w.discrete_wavelet(f, "db2", 1).approx, (19, 17)),
+    "disparity": (lambda f: w.disparity(f, f, 4).disparity, (19, 27)),
+    "divergence_and_curl": (w.divergence_and_curl, (9, 7, 2)),
+    "dual_tree": (lambda f: w.dual_tree(f, 2).detail[1], (19, 17)),
+    "estimated_noise": (w.estimated_noise, (19, 17)),
+    "gabor_bank": (lambda f: w.gabor_bank(f, [(0.1, 0.2)]), (19, 17)),
+    "geometric_fft": (lambda f: w.geometric_fft(f, vga2.geometric_product, right=E12), (9, 7, 4)),
+    "iclifford_fft": (w.iclifford_fft, (9, 7, 4)),
+    "igeometric_fft": (lambda f: w.igeometric_fft(f, vga2.geometric_product, right=E12), (9, 7, 4)),
+    "iproduct_fft": (w.iproduct_fft, (9, 7, 4)),
+    "ipseudoscalar_fft": (w.ipseudoscalar_fft, (9, 7, 4)),
+    "iqft": (w.iqft, (9, 7, 4)),
+    "irqft": (w.irqft, (9, 4, 4)),
+    "ispacetime_fft": (w.ispacetime_fft, (3, 2, 5, 3, 16)),
+    "ivolume_time_fft": (w.ivolume_time_fft, (3, 2, 5, 3, 4)),
+    "local_phase": (lambda f: w.local_phase(f, (0.1, -0.2)).frequency, (19, 17)),
+    "match_template": (lambda f: w.match_template(f, np.ones((3, 3, 2)), "values")[0].rotor, (9, 7, 2)),
+    "monogenic_signal": (lambda f: w.monogenic_signal(f).vector, (9, 7)),
+    "optical_flow": (lambda f: w.optical_flow(f, f, 1).uv, (19, 17)),
+    "partial_analytic_signal": (lambda f: w.partial_analytic_signal(f, 0.3), (9, 7)),
+    "product_fft": (w.product_fft, (9, 7, 4)),
+    "pseudoscalar_fft": (w.pseudoscalar_fft, (9, 7, 4)),
+    "qft": (w.qft, (9, 7)),
+    "quaternion_local_phase": (lambda f: w.quaternion_local_phase(f, (0.1, 0.2)).frequency, (19, 17)),
+    "quaternionic_analytic_signal": (w.quaternionic_analytic_signal, (9, 7)),
+    "real_product_fft": (w.real_product_fft, (9, 7)),
+    "rqft": (w.rqft, (9, 7)),
+    "similarity_distance": (lambda f: w.similarity_distance(f, f[::-1], [(1.0, 0.5)]), (19, 17)),
+    "single_orthant_signal": (w.single_orthant_signal, (9, 7)),
+    "spacetime_fft": (w.spacetime_fft, (3, 2, 5, 3, 16)),
+    "sphere_wavelet": (lambda f: w.sphere_wavelet(f, np.eye(3)[[0, 1, 2, 0]], IDENTITY), (4,)),
+    "texture_features": (lambda f: w.texture_features(f, 2), (19, 17)),
+    "total_analytic_signal": (w.total_analytic_signal, (9, 7)),
+    "volume_time_fft": (w.volume_time_fft, (3, 2, 5, 3, 4)),
+    "QuaternionPyramid": (lambda f: w.QuaternionPyramid(f, 2).detail[1]["D"], (19, 17)),
+    "QuaternionPyramid of Gabor's filters": (lambda f: w.QuaternionPyramid(f, 2, "gabor").detail[1]["D"], (19, 17)),
+}
+"""Each function with one array for its data, and the shape of one that is right; sizes are odd."""
+
+OTHERS = {
+    "admissibility": "takes a name",
+    "derivative_mask": "takes two numbers",
+    "quaternion_phase": "takes numbers one by one, as kernels do",
+    "similarity_versor": "takes versors, as kernels do",
+    "sphere_versor": "takes versors, as kernels do",
+    "wavelet_filters": "takes a name",
+}
+
+LEVELS: dict[str, Call] = {
+    "complex_pyramid": lambda levels: w.complex_pyramid(np.ones((19, 17)), levels),
+    "denoise": lambda levels: w.denoise(np.ones((19, 17)), 1.0, levels),
+    "discrete_wavelet": lambda levels: w.discrete_wavelet(np.ones((19, 17)), "db2", levels),
+    "dual_tree": lambda levels: w.dual_tree(np.ones((19, 17)), levels),
+    "optical_flow": lambda levels: w.optical_flow(np.ones((19, 17)), np.ones((19, 17)), levels),
+    "texture_features": lambda levels: w.texture_features(np.eye(19, 17), levels),
+    "QuaternionPyramid": lambda levels: w.QuaternionPyramid(np.ones((19, 17)), levels),
+    "QuaternionPyramid of Gabor's filters": lambda levels: w.QuaternionPyramid(np.ones((19, 17)), levels, "gabor"),
+}
+
+
+def whole(shape: tuple[int, ...]) -> np.ndarray:
+    return np.random.default_rng(0).integers(-20, 20, shape)
+
+
+def test_all_public_functions_are_here() -> None:
+    functions = {name for name in w.__all__ if not inspect.isclass(getattr(w, name))}
+    assert functions == ({name for name in CALLS if name.islower()} | set(OTHERS))
+    takes_levels = {name for name in functions if "levels" in inspect.signature(getattr(w, name)).parameters}
+    assert takes_levels <= set(LEVELS)
+
+
+@pytest.mark.parametrize("name", CALLS)
+def test_integers_are_floats(name: str) -> None:
+    call, shape = CALLS[name]
+    integers = whole(shape)
+    expected = call(integers.astype(float))
+    assert np.isfinite(expected).all()
+    for kind in (np.int64, np.int16, np.int8):
+        assert np.array_equal(call(integers.astype(kind)), expected)
+    assert np.array_equal(call(integers.tolist() if name != "similarity_distance" else integers), expected)
+
+
+@pytest.mark.parametrize("value", [np.nan, np.inf])
+@pytest.mark.parametrize("name", CALLS)
+def test_numbers_that_are_not_finite_are_refused(name: str, value: float) -> None:
+    call, shape = CALLS[name]
+    array = whole(shape).astype(float)
+    array[tuple(n // 2 for n in shape)] = value
+    with pytest.raises(ValueError, match="not finite"):
+        call(array)
+
+
+@pytest.mark.parametrize("name", CALLS)
+def test_other_numbers_are_refused(name: str) -> None:
+    call, shape = CALLS[name]
+    for array in (np.ones(shape, complex), np.full(shape, "a"), np.ones(shape, object)):
+        with pytest.raises(TypeError, match="expected real numbers"):
+            call(array)
+
+
+@pytest.mark.parametrize("name", CALLS)
+def test_wrong_shapes_are_refused(name: str) -> None:
+    """One number; no number along an axis; another number of coefficients."""
+    call, shape = CALLS[name]
+    for array in (np.float64(1), np.ones((0, *shape[1:])), np.ones((*shape[:-1], 0))):
+        if name == "similarity_distance" and array.ndim == 0:
+            continue
+        with pytest.raises(ValueError, match="expected"):
+            call(array)
+    if shape[-1] in (2, 4, 8, 16) and len(shape) > 1 and name != "sphere_wavelet":
+        with pytest.raises((ValueError, TypeError), match=r"expected|coefficients|shape"):
+            call(np.ones((*shape[:-1], 5)))
+
+
+@pytest.mark.parametrize("name", LEVELS)
+def test_too_many_levels_are_refused(name: str) -> None:
+    for levels in (12, -1, 1.5, True):
+        with pytest.raises(ValueError, match=f"levels: {levels}; expected"):
+            LEVELS[name](levels)
+
+
+def test_versors_and_names() -> None:
+    for call, message in (
+        (lambda: w.admissibility("db4"), "wavelet: 'db4'"),
+        (lambda: w.wavelet_filters("morlet"), "wavelet: 'morlet'"),
+        (lambda: w.derivative_mask(2, np.nan), "sigma: nan"),
+        (lambda: w.quaternion_phase(np.ones(3)), "q: shape"),
+        (lambda: w.similarity_versor(np.ones(3), NO_TURN, 0.0), "scale: "),
+        (lambda: w.sphere_versor(NO_TURN, np.nan), "scale: "),
+        (lambda: w.sphere_versor(np.ones(3), 1.0), "rotor: shape"),
+    ):
+        with pytest.raises(ValueError, match=message):
+            call()
+    assert np.array_equal(w.sphere_versor(NO_TURN, 2), w.sphere_versor(NO_TURN, 2.0))
+    assert np.allclose(cga3.even_product(w.sphere_versor(NO_TURN, 2.0), w.sphere_versor(NO_TURN, 0.5)), IDENTITY)

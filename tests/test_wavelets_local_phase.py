@@ -1,0 +1,152 @@
+"""Complex Gabor banks against skimage, and local phases and frequencies of waves and of moved textures."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+import scipy.ndimage
+
+from algorithms.wavelets import complex_gabor_bank, gabor_bank, local_phase, quaternion_local_phase
+
+
+def normal(*shape: int, seed: int = 0) -> np.ndarray:
+    return np.random.default_rng(seed).normal(size=shape)
+
+
+def wrapped(angle: np.ndarray, period: float = 2 * np.pi) -> np.ndarray:
+    return (angle + period / 2) % period - period / 2
+
+
+def moved(image: np.ndarray, x: float, y: float) -> np.ndarray:
+    """A periodic image whose content goes by (x, y): exact, as the image has no frequencies near 1/2."""
+    u, v = np.fft.fftfreq(image.shape[0])[:, None], np.fft.fftfreq(image.shape[1])
+    return np.fft.ifft2(np.fft.fft2(image) * np.exp(-2j * np.pi * (u * x + v * y))).real
+
+
+def test_banks_are_those_of_skimage() -> None:
+    filters = pytest.importorskip("skimage.filters")
+    impulse = np.zeros((71, 71))
+    impulse[35, 35] = 1
+    for u, v, sigma, aspect in (
+        (0.1, 0.2, 3.0, 1.0),
+        (-0.15, 0.1, 4.0, 1.0),
+        (0.0, 0.2, 3.0, 0.75),
+        (0.25, 0.0, 4.0, 2.0),
+    ):
+        found = complex_gabor_bank(impulse, [(u, v)], sigma, aspect)[0]
+        x, y = np.meshgrid(np.arange(-35.0, 36), np.arange(-35.0, 36), indexing="ij")
+        windows = [
+            np.where(np.abs(t) <= np.ceil(4 * s), np.exp(-(t**2) / (2 * s**2)), 0)
+            for t, s in ((x, sigma), (y, sigma / aspect))
+        ]
+        window = windows[0] * windows[1]
+        expected = window / window.sum() * np.exp(2j * np.pi * (u * x + v * y))
+        assert np.abs(found - expected).max() < 1e-16
+        if aspect == 1:
+            kernel = filters.gabor_kernel(np.hypot(u, v), np.arctan2(u, v), sigma_x=sigma, sigma_y=sigma, n_stds=4)
+            rows, columns = (n // 2 for n in kernel.shape)
+            part = found[35 - rows : 36 + rows, 35 - columns : 36 + columns]
+            inside = np.abs(kernel) > 0
+            # skimage's Gaussian has the norm of the whole plane.
+            assert np.abs(part - kernel)[inside].max() < 3e-4 * np.abs(kernel).max()
+
+
+def test_banks_against_scipy_and_the_quaternionic_one() -> None:
+    image = normal(3, 30, 40) + 5
+    found = complex_gabor_bank(image, [(0.1, 0.2), (0.1, -0.2)], 2.5)
+    w, x, y, z = np.moveaxis(gabor_bank(image, [(0.1, 0.2)], 2.5)[:, 0], -1, 0)
+    assert np.abs(found[:, 0] - ((w - z) + 1j * (x + y))).max() < 1e-13
+    assert np.abs(found[:, 1] - ((w + z) + 1j * (x - y))).max() < 1e-13
+    t = np.arange(-10, 11.0)
+    g = np.exp(-(t**2) / (2 * 2.5**2))
+    kernel = np.outer(g, g) / g.sum() ** 2 * np.exp(2j * np.pi * (0.1 * t[:, None] + 0.2 * t))
+    expected = scipy.ndimage.convolve(image[1], kernel.real, mode="reflect")
+    assert np.abs(found[1, 0].real - expected).max() < 1e-12
+    flat = complex_gabor_bank(np.full((30, 40), 7.0), [(0.1, 0.2), (0.02, 0.0)], (3.0, 2.0), 1.3, True)
+    assert np.abs(flat).max() < 1e-13
+    assert complex_gabor_bank(image.astype(np.float32), [(0.1, 0.2)]).dtype == np.complex64
+
+
+def test_phase_and_frequency_of_a_wave() -> None:
+    x, y = np.meshgrid(np.arange(80.0), np.arange(90.0), indexing="ij")
+    angle = 2 * np.pi * (0.11 * x - 0.16 * y) + 0.5
+    found = local_phase(3 * np.cos(angle), (0.1, -0.15), 4.0)
+    inside = (slice(20, -20),) * 2
+    gain = np.exp(-2 * np.pi**2 * 16 * 2e-4)
+    assert np.abs(found.amplitude[inside] - 1.5 * gain).max() < 2e-3
+    assert np.abs(wrapped(found.phase - angle))[inside].max() < 2e-3
+    assert np.abs(found.frequency[inside] - 2 * np.pi * np.array([0.11, -0.16])).max() < 1e-3
+    assert found.confidence[inside].min() > 0.8
+    assert np.abs(found.frequency - 2 * np.pi * np.array([0.11, -0.16]))[0, 20:-20, 1].max() < 0.05
+    wrong = local_phase(3 * np.cos(angle), (0.2, -0.05), 4.0)
+    assert wrong.confidence[inside].max() < 0.2
+
+
+def test_quaternionic_phase_and_frequency_of_a_wave() -> None:
+    x, y = np.meshgrid(np.arange(80.0), np.arange(90.0), indexing="ij")
+    a, b = 2 * np.pi * 0.11 * x + 0.4, 2 * np.pi * 0.16 * y - 0.2
+    found = quaternion_local_phase(np.cos(a) * np.cos(b), (0.1, 0.15), 4.0)
+    inside = (slice(20, -20),) * 2
+    assert np.abs(wrapped(found.phi - a, np.pi))[inside].max() < 3e-3
+    assert np.abs(wrapped(found.theta - b, np.pi))[inside].max() < 3e-3
+    assert np.abs(found.psi)[inside].max() < 2e-3
+    assert np.abs(found.frequency[inside] - 2 * np.pi * np.array([0.11, 0.16])).max() < 1e-3
+    assert found.confidence[inside].min() > 0.8
+    # A single diagonal wave is in the singular set.
+    single = quaternion_local_phase(np.cos(a - b), (0.1, 0.15), 4.0)
+    assert np.abs(single.psi[inside] - np.pi / 4).max() < 0.01 and single.confidence[inside].max() < 0.1
+
+
+def area_under_curve(good: np.ndarray, score: np.ndarray) -> float:
+    """The chance that a good pixel has a higher score than a bad one."""
+    order = np.argsort(np.argsort(score))
+    count = good.sum()
+    return float((order[good].sum() - count * (count - 1) / 2) / (count * (good.size - count)))
+
+
+def test_confidence_of_complex_phases() -> None:
+    """Phases of a moved texture change by frequency times motion, except where confidence is low."""
+    texture = scipy.ndimage.gaussian_filter(normal(160, 170), 1.2, mode="wrap")
+    x, y = 0.7, -0.4
+    first, second = (local_phase(image, (0.12, 0.1), 3.5) for image in (texture, moved(texture, x, y)))
+    error = np.abs(wrapped(second.phase - first.phase + first.frequency @ np.array([x, y])))[15:-15, 15:-15]
+    confidence = first.confidence[15:-15, 15:-15]
+    assert np.median(error[confidence > 0.5]) < 0.02
+    assert area_under_curve((error < 0.2).ravel(), confidence.ravel()) > 0.9
+
+
+def test_confidence_of_quaternionic_phases() -> None:
+    texture = scipy.ndimage.gaussian_filter(normal(160, 170), 1.2, mode="wrap")
+    x, y = 0.7, -0.4
+    first, second = (quaternion_local_phase(image, (0.12, 0.1), 3.5) for image in (texture, moved(texture, x, y)))
+    errors = [
+        np.abs(wrapped(after - before + frequency * shift, np.pi))
+        for after, before, frequency, shift in (
+            (second.phi, first.phi, first.frequency[..., 0], x),
+            (second.theta, first.theta, first.frequency[..., 1], y),
+        )
+    ]
+    inside = (slice(15, -15),) * 2
+    error, confidence = np.maximum(*errors)[inside], first.confidence[inside]
+    assert np.median(error[confidence > 0.4]) < 0.05
+    assert area_under_curve((error < 0.2).ravel(), confidence.ravel()) > 0.9
+
+
+@pytest.mark.parametrize(
+    ("call", "message"),
+    [
+        (lambda f: complex_gabor_bank(f, [(0.6, 0.0)]), "frequencies: 0.6; expected cycles per pixel from -0.5"),
+        (lambda f: complex_gabor_bank(f, [(0.1, 0.0)], 0.0), "sigma: 0.0; expected a positive number"),
+        (lambda f: complex_gabor_bank(f, [(0.1, 0.0)], aspect=-1.0), "aspect: -1.0"),
+        (lambda f: complex_gabor_bank(f, [(0.1, 0.0)], (1.0, 2.0)), "sigma: 2 for 1 frequencies"),
+        (lambda f: local_phase(f * np.nan, (0.1, 0.1)), "image: a number is not finite"),
+        (lambda f: local_phase(f[:1], (0.1, 0.1)), "at least 2 x 2 pixels"),
+        (lambda f: quaternion_local_phase(f[0], (0.1, 0.1)), "image: shape .*images M N"),
+        (lambda f: quaternion_local_phase(f, (-0.1, 0.1)), "frequencies: -0.1; expected"),
+    ],
+)
+def test_bad_input(call: Any, message: str) -> None:
+    with pytest.raises(ValueError, match=message):
+        call(normal(12, 13))
