@@ -34,6 +34,8 @@ def similarity_versor(shift: ArrayLike, rotor: ArrayLike, scale: ArrayLike) -> R
     """
     motor = cga3.motor_from_rotor_translation(real_array(rotor, "rotor", (4,)), real_array(shift, "shift", (3,)))
     factor = real_array(scale, "scale")
+    for name, array in (("shift", shift), ("rotor", rotor), ("scale", factor)):
+        check_finite(np.asarray(array), name)
     if not (factor > 0).all():
         raise ValueError("scale: a number is not positive; expected positive scales")
     dilator = cga3.dilator_from_scale(factor)
@@ -96,7 +98,7 @@ def conformal_wavelet(
         raise ValueError(f"points: shape {places.shape}; expected ({len(values)}, 3), one for each value of the field")
     if volumes.shape not in ((), (len(values),)):
         raise ValueError(f"weights: shape {volumes.shape}; expected one number, or one for each point")
-    for name, array in (("field", values), ("points", places), ("versors", moves)):
+    for name, array in (("field", values), ("points", places), ("versors", moves), ("weights", volumes)):
         check_finite(array, name)
     width, wave = finite_number(sigma, "sigma"), finite_number(frequency, "frequency")
     if width <= 0 or wave <= 0:
