@@ -1,0 +1,181 @@
+"""Comparison and normal forms up to relations: what is equal for unit motors, for null points, for blades."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+from fractions import Fraction
+from random import Random
+from typing import Any
+
+import sympy
+
+from ..algebra.multivector import Multivector
+from ..errors import AlgebraError
+from ..rings.ideal import Ideal
+from ..rings.points import point
+from ..rings.polynomial import Polynomial, PolynomialRing
+from ..rings.symbolic import Expanded, generator, generators
+from .multivector import SymbolicMultivector
+
+POINTS = 3
+"""Points at which a difference that is not known to vanish is tried."""
+
+
+def relations(*elements: SymbolicMultivector) -> tuple[Any, ...]:
+    """Everything that is zero for multivectors made by `symbols`, as sympy expressions: ``m ~m - 1`` of a motor."""
+    return tuple(value.expression for element in elements for value in _relations(element))
+
+
+def _relations(element: Any) -> list[Expanded]:
+    if not isinstance(element, SymbolicMultivector):
+        return [Expanded.of(sympy.sympify(element))]
+    if element.layout is None:
+        return list(element.terms.values())
+    return [Expanded.of(value) for value in element.layout.relations(Multivector(element.algebra, element.terms))]
+
+
+def equal(a: Any, b: Any, *given: Any) -> bool | None:
+    """Whether two multivectors are equal, for all values of their symbols that satisfy what is given.
+
+    Parameters
+    ----------
+    a, b : SymbolicMultivector, Multivector, number or sympy expression
+    *given : SymbolicMultivector or sympy expression
+        Multivectors made by `symbols`, whose layouts' relations hold; anything else is zero.
+
+    Returns
+    -------
+    bool or None
+        True where that is proved, False where it fails at some point, None where neither was found.
+    """
+    difference = _difference(a, b)
+    left = _reduced(difference, given)
+    if not left.terms:
+        return True
+    if _is_zero_by_simplification(left):
+        return True
+    return _refuted(difference, given)
+
+
+def reduce(a: SymbolicMultivector, *given: Any) -> SymbolicMultivector:
+    """`a` in normal form modulo relations: coefficients that vanish are gone, the others have no reducible term.
+
+    Parameters
+    ----------
+    a : SymbolicMultivector
+        With coefficients that are polynomials in symbols, roots and functions.
+    *given
+        As for `equal`.
+    """
+    return SymbolicMultivector(a.algebra, _reduced(a, given).terms)
+
+
+def _difference(a: Any, b: Any) -> SymbolicMultivector:
+    for one in (a, b):
+        if isinstance(one, SymbolicMultivector):
+            return one.lift(a) - one.lift(b)
+    for one in (a, b):
+        if isinstance(one, Multivector):
+            zero = SymbolicMultivector(one.algebra, {})
+            return zero.lift(a) - zero.lift(b)
+    raise AlgebraError("equal()", f"{type(a).__name__} and {type(b).__name__}", "at least one multivector")
+
+
+class _Bridge:
+    """Expanded expressions as polynomials, generators as variables in the order given."""
+
+    def __init__(self, first: Iterable[int], elements: Sequence[Expanded]) -> None:
+        self.ring = PolynomialRing(effort=20_000_000)
+        order = [*first, *generators(*elements)]
+        self._variables = {g: k for k, g in enumerate(dict.fromkeys(order))}
+        self._generators = tuple(self._variables)
+        for g in self._generators:
+            self.ring.variable(str(generator(g)))
+
+    def to(self, element: Expanded) -> tuple[Polynomial, dict[int, int]] | None:
+        """A polynomial, and the exponents that it was multiplied by; None where exponents are fractions."""
+        lowest: dict[int, int] = {}
+        for monomial in element.terms:
+            for g, e in monomial:
+                if e != int(e):
+                    return None
+                lowest[g] = min(lowest.get(g, 0), int(e))
+        terms: dict[tuple[int, ...], int | Fraction] = {}
+        for monomial, value in element.terms.items():
+            if isinstance(value, float):
+                return None
+            powers = {g: -low for g, low in lowest.items() if low}
+            for g, e in monomial:
+                powers[g] = powers.get(g, 0) + int(e)
+            terms[tuple(sorted(self._variables[g] for g, n in powers.items() for _ in range(n)))] = value
+        return Polynomial(self.ring, terms), lowest
+
+    def back(self, polynomial: Polynomial, lowest: Mapping[int, int]) -> Expanded:
+        """The inverse of `to`."""
+        terms = {}
+        for monomial, value in polynomial.terms.items():
+            powers = {g: low for g, low in lowest.items() if low}
+            for variable in monomial:
+                g = self._generators[variable]
+                powers[g] = powers.get(g, 0) + 1
+            terms[tuple(sorted((g, e) for g, e in powers.items() if e))] = value
+        return Expanded(terms)
+
+
+def _reduced(a: SymbolicMultivector, given: Sequence[Any]) -> SymbolicMultivector:
+    zero = [relation for each in given for relation in _relations(each) if relation.terms]
+    if not zero:
+        return a
+    bridge = _Bridge(_first(given), [*zero, *a.terms.values()])
+    polynomials = [pair[0] for pair in map(bridge.to, zero) if pair is not None]
+    converted = {blade: bridge.to(value) for blade, value in a.terms.items()}
+    degree = max([p.degree for p in polynomials] + [pair[0].degree for pair in converted.values() if pair is not None])
+    ideal = Ideal(polynomials, degree)
+    return SymbolicMultivector(
+        a.algebra,
+        {
+            blade: a.terms[blade] if pair is None else bridge.back(ideal.reduce(pair[0]), pair[1])
+            for blade, pair in converted.items()
+        },
+    )
+
+
+def _first(given: Sequence[Any]) -> list[int]:
+    """Generators of named multivectors, in the order of their layouts: a versor's scalar coefficient is the largest."""
+    return [
+        g
+        for each in given
+        if isinstance(each, SymbolicMultivector) and each.layout is not None
+        for blade in each.layout.blades
+        for g in generators(Expanded.of(each[blade]))
+    ]
+
+
+def _is_zero_by_simplification(a: SymbolicMultivector) -> bool:
+    return all(sympy.simplify(value) == 0 for value in a.expressions.values())
+
+
+def _refuted(difference: SymbolicMultivector, given: Sequence[Any]) -> bool | None:
+    """False where the difference is not zero at a point that satisfies the relations; else None."""
+    named = [each for each in given if isinstance(each, SymbolicMultivector) and each.layout is not None]
+    if len(named) != len(given):
+        return None
+    random = Random(1)
+    for _ in range(POINTS):
+        values: dict[Any, Any] = {}
+        for element in named:
+            assert element.layout is not None
+            numbers = [_rational(number) for number in point(element.layout, random)]
+            values |= dict(zip([element[blade] for blade in element.layout.blades], numbers, strict=True))
+        for symbol in sorted(difference.free_symbols - values.keys(), key=str):
+            values[symbol] = sympy.Rational(random.randint(11, 97), random.randint(2, 9))
+        found = [sympy.N(value.subs(values), 40) for value in difference.expressions.values()]
+        if any(value.is_number and abs(value) > sympy.Float("1e-25", 40) for value in found):
+            return False
+    return None
+
+
+def _rational(number: Any) -> Any:
+    return (
+        sympy.Rational(number.numerator, number.denominator) if hasattr(number, "numerator") else sympy.sympify(number)
+    )
