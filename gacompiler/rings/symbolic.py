@@ -119,7 +119,7 @@ class Expanded:
         return self + -Expanded.of(other)
 
     def __rsub__(self, other: Any) -> Expanded:
-        return -self + other
+        return (-self).__add__(other)
 
     def __mul__(self, other: Any) -> Expanded:
         if isinstance(other, (int, Fraction)):
@@ -188,7 +188,7 @@ class Expanded:
 
     def __eq__(self, other: object) -> bool:
         try:
-            return self.terms == Expanded.of(other).terms
+            return dict(self.terms) == dict(Expanded.of(other).terms)
         except AlgebraError:
             return NotImplemented
 

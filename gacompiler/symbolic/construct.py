@@ -77,11 +77,8 @@ def multivector(algebra: Algebra | Layout, coefficients: Any = 0) -> SymbolicMul
     """
     if isinstance(algebra, Layout):
         if isinstance(coefficients, (str, Mapping)) or not hasattr(coefficients, "__len__"):
-            raise LayoutError(
-                f"multivector({algebra})",
-                f"{coefficients!r}",
-                f"{algebra.size} coefficients: {' '.join(algebra.blades)}",
-            )
+            expected = f"{algebra.size} coefficients: {' '.join(algebra.blades)}"
+            raise LayoutError(f"multivector({algebra})", f"{coefficients!r}", expected)
         return SymbolicMultivector(algebra.algebra, algebra.element([sympy.sympify(c) for c in coefficients]).terms)
     if isinstance(coefficients, Mapping):
         return symbolic(algebra.multivector({name: sympy.sympify(value) for name, value in coefficients.items()}))

@@ -12,6 +12,8 @@ from ..algebra.operations import OPERATIONS
 from ..errors import AlgebraError
 from ..rings.symbolic import Expanded
 from .multivector import SymbolicMultivector, symbolic
+from .printing import common_factor
+from .relations import reduce
 
 
 def _apply(operation: str, *arguments: Any) -> SymbolicMultivector:
@@ -159,34 +161,42 @@ def exp(a: SymbolicMultivector) -> SymbolicMultivector:
     """
     lifted = symbolic(a)
     b = lifted.keep(bool)
-    factor = sympy.exp(lifted["1"])
-    square = (b * b).simplify()
+    size, rest = _factor(b)
+    square = reduce(rest * rest)
     p = square.keep(bool)
-    if not (_vanishes(p * p) and _vanishes(b * p - p * b)):
+    if not (_vanishes(p * p) and _vanishes(rest * p - p * rest)):
         raise AlgebraError(
             f"exp({lifted})",
             f"a square of {square}",
             "a scalar, and perhaps a part that squares to zero",
             "split it into commuting blades and multiply their exponentials",
         )
-    cosine, sine = _even_functions(square["1"])
+    s = square["1"]
+    cosine, sine = _even_functions(s, size)
     result = cosine + sine * b
     if p.terms:
-        s = square["1"]
-        slope = sympy.Rational(1, 6) if s == 0 else (cosine - sine) / (2 * s)
-        result = result + sine / 2 * p + slope * (p * b)
-    return factor * result
+        slope = sympy.Rational(1, 6) if s == 0 else (cosine - sine) / (2 * size**2 * s)
+        result = result + sine / 2 * size**2 * p + slope * size**2 * (p * b)
+    return symbolic(sympy.exp(lifted["1"]) * result)
 
 
-def _even_functions(s: Any) -> tuple[Any, Any]:
-    """``cosh(sqrt(s))`` and ``sinh(sqrt(s)) / sqrt(s)``, both entire functions of `s`."""
+def _factor(b: SymbolicMultivector) -> tuple[Any, SymbolicMultivector]:
+    """A scalar and an element whose product `b` is, the element as free of symbols as may be."""
+    if len(b.terms) == 1:
+        ((blade, value),) = b.expressions.items()
+        return value, SymbolicMultivector(b.algebra, {blade: 1})
+    size, _ = common_factor(b)
+    return size, symbolic(b / size)
+
+
+def _even_functions(s: Any, size: Any) -> tuple[Any, Any]:
+    """``cosh(r)`` and ``sinh(r) / r`` with ``r = size sqrt(s)``: even functions of `r`, so its sign is free."""
     if s == 0:
         return sympy.Integer(1), sympy.Integer(1)
     negative = s.is_negative or (s.is_positive is not True and s.could_extract_minus_sign())
-    root = sympy.sqrt(sympy.factor(-s if negative else s))
-    root = root.replace(sympy.Abs, lambda x: x)  # both functions are even in each factor of the root
+    root = sympy.sqrt(sympy.factor(-s if negative else s)).replace(sympy.Abs, lambda x: x)
     cosine, sine = (sympy.cos, sympy.sin) if negative else (sympy.cosh, sympy.sinh)
-    return cosine(root), sine(root) / root
+    return cosine(size * root), sine(size * root) / (size * root)
 
 
 def _vanishes(x: SymbolicMultivector) -> bool:

@@ -187,16 +187,12 @@ def _scalar(value: Any, values: Mapping[Any, Expression]) -> Any:
     if isinstance(value, sympy.Piecewise):
         return _choice(value, values)
     if value.is_Pow:
-        return _power(*value.args, values)
+        return _power(value.base, value.exp, values)
     function = _FUNCTIONS.get(value.func)
     if function is None:
         remedy = "write it as a Rational, or sympy.nsimplify it" if value.is_Float else "rewrite it"
-        raise KernelError(
-            "to_kernel()",
-            f"{value} ({type(value).__name__})",
-            "functions that kernels have: sin, sqrt, exp, ...",
-            remedy,
-        )
+        found, expected = f"{value} ({type(value).__name__})", "functions that kernels have: sin, sqrt, exp, ..."
+        raise KernelError("to_kernel()", found, expected, remedy)
     return function(*(_scalar(argument, values) for argument in value.args))
 
 

@@ -140,23 +140,24 @@ class SymbolicMultivector(Multivector):
         """Every coefficient by powers of `variables`."""
         return self.apply(lambda value: sympy.collect(sympy.expand(value), variables))
 
-    def subs(self, values: Mapping[Any, Any] | Any, value: Any = None) -> SymbolicMultivector:
+    def subs(self, values: Any, value: Any = None) -> SymbolicMultivector:
         """Replace symbols, all at once.
 
         Parameters
         ----------
-        values : mapping
-            Symbols to numbers, sympy expressions; multivectors made by `symbols` to multivectors. Or one of these,
-            followed by its `value`.
+        values : mapping, Symbol or SymbolicMultivector
+            Symbols to numbers and sympy expressions; or one symbol, or one multivector made by `symbols`.
+        value
+            What takes the place of that one.
 
         Raises
         ------
         LayoutError
             When a multivector does not fit the layout of the one it replaces.
         """
-        pairs = values if isinstance(values, Mapping) else {values: value} if not _named(values) else None
+        pairs = list(values.items()) if isinstance(values, Mapping) else [(values, value)]
         replaced: dict[Any, Any] = {}
-        for old, new in [(values, value)] if pairs is None else pairs.items():
+        for old, new in pairs:
             if _named(old):
                 replaced |= replacements(old, new)
             else:
@@ -263,7 +264,7 @@ class SymbolicMultivector(Multivector):
         except AlgebraError:
             return False
 
-    __hash__ = None  # type: ignore[assignment]
+    __hash__ = None
 
     def __str__(self) -> str:
         return plain_text(self)

@@ -99,8 +99,9 @@ def _rows(element: SymbolicMultivector, style: str) -> list[dict[str, Any]]:
 
 
 def _text(row: Mapping[str, Any]) -> list[str]:
+    signs = {1: "", -1: "-"}
     return [
-        str(value) if name == "1" else name if value == 1 else f"{_bracketed(value)}*{name}"
+        str(value) if name == "1" else f"{signs[value]}{name}" if value in signs else f"{_bracketed(value)}*{name}"
         for name, value in row.items()
     ]
 

@@ -4,13 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
 from fractions import Fraction
+from math import lcm
 from random import Random
 from typing import Any
 
 import sympy
 
+from ..algebra.blades import exact
 from ..algebra.multivector import Multivector
-from ..errors import AlgebraError
+from ..errors import AlgebraError, TooLargeError
 from ..rings.ideal import Ideal
 from ..rings.points import point
 from ..rings.polynomial import Polynomial, PolynomialRing
@@ -60,14 +62,16 @@ def equal(a: Any, b: Any, *given: Any) -> bool | None:
 def reduce(a: SymbolicMultivector, *given: Any) -> SymbolicMultivector:
     """`a` in normal form modulo relations: coefficients that vanish are gone, the others have no reducible term.
 
+    Beside what is given, ``sin**2 + cos**2 = 1`` and its kin are used, and sums in denominators and under roots are
+    cancelled against sums in numerators. Many times faster than `SymbolicMultivector.simplify`.
+
     Parameters
     ----------
     a : SymbolicMultivector
-        With coefficients that are polynomials in symbols, roots and functions.
     *given
         As for `equal`.
     """
-    return SymbolicMultivector(a.algebra, _reduced(a, given).terms)
+    return _reduced(a, given)
 
 
 def _difference(a: Any, b: Any) -> SymbolicMultivector:
@@ -82,62 +86,109 @@ def _difference(a: Any, b: Any) -> SymbolicMultivector:
 
 
 class _Bridge:
-    """Expanded expressions as polynomials, generators as variables in the order given."""
+    """Expanded expressions as polynomials in generators, or in roots of them where exponents are fractions."""
 
     def __init__(self, first: Iterable[int], elements: Sequence[Expanded]) -> None:
         self.ring = PolynomialRing(effort=20_000_000)
-        order = [*first, *generators(*elements)]
-        self._variables = {g: k for k, g in enumerate(dict.fromkeys(order))}
+        elements = [*elements, *_inside(elements)]
+        ordered = sorted(generators(*elements), key=lambda g: (_rank(generator(g)), g))
+        self._variables = {g: k for k, g in enumerate(dict.fromkeys([*first, *ordered]))}
         self._generators = tuple(self._variables)
+        self._roots = dict.fromkeys(self._generators, 1)
+        for element in elements:
+            for monomial in element.terms:
+                for g, e in monomial:
+                    self._roots[g] = lcm(self._roots[g], e.denominator)
         for g in self._generators:
             self.ring.variable(str(generator(g)))
 
     def to(self, element: Expanded) -> tuple[Polynomial, dict[int, int]] | None:
-        """A polynomial, and the exponents that it was multiplied by; None where exponents are fractions."""
+        """A polynomial, and the powers of variables that it is yet to be multiplied by; None where there are floats."""
+        scaled = [({g: int(e * self._roots[g]) for g, e in monomial}, v) for monomial, v in element.terms.items()]
         lowest: dict[int, int] = {}
-        for monomial in element.terms:
-            for g, e in monomial:
-                if e != int(e):
-                    return None
-                lowest[g] = min(lowest.get(g, 0), int(e))
-        terms: dict[tuple[int, ...], int | Fraction] = {}
-        for monomial, value in element.terms.items():
+        for powers, value in scaled:
             if isinstance(value, float):
                 return None
-            powers = {g: -low for g, low in lowest.items() if low}
-            for g, e in monomial:
-                powers[g] = powers.get(g, 0) + int(e)
-            terms[tuple(sorted(self._variables[g] for g, n in powers.items() for _ in range(n)))] = value
+            for g, n in powers.items():
+                lowest[g] = min(lowest.get(g, 0), n)
+        terms: dict[tuple[int, ...], int | Fraction] = {}
+        for powers, value in scaled:
+            raised = {g: powers.get(g, 0) - lowest.get(g, 0) for g in {**powers, **lowest}}
+            monomial = tuple(sorted(self._variables[g] for g, n in raised.items() for _ in range(n)))
+            assert not isinstance(value, float)
+            terms[monomial] = value
         return Polynomial(self.ring, terms), lowest
 
     def back(self, polynomial: Polynomial, lowest: Mapping[int, int]) -> Expanded:
         """The inverse of `to`."""
-        terms = {}
+        result = Expanded({})
         for monomial, value in polynomial.terms.items():
-            powers = {g: low for g, low in lowest.items() if low}
+            powers = dict(lowest)
             for variable in monomial:
                 g = self._generators[variable]
                 powers[g] = powers.get(g, 0) + 1
-            terms[tuple(sorted((g, e) for g, e in powers.items() if e))] = value
-        return Expanded(terms)
+            exponents = ((g, exact(Fraction(n, self._roots[g]))) for g, n in powers.items() if n)
+            result = result + Expanded({tuple(sorted(exponents)): value})
+        return result
+
+    def identities(self) -> list[Polynomial]:
+        """What holds among the generators themselves: of sines and cosines, of sums under a root or a fraction."""
+        found = []
+        for g in self._generators:
+            base, variable = generator(g), Polynomial(self.ring, {(self._variables[g],) * self._roots[g]: 1})
+            partner = _PARTNERS.get(base.func)
+            if partner is not None:
+                other = Expanded.of(partner[0](*base.args)).terms
+                known = [self._variables.get(h) for monomial in other for h, _ in monomial]
+                if len(known) == 1 and known[0] is not None:
+                    square = Polynomial(self.ring, {(known[0], known[0]): 1})
+                    found.append(variable * variable + square * partner[1] - 1)
+            if base.is_Add or (base.is_Number and self._roots[g] > 1):
+                pair = self.to(Expanded.of(base))
+                if pair is not None and not any(pair[1].values()):
+                    found.append(variable - pair[0])
+        return found
+
+
+_PARTNERS: Mapping[Any, tuple[Any, int]] = {sympy.cos: (sympy.sin, 1), sympy.cosh: (sympy.sinh, -1)}
+
+
+def _rank(base: Any) -> int:
+    """Cosines are larger than what they are expressed by, sums smaller."""
+    return 0 if base.func in _PARTNERS else 2 if base.is_Add else 1
+
+
+def _inside(elements: Sequence[Expanded]) -> list[Expanded]:
+    """The sums that are generators of some elements, and those within them."""
+    found: dict[int, Expanded] = {}
+    waiting = list(elements)
+    while waiting:
+        for g in generators(waiting.pop()):
+            if g not in found and generator(g).is_Add:
+                found[g] = Expanded.of(generator(g))
+                waiting.append(found[g])
+    return list(found.values())
 
 
 def _reduced(a: SymbolicMultivector, given: Sequence[Any]) -> SymbolicMultivector:
     zero = [relation for each in given for relation in _relations(each) if relation.terms]
-    if not zero:
-        return a
     bridge = _Bridge(_first(given), [*zero, *a.terms.values()])
-    polynomials = [pair[0] for pair in map(bridge.to, zero) if pair is not None]
+    polynomials = [pair[0] for pair in map(bridge.to, zero) if pair is not None] + bridge.identities()
+    if not polynomials:
+        return a
     converted = {blade: bridge.to(value) for blade, value in a.terms.items()}
     degree = max([p.degree for p in polynomials] + [pair[0].degree for pair in converted.values() if pair is not None])
-    ideal = Ideal(polynomials, degree)
-    return SymbolicMultivector(
-        a.algebra,
-        {
-            blade: a.terms[blade] if pair is None else bridge.back(ideal.reduce(pair[0]), pair[1])
-            for blade, pair in converted.items()
-        },
-    )
+    try:
+        ideal = Ideal(polynomials, degree)
+        return SymbolicMultivector(
+            a.algebra,
+            {
+                blade: a.terms[blade] if pair is None else bridge.back(ideal.reduce(pair[0]), pair[1])
+                for blade, pair in converted.items()
+            },
+        )
+    except TooLargeError:
+        return a
 
 
 def _first(given: Sequence[Any]) -> list[int]:
