@@ -186,6 +186,25 @@ class Expanded:
             return Expanded({((_generator(primitive), exponent),): 1}) * Expanded.of(content**exponent)
         return _read(primitive).power(exponent) * Expanded.of(content**exponent)
 
+    def substitute(self, values: Mapping[Any, Any]) -> Expanded:
+        """Expressions in place of symbols, all at once.
+
+        Raises
+        ------
+        ZeroDivisorError
+            Where a denominator becomes zero.
+        """
+        known: dict[tuple[int, Any], Expanded] = {}
+        total = Expanded({})
+        for monomial, value in self.terms.items():
+            product = Expanded({(): value})
+            for g, e in monomial:
+                if (g, e) not in known:
+                    known[g, e] = _substituted(_generators[g], e, values)
+                product = product * known[g, e]
+            total = total + product
+        return total
+
     def __eq__(self, other: object) -> bool:
         try:
             return dict(self.terms) == dict(Expanded.of(other).terms)
@@ -205,6 +224,15 @@ class Expanded:
 
     def __repr__(self) -> str:
         return f"Expanded({self})"
+
+
+def _substituted(base: Any, exponent: int | Fraction, values: Mapping[Any, Any]) -> Expanded:
+    if base.is_Symbol and base not in values:
+        return Expanded({((_generator(base), exponent),): 1})
+    replaced = values[base] if base in values else base.subs(values, simultaneous=True)
+    if isinstance(exponent, int):
+        return Expanded.of(replaced).power(exponent)
+    return Expanded.of(sympy.Pow(replaced, _sympy_number(exponent)))
 
 
 def generators(*elements: Expanded) -> tuple[int, ...]:

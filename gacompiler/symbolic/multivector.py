@@ -39,12 +39,13 @@ class SymbolicMultivector(Multivector):
     either side. ``x["e12"]`` is a coefficient as a sympy expression.
     """
 
-    __slots__ = ("_shown", "history", "layout", "name")
+    __slots__ = ("_in_own_form", "_shown", "history", "layout", "name")
 
     name: str | None
     layout: Layout | None
     history: tuple[str, tuple[Any, ...]] | None
     _shown: Mapping[int, Any] | None
+    _in_own_form: bool
 
     def __init__(
         self,
@@ -60,6 +61,7 @@ class SymbolicMultivector(Multivector):
         object.__setattr__(self, "name", name)
         object.__setattr__(self, "layout", layout)
         object.__setattr__(self, "history", history)
+        object.__setattr__(self, "_in_own_form", shown is not None)
         object.__setattr__(self, "_shown", None if shown is None else MappingProxyType(dict(shown)))
 
     @property
@@ -162,7 +164,9 @@ class SymbolicMultivector(Multivector):
                 replaced |= replacements(old, new)
             else:
                 replaced[sympy.sympify(old)] = Expanded.of(new).expression
-        return self.apply(lambda each: each.subs(replaced, simultaneous=True))
+        if self._in_own_form:
+            return self.apply(lambda each: each.subs(replaced, simultaneous=True))
+        return SymbolicMultivector(self.algebra, {b: v.substitute(replaced) for b, v in self.terms.items()})
 
     def diff(self, *variables: Any) -> SymbolicMultivector:
         """The derivative by scalar symbols, as `sympy.diff` takes them."""
@@ -264,7 +268,15 @@ class SymbolicMultivector(Multivector):
         except AlgebraError:
             return False
 
-    __hash__ = None
+    def __hash__(self) -> int:  # type: ignore[override]
+        return hash((self.algebra, frozenset(self.terms.items()))) if any(self.terms) else hash(self.scalar)
+
+    __iter__ = None  # so that x[0], x[1], ... is not taken for a sequence
+
+    def _sympy_(self) -> Any:
+        raise sympy.SympifyError(
+            "a multivector is no sympy expression; use its methods such as x.simplify(), or x.apply(function)"
+        )
 
     def __str__(self) -> str:
         return plain_text(self)

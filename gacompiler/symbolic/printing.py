@@ -80,8 +80,8 @@ def common_factor(element: SymbolicMultivector) -> tuple[Any, Mapping[str, Any]]
         return sympy.Integer(1), {}
     fractions = [sympy.fraction(sympy.together(value)) for value in named.values()]
     factor = sympy.gcd_list([n for n, _ in fractions]) / sympy.lcm_list([d for _, d in fractions])
-    if factor.is_number or factor == 0:
-        factor = sympy.gcd_list([*named.values()]) if all(v.is_Rational for v in named.values()) else sympy.Integer(1)
+    if factor.is_number and not factor.is_Rational:
+        factor = sympy.Integer(1)
     return sympy.factor(factor), {name: sympy.factor(sympy.cancel(value / factor)) for name, value in named.items()}
 
 
