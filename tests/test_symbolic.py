@@ -208,7 +208,8 @@ def test_operands_mix() -> None:
     assert isinstance(e1 + a, SymbolicMultivector)
     assert isinstance(3 - a, SymbolicMultivector)
     assert (sympy.sqrt(2) - a)["1"] == sympy.sqrt(2)
-    assert (np.float64(0.5) * a)["e1"] == 0.5 * a["e1"]
+    assert (np.float64(0.5) * a)["e1"] == a["e1"] / 2
+    assert (0.3 * a)["e1"] == 0.3 * a["e1"]
     assert (a ^ 3) == 3 * a
     assert (2 ^ a) == 2 * a
     assert (x / norm(a))["1"] == x / sympy.sqrt(sum(a[e] ** 2 for e in ("e1", "e2", "e3")))
@@ -246,7 +247,7 @@ def test_a_multivector_is_no_sequence_and_no_expression() -> None:
     a = symbols("a", layout=VGA3.VECTOR)
     with pytest.raises(TypeError, match="iter"):
         list(a)
-    with pytest.raises(sympy.SympifyError, match="x.apply"):
+    with pytest.raises(sympy.SympifyError, match=r"x\.apply"):
         sympy.simplify(a)
     assert {a: 1, a * a: 2}[symbols("a", layout=VGA3.VECTOR)] == 1
 
@@ -328,6 +329,11 @@ def test_changes_of_form_keep_the_value() -> None:
     assert a.factor().expand()["e1"] == x**2 + 2 * x * y + y**2
     assert multivector(VGA2, {"e1": x * y + x}).collect(x)["e1"] == x * (y + 1)
     assert multivector(VGA2, {"e1": sympy.sin(x) ** 2 + sympy.cos(x) ** 2}).simplify()["e1"] == 1
+    angles = multivector(
+        VGA2, {"e1": sympy.sin(x) * sympy.cos(y) + sympy.cos(x) * sympy.sin(y), "e2": sympy.sin(x) ** 2}
+    )
+    assert angles.combine_angles()["e1"] == sympy.sin(x + y)
+    assert angles.combine_angles()["e2"] == sympy.Rational(1, 2) - sympy.cos(2 * x) / 2
     assert multivector(VGA2, {"e1": sympy.pi}).numeric(5)["e1"] == pytest.approx(3.1416, abs=1e-4)
     assert multivector(VGA2, {"e1": sympy.sin(x)}).series(x, 0, 4)["e1"] == x - x**3 / 6
     assert multivector(VGA2, {"e1": x * y}).diff(x, y)["e1"] == 1
@@ -511,7 +517,7 @@ def test_kernels_refuse_formulas_that_they_cannot_hold() -> None:
     with pytest.raises(KernelError, match="gamma"):
         program_of(to_kernel(sympy.gamma(s), s))
     with pytest.raises(KernelError, match="Rational"):
-        program_of(to_kernel((sympy.Float(0.5) * a).simplify(), a))
+        program_of(to_kernel((sympy.Float(0.3) * a).simplify(), a))
     with pytest.raises(AlgebraError, match="to_kernel"):
         kernel(v=VGA3.VECTOR)(lambda v: a * v).function(
             gacompiler.frontend.kernel.Parameter("v", VGA3.VECTOR).symbols()

@@ -46,7 +46,8 @@ class Expanded:
     Attributes
     ----------
     terms : mapping of monomial to number
-        Numbers are int, Fraction or float (a sympy Float becomes one), never zero.
+        Numbers are int, Fraction or float (a sympy Float becomes one), never zero. Floats that are short binary
+        fractions become fractions: 0.5 is a half.
     """
 
     __slots__ = ("_expression", "terms")
@@ -73,7 +74,7 @@ class Expanded:
         if isinstance(value, (int, Fraction, float)):
             if isinstance(value, float) and not np.isfinite(value):
                 _refuse(value, "")
-            return cls({(): value} if value else {})
+            return cls({(): _short(value)} if value else {})
         if isinstance(value, complex):
             return cls.of(value.real) + cls.of(value.imag) * cls.of(sympy.I)
         if isinstance(value, (np.ndarray, list, tuple)):
@@ -309,7 +310,20 @@ def _quotient(a: Number, b: Number) -> Number:
 def _number(value: Any) -> Number:
     if value.is_Rational:
         return exact(Fraction(int(value.p), int(value.q)))
-    return float(value)
+    return _short(float(value))
+
+
+def _short(value: Number) -> Number:
+    """A float that is a short binary fraction, such as 0.5, as just that."""
+    if isinstance(value, float):
+        numerator, denominator = value.as_integer_ratio()
+        if denominator <= SHORT and abs(numerator) <= SHORT * SHORT:
+            return exact(Fraction(numerator, denominator))
+    return value
+
+
+SHORT = 1024
+"""Floats with denominators up to this are taken for the fractions that they are."""
 
 
 def _sympy_number(value: Number) -> Any:

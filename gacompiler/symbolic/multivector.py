@@ -7,6 +7,7 @@ from types import MappingProxyType
 from typing import Any
 
 import sympy
+from sympy.simplify.fu import TR8
 
 from ..algebra.algebra import Algebra
 from ..algebra.layout import SCALARS, Layout
@@ -141,6 +142,10 @@ class SymbolicMultivector(Multivector):
     def collect(self, *variables: Any) -> SymbolicMultivector:
         """Every coefficient by powers of `variables`."""
         return self.apply(lambda value: sympy.collect(sympy.expand(value), variables))
+
+    def combine_angles(self) -> SymbolicMultivector:
+        """Products and powers of sines and cosines as sums: ``sin(a) cos(b) = (sin(a + b) + sin(a - b)) / 2``."""
+        return self.apply(lambda value: sympy.expand(TR8(sympy.expand(value))))
 
     def subs(self, values: Any, value: Any = None) -> SymbolicMultivector:
         """Replace symbols, all at once.
