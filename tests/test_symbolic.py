@@ -355,6 +355,8 @@ def test_substitution() -> None:
         product.subs(a, multivector(VGA3, {"e12": 1}))
     with pytest.raises(ZeroDivisorError):
         inverse(a).subs(a, 0 * a)
+    with pytest.raises(AlgebraError, match="e1"):
+        a.subs({"e1": 2})
 
 
 # Printing
@@ -502,13 +504,14 @@ def test_functions_of_formulas_reach_the_kernel() -> None:
 def test_several_results_and_changed_coefficients() -> None:
     a, b = symbols("a b", layout=VGA3.VECTOR)
     s = symbols("s")
-    both = to_kernel((a * b, (s * a).simplify(), s**2, a - a), a, b, s, name="both")
+    both = to_kernel([a * b, (s * a).simplify(), s**2, a - a, VGA3.basis()[1]], a, b, s, name="both")
     f = gacompiler.compile(both, backend="arrays")
-    product, scaled, square, nothing = f(np.array([1.0, 2, 3]), np.array([0.0, 1, 0]), 2.0)
+    product, scaled, square, nothing, constant = f(np.array([1.0, 2, 3]), np.array([0.0, 1, 0]), 2.0)
     assert np.allclose(product, [2, 1, 0, -3])
     assert np.allclose(scaled, [2, 4, 6])
     assert square == 4
     assert np.all(nothing == 0)
+    assert constant.tolist() == [1]
 
 
 def test_kernels_refuse_formulas_that_they_cannot_hold() -> None:
@@ -518,6 +521,12 @@ def test_kernels_refuse_formulas_that_they_cannot_hold() -> None:
         to_kernel(a * b, a)
     with pytest.raises(KernelError, match="made by symbols"):
         to_kernel(a * b, a * b)
+    with pytest.raises(KernelError, match="two arguments"):
+        to_kernel(a * a, a, a)
+    with pytest.raises(KernelError, match="lambda"):
+        to_kernel(sympy.Symbol("lambda"), sympy.Symbol("lambda"))
+    with pytest.raises(KernelError, match="my kernel"):
+        to_kernel(a * a, a, name="my kernel")
     with pytest.raises(KernelError, match="gamma"):
         program_of(to_kernel(sympy.gamma(s), s))
     with pytest.raises(KernelError, match="Rational"):

@@ -11,9 +11,9 @@ from __future__ import annotations
 from collections.abc import Mapping
 from fractions import Fraction
 from functools import lru_cache
+from math import isfinite
 from typing import Any
 
-import numpy as np
 import sympy
 
 from ..algebra.blades import exact
@@ -67,18 +67,18 @@ class Expanded:
         """
         if isinstance(value, Expanded):
             return value
-        if isinstance(value, np.generic):
+        if getattr(value, "dtype", None) is not None and getattr(value, "shape", None) == ():
             value = value.item()
         if isinstance(value, bool):
-            _refuse(value, "write 0 or 1")
+            raise _refusal(value, "write 0 or 1")
         if isinstance(value, (int, Fraction, float)):
-            if isinstance(value, float) and not np.isfinite(value):
-                _refuse(value, "")
+            if isinstance(value, float) and not isfinite(value):
+                raise _refusal(value, "")
             return cls({(): _short(value)} if value else {})
         if isinstance(value, complex):
             return cls.of(value.real) + cls.of(value.imag) * cls.of(sympy.I)
-        if isinstance(value, (np.ndarray, list, tuple)):
-            _refuse(value, "derive with symbols first, then compile the formula: compiled kernels take arrays")
+        if isinstance(value, (list, tuple)) or getattr(value, "dtype", None) is not None:
+            raise _refusal(value, "derive with symbols first, then compile the formula: compiled kernels take arrays")
         if isinstance(value, sympy.Expr) and not value.is_Matrix:
             return _read(value)
         remedy = "make a symbol of it: symbols(...)" if isinstance(value, str) else ""
@@ -378,11 +378,6 @@ def _read_exponential(base: Any, exponent: Any) -> Expanded:
 
 
 def _refusal(value: Any, remedy: str) -> AlgebraError:
-    kind = (
-        f"an array of shape {value.shape}" if isinstance(value, np.ndarray) else f"{value!r} ({type(value).__name__})"
-    )
-    return AlgebraError("symbolic coefficient", kind, "a number or a sympy expression", remedy)
-
-
-def _refuse(value: Any, remedy: str) -> None:
-    raise _refusal(value, remedy)
+    shape = getattr(value, "shape", None)
+    found = f"an array of shape {shape}" if hasattr(value, "dtype") else f"{value!r} ({type(value).__name__})"
+    return AlgebraError("symbolic coefficient", found, "a number or a sympy expression", remedy)

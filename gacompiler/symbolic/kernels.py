@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import reduce
+from keyword import iskeyword
 from typing import Any
 
 import sympy
@@ -17,7 +18,7 @@ from ..frontend.expression import Expression, evaluate, lift, node
 from ..frontend.kernel import Kernel, Parameter, trace
 from ..rings.symbolic import Expanded
 from .construct import symbols
-from .multivector import SymbolicMultivector
+from .multivector import SymbolicMultivector, symbolic
 from .printing import latex
 
 
@@ -53,8 +54,11 @@ def to_kernel(
     --------
     ``move = gacompiler.compile(to_kernel(m * p * ~m, m, p, name="move"))``
     """
-    results = formula if isinstance(formula, tuple) else (formula,)
+    many = isinstance(formula, (tuple, list))
+    results = tuple(symbolic(r) if isinstance(r, Multivector) else r for r in (formula if many else [formula]))
+    _check_name("to_kernel()", name)
     parameters = tuple(_parameter(name, argument) for argument in arguments)
+    _check_components(name, parameters)
     known = _component_symbols(arguments)
     needed = {symbol for result in results for symbol in _free_symbols(result)}
     missing = sorted(str(symbol) for symbol in needed if symbol not in known)
@@ -75,7 +79,7 @@ def to_kernel(
                 whole[str(argument.name)] = value
         replay = _Replay(values, whole)
         made = tuple(map(replay.expression, results))
-        return made if isinstance(formula, tuple) else made[0]
+        return made if many else made[0]
 
     function.__name__ = name
     return Kernel(name, function, parameters, returns, summary)
@@ -83,8 +87,10 @@ def to_kernel(
 
 def _parameter(where: str, argument: Any) -> Parameter:
     if isinstance(argument, SymbolicMultivector) and argument.layout is not None and argument.name is not None:
+        _check_name(f"to_kernel({where})", argument.name)
         return Parameter(argument.name, argument.layout)
     if isinstance(argument, sympy.Symbol):
+        _check_name(f"to_kernel({where})", argument.name)
         return Parameter(argument.name, SCALAR)
     raise KernelError(
         f"to_kernel({where})",
@@ -92,6 +98,18 @@ def _parameter(where: str, argument: Any) -> Parameter:
         "multivectors made by symbols(), and scalar symbols",
         "make a named one and substitute it",
     )
+
+
+def _check_name(where: str, name: str) -> None:
+    if not name.isidentifier() or iskeyword(name):
+        raise KernelError(where, f"the name {name!r}", "a name that a Python function or argument may have")
+
+
+def _check_components(where: str, parameters: Sequence[Parameter]) -> None:
+    components = [component for parameter in parameters for component in parameter.components]
+    twice = sorted({component for component in components if components.count(component) > 1})
+    if twice:
+        raise KernelError(f"to_kernel({where})", f"{twice[0]} in two arguments", "arguments that share no symbol")
 
 
 def _component_symbols(arguments: Sequence[Any]) -> set[Any]:

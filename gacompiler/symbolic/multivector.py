@@ -165,6 +165,8 @@ class SymbolicMultivector(Multivector):
         pairs = list(values.items()) if isinstance(values, Mapping) else [(values, value)]
         replaced: dict[Any, Any] = {}
         for old, new in pairs:
+            if isinstance(old, str):
+                raise AlgebraError("subs()", f"the name {old!r}", "a symbol, or a multivector made by symbols()")
             if _named(old):
                 replaced |= replacements(old, new)
             else:
