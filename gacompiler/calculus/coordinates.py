@@ -19,6 +19,7 @@ from ..algebra.catalog import VGA3
 from ..algebra.multivector import Multivector
 from ..errors import AlgebraError
 from ..symbolic import left_contraction, multivector, reduce, symbols
+from ..symbolic.functions import signless
 from ..symbolic.multivector import SymbolicMultivector
 
 Product = Callable[[SymbolicMultivector, SymbolicMultivector], SymbolicMultivector]
@@ -100,7 +101,7 @@ class Chart:
             root = sympy.simplify(sympy.sqrt(sympy.factor(self.metric[k, k].subs(positive))))
             if root.has(sympy.I):
                 root = sympy.simplify(sympy.sqrt(sympy.factor(-self.metric[k, k].subs(positive))))
-            roots.append(root.replace(sympy.Abs, lambda value: value).subs(back))
+            roots.append(signless(root).subs(back))
         return tuple(roots)
 
     @cached_property

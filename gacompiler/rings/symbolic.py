@@ -90,7 +90,7 @@ class Expanded:
         if self._expression is None:
             self._expression = sympy.Add(
                 *(
-                    sympy.Mul(_sympy_number(value), *(sympy.Pow(_generators[g], _sympy_number(e)) for g, e in monomial))
+                    sympy.Mul(_sympy_number(value), *(_power(_generators[g], e) for g, e in monomial))
                     for monomial, value in self.terms.items()
                 )
             )
@@ -227,12 +227,21 @@ class Expanded:
         return f"Expanded({self})"
 
 
+def _power(base: Any, exponent: int | Fraction) -> Any:
+    """A generator to a power. That of an exponential is one of its argument, without a choice of branch."""
+    if isinstance(base, sympy.exp):
+        return sympy.exp(base.exp * _sympy_number(exponent))
+    return sympy.Pow(base, _sympy_number(exponent))
+
+
 def _substituted(base: Any, exponent: int | Fraction, values: Mapping[Any, Any]) -> Expanded:
     if base.is_Symbol and base not in values:
         return Expanded({((_generator(base), exponent),): 1})
     replaced = values[base] if base in values else base.subs(values, simultaneous=True)
     if isinstance(exponent, int):
         return Expanded.of(replaced).power(exponent)
+    if isinstance(base, sympy.exp):
+        return Expanded.of(sympy.exp(base.exp.subs(values, simultaneous=True) * _sympy_number(exponent)))
     return Expanded.of(sympy.Pow(replaced, _sympy_number(exponent)))
 
 
@@ -366,14 +375,15 @@ def _read_power(value: Any) -> Expanded:
     return whole if whole is not None else Expanded({single: 1})
 
 
-def _read_exponential(base: Any, exponent: Any) -> Expanded:
+def _read_exponential(base: Any, whole: Any) -> Expanded:
     """``b**(2 u + v)`` as ``(b**u)**2 b**v``, so that exponentials of opposite arguments cancel."""
     result = Expanded({(): 1})
-    for part in sympy.Add.make_args(sympy.expand(exponent)):
+    for part in sympy.Add.make_args(sympy.expand(whole)):
         factor, rest = part.as_coeff_Mul()
-        if not factor.is_Integer:
+        if not (factor.is_Integer or (factor.is_Rational and base is sympy.E)):
             factor, rest = (sympy.Integer(-1), -part) if part.could_extract_minus_sign() else (sympy.Integer(1), part)
-        result = result * Expanded({((_generator(sympy.Pow(base, rest)), int(factor)),): 1})
+        exponent = exact(Fraction(int(factor.p), int(factor.q)))
+        result = result * Expanded({((_generator(sympy.Pow(base, rest)), exponent),): 1})
     return result
 
 

@@ -194,9 +194,15 @@ def _even_functions(s: Any, size: Any) -> tuple[Any, Any]:
     if s == 0:
         return sympy.Integer(1), sympy.Integer(1)
     negative = s.is_negative or (s.is_positive is not True and s.could_extract_minus_sign())
-    root = sympy.sqrt(sympy.factor(-s if negative else s)).replace(sympy.Abs, lambda x: x)
+    root = signless(sympy.sqrt(sympy.factor(-s if negative else s)))
     cosine, sine = (sympy.cos, sympy.sin) if negative else (sympy.cosh, sympy.sinh)
     return cosine(size * root), sine(size * root) / (size * root)
+
+
+def signless(root: Any) -> Any:
+    """A root whose sign is free, without the absolute values of its factors."""
+    factors = [power.as_base_exp() for power in sympy.Mul.make_args(root)]
+    return sympy.Mul(*((b.args[0] if isinstance(b, sympy.Abs) else b) ** e for b, e in factors))
 
 
 def _vanishes(x: SymbolicMultivector) -> bool:

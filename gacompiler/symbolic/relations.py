@@ -138,16 +138,22 @@ class _Bridge:
             base, variable = generator(g), Polynomial(self.ring, {(self._variables[g],) * self._roots[g]: 1})
             partner = _PARTNERS.get(base.func)
             if partner is not None:
-                other = Expanded.of(partner[0](*base.args)).terms
-                known = [self._variables.get(h) for monomial in other for h, _ in monomial]
-                if len(known) == 1 and known[0] is not None:
-                    square = Polynomial(self.ring, {(known[0], known[0]): 1})
+                other = self._known(Expanded.of(partner[0](*base.args)))
+                if other is not None:
+                    square = Polynomial(self.ring, {(self._variables[other],) * (2 * self._roots[other]): 1})
                     found.append(variable * variable + square * partner[1] - 1)
             if base.is_Add or (base.is_Number and self._roots[g] > 1):
                 pair = self.to(Expanded.of(base))
                 if pair is not None and not any(pair[1].values()):
                     found.append(variable - pair[0])
         return found
+
+    def _known(self, element: Expanded) -> int | None:
+        """The generator that an element is, up to its sign."""
+        ((monomial, value), *more) = element.terms.items() or [((), 0)]
+        if more or len(monomial) != 1 or abs(value) != 1 or monomial[0][1] != 1:
+            return None
+        return monomial[0][0] if monomial[0][0] in self._variables else None
 
 
 _PARTNERS: Mapping[Any, tuple[Any, int]] = {sympy.cos: (sympy.sin, 1), sympy.cosh: (sympy.sinh, -1)}
