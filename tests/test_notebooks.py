@@ -32,7 +32,7 @@ def manager(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Any]:
 
 
 def test_there_are_notebooks() -> None:
-    assert len(NOTEBOOKS) >= 5
+    assert len(NOTEBOOKS) >= 7
 
 
 @pytest.mark.parametrize("path", NOTEBOOKS, ids=lambda path: path.stem)
