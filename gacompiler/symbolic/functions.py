@@ -172,11 +172,11 @@ def exp(a: SymbolicMultivector) -> SymbolicMultivector:
             "split it into commuting blades and multiply their exponentials",
         )
     s = square["1"]
-    cosine, sine = _even_functions(s, size)
-    result = cosine + sine * b
+    cosine, sine = _even_and_odd(s, size)
+    result = cosine + sine * rest
     if p.terms:
-        slope = sympy.Rational(1, 6) if s == 0 else (cosine - sine) / (2 * size**2 * s)
-        result = result + sine / 2 * size**2 * p + slope * size**2 * (p * b)
+        slope = size**3 / 6 if s == 0 else (size * cosine - sine) / (2 * s)
+        result = result + size * sine / 2 * p + slope * (p * rest)
     return symbolic(sympy.exp(lifted["1"]) * result)
 
 
@@ -189,14 +189,14 @@ def _factor(b: SymbolicMultivector) -> tuple[Any, SymbolicMultivector]:
     return size, symbolic(b / size)
 
 
-def _even_functions(s: Any, size: Any) -> tuple[Any, Any]:
-    """``cosh(r)`` and ``sinh(r) / r`` with ``r = size sqrt(s)``: even functions of `r`, so its sign is free."""
+def _even_and_odd(s: Any, size: Any) -> tuple[Any, Any]:
+    """``cosh(size sqrt(s))`` and ``sinh(size sqrt(s)) / sqrt(s)``: the sign of the root is free."""
     if s == 0:
-        return sympy.Integer(1), sympy.Integer(1)
+        return sympy.Integer(1), size
     negative = s.is_negative or (s.is_positive is not True and s.could_extract_minus_sign())
     root = signless(sympy.sqrt(sympy.factor(-s if negative else s)))
     cosine, sine = (sympy.cos, sympy.sin) if negative else (sympy.cosh, sympy.sinh)
-    return cosine(size * root), sine(size * root) / (size * root)
+    return cosine(size * root), sine(size * root) / root
 
 
 def signless(root: Any) -> Any:
