@@ -124,7 +124,7 @@ class TestDerivativesByMultivectors:
             assert derivative_by(x, scalar_product(x, a)) == a.grade(r)
 
     def test_differential_is_the_slope_along_a_direction(self, algebra: Algebra) -> None:
-        x, a = unknowns("X", algebra), unknowns("A", algebra)
+        x, a = unknowns("X", algebra, 0, 2), unknowns("A", algebra, 0, 2)
         assert differential(x, a, x * x) == x * a + a * x
         v = unknowns("v", algebra, 1)
         b = unknowns("B", algebra, 1)
@@ -235,14 +235,14 @@ class TestCurvilinear:
             assert sympy.simplify(mine - given) == 0
 
 
-@pytest.mark.parametrize("algebra", [VGA2, VGA3, STA, OBLIQUE, CGA2], ids=lambda algebra: algebra.name)
+@pytest.mark.parametrize("algebra", [VGA2, STA, OBLIQUE, CGA2], ids=lambda algebra: algebra.name)
 def test_operators_in_any_signature(algebra: Algebra) -> None:
     chart = cartesian(algebra, " ".join(f"x{k}" for k in range(algebra.dimension)))
     field = multivector(
         algebra,
         {
             algebra.spelling(blade)[1]: sympy.Function(f"F{blade}")(*chart.parameters)
-            for blade in algebra.blades(0, 1, 2)
+            for blade in algebra.blades(0, 1, 2)[:: 1 if algebra.dimension < 4 else 3]
         },
     )
     derivative = chart.derivative(field)
