@@ -100,7 +100,7 @@ class TestTableOfPowers:
         r = norm(x)["1"]
         f, s = sympy.Function("f"), sympy.Symbol("s", real=True)
         slope = sympy.diff(f(s), s)
-        assert zero((derivative_by(x, f(r)) - x / r * slope.subs(s, r)).apply(lambda c: c.doit()))
+        assert zero((derivative_by(x, f(r)) - x / r * slope.subs(s, r)).map(lambda c: c.doit()))
 
     def test_of_the_exponential_of_a_projection(self, algebra: Algebra) -> None:
         x, a = vector("x", algebra), vector("a", algebra)
@@ -331,6 +331,10 @@ def test_eigenblades() -> None:
         for value, blade in pairs:
             assert f(blade) == value * blade
     assert f.eigenblades(3)[0][0] == f.determinant
+    turn = LinearFunction(VGA3, sympy.Matrix([[3, -4, 0], [4, 3, 0], [0, 0, 5]]) / 5)
+    planes = dict((str(value), blade) for value, blade in turn.eigenblades(2))
+    assert set(planes["1"].terms) == {3} and planes["1"]["e12"].is_real
+    assert all(turn(blade) == value * blade for value, blade in turn.eigenblades())
     theta = symbols("theta")
     rotor = exp(-theta / 2 * multivector(VGA3, {"e12": 1}))
     rotation = LinearFunction.of(VGA3, lambda a: reduce(rotor * a * ~rotor))

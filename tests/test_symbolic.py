@@ -251,7 +251,7 @@ def test_a_multivector_is_no_sequence_and_no_expression() -> None:
     a = symbols("a", layout=VGA3.VECTOR)
     with pytest.raises(TypeError, match="iter"):
         list(a)
-    with pytest.raises(sympy.SympifyError, match=r"x\.apply"):
+    with pytest.raises(sympy.SympifyError, match=r"x\.map"):
         sympy.simplify(a)
     assert {a: 1, a * a: 2}[symbols("a", layout=VGA3.VECTOR)] == 1
 
@@ -298,7 +298,7 @@ def test_duals_undo_each_other() -> None:
 def test_exponential(generator: SymbolicMultivector) -> None:
     path = exp(t * generator)
     assert reduce(path.diff(t) - generator * path).simplify() == 0
-    assert path.apply(lambda c: sympy.limit(c, t, 0)) == 1
+    assert path.map(lambda c: sympy.limit(c, t, 0)) == 1
     series = path.series(t, 0, 4)
     power, total = multivector(generator.algebra, 1), multivector(generator.algebra, 0)
     for k in range(4):

@@ -163,7 +163,7 @@ class LinearFunction:
         """Blades of a grade with ``f(B) = value B``, as pairs of value and blade.
 
         They are outer products of eigenvectors, so each is a blade; where an eigenvalue has several eigenvectors they
-        are a basis. Pairs of complex eigenvalues give complex vectors, and real blades where both take part.
+        are a basis. Eigenvectors of a pair of complex eigenvalues are complex; the plane of both is real again.
         """
         vectors = [
             (value, SymbolicMultivector(self.algebra, {1 << k: vector[k] for k in range(len(vector))}))
@@ -179,7 +179,7 @@ class LinearFunction:
                 for value, blade, k in found
                 for j in range(k + 1, len(vectors))
             ]
-        return [(value, blade.simplify()) for value, blade, _ in found]
+        return [(value, _without_unit(blade.simplify())) for value, blade, _ in found]
 
     def derivative(self, function: Any, direction: Any) -> SymbolicMultivector:
         """``d_f(a) F``: the derivative of `function` by this linear function along the vector `direction`.
@@ -207,6 +207,12 @@ class LinearFunction:
             for j in range(n):
                 total = total + covariant[j] * (reciprocal[i] * lifted.diff(self.matrix[i, j]))
         return total
+
+
+def _without_unit(blade: SymbolicMultivector) -> SymbolicMultivector:
+    """A blade all of whose coefficients are imaginary, over the imaginary unit."""
+    imaginary = all(sympy.simplify(sympy.re(value)) == 0 for value in blade.expressions.values())
+    return (blade * -sympy.I).simplify() if imaginary else blade
 
 
 def linear_function(name: str, algebra: Algebra, **assumptions: Any) -> LinearFunction:

@@ -296,7 +296,7 @@ class DerivedProgram:
         for target, expression in self.temporaries:
             values[target] = expression.subs(values)
         return tuple(
-            result.apply(lambda c: c.subs(values)) if isinstance(result, SymbolicMultivector) else result.subs(values)
+            result.map(lambda c: c.subs(values)) if isinstance(result, SymbolicMultivector) else result.subs(values)
             for result in self.results
         )
 

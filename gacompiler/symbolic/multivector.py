@@ -84,6 +84,11 @@ class SymbolicMultivector(Multivector):
         value = self.expressions[blade]
         return value if self.algebra.spelling(blade)[0] > 0 else -value
 
+    @property
+    def _plain(self) -> Multivector:
+        """The same over the ring of expanded expressions."""
+        return Multivector(self.algebra, self.terms)
+
     def __getitem__(self, blade: str | int) -> Any:
         """Coefficient of a blade as a sympy expression, by any spelling (``"e31"``) or by bitmap."""
         sign, bitmap = self.algebra.blade(blade) if isinstance(blade, str) else (1, blade)
@@ -115,12 +120,12 @@ class SymbolicMultivector(Multivector):
             )
         return SymbolicMultivector(self.algebra, {0: other})
 
-    def apply(self, function: Callable[[Any], Any]) -> SymbolicMultivector:
+    def map(self, function: Callable[[Any], Any]) -> SymbolicMultivector:
         """`function` applied to every coefficient, a sympy expression, and shown as it gives it.
 
         Examples
         --------
-        ``x.apply(sympy.trigsimp)``, ``x.apply(lambda c: sympy.limit(c, t, 0))``
+        ``x.map(sympy.trigsimp)``, ``x.map(lambda c: sympy.limit(c, t, 0))``
         """
         shown = {blade: sympy.sympify(function(value)) for blade, value in self.expressions.items()}
         kept = {blade: value for blade, value in shown.items() if value != 0}
@@ -129,7 +134,7 @@ class SymbolicMultivector(Multivector):
 
     def simplify(self) -> SymbolicMultivector:
         """Every coefficient by `sympy.simplify`."""
-        return self.apply(sympy.simplify)
+        return self.map(sympy.simplify)
 
     def expand(self) -> SymbolicMultivector:
         """Every coefficient expanded."""
@@ -137,15 +142,15 @@ class SymbolicMultivector(Multivector):
 
     def factor(self) -> SymbolicMultivector:
         """Every coefficient factorised by `sympy.factor`; see `factored` for a factor of them all."""
-        return self.apply(sympy.factor)
+        return self.map(sympy.factor)
 
     def collect(self, *variables: Any) -> SymbolicMultivector:
         """Every coefficient by powers of `variables`."""
-        return self.apply(lambda value: sympy.collect(sympy.expand(value), variables))
+        return self.map(lambda value: sympy.collect(sympy.expand(value), variables))
 
     def combine_angles(self) -> SymbolicMultivector:
         """Products and powers of sines and cosines as sums: ``sin(a) cos(b) = (sin(a + b) + sin(a - b)) / 2``."""
-        return self.apply(lambda value: sympy.expand(TR8(sympy.expand(value))))
+        return self.map(lambda value: sympy.expand(TR8(sympy.expand(value))))
 
     def subs(self, values: Any, value: Any = None) -> SymbolicMultivector:
         """Replace symbols, all at once.
@@ -172,7 +177,7 @@ class SymbolicMultivector(Multivector):
             else:
                 replaced[sympy.sympify(old)] = Expanded.of(new).expression
         if self._in_own_form:
-            return self.apply(lambda each: each.subs(replaced, simultaneous=True))
+            return self.map(lambda each: each.subs(replaced, simultaneous=True))
         return SymbolicMultivector(self.algebra, {b: v.substitute(replaced) for b, v in self.terms.items()})
 
     def diff(self, *variables: Any) -> SymbolicMultivector:
@@ -181,15 +186,15 @@ class SymbolicMultivector(Multivector):
 
     def integrate(self, *variables: Any) -> SymbolicMultivector:
         """The integral over scalar symbols, as `sympy.integrate` takes them: ``x`` or ``(x, 0, 1)``."""
-        return self.apply(lambda value: sympy.integrate(value, *variables))
+        return self.map(lambda value: sympy.integrate(value, *variables))
 
     def series(self, variable: Any, about: Any = 0, n: int = 6) -> SymbolicMultivector:
         """Taylor's polynomial of degree below `n` in a scalar symbol, without the remainder."""
-        return self.apply(lambda value: sympy.series(value, variable, about, n).removeO())
+        return self.map(lambda value: sympy.series(value, variable, about, n).removeO())
 
     def numeric(self, digits: int = 15) -> SymbolicMultivector:
         """Numbers in place of constants such as ``pi`` and ``sqrt(2)``."""
-        return self.apply(lambda value: value.evalf(digits))
+        return self.map(lambda value: value.evalf(digits))
 
     def factored(self) -> Printed:
         """For printing: the common factor of all coefficients, times the rest."""
@@ -231,7 +236,7 @@ class SymbolicMultivector(Multivector):
         return self.lift(other) - self
 
     def __neg__(self) -> SymbolicMultivector:
-        return symbolic(super().__neg__(), "negate", self)
+        return symbolic(-self._plain, "negate", self)
 
     def __pos__(self) -> SymbolicMultivector:
         return self
@@ -257,7 +262,7 @@ class SymbolicMultivector(Multivector):
 
     def __truediv__(self, other: Any) -> SymbolicMultivector:
         lifted = self.lift(other)
-        return symbolic(super().__truediv__(lifted), "divide", self, lifted)
+        return symbolic(self._plain / lifted._plain, "divide", self, lifted)
 
     def __rtruediv__(self, other: Any) -> SymbolicMultivector:
         return self.lift(other) / self
@@ -282,7 +287,7 @@ class SymbolicMultivector(Multivector):
 
     def _sympy_(self) -> Any:
         raise sympy.SympifyError(
-            "a multivector is no sympy expression; use its methods such as x.simplify(), or x.apply(function)"
+            "a multivector is no sympy expression; use its methods such as x.simplify(), or x.map(function)"
         )
 
     def __str__(self) -> str:
