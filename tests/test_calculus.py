@@ -348,6 +348,8 @@ def test_linear_functions_refuse_what_is_none() -> None:
         LinearFunction.of(VGA3, lambda a: a * a["e1"])
     with pytest.raises(AlgebraError, match="a vector"):
         LinearFunction.of(VGA3, lambda a: a * a)
+    with pytest.raises(AlgebraError, match=r"LinearFunction\.of"):
+        LinearFunction(VGA3, lambda a: 2 * a)
     with pytest.raises(AlgebraError, match="3 x 3"):
         LinearFunction(VGA3, [[1, 2], [3, 4]])
     with pytest.raises(ZeroDivisorError):

@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 import subprocess
 import sys
+from copy import deepcopy
 from pathlib import Path
 from random import Random
 from typing import Any
@@ -20,6 +21,7 @@ from gacompiler.algebra.catalog import CGA2, CGA3, PGA2, PGA3, STA, VGA2, VGA3, 
 from gacompiler.algebra.multivector import Multivector
 from gacompiler.errors import AlgebraError, KernelError, LayoutError, ZeroDivisorError
 from gacompiler.ir.interpret import interpret
+from gacompiler.objects import VGA3 as VGA3_OBJECTS
 from gacompiler.passes.pipeline import compile_kernel
 from gacompiler.rings.symbolic import Expanded
 from gacompiler.symbolic import (
@@ -172,8 +174,9 @@ def test_multivectors_from_coefficients() -> None:
         multivector(VGA3.VECTOR, [1, 2])
     with pytest.raises(LayoutError, match=r"MOTOR"):
         symbols("m", layout=PGA3)  # type: ignore[arg-type]
-    with pytest.raises(LayoutError, match="names"):
-        symbols(" ")
+    for name in (" ", "x:3", "2a"):
+        with pytest.raises(LayoutError, match="names"):
+            symbols(name)
 
 
 # Arithmetic
@@ -240,6 +243,10 @@ def test_operands_mix() -> None:
         (lambda a: a + symbols("b", layout=PGA3.POINT), "algebras"),
         (lambda a: a**-1, "a natural number"),
         (lambda a: dual(3), "at least one multivector"),
+        (lambda a: exp(3), "a multivector"),
+        (lambda a: reduce(x), "a multivector"),
+        (lambda a: a * VGA3_OBJECTS.vector(1, 2, 3), "to_kernel"),
+        (lambda a: a.subs("e1", 2), "a symbol"),
     ],
 )
 def test_what_makes_no_sense_is_refused(operation: Any, message: str) -> None:
@@ -254,6 +261,7 @@ def test_a_multivector_is_no_sequence_and_no_expression() -> None:
     with pytest.raises(sympy.SympifyError, match=r"x\.map"):
         sympy.simplify(a)
     assert {a: 1, a * a: 2}[symbols("a", layout=VGA3.VECTOR)] == 1
+    assert deepcopy(a) == a
 
 
 def test_division_by_zero_is_refused() -> None:
@@ -543,6 +551,10 @@ def test_kernels_refuse_formulas_that_they_cannot_hold() -> None:
         to_kernel(sympy.Symbol("lambda"), sympy.Symbol("lambda"))
     with pytest.raises(KernelError, match="my kernel"):
         to_kernel(a * a, a, name="my kernel")
+    with pytest.raises(KernelError, match="to_kernel"):
+        from_kernel(a * a)
+    with pytest.raises(KernelError, match="to_kernel"):
+        program_of(a * a)
     with pytest.raises(KernelError, match="gamma"):
         program_of(to_kernel(sympy.gamma(s), s))
     with pytest.raises(KernelError, match="Rational"):

@@ -39,6 +39,8 @@ class LinearFunction:
 
     def __init__(self, algebra: Algebra, matrix: Any) -> None:
         n = algebra.dimension
+        if callable(matrix):
+            raise AlgebraError(f"LinearFunction({algebra.name})", "a function", "a matrix", "use LinearFunction.of()")
         given = sympy.Matrix(matrix)
         if given.shape != (n, n):
             raise AlgebraError(f"LinearFunction({algebra.name})", f"a matrix of shape {given.shape}", f"{n} x {n}")

@@ -36,7 +36,7 @@ def symbols(names: str, layout: Layout | None = None, **assumptions: Any) -> Any
     Raises
     ------
     LayoutError
-        When `layout` is no layout, or there is no name.
+        When `layout` is no layout, or a name is none that Python takes.
     """
     if layout is not None and not isinstance(layout, Layout):
         remedy = f"one of {' '.join([*layout.layouts, 'full', 'even'])}" if isinstance(layout, Algebra) else ""
@@ -45,7 +45,7 @@ def symbols(names: str, layout: Layout | None = None, **assumptions: Any) -> Any
     if assumptions.get("complex") or assumptions.get("imaginary"):
         del given["real"]
     parts = names.replace(",", " ").split()
-    if not parts:
+    if not parts or not all(part.isidentifier() for part in parts):
         raise LayoutError("symbols()", f"names {names!r}", 'names such as "a b"')
     found = [sympy.Symbol(name, **given) if layout is None else _named(name, layout, given) for name in parts]
     return found[0] if len(found) == 1 else tuple(found)

@@ -11,7 +11,7 @@ from ..algebra.multivector import Multivector
 from ..algebra.operations import OPERATIONS
 from ..errors import AlgebraError
 from ..rings.symbolic import Expanded
-from .multivector import SymbolicMultivector, symbolic
+from .multivector import SymbolicMultivector, required, symbolic
 from .printing import common_factor
 from .relations import reduce
 
@@ -137,7 +137,7 @@ def normalize(a: Any) -> SymbolicMultivector:
 
 def grade(a: Any, *grades: int) -> SymbolicMultivector:
     """The part of the given grades."""
-    return symbolic(a.grade(*grades))
+    return required("grade()", a).grade(*grades)
 
 
 def exp(a: SymbolicMultivector) -> SymbolicMultivector:
@@ -159,7 +159,7 @@ def exp(a: SymbolicMultivector) -> SymbolicMultivector:
     With ``b**2 = s + p`` and ``p**2 = 0``: ``exp(b) = C(s) + C'(s) p + (S(s) + S'(s) p) b`` where ``C(s) =
     cosh(sqrt(s))`` and ``S(s) = sinh(sqrt(s)) / sqrt(s)``; trigonometric functions where `s` is written as negative.
     """
-    lifted = symbolic(a)
+    lifted = required("exp()", a)
     b = lifted.keep(bool)
     size, rest = _factor(b)
     square = reduce(rest * rest)

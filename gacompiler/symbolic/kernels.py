@@ -251,7 +251,7 @@ def from_kernel(kernel: Kernel, **assumptions: Any) -> Any:
     -------
     SymbolicMultivector, sympy expression, or tuple of them
     """
-    traced = trace(kernel)
+    traced = trace(_kernel("from_kernel()", kernel))
     inputs = {
         component: symbol
         for parameter in kernel.parameters
@@ -260,6 +260,13 @@ def from_kernel(kernel: Kernel, **assumptions: Any) -> Any:
     lifted = {component: Expanded.of(symbol) for component, symbol in inputs.items()}
     values = [_symbolic(value) for value in evaluate(traced.expressions, lifted, lift=Expanded.of)]
     return values[0] if len(values) == 1 else tuple(values)
+
+
+def _kernel(where: str, kernel: Any) -> Kernel:
+    if not isinstance(kernel, Kernel):
+        found, remedy = f"an object of type {type(kernel).__name__}", "make one of a formula with to_kernel()"
+        raise KernelError(where, found, "a kernel", remedy)
+    return kernel
 
 
 def _symbols_of(parameter: Parameter, assumptions: Mapping[str, Any]) -> list[Any]:
@@ -321,7 +328,7 @@ def program_of(kernel: Kernel, **assumptions: Any) -> DerivedProgram:
     from ..ir.interpret import evaluate as meaning
     from ..passes.pipeline import compile_kernel
 
-    record = compile_kernel(kernel)
+    record = compile_kernel(_kernel("program_of()", kernel))
     assert record.decision is not None and record.trace is not None
     known = {
         component: symbol

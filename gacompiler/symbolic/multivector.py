@@ -114,9 +114,9 @@ class SymbolicMultivector(Multivector):
         if getattr(other, "takes_over_multivector", False) is True:
             raise AlgebraError(
                 "operation on a symbolic multivector",
-                f"the kernel expression {other}",
-                "symbolic multivectors on both sides",
-                "make a kernel of the formula with to_kernel()",
+                f"{other} of type {type(other).__name__}",
+                "numbers, sympy expressions and symbolic multivectors",
+                "make a kernel of the formula with to_kernel(), and call that",
             )
         return SymbolicMultivector(self.algebra, {0: other})
 
@@ -283,6 +283,12 @@ class SymbolicMultivector(Multivector):
     def __hash__(self) -> int:  # type: ignore[override]
         return hash((self.algebra, frozenset(self.terms.items()))) if any(self.terms) else hash(self.scalar)
 
+    def __copy__(self) -> SymbolicMultivector:
+        return self
+
+    def __deepcopy__(self, memory: object) -> SymbolicMultivector:
+        return self
+
     __iter__ = None  # so that x[0], x[1], ... is not taken for a sequence
 
     def _sympy_(self) -> Any:
@@ -302,6 +308,13 @@ def symbolic(value: Multivector, operation: str | None = None, *operands: Any) -
     if operation is not None:
         return SymbolicMultivector(value.algebra, value.terms, history=(operation, operands))
     return value if isinstance(value, SymbolicMultivector) else SymbolicMultivector(value.algebra, value.terms)
+
+
+def required(where: str, value: Any) -> SymbolicMultivector:
+    """`value` as a symbolic multivector; numbers have no algebra, so they are refused."""
+    if not isinstance(value, Multivector):
+        raise AlgebraError(where, f"{value!r} of type {type(value).__name__}", "a multivector", "use multivector(...)")
+    return symbolic(value)
 
 
 def replacements(old: SymbolicMultivector, new: Any) -> dict[Any, Any]:

@@ -17,7 +17,7 @@ from ..rings.ideal import Ideal
 from ..rings.points import point
 from ..rings.polynomial import Polynomial, PolynomialRing
 from ..rings.symbolic import Expanded, generator, generators
-from .multivector import SymbolicMultivector
+from .multivector import SymbolicMultivector, required
 
 POINTS = 3
 """Points at which a difference that is not known to vanish is tried."""
@@ -71,7 +71,7 @@ def reduce(a: SymbolicMultivector, *given: Any) -> SymbolicMultivector:
     *given
         As for `equal`.
     """
-    return _reduced(a, given)
+    return _reduced(required("reduce()", a), given)
 
 
 def _difference(a: Any, b: Any) -> SymbolicMultivector:
