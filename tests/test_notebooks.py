@@ -39,7 +39,11 @@ def test_there_are_notebooks() -> None:
 def test_notebook_runs_and_draws(path: Path, manager: Any) -> None:
     notebook = nbformat.read(path, as_version=4)
     notebook.cells.insert(0, nbformat.v4.new_code_cell("%reset -f\n%matplotlib inline"))
-    nbclient.NotebookClient(notebook, timeout=SECONDS, km=manager).execute(cwd=str(ROOT))
+    client = nbclient.NotebookClient(notebook, timeout=SECONDS, km=manager)
+    try:
+        client.execute()
+    finally:
+        client.kc.stop_channels()
     outputs = [output for cell in notebook.cells for output in cell.get("outputs", [])]
     assert any("image/png" in output.get("data", {}) for output in outputs), "no figure"
     assert not [output for output in outputs if output.output_type == "error"]
