@@ -1,5 +1,6 @@
 """A geometric-algebra compiler: multivector definitions in, specialised and proved kernels out."""
 
+from importlib import import_module
 from typing import Any
 
 from . import robots
@@ -54,12 +55,14 @@ from .frontend.roots import cubic_roots, quadratic_roots, quartic_roots
 
 
 def __getattr__(name: str) -> Any:
-    """`compile` and its backends are loaded when they are first asked for: deriving formulas needs neither."""
+    """`compile`, its backends, and what needs sympy are loaded when they are first asked for."""
     if name == "compile":
         from .runtime import compile
 
         globals()["compile"] = compile
         return compile
+    if name in ("symbolic", "calculus"):
+        return import_module(f"{__name__}.{name}")
     raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
 
 

@@ -1,0 +1,19 @@
+"""Geometric calculus on symbolic multivectors: fields and coordinates, derivatives by multivectors, linear functions.
+
+>>> from gacompiler.algebra.catalog import VGA3
+>>> from gacompiler.calculus import cartesian
+>>> space = cartesian(VGA3, "x y z")
+>>> x, y, z = space.parameters
+>>> space.derivative(x * y)
+VGA3: y*e1 + x*e2
+"""
+
+from .coordinates import Chart, cartesian, cylindrical, spherical
+from .derivatives import derivative_by, differential
+from .linear import LinearFunction, linear_function
+from .spinors import dirac_column, dirac_matrices, dirac_spinor, pauli_column, pauli_matrices, pauli_spinor
+
+__all__ = [
+    "Chart", "LinearFunction", "cartesian", "cylindrical", "derivative_by", "differential", "dirac_column",
+    "dirac_matrices", "dirac_spinor", "linear_function", "pauli_column", "pauli_matrices", "pauli_spinor", "spherical",
+]  # fmt: skip

@@ -1,0 +1,393 @@
+"""Expanded sympy expressions as a ring of their own: sums of products of powers, multiplied without sympy.
+
+A *generator* is anything that sympy does not take apart: a symbol, ``sin(x)``, ``pi``, the base of a root, a sum whose
+reciprocal occurs. A monomial is a tuple of generators with their exponents, which may be negative or fractions. Like
+terms meet in a dictionary, so products of sums are hundreds of times faster than sympy's own, and a sum that cancels is
+zero by its form.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from fractions import Fraction
+from functools import lru_cache
+from math import isfinite
+from typing import Any
+
+import sympy
+
+from ..algebra.blades import exact
+from ..algebra.coefficients import scalar_function
+from ..errors import AlgebraError, ZeroDivisorError
+
+Number = int | Fraction | float
+Monomial = tuple[tuple[int, "int | Fraction"], ...]
+"""Numbers of generators and their exponents, by number."""
+
+_generators: list[Any] = []
+_numbers: dict[Any, int] = {}
+_composite: set[int] = set()
+"""Generators that are more than a name: numbers, the imaginary unit, sums and products under a root."""
+
+
+def _generator(base: Any) -> int:
+    number = _numbers.get(base)
+    if number is None:
+        number = _numbers[base] = len(_generators)
+        _generators.append(base)
+        if base is sympy.I or base.is_Number or base.is_Add or base.is_Mul:
+            _composite.add(number)
+    return number
+
+
+class Expanded:
+    """An expanded expression, immutable.
+
+    Attributes
+    ----------
+    terms : mapping of monomial to number
+        Numbers are int, Fraction or float (a sympy Float becomes one), never zero. Floats that are short binary
+        fractions become fractions: 0.5 is a half.
+    """
+
+    __slots__ = ("_expression", "terms")
+
+    def __init__(self, terms: Mapping[Monomial, Number]) -> None:
+        self.terms = terms
+        self._expression: Any = None
+
+    @classmethod
+    def of(cls, value: Any) -> Expanded:
+        """`value` as an element of this ring.
+
+        Raises
+        ------
+        AlgebraError
+            When it is no scalar that sympy knows: an array, a matrix, a truth value, text, an infinite number.
+        """
+        if isinstance(value, Expanded):
+            return value
+        if getattr(value, "dtype", None) is not None and getattr(value, "shape", None) == ():
+            value = value.item()
+        if isinstance(value, bool):
+            raise _refusal(value, "write 0 or 1")
+        if isinstance(value, (int, Fraction, float)):
+            if isinstance(value, float) and not isfinite(value):
+                raise _refusal(value, "")
+            return cls({(): _short(value)} if value else {})
+        if isinstance(value, complex):
+            return cls.of(value.real) + cls.of(value.imag) * cls.of(sympy.I)
+        if isinstance(value, (list, tuple)) or getattr(value, "dtype", None) is not None:
+            raise _refusal(value, "derive with symbols first, then compile the formula: compiled kernels take arrays")
+        if isinstance(value, sympy.Expr) and not value.is_Matrix:
+            return _read(value)
+        remedy = "make a symbol of it: symbols(...)" if isinstance(value, str) else ""
+        raise _refusal(value, remedy)
+
+    @property
+    def expression(self) -> Any:
+        """The sympy expression."""
+        if self._expression is None:
+            self._expression = sympy.Add(
+                *(
+                    sympy.Mul(_sympy_number(value), *(_power(_generators[g], e) for g, e in monomial))
+                    for monomial, value in self.terms.items()
+                )
+            )
+        return self._expression
+
+    @property
+    def is_zero(self) -> bool:
+        """Whether there is no term: zero by its form."""
+        return not self.terms
+
+    def __add__(self, other: Any) -> Expanded:
+        terms = dict(self.terms)
+        for monomial, value in Expanded.of(other).terms.items():
+            total = terms.get(monomial, 0) + value
+            if total:
+                terms[monomial] = total
+            else:
+                del terms[monomial]
+        return Expanded(terms)
+
+    __radd__ = __add__
+
+    def __neg__(self) -> Expanded:
+        return Expanded({monomial: -value for monomial, value in self.terms.items()})
+
+    def __sub__(self, other: Any) -> Expanded:
+        return self + -Expanded.of(other)
+
+    def __rsub__(self, other: Any) -> Expanded:
+        return (-self).__add__(other)
+
+    def __mul__(self, other: Any) -> Expanded:
+        if isinstance(other, (int, Fraction)):
+            return Expanded(
+                {monomial: _plain(value * other) for monomial, value in self.terms.items()} if other else {}
+            )
+        other = Expanded.of(other)
+        terms: dict[Monomial, Number] = {}
+        left: list[Expanded] = []
+        get = terms.get
+        for a, x in self.terms.items():
+            for b, y in other.terms.items():
+                monomial, whole = _times(a, b)
+                if whole is None:
+                    terms[monomial] = get(monomial, 0) + x * y
+                else:
+                    left.append(whole * _plain(x * y))
+        result = Expanded({monomial: _plain(value) for monomial, value in terms.items() if value})
+        for each in left:
+            result = result + each
+        return result
+
+    __rmul__ = __mul__
+
+    def __truediv__(self, other: Any) -> Expanded:
+        divisor = Expanded.of(other)
+        if not divisor.terms:
+            raise ZeroDivisorError("division", f"{self} / 0", "a divisor that can differ from zero")
+        if len(divisor.terms) > 1:
+            ratio = self._ratio(divisor)
+            if ratio is not None:
+                return Expanded({(): ratio} if ratio else {})
+        return self * divisor.power(-1)
+
+    def __rtruediv__(self, other: Any) -> Expanded:
+        return Expanded.of(other) / self
+
+    def _ratio(self, divisor: Expanded) -> Number | None:
+        """The number that this is a multiple by, or None."""
+        if self.terms.keys() != divisor.terms.keys():
+            return None
+        ratios = {_quotient(value, divisor.terms[monomial]) for monomial, value in self.terms.items()}
+        return ratios.pop() if len(ratios) == 1 else None
+
+    def power(self, exponent: int) -> Expanded:
+        """This to a whole power, which may be negative."""
+        if exponent >= 0:
+            result = Expanded({(): 1})
+            for _ in range(exponent):
+                result = result * self
+            return result
+        if not self.terms:
+            raise ZeroDivisorError("division", "1 / 0", "a divisor that can differ from zero")
+        if len(self.terms) == 1:
+            ((monomial, value),) = self.terms.items()
+            inverted = tuple((g, -e) for g, e in monomial)
+            factor = Expanded({(): _quotient(1, value) ** -exponent})
+            single, whole = _times(inverted, ())
+            return (whole or Expanded({single: 1})).power(-exponent) * factor
+        content, primitive = self.expression.as_content_primitive()
+        if primitive.could_extract_minus_sign():
+            content, primitive = -content, -primitive
+        if primitive.is_Add:
+            return Expanded({((_generator(primitive), exponent),): 1}) * Expanded.of(content**exponent)
+        return _read(primitive).power(exponent) * Expanded.of(content**exponent)
+
+    def substitute(self, values: Mapping[Any, Any]) -> Expanded:
+        """Expressions in place of symbols, all at once.
+
+        Raises
+        ------
+        ZeroDivisorError
+            Where a denominator becomes zero.
+        """
+        known: dict[tuple[int, Any], Expanded] = {}
+        total = Expanded({})
+        for monomial, value in self.terms.items():
+            product = Expanded({(): value})
+            for g, e in monomial:
+                if (g, e) not in known:
+                    known[g, e] = _substituted(_generators[g], e, values)
+                product = product * known[g, e]
+            total = total + product
+        return total
+
+    def __eq__(self, other: object) -> bool:
+        try:
+            return dict(self.terms) == dict(Expanded.of(other).terms)
+        except AlgebraError:
+            return NotImplemented
+
+    def __hash__(self) -> int:
+        return hash(frozenset(self.terms.items()))
+
+    def scalar_function(self, name: str, arguments: tuple[Any, ...]) -> Expanded:
+        """What `gacompiler.algebra.coefficients.scalar_function` calls for this ring."""
+        lifted = [Expanded.of(argument).expression for argument in arguments]
+        return Expanded.of(sympy.sympify(scalar_function(name, *lifted)))
+
+    def __str__(self) -> str:
+        return str(self.expression)
+
+    def __repr__(self) -> str:
+        return f"Expanded({self})"
+
+
+def _power(base: Any, exponent: int | Fraction) -> Any:
+    """A generator to a power. That of an exponential is one of its argument, without a choice of branch."""
+    if isinstance(base, sympy.exp):
+        return sympy.exp(base.exp * _sympy_number(exponent))
+    return sympy.Pow(base, _sympy_number(exponent))
+
+
+def _substituted(base: Any, exponent: int | Fraction, values: Mapping[Any, Any]) -> Expanded:
+    if base.is_Symbol and base not in values:
+        return Expanded({((_generator(base), exponent),): 1})
+    replaced = values[base] if base in values else base.subs(values, simultaneous=True)
+    if isinstance(exponent, int):
+        return Expanded.of(replaced).power(exponent)
+    if isinstance(base, sympy.exp):
+        return Expanded.of(sympy.exp(base.exp.subs(values, simultaneous=True) * _sympy_number(exponent)))
+    return Expanded.of(sympy.Pow(replaced, _sympy_number(exponent)))
+
+
+def generators(*elements: Expanded) -> tuple[int, ...]:
+    """Numbers of the generators that occur, ascending."""
+    return tuple(sorted({g for each in elements for monomial in each.terms for g, _ in monomial}))
+
+
+def generator(number: int) -> Any:
+    """The sympy expression that a generator is."""
+    return _generators[number]
+
+
+def _times(a: Monomial, b: Monomial) -> tuple[Monomial, Expanded | None]:
+    """The product of two monomials; a whole element where powers of numbers, roots or sums become ordinary."""
+    if not b:
+        product = a
+    elif not a:
+        product = b
+    else:
+        powers = dict(a)
+        for g, e in b:
+            total = powers.get(g, 0) + e
+            if total:
+                powers[g] = exact(total)
+            else:
+                del powers[g]
+        product = tuple(sorted(powers.items()))
+    if _composite and any(g in _composite for g, _ in product):
+        return product, _resolved(product)
+    return product, None
+
+
+def _resolved(monomial: Monomial) -> Expanded | None:
+    """A monomial with its composite generators' powers carried out, None where there is nothing to do."""
+    rest: list[tuple[int, int | Fraction]] = []
+    factor = Expanded({(): 1})
+    changed = False
+    for g, e in monomial:
+        base = _generators[g]
+        whole = e.numerator // e.denominator
+        if g not in _composite:
+            rest.append((g, e))
+        elif base is sympy.I:
+            turn = whole % 4
+            changed |= e not in (0, 1)
+            factor = factor * (-1 if turn & 2 else 1)
+            if turn & 1:
+                rest.append((g, 1))
+        elif base.is_Number:
+            changed |= whole != 0
+            factor = factor * _power_of_number(_number(base), whole)
+            if e != whole:
+                rest.append((g, e - whole))
+        elif e == whole and (whole > 0 or base.is_Mul):
+            changed = True
+            factor = factor * _read(base).power(whole)
+        else:
+            rest.append((g, e))
+    return factor * Expanded({tuple(rest): 1}) if changed else None
+
+
+def _power_of_number(base: Number, exponent: int) -> Number:
+    return _plain(Fraction(base) ** exponent) if isinstance(base, (int, Fraction)) else base**exponent
+
+
+def _plain(value: Number) -> Number:
+    return value if isinstance(value, (int, float)) else exact(value)
+
+
+def _quotient(a: Number, b: Number) -> Number:
+    return _plain(Fraction(a) / b) if isinstance(a, (int, Fraction)) and isinstance(b, (int, Fraction)) else a / b
+
+
+def _number(value: Any) -> Number:
+    if value.is_Rational:
+        return exact(Fraction(int(value.p), int(value.q)))
+    return _short(float(value))
+
+
+def _short(value: Number) -> Number:
+    """A float that is a short binary fraction, such as 0.5, as just that."""
+    if isinstance(value, float):
+        numerator, denominator = value.as_integer_ratio()
+        if denominator <= SHORT and abs(numerator) <= SHORT * SHORT:
+            return exact(Fraction(numerator, denominator))
+    return value
+
+
+SHORT = 1024
+"""Floats with denominators up to this are taken for the fractions that they are."""
+
+
+def _sympy_number(value: Number) -> Any:
+    return sympy.Rational(value.numerator, value.denominator) if isinstance(value, Fraction) else sympy.sympify(value)
+
+
+@lru_cache(maxsize=4096)
+def _read(value: Any) -> Expanded:
+    """A sympy expression as a sum of products of powers."""
+    if value.is_Rational or value.is_Float:
+        number = _number(value)
+        return Expanded({(): number} if number else {})
+    if value in (sympy.nan, sympy.zoo, sympy.oo, -sympy.oo) or not value.is_commutative:
+        raise _refusal(value, "")
+    if value.is_Add or value.is_Mul:
+        parts = map(_read, value.args)
+        result = next(parts)
+        for part in parts:
+            result = result + part if value.is_Add else result * part
+        return result
+    if isinstance(value, sympy.exp) or value.is_Pow:
+        return _read_power(value)
+    return Expanded({((_generator(value), 1),): 1})
+
+
+def _read_power(value: Any) -> Expanded:
+    base, exponent = value.as_base_exp()
+    if not exponent.is_Rational:
+        return _read_exponential(base, exponent)
+    power = exact(Fraction(int(exponent.p), int(exponent.q)))
+    if isinstance(power, int):
+        return _read(base).power(power)
+    if not base.is_Number:
+        base = _read(base).expression
+        if base.is_Pow or isinstance(base, sympy.exp):
+            return Expanded(
+                {((_generator(sympy.Pow(base, sympy.Rational(1, power.denominator))), power.numerator),): 1}
+            )
+    single, whole = _times(((_generator(base), power),), ())
+    return whole if whole is not None else Expanded({single: 1})
+
+
+def _read_exponential(base: Any, whole: Any) -> Expanded:
+    """``b**(2 u + v)`` as ``(b**u)**2 b**v``, so that exponentials of opposite arguments cancel."""
+    result = Expanded({(): 1})
+    for part in sympy.Add.make_args(sympy.expand(whole)):
+        factor, rest = part.as_coeff_Mul()
+        if not (factor.is_Integer or (factor.is_Rational and base is sympy.E)):
+            factor, rest = (sympy.Integer(-1), -part) if part.could_extract_minus_sign() else (sympy.Integer(1), part)
+        exponent = exact(Fraction(int(factor.p), int(factor.q)))
+        result = result * Expanded({((_generator(sympy.Pow(base, rest)), exponent),): 1})
+    return result
+
+
+def _refusal(value: Any, remedy: str) -> AlgebraError:
+    shape = getattr(value, "shape", None)
+    found = f"an array of shape {shape}" if hasattr(value, "dtype") else f"{value!r} ({type(value).__name__})"
+    return AlgebraError("symbolic coefficient", found, "a number or a sympy expression", remedy)

@@ -1,0 +1,332 @@
+"""Multivectors whose coefficients are sympy expressions."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from types import MappingProxyType
+from typing import Any
+
+import sympy
+from sympy.simplify.fu import TR8
+
+from ..algebra.algebra import Algebra
+from ..algebra.layout import SCALARS, Layout
+from ..algebra.multivector import Multivector
+from ..errors import AlgebraError
+from ..rings.symbolic import Expanded
+from .printing import Printed, plain_text
+
+
+class SymbolicMultivector(Multivector):
+    """An element of `algebra` with sympy coefficients, immutable. Made by `symbols`, `multivector` and operations.
+
+    Attributes
+    ----------
+    name : str or None
+        What it was called when it was made by `symbols`.
+    layout : Layout or None
+        The layout it was made with: its coefficients are the stored ones, and its relations hold.
+    expressions : mapping of int to sympy expression
+        The coefficients as they are shown, by bitmap. After `factor` or `simplify` they have the form that was found;
+        arithmetic works on the expanded form.
+
+    history : tuple or None
+        The operation and the operands that this is the result of, so that a kernel of it has the structure of its
+        derivation. Forgotten where coefficients are changed one by one, as by `subs` and `simplify`.
+
+    Notes
+    -----
+    Operators are those of `Multivector`; each takes numbers, sympy expressions and multivectors of the same algebra on
+    either side. ``x["e12"]`` is a coefficient as a sympy expression.
+    """
+
+    __slots__ = ("_in_own_form", "_shown", "history", "layout", "name")
+
+    name: str | None
+    layout: Layout | None
+    history: tuple[str, tuple[Any, ...]] | None
+    _shown: Mapping[int, Any] | None
+    _in_own_form: bool
+
+    def __init__(
+        self,
+        algebra: Algebra,
+        terms: Mapping[int, Any],
+        *,
+        name: str | None = None,
+        layout: Layout | None = None,
+        shown: Mapping[int, Any] | None = None,
+        history: tuple[str, tuple[Any, ...]] | None = None,
+    ) -> None:
+        super().__init__(algebra, {blade: Expanded.of(value) for blade, value in terms.items()})
+        object.__setattr__(self, "name", name)
+        object.__setattr__(self, "layout", layout)
+        object.__setattr__(self, "history", history)
+        object.__setattr__(self, "_in_own_form", shown is not None)
+        object.__setattr__(self, "_shown", None if shown is None else MappingProxyType(dict(shown)))
+
+    @property
+    def expressions(self) -> Mapping[int, Any]:
+        """Coefficients as sympy expressions, by bitmap of the blade, in the order of grades."""
+        if self._shown is None:
+            order = sorted(self.terms, key=lambda blade: (blade.bit_count(), blade))
+            shown = MappingProxyType({blade: self.terms[blade].expression for blade in order})
+            object.__setattr__(self, "_shown", shown)
+        assert self._shown is not None
+        return self._shown
+
+    @property
+    def coefficients(self) -> dict[str, Any]:
+        """Coefficients as sympy expressions, by name of the blade; blades with coefficient zero are absent."""
+        return {self.algebra.spelling(blade)[1]: self._oriented(blade) for blade in self.expressions}
+
+    def _oriented(self, blade: int) -> Any:
+        value = self.expressions[blade]
+        return value if self.algebra.spelling(blade)[0] > 0 else -value
+
+    @property
+    def _plain(self) -> Multivector:
+        """The same over the ring of expanded expressions."""
+        return Multivector(self.algebra, self.terms)
+
+    def __getitem__(self, blade: str | int) -> Any:
+        """Coefficient of a blade as a sympy expression, by any spelling (``"e31"``) or by bitmap."""
+        sign, bitmap = self.algebra.blade(blade) if isinstance(blade, str) else (1, blade)
+        return sign * self.expressions.get(bitmap, sympy.Integer(0))
+
+    @property
+    def scalar(self) -> Any:
+        """The coefficient of 1 as a sympy expression."""
+        return self["1"]
+
+    @property
+    def free_symbols(self) -> set[Any]:
+        """The sympy symbols that occur."""
+        return {symbol for value in self.expressions.values() for symbol in value.free_symbols}
+
+    def lift(self, other: Any) -> SymbolicMultivector:
+        """`other` as a symbolic multivector of the same algebra; numbers and sympy expressions are scalars."""
+        if isinstance(other, SymbolicMultivector) and other.algebra == self.algebra:
+            return other
+        if isinstance(other, Multivector):
+            terms = other.terms if other.algebra == SCALARS else super().lift(other).terms
+            return SymbolicMultivector(self.algebra, terms)
+        if getattr(other, "takes_over_multivector", False) is True:
+            raise AlgebraError(
+                "operation on a symbolic multivector",
+                f"{other} of type {type(other).__name__}",
+                "numbers, sympy expressions and symbolic multivectors",
+                "make a kernel of the formula with to_kernel(), and call that",
+            )
+        return SymbolicMultivector(self.algebra, {0: other})
+
+    def map(self, function: Callable[[Any], Any]) -> SymbolicMultivector:
+        """`function` applied to every coefficient, a sympy expression, and shown as it gives it.
+
+        Examples
+        --------
+        ``x.map(sympy.trigsimp)``, ``x.map(lambda c: sympy.limit(c, t, 0))``
+        """
+        shown = {blade: sympy.sympify(function(value)) for blade, value in self.expressions.items()}
+        kept = {blade: value for blade, value in shown.items() if value != 0}
+        result = SymbolicMultivector(self.algebra, kept, shown=kept)
+        return result if result.terms.keys() == kept.keys() else SymbolicMultivector(self.algebra, result.terms)
+
+    def simplify(self) -> SymbolicMultivector:
+        """Every coefficient by `sympy.simplify`."""
+        return self.map(sympy.simplify)
+
+    def expand(self) -> SymbolicMultivector:
+        """Every coefficient expanded."""
+        return SymbolicMultivector(self.algebra, self.terms)
+
+    def factor(self) -> SymbolicMultivector:
+        """Every coefficient factorised by `sympy.factor`; see `factored` for a factor of them all."""
+        return self.map(sympy.factor)
+
+    def collect(self, *variables: Any) -> SymbolicMultivector:
+        """Every coefficient by powers of `variables`."""
+        return self.map(lambda value: sympy.collect(sympy.expand(value), variables))
+
+    def combine_angles(self) -> SymbolicMultivector:
+        """Products and powers of sines and cosines as sums: ``sin(a) cos(b) = (sin(a + b) + sin(a - b)) / 2``."""
+        return self.map(lambda value: sympy.expand(TR8(sympy.expand(value))))
+
+    def subs(self, values: Any, value: Any = None) -> SymbolicMultivector:
+        """Replace symbols, all at once.
+
+        Parameters
+        ----------
+        values : mapping, Symbol or SymbolicMultivector
+            Symbols to numbers and sympy expressions; or one symbol, or one multivector made by `symbols`.
+        value
+            What takes the place of that one.
+
+        Raises
+        ------
+        LayoutError
+            When a multivector does not fit the layout of the one it replaces.
+        """
+        pairs = list(values.items()) if isinstance(values, Mapping) else [(values, value)]
+        replaced: dict[Any, Any] = {}
+        for old, new in pairs:
+            if isinstance(old, str):
+                raise AlgebraError("subs()", f"the name {old!r}", "a symbol, or a multivector made by symbols()")
+            if _named(old):
+                replaced |= replacements(old, new)
+            else:
+                replaced[sympy.sympify(old)] = Expanded.of(new).expression
+        if self._in_own_form:
+            return self.map(lambda each: each.subs(replaced, simultaneous=True))
+        return SymbolicMultivector(self.algebra, {b: v.substitute(replaced) for b, v in self.terms.items()})
+
+    def diff(self, *variables: Any) -> SymbolicMultivector:
+        """The derivative by scalar symbols, as `sympy.diff` takes them."""
+        return SymbolicMultivector(self.algebra, {b: sympy.diff(v, *variables) for b, v in self.expressions.items()})
+
+    def integrate(self, *variables: Any) -> SymbolicMultivector:
+        """The integral over scalar symbols, as `sympy.integrate` takes them: ``x`` or ``(x, 0, 1)``."""
+        return self.map(lambda value: sympy.integrate(value, *variables))
+
+    def series(self, variable: Any, about: Any = 0, n: int = 6) -> SymbolicMultivector:
+        """Taylor's polynomial of degree below `n` in a scalar symbol, without the remainder."""
+        return self.map(lambda value: sympy.series(value, variable, about, n).removeO())
+
+    def numeric(self, digits: int = 15) -> SymbolicMultivector:
+        """Numbers in place of constants such as ``pi`` and ``sqrt(2)``."""
+        return self.map(lambda value: value.evalf(digits))
+
+    def factored(self) -> Printed:
+        """For printing: the common factor of all coefficients, times the rest."""
+        return Printed(self, "factored")
+
+    def by_grade(self) -> Printed:
+        """For printing: a line for each grade."""
+        return Printed(self, "grade")
+
+    def by_blade(self) -> Printed:
+        """For printing: a line for each blade."""
+        return Printed(self, "blade")
+
+    def grade(self, *grades: int) -> SymbolicMultivector:
+        """The part of the given grades."""
+        return symbolic(super().grade(*grades), "grade", self, *grades)
+
+    def keep(self, predicate: Callable[[int], bool]) -> SymbolicMultivector:
+        """The part on the blades (bitmaps) for which `predicate` holds."""
+        return symbolic(super().keep(predicate))
+
+    def product(self, name: str, other: Multivector) -> SymbolicMultivector:
+        """One of the products of `gacompiler.algebra.products.GRADE_RULES`."""
+        lifted = self.lift(other)
+        return symbolic(super().product(name, lifted), name, self, lifted)
+
+    def __add__(self, other: Any) -> SymbolicMultivector:
+        lifted = self.lift(other)
+        return symbolic(super().__add__(lifted), "add", self, lifted)
+
+    def __radd__(self, other: Any) -> SymbolicMultivector:
+        return self.lift(other) + self
+
+    def __sub__(self, other: Any) -> SymbolicMultivector:
+        lifted = self.lift(other)
+        return symbolic(super().__sub__(lifted), "subtract", self, lifted)
+
+    def __rsub__(self, other: Any) -> SymbolicMultivector:
+        return self.lift(other) - self
+
+    def __neg__(self) -> SymbolicMultivector:
+        return symbolic(-self._plain, "negate", self)
+
+    def __pos__(self) -> SymbolicMultivector:
+        return self
+
+    def __mul__(self, other: Any) -> SymbolicMultivector:
+        return self.product("geometric_product", other)
+
+    def __rmul__(self, other: Any) -> SymbolicMultivector:
+        return self.lift(other) * self
+
+    def __xor__(self, other: Any) -> SymbolicMultivector:
+        return self.product("outer_product", other)
+
+    def __rxor__(self, other: Any) -> SymbolicMultivector:
+        return self.lift(other) ^ self
+
+    def __and__(self, other: Any) -> SymbolicMultivector:
+        lifted = self.lift(other)
+        return symbolic(super().__and__(lifted), "regressive_product", self, lifted)
+
+    def __rand__(self, other: Any) -> SymbolicMultivector:
+        return self.lift(other) & self
+
+    def __truediv__(self, other: Any) -> SymbolicMultivector:
+        lifted = self.lift(other)
+        return symbolic(self._plain / lifted._plain, "divide", self, lifted)
+
+    def __rtruediv__(self, other: Any) -> SymbolicMultivector:
+        return self.lift(other) / self
+
+    def __pow__(self, exponent: int) -> SymbolicMultivector:
+        return symbolic(super().__pow__(exponent))
+
+    def __invert__(self) -> SymbolicMultivector:
+        return symbolic(super().__invert__(), "reverse", self)
+
+    def __eq__(self, other: object) -> bool:
+        """Whether both have the same expanded coefficients; `equal` of this package also looks for identities."""
+        try:
+            return not (self - self.lift(other)).terms
+        except AlgebraError:
+            return False
+
+    def __hash__(self) -> int:  # type: ignore[override]
+        return hash((self.algebra, frozenset(self.terms.items()))) if any(self.terms) else hash(self.scalar)
+
+    def __copy__(self) -> SymbolicMultivector:
+        return self
+
+    def __deepcopy__(self, memory: object) -> SymbolicMultivector:
+        return self
+
+    __iter__ = None  # so that x[0], x[1], ... is not taken for a sequence
+
+    def _sympy_(self) -> Any:
+        raise sympy.SympifyError(
+            "a multivector is no sympy expression; use its methods such as x.simplify(), or x.map(function)"
+        )
+
+    def __str__(self) -> str:
+        return plain_text(self)
+
+    def _repr_latex_(self) -> str:
+        return Printed(self, "line")._repr_latex_()
+
+
+def symbolic(value: Multivector, operation: str | None = None, *operands: Any) -> SymbolicMultivector:
+    """`value` with sympy coefficients; the result of `operation` on `operands`, where that is given."""
+    if operation is not None:
+        return SymbolicMultivector(value.algebra, value.terms, history=(operation, operands))
+    return value if isinstance(value, SymbolicMultivector) else SymbolicMultivector(value.algebra, value.terms)
+
+
+def required(where: str, value: Any) -> SymbolicMultivector:
+    """`value` as a symbolic multivector; numbers have no algebra, so they are refused."""
+    if not isinstance(value, Multivector):
+        raise AlgebraError(where, f"{value!r} of type {type(value).__name__}", "a multivector", "use multivector(...)")
+    return symbolic(value)
+
+
+def replacements(old: SymbolicMultivector, new: Any) -> dict[Any, Any]:
+    """Symbol to expression, for every stored coefficient of a named multivector."""
+    assert old.layout is not None
+    lifted = old.lift(new)
+    names = [old[name] for name in old.layout.blades]
+    return {
+        name: Expanded.of(value).expression
+        for name, value in zip(names, old.layout.coefficients(Multivector(old.algebra, lifted.terms)), strict=True)
+    }
+
+
+def _named(value: Any) -> bool:
+    return isinstance(value, SymbolicMultivector) and value.layout is not None

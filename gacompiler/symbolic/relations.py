@@ -1,0 +1,238 @@
+"""Comparison and normal forms up to relations: what is equal for unit motors, for null points, for blades."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+from fractions import Fraction
+from math import lcm
+from random import Random
+from typing import Any
+
+import sympy
+
+from ..algebra.blades import exact
+from ..algebra.multivector import Multivector
+from ..errors import AlgebraError, TooLargeError
+from ..rings.ideal import Ideal
+from ..rings.points import point
+from ..rings.polynomial import Polynomial, PolynomialRing
+from ..rings.symbolic import Expanded, generator, generators
+from .multivector import SymbolicMultivector, required
+
+POINTS = 3
+"""Points at which a difference that is not known to vanish is tried."""
+
+
+def relations(*elements: SymbolicMultivector) -> tuple[Any, ...]:
+    """Everything that is zero for multivectors made by `symbols`, as sympy expressions: ``m ~m - 1`` of a motor."""
+    return tuple(value.expression for element in elements for value in _relations(element))
+
+
+def _relations(element: Any) -> list[Expanded]:
+    if not isinstance(element, SymbolicMultivector):
+        return [Expanded.of(sympy.sympify(element))]
+    if element.layout is None:
+        return list(element.terms.values())
+    return [Expanded.of(value) for value in element.layout.relations(Multivector(element.algebra, element.terms))]
+
+
+def equal(a: Any, b: Any, *given: Any) -> bool | None:
+    """Whether two multivectors are equal, for all values of their symbols that satisfy what is given.
+
+    Parameters
+    ----------
+    a, b : SymbolicMultivector, Multivector, number or sympy expression
+    *given : SymbolicMultivector or sympy expression
+        Multivectors made by `symbols`, whose layouts' relations hold; anything else is zero.
+
+    Returns
+    -------
+    bool or None
+        True where that is proved, False where it fails at some point, None where neither was found.
+    """
+    difference = _difference(a, b)
+    left = _reduced(difference, given)
+    if not left.terms:
+        return True
+    if _is_zero_by_simplification(left):
+        return True
+    return _refuted(difference, given)
+
+
+def reduce(a: SymbolicMultivector, *given: Any) -> SymbolicMultivector:
+    """`a` in normal form modulo relations: coefficients that vanish are gone, the others have no reducible term.
+
+    Beside what is given, ``sin**2 + cos**2 = 1`` and its kin are used, and sums in denominators and under roots are
+    cancelled against sums in numerators. Many times faster than `SymbolicMultivector.simplify`.
+
+    Parameters
+    ----------
+    a : SymbolicMultivector
+    *given
+        As for `equal`.
+    """
+    return _reduced(required("reduce()", a), given)
+
+
+def _difference(a: Any, b: Any) -> SymbolicMultivector:
+    for one in (a, b):
+        if isinstance(one, SymbolicMultivector):
+            return one.lift(a) - one.lift(b)
+    for one in (a, b):
+        if isinstance(one, Multivector):
+            zero = SymbolicMultivector(one.algebra, {})
+            return zero.lift(a) - zero.lift(b)
+    raise AlgebraError("equal()", f"{type(a).__name__} and {type(b).__name__}", "at least one multivector")
+
+
+class _Bridge:
+    """Expanded expressions as polynomials in generators, or in roots of them where exponents are fractions."""
+
+    def __init__(self, first: Iterable[int], elements: Sequence[Expanded]) -> None:
+        self.ring = PolynomialRing(effort=20_000_000)
+        elements = [*elements, *_inside(elements)]
+        ordered = sorted(generators(*elements), key=lambda g: (_rank(generator(g)), g))
+        self._variables = {g: k for k, g in enumerate(dict.fromkeys([*first, *ordered]))}
+        self._generators = tuple(self._variables)
+        self._roots = dict.fromkeys(self._generators, 1)
+        for element in elements:
+            for monomial in element.terms:
+                for g, e in monomial:
+                    self._roots[g] = lcm(self._roots[g], e.denominator)
+        for g in self._generators:
+            self.ring.variable(str(generator(g)))
+
+    def to(self, element: Expanded) -> tuple[Polynomial, dict[int, int]] | None:
+        """A polynomial, and the powers of variables that it is yet to be multiplied by; None where there are floats."""
+        scaled = [({g: int(e * self._roots[g]) for g, e in monomial}, v) for monomial, v in element.terms.items()]
+        lowest: dict[int, int] = {}
+        for powers, value in scaled:
+            if isinstance(value, float):
+                return None
+            for g, n in powers.items():
+                lowest[g] = min(lowest.get(g, 0), n)
+        terms: dict[tuple[int, ...], int | Fraction] = {}
+        for powers, value in scaled:
+            raised = {g: powers.get(g, 0) - lowest.get(g, 0) for g in {**powers, **lowest}}
+            monomial = tuple(sorted(self._variables[g] for g, n in raised.items() for _ in range(n)))
+            assert not isinstance(value, float)
+            terms[monomial] = value
+        return Polynomial(self.ring, terms), lowest
+
+    def back(self, polynomial: Polynomial, lowest: Mapping[int, int]) -> Expanded:
+        """The inverse of `to`."""
+        result = Expanded({})
+        for monomial, value in polynomial.terms.items():
+            powers = dict(lowest)
+            for variable in monomial:
+                g = self._generators[variable]
+                powers[g] = powers.get(g, 0) + 1
+            exponents = ((g, exact(Fraction(n, self._roots[g]))) for g, n in powers.items() if n)
+            result = result + Expanded({tuple(sorted(exponents)): value})
+        return result
+
+    def identities(self) -> list[Polynomial]:
+        """What holds among the generators themselves: of sines and cosines, of sums under a root or a fraction."""
+        found = []
+        for g in self._generators:
+            base, variable = generator(g), Polynomial(self.ring, {(self._variables[g],) * self._roots[g]: 1})
+            partner = _PARTNERS.get(base.func)
+            if partner is not None:
+                other = self._known(Expanded.of(partner[0](*base.args)))
+                if other is not None:
+                    square = Polynomial(self.ring, {(self._variables[other],) * (2 * self._roots[other]): 1})
+                    found.append(variable * variable + square * partner[1] - 1)
+            if base.is_Add or (base.is_Number and self._roots[g] > 1):
+                pair = self.to(Expanded.of(base))
+                if pair is not None and not any(pair[1].values()):
+                    found.append(variable - pair[0])
+        return found
+
+    def _known(self, element: Expanded) -> int | None:
+        """The generator that an element is, up to its sign."""
+        ((monomial, value), *more) = element.terms.items() or [((), 0)]
+        if more or len(monomial) != 1 or abs(value) != 1 or monomial[0][1] != 1:
+            return None
+        return monomial[0][0] if monomial[0][0] in self._variables else None
+
+
+_PARTNERS: Mapping[Any, tuple[Any, int]] = {sympy.cos: (sympy.sin, 1), sympy.cosh: (sympy.sinh, -1)}
+
+
+def _rank(base: Any) -> int:
+    """Cosines are larger than what they are expressed by, sums smaller."""
+    return 0 if base.func in _PARTNERS else 2 if base.is_Add else 1
+
+
+def _inside(elements: Sequence[Expanded]) -> list[Expanded]:
+    """The sums that are generators of some elements, and those within them."""
+    found: dict[int, Expanded] = {}
+    waiting = list(elements)
+    while waiting:
+        for g in generators(waiting.pop()):
+            if g not in found and generator(g).is_Add:
+                found[g] = Expanded.of(generator(g))
+                waiting.append(found[g])
+    return list(found.values())
+
+
+def _reduced(a: SymbolicMultivector, given: Sequence[Any]) -> SymbolicMultivector:
+    zero = [relation for each in given for relation in _relations(each) if relation.terms]
+    bridge = _Bridge(_first(given), [*zero, *a.terms.values()])
+    polynomials = [pair[0] for pair in map(bridge.to, zero) if pair is not None] + bridge.identities()
+    if not polynomials:
+        return a
+    converted = {blade: bridge.to(value) for blade, value in a.terms.items()}
+    degree = max([p.degree for p in polynomials] + [pair[0].degree for pair in converted.values() if pair is not None])
+    try:
+        ideal = Ideal(polynomials, degree)
+        return SymbolicMultivector(
+            a.algebra,
+            {
+                blade: a.terms[blade] if pair is None else bridge.back(ideal.reduce(pair[0]), pair[1])
+                for blade, pair in converted.items()
+            },
+        )
+    except TooLargeError:
+        return a
+
+
+def _first(given: Sequence[Any]) -> list[int]:
+    """Generators of named multivectors, in the order of their layouts: a versor's scalar coefficient is the largest."""
+    return [
+        g
+        for each in given
+        if isinstance(each, SymbolicMultivector) and each.layout is not None
+        for blade in each.layout.blades
+        for g in generators(Expanded.of(each[blade]))
+    ]
+
+
+def _is_zero_by_simplification(a: SymbolicMultivector) -> bool:
+    return all(sympy.simplify(value) == 0 for value in a.expressions.values())
+
+
+def _refuted(difference: SymbolicMultivector, given: Sequence[Any]) -> bool | None:
+    """False where the difference is not zero at a point that satisfies the relations; else None."""
+    named = [each for each in given if isinstance(each, SymbolicMultivector) and each.layout is not None]
+    if len(named) != len(given):
+        return None
+    random = Random(1)
+    for _ in range(POINTS):
+        values: dict[Any, Any] = {}
+        for element in named:
+            assert element.layout is not None
+            numbers = [_rational(number) for number in point(element.layout, random)]
+            values |= dict(zip([element[blade] for blade in element.layout.blades], numbers, strict=True))
+        for symbol in sorted(difference.free_symbols - values.keys(), key=str):
+            values[symbol] = sympy.Rational(random.randint(11, 97), random.randint(2, 9))
+        found = [sympy.N(value.subs(values), 40) for value in difference.expressions.values()]
+        if any(value.is_number and abs(value) > sympy.Float("1e-25", 40) for value in found):
+            return False
+    return None
+
+
+def _rational(number: Any) -> Any:
+    return (
+        sympy.Rational(number.numerator, number.denominator) if hasattr(number, "numerator") else sympy.sympify(number)
+    )

@@ -1,0 +1,193 @@
+"""Symbolic results against galgebra: products, inverses, exponentials, calculus, linear functions."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import pytest
+import sympy
+
+from gacompiler import symbolic
+from gacompiler.algebra.algebra import Algebra
+from gacompiler.algebra.catalog import STA, VGA2, VGA3, orthogonal
+from gacompiler.calculus import Chart, LinearFunction, cartesian, derivative_by
+from gacompiler.symbolic import SymbolicMultivector, multivector, symbols, unknowns
+
+pytestmark = pytest.mark.peers
+
+OBLIQUE = Algebra("OBLIQUE", "u v w", [[2, 1, 0], [1, 3, -1], [0, -1, -1]])
+ALGEBRAS = [VGA2, VGA3, STA, OBLIQUE, orthogonal(2, 1, 1)]
+
+
+class Peer:
+    """galgebra's algebra of the same vectors."""
+
+    def __init__(self, algebra: Algebra, coordinates: tuple[Any, ...] | None = None) -> None:
+        galgebra = pytest.importorskip("galgebra.ga")
+        n = algebra.dimension
+        metric = [[sympy.Rational(str(algebra.gram[i][j])) for j in range(n)] for i in range(n)]
+        names = " ".join(algebra.vectors)
+        self.algebra, self.ga = algebra, galgebra.Ga(names, g=sympy.Matrix(metric).tolist(), coords=coordinates)
+        self.blades = {
+            sum(1 << k for k in index): self.ga.mv(blade)
+            for index, blade in zip(self.ga.indexes.flat, self.ga.blades.flat, strict=True)
+        }
+
+    def of(self, x: SymbolicMultivector) -> Any:
+        return sum((value * self.blades[blade] for blade, value in x.expressions.items()), self.ga.mv(sympy.Integer(0)))
+
+    def back(self, theirs: Any) -> SymbolicMultivector:
+        if not hasattr(theirs, "blade_coefs"):
+            return SymbolicMultivector(self.algebra, {0: theirs})
+        values = theirs.blade_coefs(list(self.blades.values()))
+        return SymbolicMultivector(self.algebra, dict(zip(self.blades, values, strict=True)))
+
+    def same(self, mine: Any, theirs: Any) -> bool:
+        difference = symbolic.reduce(self.back(theirs) - mine)
+        return not difference.terms or not difference.simplify().terms
+
+
+@pytest.fixture(scope="module", params=ALGEBRAS, ids=lambda algebra: algebra.name)
+def peer(request: pytest.FixtureRequest) -> Peer:
+    return Peer(request.param)
+
+
+def elements(algebra: Algebra) -> tuple[SymbolicMultivector, SymbolicMultivector]:
+    a, b = unknowns("a", algebra), unknowns("b", algebra)
+    return (a, b) if algebra.dimension < 4 else (a.grade(0, 2), b.grade(1, 3))
+
+
+class TestProducts:
+    def test_geometric_and_outer(self, peer: Peer) -> None:
+        a, b = elements(peer.algebra)
+        assert peer.same(a * b, peer.of(a) * peer.of(b))
+        assert peer.same(b * a, peer.of(b) * peer.of(a))
+        assert peer.same(a ^ b, peer.of(a) ^ peer.of(b))
+
+    def test_contractions(self, peer: Peer) -> None:
+        a, b = elements(peer.algebra)
+        assert peer.same(symbolic.left_contraction(a, b), peer.of(a) < peer.of(b))
+        assert peer.same(symbolic.right_contraction(a, b), peer.of(a) > peer.of(b))
+        assert peer.same(symbolic.hestenes_product(a, b), peer.of(a) | peer.of(b))
+
+    def test_brackets(self, peer: Peer) -> None:
+        a, b = elements(peer.algebra)
+        assert peer.same(symbolic.commutator(a, b), peer.of(a) >> peer.of(b))
+        assert peer.same(symbolic.anticommutator(a, b), peer.of(a) << peer.of(b))
+
+    def test_involutions_and_grades(self, peer: Peer) -> None:
+        a = unknowns("a", peer.algebra)
+        assert peer.same(~a, peer.of(a).rev())
+        assert peer.same(symbolic.grade_involution(a), peer.of(a).even() - peer.of(a).odd())
+        for k in range(peer.algebra.dimension + 1):
+            assert peer.same(a.grade(k), peer.of(a).grade(k))
+
+    def test_sandwich(self, peer: Peer) -> None:
+        rotor, x = unknowns("r", peer.algebra, 0, 2), unknowns("x", peer.algebra, 1)
+        assert peer.same(rotor * x * ~rotor, peer.of(rotor) * peer.of(x) * peer.of(rotor).rev())
+
+    def test_inverse_of_a_vector_and_norms(self, peer: Peer) -> None:
+        x = unknowns("x", peer.algebra, 1)
+        assert peer.same(symbolic.inverse(x), peer.of(x).inv())
+        assert peer.same(symbolic.norm_squared(x), (peer.of(x) * peer.of(x).rev()).scalar())
+
+
+def test_duals_in_space() -> None:
+    peer = Peer(VGA3)
+    a = unknowns("a", VGA3)
+    assert peer.same(symbolic.polarity(a), peer.of(a) * peer.ga.I().inv())
+
+
+@pytest.mark.parametrize(("algebra", "blade"), [(VGA3, "e12"), (VGA3, "e1"), (STA, "g10"), (STA, "g12")])
+def test_exponentials(algebra: Algebra, blade: str) -> None:
+    peer, t = Peer(algebra), symbols("t", positive=True)
+    generator = multivector(algebra, {blade: t})
+    assert peer.same(symbolic.exp(generator), peer.of(generator).exp())
+
+
+CHARTS = {
+    "cartesian": (VGA3, "x y z"),
+    "spacetime": (STA, "t x y z"),
+    "plane": (VGA2, "x y"),
+}
+
+
+@pytest.mark.parametrize("name", list(CHARTS))
+class TestCalculus:
+    def setup(self, name: str) -> tuple[Chart, Peer, SymbolicMultivector]:
+        algebra, names = CHARTS[name]
+        chart = cartesian(algebra, names)
+        peer = Peer(algebra, chart.parameters)
+        field = multivector(
+            algebra,
+            {
+                algebra.spelling(blade)[1]: sympy.Function(f"F{blade}")(*chart.parameters)
+                for blade in algebra.blades(0, 1, 2)
+            },
+        )
+        return chart, peer, field
+
+    def test_vector_derivative(self, name: str) -> None:
+        chart, peer, field = self.setup(name)
+        assert peer.same(chart.derivative(field), peer.ga.grad * peer.of(field))
+        assert peer.same(chart.derivative(field, right=True), peer.of(field) * peer.ga.rgrad)
+
+    def test_curl_and_divergence(self, name: str) -> None:
+        chart, peer, field = self.setup(name)
+        assert peer.same(chart.curl(field), peer.ga.grad ^ peer.of(field))
+        assert peer.same(chart.divergence(field), peer.ga.grad < peer.of(field))
+
+    def test_laplacian(self, name: str) -> None:
+        chart, peer, field = self.setup(name)
+        assert peer.same(chart.laplacian(field), peer.ga.grad * (peer.ga.grad * peer.of(field)))
+
+    def test_directional_derivative(self, name: str) -> None:
+        chart, peer, field = self.setup(name)
+        a = unknowns("a", chart.algebra, 1)
+        assert peer.same(chart.directional_derivative(a, field), (peer.of(a) | peer.ga.grad) * peer.of(field))
+
+
+def test_spherical_coordinates() -> None:
+    """galgebra keeps fields in the moving unit frame; ours in the fixed one."""
+    from galgebra.ga import Ga
+
+    from gacompiler.calculus import spherical
+
+    chart = spherical()
+    r, theta, phi = chart.parameters
+    x = [r * sympy.sin(theta) * sympy.cos(phi), r * sympy.sin(theta) * sympy.sin(phi), r * sympy.cos(theta)]
+    ga = Ga("r theta phi", g=[1, r**2, r**2 * sympy.sin(theta) ** 2], coords=chart.parameters, norm=True)
+    assert [sympy.simplify(chart.position[e] - c) for e, c in zip(("e1", "e2", "e3"), x, strict=True)] == [0, 0, 0]
+    f = sympy.Function("f")(r, theta, phi)
+    components = [sympy.Function(n)(r, theta, phi) for n in "ABC"]
+    frame = ga.mv()
+    vector = sum(c * e for c, e in zip(components, frame, strict=True))
+    gradient = (ga.grad * ga.mv(f)).blade_coefs(list(frame))
+    mine = chart.components(chart.derivative(f))
+    assert all(sympy.simplify(a - b) == 0 for a, b in zip(mine, gradient, strict=True))
+    divergence = (ga.grad | vector).scalar()
+    assert sympy.simplify(chart.divergence(chart.vector(*components))["1"] - divergence) == 0
+    laplacian = (ga.grad * (ga.grad * ga.mv(f))).scalar()
+    assert sympy.simplify(chart.laplacian(f)["1"] - laplacian) == 0
+
+
+@pytest.mark.parametrize("algebra", [VGA2, VGA3, OBLIQUE], ids=lambda algebra: algebra.name)
+def test_linear_functions(algebra: Algebra) -> None:
+    n = algebra.dimension
+    peer = Peer(algebra)
+    matrix = sympy.Matrix(n, n, lambda i, j: sympy.Symbol(f"f_{i}{j}", real=True))
+    mine, theirs = LinearFunction(algebra, matrix), peer.ga.lt(matrix)
+    a = unknowns("a", algebra, 1)
+    assert peer.same(mine(a), theirs(peer.of(a)))
+    blade = unknowns("B", algebra, 2)
+    assert peer.same(mine(blade), theirs(peer.of(blade)))
+    assert sympy.expand(mine.determinant - theirs.det()) == 0
+    assert peer.same((mine @ mine)(blade), (theirs * theirs)(peer.of(blade)))
+
+
+@pytest.mark.parametrize("algebra", [VGA2, VGA3, STA], ids=lambda algebra: algebra.name)
+def test_derivatives_by_a_vector(algebra: Algebra) -> None:
+    x, a = unknowns("x", algebra, 1), unknowns("a", algebra)
+    peer = Peer(algebra, tuple(x[name] for name in algebra.vectors))
+    for function in (x * x, x * a, a * x, x * a * x):
+        assert peer.same(derivative_by(x, function), peer.ga.grad * peer.of(function))
