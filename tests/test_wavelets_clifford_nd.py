@@ -48,7 +48,9 @@ def test_direct_sum_in_the_plane() -> None:
 def test_in_space_it_is_the_clifford_wavelet() -> None:
     f = field(8, 9, 10, 8)
     rotors = vga3.rotor_from_rotation_vector(field(3, 3))
-    known = clifford_wavelet(f, [1.0, 1.7], rotors, 1.2, (1.0, 1.5, 2.0))
+    told: list[tuple[int, int]] = []
+    known = clifford_wavelet(f, [1.0, 1.7], rotors, 1.2, (1.0, 1.5, 2.0), progress=lambda *done: told.append(done))
+    assert told == [(k + 1, 2 * len(rotors)) for k in range(2 * len(rotors))]
     calls: list[tuple[int, int]] = []
     found = clifford_wavelet_nd(
         f, [1.0, 1.7], vga3.rotor_to_matrix(rotors), 1.2, (1.0, 1.5, 2.0), lambda *done: calls.append(done)

@@ -97,6 +97,8 @@ def test_moved_wavelets_keep_their_norm() -> None:
         (lambda f, x: conformal_wavelet(f, x, IDENTITY, sigma=0.0), "expected positive numbers"),
         (lambda f, x: conformal_wavelet(f, x, IDENTITY, weights=np.ones(3)), "weights: shape"),
         (lambda f, x: similarity_versor(x[0], ROTOR, -1.0), "scale: a number is not positive"),
+        (lambda f, x: similarity_versor(x[0], ROTOR, np.inf), "scale: a number is not finite"),
+        (lambda f, x: similarity_versor(x[0] * np.nan, ROTOR, 1.0), "shift: a number is not finite"),
     ],
 )
 def test_bad_input(call: Any, message: str) -> None:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -59,6 +59,7 @@ def clifford_wavelet(
     rotors: ArrayLike,
     frequency: float = 1.5,
     sigma: tuple[float, float, float] = (2.0, 2.0, 2.0),
+    progress: Callable[[int, int], None] | None = None,
 ) -> CliffordWavelet:
     """The wavelet transform of a periodic field in space by turned and scaled Gabor wavelets.
 
@@ -74,6 +75,8 @@ def clifford_wavelet(
         Of the wavelet of scale 1, along e1, in radians per pixel.
     sigma : (float, float, float)
         Standard deviations in pixels of its Gaussian along e1, e2 and e3.
+    progress : function of (done, all), optional
+        Called after each of the A R wavelets.
 
     Returns
     -------
@@ -114,6 +117,8 @@ def clifford_wavelet(
         for n, turn in enumerate(turns):
             filters[k, n] = a**1.5 * _gabor(a * vga3.rotate_vector_back(turn, w), centre, widths)
             coefficients[k, n] = iclifford_fft(spectrum * filters[k, n][..., None].astype(array.dtype))
+            if progress is not None:
+                progress(k * len(turns) + n + 1, len(sizes) * len(turns))
     return CliffordWavelet(coefficients, filters)
 
 

@@ -18,7 +18,7 @@ from typing import Any
 import mpmath
 
 _DIGITS = 50
-_TERMS = 200
+_TERMS = 120
 """More than any of the series needs on its interval."""
 
 
@@ -70,8 +70,14 @@ APPROXIMATIONS = {
 
 def series(name: str, z: Any) -> Any:
     """The function that the polynomial `name` stands for, at `z`, to the working precision of mpmath."""
-    term = APPROXIMATIONS[name].term
-    return mpmath.fsum(mpmath.mpf(c.numerator) / c.denominator * z**k for k, c in enumerate(map(term, range(_TERMS))))
+    return mpmath.polyval(_terms(name, mpmath.mp.prec), z)
+
+
+@cache
+def _terms(name: str, precision: int) -> list[Any]:
+    """The terms of a series as numbers of mpmath, the highest first, in the working precision."""
+    fractions = [APPROXIMATIONS[name].term(k) for k in range(_TERMS)]
+    return [mpmath.mpf(c.numerator) / c.denominator for c in reversed(fractions)]
 
 
 @cache
