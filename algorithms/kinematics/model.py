@@ -13,6 +13,7 @@ from numpy.typing import ArrayLike, NDArray
 from generated import pga3
 
 from ..arguments import Reals, real_array
+from . import single
 from .denavit_hartenberg import Joint
 from .errors import DescriptionError, JointCountError, MissingInertiaError, NotFiniteError
 
@@ -89,6 +90,17 @@ class Model:
     coupling: Floats = field(default_factory=_empty)
     links: Mapping[str, tuple[int, Floats]] = field(default_factory=dict)
     module: Any = None
+    _table: Floats | None = field(default=None, init=False, repr=False)
+    """What `single` reads; none where joints follow others."""
+    _weightless: Floats | None = field(default=None, init=False, repr=False)
+    """The same without gravity; none where something is not known of masses."""
+    _own: Any = field(default=None, init=False, repr=False)
+    """The module where each joint has its own variable: its kernels can be called with what callers give."""
+    _own_dynamics: Any = field(default=None, init=False, repr=False)
+    """The same where its masses are known."""
+    _heavy: bool = field(default=False, init=False, repr=False)
+    """Whether all masses are known."""
+    _still: Floats = field(default_factory=_empty, init=False, repr=False)
 
     def __post_init__(self) -> None:
         count = len(self.kinds)
@@ -124,8 +136,18 @@ class Model:
             raise DescriptionError(
                 f"{self.name}: parents {self.parents}; expected an earlier joint or -1 for each joint"
             )
-        for array in (self.axes, self.home, self.tool, self.bodies, self.armature, self.limits, self.coupling):
-            array.flags.writeable = False
+        fill("_still", np.zeros(self.n_joints))
+        for name in ("axes", "home", "tool", "bodies", "armature", "free_fall", "limits", "coupling"):
+            kept = np.array(getattr(self, name), float)
+            kept.flags.writeable = False
+            fill(name, kept)
+        heavy = bool(self.bodies.size) and not self.without_inertia
+        fill("_heavy", heavy)
+        fill("_table", single.table_of(self))
+        fill("_weightless", single.table_of(self, gravity=False) if heavy else None)
+        if not self.coupling.size:
+            fill("_own", self.module)
+            fill("_own_dynamics", self.module if heavy and hasattr(self.module, "inverse_dynamics") else None)
 
     @property
     def n_joints(self) -> int:
@@ -150,6 +172,21 @@ class Model:
                 e12, e13, e23 = self.axes[j, :3]
                 found[j] = 0, 0, 0, e23, -e13, e12
         return found
+
+    def _one(self, name: str, shape: tuple[int, ...] | int, *rows: ArrayLike, weightless: bool = False) -> Reals | None:
+        """A pass over one configuration; None where the arguments are something else, or it is not compiled yet."""
+        out = np.empty(shape)
+        try:
+            if getattr(single, name)(self._weightless if weightless else self._table, *rows, out):
+                return out
+        except (TypeError, ValueError):
+            single.wanted(name, rows)
+        return None
+
+    def _plain(self, *rows: Any) -> bool:
+        """Whether these are all one configuration in double precision."""
+        form = (self.n_joints,)
+        return all(type(a) is np.ndarray and a.dtype is _FLOATS[0] and a.shape == form for a in rows)
 
     def _variables(self, value: ArrayLike, name: str) -> tuple[Reals, Reals]:
         """Joint variables or their rates as given, and as rows."""

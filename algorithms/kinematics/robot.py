@@ -14,7 +14,7 @@ from numpy.typing import ArrayLike
 from generated import pga3
 
 from ..arguments import Reals, real_array
-from . import urdf
+from . import single, urdf
 from .bodies import Body, moved
 from .chains import blocks, motions
 from .denavit_hartenberg import Convention, Joint, Table, convention_of, rows_of
@@ -24,6 +24,7 @@ from .inverse import inverse as _inverse
 from .named import FOLDED, TABLES
 from .slopes import Slopes
 
+_empty = np.empty
 _LINE_Z = np.array([1.0, 0.0, 0.0, 0.0, 0.0, 0.0])
 """The axis z as a unit line of PGA3, e12."""
 
@@ -226,6 +227,15 @@ class Robot(Slopes):
         TypeError, ValueError
             Where `q` is not an array of n real numbers in its last axis.
         """
+        own = self._own
+        try:
+            if own is not None:
+                return own.forward(q)  # type: ignore[no-any-return]
+            out = _empty(8)
+            if single.forward(self._table, q, out):
+                return out
+        except (TypeError, ValueError):
+            single.wanted("forward", (q,))
         q, flat = self._variables(q, "q")
         if self.module is not None:
             return self.module.forward(self._positions(q))  # type: ignore[no-any-return]
@@ -253,6 +263,9 @@ class Robot(Slopes):
         TypeError, ValueError
             As in `forward`.
         """
+        one = self._one("forward_all", self.home.shape, q)
+        if one is not None:
+            return one
         q, flat = self._variables(q, "q")
         motors = np.empty((len(flat), len(self.kinds), 8), q.dtype)
         home = self.home.astype(q.dtype)
