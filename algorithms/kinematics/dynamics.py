@@ -119,13 +119,11 @@ class Dynamics(Differential):
         MissingInertiaError, TypeError, ValueError
             As in `inverse_dynamics`.
         """
-        own, still = self._own_dynamics, self._still
-        if own is None:
-            one = self._one("inverse_dynamics", len(self.kinds), q, qd, still, weightless=True) if self._heavy else None
-            if one is not None:
-                return one
-        elif self._plain(q, qd):
-            return own.inverse_dynamics(q, qd, still) - own.inverse_dynamics(q, still, still)  # type: ignore[no-any-return]
+        one = None
+        if self._heavy:
+            one = self._one("inverse_dynamics", len(self.kinds), q, qd, self._still, weightless=True)
+        if one is not None:
+            return one
         self._need_inertia()
         shape, (flat, speeds) = self._together((q, "q"), (qd, "qd"))
         still = np.zeros_like(flat)

@@ -52,7 +52,7 @@ _MOTION, _NOW, _MOVES, _RATE, _FORCE, _MASS = (
 )
 _WORK = 42
 
-_REAL = {1: "f8[::1]", 2: "f8[:, ::1]"}
+_REAL = {1: "f8[::1]", 2: "f8[:, ::1]", 3: "f8[:, :, ::1]"}
 _waiting: dict[str, tuple[Any, str]] = {}
 """Passes that are not compiled: by name, as numba has them, and their signature."""
 _calls: Counter[str] = Counter()
@@ -364,8 +364,17 @@ def coriolis_matrix(table: Any, q: Any, qd: Any, out: Any) -> bool:
     for j in range(n):
         _twists(table, qd, work, j)
         _inertia(work[j, _MOTION], table[j, _BODY], work[j, _MASS])
-        _momentum(work[j, _MASS], work[j, _MOVES], work[j, _FORCE])
-    change, rates, carried = np.empty((n, 6)), np.empty((n, 6)), np.empty(n, np.bool_)
+    _by_speeds(table, qd, 0.5, work, out)
+    return True
+
+
+@_inner
+def _by_speeds(table: Any, qd: Any, factor: float, work: Any, out: Any) -> None:
+    """The derivative of the forces by the speeds, times a factor; motions, twists and inertias are known."""
+    n = qd.shape[0]
+    momenta, change, rates, carried = np.empty((n, 6)), np.empty((n, 6)), np.empty((n, 6)), np.empty(n, np.bool_)
+    for j in range(n):
+        _momentum(work[j, _MASS], work[j, _MOVES], momenta[j])
     for j in range(n):
         axis, carrier = work[j, _NOW], int(table[j, _PARENT])
         for k in range(n):
@@ -384,12 +393,12 @@ def coriolis_matrix(table: Any, q: Any, qd: Any, out: Any) -> bool:
                 rates[k] = 0.0
             inertial = _momentum(own[_MASS], rates[k])
             turning = _commutator(_momentum(own[_MASS], axis), own[_MOVES])
-            turned = _commutator(own[_FORCE], axis)
+            turned = _commutator(momenta[k], axis)
             for i in range(6):
                 change[k, i] = inertial[i] + turning[i] + turned[i]
         for k in range(n - 1, j - 1, -1):
             if carried[k]:
-                out[k, j] = _power(work[k, _NOW], change[k]) / 2
+                out[k, j] = _power(work[k, _NOW], change[k]) * factor
                 if k > j:
                     change[int(table[k, _PARENT])] += change[k]
             else:
@@ -397,19 +406,19 @@ def coriolis_matrix(table: Any, q: Any, qd: Any, out: Any) -> bool:
         for k in range(j):
             out[k, j] = 0.0
         while carrier >= 0:
-            out[carrier, j] = _power(work[carrier, _NOW], change[j]) / 2
+            out[carrier, j] = _power(work[carrier, _NOW], change[j]) * factor
             carrier = int(table[carrier, _PARENT])
-    return True
 
 
-@_pass(1, 1, 1, 2)
-def slope(table: Any, q: Any, qd: Any, qdd: Any, out: Any) -> bool:
-    """The derivative of the forces by the variables, (N, N); as `Slopes._fill_slopes`."""
+@_pass(1, 1, 1, 3)
+def slopes(table: Any, q: Any, qd: Any, qdd: Any, out: Any) -> bool:
+    """Derivatives of the forces by the variables, as `Slopes._fill_slopes`, and by the speeds, (2, N, N)."""
     n = table.shape[0] - 1
     if q.shape[0] != n or qd.shape[0] != n or qdd.shape[0] != n:
         return False
     work = np.empty((n, _WORK))
     _moving(table, q, qd, qdd, work)
+    _by_speeds(table, qd, 1.0, work, out[1])
     momenta, change, carried = np.empty((n, 6)), np.empty((n, 6)), np.empty(n, np.bool_)
     for j in range(n):
         _momentum(work[j, _MASS], work[j, _MOVES], momenta[j])
@@ -444,18 +453,18 @@ def slope(table: Any, q: Any, qd: Any, qdd: Any, out: Any) -> bool:
                 change[k, i] = inertial[i] + turning[i] + turned[i]
         for k in range(n - 1, j - 1, -1):
             if carried[k]:
-                out[k, j] = _power(work[k, _NOW], change[k])
+                out[0, k, j] = _power(work[k, _NOW], change[k])
                 if k > j:
                     change[int(table[k, _PARENT])] += change[k]
             else:
-                out[k, j] = 0.0
+                out[0, k, j] = 0.0
         for k in range(j):
-            out[k, j] = 0.0
+            out[0, k, j] = 0.0
         drag = _on_line(axis, work[j, _FORCE])
         for i in range(6):
             change[j, i] += drag[i]
         while carrier >= 0:
-            out[carrier, j] = _power(work[carrier, _NOW], change[j])
+            out[0, carrier, j] = _power(work[carrier, _NOW], change[j])
             carrier = int(table[carrier, _PARENT])
     return True
 
