@@ -14,6 +14,7 @@ from generated import pga3
 from ...arguments import Reals, real_array
 from .chain import COINCIDE, Chain
 from .closed import closed_form
+from .elimination import Elimination
 from .redundant import elbow_circle
 from .search import descend, polish, search
 from .solutions import Solutions, Status
@@ -116,7 +117,7 @@ def _per_pose(value: ArrayLike, name: str, shape: tuple[int, ...]) -> Reals:
 def _with_locked(chain: Chain, goals: Reals, values: Mapping[int, Reals]) -> _Found:
     """The branches where some joints have given values, (N,) each."""
     if not values:
-        form = closed_form(chain)
+        form = closed_form(chain) or Elimination.of(chain)
         if form is None:
             return _checked(chain, goals, lambda motors, _: _searched(chain, motors), "search")
         return _checked(chain, goals, lambda motors, _: form.solve(motors), form.name)
