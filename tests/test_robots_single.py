@@ -32,7 +32,11 @@ METHODS = (
 def tree() -> Robot:
     """Two branches, a slide and rotors: the end effector is on the second branch."""
     rng = np.random.default_rng(4)
-    rows = [{"d": 0.3, "a": 0.2, "alpha": 0.7}, {"a": 0.4, "alpha": -1.1, "kind": "prismatic"}, {"a": 0.3, "d": 0.1}] * 2
+    rows = [
+        {"d": 0.3, "a": 0.2, "alpha": 0.7},
+        {"a": 0.4, "alpha": -1.1, "kind": "prismatic"},
+        {"a": 0.3, "d": 0.1},
+    ] * 2
     bodies = []
     for _ in rows:
         a = rng.normal(size=(3, 3))

@@ -62,6 +62,8 @@ class Table:
         Where the numbers are from.
     bodies : tuple of Body, optional
         What each link weighs, in the frame after its row.
+    limits : tuple of pairs, optional
+        For each joint: lowest, highest.
     """
 
     name: str
@@ -69,6 +71,7 @@ class Table:
     rows: tuple[Row, ...]
     source: str
     bodies: tuple[Body, ...] = ()
+    limits: tuple[tuple[float, float], ...] = ()
 
 
 _LENGTHS_AND_ANGLES = ("d", "a", "alpha", "theta")

@@ -97,7 +97,7 @@ class Differential(Model):
             As in `jacobian`.
         """
         if self._plain(q, qd):
-            return self.jacobian(q) @ qd  # type: ignore[no-any-return]
+            return self.jacobian(q) @ qd
         shape, (flat, speeds) = self._together((q, "q"), (qd, "qd"))
         found: Reals = np.einsum("bij,bj->bi", self.jacobian(flat), speeds)
         return found.reshape(*shape, 6)
@@ -115,7 +115,7 @@ class Differential(Model):
             As in `jacobian`.
         """
         if self._plain(q, qd, qdd):
-            return self.jacobian(q) @ qdd + self.jacobian_rate(q, qd) @ qd  # type: ignore[no-any-return]
+            return self.jacobian(q) @ qdd + self.jacobian_rate(q, qd) @ qd
         shape, (flat, speeds, rates) = self._together((q, "q"), (qd, "qd"), (qdd, "qdd"))
         found: Reals = np.einsum("bij,bj->bi", self.jacobian(flat), rates)
         found += np.einsum("bij,bj->bi", self.jacobian_rate(flat, speeds), speeds)

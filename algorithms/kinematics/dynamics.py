@@ -216,9 +216,10 @@ class Dynamics(Differential):
             if own is None:
                 if self._heavy and single.forward_dynamics(self._table, q, qd, tau, out):
                     return out
-            elif type(q) is np.ndarray and q.ndim == 1:
-                if single.solved(own.mass_matrix(q), own.inverse_dynamics(q, qd, self._still), tau, out):
-                    return out
+            elif np.ndim(q) == 1 and single.solved(
+                own.mass_matrix(q), own.inverse_dynamics(q, qd, self._still), tau, out
+            ):
+                return out
         except (TypeError, ValueError):
             single.wanted("solved" if own is not None else "forward_dynamics", (q, qd, tau))
         self._need_inertia()

@@ -94,7 +94,9 @@ class Robot(Slopes):
             # A standard joint moves about z before its link, a modified one after it.
             pga3.move_line(before if standard else home[j], _LINE_Z, out=axes[j])
             before = home[j]
-        return cls(table.name, tuple(row.kind for row in table.rows), axes, home, **_carried(table.bodies, home))
+        limits = np.array([(low, high, np.inf, np.inf) for low, high in table.limits])
+        kinds = tuple(row.kind for row in table.rows)
+        return cls(table.name, kinds, axes, home, limits=limits, **_carried(table.bodies, home))
 
     @classmethod
     def from_screws(
@@ -325,10 +327,11 @@ class Robot(Slopes):
 
         In closed form where the last or the first three axes meet (at most 8 branches, 16 where the other three are
         skew), where the second, third and fourth, or third to fifth, are parallel and the two beyond meet (8), and for
-        planar arms and SCARA (2). Other arms are searched by damped Gauss-Newton on motors from 24 starts, and up to 8
-        different configurations are kept; so are arms with more joints than a pose has freedoms unless `locked` or
-        `elbow` says which configuration is meant. Joint limits are not looked at. Joints that do not move the end
-        effector stay at 0.
+        planar arms and SCARA (2). All branches of other arms of six joints, up to 16, are roots of a polynomial, found
+        as eigenvalues (`inverse.elimination`). What is left is searched by damped Gauss-Newton on motors from 24
+        starts, and up to 8 different configurations are kept; so are arms with more joints than a pose has freedoms
+        unless `locked` or `elbow` says which configuration is meant. Branches beyond joint limits are given, and
+        flagged. Joints that do not move the end effector stay at 0.
 
         Parameters
         ----------
@@ -385,7 +388,8 @@ class Robot(Slopes):
                         "end effector that have variables of their own"
                     )
         kinds = tuple(self.kinds[j] for j in path)
-        return Robot(self.name, kinds, self.axes[path], self.home[path], tool=self.tool), variables
+        limits = self.limits[variables]
+        return Robot(self.name, kinds, self.axes[path], self.home[path], tool=self.tool, limits=limits), variables
 
 
 def _carried(bodies: tuple[Body, ...], home: Reals) -> dict[str, Any]:

@@ -1,8 +1,8 @@
 """One configuration at a time: each pass over the joints is one function under numba, made of generated kernels.
 
-Batches go joint by joint (`chains`), a kernel a step; for a single configuration the calls would cost far more than what
-they do. Passes are those of `chains`, `differential`, `dynamics` and `slopes`, and are compiled when they have been
-called a few times. A robot is one table of numbers for them; work is one row a joint.
+Batches go joint by joint (`chains`), a kernel a step; for a single configuration the calls would cost far more than
+what they do. Passes are those of `chains`, `differential`, `dynamics` and `slopes`, and are compiled when they have
+been called a few times. A robot is one table of numbers for them; work is one row a joint.
 """
 
 from __future__ import annotations
@@ -121,10 +121,8 @@ def forward(table: Any, q: Any, out: Any) -> bool:
         row = table[j]
         if row[_ON_PATH] == 0:
             continue
-        if row[_SLIDES] == 0:
-            m = _product(m, _turn(row[_AXIS], q[j]))
-        else:
-            m = _product(m, _slide(row[_AXIS], 0.0, q[j]))
+        motion = _turn(row[_AXIS], q[j]) if row[_SLIDES] == 0 else _slide(row[_AXIS], 0.0, q[j])
+        m = _product(m, motion)
     _product(m, table[n, _TOOL], out)
     return True
 

@@ -1,12 +1,12 @@
 """Six joints without structure: all but one variable are eliminated, and eigenvalues give that one.
 
-``E3 E4 E5 x = E2^-1 E1^-1 G x`` for whatever ``x`` the sixth joint leaves alone. Of a point of its axis with the axis as
-its tangent, conformal geometry has a point and a bivector: 14 numbers that every motion changes linearly, and a single
-joint by a trigonometric polynomial of degree one. These are the 14 equations of Raghavan and Roth (*J. Mechanical Design*
-115:502, 1993). The first two variables are in eight monomials on one side; what is across these eight in the 14 are six
-equations in the other three. In tangents of half angles their determinant is a polynomial, whose roots are eigenvalues
-(Manocha and Canny, *IEEE Trans. Robotics Autom.* 10:648, 1994); of 24, eight are not real for any arm, so that up to 16
-are left.
+``E3 E4 E5 x = E2^-1 E1^-1 G x`` for whatever ``x`` the sixth joint leaves alone. Of a point of its axis with the axis
+as its tangent, conformal geometry has a point and a bivector: 14 numbers that every motion changes linearly, and a
+single joint by a trigonometric polynomial of degree one. These are the 14 equations of Raghavan and Roth (*J.
+Mechanical Design* 115:502, 1993). The first two variables are in eight monomials on one side; what is across these
+eight in the 14 are six equations in the other three. In tangents of half angles their determinant is a polynomial,
+whose roots are eigenvalues (Manocha and Canny, *IEEE Trans. Robotics Autom.* 10:648, 1994); of 24, eight are not real
+for any arm, so that up to 16 are left.
 """
 
 from __future__ import annotations
@@ -31,7 +31,8 @@ _SAME = 1e-5
 _SINGULAR = 1e-7
 """Determinants of the joints' unit twists up to this: branches coincide there."""
 _BRANCHES = 16
-_TRIALS = 6
+_TRIALS = 96
+"""Random configurations by which one of four ways is chosen: they differ for arms that nearly have a structure."""
 
 _TURN = np.array([[1, 1, 1], [2, -1, -1], [0, np.sqrt(3), -np.sqrt(3)]]) / 3
 """Coefficients of 1, cos, sin from values at 0 and a third of a turn either way."""
@@ -72,7 +73,7 @@ class Elimination:
 
     @classmethod
     def of(cls, whole: Chain) -> Elimination | None:
-        """The arm prepared, or None where no way from either end finds random configurations again."""
+        """The arm prepared, or None where no way from either end finds most random configurations again."""
         return _prepared(whole.axes.tobytes(), whole.slides)
 
     @classmethod
@@ -150,15 +151,21 @@ def _prepared(axes: bytes, slides: tuple[bool, ...]) -> Elimination | None:
     q = np.random.default_rng(2).uniform(-np.pi, np.pi, (_TRIALS, 6))
     q[:, list(np.flatnonzero(slides))] *= whole.size / np.pi
     goals = whole.motion_of_all(q)
+    best, fewest = None, _TRIALS // 8
     for factors in (2, 4):
         for backwards in (False, True):
             if slides[0 if backwards else 5]:
                 continue
             way = Elimination.made(whole, backwards, factors)
             found, _ = way.solve(goals)
-            if (np.nan_to_num(_apart(found, q[:, None], np.array(slides)), nan=np.inf).min(-1) < _SAME).all():
-                return way
-    return None
+            lost = ~(_apart(found, q[:, None], np.array(slides)) < _SAME).any(-1)
+            # Roots that are not real come in pairs.
+            wrong = int((lost | (np.isfinite(found[..., 0]).sum(-1) % 2 == 1)).sum())
+            if wrong < fewest:
+                best, fewest = way, wrong
+            if not wrong:
+                return best
+    return best
 
 
 def _apart(a: Reals, b: Reals, slides: Reals) -> Reals:
@@ -221,8 +228,8 @@ def _ratio(monomials: Reals) -> Reals:
 
 def _powers(x: Reals, slides: bool) -> Reals:
     """1, x, x², of an angle divided by ``1 + x²``."""
-    found = np.stack([np.ones_like(x), x, x * x], -1)
-    return found if slides else found / (1 + x * x)[:, None]
+    found: Reals = np.stack([np.ones_like(x), x, x * x], -1)
+    return found if slides else np.asarray(found / (1 + x * x)[:, None])
 
 
 def _backward(triangle: Reals, right: Reals) -> Reals:
@@ -236,7 +243,7 @@ def _backward(triangle: Reals, right: Reals) -> Reals:
 
 
 def _places(which: Reals, q: Reals, goals: int, slides: Reals) -> Reals:
-    """The branch of each configuration (K,), -1 for those that are there already; of one goal they follow each other."""
+    """The branch of each configuration, (K,), -1 for those that are there already; those of a goal are in a row."""
     place = np.full(len(which), -1)
     count = np.zeros(goals, int)
     start = np.searchsorted(which, np.arange(goals))

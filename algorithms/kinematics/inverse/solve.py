@@ -30,6 +30,8 @@ _EXACT = 1e-13
 """Branches farther off than this, up to `_ROUGH`, are polished."""
 _ROUGH = 1e-3
 _STEPS = 60
+_AT_LIMIT = 1e-9
+"""Rounding by which variables may be beyond their limits."""
 
 Way = Callable[[Reals, slice], tuple[Reals, Reals]]
 
@@ -86,14 +88,31 @@ def inverse(
     valid = found.valid & finite[:, None]
     q = found.q
     q[~valid] = np.nan
+    within = valid & _within(robot, q)
     nearest = np.where(finite[:, None], found.nearest, np.nan)
+    inside = within.any(-1)
+    nearest[inside] = q[inside, within[inside].argmax(-1)]
     return Solutions(
         q.reshape(*shape, *q.shape[1:]),
         valid.reshape(*shape, valid.shape[-1]),
         status.reshape(shape),
         nearest.reshape(*shape, nearest.shape[-1]),
         found.method,
+        within.reshape(*shape, within.shape[-1]),
     )
+
+
+def _within(robot: Robot, q: Reals) -> NDArray[np.bool_]:
+    """Which configurations (..., n) are within the limits, if need be after whole turns: (...)."""
+    low, high = robot.limits[:, 0] - _AT_LIMIT, robot.limits[:, 1] + _AT_LIMIT
+    if np.isinf(low).all() and np.isinf(high).all():
+        return np.ones(q.shape[:-1], bool)
+    turns = np.array([kind.value == "revolute" for kind in robot.kinds])
+    with np.errstate(invalid="ignore"):
+        lowest = np.where(turns & np.isfinite(low), low, q)
+        up = 2 * np.pi * np.ceil((lowest - q) / (2 * np.pi))
+        inside = (q + up >= low) & (q + up <= high) | turns & np.isinf(low)
+    return np.asarray(inside.all(-1))
 
 
 def _motors(robot: Robot, poses: ArrayLike) -> Reals:
