@@ -322,6 +322,7 @@ class Robot(Slopes):
         *,
         locked: Mapping[int, ArrayLike] | None = None,
         elbow: ArrayLike | None = None,
+        way: str = "motors",
     ) -> Solutions:
         """All configurations that reach poses.
 
@@ -343,6 +344,9 @@ class Robot(Slopes):
         elbow : array_like, optional
             For arms of seven joints whose first three axes meet in a shoulder and last three in a wrist: the angle in
             radians of the fourth axis about the line from shoulder to wrist, as `elbow_angle` measures it.
+        way : str, optional
+            "motors"; or, for arms with a wrist or three parallel axes that need no quartic, "affine" or "conformal":
+            the same branches in another order, from meets of circles, lines, planes and spheres.
 
         Returns
         -------
@@ -356,14 +360,14 @@ class Robot(Slopes):
         """
         arm, variables = self._arm()
         if arm is self:
-            return _inverse(self, poses, locked=locked, elbow=elbow)
+            return _inverse(self, poses, locked=locked, elbow=elbow, way=way)
         for joint in locked or {}:
             if joint not in variables:
                 raise ValueError(
                     f"{self.name}: locked: joint {joint!r} does not move the end effector; expected one of {variables}"
                 )
         kept = {variables.index(joint): value for joint, value in (locked or {}).items()}
-        found = _inverse(arm, poses, locked=kept, elbow=elbow)
+        found = _inverse(arm, poses, locked=kept, elbow=elbow, way=way)
         q, nearest = (np.zeros((*some.shape[:-1], self.n_joints)) for some in (found.q, found.nearest))
         q[..., variables], nearest[..., variables] = found.q, found.nearest
         q[~found.valid] = np.nan

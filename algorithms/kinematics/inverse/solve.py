@@ -15,6 +15,7 @@ from ...arguments import Reals, real_array
 from .chain import COINCIDE, Chain
 from .closed import closed_form
 from .elimination import Elimination
+from .meets import GEOMETRIES, Meets
 from .redundant import elbow_circle
 from .search import descend, polish, search
 from .solutions import Solutions, Status
@@ -53,8 +54,13 @@ def inverse(
     *,
     locked: Mapping[int, ArrayLike] | None = None,
     elbow: ArrayLike | None = None,
+    way: str = "motors",
 ) -> Solutions:
     """All configurations of a robot that reach poses: what `Robot.inverse` calls, and describes."""
+    if way != "motors" and way not in GEOMETRIES:
+        raise ValueError(f"{robot.name}: way {way!r}; expected 'motors', {', '.join(map(repr, GEOMETRIES))}")
+    if way != "motors" and elbow is not None:
+        raise ValueError(f"{robot.name}: way {way!r} with an elbow; expected 'motors', or joints locked")
     goals = _motors(robot, poses)
     shape, count = goals.shape[:-1], int(np.prod(goals.shape[:-1]))
     if locked and elbow is not None:
@@ -80,7 +86,7 @@ def inverse(
         arm, turns = elbow_circle(robot), np.where(finite, angles, 0.0)
         found = _checked(chain, goals, lambda motors, block: arm.solve(motors, turns[block]), arm.name)
     else:
-        found = _with_locked(chain, goals, values)
+        found = _with_locked(chain, goals, values, way)
     status = np.full(count, Status.OUT_OF_REACH if found.method != "search" else Status.NOT_FOUND, np.int8)
     status[found.valid.any(-1)] = Status.FOUND
     status[(found.valid & (np.abs(found.gap) <= COINCIDE)).any(-1)] = Status.SINGULAR
@@ -133,10 +139,17 @@ def _per_pose(value: ArrayLike, name: str, shape: tuple[int, ...]) -> Reals:
         raise ValueError(f"{name}: shape {array.shape}; expected one number, or one for each pose, {shape}") from None
 
 
-def _with_locked(chain: Chain, goals: Reals, values: Mapping[int, Reals]) -> _Found:
+def _with_locked(chain: Chain, goals: Reals, values: Mapping[int, Reals], geometry: str) -> _Found:
     """The branches where some joints have given values, (N,) each."""
     if not values:
         form = closed_form(chain) or Elimination.of(chain)
+        if geometry != "motors":
+            form = Meets.of(form, geometry)
+            if form is None:
+                raise ValueError(
+                    f"way {geometry!r}: not for this arm; expected a wrist, and first axes that meet or parallel ones, "
+                    "or three parallel axes; use 'motors'"
+                )
         if form is None:
             return _checked(chain, goals, lambda motors, _: _searched(chain, motors), "search")
         return _checked(chain, goals, lambda motors, _: form.solve(motors), form.name)
@@ -144,14 +157,14 @@ def _with_locked(chain: Chain, goals: Reals, values: Mapping[int, Reals]) -> _Fo
     value, others = values[joint], {j: v for j, v in values.items() if j != joint}
     if joint in (0, len(chain) - 1):
         rest, motors = chain.lock(joint, value, goals)
-        return _inserted(_with_locked(rest, motors, others), joint, value)
+        return _inserted(_with_locked(rest, motors, others, geometry), joint, value)
     # A joint between others carries axes along: one arm for each value.
     different, which = np.unique(value, return_inverse=True)
     parts = []
     for k, one in enumerate(different if len(different) else np.zeros(1)):
         chosen = np.flatnonzero(which == k)
         rest, motors = chain.lock(joint, one, goals[chosen])
-        found = _with_locked(rest, motors, {j: v[chosen] for j, v in others.items()})
+        found = _with_locked(rest, motors, {j: v[chosen] for j, v in others.items()}, geometry)
         parts.append((chosen, _inserted(found, joint, value[chosen])))
     branches = max(part.q.shape[1] for _, part in parts)
     q, nearest = np.full((len(goals), branches, len(chain)), np.nan), np.full((len(goals), len(chain)), np.nan)
