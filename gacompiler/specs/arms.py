@@ -359,3 +359,33 @@ def point_and_tangent(p, line):
     point = ga.assemble(CGA3, {"e0": 1, "einf": square / 2, **dict(zip(names, x, strict=True))})
     tangent = point ^ ga.assemble(CGA3, {"einf": along, **dict(zip(names, d, strict=True))})
     return (*(point[name] for name in (*names, "einf")), *(tangent[name] for name in CGA3.POINT_PAIR.blades))
+
+
+# What a motor takes to what is linear in the motor: null vectors of these matrices are the motors that do.
+
+
+ODD = (*PLANE.blades, "e123", *DIRECTION.blades)
+
+
+def _constraint(a, b, blades):
+    """The matrix of ``x -> x a - b x`` on the coefficients of a motor."""
+    columns = [x * a - b * x for x in (PGA3.multivector({name: 1}) for name in MOTOR.blades)]
+    return tuple(tuple(column[name] for column in columns) for name in blades)
+
+
+@kernel(a=POINT, b=POINT, returns=array(SCALAR, 8, 8))
+def constraint_of_points(a, b):
+    """The matrix of ``x -> x a - b x``: its null vectors are the motors that take the point `a` to `b`."""
+    return _constraint(a, b, ODD)
+
+
+@kernel(a=LINE, b=LINE, returns=array(SCALAR, 8, 8))
+def constraint_of_lines(a, b):
+    """The matrix of ``x -> x a - b x``: its null vectors are the motors that take the line `a` to `b`."""
+    return _constraint(a, b, MOTOR.blades)
+
+
+@kernel(a=PLANE, b=PLANE, returns=array(SCALAR, 8, 8))
+def constraint_of_planes(a, b):
+    """The matrix of ``x -> x a - b x``: its null vectors are the motors that take the plane `a` to `b`."""
+    return _constraint(a, b, ODD)
