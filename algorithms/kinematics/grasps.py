@@ -1,8 +1,8 @@
 """Grasps by constraints: where points, lines and planes of a gripper come to those of an object.
 
-The book's 11.2.3: flags of the gripper and of the object coincide. A motor M takes ``a`` to ``b`` where ``M a - b M`` is
-zero, which is linear in M for points, lines and planes alike. All constraints together are one matrix, and the motors
-are its null vectors that are motors.
+The book's 11.2.3: flags of the gripper and of the object coincide. A motor M takes ``a`` to ``b`` where ``M a - b M``
+is zero, which is linear in M for points, lines and planes alike. All constraints together are one matrix, and the
+motors are its null vectors that are motors.
 """
 
 from __future__ import annotations

@@ -223,7 +223,7 @@ def _ratio(monomials: Reals) -> Reals:
     top = np.abs(column[:, 2]) > np.abs(column[:, 0])
     with np.errstate(divide="ignore", invalid="ignore"):
         found = np.where(top, column[:, 2] / column[:, 1], column[:, 1] / column[:, 0]).real
-    return np.nan_to_num(found, nan=0.0, posinf=1e8, neginf=-1e8)
+    return np.asarray(np.nan_to_num(found, nan=0.0, posinf=1e8, neginf=-1e8))
 
 
 def _powers(x: Reals, slides: bool) -> Reals:
