@@ -7,7 +7,15 @@ from typing import Any
 import numpy as np
 import pytest
 
-from algorithms.kinematics import Body, Robot, single
+from algorithms.kinematics import (
+    Body,
+    DescriptionError,
+    JointCountError,
+    NotFiniteError,
+    Robot,
+    UnknownJointTypeError,
+    single,
+)
 
 METHODS = (
     ("forward", 1),
@@ -90,3 +98,32 @@ def test_a_robot_keeps_its_numbers_and_leaves_those_of_others_alone() -> None:
             kept[0] = 0.0
     assert np.array_equal(robot.mass_matrix(np.ones(6)), expected[0])
     assert np.array_equal(robot.forward(np.ones(6)), expected[1])
+
+
+def test_descriptions_of_no_robot_have_errors_of_their_own() -> None:
+    arm = Robot.named("puma560")
+    given: dict[str, Any] = {name: getattr(arm, name) for name in ("name", "kinds", "axes", "home", "bodies", "limits")}
+
+    def broken(name: str) -> Any:
+        array = given[name].copy()
+        array[2, 1] = np.nan
+        return array
+
+    cases: tuple[tuple[type[DescriptionError], dict[str, Any]], ...] = (
+        (UnknownJointTypeError, {"kinds": ("revolute",) * 6}),
+        (JointCountError, {"axes": arm.axes[:5]}),
+        (JointCountError, {"kinds": (), "axes": arm.axes[:0]}),
+        (JointCountError, {"bodies": arm.bodies[:4]}),
+        *((NotFiniteError, {name: broken(name)}) for name in ("axes", "home", "bodies", "limits")),
+        (DescriptionError, {"parents": (-1, 0, 1, 5, 3, 4)}),
+    )
+    for error, change in cases:
+        with pytest.raises(error, match="puma560: "):
+            Robot(**{**given, **change})
+    for error, rows in (
+        (UnknownJointTypeError, [{"kind": "ball"}]),
+        (NotFiniteError, [{"a": float("nan")}]),
+        (JointCountError, []),
+    ):
+        with pytest.raises(error, match="row"):
+            Robot.from_dh(rows)

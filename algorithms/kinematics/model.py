@@ -15,7 +15,7 @@ from generated import pga3
 from ..arguments import Reals, real_array
 from . import single
 from .denavit_hartenberg import Joint
-from .errors import DescriptionError, JointCountError, MissingInertiaError, NotFiniteError
+from .errors import DescriptionError, JointCountError, MissingInertiaError, NotFiniteError, UnknownJointTypeError
 
 Floats = NDArray[np.float64]
 
@@ -31,7 +31,7 @@ def _empty() -> Floats:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Model:
-    """The constants of a robot. Immutable; arrays cannot be written to.
+    """The constants of a robot. Immutable; arrays are copies, and cannot be written to.
 
     The frame after joint j is the motor ``exp(-x_i/2 l_i) ... exp(-x_j/2 l_j) H_j`` over the joints from the base to j:
     the product of exponentials (Brockett 1984) with the unit lines ``l`` of the joints and the motors ``H`` of the
@@ -130,6 +130,11 @@ class Model:
                 raise JointCountError(f"{self.name}: {name} of shape {found.shape}; expected {shape}")
             if not np.isfinite(found).all():
                 raise NotFiniteError(f"{self.name}: {name} has a NaN or an infinite number; expected finite numbers")
+        for kind in self.kinds:
+            if not isinstance(kind, Joint):
+                raise UnknownJointTypeError(f"{self.name}: kind {kind!r}; expected Joint.REVOLUTE or Joint.PRISMATIC")
+        if not np.isfinite(self.bodies).all() or np.isnan(self.limits).any() or not np.isfinite(self.coupling).all():
+            raise NotFiniteError(f"{self.name}: bodies, limits or coupling with a NaN; expected numbers")
         if self.bodies.size and self.bodies.shape != (count, 10):
             raise JointCountError(f"{self.name}: bodies of shape {self.bodies.shape}; expected ({count}, 10)")
         if any(not -1 <= parent < j for j, parent in enumerate(self.parents)) or len(self.parents) != count:

@@ -1,4 +1,4 @@
-"""Robots: made from tables, screws or URDF files, and asked where things are."""
+"""Robots: made from tables, screws or URDF files, and asked where things are. One class, in one file."""
 
 from __future__ import annotations
 

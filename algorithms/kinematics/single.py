@@ -2,7 +2,8 @@
 
 Batches go joint by joint (`chains`), a kernel a step; for a single configuration the calls would cost far more than
 what they do. Passes are those of `chains`, `differential`, `dynamics` and `slopes`, and are compiled when they have
-been called a few times. A robot is one table of numbers for them; work is one row a joint.
+been called a few times; results then differ by rounding. A robot is one table of numbers for them; work is one row a
+joint. They share their parts, so they are in one file.
 """
 
 from __future__ import annotations
