@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from math import ceil, floor
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -109,16 +110,23 @@ def inverse(
 
 
 def _within(robot: Robot, q: Reals) -> NDArray[np.bool_]:
-    """Which configurations (..., n) are within the limits, if need be after whole turns: (...)."""
-    low, high = robot.limits[:, 0] - _AT_LIMIT, robot.limits[:, 1] + _AT_LIMIT
-    if np.isinf(low).all() and np.isinf(high).all():
-        return np.ones(q.shape[:-1], bool)
-    turns = np.array([kind.value == "revolute" for kind in robot.kinds])
-    with np.errstate(invalid="ignore"):
-        lowest = np.where(turns & np.isfinite(low), low, q)
-        up = 2 * np.pi * np.ceil((lowest - q) / (2 * np.pi))
-        inside = (q + up >= low) & (q + up <= high) | turns & np.isinf(low)
-    return np.asarray(inside.all(-1))
+    """Which configurations (..., n), of angles up to pi, are within the limits, if need be after whole turns: (...)."""
+    found = np.ones(q.shape[:-1], bool)
+    for joint, kind in enumerate(robot.kinds):
+        low, high = robot.limits[joint, :2] + (-_AT_LIMIT, _AT_LIMIT)
+        turns = [0]
+        if kind.value == "revolute":
+            if high - low >= 2 * np.pi:
+                continue
+            turns = list(range(ceil((low - np.pi) / (2 * np.pi)), floor((high + np.pi) / (2 * np.pi)) + 1))
+        elif np.isinf(low) and np.isinf(high):
+            continue
+        value = np.ascontiguousarray(q[..., joint])
+        inside = np.zeros(found.shape, bool)
+        for turn in turns:
+            inside |= (value >= low - 2 * np.pi * turn) & (value <= high - 2 * np.pi * turn)
+        found &= inside
+    return found
 
 
 def _motors(robot: Robot, poses: ArrayLike) -> Reals:
