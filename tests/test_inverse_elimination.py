@@ -114,6 +114,7 @@ def test_no_branch_is_missed_that_a_search_finds(name: str) -> None:
     q = np.random.default_rng(5).uniform(-pi, pi, (3, 6))
     motors = robot.forward(q)
     found = robot.inverse(motors)
+    assert np.array_equal(robot.inverse(-motors).q, found.q, equal_nan=True)
     chain = Chain(robot.axes, (False,) * 6)
     starts = np.random.default_rng(6).uniform(-pi, pi, (150, 6))
     for k in range(3):
