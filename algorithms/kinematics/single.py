@@ -10,7 +10,9 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Callable
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
+from zlib import crc32
 
 import numpy as np
 from numba import njit
@@ -55,7 +57,7 @@ _WORK = 42
 
 _REAL = {1: "f8[::1]", 2: "f8[:, ::1]", 3: "f8[:, :, ::1]"}
 _waiting: dict[str, tuple[Any, str]] = {}
-"""Passes that are not compiled: by name, as numba has them, and their signature."""
+"""Passes that are not compiled: by name, with their signature."""
 _calls: Counter[str] = Counter()
 
 
@@ -84,7 +86,13 @@ def wanted(name: str, arrays: tuple[Any, ...]) -> None:
         return
     _calls[name] += 1
     if _calls[name] > PATIENCE:
-        run, signature = _waiting.pop(name)
+        function, signature = _waiting.pop(name)
+        # numba keeps what it compiled by this name, and knows nothing of the kernels' text
+        function.__qualname__ = f"{name}_{crc32(Path(pga3.__file__).read_bytes()):08x}"
+        try:
+            run = njit(function, cache=True, error_model="numpy")
+        except RuntimeError:  # no folder to keep it in
+            run = njit(function, error_model="numpy")
         run.compile(signature)
         run.disable_compile()
         globals()[name] = run
@@ -98,7 +106,7 @@ def _pass(*axes: int) -> Callable[[Callable[..., bool]], Any]:
 
     def made(function: Callable[..., bool]) -> Any:
         signature = f"b1({', '.join(_REAL[k] for k in (2, *axes))})"
-        _waiting[function.__name__] = njit(function, cache=True, error_model="numpy"), signature
+        _waiting[function.__name__] = function, signature
         return _refuse
 
     return made
