@@ -119,8 +119,13 @@ class Dynamics(Differential):
         MissingInertiaError, TypeError, ValueError
             As in `inverse_dynamics`.
         """
-        one = None
-        if self._heavy:
+        one, own, still = None, self._own_dynamics, self._still
+        if own is not None and type(q) is np.ndarray is type(qd) and q.dtype is qd.dtype is still.dtype:
+            try:
+                return own.inverse_dynamics(q, qd, still) - own.inverse_dynamics(q, still, still)  # type: ignore[no-any-return]
+            except ValueError:
+                pass
+        elif self._heavy:
             one = self._one("inverse_dynamics", len(self.kinds), q, qd, self._still, weightless=True)
         if one is not None:
             return one
