@@ -30,7 +30,17 @@ from .robot_chains import (
     rounded,
 )
 
-__all__ = ["Chain", "forward", "inverse_dynamics", "jacobian", "mass_matrix", "regrouped", "row_motor"]
+__all__ = [
+    "Chain",
+    "energies",
+    "forward",
+    "inverse_dynamics",
+    "jacobian",
+    "lagrange_equations",
+    "mass_matrix",
+    "regrouped",
+    "row_motor",
+]
 
 _LINE = ("e12", "e13", "e23", "e01", "e02", "e03")
 _MOTOR = ("1", *_LINE, "e0123")
@@ -345,3 +355,66 @@ def mass_matrix(chain: Chain, q: Sequence[Any]) -> tuple[tuple[Any, ...], ...]:
                     before[2][i, j] = before[2][i, j] + trace
             bodies[parent] = (before[0] + mass, [a + b for a, b in zip(before[1], shifted, strict=True)], before[2])
     return tuple(map(tuple, result))
+
+
+def energies(chain: Chain, q: Sequence[Any], qd: Sequence[Any]) -> tuple[Any, Any]:
+    """Kinetic and potential energy, J; what no joint can change of the potential energy is left out.
+
+    Parameters
+    ----------
+    chain : Chain
+        With inertias.
+    q, qd : n scalars each
+        Numbers, expressions in a kernel, or symbols of sympy.
+
+    Returns
+    -------
+    two scalars
+    """
+    motions, inertias = _motions(chain, q), regrouped(chain)
+    kinetic: Any = 0
+    twists: list[Any] = []
+    for joint, motion in enumerate(motions):
+        parent, own = chain.parents[joint], qd[joint] * motion.twist
+        twists.append(own if parent < 0 else motion.up(twists[parent]) + own)
+        momentum = _momentum(inertias[joint], twists[joint])
+        kinetic = kinetic + regressive_product(twists[joint], momentum) / 2
+    kinetic = kinetic["1"]
+    if chain.armature:
+        kinetic = kinetic + _total([exact(a) * v * v / 2 for a, v in zip(chain.armature, qd, strict=True)])
+    masses, firsts = [inertia[0] for inertia in inertias], [list(inertia[1]) for inertia in inertias]
+    potential: Any = 0
+    for joint in reversed(range(chain.n_joints)):
+        motion, parent = motions[joint], chain.parents[joint]
+        turned, place = motion.turned(firsts[joint]), motion.position(q[joint])
+        first = [a + masses[joint] * b for a, b in zip(turned, place, strict=True)]
+        if parent < 0:
+            potential = potential - _total([exact(g) * x for g, x in zip(chain.gravity, first, strict=True)])
+        else:
+            masses[parent] = masses[parent] + masses[joint]
+            firsts[parent] = [a + b for a, b in zip(firsts[parent], first, strict=True)]
+    return kinetic, potential
+
+
+def lagrange_equations(chain: Chain, q: Sequence[Any], qd: Sequence[Any], qdd: Sequence[Any]) -> tuple[Any, ...]:
+    """Forces of the joints as formulas: ``d/dt dT/dqd - dT/dq + dV/dq`` of the energies, for small chains.
+
+    Parameters
+    ----------
+    chain : Chain
+        With inertias.
+    q, qd, qdd : n symbols of sympy each
+        Joint variables, their rates, and the rates of these.
+
+    Returns
+    -------
+    n formulas
+        The same as `inverse_dynamics`, which is how to compute them.
+    """
+    kinetic, potential = energies(chain, q, qd)
+    forces = []
+    for joint, rate in zip(q, qd, strict=True):
+        momentum = kinetic.diff(rate)
+        change = _total([momentum.diff(x) * v + momentum.diff(v) * a for x, v, a in zip(q, qd, qdd, strict=True)])
+        forces.append(change - kinetic.diff(joint) + (potential.diff(joint) if potential else 0))
+    return tuple(forces)

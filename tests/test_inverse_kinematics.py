@@ -249,14 +249,15 @@ def test_a_planar_arm_by_the_law_of_cosines() -> None:
     assert np.sort(found.q[..., 1], -1) == pytest.approx(np.stack([-elbow, elbow], -1), abs=1e-9)
 
 
-def test_the_search_finds_configurations_of_an_arm_without_structure() -> None:
-    q = configurations(SKEW, 40, 9)
-    poses = pose_by_matrices(SKEW, q)
-    found = Robot.from_dh(SKEW).inverse(poses)
+def test_the_search_finds_configurations_of_an_arm_of_seven_joints() -> None:
+    rows = [*SKEW, {"a": 0.1, "d": 0.1, "alpha": 0.5}]
+    q = configurations(rows, 40, 9)
+    poses = pose_by_matrices(rows, q)
+    found = Robot.from_dh(rows).inverse(poses)
     assert found.method == "search"
     assert np.mean(found.valid.any(-1)) > 0.95
     assert np.isin(found.status[~found.valid.any(-1)], Status.NOT_FOUND).all()
-    reached = pose_by_matrices(SKEW, np.where(found.valid[..., None], found.q, 0.0))
+    reached = pose_by_matrices(rows, np.where(found.valid[..., None], found.q, 0.0))
     assert np.abs(reached - poses[:, None])[found.valid].max() < 1e-10
     for branches, valid in zip(found.q, found.valid, strict=True):
         some = branches[valid]

@@ -110,3 +110,46 @@ def test_gravity_takes_linear_and_the_mass_matrix_quadratic_time() -> None:
     assert {b - a for a, b in pairwise(weight[1:])} == {12}
     second = [a - 2 * b + c for a, b, c in zip(mass, mass[1:], mass[2:], strict=False)]
     assert min(second) > 0 and max(second) <= 16
+
+
+def pendulum() -> robots.Chain:
+    """Two links that turn about y, of lengths 0.5 and 0.6 along x; armature on the second joint."""
+    bodies = (1.0, 0.25, 0, 0, 0, 0, 0, 0.02, 0, 0), (2.0, 0.8, 0, 0, 0, 0, 0, 0.03, 0, 0)
+    axes = (0, -1.0, 0, 0, 0, 0), (0, -1.0, 0, 0, 0, 0.5)
+    tool = (1.0, *(0.0,) * 7)
+    return robots.Chain(("revolute",) * 2, (-1, 0), axes, 1, tool, bodies, armature=(0.0, 0.1))
+
+
+def test_lagranges_equations_of_two_links_as_in_the_textbook() -> None:
+    """Spong, Hutchinson and Vidyasagar, *Robot Modeling and Control* (2006), 6.4."""
+    q, qd, qdd = (sympy.symbols(f"{name}1:3", real=True) for name in "qva")
+    found = robots.lagrange_equations(pendulum(), q, qd, qdd)
+    length, near, far = sympy.Rational(1, 2), sympy.Rational(1, 4), sympy.Rational(3, 10)
+    i1, i2, rotor, g = sympy.Rational(1, 50), sympy.Rational(3, 100), sympy.Rational(1, 10), sympy.Rational(981, 100)
+    c, s = sympy.cos(q[1]), sympy.sin(q[1])
+    d22 = 2 * far**2 + i2
+    d12 = d22 + 2 * length * far * c
+    d11 = near**2 + i1 + 2 * length**2 + 2 * length * far * c + d12
+    h = 2 * length * far * s
+    weight = [
+        (near + 2 * length) * sympy.cos(q[0]) + 2 * far * sympy.cos(q[0] + q[1]),
+        2 * far * sympy.cos(q[0] + q[1]),
+    ]
+    sign = 1 if found[0].subs({x: 0 for x in (*q, *qd, *qdd)}) > 0 else -1
+    expected = (
+        d11 * qdd[0] + d12 * qdd[1] - h * (2 * qd[0] * qd[1] + qd[1] ** 2) + sign * g * weight[0],
+        d12 * qdd[0] + (d22 + rotor) * qdd[1] + h * qd[0] ** 2 + sign * g * weight[1],
+    )
+    for mine, truth in zip(found, expected, strict=True):
+        assert sympy.simplify(sympy.expand(sympy.expand_trig(mine - truth))) == 0
+
+
+def test_lagranges_equations_are_newtons_and_eulers() -> None:
+    """For a spatial chain with a slide, at a rational point of the variables, to 30 digits."""
+    arm = chain(3)
+    arm = robots.Chain(("revolute", "prismatic", "revolute"), arm.parents, arm.axes, arm.tip, arm.tool, arm.inertias)
+    q, qd, qdd = (sympy.symbols(f"{name}1:4", real=True) for name in "qva")
+    values = {x: sympy.Rational(k + 1, 7) for k, x in enumerate((*q, *qd, *qdd))}
+    newton = [torque["1"] for torque in robots.inverse_dynamics(arm, q, qd, qdd)]
+    for a, b in zip(robots.lagrange_equations(arm, q, qd, qdd), newton, strict=True):
+        assert abs(sympy.sympify(a - b).subs(values).evalf(40)) < 1e-30

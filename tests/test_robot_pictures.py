@@ -56,5 +56,7 @@ def test_a_motion_as_a_file(tmp_path: Path) -> None:
     path = animate(arm, Q + np.linspace(0, 1, 4)[:, None], tmp_path / "motion.gif", 10)
     with Image.open(path) as image:
         assert image.n_frames == 4  # type: ignore[attr-defined]
+    page = animate(arm, Q + np.linspace(0, 1, 3)[:, None], tmp_path / "motion.html").read_text()
+    assert page.count("data:image/png;base64") == 3
     with pytest.raises(ValueError, match="configurations"):
         animate(arm, Q[:5], tmp_path / "other.gif")

@@ -8,6 +8,7 @@ from enum import Enum
 
 from ..arguments import finite_number
 from .bodies import Body
+from .errors import JointCountError, NotFiniteError, UnknownJointTypeError
 
 
 class Joint(Enum):
@@ -62,6 +63,8 @@ class Table:
         Where the numbers are from.
     bodies : tuple of Body, optional
         What each link weighs, in the frame after its row.
+    limits : tuple of pairs, optional
+        For each joint: lowest, highest.
     """
 
     name: str
@@ -69,6 +72,7 @@ class Table:
     rows: tuple[Row, ...]
     source: str
     bodies: tuple[Body, ...] = ()
+    limits: tuple[tuple[float, float], ...] = ()
 
 
 _LENGTHS_AND_ANGLES = ("d", "a", "alpha", "theta")
@@ -99,13 +103,13 @@ def rows_of(rows: Sequence[Mapping[str, object]]) -> tuple[Row, ...]:
     Raises
     ------
     TypeError, ValueError
-        With the row, counted from 0, and the key at fault: an unknown key, what is not a number or not finite, an
-        unknown kind, no rows.
+        With the row, counted from 0, and the key at fault: an unknown key, what is not a number. What is not finite is
+        a `NotFiniteError`, an unknown kind an `UnknownJointTypeError`, no rows a `JointCountError`.
     """
     if isinstance(rows, (str, Mapping)) or not isinstance(rows, Sequence):
         raise TypeError(f"rows: {type(rows).__name__}; expected a list of mappings, one for each joint")
     if not rows:
-        raise ValueError("rows: none; expected at least one, base first")
+        raise JointCountError("rows: none; expected at least one, base first")
     return tuple(_row(row, f"row {index}") for index, row in enumerate(rows))
 
 
@@ -115,10 +119,17 @@ def _row(row: Mapping[str, object], where: str) -> Row:
     for key in row:
         if key not in _KEYS:
             raise ValueError(f"{where}: unknown key {key!r}; expected {', '.join(_KEYS)}")
-    numbers = {key: finite_number(row[key], f"{where}: {key}") for key in _LENGTHS_AND_ANGLES if key in row}
+    numbers = {key: _number(row[key], f"{where}: {key}") for key in _LENGTHS_AND_ANGLES if key in row}
     kind = row.get("kind", Joint.REVOLUTE)
     try:
         return Row(**numbers, kind=Joint(kind))
     except ValueError:
         expected = " or ".join(repr(joint.value) for joint in Joint)
-        raise ValueError(f"{where}: kind {kind!r}; expected {expected}") from None
+        raise UnknownJointTypeError(f"{where}: kind {kind!r}; expected {expected}") from None
+
+
+def _number(value: object, where: str) -> float:
+    try:
+        return finite_number(value, where)
+    except ValueError as error:
+        raise NotFiniteError(str(error)) from None

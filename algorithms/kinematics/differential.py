@@ -10,9 +10,12 @@ from numpy.typing import ArrayLike
 from generated import pga3
 
 from ..arguments import Reals, real_array
+from . import single
 from .chains import blocks, joint_twists, motions, tool_points
 from .denavit_hartenberg import Joint
 from .model import Model
+
+_empty = np.empty
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -37,6 +40,15 @@ class Differential(Model):
         TypeError, ValueError
             Where `q` is not an array of n real numbers in its last axis.
         """
+        own = self._own
+        try:
+            if own is not None:
+                return own.jacobian(q)  # type: ignore[no-any-return]
+            out = _empty((6, len(self.kinds)))
+            if single.jacobian(self._table, q, out):
+                return out
+        except (TypeError, ValueError):
+            single.wanted("jacobian", (q,))
         q, flat = self._variables(q, "q")
         n = len(self.kinds)
         if self.module is not None:
@@ -63,6 +75,9 @@ class Differential(Model):
         TypeError, ValueError
             As in `jacobian`.
         """
+        one = self._one("jacobian_rate", (6, len(self.kinds)), q, qd)
+        if one is not None:
+            return one
         shape, (flat, speeds) = self._together((q, "q"), (qd, "qd"))
         found = np.zeros((len(flat), 6, len(self.kinds)), flat.dtype)
         for block in blocks(len(flat)):
@@ -81,6 +96,8 @@ class Differential(Model):
         TypeError, ValueError
             As in `jacobian`.
         """
+        if self._plain(q, qd):
+            return self.jacobian(q) @ qd
         shape, (flat, speeds) = self._together((q, "q"), (qd, "qd"))
         found: Reals = np.einsum("bij,bj->bi", self.jacobian(flat), speeds)
         return found.reshape(*shape, 6)
@@ -97,6 +114,8 @@ class Differential(Model):
         TypeError, ValueError
             As in `jacobian`.
         """
+        if self._plain(q, qd, qdd):
+            return self.jacobian(q) @ qdd + self.jacobian_rate(q, qd) @ qd
         shape, (flat, speeds, rates) = self._together((q, "q"), (qd, "qd"), (qdd, "qdd"))
         found: Reals = np.einsum("bij,bj->bi", self.jacobian(flat), rates)
         found += np.einsum("bij,bj->bi", self.jacobian_rate(flat, speeds), speeds)

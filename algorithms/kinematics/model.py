@@ -13,8 +13,9 @@ from numpy.typing import ArrayLike, NDArray
 from generated import pga3
 
 from ..arguments import Reals, real_array
+from . import single
 from .denavit_hartenberg import Joint
-from .errors import DescriptionError, JointCountError, MissingInertiaError, NotFiniteError
+from .errors import DescriptionError, JointCountError, MissingInertiaError, NotFiniteError, UnknownJointTypeError
 
 Floats = NDArray[np.float64]
 
@@ -30,7 +31,7 @@ def _empty() -> Floats:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Model:
-    """The constants of a robot. Immutable; arrays cannot be written to.
+    """The constants of a robot. Immutable; arrays are copies, and cannot be written to.
 
     The frame after joint j is the motor ``exp(-x_i/2 l_i) ... exp(-x_j/2 l_j) H_j`` over the joints from the base to j:
     the product of exponentials (Brockett 1984) with the unit lines ``l`` of the joints and the motors ``H`` of the
@@ -89,6 +90,17 @@ class Model:
     coupling: Floats = field(default_factory=_empty)
     links: Mapping[str, tuple[int, Floats]] = field(default_factory=dict)
     module: Any = None
+    _table: Floats | None = field(default=None, init=False, repr=False)
+    """What `single` reads; none where joints follow others."""
+    _weightless: Floats | None = field(default=None, init=False, repr=False)
+    """The same without gravity; none where something is not known of masses."""
+    _own: Any = field(default=None, init=False, repr=False)
+    """The module where each joint has its own variable: its kernels can be called with what callers give."""
+    _own_dynamics: Any = field(default=None, init=False, repr=False)
+    """The same where its masses are known."""
+    _heavy: bool = field(default=False, init=False, repr=False)
+    """Whether all masses are known."""
+    _still: Floats = field(default_factory=_empty, init=False, repr=False)
 
     def __post_init__(self) -> None:
         count = len(self.kinds)
@@ -118,14 +130,29 @@ class Model:
                 raise JointCountError(f"{self.name}: {name} of shape {found.shape}; expected {shape}")
             if not np.isfinite(found).all():
                 raise NotFiniteError(f"{self.name}: {name} has a NaN or an infinite number; expected finite numbers")
+        for kind in self.kinds:
+            if not isinstance(kind, Joint):
+                raise UnknownJointTypeError(f"{self.name}: kind {kind!r}; expected Joint.REVOLUTE or Joint.PRISMATIC")
+        if not np.isfinite(self.bodies).all() or np.isnan(self.limits).any() or not np.isfinite(self.coupling).all():
+            raise NotFiniteError(f"{self.name}: bodies, limits or coupling with a NaN; expected numbers")
         if self.bodies.size and self.bodies.shape != (count, 10):
             raise JointCountError(f"{self.name}: bodies of shape {self.bodies.shape}; expected ({count}, 10)")
         if any(not -1 <= parent < j for j, parent in enumerate(self.parents)) or len(self.parents) != count:
             raise DescriptionError(
                 f"{self.name}: parents {self.parents}; expected an earlier joint or -1 for each joint"
             )
-        for array in (self.axes, self.home, self.tool, self.bodies, self.armature, self.limits, self.coupling):
-            array.flags.writeable = False
+        fill("_still", np.zeros(self.n_joints))
+        for name in ("axes", "home", "tool", "bodies", "armature", "free_fall", "limits", "coupling"):
+            kept = np.array(getattr(self, name), float)
+            kept.flags.writeable = False
+            fill(name, kept)
+        heavy = bool(self.bodies.size) and not self.without_inertia
+        fill("_heavy", heavy)
+        fill("_table", single.table_of(self))
+        fill("_weightless", single.table_of(self, gravity=False) if heavy else None)
+        if not self.coupling.size:
+            fill("_own", self.module)
+            fill("_own_dynamics", self.module if heavy and hasattr(self.module, "inverse_dynamics") else None)
 
     @property
     def n_joints(self) -> int:
@@ -150,6 +177,21 @@ class Model:
                 e12, e13, e23 = self.axes[j, :3]
                 found[j] = 0, 0, 0, e23, -e13, e12
         return found
+
+    def _one(self, name: str, shape: tuple[int, ...] | int, *rows: ArrayLike, weightless: bool = False) -> Reals | None:
+        """A pass over one configuration; None where the arguments are something else, or it is not compiled yet."""
+        out = np.empty(shape)
+        try:
+            if getattr(single, name)(self._weightless if weightless else self._table, *rows, out):
+                return out
+        except (TypeError, ValueError):
+            single.wanted(name, rows)
+        return None
+
+    def _plain(self, *rows: Any) -> bool:
+        """Whether these are all one configuration in double precision."""
+        form = (self.n_joints,)
+        return all(type(a) is np.ndarray and a.dtype is _FLOATS[0] and a.shape == form for a in rows)
 
     def _variables(self, value: ArrayLike, name: str) -> tuple[Reals, Reals]:
         """Joint variables or their rates as given, and as rows."""

@@ -1,13 +1,18 @@
-"""Denavit-Hartenberg tables of robots known by name, and what their links weigh. Metres, radians, kilograms."""
+"""Denavit-Hartenberg tables of robots known by name, what their links weigh, how far they move. Metres, radians, kg."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
-from math import pi
+from math import pi, radians
 from types import MappingProxyType
 
 from .bodies import Body
 from .denavit_hartenberg import Convention, Joint, Row, Table
+
+
+def _degrees(*limits: tuple[float, float]) -> tuple[tuple[float, float], ...]:
+    return tuple((radians(low), radians(high)) for low, high in limits)
+
 
 _TOOLBOX = "Robotics Toolbox for Python, models.DH"
 
@@ -33,6 +38,7 @@ PUMA560 = Table(
         Body(0.34, (0.0, 0.0, 0.0), (0.3e-3, 0.0, 0.0, 0.4e-3, 0.0, 0.3e-3), 33e-6 * 71.923**2),
         Body(0.09, (0.0, 0.0, 0.032), (0.15e-3, 0.0, 0.0, 0.15e-3, 0.0, 0.04e-3), 33e-6 * 76.686**2),
     ),
+    limits=_degrees((-160, 160), (-45, 225), (-225, 45), (-110, 170), (-100, 100), (-266, 266)),
 )
 
 STANFORD = Table(
@@ -55,6 +61,7 @@ STANFORD = Table(
         Body(0.63, (0.0, 0.566, 0.003), (0.003, 0.0, 0.0, 0.0004, 0.0, 0.0), 0.097),
         Body(0.51, (0.0, 0.0, 1.554), (0.013, 0.0, 0.0, 0.013, 0.0, 0.0003), 0.020),
     ),
+    limits=(*_degrees((-170, 170), (-170, 170)), (0.3048, 1.27), *_degrees((-170, 170), (-90, 90), (-170, 170))),
 )
 
 UR5 = Table(
@@ -78,6 +85,7 @@ UR5 = Table(
         Body(1.219, (0.0, -0.0018, 0.01634), (0.111172755531, 0.0, 0.0, 0.21942, 0.0, 0.111172755531)),
         Body(0.1897, (0.0, 0.0, -0.001159), (0.0171364731454, 0.0, 0.0, 0.0171364731454, 0.0, 0.033822)),
     ),
+    limits=((-2 * pi, 2 * pi),) * 6,
 )
 
 PANDA = Table(
@@ -107,6 +115,15 @@ PANDA = Table(
             0.735522, (0.010517, -0.004252, -0.045403), (0.012516, -0.000428, -0.001196, 0.010027, -0.000741, 0.004815)
         ),
     ),
+    limits=(
+        (-2.8973, 2.8973),
+        (-1.7628, 1.7628),
+        (-2.8973, 2.8973),
+        (-3.0718, -0.0698),
+        (-2.8973, 2.8973),
+        (-0.0175, 3.7525),
+        (-2.8973, 2.8973),
+    ),
 )
 
 IIWA = Table(
@@ -122,6 +139,7 @@ IIWA = Table(
         Row(d=0.126),
     ),
     source="KUKA LBR iiwa 7 R800, the lengths of the maker's data sheet, to the flange; no masses",
+    limits=_degrees(*((-170, 170), (-120, 120)) * 3, (-175, 175)),
 )
 
 TABLES: Mapping[str, Table] = MappingProxyType({t.name: t for t in (PUMA560, STANFORD, UR5, PANDA, IIWA)})

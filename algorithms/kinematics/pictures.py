@@ -88,7 +88,7 @@ def draw(robot: Robot, q: ArrayLike, cloud: ArrayLike | None = None) -> Figure:
 
 
 def animate(robot: Robot, q: ArrayLike, path: str | Path, frames_per_second: int = 25) -> Path:
-    """A motion as an animated GIF, with the way of the end effector.
+    """A motion as a file, with the way of the end effector: an animated GIF, or a page that plays it (``.html``).
 
     Parameters
     ----------
@@ -120,7 +120,11 @@ def animate(robot: Robot, q: ArrayLike, path: str | Path, frames_per_second: int
             line.set_data_3d(*np.array([start, end]).T)
         return drawn
 
-    FuncAnimation(figure, show, frames=len(motion), blit=False).save(path, PillowWriter(fps=frames_per_second))
+    film = FuncAnimation(figure, show, frames=len(motion), blit=False, interval=1000 / frames_per_second)
+    if Path(path).suffix == ".html":
+        Path(path).write_text(film.to_jshtml(frames_per_second), encoding="utf-8")
+    else:
+        film.save(path, PillowWriter(fps=frames_per_second))
     return Path(path)
 
 

@@ -1,4 +1,4 @@
-"""Robots: made from tables, screws or URDF files, and asked where things are."""
+"""Robots: made from tables, screws or URDF files, and asked where things are. One class, in one file."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from numpy.typing import ArrayLike
 from generated import pga3
 
 from ..arguments import Reals, real_array
-from . import urdf
+from . import single, urdf
 from .bodies import Body, moved
 from .chains import blocks, motions
 from .denavit_hartenberg import Convention, Joint, Table, convention_of, rows_of
@@ -24,6 +24,7 @@ from .inverse import inverse as _inverse
 from .named import FOLDED, TABLES
 from .slopes import Slopes
 
+_empty = np.empty
 _LINE_Z = np.array([1.0, 0.0, 0.0, 0.0, 0.0, 0.0])
 """The axis z as a unit line of PGA3, e12."""
 
@@ -93,7 +94,9 @@ class Robot(Slopes):
             # A standard joint moves about z before its link, a modified one after it.
             pga3.move_line(before if standard else home[j], _LINE_Z, out=axes[j])
             before = home[j]
-        return cls(table.name, tuple(row.kind for row in table.rows), axes, home, **_carried(table.bodies, home))
+        limits = np.array([(low, high, np.inf, np.inf) for low, high in table.limits])
+        kinds = tuple(row.kind for row in table.rows)
+        return cls(table.name, kinds, axes, home, limits=limits, **_carried(table.bodies, home))
 
     @classmethod
     def from_screws(
@@ -226,6 +229,15 @@ class Robot(Slopes):
         TypeError, ValueError
             Where `q` is not an array of n real numbers in its last axis.
         """
+        own = self._own
+        try:
+            if own is not None:
+                return own.forward(q)  # type: ignore[no-any-return]
+            out = _empty(8)
+            if single.forward(self._table, q, out):
+                return out
+        except (TypeError, ValueError):
+            single.wanted("forward", (q,))
         q, flat = self._variables(q, "q")
         if self.module is not None:
             return self.module.forward(self._positions(q))  # type: ignore[no-any-return]
@@ -253,6 +265,9 @@ class Robot(Slopes):
         TypeError, ValueError
             As in `forward`.
         """
+        one = self._one("forward_all", self.home.shape, q)
+        if one is not None:
+            return one
         q, flat = self._variables(q, "q")
         motors = np.empty((len(flat), len(self.kinds), 8), q.dtype)
         home = self.home.astype(q.dtype)
@@ -307,15 +322,17 @@ class Robot(Slopes):
         *,
         locked: Mapping[int, ArrayLike] | None = None,
         elbow: ArrayLike | None = None,
+        way: str = "motors",
     ) -> Solutions:
         """All configurations that reach poses.
 
         In closed form where the last or the first three axes meet (at most 8 branches, 16 where the other three are
         skew), where the second, third and fourth, or third to fifth, are parallel and the two beyond meet (8), and for
-        planar arms and SCARA (2). Other arms are searched by damped Gauss-Newton on motors from 24 starts, and up to 8
-        different configurations are kept; so are arms with more joints than a pose has freedoms unless `locked` or
-        `elbow` says which configuration is meant. Joint limits are not looked at. Joints that do not move the end
-        effector stay at 0.
+        planar arms and SCARA (2). All branches of other arms of six joints, up to 16, are roots of a polynomial, found
+        as eigenvalues (`inverse.elimination`). What is left is searched by damped Gauss-Newton on motors from 24
+        starts, and up to 8 different configurations are kept; so are arms with more joints than a pose has freedoms
+        unless `locked` or `elbow` says which configuration is meant. Branches beyond joint limits are given, and
+        flagged. Joints that do not move the end effector stay at 0.
 
         Parameters
         ----------
@@ -327,6 +344,9 @@ class Robot(Slopes):
         elbow : array_like, optional
             For arms of seven joints whose first three axes meet in a shoulder and last three in a wrist: the angle in
             radians of the fourth axis about the line from shoulder to wrist, as `elbow_angle` measures it.
+        way : str, optional
+            "motors"; or, for arms with a wrist or three parallel axes that need no quartic, "affine" or "conformal":
+            the same branches in another order, from meets of circles, lines, planes and spheres.
 
         Returns
         -------
@@ -340,14 +360,14 @@ class Robot(Slopes):
         """
         arm, variables = self._arm()
         if arm is self:
-            return _inverse(self, poses, locked=locked, elbow=elbow)
+            return _inverse(self, poses, locked=locked, elbow=elbow, way=way)
         for joint in locked or {}:
             if joint not in variables:
                 raise ValueError(
                     f"{self.name}: locked: joint {joint!r} does not move the end effector; expected one of {variables}"
                 )
         kept = {variables.index(joint): value for joint, value in (locked or {}).items()}
-        found = _inverse(arm, poses, locked=kept, elbow=elbow)
+        found = _inverse(arm, poses, locked=kept, elbow=elbow, way=way)
         q, nearest = (np.zeros((*some.shape[:-1], self.n_joints)) for some in (found.q, found.nearest))
         q[..., variables], nearest[..., variables] = found.q, found.nearest
         q[~found.valid] = np.nan
@@ -372,7 +392,8 @@ class Robot(Slopes):
                         "end effector that have variables of their own"
                     )
         kinds = tuple(self.kinds[j] for j in path)
-        return Robot(self.name, kinds, self.axes[path], self.home[path], tool=self.tool), variables
+        limits = self.limits[variables]
+        return Robot(self.name, kinds, self.axes[path], self.home[path], tool=self.tool, limits=limits), variables
 
 
 def _carried(bodies: tuple[Body, ...], home: Reals) -> dict[str, Any]:

@@ -41,6 +41,10 @@ class Slopes(Dynamics):
         MissingInertiaError, TypeError, ValueError
             As in `inverse_dynamics`.
         """
+        count = len(self.kinds)
+        one = self._one("slopes", (2, count, count), q, qd, qdd) if self._heavy else None
+        if one is not None:
+            return one[0], one[1]
         self._need_inertia()
         shape, (flat, speeds, rates) = self._together((q, "q"), (qd, "qd"), (qdd, "qdd"))
         n, count = self.n_joints, len(self.kinds)

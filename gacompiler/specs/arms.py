@@ -15,7 +15,7 @@ from functools import reduce
 
 import gacompiler as ga
 from gacompiler import SCALAR, array, kernel
-from gacompiler.algebra.catalog import PGA3
+from gacompiler.algebra.catalog import CGA3, PGA3
 from gacompiler.specs import pga3
 
 POINT, DIRECTION, LINE, PLANE, MOTOR = PGA3.POINT, PGA3.DIRECTION, PGA3.LINE, PGA3.PLANE, PGA3.MOTOR
@@ -345,3 +345,47 @@ def distance_to_goal(m, n, goal, size):
         near.append(scale * ga.absolute(made[name] - goal[name]))
         far.append(scale * ga.absolute(made[name] + goal[name]))
     return ga.minimum(reduce(ga.maximum, near), reduce(ga.maximum, far))
+
+
+@kernel(p=POINT, line=LINE, returns=array(SCALAR, 14))
+def point_and_tangent(p, line):
+    """The conformal point of `p`, and the tangent there along a line: numbers that motions change linearly.
+
+    Coefficients e1, e2, e3, einf of ``P = e0 + p + p^2/2 einf``, then the bivector of `P` and the direction at it.
+    """
+    x, d = _coordinates(p), _coordinates(_direction(line))
+    names = ("e1", "e2", "e3")
+    square, along = (sum(a * b for a, b in zip(x, y, strict=True)) for y in (x, d))
+    point = ga.assemble(CGA3, {"e0": 1, "einf": square / 2, **dict(zip(names, x, strict=True))})
+    tangent = point ^ ga.assemble(CGA3, {"einf": along, **dict(zip(names, d, strict=True))})
+    return (*(point[name] for name in (*names, "einf")), *(tangent[name] for name in CGA3.POINT_PAIR.blades))
+
+
+# What a motor takes to what is linear in the motor: null vectors of these matrices are the motors that do.
+
+
+ODD = (*PLANE.blades, "e123", *DIRECTION.blades)
+
+
+def _constraint(a, b, blades):
+    """The matrix of ``x -> x a - b x`` on the coefficients of a motor."""
+    columns = [x * a - b * x for x in (PGA3.multivector({name: 1}) for name in MOTOR.blades)]
+    return tuple(tuple(column[name] for column in columns) for name in blades)
+
+
+@kernel(a=POINT, b=POINT, returns=array(SCALAR, 8, 8))
+def constraint_of_points(a, b):
+    """The matrix of ``x -> x a - b x``: its null vectors are the motors that take the point `a` to `b`."""
+    return _constraint(a, b, ODD)
+
+
+@kernel(a=LINE, b=LINE, returns=array(SCALAR, 8, 8))
+def constraint_of_lines(a, b):
+    """The matrix of ``x -> x a - b x``: its null vectors are the motors that take the line `a` to `b`."""
+    return _constraint(a, b, MOTOR.blades)
+
+
+@kernel(a=PLANE, b=PLANE, returns=array(SCALAR, 8, 8))
+def constraint_of_planes(a, b):
+    """The matrix of ``x -> x a - b x``: its null vectors are the motors that take the plane `a` to `b`."""
+    return _constraint(a, b, ODD)

@@ -40,11 +40,13 @@ class Solutions:
     status : array of int, (...)
         Of `Status`.
     nearest : array, (..., n)
-        The first valid branch; where there is none, a configuration whose pose is as near as damped least squares gets,
-        in lengths and in angles times the arm's size. NaN where the pose is not finite.
+        The first valid branch, within the limits if one is; where there is none, a configuration whose pose is as near
+        as damped least squares gets, in lengths and in angles times the arm's size. NaN where the pose is not finite.
     method : str
         How the arm was solved: "spherical wrist", "spherical shoulder", "three parallel axes", "parallel axes",
-        "elbow circle" or "search".
+        "elbow circle", "elimination" or "search".
+    within_limits : array of bool, (..., branches)
+        Whether the branch is valid and every joint can be there, if need be by whole turns more or less than `q` says.
     """
 
     q: NDArray[Any]
@@ -52,3 +54,4 @@ class Solutions:
     status: NDArray[np.int8]
     nearest: NDArray[Any]
     method: str
+    within_limits: NDArray[np.bool_]

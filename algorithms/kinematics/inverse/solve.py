@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from math import ceil, floor
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -14,6 +15,8 @@ from generated import pga3
 from ...arguments import Reals, real_array
 from .chain import COINCIDE, Chain
 from .closed import closed_form
+from .elimination import Elimination
+from .meets import GEOMETRIES, Meets
 from .redundant import elbow_circle
 from .search import descend, polish, search
 from .solutions import Solutions, Status
@@ -29,6 +32,8 @@ _EXACT = 1e-13
 """Branches farther off than this, up to `_ROUGH`, are polished."""
 _ROUGH = 1e-3
 _STEPS = 60
+_AT_LIMIT = 1e-9
+"""Rounding by which variables may be beyond their limits."""
 
 Way = Callable[[Reals, slice], tuple[Reals, Reals]]
 
@@ -50,8 +55,13 @@ def inverse(
     *,
     locked: Mapping[int, ArrayLike] | None = None,
     elbow: ArrayLike | None = None,
+    way: str = "motors",
 ) -> Solutions:
     """All configurations of a robot that reach poses: what `Robot.inverse` calls, and describes."""
+    if way != "motors" and way not in GEOMETRIES:
+        raise ValueError(f"{robot.name}: way {way!r}; expected 'motors', {', '.join(map(repr, GEOMETRIES))}")
+    if way != "motors" and elbow is not None:
+        raise ValueError(f"{robot.name}: way {way!r} with an elbow; expected 'motors', or joints locked")
     goals = _motors(robot, poses)
     shape, count = goals.shape[:-1], int(np.prod(goals.shape[:-1]))
     if locked and elbow is not None:
@@ -77,7 +87,7 @@ def inverse(
         arm, turns = elbow_circle(robot), np.where(finite, angles, 0.0)
         found = _checked(chain, goals, lambda motors, block: arm.solve(motors, turns[block]), arm.name)
     else:
-        found = _with_locked(chain, goals, values)
+        found = _with_locked(chain, goals, values, way)
     status = np.full(count, Status.OUT_OF_REACH if found.method != "search" else Status.NOT_FOUND, np.int8)
     status[found.valid.any(-1)] = Status.FOUND
     status[(found.valid & (np.abs(found.gap) <= COINCIDE)).any(-1)] = Status.SINGULAR
@@ -85,14 +95,38 @@ def inverse(
     valid = found.valid & finite[:, None]
     q = found.q
     q[~valid] = np.nan
+    within = valid & _within(robot, q)
     nearest = np.where(finite[:, None], found.nearest, np.nan)
+    inside = within.any(-1)
+    nearest[inside] = q[inside, within[inside].argmax(-1)]
     return Solutions(
         q.reshape(*shape, *q.shape[1:]),
         valid.reshape(*shape, valid.shape[-1]),
         status.reshape(shape),
         nearest.reshape(*shape, nearest.shape[-1]),
         found.method,
+        within.reshape(*shape, within.shape[-1]),
     )
+
+
+def _within(robot: Robot, q: Reals) -> NDArray[np.bool_]:
+    """Which configurations (..., n), of angles up to pi, are within the limits, if need be after whole turns: (...)."""
+    found = np.ones(q.shape[:-1], bool)
+    for joint, kind in enumerate(robot.kinds):
+        low, high = robot.limits[joint, :2] + (-_AT_LIMIT, _AT_LIMIT)
+        turns = [0]
+        if kind.value == "revolute":
+            if high - low >= 2 * np.pi:
+                continue
+            turns = list(range(ceil((low - np.pi) / (2 * np.pi)), floor((high + np.pi) / (2 * np.pi)) + 1))
+        elif np.isinf(low) and np.isinf(high):
+            continue
+        value = np.ascontiguousarray(q[..., joint])
+        inside = np.zeros(found.shape, bool)
+        for turn in turns:
+            inside |= (value >= low - 2 * np.pi * turn) & (value <= high - 2 * np.pi * turn)
+        found &= inside
+    return found
 
 
 def _motors(robot: Robot, poses: ArrayLike) -> Reals:
@@ -113,10 +147,17 @@ def _per_pose(value: ArrayLike, name: str, shape: tuple[int, ...]) -> Reals:
         raise ValueError(f"{name}: shape {array.shape}; expected one number, or one for each pose, {shape}") from None
 
 
-def _with_locked(chain: Chain, goals: Reals, values: Mapping[int, Reals]) -> _Found:
+def _with_locked(chain: Chain, goals: Reals, values: Mapping[int, Reals], geometry: str) -> _Found:
     """The branches where some joints have given values, (N,) each."""
     if not values:
-        form = closed_form(chain)
+        form = closed_form(chain) or Elimination.of(chain)
+        if geometry != "motors":
+            form = Meets.of(form, geometry)
+            if form is None:
+                raise ValueError(
+                    f"way {geometry!r}: not for this arm; expected a wrist, and first axes that meet or parallel ones, "
+                    "or three parallel axes; use 'motors'"
+                )
         if form is None:
             return _checked(chain, goals, lambda motors, _: _searched(chain, motors), "search")
         return _checked(chain, goals, lambda motors, _: form.solve(motors), form.name)
@@ -124,14 +165,14 @@ def _with_locked(chain: Chain, goals: Reals, values: Mapping[int, Reals]) -> _Fo
     value, others = values[joint], {j: v for j, v in values.items() if j != joint}
     if joint in (0, len(chain) - 1):
         rest, motors = chain.lock(joint, value, goals)
-        return _inserted(_with_locked(rest, motors, others), joint, value)
+        return _inserted(_with_locked(rest, motors, others, geometry), joint, value)
     # A joint between others carries axes along: one arm for each value.
     different, which = np.unique(value, return_inverse=True)
     parts = []
     for k, one in enumerate(different if len(different) else np.zeros(1)):
         chosen = np.flatnonzero(which == k)
         rest, motors = chain.lock(joint, one, goals[chosen])
-        found = _with_locked(rest, motors, {j: v[chosen] for j, v in others.items()})
+        found = _with_locked(rest, motors, {j: v[chosen] for j, v in others.items()}, geometry)
         parts.append((chosen, _inserted(found, joint, value[chosen])))
     branches = max(part.q.shape[1] for _, part in parts)
     q, nearest = np.full((len(goals), branches, len(chain)), np.nan), np.full((len(goals), len(chain)), np.nan)

@@ -1,0 +1,260 @@
+"""Six joints without structure: all but one variable are eliminated, and eigenvalues give that one.
+
+``E3 E4 E5 x = E2^-1 E1^-1 G x`` for whatever ``x`` the sixth joint leaves alone. Of a point of its axis with the axis
+as its tangent, conformal geometry has a point and a bivector: 14 numbers that every motion changes linearly, and a
+single joint by a trigonometric polynomial of degree one. These are the 14 equations of Raghavan and Roth (*J.
+Mechanical Design* 115:502, 1993). The first two variables are in eight monomials on one side; what is across these
+eight in the 14 are six equations in the other three. In tangents of half angles their determinant is a polynomial,
+whose roots are eigenvalues (Manocha and Canny, *IEEE Trans. Robotics Autom.* 10:648, 1994); of 24, eight are not real
+for any arm, so that up to 16 are left.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import lru_cache
+
+import numpy as np
+
+from generated import arms, pga3
+
+from ...arguments import Reals
+from .chain import Chain, direction
+from .search import descend, remainder
+
+_NOT_REAL = 1e-2
+"""Imaginary parts up to this, with roots as directions, may be rounding of a double root: Newton's method tells."""
+_NEAR, _CLOSE, _STEPS = 0.3, 1e-10, 40
+"""Candidates nearer than the first to the goal are improved until they are nearer than the second, or left out."""
+_SAME = 1e-5
+"""Configurations are the same where their largest difference is less."""
+_SINGULAR = 1e-7
+"""Determinants of the joints' unit twists up to this: branches coincide there."""
+_BRANCHES = 16
+_TRIALS = 96
+"""Random configurations by which one of four ways is chosen: they differ for arms that nearly have a structure."""
+
+_TURN = np.array([[1, 1, 1], [2, -1, -1], [0, np.sqrt(3), -np.sqrt(3)]]) / 3
+"""Coefficients of 1, cos, sin from values at 0 and a third of a turn either way."""
+_HALF = np.array([[1, 1, 0], [0, 0, 2], [1, -1, 0]])
+"""From these to 1, x, x² of the tangent of half the angle, times ``1 + x²``."""
+_SLIDE = np.array([[0, 1, 0], [-0.5, 0, 0.5], [0.5, -1, 0.5]])
+"""Coefficients of 1, t, t² from values at -1, 0, 1."""
+_THIRDS, _UNITS = np.array([0, 2, -2]) * np.pi / 3, np.array([-1.0, 0, 1])
+_ORIGINS = np.random.default_rng(1).uniform(-np.pi, np.pi, 5)
+"""Where angles are measured from, so that none of interest is half a turn."""
+_MIX = np.linalg.qr(np.random.default_rng(5).normal(size=(24, 24)))[0][:16]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Elimination:
+    """An arm prepared.
+
+    Attributes
+    ----------
+    chain : Chain
+        Of six joints, the last of which turns; lengths are parts of the arm's size.
+    whole : Chain
+        The arm as it was given, perhaps from its other end.
+    backwards : bool
+    factors : int
+        By how many monomials the six equations are multiplied: 2, or 4 where they depend on each other.
+    side : array, (3, 3, 3, 14)
+        What the third to fifth joints do, as polynomials of their variables.
+    """
+
+    chain: Chain
+    whole: Chain
+    backwards: bool
+    factors: int
+    side: Reals
+
+    name = "elimination"
+
+    @classmethod
+    def of(cls, whole: Chain) -> Elimination | None:
+        """The arm prepared, or None where no way from either end finds most random configurations again."""
+        return _prepared(whole.axes.tobytes(), whole.slides)
+
+    @classmethod
+    def made(cls, whole: Chain, backwards: bool, factors: int) -> Elimination:
+        """One way to do it."""
+        some = whole.backwards if backwards else whole
+        axes = np.concatenate([some.axes[:, :3], some.axes[:, 3:] / whole.size], axis=-1)
+        chain = Chain(axes, some.slides)
+        motion = pga3.motor_product(_sampled(chain, 2)[:, None], _sampled(chain, 3))
+        values = _entity(chain, pga3.motor_product(motion[:, :, None], _sampled(chain, 4)))
+        forms = [_SLIDE if slides else _HALF @ _TURN for slides in chain.slides[2:5]]
+        return cls(chain, whole, backwards, factors, np.einsum("ai,bj,ck,ijkx->abcx", *forms, values))
+
+    def solve(self, goals: Reals) -> tuple[Reals, Reals]:
+        """Variables (N, 16, 6) and discriminants (N, 16): 0 where branches coincide, NaN where there is no branch."""
+        scale = np.array([1.0] * 4 + [1 / self.whole.size] * 4)
+        some = pga3.motor_inverse(goals) if self.backwards else goals
+        which, q = self._candidates(some * scale)
+        q = np.where(self.chain.slides, q * self.whole.size, q)
+        q = q[:, ::-1] if self.backwards else q
+        off = self.whole.distance(q, goals[which])
+        rough = np.flatnonzero((off > _CLOSE) & (off < _NEAR))
+        q[rough], _ = descend(self.whole, q[rough], goals[which[rough]], _STEPS, 1e-13 * self.whole.size)
+        off[rough] = self.whole.distance(q[rough], goals[which[rough]])
+        keep = off < 10 * _CLOSE
+        which, q, off = which[keep], self.whole.wrapped(q[keep]), off[keep]
+        order = np.lexsort((off, which))
+        which, q = which[order], q[order]
+        place = _places(which, q, len(goals), np.array(self.whole.slides))
+        which, q, place = which[place >= 0], q[place >= 0], place[place >= 0]
+        found, gap = np.full((len(goals), _BRANCHES, 6), np.nan), np.ones((len(goals), _BRANCHES))
+        found[which, place] = q
+        _, rates = remainder(self.whole, q, goals[which])
+        flat = np.abs(np.linalg.det(rates / np.linalg.norm(rates, axis=-2, keepdims=True))) <= _SINGULAR
+        gap[which[flat], place[flat]] = 0.0
+        return found, gap
+
+    def _candidates(self, goals: Reals) -> tuple[Reals, Reals]:
+        """Which goals, (K,), and configurations that may reach them, (K, 6)."""
+        chain, many = self.chain, len(goals)
+        motion = pga3.motor_product(_sampled(chain, 0)[:, None], _sampled(chain, 1))
+        values = _entity(chain, pga3.motor_relative(motion, goals[:, None, None]))
+        forms = [_SLIDE if slides else _TURN for slides in chain.slides[:2]]
+        other = np.einsum("ai,bj,nijx->nxab", *forms, values).reshape(many, 14, 9)
+        base, triangle = np.linalg.qr(other[..., 1:], mode="complete")
+        ones = [np.array([1.0, 0, 0 if slides else 1]) for slides in chain.slides[2:5]]
+        constant = np.einsum("a,b,c,nx->nabcx", *ones, other[..., 0])
+        six = (self.side - constant).reshape(many, 27, 14) @ base[..., 8:]
+        roots, monomials = _eigen(np.moveaxis(six.reshape(many, 3, 3, 3, 6), -1, 2), self.factors)
+        which, k = np.nonzero(np.abs(roots.imag) < _NOT_REAL * (1 + np.abs(roots) ** 2))
+        x = [roots[which, k].real, _ratio(monomials[which, k]), _ratio(monomials[which, k].swapaxes(-1, -2))]
+        powers = [_powers(one, slides) for one, slides in zip(x, chain.slides[2:5], strict=True)]
+        left = np.einsum("ka,kb,kc,abcx->kx", *powers, self.side) - other[which, :, 0]
+        along = np.einsum("kxa,kx->ka", base[which][..., :8], left)
+        # 1, c, s of the first joint times 1, c, s of the second, without the 1
+        singles = _backward(triangle[which][:, :8], along)
+        q = np.empty((len(which), 6))
+        for j, (c, s) in enumerate(((2, 5), (0, 1))):
+            angle = _ORIGINS[j] + np.arctan2(singles[:, s], singles[:, c])
+            q[:, j] = singles[:, c] if chain.slides[j] else angle
+        for j, one in zip((2, 3, 4), x, strict=True):
+            q[:, j] = one if chain.slides[j] else _ORIGINS[j] + 2 * np.arctan(one)
+        rest = pga3.motor_relative(chain.part(slice(0, 5)).motion_of_all(q[:, :5]), goals[which])
+        last = chain.axes[5]
+        across = pga3.line_from_direction_moment(np.eye(3)[np.argmin(np.abs(direction(last)))], np.zeros(3))
+        q[:, 5] = arms.turn_between_lines(last, across, pga3.move_line(rest, across))
+        return which, q
+
+
+@lru_cache(maxsize=64)
+def _prepared(axes: bytes, slides: tuple[bool, ...]) -> Elimination | None:
+    whole = Chain(np.frombuffer(axes).reshape(-1, 6), slides)
+    if len(whole) != 6:
+        return None
+    q = np.random.default_rng(2).uniform(-np.pi, np.pi, (_TRIALS, 6))
+    q[:, list(np.flatnonzero(slides))] *= whole.size / np.pi
+    goals = whole.motion_of_all(q)
+    best, fewest = None, _TRIALS // 8
+    for factors in (2, 4):
+        for backwards in (False, True):
+            if slides[0 if backwards else 5]:
+                continue
+            way = Elimination.made(whole, backwards, factors)
+            found, _ = way.solve(goals)
+            lost = ~(_apart(found, q[:, None], np.array(slides)) < _SAME).any(-1)
+            # Roots that are not real come in pairs.
+            wrong = int((lost | (np.isfinite(found[..., 0]).sum(-1) % 2 == 1)).sum())
+            if wrong < fewest:
+                best, fewest = way, wrong
+            if not wrong:
+                return best
+    return best
+
+
+def _apart(a: Reals, b: Reals, slides: Reals) -> Reals:
+    """The largest difference of two configurations."""
+    away = a - b
+    away[..., ~slides] = (away[..., ~slides] + np.pi) % (2 * np.pi) - np.pi
+    return np.asarray(np.abs(away).max(-1))
+
+
+def _sampled(chain: Chain, joint: int) -> Reals:
+    """The motors of a joint at three values, (3, 8)."""
+    return chain.motion(joint, _UNITS if chain.slides[joint] else _ORIGINS[joint] + _THIRDS)
+
+
+def _entity(chain: Chain, motion: Reals) -> Reals:
+    """What the last joint leaves alone, moved: (..., 8) to (..., 14)."""
+    last = chain.axes[5]
+    return arms.point_and_tangent(  # type: ignore[no-any-return]
+        pga3.move_point(motion, pga3.line_support(last)), pga3.move_line(motion, last)
+    )
+
+
+def _eigen(six: Reals, factors: int) -> tuple[Reals, Reals]:
+    """Roots of the third variable, (N, R), and the monomials (N, R, 3, 3) of the fourth and fifth there.
+
+    ``six`` is (N, 3, 6, 3, 3): powers of the third variable, equations, powers of the fourth and fifth. The equations,
+    multiplied by monomials, have as many monomials; their matrix is a quadratic polynomial.
+    """
+    many, wide = len(six), 3 if factors == 2 else 4
+    rows = np.zeros((many, 3, factors, 6, 4, wide))
+    for k in range(factors):
+        a, b = k % 2, k // 2
+        rows[:, :, k, :, a : a + 3, b : b + 3] = six
+    size = 4 * wide
+    matrix = rows.reshape(many, 3, 6 * factors, size)
+    if factors == 4:
+        matrix = _MIX @ matrix
+    highest = matrix[:, 2]
+    singular = np.linalg.slogdet(highest)[0] == 0
+    if singular.any():
+        # merely ill conditioned instead
+        highest[singular] += 1e-12 * _MIX[:size, :size]
+    companion = np.zeros((many, 2 * size, 2 * size))
+    companion[:, :size, size:] = np.eye(size)
+    companion[:, size:] = -np.linalg.solve(highest, np.concatenate([matrix[:, 0], matrix[:, 1]], axis=-1))
+    companion[~np.isfinite(companion).all((1, 2))] = 0.0
+    roots, vectors = np.linalg.eig(companion)
+    return roots, vectors[:, :size].swapaxes(-1, -2).reshape(many, 2 * size, 4, wide)[..., :3, :3]
+
+
+def _ratio(monomials: Reals) -> Reals:
+    """The first variable of monomials (K, 3, 3), from the largest of them, (K,)."""
+    size = np.abs(monomials)
+    column = np.take_along_axis(monomials, np.argmax(size.max(1), axis=-1)[:, None, None], 2)[..., 0]
+    top = np.abs(column[:, 2]) > np.abs(column[:, 0])
+    with np.errstate(divide="ignore", invalid="ignore"):
+        found = np.where(top, column[:, 2] / column[:, 1], column[:, 1] / column[:, 0]).real
+    return np.asarray(np.nan_to_num(found, nan=0.0, posinf=1e8, neginf=-1e8))
+
+
+def _powers(x: Reals, slides: bool) -> Reals:
+    """1, x, x², of an angle divided by ``1 + x²``."""
+    found: Reals = np.stack([np.ones_like(x), x, x * x], -1)
+    return found if slides else np.asarray(found / (1 + x * x)[:, None])
+
+
+def _backward(triangle: Reals, right: Reals) -> Reals:
+    """Solutions of triangular systems, (K, 8, 8) and (K, 8)."""
+    found = right.copy()
+    for j in reversed(range(right.shape[-1])):
+        pivot = triangle[:, j, j]
+        found[:, j] /= np.where(np.abs(pivot) > 1e-14, pivot, np.inf)
+        found[:, :j] -= triangle[:, :j, j] * found[:, j, None]
+    return found
+
+
+def _places(which: Reals, q: Reals, goals: int, slides: Reals) -> Reals:
+    """The branch of each configuration, (K,), -1 for those that are there already; those of a goal are in a row."""
+    place = np.full(len(which), -1)
+    count = np.zeros(goals, int)
+    start = np.searchsorted(which, np.arange(goals))
+    rank = np.arange(len(which)) - start[which] if len(which) else np.zeros(0, int)
+    kept = np.full((goals, _BRANCHES, q.shape[-1]), np.nan)
+    for k in range(int(rank.max(initial=-1)) + 1):
+        now = np.flatnonzero(rank == k)
+        goal = which[now]
+        new = ~(_apart(kept[goal], q[now, None], slides) < _SAME).any(-1) & (count[goal] < _BRANCHES)
+        now, goal = now[new], goal[new]
+        place[now] = count[goal]
+        kept[goal, count[goal]] = q[now]
+        count[goal] += 1
+    return place

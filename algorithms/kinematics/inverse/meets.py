@@ -1,0 +1,266 @@
+"""The book's other ways (11.5 and 11.6): places of points from meets of what joints draw with planes and spheres.
+
+A point that a joint moves draws a circle, or a line. What the next joint leaves alone says where on it the point must
+be: in a plane across an axis, or on a sphere about a point of one. In conformal geometry circle and sphere, circle and
+plane, line and sphere meet in a pair of points, which is imaginary where there is none. In the affine plane two spheres
+meet in the plane where both have the same power, planes meet in lines, and Pythagoras finds the points of a line at a
+distance. Places found, angles are those between planes through the axes. `arms` does the same on motors in fewer and
+larger steps, and better near singularities: these ways are there to be read and compared.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Protocol
+
+import numpy as np
+
+from generated import arms, cga3, pga3
+
+from ...arguments import Reals
+from .chain import Chain, common_point, direction, parallel
+from .closed import Backwards, Closed, SphericalWrist, ThreeParallel, joined
+
+Pair = tuple[Reals, Reals]
+"""Two points (..., 2, 3), and (...), negative where there is none: the squared sine of half the angle between them."""
+
+
+class Geometry(Protocol):
+    """How a circle or a line meets a plane or a sphere."""
+
+    def circle_plane(self, axis: Reals, p: Reals, plane_point: Reals, normal: Reals) -> Pair:
+        """The circle of `p` about an axis, and the plane through a point across a unit normal."""
+
+    def circle_sphere(self, axis: Reals, p: Reals, centre: Reals, radius: Reals) -> Pair:
+        """The circle of `p` about an axis, and a sphere."""
+
+    def line_plane(self, axis: Reals, p: Reals, plane_point: Reals, normal: Reals) -> Pair:
+        """The line through `p` along an axis, and a plane: one point, twice."""
+
+    def line_sphere(self, axis: Reals, p: Reals, centre: Reals, radius: Reals) -> Pair:
+        """The line through `p` along an axis, and a sphere."""
+
+
+def _sphere_of_circle(axis: Reals, p: Reals) -> tuple[Reals, Reals]:
+    """Centre and radius of the circle of a point about an axis."""
+    centre = pga3.project_point_on_line(p, axis)
+    return centre, pga3.distance_points(p, centre)
+
+
+class ConformalGeometry:
+    """By pairs of points of G(4,1)."""
+
+    def circle_plane(self, axis: Reals, p: Reals, plane_point: Reals, normal: Reals) -> Pair:
+        """As in `Geometry`."""
+        circle, radius = self._circle(axis, p)
+        return self._points(cga3.meet_circle_plane(circle, cga3.plane_from_point_normal(plane_point, normal)), radius)
+
+    def circle_sphere(self, axis: Reals, p: Reals, centre: Reals, radius: Reals) -> Pair:
+        """As in `Geometry`."""
+        circle, own = self._circle(axis, p)
+        return self._points(cga3.meet_circle_sphere(circle, cga3.sphere_from_centre(centre, radius)), own)
+
+    def line_plane(self, axis: Reals, p: Reals, plane_point: Reals, normal: Reals) -> Pair:
+        """As in `Geometry`."""
+        line, plane = self._line(axis, p), cga3.plane_from_point_normal(plane_point, normal)
+        point = cga3.point_from_flat_point(cga3.meet_line_plane(line, plane))
+        return np.stack([point, point], -2), np.ones(point.shape[:-1])
+
+    def line_sphere(self, axis: Reals, p: Reals, centre: Reals, radius: Reals) -> Pair:
+        """As in `Geometry`."""
+        return self._points(cga3.meet_line_sphere(self._line(axis, p), cga3.sphere_from_centre(centre, radius)), radius)
+
+    def _circle(self, axis: Reals, p: Reals) -> tuple[Reals, Reals]:
+        centre, radius = _sphere_of_circle(axis, p)
+        return cga3.circle_from_centre(centre, direction(axis), radius * radius), radius
+
+    def _line(self, axis: Reals, p: Reals) -> Reals:
+        along = np.broadcast_to(direction(axis), p.shape)
+        return cga3.line_from_direction_moment(along, np.cross(p, along))  # type: ignore[no-any-return]
+
+    def _points(self, pair: Reals, radius: Reals) -> Pair:
+        square = cga3.point_pair_radius_squared(pair)
+        points = np.stack(cga3.point_pair_points(pair), -2)
+        # an imaginary pair is about the point that comes nearest
+        points = np.where((square > 0)[..., None, None], points, cga3.point_pair_centre(pair)[..., None, :])
+        with np.errstate(divide="ignore", invalid="ignore"):
+            return points, np.clip(square / radius**2, -1, 1)
+
+
+class AffineGeometry:
+    """By lines in which planes of G(3,0,1) meet, and distances along them."""
+
+    def circle_plane(self, axis: Reals, p: Reals, plane_point: Reals, normal: Reals) -> Pair:
+        """As in `Geometry`."""
+        centre, radius = _sphere_of_circle(axis, p)
+        across = pga3.plane_orthogonal_to_line(p, axis)
+        line = pga3.normalize_line(pga3.meet_planes(across, pga3.plane_from_point_normal(plane_point, normal)))
+        return self._along(line, centre, radius)
+
+    def circle_sphere(self, axis: Reals, p: Reals, centre: Reals, radius: Reals) -> Pair:
+        """As in `Geometry`."""
+        own, own_radius = _sphere_of_circle(axis, p)
+        way = centre - own
+        square = np.square(way).sum(-1)
+        with np.errstate(divide="ignore", invalid="ignore"):
+            part = ((square + own_radius**2 - radius**2) / (2 * square))[..., None]
+            return self.circle_plane(axis, p, own + part * way, way / np.sqrt(square)[..., None])
+
+    def line_plane(self, axis: Reals, p: Reals, plane_point: Reals, normal: Reals) -> Pair:
+        """As in `Geometry`."""
+        plane = pga3.plane_from_point_normal(plane_point, normal)
+        point = pga3.point_from_trivector(pga3.meet_line_plane(self._line(axis, p), plane))
+        return np.stack([point, point], -2), np.ones(point.shape[:-1])
+
+    def line_sphere(self, axis: Reals, p: Reals, centre: Reals, radius: Reals) -> Pair:
+        """As in `Geometry`."""
+        return self._along(self._line(axis, p), centre, radius)
+
+    def _line(self, axis: Reals, p: Reals) -> Reals:
+        along = np.broadcast_to(direction(axis), p.shape)
+        return pga3.line_from_direction_moment(along, np.cross(p, along))  # type: ignore[no-any-return]
+
+    def _along(self, line: Reals, centre: Reals, radius: Reals) -> Pair:
+        """The points of a line at a distance from a centre."""
+        foot = pga3.project_point_on_line(centre, line)
+        square = radius**2 - pga3.distance_squared_points(foot, centre)
+        half = np.sqrt(np.maximum(square, 0))[..., None] * direction(line)
+        with np.errstate(divide="ignore", invalid="ignore"):
+            return np.stack([foot - half, foot + half], -2), np.clip(square / radius**2, -1, 1)
+
+
+GEOMETRIES: dict[str, Geometry] = {"affine": AffineGeometry(), "conformal": ConformalGeometry()}
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Meets:
+    """A closed form whose places are found by meets."""
+
+    form: SphericalWrist | ThreeParallel
+    geometry: Geometry
+    words: str
+
+    @classmethod
+    def of(cls, form: Closed | None, words: str) -> Closed | None:
+        """The same branches by meets in "affine" or "conformal" geometry, or None for arms that need a quartic."""
+        if isinstance(form, Backwards):
+            inner = cls.of(form.forwards, words)
+            return None if inner is None else Backwards(inner)
+        if isinstance(form, SphericalWrist):
+            chain = form.regional.chain
+            folded = parallel(chain.axes[1], chain.axes[2]) and not chain.slides[2]
+            if chain.slides[1] or not (folded or _shoulder(chain) is not None):
+                return None
+        elif not isinstance(form, ThreeParallel):
+            return None
+        return cls(form, GEOMETRIES[words], words)
+
+    @property
+    def name(self) -> str:
+        """What the arm has, and the geometry."""
+        return f"{self.form.name}, {self.words}"
+
+    def solve(self, goals: Reals) -> tuple[Reals, Reals]:
+        """As in `Closed`."""
+        with np.errstate(invalid="ignore", divide="ignore"):
+            return self._wrist(goals) if isinstance(self.form, SphericalWrist) else self._parallel(goals)
+
+    def _path_plane(self, chain: Chain, joint: int, p: Reals, plane_point: Reals, axis: Reals) -> Pair:
+        way = self.geometry.line_plane if chain.slides[joint] else self.geometry.circle_plane
+        return way(chain.axes[joint], p, plane_point, np.broadcast_to(direction(axis), p.shape))
+
+    def _path_sphere(self, chain: Chain, joint: int, p: Reals, centre: Reals, radius: Reals) -> Pair:
+        way = self.geometry.line_sphere if chain.slides[joint] else self.geometry.circle_sphere
+        return way(chain.axes[joint], p, centre, radius)
+
+    def _wrist(self, goals: Reals) -> tuple[Reals, Reals]:
+        assert isinstance(self.form, SphericalWrist)
+        chain, centre = self.form.regional.chain, self.form.regional.point
+        goal = pga3.move_point(goals, centre)
+        q, gap = self._three(chain, np.broadcast_to(centre, goal.shape), goal)
+        rest = pga3.motor_relative(chain.motion_of_all(q), goals[:, None])
+        axes, turns = self.form.chain.axes[3:], self.form.chain.part(slice(3, 6))
+        before = np.broadcast_to(centre + direction(axes[2]), (*q.shape[:-1], 3))
+        after = pga3.move_point(rest, before)
+        places, gap_wrist = self.geometry.circle_plane(
+            axes[1], before, after, np.broadcast_to(direction(axes[0]), after.shape)
+        )
+        five = arms.turn_between_points(axes[1], before[..., None, :], places)
+        four = arms.turn_between_points(axes[0], places, after[..., None, :])
+        last = pga3.motor_relative(pga3.motor_product(turns.motion(0, four), turns.motion(1, five)), rest[..., None, :])
+        six = _turned(axes[2], last)
+        return joined(q, gap, np.stack([four, five, six], -1), gap_wrist)
+
+    def _three(self, chain: Chain, start: Reals, goal: Reals) -> tuple[Reals, Reals]:
+        """The first three joints, (N, 4, 3), that take points to others."""
+        meet = _shoulder(chain)
+        second = chain.axes[1]
+        if meet is not None:
+            x, gap = self._path_sphere(
+                chain, 2, start, np.broadcast_to(meet, goal.shape), pga3.distance_points(goal, meet)
+            )
+            twice = np.broadcast_to(goal[:, None], x.shape)
+            y, gap_y = self._path_plane(chain, 0, twice, x, second)
+            x = np.broadcast_to(x[:, :, None], y.shape)
+        else:
+            y, gap = self._path_plane(chain, 0, goal, start, second)
+            foot = pga3.project_point_on_line(y, second)
+            twice = np.broadcast_to(start[:, None], y.shape)
+            x, gap_y = self._path_sphere(chain, 2, twice, foot, pga3.distance_points(y, foot))
+            y = np.broadcast_to(y[:, :, None], x.shape)
+        one = _amount(chain, 0, y, goal[:, None, None])
+        three = _amount(chain, 2, start[:, None, None], x)
+        two = arms.turn_between_points(second, x, y)
+        q = np.stack([one, two, three], -1).reshape(-1, 4, 3)
+        return q, np.minimum(gap[:, None], gap_y).repeat(2, axis=-1)
+
+    def _parallel(self, goals: Reals) -> tuple[Reals, Reals]:
+        assert isinstance(self.form, ThreeParallel)
+        chain, point = self.form.chain, self.form.point
+        axes, along = chain.axes, direction(chain.axes[1])
+        goal = pga3.move_point(goals, point)
+        y, gap = self._path_plane(chain, 0, goal, np.broadcast_to(point, goal.shape), axes[1])
+        one = arms.turn_between_points(axes[0], y, goal[:, None])
+        rest = pga3.motor_relative(chain.motion(0, one), goals[:, None])
+        # on the unit sphere about the point: turns about the last two axes take `before` to `after`
+        before = point + direction(pga3.move_line(pga3.motor_inverse(rest), axes[1]))
+        after = np.broadcast_to(point + along, before.shape)
+        x, gap_wrist = self.geometry.circle_plane(
+            axes[5], before, after, np.broadcast_to(direction(axes[4]), after.shape)
+        )
+        six = arms.turn_between_points(axes[5], before[..., None, :], x)
+        five = arms.turn_between_points(axes[4], x, after[..., None, :])
+        q, gap = joined(one[..., None], gap[:, None].repeat(2, axis=1), np.stack([five, six], -1), gap_wrist)
+        tail = pga3.motor_product(chain.motion(4, q[..., 1]), chain.motion(5, q[..., 2]))
+        middle = pga3.motor_between_frames(tail, np.repeat(rest, 2, axis=1))
+        start = np.broadcast_to(pga3.line_support(axes[3]), (*middle.shape[:-1], 3))
+        end = pga3.move_point(middle, start)
+        foot = pga3.project_point_on_line(start, axes[1])
+        x, gap_elbow = self.geometry.circle_sphere(axes[2], start, foot, pga3.distance_point_line(end, axes[1]))
+        three = arms.turn_between_points(axes[2], start[..., None, :], x)
+        two = arms.turn_between_points(axes[1], x, end[..., None, :])
+        last = pga3.motor_relative(
+            pga3.motor_product(chain.motion(1, two), chain.motion(2, three)), middle[..., None, :]
+        )
+        four = _turned(axes[3], last)
+        q, gap = joined(q, gap, np.stack([two, three, four], -1), gap_elbow)
+        return q[..., [0, 3, 4, 5, 1, 2]], gap
+
+
+def _shoulder(chain: Chain) -> Reals | None:
+    """Where the first two axes meet, if both joints turn."""
+    return None if any(chain.slides[:2]) else common_point(chain.axes[:2], chain.size)
+
+
+def _amount(chain: Chain, joint: int, start: Reals, end: Reals) -> Reals:
+    """By how much a joint moves one point to another."""
+    axis = chain.axes[joint]
+    if chain.slides[joint]:
+        return pga3.position_along_line(end, axis) - pga3.position_along_line(start, axis)  # type: ignore[no-any-return]
+    return arms.turn_between_points(axis, start, end)  # type: ignore[no-any-return]
+
+
+def _turned(axis: Reals, motion: Reals) -> Reals:
+    """The angle of a motion about an axis, from a line across it."""
+    across = pga3.line_from_direction_moment(np.eye(3)[np.argmin(np.abs(direction(axis)))], np.zeros(3))
+    return arms.turn_between_lines(axis, across, pga3.move_line(motion, across))  # type: ignore[no-any-return]

@@ -1,0 +1,103 @@
+"""Motions from configuration to configuration: straight for the joints, or a screw for the end effector."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import ArrayLike
+from scipy.interpolate import CubicSpline
+
+from generated import pga3
+
+from ..arguments import Reals, real_array
+from .inverse.chain import Chain
+from .inverse.search import descend
+from .robot import Robot
+
+_STEPS = 40
+_REACHED = 1e-10
+"""How far off the way, as a part of the arm's size, the end effector may be."""
+
+
+def joint_motion(points: ArrayLike, times: ArrayLike, at: ArrayLike) -> tuple[Reals, Reals, Reals]:
+    """A motion of the joints through configurations, at rest at both ends: a cubic spline.
+
+    Parameters
+    ----------
+    points : array_like, (k, n)
+        At least two.
+    times : array_like, (k,)
+        When they are passed, s; increasing.
+    at : array_like, (m,)
+        Times that are asked for; before the first and after the last the joints rest.
+
+    Returns
+    -------
+    q, qd, qdd : array, (m, n)
+        Continuous but for the last, which is so between the ends.
+
+    Raises
+    ------
+    TypeError, ValueError
+        Where an argument has another shape, or times do not increase.
+    """
+    where, when = real_array(points, "points", (-1, -1), "configurations"), real_array(times, "times", (-1,), "seconds")
+    now = real_array(at, "at", (-1,), "seconds")
+    if len(where) < 2 or len(where) != len(when) or not (np.diff(when) > 0).all():
+        raise ValueError(f"times: {when}; expected one for each of the {len(where)} points, two at least, increasing")
+    spline = CubicSpline(when, where, bc_type="clamped")
+    inside = ((now >= when[0]) & (now <= when[-1]))[:, None]
+    clipped = np.clip(now, when[0], when[-1])
+    return spline(clipped), np.where(inside, spline(clipped, 1), 0.0), np.where(inside, spline(clipped, 2), 0.0)
+
+
+def screw_motion(robot: Robot, start: ArrayLike, goal: ArrayLike, count: int) -> Reals:
+    """Configurations by which the end effector goes to a pose on a screw, from rest to rest.
+
+    The motor goes along ``exp(s log(goal start^-1)) start`` with ``s = 10 t³ - 15 t⁴ + 6 t⁵``. Joints follow by damped
+    least squares from each configuration to the next, so that the arm stays in its branch; redundant arms move little.
+
+    Parameters
+    ----------
+    robot : Robot
+    start : array_like, (n,)
+    goal : array_like, (8,) or (4, 4)
+        A motor of either sign, or a matrix.
+    count : int
+        How many, with both ends; two at least.
+
+    Returns
+    -------
+    array, (count, n)
+
+    Raises
+    ------
+    ArithmeticError
+        Where the way leads out of reach, or through a singularity that the arm cannot follow; the message says when.
+    TypeError, ValueError
+        Where an argument has another shape.
+    """
+    first = real_array(start, f"{robot.name}: start", (robot.n_joints,), "joint variables").astype(float)
+    if first.ndim != 1:
+        raise ValueError(f"{robot.name}: start: shape {first.shape}; expected ({robot.n_joints},)")
+    pose = real_array(goal, f"{robot.name}: goal", ())
+    if pose.shape not in ((8,), (4, 4)):
+        raise ValueError(f"{robot.name}: goal: shape {pose.shape}; expected (8,) or (4, 4)")
+    if count < 2:
+        raise ValueError(f"{robot.name}: count {count}; expected two at least")
+    t = np.linspace(0, 1, count)
+    end = pga3.normalize_motor(pose.astype(float)) if pose.shape == (8,) else pga3.motor_from_matrix(pose.astype(float))
+    way = pga3.interpolate_motors(robot.forward(first), end, t**3 * (10 - 15 * t + 6 * t * t))
+    arm, variables = robot._arm()
+    chain = Chain(arm.axes, tuple(kind.value == "prismatic" for kind in arm.kinds))
+    goals = pga3.motor_between_frames(arm.tool, way)
+    found = np.tile(first, (count, 1))
+    q = first[None, variables]
+    for k in range(1, count):
+        q, _ = descend(chain, q, goals[k : k + 1], _STEPS, 1e-14 * chain.size)
+        off = float(chain.distance(q, goals[k : k + 1])[0])
+        if not off <= _REACHED:
+            raise ArithmeticError(
+                f"{robot.name}: step {k} of {count - 1}: the pose is missed by {off:.1e} of the arm's size"
+            )
+        found[k, variables] = q[0]
+    return found

@@ -1,0 +1,196 @@
+"""Robots beside Pinocchio: single calls and batches of every method, as a page (``python -m benchmarks robots``)."""
+
+from __future__ import annotations
+
+import argparse
+import sysconfig
+from collections.abc import Callable
+from dataclasses import replace
+from functools import partial
+from pathlib import Path
+from time import perf_counter
+from typing import Any
+
+import numpy as np
+
+from . import markdown
+from .counts import write
+from .libraries import installed
+
+_ROBOTS = {"ur5": ("ur_description/urdf/ur5_robot.urdf", ()), "panda": ("panda_description/urdf/panda.urdf", (7, 8))}
+"""Files of example-robot-data, and joints of theirs that are held: fingers."""
+_BATCH = 10_000
+_SINGLE = {
+    "forward": "q",
+    "forward_all": "q",
+    "jacobian": "q",
+    "jacobian_rate": "qv",
+    "mass_matrix": "q",
+    "inverse_dynamics": "qva",
+    "gravity": "q",
+    "coriolis": "qv",
+    "coriolis_matrix": "qv",
+    "forward_dynamics": "qva",
+    "inverse_dynamics_slopes": "qva",
+    "kinetic_energy": "qv",
+    "potential_energy": "q",
+}
+_ARMS = {
+    "spherical wrist": ("puma560", {}),
+    "spherical wrist, affine": ("puma560", {"way": "affine"}),
+    "spherical wrist, conformal": ("puma560", {"way": "conformal"}),
+    "three parallel axes": ("ur5", {}),
+    "elbow circle": ("iiwa", {"elbow": 0.5}),
+    "elimination": ("general", {}),
+}
+
+
+def main(arguments: list[str] | None = None) -> int:
+    """Measure, and write the page.
+
+    Parameters
+    ----------
+    arguments : list of str, optional
+        Of the command line.
+    """
+    parser = argparse.ArgumentParser(prog="python -m benchmarks robots", description=__doc__)
+    parser.add_argument("--out", type=Path, default=Path("docs/robot-speed.md"), help="the page [%(default)s]")
+    parser.add_argument("--quick", action="store_true", help="see that everything works; figures not for quoting")
+    options = parser.parse_args(arguments)
+    write(options.out, page(options.quick))
+    print(f"{options.out}: {len(_ROBOTS)} robots, {len(_ARMS)} ways of inverse kinematics")
+    return 0
+
+
+def page(quick: bool = False) -> str:
+    """The page, measured now."""
+    rounds, batch = (3, 100) if quick else (25, _BATCH)
+    parts = [
+        "# Robots beside Pinocchio\n",
+        "Written by `python -m benchmarks robots`. Microseconds for one configuration, the least of several that take "
+        "turns, one thread, float64 in C order. *own*: kernels that `gac robot` wrote; *any*: what every robot has; "
+        f"single calls, and batches of {batch:,}. Pinocchio is called once for each configuration, and leaves results "
+        "in its data.\n",
+    ]
+    for name in _ROBOTS:
+        parts += [f"## {name}\n", _methods(name, rounds, batch)]
+    parts += [
+        "## Inverse kinematics\n",
+        "All branches, in batches; *recall* is the part of random configurations that are among the branches of their "
+        "own poses.\n",
+        _inverse(rounds, batch),
+    ]
+    return "\n".join(parts)
+
+
+def _methods(name: str, rounds: int, batch: int) -> str:
+    from algorithms.kinematics import Robot
+
+    own = Robot.named(name)
+    robots = {"own": own, "any": replace(own, module=None)}
+    rows = dict(zip("qva", np.random.default_rng(0).uniform(-1, 1, (3, batch, own.n_joints)), strict=True))
+    one = {key: value[0].copy() for key, value in rows.items()}
+    calls: dict[tuple[str, str], Callable[[], object]] = {}
+    for method, letters in _SINGLE.items():
+        for kind, robot in robots.items():
+            function = getattr(robot, method)
+            calls[method, kind] = _bound(function, *(one[key] for key in letters))
+            calls[method, f"{kind}, batch"] = _bound(function, *(rows[key] for key in letters))
+    for method, call in _pinocchio(name, *one.values()).items():
+        calls[method, "Pinocchio"] = call
+    for (_, kind), call in calls.items():
+        if "batch" not in kind:
+            for _ in range(40):  # passes over one configuration are compiled when they are called often
+                call()
+    spent: dict[tuple[str, str], float] = {}
+    for method in _SINGLE:
+        here = {kind: call for (what, kind), call in calls.items() if what == method}
+        spent |= {(method, kind): seconds for kind, seconds in _least(here, rounds).items()}
+    kinds = ("own", "any", "own, batch", "any, batch", "Pinocchio")
+    lines = []
+    for method in _SINGLE:
+        figures = []
+        for kind in kinds:
+            seconds = spent.get((method, kind))
+            count = batch if "batch" in kind else 1
+            figures.append(markdown.MISSING if seconds is None else f"{1e6 * seconds / count:.3f}")
+        lines.append((f"`{method}`", *figures))
+    return markdown.table(("", *kinds), lines)
+
+
+def _least(calls: dict[str, Callable[[], object]], rounds: int) -> dict[str, float]:
+    """The least seconds of each call, taken in turns: other work on the machine strikes all alike."""
+    numbers, spent = {}, dict.fromkeys(calls, np.inf)
+    for name, call in calls.items():
+        call()
+        start = perf_counter()
+        call()
+        numbers[name] = max(1, round(1e-3 / max(perf_counter() - start, 1e-7)))
+    for _ in range(rounds):
+        for name, call in calls.items():
+            start = perf_counter()
+            for _ in range(numbers[name]):
+                call()
+            spent[name] = min(spent[name], (perf_counter() - start) / numbers[name])
+    return spent
+
+
+def _bound(function: Callable[..., Any], *values: Any) -> Callable[[], object]:
+    return lambda: function(*values)
+
+
+def _pinocchio(name: str, q: Any, v: Any, a: Any) -> dict[str, Callable[[], object]]:
+    """Its calls by the names of ours; none where it is not installed."""
+    if not installed("pinocchio"):
+        return {}
+    import pinocchio as pin
+
+    path, held = _ROBOTS[name]
+    data_folder = Path(sysconfig.get_paths()["purelib"]) / "cmeel.prefix/share/example-robot-data/robots"
+    if not (data_folder / path).exists():
+        return {}
+    model = pin.buildModelFromUrdf(str(data_folder / path))
+    if held:
+        model = pin.buildReducedModel(model, [joint + 1 for joint in held], pin.neutral(model))
+    data = model.createData()
+    return {
+        "forward": lambda: pin.forwardKinematics(model, data, q),
+        "forward_all": lambda: pin.framesForwardKinematics(model, data, q),
+        "jacobian": lambda: pin.computeJointJacobians(model, data, q),
+        "jacobian_rate": lambda: pin.computeJointJacobiansTimeVariation(model, data, q, v),
+        "mass_matrix": lambda: pin.crba(model, data, q),
+        "inverse_dynamics": lambda: pin.rnea(model, data, q, v, a),
+        "gravity": lambda: pin.computeGeneralizedGravity(model, data, q),
+        "coriolis": lambda: pin.nonLinearEffects(model, data, q, v),
+        "coriolis_matrix": lambda: pin.computeCoriolisMatrix(model, data, q, v),
+        "forward_dynamics": lambda: pin.aba(model, data, q, v, a),
+        "inverse_dynamics_slopes": lambda: pin.computeRNEADerivatives(model, data, q, v, a),
+        "kinetic_energy": lambda: pin.computeKineticEnergy(model, data, q, v),
+        "potential_energy": lambda: pin.computePotentialEnergy(model, data, q),
+    }
+
+
+def _inverse(rounds: int, batch: int) -> str:
+    from algorithms.kinematics import Robot, elbow_angle
+
+    rng = np.random.default_rng(1)
+    numbers = rng.uniform((-0.5, -0.5, -np.pi), (0.5, 0.5, np.pi), (6, 3))
+    general = Robot.from_dh([dict(zip(("d", "a", "alpha"), map(float, row), strict=True)) for row in numbers])
+    lines = []
+    for name, (robot, given) in _ARMS.items():
+        arm = general if robot == "general" else Robot.named(robot)
+        count = max(batch // 10, 10) if robot == "general" else batch
+        q = rng.uniform(-np.pi, np.pi, (count, arm.n_joints))
+        options: dict[str, Any] = dict(given)
+        if "elbow" in options:
+            options["elbow"] = elbow_angle(arm, q)
+        motors = arm.forward(q)
+        found = arm.inverse(motors, **options)
+        away = np.abs((found.q - q[:, None] + np.pi) % (2 * np.pi) - np.pi).max(-1)
+        recall = np.mean(np.where(found.valid, away, np.inf).min(-1) < 1e-5)
+        call = _bound(partial(arm.inverse, **options), motors)
+        spent = _least({name: call}, max(rounds // 4, 1))
+        lines.append(
+            (name, arm.name, str(found.valid.sum(-1).max()), f"{recall:.4f}", f"{1e6 * spent[name] / count:.2f}")
+        )
+    return markdown.table(("way", "arm", "branches, at most", "recall", "one pose"), lines)

@@ -1,0 +1,163 @@
+"""Arms of six joints without structure: every branch, against poses made by matrices and a search from many starts."""
+
+from __future__ import annotations
+
+from math import pi
+from typing import Any
+
+import numpy as np
+import pytest
+
+from algorithms.kinematics import Robot, Status
+from algorithms.kinematics.inverse.chain import Chain
+from algorithms.kinematics.inverse.search import search
+from algorithms.kinematics.named import TABLES
+from generated import pga3
+
+Rows = list[dict[str, Any]]
+QUARTER = pi / 2
+
+JACO: Rows = [
+    {"d": 0.2755, "alpha": QUARTER},
+    {"a": 0.41, "alpha": pi},
+    {"d": -0.0098, "alpha": QUARTER},
+    {"d": -0.2501, "alpha": 1.0472},
+    {"d": -0.0856, "alpha": 1.0472},
+    {"d": -0.2029, "alpha": pi},
+]
+"""Kinova's arm with a wrist of 60 degrees (data sheet, classic parameters, rounded)."""
+OFFSET_WRIST: Rows = [
+    {"d": 0.3, "alpha": QUARTER},
+    {"a": 0.4},
+    {"a": 0.05, "alpha": QUARTER},
+    {"d": 0.4, "alpha": -QUARTER},
+    {"a": 0.08, "alpha": QUARTER},
+    {"d": 0.1},
+]
+SIXTEEN: Rows = [
+    {"a": 0.3, "alpha": QUARTER},
+    {"a": 1.0, "alpha": pi / 180},
+    {"d": 0.2, "alpha": QUARTER},
+    {"a": 1.5, "alpha": pi / 180},
+    {"alpha": QUARTER},
+    {},
+]
+"""The arm of Manseur and Doty (*Int. J. Robotics Research* 8(5):75, 1989), which has sixteen configurations."""
+
+
+def random_arm(seed: int, slide: int = -1) -> Rows:
+    rng = np.random.default_rng(seed)
+    numbers = rng.uniform((-0.5, -0.5, -pi, -1), (0.5, 0.5, pi, 1), (6, 4))
+    rows: Rows = [dict(zip(("d", "a", "alpha", "theta"), map(float, row), strict=True)) for row in numbers]
+    if slide >= 0:
+        rows[slide]["kind"] = "prismatic"
+    return rows
+
+
+def pose_by_matrices(rows: Rows, q: np.ndarray) -> np.ndarray:
+    pose = np.broadcast_to(np.eye(4), (*q.shape[:-1], 4, 4))
+    for j, row in enumerate(rows):
+        slides = row.get("kind") == "prismatic"
+        d = row.get("d", 0.0) + (q[..., j] if slides else 0 * q[..., j])
+        theta = row.get("theta", 0.0) + (0 * q[..., j] if slides else q[..., j])
+        c, s, o = np.cos(theta), np.sin(theta), 0 * d
+        about_z = np.stack([c, -s, o, o, s, c, o, o, o, o, o + 1, d, o, o, o, o + 1], -1).reshape(*c.shape, 4, 4)
+        ca, sa = np.cos(row.get("alpha", 0.0)), np.sin(row.get("alpha", 0.0))
+        about_x = np.array([[1, 0, 0, row.get("a", 0.0)], [0, ca, -sa, 0], [0, sa, ca, 0], [0, 0, 0, 1]])
+        pose = pose @ about_z @ about_x
+    return pose
+
+
+def calibrated(name: str, size: float) -> Rows:
+    """A known arm with errors of manufacture in every number: its axes nearly meet, and meet no more."""
+    rng = np.random.default_rng(0)
+    keys = ("d", "a", "alpha", "theta")
+    return [{key: getattr(row, key) + size * float(rng.normal()) for key in keys} for row in TABLES[name].rows]
+
+
+ARMS = {
+    **{f"random {seed}": random_arm(seed) for seed in range(12)},
+    **{f"slide {joint}": random_arm(20 + joint, joint) for joint in range(6)},
+    "jaco": JACO,
+    "offset wrist": OFFSET_WRIST,
+    "sixteen": SIXTEEN,
+    "puma of 1 mm": calibrated("puma560", 1e-3),
+    "puma of 0.1 mm": calibrated("puma560", 1e-4),
+    "ur5 of 0.1 mm": calibrated("ur5", 1e-4),
+}
+
+
+@pytest.mark.parametrize("name", ARMS)
+def test_all_branches(name: str) -> None:
+    rows = ARMS[name]
+    slides = np.array([row.get("kind") == "prismatic" for row in rows])
+    q = np.random.default_rng(3).uniform(-pi, pi, (150, 6))
+    q[:, slides] /= pi
+    poses = pose_by_matrices(rows, q)
+    found = Robot.from_dh(rows).inverse(poses)
+    assert found.method == "elimination" and np.isin(found.status, (Status.FOUND, Status.SINGULAR)).all()
+    reached = pose_by_matrices(rows, np.where(found.valid[..., None], found.q, 0.0))
+    assert np.abs(reached - poses[:, None])[found.valid].max() < 1e-10
+    away = found.q - q[:, None]
+    away[..., ~slides] = (away[..., ~slides] + pi) % (2 * pi) - pi
+    assert np.where(found.valid, np.abs(away).max(-1), np.inf).min(-1).max() < 1e-5
+    # Real roots of a polynomial of even degree, and no branch twice.
+    assert (found.valid.sum(-1) % 2 == 0).all() and found.valid.sum(-1).max() <= 16
+    if name == "sixteen":
+        assert found.valid.sum(-1).max() == 16
+
+
+@pytest.mark.parametrize("name", ["random 0", "jaco"])
+def test_no_branch_is_missed_that_a_search_finds(name: str) -> None:
+    rows = ARMS[name]
+    robot = Robot.from_dh(rows)
+    q = np.random.default_rng(5).uniform(-pi, pi, (3, 6))
+    motors = robot.forward(q)
+    found = robot.inverse(motors)
+    assert np.array_equal(robot.inverse(-motors).q, found.q, equal_nan=True)
+    chain = Chain(robot.axes, (False,) * 6)
+    starts = np.random.default_rng(6).uniform(-pi, pi, (150, 6))
+    for k in range(3):
+        other = search(chain, pga3.motor_between_frames(robot.tool, motors[k : k + 1]), starts)[0]
+        other = other[~np.isnan(other).any(-1)]
+        away = np.abs((found.q[k][:, None] - other + pi) % (2 * pi) - pi).max(-1)
+        assert len(other) and np.nanmin(away, axis=0).max() < 1e-5
+
+
+def test_what_is_out_of_reach_is_flagged() -> None:
+    for name in ("random 1", "jaco"):
+        robot = Robot.from_dh(ARMS[name])
+        poses = robot.pose(np.random.default_rng(8).uniform(-1, 1, (60, 6)))
+        away = np.random.default_rng(9).normal(size=(60, 3))
+        poses[:, :3, 3] += 10 * away / np.linalg.norm(away, axis=-1, keepdims=True)
+        found = robot.inverse(poses)
+        assert (found.status == Status.OUT_OF_REACH).all() and not found.valid.any()
+        assert np.isfinite(found.nearest).all() and np.isnan(found.q).all()
+
+
+def test_where_two_branches_meet() -> None:
+    """On the way from a pose that is reached to one that is not, branches meet in pairs: singular."""
+    rows = random_arm(1)
+    robot = Robot.from_dh(rows)
+    rng = np.random.default_rng(10)
+    q = rng.uniform(-pi, pi, (4000, 6))
+    determinant = np.linalg.det(robot.jacobian(q))
+    pairs = np.flatnonzero(determinant[:-1] * determinant[1:] < 0)[:20]
+    low, high = q[pairs], q[pairs + 1]
+    for _ in range(60):
+        middle = (low + high) / 2
+        same = np.linalg.det(robot.jacobian(middle)) * np.linalg.det(robot.jacobian(low)) > 0
+        low, high = np.where(same[:, None], middle, low), np.where(same[:, None], high, middle)
+    poses = robot.pose(low)
+    found = robot.inverse(poses)
+    assert found.valid.any(-1).all() and (found.status == Status.SINGULAR).all()
+    assert np.abs(robot.pose(found.nearest) - poses).max() < 1e-10
+
+
+def test_a_robot_of_seven_joints_with_one_given() -> None:
+    rows = [*random_arm(2), {"d": 0.2, "a": 0.1, "alpha": 0.4}]
+    robot = Robot.from_dh(rows)
+    q = np.random.default_rng(11).uniform(-pi, pi, (50, 7))
+    found = robot.inverse(robot.forward(q), locked={6: q[:, 6]})
+    away = np.abs((found.q - q[:, None] + pi) % (2 * pi) - pi).max(-1)
+    assert found.method == "elimination" and np.nanmin(away, axis=-1).max() < 1e-6

@@ -1,0 +1,76 @@
+"""Which branches joint limits allow, and what is offered where they allow none."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from math import pi, radians
+
+import numpy as np
+import pytest
+
+from algorithms.kinematics import Robot, Status
+
+PLANAR = [{"a": 0.5}, {"a": 0.4}, {"a": 0.2}]
+
+
+def limited(robot: Robot, pairs: list[tuple[float, float]]) -> Robot:
+    return replace(robot, limits=np.array([(low, high, np.inf, np.inf) for low, high in pairs]))
+
+
+def test_the_elbow_that_limits_forbid() -> None:
+    """Two branches, elbow up and down: with an elbow that bends one way there is one."""
+    arm = limited(Robot.from_dh(PLANAR), [(-pi, pi), (0.0, 2.5), (-pi, pi)])
+    q = np.random.default_rng(0).uniform((-3, 0.1, -3), (3, 2.4, 3), (200, 3))
+    found = arm.inverse(arm.forward(q))
+    assert found.valid.all() and (found.within_limits.sum(-1) == 1).all()
+    assert np.abs(found.q[found.within_limits] - q).max() < 1e-9
+    assert np.abs(found.nearest - q).max() < 1e-9
+
+
+def test_whole_turns_count() -> None:
+    """An elbow from 3 to 4 radians: branches are given as angles up to pi, and may be there all the same."""
+    arm = limited(Robot.from_dh(PLANAR), [(-10, 10), (3.0, 4.0), (-10, 10)])
+    q = np.array([0.3, 3.6, 0.2])
+    found = arm.inverse(arm.forward(q))
+    there = found.within_limits
+    assert there.sum() == 1 and found.q[there][0, 1] == pytest.approx(3.6 - 2 * pi, abs=1e-9)
+
+
+def test_slides_do_not_turn() -> None:
+    rows = [{"a": 0.4}, {"a": 0.3}, {"kind": "prismatic"}, {}]
+    arm = limited(Robot.from_dh(rows), [(-pi, pi)] * 2 + [(0.0, 0.2), (-pi, pi)])
+    q = np.array([[0.3, 0.5, 0.1, 0.2], [0.3, 0.5, -0.1, 0.2], [0.3, 0.5, 0.1 + 2 * pi, 0.2]])
+    found = arm.inverse(arm.forward(q))
+    assert found.valid.all() and found.within_limits.any(-1).tolist() == [True, False, False]
+
+
+@pytest.mark.parametrize(("name", "locked"), [("puma560", ()), ("stanford", ()), ("panda", (6,)), ("iiwa", (0,))])
+def test_named_robots(name: str, locked: tuple[int, ...]) -> None:
+    arm = Robot.named(name)
+    low, high = arm.limits[:, 0], arm.limits[:, 1]
+    q = np.random.default_rng(1).uniform(low, high, (100, arm.n_joints))
+    found = arm.inverse(arm.forward(q), locked={joint: q[:, joint] for joint in locked} or None)
+    assert (found.status <= Status.SINGULAR).all() and (found.within_limits <= found.valid).all()
+    assert found.within_limits.any(-1).all() and found.within_limits.sum() < found.valid.sum()
+    turns = np.array([kind.value == "revolute" for kind in arm.kinds])
+    for branch, inside in zip(found.q[found.valid], found.within_limits[found.valid], strict=True):
+        several = branch + 2 * pi * np.arange(-2, 3)[:, None] * turns
+        assert bool(((several >= low - 1e-9) & (several <= high + 1e-9)).any(0).all()) == inside
+    chosen = found.nearest + 2 * pi * np.arange(-2, 3)[:, None, None] * turns
+    assert ((chosen >= low - 1e-9) & (chosen <= high + 1e-9)).any(0).all()
+
+
+def test_limits_of_the_panda_are_the_makers() -> None:
+    assert Robot.named("panda").limits[3, :2].tolist() == [-3.0718, -0.0698]
+    assert Robot.named("puma560").limits[0, 1] == pytest.approx(radians(160))
+
+
+def test_a_robot_whose_tool_is_on_a_branch() -> None:
+    arm = limited(Robot.from_dh(PLANAR), [(-pi, pi), (0.0, 2.5), (-pi, pi)])
+    fields = ("name", "kinds", "axes", "home", "limits", "joint_names")
+    part = Robot(**{field: getattr(arm, field) for field in fields}, tip=1)
+    q = np.array([0.4, 0.9, 0.0])
+    found = part.inverse(part.forward(q))
+    assert found.within_limits.any() and np.abs(found.nearest - q).max() < 1e-9
+    beyond = part.inverse(part.forward([0.4, -0.9, 0.0]))
+    assert beyond.valid.any() and not beyond.within_limits.any()

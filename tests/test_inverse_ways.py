@@ -1,0 +1,72 @@
+"""The affine and the conformal way give the branches that motors give."""
+
+from __future__ import annotations
+
+from math import pi
+from typing import Any
+
+import numpy as np
+import pytest
+
+from algorithms.kinematics import Robot, Status
+from algorithms.kinematics.inverse.meets import GEOMETRIES
+
+SHOULDER = [
+    {"d": 0.3, "alpha": pi / 2},
+    {"a": 0.4, "alpha": 0.0},
+    {"a": 0.02, "alpha": pi / 2},
+    {"d": 0.4, "alpha": -1.2},
+    {"alpha": 1.4},
+    {"d": 0.1},
+]
+OFFSET = [{**SHOULDER[0], "a": 0.15}, *SHOULDER[1:]]
+"""The first axis does not meet the second; the second and third are parallel."""
+
+
+@pytest.mark.parametrize("way", GEOMETRIES)
+@pytest.mark.parametrize("robot", ["puma560", "stanford", "ur5", "panda", "shoulder", "offset"])
+def test_the_same_branches(robot: str, way: str) -> None:
+    rows = {"shoulder": SHOULDER, "offset": OFFSET}
+    arm = Robot.from_dh(rows[robot]) if robot in rows else Robot.named(robot)
+    q = np.random.default_rng(1).uniform(-pi, pi, (500, arm.n_joints))
+    poses = arm.pose(q)
+    given: dict[str, Any] = {"locked": {6: q[:, 6]}} if robot == "panda" else {}
+    expected, found = arm.inverse(poses, **given), arm.inverse(poses, way=way, **given)
+    assert found.method == f"{expected.method}, {way}"
+    assert np.array_equal(found.valid.sum(-1), expected.valid.sum(-1))
+    turns = np.array([kind.value == "revolute" for kind in arm.kinds])
+    away = found.q[:, :, None] - expected.q[:, None]
+    away[..., turns] = (away[..., turns] + pi) % (2 * pi) - pi
+    nearest = np.where(np.isnan(away).any(-1), np.inf, np.abs(away).max(-1)).min(1)
+    assert nearest[expected.valid].max() < 1e-6 and np.mean(nearest[expected.valid] < 1e-9) > 0.99
+    reached = arm.pose(np.where(found.valid[..., None], found.q, 0.0))
+    assert np.abs(reached - poses[:, None])[found.valid].max() < 1e-10
+
+
+@pytest.mark.parametrize("way", GEOMETRIES)
+@pytest.mark.parametrize("name", ["puma560", "ur5"])
+def test_pairs_of_points_that_are_imaginary(name: str, way: str) -> None:
+    arm = Robot.named(name)
+    poses = arm.pose(np.random.default_rng(2).uniform(-pi, pi, (50, 6)))
+    poses[:, :3, 3] *= 5.0 / np.linalg.norm(poses[:, :3, 3], axis=-1, keepdims=True)
+    found = arm.inverse(poses, way=way)
+    assert (found.status == Status.OUT_OF_REACH).all() and np.isfinite(found.nearest).all()
+
+
+def test_a_circle_and_a_sphere_meet_in_the_same_points_in_both() -> None:
+    """The unit circle about z, and the sphere of radius 1 about (1, 0, 0): at angles of 60 degrees."""
+    axis, p = np.array([1.0, 0, 0, 0, 0, 0]), np.array([[0.0, 1.0, 0.0]])
+    for geometry in GEOMETRIES.values():
+        points, gap = geometry.circle_sphere(axis, p, np.array([[1.0, 0, 0]]), np.array([1.0]))
+        assert sorted(points[0, :, 1]) == pytest.approx([-np.sqrt(0.75), np.sqrt(0.75)], abs=1e-14)
+        assert points[0, :, 0] == pytest.approx([0.5, 0.5], abs=1e-14) and gap == pytest.approx(0.75)
+        _, gap = geometry.circle_sphere(axis, p, np.array([[3.0, 0, 0]]), np.array([1.0]))
+        assert gap < 0
+
+
+def test_what_has_no_other_way() -> None:
+    rows = [{"d": 0.2, "a": 0.3, "alpha": 0.9}] * 6
+    with pytest.raises(ValueError, match="way 'conformal': not for this arm"):
+        Robot.from_dh(rows).inverse(np.eye(4), way="conformal")
+    with pytest.raises(ValueError, match="expected 'motors', 'affine', 'conformal'"):
+        Robot.named("ur5").inverse(np.eye(4), way="matrices")

@@ -1,0 +1,129 @@
+"""A single configuration takes another way than a batch of them, and gives the same."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+
+from algorithms.kinematics import (
+    Body,
+    DescriptionError,
+    JointCountError,
+    NotFiniteError,
+    Robot,
+    UnknownJointTypeError,
+    single,
+)
+
+METHODS = (
+    ("forward", 1),
+    ("forward_all", 1),
+    ("pose", 1),
+    ("jacobian", 1),
+    ("jacobian_rate", 2),
+    ("velocity", 2),
+    ("acceleration", 3),
+    ("inverse_dynamics", 3),
+    ("gravity", 1),
+    ("coriolis", 2),
+    ("coriolis_matrix", 2),
+    ("mass_matrix", 1),
+    ("forward_dynamics", 3),
+    ("kinetic_energy", 2),
+    ("potential_energy", 1),
+    ("inverse_dynamics_slopes", 3),
+)
+
+
+def tree() -> Robot:
+    """Two branches, a slide and rotors: the end effector is on the second branch."""
+    rng = np.random.default_rng(4)
+    rows = [
+        {"d": 0.3, "a": 0.2, "alpha": 0.7},
+        {"a": 0.4, "alpha": -1.1, "kind": "prismatic"},
+        {"a": 0.3, "d": 0.1},
+    ] * 2
+    bodies = []
+    for _ in rows:
+        a = rng.normal(size=(3, 3))
+        t = np.trace(a @ a.T) * np.eye(3) - a @ a.T
+        bodies.append(Body(2.0, tuple(rng.normal(size=3)), tuple(t[np.triu_indices(3)]), 0.3))
+    arm = Robot.from_dh(rows, bodies=bodies)
+    fields = ("name", "kinds", "axes", "home", "bodies", "armature")
+    return Robot(**{name: getattr(arm, name) for name in fields}, parents=(-1, 0, 1, 0, 3, 4), tip=4)
+
+
+@pytest.mark.parametrize("robot", [tree(), Robot.named("ur5"), Robot.named("puma560")], ids=lambda robot: robot.name)
+def test_every_method_gives_what_a_batch_gives(robot: Robot) -> None:
+    rows = np.random.default_rng(1).uniform(-1.5, 1.5, (3, 2, robot.n_joints))
+    for name, count in METHODS:
+        method = getattr(robot, name)
+        batch: Any = method(*rows[:count])
+        one = [method(*rows[:count, 0]) for _ in range(single.PATIENCE + 3)]
+        for found in (one[0], one[-1]):  # before and after it is compiled
+            pairs = zip(found, batch, strict=True) if isinstance(batch, tuple) else [(found, batch)]
+            for mine, expected in pairs:
+                assert np.shape(mine) == expected.shape[1:]
+                assert np.abs(mine - expected[0]).max() < 1e-12 * max(1, np.abs(expected[0]).max()), name
+
+
+def test_what_is_no_row_of_doubles_takes_the_other_way() -> None:
+    robot = tree()
+    q = np.random.default_rng(2).uniform(-1, 1, 6)
+    for _ in range(single.PATIENCE + 2):
+        expected = robot.mass_matrix(q)
+    still = q.copy()
+    still.flags.writeable = False
+    for other in (list(q), still, np.repeat(q, 2)[::2], q.astype(">f8")):
+        assert np.abs(robot.mass_matrix(other) - expected).max() < 1e-12  # type: ignore[arg-type]
+    assert robot.mass_matrix(q.astype(np.float32)).dtype == np.float32
+    for wrong in (q[:5], np.append(q, 0.0), 1.0):
+        with pytest.raises(ValueError, match="robot: q: shape"):
+            robot.mass_matrix(wrong)
+    with pytest.raises(TypeError, match="robot: q: dtype"):
+        robot.mass_matrix(q + 0j)
+
+
+def test_a_robot_keeps_its_numbers_and_leaves_those_of_others_alone() -> None:
+    arm = Robot.named("puma560")
+    axes, home, bodies = arm.axes.copy(), arm.home.copy(), arm.bodies.copy()
+    robot = Robot("mine", arm.kinds, axes, home, bodies=bodies)
+    expected = robot.mass_matrix(np.ones(6)), robot.forward(np.ones(6))
+    for given, kept in ((axes, robot.axes), (home, robot.home), (bodies, robot.bodies)):
+        assert given.flags.writeable and not kept.flags.writeable
+        given[:] = 0.0
+        with pytest.raises(ValueError, match="read-only"):
+            kept[0] = 0.0
+    assert np.array_equal(robot.mass_matrix(np.ones(6)), expected[0])
+    assert np.array_equal(robot.forward(np.ones(6)), expected[1])
+
+
+def test_descriptions_of_no_robot_have_errors_of_their_own() -> None:
+    arm = Robot.named("puma560")
+    given: dict[str, Any] = {name: getattr(arm, name) for name in ("name", "kinds", "axes", "home", "bodies", "limits")}
+
+    def broken(name: str) -> Any:
+        array = given[name].copy()
+        array[2, 1] = np.nan
+        return array
+
+    cases: tuple[tuple[type[DescriptionError], dict[str, Any]], ...] = (
+        (UnknownJointTypeError, {"kinds": ("revolute",) * 6}),
+        (JointCountError, {"axes": arm.axes[:5]}),
+        (JointCountError, {"kinds": (), "axes": arm.axes[:0]}),
+        (JointCountError, {"bodies": arm.bodies[:4]}),
+        *((NotFiniteError, {name: broken(name)}) for name in ("axes", "home", "bodies", "limits")),
+        (DescriptionError, {"parents": (-1, 0, 1, 5, 3, 4)}),
+    )
+    for error, change in cases:
+        with pytest.raises(error, match="puma560: "):
+            Robot(**{**given, **change})
+    for error, rows in (
+        (UnknownJointTypeError, [{"kind": "ball"}]),
+        (NotFiniteError, [{"a": float("nan")}]),
+        (JointCountError, []),
+    ):
+        with pytest.raises(error, match="row"):
+            Robot.from_dh(rows)
