@@ -98,9 +98,10 @@ DISTANCES: dict[tuple[str, str], Operation] = {
 """The least distance of any two points of the objects: 21 pairs of kinds."""
 
 
-def _sine_to_angle(line_or_circle: Reals, dual: Reals) -> Reals:
-    sine = np.asarray(cga3.conformal_sine_circle_sphere(line_or_circle, dual))
-    return np.arcsin(np.where(sine <= 1, sine, np.nan))
+def _angle_of_crossing(line_or_circle: Reals, dual: Reals) -> Reals:
+    sine = np.minimum(1, cga3.conformal_sine_circle_sphere(line_or_circle, dual))
+    apart = cga3.meet_circle_dual_sphere_kind(line_or_circle, dual) == -1
+    return np.where(apart, np.nan, np.arcsin(sine))
 
 
 ANGLES: dict[tuple[str, str], Operation] = {
@@ -116,10 +117,10 @@ ANGLES: dict[tuple[str, str], Operation] = {
     ("line", "line"): cga3.angle_between_lines,
     ("line", "circle"): lambda line, circle: cga3.signed_angle_line_plane(line, cga3.circle_plane(circle)),
     ("line", "plane"): cga3.signed_angle_line_plane,
-    ("line", "sphere"): lambda line, sphere: _sine_to_angle(cga3.circle_from_line(line), _dual_sphere(sphere)),
+    ("line", "sphere"): lambda line, sphere: _angle_of_crossing(cga3.circle_from_line(line), _dual_sphere(sphere)),
     ("circle", "circle"): cga3.angle_between_circles,
     ("circle", "plane"): lambda circle, plane: cga3.angle_between_planes(cga3.circle_plane(circle), plane),
-    ("circle", "sphere"): lambda circle, sphere: _sine_to_angle(circle, _dual_sphere(sphere)),
+    ("circle", "sphere"): lambda circle, sphere: _angle_of_crossing(circle, _dual_sphere(sphere)),
     ("plane", "plane"): cga3.angle_between_planes,
     ("plane", "sphere"): lambda plane, sphere: cga3.angle_between_dual_spheres(
         _dual_plane(plane), _dual_sphere(sphere)

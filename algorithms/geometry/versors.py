@@ -51,7 +51,8 @@ def similarity_between(kind: str, a: ArrayLike, b: ArrayLike) -> Reals:
     with np.errstate(divide="ignore", invalid="ignore"):
         scale = np.sqrt(s / r)
     scale = np.where((scale > 0) & np.isfinite(scale), scale, np.nan)
-    return np.asarray(cga3.similarity_between_rounds(p, q, n, m, scale))
+    versor = cga3.similarity_between_rounds(p, q, n, m, scale)
+    return np.where(np.isnan(scale)[..., None], np.nan, versor)
 
 
 _BETWEEN: dict[str, Callable[[Reals, Reals], Reals]] = {
