@@ -37,6 +37,7 @@ from algorithms.geometry.pairs import ANGLES, DISTANCES, MEETS, PROJECTIONS
 from generated import cga2, cga3, pga3
 
 RNG = np.random.default_rng(11)
+UP = np.array([0, 0, 40.0])
 TURN = np.linspace(0, 2 * np.pi, 721)[:-1]
 
 
@@ -277,8 +278,8 @@ def test_meets_lie_on_both(kinds: tuple[str, str]) -> None:
     moved = cga3.translator_from_vector([0.0, 0.0, 40.0])
     away = {
         "line": lambda: cga3.line_from_points(cga3.translate_point(moved, common), cga3.translate_point(moved, far)),
-        "circle": lambda: cga3.circle_from_centre(common + [0, 0, 40.0], unit(far), 1.0),
-        "sphere": lambda: cga3.sphere_from_centre(common + [0, 0, 40.0], 1.0),
+        "circle": lambda: cga3.circle_from_centre(common + UP, unit(far), 1.0),
+        "sphere": lambda: cga3.sphere_from_centre(common + UP, 1.0),
     }
     if kinds[1] in away and kinds != ("line", "line"):
         how = meet(kinds[0], one, kinds[1], away[kinds[1]]()).how
@@ -522,7 +523,7 @@ def test_ruled_surfaces_satisfy_their_equations() -> None:
     latitude = np.linspace(-1.5, 1.5, 31)
     x, y, z = np.moveaxis(ellipsoid(ANGLES_OF, latitude, [3.0, 2, 0.5]), -1, 0)
     close((x / 3) ** 2 + (y / 2) ** 2 + (z / 0.5) ** 2, 1.0, 1e-12)
-    directrix = cycloidal_curve(ANGLES_OF, 0.5, -1, 2.5) + [0, 0, 1]
+    directrix = cycloidal_curve(ANGLES_OF, 0.5, -1, 2.5) + UP / 40
     found = cone_over(directrix, LENGTHS, [1.0, 2, 3])
     apex = np.array([1.0, 2, 3])
     close(found, apex + LENGTHS[:, None] * (directrix - apex)[:, None], 1e-12)

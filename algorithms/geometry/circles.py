@@ -40,10 +40,10 @@ class NearestOnCircles:
 def nearest_on_circles(a: ArrayLike, b: ArrayLike) -> NearestOnCircles:
     """The points of two circles of space that are nearest to each other.
 
-    The square of the distance of a point of `a` to the circle `b` is a function of the point's angle. Where it is least,
-    a trigonometric polynomial of degree 4 vanishes; its eight roots are eigenvalues (D. Vranek, *Journal of Graphics
-    Tools* 7:23-32, 2002). The best of them, and of evenly spaced angles for where the polynomial says little, are refined
-    by Newton's method on the function itself. Several pairs of points may be as near; one is given.
+    The square of the distance of a point of `a` to the circle `b` is a function of the point's angle. Where it is
+    least, a trigonometric polynomial of degree 4 vanishes; its eight roots are eigenvalues (D. Vranek, *Journal of
+    Graphics Tools* 7:23-32, 2002). The best of them, and of evenly spaced angles for where the polynomial says little,
+    are refined by Newton's method on the function itself. Several pairs of points may be as near; one is given.
 
     Parameters
     ----------

@@ -1,8 +1,8 @@
 """Lines, planes, circles and spheres through many points, as near to them as can be.
 
-Spheres and circles start as the vectors of conformal space that are most nearly orthogonal to all points, as in L. Dorst,
-*Total least squares fitting of k-spheres*, Journal of Mathematical Imaging and Vision 50:214-234, 2014; Gauss-Newton
-steps then make the sum of squared distances least.
+Spheres and circles start as the vectors of conformal space that are most nearly orthogonal to all points, as in
+L. Dorst, *Total least squares fitting of k-spheres*, Journal of Mathematical Imaging and Vision 50:214-234, 2014;
+Gauss-Newton steps then make the sum of squared distances least.
 """
 
 from __future__ import annotations
@@ -154,7 +154,7 @@ def _spread(points: ArrayLike, least: int) -> tuple[Reals, Reals, Reals, Reals]:
     if places.shape[-2] < least:
         raise ValueError(f"points: {places.shape[-2]} of them; expected {least} or more")
     centre = places.mean(-2)
-    rows = np.linalg.qr(places - centre[..., None, :], mode="r")
+    rows: Reals = np.asarray(np.linalg.qr(places - centre[..., None, :], mode="r"))
     _, roots, axes = np.linalg.svd(np.concatenate([rows, np.zeros_like(rows)], -2)[..., :4, :], full_matrices=False)
     return places, centre, roots[..., ::-1] ** 2 / places.shape[-2], np.swapaxes(axes[..., ::-1, :], -1, -2)
 
@@ -171,7 +171,7 @@ def _scaled(places: Reals, middle: Reals, values: Reals, least: Reals) -> tuple[
 
 def _duals(points: Reals) -> Reals:
     """Dual spheres as columns, those first whose inner products with all points are least."""
-    products = np.linalg.qr(cga3.embed_point(points) @ _METRIC, mode="r")
+    products: Reals = np.asarray(np.linalg.qr(cga3.embed_point(points) @ _METRIC, mode="r"))
     rows = np.concatenate([products, np.zeros((*products.shape[:-2], 5, 5))], -2)
     axes = np.linalg.svd(rows, full_matrices=False)[2]
     return np.swapaxes(axes[..., ::-1, :], -1, -2)

@@ -889,8 +889,8 @@ def versor_between_point_pairs(a, b):
 def similarity_between_rounds(a, b, n, m, scale):
     """The versor that turns, scales and translates a round into another of its kind, and nothing else.
 
-    From the centre `a` to the centre `b`, by the rotation from the unit direction `n` of a point pair to `m` (the same of
-    both for circles), and by the ratio `scale` of the radii, positive.
+    From the centre `a` to the centre `b`, by the rotation from the unit direction `n` of a point pair to `m` (the same
+    of both for circles), and by the ratio `scale` of the radii, positive.
     """
     n, m = _vector(n), _vector(m)
     rotor = _between(n, m, E1 * E2)

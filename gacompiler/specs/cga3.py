@@ -994,8 +994,8 @@ def inner_product_of_point_pairs(a, b):
 def conformal_sine_circle_sphere(circle, s):
     """The sine of the angle at which a circle or line crosses a dual sphere or plane.
 
-    ``|s ^ circle*| / (|s| |circle|)``, which conformal maps keep: 0 where the circle is on the sphere, and where they do
-    not meet; `meet_circle_dual_sphere_kind` tells which.
+    ``|s ^ circle*| / (|s| |circle|)``, which conformal maps keep: 0 where the circle is on the sphere, and where they
+    do not meet; `meet_circle_dual_sphere_kind` tells which.
     """
     joint = s ^ ga.polarity(circle)
     joint_squared = -ga.scalar_product(joint, joint)
