@@ -632,7 +632,7 @@ def _operate(symbol: str, a: Any, b: Any = _ABSENT) -> Any:
             return _play(role, a, b)
         if not _is_operand(b):
             raise TypeError(f"a versor is applied to multivectors; found {second.__name__}")
-        if not isinstance(a, MultivectorArray):
+        if not isinstance(a, (MultivectorArray, Multivector)):
             raise TypeError(f"only versors are applied; found {first.__name__} on the left of >>")
     elif (first is float or first is int) and second is not _Array and _Number is not None:
         return _FORWARD[symbol](_Number(a), b)
