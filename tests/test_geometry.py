@@ -380,6 +380,21 @@ def test_similarities_take_rounds_to_rounds() -> None:
     assert (found > 0).all()
 
 
+def test_similarities_between_centres() -> None:
+    """Points go as by matrices: the least rotation between two directions by Rodrigues' formula."""
+    rng = np.random.default_rng(17)
+    p, q, x = rng.normal(size=(3, N, 3))
+    n, m = unit(rng.normal(size=(2, N, 3)))
+    scale = np.exp(rng.normal(size=N))
+    found = cga3.transform_point(cga3.similarity_between_rounds(p, q, n, m, scale), x)
+    w, c = np.cross(n, m), dot(n, m)
+    y = x - p
+    turned = c[:, None] * y + np.cross(w, y) + (dot(w, y) / (1 + c))[:, None] * w
+    off = (found - q - scale[:, None] * turned) / (1 + scale * length(y))[:, None]
+    close(off[c > -0.9], 0.0, 1e-10)
+    close((length(found - q) - scale * length(y)) / (1 + scale * length(y)), 0.0, 1e-12)
+
+
 def test_versors_between_objects_of_every_kind() -> None:
     rng = np.random.default_rng(12)
     n = 300

@@ -1620,9 +1620,9 @@ def versor_between_circles(a, b):
 def similarity_between_rounds(a, b, n, m, scale):
     """The versor that turns, scales and translates a round into another of its kind, and nothing else.
 
-    From the centre `a` to the centre `b`, by the smaller rotation from the unit direction or normal `n` to `m` (a half
-    turn about a line orthogonal to `n` where they are opposite; the same of both for spheres), and by the ratio `scale`
-    of the radii, positive.
+    From the centre `a` to the centre `b`, from the unit direction or normal `n` to `m` (the same of both for spheres),
+    and by the ratio `scale` of the radii, positive. The rotation is the smaller one; where the cosine of `n` and `m` is
+    below -0.9, that from ``-n`` to `m` after a half turn about a line orthogonal to `n`.
     """
     n, m = _vector(n), _vector(m)
     rotor = _between(n, m, _perpendicular(n) * SPACE)
