@@ -85,17 +85,20 @@ def _nearest_angle(curve: Reals, radius: Reals) -> tuple[Reals, Reals]:
     values = _half_square(curve, radius, angles)[0]
     spread = values[..., 8:].max(-1) - values[..., 8:].min(-1)
     best = np.argsort(values, -1)[..., :STARTS]
-    angle, value = np.take_along_axis(angles, best, -1), np.take_along_axis(values, best, -1)
+    angle = np.take_along_axis(angles, best, -1)
+    value, slope, bend = _half_square(curve, radius, angle)
     limit = np.full_like(angle, np.pi / SAMPLES)
     for _ in range(STEPS):
-        _, slope, bend = _half_square(curve, radius, angle)
-        step = np.clip(-slope / np.where(np.abs(bend) > 0, np.abs(bend), 1), -limit, limit)
+        size = np.abs(bend)
+        step = np.clip(-slope / np.where(size > 0, size, 1), -limit, limit)
         there = _half_square(curve, radius, angle + step)
-        lower, flatter = there[0] < value - _ROUNDING, np.abs(there[1]) < np.abs(slope)
-        better = lower | ((there[0] <= value + _ROUNDING) & flatter)
-        angle, value = np.where(better, angle + step, angle), np.where(better, there[0], value)
+        lower = there[0] < value - _ROUNDING
+        better = lower | ((there[0] <= value + _ROUNDING) & (np.abs(there[1]) < np.abs(slope)))
+        moved = lower | (better & (np.abs(step) > _ROUNDING))
+        angle = np.where(better, angle + step, angle)
+        value, slope, bend = (np.where(better, new, old) for new, old in zip(there, (value, slope, bend), strict=True))
         limit = np.where(better, limit, limit / 8)
-        if not np.any(lower | (better & (np.abs(step) > _ROUNDING))):
+        if not moved.any():
             break
     least = np.argmin(value, -1)[..., None]
     return np.take_along_axis(angle, least, -1)[..., 0], spread
