@@ -45,7 +45,7 @@ CASES: list[tuple[str, Callable[[], Any], type[Exception], str]] = [
     ("a number on a multivector", lambda: 2 >> P, TypeError, "only versors are applied; found int"),
     ("a layout that does not hold it", lambda: M.as_layout(PGA3.POINT), LayoutError, "only"),
     ("kernel, too few", lambda: pga3.move_point(np.ones(7), np.ones(3)), ValueError, "m"),
-    ("kernel, text", lambda: pga3.move_point(["a"] * 8, np.ones(3)), (TypeError, ValueError), ""),  # type: ignore[list-item]
+    ("kernel, text", lambda: pga3.move_point(["a"] * 8, np.ones(3)), TypeError, "m"),
     ("kernel, complex", lambda: cga3.sphere_centre(np.ones(5) * 1j), TypeError, "complex"),
     ("kernel, shapes", lambda: pga3.join_points(np.ones((2, 3)), np.ones((3, 3))), ValueError, "broadcast|shape"),
     ("motors, none", lambda: average_motors(np.zeros((0, 8))), ValueError, "none"),
@@ -56,7 +56,7 @@ CASES: list[tuple[str, Callable[[], Any], type[Exception], str]] = [
     ("frames, flat", lambda: rotor_from_frames(np.ones((2, 3)), np.ones((3, 3))), ValueError, "three vectors as rows"),
     ("factors of no blade", lambda: factorize_blade(NO_BLADE), ValueError, "blade"),
     ("join of no blade", lambda: join(NO_BLADE, NO_BLADE), ValueError, "blade"),
-    ("dimensions that differ", lambda: outer_product(Blade(np.ones(3), 3, 1), Blade(np.ones(4), 4, 1)), ValueError, ""),
+    ("dimensions that differ", lambda: outer_product(Blade(np.ones(3), 3, 1), Blade(np.ones(4), 4, 1)), ValueError, "dim|vectors"),
     ("coefficients too few", lambda: Blade(np.ones(5), 4, 2), ValueError, "6"),
     ("vectors, not finite", lambda: FactoredBlade.of_vectors([[1.0, np.nan]]), ValueError, "finite|nan"),
     ("bivector, too few", lambda: split_bivectors(np.ones(5), 4), ValueError, "6"),
