@@ -175,7 +175,69 @@ def measure(elements: int, rounds: int) -> list[Row]:
     return rows
 
 
-def page(rows: Sequence[Row], elements: int, rounds: int) -> str:
+@dataclass(frozen=True, slots=True)
+class OperatorRow:
+    """Nanoseconds for one operator on single objects, by name of the library."""
+
+    what: str
+    times: dict[str, float]
+
+
+OPERATIONS = (
+    ("product of motors, `m * n`", "m", "m", lambda a, b: a * b),
+    ("sum of points, `p + q`", "p", "p", lambda a, b: a + b),
+    ("join of points, `p & q`", "p", "p", lambda a, b: a & b),
+    ("inner product of motor and point", "m", "p", lambda a, b: a | b),
+    ("by a number, `m * 2.5`", "m", "number", lambda a, b: a * b),
+)
+
+
+def measure_operators(rounds: int, repeats: int) -> list[OperatorRow]:
+    """Operators of `gacompiler.objects` on motors and points of PGA3, and of the peers that are installed."""
+    from gacompiler.objects import PGA3
+
+    motor, point = PGA3.motor([1, 2, 3], 0.5, 0.3), PGA3.point(1, 2, 3)
+    known: dict[str, dict[str, Any]] = {"here": {"m": motor, "p": point}}
+    blades = {name: (x.layout.blades, x.values) for name, x in (("m", motor), ("p", point + 0 * PGA3.e123))}
+    if installed("clifford"):
+        import clifford
+
+        _, all_blades = clifford.Cl(3, 0, 1, firstIdx=0)
+        ours = {"e0": all_blades["e0"], "e1": all_blades["e1"], "e2": all_blades["e2"], "e3": all_blades["e3"]}
+        known["clifford"] = {name: _of_vectors(ours, *each) for name, each in blades.items()}
+    if installed("kingdon"):
+        import kingdon
+
+        algebra = kingdon.Algebra(3, 0, 1)
+        ours = {f"e{k}": algebra.blades[f"e{k}"] for k in range(4)}
+        known["kingdon"] = {name: _of_vectors(ours, *each) for name, each in blades.items()}
+    rows = []
+    for what, first, second, run in OPERATIONS:
+        calls = {}
+        for library, objects_ in known.items():
+            a, b = objects_[first], {**objects_, "number": 2.5}[second]
+            for _ in range(3):
+                run(a, b)
+            calls[library] = lambda run=run, a=a, b=b: [run(a, b) for _ in range(repeats)]
+        rows.append(OperatorRow(what, interleaved(calls, repeats, rounds)))
+    return rows
+
+
+def _of_vectors(vectors: dict[str, Any], names: Sequence[str], values: Any) -> Any:
+    """The same multivector of a peer, from its vectors e0 to e3."""
+    total = None
+    for name, value in zip(names, values, strict=True):
+        blade = float(value)
+        for digit in name.removeprefix("e") if name != "1" else "":
+            blade = blade * vectors[f"e{digit}"]
+        if name == "1":
+            square = vectors["e1"] * vectors["e1"]
+            blade = float(value) * square
+        total = blade if total is None else total + blade
+    return total
+
+
+def page(rows: Sequence[Row], operators: Sequence[OperatorRow], elements: int, rounds: int) -> str:
     """The rows as Markdown."""
     lines = [
         "# Toolkit beside clifford",
@@ -192,6 +254,18 @@ def page(rows: Sequence[Row], elements: int, rounds: int) -> str:
         lines.append(f"| {row.what} | {' | '.join(ratios)} | {row.clifford:,.0f} |")
     least = min(rows, key=lambda row: row.clifford / row.batched)
     lines += ["", f"Least in arrays: {least.what}, {least.clifford / least.batched:,.0f} times."]
+    names = list(operators[0].times)
+    lines += [
+        "",
+        "Operators of single objects (`gacompiler.objects`, PGA3), the call of a function around them included;",
+    ]
+    lines += ["brackets: times the first column.", ""]
+    lines += ["| what | " + " | ".join(names) + " |", "| --- |" + " ---: |" * len(names)]
+    for operator in operators:
+        here = operator.times["here"]
+        cells = [f"{here:,.0f}"]
+        cells += [f"{operator.times[name]:,.0f} ({operator.times[name] / here:,.0f})" for name in names[1:]]
+        lines.append(f"| {operator.what} | {' | '.join(cells)} |")
     return "\n".join(lines) + "\n"
 
 
@@ -209,7 +283,8 @@ def main(arguments: list[str] | None = None) -> int:
         print("toolkit: clifford is not installed; pip install clifford", file=sys.stderr)
         return 1
     elements, rounds = (QUICK_ELEMENTS, 1) if options.quick else (ELEMENTS, ROUNDS)
-    text = page(measure(elements, rounds), elements, rounds)
+    operators = measure_operators(rounds, QUICK_ELEMENTS if options.quick else ELEMENTS)
+    text = page(measure(elements, rounds), operators, elements, rounds)
     try:
         write(out, text)
     except OSError as error:
