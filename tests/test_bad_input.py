@@ -16,6 +16,7 @@ from generated import cga3, pga3
 
 M, P, C = PGA3.motor([0, 0, 1], 1.0), PGA3.point(1, 2, 3), CGA3.point(1, 2, 3)
 SKEW = PGA3.e12 + 2 * PGA3.e03
+E3, E4 = Blade(np.ones(3), 3, 1), Blade(np.ones(4), 4, 1)
 NO_BLADE = Blade([1.0, 0, 0, 0, 0, 1.0], 4, 2)
 
 MIXED = r"multivectors of {} and {}; expected one algebra"
@@ -56,7 +57,7 @@ CASES: list[tuple[str, Callable[[], Any], type[Exception], str]] = [
     ("frames, flat", lambda: rotor_from_frames(np.ones((2, 3)), np.ones((3, 3))), ValueError, "three vectors as rows"),
     ("factors of no blade", lambda: factorize_blade(NO_BLADE), ValueError, "blade"),
     ("join of no blade", lambda: join(NO_BLADE, NO_BLADE), ValueError, "blade"),
-    ("dimensions that differ", lambda: outer_product(Blade(np.ones(3), 3, 1), Blade(np.ones(4), 4, 1)), ValueError, "dim|vectors"),
+    ("dimensions that differ", lambda: outer_product(E3, E4), ValueError, "dim|vectors"),
     ("coefficients too few", lambda: Blade(np.ones(5), 4, 2), ValueError, "6"),
     ("vectors, not finite", lambda: FactoredBlade.of_vectors([[1.0, np.nan]]), ValueError, "finite|nan"),
     ("bivector, too few", lambda: split_bivectors(np.ones(5), 4), ValueError, "6"),
