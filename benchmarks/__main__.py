@@ -6,8 +6,8 @@ import importlib
 import os
 import sys
 
-COMMANDS = {"counts": ".counts", "growth": ".growth", "subspaces": ".subspaces", "chain": ".chain", "robots": ".robots"}
-"""What may stand after ``benchmarks``, and the module that does it; without one of them, times are measured."""
+COMMANDS = ("chain", "counts", "growth", "robots", "signals", "subspaces", "toolkit", "vision")
+"""What may stand after ``benchmarks``, the modules that do it; without one of them, times are measured."""
 
 
 def main() -> int:
@@ -15,8 +15,8 @@ def main() -> int:
     for name in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "NUMBA_NUM_THREADS"):
         os.environ[name] = "1"
     words = sys.argv[1:]
-    chosen = COMMANDS.get(words[0]) if words else None
-    module = importlib.import_module(chosen or ".command", __package__)
+    chosen = words[0] if words and words[0] in COMMANDS else None
+    module = importlib.import_module(f".{chosen or 'command'}", __package__)
     status: int = module.main(words[1:] if chosen else words)
     return status
 

@@ -5,7 +5,22 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation, Slerp
-from toolkit_truth import TINY, N, along, apply, close, directions, dot, length, line_of, poses, turn, unit, up_to_sign
+from toolkit_truth import (
+    TINY,
+    N,
+    along,
+    apply,
+    close,
+    directions,
+    dot,
+    length,
+    line_of,
+    plane_of,
+    poses,
+    turn,
+    unit,
+    up_to_sign,
+)  # fmt: skip
 
 from algorithms.motors import (
     SEQUENCES,
@@ -15,6 +30,7 @@ from algorithms.motors import (
     matrix_from_euler,
     matrix_to_euler,
     mean_motor,
+    motor_from_objects,
     motor_from_points,
     nlerp,
     rotor_from_euler,
@@ -276,6 +292,41 @@ def test_data_that_do_not_determine_the_motion_say_so(rng: np.random.Generator) 
         rotor_from_vectors(np.eye(3), np.eye(3)[:2])
     with pytest.raises(ValueError, match="weights"):
         motor_from_points(np.eye(3), np.eye(3), [-1, 1, 1])
+
+
+@pytest.mark.parametrize("kinds", ["points", "lines", "planes", "points lines", "points planes", "lines planes", "all"])
+def test_motors_from_objects_of_all_kinds(rng: np.random.Generator, kinds: str) -> None:
+    """Exact objects, moved by matrices: points by them, lines by two points, planes by their normal and a point."""
+    chosen = ["points", "lines", "planes"] if kinds == "all" else kinds.split()
+    n, count = 200, 4
+    matrices = poses(rng, n)
+    p, q, d = rng.normal(size=(3, n, count, 3))
+    moved, there = (apply(matrices[:, None], x) for x in (p, q))
+    pairs = {
+        "points": (p, moved),
+        "lines": (line_of(p, q - p), line_of(moved, there - moved)),
+        "planes": (plane_of(d, p), plane_of(turn(matrices[:, None], d), moved)),
+    }
+    found = motor_from_objects(**{name: pairs[name] for name in chosen})
+    assert found.determined.all()
+    close(found.residual, 0.0, 1e-11)
+    close(pga3.motor_to_matrix(found.motor), matrices, 1e-9)
+
+
+def test_motors_from_noisy_points_and_objects_that_are_too_few(rng: np.random.Generator) -> None:
+    a = rng.normal(size=(50, 12, 3))
+    b = a @ np.linalg.qr(rng.normal(size=(3, 3)))[0] + 0.1 * rng.normal(size=a.shape)
+    one, two = motor_from_objects(points=(a, b)), motor_from_points(a, b)
+    close(one.motor, two.motor, 1e-11)
+    close(one.residual, two.residual, 1e-11)
+    line = line_of(a[:, :1], b[:, :1])
+    assert not motor_from_objects(lines=(line, line)).determined.any(), "it may slide along and turn about itself"
+    plane = plane_of(a[:, :2], b[:, :2])
+    assert not motor_from_objects(planes=(plane, plane)).determined.any(), "two planes slide along their line"
+    with pytest.raises(ValueError, match="none; expected at least one object"):
+        motor_from_objects()
+    with pytest.raises(ValueError, match="lines: 1 and 2 of them"):
+        motor_from_objects(lines=(np.ones((1, 6)), np.ones((2, 6))))
 
 
 def test_rotors_from_oblique_frames(rng: np.random.Generator) -> None:

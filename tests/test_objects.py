@@ -21,6 +21,7 @@ from gacompiler.algebra import catalog
 from gacompiler.algebra.operations import OPERATIONS
 from gacompiler.errors import AlgebraError, LayoutError
 from gacompiler.objects import CGA3, PGA2, PGA3, STA, VGA2, VGA3, MultivectorArray, Space, operators
+from gacompiler.objects import arrays as arrays_module
 from gacompiler.objects.definitions import BINARY, UNARY
 
 OBLIQUE = Space(Algebra("oblique", "a b c", [[2, 1, 0], [1, -1, 3], [0, 3, 0]]))
@@ -303,18 +304,82 @@ def every_operator() -> Iterator[Any]:
 
 
 def test_without_a_c_compiler_the_numbers_are_the_same() -> None:
-    """The text of the program and its C, on the same numbers: to the bit but for functions that libraries compute."""
+    """The text of the program and its C, on the same numbers: to the bit, sines and their kin too."""
     rng, count = np.random.default_rng(13), 0
     for operator in every_operator():
         arrays = [rng.uniform(0.5, 1.5, (3, *argument.shape)) for argument in operator.program.arguments]
         if operator.wait() is None:
             pytest.skip("no C compiler")
         in_c, in_python = operator(arrays), operator._in_python(arrays, (3,))
-        assert np.allclose(in_c, in_python, rtol=1e-12, atol=1e-13, equal_nan=True), operator.kernel.name
-        if operator._is_exact:
-            assert np.array_equal(in_c, in_python, equal_nan=True), operator.kernel.name
+        assert np.array_equal(in_c, in_python, equal_nan=True), operator.kernel.name
+        many = [np.repeat(each, operators.FEW, axis=0) for each in arrays]  # then numpy computes them
+        assert np.allclose(
+            operator(many), np.repeat(in_c, operators.FEW, axis=0), rtol=1e-12, atol=1e-13, equal_nan=True
+        )
         count += 1
     assert count >= 6
+
+
+def test_functions_of_the_library_have_the_limits_of_c() -> None:
+    names = operators._LIBRARY
+    with np.errstate(all="ignore"):
+        for name, numbers in {
+            "sin": [0.0, -0.0, 1e300, np.inf, np.nan],
+            "cos": [0.0, np.inf, np.nan],
+            "acos": [1.0, -1.0, 1.5, np.nan],
+            "exp": [0.0, 800.0, -800.0, np.inf, -np.inf, np.nan],
+            "log": [0.0, -0.0, -1.0, 1.0, np.inf, np.nan],
+        }.items():
+            expected = operators._FUNCTIONS[name](np.array(numbers))
+            assert np.allclose(names[name](np.array(numbers)), expected, rtol=1e-15, atol=0, equal_nan=True), name
+        zeros = np.array([0.0, -0.0, 1.0, -1.0, np.inf])
+        y, x = np.meshgrid(zeros, zeros)
+        assert np.array_equal(names["atan2"](y, x), np.arctan2(y, x))
+    assert isinstance(names["sin"](np.float64(1)), np.float64)
+
+
+OPERATORS_OF_TWO = {
+    "|": lambda a, b: a | b,
+    ">>": lambda a, b: a >> b,
+    "/": lambda a, b: a / b,
+    "*": lambda a, b: a * b,
+    "^": lambda a, b: a ^ b,
+}
+
+
+@pytest.mark.parametrize("symbol", OPERATORS_OF_TWO)
+def test_operators_leave_python_after_first_use(symbol: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Of two objects, and of an object and a number: then nothing of this package is called any more."""
+    if arrays_module.extension() is None:
+        pytest.skip("no extension")
+    run = OPERATORS_OF_TWO[symbol]
+    m, p = PGA3.motor([1, 2, 3], 0.3, 2), PGA3.point(1, 2, 3)
+    pairs = [(m, p), (m, m), (p, m)] if symbol != ">>" else [(m, p), (m, m)]
+    pairs += [(m, 2.5), (p, 3)] if symbol != ">>" else []
+    before = [run(a, b) for a, b in pairs]
+    for operator in operators.operators():
+        operator.wait()
+    for a, b in pairs:
+        run(a, b)
+
+    def refuse(*_: object) -> None:
+        raise AssertionError("not from the extension")
+
+    monkeypatch.setattr(arrays_module, "apply", refuse)
+    assert [run(a, b) for a, b in pairs] == before
+
+
+def test_quotients() -> None:
+    m, n, p = PGA3.motor([1, 2, 3], 0.3, 2), PGA3.motor([3, 1, 1], -1, 1), PGA3.point(1, 2, 3)
+    assert (m / n).isclose(m * n.inverse()) and (m / n).layout == PGA3.MOTOR
+    v, w = VGA3.vector(1, 2, 3), VGA3.vector(3, 1, 1)
+    assert (v / w).isclose(v * w / (w | w)) and (1 / w).isclose(w / (w | w))
+    assert (p / 2).isclose(0.5 * p) and (p / np.array([1.0, 2])).shape == (2,) and (m / True).isclose(m)
+    assert (np.array([1.0, 2]) / w).shape == (2,)
+    with pytest.raises(TypeError):
+        p / "2"
+    with pytest.raises(TypeError, match="versor"):
+        2 >> p
 
 
 def test_a_program_without_c_prints_the_same() -> None:

@@ -10,12 +10,15 @@ import re
 import sys
 from functools import cache
 from importlib import import_module
-from importlib.util import find_spec
 from pathlib import Path
 
 import pytest
+import toolkit_cga
+import toolkit_geometry
 import toolkit_pga
 from toolkit_table import Entry
+
+from algorithms.geometry.pairs import ANGLES, DISTANCES, KINDS, PROJECTIONS
 
 ROOT = Path(__file__).parent.parent
 PAGE = ROOT / "docs" / "toolkit.md"
@@ -25,6 +28,8 @@ TITLES = {
     "motors": "Means, curves and fits of motors: `algorithms.motors`",
     "cga3": "Conformal geometry of space: `generated.cga3`",
     "cga2": "Conformal geometry of the plane: `generated.cga2`",
+    "geometry": "Any two kinds, fits, curves and surfaces: `algorithms.geometry`",
+    "subspaces": "Blades and versors of any dimension: `algorithms.subspaces`",
 }
 PRODUCTS = {
     "geometric_product", "outer_product", "regressive_product", "inner_product", "commutator", "reverse",
@@ -34,13 +39,31 @@ PRODUCTS = {
 
 
 def entries() -> tuple[Entry, ...]:
-    """All rows; those of the conformal algebras where their table is there."""
-    conformal = import_module("toolkit_cga").ENTRIES if find_spec("toolkit_cga") else ()
-    return (*toolkit_pga.ENTRIES, *conformal)
+    """All rows, those of one module together."""
+    found = (*toolkit_pga.ENTRIES, *toolkit_cga.ENTRIES, *toolkit_geometry.ENTRIES)
+    return tuple(sorted(found, key=lambda entry: list(TITLES).index(entry.algebra)))
 
 
 def module(algebra: str) -> str:
-    return f"algorithms.{algebra}" if algebra == "motors" else f"generated.{algebra}"
+    return f"algorithms.{algebra}" if algebra in ("motors", "geometry", "subspaces") else f"generated.{algebra}"
+
+
+def pairs() -> list[str]:
+    """The table of the pairs of kinds that `algorithms.geometry` takes."""
+    lines = ["| | distance | angle | meet | projected on the other |", "|---|---|---|---|---|"]
+    for k, a in enumerate(KINDS):
+        for b in list(KINDS)[k:]:
+            onto = []
+            if a == "point pair" or (a, b) in PROJECTIONS:
+                onto.append(a)
+            if a != b and (b == "point pair" or (b, a) in PROJECTIONS):
+                onto.append(b)
+            meets = {("line", "line"): "point", ("line", "plane"): "point", ("plane", "plane"): "line"}
+            rounds = "circle" if {a, b} <= {"plane", "sphere"} else "point pair"
+            met = "points of it" if "point" in a else meets.get((a, b), rounds)
+            cells = ["yes" if (a, b) in table else "-" for table in (DISTANCES, ANGLES)]
+            lines.append(f"| {a}, {b} | {' | '.join(cells)} | {met} | {', '.join(onto) or '-'} |")
+    return lines
 
 
 def page() -> str:
@@ -60,6 +83,15 @@ def page() -> str:
             for entry in entries()
             if entry.algebra == algebra
         ]
+        if algebra == "geometry":
+            lines += [
+                "",
+                "`distance`, `angle`, `meet` and `project` take any two kinds. Where a direction or a crossing has no",
+            ]
+            lines += [
+                "meaning there is no angle; `meet` says how they meet: in two, one or no points, parallel, or the same."
+            ]
+            lines += ["", *pairs()]
     return "\n".join(lines) + "\n"
 
 

@@ -9,7 +9,14 @@ from .euler import (
     rotor_to_euler,
 )
 from .interpolation import bezier, nlerp, sclerp, slerp
-from .recovery import MotorFit, RotorFit, motor_from_points, rotor_from_frames, rotor_from_vectors
+from .recovery import (
+    MotorFit,
+    RotorFit,
+    motor_from_objects,
+    motor_from_points,
+    rotor_from_frames,
+    rotor_from_vectors,
+)
 from .splines import MotorSpline
 
 __all__ = [
@@ -23,6 +30,7 @@ __all__ = [
     "matrix_from_euler",
     "matrix_to_euler",
     "mean_motor",
+    "motor_from_objects",
     "motor_from_points",
     "nlerp",
     "rotor_from_euler",

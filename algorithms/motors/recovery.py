@@ -136,6 +136,95 @@ def motor_from_points(a: ArrayLike, b: ArrayLike, weights: ArrayLike | None = No
     return MotorFit(motor, np.sqrt(_mean_square(off, share)), fit.determined)
 
 
+def motor_from_objects(
+    *,
+    points: tuple[ArrayLike, ArrayLike] | None = None,
+    lines: tuple[ArrayLike, ArrayLike] | None = None,
+    planes: tuple[ArrayLike, ArrayLike] | None = None,
+) -> MotorFit:
+    """The rigid motion that takes points, directed lines and oriented planes to given ones, mixed as they come.
+
+    The rotation is that of `rotor_from_vectors` for the directions, the normals and the points less their centroid; the
+    translation has the least sum of squares of what remains: distances of points, moments of lines, offsets of planes.
+    Exact for exact objects; of noisy points alone it is `motor_from_points`.
+
+    Parameters
+    ----------
+    points : pair of array_like, (..., n, 3), optional
+        Points and what they should become. Leading axes broadcast.
+    lines : pair of array_like, (..., n, 6), optional
+        Lines of `generated.pga3` and what they should become; they are normalised, so that all count the same.
+    planes : pair of array_like, (..., n, 4), optional
+        Planes of `generated.pga3`, likewise.
+
+    Returns
+    -------
+    MotorFit
+        Its residual is the root of the mean of these squares.
+
+    Raises
+    ------
+    TypeError, ValueError
+        Where an argument has another shape or type, or there is no object at all.
+    """
+    given = {"points": (points, 3), "lines": (lines, 6), "planes": (planes, 4)}
+    known = {name: _both(pair, name, size) for name, (pair, size) in given.items() if pair is not None}
+    if not sum(one.shape[-2] for one, _ in known.values()):
+        raise ValueError("points, lines, planes: none; expected at least one object")
+    leading = np.broadcast_shapes(*(each.shape[:-2] for pair in known.values() for each in pair))
+    for name, (one, two) in known.items():
+        known[name] = _spread_over(leading, one), _spread_over(leading, two)
+    vectors = [_directions(name, *pair) for name, pair in known.items()]
+    fit = rotor_from_vectors(*(np.concatenate([pair[k] for pair in vectors], -2) for k in (0, 1)))
+    turn = _motor(fit.rotor)[..., None, :]
+    parts = [_translation_equations(name, turn, *pair) for name, pair in known.items()]
+    slopes, rest = (np.concatenate([part[k] for part in parts], -1 - (k == 0)) for k in (0, 1))
+    translation = (np.linalg.pinv(slopes) @ rest[..., None])[..., 0]
+    off = rest - (slopes @ translation[..., None])[..., 0]
+    values = np.linalg.svd(slopes, compute_uv=False)
+    full = values[..., -1] > _DEGENERATE * values[..., 0] if values.shape[-1] == 3 else np.zeros(leading, bool)
+    count = sum(one.shape[-2] for one, _ in known.values())
+    motor = pga3.motor_from_rotor_translation(fit.rotor, translation)
+    return MotorFit(motor, np.sqrt(np.sum(off * off, -1) / count), fit.determined & full)
+
+
+def _spread_over(leading: tuple[int, ...], rows: Reals) -> Reals:
+    return np.broadcast_to(rows, leading + rows.shape[-2:])
+
+
+def _both(pair: tuple[ArrayLike, ArrayLike], name: str, size: int) -> tuple[Reals, Reals]:
+    one, two = (real_array(each, name, (-1, size), f"{name} as rows") for each in pair)
+    if one.shape[-2] != two.shape[-2]:
+        raise ValueError(f"{name}: {one.shape[-2]} and {two.shape[-2]} of them; expected as many of both")
+    if name == "points":
+        return one, two
+    unit = pga3.normalize_line if name == "lines" else pga3.normalize_plane
+    return unit(one), unit(two)
+
+
+def _directions(name: str, one: Reals, two: Reals) -> tuple[Reals, Reals]:
+    """Vectors of objects, and of what they should become."""
+    if name == "points":
+        return one - one.mean(-2, keepdims=True), two - two.mean(-2, keepdims=True)
+    parts = pga3.line_to_direction_moment if name == "lines" else pga3.plane_to_normal
+    return parts(one)[0], parts(two)[0]
+
+
+def _translation_equations(name: str, turn: Reals, one: Reals, two: Reals) -> tuple[Reals, Reals]:
+    """Rows of a matrix for the translation, and what they should give."""
+    if name == "planes":
+        (_, before), (normal, after) = pga3.plane_to_normal(pga3.move_plane(turn, one)), pga3.plane_to_normal(two)
+        return normal, after - before
+    if name == "points":
+        rows, rest = np.broadcast_to(np.eye(3), (*one.shape, 3)), two - pga3.move_point(turn, one)
+    else:  # the moment of a line is its direction's vector product with minus any of its points
+        (direction, moment), (_, wanted) = (
+            pga3.line_to_direction_moment(each) for each in (pga3.move_line(turn, one), two)
+        )
+        rows, rest = np.cross(np.eye(3), direction[..., None, :]).swapaxes(-1, -2), wanted - moment
+    return rows.reshape(*one.shape[:-2], -1, 3), rest.reshape(*one.shape[:-2], -1)
+
+
 def _pairs(a: ArrayLike, b: ArrayLike, weights: ArrayLike | None) -> tuple[Reals, Reals, Reals]:
     """Both sets, and weights of sum 1."""
     one, two = (real_array(value, name, (-1, 3), "vectors as rows") for value, name in ((a, "a"), (b, "b")))

@@ -20,7 +20,10 @@ MAX_ARRAYS, MAX_AXES, MAX_LEADING = 16, 3, 8
 STEM = "calls"
 """The name of the extension; its file has a digest besides."""
 
-BINARY = (("*", "multiply"), ("^", "xor"), ("&", "and"), ("+", "add"), ("-", "subtract"))
+BINARY = (
+    ("*", "multiply"), ("^", "xor"), ("&", "and"), ("|", "or"), ("+", "add"), ("-", "subtract"),
+    ("/", "true_divide"), (">>", "rshift"),
+)  # fmt: skip
 UNARY = (("~", "invert"), ("-", "negative"))
 """Python's operators, and its C names for them."""
 

@@ -29,13 +29,20 @@ SYMBOLS = {
     ("*", 2): BINARY["geometric_product"],
     ("^", 2): BINARY["outer_product"],
     ("&", 2): BINARY["regressive_product"],
+    ("|", 2): BINARY["inner_product"],
     ("+", 2): BINARY["add"],
     ("-", 2): BINARY["subtract"],
+    ("/", 2): BINARY["divide"],
+    (">>", 2): BINARY["sandwich"],
     ("()", 2): BINARY["sandwich"],
     ("~", 1): UNARY["reverse"],
     ("-", 1): UNARY["negate"],
 }
 """What Python's operators mean, by their symbol and the number of operands; ``()`` is the call ``m(x)``."""
+
+
+QUOTIENT = Definition("quotient", ("a", "b"), "a * ~b")
+"""By a unit versor, whose inverse is its reverse; by others, a product with the inverse."""
 
 
 def _one(name: str, about: str) -> Any:
@@ -221,29 +228,10 @@ class MultivectorArray:
     geometric_product = _two("geometric_product", "``x * y``.")
     commutator = _two("commutator", "``(x y - y x) / 2``.")
     anticommutator = _two("anticommutator", "``(x y + y x) / 2``.")
-    _divided = _two("divide", "``x / number``.")
     _raised = _two("power", "As `power`, of what is known to be a unit versor or a number.")
     sandwich = _two(
         "sandwich", "``x y ~x`` for an even unit versor `x`; with the grade involution of `y` for odd ones."
     )
-
-    __or__ = _two("inner_product", "``x | y``.")
-
-    def __ror__(self, other: Any) -> Any:
-        return apply(BINARY["inner_product"], other, self) if _is_operand(other) else NotImplemented
-
-    def __rshift__(self, other: Any) -> Any:
-        return self(other)  # type: ignore[operator]
-
-    def __truediv__(self, other: Any) -> Any:
-        if type(other) is float or type(other) is int:
-            return self._divided(other if _Number is None else _Number(other))
-        if isinstance(other, MultivectorArray):
-            return self * other.inverse()
-        return self._divided(other) if _is_operand(other) else NotImplemented
-
-    def __rtruediv__(self, other: Any) -> Any:
-        return other * self.inverse() if _is_operand(other) else NotImplemented
 
     def __pow__(self, exponent: Any) -> Any:
         """A product of equal factors for a natural number, the inverse of one for a negative whole number."""
@@ -440,8 +428,11 @@ class _Array(MultivectorArray):
     __mul__, __rmul__ = _forward("*"), _backward("*")
     __xor__, __rxor__ = _forward("^"), _backward("^")
     __and__, __rand__ = _forward("&"), _backward("&")
+    __or__, __ror__ = _forward("|"), _backward("|")
     __add__, __radd__ = _forward("+"), _backward("+")
     __sub__, __rsub__ = _forward("-"), _backward("-")
+    __truediv__, __rtruediv__ = _forward("/"), _backward("/")
+    __rshift__ = _forward(">>")
 
 
 _single_types: dict[Layout, type | None] = {}
@@ -463,6 +454,7 @@ def single_type(layout: Layout) -> Any:
         found = _single_types[layout] = _make_single_type(layout)
         if _Number is None and found is not None:
             _Number = single_type(SCALAR) if layout != SCALAR else found
+            extension().set_number(_Number)
     _by_identity[id(layout)] = _single_types[layout], layout
     return _single_types[layout]
 
@@ -626,19 +618,22 @@ def _is_single(kind: type) -> bool:
 
 _ABSENT: Any = object()
 _FORWARD: dict[str, Callable[[Any, Any], Any]] = {
-    "*": operator.mul, "^": operator.xor, "&": operator.and_, "+": operator.add, "-": operator.sub,
+    "*": operator.mul, "^": operator.xor, "&": operator.and_, "|": operator.or_, "+": operator.add, "-": operator.sub,
+    "/": operator.truediv, ">>": operator.rshift,
 }  # fmt: skip
 
 
 def _operate(symbol: str, a: Any, b: Any = _ABSENT) -> Any:
     """A Python operator on operands of which one is a multivector; it is bound to the types of single ones."""
     first, second = type(a), type(b)
-    if symbol == "()":
+    if symbol in ("()", ">>"):
         role = _roles.get(first)
         if role is not None:
             return _play(role, a, b)
         if not _is_operand(b):
             raise TypeError(f"a versor is applied to multivectors; found {second.__name__}")
+        if not isinstance(a, (MultivectorArray, Multivector)):
+            raise TypeError(f"only versors are applied; found {first.__name__} on the left of >>")
     elif (first is float or first is int) and second is not _Array and _Number is not None:
         return _FORWARD[symbol](_Number(a), b)
     elif (second is float or second is int) and first is not _Array and _Number is not None:
@@ -647,6 +642,12 @@ def _operate(symbol: str, a: Any, b: Any = _ABSENT) -> Any:
     if not all(map(_is_operand, operands)):
         return NotImplemented
     definition = SYMBOLS[symbol, len(operands)]
+    if symbol == "/" and isinstance(b, (MultivectorArray, Multivector)):
+        other = b if isinstance(b, MultivectorArray) else from_exact(b)
+        if other.algebra is not SCALARS:
+            if not other.layout.unit:
+                return a * other.inverse()
+            definition = QUOTIENT
     result = apply(definition, *operands)
     if extension() is not None and all(map(_is_single, types)):
         found = operator_of(definition, tuple(_layout(x) for x in operands))

@@ -10,22 +10,18 @@ from __future__ import annotations
 import atexit
 import ctypes
 import hashlib
-import importlib.machinery
-import importlib.util
 import os
 import subprocess
-import sys
 import tempfile
 from collections.abc import Callable
 from functools import cache
 from pathlib import Path
 from typing import Any, NamedTuple
 
-import numpy as np
-
 from ..backends import find_compiler
 from ..backends.build import build_extension, extension_name, extension_path
 from ..backends.c import kernel_text
+from ..backends.templates.runtime_extension import _loaded_extension
 from ..errors import BackendError
 from ..generate import generated_folder
 from ..ir.program import Program
@@ -228,17 +224,4 @@ def extension() -> Any:
         if built is None:
             return None
         place = built
-    name = extension_name()
-    if name not in sys.modules:
-        loader = importlib.machinery.ExtensionFileLoader(name, str(place))
-        try:
-            importlib.util.module_from_spec(importlib.machinery.ModuleSpec(name, loader, origin=str(place)))
-        except ImportError:
-            return None
-    found = sys.modules[name]
-    probe = np.zeros((2, 3))
-    functions = (sys.modules.get("numpy._core.multiarray") or sys.modules["numpy.core.multiarray"])._ARRAY_API
-    where = probe.__array_interface__["data"][0]
-    kinds = np.float64(0), np.dtype(np.float32)
-    known = found.prepare(probe, where, probe.shape, probe.strides, probe.flags.num, *kinds, functions)
-    return found if known else None
+    return _loaded_extension(str(place.parent), extension_name())

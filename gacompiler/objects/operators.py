@@ -9,11 +9,13 @@ much work on arrays as would have paid for it, it is made as generated modules a
 from __future__ import annotations
 
 import keyword
+import math
 import re
 import threading
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import replace
 from functools import cache
+from math import inf, nan
 from typing import Any
 
 import numpy as np
@@ -61,6 +63,34 @@ _FUNCTIONS: dict[str, Callable[..., Any]] = {
 """The free names of a program's text."""
 
 
+def _of_library(function: Callable[..., float], at_zero: float = nan) -> Callable[..., Any]:
+    """A function of the C library on arrays of doubles, number by number: what the compiled function calls."""
+
+    def one(*numbers: float) -> float:
+        try:
+            return function(*numbers)
+        except OverflowError:
+            return inf
+        except ValueError:
+            return at_zero if numbers[0] == 0 else nan
+
+    each = np.frompyfunc(one, 2 if function is math.atan2 else 1, 1)
+    return lambda *arrays: np.asarray(each(*arrays), np.float64)[()]
+
+
+_LIBRARY = _FUNCTIONS | {
+    "sin": _of_library(math.sin),
+    "cos": _of_library(math.cos),
+    "atan2": _of_library(math.atan2),
+    "acos": _of_library(math.acos),
+    "exp": _of_library(math.exp),
+    "log": _of_library(math.log, -inf),
+}
+"""The same, to the bit as in C; slow on arrays."""
+FEW = 1000
+"""Elements up to which an operation with such functions does not wait for the C compiler."""
+
+
 class Operator:
     """An operation on elements of given layouts.
 
@@ -84,7 +114,7 @@ class Operator:
         self._shapes = [argument.shape for argument in self.program.arguments]
         self._is_exact = not any(line.op in TRANSCENDENTAL for line in self.program.lines)
         self._operations = max(1, record.cost.total)
-        self._python: Callable[..., None] | None = None
+        self._python: dict[bool, Callable[..., None]] = {}
         self._module: Any = None
         self._work = 0
 
@@ -99,6 +129,8 @@ class Operator:
             shapes = " and ".join(map(str, leadings))
             raise ValueError(f"{self.definition.name}: shapes {shapes} do not broadcast") from None
         found = None if any(a.dtype != np.float64 for a in arrays) else self.native
+        if found is None and not self._is_exact and int(np.prod(leading)) > FEW:
+            found = self.wait()
         if found is None:
             return self._in_python(arrays, leading)
         self._work += self._operations * int(np.prod(leading))
@@ -111,10 +143,10 @@ class Operator:
     def native(self) -> Native | None:
         """The compiled function if it is there by now; None without a compiler.
 
-        Programs whose C rounds as their text does are not waited for: whenever it comes, the numbers are the same.
+        It is not waited for: whenever it comes, the numbers are the same.
         """
         if self._native is None and self._build is not None:
-            self._native = self._build.poll() if self._is_exact else self._build.wait()
+            self._native = self._build.poll()
         return self._native
 
     def wait(self) -> Native | None:
@@ -146,11 +178,12 @@ class Operator:
         return out
 
     def _in_python(self, arrays: Sequence[np.ndarray[Any, Any]], leading: tuple[int, ...]) -> np.ndarray[Any, Any]:
-        if self._python is None:
-            names: dict[str, Any] = dict(_FUNCTIONS)
-            exec("\n".join(function_text(self.program)), names)
-            self._python = names[f"_{self.program.name}"]
         dtype = np.result_type(np.float32, *(array.dtype for array in arrays))
+        few = dtype == np.float64 and not self._is_exact and int(np.prod(leading)) <= FEW
+        if few not in self._python:
+            names: dict[str, Any] = dict(_LIBRARY if few else _FUNCTIONS)
+            exec("\n".join(function_text(self.program)), names)
+            self._python[few] = names[f"_{self.program.name}"]
         if dtype.kind == "c" and not self.program.is_polynomial:
             raise TypeError(f"{self.definition.name}: complex numbers; expected real ones, it is no polynomial")
         parts = [
@@ -160,7 +193,7 @@ class Operator:
         shape = self.program.results[0].shape
         out = np.empty(leading + (shape or (1,)), dtype)
         with np.errstate(all="ignore"):
-            self._python(*parts, np.moveaxis(out, -1, 0))
+            self._python[few](*parts, np.moveaxis(out, -1, 0))
         return out if shape else out[..., 0]
 
 

@@ -883,3 +883,16 @@ def versor_between_point_pairs(a, b):
     """
     wrong = _dot(a, a) * _dot(b, b) <= 0
     return _unless(wrong, _between(_unit_blade(a), _unit_blade(b), _turn_about(_coordinates(_centre(a)))))
+
+
+@kernel(a=POINT, b=POINT, n=COORDINATES, m=COORDINATES, scale=SCALAR, returns=UNIT_EVEN)
+def similarity_between_rounds(a, b, n, m, scale):
+    """The versor that turns, scales and translates a round into another of its kind, and nothing else.
+
+    From the centre `a` to the centre `b`, by the rotation from the unit direction `n` of a point pair to `m` (the same
+    of both for circles), and by the ratio `scale` of the radii, positive.
+    """
+    n, m = _vector(n), _vector(m)
+    rotor = _between(n, m, E1 * E2)
+    dilator = (1 + scale + (scale - 1) * (E0 ^ EINF)) / (2 * ga.sqrt(scale))
+    return (1 - _coordinates(b) * EINF / 2) * rotor * dilator * (1 + _coordinates(a) * EINF / 2)

@@ -172,6 +172,13 @@ def _circle_parts(circle):
     return _coordinates(_centre(circle)), ga.normalize(_circle_normal(circle)), _radius_squared(circle)
 
 
+def _circle_frame(circle):
+    """Centre, radius, and a right-handed orthonormal frame whose last vector is the normal."""
+    centre, normal, square = _circle_parts(circle)
+    u = _perpendicular(normal)
+    return centre, ga.sqrt(square), u, _cross(normal, u), normal
+
+
 def _pair_direction(pair):
     return -pair["e10"] * E1 - pair["e20"] * E2 - pair["e30"] * E3
 
@@ -818,6 +825,15 @@ def signed_distance_line_plane(line, plane):
     return ga.select(ga.absolute(_dot(direction, normal)) <= NEARLY_ZERO, _dot(point, normal) - distance, 0)
 
 
+@kernel(a=PLANE, b=PLANE)
+def signed_distance_planes(a, b):
+    """How far the plane `b` is from a plane `a` parallel to it, along the normal of `a`; else 0."""
+    (n, distance), (m, other) = _plane_parts(a), _plane_parts(b)
+    across = _cross(n, m)
+    along = ga.select(_dot(n, m) < 0, -other, other)
+    return ga.select(_dot(across, across) <= NEARLY_ZERO**2, along - distance, 0)
+
+
 def _point_to_line(p, direction, support):
     away = p - support
     return away - _dot(away, direction) * direction
@@ -976,9 +992,10 @@ def inner_product_of_point_pairs(a, b):
 
 @kernel(circle=CIRCLE, s=VECTOR)
 def conformal_sine_circle_sphere(circle, s):
-    """The sine of the angle at which a circle or line crosses a dual sphere or plane, larger than 1 where it does not.
+    """The sine of the angle at which a circle or line crosses a dual sphere or plane.
 
-    ``|s ^ circle*| / (|s| |circle|)``, which conformal maps keep: 0 where the circle is on the sphere.
+    ``|s ^ circle*| / (|s| |circle|)``, which conformal maps keep: 0 where the circle is on the sphere, and where they
+    do not meet; `meet_circle_dual_sphere_kind` tells which.
     """
     joint = s ^ ga.polarity(circle)
     joint_squared = -ga.scalar_product(joint, joint)
@@ -1205,6 +1222,25 @@ def meet_circles_kind(a, b):
     parallel = ga.select(zero[2], 3, 2)
     common = ga.select(_both(zero[0], zero[1]), parallel, crossing)
     return ga.select(spherical, common, single)
+
+
+@kernel(circle=CIRCLE, angle=SCALAR, returns=POINT)
+def point_on_circle(circle, angle):
+    """The point of a real circle at an angle about its normal, from the ray that is orthogonal to the normal and to the
+    coordinate axis farthest from it."""
+    centre, radius, u, v, _ = _circle_frame(circle)
+    return _at(centre + radius * (ga.cos(angle) * u + ga.sin(angle) * v))
+
+
+@kernel(a=CIRCLE, b=CIRCLE, returns=(SCALAR, array(SCALAR, 3, 3)))
+def circle_relative_to_circle(a, b):
+    """The radius of `b`, and a 3 x 3 matrix that takes ``(1, cos angle, sin angle)`` of `point_on_circle` on `a` to its
+    coordinates in the frame of `b`: from its centre, two in its plane, the first along its own angle 0, and the height.
+    """
+    p, r, u, v, _ = _circle_frame(a)
+    q, s, *axes = _circle_frame(b)
+    parts = p - q, r * u, r * v
+    return s, tuple(tuple(_dot(axis, part) for part in parts) for axis in axes)
 
 
 @kernel(p=POINT, d=COORDINATES, sphere=SPHERE)
@@ -1578,6 +1614,20 @@ def versor_between_circles(a, b):
     centre, normal, _ = _circle_parts(a)
     wrong = ga.scalar_product(a, a) * ga.scalar_product(b, b) <= 0
     return _unless(wrong, _between(_unit_blade(a), _unit_blade(b), _half_turn(centre, _perpendicular(normal))))
+
+
+@kernel(a=POINT, b=POINT, n=COORDINATES, m=COORDINATES, scale=SCALAR, returns=UNIT_EVEN)
+def similarity_between_rounds(a, b, n, m, scale):
+    """The versor that turns, scales and translates a round into another of its kind, and nothing else.
+
+    From the centre `a` to the centre `b`, from the unit direction or normal `n` to `m` (the same of both for spheres),
+    and by the ratio `scale` of the radii, positive. The rotation is the smaller one; where the cosine of `n` and `m` is
+    below -0.9, that from ``-n`` to `m` after a half turn about a line orthogonal to `n`.
+    """
+    n, m = _vector(n), _vector(m)
+    rotor = _between(n, m, _perpendicular(n) * SPACE)
+    dilator = (1 + scale + (scale - 1) * (E0 ^ EINF)) / (2 * ga.sqrt(scale))
+    return (1 - _coordinates(b) * EINF / 2) * rotor * dilator * (1 + _coordinates(a) * EINF / 2)
 
 
 # Versors on every kind of object.

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
 
+from algorithms.geometry import distance, nearest_on_circles, similarity_between
 from gacompiler.algebra.catalog import CGA3
 from generated import cga3
 
@@ -180,3 +182,84 @@ def test_versors_of_numbers(g3c: Any, rng: np.random.Generator) -> None:
         same(theirs(g3c, CGA3.MOTOR, motor), g3c.generate_translation_rotor(vector))
         dilator = theirs(g3c, CGA3.DILATOR, cga3.dilator_from_scale(scale))
         same(dilator, g3c.generate_dilation_rotor(scale))
+
+
+def test_similarities_between_rounds(g3c: Any, rng: np.random.Generator) -> None:
+    """clifford's takes an object to the other up to its sign; both scale all distances alike.
+
+    Spheres are left out: clifford reads out of bounds there, which ends the program.
+    """
+    compared = 0
+    for _ in range(N // 4):
+        one, two = objects(g3c, rng), objects(g3c, rng)
+        for kind in ("point pair", "circle", "sphere"):
+            (a, b), (c, d) = one[kind.removeprefix("point ")], two[kind.removeprefix("point ")]
+            versor = theirs(g3c, CGA3.UNIT_EVEN, similarity_between(kind, a, c))
+            same_object_to(versor * b * ~versor, d, 1e-9)
+            if kind == "sphere":
+                continue
+            expected = g3c.TRS_between_rounds(b.normal(), d.normal())
+            image = (expected * b.normal() * ~expected).normal()
+            if min(np.abs((image - d.normal()).value).max(), np.abs((image + d.normal()).value).max()) > 1e-9:
+                continue
+            ends = [[euclidean(g3c, v * point * ~v) for point in (g3c.eo, g3c.up(g3c.e1))] for v in (versor, expected)]
+            near, there = (np.linalg.norm(first - second) for first, second in ends)
+            close(near / there, 1.0, 1e4 * max(1.0, *np.abs(ends).ravel()) / near)
+            compared += 1
+    assert compared > N // 4
+
+
+def same_object_to(found: Any, expected: Any, tolerance: float) -> None:
+    """Up to a factor, relative to the largest coefficient."""
+    one, two = found.value / np.abs(found.value).max(), expected.value / np.abs(expected.value).max()
+    np.testing.assert_allclose(one * np.sign(one @ two), two, rtol=0, atol=tolerance)
+
+
+def test_closest_points(g3c: Any, rng: np.random.Generator) -> None:
+    """Of lines the middle is theirs; on circles their iteration, which may end elsewhere, is never nearer."""
+    as_near = 0
+    for _ in range(20):
+        one, two = objects(g3c, rng), objects(g3c, rng)
+        (a, b), (c, d) = one["line"], two["line"]
+        first, second = cga3.closest_points_of_lines(a, c)
+        middle = euclidean(g3c, g3c.midpoint_between_lines(b.normal(), d.normal()))
+        close((first + second) / 2, middle, 100 * np.abs([first, second]).max() ** 2)
+        (a, b), (c, d) = one["circle"], two["circle"]
+        found = nearest_on_circles(a, c).distance
+        points = g3c.iterative_closest_points_on_circles(b.normal(), d.normal(), niterations=50)
+        apart = np.linalg.norm(euclidean(g3c, points[0]) - euclidean(g3c, points[1]))
+        assert found <= apart + 1e-6
+        as_near += abs(found - apart) < 1e-3
+        (a, b), (c, d) = one["line"], two["plane"]
+        met = euclidean(g3c, g3c.intersect_line_and_plane_to_point(b.normal(), d.normal()))
+        close(cga3.meet_line_plane(a, c), met, 100 * np.linalg.norm(met) ** 2)
+        assert distance("line", a, "plane", c) == 0
+    assert as_near >= 10
+
+
+def test_roots_and_logarithms_of_motors(g3c: Any, rng: np.random.Generator) -> None:
+    from clifford.tools.g3c.rotor_parameterisation import ga_exp, ga_log
+
+    for _ in range(N):
+        rotor = cga3.rotor_from_axis_angle(rng.normal(size=3), rng.uniform(0.1, 3))
+        motor = cga3.motor_from_rotor_translation(rotor, rng.normal(size=3))
+        versor = theirs(g3c, CGA3.MOTOR, motor)
+        logarithm = theirs(g3c, CGA3.layout("LOG", "e12 e13 e23 e1inf e2inf e3inf"), cga3.motor_logarithm(motor))
+        same(logarithm, ga_log(versor))
+        same(theirs(g3c, CGA3.MOTOR, cga3.motor_exponential(cga3.motor_logarithm(motor))), ga_exp(ga_log(versor)))
+        root = theirs(g3c, CGA3.MOTOR, cga3.motor_square_root(motor))
+        expected = g3c.square_roots_of_rotor(versor)[0]
+        close(np.sign(root.value @ expected.value) * expected.value, root.value)
+        line = g3c.up(g3c.e1) ^ g3c.up(2 * g3c.e2) ^ g3c.einf
+        ours = theirs(g3c, CGA3.LINE, cga3.move_line(motor, cga3.line_from_points([1.0, 0, 0], [0.0, 2, 0])))
+        same(ours, g3c.apply_rotor(line, versor))
+
+
+def test_the_benchmark_writes_its_page(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    pytest.importorskip("clifford")
+    monkeypatch.syspath_prepend(str(Path(__file__).parent.parent.parent))
+    from benchmarks import toolkit
+
+    assert toolkit.main(["--quick", "--out", str(tmp_path / "page.md")]) == 0
+    rows = [line for line in (tmp_path / "page.md").read_text().splitlines() if line.startswith("| ")]
+    assert len(rows) == 2 + len(toolkit.cases())

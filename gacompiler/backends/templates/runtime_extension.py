@@ -17,24 +17,24 @@ _EXTENSION = ""
 _EXTENSION_FOLDER = ""
 
 
-def _loaded_extension() -> Any:
-    """The extension; None where it is not built, or where GAC_BACKEND asks for something else than C.
+def _loaded_extension(folder: str, name: str) -> Any:
+    """The extension of a name from a folder; None where it is not there, or where GAC_BACKEND asks for something else
+    than C.
 
     Modules that were made by the same compiler share it.
     """
-    if not _EXTENSION or os.environ.get("GAC_BACKEND", "") not in ("", "c"):
+    if not name or os.environ.get("GAC_BACKEND", "") not in ("", "c"):
         return None
-    if _EXTENSION not in sys.modules:
-        file = _EXTENSION + importlib.machinery.EXTENSION_SUFFIXES[0]
-        path = os.path.join(os.path.dirname(os.path.abspath(__file__)), _EXTENSION_FOLDER, file)
+    if name not in sys.modules:
+        path = os.path.join(folder, name + importlib.machinery.EXTENSION_SUFFIXES[0])
         if not os.path.exists(path):
             return None
-        loader = importlib.machinery.ExtensionFileLoader(_EXTENSION, path)
+        loader = importlib.machinery.ExtensionFileLoader(name, path)
         try:
-            importlib.util.module_from_spec(importlib.machinery.ModuleSpec(_EXTENSION, loader, origin=path))
+            importlib.util.module_from_spec(importlib.machinery.ModuleSpec(name, loader, origin=path))
         except ImportError:
             return None  # built for another machine
-    extension: Any = sys.modules[_EXTENSION]
+    extension: Any = sys.modules[name]
     probe = np.zeros((2, 3))
     where = probe.__array_interface__["data"][0]
     functions = (sys.modules.get("numpy._core.multiarray") or sys.modules["numpy.core.multiarray"])._ARRAY_API
@@ -43,7 +43,7 @@ def _loaded_extension() -> Any:
     return extension if known else None
 
 
-_extension = _loaded_extension()
+_extension = _loaded_extension(os.path.join(os.path.dirname(os.path.abspath(__file__)), _EXTENSION_FOLDER), _EXTENSION)
 _Call: Any = object if _extension is None else _extension.Call
 
 

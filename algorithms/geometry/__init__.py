@@ -1,0 +1,46 @@
+"""Geometry between objects of all kinds: distances, angles, meets and projections, fits, surfaces."""
+
+from .circles import NearestOnCircles, nearest_on_circles
+from .fits import Fit, fit_circle, fit_line, fit_plane, fit_sphere
+from .pairs import KINDS, Meet, angle, distance, meet, project
+from .surfaces import (
+    cone,
+    cone_over,
+    conic,
+    conic_type,
+    conoid,
+    cycloidal_curve,
+    ellipsoid,
+    helicoid,
+    hyperboloid,
+    sphere_cone_curve,
+)
+from .versors import similarity_between, versor_between
+
+__all__ = [
+    "KINDS",
+    "Fit",
+    "Meet",
+    "NearestOnCircles",
+    "angle",
+    "cone",
+    "cone_over",
+    "conic",
+    "conic_type",
+    "conoid",
+    "cycloidal_curve",
+    "distance",
+    "ellipsoid",
+    "fit_circle",
+    "fit_line",
+    "fit_plane",
+    "fit_sphere",
+    "helicoid",
+    "hyperboloid",
+    "meet",
+    "nearest_on_circles",
+    "project",
+    "similarity_between",
+    "sphere_cone_curve",
+    "versor_between",
+]

@@ -1,0 +1,241 @@
+"""Lines, planes, circles and spheres through many points, as near to them as can be.
+
+Spheres and circles start as the vectors of conformal space that are most nearly orthogonal to all points, as in
+L. Dorst, *Total least squares fitting of k-spheres*, Journal of Mathematical Imaging and Vision 50:214-234, 2014;
+Gauss-Newton steps then make the sum of squared distances least.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from generated import cga3
+
+from ..arguments import Reals, real_array
+
+STEPS = 30
+"""The most Gauss-Newton steps."""
+_DEGENERATE = 1e-10
+"""Points are on a line, or in a plane, where their spread across it is less than this part of that along it."""
+_METRIC = np.array([[1.0, 0, 0, 0, 0], [0, 1, 0, 0, 0], [0, 0, 1, 0, 0], [0, 0, 0, 0, -1], [0, 0, 0, -1, 0]])
+"""Inner products of e1 e2 e3 e0 einf; its own inverse."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Fit:
+    """The best object of a kind, and how well the points determine it."""
+
+    object: Reals
+    """Coefficients in the layout of `generated.cga3`; not numbers where there is none."""
+    residual: Reals
+    """(...) The root of the mean of squared distances."""
+    determined: Reals
+    """(...) bool. False where another object is as good: too few points, or all of them on something smaller."""
+
+
+def fit_plane(points: ArrayLike) -> Fit:
+    """The plane with the least sum of squared distances: through the centroid, across the direction of least spread.
+
+    Parameters
+    ----------
+    points : array_like, (..., n, 3)
+        At least three.
+
+    Returns
+    -------
+    Fit
+        A plane, (..., 4).
+
+    Raises
+    ------
+    TypeError, ValueError
+        Where the points have another shape or type, or are too few.
+    """
+    places, centre, values, axes = _spread(points, 3)
+    plane = cga3.plane_from_point_normal(centre, axes[..., 0])
+    offsets = cga3.signed_distance_point_plane(places, cga3.plane_polarity(plane)[..., None, :])
+    return Fit(plane, _mean_root(offsets), values[..., 1] > _DEGENERATE**2 * values[..., 2])
+
+
+def fit_line(points: ArrayLike) -> Fit:
+    """The line with the least sum of squared distances: through the centroid, along the direction of most spread.
+
+    Parameters
+    ----------
+    points : array_like, (..., n, 3)
+        At least two.
+
+    Returns
+    -------
+    Fit
+        A line, (..., 6).
+
+    Raises
+    ------
+    TypeError, ValueError
+        As in `fit_plane`.
+    """
+    places, centre, values, axes = _spread(points, 2)
+    line = cga3.line_from_point_direction(centre, axes[..., 2])
+    offsets = cga3.distance_point_line(places, line[..., None, :])
+    gap = values[..., 2] - values[..., 1]
+    return Fit(line, _mean_root(offsets), (gap > _DEGENERATE * values[..., 2]) & (values[..., 2] > 0))
+
+
+def fit_sphere(points: ArrayLike) -> Fit:
+    """The sphere with the least sum of squared distances.
+
+    Parameters
+    ----------
+    points : array_like, (..., n, 3)
+        At least four.
+
+    Returns
+    -------
+    Fit
+        A sphere, (..., 5). Points in a plane, or nearly, have none: not numbers.
+
+    Raises
+    ------
+    TypeError, ValueError
+        As in `fit_plane`.
+    """
+    places, middle, values, _ = _spread(points, 4)
+    scaled, size, determined = _scaled(places, middle, values, values[..., 0])
+    dual = _duals(scaled)[..., 0]
+    radius = np.sqrt(np.abs(cga3.dual_sphere_radius_squared(dual)))
+    state = np.concatenate([cga3.extract_point(dual), radius[..., None]], -1)
+    state, off = _descend(scaled, state, _off_sphere, lambda state, step: state + step)
+    wrong = np.where(determined, 0, np.nan)
+    sphere = cga3.sphere_from_centre_radius_squared(
+        middle + size[..., None] * state[..., :3], (size * state[..., 3]) ** 2
+    )
+    return Fit(sphere + wrong[..., None], size * off + wrong, determined)
+
+
+def fit_circle(points: ArrayLike) -> Fit:
+    """The circle of space with the least sum of squared distances.
+
+    Parameters
+    ----------
+    points : array_like, (..., n, 3)
+        At least three.
+
+    Returns
+    -------
+    Fit
+        A circle, (..., 10). Points on a line, or nearly, have none: not numbers.
+
+    Raises
+    ------
+    TypeError, ValueError
+        As in `fit_plane`.
+    """
+    places, middle, values, _ = _spread(points, 3)
+    scaled, size, determined = _scaled(places, middle, values, values[..., 1])
+    duals = _duals(scaled)
+    circle = cga3.circle_from_dual_spheres(duals[..., 0], duals[..., 1])
+    radius = np.sqrt(np.abs(cga3.circle_radius_squared(circle)))
+    state = np.concatenate([cga3.circle_centre(circle), cga3.circle_normal(circle), radius[..., None]], -1)
+    state, off = _descend(scaled, state, _off_circle, _circle_after)
+    wrong = np.where(determined, 0, np.nan)
+    centre = middle + size[..., None] * state[..., :3]
+    circle = cga3.circle_from_centre(centre, state[..., 3:6], (size * state[..., 6]) ** 2)
+    return Fit(circle + wrong[..., None], size * off + wrong, determined)
+
+
+def _spread(points: ArrayLike, least: int) -> tuple[Reals, Reals, Reals, Reals]:
+    """The points, their centroid, the mean squares along three orthogonal directions, rising, and these as columns."""
+    places = real_array(points, "points", (-1, 3), "points as rows").astype(np.float64, copy=False)
+    if places.shape[-2] < least:
+        raise ValueError(f"points: {places.shape[-2]} of them; expected {least} or more")
+    centre = places.mean(-2)
+    rows: Reals = np.asarray(np.linalg.qr(places - centre[..., None, :], mode="r"))
+    _, roots, axes = np.linalg.svd(np.concatenate([rows, np.zeros_like(rows)], -2)[..., :4, :], full_matrices=False)
+    return places, centre, roots[..., ::-1] ** 2 / places.shape[-2], np.swapaxes(axes[..., ::-1, :], -1, -2)
+
+
+def _scaled(places: Reals, middle: Reals, values: Reals, least: Reals) -> tuple[Reals, Reals, Reals]:
+    """Points of spread 1 about the origin, or some that determine everything in place of those that do not; the size,
+    and which are determined."""
+    determined = least > _DEGENERATE**2 * values[..., 2]
+    size = np.sqrt(np.where(determined, values[..., 2], 1))
+    corners = np.resize(np.array([[1.0, 1, 1], [1, -1, -1], [-1, 1, -1], [-1, -1, 1]]), places.shape[-2:])
+    scaled = (places - middle[..., None, :]) / size[..., None, None]
+    return np.where(determined[..., None, None], scaled, corners), size, determined
+
+
+def _duals(points: Reals) -> Reals:
+    """Dual spheres as columns, those first whose inner products with all points are least."""
+    products: Reals = np.asarray(np.linalg.qr(cga3.embed_point(points) @ _METRIC, mode="r"))
+    rows = np.concatenate([products, np.zeros((*products.shape[:-2], 5, 5))], -2)
+    axes = np.linalg.svd(rows, full_matrices=False)[2]
+    return np.swapaxes(axes[..., ::-1, :], -1, -2)
+
+
+Residuals = Callable[[Reals, Reals], tuple[Reals, Reals]]
+
+
+def _descend(
+    points: Reals, state: Reals, residuals: Residuals, after: Callable[[Reals, Reals], Reals]
+) -> tuple[Reals, Reals]:
+    """Gauss-Newton steps, shorter where the sum of squares grows, and the root of the mean square at the end."""
+    off, slopes = residuals(points, state)
+    share = np.ones(state.shape[:-1])
+    for _ in range(STEPS):
+        step = -(np.linalg.pinv(slopes) @ off[..., None])[..., 0]
+        there = after(state, share[..., None] * step)
+        new_off, new_slopes = residuals(points, there)
+        better = _squares(new_off) <= _squares(off)
+        state = np.where(better[..., None], there, state)
+        off = np.where(better[..., None], new_off, off)
+        slopes = np.where(better[..., None, None], new_slopes, slopes)
+        share = np.where(better, 1, share / 4)
+        if np.all(np.abs(share[..., None] * step) <= 1e-15 * (1 + np.abs(state).max(-1, keepdims=True, initial=0))):
+            break
+    return state, np.sqrt(_squares(off) / points.shape[-2])
+
+
+def _off_sphere(points: Reals, state: Reals) -> tuple[Reals, Reals]:
+    away = points - state[..., None, :3]
+    length = np.linalg.norm(away, axis=-1)
+    slopes = np.concatenate([-away / length[..., None], -np.ones((*length.shape, 1))], -1)
+    return length - state[..., None, 3], slopes
+
+
+def _frame(normal: Reals) -> Reals:
+    """Two unit vectors across a unit normal, and it, as rows."""
+    u = np.cross(normal, np.eye(3)[np.argmin(np.abs(normal), -1)])
+    u /= np.linalg.norm(u, axis=-1, keepdims=True)
+    return np.stack([u, np.cross(normal, u), normal], -2)
+
+
+def _off_circle(points: Reals, state: Reals) -> tuple[Reals, Reals]:
+    """Heights over the plane and distances to the cylinder, by the centre, the tilt of the normal and the radius."""
+    frame = _frame(state[..., 3:6])
+    x, y, h = np.moveaxis((points - state[..., None, :3]) @ np.swapaxes(frame, -1, -2), -1, 0)
+    length = np.hypot(x, y)
+    c, s, o = x / length, y / length, np.zeros_like(x)
+    heights = np.stack([o, o, o - 1, x, y, o], -1)
+    gaps = np.stack([-c, -s, o, -h * c, -h * s, o - 1], -1)
+    return np.concatenate([h, length - state[..., None, 6]], -1), np.concatenate([heights, gaps], -2)
+
+
+def _circle_after(state: Reals, step: Reals) -> Reals:
+    frame = _frame(state[..., 3:6])
+    centre = state[..., :3] + np.einsum("...i,...ij->...j", step[..., :3], frame)
+    normal = state[..., 3:6] + np.einsum("...i,...ij->...j", step[..., 3:5], frame[..., :2, :])
+    normal /= np.linalg.norm(normal, axis=-1, keepdims=True)
+    return np.concatenate([centre, normal, state[..., 6:] + step[..., 5:]], -1)
+
+
+def _squares(off: Reals) -> Reals:
+    return np.asarray(np.sum(off * off, -1))
+
+
+def _mean_root(offsets: Reals) -> Reals:
+    return np.asarray(np.sqrt(np.mean(offsets * offsets, -1)))

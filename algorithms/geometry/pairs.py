@@ -1,0 +1,354 @@
+"""Distances, angles, meets and projections of any two of point, point pair, line, circle, plane and sphere.
+
+The kinds are named, because arrays do not say what they are: a plane has the four coefficients of `generated.cga3`, a
+point its three coordinates. The tables say which kernel, or which few, an operation on two kinds is; operations that
+have no meaning are not there, and asking for one says what there is.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from generated import cga3
+
+from ..arguments import Reals, real_array
+from .circles import nearest_on_circles
+
+KINDS = {"point": 3, "point pair": 10, "line": 6, "circle": 10, "plane": 4, "sphere": 5}
+"""Kinds of objects, in the order in which tables have them, and how many numbers one has."""
+TOLERANCE = 1e-9
+"""A point lies on an object where its distance is at most this, times its own distance from the origin beyond 1."""
+
+Operation = Callable[[Reals, Reals], Reals]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Meet:
+    """What two objects have in common."""
+
+    kind: str
+    """Of the object: ``point``, ``point pair``, ``line`` or ``circle``; ``points`` of what a pair has on an object."""
+    common: Reals
+    """Coefficients of that kind; meaningless, infinite or not numbers where `how` says that there is none."""
+    how: Reals
+    """(...) 1: they meet; 0: they touch (of a pair, one point lies there); -1: they do not; 2: parallel or concentric;
+    3: the one lies in the other. Decided with a tolerance, as the kernels `meet_..._kind` say."""
+
+
+def _ends(pair: Reals) -> tuple[Reals, Reals]:
+    first, second = cga3.point_pair_points(pair)
+    return first, second
+
+
+def _dual_sphere(sphere: Reals) -> Reals:
+    return np.asarray(cga3.sphere_polarity(sphere))
+
+
+def _dual_plane(plane: Reals) -> Reals:
+    return np.asarray(cga3.sphere_polarity(cga3.sphere_from_plane(plane)))
+
+
+def _of_ends(kind: str) -> Operation:
+    """The least of the distances of a pair's points."""
+
+    def distance_of_pair(pair: Reals, other: Reals) -> Reals:
+        one, two = (_in_order(DISTANCES, "point", end, kind, other) for end in _ends(pair))
+        return np.minimum(one, two)
+
+    return distance_of_pair
+
+
+def _in_order(table: dict[tuple[str, str], Operation], kind: str, one: Reals, other: str, two: Reals) -> Reals:
+    """The operation on two kinds whichever the table has first."""
+    known = table.get((kind, other))
+    return known(one, two) if known is not None else table[other, kind](two, one)
+
+
+def _line_to_circle(line: Reals, circle: Reals) -> Reals:
+    return np.asarray(cga3.distance_points(*cga3.closest_points_line_circle(line, circle)))
+
+
+DISTANCES: dict[tuple[str, str], Operation] = {
+    ("point", "point"): cga3.distance_points,
+    ("point", "point pair"): lambda p, pair: _of_ends("point")(pair, p),
+    ("point", "line"): cga3.distance_point_line,
+    ("point", "circle"): cga3.distance_point_circle,
+    ("point", "plane"): lambda p, plane: np.abs(cga3.signed_distance_point_plane(p, cga3.plane_polarity(plane))),
+    ("point", "sphere"): lambda p, sphere: np.abs(cga3.signed_distance_point_sphere(p, sphere)),
+    ("point pair", "point pair"): _of_ends("point pair"),
+    ("point pair", "line"): _of_ends("line"),
+    ("point pair", "circle"): _of_ends("circle"),
+    ("point pair", "plane"): _of_ends("plane"),
+    ("point pair", "sphere"): _of_ends("sphere"),
+    ("line", "line"): cga3.distance_lines,
+    ("line", "circle"): _line_to_circle,
+    ("line", "plane"): lambda line, plane: np.abs(cga3.signed_distance_line_plane(line, plane)),
+    ("line", "sphere"): cga3.distance_line_sphere,
+    ("circle", "circle"): lambda a, b: nearest_on_circles(a, b).distance,
+    ("circle", "plane"): lambda circle, plane: cga3.distance_plane_circle(plane, circle),
+    ("circle", "sphere"): cga3.distance_circle_sphere,
+    ("plane", "plane"): lambda a, b: np.abs(cga3.signed_distance_planes(a, b)),
+    ("plane", "sphere"): cga3.distance_plane_sphere,
+    ("sphere", "sphere"): cga3.distance_spheres,
+}
+"""The least distance of any two points of the objects: 21 pairs of kinds."""
+
+
+def _angle_of_crossing(line_or_circle: Reals, dual: Reals) -> Reals:
+    sine = np.minimum(1, cga3.conformal_sine_circle_sphere(line_or_circle, dual))
+    apart = cga3.meet_circle_dual_sphere_kind(line_or_circle, dual) == -1
+    return np.where(apart, np.nan, np.arcsin(sine))
+
+
+ANGLES: dict[tuple[str, str], Operation] = {
+    ("point pair", "point pair"): lambda a, b: cga3.angle_between_lines(
+        cga3.point_pair_line(a), cga3.point_pair_line(b)
+    ),
+    ("point pair", "line"): lambda pair, line: cga3.angle_between_lines(cga3.point_pair_line(pair), line),
+    ("point pair", "circle"): lambda pair, circle: cga3.signed_angle_line_plane(
+        cga3.point_pair_line(pair), cga3.circle_plane(circle)
+    ),
+    ("point pair", "plane"): lambda pair, plane: cga3.signed_angle_line_plane(cga3.point_pair_line(pair), plane),
+    ("point pair", "sphere"): lambda pair, sphere: ANGLES["line", "sphere"](cga3.point_pair_line(pair), sphere),
+    ("line", "line"): cga3.angle_between_lines,
+    ("line", "circle"): lambda line, circle: cga3.signed_angle_line_plane(line, cga3.circle_plane(circle)),
+    ("line", "plane"): cga3.signed_angle_line_plane,
+    ("line", "sphere"): lambda line, sphere: _angle_of_crossing(cga3.circle_from_line(line), _dual_sphere(sphere)),
+    ("circle", "circle"): cga3.angle_between_circles,
+    ("circle", "plane"): lambda circle, plane: cga3.angle_between_planes(cga3.circle_plane(circle), plane),
+    ("circle", "sphere"): lambda circle, sphere: _angle_of_crossing(circle, _dual_sphere(sphere)),
+    ("plane", "plane"): cga3.angle_between_planes,
+    ("plane", "sphere"): lambda plane, sphere: cga3.angle_between_dual_spheres(
+        _dual_plane(plane), _dual_sphere(sphere)
+    ),
+    ("sphere", "sphere"): lambda a, b: cga3.angle_between_dual_spheres(_dual_sphere(a), _dual_sphere(b)),
+}
+"""Angles of directions and normals, where both have one: of a pair its line, of a circle its plane. With a sphere, the
+angle in which they cross, not a number where they do not. A point has no angle."""
+
+
+def _common_line_line(a: Reals, b: Reals) -> tuple[str, Reals, Reals]:
+    how = cga3.meet_circles_kind(cga3.circle_from_line(a), cga3.circle_from_line(b))
+    return "point", cga3.closest_points_of_lines(a, b)[0], how
+
+
+def _common_line_circle(line: Reals, circle: Reals) -> tuple[str, Reals, Reals]:
+    how = cga3.meet_circles_kind(cga3.circle_from_line(line), circle)
+    return "point pair", cga3.meet_line_circle(line, circle), how
+
+
+def _common_line_plane(line: Reals, plane: Reals) -> tuple[str, Reals, Reals]:
+    how = cga3.meet_circle_dual_sphere_kind(cga3.circle_from_line(line), _dual_plane(plane))
+    with np.errstate(divide="ignore", invalid="ignore"):
+        return "point", cga3.meet_line_plane(line, plane), how
+
+
+def _common_line_sphere(line: Reals, sphere: Reals) -> tuple[str, Reals, Reals]:
+    how = cga3.meet_circle_dual_sphere_kind(cga3.circle_from_line(line), _dual_sphere(sphere))
+    return "point pair", cga3.meet_line_sphere(line, sphere), how
+
+
+MEETS: dict[tuple[str, str], Callable[[Reals, Reals], tuple[str, Reals, Reals]]] = {
+    ("line", "line"): _common_line_line,
+    ("line", "circle"): _common_line_circle,
+    ("line", "plane"): _common_line_plane,
+    ("line", "sphere"): _common_line_sphere,
+    ("circle", "circle"): lambda a, b: ("point pair", cga3.meet_circles(a, b), cga3.meet_circles_kind(a, b)),
+    ("circle", "plane"): lambda circle, plane: (
+        "point pair",
+        cga3.meet_circle_plane(circle, plane),
+        cga3.meet_circle_dual_sphere_kind(circle, _dual_plane(plane)),
+    ),
+    ("circle", "sphere"): lambda circle, sphere: (
+        "point pair",
+        cga3.meet_circle_sphere(circle, sphere),
+        cga3.meet_circle_dual_sphere_kind(circle, _dual_sphere(sphere)),
+    ),
+    ("plane", "plane"): lambda a, b: (
+        "line",
+        cga3.meet_planes(a, b),
+        cga3.meet_dual_spheres_kind(_dual_plane(a), _dual_plane(b)),
+    ),
+    ("plane", "sphere"): lambda plane, sphere: (
+        "circle",
+        cga3.meet_sphere_plane(sphere, plane),
+        cga3.meet_dual_spheres_kind(_dual_plane(plane), _dual_sphere(sphere)),
+    ),
+    ("sphere", "sphere"): lambda a, b: (
+        "circle",
+        cga3.meet_spheres(a, b),
+        cga3.meet_dual_spheres_kind(_dual_sphere(a), _dual_sphere(b)),
+    ),
+}
+"""What two objects have in common, neither of them points; those are looked at by their distance."""
+
+
+def _project_line_on_plane(line: Reals, plane: Reals) -> Reals:
+    support = cga3.line_support(line)
+    further = support + cga3.line_to_direction_moment(line)[0]
+    return np.asarray(cga3.line_from_points(*(cga3.project_point_on_plane(p, plane) for p in (support, further))))
+
+
+def _nearer_end(p: Reals, pair: Reals) -> Reals:
+    first, second = _ends(pair)
+    nearer = cga3.distance_points(p, first) <= cga3.distance_points(p, second)
+    return np.where(nearer[..., None], first, second)
+
+
+PROJECTIONS: dict[tuple[str, str], Operation] = {
+    ("point", "point"): lambda p, q: np.broadcast_arrays(p, q)[1],
+    ("point", "point pair"): _nearer_end,
+    ("point", "line"): cga3.project_point_on_line,
+    ("point", "circle"): cga3.project_point_on_circle,
+    ("point", "plane"): cga3.project_point_on_plane,
+    ("point", "sphere"): cga3.project_point_on_sphere,
+    ("line", "point"): lambda line, p: cga3.line_from_point_direction(p, cga3.line_to_direction_moment(line)[0]),
+    ("line", "plane"): _project_line_on_plane,
+    ("line", "sphere"): lambda line, s: cga3.project_circle_on_sphere(cga3.circle_from_line(line), _dual_sphere(s)),
+    ("circle", "plane"): lambda circle, plane: cga3.project_circle_on_sphere(circle, _dual_plane(plane)),
+    ("circle", "sphere"): lambda circle, sphere: cga3.project_circle_on_sphere(circle, _dual_sphere(sphere)),
+    ("plane", "point"): lambda plane, p: cga3.plane_from_point_normal(p, cga3.plane_to_normal(plane)[0]),
+}
+"""The first on the second: nearest points; of lines and planes the parallel ones through a point; of circles and lines
+on spheres, and of circles on planes, the circle in it that is orthogonal to a sphere through them. A pair is projected
+by its points, on everything."""
+
+
+def distance(kind: str, one: ArrayLike, other: str, two: ArrayLike) -> Reals:
+    """The least distance of two objects, in the units of the coordinates: 0 where they meet.
+
+    Parameters
+    ----------
+    kind, other : str
+        Of `KINDS`, in either order.
+    one, two : array_like, (..., numbers of the kind)
+        Leading axes broadcast. Planes and spheres are surfaces, pairs their two points.
+
+    Returns
+    -------
+    array, (...)
+        Not a number for imaginary rounds, and where a round is flat.
+
+    Raises
+    ------
+    TypeError, ValueError
+        Where an argument has another shape or type, or a kind is none.
+    """
+    first, second = _given(kind, one, "one"), _given(other, two, "two")
+    return np.asarray(_in_order(DISTANCES, kind, first, other, second))
+
+
+def angle(kind: str, one: ArrayLike, other: str, two: ArrayLike) -> Reals:
+    """The angle of two objects, in radians; see `ANGLES`.
+
+    In [0, pi] of two directions or two normals; in [-pi/2, pi/2] of a line or pair to a plane or the plane of a circle,
+    positive along the normal; in [0, pi/2] at which a line or circle crosses a sphere.
+
+    Parameters
+    ----------
+    kind, other, one, two
+        As in `distance`.
+
+    Returns
+    -------
+    array, (...)
+
+    Raises
+    ------
+    TypeError, ValueError
+        As in `distance`, and where two kinds have no angle.
+    """
+    first, second = _given(kind, one, "one"), _given(other, two, "two")
+    if not ({(kind, other), (other, kind)} & ANGLES.keys()):
+        raise ValueError(f"angle: {kind} and {other} have none; expected two of {_named(sorted(_kinds_of(ANGLES)))}")
+    return np.asarray(_in_order(ANGLES, kind, first, other, second))
+
+
+def meet(kind: str, one: ArrayLike, other: str, two: ArrayLike, *, tolerance: float = TOLERANCE) -> Meet:
+    """What two objects have in common, and how they meet.
+
+    Parameters
+    ----------
+    kind, other, one, two
+        As in `distance`.
+    tolerance : float
+        A point lies on an object where it is at most this far from it, times its distance from the origin beyond 1.
+
+    Returns
+    -------
+    Meet
+
+    Raises
+    ------
+    TypeError, ValueError
+        As in `distance`.
+    """
+    first, second = _given(kind, one, "one"), _given(other, two, "two")
+    if (kind, other) in MEETS:
+        return Meet(*MEETS[kind, other](first, second))
+    if (other, kind) in MEETS:
+        return Meet(*MEETS[other, kind](second, first))
+    if "point" not in (kind, other):  # then one is a pair
+        kind, first, other, second = (
+            (kind, first, other, second) if kind == "point pair" else (other, second, kind, first)
+        )
+        ends = np.stack(_ends(first), -2)
+        there = np.stack([_lies_on(end, other, second, tolerance) for end in _ends(first)], -1)
+        how = there.sum(-1) - 1.0
+        same = other == "point pair"
+        return Meet("points", np.where(there[..., None], ends, np.nan), np.where(same & (how == 1), 3.0, how))
+    kind, first, other, second = (kind, first, other, second) if kind == "point" else (other, second, kind, first)
+    there = _lies_on(first, other, second, tolerance)
+    return Meet("point", np.where(there[..., None], first, np.nan), np.where(there, 3.0, -1.0))
+
+
+def project(kind: str, one: ArrayLike, other: str, two: ArrayLike) -> Reals:
+    """The projection of the first object on the second; see `PROJECTIONS`.
+
+    Parameters
+    ----------
+    kind, other, one, two
+        As in `distance`, but the order counts.
+
+    Returns
+    -------
+    array
+        Of the kind of the first, but a line on a sphere gives a circle. Not a number, or 0, where it is not determined:
+        the centre on a sphere, a line on a plane that is orthogonal to it.
+
+    Raises
+    ------
+    TypeError, ValueError
+        As in `distance`, and where there is no such projection.
+    """
+    first, second = _given(kind, one, "one"), _given(other, two, "two")
+    if kind == "point pair":
+        return np.asarray(cga3.point_pair_from_points(*(PROJECTIONS["point", other](p, second) for p in _ends(first))))
+    known = PROJECTIONS.get((kind, other))
+    if known is None:
+        onto = [b for a, b in PROJECTIONS if a == kind]
+        raise ValueError(f"project: no {kind} on a {other}; expected it on {_named(onto) if onto else 'nothing'}")
+    return np.asarray(known(first, second))
+
+
+def _lies_on(p: Reals, kind: str, other: Reals, tolerance: float) -> Reals:
+    size = np.maximum(1, np.linalg.norm(p, axis=-1))
+    return np.asarray(_in_order(DISTANCES, "point", p, kind, other) <= tolerance * size)
+
+
+def _given(kind: str, value: ArrayLike, name: str) -> Reals:
+    if kind not in KINDS:
+        raise ValueError(f"{name}: kind {kind!r}; expected {_named(list(KINDS))}")
+    return real_array(value, name, (KINDS[kind],), f"a {kind}")
+
+
+def _kinds_of(table: dict[tuple[str, str], Operation]) -> set[str]:
+    return {kind for pair in table for kind in pair}
+
+
+def _named(kinds: list[str]) -> str:
+    return ", ".join(kinds[:-1]) + f" or {kinds[-1]}" if len(kinds) > 1 else kinds[0]

@@ -1,0 +1,110 @@
+"""What is no input: a table of calls and what they say, for objects, kernels and algorithms. Empty arrays are input."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+import pytest
+
+from algorithms.motors import average_motors, bezier, motor_from_points, rotor_from_frames, rotor_from_vectors, sclerp
+from algorithms.subspaces import Blade, FactoredBlade, factorize_blade, join, outer_product, split_bivectors
+from gacompiler.errors import AlgebraError, LayoutError
+from gacompiler.objects import CGA3, PGA2, PGA3, VGA3
+from generated import cga3, pga3
+
+M, P, C = PGA3.motor([0, 0, 1], 1.0), PGA3.point(1, 2, 3), CGA3.point(1, 2, 3)
+SKEW = PGA3.e12 + 2 * PGA3.e03
+E3, E4 = Blade(np.ones(3), 3, 1), Blade(np.ones(4), 4, 1)
+NO_BLADE = Blade([1.0, 0, 0, 0, 0, 1.0], 4, 2)
+
+MIXED = r"multivectors of {} and {}; expected one algebra"
+TWO = [
+    ("*", lambda: P * C), ("|", lambda: P | C), ("^", lambda: P ^ C), ("&", lambda: P & C), ("+", lambda: P + C),
+    ("/", lambda: P / C), (">>", lambda: M >> C), ("()", lambda: M(C)), ("isclose", lambda: P.isclose(C)),
+    ("as_layout", lambda: P.as_layout(CGA3.POINT)), ("commutator", lambda: P.commutator(C)),
+]  # fmt: skip
+CASES: list[tuple[str, Callable[[], Any], type[Exception], str]] = [
+    *((f"mixed algebras {name}", call, AlgebraError, MIXED.format("PGA3", "CGA3")) for name, call in TWO),
+    ("mixed, in the plane", lambda: PGA2.point(1, 2) & P, AlgebraError, MIXED.format("PGA2", "PGA3")),
+    ("mixed, a constructor", lambda: CGA3.centre(P), AlgebraError, MIXED.format("CGA3", "PGA3")),
+    ("log of what is not unit", lambda: (2 * M).log(), LayoutError, r"log: x ~x - 1 = .*; call normalize\(\)"),
+    ("root of what is not unit", lambda: (2 * M).sqrt(), LayoutError, r"sqrt: x ~x - 1 = .*; call normalize\(\)"),
+    ("power of what is not unit", lambda: (2 * M) ** 0.5, LayoutError, r"power: x ~x - 1 = .*; call normalize\(\)"),
+    ("projection on a motor", lambda: P.project(M), AlgebraError, "of grades .0, 2, 4.; expected a blade"),
+    ("projection on no blade", lambda: P.project(SKEW), AlgebraError, "is no blade: x . x = .*; expected an outer"),
+    ("projection on a null blade", lambda: P.project(PGA3.e0), AlgebraError, "norm is 0; expected a blade with an in"),
+    ("projection on a number", lambda: P.project(2.0), AlgebraError, "a float; expected a blade"),
+    ("centre of a flat", lambda: CGA3.centre(CGA3.line(C, [1, 0, 0])), AlgebraError, "flat .*; expected a round"),
+    ("coordinates too few", lambda: PGA3.point(np.zeros((3, 2))), LayoutError, r"\(3, 2\); expected \(\.\.\., 3\)"),
+    ("coordinates of text", lambda: PGA3.point("a", 1, 2), LayoutError, "str of dtype .*; expected numbers"),
+    ("shapes", lambda: PGA3.point(np.ones((3, 3))) & PGA3.point(np.ones((2, 3))), ValueError, "do not broadcast"),
+    ("no grade", lambda: M.grade(9), AlgebraError, r"grades \(9,\); expected whole numbers from 0 to 4"),
+    ("no blade of that name", lambda: P.e45, AttributeError, "PGA3 no blade 'e45'"),
+    ("a versor on text", lambda: M("x"), TypeError, "applied to multivectors; found str"),
+    ("a number on a multivector", lambda: 2 >> P, TypeError, "only versors are applied; found int"),
+    ("a layout that does not hold it", lambda: M.as_layout(PGA3.POINT), LayoutError, "only"),
+    ("kernel, too few", lambda: pga3.move_point(np.ones(7), np.ones(3)), ValueError, "m"),
+    ("kernel, text", lambda: pga3.move_point(["a"] * 8, np.ones(3)), TypeError, "m"),
+    ("kernel, complex", lambda: cga3.sphere_centre(np.ones(5) * 1j), TypeError, "complex"),
+    ("kernel, shapes", lambda: pga3.join_points(np.ones((2, 3)), np.ones((3, 3))), ValueError, "broadcast|shape"),
+    ("motors, none", lambda: average_motors(np.zeros((0, 8))), ValueError, "none"),
+    ("motors, too few", lambda: sclerp(np.ones(7), np.ones(8), 0.5), ValueError, "a: shape .7,.; expected .*8"),
+    ("motors, no controls", lambda: bezier(np.zeros((0, 8)), 0.5), ValueError, "control|motors|none|at least"),
+    ("points, none", lambda: motor_from_points(np.zeros((0, 3)), np.zeros((0, 3))), ValueError, "at least one"),
+    ("points, unequal", lambda: rotor_from_vectors(np.ones((4, 3)), np.ones((3, 3))), ValueError, "4 and 3 vectors"),
+    ("frames, flat", lambda: rotor_from_frames(np.ones((2, 3)), np.ones((3, 3))), ValueError, "three vectors as rows"),
+    ("factors of no blade", lambda: factorize_blade(NO_BLADE), ValueError, "blade"),
+    ("join of no blade", lambda: join(NO_BLADE, NO_BLADE), ValueError, "blade"),
+    ("dimensions that differ", lambda: outer_product(E3, E4), ValueError, "dim|vectors"),
+    ("coefficients too few", lambda: Blade(np.ones(5), 4, 2), ValueError, "6"),
+    ("vectors, not finite", lambda: FactoredBlade.of_vectors([[1.0, np.nan]]), ValueError, "finite|nan"),
+    ("bivector, too few", lambda: split_bivectors(np.ones(5), 4), ValueError, "6"),
+]  # fmt: skip
+
+
+@pytest.mark.parametrize("case", CASES, ids=lambda case: case[0])
+def test_bad_input_is_named(case: tuple[str, Callable[[], Any], type[Exception], str]) -> None:
+    _, call, error, text = case
+    with pytest.raises(error, match=text):
+        call()
+
+
+def test_normalised_motors_have_logarithms() -> None:
+    """What the message of `log` says to do."""
+    assert (2 * M).normalize().log().isclose(M.log())
+    assert (2 * M).normalize().layout == PGA3.MOTOR
+
+
+NOT_NUMBERS: dict[str, Callable[[], Any]] = {
+    "motor about no axis": lambda: PGA3.motor([0, 0, 0], 1.0).values,
+    "the zero motor, normalised": lambda: (0 * M).normalize().values,
+    "plane of no normal": lambda: CGA3.plane([0, 0, 0], 1).values,
+    "log of nan": lambda: PGA3.motor([0, 0, 1], np.nan).log().values,
+    "centre of a plane": lambda: 0 * cga3.sphere_centre(cga3.sphere_from_plane([1.0, 0, 0, 1])),
+    "radius of an imaginary circle": lambda: cga3.distance_point_circle(
+        np.ones(3), cga3.circle_from_centre([0.0, 0, 0], [0.0, 0, 1], -1.0)
+    ),
+}
+
+
+@pytest.mark.parametrize("name", NOT_NUMBERS)
+def test_what_does_not_exist_is_not_a_number(name: str) -> None:
+    with np.errstate(all="ignore"):
+        assert np.isnan(NOT_NUMBERS[name]()).any()
+
+
+def test_empty_arrays_are_arrays() -> None:
+    points, motors = PGA3.point(np.zeros((0, 3))), PGA3.motor([0, 0, 1], np.zeros(0))
+    for found, layout in (
+        (M >> points, PGA3.POINT), (points & points, PGA3.LINE), (motors * motors, PGA3.MOTOR),
+        (motors.log(), PGA3.LINE), (motors.normalize(), PGA3.MOTOR), (motors / 2, None),
+        (points.as_layout(PGA3.full), None),
+    ):  # fmt: skip
+        assert found.shape == (0,) and (layout is None or found.layout == layout)
+    assert points.isclose(points).shape == (0,) and str(points) == "[]"
+    assert cga3.circle_centre(np.zeros((0, 10))).shape == (0, 3)
+    assert pga3.motor_to_matrix(np.zeros((0, 2, 8))).shape == (0, 2, 4, 4)
+    assert sclerp(np.zeros((0, 8)), M.values, 0.5).shape == (0, 8)
+    assert VGA3.vector(np.zeros((2, 0, 3))).norm().shape == (2, 0)
