@@ -5,7 +5,7 @@ from .calibrations import MOTORCYCLE
 from .camera import Camera
 from .factorization import Factorization, factorize
 from .fundamental import robust_fundamental_matrix
-from .hand_eye import HandEye, HandEyeStatus, hand_eye
+from .hand_eye import HandEye, HandEyeOfPoses, HandEyeStatus, calibrate_endoscope, hand_eye, hand_eye_from_poses
 from .invariants import cross_ratio, invariants_3d, permutation_invariant
 from .localization import Localization, localize
 from .omnidirectional import OmnidirectionalCamera, conic_value
@@ -35,6 +35,7 @@ __all__ = [
     "DegenerateError",
     "Factorization",
     "HandEye",
+    "HandEyeOfPoses",
     "HandEyeStatus",
     "Localization",
     "OmnidirectionalCamera",
@@ -42,6 +43,7 @@ __all__ = [
     "RectifiedPair",
     "RobustEstimate",
     "VisionStatus",
+    "calibrate_endoscope",
     "calibrate_from_planes",
     "conic_value",
     "cross_ratio",
@@ -52,6 +54,7 @@ __all__ = [
     "factorize",
     "fundamental_matrix",
     "hand_eye",
+    "hand_eye_from_poses",
     "homography",
     "invariants_3d",
     "localize",

@@ -5,8 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 from enum import IntEnum
-from typing import Any
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -18,6 +17,8 @@ from ..arguments import Reals, real_array
 from . import hand_eye_loops as loops
 from .localization import localize
 from .status import VisionStatus
+
+Noise = Literal["either", "hand", "camera"]
 
 
 class HandEyeStatus(IntEnum):
@@ -45,8 +46,8 @@ class HandEye:
     status: Reals
     """(...) int, a `HandEyeStatus` each. The motor is one of the solutions where axes are parallel."""
     singular_values: Reals
-    """(..., 8) Of the linear equations of all motions that are not half turns, descending. The last two are what noise leaves; the sixth says how far from
-    parallel the axes are. Values below 1e-8 of the first are rounding."""
+    """(..., 8) Of the linear equations of motions that are not half turns, descending. The last two are what noise
+    leaves; the sixth says how far from parallel the axes are. Values below 1e-8 of the first are rounding."""
     residual: Reals
     """(..., 2) Root mean squares over all motions of what remains of ``~(X B) A X``: of its rotation, as
     ``2 sin(angle / 2)``, and of its translation, in the unit of length."""
@@ -123,11 +124,11 @@ def hand_eye(a: ArrayLike, b: ArrayLike, refine: bool = True) -> HandEye:
     return HandEye(*(_shaped(each, leading, dtype) for each in found))
 
 
-def hand_eye_from_poses(a: ArrayLike, b: ArrayLike, refine: bool = True) -> HandEyeOfPoses:
+def hand_eye_from_poses(a: ArrayLike, b: ArrayLike, refine: bool = True, noise: Noise = "either") -> HandEyeOfPoses:
     """The motors X and Z with ``A X = Z B`` for all poses: where a camera is on a hand, and where what it looks at is.
 
-    X is that of `hand_eye` for all pairs of poses, and Z the mean of ``A X ~B``; steps of Gauss and Newton for both then
-    minimise what remains of ``~(Z B) A X``.
+    X is that of `hand_eye` for all pairs of poses, and Z the mean of ``A X ~B``; steps of Gauss and Newton for both
+    then minimise what remains of ``~(Z B) A X``.
 
     Parameters
     ----------
@@ -138,6 +139,9 @@ def hand_eye_from_poses(a: ArrayLike, b: ArrayLike, refine: bool = True) -> Hand
         matter. Leading axes broadcast.
     refine : bool
         Whether to go on from the linear solution.
+    noise : {"either", "hand", "camera"}
+        Whose poses are the less exact: a distance that remains is that of the origin of the hand, or of what the camera
+        looks at. "either" takes the one of these, or of the camera's own, that leaves least.
 
     Returns
     -------
@@ -147,8 +151,10 @@ def hand_eye_from_poses(a: ArrayLike, b: ArrayLike, refine: bool = True) -> Hand
     Raises
     ------
     TypeError, ValueError
-        Where an argument has another shape or type, or the numbers of poses differ.
+        Where an argument has another shape or type, the numbers of poses differ, or `noise` is another word.
     """
+    if noise not in ("either", "hand", "camera"):
+        raise ValueError(f"noise: {noise!r}; expected 'either', 'hand' or 'camera'")
     one, two, leading, dtype = _two(a, b, "poses")
     n_poses = one.shape[1]
     if n_poses < 3 or not len(one):
@@ -165,9 +171,7 @@ def hand_eye_from_poses(a: ArrayLike, b: ArrayLike, refine: bool = True) -> Hand
     same = np.where(np.einsum("pni,pi->pn", each[..., :4], each[:, 0, :4]) < 0, -1.0, 1.0)[..., None]
     z, two = pga3.normalize_motor((same * each).mean(-2)), same * two
     moving = (start.status == HandEyeStatus.OK) & refine
-    (x, z), residual = _descended(
-        lambda xz: _called(kernels.misfit_of_poses_equations, one, two, *xz), [x, z], moving, 4
-    )
+    (x, z), residual = _of_poses(one, two, x, z, moving, noise)
     residual[:, 1] *= unit
     for motor in (x, z):
         loops.back_in_lengths(motor, unit, finite)
@@ -180,7 +184,7 @@ def calibrate_endoscope(
 ) -> HandEyeOfPoses:
     """Where the camera of an endoscope is in the frame of the body on it that a tracker sees.
 
-    Images of a pattern give the poses of the camera (`localize`), and these with those of the body `hand_eye_from_poses`.
+    Images of a pattern give the poses of the camera (`localize`); `hand_eye_from_poses` does the rest.
 
     Parameters
     ----------
@@ -210,7 +214,7 @@ def calibrate_endoscope(
         raise ValueError(f"views: shape {images.shape}; expected ({len(motors)}, m, 2), one image for each body")
     found = [localize(points, image, intrinsics) for image in images]
     poses = [each.pose if each.status == VisionStatus.OK else np.full(8, np.nan) for each in found]
-    return hand_eye_from_poses(motors, np.reshape(poses, (len(found), 8)))
+    return hand_eye_from_poses(motors, np.reshape(poses, (len(found), 8)), noise="hand")
 
 
 def _solved(one: Reals, two: Reals, refine: bool) -> tuple[Reals, Reals, Reals, Reals]:
@@ -239,6 +243,31 @@ def _solved(one: Reals, two: Reals, refine: bool) -> tuple[Reals, Reals, Reals, 
         status[~finite] = HandEyeStatus.NOT_FINITE
         residual[~finite] = np.nan
     return motor, status, values, residual
+
+
+def _of_poses(one: Reals, two: Reals, x: Reals, z: Reals, moving: Reals, noise: Noise) -> tuple[list[Reals], Reals]:
+    """X and Z near a start, and what they leave; the noise is taken to be that of the frame where it is least.
+
+    A translation that is left is that of an origin, which is where noise does not depend on how far off other things
+    are: of what is looked at for a camera that measures its place, of the hand for its encoders, or of the camera.
+    """
+    of_hand = np.broadcast_to(pga3.motor_inverse(x)[:, None], two.shape).copy()
+    of_camera = np.broadcast_to(np.eye(8)[0], two.shape).copy()
+    frames = {"camera": pga3.motor_inverse(two), "hand": of_hand, "either": of_camera}
+    if noise != "either":
+        frames = {noise: frames[noise]}
+    found = [
+        _descended(
+            lambda motors, frame=frame: _called(kernels.misfit_of_poses_equations, one, two, *motors, frame),  # type: ignore[misc]
+            [x, z],
+            moving.copy(),
+            3,
+        )
+        for frame in frames.values()
+    ]
+    best = np.argmin([residual.prod(-1) for _, residual in found], axis=0)
+    motors = [np.choose(best[:, None], [motors[k] for motors, _ in found]) for k in (0, 1)]
+    return motors, np.choose(best[:, None], [residual for _, residual in found])
 
 
 def _two(a: ArrayLike, b: ArrayLike, what: str) -> tuple[Reals, Reals, tuple[int, ...], np.dtype[Any]]:
@@ -298,9 +327,8 @@ def _descended(
     for count in range(_STEPS + 1):
         turns, shifts = equations(motors)
         n = turns.shape[1]
-        done = loops.newton_steps(
-            turns, shifts, moving, count == 0, n > least, _DONE, _ROUNDING * n, table, step, squares
-        )
+        limits = _DONE, _ROUNDING * n
+        done = loops.newton_steps(turns, shifts, moving, count == 0, n > least, limits, table, step, squares)
         if count == _STEPS:
             break
         motors = [

@@ -47,21 +47,13 @@ def in_own_lengths(a: Any, b: Any, half_turn: float, clear: Any, unit: Any, fini
 
 @njit(cache=True, error_model="numpy")
 def newton_steps(
-    turns: Any,
-    shifts: Any,
-    moving: Any,
-    first: bool,
-    weigh: bool,
-    done: float,
-    rounding: float,
-    table: Any,
-    step: Any,
-    squares: Any,
+    turns: Any, shifts: Any, moving: Any, first: bool, weigh: bool, limits: Any, table: Any, step: Any, squares: Any
 ) -> bool:
-    """The step (p, k) of Gauss and Newton of each problem, the sums of squares (p, 2) of both parts, and if all are done.
+    """The step (p, k) of Gauss and Newton of each problem, the sums of squares (p, 2) of both parts; if all are done.
 
     From rows (p, n, 3, k + 1) of derivatives with the misfit behind them. `table` (2, k + 1, k + 1) is room. Parts are
-    weighed by their own sums of squares, within bounds. Those not `moving` have step 0; those that are done stop moving.
+    weighed by their own sums of squares, within bounds. Problems not `moving` have step 0; those that are done stop.
+    Done is where less than the first limit of the sum would go, or it is below the second.
     """
     size = turns.shape[3] - 1
     all_done = True
@@ -100,7 +92,7 @@ def newton_steps(
         less = 0.0
         for k in range(size):
             less -= step[p, k] * normal[size, k]
-        moving[p] = not (less <= done * cost or cost <= rounding)
+        moving[p] = not (less <= limits[0] * cost or cost <= limits[1])
         all_done = all_done and not moving[p]
     return all_done
 

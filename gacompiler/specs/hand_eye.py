@@ -1,8 +1,8 @@
 """How a camera sits on a hand, by unit motors of G(3,0,1): ``a x = x b`` and ``a x = z b``.
 
-A pose ``a`` takes the frame of the hand to that of its base, ``b`` the frame of the camera to that of what it looks at,
-and ``x`` the frame of the camera to that of the hand; ``z`` takes the frame of what is looked at to the base. Motors have
-the signs that make the scalar part of a misfit positive. Coefficients with e0 are half of lengths.
+A pose ``a`` takes the frame of the hand to that of its base, ``b`` the frame of the camera to that of what it looks
+at, and ``x`` the frame of the camera to that of the hand; ``z`` takes the frame of what is looked at to the base.
+Motors have the signs that make the scalar part of a misfit positive. Coefficients with e0 are half of lengths.
 """
 
 from fractions import Fraction
@@ -48,10 +48,13 @@ def misfit(a, b, x):
     return (~b * (~x * a * x)).grade(2)
 
 
-@kernel(a=MOTOR, b=MOTOR, x=MOTOR, z=MOTOR, returns=BIVECTOR)
-def misfit_of_poses(a, b, x, z):
-    """The bivector part of ``~(z b) a x``: half of the rotation, and of the translation, that are left, negative."""
-    return (~b * (~z * (a * x))).grade(2)
+@kernel(a=MOTOR, b=MOTOR, x=MOTOR, z=MOTOR, frame=MOTOR, returns=BIVECTOR)
+def misfit_of_poses(a, b, x, z, frame):
+    """The bivector part of ``~(z b) a x``, seen from a frame: half of the motion that is left, negative.
+
+    `frame` takes that frame to the camera's; a translation is that of the frame's origin.
+    """
+    return (~frame * (~b * (~z * (a * x))) * frame).grade(2)
 
 
 _BY_X = jacobian(misfit, "x", "right")
@@ -79,11 +82,11 @@ def misfit_equations(a, b, x):
     return _rows(value, [matrix])
 
 
-@kernel(a=MOTOR, b=MOTOR, x=MOTOR, z=MOTOR, returns=(array(SCALAR, 3, 13), array(SCALAR, 3, 13)))
-def misfit_of_poses_equations(a, b, x, z):
+@kernel(a=MOTOR, b=MOTOR, x=MOTOR, z=MOTOR, frame=MOTOR, returns=(array(SCALAR, 3, 13), array(SCALAR, 3, 13)))
+def misfit_of_poses_equations(a, b, x, z, frame):
     """Derivatives of `misfit_of_poses` by B and C in ``x exp(B)`` and ``z exp(C)``, and the misfit in the last column.
 
     Of the rotation, e12 e13 e23, and of the translation, e01 e02 e03.
     """
-    (value, by_x), (_, by_z) = (each.function(a, b, x, z) for each in _OF_POSES)
+    (value, by_x), (_, by_z) = (each.function(a, b, x, z, frame) for each in _OF_POSES)
     return _rows(value, [by_x, by_z])
