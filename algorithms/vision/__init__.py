@@ -1,12 +1,13 @@
 """Cameras, their calibration and pose, what several views have to do with each other, invariants and depth."""
 
-from .calibrate import PlaneCalibration, calibrate_from_planes
+from .calibrate import PlaneCalibration, calibrate_by_pascal, calibrate_from_planes
 from .calibrations import MOTORCYCLE
 from .camera import Camera
 from .factorization import Factorization, factorize
 from .fundamental import robust_fundamental_matrix
 from .hand_eye import HandEye, HandEyeOfPoses, HandEyeStatus, calibrate_endoscope, hand_eye, hand_eye_from_poses
-from .invariants import cross_ratio, invariants_3d, permutation_invariant
+from .invariants import cross_ratio, invariants_3d, p2_invariants, permutation_invariant
+from .landmarks import LandmarkMap, Recognition
 from .localization import Localization, localize
 from .omnidirectional import OmnidirectionalCamera, conic_value
 from .planes import homography, robust_homography
@@ -37,12 +38,15 @@ __all__ = [
     "HandEye",
     "HandEyeOfPoses",
     "HandEyeStatus",
+    "LandmarkMap",
     "Localization",
     "OmnidirectionalCamera",
     "PlaneCalibration",
+    "Recognition",
     "RectifiedPair",
     "RobustEstimate",
     "VisionStatus",
+    "calibrate_by_pascal",
     "calibrate_endoscope",
     "calibrate_from_planes",
     "conic_value",
@@ -58,6 +62,7 @@ __all__ = [
     "homography",
     "invariants_3d",
     "localize",
+    "p2_invariants",
     "permutation_invariant",
     "quadrifocal_tensor",
     "robust_fundamental_matrix",
