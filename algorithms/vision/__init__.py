@@ -1,8 +1,10 @@
 """Cameras, their calibration and pose, what several views have to do with each other, invariants and depth."""
 
+from .batch import BatchEstimate, fundamental_matrices, homographies, localizations
 from .calibrate import PlaneCalibration, calibrate_by_pascal, calibrate_from_planes
 from .calibrations import MOTORCYCLE
 from .camera import Camera
+from .completion import camera_centre, complete_points, projective_depths
 from .factorization import Factorization, factorize
 from .fundamental import robust_fundamental_matrix
 from .hand_eye import HandEye, HandEyeOfPoses, HandEyeStatus, calibrate_endoscope, hand_eye, hand_eye_from_poses
@@ -32,6 +34,7 @@ from .two_views import (
 
 __all__ = [
     "MOTORCYCLE",
+    "BatchEstimate",
     "Camera",
     "DegenerateError",
     "Factorization",
@@ -49,6 +52,8 @@ __all__ = [
     "calibrate_by_pascal",
     "calibrate_endoscope",
     "calibrate_from_planes",
+    "camera_centre",
+    "complete_points",
     "conic_value",
     "cross_ratio",
     "epipolar_distance",
@@ -56,14 +61,18 @@ __all__ = [
     "epipoles",
     "epipoles_of_tensor",
     "factorize",
+    "fundamental_matrices",
     "fundamental_matrix",
     "hand_eye",
     "hand_eye_from_poses",
+    "homographies",
     "homography",
     "invariants_3d",
+    "localizations",
     "localize",
     "p2_invariants",
     "permutation_invariant",
+    "projective_depths",
     "quadrifocal_tensor",
     "robust_fundamental_matrix",
     "robust_homography",

@@ -178,8 +178,10 @@ def invariants_3d(
         matrix = real_array(fundamental, "fundamental", (3, 3), "a fundamental matrix")
         if not np.isfinite(matrix).all():
             raise ValueError("fundamental: a number is not finite; expected a matrix of rank 2")
-        pair = _normalized_pair(matrix, *views)
-        return _quotients(projective3.invariants_of_two_views, *pair) if method == "joins" else _two_views(*pair)
+        pair = normalized_pair(matrix, *views)
+        if method == "joins":
+            return _quotients(projective3.invariants_of_two_views, *pair)
+        return _quotients(projective3.invariants_of_points, places_of_two_views(*pair))
     if len(views) != 3:
         raise ValueError(f"invariants_3d: {len(points)} arrays; expected 1 of points or 2 or 3 of pixels")
     if tensor is None:
@@ -195,25 +197,27 @@ def _quotients(kernel: Callable[..., Any], *arrays: Reals) -> Reals:
         return np.asarray(kernel(*arrays))
 
 
-def _normalized_pair(matrix: Reals, first: Reals, second: Reals) -> tuple[Reals, Reals, Reals]:
+def normalized_pair(matrix: Reals, first: Reals, second: Reals) -> tuple[Reals, Reals, Reals]:
     """F and pixels in coordinates of size 1: the invariants are the same, their rounding is less."""
     (one, left), (two, right) = normalized(first), normalized(second)
     back, other = np.linalg.inv(left), np.linalg.inv(right)
     return np.swapaxes(other, -1, -2) @ matrix @ back, one, two
 
 
-def _two_views(matrix: Reals, first: Reals, second: Reals) -> Reals:
-    """By points in the frame of space in which the first camera is [I | 0]."""
+def places_of_two_views(matrix: Reals, first: Reals, second: Reals) -> Reals:
+    """Points (..., 4), of norm 1, in the frame of space in which the first camera is [I | 0]."""
+    matrix = matrix / np.linalg.norm(matrix, axis=(-1, -2), keepdims=True)
     left = np.linalg.svd(matrix)[0][..., :, 2]
     cross = np.cross(left[..., None, :], np.swapaxes(matrix, -1, -2)).swapaxes(-1, -2)
     other = np.concatenate([cross, left[..., None]], -1)
-    return _of_meets(np.broadcast_to(np.eye(3, 4, dtype=other.dtype), other.shape), other, first, second)
+    other = other / np.linalg.norm(other, axis=(-1, -2), keepdims=True)
+    return _places(np.broadcast_to(np.eye(3, 4, dtype=other.dtype), other.shape), other, first, second)
 
 
-def _of_meets(one: Reals, two: Reals, first: Reals, second: Reals) -> Reals:
+def _places(one: Reals, two: Reals, first: Reals, second: Reals) -> Reals:
     places = projective3.triangulate(one[..., None, :, :], two[..., None, :, :], first, second)
     with np.errstate(divide="ignore", invalid="ignore"):
-        return _quotients(projective3.invariants_of_points, places / np.linalg.norm(places, axis=-1, keepdims=True))
+        return np.asarray(places / np.linalg.norm(places, axis=-1, keepdims=True))
 
 
 def _three_views(tensor: Reals, views: list[Reals], method: Method) -> Reals:
@@ -231,7 +235,8 @@ def _three_views(tensor: Reals, views: list[Reals], method: Method) -> Reals:
         one, two, three = (cameras[k] / np.linalg.norm(cameras[k]) for k in order)
         if method == "points":
             # The point of the first line of sight that the second view sees best.
-            found.append(_of_meets(one, two, scaled[order[0]], scaled[order[1]]))
+            places = _places(one, two, scaled[order[0]], scaled[order[1]])
+            found.append(_quotients(projective3.invariants_of_points, places))
             continue
         array = projective3.trifocal_tensor_from_cameras(one, two, three)
         second, third = projective3.epipole_from_cameras(one, two), projective3.epipole_from_cameras(one, three)

@@ -52,3 +52,14 @@ def three_on_a_line(quads: Reals, least: float = 1e-3) -> Reals:
 def homogeneous(points: Reals) -> Reals:
     """Points (..., d) with a last coordinate 1."""
     return np.concatenate([points, np.ones((*points.shape[:-1], 1), points.dtype)], -1)
+
+
+def null_vectors(rows: Reals, count: int) -> Reals:
+    """The vectors (..., count, n) of the last singular values of matrices (..., m, n), which m - n leave at least."""
+    if rows.shape[-2] + count == rows.shape[-1]:
+        # What is orthogonal to all rows: the last columns of Q, which cost a sixth of singular values.
+        return np.asarray(
+            np.swapaxes(np.linalg.qr(np.swapaxes(rows, -1, -2), mode="complete")[0], -1, -2)[..., -count:, :]
+        )
+    found = np.linalg.svd(rows, full_matrices=rows.shape[-2] < rows.shape[-1])[2]
+    return np.asarray(found[..., found.shape[-2] - count :, :])
