@@ -199,9 +199,16 @@ def _quotients(kernel: Callable[..., Any], *arrays: Reals) -> Reals:
 
 def normalized_pair(matrix: Reals, first: Reals, second: Reals) -> tuple[Reals, Reals, Reals]:
     """F and pixels in coordinates of size 1: the invariants are the same, their rounding is less."""
-    (one, left), (two, right) = normalized(first), normalized(second)
+    (one, left), (two, right) = _scaled(first), _scaled(second)
     back, other = np.linalg.inv(left), np.linalg.inv(right)
     return np.swapaxes(other, -1, -2) @ matrix @ back, one, two
+
+
+def _scaled(pixels: Reals) -> tuple[Reals, Reals]:
+    """Pixels after a similarity, and it; what is not finite stays so, and has no part in it."""
+    good = np.isfinite(pixels).all((-1, -2), keepdims=True)
+    _, matrix = normalized(np.where(good, pixels, np.arange(2.0 * pixels.shape[-2]).reshape(-1, 2)))
+    return pixels * matrix[..., :1, :1] + matrix[..., None, :-1, -1], matrix
 
 
 def places_of_two_views(matrix: Reals, first: Reals, second: Reals) -> Reals:

@@ -75,8 +75,10 @@ def fundamental_matrix(
     for matrix, other, name in ((one, two, "first"), (two, one, "second")):
         centre = np.linalg.norm(projective3.camera_centre(matrix), axis=-1)
         rows = np.linalg.norm(matrix, axis=-1)
-        if np.any(centre <= _SAME_CENTRE * rows.prod(-1)):
-            raise ValueError(f"{name}: a camera matrix of rank less than 3; expected one that has a centre")
+        if not np.all(centre > _SAME_CENTRE * rows.prod(-1)):
+            raise ValueError(
+                f"{name}: a camera matrix of rank less than 3, or not finite; expected one that has a centre"
+            )
         epipole = np.abs(projective3.epipole_from_cameras(matrix, other))
         if np.any((epipole <= _SAME_CENTRE * np.linalg.norm(other, axis=-1) * centre[..., None]).all(-1)):
             raise ValueError("first, second: cameras with the same centre; expected two centres")
