@@ -6,7 +6,7 @@ import importlib
 import os
 import sys
 
-COMMANDS = {"counts": ".counts", "growth": ".growth", "subspaces": ".subspaces", "chain": ".chain"}
+COMMANDS = {"counts": ".counts", "growth": ".growth", "subspaces": ".subspaces", "chain": ".chain", "vision": ".vision"}
 """What may stand after ``benchmarks``, and the module that does it; without one of them, times are measured."""
 
 

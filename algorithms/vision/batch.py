@@ -18,12 +18,13 @@ from ..arguments import Reals, finite_number, real_array
 from .fundamental import degenerate, eight_points
 from .localization import checked_intrinsics, linear_poses
 from .normalization import flatness, three_on_a_line
-from .planes import linear_homography
+from .planes import homographies_of_four, linear_homography
 from .status import VisionStatus
 
 _BLOCK = 256
 """So many problems are solved at once: their equations stay in the cache."""
-_RANK = 1e-9
+_RANK = 1e-7
+_THIN = 1e-9
 _FLAT = 1e-3
 _OPEN = 1e-7
 
@@ -91,7 +92,7 @@ def homographies(first: ArrayLike, second: ArrayLike) -> BatchEstimate:
 
     def solve(a: Reals, b: Reals) -> tuple[Reals, Reals]:
         if a.shape[1] == 4:
-            return linear_homography(a, b)[0], three_on_a_line(a, _RANK) | three_on_a_line(b, _RANK)
+            return homographies_of_four(a, b), three_on_a_line(a, _THIN) | three_on_a_line(b, _THIN)
         matrix, gap = linear_homography(a, b)
         return matrix, gap <= _RANK
 

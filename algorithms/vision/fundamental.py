@@ -9,7 +9,7 @@ from scipy.special import chdtri, fdtri
 from generated import pga3, projective2, projective3
 
 from ..arguments import Reals, real_array
-from .normalization import flatness, normalized, null_vectors
+from .normalization import extents, normalized, null_vectors
 from .planes import linear_homography
 from .robust import Problem, RobustEstimate, consensus
 from .status import VisionStatus, check_points
@@ -130,14 +130,14 @@ def degenerate(matrix: Reals, first: Reals, second: Reals, known: float | None =
         # Noise of both images is in the distance of a transfer.
         told = np.full_like(noise, known * np.sqrt(2 * chdtri(2 * n - 8, 1 - _SURELY) / (2 * n - 8)))
     allowed = np.maximum(told, _ROUNDING * size)
-    across = [np.linalg.svd(x - x.mean(-2, keepdims=True), compute_uv=False)[..., 1] for x in (first, second)]
+    (thin, long), (other_thin, other_long) = extents(first), extents(second)
     # Both ways: where one image shows all much larger, distances there are larger too.
     planes = []
     for a, b in ((first, second), (second, first)):
         moved = _transfer_distance(linear_homography(a, b)[0][..., None, :, :], a, b)
         planes.append(np.sqrt((moved**2).sum(-1) / (2 * n - 8)) if n > 4 else np.zeros(moved.shape[:-1]))
-    line = np.minimum(*across) / np.sqrt(n) <= allowed
-    flat = np.minimum(flatness(first), flatness(second)) <= _FLAT
+    line = np.minimum(thin, other_thin) / np.sqrt(n) <= allowed
+    flat = (thin <= _FLAT * long) | (other_thin <= _FLAT * other_long)
     return np.asarray(flat | line | (np.minimum(*planes) <= allowed))
 
 
