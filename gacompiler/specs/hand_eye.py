@@ -8,9 +8,8 @@ Motors have the signs that make the scalar part of a misfit positive. Coefficien
 from fractions import Fraction
 
 import gacompiler as ga
-from gacompiler import SCALAR, array, kernel
+from gacompiler import SCALAR, array, jacobian, kernel
 from gacompiler.algebra.catalog import PGA3
-from gacompiler.derivatives import jacobian
 
 MOTOR, EVEN, BIVECTOR = PGA3.MOTOR, PGA3.EVEN, PGA3.LINE
 ROTOR_BLADES = PGA3.ROTOR.blades
@@ -57,7 +56,7 @@ def misfit_of_poses(a, b, x, z, frame):
     return (~frame * (~b * (~z * (a * x))) * frame).grade(2)
 
 
-_BY_X = jacobian(misfit, "x", "right")
+_OF_MOTIONS = [jacobian(misfit, "x", "right")]
 _OF_POSES = [jacobian(misfit_of_poses, name, "right") for name in ("x", "z")]
 
 
@@ -78,8 +77,8 @@ def misfit_equations(a, b, x):
 
     Of the rotation, e12 e13 e23, and of the translation, e01 e02 e03.
     """
-    value, matrix = _BY_X.function(a, b, x)
-    return _rows(value, [matrix])
+    ((value, by_x),) = (each.function(a, b, x) for each in _OF_MOTIONS)
+    return _rows(value, [by_x])
 
 
 @kernel(a=MOTOR, b=MOTOR, x=MOTOR, z=MOTOR, frame=MOTOR, returns=(array(SCALAR, 3, 13), array(SCALAR, 3, 13)))
