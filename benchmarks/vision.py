@@ -248,15 +248,14 @@ def _random_camera(rng: np.random.Generator) -> Camera:
 
 def page(found: list[tuple[Task, dict[str, float]]], rounds: int) -> str:
     """All figures as Markdown."""
-    peers = [
-        f"{name} {version(package)}" for name, package in (("OpenCV", "opencv-python-headless"), ("PoseLib", "poselib"))
-    ]
+    packages = (("OpenCV", "opencv-python-headless"), ("PoseLib", "poselib"))
+    peers = " and ".join(f"{name} {version(package)}" for name, package in packages)
     lines = [
         "# How fast vision is",
         "",
-        f"Written by `python -m benchmarks vision`; {peers}, one thread each. Microseconds for one problem,",
-        f"or for one point of many: the least of {rounds} rounds in which libraries take turns. Robust methods stop by",
-        "themselves: their times are for like results, not for the same steps.",
+        f"Written by `python -m benchmarks vision`, beside {peers}, one thread each.",
+        f"Microseconds for one problem, or for one point of many: the least of {rounds} rounds in which libraries take",
+        "turns. Robust methods stop by themselves: their times are for like results, not for the same steps.",
         "",
         "| | here | others |",
         "| --- | ---: | --- |",

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from itertools import permutations
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -209,3 +210,14 @@ def test_the_centre_of_a_camera_without_calibration(rng: np.random.Generator) ->
 def cross(u: Array, i: int, j: int, k: int, m: int, n: int) -> float:
     above = np.linalg.det(u[[i, j, k]]) * np.linalg.det(u[[i, m, n]])
     return float(above / (np.linalg.det(u[[i, j, m]]) * np.linalg.det(u[[i, k, n]])))
+
+
+def test_the_benchmark_writes_its_page(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.syspath_prepend(str(Path(__file__).parent.parent))
+    from benchmarks import vision
+
+    out = tmp_path / "page.md"
+    assert vision.main(["--quick", "--out", str(out)]) == 0
+    rows = [line for line in out.read_text().splitlines() if line.startswith("| ")]
+    assert len(rows) == 28 and all(float(row.split(" | ")[1].replace(",", "")) > 0 for row in rows[2:])
+    assert vision.main(["--quick", "--out", str(out / "no")]) == 1
