@@ -80,8 +80,8 @@ _ABOVE_NOISE = 3.0
 _STEPS = 6
 _BLOCK = 64
 """So many problems are solved at once: their equations stay in the cache."""
-_DONE = 1e-6
-"""Steps end where the next one lessens the sum of squares by less than this part: by 0.001 standard deviations."""
+_DONE = 1e-4
+"""Steps end with one that lessens the sum of squares by less than this part: those behind it are far less."""
 _ROUNDING = 1e-30
 
 
@@ -279,9 +279,9 @@ def _two(a: ArrayLike, b: ArrayLike, what: str) -> tuple[Reals, Reals, tuple[int
     if one.shape != two.shape:
         one, two = np.broadcast_arrays(one, two)
     shape = one.shape
-    flat = int(np.prod(shape[:-2])), *shape[-2:]
-    one, two = (np.array(each, np.float64, order="C").reshape(flat) for each in (one, two))
-    return one, two, shape[:-2], dtype
+    flat = int(np.prod(shape[:-2], dtype=int)) if len(shape) > 2 else 1, *shape[-2:]
+    one, two = np.array(one, np.float64, order="C"), np.array(two, np.float64, order="C")
+    return one.reshape(flat), two.reshape(flat), shape[:-2], dtype
 
 
 def _shaped(array: Reals, leading: tuple[int, ...], dtype: np.dtype[Any]) -> Reals:
@@ -310,12 +310,9 @@ def _called(kernel: Callable[..., Any], *arrays: Reals) -> Any:
 
 def _null_motor(a: Reals, b: Reals, used: Reals) -> tuple[Reals, Reals]:
     """The motor nearest to solving all equations, and the singular values of these."""
-    rows = _called(pga3.motor_equation, a, b)
-    if not used.all():
-        rows = rows * used[..., None, None]
-    rows = rows.reshape(len(a), -1, 8)
-    found, vectors = np.linalg.eigh(np.swapaxes(rows, 1, 2) @ rows)
-    return _called(kernels.null_motor, vectors[..., 0], vectors[..., 1]), np.sqrt(np.maximum(found[..., ::-1], 0))
+    first, second, values = np.empty((3, len(a), 8))
+    loops.null_space(_called(pga3.motor_equation, a, b), used, first, second, values)
+    return _called(kernels.null_motor, first, second), values
 
 
 def _descended(

@@ -46,6 +46,28 @@ def in_own_lengths(a: Any, b: Any, half_turn: float, clear: Any, unit: Any, fini
 
 
 @njit(cache=True, error_model="numpy")
+def null_space(equations: Any, used: Any, first: Any, second: Any, values: Any) -> None:
+    """The last two of the singular vectors of equations (p, n, 8, 8), (p, 8) each, and all singular values, descending.
+
+    From sums of products over all motions that are used.
+    """
+    total = np.empty((8, 8))
+    for p in range(equations.shape[0]):
+        total[:] = 0.0
+        for i in range(equations.shape[1]):
+            if used[p, i]:
+                for row in range(8):
+                    for k in range(8):
+                        value = equations[p, i, row, k]
+                        for m in range(8):
+                            total[k, m] += value * equations[p, i, row, m]
+        squares, vectors = np.linalg.eigh(total)
+        for k in range(8):
+            values[p, k] = np.sqrt(max(squares[7 - k], 0.0))
+            first[p, k], second[p, k] = vectors[k, 0], vectors[k, 1]
+
+
+@njit(cache=True, error_model="numpy")
 def newton_steps(
     turns: Any, shifts: Any, moving: Any, first: bool, weigh: bool, limits: Any, table: Any, step: Any, squares: Any
 ) -> bool:
