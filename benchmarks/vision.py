@@ -88,7 +88,7 @@ def tasks(quick: bool) -> list[Task]:
 
 def _poses(rng: np.random.Generator, *shape: int) -> Any:
     turns = rng.normal(size=(*shape, 3))
-    turns *= rng.uniform(0.2, 2.8, (*shape, 1)) / np.linalg.norm(turns, axis=-1, keepdims=True)
+    turns *= rng.uniform(0.2, 1.4, (*shape, 1)) / np.linalg.norm(turns, axis=-1, keepdims=True)
     return pga3.motor_from_rotation_vector_translation(turns, rng.normal(size=(*shape, 3)))
 
 
