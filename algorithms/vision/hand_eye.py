@@ -304,8 +304,15 @@ def _called(kernel: Callable[..., Any], *arrays: Reals) -> Any:
     if len(arrays[0]) == 1:
         found = kernel(*(each[0] for each in arrays))
         return tuple(part[None] for part in found) if isinstance(found, tuple) else found[None]
-    several = max(each.ndim for each in arrays) == 3
-    return kernel(*(each[:, None] if several and each.ndim == 2 else each for each in arrays))
+    shapes = [each.shape for each in arrays if each.ndim == 3]
+    if not shapes:
+        return kernel(*arrays)
+    count = shapes[0][1]
+    flat = [each.reshape(-1, each.shape[-1]) if each.ndim == 3 else np.repeat(each, count, 0) for each in arrays]
+    found = kernel(*flat)
+    parts = found if isinstance(found, tuple) else (found,)
+    folded = tuple(part.reshape(-1, count, *part.shape[1:]) for part in parts)
+    return folded if isinstance(found, tuple) else folded[0]
 
 
 def _null_motor(a: Reals, b: Reals, used: Reals) -> tuple[Reals, Reals]:

@@ -59,8 +59,9 @@ def null_space(equations: Any, used: Any, first: Any, second: Any, values: Any) 
                 for row in range(8):
                     for k in range(8):
                         value = equations[p, i, row, k]
-                        for m in range(8):
-                            total[k, m] += value * equations[p, i, row, m]
+                        if value != 0.0:  # A quarter of them are.
+                            for m in range(k + 1):
+                                total[k, m] += value * equations[p, i, row, m]
         squares, vectors = np.linalg.eigh(total)
         for k in range(8):
             values[p, k] = np.sqrt(max(squares[7 - k], 0.0))
@@ -91,8 +92,9 @@ def newton_steps(
                 for row in range(3):
                     for k in range(size + 1):
                         value = rows[p, i, row, k]
-                        for m in range(size + 1):
-                            total[k, m] += value * rows[p, i, row, m]
+                        if value != 0.0:  # Rotations do not depend on translations.
+                            for m in range(k + 1):
+                                total[k, m] += value * rows[p, i, row, m]
             squares[p, part] = total[size, size]
         if not moving[p]:
             continue
