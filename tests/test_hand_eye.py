@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from algorithms.vision import HandEyeStatus, hand_eye
-from generated import pga3
+from algorithms.vision import Camera, HandEyeStatus, calibrate_endoscope, hand_eye, hand_eye_from_poses
+from generated import cga3, pga3
 
 Array = np.ndarray[Any, Any]
 
@@ -83,9 +83,9 @@ def test_parallel_axes_and_pure_translations_are_told() -> None:
     # What is found solves the equations all the same.
     assert found.rotation_residual < 1e-12 and found.translation_residual < 1e-12
     a[:, :3, :3] = np.eye(3)
-    assert hand_eye(*motions(rng, x, a)).status == HandEyeStatus.PARALLEL_AXES
+    assert hand_eye(*motions(rng, x, a)).status == HandEyeStatus.SMALL_ANGLES
     still = np.tile(np.eye(8)[0], (4, 1))
-    assert hand_eye(still, still).status == HandEyeStatus.PARALLEL_AXES
+    assert hand_eye(still, still).status == HandEyeStatus.SMALL_ANGLES
 
 
 def test_degenerate_input_has_a_status_of_its_own() -> None:
@@ -127,3 +127,115 @@ def test_single_precision_stays_single() -> None:
     found = hand_eye(one.astype(np.float32), two.astype(np.float32))
     assert found.motor.dtype == np.float32 and found.status == HandEyeStatus.OK
     assert np.abs(pga3.motor_to_matrix(found.motor) - x).max() < 1e-4
+
+
+def test_two_clean_motions_recover_the_place_to_the_last_digits() -> None:
+    """Axes 45 degrees apart and more; the rest of the error is in the motions themselves."""
+    rng = np.random.default_rng(11)
+    x, a = poses(rng, 2000), poses(rng, 2000, 2)
+    axes = np.stack([Rotation.from_matrix(a[:, k, :3, :3]).as_rotvec() for k in (0, 1)])
+    sines = np.linalg.norm(np.cross(*axes), axis=-1) / np.linalg.norm(axes, axis=-1).prod(0)
+    apart = (sines > 0.7) & (np.linalg.norm(axes, axis=-1).min(0) > 0.5)
+    one, two = motions(rng, x[apart], a[apart])
+    found = hand_eye(one, two)
+    error = np.abs(pga3.motor_to_matrix(found.motor) - x[apart]).max((-1, -2))
+    assert len(error) > 500 and np.quantile(error, 0.99) < 1e-14 and error.max() < 5e-14
+
+
+def test_the_conformal_form_has_the_same_coefficients() -> None:
+    """Motors of the conformal algebra fulfil ``A X = X B`` there, and go through the same function."""
+    rng = np.random.default_rng(12)
+    x, a = poses(rng), poses(rng, 6)
+    b = np.linalg.inv(x) @ a @ x
+    one, two = (
+        cga3.motor_from_rotor_translation(
+            pga3.motor_to_rotor_translation(pga3.motor_from_matrix(each))[0], each[:, :3, 3]
+        )
+        for each in (a, b)
+    )
+    found = hand_eye(one, two)
+    left, right = cga3.motor_product(one, found.motor), cga3.motor_product(found.motor, two)
+    assert np.minimum(np.abs(left - right).max(-1), np.abs(left + right).max(-1)).max() < 1e-14
+    assert np.abs(cga3.motor_to_matrix(found.motor) - x).max() < 1e-14
+
+
+def test_poses_give_both_places() -> None:
+    rng = np.random.default_rng(13)
+    x, z, hands = poses(rng, 100), poses(rng, 100), poses(rng, 100, 5)
+    eyes = np.linalg.inv(z)[:, None] @ hands @ x[:, None]
+    signs = rng.choice([-1.0, 1.0], (2, 100, 5, 1))
+    found = hand_eye_from_poses(signs[0] * pga3.motor_from_matrix(hands), signs[1] * pga3.motor_from_matrix(eyes))
+    assert not found.status.any()
+    assert np.abs(pga3.motor_to_matrix(found.motor) - x).max() < 1e-12
+    assert np.abs(pga3.motor_to_matrix(found.world) - z).max() < 1e-12
+    assert found.rotation_residual.max() < 1e-14 and found.translation_residual.max() < 1e-13
+    few = hand_eye_from_poses(pga3.motor_from_matrix(hands[0, :2]), pga3.motor_from_matrix(eyes[0, :2]))
+    assert few.status == HandEyeStatus.TOO_FEW and np.isnan(few.world).all()
+    bad = pga3.motor_from_matrix(hands[:3])
+    bad[1, 2, 0] = np.inf
+    spoiled = hand_eye_from_poses(bad, pga3.motor_from_matrix(eyes[:3]))
+    assert list(spoiled.status) == [HandEyeStatus.OK, HandEyeStatus.NOT_FINITE, HandEyeStatus.OK]
+    assert np.isnan(spoiled.world[1]).all() and np.isfinite(spoiled.world[[0, 2]]).all()
+    hands[0] = poses(rng, 1)[0] @ hands[0] * 0 + hands[0, :1]
+    still = hand_eye_from_poses(pga3.motor_from_matrix(hands[0]), pga3.motor_from_matrix(eyes[0]))
+    assert still.status != HandEyeStatus.OK
+
+
+def test_refinement_is_the_least_squares_of_its_misfits() -> None:
+    """No small motion of X makes the weighed sum less: against derivatives by differences."""
+    rng = np.random.default_rng(14)
+    x, a = poses(rng), poses(rng, 12)
+    one, two = motions(rng, x, a)
+    two = pga3.motor_product(two, pga3.motor_exponential(1e-3 * rng.normal(size=(12, 6))))
+    found = hand_eye(one, two)
+    weight = (found.rotation_residual / found.translation_residual) ** 2
+
+    def cost(b: Array) -> float:
+        there = pga3.motor_product(found.motor, pga3.motor_exponential(b))
+        left, right = pga3.motor_product(one, there), pga3.motor_product(there, two)
+        rest = pga3.motor_product(pga3.motor_inverse(right), left)
+        return float((rest[:, 1:4] ** 2).sum() + weight * (rest[:, 4:7] ** 2).sum())
+
+    slope = np.array([(cost(1e-5 * e) - cost(-1e-5 * e)) / 2e-5 for e in np.eye(6)])
+    curve = np.array([(cost(1e-3 * e) + cost(-1e-3 * e) - 2 * cost(0 * e)) / 1e-6 for e in np.eye(6)])
+    assert np.abs(slope / np.sqrt(curve * cost(np.zeros(6)))).max() < 0.02
+    linear = hand_eye(one, two, refine=False)
+    assert np.abs(found.motor - linear.motor).max() > 1e-6
+
+
+def test_small_angles_are_told() -> None:
+    rng = np.random.default_rng(15)
+    x, a = poses(rng), poses(rng, 8, angle=1e-4)
+    one, two = motions(rng, x, a)
+    assert hand_eye(one, two).status == HandEyeStatus.OK
+    noisy = pga3.motor_product(two, pga3.motor_exponential(1e-3 * rng.normal(size=(8, 6))))
+    assert hand_eye(one, noisy).status == HandEyeStatus.SMALL_ANGLES
+
+
+def test_an_endoscope_under_a_tracker() -> None:
+    """Millimetres; 0.35 mm and 0.2 degrees of noise of the tracker, 0.2 pixels of the images."""
+    rng = np.random.default_rng(16)
+    grid = np.stack(np.meshgrid(np.arange(9.0), np.arange(6.0), [0.0]), -1).reshape(-1, 3) * 5
+    camera = Camera.from_intrinsics(700.0, (320, 240))
+    x, z = poses(rng, length=50), poses(rng, length=300)
+    turns = Rotation.from_rotvec(0.4 * rng.normal(size=(15, 3))).as_matrix()
+    eyes = np.tile(np.eye(4), (15, 1, 1))
+    eyes[:, :3, :3] = turns
+    eyes[:, :3, 3] = grid.mean(0) - 80 * turns[:, :, 2]
+    bodies = z @ eyes @ np.linalg.inv(x)
+    noise = poses(rng, 15, angle=np.radians(0.2), length=0.35)
+    motors = pga3.motor_from_matrix(bodies)
+    views = np.stack([Camera(camera.intrinsics, pga3.motor_from_matrix(eye)).project(grid) for eye in eyes])
+    clean = calibrate_endoscope(motors, grid, views, camera.intrinsics)
+    assert clean.status == HandEyeStatus.OK
+    assert np.abs(pga3.motor_to_matrix(clean.motor) - x).max() < 1e-7
+    assert np.abs(pga3.motor_to_matrix(clean.world) - z).max() < 1e-7
+    views = views + 0.2 * rng.normal(size=views.shape)
+    found = calibrate_endoscope(pga3.motor_from_matrix(bodies @ noise), grid, views, camera.intrinsics)
+    moved = pga3.motor_to_matrix(found.motor)
+    assert found.status == HandEyeStatus.OK and np.linalg.norm((moved - x)[:3, 3]) < 1.0
+    assert Rotation.from_matrix(moved[:3, :3].T @ x[:3, :3]).magnitude() < np.radians(0.3)
+    views[3] = np.nan
+    assert calibrate_endoscope(motors, grid, views, camera.intrinsics).status == HandEyeStatus.NOT_FINITE
+    with pytest.raises(ValueError, match="views: shape"):
+        calibrate_endoscope(motors[1:], grid, views, camera.intrinsics)

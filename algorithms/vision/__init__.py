@@ -1,12 +1,15 @@
 """Cameras, their calibration and pose, what several views have to do with each other, invariants and depth."""
 
-from .calibrate import PlaneCalibration, calibrate_from_planes
+from .batch import BatchEstimate, fundamental_matrices, homographies, localizations
+from .calibrate import PlaneCalibration, calibrate_by_pascal, calibrate_from_planes
 from .calibrations import MOTORCYCLE
 from .camera import Camera
+from .completion import camera_centre, complete_points, projective_depths
 from .factorization import Factorization, factorize
 from .fundamental import robust_fundamental_matrix
-from .hand_eye import HandEye, HandEyeStatus, hand_eye
-from .invariants import cross_ratio, invariants_3d, permutation_invariant
+from .hand_eye import HandEye, HandEyeOfPoses, HandEyeStatus, calibrate_endoscope, hand_eye, hand_eye_from_poses
+from .invariants import cross_ratio, invariants_3d, p2_invariants, permutation_invariant
+from .landmarks import LandmarkMap, Recognition
 from .localization import Localization, localize
 from .omnidirectional import OmnidirectionalCamera, conic_value
 from .planes import homography, robust_homography
@@ -31,18 +34,26 @@ from .two_views import (
 
 __all__ = [
     "MOTORCYCLE",
+    "BatchEstimate",
     "Camera",
     "DegenerateError",
     "Factorization",
     "HandEye",
+    "HandEyeOfPoses",
     "HandEyeStatus",
+    "LandmarkMap",
     "Localization",
     "OmnidirectionalCamera",
     "PlaneCalibration",
+    "Recognition",
     "RectifiedPair",
     "RobustEstimate",
     "VisionStatus",
+    "calibrate_by_pascal",
+    "calibrate_endoscope",
     "calibrate_from_planes",
+    "camera_centre",
+    "complete_points",
     "conic_value",
     "cross_ratio",
     "epipolar_distance",
@@ -50,12 +61,18 @@ __all__ = [
     "epipoles",
     "epipoles_of_tensor",
     "factorize",
+    "fundamental_matrices",
     "fundamental_matrix",
     "hand_eye",
+    "hand_eye_from_poses",
+    "homographies",
     "homography",
     "invariants_3d",
+    "localizations",
     "localize",
+    "p2_invariants",
     "permutation_invariant",
+    "projective_depths",
     "quadrifocal_tensor",
     "robust_fundamental_matrix",
     "robust_homography",

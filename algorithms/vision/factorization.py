@@ -147,7 +147,9 @@ def _grown(image: Reals, seen: Reals, cameras: Reals, points: Reals) -> tuple[Re
         if open_views:
             v = max(open_views, key=lambda v: int((seen[v] & known).sum()))
             visible = seen[v] & known
-            cameras[v] = _cameras(image[v : v + 1, visible], np.ones((1, int(visible.sum()))), points[visible])[0]
+            cameras[v] = linear_cameras_of(
+                image[v : v + 1, visible], np.ones((1, int(visible.sum()))), points[visible]
+            )[0]
             views[v] = True
         open_points = ~known & (seen[views].sum(0) >= 2)
         if open_points.any():
@@ -176,7 +178,7 @@ def _settled(image: Reals, seen: Reals, cameras: Reals, points: Reals) -> tuple[
     for _ in range(_ROUNDS):
         if error <= _ROUNDING:
             break
-        turned = _cameras(image, seen / _depths(cameras, points), points)
+        turned = linear_cameras_of(image, seen / _depths(cameras, points), points)
         moved = _points(image, seen / _depths(turned, points), turned)
         new = _error(image, seen, turned, moved)
         if not new < error:
@@ -198,7 +200,7 @@ def _error(image: Reals, seen: Reals, cameras: Reals, points: Reals) -> float:
         return float(np.sqrt(np.mean((x[..., :2] / x[..., 2:] - image)[seen] ** 2)))
 
 
-def _cameras(image: Reals, weights: Reals, points: Reals) -> Reals:
+def linear_cameras_of(image: Reals, weights: Reals, points: Reals) -> Reals:
     """Cameras (v, 3, 4) from points (n, 4), in the frame in which these have unit moments, where equations are even."""
     spread = np.linalg.cholesky(points.T @ points / len(points) + 1e-14 * np.eye(4) * (points**2).mean())
     x = np.linalg.solve(spread, points.T).T

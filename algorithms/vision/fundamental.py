@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import numpy as np
 from numpy.typing import ArrayLike
-from scipy.special import fdtri
+from scipy.special import chdtri, fdtri
 
 from generated import pga3, projective2, projective3
 
 from ..arguments import Reals, real_array
-from .normalization import flatness, normalized
+from .normalization import extents, normalized, null_vectors
 from .planes import linear_homography
 from .robust import Problem, RobustEstimate, consensus
 from .status import VisionStatus, check_points
@@ -19,7 +19,9 @@ _FLAT = 1e-7
 _PLANAR = 2.0
 """A homography, or a line, that fits points within this many times their noise by F leaves F open."""
 _CONFIDENCE = 0.99
-"""Of planes being seen as such; with ten points and noise some in a hundred are missed, and some scenes refused."""
+"""Of planes being seen as such, if all F were as free as that of points in space."""
+_SURELY = 0.999
+"""Of planes being seen as such where the noise of pixels is known."""
 _ROUNDING = 1e-10
 """Distances below this part of the image are rounding."""
 _STEPS = 30
@@ -30,7 +32,7 @@ def eight_points(first: Reals, second: Reals) -> Reals:
     one, left = normalized(first)
     two, right = normalized(second)
     rows = projective3.epipolar_equation(one, two)
-    null = np.linalg.svd(rows, full_matrices=rows.shape[-2] < rows.shape[-1])[2][..., -1, :]
+    null = null_vectors(rows, 1)[..., 0, :]
     u, s, v = np.linalg.svd(null.reshape(*null.shape[:-1], 3, 3))
     s[..., 2] = 0
     return _unit(np.swapaxes(right, -1, -2) @ (u * s[..., None, :]) @ v @ left)
@@ -44,7 +46,7 @@ def seven_points(first: Reals, second: Reals) -> Reals:
     one, left = normalized(first)
     two, right = normalized(second)
     rows = projective3.epipolar_equation(one, two)
-    null = np.linalg.svd(rows, full_matrices=True)[2][..., 7:, :]
+    null = null_vectors(rows, 2)
     a, b = (null[..., k, :].reshape(*null.shape[:-2], 3, 3) for k in (0, 1))
     # det(x A + y B) is a cubic form: its coefficients from its values at (1, 0), (0, 1), (1, 1) and (1, -1).
     c3, c0, plus, minus = (np.linalg.det(m) for m in (a, b, a + b, a - b))
@@ -110,22 +112,33 @@ def refined(matrix: Reals, first: Reals, second: Reals) -> Reals:
     return _unit(right.T @ current @ left)
 
 
-def degenerate(matrix: Reals, first: Reals, second: Reals) -> bool:
-    """Whether points fit a homography, or a line, as well as they fit F: then they do not determine it."""
-    if min(flatness(first), flatness(second)) <= _FLAT:
-        return True
-    n = len(first)
-    size = max(np.ptp(first, 0).max(), np.ptp(second, 0).max())
-    off = projective3.sampson_distance(matrix, first, second)
-    noise = np.sqrt((off**2).sum() / max(n - 7, 1))
+def degenerate(matrix: Reals, first: Reals, second: Reals, known: float | None = None) -> Reals:
+    """Whether point sets (..., n, 2) fit a homography, or a line, as well as F: then they do not determine it.
+
+    `known` is the noise of pixels where that is known, else it is told from what F leaves. On planes that is less than
+    noise has to leave, for there many F fit nearly, one of them best: with ten points two planes in a hundred are
+    missed.
+    """
+    n = first.shape[-2]
+    size = np.maximum(np.ptp(first, -2).max(-1), np.ptp(second, -2).max(-1))
+    off = projective3.sampson_distance(matrix[..., None, :, :], first, second)
+    noise = np.sqrt((off**2).sum(-1) / max(n - 7, 1))
     # Few points beyond seven say little about their noise: the ratio of both variances has Fisher's distribution.
     doubt = np.sqrt(fdtri(2 * n - 8, max(n - 7, 1), _CONFIDENCE))
-    allowed = max(_PLANAR * float(noise * doubt), _ROUNDING * size)
-    across = min(np.linalg.svd(x - x.mean(0), compute_uv=False)[1] for x in (first, second)) / np.sqrt(n)
+    told = _PLANAR * noise * doubt
+    if known is not None:
+        # Noise of both images is in the distance of a transfer.
+        told = np.full_like(noise, known * np.sqrt(2 * chdtri(2 * n - 8, 1 - _SURELY) / (2 * n - 8)))
+    allowed = np.maximum(told, _ROUNDING * size)
+    (thin, long), (other_thin, other_long) = extents(first), extents(second)
     # Both ways: where one image shows all much larger, distances there are larger too.
-    ways = [_transfer_distance(linear_homography(a, b)[0], a, b) for a, b in ((first, second), (second, first))]
-    plane = min(np.sqrt((way**2).sum() / (2 * n - 8)) for way in ways) if n > 4 else 0.0
-    return bool(across <= allowed or plane <= allowed)
+    planes = []
+    for a, b in ((first, second), (second, first)):
+        moved = _transfer_distance(linear_homography(a, b)[0][..., None, :, :], a, b)
+        planes.append(np.sqrt((moved**2).sum(-1) / (2 * n - 8)) if n > 4 else np.zeros(moved.shape[:-1]))
+    line = np.minimum(thin, other_thin) / np.sqrt(n) <= allowed
+    flat = (thin <= _FLAT * long) | (other_thin <= _FLAT * other_long)
+    return np.asarray(flat | line | (np.minimum(*planes) <= allowed))
 
 
 def robust_fundamental_matrix(

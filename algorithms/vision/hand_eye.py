@@ -2,15 +2,23 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from enum import IntEnum
+from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import ArrayLike
 
+from generated import hand_eye as kernels
 from generated import pga3
 
 from ..arguments import Reals, real_array
+from . import hand_eye_loops as loops
+from .localization import localize
+from .status import VisionStatus
+
+Noise = Literal["either", "hand", "camera"]
 
 
 class HandEyeStatus(IntEnum):
@@ -18,13 +26,15 @@ class HandEyeStatus(IntEnum):
 
     OK = 0
     TOO_FEW = 1
-    """Fewer than two motions."""
+    """Fewer than two motions, or three poses."""
     PARALLEL_AXES = 2
-    """The axes of all motions are parallel, or they do not turn: the camera may be moved along the axes."""
+    """The axes of all motions are parallel: the camera may be moved along them."""
     AMBIGUOUS_SIGNS = 3
     """Fewer than two motions that are not half turns: ``A X = X B`` and ``A X = -X B`` cannot be told apart."""
     NOT_FINITE = 4
     """A coefficient is infinite or not a number."""
+    SMALL_ANGLES = 5
+    """No motion turns by more than its noise: translations leave the place of the camera open."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -36,12 +46,29 @@ class HandEye:
     status: Reals
     """(...) int, a `HandEyeStatus` each. The motor is one of the solutions where axes are parallel."""
     singular_values: Reals
-    """(..., 8) Of all equations, descending. The last two are what noise leaves; the sixth says how far from parallel
-    the axes are."""
-    rotation_residual: Reals
-    """(...) The root of the mean square of the angles between ``A X`` and ``X B``, in radians."""
-    translation_residual: Reals
-    """(...) The root of the mean square of the distances between where ``A X`` and ``X B`` take the origin."""
+    """(..., 8) Of the linear equations of motions that are not half turns, descending. The last two are what noise
+    leaves; the sixth says how far from parallel the axes are. Values below 1e-8 of the first are rounding."""
+    residual: Reals
+    """(..., 2) Root mean squares over all motions of what remains of ``~(X B) A X``: of its rotation, as
+    ``2 sin(angle / 2)``, and of its translation, in the unit of length."""
+
+    @property
+    def rotation_residual(self) -> Reals:
+        """(...) The first of `residual`, in radians where it is small."""
+        return np.asarray(self.residual[..., 0])
+
+    @property
+    def translation_residual(self) -> Reals:
+        """(...) The second of `residual`."""
+        return np.asarray(self.residual[..., 1])
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class HandEyeOfPoses(HandEye):
+    """The place of a camera on a hand, and that of what it looks at."""
+
+    world: Reals
+    """(..., 8) Z, the motor from the frame of what is looked at to the base; NaN as `motor`."""
 
 
 _HALF_TURN = 0.02
@@ -50,19 +77,31 @@ _PARALLEL = 1e-7
 """Axes are parallel where the sixth singular value is below this part of the first,"""
 _ABOVE_NOISE = 3.0
 """or below this many times the seventh."""
+_STEPS = 6
+_BLOCK = 64
+"""So many problems are solved at once: their equations stay in the cache."""
+_DONE = 1e-4
+"""Steps end with one that lessens the sum of squares by less than this part: those behind it are far less."""
+_ROUNDING = 1e-30
 
 
-def hand_eye(a: ArrayLike, b: ArrayLike) -> HandEye:
+def hand_eye(a: ArrayLike, b: ArrayLike, refine: bool = True) -> HandEye:
     """The motor X with ``A X = X B`` in the least squares over all motions, rotation and translation at once.
 
     Each pair gives eight linear equations for the coefficients of X. Without noise their null space is spanned by X and
     X I (Bayro-Corrochano, Daniilidis and Sommer, *JMIV* 13:79, 2000), so that any null vector, put back onto the Study
-    quadric, is X. Lengths are measured in those of the motions: the result does not depend on units.
+    quadric, is X. Lengths are measured in those of the motions: the result does not depend on units. Steps of Gauss and
+    Newton on the manifold of motors then minimise what remains of ``~(X B) A X``, rotations and translations weighed by
+    their own noise.
 
     Parameters
     ----------
     a, b : array_like, (..., n, 8)
-        Unit motors between two poses of the hand, and of the camera. Signs do not matter. Leading axes broadcast.
+        Unit motors between two poses of the hand, and of the camera, of `generated.pga3` or `generated.cga3`: their
+        coefficients and equations are the same. Signs do not matter. Leading axes broadcast. Of many poses, all pairs
+        of them are the best motions to give; `hand_eye_from_poses` takes these.
+    refine : bool
+        Whether to go on from the linear solution.
 
     Returns
     -------
@@ -77,61 +116,236 @@ def hand_eye(a: ArrayLike, b: ArrayLike) -> HandEye:
     -----
     Without noise the error of X is about 1e-15 times the first singular value over the sixth.
     """
+    one, two, leading, dtype = _two(a, b, "motions")
+    if one.shape[1] < 2 or not len(one):
+        return _nothing(one, two, leading, dtype)
+    parts = [_solved(one[k : k + _BLOCK], two[k : k + _BLOCK], refine) for k in range(0, len(one), _BLOCK)]
+    found = parts[0] if len(parts) == 1 else [np.concatenate(each) for each in zip(*parts, strict=True)]
+    return HandEye(*(_shaped(each, leading, dtype) for each in found))
+
+
+def hand_eye_from_poses(a: ArrayLike, b: ArrayLike, refine: bool = True, noise: Noise = "either") -> HandEyeOfPoses:
+    """The motors X and Z with ``A X = Z B`` for all poses: where a camera is on a hand, and where what it looks at is.
+
+    X is that of `hand_eye` for all pairs of poses, and Z the mean of ``A X ~B``; steps of Gauss and Newton for both
+    then minimise what remains of ``~(Z B) A X``.
+
+    Parameters
+    ----------
+    a : array_like, (..., n, 8)
+        Unit motors from the frame of the hand to that of its base.
+    b : array_like, (..., n, 8)
+        Unit motors from the frame of the camera to that of what it looks at, as `localize` gives them. Signs do not
+        matter. Leading axes broadcast.
+    refine : bool
+        Whether to go on from the linear solution.
+    noise : {"either", "hand", "camera"}
+        Whose poses are the less exact: a distance that remains is that of the origin of the hand, or of what the camera
+        looks at. "either" takes the one of these, or of the camera's own, that leaves least.
+
+    Returns
+    -------
+    HandEyeOfPoses
+        Its status and singular values are those of the motions.
+
+    Raises
+    ------
+    TypeError, ValueError
+        Where an argument has another shape or type, the numbers of poses differ, or `noise` is another word.
+    """
+    if noise not in ("either", "hand", "camera"):
+        raise ValueError(f"noise: {noise!r}; expected 'either', 'hand' or 'camera'")
+    one, two, leading, dtype = _two(a, b, "poses")
+    n_poses = one.shape[1]
+    if n_poses < 3 or not len(one):
+        none = _nothing(one, two, leading, dtype)
+        return HandEyeOfPoses(none.motor, none.status, none.singular_values, none.residual, none.motor.copy())
+    i, j = np.triu_indices(n_poses, 1)
+    hands, eyes = (pga3.motor_product(pga3.motor_inverse(x[:, i]), x[:, j]) for x in (one, two))
+    start = hand_eye(hands, eyes, refine)
+    clear, unit, finite = np.empty(one.shape[:2], np.bool_), np.empty(len(one)), np.empty(len(one), np.bool_)
+    loops.in_own_lengths(one, two, _HALF_TURN, clear, unit, finite)
+    x = np.where(finite[:, None], start.motor, np.eye(8)[0])
+    x[:, 4:] /= unit[:, None]
+    each = pga3.motor_product(pga3.motor_product(one, x[:, None]), pga3.motor_inverse(two))
+    same = np.where(np.einsum("pni,pi->pn", each[..., :4], each[:, 0, :4]) < 0, -1.0, 1.0)[..., None]
+    z, two = pga3.normalize_motor((same * each).mean(-2)), same * two
+    moving = (start.status == HandEyeStatus.OK) & refine
+    (x, z), residual = _of_poses(one, two, x, z, moving, noise)
+    residual[:, 1] *= unit
+    for motor in (x, z):
+        loops.back_in_lengths(motor, unit, finite)
+    found = x, start.status, start.singular_values, residual, z
+    return HandEyeOfPoses(*(_shaped(each, leading, dtype) for each in found))
+
+
+def calibrate_endoscope(
+    bodies: ArrayLike, points: ArrayLike, views: ArrayLike, intrinsics: ArrayLike
+) -> HandEyeOfPoses:
+    """Where the camera of an endoscope is in the frame of the body on it that a tracker sees.
+
+    Images of a pattern give the poses of the camera (`localize`); `hand_eye_from_poses` does the rest.
+
+    Parameters
+    ----------
+    bodies : array_like, (n, 8)
+        Unit motors from the frame of the body to that of the tracker, one for each image.
+    points : array_like, (m, 3)
+        Of the pattern, in its own frame and the tracker's unit of length.
+    views : array_like, (n, m, 2)
+        Their pixels, of a lens without distortion.
+    intrinsics : array_like, (3, 3)
+        As in `Camera`.
+
+    Returns
+    -------
+    HandEyeOfPoses
+        X from the camera to the body, and Z from the pattern to the tracker. NOT_FINITE where an image leaves the pose
+        of the camera open.
+
+    Raises
+    ------
+    TypeError, ValueError
+        Where arguments have other shapes or types.
+    """
+    images = real_array(views, "views", (-1, -1, 2), "images, points, x y")
+    motors = real_array(bodies, "bodies", (-1, 8), "motors")
+    if images.ndim != 3 or motors.ndim != 2 or len(images) != len(motors):
+        raise ValueError(f"views: shape {images.shape}; expected ({len(motors)}, m, 2), one image for each body")
+    found = [localize(points, image, intrinsics) for image in images]
+    poses = [each.pose if each.status == VisionStatus.OK else np.full(8, np.nan) for each in found]
+    return hand_eye_from_poses(motors, np.reshape(poses, (len(found), 8)), noise="hand")
+
+
+def _solved(one: Reals, two: Reals, refine: bool) -> tuple[Reals, Reals, Reals, Reals]:
+    """Motors, status, singular values and residuals of problems (p, n, 8), which are overwritten."""
+    clear, unit, finite = np.empty(one.shape[:2], np.bool_), np.empty(len(one)), np.empty(len(one), np.bool_)
+    loops.in_own_lengths(one, two, _HALF_TURN, clear, unit, finite)
+    motor, values = _null_motor(one, two, clear)
+    all_clear = bool(clear.all())
+    if not all_clear:
+        # Where scalar and pseudoscalar part vanish the sign is that of the X of the others.
+        left, right = _called(pga3.motor_product, one, motor), _called(pga3.motor_product, motor, two)
+        opposite = ~clear & (np.einsum("pni,pni->pn", left[..., :4], right[..., :4]) < 0)
+        two = np.where(opposite[..., None], -two, two)
+
+    parallel = (values[:, 5] <= _PARALLEL * values[:, 0]) | (values[:, 5] <= _ABOVE_NOISE * values[:, 6])
+    moving = ~parallel if refine else np.zeros_like(parallel)
+    (motor,), residual = _descended(lambda x: _called(kernels.misfit_equations, one, two, *x), [motor], moving, 2)
+    status = np.zeros(len(one), np.int_)
+    if parallel.any():
+        status = _why(parallel, one, residual)
+    if not all_clear:
+        status[clear.sum(-1) < 2] = HandEyeStatus.AMBIGUOUS_SIGNS
+    residual[:, 1] *= unit
+    loops.back_in_lengths(motor, unit, finite)
+    if not finite.all():
+        status[~finite] = HandEyeStatus.NOT_FINITE
+        residual[~finite] = np.nan
+    return motor, status, values, residual
+
+
+def _of_poses(one: Reals, two: Reals, x: Reals, z: Reals, moving: Reals, noise: Noise) -> tuple[list[Reals], Reals]:
+    """X and Z near a start, and what they leave; the noise is taken to be that of the frame where it is least.
+
+    A translation that is left is that of an origin, which is where noise does not depend on how far off other things
+    are: of what is looked at for a camera that measures its place, of the hand for its encoders, or of the camera.
+    """
+    of_hand = np.broadcast_to(pga3.motor_inverse(x)[:, None], two.shape).copy()
+    of_camera = np.broadcast_to(np.eye(8)[0], two.shape).copy()
+    frames = {"camera": pga3.motor_inverse(two), "hand": of_hand, "either": of_camera}
+    if noise != "either":
+        frames = {noise: frames[noise]}
+    found = [
+        _descended(
+            lambda motors, frame=frame: _called(kernels.misfit_of_poses_equations, one, two, *motors, frame),  # type: ignore[misc]
+            [x, z],
+            moving.copy(),
+            3,
+        )
+        for frame in frames.values()
+    ]
+    best = np.argmin([residual.prod(-1) for _, residual in found], axis=0)
+    motors = [np.choose(best[:, None], [motors[k] for motors, _ in found]) for k in (0, 1)]
+    return motors, np.choose(best[:, None], [residual for _, residual in found])
+
+
+def _two(a: ArrayLike, b: ArrayLike, what: str) -> tuple[Reals, Reals, tuple[int, ...], np.dtype[Any]]:
+    """Both in double precision, copied, with one axis of problems; and the axes and type of the caller's."""
     one, two = real_array(a, "a", (-1, 8), "motors"), real_array(b, "b", (-1, 8), "motors")
     if one.shape[-2] != two.shape[-2]:
-        raise ValueError(f"b: {two.shape[-2]} motions; expected {one.shape[-2]}, as many as a has")
-    one, two = (np.array(each) for each in np.broadcast_arrays(one, two))
-    leading, n_motions = one.shape[:-2], one.shape[-2]
-    finite = np.asarray(np.isfinite(one).all((-1, -2)) & np.isfinite(two).all((-1, -2)))
-    if n_motions < 2 or not finite.any():
-        code = np.where(finite, HandEyeStatus.TOO_FEW, HandEyeStatus.NOT_FINITE)
-        none = np.full((*leading, 8), np.nan, one.dtype)
-        return HandEye(none, code, none.copy(), none[..., 0].copy(), none[..., 0].copy())
-    # Problems with numbers that are not finite are solved as another, and then marked.
-    identity = np.eye(8, dtype=one.dtype)[0]
-    one, two = (np.where(finite[..., None, None], each, identity) for each in (one, two))
+        raise ValueError(f"b: {two.shape[-2]} {what}; expected {one.shape[-2]}, as many as a has")
+    dtype = one.dtype if one.dtype == two.dtype else np.dtype(np.float64)
+    if one.shape != two.shape:
+        one, two = np.broadcast_arrays(one, two)
+    shape = one.shape
+    flat = int(np.prod(shape[:-2], dtype=int)) if len(shape) > 2 else 1, *shape[-2:]
+    one, two = np.array(one, np.float64, order="C"), np.array(two, np.float64, order="C")
+    return one.reshape(flat), two.reshape(flat), shape[:-2], dtype
 
-    # Lengths: coefficients with e0 are half of them.
-    unit = np.sqrt(np.mean(one[..., 4:] ** 2 + two[..., 4:] ** 2, axis=(-1, -2)))
-    unit = np.asarray(np.where(unit > 0, unit, 1))[..., None]
-    scale = np.concatenate([np.ones((*leading, 4)), np.repeat(unit, 4, -1)], -1).astype(one.dtype)
-    one, two = one / scale[..., None, :], two / scale[..., None, :]
 
-    # A X = X B leaves the scalar and the pseudoscalar part alone; where they vanish the sign is that of a first X.
-    agreement = one[..., 0] * two[..., 0] + one[..., 7] * two[..., 7]
-    clear = np.asarray(np.abs(one[..., 0]) >= _HALF_TURN)
-    two = two * np.where(agreement < 0, -1, 1)[..., None].astype(two.dtype)
-    motor, values = _null_motor(one, two, clear)
-    if not clear.all():
-        left, right = pga3.motor_product(one, motor[..., None, :]), pga3.motor_product(motor[..., None, :], two)
-        opposite = ~clear & (np.einsum("...i,...i->...", left[..., :4], right[..., :4]) < 0)
-        two = np.where(opposite[..., None], -two, two)
-        motor, values = _null_motor(one, two, np.ones_like(clear))
+def _shaped(array: Reals, leading: tuple[int, ...], dtype: np.dtype[Any]) -> Reals:
+    kind = dtype if array.dtype.kind == "f" else array.dtype
+    return array.reshape((*leading, *array.shape[1:])).astype(kind, copy=False)
 
-    parallel = (values[..., 5] <= _PARALLEL * values[..., 0]) | (values[..., 5] <= _ABOVE_NOISE * values[..., 6])
-    status = np.where(parallel, HandEyeStatus.PARALLEL_AXES, HandEyeStatus.OK)
-    status = np.where(clear.sum(-1) < 2, HandEyeStatus.AMBIGUOUS_SIGNS, status)
-    status = np.where(finite, status, HandEyeStatus.NOT_FINITE)
-    angle, distance = _residuals(one, two, motor)
-    motor = np.where(finite[..., None], motor * scale, np.nan)
-    return HandEye(motor, status, values, angle, distance * unit[..., 0])
+
+def _nothing(one: Reals, two: Reals, leading: tuple[int, ...], dtype: np.dtype[Any]) -> HandEye:
+    finite = np.isfinite(one).all((1, 2)) & np.isfinite(two).all((1, 2))
+    status = np.where(finite, HandEyeStatus.TOO_FEW, HandEyeStatus.NOT_FINITE).reshape(leading)
+    none = np.full((*leading, 8), np.nan, dtype)
+    return HandEye(none, status, none.copy(), none[..., :2].copy())
+
+
+def _called(kernel: Callable[..., Any], *arrays: Reals) -> Any:
+    """A kernel on motions (p, n, k), and motors (p, k) that are the same for all motions of a problem.
+
+    One problem has no axis of its own: calls on arrays with one axis cost least.
+    """
+    if len(arrays[0]) == 1:
+        found = kernel(*(each[0] for each in arrays))
+        return tuple(part[None] for part in found) if isinstance(found, tuple) else found[None]
+    shapes = [each.shape for each in arrays if each.ndim == 3]
+    if not shapes:
+        return kernel(*arrays)
+    count = shapes[0][1]
+    flat = [each.reshape(-1, each.shape[-1]) if each.ndim == 3 else np.repeat(each, count, 0) for each in arrays]
+    found = kernel(*flat)
+    parts = found if isinstance(found, tuple) else (found,)
+    folded = tuple(part.reshape(-1, count, *part.shape[1:]) for part in parts)
+    return folded if isinstance(found, tuple) else folded[0]
 
 
 def _null_motor(a: Reals, b: Reals, used: Reals) -> tuple[Reals, Reals]:
     """The motor nearest to solving all equations, and the singular values of these."""
-    equations = np.where(used[..., None, None], pga3.motor_equation(a, b), 0)
-    rows = equations.reshape(*equations.shape[:-3], -1, 8)
-    _, values, right = np.linalg.svd(rows, full_matrices=False)
-    plane = np.swapaxes(right[..., 6:, :], -1, -2)
-    # Of the plane of X and X I, the direction that turns most: X I has no rotor.
-    direction = np.linalg.svd(plane[..., :4, :])[2][..., 0, :]
-    motor = pga3.normalize_motor((plane @ direction[..., None])[..., 0])
-    return motor * np.where(motor[..., :1] < 0, -1, 1).astype(motor.dtype), values
+    first, second, values = np.empty((3, len(a), 8))
+    loops.null_space(_called(pga3.motor_equation, a, b), used, first, second, values)
+    return _called(kernels.null_motor, first, second), values
 
 
-def _residuals(a: Reals, b: Reals, motor: Reals) -> tuple[Reals, Reals]:
-    left, right = pga3.motor_product(a, motor[..., None, :]), pga3.motor_product(motor[..., None, :], b)
-    between = pga3.motor_product(left, pga3.motor_inverse(right))
-    angle = 2 * np.arctan2(np.linalg.norm(between[..., 1:4], axis=-1), np.abs(between[..., 0]))
-    apart = pga3.motor_to_rotor_translation(left)[1] - pga3.motor_to_rotor_translation(right)[1]
-    return np.sqrt(np.mean(angle**2, -1)), np.sqrt(np.mean(np.sum(apart**2, -1), -1))
+def _descended(
+    equations: Callable[[list[Reals]], tuple[Reals, Reals]], motors: list[Reals], moving: Reals, least: int
+) -> tuple[list[Reals], Reals]:
+    """Motors with the least squares of misfits, and twice the root mean squares of both parts of these."""
+    size = 6 * len(motors)
+    table, step, squares = np.empty((2, size + 1, size + 1)), np.empty((len(moving), size)), np.empty((len(moving), 2))
+    for count in range(_STEPS + 1):
+        turns, shifts = equations(motors)
+        n = turns.shape[1]
+        limits = _DONE, _ROUNDING * n
+        done = loops.newton_steps(turns, shifts, moving, count == 0, n > least, limits, table, step, squares)
+        if count == _STEPS:
+            break
+        motors = [
+            _called(pga3.motor_product, motor, _called(pga3.motor_exponential, step[:, 6 * k : 6 * k + 6]))
+            for k, motor in enumerate(motors)
+        ]
+        if done:
+            break
+    return motors, 2 * np.sqrt(squares / n)
+
+
+def _why(parallel: Reals, a: Reals, residual: Reals) -> Reals:
+    """PARALLEL_AXES or SMALL_ANGLES where motions leave the place open."""
+    turn = 2 * np.linalg.norm(a[..., 1:4], axis=-1).max(-1)
+    small = turn <= np.maximum(_ABOVE_NOISE * residual[:, 0], _PARALLEL)
+    return np.where(parallel, np.where(small, HandEyeStatus.SMALL_ANGLES, HandEyeStatus.PARALLEL_AXES), 0)

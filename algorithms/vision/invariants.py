@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from itertools import permutations
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -15,6 +15,8 @@ from ..arguments import Reals, real_array
 from .normalization import homogeneous, normalized, similarity
 from .tensors import cameras_of_tensor
 
+Method = Literal["points", "joins"]
+_PENCILS = [[k, *(m for m in range(5) if m != k)] for k in range(5)]
 _DIMENSION = {4: 1, 5: 2, 6: 3}
 _KERNEL: dict[int, Callable[..., Any]] = {
     4: projective2.cross_ratio_on_line,
@@ -84,7 +86,45 @@ def permutation_invariant(ratio: ArrayLike) -> Reals:
     return np.asarray(above / np.polynomial.polynomial.polyval(r, [1, -3, 3, -1, 3, -3, 1]))
 
 
-def invariants_3d(*points: ArrayLike, fundamental: ArrayLike | None = None, tensor: ArrayLike | None = None) -> Reals:
+def p2_invariants(points: ArrayLike) -> Reals:
+    """Five numbers of five points of a plane that are the same for all their images, and for any order of them.
+
+    The `permutation_invariant` of the cross-ratio of the four lines from each of the points to the others, in order of
+    size (Meer, Lenz and Ramakrishna, *IJCV* 26:137, 1998).
+
+    Parameters
+    ----------
+    points : array_like, (..., 5, 2) or (..., 5, 3)
+        Euclidean or homogeneous: directions in which an omnidirectional camera sees the points will do.
+
+    Returns
+    -------
+    array, (..., 5)
+        Between 2 and 14/5, ascending; NaN, behind the others, where three points and one more are on a line.
+
+    Raises
+    ------
+    TypeError, ValueError
+        Where these are not five points.
+    """
+    array = real_array(points, "points", (5, -1), "five points")
+    if array.shape[-1] not in (2, 3):
+        raise ValueError(f"points: shape {array.shape}; expected (..., 5, 2) or (..., 5, 3)")
+    return np.sort(each_pencil(homogeneous(array) if array.shape[-1] == 2 else array), axis=-1)
+
+
+def each_pencil(points: Reals) -> Reals:
+    """The permutation invariant about each of five homogeneous points."""
+    turned = np.stack([points[..., _PENCILS[k], :] for k in range(5)], -3)
+    return permutation_invariant(_quotients(projective2.cross_ratio_of_lines, turned))
+
+
+def invariants_3d(
+    *points: ArrayLike,
+    fundamental: ArrayLike | None = None,
+    tensor: ArrayLike | None = None,
+    method: Method = "points",
+) -> Reals:
     """Three projective invariants of six points of space: coordinates of the last in the frame of the first five.
 
     From the points themselves; from two views and their fundamental matrix; or from three views and their trifocal
@@ -98,6 +138,10 @@ def invariants_3d(*points: ArrayLike, fundamental: ArrayLike | None = None, tens
         For two views, as `fundamental_matrix` gives it.
     tensor : array_like, (3, 3, 3)
         For three views, as `trifocal_tensor` gives it.
+    method : {"points", "joins"}
+        From views: by brackets of the points in which lines of sight meet, in any frame of space that the matrix or
+        tensor allows; or of lines that join image points (Bayro-Corrochano, *Geometric Computing*, 2010, 14.5), which
+        need no frame. Both are the same without noise; with it the first are some 2.5 times as exact.
 
     Returns
     -------
@@ -112,10 +156,14 @@ def invariants_3d(*points: ArrayLike, fundamental: ArrayLike | None = None, tens
 
     Notes
     -----
-    The error is that of the brackets, some 1e-15 by the smallest of them in relation to the size of its points. From
-    views there are other numbers that need to be large: the angles between joins of two points and the lines through
-    the centres.
+    Rounding of the pixels alone, of some 300 units each, moves the invariants of random points and cameras by 1e-15
+    (median) to 1e-12 (one of 500) and more, where a bracket below is small or a line of sight nearly goes through the
+    other centre. By "points" the error is 1.6 times that (median) and 5 times in one of ten cases: below 1e-12 for
+    99.5 % from two views and for 99.8 % from three. By "joins" it is for 97 %: there joins that nearly go through an
+    epipole are ill too.
     """
+    if method not in ("points", "joins"):
+        raise ValueError(f"method: {method!r}; expected 'points' or 'joins'")
     if len(points) == 1:
         array = real_array(points[0], "points", (6, -1), "six points")
         if array.shape[-1] not in (3, 4):
@@ -128,7 +176,12 @@ def invariants_3d(*points: ArrayLike, fundamental: ArrayLike | None = None, tens
         if fundamental is None:
             raise ValueError("fundamental: left out; expected the matrix of the two views")
         matrix = real_array(fundamental, "fundamental", (3, 3), "a fundamental matrix")
-        return _quotients(projective3.invariants_of_two_views, *_normalized_pair(matrix, *views))
+        if not np.isfinite(matrix).all():
+            raise ValueError("fundamental: a number is not finite; expected a matrix of rank 2")
+        pair = normalized_pair(matrix, *views)
+        if method == "joins":
+            return _quotients(projective3.invariants_of_two_views, *pair)
+        return _quotients(projective3.invariants_of_points, places_of_two_views(*pair))
     if len(views) != 3:
         raise ValueError(f"invariants_3d: {len(points)} arrays; expected 1 of points or 2 or 3 of pixels")
     if tensor is None:
@@ -136,7 +189,7 @@ def invariants_3d(*points: ArrayLike, fundamental: ArrayLike | None = None, tens
     array = real_array(tensor, "tensor", (3, 3, 3), "a trifocal tensor")
     if array.ndim != 3 or not np.isfinite(array).all():
         raise ValueError(f"tensor: shape {array.shape}; expected (3, 3, 3), one tensor of finite numbers")
-    return _three_views(array, views)
+    return _three_views(array, views, method)
 
 
 def _quotients(kernel: Callable[..., Any], *arrays: Reals) -> Reals:
@@ -144,15 +197,38 @@ def _quotients(kernel: Callable[..., Any], *arrays: Reals) -> Reals:
         return np.asarray(kernel(*arrays))
 
 
-def _normalized_pair(matrix: Reals, first: Reals, second: Reals) -> tuple[Reals, Reals, Reals]:
+def normalized_pair(matrix: Reals, first: Reals, second: Reals) -> tuple[Reals, Reals, Reals]:
     """F and pixels in coordinates of size 1: the invariants are the same, their rounding is less."""
-    (one, left), (two, right) = normalized(first), normalized(second)
+    (one, left), (two, right) = _scaled(first), _scaled(second)
     back, other = np.linalg.inv(left), np.linalg.inv(right)
     return np.swapaxes(other, -1, -2) @ matrix @ back, one, two
 
 
-def _three_views(tensor: Reals, views: list[Reals]) -> Reals:
-    """The median of what the tensors of the three views in any order give: less noise than one of them."""
+def _scaled(pixels: Reals) -> tuple[Reals, Reals]:
+    """Pixels after a similarity, and it; what is not finite stays so, and has no part in it."""
+    good = np.isfinite(pixels).all((-1, -2), keepdims=True)
+    _, matrix = normalized(np.where(good, pixels, np.arange(2.0 * pixels.shape[-2]).reshape(-1, 2)))
+    return pixels * matrix[..., :1, :1] + matrix[..., None, :-1, -1], matrix
+
+
+def places_of_two_views(matrix: Reals, first: Reals, second: Reals) -> Reals:
+    """Points (..., 4), of norm 1, in the frame of space in which the first camera is [I | 0]."""
+    matrix = matrix / np.linalg.norm(matrix, axis=(-1, -2), keepdims=True)
+    left = np.linalg.svd(matrix)[0][..., :, 2]
+    cross = np.cross(left[..., None, :], np.swapaxes(matrix, -1, -2)).swapaxes(-1, -2)
+    other = np.concatenate([cross, left[..., None]], -1)
+    other = other / np.linalg.norm(other, axis=(-1, -2), keepdims=True)
+    return _places(np.broadcast_to(np.eye(3, 4, dtype=other.dtype), other.shape), other, first, second)
+
+
+def _places(one: Reals, two: Reals, first: Reals, second: Reals) -> Reals:
+    places = projective3.triangulate(one[..., None, :, :], two[..., None, :, :], first, second)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        return np.asarray(places / np.linalg.norm(places, axis=-1, keepdims=True))
+
+
+def _three_views(tensor: Reals, views: list[Reals], method: Method) -> Reals:
+    """The median of what the views in any order give: less noise than one of them."""
     scaled, maps = [], []
     for view in views:
         finite = view[np.isfinite(view).all(-1)]
@@ -163,7 +239,12 @@ def _three_views(tensor: Reals, views: list[Reals]) -> Reals:
     cameras = cameras_of_tensor(np.einsum("abc,ai,jb,kc->ijk", tensor, np.linalg.inv(maps[0]), maps[1], maps[2]))
     found = []
     for order in permutations(range(3)):
-        one, two, three = (cameras[k] for k in order)
+        one, two, three = (cameras[k] / np.linalg.norm(cameras[k]) for k in order)
+        if method == "points":
+            # The point of the first line of sight that the second view sees best.
+            places = _places(one, two, scaled[order[0]], scaled[order[1]])
+            found.append(_quotients(projective3.invariants_of_points, places))
+            continue
         array = projective3.trifocal_tensor_from_cameras(one, two, three)
         second, third = projective3.epipole_from_cameras(one, two), projective3.epipole_from_cameras(one, three)
         views_in_order = [scaled[k] for k in order]

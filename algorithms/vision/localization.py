@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike
 from generated import pga3, projective2, projective3
 
 from ..arguments import Reals, real_array
-from .normalization import flatness, homogeneous, normalized
+from .normalization import flatness, homogeneous, normalized, null_vectors
 from .planes import linear_homography
 from .robust import Problem, consensus
 from .status import VisionStatus, check_points
@@ -75,9 +75,7 @@ def localize(
         Where these are not as many points as pixels, or `intrinsics` is not upper triangular and regular.
     """
     places, image = real_array(points, "points", (3,), "x y z"), real_array(pixels, "pixels", (2,), "x y")
-    k = real_array(intrinsics, "intrinsics", (3, 3), "the matrix K")
-    if k.ndim != 2 or not np.isfinite(k).all() or np.tril(k, -1).any() or not np.diag(k).all():
-        raise ValueError("intrinsics: not an upper triangular matrix with inverse; expected that of a camera")
+    k = checked_intrinsics(intrinsics)
     status = check_points({"points": places, "pixels": image}, 4, "points")
     everything, nobody = np.ones(len(places), bool), np.zeros(len(places), bool)
     nothing = np.full(8, np.nan)
@@ -87,20 +85,20 @@ def localize(
     extent = np.linalg.svd(centred, compute_uv=False)
     if extent[0] == 0 or extent[1] <= _OPEN * extent[0]:
         return Localization(nothing, VisionStatus.DEGENERATE, np.nan, nobody)
-    planar = flatness(places) <= _FLAT
+    planar = bool(flatness(places) <= _FLAT)
     if not planar and len(places) < 6:
         return Localization(nothing, VisionStatus.TOO_FEW, np.nan, nobody)
     seen = np.asarray(projective2.transform_point(np.linalg.inv(k), image))
 
     if threshold is None:
-        starts = (_from_plane if planar else _from_space)(places[None], seen[None])
+        starts = linear_poses(places[None], seen[None], planar)
         matrix, cost, open_ = _refined(starts[0], places, image, k)
         if not np.isfinite(cost) or open_:
             return Localization(nothing, VisionStatus.DEGENERATE, np.nan, nobody)
         return Localization(_motor(matrix), VisionStatus.OK, float(np.sqrt(cost / len(places))), everything)
 
     def solve(sets: Reals) -> Reals:
-        return (_from_plane if planar else _from_space)(places[sets], seen[sets])
+        return linear_poses(places[sets], seen[sets], planar)
 
     def distances(models: Reals) -> Reals:
         in_camera = np.einsum("mij,nj->mni", models, homogeneous(places))
@@ -120,6 +118,19 @@ def localize(
     return Localization(_motor(found.model), VisionStatus.OK, found.distance, found.inliers)
 
 
+def checked_intrinsics(intrinsics: ArrayLike) -> Reals:
+    """The matrix K; ValueError where it is not one."""
+    k = real_array(intrinsics, "intrinsics", (3, 3), "the matrix K")
+    if k.ndim != 2 or not np.isfinite(k).all() or np.tril(k, -1).any() or not np.diag(k).all():
+        raise ValueError("intrinsics: not an upper triangular matrix with inverse; expected that of a camera")
+    return k
+
+
+def linear_poses(places: Reals, seen: Reals, planar: bool) -> Reals:
+    """Matrices [R | t] (..., 3, 4) from points (..., n, 3) and images (x/z, y/z) by linear equations."""
+    return (_from_plane if planar else _from_space)(places, seen)
+
+
 def _from_space(places: Reals, seen: Reals) -> Reals:
     """Matrices [R | t] (..., 3, 4) from points (..., n, 3) in general position and images (x/z, y/z)."""
     matrix = linear_cameras(places, seen)
@@ -131,6 +142,24 @@ def _from_space(places: Reals, seen: Reals) -> Reals:
 
 def linear_cameras(places: Reals, pixels: Reals) -> Reals:
     """Camera matrices (..., 3, 4), of norm 1, from points (..., n, 3) and pixels, n at least 6, by linear equations."""
+    rows, maps = _camera_equations(places, pixels)
+    return _camera_of(null_vectors(rows, 1)[..., 0, :], maps)
+
+
+def linear_camera_and_gap(places: Reals, pixels: Reals) -> tuple[Reals, float]:
+    """The camera matrix of one set of points, and the eleventh singular value of its equations by the first."""
+    rows, maps = _camera_equations(places, pixels)
+    _, values, right = np.linalg.svd(rows)
+    return _camera_of(right[-1], maps), float(values[10] / values[0])
+
+
+def _camera_of(vector: Reals, maps: tuple[Reals, Reals]) -> Reals:
+    matrix = np.linalg.inv(maps[1]) @ vector.reshape(*vector.shape[:-1], 3, 4) @ maps[0]
+    return np.asarray(matrix / np.linalg.norm(matrix, axis=(-1, -2), keepdims=True))
+
+
+def _camera_equations(places: Reals, pixels: Reals) -> tuple[Reals, tuple[Reals, Reals]]:
+    """Rows for the twelve entries of cameras of points and pixels of size 1, and the similarities to these."""
     one, scale = normalized(places)
     two, other = normalized(pixels)
     x = homogeneous(one)
@@ -142,11 +171,7 @@ def linear_cameras(places: Reals, pixels: Reals) -> Reals:
         ],
         -2,
     )
-    matrix = np.linalg.svd(rows, full_matrices=rows.shape[-2] < rows.shape[-1])[2][..., -1, :].reshape(
-        *rows.shape[:-2], 3, 4
-    )
-    matrix = np.linalg.inv(other) @ matrix @ scale
-    return np.asarray(matrix / np.linalg.norm(matrix, axis=(-1, -2), keepdims=True))
+    return rows, (scale, other)
 
 
 def _from_plane(places: Reals, seen: Reals) -> Reals:

@@ -32,10 +32,23 @@ def normalized(points: Reals, scale: Reals | None = None) -> tuple[Reals, Reals]
     return points * factor + shift, matrix
 
 
+def extents(points: Reals) -> tuple[Reals, Reals]:
+    """The least and the largest singular value of centred points (..., n, d), in 2D to 1e-8 of the largest."""
+    centred = points - points.mean(-2, keepdims=True)
+    if points.shape[-1] != 2:
+        values = np.linalg.svd(centred, compute_uv=False)
+        return values[..., -1], values[..., 0]
+    x, y = centred[..., 0], centred[..., 1]
+    xx, xy, yy = (x * x).sum(-1), (x * y).sum(-1), (y * y).sum(-1)
+    large = (xx + yy + np.hypot(xx - yy, 2 * xy)) / 2
+    small = np.maximum(xx * yy - xy * xy, 0) / np.maximum(large, np.finfo(float).tiny)
+    return np.sqrt(small), np.sqrt(large)
+
+
 def flatness(points: Reals) -> Reals:
     """The least singular value of centred points (..., n, d) by the largest: 0 on a line in 2D, on a plane in 3D."""
-    values = np.linalg.svd(points - points.mean(-2, keepdims=True), compute_uv=False)
-    return np.asarray(values[..., -1] / np.maximum(values[..., 0], np.finfo(float).tiny))
+    small, large = extents(points)
+    return np.asarray(small / np.maximum(large, np.finfo(float).tiny))
 
 
 def three_on_a_line(quads: Reals, least: float = 1e-3) -> Reals:
@@ -52,3 +65,23 @@ def three_on_a_line(quads: Reals, least: float = 1e-3) -> Reals:
 def homogeneous(points: Reals) -> Reals:
     """Points (..., d) with a last coordinate 1."""
     return np.concatenate([points, np.ones((*points.shape[:-1], 1), points.dtype)], -1)
+
+
+def null_vectors(rows: Reals, count: int) -> Reals:
+    """The vectors (..., count, n) of the last singular values of matrices (..., m, n), which m - n leave at least."""
+    if rows.shape[-2] + count == rows.shape[-1]:
+        # What is orthogonal to all rows: the last columns of Q, which cost a sixth of singular values.
+        return np.asarray(
+            np.swapaxes(np.linalg.qr(np.swapaxes(rows, -1, -2), mode="complete")[0], -1, -2)[..., -count:, :]
+        )
+    return null_vectors_and_values(rows, count)[0]
+
+
+def null_vectors_and_values(rows: Reals, count: int) -> tuple[Reals, Reals]:
+    """The same, and all singular values, descending: for batches from sums of products, to 1e-8 of the first."""
+    if rows.ndim > 2 and len(rows) > 1 and rows.shape[-2] >= rows.shape[-1]:
+        squares, vectors = np.linalg.eigh(np.swapaxes(rows, -1, -2) @ rows)
+        last = np.swapaxes(vectors[..., :count], -1, -2)[..., ::-1, :]
+        return np.asarray(last), np.sqrt(np.maximum(squares[..., ::-1], 0))
+    _, values, found = np.linalg.svd(rows, full_matrices=rows.shape[-2] < rows.shape[-1])
+    return np.asarray(found[..., found.shape[-2] - count :, :]), np.asarray(values)

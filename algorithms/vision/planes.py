@@ -8,7 +8,7 @@ from numpy.typing import ArrayLike
 from generated import projective2
 
 from ..arguments import Reals, real_array
-from .normalization import normalized, three_on_a_line
+from .normalization import normalized, null_vectors, null_vectors_and_values, three_on_a_line
 from .robust import Problem, RobustEstimate, consensus
 from .status import VisionStatus, check_points, refuse
 
@@ -51,9 +51,19 @@ def linear_homography(first: Reals, second: Reals) -> tuple[Reals, Reals]:
     two, other = normalized(second)
     rows = projective2.homography_equations(one, two)
     rows = rows.reshape(*rows.shape[:-3], -1, 9)
-    _, values, right = np.linalg.svd(rows, full_matrices=rows.shape[-2] < rows.shape[-1])
-    matrix = np.linalg.inv(other) @ right[..., -1, :].reshape(*rows.shape[:-2], 3, 3) @ scale
+    null, values = null_vectors_and_values(rows, 1)
+    matrix = np.linalg.inv(other) @ null[..., 0, :].reshape(*rows.shape[:-2], 3, 3) @ scale
     return matrix / np.linalg.norm(matrix, axis=(-1, -2), keepdims=True), values[..., 7] / values[..., 0]
+
+
+def homographies_of_four(first: Reals, second: Reals) -> Reals:
+    """Homographies of sets of four points (..., 4, 2), of norm 1."""
+    one, scale = normalized(first)
+    two, other = normalized(second)
+    rows = projective2.homography_equations(one, two)
+    null = null_vectors(rows.reshape(*rows.shape[:-3], 8, 9), 1)
+    matrix = np.linalg.inv(other) @ null.reshape(*rows.shape[:-3], 3, 3) @ scale
+    return np.asarray(matrix / np.linalg.norm(matrix, axis=(-1, -2), keepdims=True))
 
 
 def robust_homography(
@@ -93,7 +103,7 @@ def robust_homography(
 
     def solve(sets: Reals) -> Reals:
         good = ~(three_on_a_line(one[sets]) | three_on_a_line(two[sets]))
-        return linear_homography(one[sets[good]], two[sets[good]])[0] if good.any() else np.empty((0, 3, 3))
+        return homographies_of_four(one[sets[good]], two[sets[good]]) if good.any() else np.empty((0, 3, 3))
 
     def distances(models: Reals) -> Reals:
         with np.errstate(divide="ignore", invalid="ignore"):

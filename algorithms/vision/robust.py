@@ -61,6 +61,8 @@ def consensus(problem: Problem, threshold: float, seed: int, confidence: float, 
         sets = np.argpartition(rng.random((_BATCH, n)), size - 1, axis=1)[:, :size]
         drawn += _BATCH
         models = problem.solve(sets)
+        if not len(models):
+            continue
         models = models[np.isfinite(models).reshape(len(models), -1).all(-1)]
         if not len(models):
             continue

@@ -13,6 +13,7 @@ CIRCLE = CGA3.CIRCLE
 PLACE, IMAGE = array(SCALAR, 3), array(SCALAR, 2)
 E1, E2, E3, E0, EINF = CGA3.basis()
 
+PSEUDOSCALAR = "e0123inf"
 DUAL_SPHERE = E0 - EINF / 2
 """The unit sphere about the origin."""
 
@@ -75,3 +76,17 @@ def image_conic_of_line(mirror, a, b):
         -2 * n[1] * n[2],
         -n[2] * n[2],
     )
+
+
+@kernel(points=array(SCALAR, 5, 3))
+def cross_ratio_of_rays(points):
+    """The cross-ratio {1, 2; 3, 4} of the planes through the viewpoint, point 0 and one of the other four points each.
+
+    Brackets are outer products of the origin, three points and the point at infinity.
+    """
+    first = E0 ^ _point(*points[0])
+
+    def bracket_of(i, j):
+        return (first ^ _point(*points[i]) ^ _point(*points[j]) ^ EINF)[PSEUDOSCALAR]
+
+    return bracket_of(1, 3) * bracket_of(2, 4) / (bracket_of(1, 4) * bracket_of(2, 3))

@@ -14,15 +14,20 @@ from algorithms.vision import (
     Camera,
     HandEyeStatus,
     VisionStatus,
+    calibrate_by_pascal,
+    calibrate_from_planes,
     epipolar_lines,
+    factorize,
+    fundamental_matrices,
     fundamental_matrix,
     hand_eye,
     localize,
     robust_fundamental_matrix,
+    robust_homography,
     sampson_distance,
     triangulate,
 )
-from generated import pga3
+from generated import pga3, projective2
 
 pytestmark = pytest.mark.peers
 
@@ -197,3 +202,101 @@ def _pose(rng: np.random.Generator, size: float = 1.0) -> np.ndarray:
 
 def _rotation_error(found: np.ndarray, truth: np.ndarray) -> float:
     return float(np.linalg.norm(found[:3, :3] - truth[:3, :3]))
+
+
+def _mvtb() -> Path:
+    return Path(pytest.importorskip("mvtbdata").__file__).parent / "images"
+
+
+def test_intrinsics_from_corners_that_opencv_finds_in_photographs() -> None:
+    """The chessboard views of mvtb-data, by circular points and by Pascal's conics: 1 % and 2 pixels."""
+    cv2, folder = pytest.importorskip("cv2"), _mvtb() / "calibration"
+    focal, centre = 535.91573396, (342.28315473, 235.57082910)
+    distortion = np.array([-0.26637261, -0.0385889, 0.00178319, -0.00028122, 0.23839153])
+    k = np.array([[focal, 0, centre[0]], [0, focal, centre[1]], [0, 0, 1]])
+    views = []
+    for path in sorted(folder.glob("left*.jpg")):
+        image = cv2.imread(str(path), cv2.IMREAD_GRAYSCALE)
+        found, corners = cv2.findChessboardCorners(image, (9, 6))
+        if found:
+            stop = (cv2.TERM_CRITERIA_EPS + cv2.TERM_CRITERIA_MAX_ITER, 50, 1e-4)
+            corners = cv2.cornerSubPix(image, corners, (5, 5), (-1, -1), stop)
+            views.append(cv2.undistortPoints(corners, k, distortion, P=k)[:, 0].astype(float))
+    if len(views) < 10:
+        pytest.skip("no photographs of a chessboard")
+    grid = np.stack(np.meshgrid(np.arange(9.0), np.arange(6.0)), -1).reshape(-1, 2)
+    for calibrate in (calibrate_from_planes, calibrate_by_pascal):
+        found = calibrate(grid, views)
+        assert found.status == VisionStatus.OK
+        assert np.abs(np.diag(found.intrinsics)[:2] / focal - 1).max() < 0.01
+        assert np.abs(found.intrinsics[:2, 2] - centre).max() < 2
+
+
+def test_shape_and_motion_of_real_corners() -> None:
+    """Features that three photographs of a building share: half a pixel and less remains, also of those occluded."""
+    cv2, folder = pytest.importorskip("cv2"), _mvtb()
+    images = [cv2.imread(str(folder / f"building2-{k}.png"), cv2.IMREAD_GRAYSCALE) for k in (1, 2, 3)]
+    if any(image is None for image in images):
+        pytest.skip("no photographs of a building")
+    found = [cv2.SIFT_create(2000).detectAndCompute(image, None) for image in images]
+    places = [np.array([key.pt for key in keys]) for keys, _ in found]
+    partners = []
+    for k in (1, 2):
+        near = [m for m, n in cv2.BFMatcher().knnMatch(found[0][1], found[k][1], k=2) if m.distance < 0.7 * n.distance]
+        first, other = np.array([(m.queryIdx, m.trainIdx) for m in near]).T
+        inliers = robust_fundamental_matrix(places[0][first], places[k][other], threshold=1.0).inliers
+        partners.append(dict(zip(first[inliers].tolist(), other[inliers].tolist(), strict=True)))
+    common = sorted(set(partners[0]) & set(partners[1]))
+    assert len(common) > 100
+    pixels = np.stack([places[0][common]] + [places[k + 1][[m[c] for c in common]] for k, m in enumerate(partners)])
+    whole = factorize(pixels)
+    assert whole.status == VisionStatus.OK and whole.residual <= 0.5
+    hidden = np.zeros(pixels.shape[:2], bool)
+    hidden[np.arange(len(common)) % 3, np.arange(len(common))] = np.arange(len(common)) % 5 == 0
+    completed = factorize(pixels, ~hidden)
+    assert completed.status == VisionStatus.OK
+    assert np.median(np.linalg.norm((completed.pixels - pixels)[hidden], axis=-1)) <= 1.0
+
+
+def test_fundamental_matrices_of_many_small_sets_have_the_sampson_error_of_opencvs() -> None:
+    cv2 = pytest.importorskip("cv2")
+    rng = np.random.default_rng(11)
+    cameras, ours, theirs = two_cameras(4), [], []
+    points = points_before(4, 2000).reshape(100, 20, 3)
+    one, two = (camera.project(points) + 0.5 * rng.normal(size=(100, 20, 2)) for camera in cameras)
+    found = fundamental_matrices(one, two)
+    for a, b, matrix, status in zip(one, two, found.models, found.status, strict=True):
+        if status == VisionStatus.OK:
+            ours.append(_root_mean_square(sampson_distance(matrix, a, b)))
+            other, _ = cv2.findFundamentalMat(a, b, cv2.FM_8POINT)
+            theirs.append(_root_mean_square(sampson_distance(other, a, b)))
+    assert len(ours) > 80 and np.mean(ours) <= 1.05 * np.mean(theirs)
+
+
+def test_robust_poses_and_homographies_are_as_exact_as_poselibs() -> None:
+    poselib = pytest.importorskip("poselib")
+    rng = np.random.default_rng(12)
+    ours, theirs, planes, others = [], [], [], []
+    for seed in range(15):
+        camera, points = two_cameras(seed)[0], points_before(seed, 100)
+        pixels = camera.project(points) + 0.5 * rng.normal(size=(100, 2))
+        wrong = rng.random(100) < 0.3
+        pixels[wrong] += rng.uniform(20, 80, (int(wrong.sum()), 2))
+        k = camera.intrinsics
+        found = localize(points, pixels, k, threshold=2.0)
+        assert found.status == VisionStatus.OK and not found.inliers[wrong].any()
+        model = {"model": "PINHOLE", "width": 640, "height": 480, "params": [k[0, 0], k[1, 1], k[0, 2], k[1, 2]]}
+        pose, _ = poselib.estimate_absolute_pose(pixels, points, model, {"max_reproj_error": 2.0}, {})
+        truth = np.linalg.inv(pga3.motor_to_matrix(camera.pose))
+        ours.append(np.abs(np.linalg.inv(pga3.motor_to_matrix(found.pose))[:3] - truth[:3]).max())
+        theirs.append(np.abs(pose.Rt - truth[:3]).max())
+        flat = points * [1, 1, 0] + [0, 0, 6]
+        one, two = (x.project(flat) + 0.5 * rng.normal(size=(100, 2)) for x in two_cameras(seed))
+        exact = [x.project(flat) for x in two_cameras(seed)]
+        two[wrong] += 50
+        plane = robust_homography(one, two)
+        other, _ = poselib.estimate_homography(one, two, {"max_reproj_error": 2.0}, {})
+        for matrix, kept in ((plane.model, planes), (other, others)):
+            kept.append(_root_mean_square(projective2.transform_point(matrix, exact[0]) - exact[1]))
+    assert np.mean(ours) <= 1.1 * np.mean(theirs)
+    assert np.mean(planes) <= 1.1 * np.mean(others)

@@ -1,0 +1,170 @@
+"""What views without calibration say of depths, of points that one of them does not show, and of where it was taken."""
+
+from __future__ import annotations
+
+from itertools import combinations
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from generated import projective3
+
+from ..arguments import Reals, real_array
+from .factorization import linear_cameras_of
+from .fundamental import degenerate
+from .invariants import invariants_3d, normalized_pair, places_of_two_views
+from .localization import linear_camera_and_gap
+from .normalization import flatness, homogeneous, normalized
+from .status import VisionStatus, check_points, refuse
+from .two_views import epipoles
+
+_FLAT = 1e-6
+_CHOICES = 200
+"""So many sets of five points at most are compared to find those farthest from a plane."""
+_OPEN = 1e-7
+
+
+def projective_depths(fundamental: ArrayLike, pixels: ArrayLike, partners: ArrayLike) -> Reals:
+    """The depths of partners by those of pixels: with them two views have a join-image of rank 4.
+
+    That is the matrix of columns ``(x, y, 1)`` of the first view above ``depth (x', y', 1)`` of the second (Sturm and
+    Triggs 1996).
+
+    Parameters
+    ----------
+    fundamental : array_like, (3, 3)
+        Of rank 2.
+    pixels, partners : array_like, (..., 2)
+        In the first and in the second view.
+
+    Returns
+    -------
+    array, (...)
+        Up to one number for all points; infinite or NaN for a partner in the epipole.
+
+    Raises
+    ------
+    TypeError, ValueError
+        Where an argument has another shape or type, or the matrix another rank.
+    """
+    matrix = real_array(fundamental, "fundamental", (3, 3), "a fundamental matrix")
+    if matrix.ndim != 2:
+        raise ValueError(f"fundamental: shape {matrix.shape}; expected (3, 3), one matrix")
+    one, two = real_array(pixels, "pixels", (2,), "x y"), real_array(partners, "partners", (2,), "x y")
+    with np.errstate(divide="ignore", invalid="ignore"):
+        return np.asarray(projective3.depth_ratio(matrix, epipoles(matrix)[1], one, two))
+
+
+def complete_points(first: ArrayLike, second: ArrayLike, third: ArrayLike, fundamental: ArrayLike) -> Reals:
+    """The third view, completed with points that the first two show, by invariants of six points.
+
+    The invariants of a point and five others are its coordinates in their frame (`invariants_3d`). With six points and
+    more that all three views show, the camera of the third follows in that frame, and it shows all points.
+
+    Parameters
+    ----------
+    first, second : array_like, (n, 2)
+        Pixels of all points.
+    third : array_like, (n, 2)
+        NaN where a point is not seen; at least six are.
+    fundamental : array_like, (3, 3)
+        Of the first two views.
+
+    Returns
+    -------
+    array, (n, 2)
+        `third` with what was NaN filled in. Without noise within some 1e-9 pixels.
+
+    Raises
+    ------
+    TypeError, ValueError
+        Where these are not as many pixels each, or the matrix is not finite.
+    DegenerateError
+        TOO_FEW where fewer than six points are in all views, NOT_FINITE for others that are not finite, DEGENERATE
+        where those six and more are on a plane.
+    """
+    one, two = real_array(first, "first", (2,), "x y"), real_array(second, "second", (2,), "x y")
+    three = real_array(third, "third", (2,), "x y")
+    where, expected = "complete_points", "six finite points in all three views, not on a plane"
+    refuse(check_points({"first": one, "second": two}, 6, "points"), where, expected)
+    seen = np.asarray(~np.isnan(three).any(-1))
+    if three.shape == one.shape:
+        refuse(VisionStatus.OK if np.isfinite(three[seen]).all() else VisionStatus.NOT_FINITE, where, expected)
+    filled = np.where(seen[:, None], three, 0.0)
+    refuse(check_points({"first": one, "third": filled}, 6, "points"), where, expected)
+    if seen.sum() < 6:
+        refuse(VisionStatus.TOO_FEW, where, expected)
+    matrix = real_array(fundamental, "fundamental", (3, 3), "a fundamental matrix")
+    epipoles(matrix)  # Refuses matrices of another rank.
+    known = np.nonzero(seen)[0]
+    base = known[_frame(places_of_two_views(*normalized_pair(matrix, one, two))[known], where, expected)]
+    rest = np.setdiff1d(np.arange(len(one)), base)
+    six = np.array([[*base, k] for k in rest])
+    shape = np.empty((len(one), 4))
+    shape[base] = np.vstack([np.eye(4), np.ones(4)])
+    shape[rest] = homogeneous(invariants_3d(one[six], two[six], fundamental=matrix))
+    shape /= np.linalg.norm(shape, axis=-1, keepdims=True)
+    scaled, scale = normalized(three[known])
+    if not np.isfinite(shape).all() or (len(known) >= 8 and degenerate(matrix, one[known], two[known])):
+        refuse(VisionStatus.DEGENERATE, where, expected)
+    camera = np.linalg.inv(scale) @ linear_cameras_of(scaled[None], np.ones((1, len(known))), shape[known])[0]
+    image = projective3.project_homogeneous_point(camera, shape)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        return np.asarray(np.where(seen[:, None], three, image[:, :2] / image[:, 2:]))
+
+
+def camera_centre(points: ArrayLike, pixels: ArrayLike) -> Reals:
+    """Where a camera of unknown calibration stands, from six points and more that it sees.
+
+    Any cross-ratio of brackets with the centre, ``[C 1 2 3] [C 1 4 5] / ([C 1 2 4] [C 1 3 5])``, is that of brackets of
+    the pixels. All pixels together give linear equations for the three planes of the camera, which meet in its centre.
+
+    Parameters
+    ----------
+    points : array_like, (n, 3)
+        World coordinates, in general position.
+    pixels : array_like, (n, 2)
+
+    Returns
+    -------
+    array, (3,)
+        World coordinates; not finite for a parallel projection.
+
+    Raises
+    ------
+    TypeError, ValueError
+        Where these are not as many points as pixels.
+    DegenerateError
+        Where points are too few, not finite, or nearly on a plane, or leave more than one camera.
+    """
+    places, image = real_array(points, "points", (3,), "x y z"), real_array(pixels, "pixels", (2,), "x y")
+    where, expected = "camera_centre", "six finite points and more, not on a plane"
+    refuse(check_points({"points": places, "pixels": image}, 6, "points"), where, expected)
+    if flatness(places) <= _FLAT or flatness(image) <= _FLAT:
+        refuse(VisionStatus.DEGENERATE, where, expected)
+    matrix, gap = linear_camera_and_gap(places, image)
+    if not gap > _OPEN:
+        refuse(VisionStatus.DEGENERATE, where, expected)
+    centre = projective3.camera_centre(matrix)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        return np.asarray(centre[:3] / centre[3])
+
+
+def _frame(places: Reals, where: str, expected: str) -> Reals:
+    """Five of homogeneous points (n, 4) of which no four are near a plane."""
+    sets = np.array(list(combinations(range(min(len(places), 12)), 5)))
+    if len(sets) > _CHOICES:
+        sets = sets[np.linspace(0, len(sets) - 1, _CHOICES).astype(int)]
+    # In a frame in which all points have unit moments, where volumes compare.
+    spread = np.linalg.cholesky(places.T @ places / len(places) + 1e-15 * np.eye(4))
+    even = np.linalg.solve(spread, places.T).T
+    even /= np.linalg.norm(even, axis=-1, keepdims=True)
+    volumes = [
+        np.abs(projective3.bracket(*(np.ascontiguousarray(even[sets[:, k]]) for k in four)))
+        for four in combinations(range(5), 4)
+    ]
+    least = np.min(volumes, axis=0)
+    best = int(np.argmax(np.nan_to_num(least, nan=-1.0)))
+    if not least[best] > _FLAT:
+        refuse(VisionStatus.DEGENERATE, where, expected)
+    return np.asarray(sets[best])

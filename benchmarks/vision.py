@@ -1,0 +1,298 @@
+"""How long vision takes, for one problem and for batches, beside OpenCV and PoseLib."""
+
+from __future__ import annotations
+
+import argparse
+import sys
+import time
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from algorithms.vision import (
+    Camera,
+    LandmarkMap,
+    OmnidirectionalCamera,
+    calibrate_from_planes,
+    factorize,
+    fundamental_matrices,
+    fundamental_matrix,
+    hand_eye,
+    hand_eye_from_poses,
+    homographies,
+    homography,
+    invariants_3d,
+    localizations,
+    localize,
+    quadrifocal_tensor,
+    robust_fundamental_matrix,
+    robust_homography,
+    triangulate,
+    trifocal_tensor,
+)
+from generated import pga3
+
+from .counts import write
+from .libraries import installed
+from .machine import version
+
+PAGE = Path("docs/vision-speed.md")
+ROUNDS = 15
+TURN = 0.005
+"""Seconds of a turn, at least."""
+OURS = "gacompiler"
+
+
+@dataclass(frozen=True, slots=True)
+class Task:
+    """The same problem for several libraries."""
+
+    name: str
+    elements: int
+    """Problems, or points, that a call does: times are for one of them."""
+    calls: dict[str, Callable[[], object]]
+
+
+def interleaved(task: Task, rounds: int) -> dict[str, float]:
+    """Microseconds for one element: the least of rounds in which libraries take turns.
+
+    A turn lasts some milliseconds, of calls in a row where they are short.
+    """
+    least: dict[str, float] = {}
+    numbers: dict[str, int] = {}
+    for name, call in task.calls.items():
+        call()
+        start = time.perf_counter()
+        call()
+        numbers[name] = max(1, round(TURN / max(time.perf_counter() - start, 1e-7)))
+    for _ in range(rounds):
+        for name, call in task.calls.items():
+            start = time.perf_counter()
+            for _ in range(numbers[name]):
+                call()
+            spent = (time.perf_counter() - start) / numbers[name]
+            least[name] = min(least.get(name, spent), spent)
+    return {name: 1e6 * spent / task.elements for name, spent in least.items()}
+
+
+def tasks(quick: bool) -> list[Task]:
+    """All problems; peers only where they are installed."""
+    rng = np.random.default_rng(0)
+    cv2: Any = __import__("cv2") if installed("cv2") else None
+    poselib: Any = __import__("poselib") if installed("poselib") else None
+    return [*_hands(rng, cv2, quick), *_views(rng, cv2, poselib, quick), *_many(rng, cv2, quick)]
+
+
+def _poses(rng: np.random.Generator, *shape: int) -> Any:
+    turns = rng.normal(size=(*shape, 3))
+    turns *= rng.uniform(0.2, 1.4, (*shape, 1)) / np.linalg.norm(turns, axis=-1, keepdims=True)
+    return pga3.motor_from_rotation_vector_translation(turns, rng.normal(size=(*shape, 3)))
+
+
+def _hands(rng: np.random.Generator, cv2: Any, quick: bool) -> list[Task]:
+    count = 20 if quick else 1000
+    x, z, hands = _poses(rng, count, 1), _poses(rng, count, 1), _poses(rng, count, 20)
+    eyes = pga3.motor_product(pga3.motor_product(pga3.motor_inverse(z), hands), x)
+    eyes = pga3.motor_product(eyes, pga3.motor_exponential(1e-3 * rng.normal(size=(count, 20, 6))))
+    motions = [pga3.motor_product(pga3.motor_inverse(p), np.roll(p, 1, axis=1)) for p in (hands, eyes)]
+    one = {OURS: lambda: hand_eye(motions[0][0], motions[1][0])}
+    both = {OURS: lambda: hand_eye_from_poses(hands[0], eyes[0])}
+    if cv2 is not None:
+        a = pga3.motor_to_matrix(hands[0])
+        b = pga3.motor_to_matrix(pga3.motor_inverse(eyes[0]))
+        for name in ("DANIILIDIS", "PARK"):
+            method = getattr(cv2, f"CALIB_HAND_EYE_{name}")
+            call = _opencv_hand_eye(cv2, a, b, method)
+            one[f"OpenCV {name.title()}"] = both[f"OpenCV {name.title()}"] = call
+    return [
+        Task("hand and eye: 20 motions (OpenCV: 20 poses)", 1, one),
+        Task("hand and eye from 20 poses, with the world", 1, both),
+        Task(f"hand and eye: {count} times 20 motions", count, {OURS: lambda: hand_eye(*motions)}),
+        Task("the same, linear", count, {OURS: lambda: hand_eye(*motions, refine=False)}),
+    ]
+
+
+def _opencv_hand_eye(cv2: Any, a: Any, b: Any, method: int) -> Callable[[], object]:
+    return lambda: cv2.calibrateHandEye(a[:, :3, :3], a[:, :3, 3], b[:, :3, :3], b[:, :3, 3], method=method)
+
+
+def _views(rng: np.random.Generator, cv2: Any, poselib: Any, quick: bool) -> list[Task]:
+    cameras = []
+    for x in (-1.0, 0.0, 1.0, 0.5):
+        pose = pga3.motor_from_rotation_vector_translation(0.1 * rng.normal(size=3), np.array([x, 0.3 * x, -6.0]))
+        cameras.append(Camera.from_intrinsics(700.0, (320, 240), pose))
+    points = rng.normal(size=(50, 3))
+    one, two = (camera.project(points) + 0.5 * rng.normal(size=(50, 2)) for camera in cameras[:2])
+    k = cameras[0].intrinsics
+    many = rng.normal(size=(60 if quick else 500, 3))
+    a, b = (camera.project(many) + 0.3 * rng.normal(size=(len(many), 2)) for camera in cameras[:2])
+    wrong = rng.random(len(many)) < 0.3
+    b[wrong] += rng.uniform(20, 80, (int(wrong.sum()), 2))
+    flat = cameras[1].project(many * [1, 1, 0]) + 0.3 * rng.normal(size=(len(many), 2))
+    board = cameras[0].project(many * [1, 1, 0]) + 0.3 * rng.normal(size=(len(many), 2))
+    flat[wrong] += 50
+    seen = a.copy()
+    seen[wrong] += 50
+    linear = {OURS: lambda: fundamental_matrix(one, two, refine=False)}
+    best = {OURS: lambda: fundamental_matrix(one, two)}
+    robust = {OURS: lambda: robust_fundamental_matrix(a, b)}
+    plane = {OURS: lambda: homography(board, flat)}
+    planes = {OURS: lambda: robust_homography(board, flat)}
+    pose = {OURS: lambda: localize(points, one, k)}
+    poses = {OURS: lambda: localize(many, seen, k, threshold=2.0)}
+    if cv2 is not None:
+        linear["OpenCV"] = best["OpenCV"] = lambda: cv2.findFundamentalMat(one, two, cv2.FM_8POINT)
+        robust["OpenCV MAGSAC"] = lambda: cv2.findFundamentalMat(a, b, cv2.USAC_MAGSAC, 1.0, 0.999, 5000)
+        plane["OpenCV"] = lambda: cv2.findHomography(board, flat, 0)
+        planes["OpenCV MAGSAC"] = lambda: cv2.findHomography(board, flat, cv2.USAC_MAGSAC, 2.0)
+        pose["OpenCV"] = lambda: cv2.solvePnP(points, one, k, None)
+        poses["OpenCV RANSAC"] = lambda: cv2.solvePnPRansac(many, seen, k, None, reprojectionError=2.0)
+    if poselib is not None:
+        model = {"model": "PINHOLE", "width": 640, "height": 480, "params": [700.0, 700.0, 320.0, 240.0]}
+        robust["PoseLib"] = lambda: poselib.estimate_fundamental(a, b, {"max_epipolar_error": 1.0}, {})
+        planes["PoseLib"] = lambda: poselib.estimate_homography(board, flat, {"max_reproj_error": 2.0}, {})
+        poses["PoseLib"] = lambda: poselib.estimate_absolute_pose(seen, many, model, {"max_reproj_error": 2.0}, {})
+    places = rng.normal(size=(100, 3))
+    shape = np.stack([_random_camera(rng).project(places) for _ in range(4 if quick else 10)])
+    grid = np.stack(np.meshgrid(np.arange(9.0), np.arange(6.0)), -1).reshape(-1, 2) / 4
+    boards = [_random_camera(rng).project(np.insert(grid, 2, 0, axis=1)) for _ in range(14)]
+    eye = OmnidirectionalCamera.from_intrinsics(400.0, (640, 480), 1.0)
+    sights = [rng.normal(size=(10, 2)) / 3 for _ in range(50)]
+    rays = [np.insert(each, 2, 1.5, axis=1) @ np.linalg.qr(rng.normal(size=(3, 3)))[0] for each in sights]
+    learned = LandmarkMap.learn([each[None] for each in rays])
+    return [
+        Task("F of two cameras", 1, {OURS: lambda: fundamental_matrix(*cameras[:2])}),
+        Task("T of three cameras", 1, {OURS: lambda: trifocal_tensor(*cameras[:3])}),
+        Task("Q of four cameras", 1, {OURS: lambda: quadrifocal_tensor(*cameras)}),
+        Task("F of 50 points, linear", 1, linear),
+        Task("F of 50 points, least squares (OpenCV: linear)", 1, best),
+        Task(f"F of {len(many)} points, a third wrong", 1, robust),
+        Task(f"homography of {len(many)} points", 1, plane),
+        Task(f"homography of {len(many)} points, a third wrong", 1, planes),
+        Task("pose from 50 points", 1, pose),
+        Task(f"pose from {len(many)} points, a third wrong", 1, poses),
+        Task(f"factorization: {len(shape)} views of 100 points", 1, {OURS: lambda: factorize(shape)}),
+        Task("intrinsics from 14 views of a chessboard", 1, {OURS: lambda: calibrate_from_planes(grid, boards)}),
+        Task("one landmark of 50", 1, {OURS: lambda: learned.recognize(rays[7], 1 / 400)}),
+        *_large(rng, cv2, cameras, eye, quick),
+    ]
+
+
+def _large(
+    rng: np.random.Generator, cv2: Any, cameras: list[Camera], eye: OmnidirectionalCamera, quick: bool
+) -> list[Task]:
+    n = 1000 if quick else 1_000_000
+    places = rng.normal(size=(n, 3)) + np.array([0, 0, 3])
+    pixels = [camera.project(places) for camera in cameras[:2]]
+    image = eye.project(places)
+    six = rng.normal(size=(n // 10, 6, 3))
+    sights = [camera.project(six) for camera in cameras[:2]]
+    matrix = fundamental_matrix(*cameras[:2])
+    meets = {OURS: lambda: triangulate(cameras[:2], pixels)}
+    if cv2 is not None:
+        one, two = (np.ascontiguousarray(x.T) for x in pixels)
+        meets["OpenCV"] = lambda: cv2.triangulatePoints(cameras[0].matrix, cameras[1].matrix, one, two)
+    return [
+        Task(f"triangulation of {n:,} points", n, meets),
+        Task(f"omnidirectional projection of {n:,} points", n, {OURS: lambda: eye.project(places)}),
+        Task("its inverse", n, {OURS: lambda: eye.directions(image)}),
+        Task(f"invariants of {n // 10:,} times six points", n // 10, {OURS: lambda: invariants_3d(six)}),
+        Task("the same from two views", n // 10, {OURS: lambda: invariants_3d(*sights, fundamental=matrix)}),
+    ]
+
+
+def _many(rng: np.random.Generator, cv2: Any, quick: bool) -> list[Task]:
+    count = 20 if quick else 2000
+    k = np.array([[700.0, 0, 320], [0, 700, 240], [0, 0, 1]])
+    views, places = [], rng.normal(size=(count, 12, 3))
+    for _ in range(2):
+        turns, shifts = 0.2 * rng.normal(size=(count, 3)), rng.normal(size=(count, 3)) + np.array([0, 0, 7.0])
+        motors = pga3.motor_from_rotation_vector_translation(turns, shifts)
+        there = pga3.move_point(motors[:, None], places)
+        views.append(there[..., :2] / there[..., 2:] * 700 + [320, 240] + 0.3 * rng.normal(size=(count, 12, 2)))
+    eight, twelve = (
+        {OURS: lambda: fundamental_matrices(views[0][:, :8], views[1][:, :8])},
+        {OURS: lambda: fundamental_matrices(*views)},
+    )
+    four, pose = (
+        {OURS: lambda: homographies(views[0][:, :4], views[1][:, :4])},
+        {OURS: lambda: localizations(places, views[0], k)},
+    )
+    if cv2 is not None:
+        some = range(min(count, 100))
+
+        def each(call: Callable[[int], object], of: int = count) -> Callable[[], object]:
+            # A loop over all of them, as one would write it.
+            return lambda: [call(m % len(some)) for m in range(of)]
+
+        eight["OpenCV"] = each(lambda m: cv2.findFundamentalMat(views[0][m, :8], views[1][m, :8], cv2.FM_8POINT))
+        twelve["OpenCV"] = each(lambda m: cv2.findFundamentalMat(views[0][m], views[1][m], cv2.FM_8POINT))
+        four["OpenCV"] = each(lambda m: cv2.findHomography(views[0][m, :4], views[1][m, :4], 0))
+        pose["OpenCV"] = each(lambda m: cv2.solvePnP(places[m], views[0][m], k, None))
+    return [
+        Task(f"F: {count} times 8 points", count, eight),
+        Task(f"F: {count} times 12 points", count, twelve),
+        Task(f"homographies: {count} times 4 points", count, four),
+        Task(f"poses: {count} times 12 points", count, pose),
+    ]
+
+
+def _random_camera(rng: np.random.Generator) -> Camera:
+    turn = 0.3 * rng.normal(size=3)
+    back = pga3.rotor_to_matrix(pga3.rotor_from_rotation_vector(turn))[:, 2] * -6
+    return Camera.from_intrinsics(700.0, (320, 240), pga3.motor_from_rotation_vector_translation(turn, back))
+
+
+def page(found: list[tuple[Task, dict[str, float]]], rounds: int) -> str:
+    """All figures as Markdown."""
+    packages = (("OpenCV", "opencv-python-headless"), ("PoseLib", "poselib"))
+    peers = " and ".join(f"{name} {version(package)}" for name, package in packages)
+    lines = [
+        "# How fast vision is",
+        "",
+        f"Written by `python -m benchmarks vision`, beside {peers}, one thread each.",
+        f"Microseconds for one problem, or for one point of many: the least of {rounds} rounds in which libraries take",
+        "turns. Robust methods stop by themselves: their times are for like results, not for the same steps.",
+        "",
+        "| | here | others |",
+        "| --- | ---: | --- |",
+    ]
+    for task, times in found:
+        others = ", ".join(f"{name} {_text(spent)}" for name, spent in times.items() if name != OURS)
+        lines.append(f"| {task.name} | {_text(times[OURS])} | {others} |")
+    return "\n".join(lines) + "\n"
+
+
+def _text(spent: float) -> str:
+    return f"{spent:,.0f}" if spent >= 100 else f"{spent:.1f}" if spent >= 1 else f"{spent:.4f}"
+
+
+def main(arguments: list[str] | None = None) -> int:
+    """Measure, and write the page.
+
+    Parameters
+    ----------
+    arguments : list of str, optional
+        Of the command line; left out, those of the process.
+    """
+    parser = argparse.ArgumentParser(prog="python -m benchmarks vision", description=__doc__)
+    parser.add_argument("--quick", action="store_true", help="see that everything works; figures not for quoting")
+    parser.add_argument("--out", type=Path, default=PAGE, metavar="FILE", help="the page to write [%(default)s]")
+    options = parser.parse_args(arguments)
+    out: Path = options.out
+    rounds = 1 if options.quick else ROUNDS
+    found = [(task, interleaved(task, rounds)) for task in tasks(options.quick)]
+    try:
+        write(out, page(found, rounds))
+    except OSError as error:
+        print(f"vision: {out}: {error.strerror}; expected a file to write to; choose one with --out", file=sys.stderr)
+        return 1
+    print(f"{out}: {len(found)} tasks")
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

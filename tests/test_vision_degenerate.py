@@ -1,0 +1,291 @@
+"""Every public function of vision on points that determine nothing: a status, an error or a number that is not finite.
+
+One table for all of them. What has no row for a kind of points has a reason in `NOT_ASKED`.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from enum import Enum
+from typing import Any
+
+import numpy as np
+import pytest
+from test_views import GRID, scene
+
+import algorithms.vision as vision
+from algorithms.vision import (
+    MOTORCYCLE,
+    Camera,
+    DegenerateError,
+    HandEyeStatus,
+    LandmarkMap,
+    OmnidirectionalCamera,
+    VisionStatus,
+)
+from generated import pga3
+
+Array = np.ndarray[Any, Any]
+RNG = np.random.default_rng(31)
+CAMERAS, MATRICES, POINTS, PIXELS = scene(RNG, 4, 30)
+K = CAMERAS[0].intrinsics
+FLAT = [camera.project(POINTS * [1, 1, 0]) for camera in CAMERAS]
+STRAIGHT = np.outer(np.linspace(-1, 1, 30), [1.0, 2, 3])
+LINE = [camera.project(STRAIGHT) for camera in CAMERAS]
+SPOILED = [np.where(np.arange(30)[:, None] == 7, np.nan, x) for x in PIXELS]
+FAR = [np.where(np.arange(30)[:, None] == 7, np.inf, x) for x in PIXELS]
+F, T = vision.fundamental_matrix(*CAMERAS[:2]), vision.trifocal_tensor(*CAMERAS[:3])
+BOARD = [camera.project(np.insert(GRID * 0.1, 2, 0, axis=1)) for camera in CAMERAS]
+MOTORS = pga3.motor_exponential(RNG.normal(size=(6, 6)))
+X = pga3.motor_exponential(RNG.normal(size=6))
+OTHERS = pga3.motor_product(pga3.motor_inverse(X), pga3.motor_product(MOTORS, X))
+SCREWS = pga3.motor_exponential(np.linspace(0.2, 1, 6)[:, None] * np.array([0.3, 0, 0.4, 0, 0, 0.2]))
+BAD_MOTORS = np.where(np.arange(6)[:, None] == 2, np.nan, MOTORS)
+EYE = OmnidirectionalCamera.from_intrinsics(300.0, (320, 240), 1.0)
+RAYS = EYE.directions(RNG.uniform(200, 400, (10, 2)))
+MAP = LandmarkMap.learn([RAYS[None]])
+SIX = [x[:6] for x in PIXELS]
+
+
+class Result(Enum):
+    """What must come of a call."""
+
+    TOO_FEW = VisionStatus.TOO_FEW
+    DEGENERATE = VisionStatus.DEGENERATE
+    NOT_FINITE = VisionStatus.NOT_FINITE
+    NO_CONSENSUS = VisionStatus.NO_CONSENSUS
+    MOTIONS_TOO_FEW = HandEyeStatus.TOO_FEW * 10
+    MOTIONS_PARALLEL = HandEyeStatus.PARALLEL_AXES * 10
+    MOTIONS_SMALL = HandEyeStatus.SMALL_ANGLES * 10
+    MOTIONS_NOT_FINITE = HandEyeStatus.NOT_FINITE * 10
+    REFUSED = "ValueError"
+    NAN = "a result that is not finite"
+    UNDEFINED_THERE = "not finite for the point at fault, finite for the others"
+
+
+R = Result
+TABLE: list[tuple[str, Callable[[], Any], Result]] = [
+    # F
+    ("fundamental_matrix", lambda: vision.fundamental_matrix(PIXELS[0][:7], PIXELS[1][:7]), R.TOO_FEW),
+    ("fundamental_matrix", lambda: vision.fundamental_matrix(*FLAT[:2]), R.DEGENERATE),
+    ("fundamental_matrix", lambda: vision.fundamental_matrix(*LINE[:2]), R.DEGENERATE),
+    ("fundamental_matrix", lambda: vision.fundamental_matrix(PIXELS[0], SPOILED[1]), R.NOT_FINITE),
+    ("fundamental_matrix", lambda: vision.fundamental_matrix(FAR[0], PIXELS[1]), R.NOT_FINITE),
+    ("fundamental_matrix", lambda: vision.fundamental_matrix(PIXELS[0], PIXELS[1][1:]), R.REFUSED),
+    ("fundamental_matrix", lambda: vision.fundamental_matrix(FLAT[0][:7], FLAT[1][:7], "7-point"), R.DEGENERATE),
+    ("fundamental_matrix", lambda: vision.fundamental_matrix(FLAT[0], FLAT[1], "robust"), R.DEGENERATE),
+    ("fundamental_matrix", lambda: vision.fundamental_matrix(MATRICES[0], np.full((3, 4), np.nan)), R.REFUSED),
+    ("fundamental_matrices", lambda: vision.fundamental_matrices(PIXELS[0][:7], PIXELS[1][:7]), R.TOO_FEW),
+    ("fundamental_matrices", lambda: vision.fundamental_matrices(*FLAT[:2]), R.DEGENERATE),
+    ("fundamental_matrices", lambda: vision.fundamental_matrices(*LINE[:2]), R.DEGENERATE),
+    ("fundamental_matrices", lambda: vision.fundamental_matrices(PIXELS[0], SPOILED[1]), R.NOT_FINITE),
+    ("fundamental_matrices", lambda: vision.fundamental_matrices(FAR[0], PIXELS[1]), R.NOT_FINITE),
+    ("fundamental_matrices", lambda: vision.fundamental_matrices(PIXELS[0], PIXELS[1][1:]), R.REFUSED),
+    ("robust_fundamental_matrix", lambda: vision.robust_fundamental_matrix(SIX[0], SIX[1]), R.TOO_FEW),
+    ("robust_fundamental_matrix", lambda: vision.robust_fundamental_matrix(*FLAT[:2]), R.DEGENERATE),
+    ("robust_fundamental_matrix", lambda: vision.robust_fundamental_matrix(*LINE[:2]), R.DEGENERATE),
+    ("robust_fundamental_matrix", lambda: vision.robust_fundamental_matrix(PIXELS[0], SPOILED[1]), R.NOT_FINITE),
+    ("robust_fundamental_matrix", lambda: vision.robust_fundamental_matrix(FAR[0], PIXELS[1]), R.NOT_FINITE),
+    ("robust_fundamental_matrix", lambda: vision.robust_fundamental_matrix(PIXELS[0], PIXELS[1][1:]), R.REFUSED),
+    # Homographies
+    ("homography", lambda: vision.homography(PIXELS[0][:3], PIXELS[1][:3]), R.TOO_FEW),
+    ("homography", lambda: vision.homography(*LINE[:2]), R.DEGENERATE),
+    ("homography", lambda: vision.homography(PIXELS[0], SPOILED[1]), R.NOT_FINITE),
+    ("homography", lambda: vision.homography(FAR[0], PIXELS[1]), R.NOT_FINITE),
+    ("homography", lambda: vision.homography(PIXELS[0], PIXELS[1][1:]), R.REFUSED),
+    ("homographies", lambda: vision.homographies(PIXELS[0][:3], PIXELS[1][:3]), R.TOO_FEW),
+    ("homographies", lambda: vision.homographies(*LINE[:2]), R.DEGENERATE),
+    ("homographies", lambda: vision.homographies(LINE[0][:4], LINE[1][:4]), R.DEGENERATE),
+    ("homographies", lambda: vision.homographies(PIXELS[0], SPOILED[1]), R.NOT_FINITE),
+    ("homographies", lambda: vision.homographies(PIXELS[0], PIXELS[1][1:]), R.REFUSED),
+    ("robust_homography", lambda: vision.robust_homography(PIXELS[0][:3], PIXELS[1][:3]), R.TOO_FEW),
+    ("robust_homography", lambda: vision.robust_homography(*LINE[:2]), R.NO_CONSENSUS),
+    ("robust_homography", lambda: vision.robust_homography(PIXELS[0], SPOILED[1]), R.NOT_FINITE),
+    ("robust_homography", lambda: vision.robust_homography(FAR[0], PIXELS[1]), R.NOT_FINITE),
+    ("robust_homography", lambda: vision.robust_homography(PIXELS[0], PIXELS[1][1:]), R.REFUSED),
+    # Tensors and transfer
+    ("trifocal_tensor", lambda: vision.trifocal_tensor(*SIX[:3]), R.TOO_FEW),
+    ("trifocal_tensor", lambda: vision.trifocal_tensor(*FLAT[:3]), R.DEGENERATE),
+    ("trifocal_tensor", lambda: vision.trifocal_tensor(*LINE[:3]), R.DEGENERATE),
+    ("trifocal_tensor", lambda: vision.trifocal_tensor(*PIXELS[:2], SPOILED[2]), R.NOT_FINITE),
+    ("trifocal_tensor", lambda: vision.trifocal_tensor(FAR[0], *PIXELS[1:3]), R.NOT_FINITE),
+    ("trifocal_tensor", lambda: vision.trifocal_tensor(*PIXELS[:2], PIXELS[2][1:]), R.REFUSED),
+    ("trifocal_tensor", lambda: vision.trifocal_tensor(MATRICES[0], MATRICES[0], MATRICES[0]), R.DEGENERATE),
+    ("quadrifocal_tensor", lambda: vision.quadrifocal_tensor(*(x[:5] for x in PIXELS)), R.TOO_FEW),
+    ("quadrifocal_tensor", lambda: vision.quadrifocal_tensor(*FLAT), R.DEGENERATE),
+    ("quadrifocal_tensor", lambda: vision.quadrifocal_tensor(*LINE), R.DEGENERATE),
+    ("quadrifocal_tensor", lambda: vision.quadrifocal_tensor(*PIXELS[:3], SPOILED[3]), R.NOT_FINITE),
+    ("quadrifocal_tensor", lambda: vision.quadrifocal_tensor(*PIXELS[:3], PIXELS[3][1:]), R.REFUSED),
+    ("transfer_point", lambda: vision.transfer_point(T, SPOILED[0], PIXELS[1]), R.UNDEFINED_THERE),
+    ("transfer_point", lambda: vision.transfer_point(np.zeros((3, 3, 3)), PIXELS[0], PIXELS[1]), R.NAN),
+    ("transfer_point", lambda: vision.transfer_point(T, PIXELS[0], PIXELS[1][1:]), R.REFUSED),
+    ("transfer_line", lambda: vision.transfer_line(T, [1, np.nan, 3], [1, 2, 3]), R.NAN),
+    ("transfer_line", lambda: vision.transfer_line(T, np.ones((2, 3)), np.ones((3, 3))), R.REFUSED),
+    ("epipoles", lambda: vision.epipoles(np.full((3, 3), np.nan)), R.REFUSED),
+    ("epipoles", lambda: vision.epipoles(np.outer([1, 2, 3], [1, 0, 2])), R.REFUSED),
+    ("epipoles_of_tensor", lambda: vision.epipoles_of_tensor(np.full((3, 3, 3), np.nan)), R.REFUSED),
+    ("epipolar_lines", lambda: vision.epipolar_lines(F, SPOILED[0]), R.UNDEFINED_THERE),
+    ("epipolar_distance", lambda: vision.epipolar_distance(F, PIXELS[0], SPOILED[1]), R.UNDEFINED_THERE),
+    ("epipolar_distance", lambda: vision.epipolar_distance(F, PIXELS[0], PIXELS[1][1:]), R.REFUSED),
+    ("sampson_distance", lambda: vision.sampson_distance(F, PIXELS[0], SPOILED[1]), R.UNDEFINED_THERE),
+    ("sampson_distance", lambda: vision.sampson_distance(F, PIXELS[0], PIXELS[1][1:]), R.REFUSED),
+    ("triangulate", lambda: vision.triangulate(CAMERAS[:2], (PIXELS[0], SPOILED[1])), R.UNDEFINED_THERE),
+    ("triangulate", lambda: vision.triangulate(MOTORCYCLE.cameras(), ([[0, 0]], [[31.086, 0]])), R.NAN),
+    ("triangulate", lambda: vision.triangulate(CAMERAS[:2], (PIXELS[0], PIXELS[1][1:])), R.REFUSED),
+    ("triangulate", lambda: vision.triangulate(CAMERAS[:1], PIXELS[:1]), R.REFUSED),
+    # Depth, completion, pose
+    ("projective_depths", lambda: vision.projective_depths(F, PIXELS[0], SPOILED[1]), R.UNDEFINED_THERE),
+    ("projective_depths", lambda: vision.projective_depths(F, PIXELS[0], PIXELS[1][1:]), R.REFUSED),
+    ("projective_depths", lambda: vision.projective_depths(np.eye(3), PIXELS[0], PIXELS[1]), R.REFUSED),
+    ("complete_points", lambda: vision.complete_points(*(x[:5] for x in PIXELS[:3]), F), R.TOO_FEW),
+    ("complete_points", lambda: vision.complete_points(*FLAT[:3], F), R.DEGENERATE),
+    ("complete_points", lambda: vision.complete_points(*LINE[:3], F), R.DEGENERATE),
+    ("complete_points", lambda: vision.complete_points(SPOILED[0], *PIXELS[1:3], F), R.NOT_FINITE),
+    ("complete_points", lambda: vision.complete_points(*PIXELS[:2], FAR[2], F), R.NOT_FINITE),
+    ("complete_points", lambda: vision.complete_points(*PIXELS[:2], PIXELS[2][1:], F), R.REFUSED),
+    ("camera_centre", lambda: vision.camera_centre(POINTS[:5], PIXELS[0][:5]), R.TOO_FEW),
+    ("camera_centre", lambda: vision.camera_centre(POINTS * [1, 1, 0], FLAT[0]), R.DEGENERATE),
+    ("camera_centre", lambda: vision.camera_centre(STRAIGHT, LINE[0]), R.DEGENERATE),
+    ("camera_centre", lambda: vision.camera_centre(POINTS, SPOILED[0]), R.NOT_FINITE),
+    ("camera_centre", lambda: vision.camera_centre(POINTS, PIXELS[0][1:]), R.REFUSED),
+    ("localize", lambda: vision.localize(POINTS[:3], PIXELS[0][:3], K), R.TOO_FEW),
+    ("localize", lambda: vision.localize(STRAIGHT, LINE[0], K), R.DEGENERATE),
+    ("localize", lambda: vision.localize(POINTS, SPOILED[0], K), R.NOT_FINITE),
+    ("localize", lambda: vision.localize(POINTS, FAR[0], K), R.NOT_FINITE),
+    ("localize", lambda: vision.localize(POINTS, PIXELS[0][1:], K), R.REFUSED),
+    ("localize", lambda: vision.localize(POINTS, RNG.uniform(0, 600, (30, 2)), K, threshold=1e-3), R.NO_CONSENSUS),
+    ("localizations", lambda: vision.localizations(POINTS[:3], PIXELS[0][:3], K), R.TOO_FEW),
+    ("localizations", lambda: vision.localizations(STRAIGHT, LINE[0], K), R.DEGENERATE),
+    ("localizations", lambda: vision.localizations(POINTS, SPOILED[0], K), R.NOT_FINITE),
+    ("localizations", lambda: vision.localizations(POINTS, PIXELS[0][1:], K), R.REFUSED),
+    # Calibration
+    ("calibrate_from_planes", lambda: vision.calibrate_from_planes(GRID, BOARD[:1]), R.TOO_FEW),
+    ("calibrate_from_planes", lambda: vision.calibrate_from_planes(GRID[:3], [b[:3] for b in BOARD]), R.TOO_FEW),
+    ("calibrate_from_planes", lambda: vision.calibrate_from_planes(GRID[:9], [b[:9] for b in BOARD]), R.DEGENERATE),
+    ("calibrate_from_planes", lambda: vision.calibrate_from_planes(GRID, [BOARD[0]] * 3, True), R.DEGENERATE),
+    ("calibrate_from_planes", lambda: vision.calibrate_from_planes(GRID, [BOARD[0] * np.nan, *BOARD]), R.NOT_FINITE),
+    ("calibrate_from_planes", lambda: vision.calibrate_from_planes(GRID[1:], BOARD), R.REFUSED),
+    ("calibrate_by_pascal", lambda: vision.calibrate_by_pascal(GRID, BOARD[:2]), R.TOO_FEW),
+    ("calibrate_by_pascal", lambda: vision.calibrate_by_pascal(GRID[:9], [b[:9] for b in BOARD]), R.DEGENERATE),
+    ("calibrate_by_pascal", lambda: vision.calibrate_by_pascal(GRID, [BOARD[0]] * 3), R.DEGENERATE),
+    ("calibrate_by_pascal", lambda: vision.calibrate_by_pascal(GRID, [BOARD[0] * np.inf, *BOARD]), R.NOT_FINITE),
+    ("calibrate_by_pascal", lambda: vision.calibrate_by_pascal(GRID[1:], BOARD), R.REFUSED),
+    # Hand and eye
+    ("hand_eye", lambda: vision.hand_eye(MOTORS[:1], OTHERS[:1]), R.MOTIONS_TOO_FEW),
+    ("hand_eye", lambda: vision.hand_eye(SCREWS, SCREWS), R.MOTIONS_PARALLEL),
+    ("hand_eye", lambda: vision.hand_eye(np.eye(8)[[0, 0, 0]], np.eye(8)[[0, 0, 0]]), R.MOTIONS_SMALL),
+    ("hand_eye", lambda: vision.hand_eye(BAD_MOTORS, OTHERS), R.MOTIONS_NOT_FINITE),
+    ("hand_eye", lambda: vision.hand_eye(MOTORS, OTHERS[1:]), R.REFUSED),
+    ("hand_eye_from_poses", lambda: vision.hand_eye_from_poses(MOTORS[:2], OTHERS[:2]), R.MOTIONS_TOO_FEW),
+    ("hand_eye_from_poses", lambda: vision.hand_eye_from_poses(SCREWS, SCREWS), R.MOTIONS_PARALLEL),
+    ("hand_eye_from_poses", lambda: vision.hand_eye_from_poses(MOTORS, BAD_MOTORS), R.MOTIONS_NOT_FINITE),
+    ("hand_eye_from_poses", lambda: vision.hand_eye_from_poses(MOTORS, OTHERS[1:]), R.REFUSED),
+    (
+        "calibrate_endoscope",
+        lambda: vision.calibrate_endoscope(MOTORS[:2], POINTS, np.stack(PIXELS[:2]), K),
+        R.MOTIONS_TOO_FEW,
+    ),
+    (
+        "calibrate_endoscope",
+        lambda: vision.calibrate_endoscope(MOTORS[:4], STRAIGHT, np.stack(LINE), K),
+        R.MOTIONS_NOT_FINITE,
+    ),
+    (
+        "calibrate_endoscope",
+        lambda: vision.calibrate_endoscope(MOTORS[:4], POINTS, np.stack(SPOILED), K),
+        R.MOTIONS_NOT_FINITE,
+    ),
+    ("calibrate_endoscope", lambda: vision.calibrate_endoscope(MOTORS[:3], POINTS, np.stack(PIXELS), K), R.REFUSED),
+    # Invariants
+    ("cross_ratio", lambda: vision.cross_ratio(np.zeros((3, 1))), R.REFUSED),
+    ("cross_ratio", lambda: vision.cross_ratio([[0.0], [0.0], [0.0], [1.0]]), R.NAN),
+    ("cross_ratio", lambda: vision.cross_ratio(np.outer(np.arange(5.0), [1, 2])), R.NAN),
+    ("cross_ratio", lambda: vision.cross_ratio([[0.0], [np.nan], [2.0], [1.0]]), R.NAN),
+    ("permutation_invariant", lambda: vision.permutation_invariant([np.nan]), R.NAN),
+    ("p2_invariants", lambda: vision.p2_invariants(np.zeros((4, 2))), R.REFUSED),
+    ("p2_invariants", lambda: vision.p2_invariants(np.outer(np.arange(5.0), [1, 2])), R.NAN),
+    ("p2_invariants", lambda: vision.p2_invariants(np.full((5, 2), np.nan)), R.NAN),
+    ("invariants_3d", lambda: vision.invariants_3d(np.zeros((5, 3))), R.REFUSED),
+    ("invariants_3d", lambda: vision.invariants_3d(POINTS[:6] * [1, 1, 0]), R.NAN),
+    ("invariants_3d", lambda: vision.invariants_3d(STRAIGHT[:6]), R.NAN),
+    ("invariants_3d", lambda: vision.invariants_3d(*SIX[:2]), R.REFUSED),
+    ("invariants_3d", lambda: vision.invariants_3d(SIX[0], SIX[1] * np.nan, fundamental=F), R.NAN),
+    ("invariants_3d", lambda: vision.invariants_3d(*SIX[:2], fundamental=F * np.nan), R.REFUSED),
+    ("invariants_3d", lambda: vision.invariants_3d(*SIX[:2], SIX[2] * np.nan, tensor=T), R.NAN),
+    ("invariants_3d", lambda: vision.invariants_3d(SIX[0], SIX[1][1:], fundamental=F), R.REFUSED),
+    ("conic_value", lambda: vision.conic_value(np.ones(6), SPOILED[0]), R.UNDEFINED_THERE),
+    # Shape and motion
+    ("factorize", lambda: vision.factorize(np.stack(PIXELS)[:1]), R.TOO_FEW),
+    ("factorize", lambda: vision.factorize(np.stack(PIXELS)[:, :7]), R.TOO_FEW),
+    ("factorize", lambda: vision.factorize(np.stack(FLAT)), R.DEGENERATE),
+    ("factorize", lambda: vision.factorize(np.stack(LINE)), R.DEGENERATE),
+    ("factorize", lambda: vision.factorize(np.stack(FAR)), R.NOT_FINITE),
+    ("factorize", lambda: vision.factorize(np.stack(PIXELS), np.ones((4, 29), bool)), R.REFUSED),
+    # Classes
+    ("Camera", lambda: Camera.from_intrinsics(np.nan, (0, 0)), R.REFUSED),
+    ("Camera", lambda: CAMERAS[0].project(np.where(np.arange(30)[:, None] == 7, np.nan, POINTS)), R.UNDEFINED_THERE),
+    ("OmnidirectionalCamera", lambda: EYE.project([[0, 0, 0.0]]), R.NAN),
+    ("OmnidirectionalCamera", lambda: EYE.directions(SPOILED[0]), R.UNDEFINED_THERE),
+    ("OmnidirectionalCamera", lambda: EYE.conic_of_line([0, 0, 1.0], [0, 0, 2.0]), R.NAN),
+    ("OmnidirectionalCamera", lambda: EYE.circle_of_line([0, 0, 1.0], [0, 0, 2.0])[1], R.NAN),
+    ("RectifiedPair", lambda: MOTORCYCLE.depth([[np.nan, np.inf], [-40.0, np.nan]]), R.NAN),
+    ("LandmarkMap", lambda: LandmarkMap.learn([RAYS[None, :7]]), R.TOO_FEW),
+    ("LandmarkMap", lambda: LandmarkMap.learn([np.linspace(RAYS[0], RAYS[1], 9)[None]]), R.DEGENERATE),
+    ("LandmarkMap", lambda: LandmarkMap.learn([RAYS[None] * np.nan]), R.NOT_FINITE),
+    ("LandmarkMap", lambda: LandmarkMap.learn([RAYS]), R.REFUSED),
+    ("LandmarkMap", lambda: MAP.recognize(RAYS[:7], 1e-3), R.TOO_FEW),
+    ("LandmarkMap", lambda: MAP.recognize(np.linspace(RAYS[0], RAYS[1], 9), 1e-3), R.DEGENERATE),
+    ("LandmarkMap", lambda: MAP.recognize(RAYS * np.nan, 1e-3), R.NOT_FINITE),
+]
+
+NOT_ASKED = {
+    "MOTORCYCLE": "a constant",
+    "BatchEstimate": "a result",
+    "DegenerateError": "an error",
+    "Factorization": "a result",
+    "HandEye": "a result",
+    "HandEyeOfPoses": "a result",
+    "HandEyeStatus": "a status",
+    "Localization": "a result",
+    "PlaneCalibration": "a result",
+    "Recognition": "a result",
+    "RobustEstimate": "a result",
+    "VisionStatus": "a status",
+}
+
+
+def test_the_table_has_everything_that_is_public() -> None:
+    assert {name for name, _, _ in TABLE} | set(NOT_ASKED) == set(vision.__all__)
+    assert not {name for name, _, _ in TABLE} & set(NOT_ASKED)
+
+
+@pytest.mark.parametrize(
+    ("name", "call", "expected"), TABLE, ids=[f"{name}-{r.name}-{k}" for k, (name, _, r) in enumerate(TABLE)]
+)
+def test_nothing_wrong_comes_in_silence(name: str, call: Callable[[], Any], expected: Result) -> None:
+    with np.errstate(all="ignore"):
+        if expected == Result.REFUSED:
+            with pytest.raises(ValueError, match=r"expected|broadcast") as refused:
+                call()
+            assert not isinstance(refused.value, DegenerateError)
+            return
+        try:
+            found = call()
+        except DegenerateError as error:
+            assert isinstance(expected.value, VisionStatus) and error.status == expected.value
+            return
+    if expected == Result.NAN:
+        assert not np.isfinite(found).any() or (name == "invariants_3d" and not np.isfinite(found).all())
+    elif expected == Result.UNDEFINED_THERE:
+        rows = np.asarray(found).reshape(30, -1)
+        assert not np.isfinite(rows[7]).all() and np.isfinite(np.delete(rows, 7, 0)).all()
+    else:
+        code = expected.value if isinstance(expected.value, VisionStatus) else HandEyeStatus(int(expected.value) // 10)
+        assert found.status == code
+        # No model, or one of several solutions where motions leave that many.
+        model = next(getattr(found, k) for k in MODELS if hasattr(found, k))
+        told = isinstance(code, HandEyeStatus) and expected in (Result.MOTIONS_PARALLEL, Result.MOTIONS_SMALL)
+        assert told or name == "LandmarkMap" or not np.isfinite(model).any()
+
+
+MODELS = ("motor", "models", "model", "pose", "intrinsics", "pixels", "landmark")
