@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import itertools
+import pickle
 import sys
 import sysconfig
 import threading
@@ -225,6 +226,21 @@ def test_large_batches_are_the_module_s(fast: ModuleType, monkeypatch: pytest.Mo
     fast.move_point(m[:10], p[:10])
     fast.move_point(m[:10], p[:10], num_threads=2)
     assert seen == [200_000, 10]
+
+
+@pytest.mark.parametrize("leading", [(), (40,)])
+def test_copies_of_types(fast: ModuleType, monkeypatch: pytest.MonkeyPatch, leading: tuple[int, ...]) -> None:
+    """Unpickled arrays, and those of cached functions of numba, have a type of their own that is equal."""
+    monkeypatch.setattr(fast.Kernel, "_in_python", lambda *arguments, **named: None)
+    for real in ("f8", "f4") if leading else ("f8",):
+        m, p = made(MOVE_POINT, leading, real)
+        copied = pickle.loads(pickle.dumps((m, p)))
+        assert copied[0].dtype is not m.dtype
+        expected = fast.move_point(m, p)
+        for arguments in (copied, (copied[0], p), (m, copied[1])):
+            np.testing.assert_array_equal(fast.move_point(*arguments), expected, strict=True)
+        np.testing.assert_array_equal(fast.move_point(m, p, out=np.empty_like(copied[1])), expected)
+        assert fast.move_point(m.astype(m.dtype.newbyteorder(">")), p) is None
 
 
 @alone
