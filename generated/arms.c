@@ -2,7 +2,7 @@
 // command: gac generate --all arms
 // spec: 4bf55c390980eda1
 // contraction: -ffp-contract=off (every operation is rounded once)
-// body: 9ac9f131056ed0fff828cf1ad53bd569d5602ca69f96f13527a39bc4c8f8eb89
+// body: 75a0be90698761583179372bfb942062903dd4736ae065b9eaebcf3b80c111a9
 
 #ifndef REAL
 #include "arms.h"
@@ -99,7 +99,7 @@ struct kernel {
     const struct form *forms;
 };
 
-enum { PARTS = 7, CORES = 6, NUMBERS = 76, SPACE = 4096, PREPARED = 32 };
+enum { PARTS = 7, CORES = 6, NUMBERS = 76, SPACE = 4096, PREPARED = 32, SIZES = 14 };
 
 #define SQRT(x) FUNCTION(sqrt)(x)
 #define SIN(x) NAME(sin_of)(x, far)
@@ -814,50 +814,161 @@ WIDE static void NAME(store_rows)(char *a, intptr_t s, intptr_t c, REAL *x, intp
     }
 }
 
-// The rows of SPAN elements of `size` components, in C order from element `first` on; and back.
-static INLINE void NAME(load_span)(REAL *x, char *a, intptr_t first, intptr_t size)
+// Rows, SPAN numbers long, of `n` elements of `size` components, in C order from element `first` on; and back.
+static INLINE void NAME(load_span)(REAL *x, char *a, intptr_t first, intptr_t size, intptr_t n)
 {
     const intptr_t w = sizeof(REAL);
     const REAL *from = (const REAL *)(a + first * size * w);
     if (size == 1) {
-        memcpy(x, from, SPAN * w);
+        memcpy(x, from, n * w);
     } else if (size == 2) {
-        for (intptr_t i = 0; i < SPAN; ++i) {
+        for (intptr_t i = 0; i < n; ++i) {
             x[i] = from[2 * i];
             x[SPAN + i] = from[2 * i + 1];
         }
     } else if (size == 3) {
-        for (intptr_t i = 0; i < SPAN; ++i) {
+        for (intptr_t i = 0; i < n; ++i) {
             x[i] = from[3 * i];
             x[SPAN + i] = from[3 * i + 1];
             x[2 * SPAN + i] = from[3 * i + 2];
         }
     } else {
-        NAME(turn_tiles)(0, (char *)x, SPAN * w, (char *)from, size * w, size, SPAN);
+        NAME(turn_tiles)(0, (char *)x, SPAN * w, (char *)from, size * w, size, n);
     }
 }
 
-static INLINE void NAME(store_span)(char *a, intptr_t first, REAL *x, intptr_t size)
+static INLINE void NAME(store_span)(char *a, intptr_t first, REAL *x, intptr_t size, intptr_t n)
 {
     const intptr_t w = sizeof(REAL);
     REAL *to = (REAL *)(a + first * size * w);
     if (size == 1) {
-        memcpy(to, x, SPAN * w);
+        memcpy(to, x, n * w);
     } else if (size == 2) {
-        for (intptr_t i = 0; i < SPAN; ++i) {
+        for (intptr_t i = 0; i < n; ++i) {
             to[2 * i] = x[i];
             to[2 * i + 1] = x[SPAN + i];
         }
     } else if (size == 3) {
-        for (intptr_t i = 0; i < SPAN; ++i) {
+        for (intptr_t i = 0; i < n; ++i) {
             to[3 * i] = x[i];
             to[3 * i + 1] = x[SPAN + i];
             to[3 * i + 2] = x[2 * SPAN + i];
         }
     } else {
-        NAME(turn_tiles)(1, (char *)x, SPAN * w, (char *)to, size * w, size, SPAN);
+        NAME(turn_tiles)(1, (char *)x, SPAN * w, (char *)to, size * w, size, n);
     }
 }
+
+// The same as loops, one for each size that is known: between rows and elements in C order.
+static INLINE void NAME(load_span_1)(intptr_t n, char **args, const intptr_t *strides)
+{
+    (void)strides;
+    NAME(load_span)((REAL *)args[0], args[1], 0, 1, n);
+}
+LOOPS(load_span_1)
+
+static INLINE void NAME(store_span_1)(intptr_t n, char **args, const intptr_t *strides)
+{
+    (void)strides;
+    NAME(store_span)(args[1], 0, (REAL *)args[0], 1, n);
+}
+LOOPS(store_span_1)
+
+static INLINE void NAME(load_span_2)(intptr_t n, char **args, const intptr_t *strides)
+{
+    (void)strides;
+    NAME(load_span)((REAL *)args[0], args[1], 0, 2, n);
+}
+LOOPS(load_span_2)
+
+static INLINE void NAME(store_span_2)(intptr_t n, char **args, const intptr_t *strides)
+{
+    (void)strides;
+    NAME(store_span)(args[1], 0, (REAL *)args[0], 2, n);
+}
+LOOPS(store_span_2)
+
+static INLINE void NAME(load_span_3)(intptr_t n, char **args, const intptr_t *strides)
+{
+    (void)strides;
+    NAME(load_span)((REAL *)args[0], args[1], 0, 3, n);
+}
+LOOPS(load_span_3)
+
+static INLINE void NAME(store_span_3)(intptr_t n, char **args, const intptr_t *strides)
+{
+    (void)strides;
+    NAME(store_span)(args[1], 0, (REAL *)args[0], 3, n);
+}
+LOOPS(store_span_3)
+
+static INLINE void NAME(load_span_4)(intptr_t n, char **args, const intptr_t *strides)
+{
+    (void)strides;
+    NAME(load_span)((REAL *)args[0], args[1], 0, 4, n);
+}
+LOOPS(load_span_4)
+
+static INLINE void NAME(store_span_4)(intptr_t n, char **args, const intptr_t *strides)
+{
+    (void)strides;
+    NAME(store_span)(args[1], 0, (REAL *)args[0], 4, n);
+}
+LOOPS(store_span_4)
+
+static INLINE void NAME(load_span_6)(intptr_t n, char **args, const intptr_t *strides)
+{
+    (void)strides;
+    NAME(load_span)((REAL *)args[0], args[1], 0, 6, n);
+}
+LOOPS(load_span_6)
+
+static INLINE void NAME(store_span_6)(intptr_t n, char **args, const intptr_t *strides)
+{
+    (void)strides;
+    NAME(store_span)(args[1], 0, (REAL *)args[0], 6, n);
+}
+LOOPS(store_span_6)
+
+static INLINE void NAME(load_span_8)(intptr_t n, char **args, const intptr_t *strides)
+{
+    (void)strides;
+    NAME(load_span)((REAL *)args[0], args[1], 0, 8, n);
+}
+LOOPS(load_span_8)
+
+static INLINE void NAME(store_span_8)(intptr_t n, char **args, const intptr_t *strides)
+{
+    (void)strides;
+    NAME(store_span)(args[1], 0, (REAL *)args[0], 8, n);
+}
+LOOPS(store_span_8)
+
+static INLINE void NAME(load_span_14)(intptr_t n, char **args, const intptr_t *strides)
+{
+    (void)strides;
+    NAME(load_span)((REAL *)args[0], args[1], 0, 14, n);
+}
+LOOPS(load_span_14)
+
+static INLINE void NAME(store_span_14)(intptr_t n, char **args, const intptr_t *strides)
+{
+    (void)strides;
+    NAME(store_span)(args[1], 0, (REAL *)args[0], 14, n);
+}
+LOOPS(store_span_14)
+
+static const struct {
+    loop_function *load[2], *store[2];
+} NAME(spans)[SIZES + 1] = {
+    [1] = {WIDTHS(load_span_1), WIDTHS(store_span_1)},
+    [2] = {WIDTHS(load_span_2), WIDTHS(store_span_2)},
+    [3] = {WIDTHS(load_span_3), WIDTHS(store_span_3)},
+    [4] = {WIDTHS(load_span_4), WIDTHS(store_span_4)},
+    [6] = {WIDTHS(load_span_6), WIDTHS(store_span_6)},
+    [8] = {WIDTHS(load_span_8), WIDTHS(store_span_8)},
+    [14] = {WIDTHS(load_span_14), WIDTHS(store_span_14)},
+};
 
 // All rows of a part, from the batch or back to it; axes that lie as one are moved as one.
 static void NAME(move_part)(int back, REAL *x, intptr_t row, const struct part *part, char *a, intptr_t s,
@@ -929,15 +1040,23 @@ static void NAME(batch)(const struct kernel *kernel, char **args, intptr_t n, co
     char *starts[PARTS];
     intptr_t cores[CORES], row_cores[CORES], total = 0, bytes = 0;
     unsigned still = 0, hoisted = 0;
+    int in_place = 1, ordered = 1, known = 1;
     if (width < 0 || n == 1) {
         NAME(each)(kernel, args, n, steps);
         return;
     }
-    loop_function *in_rows = kernel->block[width], *in_order = kernel->dense[width];
+    loop_function *in_rows = kernel->block[width], *in_order = kernel->dense[width], *loads[PARTS], *stores[PARTS];
     for (int p = 0; p < n_parts; ++p) {
-        total += kernel->parts[p].size;
+        const struct part *part = &kernel->parts[p];
+        const int same = p < n_inputs && steps[p] == 0;
+        intptr_t step = w;
+        for (int q = part->rank; q-- > 0; step *= part->shape[q])
+            ordered = ordered && (same || strides[part->first + q] == step);
+        ordered = ordered && (same || steps[p] == step);
+        known = known && part->size <= SIZES && NAME(spans)[part->size].load[width];
+        total += part->size;
         bytes += steps[p] < 0 ? -steps[p] : steps[p];
-        still |= (unsigned)(p < n_inputs && steps[p] == 0) << p;
+        still |= (unsigned)same << p;
     }
     for (int f = 0; f < kernel->n_forms && !hoisted; ++f) {
         const struct form *form = &kernel->forms[f];
@@ -946,40 +1065,52 @@ static void NAME(batch)(const struct kernel *kernel, char **args, intptr_t n, co
             hoisted = form->same, in_rows = form->block[width], in_order = form->dense[width];
         }
     }
-    int in_place = 1, dense = in_order != NULL;
-    // Long rows spare calls; beyond the last cache, short ones keep reading and writing going side by side.
-    intptr_t row = n < (1 << 24) / (bytes + 1) ? 512 / w : LANES;
+    const int dense = ordered && still == hoisted && in_order;
+    const int spans = ordered && !dense && known && total * SPAN <= SPACE;
+    // Long rows spare calls; beyond the last cache, short turns keep reading and writing going side by side.
+    const int near = n < (1 << 24) / (bytes + 1);
+    intptr_t row = spans ? SPAN : near ? 512 / w : LANES;
     while (row > LANES && row * total > SPACE)
         row /= 2;
     total = 0;
     for (int p = 0; p < n_parts; ++p) {
         const struct part *part = &kernel->parts[p];
-        const intptr_t *c = strides + part->first;
-        intptr_t step = w, row_step = row * w;
+        intptr_t row_step = row * w;
         starts[p] = hoisted >> p & 1 ? (char *)prepared : args[p];
         rows[p] = space + row * total;
         total += part->size;
-        kinds[p] = hoisted >> p & 1 ? HOISTED : p < n_inputs && steps[p] == 0 ? SAME : steps[p] == w ? UNIT : ANY;
+        kinds[p] = hoisted >> p & 1 ? HOISTED : still >> p & 1 ? SAME : steps[p] == w ? UNIT : ANY;
         for (int q = 0; kernel->repeats && p >= n_inputs && q < n_inputs; ++q)
             kinds[p] = args[p] == args[q] ? ANY : kinds[p];
         in_place = in_place && (kinds[p] == UNIT || kinds[p] == HOISTED);
-        for (int q = part->rank; q-- > 0; step *= part->shape[q], row_step *= part->shape[q]) {
-            cores[part->first + q] = c[q];
-            row_cores[part->first + q] = row_step;
-            dense = dense && (kinds[p] == HOISTED || c[q] == step);
+        for (int q = part->first + part->rank; q-- > part->first; row_step *= part->shape[q - part->first]) {
+            cores[q] = kinds[p] == SAME || kinds[p] == ANY ? row_step : strides[q];
+            row_cores[q] = row_step;
         }
-        dense = dense && (kinds[p] == HOISTED || steps[p] == step);
-    }
-    for (int p = 0; p < n_inputs && !dense; ++p) {
-        const struct part *part = &kernel->parts[p];
-        if (kinds[p] == SAME) {
-            starts[p] = (char *)rows[p];
+        if (dense || kinds[p] == HOISTED || kinds[p] == UNIT)
+            continue;
+        starts[p] = (char *)rows[p];
+        loads[p] = spans ? NAME(spans)[part->size].load[width] : NULL;
+        stores[p] = spans ? NAME(spans)[part->size].store[width] : NULL;
+        if (kinds[p] == SAME)
             NAME(move_part)(0, rows[p], row, part, args[p], 0, strides + part->first, n < row ? PADDED(n) : row);
-            for (int q = part->first; q < part->first + part->rank; ++q)
-                cores[q] = row_cores[q];
-        }
     }
-    for (intptr_t i = 0, m; i < n; i += m) {
+    const intptr_t turn = near ? SPAN : LANES;
+    intptr_t i = 0;
+    // In C order, by functions that know the sizes.
+    for (; spans && !in_place && n - i >= turn; i += turn) {
+        for (int p = 0; p < n_parts; ++p) {
+            if (kinds[p] == UNIT)
+                starts[p] = args[p] + i * w;
+            else if (kinds[p] == ANY && p < n_inputs)
+                loads[p](turn, (char *[]){starts[p], args[p] + i * steps[p]}, NULL);
+        }
+        in_rows(turn, starts, cores);
+        for (int p = n_inputs; p < n_parts; ++p)
+            if (kinds[p] == ANY)
+                stores[p](turn, (char *[]){starts[p], args[p] + i * steps[p]}, NULL);
+    }
+    for (intptr_t m; i < n; i += m) {
         const int last = n - i < LANES;
         if (dense && n - i >= SPAN) {
             m = n & -SPAN;
@@ -994,7 +1125,7 @@ static void NAME(batch)(const struct kernel *kernel, char **args, intptr_t n, co
             if (kinds[p] < UNIT || (kinds[p] == UNIT && !last))
                 continue;
             starts[p] = (char *)rows[p];
-            for (int q = part->first; q < part->first + part->rank; ++q)
+            for (int q = part->first; last && q < part->first + part->rank; ++q)
                 cores[q] = row_cores[q];
             if (p < n_inputs)
                 NAME(move_part)(0, rows[p], row, part, args[p] + i * steps[p], steps[p], strides + part->first, m);
@@ -1237,8 +1368,8 @@ static INLINE void NAME(slides_of_quadratic_dense_a_b)(intptr_t n, char **args, 
             NAME(store_2)((char *)(r3 + i), SPAN * w, x3);
             NAME(store_scalar)((char *)(r4 + i), x4);
         }
-        NAME(store_span)(args[3], first, r3, 2);
-        NAME(store_span)(args[4], first, r4, 1);
+        NAME(store_span)(args[3], first, r3, 2, SPAN);
+        NAME(store_span)(args[4], first, r4, 1, SPAN);
     }
 }
 LOOPS(slides_of_quadratic_dense_a_b)
@@ -1279,44 +1410,14 @@ static INLINE void NAME(slides_of_quadratic_block)(intptr_t n, char **args, cons
 }
 LOOPS(slides_of_quadratic_block)
 
-static INLINE void NAME(slides_of_quadratic_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    _Alignas(64) REAL r3[2 * SPAN];
-    _Alignas(64) REAL r4[1 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
-        ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
-            REAL x0[1];
-            REAL x1[1];
-            REAL x2[1];
-            REAL x3[2];
-            REAL x4[1];
-            NAME(load_scalar)(x0, a0 + (first + i) * w);
-            NAME(load_scalar)(x1, a1 + (first + i) * w);
-            NAME(load_scalar)(x2, a2 + (first + i) * w);
-            NAME(slides_of_quadratic)(x0[0], x1[0], x2[0], x3, x4);
-            NAME(store_2)((char *)(r3 + i), SPAN * w, x3);
-            NAME(store_scalar)((char *)(r4 + i), x4);
-        }
-        NAME(store_span)(args[3], first, r3, 2);
-        NAME(store_span)(args[4], first, r4, 1);
-    }
-}
-LOOPS(slides_of_quadratic_dense)
-
 void NAME(slides_of_quadratic_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{1, 0, 0, {0}}, {1, 0, 0, {0}}, {1, 0, 0, {0}}, {2, 1, 0, {2}}, {1, 0, 1,
         {0}}};
     static const struct form forms[] = {{3, 2, NAME(slides_of_quadratic_start_a_b),
         WIDTHS(slides_of_quadratic_block_a_b), WIDTHS(slides_of_quadratic_dense_a_b)}};
-    static const struct kernel kernel = {WIDTHS(slides_of_quadratic_block), WIDTHS(slides_of_quadratic_dense),
-        (any_function *)NAME(slides_of_quadratic), NAME(call_nnnrr), 3, 5, 1, 0, parts, forms};
+    static const struct kernel kernel = {WIDTHS(slides_of_quadratic_block), {NULL}, (any_function
+        *)NAME(slides_of_quadratic), NAME(call_nnnrr), 3, 5, 1, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -3965,28 +4066,6 @@ static INLINE void NAME(circle_profile_block_base_line_p)(intptr_t n, char **arg
 }
 LOOPS(circle_profile_block_base_line_p)
 
-static INLINE void NAME(circle_profile_dense_base_line_p)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const REAL *prepared = (const REAL *)args[1];
-    (void)strides;
-    _Alignas(64) REAL r0[6 * SPAN];
-    _Alignas(64) REAL r4[6 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
-        NAME(load_span)(r0, args[0], first, 6);
-        ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
-            REAL x0[6];
-            REAL x4[6];
-            NAME(load_6)(x0, (char *)(r0 + i), SPAN * w);
-            NAME(circle_profile_apply_base_line_p)(prepared, x0, x4);
-            NAME(store_2x3)((char *)(r4 + i), 3 * SPAN * w, SPAN * w, x4);
-        }
-        NAME(store_span)(args[4], first, r4, 6);
-    }
-}
-LOOPS(circle_profile_dense_base_line_p)
-
 static void NAME(circle_profile_start_base_line_p)(char **args, const intptr_t *strides, void *prepared)
 {
     const intptr_t c1a = strides[1], c2a = strides[2], c3a = strides[3];
@@ -4017,28 +4096,6 @@ static INLINE void NAME(circle_profile_block_axis_line_p)(intptr_t n, char **arg
 }
 LOOPS(circle_profile_block_axis_line_p)
 
-static INLINE void NAME(circle_profile_dense_axis_line_p)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const REAL *prepared = (const REAL *)args[0];
-    (void)strides;
-    _Alignas(64) REAL r1[3 * SPAN];
-    _Alignas(64) REAL r4[6 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
-        NAME(load_span)(r1, args[1], first, 3);
-        ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
-            REAL x1[3];
-            REAL x4[6];
-            NAME(load_3)(x1, (char *)(r1 + i), SPAN * w);
-            NAME(circle_profile_apply_axis_line_p)(prepared, x1, x4);
-            NAME(store_2x3)((char *)(r4 + i), 3 * SPAN * w, SPAN * w, x4);
-        }
-        NAME(store_span)(args[4], first, r4, 6);
-    }
-}
-LOOPS(circle_profile_dense_axis_line_p)
-
 static void NAME(circle_profile_start_axis_line_p)(char **args, const intptr_t *strides, void *prepared)
 {
     const intptr_t c0a = strides[0], c2a = strides[2], c3a = strides[3];
@@ -4068,28 +4125,6 @@ static INLINE void NAME(circle_profile_block_axis_base_line)(intptr_t n, char **
     }
 }
 LOOPS(circle_profile_block_axis_base_line)
-
-static INLINE void NAME(circle_profile_dense_axis_base_line)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const REAL *prepared = (const REAL *)args[0];
-    (void)strides;
-    _Alignas(64) REAL r3[3 * SPAN];
-    _Alignas(64) REAL r4[6 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
-        NAME(load_span)(r3, args[3], first, 3);
-        ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
-            REAL x3[3];
-            REAL x4[6];
-            NAME(load_3)(x3, (char *)(r3 + i), SPAN * w);
-            NAME(circle_profile_apply_axis_base_line)(prepared, x3, x4);
-            NAME(store_2x3)((char *)(r4 + i), 3 * SPAN * w, SPAN * w, x4);
-        }
-        NAME(store_span)(args[4], first, r4, 6);
-    }
-}
-LOOPS(circle_profile_dense_axis_base_line)
 
 static void NAME(circle_profile_start_axis_base_line)(char **args, const intptr_t *strides, void *prepared)
 {
@@ -4130,50 +4165,16 @@ static INLINE void NAME(circle_profile_block)(intptr_t n, char **args, const int
 }
 LOOPS(circle_profile_block)
 
-static INLINE void NAME(circle_profile_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    _Alignas(64) REAL r0[6 * SPAN];
-    _Alignas(64) REAL r1[3 * SPAN];
-    _Alignas(64) REAL r2[6 * SPAN];
-    _Alignas(64) REAL r3[3 * SPAN];
-    _Alignas(64) REAL r4[6 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
-        NAME(load_span)(r0, args[0], first, 6);
-        NAME(load_span)(r1, args[1], first, 3);
-        NAME(load_span)(r2, args[2], first, 6);
-        NAME(load_span)(r3, args[3], first, 3);
-        ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
-            REAL x0[6];
-            REAL x1[3];
-            REAL x2[6];
-            REAL x3[3];
-            REAL x4[6];
-            NAME(load_6)(x0, (char *)(r0 + i), SPAN * w);
-            NAME(load_3)(x1, (char *)(r1 + i), SPAN * w);
-            NAME(load_6)(x2, (char *)(r2 + i), SPAN * w);
-            NAME(load_3)(x3, (char *)(r3 + i), SPAN * w);
-            NAME(circle_profile)(x0, x1, x2, x3, x4);
-            NAME(store_2x3)((char *)(r4 + i), 3 * SPAN * w, SPAN * w, x4);
-        }
-        NAME(store_span)(args[4], first, r4, 6);
-    }
-}
-LOOPS(circle_profile_dense)
-
 void NAME(circle_profile_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{6, 1, 0, {6}}, {3, 1, 1, {3}}, {6, 1, 2, {6}}, {3, 1, 3, {3}}, {6, 2, 4,
         {2, 3}}};
     static const struct form forms[] = {{14, 2, NAME(circle_profile_start_base_line_p),
-        WIDTHS(circle_profile_block_base_line_p), WIDTHS(circle_profile_dense_base_line_p)}, {13, 2,
-        NAME(circle_profile_start_axis_line_p), WIDTHS(circle_profile_block_axis_line_p),
-        WIDTHS(circle_profile_dense_axis_line_p)}, {7, 4, NAME(circle_profile_start_axis_base_line),
-        WIDTHS(circle_profile_block_axis_base_line), WIDTHS(circle_profile_dense_axis_base_line)}};
-    static const struct kernel kernel = {WIDTHS(circle_profile_block), WIDTHS(circle_profile_dense), (any_function
-        *)NAME(circle_profile), NAME(call_aaaar), 4, 5, 3, 0, parts, forms};
+        WIDTHS(circle_profile_block_base_line_p), {NULL}}, {13, 2, NAME(circle_profile_start_axis_line_p),
+        WIDTHS(circle_profile_block_axis_line_p), {NULL}}, {7, 4, NAME(circle_profile_start_axis_base_line),
+        WIDTHS(circle_profile_block_axis_base_line), {NULL}}};
+    static const struct kernel kernel = {WIDTHS(circle_profile_block), {NULL}, (any_function *)NAME(circle_profile),
+        NAME(call_aaaar), 4, 5, 3, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -4534,28 +4535,6 @@ static INLINE void NAME(segment_profile_block_axis_base_p)(intptr_t n, char **ar
 }
 LOOPS(segment_profile_block_axis_base_p)
 
-static INLINE void NAME(segment_profile_dense_axis_base_p)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const REAL *prepared = (const REAL *)args[0];
-    (void)strides;
-    _Alignas(64) REAL r2[6 * SPAN];
-    _Alignas(64) REAL r4[6 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
-        NAME(load_span)(r2, args[2], first, 6);
-        ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
-            REAL x2[6];
-            REAL x4[6];
-            NAME(load_6)(x2, (char *)(r2 + i), SPAN * w);
-            NAME(segment_profile_apply_axis_base_p)(prepared, x2, x4);
-            NAME(store_2x3)((char *)(r4 + i), 3 * SPAN * w, SPAN * w, x4);
-        }
-        NAME(store_span)(args[4], first, r4, 6);
-    }
-}
-LOOPS(segment_profile_dense_axis_base_p)
-
 static void NAME(segment_profile_start_axis_base_p)(char **args, const intptr_t *strides, void *prepared)
 {
     const intptr_t c0a = strides[0], c1a = strides[1], c3a = strides[3];
@@ -4585,28 +4564,6 @@ static INLINE void NAME(segment_profile_block_base_line_p)(intptr_t n, char **ar
     }
 }
 LOOPS(segment_profile_block_base_line_p)
-
-static INLINE void NAME(segment_profile_dense_base_line_p)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const REAL *prepared = (const REAL *)args[1];
-    (void)strides;
-    _Alignas(64) REAL r0[6 * SPAN];
-    _Alignas(64) REAL r4[6 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
-        NAME(load_span)(r0, args[0], first, 6);
-        ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
-            REAL x0[6];
-            REAL x4[6];
-            NAME(load_6)(x0, (char *)(r0 + i), SPAN * w);
-            NAME(segment_profile_apply_base_line_p)(prepared, x0, x4);
-            NAME(store_2x3)((char *)(r4 + i), 3 * SPAN * w, SPAN * w, x4);
-        }
-        NAME(store_span)(args[4], first, r4, 6);
-    }
-}
-LOOPS(segment_profile_dense_base_line_p)
 
 static void NAME(segment_profile_start_base_line_p)(char **args, const intptr_t *strides, void *prepared)
 {
@@ -4638,28 +4595,6 @@ static INLINE void NAME(segment_profile_block_axis_base_line)(intptr_t n, char *
 }
 LOOPS(segment_profile_block_axis_base_line)
 
-static INLINE void NAME(segment_profile_dense_axis_base_line)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const REAL *prepared = (const REAL *)args[0];
-    (void)strides;
-    _Alignas(64) REAL r3[3 * SPAN];
-    _Alignas(64) REAL r4[6 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
-        NAME(load_span)(r3, args[3], first, 3);
-        ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
-            REAL x3[3];
-            REAL x4[6];
-            NAME(load_3)(x3, (char *)(r3 + i), SPAN * w);
-            NAME(segment_profile_apply_axis_base_line)(prepared, x3, x4);
-            NAME(store_2x3)((char *)(r4 + i), 3 * SPAN * w, SPAN * w, x4);
-        }
-        NAME(store_span)(args[4], first, r4, 6);
-    }
-}
-LOOPS(segment_profile_dense_axis_base_line)
-
 static void NAME(segment_profile_start_axis_base_line)(char **args, const intptr_t *strides, void *prepared)
 {
     const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
@@ -4689,28 +4624,6 @@ static INLINE void NAME(segment_profile_block_axis_line_p)(intptr_t n, char **ar
     }
 }
 LOOPS(segment_profile_block_axis_line_p)
-
-static INLINE void NAME(segment_profile_dense_axis_line_p)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const REAL *prepared = (const REAL *)args[0];
-    (void)strides;
-    _Alignas(64) REAL r1[3 * SPAN];
-    _Alignas(64) REAL r4[6 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
-        NAME(load_span)(r1, args[1], first, 3);
-        ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
-            REAL x1[3];
-            REAL x4[6];
-            NAME(load_3)(x1, (char *)(r1 + i), SPAN * w);
-            NAME(segment_profile_apply_axis_line_p)(prepared, x1, x4);
-            NAME(store_2x3)((char *)(r4 + i), 3 * SPAN * w, SPAN * w, x4);
-        }
-        NAME(store_span)(args[4], first, r4, 6);
-    }
-}
-LOOPS(segment_profile_dense_axis_line_p)
 
 static void NAME(segment_profile_start_axis_line_p)(char **args, const intptr_t *strides, void *prepared)
 {
@@ -4751,51 +4664,16 @@ static INLINE void NAME(segment_profile_block)(intptr_t n, char **args, const in
 }
 LOOPS(segment_profile_block)
 
-static INLINE void NAME(segment_profile_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    _Alignas(64) REAL r0[6 * SPAN];
-    _Alignas(64) REAL r1[3 * SPAN];
-    _Alignas(64) REAL r2[6 * SPAN];
-    _Alignas(64) REAL r3[3 * SPAN];
-    _Alignas(64) REAL r4[6 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
-        NAME(load_span)(r0, args[0], first, 6);
-        NAME(load_span)(r1, args[1], first, 3);
-        NAME(load_span)(r2, args[2], first, 6);
-        NAME(load_span)(r3, args[3], first, 3);
-        ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
-            REAL x0[6];
-            REAL x1[3];
-            REAL x2[6];
-            REAL x3[3];
-            REAL x4[6];
-            NAME(load_6)(x0, (char *)(r0 + i), SPAN * w);
-            NAME(load_3)(x1, (char *)(r1 + i), SPAN * w);
-            NAME(load_6)(x2, (char *)(r2 + i), SPAN * w);
-            NAME(load_3)(x3, (char *)(r3 + i), SPAN * w);
-            NAME(segment_profile)(x0, x1, x2, x3, x4);
-            NAME(store_2x3)((char *)(r4 + i), 3 * SPAN * w, SPAN * w, x4);
-        }
-        NAME(store_span)(args[4], first, r4, 6);
-    }
-}
-LOOPS(segment_profile_dense)
-
 void NAME(segment_profile_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{6, 1, 0, {6}}, {3, 1, 1, {3}}, {6, 1, 2, {6}}, {3, 1, 3, {3}}, {6, 2, 4,
         {2, 3}}};
     static const struct form forms[] = {{11, 3, NAME(segment_profile_start_axis_base_p),
-        WIDTHS(segment_profile_block_axis_base_p), WIDTHS(segment_profile_dense_axis_base_p)}, {14, 2,
-        NAME(segment_profile_start_base_line_p), WIDTHS(segment_profile_block_base_line_p),
-        WIDTHS(segment_profile_dense_base_line_p)}, {7, 2, NAME(segment_profile_start_axis_base_line),
-        WIDTHS(segment_profile_block_axis_base_line), WIDTHS(segment_profile_dense_axis_base_line)}, {13, 2,
-        NAME(segment_profile_start_axis_line_p), WIDTHS(segment_profile_block_axis_line_p),
-        WIDTHS(segment_profile_dense_axis_line_p)}};
-    static const struct kernel kernel = {WIDTHS(segment_profile_block), WIDTHS(segment_profile_dense), (any_function
+        WIDTHS(segment_profile_block_axis_base_p), {NULL}}, {14, 2, NAME(segment_profile_start_base_line_p),
+        WIDTHS(segment_profile_block_base_line_p), {NULL}}, {7, 2, NAME(segment_profile_start_axis_base_line),
+        WIDTHS(segment_profile_block_axis_base_line), {NULL}}, {13, 2, NAME(segment_profile_start_axis_line_p),
+        WIDTHS(segment_profile_block_axis_line_p), {NULL}}};
+    static const struct kernel kernel = {WIDTHS(segment_profile_block), {NULL}, (any_function
         *)NAME(segment_profile), NAME(call_aaaar), 4, 5, 4, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -5323,28 +5201,6 @@ static INLINE void NAME(circle_shadow_block_first_line_p)(intptr_t n, char **arg
 }
 LOOPS(circle_shadow_block_first_line_p)
 
-static INLINE void NAME(circle_shadow_dense_first_line_p)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const REAL *prepared = (const REAL *)args[0];
-    (void)strides;
-    _Alignas(64) REAL r1[3 * SPAN];
-    _Alignas(64) REAL r4[6 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
-        NAME(load_span)(r1, args[1], first, 3);
-        ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
-            REAL x1[3];
-            REAL x4[6];
-            NAME(load_3)(x1, (char *)(r1 + i), SPAN * w);
-            NAME(circle_shadow_apply_first_line_p)(prepared, x1, x4);
-            NAME(store_2x3)((char *)(r4 + i), 3 * SPAN * w, SPAN * w, x4);
-        }
-        NAME(store_span)(args[4], first, r4, 6);
-    }
-}
-LOOPS(circle_shadow_dense_first_line_p)
-
 static void NAME(circle_shadow_start_first_line_p)(char **args, const intptr_t *strides, void *prepared)
 {
     const intptr_t c0a = strides[0], c2a = strides[2], c3a = strides[3];
@@ -5375,28 +5231,6 @@ static INLINE void NAME(circle_shadow_block_second_line_p)(intptr_t n, char **ar
 }
 LOOPS(circle_shadow_block_second_line_p)
 
-static INLINE void NAME(circle_shadow_dense_second_line_p)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const REAL *prepared = (const REAL *)args[1];
-    (void)strides;
-    _Alignas(64) REAL r0[3 * SPAN];
-    _Alignas(64) REAL r4[6 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
-        NAME(load_span)(r0, args[0], first, 3);
-        ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
-            REAL x0[3];
-            REAL x4[6];
-            NAME(load_3)(x0, (char *)(r0 + i), SPAN * w);
-            NAME(circle_shadow_apply_second_line_p)(prepared, x0, x4);
-            NAME(store_2x3)((char *)(r4 + i), 3 * SPAN * w, SPAN * w, x4);
-        }
-        NAME(store_span)(args[4], first, r4, 6);
-    }
-}
-LOOPS(circle_shadow_dense_second_line_p)
-
 static void NAME(circle_shadow_start_second_line_p)(char **args, const intptr_t *strides, void *prepared)
 {
     const intptr_t c1a = strides[1], c2a = strides[2], c3a = strides[3];
@@ -5426,28 +5260,6 @@ static INLINE void NAME(circle_shadow_block_first_second_line)(intptr_t n, char 
     }
 }
 LOOPS(circle_shadow_block_first_second_line)
-
-static INLINE void NAME(circle_shadow_dense_first_second_line)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const REAL *prepared = (const REAL *)args[0];
-    (void)strides;
-    _Alignas(64) REAL r3[3 * SPAN];
-    _Alignas(64) REAL r4[6 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
-        NAME(load_span)(r3, args[3], first, 3);
-        ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
-            REAL x3[3];
-            REAL x4[6];
-            NAME(load_3)(x3, (char *)(r3 + i), SPAN * w);
-            NAME(circle_shadow_apply_first_second_line)(prepared, x3, x4);
-            NAME(store_2x3)((char *)(r4 + i), 3 * SPAN * w, SPAN * w, x4);
-        }
-        NAME(store_span)(args[4], first, r4, 6);
-    }
-}
-LOOPS(circle_shadow_dense_first_second_line)
 
 static void NAME(circle_shadow_start_first_second_line)(char **args, const intptr_t *strides, void *prepared)
 {
@@ -5488,50 +5300,16 @@ static INLINE void NAME(circle_shadow_block)(intptr_t n, char **args, const intp
 }
 LOOPS(circle_shadow_block)
 
-static INLINE void NAME(circle_shadow_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    _Alignas(64) REAL r0[3 * SPAN];
-    _Alignas(64) REAL r1[3 * SPAN];
-    _Alignas(64) REAL r2[6 * SPAN];
-    _Alignas(64) REAL r3[3 * SPAN];
-    _Alignas(64) REAL r4[6 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
-        NAME(load_span)(r0, args[0], first, 3);
-        NAME(load_span)(r1, args[1], first, 3);
-        NAME(load_span)(r2, args[2], first, 6);
-        NAME(load_span)(r3, args[3], first, 3);
-        ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
-            REAL x0[3];
-            REAL x1[3];
-            REAL x2[6];
-            REAL x3[3];
-            REAL x4[6];
-            NAME(load_3)(x0, (char *)(r0 + i), SPAN * w);
-            NAME(load_3)(x1, (char *)(r1 + i), SPAN * w);
-            NAME(load_6)(x2, (char *)(r2 + i), SPAN * w);
-            NAME(load_3)(x3, (char *)(r3 + i), SPAN * w);
-            NAME(circle_shadow)(x0, x1, x2, x3, x4);
-            NAME(store_2x3)((char *)(r4 + i), 3 * SPAN * w, SPAN * w, x4);
-        }
-        NAME(store_span)(args[4], first, r4, 6);
-    }
-}
-LOOPS(circle_shadow_dense)
-
 void NAME(circle_shadow_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {3, 1, 1, {3}}, {6, 1, 2, {6}}, {3, 1, 3, {3}}, {6, 2, 4,
         {2, 3}}};
     static const struct form forms[] = {{13, 2, NAME(circle_shadow_start_first_line_p),
-        WIDTHS(circle_shadow_block_first_line_p), WIDTHS(circle_shadow_dense_first_line_p)}, {14, 2,
-        NAME(circle_shadow_start_second_line_p), WIDTHS(circle_shadow_block_second_line_p),
-        WIDTHS(circle_shadow_dense_second_line_p)}, {7, 3, NAME(circle_shadow_start_first_second_line),
-        WIDTHS(circle_shadow_block_first_second_line), WIDTHS(circle_shadow_dense_first_second_line)}};
-    static const struct kernel kernel = {WIDTHS(circle_shadow_block), WIDTHS(circle_shadow_dense), (any_function
-        *)NAME(circle_shadow), NAME(call_aaaar), 4, 5, 3, 0, parts, forms};
+        WIDTHS(circle_shadow_block_first_line_p), {NULL}}, {14, 2, NAME(circle_shadow_start_second_line_p),
+        WIDTHS(circle_shadow_block_second_line_p), {NULL}}, {7, 3, NAME(circle_shadow_start_first_second_line),
+        WIDTHS(circle_shadow_block_first_second_line), {NULL}}};
+    static const struct kernel kernel = {WIDTHS(circle_shadow_block), {NULL}, (any_function *)NAME(circle_shadow),
+        NAME(call_aaaar), 4, 5, 3, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -5847,28 +5625,6 @@ static INLINE void NAME(segment_shadow_block_first_second_line)(intptr_t n, char
 }
 LOOPS(segment_shadow_block_first_second_line)
 
-static INLINE void NAME(segment_shadow_dense_first_second_line)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const REAL *prepared = (const REAL *)args[0];
-    (void)strides;
-    _Alignas(64) REAL r3[3 * SPAN];
-    _Alignas(64) REAL r4[6 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
-        NAME(load_span)(r3, args[3], first, 3);
-        ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
-            REAL x3[3];
-            REAL x4[6];
-            NAME(load_3)(x3, (char *)(r3 + i), SPAN * w);
-            NAME(segment_shadow_apply_first_second_line)(prepared, x3, x4);
-            NAME(store_2x3)((char *)(r4 + i), 3 * SPAN * w, SPAN * w, x4);
-        }
-        NAME(store_span)(args[4], first, r4, 6);
-    }
-}
-LOOPS(segment_shadow_dense_first_second_line)
-
 static void NAME(segment_shadow_start_first_second_line)(char **args, const intptr_t *strides, void *prepared)
 {
     const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
@@ -5898,28 +5654,6 @@ static INLINE void NAME(segment_shadow_block_first_second_p)(intptr_t n, char **
     }
 }
 LOOPS(segment_shadow_block_first_second_p)
-
-static INLINE void NAME(segment_shadow_dense_first_second_p)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const REAL *prepared = (const REAL *)args[0];
-    (void)strides;
-    _Alignas(64) REAL r2[6 * SPAN];
-    _Alignas(64) REAL r4[6 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
-        NAME(load_span)(r2, args[2], first, 6);
-        ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
-            REAL x2[6];
-            REAL x4[6];
-            NAME(load_6)(x2, (char *)(r2 + i), SPAN * w);
-            NAME(segment_shadow_apply_first_second_p)(prepared, x2, x4);
-            NAME(store_2x3)((char *)(r4 + i), 3 * SPAN * w, SPAN * w, x4);
-        }
-        NAME(store_span)(args[4], first, r4, 6);
-    }
-}
-LOOPS(segment_shadow_dense_first_second_p)
 
 static void NAME(segment_shadow_start_first_second_p)(char **args, const intptr_t *strides, void *prepared)
 {
@@ -5951,28 +5685,6 @@ static INLINE void NAME(segment_shadow_block_first_line_p)(intptr_t n, char **ar
 }
 LOOPS(segment_shadow_block_first_line_p)
 
-static INLINE void NAME(segment_shadow_dense_first_line_p)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const REAL *prepared = (const REAL *)args[0];
-    (void)strides;
-    _Alignas(64) REAL r1[3 * SPAN];
-    _Alignas(64) REAL r4[6 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
-        NAME(load_span)(r1, args[1], first, 3);
-        ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
-            REAL x1[3];
-            REAL x4[6];
-            NAME(load_3)(x1, (char *)(r1 + i), SPAN * w);
-            NAME(segment_shadow_apply_first_line_p)(prepared, x1, x4);
-            NAME(store_2x3)((char *)(r4 + i), 3 * SPAN * w, SPAN * w, x4);
-        }
-        NAME(store_span)(args[4], first, r4, 6);
-    }
-}
-LOOPS(segment_shadow_dense_first_line_p)
-
 static void NAME(segment_shadow_start_first_line_p)(char **args, const intptr_t *strides, void *prepared)
 {
     const intptr_t c0a = strides[0], c2a = strides[2], c3a = strides[3];
@@ -6002,28 +5714,6 @@ static INLINE void NAME(segment_shadow_block_second_line_p)(intptr_t n, char **a
     }
 }
 LOOPS(segment_shadow_block_second_line_p)
-
-static INLINE void NAME(segment_shadow_dense_second_line_p)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const REAL *prepared = (const REAL *)args[1];
-    (void)strides;
-    _Alignas(64) REAL r0[3 * SPAN];
-    _Alignas(64) REAL r4[6 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
-        NAME(load_span)(r0, args[0], first, 3);
-        ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
-            REAL x0[3];
-            REAL x4[6];
-            NAME(load_3)(x0, (char *)(r0 + i), SPAN * w);
-            NAME(segment_shadow_apply_second_line_p)(prepared, x0, x4);
-            NAME(store_2x3)((char *)(r4 + i), 3 * SPAN * w, SPAN * w, x4);
-        }
-        NAME(store_span)(args[4], first, r4, 6);
-    }
-}
-LOOPS(segment_shadow_dense_second_line_p)
 
 static void NAME(segment_shadow_start_second_line_p)(char **args, const intptr_t *strides, void *prepared)
 {
@@ -6064,52 +5754,17 @@ static INLINE void NAME(segment_shadow_block)(intptr_t n, char **args, const int
 }
 LOOPS(segment_shadow_block)
 
-static INLINE void NAME(segment_shadow_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    _Alignas(64) REAL r0[3 * SPAN];
-    _Alignas(64) REAL r1[3 * SPAN];
-    _Alignas(64) REAL r2[6 * SPAN];
-    _Alignas(64) REAL r3[3 * SPAN];
-    _Alignas(64) REAL r4[6 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
-        NAME(load_span)(r0, args[0], first, 3);
-        NAME(load_span)(r1, args[1], first, 3);
-        NAME(load_span)(r2, args[2], first, 6);
-        NAME(load_span)(r3, args[3], first, 3);
-        ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
-            REAL x0[3];
-            REAL x1[3];
-            REAL x2[6];
-            REAL x3[3];
-            REAL x4[6];
-            NAME(load_3)(x0, (char *)(r0 + i), SPAN * w);
-            NAME(load_3)(x1, (char *)(r1 + i), SPAN * w);
-            NAME(load_6)(x2, (char *)(r2 + i), SPAN * w);
-            NAME(load_3)(x3, (char *)(r3 + i), SPAN * w);
-            NAME(segment_shadow)(x0, x1, x2, x3, x4);
-            NAME(store_2x3)((char *)(r4 + i), 3 * SPAN * w, SPAN * w, x4);
-        }
-        NAME(store_span)(args[4], first, r4, 6);
-    }
-}
-LOOPS(segment_shadow_dense)
-
 void NAME(segment_shadow_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {3, 1, 1, {3}}, {6, 1, 2, {6}}, {3, 1, 3, {3}}, {6, 2, 4,
         {2, 3}}};
     static const struct form forms[] = {{7, 2, NAME(segment_shadow_start_first_second_line),
-        WIDTHS(segment_shadow_block_first_second_line), WIDTHS(segment_shadow_dense_first_second_line)}, {11, 2,
-        NAME(segment_shadow_start_first_second_p), WIDTHS(segment_shadow_block_first_second_p),
-        WIDTHS(segment_shadow_dense_first_second_p)}, {13, 2, NAME(segment_shadow_start_first_line_p),
-        WIDTHS(segment_shadow_block_first_line_p), WIDTHS(segment_shadow_dense_first_line_p)}, {14, 2,
-        NAME(segment_shadow_start_second_line_p), WIDTHS(segment_shadow_block_second_line_p),
-        WIDTHS(segment_shadow_dense_second_line_p)}};
-    static const struct kernel kernel = {WIDTHS(segment_shadow_block), WIDTHS(segment_shadow_dense), (any_function
-        *)NAME(segment_shadow), NAME(call_aaaar), 4, 5, 4, 0, parts, forms};
+        WIDTHS(segment_shadow_block_first_second_line), {NULL}}, {11, 2, NAME(segment_shadow_start_first_second_p),
+        WIDTHS(segment_shadow_block_first_second_p), {NULL}}, {13, 2, NAME(segment_shadow_start_first_line_p),
+        WIDTHS(segment_shadow_block_first_line_p), {NULL}}, {14, 2, NAME(segment_shadow_start_second_line_p),
+        WIDTHS(segment_shadow_block_second_line_p), {NULL}}};
+    static const struct kernel kernel = {WIDTHS(segment_shadow_block), {NULL}, (any_function *)NAME(segment_shadow),
+        NAME(call_aaaar), 4, 5, 4, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -8732,29 +8387,6 @@ static INLINE void NAME(motion_of_three_turns_block_first_second_q)(intptr_t n, 
 }
 LOOPS(motion_of_three_turns_block_first_second_q)
 
-static INLINE void NAME(motion_of_three_turns_dense_first_second_q)(intptr_t n, char **args, const intptr_t
-    *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const REAL *prepared = (const REAL *)args[0];
-    (void)strides;
-    _Alignas(64) REAL r2[6 * SPAN];
-    _Alignas(64) REAL r4[8 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
-        NAME(load_span)(r2, args[2], first, 6);
-        ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
-            REAL x2[6];
-            REAL x4[8];
-            NAME(load_6)(x2, (char *)(r2 + i), SPAN * w);
-            NAME(motion_of_three_turns_apply_first_second_q)(prepared, x2, x4);
-            NAME(store_8)((char *)(r4 + i), SPAN * w, x4);
-        }
-        NAME(store_span)(args[4], first, r4, 8);
-    }
-}
-LOOPS(motion_of_three_turns_dense_first_second_q)
-
 static void NAME(motion_of_three_turns_start_first_second_q)(char **args, const intptr_t *strides, void *prepared)
 {
     const intptr_t c0a = strides[0], c1a = strides[1], c3a = strides[3];
@@ -8784,28 +8416,6 @@ static INLINE void NAME(motion_of_three_turns_block_first_third_q)(intptr_t n, c
     }
 }
 LOOPS(motion_of_three_turns_block_first_third_q)
-
-static INLINE void NAME(motion_of_three_turns_dense_first_third_q)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const REAL *prepared = (const REAL *)args[0];
-    (void)strides;
-    _Alignas(64) REAL r1[6 * SPAN];
-    _Alignas(64) REAL r4[8 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
-        NAME(load_span)(r1, args[1], first, 6);
-        ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
-            REAL x1[6];
-            REAL x4[8];
-            NAME(load_6)(x1, (char *)(r1 + i), SPAN * w);
-            NAME(motion_of_three_turns_apply_first_third_q)(prepared, x1, x4);
-            NAME(store_8)((char *)(r4 + i), SPAN * w, x4);
-        }
-        NAME(store_span)(args[4], first, r4, 8);
-    }
-}
-LOOPS(motion_of_three_turns_dense_first_third_q)
 
 static void NAME(motion_of_three_turns_start_first_third_q)(char **args, const intptr_t *strides, void *prepared)
 {
@@ -8837,29 +8447,6 @@ static INLINE void NAME(motion_of_three_turns_block_second_third_q)(intptr_t n, 
     }
 }
 LOOPS(motion_of_three_turns_block_second_third_q)
-
-static INLINE void NAME(motion_of_three_turns_dense_second_third_q)(intptr_t n, char **args, const intptr_t
-    *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const REAL *prepared = (const REAL *)args[1];
-    (void)strides;
-    _Alignas(64) REAL r0[6 * SPAN];
-    _Alignas(64) REAL r4[8 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
-        NAME(load_span)(r0, args[0], first, 6);
-        ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
-            REAL x0[6];
-            REAL x4[8];
-            NAME(load_6)(x0, (char *)(r0 + i), SPAN * w);
-            NAME(motion_of_three_turns_apply_second_third_q)(prepared, x0, x4);
-            NAME(store_8)((char *)(r4 + i), SPAN * w, x4);
-        }
-        NAME(store_span)(args[4], first, r4, 8);
-    }
-}
-LOOPS(motion_of_three_turns_dense_second_third_q)
 
 static void NAME(motion_of_three_turns_start_second_third_q)(char **args, const intptr_t *strides, void *prepared)
 {
@@ -8921,11 +8508,10 @@ void NAME(motion_of_three_turns_loop)(char **args, const intptr_t *dimensions, c
     static const struct part parts[] = {{6, 1, 0, {6}}, {6, 1, 1, {6}}, {6, 1, 2, {6}}, {3, 1, 3, {3}}, {8, 1, 4,
         {8}}};
     static const struct form forms[] = {{11, 2, NAME(motion_of_three_turns_start_first_second_q),
-        WIDTHS(motion_of_three_turns_block_first_second_q), WIDTHS(motion_of_three_turns_dense_first_second_q)},
-        {13, 2, NAME(motion_of_three_turns_start_first_third_q), WIDTHS(motion_of_three_turns_block_first_third_q),
-        WIDTHS(motion_of_three_turns_dense_first_third_q)}, {14, 2,
-        NAME(motion_of_three_turns_start_second_third_q), WIDTHS(motion_of_three_turns_block_second_third_q),
-        WIDTHS(motion_of_three_turns_dense_second_third_q)}};
+        WIDTHS(motion_of_three_turns_block_first_second_q), {NULL}}, {13, 2,
+        NAME(motion_of_three_turns_start_first_third_q), WIDTHS(motion_of_three_turns_block_first_third_q), {NULL}},
+        {14, 2, NAME(motion_of_three_turns_start_second_third_q),
+        WIDTHS(motion_of_three_turns_block_second_third_q), {NULL}}};
     static const struct kernel kernel = {WIDTHS(motion_of_three_turns_block), {NULL}, (any_function
         *)NAME(motion_of_three_turns), NAME(call_aaaar), 4, 5, 3, 1, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
@@ -9551,28 +9137,6 @@ static INLINE void NAME(distance_to_goal_block_m_n_size)(intptr_t n, char **args
 }
 LOOPS(distance_to_goal_block_m_n_size)
 
-static INLINE void NAME(distance_to_goal_dense_m_n_size)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const REAL *prepared = (const REAL *)args[0];
-    (void)strides;
-    _Alignas(64) REAL r2[8 * SPAN];
-    _Alignas(64) REAL r4[1 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
-        NAME(load_span)(r2, args[2], first, 8);
-        ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
-            REAL x2[8];
-            REAL x4[1];
-            NAME(load_8)(x2, (char *)(r2 + i), SPAN * w);
-            NAME(distance_to_goal_apply_m_n_size)(prepared, x2, x4);
-            NAME(store_scalar)((char *)(r4 + i), x4);
-        }
-        NAME(store_span)(args[4], first, r4, 1);
-    }
-}
-LOOPS(distance_to_goal_dense_m_n_size)
-
 static void NAME(distance_to_goal_start_m_n_size)(char **args, const intptr_t *strides, void *prepared)
 {
     const intptr_t c0a = strides[0], c1a = strides[1];
@@ -9617,7 +9181,7 @@ void NAME(distance_to_goal_loop)(char **args, const intptr_t *dimensions, const 
         {0}}};
     static const struct form forms[] = {{7, 2, NAME(distance_to_goal_start_m_n_goal),
         WIDTHS(distance_to_goal_block_m_n_goal), {NULL}}, {11, 2, NAME(distance_to_goal_start_m_n_size),
-        WIDTHS(distance_to_goal_block_m_n_size), WIDTHS(distance_to_goal_dense_m_n_size)}};
+        WIDTHS(distance_to_goal_block_m_n_size), {NULL}}};
     static const struct kernel kernel = {WIDTHS(distance_to_goal_block), {NULL}, (any_function
         *)NAME(distance_to_goal), NAME(call_aaanr), 4, 5, 2, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
@@ -9765,28 +9329,6 @@ static INLINE void NAME(point_and_tangent_block_p)(intptr_t n, char **args, cons
 }
 LOOPS(point_and_tangent_block_p)
 
-static INLINE void NAME(point_and_tangent_dense_p)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const REAL *prepared = (const REAL *)args[0];
-    (void)strides;
-    _Alignas(64) REAL r1[6 * SPAN];
-    _Alignas(64) REAL r2[14 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
-        NAME(load_span)(r1, args[1], first, 6);
-        ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
-            REAL x1[6];
-            REAL x2[14];
-            NAME(load_6)(x1, (char *)(r1 + i), SPAN * w);
-            NAME(point_and_tangent_apply_p)(prepared, x1, x2);
-            NAME(store_14)((char *)(r2 + i), SPAN * w, x2);
-        }
-        NAME(store_span)(args[2], first, r2, 14);
-    }
-}
-LOOPS(point_and_tangent_dense_p)
-
 static void NAME(point_and_tangent_start_p)(char **args, const intptr_t *strides, void *prepared)
 {
     const intptr_t c0a = strides[0];
@@ -9815,38 +9357,13 @@ static INLINE void NAME(point_and_tangent_block)(intptr_t n, char **args, const 
 }
 LOOPS(point_and_tangent_block)
 
-static INLINE void NAME(point_and_tangent_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    _Alignas(64) REAL r0[3 * SPAN];
-    _Alignas(64) REAL r1[6 * SPAN];
-    _Alignas(64) REAL r2[14 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
-        NAME(load_span)(r0, args[0], first, 3);
-        NAME(load_span)(r1, args[1], first, 6);
-        ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
-            REAL x0[3];
-            REAL x1[6];
-            REAL x2[14];
-            NAME(load_3)(x0, (char *)(r0 + i), SPAN * w);
-            NAME(load_6)(x1, (char *)(r1 + i), SPAN * w);
-            NAME(point_and_tangent)(x0, x1, x2);
-            NAME(store_14)((char *)(r2 + i), SPAN * w, x2);
-        }
-        NAME(store_span)(args[2], first, r2, 14);
-    }
-}
-LOOPS(point_and_tangent_dense)
-
 void NAME(point_and_tangent_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {6, 1, 1, {6}}, {14, 1, 2, {14}}};
     static const struct form forms[] = {{1, 2, NAME(point_and_tangent_start_p), WIDTHS(point_and_tangent_block_p),
-        WIDTHS(point_and_tangent_dense_p)}};
-    static const struct kernel kernel = {WIDTHS(point_and_tangent_block), WIDTHS(point_and_tangent_dense),
-        (any_function *)NAME(point_and_tangent), NAME(call_aar), 2, 3, 1, 0, parts, forms};
+        {NULL}}};
+    static const struct kernel kernel = {WIDTHS(point_and_tangent_block), {NULL}, (any_function
+        *)NAME(point_and_tangent), NAME(call_aar), 2, 3, 1, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 

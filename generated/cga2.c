@@ -2,7 +2,7 @@
 // command: gac generate --all cga2
 // spec: a74b5b16fc92a439
 // contraction: -ffp-contract=off (every operation is rounded once)
-// body: 4c36816f2f53302b4020c0c6d57b2b9f5e1dc48764a8762db7640b71e2a7028c
+// body: d7d5a484e3c1a14b1fd59c7a35fca611a308d1e666eb7fb6a3e86f5db9fad985
 
 #ifndef REAL
 #include "cga2.h"
@@ -99,7 +99,7 @@ struct kernel {
     const struct form *forms;
 };
 
-enum { PARTS = 6, CORES = 5, NUMBERS = 48, SPACE = 4096, PREPARED = 18 };
+enum { PARTS = 6, CORES = 5, NUMBERS = 48, SPACE = 4096, PREPARED = 18, SIZES = 16 };
 
 #define SQRT(x) FUNCTION(sqrt)(x)
 #define SIN(x) NAME(sin_of)(x, far)
@@ -760,50 +760,161 @@ WIDE static void NAME(store_rows)(char *a, intptr_t s, intptr_t c, REAL *x, intp
     }
 }
 
-// The rows of SPAN elements of `size` components, in C order from element `first` on; and back.
-static INLINE void NAME(load_span)(REAL *x, char *a, intptr_t first, intptr_t size)
+// Rows, SPAN numbers long, of `n` elements of `size` components, in C order from element `first` on; and back.
+static INLINE void NAME(load_span)(REAL *x, char *a, intptr_t first, intptr_t size, intptr_t n)
 {
     const intptr_t w = sizeof(REAL);
     const REAL *from = (const REAL *)(a + first * size * w);
     if (size == 1) {
-        memcpy(x, from, SPAN * w);
+        memcpy(x, from, n * w);
     } else if (size == 2) {
-        for (intptr_t i = 0; i < SPAN; ++i) {
+        for (intptr_t i = 0; i < n; ++i) {
             x[i] = from[2 * i];
             x[SPAN + i] = from[2 * i + 1];
         }
     } else if (size == 3) {
-        for (intptr_t i = 0; i < SPAN; ++i) {
+        for (intptr_t i = 0; i < n; ++i) {
             x[i] = from[3 * i];
             x[SPAN + i] = from[3 * i + 1];
             x[2 * SPAN + i] = from[3 * i + 2];
         }
     } else {
-        NAME(turn_tiles)(0, (char *)x, SPAN * w, (char *)from, size * w, size, SPAN);
+        NAME(turn_tiles)(0, (char *)x, SPAN * w, (char *)from, size * w, size, n);
     }
 }
 
-static INLINE void NAME(store_span)(char *a, intptr_t first, REAL *x, intptr_t size)
+static INLINE void NAME(store_span)(char *a, intptr_t first, REAL *x, intptr_t size, intptr_t n)
 {
     const intptr_t w = sizeof(REAL);
     REAL *to = (REAL *)(a + first * size * w);
     if (size == 1) {
-        memcpy(to, x, SPAN * w);
+        memcpy(to, x, n * w);
     } else if (size == 2) {
-        for (intptr_t i = 0; i < SPAN; ++i) {
+        for (intptr_t i = 0; i < n; ++i) {
             to[2 * i] = x[i];
             to[2 * i + 1] = x[SPAN + i];
         }
     } else if (size == 3) {
-        for (intptr_t i = 0; i < SPAN; ++i) {
+        for (intptr_t i = 0; i < n; ++i) {
             to[3 * i] = x[i];
             to[3 * i + 1] = x[SPAN + i];
             to[3 * i + 2] = x[2 * SPAN + i];
         }
     } else {
-        NAME(turn_tiles)(1, (char *)x, SPAN * w, (char *)to, size * w, size, SPAN);
+        NAME(turn_tiles)(1, (char *)x, SPAN * w, (char *)to, size * w, size, n);
     }
 }
+
+// The same as loops, one for each size that is known: between rows and elements in C order.
+static INLINE void NAME(load_span_1)(intptr_t n, char **args, const intptr_t *strides)
+{
+    (void)strides;
+    NAME(load_span)((REAL *)args[0], args[1], 0, 1, n);
+}
+LOOPS(load_span_1)
+
+static INLINE void NAME(store_span_1)(intptr_t n, char **args, const intptr_t *strides)
+{
+    (void)strides;
+    NAME(store_span)(args[1], 0, (REAL *)args[0], 1, n);
+}
+LOOPS(store_span_1)
+
+static INLINE void NAME(load_span_2)(intptr_t n, char **args, const intptr_t *strides)
+{
+    (void)strides;
+    NAME(load_span)((REAL *)args[0], args[1], 0, 2, n);
+}
+LOOPS(load_span_2)
+
+static INLINE void NAME(store_span_2)(intptr_t n, char **args, const intptr_t *strides)
+{
+    (void)strides;
+    NAME(store_span)(args[1], 0, (REAL *)args[0], 2, n);
+}
+LOOPS(store_span_2)
+
+static INLINE void NAME(load_span_3)(intptr_t n, char **args, const intptr_t *strides)
+{
+    (void)strides;
+    NAME(load_span)((REAL *)args[0], args[1], 0, 3, n);
+}
+LOOPS(load_span_3)
+
+static INLINE void NAME(store_span_3)(intptr_t n, char **args, const intptr_t *strides)
+{
+    (void)strides;
+    NAME(store_span)(args[1], 0, (REAL *)args[0], 3, n);
+}
+LOOPS(store_span_3)
+
+static INLINE void NAME(load_span_4)(intptr_t n, char **args, const intptr_t *strides)
+{
+    (void)strides;
+    NAME(load_span)((REAL *)args[0], args[1], 0, 4, n);
+}
+LOOPS(load_span_4)
+
+static INLINE void NAME(store_span_4)(intptr_t n, char **args, const intptr_t *strides)
+{
+    (void)strides;
+    NAME(store_span)(args[1], 0, (REAL *)args[0], 4, n);
+}
+LOOPS(store_span_4)
+
+static INLINE void NAME(load_span_6)(intptr_t n, char **args, const intptr_t *strides)
+{
+    (void)strides;
+    NAME(load_span)((REAL *)args[0], args[1], 0, 6, n);
+}
+LOOPS(load_span_6)
+
+static INLINE void NAME(store_span_6)(intptr_t n, char **args, const intptr_t *strides)
+{
+    (void)strides;
+    NAME(store_span)(args[1], 0, (REAL *)args[0], 6, n);
+}
+LOOPS(store_span_6)
+
+static INLINE void NAME(load_span_8)(intptr_t n, char **args, const intptr_t *strides)
+{
+    (void)strides;
+    NAME(load_span)((REAL *)args[0], args[1], 0, 8, n);
+}
+LOOPS(load_span_8)
+
+static INLINE void NAME(store_span_8)(intptr_t n, char **args, const intptr_t *strides)
+{
+    (void)strides;
+    NAME(store_span)(args[1], 0, (REAL *)args[0], 8, n);
+}
+LOOPS(store_span_8)
+
+static INLINE void NAME(load_span_16)(intptr_t n, char **args, const intptr_t *strides)
+{
+    (void)strides;
+    NAME(load_span)((REAL *)args[0], args[1], 0, 16, n);
+}
+LOOPS(load_span_16)
+
+static INLINE void NAME(store_span_16)(intptr_t n, char **args, const intptr_t *strides)
+{
+    (void)strides;
+    NAME(store_span)(args[1], 0, (REAL *)args[0], 16, n);
+}
+LOOPS(store_span_16)
+
+static const struct {
+    loop_function *load[2], *store[2];
+} NAME(spans)[SIZES + 1] = {
+    [1] = {WIDTHS(load_span_1), WIDTHS(store_span_1)},
+    [2] = {WIDTHS(load_span_2), WIDTHS(store_span_2)},
+    [3] = {WIDTHS(load_span_3), WIDTHS(store_span_3)},
+    [4] = {WIDTHS(load_span_4), WIDTHS(store_span_4)},
+    [6] = {WIDTHS(load_span_6), WIDTHS(store_span_6)},
+    [8] = {WIDTHS(load_span_8), WIDTHS(store_span_8)},
+    [16] = {WIDTHS(load_span_16), WIDTHS(store_span_16)},
+};
 
 // All rows of a part, from the batch or back to it; axes that lie as one are moved as one.
 static void NAME(move_part)(int back, REAL *x, intptr_t row, const struct part *part, char *a, intptr_t s,
@@ -875,15 +986,23 @@ static void NAME(batch)(const struct kernel *kernel, char **args, intptr_t n, co
     char *starts[PARTS];
     intptr_t cores[CORES], row_cores[CORES], total = 0, bytes = 0;
     unsigned still = 0, hoisted = 0;
+    int in_place = 1, ordered = 1, known = 1;
     if (width < 0 || n == 1) {
         NAME(each)(kernel, args, n, steps);
         return;
     }
-    loop_function *in_rows = kernel->block[width], *in_order = kernel->dense[width];
+    loop_function *in_rows = kernel->block[width], *in_order = kernel->dense[width], *loads[PARTS], *stores[PARTS];
     for (int p = 0; p < n_parts; ++p) {
-        total += kernel->parts[p].size;
+        const struct part *part = &kernel->parts[p];
+        const int same = p < n_inputs && steps[p] == 0;
+        intptr_t step = w;
+        for (int q = part->rank; q-- > 0; step *= part->shape[q])
+            ordered = ordered && (same || strides[part->first + q] == step);
+        ordered = ordered && (same || steps[p] == step);
+        known = known && part->size <= SIZES && NAME(spans)[part->size].load[width];
+        total += part->size;
         bytes += steps[p] < 0 ? -steps[p] : steps[p];
-        still |= (unsigned)(p < n_inputs && steps[p] == 0) << p;
+        still |= (unsigned)same << p;
     }
     for (int f = 0; f < kernel->n_forms && !hoisted; ++f) {
         const struct form *form = &kernel->forms[f];
@@ -892,40 +1011,52 @@ static void NAME(batch)(const struct kernel *kernel, char **args, intptr_t n, co
             hoisted = form->same, in_rows = form->block[width], in_order = form->dense[width];
         }
     }
-    int in_place = 1, dense = in_order != NULL;
-    // Long rows spare calls; beyond the last cache, short ones keep reading and writing going side by side.
-    intptr_t row = n < (1 << 24) / (bytes + 1) ? 512 / w : LANES;
+    const int dense = ordered && still == hoisted && in_order;
+    const int spans = ordered && !dense && known && total * SPAN <= SPACE;
+    // Long rows spare calls; beyond the last cache, short turns keep reading and writing going side by side.
+    const int near = n < (1 << 24) / (bytes + 1);
+    intptr_t row = spans ? SPAN : near ? 512 / w : LANES;
     while (row > LANES && row * total > SPACE)
         row /= 2;
     total = 0;
     for (int p = 0; p < n_parts; ++p) {
         const struct part *part = &kernel->parts[p];
-        const intptr_t *c = strides + part->first;
-        intptr_t step = w, row_step = row * w;
+        intptr_t row_step = row * w;
         starts[p] = hoisted >> p & 1 ? (char *)prepared : args[p];
         rows[p] = space + row * total;
         total += part->size;
-        kinds[p] = hoisted >> p & 1 ? HOISTED : p < n_inputs && steps[p] == 0 ? SAME : steps[p] == w ? UNIT : ANY;
+        kinds[p] = hoisted >> p & 1 ? HOISTED : still >> p & 1 ? SAME : steps[p] == w ? UNIT : ANY;
         for (int q = 0; kernel->repeats && p >= n_inputs && q < n_inputs; ++q)
             kinds[p] = args[p] == args[q] ? ANY : kinds[p];
         in_place = in_place && (kinds[p] == UNIT || kinds[p] == HOISTED);
-        for (int q = part->rank; q-- > 0; step *= part->shape[q], row_step *= part->shape[q]) {
-            cores[part->first + q] = c[q];
-            row_cores[part->first + q] = row_step;
-            dense = dense && (kinds[p] == HOISTED || c[q] == step);
+        for (int q = part->first + part->rank; q-- > part->first; row_step *= part->shape[q - part->first]) {
+            cores[q] = kinds[p] == SAME || kinds[p] == ANY ? row_step : strides[q];
+            row_cores[q] = row_step;
         }
-        dense = dense && (kinds[p] == HOISTED || steps[p] == step);
-    }
-    for (int p = 0; p < n_inputs && !dense; ++p) {
-        const struct part *part = &kernel->parts[p];
-        if (kinds[p] == SAME) {
-            starts[p] = (char *)rows[p];
+        if (dense || kinds[p] == HOISTED || kinds[p] == UNIT)
+            continue;
+        starts[p] = (char *)rows[p];
+        loads[p] = spans ? NAME(spans)[part->size].load[width] : NULL;
+        stores[p] = spans ? NAME(spans)[part->size].store[width] : NULL;
+        if (kinds[p] == SAME)
             NAME(move_part)(0, rows[p], row, part, args[p], 0, strides + part->first, n < row ? PADDED(n) : row);
-            for (int q = part->first; q < part->first + part->rank; ++q)
-                cores[q] = row_cores[q];
-        }
     }
-    for (intptr_t i = 0, m; i < n; i += m) {
+    const intptr_t turn = near ? SPAN : LANES;
+    intptr_t i = 0;
+    // In C order, by functions that know the sizes.
+    for (; spans && !in_place && n - i >= turn; i += turn) {
+        for (int p = 0; p < n_parts; ++p) {
+            if (kinds[p] == UNIT)
+                starts[p] = args[p] + i * w;
+            else if (kinds[p] == ANY && p < n_inputs)
+                loads[p](turn, (char *[]){starts[p], args[p] + i * steps[p]}, NULL);
+        }
+        in_rows(turn, starts, cores);
+        for (int p = n_inputs; p < n_parts; ++p)
+            if (kinds[p] == ANY)
+                stores[p](turn, (char *[]){starts[p], args[p] + i * steps[p]}, NULL);
+    }
+    for (intptr_t m; i < n; i += m) {
         const int last = n - i < LANES;
         if (dense && n - i >= SPAN) {
             m = n & -SPAN;
@@ -940,7 +1071,7 @@ static void NAME(batch)(const struct kernel *kernel, char **args, intptr_t n, co
             if (kinds[p] < UNIT || (kinds[p] == UNIT && !last))
                 continue;
             starts[p] = (char *)rows[p];
-            for (int q = part->first; q < part->first + part->rank; ++q)
+            for (int q = part->first; last && q < part->first + part->rank; ++q)
                 cores[q] = row_cores[q];
             if (p < n_inputs)
                 NAME(move_part)(0, rows[p], row, part, args[p] + i * steps[p], steps[p], strides + part->first, m);
@@ -2178,36 +2309,11 @@ static INLINE void NAME(even_product_block)(intptr_t n, char **args, const intpt
 }
 LOOPS(even_product_block)
 
-static INLINE void NAME(even_product_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    _Alignas(64) REAL r0[8 * SPAN];
-    _Alignas(64) REAL r1[8 * SPAN];
-    _Alignas(64) REAL r2[8 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
-        NAME(load_span)(r0, args[0], first, 8);
-        NAME(load_span)(r1, args[1], first, 8);
-        ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
-            REAL x0[8];
-            REAL x1[8];
-            REAL x2[8];
-            NAME(load_8)(x0, (char *)(r0 + i), SPAN * w);
-            NAME(load_8)(x1, (char *)(r1 + i), SPAN * w);
-            NAME(even_product)(x0, x1, x2);
-            NAME(store_8)((char *)(r2 + i), SPAN * w, x2);
-        }
-        NAME(store_span)(args[2], first, r2, 8);
-    }
-}
-LOOPS(even_product_dense)
-
 void NAME(even_product_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{8, 1, 0, {8}}, {8, 1, 1, {8}}, {8, 1, 2, {8}}};
-    static const struct kernel kernel = {WIDTHS(even_product_block), WIDTHS(even_product_dense), (any_function
-        *)NAME(even_product), NAME(call_aar), 2, 3, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(even_product_block), {NULL}, (any_function *)NAME(even_product),
+        NAME(call_aar), 2, 3, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -2325,32 +2431,11 @@ static INLINE void NAME(even_reverse_block)(intptr_t n, char **args, const intpt
 }
 LOOPS(even_reverse_block)
 
-static INLINE void NAME(even_reverse_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    _Alignas(64) REAL r0[8 * SPAN];
-    _Alignas(64) REAL r1[8 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
-        NAME(load_span)(r0, args[0], first, 8);
-        ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
-            REAL x0[8];
-            REAL x1[8];
-            NAME(load_8)(x0, (char *)(r0 + i), SPAN * w);
-            NAME(even_reverse)(x0, x1);
-            NAME(store_8)((char *)(r1 + i), SPAN * w, x1);
-        }
-        NAME(store_span)(args[1], first, r1, 8);
-    }
-}
-LOOPS(even_reverse_dense)
-
 void NAME(even_reverse_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{8, 1, 0, {8}}, {8, 1, 1, {8}}};
-    static const struct kernel kernel = {WIDTHS(even_reverse_block), WIDTHS(even_reverse_dense), (any_function
-        *)NAME(even_reverse), NAME(call_ar), 1, 2, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(even_reverse_block), {NULL}, (any_function *)NAME(even_reverse),
+        NAME(call_ar), 1, 2, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -2672,7 +2757,7 @@ static INLINE void NAME(embed_point_dense)(intptr_t n, char **args, const intptr
             NAME(embed_point)(x0, x1);
             NAME(store_4)((char *)(r1 + i), SPAN * w, x1);
         }
-        NAME(store_span)(args[1], first, r1, 4);
+        NAME(store_span)(args[1], first, r1, 4, SPAN);
     }
 }
 LOOPS(embed_point_dense)
@@ -2729,7 +2814,7 @@ static INLINE void NAME(extract_point_dense)(intptr_t n, char **args, const intp
             NAME(extract_point)(x0, x1);
             NAME(store_2)((char *)(r1 + i), SPAN * w, x1);
         }
-        NAME(store_span)(args[1], first, r1, 2);
+        NAME(store_span)(args[1], first, r1, 2, SPAN);
     }
 }
 LOOPS(extract_point_dense)
@@ -2790,7 +2875,7 @@ static INLINE void NAME(normalize_vector_dense)(intptr_t n, char **args, const i
             NAME(normalize_vector)(x0, x1);
             NAME(store_4)((char *)(r1 + i), SPAN * w, x1);
         }
-        NAME(store_span)(args[1], first, r1, 4);
+        NAME(store_span)(args[1], first, r1, 4, SPAN);
     }
 }
 LOOPS(normalize_vector_dense)
@@ -2855,7 +2940,7 @@ static INLINE void NAME(distance_squared_points_dense)(intptr_t n, char **args, 
             NAME(distance_squared_points)(x0, x1, x2);
             NAME(store_scalar)((char *)(r2 + i), x2);
         }
-        NAME(store_span)(args[2], first, r2, 1);
+        NAME(store_span)(args[2], first, r2, 1, SPAN);
     }
 }
 LOOPS(distance_squared_points_dense)
@@ -2922,7 +3007,7 @@ static INLINE void NAME(distance_points_dense)(intptr_t n, char **args, const in
             NAME(distance_points)(x0, x1, x2);
             NAME(store_scalar)((char *)(r2 + i), x2);
         }
-        NAME(store_span)(args[2], first, r2, 1);
+        NAME(store_span)(args[2], first, r2, 1, SPAN);
     }
 }
 LOOPS(distance_points_dense)
@@ -2993,7 +3078,7 @@ static INLINE void NAME(inner_product_of_vectors_dense)(intptr_t n, char **args,
             NAME(inner_product_of_vectors)(x0, x1, x2);
             NAME(store_scalar)((char *)(r2 + i), x2);
         }
-        NAME(store_span)(args[2], first, r2, 1);
+        NAME(store_span)(args[2], first, r2, 1, SPAN);
     }
 }
 LOOPS(inner_product_of_vectors_dense)
@@ -3048,7 +3133,7 @@ static INLINE void NAME(flat_point_from_point_dense)(intptr_t n, char **args, co
             NAME(flat_point_from_point)(x0, x1);
             NAME(store_3)((char *)(r1 + i), SPAN * w, x1);
         }
-        NAME(store_span)(args[1], first, r1, 3);
+        NAME(store_span)(args[1], first, r1, 3, SPAN);
     }
 }
 LOOPS(flat_point_from_point_dense)
@@ -3105,7 +3190,7 @@ static INLINE void NAME(point_from_flat_point_dense)(intptr_t n, char **args, co
             NAME(point_from_flat_point)(x0, x1);
             NAME(store_2)((char *)(r1 + i), SPAN * w, x1);
         }
-        NAME(store_span)(args[1], first, r1, 2);
+        NAME(store_span)(args[1], first, r1, 2, SPAN);
     }
 }
 LOOPS(point_from_flat_point_dense)
@@ -3172,7 +3257,7 @@ static INLINE void NAME(line_from_points_dense)(intptr_t n, char **args, const i
             NAME(line_from_points)(x0, x1, x2);
             NAME(store_3)((char *)(r2 + i), SPAN * w, x2);
         }
-        NAME(store_span)(args[2], first, r2, 3);
+        NAME(store_span)(args[2], first, r2, 3, SPAN);
     }
 }
 LOOPS(line_from_points_dense)
@@ -3239,7 +3324,7 @@ static INLINE void NAME(line_from_point_direction_dense)(intptr_t n, char **args
             NAME(line_from_point_direction)(x0, x1, x2);
             NAME(store_3)((char *)(r2 + i), SPAN * w, x2);
         }
-        NAME(store_span)(args[2], first, r2, 3);
+        NAME(store_span)(args[2], first, r2, 3, SPAN);
     }
 }
 LOOPS(line_from_point_direction_dense)
@@ -3302,7 +3387,7 @@ static INLINE void NAME(line_from_normal_dense)(intptr_t n, char **args, const i
             NAME(line_from_normal)(x0, x1[0], x2);
             NAME(store_3)((char *)(r2 + i), SPAN * w, x2);
         }
-        NAME(store_span)(args[2], first, r2, 3);
+        NAME(store_span)(args[2], first, r2, 3, SPAN);
     }
 }
 LOOPS(line_from_normal_dense)
@@ -3374,7 +3459,7 @@ static INLINE void NAME(bisector_line_dense)(intptr_t n, char **args, const intp
             NAME(bisector_line)(x0, x1, x2);
             NAME(store_3)((char *)(r2 + i), SPAN * w, x2);
         }
-        NAME(store_span)(args[2], first, r2, 3);
+        NAME(store_span)(args[2], first, r2, 3, SPAN);
     }
 }
 LOOPS(bisector_line_dense)
@@ -3434,7 +3519,7 @@ static INLINE void NAME(dual_line_from_normal_dense)(intptr_t n, char **args, co
             NAME(dual_line_from_normal)(x0, x1[0], x2);
             NAME(store_3)((char *)(r2 + i), SPAN * w, x2);
         }
-        NAME(store_span)(args[2], first, r2, 3);
+        NAME(store_span)(args[2], first, r2, 3, SPAN);
     }
 }
 LOOPS(dual_line_from_normal_dense)
@@ -3491,7 +3576,7 @@ static INLINE void NAME(line_polarity_dense)(intptr_t n, char **args, const intp
             NAME(line_polarity)(x0, x1);
             NAME(store_3)((char *)(r1 + i), SPAN * w, x1);
         }
-        NAME(store_span)(args[1], first, r1, 3);
+        NAME(store_span)(args[1], first, r1, 3, SPAN);
     }
 }
 LOOPS(line_polarity_dense)
@@ -3548,7 +3633,7 @@ static INLINE void NAME(line_from_dual_dense)(intptr_t n, char **args, const int
             NAME(line_from_dual)(x0, x1);
             NAME(store_3)((char *)(r1 + i), SPAN * w, x1);
         }
-        NAME(store_span)(args[1], first, r1, 3);
+        NAME(store_span)(args[1], first, r1, 3, SPAN);
     }
 }
 LOOPS(line_from_dual_dense)
@@ -3604,7 +3689,7 @@ static INLINE void NAME(circle_from_line_dense)(intptr_t n, char **args, const i
             NAME(circle_from_line)(x0, x1);
             NAME(store_4)((char *)(r1 + i), SPAN * w, x1);
         }
-        NAME(store_span)(args[1], first, r1, 4);
+        NAME(store_span)(args[1], first, r1, 4, SPAN);
     }
 }
 LOOPS(circle_from_line_dense)
@@ -3757,28 +3842,6 @@ static INLINE void NAME(point_pair_from_points_block_a)(intptr_t n, char **args,
 }
 LOOPS(point_pair_from_points_block_a)
 
-static INLINE void NAME(point_pair_from_points_dense_a)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const REAL *prepared = (const REAL *)args[0];
-    (void)strides;
-    _Alignas(64) REAL r1[2 * SPAN];
-    _Alignas(64) REAL r2[6 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
-        NAME(load_span)(r1, args[1], first, 2);
-        ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
-            REAL x1[2];
-            REAL x2[6];
-            NAME(load_2)(x1, (char *)(r1 + i), SPAN * w);
-            NAME(point_pair_from_points_apply_a)(prepared, x1, x2);
-            NAME(store_6)((char *)(r2 + i), SPAN * w, x2);
-        }
-        NAME(store_span)(args[2], first, r2, 6);
-    }
-}
-LOOPS(point_pair_from_points_dense_a)
-
 static void NAME(point_pair_from_points_start_a)(char **args, const intptr_t *strides, void *prepared)
 {
     const intptr_t c0a = strides[0];
@@ -3804,28 +3867,6 @@ static INLINE void NAME(point_pair_from_points_block_b)(intptr_t n, char **args,
     }
 }
 LOOPS(point_pair_from_points_block_b)
-
-static INLINE void NAME(point_pair_from_points_dense_b)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const REAL *prepared = (const REAL *)args[1];
-    (void)strides;
-    _Alignas(64) REAL r0[2 * SPAN];
-    _Alignas(64) REAL r2[6 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
-        NAME(load_span)(r0, args[0], first, 2);
-        ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
-            REAL x0[2];
-            REAL x2[6];
-            NAME(load_2)(x0, (char *)(r0 + i), SPAN * w);
-            NAME(point_pair_from_points_apply_b)(prepared, x0, x2);
-            NAME(store_6)((char *)(r2 + i), SPAN * w, x2);
-        }
-        NAME(store_span)(args[2], first, r2, 6);
-    }
-}
-LOOPS(point_pair_from_points_dense_b)
 
 static void NAME(point_pair_from_points_start_b)(char **args, const intptr_t *strides, void *prepared)
 {
@@ -3855,40 +3896,14 @@ static INLINE void NAME(point_pair_from_points_block)(intptr_t n, char **args, c
 }
 LOOPS(point_pair_from_points_block)
 
-static INLINE void NAME(point_pair_from_points_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    _Alignas(64) REAL r0[2 * SPAN];
-    _Alignas(64) REAL r1[2 * SPAN];
-    _Alignas(64) REAL r2[6 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
-        NAME(load_span)(r0, args[0], first, 2);
-        NAME(load_span)(r1, args[1], first, 2);
-        ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
-            REAL x0[2];
-            REAL x1[2];
-            REAL x2[6];
-            NAME(load_2)(x0, (char *)(r0 + i), SPAN * w);
-            NAME(load_2)(x1, (char *)(r1 + i), SPAN * w);
-            NAME(point_pair_from_points)(x0, x1, x2);
-            NAME(store_6)((char *)(r2 + i), SPAN * w, x2);
-        }
-        NAME(store_span)(args[2], first, r2, 6);
-    }
-}
-LOOPS(point_pair_from_points_dense)
-
 void NAME(point_pair_from_points_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{2, 1, 0, {2}}, {2, 1, 1, {2}}, {6, 1, 2, {6}}};
     static const struct form forms[] = {{1, 2, NAME(point_pair_from_points_start_a),
-        WIDTHS(point_pair_from_points_block_a), WIDTHS(point_pair_from_points_dense_a)}, {2, 2,
-        NAME(point_pair_from_points_start_b), WIDTHS(point_pair_from_points_block_b),
-        WIDTHS(point_pair_from_points_dense_b)}};
-    static const struct kernel kernel = {WIDTHS(point_pair_from_points_block), WIDTHS(point_pair_from_points_dense),
-        (any_function *)NAME(point_pair_from_points), NAME(call_aar), 2, 3, 2, 0, parts, forms};
+        WIDTHS(point_pair_from_points_block_a), {NULL}}, {2, 2, NAME(point_pair_from_points_start_b),
+        WIDTHS(point_pair_from_points_block_b), {NULL}}};
+    static const struct kernel kernel = {WIDTHS(point_pair_from_points_block), {NULL}, (any_function
+        *)NAME(point_pair_from_points), NAME(call_aar), 2, 3, 2, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -4046,28 +4061,6 @@ static INLINE void NAME(point_pair_from_centre_block_0_1)(intptr_t n, char **arg
 }
 LOOPS(point_pair_from_centre_block_0_1)
 
-static INLINE void NAME(point_pair_from_centre_dense_0_1)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const REAL *prepared = (const REAL *)args[0];
-    (void)strides;
-    _Alignas(64) REAL r2[1 * SPAN];
-    _Alignas(64) REAL r3[6 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
-        NAME(load_span)(r2, args[2], first, 1);
-        ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
-            REAL x2[1];
-            REAL x3[6];
-            NAME(load_scalar)(x2, (char *)(r2 + i));
-            NAME(point_pair_from_centre_apply_0_1)(prepared, x2[0], x3);
-            NAME(store_6)((char *)(r3 + i), SPAN * w, x3);
-        }
-        NAME(store_span)(args[3], first, r3, 6);
-    }
-}
-LOOPS(point_pair_from_centre_dense_0_1)
-
 static void NAME(point_pair_from_centre_start_0_1)(char **args, const intptr_t *strides, void *prepared)
 {
     const intptr_t c0a = strides[0], c1a = strides[1];
@@ -4095,28 +4088,6 @@ static INLINE void NAME(point_pair_from_centre_block_0_2)(intptr_t n, char **arg
     }
 }
 LOOPS(point_pair_from_centre_block_0_2)
-
-static INLINE void NAME(point_pair_from_centre_dense_0_2)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const REAL *prepared = (const REAL *)args[0];
-    (void)strides;
-    _Alignas(64) REAL r1[2 * SPAN];
-    _Alignas(64) REAL r3[6 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
-        NAME(load_span)(r1, args[1], first, 2);
-        ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
-            REAL x1[2];
-            REAL x3[6];
-            NAME(load_2)(x1, (char *)(r1 + i), SPAN * w);
-            NAME(point_pair_from_centre_apply_0_2)(prepared, x1, x3);
-            NAME(store_6)((char *)(r3 + i), SPAN * w, x3);
-        }
-        NAME(store_span)(args[3], first, r3, 6);
-    }
-}
-LOOPS(point_pair_from_centre_dense_0_2)
 
 static void NAME(point_pair_from_centre_start_0_2)(char **args, const intptr_t *strides, void *prepared)
 {
@@ -4151,44 +4122,14 @@ static INLINE void NAME(point_pair_from_centre_block)(intptr_t n, char **args, c
 }
 LOOPS(point_pair_from_centre_block)
 
-static INLINE void NAME(point_pair_from_centre_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    _Alignas(64) REAL r0[2 * SPAN];
-    _Alignas(64) REAL r1[2 * SPAN];
-    _Alignas(64) REAL r2[1 * SPAN];
-    _Alignas(64) REAL r3[6 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
-        NAME(load_span)(r0, args[0], first, 2);
-        NAME(load_span)(r1, args[1], first, 2);
-        NAME(load_span)(r2, args[2], first, 1);
-        ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
-            REAL x0[2];
-            REAL x1[2];
-            REAL x2[1];
-            REAL x3[6];
-            NAME(load_2)(x0, (char *)(r0 + i), SPAN * w);
-            NAME(load_2)(x1, (char *)(r1 + i), SPAN * w);
-            NAME(load_scalar)(x2, (char *)(r2 + i));
-            NAME(point_pair_from_centre)(x0, x1, x2[0], x3);
-            NAME(store_6)((char *)(r3 + i), SPAN * w, x3);
-        }
-        NAME(store_span)(args[3], first, r3, 6);
-    }
-}
-LOOPS(point_pair_from_centre_dense)
-
 void NAME(point_pair_from_centre_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{2, 1, 0, {2}}, {2, 1, 1, {2}}, {1, 0, 2, {0}}, {6, 1, 2, {6}}};
     static const struct form forms[] = {{3, 2, NAME(point_pair_from_centre_start_0_1),
-        WIDTHS(point_pair_from_centre_block_0_1), WIDTHS(point_pair_from_centre_dense_0_1)}, {5, 2,
-        NAME(point_pair_from_centre_start_0_2), WIDTHS(point_pair_from_centre_block_0_2),
-        WIDTHS(point_pair_from_centre_dense_0_2)}};
-    static const struct kernel kernel = {WIDTHS(point_pair_from_centre_block), WIDTHS(point_pair_from_centre_dense),
-        (any_function *)NAME(point_pair_from_centre), NAME(call_aanr), 3, 4, 2, 0, parts, forms};
+        WIDTHS(point_pair_from_centre_block_0_1), {NULL}}, {5, 2, NAME(point_pair_from_centre_start_0_2),
+        WIDTHS(point_pair_from_centre_block_0_2), {NULL}}};
+    static const struct kernel kernel = {WIDTHS(point_pair_from_centre_block), {NULL}, (any_function
+        *)NAME(point_pair_from_centre), NAME(call_aanr), 3, 4, 2, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -4515,7 +4456,7 @@ static INLINE void NAME(circle_from_points_dense_a_b)(intptr_t n, char **args, c
             NAME(circle_from_points_apply_a_b)(prepared, x2, x3);
             NAME(store_4)((char *)(r3 + i), SPAN * w, x3);
         }
-        NAME(store_span)(args[3], first, r3, 4);
+        NAME(store_span)(args[3], first, r3, 4, SPAN);
     }
 }
 LOOPS(circle_from_points_dense_a_b)
@@ -4564,7 +4505,7 @@ static INLINE void NAME(circle_from_points_dense_a_c)(intptr_t n, char **args, c
             NAME(circle_from_points_apply_a_c)(prepared, x1, x3);
             NAME(store_4)((char *)(r3 + i), SPAN * w, x3);
         }
-        NAME(store_span)(args[3], first, r3, 4);
+        NAME(store_span)(args[3], first, r3, 4, SPAN);
     }
 }
 LOOPS(circle_from_points_dense_a_c)
@@ -4613,7 +4554,7 @@ static INLINE void NAME(circle_from_points_dense_b_c)(intptr_t n, char **args, c
             NAME(circle_from_points_apply_b_c)(prepared, x0, x3);
             NAME(store_4)((char *)(r3 + i), SPAN * w, x3);
         }
-        NAME(store_span)(args[3], first, r3, 4);
+        NAME(store_span)(args[3], first, r3, 4, SPAN);
     }
 }
 LOOPS(circle_from_points_dense_b_c)
@@ -4672,7 +4613,7 @@ static INLINE void NAME(circle_from_points_dense)(intptr_t n, char **args, const
             NAME(circle_from_points)(x0, x1, x2, x3);
             NAME(store_4)((char *)(r3 + i), SPAN * w, x3);
         }
-        NAME(store_span)(args[3], first, r3, 4);
+        NAME(store_span)(args[3], first, r3, 4, SPAN);
     }
 }
 LOOPS(circle_from_points_dense)
@@ -4745,7 +4686,7 @@ static INLINE void NAME(circle_from_centre_dense)(intptr_t n, char **args, const
             NAME(circle_from_centre)(x0, x1[0], x2);
             NAME(store_4)((char *)(r2 + i), SPAN * w, x2);
         }
-        NAME(store_span)(args[2], first, r2, 4);
+        NAME(store_span)(args[2], first, r2, 4, SPAN);
     }
 }
 LOOPS(circle_from_centre_dense)
@@ -4812,7 +4753,7 @@ static INLINE void NAME(circle_from_centre_radius_squared_dense)(intptr_t n, cha
             NAME(circle_from_centre_radius_squared)(x0, x1[0], x2);
             NAME(store_4)((char *)(r2 + i), SPAN * w, x2);
         }
-        NAME(store_span)(args[2], first, r2, 4);
+        NAME(store_span)(args[2], first, r2, 4, SPAN);
     }
 }
 LOOPS(circle_from_centre_radius_squared_dense)
@@ -4872,7 +4813,7 @@ static INLINE void NAME(circle_polarity_dense)(intptr_t n, char **args, const in
             NAME(circle_polarity)(x0, x1);
             NAME(store_4)((char *)(r1 + i), SPAN * w, x1);
         }
-        NAME(store_span)(args[1], first, r1, 4);
+        NAME(store_span)(args[1], first, r1, 4, SPAN);
     }
 }
 LOOPS(circle_polarity_dense)
@@ -4931,7 +4872,7 @@ static INLINE void NAME(circle_from_dual_dense)(intptr_t n, char **args, const i
             NAME(circle_from_dual)(x0, x1);
             NAME(store_4)((char *)(r1 + i), SPAN * w, x1);
         }
-        NAME(store_span)(args[1], first, r1, 4);
+        NAME(store_span)(args[1], first, r1, 4, SPAN);
     }
 }
 LOOPS(circle_from_dual_dense)
@@ -4986,7 +4927,7 @@ static INLINE void NAME(line_direction_dense)(intptr_t n, char **args, const int
             NAME(line_direction)(x0, x1);
             NAME(store_2)((char *)(r1 + i), SPAN * w, x1);
         }
-        NAME(store_span)(args[1], first, r1, 2);
+        NAME(store_span)(args[1], first, r1, 2, SPAN);
     }
 }
 LOOPS(line_direction_dense)
@@ -5057,8 +4998,8 @@ static INLINE void NAME(line_to_normal_dense)(intptr_t n, char **args, const int
             NAME(store_2)((char *)(r1 + i), SPAN * w, x1);
             NAME(store_scalar)((char *)(r2 + i), x2);
         }
-        NAME(store_span)(args[1], first, r1, 2);
-        NAME(store_span)(args[2], first, r2, 1);
+        NAME(store_span)(args[1], first, r1, 2, SPAN);
+        NAME(store_span)(args[2], first, r2, 1, SPAN);
     }
 }
 LOOPS(line_to_normal_dense)
@@ -5123,7 +5064,7 @@ static INLINE void NAME(line_support_dense)(intptr_t n, char **args, const intpt
             NAME(line_support)(x0, x1);
             NAME(store_2)((char *)(r1 + i), SPAN * w, x1);
         }
-        NAME(store_span)(args[1], first, r1, 2);
+        NAME(store_span)(args[1], first, r1, 2, SPAN);
     }
 }
 LOOPS(line_support_dense)
@@ -5181,7 +5122,7 @@ static INLINE void NAME(circle_centre_dense)(intptr_t n, char **args, const intp
             NAME(circle_centre)(x0, x1);
             NAME(store_2)((char *)(r1 + i), SPAN * w, x1);
         }
-        NAME(store_span)(args[1], first, r1, 2);
+        NAME(store_span)(args[1], first, r1, 2, SPAN);
     }
 }
 LOOPS(circle_centre_dense)
@@ -5245,7 +5186,7 @@ static INLINE void NAME(circle_radius_squared_dense)(intptr_t n, char **args, co
             NAME(circle_radius_squared)(x0, x1);
             NAME(store_scalar)((char *)(r1 + i), x1);
         }
-        NAME(store_span)(args[1], first, r1, 1);
+        NAME(store_span)(args[1], first, r1, 1, SPAN);
     }
 }
 LOOPS(circle_radius_squared_dense)
@@ -5296,7 +5237,7 @@ static INLINE void NAME(circle_weight_dense)(intptr_t n, char **args, const intp
             NAME(circle_weight)(x0, x1);
             NAME(store_scalar)((char *)(r1 + i), x1);
         }
-        NAME(store_span)(args[1], first, r1, 1);
+        NAME(store_span)(args[1], first, r1, 1, SPAN);
     }
 }
 LOOPS(circle_weight_dense)
@@ -5373,7 +5314,7 @@ static INLINE void NAME(circle_kind_dense)(intptr_t n, char **args, const intptr
             NAME(circle_kind)(x0, x1);
             NAME(store_scalar)((char *)(r1 + i), x1);
         }
-        NAME(store_span)(args[1], first, r1, 1);
+        NAME(store_span)(args[1], first, r1, 1, SPAN);
     }
 }
 LOOPS(circle_kind_dense)
@@ -5428,32 +5369,11 @@ static INLINE void NAME(point_pair_centre_block)(intptr_t n, char **args, const 
 }
 LOOPS(point_pair_centre_block)
 
-static INLINE void NAME(point_pair_centre_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    _Alignas(64) REAL r0[6 * SPAN];
-    _Alignas(64) REAL r1[2 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
-        NAME(load_span)(r0, args[0], first, 6);
-        ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
-            REAL x0[6];
-            REAL x1[2];
-            NAME(load_6)(x0, (char *)(r0 + i), SPAN * w);
-            NAME(point_pair_centre)(x0, x1);
-            NAME(store_2)((char *)(r1 + i), SPAN * w, x1);
-        }
-        NAME(store_span)(args[1], first, r1, 2);
-    }
-}
-LOOPS(point_pair_centre_dense)
-
 void NAME(point_pair_centre_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{6, 1, 0, {6}}, {2, 1, 1, {2}}};
-    static const struct kernel kernel = {WIDTHS(point_pair_centre_block), WIDTHS(point_pair_centre_dense),
-        (any_function *)NAME(point_pair_centre), NAME(call_ar), 1, 2, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(point_pair_centre_block), {NULL}, (any_function
+        *)NAME(point_pair_centre), NAME(call_ar), 1, 2, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -5497,33 +5417,11 @@ static INLINE void NAME(point_pair_radius_squared_block)(intptr_t n, char **args
 }
 LOOPS(point_pair_radius_squared_block)
 
-static INLINE void NAME(point_pair_radius_squared_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    _Alignas(64) REAL r0[6 * SPAN];
-    _Alignas(64) REAL r1[1 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
-        NAME(load_span)(r0, args[0], first, 6);
-        ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
-            REAL x0[6];
-            REAL x1[1];
-            NAME(load_6)(x0, (char *)(r0 + i), SPAN * w);
-            NAME(point_pair_radius_squared)(x0, x1);
-            NAME(store_scalar)((char *)(r1 + i), x1);
-        }
-        NAME(store_span)(args[1], first, r1, 1);
-    }
-}
-LOOPS(point_pair_radius_squared_dense)
-
 void NAME(point_pair_radius_squared_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{6, 1, 0, {6}}, {1, 0, 1, {0}}};
-    static const struct kernel kernel = {WIDTHS(point_pair_radius_squared_block),
-        WIDTHS(point_pair_radius_squared_dense), (any_function *)NAME(point_pair_radius_squared), NAME(call_ar), 1,
-        2, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(point_pair_radius_squared_block), {NULL}, (any_function
+        *)NAME(point_pair_radius_squared), NAME(call_ar), 1, 2, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -5596,36 +5494,11 @@ static INLINE void NAME(point_pair_points_block)(intptr_t n, char **args, const 
 }
 LOOPS(point_pair_points_block)
 
-static INLINE void NAME(point_pair_points_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    _Alignas(64) REAL r0[6 * SPAN];
-    _Alignas(64) REAL r1[2 * SPAN];
-    _Alignas(64) REAL r2[2 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
-        NAME(load_span)(r0, args[0], first, 6);
-        ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
-            REAL x0[6];
-            REAL x1[2];
-            REAL x2[2];
-            NAME(load_6)(x0, (char *)(r0 + i), SPAN * w);
-            NAME(point_pair_points)(x0, x1, x2);
-            NAME(store_2)((char *)(r1 + i), SPAN * w, x1);
-            NAME(store_2)((char *)(r2 + i), SPAN * w, x2);
-        }
-        NAME(store_span)(args[1], first, r1, 2);
-        NAME(store_span)(args[2], first, r2, 2);
-    }
-}
-LOOPS(point_pair_points_dense)
-
 void NAME(point_pair_points_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{6, 1, 0, {6}}, {2, 1, 1, {2}}, {2, 1, 2, {2}}};
-    static const struct kernel kernel = {WIDTHS(point_pair_points_block), WIDTHS(point_pair_points_dense),
-        (any_function *)NAME(point_pair_points), NAME(call_arr), 1, 3, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(point_pair_points_block), {NULL}, (any_function
+        *)NAME(point_pair_points), NAME(call_arr), 1, 3, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -5663,32 +5536,11 @@ static INLINE void NAME(point_pair_direction_block)(intptr_t n, char **args, con
 }
 LOOPS(point_pair_direction_block)
 
-static INLINE void NAME(point_pair_direction_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    _Alignas(64) REAL r0[6 * SPAN];
-    _Alignas(64) REAL r1[2 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
-        NAME(load_span)(r0, args[0], first, 6);
-        ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
-            REAL x0[6];
-            REAL x1[2];
-            NAME(load_6)(x0, (char *)(r0 + i), SPAN * w);
-            NAME(point_pair_direction)(x0, x1);
-            NAME(store_2)((char *)(r1 + i), SPAN * w, x1);
-        }
-        NAME(store_span)(args[1], first, r1, 2);
-    }
-}
-LOOPS(point_pair_direction_dense)
-
 void NAME(point_pair_direction_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{6, 1, 0, {6}}, {2, 1, 1, {2}}};
-    static const struct kernel kernel = {WIDTHS(point_pair_direction_block), WIDTHS(point_pair_direction_dense),
-        (any_function *)NAME(point_pair_direction), NAME(call_ar), 1, 2, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(point_pair_direction_block), {NULL}, (any_function
+        *)NAME(point_pair_direction), NAME(call_ar), 1, 2, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -5720,32 +5572,11 @@ static INLINE void NAME(point_pair_weight_block)(intptr_t n, char **args, const 
 }
 LOOPS(point_pair_weight_block)
 
-static INLINE void NAME(point_pair_weight_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    _Alignas(64) REAL r0[6 * SPAN];
-    _Alignas(64) REAL r1[1 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
-        NAME(load_span)(r0, args[0], first, 6);
-        ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
-            REAL x0[6];
-            REAL x1[1];
-            NAME(load_6)(x0, (char *)(r0 + i), SPAN * w);
-            NAME(point_pair_weight)(x0, x1);
-            NAME(store_scalar)((char *)(r1 + i), x1);
-        }
-        NAME(store_span)(args[1], first, r1, 1);
-    }
-}
-LOOPS(point_pair_weight_dense)
-
 void NAME(point_pair_weight_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{6, 1, 0, {6}}, {1, 0, 1, {0}}};
-    static const struct kernel kernel = {WIDTHS(point_pair_weight_block), WIDTHS(point_pair_weight_dense),
-        (any_function *)NAME(point_pair_weight), NAME(call_ar), 1, 2, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(point_pair_weight_block), {NULL}, (any_function
+        *)NAME(point_pair_weight), NAME(call_ar), 1, 2, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -5776,31 +5607,10 @@ static INLINE void NAME(point_pair_line_block)(intptr_t n, char **args, const in
 }
 LOOPS(point_pair_line_block)
 
-static INLINE void NAME(point_pair_line_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    _Alignas(64) REAL r0[6 * SPAN];
-    _Alignas(64) REAL r1[3 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
-        NAME(load_span)(r0, args[0], first, 6);
-        ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
-            REAL x0[6];
-            REAL x1[3];
-            NAME(load_6)(x0, (char *)(r0 + i), SPAN * w);
-            NAME(point_pair_line)(x0, x1);
-            NAME(store_3)((char *)(r1 + i), SPAN * w, x1);
-        }
-        NAME(store_span)(args[1], first, r1, 3);
-    }
-}
-LOOPS(point_pair_line_dense)
-
 void NAME(point_pair_line_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{6, 1, 0, {6}}, {3, 1, 1, {3}}};
-    static const struct kernel kernel = {WIDTHS(point_pair_line_block), WIDTHS(point_pair_line_dense), (any_function
+    static const struct kernel kernel = {WIDTHS(point_pair_line_block), {NULL}, (any_function
         *)NAME(point_pair_line), NAME(call_ar), 1, 2, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -5860,31 +5670,10 @@ static INLINE void NAME(point_pair_kind_block)(intptr_t n, char **args, const in
 }
 LOOPS(point_pair_kind_block)
 
-static INLINE void NAME(point_pair_kind_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    _Alignas(64) REAL r0[6 * SPAN];
-    _Alignas(64) REAL r1[1 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
-        NAME(load_span)(r0, args[0], first, 6);
-        ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
-            REAL x0[6];
-            REAL x1[1];
-            NAME(load_6)(x0, (char *)(r0 + i), SPAN * w);
-            NAME(point_pair_kind)(x0, x1);
-            NAME(store_scalar)((char *)(r1 + i), x1);
-        }
-        NAME(store_span)(args[1], first, r1, 1);
-    }
-}
-LOOPS(point_pair_kind_dense)
-
 void NAME(point_pair_kind_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{6, 1, 0, {6}}, {1, 0, 1, {0}}};
-    static const struct kernel kernel = {WIDTHS(point_pair_kind_block), WIDTHS(point_pair_kind_dense), (any_function
+    static const struct kernel kernel = {WIDTHS(point_pair_kind_block), {NULL}, (any_function
         *)NAME(point_pair_kind), NAME(call_ar), 1, 2, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -5977,7 +5766,7 @@ static INLINE void NAME(signed_distance_point_line_dense_line)(intptr_t n, char 
             NAME(signed_distance_point_line_apply_line)(prepared, x0, x2);
             NAME(store_scalar)((char *)(r2 + i), x2);
         }
-        NAME(store_span)(args[2], first, r2, 1);
+        NAME(store_span)(args[2], first, r2, 1, SPAN);
     }
 }
 LOOPS(signed_distance_point_line_dense_line)
@@ -6028,7 +5817,7 @@ static INLINE void NAME(signed_distance_point_line_dense)(intptr_t n, char **arg
             NAME(signed_distance_point_line)(x0, x1, x2);
             NAME(store_scalar)((char *)(r2 + i), x2);
         }
-        NAME(store_span)(args[2], first, r2, 1);
+        NAME(store_span)(args[2], first, r2, 1, SPAN);
     }
 }
 LOOPS(signed_distance_point_line_dense)
@@ -6152,7 +5941,7 @@ static INLINE void NAME(signed_distance_point_circle_dense_circle)(intptr_t n, c
             NAME(signed_distance_point_circle_apply_circle)(prepared, x0, x2);
             NAME(store_scalar)((char *)(r2 + i), x2);
         }
-        NAME(store_span)(args[2], first, r2, 1);
+        NAME(store_span)(args[2], first, r2, 1, SPAN);
     }
 }
 LOOPS(signed_distance_point_circle_dense_circle)
@@ -6203,7 +5992,7 @@ static INLINE void NAME(signed_distance_point_circle_dense)(intptr_t n, char **a
             NAME(signed_distance_point_circle)(x0, x1, x2);
             NAME(store_scalar)((char *)(r2 + i), x2);
         }
-        NAME(store_span)(args[2], first, r2, 1);
+        NAME(store_span)(args[2], first, r2, 1, SPAN);
     }
 }
 LOOPS(signed_distance_point_circle_dense)
@@ -6305,7 +6094,7 @@ static INLINE void NAME(power_of_point_dense_s)(intptr_t n, char **args, const i
             NAME(power_of_point_apply_s)(prepared, x0, x2);
             NAME(store_scalar)((char *)(r2 + i), x2);
         }
-        NAME(store_span)(args[2], first, r2, 1);
+        NAME(store_span)(args[2], first, r2, 1, SPAN);
     }
 }
 LOOPS(power_of_point_dense_s)
@@ -6356,7 +6145,7 @@ static INLINE void NAME(power_of_point_dense)(intptr_t n, char **args, const int
             NAME(power_of_point)(x0, x1, x2);
             NAME(store_scalar)((char *)(r2 + i), x2);
         }
-        NAME(store_span)(args[2], first, r2, 1);
+        NAME(store_span)(args[2], first, r2, 1, SPAN);
     }
 }
 LOOPS(power_of_point_dense)
@@ -6547,7 +6336,7 @@ static INLINE void NAME(signed_distance_lines_dense_a)(intptr_t n, char **args, 
             NAME(signed_distance_lines_apply_a)(prepared, x1, x2);
             NAME(store_scalar)((char *)(r2 + i), x2);
         }
-        NAME(store_span)(args[2], first, r2, 1);
+        NAME(store_span)(args[2], first, r2, 1, SPAN);
     }
 }
 LOOPS(signed_distance_lines_dense_a)
@@ -6594,7 +6383,7 @@ static INLINE void NAME(signed_distance_lines_dense_b)(intptr_t n, char **args, 
             NAME(signed_distance_lines_apply_b)(prepared, x0, x2);
             NAME(store_scalar)((char *)(r2 + i), x2);
         }
-        NAME(store_span)(args[2], first, r2, 1);
+        NAME(store_span)(args[2], first, r2, 1, SPAN);
     }
 }
 LOOPS(signed_distance_lines_dense_b)
@@ -6645,7 +6434,7 @@ static INLINE void NAME(signed_distance_lines_dense)(intptr_t n, char **args, co
             NAME(signed_distance_lines)(x0, x1, x2);
             NAME(store_scalar)((char *)(r2 + i), x2);
         }
-        NAME(store_span)(args[2], first, r2, 1);
+        NAME(store_span)(args[2], first, r2, 1, SPAN);
     }
 }
 LOOPS(signed_distance_lines_dense)
@@ -6839,7 +6628,7 @@ static INLINE void NAME(distance_line_circle_dense_circle)(intptr_t n, char **ar
             NAME(distance_line_circle_apply_circle)(prepared, x0, x2);
             NAME(store_scalar)((char *)(r2 + i), x2);
         }
-        NAME(store_span)(args[2], first, r2, 1);
+        NAME(store_span)(args[2], first, r2, 1, SPAN);
     }
 }
 LOOPS(distance_line_circle_dense_circle)
@@ -6886,7 +6675,7 @@ static INLINE void NAME(distance_line_circle_dense_line)(intptr_t n, char **args
             NAME(distance_line_circle_apply_line)(prepared, x1, x2);
             NAME(store_scalar)((char *)(r2 + i), x2);
         }
-        NAME(store_span)(args[2], first, r2, 1);
+        NAME(store_span)(args[2], first, r2, 1, SPAN);
     }
 }
 LOOPS(distance_line_circle_dense_line)
@@ -6937,7 +6726,7 @@ static INLINE void NAME(distance_line_circle_dense)(intptr_t n, char **args, con
             NAME(distance_line_circle)(x0, x1, x2);
             NAME(store_scalar)((char *)(r2 + i), x2);
         }
-        NAME(store_span)(args[2], first, r2, 1);
+        NAME(store_span)(args[2], first, r2, 1, SPAN);
     }
 }
 LOOPS(distance_line_circle_dense)
@@ -7170,7 +6959,7 @@ static INLINE void NAME(distance_circles_dense_a)(intptr_t n, char **args, const
             NAME(distance_circles_apply_a)(prepared, x1, x2);
             NAME(store_scalar)((char *)(r2 + i), x2);
         }
-        NAME(store_span)(args[2], first, r2, 1);
+        NAME(store_span)(args[2], first, r2, 1, SPAN);
     }
 }
 LOOPS(distance_circles_dense_a)
@@ -7217,7 +7006,7 @@ static INLINE void NAME(distance_circles_dense_b)(intptr_t n, char **args, const
             NAME(distance_circles_apply_b)(prepared, x0, x2);
             NAME(store_scalar)((char *)(r2 + i), x2);
         }
-        NAME(store_span)(args[2], first, r2, 1);
+        NAME(store_span)(args[2], first, r2, 1, SPAN);
     }
 }
 LOOPS(distance_circles_dense_b)
@@ -7250,37 +7039,14 @@ static INLINE void NAME(distance_circles_block)(intptr_t n, char **args, const i
 }
 LOOPS(distance_circles_block)
 
-static INLINE void NAME(distance_circles_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    char *a0 = args[0];
-    char *a1 = args[1];
-    _Alignas(64) REAL r2[1 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
-        ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
-            REAL x0[4];
-            REAL x1[4];
-            REAL x2[1];
-            NAME(load_4)(x0, a0 + (first + i) * 4 * w, w);
-            NAME(load_4)(x1, a1 + (first + i) * 4 * w, w);
-            NAME(distance_circles)(x0, x1, x2);
-            NAME(store_scalar)((char *)(r2 + i), x2);
-        }
-        NAME(store_span)(args[2], first, r2, 1);
-    }
-}
-LOOPS(distance_circles_dense)
-
 void NAME(distance_circles_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {4, 1, 1, {4}}, {1, 0, 2, {0}}};
     static const struct form forms[] = {{1, 2, NAME(distance_circles_start_a), WIDTHS(distance_circles_block_a),
         WIDTHS(distance_circles_dense_a)}, {2, 2, NAME(distance_circles_start_b), WIDTHS(distance_circles_block_b),
         WIDTHS(distance_circles_dense_b)}};
-    static const struct kernel kernel = {WIDTHS(distance_circles_block), WIDTHS(distance_circles_dense),
-        (any_function *)NAME(distance_circles), NAME(call_aar), 2, 3, 2, 0, parts, forms};
+    static const struct kernel kernel = {WIDTHS(distance_circles_block), {NULL}, (any_function
+        *)NAME(distance_circles), NAME(call_aar), 2, 3, 2, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -7401,7 +7167,7 @@ static INLINE void NAME(inversive_distance_dense)(intptr_t n, char **args, const
             NAME(inversive_distance)(x0, x1, x2);
             NAME(store_scalar)((char *)(r2 + i), x2);
         }
-        NAME(store_span)(args[2], first, r2, 1);
+        NAME(store_span)(args[2], first, r2, 1, SPAN);
     }
 }
 LOOPS(inversive_distance_dense)
@@ -7462,37 +7228,11 @@ static INLINE void NAME(inner_product_of_point_pairs_block)(intptr_t n, char **a
 }
 LOOPS(inner_product_of_point_pairs_block)
 
-static INLINE void NAME(inner_product_of_point_pairs_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    _Alignas(64) REAL r0[6 * SPAN];
-    _Alignas(64) REAL r1[6 * SPAN];
-    _Alignas(64) REAL r2[1 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
-        NAME(load_span)(r0, args[0], first, 6);
-        NAME(load_span)(r1, args[1], first, 6);
-        ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
-            REAL x0[6];
-            REAL x1[6];
-            REAL x2[1];
-            NAME(load_6)(x0, (char *)(r0 + i), SPAN * w);
-            NAME(load_6)(x1, (char *)(r1 + i), SPAN * w);
-            NAME(inner_product_of_point_pairs)(x0, x1, x2);
-            NAME(store_scalar)((char *)(r2 + i), x2);
-        }
-        NAME(store_span)(args[2], first, r2, 1);
-    }
-}
-LOOPS(inner_product_of_point_pairs_dense)
-
 void NAME(inner_product_of_point_pairs_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{6, 1, 0, {6}}, {6, 1, 1, {6}}, {1, 0, 2, {0}}};
-    static const struct kernel kernel = {WIDTHS(inner_product_of_point_pairs_block),
-        WIDTHS(inner_product_of_point_pairs_dense), (any_function *)NAME(inner_product_of_point_pairs),
-        NAME(call_aar), 2, 3, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(inner_product_of_point_pairs_block), {NULL}, (any_function
+        *)NAME(inner_product_of_point_pairs), NAME(call_aar), 2, 3, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -7658,7 +7398,7 @@ static INLINE void NAME(project_point_on_line_dense_line)(intptr_t n, char **arg
             NAME(project_point_on_line_apply_line)(prepared, x0, x2);
             NAME(store_2)((char *)(r2 + i), SPAN * w, x2);
         }
-        NAME(store_span)(args[2], first, r2, 2);
+        NAME(store_span)(args[2], first, r2, 2, SPAN);
     }
 }
 LOOPS(project_point_on_line_dense_line)
@@ -7709,7 +7449,7 @@ static INLINE void NAME(project_point_on_line_dense)(intptr_t n, char **args, co
             NAME(project_point_on_line)(x0, x1, x2);
             NAME(store_2)((char *)(r2 + i), SPAN * w, x2);
         }
-        NAME(store_span)(args[2], first, r2, 2);
+        NAME(store_span)(args[2], first, r2, 2, SPAN);
     }
 }
 LOOPS(project_point_on_line_dense)
@@ -7842,7 +7582,7 @@ static INLINE void NAME(project_point_on_circle_dense_circle)(intptr_t n, char *
             NAME(project_point_on_circle_apply_circle)(prepared, x0, x2);
             NAME(store_2)((char *)(r2 + i), SPAN * w, x2);
         }
-        NAME(store_span)(args[2], first, r2, 2);
+        NAME(store_span)(args[2], first, r2, 2, SPAN);
     }
 }
 LOOPS(project_point_on_circle_dense_circle)
@@ -7893,7 +7633,7 @@ static INLINE void NAME(project_point_on_circle_dense)(intptr_t n, char **args, 
             NAME(project_point_on_circle)(x0, x1, x2);
             NAME(store_2)((char *)(r2 + i), SPAN * w, x2);
         }
-        NAME(store_span)(args[2], first, r2, 2);
+        NAME(store_span)(args[2], first, r2, 2, SPAN);
     }
 }
 LOOPS(project_point_on_circle_dense)
@@ -8014,7 +7754,7 @@ static INLINE void NAME(reflect_point_dense_line)(intptr_t n, char **args, const
             NAME(reflect_point_apply_line)(prepared, x0, x2);
             NAME(store_2)((char *)(r2 + i), SPAN * w, x2);
         }
-        NAME(store_span)(args[2], first, r2, 2);
+        NAME(store_span)(args[2], first, r2, 2, SPAN);
     }
 }
 LOOPS(reflect_point_dense_line)
@@ -8065,7 +7805,7 @@ static INLINE void NAME(reflect_point_dense)(intptr_t n, char **args, const intp
             NAME(reflect_point)(x0, x1, x2);
             NAME(store_2)((char *)(r2 + i), SPAN * w, x2);
         }
-        NAME(store_span)(args[2], first, r2, 2);
+        NAME(store_span)(args[2], first, r2, 2, SPAN);
     }
 }
 LOOPS(reflect_point_dense)
@@ -8142,7 +7882,7 @@ static INLINE void NAME(meet_lines_dense)(intptr_t n, char **args, const intptr_
             NAME(meet_lines)(x0, x1, x2);
             NAME(store_2)((char *)(r2 + i), SPAN * w, x2);
         }
-        NAME(store_span)(args[2], first, r2, 2);
+        NAME(store_span)(args[2], first, r2, 2, SPAN);
     }
 }
 LOOPS(meet_lines_dense)
@@ -8207,36 +7947,11 @@ static INLINE void NAME(meet_line_circle_block)(intptr_t n, char **args, const i
 }
 LOOPS(meet_line_circle_block)
 
-static INLINE void NAME(meet_line_circle_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    _Alignas(64) REAL r0[3 * SPAN];
-    _Alignas(64) REAL r1[4 * SPAN];
-    _Alignas(64) REAL r2[6 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
-        NAME(load_span)(r0, args[0], first, 3);
-        NAME(load_span)(r1, args[1], first, 4);
-        ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
-            REAL x0[3];
-            REAL x1[4];
-            REAL x2[6];
-            NAME(load_3)(x0, (char *)(r0 + i), SPAN * w);
-            NAME(load_4)(x1, (char *)(r1 + i), SPAN * w);
-            NAME(meet_line_circle)(x0, x1, x2);
-            NAME(store_6)((char *)(r2 + i), SPAN * w, x2);
-        }
-        NAME(store_span)(args[2], first, r2, 6);
-    }
-}
-LOOPS(meet_line_circle_dense)
-
 void NAME(meet_line_circle_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {4, 1, 1, {4}}, {6, 1, 2, {6}}};
-    static const struct kernel kernel = {WIDTHS(meet_line_circle_block), WIDTHS(meet_line_circle_dense),
-        (any_function *)NAME(meet_line_circle), NAME(call_aar), 2, 3, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(meet_line_circle_block), {NULL}, (any_function
+        *)NAME(meet_line_circle), NAME(call_aar), 2, 3, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -8296,36 +8011,11 @@ static INLINE void NAME(meet_circles_block)(intptr_t n, char **args, const intpt
 }
 LOOPS(meet_circles_block)
 
-static INLINE void NAME(meet_circles_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    _Alignas(64) REAL r0[4 * SPAN];
-    _Alignas(64) REAL r1[4 * SPAN];
-    _Alignas(64) REAL r2[6 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
-        NAME(load_span)(r0, args[0], first, 4);
-        NAME(load_span)(r1, args[1], first, 4);
-        ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
-            REAL x0[4];
-            REAL x1[4];
-            REAL x2[6];
-            NAME(load_4)(x0, (char *)(r0 + i), SPAN * w);
-            NAME(load_4)(x1, (char *)(r1 + i), SPAN * w);
-            NAME(meet_circles)(x0, x1, x2);
-            NAME(store_6)((char *)(r2 + i), SPAN * w, x2);
-        }
-        NAME(store_span)(args[2], first, r2, 6);
-    }
-}
-LOOPS(meet_circles_dense)
-
 void NAME(meet_circles_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {4, 1, 1, {4}}, {6, 1, 2, {6}}};
-    static const struct kernel kernel = {WIDTHS(meet_circles_block), WIDTHS(meet_circles_dense), (any_function
-        *)NAME(meet_circles), NAME(call_aar), 2, 3, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(meet_circles_block), {NULL}, (any_function *)NAME(meet_circles),
+        NAME(call_aar), 2, 3, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -8758,7 +8448,7 @@ static INLINE void NAME(hit_ray_circle_dense_d_circle)(intptr_t n, char **args, 
             NAME(hit_ray_circle_apply_d_circle)(prepared, x0, x3);
             NAME(store_scalar)((char *)(r3 + i), x3);
         }
-        NAME(store_span)(args[3], first, r3, 1);
+        NAME(store_span)(args[3], first, r3, 1, SPAN);
     }
 }
 LOOPS(hit_ray_circle_dense_d_circle)
@@ -8807,7 +8497,7 @@ static INLINE void NAME(hit_ray_circle_dense_p_circle)(intptr_t n, char **args, 
             NAME(hit_ray_circle_apply_p_circle)(prepared, x1, x3);
             NAME(store_scalar)((char *)(r3 + i), x3);
         }
-        NAME(store_span)(args[3], first, r3, 1);
+        NAME(store_span)(args[3], first, r3, 1, SPAN);
     }
 }
 LOOPS(hit_ray_circle_dense_p_circle)
@@ -8862,7 +8552,7 @@ static INLINE void NAME(hit_ray_circle_dense_circle)(intptr_t n, char **args, co
             NAME(hit_ray_circle_apply_circle)(prepared, x0, x1, x3);
             NAME(store_scalar)((char *)(r3 + i), x3);
         }
-        NAME(store_span)(args[3], first, r3, 1);
+        NAME(store_span)(args[3], first, r3, 1, SPAN);
     }
 }
 LOOPS(hit_ray_circle_dense_circle)
@@ -8898,32 +8588,6 @@ static INLINE void NAME(hit_ray_circle_block)(intptr_t n, char **args, const int
 }
 LOOPS(hit_ray_circle_block)
 
-static INLINE void NAME(hit_ray_circle_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    _Alignas(64) REAL r3[1 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
-        ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
-            REAL x0[2];
-            REAL x1[2];
-            REAL x2[4];
-            REAL x3[1];
-            NAME(load_2)(x0, a0 + (first + i) * 2 * w, w);
-            NAME(load_2)(x1, a1 + (first + i) * 2 * w, w);
-            NAME(load_4)(x2, a2 + (first + i) * 4 * w, w);
-            NAME(hit_ray_circle)(x0, x1, x2, x3);
-            NAME(store_scalar)((char *)(r3 + i), x3);
-        }
-        NAME(store_span)(args[3], first, r3, 1);
-    }
-}
-LOOPS(hit_ray_circle_dense)
-
 void NAME(hit_ray_circle_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{2, 1, 0, {2}}, {2, 1, 1, {2}}, {4, 1, 2, {4}}, {1, 0, 3, {0}}};
@@ -8932,8 +8596,8 @@ void NAME(hit_ray_circle_loop)(char **args, const intptr_t *dimensions, const in
         NAME(hit_ray_circle_start_p_circle), WIDTHS(hit_ray_circle_block_p_circle),
         WIDTHS(hit_ray_circle_dense_p_circle)}, {4, 2, NAME(hit_ray_circle_start_circle),
         WIDTHS(hit_ray_circle_block_circle), WIDTHS(hit_ray_circle_dense_circle)}};
-    static const struct kernel kernel = {WIDTHS(hit_ray_circle_block), WIDTHS(hit_ray_circle_dense), (any_function
-        *)NAME(hit_ray_circle), NAME(call_aaar), 3, 4, 3, 0, parts, forms};
+    static const struct kernel kernel = {WIDTHS(hit_ray_circle_block), {NULL}, (any_function *)NAME(hit_ray_circle),
+        NAME(call_aaar), 3, 4, 3, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -9106,7 +8770,7 @@ static INLINE void NAME(motor_from_point_dense_angle)(intptr_t n, char **args, c
             NAME(motor_from_point_apply_angle)(prepared, x0, x2);
             NAME(store_4)((char *)(r2 + i), SPAN * w, x2);
         }
-        NAME(store_span)(args[2], first, r2, 4);
+        NAME(store_span)(args[2], first, r2, 4, SPAN);
     }
 }
 LOOPS(motor_from_point_dense_angle)
@@ -9206,7 +8870,7 @@ static INLINE void NAME(translator_from_vector_dense)(intptr_t n, char **args, c
             NAME(translator_from_vector)(x0, x1);
             NAME(store_2)((char *)(r1 + i), SPAN * w, x1);
         }
-        NAME(store_span)(args[1], first, r1, 2);
+        NAME(store_span)(args[1], first, r1, 2, SPAN);
     }
 }
 LOOPS(translator_from_vector_dense)
@@ -9263,7 +8927,7 @@ static INLINE void NAME(dilator_from_scale_dense)(intptr_t n, char **args, const
             NAME(dilator_from_scale)(x0[0], x1);
             NAME(store_2)((char *)(r1 + i), SPAN * w, x1);
         }
-        NAME(store_span)(args[1], first, r1, 2);
+        NAME(store_span)(args[1], first, r1, 2, SPAN);
     }
 }
 LOOPS(dilator_from_scale_dense)
@@ -9317,7 +8981,7 @@ static INLINE void NAME(dilator_to_scale_dense)(intptr_t n, char **args, const i
             NAME(dilator_to_scale)(x0, x1);
             NAME(store_scalar)((char *)(r1 + i), x1);
         }
-        NAME(store_span)(args[1], first, r1, 1);
+        NAME(store_span)(args[1], first, r1, 1, SPAN);
     }
 }
 LOOPS(dilator_to_scale_dense)
@@ -9370,7 +9034,7 @@ static INLINE void NAME(transversor_from_vector_dense)(intptr_t n, char **args, 
             NAME(transversor_from_vector)(x0, x1);
             NAME(store_2)((char *)(r1 + i), SPAN * w, x1);
         }
-        NAME(store_span)(args[1], first, r1, 2);
+        NAME(store_span)(args[1], first, r1, 2, SPAN);
     }
 }
 LOOPS(transversor_from_vector_dense)
@@ -9443,7 +9107,7 @@ static INLINE void NAME(motor_from_rotor_translation_dense)(intptr_t n, char **a
             NAME(motor_from_rotor_translation)(x0, x1, x2);
             NAME(store_4)((char *)(r2 + i), SPAN * w, x2);
         }
-        NAME(store_span)(args[2], first, r2, 4);
+        NAME(store_span)(args[2], first, r2, 4, SPAN);
     }
 }
 LOOPS(motor_from_rotor_translation_dense)
@@ -9904,32 +9568,11 @@ static INLINE void NAME(normalize_versor_block)(intptr_t n, char **args, const i
 }
 LOOPS(normalize_versor_block)
 
-static INLINE void NAME(normalize_versor_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    _Alignas(64) REAL r0[8 * SPAN];
-    _Alignas(64) REAL r1[8 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
-        NAME(load_span)(r0, args[0], first, 8);
-        ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
-            REAL x0[8];
-            REAL x1[8];
-            NAME(load_8)(x0, (char *)(r0 + i), SPAN * w);
-            NAME(normalize_versor)(x0, x1);
-            NAME(store_8)((char *)(r1 + i), SPAN * w, x1);
-        }
-        NAME(store_span)(args[1], first, r1, 8);
-    }
-}
-LOOPS(normalize_versor_dense)
-
 void NAME(normalize_versor_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{8, 1, 0, {8}}, {8, 1, 1, {8}}};
-    static const struct kernel kernel = {WIDTHS(normalize_versor_block), WIDTHS(normalize_versor_dense),
-        (any_function *)NAME(normalize_versor), NAME(call_ar), 1, 2, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(normalize_versor_block), {NULL}, (any_function
+        *)NAME(normalize_versor), NAME(call_ar), 1, 2, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -9966,32 +9609,11 @@ static INLINE void NAME(versor_from_motor_block)(intptr_t n, char **args, const 
 }
 LOOPS(versor_from_motor_block)
 
-static INLINE void NAME(versor_from_motor_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    _Alignas(64) REAL r0[4 * SPAN];
-    _Alignas(64) REAL r1[8 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
-        NAME(load_span)(r0, args[0], first, 4);
-        ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
-            REAL x0[4];
-            REAL x1[8];
-            NAME(load_4)(x0, (char *)(r0 + i), SPAN * w);
-            NAME(versor_from_motor)(x0, x1);
-            NAME(store_8)((char *)(r1 + i), SPAN * w, x1);
-        }
-        NAME(store_span)(args[1], first, r1, 8);
-    }
-}
-LOOPS(versor_from_motor_dense)
-
 void NAME(versor_from_motor_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {8, 1, 1, {8}}};
-    static const struct kernel kernel = {WIDTHS(versor_from_motor_block), WIDTHS(versor_from_motor_dense),
-        (any_function *)NAME(versor_from_motor), NAME(call_ar), 1, 2, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(versor_from_motor_block), {NULL}, (any_function
+        *)NAME(versor_from_motor), NAME(call_ar), 1, 2, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -10026,32 +9648,11 @@ static INLINE void NAME(versor_from_dilator_block)(intptr_t n, char **args, cons
 }
 LOOPS(versor_from_dilator_block)
 
-static INLINE void NAME(versor_from_dilator_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    _Alignas(64) REAL r0[2 * SPAN];
-    _Alignas(64) REAL r1[8 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
-        NAME(load_span)(r0, args[0], first, 2);
-        ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
-            REAL x0[2];
-            REAL x1[8];
-            NAME(load_2)(x0, (char *)(r0 + i), SPAN * w);
-            NAME(versor_from_dilator)(x0, x1);
-            NAME(store_8)((char *)(r1 + i), SPAN * w, x1);
-        }
-        NAME(store_span)(args[1], first, r1, 8);
-    }
-}
-LOOPS(versor_from_dilator_dense)
-
 void NAME(versor_from_dilator_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{2, 1, 0, {2}}, {8, 1, 1, {8}}};
-    static const struct kernel kernel = {WIDTHS(versor_from_dilator_block), WIDTHS(versor_from_dilator_dense),
-        (any_function *)NAME(versor_from_dilator), NAME(call_ar), 1, 2, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(versor_from_dilator_block), {NULL}, (any_function
+        *)NAME(versor_from_dilator), NAME(call_ar), 1, 2, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -10086,33 +9687,11 @@ static INLINE void NAME(versor_from_transversor_block)(intptr_t n, char **args, 
 }
 LOOPS(versor_from_transversor_block)
 
-static INLINE void NAME(versor_from_transversor_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    _Alignas(64) REAL r0[2 * SPAN];
-    _Alignas(64) REAL r1[8 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
-        NAME(load_span)(r0, args[0], first, 2);
-        ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
-            REAL x0[2];
-            REAL x1[8];
-            NAME(load_2)(x0, (char *)(r0 + i), SPAN * w);
-            NAME(versor_from_transversor)(x0, x1);
-            NAME(store_8)((char *)(r1 + i), SPAN * w, x1);
-        }
-        NAME(store_span)(args[1], first, r1, 8);
-    }
-}
-LOOPS(versor_from_transversor_dense)
-
 void NAME(versor_from_transversor_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{2, 1, 0, {2}}, {8, 1, 1, {8}}};
-    static const struct kernel kernel = {WIDTHS(versor_from_transversor_block),
-        WIDTHS(versor_from_transversor_dense), (any_function *)NAME(versor_from_transversor), NAME(call_ar), 1, 2,
-        0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(versor_from_transversor_block), {NULL}, (any_function
+        *)NAME(versor_from_transversor), NAME(call_ar), 1, 2, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -10170,7 +9749,7 @@ static INLINE void NAME(translator_between_points_dense)(intptr_t n, char **args
             NAME(translator_between_points)(x0, x1, x2);
             NAME(store_2)((char *)(r2 + i), SPAN * w, x2);
         }
-        NAME(store_span)(args[2], first, r2, 2);
+        NAME(store_span)(args[2], first, r2, 2, SPAN);
     }
 }
 LOOPS(translator_between_points_dense)
@@ -10273,45 +9852,12 @@ static INLINE void NAME(versor_decomposition_block)(intptr_t n, char **args, con
 }
 LOOPS(versor_decomposition_block)
 
-static INLINE void NAME(versor_decomposition_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    _Alignas(64) REAL r0[8 * SPAN];
-    _Alignas(64) REAL r1[1 * SPAN];
-    _Alignas(64) REAL r2[2 * SPAN];
-    _Alignas(64) REAL r3[2 * SPAN];
-    _Alignas(64) REAL r4[2 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
-        NAME(load_span)(r0, args[0], first, 8);
-        ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
-            REAL x0[8];
-            REAL x1[1];
-            REAL x2[2];
-            REAL x3[2];
-            REAL x4[2];
-            NAME(load_8)(x0, (char *)(r0 + i), SPAN * w);
-            NAME(versor_decomposition)(x0, x1, x2, x3, x4);
-            NAME(store_scalar)((char *)(r1 + i), x1);
-            NAME(store_2)((char *)(r2 + i), SPAN * w, x2);
-            NAME(store_2)((char *)(r3 + i), SPAN * w, x3);
-            NAME(store_2)((char *)(r4 + i), SPAN * w, x4);
-        }
-        NAME(store_span)(args[1], first, r1, 1);
-        NAME(store_span)(args[2], first, r2, 2);
-        NAME(store_span)(args[3], first, r3, 2);
-        NAME(store_span)(args[4], first, r4, 2);
-    }
-}
-LOOPS(versor_decomposition_dense)
-
 void NAME(versor_decomposition_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{8, 1, 0, {8}}, {1, 0, 1, {0}}, {2, 1, 1, {2}}, {2, 1, 2, {2}}, {2, 1, 3,
         {2}}};
-    static const struct kernel kernel = {WIDTHS(versor_decomposition_block), WIDTHS(versor_decomposition_dense),
-        (any_function *)NAME(versor_decomposition), NAME(call_arrrr), 1, 5, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(versor_decomposition_block), {NULL}, (any_function
+        *)NAME(versor_decomposition), NAME(call_arrrr), 1, 5, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -10379,7 +9925,7 @@ static INLINE void NAME(move_point_dense)(intptr_t n, char **args, const intptr_
             NAME(move_point)(x0, x1, x2);
             NAME(store_2)((char *)(r2 + i), SPAN * w, x2);
         }
-        NAME(store_span)(args[2], first, r2, 2);
+        NAME(store_span)(args[2], first, r2, 2, SPAN);
     }
 }
 LOOPS(move_point_dense)
@@ -10504,7 +10050,7 @@ static INLINE void NAME(move_line_dense_m)(intptr_t n, char **args, const intptr
             NAME(move_line_apply_m)(prepared, x1, x2);
             NAME(store_3)((char *)(r2 + i), SPAN * w, x2);
         }
-        NAME(store_span)(args[2], first, r2, 3);
+        NAME(store_span)(args[2], first, r2, 3, SPAN);
     }
 }
 LOOPS(move_line_dense_m)
@@ -10555,7 +10101,7 @@ static INLINE void NAME(move_line_dense)(intptr_t n, char **args, const intptr_t
             NAME(move_line)(x0, x1, x2);
             NAME(store_3)((char *)(r2 + i), SPAN * w, x2);
         }
-        NAME(store_span)(args[2], first, r2, 3);
+        NAME(store_span)(args[2], first, r2, 3, SPAN);
     }
 }
 LOOPS(move_line_dense)
@@ -10716,7 +10262,7 @@ static INLINE void NAME(move_circle_dense_m)(intptr_t n, char **args, const intp
             NAME(move_circle_apply_m)(prepared, x1, x2);
             NAME(store_4)((char *)(r2 + i), SPAN * w, x2);
         }
-        NAME(store_span)(args[2], first, r2, 4);
+        NAME(store_span)(args[2], first, r2, 4, SPAN);
     }
 }
 LOOPS(move_circle_dense_m)
@@ -10767,7 +10313,7 @@ static INLINE void NAME(move_circle_dense)(intptr_t n, char **args, const intptr
             NAME(move_circle)(x0, x1, x2);
             NAME(store_4)((char *)(r2 + i), SPAN * w, x2);
         }
-        NAME(store_span)(args[2], first, r2, 4);
+        NAME(store_span)(args[2], first, r2, 4, SPAN);
     }
 }
 LOOPS(move_circle_dense)
@@ -11074,7 +10620,7 @@ static INLINE void NAME(transform_vector_dense_v)(intptr_t n, char **args, const
             NAME(transform_vector_apply_v)(prepared, x1, x2);
             NAME(store_4)((char *)(r2 + i), SPAN * w, x2);
         }
-        NAME(store_span)(args[2], first, r2, 4);
+        NAME(store_span)(args[2], first, r2, 4, SPAN);
     }
 }
 LOOPS(transform_vector_dense_v)
@@ -11107,38 +10653,13 @@ static INLINE void NAME(transform_vector_block)(intptr_t n, char **args, const i
 }
 LOOPS(transform_vector_block)
 
-static INLINE void NAME(transform_vector_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    _Alignas(64) REAL r0[8 * SPAN];
-    _Alignas(64) REAL r1[4 * SPAN];
-    _Alignas(64) REAL r2[4 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
-        NAME(load_span)(r0, args[0], first, 8);
-        NAME(load_span)(r1, args[1], first, 4);
-        ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
-            REAL x0[8];
-            REAL x1[4];
-            REAL x2[4];
-            NAME(load_8)(x0, (char *)(r0 + i), SPAN * w);
-            NAME(load_4)(x1, (char *)(r1 + i), SPAN * w);
-            NAME(transform_vector)(x0, x1, x2);
-            NAME(store_4)((char *)(r2 + i), SPAN * w, x2);
-        }
-        NAME(store_span)(args[2], first, r2, 4);
-    }
-}
-LOOPS(transform_vector_dense)
-
 void NAME(transform_vector_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{8, 1, 0, {8}}, {4, 1, 1, {4}}, {4, 1, 2, {4}}};
     static const struct form forms[] = {{1, 2, NAME(transform_vector_start_v), WIDTHS(transform_vector_block_v),
         WIDTHS(transform_vector_dense_v)}};
-    static const struct kernel kernel = {WIDTHS(transform_vector_block), WIDTHS(transform_vector_dense),
-        (any_function *)NAME(transform_vector), NAME(call_aar), 2, 3, 1, 0, parts, forms};
+    static const struct kernel kernel = {WIDTHS(transform_vector_block), {NULL}, (any_function
+        *)NAME(transform_vector), NAME(call_aar), 2, 3, 1, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -11243,35 +10764,10 @@ static INLINE void NAME(transform_point_block)(intptr_t n, char **args, const in
 }
 LOOPS(transform_point_block)
 
-static INLINE void NAME(transform_point_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    _Alignas(64) REAL r0[8 * SPAN];
-    _Alignas(64) REAL r1[2 * SPAN];
-    _Alignas(64) REAL r2[2 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
-        NAME(load_span)(r0, args[0], first, 8);
-        NAME(load_span)(r1, args[1], first, 2);
-        ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
-            REAL x0[8];
-            REAL x1[2];
-            REAL x2[2];
-            NAME(load_8)(x0, (char *)(r0 + i), SPAN * w);
-            NAME(load_2)(x1, (char *)(r1 + i), SPAN * w);
-            NAME(transform_point)(x0, x1, x2);
-            NAME(store_2)((char *)(r2 + i), SPAN * w, x2);
-        }
-        NAME(store_span)(args[2], first, r2, 2);
-    }
-}
-LOOPS(transform_point_dense)
-
 void NAME(transform_point_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{8, 1, 0, {8}}, {2, 1, 1, {2}}, {2, 1, 2, {2}}};
-    static const struct kernel kernel = {WIDTHS(transform_point_block), WIDTHS(transform_point_dense), (any_function
+    static const struct kernel kernel = {WIDTHS(transform_point_block), {NULL}, (any_function
         *)NAME(transform_point), NAME(call_aar), 2, 3, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -11632,28 +11128,6 @@ static INLINE void NAME(transform_point_pair_block_v)(intptr_t n, char **args, c
 }
 LOOPS(transform_point_pair_block_v)
 
-static INLINE void NAME(transform_point_pair_dense_v)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const REAL *prepared = (const REAL *)args[0];
-    (void)strides;
-    _Alignas(64) REAL r1[6 * SPAN];
-    _Alignas(64) REAL r2[6 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
-        NAME(load_span)(r1, args[1], first, 6);
-        ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
-            REAL x1[6];
-            REAL x2[6];
-            NAME(load_6)(x1, (char *)(r1 + i), SPAN * w);
-            NAME(transform_point_pair_apply_v)(prepared, x1, x2);
-            NAME(store_6)((char *)(r2 + i), SPAN * w, x2);
-        }
-        NAME(store_span)(args[2], first, r2, 6);
-    }
-}
-LOOPS(transform_point_pair_dense_v)
-
 static void NAME(transform_point_pair_start_v)(char **args, const intptr_t *strides, void *prepared)
 {
     const intptr_t c0a = strides[0];
@@ -11686,7 +11160,7 @@ void NAME(transform_point_pair_loop)(char **args, const intptr_t *dimensions, co
 {
     static const struct part parts[] = {{8, 1, 0, {8}}, {6, 1, 1, {6}}, {6, 1, 2, {6}}};
     static const struct form forms[] = {{1, 2, NAME(transform_point_pair_start_v),
-        WIDTHS(transform_point_pair_block_v), WIDTHS(transform_point_pair_dense_v)}};
+        WIDTHS(transform_point_pair_block_v), {NULL}}};
     static const struct kernel kernel = {WIDTHS(transform_point_pair_block), {NULL}, (any_function
         *)NAME(transform_point_pair), NAME(call_aar), 2, 3, 1, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
@@ -11984,7 +11458,7 @@ static INLINE void NAME(transform_circle_dense_v)(intptr_t n, char **args, const
             NAME(transform_circle_apply_v)(prepared, x1, x2);
             NAME(store_4)((char *)(r2 + i), SPAN * w, x2);
         }
-        NAME(store_span)(args[2], first, r2, 4);
+        NAME(store_span)(args[2], first, r2, 4, SPAN);
     }
 }
 LOOPS(transform_circle_dense_v)
@@ -12017,38 +11491,13 @@ static INLINE void NAME(transform_circle_block)(intptr_t n, char **args, const i
 }
 LOOPS(transform_circle_block)
 
-static INLINE void NAME(transform_circle_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    _Alignas(64) REAL r0[8 * SPAN];
-    _Alignas(64) REAL r1[4 * SPAN];
-    _Alignas(64) REAL r2[4 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
-        NAME(load_span)(r0, args[0], first, 8);
-        NAME(load_span)(r1, args[1], first, 4);
-        ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
-            REAL x0[8];
-            REAL x1[4];
-            REAL x2[4];
-            NAME(load_8)(x0, (char *)(r0 + i), SPAN * w);
-            NAME(load_4)(x1, (char *)(r1 + i), SPAN * w);
-            NAME(transform_circle)(x0, x1, x2);
-            NAME(store_4)((char *)(r2 + i), SPAN * w, x2);
-        }
-        NAME(store_span)(args[2], first, r2, 4);
-    }
-}
-LOOPS(transform_circle_dense)
-
 void NAME(transform_circle_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{8, 1, 0, {8}}, {4, 1, 1, {4}}, {4, 1, 2, {4}}};
     static const struct form forms[] = {{1, 2, NAME(transform_circle_start_v), WIDTHS(transform_circle_block_v),
         WIDTHS(transform_circle_dense_v)}};
-    static const struct kernel kernel = {WIDTHS(transform_circle_block), WIDTHS(transform_circle_dense),
-        (any_function *)NAME(transform_circle), NAME(call_aar), 2, 3, 1, 0, parts, forms};
+    static const struct kernel kernel = {WIDTHS(transform_circle_block), {NULL}, (any_function
+        *)NAME(transform_circle), NAME(call_aar), 2, 3, 1, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -12178,7 +11627,7 @@ static INLINE void NAME(invert_vector_dense_s)(intptr_t n, char **args, const in
             NAME(invert_vector_apply_s)(prepared, x0, x2);
             NAME(store_4)((char *)(r2 + i), SPAN * w, x2);
         }
-        NAME(store_span)(args[2], first, r2, 4);
+        NAME(store_span)(args[2], first, r2, 4, SPAN);
     }
 }
 LOOPS(invert_vector_dense_s)
@@ -12229,7 +11678,7 @@ static INLINE void NAME(invert_vector_dense)(intptr_t n, char **args, const intp
             NAME(invert_vector)(x0, x1, x2);
             NAME(store_4)((char *)(r2 + i), SPAN * w, x2);
         }
-        NAME(store_span)(args[2], first, r2, 4);
+        NAME(store_span)(args[2], first, r2, 4, SPAN);
     }
 }
 LOOPS(invert_vector_dense)
@@ -12432,28 +11881,6 @@ static INLINE void NAME(invert_point_pair_block_s)(intptr_t n, char **args, cons
 }
 LOOPS(invert_point_pair_block_s)
 
-static INLINE void NAME(invert_point_pair_dense_s)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const REAL *prepared = (const REAL *)args[1];
-    (void)strides;
-    _Alignas(64) REAL r0[6 * SPAN];
-    _Alignas(64) REAL r2[6 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
-        NAME(load_span)(r0, args[0], first, 6);
-        ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
-            REAL x0[6];
-            REAL x2[6];
-            NAME(load_6)(x0, (char *)(r0 + i), SPAN * w);
-            NAME(invert_point_pair_apply_s)(prepared, x0, x2);
-            NAME(store_6)((char *)(r2 + i), SPAN * w, x2);
-        }
-        NAME(store_span)(args[2], first, r2, 6);
-    }
-}
-LOOPS(invert_point_pair_dense_s)
-
 static void NAME(invert_point_pair_start_s)(char **args, const intptr_t *strides, void *prepared)
 {
     const intptr_t c1a = strides[1];
@@ -12482,38 +11909,13 @@ static INLINE void NAME(invert_point_pair_block)(intptr_t n, char **args, const 
 }
 LOOPS(invert_point_pair_block)
 
-static INLINE void NAME(invert_point_pair_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    _Alignas(64) REAL r0[6 * SPAN];
-    _Alignas(64) REAL r1[4 * SPAN];
-    _Alignas(64) REAL r2[6 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
-        NAME(load_span)(r0, args[0], first, 6);
-        NAME(load_span)(r1, args[1], first, 4);
-        ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
-            REAL x0[6];
-            REAL x1[4];
-            REAL x2[6];
-            NAME(load_6)(x0, (char *)(r0 + i), SPAN * w);
-            NAME(load_4)(x1, (char *)(r1 + i), SPAN * w);
-            NAME(invert_point_pair)(x0, x1, x2);
-            NAME(store_6)((char *)(r2 + i), SPAN * w, x2);
-        }
-        NAME(store_span)(args[2], first, r2, 6);
-    }
-}
-LOOPS(invert_point_pair_dense)
-
 void NAME(invert_point_pair_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{6, 1, 0, {6}}, {4, 1, 1, {4}}, {6, 1, 2, {6}}};
     static const struct form forms[] = {{2, 2, NAME(invert_point_pair_start_s), WIDTHS(invert_point_pair_block_s),
-        WIDTHS(invert_point_pair_dense_s)}};
-    static const struct kernel kernel = {WIDTHS(invert_point_pair_block), WIDTHS(invert_point_pair_dense),
-        (any_function *)NAME(invert_point_pair), NAME(call_aar), 2, 3, 1, 0, parts, forms};
+        {NULL}}};
+    static const struct kernel kernel = {WIDTHS(invert_point_pair_block), {NULL}, (any_function
+        *)NAME(invert_point_pair), NAME(call_aar), 2, 3, 1, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -12647,7 +12049,7 @@ static INLINE void NAME(invert_circle_dense_s)(intptr_t n, char **args, const in
             NAME(invert_circle_apply_s)(prepared, x0, x2);
             NAME(store_4)((char *)(r2 + i), SPAN * w, x2);
         }
-        NAME(store_span)(args[2], first, r2, 4);
+        NAME(store_span)(args[2], first, r2, 4, SPAN);
     }
 }
 LOOPS(invert_circle_dense_s)
@@ -12698,7 +12100,7 @@ static INLINE void NAME(invert_circle_dense)(intptr_t n, char **args, const intp
             NAME(invert_circle)(x0, x1, x2);
             NAME(store_4)((char *)(r2 + i), SPAN * w, x2);
         }
-        NAME(store_span)(args[2], first, r2, 4);
+        NAME(store_span)(args[2], first, r2, 4, SPAN);
     }
 }
 LOOPS(invert_circle_dense)
@@ -12796,7 +12198,7 @@ static INLINE void NAME(invert_point_dense)(intptr_t n, char **args, const intpt
             NAME(invert_point)(x0, x1, x2);
             NAME(store_2)((char *)(r2 + i), SPAN * w, x2);
         }
-        NAME(store_span)(args[2], first, r2, 2);
+        NAME(store_span)(args[2], first, r2, 2, SPAN);
     }
 }
 LOOPS(invert_point_dense)
@@ -13055,27 +12457,6 @@ static INLINE void NAME(motor_between_lines_block_a)(intptr_t n, char **args, co
 }
 LOOPS(motor_between_lines_block_a)
 
-static INLINE void NAME(motor_between_lines_dense_a)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const REAL *prepared = (const REAL *)args[0];
-    (void)strides;
-    char *a1 = args[1];
-    _Alignas(64) REAL r2[4 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
-        ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
-            REAL x1[3];
-            REAL x2[4];
-            NAME(load_3)(x1, a1 + (first + i) * 3 * w, w);
-            NAME(motor_between_lines_apply_a)(prepared, x1, x2);
-            NAME(store_4)((char *)(r2 + i), SPAN * w, x2);
-        }
-        NAME(store_span)(args[2], first, r2, 4);
-    }
-}
-LOOPS(motor_between_lines_dense_a)
-
 static void NAME(motor_between_lines_start_a)(char **args, const intptr_t *strides, void *prepared)
 {
     const intptr_t c0a = strides[0];
@@ -13104,36 +12485,13 @@ static INLINE void NAME(motor_between_lines_block)(intptr_t n, char **args, cons
 }
 LOOPS(motor_between_lines_block)
 
-static INLINE void NAME(motor_between_lines_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    char *a0 = args[0];
-    char *a1 = args[1];
-    _Alignas(64) REAL r2[4 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
-        ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
-            REAL x0[3];
-            REAL x1[3];
-            REAL x2[4];
-            NAME(load_3)(x0, a0 + (first + i) * 3 * w, w);
-            NAME(load_3)(x1, a1 + (first + i) * 3 * w, w);
-            NAME(motor_between_lines)(x0, x1, x2);
-            NAME(store_4)((char *)(r2 + i), SPAN * w, x2);
-        }
-        NAME(store_span)(args[2], first, r2, 4);
-    }
-}
-LOOPS(motor_between_lines_dense)
-
 void NAME(motor_between_lines_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {3, 1, 1, {3}}, {4, 1, 2, {4}}};
     static const struct form forms[] = {{1, 2, NAME(motor_between_lines_start_a),
-        WIDTHS(motor_between_lines_block_a), WIDTHS(motor_between_lines_dense_a)}};
-    static const struct kernel kernel = {WIDTHS(motor_between_lines_block), WIDTHS(motor_between_lines_dense),
-        (any_function *)NAME(motor_between_lines), NAME(call_aar), 2, 3, 1, 0, parts, forms};
+        WIDTHS(motor_between_lines_block_a), {NULL}}};
+    static const struct kernel kernel = {WIDTHS(motor_between_lines_block), {NULL}, (any_function
+        *)NAME(motor_between_lines), NAME(call_aar), 2, 3, 1, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -14857,29 +14215,6 @@ static INLINE void NAME(similarity_between_rounds_block_a_n_m_scale)(intptr_t n,
 }
 LOOPS(similarity_between_rounds_block_a_n_m_scale)
 
-static INLINE void NAME(similarity_between_rounds_dense_a_n_m_scale)(intptr_t n, char **args, const intptr_t
-    *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const REAL *prepared = (const REAL *)args[0];
-    (void)strides;
-    _Alignas(64) REAL r1[2 * SPAN];
-    _Alignas(64) REAL r5[8 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
-        NAME(load_span)(r1, args[1], first, 2);
-        ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
-            REAL x1[2];
-            REAL x5[8];
-            NAME(load_2)(x1, (char *)(r1 + i), SPAN * w);
-            NAME(similarity_between_rounds_apply_a_n_m_scale)(prepared, x1, x5);
-            NAME(store_8)((char *)(r5 + i), SPAN * w, x5);
-        }
-        NAME(store_span)(args[5], first, r5, 8);
-    }
-}
-LOOPS(similarity_between_rounds_dense_a_n_m_scale)
-
 static void NAME(similarity_between_rounds_start_a_n_m_scale)(char **args, const intptr_t *strides, void *prepared)
 {
     const intptr_t c0a = strides[0], c2a = strides[2], c3a = strides[3];
@@ -14913,29 +14248,6 @@ static INLINE void NAME(similarity_between_rounds_block_b_n_m_scale)(intptr_t n,
 }
 LOOPS(similarity_between_rounds_block_b_n_m_scale)
 
-static INLINE void NAME(similarity_between_rounds_dense_b_n_m_scale)(intptr_t n, char **args, const intptr_t
-    *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const REAL *prepared = (const REAL *)args[1];
-    (void)strides;
-    _Alignas(64) REAL r0[2 * SPAN];
-    _Alignas(64) REAL r5[8 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
-        NAME(load_span)(r0, args[0], first, 2);
-        ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
-            REAL x0[2];
-            REAL x5[8];
-            NAME(load_2)(x0, (char *)(r0 + i), SPAN * w);
-            NAME(similarity_between_rounds_apply_b_n_m_scale)(prepared, x0, x5);
-            NAME(store_8)((char *)(r5 + i), SPAN * w, x5);
-        }
-        NAME(store_span)(args[5], first, r5, 8);
-    }
-}
-LOOPS(similarity_between_rounds_dense_b_n_m_scale)
-
 static void NAME(similarity_between_rounds_start_b_n_m_scale)(char **args, const intptr_t *strides, void *prepared)
 {
     const intptr_t c1a = strides[1], c2a = strides[2], c3a = strides[3];
@@ -14967,28 +14279,6 @@ static INLINE void NAME(similarity_between_rounds_block_a_b_n_m)(intptr_t n, cha
     }
 }
 LOOPS(similarity_between_rounds_block_a_b_n_m)
-
-static INLINE void NAME(similarity_between_rounds_dense_a_b_n_m)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const REAL *prepared = (const REAL *)args[0];
-    (void)strides;
-    _Alignas(64) REAL r4[1 * SPAN];
-    _Alignas(64) REAL r5[8 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
-        NAME(load_span)(r4, args[4], first, 1);
-        ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
-            REAL x4[1];
-            REAL x5[8];
-            NAME(load_scalar)(x4, (char *)(r4 + i));
-            NAME(similarity_between_rounds_apply_a_b_n_m)(prepared, x4[0], x5);
-            NAME(store_8)((char *)(r5 + i), SPAN * w, x5);
-        }
-        NAME(store_span)(args[5], first, r5, 8);
-    }
-}
-LOOPS(similarity_between_rounds_dense_a_b_n_m)
 
 static void NAME(similarity_between_rounds_start_a_b_n_m)(char **args, const intptr_t *strides, void *prepared)
 {
@@ -15022,29 +14312,6 @@ static INLINE void NAME(similarity_between_rounds_block_a_b_n_scale)(intptr_t n,
     }
 }
 LOOPS(similarity_between_rounds_block_a_b_n_scale)
-
-static INLINE void NAME(similarity_between_rounds_dense_a_b_n_scale)(intptr_t n, char **args, const intptr_t
-    *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const REAL *prepared = (const REAL *)args[0];
-    (void)strides;
-    _Alignas(64) REAL r3[2 * SPAN];
-    _Alignas(64) REAL r5[8 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
-        NAME(load_span)(r3, args[3], first, 2);
-        ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
-            REAL x3[2];
-            REAL x5[8];
-            NAME(load_2)(x3, (char *)(r3 + i), SPAN * w);
-            NAME(similarity_between_rounds_apply_a_b_n_scale)(prepared, x3, x5);
-            NAME(store_8)((char *)(r5 + i), SPAN * w, x5);
-        }
-        NAME(store_span)(args[5], first, r5, 8);
-    }
-}
-LOOPS(similarity_between_rounds_dense_a_b_n_scale)
 
 static void NAME(similarity_between_rounds_start_a_b_n_scale)(char **args, const intptr_t *strides, void *prepared)
 {
@@ -15089,57 +14356,19 @@ static INLINE void NAME(similarity_between_rounds_block)(intptr_t n, char **args
 }
 LOOPS(similarity_between_rounds_block)
 
-static INLINE void NAME(similarity_between_rounds_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    _Alignas(64) REAL r0[2 * SPAN];
-    _Alignas(64) REAL r1[2 * SPAN];
-    _Alignas(64) REAL r2[2 * SPAN];
-    _Alignas(64) REAL r3[2 * SPAN];
-    _Alignas(64) REAL r4[1 * SPAN];
-    _Alignas(64) REAL r5[8 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
-        NAME(load_span)(r0, args[0], first, 2);
-        NAME(load_span)(r1, args[1], first, 2);
-        NAME(load_span)(r2, args[2], first, 2);
-        NAME(load_span)(r3, args[3], first, 2);
-        NAME(load_span)(r4, args[4], first, 1);
-        ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
-            REAL x0[2];
-            REAL x1[2];
-            REAL x2[2];
-            REAL x3[2];
-            REAL x4[1];
-            REAL x5[8];
-            NAME(load_2)(x0, (char *)(r0 + i), SPAN * w);
-            NAME(load_2)(x1, (char *)(r1 + i), SPAN * w);
-            NAME(load_2)(x2, (char *)(r2 + i), SPAN * w);
-            NAME(load_2)(x3, (char *)(r3 + i), SPAN * w);
-            NAME(load_scalar)(x4, (char *)(r4 + i));
-            NAME(similarity_between_rounds)(x0, x1, x2, x3, x4[0], x5);
-            NAME(store_8)((char *)(r5 + i), SPAN * w, x5);
-        }
-        NAME(store_span)(args[5], first, r5, 8);
-    }
-}
-LOOPS(similarity_between_rounds_dense)
-
 void NAME(similarity_between_rounds_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{2, 1, 0, {2}}, {2, 1, 1, {2}}, {2, 1, 2, {2}}, {2, 1, 3, {2}}, {1, 0, 4,
         {0}}, {8, 1, 4, {8}}};
     static const struct form forms[] = {{29, 2, NAME(similarity_between_rounds_start_a_n_m_scale),
-        WIDTHS(similarity_between_rounds_block_a_n_m_scale), WIDTHS(similarity_between_rounds_dense_a_n_m_scale)},
-        {30, 2, NAME(similarity_between_rounds_start_b_n_m_scale),
-        WIDTHS(similarity_between_rounds_block_b_n_m_scale), WIDTHS(similarity_between_rounds_dense_b_n_m_scale)},
-        {15, 2, NAME(similarity_between_rounds_start_a_b_n_m), WIDTHS(similarity_between_rounds_block_a_b_n_m),
-        WIDTHS(similarity_between_rounds_dense_a_b_n_m)}, {23, 2, NAME(similarity_between_rounds_start_a_b_n_scale),
-        WIDTHS(similarity_between_rounds_block_a_b_n_scale), WIDTHS(similarity_between_rounds_dense_a_b_n_scale)}};
-    static const struct kernel kernel = {WIDTHS(similarity_between_rounds_block),
-        WIDTHS(similarity_between_rounds_dense), (any_function *)NAME(similarity_between_rounds), NAME(call_aaaanr),
-        5, 6, 4, 0, parts, forms};
+        WIDTHS(similarity_between_rounds_block_a_n_m_scale), {NULL}}, {30, 2,
+        NAME(similarity_between_rounds_start_b_n_m_scale), WIDTHS(similarity_between_rounds_block_b_n_m_scale),
+        {NULL}}, {15, 2, NAME(similarity_between_rounds_start_a_b_n_m),
+        WIDTHS(similarity_between_rounds_block_a_b_n_m), {NULL}}, {23, 2,
+        NAME(similarity_between_rounds_start_a_b_n_scale), WIDTHS(similarity_between_rounds_block_a_b_n_scale),
+        {NULL}}};
+    static const struct kernel kernel = {WIDTHS(similarity_between_rounds_block), {NULL}, (any_function
+        *)NAME(similarity_between_rounds), NAME(call_aaaanr), 5, 6, 4, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 #endif

@@ -2,7 +2,7 @@
 // command: gac generate --all cga3
 // spec: d19093e28632a342
 // contraction: -ffp-contract=off (every operation is rounded once)
-// body: 80279d98fa68e0b11be4a5702aa651ae486f51c4f3771a5b4663b88e2a0411bb
+// body: 26def769a69379719e8dde5c6d5d877e94930b36aeb22c659dae713807c5a1d3
 
 #ifndef REAL
 #include "cga3.h"
@@ -99,7 +99,7 @@ struct kernel {
     const struct form *forms;
 };
 
-enum { PARTS = 6, CORES = 5, NUMBERS = 96, SPACE = 4096, PREPARED = 33 };
+enum { PARTS = 6, CORES = 5, NUMBERS = 96, SPACE = 4096, PREPARED = 33, SIZES = 32 };
 
 #define SQRT(x) FUNCTION(sqrt)(x)
 #define SIN(x) NAME(sin_of)(x, far)
@@ -922,50 +922,221 @@ WIDE static void NAME(store_rows)(char *a, intptr_t s, intptr_t c, REAL *x, intp
     }
 }
 
-// The rows of SPAN elements of `size` components, in C order from element `first` on; and back.
-static INLINE void NAME(load_span)(REAL *x, char *a, intptr_t first, intptr_t size)
+// Rows, SPAN numbers long, of `n` elements of `size` components, in C order from element `first` on; and back.
+static INLINE void NAME(load_span)(REAL *x, char *a, intptr_t first, intptr_t size, intptr_t n)
 {
     const intptr_t w = sizeof(REAL);
     const REAL *from = (const REAL *)(a + first * size * w);
     if (size == 1) {
-        memcpy(x, from, SPAN * w);
+        memcpy(x, from, n * w);
     } else if (size == 2) {
-        for (intptr_t i = 0; i < SPAN; ++i) {
+        for (intptr_t i = 0; i < n; ++i) {
             x[i] = from[2 * i];
             x[SPAN + i] = from[2 * i + 1];
         }
     } else if (size == 3) {
-        for (intptr_t i = 0; i < SPAN; ++i) {
+        for (intptr_t i = 0; i < n; ++i) {
             x[i] = from[3 * i];
             x[SPAN + i] = from[3 * i + 1];
             x[2 * SPAN + i] = from[3 * i + 2];
         }
     } else {
-        NAME(turn_tiles)(0, (char *)x, SPAN * w, (char *)from, size * w, size, SPAN);
+        NAME(turn_tiles)(0, (char *)x, SPAN * w, (char *)from, size * w, size, n);
     }
 }
 
-static INLINE void NAME(store_span)(char *a, intptr_t first, REAL *x, intptr_t size)
+static INLINE void NAME(store_span)(char *a, intptr_t first, REAL *x, intptr_t size, intptr_t n)
 {
     const intptr_t w = sizeof(REAL);
     REAL *to = (REAL *)(a + first * size * w);
     if (size == 1) {
-        memcpy(to, x, SPAN * w);
+        memcpy(to, x, n * w);
     } else if (size == 2) {
-        for (intptr_t i = 0; i < SPAN; ++i) {
+        for (intptr_t i = 0; i < n; ++i) {
             to[2 * i] = x[i];
             to[2 * i + 1] = x[SPAN + i];
         }
     } else if (size == 3) {
-        for (intptr_t i = 0; i < SPAN; ++i) {
+        for (intptr_t i = 0; i < n; ++i) {
             to[3 * i] = x[i];
             to[3 * i + 1] = x[SPAN + i];
             to[3 * i + 2] = x[2 * SPAN + i];
         }
     } else {
-        NAME(turn_tiles)(1, (char *)x, SPAN * w, (char *)to, size * w, size, SPAN);
+        NAME(turn_tiles)(1, (char *)x, SPAN * w, (char *)to, size * w, size, n);
     }
 }
+
+// The same as loops, one for each size that is known: between rows and elements in C order.
+static INLINE void NAME(load_span_1)(intptr_t n, char **args, const intptr_t *strides)
+{
+    (void)strides;
+    NAME(load_span)((REAL *)args[0], args[1], 0, 1, n);
+}
+LOOPS(load_span_1)
+
+static INLINE void NAME(store_span_1)(intptr_t n, char **args, const intptr_t *strides)
+{
+    (void)strides;
+    NAME(store_span)(args[1], 0, (REAL *)args[0], 1, n);
+}
+LOOPS(store_span_1)
+
+static INLINE void NAME(load_span_2)(intptr_t n, char **args, const intptr_t *strides)
+{
+    (void)strides;
+    NAME(load_span)((REAL *)args[0], args[1], 0, 2, n);
+}
+LOOPS(load_span_2)
+
+static INLINE void NAME(store_span_2)(intptr_t n, char **args, const intptr_t *strides)
+{
+    (void)strides;
+    NAME(store_span)(args[1], 0, (REAL *)args[0], 2, n);
+}
+LOOPS(store_span_2)
+
+static INLINE void NAME(load_span_3)(intptr_t n, char **args, const intptr_t *strides)
+{
+    (void)strides;
+    NAME(load_span)((REAL *)args[0], args[1], 0, 3, n);
+}
+LOOPS(load_span_3)
+
+static INLINE void NAME(store_span_3)(intptr_t n, char **args, const intptr_t *strides)
+{
+    (void)strides;
+    NAME(store_span)(args[1], 0, (REAL *)args[0], 3, n);
+}
+LOOPS(store_span_3)
+
+static INLINE void NAME(load_span_4)(intptr_t n, char **args, const intptr_t *strides)
+{
+    (void)strides;
+    NAME(load_span)((REAL *)args[0], args[1], 0, 4, n);
+}
+LOOPS(load_span_4)
+
+static INLINE void NAME(store_span_4)(intptr_t n, char **args, const intptr_t *strides)
+{
+    (void)strides;
+    NAME(store_span)(args[1], 0, (REAL *)args[0], 4, n);
+}
+LOOPS(store_span_4)
+
+static INLINE void NAME(load_span_5)(intptr_t n, char **args, const intptr_t *strides)
+{
+    (void)strides;
+    NAME(load_span)((REAL *)args[0], args[1], 0, 5, n);
+}
+LOOPS(load_span_5)
+
+static INLINE void NAME(store_span_5)(intptr_t n, char **args, const intptr_t *strides)
+{
+    (void)strides;
+    NAME(store_span)(args[1], 0, (REAL *)args[0], 5, n);
+}
+LOOPS(store_span_5)
+
+static INLINE void NAME(load_span_6)(intptr_t n, char **args, const intptr_t *strides)
+{
+    (void)strides;
+    NAME(load_span)((REAL *)args[0], args[1], 0, 6, n);
+}
+LOOPS(load_span_6)
+
+static INLINE void NAME(store_span_6)(intptr_t n, char **args, const intptr_t *strides)
+{
+    (void)strides;
+    NAME(store_span)(args[1], 0, (REAL *)args[0], 6, n);
+}
+LOOPS(store_span_6)
+
+static INLINE void NAME(load_span_8)(intptr_t n, char **args, const intptr_t *strides)
+{
+    (void)strides;
+    NAME(load_span)((REAL *)args[0], args[1], 0, 8, n);
+}
+LOOPS(load_span_8)
+
+static INLINE void NAME(store_span_8)(intptr_t n, char **args, const intptr_t *strides)
+{
+    (void)strides;
+    NAME(store_span)(args[1], 0, (REAL *)args[0], 8, n);
+}
+LOOPS(store_span_8)
+
+static INLINE void NAME(load_span_9)(intptr_t n, char **args, const intptr_t *strides)
+{
+    (void)strides;
+    NAME(load_span)((REAL *)args[0], args[1], 0, 9, n);
+}
+LOOPS(load_span_9)
+
+static INLINE void NAME(store_span_9)(intptr_t n, char **args, const intptr_t *strides)
+{
+    (void)strides;
+    NAME(store_span)(args[1], 0, (REAL *)args[0], 9, n);
+}
+LOOPS(store_span_9)
+
+static INLINE void NAME(load_span_10)(intptr_t n, char **args, const intptr_t *strides)
+{
+    (void)strides;
+    NAME(load_span)((REAL *)args[0], args[1], 0, 10, n);
+}
+LOOPS(load_span_10)
+
+static INLINE void NAME(store_span_10)(intptr_t n, char **args, const intptr_t *strides)
+{
+    (void)strides;
+    NAME(store_span)(args[1], 0, (REAL *)args[0], 10, n);
+}
+LOOPS(store_span_10)
+
+static INLINE void NAME(load_span_16)(intptr_t n, char **args, const intptr_t *strides)
+{
+    (void)strides;
+    NAME(load_span)((REAL *)args[0], args[1], 0, 16, n);
+}
+LOOPS(load_span_16)
+
+static INLINE void NAME(store_span_16)(intptr_t n, char **args, const intptr_t *strides)
+{
+    (void)strides;
+    NAME(store_span)(args[1], 0, (REAL *)args[0], 16, n);
+}
+LOOPS(store_span_16)
+
+static INLINE void NAME(load_span_32)(intptr_t n, char **args, const intptr_t *strides)
+{
+    (void)strides;
+    NAME(load_span)((REAL *)args[0], args[1], 0, 32, n);
+}
+LOOPS(load_span_32)
+
+static INLINE void NAME(store_span_32)(intptr_t n, char **args, const intptr_t *strides)
+{
+    (void)strides;
+    NAME(store_span)(args[1], 0, (REAL *)args[0], 32, n);
+}
+LOOPS(store_span_32)
+
+static const struct {
+    loop_function *load[2], *store[2];
+} NAME(spans)[SIZES + 1] = {
+    [1] = {WIDTHS(load_span_1), WIDTHS(store_span_1)},
+    [2] = {WIDTHS(load_span_2), WIDTHS(store_span_2)},
+    [3] = {WIDTHS(load_span_3), WIDTHS(store_span_3)},
+    [4] = {WIDTHS(load_span_4), WIDTHS(store_span_4)},
+    [5] = {WIDTHS(load_span_5), WIDTHS(store_span_5)},
+    [6] = {WIDTHS(load_span_6), WIDTHS(store_span_6)},
+    [8] = {WIDTHS(load_span_8), WIDTHS(store_span_8)},
+    [9] = {WIDTHS(load_span_9), WIDTHS(store_span_9)},
+    [10] = {WIDTHS(load_span_10), WIDTHS(store_span_10)},
+    [16] = {WIDTHS(load_span_16), WIDTHS(store_span_16)},
+    [32] = {WIDTHS(load_span_32), WIDTHS(store_span_32)},
+};
 
 // All rows of a part, from the batch or back to it; axes that lie as one are moved as one.
 static void NAME(move_part)(int back, REAL *x, intptr_t row, const struct part *part, char *a, intptr_t s,
@@ -1037,15 +1208,23 @@ static void NAME(batch)(const struct kernel *kernel, char **args, intptr_t n, co
     char *starts[PARTS];
     intptr_t cores[CORES], row_cores[CORES], total = 0, bytes = 0;
     unsigned still = 0, hoisted = 0;
+    int in_place = 1, ordered = 1, known = 1;
     if (width < 0 || n == 1) {
         NAME(each)(kernel, args, n, steps);
         return;
     }
-    loop_function *in_rows = kernel->block[width], *in_order = kernel->dense[width];
+    loop_function *in_rows = kernel->block[width], *in_order = kernel->dense[width], *loads[PARTS], *stores[PARTS];
     for (int p = 0; p < n_parts; ++p) {
-        total += kernel->parts[p].size;
+        const struct part *part = &kernel->parts[p];
+        const int same = p < n_inputs && steps[p] == 0;
+        intptr_t step = w;
+        for (int q = part->rank; q-- > 0; step *= part->shape[q])
+            ordered = ordered && (same || strides[part->first + q] == step);
+        ordered = ordered && (same || steps[p] == step);
+        known = known && part->size <= SIZES && NAME(spans)[part->size].load[width];
+        total += part->size;
         bytes += steps[p] < 0 ? -steps[p] : steps[p];
-        still |= (unsigned)(p < n_inputs && steps[p] == 0) << p;
+        still |= (unsigned)same << p;
     }
     for (int f = 0; f < kernel->n_forms && !hoisted; ++f) {
         const struct form *form = &kernel->forms[f];
@@ -1054,40 +1233,52 @@ static void NAME(batch)(const struct kernel *kernel, char **args, intptr_t n, co
             hoisted = form->same, in_rows = form->block[width], in_order = form->dense[width];
         }
     }
-    int in_place = 1, dense = in_order != NULL;
-    // Long rows spare calls; beyond the last cache, short ones keep reading and writing going side by side.
-    intptr_t row = n < (1 << 24) / (bytes + 1) ? 512 / w : LANES;
+    const int dense = ordered && still == hoisted && in_order;
+    const int spans = ordered && !dense && known && total * SPAN <= SPACE;
+    // Long rows spare calls; beyond the last cache, short turns keep reading and writing going side by side.
+    const int near = n < (1 << 24) / (bytes + 1);
+    intptr_t row = spans ? SPAN : near ? 512 / w : LANES;
     while (row > LANES && row * total > SPACE)
         row /= 2;
     total = 0;
     for (int p = 0; p < n_parts; ++p) {
         const struct part *part = &kernel->parts[p];
-        const intptr_t *c = strides + part->first;
-        intptr_t step = w, row_step = row * w;
+        intptr_t row_step = row * w;
         starts[p] = hoisted >> p & 1 ? (char *)prepared : args[p];
         rows[p] = space + row * total;
         total += part->size;
-        kinds[p] = hoisted >> p & 1 ? HOISTED : p < n_inputs && steps[p] == 0 ? SAME : steps[p] == w ? UNIT : ANY;
+        kinds[p] = hoisted >> p & 1 ? HOISTED : still >> p & 1 ? SAME : steps[p] == w ? UNIT : ANY;
         for (int q = 0; kernel->repeats && p >= n_inputs && q < n_inputs; ++q)
             kinds[p] = args[p] == args[q] ? ANY : kinds[p];
         in_place = in_place && (kinds[p] == UNIT || kinds[p] == HOISTED);
-        for (int q = part->rank; q-- > 0; step *= part->shape[q], row_step *= part->shape[q]) {
-            cores[part->first + q] = c[q];
-            row_cores[part->first + q] = row_step;
-            dense = dense && (kinds[p] == HOISTED || c[q] == step);
+        for (int q = part->first + part->rank; q-- > part->first; row_step *= part->shape[q - part->first]) {
+            cores[q] = kinds[p] == SAME || kinds[p] == ANY ? row_step : strides[q];
+            row_cores[q] = row_step;
         }
-        dense = dense && (kinds[p] == HOISTED || steps[p] == step);
-    }
-    for (int p = 0; p < n_inputs && !dense; ++p) {
-        const struct part *part = &kernel->parts[p];
-        if (kinds[p] == SAME) {
-            starts[p] = (char *)rows[p];
+        if (dense || kinds[p] == HOISTED || kinds[p] == UNIT)
+            continue;
+        starts[p] = (char *)rows[p];
+        loads[p] = spans ? NAME(spans)[part->size].load[width] : NULL;
+        stores[p] = spans ? NAME(spans)[part->size].store[width] : NULL;
+        if (kinds[p] == SAME)
             NAME(move_part)(0, rows[p], row, part, args[p], 0, strides + part->first, n < row ? PADDED(n) : row);
-            for (int q = part->first; q < part->first + part->rank; ++q)
-                cores[q] = row_cores[q];
-        }
     }
-    for (intptr_t i = 0, m; i < n; i += m) {
+    const intptr_t turn = near ? SPAN : LANES;
+    intptr_t i = 0;
+    // In C order, by functions that know the sizes.
+    for (; spans && !in_place && n - i >= turn; i += turn) {
+        for (int p = 0; p < n_parts; ++p) {
+            if (kinds[p] == UNIT)
+                starts[p] = args[p] + i * w;
+            else if (kinds[p] == ANY && p < n_inputs)
+                loads[p](turn, (char *[]){starts[p], args[p] + i * steps[p]}, NULL);
+        }
+        in_rows(turn, starts, cores);
+        for (int p = n_inputs; p < n_parts; ++p)
+            if (kinds[p] == ANY)
+                stores[p](turn, (char *[]){starts[p], args[p] + i * steps[p]}, NULL);
+    }
+    for (intptr_t m; i < n; i += m) {
         const int last = n - i < LANES;
         if (dense && n - i >= SPAN) {
             m = n & -SPAN;
@@ -1102,7 +1293,7 @@ static void NAME(batch)(const struct kernel *kernel, char **args, intptr_t n, co
             if (kinds[p] < UNIT || (kinds[p] == UNIT && !last))
                 continue;
             starts[p] = (char *)rows[p];
-            for (int q = part->first; q < part->first + part->rank; ++q)
+            for (int q = part->first; last && q < part->first + part->rank; ++q)
                 cores[q] = row_cores[q];
             if (p < n_inputs)
                 NAME(move_part)(0, rows[p], row, part, args[p] + i * steps[p], steps[p], strides + part->first, m);
@@ -5048,32 +5239,11 @@ static INLINE void NAME(embed_point_block)(intptr_t n, char **args, const intptr
 }
 LOOPS(embed_point_block)
 
-static INLINE void NAME(embed_point_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    _Alignas(64) REAL r0[3 * SPAN];
-    _Alignas(64) REAL r1[5 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
-        NAME(load_span)(r0, args[0], first, 3);
-        ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
-            REAL x0[3];
-            REAL x1[5];
-            NAME(load_3)(x0, (char *)(r0 + i), SPAN * w);
-            NAME(embed_point)(x0, x1);
-            NAME(store_5)((char *)(r1 + i), SPAN * w, x1);
-        }
-        NAME(store_span)(args[1], first, r1, 5);
-    }
-}
-LOOPS(embed_point_dense)
-
 void NAME(embed_point_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {5, 1, 1, {5}}};
-    static const struct kernel kernel = {WIDTHS(embed_point_block), WIDTHS(embed_point_dense), (any_function
-        *)NAME(embed_point), NAME(call_ar), 1, 2, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(embed_point_block), {NULL}, (any_function *)NAME(embed_point),
+        NAME(call_ar), 1, 2, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -5109,32 +5279,11 @@ static INLINE void NAME(extract_point_block)(intptr_t n, char **args, const intp
 }
 LOOPS(extract_point_block)
 
-static INLINE void NAME(extract_point_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    _Alignas(64) REAL r0[5 * SPAN];
-    _Alignas(64) REAL r1[3 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
-        NAME(load_span)(r0, args[0], first, 5);
-        ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
-            REAL x0[5];
-            REAL x1[3];
-            NAME(load_5)(x0, (char *)(r0 + i), SPAN * w);
-            NAME(extract_point)(x0, x1);
-            NAME(store_3)((char *)(r1 + i), SPAN * w, x1);
-        }
-        NAME(store_span)(args[1], first, r1, 3);
-    }
-}
-LOOPS(extract_point_dense)
-
 void NAME(extract_point_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{5, 1, 0, {5}}, {3, 1, 1, {3}}};
-    static const struct kernel kernel = {WIDTHS(extract_point_block), WIDTHS(extract_point_dense), (any_function
-        *)NAME(extract_point), NAME(call_ar), 1, 2, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(extract_point_block), {NULL}, (any_function *)NAME(extract_point),
+        NAME(call_ar), 1, 2, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -5174,32 +5323,11 @@ static INLINE void NAME(normalize_vector_block)(intptr_t n, char **args, const i
 }
 LOOPS(normalize_vector_block)
 
-static INLINE void NAME(normalize_vector_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    _Alignas(64) REAL r0[5 * SPAN];
-    _Alignas(64) REAL r1[5 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
-        NAME(load_span)(r0, args[0], first, 5);
-        ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
-            REAL x0[5];
-            REAL x1[5];
-            NAME(load_5)(x0, (char *)(r0 + i), SPAN * w);
-            NAME(normalize_vector)(x0, x1);
-            NAME(store_5)((char *)(r1 + i), SPAN * w, x1);
-        }
-        NAME(store_span)(args[1], first, r1, 5);
-    }
-}
-LOOPS(normalize_vector_dense)
-
 void NAME(normalize_vector_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{5, 1, 0, {5}}, {5, 1, 1, {5}}};
-    static const struct kernel kernel = {WIDTHS(normalize_vector_block), WIDTHS(normalize_vector_dense),
-        (any_function *)NAME(normalize_vector), NAME(call_ar), 1, 2, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(normalize_vector_block), {NULL}, (any_function
+        *)NAME(normalize_vector), NAME(call_ar), 1, 2, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -5262,7 +5390,7 @@ static INLINE void NAME(inner_product_of_points_dense)(intptr_t n, char **args, 
             NAME(inner_product_of_points)(x0, x1, x2);
             NAME(store_scalar)((char *)(r2 + i), x2);
         }
-        NAME(store_span)(args[2], first, r2, 1);
+        NAME(store_span)(args[2], first, r2, 1, SPAN);
     }
 }
 LOOPS(inner_product_of_points_dense)
@@ -5333,7 +5461,7 @@ static INLINE void NAME(distance_squared_points_dense)(intptr_t n, char **args, 
             NAME(distance_squared_points)(x0, x1, x2);
             NAME(store_scalar)((char *)(r2 + i), x2);
         }
-        NAME(store_span)(args[2], first, r2, 1);
+        NAME(store_span)(args[2], first, r2, 1, SPAN);
     }
 }
 LOOPS(distance_squared_points_dense)
@@ -5405,7 +5533,7 @@ static INLINE void NAME(distance_points_dense)(intptr_t n, char **args, const in
             NAME(distance_points)(x0, x1, x2);
             NAME(store_scalar)((char *)(r2 + i), x2);
         }
-        NAME(store_span)(args[2], first, r2, 1);
+        NAME(store_span)(args[2], first, r2, 1, SPAN);
     }
 }
 LOOPS(distance_points_dense)
@@ -5462,37 +5590,11 @@ static INLINE void NAME(inner_product_of_vectors_block)(intptr_t n, char **args,
 }
 LOOPS(inner_product_of_vectors_block)
 
-static INLINE void NAME(inner_product_of_vectors_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    _Alignas(64) REAL r0[5 * SPAN];
-    _Alignas(64) REAL r1[5 * SPAN];
-    _Alignas(64) REAL r2[1 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
-        NAME(load_span)(r0, args[0], first, 5);
-        NAME(load_span)(r1, args[1], first, 5);
-        ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
-            REAL x0[5];
-            REAL x1[5];
-            REAL x2[1];
-            NAME(load_5)(x0, (char *)(r0 + i), SPAN * w);
-            NAME(load_5)(x1, (char *)(r1 + i), SPAN * w);
-            NAME(inner_product_of_vectors)(x0, x1, x2);
-            NAME(store_scalar)((char *)(r2 + i), x2);
-        }
-        NAME(store_span)(args[2], first, r2, 1);
-    }
-}
-LOOPS(inner_product_of_vectors_dense)
-
 void NAME(inner_product_of_vectors_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{5, 1, 0, {5}}, {5, 1, 1, {5}}, {1, 0, 2, {0}}};
-    static const struct kernel kernel = {WIDTHS(inner_product_of_vectors_block),
-        WIDTHS(inner_product_of_vectors_dense), (any_function *)NAME(inner_product_of_vectors), NAME(call_aar), 2,
-        3, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(inner_product_of_vectors_block), {NULL}, (any_function
+        *)NAME(inner_product_of_vectors), NAME(call_aar), 2, 3, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -5635,7 +5737,7 @@ static INLINE void NAME(power_of_point_dense_s)(intptr_t n, char **args, const i
             NAME(power_of_point_apply_s)(prepared, x0, x2);
             NAME(store_scalar)((char *)(r2 + i), x2);
         }
-        NAME(store_span)(args[2], first, r2, 1);
+        NAME(store_span)(args[2], first, r2, 1, SPAN);
     }
 }
 LOOPS(power_of_point_dense_s)
@@ -5666,28 +5768,6 @@ static INLINE void NAME(power_of_point_block_p)(intptr_t n, char **args, const i
 }
 LOOPS(power_of_point_block_p)
 
-static INLINE void NAME(power_of_point_dense_p)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const REAL *prepared = (const REAL *)args[0];
-    (void)strides;
-    _Alignas(64) REAL r1[5 * SPAN];
-    _Alignas(64) REAL r2[1 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
-        NAME(load_span)(r1, args[1], first, 5);
-        ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
-            REAL x1[5];
-            REAL x2[1];
-            NAME(load_5)(x1, (char *)(r1 + i), SPAN * w);
-            NAME(power_of_point_apply_p)(prepared, x1, x2);
-            NAME(store_scalar)((char *)(r2 + i), x2);
-        }
-        NAME(store_span)(args[2], first, r2, 1);
-    }
-}
-LOOPS(power_of_point_dense_p)
-
 static void NAME(power_of_point_start_p)(char **args, const intptr_t *strides, void *prepared)
 {
     const intptr_t c0a = strides[0];
@@ -5716,39 +5796,14 @@ static INLINE void NAME(power_of_point_block)(intptr_t n, char **args, const int
 }
 LOOPS(power_of_point_block)
 
-static INLINE void NAME(power_of_point_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    _Alignas(64) REAL r0[3 * SPAN];
-    _Alignas(64) REAL r1[5 * SPAN];
-    _Alignas(64) REAL r2[1 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
-        NAME(load_span)(r0, args[0], first, 3);
-        NAME(load_span)(r1, args[1], first, 5);
-        ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
-            REAL x0[3];
-            REAL x1[5];
-            REAL x2[1];
-            NAME(load_3)(x0, (char *)(r0 + i), SPAN * w);
-            NAME(load_5)(x1, (char *)(r1 + i), SPAN * w);
-            NAME(power_of_point)(x0, x1, x2);
-            NAME(store_scalar)((char *)(r2 + i), x2);
-        }
-        NAME(store_span)(args[2], first, r2, 1);
-    }
-}
-LOOPS(power_of_point_dense)
-
 void NAME(power_of_point_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {5, 1, 1, {5}}, {1, 0, 2, {0}}};
     static const struct form forms[] = {{2, 2, NAME(power_of_point_start_s), WIDTHS(power_of_point_block_s),
         WIDTHS(power_of_point_dense_s)}, {1, 2, NAME(power_of_point_start_p), WIDTHS(power_of_point_block_p),
-        WIDTHS(power_of_point_dense_p)}};
-    static const struct kernel kernel = {WIDTHS(power_of_point_block), WIDTHS(power_of_point_dense), (any_function
-        *)NAME(power_of_point), NAME(call_aar), 2, 3, 2, 0, parts, forms};
+        {NULL}}};
+    static const struct kernel kernel = {WIDTHS(power_of_point_block), {NULL}, (any_function *)NAME(power_of_point),
+        NAME(call_aar), 2, 3, 2, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -5852,7 +5907,7 @@ static INLINE void NAME(signed_distance_point_plane_dense_plane)(intptr_t n, cha
             NAME(signed_distance_point_plane_apply_plane)(prepared, x0, x2);
             NAME(store_scalar)((char *)(r2 + i), x2);
         }
-        NAME(store_span)(args[2], first, r2, 1);
+        NAME(store_span)(args[2], first, r2, 1, SPAN);
     }
 }
 LOOPS(signed_distance_point_plane_dense_plane)
@@ -5903,7 +5958,7 @@ static INLINE void NAME(signed_distance_point_plane_dense)(intptr_t n, char **ar
             NAME(signed_distance_point_plane)(x0, x1, x2);
             NAME(store_scalar)((char *)(r2 + i), x2);
         }
-        NAME(store_span)(args[2], first, r2, 1);
+        NAME(store_span)(args[2], first, r2, 1, SPAN);
     }
 }
 LOOPS(signed_distance_point_plane_dense)
@@ -5979,36 +6034,11 @@ static INLINE void NAME(distance_point_line_block)(intptr_t n, char **args, cons
 }
 LOOPS(distance_point_line_block)
 
-static INLINE void NAME(distance_point_line_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    _Alignas(64) REAL r0[3 * SPAN];
-    _Alignas(64) REAL r1[6 * SPAN];
-    _Alignas(64) REAL r2[1 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
-        NAME(load_span)(r0, args[0], first, 3);
-        NAME(load_span)(r1, args[1], first, 6);
-        ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
-            REAL x0[3];
-            REAL x1[6];
-            REAL x2[1];
-            NAME(load_3)(x0, (char *)(r0 + i), SPAN * w);
-            NAME(load_6)(x1, (char *)(r1 + i), SPAN * w);
-            NAME(distance_point_line)(x0, x1, x2);
-            NAME(store_scalar)((char *)(r2 + i), x2);
-        }
-        NAME(store_span)(args[2], first, r2, 1);
-    }
-}
-LOOPS(distance_point_line_dense)
-
 void NAME(distance_point_line_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {6, 1, 1, {6}}, {1, 0, 2, {0}}};
-    static const struct kernel kernel = {WIDTHS(distance_point_line_block), WIDTHS(distance_point_line_dense),
-        (any_function *)NAME(distance_point_line), NAME(call_aar), 2, 3, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(distance_point_line_block), {NULL}, (any_function
+        *)NAME(distance_point_line), NAME(call_aar), 2, 3, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -6086,36 +6116,11 @@ static INLINE void NAME(point_pair_from_points_block)(intptr_t n, char **args, c
 }
 LOOPS(point_pair_from_points_block)
 
-static INLINE void NAME(point_pair_from_points_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    _Alignas(64) REAL r0[3 * SPAN];
-    _Alignas(64) REAL r1[3 * SPAN];
-    _Alignas(64) REAL r2[10 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
-        NAME(load_span)(r0, args[0], first, 3);
-        NAME(load_span)(r1, args[1], first, 3);
-        ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
-            REAL x0[3];
-            REAL x1[3];
-            REAL x2[10];
-            NAME(load_3)(x0, (char *)(r0 + i), SPAN * w);
-            NAME(load_3)(x1, (char *)(r1 + i), SPAN * w);
-            NAME(point_pair_from_points)(x0, x1, x2);
-            NAME(store_10)((char *)(r2 + i), SPAN * w, x2);
-        }
-        NAME(store_span)(args[2], first, r2, 10);
-    }
-}
-LOOPS(point_pair_from_points_dense)
-
 void NAME(point_pair_from_points_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {3, 1, 1, {3}}, {10, 1, 2, {10}}};
-    static const struct kernel kernel = {WIDTHS(point_pair_from_points_block), WIDTHS(point_pair_from_points_dense),
-        (any_function *)NAME(point_pair_from_points), NAME(call_aar), 2, 3, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(point_pair_from_points_block), {NULL}, (any_function
+        *)NAME(point_pair_from_points), NAME(call_aar), 2, 3, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -6590,28 +6595,6 @@ static INLINE void NAME(circle_from_points_block_a_c)(intptr_t n, char **args, c
 }
 LOOPS(circle_from_points_block_a_c)
 
-static INLINE void NAME(circle_from_points_dense_a_c)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const REAL *prepared = (const REAL *)args[0];
-    (void)strides;
-    _Alignas(64) REAL r1[3 * SPAN];
-    _Alignas(64) REAL r3[10 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
-        NAME(load_span)(r1, args[1], first, 3);
-        ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
-            REAL x1[3];
-            REAL x3[10];
-            NAME(load_3)(x1, (char *)(r1 + i), SPAN * w);
-            NAME(circle_from_points_apply_a_c)(prepared, x1, x3);
-            NAME(store_10)((char *)(r3 + i), SPAN * w, x3);
-        }
-        NAME(store_span)(args[3], first, r3, 10);
-    }
-}
-LOOPS(circle_from_points_dense_a_c)
-
 static void NAME(circle_from_points_start_a_c)(char **args, const intptr_t *strides, void *prepared)
 {
     const intptr_t c0a = strides[0], c2a = strides[2];
@@ -6640,28 +6623,6 @@ static INLINE void NAME(circle_from_points_block_b_c)(intptr_t n, char **args, c
 }
 LOOPS(circle_from_points_block_b_c)
 
-static INLINE void NAME(circle_from_points_dense_b_c)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const REAL *prepared = (const REAL *)args[1];
-    (void)strides;
-    _Alignas(64) REAL r0[3 * SPAN];
-    _Alignas(64) REAL r3[10 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
-        NAME(load_span)(r0, args[0], first, 3);
-        ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
-            REAL x0[3];
-            REAL x3[10];
-            NAME(load_3)(x0, (char *)(r0 + i), SPAN * w);
-            NAME(circle_from_points_apply_b_c)(prepared, x0, x3);
-            NAME(store_10)((char *)(r3 + i), SPAN * w, x3);
-        }
-        NAME(store_span)(args[3], first, r3, 10);
-    }
-}
-LOOPS(circle_from_points_dense_b_c)
-
 static void NAME(circle_from_points_start_b_c)(char **args, const intptr_t *strides, void *prepared)
 {
     const intptr_t c1a = strides[1], c2a = strides[2];
@@ -6689,28 +6650,6 @@ static INLINE void NAME(circle_from_points_block_a_b)(intptr_t n, char **args, c
     }
 }
 LOOPS(circle_from_points_block_a_b)
-
-static INLINE void NAME(circle_from_points_dense_a_b)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const REAL *prepared = (const REAL *)args[0];
-    (void)strides;
-    _Alignas(64) REAL r2[3 * SPAN];
-    _Alignas(64) REAL r3[10 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
-        NAME(load_span)(r2, args[2], first, 3);
-        ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
-            REAL x2[3];
-            REAL x3[10];
-            NAME(load_3)(x2, (char *)(r2 + i), SPAN * w);
-            NAME(circle_from_points_apply_a_b)(prepared, x2, x3);
-            NAME(store_10)((char *)(r3 + i), SPAN * w, x3);
-        }
-        NAME(store_span)(args[3], first, r3, 10);
-    }
-}
-LOOPS(circle_from_points_dense_a_b)
 
 static void NAME(circle_from_points_start_a_b)(char **args, const intptr_t *strides, void *prepared)
 {
@@ -6745,45 +6684,15 @@ static INLINE void NAME(circle_from_points_block)(intptr_t n, char **args, const
 }
 LOOPS(circle_from_points_block)
 
-static INLINE void NAME(circle_from_points_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    _Alignas(64) REAL r0[3 * SPAN];
-    _Alignas(64) REAL r1[3 * SPAN];
-    _Alignas(64) REAL r2[3 * SPAN];
-    _Alignas(64) REAL r3[10 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
-        NAME(load_span)(r0, args[0], first, 3);
-        NAME(load_span)(r1, args[1], first, 3);
-        NAME(load_span)(r2, args[2], first, 3);
-        ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
-            REAL x0[3];
-            REAL x1[3];
-            REAL x2[3];
-            REAL x3[10];
-            NAME(load_3)(x0, (char *)(r0 + i), SPAN * w);
-            NAME(load_3)(x1, (char *)(r1 + i), SPAN * w);
-            NAME(load_3)(x2, (char *)(r2 + i), SPAN * w);
-            NAME(circle_from_points)(x0, x1, x2, x3);
-            NAME(store_10)((char *)(r3 + i), SPAN * w, x3);
-        }
-        NAME(store_span)(args[3], first, r3, 10);
-    }
-}
-LOOPS(circle_from_points_dense)
-
 void NAME(circle_from_points_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {3, 1, 1, {3}}, {3, 1, 2, {3}}, {10, 1, 3, {10}}};
     static const struct form forms[] = {{5, 2, NAME(circle_from_points_start_a_c),
-        WIDTHS(circle_from_points_block_a_c), WIDTHS(circle_from_points_dense_a_c)}, {6, 2,
-        NAME(circle_from_points_start_b_c), WIDTHS(circle_from_points_block_b_c),
-        WIDTHS(circle_from_points_dense_b_c)}, {3, 3, NAME(circle_from_points_start_a_b),
-        WIDTHS(circle_from_points_block_a_b), WIDTHS(circle_from_points_dense_a_b)}};
-    static const struct kernel kernel = {WIDTHS(circle_from_points_block), WIDTHS(circle_from_points_dense),
-        (any_function *)NAME(circle_from_points), NAME(call_aaar), 3, 4, 3, 0, parts, forms};
+        WIDTHS(circle_from_points_block_a_c), {NULL}}, {6, 2, NAME(circle_from_points_start_b_c),
+        WIDTHS(circle_from_points_block_b_c), {NULL}}, {3, 3, NAME(circle_from_points_start_a_b),
+        WIDTHS(circle_from_points_block_a_b), {NULL}}};
+    static const struct kernel kernel = {WIDTHS(circle_from_points_block), {NULL}, (any_function
+        *)NAME(circle_from_points), NAME(call_aaar), 3, 4, 3, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -7631,28 +7540,6 @@ static INLINE void NAME(sphere_from_points_block_a_b_c)(intptr_t n, char **args,
 }
 LOOPS(sphere_from_points_block_a_b_c)
 
-static INLINE void NAME(sphere_from_points_dense_a_b_c)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const REAL *prepared = (const REAL *)args[0];
-    (void)strides;
-    _Alignas(64) REAL r3[3 * SPAN];
-    _Alignas(64) REAL r4[5 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
-        NAME(load_span)(r3, args[3], first, 3);
-        ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
-            REAL x3[3];
-            REAL x4[5];
-            NAME(load_3)(x3, (char *)(r3 + i), SPAN * w);
-            NAME(sphere_from_points_apply_a_b_c)(prepared, x3, x4);
-            NAME(store_5)((char *)(r4 + i), SPAN * w, x4);
-        }
-        NAME(store_span)(args[4], first, r4, 5);
-    }
-}
-LOOPS(sphere_from_points_dense_a_b_c)
-
 static void NAME(sphere_from_points_start_a_b_c)(char **args, const intptr_t *strides, void *prepared)
 {
     const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
@@ -7682,28 +7569,6 @@ static INLINE void NAME(sphere_from_points_block_a_b_d)(intptr_t n, char **args,
     }
 }
 LOOPS(sphere_from_points_block_a_b_d)
-
-static INLINE void NAME(sphere_from_points_dense_a_b_d)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const REAL *prepared = (const REAL *)args[0];
-    (void)strides;
-    _Alignas(64) REAL r2[3 * SPAN];
-    _Alignas(64) REAL r4[5 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
-        NAME(load_span)(r2, args[2], first, 3);
-        ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
-            REAL x2[3];
-            REAL x4[5];
-            NAME(load_3)(x2, (char *)(r2 + i), SPAN * w);
-            NAME(sphere_from_points_apply_a_b_d)(prepared, x2, x4);
-            NAME(store_5)((char *)(r4 + i), SPAN * w, x4);
-        }
-        NAME(store_span)(args[4], first, r4, 5);
-    }
-}
-LOOPS(sphere_from_points_dense_a_b_d)
 
 static void NAME(sphere_from_points_start_a_b_d)(char **args, const intptr_t *strides, void *prepared)
 {
@@ -7735,28 +7600,6 @@ static INLINE void NAME(sphere_from_points_block_a_c_d)(intptr_t n, char **args,
 }
 LOOPS(sphere_from_points_block_a_c_d)
 
-static INLINE void NAME(sphere_from_points_dense_a_c_d)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const REAL *prepared = (const REAL *)args[0];
-    (void)strides;
-    _Alignas(64) REAL r1[3 * SPAN];
-    _Alignas(64) REAL r4[5 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
-        NAME(load_span)(r1, args[1], first, 3);
-        ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
-            REAL x1[3];
-            REAL x4[5];
-            NAME(load_3)(x1, (char *)(r1 + i), SPAN * w);
-            NAME(sphere_from_points_apply_a_c_d)(prepared, x1, x4);
-            NAME(store_5)((char *)(r4 + i), SPAN * w, x4);
-        }
-        NAME(store_span)(args[4], first, r4, 5);
-    }
-}
-LOOPS(sphere_from_points_dense_a_c_d)
-
 static void NAME(sphere_from_points_start_a_c_d)(char **args, const intptr_t *strides, void *prepared)
 {
     const intptr_t c0a = strides[0], c2a = strides[2], c3a = strides[3];
@@ -7786,28 +7629,6 @@ static INLINE void NAME(sphere_from_points_block_b_c_d)(intptr_t n, char **args,
     }
 }
 LOOPS(sphere_from_points_block_b_c_d)
-
-static INLINE void NAME(sphere_from_points_dense_b_c_d)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const REAL *prepared = (const REAL *)args[1];
-    (void)strides;
-    _Alignas(64) REAL r0[3 * SPAN];
-    _Alignas(64) REAL r4[5 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
-        NAME(load_span)(r0, args[0], first, 3);
-        ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
-            REAL x0[3];
-            REAL x4[5];
-            NAME(load_3)(x0, (char *)(r0 + i), SPAN * w);
-            NAME(sphere_from_points_apply_b_c_d)(prepared, x0, x4);
-            NAME(store_5)((char *)(r4 + i), SPAN * w, x4);
-        }
-        NAME(store_span)(args[4], first, r4, 5);
-    }
-}
-LOOPS(sphere_from_points_dense_b_c_d)
 
 static void NAME(sphere_from_points_start_b_c_d)(char **args, const intptr_t *strides, void *prepared)
 {
@@ -7847,52 +7668,17 @@ static INLINE void NAME(sphere_from_points_block)(intptr_t n, char **args, const
 }
 LOOPS(sphere_from_points_block)
 
-static INLINE void NAME(sphere_from_points_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    _Alignas(64) REAL r0[3 * SPAN];
-    _Alignas(64) REAL r1[3 * SPAN];
-    _Alignas(64) REAL r2[3 * SPAN];
-    _Alignas(64) REAL r3[3 * SPAN];
-    _Alignas(64) REAL r4[5 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
-        NAME(load_span)(r0, args[0], first, 3);
-        NAME(load_span)(r1, args[1], first, 3);
-        NAME(load_span)(r2, args[2], first, 3);
-        NAME(load_span)(r3, args[3], first, 3);
-        ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
-            REAL x0[3];
-            REAL x1[3];
-            REAL x2[3];
-            REAL x3[3];
-            REAL x4[5];
-            NAME(load_3)(x0, (char *)(r0 + i), SPAN * w);
-            NAME(load_3)(x1, (char *)(r1 + i), SPAN * w);
-            NAME(load_3)(x2, (char *)(r2 + i), SPAN * w);
-            NAME(load_3)(x3, (char *)(r3 + i), SPAN * w);
-            NAME(sphere_from_points)(x0, x1, x2, x3, x4);
-            NAME(store_5)((char *)(r4 + i), SPAN * w, x4);
-        }
-        NAME(store_span)(args[4], first, r4, 5);
-    }
-}
-LOOPS(sphere_from_points_dense)
-
 void NAME(sphere_from_points_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {3, 1, 1, {3}}, {3, 1, 2, {3}}, {3, 1, 3, {3}}, {5, 1, 4,
         {5}}};
     static const struct form forms[] = {{7, 3, NAME(sphere_from_points_start_a_b_c),
-        WIDTHS(sphere_from_points_block_a_b_c), WIDTHS(sphere_from_points_dense_a_b_c)}, {11, 3,
-        NAME(sphere_from_points_start_a_b_d), WIDTHS(sphere_from_points_block_a_b_d),
-        WIDTHS(sphere_from_points_dense_a_b_d)}, {13, 3, NAME(sphere_from_points_start_a_c_d),
-        WIDTHS(sphere_from_points_block_a_c_d), WIDTHS(sphere_from_points_dense_a_c_d)}, {14, 3,
-        NAME(sphere_from_points_start_b_c_d), WIDTHS(sphere_from_points_block_b_c_d),
-        WIDTHS(sphere_from_points_dense_b_c_d)}};
-    static const struct kernel kernel = {WIDTHS(sphere_from_points_block), WIDTHS(sphere_from_points_dense),
-        (any_function *)NAME(sphere_from_points), NAME(call_aaaar), 4, 5, 4, 0, parts, forms};
+        WIDTHS(sphere_from_points_block_a_b_c), {NULL}}, {11, 3, NAME(sphere_from_points_start_a_b_d),
+        WIDTHS(sphere_from_points_block_a_b_d), {NULL}}, {13, 3, NAME(sphere_from_points_start_a_c_d),
+        WIDTHS(sphere_from_points_block_a_c_d), {NULL}}, {14, 3, NAME(sphere_from_points_start_b_c_d),
+        WIDTHS(sphere_from_points_block_b_c_d), {NULL}}};
+    static const struct kernel kernel = {WIDTHS(sphere_from_points_block), {NULL}, (any_function
+        *)NAME(sphere_from_points), NAME(call_aaaar), 4, 5, 4, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -7944,36 +7730,11 @@ static INLINE void NAME(line_from_points_block)(intptr_t n, char **args, const i
 }
 LOOPS(line_from_points_block)
 
-static INLINE void NAME(line_from_points_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    _Alignas(64) REAL r0[3 * SPAN];
-    _Alignas(64) REAL r1[3 * SPAN];
-    _Alignas(64) REAL r2[6 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
-        NAME(load_span)(r0, args[0], first, 3);
-        NAME(load_span)(r1, args[1], first, 3);
-        ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
-            REAL x0[3];
-            REAL x1[3];
-            REAL x2[6];
-            NAME(load_3)(x0, (char *)(r0 + i), SPAN * w);
-            NAME(load_3)(x1, (char *)(r1 + i), SPAN * w);
-            NAME(line_from_points)(x0, x1, x2);
-            NAME(store_6)((char *)(r2 + i), SPAN * w, x2);
-        }
-        NAME(store_span)(args[2], first, r2, 6);
-    }
-}
-LOOPS(line_from_points_dense)
-
 void NAME(line_from_points_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {3, 1, 1, {3}}, {6, 1, 2, {6}}};
-    static const struct kernel kernel = {WIDTHS(line_from_points_block), WIDTHS(line_from_points_dense),
-        (any_function *)NAME(line_from_points), NAME(call_aar), 2, 3, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(line_from_points_block), {NULL}, (any_function
+        *)NAME(line_from_points), NAME(call_aar), 2, 3, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -8025,37 +7786,11 @@ static INLINE void NAME(line_from_point_direction_block)(intptr_t n, char **args
 }
 LOOPS(line_from_point_direction_block)
 
-static INLINE void NAME(line_from_point_direction_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    _Alignas(64) REAL r0[3 * SPAN];
-    _Alignas(64) REAL r1[3 * SPAN];
-    _Alignas(64) REAL r2[6 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
-        NAME(load_span)(r0, args[0], first, 3);
-        NAME(load_span)(r1, args[1], first, 3);
-        ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
-            REAL x0[3];
-            REAL x1[3];
-            REAL x2[6];
-            NAME(load_3)(x0, (char *)(r0 + i), SPAN * w);
-            NAME(load_3)(x1, (char *)(r1 + i), SPAN * w);
-            NAME(line_from_point_direction)(x0, x1, x2);
-            NAME(store_6)((char *)(r2 + i), SPAN * w, x2);
-        }
-        NAME(store_span)(args[2], first, r2, 6);
-    }
-}
-LOOPS(line_from_point_direction_dense)
-
 void NAME(line_from_point_direction_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {3, 1, 1, {3}}, {6, 1, 2, {6}}};
-    static const struct kernel kernel = {WIDTHS(line_from_point_direction_block),
-        WIDTHS(line_from_point_direction_dense), (any_function *)NAME(line_from_point_direction), NAME(call_aar), 2,
-        3, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(line_from_point_direction_block), {NULL}, (any_function
+        *)NAME(line_from_point_direction), NAME(call_aar), 2, 3, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -8140,7 +7875,7 @@ static INLINE void NAME(plane_from_points_dense)(intptr_t n, char **args, const 
             NAME(plane_from_points)(x0, x1, x2, x3);
             NAME(store_4)((char *)(r3 + i), SPAN * w, x3);
         }
-        NAME(store_span)(args[3], first, r3, 4);
+        NAME(store_span)(args[3], first, r3, 4, SPAN);
     }
 }
 LOOPS(plane_from_points_dense)
@@ -8193,37 +7928,11 @@ static INLINE void NAME(dual_sphere_from_centre_block)(intptr_t n, char **args, 
 }
 LOOPS(dual_sphere_from_centre_block)
 
-static INLINE void NAME(dual_sphere_from_centre_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    _Alignas(64) REAL r0[3 * SPAN];
-    _Alignas(64) REAL r1[1 * SPAN];
-    _Alignas(64) REAL r2[5 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
-        NAME(load_span)(r0, args[0], first, 3);
-        NAME(load_span)(r1, args[1], first, 1);
-        ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
-            REAL x0[3];
-            REAL x1[1];
-            REAL x2[5];
-            NAME(load_3)(x0, (char *)(r0 + i), SPAN * w);
-            NAME(load_scalar)(x1, (char *)(r1 + i));
-            NAME(dual_sphere_from_centre)(x0, x1[0], x2);
-            NAME(store_5)((char *)(r2 + i), SPAN * w, x2);
-        }
-        NAME(store_span)(args[2], first, r2, 5);
-    }
-}
-LOOPS(dual_sphere_from_centre_dense)
-
 void NAME(dual_sphere_from_centre_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {1, 0, 1, {0}}, {5, 1, 1, {5}}};
-    static const struct kernel kernel = {WIDTHS(dual_sphere_from_centre_block),
-        WIDTHS(dual_sphere_from_centre_dense), (any_function *)NAME(dual_sphere_from_centre), NAME(call_anr), 2, 3,
-        0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(dual_sphere_from_centre_block), {NULL}, (any_function
+        *)NAME(dual_sphere_from_centre), NAME(call_anr), 2, 3, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -8273,37 +7982,11 @@ static INLINE void NAME(dual_sphere_through_point_block)(intptr_t n, char **args
 }
 LOOPS(dual_sphere_through_point_block)
 
-static INLINE void NAME(dual_sphere_through_point_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    _Alignas(64) REAL r0[3 * SPAN];
-    _Alignas(64) REAL r1[3 * SPAN];
-    _Alignas(64) REAL r2[5 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
-        NAME(load_span)(r0, args[0], first, 3);
-        NAME(load_span)(r1, args[1], first, 3);
-        ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
-            REAL x0[3];
-            REAL x1[3];
-            REAL x2[5];
-            NAME(load_3)(x0, (char *)(r0 + i), SPAN * w);
-            NAME(load_3)(x1, (char *)(r1 + i), SPAN * w);
-            NAME(dual_sphere_through_point)(x0, x1, x2);
-            NAME(store_5)((char *)(r2 + i), SPAN * w, x2);
-        }
-        NAME(store_span)(args[2], first, r2, 5);
-    }
-}
-LOOPS(dual_sphere_through_point_dense)
-
 void NAME(dual_sphere_through_point_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {3, 1, 1, {3}}, {5, 1, 2, {5}}};
-    static const struct kernel kernel = {WIDTHS(dual_sphere_through_point_block),
-        WIDTHS(dual_sphere_through_point_dense), (any_function *)NAME(dual_sphere_through_point), NAME(call_aar), 2,
-        3, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(dual_sphere_through_point_block), {NULL}, (any_function
+        *)NAME(dual_sphere_through_point), NAME(call_aar), 2, 3, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -8349,36 +8032,11 @@ static INLINE void NAME(sphere_from_centre_block)(intptr_t n, char **args, const
 }
 LOOPS(sphere_from_centre_block)
 
-static INLINE void NAME(sphere_from_centre_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    _Alignas(64) REAL r0[3 * SPAN];
-    _Alignas(64) REAL r1[1 * SPAN];
-    _Alignas(64) REAL r2[5 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
-        NAME(load_span)(r0, args[0], first, 3);
-        NAME(load_span)(r1, args[1], first, 1);
-        ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
-            REAL x0[3];
-            REAL x1[1];
-            REAL x2[5];
-            NAME(load_3)(x0, (char *)(r0 + i), SPAN * w);
-            NAME(load_scalar)(x1, (char *)(r1 + i));
-            NAME(sphere_from_centre)(x0, x1[0], x2);
-            NAME(store_5)((char *)(r2 + i), SPAN * w, x2);
-        }
-        NAME(store_span)(args[2], first, r2, 5);
-    }
-}
-LOOPS(sphere_from_centre_dense)
-
 void NAME(sphere_from_centre_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {1, 0, 1, {0}}, {5, 1, 1, {5}}};
-    static const struct kernel kernel = {WIDTHS(sphere_from_centre_block), WIDTHS(sphere_from_centre_dense),
-        (any_function *)NAME(sphere_from_centre), NAME(call_anr), 2, 3, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(sphere_from_centre_block), {NULL}, (any_function
+        *)NAME(sphere_from_centre), NAME(call_anr), 2, 3, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -8431,7 +8089,7 @@ static INLINE void NAME(dual_plane_from_normal_dense)(intptr_t n, char **args, c
             NAME(dual_plane_from_normal)(x0, x1[0], x2);
             NAME(store_4)((char *)(r2 + i), SPAN * w, x2);
         }
-        NAME(store_span)(args[2], first, r2, 4);
+        NAME(store_span)(args[2], first, r2, 4, SPAN);
     }
 }
 LOOPS(dual_plane_from_normal_dense)
@@ -8511,7 +8169,7 @@ static INLINE void NAME(bisector_plane_dense)(intptr_t n, char **args, const int
             NAME(bisector_plane)(x0, x1, x2);
             NAME(store_4)((char *)(r2 + i), SPAN * w, x2);
         }
-        NAME(store_span)(args[2], first, r2, 4);
+        NAME(store_span)(args[2], first, r2, 4, SPAN);
     }
 }
 LOOPS(bisector_plane_dense)
@@ -8558,31 +8216,10 @@ static INLINE void NAME(sphere_polarity_block)(intptr_t n, char **args, const in
 }
 LOOPS(sphere_polarity_block)
 
-static INLINE void NAME(sphere_polarity_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    _Alignas(64) REAL r0[5 * SPAN];
-    _Alignas(64) REAL r1[5 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
-        NAME(load_span)(r0, args[0], first, 5);
-        ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
-            REAL x0[5];
-            REAL x1[5];
-            NAME(load_5)(x0, (char *)(r0 + i), SPAN * w);
-            NAME(sphere_polarity)(x0, x1);
-            NAME(store_5)((char *)(r1 + i), SPAN * w, x1);
-        }
-        NAME(store_span)(args[1], first, r1, 5);
-    }
-}
-LOOPS(sphere_polarity_dense)
-
 void NAME(sphere_polarity_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{5, 1, 0, {5}}, {5, 1, 1, {5}}};
-    static const struct kernel kernel = {WIDTHS(sphere_polarity_block), WIDTHS(sphere_polarity_dense), (any_function
+    static const struct kernel kernel = {WIDTHS(sphere_polarity_block), {NULL}, (any_function
         *)NAME(sphere_polarity), NAME(call_ar), 1, 2, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -8634,7 +8271,7 @@ static INLINE void NAME(plane_polarity_dense)(intptr_t n, char **args, const int
             NAME(plane_polarity)(x0, x1);
             NAME(store_4)((char *)(r1 + i), SPAN * w, x1);
         }
-        NAME(store_span)(args[1], first, r1, 4);
+        NAME(store_span)(args[1], first, r1, 4, SPAN);
     }
 }
 LOOPS(plane_polarity_dense)
@@ -8681,32 +8318,11 @@ static INLINE void NAME(sphere_centre_block)(intptr_t n, char **args, const intp
 }
 LOOPS(sphere_centre_block)
 
-static INLINE void NAME(sphere_centre_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    _Alignas(64) REAL r0[5 * SPAN];
-    _Alignas(64) REAL r1[3 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
-        NAME(load_span)(r0, args[0], first, 5);
-        ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
-            REAL x0[5];
-            REAL x1[3];
-            NAME(load_5)(x0, (char *)(r0 + i), SPAN * w);
-            NAME(sphere_centre)(x0, x1);
-            NAME(store_3)((char *)(r1 + i), SPAN * w, x1);
-        }
-        NAME(store_span)(args[1], first, r1, 3);
-    }
-}
-LOOPS(sphere_centre_dense)
-
 void NAME(sphere_centre_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{5, 1, 0, {5}}, {3, 1, 1, {3}}};
-    static const struct kernel kernel = {WIDTHS(sphere_centre_block), WIDTHS(sphere_centre_dense), (any_function
-        *)NAME(sphere_centre), NAME(call_ar), 1, 2, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(sphere_centre_block), {NULL}, (any_function *)NAME(sphere_centre),
+        NAME(call_ar), 1, 2, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -8749,32 +8365,11 @@ static INLINE void NAME(sphere_radius_squared_block)(intptr_t n, char **args, co
 }
 LOOPS(sphere_radius_squared_block)
 
-static INLINE void NAME(sphere_radius_squared_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    _Alignas(64) REAL r0[5 * SPAN];
-    _Alignas(64) REAL r1[1 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
-        NAME(load_span)(r0, args[0], first, 5);
-        ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
-            REAL x0[5];
-            REAL x1[1];
-            NAME(load_5)(x0, (char *)(r0 + i), SPAN * w);
-            NAME(sphere_radius_squared)(x0, x1);
-            NAME(store_scalar)((char *)(r1 + i), x1);
-        }
-        NAME(store_span)(args[1], first, r1, 1);
-    }
-}
-LOOPS(sphere_radius_squared_dense)
-
 void NAME(sphere_radius_squared_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{5, 1, 0, {5}}, {1, 0, 1, {0}}};
-    static const struct kernel kernel = {WIDTHS(sphere_radius_squared_block), WIDTHS(sphere_radius_squared_dense),
-        (any_function *)NAME(sphere_radius_squared), NAME(call_ar), 1, 2, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(sphere_radius_squared_block), {NULL}, (any_function
+        *)NAME(sphere_radius_squared), NAME(call_ar), 1, 2, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -8836,32 +8431,11 @@ static INLINE void NAME(circle_centre_block)(intptr_t n, char **args, const intp
 }
 LOOPS(circle_centre_block)
 
-static INLINE void NAME(circle_centre_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    _Alignas(64) REAL r0[10 * SPAN];
-    _Alignas(64) REAL r1[3 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
-        NAME(load_span)(r0, args[0], first, 10);
-        ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
-            REAL x0[10];
-            REAL x1[3];
-            NAME(load_10)(x0, (char *)(r0 + i), SPAN * w);
-            NAME(circle_centre)(x0, x1);
-            NAME(store_3)((char *)(r1 + i), SPAN * w, x1);
-        }
-        NAME(store_span)(args[1], first, r1, 3);
-    }
-}
-LOOPS(circle_centre_dense)
-
 void NAME(circle_centre_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{10, 1, 0, {10}}, {3, 1, 1, {3}}};
-    static const struct kernel kernel = {WIDTHS(circle_centre_block), WIDTHS(circle_centre_dense), (any_function
-        *)NAME(circle_centre), NAME(call_ar), 1, 2, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(circle_centre_block), {NULL}, (any_function *)NAME(circle_centre),
+        NAME(call_ar), 1, 2, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -8918,32 +8492,11 @@ static INLINE void NAME(circle_radius_squared_block)(intptr_t n, char **args, co
 }
 LOOPS(circle_radius_squared_block)
 
-static INLINE void NAME(circle_radius_squared_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    _Alignas(64) REAL r0[10 * SPAN];
-    _Alignas(64) REAL r1[1 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
-        NAME(load_span)(r0, args[0], first, 10);
-        ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
-            REAL x0[10];
-            REAL x1[1];
-            NAME(load_10)(x0, (char *)(r0 + i), SPAN * w);
-            NAME(circle_radius_squared)(x0, x1);
-            NAME(store_scalar)((char *)(r1 + i), x1);
-        }
-        NAME(store_span)(args[1], first, r1, 1);
-    }
-}
-LOOPS(circle_radius_squared_dense)
-
 void NAME(circle_radius_squared_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{10, 1, 0, {10}}, {1, 0, 1, {0}}};
-    static const struct kernel kernel = {WIDTHS(circle_radius_squared_block), WIDTHS(circle_radius_squared_dense),
-        (any_function *)NAME(circle_radius_squared), NAME(call_ar), 1, 2, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(circle_radius_squared_block), {NULL}, (any_function
+        *)NAME(circle_radius_squared), NAME(call_ar), 1, 2, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -8976,32 +8529,11 @@ static INLINE void NAME(circle_plane_block)(intptr_t n, char **args, const intpt
 }
 LOOPS(circle_plane_block)
 
-static INLINE void NAME(circle_plane_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    _Alignas(64) REAL r0[10 * SPAN];
-    _Alignas(64) REAL r1[4 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
-        NAME(load_span)(r0, args[0], first, 10);
-        ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
-            REAL x0[10];
-            REAL x1[4];
-            NAME(load_10)(x0, (char *)(r0 + i), SPAN * w);
-            NAME(circle_plane)(x0, x1);
-            NAME(store_4)((char *)(r1 + i), SPAN * w, x1);
-        }
-        NAME(store_span)(args[1], first, r1, 4);
-    }
-}
-LOOPS(circle_plane_dense)
-
 void NAME(circle_plane_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{10, 1, 0, {10}}, {4, 1, 1, {4}}};
-    static const struct kernel kernel = {WIDTHS(circle_plane_block), WIDTHS(circle_plane_dense), (any_function
-        *)NAME(circle_plane), NAME(call_ar), 1, 2, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(circle_plane_block), {NULL}, (any_function *)NAME(circle_plane),
+        NAME(call_ar), 1, 2, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -9040,32 +8572,11 @@ static INLINE void NAME(circle_axis_block)(intptr_t n, char **args, const intptr
 }
 LOOPS(circle_axis_block)
 
-static INLINE void NAME(circle_axis_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    _Alignas(64) REAL r0[10 * SPAN];
-    _Alignas(64) REAL r1[6 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
-        NAME(load_span)(r0, args[0], first, 10);
-        ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
-            REAL x0[10];
-            REAL x1[6];
-            NAME(load_10)(x0, (char *)(r0 + i), SPAN * w);
-            NAME(circle_axis)(x0, x1);
-            NAME(store_6)((char *)(r1 + i), SPAN * w, x1);
-        }
-        NAME(store_span)(args[1], first, r1, 6);
-    }
-}
-LOOPS(circle_axis_dense)
-
 void NAME(circle_axis_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{10, 1, 0, {10}}, {6, 1, 1, {6}}};
-    static const struct kernel kernel = {WIDTHS(circle_axis_block), WIDTHS(circle_axis_dense), (any_function
-        *)NAME(circle_axis), NAME(call_ar), 1, 2, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(circle_axis_block), {NULL}, (any_function *)NAME(circle_axis),
+        NAME(call_ar), 1, 2, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -9128,32 +8639,11 @@ static INLINE void NAME(point_pair_centre_block)(intptr_t n, char **args, const 
 }
 LOOPS(point_pair_centre_block)
 
-static INLINE void NAME(point_pair_centre_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    _Alignas(64) REAL r0[10 * SPAN];
-    _Alignas(64) REAL r1[3 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
-        NAME(load_span)(r0, args[0], first, 10);
-        ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
-            REAL x0[10];
-            REAL x1[3];
-            NAME(load_10)(x0, (char *)(r0 + i), SPAN * w);
-            NAME(point_pair_centre)(x0, x1);
-            NAME(store_3)((char *)(r1 + i), SPAN * w, x1);
-        }
-        NAME(store_span)(args[1], first, r1, 3);
-    }
-}
-LOOPS(point_pair_centre_dense)
-
 void NAME(point_pair_centre_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{10, 1, 0, {10}}, {3, 1, 1, {3}}};
-    static const struct kernel kernel = {WIDTHS(point_pair_centre_block), WIDTHS(point_pair_centre_dense),
-        (any_function *)NAME(point_pair_centre), NAME(call_ar), 1, 2, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(point_pair_centre_block), {NULL}, (any_function
+        *)NAME(point_pair_centre), NAME(call_ar), 1, 2, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -9209,33 +8699,11 @@ static INLINE void NAME(point_pair_radius_squared_block)(intptr_t n, char **args
 }
 LOOPS(point_pair_radius_squared_block)
 
-static INLINE void NAME(point_pair_radius_squared_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    _Alignas(64) REAL r0[10 * SPAN];
-    _Alignas(64) REAL r1[1 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
-        NAME(load_span)(r0, args[0], first, 10);
-        ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
-            REAL x0[10];
-            REAL x1[1];
-            NAME(load_10)(x0, (char *)(r0 + i), SPAN * w);
-            NAME(point_pair_radius_squared)(x0, x1);
-            NAME(store_scalar)((char *)(r1 + i), x1);
-        }
-        NAME(store_span)(args[1], first, r1, 1);
-    }
-}
-LOOPS(point_pair_radius_squared_dense)
-
 void NAME(point_pair_radius_squared_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{10, 1, 0, {10}}, {1, 0, 1, {0}}};
-    static const struct kernel kernel = {WIDTHS(point_pair_radius_squared_block),
-        WIDTHS(point_pair_radius_squared_dense), (any_function *)NAME(point_pair_radius_squared), NAME(call_ar), 1,
-        2, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(point_pair_radius_squared_block), {NULL}, (any_function
+        *)NAME(point_pair_radius_squared), NAME(call_ar), 1, 2, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -9332,36 +8800,11 @@ static INLINE void NAME(point_pair_points_block)(intptr_t n, char **args, const 
 }
 LOOPS(point_pair_points_block)
 
-static INLINE void NAME(point_pair_points_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    _Alignas(64) REAL r0[10 * SPAN];
-    _Alignas(64) REAL r1[3 * SPAN];
-    _Alignas(64) REAL r2[3 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
-        NAME(load_span)(r0, args[0], first, 10);
-        ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
-            REAL x0[10];
-            REAL x1[3];
-            REAL x2[3];
-            NAME(load_10)(x0, (char *)(r0 + i), SPAN * w);
-            NAME(point_pair_points)(x0, x1, x2);
-            NAME(store_3)((char *)(r1 + i), SPAN * w, x1);
-            NAME(store_3)((char *)(r2 + i), SPAN * w, x2);
-        }
-        NAME(store_span)(args[1], first, r1, 3);
-        NAME(store_span)(args[2], first, r2, 3);
-    }
-}
-LOOPS(point_pair_points_dense)
-
 void NAME(point_pair_points_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{10, 1, 0, {10}}, {3, 1, 1, {3}}, {3, 1, 2, {3}}};
-    static const struct kernel kernel = {WIDTHS(point_pair_points_block), WIDTHS(point_pair_points_dense),
-        (any_function *)NAME(point_pair_points), NAME(call_arr), 1, 3, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(point_pair_points_block), {NULL}, (any_function
+        *)NAME(point_pair_points), NAME(call_arr), 1, 3, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -9439,36 +8882,11 @@ static INLINE void NAME(meet_spheres_block)(intptr_t n, char **args, const intpt
 }
 LOOPS(meet_spheres_block)
 
-static INLINE void NAME(meet_spheres_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    _Alignas(64) REAL r0[5 * SPAN];
-    _Alignas(64) REAL r1[5 * SPAN];
-    _Alignas(64) REAL r2[10 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
-        NAME(load_span)(r0, args[0], first, 5);
-        NAME(load_span)(r1, args[1], first, 5);
-        ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
-            REAL x0[5];
-            REAL x1[5];
-            REAL x2[10];
-            NAME(load_5)(x0, (char *)(r0 + i), SPAN * w);
-            NAME(load_5)(x1, (char *)(r1 + i), SPAN * w);
-            NAME(meet_spheres)(x0, x1, x2);
-            NAME(store_10)((char *)(r2 + i), SPAN * w, x2);
-        }
-        NAME(store_span)(args[2], first, r2, 10);
-    }
-}
-LOOPS(meet_spheres_dense)
-
 void NAME(meet_spheres_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{5, 1, 0, {5}}, {5, 1, 1, {5}}, {10, 1, 2, {10}}};
-    static const struct kernel kernel = {WIDTHS(meet_spheres_block), WIDTHS(meet_spheres_dense), (any_function
-        *)NAME(meet_spheres), NAME(call_aar), 2, 3, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(meet_spheres_block), {NULL}, (any_function *)NAME(meet_spheres),
+        NAME(call_aar), 2, 3, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -9541,36 +8959,11 @@ static INLINE void NAME(meet_sphere_plane_block)(intptr_t n, char **args, const 
 }
 LOOPS(meet_sphere_plane_block)
 
-static INLINE void NAME(meet_sphere_plane_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    _Alignas(64) REAL r0[5 * SPAN];
-    _Alignas(64) REAL r1[4 * SPAN];
-    _Alignas(64) REAL r2[10 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
-        NAME(load_span)(r0, args[0], first, 5);
-        NAME(load_span)(r1, args[1], first, 4);
-        ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
-            REAL x0[5];
-            REAL x1[4];
-            REAL x2[10];
-            NAME(load_5)(x0, (char *)(r0 + i), SPAN * w);
-            NAME(load_4)(x1, (char *)(r1 + i), SPAN * w);
-            NAME(meet_sphere_plane)(x0, x1, x2);
-            NAME(store_10)((char *)(r2 + i), SPAN * w, x2);
-        }
-        NAME(store_span)(args[2], first, r2, 10);
-    }
-}
-LOOPS(meet_sphere_plane_dense)
-
 void NAME(meet_sphere_plane_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{5, 1, 0, {5}}, {4, 1, 1, {4}}, {10, 1, 2, {10}}};
-    static const struct kernel kernel = {WIDTHS(meet_sphere_plane_block), WIDTHS(meet_sphere_plane_dense),
-        (any_function *)NAME(meet_sphere_plane), NAME(call_aar), 2, 3, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(meet_sphere_plane_block), {NULL}, (any_function
+        *)NAME(meet_sphere_plane), NAME(call_aar), 2, 3, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -10102,28 +9495,6 @@ static INLINE void NAME(meet_three_spheres_block_a_b)(intptr_t n, char **args, c
 }
 LOOPS(meet_three_spheres_block_a_b)
 
-static INLINE void NAME(meet_three_spheres_dense_a_b)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const REAL *prepared = (const REAL *)args[0];
-    (void)strides;
-    _Alignas(64) REAL r2[5 * SPAN];
-    _Alignas(64) REAL r3[10 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
-        NAME(load_span)(r2, args[2], first, 5);
-        ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
-            REAL x2[5];
-            REAL x3[10];
-            NAME(load_5)(x2, (char *)(r2 + i), SPAN * w);
-            NAME(meet_three_spheres_apply_a_b)(prepared, x2, x3);
-            NAME(store_10)((char *)(r3 + i), SPAN * w, x3);
-        }
-        NAME(store_span)(args[3], first, r3, 10);
-    }
-}
-LOOPS(meet_three_spheres_dense_a_b)
-
 static void NAME(meet_three_spheres_start_a_b)(char **args, const intptr_t *strides, void *prepared)
 {
     const intptr_t c0a = strides[0], c1a = strides[1];
@@ -10152,28 +9523,6 @@ static INLINE void NAME(meet_three_spheres_block_a_c)(intptr_t n, char **args, c
 }
 LOOPS(meet_three_spheres_block_a_c)
 
-static INLINE void NAME(meet_three_spheres_dense_a_c)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const REAL *prepared = (const REAL *)args[0];
-    (void)strides;
-    _Alignas(64) REAL r1[5 * SPAN];
-    _Alignas(64) REAL r3[10 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
-        NAME(load_span)(r1, args[1], first, 5);
-        ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
-            REAL x1[5];
-            REAL x3[10];
-            NAME(load_5)(x1, (char *)(r1 + i), SPAN * w);
-            NAME(meet_three_spheres_apply_a_c)(prepared, x1, x3);
-            NAME(store_10)((char *)(r3 + i), SPAN * w, x3);
-        }
-        NAME(store_span)(args[3], first, r3, 10);
-    }
-}
-LOOPS(meet_three_spheres_dense_a_c)
-
 static void NAME(meet_three_spheres_start_a_c)(char **args, const intptr_t *strides, void *prepared)
 {
     const intptr_t c0a = strides[0], c2a = strides[2];
@@ -10201,28 +9550,6 @@ static INLINE void NAME(meet_three_spheres_block_b_c)(intptr_t n, char **args, c
     }
 }
 LOOPS(meet_three_spheres_block_b_c)
-
-static INLINE void NAME(meet_three_spheres_dense_b_c)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const REAL *prepared = (const REAL *)args[1];
-    (void)strides;
-    _Alignas(64) REAL r0[5 * SPAN];
-    _Alignas(64) REAL r3[10 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
-        NAME(load_span)(r0, args[0], first, 5);
-        ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
-            REAL x0[5];
-            REAL x3[10];
-            NAME(load_5)(x0, (char *)(r0 + i), SPAN * w);
-            NAME(meet_three_spheres_apply_b_c)(prepared, x0, x3);
-            NAME(store_10)((char *)(r3 + i), SPAN * w, x3);
-        }
-        NAME(store_span)(args[3], first, r3, 10);
-    }
-}
-LOOPS(meet_three_spheres_dense_b_c)
 
 static void NAME(meet_three_spheres_start_b_c)(char **args, const intptr_t *strides, void *prepared)
 {
@@ -10261,10 +9588,9 @@ void NAME(meet_three_spheres_loop)(char **args, const intptr_t *dimensions, cons
 {
     static const struct part parts[] = {{5, 1, 0, {5}}, {5, 1, 1, {5}}, {5, 1, 2, {5}}, {10, 1, 3, {10}}};
     static const struct form forms[] = {{3, 2, NAME(meet_three_spheres_start_a_b),
-        WIDTHS(meet_three_spheres_block_a_b), WIDTHS(meet_three_spheres_dense_a_b)}, {5, 2,
-        NAME(meet_three_spheres_start_a_c), WIDTHS(meet_three_spheres_block_a_c),
-        WIDTHS(meet_three_spheres_dense_a_c)}, {6, 2, NAME(meet_three_spheres_start_b_c),
-        WIDTHS(meet_three_spheres_block_b_c), WIDTHS(meet_three_spheres_dense_b_c)}};
+        WIDTHS(meet_three_spheres_block_a_b), {NULL}}, {5, 2, NAME(meet_three_spheres_start_a_c),
+        WIDTHS(meet_three_spheres_block_a_c), {NULL}}, {6, 2, NAME(meet_three_spheres_start_b_c),
+        WIDTHS(meet_three_spheres_block_b_c), {NULL}}};
     static const struct kernel kernel = {WIDTHS(meet_three_spheres_block), {NULL}, (any_function
         *)NAME(meet_three_spheres), NAME(call_aaar), 3, 4, 3, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
@@ -10349,36 +9675,11 @@ static INLINE void NAME(meet_line_sphere_block)(intptr_t n, char **args, const i
 }
 LOOPS(meet_line_sphere_block)
 
-static INLINE void NAME(meet_line_sphere_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    _Alignas(64) REAL r0[6 * SPAN];
-    _Alignas(64) REAL r1[5 * SPAN];
-    _Alignas(64) REAL r2[10 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
-        NAME(load_span)(r0, args[0], first, 6);
-        NAME(load_span)(r1, args[1], first, 5);
-        ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
-            REAL x0[6];
-            REAL x1[5];
-            REAL x2[10];
-            NAME(load_6)(x0, (char *)(r0 + i), SPAN * w);
-            NAME(load_5)(x1, (char *)(r1 + i), SPAN * w);
-            NAME(meet_line_sphere)(x0, x1, x2);
-            NAME(store_10)((char *)(r2 + i), SPAN * w, x2);
-        }
-        NAME(store_span)(args[2], first, r2, 10);
-    }
-}
-LOOPS(meet_line_sphere_dense)
-
 void NAME(meet_line_sphere_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{6, 1, 0, {6}}, {5, 1, 1, {5}}, {10, 1, 2, {10}}};
-    static const struct kernel kernel = {WIDTHS(meet_line_sphere_block), WIDTHS(meet_line_sphere_dense),
-        (any_function *)NAME(meet_line_sphere), NAME(call_aar), 2, 3, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(meet_line_sphere_block), {NULL}, (any_function
+        *)NAME(meet_line_sphere), NAME(call_aar), 2, 3, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -10470,36 +9771,11 @@ static INLINE void NAME(meet_circle_plane_block)(intptr_t n, char **args, const 
 }
 LOOPS(meet_circle_plane_block)
 
-static INLINE void NAME(meet_circle_plane_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    _Alignas(64) REAL r0[10 * SPAN];
-    _Alignas(64) REAL r1[4 * SPAN];
-    _Alignas(64) REAL r2[10 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
-        NAME(load_span)(r0, args[0], first, 10);
-        NAME(load_span)(r1, args[1], first, 4);
-        ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
-            REAL x0[10];
-            REAL x1[4];
-            REAL x2[10];
-            NAME(load_10)(x0, (char *)(r0 + i), SPAN * w);
-            NAME(load_4)(x1, (char *)(r1 + i), SPAN * w);
-            NAME(meet_circle_plane)(x0, x1, x2);
-            NAME(store_10)((char *)(r2 + i), SPAN * w, x2);
-        }
-        NAME(store_span)(args[2], first, r2, 10);
-    }
-}
-LOOPS(meet_circle_plane_dense)
-
 void NAME(meet_circle_plane_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{10, 1, 0, {10}}, {4, 1, 1, {4}}, {10, 1, 2, {10}}};
-    static const struct kernel kernel = {WIDTHS(meet_circle_plane_block), WIDTHS(meet_circle_plane_dense),
-        (any_function *)NAME(meet_circle_plane), NAME(call_aar), 2, 3, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(meet_circle_plane_block), {NULL}, (any_function
+        *)NAME(meet_circle_plane), NAME(call_aar), 2, 3, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -10672,36 +9948,11 @@ static INLINE void NAME(meet_planes_block)(intptr_t n, char **args, const intptr
 }
 LOOPS(meet_planes_block)
 
-static INLINE void NAME(meet_planes_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    _Alignas(64) REAL r0[4 * SPAN];
-    _Alignas(64) REAL r1[4 * SPAN];
-    _Alignas(64) REAL r2[6 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
-        NAME(load_span)(r0, args[0], first, 4);
-        NAME(load_span)(r1, args[1], first, 4);
-        ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
-            REAL x0[4];
-            REAL x1[4];
-            REAL x2[6];
-            NAME(load_4)(x0, (char *)(r0 + i), SPAN * w);
-            NAME(load_4)(x1, (char *)(r1 + i), SPAN * w);
-            NAME(meet_planes)(x0, x1, x2);
-            NAME(store_6)((char *)(r2 + i), SPAN * w, x2);
-        }
-        NAME(store_span)(args[2], first, r2, 6);
-    }
-}
-LOOPS(meet_planes_dense)
-
 void NAME(meet_planes_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {4, 1, 1, {4}}, {6, 1, 2, {6}}};
-    static const struct kernel kernel = {WIDTHS(meet_planes_block), WIDTHS(meet_planes_dense), (any_function
-        *)NAME(meet_planes), NAME(call_aar), 2, 3, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(meet_planes_block), {NULL}, (any_function *)NAME(meet_planes),
+        NAME(call_aar), 2, 3, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -10766,35 +10017,10 @@ static INLINE void NAME(meet_line_plane_block)(intptr_t n, char **args, const in
 }
 LOOPS(meet_line_plane_block)
 
-static INLINE void NAME(meet_line_plane_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    _Alignas(64) REAL r0[6 * SPAN];
-    _Alignas(64) REAL r1[4 * SPAN];
-    _Alignas(64) REAL r2[3 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
-        NAME(load_span)(r0, args[0], first, 6);
-        NAME(load_span)(r1, args[1], first, 4);
-        ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
-            REAL x0[6];
-            REAL x1[4];
-            REAL x2[3];
-            NAME(load_6)(x0, (char *)(r0 + i), SPAN * w);
-            NAME(load_4)(x1, (char *)(r1 + i), SPAN * w);
-            NAME(meet_line_plane)(x0, x1, x2);
-            NAME(store_3)((char *)(r2 + i), SPAN * w, x2);
-        }
-        NAME(store_span)(args[2], first, r2, 3);
-    }
-}
-LOOPS(meet_line_plane_dense)
-
 void NAME(meet_line_plane_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{6, 1, 0, {6}}, {4, 1, 1, {4}}, {3, 1, 2, {3}}};
-    static const struct kernel kernel = {WIDTHS(meet_line_plane_block), WIDTHS(meet_line_plane_dense), (any_function
+    static const struct kernel kernel = {WIDTHS(meet_line_plane_block), {NULL}, (any_function
         *)NAME(meet_line_plane), NAME(call_aar), 2, 3, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -10842,7 +10068,7 @@ static INLINE void NAME(flat_point_from_point_dense)(intptr_t n, char **args, co
             NAME(flat_point_from_point)(x0, x1);
             NAME(store_4)((char *)(r1 + i), SPAN * w, x1);
         }
-        NAME(store_span)(args[1], first, r1, 4);
+        NAME(store_span)(args[1], first, r1, 4, SPAN);
     }
 }
 LOOPS(flat_point_from_point_dense)
@@ -10902,7 +10128,7 @@ static INLINE void NAME(point_from_flat_point_dense)(intptr_t n, char **args, co
             NAME(point_from_flat_point)(x0, x1);
             NAME(store_3)((char *)(r1 + i), SPAN * w, x1);
         }
-        NAME(store_span)(args[1], first, r1, 3);
+        NAME(store_span)(args[1], first, r1, 3, SPAN);
     }
 }
 LOOPS(point_from_flat_point_dense)
@@ -10955,37 +10181,11 @@ static INLINE void NAME(line_from_direction_moment_block)(intptr_t n, char **arg
 }
 LOOPS(line_from_direction_moment_block)
 
-static INLINE void NAME(line_from_direction_moment_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    _Alignas(64) REAL r0[3 * SPAN];
-    _Alignas(64) REAL r1[3 * SPAN];
-    _Alignas(64) REAL r2[6 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
-        NAME(load_span)(r0, args[0], first, 3);
-        NAME(load_span)(r1, args[1], first, 3);
-        ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
-            REAL x0[3];
-            REAL x1[3];
-            REAL x2[6];
-            NAME(load_3)(x0, (char *)(r0 + i), SPAN * w);
-            NAME(load_3)(x1, (char *)(r1 + i), SPAN * w);
-            NAME(line_from_direction_moment)(x0, x1, x2);
-            NAME(store_6)((char *)(r2 + i), SPAN * w, x2);
-        }
-        NAME(store_span)(args[2], first, r2, 6);
-    }
-}
-LOOPS(line_from_direction_moment_dense)
-
 void NAME(line_from_direction_moment_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {3, 1, 1, {3}}, {6, 1, 2, {6}}};
-    static const struct kernel kernel = {WIDTHS(line_from_direction_moment_block),
-        WIDTHS(line_from_direction_moment_dense), (any_function *)NAME(line_from_direction_moment), NAME(call_aar),
-        2, 3, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(line_from_direction_moment_block), {NULL}, (any_function
+        *)NAME(line_from_direction_moment), NAME(call_aar), 2, 3, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -11029,37 +10229,11 @@ static INLINE void NAME(line_to_direction_moment_block)(intptr_t n, char **args,
 }
 LOOPS(line_to_direction_moment_block)
 
-static INLINE void NAME(line_to_direction_moment_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    _Alignas(64) REAL r0[6 * SPAN];
-    _Alignas(64) REAL r1[3 * SPAN];
-    _Alignas(64) REAL r2[3 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
-        NAME(load_span)(r0, args[0], first, 6);
-        ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
-            REAL x0[6];
-            REAL x1[3];
-            REAL x2[3];
-            NAME(load_6)(x0, (char *)(r0 + i), SPAN * w);
-            NAME(line_to_direction_moment)(x0, x1, x2);
-            NAME(store_3)((char *)(r1 + i), SPAN * w, x1);
-            NAME(store_3)((char *)(r2 + i), SPAN * w, x2);
-        }
-        NAME(store_span)(args[1], first, r1, 3);
-        NAME(store_span)(args[2], first, r2, 3);
-    }
-}
-LOOPS(line_to_direction_moment_dense)
-
 void NAME(line_to_direction_moment_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{6, 1, 0, {6}}, {3, 1, 1, {3}}, {3, 1, 2, {3}}};
-    static const struct kernel kernel = {WIDTHS(line_to_direction_moment_block),
-        WIDTHS(line_to_direction_moment_dense), (any_function *)NAME(line_to_direction_moment), NAME(call_arr), 1,
-        3, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(line_to_direction_moment_block), {NULL}, (any_function
+        *)NAME(line_to_direction_moment), NAME(call_arr), 1, 3, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -11113,7 +10287,7 @@ static INLINE void NAME(plane_from_normal_dense)(intptr_t n, char **args, const 
             NAME(plane_from_normal)(x0, x1[0], x2);
             NAME(store_4)((char *)(r2 + i), SPAN * w, x2);
         }
-        NAME(store_span)(args[2], first, r2, 4);
+        NAME(store_span)(args[2], first, r2, 4, SPAN);
     }
 }
 LOOPS(plane_from_normal_dense)
@@ -11188,8 +10362,8 @@ static INLINE void NAME(plane_to_normal_dense)(intptr_t n, char **args, const in
             NAME(store_3)((char *)(r1 + i), SPAN * w, x1);
             NAME(store_scalar)((char *)(r2 + i), x2);
         }
-        NAME(store_span)(args[1], first, r1, 3);
-        NAME(store_span)(args[2], first, r2, 1);
+        NAME(store_span)(args[1], first, r1, 3, SPAN);
+        NAME(store_span)(args[2], first, r2, 1, SPAN);
     }
 }
 LOOPS(plane_to_normal_dense)
@@ -11260,7 +10434,7 @@ static INLINE void NAME(plane_from_point_normal_dense)(intptr_t n, char **args, 
             NAME(plane_from_point_normal)(x0, x1, x2);
             NAME(store_4)((char *)(r2 + i), SPAN * w, x2);
         }
-        NAME(store_span)(args[2], first, r2, 4);
+        NAME(store_span)(args[2], first, r2, 4, SPAN);
     }
 }
 LOOPS(plane_from_point_normal_dense)
@@ -11328,35 +10502,10 @@ static INLINE void NAME(join_point_line_block)(intptr_t n, char **args, const in
 }
 LOOPS(join_point_line_block)
 
-static INLINE void NAME(join_point_line_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    _Alignas(64) REAL r0[3 * SPAN];
-    _Alignas(64) REAL r1[6 * SPAN];
-    _Alignas(64) REAL r2[4 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
-        NAME(load_span)(r0, args[0], first, 3);
-        NAME(load_span)(r1, args[1], first, 6);
-        ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
-            REAL x0[3];
-            REAL x1[6];
-            REAL x2[4];
-            NAME(load_3)(x0, (char *)(r0 + i), SPAN * w);
-            NAME(load_6)(x1, (char *)(r1 + i), SPAN * w);
-            NAME(join_point_line)(x0, x1, x2);
-            NAME(store_4)((char *)(r2 + i), SPAN * w, x2);
-        }
-        NAME(store_span)(args[2], first, r2, 4);
-    }
-}
-LOOPS(join_point_line_dense)
-
 void NAME(join_point_line_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {6, 1, 1, {6}}, {4, 1, 2, {4}}};
-    static const struct kernel kernel = {WIDTHS(join_point_line_block), WIDTHS(join_point_line_dense), (any_function
+    static const struct kernel kernel = {WIDTHS(join_point_line_block), {NULL}, (any_function
         *)NAME(join_point_line), NAME(call_aar), 2, 3, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -11397,32 +10546,11 @@ static INLINE void NAME(line_polarity_block)(intptr_t n, char **args, const intp
 }
 LOOPS(line_polarity_block)
 
-static INLINE void NAME(line_polarity_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    _Alignas(64) REAL r0[6 * SPAN];
-    _Alignas(64) REAL r1[6 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
-        NAME(load_span)(r0, args[0], first, 6);
-        ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
-            REAL x0[6];
-            REAL x1[6];
-            NAME(load_6)(x0, (char *)(r0 + i), SPAN * w);
-            NAME(line_polarity)(x0, x1);
-            NAME(store_6)((char *)(r1 + i), SPAN * w, x1);
-        }
-        NAME(store_span)(args[1], first, r1, 6);
-    }
-}
-LOOPS(line_polarity_dense)
-
 void NAME(line_polarity_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{6, 1, 0, {6}}, {6, 1, 1, {6}}};
-    static const struct kernel kernel = {WIDTHS(line_polarity_block), WIDTHS(line_polarity_dense), (any_function
-        *)NAME(line_polarity), NAME(call_ar), 1, 2, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(line_polarity_block), {NULL}, (any_function *)NAME(line_polarity),
+        NAME(call_ar), 1, 2, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -11462,32 +10590,11 @@ static INLINE void NAME(line_from_dual_block)(intptr_t n, char **args, const int
 }
 LOOPS(line_from_dual_block)
 
-static INLINE void NAME(line_from_dual_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    _Alignas(64) REAL r0[6 * SPAN];
-    _Alignas(64) REAL r1[6 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
-        NAME(load_span)(r0, args[0], first, 6);
-        ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
-            REAL x0[6];
-            REAL x1[6];
-            NAME(load_6)(x0, (char *)(r0 + i), SPAN * w);
-            NAME(line_from_dual)(x0, x1);
-            NAME(store_6)((char *)(r1 + i), SPAN * w, x1);
-        }
-        NAME(store_span)(args[1], first, r1, 6);
-    }
-}
-LOOPS(line_from_dual_dense)
-
 void NAME(line_from_dual_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{6, 1, 0, {6}}, {6, 1, 1, {6}}};
-    static const struct kernel kernel = {WIDTHS(line_from_dual_block), WIDTHS(line_from_dual_dense), (any_function
-        *)NAME(line_from_dual), NAME(call_ar), 1, 2, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(line_from_dual_block), {NULL}, (any_function *)NAME(line_from_dual),
+        NAME(call_ar), 1, 2, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -11538,7 +10645,7 @@ static INLINE void NAME(plane_from_dual_dense)(intptr_t n, char **args, const in
             NAME(plane_from_dual)(x0, x1);
             NAME(store_4)((char *)(r1 + i), SPAN * w, x1);
         }
-        NAME(store_span)(args[1], first, r1, 4);
+        NAME(store_span)(args[1], first, r1, 4, SPAN);
     }
 }
 LOOPS(plane_from_dual_dense)
@@ -11588,32 +10695,11 @@ static INLINE void NAME(circle_from_line_block)(intptr_t n, char **args, const i
 }
 LOOPS(circle_from_line_block)
 
-static INLINE void NAME(circle_from_line_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    _Alignas(64) REAL r0[6 * SPAN];
-    _Alignas(64) REAL r1[10 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
-        NAME(load_span)(r0, args[0], first, 6);
-        ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
-            REAL x0[6];
-            REAL x1[10];
-            NAME(load_6)(x0, (char *)(r0 + i), SPAN * w);
-            NAME(circle_from_line)(x0, x1);
-            NAME(store_10)((char *)(r1 + i), SPAN * w, x1);
-        }
-        NAME(store_span)(args[1], first, r1, 10);
-    }
-}
-LOOPS(circle_from_line_dense)
-
 void NAME(circle_from_line_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{6, 1, 0, {6}}, {10, 1, 1, {10}}};
-    static const struct kernel kernel = {WIDTHS(circle_from_line_block), WIDTHS(circle_from_line_dense),
-        (any_function *)NAME(circle_from_line), NAME(call_ar), 1, 2, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(circle_from_line_block), {NULL}, (any_function
+        *)NAME(circle_from_line), NAME(call_ar), 1, 2, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -11647,32 +10733,11 @@ static INLINE void NAME(sphere_from_plane_block)(intptr_t n, char **args, const 
 }
 LOOPS(sphere_from_plane_block)
 
-static INLINE void NAME(sphere_from_plane_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    _Alignas(64) REAL r0[4 * SPAN];
-    _Alignas(64) REAL r1[5 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
-        NAME(load_span)(r0, args[0], first, 4);
-        ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
-            REAL x0[4];
-            REAL x1[5];
-            NAME(load_4)(x0, (char *)(r0 + i), SPAN * w);
-            NAME(sphere_from_plane)(x0, x1);
-            NAME(store_5)((char *)(r1 + i), SPAN * w, x1);
-        }
-        NAME(store_span)(args[1], first, r1, 5);
-    }
-}
-LOOPS(sphere_from_plane_dense)
-
 void NAME(sphere_from_plane_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {5, 1, 1, {5}}};
-    static const struct kernel kernel = {WIDTHS(sphere_from_plane_block), WIDTHS(sphere_from_plane_dense),
-        (any_function *)NAME(sphere_from_plane), NAME(call_ar), 1, 2, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(sphere_from_plane_block), {NULL}, (any_function
+        *)NAME(sphere_from_plane), NAME(call_ar), 1, 2, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -11710,32 +10775,11 @@ static INLINE void NAME(sphere_from_dual_block)(intptr_t n, char **args, const i
 }
 LOOPS(sphere_from_dual_block)
 
-static INLINE void NAME(sphere_from_dual_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    _Alignas(64) REAL r0[5 * SPAN];
-    _Alignas(64) REAL r1[5 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
-        NAME(load_span)(r0, args[0], first, 5);
-        ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
-            REAL x0[5];
-            REAL x1[5];
-            NAME(load_5)(x0, (char *)(r0 + i), SPAN * w);
-            NAME(sphere_from_dual)(x0, x1);
-            NAME(store_5)((char *)(r1 + i), SPAN * w, x1);
-        }
-        NAME(store_span)(args[1], first, r1, 5);
-    }
-}
-LOOPS(sphere_from_dual_dense)
-
 void NAME(sphere_from_dual_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{5, 1, 0, {5}}, {5, 1, 1, {5}}};
-    static const struct kernel kernel = {WIDTHS(sphere_from_dual_block), WIDTHS(sphere_from_dual_dense),
-        (any_function *)NAME(sphere_from_dual), NAME(call_ar), 1, 2, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(sphere_from_dual_block), {NULL}, (any_function
+        *)NAME(sphere_from_dual), NAME(call_ar), 1, 2, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -11785,32 +10829,11 @@ static INLINE void NAME(circle_from_dual_block)(intptr_t n, char **args, const i
 }
 LOOPS(circle_from_dual_block)
 
-static INLINE void NAME(circle_from_dual_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    _Alignas(64) REAL r0[10 * SPAN];
-    _Alignas(64) REAL r1[10 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
-        NAME(load_span)(r0, args[0], first, 10);
-        ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
-            REAL x0[10];
-            REAL x1[10];
-            NAME(load_10)(x0, (char *)(r0 + i), SPAN * w);
-            NAME(circle_from_dual)(x0, x1);
-            NAME(store_10)((char *)(r1 + i), SPAN * w, x1);
-        }
-        NAME(store_span)(args[1], first, r1, 10);
-    }
-}
-LOOPS(circle_from_dual_dense)
-
 void NAME(circle_from_dual_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{10, 1, 0, {10}}, {10, 1, 1, {10}}};
-    static const struct kernel kernel = {WIDTHS(circle_from_dual_block), WIDTHS(circle_from_dual_dense),
-        (any_function *)NAME(circle_from_dual), NAME(call_ar), 1, 2, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(circle_from_dual_block), {NULL}, (any_function
+        *)NAME(circle_from_dual), NAME(call_ar), 1, 2, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -11860,32 +10883,11 @@ static INLINE void NAME(point_pair_from_dual_block)(intptr_t n, char **args, con
 }
 LOOPS(point_pair_from_dual_block)
 
-static INLINE void NAME(point_pair_from_dual_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    _Alignas(64) REAL r0[10 * SPAN];
-    _Alignas(64) REAL r1[10 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
-        NAME(load_span)(r0, args[0], first, 10);
-        ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
-            REAL x0[10];
-            REAL x1[10];
-            NAME(load_10)(x0, (char *)(r0 + i), SPAN * w);
-            NAME(point_pair_from_dual)(x0, x1);
-            NAME(store_10)((char *)(r1 + i), SPAN * w, x1);
-        }
-        NAME(store_span)(args[1], first, r1, 10);
-    }
-}
-LOOPS(point_pair_from_dual_dense)
-
 void NAME(point_pair_from_dual_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{10, 1, 0, {10}}, {10, 1, 1, {10}}};
-    static const struct kernel kernel = {WIDTHS(point_pair_from_dual_block), WIDTHS(point_pair_from_dual_dense),
-        (any_function *)NAME(point_pair_from_dual), NAME(call_ar), 1, 2, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(point_pair_from_dual_block), {NULL}, (any_function
+        *)NAME(point_pair_from_dual), NAME(call_ar), 1, 2, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -11935,31 +10937,10 @@ static INLINE void NAME(circle_polarity_block)(intptr_t n, char **args, const in
 }
 LOOPS(circle_polarity_block)
 
-static INLINE void NAME(circle_polarity_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    _Alignas(64) REAL r0[10 * SPAN];
-    _Alignas(64) REAL r1[10 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
-        NAME(load_span)(r0, args[0], first, 10);
-        ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
-            REAL x0[10];
-            REAL x1[10];
-            NAME(load_10)(x0, (char *)(r0 + i), SPAN * w);
-            NAME(circle_polarity)(x0, x1);
-            NAME(store_10)((char *)(r1 + i), SPAN * w, x1);
-        }
-        NAME(store_span)(args[1], first, r1, 10);
-    }
-}
-LOOPS(circle_polarity_dense)
-
 void NAME(circle_polarity_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{10, 1, 0, {10}}, {10, 1, 1, {10}}};
-    static const struct kernel kernel = {WIDTHS(circle_polarity_block), WIDTHS(circle_polarity_dense), (any_function
+    static const struct kernel kernel = {WIDTHS(circle_polarity_block), {NULL}, (any_function
         *)NAME(circle_polarity), NAME(call_ar), 1, 2, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -12010,32 +10991,11 @@ static INLINE void NAME(point_pair_polarity_block)(intptr_t n, char **args, cons
 }
 LOOPS(point_pair_polarity_block)
 
-static INLINE void NAME(point_pair_polarity_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    _Alignas(64) REAL r0[10 * SPAN];
-    _Alignas(64) REAL r1[10 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
-        NAME(load_span)(r0, args[0], first, 10);
-        ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
-            REAL x0[10];
-            REAL x1[10];
-            NAME(load_10)(x0, (char *)(r0 + i), SPAN * w);
-            NAME(point_pair_polarity)(x0, x1);
-            NAME(store_10)((char *)(r1 + i), SPAN * w, x1);
-        }
-        NAME(store_span)(args[1], first, r1, 10);
-    }
-}
-LOOPS(point_pair_polarity_dense)
-
 void NAME(point_pair_polarity_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{10, 1, 0, {10}}, {10, 1, 1, {10}}};
-    static const struct kernel kernel = {WIDTHS(point_pair_polarity_block), WIDTHS(point_pair_polarity_dense),
-        (any_function *)NAME(point_pair_polarity), NAME(call_ar), 1, 2, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(point_pair_polarity_block), {NULL}, (any_function
+        *)NAME(point_pair_polarity), NAME(call_ar), 1, 2, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -12273,28 +11233,6 @@ static INLINE void NAME(point_pair_from_centre_block_0_1)(intptr_t n, char **arg
 }
 LOOPS(point_pair_from_centre_block_0_1)
 
-static INLINE void NAME(point_pair_from_centre_dense_0_1)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const REAL *prepared = (const REAL *)args[0];
-    (void)strides;
-    _Alignas(64) REAL r2[1 * SPAN];
-    _Alignas(64) REAL r3[10 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
-        NAME(load_span)(r2, args[2], first, 1);
-        ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
-            REAL x2[1];
-            REAL x3[10];
-            NAME(load_scalar)(x2, (char *)(r2 + i));
-            NAME(point_pair_from_centre_apply_0_1)(prepared, x2[0], x3);
-            NAME(store_10)((char *)(r3 + i), SPAN * w, x3);
-        }
-        NAME(store_span)(args[3], first, r3, 10);
-    }
-}
-LOOPS(point_pair_from_centre_dense_0_1)
-
 static void NAME(point_pair_from_centre_start_0_1)(char **args, const intptr_t *strides, void *prepared)
 {
     const intptr_t c0a = strides[0], c1a = strides[1];
@@ -12322,28 +11260,6 @@ static INLINE void NAME(point_pair_from_centre_block_0_2)(intptr_t n, char **arg
     }
 }
 LOOPS(point_pair_from_centre_block_0_2)
-
-static INLINE void NAME(point_pair_from_centre_dense_0_2)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const REAL *prepared = (const REAL *)args[0];
-    (void)strides;
-    _Alignas(64) REAL r1[3 * SPAN];
-    _Alignas(64) REAL r3[10 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
-        NAME(load_span)(r1, args[1], first, 3);
-        ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
-            REAL x1[3];
-            REAL x3[10];
-            NAME(load_3)(x1, (char *)(r1 + i), SPAN * w);
-            NAME(point_pair_from_centre_apply_0_2)(prepared, x1, x3);
-            NAME(store_10)((char *)(r3 + i), SPAN * w, x3);
-        }
-        NAME(store_span)(args[3], first, r3, 10);
-    }
-}
-LOOPS(point_pair_from_centre_dense_0_2)
 
 static void NAME(point_pair_from_centre_start_0_2)(char **args, const intptr_t *strides, void *prepared)
 {
@@ -12378,44 +11294,14 @@ static INLINE void NAME(point_pair_from_centre_block)(intptr_t n, char **args, c
 }
 LOOPS(point_pair_from_centre_block)
 
-static INLINE void NAME(point_pair_from_centre_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    _Alignas(64) REAL r0[3 * SPAN];
-    _Alignas(64) REAL r1[3 * SPAN];
-    _Alignas(64) REAL r2[1 * SPAN];
-    _Alignas(64) REAL r3[10 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
-        NAME(load_span)(r0, args[0], first, 3);
-        NAME(load_span)(r1, args[1], first, 3);
-        NAME(load_span)(r2, args[2], first, 1);
-        ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
-            REAL x0[3];
-            REAL x1[3];
-            REAL x2[1];
-            REAL x3[10];
-            NAME(load_3)(x0, (char *)(r0 + i), SPAN * w);
-            NAME(load_3)(x1, (char *)(r1 + i), SPAN * w);
-            NAME(load_scalar)(x2, (char *)(r2 + i));
-            NAME(point_pair_from_centre)(x0, x1, x2[0], x3);
-            NAME(store_10)((char *)(r3 + i), SPAN * w, x3);
-        }
-        NAME(store_span)(args[3], first, r3, 10);
-    }
-}
-LOOPS(point_pair_from_centre_dense)
-
 void NAME(point_pair_from_centre_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {3, 1, 1, {3}}, {1, 0, 2, {0}}, {10, 1, 2, {10}}};
     static const struct form forms[] = {{3, 2, NAME(point_pair_from_centre_start_0_1),
-        WIDTHS(point_pair_from_centre_block_0_1), WIDTHS(point_pair_from_centre_dense_0_1)}, {5, 2,
-        NAME(point_pair_from_centre_start_0_2), WIDTHS(point_pair_from_centre_block_0_2),
-        WIDTHS(point_pair_from_centre_dense_0_2)}};
-    static const struct kernel kernel = {WIDTHS(point_pair_from_centre_block), WIDTHS(point_pair_from_centre_dense),
-        (any_function *)NAME(point_pair_from_centre), NAME(call_aanr), 3, 4, 2, 0, parts, forms};
+        WIDTHS(point_pair_from_centre_block_0_1), {NULL}}, {5, 2, NAME(point_pair_from_centre_start_0_2),
+        WIDTHS(point_pair_from_centre_block_0_2), {NULL}}};
+    static const struct kernel kernel = {WIDTHS(point_pair_from_centre_block), {NULL}, (any_function
+        *)NAME(point_pair_from_centre), NAME(call_aanr), 3, 4, 2, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -12642,28 +11528,6 @@ static INLINE void NAME(circle_from_centre_block_0_1)(intptr_t n, char **args, c
 }
 LOOPS(circle_from_centre_block_0_1)
 
-static INLINE void NAME(circle_from_centre_dense_0_1)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const REAL *prepared = (const REAL *)args[0];
-    (void)strides;
-    _Alignas(64) REAL r2[1 * SPAN];
-    _Alignas(64) REAL r3[10 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
-        NAME(load_span)(r2, args[2], first, 1);
-        ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
-            REAL x2[1];
-            REAL x3[10];
-            NAME(load_scalar)(x2, (char *)(r2 + i));
-            NAME(circle_from_centre_apply_0_1)(prepared, x2[0], x3);
-            NAME(store_10)((char *)(r3 + i), SPAN * w, x3);
-        }
-        NAME(store_span)(args[3], first, r3, 10);
-    }
-}
-LOOPS(circle_from_centre_dense_0_1)
-
 static void NAME(circle_from_centre_start_0_1)(char **args, const intptr_t *strides, void *prepared)
 {
     const intptr_t c0a = strides[0], c1a = strides[1];
@@ -12691,28 +11555,6 @@ static INLINE void NAME(circle_from_centre_block_0_2)(intptr_t n, char **args, c
     }
 }
 LOOPS(circle_from_centre_block_0_2)
-
-static INLINE void NAME(circle_from_centre_dense_0_2)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const REAL *prepared = (const REAL *)args[0];
-    (void)strides;
-    _Alignas(64) REAL r1[3 * SPAN];
-    _Alignas(64) REAL r3[10 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
-        NAME(load_span)(r1, args[1], first, 3);
-        ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
-            REAL x1[3];
-            REAL x3[10];
-            NAME(load_3)(x1, (char *)(r1 + i), SPAN * w);
-            NAME(circle_from_centre_apply_0_2)(prepared, x1, x3);
-            NAME(store_10)((char *)(r3 + i), SPAN * w, x3);
-        }
-        NAME(store_span)(args[3], first, r3, 10);
-    }
-}
-LOOPS(circle_from_centre_dense_0_2)
 
 static void NAME(circle_from_centre_start_0_2)(char **args, const intptr_t *strides, void *prepared)
 {
@@ -12747,44 +11589,14 @@ static INLINE void NAME(circle_from_centre_block)(intptr_t n, char **args, const
 }
 LOOPS(circle_from_centre_block)
 
-static INLINE void NAME(circle_from_centre_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    _Alignas(64) REAL r0[3 * SPAN];
-    _Alignas(64) REAL r1[3 * SPAN];
-    _Alignas(64) REAL r2[1 * SPAN];
-    _Alignas(64) REAL r3[10 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
-        NAME(load_span)(r0, args[0], first, 3);
-        NAME(load_span)(r1, args[1], first, 3);
-        NAME(load_span)(r2, args[2], first, 1);
-        ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
-            REAL x0[3];
-            REAL x1[3];
-            REAL x2[1];
-            REAL x3[10];
-            NAME(load_3)(x0, (char *)(r0 + i), SPAN * w);
-            NAME(load_3)(x1, (char *)(r1 + i), SPAN * w);
-            NAME(load_scalar)(x2, (char *)(r2 + i));
-            NAME(circle_from_centre)(x0, x1, x2[0], x3);
-            NAME(store_10)((char *)(r3 + i), SPAN * w, x3);
-        }
-        NAME(store_span)(args[3], first, r3, 10);
-    }
-}
-LOOPS(circle_from_centre_dense)
-
 void NAME(circle_from_centre_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {3, 1, 1, {3}}, {1, 0, 2, {0}}, {10, 1, 2, {10}}};
     static const struct form forms[] = {{3, 2, NAME(circle_from_centre_start_0_1),
-        WIDTHS(circle_from_centre_block_0_1), WIDTHS(circle_from_centre_dense_0_1)}, {5, 2,
-        NAME(circle_from_centre_start_0_2), WIDTHS(circle_from_centre_block_0_2),
-        WIDTHS(circle_from_centre_dense_0_2)}};
-    static const struct kernel kernel = {WIDTHS(circle_from_centre_block), WIDTHS(circle_from_centre_dense),
-        (any_function *)NAME(circle_from_centre), NAME(call_aanr), 3, 4, 2, 0, parts, forms};
+        WIDTHS(circle_from_centre_block_0_1), {NULL}}, {5, 2, NAME(circle_from_centre_start_0_2),
+        WIDTHS(circle_from_centre_block_0_2), {NULL}}};
+    static const struct kernel kernel = {WIDTHS(circle_from_centre_block), {NULL}, (any_function
+        *)NAME(circle_from_centre), NAME(call_aanr), 3, 4, 2, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -12829,37 +11641,11 @@ static INLINE void NAME(sphere_from_centre_radius_squared_block)(intptr_t n, cha
 }
 LOOPS(sphere_from_centre_radius_squared_block)
 
-static INLINE void NAME(sphere_from_centre_radius_squared_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    _Alignas(64) REAL r0[3 * SPAN];
-    _Alignas(64) REAL r1[1 * SPAN];
-    _Alignas(64) REAL r2[5 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
-        NAME(load_span)(r0, args[0], first, 3);
-        NAME(load_span)(r1, args[1], first, 1);
-        ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
-            REAL x0[3];
-            REAL x1[1];
-            REAL x2[5];
-            NAME(load_3)(x0, (char *)(r0 + i), SPAN * w);
-            NAME(load_scalar)(x1, (char *)(r1 + i));
-            NAME(sphere_from_centre_radius_squared)(x0, x1[0], x2);
-            NAME(store_5)((char *)(r2 + i), SPAN * w, x2);
-        }
-        NAME(store_span)(args[2], first, r2, 5);
-    }
-}
-LOOPS(sphere_from_centre_radius_squared_dense)
-
 void NAME(sphere_from_centre_radius_squared_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {1, 0, 1, {0}}, {5, 1, 1, {5}}};
-    static const struct kernel kernel = {WIDTHS(sphere_from_centre_radius_squared_block),
-        WIDTHS(sphere_from_centre_radius_squared_dense), (any_function *)NAME(sphere_from_centre_radius_squared),
-        NAME(call_anr), 2, 3, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(sphere_from_centre_radius_squared_block), {NULL}, (any_function
+        *)NAME(sphere_from_centre_radius_squared), NAME(call_anr), 2, 3, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -12937,37 +11723,11 @@ static INLINE void NAME(circle_from_dual_spheres_block)(intptr_t n, char **args,
 }
 LOOPS(circle_from_dual_spheres_block)
 
-static INLINE void NAME(circle_from_dual_spheres_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    _Alignas(64) REAL r0[5 * SPAN];
-    _Alignas(64) REAL r1[5 * SPAN];
-    _Alignas(64) REAL r2[10 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
-        NAME(load_span)(r0, args[0], first, 5);
-        NAME(load_span)(r1, args[1], first, 5);
-        ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
-            REAL x0[5];
-            REAL x1[5];
-            REAL x2[10];
-            NAME(load_5)(x0, (char *)(r0 + i), SPAN * w);
-            NAME(load_5)(x1, (char *)(r1 + i), SPAN * w);
-            NAME(circle_from_dual_spheres)(x0, x1, x2);
-            NAME(store_10)((char *)(r2 + i), SPAN * w, x2);
-        }
-        NAME(store_span)(args[2], first, r2, 10);
-    }
-}
-LOOPS(circle_from_dual_spheres_dense)
-
 void NAME(circle_from_dual_spheres_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{5, 1, 0, {5}}, {5, 1, 1, {5}}, {10, 1, 2, {10}}};
-    static const struct kernel kernel = {WIDTHS(circle_from_dual_spheres_block),
-        WIDTHS(circle_from_dual_spheres_dense), (any_function *)NAME(circle_from_dual_spheres), NAME(call_aar), 2,
-        3, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(circle_from_dual_spheres_block), {NULL}, (any_function
+        *)NAME(circle_from_dual_spheres), NAME(call_aar), 2, 3, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -13020,37 +11780,11 @@ static INLINE void NAME(tangent_plane_of_sphere_block)(intptr_t n, char **args, 
 }
 LOOPS(tangent_plane_of_sphere_block)
 
-static INLINE void NAME(tangent_plane_of_sphere_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    _Alignas(64) REAL r0[5 * SPAN];
-    _Alignas(64) REAL r1[3 * SPAN];
-    _Alignas(64) REAL r2[4 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
-        NAME(load_span)(r0, args[0], first, 5);
-        NAME(load_span)(r1, args[1], first, 3);
-        ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
-            REAL x0[5];
-            REAL x1[3];
-            REAL x2[4];
-            NAME(load_5)(x0, (char *)(r0 + i), SPAN * w);
-            NAME(load_3)(x1, (char *)(r1 + i), SPAN * w);
-            NAME(tangent_plane_of_sphere)(x0, x1, x2);
-            NAME(store_4)((char *)(r2 + i), SPAN * w, x2);
-        }
-        NAME(store_span)(args[2], first, r2, 4);
-    }
-}
-LOOPS(tangent_plane_of_sphere_dense)
-
 void NAME(tangent_plane_of_sphere_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{5, 1, 0, {5}}, {3, 1, 1, {3}}, {4, 1, 2, {4}}};
-    static const struct kernel kernel = {WIDTHS(tangent_plane_of_sphere_block),
-        WIDTHS(tangent_plane_of_sphere_dense), (any_function *)NAME(tangent_plane_of_sphere), NAME(call_aar), 2, 3,
-        0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(tangent_plane_of_sphere_block), {NULL}, (any_function
+        *)NAME(tangent_plane_of_sphere), NAME(call_aar), 2, 3, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -13107,7 +11841,7 @@ static INLINE void NAME(plane_support_dense)(intptr_t n, char **args, const intp
             NAME(plane_support)(x0, x1);
             NAME(store_3)((char *)(r1 + i), SPAN * w, x1);
         }
-        NAME(store_span)(args[1], first, r1, 3);
+        NAME(store_span)(args[1], first, r1, 3, SPAN);
     }
 }
 LOOPS(plane_support_dense)
@@ -13170,32 +11904,11 @@ static INLINE void NAME(line_support_block)(intptr_t n, char **args, const intpt
 }
 LOOPS(line_support_block)
 
-static INLINE void NAME(line_support_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    _Alignas(64) REAL r0[6 * SPAN];
-    _Alignas(64) REAL r1[3 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
-        NAME(load_span)(r0, args[0], first, 6);
-        ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
-            REAL x0[6];
-            REAL x1[3];
-            NAME(load_6)(x0, (char *)(r0 + i), SPAN * w);
-            NAME(line_support)(x0, x1);
-            NAME(store_3)((char *)(r1 + i), SPAN * w, x1);
-        }
-        NAME(store_span)(args[1], first, r1, 3);
-    }
-}
-LOOPS(line_support_dense)
-
 void NAME(line_support_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{6, 1, 0, {6}}, {3, 1, 1, {3}}};
-    static const struct kernel kernel = {WIDTHS(line_support_block), WIDTHS(line_support_dense), (any_function
-        *)NAME(line_support), NAME(call_ar), 1, 2, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(line_support_block), {NULL}, (any_function *)NAME(line_support),
+        NAME(call_ar), 1, 2, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -13237,32 +11950,11 @@ static INLINE void NAME(circle_normal_block)(intptr_t n, char **args, const intp
 }
 LOOPS(circle_normal_block)
 
-static INLINE void NAME(circle_normal_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    _Alignas(64) REAL r0[10 * SPAN];
-    _Alignas(64) REAL r1[3 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
-        NAME(load_span)(r0, args[0], first, 10);
-        ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
-            REAL x0[10];
-            REAL x1[3];
-            NAME(load_10)(x0, (char *)(r0 + i), SPAN * w);
-            NAME(circle_normal)(x0, x1);
-            NAME(store_3)((char *)(r1 + i), SPAN * w, x1);
-        }
-        NAME(store_span)(args[1], first, r1, 3);
-    }
-}
-LOOPS(circle_normal_dense)
-
 void NAME(circle_normal_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{10, 1, 0, {10}}, {3, 1, 1, {3}}};
-    static const struct kernel kernel = {WIDTHS(circle_normal_block), WIDTHS(circle_normal_dense), (any_function
-        *)NAME(circle_normal), NAME(call_ar), 1, 2, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(circle_normal_block), {NULL}, (any_function *)NAME(circle_normal),
+        NAME(call_ar), 1, 2, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -13297,32 +11989,11 @@ static INLINE void NAME(circle_weight_block)(intptr_t n, char **args, const intp
 }
 LOOPS(circle_weight_block)
 
-static INLINE void NAME(circle_weight_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    _Alignas(64) REAL r0[10 * SPAN];
-    _Alignas(64) REAL r1[1 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
-        NAME(load_span)(r0, args[0], first, 10);
-        ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
-            REAL x0[10];
-            REAL x1[1];
-            NAME(load_10)(x0, (char *)(r0 + i), SPAN * w);
-            NAME(circle_weight)(x0, x1);
-            NAME(store_scalar)((char *)(r1 + i), x1);
-        }
-        NAME(store_span)(args[1], first, r1, 1);
-    }
-}
-LOOPS(circle_weight_dense)
-
 void NAME(circle_weight_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{10, 1, 0, {10}}, {1, 0, 1, {0}}};
-    static const struct kernel kernel = {WIDTHS(circle_weight_block), WIDTHS(circle_weight_dense), (any_function
-        *)NAME(circle_weight), NAME(call_ar), 1, 2, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(circle_weight_block), {NULL}, (any_function *)NAME(circle_weight),
+        NAME(call_ar), 1, 2, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -13413,32 +12084,11 @@ static INLINE void NAME(circle_surround_sphere_block)(intptr_t n, char **args, c
 }
 LOOPS(circle_surround_sphere_block)
 
-static INLINE void NAME(circle_surround_sphere_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    _Alignas(64) REAL r0[10 * SPAN];
-    _Alignas(64) REAL r1[5 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
-        NAME(load_span)(r0, args[0], first, 10);
-        ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
-            REAL x0[10];
-            REAL x1[5];
-            NAME(load_10)(x0, (char *)(r0 + i), SPAN * w);
-            NAME(circle_surround_sphere)(x0, x1);
-            NAME(store_5)((char *)(r1 + i), SPAN * w, x1);
-        }
-        NAME(store_span)(args[1], first, r1, 5);
-    }
-}
-LOOPS(circle_surround_sphere_dense)
-
 void NAME(circle_surround_sphere_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{10, 1, 0, {10}}, {5, 1, 1, {5}}};
-    static const struct kernel kernel = {WIDTHS(circle_surround_sphere_block), WIDTHS(circle_surround_sphere_dense),
-        (any_function *)NAME(circle_surround_sphere), NAME(call_ar), 1, 2, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(circle_surround_sphere_block), {NULL}, (any_function
+        *)NAME(circle_surround_sphere), NAME(call_ar), 1, 2, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -13482,32 +12132,11 @@ static INLINE void NAME(point_pair_direction_block)(intptr_t n, char **args, con
 }
 LOOPS(point_pair_direction_block)
 
-static INLINE void NAME(point_pair_direction_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    _Alignas(64) REAL r0[10 * SPAN];
-    _Alignas(64) REAL r1[3 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
-        NAME(load_span)(r0, args[0], first, 10);
-        ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
-            REAL x0[10];
-            REAL x1[3];
-            NAME(load_10)(x0, (char *)(r0 + i), SPAN * w);
-            NAME(point_pair_direction)(x0, x1);
-            NAME(store_3)((char *)(r1 + i), SPAN * w, x1);
-        }
-        NAME(store_span)(args[1], first, r1, 3);
-    }
-}
-LOOPS(point_pair_direction_dense)
-
 void NAME(point_pair_direction_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{10, 1, 0, {10}}, {3, 1, 1, {3}}};
-    static const struct kernel kernel = {WIDTHS(point_pair_direction_block), WIDTHS(point_pair_direction_dense),
-        (any_function *)NAME(point_pair_direction), NAME(call_ar), 1, 2, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(point_pair_direction_block), {NULL}, (any_function
+        *)NAME(point_pair_direction), NAME(call_ar), 1, 2, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -13542,32 +12171,11 @@ static INLINE void NAME(point_pair_weight_block)(intptr_t n, char **args, const 
 }
 LOOPS(point_pair_weight_block)
 
-static INLINE void NAME(point_pair_weight_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    _Alignas(64) REAL r0[10 * SPAN];
-    _Alignas(64) REAL r1[1 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
-        NAME(load_span)(r0, args[0], first, 10);
-        ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
-            REAL x0[10];
-            REAL x1[1];
-            NAME(load_10)(x0, (char *)(r0 + i), SPAN * w);
-            NAME(point_pair_weight)(x0, x1);
-            NAME(store_scalar)((char *)(r1 + i), x1);
-        }
-        NAME(store_span)(args[1], first, r1, 1);
-    }
-}
-LOOPS(point_pair_weight_dense)
-
 void NAME(point_pair_weight_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{10, 1, 0, {10}}, {1, 0, 1, {0}}};
-    static const struct kernel kernel = {WIDTHS(point_pair_weight_block), WIDTHS(point_pair_weight_dense),
-        (any_function *)NAME(point_pair_weight), NAME(call_ar), 1, 2, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(point_pair_weight_block), {NULL}, (any_function
+        *)NAME(point_pair_weight), NAME(call_ar), 1, 2, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -13604,31 +12212,10 @@ static INLINE void NAME(point_pair_line_block)(intptr_t n, char **args, const in
 }
 LOOPS(point_pair_line_block)
 
-static INLINE void NAME(point_pair_line_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    _Alignas(64) REAL r0[10 * SPAN];
-    _Alignas(64) REAL r1[6 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
-        NAME(load_span)(r0, args[0], first, 10);
-        ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
-            REAL x0[10];
-            REAL x1[6];
-            NAME(load_10)(x0, (char *)(r0 + i), SPAN * w);
-            NAME(point_pair_line)(x0, x1);
-            NAME(store_6)((char *)(r1 + i), SPAN * w, x1);
-        }
-        NAME(store_span)(args[1], first, r1, 6);
-    }
-}
-LOOPS(point_pair_line_dense)
-
 void NAME(point_pair_line_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{10, 1, 0, {10}}, {6, 1, 1, {6}}};
-    static const struct kernel kernel = {WIDTHS(point_pair_line_block), WIDTHS(point_pair_line_dense), (any_function
+    static const struct kernel kernel = {WIDTHS(point_pair_line_block), {NULL}, (any_function
         *)NAME(point_pair_line), NAME(call_ar), 1, 2, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -13720,33 +12307,11 @@ static INLINE void NAME(point_pair_surround_sphere_block)(intptr_t n, char **arg
 }
 LOOPS(point_pair_surround_sphere_block)
 
-static INLINE void NAME(point_pair_surround_sphere_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    _Alignas(64) REAL r0[10 * SPAN];
-    _Alignas(64) REAL r1[5 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
-        NAME(load_span)(r0, args[0], first, 10);
-        ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
-            REAL x0[10];
-            REAL x1[5];
-            NAME(load_10)(x0, (char *)(r0 + i), SPAN * w);
-            NAME(point_pair_surround_sphere)(x0, x1);
-            NAME(store_5)((char *)(r1 + i), SPAN * w, x1);
-        }
-        NAME(store_span)(args[1], first, r1, 5);
-    }
-}
-LOOPS(point_pair_surround_sphere_dense)
-
 void NAME(point_pair_surround_sphere_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{10, 1, 0, {10}}, {5, 1, 1, {5}}};
-    static const struct kernel kernel = {WIDTHS(point_pair_surround_sphere_block),
-        WIDTHS(point_pair_surround_sphere_dense), (any_function *)NAME(point_pair_surround_sphere), NAME(call_ar),
-        1, 2, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(point_pair_surround_sphere_block), {NULL}, (any_function
+        *)NAME(point_pair_surround_sphere), NAME(call_ar), 1, 2, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -13773,32 +12338,11 @@ static INLINE void NAME(sphere_weight_block)(intptr_t n, char **args, const intp
 }
 LOOPS(sphere_weight_block)
 
-static INLINE void NAME(sphere_weight_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    _Alignas(64) REAL r0[5 * SPAN];
-    _Alignas(64) REAL r1[1 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
-        NAME(load_span)(r0, args[0], first, 5);
-        ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
-            REAL x0[5];
-            REAL x1[1];
-            NAME(load_5)(x0, (char *)(r0 + i), SPAN * w);
-            NAME(sphere_weight)(x0, x1);
-            NAME(store_scalar)((char *)(r1 + i), x1);
-        }
-        NAME(store_span)(args[1], first, r1, 1);
-    }
-}
-LOOPS(sphere_weight_dense)
-
 void NAME(sphere_weight_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{5, 1, 0, {5}}, {1, 0, 1, {0}}};
-    static const struct kernel kernel = {WIDTHS(sphere_weight_block), WIDTHS(sphere_weight_dense), (any_function
-        *)NAME(sphere_weight), NAME(call_ar), 1, 2, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(sphere_weight_block), {NULL}, (any_function *)NAME(sphere_weight),
+        NAME(call_ar), 1, 2, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -13839,33 +12383,11 @@ static INLINE void NAME(dual_sphere_radius_squared_block)(intptr_t n, char **arg
 }
 LOOPS(dual_sphere_radius_squared_block)
 
-static INLINE void NAME(dual_sphere_radius_squared_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    _Alignas(64) REAL r0[5 * SPAN];
-    _Alignas(64) REAL r1[1 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
-        NAME(load_span)(r0, args[0], first, 5);
-        ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
-            REAL x0[5];
-            REAL x1[1];
-            NAME(load_5)(x0, (char *)(r0 + i), SPAN * w);
-            NAME(dual_sphere_radius_squared)(x0, x1);
-            NAME(store_scalar)((char *)(r1 + i), x1);
-        }
-        NAME(store_span)(args[1], first, r1, 1);
-    }
-}
-LOOPS(dual_sphere_radius_squared_dense)
-
 void NAME(dual_sphere_radius_squared_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{5, 1, 0, {5}}, {1, 0, 1, {0}}};
-    static const struct kernel kernel = {WIDTHS(dual_sphere_radius_squared_block),
-        WIDTHS(dual_sphere_radius_squared_dense), (any_function *)NAME(dual_sphere_radius_squared), NAME(call_ar),
-        1, 2, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(dual_sphere_radius_squared_block), {NULL}, (any_function
+        *)NAME(dual_sphere_radius_squared), NAME(call_ar), 1, 2, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -13938,31 +12460,10 @@ static INLINE void NAME(point_pair_kind_block)(intptr_t n, char **args, const in
 }
 LOOPS(point_pair_kind_block)
 
-static INLINE void NAME(point_pair_kind_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    _Alignas(64) REAL r0[10 * SPAN];
-    _Alignas(64) REAL r1[1 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
-        NAME(load_span)(r0, args[0], first, 10);
-        ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
-            REAL x0[10];
-            REAL x1[1];
-            NAME(load_10)(x0, (char *)(r0 + i), SPAN * w);
-            NAME(point_pair_kind)(x0, x1);
-            NAME(store_scalar)((char *)(r1 + i), x1);
-        }
-        NAME(store_span)(args[1], first, r1, 1);
-    }
-}
-LOOPS(point_pair_kind_dense)
-
 void NAME(point_pair_kind_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{10, 1, 0, {10}}, {1, 0, 1, {0}}};
-    static const struct kernel kernel = {WIDTHS(point_pair_kind_block), WIDTHS(point_pair_kind_dense), (any_function
+    static const struct kernel kernel = {WIDTHS(point_pair_kind_block), {NULL}, (any_function
         *)NAME(point_pair_kind), NAME(call_ar), 1, 2, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -14036,32 +12537,11 @@ static INLINE void NAME(circle_kind_block)(intptr_t n, char **args, const intptr
 }
 LOOPS(circle_kind_block)
 
-static INLINE void NAME(circle_kind_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    _Alignas(64) REAL r0[10 * SPAN];
-    _Alignas(64) REAL r1[1 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
-        NAME(load_span)(r0, args[0], first, 10);
-        ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
-            REAL x0[10];
-            REAL x1[1];
-            NAME(load_10)(x0, (char *)(r0 + i), SPAN * w);
-            NAME(circle_kind)(x0, x1);
-            NAME(store_scalar)((char *)(r1 + i), x1);
-        }
-        NAME(store_span)(args[1], first, r1, 1);
-    }
-}
-LOOPS(circle_kind_dense)
-
 void NAME(circle_kind_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{10, 1, 0, {10}}, {1, 0, 1, {0}}};
-    static const struct kernel kernel = {WIDTHS(circle_kind_block), WIDTHS(circle_kind_dense), (any_function
-        *)NAME(circle_kind), NAME(call_ar), 1, 2, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(circle_kind_block), {NULL}, (any_function *)NAME(circle_kind),
+        NAME(call_ar), 1, 2, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -14118,32 +12598,11 @@ static INLINE void NAME(sphere_kind_block)(intptr_t n, char **args, const intptr
 }
 LOOPS(sphere_kind_block)
 
-static INLINE void NAME(sphere_kind_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    _Alignas(64) REAL r0[5 * SPAN];
-    _Alignas(64) REAL r1[1 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
-        NAME(load_span)(r0, args[0], first, 5);
-        ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
-            REAL x0[5];
-            REAL x1[1];
-            NAME(load_5)(x0, (char *)(r0 + i), SPAN * w);
-            NAME(sphere_kind)(x0, x1);
-            NAME(store_scalar)((char *)(r1 + i), x1);
-        }
-        NAME(store_span)(args[1], first, r1, 1);
-    }
-}
-LOOPS(sphere_kind_dense)
-
 void NAME(sphere_kind_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{5, 1, 0, {5}}, {1, 0, 1, {0}}};
-    static const struct kernel kernel = {WIDTHS(sphere_kind_block), WIDTHS(sphere_kind_dense), (any_function
-        *)NAME(sphere_kind), NAME(call_ar), 1, 2, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(sphere_kind_block), {NULL}, (any_function *)NAME(sphere_kind),
+        NAME(call_ar), 1, 2, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -14273,7 +12732,7 @@ static INLINE void NAME(signed_distance_point_sphere_dense_sphere)(intptr_t n, c
             NAME(signed_distance_point_sphere_apply_sphere)(prepared, x0, x2);
             NAME(store_scalar)((char *)(r2 + i), x2);
         }
-        NAME(store_span)(args[2], first, r2, 1);
+        NAME(store_span)(args[2], first, r2, 1, SPAN);
     }
 }
 LOOPS(signed_distance_point_sphere_dense_sphere)
@@ -14306,39 +12765,13 @@ static INLINE void NAME(signed_distance_point_sphere_block)(intptr_t n, char **a
 }
 LOOPS(signed_distance_point_sphere_block)
 
-static INLINE void NAME(signed_distance_point_sphere_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    _Alignas(64) REAL r0[3 * SPAN];
-    _Alignas(64) REAL r1[5 * SPAN];
-    _Alignas(64) REAL r2[1 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
-        NAME(load_span)(r0, args[0], first, 3);
-        NAME(load_span)(r1, args[1], first, 5);
-        ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
-            REAL x0[3];
-            REAL x1[5];
-            REAL x2[1];
-            NAME(load_3)(x0, (char *)(r0 + i), SPAN * w);
-            NAME(load_5)(x1, (char *)(r1 + i), SPAN * w);
-            NAME(signed_distance_point_sphere)(x0, x1, x2);
-            NAME(store_scalar)((char *)(r2 + i), x2);
-        }
-        NAME(store_span)(args[2], first, r2, 1);
-    }
-}
-LOOPS(signed_distance_point_sphere_dense)
-
 void NAME(signed_distance_point_sphere_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {5, 1, 1, {5}}, {1, 0, 2, {0}}};
     static const struct form forms[] = {{2, 2, NAME(signed_distance_point_sphere_start_sphere),
         WIDTHS(signed_distance_point_sphere_block_sphere), WIDTHS(signed_distance_point_sphere_dense_sphere)}};
-    static const struct kernel kernel = {WIDTHS(signed_distance_point_sphere_block),
-        WIDTHS(signed_distance_point_sphere_dense), (any_function *)NAME(signed_distance_point_sphere),
-        NAME(call_aar), 2, 3, 1, 0, parts, forms};
+    static const struct kernel kernel = {WIDTHS(signed_distance_point_sphere_block), {NULL}, (any_function
+        *)NAME(signed_distance_point_sphere), NAME(call_aar), 2, 3, 1, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -14578,7 +13011,7 @@ static INLINE void NAME(distance_point_circle_dense_circle)(intptr_t n, char **a
             NAME(distance_point_circle_apply_circle)(prepared, x0, x2);
             NAME(store_scalar)((char *)(r2 + i), x2);
         }
-        NAME(store_span)(args[2], first, r2, 1);
+        NAME(store_span)(args[2], first, r2, 1, SPAN);
     }
 }
 LOOPS(distance_point_circle_dense_circle)
@@ -14611,38 +13044,13 @@ static INLINE void NAME(distance_point_circle_block)(intptr_t n, char **args, co
 }
 LOOPS(distance_point_circle_block)
 
-static INLINE void NAME(distance_point_circle_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    _Alignas(64) REAL r0[3 * SPAN];
-    _Alignas(64) REAL r1[10 * SPAN];
-    _Alignas(64) REAL r2[1 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
-        NAME(load_span)(r0, args[0], first, 3);
-        NAME(load_span)(r1, args[1], first, 10);
-        ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
-            REAL x0[3];
-            REAL x1[10];
-            REAL x2[1];
-            NAME(load_3)(x0, (char *)(r0 + i), SPAN * w);
-            NAME(load_10)(x1, (char *)(r1 + i), SPAN * w);
-            NAME(distance_point_circle)(x0, x1, x2);
-            NAME(store_scalar)((char *)(r2 + i), x2);
-        }
-        NAME(store_span)(args[2], first, r2, 1);
-    }
-}
-LOOPS(distance_point_circle_dense)
-
 void NAME(distance_point_circle_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {10, 1, 1, {10}}, {1, 0, 2, {0}}};
     static const struct form forms[] = {{2, 2, NAME(distance_point_circle_start_circle),
         WIDTHS(distance_point_circle_block_circle), WIDTHS(distance_point_circle_dense_circle)}};
-    static const struct kernel kernel = {WIDTHS(distance_point_circle_block), WIDTHS(distance_point_circle_dense),
-        (any_function *)NAME(distance_point_circle), NAME(call_aar), 2, 3, 1, 0, parts, forms};
+    static const struct kernel kernel = {WIDTHS(distance_point_circle_block), {NULL}, (any_function
+        *)NAME(distance_point_circle), NAME(call_aar), 2, 3, 1, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -14745,36 +13153,11 @@ static INLINE void NAME(distance_lines_block)(intptr_t n, char **args, const int
 }
 LOOPS(distance_lines_block)
 
-static INLINE void NAME(distance_lines_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    _Alignas(64) REAL r0[6 * SPAN];
-    _Alignas(64) REAL r1[6 * SPAN];
-    _Alignas(64) REAL r2[1 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
-        NAME(load_span)(r0, args[0], first, 6);
-        NAME(load_span)(r1, args[1], first, 6);
-        ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
-            REAL x0[6];
-            REAL x1[6];
-            REAL x2[1];
-            NAME(load_6)(x0, (char *)(r0 + i), SPAN * w);
-            NAME(load_6)(x1, (char *)(r1 + i), SPAN * w);
-            NAME(distance_lines)(x0, x1, x2);
-            NAME(store_scalar)((char *)(r2 + i), x2);
-        }
-        NAME(store_span)(args[2], first, r2, 1);
-    }
-}
-LOOPS(distance_lines_dense)
-
 void NAME(distance_lines_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{6, 1, 0, {6}}, {6, 1, 1, {6}}, {1, 0, 2, {0}}};
-    static const struct kernel kernel = {WIDTHS(distance_lines_block), WIDTHS(distance_lines_dense), (any_function
-        *)NAME(distance_lines), NAME(call_aar), 2, 3, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(distance_lines_block), {NULL}, (any_function *)NAME(distance_lines),
+        NAME(call_aar), 2, 3, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -15029,7 +13412,7 @@ static INLINE void NAME(signed_distance_line_plane_dense_line)(intptr_t n, char 
             NAME(signed_distance_line_plane_apply_line)(prepared, x1, x2);
             NAME(store_scalar)((char *)(r2 + i), x2);
         }
-        NAME(store_span)(args[2], first, r2, 1);
+        NAME(store_span)(args[2], first, r2, 1, SPAN);
     }
 }
 LOOPS(signed_distance_line_plane_dense_line)
@@ -15060,28 +13443,6 @@ static INLINE void NAME(signed_distance_line_plane_block_plane)(intptr_t n, char
 }
 LOOPS(signed_distance_line_plane_block_plane)
 
-static INLINE void NAME(signed_distance_line_plane_dense_plane)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const REAL *prepared = (const REAL *)args[1];
-    (void)strides;
-    _Alignas(64) REAL r0[6 * SPAN];
-    _Alignas(64) REAL r2[1 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
-        NAME(load_span)(r0, args[0], first, 6);
-        ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
-            REAL x0[6];
-            REAL x2[1];
-            NAME(load_6)(x0, (char *)(r0 + i), SPAN * w);
-            NAME(signed_distance_line_plane_apply_plane)(prepared, x0, x2);
-            NAME(store_scalar)((char *)(r2 + i), x2);
-        }
-        NAME(store_span)(args[2], first, r2, 1);
-    }
-}
-LOOPS(signed_distance_line_plane_dense_plane)
-
 static void NAME(signed_distance_line_plane_start_plane)(char **args, const intptr_t *strides, void *prepared)
 {
     const intptr_t c1a = strides[1];
@@ -15110,41 +13471,14 @@ static INLINE void NAME(signed_distance_line_plane_block)(intptr_t n, char **arg
 }
 LOOPS(signed_distance_line_plane_block)
 
-static INLINE void NAME(signed_distance_line_plane_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    _Alignas(64) REAL r0[6 * SPAN];
-    _Alignas(64) REAL r1[4 * SPAN];
-    _Alignas(64) REAL r2[1 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
-        NAME(load_span)(r0, args[0], first, 6);
-        NAME(load_span)(r1, args[1], first, 4);
-        ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
-            REAL x0[6];
-            REAL x1[4];
-            REAL x2[1];
-            NAME(load_6)(x0, (char *)(r0 + i), SPAN * w);
-            NAME(load_4)(x1, (char *)(r1 + i), SPAN * w);
-            NAME(signed_distance_line_plane)(x0, x1, x2);
-            NAME(store_scalar)((char *)(r2 + i), x2);
-        }
-        NAME(store_span)(args[2], first, r2, 1);
-    }
-}
-LOOPS(signed_distance_line_plane_dense)
-
 void NAME(signed_distance_line_plane_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{6, 1, 0, {6}}, {4, 1, 1, {4}}, {1, 0, 2, {0}}};
     static const struct form forms[] = {{1, 2, NAME(signed_distance_line_plane_start_line),
         WIDTHS(signed_distance_line_plane_block_line), WIDTHS(signed_distance_line_plane_dense_line)}, {2, 2,
-        NAME(signed_distance_line_plane_start_plane), WIDTHS(signed_distance_line_plane_block_plane),
-        WIDTHS(signed_distance_line_plane_dense_plane)}};
-    static const struct kernel kernel = {WIDTHS(signed_distance_line_plane_block),
-        WIDTHS(signed_distance_line_plane_dense), (any_function *)NAME(signed_distance_line_plane), NAME(call_aar),
-        2, 3, 2, 0, parts, forms};
+        NAME(signed_distance_line_plane_start_plane), WIDTHS(signed_distance_line_plane_block_plane), {NULL}}};
+    static const struct kernel kernel = {WIDTHS(signed_distance_line_plane_block), {NULL}, (any_function
+        *)NAME(signed_distance_line_plane), NAME(call_aar), 2, 3, 2, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -15388,7 +13722,7 @@ static INLINE void NAME(signed_distance_planes_dense_a)(intptr_t n, char **args,
             NAME(signed_distance_planes_apply_a)(prepared, x1, x2);
             NAME(store_scalar)((char *)(r2 + i), x2);
         }
-        NAME(store_span)(args[2], first, r2, 1);
+        NAME(store_span)(args[2], first, r2, 1, SPAN);
     }
 }
 LOOPS(signed_distance_planes_dense_a)
@@ -15435,7 +13769,7 @@ static INLINE void NAME(signed_distance_planes_dense_b)(intptr_t n, char **args,
             NAME(signed_distance_planes_apply_b)(prepared, x0, x2);
             NAME(store_scalar)((char *)(r2 + i), x2);
         }
-        NAME(store_span)(args[2], first, r2, 1);
+        NAME(store_span)(args[2], first, r2, 1, SPAN);
     }
 }
 LOOPS(signed_distance_planes_dense_b)
@@ -15468,29 +13802,6 @@ static INLINE void NAME(signed_distance_planes_block)(intptr_t n, char **args, c
 }
 LOOPS(signed_distance_planes_block)
 
-static INLINE void NAME(signed_distance_planes_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    char *a0 = args[0];
-    char *a1 = args[1];
-    _Alignas(64) REAL r2[1 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
-        ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
-            REAL x0[4];
-            REAL x1[4];
-            REAL x2[1];
-            NAME(load_4)(x0, a0 + (first + i) * 4 * w, w);
-            NAME(load_4)(x1, a1 + (first + i) * 4 * w, w);
-            NAME(signed_distance_planes)(x0, x1, x2);
-            NAME(store_scalar)((char *)(r2 + i), x2);
-        }
-        NAME(store_span)(args[2], first, r2, 1);
-    }
-}
-LOOPS(signed_distance_planes_dense)
-
 void NAME(signed_distance_planes_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {4, 1, 1, {4}}, {1, 0, 2, {0}}};
@@ -15498,8 +13809,8 @@ void NAME(signed_distance_planes_loop)(char **args, const intptr_t *dimensions, 
         WIDTHS(signed_distance_planes_block_a), WIDTHS(signed_distance_planes_dense_a)}, {2, 2,
         NAME(signed_distance_planes_start_b), WIDTHS(signed_distance_planes_block_b),
         WIDTHS(signed_distance_planes_dense_b)}};
-    static const struct kernel kernel = {WIDTHS(signed_distance_planes_block), WIDTHS(signed_distance_planes_dense),
-        (any_function *)NAME(signed_distance_planes), NAME(call_aar), 2, 3, 2, 0, parts, forms};
+    static const struct kernel kernel = {WIDTHS(signed_distance_planes_block), {NULL}, (any_function
+        *)NAME(signed_distance_planes), NAME(call_aar), 2, 3, 2, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -15651,28 +13962,6 @@ static INLINE void NAME(distance_line_sphere_block_sphere)(intptr_t n, char **ar
 }
 LOOPS(distance_line_sphere_block_sphere)
 
-static INLINE void NAME(distance_line_sphere_dense_sphere)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const REAL *prepared = (const REAL *)args[1];
-    (void)strides;
-    _Alignas(64) REAL r0[6 * SPAN];
-    _Alignas(64) REAL r2[1 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
-        NAME(load_span)(r0, args[0], first, 6);
-        ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
-            REAL x0[6];
-            REAL x2[1];
-            NAME(load_6)(x0, (char *)(r0 + i), SPAN * w);
-            NAME(distance_line_sphere_apply_sphere)(prepared, x0, x2);
-            NAME(store_scalar)((char *)(r2 + i), x2);
-        }
-        NAME(store_span)(args[2], first, r2, 1);
-    }
-}
-LOOPS(distance_line_sphere_dense_sphere)
-
 static void NAME(distance_line_sphere_start_sphere)(char **args, const intptr_t *strides, void *prepared)
 {
     const intptr_t c1a = strides[1];
@@ -15701,38 +13990,13 @@ static INLINE void NAME(distance_line_sphere_block)(intptr_t n, char **args, con
 }
 LOOPS(distance_line_sphere_block)
 
-static INLINE void NAME(distance_line_sphere_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    _Alignas(64) REAL r0[6 * SPAN];
-    _Alignas(64) REAL r1[5 * SPAN];
-    _Alignas(64) REAL r2[1 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
-        NAME(load_span)(r0, args[0], first, 6);
-        NAME(load_span)(r1, args[1], first, 5);
-        ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
-            REAL x0[6];
-            REAL x1[5];
-            REAL x2[1];
-            NAME(load_6)(x0, (char *)(r0 + i), SPAN * w);
-            NAME(load_5)(x1, (char *)(r1 + i), SPAN * w);
-            NAME(distance_line_sphere)(x0, x1, x2);
-            NAME(store_scalar)((char *)(r2 + i), x2);
-        }
-        NAME(store_span)(args[2], first, r2, 1);
-    }
-}
-LOOPS(distance_line_sphere_dense)
-
 void NAME(distance_line_sphere_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{6, 1, 0, {6}}, {5, 1, 1, {5}}, {1, 0, 2, {0}}};
     static const struct form forms[] = {{2, 2, NAME(distance_line_sphere_start_sphere),
-        WIDTHS(distance_line_sphere_block_sphere), WIDTHS(distance_line_sphere_dense_sphere)}};
-    static const struct kernel kernel = {WIDTHS(distance_line_sphere_block), WIDTHS(distance_line_sphere_dense),
-        (any_function *)NAME(distance_line_sphere), NAME(call_aar), 2, 3, 1, 0, parts, forms};
+        WIDTHS(distance_line_sphere_block_sphere), {NULL}}};
+    static const struct kernel kernel = {WIDTHS(distance_line_sphere_block), {NULL}, (any_function
+        *)NAME(distance_line_sphere), NAME(call_aar), 2, 3, 1, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -15996,7 +14260,7 @@ static INLINE void NAME(distance_plane_circle_dense_circle)(intptr_t n, char **a
             NAME(distance_plane_circle_apply_circle)(prepared, x0, x2);
             NAME(store_scalar)((char *)(r2 + i), x2);
         }
-        NAME(store_span)(args[2], first, r2, 1);
+        NAME(store_span)(args[2], first, r2, 1, SPAN);
     }
 }
 LOOPS(distance_plane_circle_dense_circle)
@@ -16029,38 +14293,13 @@ static INLINE void NAME(distance_plane_circle_block)(intptr_t n, char **args, co
 }
 LOOPS(distance_plane_circle_block)
 
-static INLINE void NAME(distance_plane_circle_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    _Alignas(64) REAL r0[4 * SPAN];
-    _Alignas(64) REAL r1[10 * SPAN];
-    _Alignas(64) REAL r2[1 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
-        NAME(load_span)(r0, args[0], first, 4);
-        NAME(load_span)(r1, args[1], first, 10);
-        ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
-            REAL x0[4];
-            REAL x1[10];
-            REAL x2[1];
-            NAME(load_4)(x0, (char *)(r0 + i), SPAN * w);
-            NAME(load_10)(x1, (char *)(r1 + i), SPAN * w);
-            NAME(distance_plane_circle)(x0, x1, x2);
-            NAME(store_scalar)((char *)(r2 + i), x2);
-        }
-        NAME(store_span)(args[2], first, r2, 1);
-    }
-}
-LOOPS(distance_plane_circle_dense)
-
 void NAME(distance_plane_circle_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {10, 1, 1, {10}}, {1, 0, 2, {0}}};
     static const struct form forms[] = {{2, 2, NAME(distance_plane_circle_start_circle),
         WIDTHS(distance_plane_circle_block_circle), WIDTHS(distance_plane_circle_dense_circle)}};
-    static const struct kernel kernel = {WIDTHS(distance_plane_circle_block), WIDTHS(distance_plane_circle_dense),
-        (any_function *)NAME(distance_plane_circle), NAME(call_aar), 2, 3, 1, 0, parts, forms};
+    static const struct kernel kernel = {WIDTHS(distance_plane_circle_block), {NULL}, (any_function
+        *)NAME(distance_plane_circle), NAME(call_aar), 2, 3, 1, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -16278,7 +14517,7 @@ static INLINE void NAME(distance_plane_sphere_dense_sphere)(intptr_t n, char **a
             NAME(distance_plane_sphere_apply_sphere)(prepared, x0, x2);
             NAME(store_scalar)((char *)(r2 + i), x2);
         }
-        NAME(store_span)(args[2], first, r2, 1);
+        NAME(store_span)(args[2], first, r2, 1, SPAN);
     }
 }
 LOOPS(distance_plane_sphere_dense_sphere)
@@ -16309,28 +14548,6 @@ static INLINE void NAME(distance_plane_sphere_block_plane)(intptr_t n, char **ar
 }
 LOOPS(distance_plane_sphere_block_plane)
 
-static INLINE void NAME(distance_plane_sphere_dense_plane)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const REAL *prepared = (const REAL *)args[0];
-    (void)strides;
-    _Alignas(64) REAL r1[5 * SPAN];
-    _Alignas(64) REAL r2[1 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
-        NAME(load_span)(r1, args[1], first, 5);
-        ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
-            REAL x1[5];
-            REAL x2[1];
-            NAME(load_5)(x1, (char *)(r1 + i), SPAN * w);
-            NAME(distance_plane_sphere_apply_plane)(prepared, x1, x2);
-            NAME(store_scalar)((char *)(r2 + i), x2);
-        }
-        NAME(store_span)(args[2], first, r2, 1);
-    }
-}
-LOOPS(distance_plane_sphere_dense_plane)
-
 static void NAME(distance_plane_sphere_start_plane)(char **args, const intptr_t *strides, void *prepared)
 {
     const intptr_t c0a = strides[0];
@@ -16359,40 +14576,14 @@ static INLINE void NAME(distance_plane_sphere_block)(intptr_t n, char **args, co
 }
 LOOPS(distance_plane_sphere_block)
 
-static INLINE void NAME(distance_plane_sphere_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    _Alignas(64) REAL r0[4 * SPAN];
-    _Alignas(64) REAL r1[5 * SPAN];
-    _Alignas(64) REAL r2[1 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
-        NAME(load_span)(r0, args[0], first, 4);
-        NAME(load_span)(r1, args[1], first, 5);
-        ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
-            REAL x0[4];
-            REAL x1[5];
-            REAL x2[1];
-            NAME(load_4)(x0, (char *)(r0 + i), SPAN * w);
-            NAME(load_5)(x1, (char *)(r1 + i), SPAN * w);
-            NAME(distance_plane_sphere)(x0, x1, x2);
-            NAME(store_scalar)((char *)(r2 + i), x2);
-        }
-        NAME(store_span)(args[2], first, r2, 1);
-    }
-}
-LOOPS(distance_plane_sphere_dense)
-
 void NAME(distance_plane_sphere_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {5, 1, 1, {5}}, {1, 0, 2, {0}}};
     static const struct form forms[] = {{2, 2, NAME(distance_plane_sphere_start_sphere),
         WIDTHS(distance_plane_sphere_block_sphere), WIDTHS(distance_plane_sphere_dense_sphere)}, {1, 2,
-        NAME(distance_plane_sphere_start_plane), WIDTHS(distance_plane_sphere_block_plane),
-        WIDTHS(distance_plane_sphere_dense_plane)}};
-    static const struct kernel kernel = {WIDTHS(distance_plane_sphere_block), WIDTHS(distance_plane_sphere_dense),
-        (any_function *)NAME(distance_plane_sphere), NAME(call_aar), 2, 3, 2, 0, parts, forms};
+        NAME(distance_plane_sphere_start_plane), WIDTHS(distance_plane_sphere_block_plane), {NULL}}};
+    static const struct kernel kernel = {WIDTHS(distance_plane_sphere_block), {NULL}, (any_function
+        *)NAME(distance_plane_sphere), NAME(call_aar), 2, 3, 2, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -16801,28 +14992,6 @@ static INLINE void NAME(distance_circle_sphere_block_circle)(intptr_t n, char **
 }
 LOOPS(distance_circle_sphere_block_circle)
 
-static INLINE void NAME(distance_circle_sphere_dense_circle)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const REAL *prepared = (const REAL *)args[0];
-    (void)strides;
-    _Alignas(64) REAL r1[5 * SPAN];
-    _Alignas(64) REAL r2[1 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
-        NAME(load_span)(r1, args[1], first, 5);
-        ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
-            REAL x1[5];
-            REAL x2[1];
-            NAME(load_5)(x1, (char *)(r1 + i), SPAN * w);
-            NAME(distance_circle_sphere_apply_circle)(prepared, x1, x2);
-            NAME(store_scalar)((char *)(r2 + i), x2);
-        }
-        NAME(store_span)(args[2], first, r2, 1);
-    }
-}
-LOOPS(distance_circle_sphere_dense_circle)
-
 static void NAME(distance_circle_sphere_start_circle)(char **args, const intptr_t *strides, void *prepared)
 {
     const intptr_t c0a = strides[0];
@@ -16848,28 +15017,6 @@ static INLINE void NAME(distance_circle_sphere_block_sphere)(intptr_t n, char **
     }
 }
 LOOPS(distance_circle_sphere_block_sphere)
-
-static INLINE void NAME(distance_circle_sphere_dense_sphere)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const REAL *prepared = (const REAL *)args[1];
-    (void)strides;
-    _Alignas(64) REAL r0[10 * SPAN];
-    _Alignas(64) REAL r2[1 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
-        NAME(load_span)(r0, args[0], first, 10);
-        ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
-            REAL x0[10];
-            REAL x2[1];
-            NAME(load_10)(x0, (char *)(r0 + i), SPAN * w);
-            NAME(distance_circle_sphere_apply_sphere)(prepared, x0, x2);
-            NAME(store_scalar)((char *)(r2 + i), x2);
-        }
-        NAME(store_span)(args[2], first, r2, 1);
-    }
-}
-LOOPS(distance_circle_sphere_dense_sphere)
 
 static void NAME(distance_circle_sphere_start_sphere)(char **args, const intptr_t *strides, void *prepared)
 {
@@ -16899,40 +15046,14 @@ static INLINE void NAME(distance_circle_sphere_block)(intptr_t n, char **args, c
 }
 LOOPS(distance_circle_sphere_block)
 
-static INLINE void NAME(distance_circle_sphere_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    _Alignas(64) REAL r0[10 * SPAN];
-    _Alignas(64) REAL r1[5 * SPAN];
-    _Alignas(64) REAL r2[1 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
-        NAME(load_span)(r0, args[0], first, 10);
-        NAME(load_span)(r1, args[1], first, 5);
-        ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
-            REAL x0[10];
-            REAL x1[5];
-            REAL x2[1];
-            NAME(load_10)(x0, (char *)(r0 + i), SPAN * w);
-            NAME(load_5)(x1, (char *)(r1 + i), SPAN * w);
-            NAME(distance_circle_sphere)(x0, x1, x2);
-            NAME(store_scalar)((char *)(r2 + i), x2);
-        }
-        NAME(store_span)(args[2], first, r2, 1);
-    }
-}
-LOOPS(distance_circle_sphere_dense)
-
 void NAME(distance_circle_sphere_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{10, 1, 0, {10}}, {5, 1, 1, {5}}, {1, 0, 2, {0}}};
     static const struct form forms[] = {{1, 2, NAME(distance_circle_sphere_start_circle),
-        WIDTHS(distance_circle_sphere_block_circle), WIDTHS(distance_circle_sphere_dense_circle)}, {2, 2,
-        NAME(distance_circle_sphere_start_sphere), WIDTHS(distance_circle_sphere_block_sphere),
-        WIDTHS(distance_circle_sphere_dense_sphere)}};
-    static const struct kernel kernel = {WIDTHS(distance_circle_sphere_block), WIDTHS(distance_circle_sphere_dense),
-        (any_function *)NAME(distance_circle_sphere), NAME(call_aar), 2, 3, 2, 0, parts, forms};
+        WIDTHS(distance_circle_sphere_block_circle), {NULL}}, {2, 2, NAME(distance_circle_sphere_start_sphere),
+        WIDTHS(distance_circle_sphere_block_sphere), {NULL}}};
+    static const struct kernel kernel = {WIDTHS(distance_circle_sphere_block), {NULL}, (any_function
+        *)NAME(distance_circle_sphere), NAME(call_aar), 2, 3, 2, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -17173,28 +15294,6 @@ static INLINE void NAME(distance_spheres_block_a)(intptr_t n, char **args, const
 }
 LOOPS(distance_spheres_block_a)
 
-static INLINE void NAME(distance_spheres_dense_a)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const REAL *prepared = (const REAL *)args[0];
-    (void)strides;
-    _Alignas(64) REAL r1[5 * SPAN];
-    _Alignas(64) REAL r2[1 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
-        NAME(load_span)(r1, args[1], first, 5);
-        ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
-            REAL x1[5];
-            REAL x2[1];
-            NAME(load_5)(x1, (char *)(r1 + i), SPAN * w);
-            NAME(distance_spheres_apply_a)(prepared, x1, x2);
-            NAME(store_scalar)((char *)(r2 + i), x2);
-        }
-        NAME(store_span)(args[2], first, r2, 1);
-    }
-}
-LOOPS(distance_spheres_dense_a)
-
 static void NAME(distance_spheres_start_a)(char **args, const intptr_t *strides, void *prepared)
 {
     const intptr_t c0a = strides[0];
@@ -17220,28 +15319,6 @@ static INLINE void NAME(distance_spheres_block_b)(intptr_t n, char **args, const
     }
 }
 LOOPS(distance_spheres_block_b)
-
-static INLINE void NAME(distance_spheres_dense_b)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const REAL *prepared = (const REAL *)args[1];
-    (void)strides;
-    _Alignas(64) REAL r0[5 * SPAN];
-    _Alignas(64) REAL r2[1 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
-        NAME(load_span)(r0, args[0], first, 5);
-        ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
-            REAL x0[5];
-            REAL x2[1];
-            NAME(load_5)(x0, (char *)(r0 + i), SPAN * w);
-            NAME(distance_spheres_apply_b)(prepared, x0, x2);
-            NAME(store_scalar)((char *)(r2 + i), x2);
-        }
-        NAME(store_span)(args[2], first, r2, 1);
-    }
-}
-LOOPS(distance_spheres_dense_b)
 
 static void NAME(distance_spheres_start_b)(char **args, const intptr_t *strides, void *prepared)
 {
@@ -17271,39 +15348,13 @@ static INLINE void NAME(distance_spheres_block)(intptr_t n, char **args, const i
 }
 LOOPS(distance_spheres_block)
 
-static INLINE void NAME(distance_spheres_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    _Alignas(64) REAL r0[5 * SPAN];
-    _Alignas(64) REAL r1[5 * SPAN];
-    _Alignas(64) REAL r2[1 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
-        NAME(load_span)(r0, args[0], first, 5);
-        NAME(load_span)(r1, args[1], first, 5);
-        ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
-            REAL x0[5];
-            REAL x1[5];
-            REAL x2[1];
-            NAME(load_5)(x0, (char *)(r0 + i), SPAN * w);
-            NAME(load_5)(x1, (char *)(r1 + i), SPAN * w);
-            NAME(distance_spheres)(x0, x1, x2);
-            NAME(store_scalar)((char *)(r2 + i), x2);
-        }
-        NAME(store_span)(args[2], first, r2, 1);
-    }
-}
-LOOPS(distance_spheres_dense)
-
 void NAME(distance_spheres_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{5, 1, 0, {5}}, {5, 1, 1, {5}}, {1, 0, 2, {0}}};
     static const struct form forms[] = {{1, 2, NAME(distance_spheres_start_a), WIDTHS(distance_spheres_block_a),
-        WIDTHS(distance_spheres_dense_a)}, {2, 2, NAME(distance_spheres_start_b), WIDTHS(distance_spheres_block_b),
-        WIDTHS(distance_spheres_dense_b)}};
-    static const struct kernel kernel = {WIDTHS(distance_spheres_block), WIDTHS(distance_spheres_dense),
-        (any_function *)NAME(distance_spheres), NAME(call_aar), 2, 3, 2, 0, parts, forms};
+        {NULL}}, {2, 2, NAME(distance_spheres_start_b), WIDTHS(distance_spheres_block_b), {NULL}}};
+    static const struct kernel kernel = {WIDTHS(distance_spheres_block), {NULL}, (any_function
+        *)NAME(distance_spheres), NAME(call_aar), 2, 3, 2, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -17670,36 +15721,11 @@ static INLINE void NAME(inversive_distance_block)(intptr_t n, char **args, const
 }
 LOOPS(inversive_distance_block)
 
-static INLINE void NAME(inversive_distance_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    _Alignas(64) REAL r0[5 * SPAN];
-    _Alignas(64) REAL r1[5 * SPAN];
-    _Alignas(64) REAL r2[1 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
-        NAME(load_span)(r0, args[0], first, 5);
-        NAME(load_span)(r1, args[1], first, 5);
-        ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
-            REAL x0[5];
-            REAL x1[5];
-            REAL x2[1];
-            NAME(load_5)(x0, (char *)(r0 + i), SPAN * w);
-            NAME(load_5)(x1, (char *)(r1 + i), SPAN * w);
-            NAME(inversive_distance)(x0, x1, x2);
-            NAME(store_scalar)((char *)(r2 + i), x2);
-        }
-        NAME(store_span)(args[2], first, r2, 1);
-    }
-}
-LOOPS(inversive_distance_dense)
-
 void NAME(inversive_distance_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{5, 1, 0, {5}}, {5, 1, 1, {5}}, {1, 0, 2, {0}}};
-    static const struct kernel kernel = {WIDTHS(inversive_distance_block), WIDTHS(inversive_distance_dense),
-        (any_function *)NAME(inversive_distance), NAME(call_aar), 2, 3, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(inversive_distance_block), {NULL}, (any_function
+        *)NAME(inversive_distance), NAME(call_aar), 2, 3, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -17839,37 +15865,11 @@ static INLINE void NAME(inner_product_of_circles_block)(intptr_t n, char **args,
 }
 LOOPS(inner_product_of_circles_block)
 
-static INLINE void NAME(inner_product_of_circles_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    _Alignas(64) REAL r0[10 * SPAN];
-    _Alignas(64) REAL r1[10 * SPAN];
-    _Alignas(64) REAL r2[1 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
-        NAME(load_span)(r0, args[0], first, 10);
-        NAME(load_span)(r1, args[1], first, 10);
-        ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
-            REAL x0[10];
-            REAL x1[10];
-            REAL x2[1];
-            NAME(load_10)(x0, (char *)(r0 + i), SPAN * w);
-            NAME(load_10)(x1, (char *)(r1 + i), SPAN * w);
-            NAME(inner_product_of_circles)(x0, x1, x2);
-            NAME(store_scalar)((char *)(r2 + i), x2);
-        }
-        NAME(store_span)(args[2], first, r2, 1);
-    }
-}
-LOOPS(inner_product_of_circles_dense)
-
 void NAME(inner_product_of_circles_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{10, 1, 0, {10}}, {10, 1, 1, {10}}, {1, 0, 2, {0}}};
-    static const struct kernel kernel = {WIDTHS(inner_product_of_circles_block),
-        WIDTHS(inner_product_of_circles_dense), (any_function *)NAME(inner_product_of_circles), NAME(call_aar), 2,
-        3, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(inner_product_of_circles_block), {NULL}, (any_function
+        *)NAME(inner_product_of_circles), NAME(call_aar), 2, 3, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -17937,37 +15937,11 @@ static INLINE void NAME(inner_product_of_point_pairs_block)(intptr_t n, char **a
 }
 LOOPS(inner_product_of_point_pairs_block)
 
-static INLINE void NAME(inner_product_of_point_pairs_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    _Alignas(64) REAL r0[10 * SPAN];
-    _Alignas(64) REAL r1[10 * SPAN];
-    _Alignas(64) REAL r2[1 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
-        NAME(load_span)(r0, args[0], first, 10);
-        NAME(load_span)(r1, args[1], first, 10);
-        ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
-            REAL x0[10];
-            REAL x1[10];
-            REAL x2[1];
-            NAME(load_10)(x0, (char *)(r0 + i), SPAN * w);
-            NAME(load_10)(x1, (char *)(r1 + i), SPAN * w);
-            NAME(inner_product_of_point_pairs)(x0, x1, x2);
-            NAME(store_scalar)((char *)(r2 + i), x2);
-        }
-        NAME(store_span)(args[2], first, r2, 1);
-    }
-}
-LOOPS(inner_product_of_point_pairs_dense)
-
 void NAME(inner_product_of_point_pairs_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{10, 1, 0, {10}}, {10, 1, 1, {10}}, {1, 0, 2, {0}}};
-    static const struct kernel kernel = {WIDTHS(inner_product_of_point_pairs_block),
-        WIDTHS(inner_product_of_point_pairs_dense), (any_function *)NAME(inner_product_of_point_pairs),
-        NAME(call_aar), 2, 3, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(inner_product_of_point_pairs_block), {NULL}, (any_function
+        *)NAME(inner_product_of_point_pairs), NAME(call_aar), 2, 3, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -18101,37 +16075,11 @@ static INLINE void NAME(conformal_sine_circle_sphere_block)(intptr_t n, char **a
 }
 LOOPS(conformal_sine_circle_sphere_block)
 
-static INLINE void NAME(conformal_sine_circle_sphere_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    _Alignas(64) REAL r0[10 * SPAN];
-    _Alignas(64) REAL r1[5 * SPAN];
-    _Alignas(64) REAL r2[1 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
-        NAME(load_span)(r0, args[0], first, 10);
-        NAME(load_span)(r1, args[1], first, 5);
-        ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
-            REAL x0[10];
-            REAL x1[5];
-            REAL x2[1];
-            NAME(load_10)(x0, (char *)(r0 + i), SPAN * w);
-            NAME(load_5)(x1, (char *)(r1 + i), SPAN * w);
-            NAME(conformal_sine_circle_sphere)(x0, x1, x2);
-            NAME(store_scalar)((char *)(r2 + i), x2);
-        }
-        NAME(store_span)(args[2], first, r2, 1);
-    }
-}
-LOOPS(conformal_sine_circle_sphere_dense)
-
 void NAME(conformal_sine_circle_sphere_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{10, 1, 0, {10}}, {5, 1, 1, {5}}, {1, 0, 2, {0}}};
-    static const struct kernel kernel = {WIDTHS(conformal_sine_circle_sphere_block),
-        WIDTHS(conformal_sine_circle_sphere_dense), (any_function *)NAME(conformal_sine_circle_sphere),
-        NAME(call_aar), 2, 3, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(conformal_sine_circle_sphere_block), {NULL}, (any_function
+        *)NAME(conformal_sine_circle_sphere), NAME(call_aar), 2, 3, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -18580,32 +16528,6 @@ static INLINE void NAME(closest_points_of_lines_block_a)(intptr_t n, char **args
 }
 LOOPS(closest_points_of_lines_block_a)
 
-static INLINE void NAME(closest_points_of_lines_dense_a)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const REAL *prepared = (const REAL *)args[0];
-    (void)strides;
-    _Alignas(64) REAL r1[6 * SPAN];
-    _Alignas(64) REAL r2[3 * SPAN];
-    _Alignas(64) REAL r3[3 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
-        NAME(load_span)(r1, args[1], first, 6);
-        ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
-            REAL x1[6];
-            REAL x2[3];
-            REAL x3[3];
-            NAME(load_6)(x1, (char *)(r1 + i), SPAN * w);
-            NAME(closest_points_of_lines_apply_a)(prepared, x1, x2, x3);
-            NAME(store_3)((char *)(r2 + i), SPAN * w, x2);
-            NAME(store_3)((char *)(r3 + i), SPAN * w, x3);
-        }
-        NAME(store_span)(args[2], first, r2, 3);
-        NAME(store_span)(args[3], first, r3, 3);
-    }
-}
-LOOPS(closest_points_of_lines_dense_a)
-
 static void NAME(closest_points_of_lines_start_a)(char **args, const intptr_t *strides, void *prepared)
 {
     const intptr_t c0a = strides[0];
@@ -18634,32 +16556,6 @@ static INLINE void NAME(closest_points_of_lines_block_b)(intptr_t n, char **args
     }
 }
 LOOPS(closest_points_of_lines_block_b)
-
-static INLINE void NAME(closest_points_of_lines_dense_b)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const REAL *prepared = (const REAL *)args[1];
-    (void)strides;
-    _Alignas(64) REAL r0[6 * SPAN];
-    _Alignas(64) REAL r2[3 * SPAN];
-    _Alignas(64) REAL r3[3 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
-        NAME(load_span)(r0, args[0], first, 6);
-        ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
-            REAL x0[6];
-            REAL x2[3];
-            REAL x3[3];
-            NAME(load_6)(x0, (char *)(r0 + i), SPAN * w);
-            NAME(closest_points_of_lines_apply_b)(prepared, x0, x2, x3);
-            NAME(store_3)((char *)(r2 + i), SPAN * w, x2);
-            NAME(store_3)((char *)(r3 + i), SPAN * w, x3);
-        }
-        NAME(store_span)(args[2], first, r2, 3);
-        NAME(store_span)(args[3], first, r3, 3);
-    }
-}
-LOOPS(closest_points_of_lines_dense_b)
 
 static void NAME(closest_points_of_lines_start_b)(char **args, const intptr_t *strides, void *prepared)
 {
@@ -18696,9 +16592,8 @@ void NAME(closest_points_of_lines_loop)(char **args, const intptr_t *dimensions,
 {
     static const struct part parts[] = {{6, 1, 0, {6}}, {6, 1, 1, {6}}, {3, 1, 2, {3}}, {3, 1, 3, {3}}};
     static const struct form forms[] = {{1, 2, NAME(closest_points_of_lines_start_a),
-        WIDTHS(closest_points_of_lines_block_a), WIDTHS(closest_points_of_lines_dense_a)}, {2, 2,
-        NAME(closest_points_of_lines_start_b), WIDTHS(closest_points_of_lines_block_b),
-        WIDTHS(closest_points_of_lines_dense_b)}};
+        WIDTHS(closest_points_of_lines_block_a), {NULL}}, {2, 2, NAME(closest_points_of_lines_start_b),
+        WIDTHS(closest_points_of_lines_block_b), {NULL}}};
     static const struct kernel kernel = {WIDTHS(closest_points_of_lines_block), {NULL}, (any_function
         *)NAME(closest_points_of_lines), NAME(call_aarr), 2, 4, 2, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
@@ -19383,7 +17278,7 @@ static INLINE void NAME(project_point_on_plane_dense_plane)(intptr_t n, char **a
             NAME(project_point_on_plane_apply_plane)(prepared, x0, x2);
             NAME(store_3)((char *)(r2 + i), SPAN * w, x2);
         }
-        NAME(store_span)(args[2], first, r2, 3);
+        NAME(store_span)(args[2], first, r2, 3, SPAN);
     }
 }
 LOOPS(project_point_on_plane_dense_plane)
@@ -19434,7 +17329,7 @@ static INLINE void NAME(project_point_on_plane_dense)(intptr_t n, char **args, c
             NAME(project_point_on_plane)(x0, x1, x2);
             NAME(store_3)((char *)(r2 + i), SPAN * w, x2);
         }
-        NAME(store_span)(args[2], first, r2, 3);
+        NAME(store_span)(args[2], first, r2, 3, SPAN);
     }
 }
 LOOPS(project_point_on_plane_dense)
@@ -19612,7 +17507,7 @@ static INLINE void NAME(project_point_on_line_dense_line)(intptr_t n, char **arg
             NAME(project_point_on_line_apply_line)(prepared, x0, x2);
             NAME(store_3)((char *)(r2 + i), SPAN * w, x2);
         }
-        NAME(store_span)(args[2], first, r2, 3);
+        NAME(store_span)(args[2], first, r2, 3, SPAN);
     }
 }
 LOOPS(project_point_on_line_dense_line)
@@ -19645,38 +17540,13 @@ static INLINE void NAME(project_point_on_line_block)(intptr_t n, char **args, co
 }
 LOOPS(project_point_on_line_block)
 
-static INLINE void NAME(project_point_on_line_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    _Alignas(64) REAL r0[3 * SPAN];
-    _Alignas(64) REAL r1[6 * SPAN];
-    _Alignas(64) REAL r2[3 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
-        NAME(load_span)(r0, args[0], first, 3);
-        NAME(load_span)(r1, args[1], first, 6);
-        ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
-            REAL x0[3];
-            REAL x1[6];
-            REAL x2[3];
-            NAME(load_3)(x0, (char *)(r0 + i), SPAN * w);
-            NAME(load_6)(x1, (char *)(r1 + i), SPAN * w);
-            NAME(project_point_on_line)(x0, x1, x2);
-            NAME(store_3)((char *)(r2 + i), SPAN * w, x2);
-        }
-        NAME(store_span)(args[2], first, r2, 3);
-    }
-}
-LOOPS(project_point_on_line_dense)
-
 void NAME(project_point_on_line_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {6, 1, 1, {6}}, {3, 1, 2, {3}}};
     static const struct form forms[] = {{2, 2, NAME(project_point_on_line_start_line),
         WIDTHS(project_point_on_line_block_line), WIDTHS(project_point_on_line_dense_line)}};
-    static const struct kernel kernel = {WIDTHS(project_point_on_line_block), WIDTHS(project_point_on_line_dense),
-        (any_function *)NAME(project_point_on_line), NAME(call_aar), 2, 3, 1, 0, parts, forms};
+    static const struct kernel kernel = {WIDTHS(project_point_on_line_block), {NULL}, (any_function
+        *)NAME(project_point_on_line), NAME(call_aar), 2, 3, 1, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -19822,7 +17692,7 @@ static INLINE void NAME(project_point_on_sphere_dense_sphere)(intptr_t n, char *
             NAME(project_point_on_sphere_apply_sphere)(prepared, x0, x2);
             NAME(store_3)((char *)(r2 + i), SPAN * w, x2);
         }
-        NAME(store_span)(args[2], first, r2, 3);
+        NAME(store_span)(args[2], first, r2, 3, SPAN);
     }
 }
 LOOPS(project_point_on_sphere_dense_sphere)
@@ -19855,39 +17725,13 @@ static INLINE void NAME(project_point_on_sphere_block)(intptr_t n, char **args, 
 }
 LOOPS(project_point_on_sphere_block)
 
-static INLINE void NAME(project_point_on_sphere_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    _Alignas(64) REAL r0[3 * SPAN];
-    _Alignas(64) REAL r1[5 * SPAN];
-    _Alignas(64) REAL r2[3 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
-        NAME(load_span)(r0, args[0], first, 3);
-        NAME(load_span)(r1, args[1], first, 5);
-        ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
-            REAL x0[3];
-            REAL x1[5];
-            REAL x2[3];
-            NAME(load_3)(x0, (char *)(r0 + i), SPAN * w);
-            NAME(load_5)(x1, (char *)(r1 + i), SPAN * w);
-            NAME(project_point_on_sphere)(x0, x1, x2);
-            NAME(store_3)((char *)(r2 + i), SPAN * w, x2);
-        }
-        NAME(store_span)(args[2], first, r2, 3);
-    }
-}
-LOOPS(project_point_on_sphere_dense)
-
 void NAME(project_point_on_sphere_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {5, 1, 1, {5}}, {3, 1, 2, {3}}};
     static const struct form forms[] = {{2, 2, NAME(project_point_on_sphere_start_sphere),
         WIDTHS(project_point_on_sphere_block_sphere), WIDTHS(project_point_on_sphere_dense_sphere)}};
-    static const struct kernel kernel = {WIDTHS(project_point_on_sphere_block),
-        WIDTHS(project_point_on_sphere_dense), (any_function *)NAME(project_point_on_sphere), NAME(call_aar), 2, 3,
-        1, 0, parts, forms};
+    static const struct kernel kernel = {WIDTHS(project_point_on_sphere_block), {NULL}, (any_function
+        *)NAME(project_point_on_sphere), NAME(call_aar), 2, 3, 1, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -20135,7 +17979,7 @@ static INLINE void NAME(project_point_on_circle_dense_circle)(intptr_t n, char *
             NAME(project_point_on_circle_apply_circle)(prepared, x0, x2);
             NAME(store_3)((char *)(r2 + i), SPAN * w, x2);
         }
-        NAME(store_span)(args[2], first, r2, 3);
+        NAME(store_span)(args[2], first, r2, 3, SPAN);
     }
 }
 LOOPS(project_point_on_circle_dense_circle)
@@ -20168,39 +18012,13 @@ static INLINE void NAME(project_point_on_circle_block)(intptr_t n, char **args, 
 }
 LOOPS(project_point_on_circle_block)
 
-static INLINE void NAME(project_point_on_circle_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    _Alignas(64) REAL r0[3 * SPAN];
-    _Alignas(64) REAL r1[10 * SPAN];
-    _Alignas(64) REAL r2[3 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
-        NAME(load_span)(r0, args[0], first, 3);
-        NAME(load_span)(r1, args[1], first, 10);
-        ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
-            REAL x0[3];
-            REAL x1[10];
-            REAL x2[3];
-            NAME(load_3)(x0, (char *)(r0 + i), SPAN * w);
-            NAME(load_10)(x1, (char *)(r1 + i), SPAN * w);
-            NAME(project_point_on_circle)(x0, x1, x2);
-            NAME(store_3)((char *)(r2 + i), SPAN * w, x2);
-        }
-        NAME(store_span)(args[2], first, r2, 3);
-    }
-}
-LOOPS(project_point_on_circle_dense)
-
 void NAME(project_point_on_circle_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {10, 1, 1, {10}}, {3, 1, 2, {3}}};
     static const struct form forms[] = {{2, 2, NAME(project_point_on_circle_start_circle),
         WIDTHS(project_point_on_circle_block_circle), WIDTHS(project_point_on_circle_dense_circle)}};
-    static const struct kernel kernel = {WIDTHS(project_point_on_circle_block),
-        WIDTHS(project_point_on_circle_dense), (any_function *)NAME(project_point_on_circle), NAME(call_aar), 2, 3,
-        1, 0, parts, forms};
+    static const struct kernel kernel = {WIDTHS(project_point_on_circle_block), {NULL}, (any_function
+        *)NAME(project_point_on_circle), NAME(call_aar), 2, 3, 1, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -20476,28 +18294,6 @@ static INLINE void NAME(project_circle_on_sphere_block_s)(intptr_t n, char **arg
 }
 LOOPS(project_circle_on_sphere_block_s)
 
-static INLINE void NAME(project_circle_on_sphere_dense_s)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const REAL *prepared = (const REAL *)args[1];
-    (void)strides;
-    _Alignas(64) REAL r0[10 * SPAN];
-    _Alignas(64) REAL r2[10 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
-        NAME(load_span)(r0, args[0], first, 10);
-        ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
-            REAL x0[10];
-            REAL x2[10];
-            NAME(load_10)(x0, (char *)(r0 + i), SPAN * w);
-            NAME(project_circle_on_sphere_apply_s)(prepared, x0, x2);
-            NAME(store_10)((char *)(r2 + i), SPAN * w, x2);
-        }
-        NAME(store_span)(args[2], first, r2, 10);
-    }
-}
-LOOPS(project_circle_on_sphere_dense_s)
-
 static void NAME(project_circle_on_sphere_start_s)(char **args, const intptr_t *strides, void *prepared)
 {
     const intptr_t c1a = strides[1];
@@ -20530,7 +18326,7 @@ void NAME(project_circle_on_sphere_loop)(char **args, const intptr_t *dimensions
 {
     static const struct part parts[] = {{10, 1, 0, {10}}, {5, 1, 1, {5}}, {10, 1, 2, {10}}};
     static const struct form forms[] = {{2, 2, NAME(project_circle_on_sphere_start_s),
-        WIDTHS(project_circle_on_sphere_block_s), WIDTHS(project_circle_on_sphere_dense_s)}};
+        WIDTHS(project_circle_on_sphere_block_s), {NULL}}};
     static const struct kernel kernel = {WIDTHS(project_circle_on_sphere_block), {NULL}, (any_function
         *)NAME(project_circle_on_sphere), NAME(call_aar), 2, 3, 1, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
@@ -20666,28 +18462,6 @@ static INLINE void NAME(invert_vector_block_s)(intptr_t n, char **args, const in
 }
 LOOPS(invert_vector_block_s)
 
-static INLINE void NAME(invert_vector_dense_s)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const REAL *prepared = (const REAL *)args[1];
-    (void)strides;
-    _Alignas(64) REAL r0[5 * SPAN];
-    _Alignas(64) REAL r2[5 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
-        NAME(load_span)(r0, args[0], first, 5);
-        ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
-            REAL x0[5];
-            REAL x2[5];
-            NAME(load_5)(x0, (char *)(r0 + i), SPAN * w);
-            NAME(invert_vector_apply_s)(prepared, x0, x2);
-            NAME(store_5)((char *)(r2 + i), SPAN * w, x2);
-        }
-        NAME(store_span)(args[2], first, r2, 5);
-    }
-}
-LOOPS(invert_vector_dense_s)
-
 static void NAME(invert_vector_start_s)(char **args, const intptr_t *strides, void *prepared)
 {
     const intptr_t c1a = strides[1];
@@ -20716,38 +18490,12 @@ static INLINE void NAME(invert_vector_block)(intptr_t n, char **args, const intp
 }
 LOOPS(invert_vector_block)
 
-static INLINE void NAME(invert_vector_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    _Alignas(64) REAL r0[5 * SPAN];
-    _Alignas(64) REAL r1[5 * SPAN];
-    _Alignas(64) REAL r2[5 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
-        NAME(load_span)(r0, args[0], first, 5);
-        NAME(load_span)(r1, args[1], first, 5);
-        ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
-            REAL x0[5];
-            REAL x1[5];
-            REAL x2[5];
-            NAME(load_5)(x0, (char *)(r0 + i), SPAN * w);
-            NAME(load_5)(x1, (char *)(r1 + i), SPAN * w);
-            NAME(invert_vector)(x0, x1, x2);
-            NAME(store_5)((char *)(r2 + i), SPAN * w, x2);
-        }
-        NAME(store_span)(args[2], first, r2, 5);
-    }
-}
-LOOPS(invert_vector_dense)
-
 void NAME(invert_vector_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{5, 1, 0, {5}}, {5, 1, 1, {5}}, {5, 1, 2, {5}}};
-    static const struct form forms[] = {{2, 2, NAME(invert_vector_start_s), WIDTHS(invert_vector_block_s),
-        WIDTHS(invert_vector_dense_s)}};
-    static const struct kernel kernel = {WIDTHS(invert_vector_block), WIDTHS(invert_vector_dense), (any_function
-        *)NAME(invert_vector), NAME(call_aar), 2, 3, 1, 0, parts, forms};
+    static const struct form forms[] = {{2, 2, NAME(invert_vector_start_s), WIDTHS(invert_vector_block_s), {NULL}}};
+    static const struct kernel kernel = {WIDTHS(invert_vector_block), {NULL}, (any_function *)NAME(invert_vector),
+        NAME(call_aar), 2, 3, 1, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -21029,28 +18777,6 @@ static INLINE void NAME(invert_point_pair_block_s)(intptr_t n, char **args, cons
 }
 LOOPS(invert_point_pair_block_s)
 
-static INLINE void NAME(invert_point_pair_dense_s)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const REAL *prepared = (const REAL *)args[1];
-    (void)strides;
-    _Alignas(64) REAL r0[10 * SPAN];
-    _Alignas(64) REAL r2[10 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
-        NAME(load_span)(r0, args[0], first, 10);
-        ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
-            REAL x0[10];
-            REAL x2[10];
-            NAME(load_10)(x0, (char *)(r0 + i), SPAN * w);
-            NAME(invert_point_pair_apply_s)(prepared, x0, x2);
-            NAME(store_10)((char *)(r2 + i), SPAN * w, x2);
-        }
-        NAME(store_span)(args[2], first, r2, 10);
-    }
-}
-LOOPS(invert_point_pair_dense_s)
-
 static void NAME(invert_point_pair_start_s)(char **args, const intptr_t *strides, void *prepared)
 {
     const intptr_t c1a = strides[1];
@@ -21083,7 +18809,7 @@ void NAME(invert_point_pair_loop)(char **args, const intptr_t *dimensions, const
 {
     static const struct part parts[] = {{10, 1, 0, {10}}, {5, 1, 1, {5}}, {10, 1, 2, {10}}};
     static const struct form forms[] = {{2, 2, NAME(invert_point_pair_start_s), WIDTHS(invert_point_pair_block_s),
-        WIDTHS(invert_point_pair_dense_s)}};
+        {NULL}}};
     static const struct kernel kernel = {WIDTHS(invert_point_pair_block), {NULL}, (any_function
         *)NAME(invert_point_pair), NAME(call_aar), 2, 3, 1, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
@@ -21375,28 +19101,6 @@ static INLINE void NAME(invert_circle_block_s)(intptr_t n, char **args, const in
 }
 LOOPS(invert_circle_block_s)
 
-static INLINE void NAME(invert_circle_dense_s)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const REAL *prepared = (const REAL *)args[1];
-    (void)strides;
-    _Alignas(64) REAL r0[10 * SPAN];
-    _Alignas(64) REAL r2[10 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
-        NAME(load_span)(r0, args[0], first, 10);
-        ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
-            REAL x0[10];
-            REAL x2[10];
-            NAME(load_10)(x0, (char *)(r0 + i), SPAN * w);
-            NAME(invert_circle_apply_s)(prepared, x0, x2);
-            NAME(store_10)((char *)(r2 + i), SPAN * w, x2);
-        }
-        NAME(store_span)(args[2], first, r2, 10);
-    }
-}
-LOOPS(invert_circle_dense_s)
-
 static void NAME(invert_circle_start_s)(char **args, const intptr_t *strides, void *prepared)
 {
     const intptr_t c1a = strides[1];
@@ -21428,8 +19132,7 @@ LOOPS(invert_circle_block)
 void NAME(invert_circle_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{10, 1, 0, {10}}, {5, 1, 1, {5}}, {10, 1, 2, {10}}};
-    static const struct form forms[] = {{2, 2, NAME(invert_circle_start_s), WIDTHS(invert_circle_block_s),
-        WIDTHS(invert_circle_dense_s)}};
+    static const struct form forms[] = {{2, 2, NAME(invert_circle_start_s), WIDTHS(invert_circle_block_s), {NULL}}};
     static const struct kernel kernel = {WIDTHS(invert_circle_block), {NULL}, (any_function *)NAME(invert_circle),
         NAME(call_aar), 2, 3, 1, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
@@ -21569,28 +19272,6 @@ static INLINE void NAME(invert_sphere_block_s)(intptr_t n, char **args, const in
 }
 LOOPS(invert_sphere_block_s)
 
-static INLINE void NAME(invert_sphere_dense_s)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const REAL *prepared = (const REAL *)args[1];
-    (void)strides;
-    _Alignas(64) REAL r0[5 * SPAN];
-    _Alignas(64) REAL r2[5 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
-        NAME(load_span)(r0, args[0], first, 5);
-        ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
-            REAL x0[5];
-            REAL x2[5];
-            NAME(load_5)(x0, (char *)(r0 + i), SPAN * w);
-            NAME(invert_sphere_apply_s)(prepared, x0, x2);
-            NAME(store_5)((char *)(r2 + i), SPAN * w, x2);
-        }
-        NAME(store_span)(args[2], first, r2, 5);
-    }
-}
-LOOPS(invert_sphere_dense_s)
-
 static void NAME(invert_sphere_start_s)(char **args, const intptr_t *strides, void *prepared)
 {
     const intptr_t c1a = strides[1];
@@ -21619,38 +19300,12 @@ static INLINE void NAME(invert_sphere_block)(intptr_t n, char **args, const intp
 }
 LOOPS(invert_sphere_block)
 
-static INLINE void NAME(invert_sphere_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    _Alignas(64) REAL r0[5 * SPAN];
-    _Alignas(64) REAL r1[5 * SPAN];
-    _Alignas(64) REAL r2[5 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
-        NAME(load_span)(r0, args[0], first, 5);
-        NAME(load_span)(r1, args[1], first, 5);
-        ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
-            REAL x0[5];
-            REAL x1[5];
-            REAL x2[5];
-            NAME(load_5)(x0, (char *)(r0 + i), SPAN * w);
-            NAME(load_5)(x1, (char *)(r1 + i), SPAN * w);
-            NAME(invert_sphere)(x0, x1, x2);
-            NAME(store_5)((char *)(r2 + i), SPAN * w, x2);
-        }
-        NAME(store_span)(args[2], first, r2, 5);
-    }
-}
-LOOPS(invert_sphere_dense)
-
 void NAME(invert_sphere_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{5, 1, 0, {5}}, {5, 1, 1, {5}}, {5, 1, 2, {5}}};
-    static const struct form forms[] = {{2, 2, NAME(invert_sphere_start_s), WIDTHS(invert_sphere_block_s),
-        WIDTHS(invert_sphere_dense_s)}};
-    static const struct kernel kernel = {WIDTHS(invert_sphere_block), WIDTHS(invert_sphere_dense), (any_function
-        *)NAME(invert_sphere), NAME(call_aar), 2, 3, 1, 0, parts, forms};
+    static const struct form forms[] = {{2, 2, NAME(invert_sphere_start_s), WIDTHS(invert_sphere_block_s), {NULL}}};
+    static const struct kernel kernel = {WIDTHS(invert_sphere_block), {NULL}, (any_function *)NAME(invert_sphere),
+        NAME(call_aar), 2, 3, 1, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -21826,7 +19481,7 @@ static INLINE void NAME(meet_three_planes_dense_p_q)(intptr_t n, char **args, co
             NAME(meet_three_planes_apply_p_q)(prepared, x2, x3);
             NAME(store_3)((char *)(r3 + i), SPAN * w, x3);
         }
-        NAME(store_span)(args[3], first, r3, 3);
+        NAME(store_span)(args[3], first, r3, 3, SPAN);
     }
 }
 LOOPS(meet_three_planes_dense_p_q)
@@ -21864,39 +19519,13 @@ static INLINE void NAME(meet_three_planes_block)(intptr_t n, char **args, const 
 }
 LOOPS(meet_three_planes_block)
 
-static INLINE void NAME(meet_three_planes_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    _Alignas(64) REAL r3[3 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
-        ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
-            REAL x0[4];
-            REAL x1[4];
-            REAL x2[4];
-            REAL x3[3];
-            NAME(load_4)(x0, a0 + (first + i) * 4 * w, w);
-            NAME(load_4)(x1, a1 + (first + i) * 4 * w, w);
-            NAME(load_4)(x2, a2 + (first + i) * 4 * w, w);
-            NAME(meet_three_planes)(x0, x1, x2, x3);
-            NAME(store_3)((char *)(r3 + i), SPAN * w, x3);
-        }
-        NAME(store_span)(args[3], first, r3, 3);
-    }
-}
-LOOPS(meet_three_planes_dense)
-
 void NAME(meet_three_planes_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {4, 1, 1, {4}}, {4, 1, 2, {4}}, {3, 1, 3, {3}}};
     static const struct form forms[] = {{3, 2, NAME(meet_three_planes_start_p_q),
         WIDTHS(meet_three_planes_block_p_q), WIDTHS(meet_three_planes_dense_p_q)}};
-    static const struct kernel kernel = {WIDTHS(meet_three_planes_block), WIDTHS(meet_three_planes_dense),
-        (any_function *)NAME(meet_three_planes), NAME(call_aaar), 3, 4, 1, 0, parts, forms};
+    static const struct kernel kernel = {WIDTHS(meet_three_planes_block), {NULL}, (any_function
+        *)NAME(meet_three_planes), NAME(call_aaar), 3, 4, 1, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -22144,28 +19773,6 @@ static INLINE void NAME(meet_line_circle_block_circle)(intptr_t n, char **args, 
 }
 LOOPS(meet_line_circle_block_circle)
 
-static INLINE void NAME(meet_line_circle_dense_circle)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const REAL *prepared = (const REAL *)args[1];
-    (void)strides;
-    _Alignas(64) REAL r0[6 * SPAN];
-    _Alignas(64) REAL r2[10 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
-        NAME(load_span)(r0, args[0], first, 6);
-        ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
-            REAL x0[6];
-            REAL x2[10];
-            NAME(load_6)(x0, (char *)(r0 + i), SPAN * w);
-            NAME(meet_line_circle_apply_circle)(prepared, x0, x2);
-            NAME(store_10)((char *)(r2 + i), SPAN * w, x2);
-        }
-        NAME(store_span)(args[2], first, r2, 10);
-    }
-}
-LOOPS(meet_line_circle_dense_circle)
-
 static void NAME(meet_line_circle_start_circle)(char **args, const intptr_t *strides, void *prepared)
 {
     const intptr_t c1a = strides[1];
@@ -22198,7 +19805,7 @@ void NAME(meet_line_circle_loop)(char **args, const intptr_t *dimensions, const 
 {
     static const struct part parts[] = {{6, 1, 0, {6}}, {10, 1, 1, {10}}, {10, 1, 2, {10}}};
     static const struct form forms[] = {{2, 2, NAME(meet_line_circle_start_circle),
-        WIDTHS(meet_line_circle_block_circle), WIDTHS(meet_line_circle_dense_circle)}};
+        WIDTHS(meet_line_circle_block_circle), {NULL}}};
     static const struct kernel kernel = {WIDTHS(meet_line_circle_block), {NULL}, (any_function
         *)NAME(meet_line_circle), NAME(call_aar), 2, 3, 1, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
@@ -22592,28 +20199,6 @@ static INLINE void NAME(meet_circles_block_b)(intptr_t n, char **args, const int
 }
 LOOPS(meet_circles_block_b)
 
-static INLINE void NAME(meet_circles_dense_b)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const REAL *prepared = (const REAL *)args[1];
-    (void)strides;
-    _Alignas(64) REAL r0[10 * SPAN];
-    _Alignas(64) REAL r2[10 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
-        NAME(load_span)(r0, args[0], first, 10);
-        ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
-            REAL x0[10];
-            REAL x2[10];
-            NAME(load_10)(x0, (char *)(r0 + i), SPAN * w);
-            NAME(meet_circles_apply_b)(prepared, x0, x2);
-            NAME(store_10)((char *)(r2 + i), SPAN * w, x2);
-        }
-        NAME(store_span)(args[2], first, r2, 10);
-    }
-}
-LOOPS(meet_circles_dense_b)
-
 static void NAME(meet_circles_start_b)(char **args, const intptr_t *strides, void *prepared)
 {
     const intptr_t c1a = strides[1];
@@ -22645,8 +20230,7 @@ LOOPS(meet_circles_block)
 void NAME(meet_circles_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{10, 1, 0, {10}}, {10, 1, 1, {10}}, {10, 1, 2, {10}}};
-    static const struct form forms[] = {{2, 2, NAME(meet_circles_start_b), WIDTHS(meet_circles_block_b),
-        WIDTHS(meet_circles_dense_b)}};
+    static const struct form forms[] = {{2, 2, NAME(meet_circles_start_b), WIDTHS(meet_circles_block_b), {NULL}}};
     static const struct kernel kernel = {WIDTHS(meet_circles_block), {NULL}, (any_function *)NAME(meet_circles),
         NAME(call_aar), 2, 3, 1, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
@@ -25174,7 +22758,7 @@ static INLINE void NAME(hit_ray_sphere_dense_d_sphere)(intptr_t n, char **args, 
             NAME(hit_ray_sphere_apply_d_sphere)(prepared, x0, x3);
             NAME(store_scalar)((char *)(r3 + i), x3);
         }
-        NAME(store_span)(args[3], first, r3, 1);
+        NAME(store_span)(args[3], first, r3, 1, SPAN);
     }
 }
 LOOPS(hit_ray_sphere_dense_d_sphere)
@@ -25223,7 +22807,7 @@ static INLINE void NAME(hit_ray_sphere_dense_p_sphere)(intptr_t n, char **args, 
             NAME(hit_ray_sphere_apply_p_sphere)(prepared, x1, x3);
             NAME(store_scalar)((char *)(r3 + i), x3);
         }
-        NAME(store_span)(args[3], first, r3, 1);
+        NAME(store_span)(args[3], first, r3, 1, SPAN);
     }
 }
 LOOPS(hit_ray_sphere_dense_p_sphere)
@@ -25278,7 +22862,7 @@ static INLINE void NAME(hit_ray_sphere_dense_sphere)(intptr_t n, char **args, co
             NAME(hit_ray_sphere_apply_sphere)(prepared, x0, x1, x3);
             NAME(store_scalar)((char *)(r3 + i), x3);
         }
-        NAME(store_span)(args[3], first, r3, 1);
+        NAME(store_span)(args[3], first, r3, 1, SPAN);
     }
 }
 LOOPS(hit_ray_sphere_dense_sphere)
@@ -25314,35 +22898,6 @@ static INLINE void NAME(hit_ray_sphere_block)(intptr_t n, char **args, const int
 }
 LOOPS(hit_ray_sphere_block)
 
-static INLINE void NAME(hit_ray_sphere_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    _Alignas(64) REAL r0[3 * SPAN];
-    _Alignas(64) REAL r1[3 * SPAN];
-    _Alignas(64) REAL r2[5 * SPAN];
-    _Alignas(64) REAL r3[1 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
-        NAME(load_span)(r0, args[0], first, 3);
-        NAME(load_span)(r1, args[1], first, 3);
-        NAME(load_span)(r2, args[2], first, 5);
-        ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
-            REAL x0[3];
-            REAL x1[3];
-            REAL x2[5];
-            REAL x3[1];
-            NAME(load_3)(x0, (char *)(r0 + i), SPAN * w);
-            NAME(load_3)(x1, (char *)(r1 + i), SPAN * w);
-            NAME(load_5)(x2, (char *)(r2 + i), SPAN * w);
-            NAME(hit_ray_sphere)(x0, x1, x2, x3);
-            NAME(store_scalar)((char *)(r3 + i), x3);
-        }
-        NAME(store_span)(args[3], first, r3, 1);
-    }
-}
-LOOPS(hit_ray_sphere_dense)
-
 void NAME(hit_ray_sphere_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {3, 1, 1, {3}}, {5, 1, 2, {5}}, {1, 0, 3, {0}}};
@@ -25351,8 +22906,8 @@ void NAME(hit_ray_sphere_loop)(char **args, const intptr_t *dimensions, const in
         NAME(hit_ray_sphere_start_p_sphere), WIDTHS(hit_ray_sphere_block_p_sphere),
         WIDTHS(hit_ray_sphere_dense_p_sphere)}, {4, 2, NAME(hit_ray_sphere_start_sphere),
         WIDTHS(hit_ray_sphere_block_sphere), WIDTHS(hit_ray_sphere_dense_sphere)}};
-    static const struct kernel kernel = {WIDTHS(hit_ray_sphere_block), WIDTHS(hit_ray_sphere_dense), (any_function
-        *)NAME(hit_ray_sphere), NAME(call_aaar), 3, 4, 3, 0, parts, forms};
+    static const struct kernel kernel = {WIDTHS(hit_ray_sphere_block), {NULL}, (any_function *)NAME(hit_ray_sphere),
+        NAME(call_aaar), 3, 4, 3, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -25492,36 +23047,11 @@ static INLINE void NAME(motor_product_block)(intptr_t n, char **args, const intp
 }
 LOOPS(motor_product_block)
 
-static INLINE void NAME(motor_product_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    _Alignas(64) REAL r0[8 * SPAN];
-    _Alignas(64) REAL r1[8 * SPAN];
-    _Alignas(64) REAL r2[8 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
-        NAME(load_span)(r0, args[0], first, 8);
-        NAME(load_span)(r1, args[1], first, 8);
-        ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
-            REAL x0[8];
-            REAL x1[8];
-            REAL x2[8];
-            NAME(load_8)(x0, (char *)(r0 + i), SPAN * w);
-            NAME(load_8)(x1, (char *)(r1 + i), SPAN * w);
-            NAME(motor_product)(x0, x1, x2);
-            NAME(store_8)((char *)(r2 + i), SPAN * w, x2);
-        }
-        NAME(store_span)(args[2], first, r2, 8);
-    }
-}
-LOOPS(motor_product_dense)
-
 void NAME(motor_product_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{8, 1, 0, {8}}, {8, 1, 1, {8}}, {8, 1, 2, {8}}};
-    static const struct kernel kernel = {WIDTHS(motor_product_block), WIDTHS(motor_product_dense), (any_function
-        *)NAME(motor_product), NAME(call_aar), 2, 3, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(motor_product_block), {NULL}, (any_function *)NAME(motor_product),
+        NAME(call_aar), 2, 3, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -25568,32 +23098,11 @@ static INLINE void NAME(motor_inverse_block)(intptr_t n, char **args, const intp
 }
 LOOPS(motor_inverse_block)
 
-static INLINE void NAME(motor_inverse_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    _Alignas(64) REAL r0[8 * SPAN];
-    _Alignas(64) REAL r1[8 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
-        NAME(load_span)(r0, args[0], first, 8);
-        ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
-            REAL x0[8];
-            REAL x1[8];
-            NAME(load_8)(x0, (char *)(r0 + i), SPAN * w);
-            NAME(motor_inverse)(x0, x1);
-            NAME(store_8)((char *)(r1 + i), SPAN * w, x1);
-        }
-        NAME(store_span)(args[1], first, r1, 8);
-    }
-}
-LOOPS(motor_inverse_dense)
-
 void NAME(motor_inverse_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{8, 1, 0, {8}}, {8, 1, 1, {8}}};
-    static const struct kernel kernel = {WIDTHS(motor_inverse_block), WIDTHS(motor_inverse_dense), (any_function
-        *)NAME(motor_inverse), NAME(call_ar), 1, 2, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(motor_inverse_block), {NULL}, (any_function *)NAME(motor_inverse),
+        NAME(call_ar), 1, 2, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -25734,7 +23243,7 @@ static INLINE void NAME(rotor_from_axis_angle_dense_angle)(intptr_t n, char **ar
             NAME(rotor_from_axis_angle_apply_angle)(prepared, x0, x2);
             NAME(store_4)((char *)(r2 + i), SPAN * w, x2);
         }
-        NAME(store_span)(args[2], first, r2, 4);
+        NAME(store_span)(args[2], first, r2, 4, SPAN);
     }
 }
 LOOPS(rotor_from_axis_angle_dense_angle)
@@ -25876,7 +23385,7 @@ static INLINE void NAME(translator_from_vector_dense)(intptr_t n, char **args, c
             NAME(translator_from_vector)(x0, x1);
             NAME(store_3)((char *)(r1 + i), SPAN * w, x1);
         }
-        NAME(store_span)(args[1], first, r1, 3);
+        NAME(store_span)(args[1], first, r1, 3, SPAN);
     }
 }
 LOOPS(translator_from_vector_dense)
@@ -25933,7 +23442,7 @@ static INLINE void NAME(dilator_from_scale_dense)(intptr_t n, char **args, const
             NAME(dilator_from_scale)(x0[0], x1);
             NAME(store_2)((char *)(r1 + i), SPAN * w, x1);
         }
-        NAME(store_span)(args[1], first, r1, 2);
+        NAME(store_span)(args[1], first, r1, 2, SPAN);
     }
 }
 LOOPS(dilator_from_scale_dense)
@@ -26027,7 +23536,7 @@ static INLINE void NAME(motor_from_rotor_translation_dense)(intptr_t n, char **a
             NAME(motor_from_rotor_translation)(x0, x1, x2);
             NAME(store_8)((char *)(r2 + i), SPAN * w, x2);
         }
-        NAME(store_span)(args[2], first, r2, 8);
+        NAME(store_span)(args[2], first, r2, 8, SPAN);
     }
 }
 LOOPS(motor_from_rotor_translation_dense)
@@ -26146,28 +23655,6 @@ static INLINE void NAME(motor_from_line_block_angle)(intptr_t n, char **args, co
 }
 LOOPS(motor_from_line_block_angle)
 
-static INLINE void NAME(motor_from_line_dense_angle)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const REAL *prepared = (const REAL *)args[1];
-    (void)strides;
-    _Alignas(64) REAL r0[6 * SPAN];
-    _Alignas(64) REAL r2[8 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
-        NAME(load_span)(r0, args[0], first, 6);
-        ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
-            REAL x0[6];
-            REAL x2[8];
-            NAME(load_6)(x0, (char *)(r0 + i), SPAN * w);
-            NAME(motor_from_line_apply_angle)(prepared, x0, x2);
-            NAME(store_8)((char *)(r2 + i), SPAN * w, x2);
-        }
-        NAME(store_span)(args[2], first, r2, 8);
-    }
-}
-LOOPS(motor_from_line_dense_angle)
-
 static void NAME(motor_from_line_start_angle)(char **args, const intptr_t *strides, void *prepared)
 {
     (void)strides;
@@ -26213,7 +23700,7 @@ void NAME(motor_from_line_loop)(char **args, const intptr_t *dimensions, const i
 {
     static const struct part parts[] = {{6, 1, 0, {6}}, {1, 0, 1, {0}}, {8, 1, 1, {8}}};
     static const struct form forms[] = {{2, 2, NAME(motor_from_line_start_angle),
-        WIDTHS(motor_from_line_block_angle), WIDTHS(motor_from_line_dense_angle)}};
+        WIDTHS(motor_from_line_block_angle), {NULL}}};
     static const struct kernel kernel = {WIDTHS(motor_from_line_block), {NULL}, (any_function
         *)NAME(motor_from_line), NAME(call_anr), 2, 3, 1, 1, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
@@ -26461,32 +23948,11 @@ static INLINE void NAME(motor_square_root_block)(intptr_t n, char **args, const 
 }
 LOOPS(motor_square_root_block)
 
-static INLINE void NAME(motor_square_root_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    _Alignas(64) REAL r0[8 * SPAN];
-    _Alignas(64) REAL r1[8 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
-        NAME(load_span)(r0, args[0], first, 8);
-        ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
-            REAL x0[8];
-            REAL x1[8];
-            NAME(load_8)(x0, (char *)(r0 + i), SPAN * w);
-            NAME(motor_square_root)(x0, x1);
-            NAME(store_8)((char *)(r1 + i), SPAN * w, x1);
-        }
-        NAME(store_span)(args[1], first, r1, 8);
-    }
-}
-LOOPS(motor_square_root_dense)
-
 void NAME(motor_square_root_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{8, 1, 0, {8}}, {8, 1, 1, {8}}};
-    static const struct kernel kernel = {WIDTHS(motor_square_root_block), WIDTHS(motor_square_root_dense),
-        (any_function *)NAME(motor_square_root), NAME(call_ar), 1, 2, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(motor_square_root_block), {NULL}, (any_function
+        *)NAME(motor_square_root), NAME(call_ar), 1, 2, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -28588,31 +26054,10 @@ static INLINE void NAME(motor_to_matrix_block)(intptr_t n, char **args, const in
 }
 LOOPS(motor_to_matrix_block)
 
-static INLINE void NAME(motor_to_matrix_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    _Alignas(64) REAL r0[8 * SPAN];
-    _Alignas(64) REAL r1[16 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
-        NAME(load_span)(r0, args[0], first, 8);
-        ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
-            REAL x0[8];
-            REAL x1[16];
-            NAME(load_8)(x0, (char *)(r0 + i), SPAN * w);
-            NAME(motor_to_matrix)(x0, x1);
-            NAME(store_4x4)((char *)(r1 + i), 4 * SPAN * w, SPAN * w, x1);
-        }
-        NAME(store_span)(args[1], first, r1, 16);
-    }
-}
-LOOPS(motor_to_matrix_dense)
-
 void NAME(motor_to_matrix_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{8, 1, 0, {8}}, {16, 2, 1, {4, 4}}};
-    static const struct kernel kernel = {WIDTHS(motor_to_matrix_block), WIDTHS(motor_to_matrix_dense), (any_function
+    static const struct kernel kernel = {WIDTHS(motor_to_matrix_block), {NULL}, (any_function
         *)NAME(motor_to_matrix), NAME(call_ar), 1, 2, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -28825,7 +26270,7 @@ static INLINE void NAME(move_point_dense_m)(intptr_t n, char **args, const intpt
             NAME(move_point_apply_m)(prepared, x1, x2);
             NAME(store_3)((char *)(r2 + i), SPAN * w, x2);
         }
-        NAME(store_span)(args[2], first, r2, 3);
+        NAME(store_span)(args[2], first, r2, 3, SPAN);
     }
 }
 LOOPS(move_point_dense_m)
@@ -28876,7 +26321,7 @@ static INLINE void NAME(move_point_dense)(intptr_t n, char **args, const intptr_
             NAME(move_point)(x0, x1, x2);
             NAME(store_3)((char *)(r2 + i), SPAN * w, x2);
         }
-        NAME(store_span)(args[2], first, r2, 3);
+        NAME(store_span)(args[2], first, r2, 3, SPAN);
     }
 }
 LOOPS(move_point_dense)
@@ -29049,7 +26494,7 @@ static INLINE void NAME(rotate_point_dense_r)(intptr_t n, char **args, const int
             NAME(rotate_point_apply_r)(prepared, x1, x2);
             NAME(store_3)((char *)(r2 + i), SPAN * w, x2);
         }
-        NAME(store_span)(args[2], first, r2, 3);
+        NAME(store_span)(args[2], first, r2, 3, SPAN);
     }
 }
 LOOPS(rotate_point_dense_r)
@@ -29100,7 +26545,7 @@ static INLINE void NAME(rotate_point_dense)(intptr_t n, char **args, const intpt
             NAME(rotate_point)(x0, x1, x2);
             NAME(store_3)((char *)(r2 + i), SPAN * w, x2);
         }
-        NAME(store_span)(args[2], first, r2, 3);
+        NAME(store_span)(args[2], first, r2, 3, SPAN);
     }
 }
 LOOPS(rotate_point_dense)
@@ -29172,7 +26617,7 @@ static INLINE void NAME(translate_point_dense)(intptr_t n, char **args, const in
             NAME(translate_point)(x0, x1, x2);
             NAME(store_3)((char *)(r2 + i), SPAN * w, x2);
         }
-        NAME(store_span)(args[2], first, r2, 3);
+        NAME(store_span)(args[2], first, r2, 3, SPAN);
     }
 }
 LOOPS(translate_point_dense)
@@ -29241,7 +26686,7 @@ static INLINE void NAME(dilate_point_dense)(intptr_t n, char **args, const intpt
             NAME(dilate_point)(x0, x1, x2);
             NAME(store_3)((char *)(r2 + i), SPAN * w, x2);
         }
-        NAME(store_span)(args[2], first, r2, 3);
+        NAME(store_span)(args[2], first, r2, 3, SPAN);
     }
 }
 LOOPS(dilate_point_dense)
@@ -29514,28 +26959,6 @@ static INLINE void NAME(move_vector_block_m)(intptr_t n, char **args, const intp
 }
 LOOPS(move_vector_block_m)
 
-static INLINE void NAME(move_vector_dense_m)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const REAL *prepared = (const REAL *)args[0];
-    (void)strides;
-    _Alignas(64) REAL r1[5 * SPAN];
-    _Alignas(64) REAL r2[5 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
-        NAME(load_span)(r1, args[1], first, 5);
-        ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
-            REAL x1[5];
-            REAL x2[5];
-            NAME(load_5)(x1, (char *)(r1 + i), SPAN * w);
-            NAME(move_vector_apply_m)(prepared, x1, x2);
-            NAME(store_5)((char *)(r2 + i), SPAN * w, x2);
-        }
-        NAME(store_span)(args[2], first, r2, 5);
-    }
-}
-LOOPS(move_vector_dense_m)
-
 static void NAME(move_vector_start_m)(char **args, const intptr_t *strides, void *prepared)
 {
     const intptr_t c0a = strides[0];
@@ -29564,38 +26987,12 @@ static INLINE void NAME(move_vector_block)(intptr_t n, char **args, const intptr
 }
 LOOPS(move_vector_block)
 
-static INLINE void NAME(move_vector_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    _Alignas(64) REAL r0[8 * SPAN];
-    _Alignas(64) REAL r1[5 * SPAN];
-    _Alignas(64) REAL r2[5 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
-        NAME(load_span)(r0, args[0], first, 8);
-        NAME(load_span)(r1, args[1], first, 5);
-        ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
-            REAL x0[8];
-            REAL x1[5];
-            REAL x2[5];
-            NAME(load_8)(x0, (char *)(r0 + i), SPAN * w);
-            NAME(load_5)(x1, (char *)(r1 + i), SPAN * w);
-            NAME(move_vector)(x0, x1, x2);
-            NAME(store_5)((char *)(r2 + i), SPAN * w, x2);
-        }
-        NAME(store_span)(args[2], first, r2, 5);
-    }
-}
-LOOPS(move_vector_dense)
-
 void NAME(move_vector_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{8, 1, 0, {8}}, {5, 1, 1, {5}}, {5, 1, 2, {5}}};
-    static const struct form forms[] = {{1, 2, NAME(move_vector_start_m), WIDTHS(move_vector_block_m),
-        WIDTHS(move_vector_dense_m)}};
-    static const struct kernel kernel = {WIDTHS(move_vector_block), WIDTHS(move_vector_dense), (any_function
-        *)NAME(move_vector), NAME(call_aar), 2, 3, 1, 0, parts, forms};
+    static const struct form forms[] = {{1, 2, NAME(move_vector_start_m), WIDTHS(move_vector_block_m), {NULL}}};
+    static const struct kernel kernel = {WIDTHS(move_vector_block), {NULL}, (any_function *)NAME(move_vector),
+        NAME(call_aar), 2, 3, 1, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -30525,28 +27922,6 @@ static INLINE void NAME(move_line_block_m)(intptr_t n, char **args, const intptr
 }
 LOOPS(move_line_block_m)
 
-static INLINE void NAME(move_line_dense_m)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const REAL *prepared = (const REAL *)args[0];
-    (void)strides;
-    _Alignas(64) REAL r1[6 * SPAN];
-    _Alignas(64) REAL r2[6 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
-        NAME(load_span)(r1, args[1], first, 6);
-        ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
-            REAL x1[6];
-            REAL x2[6];
-            NAME(load_6)(x1, (char *)(r1 + i), SPAN * w);
-            NAME(move_line_apply_m)(prepared, x1, x2);
-            NAME(store_6)((char *)(r2 + i), SPAN * w, x2);
-        }
-        NAME(store_span)(args[2], first, r2, 6);
-    }
-}
-LOOPS(move_line_dense_m)
-
 static void NAME(move_line_start_m)(char **args, const intptr_t *strides, void *prepared)
 {
     const intptr_t c0a = strides[0];
@@ -30575,38 +27950,12 @@ static INLINE void NAME(move_line_block)(intptr_t n, char **args, const intptr_t
 }
 LOOPS(move_line_block)
 
-static INLINE void NAME(move_line_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    _Alignas(64) REAL r0[8 * SPAN];
-    _Alignas(64) REAL r1[6 * SPAN];
-    _Alignas(64) REAL r2[6 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
-        NAME(load_span)(r0, args[0], first, 8);
-        NAME(load_span)(r1, args[1], first, 6);
-        ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
-            REAL x0[8];
-            REAL x1[6];
-            REAL x2[6];
-            NAME(load_8)(x0, (char *)(r0 + i), SPAN * w);
-            NAME(load_6)(x1, (char *)(r1 + i), SPAN * w);
-            NAME(move_line)(x0, x1, x2);
-            NAME(store_6)((char *)(r2 + i), SPAN * w, x2);
-        }
-        NAME(store_span)(args[2], first, r2, 6);
-    }
-}
-LOOPS(move_line_dense)
-
 void NAME(move_line_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{8, 1, 0, {8}}, {6, 1, 1, {6}}, {6, 1, 2, {6}}};
-    static const struct form forms[] = {{1, 2, NAME(move_line_start_m), WIDTHS(move_line_block_m),
-        WIDTHS(move_line_dense_m)}};
-    static const struct kernel kernel = {WIDTHS(move_line_block), WIDTHS(move_line_dense), (any_function
-        *)NAME(move_line), NAME(call_aar), 2, 3, 1, 0, parts, forms};
+    static const struct form forms[] = {{1, 2, NAME(move_line_start_m), WIDTHS(move_line_block_m), {NULL}}};
+    static const struct kernel kernel = {WIDTHS(move_line_block), {NULL}, (any_function *)NAME(move_line),
+        NAME(call_aar), 2, 3, 1, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -31443,7 +28792,7 @@ static INLINE void NAME(move_plane_dense_m)(intptr_t n, char **args, const intpt
             NAME(move_plane_apply_m)(prepared, x1, x2);
             NAME(store_4)((char *)(r2 + i), SPAN * w, x2);
         }
-        NAME(store_span)(args[2], first, r2, 4);
+        NAME(store_span)(args[2], first, r2, 4, SPAN);
     }
 }
 LOOPS(move_plane_dense_m)
@@ -31476,38 +28825,13 @@ static INLINE void NAME(move_plane_block)(intptr_t n, char **args, const intptr_
 }
 LOOPS(move_plane_block)
 
-static INLINE void NAME(move_plane_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    _Alignas(64) REAL r0[8 * SPAN];
-    _Alignas(64) REAL r1[4 * SPAN];
-    _Alignas(64) REAL r2[4 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
-        NAME(load_span)(r0, args[0], first, 8);
-        NAME(load_span)(r1, args[1], first, 4);
-        ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
-            REAL x0[8];
-            REAL x1[4];
-            REAL x2[4];
-            NAME(load_8)(x0, (char *)(r0 + i), SPAN * w);
-            NAME(load_4)(x1, (char *)(r1 + i), SPAN * w);
-            NAME(move_plane)(x0, x1, x2);
-            NAME(store_4)((char *)(r2 + i), SPAN * w, x2);
-        }
-        NAME(store_span)(args[2], first, r2, 4);
-    }
-}
-LOOPS(move_plane_dense)
-
 void NAME(move_plane_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{8, 1, 0, {8}}, {4, 1, 1, {4}}, {4, 1, 2, {4}}};
     static const struct form forms[] = {{1, 3, NAME(move_plane_start_m), WIDTHS(move_plane_block_m),
         WIDTHS(move_plane_dense_m)}};
-    static const struct kernel kernel = {WIDTHS(move_plane_block), WIDTHS(move_plane_dense), (any_function
-        *)NAME(move_plane), NAME(call_aar), 2, 3, 1, 0, parts, forms};
+    static const struct kernel kernel = {WIDTHS(move_plane_block), {NULL}, (any_function *)NAME(move_plane),
+        NAME(call_aar), 2, 3, 1, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -31771,28 +29095,6 @@ static INLINE void NAME(move_sphere_block_m)(intptr_t n, char **args, const intp
 }
 LOOPS(move_sphere_block_m)
 
-static INLINE void NAME(move_sphere_dense_m)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const REAL *prepared = (const REAL *)args[0];
-    (void)strides;
-    _Alignas(64) REAL r1[5 * SPAN];
-    _Alignas(64) REAL r2[5 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
-        NAME(load_span)(r1, args[1], first, 5);
-        ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
-            REAL x1[5];
-            REAL x2[5];
-            NAME(load_5)(x1, (char *)(r1 + i), SPAN * w);
-            NAME(move_sphere_apply_m)(prepared, x1, x2);
-            NAME(store_5)((char *)(r2 + i), SPAN * w, x2);
-        }
-        NAME(store_span)(args[2], first, r2, 5);
-    }
-}
-LOOPS(move_sphere_dense_m)
-
 static void NAME(move_sphere_start_m)(char **args, const intptr_t *strides, void *prepared)
 {
     const intptr_t c0a = strides[0];
@@ -31821,38 +29123,12 @@ static INLINE void NAME(move_sphere_block)(intptr_t n, char **args, const intptr
 }
 LOOPS(move_sphere_block)
 
-static INLINE void NAME(move_sphere_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    _Alignas(64) REAL r0[8 * SPAN];
-    _Alignas(64) REAL r1[5 * SPAN];
-    _Alignas(64) REAL r2[5 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
-        NAME(load_span)(r0, args[0], first, 8);
-        NAME(load_span)(r1, args[1], first, 5);
-        ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
-            REAL x0[8];
-            REAL x1[5];
-            REAL x2[5];
-            NAME(load_8)(x0, (char *)(r0 + i), SPAN * w);
-            NAME(load_5)(x1, (char *)(r1 + i), SPAN * w);
-            NAME(move_sphere)(x0, x1, x2);
-            NAME(store_5)((char *)(r2 + i), SPAN * w, x2);
-        }
-        NAME(store_span)(args[2], first, r2, 5);
-    }
-}
-LOOPS(move_sphere_dense)
-
 void NAME(move_sphere_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{8, 1, 0, {8}}, {5, 1, 1, {5}}, {5, 1, 2, {5}}};
-    static const struct form forms[] = {{1, 2, NAME(move_sphere_start_m), WIDTHS(move_sphere_block_m),
-        WIDTHS(move_sphere_dense_m)}};
-    static const struct kernel kernel = {WIDTHS(move_sphere_block), WIDTHS(move_sphere_dense), (any_function
-        *)NAME(move_sphere), NAME(call_aar), 2, 3, 1, 0, parts, forms};
+    static const struct form forms[] = {{1, 2, NAME(move_sphere_start_m), WIDTHS(move_sphere_block_m), {NULL}}};
+    static const struct kernel kernel = {WIDTHS(move_sphere_block), {NULL}, (any_function *)NAME(move_sphere),
+        NAME(call_aar), 2, 3, 1, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -32462,28 +29738,6 @@ static INLINE void NAME(transform_vector_block_v)(intptr_t n, char **args, const
 }
 LOOPS(transform_vector_block_v)
 
-static INLINE void NAME(transform_vector_dense_v)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const REAL *prepared = (const REAL *)args[0];
-    (void)strides;
-    _Alignas(64) REAL r1[5 * SPAN];
-    _Alignas(64) REAL r2[5 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
-        NAME(load_span)(r1, args[1], first, 5);
-        ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
-            REAL x1[5];
-            REAL x2[5];
-            NAME(load_5)(x1, (char *)(r1 + i), SPAN * w);
-            NAME(transform_vector_apply_v)(prepared, x1, x2);
-            NAME(store_5)((char *)(r2 + i), SPAN * w, x2);
-        }
-        NAME(store_span)(args[2], first, r2, 5);
-    }
-}
-LOOPS(transform_vector_dense_v)
-
 static void NAME(transform_vector_start_v)(char **args, const intptr_t *strides, void *prepared)
 {
     const intptr_t c0a = strides[0];
@@ -32516,7 +29770,7 @@ void NAME(transform_vector_loop)(char **args, const intptr_t *dimensions, const 
 {
     static const struct part parts[] = {{16, 1, 0, {16}}, {5, 1, 1, {5}}, {5, 1, 2, {5}}};
     static const struct form forms[] = {{1, 2, NAME(transform_vector_start_v), WIDTHS(transform_vector_block_v),
-        WIDTHS(transform_vector_dense_v)}};
+        {NULL}}};
     static const struct kernel kernel = {WIDTHS(transform_vector_block), {NULL}, (any_function
         *)NAME(transform_vector), NAME(call_aar), 2, 3, 1, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
@@ -32672,7 +29926,7 @@ static INLINE void NAME(reflect_point_dense_plane)(intptr_t n, char **args, cons
             NAME(reflect_point_apply_plane)(prepared, x0, x2);
             NAME(store_3)((char *)(r2 + i), SPAN * w, x2);
         }
-        NAME(store_span)(args[2], first, r2, 3);
+        NAME(store_span)(args[2], first, r2, 3, SPAN);
     }
 }
 LOOPS(reflect_point_dense_plane)
@@ -32723,7 +29977,7 @@ static INLINE void NAME(reflect_point_dense)(intptr_t n, char **args, const intp
             NAME(reflect_point)(x0, x1, x2);
             NAME(store_3)((char *)(r2 + i), SPAN * w, x2);
         }
-        NAME(store_span)(args[2], first, r2, 3);
+        NAME(store_span)(args[2], first, r2, 3, SPAN);
     }
 }
 LOOPS(reflect_point_dense)
@@ -32818,36 +30072,11 @@ static INLINE void NAME(invert_point_block)(intptr_t n, char **args, const intpt
 }
 LOOPS(invert_point_block)
 
-static INLINE void NAME(invert_point_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    _Alignas(64) REAL r0[3 * SPAN];
-    _Alignas(64) REAL r1[5 * SPAN];
-    _Alignas(64) REAL r2[3 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
-        NAME(load_span)(r0, args[0], first, 3);
-        NAME(load_span)(r1, args[1], first, 5);
-        ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
-            REAL x0[3];
-            REAL x1[5];
-            REAL x2[3];
-            NAME(load_3)(x0, (char *)(r0 + i), SPAN * w);
-            NAME(load_5)(x1, (char *)(r1 + i), SPAN * w);
-            NAME(invert_point)(x0, x1, x2);
-            NAME(store_3)((char *)(r2 + i), SPAN * w, x2);
-        }
-        NAME(store_span)(args[2], first, r2, 3);
-    }
-}
-LOOPS(invert_point_dense)
-
 void NAME(invert_point_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {5, 1, 1, {5}}, {3, 1, 2, {3}}};
-    static const struct kernel kernel = {WIDTHS(invert_point_block), WIDTHS(invert_point_dense), (any_function
-        *)NAME(invert_point), NAME(call_aar), 2, 3, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(invert_point_block), {NULL}, (any_function *)NAME(invert_point),
+        NAME(call_aar), 2, 3, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -32893,7 +30122,7 @@ static INLINE void NAME(transversor_from_vector_dense)(intptr_t n, char **args, 
             NAME(transversor_from_vector)(x0, x1);
             NAME(store_3)((char *)(r1 + i), SPAN * w, x1);
         }
-        NAME(store_span)(args[1], first, r1, 3);
+        NAME(store_span)(args[1], first, r1, 3, SPAN);
     }
 }
 LOOPS(transversor_from_vector_dense)
@@ -32948,7 +30177,7 @@ static INLINE void NAME(dilator_to_scale_dense)(intptr_t n, char **args, const i
             NAME(dilator_to_scale)(x0, x1);
             NAME(store_scalar)((char *)(r1 + i), x1);
         }
-        NAME(store_span)(args[1], first, r1, 1);
+        NAME(store_span)(args[1], first, r1, 1, SPAN);
     }
 }
 LOOPS(dilator_to_scale_dense)
@@ -33043,8 +30272,8 @@ static INLINE void NAME(motor_to_rotor_translation_dense)(intptr_t n, char **arg
             NAME(store_4)((char *)(r1 + i), SPAN * w, x1);
             NAME(store_3)((char *)(r2 + i), SPAN * w, x2);
         }
-        NAME(store_span)(args[1], first, r1, 4);
-        NAME(store_span)(args[2], first, r2, 3);
+        NAME(store_span)(args[1], first, r1, 4, SPAN);
+        NAME(store_span)(args[2], first, r2, 3, SPAN);
     }
 }
 LOOPS(motor_to_rotor_translation_dense)
@@ -33434,32 +30663,11 @@ static INLINE void NAME(versor_from_motor_block)(intptr_t n, char **args, const 
 }
 LOOPS(versor_from_motor_block)
 
-static INLINE void NAME(versor_from_motor_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    _Alignas(64) REAL r0[8 * SPAN];
-    _Alignas(64) REAL r1[16 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
-        NAME(load_span)(r0, args[0], first, 8);
-        ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
-            REAL x0[8];
-            REAL x1[16];
-            NAME(load_8)(x0, (char *)(r0 + i), SPAN * w);
-            NAME(versor_from_motor)(x0, x1);
-            NAME(store_16)((char *)(r1 + i), SPAN * w, x1);
-        }
-        NAME(store_span)(args[1], first, r1, 16);
-    }
-}
-LOOPS(versor_from_motor_dense)
-
 void NAME(versor_from_motor_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{8, 1, 0, {8}}, {16, 1, 1, {16}}};
-    static const struct kernel kernel = {WIDTHS(versor_from_motor_block), WIDTHS(versor_from_motor_dense),
-        (any_function *)NAME(versor_from_motor), NAME(call_ar), 1, 2, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(versor_from_motor_block), {NULL}, (any_function
+        *)NAME(versor_from_motor), NAME(call_ar), 1, 2, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -33502,32 +30710,11 @@ static INLINE void NAME(versor_from_dilator_block)(intptr_t n, char **args, cons
 }
 LOOPS(versor_from_dilator_block)
 
-static INLINE void NAME(versor_from_dilator_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    _Alignas(64) REAL r0[2 * SPAN];
-    _Alignas(64) REAL r1[16 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
-        NAME(load_span)(r0, args[0], first, 2);
-        ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
-            REAL x0[2];
-            REAL x1[16];
-            NAME(load_2)(x0, (char *)(r0 + i), SPAN * w);
-            NAME(versor_from_dilator)(x0, x1);
-            NAME(store_16)((char *)(r1 + i), SPAN * w, x1);
-        }
-        NAME(store_span)(args[1], first, r1, 16);
-    }
-}
-LOOPS(versor_from_dilator_dense)
-
 void NAME(versor_from_dilator_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{2, 1, 0, {2}}, {16, 1, 1, {16}}};
-    static const struct kernel kernel = {WIDTHS(versor_from_dilator_block), WIDTHS(versor_from_dilator_dense),
-        (any_function *)NAME(versor_from_dilator), NAME(call_ar), 1, 2, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(versor_from_dilator_block), {NULL}, (any_function
+        *)NAME(versor_from_dilator), NAME(call_ar), 1, 2, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -33571,33 +30758,11 @@ static INLINE void NAME(versor_from_transversor_block)(intptr_t n, char **args, 
 }
 LOOPS(versor_from_transversor_block)
 
-static INLINE void NAME(versor_from_transversor_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    _Alignas(64) REAL r0[3 * SPAN];
-    _Alignas(64) REAL r1[16 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
-        NAME(load_span)(r0, args[0], first, 3);
-        ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
-            REAL x0[3];
-            REAL x1[16];
-            NAME(load_3)(x0, (char *)(r0 + i), SPAN * w);
-            NAME(versor_from_transversor)(x0, x1);
-            NAME(store_16)((char *)(r1 + i), SPAN * w, x1);
-        }
-        NAME(store_span)(args[1], first, r1, 16);
-    }
-}
-LOOPS(versor_from_transversor_dense)
-
 void NAME(versor_from_transversor_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {16, 1, 1, {16}}};
-    static const struct kernel kernel = {WIDTHS(versor_from_transversor_block),
-        WIDTHS(versor_from_transversor_dense), (any_function *)NAME(versor_from_transversor), NAME(call_ar), 1, 2,
-        0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(versor_from_transversor_block), {NULL}, (any_function
+        *)NAME(versor_from_transversor), NAME(call_ar), 1, 2, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -33661,7 +30826,7 @@ static INLINE void NAME(translator_between_points_dense)(intptr_t n, char **args
             NAME(translator_between_points)(x0, x1, x2);
             NAME(store_3)((char *)(r2 + i), SPAN * w, x2);
         }
-        NAME(store_span)(args[2], first, r2, 3);
+        NAME(store_span)(args[2], first, r2, 3, SPAN);
     }
 }
 LOOPS(translator_between_points_dense)
@@ -38111,29 +35276,6 @@ static INLINE void NAME(similarity_between_rounds_block_a_n_m_scale)(intptr_t n,
 }
 LOOPS(similarity_between_rounds_block_a_n_m_scale)
 
-static INLINE void NAME(similarity_between_rounds_dense_a_n_m_scale)(intptr_t n, char **args, const intptr_t
-    *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const REAL *prepared = (const REAL *)args[0];
-    (void)strides;
-    _Alignas(64) REAL r1[3 * SPAN];
-    _Alignas(64) REAL r5[16 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
-        NAME(load_span)(r1, args[1], first, 3);
-        ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
-            REAL x1[3];
-            REAL x5[16];
-            NAME(load_3)(x1, (char *)(r1 + i), SPAN * w);
-            NAME(similarity_between_rounds_apply_a_n_m_scale)(prepared, x1, x5);
-            NAME(store_16)((char *)(r5 + i), SPAN * w, x5);
-        }
-        NAME(store_span)(args[5], first, r5, 16);
-    }
-}
-LOOPS(similarity_between_rounds_dense_a_n_m_scale)
-
 static void NAME(similarity_between_rounds_start_a_n_m_scale)(char **args, const intptr_t *strides, void *prepared)
 {
     const intptr_t c0a = strides[0], c2a = strides[2], c3a = strides[3];
@@ -38167,29 +35309,6 @@ static INLINE void NAME(similarity_between_rounds_block_b_n_m_scale)(intptr_t n,
 }
 LOOPS(similarity_between_rounds_block_b_n_m_scale)
 
-static INLINE void NAME(similarity_between_rounds_dense_b_n_m_scale)(intptr_t n, char **args, const intptr_t
-    *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const REAL *prepared = (const REAL *)args[1];
-    (void)strides;
-    _Alignas(64) REAL r0[3 * SPAN];
-    _Alignas(64) REAL r5[16 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
-        NAME(load_span)(r0, args[0], first, 3);
-        ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
-            REAL x0[3];
-            REAL x5[16];
-            NAME(load_3)(x0, (char *)(r0 + i), SPAN * w);
-            NAME(similarity_between_rounds_apply_b_n_m_scale)(prepared, x0, x5);
-            NAME(store_16)((char *)(r5 + i), SPAN * w, x5);
-        }
-        NAME(store_span)(args[5], first, r5, 16);
-    }
-}
-LOOPS(similarity_between_rounds_dense_b_n_m_scale)
-
 static void NAME(similarity_between_rounds_start_b_n_m_scale)(char **args, const intptr_t *strides, void *prepared)
 {
     const intptr_t c1a = strides[1], c2a = strides[2], c3a = strides[3];
@@ -38221,28 +35340,6 @@ static INLINE void NAME(similarity_between_rounds_block_a_b_n_m)(intptr_t n, cha
     }
 }
 LOOPS(similarity_between_rounds_block_a_b_n_m)
-
-static INLINE void NAME(similarity_between_rounds_dense_a_b_n_m)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const REAL *prepared = (const REAL *)args[0];
-    (void)strides;
-    _Alignas(64) REAL r4[1 * SPAN];
-    _Alignas(64) REAL r5[16 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
-        NAME(load_span)(r4, args[4], first, 1);
-        ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
-            REAL x4[1];
-            REAL x5[16];
-            NAME(load_scalar)(x4, (char *)(r4 + i));
-            NAME(similarity_between_rounds_apply_a_b_n_m)(prepared, x4[0], x5);
-            NAME(store_16)((char *)(r5 + i), SPAN * w, x5);
-        }
-        NAME(store_span)(args[5], first, r5, 16);
-    }
-}
-LOOPS(similarity_between_rounds_dense_a_b_n_m)
 
 static void NAME(similarity_between_rounds_start_a_b_n_m)(char **args, const intptr_t *strides, void *prepared)
 {
@@ -38325,12 +35422,12 @@ void NAME(similarity_between_rounds_loop)(char **args, const intptr_t *dimension
     static const struct part parts[] = {{3, 1, 0, {3}}, {3, 1, 1, {3}}, {3, 1, 2, {3}}, {3, 1, 3, {3}}, {1, 0, 4,
         {0}}, {16, 1, 4, {16}}};
     static const struct form forms[] = {{29, 2, NAME(similarity_between_rounds_start_a_n_m_scale),
-        WIDTHS(similarity_between_rounds_block_a_n_m_scale), WIDTHS(similarity_between_rounds_dense_a_n_m_scale)},
-        {30, 2, NAME(similarity_between_rounds_start_b_n_m_scale),
-        WIDTHS(similarity_between_rounds_block_b_n_m_scale), WIDTHS(similarity_between_rounds_dense_b_n_m_scale)},
-        {15, 2, NAME(similarity_between_rounds_start_a_b_n_m), WIDTHS(similarity_between_rounds_block_a_b_n_m),
-        WIDTHS(similarity_between_rounds_dense_a_b_n_m)}, {23, 2, NAME(similarity_between_rounds_start_a_b_n_scale),
-        WIDTHS(similarity_between_rounds_block_a_b_n_scale), {NULL}}};
+        WIDTHS(similarity_between_rounds_block_a_n_m_scale), {NULL}}, {30, 2,
+        NAME(similarity_between_rounds_start_b_n_m_scale), WIDTHS(similarity_between_rounds_block_b_n_m_scale),
+        {NULL}}, {15, 2, NAME(similarity_between_rounds_start_a_b_n_m),
+        WIDTHS(similarity_between_rounds_block_a_b_n_m), {NULL}}, {23, 2,
+        NAME(similarity_between_rounds_start_a_b_n_scale), WIDTHS(similarity_between_rounds_block_a_b_n_scale),
+        {NULL}}};
     static const struct kernel kernel = {WIDTHS(similarity_between_rounds_block), {NULL}, (any_function
         *)NAME(similarity_between_rounds), NAME(call_aaaanr), 5, 6, 4, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
@@ -40079,28 +37176,6 @@ static INLINE void NAME(transform_sphere_block_v)(intptr_t n, char **args, const
 }
 LOOPS(transform_sphere_block_v)
 
-static INLINE void NAME(transform_sphere_dense_v)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const REAL *prepared = (const REAL *)args[0];
-    (void)strides;
-    _Alignas(64) REAL r1[5 * SPAN];
-    _Alignas(64) REAL r2[5 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
-        NAME(load_span)(r1, args[1], first, 5);
-        ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
-            REAL x1[5];
-            REAL x2[5];
-            NAME(load_5)(x1, (char *)(r1 + i), SPAN * w);
-            NAME(transform_sphere_apply_v)(prepared, x1, x2);
-            NAME(store_5)((char *)(r2 + i), SPAN * w, x2);
-        }
-        NAME(store_span)(args[2], first, r2, 5);
-    }
-}
-LOOPS(transform_sphere_dense_v)
-
 static void NAME(transform_sphere_start_v)(char **args, const intptr_t *strides, void *prepared)
 {
     const intptr_t c0a = strides[0];
@@ -40133,7 +37208,7 @@ void NAME(transform_sphere_loop)(char **args, const intptr_t *dimensions, const 
 {
     static const struct part parts[] = {{16, 1, 0, {16}}, {5, 1, 1, {5}}, {5, 1, 2, {5}}};
     static const struct form forms[] = {{1, 2, NAME(transform_sphere_start_v), WIDTHS(transform_sphere_block_v),
-        WIDTHS(transform_sphere_dense_v)}};
+        {NULL}}};
     static const struct kernel kernel = {WIDTHS(transform_sphere_block), {NULL}, (any_function
         *)NAME(transform_sphere), NAME(call_aar), 2, 3, 1, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);

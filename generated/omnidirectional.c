@@ -2,7 +2,7 @@
 // command: gac generate --all omnidirectional
 // spec: 276fd778ac53538a
 // contraction: -ffp-contract=off (every operation is rounded once)
-// body: 484ff33144af586cc59f162bd52c57ad7c6a65da22f6938166cece37d26490f9
+// body: bba8a032d76ee3a3fe92fefb970f86d02758a3120250870d3b1d02b69f3a64c9
 
 #ifndef REAL
 #include "omnidirectional.h"
@@ -99,7 +99,7 @@ struct kernel {
     const struct form *forms;
 };
 
-enum { PARTS = 4, CORES = 3, NUMBERS = 16, SPACE = 4096, PREPARED = 6 };
+enum { PARTS = 4, CORES = 3, NUMBERS = 16, SPACE = 4096, PREPARED = 6, SIZES = 15 };
 
 #define SQRT(x) FUNCTION(sqrt)(x)
 #define LESS(a, b) ((REAL)((a) < (b)))
@@ -432,50 +432,146 @@ WIDE static void NAME(store_rows)(char *a, intptr_t s, intptr_t c, REAL *x, intp
     }
 }
 
-// The rows of SPAN elements of `size` components, in C order from element `first` on; and back.
-static INLINE void NAME(load_span)(REAL *x, char *a, intptr_t first, intptr_t size)
+// Rows, SPAN numbers long, of `n` elements of `size` components, in C order from element `first` on; and back.
+static INLINE void NAME(load_span)(REAL *x, char *a, intptr_t first, intptr_t size, intptr_t n)
 {
     const intptr_t w = sizeof(REAL);
     const REAL *from = (const REAL *)(a + first * size * w);
     if (size == 1) {
-        memcpy(x, from, SPAN * w);
+        memcpy(x, from, n * w);
     } else if (size == 2) {
-        for (intptr_t i = 0; i < SPAN; ++i) {
+        for (intptr_t i = 0; i < n; ++i) {
             x[i] = from[2 * i];
             x[SPAN + i] = from[2 * i + 1];
         }
     } else if (size == 3) {
-        for (intptr_t i = 0; i < SPAN; ++i) {
+        for (intptr_t i = 0; i < n; ++i) {
             x[i] = from[3 * i];
             x[SPAN + i] = from[3 * i + 1];
             x[2 * SPAN + i] = from[3 * i + 2];
         }
     } else {
-        NAME(turn_tiles)(0, (char *)x, SPAN * w, (char *)from, size * w, size, SPAN);
+        NAME(turn_tiles)(0, (char *)x, SPAN * w, (char *)from, size * w, size, n);
     }
 }
 
-static INLINE void NAME(store_span)(char *a, intptr_t first, REAL *x, intptr_t size)
+static INLINE void NAME(store_span)(char *a, intptr_t first, REAL *x, intptr_t size, intptr_t n)
 {
     const intptr_t w = sizeof(REAL);
     REAL *to = (REAL *)(a + first * size * w);
     if (size == 1) {
-        memcpy(to, x, SPAN * w);
+        memcpy(to, x, n * w);
     } else if (size == 2) {
-        for (intptr_t i = 0; i < SPAN; ++i) {
+        for (intptr_t i = 0; i < n; ++i) {
             to[2 * i] = x[i];
             to[2 * i + 1] = x[SPAN + i];
         }
     } else if (size == 3) {
-        for (intptr_t i = 0; i < SPAN; ++i) {
+        for (intptr_t i = 0; i < n; ++i) {
             to[3 * i] = x[i];
             to[3 * i + 1] = x[SPAN + i];
             to[3 * i + 2] = x[2 * SPAN + i];
         }
     } else {
-        NAME(turn_tiles)(1, (char *)x, SPAN * w, (char *)to, size * w, size, SPAN);
+        NAME(turn_tiles)(1, (char *)x, SPAN * w, (char *)to, size * w, size, n);
     }
 }
+
+// The same as loops, one for each size that is known: between rows and elements in C order.
+static INLINE void NAME(load_span_1)(intptr_t n, char **args, const intptr_t *strides)
+{
+    (void)strides;
+    NAME(load_span)((REAL *)args[0], args[1], 0, 1, n);
+}
+LOOPS(load_span_1)
+
+static INLINE void NAME(store_span_1)(intptr_t n, char **args, const intptr_t *strides)
+{
+    (void)strides;
+    NAME(store_span)(args[1], 0, (REAL *)args[0], 1, n);
+}
+LOOPS(store_span_1)
+
+static INLINE void NAME(load_span_2)(intptr_t n, char **args, const intptr_t *strides)
+{
+    (void)strides;
+    NAME(load_span)((REAL *)args[0], args[1], 0, 2, n);
+}
+LOOPS(load_span_2)
+
+static INLINE void NAME(store_span_2)(intptr_t n, char **args, const intptr_t *strides)
+{
+    (void)strides;
+    NAME(store_span)(args[1], 0, (REAL *)args[0], 2, n);
+}
+LOOPS(store_span_2)
+
+static INLINE void NAME(load_span_3)(intptr_t n, char **args, const intptr_t *strides)
+{
+    (void)strides;
+    NAME(load_span)((REAL *)args[0], args[1], 0, 3, n);
+}
+LOOPS(load_span_3)
+
+static INLINE void NAME(store_span_3)(intptr_t n, char **args, const intptr_t *strides)
+{
+    (void)strides;
+    NAME(store_span)(args[1], 0, (REAL *)args[0], 3, n);
+}
+LOOPS(store_span_3)
+
+static INLINE void NAME(load_span_6)(intptr_t n, char **args, const intptr_t *strides)
+{
+    (void)strides;
+    NAME(load_span)((REAL *)args[0], args[1], 0, 6, n);
+}
+LOOPS(load_span_6)
+
+static INLINE void NAME(store_span_6)(intptr_t n, char **args, const intptr_t *strides)
+{
+    (void)strides;
+    NAME(store_span)(args[1], 0, (REAL *)args[0], 6, n);
+}
+LOOPS(store_span_6)
+
+static INLINE void NAME(load_span_10)(intptr_t n, char **args, const intptr_t *strides)
+{
+    (void)strides;
+    NAME(load_span)((REAL *)args[0], args[1], 0, 10, n);
+}
+LOOPS(load_span_10)
+
+static INLINE void NAME(store_span_10)(intptr_t n, char **args, const intptr_t *strides)
+{
+    (void)strides;
+    NAME(store_span)(args[1], 0, (REAL *)args[0], 10, n);
+}
+LOOPS(store_span_10)
+
+static INLINE void NAME(load_span_15)(intptr_t n, char **args, const intptr_t *strides)
+{
+    (void)strides;
+    NAME(load_span)((REAL *)args[0], args[1], 0, 15, n);
+}
+LOOPS(load_span_15)
+
+static INLINE void NAME(store_span_15)(intptr_t n, char **args, const intptr_t *strides)
+{
+    (void)strides;
+    NAME(store_span)(args[1], 0, (REAL *)args[0], 15, n);
+}
+LOOPS(store_span_15)
+
+static const struct {
+    loop_function *load[2], *store[2];
+} NAME(spans)[SIZES + 1] = {
+    [1] = {WIDTHS(load_span_1), WIDTHS(store_span_1)},
+    [2] = {WIDTHS(load_span_2), WIDTHS(store_span_2)},
+    [3] = {WIDTHS(load_span_3), WIDTHS(store_span_3)},
+    [6] = {WIDTHS(load_span_6), WIDTHS(store_span_6)},
+    [10] = {WIDTHS(load_span_10), WIDTHS(store_span_10)},
+    [15] = {WIDTHS(load_span_15), WIDTHS(store_span_15)},
+};
 
 // All rows of a part, from the batch or back to it; axes that lie as one are moved as one.
 static void NAME(move_part)(int back, REAL *x, intptr_t row, const struct part *part, char *a, intptr_t s,
@@ -547,15 +643,23 @@ static void NAME(batch)(const struct kernel *kernel, char **args, intptr_t n, co
     char *starts[PARTS];
     intptr_t cores[CORES], row_cores[CORES], total = 0, bytes = 0;
     unsigned still = 0, hoisted = 0;
+    int in_place = 1, ordered = 1, known = 1;
     if (width < 0 || n == 1) {
         NAME(each)(kernel, args, n, steps);
         return;
     }
-    loop_function *in_rows = kernel->block[width], *in_order = kernel->dense[width];
+    loop_function *in_rows = kernel->block[width], *in_order = kernel->dense[width], *loads[PARTS], *stores[PARTS];
     for (int p = 0; p < n_parts; ++p) {
-        total += kernel->parts[p].size;
+        const struct part *part = &kernel->parts[p];
+        const int same = p < n_inputs && steps[p] == 0;
+        intptr_t step = w;
+        for (int q = part->rank; q-- > 0; step *= part->shape[q])
+            ordered = ordered && (same || strides[part->first + q] == step);
+        ordered = ordered && (same || steps[p] == step);
+        known = known && part->size <= SIZES && NAME(spans)[part->size].load[width];
+        total += part->size;
         bytes += steps[p] < 0 ? -steps[p] : steps[p];
-        still |= (unsigned)(p < n_inputs && steps[p] == 0) << p;
+        still |= (unsigned)same << p;
     }
     for (int f = 0; f < kernel->n_forms && !hoisted; ++f) {
         const struct form *form = &kernel->forms[f];
@@ -564,40 +668,52 @@ static void NAME(batch)(const struct kernel *kernel, char **args, intptr_t n, co
             hoisted = form->same, in_rows = form->block[width], in_order = form->dense[width];
         }
     }
-    int in_place = 1, dense = in_order != NULL;
-    // Long rows spare calls; beyond the last cache, short ones keep reading and writing going side by side.
-    intptr_t row = n < (1 << 24) / (bytes + 1) ? 512 / w : LANES;
+    const int dense = ordered && still == hoisted && in_order;
+    const int spans = ordered && !dense && known && total * SPAN <= SPACE;
+    // Long rows spare calls; beyond the last cache, short turns keep reading and writing going side by side.
+    const int near = n < (1 << 24) / (bytes + 1);
+    intptr_t row = spans ? SPAN : near ? 512 / w : LANES;
     while (row > LANES && row * total > SPACE)
         row /= 2;
     total = 0;
     for (int p = 0; p < n_parts; ++p) {
         const struct part *part = &kernel->parts[p];
-        const intptr_t *c = strides + part->first;
-        intptr_t step = w, row_step = row * w;
+        intptr_t row_step = row * w;
         starts[p] = hoisted >> p & 1 ? (char *)prepared : args[p];
         rows[p] = space + row * total;
         total += part->size;
-        kinds[p] = hoisted >> p & 1 ? HOISTED : p < n_inputs && steps[p] == 0 ? SAME : steps[p] == w ? UNIT : ANY;
+        kinds[p] = hoisted >> p & 1 ? HOISTED : still >> p & 1 ? SAME : steps[p] == w ? UNIT : ANY;
         for (int q = 0; kernel->repeats && p >= n_inputs && q < n_inputs; ++q)
             kinds[p] = args[p] == args[q] ? ANY : kinds[p];
         in_place = in_place && (kinds[p] == UNIT || kinds[p] == HOISTED);
-        for (int q = part->rank; q-- > 0; step *= part->shape[q], row_step *= part->shape[q]) {
-            cores[part->first + q] = c[q];
-            row_cores[part->first + q] = row_step;
-            dense = dense && (kinds[p] == HOISTED || c[q] == step);
+        for (int q = part->first + part->rank; q-- > part->first; row_step *= part->shape[q - part->first]) {
+            cores[q] = kinds[p] == SAME || kinds[p] == ANY ? row_step : strides[q];
+            row_cores[q] = row_step;
         }
-        dense = dense && (kinds[p] == HOISTED || steps[p] == step);
-    }
-    for (int p = 0; p < n_inputs && !dense; ++p) {
-        const struct part *part = &kernel->parts[p];
-        if (kinds[p] == SAME) {
-            starts[p] = (char *)rows[p];
+        if (dense || kinds[p] == HOISTED || kinds[p] == UNIT)
+            continue;
+        starts[p] = (char *)rows[p];
+        loads[p] = spans ? NAME(spans)[part->size].load[width] : NULL;
+        stores[p] = spans ? NAME(spans)[part->size].store[width] : NULL;
+        if (kinds[p] == SAME)
             NAME(move_part)(0, rows[p], row, part, args[p], 0, strides + part->first, n < row ? PADDED(n) : row);
-            for (int q = part->first; q < part->first + part->rank; ++q)
-                cores[q] = row_cores[q];
-        }
     }
-    for (intptr_t i = 0, m; i < n; i += m) {
+    const intptr_t turn = near ? SPAN : LANES;
+    intptr_t i = 0;
+    // In C order, by functions that know the sizes.
+    for (; spans && !in_place && n - i >= turn; i += turn) {
+        for (int p = 0; p < n_parts; ++p) {
+            if (kinds[p] == UNIT)
+                starts[p] = args[p] + i * w;
+            else if (kinds[p] == ANY && p < n_inputs)
+                loads[p](turn, (char *[]){starts[p], args[p] + i * steps[p]}, NULL);
+        }
+        in_rows(turn, starts, cores);
+        for (int p = n_inputs; p < n_parts; ++p)
+            if (kinds[p] == ANY)
+                stores[p](turn, (char *[]){starts[p], args[p] + i * steps[p]}, NULL);
+    }
+    for (intptr_t m; i < n; i += m) {
         const int last = n - i < LANES;
         if (dense && n - i >= SPAN) {
             m = n & -SPAN;
@@ -612,7 +728,7 @@ static void NAME(batch)(const struct kernel *kernel, char **args, intptr_t n, co
             if (kinds[p] < UNIT || (kinds[p] == UNIT && !last))
                 continue;
             starts[p] = (char *)rows[p];
-            for (int q = part->first; q < part->first + part->rank; ++q)
+            for (int q = part->first; last && q < part->first + part->rank; ++q)
                 cores[q] = row_cores[q];
             if (p < n_inputs)
                 NAME(move_part)(0, rows[p], row, part, args[p] + i * steps[p], steps[p], strides + part->first, m);
@@ -794,7 +910,7 @@ static INLINE void NAME(project_place_dense_mirror_place)(intptr_t n, char **arg
             NAME(project_place_apply_mirror_place)(prepared, x1[0], x3);
             NAME(store_2)((char *)(r3 + i), SPAN * w, x3);
         }
-        NAME(store_span)(args[3], first, r3, 2);
+        NAME(store_span)(args[3], first, r3, 2, SPAN);
     }
 }
 LOOPS(project_place_dense_mirror_place)
@@ -843,7 +959,7 @@ static INLINE void NAME(project_place_dense_least_place)(intptr_t n, char **args
             NAME(project_place_apply_least_place)(prepared, x0[0], x3);
             NAME(store_2)((char *)(r3 + i), SPAN * w, x3);
         }
-        NAME(store_span)(args[3], first, r3, 2);
+        NAME(store_span)(args[3], first, r3, 2, SPAN);
     }
 }
 LOOPS(project_place_dense_least_place)
@@ -898,7 +1014,7 @@ static INLINE void NAME(project_place_dense_place)(intptr_t n, char **args, cons
             NAME(project_place_apply_place)(prepared, x0[0], x1[0], x3);
             NAME(store_2)((char *)(r3 + i), SPAN * w, x3);
         }
-        NAME(store_span)(args[3], first, r3, 2);
+        NAME(store_span)(args[3], first, r3, 2, SPAN);
     }
 }
 LOOPS(project_place_dense_place)
@@ -955,7 +1071,7 @@ static INLINE void NAME(project_place_dense)(intptr_t n, char **args, const intp
             NAME(project_place)(x0[0], x1[0], x2, x3);
             NAME(store_2)((char *)(r3 + i), SPAN * w, x3);
         }
-        NAME(store_span)(args[3], first, r3, 2);
+        NAME(store_span)(args[3], first, r3, 2, SPAN);
     }
 }
 LOOPS(project_place_dense)
@@ -1034,7 +1150,7 @@ static INLINE void NAME(lift_image_dense)(intptr_t n, char **args, const intptr_
             NAME(lift_image)(x0[0], x1, x2);
             NAME(store_3)((char *)(r2 + i), SPAN * w, x2);
         }
-        NAME(store_span)(args[2], first, r2, 3);
+        NAME(store_span)(args[2], first, r2, 3, SPAN);
     }
 }
 LOOPS(lift_image_dense)
@@ -1099,36 +1215,11 @@ static INLINE void NAME(circle_of_line_block)(intptr_t n, char **args, const int
 }
 LOOPS(circle_of_line_block)
 
-static INLINE void NAME(circle_of_line_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    _Alignas(64) REAL r0[3 * SPAN];
-    _Alignas(64) REAL r1[3 * SPAN];
-    _Alignas(64) REAL r2[10 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
-        NAME(load_span)(r0, args[0], first, 3);
-        NAME(load_span)(r1, args[1], first, 3);
-        ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
-            REAL x0[3];
-            REAL x1[3];
-            REAL x2[10];
-            NAME(load_3)(x0, (char *)(r0 + i), SPAN * w);
-            NAME(load_3)(x1, (char *)(r1 + i), SPAN * w);
-            NAME(circle_of_line)(x0, x1, x2);
-            NAME(store_10)((char *)(r2 + i), SPAN * w, x2);
-        }
-        NAME(store_span)(args[2], first, r2, 10);
-    }
-}
-LOOPS(circle_of_line_dense)
-
 void NAME(circle_of_line_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {3, 1, 1, {3}}, {10, 1, 2, {10}}};
-    static const struct kernel kernel = {WIDTHS(circle_of_line_block), WIDTHS(circle_of_line_dense), (any_function
-        *)NAME(circle_of_line), NAME(call_aar), 2, 3, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(circle_of_line_block), {NULL}, (any_function *)NAME(circle_of_line),
+        NAME(call_aar), 2, 3, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -1184,37 +1275,11 @@ static INLINE void NAME(parabolic_image_of_line_block)(intptr_t n, char **args, 
 }
 LOOPS(parabolic_image_of_line_block)
 
-static INLINE void NAME(parabolic_image_of_line_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    _Alignas(64) REAL r0[3 * SPAN];
-    _Alignas(64) REAL r1[3 * SPAN];
-    _Alignas(64) REAL r2[10 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
-        NAME(load_span)(r0, args[0], first, 3);
-        NAME(load_span)(r1, args[1], first, 3);
-        ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
-            REAL x0[3];
-            REAL x1[3];
-            REAL x2[10];
-            NAME(load_3)(x0, (char *)(r0 + i), SPAN * w);
-            NAME(load_3)(x1, (char *)(r1 + i), SPAN * w);
-            NAME(parabolic_image_of_line)(x0, x1, x2);
-            NAME(store_10)((char *)(r2 + i), SPAN * w, x2);
-        }
-        NAME(store_span)(args[2], first, r2, 10);
-    }
-}
-LOOPS(parabolic_image_of_line_dense)
-
 void NAME(parabolic_image_of_line_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {3, 1, 1, {3}}, {10, 1, 2, {10}}};
-    static const struct kernel kernel = {WIDTHS(parabolic_image_of_line_block),
-        WIDTHS(parabolic_image_of_line_dense), (any_function *)NAME(parabolic_image_of_line), NAME(call_aar), 2, 3,
-        0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(parabolic_image_of_line_block), {NULL}, (any_function
+        *)NAME(parabolic_image_of_line), NAME(call_aar), 2, 3, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -1342,28 +1407,6 @@ static INLINE void NAME(image_conic_of_line_block_a_b)(intptr_t n, char **args, 
 }
 LOOPS(image_conic_of_line_block_a_b)
 
-static INLINE void NAME(image_conic_of_line_dense_a_b)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const REAL *prepared = (const REAL *)args[1];
-    (void)strides;
-    _Alignas(64) REAL r0[1 * SPAN];
-    _Alignas(64) REAL r3[6 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
-        NAME(load_span)(r0, args[0], first, 1);
-        ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
-            REAL x0[1];
-            REAL x3[6];
-            NAME(load_scalar)(x0, (char *)(r0 + i));
-            NAME(image_conic_of_line_apply_a_b)(prepared, x0[0], x3);
-            NAME(store_6)((char *)(r3 + i), SPAN * w, x3);
-        }
-        NAME(store_span)(args[3], first, r3, 6);
-    }
-}
-LOOPS(image_conic_of_line_dense_a_b)
-
 static void NAME(image_conic_of_line_start_a_b)(char **args, const intptr_t *strides, void *prepared)
 {
     const intptr_t c1a = strides[0], c2a = strides[1];
@@ -1397,42 +1440,13 @@ static INLINE void NAME(image_conic_of_line_block)(intptr_t n, char **args, cons
 }
 LOOPS(image_conic_of_line_block)
 
-static INLINE void NAME(image_conic_of_line_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    _Alignas(64) REAL r0[1 * SPAN];
-    _Alignas(64) REAL r1[3 * SPAN];
-    _Alignas(64) REAL r2[3 * SPAN];
-    _Alignas(64) REAL r3[6 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
-        NAME(load_span)(r0, args[0], first, 1);
-        NAME(load_span)(r1, args[1], first, 3);
-        NAME(load_span)(r2, args[2], first, 3);
-        ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
-            REAL x0[1];
-            REAL x1[3];
-            REAL x2[3];
-            REAL x3[6];
-            NAME(load_scalar)(x0, (char *)(r0 + i));
-            NAME(load_3)(x1, (char *)(r1 + i), SPAN * w);
-            NAME(load_3)(x2, (char *)(r2 + i), SPAN * w);
-            NAME(image_conic_of_line)(x0[0], x1, x2, x3);
-            NAME(store_6)((char *)(r3 + i), SPAN * w, x3);
-        }
-        NAME(store_span)(args[3], first, r3, 6);
-    }
-}
-LOOPS(image_conic_of_line_dense)
-
 void NAME(image_conic_of_line_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{1, 0, 0, {0}}, {3, 1, 0, {3}}, {3, 1, 1, {3}}, {6, 1, 2, {6}}};
     static const struct form forms[] = {{6, 2, NAME(image_conic_of_line_start_a_b),
-        WIDTHS(image_conic_of_line_block_a_b), WIDTHS(image_conic_of_line_dense_a_b)}};
-    static const struct kernel kernel = {WIDTHS(image_conic_of_line_block), WIDTHS(image_conic_of_line_dense),
-        (any_function *)NAME(image_conic_of_line), NAME(call_naar), 3, 4, 1, 0, parts, forms};
+        WIDTHS(image_conic_of_line_block_a_b), {NULL}}};
+    static const struct kernel kernel = {WIDTHS(image_conic_of_line_block), {NULL}, (any_function
+        *)NAME(image_conic_of_line), NAME(call_naar), 3, 4, 1, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -1514,32 +1528,11 @@ static INLINE void NAME(cross_ratio_of_rays_block)(intptr_t n, char **args, cons
 }
 LOOPS(cross_ratio_of_rays_block)
 
-static INLINE void NAME(cross_ratio_of_rays_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    _Alignas(64) REAL r0[15 * SPAN];
-    _Alignas(64) REAL r1[1 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
-        NAME(load_span)(r0, args[0], first, 15);
-        ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
-            REAL x0[15];
-            REAL x1[1];
-            NAME(load_5x3)(x0, (char *)(r0 + i), 3 * SPAN * w, SPAN * w);
-            NAME(cross_ratio_of_rays)(x0, x1);
-            NAME(store_scalar)((char *)(r1 + i), x1);
-        }
-        NAME(store_span)(args[1], first, r1, 1);
-    }
-}
-LOOPS(cross_ratio_of_rays_dense)
-
 void NAME(cross_ratio_of_rays_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{15, 2, 0, {5, 3}}, {1, 0, 2, {0}}};
-    static const struct kernel kernel = {WIDTHS(cross_ratio_of_rays_block), WIDTHS(cross_ratio_of_rays_dense),
-        (any_function *)NAME(cross_ratio_of_rays), NAME(call_ar), 1, 2, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(cross_ratio_of_rays_block), {NULL}, (any_function
+        *)NAME(cross_ratio_of_rays), NAME(call_ar), 1, 2, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 #endif

@@ -2,7 +2,7 @@
 // command: gac generate --all pga2
 // spec: 6f50564ea0875a9f
 // contraction: -ffp-contract=off (every operation is rounded once)
-// body: 884bb3c057e6fcf09dda7612aa11cb3ee3b4590c35ad4a80461ec62e73f58cb5
+// body: 0ab427a3a2cbdfe52c688168a482b2b9b2452fc279c49936c2468a2a237e6257
 
 #ifndef REAL
 #include "pga2.h"
@@ -99,7 +99,7 @@ struct kernel {
     const struct form *forms;
 };
 
-enum { PARTS = 6, CORES = 4, NUMBERS = 24, SPACE = 4096, PREPARED = 13 };
+enum { PARTS = 6, CORES = 4, NUMBERS = 24, SPACE = 4096, PREPARED = 13, SIZES = 9 };
 
 #define SQRT(x) FUNCTION(sqrt)(x)
 #define SIN(x) NAME(sin_of)(x, far)
@@ -744,50 +744,146 @@ WIDE static void NAME(store_rows)(char *a, intptr_t s, intptr_t c, REAL *x, intp
     }
 }
 
-// The rows of SPAN elements of `size` components, in C order from element `first` on; and back.
-static INLINE void NAME(load_span)(REAL *x, char *a, intptr_t first, intptr_t size)
+// Rows, SPAN numbers long, of `n` elements of `size` components, in C order from element `first` on; and back.
+static INLINE void NAME(load_span)(REAL *x, char *a, intptr_t first, intptr_t size, intptr_t n)
 {
     const intptr_t w = sizeof(REAL);
     const REAL *from = (const REAL *)(a + first * size * w);
     if (size == 1) {
-        memcpy(x, from, SPAN * w);
+        memcpy(x, from, n * w);
     } else if (size == 2) {
-        for (intptr_t i = 0; i < SPAN; ++i) {
+        for (intptr_t i = 0; i < n; ++i) {
             x[i] = from[2 * i];
             x[SPAN + i] = from[2 * i + 1];
         }
     } else if (size == 3) {
-        for (intptr_t i = 0; i < SPAN; ++i) {
+        for (intptr_t i = 0; i < n; ++i) {
             x[i] = from[3 * i];
             x[SPAN + i] = from[3 * i + 1];
             x[2 * SPAN + i] = from[3 * i + 2];
         }
     } else {
-        NAME(turn_tiles)(0, (char *)x, SPAN * w, (char *)from, size * w, size, SPAN);
+        NAME(turn_tiles)(0, (char *)x, SPAN * w, (char *)from, size * w, size, n);
     }
 }
 
-static INLINE void NAME(store_span)(char *a, intptr_t first, REAL *x, intptr_t size)
+static INLINE void NAME(store_span)(char *a, intptr_t first, REAL *x, intptr_t size, intptr_t n)
 {
     const intptr_t w = sizeof(REAL);
     REAL *to = (REAL *)(a + first * size * w);
     if (size == 1) {
-        memcpy(to, x, SPAN * w);
+        memcpy(to, x, n * w);
     } else if (size == 2) {
-        for (intptr_t i = 0; i < SPAN; ++i) {
+        for (intptr_t i = 0; i < n; ++i) {
             to[2 * i] = x[i];
             to[2 * i + 1] = x[SPAN + i];
         }
     } else if (size == 3) {
-        for (intptr_t i = 0; i < SPAN; ++i) {
+        for (intptr_t i = 0; i < n; ++i) {
             to[3 * i] = x[i];
             to[3 * i + 1] = x[SPAN + i];
             to[3 * i + 2] = x[2 * SPAN + i];
         }
     } else {
-        NAME(turn_tiles)(1, (char *)x, SPAN * w, (char *)to, size * w, size, SPAN);
+        NAME(turn_tiles)(1, (char *)x, SPAN * w, (char *)to, size * w, size, n);
     }
 }
+
+// The same as loops, one for each size that is known: between rows and elements in C order.
+static INLINE void NAME(load_span_1)(intptr_t n, char **args, const intptr_t *strides)
+{
+    (void)strides;
+    NAME(load_span)((REAL *)args[0], args[1], 0, 1, n);
+}
+LOOPS(load_span_1)
+
+static INLINE void NAME(store_span_1)(intptr_t n, char **args, const intptr_t *strides)
+{
+    (void)strides;
+    NAME(store_span)(args[1], 0, (REAL *)args[0], 1, n);
+}
+LOOPS(store_span_1)
+
+static INLINE void NAME(load_span_2)(intptr_t n, char **args, const intptr_t *strides)
+{
+    (void)strides;
+    NAME(load_span)((REAL *)args[0], args[1], 0, 2, n);
+}
+LOOPS(load_span_2)
+
+static INLINE void NAME(store_span_2)(intptr_t n, char **args, const intptr_t *strides)
+{
+    (void)strides;
+    NAME(store_span)(args[1], 0, (REAL *)args[0], 2, n);
+}
+LOOPS(store_span_2)
+
+static INLINE void NAME(load_span_3)(intptr_t n, char **args, const intptr_t *strides)
+{
+    (void)strides;
+    NAME(load_span)((REAL *)args[0], args[1], 0, 3, n);
+}
+LOOPS(load_span_3)
+
+static INLINE void NAME(store_span_3)(intptr_t n, char **args, const intptr_t *strides)
+{
+    (void)strides;
+    NAME(store_span)(args[1], 0, (REAL *)args[0], 3, n);
+}
+LOOPS(store_span_3)
+
+static INLINE void NAME(load_span_4)(intptr_t n, char **args, const intptr_t *strides)
+{
+    (void)strides;
+    NAME(load_span)((REAL *)args[0], args[1], 0, 4, n);
+}
+LOOPS(load_span_4)
+
+static INLINE void NAME(store_span_4)(intptr_t n, char **args, const intptr_t *strides)
+{
+    (void)strides;
+    NAME(store_span)(args[1], 0, (REAL *)args[0], 4, n);
+}
+LOOPS(store_span_4)
+
+static INLINE void NAME(load_span_8)(intptr_t n, char **args, const intptr_t *strides)
+{
+    (void)strides;
+    NAME(load_span)((REAL *)args[0], args[1], 0, 8, n);
+}
+LOOPS(load_span_8)
+
+static INLINE void NAME(store_span_8)(intptr_t n, char **args, const intptr_t *strides)
+{
+    (void)strides;
+    NAME(store_span)(args[1], 0, (REAL *)args[0], 8, n);
+}
+LOOPS(store_span_8)
+
+static INLINE void NAME(load_span_9)(intptr_t n, char **args, const intptr_t *strides)
+{
+    (void)strides;
+    NAME(load_span)((REAL *)args[0], args[1], 0, 9, n);
+}
+LOOPS(load_span_9)
+
+static INLINE void NAME(store_span_9)(intptr_t n, char **args, const intptr_t *strides)
+{
+    (void)strides;
+    NAME(store_span)(args[1], 0, (REAL *)args[0], 9, n);
+}
+LOOPS(store_span_9)
+
+static const struct {
+    loop_function *load[2], *store[2];
+} NAME(spans)[SIZES + 1] = {
+    [1] = {WIDTHS(load_span_1), WIDTHS(store_span_1)},
+    [2] = {WIDTHS(load_span_2), WIDTHS(store_span_2)},
+    [3] = {WIDTHS(load_span_3), WIDTHS(store_span_3)},
+    [4] = {WIDTHS(load_span_4), WIDTHS(store_span_4)},
+    [8] = {WIDTHS(load_span_8), WIDTHS(store_span_8)},
+    [9] = {WIDTHS(load_span_9), WIDTHS(store_span_9)},
+};
 
 // All rows of a part, from the batch or back to it; axes that lie as one are moved as one.
 static void NAME(move_part)(int back, REAL *x, intptr_t row, const struct part *part, char *a, intptr_t s,
@@ -859,15 +955,23 @@ static void NAME(batch)(const struct kernel *kernel, char **args, intptr_t n, co
     char *starts[PARTS];
     intptr_t cores[CORES], row_cores[CORES], total = 0, bytes = 0;
     unsigned still = 0, hoisted = 0;
+    int in_place = 1, ordered = 1, known = 1;
     if (width < 0 || n == 1) {
         NAME(each)(kernel, args, n, steps);
         return;
     }
-    loop_function *in_rows = kernel->block[width], *in_order = kernel->dense[width];
+    loop_function *in_rows = kernel->block[width], *in_order = kernel->dense[width], *loads[PARTS], *stores[PARTS];
     for (int p = 0; p < n_parts; ++p) {
-        total += kernel->parts[p].size;
+        const struct part *part = &kernel->parts[p];
+        const int same = p < n_inputs && steps[p] == 0;
+        intptr_t step = w;
+        for (int q = part->rank; q-- > 0; step *= part->shape[q])
+            ordered = ordered && (same || strides[part->first + q] == step);
+        ordered = ordered && (same || steps[p] == step);
+        known = known && part->size <= SIZES && NAME(spans)[part->size].load[width];
+        total += part->size;
         bytes += steps[p] < 0 ? -steps[p] : steps[p];
-        still |= (unsigned)(p < n_inputs && steps[p] == 0) << p;
+        still |= (unsigned)same << p;
     }
     for (int f = 0; f < kernel->n_forms && !hoisted; ++f) {
         const struct form *form = &kernel->forms[f];
@@ -876,40 +980,52 @@ static void NAME(batch)(const struct kernel *kernel, char **args, intptr_t n, co
             hoisted = form->same, in_rows = form->block[width], in_order = form->dense[width];
         }
     }
-    int in_place = 1, dense = in_order != NULL;
-    // Long rows spare calls; beyond the last cache, short ones keep reading and writing going side by side.
-    intptr_t row = n < (1 << 24) / (bytes + 1) ? 512 / w : LANES;
+    const int dense = ordered && still == hoisted && in_order;
+    const int spans = ordered && !dense && known && total * SPAN <= SPACE;
+    // Long rows spare calls; beyond the last cache, short turns keep reading and writing going side by side.
+    const int near = n < (1 << 24) / (bytes + 1);
+    intptr_t row = spans ? SPAN : near ? 512 / w : LANES;
     while (row > LANES && row * total > SPACE)
         row /= 2;
     total = 0;
     for (int p = 0; p < n_parts; ++p) {
         const struct part *part = &kernel->parts[p];
-        const intptr_t *c = strides + part->first;
-        intptr_t step = w, row_step = row * w;
+        intptr_t row_step = row * w;
         starts[p] = hoisted >> p & 1 ? (char *)prepared : args[p];
         rows[p] = space + row * total;
         total += part->size;
-        kinds[p] = hoisted >> p & 1 ? HOISTED : p < n_inputs && steps[p] == 0 ? SAME : steps[p] == w ? UNIT : ANY;
+        kinds[p] = hoisted >> p & 1 ? HOISTED : still >> p & 1 ? SAME : steps[p] == w ? UNIT : ANY;
         for (int q = 0; kernel->repeats && p >= n_inputs && q < n_inputs; ++q)
             kinds[p] = args[p] == args[q] ? ANY : kinds[p];
         in_place = in_place && (kinds[p] == UNIT || kinds[p] == HOISTED);
-        for (int q = part->rank; q-- > 0; step *= part->shape[q], row_step *= part->shape[q]) {
-            cores[part->first + q] = c[q];
-            row_cores[part->first + q] = row_step;
-            dense = dense && (kinds[p] == HOISTED || c[q] == step);
+        for (int q = part->first + part->rank; q-- > part->first; row_step *= part->shape[q - part->first]) {
+            cores[q] = kinds[p] == SAME || kinds[p] == ANY ? row_step : strides[q];
+            row_cores[q] = row_step;
         }
-        dense = dense && (kinds[p] == HOISTED || steps[p] == step);
-    }
-    for (int p = 0; p < n_inputs && !dense; ++p) {
-        const struct part *part = &kernel->parts[p];
-        if (kinds[p] == SAME) {
-            starts[p] = (char *)rows[p];
+        if (dense || kinds[p] == HOISTED || kinds[p] == UNIT)
+            continue;
+        starts[p] = (char *)rows[p];
+        loads[p] = spans ? NAME(spans)[part->size].load[width] : NULL;
+        stores[p] = spans ? NAME(spans)[part->size].store[width] : NULL;
+        if (kinds[p] == SAME)
             NAME(move_part)(0, rows[p], row, part, args[p], 0, strides + part->first, n < row ? PADDED(n) : row);
-            for (int q = part->first; q < part->first + part->rank; ++q)
-                cores[q] = row_cores[q];
-        }
     }
-    for (intptr_t i = 0, m; i < n; i += m) {
+    const intptr_t turn = near ? SPAN : LANES;
+    intptr_t i = 0;
+    // In C order, by functions that know the sizes.
+    for (; spans && !in_place && n - i >= turn; i += turn) {
+        for (int p = 0; p < n_parts; ++p) {
+            if (kinds[p] == UNIT)
+                starts[p] = args[p] + i * w;
+            else if (kinds[p] == ANY && p < n_inputs)
+                loads[p](turn, (char *[]){starts[p], args[p] + i * steps[p]}, NULL);
+        }
+        in_rows(turn, starts, cores);
+        for (int p = n_inputs; p < n_parts; ++p)
+            if (kinds[p] == ANY)
+                stores[p](turn, (char *[]){starts[p], args[p] + i * steps[p]}, NULL);
+    }
+    for (intptr_t m; i < n; i += m) {
         const int last = n - i < LANES;
         if (dense && n - i >= SPAN) {
             m = n & -SPAN;
@@ -924,7 +1040,7 @@ static void NAME(batch)(const struct kernel *kernel, char **args, intptr_t n, co
             if (kinds[p] < UNIT || (kinds[p] == UNIT && !last))
                 continue;
             starts[p] = (char *)rows[p];
-            for (int q = part->first; q < part->first + part->rank; ++q)
+            for (int q = part->first; last && q < part->first + part->rank; ++q)
                 cores[q] = row_cores[q];
             if (p < n_inputs)
                 NAME(move_part)(0, rows[p], row, part, args[p] + i * steps[p], steps[p], strides + part->first, m);
@@ -1061,36 +1177,11 @@ static INLINE void NAME(geometric_product_block)(intptr_t n, char **args, const 
 }
 LOOPS(geometric_product_block)
 
-static INLINE void NAME(geometric_product_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    _Alignas(64) REAL r0[8 * SPAN];
-    _Alignas(64) REAL r1[8 * SPAN];
-    _Alignas(64) REAL r2[8 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
-        NAME(load_span)(r0, args[0], first, 8);
-        NAME(load_span)(r1, args[1], first, 8);
-        ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
-            REAL x0[8];
-            REAL x1[8];
-            REAL x2[8];
-            NAME(load_8)(x0, (char *)(r0 + i), SPAN * w);
-            NAME(load_8)(x1, (char *)(r1 + i), SPAN * w);
-            NAME(geometric_product)(x0, x1, x2);
-            NAME(store_8)((char *)(r2 + i), SPAN * w, x2);
-        }
-        NAME(store_span)(args[2], first, r2, 8);
-    }
-}
-LOOPS(geometric_product_dense)
-
 void NAME(geometric_product_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{8, 1, 0, {8}}, {8, 1, 1, {8}}, {8, 1, 2, {8}}};
-    static const struct kernel kernel = {WIDTHS(geometric_product_block), WIDTHS(geometric_product_dense),
-        (any_function *)NAME(geometric_product), NAME(call_aar), 2, 3, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(geometric_product_block), {NULL}, (any_function
+        *)NAME(geometric_product), NAME(call_aar), 2, 3, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -1188,36 +1279,11 @@ static INLINE void NAME(outer_product_block)(intptr_t n, char **args, const intp
 }
 LOOPS(outer_product_block)
 
-static INLINE void NAME(outer_product_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    _Alignas(64) REAL r0[8 * SPAN];
-    _Alignas(64) REAL r1[8 * SPAN];
-    _Alignas(64) REAL r2[8 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
-        NAME(load_span)(r0, args[0], first, 8);
-        NAME(load_span)(r1, args[1], first, 8);
-        ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
-            REAL x0[8];
-            REAL x1[8];
-            REAL x2[8];
-            NAME(load_8)(x0, (char *)(r0 + i), SPAN * w);
-            NAME(load_8)(x1, (char *)(r1 + i), SPAN * w);
-            NAME(outer_product)(x0, x1, x2);
-            NAME(store_8)((char *)(r2 + i), SPAN * w, x2);
-        }
-        NAME(store_span)(args[2], first, r2, 8);
-    }
-}
-LOOPS(outer_product_dense)
-
 void NAME(outer_product_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{8, 1, 0, {8}}, {8, 1, 1, {8}}, {8, 1, 2, {8}}};
-    static const struct kernel kernel = {WIDTHS(outer_product_block), WIDTHS(outer_product_dense), (any_function
-        *)NAME(outer_product), NAME(call_aar), 2, 3, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(outer_product_block), {NULL}, (any_function *)NAME(outer_product),
+        NAME(call_aar), 2, 3, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -1315,36 +1381,11 @@ static INLINE void NAME(regressive_product_block)(intptr_t n, char **args, const
 }
 LOOPS(regressive_product_block)
 
-static INLINE void NAME(regressive_product_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    _Alignas(64) REAL r0[8 * SPAN];
-    _Alignas(64) REAL r1[8 * SPAN];
-    _Alignas(64) REAL r2[8 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
-        NAME(load_span)(r0, args[0], first, 8);
-        NAME(load_span)(r1, args[1], first, 8);
-        ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
-            REAL x0[8];
-            REAL x1[8];
-            REAL x2[8];
-            NAME(load_8)(x0, (char *)(r0 + i), SPAN * w);
-            NAME(load_8)(x1, (char *)(r1 + i), SPAN * w);
-            NAME(regressive_product)(x0, x1, x2);
-            NAME(store_8)((char *)(r2 + i), SPAN * w, x2);
-        }
-        NAME(store_span)(args[2], first, r2, 8);
-    }
-}
-LOOPS(regressive_product_dense)
-
 void NAME(regressive_product_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{8, 1, 0, {8}}, {8, 1, 1, {8}}, {8, 1, 2, {8}}};
-    static const struct kernel kernel = {WIDTHS(regressive_product_block), WIDTHS(regressive_product_dense),
-        (any_function *)NAME(regressive_product), NAME(call_aar), 2, 3, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(regressive_product_block), {NULL}, (any_function
+        *)NAME(regressive_product), NAME(call_aar), 2, 3, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -1452,36 +1493,11 @@ static INLINE void NAME(inner_product_block)(intptr_t n, char **args, const intp
 }
 LOOPS(inner_product_block)
 
-static INLINE void NAME(inner_product_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    _Alignas(64) REAL r0[8 * SPAN];
-    _Alignas(64) REAL r1[8 * SPAN];
-    _Alignas(64) REAL r2[8 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
-        NAME(load_span)(r0, args[0], first, 8);
-        NAME(load_span)(r1, args[1], first, 8);
-        ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
-            REAL x0[8];
-            REAL x1[8];
-            REAL x2[8];
-            NAME(load_8)(x0, (char *)(r0 + i), SPAN * w);
-            NAME(load_8)(x1, (char *)(r1 + i), SPAN * w);
-            NAME(inner_product)(x0, x1, x2);
-            NAME(store_8)((char *)(r2 + i), SPAN * w, x2);
-        }
-        NAME(store_span)(args[2], first, r2, 8);
-    }
-}
-LOOPS(inner_product_dense)
-
 void NAME(inner_product_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{8, 1, 0, {8}}, {8, 1, 1, {8}}, {8, 1, 2, {8}}};
-    static const struct kernel kernel = {WIDTHS(inner_product_block), WIDTHS(inner_product_dense), (any_function
-        *)NAME(inner_product), NAME(call_aar), 2, 3, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(inner_product_block), {NULL}, (any_function *)NAME(inner_product),
+        NAME(call_aar), 2, 3, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -1526,32 +1542,11 @@ static INLINE void NAME(reverse_block)(intptr_t n, char **args, const intptr_t *
 }
 LOOPS(reverse_block)
 
-static INLINE void NAME(reverse_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    _Alignas(64) REAL r0[8 * SPAN];
-    _Alignas(64) REAL r1[8 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
-        NAME(load_span)(r0, args[0], first, 8);
-        ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
-            REAL x0[8];
-            REAL x1[8];
-            NAME(load_8)(x0, (char *)(r0 + i), SPAN * w);
-            NAME(reverse)(x0, x1);
-            NAME(store_8)((char *)(r1 + i), SPAN * w, x1);
-        }
-        NAME(store_span)(args[1], first, r1, 8);
-    }
-}
-LOOPS(reverse_dense)
-
 void NAME(reverse_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{8, 1, 0, {8}}, {8, 1, 1, {8}}};
-    static const struct kernel kernel = {WIDTHS(reverse_block), WIDTHS(reverse_dense), (any_function
-        *)NAME(reverse), NAME(call_ar), 1, 2, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(reverse_block), {NULL}, (any_function *)NAME(reverse),
+        NAME(call_ar), 1, 2, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -1596,32 +1591,11 @@ static INLINE void NAME(grade_involution_block)(intptr_t n, char **args, const i
 }
 LOOPS(grade_involution_block)
 
-static INLINE void NAME(grade_involution_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    _Alignas(64) REAL r0[8 * SPAN];
-    _Alignas(64) REAL r1[8 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
-        NAME(load_span)(r0, args[0], first, 8);
-        ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
-            REAL x0[8];
-            REAL x1[8];
-            NAME(load_8)(x0, (char *)(r0 + i), SPAN * w);
-            NAME(grade_involution)(x0, x1);
-            NAME(store_8)((char *)(r1 + i), SPAN * w, x1);
-        }
-        NAME(store_span)(args[1], first, r1, 8);
-    }
-}
-LOOPS(grade_involution_dense)
-
 void NAME(grade_involution_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{8, 1, 0, {8}}, {8, 1, 1, {8}}};
-    static const struct kernel kernel = {WIDTHS(grade_involution_block), WIDTHS(grade_involution_dense),
-        (any_function *)NAME(grade_involution), NAME(call_ar), 1, 2, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(grade_involution_block), {NULL}, (any_function
+        *)NAME(grade_involution), NAME(call_ar), 1, 2, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -1662,32 +1636,11 @@ static INLINE void NAME(dual_block)(intptr_t n, char **args, const intptr_t *str
 }
 LOOPS(dual_block)
 
-static INLINE void NAME(dual_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    _Alignas(64) REAL r0[8 * SPAN];
-    _Alignas(64) REAL r1[8 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
-        NAME(load_span)(r0, args[0], first, 8);
-        ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
-            REAL x0[8];
-            REAL x1[8];
-            NAME(load_8)(x0, (char *)(r0 + i), SPAN * w);
-            NAME(dual)(x0, x1);
-            NAME(store_8)((char *)(r1 + i), SPAN * w, x1);
-        }
-        NAME(store_span)(args[1], first, r1, 8);
-    }
-}
-LOOPS(dual_dense)
-
 void NAME(dual_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{8, 1, 0, {8}}, {8, 1, 1, {8}}};
-    static const struct kernel kernel = {WIDTHS(dual_block), WIDTHS(dual_dense), (any_function *)NAME(dual),
-        NAME(call_ar), 1, 2, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(dual_block), {NULL}, (any_function *)NAME(dual), NAME(call_ar), 1,
+        2, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -1728,32 +1681,11 @@ static INLINE void NAME(undual_block)(intptr_t n, char **args, const intptr_t *s
 }
 LOOPS(undual_block)
 
-static INLINE void NAME(undual_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    _Alignas(64) REAL r0[8 * SPAN];
-    _Alignas(64) REAL r1[8 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
-        NAME(load_span)(r0, args[0], first, 8);
-        ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
-            REAL x0[8];
-            REAL x1[8];
-            NAME(load_8)(x0, (char *)(r0 + i), SPAN * w);
-            NAME(undual)(x0, x1);
-            NAME(store_8)((char *)(r1 + i), SPAN * w, x1);
-        }
-        NAME(store_span)(args[1], first, r1, 8);
-    }
-}
-LOOPS(undual_dense)
-
 void NAME(undual_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{8, 1, 0, {8}}, {8, 1, 1, {8}}};
-    static const struct kernel kernel = {WIDTHS(undual_block), WIDTHS(undual_dense), (any_function *)NAME(undual),
-        NAME(call_ar), 1, 2, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(undual_block), {NULL}, (any_function *)NAME(undual), NAME(call_ar),
+        1, 2, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -1791,32 +1723,11 @@ static INLINE void NAME(norm_block)(intptr_t n, char **args, const intptr_t *str
 }
 LOOPS(norm_block)
 
-static INLINE void NAME(norm_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    _Alignas(64) REAL r0[8 * SPAN];
-    _Alignas(64) REAL r1[1 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
-        NAME(load_span)(r0, args[0], first, 8);
-        ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
-            REAL x0[8];
-            REAL x1[1];
-            NAME(load_8)(x0, (char *)(r0 + i), SPAN * w);
-            NAME(norm)(x0, x1);
-            NAME(store_scalar)((char *)(r1 + i), x1);
-        }
-        NAME(store_span)(args[1], first, r1, 1);
-    }
-}
-LOOPS(norm_dense)
-
 void NAME(norm_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{8, 1, 0, {8}}, {1, 0, 1, {0}}};
-    static const struct kernel kernel = {WIDTHS(norm_block), WIDTHS(norm_dense), (any_function *)NAME(norm),
-        NAME(call_ar), 1, 2, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(norm_block), {NULL}, (any_function *)NAME(norm), NAME(call_ar), 1,
+        2, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -1864,7 +1775,7 @@ static INLINE void NAME(point_from_bivector_dense)(intptr_t n, char **args, cons
             NAME(point_from_bivector)(x0, x1);
             NAME(store_2)((char *)(r1 + i), SPAN * w, x1);
         }
-        NAME(store_span)(args[1], first, r1, 2);
+        NAME(store_span)(args[1], first, r1, 2, SPAN);
     }
 }
 LOOPS(point_from_bivector_dense)
@@ -1927,7 +1838,7 @@ static INLINE void NAME(normalize_line_dense)(intptr_t n, char **args, const int
             NAME(normalize_line)(x0, x1);
             NAME(store_3)((char *)(r1 + i), SPAN * w, x1);
         }
-        NAME(store_span)(args[1], first, r1, 3);
+        NAME(store_span)(args[1], first, r1, 3, SPAN);
     }
 }
 LOOPS(normalize_line_dense)
@@ -1994,7 +1905,7 @@ static INLINE void NAME(join_points_dense)(intptr_t n, char **args, const intptr
             NAME(join_points)(x0, x1, x2);
             NAME(store_3)((char *)(r2 + i), SPAN * w, x2);
         }
-        NAME(store_span)(args[2], first, r2, 3);
+        NAME(store_span)(args[2], first, r2, 3, SPAN);
     }
 }
 LOOPS(join_points_dense)
@@ -2060,7 +1971,7 @@ static INLINE void NAME(join_point_direction_dense)(intptr_t n, char **args, con
             NAME(join_point_direction)(x0, x1, x2);
             NAME(store_3)((char *)(r2 + i), SPAN * w, x2);
         }
-        NAME(store_span)(args[2], first, r2, 3);
+        NAME(store_span)(args[2], first, r2, 3, SPAN);
     }
 }
 LOOPS(join_point_direction_dense)
@@ -2133,7 +2044,7 @@ static INLINE void NAME(meet_lines_dense)(intptr_t n, char **args, const intptr_
             NAME(meet_lines)(x0, x1, x2);
             NAME(store_3)((char *)(r2 + i), SPAN * w, x2);
         }
-        NAME(store_span)(args[2], first, r2, 3);
+        NAME(store_span)(args[2], first, r2, 3, SPAN);
     }
 }
 LOOPS(meet_lines_dense)
@@ -2199,7 +2110,7 @@ static INLINE void NAME(line_orthogonal_to_line_dense)(intptr_t n, char **args, 
             NAME(line_orthogonal_to_line)(x0, x1, x2);
             NAME(store_3)((char *)(r2 + i), SPAN * w, x2);
         }
-        NAME(store_span)(args[2], first, r2, 3);
+        NAME(store_span)(args[2], first, r2, 3, SPAN);
     }
 }
 LOOPS(line_orthogonal_to_line_dense)
@@ -2265,7 +2176,7 @@ static INLINE void NAME(distance_squared_points_dense)(intptr_t n, char **args, 
             NAME(distance_squared_points)(x0, x1, x2);
             NAME(store_scalar)((char *)(r2 + i), x2);
         }
-        NAME(store_span)(args[2], first, r2, 1);
+        NAME(store_span)(args[2], first, r2, 1, SPAN);
     }
 }
 LOOPS(distance_squared_points_dense)
@@ -2332,7 +2243,7 @@ static INLINE void NAME(distance_points_dense)(intptr_t n, char **args, const in
             NAME(distance_points)(x0, x1, x2);
             NAME(store_scalar)((char *)(r2 + i), x2);
         }
-        NAME(store_span)(args[2], first, r2, 1);
+        NAME(store_span)(args[2], first, r2, 1, SPAN);
     }
 }
 LOOPS(distance_points_dense)
@@ -2397,7 +2308,7 @@ static INLINE void NAME(signed_distance_point_line_dense)(intptr_t n, char **arg
             NAME(signed_distance_point_line)(x0, x1, x2);
             NAME(store_scalar)((char *)(r2 + i), x2);
         }
-        NAME(store_span)(args[2], first, r2, 1);
+        NAME(store_span)(args[2], first, r2, 1, SPAN);
     }
 }
 LOOPS(signed_distance_point_line_dense)
@@ -2473,7 +2384,7 @@ static INLINE void NAME(signed_area_dense)(intptr_t n, char **args, const intptr
             NAME(signed_area)(x0, x1, x2, x3);
             NAME(store_scalar)((char *)(r3 + i), x3);
         }
-        NAME(store_span)(args[3], first, r3, 1);
+        NAME(store_span)(args[3], first, r3, 1, SPAN);
     }
 }
 LOOPS(signed_area_dense)
@@ -2635,7 +2546,7 @@ static INLINE void NAME(project_point_on_line_dense_line)(intptr_t n, char **arg
             NAME(project_point_on_line_apply_line)(prepared, x0, x2);
             NAME(store_2)((char *)(r2 + i), SPAN * w, x2);
         }
-        NAME(store_span)(args[2], first, r2, 2);
+        NAME(store_span)(args[2], first, r2, 2, SPAN);
     }
 }
 LOOPS(project_point_on_line_dense_line)
@@ -2686,7 +2597,7 @@ static INLINE void NAME(project_point_on_line_dense)(intptr_t n, char **args, co
             NAME(project_point_on_line)(x0, x1, x2);
             NAME(store_2)((char *)(r2 + i), SPAN * w, x2);
         }
-        NAME(store_span)(args[2], first, r2, 2);
+        NAME(store_span)(args[2], first, r2, 2, SPAN);
     }
 }
 LOOPS(project_point_on_line_dense)
@@ -2760,7 +2671,7 @@ static INLINE void NAME(project_point_on_unit_line_dense)(intptr_t n, char **arg
             NAME(project_point_on_unit_line)(x0, x1, x2);
             NAME(store_2)((char *)(r2 + i), SPAN * w, x2);
         }
-        NAME(store_span)(args[2], first, r2, 2);
+        NAME(store_span)(args[2], first, r2, 2, SPAN);
     }
 }
 LOOPS(project_point_on_unit_line_dense)
@@ -2832,7 +2743,7 @@ static INLINE void NAME(reflect_point_dense)(intptr_t n, char **args, const intp
             NAME(reflect_point)(x0, x1, x2);
             NAME(store_2)((char *)(r2 + i), SPAN * w, x2);
         }
-        NAME(store_span)(args[2], first, r2, 2);
+        NAME(store_span)(args[2], first, r2, 2, SPAN);
     }
 }
 LOOPS(reflect_point_dense)
@@ -2893,7 +2804,7 @@ static INLINE void NAME(line_from_normal_dense)(intptr_t n, char **args, const i
             NAME(line_from_normal)(x0, x1[0], x2);
             NAME(store_3)((char *)(r2 + i), SPAN * w, x2);
         }
-        NAME(store_span)(args[2], first, r2, 3);
+        NAME(store_span)(args[2], first, r2, 3, SPAN);
     }
 }
 LOOPS(line_from_normal_dense)
@@ -2959,7 +2870,7 @@ static INLINE void NAME(line_from_point_normal_dense)(intptr_t n, char **args, c
             NAME(line_from_point_normal)(x0, x1, x2);
             NAME(store_3)((char *)(r2 + i), SPAN * w, x2);
         }
-        NAME(store_span)(args[2], first, r2, 3);
+        NAME(store_span)(args[2], first, r2, 3, SPAN);
     }
 }
 LOOPS(line_from_point_normal_dense)
@@ -3029,8 +2940,8 @@ static INLINE void NAME(line_to_normal_dense)(intptr_t n, char **args, const int
             NAME(store_2)((char *)(r1 + i), SPAN * w, x1);
             NAME(store_scalar)((char *)(r2 + i), x2);
         }
-        NAME(store_span)(args[1], first, r1, 2);
-        NAME(store_span)(args[2], first, r2, 1);
+        NAME(store_span)(args[1], first, r1, 2, SPAN);
+        NAME(store_span)(args[2], first, r2, 1, SPAN);
     }
 }
 LOOPS(line_to_normal_dense)
@@ -3084,7 +2995,7 @@ static INLINE void NAME(line_direction_dense)(intptr_t n, char **args, const int
             NAME(line_direction)(x0, x1);
             NAME(store_2)((char *)(r1 + i), SPAN * w, x1);
         }
-        NAME(store_span)(args[1], first, r1, 2);
+        NAME(store_span)(args[1], first, r1, 2, SPAN);
     }
 }
 LOOPS(line_direction_dense)
@@ -3146,7 +3057,7 @@ static INLINE void NAME(line_support_dense)(intptr_t n, char **args, const intpt
             NAME(line_support)(x0, x1);
             NAME(store_2)((char *)(r1 + i), SPAN * w, x1);
         }
-        NAME(store_span)(args[1], first, r1, 2);
+        NAME(store_span)(args[1], first, r1, 2, SPAN);
     }
 }
 LOOPS(line_support_dense)
@@ -3213,7 +3124,7 @@ static INLINE void NAME(point_on_line_dense)(intptr_t n, char **args, const intp
             NAME(point_on_line)(x0, x1[0], x2);
             NAME(store_2)((char *)(r2 + i), SPAN * w, x2);
         }
-        NAME(store_span)(args[2], first, r2, 2);
+        NAME(store_span)(args[2], first, r2, 2, SPAN);
     }
 }
 LOOPS(point_on_line_dense)
@@ -3276,7 +3187,7 @@ static INLINE void NAME(position_along_line_dense)(intptr_t n, char **args, cons
             NAME(position_along_line)(x0, x1, x2);
             NAME(store_scalar)((char *)(r2 + i), x2);
         }
-        NAME(store_span)(args[2], first, r2, 1);
+        NAME(store_span)(args[2], first, r2, 1, SPAN);
     }
 }
 LOOPS(position_along_line_dense)
@@ -3347,7 +3258,7 @@ static INLINE void NAME(bisector_line_dense)(intptr_t n, char **args, const intp
             NAME(bisector_line)(x0, x1, x2);
             NAME(store_3)((char *)(r2 + i), SPAN * w, x2);
         }
-        NAME(store_span)(args[2], first, r2, 3);
+        NAME(store_span)(args[2], first, r2, 3, SPAN);
     }
 }
 LOOPS(bisector_line_dense)
@@ -3426,8 +3337,8 @@ static INLINE void NAME(bisectors_of_lines_dense)(intptr_t n, char **args, const
             NAME(store_3)((char *)(r2 + i), SPAN * w, x2);
             NAME(store_3)((char *)(r3 + i), SPAN * w, x3);
         }
-        NAME(store_span)(args[2], first, r2, 3);
-        NAME(store_span)(args[3], first, r3, 3);
+        NAME(store_span)(args[2], first, r2, 3, SPAN);
+        NAME(store_span)(args[3], first, r3, 3, SPAN);
     }
 }
 LOOPS(bisectors_of_lines_dense)
@@ -3492,7 +3403,7 @@ static INLINE void NAME(midpoint_dense)(intptr_t n, char **args, const intptr_t 
             NAME(midpoint)(x0, x1, x2);
             NAME(store_2)((char *)(r2 + i), SPAN * w, x2);
         }
-        NAME(store_span)(args[2], first, r2, 2);
+        NAME(store_span)(args[2], first, r2, 2, SPAN);
     }
 }
 LOOPS(midpoint_dense)
@@ -3567,7 +3478,7 @@ static INLINE void NAME(signed_distance_lines_dense)(intptr_t n, char **args, co
             NAME(signed_distance_lines)(x0, x1, x2);
             NAME(store_scalar)((char *)(r2 + i), x2);
         }
-        NAME(store_span)(args[2], first, r2, 1);
+        NAME(store_span)(args[2], first, r2, 1, SPAN);
     }
 }
 LOOPS(signed_distance_lines_dense)
@@ -3788,7 +3699,7 @@ static INLINE void NAME(relation_of_lines_dense)(intptr_t n, char **args, const 
             NAME(relation_of_lines)(x0, x1, x2[0], x3[0], x4);
             NAME(store_scalar)((char *)(r4 + i), x4);
         }
-        NAME(store_span)(args[4], first, r4, 1);
+        NAME(store_span)(args[4], first, r4, 1, SPAN);
     }
 }
 LOOPS(relation_of_lines_dense)
@@ -4246,28 +4157,6 @@ static INLINE void NAME(relation_of_three_lines_block_a_b_distance_sine)(intptr_
 }
 LOOPS(relation_of_three_lines_block_a_b_distance_sine)
 
-static INLINE void NAME(relation_of_three_lines_dense_a_b_distance_sine)(intptr_t n, char **args, const intptr_t
-    *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const REAL *prepared = (const REAL *)args[0];
-    (void)strides;
-    char *a2 = args[2];
-    _Alignas(64) REAL r5[1 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
-        ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
-            REAL x2[3];
-            REAL x5[1];
-            NAME(load_3)(x2, a2 + (first + i) * 3 * w, w);
-            NAME(relation_of_three_lines_apply_a_b_distance_sine)(prepared, x2, x5);
-            NAME(store_scalar)((char *)(r5 + i), x5);
-        }
-        NAME(store_span)(args[5], first, r5, 1);
-    }
-}
-LOOPS(relation_of_three_lines_dense_a_b_distance_sine)
-
 static void NAME(relation_of_three_lines_start_a_b_distance_sine)(char **args, const intptr_t *strides, void
     *prepared)
 {
@@ -4312,38 +4201,6 @@ static INLINE void NAME(relation_of_three_lines_block)(intptr_t n, char **args, 
 }
 LOOPS(relation_of_three_lines_block)
 
-static INLINE void NAME(relation_of_three_lines_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    char *a3 = args[3];
-    char *a4 = args[4];
-    _Alignas(64) REAL r5[1 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
-        ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
-            REAL x0[3];
-            REAL x1[3];
-            REAL x2[3];
-            REAL x3[1];
-            REAL x4[1];
-            REAL x5[1];
-            NAME(load_3)(x0, a0 + (first + i) * 3 * w, w);
-            NAME(load_3)(x1, a1 + (first + i) * 3 * w, w);
-            NAME(load_3)(x2, a2 + (first + i) * 3 * w, w);
-            NAME(load_scalar)(x3, a3 + (first + i) * w);
-            NAME(load_scalar)(x4, a4 + (first + i) * w);
-            NAME(relation_of_three_lines)(x0, x1, x2, x3[0], x4[0], x5);
-            NAME(store_scalar)((char *)(r5 + i), x5);
-        }
-        NAME(store_span)(args[5], first, r5, 1);
-    }
-}
-LOOPS(relation_of_three_lines_dense)
-
 void NAME(relation_of_three_lines_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {3, 1, 1, {3}}, {3, 1, 2, {3}}, {1, 0, 3, {0}}, {1, 0, 3,
@@ -4352,11 +4209,9 @@ void NAME(relation_of_three_lines_loop)(char **args, const intptr_t *dimensions,
         WIDTHS(relation_of_three_lines_block_a_b_c_distance), {NULL}}, {23, 2,
         NAME(relation_of_three_lines_start_a_b_c_sine), WIDTHS(relation_of_three_lines_block_a_b_c_sine), {NULL}},
         {27, 2, NAME(relation_of_three_lines_start_a_b_distance_sine),
-        WIDTHS(relation_of_three_lines_block_a_b_distance_sine),
-        WIDTHS(relation_of_three_lines_dense_a_b_distance_sine)}};
-    static const struct kernel kernel = {WIDTHS(relation_of_three_lines_block),
-        WIDTHS(relation_of_three_lines_dense), (any_function *)NAME(relation_of_three_lines), NAME(call_aaannr), 5,
-        6, 3, 0, parts, forms};
+        WIDTHS(relation_of_three_lines_block_a_b_distance_sine), {NULL}}};
+    static const struct kernel kernel = {WIDTHS(relation_of_three_lines_block), {NULL}, (any_function
+        *)NAME(relation_of_three_lines), NAME(call_aaannr), 5, 6, 3, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -4413,7 +4268,7 @@ static INLINE void NAME(project_line_on_point_dense)(intptr_t n, char **args, co
             NAME(project_line_on_point)(x0, x1, x2);
             NAME(store_3)((char *)(r2 + i), SPAN * w, x2);
         }
-        NAME(store_span)(args[2], first, r2, 3);
+        NAME(store_span)(args[2], first, r2, 3, SPAN);
     }
 }
 LOOPS(project_line_on_point_dense)
@@ -4481,7 +4336,7 @@ static INLINE void NAME(reject_point_from_line_dense)(intptr_t n, char **args, c
             NAME(reject_point_from_line)(x0, x1, x2);
             NAME(store_2)((char *)(r2 + i), SPAN * w, x2);
         }
-        NAME(store_span)(args[2], first, r2, 2);
+        NAME(store_span)(args[2], first, r2, 2, SPAN);
     }
 }
 LOOPS(reject_point_from_line_dense)
@@ -4555,7 +4410,7 @@ static INLINE void NAME(reflect_line_dense)(intptr_t n, char **args, const intpt
             NAME(reflect_line)(x0, x1, x2);
             NAME(store_3)((char *)(r2 + i), SPAN * w, x2);
         }
-        NAME(store_span)(args[2], first, r2, 3);
+        NAME(store_span)(args[2], first, r2, 3, SPAN);
     }
 }
 LOOPS(reflect_line_dense)
@@ -4620,7 +4475,7 @@ static INLINE void NAME(reflect_point_in_point_dense)(intptr_t n, char **args, c
             NAME(reflect_point_in_point)(x0, x1, x2);
             NAME(store_2)((char *)(r2 + i), SPAN * w, x2);
         }
-        NAME(store_span)(args[2], first, r2, 2);
+        NAME(store_span)(args[2], first, r2, 2, SPAN);
     }
 }
 LOOPS(reflect_point_in_point_dense)
@@ -4690,7 +4545,7 @@ static INLINE void NAME(reflect_line_in_point_dense)(intptr_t n, char **args, co
             NAME(reflect_line_in_point)(x0, x1, x2);
             NAME(store_3)((char *)(r2 + i), SPAN * w, x2);
         }
-        NAME(store_span)(args[2], first, r2, 3);
+        NAME(store_span)(args[2], first, r2, 3, SPAN);
     }
 }
 LOOPS(reflect_line_in_point_dense)
@@ -4786,7 +4641,7 @@ static INLINE void NAME(collinearity_residual_dense)(intptr_t n, char **args, co
             NAME(collinearity_residual)(x0, x1, x2, x3);
             NAME(store_scalar)((char *)(r3 + i), x3);
         }
-        NAME(store_span)(args[3], first, r3, 1);
+        NAME(store_span)(args[3], first, r3, 1, SPAN);
     }
 }
 LOOPS(collinearity_residual_dense)
@@ -4933,7 +4788,7 @@ static INLINE void NAME(motor_from_flag_dense_line)(intptr_t n, char **args, con
             NAME(motor_from_flag_apply_line)(prepared, x0, x2);
             NAME(store_4)((char *)(r2 + i), SPAN * w, x2);
         }
-        NAME(store_span)(args[2], first, r2, 4);
+        NAME(store_span)(args[2], first, r2, 4, SPAN);
     }
 }
 LOOPS(motor_from_flag_dense_line)
@@ -4984,7 +4839,7 @@ static INLINE void NAME(motor_from_flag_dense)(intptr_t n, char **args, const in
             NAME(motor_from_flag)(x0, x1, x2);
             NAME(store_4)((char *)(r2 + i), SPAN * w, x2);
         }
-        NAME(store_span)(args[2], first, r2, 4);
+        NAME(store_span)(args[2], first, r2, 4, SPAN);
     }
 }
 LOOPS(motor_from_flag_dense)
@@ -5062,8 +4917,8 @@ static INLINE void NAME(flag_from_motor_dense)(intptr_t n, char **args, const in
             NAME(store_2)((char *)(r1 + i), SPAN * w, x1);
             NAME(store_3)((char *)(r2 + i), SPAN * w, x2);
         }
-        NAME(store_span)(args[1], first, r1, 2);
-        NAME(store_span)(args[2], first, r2, 3);
+        NAME(store_span)(args[1], first, r1, 2, SPAN);
+        NAME(store_span)(args[2], first, r2, 3, SPAN);
     }
 }
 LOOPS(flag_from_motor_dense)
@@ -5248,8 +5103,8 @@ static INLINE void NAME(hit_ray_line_dense_d_line)(intptr_t n, char **args, cons
             NAME(store_scalar)((char *)(r3 + i), x3);
             NAME(store_2)((char *)(r4 + i), SPAN * w, x4);
         }
-        NAME(store_span)(args[3], first, r3, 1);
-        NAME(store_span)(args[4], first, r4, 2);
+        NAME(store_span)(args[3], first, r3, 1, SPAN);
+        NAME(store_span)(args[4], first, r4, 2, SPAN);
     }
 }
 LOOPS(hit_ray_line_dense_d_line)
@@ -5304,8 +5159,8 @@ static INLINE void NAME(hit_ray_line_dense_p_line)(intptr_t n, char **args, cons
             NAME(store_scalar)((char *)(r3 + i), x3);
             NAME(store_2)((char *)(r4 + i), SPAN * w, x4);
         }
-        NAME(store_span)(args[3], first, r3, 1);
-        NAME(store_span)(args[4], first, r4, 2);
+        NAME(store_span)(args[3], first, r3, 1, SPAN);
+        NAME(store_span)(args[4], first, r4, 2, SPAN);
     }
 }
 LOOPS(hit_ray_line_dense_p_line)
@@ -5370,8 +5225,8 @@ static INLINE void NAME(hit_ray_line_dense)(intptr_t n, char **args, const intpt
             NAME(store_scalar)((char *)(r3 + i), x3);
             NAME(store_2)((char *)(r4 + i), SPAN * w, x4);
         }
-        NAME(store_span)(args[3], first, r3, 1);
-        NAME(store_span)(args[4], first, r4, 2);
+        NAME(store_span)(args[3], first, r3, 1, SPAN);
+        NAME(store_span)(args[4], first, r4, 2, SPAN);
     }
 }
 LOOPS(hit_ray_line_dense)
@@ -5614,8 +5469,8 @@ static INLINE void NAME(hit_ray_segment_dense_d_a_b)(intptr_t n, char **args, co
             NAME(store_scalar)((char *)(r4 + i), x4);
             NAME(store_scalar)((char *)(r5 + i), x5);
         }
-        NAME(store_span)(args[4], first, r4, 1);
-        NAME(store_span)(args[5], first, r5, 1);
+        NAME(store_span)(args[4], first, r4, 1, SPAN);
+        NAME(store_span)(args[5], first, r5, 1, SPAN);
     }
 }
 LOOPS(hit_ray_segment_dense_d_a_b)
@@ -5672,8 +5527,8 @@ static INLINE void NAME(hit_ray_segment_dense_p_a_b)(intptr_t n, char **args, co
             NAME(store_scalar)((char *)(r4 + i), x4);
             NAME(store_scalar)((char *)(r5 + i), x5);
         }
-        NAME(store_span)(args[4], first, r4, 1);
-        NAME(store_span)(args[5], first, r5, 1);
+        NAME(store_span)(args[4], first, r4, 1, SPAN);
+        NAME(store_span)(args[5], first, r5, 1, SPAN);
     }
 }
 LOOPS(hit_ray_segment_dense_p_a_b)
@@ -5730,8 +5585,8 @@ static INLINE void NAME(hit_ray_segment_dense_p_d_b)(intptr_t n, char **args, co
             NAME(store_scalar)((char *)(r4 + i), x4);
             NAME(store_scalar)((char *)(r5 + i), x5);
         }
-        NAME(store_span)(args[4], first, r4, 1);
-        NAME(store_span)(args[5], first, r5, 1);
+        NAME(store_span)(args[4], first, r4, 1, SPAN);
+        NAME(store_span)(args[5], first, r5, 1, SPAN);
     }
 }
 LOOPS(hit_ray_segment_dense_p_d_b)
@@ -5804,8 +5659,8 @@ static INLINE void NAME(hit_ray_segment_dense)(intptr_t n, char **args, const in
             NAME(store_scalar)((char *)(r4 + i), x4);
             NAME(store_scalar)((char *)(r5 + i), x5);
         }
-        NAME(store_span)(args[4], first, r4, 1);
-        NAME(store_span)(args[5], first, r5, 1);
+        NAME(store_span)(args[4], first, r4, 1, SPAN);
+        NAME(store_span)(args[5], first, r5, 1, SPAN);
     }
 }
 LOOPS(hit_ray_segment_dense)
@@ -5898,7 +5753,7 @@ static INLINE void NAME(motor_product_dense)(intptr_t n, char **args, const intp
             NAME(motor_product)(x0, x1, x2);
             NAME(store_4)((char *)(r2 + i), SPAN * w, x2);
         }
-        NAME(store_span)(args[2], first, r2, 4);
+        NAME(store_span)(args[2], first, r2, 4, SPAN);
     }
 }
 LOOPS(motor_product_dense)
@@ -5985,7 +5840,7 @@ static INLINE void NAME(even_product_dense)(intptr_t n, char **args, const intpt
             NAME(even_product)(x0, x1, x2);
             NAME(store_4)((char *)(r2 + i), SPAN * w, x2);
         }
-        NAME(store_span)(args[2], first, r2, 4);
+        NAME(store_span)(args[2], first, r2, 4, SPAN);
     }
 }
 LOOPS(even_product_dense)
@@ -6045,7 +5900,7 @@ static INLINE void NAME(motor_inverse_dense)(intptr_t n, char **args, const intp
             NAME(motor_inverse)(x0, x1);
             NAME(store_4)((char *)(r1 + i), SPAN * w, x1);
         }
-        NAME(store_span)(args[1], first, r1, 4);
+        NAME(store_span)(args[1], first, r1, 4, SPAN);
     }
 }
 LOOPS(motor_inverse_dense)
@@ -6111,7 +5966,7 @@ static INLINE void NAME(normalize_motor_dense)(intptr_t n, char **args, const in
             NAME(normalize_motor)(x0, x1);
             NAME(store_4)((char *)(r1 + i), SPAN * w, x1);
         }
-        NAME(store_span)(args[1], first, r1, 4);
+        NAME(store_span)(args[1], first, r1, 4, SPAN);
     }
 }
 LOOPS(normalize_motor_dense)
@@ -6188,7 +6043,7 @@ static INLINE void NAME(move_point_dense)(intptr_t n, char **args, const intptr_
             NAME(move_point)(x0, x1, x2);
             NAME(store_2)((char *)(r2 + i), SPAN * w, x2);
         }
-        NAME(store_span)(args[2], first, r2, 2);
+        NAME(store_span)(args[2], first, r2, 2, SPAN);
     }
 }
 LOOPS(move_point_dense)
@@ -6260,7 +6115,7 @@ static INLINE void NAME(move_direction_dense)(intptr_t n, char **args, const int
             NAME(move_direction)(x0, x1, x2);
             NAME(store_2)((char *)(r2 + i), SPAN * w, x2);
         }
-        NAME(store_span)(args[2], first, r2, 2);
+        NAME(store_span)(args[2], first, r2, 2, SPAN);
     }
 }
 LOOPS(move_direction_dense)
@@ -6385,7 +6240,7 @@ static INLINE void NAME(move_line_dense_m)(intptr_t n, char **args, const intptr
             NAME(move_line_apply_m)(prepared, x1, x2);
             NAME(store_3)((char *)(r2 + i), SPAN * w, x2);
         }
-        NAME(store_span)(args[2], first, r2, 3);
+        NAME(store_span)(args[2], first, r2, 3, SPAN);
     }
 }
 LOOPS(move_line_dense_m)
@@ -6436,7 +6291,7 @@ static INLINE void NAME(move_line_dense)(intptr_t n, char **args, const intptr_t
             NAME(move_line)(x0, x1, x2);
             NAME(store_3)((char *)(r2 + i), SPAN * w, x2);
         }
-        NAME(store_span)(args[2], first, r2, 3);
+        NAME(store_span)(args[2], first, r2, 3, SPAN);
     }
 }
 LOOPS(move_line_dense)
@@ -6515,7 +6370,7 @@ static INLINE void NAME(move_point_back_dense)(intptr_t n, char **args, const in
             NAME(move_point_back)(x0, x1, x2);
             NAME(store_2)((char *)(r2 + i), SPAN * w, x2);
         }
-        NAME(store_span)(args[2], first, r2, 2);
+        NAME(store_span)(args[2], first, r2, 2, SPAN);
     }
 }
 LOOPS(move_point_back_dense)
@@ -6622,7 +6477,7 @@ static INLINE void NAME(translator_from_vector_dense)(intptr_t n, char **args, c
             NAME(translator_from_vector)(x0, x1);
             NAME(store_2)((char *)(r1 + i), SPAN * w, x1);
         }
-        NAME(store_span)(args[1], first, r1, 2);
+        NAME(store_span)(args[1], first, r1, 2, SPAN);
     }
 }
 LOOPS(translator_from_vector_dense)
@@ -6720,7 +6575,7 @@ static INLINE void NAME(motor_from_point_dense_angle)(intptr_t n, char **args, c
             NAME(motor_from_point_apply_angle)(prepared, x0, x2);
             NAME(store_4)((char *)(r2 + i), SPAN * w, x2);
         }
-        NAME(store_span)(args[2], first, r2, 4);
+        NAME(store_span)(args[2], first, r2, 4, SPAN);
     }
 }
 LOOPS(motor_from_point_dense_angle)
@@ -6871,7 +6726,7 @@ static INLINE void NAME(motor_from_angle_translation_dense_angle)(intptr_t n, ch
             NAME(motor_from_angle_translation_apply_angle)(prepared, x1, x2);
             NAME(store_4)((char *)(r2 + i), SPAN * w, x2);
         }
-        NAME(store_span)(args[2], first, r2, 4);
+        NAME(store_span)(args[2], first, r2, 4, SPAN);
     }
 }
 LOOPS(motor_from_angle_translation_dense_angle)
@@ -7026,31 +6881,10 @@ static INLINE void NAME(motor_to_matrix_block)(intptr_t n, char **args, const in
 }
 LOOPS(motor_to_matrix_block)
 
-static INLINE void NAME(motor_to_matrix_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    _Alignas(64) REAL r0[4 * SPAN];
-    _Alignas(64) REAL r1[9 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
-        NAME(load_span)(r0, args[0], first, 4);
-        ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
-            REAL x0[4];
-            REAL x1[9];
-            NAME(load_4)(x0, (char *)(r0 + i), SPAN * w);
-            NAME(motor_to_matrix)(x0, x1);
-            NAME(store_3x3)((char *)(r1 + i), 3 * SPAN * w, SPAN * w, x1);
-        }
-        NAME(store_span)(args[1], first, r1, 9);
-    }
-}
-LOOPS(motor_to_matrix_dense)
-
 void NAME(motor_to_matrix_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {9, 2, 1, {3, 3}}};
-    static const struct kernel kernel = {WIDTHS(motor_to_matrix_block), WIDTHS(motor_to_matrix_dense), (any_function
+    static const struct kernel kernel = {WIDTHS(motor_to_matrix_block), {NULL}, (any_function
         *)NAME(motor_to_matrix), NAME(call_ar), 1, 2, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -7120,32 +6954,11 @@ static INLINE void NAME(motor_from_matrix_block)(intptr_t n, char **args, const 
 }
 LOOPS(motor_from_matrix_block)
 
-static INLINE void NAME(motor_from_matrix_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    _Alignas(64) REAL r0[9 * SPAN];
-    _Alignas(64) REAL r1[4 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
-        NAME(load_span)(r0, args[0], first, 9);
-        ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
-            REAL x0[9];
-            REAL x1[4];
-            NAME(load_3x3)(x0, (char *)(r0 + i), 3 * SPAN * w, SPAN * w);
-            NAME(motor_from_matrix)(x0, x1);
-            NAME(store_4)((char *)(r1 + i), SPAN * w, x1);
-        }
-        NAME(store_span)(args[1], first, r1, 4);
-    }
-}
-LOOPS(motor_from_matrix_dense)
-
 void NAME(motor_from_matrix_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{9, 2, 0, {3, 3}}, {4, 1, 2, {4}}};
-    static const struct kernel kernel = {WIDTHS(motor_from_matrix_block), WIDTHS(motor_from_matrix_dense),
-        (any_function *)NAME(motor_from_matrix), NAME(call_ar), 1, 2, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(motor_from_matrix_block), {NULL}, (any_function
+        *)NAME(motor_from_matrix), NAME(call_ar), 1, 2, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -7317,7 +7130,7 @@ static INLINE void NAME(motor_square_root_dense)(intptr_t n, char **args, const 
             NAME(motor_square_root)(x0, x1);
             NAME(store_4)((char *)(r1 + i), SPAN * w, x1);
         }
-        NAME(store_span)(args[1], first, r1, 4);
+        NAME(store_span)(args[1], first, r1, 4, SPAN);
     }
 }
 LOOPS(motor_square_root_dense)
@@ -7823,7 +7636,7 @@ static INLINE void NAME(twist_on_point_dense)(intptr_t n, char **args, const int
             NAME(twist_on_point)(x0, x1, x2);
             NAME(store_2)((char *)(r2 + i), SPAN * w, x2);
         }
-        NAME(store_span)(args[2], first, r2, 2);
+        NAME(store_span)(args[2], first, r2, 2, SPAN);
     }
 }
 LOOPS(twist_on_point_dense)
@@ -7888,7 +7701,7 @@ static INLINE void NAME(translator_between_points_dense)(intptr_t n, char **args
             NAME(translator_between_points)(x0, x1, x2);
             NAME(store_2)((char *)(r2 + i), SPAN * w, x2);
         }
-        NAME(store_span)(args[2], first, r2, 2);
+        NAME(store_span)(args[2], first, r2, 2, SPAN);
     }
 }
 LOOPS(translator_between_points_dense)
@@ -7995,34 +7808,11 @@ static INLINE void NAME(motor_between_lines_block)(intptr_t n, char **args, cons
 }
 LOOPS(motor_between_lines_block)
 
-static INLINE void NAME(motor_between_lines_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    char *a0 = args[0];
-    char *a1 = args[1];
-    _Alignas(64) REAL r2[4 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
-        ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
-            REAL x0[3];
-            REAL x1[3];
-            REAL x2[4];
-            NAME(load_3)(x0, a0 + (first + i) * 3 * w, w);
-            NAME(load_3)(x1, a1 + (first + i) * 3 * w, w);
-            NAME(motor_between_lines)(x0, x1, x2);
-            NAME(store_4)((char *)(r2 + i), SPAN * w, x2);
-        }
-        NAME(store_span)(args[2], first, r2, 4);
-    }
-}
-LOOPS(motor_between_lines_dense)
-
 void NAME(motor_between_lines_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {3, 1, 1, {3}}, {4, 1, 2, {4}}};
-    static const struct kernel kernel = {WIDTHS(motor_between_lines_block), WIDTHS(motor_between_lines_dense),
-        (any_function *)NAME(motor_between_lines), NAME(call_aar), 2, 3, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(motor_between_lines_block), {NULL}, (any_function
+        *)NAME(motor_between_lines), NAME(call_aar), 2, 3, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -8101,7 +7891,7 @@ static INLINE void NAME(motor_between_frames_dense)(intptr_t n, char **args, con
             NAME(motor_between_frames)(x0, x1, x2);
             NAME(store_4)((char *)(r2 + i), SPAN * w, x2);
         }
-        NAME(store_span)(args[2], first, r2, 4);
+        NAME(store_span)(args[2], first, r2, 4, SPAN);
     }
 }
 LOOPS(motor_between_frames_dense)
@@ -8189,7 +7979,7 @@ static INLINE void NAME(motor_relative_dense)(intptr_t n, char **args, const int
             NAME(motor_relative)(x0, x1, x2);
             NAME(store_4)((char *)(r2 + i), SPAN * w, x2);
         }
-        NAME(store_span)(args[2], first, r2, 4);
+        NAME(store_span)(args[2], first, r2, 4, SPAN);
     }
 }
 LOOPS(motor_relative_dense)
@@ -8290,7 +8080,7 @@ static INLINE void NAME(blend_motors_dense)(intptr_t n, char **args, const intpt
             NAME(blend_motors)(x0, x1, x2[0], x3);
             NAME(store_4)((char *)(r3 + i), SPAN * w, x3);
         }
-        NAME(store_span)(args[3], first, r3, 4);
+        NAME(store_span)(args[3], first, r3, 4, SPAN);
     }
 }
 LOOPS(blend_motors_dense)
@@ -8536,7 +8326,7 @@ static INLINE void NAME(twist_from_velocities_dense)(intptr_t n, char **args, co
             NAME(twist_from_velocities)(x0[0], x1, x2);
             NAME(store_3)((char *)(r2 + i), SPAN * w, x2);
         }
-        NAME(store_span)(args[2], first, r2, 3);
+        NAME(store_span)(args[2], first, r2, 3, SPAN);
     }
 }
 LOOPS(twist_from_velocities_dense)
@@ -8598,8 +8388,8 @@ static INLINE void NAME(twist_to_velocities_dense)(intptr_t n, char **args, cons
             NAME(store_scalar)((char *)(r1 + i), x1);
             NAME(store_2)((char *)(r2 + i), SPAN * w, x2);
         }
-        NAME(store_span)(args[1], first, r1, 1);
-        NAME(store_span)(args[2], first, r2, 2);
+        NAME(store_span)(args[1], first, r1, 1, SPAN);
+        NAME(store_span)(args[2], first, r2, 2, SPAN);
     }
 }
 LOOPS(twist_to_velocities_dense)
@@ -8682,7 +8472,7 @@ static INLINE void NAME(motor_derivative_dense)(intptr_t n, char **args, const i
             NAME(motor_derivative)(x0, x1, x2);
             NAME(store_4)((char *)(r2 + i), SPAN * w, x2);
         }
-        NAME(store_span)(args[2], first, r2, 4);
+        NAME(store_span)(args[2], first, r2, 4, SPAN);
     }
 }
 LOOPS(motor_derivative_dense)
@@ -8768,7 +8558,7 @@ static INLINE void NAME(twist_from_motor_derivative_dense)(intptr_t n, char **ar
             NAME(twist_from_motor_derivative)(x0, x1, x2);
             NAME(store_3)((char *)(r2 + i), SPAN * w, x2);
         }
-        NAME(store_span)(args[2], first, r2, 3);
+        NAME(store_span)(args[2], first, r2, 3, SPAN);
     }
 }
 LOOPS(twist_from_motor_derivative_dense)
@@ -8828,32 +8618,11 @@ static INLINE void NAME(motor_to_adjoint_block)(intptr_t n, char **args, const i
 }
 LOOPS(motor_to_adjoint_block)
 
-static INLINE void NAME(motor_to_adjoint_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    _Alignas(64) REAL r0[4 * SPAN];
-    _Alignas(64) REAL r1[9 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
-        NAME(load_span)(r0, args[0], first, 4);
-        ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
-            REAL x0[4];
-            REAL x1[9];
-            NAME(load_4)(x0, (char *)(r0 + i), SPAN * w);
-            NAME(motor_to_adjoint)(x0, x1);
-            NAME(store_3x3)((char *)(r1 + i), 3 * SPAN * w, SPAN * w, x1);
-        }
-        NAME(store_span)(args[1], first, r1, 9);
-    }
-}
-LOOPS(motor_to_adjoint_dense)
-
 void NAME(motor_to_adjoint_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {9, 2, 1, {3, 3}}};
-    static const struct kernel kernel = {WIDTHS(motor_to_adjoint_block), WIDTHS(motor_to_adjoint_dense),
-        (any_function *)NAME(motor_to_adjoint), NAME(call_ar), 1, 2, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(motor_to_adjoint_block), {NULL}, (any_function
+        *)NAME(motor_to_adjoint), NAME(call_ar), 1, 2, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -8912,7 +8681,7 @@ static INLINE void NAME(even_inverse_dense)(intptr_t n, char **args, const intpt
             NAME(even_inverse)(x0, x1);
             NAME(store_4)((char *)(r1 + i), SPAN * w, x1);
         }
-        NAME(store_span)(args[1], first, r1, 4);
+        NAME(store_span)(args[1], first, r1, 4, SPAN);
     }
 }
 LOOPS(even_inverse_dense)
@@ -8986,7 +8755,7 @@ static INLINE void NAME(rotor_from_complex_dense)(intptr_t n, char **args, const
             NAME(rotor_from_complex)(x0, x1);
             NAME(store_2)((char *)(r1 + i), SPAN * w, x1);
         }
-        NAME(store_span)(args[1], first, r1, 2);
+        NAME(store_span)(args[1], first, r1, 2, SPAN);
     }
 }
 LOOPS(rotor_from_complex_dense)
@@ -9044,7 +8813,7 @@ static INLINE void NAME(rotor_to_complex_dense)(intptr_t n, char **args, const i
             NAME(rotor_to_complex)(x0, x1);
             NAME(store_2)((char *)(r1 + i), SPAN * w, x1);
         }
-        NAME(store_span)(args[1], first, r1, 2);
+        NAME(store_span)(args[1], first, r1, 2, SPAN);
     }
 }
 LOOPS(rotor_to_complex_dense)
@@ -9113,7 +8882,7 @@ static INLINE void NAME(twist_on_line_dense)(intptr_t n, char **args, const intp
             NAME(twist_on_line)(x0, x1, x2);
             NAME(store_3)((char *)(r2 + i), SPAN * w, x2);
         }
-        NAME(store_span)(args[2], first, r2, 3);
+        NAME(store_span)(args[2], first, r2, 3, SPAN);
     }
 }
 LOOPS(twist_on_line_dense)

@@ -2,7 +2,7 @@
 // command: gac generate --all pga3
 // spec: 5ff9daa919aa8689
 // contraction: -ffp-contract=off (every operation is rounded once)
-// body: f6acc86b8dc038b4556c5deb5d3e4ec497d60d982960c430dba3b291b724d2a2
+// body: c3b5d4573875bd993414510df76b08047491ee8b2f85ef86d8ae2b4d30c7c456
 
 #ifndef REAL
 #include "pga3.h"
@@ -99,7 +99,7 @@ struct kernel {
     const struct form *forms;
 };
 
-enum { PARTS = 7, CORES = 6, NUMBERS = 80, SPACE = 4096, PREPARED = 25 };
+enum { PARTS = 7, CORES = 6, NUMBERS = 80, SPACE = 4096, PREPARED = 25, SIZES = 16 };
 
 #define SQRT(x) FUNCTION(sqrt)(x)
 #define SIN(x) NAME(sin_of)(x, far)
@@ -1055,50 +1055,191 @@ WIDE static void NAME(store_rows)(char *a, intptr_t s, intptr_t c, REAL *x, intp
     }
 }
 
-// The rows of SPAN elements of `size` components, in C order from element `first` on; and back.
-static INLINE void NAME(load_span)(REAL *x, char *a, intptr_t first, intptr_t size)
+// Rows, SPAN numbers long, of `n` elements of `size` components, in C order from element `first` on; and back.
+static INLINE void NAME(load_span)(REAL *x, char *a, intptr_t first, intptr_t size, intptr_t n)
 {
     const intptr_t w = sizeof(REAL);
     const REAL *from = (const REAL *)(a + first * size * w);
     if (size == 1) {
-        memcpy(x, from, SPAN * w);
+        memcpy(x, from, n * w);
     } else if (size == 2) {
-        for (intptr_t i = 0; i < SPAN; ++i) {
+        for (intptr_t i = 0; i < n; ++i) {
             x[i] = from[2 * i];
             x[SPAN + i] = from[2 * i + 1];
         }
     } else if (size == 3) {
-        for (intptr_t i = 0; i < SPAN; ++i) {
+        for (intptr_t i = 0; i < n; ++i) {
             x[i] = from[3 * i];
             x[SPAN + i] = from[3 * i + 1];
             x[2 * SPAN + i] = from[3 * i + 2];
         }
     } else {
-        NAME(turn_tiles)(0, (char *)x, SPAN * w, (char *)from, size * w, size, SPAN);
+        NAME(turn_tiles)(0, (char *)x, SPAN * w, (char *)from, size * w, size, n);
     }
 }
 
-static INLINE void NAME(store_span)(char *a, intptr_t first, REAL *x, intptr_t size)
+static INLINE void NAME(store_span)(char *a, intptr_t first, REAL *x, intptr_t size, intptr_t n)
 {
     const intptr_t w = sizeof(REAL);
     REAL *to = (REAL *)(a + first * size * w);
     if (size == 1) {
-        memcpy(to, x, SPAN * w);
+        memcpy(to, x, n * w);
     } else if (size == 2) {
-        for (intptr_t i = 0; i < SPAN; ++i) {
+        for (intptr_t i = 0; i < n; ++i) {
             to[2 * i] = x[i];
             to[2 * i + 1] = x[SPAN + i];
         }
     } else if (size == 3) {
-        for (intptr_t i = 0; i < SPAN; ++i) {
+        for (intptr_t i = 0; i < n; ++i) {
             to[3 * i] = x[i];
             to[3 * i + 1] = x[SPAN + i];
             to[3 * i + 2] = x[2 * SPAN + i];
         }
     } else {
-        NAME(turn_tiles)(1, (char *)x, SPAN * w, (char *)to, size * w, size, SPAN);
+        NAME(turn_tiles)(1, (char *)x, SPAN * w, (char *)to, size * w, size, n);
     }
 }
+
+// The same as loops, one for each size that is known: between rows and elements in C order.
+static INLINE void NAME(load_span_1)(intptr_t n, char **args, const intptr_t *strides)
+{
+    (void)strides;
+    NAME(load_span)((REAL *)args[0], args[1], 0, 1, n);
+}
+LOOPS(load_span_1)
+
+static INLINE void NAME(store_span_1)(intptr_t n, char **args, const intptr_t *strides)
+{
+    (void)strides;
+    NAME(store_span)(args[1], 0, (REAL *)args[0], 1, n);
+}
+LOOPS(store_span_1)
+
+static INLINE void NAME(load_span_3)(intptr_t n, char **args, const intptr_t *strides)
+{
+    (void)strides;
+    NAME(load_span)((REAL *)args[0], args[1], 0, 3, n);
+}
+LOOPS(load_span_3)
+
+static INLINE void NAME(store_span_3)(intptr_t n, char **args, const intptr_t *strides)
+{
+    (void)strides;
+    NAME(store_span)(args[1], 0, (REAL *)args[0], 3, n);
+}
+LOOPS(store_span_3)
+
+static INLINE void NAME(load_span_4)(intptr_t n, char **args, const intptr_t *strides)
+{
+    (void)strides;
+    NAME(load_span)((REAL *)args[0], args[1], 0, 4, n);
+}
+LOOPS(load_span_4)
+
+static INLINE void NAME(store_span_4)(intptr_t n, char **args, const intptr_t *strides)
+{
+    (void)strides;
+    NAME(store_span)(args[1], 0, (REAL *)args[0], 4, n);
+}
+LOOPS(store_span_4)
+
+static INLINE void NAME(load_span_6)(intptr_t n, char **args, const intptr_t *strides)
+{
+    (void)strides;
+    NAME(load_span)((REAL *)args[0], args[1], 0, 6, n);
+}
+LOOPS(load_span_6)
+
+static INLINE void NAME(store_span_6)(intptr_t n, char **args, const intptr_t *strides)
+{
+    (void)strides;
+    NAME(store_span)(args[1], 0, (REAL *)args[0], 6, n);
+}
+LOOPS(store_span_6)
+
+static INLINE void NAME(load_span_8)(intptr_t n, char **args, const intptr_t *strides)
+{
+    (void)strides;
+    NAME(load_span)((REAL *)args[0], args[1], 0, 8, n);
+}
+LOOPS(load_span_8)
+
+static INLINE void NAME(store_span_8)(intptr_t n, char **args, const intptr_t *strides)
+{
+    (void)strides;
+    NAME(store_span)(args[1], 0, (REAL *)args[0], 8, n);
+}
+LOOPS(store_span_8)
+
+static INLINE void NAME(load_span_9)(intptr_t n, char **args, const intptr_t *strides)
+{
+    (void)strides;
+    NAME(load_span)((REAL *)args[0], args[1], 0, 9, n);
+}
+LOOPS(load_span_9)
+
+static INLINE void NAME(store_span_9)(intptr_t n, char **args, const intptr_t *strides)
+{
+    (void)strides;
+    NAME(store_span)(args[1], 0, (REAL *)args[0], 9, n);
+}
+LOOPS(store_span_9)
+
+static INLINE void NAME(load_span_10)(intptr_t n, char **args, const intptr_t *strides)
+{
+    (void)strides;
+    NAME(load_span)((REAL *)args[0], args[1], 0, 10, n);
+}
+LOOPS(load_span_10)
+
+static INLINE void NAME(store_span_10)(intptr_t n, char **args, const intptr_t *strides)
+{
+    (void)strides;
+    NAME(store_span)(args[1], 0, (REAL *)args[0], 10, n);
+}
+LOOPS(store_span_10)
+
+static INLINE void NAME(load_span_14)(intptr_t n, char **args, const intptr_t *strides)
+{
+    (void)strides;
+    NAME(load_span)((REAL *)args[0], args[1], 0, 14, n);
+}
+LOOPS(load_span_14)
+
+static INLINE void NAME(store_span_14)(intptr_t n, char **args, const intptr_t *strides)
+{
+    (void)strides;
+    NAME(store_span)(args[1], 0, (REAL *)args[0], 14, n);
+}
+LOOPS(store_span_14)
+
+static INLINE void NAME(load_span_16)(intptr_t n, char **args, const intptr_t *strides)
+{
+    (void)strides;
+    NAME(load_span)((REAL *)args[0], args[1], 0, 16, n);
+}
+LOOPS(load_span_16)
+
+static INLINE void NAME(store_span_16)(intptr_t n, char **args, const intptr_t *strides)
+{
+    (void)strides;
+    NAME(store_span)(args[1], 0, (REAL *)args[0], 16, n);
+}
+LOOPS(store_span_16)
+
+static const struct {
+    loop_function *load[2], *store[2];
+} NAME(spans)[SIZES + 1] = {
+    [1] = {WIDTHS(load_span_1), WIDTHS(store_span_1)},
+    [3] = {WIDTHS(load_span_3), WIDTHS(store_span_3)},
+    [4] = {WIDTHS(load_span_4), WIDTHS(store_span_4)},
+    [6] = {WIDTHS(load_span_6), WIDTHS(store_span_6)},
+    [8] = {WIDTHS(load_span_8), WIDTHS(store_span_8)},
+    [9] = {WIDTHS(load_span_9), WIDTHS(store_span_9)},
+    [10] = {WIDTHS(load_span_10), WIDTHS(store_span_10)},
+    [14] = {WIDTHS(load_span_14), WIDTHS(store_span_14)},
+    [16] = {WIDTHS(load_span_16), WIDTHS(store_span_16)},
+};
 
 // All rows of a part, from the batch or back to it; axes that lie as one are moved as one.
 static void NAME(move_part)(int back, REAL *x, intptr_t row, const struct part *part, char *a, intptr_t s,
@@ -1170,15 +1311,23 @@ static void NAME(batch)(const struct kernel *kernel, char **args, intptr_t n, co
     char *starts[PARTS];
     intptr_t cores[CORES], row_cores[CORES], total = 0, bytes = 0;
     unsigned still = 0, hoisted = 0;
+    int in_place = 1, ordered = 1, known = 1;
     if (width < 0 || n == 1) {
         NAME(each)(kernel, args, n, steps);
         return;
     }
-    loop_function *in_rows = kernel->block[width], *in_order = kernel->dense[width];
+    loop_function *in_rows = kernel->block[width], *in_order = kernel->dense[width], *loads[PARTS], *stores[PARTS];
     for (int p = 0; p < n_parts; ++p) {
-        total += kernel->parts[p].size;
+        const struct part *part = &kernel->parts[p];
+        const int same = p < n_inputs && steps[p] == 0;
+        intptr_t step = w;
+        for (int q = part->rank; q-- > 0; step *= part->shape[q])
+            ordered = ordered && (same || strides[part->first + q] == step);
+        ordered = ordered && (same || steps[p] == step);
+        known = known && part->size <= SIZES && NAME(spans)[part->size].load[width];
+        total += part->size;
         bytes += steps[p] < 0 ? -steps[p] : steps[p];
-        still |= (unsigned)(p < n_inputs && steps[p] == 0) << p;
+        still |= (unsigned)same << p;
     }
     for (int f = 0; f < kernel->n_forms && !hoisted; ++f) {
         const struct form *form = &kernel->forms[f];
@@ -1187,40 +1336,52 @@ static void NAME(batch)(const struct kernel *kernel, char **args, intptr_t n, co
             hoisted = form->same, in_rows = form->block[width], in_order = form->dense[width];
         }
     }
-    int in_place = 1, dense = in_order != NULL;
-    // Long rows spare calls; beyond the last cache, short ones keep reading and writing going side by side.
-    intptr_t row = n < (1 << 24) / (bytes + 1) ? 512 / w : LANES;
+    const int dense = ordered && still == hoisted && in_order;
+    const int spans = ordered && !dense && known && total * SPAN <= SPACE;
+    // Long rows spare calls; beyond the last cache, short turns keep reading and writing going side by side.
+    const int near = n < (1 << 24) / (bytes + 1);
+    intptr_t row = spans ? SPAN : near ? 512 / w : LANES;
     while (row > LANES && row * total > SPACE)
         row /= 2;
     total = 0;
     for (int p = 0; p < n_parts; ++p) {
         const struct part *part = &kernel->parts[p];
-        const intptr_t *c = strides + part->first;
-        intptr_t step = w, row_step = row * w;
+        intptr_t row_step = row * w;
         starts[p] = hoisted >> p & 1 ? (char *)prepared : args[p];
         rows[p] = space + row * total;
         total += part->size;
-        kinds[p] = hoisted >> p & 1 ? HOISTED : p < n_inputs && steps[p] == 0 ? SAME : steps[p] == w ? UNIT : ANY;
+        kinds[p] = hoisted >> p & 1 ? HOISTED : still >> p & 1 ? SAME : steps[p] == w ? UNIT : ANY;
         for (int q = 0; kernel->repeats && p >= n_inputs && q < n_inputs; ++q)
             kinds[p] = args[p] == args[q] ? ANY : kinds[p];
         in_place = in_place && (kinds[p] == UNIT || kinds[p] == HOISTED);
-        for (int q = part->rank; q-- > 0; step *= part->shape[q], row_step *= part->shape[q]) {
-            cores[part->first + q] = c[q];
-            row_cores[part->first + q] = row_step;
-            dense = dense && (kinds[p] == HOISTED || c[q] == step);
+        for (int q = part->first + part->rank; q-- > part->first; row_step *= part->shape[q - part->first]) {
+            cores[q] = kinds[p] == SAME || kinds[p] == ANY ? row_step : strides[q];
+            row_cores[q] = row_step;
         }
-        dense = dense && (kinds[p] == HOISTED || steps[p] == step);
-    }
-    for (int p = 0; p < n_inputs && !dense; ++p) {
-        const struct part *part = &kernel->parts[p];
-        if (kinds[p] == SAME) {
-            starts[p] = (char *)rows[p];
+        if (dense || kinds[p] == HOISTED || kinds[p] == UNIT)
+            continue;
+        starts[p] = (char *)rows[p];
+        loads[p] = spans ? NAME(spans)[part->size].load[width] : NULL;
+        stores[p] = spans ? NAME(spans)[part->size].store[width] : NULL;
+        if (kinds[p] == SAME)
             NAME(move_part)(0, rows[p], row, part, args[p], 0, strides + part->first, n < row ? PADDED(n) : row);
-            for (int q = part->first; q < part->first + part->rank; ++q)
-                cores[q] = row_cores[q];
-        }
     }
-    for (intptr_t i = 0, m; i < n; i += m) {
+    const intptr_t turn = near ? SPAN : LANES;
+    intptr_t i = 0;
+    // In C order, by functions that know the sizes.
+    for (; spans && !in_place && n - i >= turn; i += turn) {
+        for (int p = 0; p < n_parts; ++p) {
+            if (kinds[p] == UNIT)
+                starts[p] = args[p] + i * w;
+            else if (kinds[p] == ANY && p < n_inputs)
+                loads[p](turn, (char *[]){starts[p], args[p] + i * steps[p]}, NULL);
+        }
+        in_rows(turn, starts, cores);
+        for (int p = n_inputs; p < n_parts; ++p)
+            if (kinds[p] == ANY)
+                stores[p](turn, (char *[]){starts[p], args[p] + i * steps[p]}, NULL);
+    }
+    for (intptr_t m; i < n; i += m) {
         const int last = n - i < LANES;
         if (dense && n - i >= SPAN) {
             m = n & -SPAN;
@@ -1235,7 +1396,7 @@ static void NAME(batch)(const struct kernel *kernel, char **args, intptr_t n, co
             if (kinds[p] < UNIT || (kinds[p] == UNIT && !last))
                 continue;
             starts[p] = (char *)rows[p];
-            for (int q = part->first; q < part->first + part->rank; ++q)
+            for (int q = part->first; last && q < part->first + part->rank; ++q)
                 cores[q] = row_cores[q];
             if (p < n_inputs)
                 NAME(move_part)(0, rows[p], row, part, args[p] + i * steps[p], steps[p], strides + part->first, m);
@@ -2929,32 +3090,11 @@ static INLINE void NAME(norm_block)(intptr_t n, char **args, const intptr_t *str
 }
 LOOPS(norm_block)
 
-static INLINE void NAME(norm_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    _Alignas(64) REAL r0[16 * SPAN];
-    _Alignas(64) REAL r1[1 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
-        NAME(load_span)(r0, args[0], first, 16);
-        ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
-            REAL x0[16];
-            REAL x1[1];
-            NAME(load_16)(x0, (char *)(r0 + i), SPAN * w);
-            NAME(norm)(x0, x1);
-            NAME(store_scalar)((char *)(r1 + i), x1);
-        }
-        NAME(store_span)(args[1], first, r1, 1);
-    }
-}
-LOOPS(norm_dense)
-
 void NAME(norm_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{16, 1, 0, {16}}, {1, 0, 1, {0}}};
-    static const struct kernel kernel = {WIDTHS(norm_block), WIDTHS(norm_dense), (any_function *)NAME(norm),
-        NAME(call_ar), 1, 2, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(norm_block), {NULL}, (any_function *)NAME(norm), NAME(call_ar), 1,
+        2, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -3004,32 +3144,11 @@ static INLINE void NAME(ideal_norm_block)(intptr_t n, char **args, const intptr_
 }
 LOOPS(ideal_norm_block)
 
-static INLINE void NAME(ideal_norm_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    _Alignas(64) REAL r0[16 * SPAN];
-    _Alignas(64) REAL r1[1 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
-        NAME(load_span)(r0, args[0], first, 16);
-        ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
-            REAL x0[16];
-            REAL x1[1];
-            NAME(load_16)(x0, (char *)(r0 + i), SPAN * w);
-            NAME(ideal_norm)(x0, x1);
-            NAME(store_scalar)((char *)(r1 + i), x1);
-        }
-        NAME(store_span)(args[1], first, r1, 1);
-    }
-}
-LOOPS(ideal_norm_dense)
-
 void NAME(ideal_norm_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{16, 1, 0, {16}}, {1, 0, 1, {0}}};
-    static const struct kernel kernel = {WIDTHS(ideal_norm_block), WIDTHS(ideal_norm_dense), (any_function
-        *)NAME(ideal_norm), NAME(call_ar), 1, 2, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(ideal_norm_block), {NULL}, (any_function *)NAME(ideal_norm),
+        NAME(call_ar), 1, 2, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -3080,7 +3199,7 @@ static INLINE void NAME(point_from_trivector_dense)(intptr_t n, char **args, con
             NAME(point_from_trivector)(x0, x1);
             NAME(store_3)((char *)(r1 + i), SPAN * w, x1);
         }
-        NAME(store_span)(args[1], first, r1, 3);
+        NAME(store_span)(args[1], first, r1, 3, SPAN);
     }
 }
 LOOPS(point_from_trivector_dense)
@@ -3139,32 +3258,11 @@ static INLINE void NAME(normalize_line_block)(intptr_t n, char **args, const int
 }
 LOOPS(normalize_line_block)
 
-static INLINE void NAME(normalize_line_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    _Alignas(64) REAL r0[6 * SPAN];
-    _Alignas(64) REAL r1[6 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
-        NAME(load_span)(r0, args[0], first, 6);
-        ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
-            REAL x0[6];
-            REAL x1[6];
-            NAME(load_6)(x0, (char *)(r0 + i), SPAN * w);
-            NAME(normalize_line)(x0, x1);
-            NAME(store_6)((char *)(r1 + i), SPAN * w, x1);
-        }
-        NAME(store_span)(args[1], first, r1, 6);
-    }
-}
-LOOPS(normalize_line_dense)
-
 void NAME(normalize_line_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{6, 1, 0, {6}}, {6, 1, 1, {6}}};
-    static const struct kernel kernel = {WIDTHS(normalize_line_block), WIDTHS(normalize_line_dense), (any_function
-        *)NAME(normalize_line), NAME(call_ar), 1, 2, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(normalize_line_block), {NULL}, (any_function *)NAME(normalize_line),
+        NAME(call_ar), 1, 2, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -3223,7 +3321,7 @@ static INLINE void NAME(normalize_plane_dense)(intptr_t n, char **args, const in
             NAME(normalize_plane)(x0, x1);
             NAME(store_4)((char *)(r1 + i), SPAN * w, x1);
         }
-        NAME(store_span)(args[1], first, r1, 4);
+        NAME(store_span)(args[1], first, r1, 4, SPAN);
     }
 }
 LOOPS(normalize_plane_dense)
@@ -3284,36 +3382,11 @@ static INLINE void NAME(join_points_block)(intptr_t n, char **args, const intptr
 }
 LOOPS(join_points_block)
 
-static INLINE void NAME(join_points_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    _Alignas(64) REAL r0[3 * SPAN];
-    _Alignas(64) REAL r1[3 * SPAN];
-    _Alignas(64) REAL r2[6 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
-        NAME(load_span)(r0, args[0], first, 3);
-        NAME(load_span)(r1, args[1], first, 3);
-        ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
-            REAL x0[3];
-            REAL x1[3];
-            REAL x2[6];
-            NAME(load_3)(x0, (char *)(r0 + i), SPAN * w);
-            NAME(load_3)(x1, (char *)(r1 + i), SPAN * w);
-            NAME(join_points)(x0, x1, x2);
-            NAME(store_6)((char *)(r2 + i), SPAN * w, x2);
-        }
-        NAME(store_span)(args[2], first, r2, 6);
-    }
-}
-LOOPS(join_points_dense)
-
 void NAME(join_points_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {3, 1, 1, {3}}, {6, 1, 2, {6}}};
-    static const struct kernel kernel = {WIDTHS(join_points_block), WIDTHS(join_points_dense), (any_function
-        *)NAME(join_points), NAME(call_aar), 2, 3, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(join_points_block), {NULL}, (any_function *)NAME(join_points),
+        NAME(call_aar), 2, 3, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -3363,36 +3436,11 @@ static INLINE void NAME(join_point_direction_block)(intptr_t n, char **args, con
 }
 LOOPS(join_point_direction_block)
 
-static INLINE void NAME(join_point_direction_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    _Alignas(64) REAL r0[3 * SPAN];
-    _Alignas(64) REAL r1[3 * SPAN];
-    _Alignas(64) REAL r2[6 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
-        NAME(load_span)(r0, args[0], first, 3);
-        NAME(load_span)(r1, args[1], first, 3);
-        ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
-            REAL x0[3];
-            REAL x1[3];
-            REAL x2[6];
-            NAME(load_3)(x0, (char *)(r0 + i), SPAN * w);
-            NAME(load_3)(x1, (char *)(r1 + i), SPAN * w);
-            NAME(join_point_direction)(x0, x1, x2);
-            NAME(store_6)((char *)(r2 + i), SPAN * w, x2);
-        }
-        NAME(store_span)(args[2], first, r2, 6);
-    }
-}
-LOOPS(join_point_direction_dense)
-
 void NAME(join_point_direction_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {3, 1, 1, {3}}, {6, 1, 2, {6}}};
-    static const struct kernel kernel = {WIDTHS(join_point_direction_block), WIDTHS(join_point_direction_dense),
-        (any_function *)NAME(join_point_direction), NAME(call_aar), 2, 3, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(join_point_direction_block), {NULL}, (any_function
+        *)NAME(join_point_direction), NAME(call_aar), 2, 3, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -3451,35 +3499,10 @@ static INLINE void NAME(join_point_line_block)(intptr_t n, char **args, const in
 }
 LOOPS(join_point_line_block)
 
-static INLINE void NAME(join_point_line_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    _Alignas(64) REAL r0[3 * SPAN];
-    _Alignas(64) REAL r1[6 * SPAN];
-    _Alignas(64) REAL r2[4 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
-        NAME(load_span)(r0, args[0], first, 3);
-        NAME(load_span)(r1, args[1], first, 6);
-        ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
-            REAL x0[3];
-            REAL x1[6];
-            REAL x2[4];
-            NAME(load_3)(x0, (char *)(r0 + i), SPAN * w);
-            NAME(load_6)(x1, (char *)(r1 + i), SPAN * w);
-            NAME(join_point_line)(x0, x1, x2);
-            NAME(store_4)((char *)(r2 + i), SPAN * w, x2);
-        }
-        NAME(store_span)(args[2], first, r2, 4);
-    }
-}
-LOOPS(join_point_line_dense)
-
 void NAME(join_point_line_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {6, 1, 1, {6}}, {4, 1, 2, {4}}};
-    static const struct kernel kernel = {WIDTHS(join_point_line_block), WIDTHS(join_point_line_dense), (any_function
+    static const struct kernel kernel = {WIDTHS(join_point_line_block), {NULL}, (any_function
         *)NAME(join_point_line), NAME(call_aar), 2, 3, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -3566,7 +3589,7 @@ static INLINE void NAME(join_three_points_dense)(intptr_t n, char **args, const 
             NAME(join_three_points)(x0, x1, x2, x3);
             NAME(store_4)((char *)(r3 + i), SPAN * w, x3);
         }
-        NAME(store_span)(args[3], first, r3, 4);
+        NAME(store_span)(args[3], first, r3, 4, SPAN);
     }
 }
 LOOPS(join_three_points_dense)
@@ -3909,7 +3932,7 @@ static INLINE void NAME(join_four_points_dense_a_b_c)(intptr_t n, char **args, c
             NAME(join_four_points_apply_a_b_c)(prepared, x3, x4);
             NAME(store_scalar)((char *)(r4 + i), x4);
         }
-        NAME(store_span)(args[4], first, r4, 1);
+        NAME(store_span)(args[4], first, r4, 1, SPAN);
     }
 }
 LOOPS(join_four_points_dense_a_b_c)
@@ -3960,7 +3983,7 @@ static INLINE void NAME(join_four_points_dense_a_b_d)(intptr_t n, char **args, c
             NAME(join_four_points_apply_a_b_d)(prepared, x2, x4);
             NAME(store_scalar)((char *)(r4 + i), x4);
         }
-        NAME(store_span)(args[4], first, r4, 1);
+        NAME(store_span)(args[4], first, r4, 1, SPAN);
     }
 }
 LOOPS(join_four_points_dense_a_b_d)
@@ -4011,7 +4034,7 @@ static INLINE void NAME(join_four_points_dense_a_c_d)(intptr_t n, char **args, c
             NAME(join_four_points_apply_a_c_d)(prepared, x1, x4);
             NAME(store_scalar)((char *)(r4 + i), x4);
         }
-        NAME(store_span)(args[4], first, r4, 1);
+        NAME(store_span)(args[4], first, r4, 1, SPAN);
     }
 }
 LOOPS(join_four_points_dense_a_c_d)
@@ -4062,7 +4085,7 @@ static INLINE void NAME(join_four_points_dense_b_c_d)(intptr_t n, char **args, c
             NAME(join_four_points_apply_b_c_d)(prepared, x0, x4);
             NAME(store_scalar)((char *)(r4 + i), x4);
         }
-        NAME(store_span)(args[4], first, r4, 1);
+        NAME(store_span)(args[4], first, r4, 1, SPAN);
     }
 }
 LOOPS(join_four_points_dense_b_c_d)
@@ -4129,7 +4152,7 @@ static INLINE void NAME(join_four_points_dense)(intptr_t n, char **args, const i
             NAME(join_four_points)(x0, x1, x2, x3, x4);
             NAME(store_scalar)((char *)(r4 + i), x4);
         }
-        NAME(store_span)(args[4], first, r4, 1);
+        NAME(store_span)(args[4], first, r4, 1, SPAN);
     }
 }
 LOOPS(join_four_points_dense)
@@ -4206,36 +4229,11 @@ static INLINE void NAME(meet_planes_block)(intptr_t n, char **args, const intptr
 }
 LOOPS(meet_planes_block)
 
-static INLINE void NAME(meet_planes_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    _Alignas(64) REAL r0[4 * SPAN];
-    _Alignas(64) REAL r1[4 * SPAN];
-    _Alignas(64) REAL r2[6 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
-        NAME(load_span)(r0, args[0], first, 4);
-        NAME(load_span)(r1, args[1], first, 4);
-        ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
-            REAL x0[4];
-            REAL x1[4];
-            REAL x2[6];
-            NAME(load_4)(x0, (char *)(r0 + i), SPAN * w);
-            NAME(load_4)(x1, (char *)(r1 + i), SPAN * w);
-            NAME(meet_planes)(x0, x1, x2);
-            NAME(store_6)((char *)(r2 + i), SPAN * w, x2);
-        }
-        NAME(store_span)(args[2], first, r2, 6);
-    }
-}
-LOOPS(meet_planes_dense)
-
 void NAME(meet_planes_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {4, 1, 1, {4}}, {6, 1, 2, {6}}};
-    static const struct kernel kernel = {WIDTHS(meet_planes_block), WIDTHS(meet_planes_dense), (any_function
-        *)NAME(meet_planes), NAME(call_aar), 2, 3, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(meet_planes_block), {NULL}, (any_function *)NAME(meet_planes),
+        NAME(call_aar), 2, 3, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -4297,35 +4295,10 @@ static INLINE void NAME(meet_line_plane_block)(intptr_t n, char **args, const in
 }
 LOOPS(meet_line_plane_block)
 
-static INLINE void NAME(meet_line_plane_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    _Alignas(64) REAL r0[6 * SPAN];
-    _Alignas(64) REAL r1[4 * SPAN];
-    _Alignas(64) REAL r2[4 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
-        NAME(load_span)(r0, args[0], first, 6);
-        NAME(load_span)(r1, args[1], first, 4);
-        ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
-            REAL x0[6];
-            REAL x1[4];
-            REAL x2[4];
-            NAME(load_6)(x0, (char *)(r0 + i), SPAN * w);
-            NAME(load_4)(x1, (char *)(r1 + i), SPAN * w);
-            NAME(meet_line_plane)(x0, x1, x2);
-            NAME(store_4)((char *)(r2 + i), SPAN * w, x2);
-        }
-        NAME(store_span)(args[2], first, r2, 4);
-    }
-}
-LOOPS(meet_line_plane_dense)
-
 void NAME(meet_line_plane_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{6, 1, 0, {6}}, {4, 1, 1, {4}}, {4, 1, 2, {4}}};
-    static const struct kernel kernel = {WIDTHS(meet_line_plane_block), WIDTHS(meet_line_plane_dense), (any_function
+    static const struct kernel kernel = {WIDTHS(meet_line_plane_block), {NULL}, (any_function
         *)NAME(meet_line_plane), NAME(call_aar), 2, 3, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -4650,7 +4623,7 @@ static INLINE void NAME(meet_three_planes_dense_p_q)(intptr_t n, char **args, co
             NAME(meet_three_planes_apply_p_q)(prepared, x2, x3);
             NAME(store_4)((char *)(r3 + i), SPAN * w, x3);
         }
-        NAME(store_span)(args[3], first, r3, 4);
+        NAME(store_span)(args[3], first, r3, 4, SPAN);
     }
 }
 LOOPS(meet_three_planes_dense_p_q)
@@ -4699,7 +4672,7 @@ static INLINE void NAME(meet_three_planes_dense_p_r)(intptr_t n, char **args, co
             NAME(meet_three_planes_apply_p_r)(prepared, x1, x3);
             NAME(store_4)((char *)(r3 + i), SPAN * w, x3);
         }
-        NAME(store_span)(args[3], first, r3, 4);
+        NAME(store_span)(args[3], first, r3, 4, SPAN);
     }
 }
 LOOPS(meet_three_planes_dense_p_r)
@@ -4748,7 +4721,7 @@ static INLINE void NAME(meet_three_planes_dense_q_r)(intptr_t n, char **args, co
             NAME(meet_three_planes_apply_q_r)(prepared, x0, x3);
             NAME(store_4)((char *)(r3 + i), SPAN * w, x3);
         }
-        NAME(store_span)(args[3], first, r3, 4);
+        NAME(store_span)(args[3], first, r3, 4, SPAN);
     }
 }
 LOOPS(meet_three_planes_dense_q_r)
@@ -4807,7 +4780,7 @@ static INLINE void NAME(meet_three_planes_dense)(intptr_t n, char **args, const 
             NAME(meet_three_planes)(x0, x1, x2, x3);
             NAME(store_4)((char *)(r3 + i), SPAN * w, x3);
         }
-        NAME(store_span)(args[3], first, r3, 4);
+        NAME(store_span)(args[3], first, r3, 4, SPAN);
     }
 }
 LOOPS(meet_three_planes_dense)
@@ -4871,37 +4844,11 @@ static INLINE void NAME(line_orthogonal_to_plane_block)(intptr_t n, char **args,
 }
 LOOPS(line_orthogonal_to_plane_block)
 
-static INLINE void NAME(line_orthogonal_to_plane_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    _Alignas(64) REAL r0[3 * SPAN];
-    _Alignas(64) REAL r1[4 * SPAN];
-    _Alignas(64) REAL r2[6 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
-        NAME(load_span)(r0, args[0], first, 3);
-        NAME(load_span)(r1, args[1], first, 4);
-        ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
-            REAL x0[3];
-            REAL x1[4];
-            REAL x2[6];
-            NAME(load_3)(x0, (char *)(r0 + i), SPAN * w);
-            NAME(load_4)(x1, (char *)(r1 + i), SPAN * w);
-            NAME(line_orthogonal_to_plane)(x0, x1, x2);
-            NAME(store_6)((char *)(r2 + i), SPAN * w, x2);
-        }
-        NAME(store_span)(args[2], first, r2, 6);
-    }
-}
-LOOPS(line_orthogonal_to_plane_dense)
-
 void NAME(line_orthogonal_to_plane_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {4, 1, 1, {4}}, {6, 1, 2, {6}}};
-    static const struct kernel kernel = {WIDTHS(line_orthogonal_to_plane_block),
-        WIDTHS(line_orthogonal_to_plane_dense), (any_function *)NAME(line_orthogonal_to_plane), NAME(call_aar), 2,
-        3, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(line_orthogonal_to_plane_block), {NULL}, (any_function
+        *)NAME(line_orthogonal_to_plane), NAME(call_aar), 2, 3, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -4945,37 +4892,11 @@ static INLINE void NAME(plane_orthogonal_to_line_block)(intptr_t n, char **args,
 }
 LOOPS(plane_orthogonal_to_line_block)
 
-static INLINE void NAME(plane_orthogonal_to_line_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    _Alignas(64) REAL r0[3 * SPAN];
-    _Alignas(64) REAL r1[6 * SPAN];
-    _Alignas(64) REAL r2[4 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
-        NAME(load_span)(r0, args[0], first, 3);
-        NAME(load_span)(r1, args[1], first, 6);
-        ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
-            REAL x0[3];
-            REAL x1[6];
-            REAL x2[4];
-            NAME(load_3)(x0, (char *)(r0 + i), SPAN * w);
-            NAME(load_6)(x1, (char *)(r1 + i), SPAN * w);
-            NAME(plane_orthogonal_to_line)(x0, x1, x2);
-            NAME(store_4)((char *)(r2 + i), SPAN * w, x2);
-        }
-        NAME(store_span)(args[2], first, r2, 4);
-    }
-}
-LOOPS(plane_orthogonal_to_line_dense)
-
 void NAME(plane_orthogonal_to_line_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {6, 1, 1, {6}}, {4, 1, 2, {4}}};
-    static const struct kernel kernel = {WIDTHS(plane_orthogonal_to_line_block),
-        WIDTHS(plane_orthogonal_to_line_dense), (any_function *)NAME(plane_orthogonal_to_line), NAME(call_aar), 2,
-        3, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(plane_orthogonal_to_line_block), {NULL}, (any_function
+        *)NAME(plane_orthogonal_to_line), NAME(call_aar), 2, 3, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -5037,7 +4958,7 @@ static INLINE void NAME(plane_through_point_dense)(intptr_t n, char **args, cons
             NAME(plane_through_point)(x0, x1, x2);
             NAME(store_4)((char *)(r2 + i), SPAN * w, x2);
         }
-        NAME(store_span)(args[2], first, r2, 4);
+        NAME(store_span)(args[2], first, r2, 4, SPAN);
     }
 }
 LOOPS(plane_through_point_dense)
@@ -5107,7 +5028,7 @@ static INLINE void NAME(distance_squared_points_dense)(intptr_t n, char **args, 
             NAME(distance_squared_points)(x0, x1, x2);
             NAME(store_scalar)((char *)(r2 + i), x2);
         }
-        NAME(store_span)(args[2], first, r2, 1);
+        NAME(store_span)(args[2], first, r2, 1, SPAN);
     }
 }
 LOOPS(distance_squared_points_dense)
@@ -5179,7 +5100,7 @@ static INLINE void NAME(distance_points_dense)(intptr_t n, char **args, const in
             NAME(distance_points)(x0, x1, x2);
             NAME(store_scalar)((char *)(r2 + i), x2);
         }
-        NAME(store_span)(args[2], first, r2, 1);
+        NAME(store_span)(args[2], first, r2, 1, SPAN);
     }
 }
 LOOPS(distance_points_dense)
@@ -5248,7 +5169,7 @@ static INLINE void NAME(signed_distance_point_plane_dense)(intptr_t n, char **ar
             NAME(signed_distance_point_plane)(x0, x1, x2);
             NAME(store_scalar)((char *)(r2 + i), x2);
         }
-        NAME(store_span)(args[2], first, r2, 1);
+        NAME(store_span)(args[2], first, r2, 1, SPAN);
     }
 }
 LOOPS(signed_distance_point_plane_dense)
@@ -5314,36 +5235,11 @@ static INLINE void NAME(distance_point_line_block)(intptr_t n, char **args, cons
 }
 LOOPS(distance_point_line_block)
 
-static INLINE void NAME(distance_point_line_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    _Alignas(64) REAL r0[3 * SPAN];
-    _Alignas(64) REAL r1[6 * SPAN];
-    _Alignas(64) REAL r2[1 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
-        NAME(load_span)(r0, args[0], first, 3);
-        NAME(load_span)(r1, args[1], first, 6);
-        ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
-            REAL x0[3];
-            REAL x1[6];
-            REAL x2[1];
-            NAME(load_3)(x0, (char *)(r0 + i), SPAN * w);
-            NAME(load_6)(x1, (char *)(r1 + i), SPAN * w);
-            NAME(distance_point_line)(x0, x1, x2);
-            NAME(store_scalar)((char *)(r2 + i), x2);
-        }
-        NAME(store_span)(args[2], first, r2, 1);
-    }
-}
-LOOPS(distance_point_line_dense)
-
 void NAME(distance_point_line_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {6, 1, 1, {6}}, {1, 0, 2, {0}}};
-    static const struct kernel kernel = {WIDTHS(distance_point_line_block), WIDTHS(distance_point_line_dense),
-        (any_function *)NAME(distance_point_line), NAME(call_aar), 2, 3, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(distance_point_line_block), {NULL}, (any_function
+        *)NAME(distance_point_line), NAME(call_aar), 2, 3, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -5395,36 +5291,11 @@ static INLINE void NAME(mutual_moment_block)(intptr_t n, char **args, const intp
 }
 LOOPS(mutual_moment_block)
 
-static INLINE void NAME(mutual_moment_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    _Alignas(64) REAL r0[6 * SPAN];
-    _Alignas(64) REAL r1[6 * SPAN];
-    _Alignas(64) REAL r2[1 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
-        NAME(load_span)(r0, args[0], first, 6);
-        NAME(load_span)(r1, args[1], first, 6);
-        ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
-            REAL x0[6];
-            REAL x1[6];
-            REAL x2[1];
-            NAME(load_6)(x0, (char *)(r0 + i), SPAN * w);
-            NAME(load_6)(x1, (char *)(r1 + i), SPAN * w);
-            NAME(mutual_moment)(x0, x1, x2);
-            NAME(store_scalar)((char *)(r2 + i), x2);
-        }
-        NAME(store_span)(args[2], first, r2, 1);
-    }
-}
-LOOPS(mutual_moment_dense)
-
 void NAME(mutual_moment_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{6, 1, 0, {6}}, {6, 1, 1, {6}}, {1, 0, 2, {0}}};
-    static const struct kernel kernel = {WIDTHS(mutual_moment_block), WIDTHS(mutual_moment_dense), (any_function
-        *)NAME(mutual_moment), NAME(call_aar), 2, 3, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(mutual_moment_block), {NULL}, (any_function *)NAME(mutual_moment),
+        NAME(call_aar), 2, 3, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -5688,7 +5559,7 @@ static INLINE void NAME(project_point_on_plane_dense_plane)(intptr_t n, char **a
             NAME(project_point_on_plane_apply_plane)(prepared, x0, x2);
             NAME(store_3)((char *)(r2 + i), SPAN * w, x2);
         }
-        NAME(store_span)(args[2], first, r2, 3);
+        NAME(store_span)(args[2], first, r2, 3, SPAN);
     }
 }
 LOOPS(project_point_on_plane_dense_plane)
@@ -5739,7 +5610,7 @@ static INLINE void NAME(project_point_on_plane_dense)(intptr_t n, char **args, c
             NAME(project_point_on_plane)(x0, x1, x2);
             NAME(store_3)((char *)(r2 + i), SPAN * w, x2);
         }
-        NAME(store_span)(args[2], first, r2, 3);
+        NAME(store_span)(args[2], first, r2, 3, SPAN);
     }
 }
 LOOPS(project_point_on_plane_dense)
@@ -5818,7 +5689,7 @@ static INLINE void NAME(project_point_on_unit_plane_dense)(intptr_t n, char **ar
             NAME(project_point_on_unit_plane)(x0, x1, x2);
             NAME(store_3)((char *)(r2 + i), SPAN * w, x2);
         }
-        NAME(store_span)(args[2], first, r2, 3);
+        NAME(store_span)(args[2], first, r2, 3, SPAN);
     }
 }
 LOOPS(project_point_on_unit_plane_dense)
@@ -5980,7 +5851,7 @@ static INLINE void NAME(project_point_on_line_dense_line)(intptr_t n, char **arg
             NAME(project_point_on_line_apply_line)(prepared, x0, x2);
             NAME(store_3)((char *)(r2 + i), SPAN * w, x2);
         }
-        NAME(store_span)(args[2], first, r2, 3);
+        NAME(store_span)(args[2], first, r2, 3, SPAN);
     }
 }
 LOOPS(project_point_on_line_dense_line)
@@ -6013,38 +5884,13 @@ static INLINE void NAME(project_point_on_line_block)(intptr_t n, char **args, co
 }
 LOOPS(project_point_on_line_block)
 
-static INLINE void NAME(project_point_on_line_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    _Alignas(64) REAL r0[3 * SPAN];
-    _Alignas(64) REAL r1[6 * SPAN];
-    _Alignas(64) REAL r2[3 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
-        NAME(load_span)(r0, args[0], first, 3);
-        NAME(load_span)(r1, args[1], first, 6);
-        ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
-            REAL x0[3];
-            REAL x1[6];
-            REAL x2[3];
-            NAME(load_3)(x0, (char *)(r0 + i), SPAN * w);
-            NAME(load_6)(x1, (char *)(r1 + i), SPAN * w);
-            NAME(project_point_on_line)(x0, x1, x2);
-            NAME(store_3)((char *)(r2 + i), SPAN * w, x2);
-        }
-        NAME(store_span)(args[2], first, r2, 3);
-    }
-}
-LOOPS(project_point_on_line_dense)
-
 void NAME(project_point_on_line_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {6, 1, 1, {6}}, {3, 1, 2, {3}}};
     static const struct form forms[] = {{2, 2, NAME(project_point_on_line_start_line),
         WIDTHS(project_point_on_line_block_line), WIDTHS(project_point_on_line_dense_line)}};
-    static const struct kernel kernel = {WIDTHS(project_point_on_line_block), WIDTHS(project_point_on_line_dense),
-        (any_function *)NAME(project_point_on_line), NAME(call_aar), 2, 3, 1, 0, parts, forms};
+    static const struct kernel kernel = {WIDTHS(project_point_on_line_block), {NULL}, (any_function
+        *)NAME(project_point_on_line), NAME(call_aar), 2, 3, 1, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -6170,7 +6016,7 @@ static INLINE void NAME(project_point_on_unit_line_dense_line)(intptr_t n, char 
             NAME(project_point_on_unit_line_apply_line)(prepared, x0, x2);
             NAME(store_3)((char *)(r2 + i), SPAN * w, x2);
         }
-        NAME(store_span)(args[2], first, r2, 3);
+        NAME(store_span)(args[2], first, r2, 3, SPAN);
     }
 }
 LOOPS(project_point_on_unit_line_dense_line)
@@ -6203,39 +6049,13 @@ static INLINE void NAME(project_point_on_unit_line_block)(intptr_t n, char **arg
 }
 LOOPS(project_point_on_unit_line_block)
 
-static INLINE void NAME(project_point_on_unit_line_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    _Alignas(64) REAL r0[3 * SPAN];
-    _Alignas(64) REAL r1[6 * SPAN];
-    _Alignas(64) REAL r2[3 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
-        NAME(load_span)(r0, args[0], first, 3);
-        NAME(load_span)(r1, args[1], first, 6);
-        ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
-            REAL x0[3];
-            REAL x1[6];
-            REAL x2[3];
-            NAME(load_3)(x0, (char *)(r0 + i), SPAN * w);
-            NAME(load_6)(x1, (char *)(r1 + i), SPAN * w);
-            NAME(project_point_on_unit_line)(x0, x1, x2);
-            NAME(store_3)((char *)(r2 + i), SPAN * w, x2);
-        }
-        NAME(store_span)(args[2], first, r2, 3);
-    }
-}
-LOOPS(project_point_on_unit_line_dense)
-
 void NAME(project_point_on_unit_line_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {6, 1, 1, {6}}, {3, 1, 2, {3}}};
     static const struct form forms[] = {{2, 2, NAME(project_point_on_unit_line_start_line),
         WIDTHS(project_point_on_unit_line_block_line), WIDTHS(project_point_on_unit_line_dense_line)}};
-    static const struct kernel kernel = {WIDTHS(project_point_on_unit_line_block),
-        WIDTHS(project_point_on_unit_line_dense), (any_function *)NAME(project_point_on_unit_line), NAME(call_aar),
-        2, 3, 1, 0, parts, forms};
+    static const struct kernel kernel = {WIDTHS(project_point_on_unit_line_block), {NULL}, (any_function
+        *)NAME(project_point_on_unit_line), NAME(call_aar), 2, 3, 1, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -6311,37 +6131,11 @@ static INLINE void NAME(project_line_on_unit_plane_block)(intptr_t n, char **arg
 }
 LOOPS(project_line_on_unit_plane_block)
 
-static INLINE void NAME(project_line_on_unit_plane_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    _Alignas(64) REAL r0[6 * SPAN];
-    _Alignas(64) REAL r1[4 * SPAN];
-    _Alignas(64) REAL r2[6 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
-        NAME(load_span)(r0, args[0], first, 6);
-        NAME(load_span)(r1, args[1], first, 4);
-        ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
-            REAL x0[6];
-            REAL x1[4];
-            REAL x2[6];
-            NAME(load_6)(x0, (char *)(r0 + i), SPAN * w);
-            NAME(load_4)(x1, (char *)(r1 + i), SPAN * w);
-            NAME(project_line_on_unit_plane)(x0, x1, x2);
-            NAME(store_6)((char *)(r2 + i), SPAN * w, x2);
-        }
-        NAME(store_span)(args[2], first, r2, 6);
-    }
-}
-LOOPS(project_line_on_unit_plane_dense)
-
 void NAME(project_line_on_unit_plane_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{6, 1, 0, {6}}, {4, 1, 1, {4}}, {6, 1, 2, {6}}};
-    static const struct kernel kernel = {WIDTHS(project_line_on_unit_plane_block),
-        WIDTHS(project_line_on_unit_plane_dense), (any_function *)NAME(project_line_on_unit_plane), NAME(call_aar),
-        2, 3, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(project_line_on_unit_plane_block), {NULL}, (any_function
+        *)NAME(project_line_on_unit_plane), NAME(call_aar), 2, 3, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -6410,7 +6204,7 @@ static INLINE void NAME(reflect_point_dense)(intptr_t n, char **args, const intp
             NAME(reflect_point)(x0, x1, x2);
             NAME(store_3)((char *)(r2 + i), SPAN * w, x2);
         }
-        NAME(store_span)(args[2], first, r2, 3);
+        NAME(store_span)(args[2], first, r2, 3, SPAN);
     }
 }
 LOOPS(reflect_point_dense)
@@ -6460,37 +6254,11 @@ static INLINE void NAME(line_from_direction_moment_block)(intptr_t n, char **arg
 }
 LOOPS(line_from_direction_moment_block)
 
-static INLINE void NAME(line_from_direction_moment_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    _Alignas(64) REAL r0[3 * SPAN];
-    _Alignas(64) REAL r1[3 * SPAN];
-    _Alignas(64) REAL r2[6 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
-        NAME(load_span)(r0, args[0], first, 3);
-        NAME(load_span)(r1, args[1], first, 3);
-        ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
-            REAL x0[3];
-            REAL x1[3];
-            REAL x2[6];
-            NAME(load_3)(x0, (char *)(r0 + i), SPAN * w);
-            NAME(load_3)(x1, (char *)(r1 + i), SPAN * w);
-            NAME(line_from_direction_moment)(x0, x1, x2);
-            NAME(store_6)((char *)(r2 + i), SPAN * w, x2);
-        }
-        NAME(store_span)(args[2], first, r2, 6);
-    }
-}
-LOOPS(line_from_direction_moment_dense)
-
 void NAME(line_from_direction_moment_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {3, 1, 1, {3}}, {6, 1, 2, {6}}};
-    static const struct kernel kernel = {WIDTHS(line_from_direction_moment_block),
-        WIDTHS(line_from_direction_moment_dense), (any_function *)NAME(line_from_direction_moment), NAME(call_aar),
-        2, 3, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(line_from_direction_moment_block), {NULL}, (any_function
+        *)NAME(line_from_direction_moment), NAME(call_aar), 2, 3, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -6531,37 +6299,11 @@ static INLINE void NAME(line_to_direction_moment_block)(intptr_t n, char **args,
 }
 LOOPS(line_to_direction_moment_block)
 
-static INLINE void NAME(line_to_direction_moment_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    _Alignas(64) REAL r0[6 * SPAN];
-    _Alignas(64) REAL r1[3 * SPAN];
-    _Alignas(64) REAL r2[3 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
-        NAME(load_span)(r0, args[0], first, 6);
-        ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
-            REAL x0[6];
-            REAL x1[3];
-            REAL x2[3];
-            NAME(load_6)(x0, (char *)(r0 + i), SPAN * w);
-            NAME(line_to_direction_moment)(x0, x1, x2);
-            NAME(store_3)((char *)(r1 + i), SPAN * w, x1);
-            NAME(store_3)((char *)(r2 + i), SPAN * w, x2);
-        }
-        NAME(store_span)(args[1], first, r1, 3);
-        NAME(store_span)(args[2], first, r2, 3);
-    }
-}
-LOOPS(line_to_direction_moment_dense)
-
 void NAME(line_to_direction_moment_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{6, 1, 0, {6}}, {3, 1, 1, {3}}, {3, 1, 2, {3}}};
-    static const struct kernel kernel = {WIDTHS(line_to_direction_moment_block),
-        WIDTHS(line_to_direction_moment_dense), (any_function *)NAME(line_to_direction_moment), NAME(call_arr), 1,
-        3, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(line_to_direction_moment_block), {NULL}, (any_function
+        *)NAME(line_to_direction_moment), NAME(call_arr), 1, 3, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -6598,32 +6340,11 @@ static INLINE void NAME(plucker_residual_block)(intptr_t n, char **args, const i
 }
 LOOPS(plucker_residual_block)
 
-static INLINE void NAME(plucker_residual_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    _Alignas(64) REAL r0[6 * SPAN];
-    _Alignas(64) REAL r1[1 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
-        NAME(load_span)(r0, args[0], first, 6);
-        ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
-            REAL x0[6];
-            REAL x1[1];
-            NAME(load_6)(x0, (char *)(r0 + i), SPAN * w);
-            NAME(plucker_residual)(x0, x1);
-            NAME(store_scalar)((char *)(r1 + i), x1);
-        }
-        NAME(store_span)(args[1], first, r1, 1);
-    }
-}
-LOOPS(plucker_residual_dense)
-
 void NAME(plucker_residual_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{6, 1, 0, {6}}, {1, 0, 1, {0}}};
-    static const struct kernel kernel = {WIDTHS(plucker_residual_block), WIDTHS(plucker_residual_dense),
-        (any_function *)NAME(plucker_residual), NAME(call_ar), 1, 2, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(plucker_residual_block), {NULL}, (any_function
+        *)NAME(plucker_residual), NAME(call_ar), 1, 2, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -6676,32 +6397,11 @@ static INLINE void NAME(line_support_block)(intptr_t n, char **args, const intpt
 }
 LOOPS(line_support_block)
 
-static INLINE void NAME(line_support_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    _Alignas(64) REAL r0[6 * SPAN];
-    _Alignas(64) REAL r1[3 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
-        NAME(load_span)(r0, args[0], first, 6);
-        ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
-            REAL x0[6];
-            REAL x1[3];
-            NAME(load_6)(x0, (char *)(r0 + i), SPAN * w);
-            NAME(line_support)(x0, x1);
-            NAME(store_3)((char *)(r1 + i), SPAN * w, x1);
-        }
-        NAME(store_span)(args[1], first, r1, 3);
-    }
-}
-LOOPS(line_support_dense)
-
 void NAME(line_support_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{6, 1, 0, {6}}, {3, 1, 1, {3}}};
-    static const struct kernel kernel = {WIDTHS(line_support_block), WIDTHS(line_support_dense), (any_function
-        *)NAME(line_support), NAME(call_ar), 1, 2, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(line_support_block), {NULL}, (any_function *)NAME(line_support),
+        NAME(call_ar), 1, 2, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -6753,36 +6453,11 @@ static INLINE void NAME(point_on_line_block)(intptr_t n, char **args, const intp
 }
 LOOPS(point_on_line_block)
 
-static INLINE void NAME(point_on_line_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    _Alignas(64) REAL r0[6 * SPAN];
-    _Alignas(64) REAL r1[1 * SPAN];
-    _Alignas(64) REAL r2[3 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
-        NAME(load_span)(r0, args[0], first, 6);
-        NAME(load_span)(r1, args[1], first, 1);
-        ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
-            REAL x0[6];
-            REAL x1[1];
-            REAL x2[3];
-            NAME(load_6)(x0, (char *)(r0 + i), SPAN * w);
-            NAME(load_scalar)(x1, (char *)(r1 + i));
-            NAME(point_on_line)(x0, x1[0], x2);
-            NAME(store_3)((char *)(r2 + i), SPAN * w, x2);
-        }
-        NAME(store_span)(args[2], first, r2, 3);
-    }
-}
-LOOPS(point_on_line_dense)
-
 void NAME(point_on_line_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{6, 1, 0, {6}}, {1, 0, 1, {0}}, {3, 1, 1, {3}}};
-    static const struct kernel kernel = {WIDTHS(point_on_line_block), WIDTHS(point_on_line_dense), (any_function
-        *)NAME(point_on_line), NAME(call_anr), 2, 3, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(point_on_line_block), {NULL}, (any_function *)NAME(point_on_line),
+        NAME(call_anr), 2, 3, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -6822,36 +6497,11 @@ static INLINE void NAME(position_along_line_block)(intptr_t n, char **args, cons
 }
 LOOPS(position_along_line_block)
 
-static INLINE void NAME(position_along_line_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    _Alignas(64) REAL r0[3 * SPAN];
-    _Alignas(64) REAL r1[6 * SPAN];
-    _Alignas(64) REAL r2[1 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
-        NAME(load_span)(r0, args[0], first, 3);
-        NAME(load_span)(r1, args[1], first, 6);
-        ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
-            REAL x0[3];
-            REAL x1[6];
-            REAL x2[1];
-            NAME(load_3)(x0, (char *)(r0 + i), SPAN * w);
-            NAME(load_6)(x1, (char *)(r1 + i), SPAN * w);
-            NAME(position_along_line)(x0, x1, x2);
-            NAME(store_scalar)((char *)(r2 + i), x2);
-        }
-        NAME(store_span)(args[2], first, r2, 1);
-    }
-}
-LOOPS(position_along_line_dense)
-
 void NAME(position_along_line_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {6, 1, 1, {6}}, {1, 0, 2, {0}}};
-    static const struct kernel kernel = {WIDTHS(position_along_line_block), WIDTHS(position_along_line_dense),
-        (any_function *)NAME(position_along_line), NAME(call_aar), 2, 3, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(position_along_line_block), {NULL}, (any_function
+        *)NAME(position_along_line), NAME(call_aar), 2, 3, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -6905,7 +6555,7 @@ static INLINE void NAME(plane_from_normal_dense)(intptr_t n, char **args, const 
             NAME(plane_from_normal)(x0, x1[0], x2);
             NAME(store_4)((char *)(r2 + i), SPAN * w, x2);
         }
-        NAME(store_span)(args[2], first, r2, 4);
+        NAME(store_span)(args[2], first, r2, 4, SPAN);
     }
 }
 LOOPS(plane_from_normal_dense)
@@ -6976,7 +6626,7 @@ static INLINE void NAME(plane_from_point_normal_dense)(intptr_t n, char **args, 
             NAME(plane_from_point_normal)(x0, x1, x2);
             NAME(store_4)((char *)(r2 + i), SPAN * w, x2);
         }
-        NAME(store_span)(args[2], first, r2, 4);
+        NAME(store_span)(args[2], first, r2, 4, SPAN);
     }
 }
 LOOPS(plane_from_point_normal_dense)
@@ -7066,7 +6716,7 @@ static INLINE void NAME(join_point_directions_dense)(intptr_t n, char **args, co
             NAME(join_point_directions)(x0, x1, x2, x3);
             NAME(store_4)((char *)(r3 + i), SPAN * w, x3);
         }
-        NAME(store_span)(args[3], first, r3, 4);
+        NAME(store_span)(args[3], first, r3, 4, SPAN);
     }
 }
 LOOPS(join_point_directions_dense)
@@ -7141,8 +6791,8 @@ static INLINE void NAME(plane_to_normal_dense)(intptr_t n, char **args, const in
             NAME(store_3)((char *)(r1 + i), SPAN * w, x1);
             NAME(store_scalar)((char *)(r2 + i), x2);
         }
-        NAME(store_span)(args[1], first, r1, 3);
-        NAME(store_span)(args[2], first, r2, 1);
+        NAME(store_span)(args[1], first, r1, 3, SPAN);
+        NAME(store_span)(args[2], first, r2, 1, SPAN);
     }
 }
 LOOPS(plane_to_normal_dense)
@@ -7210,7 +6860,7 @@ static INLINE void NAME(plane_support_dense)(intptr_t n, char **args, const intp
             NAME(plane_support)(x0, x1);
             NAME(store_3)((char *)(r1 + i), SPAN * w, x1);
         }
-        NAME(store_span)(args[1], first, r1, 3);
+        NAME(store_span)(args[1], first, r1, 3, SPAN);
     }
 }
 LOOPS(plane_support_dense)
@@ -7288,7 +6938,7 @@ static INLINE void NAME(bisector_plane_dense)(intptr_t n, char **args, const int
             NAME(bisector_plane)(x0, x1, x2);
             NAME(store_4)((char *)(r2 + i), SPAN * w, x2);
         }
-        NAME(store_span)(args[2], first, r2, 4);
+        NAME(store_span)(args[2], first, r2, 4, SPAN);
     }
 }
 LOOPS(bisector_plane_dense)
@@ -7373,8 +7023,8 @@ static INLINE void NAME(bisectors_of_planes_dense)(intptr_t n, char **args, cons
             NAME(store_4)((char *)(r2 + i), SPAN * w, x2);
             NAME(store_4)((char *)(r3 + i), SPAN * w, x3);
         }
-        NAME(store_span)(args[2], first, r2, 4);
-        NAME(store_span)(args[3], first, r3, 4);
+        NAME(store_span)(args[2], first, r2, 4, SPAN);
+        NAME(store_span)(args[3], first, r3, 4, SPAN);
     }
 }
 LOOPS(bisectors_of_planes_dense)
@@ -7444,7 +7094,7 @@ static INLINE void NAME(midpoint_dense)(intptr_t n, char **args, const intptr_t 
             NAME(midpoint)(x0, x1, x2);
             NAME(store_3)((char *)(r2 + i), SPAN * w, x2);
         }
-        NAME(store_span)(args[2], first, r2, 3);
+        NAME(store_span)(args[2], first, r2, 3, SPAN);
     }
 }
 LOOPS(midpoint_dense)
@@ -7955,36 +7605,11 @@ static INLINE void NAME(signed_distance_lines_block)(intptr_t n, char **args, co
 }
 LOOPS(signed_distance_lines_block)
 
-static INLINE void NAME(signed_distance_lines_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    _Alignas(64) REAL r0[6 * SPAN];
-    _Alignas(64) REAL r1[6 * SPAN];
-    _Alignas(64) REAL r2[1 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
-        NAME(load_span)(r0, args[0], first, 6);
-        NAME(load_span)(r1, args[1], first, 6);
-        ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
-            REAL x0[6];
-            REAL x1[6];
-            REAL x2[1];
-            NAME(load_6)(x0, (char *)(r0 + i), SPAN * w);
-            NAME(load_6)(x1, (char *)(r1 + i), SPAN * w);
-            NAME(signed_distance_lines)(x0, x1, x2);
-            NAME(store_scalar)((char *)(r2 + i), x2);
-        }
-        NAME(store_span)(args[2], first, r2, 1);
-    }
-}
-LOOPS(signed_distance_lines_dense)
-
 void NAME(signed_distance_lines_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{6, 1, 0, {6}}, {6, 1, 1, {6}}, {1, 0, 2, {0}}};
-    static const struct kernel kernel = {WIDTHS(signed_distance_lines_block), WIDTHS(signed_distance_lines_dense),
-        (any_function *)NAME(signed_distance_lines), NAME(call_aar), 2, 3, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(signed_distance_lines_block), {NULL}, (any_function
+        *)NAME(signed_distance_lines), NAME(call_aar), 2, 3, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -8084,36 +7709,11 @@ static INLINE void NAME(distance_lines_block)(intptr_t n, char **args, const int
 }
 LOOPS(distance_lines_block)
 
-static INLINE void NAME(distance_lines_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    _Alignas(64) REAL r0[6 * SPAN];
-    _Alignas(64) REAL r1[6 * SPAN];
-    _Alignas(64) REAL r2[1 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
-        NAME(load_span)(r0, args[0], first, 6);
-        NAME(load_span)(r1, args[1], first, 6);
-        ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
-            REAL x0[6];
-            REAL x1[6];
-            REAL x2[1];
-            NAME(load_6)(x0, (char *)(r0 + i), SPAN * w);
-            NAME(load_6)(x1, (char *)(r1 + i), SPAN * w);
-            NAME(distance_lines)(x0, x1, x2);
-            NAME(store_scalar)((char *)(r2 + i), x2);
-        }
-        NAME(store_span)(args[2], first, r2, 1);
-    }
-}
-LOOPS(distance_lines_dense)
-
 void NAME(distance_lines_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{6, 1, 0, {6}}, {6, 1, 1, {6}}, {1, 0, 2, {0}}};
-    static const struct kernel kernel = {WIDTHS(distance_lines_block), WIDTHS(distance_lines_dense), (any_function
-        *)NAME(distance_lines), NAME(call_aar), 2, 3, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(distance_lines_block), {NULL}, (any_function *)NAME(distance_lines),
+        NAME(call_aar), 2, 3, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -8243,7 +7843,7 @@ static INLINE void NAME(signed_distance_line_plane_dense_line)(intptr_t n, char 
             NAME(signed_distance_line_plane_apply_line)(prepared, x1, x2);
             NAME(store_scalar)((char *)(r2 + i), x2);
         }
-        NAME(store_span)(args[2], first, r2, 1);
+        NAME(store_span)(args[2], first, r2, 1, SPAN);
     }
 }
 LOOPS(signed_distance_line_plane_dense_line)
@@ -8276,39 +7876,13 @@ static INLINE void NAME(signed_distance_line_plane_block)(intptr_t n, char **arg
 }
 LOOPS(signed_distance_line_plane_block)
 
-static INLINE void NAME(signed_distance_line_plane_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    _Alignas(64) REAL r0[6 * SPAN];
-    _Alignas(64) REAL r1[4 * SPAN];
-    _Alignas(64) REAL r2[1 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
-        NAME(load_span)(r0, args[0], first, 6);
-        NAME(load_span)(r1, args[1], first, 4);
-        ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
-            REAL x0[6];
-            REAL x1[4];
-            REAL x2[1];
-            NAME(load_6)(x0, (char *)(r0 + i), SPAN * w);
-            NAME(load_4)(x1, (char *)(r1 + i), SPAN * w);
-            NAME(signed_distance_line_plane)(x0, x1, x2);
-            NAME(store_scalar)((char *)(r2 + i), x2);
-        }
-        NAME(store_span)(args[2], first, r2, 1);
-    }
-}
-LOOPS(signed_distance_line_plane_dense)
-
 void NAME(signed_distance_line_plane_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{6, 1, 0, {6}}, {4, 1, 1, {4}}, {1, 0, 2, {0}}};
     static const struct form forms[] = {{1, 2, NAME(signed_distance_line_plane_start_line),
         WIDTHS(signed_distance_line_plane_block_line), WIDTHS(signed_distance_line_plane_dense_line)}};
-    static const struct kernel kernel = {WIDTHS(signed_distance_line_plane_block),
-        WIDTHS(signed_distance_line_plane_dense), (any_function *)NAME(signed_distance_line_plane), NAME(call_aar),
-        2, 3, 1, 0, parts, forms};
+    static const struct kernel kernel = {WIDTHS(signed_distance_line_plane_block), {NULL}, (any_function
+        *)NAME(signed_distance_line_plane), NAME(call_aar), 2, 3, 1, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -8485,7 +8059,7 @@ static INLINE void NAME(signed_distance_planes_dense_p)(intptr_t n, char **args,
             NAME(signed_distance_planes_apply_p)(prepared, x1, x2);
             NAME(store_scalar)((char *)(r2 + i), x2);
         }
-        NAME(store_span)(args[2], first, r2, 1);
+        NAME(store_span)(args[2], first, r2, 1, SPAN);
     }
 }
 LOOPS(signed_distance_planes_dense_p)
@@ -8532,7 +8106,7 @@ static INLINE void NAME(signed_distance_planes_dense_q)(intptr_t n, char **args,
             NAME(signed_distance_planes_apply_q)(prepared, x0, x2);
             NAME(store_scalar)((char *)(r2 + i), x2);
         }
-        NAME(store_span)(args[2], first, r2, 1);
+        NAME(store_span)(args[2], first, r2, 1, SPAN);
     }
 }
 LOOPS(signed_distance_planes_dense_q)
@@ -8583,7 +8157,7 @@ static INLINE void NAME(signed_distance_planes_dense)(intptr_t n, char **args, c
             NAME(signed_distance_planes)(x0, x1, x2);
             NAME(store_scalar)((char *)(r2 + i), x2);
         }
-        NAME(store_span)(args[2], first, r2, 1);
+        NAME(store_span)(args[2], first, r2, 1, SPAN);
     }
 }
 LOOPS(signed_distance_planes_dense)
@@ -8802,7 +8376,7 @@ static INLINE void NAME(signed_angle_between_lines_dense_a_b)(intptr_t n, char *
             NAME(signed_angle_between_lines_apply_a_b)(prepared, x2, x3);
             NAME(store_scalar)((char *)(r3 + i), x3);
         }
-        NAME(store_span)(args[3], first, r3, 1);
+        NAME(store_span)(args[3], first, r3, 1, SPAN);
     }
 }
 LOOPS(signed_angle_between_lines_dense_a_b)
@@ -8984,7 +8558,7 @@ static INLINE void NAME(signed_angle_between_planes_dense_p_q)(intptr_t n, char 
             NAME(signed_angle_between_planes_apply_p_q)(prepared, x2, x3);
             NAME(store_scalar)((char *)(r3 + i), x3);
         }
-        NAME(store_span)(args[3], first, r3, 1);
+        NAME(store_span)(args[3], first, r3, 1, SPAN);
     }
 }
 LOOPS(signed_angle_between_planes_dense_p_q)
@@ -9146,36 +8720,11 @@ static INLINE void NAME(join_lines_block)(intptr_t n, char **args, const intptr_
 }
 LOOPS(join_lines_block)
 
-static INLINE void NAME(join_lines_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    _Alignas(64) REAL r0[6 * SPAN];
-    _Alignas(64) REAL r1[6 * SPAN];
-    _Alignas(64) REAL r2[4 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
-        NAME(load_span)(r0, args[0], first, 6);
-        NAME(load_span)(r1, args[1], first, 6);
-        ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
-            REAL x0[6];
-            REAL x1[6];
-            REAL x2[4];
-            NAME(load_6)(x0, (char *)(r0 + i), SPAN * w);
-            NAME(load_6)(x1, (char *)(r1 + i), SPAN * w);
-            NAME(join_lines)(x0, x1, x2);
-            NAME(store_4)((char *)(r2 + i), SPAN * w, x2);
-        }
-        NAME(store_span)(args[2], first, r2, 4);
-    }
-}
-LOOPS(join_lines_dense)
-
 void NAME(join_lines_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{6, 1, 0, {6}}, {6, 1, 1, {6}}, {4, 1, 2, {4}}};
-    static const struct kernel kernel = {WIDTHS(join_lines_block), WIDTHS(join_lines_dense), (any_function
-        *)NAME(join_lines), NAME(call_aar), 2, 3, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(join_lines_block), {NULL}, (any_function *)NAME(join_lines),
+        NAME(call_aar), 2, 3, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -9304,36 +8853,11 @@ static INLINE void NAME(meet_lines_block)(intptr_t n, char **args, const intptr_
 }
 LOOPS(meet_lines_block)
 
-static INLINE void NAME(meet_lines_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    _Alignas(64) REAL r0[6 * SPAN];
-    _Alignas(64) REAL r1[6 * SPAN];
-    _Alignas(64) REAL r2[4 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
-        NAME(load_span)(r0, args[0], first, 6);
-        NAME(load_span)(r1, args[1], first, 6);
-        ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
-            REAL x0[6];
-            REAL x1[6];
-            REAL x2[4];
-            NAME(load_6)(x0, (char *)(r0 + i), SPAN * w);
-            NAME(load_6)(x1, (char *)(r1 + i), SPAN * w);
-            NAME(meet_lines)(x0, x1, x2);
-            NAME(store_4)((char *)(r2 + i), SPAN * w, x2);
-        }
-        NAME(store_span)(args[2], first, r2, 4);
-    }
-}
-LOOPS(meet_lines_dense)
-
 void NAME(meet_lines_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{6, 1, 0, {6}}, {6, 1, 1, {6}}, {4, 1, 2, {4}}};
-    static const struct kernel kernel = {WIDTHS(meet_lines_block), WIDTHS(meet_lines_dense), (any_function
-        *)NAME(meet_lines), NAME(call_aar), 2, 3, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(meet_lines_block), {NULL}, (any_function *)NAME(meet_lines),
+        NAME(call_aar), 2, 3, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -9696,39 +9220,6 @@ static INLINE void NAME(relation_of_lines_block)(intptr_t n, char **args, const 
 }
 LOOPS(relation_of_lines_block)
 
-static INLINE void NAME(relation_of_lines_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    _Alignas(64) REAL r0[6 * SPAN];
-    _Alignas(64) REAL r1[6 * SPAN];
-    _Alignas(64) REAL r2[1 * SPAN];
-    _Alignas(64) REAL r3[1 * SPAN];
-    _Alignas(64) REAL r4[1 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
-        NAME(load_span)(r0, args[0], first, 6);
-        NAME(load_span)(r1, args[1], first, 6);
-        NAME(load_span)(r2, args[2], first, 1);
-        NAME(load_span)(r3, args[3], first, 1);
-        ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
-            REAL x0[6];
-            REAL x1[6];
-            REAL x2[1];
-            REAL x3[1];
-            REAL x4[1];
-            NAME(load_6)(x0, (char *)(r0 + i), SPAN * w);
-            NAME(load_6)(x1, (char *)(r1 + i), SPAN * w);
-            NAME(load_scalar)(x2, (char *)(r2 + i));
-            NAME(load_scalar)(x3, (char *)(r3 + i));
-            NAME(relation_of_lines)(x0, x1, x2[0], x3[0], x4);
-            NAME(store_scalar)((char *)(r4 + i), x4);
-        }
-        NAME(store_span)(args[4], first, r4, 1);
-    }
-}
-LOOPS(relation_of_lines_dense)
-
 void NAME(relation_of_lines_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{6, 1, 0, {6}}, {6, 1, 1, {6}}, {1, 0, 2, {0}}, {1, 0, 2, {0}}, {1, 0, 2,
@@ -9736,8 +9227,8 @@ void NAME(relation_of_lines_loop)(char **args, const intptr_t *dimensions, const
     static const struct form forms[] = {{7, 2, NAME(relation_of_lines_start_a_b_distance),
         WIDTHS(relation_of_lines_block_a_b_distance), {NULL}}, {11, 2, NAME(relation_of_lines_start_a_b_sine),
         WIDTHS(relation_of_lines_block_a_b_sine), {NULL}}};
-    static const struct kernel kernel = {WIDTHS(relation_of_lines_block), WIDTHS(relation_of_lines_dense),
-        (any_function *)NAME(relation_of_lines), NAME(call_aannr), 4, 5, 2, 0, parts, forms};
+    static const struct kernel kernel = {WIDTHS(relation_of_lines_block), {NULL}, (any_function
+        *)NAME(relation_of_lines), NAME(call_aannr), 4, 5, 2, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -10046,7 +9537,7 @@ static INLINE void NAME(relation_of_line_plane_dense_line_distance_sine)(intptr_
             NAME(relation_of_line_plane_apply_line_distance_sine)(prepared, x1, x4);
             NAME(store_scalar)((char *)(r4 + i), x4);
         }
-        NAME(store_span)(args[4], first, r4, 1);
+        NAME(store_span)(args[4], first, r4, 1, SPAN);
     }
 }
 LOOPS(relation_of_line_plane_dense_line_distance_sine)
@@ -10090,39 +9581,6 @@ static INLINE void NAME(relation_of_line_plane_block)(intptr_t n, char **args, c
 }
 LOOPS(relation_of_line_plane_block)
 
-static INLINE void NAME(relation_of_line_plane_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    _Alignas(64) REAL r0[6 * SPAN];
-    _Alignas(64) REAL r1[4 * SPAN];
-    _Alignas(64) REAL r2[1 * SPAN];
-    _Alignas(64) REAL r3[1 * SPAN];
-    _Alignas(64) REAL r4[1 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
-        NAME(load_span)(r0, args[0], first, 6);
-        NAME(load_span)(r1, args[1], first, 4);
-        NAME(load_span)(r2, args[2], first, 1);
-        NAME(load_span)(r3, args[3], first, 1);
-        ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
-            REAL x0[6];
-            REAL x1[4];
-            REAL x2[1];
-            REAL x3[1];
-            REAL x4[1];
-            NAME(load_6)(x0, (char *)(r0 + i), SPAN * w);
-            NAME(load_4)(x1, (char *)(r1 + i), SPAN * w);
-            NAME(load_scalar)(x2, (char *)(r2 + i));
-            NAME(load_scalar)(x3, (char *)(r3 + i));
-            NAME(relation_of_line_plane)(x0, x1, x2[0], x3[0], x4);
-            NAME(store_scalar)((char *)(r4 + i), x4);
-        }
-        NAME(store_span)(args[4], first, r4, 1);
-    }
-}
-LOOPS(relation_of_line_plane_dense)
-
 void NAME(relation_of_line_plane_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{6, 1, 0, {6}}, {4, 1, 1, {4}}, {1, 0, 2, {0}}, {1, 0, 2, {0}}, {1, 0, 2,
@@ -10133,8 +9591,8 @@ void NAME(relation_of_line_plane_loop)(char **args, const intptr_t *dimensions, 
         {NULL}}, {13, 2, NAME(relation_of_line_plane_start_line_distance_sine),
         WIDTHS(relation_of_line_plane_block_line_distance_sine),
         WIDTHS(relation_of_line_plane_dense_line_distance_sine)}};
-    static const struct kernel kernel = {WIDTHS(relation_of_line_plane_block), WIDTHS(relation_of_line_plane_dense),
-        (any_function *)NAME(relation_of_line_plane), NAME(call_aannr), 4, 5, 3, 0, parts, forms};
+    static const struct kernel kernel = {WIDTHS(relation_of_line_plane_block), {NULL}, (any_function
+        *)NAME(relation_of_line_plane), NAME(call_aannr), 4, 5, 3, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -10493,7 +9951,7 @@ static INLINE void NAME(relation_of_planes_dense_p_distance_sine)(intptr_t n, ch
             NAME(relation_of_planes_apply_p_distance_sine)(prepared, x1, x4);
             NAME(store_scalar)((char *)(r4 + i), x4);
         }
-        NAME(store_span)(args[4], first, r4, 1);
+        NAME(store_span)(args[4], first, r4, 1, SPAN);
     }
 }
 LOOPS(relation_of_planes_dense_p_distance_sine)
@@ -10544,7 +10002,7 @@ static INLINE void NAME(relation_of_planes_dense_q_distance_sine)(intptr_t n, ch
             NAME(relation_of_planes_apply_q_distance_sine)(prepared, x0, x4);
             NAME(store_scalar)((char *)(r4 + i), x4);
         }
-        NAME(store_span)(args[4], first, r4, 1);
+        NAME(store_span)(args[4], first, r4, 1, SPAN);
     }
 }
 LOOPS(relation_of_planes_dense_q_distance_sine)
@@ -10611,7 +10069,7 @@ static INLINE void NAME(relation_of_planes_dense)(intptr_t n, char **args, const
             NAME(relation_of_planes)(x0, x1, x2[0], x3[0], x4);
             NAME(store_scalar)((char *)(r4 + i), x4);
         }
-        NAME(store_span)(args[4], first, r4, 1);
+        NAME(store_span)(args[4], first, r4, 1, SPAN);
     }
 }
 LOOPS(relation_of_planes_dense)
@@ -11406,7 +10864,7 @@ static INLINE void NAME(reject_point_from_plane_dense)(intptr_t n, char **args, 
             NAME(reject_point_from_plane)(x0, x1, x2);
             NAME(store_3)((char *)(r2 + i), SPAN * w, x2);
         }
-        NAME(store_span)(args[2], first, r2, 3);
+        NAME(store_span)(args[2], first, r2, 3, SPAN);
     }
 }
 LOOPS(reject_point_from_plane_dense)
@@ -11548,7 +11006,7 @@ static INLINE void NAME(reject_point_from_line_dense_line)(intptr_t n, char **ar
             NAME(reject_point_from_line_apply_line)(prepared, x0, x2);
             NAME(store_3)((char *)(r2 + i), SPAN * w, x2);
         }
-        NAME(store_span)(args[2], first, r2, 3);
+        NAME(store_span)(args[2], first, r2, 3, SPAN);
     }
 }
 LOOPS(reject_point_from_line_dense_line)
@@ -11581,38 +11039,13 @@ static INLINE void NAME(reject_point_from_line_block)(intptr_t n, char **args, c
 }
 LOOPS(reject_point_from_line_block)
 
-static INLINE void NAME(reject_point_from_line_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    _Alignas(64) REAL r0[3 * SPAN];
-    _Alignas(64) REAL r1[6 * SPAN];
-    _Alignas(64) REAL r2[3 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
-        NAME(load_span)(r0, args[0], first, 3);
-        NAME(load_span)(r1, args[1], first, 6);
-        ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
-            REAL x0[3];
-            REAL x1[6];
-            REAL x2[3];
-            NAME(load_3)(x0, (char *)(r0 + i), SPAN * w);
-            NAME(load_6)(x1, (char *)(r1 + i), SPAN * w);
-            NAME(reject_point_from_line)(x0, x1, x2);
-            NAME(store_3)((char *)(r2 + i), SPAN * w, x2);
-        }
-        NAME(store_span)(args[2], first, r2, 3);
-    }
-}
-LOOPS(reject_point_from_line_dense)
-
 void NAME(reject_point_from_line_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {6, 1, 1, {6}}, {3, 1, 2, {3}}};
     static const struct form forms[] = {{2, 2, NAME(reject_point_from_line_start_line),
         WIDTHS(reject_point_from_line_block_line), WIDTHS(reject_point_from_line_dense_line)}};
-    static const struct kernel kernel = {WIDTHS(reject_point_from_line_block), WIDTHS(reject_point_from_line_dense),
-        (any_function *)NAME(reject_point_from_line), NAME(call_aar), 2, 3, 1, 0, parts, forms};
+    static const struct kernel kernel = {WIDTHS(reject_point_from_line_block), {NULL}, (any_function
+        *)NAME(reject_point_from_line), NAME(call_aar), 2, 3, 1, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -11690,36 +11123,11 @@ static INLINE void NAME(reject_line_from_plane_block)(intptr_t n, char **args, c
 }
 LOOPS(reject_line_from_plane_block)
 
-static INLINE void NAME(reject_line_from_plane_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    _Alignas(64) REAL r0[6 * SPAN];
-    _Alignas(64) REAL r1[4 * SPAN];
-    _Alignas(64) REAL r2[6 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
-        NAME(load_span)(r0, args[0], first, 6);
-        NAME(load_span)(r1, args[1], first, 4);
-        ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
-            REAL x0[6];
-            REAL x1[4];
-            REAL x2[6];
-            NAME(load_6)(x0, (char *)(r0 + i), SPAN * w);
-            NAME(load_4)(x1, (char *)(r1 + i), SPAN * w);
-            NAME(reject_line_from_plane)(x0, x1, x2);
-            NAME(store_6)((char *)(r2 + i), SPAN * w, x2);
-        }
-        NAME(store_span)(args[2], first, r2, 6);
-    }
-}
-LOOPS(reject_line_from_plane_dense)
-
 void NAME(reject_line_from_plane_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{6, 1, 0, {6}}, {4, 1, 1, {4}}, {6, 1, 2, {6}}};
-    static const struct kernel kernel = {WIDTHS(reject_line_from_plane_block), WIDTHS(reject_line_from_plane_dense),
-        (any_function *)NAME(reject_line_from_plane), NAME(call_aar), 2, 3, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(reject_line_from_plane_block), {NULL}, (any_function
+        *)NAME(reject_line_from_plane), NAME(call_aar), 2, 3, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -11769,36 +11177,11 @@ static INLINE void NAME(project_line_on_point_block)(intptr_t n, char **args, co
 }
 LOOPS(project_line_on_point_block)
 
-static INLINE void NAME(project_line_on_point_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    _Alignas(64) REAL r0[6 * SPAN];
-    _Alignas(64) REAL r1[3 * SPAN];
-    _Alignas(64) REAL r2[6 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
-        NAME(load_span)(r0, args[0], first, 6);
-        NAME(load_span)(r1, args[1], first, 3);
-        ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
-            REAL x0[6];
-            REAL x1[3];
-            REAL x2[6];
-            NAME(load_6)(x0, (char *)(r0 + i), SPAN * w);
-            NAME(load_3)(x1, (char *)(r1 + i), SPAN * w);
-            NAME(project_line_on_point)(x0, x1, x2);
-            NAME(store_6)((char *)(r2 + i), SPAN * w, x2);
-        }
-        NAME(store_span)(args[2], first, r2, 6);
-    }
-}
-LOOPS(project_line_on_point_dense)
-
 void NAME(project_line_on_point_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{6, 1, 0, {6}}, {3, 1, 1, {3}}, {6, 1, 2, {6}}};
-    static const struct kernel kernel = {WIDTHS(project_line_on_point_block), WIDTHS(project_line_on_point_dense),
-        (any_function *)NAME(project_line_on_point), NAME(call_aar), 2, 3, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(project_line_on_point_block), {NULL}, (any_function
+        *)NAME(project_line_on_point), NAME(call_aar), 2, 3, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -11862,36 +11245,11 @@ static INLINE void NAME(project_plane_on_line_block)(intptr_t n, char **args, co
 }
 LOOPS(project_plane_on_line_block)
 
-static INLINE void NAME(project_plane_on_line_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    _Alignas(64) REAL r0[4 * SPAN];
-    _Alignas(64) REAL r1[6 * SPAN];
-    _Alignas(64) REAL r2[4 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
-        NAME(load_span)(r0, args[0], first, 4);
-        NAME(load_span)(r1, args[1], first, 6);
-        ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
-            REAL x0[4];
-            REAL x1[6];
-            REAL x2[4];
-            NAME(load_4)(x0, (char *)(r0 + i), SPAN * w);
-            NAME(load_6)(x1, (char *)(r1 + i), SPAN * w);
-            NAME(project_plane_on_line)(x0, x1, x2);
-            NAME(store_4)((char *)(r2 + i), SPAN * w, x2);
-        }
-        NAME(store_span)(args[2], first, r2, 4);
-    }
-}
-LOOPS(project_plane_on_line_dense)
-
 void NAME(project_plane_on_line_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {6, 1, 1, {6}}, {4, 1, 2, {4}}};
-    static const struct kernel kernel = {WIDTHS(project_plane_on_line_block), WIDTHS(project_plane_on_line_dense),
-        (any_function *)NAME(project_plane_on_line), NAME(call_aar), 2, 3, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(project_plane_on_line_block), {NULL}, (any_function
+        *)NAME(project_plane_on_line), NAME(call_aar), 2, 3, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -11957,36 +11315,11 @@ static INLINE void NAME(reject_plane_from_line_block)(intptr_t n, char **args, c
 }
 LOOPS(reject_plane_from_line_block)
 
-static INLINE void NAME(reject_plane_from_line_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    _Alignas(64) REAL r0[4 * SPAN];
-    _Alignas(64) REAL r1[6 * SPAN];
-    _Alignas(64) REAL r2[4 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
-        NAME(load_span)(r0, args[0], first, 4);
-        NAME(load_span)(r1, args[1], first, 6);
-        ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
-            REAL x0[4];
-            REAL x1[6];
-            REAL x2[4];
-            NAME(load_4)(x0, (char *)(r0 + i), SPAN * w);
-            NAME(load_6)(x1, (char *)(r1 + i), SPAN * w);
-            NAME(reject_plane_from_line)(x0, x1, x2);
-            NAME(store_4)((char *)(r2 + i), SPAN * w, x2);
-        }
-        NAME(store_span)(args[2], first, r2, 4);
-    }
-}
-LOOPS(reject_plane_from_line_dense)
-
 void NAME(reject_plane_from_line_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {6, 1, 1, {6}}, {4, 1, 2, {4}}};
-    static const struct kernel kernel = {WIDTHS(reject_plane_from_line_block), WIDTHS(reject_plane_from_line_dense),
-        (any_function *)NAME(reject_plane_from_line), NAME(call_aar), 2, 3, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(reject_plane_from_line_block), {NULL}, (any_function
+        *)NAME(reject_plane_from_line), NAME(call_aar), 2, 3, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -12070,36 +11403,11 @@ static INLINE void NAME(reflect_line_block)(intptr_t n, char **args, const intpt
 }
 LOOPS(reflect_line_block)
 
-static INLINE void NAME(reflect_line_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    _Alignas(64) REAL r0[6 * SPAN];
-    _Alignas(64) REAL r1[4 * SPAN];
-    _Alignas(64) REAL r2[6 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
-        NAME(load_span)(r0, args[0], first, 6);
-        NAME(load_span)(r1, args[1], first, 4);
-        ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
-            REAL x0[6];
-            REAL x1[4];
-            REAL x2[6];
-            NAME(load_6)(x0, (char *)(r0 + i), SPAN * w);
-            NAME(load_4)(x1, (char *)(r1 + i), SPAN * w);
-            NAME(reflect_line)(x0, x1, x2);
-            NAME(store_6)((char *)(r2 + i), SPAN * w, x2);
-        }
-        NAME(store_span)(args[2], first, r2, 6);
-    }
-}
-LOOPS(reflect_line_dense)
-
 void NAME(reflect_line_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{6, 1, 0, {6}}, {4, 1, 1, {4}}, {6, 1, 2, {6}}};
-    static const struct kernel kernel = {WIDTHS(reflect_line_block), WIDTHS(reflect_line_dense), (any_function
-        *)NAME(reflect_line), NAME(call_aar), 2, 3, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(reflect_line_block), {NULL}, (any_function *)NAME(reflect_line),
+        NAME(call_aar), 2, 3, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -12171,7 +11479,7 @@ static INLINE void NAME(reflect_plane_dense)(intptr_t n, char **args, const intp
             NAME(reflect_plane)(x0, x1, x2);
             NAME(store_4)((char *)(r2 + i), SPAN * w, x2);
         }
-        NAME(store_span)(args[2], first, r2, 4);
+        NAME(store_span)(args[2], first, r2, 4, SPAN);
     }
 }
 LOOPS(reflect_plane_dense)
@@ -12340,7 +11648,7 @@ static INLINE void NAME(reflect_point_in_line_dense_line)(intptr_t n, char **arg
             NAME(reflect_point_in_line_apply_line)(prepared, x0, x2);
             NAME(store_3)((char *)(r2 + i), SPAN * w, x2);
         }
-        NAME(store_span)(args[2], first, r2, 3);
+        NAME(store_span)(args[2], first, r2, 3, SPAN);
     }
 }
 LOOPS(reflect_point_in_line_dense_line)
@@ -12373,38 +11681,13 @@ static INLINE void NAME(reflect_point_in_line_block)(intptr_t n, char **args, co
 }
 LOOPS(reflect_point_in_line_block)
 
-static INLINE void NAME(reflect_point_in_line_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    _Alignas(64) REAL r0[3 * SPAN];
-    _Alignas(64) REAL r1[6 * SPAN];
-    _Alignas(64) REAL r2[3 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
-        NAME(load_span)(r0, args[0], first, 3);
-        NAME(load_span)(r1, args[1], first, 6);
-        ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
-            REAL x0[3];
-            REAL x1[6];
-            REAL x2[3];
-            NAME(load_3)(x0, (char *)(r0 + i), SPAN * w);
-            NAME(load_6)(x1, (char *)(r1 + i), SPAN * w);
-            NAME(reflect_point_in_line)(x0, x1, x2);
-            NAME(store_3)((char *)(r2 + i), SPAN * w, x2);
-        }
-        NAME(store_span)(args[2], first, r2, 3);
-    }
-}
-LOOPS(reflect_point_in_line_dense)
-
 void NAME(reflect_point_in_line_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {6, 1, 1, {6}}, {3, 1, 2, {3}}};
     static const struct form forms[] = {{2, 4, NAME(reflect_point_in_line_start_line),
         WIDTHS(reflect_point_in_line_block_line), WIDTHS(reflect_point_in_line_dense_line)}};
-    static const struct kernel kernel = {WIDTHS(reflect_point_in_line_block), WIDTHS(reflect_point_in_line_dense),
-        (any_function *)NAME(reflect_point_in_line), NAME(call_aar), 2, 3, 1, 0, parts, forms};
+    static const struct kernel kernel = {WIDTHS(reflect_point_in_line_block), {NULL}, (any_function
+        *)NAME(reflect_point_in_line), NAME(call_aar), 2, 3, 1, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -12503,36 +11786,11 @@ static INLINE void NAME(reflect_line_in_line_block)(intptr_t n, char **args, con
 }
 LOOPS(reflect_line_in_line_block)
 
-static INLINE void NAME(reflect_line_in_line_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    _Alignas(64) REAL r0[6 * SPAN];
-    _Alignas(64) REAL r1[6 * SPAN];
-    _Alignas(64) REAL r2[6 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
-        NAME(load_span)(r0, args[0], first, 6);
-        NAME(load_span)(r1, args[1], first, 6);
-        ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
-            REAL x0[6];
-            REAL x1[6];
-            REAL x2[6];
-            NAME(load_6)(x0, (char *)(r0 + i), SPAN * w);
-            NAME(load_6)(x1, (char *)(r1 + i), SPAN * w);
-            NAME(reflect_line_in_line)(x0, x1, x2);
-            NAME(store_6)((char *)(r2 + i), SPAN * w, x2);
-        }
-        NAME(store_span)(args[2], first, r2, 6);
-    }
-}
-LOOPS(reflect_line_in_line_dense)
-
 void NAME(reflect_line_in_line_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{6, 1, 0, {6}}, {6, 1, 1, {6}}, {6, 1, 2, {6}}};
-    static const struct kernel kernel = {WIDTHS(reflect_line_in_line_block), WIDTHS(reflect_line_in_line_dense),
-        (any_function *)NAME(reflect_line_in_line), NAME(call_aar), 2, 3, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(reflect_line_in_line_block), {NULL}, (any_function
+        *)NAME(reflect_line_in_line), NAME(call_aar), 2, 3, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -12702,7 +11960,7 @@ static INLINE void NAME(reflect_plane_in_line_dense_line)(intptr_t n, char **arg
             NAME(reflect_plane_in_line_apply_line)(prepared, x0, x2);
             NAME(store_4)((char *)(r2 + i), SPAN * w, x2);
         }
-        NAME(store_span)(args[2], first, r2, 4);
+        NAME(store_span)(args[2], first, r2, 4, SPAN);
     }
 }
 LOOPS(reflect_plane_in_line_dense_line)
@@ -12735,38 +11993,13 @@ static INLINE void NAME(reflect_plane_in_line_block)(intptr_t n, char **args, co
 }
 LOOPS(reflect_plane_in_line_block)
 
-static INLINE void NAME(reflect_plane_in_line_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    _Alignas(64) REAL r0[4 * SPAN];
-    _Alignas(64) REAL r1[6 * SPAN];
-    _Alignas(64) REAL r2[4 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
-        NAME(load_span)(r0, args[0], first, 4);
-        NAME(load_span)(r1, args[1], first, 6);
-        ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
-            REAL x0[4];
-            REAL x1[6];
-            REAL x2[4];
-            NAME(load_4)(x0, (char *)(r0 + i), SPAN * w);
-            NAME(load_6)(x1, (char *)(r1 + i), SPAN * w);
-            NAME(reflect_plane_in_line)(x0, x1, x2);
-            NAME(store_4)((char *)(r2 + i), SPAN * w, x2);
-        }
-        NAME(store_span)(args[2], first, r2, 4);
-    }
-}
-LOOPS(reflect_plane_in_line_dense)
-
 void NAME(reflect_plane_in_line_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {6, 1, 1, {6}}, {4, 1, 2, {4}}};
     static const struct form forms[] = {{2, 4, NAME(reflect_plane_in_line_start_line),
         WIDTHS(reflect_plane_in_line_block_line), WIDTHS(reflect_plane_in_line_dense_line)}};
-    static const struct kernel kernel = {WIDTHS(reflect_plane_in_line_block), WIDTHS(reflect_plane_in_line_dense),
-        (any_function *)NAME(reflect_plane_in_line), NAME(call_aar), 2, 3, 1, 0, parts, forms};
+    static const struct kernel kernel = {WIDTHS(reflect_plane_in_line_block), {NULL}, (any_function
+        *)NAME(reflect_plane_in_line), NAME(call_aar), 2, 3, 1, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -12827,7 +12060,7 @@ static INLINE void NAME(reflect_point_in_point_dense)(intptr_t n, char **args, c
             NAME(reflect_point_in_point)(x0, x1, x2);
             NAME(store_3)((char *)(r2 + i), SPAN * w, x2);
         }
-        NAME(store_span)(args[2], first, r2, 3);
+        NAME(store_span)(args[2], first, r2, 3, SPAN);
     }
 }
 LOOPS(reflect_point_in_point_dense)
@@ -12897,36 +12130,11 @@ static INLINE void NAME(reflect_line_in_point_block)(intptr_t n, char **args, co
 }
 LOOPS(reflect_line_in_point_block)
 
-static INLINE void NAME(reflect_line_in_point_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    _Alignas(64) REAL r0[6 * SPAN];
-    _Alignas(64) REAL r1[3 * SPAN];
-    _Alignas(64) REAL r2[6 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
-        NAME(load_span)(r0, args[0], first, 6);
-        NAME(load_span)(r1, args[1], first, 3);
-        ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
-            REAL x0[6];
-            REAL x1[3];
-            REAL x2[6];
-            NAME(load_6)(x0, (char *)(r0 + i), SPAN * w);
-            NAME(load_3)(x1, (char *)(r1 + i), SPAN * w);
-            NAME(reflect_line_in_point)(x0, x1, x2);
-            NAME(store_6)((char *)(r2 + i), SPAN * w, x2);
-        }
-        NAME(store_span)(args[2], first, r2, 6);
-    }
-}
-LOOPS(reflect_line_in_point_dense)
-
 void NAME(reflect_line_in_point_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{6, 1, 0, {6}}, {3, 1, 1, {3}}, {6, 1, 2, {6}}};
-    static const struct kernel kernel = {WIDTHS(reflect_line_in_point_block), WIDTHS(reflect_line_in_point_dense),
-        (any_function *)NAME(reflect_line_in_point), NAME(call_aar), 2, 3, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(reflect_line_in_point_block), {NULL}, (any_function
+        *)NAME(reflect_line_in_point), NAME(call_aar), 2, 3, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -12993,7 +12201,7 @@ static INLINE void NAME(reflect_plane_in_point_dense)(intptr_t n, char **args, c
             NAME(reflect_plane_in_point)(x0, x1, x2);
             NAME(store_4)((char *)(r2 + i), SPAN * w, x2);
         }
-        NAME(store_span)(args[2], first, r2, 4);
+        NAME(store_span)(args[2], first, r2, 4, SPAN);
     }
 }
 LOOPS(reflect_plane_in_point_dense)
@@ -13212,7 +12420,7 @@ static INLINE void NAME(collinearity_residual_dense_a_b)(intptr_t n, char **args
             NAME(collinearity_residual_apply_a_b)(prepared, x2, x3);
             NAME(store_scalar)((char *)(r3 + i), x3);
         }
-        NAME(store_span)(args[3], first, r3, 1);
+        NAME(store_span)(args[3], first, r3, 1, SPAN);
     }
 }
 LOOPS(collinearity_residual_dense_a_b)
@@ -13250,39 +12458,13 @@ static INLINE void NAME(collinearity_residual_block)(intptr_t n, char **args, co
 }
 LOOPS(collinearity_residual_block)
 
-static INLINE void NAME(collinearity_residual_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    _Alignas(64) REAL r3[1 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
-        ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
-            REAL x0[3];
-            REAL x1[3];
-            REAL x2[3];
-            REAL x3[1];
-            NAME(load_3)(x0, a0 + (first + i) * 3 * w, w);
-            NAME(load_3)(x1, a1 + (first + i) * 3 * w, w);
-            NAME(load_3)(x2, a2 + (first + i) * 3 * w, w);
-            NAME(collinearity_residual)(x0, x1, x2, x3);
-            NAME(store_scalar)((char *)(r3 + i), x3);
-        }
-        NAME(store_span)(args[3], first, r3, 1);
-    }
-}
-LOOPS(collinearity_residual_dense)
-
 void NAME(collinearity_residual_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {3, 1, 1, {3}}, {3, 1, 2, {3}}, {1, 0, 3, {0}}};
     static const struct form forms[] = {{3, 2, NAME(collinearity_residual_start_a_b),
         WIDTHS(collinearity_residual_block_a_b), WIDTHS(collinearity_residual_dense_a_b)}};
-    static const struct kernel kernel = {WIDTHS(collinearity_residual_block), WIDTHS(collinearity_residual_dense),
-        (any_function *)NAME(collinearity_residual), NAME(call_aaar), 3, 4, 1, 0, parts, forms};
+    static const struct kernel kernel = {WIDTHS(collinearity_residual_block), {NULL}, (any_function
+        *)NAME(collinearity_residual), NAME(call_aaar), 3, 4, 1, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -14137,27 +13319,6 @@ static INLINE void NAME(coplanarity_residual_block_a_b_c)(intptr_t n, char **arg
 }
 LOOPS(coplanarity_residual_block_a_b_c)
 
-static INLINE void NAME(coplanarity_residual_dense_a_b_c)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const REAL *prepared = (const REAL *)args[0];
-    (void)strides;
-    char *a3 = args[3];
-    _Alignas(64) REAL r4[1 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
-        ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
-            REAL x3[3];
-            REAL x4[1];
-            NAME(load_3)(x3, a3 + (first + i) * 3 * w, w);
-            NAME(coplanarity_residual_apply_a_b_c)(prepared, x3, x4);
-            NAME(store_scalar)((char *)(r4 + i), x4);
-        }
-        NAME(store_span)(args[4], first, r4, 1);
-    }
-}
-LOOPS(coplanarity_residual_dense_a_b_c)
-
 static void NAME(coplanarity_residual_start_a_b_c)(char **args, const intptr_t *strides, void *prepared)
 {
     const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
@@ -14187,27 +13348,6 @@ static INLINE void NAME(coplanarity_residual_block_a_b_d)(intptr_t n, char **arg
     }
 }
 LOOPS(coplanarity_residual_block_a_b_d)
-
-static INLINE void NAME(coplanarity_residual_dense_a_b_d)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const REAL *prepared = (const REAL *)args[0];
-    (void)strides;
-    char *a2 = args[2];
-    _Alignas(64) REAL r4[1 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
-        ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
-            REAL x2[3];
-            REAL x4[1];
-            NAME(load_3)(x2, a2 + (first + i) * 3 * w, w);
-            NAME(coplanarity_residual_apply_a_b_d)(prepared, x2, x4);
-            NAME(store_scalar)((char *)(r4 + i), x4);
-        }
-        NAME(store_span)(args[4], first, r4, 1);
-    }
-}
-LOOPS(coplanarity_residual_dense_a_b_d)
 
 static void NAME(coplanarity_residual_start_a_b_d)(char **args, const intptr_t *strides, void *prepared)
 {
@@ -14239,27 +13379,6 @@ static INLINE void NAME(coplanarity_residual_block_a_c_d)(intptr_t n, char **arg
 }
 LOOPS(coplanarity_residual_block_a_c_d)
 
-static INLINE void NAME(coplanarity_residual_dense_a_c_d)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const REAL *prepared = (const REAL *)args[0];
-    (void)strides;
-    char *a1 = args[1];
-    _Alignas(64) REAL r4[1 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
-        ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
-            REAL x1[3];
-            REAL x4[1];
-            NAME(load_3)(x1, a1 + (first + i) * 3 * w, w);
-            NAME(coplanarity_residual_apply_a_c_d)(prepared, x1, x4);
-            NAME(store_scalar)((char *)(r4 + i), x4);
-        }
-        NAME(store_span)(args[4], first, r4, 1);
-    }
-}
-LOOPS(coplanarity_residual_dense_a_c_d)
-
 static void NAME(coplanarity_residual_start_a_c_d)(char **args, const intptr_t *strides, void *prepared)
 {
     const intptr_t c0a = strides[0], c2a = strides[2], c3a = strides[3];
@@ -14289,27 +13408,6 @@ static INLINE void NAME(coplanarity_residual_block_b_c_d)(intptr_t n, char **arg
     }
 }
 LOOPS(coplanarity_residual_block_b_c_d)
-
-static INLINE void NAME(coplanarity_residual_dense_b_c_d)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const REAL *prepared = (const REAL *)args[1];
-    (void)strides;
-    char *a0 = args[0];
-    _Alignas(64) REAL r4[1 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
-        ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
-            REAL x0[3];
-            REAL x4[1];
-            NAME(load_3)(x0, a0 + (first + i) * 3 * w, w);
-            NAME(coplanarity_residual_apply_b_c_d)(prepared, x0, x4);
-            NAME(store_scalar)((char *)(r4 + i), x4);
-        }
-        NAME(store_span)(args[4], first, r4, 1);
-    }
-}
-LOOPS(coplanarity_residual_dense_b_c_d)
 
 static void NAME(coplanarity_residual_start_b_c_d)(char **args, const intptr_t *strides, void *prepared)
 {
@@ -14354,12 +13452,10 @@ void NAME(coplanarity_residual_loop)(char **args, const intptr_t *dimensions, co
     static const struct part parts[] = {{3, 1, 0, {3}}, {3, 1, 1, {3}}, {3, 1, 2, {3}}, {3, 1, 3, {3}}, {1, 0, 4,
         {0}}};
     static const struct form forms[] = {{7, 2, NAME(coplanarity_residual_start_a_b_c),
-        WIDTHS(coplanarity_residual_block_a_b_c), WIDTHS(coplanarity_residual_dense_a_b_c)}, {11, 2,
-        NAME(coplanarity_residual_start_a_b_d), WIDTHS(coplanarity_residual_block_a_b_d),
-        WIDTHS(coplanarity_residual_dense_a_b_d)}, {13, 2, NAME(coplanarity_residual_start_a_c_d),
-        WIDTHS(coplanarity_residual_block_a_c_d), WIDTHS(coplanarity_residual_dense_a_c_d)}, {14, 2,
-        NAME(coplanarity_residual_start_b_c_d), WIDTHS(coplanarity_residual_block_b_c_d),
-        WIDTHS(coplanarity_residual_dense_b_c_d)}};
+        WIDTHS(coplanarity_residual_block_a_b_c), {NULL}}, {11, 2, NAME(coplanarity_residual_start_a_b_d),
+        WIDTHS(coplanarity_residual_block_a_b_d), {NULL}}, {13, 2, NAME(coplanarity_residual_start_a_c_d),
+        WIDTHS(coplanarity_residual_block_a_c_d), {NULL}}, {14, 2, NAME(coplanarity_residual_start_b_c_d),
+        WIDTHS(coplanarity_residual_block_b_c_d), {NULL}}};
     static const struct kernel kernel = {WIDTHS(coplanarity_residual_block), {NULL}, (any_function
         *)NAME(coplanarity_residual), NAME(call_aaaar), 4, 5, 4, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
@@ -14529,9 +13625,9 @@ static INLINE void NAME(flag_residuals_dense_p_line)(intptr_t n, char **args, co
             NAME(store_scalar)((char *)(r4 + i), x4);
             NAME(store_scalar)((char *)(r5 + i), x5);
         }
-        NAME(store_span)(args[3], first, r3, 1);
-        NAME(store_span)(args[4], first, r4, 1);
-        NAME(store_span)(args[5], first, r5, 1);
+        NAME(store_span)(args[3], first, r3, 1, SPAN);
+        NAME(store_span)(args[4], first, r4, 1, SPAN);
+        NAME(store_span)(args[5], first, r5, 1, SPAN);
     }
 }
 LOOPS(flag_residuals_dense_p_line)
@@ -14575,51 +13671,14 @@ static INLINE void NAME(flag_residuals_block)(intptr_t n, char **args, const int
 }
 LOOPS(flag_residuals_block)
 
-static INLINE void NAME(flag_residuals_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    _Alignas(64) REAL r0[3 * SPAN];
-    _Alignas(64) REAL r1[6 * SPAN];
-    _Alignas(64) REAL r2[4 * SPAN];
-    _Alignas(64) REAL r3[1 * SPAN];
-    _Alignas(64) REAL r4[1 * SPAN];
-    _Alignas(64) REAL r5[1 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
-        NAME(load_span)(r0, args[0], first, 3);
-        NAME(load_span)(r1, args[1], first, 6);
-        NAME(load_span)(r2, args[2], first, 4);
-        ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
-            REAL x0[3];
-            REAL x1[6];
-            REAL x2[4];
-            REAL x3[1];
-            REAL x4[1];
-            REAL x5[1];
-            NAME(load_3)(x0, (char *)(r0 + i), SPAN * w);
-            NAME(load_6)(x1, (char *)(r1 + i), SPAN * w);
-            NAME(load_4)(x2, (char *)(r2 + i), SPAN * w);
-            NAME(flag_residuals)(x0, x1, x2, x3, x4, x5);
-            NAME(store_scalar)((char *)(r3 + i), x3);
-            NAME(store_scalar)((char *)(r4 + i), x4);
-            NAME(store_scalar)((char *)(r5 + i), x5);
-        }
-        NAME(store_span)(args[3], first, r3, 1);
-        NAME(store_span)(args[4], first, r4, 1);
-        NAME(store_span)(args[5], first, r5, 1);
-    }
-}
-LOOPS(flag_residuals_dense)
-
 void NAME(flag_residuals_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {6, 1, 1, {6}}, {4, 1, 2, {4}}, {1, 0, 3, {0}}, {1, 0, 3,
         {0}}, {1, 0, 3, {0}}};
     static const struct form forms[] = {{3, 2, NAME(flag_residuals_start_p_line),
         WIDTHS(flag_residuals_block_p_line), WIDTHS(flag_residuals_dense_p_line)}};
-    static const struct kernel kernel = {WIDTHS(flag_residuals_block), WIDTHS(flag_residuals_dense), (any_function
-        *)NAME(flag_residuals), NAME(call_aaarrr), 3, 6, 1, 0, parts, forms};
+    static const struct kernel kernel = {WIDTHS(flag_residuals_block), {NULL}, (any_function *)NAME(flag_residuals),
+        NAME(call_aaarrr), 3, 6, 1, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -14849,36 +13908,6 @@ static INLINE void NAME(flag_from_points_block_a_b)(intptr_t n, char **args, con
 }
 LOOPS(flag_from_points_block_a_b)
 
-static INLINE void NAME(flag_from_points_dense_a_b)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const REAL *prepared = (const REAL *)args[0];
-    (void)strides;
-    _Alignas(64) REAL r2[3 * SPAN];
-    _Alignas(64) REAL r3[3 * SPAN];
-    _Alignas(64) REAL r4[6 * SPAN];
-    _Alignas(64) REAL r5[4 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
-        NAME(load_span)(r2, args[2], first, 3);
-        ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
-            REAL x2[3];
-            REAL x3[3];
-            REAL x4[6];
-            REAL x5[4];
-            NAME(load_3)(x2, (char *)(r2 + i), SPAN * w);
-            NAME(flag_from_points_apply_a_b)(prepared, x2, x3, x4, x5);
-            NAME(store_3)((char *)(r3 + i), SPAN * w, x3);
-            NAME(store_6)((char *)(r4 + i), SPAN * w, x4);
-            NAME(store_4)((char *)(r5 + i), SPAN * w, x5);
-        }
-        NAME(store_span)(args[3], first, r3, 3);
-        NAME(store_span)(args[4], first, r4, 6);
-        NAME(store_span)(args[5], first, r5, 4);
-    }
-}
-LOOPS(flag_from_points_dense_a_b)
-
 static void NAME(flag_from_points_start_a_b)(char **args, const intptr_t *strides, void *prepared)
 {
     const intptr_t c0a = strides[0], c1a = strides[1];
@@ -14919,51 +13948,14 @@ static INLINE void NAME(flag_from_points_block)(intptr_t n, char **args, const i
 }
 LOOPS(flag_from_points_block)
 
-static INLINE void NAME(flag_from_points_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    _Alignas(64) REAL r0[3 * SPAN];
-    _Alignas(64) REAL r1[3 * SPAN];
-    _Alignas(64) REAL r2[3 * SPAN];
-    _Alignas(64) REAL r3[3 * SPAN];
-    _Alignas(64) REAL r4[6 * SPAN];
-    _Alignas(64) REAL r5[4 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
-        NAME(load_span)(r0, args[0], first, 3);
-        NAME(load_span)(r1, args[1], first, 3);
-        NAME(load_span)(r2, args[2], first, 3);
-        ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
-            REAL x0[3];
-            REAL x1[3];
-            REAL x2[3];
-            REAL x3[3];
-            REAL x4[6];
-            REAL x5[4];
-            NAME(load_3)(x0, (char *)(r0 + i), SPAN * w);
-            NAME(load_3)(x1, (char *)(r1 + i), SPAN * w);
-            NAME(load_3)(x2, (char *)(r2 + i), SPAN * w);
-            NAME(flag_from_points)(x0, x1, x2, x3, x4, x5);
-            NAME(store_3)((char *)(r3 + i), SPAN * w, x3);
-            NAME(store_6)((char *)(r4 + i), SPAN * w, x4);
-            NAME(store_4)((char *)(r5 + i), SPAN * w, x5);
-        }
-        NAME(store_span)(args[3], first, r3, 3);
-        NAME(store_span)(args[4], first, r4, 6);
-        NAME(store_span)(args[5], first, r5, 4);
-    }
-}
-LOOPS(flag_from_points_dense)
-
 void NAME(flag_from_points_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {3, 1, 1, {3}}, {3, 1, 2, {3}}, {3, 1, 3, {3}}, {6, 1, 4,
         {6}}, {4, 1, 5, {4}}};
     static const struct form forms[] = {{3, 2, NAME(flag_from_points_start_a_b), WIDTHS(flag_from_points_block_a_b),
-        WIDTHS(flag_from_points_dense_a_b)}};
-    static const struct kernel kernel = {WIDTHS(flag_from_points_block), WIDTHS(flag_from_points_dense),
-        (any_function *)NAME(flag_from_points), NAME(call_aaarrr), 3, 6, 1, 0, parts, forms};
+        {NULL}}};
+    static const struct kernel kernel = {WIDTHS(flag_from_points_block), {NULL}, (any_function
+        *)NAME(flag_from_points), NAME(call_aaarrr), 3, 6, 1, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -15067,39 +14059,10 @@ static INLINE void NAME(flag_from_motor_block)(intptr_t n, char **args, const in
 }
 LOOPS(flag_from_motor_block)
 
-static INLINE void NAME(flag_from_motor_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    _Alignas(64) REAL r0[8 * SPAN];
-    _Alignas(64) REAL r1[3 * SPAN];
-    _Alignas(64) REAL r2[6 * SPAN];
-    _Alignas(64) REAL r3[4 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
-        NAME(load_span)(r0, args[0], first, 8);
-        ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
-            REAL x0[8];
-            REAL x1[3];
-            REAL x2[6];
-            REAL x3[4];
-            NAME(load_8)(x0, (char *)(r0 + i), SPAN * w);
-            NAME(flag_from_motor)(x0, x1, x2, x3);
-            NAME(store_3)((char *)(r1 + i), SPAN * w, x1);
-            NAME(store_6)((char *)(r2 + i), SPAN * w, x2);
-            NAME(store_4)((char *)(r3 + i), SPAN * w, x3);
-        }
-        NAME(store_span)(args[1], first, r1, 3);
-        NAME(store_span)(args[2], first, r2, 6);
-        NAME(store_span)(args[3], first, r3, 4);
-    }
-}
-LOOPS(flag_from_motor_dense)
-
 void NAME(flag_from_motor_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{8, 1, 0, {8}}, {3, 1, 1, {3}}, {6, 1, 2, {6}}, {4, 1, 3, {4}}};
-    static const struct kernel kernel = {WIDTHS(flag_from_motor_block), WIDTHS(flag_from_motor_dense), (any_function
+    static const struct kernel kernel = {WIDTHS(flag_from_motor_block), {NULL}, (any_function
         *)NAME(flag_from_motor), NAME(call_arrr), 1, 4, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -15430,7 +14393,7 @@ static INLINE void NAME(motor_from_flag_dense_line_plane)(intptr_t n, char **arg
             NAME(motor_from_flag_apply_line_plane)(prepared, x0, x3);
             NAME(store_8)((char *)(r3 + i), SPAN * w, x3);
         }
-        NAME(store_span)(args[3], first, r3, 8);
+        NAME(store_span)(args[3], first, r3, 8, SPAN);
     }
 }
 LOOPS(motor_from_flag_dense_line_plane)
@@ -16096,8 +15059,8 @@ static INLINE void NAME(hit_ray_plane_dense_p_plane)(intptr_t n, char **args, co
             NAME(store_scalar)((char *)(r3 + i), x3);
             NAME(store_3)((char *)(r4 + i), SPAN * w, x4);
         }
-        NAME(store_span)(args[3], first, r3, 1);
-        NAME(store_span)(args[4], first, r4, 3);
+        NAME(store_span)(args[3], first, r3, 1, SPAN);
+        NAME(store_span)(args[4], first, r4, 3, SPAN);
     }
 }
 LOOPS(hit_ray_plane_dense_p_plane)
@@ -16152,8 +15115,8 @@ static INLINE void NAME(hit_ray_plane_dense_d_plane)(intptr_t n, char **args, co
             NAME(store_scalar)((char *)(r3 + i), x3);
             NAME(store_3)((char *)(r4 + i), SPAN * w, x4);
         }
-        NAME(store_span)(args[3], first, r3, 1);
-        NAME(store_span)(args[4], first, r4, 3);
+        NAME(store_span)(args[3], first, r3, 1, SPAN);
+        NAME(store_span)(args[4], first, r4, 3, SPAN);
     }
 }
 LOOPS(hit_ray_plane_dense_d_plane)
@@ -16218,8 +15181,8 @@ static INLINE void NAME(hit_ray_plane_dense)(intptr_t n, char **args, const intp
             NAME(store_scalar)((char *)(r3 + i), x3);
             NAME(store_3)((char *)(r4 + i), SPAN * w, x4);
         }
-        NAME(store_span)(args[3], first, r3, 1);
-        NAME(store_span)(args[4], first, r4, 3);
+        NAME(store_span)(args[3], first, r3, 1, SPAN);
+        NAME(store_span)(args[4], first, r4, 3, SPAN);
     }
 }
 LOOPS(hit_ray_plane_dense)
@@ -17329,8 +16292,8 @@ static INLINE void NAME(hit_ray_triangle_dense_d_a_b_c)(intptr_t n, char **args,
             NAME(store_scalar)((char *)(r5 + i), x5);
             NAME(store_3)((char *)(r6 + i), SPAN * w, x6);
         }
-        NAME(store_span)(args[5], first, r5, 1);
-        NAME(store_span)(args[6], first, r6, 3);
+        NAME(store_span)(args[5], first, r5, 1, SPAN);
+        NAME(store_span)(args[6], first, r6, 3, SPAN);
     }
 }
 LOOPS(hit_ray_triangle_dense_d_a_b_c)
@@ -17370,31 +16333,6 @@ static INLINE void NAME(hit_ray_triangle_block_p_a_b_c)(intptr_t n, char **args,
 }
 LOOPS(hit_ray_triangle_block_p_a_b_c)
 
-static INLINE void NAME(hit_ray_triangle_dense_p_a_b_c)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const REAL *prepared = (const REAL *)args[0];
-    (void)strides;
-    char *a1 = args[1];
-    _Alignas(64) REAL r5[1 * SPAN];
-    _Alignas(64) REAL r6[3 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
-        ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
-            REAL x1[3];
-            REAL x5[1];
-            REAL x6[3];
-            NAME(load_3)(x1, a1 + (first + i) * 3 * w, w);
-            NAME(hit_ray_triangle_apply_p_a_b_c)(prepared, x1, x5, x6);
-            NAME(store_scalar)((char *)(r5 + i), x5);
-            NAME(store_3)((char *)(r6 + i), SPAN * w, x6);
-        }
-        NAME(store_span)(args[5], first, r5, 1);
-        NAME(store_span)(args[6], first, r6, 3);
-    }
-}
-LOOPS(hit_ray_triangle_dense_p_a_b_c)
-
 static void NAME(hit_ray_triangle_start_p_a_b_c)(char **args, const intptr_t *strides, void *prepared)
 {
     const intptr_t c0a = strides[0], c2a = strides[2], c3a = strides[3], c4a = strides[4];
@@ -17429,31 +16367,6 @@ static INLINE void NAME(hit_ray_triangle_block_p_d_a_b)(intptr_t n, char **args,
     }
 }
 LOOPS(hit_ray_triangle_block_p_d_a_b)
-
-static INLINE void NAME(hit_ray_triangle_dense_p_d_a_b)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const REAL *prepared = (const REAL *)args[0];
-    (void)strides;
-    char *a4 = args[4];
-    _Alignas(64) REAL r5[1 * SPAN];
-    _Alignas(64) REAL r6[3 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
-        ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
-            REAL x4[3];
-            REAL x5[1];
-            REAL x6[3];
-            NAME(load_3)(x4, a4 + (first + i) * 3 * w, w);
-            NAME(hit_ray_triangle_apply_p_d_a_b)(prepared, x4, x5, x6);
-            NAME(store_scalar)((char *)(r5 + i), x5);
-            NAME(store_3)((char *)(r6 + i), SPAN * w, x6);
-        }
-        NAME(store_span)(args[5], first, r5, 1);
-        NAME(store_span)(args[6], first, r6, 3);
-    }
-}
-LOOPS(hit_ray_triangle_dense_p_d_a_b)
 
 static void NAME(hit_ray_triangle_start_p_d_a_b)(char **args, const intptr_t *strides, void *prepared)
 {
@@ -17490,31 +16403,6 @@ static INLINE void NAME(hit_ray_triangle_block_p_d_a_c)(intptr_t n, char **args,
 }
 LOOPS(hit_ray_triangle_block_p_d_a_c)
 
-static INLINE void NAME(hit_ray_triangle_dense_p_d_a_c)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const REAL *prepared = (const REAL *)args[0];
-    (void)strides;
-    char *a3 = args[3];
-    _Alignas(64) REAL r5[1 * SPAN];
-    _Alignas(64) REAL r6[3 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
-        ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
-            REAL x3[3];
-            REAL x5[1];
-            REAL x6[3];
-            NAME(load_3)(x3, a3 + (first + i) * 3 * w, w);
-            NAME(hit_ray_triangle_apply_p_d_a_c)(prepared, x3, x5, x6);
-            NAME(store_scalar)((char *)(r5 + i), x5);
-            NAME(store_3)((char *)(r6 + i), SPAN * w, x6);
-        }
-        NAME(store_span)(args[5], first, r5, 1);
-        NAME(store_span)(args[6], first, r6, 3);
-    }
-}
-LOOPS(hit_ray_triangle_dense_p_d_a_c)
-
 static void NAME(hit_ray_triangle_start_p_d_a_c)(char **args, const intptr_t *strides, void *prepared)
 {
     const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2], c4a = strides[4];
@@ -17549,31 +16437,6 @@ static INLINE void NAME(hit_ray_triangle_block_p_d_b_c)(intptr_t n, char **args,
     }
 }
 LOOPS(hit_ray_triangle_block_p_d_b_c)
-
-static INLINE void NAME(hit_ray_triangle_dense_p_d_b_c)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const REAL *prepared = (const REAL *)args[0];
-    (void)strides;
-    char *a2 = args[2];
-    _Alignas(64) REAL r5[1 * SPAN];
-    _Alignas(64) REAL r6[3 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
-        ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
-            REAL x2[3];
-            REAL x5[1];
-            REAL x6[3];
-            NAME(load_3)(x2, a2 + (first + i) * 3 * w, w);
-            NAME(hit_ray_triangle_apply_p_d_b_c)(prepared, x2, x5, x6);
-            NAME(store_scalar)((char *)(r5 + i), x5);
-            NAME(store_3)((char *)(r6 + i), SPAN * w, x6);
-        }
-        NAME(store_span)(args[5], first, r5, 1);
-        NAME(store_span)(args[6], first, r6, 3);
-    }
-}
-LOOPS(hit_ray_triangle_dense_p_d_b_c)
 
 static void NAME(hit_ray_triangle_start_p_d_b_c)(char **args, const intptr_t *strides, void *prepared)
 {
@@ -17628,12 +16491,10 @@ void NAME(hit_ray_triangle_loop)(char **args, const intptr_t *dimensions, const 
         {3}}, {1, 0, 5, {0}}, {3, 1, 5, {3}}};
     static const struct form forms[] = {{30, 2, NAME(hit_ray_triangle_start_d_a_b_c),
         WIDTHS(hit_ray_triangle_block_d_a_b_c), WIDTHS(hit_ray_triangle_dense_d_a_b_c)}, {29, 2,
-        NAME(hit_ray_triangle_start_p_a_b_c), WIDTHS(hit_ray_triangle_block_p_a_b_c),
-        WIDTHS(hit_ray_triangle_dense_p_a_b_c)}, {15, 2, NAME(hit_ray_triangle_start_p_d_a_b),
-        WIDTHS(hit_ray_triangle_block_p_d_a_b), WIDTHS(hit_ray_triangle_dense_p_d_a_b)}, {23, 2,
-        NAME(hit_ray_triangle_start_p_d_a_c), WIDTHS(hit_ray_triangle_block_p_d_a_c),
-        WIDTHS(hit_ray_triangle_dense_p_d_a_c)}, {27, 2, NAME(hit_ray_triangle_start_p_d_b_c),
-        WIDTHS(hit_ray_triangle_block_p_d_b_c), WIDTHS(hit_ray_triangle_dense_p_d_b_c)}};
+        NAME(hit_ray_triangle_start_p_a_b_c), WIDTHS(hit_ray_triangle_block_p_a_b_c), {NULL}}, {15, 2,
+        NAME(hit_ray_triangle_start_p_d_a_b), WIDTHS(hit_ray_triangle_block_p_d_a_b), {NULL}}, {23, 2,
+        NAME(hit_ray_triangle_start_p_d_a_c), WIDTHS(hit_ray_triangle_block_p_d_a_c), {NULL}}, {27, 2,
+        NAME(hit_ray_triangle_start_p_d_b_c), WIDTHS(hit_ray_triangle_block_p_d_b_c), {NULL}}};
     static const struct kernel kernel = {WIDTHS(hit_ray_triangle_block), {NULL}, (any_function
         *)NAME(hit_ray_triangle), NAME(call_aaaaarr), 5, 7, 5, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
@@ -17777,36 +16638,11 @@ static INLINE void NAME(motor_product_block)(intptr_t n, char **args, const intp
 }
 LOOPS(motor_product_block)
 
-static INLINE void NAME(motor_product_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    _Alignas(64) REAL r0[8 * SPAN];
-    _Alignas(64) REAL r1[8 * SPAN];
-    _Alignas(64) REAL r2[8 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
-        NAME(load_span)(r0, args[0], first, 8);
-        NAME(load_span)(r1, args[1], first, 8);
-        ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
-            REAL x0[8];
-            REAL x1[8];
-            REAL x2[8];
-            NAME(load_8)(x0, (char *)(r0 + i), SPAN * w);
-            NAME(load_8)(x1, (char *)(r1 + i), SPAN * w);
-            NAME(motor_product)(x0, x1, x2);
-            NAME(store_8)((char *)(r2 + i), SPAN * w, x2);
-        }
-        NAME(store_span)(args[2], first, r2, 8);
-    }
-}
-LOOPS(motor_product_dense)
-
 void NAME(motor_product_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{8, 1, 0, {8}}, {8, 1, 1, {8}}, {8, 1, 2, {8}}};
-    static const struct kernel kernel = {WIDTHS(motor_product_block), WIDTHS(motor_product_dense), (any_function
-        *)NAME(motor_product), NAME(call_aar), 2, 3, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(motor_product_block), {NULL}, (any_function *)NAME(motor_product),
+        NAME(call_aar), 2, 3, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -17948,36 +16784,11 @@ static INLINE void NAME(even_product_block)(intptr_t n, char **args, const intpt
 }
 LOOPS(even_product_block)
 
-static INLINE void NAME(even_product_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    _Alignas(64) REAL r0[8 * SPAN];
-    _Alignas(64) REAL r1[8 * SPAN];
-    _Alignas(64) REAL r2[8 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
-        NAME(load_span)(r0, args[0], first, 8);
-        NAME(load_span)(r1, args[1], first, 8);
-        ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
-            REAL x0[8];
-            REAL x1[8];
-            REAL x2[8];
-            NAME(load_8)(x0, (char *)(r0 + i), SPAN * w);
-            NAME(load_8)(x1, (char *)(r1 + i), SPAN * w);
-            NAME(even_product)(x0, x1, x2);
-            NAME(store_8)((char *)(r2 + i), SPAN * w, x2);
-        }
-        NAME(store_span)(args[2], first, r2, 8);
-    }
-}
-LOOPS(even_product_dense)
-
 void NAME(even_product_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{8, 1, 0, {8}}, {8, 1, 1, {8}}, {8, 1, 2, {8}}};
-    static const struct kernel kernel = {WIDTHS(even_product_block), WIDTHS(even_product_dense), (any_function
-        *)NAME(even_product), NAME(call_aar), 2, 3, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(even_product_block), {NULL}, (any_function *)NAME(even_product),
+        NAME(call_aar), 2, 3, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -18024,32 +16835,11 @@ static INLINE void NAME(motor_inverse_block)(intptr_t n, char **args, const intp
 }
 LOOPS(motor_inverse_block)
 
-static INLINE void NAME(motor_inverse_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    _Alignas(64) REAL r0[8 * SPAN];
-    _Alignas(64) REAL r1[8 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
-        NAME(load_span)(r0, args[0], first, 8);
-        ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
-            REAL x0[8];
-            REAL x1[8];
-            NAME(load_8)(x0, (char *)(r0 + i), SPAN * w);
-            NAME(motor_inverse)(x0, x1);
-            NAME(store_8)((char *)(r1 + i), SPAN * w, x1);
-        }
-        NAME(store_span)(args[1], first, r1, 8);
-    }
-}
-LOOPS(motor_inverse_dense)
-
 void NAME(motor_inverse_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{8, 1, 0, {8}}, {8, 1, 1, {8}}};
-    static const struct kernel kernel = {WIDTHS(motor_inverse_block), WIDTHS(motor_inverse_dense), (any_function
-        *)NAME(motor_inverse), NAME(call_ar), 1, 2, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(motor_inverse_block), {NULL}, (any_function *)NAME(motor_inverse),
+        NAME(call_ar), 1, 2, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -18129,32 +16919,11 @@ static INLINE void NAME(even_inverse_block)(intptr_t n, char **args, const intpt
 }
 LOOPS(even_inverse_block)
 
-static INLINE void NAME(even_inverse_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    _Alignas(64) REAL r0[8 * SPAN];
-    _Alignas(64) REAL r1[8 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
-        NAME(load_span)(r0, args[0], first, 8);
-        ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
-            REAL x0[8];
-            REAL x1[8];
-            NAME(load_8)(x0, (char *)(r0 + i), SPAN * w);
-            NAME(even_inverse)(x0, x1);
-            NAME(store_8)((char *)(r1 + i), SPAN * w, x1);
-        }
-        NAME(store_span)(args[1], first, r1, 8);
-    }
-}
-LOOPS(even_inverse_dense)
-
 void NAME(even_inverse_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{8, 1, 0, {8}}, {8, 1, 1, {8}}};
-    static const struct kernel kernel = {WIDTHS(even_inverse_block), WIDTHS(even_inverse_dense), (any_function
-        *)NAME(even_inverse), NAME(call_ar), 1, 2, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(even_inverse_block), {NULL}, (any_function *)NAME(even_inverse),
+        NAME(call_ar), 1, 2, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -18230,31 +16999,10 @@ static INLINE void NAME(normalize_motor_block)(intptr_t n, char **args, const in
 }
 LOOPS(normalize_motor_block)
 
-static INLINE void NAME(normalize_motor_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    _Alignas(64) REAL r0[8 * SPAN];
-    _Alignas(64) REAL r1[8 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
-        NAME(load_span)(r0, args[0], first, 8);
-        ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
-            REAL x0[8];
-            REAL x1[8];
-            NAME(load_8)(x0, (char *)(r0 + i), SPAN * w);
-            NAME(normalize_motor)(x0, x1);
-            NAME(store_8)((char *)(r1 + i), SPAN * w, x1);
-        }
-        NAME(store_span)(args[1], first, r1, 8);
-    }
-}
-LOOPS(normalize_motor_dense)
-
 void NAME(normalize_motor_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{8, 1, 0, {8}}, {8, 1, 1, {8}}};
-    static const struct kernel kernel = {WIDTHS(normalize_motor_block), WIDTHS(normalize_motor_dense), (any_function
+    static const struct kernel kernel = {WIDTHS(normalize_motor_block), {NULL}, (any_function
         *)NAME(normalize_motor), NAME(call_ar), 1, 2, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -18467,7 +17215,7 @@ static INLINE void NAME(move_point_dense_m)(intptr_t n, char **args, const intpt
             NAME(move_point_apply_m)(prepared, x1, x2);
             NAME(store_3)((char *)(r2 + i), SPAN * w, x2);
         }
-        NAME(store_span)(args[2], first, r2, 3);
+        NAME(store_span)(args[2], first, r2, 3, SPAN);
     }
 }
 LOOPS(move_point_dense_m)
@@ -18518,7 +17266,7 @@ static INLINE void NAME(move_point_dense)(intptr_t n, char **args, const intptr_
             NAME(move_point)(x0, x1, x2);
             NAME(store_3)((char *)(r2 + i), SPAN * w, x2);
         }
-        NAME(store_span)(args[2], first, r2, 3);
+        NAME(store_span)(args[2], first, r2, 3, SPAN);
     }
 }
 LOOPS(move_point_dense)
@@ -18691,7 +17439,7 @@ static INLINE void NAME(move_direction_dense_m)(intptr_t n, char **args, const i
             NAME(move_direction_apply_m)(prepared, x1, x2);
             NAME(store_3)((char *)(r2 + i), SPAN * w, x2);
         }
-        NAME(store_span)(args[2], first, r2, 3);
+        NAME(store_span)(args[2], first, r2, 3, SPAN);
     }
 }
 LOOPS(move_direction_dense_m)
@@ -18742,7 +17490,7 @@ static INLINE void NAME(move_direction_dense)(intptr_t n, char **args, const int
             NAME(move_direction)(x0, x1, x2);
             NAME(store_3)((char *)(r2 + i), SPAN * w, x2);
         }
-        NAME(store_span)(args[2], first, r2, 3);
+        NAME(store_span)(args[2], first, r2, 3, SPAN);
     }
 }
 LOOPS(move_direction_dense)
@@ -19070,28 +17818,6 @@ static INLINE void NAME(move_line_block_m)(intptr_t n, char **args, const intptr
 }
 LOOPS(move_line_block_m)
 
-static INLINE void NAME(move_line_dense_m)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const REAL *prepared = (const REAL *)args[0];
-    (void)strides;
-    _Alignas(64) REAL r1[6 * SPAN];
-    _Alignas(64) REAL r2[6 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
-        NAME(load_span)(r1, args[1], first, 6);
-        ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
-            REAL x1[6];
-            REAL x2[6];
-            NAME(load_6)(x1, (char *)(r1 + i), SPAN * w);
-            NAME(move_line_apply_m)(prepared, x1, x2);
-            NAME(store_6)((char *)(r2 + i), SPAN * w, x2);
-        }
-        NAME(store_span)(args[2], first, r2, 6);
-    }
-}
-LOOPS(move_line_dense_m)
-
 static void NAME(move_line_start_m)(char **args, const intptr_t *strides, void *prepared)
 {
     const intptr_t c0a = strides[0];
@@ -19120,38 +17846,12 @@ static INLINE void NAME(move_line_block)(intptr_t n, char **args, const intptr_t
 }
 LOOPS(move_line_block)
 
-static INLINE void NAME(move_line_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    _Alignas(64) REAL r0[8 * SPAN];
-    _Alignas(64) REAL r1[6 * SPAN];
-    _Alignas(64) REAL r2[6 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
-        NAME(load_span)(r0, args[0], first, 8);
-        NAME(load_span)(r1, args[1], first, 6);
-        ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
-            REAL x0[8];
-            REAL x1[6];
-            REAL x2[6];
-            NAME(load_8)(x0, (char *)(r0 + i), SPAN * w);
-            NAME(load_6)(x1, (char *)(r1 + i), SPAN * w);
-            NAME(move_line)(x0, x1, x2);
-            NAME(store_6)((char *)(r2 + i), SPAN * w, x2);
-        }
-        NAME(store_span)(args[2], first, r2, 6);
-    }
-}
-LOOPS(move_line_dense)
-
 void NAME(move_line_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{8, 1, 0, {8}}, {6, 1, 1, {6}}, {6, 1, 2, {6}}};
-    static const struct form forms[] = {{1, 2, NAME(move_line_start_m), WIDTHS(move_line_block_m),
-        WIDTHS(move_line_dense_m)}};
-    static const struct kernel kernel = {WIDTHS(move_line_block), WIDTHS(move_line_dense), (any_function
-        *)NAME(move_line), NAME(call_aar), 2, 3, 1, 0, parts, forms};
+    static const struct form forms[] = {{1, 2, NAME(move_line_start_m), WIDTHS(move_line_block_m), {NULL}}};
+    static const struct kernel kernel = {WIDTHS(move_line_block), {NULL}, (any_function *)NAME(move_line),
+        NAME(call_aar), 2, 3, 1, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -19376,7 +18076,7 @@ static INLINE void NAME(move_plane_dense_m)(intptr_t n, char **args, const intpt
             NAME(move_plane_apply_m)(prepared, x1, x2);
             NAME(store_4)((char *)(r2 + i), SPAN * w, x2);
         }
-        NAME(store_span)(args[2], first, r2, 4);
+        NAME(store_span)(args[2], first, r2, 4, SPAN);
     }
 }
 LOOPS(move_plane_dense_m)
@@ -19409,38 +18109,13 @@ static INLINE void NAME(move_plane_block)(intptr_t n, char **args, const intptr_
 }
 LOOPS(move_plane_block)
 
-static INLINE void NAME(move_plane_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    _Alignas(64) REAL r0[8 * SPAN];
-    _Alignas(64) REAL r1[4 * SPAN];
-    _Alignas(64) REAL r2[4 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
-        NAME(load_span)(r0, args[0], first, 8);
-        NAME(load_span)(r1, args[1], first, 4);
-        ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
-            REAL x0[8];
-            REAL x1[4];
-            REAL x2[4];
-            NAME(load_8)(x0, (char *)(r0 + i), SPAN * w);
-            NAME(load_4)(x1, (char *)(r1 + i), SPAN * w);
-            NAME(move_plane)(x0, x1, x2);
-            NAME(store_4)((char *)(r2 + i), SPAN * w, x2);
-        }
-        NAME(store_span)(args[2], first, r2, 4);
-    }
-}
-LOOPS(move_plane_dense)
-
 void NAME(move_plane_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{8, 1, 0, {8}}, {4, 1, 1, {4}}, {4, 1, 2, {4}}};
     static const struct form forms[] = {{1, 3, NAME(move_plane_start_m), WIDTHS(move_plane_block_m),
         WIDTHS(move_plane_dense_m)}};
-    static const struct kernel kernel = {WIDTHS(move_plane_block), WIDTHS(move_plane_dense), (any_function
-        *)NAME(move_plane), NAME(call_aar), 2, 3, 1, 0, parts, forms};
+    static const struct kernel kernel = {WIDTHS(move_plane_block), {NULL}, (any_function *)NAME(move_plane),
+        NAME(call_aar), 2, 3, 1, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -19765,28 +18440,6 @@ static INLINE void NAME(move_motor_block_m)(intptr_t n, char **args, const intpt
 }
 LOOPS(move_motor_block_m)
 
-static INLINE void NAME(move_motor_dense_m)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const REAL *prepared = (const REAL *)args[0];
-    (void)strides;
-    _Alignas(64) REAL r1[8 * SPAN];
-    _Alignas(64) REAL r2[8 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
-        NAME(load_span)(r1, args[1], first, 8);
-        ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
-            REAL x1[8];
-            REAL x2[8];
-            NAME(load_8)(x1, (char *)(r1 + i), SPAN * w);
-            NAME(move_motor_apply_m)(prepared, x1, x2);
-            NAME(store_8)((char *)(r2 + i), SPAN * w, x2);
-        }
-        NAME(store_span)(args[2], first, r2, 8);
-    }
-}
-LOOPS(move_motor_dense_m)
-
 static void NAME(move_motor_start_m)(char **args, const intptr_t *strides, void *prepared)
 {
     const intptr_t c0a = strides[0];
@@ -19815,38 +18468,12 @@ static INLINE void NAME(move_motor_block)(intptr_t n, char **args, const intptr_
 }
 LOOPS(move_motor_block)
 
-static INLINE void NAME(move_motor_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    _Alignas(64) REAL r0[8 * SPAN];
-    _Alignas(64) REAL r1[8 * SPAN];
-    _Alignas(64) REAL r2[8 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
-        NAME(load_span)(r0, args[0], first, 8);
-        NAME(load_span)(r1, args[1], first, 8);
-        ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
-            REAL x0[8];
-            REAL x1[8];
-            REAL x2[8];
-            NAME(load_8)(x0, (char *)(r0 + i), SPAN * w);
-            NAME(load_8)(x1, (char *)(r1 + i), SPAN * w);
-            NAME(move_motor)(x0, x1, x2);
-            NAME(store_8)((char *)(r2 + i), SPAN * w, x2);
-        }
-        NAME(store_span)(args[2], first, r2, 8);
-    }
-}
-LOOPS(move_motor_dense)
-
 void NAME(move_motor_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{8, 1, 0, {8}}, {8, 1, 1, {8}}, {8, 1, 2, {8}}};
-    static const struct form forms[] = {{1, 2, NAME(move_motor_start_m), WIDTHS(move_motor_block_m),
-        WIDTHS(move_motor_dense_m)}};
-    static const struct kernel kernel = {WIDTHS(move_motor_block), WIDTHS(move_motor_dense), (any_function
-        *)NAME(move_motor), NAME(call_aar), 2, 3, 1, 0, parts, forms};
+    static const struct form forms[] = {{1, 2, NAME(move_motor_start_m), WIDTHS(move_motor_block_m), {NULL}}};
+    static const struct kernel kernel = {WIDTHS(move_motor_block), {NULL}, (any_function *)NAME(move_motor),
+        NAME(call_aar), 2, 3, 1, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -20058,7 +18685,7 @@ static INLINE void NAME(move_point_back_dense_m)(intptr_t n, char **args, const 
             NAME(move_point_back_apply_m)(prepared, x1, x2);
             NAME(store_3)((char *)(r2 + i), SPAN * w, x2);
         }
-        NAME(store_span)(args[2], first, r2, 3);
+        NAME(store_span)(args[2], first, r2, 3, SPAN);
     }
 }
 LOOPS(move_point_back_dense_m)
@@ -20109,7 +18736,7 @@ static INLINE void NAME(move_point_back_dense)(intptr_t n, char **args, const in
             NAME(move_point_back)(x0, x1, x2);
             NAME(store_3)((char *)(r2 + i), SPAN * w, x2);
         }
-        NAME(store_span)(args[2], first, r2, 3);
+        NAME(store_span)(args[2], first, r2, 3, SPAN);
     }
 }
 LOOPS(move_point_back_dense)
@@ -20261,7 +18888,7 @@ static INLINE void NAME(rotor_from_axis_angle_dense_angle)(intptr_t n, char **ar
             NAME(rotor_from_axis_angle_apply_angle)(prepared, x0, x2);
             NAME(store_4)((char *)(r2 + i), SPAN * w, x2);
         }
-        NAME(store_span)(args[2], first, r2, 4);
+        NAME(store_span)(args[2], first, r2, 4, SPAN);
     }
 }
 LOOPS(rotor_from_axis_angle_dense_angle)
@@ -20475,7 +19102,7 @@ static INLINE void NAME(translator_from_vector_dense)(intptr_t n, char **args, c
             NAME(translator_from_vector)(x0, x1);
             NAME(store_3)((char *)(r1 + i), SPAN * w, x1);
         }
-        NAME(store_span)(args[1], first, r1, 3);
+        NAME(store_span)(args[1], first, r1, 3, SPAN);
     }
 }
 LOOPS(translator_from_vector_dense)
@@ -20585,28 +19212,6 @@ static INLINE void NAME(motor_from_line_block_angle)(intptr_t n, char **args, co
 }
 LOOPS(motor_from_line_block_angle)
 
-static INLINE void NAME(motor_from_line_dense_angle)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const REAL *prepared = (const REAL *)args[1];
-    (void)strides;
-    _Alignas(64) REAL r0[6 * SPAN];
-    _Alignas(64) REAL r2[8 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
-        NAME(load_span)(r0, args[0], first, 6);
-        ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
-            REAL x0[6];
-            REAL x2[8];
-            NAME(load_6)(x0, (char *)(r0 + i), SPAN * w);
-            NAME(motor_from_line_apply_angle)(prepared, x0, x2);
-            NAME(store_8)((char *)(r2 + i), SPAN * w, x2);
-        }
-        NAME(store_span)(args[2], first, r2, 8);
-    }
-}
-LOOPS(motor_from_line_dense_angle)
-
 static void NAME(motor_from_line_start_angle)(char **args, const intptr_t *strides, void *prepared)
 {
     (void)strides;
@@ -20652,7 +19257,7 @@ void NAME(motor_from_line_loop)(char **args, const intptr_t *dimensions, const i
 {
     static const struct part parts[] = {{6, 1, 0, {6}}, {1, 0, 1, {0}}, {8, 1, 1, {8}}};
     static const struct form forms[] = {{2, 2, NAME(motor_from_line_start_angle),
-        WIDTHS(motor_from_line_block_angle), WIDTHS(motor_from_line_dense_angle)}};
+        WIDTHS(motor_from_line_block_angle), {NULL}}};
     static const struct kernel kernel = {WIDTHS(motor_from_line_block), {NULL}, (any_function
         *)NAME(motor_from_line), NAME(call_anr), 2, 3, 1, 1, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
@@ -20922,28 +19527,6 @@ static INLINE void NAME(motor_from_screw_block_line_angle)(intptr_t n, char **ar
 }
 LOOPS(motor_from_screw_block_line_angle)
 
-static INLINE void NAME(motor_from_screw_dense_line_angle)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const REAL *prepared = (const REAL *)args[0];
-    (void)strides;
-    _Alignas(64) REAL r2[1 * SPAN];
-    _Alignas(64) REAL r3[8 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
-        NAME(load_span)(r2, args[2], first, 1);
-        ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
-            REAL x2[1];
-            REAL x3[8];
-            NAME(load_scalar)(x2, (char *)(r2 + i));
-            NAME(motor_from_screw_apply_line_angle)(prepared, x2[0], x3);
-            NAME(store_8)((char *)(r3 + i), SPAN * w, x3);
-        }
-        NAME(store_span)(args[3], first, r3, 8);
-    }
-}
-LOOPS(motor_from_screw_dense_line_angle)
-
 static void NAME(motor_from_screw_start_line_angle)(char **args, const intptr_t *strides, void *prepared)
 {
     const intptr_t c0a = strides[0];
@@ -20971,28 +19554,6 @@ static INLINE void NAME(motor_from_screw_block_angle_distance)(intptr_t n, char 
     }
 }
 LOOPS(motor_from_screw_block_angle_distance)
-
-static INLINE void NAME(motor_from_screw_dense_angle_distance)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const REAL *prepared = (const REAL *)args[1];
-    (void)strides;
-    _Alignas(64) REAL r0[6 * SPAN];
-    _Alignas(64) REAL r3[8 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
-        NAME(load_span)(r0, args[0], first, 6);
-        ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
-            REAL x0[6];
-            REAL x3[8];
-            NAME(load_6)(x0, (char *)(r0 + i), SPAN * w);
-            NAME(motor_from_screw_apply_angle_distance)(prepared, x0, x3);
-            NAME(store_8)((char *)(r3 + i), SPAN * w, x3);
-        }
-        NAME(store_span)(args[3], first, r3, 8);
-    }
-}
-LOOPS(motor_from_screw_dense_angle_distance)
 
 static void NAME(motor_from_screw_start_angle_distance)(char **args, const intptr_t *strides, void *prepared)
 {
@@ -21024,32 +19585,6 @@ static INLINE void NAME(motor_from_screw_block_angle)(intptr_t n, char **args, c
     }
 }
 LOOPS(motor_from_screw_block_angle)
-
-static INLINE void NAME(motor_from_screw_dense_angle)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const REAL *prepared = (const REAL *)args[1];
-    (void)strides;
-    _Alignas(64) REAL r0[6 * SPAN];
-    _Alignas(64) REAL r2[1 * SPAN];
-    _Alignas(64) REAL r3[8 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
-        NAME(load_span)(r0, args[0], first, 6);
-        NAME(load_span)(r2, args[2], first, 1);
-        ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
-            REAL x0[6];
-            REAL x2[1];
-            REAL x3[8];
-            NAME(load_6)(x0, (char *)(r0 + i), SPAN * w);
-            NAME(load_scalar)(x2, (char *)(r2 + i));
-            NAME(motor_from_screw_apply_angle)(prepared, x0, x2[0], x3);
-            NAME(store_8)((char *)(r3 + i), SPAN * w, x3);
-        }
-        NAME(store_span)(args[3], first, r3, 8);
-    }
-}
-LOOPS(motor_from_screw_dense_angle)
 
 static void NAME(motor_from_screw_start_angle)(char **args, const intptr_t *strides, void *prepared)
 {
@@ -21101,10 +19636,9 @@ void NAME(motor_from_screw_loop)(char **args, const intptr_t *dimensions, const 
 {
     static const struct part parts[] = {{6, 1, 0, {6}}, {1, 0, 1, {0}}, {1, 0, 1, {0}}, {8, 1, 1, {8}}};
     static const struct form forms[] = {{3, 2, NAME(motor_from_screw_start_line_angle),
-        WIDTHS(motor_from_screw_block_line_angle), WIDTHS(motor_from_screw_dense_line_angle)}, {6, 2,
-        NAME(motor_from_screw_start_angle_distance), WIDTHS(motor_from_screw_block_angle_distance),
-        WIDTHS(motor_from_screw_dense_angle_distance)}, {2, 2, NAME(motor_from_screw_start_angle),
-        WIDTHS(motor_from_screw_block_angle), WIDTHS(motor_from_screw_dense_angle)}};
+        WIDTHS(motor_from_screw_block_line_angle), {NULL}}, {6, 2, NAME(motor_from_screw_start_angle_distance),
+        WIDTHS(motor_from_screw_block_angle_distance), {NULL}}, {2, 2, NAME(motor_from_screw_start_angle),
+        WIDTHS(motor_from_screw_block_angle), {NULL}}};
     static const struct kernel kernel = {WIDTHS(motor_from_screw_block), {NULL}, (any_function
         *)NAME(motor_from_screw), NAME(call_annr), 3, 4, 3, 1, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
@@ -21192,7 +19726,7 @@ static INLINE void NAME(motor_from_rotor_translation_dense)(intptr_t n, char **a
             NAME(motor_from_rotor_translation)(x0, x1, x2);
             NAME(store_8)((char *)(r2 + i), SPAN * w, x2);
         }
-        NAME(store_span)(args[2], first, r2, 8);
+        NAME(store_span)(args[2], first, r2, 8, SPAN);
     }
 }
 LOOPS(motor_from_rotor_translation_dense)
@@ -21289,8 +19823,8 @@ static INLINE void NAME(motor_to_rotor_translation_dense)(intptr_t n, char **arg
             NAME(store_4)((char *)(r1 + i), SPAN * w, x1);
             NAME(store_3)((char *)(r2 + i), SPAN * w, x2);
         }
-        NAME(store_span)(args[1], first, r1, 4);
-        NAME(store_span)(args[2], first, r2, 3);
+        NAME(store_span)(args[1], first, r1, 4, SPAN);
+        NAME(store_span)(args[2], first, r2, 3, SPAN);
     }
 }
 LOOPS(motor_to_rotor_translation_dense)
@@ -21350,7 +19884,7 @@ static INLINE void NAME(rotor_from_quaternion_dense)(intptr_t n, char **args, co
             NAME(rotor_from_quaternion)(x0, x1);
             NAME(store_4)((char *)(r1 + i), SPAN * w, x1);
         }
-        NAME(store_span)(args[1], first, r1, 4);
+        NAME(store_span)(args[1], first, r1, 4, SPAN);
     }
 }
 LOOPS(rotor_from_quaternion_dense)
@@ -21409,7 +19943,7 @@ static INLINE void NAME(rotor_to_quaternion_dense)(intptr_t n, char **args, cons
             NAME(rotor_to_quaternion)(x0, x1);
             NAME(store_4)((char *)(r1 + i), SPAN * w, x1);
         }
-        NAME(store_span)(args[1], first, r1, 4);
+        NAME(store_span)(args[1], first, r1, 4, SPAN);
     }
 }
 LOOPS(rotor_to_quaternion_dense)
@@ -21465,33 +19999,11 @@ static INLINE void NAME(motor_from_dual_quaternion_block)(intptr_t n, char **arg
 }
 LOOPS(motor_from_dual_quaternion_block)
 
-static INLINE void NAME(motor_from_dual_quaternion_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    _Alignas(64) REAL r0[8 * SPAN];
-    _Alignas(64) REAL r1[8 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
-        NAME(load_span)(r0, args[0], first, 8);
-        ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
-            REAL x0[8];
-            REAL x1[8];
-            NAME(load_8)(x0, (char *)(r0 + i), SPAN * w);
-            NAME(motor_from_dual_quaternion)(x0, x1);
-            NAME(store_8)((char *)(r1 + i), SPAN * w, x1);
-        }
-        NAME(store_span)(args[1], first, r1, 8);
-    }
-}
-LOOPS(motor_from_dual_quaternion_dense)
-
 void NAME(motor_from_dual_quaternion_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{8, 1, 0, {8}}, {8, 1, 1, {8}}};
-    static const struct kernel kernel = {WIDTHS(motor_from_dual_quaternion_block),
-        WIDTHS(motor_from_dual_quaternion_dense), (any_function *)NAME(motor_from_dual_quaternion), NAME(call_ar),
-        1, 2, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(motor_from_dual_quaternion_block), {NULL}, (any_function
+        *)NAME(motor_from_dual_quaternion), NAME(call_ar), 1, 2, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -21538,33 +20050,11 @@ static INLINE void NAME(motor_to_dual_quaternion_block)(intptr_t n, char **args,
 }
 LOOPS(motor_to_dual_quaternion_block)
 
-static INLINE void NAME(motor_to_dual_quaternion_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    _Alignas(64) REAL r0[8 * SPAN];
-    _Alignas(64) REAL r1[8 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
-        NAME(load_span)(r0, args[0], first, 8);
-        ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
-            REAL x0[8];
-            REAL x1[8];
-            NAME(load_8)(x0, (char *)(r0 + i), SPAN * w);
-            NAME(motor_to_dual_quaternion)(x0, x1);
-            NAME(store_8)((char *)(r1 + i), SPAN * w, x1);
-        }
-        NAME(store_span)(args[1], first, r1, 8);
-    }
-}
-LOOPS(motor_to_dual_quaternion_dense)
-
 void NAME(motor_to_dual_quaternion_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{8, 1, 0, {8}}, {8, 1, 1, {8}}};
-    static const struct kernel kernel = {WIDTHS(motor_to_dual_quaternion_block),
-        WIDTHS(motor_to_dual_quaternion_dense), (any_function *)NAME(motor_to_dual_quaternion), NAME(call_ar), 1, 2,
-        0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(motor_to_dual_quaternion_block), {NULL}, (any_function
+        *)NAME(motor_to_dual_quaternion), NAME(call_ar), 1, 2, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -21664,31 +20154,10 @@ static INLINE void NAME(motor_to_matrix_block)(intptr_t n, char **args, const in
 }
 LOOPS(motor_to_matrix_block)
 
-static INLINE void NAME(motor_to_matrix_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    _Alignas(64) REAL r0[8 * SPAN];
-    _Alignas(64) REAL r1[16 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
-        NAME(load_span)(r0, args[0], first, 8);
-        ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
-            REAL x0[8];
-            REAL x1[16];
-            NAME(load_8)(x0, (char *)(r0 + i), SPAN * w);
-            NAME(motor_to_matrix)(x0, x1);
-            NAME(store_4x4)((char *)(r1 + i), 4 * SPAN * w, SPAN * w, x1);
-        }
-        NAME(store_span)(args[1], first, r1, 16);
-    }
-}
-LOOPS(motor_to_matrix_dense)
-
 void NAME(motor_to_matrix_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{8, 1, 0, {8}}, {16, 2, 1, {4, 4}}};
-    static const struct kernel kernel = {WIDTHS(motor_to_matrix_block), WIDTHS(motor_to_matrix_dense), (any_function
+    static const struct kernel kernel = {WIDTHS(motor_to_matrix_block), {NULL}, (any_function
         *)NAME(motor_to_matrix), NAME(call_ar), 1, 2, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -21755,31 +20224,10 @@ static INLINE void NAME(rotor_to_matrix_block)(intptr_t n, char **args, const in
 }
 LOOPS(rotor_to_matrix_block)
 
-static INLINE void NAME(rotor_to_matrix_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    _Alignas(64) REAL r0[4 * SPAN];
-    _Alignas(64) REAL r1[9 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
-        NAME(load_span)(r0, args[0], first, 4);
-        ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
-            REAL x0[4];
-            REAL x1[9];
-            NAME(load_4)(x0, (char *)(r0 + i), SPAN * w);
-            NAME(rotor_to_matrix)(x0, x1);
-            NAME(store_3x3)((char *)(r1 + i), 3 * SPAN * w, SPAN * w, x1);
-        }
-        NAME(store_span)(args[1], first, r1, 9);
-    }
-}
-LOOPS(rotor_to_matrix_dense)
-
 void NAME(rotor_to_matrix_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {9, 2, 1, {3, 3}}};
-    static const struct kernel kernel = {WIDTHS(rotor_to_matrix_block), WIDTHS(rotor_to_matrix_dense), (any_function
+    static const struct kernel kernel = {WIDTHS(rotor_to_matrix_block), {NULL}, (any_function
         *)NAME(rotor_to_matrix), NAME(call_ar), 1, 2, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -21896,32 +20344,11 @@ static INLINE void NAME(motor_from_matrix_block)(intptr_t n, char **args, const 
 }
 LOOPS(motor_from_matrix_block)
 
-static INLINE void NAME(motor_from_matrix_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    _Alignas(64) REAL r0[16 * SPAN];
-    _Alignas(64) REAL r1[8 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
-        NAME(load_span)(r0, args[0], first, 16);
-        ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
-            REAL x0[16];
-            REAL x1[8];
-            NAME(load_4x4)(x0, (char *)(r0 + i), 4 * SPAN * w, SPAN * w);
-            NAME(motor_from_matrix)(x0, x1);
-            NAME(store_8)((char *)(r1 + i), SPAN * w, x1);
-        }
-        NAME(store_span)(args[1], first, r1, 8);
-    }
-}
-LOOPS(motor_from_matrix_dense)
-
 void NAME(motor_from_matrix_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{16, 2, 0, {4, 4}}, {8, 1, 2, {8}}};
-    static const struct kernel kernel = {WIDTHS(motor_from_matrix_block), WIDTHS(motor_from_matrix_dense),
-        (any_function *)NAME(motor_from_matrix), NAME(call_ar), 1, 2, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(motor_from_matrix_block), {NULL}, (any_function
+        *)NAME(motor_from_matrix), NAME(call_ar), 1, 2, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -22007,32 +20434,11 @@ static INLINE void NAME(rotor_from_matrix_block)(intptr_t n, char **args, const 
 }
 LOOPS(rotor_from_matrix_block)
 
-static INLINE void NAME(rotor_from_matrix_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    _Alignas(64) REAL r0[9 * SPAN];
-    _Alignas(64) REAL r1[4 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
-        NAME(load_span)(r0, args[0], first, 9);
-        ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
-            REAL x0[9];
-            REAL x1[4];
-            NAME(load_3x3)(x0, (char *)(r0 + i), 3 * SPAN * w, SPAN * w);
-            NAME(rotor_from_matrix)(x0, x1);
-            NAME(store_4)((char *)(r1 + i), SPAN * w, x1);
-        }
-        NAME(store_span)(args[1], first, r1, 4);
-    }
-}
-LOOPS(rotor_from_matrix_dense)
-
 void NAME(rotor_from_matrix_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{9, 2, 0, {3, 3}}, {4, 1, 2, {4}}};
-    static const struct kernel kernel = {WIDTHS(rotor_from_matrix_block), WIDTHS(rotor_from_matrix_dense),
-        (any_function *)NAME(rotor_from_matrix), NAME(call_ar), 1, 2, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(rotor_from_matrix_block), {NULL}, (any_function
+        *)NAME(rotor_from_matrix), NAME(call_ar), 1, 2, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -22360,29 +20766,6 @@ static INLINE void NAME(motor_from_denavit_hartenberg_block_theta_d_alpha)(intpt
 }
 LOOPS(motor_from_denavit_hartenberg_block_theta_d_alpha)
 
-static INLINE void NAME(motor_from_denavit_hartenberg_dense_theta_d_alpha)(intptr_t n, char **args, const intptr_t
-    *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const REAL *prepared = (const REAL *)args[0];
-    (void)strides;
-    _Alignas(64) REAL r2[1 * SPAN];
-    _Alignas(64) REAL r4[8 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
-        NAME(load_span)(r2, args[2], first, 1);
-        ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
-            REAL x2[1];
-            REAL x4[8];
-            NAME(load_scalar)(x2, (char *)(r2 + i));
-            NAME(motor_from_denavit_hartenberg_apply_theta_d_alpha)(prepared, x2[0], x4);
-            NAME(store_8)((char *)(r4 + i), SPAN * w, x4);
-        }
-        NAME(store_span)(args[4], first, r4, 8);
-    }
-}
-LOOPS(motor_from_denavit_hartenberg_dense_theta_d_alpha)
-
 static void NAME(motor_from_denavit_hartenberg_start_theta_d_alpha)(char **args, const intptr_t *strides, void
     *prepared)
 {
@@ -22414,29 +20797,6 @@ static INLINE void NAME(motor_from_denavit_hartenberg_block_theta_a_alpha)(intpt
     }
 }
 LOOPS(motor_from_denavit_hartenberg_block_theta_a_alpha)
-
-static INLINE void NAME(motor_from_denavit_hartenberg_dense_theta_a_alpha)(intptr_t n, char **args, const intptr_t
-    *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const REAL *prepared = (const REAL *)args[0];
-    (void)strides;
-    _Alignas(64) REAL r1[1 * SPAN];
-    _Alignas(64) REAL r4[8 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
-        NAME(load_span)(r1, args[1], first, 1);
-        ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
-            REAL x1[1];
-            REAL x4[8];
-            NAME(load_scalar)(x1, (char *)(r1 + i));
-            NAME(motor_from_denavit_hartenberg_apply_theta_a_alpha)(prepared, x1[0], x4);
-            NAME(store_8)((char *)(r4 + i), SPAN * w, x4);
-        }
-        NAME(store_span)(args[4], first, r4, 8);
-    }
-}
-LOOPS(motor_from_denavit_hartenberg_dense_theta_a_alpha)
 
 static void NAME(motor_from_denavit_hartenberg_start_theta_a_alpha)(char **args, const intptr_t *strides, void
     *prepared)
@@ -22585,11 +20945,9 @@ void NAME(motor_from_denavit_hartenberg_loop)(char **args, const intptr_t *dimen
     static const struct part parts[] = {{1, 0, 0, {0}}, {1, 0, 0, {0}}, {1, 0, 0, {0}}, {1, 0, 0, {0}}, {8, 1, 0,
         {8}}};
     static const struct form forms[] = {{11, 2, NAME(motor_from_denavit_hartenberg_start_theta_d_alpha),
-        WIDTHS(motor_from_denavit_hartenberg_block_theta_d_alpha),
-        WIDTHS(motor_from_denavit_hartenberg_dense_theta_d_alpha)}, {13, 2,
+        WIDTHS(motor_from_denavit_hartenberg_block_theta_d_alpha), {NULL}}, {13, 2,
         NAME(motor_from_denavit_hartenberg_start_theta_a_alpha),
-        WIDTHS(motor_from_denavit_hartenberg_block_theta_a_alpha),
-        WIDTHS(motor_from_denavit_hartenberg_dense_theta_a_alpha)}, {7, 2,
+        WIDTHS(motor_from_denavit_hartenberg_block_theta_a_alpha), {NULL}}, {7, 2,
         NAME(motor_from_denavit_hartenberg_start_theta_d_a), WIDTHS(motor_from_denavit_hartenberg_block_theta_d_a),
         {NULL}}, {14, 2, NAME(motor_from_denavit_hartenberg_start_d_a_alpha),
         WIDTHS(motor_from_denavit_hartenberg_block_d_a_alpha), {NULL}}};
@@ -22924,29 +21282,6 @@ static INLINE void NAME(motor_from_modified_denavit_hartenberg_block_theta_d_alp
 }
 LOOPS(motor_from_modified_denavit_hartenberg_block_theta_d_alpha)
 
-static INLINE void NAME(motor_from_modified_denavit_hartenberg_dense_theta_d_alpha)(intptr_t n, char **args, const
-    intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const REAL *prepared = (const REAL *)args[0];
-    (void)strides;
-    _Alignas(64) REAL r2[1 * SPAN];
-    _Alignas(64) REAL r4[8 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
-        NAME(load_span)(r2, args[2], first, 1);
-        ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
-            REAL x2[1];
-            REAL x4[8];
-            NAME(load_scalar)(x2, (char *)(r2 + i));
-            NAME(motor_from_modified_denavit_hartenberg_apply_theta_d_alpha)(prepared, x2[0], x4);
-            NAME(store_8)((char *)(r4 + i), SPAN * w, x4);
-        }
-        NAME(store_span)(args[4], first, r4, 8);
-    }
-}
-LOOPS(motor_from_modified_denavit_hartenberg_dense_theta_d_alpha)
-
 static void NAME(motor_from_modified_denavit_hartenberg_start_theta_d_alpha)(char **args, const intptr_t *strides,
     void *prepared)
 {
@@ -22978,29 +21313,6 @@ static INLINE void NAME(motor_from_modified_denavit_hartenberg_block_theta_a_alp
     }
 }
 LOOPS(motor_from_modified_denavit_hartenberg_block_theta_a_alpha)
-
-static INLINE void NAME(motor_from_modified_denavit_hartenberg_dense_theta_a_alpha)(intptr_t n, char **args, const
-    intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const REAL *prepared = (const REAL *)args[0];
-    (void)strides;
-    _Alignas(64) REAL r1[1 * SPAN];
-    _Alignas(64) REAL r4[8 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
-        NAME(load_span)(r1, args[1], first, 1);
-        ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
-            REAL x1[1];
-            REAL x4[8];
-            NAME(load_scalar)(x1, (char *)(r1 + i));
-            NAME(motor_from_modified_denavit_hartenberg_apply_theta_a_alpha)(prepared, x1[0], x4);
-            NAME(store_8)((char *)(r4 + i), SPAN * w, x4);
-        }
-        NAME(store_span)(args[4], first, r4, 8);
-    }
-}
-LOOPS(motor_from_modified_denavit_hartenberg_dense_theta_a_alpha)
 
 static void NAME(motor_from_modified_denavit_hartenberg_start_theta_a_alpha)(char **args, const intptr_t *strides,
     void *prepared)
@@ -23151,11 +21463,9 @@ void NAME(motor_from_modified_denavit_hartenberg_loop)(char **args, const intptr
     static const struct part parts[] = {{1, 0, 0, {0}}, {1, 0, 0, {0}}, {1, 0, 0, {0}}, {1, 0, 0, {0}}, {8, 1, 0,
         {8}}};
     static const struct form forms[] = {{11, 2, NAME(motor_from_modified_denavit_hartenberg_start_theta_d_alpha),
-        WIDTHS(motor_from_modified_denavit_hartenberg_block_theta_d_alpha),
-        WIDTHS(motor_from_modified_denavit_hartenberg_dense_theta_d_alpha)}, {13, 2,
+        WIDTHS(motor_from_modified_denavit_hartenberg_block_theta_d_alpha), {NULL}}, {13, 2,
         NAME(motor_from_modified_denavit_hartenberg_start_theta_a_alpha),
-        WIDTHS(motor_from_modified_denavit_hartenberg_block_theta_a_alpha),
-        WIDTHS(motor_from_modified_denavit_hartenberg_dense_theta_a_alpha)}, {7, 2,
+        WIDTHS(motor_from_modified_denavit_hartenberg_block_theta_a_alpha), {NULL}}, {7, 2,
         NAME(motor_from_modified_denavit_hartenberg_start_theta_d_a),
         WIDTHS(motor_from_modified_denavit_hartenberg_block_theta_d_a), {NULL}}, {14, 2,
         NAME(motor_from_modified_denavit_hartenberg_start_d_a_alpha),
@@ -23410,32 +21720,11 @@ static INLINE void NAME(motor_square_root_block)(intptr_t n, char **args, const 
 }
 LOOPS(motor_square_root_block)
 
-static INLINE void NAME(motor_square_root_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    _Alignas(64) REAL r0[8 * SPAN];
-    _Alignas(64) REAL r1[8 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
-        NAME(load_span)(r0, args[0], first, 8);
-        ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
-            REAL x0[8];
-            REAL x1[8];
-            NAME(load_8)(x0, (char *)(r0 + i), SPAN * w);
-            NAME(motor_square_root)(x0, x1);
-            NAME(store_8)((char *)(r1 + i), SPAN * w, x1);
-        }
-        NAME(store_span)(args[1], first, r1, 8);
-    }
-}
-LOOPS(motor_square_root_dense)
-
 void NAME(motor_square_root_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{8, 1, 0, {8}}, {8, 1, 1, {8}}};
-    static const struct kernel kernel = {WIDTHS(motor_square_root_block), WIDTHS(motor_square_root_dense),
-        (any_function *)NAME(motor_square_root), NAME(call_ar), 1, 2, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(motor_square_root_block), {NULL}, (any_function
+        *)NAME(motor_square_root), NAME(call_ar), 1, 2, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -25301,40 +23590,11 @@ static INLINE void NAME(bivector_to_screw_block)(intptr_t n, char **args, const 
 }
 LOOPS(bivector_to_screw_block)
 
-static INLINE void NAME(bivector_to_screw_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    _Alignas(64) REAL r0[6 * SPAN];
-    _Alignas(64) REAL r1[6 * SPAN];
-    _Alignas(64) REAL r2[1 * SPAN];
-    _Alignas(64) REAL r3[1 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
-        NAME(load_span)(r0, args[0], first, 6);
-        ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
-            REAL x0[6];
-            REAL x1[6];
-            REAL x2[1];
-            REAL x3[1];
-            NAME(load_6)(x0, (char *)(r0 + i), SPAN * w);
-            NAME(bivector_to_screw)(x0, x1, x2, x3);
-            NAME(store_6)((char *)(r1 + i), SPAN * w, x1);
-            NAME(store_scalar)((char *)(r2 + i), x2);
-            NAME(store_scalar)((char *)(r3 + i), x3);
-        }
-        NAME(store_span)(args[1], first, r1, 6);
-        NAME(store_span)(args[2], first, r2, 1);
-        NAME(store_span)(args[3], first, r3, 1);
-    }
-}
-LOOPS(bivector_to_screw_dense)
-
 void NAME(bivector_to_screw_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{6, 1, 0, {6}}, {6, 1, 1, {6}}, {1, 0, 2, {0}}, {1, 0, 2, {0}}};
-    static const struct kernel kernel = {WIDTHS(bivector_to_screw_block), WIDTHS(bivector_to_screw_dense),
-        (any_function *)NAME(bivector_to_screw), NAME(call_arrr), 1, 4, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(bivector_to_screw_block), {NULL}, (any_function
+        *)NAME(bivector_to_screw), NAME(call_arrr), 1, 4, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -25390,40 +23650,11 @@ static INLINE void NAME(bivector_from_screw_block)(intptr_t n, char **args, cons
 }
 LOOPS(bivector_from_screw_block)
 
-static INLINE void NAME(bivector_from_screw_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    _Alignas(64) REAL r0[6 * SPAN];
-    _Alignas(64) REAL r1[1 * SPAN];
-    _Alignas(64) REAL r2[1 * SPAN];
-    _Alignas(64) REAL r3[6 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
-        NAME(load_span)(r0, args[0], first, 6);
-        NAME(load_span)(r1, args[1], first, 1);
-        NAME(load_span)(r2, args[2], first, 1);
-        ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
-            REAL x0[6];
-            REAL x1[1];
-            REAL x2[1];
-            REAL x3[6];
-            NAME(load_6)(x0, (char *)(r0 + i), SPAN * w);
-            NAME(load_scalar)(x1, (char *)(r1 + i));
-            NAME(load_scalar)(x2, (char *)(r2 + i));
-            NAME(bivector_from_screw)(x0, x1[0], x2[0], x3);
-            NAME(store_6)((char *)(r3 + i), SPAN * w, x3);
-        }
-        NAME(store_span)(args[3], first, r3, 6);
-    }
-}
-LOOPS(bivector_from_screw_dense)
-
 void NAME(bivector_from_screw_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{6, 1, 0, {6}}, {1, 0, 1, {0}}, {1, 0, 1, {0}}, {6, 1, 1, {6}}};
-    static const struct kernel kernel = {WIDTHS(bivector_from_screw_block), WIDTHS(bivector_from_screw_dense),
-        (any_function *)NAME(bivector_from_screw), NAME(call_annr), 3, 4, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(bivector_from_screw_block), {NULL}, (any_function
+        *)NAME(bivector_from_screw), NAME(call_annr), 3, 4, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -25838,28 +24069,6 @@ static INLINE void NAME(motor_from_screw_pitch_block_line_angle)(intptr_t n, cha
 }
 LOOPS(motor_from_screw_pitch_block_line_angle)
 
-static INLINE void NAME(motor_from_screw_pitch_dense_line_angle)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const REAL *prepared = (const REAL *)args[0];
-    (void)strides;
-    _Alignas(64) REAL r2[1 * SPAN];
-    _Alignas(64) REAL r3[8 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
-        NAME(load_span)(r2, args[2], first, 1);
-        ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
-            REAL x2[1];
-            REAL x3[8];
-            NAME(load_scalar)(x2, (char *)(r2 + i));
-            NAME(motor_from_screw_pitch_apply_line_angle)(prepared, x2[0], x3);
-            NAME(store_8)((char *)(r3 + i), SPAN * w, x3);
-        }
-        NAME(store_span)(args[3], first, r3, 8);
-    }
-}
-LOOPS(motor_from_screw_pitch_dense_line_angle)
-
 static void NAME(motor_from_screw_pitch_start_line_angle)(char **args, const intptr_t *strides, void *prepared)
 {
     const intptr_t c0a = strides[0];
@@ -25887,28 +24096,6 @@ static INLINE void NAME(motor_from_screw_pitch_block_angle_pitch)(intptr_t n, ch
     }
 }
 LOOPS(motor_from_screw_pitch_block_angle_pitch)
-
-static INLINE void NAME(motor_from_screw_pitch_dense_angle_pitch)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const REAL *prepared = (const REAL *)args[1];
-    (void)strides;
-    _Alignas(64) REAL r0[6 * SPAN];
-    _Alignas(64) REAL r3[8 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
-        NAME(load_span)(r0, args[0], first, 6);
-        ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
-            REAL x0[6];
-            REAL x3[8];
-            NAME(load_6)(x0, (char *)(r0 + i), SPAN * w);
-            NAME(motor_from_screw_pitch_apply_angle_pitch)(prepared, x0, x3);
-            NAME(store_8)((char *)(r3 + i), SPAN * w, x3);
-        }
-        NAME(store_span)(args[3], first, r3, 8);
-    }
-}
-LOOPS(motor_from_screw_pitch_dense_angle_pitch)
 
 static void NAME(motor_from_screw_pitch_start_angle_pitch)(char **args, const intptr_t *strides, void *prepared)
 {
@@ -25940,32 +24127,6 @@ static INLINE void NAME(motor_from_screw_pitch_block_angle)(intptr_t n, char **a
     }
 }
 LOOPS(motor_from_screw_pitch_block_angle)
-
-static INLINE void NAME(motor_from_screw_pitch_dense_angle)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const REAL *prepared = (const REAL *)args[1];
-    (void)strides;
-    _Alignas(64) REAL r0[6 * SPAN];
-    _Alignas(64) REAL r2[1 * SPAN];
-    _Alignas(64) REAL r3[8 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
-        NAME(load_span)(r0, args[0], first, 6);
-        NAME(load_span)(r2, args[2], first, 1);
-        ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
-            REAL x0[6];
-            REAL x2[1];
-            REAL x3[8];
-            NAME(load_6)(x0, (char *)(r0 + i), SPAN * w);
-            NAME(load_scalar)(x2, (char *)(r2 + i));
-            NAME(motor_from_screw_pitch_apply_angle)(prepared, x0, x2[0], x3);
-            NAME(store_8)((char *)(r3 + i), SPAN * w, x3);
-        }
-        NAME(store_span)(args[3], first, r3, 8);
-    }
-}
-LOOPS(motor_from_screw_pitch_dense_angle)
 
 static void NAME(motor_from_screw_pitch_start_angle)(char **args, const intptr_t *strides, void *prepared)
 {
@@ -26017,10 +24178,9 @@ void NAME(motor_from_screw_pitch_loop)(char **args, const intptr_t *dimensions, 
 {
     static const struct part parts[] = {{6, 1, 0, {6}}, {1, 0, 1, {0}}, {1, 0, 1, {0}}, {8, 1, 1, {8}}};
     static const struct form forms[] = {{3, 2, NAME(motor_from_screw_pitch_start_line_angle),
-        WIDTHS(motor_from_screw_pitch_block_line_angle), WIDTHS(motor_from_screw_pitch_dense_line_angle)}, {6, 2,
-        NAME(motor_from_screw_pitch_start_angle_pitch), WIDTHS(motor_from_screw_pitch_block_angle_pitch),
-        WIDTHS(motor_from_screw_pitch_dense_angle_pitch)}, {2, 2, NAME(motor_from_screw_pitch_start_angle),
-        WIDTHS(motor_from_screw_pitch_block_angle), WIDTHS(motor_from_screw_pitch_dense_angle)}};
+        WIDTHS(motor_from_screw_pitch_block_line_angle), {NULL}}, {6, 2,
+        NAME(motor_from_screw_pitch_start_angle_pitch), WIDTHS(motor_from_screw_pitch_block_angle_pitch), {NULL}},
+        {2, 2, NAME(motor_from_screw_pitch_start_angle), WIDTHS(motor_from_screw_pitch_block_angle), {NULL}}};
     static const struct kernel kernel = {WIDTHS(motor_from_screw_pitch_block), {NULL}, (any_function
         *)NAME(motor_from_screw_pitch), NAME(call_annr), 3, 4, 3, 1, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
@@ -26252,36 +24412,11 @@ static INLINE void NAME(twist_from_velocities_block)(intptr_t n, char **args, co
 }
 LOOPS(twist_from_velocities_block)
 
-static INLINE void NAME(twist_from_velocities_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    _Alignas(64) REAL r0[3 * SPAN];
-    _Alignas(64) REAL r1[3 * SPAN];
-    _Alignas(64) REAL r2[6 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
-        NAME(load_span)(r0, args[0], first, 3);
-        NAME(load_span)(r1, args[1], first, 3);
-        ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
-            REAL x0[3];
-            REAL x1[3];
-            REAL x2[6];
-            NAME(load_3)(x0, (char *)(r0 + i), SPAN * w);
-            NAME(load_3)(x1, (char *)(r1 + i), SPAN * w);
-            NAME(twist_from_velocities)(x0, x1, x2);
-            NAME(store_6)((char *)(r2 + i), SPAN * w, x2);
-        }
-        NAME(store_span)(args[2], first, r2, 6);
-    }
-}
-LOOPS(twist_from_velocities_dense)
-
 void NAME(twist_from_velocities_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {3, 1, 1, {3}}, {6, 1, 2, {6}}};
-    static const struct kernel kernel = {WIDTHS(twist_from_velocities_block), WIDTHS(twist_from_velocities_dense),
-        (any_function *)NAME(twist_from_velocities), NAME(call_aar), 2, 3, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(twist_from_velocities_block), {NULL}, (any_function
+        *)NAME(twist_from_velocities), NAME(call_aar), 2, 3, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -26322,36 +24457,11 @@ static INLINE void NAME(twist_to_velocities_block)(intptr_t n, char **args, cons
 }
 LOOPS(twist_to_velocities_block)
 
-static INLINE void NAME(twist_to_velocities_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    _Alignas(64) REAL r0[6 * SPAN];
-    _Alignas(64) REAL r1[3 * SPAN];
-    _Alignas(64) REAL r2[3 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
-        NAME(load_span)(r0, args[0], first, 6);
-        ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
-            REAL x0[6];
-            REAL x1[3];
-            REAL x2[3];
-            NAME(load_6)(x0, (char *)(r0 + i), SPAN * w);
-            NAME(twist_to_velocities)(x0, x1, x2);
-            NAME(store_3)((char *)(r1 + i), SPAN * w, x1);
-            NAME(store_3)((char *)(r2 + i), SPAN * w, x2);
-        }
-        NAME(store_span)(args[1], first, r1, 3);
-        NAME(store_span)(args[2], first, r2, 3);
-    }
-}
-LOOPS(twist_to_velocities_dense)
-
 void NAME(twist_to_velocities_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{6, 1, 0, {6}}, {3, 1, 1, {3}}, {3, 1, 2, {3}}};
-    static const struct kernel kernel = {WIDTHS(twist_to_velocities_block), WIDTHS(twist_to_velocities_dense),
-        (any_function *)NAME(twist_to_velocities), NAME(call_arr), 1, 3, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(twist_to_velocities_block), {NULL}, (any_function
+        *)NAME(twist_to_velocities), NAME(call_arr), 1, 3, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -26473,36 +24583,11 @@ static INLINE void NAME(motor_derivative_block)(intptr_t n, char **args, const i
 }
 LOOPS(motor_derivative_block)
 
-static INLINE void NAME(motor_derivative_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    _Alignas(64) REAL r0[8 * SPAN];
-    _Alignas(64) REAL r1[6 * SPAN];
-    _Alignas(64) REAL r2[8 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
-        NAME(load_span)(r0, args[0], first, 8);
-        NAME(load_span)(r1, args[1], first, 6);
-        ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
-            REAL x0[8];
-            REAL x1[6];
-            REAL x2[8];
-            NAME(load_8)(x0, (char *)(r0 + i), SPAN * w);
-            NAME(load_6)(x1, (char *)(r1 + i), SPAN * w);
-            NAME(motor_derivative)(x0, x1, x2);
-            NAME(store_8)((char *)(r2 + i), SPAN * w, x2);
-        }
-        NAME(store_span)(args[2], first, r2, 8);
-    }
-}
-LOOPS(motor_derivative_dense)
-
 void NAME(motor_derivative_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{8, 1, 0, {8}}, {6, 1, 1, {6}}, {8, 1, 2, {8}}};
-    static const struct kernel kernel = {WIDTHS(motor_derivative_block), WIDTHS(motor_derivative_dense),
-        (any_function *)NAME(motor_derivative), NAME(call_aar), 2, 3, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(motor_derivative_block), {NULL}, (any_function
+        *)NAME(motor_derivative), NAME(call_aar), 2, 3, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -26624,37 +24709,11 @@ static INLINE void NAME(twist_from_motor_derivative_block)(intptr_t n, char **ar
 }
 LOOPS(twist_from_motor_derivative_block)
 
-static INLINE void NAME(twist_from_motor_derivative_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    _Alignas(64) REAL r0[8 * SPAN];
-    _Alignas(64) REAL r1[8 * SPAN];
-    _Alignas(64) REAL r2[6 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
-        NAME(load_span)(r0, args[0], first, 8);
-        NAME(load_span)(r1, args[1], first, 8);
-        ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
-            REAL x0[8];
-            REAL x1[8];
-            REAL x2[6];
-            NAME(load_8)(x0, (char *)(r0 + i), SPAN * w);
-            NAME(load_8)(x1, (char *)(r1 + i), SPAN * w);
-            NAME(twist_from_motor_derivative)(x0, x1, x2);
-            NAME(store_6)((char *)(r2 + i), SPAN * w, x2);
-        }
-        NAME(store_span)(args[2], first, r2, 6);
-    }
-}
-LOOPS(twist_from_motor_derivative_dense)
-
 void NAME(twist_from_motor_derivative_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{8, 1, 0, {8}}, {8, 1, 1, {8}}, {6, 1, 2, {6}}};
-    static const struct kernel kernel = {WIDTHS(twist_from_motor_derivative_block),
-        WIDTHS(twist_from_motor_derivative_dense), (any_function *)NAME(twist_from_motor_derivative),
-        NAME(call_aar), 2, 3, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(twist_from_motor_derivative_block), {NULL}, (any_function
+        *)NAME(twist_from_motor_derivative), NAME(call_aar), 2, 3, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -26980,28 +25039,6 @@ static INLINE void NAME(acceleration_of_point_block_v_p)(intptr_t n, char **args
 }
 LOOPS(acceleration_of_point_block_v_p)
 
-static INLINE void NAME(acceleration_of_point_dense_v_p)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const REAL *prepared = (const REAL *)args[0];
-    (void)strides;
-    _Alignas(64) REAL r1[6 * SPAN];
-    _Alignas(64) REAL r3[3 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
-        NAME(load_span)(r1, args[1], first, 6);
-        ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
-            REAL x1[6];
-            REAL x3[3];
-            NAME(load_6)(x1, (char *)(r1 + i), SPAN * w);
-            NAME(acceleration_of_point_apply_v_p)(prepared, x1, x3);
-            NAME(store_3)((char *)(r3 + i), SPAN * w, x3);
-        }
-        NAME(store_span)(args[3], first, r3, 3);
-    }
-}
-LOOPS(acceleration_of_point_dense_v_p)
-
 static void NAME(acceleration_of_point_start_v_p)(char **args, const intptr_t *strides, void *prepared)
 {
     const intptr_t c0a = strides[0], c2a = strides[2];
@@ -27046,7 +25083,7 @@ static INLINE void NAME(acceleration_of_point_dense_v_a)(intptr_t n, char **args
             NAME(acceleration_of_point_apply_v_a)(prepared, x2, x3);
             NAME(store_3)((char *)(r3 + i), SPAN * w, x3);
         }
-        NAME(store_span)(args[3], first, r3, 3);
+        NAME(store_span)(args[3], first, r3, 3, SPAN);
     }
 }
 LOOPS(acceleration_of_point_dense_v_a)
@@ -27078,28 +25115,6 @@ static INLINE void NAME(acceleration_of_point_block_a_p)(intptr_t n, char **args
     }
 }
 LOOPS(acceleration_of_point_block_a_p)
-
-static INLINE void NAME(acceleration_of_point_dense_a_p)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const REAL *prepared = (const REAL *)args[1];
-    (void)strides;
-    _Alignas(64) REAL r0[6 * SPAN];
-    _Alignas(64) REAL r3[3 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
-        NAME(load_span)(r0, args[0], first, 6);
-        ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
-            REAL x0[6];
-            REAL x3[3];
-            NAME(load_6)(x0, (char *)(r0 + i), SPAN * w);
-            NAME(acceleration_of_point_apply_a_p)(prepared, x0, x3);
-            NAME(store_3)((char *)(r3 + i), SPAN * w, x3);
-        }
-        NAME(store_span)(args[3], first, r3, 3);
-    }
-}
-LOOPS(acceleration_of_point_dense_a_p)
 
 static void NAME(acceleration_of_point_start_a_p)(char **args, const intptr_t *strides, void *prepared)
 {
@@ -27134,45 +25149,15 @@ static INLINE void NAME(acceleration_of_point_block)(intptr_t n, char **args, co
 }
 LOOPS(acceleration_of_point_block)
 
-static INLINE void NAME(acceleration_of_point_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    _Alignas(64) REAL r0[6 * SPAN];
-    _Alignas(64) REAL r1[6 * SPAN];
-    _Alignas(64) REAL r2[3 * SPAN];
-    _Alignas(64) REAL r3[3 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
-        NAME(load_span)(r0, args[0], first, 6);
-        NAME(load_span)(r1, args[1], first, 6);
-        NAME(load_span)(r2, args[2], first, 3);
-        ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
-            REAL x0[6];
-            REAL x1[6];
-            REAL x2[3];
-            REAL x3[3];
-            NAME(load_6)(x0, (char *)(r0 + i), SPAN * w);
-            NAME(load_6)(x1, (char *)(r1 + i), SPAN * w);
-            NAME(load_3)(x2, (char *)(r2 + i), SPAN * w);
-            NAME(acceleration_of_point)(x0, x1, x2, x3);
-            NAME(store_3)((char *)(r3 + i), SPAN * w, x3);
-        }
-        NAME(store_span)(args[3], first, r3, 3);
-    }
-}
-LOOPS(acceleration_of_point_dense)
-
 void NAME(acceleration_of_point_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{6, 1, 0, {6}}, {6, 1, 1, {6}}, {3, 1, 2, {3}}, {3, 1, 3, {3}}};
     static const struct form forms[] = {{5, 2, NAME(acceleration_of_point_start_v_p),
-        WIDTHS(acceleration_of_point_block_v_p), WIDTHS(acceleration_of_point_dense_v_p)}, {3, 2,
-        NAME(acceleration_of_point_start_v_a), WIDTHS(acceleration_of_point_block_v_a),
-        WIDTHS(acceleration_of_point_dense_v_a)}, {6, 2, NAME(acceleration_of_point_start_a_p),
-        WIDTHS(acceleration_of_point_block_a_p), WIDTHS(acceleration_of_point_dense_a_p)}};
-    static const struct kernel kernel = {WIDTHS(acceleration_of_point_block), WIDTHS(acceleration_of_point_dense),
-        (any_function *)NAME(acceleration_of_point), NAME(call_aaar), 3, 4, 3, 0, parts, forms};
+        WIDTHS(acceleration_of_point_block_v_p), {NULL}}, {3, 2, NAME(acceleration_of_point_start_v_a),
+        WIDTHS(acceleration_of_point_block_v_a), WIDTHS(acceleration_of_point_dense_v_a)}, {6, 2,
+        NAME(acceleration_of_point_start_a_p), WIDTHS(acceleration_of_point_block_a_p), {NULL}}};
+    static const struct kernel kernel = {WIDTHS(acceleration_of_point_block), {NULL}, (any_function
+        *)NAME(acceleration_of_point), NAME(call_aaar), 3, 4, 3, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -27480,7 +25465,7 @@ static INLINE void NAME(motor_from_rotation_vector_translation_dense_v)(intptr_t
             NAME(motor_from_rotation_vector_translation_apply_v)(prepared, x1, x2);
             NAME(store_8)((char *)(r2 + i), SPAN * w, x2);
         }
-        NAME(store_span)(args[2], first, r2, 8);
+        NAME(store_span)(args[2], first, r2, 8, SPAN);
     }
 }
 LOOPS(motor_from_rotation_vector_translation_dense_v)
@@ -27721,7 +25706,7 @@ static INLINE void NAME(motor_from_quaternion_translation_dense)(intptr_t n, cha
             NAME(motor_from_quaternion_translation)(x0, x1, x2);
             NAME(store_8)((char *)(r2 + i), SPAN * w, x2);
         }
-        NAME(store_span)(args[2], first, r2, 8);
+        NAME(store_span)(args[2], first, r2, 8, SPAN);
     }
 }
 LOOPS(motor_from_quaternion_translation_dense)
@@ -27820,8 +25805,8 @@ static INLINE void NAME(motor_to_quaternion_translation_dense)(intptr_t n, char 
             NAME(store_4)((char *)(r1 + i), SPAN * w, x1);
             NAME(store_3)((char *)(r2 + i), SPAN * w, x2);
         }
-        NAME(store_span)(args[1], first, r1, 4);
-        NAME(store_span)(args[2], first, r2, 3);
+        NAME(store_span)(args[1], first, r1, 4, SPAN);
+        NAME(store_span)(args[2], first, r2, 3, SPAN);
     }
 }
 LOOPS(motor_to_quaternion_translation_dense)
@@ -27881,7 +25866,7 @@ static INLINE void NAME(rotor_from_quaternion_scalar_last_dense)(intptr_t n, cha
             NAME(rotor_from_quaternion_scalar_last)(x0, x1);
             NAME(store_4)((char *)(r1 + i), SPAN * w, x1);
         }
-        NAME(store_span)(args[1], first, r1, 4);
+        NAME(store_span)(args[1], first, r1, 4, SPAN);
     }
 }
 LOOPS(rotor_from_quaternion_scalar_last_dense)
@@ -27941,7 +25926,7 @@ static INLINE void NAME(rotor_to_quaternion_scalar_last_dense)(intptr_t n, char 
             NAME(rotor_to_quaternion_scalar_last)(x0, x1);
             NAME(store_4)((char *)(r1 + i), SPAN * w, x1);
         }
-        NAME(store_span)(args[1], first, r1, 4);
+        NAME(store_span)(args[1], first, r1, 4, SPAN);
     }
 }
 LOOPS(rotor_to_quaternion_scalar_last_dense)
@@ -27999,34 +25984,11 @@ static INLINE void NAME(motor_from_dual_quaternion_scalar_last_block)(intptr_t n
 }
 LOOPS(motor_from_dual_quaternion_scalar_last_block)
 
-static INLINE void NAME(motor_from_dual_quaternion_scalar_last_dense)(intptr_t n, char **args, const intptr_t
-    *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    _Alignas(64) REAL r0[8 * SPAN];
-    _Alignas(64) REAL r1[8 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
-        NAME(load_span)(r0, args[0], first, 8);
-        ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
-            REAL x0[8];
-            REAL x1[8];
-            NAME(load_8)(x0, (char *)(r0 + i), SPAN * w);
-            NAME(motor_from_dual_quaternion_scalar_last)(x0, x1);
-            NAME(store_8)((char *)(r1 + i), SPAN * w, x1);
-        }
-        NAME(store_span)(args[1], first, r1, 8);
-    }
-}
-LOOPS(motor_from_dual_quaternion_scalar_last_dense)
-
 void NAME(motor_from_dual_quaternion_scalar_last_loop)(char **args, const intptr_t *dimensions, const intptr_t
     *steps)
 {
     static const struct part parts[] = {{8, 1, 0, {8}}, {8, 1, 1, {8}}};
-    static const struct kernel kernel = {WIDTHS(motor_from_dual_quaternion_scalar_last_block),
-        WIDTHS(motor_from_dual_quaternion_scalar_last_dense), (any_function
+    static const struct kernel kernel = {WIDTHS(motor_from_dual_quaternion_scalar_last_block), {NULL}, (any_function
         *)NAME(motor_from_dual_quaternion_scalar_last), NAME(call_ar), 1, 2, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -28075,33 +26037,10 @@ static INLINE void NAME(motor_to_dual_quaternion_scalar_last_block)(intptr_t n, 
 }
 LOOPS(motor_to_dual_quaternion_scalar_last_block)
 
-static INLINE void NAME(motor_to_dual_quaternion_scalar_last_dense)(intptr_t n, char **args, const intptr_t
-    *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    _Alignas(64) REAL r0[8 * SPAN];
-    _Alignas(64) REAL r1[8 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
-        NAME(load_span)(r0, args[0], first, 8);
-        ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
-            REAL x0[8];
-            REAL x1[8];
-            NAME(load_8)(x0, (char *)(r0 + i), SPAN * w);
-            NAME(motor_to_dual_quaternion_scalar_last)(x0, x1);
-            NAME(store_8)((char *)(r1 + i), SPAN * w, x1);
-        }
-        NAME(store_span)(args[1], first, r1, 8);
-    }
-}
-LOOPS(motor_to_dual_quaternion_scalar_last_dense)
-
 void NAME(motor_to_dual_quaternion_scalar_last_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{8, 1, 0, {8}}, {8, 1, 1, {8}}};
-    static const struct kernel kernel = {WIDTHS(motor_to_dual_quaternion_scalar_last_block),
-        WIDTHS(motor_to_dual_quaternion_scalar_last_dense), (any_function
+    static const struct kernel kernel = {WIDTHS(motor_to_dual_quaternion_scalar_last_block), {NULL}, (any_function
         *)NAME(motor_to_dual_quaternion_scalar_last), NAME(call_ar), 1, 2, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -28327,7 +26266,7 @@ static INLINE void NAME(translator_between_points_dense)(intptr_t n, char **args
             NAME(translator_between_points)(x0, x1, x2);
             NAME(store_3)((char *)(r2 + i), SPAN * w, x2);
         }
-        NAME(store_span)(args[2], first, r2, 3);
+        NAME(store_span)(args[2], first, r2, 3, SPAN);
     }
 }
 LOOPS(translator_between_points_dense)
@@ -28478,36 +26417,11 @@ static INLINE void NAME(motor_between_frames_block)(intptr_t n, char **args, con
 }
 LOOPS(motor_between_frames_block)
 
-static INLINE void NAME(motor_between_frames_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    _Alignas(64) REAL r0[8 * SPAN];
-    _Alignas(64) REAL r1[8 * SPAN];
-    _Alignas(64) REAL r2[8 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
-        NAME(load_span)(r0, args[0], first, 8);
-        NAME(load_span)(r1, args[1], first, 8);
-        ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
-            REAL x0[8];
-            REAL x1[8];
-            REAL x2[8];
-            NAME(load_8)(x0, (char *)(r0 + i), SPAN * w);
-            NAME(load_8)(x1, (char *)(r1 + i), SPAN * w);
-            NAME(motor_between_frames)(x0, x1, x2);
-            NAME(store_8)((char *)(r2 + i), SPAN * w, x2);
-        }
-        NAME(store_span)(args[2], first, r2, 8);
-    }
-}
-LOOPS(motor_between_frames_dense)
-
 void NAME(motor_between_frames_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{8, 1, 0, {8}}, {8, 1, 1, {8}}, {8, 1, 2, {8}}};
-    static const struct kernel kernel = {WIDTHS(motor_between_frames_block), WIDTHS(motor_between_frames_dense),
-        (any_function *)NAME(motor_between_frames), NAME(call_aar), 2, 3, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(motor_between_frames_block), {NULL}, (any_function
+        *)NAME(motor_between_frames), NAME(call_aar), 2, 3, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -28649,36 +26563,11 @@ static INLINE void NAME(motor_relative_block)(intptr_t n, char **args, const int
 }
 LOOPS(motor_relative_block)
 
-static INLINE void NAME(motor_relative_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    _Alignas(64) REAL r0[8 * SPAN];
-    _Alignas(64) REAL r1[8 * SPAN];
-    _Alignas(64) REAL r2[8 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
-        NAME(load_span)(r0, args[0], first, 8);
-        NAME(load_span)(r1, args[1], first, 8);
-        ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
-            REAL x0[8];
-            REAL x1[8];
-            REAL x2[8];
-            NAME(load_8)(x0, (char *)(r0 + i), SPAN * w);
-            NAME(load_8)(x1, (char *)(r1 + i), SPAN * w);
-            NAME(motor_relative)(x0, x1, x2);
-            NAME(store_8)((char *)(r2 + i), SPAN * w, x2);
-        }
-        NAME(store_span)(args[2], first, r2, 8);
-    }
-}
-LOOPS(motor_relative_dense)
-
 void NAME(motor_relative_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{8, 1, 0, {8}}, {8, 1, 1, {8}}, {8, 1, 2, {8}}};
-    static const struct kernel kernel = {WIDTHS(motor_relative_block), WIDTHS(motor_relative_dense), (any_function
-        *)NAME(motor_relative), NAME(call_aar), 2, 3, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(motor_relative_block), {NULL}, (any_function *)NAME(motor_relative),
+        NAME(call_aar), 2, 3, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -29014,28 +26903,6 @@ static INLINE void NAME(rotation_form_block_a)(intptr_t n, char **args, const in
 }
 LOOPS(rotation_form_block_a)
 
-static INLINE void NAME(rotation_form_dense_a)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const REAL *prepared = (const REAL *)args[0];
-    (void)strides;
-    _Alignas(64) REAL r1[3 * SPAN];
-    _Alignas(64) REAL r2[16 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
-        NAME(load_span)(r1, args[1], first, 3);
-        ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
-            REAL x1[3];
-            REAL x2[16];
-            NAME(load_3)(x1, (char *)(r1 + i), SPAN * w);
-            NAME(rotation_form_apply_a)(prepared, x1, x2);
-            NAME(store_4x4)((char *)(r2 + i), 4 * SPAN * w, SPAN * w, x2);
-        }
-        NAME(store_span)(args[2], first, r2, 16);
-    }
-}
-LOOPS(rotation_form_dense_a)
-
 static void NAME(rotation_form_start_a)(char **args, const intptr_t *strides, void *prepared)
 {
     const intptr_t c0a = strides[0];
@@ -29061,28 +26928,6 @@ static INLINE void NAME(rotation_form_block_b)(intptr_t n, char **args, const in
     }
 }
 LOOPS(rotation_form_block_b)
-
-static INLINE void NAME(rotation_form_dense_b)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const REAL *prepared = (const REAL *)args[1];
-    (void)strides;
-    _Alignas(64) REAL r0[3 * SPAN];
-    _Alignas(64) REAL r2[16 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
-        NAME(load_span)(r0, args[0], first, 3);
-        ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
-            REAL x0[3];
-            REAL x2[16];
-            NAME(load_3)(x0, (char *)(r0 + i), SPAN * w);
-            NAME(rotation_form_apply_b)(prepared, x0, x2);
-            NAME(store_4x4)((char *)(r2 + i), 4 * SPAN * w, SPAN * w, x2);
-        }
-        NAME(store_span)(args[2], first, r2, 16);
-    }
-}
-LOOPS(rotation_form_dense_b)
 
 static void NAME(rotation_form_start_b)(char **args, const intptr_t *strides, void *prepared)
 {
@@ -29112,39 +26957,13 @@ static INLINE void NAME(rotation_form_block)(intptr_t n, char **args, const intp
 }
 LOOPS(rotation_form_block)
 
-static INLINE void NAME(rotation_form_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    _Alignas(64) REAL r0[3 * SPAN];
-    _Alignas(64) REAL r1[3 * SPAN];
-    _Alignas(64) REAL r2[16 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
-        NAME(load_span)(r0, args[0], first, 3);
-        NAME(load_span)(r1, args[1], first, 3);
-        ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
-            REAL x0[3];
-            REAL x1[3];
-            REAL x2[16];
-            NAME(load_3)(x0, (char *)(r0 + i), SPAN * w);
-            NAME(load_3)(x1, (char *)(r1 + i), SPAN * w);
-            NAME(rotation_form)(x0, x1, x2);
-            NAME(store_4x4)((char *)(r2 + i), 4 * SPAN * w, SPAN * w, x2);
-        }
-        NAME(store_span)(args[2], first, r2, 16);
-    }
-}
-LOOPS(rotation_form_dense)
-
 void NAME(rotation_form_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {3, 1, 1, {3}}, {16, 2, 2, {4, 4}}};
-    static const struct form forms[] = {{1, 2, NAME(rotation_form_start_a), WIDTHS(rotation_form_block_a),
-        WIDTHS(rotation_form_dense_a)}, {2, 2, NAME(rotation_form_start_b), WIDTHS(rotation_form_block_b),
-        WIDTHS(rotation_form_dense_b)}};
-    static const struct kernel kernel = {WIDTHS(rotation_form_block), WIDTHS(rotation_form_dense), (any_function
-        *)NAME(rotation_form), NAME(call_aar), 2, 3, 2, 0, parts, forms};
+    static const struct form forms[] = {{1, 2, NAME(rotation_form_start_a), WIDTHS(rotation_form_block_a), {NULL}},
+        {2, 2, NAME(rotation_form_start_b), WIDTHS(rotation_form_block_b), {NULL}}};
+    static const struct kernel kernel = {WIDTHS(rotation_form_block), {NULL}, (any_function *)NAME(rotation_form),
+        NAME(call_aar), 2, 3, 2, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -29715,7 +27534,7 @@ static INLINE void NAME(rotor_from_euler_angles_dense_a_b_angles)(intptr_t n, ch
             NAME(rotor_from_euler_angles_apply_a_b_angles)(prepared, x2, x4);
             NAME(store_4)((char *)(r4 + i), SPAN * w, x4);
         }
-        NAME(store_span)(args[4], first, r4, 4);
+        NAME(store_span)(args[4], first, r4, 4, SPAN);
     }
 }
 LOOPS(rotor_from_euler_angles_dense_a_b_angles)
@@ -29766,7 +27585,7 @@ static INLINE void NAME(rotor_from_euler_angles_dense_a_c_angles)(intptr_t n, ch
             NAME(rotor_from_euler_angles_apply_a_c_angles)(prepared, x1, x4);
             NAME(store_4)((char *)(r4 + i), SPAN * w, x4);
         }
-        NAME(store_span)(args[4], first, r4, 4);
+        NAME(store_span)(args[4], first, r4, 4, SPAN);
     }
 }
 LOOPS(rotor_from_euler_angles_dense_a_c_angles)
@@ -29817,7 +27636,7 @@ static INLINE void NAME(rotor_from_euler_angles_dense_b_c_angles)(intptr_t n, ch
             NAME(rotor_from_euler_angles_apply_b_c_angles)(prepared, x0, x4);
             NAME(store_4)((char *)(r4 + i), SPAN * w, x4);
         }
-        NAME(store_span)(args[4], first, r4, 4);
+        NAME(store_span)(args[4], first, r4, 4, SPAN);
     }
 }
 LOOPS(rotor_from_euler_angles_dense_b_c_angles)
@@ -30155,36 +27974,11 @@ static INLINE void NAME(line_to_vector_algebra_block)(intptr_t n, char **args, c
 }
 LOOPS(line_to_vector_algebra_block)
 
-static INLINE void NAME(line_to_vector_algebra_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    _Alignas(64) REAL r0[6 * SPAN];
-    _Alignas(64) REAL r1[3 * SPAN];
-    _Alignas(64) REAL r2[3 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
-        NAME(load_span)(r0, args[0], first, 6);
-        ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
-            REAL x0[6];
-            REAL x1[3];
-            REAL x2[3];
-            NAME(load_6)(x0, (char *)(r0 + i), SPAN * w);
-            NAME(line_to_vector_algebra)(x0, x1, x2);
-            NAME(store_3)((char *)(r1 + i), SPAN * w, x1);
-            NAME(store_3)((char *)(r2 + i), SPAN * w, x2);
-        }
-        NAME(store_span)(args[1], first, r1, 3);
-        NAME(store_span)(args[2], first, r2, 3);
-    }
-}
-LOOPS(line_to_vector_algebra_dense)
-
 void NAME(line_to_vector_algebra_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{6, 1, 0, {6}}, {3, 1, 1, {3}}, {3, 1, 2, {3}}};
-    static const struct kernel kernel = {WIDTHS(line_to_vector_algebra_block), WIDTHS(line_to_vector_algebra_dense),
-        (any_function *)NAME(line_to_vector_algebra), NAME(call_arr), 1, 3, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(line_to_vector_algebra_block), {NULL}, (any_function
+        *)NAME(line_to_vector_algebra), NAME(call_arr), 1, 3, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -30226,37 +28020,11 @@ static INLINE void NAME(line_from_vector_algebra_block)(intptr_t n, char **args,
 }
 LOOPS(line_from_vector_algebra_block)
 
-static INLINE void NAME(line_from_vector_algebra_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    _Alignas(64) REAL r0[3 * SPAN];
-    _Alignas(64) REAL r1[3 * SPAN];
-    _Alignas(64) REAL r2[6 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
-        NAME(load_span)(r0, args[0], first, 3);
-        NAME(load_span)(r1, args[1], first, 3);
-        ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
-            REAL x0[3];
-            REAL x1[3];
-            REAL x2[6];
-            NAME(load_3)(x0, (char *)(r0 + i), SPAN * w);
-            NAME(load_3)(x1, (char *)(r1 + i), SPAN * w);
-            NAME(line_from_vector_algebra)(x0, x1, x2);
-            NAME(store_6)((char *)(r2 + i), SPAN * w, x2);
-        }
-        NAME(store_span)(args[2], first, r2, 6);
-    }
-}
-LOOPS(line_from_vector_algebra_dense)
-
 void NAME(line_from_vector_algebra_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {3, 1, 1, {3}}, {6, 1, 2, {6}}};
-    static const struct kernel kernel = {WIDTHS(line_from_vector_algebra_block),
-        WIDTHS(line_from_vector_algebra_dense), (any_function *)NAME(line_from_vector_algebra), NAME(call_aar), 2,
-        3, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(line_from_vector_algebra_block), {NULL}, (any_function
+        *)NAME(line_from_vector_algebra), NAME(call_aar), 2, 3, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -30312,8 +28080,8 @@ static INLINE void NAME(plane_to_vector_algebra_dense)(intptr_t n, char **args, 
             NAME(store_3)((char *)(r1 + i), SPAN * w, x1);
             NAME(store_1)((char *)(r2 + i), SPAN * w, x2);
         }
-        NAME(store_span)(args[1], first, r1, 3);
-        NAME(store_span)(args[2], first, r2, 1);
+        NAME(store_span)(args[1], first, r1, 3, SPAN);
+        NAME(store_span)(args[2], first, r2, 1, SPAN);
     }
 }
 LOOPS(plane_to_vector_algebra_dense)
@@ -30379,7 +28147,7 @@ static INLINE void NAME(plane_from_vector_algebra_dense)(intptr_t n, char **args
             NAME(plane_from_vector_algebra)(x0, x1, x2);
             NAME(store_4)((char *)(r2 + i), SPAN * w, x2);
         }
-        NAME(store_span)(args[2], first, r2, 4);
+        NAME(store_span)(args[2], first, r2, 4, SPAN);
     }
 }
 LOOPS(plane_from_vector_algebra_dense)
@@ -30436,7 +28204,7 @@ static INLINE void NAME(point_to_projective_dense)(intptr_t n, char **args, cons
             NAME(point_to_projective)(x0, x1);
             NAME(store_4)((char *)(r1 + i), SPAN * w, x1);
         }
-        NAME(store_span)(args[1], first, r1, 4);
+        NAME(store_span)(args[1], first, r1, 4, SPAN);
     }
 }
 LOOPS(point_to_projective_dense)
@@ -30492,7 +28260,7 @@ static INLINE void NAME(direction_to_projective_dense)(intptr_t n, char **args, 
             NAME(direction_to_projective)(x0, x1);
             NAME(store_4)((char *)(r1 + i), SPAN * w, x1);
         }
-        NAME(store_span)(args[1], first, r1, 4);
+        NAME(store_span)(args[1], first, r1, 4, SPAN);
     }
 }
 LOOPS(direction_to_projective_dense)
@@ -30550,7 +28318,7 @@ static INLINE void NAME(trivector_from_projective_dense)(intptr_t n, char **args
             NAME(trivector_from_projective)(x0, x1);
             NAME(store_4)((char *)(r1 + i), SPAN * w, x1);
         }
-        NAME(store_span)(args[1], first, r1, 4);
+        NAME(store_span)(args[1], first, r1, 4, SPAN);
     }
 }
 LOOPS(trivector_from_projective_dense)
@@ -30600,32 +28368,11 @@ static INLINE void NAME(line_to_projective_block)(intptr_t n, char **args, const
 }
 LOOPS(line_to_projective_block)
 
-static INLINE void NAME(line_to_projective_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    _Alignas(64) REAL r0[6 * SPAN];
-    _Alignas(64) REAL r1[6 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
-        NAME(load_span)(r0, args[0], first, 6);
-        ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
-            REAL x0[6];
-            REAL x1[6];
-            NAME(load_6)(x0, (char *)(r0 + i), SPAN * w);
-            NAME(line_to_projective)(x0, x1);
-            NAME(store_6)((char *)(r1 + i), SPAN * w, x1);
-        }
-        NAME(store_span)(args[1], first, r1, 6);
-    }
-}
-LOOPS(line_to_projective_dense)
-
 void NAME(line_to_projective_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{6, 1, 0, {6}}, {6, 1, 1, {6}}};
-    static const struct kernel kernel = {WIDTHS(line_to_projective_block), WIDTHS(line_to_projective_dense),
-        (any_function *)NAME(line_to_projective), NAME(call_ar), 1, 2, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(line_to_projective_block), {NULL}, (any_function
+        *)NAME(line_to_projective), NAME(call_ar), 1, 2, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -30665,32 +28412,11 @@ static INLINE void NAME(line_from_projective_block)(intptr_t n, char **args, con
 }
 LOOPS(line_from_projective_block)
 
-static INLINE void NAME(line_from_projective_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    _Alignas(64) REAL r0[6 * SPAN];
-    _Alignas(64) REAL r1[6 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
-        NAME(load_span)(r0, args[0], first, 6);
-        ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
-            REAL x0[6];
-            REAL x1[6];
-            NAME(load_6)(x0, (char *)(r0 + i), SPAN * w);
-            NAME(line_from_projective)(x0, x1);
-            NAME(store_6)((char *)(r1 + i), SPAN * w, x1);
-        }
-        NAME(store_span)(args[1], first, r1, 6);
-    }
-}
-LOOPS(line_from_projective_dense)
-
 void NAME(line_from_projective_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{6, 1, 0, {6}}, {6, 1, 1, {6}}};
-    static const struct kernel kernel = {WIDTHS(line_from_projective_block), WIDTHS(line_from_projective_dense),
-        (any_function *)NAME(line_from_projective), NAME(call_ar), 1, 2, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(line_from_projective_block), {NULL}, (any_function
+        *)NAME(line_from_projective), NAME(call_ar), 1, 2, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -30738,7 +28464,7 @@ static INLINE void NAME(plane_to_projective_dense)(intptr_t n, char **args, cons
             NAME(plane_to_projective)(x0, x1);
             NAME(store_4)((char *)(r1 + i), SPAN * w, x1);
         }
-        NAME(store_span)(args[1], first, r1, 4);
+        NAME(store_span)(args[1], first, r1, 4, SPAN);
     }
 }
 LOOPS(plane_to_projective_dense)
@@ -30795,7 +28521,7 @@ static INLINE void NAME(plane_from_projective_dense)(intptr_t n, char **args, co
             NAME(plane_from_projective)(x0, x1);
             NAME(store_4)((char *)(r1 + i), SPAN * w, x1);
         }
-        NAME(store_span)(args[1], first, r1, 4);
+        NAME(store_span)(args[1], first, r1, 4, SPAN);
     }
 }
 LOOPS(plane_from_projective_dense)
@@ -30853,7 +28579,7 @@ static INLINE void NAME(point_to_motor_algebra_dense)(intptr_t n, char **args, c
             NAME(point_to_motor_algebra)(x0, x1);
             NAME(store_3)((char *)(r1 + i), SPAN * w, x1);
         }
-        NAME(store_span)(args[1], first, r1, 3);
+        NAME(store_span)(args[1], first, r1, 3, SPAN);
     }
 }
 LOOPS(point_to_motor_algebra_dense)
@@ -30911,7 +28637,7 @@ static INLINE void NAME(point_from_motor_algebra_dense)(intptr_t n, char **args,
             NAME(point_from_motor_algebra)(x0, x1);
             NAME(store_3)((char *)(r1 + i), SPAN * w, x1);
         }
-        NAME(store_span)(args[1], first, r1, 3);
+        NAME(store_span)(args[1], first, r1, 3, SPAN);
     }
 }
 LOOPS(point_from_motor_algebra_dense)
@@ -30965,36 +28691,11 @@ static INLINE void NAME(line_to_motor_algebra_block)(intptr_t n, char **args, co
 }
 LOOPS(line_to_motor_algebra_block)
 
-static INLINE void NAME(line_to_motor_algebra_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    _Alignas(64) REAL r0[6 * SPAN];
-    _Alignas(64) REAL r1[3 * SPAN];
-    _Alignas(64) REAL r2[3 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
-        NAME(load_span)(r0, args[0], first, 6);
-        ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
-            REAL x0[6];
-            REAL x1[3];
-            REAL x2[3];
-            NAME(load_6)(x0, (char *)(r0 + i), SPAN * w);
-            NAME(line_to_motor_algebra)(x0, x1, x2);
-            NAME(store_3)((char *)(r1 + i), SPAN * w, x1);
-            NAME(store_3)((char *)(r2 + i), SPAN * w, x2);
-        }
-        NAME(store_span)(args[1], first, r1, 3);
-        NAME(store_span)(args[2], first, r2, 3);
-    }
-}
-LOOPS(line_to_motor_algebra_dense)
-
 void NAME(line_to_motor_algebra_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{6, 1, 0, {6}}, {3, 1, 1, {3}}, {3, 1, 2, {3}}};
-    static const struct kernel kernel = {WIDTHS(line_to_motor_algebra_block), WIDTHS(line_to_motor_algebra_dense),
-        (any_function *)NAME(line_to_motor_algebra), NAME(call_arr), 1, 3, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(line_to_motor_algebra_block), {NULL}, (any_function
+        *)NAME(line_to_motor_algebra), NAME(call_arr), 1, 3, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -31038,37 +28739,11 @@ static INLINE void NAME(line_from_motor_algebra_block)(intptr_t n, char **args, 
 }
 LOOPS(line_from_motor_algebra_block)
 
-static INLINE void NAME(line_from_motor_algebra_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    _Alignas(64) REAL r0[3 * SPAN];
-    _Alignas(64) REAL r1[3 * SPAN];
-    _Alignas(64) REAL r2[6 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
-        NAME(load_span)(r0, args[0], first, 3);
-        NAME(load_span)(r1, args[1], first, 3);
-        ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
-            REAL x0[3];
-            REAL x1[3];
-            REAL x2[6];
-            NAME(load_3)(x0, (char *)(r0 + i), SPAN * w);
-            NAME(load_3)(x1, (char *)(r1 + i), SPAN * w);
-            NAME(line_from_motor_algebra)(x0, x1, x2);
-            NAME(store_6)((char *)(r2 + i), SPAN * w, x2);
-        }
-        NAME(store_span)(args[2], first, r2, 6);
-    }
-}
-LOOPS(line_from_motor_algebra_dense)
-
 void NAME(line_from_motor_algebra_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {3, 1, 1, {3}}, {6, 1, 2, {6}}};
-    static const struct kernel kernel = {WIDTHS(line_from_motor_algebra_block),
-        WIDTHS(line_from_motor_algebra_dense), (any_function *)NAME(line_from_motor_algebra), NAME(call_aar), 2, 3,
-        0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(line_from_motor_algebra_block), {NULL}, (any_function
+        *)NAME(line_from_motor_algebra), NAME(call_aar), 2, 3, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -31117,7 +28792,7 @@ static INLINE void NAME(plane_to_motor_algebra_dense)(intptr_t n, char **args, c
             NAME(plane_to_motor_algebra)(x0, x1);
             NAME(store_4)((char *)(r1 + i), SPAN * w, x1);
         }
-        NAME(store_span)(args[1], first, r1, 4);
+        NAME(store_span)(args[1], first, r1, 4, SPAN);
     }
 }
 LOOPS(plane_to_motor_algebra_dense)
@@ -31175,7 +28850,7 @@ static INLINE void NAME(plane_from_motor_algebra_dense)(intptr_t n, char **args,
             NAME(plane_from_motor_algebra)(x0, x1);
             NAME(store_4)((char *)(r1 + i), SPAN * w, x1);
         }
-        NAME(store_span)(args[1], first, r1, 4);
+        NAME(store_span)(args[1], first, r1, 4, SPAN);
     }
 }
 LOOPS(plane_from_motor_algebra_dense)
@@ -31397,7 +29072,7 @@ static INLINE void NAME(move_point_of_motor_algebra_dense_m)(intptr_t n, char **
             NAME(move_point_of_motor_algebra_apply_m)(prepared, x1, x2);
             NAME(store_3)((char *)(r2 + i), SPAN * w, x2);
         }
-        NAME(store_span)(args[2], first, r2, 3);
+        NAME(store_span)(args[2], first, r2, 3, SPAN);
     }
 }
 LOOPS(move_point_of_motor_algebra_dense_m)
@@ -31448,7 +29123,7 @@ static INLINE void NAME(move_point_of_motor_algebra_dense)(intptr_t n, char **ar
             NAME(move_point_of_motor_algebra)(x0, x1, x2);
             NAME(store_3)((char *)(r2 + i), SPAN * w, x2);
         }
-        NAME(store_span)(args[2], first, r2, 3);
+        NAME(store_span)(args[2], first, r2, 3, SPAN);
     }
 }
 LOOPS(move_point_of_motor_algebra_dense)
@@ -31685,7 +29360,7 @@ static INLINE void NAME(move_plane_of_motor_algebra_dense_m)(intptr_t n, char **
             NAME(move_plane_of_motor_algebra_apply_m)(prepared, x1, x2);
             NAME(store_4)((char *)(r2 + i), SPAN * w, x2);
         }
-        NAME(store_span)(args[2], first, r2, 4);
+        NAME(store_span)(args[2], first, r2, 4, SPAN);
     }
 }
 LOOPS(move_plane_of_motor_algebra_dense_m)
@@ -31718,39 +29393,13 @@ static INLINE void NAME(move_plane_of_motor_algebra_block)(intptr_t n, char **ar
 }
 LOOPS(move_plane_of_motor_algebra_block)
 
-static INLINE void NAME(move_plane_of_motor_algebra_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    _Alignas(64) REAL r0[8 * SPAN];
-    _Alignas(64) REAL r1[4 * SPAN];
-    _Alignas(64) REAL r2[4 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
-        NAME(load_span)(r0, args[0], first, 8);
-        NAME(load_span)(r1, args[1], first, 4);
-        ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
-            REAL x0[8];
-            REAL x1[4];
-            REAL x2[4];
-            NAME(load_8)(x0, (char *)(r0 + i), SPAN * w);
-            NAME(load_4)(x1, (char *)(r1 + i), SPAN * w);
-            NAME(move_plane_of_motor_algebra)(x0, x1, x2);
-            NAME(store_4)((char *)(r2 + i), SPAN * w, x2);
-        }
-        NAME(store_span)(args[2], first, r2, 4);
-    }
-}
-LOOPS(move_plane_of_motor_algebra_dense)
-
 void NAME(move_plane_of_motor_algebra_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{8, 1, 0, {8}}, {4, 1, 1, {4}}, {4, 1, 2, {4}}};
     static const struct form forms[] = {{1, 3, NAME(move_plane_of_motor_algebra_start_m),
         WIDTHS(move_plane_of_motor_algebra_block_m), WIDTHS(move_plane_of_motor_algebra_dense_m)}};
-    static const struct kernel kernel = {WIDTHS(move_plane_of_motor_algebra_block),
-        WIDTHS(move_plane_of_motor_algebra_dense), (any_function *)NAME(move_plane_of_motor_algebra),
-        NAME(call_aar), 2, 3, 1, 0, parts, forms};
+    static const struct kernel kernel = {WIDTHS(move_plane_of_motor_algebra_block), {NULL}, (any_function
+        *)NAME(move_plane_of_motor_algebra), NAME(call_aar), 2, 3, 1, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -31828,35 +29477,10 @@ static INLINE void NAME(line_commutator_block)(intptr_t n, char **args, const in
 }
 LOOPS(line_commutator_block)
 
-static INLINE void NAME(line_commutator_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    _Alignas(64) REAL r0[6 * SPAN];
-    _Alignas(64) REAL r1[6 * SPAN];
-    _Alignas(64) REAL r2[6 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
-        NAME(load_span)(r0, args[0], first, 6);
-        NAME(load_span)(r1, args[1], first, 6);
-        ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
-            REAL x0[6];
-            REAL x1[6];
-            REAL x2[6];
-            NAME(load_6)(x0, (char *)(r0 + i), SPAN * w);
-            NAME(load_6)(x1, (char *)(r1 + i), SPAN * w);
-            NAME(line_commutator)(x0, x1, x2);
-            NAME(store_6)((char *)(r2 + i), SPAN * w, x2);
-        }
-        NAME(store_span)(args[2], first, r2, 6);
-    }
-}
-LOOPS(line_commutator_dense)
-
 void NAME(line_commutator_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{6, 1, 0, {6}}, {6, 1, 1, {6}}, {6, 1, 2, {6}}};
-    static const struct kernel kernel = {WIDTHS(line_commutator_block), WIDTHS(line_commutator_dense), (any_function
+    static const struct kernel kernel = {WIDTHS(line_commutator_block), {NULL}, (any_function
         *)NAME(line_commutator), NAME(call_aar), 2, 3, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -31910,36 +29534,11 @@ static INLINE void NAME(twist_on_point_block)(intptr_t n, char **args, const int
 }
 LOOPS(twist_on_point_block)
 
-static INLINE void NAME(twist_on_point_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    _Alignas(64) REAL r0[6 * SPAN];
-    _Alignas(64) REAL r1[3 * SPAN];
-    _Alignas(64) REAL r2[3 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
-        NAME(load_span)(r0, args[0], first, 6);
-        NAME(load_span)(r1, args[1], first, 3);
-        ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
-            REAL x0[6];
-            REAL x1[3];
-            REAL x2[3];
-            NAME(load_6)(x0, (char *)(r0 + i), SPAN * w);
-            NAME(load_3)(x1, (char *)(r1 + i), SPAN * w);
-            NAME(twist_on_point)(x0, x1, x2);
-            NAME(store_3)((char *)(r2 + i), SPAN * w, x2);
-        }
-        NAME(store_span)(args[2], first, r2, 3);
-    }
-}
-LOOPS(twist_on_point_dense)
-
 void NAME(twist_on_point_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{6, 1, 0, {6}}, {3, 1, 1, {3}}, {3, 1, 2, {3}}};
-    static const struct kernel kernel = {WIDTHS(twist_on_point_block), WIDTHS(twist_on_point_dense), (any_function
-        *)NAME(twist_on_point), NAME(call_aar), 2, 3, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(twist_on_point_block), {NULL}, (any_function *)NAME(twist_on_point),
+        NAME(call_aar), 2, 3, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -32017,36 +29616,11 @@ static INLINE void NAME(twist_on_line_block)(intptr_t n, char **args, const intp
 }
 LOOPS(twist_on_line_block)
 
-static INLINE void NAME(twist_on_line_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    _Alignas(64) REAL r0[6 * SPAN];
-    _Alignas(64) REAL r1[6 * SPAN];
-    _Alignas(64) REAL r2[6 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
-        NAME(load_span)(r0, args[0], first, 6);
-        NAME(load_span)(r1, args[1], first, 6);
-        ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
-            REAL x0[6];
-            REAL x1[6];
-            REAL x2[6];
-            NAME(load_6)(x0, (char *)(r0 + i), SPAN * w);
-            NAME(load_6)(x1, (char *)(r1 + i), SPAN * w);
-            NAME(twist_on_line)(x0, x1, x2);
-            NAME(store_6)((char *)(r2 + i), SPAN * w, x2);
-        }
-        NAME(store_span)(args[2], first, r2, 6);
-    }
-}
-LOOPS(twist_on_line_dense)
-
 void NAME(twist_on_line_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{6, 1, 0, {6}}, {6, 1, 1, {6}}, {6, 1, 2, {6}}};
-    static const struct kernel kernel = {WIDTHS(twist_on_line_block), WIDTHS(twist_on_line_dense), (any_function
-        *)NAME(twist_on_line), NAME(call_aar), 2, 3, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(twist_on_line_block), {NULL}, (any_function *)NAME(twist_on_line),
+        NAME(call_aar), 2, 3, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -32103,36 +29677,11 @@ static INLINE void NAME(twist_on_plane_block)(intptr_t n, char **args, const int
 }
 LOOPS(twist_on_plane_block)
 
-static INLINE void NAME(twist_on_plane_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    _Alignas(64) REAL r0[6 * SPAN];
-    _Alignas(64) REAL r1[4 * SPAN];
-    _Alignas(64) REAL r2[4 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
-        NAME(load_span)(r0, args[0], first, 6);
-        NAME(load_span)(r1, args[1], first, 4);
-        ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
-            REAL x0[6];
-            REAL x1[4];
-            REAL x2[4];
-            NAME(load_6)(x0, (char *)(r0 + i), SPAN * w);
-            NAME(load_4)(x1, (char *)(r1 + i), SPAN * w);
-            NAME(twist_on_plane)(x0, x1, x2);
-            NAME(store_4)((char *)(r2 + i), SPAN * w, x2);
-        }
-        NAME(store_span)(args[2], first, r2, 4);
-    }
-}
-LOOPS(twist_on_plane_dense)
-
 void NAME(twist_on_plane_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{6, 1, 0, {6}}, {4, 1, 1, {4}}, {4, 1, 2, {4}}};
-    static const struct kernel kernel = {WIDTHS(twist_on_plane_block), WIDTHS(twist_on_plane_dense), (any_function
-        *)NAME(twist_on_plane), NAME(call_aar), 2, 3, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(twist_on_plane_block), {NULL}, (any_function *)NAME(twist_on_plane),
+        NAME(call_aar), 2, 3, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -32184,36 +29733,11 @@ static INLINE void NAME(power_block)(intptr_t n, char **args, const intptr_t *st
 }
 LOOPS(power_block)
 
-static INLINE void NAME(power_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    _Alignas(64) REAL r0[6 * SPAN];
-    _Alignas(64) REAL r1[6 * SPAN];
-    _Alignas(64) REAL r2[1 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
-        NAME(load_span)(r0, args[0], first, 6);
-        NAME(load_span)(r1, args[1], first, 6);
-        ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
-            REAL x0[6];
-            REAL x1[6];
-            REAL x2[1];
-            NAME(load_6)(x0, (char *)(r0 + i), SPAN * w);
-            NAME(load_6)(x1, (char *)(r1 + i), SPAN * w);
-            NAME(power)(x0, x1, x2);
-            NAME(store_scalar)((char *)(r2 + i), x2);
-        }
-        NAME(store_span)(args[2], first, r2, 1);
-    }
-}
-LOOPS(power_dense)
-
 void NAME(power_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{6, 1, 0, {6}}, {6, 1, 1, {6}}, {1, 0, 2, {0}}};
-    static const struct kernel kernel = {WIDTHS(power_block), WIDTHS(power_dense), (any_function *)NAME(power),
-        NAME(call_aar), 2, 3, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(power_block), {NULL}, (any_function *)NAME(power), NAME(call_aar),
+        2, 3, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -32530,36 +30054,11 @@ static INLINE void NAME(momentum_block)(intptr_t n, char **args, const intptr_t 
 }
 LOOPS(momentum_block)
 
-static INLINE void NAME(momentum_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    _Alignas(64) REAL r0[10 * SPAN];
-    _Alignas(64) REAL r1[6 * SPAN];
-    _Alignas(64) REAL r2[6 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
-        NAME(load_span)(r0, args[0], first, 10);
-        NAME(load_span)(r1, args[1], first, 6);
-        ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
-            REAL x0[10];
-            REAL x1[6];
-            REAL x2[6];
-            NAME(load_10)(x0, (char *)(r0 + i), SPAN * w);
-            NAME(load_6)(x1, (char *)(r1 + i), SPAN * w);
-            NAME(momentum)(x0, x1, x2);
-            NAME(store_6)((char *)(r2 + i), SPAN * w, x2);
-        }
-        NAME(store_span)(args[2], first, r2, 6);
-    }
-}
-LOOPS(momentum_dense)
-
 void NAME(momentum_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{10, 1, 0, {10}}, {6, 1, 1, {6}}, {6, 1, 2, {6}}};
-    static const struct kernel kernel = {WIDTHS(momentum_block), WIDTHS(momentum_dense), (any_function
-        *)NAME(momentum), NAME(call_aar), 2, 3, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(momentum_block), {NULL}, (any_function *)NAME(momentum),
+        NAME(call_aar), 2, 3, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -33243,28 +30742,6 @@ static INLINE void NAME(inertial_wrench_block_inertia_v)(intptr_t n, char **args
 }
 LOOPS(inertial_wrench_block_inertia_v)
 
-static INLINE void NAME(inertial_wrench_dense_inertia_v)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const REAL *prepared = (const REAL *)args[0];
-    (void)strides;
-    _Alignas(64) REAL r2[6 * SPAN];
-    _Alignas(64) REAL r3[6 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
-        NAME(load_span)(r2, args[2], first, 6);
-        ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
-            REAL x2[6];
-            REAL x3[6];
-            NAME(load_6)(x2, (char *)(r2 + i), SPAN * w);
-            NAME(inertial_wrench_apply_inertia_v)(prepared, x2, x3);
-            NAME(store_6)((char *)(r3 + i), SPAN * w, x3);
-        }
-        NAME(store_span)(args[3], first, r3, 6);
-    }
-}
-LOOPS(inertial_wrench_dense_inertia_v)
-
 static void NAME(inertial_wrench_start_inertia_v)(char **args, const intptr_t *strides, void *prepared)
 {
     const intptr_t c0a = strides[0], c1a = strides[1];
@@ -33292,28 +30769,6 @@ static INLINE void NAME(inertial_wrench_block_v_a)(intptr_t n, char **args, cons
     }
 }
 LOOPS(inertial_wrench_block_v_a)
-
-static INLINE void NAME(inertial_wrench_dense_v_a)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const REAL *prepared = (const REAL *)args[1];
-    (void)strides;
-    _Alignas(64) REAL r0[10 * SPAN];
-    _Alignas(64) REAL r3[6 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
-        NAME(load_span)(r0, args[0], first, 10);
-        ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
-            REAL x0[10];
-            REAL x3[6];
-            NAME(load_10)(x0, (char *)(r0 + i), SPAN * w);
-            NAME(inertial_wrench_apply_v_a)(prepared, x0, x3);
-            NAME(store_6)((char *)(r3 + i), SPAN * w, x3);
-        }
-        NAME(store_span)(args[3], first, r3, 6);
-    }
-}
-LOOPS(inertial_wrench_dense_v_a)
 
 static void NAME(inertial_wrench_start_v_a)(char **args, const intptr_t *strides, void *prepared)
 {
@@ -33345,32 +30800,6 @@ static INLINE void NAME(inertial_wrench_block_v)(intptr_t n, char **args, const 
     }
 }
 LOOPS(inertial_wrench_block_v)
-
-static INLINE void NAME(inertial_wrench_dense_v)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const REAL *prepared = (const REAL *)args[1];
-    (void)strides;
-    _Alignas(64) REAL r0[10 * SPAN];
-    _Alignas(64) REAL r2[6 * SPAN];
-    _Alignas(64) REAL r3[6 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
-        NAME(load_span)(r0, args[0], first, 10);
-        NAME(load_span)(r2, args[2], first, 6);
-        ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
-            REAL x0[10];
-            REAL x2[6];
-            REAL x3[6];
-            NAME(load_10)(x0, (char *)(r0 + i), SPAN * w);
-            NAME(load_6)(x2, (char *)(r2 + i), SPAN * w);
-            NAME(inertial_wrench_apply_v)(prepared, x0, x2, x3);
-            NAME(store_6)((char *)(r3 + i), SPAN * w, x3);
-        }
-        NAME(store_span)(args[3], first, r3, 6);
-    }
-}
-LOOPS(inertial_wrench_dense_v)
 
 static void NAME(inertial_wrench_start_v)(char **args, const intptr_t *strides, void *prepared)
 {
@@ -33407,9 +30836,9 @@ void NAME(inertial_wrench_loop)(char **args, const intptr_t *dimensions, const i
 {
     static const struct part parts[] = {{10, 1, 0, {10}}, {6, 1, 1, {6}}, {6, 1, 2, {6}}, {6, 1, 3, {6}}};
     static const struct form forms[] = {{3, 2, NAME(inertial_wrench_start_inertia_v),
-        WIDTHS(inertial_wrench_block_inertia_v), WIDTHS(inertial_wrench_dense_inertia_v)}, {6, 2,
-        NAME(inertial_wrench_start_v_a), WIDTHS(inertial_wrench_block_v_a), WIDTHS(inertial_wrench_dense_v_a)}, {2,
-        2, NAME(inertial_wrench_start_v), WIDTHS(inertial_wrench_block_v), WIDTHS(inertial_wrench_dense_v)}};
+        WIDTHS(inertial_wrench_block_inertia_v), {NULL}}, {6, 2, NAME(inertial_wrench_start_v_a),
+        WIDTHS(inertial_wrench_block_v_a), {NULL}}, {2, 2, NAME(inertial_wrench_start_v),
+        WIDTHS(inertial_wrench_block_v), {NULL}}};
     static const struct kernel kernel = {WIDTHS(inertial_wrench_block), {NULL}, (any_function
         *)NAME(inertial_wrench), NAME(call_aaar), 3, 4, 3, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
@@ -33472,40 +30901,11 @@ static INLINE void NAME(twist_after_joint_block)(intptr_t n, char **args, const 
 }
 LOOPS(twist_after_joint_block)
 
-static INLINE void NAME(twist_after_joint_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    _Alignas(64) REAL r0[6 * SPAN];
-    _Alignas(64) REAL r1[6 * SPAN];
-    _Alignas(64) REAL r2[1 * SPAN];
-    _Alignas(64) REAL r3[6 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
-        NAME(load_span)(r0, args[0], first, 6);
-        NAME(load_span)(r1, args[1], first, 6);
-        NAME(load_span)(r2, args[2], first, 1);
-        ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
-            REAL x0[6];
-            REAL x1[6];
-            REAL x2[1];
-            REAL x3[6];
-            NAME(load_6)(x0, (char *)(r0 + i), SPAN * w);
-            NAME(load_6)(x1, (char *)(r1 + i), SPAN * w);
-            NAME(load_scalar)(x2, (char *)(r2 + i));
-            NAME(twist_after_joint)(x0, x1, x2[0], x3);
-            NAME(store_6)((char *)(r3 + i), SPAN * w, x3);
-        }
-        NAME(store_span)(args[3], first, r3, 6);
-    }
-}
-LOOPS(twist_after_joint_dense)
-
 void NAME(twist_after_joint_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{6, 1, 0, {6}}, {6, 1, 1, {6}}, {1, 0, 2, {0}}, {6, 1, 2, {6}}};
-    static const struct kernel kernel = {WIDTHS(twist_after_joint_block), WIDTHS(twist_after_joint_dense),
-        (any_function *)NAME(twist_after_joint), NAME(call_aanr), 3, 4, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(twist_after_joint_block), {NULL}, (any_function
+        *)NAME(twist_after_joint), NAME(call_aanr), 3, 4, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -34047,29 +31447,6 @@ static INLINE void NAME(twist_rate_after_joint_block_v_axis_speed_acceleration)(
 }
 LOOPS(twist_rate_after_joint_block_v_axis_speed_acceleration)
 
-static INLINE void NAME(twist_rate_after_joint_dense_v_axis_speed_acceleration)(intptr_t n, char **args, const
-    intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const REAL *prepared = (const REAL *)args[0];
-    (void)strides;
-    _Alignas(64) REAL r1[6 * SPAN];
-    _Alignas(64) REAL r5[6 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
-        NAME(load_span)(r1, args[1], first, 6);
-        ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
-            REAL x1[6];
-            REAL x5[6];
-            NAME(load_6)(x1, (char *)(r1 + i), SPAN * w);
-            NAME(twist_rate_after_joint_apply_v_axis_speed_acceleration)(prepared, x1, x5);
-            NAME(store_6)((char *)(r5 + i), SPAN * w, x5);
-        }
-        NAME(store_span)(args[5], first, r5, 6);
-    }
-}
-LOOPS(twist_rate_after_joint_dense_v_axis_speed_acceleration)
-
 static void NAME(twist_rate_after_joint_start_v_axis_speed_acceleration)(char **args, const intptr_t *strides, void
     *prepared)
 {
@@ -34104,29 +31481,6 @@ static INLINE void NAME(twist_rate_after_joint_block_v_a_axis_speed)(intptr_t n,
 }
 LOOPS(twist_rate_after_joint_block_v_a_axis_speed)
 
-static INLINE void NAME(twist_rate_after_joint_dense_v_a_axis_speed)(intptr_t n, char **args, const intptr_t
-    *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const REAL *prepared = (const REAL *)args[0];
-    (void)strides;
-    _Alignas(64) REAL r4[1 * SPAN];
-    _Alignas(64) REAL r5[6 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
-        NAME(load_span)(r4, args[4], first, 1);
-        ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
-            REAL x4[1];
-            REAL x5[6];
-            NAME(load_scalar)(x4, (char *)(r4 + i));
-            NAME(twist_rate_after_joint_apply_v_a_axis_speed)(prepared, x4[0], x5);
-            NAME(store_6)((char *)(r5 + i), SPAN * w, x5);
-        }
-        NAME(store_span)(args[5], first, r5, 6);
-    }
-}
-LOOPS(twist_rate_after_joint_dense_v_a_axis_speed)
-
 static void NAME(twist_rate_after_joint_start_v_a_axis_speed)(char **args, const intptr_t *strides, void *prepared)
 {
     const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
@@ -34159,29 +31513,6 @@ static INLINE void NAME(twist_rate_after_joint_block_v_a_axis_acceleration)(intp
     }
 }
 LOOPS(twist_rate_after_joint_block_v_a_axis_acceleration)
-
-static INLINE void NAME(twist_rate_after_joint_dense_v_a_axis_acceleration)(intptr_t n, char **args, const intptr_t
-    *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const REAL *prepared = (const REAL *)args[0];
-    (void)strides;
-    _Alignas(64) REAL r3[1 * SPAN];
-    _Alignas(64) REAL r5[6 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
-        NAME(load_span)(r3, args[3], first, 1);
-        ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
-            REAL x3[1];
-            REAL x5[6];
-            NAME(load_scalar)(x3, (char *)(r3 + i));
-            NAME(twist_rate_after_joint_apply_v_a_axis_acceleration)(prepared, x3[0], x5);
-            NAME(store_6)((char *)(r5 + i), SPAN * w, x5);
-        }
-        NAME(store_span)(args[5], first, r5, 6);
-    }
-}
-LOOPS(twist_rate_after_joint_dense_v_a_axis_acceleration)
 
 static void NAME(twist_rate_after_joint_start_v_a_axis_acceleration)(char **args, const intptr_t *strides, void
     *prepared)
@@ -34216,29 +31547,6 @@ static INLINE void NAME(twist_rate_after_joint_block_a_axis_speed_acceleration)(
     }
 }
 LOOPS(twist_rate_after_joint_block_a_axis_speed_acceleration)
-
-static INLINE void NAME(twist_rate_after_joint_dense_a_axis_speed_acceleration)(intptr_t n, char **args, const
-    intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const REAL *prepared = (const REAL *)args[1];
-    (void)strides;
-    _Alignas(64) REAL r0[6 * SPAN];
-    _Alignas(64) REAL r5[6 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
-        NAME(load_span)(r0, args[0], first, 6);
-        ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
-            REAL x0[6];
-            REAL x5[6];
-            NAME(load_6)(x0, (char *)(r0 + i), SPAN * w);
-            NAME(twist_rate_after_joint_apply_a_axis_speed_acceleration)(prepared, x0, x5);
-            NAME(store_6)((char *)(r5 + i), SPAN * w, x5);
-        }
-        NAME(store_span)(args[5], first, r5, 6);
-    }
-}
-LOOPS(twist_rate_after_joint_dense_a_axis_speed_acceleration)
 
 static void NAME(twist_rate_after_joint_start_a_axis_speed_acceleration)(char **args, const intptr_t *strides, void
     *prepared)
@@ -34289,16 +31597,12 @@ void NAME(twist_rate_after_joint_loop)(char **args, const intptr_t *dimensions, 
     static const struct part parts[] = {{6, 1, 0, {6}}, {6, 1, 1, {6}}, {6, 1, 2, {6}}, {1, 0, 3, {0}}, {1, 0, 3,
         {0}}, {6, 1, 3, {6}}};
     static const struct form forms[] = {{29, 2, NAME(twist_rate_after_joint_start_v_axis_speed_acceleration),
-        WIDTHS(twist_rate_after_joint_block_v_axis_speed_acceleration),
-        WIDTHS(twist_rate_after_joint_dense_v_axis_speed_acceleration)}, {15, 2,
+        WIDTHS(twist_rate_after_joint_block_v_axis_speed_acceleration), {NULL}}, {15, 2,
         NAME(twist_rate_after_joint_start_v_a_axis_speed), WIDTHS(twist_rate_after_joint_block_v_a_axis_speed),
-        WIDTHS(twist_rate_after_joint_dense_v_a_axis_speed)}, {23, 2,
-        NAME(twist_rate_after_joint_start_v_a_axis_acceleration),
-        WIDTHS(twist_rate_after_joint_block_v_a_axis_acceleration),
-        WIDTHS(twist_rate_after_joint_dense_v_a_axis_acceleration)}, {30, 2,
+        {NULL}}, {23, 2, NAME(twist_rate_after_joint_start_v_a_axis_acceleration),
+        WIDTHS(twist_rate_after_joint_block_v_a_axis_acceleration), {NULL}}, {30, 2,
         NAME(twist_rate_after_joint_start_a_axis_speed_acceleration),
-        WIDTHS(twist_rate_after_joint_block_a_axis_speed_acceleration),
-        WIDTHS(twist_rate_after_joint_dense_a_axis_speed_acceleration)}};
+        WIDTHS(twist_rate_after_joint_block_a_axis_speed_acceleration), {NULL}}};
     static const struct kernel kernel = {WIDTHS(twist_rate_after_joint_block), {NULL}, (any_function
         *)NAME(twist_rate_after_joint), NAME(call_aaannr), 5, 6, 4, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);

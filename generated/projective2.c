@@ -2,7 +2,7 @@
 // command: gac generate --all projective2
 // spec: 0159c77a8494f6e7
 // contraction: -ffp-contract=off (every operation is rounded once)
-// body: 68951157613dff3db8e6fcfa17ec22445d0652aa501111725a2ced270a18a48f
+// body: 03248dcdb91fe20c9182a795792eb8dbdace683e5dee9acecbbc92b0ce06cdef
 
 #ifndef REAL
 #include "projective2.h"
@@ -99,7 +99,7 @@ struct kernel {
     const struct form *forms;
 };
 
-enum { PARTS = 4, CORES = 4, NUMBERS = 22, SPACE = 4096, PREPARED = 1 };
+enum { PARTS = 4, CORES = 4, NUMBERS = 22, SPACE = 4096, PREPARED = 1, SIZES = 18 };
 
 // The kernels are written once, below; this file includes itself for each precision.
 #ifndef ONLY_F32
@@ -497,50 +497,191 @@ WIDE static void NAME(store_rows)(char *a, intptr_t s, intptr_t c, REAL *x, intp
     }
 }
 
-// The rows of SPAN elements of `size` components, in C order from element `first` on; and back.
-static INLINE void NAME(load_span)(REAL *x, char *a, intptr_t first, intptr_t size)
+// Rows, SPAN numbers long, of `n` elements of `size` components, in C order from element `first` on; and back.
+static INLINE void NAME(load_span)(REAL *x, char *a, intptr_t first, intptr_t size, intptr_t n)
 {
     const intptr_t w = sizeof(REAL);
     const REAL *from = (const REAL *)(a + first * size * w);
     if (size == 1) {
-        memcpy(x, from, SPAN * w);
+        memcpy(x, from, n * w);
     } else if (size == 2) {
-        for (intptr_t i = 0; i < SPAN; ++i) {
+        for (intptr_t i = 0; i < n; ++i) {
             x[i] = from[2 * i];
             x[SPAN + i] = from[2 * i + 1];
         }
     } else if (size == 3) {
-        for (intptr_t i = 0; i < SPAN; ++i) {
+        for (intptr_t i = 0; i < n; ++i) {
             x[i] = from[3 * i];
             x[SPAN + i] = from[3 * i + 1];
             x[2 * SPAN + i] = from[3 * i + 2];
         }
     } else {
-        NAME(turn_tiles)(0, (char *)x, SPAN * w, (char *)from, size * w, size, SPAN);
+        NAME(turn_tiles)(0, (char *)x, SPAN * w, (char *)from, size * w, size, n);
     }
 }
 
-static INLINE void NAME(store_span)(char *a, intptr_t first, REAL *x, intptr_t size)
+static INLINE void NAME(store_span)(char *a, intptr_t first, REAL *x, intptr_t size, intptr_t n)
 {
     const intptr_t w = sizeof(REAL);
     REAL *to = (REAL *)(a + first * size * w);
     if (size == 1) {
-        memcpy(to, x, SPAN * w);
+        memcpy(to, x, n * w);
     } else if (size == 2) {
-        for (intptr_t i = 0; i < SPAN; ++i) {
+        for (intptr_t i = 0; i < n; ++i) {
             to[2 * i] = x[i];
             to[2 * i + 1] = x[SPAN + i];
         }
     } else if (size == 3) {
-        for (intptr_t i = 0; i < SPAN; ++i) {
+        for (intptr_t i = 0; i < n; ++i) {
             to[3 * i] = x[i];
             to[3 * i + 1] = x[SPAN + i];
             to[3 * i + 2] = x[2 * SPAN + i];
         }
     } else {
-        NAME(turn_tiles)(1, (char *)x, SPAN * w, (char *)to, size * w, size, SPAN);
+        NAME(turn_tiles)(1, (char *)x, SPAN * w, (char *)to, size * w, size, n);
     }
 }
+
+// The same as loops, one for each size that is known: between rows and elements in C order.
+static INLINE void NAME(load_span_1)(intptr_t n, char **args, const intptr_t *strides)
+{
+    (void)strides;
+    NAME(load_span)((REAL *)args[0], args[1], 0, 1, n);
+}
+LOOPS(load_span_1)
+
+static INLINE void NAME(store_span_1)(intptr_t n, char **args, const intptr_t *strides)
+{
+    (void)strides;
+    NAME(store_span)(args[1], 0, (REAL *)args[0], 1, n);
+}
+LOOPS(store_span_1)
+
+static INLINE void NAME(load_span_2)(intptr_t n, char **args, const intptr_t *strides)
+{
+    (void)strides;
+    NAME(load_span)((REAL *)args[0], args[1], 0, 2, n);
+}
+LOOPS(load_span_2)
+
+static INLINE void NAME(store_span_2)(intptr_t n, char **args, const intptr_t *strides)
+{
+    (void)strides;
+    NAME(store_span)(args[1], 0, (REAL *)args[0], 2, n);
+}
+LOOPS(store_span_2)
+
+static INLINE void NAME(load_span_3)(intptr_t n, char **args, const intptr_t *strides)
+{
+    (void)strides;
+    NAME(load_span)((REAL *)args[0], args[1], 0, 3, n);
+}
+LOOPS(load_span_3)
+
+static INLINE void NAME(store_span_3)(intptr_t n, char **args, const intptr_t *strides)
+{
+    (void)strides;
+    NAME(store_span)(args[1], 0, (REAL *)args[0], 3, n);
+}
+LOOPS(store_span_3)
+
+static INLINE void NAME(load_span_6)(intptr_t n, char **args, const intptr_t *strides)
+{
+    (void)strides;
+    NAME(load_span)((REAL *)args[0], args[1], 0, 6, n);
+}
+LOOPS(load_span_6)
+
+static INLINE void NAME(store_span_6)(intptr_t n, char **args, const intptr_t *strides)
+{
+    (void)strides;
+    NAME(store_span)(args[1], 0, (REAL *)args[0], 6, n);
+}
+LOOPS(store_span_6)
+
+static INLINE void NAME(load_span_8)(intptr_t n, char **args, const intptr_t *strides)
+{
+    (void)strides;
+    NAME(load_span)((REAL *)args[0], args[1], 0, 8, n);
+}
+LOOPS(load_span_8)
+
+static INLINE void NAME(store_span_8)(intptr_t n, char **args, const intptr_t *strides)
+{
+    (void)strides;
+    NAME(store_span)(args[1], 0, (REAL *)args[0], 8, n);
+}
+LOOPS(store_span_8)
+
+static INLINE void NAME(load_span_9)(intptr_t n, char **args, const intptr_t *strides)
+{
+    (void)strides;
+    NAME(load_span)((REAL *)args[0], args[1], 0, 9, n);
+}
+LOOPS(load_span_9)
+
+static INLINE void NAME(store_span_9)(intptr_t n, char **args, const intptr_t *strides)
+{
+    (void)strides;
+    NAME(store_span)(args[1], 0, (REAL *)args[0], 9, n);
+}
+LOOPS(store_span_9)
+
+static INLINE void NAME(load_span_12)(intptr_t n, char **args, const intptr_t *strides)
+{
+    (void)strides;
+    NAME(load_span)((REAL *)args[0], args[1], 0, 12, n);
+}
+LOOPS(load_span_12)
+
+static INLINE void NAME(store_span_12)(intptr_t n, char **args, const intptr_t *strides)
+{
+    (void)strides;
+    NAME(store_span)(args[1], 0, (REAL *)args[0], 12, n);
+}
+LOOPS(store_span_12)
+
+static INLINE void NAME(load_span_15)(intptr_t n, char **args, const intptr_t *strides)
+{
+    (void)strides;
+    NAME(load_span)((REAL *)args[0], args[1], 0, 15, n);
+}
+LOOPS(load_span_15)
+
+static INLINE void NAME(store_span_15)(intptr_t n, char **args, const intptr_t *strides)
+{
+    (void)strides;
+    NAME(store_span)(args[1], 0, (REAL *)args[0], 15, n);
+}
+LOOPS(store_span_15)
+
+static INLINE void NAME(load_span_18)(intptr_t n, char **args, const intptr_t *strides)
+{
+    (void)strides;
+    NAME(load_span)((REAL *)args[0], args[1], 0, 18, n);
+}
+LOOPS(load_span_18)
+
+static INLINE void NAME(store_span_18)(intptr_t n, char **args, const intptr_t *strides)
+{
+    (void)strides;
+    NAME(store_span)(args[1], 0, (REAL *)args[0], 18, n);
+}
+LOOPS(store_span_18)
+
+static const struct {
+    loop_function *load[2], *store[2];
+} NAME(spans)[SIZES + 1] = {
+    [1] = {WIDTHS(load_span_1), WIDTHS(store_span_1)},
+    [2] = {WIDTHS(load_span_2), WIDTHS(store_span_2)},
+    [3] = {WIDTHS(load_span_3), WIDTHS(store_span_3)},
+    [6] = {WIDTHS(load_span_6), WIDTHS(store_span_6)},
+    [8] = {WIDTHS(load_span_8), WIDTHS(store_span_8)},
+    [9] = {WIDTHS(load_span_9), WIDTHS(store_span_9)},
+    [12] = {WIDTHS(load_span_12), WIDTHS(store_span_12)},
+    [15] = {WIDTHS(load_span_15), WIDTHS(store_span_15)},
+    [18] = {WIDTHS(load_span_18), WIDTHS(store_span_18)},
+};
 
 // All rows of a part, from the batch or back to it; axes that lie as one are moved as one.
 static void NAME(move_part)(int back, REAL *x, intptr_t row, const struct part *part, char *a, intptr_t s,
@@ -612,15 +753,23 @@ static void NAME(batch)(const struct kernel *kernel, char **args, intptr_t n, co
     char *starts[PARTS];
     intptr_t cores[CORES], row_cores[CORES], total = 0, bytes = 0;
     unsigned still = 0, hoisted = 0;
+    int in_place = 1, ordered = 1, known = 1;
     if (width < 0 || n == 1) {
         NAME(each)(kernel, args, n, steps);
         return;
     }
-    loop_function *in_rows = kernel->block[width], *in_order = kernel->dense[width];
+    loop_function *in_rows = kernel->block[width], *in_order = kernel->dense[width], *loads[PARTS], *stores[PARTS];
     for (int p = 0; p < n_parts; ++p) {
-        total += kernel->parts[p].size;
+        const struct part *part = &kernel->parts[p];
+        const int same = p < n_inputs && steps[p] == 0;
+        intptr_t step = w;
+        for (int q = part->rank; q-- > 0; step *= part->shape[q])
+            ordered = ordered && (same || strides[part->first + q] == step);
+        ordered = ordered && (same || steps[p] == step);
+        known = known && part->size <= SIZES && NAME(spans)[part->size].load[width];
+        total += part->size;
         bytes += steps[p] < 0 ? -steps[p] : steps[p];
-        still |= (unsigned)(p < n_inputs && steps[p] == 0) << p;
+        still |= (unsigned)same << p;
     }
     for (int f = 0; f < kernel->n_forms && !hoisted; ++f) {
         const struct form *form = &kernel->forms[f];
@@ -629,40 +778,52 @@ static void NAME(batch)(const struct kernel *kernel, char **args, intptr_t n, co
             hoisted = form->same, in_rows = form->block[width], in_order = form->dense[width];
         }
     }
-    int in_place = 1, dense = in_order != NULL;
-    // Long rows spare calls; beyond the last cache, short ones keep reading and writing going side by side.
-    intptr_t row = n < (1 << 24) / (bytes + 1) ? 512 / w : LANES;
+    const int dense = ordered && still == hoisted && in_order;
+    const int spans = ordered && !dense && known && total * SPAN <= SPACE;
+    // Long rows spare calls; beyond the last cache, short turns keep reading and writing going side by side.
+    const int near = n < (1 << 24) / (bytes + 1);
+    intptr_t row = spans ? SPAN : near ? 512 / w : LANES;
     while (row > LANES && row * total > SPACE)
         row /= 2;
     total = 0;
     for (int p = 0; p < n_parts; ++p) {
         const struct part *part = &kernel->parts[p];
-        const intptr_t *c = strides + part->first;
-        intptr_t step = w, row_step = row * w;
+        intptr_t row_step = row * w;
         starts[p] = hoisted >> p & 1 ? (char *)prepared : args[p];
         rows[p] = space + row * total;
         total += part->size;
-        kinds[p] = hoisted >> p & 1 ? HOISTED : p < n_inputs && steps[p] == 0 ? SAME : steps[p] == w ? UNIT : ANY;
+        kinds[p] = hoisted >> p & 1 ? HOISTED : still >> p & 1 ? SAME : steps[p] == w ? UNIT : ANY;
         for (int q = 0; kernel->repeats && p >= n_inputs && q < n_inputs; ++q)
             kinds[p] = args[p] == args[q] ? ANY : kinds[p];
         in_place = in_place && (kinds[p] == UNIT || kinds[p] == HOISTED);
-        for (int q = part->rank; q-- > 0; step *= part->shape[q], row_step *= part->shape[q]) {
-            cores[part->first + q] = c[q];
-            row_cores[part->first + q] = row_step;
-            dense = dense && (kinds[p] == HOISTED || c[q] == step);
+        for (int q = part->first + part->rank; q-- > part->first; row_step *= part->shape[q - part->first]) {
+            cores[q] = kinds[p] == SAME || kinds[p] == ANY ? row_step : strides[q];
+            row_cores[q] = row_step;
         }
-        dense = dense && (kinds[p] == HOISTED || steps[p] == step);
-    }
-    for (int p = 0; p < n_inputs && !dense; ++p) {
-        const struct part *part = &kernel->parts[p];
-        if (kinds[p] == SAME) {
-            starts[p] = (char *)rows[p];
+        if (dense || kinds[p] == HOISTED || kinds[p] == UNIT)
+            continue;
+        starts[p] = (char *)rows[p];
+        loads[p] = spans ? NAME(spans)[part->size].load[width] : NULL;
+        stores[p] = spans ? NAME(spans)[part->size].store[width] : NULL;
+        if (kinds[p] == SAME)
             NAME(move_part)(0, rows[p], row, part, args[p], 0, strides + part->first, n < row ? PADDED(n) : row);
-            for (int q = part->first; q < part->first + part->rank; ++q)
-                cores[q] = row_cores[q];
-        }
     }
-    for (intptr_t i = 0, m; i < n; i += m) {
+    const intptr_t turn = near ? SPAN : LANES;
+    intptr_t i = 0;
+    // In C order, by functions that know the sizes.
+    for (; spans && !in_place && n - i >= turn; i += turn) {
+        for (int p = 0; p < n_parts; ++p) {
+            if (kinds[p] == UNIT)
+                starts[p] = args[p] + i * w;
+            else if (kinds[p] == ANY && p < n_inputs)
+                loads[p](turn, (char *[]){starts[p], args[p] + i * steps[p]}, NULL);
+        }
+        in_rows(turn, starts, cores);
+        for (int p = n_inputs; p < n_parts; ++p)
+            if (kinds[p] == ANY)
+                stores[p](turn, (char *[]){starts[p], args[p] + i * steps[p]}, NULL);
+    }
+    for (intptr_t m; i < n; i += m) {
         const int last = n - i < LANES;
         if (dense && n - i >= SPAN) {
             m = n & -SPAN;
@@ -677,7 +838,7 @@ static void NAME(batch)(const struct kernel *kernel, char **args, intptr_t n, co
             if (kinds[p] < UNIT || (kinds[p] == UNIT && !last))
                 continue;
             starts[p] = (char *)rows[p];
-            for (int q = part->first; q < part->first + part->rank; ++q)
+            for (int q = part->first; last && q < part->first + part->rank; ++q)
                 cores[q] = row_cores[q];
             if (p < n_inputs)
                 NAME(move_part)(0, rows[p], row, part, args[p] + i * steps[p], steps[p], strides + part->first, m);
@@ -765,7 +926,7 @@ static INLINE void NAME(bracket_dense)(intptr_t n, char **args, const intptr_t *
             NAME(bracket)(x0, x1, x2, x3);
             NAME(store_scalar)((char *)(r3 + i), x3);
         }
-        NAME(store_span)(args[3], first, r3, 1);
+        NAME(store_span)(args[3], first, r3, 1, SPAN);
     }
 }
 LOOPS(bracket_dense)
@@ -838,7 +999,7 @@ static INLINE void NAME(join_points_dense)(intptr_t n, char **args, const intptr
             NAME(join_points)(x0, x1, x2);
             NAME(store_3)((char *)(r2 + i), SPAN * w, x2);
         }
-        NAME(store_span)(args[2], first, r2, 3);
+        NAME(store_span)(args[2], first, r2, 3, SPAN);
     }
 }
 LOOPS(join_points_dense)
@@ -903,35 +1064,10 @@ static INLINE void NAME(transform_point_block)(intptr_t n, char **args, const in
 }
 LOOPS(transform_point_block)
 
-static INLINE void NAME(transform_point_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    _Alignas(64) REAL r0[9 * SPAN];
-    _Alignas(64) REAL r1[2 * SPAN];
-    _Alignas(64) REAL r2[2 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
-        NAME(load_span)(r0, args[0], first, 9);
-        NAME(load_span)(r1, args[1], first, 2);
-        ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
-            REAL x0[9];
-            REAL x1[2];
-            REAL x2[2];
-            NAME(load_3x3)(x0, (char *)(r0 + i), 3 * SPAN * w, SPAN * w);
-            NAME(load_2)(x1, (char *)(r1 + i), SPAN * w);
-            NAME(transform_point)(x0, x1, x2);
-            NAME(store_2)((char *)(r2 + i), SPAN * w, x2);
-        }
-        NAME(store_span)(args[2], first, r2, 2);
-    }
-}
-LOOPS(transform_point_dense)
-
 void NAME(transform_point_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{9, 2, 0, {3, 3}}, {2, 1, 2, {2}}, {2, 1, 3, {2}}};
-    static const struct kernel kernel = {WIDTHS(transform_point_block), WIDTHS(transform_point_dense), (any_function
+    static const struct kernel kernel = {WIDTHS(transform_point_block), {NULL}, (any_function
         *)NAME(transform_point), NAME(call_aar), 2, 3, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -1002,31 +1138,10 @@ static INLINE void NAME(line_homography_block)(intptr_t n, char **args, const in
 }
 LOOPS(line_homography_block)
 
-static INLINE void NAME(line_homography_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    _Alignas(64) REAL r0[9 * SPAN];
-    _Alignas(64) REAL r1[9 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
-        NAME(load_span)(r0, args[0], first, 9);
-        ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
-            REAL x0[9];
-            REAL x1[9];
-            NAME(load_3x3)(x0, (char *)(r0 + i), 3 * SPAN * w, SPAN * w);
-            NAME(line_homography)(x0, x1);
-            NAME(store_3x3)((char *)(r1 + i), 3 * SPAN * w, SPAN * w, x1);
-        }
-        NAME(store_span)(args[1], first, r1, 9);
-    }
-}
-LOOPS(line_homography_dense)
-
 void NAME(line_homography_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{9, 2, 0, {3, 3}}, {9, 2, 2, {3, 3}}};
-    static const struct kernel kernel = {WIDTHS(line_homography_block), WIDTHS(line_homography_dense), (any_function
+    static const struct kernel kernel = {WIDTHS(line_homography_block), {NULL}, (any_function
         *)NAME(line_homography), NAME(call_ar), 1, 2, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -1086,36 +1201,11 @@ static INLINE void NAME(homography_equations_block)(intptr_t n, char **args, con
 }
 LOOPS(homography_equations_block)
 
-static INLINE void NAME(homography_equations_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    _Alignas(64) REAL r0[2 * SPAN];
-    _Alignas(64) REAL r1[2 * SPAN];
-    _Alignas(64) REAL r2[18 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
-        NAME(load_span)(r0, args[0], first, 2);
-        NAME(load_span)(r1, args[1], first, 2);
-        ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
-            REAL x0[2];
-            REAL x1[2];
-            REAL x2[18];
-            NAME(load_2)(x0, (char *)(r0 + i), SPAN * w);
-            NAME(load_2)(x1, (char *)(r1 + i), SPAN * w);
-            NAME(homography_equations)(x0, x1, x2);
-            NAME(store_2x9)((char *)(r2 + i), 9 * SPAN * w, SPAN * w, x2);
-        }
-        NAME(store_span)(args[2], first, r2, 18);
-    }
-}
-LOOPS(homography_equations_dense)
-
 void NAME(homography_equations_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{2, 1, 0, {2}}, {2, 1, 1, {2}}, {18, 2, 2, {2, 9}}};
-    static const struct kernel kernel = {WIDTHS(homography_equations_block), WIDTHS(homography_equations_dense),
-        (any_function *)NAME(homography_equations), NAME(call_aar), 2, 3, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(homography_equations_block), {NULL}, (any_function
+        *)NAME(homography_equations), NAME(call_aar), 2, 3, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -1164,32 +1254,11 @@ static INLINE void NAME(cross_ratio_on_line_block)(intptr_t n, char **args, cons
 }
 LOOPS(cross_ratio_on_line_block)
 
-static INLINE void NAME(cross_ratio_on_line_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    _Alignas(64) REAL r0[8 * SPAN];
-    _Alignas(64) REAL r1[1 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
-        NAME(load_span)(r0, args[0], first, 8);
-        ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
-            REAL x0[8];
-            REAL x1[1];
-            NAME(load_4x2)(x0, (char *)(r0 + i), 2 * SPAN * w, SPAN * w);
-            NAME(cross_ratio_on_line)(x0, x1);
-            NAME(store_scalar)((char *)(r1 + i), x1);
-        }
-        NAME(store_span)(args[1], first, r1, 1);
-    }
-}
-LOOPS(cross_ratio_on_line_dense)
-
 void NAME(cross_ratio_on_line_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{8, 2, 0, {4, 2}}, {1, 0, 2, {0}}};
-    static const struct kernel kernel = {WIDTHS(cross_ratio_on_line_block), WIDTHS(cross_ratio_on_line_dense),
-        (any_function *)NAME(cross_ratio_on_line), NAME(call_ar), 1, 2, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(cross_ratio_on_line_block), {NULL}, (any_function
+        *)NAME(cross_ratio_on_line), NAME(call_ar), 1, 2, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -1271,32 +1340,11 @@ static INLINE void NAME(cross_ratio_of_lines_block)(intptr_t n, char **args, con
 }
 LOOPS(cross_ratio_of_lines_block)
 
-static INLINE void NAME(cross_ratio_of_lines_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    _Alignas(64) REAL r0[15 * SPAN];
-    _Alignas(64) REAL r1[1 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
-        NAME(load_span)(r0, args[0], first, 15);
-        ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
-            REAL x0[15];
-            REAL x1[1];
-            NAME(load_5x3)(x0, (char *)(r0 + i), 3 * SPAN * w, SPAN * w);
-            NAME(cross_ratio_of_lines)(x0, x1);
-            NAME(store_scalar)((char *)(r1 + i), x1);
-        }
-        NAME(store_span)(args[1], first, r1, 1);
-    }
-}
-LOOPS(cross_ratio_of_lines_dense)
-
 void NAME(cross_ratio_of_lines_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{15, 2, 0, {5, 3}}, {1, 0, 2, {0}}};
-    static const struct kernel kernel = {WIDTHS(cross_ratio_of_lines_block), WIDTHS(cross_ratio_of_lines_dense),
-        (any_function *)NAME(cross_ratio_of_lines), NAME(call_ar), 1, 2, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(cross_ratio_of_lines_block), {NULL}, (any_function
+        *)NAME(cross_ratio_of_lines), NAME(call_ar), 1, 2, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -1442,32 +1490,11 @@ static INLINE void NAME(conic_from_points_block)(intptr_t n, char **args, const 
 }
 LOOPS(conic_from_points_block)
 
-static INLINE void NAME(conic_from_points_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    _Alignas(64) REAL r0[15 * SPAN];
-    _Alignas(64) REAL r1[6 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
-        NAME(load_span)(r0, args[0], first, 15);
-        ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
-            REAL x0[15];
-            REAL x1[6];
-            NAME(load_5x3)(x0, (char *)(r0 + i), 3 * SPAN * w, SPAN * w);
-            NAME(conic_from_points)(x0, x1);
-            NAME(store_6)((char *)(r1 + i), SPAN * w, x1);
-        }
-        NAME(store_span)(args[1], first, r1, 6);
-    }
-}
-LOOPS(conic_from_points_dense)
-
 void NAME(conic_from_points_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{15, 2, 0, {5, 3}}, {6, 1, 2, {6}}};
-    static const struct kernel kernel = {WIDTHS(conic_from_points_block), WIDTHS(conic_from_points_dense),
-        (any_function *)NAME(conic_from_points), NAME(call_ar), 1, 2, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(conic_from_points_block), {NULL}, (any_function
+        *)NAME(conic_from_points), NAME(call_ar), 1, 2, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -1606,32 +1633,11 @@ static INLINE void NAME(pascal_bracket_block)(intptr_t n, char **args, const int
 }
 LOOPS(pascal_bracket_block)
 
-static INLINE void NAME(pascal_bracket_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    _Alignas(64) REAL r0[18 * SPAN];
-    _Alignas(64) REAL r1[1 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
-        NAME(load_span)(r0, args[0], first, 18);
-        ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
-            REAL x0[18];
-            REAL x1[1];
-            NAME(load_6x3)(x0, (char *)(r0 + i), 3 * SPAN * w, SPAN * w);
-            NAME(pascal_bracket)(x0, x1);
-            NAME(store_scalar)((char *)(r1 + i), x1);
-        }
-        NAME(store_span)(args[1], first, r1, 1);
-    }
-}
-LOOPS(pascal_bracket_dense)
-
 void NAME(pascal_bracket_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{18, 2, 0, {6, 3}}, {1, 0, 2, {0}}};
-    static const struct kernel kernel = {WIDTHS(pascal_bracket_block), WIDTHS(pascal_bracket_dense), (any_function
-        *)NAME(pascal_bracket), NAME(call_ar), 1, 2, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(pascal_bracket_block), {NULL}, (any_function *)NAME(pascal_bracket),
+        NAME(call_ar), 1, 2, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -1707,33 +1713,11 @@ static INLINE void NAME(circular_point_equations_block)(intptr_t n, char **args,
 }
 LOOPS(circular_point_equations_block)
 
-static INLINE void NAME(circular_point_equations_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    _Alignas(64) REAL r0[9 * SPAN];
-    _Alignas(64) REAL r1[12 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
-        NAME(load_span)(r0, args[0], first, 9);
-        ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
-            REAL x0[9];
-            REAL x1[12];
-            NAME(load_3x3)(x0, (char *)(r0 + i), 3 * SPAN * w, SPAN * w);
-            NAME(circular_point_equations)(x0, x1);
-            NAME(store_2x6)((char *)(r1 + i), 6 * SPAN * w, SPAN * w, x1);
-        }
-        NAME(store_span)(args[1], first, r1, 12);
-    }
-}
-LOOPS(circular_point_equations_dense)
-
 void NAME(circular_point_equations_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{9, 2, 0, {3, 3}}, {12, 2, 2, {2, 6}}};
-    static const struct kernel kernel = {WIDTHS(circular_point_equations_block),
-        WIDTHS(circular_point_equations_dense), (any_function *)NAME(circular_point_equations), NAME(call_ar), 1, 2,
-        0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(circular_point_equations_block), {NULL}, (any_function
+        *)NAME(circular_point_equations), NAME(call_ar), 1, 2, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 #endif

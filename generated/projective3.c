@@ -2,7 +2,7 @@
 // command: gac generate --all projective3
 // spec: b8100e20257c1954
 // contraction: -ffp-contract=off (every operation is rounded once)
-// body: c51fe4b1f6ade3183c6a88eff7b0ea0593e87ea03ac59191a94dc69cb2b43b03
+// body: ac94ff4bf7cfdf1560ea1024bd0ae2491a48f146e7c0d1156537be69c15bf031
 
 #ifndef REAL
 #include "projective3.h"
@@ -99,7 +99,7 @@ struct kernel {
     const struct form *forms;
 };
 
-enum { PARTS = 7, CORES = 12, NUMBERS = 129, SPACE = 4096, PREPARED = 20 };
+enum { PARTS = 7, CORES = 12, NUMBERS = 129, SPACE = 4096, PREPARED = 20, SIZES = 27 };
 
 #define SQRT(x) FUNCTION(sqrt)(x)
 
@@ -804,50 +804,206 @@ WIDE static void NAME(store_rows)(char *a, intptr_t s, intptr_t c, REAL *x, intp
     }
 }
 
-// The rows of SPAN elements of `size` components, in C order from element `first` on; and back.
-static INLINE void NAME(load_span)(REAL *x, char *a, intptr_t first, intptr_t size)
+// Rows, SPAN numbers long, of `n` elements of `size` components, in C order from element `first` on; and back.
+static INLINE void NAME(load_span)(REAL *x, char *a, intptr_t first, intptr_t size, intptr_t n)
 {
     const intptr_t w = sizeof(REAL);
     const REAL *from = (const REAL *)(a + first * size * w);
     if (size == 1) {
-        memcpy(x, from, SPAN * w);
+        memcpy(x, from, n * w);
     } else if (size == 2) {
-        for (intptr_t i = 0; i < SPAN; ++i) {
+        for (intptr_t i = 0; i < n; ++i) {
             x[i] = from[2 * i];
             x[SPAN + i] = from[2 * i + 1];
         }
     } else if (size == 3) {
-        for (intptr_t i = 0; i < SPAN; ++i) {
+        for (intptr_t i = 0; i < n; ++i) {
             x[i] = from[3 * i];
             x[SPAN + i] = from[3 * i + 1];
             x[2 * SPAN + i] = from[3 * i + 2];
         }
     } else {
-        NAME(turn_tiles)(0, (char *)x, SPAN * w, (char *)from, size * w, size, SPAN);
+        NAME(turn_tiles)(0, (char *)x, SPAN * w, (char *)from, size * w, size, n);
     }
 }
 
-static INLINE void NAME(store_span)(char *a, intptr_t first, REAL *x, intptr_t size)
+static INLINE void NAME(store_span)(char *a, intptr_t first, REAL *x, intptr_t size, intptr_t n)
 {
     const intptr_t w = sizeof(REAL);
     REAL *to = (REAL *)(a + first * size * w);
     if (size == 1) {
-        memcpy(to, x, SPAN * w);
+        memcpy(to, x, n * w);
     } else if (size == 2) {
-        for (intptr_t i = 0; i < SPAN; ++i) {
+        for (intptr_t i = 0; i < n; ++i) {
             to[2 * i] = x[i];
             to[2 * i + 1] = x[SPAN + i];
         }
     } else if (size == 3) {
-        for (intptr_t i = 0; i < SPAN; ++i) {
+        for (intptr_t i = 0; i < n; ++i) {
             to[3 * i] = x[i];
             to[3 * i + 1] = x[SPAN + i];
             to[3 * i + 2] = x[2 * SPAN + i];
         }
     } else {
-        NAME(turn_tiles)(1, (char *)x, SPAN * w, (char *)to, size * w, size, SPAN);
+        NAME(turn_tiles)(1, (char *)x, SPAN * w, (char *)to, size * w, size, n);
     }
 }
+
+// The same as loops, one for each size that is known: between rows and elements in C order.
+static INLINE void NAME(load_span_1)(intptr_t n, char **args, const intptr_t *strides)
+{
+    (void)strides;
+    NAME(load_span)((REAL *)args[0], args[1], 0, 1, n);
+}
+LOOPS(load_span_1)
+
+static INLINE void NAME(store_span_1)(intptr_t n, char **args, const intptr_t *strides)
+{
+    (void)strides;
+    NAME(store_span)(args[1], 0, (REAL *)args[0], 1, n);
+}
+LOOPS(store_span_1)
+
+static INLINE void NAME(load_span_2)(intptr_t n, char **args, const intptr_t *strides)
+{
+    (void)strides;
+    NAME(load_span)((REAL *)args[0], args[1], 0, 2, n);
+}
+LOOPS(load_span_2)
+
+static INLINE void NAME(store_span_2)(intptr_t n, char **args, const intptr_t *strides)
+{
+    (void)strides;
+    NAME(store_span)(args[1], 0, (REAL *)args[0], 2, n);
+}
+LOOPS(store_span_2)
+
+static INLINE void NAME(load_span_3)(intptr_t n, char **args, const intptr_t *strides)
+{
+    (void)strides;
+    NAME(load_span)((REAL *)args[0], args[1], 0, 3, n);
+}
+LOOPS(load_span_3)
+
+static INLINE void NAME(store_span_3)(intptr_t n, char **args, const intptr_t *strides)
+{
+    (void)strides;
+    NAME(store_span)(args[1], 0, (REAL *)args[0], 3, n);
+}
+LOOPS(store_span_3)
+
+static INLINE void NAME(load_span_4)(intptr_t n, char **args, const intptr_t *strides)
+{
+    (void)strides;
+    NAME(load_span)((REAL *)args[0], args[1], 0, 4, n);
+}
+LOOPS(load_span_4)
+
+static INLINE void NAME(store_span_4)(intptr_t n, char **args, const intptr_t *strides)
+{
+    (void)strides;
+    NAME(store_span)(args[1], 0, (REAL *)args[0], 4, n);
+}
+LOOPS(store_span_4)
+
+static INLINE void NAME(load_span_6)(intptr_t n, char **args, const intptr_t *strides)
+{
+    (void)strides;
+    NAME(load_span)((REAL *)args[0], args[1], 0, 6, n);
+}
+LOOPS(load_span_6)
+
+static INLINE void NAME(store_span_6)(intptr_t n, char **args, const intptr_t *strides)
+{
+    (void)strides;
+    NAME(store_span)(args[1], 0, (REAL *)args[0], 6, n);
+}
+LOOPS(store_span_6)
+
+static INLINE void NAME(load_span_9)(intptr_t n, char **args, const intptr_t *strides)
+{
+    (void)strides;
+    NAME(load_span)((REAL *)args[0], args[1], 0, 9, n);
+}
+LOOPS(load_span_9)
+
+static INLINE void NAME(store_span_9)(intptr_t n, char **args, const intptr_t *strides)
+{
+    (void)strides;
+    NAME(store_span)(args[1], 0, (REAL *)args[0], 9, n);
+}
+LOOPS(store_span_9)
+
+static INLINE void NAME(load_span_12)(intptr_t n, char **args, const intptr_t *strides)
+{
+    (void)strides;
+    NAME(load_span)((REAL *)args[0], args[1], 0, 12, n);
+}
+LOOPS(load_span_12)
+
+static INLINE void NAME(store_span_12)(intptr_t n, char **args, const intptr_t *strides)
+{
+    (void)strides;
+    NAME(store_span)(args[1], 0, (REAL *)args[0], 12, n);
+}
+LOOPS(store_span_12)
+
+static INLINE void NAME(load_span_18)(intptr_t n, char **args, const intptr_t *strides)
+{
+    (void)strides;
+    NAME(load_span)((REAL *)args[0], args[1], 0, 18, n);
+}
+LOOPS(load_span_18)
+
+static INLINE void NAME(store_span_18)(intptr_t n, char **args, const intptr_t *strides)
+{
+    (void)strides;
+    NAME(store_span)(args[1], 0, (REAL *)args[0], 18, n);
+}
+LOOPS(store_span_18)
+
+static INLINE void NAME(load_span_24)(intptr_t n, char **args, const intptr_t *strides)
+{
+    (void)strides;
+    NAME(load_span)((REAL *)args[0], args[1], 0, 24, n);
+}
+LOOPS(load_span_24)
+
+static INLINE void NAME(store_span_24)(intptr_t n, char **args, const intptr_t *strides)
+{
+    (void)strides;
+    NAME(store_span)(args[1], 0, (REAL *)args[0], 24, n);
+}
+LOOPS(store_span_24)
+
+static INLINE void NAME(load_span_27)(intptr_t n, char **args, const intptr_t *strides)
+{
+    (void)strides;
+    NAME(load_span)((REAL *)args[0], args[1], 0, 27, n);
+}
+LOOPS(load_span_27)
+
+static INLINE void NAME(store_span_27)(intptr_t n, char **args, const intptr_t *strides)
+{
+    (void)strides;
+    NAME(store_span)(args[1], 0, (REAL *)args[0], 27, n);
+}
+LOOPS(store_span_27)
+
+static const struct {
+    loop_function *load[2], *store[2];
+} NAME(spans)[SIZES + 1] = {
+    [1] = {WIDTHS(load_span_1), WIDTHS(store_span_1)},
+    [2] = {WIDTHS(load_span_2), WIDTHS(store_span_2)},
+    [3] = {WIDTHS(load_span_3), WIDTHS(store_span_3)},
+    [4] = {WIDTHS(load_span_4), WIDTHS(store_span_4)},
+    [6] = {WIDTHS(load_span_6), WIDTHS(store_span_6)},
+    [9] = {WIDTHS(load_span_9), WIDTHS(store_span_9)},
+    [12] = {WIDTHS(load_span_12), WIDTHS(store_span_12)},
+    [18] = {WIDTHS(load_span_18), WIDTHS(store_span_18)},
+    [24] = {WIDTHS(load_span_24), WIDTHS(store_span_24)},
+    [27] = {WIDTHS(load_span_27), WIDTHS(store_span_27)},
+};
 
 // All rows of a part, from the batch or back to it; axes that lie as one are moved as one.
 static void NAME(move_part)(int back, REAL *x, intptr_t row, const struct part *part, char *a, intptr_t s,
@@ -919,15 +1075,23 @@ static void NAME(batch)(const struct kernel *kernel, char **args, intptr_t n, co
     char *starts[PARTS];
     intptr_t cores[CORES], row_cores[CORES], total = 0, bytes = 0;
     unsigned still = 0, hoisted = 0;
+    int in_place = 1, ordered = 1, known = 1;
     if (width < 0 || n == 1) {
         NAME(each)(kernel, args, n, steps);
         return;
     }
-    loop_function *in_rows = kernel->block[width], *in_order = kernel->dense[width];
+    loop_function *in_rows = kernel->block[width], *in_order = kernel->dense[width], *loads[PARTS], *stores[PARTS];
     for (int p = 0; p < n_parts; ++p) {
-        total += kernel->parts[p].size;
+        const struct part *part = &kernel->parts[p];
+        const int same = p < n_inputs && steps[p] == 0;
+        intptr_t step = w;
+        for (int q = part->rank; q-- > 0; step *= part->shape[q])
+            ordered = ordered && (same || strides[part->first + q] == step);
+        ordered = ordered && (same || steps[p] == step);
+        known = known && part->size <= SIZES && NAME(spans)[part->size].load[width];
+        total += part->size;
         bytes += steps[p] < 0 ? -steps[p] : steps[p];
-        still |= (unsigned)(p < n_inputs && steps[p] == 0) << p;
+        still |= (unsigned)same << p;
     }
     for (int f = 0; f < kernel->n_forms && !hoisted; ++f) {
         const struct form *form = &kernel->forms[f];
@@ -936,40 +1100,52 @@ static void NAME(batch)(const struct kernel *kernel, char **args, intptr_t n, co
             hoisted = form->same, in_rows = form->block[width], in_order = form->dense[width];
         }
     }
-    int in_place = 1, dense = in_order != NULL;
-    // Long rows spare calls; beyond the last cache, short ones keep reading and writing going side by side.
-    intptr_t row = n < (1 << 24) / (bytes + 1) ? 512 / w : LANES;
+    const int dense = ordered && still == hoisted && in_order;
+    const int spans = ordered && !dense && known && total * SPAN <= SPACE;
+    // Long rows spare calls; beyond the last cache, short turns keep reading and writing going side by side.
+    const int near = n < (1 << 24) / (bytes + 1);
+    intptr_t row = spans ? SPAN : near ? 512 / w : LANES;
     while (row > LANES && row * total > SPACE)
         row /= 2;
     total = 0;
     for (int p = 0; p < n_parts; ++p) {
         const struct part *part = &kernel->parts[p];
-        const intptr_t *c = strides + part->first;
-        intptr_t step = w, row_step = row * w;
+        intptr_t row_step = row * w;
         starts[p] = hoisted >> p & 1 ? (char *)prepared : args[p];
         rows[p] = space + row * total;
         total += part->size;
-        kinds[p] = hoisted >> p & 1 ? HOISTED : p < n_inputs && steps[p] == 0 ? SAME : steps[p] == w ? UNIT : ANY;
+        kinds[p] = hoisted >> p & 1 ? HOISTED : still >> p & 1 ? SAME : steps[p] == w ? UNIT : ANY;
         for (int q = 0; kernel->repeats && p >= n_inputs && q < n_inputs; ++q)
             kinds[p] = args[p] == args[q] ? ANY : kinds[p];
         in_place = in_place && (kinds[p] == UNIT || kinds[p] == HOISTED);
-        for (int q = part->rank; q-- > 0; step *= part->shape[q], row_step *= part->shape[q]) {
-            cores[part->first + q] = c[q];
-            row_cores[part->first + q] = row_step;
-            dense = dense && (kinds[p] == HOISTED || c[q] == step);
+        for (int q = part->first + part->rank; q-- > part->first; row_step *= part->shape[q - part->first]) {
+            cores[q] = kinds[p] == SAME || kinds[p] == ANY ? row_step : strides[q];
+            row_cores[q] = row_step;
         }
-        dense = dense && (kinds[p] == HOISTED || steps[p] == step);
-    }
-    for (int p = 0; p < n_inputs && !dense; ++p) {
-        const struct part *part = &kernel->parts[p];
-        if (kinds[p] == SAME) {
-            starts[p] = (char *)rows[p];
+        if (dense || kinds[p] == HOISTED || kinds[p] == UNIT)
+            continue;
+        starts[p] = (char *)rows[p];
+        loads[p] = spans ? NAME(spans)[part->size].load[width] : NULL;
+        stores[p] = spans ? NAME(spans)[part->size].store[width] : NULL;
+        if (kinds[p] == SAME)
             NAME(move_part)(0, rows[p], row, part, args[p], 0, strides + part->first, n < row ? PADDED(n) : row);
-            for (int q = part->first; q < part->first + part->rank; ++q)
-                cores[q] = row_cores[q];
-        }
     }
-    for (intptr_t i = 0, m; i < n; i += m) {
+    const intptr_t turn = near ? SPAN : LANES;
+    intptr_t i = 0;
+    // In C order, by functions that know the sizes.
+    for (; spans && !in_place && n - i >= turn; i += turn) {
+        for (int p = 0; p < n_parts; ++p) {
+            if (kinds[p] == UNIT)
+                starts[p] = args[p] + i * w;
+            else if (kinds[p] == ANY && p < n_inputs)
+                loads[p](turn, (char *[]){starts[p], args[p] + i * steps[p]}, NULL);
+        }
+        in_rows(turn, starts, cores);
+        for (int p = n_inputs; p < n_parts; ++p)
+            if (kinds[p] == ANY)
+                stores[p](turn, (char *[]){starts[p], args[p] + i * steps[p]}, NULL);
+    }
+    for (intptr_t m; i < n; i += m) {
         const int last = n - i < LANES;
         if (dense && n - i >= SPAN) {
             m = n & -SPAN;
@@ -984,7 +1160,7 @@ static void NAME(batch)(const struct kernel *kernel, char **args, intptr_t n, co
             if (kinds[p] < UNIT || (kinds[p] == UNIT && !last))
                 continue;
             starts[p] = (char *)rows[p];
-            for (int q = part->first; q < part->first + part->rank; ++q)
+            for (int q = part->first; last && q < part->first + part->rank; ++q)
                 cores[q] = row_cores[q];
             if (p < n_inputs)
                 NAME(move_part)(0, rows[p], row, part, args[p] + i * steps[p], steps[p], strides + part->first, m);
@@ -1412,7 +1588,7 @@ static INLINE void NAME(bracket_dense_a_b_c)(intptr_t n, char **args, const intp
             NAME(bracket_apply_a_b_c)(prepared, x3, x4);
             NAME(store_scalar)((char *)(r4 + i), x4);
         }
-        NAME(store_span)(args[4], first, r4, 1);
+        NAME(store_span)(args[4], first, r4, 1, SPAN);
     }
 }
 LOOPS(bracket_dense_a_b_c)
@@ -1463,7 +1639,7 @@ static INLINE void NAME(bracket_dense_a_b_d)(intptr_t n, char **args, const intp
             NAME(bracket_apply_a_b_d)(prepared, x2, x4);
             NAME(store_scalar)((char *)(r4 + i), x4);
         }
-        NAME(store_span)(args[4], first, r4, 1);
+        NAME(store_span)(args[4], first, r4, 1, SPAN);
     }
 }
 LOOPS(bracket_dense_a_b_d)
@@ -1514,7 +1690,7 @@ static INLINE void NAME(bracket_dense_a_c_d)(intptr_t n, char **args, const intp
             NAME(bracket_apply_a_c_d)(prepared, x1, x4);
             NAME(store_scalar)((char *)(r4 + i), x4);
         }
-        NAME(store_span)(args[4], first, r4, 1);
+        NAME(store_span)(args[4], first, r4, 1, SPAN);
     }
 }
 LOOPS(bracket_dense_a_c_d)
@@ -1565,7 +1741,7 @@ static INLINE void NAME(bracket_dense_b_c_d)(intptr_t n, char **args, const intp
             NAME(bracket_apply_b_c_d)(prepared, x0, x4);
             NAME(store_scalar)((char *)(r4 + i), x4);
         }
-        NAME(store_span)(args[4], first, r4, 1);
+        NAME(store_span)(args[4], first, r4, 1, SPAN);
     }
 }
 LOOPS(bracket_dense_b_c_d)
@@ -1608,35 +1784,6 @@ static INLINE void NAME(bracket_block)(intptr_t n, char **args, const intptr_t *
 }
 LOOPS(bracket_block)
 
-static INLINE void NAME(bracket_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    char *a3 = args[3];
-    _Alignas(64) REAL r4[1 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
-        ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
-            REAL x0[4];
-            REAL x1[4];
-            REAL x2[4];
-            REAL x3[4];
-            REAL x4[1];
-            NAME(load_4)(x0, a0 + (first + i) * 4 * w, w);
-            NAME(load_4)(x1, a1 + (first + i) * 4 * w, w);
-            NAME(load_4)(x2, a2 + (first + i) * 4 * w, w);
-            NAME(load_4)(x3, a3 + (first + i) * 4 * w, w);
-            NAME(bracket)(x0, x1, x2, x3, x4);
-            NAME(store_scalar)((char *)(r4 + i), x4);
-        }
-        NAME(store_span)(args[4], first, r4, 1);
-    }
-}
-LOOPS(bracket_dense)
-
 void NAME(bracket_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {4, 1, 1, {4}}, {4, 1, 2, {4}}, {4, 1, 3, {4}}, {1, 0, 4,
@@ -1646,8 +1793,8 @@ void NAME(bracket_loop)(char **args, const intptr_t *dimensions, const intptr_t 
         WIDTHS(bracket_dense_a_b_d)}, {13, 2, NAME(bracket_start_a_c_d), WIDTHS(bracket_block_a_c_d),
         WIDTHS(bracket_dense_a_c_d)}, {14, 2, NAME(bracket_start_b_c_d), WIDTHS(bracket_block_b_c_d),
         WIDTHS(bracket_dense_b_c_d)}};
-    static const struct kernel kernel = {WIDTHS(bracket_block), WIDTHS(bracket_dense), (any_function
-        *)NAME(bracket), NAME(call_aaaar), 4, 5, 4, 0, parts, forms};
+    static const struct kernel kernel = {WIDTHS(bracket_block), {NULL}, (any_function *)NAME(bracket),
+        NAME(call_aaaar), 4, 5, 4, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -1707,36 +1854,11 @@ static INLINE void NAME(join_points_block)(intptr_t n, char **args, const intptr
 }
 LOOPS(join_points_block)
 
-static INLINE void NAME(join_points_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    _Alignas(64) REAL r0[4 * SPAN];
-    _Alignas(64) REAL r1[4 * SPAN];
-    _Alignas(64) REAL r2[6 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
-        NAME(load_span)(r0, args[0], first, 4);
-        NAME(load_span)(r1, args[1], first, 4);
-        ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
-            REAL x0[4];
-            REAL x1[4];
-            REAL x2[6];
-            NAME(load_4)(x0, (char *)(r0 + i), SPAN * w);
-            NAME(load_4)(x1, (char *)(r1 + i), SPAN * w);
-            NAME(join_points)(x0, x1, x2);
-            NAME(store_6)((char *)(r2 + i), SPAN * w, x2);
-        }
-        NAME(store_span)(args[2], first, r2, 6);
-    }
-}
-LOOPS(join_points_dense)
-
 void NAME(join_points_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {4, 1, 1, {4}}, {6, 1, 2, {6}}};
-    static const struct kernel kernel = {WIDTHS(join_points_block), WIDTHS(join_points_dense), (any_function
-        *)NAME(join_points), NAME(call_aar), 2, 3, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(join_points_block), {NULL}, (any_function *)NAME(join_points),
+        NAME(call_aar), 2, 3, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -2060,7 +2182,7 @@ static INLINE void NAME(join_three_points_dense_a_b)(intptr_t n, char **args, co
             NAME(join_three_points_apply_a_b)(prepared, x2, x3);
             NAME(store_4)((char *)(r3 + i), SPAN * w, x3);
         }
-        NAME(store_span)(args[3], first, r3, 4);
+        NAME(store_span)(args[3], first, r3, 4, SPAN);
     }
 }
 LOOPS(join_three_points_dense_a_b)
@@ -2109,7 +2231,7 @@ static INLINE void NAME(join_three_points_dense_a_c)(intptr_t n, char **args, co
             NAME(join_three_points_apply_a_c)(prepared, x1, x3);
             NAME(store_4)((char *)(r3 + i), SPAN * w, x3);
         }
-        NAME(store_span)(args[3], first, r3, 4);
+        NAME(store_span)(args[3], first, r3, 4, SPAN);
     }
 }
 LOOPS(join_three_points_dense_a_c)
@@ -2158,7 +2280,7 @@ static INLINE void NAME(join_three_points_dense_b_c)(intptr_t n, char **args, co
             NAME(join_three_points_apply_b_c)(prepared, x0, x3);
             NAME(store_4)((char *)(r3 + i), SPAN * w, x3);
         }
-        NAME(store_span)(args[3], first, r3, 4);
+        NAME(store_span)(args[3], first, r3, 4, SPAN);
     }
 }
 LOOPS(join_three_points_dense_b_c)
@@ -2217,7 +2339,7 @@ static INLINE void NAME(join_three_points_dense)(intptr_t n, char **args, const 
             NAME(join_three_points)(x0, x1, x2, x3);
             NAME(store_4)((char *)(r3 + i), SPAN * w, x3);
         }
-        NAME(store_span)(args[3], first, r3, 4);
+        NAME(store_span)(args[3], first, r3, 4, SPAN);
     }
 }
 LOOPS(join_three_points_dense)
@@ -2297,36 +2419,11 @@ static INLINE void NAME(project_point_block)(intptr_t n, char **args, const intp
 }
 LOOPS(project_point_block)
 
-static INLINE void NAME(project_point_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    _Alignas(64) REAL r0[12 * SPAN];
-    _Alignas(64) REAL r1[3 * SPAN];
-    _Alignas(64) REAL r2[2 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
-        NAME(load_span)(r0, args[0], first, 12);
-        NAME(load_span)(r1, args[1], first, 3);
-        ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
-            REAL x0[12];
-            REAL x1[3];
-            REAL x2[2];
-            NAME(load_3x4)(x0, (char *)(r0 + i), 4 * SPAN * w, SPAN * w);
-            NAME(load_3)(x1, (char *)(r1 + i), SPAN * w);
-            NAME(project_point)(x0, x1, x2);
-            NAME(store_2)((char *)(r2 + i), SPAN * w, x2);
-        }
-        NAME(store_span)(args[2], first, r2, 2);
-    }
-}
-LOOPS(project_point_dense)
-
 void NAME(project_point_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{12, 2, 0, {3, 4}}, {3, 1, 2, {3}}, {2, 1, 3, {2}}};
-    static const struct kernel kernel = {WIDTHS(project_point_block), WIDTHS(project_point_dense), (any_function
-        *)NAME(project_point), NAME(call_aar), 2, 3, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(project_point_block), {NULL}, (any_function *)NAME(project_point),
+        NAME(call_aar), 2, 3, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -2394,37 +2491,11 @@ static INLINE void NAME(project_homogeneous_point_block)(intptr_t n, char **args
 }
 LOOPS(project_homogeneous_point_block)
 
-static INLINE void NAME(project_homogeneous_point_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    _Alignas(64) REAL r0[12 * SPAN];
-    _Alignas(64) REAL r1[4 * SPAN];
-    _Alignas(64) REAL r2[3 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
-        NAME(load_span)(r0, args[0], first, 12);
-        NAME(load_span)(r1, args[1], first, 4);
-        ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
-            REAL x0[12];
-            REAL x1[4];
-            REAL x2[3];
-            NAME(load_3x4)(x0, (char *)(r0 + i), 4 * SPAN * w, SPAN * w);
-            NAME(load_4)(x1, (char *)(r1 + i), SPAN * w);
-            NAME(project_homogeneous_point)(x0, x1, x2);
-            NAME(store_3)((char *)(r2 + i), SPAN * w, x2);
-        }
-        NAME(store_span)(args[2], first, r2, 3);
-    }
-}
-LOOPS(project_homogeneous_point_dense)
-
 void NAME(project_homogeneous_point_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{12, 2, 0, {3, 4}}, {4, 1, 2, {4}}, {3, 1, 3, {3}}};
-    static const struct kernel kernel = {WIDTHS(project_homogeneous_point_block),
-        WIDTHS(project_homogeneous_point_dense), (any_function *)NAME(project_homogeneous_point), NAME(call_aar), 2,
-        3, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(project_homogeneous_point_block), {NULL}, (any_function
+        *)NAME(project_homogeneous_point), NAME(call_aar), 2, 3, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -2505,32 +2576,11 @@ static INLINE void NAME(camera_centre_block)(intptr_t n, char **args, const intp
 }
 LOOPS(camera_centre_block)
 
-static INLINE void NAME(camera_centre_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    _Alignas(64) REAL r0[12 * SPAN];
-    _Alignas(64) REAL r1[4 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
-        NAME(load_span)(r0, args[0], first, 12);
-        ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
-            REAL x0[12];
-            REAL x1[4];
-            NAME(load_3x4)(x0, (char *)(r0 + i), 4 * SPAN * w, SPAN * w);
-            NAME(camera_centre)(x0, x1);
-            NAME(store_4)((char *)(r1 + i), SPAN * w, x1);
-        }
-        NAME(store_span)(args[1], first, r1, 4);
-    }
-}
-LOOPS(camera_centre_dense)
-
 void NAME(camera_centre_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{12, 2, 0, {3, 4}}, {4, 1, 2, {4}}};
-    static const struct kernel kernel = {WIDTHS(camera_centre_block), WIDTHS(camera_centre_dense), (any_function
-        *)NAME(camera_centre), NAME(call_ar), 1, 2, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(camera_centre_block), {NULL}, (any_function *)NAME(camera_centre),
+        NAME(call_ar), 1, 2, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -2752,28 +2802,6 @@ static INLINE void NAME(back_project_pixel_block_camera)(intptr_t n, char **args
 }
 LOOPS(back_project_pixel_block_camera)
 
-static INLINE void NAME(back_project_pixel_dense_camera)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const REAL *prepared = (const REAL *)args[0];
-    (void)strides;
-    _Alignas(64) REAL r1[2 * SPAN];
-    _Alignas(64) REAL r2[6 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
-        NAME(load_span)(r1, args[1], first, 2);
-        ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
-            REAL x1[2];
-            REAL x2[6];
-            NAME(load_2)(x1, (char *)(r1 + i), SPAN * w);
-            NAME(back_project_pixel_apply_camera)(prepared, x1, x2);
-            NAME(store_6)((char *)(r2 + i), SPAN * w, x2);
-        }
-        NAME(store_span)(args[2], first, r2, 6);
-    }
-}
-LOOPS(back_project_pixel_dense_camera)
-
 static void NAME(back_project_pixel_start_camera)(char **args, const intptr_t *strides, void *prepared)
 {
     const intptr_t c0a = strides[0], c0b = strides[1];
@@ -2802,38 +2830,13 @@ static INLINE void NAME(back_project_pixel_block)(intptr_t n, char **args, const
 }
 LOOPS(back_project_pixel_block)
 
-static INLINE void NAME(back_project_pixel_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    _Alignas(64) REAL r0[12 * SPAN];
-    _Alignas(64) REAL r1[2 * SPAN];
-    _Alignas(64) REAL r2[6 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
-        NAME(load_span)(r0, args[0], first, 12);
-        NAME(load_span)(r1, args[1], first, 2);
-        ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
-            REAL x0[12];
-            REAL x1[2];
-            REAL x2[6];
-            NAME(load_3x4)(x0, (char *)(r0 + i), 4 * SPAN * w, SPAN * w);
-            NAME(load_2)(x1, (char *)(r1 + i), SPAN * w);
-            NAME(back_project_pixel)(x0, x1, x2);
-            NAME(store_6)((char *)(r2 + i), SPAN * w, x2);
-        }
-        NAME(store_span)(args[2], first, r2, 6);
-    }
-}
-LOOPS(back_project_pixel_dense)
-
 void NAME(back_project_pixel_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{12, 2, 0, {3, 4}}, {2, 1, 2, {2}}, {6, 1, 3, {6}}};
     static const struct form forms[] = {{1, 6, NAME(back_project_pixel_start_camera),
-        WIDTHS(back_project_pixel_block_camera), WIDTHS(back_project_pixel_dense_camera)}};
-    static const struct kernel kernel = {WIDTHS(back_project_pixel_block), WIDTHS(back_project_pixel_dense),
-        (any_function *)NAME(back_project_pixel), NAME(call_aar), 2, 3, 1, 0, parts, forms};
+        WIDTHS(back_project_pixel_block_camera), {NULL}}};
+    static const struct kernel kernel = {WIDTHS(back_project_pixel_block), {NULL}, (any_function
+        *)NAME(back_project_pixel), NAME(call_aar), 2, 3, 1, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -3948,28 +3951,6 @@ static INLINE void NAME(epipole_from_cameras_block_first)(intptr_t n, char **arg
 }
 LOOPS(epipole_from_cameras_block_first)
 
-static INLINE void NAME(epipole_from_cameras_dense_first)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const REAL *prepared = (const REAL *)args[0];
-    (void)strides;
-    _Alignas(64) REAL r1[12 * SPAN];
-    _Alignas(64) REAL r2[3 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
-        NAME(load_span)(r1, args[1], first, 12);
-        ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
-            REAL x1[12];
-            REAL x2[3];
-            NAME(load_3x4)(x1, (char *)(r1 + i), 4 * SPAN * w, SPAN * w);
-            NAME(epipole_from_cameras_apply_first)(prepared, x1, x2);
-            NAME(store_3)((char *)(r2 + i), SPAN * w, x2);
-        }
-        NAME(store_span)(args[2], first, r2, 3);
-    }
-}
-LOOPS(epipole_from_cameras_dense_first)
-
 static void NAME(epipole_from_cameras_start_first)(char **args, const intptr_t *strides, void *prepared)
 {
     const intptr_t c0a = strides[0], c0b = strides[1];
@@ -4002,7 +3983,7 @@ void NAME(epipole_from_cameras_loop)(char **args, const intptr_t *dimensions, co
 {
     static const struct part parts[] = {{12, 2, 0, {3, 4}}, {12, 2, 2, {3, 4}}, {3, 1, 4, {3}}};
     static const struct form forms[] = {{1, 2, NAME(epipole_from_cameras_start_first),
-        WIDTHS(epipole_from_cameras_block_first), WIDTHS(epipole_from_cameras_dense_first)}};
+        WIDTHS(epipole_from_cameras_block_first), {NULL}}};
     static const struct kernel kernel = {WIDTHS(epipole_from_cameras_block), {NULL}, (any_function
         *)NAME(epipole_from_cameras), NAME(call_aar), 2, 3, 1, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
@@ -4058,36 +4039,11 @@ static INLINE void NAME(epipolar_line_block)(intptr_t n, char **args, const intp
 }
 LOOPS(epipolar_line_block)
 
-static INLINE void NAME(epipolar_line_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    _Alignas(64) REAL r0[9 * SPAN];
-    _Alignas(64) REAL r1[2 * SPAN];
-    _Alignas(64) REAL r2[3 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
-        NAME(load_span)(r0, args[0], first, 9);
-        NAME(load_span)(r1, args[1], first, 2);
-        ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
-            REAL x0[9];
-            REAL x1[2];
-            REAL x2[3];
-            NAME(load_3x3)(x0, (char *)(r0 + i), 3 * SPAN * w, SPAN * w);
-            NAME(load_2)(x1, (char *)(r1 + i), SPAN * w);
-            NAME(epipolar_line)(x0, x1, x2);
-            NAME(store_3)((char *)(r2 + i), SPAN * w, x2);
-        }
-        NAME(store_span)(args[2], first, r2, 3);
-    }
-}
-LOOPS(epipolar_line_dense)
-
 void NAME(epipolar_line_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{9, 2, 0, {3, 3}}, {2, 1, 2, {2}}, {3, 1, 3, {3}}};
-    static const struct kernel kernel = {WIDTHS(epipolar_line_block), WIDTHS(epipolar_line_dense), (any_function
-        *)NAME(epipolar_line), NAME(call_aar), 2, 3, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(epipolar_line_block), {NULL}, (any_function *)NAME(epipolar_line),
+        NAME(call_aar), 2, 3, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -4244,7 +4200,7 @@ static INLINE void NAME(distance_to_epipolar_line_dense_fundamental_pixel)(intpt
             NAME(distance_to_epipolar_line_apply_fundamental_pixel)(prepared, x2, x3);
             NAME(store_scalar)((char *)(r3 + i), x3);
         }
-        NAME(store_span)(args[3], first, r3, 1);
+        NAME(store_span)(args[3], first, r3, 1, SPAN);
     }
 }
 LOOPS(distance_to_epipolar_line_dense_fundamental_pixel)
@@ -4283,44 +4239,14 @@ static INLINE void NAME(distance_to_epipolar_line_block)(intptr_t n, char **args
 }
 LOOPS(distance_to_epipolar_line_block)
 
-static INLINE void NAME(distance_to_epipolar_line_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    _Alignas(64) REAL r0[9 * SPAN];
-    _Alignas(64) REAL r1[2 * SPAN];
-    _Alignas(64) REAL r2[2 * SPAN];
-    _Alignas(64) REAL r3[1 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
-        NAME(load_span)(r0, args[0], first, 9);
-        NAME(load_span)(r1, args[1], first, 2);
-        NAME(load_span)(r2, args[2], first, 2);
-        ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
-            REAL x0[9];
-            REAL x1[2];
-            REAL x2[2];
-            REAL x3[1];
-            NAME(load_3x3)(x0, (char *)(r0 + i), 3 * SPAN * w, SPAN * w);
-            NAME(load_2)(x1, (char *)(r1 + i), SPAN * w);
-            NAME(load_2)(x2, (char *)(r2 + i), SPAN * w);
-            NAME(distance_to_epipolar_line)(x0, x1, x2, x3);
-            NAME(store_scalar)((char *)(r3 + i), x3);
-        }
-        NAME(store_span)(args[3], first, r3, 1);
-    }
-}
-LOOPS(distance_to_epipolar_line_dense)
-
 void NAME(distance_to_epipolar_line_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{9, 2, 0, {3, 3}}, {2, 1, 2, {2}}, {2, 1, 3, {2}}, {1, 0, 4, {0}}};
     static const struct form forms[] = {{3, 2, NAME(distance_to_epipolar_line_start_fundamental_pixel),
         WIDTHS(distance_to_epipolar_line_block_fundamental_pixel),
         WIDTHS(distance_to_epipolar_line_dense_fundamental_pixel)}};
-    static const struct kernel kernel = {WIDTHS(distance_to_epipolar_line_block),
-        WIDTHS(distance_to_epipolar_line_dense), (any_function *)NAME(distance_to_epipolar_line), NAME(call_aaar),
-        3, 4, 1, 0, parts, forms};
+    static const struct kernel kernel = {WIDTHS(distance_to_epipolar_line_block), {NULL}, (any_function
+        *)NAME(distance_to_epipolar_line), NAME(call_aaar), 3, 4, 1, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -4569,7 +4495,7 @@ static INLINE void NAME(sampson_distance_dense_fundamental_pixel)(intptr_t n, ch
             NAME(sampson_distance_apply_fundamental_pixel)(prepared, x2, x3);
             NAME(store_scalar)((char *)(r3 + i), x3);
         }
-        NAME(store_span)(args[3], first, r3, 1);
+        NAME(store_span)(args[3], first, r3, 1, SPAN);
     }
 }
 LOOPS(sampson_distance_dense_fundamental_pixel)
@@ -4620,7 +4546,7 @@ static INLINE void NAME(sampson_distance_dense_fundamental_partner)(intptr_t n, 
             NAME(sampson_distance_apply_fundamental_partner)(prepared, x1, x3);
             NAME(store_scalar)((char *)(r3 + i), x3);
         }
-        NAME(store_span)(args[3], first, r3, 1);
+        NAME(store_span)(args[3], first, r3, 1, SPAN);
     }
 }
 LOOPS(sampson_distance_dense_fundamental_partner)
@@ -4658,35 +4584,6 @@ static INLINE void NAME(sampson_distance_block)(intptr_t n, char **args, const i
 }
 LOOPS(sampson_distance_block)
 
-static INLINE void NAME(sampson_distance_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    _Alignas(64) REAL r0[9 * SPAN];
-    _Alignas(64) REAL r1[2 * SPAN];
-    _Alignas(64) REAL r2[2 * SPAN];
-    _Alignas(64) REAL r3[1 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
-        NAME(load_span)(r0, args[0], first, 9);
-        NAME(load_span)(r1, args[1], first, 2);
-        NAME(load_span)(r2, args[2], first, 2);
-        ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
-            REAL x0[9];
-            REAL x1[2];
-            REAL x2[2];
-            REAL x3[1];
-            NAME(load_3x3)(x0, (char *)(r0 + i), 3 * SPAN * w, SPAN * w);
-            NAME(load_2)(x1, (char *)(r1 + i), SPAN * w);
-            NAME(load_2)(x2, (char *)(r2 + i), SPAN * w);
-            NAME(sampson_distance)(x0, x1, x2, x3);
-            NAME(store_scalar)((char *)(r3 + i), x3);
-        }
-        NAME(store_span)(args[3], first, r3, 1);
-    }
-}
-LOOPS(sampson_distance_dense)
-
 void NAME(sampson_distance_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{9, 2, 0, {3, 3}}, {2, 1, 2, {2}}, {2, 1, 3, {2}}, {1, 0, 4, {0}}};
@@ -4694,8 +4591,8 @@ void NAME(sampson_distance_loop)(char **args, const intptr_t *dimensions, const 
         WIDTHS(sampson_distance_block_fundamental_pixel), WIDTHS(sampson_distance_dense_fundamental_pixel)}, {5, 2,
         NAME(sampson_distance_start_fundamental_partner), WIDTHS(sampson_distance_block_fundamental_partner),
         WIDTHS(sampson_distance_dense_fundamental_partner)}};
-    static const struct kernel kernel = {WIDTHS(sampson_distance_block), WIDTHS(sampson_distance_dense),
-        (any_function *)NAME(sampson_distance), NAME(call_aaar), 3, 4, 2, 0, parts, forms};
+    static const struct kernel kernel = {WIDTHS(sampson_distance_block), {NULL}, (any_function
+        *)NAME(sampson_distance), NAME(call_aaar), 3, 4, 2, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -5306,27 +5203,6 @@ static INLINE void NAME(triangulate_block_first_second_pixel)(intptr_t n, char *
 }
 LOOPS(triangulate_block_first_second_pixel)
 
-static INLINE void NAME(triangulate_dense_first_second_pixel)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const REAL *prepared = (const REAL *)args[0];
-    (void)strides;
-    char *a3 = args[3];
-    _Alignas(64) REAL r4[4 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
-        ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
-            REAL x3[2];
-            REAL x4[4];
-            NAME(load_2)(x3, a3 + (first + i) * 2 * w, w);
-            NAME(triangulate_apply_first_second_pixel)(prepared, x3, x4);
-            NAME(store_4)((char *)(r4 + i), SPAN * w, x4);
-        }
-        NAME(store_span)(args[4], first, r4, 4);
-    }
-}
-LOOPS(triangulate_dense_first_second_pixel)
-
 static void NAME(triangulate_start_first_second_pixel)(char **args, const intptr_t *strides, void *prepared)
 {
     const intptr_t c0a = strides[0], c0b = strides[1], c1a = strides[2], c1b = strides[3], c2a = strides[4];
@@ -5401,8 +5277,8 @@ void NAME(triangulate_loop)(char **args, const intptr_t *dimensions, const intpt
     static const struct part parts[] = {{12, 2, 0, {3, 4}}, {12, 2, 2, {3, 4}}, {2, 1, 4, {2}}, {2, 1, 5, {2}}, {4,
         1, 6, {4}}};
     static const struct form forms[] = {{7, 2, NAME(triangulate_start_first_second_pixel),
-        WIDTHS(triangulate_block_first_second_pixel), WIDTHS(triangulate_dense_first_second_pixel)}, {13, 2,
-        NAME(triangulate_start_first_pixel_partner), WIDTHS(triangulate_block_first_pixel_partner), {NULL}}};
+        WIDTHS(triangulate_block_first_second_pixel), {NULL}}, {13, 2, NAME(triangulate_start_first_pixel_partner),
+        WIDTHS(triangulate_block_first_pixel_partner), {NULL}}};
     static const struct kernel kernel = {WIDTHS(triangulate_block), {NULL}, (any_function *)NAME(triangulate),
         NAME(call_aaaar), 4, 5, 2, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
@@ -6255,29 +6131,6 @@ static INLINE void NAME(camera_from_image_basis_block_centre_first_second)(intpt
 }
 LOOPS(camera_from_image_basis_block_centre_first_second)
 
-static INLINE void NAME(camera_from_image_basis_dense_centre_first_second)(intptr_t n, char **args, const intptr_t
-    *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const REAL *prepared = (const REAL *)args[0];
-    (void)strides;
-    _Alignas(64) REAL r3[4 * SPAN];
-    _Alignas(64) REAL r4[12 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
-        NAME(load_span)(r3, args[3], first, 4);
-        ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
-            REAL x3[4];
-            REAL x4[12];
-            NAME(load_4)(x3, (char *)(r3 + i), SPAN * w);
-            NAME(camera_from_image_basis_apply_centre_first_second)(prepared, x3, x4);
-            NAME(store_3x4)((char *)(r4 + i), 4 * SPAN * w, SPAN * w, x4);
-        }
-        NAME(store_span)(args[4], first, r4, 12);
-    }
-}
-LOOPS(camera_from_image_basis_dense_centre_first_second)
-
 static void NAME(camera_from_image_basis_start_centre_first_second)(char **args, const intptr_t *strides, void
     *prepared)
 {
@@ -6309,29 +6162,6 @@ static INLINE void NAME(camera_from_image_basis_block_centre_first_third)(intptr
     }
 }
 LOOPS(camera_from_image_basis_block_centre_first_third)
-
-static INLINE void NAME(camera_from_image_basis_dense_centre_first_third)(intptr_t n, char **args, const intptr_t
-    *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const REAL *prepared = (const REAL *)args[0];
-    (void)strides;
-    _Alignas(64) REAL r2[4 * SPAN];
-    _Alignas(64) REAL r4[12 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
-        NAME(load_span)(r2, args[2], first, 4);
-        ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
-            REAL x2[4];
-            REAL x4[12];
-            NAME(load_4)(x2, (char *)(r2 + i), SPAN * w);
-            NAME(camera_from_image_basis_apply_centre_first_third)(prepared, x2, x4);
-            NAME(store_3x4)((char *)(r4 + i), 4 * SPAN * w, SPAN * w, x4);
-        }
-        NAME(store_span)(args[4], first, r4, 12);
-    }
-}
-LOOPS(camera_from_image_basis_dense_centre_first_third)
 
 static void NAME(camera_from_image_basis_start_centre_first_third)(char **args, const intptr_t *strides, void
     *prepared)
@@ -6365,29 +6195,6 @@ static INLINE void NAME(camera_from_image_basis_block_centre_second_third)(intpt
 }
 LOOPS(camera_from_image_basis_block_centre_second_third)
 
-static INLINE void NAME(camera_from_image_basis_dense_centre_second_third)(intptr_t n, char **args, const intptr_t
-    *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const REAL *prepared = (const REAL *)args[0];
-    (void)strides;
-    _Alignas(64) REAL r1[4 * SPAN];
-    _Alignas(64) REAL r4[12 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
-        NAME(load_span)(r1, args[1], first, 4);
-        ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
-            REAL x1[4];
-            REAL x4[12];
-            NAME(load_4)(x1, (char *)(r1 + i), SPAN * w);
-            NAME(camera_from_image_basis_apply_centre_second_third)(prepared, x1, x4);
-            NAME(store_3x4)((char *)(r4 + i), 4 * SPAN * w, SPAN * w, x4);
-        }
-        NAME(store_span)(args[4], first, r4, 12);
-    }
-}
-LOOPS(camera_from_image_basis_dense_centre_second_third)
-
 static void NAME(camera_from_image_basis_start_centre_second_third)(char **args, const intptr_t *strides, void
     *prepared)
 {
@@ -6419,29 +6226,6 @@ static INLINE void NAME(camera_from_image_basis_block_first_second_third)(intptr
     }
 }
 LOOPS(camera_from_image_basis_block_first_second_third)
-
-static INLINE void NAME(camera_from_image_basis_dense_first_second_third)(intptr_t n, char **args, const intptr_t
-    *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const REAL *prepared = (const REAL *)args[1];
-    (void)strides;
-    _Alignas(64) REAL r0[4 * SPAN];
-    _Alignas(64) REAL r4[12 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
-        NAME(load_span)(r0, args[0], first, 4);
-        ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
-            REAL x0[4];
-            REAL x4[12];
-            NAME(load_4)(x0, (char *)(r0 + i), SPAN * w);
-            NAME(camera_from_image_basis_apply_first_second_third)(prepared, x0, x4);
-            NAME(store_3x4)((char *)(r4 + i), 4 * SPAN * w, SPAN * w, x4);
-        }
-        NAME(store_span)(args[4], first, r4, 12);
-    }
-}
-LOOPS(camera_from_image_basis_dense_first_second_third)
 
 static void NAME(camera_from_image_basis_start_first_second_third)(char **args, const intptr_t *strides, void
     *prepared)
@@ -6488,17 +6272,13 @@ void NAME(camera_from_image_basis_loop)(char **args, const intptr_t *dimensions,
     static const struct part parts[] = {{4, 1, 0, {4}}, {4, 1, 1, {4}}, {4, 1, 2, {4}}, {4, 1, 3, {4}}, {12, 2, 4,
         {3, 4}}};
     static const struct form forms[] = {{7, 2, NAME(camera_from_image_basis_start_centre_first_second),
-        WIDTHS(camera_from_image_basis_block_centre_first_second),
-        WIDTHS(camera_from_image_basis_dense_centre_first_second)}, {11, 2,
+        WIDTHS(camera_from_image_basis_block_centre_first_second), {NULL}}, {11, 2,
         NAME(camera_from_image_basis_start_centre_first_third),
-        WIDTHS(camera_from_image_basis_block_centre_first_third),
-        WIDTHS(camera_from_image_basis_dense_centre_first_third)}, {13, 2,
+        WIDTHS(camera_from_image_basis_block_centre_first_third), {NULL}}, {13, 2,
         NAME(camera_from_image_basis_start_centre_second_third),
-        WIDTHS(camera_from_image_basis_block_centre_second_third),
-        WIDTHS(camera_from_image_basis_dense_centre_second_third)}, {14, 2,
+        WIDTHS(camera_from_image_basis_block_centre_second_third), {NULL}}, {14, 2,
         NAME(camera_from_image_basis_start_first_second_third),
-        WIDTHS(camera_from_image_basis_block_first_second_third),
-        WIDTHS(camera_from_image_basis_dense_first_second_third)}};
+        WIDTHS(camera_from_image_basis_block_first_second_third), {NULL}}};
     static const struct kernel kernel = {WIDTHS(camera_from_image_basis_block), {NULL}, (any_function
         *)NAME(camera_from_image_basis), NAME(call_aaaar), 4, 5, 4, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
@@ -6875,28 +6655,6 @@ static INLINE void NAME(project_line_block_camera)(intptr_t n, char **args, cons
 }
 LOOPS(project_line_block_camera)
 
-static INLINE void NAME(project_line_dense_camera)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const REAL *prepared = (const REAL *)args[0];
-    (void)strides;
-    _Alignas(64) REAL r1[6 * SPAN];
-    _Alignas(64) REAL r2[3 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
-        NAME(load_span)(r1, args[1], first, 6);
-        ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
-            REAL x1[6];
-            REAL x2[3];
-            NAME(load_6)(x1, (char *)(r1 + i), SPAN * w);
-            NAME(project_line_apply_camera)(prepared, x1, x2);
-            NAME(store_3)((char *)(r2 + i), SPAN * w, x2);
-        }
-        NAME(store_span)(args[2], first, r2, 3);
-    }
-}
-LOOPS(project_line_dense_camera)
-
 static void NAME(project_line_start_camera)(char **args, const intptr_t *strides, void *prepared)
 {
     const intptr_t c0a = strides[0], c0b = strides[1];
@@ -6925,38 +6683,13 @@ static INLINE void NAME(project_line_block)(intptr_t n, char **args, const intpt
 }
 LOOPS(project_line_block)
 
-static INLINE void NAME(project_line_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    _Alignas(64) REAL r0[12 * SPAN];
-    _Alignas(64) REAL r1[6 * SPAN];
-    _Alignas(64) REAL r2[3 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
-        NAME(load_span)(r0, args[0], first, 12);
-        NAME(load_span)(r1, args[1], first, 6);
-        ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
-            REAL x0[12];
-            REAL x1[6];
-            REAL x2[3];
-            NAME(load_3x4)(x0, (char *)(r0 + i), 4 * SPAN * w, SPAN * w);
-            NAME(load_6)(x1, (char *)(r1 + i), SPAN * w);
-            NAME(project_line)(x0, x1, x2);
-            NAME(store_3)((char *)(r2 + i), SPAN * w, x2);
-        }
-        NAME(store_span)(args[2], first, r2, 3);
-    }
-}
-LOOPS(project_line_dense)
-
 void NAME(project_line_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{12, 2, 0, {3, 4}}, {6, 1, 2, {6}}, {3, 1, 3, {3}}};
     static const struct form forms[] = {{1, 2, NAME(project_line_start_camera), WIDTHS(project_line_block_camera),
-        WIDTHS(project_line_dense_camera)}};
-    static const struct kernel kernel = {WIDTHS(project_line_block), WIDTHS(project_line_dense), (any_function
-        *)NAME(project_line), NAME(call_aar), 2, 3, 1, 0, parts, forms};
+        {NULL}}};
+    static const struct kernel kernel = {WIDTHS(project_line_block), {NULL}, (any_function *)NAME(project_line),
+        NAME(call_aar), 2, 3, 1, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -7019,35 +6752,10 @@ static INLINE void NAME(meet_line_plane_block)(intptr_t n, char **args, const in
 }
 LOOPS(meet_line_plane_block)
 
-static INLINE void NAME(meet_line_plane_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    _Alignas(64) REAL r0[6 * SPAN];
-    _Alignas(64) REAL r1[4 * SPAN];
-    _Alignas(64) REAL r2[4 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
-        NAME(load_span)(r0, args[0], first, 6);
-        NAME(load_span)(r1, args[1], first, 4);
-        ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
-            REAL x0[6];
-            REAL x1[4];
-            REAL x2[4];
-            NAME(load_6)(x0, (char *)(r0 + i), SPAN * w);
-            NAME(load_4)(x1, (char *)(r1 + i), SPAN * w);
-            NAME(meet_line_plane)(x0, x1, x2);
-            NAME(store_4)((char *)(r2 + i), SPAN * w, x2);
-        }
-        NAME(store_span)(args[2], first, r2, 4);
-    }
-}
-LOOPS(meet_line_plane_dense)
-
 void NAME(meet_line_plane_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{6, 1, 0, {6}}, {4, 1, 1, {4}}, {4, 1, 2, {4}}};
-    static const struct kernel kernel = {WIDTHS(meet_line_plane_block), WIDTHS(meet_line_plane_dense), (any_function
+    static const struct kernel kernel = {WIDTHS(meet_line_plane_block), {NULL}, (any_function
         *)NAME(meet_line_plane), NAME(call_aar), 2, 3, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -7100,36 +6808,11 @@ static INLINE void NAME(meet_lines_block)(intptr_t n, char **args, const intptr_
 }
 LOOPS(meet_lines_block)
 
-static INLINE void NAME(meet_lines_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    _Alignas(64) REAL r0[6 * SPAN];
-    _Alignas(64) REAL r1[6 * SPAN];
-    _Alignas(64) REAL r2[1 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
-        NAME(load_span)(r0, args[0], first, 6);
-        NAME(load_span)(r1, args[1], first, 6);
-        ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
-            REAL x0[6];
-            REAL x1[6];
-            REAL x2[1];
-            NAME(load_6)(x0, (char *)(r0 + i), SPAN * w);
-            NAME(load_6)(x1, (char *)(r1 + i), SPAN * w);
-            NAME(meet_lines)(x0, x1, x2);
-            NAME(store_scalar)((char *)(r2 + i), x2);
-        }
-        NAME(store_span)(args[2], first, r2, 1);
-    }
-}
-LOOPS(meet_lines_dense)
-
 void NAME(meet_lines_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{6, 1, 0, {6}}, {6, 1, 1, {6}}, {1, 0, 2, {0}}};
-    static const struct kernel kernel = {WIDTHS(meet_lines_block), WIDTHS(meet_lines_dense), (any_function
-        *)NAME(meet_lines), NAME(call_aar), 2, 3, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(meet_lines_block), {NULL}, (any_function *)NAME(meet_lines),
+        NAME(call_aar), 2, 3, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -9402,7 +9085,7 @@ static INLINE void NAME(transfer_point_dense_tensor_line)(intptr_t n, char **arg
             NAME(transfer_point_apply_tensor_line)(prepared, x1, x3);
             NAME(store_3)((char *)(r3 + i), SPAN * w, x3);
         }
-        NAME(store_span)(args[3], first, r3, 3);
+        NAME(store_span)(args[3], first, r3, 3, SPAN);
     }
 }
 LOOPS(transfer_point_dense_tensor_line)
@@ -9451,7 +9134,7 @@ static INLINE void NAME(transfer_point_dense_tensor_pixel)(intptr_t n, char **ar
             NAME(transfer_point_apply_tensor_pixel)(prepared, x2, x3);
             NAME(store_3)((char *)(r3 + i), SPAN * w, x3);
         }
-        NAME(store_span)(args[3], first, r3, 3);
+        NAME(store_span)(args[3], first, r3, 3, SPAN);
     }
 }
 LOOPS(transfer_point_dense_tensor_pixel)
@@ -9880,7 +9563,7 @@ static INLINE void NAME(transfer_line_dense_tensor_second)(intptr_t n, char **ar
             NAME(transfer_line_apply_tensor_second)(prepared, x2, x3);
             NAME(store_3)((char *)(r3 + i), SPAN * w, x3);
         }
-        NAME(store_span)(args[3], first, r3, 3);
+        NAME(store_span)(args[3], first, r3, 3, SPAN);
     }
 }
 LOOPS(transfer_line_dense_tensor_second)
@@ -9929,7 +9612,7 @@ static INLINE void NAME(transfer_line_dense_tensor_third)(intptr_t n, char **arg
             NAME(transfer_line_apply_tensor_third)(prepared, x1, x3);
             NAME(store_3)((char *)(r3 + i), SPAN * w, x3);
         }
-        NAME(store_span)(args[3], first, r3, 3);
+        NAME(store_span)(args[3], first, r3, 3, SPAN);
     }
 }
 LOOPS(transfer_line_dense_tensor_third)
@@ -11183,7 +10866,7 @@ static INLINE void NAME(transfer_lines_dense_tensor_first_second)(intptr_t n, ch
             NAME(transfer_lines_apply_tensor_first_second)(prepared, x3, x4);
             NAME(store_3)((char *)(r4 + i), SPAN * w, x4);
         }
-        NAME(store_span)(args[4], first, r4, 3);
+        NAME(store_span)(args[4], first, r4, 3, SPAN);
     }
 }
 LOOPS(transfer_lines_dense_tensor_first_second)
@@ -11235,7 +10918,7 @@ static INLINE void NAME(transfer_lines_dense_tensor_first_third)(intptr_t n, cha
             NAME(transfer_lines_apply_tensor_first_third)(prepared, x2, x4);
             NAME(store_3)((char *)(r4 + i), SPAN * w, x4);
         }
-        NAME(store_span)(args[4], first, r4, 3);
+        NAME(store_span)(args[4], first, r4, 3, SPAN);
     }
 }
 LOOPS(transfer_lines_dense_tensor_first_third)
@@ -11287,7 +10970,7 @@ static INLINE void NAME(transfer_lines_dense_tensor_second_third)(intptr_t n, ch
             NAME(transfer_lines_apply_tensor_second_third)(prepared, x1, x4);
             NAME(store_3)((char *)(r4 + i), SPAN * w, x4);
         }
-        NAME(store_span)(args[4], first, r4, 3);
+        NAME(store_span)(args[4], first, r4, 3, SPAN);
     }
 }
 LOOPS(transfer_lines_dense_tensor_second_third)
@@ -11387,36 +11070,11 @@ static INLINE void NAME(epipolar_equation_block)(intptr_t n, char **args, const 
 }
 LOOPS(epipolar_equation_block)
 
-static INLINE void NAME(epipolar_equation_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    _Alignas(64) REAL r0[2 * SPAN];
-    _Alignas(64) REAL r1[2 * SPAN];
-    _Alignas(64) REAL r2[9 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
-        NAME(load_span)(r0, args[0], first, 2);
-        NAME(load_span)(r1, args[1], first, 2);
-        ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
-            REAL x0[2];
-            REAL x1[2];
-            REAL x2[9];
-            NAME(load_2)(x0, (char *)(r0 + i), SPAN * w);
-            NAME(load_2)(x1, (char *)(r1 + i), SPAN * w);
-            NAME(epipolar_equation)(x0, x1, x2);
-            NAME(store_9)((char *)(r2 + i), SPAN * w, x2);
-        }
-        NAME(store_span)(args[2], first, r2, 9);
-    }
-}
-LOOPS(epipolar_equation_dense)
-
 void NAME(epipolar_equation_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{2, 1, 0, {2}}, {2, 1, 1, {2}}, {9, 1, 2, {9}}};
-    static const struct kernel kernel = {WIDTHS(epipolar_equation_block), WIDTHS(epipolar_equation_dense),
-        (any_function *)NAME(epipolar_equation), NAME(call_aar), 2, 3, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(epipolar_equation_block), {NULL}, (any_function
+        *)NAME(epipolar_equation), NAME(call_aar), 2, 3, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -11678,29 +11336,6 @@ static INLINE void NAME(sampson_distance_gradient_block_fundamental_pixel)(intpt
 }
 LOOPS(sampson_distance_gradient_block_fundamental_pixel)
 
-static INLINE void NAME(sampson_distance_gradient_dense_fundamental_pixel)(intptr_t n, char **args, const intptr_t
-    *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const REAL *prepared = (const REAL *)args[0];
-    (void)strides;
-    _Alignas(64) REAL r2[2 * SPAN];
-    _Alignas(64) REAL r3[9 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
-        NAME(load_span)(r2, args[2], first, 2);
-        ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
-            REAL x2[2];
-            REAL x3[9];
-            NAME(load_2)(x2, (char *)(r2 + i), SPAN * w);
-            NAME(sampson_distance_gradient_apply_fundamental_pixel)(prepared, x2, x3);
-            NAME(store_3x3)((char *)(r3 + i), 3 * SPAN * w, SPAN * w, x3);
-        }
-        NAME(store_span)(args[3], first, r3, 9);
-    }
-}
-LOOPS(sampson_distance_gradient_dense_fundamental_pixel)
-
 static void NAME(sampson_distance_gradient_start_fundamental_pixel)(char **args, const intptr_t *strides, void
     *prepared)
 {
@@ -11736,44 +11371,13 @@ static INLINE void NAME(sampson_distance_gradient_block)(intptr_t n, char **args
 }
 LOOPS(sampson_distance_gradient_block)
 
-static INLINE void NAME(sampson_distance_gradient_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    _Alignas(64) REAL r0[9 * SPAN];
-    _Alignas(64) REAL r1[2 * SPAN];
-    _Alignas(64) REAL r2[2 * SPAN];
-    _Alignas(64) REAL r3[9 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
-        NAME(load_span)(r0, args[0], first, 9);
-        NAME(load_span)(r1, args[1], first, 2);
-        NAME(load_span)(r2, args[2], first, 2);
-        ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
-            REAL x0[9];
-            REAL x1[2];
-            REAL x2[2];
-            REAL x3[9];
-            NAME(load_3x3)(x0, (char *)(r0 + i), 3 * SPAN * w, SPAN * w);
-            NAME(load_2)(x1, (char *)(r1 + i), SPAN * w);
-            NAME(load_2)(x2, (char *)(r2 + i), SPAN * w);
-            NAME(sampson_distance_gradient)(x0, x1, x2, x3);
-            NAME(store_3x3)((char *)(r3 + i), 3 * SPAN * w, SPAN * w, x3);
-        }
-        NAME(store_span)(args[3], first, r3, 9);
-    }
-}
-LOOPS(sampson_distance_gradient_dense)
-
 void NAME(sampson_distance_gradient_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{9, 2, 0, {3, 3}}, {2, 1, 2, {2}}, {2, 1, 3, {2}}, {9, 2, 4, {3, 3}}};
     static const struct form forms[] = {{3, 2, NAME(sampson_distance_gradient_start_fundamental_pixel),
-        WIDTHS(sampson_distance_gradient_block_fundamental_pixel),
-        WIDTHS(sampson_distance_gradient_dense_fundamental_pixel)}};
-    static const struct kernel kernel = {WIDTHS(sampson_distance_gradient_block),
-        WIDTHS(sampson_distance_gradient_dense), (any_function *)NAME(sampson_distance_gradient), NAME(call_aaar),
-        3, 4, 1, 0, parts, forms};
+        WIDTHS(sampson_distance_gradient_block_fundamental_pixel), {NULL}}};
+    static const struct kernel kernel = {WIDTHS(sampson_distance_gradient_block), {NULL}, (any_function
+        *)NAME(sampson_distance_gradient), NAME(call_aaar), 3, 4, 1, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -12187,7 +11791,7 @@ static INLINE void NAME(depth_ratio_dense_fundamental_epipole_partner)(intptr_t 
             NAME(depth_ratio_apply_fundamental_epipole_partner)(prepared, x2, x4);
             NAME(store_scalar)((char *)(r4 + i), x4);
         }
-        NAME(store_span)(args[4], first, r4, 1);
+        NAME(store_span)(args[4], first, r4, 1, SPAN);
     }
 }
 LOOPS(depth_ratio_dense_fundamental_epipole_partner)
@@ -12222,28 +11826,6 @@ static INLINE void NAME(depth_ratio_block_epipole_pixel_partner)(intptr_t n, cha
     }
 }
 LOOPS(depth_ratio_block_epipole_pixel_partner)
-
-static INLINE void NAME(depth_ratio_dense_epipole_pixel_partner)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const REAL *prepared = (const REAL *)args[1];
-    (void)strides;
-    _Alignas(64) REAL r0[9 * SPAN];
-    _Alignas(64) REAL r4[1 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
-        NAME(load_span)(r0, args[0], first, 9);
-        ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
-            REAL x0[9];
-            REAL x4[1];
-            NAME(load_3x3)(x0, (char *)(r0 + i), 3 * SPAN * w, SPAN * w);
-            NAME(depth_ratio_apply_epipole_pixel_partner)(prepared, x0, x4);
-            NAME(store_scalar)((char *)(r4 + i), x4);
-        }
-        NAME(store_span)(args[4], first, r4, 1);
-    }
-}
-LOOPS(depth_ratio_dense_epipole_pixel_partner)
 
 static void NAME(depth_ratio_start_epipole_pixel_partner)(char **args, const intptr_t *strides, void *prepared)
 {
@@ -12293,7 +11875,7 @@ static INLINE void NAME(depth_ratio_dense_fundamental_epipole_pixel)(intptr_t n,
             NAME(depth_ratio_apply_fundamental_epipole_pixel)(prepared, x3, x4);
             NAME(store_scalar)((char *)(r4 + i), x4);
         }
-        NAME(store_span)(args[4], first, r4, 1);
+        NAME(store_span)(args[4], first, r4, 1, SPAN);
     }
 }
 LOOPS(depth_ratio_dense_fundamental_epipole_pixel)
@@ -12346,7 +11928,7 @@ static INLINE void NAME(depth_ratio_dense_fundamental_pixel_partner)(intptr_t n,
             NAME(depth_ratio_apply_fundamental_pixel_partner)(prepared, x1, x4);
             NAME(store_scalar)((char *)(r4 + i), x4);
         }
-        NAME(store_span)(args[4], first, r4, 1);
+        NAME(store_span)(args[4], first, r4, 1, SPAN);
     }
 }
 LOOPS(depth_ratio_dense_fundamental_pixel_partner)
@@ -12389,39 +11971,6 @@ static INLINE void NAME(depth_ratio_block)(intptr_t n, char **args, const intptr
 }
 LOOPS(depth_ratio_block)
 
-static INLINE void NAME(depth_ratio_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    _Alignas(64) REAL r0[9 * SPAN];
-    _Alignas(64) REAL r1[3 * SPAN];
-    _Alignas(64) REAL r2[2 * SPAN];
-    _Alignas(64) REAL r3[2 * SPAN];
-    _Alignas(64) REAL r4[1 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
-        NAME(load_span)(r0, args[0], first, 9);
-        NAME(load_span)(r1, args[1], first, 3);
-        NAME(load_span)(r2, args[2], first, 2);
-        NAME(load_span)(r3, args[3], first, 2);
-        ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
-            REAL x0[9];
-            REAL x1[3];
-            REAL x2[2];
-            REAL x3[2];
-            REAL x4[1];
-            NAME(load_3x3)(x0, (char *)(r0 + i), 3 * SPAN * w, SPAN * w);
-            NAME(load_3)(x1, (char *)(r1 + i), SPAN * w);
-            NAME(load_2)(x2, (char *)(r2 + i), SPAN * w);
-            NAME(load_2)(x3, (char *)(r3 + i), SPAN * w);
-            NAME(depth_ratio)(x0, x1, x2, x3, x4);
-            NAME(store_scalar)((char *)(r4 + i), x4);
-        }
-        NAME(store_span)(args[4], first, r4, 1);
-    }
-}
-LOOPS(depth_ratio_dense)
-
 void NAME(depth_ratio_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{9, 2, 0, {3, 3}}, {3, 1, 2, {3}}, {2, 1, 3, {2}}, {2, 1, 4, {2}}, {1, 0, 5,
@@ -12429,13 +11978,13 @@ void NAME(depth_ratio_loop)(char **args, const intptr_t *dimensions, const intpt
     static const struct form forms[] = {{11, 2, NAME(depth_ratio_start_fundamental_epipole_partner),
         WIDTHS(depth_ratio_block_fundamental_epipole_partner),
         WIDTHS(depth_ratio_dense_fundamental_epipole_partner)}, {14, 3,
-        NAME(depth_ratio_start_epipole_pixel_partner), WIDTHS(depth_ratio_block_epipole_pixel_partner),
-        WIDTHS(depth_ratio_dense_epipole_pixel_partner)}, {7, 2, NAME(depth_ratio_start_fundamental_epipole_pixel),
-        WIDTHS(depth_ratio_block_fundamental_epipole_pixel), WIDTHS(depth_ratio_dense_fundamental_epipole_pixel)},
-        {13, 2, NAME(depth_ratio_start_fundamental_pixel_partner),
-        WIDTHS(depth_ratio_block_fundamental_pixel_partner), WIDTHS(depth_ratio_dense_fundamental_pixel_partner)}};
-    static const struct kernel kernel = {WIDTHS(depth_ratio_block), WIDTHS(depth_ratio_dense), (any_function
-        *)NAME(depth_ratio), NAME(call_aaaar), 4, 5, 4, 0, parts, forms};
+        NAME(depth_ratio_start_epipole_pixel_partner), WIDTHS(depth_ratio_block_epipole_pixel_partner), {NULL}}, {7,
+        2, NAME(depth_ratio_start_fundamental_epipole_pixel), WIDTHS(depth_ratio_block_fundamental_epipole_pixel),
+        WIDTHS(depth_ratio_dense_fundamental_epipole_pixel)}, {13, 2,
+        NAME(depth_ratio_start_fundamental_pixel_partner), WIDTHS(depth_ratio_block_fundamental_pixel_partner),
+        WIDTHS(depth_ratio_dense_fundamental_pixel_partner)}};
+    static const struct kernel kernel = {WIDTHS(depth_ratio_block), {NULL}, (any_function *)NAME(depth_ratio),
+        NAME(call_aaaar), 4, 5, 4, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -12489,32 +12038,11 @@ static INLINE void NAME(image_derivative_block)(intptr_t n, char **args, const i
 }
 LOOPS(image_derivative_block)
 
-static INLINE void NAME(image_derivative_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    _Alignas(64) REAL r0[3 * SPAN];
-    _Alignas(64) REAL r1[12 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
-        NAME(load_span)(r0, args[0], first, 3);
-        ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
-            REAL x0[3];
-            REAL x1[12];
-            NAME(load_3)(x0, (char *)(r0 + i), SPAN * w);
-            NAME(image_derivative)(x0, x1);
-            NAME(store_2x6)((char *)(r1 + i), 6 * SPAN * w, SPAN * w, x1);
-        }
-        NAME(store_span)(args[1], first, r1, 12);
-    }
-}
-LOOPS(image_derivative_dense)
-
 void NAME(image_derivative_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {12, 2, 1, {2, 6}}};
-    static const struct kernel kernel = {WIDTHS(image_derivative_block), WIDTHS(image_derivative_dense),
-        (any_function *)NAME(image_derivative), NAME(call_ar), 1, 2, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(image_derivative_block), {NULL}, (any_function
+        *)NAME(image_derivative), NAME(call_ar), 1, 2, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 

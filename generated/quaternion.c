@@ -2,7 +2,7 @@
 // command: gac generate --all quaternion
 // spec: c8c8210775ee4569
 // contraction: -ffp-contract=off (every operation is rounded once)
-// body: a145752577fec4bebc40060627cad245f19ea95920414958eccde525f06febc1
+// body: dc6afa92a15d785552dd9728be9020d88210b50986b03086bcb733dc916d5a66
 
 #ifndef REAL
 #include "quaternion.h"
@@ -99,7 +99,7 @@ struct kernel {
     const struct form *forms;
 };
 
-enum { PARTS = 10, CORES = 7, NUMBERS = 19, SPACE = 4096, PREPARED = 16 };
+enum { PARTS = 10, CORES = 7, NUMBERS = 19, SPACE = 4096, PREPARED = 16, SIZES = 9 };
 
 #define SQRT(x) FUNCTION(sqrt)(x)
 #define SIN(x) NAME(sin_of)(x, far)
@@ -729,50 +729,146 @@ WIDE static void NAME(store_rows)(char *a, intptr_t s, intptr_t c, REAL *x, intp
     }
 }
 
-// The rows of SPAN elements of `size` components, in C order from element `first` on; and back.
-static INLINE void NAME(load_span)(REAL *x, char *a, intptr_t first, intptr_t size)
+// Rows, SPAN numbers long, of `n` elements of `size` components, in C order from element `first` on; and back.
+static INLINE void NAME(load_span)(REAL *x, char *a, intptr_t first, intptr_t size, intptr_t n)
 {
     const intptr_t w = sizeof(REAL);
     const REAL *from = (const REAL *)(a + first * size * w);
     if (size == 1) {
-        memcpy(x, from, SPAN * w);
+        memcpy(x, from, n * w);
     } else if (size == 2) {
-        for (intptr_t i = 0; i < SPAN; ++i) {
+        for (intptr_t i = 0; i < n; ++i) {
             x[i] = from[2 * i];
             x[SPAN + i] = from[2 * i + 1];
         }
     } else if (size == 3) {
-        for (intptr_t i = 0; i < SPAN; ++i) {
+        for (intptr_t i = 0; i < n; ++i) {
             x[i] = from[3 * i];
             x[SPAN + i] = from[3 * i + 1];
             x[2 * SPAN + i] = from[3 * i + 2];
         }
     } else {
-        NAME(turn_tiles)(0, (char *)x, SPAN * w, (char *)from, size * w, size, SPAN);
+        NAME(turn_tiles)(0, (char *)x, SPAN * w, (char *)from, size * w, size, n);
     }
 }
 
-static INLINE void NAME(store_span)(char *a, intptr_t first, REAL *x, intptr_t size)
+static INLINE void NAME(store_span)(char *a, intptr_t first, REAL *x, intptr_t size, intptr_t n)
 {
     const intptr_t w = sizeof(REAL);
     REAL *to = (REAL *)(a + first * size * w);
     if (size == 1) {
-        memcpy(to, x, SPAN * w);
+        memcpy(to, x, n * w);
     } else if (size == 2) {
-        for (intptr_t i = 0; i < SPAN; ++i) {
+        for (intptr_t i = 0; i < n; ++i) {
             to[2 * i] = x[i];
             to[2 * i + 1] = x[SPAN + i];
         }
     } else if (size == 3) {
-        for (intptr_t i = 0; i < SPAN; ++i) {
+        for (intptr_t i = 0; i < n; ++i) {
             to[3 * i] = x[i];
             to[3 * i + 1] = x[SPAN + i];
             to[3 * i + 2] = x[2 * SPAN + i];
         }
     } else {
-        NAME(turn_tiles)(1, (char *)x, SPAN * w, (char *)to, size * w, size, SPAN);
+        NAME(turn_tiles)(1, (char *)x, SPAN * w, (char *)to, size * w, size, n);
     }
 }
+
+// The same as loops, one for each size that is known: between rows and elements in C order.
+static INLINE void NAME(load_span_1)(intptr_t n, char **args, const intptr_t *strides)
+{
+    (void)strides;
+    NAME(load_span)((REAL *)args[0], args[1], 0, 1, n);
+}
+LOOPS(load_span_1)
+
+static INLINE void NAME(store_span_1)(intptr_t n, char **args, const intptr_t *strides)
+{
+    (void)strides;
+    NAME(store_span)(args[1], 0, (REAL *)args[0], 1, n);
+}
+LOOPS(store_span_1)
+
+static INLINE void NAME(load_span_2)(intptr_t n, char **args, const intptr_t *strides)
+{
+    (void)strides;
+    NAME(load_span)((REAL *)args[0], args[1], 0, 2, n);
+}
+LOOPS(load_span_2)
+
+static INLINE void NAME(store_span_2)(intptr_t n, char **args, const intptr_t *strides)
+{
+    (void)strides;
+    NAME(store_span)(args[1], 0, (REAL *)args[0], 2, n);
+}
+LOOPS(store_span_2)
+
+static INLINE void NAME(load_span_3)(intptr_t n, char **args, const intptr_t *strides)
+{
+    (void)strides;
+    NAME(load_span)((REAL *)args[0], args[1], 0, 3, n);
+}
+LOOPS(load_span_3)
+
+static INLINE void NAME(store_span_3)(intptr_t n, char **args, const intptr_t *strides)
+{
+    (void)strides;
+    NAME(store_span)(args[1], 0, (REAL *)args[0], 3, n);
+}
+LOOPS(store_span_3)
+
+static INLINE void NAME(load_span_4)(intptr_t n, char **args, const intptr_t *strides)
+{
+    (void)strides;
+    NAME(load_span)((REAL *)args[0], args[1], 0, 4, n);
+}
+LOOPS(load_span_4)
+
+static INLINE void NAME(store_span_4)(intptr_t n, char **args, const intptr_t *strides)
+{
+    (void)strides;
+    NAME(store_span)(args[1], 0, (REAL *)args[0], 4, n);
+}
+LOOPS(store_span_4)
+
+static INLINE void NAME(load_span_6)(intptr_t n, char **args, const intptr_t *strides)
+{
+    (void)strides;
+    NAME(load_span)((REAL *)args[0], args[1], 0, 6, n);
+}
+LOOPS(load_span_6)
+
+static INLINE void NAME(store_span_6)(intptr_t n, char **args, const intptr_t *strides)
+{
+    (void)strides;
+    NAME(store_span)(args[1], 0, (REAL *)args[0], 6, n);
+}
+LOOPS(store_span_6)
+
+static INLINE void NAME(load_span_9)(intptr_t n, char **args, const intptr_t *strides)
+{
+    (void)strides;
+    NAME(load_span)((REAL *)args[0], args[1], 0, 9, n);
+}
+LOOPS(load_span_9)
+
+static INLINE void NAME(store_span_9)(intptr_t n, char **args, const intptr_t *strides)
+{
+    (void)strides;
+    NAME(store_span)(args[1], 0, (REAL *)args[0], 9, n);
+}
+LOOPS(store_span_9)
+
+static const struct {
+    loop_function *load[2], *store[2];
+} NAME(spans)[SIZES + 1] = {
+    [1] = {WIDTHS(load_span_1), WIDTHS(store_span_1)},
+    [2] = {WIDTHS(load_span_2), WIDTHS(store_span_2)},
+    [3] = {WIDTHS(load_span_3), WIDTHS(store_span_3)},
+    [4] = {WIDTHS(load_span_4), WIDTHS(store_span_4)},
+    [6] = {WIDTHS(load_span_6), WIDTHS(store_span_6)},
+    [9] = {WIDTHS(load_span_9), WIDTHS(store_span_9)},
+};
 
 // All rows of a part, from the batch or back to it; axes that lie as one are moved as one.
 static void NAME(move_part)(int back, REAL *x, intptr_t row, const struct part *part, char *a, intptr_t s,
@@ -844,15 +940,23 @@ static void NAME(batch)(const struct kernel *kernel, char **args, intptr_t n, co
     char *starts[PARTS];
     intptr_t cores[CORES], row_cores[CORES], total = 0, bytes = 0;
     unsigned still = 0, hoisted = 0;
+    int in_place = 1, ordered = 1, known = 1;
     if (width < 0 || n == 1) {
         NAME(each)(kernel, args, n, steps);
         return;
     }
-    loop_function *in_rows = kernel->block[width], *in_order = kernel->dense[width];
+    loop_function *in_rows = kernel->block[width], *in_order = kernel->dense[width], *loads[PARTS], *stores[PARTS];
     for (int p = 0; p < n_parts; ++p) {
-        total += kernel->parts[p].size;
+        const struct part *part = &kernel->parts[p];
+        const int same = p < n_inputs && steps[p] == 0;
+        intptr_t step = w;
+        for (int q = part->rank; q-- > 0; step *= part->shape[q])
+            ordered = ordered && (same || strides[part->first + q] == step);
+        ordered = ordered && (same || steps[p] == step);
+        known = known && part->size <= SIZES && NAME(spans)[part->size].load[width];
+        total += part->size;
         bytes += steps[p] < 0 ? -steps[p] : steps[p];
-        still |= (unsigned)(p < n_inputs && steps[p] == 0) << p;
+        still |= (unsigned)same << p;
     }
     for (int f = 0; f < kernel->n_forms && !hoisted; ++f) {
         const struct form *form = &kernel->forms[f];
@@ -861,40 +965,52 @@ static void NAME(batch)(const struct kernel *kernel, char **args, intptr_t n, co
             hoisted = form->same, in_rows = form->block[width], in_order = form->dense[width];
         }
     }
-    int in_place = 1, dense = in_order != NULL;
-    // Long rows spare calls; beyond the last cache, short ones keep reading and writing going side by side.
-    intptr_t row = n < (1 << 24) / (bytes + 1) ? 512 / w : LANES;
+    const int dense = ordered && still == hoisted && in_order;
+    const int spans = ordered && !dense && known && total * SPAN <= SPACE;
+    // Long rows spare calls; beyond the last cache, short turns keep reading and writing going side by side.
+    const int near = n < (1 << 24) / (bytes + 1);
+    intptr_t row = spans ? SPAN : near ? 512 / w : LANES;
     while (row > LANES && row * total > SPACE)
         row /= 2;
     total = 0;
     for (int p = 0; p < n_parts; ++p) {
         const struct part *part = &kernel->parts[p];
-        const intptr_t *c = strides + part->first;
-        intptr_t step = w, row_step = row * w;
+        intptr_t row_step = row * w;
         starts[p] = hoisted >> p & 1 ? (char *)prepared : args[p];
         rows[p] = space + row * total;
         total += part->size;
-        kinds[p] = hoisted >> p & 1 ? HOISTED : p < n_inputs && steps[p] == 0 ? SAME : steps[p] == w ? UNIT : ANY;
+        kinds[p] = hoisted >> p & 1 ? HOISTED : still >> p & 1 ? SAME : steps[p] == w ? UNIT : ANY;
         for (int q = 0; kernel->repeats && p >= n_inputs && q < n_inputs; ++q)
             kinds[p] = args[p] == args[q] ? ANY : kinds[p];
         in_place = in_place && (kinds[p] == UNIT || kinds[p] == HOISTED);
-        for (int q = part->rank; q-- > 0; step *= part->shape[q], row_step *= part->shape[q]) {
-            cores[part->first + q] = c[q];
-            row_cores[part->first + q] = row_step;
-            dense = dense && (kinds[p] == HOISTED || c[q] == step);
+        for (int q = part->first + part->rank; q-- > part->first; row_step *= part->shape[q - part->first]) {
+            cores[q] = kinds[p] == SAME || kinds[p] == ANY ? row_step : strides[q];
+            row_cores[q] = row_step;
         }
-        dense = dense && (kinds[p] == HOISTED || steps[p] == step);
-    }
-    for (int p = 0; p < n_inputs && !dense; ++p) {
-        const struct part *part = &kernel->parts[p];
-        if (kinds[p] == SAME) {
-            starts[p] = (char *)rows[p];
+        if (dense || kinds[p] == HOISTED || kinds[p] == UNIT)
+            continue;
+        starts[p] = (char *)rows[p];
+        loads[p] = spans ? NAME(spans)[part->size].load[width] : NULL;
+        stores[p] = spans ? NAME(spans)[part->size].store[width] : NULL;
+        if (kinds[p] == SAME)
             NAME(move_part)(0, rows[p], row, part, args[p], 0, strides + part->first, n < row ? PADDED(n) : row);
-            for (int q = part->first; q < part->first + part->rank; ++q)
-                cores[q] = row_cores[q];
-        }
     }
-    for (intptr_t i = 0, m; i < n; i += m) {
+    const intptr_t turn = near ? SPAN : LANES;
+    intptr_t i = 0;
+    // In C order, by functions that know the sizes.
+    for (; spans && !in_place && n - i >= turn; i += turn) {
+        for (int p = 0; p < n_parts; ++p) {
+            if (kinds[p] == UNIT)
+                starts[p] = args[p] + i * w;
+            else if (kinds[p] == ANY && p < n_inputs)
+                loads[p](turn, (char *[]){starts[p], args[p] + i * steps[p]}, NULL);
+        }
+        in_rows(turn, starts, cores);
+        for (int p = n_inputs; p < n_parts; ++p)
+            if (kinds[p] == ANY)
+                stores[p](turn, (char *[]){starts[p], args[p] + i * steps[p]}, NULL);
+    }
+    for (intptr_t m; i < n; i += m) {
         const int last = n - i < LANES;
         if (dense && n - i >= SPAN) {
             m = n & -SPAN;
@@ -909,7 +1025,7 @@ static void NAME(batch)(const struct kernel *kernel, char **args, intptr_t n, co
             if (kinds[p] < UNIT || (kinds[p] == UNIT && !last))
                 continue;
             starts[p] = (char *)rows[p];
-            for (int q = part->first; q < part->first + part->rank; ++q)
+            for (int q = part->first; last && q < part->first + part->rank; ++q)
                 cores[q] = row_cores[q];
             if (p < n_inputs)
                 NAME(move_part)(0, rows[p], row, part, args[p] + i * steps[p], steps[p], strides + part->first, m);
@@ -1007,7 +1123,7 @@ static INLINE void NAME(product_dense)(intptr_t n, char **args, const intptr_t *
             NAME(product)(x0, x1, x2);
             NAME(store_4)((char *)(r2 + i), SPAN * w, x2);
         }
-        NAME(store_span)(args[2], first, r2, 4);
+        NAME(store_span)(args[2], first, r2, 4, SPAN);
     }
 }
 LOOPS(product_dense)
@@ -1440,7 +1556,7 @@ static INLINE void NAME(product_of_three_dense_p_q)(intptr_t n, char **args, con
             NAME(product_of_three_apply_p_q)(prepared, x2, x3);
             NAME(store_4)((char *)(r3 + i), SPAN * w, x3);
         }
-        NAME(store_span)(args[3], first, r3, 4);
+        NAME(store_span)(args[3], first, r3, 4, SPAN);
     }
 }
 LOOPS(product_of_three_dense_p_q)
@@ -1489,7 +1605,7 @@ static INLINE void NAME(product_of_three_dense_p_r)(intptr_t n, char **args, con
             NAME(product_of_three_apply_p_r)(prepared, x1, x3);
             NAME(store_4)((char *)(r3 + i), SPAN * w, x3);
         }
-        NAME(store_span)(args[3], first, r3, 4);
+        NAME(store_span)(args[3], first, r3, 4, SPAN);
     }
 }
 LOOPS(product_of_three_dense_p_r)
@@ -1538,7 +1654,7 @@ static INLINE void NAME(product_of_three_dense_q_r)(intptr_t n, char **args, con
             NAME(product_of_three_apply_q_r)(prepared, x0, x3);
             NAME(store_4)((char *)(r3 + i), SPAN * w, x3);
         }
-        NAME(store_span)(args[3], first, r3, 4);
+        NAME(store_span)(args[3], first, r3, 4, SPAN);
     }
 }
 LOOPS(product_of_three_dense_q_r)
@@ -1576,32 +1692,6 @@ static INLINE void NAME(product_of_three_block)(intptr_t n, char **args, const i
 }
 LOOPS(product_of_three_block)
 
-static INLINE void NAME(product_of_three_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    char *a0 = args[0];
-    char *a1 = args[1];
-    char *a2 = args[2];
-    _Alignas(64) REAL r3[4 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
-        ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
-            REAL x0[4];
-            REAL x1[4];
-            REAL x2[4];
-            REAL x3[4];
-            NAME(load_4)(x0, a0 + (first + i) * 4 * w, w);
-            NAME(load_4)(x1, a1 + (first + i) * 4 * w, w);
-            NAME(load_4)(x2, a2 + (first + i) * 4 * w, w);
-            NAME(product_of_three)(x0, x1, x2, x3);
-            NAME(store_4)((char *)(r3 + i), SPAN * w, x3);
-        }
-        NAME(store_span)(args[3], first, r3, 4);
-    }
-}
-LOOPS(product_of_three_dense)
-
 void NAME(product_of_three_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {4, 1, 1, {4}}, {4, 1, 2, {4}}, {4, 1, 3, {4}}};
@@ -1609,8 +1699,8 @@ void NAME(product_of_three_loop)(char **args, const intptr_t *dimensions, const 
         WIDTHS(product_of_three_dense_p_q)}, {5, 2, NAME(product_of_three_start_p_r),
         WIDTHS(product_of_three_block_p_r), WIDTHS(product_of_three_dense_p_r)}, {6, 2,
         NAME(product_of_three_start_q_r), WIDTHS(product_of_three_block_q_r), WIDTHS(product_of_three_dense_q_r)}};
-    static const struct kernel kernel = {WIDTHS(product_of_three_block), WIDTHS(product_of_three_dense),
-        (any_function *)NAME(product_of_three), NAME(call_aaar), 3, 4, 3, 0, parts, forms};
+    static const struct kernel kernel = {WIDTHS(product_of_three_block), {NULL}, (any_function
+        *)NAME(product_of_three), NAME(call_aaar), 3, 4, 3, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -1661,7 +1751,7 @@ static INLINE void NAME(conjugate_dense)(intptr_t n, char **args, const intptr_t
             NAME(conjugate)(x0, x1);
             NAME(store_4)((char *)(r1 + i), SPAN * w, x1);
         }
-        NAME(store_span)(args[1], first, r1, 4);
+        NAME(store_span)(args[1], first, r1, 4, SPAN);
     }
 }
 LOOPS(conjugate_dense)
@@ -1723,7 +1813,7 @@ static INLINE void NAME(norm_dense)(intptr_t n, char **args, const intptr_t *str
             NAME(norm)(x0, x1);
             NAME(store_scalar)((char *)(r1 + i), x1);
         }
-        NAME(store_span)(args[1], first, r1, 1);
+        NAME(store_span)(args[1], first, r1, 1, SPAN);
     }
 }
 LOOPS(norm_dense)
@@ -1795,7 +1885,7 @@ static INLINE void NAME(inverse_dense)(intptr_t n, char **args, const intptr_t *
             NAME(inverse)(x0, x1);
             NAME(store_4)((char *)(r1 + i), SPAN * w, x1);
         }
-        NAME(store_span)(args[1], first, r1, 4);
+        NAME(store_span)(args[1], first, r1, 4, SPAN);
     }
 }
 LOOPS(inverse_dense)
@@ -1865,7 +1955,7 @@ static INLINE void NAME(normalize_dense)(intptr_t n, char **args, const intptr_t
             NAME(normalize)(x0, x1);
             NAME(store_4)((char *)(r1 + i), SPAN * w, x1);
         }
-        NAME(store_span)(args[1], first, r1, 4);
+        NAME(store_span)(args[1], first, r1, 4, SPAN);
     }
 }
 LOOPS(normalize_dense)
@@ -2036,7 +2126,7 @@ static INLINE void NAME(rotate_vector_dense_q)(intptr_t n, char **args, const in
             NAME(rotate_vector_apply_q)(prepared, x1, x2);
             NAME(store_3)((char *)(r2 + i), SPAN * w, x2);
         }
-        NAME(store_span)(args[2], first, r2, 3);
+        NAME(store_span)(args[2], first, r2, 3, SPAN);
     }
 }
 LOOPS(rotate_vector_dense_q)
@@ -2087,7 +2177,7 @@ static INLINE void NAME(rotate_vector_dense)(intptr_t n, char **args, const intp
             NAME(rotate_vector)(x0, x1, x2);
             NAME(store_3)((char *)(r2 + i), SPAN * w, x2);
         }
-        NAME(store_span)(args[2], first, r2, 3);
+        NAME(store_span)(args[2], first, r2, 3, SPAN);
     }
 }
 LOOPS(rotate_vector_dense)
@@ -2260,7 +2350,7 @@ static INLINE void NAME(rotate_vector_back_dense_q)(intptr_t n, char **args, con
             NAME(rotate_vector_back_apply_q)(prepared, x1, x2);
             NAME(store_3)((char *)(r2 + i), SPAN * w, x2);
         }
-        NAME(store_span)(args[2], first, r2, 3);
+        NAME(store_span)(args[2], first, r2, 3, SPAN);
     }
 }
 LOOPS(rotate_vector_back_dense_q)
@@ -2311,7 +2401,7 @@ static INLINE void NAME(rotate_vector_back_dense)(intptr_t n, char **args, const
             NAME(rotate_vector_back)(x0, x1, x2);
             NAME(store_3)((char *)(r2 + i), SPAN * w, x2);
         }
-        NAME(store_span)(args[2], first, r2, 3);
+        NAME(store_span)(args[2], first, r2, 3, SPAN);
     }
 }
 LOOPS(rotate_vector_back_dense)
@@ -2386,32 +2476,11 @@ static INLINE void NAME(to_matrix_block)(intptr_t n, char **args, const intptr_t
 }
 LOOPS(to_matrix_block)
 
-static INLINE void NAME(to_matrix_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    _Alignas(64) REAL r0[4 * SPAN];
-    _Alignas(64) REAL r1[9 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
-        NAME(load_span)(r0, args[0], first, 4);
-        ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
-            REAL x0[4];
-            REAL x1[9];
-            NAME(load_4)(x0, (char *)(r0 + i), SPAN * w);
-            NAME(to_matrix)(x0, x1);
-            NAME(store_3x3)((char *)(r1 + i), 3 * SPAN * w, SPAN * w, x1);
-        }
-        NAME(store_span)(args[1], first, r1, 9);
-    }
-}
-LOOPS(to_matrix_dense)
-
 void NAME(to_matrix_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {9, 2, 1, {3, 3}}};
-    static const struct kernel kernel = {WIDTHS(to_matrix_block), WIDTHS(to_matrix_dense), (any_function
-        *)NAME(to_matrix), NAME(call_ar), 1, 2, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(to_matrix_block), {NULL}, (any_function *)NAME(to_matrix),
+        NAME(call_ar), 1, 2, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -2495,32 +2564,11 @@ static INLINE void NAME(from_matrix_block)(intptr_t n, char **args, const intptr
 }
 LOOPS(from_matrix_block)
 
-static INLINE void NAME(from_matrix_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    _Alignas(64) REAL r0[9 * SPAN];
-    _Alignas(64) REAL r1[4 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
-        NAME(load_span)(r0, args[0], first, 9);
-        ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
-            REAL x0[9];
-            REAL x1[4];
-            NAME(load_3x3)(x0, (char *)(r0 + i), 3 * SPAN * w, SPAN * w);
-            NAME(from_matrix)(x0, x1);
-            NAME(store_4)((char *)(r1 + i), SPAN * w, x1);
-        }
-        NAME(store_span)(args[1], first, r1, 4);
-    }
-}
-LOOPS(from_matrix_dense)
-
 void NAME(from_matrix_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{9, 2, 0, {3, 3}}, {4, 1, 2, {4}}};
-    static const struct kernel kernel = {WIDTHS(from_matrix_block), WIDTHS(from_matrix_dense), (any_function
-        *)NAME(from_matrix), NAME(call_ar), 1, 2, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(from_matrix_block), {NULL}, (any_function *)NAME(from_matrix),
+        NAME(call_ar), 1, 2, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -2655,7 +2703,7 @@ static INLINE void NAME(from_axis_angle_dense_angle)(intptr_t n, char **args, co
             NAME(from_axis_angle_apply_angle)(prepared, x0, x2);
             NAME(store_4)((char *)(r2 + i), SPAN * w, x2);
         }
-        NAME(store_span)(args[2], first, r2, 4);
+        NAME(store_span)(args[2], first, r2, 4, SPAN);
     }
 }
 LOOPS(from_axis_angle_dense_angle)
@@ -3673,7 +3721,7 @@ static INLINE void NAME(square_root_dense)(intptr_t n, char **args, const intptr
             NAME(square_root)(x0, x1);
             NAME(store_4)((char *)(r1 + i), SPAN * w, x1);
         }
-        NAME(store_span)(args[1], first, r1, 4);
+        NAME(store_span)(args[1], first, r1, 4, SPAN);
     }
 }
 LOOPS(square_root_dense)
@@ -4277,8 +4325,8 @@ static INLINE void NAME(pack_two_sided_dense)(intptr_t n, char **args, const int
             NAME(store_2)((char *)(r1 + i), SPAN * w, x1);
             NAME(store_2)((char *)(r2 + i), SPAN * w, x2);
         }
-        NAME(store_span)(args[1], first, r1, 2);
-        NAME(store_span)(args[2], first, r2, 2);
+        NAME(store_span)(args[1], first, r1, 2, SPAN);
+        NAME(store_span)(args[2], first, r2, 2, SPAN);
     }
 }
 LOOPS(pack_two_sided_dense)
@@ -4347,7 +4395,7 @@ static INLINE void NAME(unpack_two_sided_dense)(intptr_t n, char **args, const i
             NAME(unpack_two_sided)(x0, x1, x2);
             NAME(store_4)((char *)(r2 + i), SPAN * w, x2);
         }
-        NAME(store_span)(args[2], first, r2, 4);
+        NAME(store_span)(args[2], first, r2, 4, SPAN);
     }
 }
 LOOPS(unpack_two_sided_dense)
@@ -4814,7 +4862,7 @@ static INLINE void NAME(unpack_real_dense_w_mu_nu)(intptr_t n, char **args, cons
             NAME(unpack_real_apply_w_mu_nu)(prepared, x1, x4);
             NAME(store_4)((char *)(r4 + i), SPAN * w, x4);
         }
-        NAME(store_span)(args[4], first, r4, 4);
+        NAME(store_span)(args[4], first, r4, 4, SPAN);
     }
 }
 LOOPS(unpack_real_dense_w_mu_nu)
@@ -4865,7 +4913,7 @@ static INLINE void NAME(unpack_real_dense_mirrored_mu_nu)(intptr_t n, char **arg
             NAME(unpack_real_apply_mirrored_mu_nu)(prepared, x0, x4);
             NAME(store_4)((char *)(r4 + i), SPAN * w, x4);
         }
-        NAME(store_span)(args[4], first, r4, 4);
+        NAME(store_span)(args[4], first, r4, 4, SPAN);
     }
 }
 LOOPS(unpack_real_dense_mirrored_mu_nu)
@@ -4916,7 +4964,7 @@ static INLINE void NAME(unpack_real_dense_w_mirrored_mu)(intptr_t n, char **args
             NAME(unpack_real_apply_w_mirrored_mu)(prepared, x3, x4);
             NAME(store_4)((char *)(r4 + i), SPAN * w, x4);
         }
-        NAME(store_span)(args[4], first, r4, 4);
+        NAME(store_span)(args[4], first, r4, 4, SPAN);
     }
 }
 LOOPS(unpack_real_dense_w_mirrored_mu)
@@ -4967,7 +5015,7 @@ static INLINE void NAME(unpack_real_dense_w_mirrored_nu)(intptr_t n, char **args
             NAME(unpack_real_apply_w_mirrored_nu)(prepared, x2, x4);
             NAME(store_4)((char *)(r4 + i), SPAN * w, x4);
         }
-        NAME(store_span)(args[4], first, r4, 4);
+        NAME(store_span)(args[4], first, r4, 4, SPAN);
     }
 }
 LOOPS(unpack_real_dense_w_mirrored_nu)
@@ -5034,7 +5082,7 @@ static INLINE void NAME(unpack_real_dense)(intptr_t n, char **args, const intptr
             NAME(unpack_real)(x0, x1, x2, x3, x4);
             NAME(store_4)((char *)(r4 + i), SPAN * w, x4);
         }
-        NAME(store_span)(args[4], first, r4, 4);
+        NAME(store_span)(args[4], first, r4, 4, SPAN);
     }
 }
 LOOPS(unpack_real_dense)
@@ -5204,7 +5252,7 @@ static INLINE void NAME(pack_real_dense_mu_nu)(intptr_t n, char **args, const in
             NAME(pack_real_apply_mu_nu)(prepared, x0, x3);
             NAME(store_2)((char *)(r3 + i), SPAN * w, x3);
         }
-        NAME(store_span)(args[3], first, r3, 2);
+        NAME(store_span)(args[3], first, r3, 2, SPAN);
     }
 }
 LOOPS(pack_real_dense_mu_nu)
@@ -5263,7 +5311,7 @@ static INLINE void NAME(pack_real_dense)(intptr_t n, char **args, const intptr_t
             NAME(pack_real)(x0, x1, x2, x3);
             NAME(store_2)((char *)(r3 + i), SPAN * w, x3);
         }
-        NAME(store_span)(args[3], first, r3, 2);
+        NAME(store_span)(args[3], first, r3, 2, SPAN);
     }
 }
 LOOPS(pack_real_dense)
@@ -5672,7 +5720,7 @@ static INLINE void NAME(from_phases_dense_phi_theta_psi)(intptr_t n, char **args
             NAME(from_phases_apply_phi_theta_psi)(prepared, x0[0], x4);
             NAME(store_4)((char *)(r4 + i), SPAN * w, x4);
         }
-        NAME(store_span)(args[4], first, r4, 4);
+        NAME(store_span)(args[4], first, r4, 4, SPAN);
     }
 }
 LOOPS(from_phases_dense_phi_theta_psi)
@@ -6597,29 +6645,6 @@ static INLINE void NAME(phase_equation_block_z_moved_west_east_north_south)(intp
 }
 LOOPS(phase_equation_block_z_moved_west_east_north_south)
 
-static INLINE void NAME(phase_equation_dense_z_moved_west_east_north_south)(intptr_t n, char **args, const intptr_t
-    *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const REAL *prepared = (const REAL *)args[0];
-    (void)strides;
-    _Alignas(64) REAL r6[1 * SPAN];
-    _Alignas(64) REAL r7[6 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
-        NAME(load_span)(r6, args[6], first, 1);
-        ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
-            REAL x6[1];
-            REAL x7[6];
-            NAME(load_scalar)(x6, (char *)(r6 + i));
-            NAME(phase_equation_apply_z_moved_west_east_north_south)(prepared, x6[0], x7);
-            NAME(store_6)((char *)(r7 + i), SPAN * w, x7);
-        }
-        NAME(store_span)(args[7], first, r7, 6);
-    }
-}
-LOOPS(phase_equation_dense_z_moved_west_east_north_south)
-
 static void NAME(phase_equation_start_z_moved_west_east_north_south)(char **args, const intptr_t *strides, void
     *prepared)
 {
@@ -6909,8 +6934,7 @@ void NAME(phase_equation_loop)(char **args, const intptr_t *dimensions, const in
     static const struct part parts[] = {{2, 1, 0, {2}}, {2, 1, 1, {2}}, {2, 1, 2, {2}}, {2, 1, 3, {2}}, {2, 1, 4,
         {2}}, {2, 1, 5, {2}}, {1, 0, 6, {0}}, {6, 1, 6, {6}}};
     static const struct form forms[] = {{63, 2, NAME(phase_equation_start_z_moved_west_east_north_south),
-        WIDTHS(phase_equation_block_z_moved_west_east_north_south),
-        WIDTHS(phase_equation_dense_z_moved_west_east_north_south)}, {95, 2,
+        WIDTHS(phase_equation_block_z_moved_west_east_north_south), {NULL}}, {95, 2,
         NAME(phase_equation_start_z_moved_west_east_north_floor),
         WIDTHS(phase_equation_block_z_moved_west_east_north_floor), {NULL}}, {111, 2,
         NAME(phase_equation_start_z_moved_west_east_south_floor),

@@ -2,7 +2,7 @@
 // command: gac generate --all spacetime
 // spec: 1b4f06fa4d30b0e9
 // contraction: -ffp-contract=off (every operation is rounded once)
-// body: 3cf51878d3b767456489472d18f810cde5b14036f79acf000b11a9bdc72af5b4
+// body: 6e44362d42bc5e935a8a05ff393ea3c5ca8d18877265589261a6fe744004e81c
 
 #ifndef REAL
 #include "spacetime.h"
@@ -99,7 +99,7 @@ struct kernel {
     const struct form *forms;
 };
 
-enum { PARTS = 8, CORES = 7, NUMBERS = 53, SPACE = 4096, PREPARED = 16 };
+enum { PARTS = 8, CORES = 7, NUMBERS = 53, SPACE = 4096, PREPARED = 16, SIZES = 32 };
 
 #define SQRT(x) FUNCTION(sqrt)(x)
 #define SIN(x) NAME(sin_of)(x, far)
@@ -850,50 +850,176 @@ WIDE static void NAME(store_rows)(char *a, intptr_t s, intptr_t c, REAL *x, intp
     }
 }
 
-// The rows of SPAN elements of `size` components, in C order from element `first` on; and back.
-static INLINE void NAME(load_span)(REAL *x, char *a, intptr_t first, intptr_t size)
+// Rows, SPAN numbers long, of `n` elements of `size` components, in C order from element `first` on; and back.
+static INLINE void NAME(load_span)(REAL *x, char *a, intptr_t first, intptr_t size, intptr_t n)
 {
     const intptr_t w = sizeof(REAL);
     const REAL *from = (const REAL *)(a + first * size * w);
     if (size == 1) {
-        memcpy(x, from, SPAN * w);
+        memcpy(x, from, n * w);
     } else if (size == 2) {
-        for (intptr_t i = 0; i < SPAN; ++i) {
+        for (intptr_t i = 0; i < n; ++i) {
             x[i] = from[2 * i];
             x[SPAN + i] = from[2 * i + 1];
         }
     } else if (size == 3) {
-        for (intptr_t i = 0; i < SPAN; ++i) {
+        for (intptr_t i = 0; i < n; ++i) {
             x[i] = from[3 * i];
             x[SPAN + i] = from[3 * i + 1];
             x[2 * SPAN + i] = from[3 * i + 2];
         }
     } else {
-        NAME(turn_tiles)(0, (char *)x, SPAN * w, (char *)from, size * w, size, SPAN);
+        NAME(turn_tiles)(0, (char *)x, SPAN * w, (char *)from, size * w, size, n);
     }
 }
 
-static INLINE void NAME(store_span)(char *a, intptr_t first, REAL *x, intptr_t size)
+static INLINE void NAME(store_span)(char *a, intptr_t first, REAL *x, intptr_t size, intptr_t n)
 {
     const intptr_t w = sizeof(REAL);
     REAL *to = (REAL *)(a + first * size * w);
     if (size == 1) {
-        memcpy(to, x, SPAN * w);
+        memcpy(to, x, n * w);
     } else if (size == 2) {
-        for (intptr_t i = 0; i < SPAN; ++i) {
+        for (intptr_t i = 0; i < n; ++i) {
             to[2 * i] = x[i];
             to[2 * i + 1] = x[SPAN + i];
         }
     } else if (size == 3) {
-        for (intptr_t i = 0; i < SPAN; ++i) {
+        for (intptr_t i = 0; i < n; ++i) {
             to[3 * i] = x[i];
             to[3 * i + 1] = x[SPAN + i];
             to[3 * i + 2] = x[2 * SPAN + i];
         }
     } else {
-        NAME(turn_tiles)(1, (char *)x, SPAN * w, (char *)to, size * w, size, SPAN);
+        NAME(turn_tiles)(1, (char *)x, SPAN * w, (char *)to, size * w, size, n);
     }
 }
+
+// The same as loops, one for each size that is known: between rows and elements in C order.
+static INLINE void NAME(load_span_1)(intptr_t n, char **args, const intptr_t *strides)
+{
+    (void)strides;
+    NAME(load_span)((REAL *)args[0], args[1], 0, 1, n);
+}
+LOOPS(load_span_1)
+
+static INLINE void NAME(store_span_1)(intptr_t n, char **args, const intptr_t *strides)
+{
+    (void)strides;
+    NAME(store_span)(args[1], 0, (REAL *)args[0], 1, n);
+}
+LOOPS(store_span_1)
+
+static INLINE void NAME(load_span_2)(intptr_t n, char **args, const intptr_t *strides)
+{
+    (void)strides;
+    NAME(load_span)((REAL *)args[0], args[1], 0, 2, n);
+}
+LOOPS(load_span_2)
+
+static INLINE void NAME(store_span_2)(intptr_t n, char **args, const intptr_t *strides)
+{
+    (void)strides;
+    NAME(store_span)(args[1], 0, (REAL *)args[0], 2, n);
+}
+LOOPS(store_span_2)
+
+static INLINE void NAME(load_span_3)(intptr_t n, char **args, const intptr_t *strides)
+{
+    (void)strides;
+    NAME(load_span)((REAL *)args[0], args[1], 0, 3, n);
+}
+LOOPS(load_span_3)
+
+static INLINE void NAME(store_span_3)(intptr_t n, char **args, const intptr_t *strides)
+{
+    (void)strides;
+    NAME(store_span)(args[1], 0, (REAL *)args[0], 3, n);
+}
+LOOPS(store_span_3)
+
+static INLINE void NAME(load_span_4)(intptr_t n, char **args, const intptr_t *strides)
+{
+    (void)strides;
+    NAME(load_span)((REAL *)args[0], args[1], 0, 4, n);
+}
+LOOPS(load_span_4)
+
+static INLINE void NAME(store_span_4)(intptr_t n, char **args, const intptr_t *strides)
+{
+    (void)strides;
+    NAME(store_span)(args[1], 0, (REAL *)args[0], 4, n);
+}
+LOOPS(store_span_4)
+
+static INLINE void NAME(load_span_6)(intptr_t n, char **args, const intptr_t *strides)
+{
+    (void)strides;
+    NAME(load_span)((REAL *)args[0], args[1], 0, 6, n);
+}
+LOOPS(load_span_6)
+
+static INLINE void NAME(store_span_6)(intptr_t n, char **args, const intptr_t *strides)
+{
+    (void)strides;
+    NAME(store_span)(args[1], 0, (REAL *)args[0], 6, n);
+}
+LOOPS(store_span_6)
+
+static INLINE void NAME(load_span_8)(intptr_t n, char **args, const intptr_t *strides)
+{
+    (void)strides;
+    NAME(load_span)((REAL *)args[0], args[1], 0, 8, n);
+}
+LOOPS(load_span_8)
+
+static INLINE void NAME(store_span_8)(intptr_t n, char **args, const intptr_t *strides)
+{
+    (void)strides;
+    NAME(store_span)(args[1], 0, (REAL *)args[0], 8, n);
+}
+LOOPS(store_span_8)
+
+static INLINE void NAME(load_span_16)(intptr_t n, char **args, const intptr_t *strides)
+{
+    (void)strides;
+    NAME(load_span)((REAL *)args[0], args[1], 0, 16, n);
+}
+LOOPS(load_span_16)
+
+static INLINE void NAME(store_span_16)(intptr_t n, char **args, const intptr_t *strides)
+{
+    (void)strides;
+    NAME(store_span)(args[1], 0, (REAL *)args[0], 16, n);
+}
+LOOPS(store_span_16)
+
+static INLINE void NAME(load_span_32)(intptr_t n, char **args, const intptr_t *strides)
+{
+    (void)strides;
+    NAME(load_span)((REAL *)args[0], args[1], 0, 32, n);
+}
+LOOPS(load_span_32)
+
+static INLINE void NAME(store_span_32)(intptr_t n, char **args, const intptr_t *strides)
+{
+    (void)strides;
+    NAME(store_span)(args[1], 0, (REAL *)args[0], 32, n);
+}
+LOOPS(store_span_32)
+
+static const struct {
+    loop_function *load[2], *store[2];
+} NAME(spans)[SIZES + 1] = {
+    [1] = {WIDTHS(load_span_1), WIDTHS(store_span_1)},
+    [2] = {WIDTHS(load_span_2), WIDTHS(store_span_2)},
+    [3] = {WIDTHS(load_span_3), WIDTHS(store_span_3)},
+    [4] = {WIDTHS(load_span_4), WIDTHS(store_span_4)},
+    [6] = {WIDTHS(load_span_6), WIDTHS(store_span_6)},
+    [8] = {WIDTHS(load_span_8), WIDTHS(store_span_8)},
+    [16] = {WIDTHS(load_span_16), WIDTHS(store_span_16)},
+    [32] = {WIDTHS(load_span_32), WIDTHS(store_span_32)},
+};
 
 // All rows of a part, from the batch or back to it; axes that lie as one are moved as one.
 static void NAME(move_part)(int back, REAL *x, intptr_t row, const struct part *part, char *a, intptr_t s,
@@ -965,15 +1091,23 @@ static void NAME(batch)(const struct kernel *kernel, char **args, intptr_t n, co
     char *starts[PARTS];
     intptr_t cores[CORES], row_cores[CORES], total = 0, bytes = 0;
     unsigned still = 0, hoisted = 0;
+    int in_place = 1, ordered = 1, known = 1;
     if (width < 0 || n == 1) {
         NAME(each)(kernel, args, n, steps);
         return;
     }
-    loop_function *in_rows = kernel->block[width], *in_order = kernel->dense[width];
+    loop_function *in_rows = kernel->block[width], *in_order = kernel->dense[width], *loads[PARTS], *stores[PARTS];
     for (int p = 0; p < n_parts; ++p) {
-        total += kernel->parts[p].size;
+        const struct part *part = &kernel->parts[p];
+        const int same = p < n_inputs && steps[p] == 0;
+        intptr_t step = w;
+        for (int q = part->rank; q-- > 0; step *= part->shape[q])
+            ordered = ordered && (same || strides[part->first + q] == step);
+        ordered = ordered && (same || steps[p] == step);
+        known = known && part->size <= SIZES && NAME(spans)[part->size].load[width];
+        total += part->size;
         bytes += steps[p] < 0 ? -steps[p] : steps[p];
-        still |= (unsigned)(p < n_inputs && steps[p] == 0) << p;
+        still |= (unsigned)same << p;
     }
     for (int f = 0; f < kernel->n_forms && !hoisted; ++f) {
         const struct form *form = &kernel->forms[f];
@@ -982,40 +1116,52 @@ static void NAME(batch)(const struct kernel *kernel, char **args, intptr_t n, co
             hoisted = form->same, in_rows = form->block[width], in_order = form->dense[width];
         }
     }
-    int in_place = 1, dense = in_order != NULL;
-    // Long rows spare calls; beyond the last cache, short ones keep reading and writing going side by side.
-    intptr_t row = n < (1 << 24) / (bytes + 1) ? 512 / w : LANES;
+    const int dense = ordered && still == hoisted && in_order;
+    const int spans = ordered && !dense && known && total * SPAN <= SPACE;
+    // Long rows spare calls; beyond the last cache, short turns keep reading and writing going side by side.
+    const int near = n < (1 << 24) / (bytes + 1);
+    intptr_t row = spans ? SPAN : near ? 512 / w : LANES;
     while (row > LANES && row * total > SPACE)
         row /= 2;
     total = 0;
     for (int p = 0; p < n_parts; ++p) {
         const struct part *part = &kernel->parts[p];
-        const intptr_t *c = strides + part->first;
-        intptr_t step = w, row_step = row * w;
+        intptr_t row_step = row * w;
         starts[p] = hoisted >> p & 1 ? (char *)prepared : args[p];
         rows[p] = space + row * total;
         total += part->size;
-        kinds[p] = hoisted >> p & 1 ? HOISTED : p < n_inputs && steps[p] == 0 ? SAME : steps[p] == w ? UNIT : ANY;
+        kinds[p] = hoisted >> p & 1 ? HOISTED : still >> p & 1 ? SAME : steps[p] == w ? UNIT : ANY;
         for (int q = 0; kernel->repeats && p >= n_inputs && q < n_inputs; ++q)
             kinds[p] = args[p] == args[q] ? ANY : kinds[p];
         in_place = in_place && (kinds[p] == UNIT || kinds[p] == HOISTED);
-        for (int q = part->rank; q-- > 0; step *= part->shape[q], row_step *= part->shape[q]) {
-            cores[part->first + q] = c[q];
-            row_cores[part->first + q] = row_step;
-            dense = dense && (kinds[p] == HOISTED || c[q] == step);
+        for (int q = part->first + part->rank; q-- > part->first; row_step *= part->shape[q - part->first]) {
+            cores[q] = kinds[p] == SAME || kinds[p] == ANY ? row_step : strides[q];
+            row_cores[q] = row_step;
         }
-        dense = dense && (kinds[p] == HOISTED || steps[p] == step);
-    }
-    for (int p = 0; p < n_inputs && !dense; ++p) {
-        const struct part *part = &kernel->parts[p];
-        if (kinds[p] == SAME) {
-            starts[p] = (char *)rows[p];
+        if (dense || kinds[p] == HOISTED || kinds[p] == UNIT)
+            continue;
+        starts[p] = (char *)rows[p];
+        loads[p] = spans ? NAME(spans)[part->size].load[width] : NULL;
+        stores[p] = spans ? NAME(spans)[part->size].store[width] : NULL;
+        if (kinds[p] == SAME)
             NAME(move_part)(0, rows[p], row, part, args[p], 0, strides + part->first, n < row ? PADDED(n) : row);
-            for (int q = part->first; q < part->first + part->rank; ++q)
-                cores[q] = row_cores[q];
-        }
     }
-    for (intptr_t i = 0, m; i < n; i += m) {
+    const intptr_t turn = near ? SPAN : LANES;
+    intptr_t i = 0;
+    // In C order, by functions that know the sizes.
+    for (; spans && !in_place && n - i >= turn; i += turn) {
+        for (int p = 0; p < n_parts; ++p) {
+            if (kinds[p] == UNIT)
+                starts[p] = args[p] + i * w;
+            else if (kinds[p] == ANY && p < n_inputs)
+                loads[p](turn, (char *[]){starts[p], args[p] + i * steps[p]}, NULL);
+        }
+        in_rows(turn, starts, cores);
+        for (int p = n_inputs; p < n_parts; ++p)
+            if (kinds[p] == ANY)
+                stores[p](turn, (char *[]){starts[p], args[p] + i * steps[p]}, NULL);
+    }
+    for (intptr_t m; i < n; i += m) {
         const int last = n - i < LANES;
         if (dense && n - i >= SPAN) {
             m = n & -SPAN;
@@ -1030,7 +1176,7 @@ static void NAME(batch)(const struct kernel *kernel, char **args, intptr_t n, co
             if (kinds[p] < UNIT || (kinds[p] == UNIT && !last))
                 continue;
             starts[p] = (char *)rows[p];
-            for (int q = part->first; q < part->first + part->rank; ++q)
+            for (int q = part->first; last && q < part->first + part->rank; ++q)
                 cores[q] = row_cores[q];
             if (p < n_inputs)
                 NAME(move_part)(0, rows[p], row, part, args[p] + i * steps[p], steps[p], strides + part->first, m);
@@ -1463,7 +1609,7 @@ static INLINE void NAME(electric_step_dense_b_bx_by_bz_ratio)(intptr_t n, char *
             NAME(electric_step_apply_b_bx_by_bz_ratio)(prepared, x0, x6);
             NAME(store_3)((char *)(r6 + i), SPAN * w, x6);
         }
-        NAME(store_span)(args[6], first, r6, 3);
+        NAME(store_span)(args[6], first, r6, 3, SPAN);
     }
 }
 LOOPS(electric_step_dense_b_bx_by_bz_ratio)
@@ -1518,7 +1664,7 @@ static INLINE void NAME(electric_step_dense_e_b_bx_by_ratio)(intptr_t n, char **
             NAME(electric_step_apply_e_b_bx_by_ratio)(prepared, x4, x6);
             NAME(store_3)((char *)(r6 + i), SPAN * w, x6);
         }
-        NAME(store_span)(args[6], first, r6, 3);
+        NAME(store_span)(args[6], first, r6, 3, SPAN);
     }
 }
 LOOPS(electric_step_dense_e_b_bx_by_ratio)
@@ -1573,7 +1719,7 @@ static INLINE void NAME(electric_step_dense_e_b_bx_bz_ratio)(intptr_t n, char **
             NAME(electric_step_apply_e_b_bx_bz_ratio)(prepared, x3, x6);
             NAME(store_3)((char *)(r6 + i), SPAN * w, x6);
         }
-        NAME(store_span)(args[6], first, r6, 3);
+        NAME(store_span)(args[6], first, r6, 3, SPAN);
     }
 }
 LOOPS(electric_step_dense_e_b_bx_bz_ratio)
@@ -1628,7 +1774,7 @@ static INLINE void NAME(electric_step_dense_e_b_by_bz_ratio)(intptr_t n, char **
             NAME(electric_step_apply_e_b_by_bz_ratio)(prepared, x2, x6);
             NAME(store_3)((char *)(r6 + i), SPAN * w, x6);
         }
-        NAME(store_span)(args[6], first, r6, 3);
+        NAME(store_span)(args[6], first, r6, 3, SPAN);
     }
 }
 LOOPS(electric_step_dense_e_b_by_bz_ratio)
@@ -1683,7 +1829,7 @@ static INLINE void NAME(electric_step_dense_e_b_bx_by_bz)(intptr_t n, char **arg
             NAME(electric_step_apply_e_b_bx_by_bz)(prepared, x5, x6);
             NAME(store_3)((char *)(r6 + i), SPAN * w, x6);
         }
-        NAME(store_span)(args[6], first, r6, 3);
+        NAME(store_span)(args[6], first, r6, 3, SPAN);
     }
 }
 LOOPS(electric_step_dense_e_b_bx_by_bz)
@@ -1738,7 +1884,7 @@ static INLINE void NAME(electric_step_dense_e_bx_by_bz_ratio)(intptr_t n, char *
             NAME(electric_step_apply_e_bx_by_bz_ratio)(prepared, x1, x6);
             NAME(store_3)((char *)(r6 + i), SPAN * w, x6);
         }
-        NAME(store_span)(args[6], first, r6, 3);
+        NAME(store_span)(args[6], first, r6, 3, SPAN);
     }
 }
 LOOPS(electric_step_dense_e_bx_by_bz_ratio)
@@ -1822,7 +1968,7 @@ static INLINE void NAME(electric_step_dense)(intptr_t n, char **args, const intp
             NAME(electric_step)(x0, x1, x2, x3, x4, x5, x6);
             NAME(store_3)((char *)(r6 + i), SPAN * w, x6);
         }
-        NAME(store_span)(args[6], first, r6, 3);
+        NAME(store_span)(args[6], first, r6, 3, SPAN);
     }
 }
 LOOPS(electric_step_dense)
@@ -2263,7 +2409,7 @@ static INLINE void NAME(magnetic_step_dense_e_ex_ey_ez_ratio)(intptr_t n, char *
             NAME(magnetic_step_apply_e_ex_ey_ez_ratio)(prepared, x0, x6);
             NAME(store_3)((char *)(r6 + i), SPAN * w, x6);
         }
-        NAME(store_span)(args[6], first, r6, 3);
+        NAME(store_span)(args[6], first, r6, 3, SPAN);
     }
 }
 LOOPS(magnetic_step_dense_e_ex_ey_ez_ratio)
@@ -2318,7 +2464,7 @@ static INLINE void NAME(magnetic_step_dense_b_e_ex_ey_ratio)(intptr_t n, char **
             NAME(magnetic_step_apply_b_e_ex_ey_ratio)(prepared, x4, x6);
             NAME(store_3)((char *)(r6 + i), SPAN * w, x6);
         }
-        NAME(store_span)(args[6], first, r6, 3);
+        NAME(store_span)(args[6], first, r6, 3, SPAN);
     }
 }
 LOOPS(magnetic_step_dense_b_e_ex_ey_ratio)
@@ -2373,7 +2519,7 @@ static INLINE void NAME(magnetic_step_dense_b_e_ex_ez_ratio)(intptr_t n, char **
             NAME(magnetic_step_apply_b_e_ex_ez_ratio)(prepared, x3, x6);
             NAME(store_3)((char *)(r6 + i), SPAN * w, x6);
         }
-        NAME(store_span)(args[6], first, r6, 3);
+        NAME(store_span)(args[6], first, r6, 3, SPAN);
     }
 }
 LOOPS(magnetic_step_dense_b_e_ex_ez_ratio)
@@ -2428,7 +2574,7 @@ static INLINE void NAME(magnetic_step_dense_b_e_ey_ez_ratio)(intptr_t n, char **
             NAME(magnetic_step_apply_b_e_ey_ez_ratio)(prepared, x2, x6);
             NAME(store_3)((char *)(r6 + i), SPAN * w, x6);
         }
-        NAME(store_span)(args[6], first, r6, 3);
+        NAME(store_span)(args[6], first, r6, 3, SPAN);
     }
 }
 LOOPS(magnetic_step_dense_b_e_ey_ez_ratio)
@@ -2483,7 +2629,7 @@ static INLINE void NAME(magnetic_step_dense_b_e_ex_ey_ez)(intptr_t n, char **arg
             NAME(magnetic_step_apply_b_e_ex_ey_ez)(prepared, x5, x6);
             NAME(store_3)((char *)(r6 + i), SPAN * w, x6);
         }
-        NAME(store_span)(args[6], first, r6, 3);
+        NAME(store_span)(args[6], first, r6, 3, SPAN);
     }
 }
 LOOPS(magnetic_step_dense_b_e_ex_ey_ez)
@@ -2538,7 +2684,7 @@ static INLINE void NAME(magnetic_step_dense_b_ex_ey_ez_ratio)(intptr_t n, char *
             NAME(magnetic_step_apply_b_ex_ey_ez_ratio)(prepared, x1, x6);
             NAME(store_3)((char *)(r6 + i), SPAN * w, x6);
         }
-        NAME(store_span)(args[6], first, r6, 3);
+        NAME(store_span)(args[6], first, r6, 3, SPAN);
     }
 }
 LOOPS(magnetic_step_dense_b_ex_ey_ez_ratio)
@@ -2622,7 +2768,7 @@ static INLINE void NAME(magnetic_step_dense)(intptr_t n, char **args, const intp
             NAME(magnetic_step)(x0, x1, x2, x3, x4, x5, x6);
             NAME(store_3)((char *)(r6 + i), SPAN * w, x6);
         }
-        NAME(store_span)(args[6], first, r6, 3);
+        NAME(store_span)(args[6], first, r6, 3, SPAN);
     }
 }
 LOOPS(magnetic_step_dense)
@@ -2955,28 +3101,6 @@ static INLINE void NAME(electromagnetic_wave_block_k_a_x)(intptr_t n, char **arg
 }
 LOOPS(electromagnetic_wave_block_k_a_x)
 
-static INLINE void NAME(electromagnetic_wave_dense_k_a_x)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const REAL *prepared = (const REAL *)args[0];
-    (void)strides;
-    _Alignas(64) REAL r2[4 * SPAN];
-    _Alignas(64) REAL r4[6 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
-        NAME(load_span)(r2, args[2], first, 4);
-        ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
-            REAL x2[4];
-            REAL x4[6];
-            NAME(load_4)(x2, (char *)(r2 + i), SPAN * w);
-            NAME(electromagnetic_wave_apply_k_a_x)(prepared, x2, x4);
-            NAME(store_6)((char *)(r4 + i), SPAN * w, x4);
-        }
-        NAME(store_span)(args[4], first, r4, 6);
-    }
-}
-LOOPS(electromagnetic_wave_dense_k_a_x)
-
 static void NAME(electromagnetic_wave_start_k_a_x)(char **args, const intptr_t *strides, void *prepared)
 {
     const intptr_t c0a = strides[0], c1a = strides[1], c3a = strides[3];
@@ -3006,28 +3130,6 @@ static INLINE void NAME(electromagnetic_wave_block_k_b_x)(intptr_t n, char **arg
     }
 }
 LOOPS(electromagnetic_wave_block_k_b_x)
-
-static INLINE void NAME(electromagnetic_wave_dense_k_b_x)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const REAL *prepared = (const REAL *)args[0];
-    (void)strides;
-    _Alignas(64) REAL r1[4 * SPAN];
-    _Alignas(64) REAL r4[6 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
-        NAME(load_span)(r1, args[1], first, 4);
-        ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
-            REAL x1[4];
-            REAL x4[6];
-            NAME(load_4)(x1, (char *)(r1 + i), SPAN * w);
-            NAME(electromagnetic_wave_apply_k_b_x)(prepared, x1, x4);
-            NAME(store_6)((char *)(r4 + i), SPAN * w, x4);
-        }
-        NAME(store_span)(args[4], first, r4, 6);
-    }
-}
-LOOPS(electromagnetic_wave_dense_k_b_x)
 
 static void NAME(electromagnetic_wave_start_k_b_x)(char **args, const intptr_t *strides, void *prepared)
 {
@@ -3089,9 +3191,8 @@ void NAME(electromagnetic_wave_loop)(char **args, const intptr_t *dimensions, co
     static const struct part parts[] = {{4, 1, 0, {4}}, {4, 1, 1, {4}}, {4, 1, 2, {4}}, {4, 1, 3, {4}}, {6, 1, 4,
         {6}}};
     static const struct form forms[] = {{11, 2, NAME(electromagnetic_wave_start_k_a_x),
-        WIDTHS(electromagnetic_wave_block_k_a_x), WIDTHS(electromagnetic_wave_dense_k_a_x)}, {13, 2,
-        NAME(electromagnetic_wave_start_k_b_x), WIDTHS(electromagnetic_wave_block_k_b_x),
-        WIDTHS(electromagnetic_wave_dense_k_b_x)}};
+        WIDTHS(electromagnetic_wave_block_k_a_x), {NULL}}, {13, 2, NAME(electromagnetic_wave_start_k_b_x),
+        WIDTHS(electromagnetic_wave_block_k_b_x), {NULL}}};
     static const struct kernel kernel = {WIDTHS(electromagnetic_wave_block), {NULL}, (any_function
         *)NAME(electromagnetic_wave), NAME(call_aaaar), 4, 5, 2, 1, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
@@ -3472,32 +3573,6 @@ static INLINE void NAME(field_derivative_block_ft_fx_fy)(intptr_t n, char **args
 }
 LOOPS(field_derivative_block_ft_fx_fy)
 
-static INLINE void NAME(field_derivative_dense_ft_fx_fy)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const REAL *prepared = (const REAL *)args[0];
-    (void)strides;
-    _Alignas(64) REAL r3[6 * SPAN];
-    _Alignas(64) REAL r4[4 * SPAN];
-    _Alignas(64) REAL r5[4 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
-        NAME(load_span)(r3, args[3], first, 6);
-        ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
-            REAL x3[6];
-            REAL x4[4];
-            REAL x5[4];
-            NAME(load_6)(x3, (char *)(r3 + i), SPAN * w);
-            NAME(field_derivative_apply_ft_fx_fy)(prepared, x3, x4, x5);
-            NAME(store_4)((char *)(r4 + i), SPAN * w, x4);
-            NAME(store_4)((char *)(r5 + i), SPAN * w, x5);
-        }
-        NAME(store_span)(args[4], first, r4, 4);
-        NAME(store_span)(args[5], first, r5, 4);
-    }
-}
-LOOPS(field_derivative_dense_ft_fx_fy)
-
 static void NAME(field_derivative_start_ft_fx_fy)(char **args, const intptr_t *strides, void *prepared)
 {
     const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2];
@@ -3530,32 +3605,6 @@ static INLINE void NAME(field_derivative_block_ft_fx_fz)(intptr_t n, char **args
     }
 }
 LOOPS(field_derivative_block_ft_fx_fz)
-
-static INLINE void NAME(field_derivative_dense_ft_fx_fz)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const REAL *prepared = (const REAL *)args[0];
-    (void)strides;
-    _Alignas(64) REAL r2[6 * SPAN];
-    _Alignas(64) REAL r4[4 * SPAN];
-    _Alignas(64) REAL r5[4 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
-        NAME(load_span)(r2, args[2], first, 6);
-        ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
-            REAL x2[6];
-            REAL x4[4];
-            REAL x5[4];
-            NAME(load_6)(x2, (char *)(r2 + i), SPAN * w);
-            NAME(field_derivative_apply_ft_fx_fz)(prepared, x2, x4, x5);
-            NAME(store_4)((char *)(r4 + i), SPAN * w, x4);
-            NAME(store_4)((char *)(r5 + i), SPAN * w, x5);
-        }
-        NAME(store_span)(args[4], first, r4, 4);
-        NAME(store_span)(args[5], first, r5, 4);
-    }
-}
-LOOPS(field_derivative_dense_ft_fx_fz)
 
 static void NAME(field_derivative_start_ft_fx_fz)(char **args, const intptr_t *strides, void *prepared)
 {
@@ -3590,32 +3639,6 @@ static INLINE void NAME(field_derivative_block_ft_fy_fz)(intptr_t n, char **args
 }
 LOOPS(field_derivative_block_ft_fy_fz)
 
-static INLINE void NAME(field_derivative_dense_ft_fy_fz)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const REAL *prepared = (const REAL *)args[0];
-    (void)strides;
-    _Alignas(64) REAL r1[6 * SPAN];
-    _Alignas(64) REAL r4[4 * SPAN];
-    _Alignas(64) REAL r5[4 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
-        NAME(load_span)(r1, args[1], first, 6);
-        ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
-            REAL x1[6];
-            REAL x4[4];
-            REAL x5[4];
-            NAME(load_6)(x1, (char *)(r1 + i), SPAN * w);
-            NAME(field_derivative_apply_ft_fy_fz)(prepared, x1, x4, x5);
-            NAME(store_4)((char *)(r4 + i), SPAN * w, x4);
-            NAME(store_4)((char *)(r5 + i), SPAN * w, x5);
-        }
-        NAME(store_span)(args[4], first, r4, 4);
-        NAME(store_span)(args[5], first, r5, 4);
-    }
-}
-LOOPS(field_derivative_dense_ft_fy_fz)
-
 static void NAME(field_derivative_start_ft_fy_fz)(char **args, const intptr_t *strides, void *prepared)
 {
     const intptr_t c0a = strides[0], c2a = strides[2], c3a = strides[3];
@@ -3648,32 +3671,6 @@ static INLINE void NAME(field_derivative_block_fx_fy_fz)(intptr_t n, char **args
     }
 }
 LOOPS(field_derivative_block_fx_fy_fz)
-
-static INLINE void NAME(field_derivative_dense_fx_fy_fz)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const REAL *prepared = (const REAL *)args[1];
-    (void)strides;
-    _Alignas(64) REAL r0[6 * SPAN];
-    _Alignas(64) REAL r4[4 * SPAN];
-    _Alignas(64) REAL r5[4 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
-        NAME(load_span)(r0, args[0], first, 6);
-        ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
-            REAL x0[6];
-            REAL x4[4];
-            REAL x5[4];
-            NAME(load_6)(x0, (char *)(r0 + i), SPAN * w);
-            NAME(field_derivative_apply_fx_fy_fz)(prepared, x0, x4, x5);
-            NAME(store_4)((char *)(r4 + i), SPAN * w, x4);
-            NAME(store_4)((char *)(r5 + i), SPAN * w, x5);
-        }
-        NAME(store_span)(args[4], first, r4, 4);
-        NAME(store_span)(args[5], first, r5, 4);
-    }
-}
-LOOPS(field_derivative_dense_fx_fy_fz)
 
 static void NAME(field_derivative_start_fx_fy_fz)(char **args, const intptr_t *strides, void *prepared)
 {
@@ -3722,12 +3719,10 @@ void NAME(field_derivative_loop)(char **args, const intptr_t *dimensions, const 
     static const struct part parts[] = {{6, 1, 0, {6}}, {6, 1, 1, {6}}, {6, 1, 2, {6}}, {6, 1, 3, {6}}, {4, 1, 4,
         {4}}, {4, 1, 5, {4}}};
     static const struct form forms[] = {{7, 2, NAME(field_derivative_start_ft_fx_fy),
-        WIDTHS(field_derivative_block_ft_fx_fy), WIDTHS(field_derivative_dense_ft_fx_fy)}, {11, 2,
-        NAME(field_derivative_start_ft_fx_fz), WIDTHS(field_derivative_block_ft_fx_fz),
-        WIDTHS(field_derivative_dense_ft_fx_fz)}, {13, 2, NAME(field_derivative_start_ft_fy_fz),
-        WIDTHS(field_derivative_block_ft_fy_fz), WIDTHS(field_derivative_dense_ft_fy_fz)}, {14, 2,
-        NAME(field_derivative_start_fx_fy_fz), WIDTHS(field_derivative_block_fx_fy_fz),
-        WIDTHS(field_derivative_dense_fx_fy_fz)}};
+        WIDTHS(field_derivative_block_ft_fx_fy), {NULL}}, {11, 2, NAME(field_derivative_start_ft_fx_fz),
+        WIDTHS(field_derivative_block_ft_fx_fz), {NULL}}, {13, 2, NAME(field_derivative_start_ft_fy_fz),
+        WIDTHS(field_derivative_block_ft_fy_fz), {NULL}}, {14, 2, NAME(field_derivative_start_fx_fy_fz),
+        WIDTHS(field_derivative_block_fx_fy_fz), {NULL}}};
     static const struct kernel kernel = {WIDTHS(field_derivative_block), {NULL}, (any_function
         *)NAME(field_derivative), NAME(call_aaaarr), 4, 6, 4, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
@@ -3790,45 +3785,12 @@ static INLINE void NAME(field_from_potential_block)(intptr_t n, char **args, con
 }
 LOOPS(field_from_potential_block)
 
-static INLINE void NAME(field_from_potential_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    _Alignas(64) REAL r0[4 * SPAN];
-    _Alignas(64) REAL r1[4 * SPAN];
-    _Alignas(64) REAL r2[4 * SPAN];
-    _Alignas(64) REAL r3[4 * SPAN];
-    _Alignas(64) REAL r4[6 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
-        NAME(load_span)(r0, args[0], first, 4);
-        NAME(load_span)(r1, args[1], first, 4);
-        NAME(load_span)(r2, args[2], first, 4);
-        NAME(load_span)(r3, args[3], first, 4);
-        ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
-            REAL x0[4];
-            REAL x1[4];
-            REAL x2[4];
-            REAL x3[4];
-            REAL x4[6];
-            NAME(load_4)(x0, (char *)(r0 + i), SPAN * w);
-            NAME(load_4)(x1, (char *)(r1 + i), SPAN * w);
-            NAME(load_4)(x2, (char *)(r2 + i), SPAN * w);
-            NAME(load_4)(x3, (char *)(r3 + i), SPAN * w);
-            NAME(field_from_potential)(x0, x1, x2, x3, x4);
-            NAME(store_6)((char *)(r4 + i), SPAN * w, x4);
-        }
-        NAME(store_span)(args[4], first, r4, 6);
-    }
-}
-LOOPS(field_from_potential_dense)
-
 void NAME(field_from_potential_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {4, 1, 1, {4}}, {4, 1, 2, {4}}, {4, 1, 3, {4}}, {6, 1, 4,
         {6}}};
-    static const struct kernel kernel = {WIDTHS(field_from_potential_block), WIDTHS(field_from_potential_dense),
-        (any_function *)NAME(field_from_potential), NAME(call_aaaar), 4, 5, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(field_from_potential_block), {NULL}, (any_function
+        *)NAME(field_from_potential), NAME(call_aaaar), 4, 5, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -3882,7 +3844,7 @@ static INLINE void NAME(pauli_from_column_dense)(intptr_t n, char **args, const 
             NAME(pauli_from_column)(x0, x1, x2);
             NAME(store_4)((char *)(r2 + i), SPAN * w, x2);
         }
-        NAME(store_span)(args[2], first, r2, 4);
+        NAME(store_span)(args[2], first, r2, 4, SPAN);
     }
 }
 LOOPS(pauli_from_column_dense)
@@ -3945,8 +3907,8 @@ static INLINE void NAME(pauli_to_column_dense)(intptr_t n, char **args, const in
             NAME(store_2)((char *)(r1 + i), SPAN * w, x1);
             NAME(store_2)((char *)(r2 + i), SPAN * w, x2);
         }
-        NAME(store_span)(args[1], first, r1, 2);
-        NAME(store_span)(args[2], first, r2, 2);
+        NAME(store_span)(args[1], first, r1, 2, SPAN);
+        NAME(store_span)(args[2], first, r2, 2, SPAN);
     }
 }
 LOOPS(pauli_to_column_dense)
@@ -4004,31 +3966,10 @@ static INLINE void NAME(pauli_to_matrix_block)(intptr_t n, char **args, const in
 }
 LOOPS(pauli_to_matrix_block)
 
-static INLINE void NAME(pauli_to_matrix_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    _Alignas(64) REAL r0[8 * SPAN];
-    _Alignas(64) REAL r1[8 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
-        NAME(load_span)(r0, args[0], first, 8);
-        ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
-            REAL x0[8];
-            REAL x1[8];
-            NAME(load_8)(x0, (char *)(r0 + i), SPAN * w);
-            NAME(pauli_to_matrix)(x0, x1);
-            NAME(store_2x2x2)((char *)(r1 + i), 4 * SPAN * w, 2 * SPAN * w, SPAN * w, x1);
-        }
-        NAME(store_span)(args[1], first, r1, 8);
-    }
-}
-LOOPS(pauli_to_matrix_dense)
-
 void NAME(pauli_to_matrix_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{8, 1, 0, {8}}, {8, 3, 1, {2, 2, 2}}};
-    static const struct kernel kernel = {WIDTHS(pauli_to_matrix_block), WIDTHS(pauli_to_matrix_dense), (any_function
+    static const struct kernel kernel = {WIDTHS(pauli_to_matrix_block), {NULL}, (any_function
         *)NAME(pauli_to_matrix), NAME(call_ar), 1, 2, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -4086,32 +4027,11 @@ static INLINE void NAME(pauli_from_matrix_block)(intptr_t n, char **args, const 
 }
 LOOPS(pauli_from_matrix_block)
 
-static INLINE void NAME(pauli_from_matrix_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    _Alignas(64) REAL r0[8 * SPAN];
-    _Alignas(64) REAL r1[8 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
-        NAME(load_span)(r0, args[0], first, 8);
-        ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
-            REAL x0[8];
-            REAL x1[8];
-            NAME(load_2x2x2)(x0, (char *)(r0 + i), 4 * SPAN * w, 2 * SPAN * w, SPAN * w);
-            NAME(pauli_from_matrix)(x0, x1);
-            NAME(store_8)((char *)(r1 + i), SPAN * w, x1);
-        }
-        NAME(store_span)(args[1], first, r1, 8);
-    }
-}
-LOOPS(pauli_from_matrix_dense)
-
 void NAME(pauli_from_matrix_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{8, 3, 0, {2, 2, 2}}, {8, 1, 3, {8}}};
-    static const struct kernel kernel = {WIDTHS(pauli_from_matrix_block), WIDTHS(pauli_from_matrix_dense),
-        (any_function *)NAME(pauli_from_matrix), NAME(call_ar), 1, 2, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(pauli_from_matrix_block), {NULL}, (any_function
+        *)NAME(pauli_from_matrix), NAME(call_ar), 1, 2, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -4163,7 +4083,7 @@ static INLINE void NAME(pauli_density_dense)(intptr_t n, char **args, const intp
             NAME(pauli_density)(x0, x1);
             NAME(store_scalar)((char *)(r1 + i), x1);
         }
-        NAME(store_span)(args[1], first, r1, 1);
+        NAME(store_span)(args[1], first, r1, 1, SPAN);
     }
 }
 LOOPS(pauli_density_dense)
@@ -4234,7 +4154,7 @@ static INLINE void NAME(pauli_spin_dense)(intptr_t n, char **args, const intptr_
             NAME(pauli_spin)(x0, x1);
             NAME(store_3)((char *)(r1 + i), SPAN * w, x1);
         }
-        NAME(store_span)(args[1], first, r1, 3);
+        NAME(store_span)(args[1], first, r1, 3, SPAN);
     }
 }
 LOOPS(pauli_spin_dense)
@@ -4478,7 +4398,7 @@ static INLINE void NAME(precession_step_dense_first_second)(intptr_t n, char **a
             NAME(precession_step_apply_first_second)(prepared, x0, x3);
             NAME(store_4)((char *)(r3 + i), SPAN * w, x3);
         }
-        NAME(store_span)(args[3], first, r3, 4);
+        NAME(store_span)(args[3], first, r3, 4, SPAN);
     }
 }
 LOOPS(precession_step_dense_first_second)
@@ -4590,45 +4510,12 @@ static INLINE void NAME(dirac_from_column_block)(intptr_t n, char **args, const 
 }
 LOOPS(dirac_from_column_block)
 
-static INLINE void NAME(dirac_from_column_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    _Alignas(64) REAL r0[2 * SPAN];
-    _Alignas(64) REAL r1[2 * SPAN];
-    _Alignas(64) REAL r2[2 * SPAN];
-    _Alignas(64) REAL r3[2 * SPAN];
-    _Alignas(64) REAL r4[8 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
-        NAME(load_span)(r0, args[0], first, 2);
-        NAME(load_span)(r1, args[1], first, 2);
-        NAME(load_span)(r2, args[2], first, 2);
-        NAME(load_span)(r3, args[3], first, 2);
-        ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
-            REAL x0[2];
-            REAL x1[2];
-            REAL x2[2];
-            REAL x3[2];
-            REAL x4[8];
-            NAME(load_2)(x0, (char *)(r0 + i), SPAN * w);
-            NAME(load_2)(x1, (char *)(r1 + i), SPAN * w);
-            NAME(load_2)(x2, (char *)(r2 + i), SPAN * w);
-            NAME(load_2)(x3, (char *)(r3 + i), SPAN * w);
-            NAME(dirac_from_column)(x0, x1, x2, x3, x4);
-            NAME(store_8)((char *)(r4 + i), SPAN * w, x4);
-        }
-        NAME(store_span)(args[4], first, r4, 8);
-    }
-}
-LOOPS(dirac_from_column_dense)
-
 void NAME(dirac_from_column_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{2, 1, 0, {2}}, {2, 1, 1, {2}}, {2, 1, 2, {2}}, {2, 1, 3, {2}}, {8, 1, 4,
         {8}}};
-    static const struct kernel kernel = {WIDTHS(dirac_from_column_block), WIDTHS(dirac_from_column_dense),
-        (any_function *)NAME(dirac_from_column), NAME(call_aaaar), 4, 5, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(dirac_from_column_block), {NULL}, (any_function
+        *)NAME(dirac_from_column), NAME(call_aaaar), 4, 5, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -4681,44 +4568,11 @@ static INLINE void NAME(dirac_to_column_block)(intptr_t n, char **args, const in
 }
 LOOPS(dirac_to_column_block)
 
-static INLINE void NAME(dirac_to_column_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    _Alignas(64) REAL r0[8 * SPAN];
-    _Alignas(64) REAL r1[2 * SPAN];
-    _Alignas(64) REAL r2[2 * SPAN];
-    _Alignas(64) REAL r3[2 * SPAN];
-    _Alignas(64) REAL r4[2 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
-        NAME(load_span)(r0, args[0], first, 8);
-        ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
-            REAL x0[8];
-            REAL x1[2];
-            REAL x2[2];
-            REAL x3[2];
-            REAL x4[2];
-            NAME(load_8)(x0, (char *)(r0 + i), SPAN * w);
-            NAME(dirac_to_column)(x0, x1, x2, x3, x4);
-            NAME(store_2)((char *)(r1 + i), SPAN * w, x1);
-            NAME(store_2)((char *)(r2 + i), SPAN * w, x2);
-            NAME(store_2)((char *)(r3 + i), SPAN * w, x3);
-            NAME(store_2)((char *)(r4 + i), SPAN * w, x4);
-        }
-        NAME(store_span)(args[1], first, r1, 2);
-        NAME(store_span)(args[2], first, r2, 2);
-        NAME(store_span)(args[3], first, r3, 2);
-        NAME(store_span)(args[4], first, r4, 2);
-    }
-}
-LOOPS(dirac_to_column_dense)
-
 void NAME(dirac_to_column_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{8, 1, 0, {8}}, {2, 1, 1, {2}}, {2, 1, 2, {2}}, {2, 1, 3, {2}}, {2, 1, 4,
         {2}}};
-    static const struct kernel kernel = {WIDTHS(dirac_to_column_block), WIDTHS(dirac_to_column_dense), (any_function
+    static const struct kernel kernel = {WIDTHS(dirac_to_column_block), {NULL}, (any_function
         *)NAME(dirac_to_column), NAME(call_arrrr), 1, 5, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -5401,28 +5255,6 @@ static INLINE void NAME(dirac_wave_block_p_x)(intptr_t n, char **args, const int
 }
 LOOPS(dirac_wave_block_p_x)
 
-static INLINE void NAME(dirac_wave_dense_p_x)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const REAL *prepared = (const REAL *)args[0];
-    (void)strides;
-    _Alignas(64) REAL r1[4 * SPAN];
-    _Alignas(64) REAL r3[8 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
-        NAME(load_span)(r1, args[1], first, 4);
-        ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
-            REAL x1[4];
-            REAL x3[8];
-            NAME(load_4)(x1, (char *)(r1 + i), SPAN * w);
-            NAME(dirac_wave_apply_p_x)(prepared, x1, x3);
-            NAME(store_8)((char *)(r3 + i), SPAN * w, x3);
-        }
-        NAME(store_span)(args[3], first, r3, 8);
-    }
-}
-LOOPS(dirac_wave_dense_p_x)
-
 static void NAME(dirac_wave_start_p_x)(char **args, const intptr_t *strides, void *prepared)
 {
     const intptr_t c0a = strides[0], c2a = strides[2];
@@ -5555,9 +5387,9 @@ LOOPS(dirac_wave_block)
 void NAME(dirac_wave_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {4, 1, 1, {4}}, {4, 1, 2, {4}}, {8, 1, 3, {8}}};
-    static const struct form forms[] = {{5, 2, NAME(dirac_wave_start_p_x), WIDTHS(dirac_wave_block_p_x),
-        WIDTHS(dirac_wave_dense_p_x)}, {1, 2, NAME(dirac_wave_start_p), WIDTHS(dirac_wave_block_p), {NULL}}, {3, 2,
-        NAME(dirac_wave_start_p_spin), WIDTHS(dirac_wave_block_p_spin), {NULL}}};
+    static const struct form forms[] = {{5, 2, NAME(dirac_wave_start_p_x), WIDTHS(dirac_wave_block_p_x), {NULL}},
+        {1, 2, NAME(dirac_wave_start_p), WIDTHS(dirac_wave_block_p), {NULL}}, {3, 2, NAME(dirac_wave_start_p_spin),
+        WIDTHS(dirac_wave_block_p_spin), {NULL}}};
     static const struct kernel kernel = {WIDTHS(dirac_wave_block), {NULL}, (any_function *)NAME(dirac_wave),
         NAME(call_aaar), 3, 4, 3, 1, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
@@ -6006,28 +5838,6 @@ static INLINE void NAME(dirac_antiparticle_wave_block_p_x)(intptr_t n, char **ar
 }
 LOOPS(dirac_antiparticle_wave_block_p_x)
 
-static INLINE void NAME(dirac_antiparticle_wave_dense_p_x)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const REAL *prepared = (const REAL *)args[0];
-    (void)strides;
-    _Alignas(64) REAL r1[4 * SPAN];
-    _Alignas(64) REAL r3[8 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
-        NAME(load_span)(r1, args[1], first, 4);
-        ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
-            REAL x1[4];
-            REAL x3[8];
-            NAME(load_4)(x1, (char *)(r1 + i), SPAN * w);
-            NAME(dirac_antiparticle_wave_apply_p_x)(prepared, x1, x3);
-            NAME(store_8)((char *)(r3 + i), SPAN * w, x3);
-        }
-        NAME(store_span)(args[3], first, r3, 8);
-    }
-}
-LOOPS(dirac_antiparticle_wave_dense_p_x)
-
 static void NAME(dirac_antiparticle_wave_start_p_x)(char **args, const intptr_t *strides, void *prepared)
 {
     const intptr_t c0a = strides[0], c2a = strides[2];
@@ -6161,9 +5971,9 @@ void NAME(dirac_antiparticle_wave_loop)(char **args, const intptr_t *dimensions,
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {4, 1, 1, {4}}, {4, 1, 2, {4}}, {8, 1, 3, {8}}};
     static const struct form forms[] = {{5, 2, NAME(dirac_antiparticle_wave_start_p_x),
-        WIDTHS(dirac_antiparticle_wave_block_p_x), WIDTHS(dirac_antiparticle_wave_dense_p_x)}, {1, 2,
-        NAME(dirac_antiparticle_wave_start_p), WIDTHS(dirac_antiparticle_wave_block_p), {NULL}}, {3, 2,
-        NAME(dirac_antiparticle_wave_start_p_spin), WIDTHS(dirac_antiparticle_wave_block_p_spin), {NULL}}};
+        WIDTHS(dirac_antiparticle_wave_block_p_x), {NULL}}, {1, 2, NAME(dirac_antiparticle_wave_start_p),
+        WIDTHS(dirac_antiparticle_wave_block_p), {NULL}}, {3, 2, NAME(dirac_antiparticle_wave_start_p_spin),
+        WIDTHS(dirac_antiparticle_wave_block_p_spin), {NULL}}};
     static const struct kernel kernel = {WIDTHS(dirac_antiparticle_wave_block), {NULL}, (any_function
         *)NAME(dirac_antiparticle_wave), NAME(call_aaar), 3, 4, 3, 1, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
@@ -6226,36 +6036,11 @@ static INLINE void NAME(dirac_density_block)(intptr_t n, char **args, const intp
 }
 LOOPS(dirac_density_block)
 
-static INLINE void NAME(dirac_density_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    _Alignas(64) REAL r0[8 * SPAN];
-    _Alignas(64) REAL r1[1 * SPAN];
-    _Alignas(64) REAL r2[1 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
-        NAME(load_span)(r0, args[0], first, 8);
-        ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
-            REAL x0[8];
-            REAL x1[1];
-            REAL x2[1];
-            NAME(load_8)(x0, (char *)(r0 + i), SPAN * w);
-            NAME(dirac_density)(x0, x1, x2);
-            NAME(store_scalar)((char *)(r1 + i), x1);
-            NAME(store_scalar)((char *)(r2 + i), x2);
-        }
-        NAME(store_span)(args[1], first, r1, 1);
-        NAME(store_span)(args[2], first, r2, 1);
-    }
-}
-LOOPS(dirac_density_dense)
-
 void NAME(dirac_density_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{8, 1, 0, {8}}, {1, 0, 1, {0}}, {1, 0, 1, {0}}};
-    static const struct kernel kernel = {WIDTHS(dirac_density_block), WIDTHS(dirac_density_dense), (any_function
-        *)NAME(dirac_density), NAME(call_arr), 1, 3, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(dirac_density_block), {NULL}, (any_function *)NAME(dirac_density),
+        NAME(call_arr), 1, 3, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -6349,32 +6134,11 @@ static INLINE void NAME(dirac_spin_bivector_block)(intptr_t n, char **args, cons
 }
 LOOPS(dirac_spin_bivector_block)
 
-static INLINE void NAME(dirac_spin_bivector_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    _Alignas(64) REAL r0[8 * SPAN];
-    _Alignas(64) REAL r1[6 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
-        NAME(load_span)(r0, args[0], first, 8);
-        ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
-            REAL x0[8];
-            REAL x1[6];
-            NAME(load_8)(x0, (char *)(r0 + i), SPAN * w);
-            NAME(dirac_spin_bivector)(x0, x1);
-            NAME(store_6)((char *)(r1 + i), SPAN * w, x1);
-        }
-        NAME(store_span)(args[1], first, r1, 6);
-    }
-}
-LOOPS(dirac_spin_bivector_dense)
-
 void NAME(dirac_spin_bivector_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{8, 1, 0, {8}}, {6, 1, 1, {6}}};
-    static const struct kernel kernel = {WIDTHS(dirac_spin_bivector_block), WIDTHS(dirac_spin_bivector_dense),
-        (any_function *)NAME(dirac_spin_bivector), NAME(call_ar), 1, 2, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(dirac_spin_bivector_block), {NULL}, (any_function
+        *)NAME(dirac_spin_bivector), NAME(call_ar), 1, 2, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -7800,28 +7564,6 @@ static INLINE void NAME(dirac_residual_block_dt_dx_dy_psi_a_mass)(intptr_t n, ch
 }
 LOOPS(dirac_residual_block_dt_dx_dy_psi_a_mass)
 
-static INLINE void NAME(dirac_residual_dense_dt_dx_dy_psi_a_mass)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const REAL *prepared = (const REAL *)args[0];
-    (void)strides;
-    _Alignas(64) REAL r3[8 * SPAN];
-    _Alignas(64) REAL r7[8 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
-        NAME(load_span)(r3, args[3], first, 8);
-        ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
-            REAL x3[8];
-            REAL x7[8];
-            NAME(load_8)(x3, (char *)(r3 + i), SPAN * w);
-            NAME(dirac_residual_apply_dt_dx_dy_psi_a_mass)(prepared, x3, x7);
-            NAME(store_8)((char *)(r7 + i), SPAN * w, x7);
-        }
-        NAME(store_span)(args[7], first, r7, 8);
-    }
-}
-LOOPS(dirac_residual_dense_dt_dx_dy_psi_a_mass)
-
 static void NAME(dirac_residual_start_dt_dx_dy_psi_a_mass)(char **args, const intptr_t *strides, void *prepared)
 {
     const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2], c4a = strides[4], c5a = strides[5];
@@ -7857,28 +7599,6 @@ static INLINE void NAME(dirac_residual_block_dt_dx_dz_psi_a_mass)(intptr_t n, ch
     }
 }
 LOOPS(dirac_residual_block_dt_dx_dz_psi_a_mass)
-
-static INLINE void NAME(dirac_residual_dense_dt_dx_dz_psi_a_mass)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const REAL *prepared = (const REAL *)args[0];
-    (void)strides;
-    _Alignas(64) REAL r2[8 * SPAN];
-    _Alignas(64) REAL r7[8 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
-        NAME(load_span)(r2, args[2], first, 8);
-        ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
-            REAL x2[8];
-            REAL x7[8];
-            NAME(load_8)(x2, (char *)(r2 + i), SPAN * w);
-            NAME(dirac_residual_apply_dt_dx_dz_psi_a_mass)(prepared, x2, x7);
-            NAME(store_8)((char *)(r7 + i), SPAN * w, x7);
-        }
-        NAME(store_span)(args[7], first, r7, 8);
-    }
-}
-LOOPS(dirac_residual_dense_dt_dx_dz_psi_a_mass)
 
 static void NAME(dirac_residual_start_dt_dx_dz_psi_a_mass)(char **args, const intptr_t *strides, void *prepared)
 {
@@ -7916,28 +7636,6 @@ static INLINE void NAME(dirac_residual_block_dt_dy_dz_psi_a_mass)(intptr_t n, ch
 }
 LOOPS(dirac_residual_block_dt_dy_dz_psi_a_mass)
 
-static INLINE void NAME(dirac_residual_dense_dt_dy_dz_psi_a_mass)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const REAL *prepared = (const REAL *)args[0];
-    (void)strides;
-    _Alignas(64) REAL r1[8 * SPAN];
-    _Alignas(64) REAL r7[8 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
-        NAME(load_span)(r1, args[1], first, 8);
-        ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
-            REAL x1[8];
-            REAL x7[8];
-            NAME(load_8)(x1, (char *)(r1 + i), SPAN * w);
-            NAME(dirac_residual_apply_dt_dy_dz_psi_a_mass)(prepared, x1, x7);
-            NAME(store_8)((char *)(r7 + i), SPAN * w, x7);
-        }
-        NAME(store_span)(args[7], first, r7, 8);
-    }
-}
-LOOPS(dirac_residual_dense_dt_dy_dz_psi_a_mass)
-
 static void NAME(dirac_residual_start_dt_dy_dz_psi_a_mass)(char **args, const intptr_t *strides, void *prepared)
 {
     const intptr_t c0a = strides[0], c2a = strides[2], c3a = strides[3], c4a = strides[4], c5a = strides[5];
@@ -7974,28 +7672,6 @@ static INLINE void NAME(dirac_residual_block_dx_dy_dz_psi_a_mass)(intptr_t n, ch
 }
 LOOPS(dirac_residual_block_dx_dy_dz_psi_a_mass)
 
-static INLINE void NAME(dirac_residual_dense_dx_dy_dz_psi_a_mass)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const REAL *prepared = (const REAL *)args[1];
-    (void)strides;
-    _Alignas(64) REAL r0[8 * SPAN];
-    _Alignas(64) REAL r7[8 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
-        NAME(load_span)(r0, args[0], first, 8);
-        ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
-            REAL x0[8];
-            REAL x7[8];
-            NAME(load_8)(x0, (char *)(r0 + i), SPAN * w);
-            NAME(dirac_residual_apply_dx_dy_dz_psi_a_mass)(prepared, x0, x7);
-            NAME(store_8)((char *)(r7 + i), SPAN * w, x7);
-        }
-        NAME(store_span)(args[7], first, r7, 8);
-    }
-}
-LOOPS(dirac_residual_dense_dx_dy_dz_psi_a_mass)
-
 static void NAME(dirac_residual_start_dx_dy_dz_psi_a_mass)(char **args, const intptr_t *strides, void *prepared)
 {
     const intptr_t c1a = strides[1], c2a = strides[2], c3a = strides[3], c4a = strides[4], c5a = strides[5];
@@ -8031,28 +7707,6 @@ static INLINE void NAME(dirac_residual_block_dt_dx_dy_dz_psi_a)(intptr_t n, char
     }
 }
 LOOPS(dirac_residual_block_dt_dx_dy_dz_psi_a)
-
-static INLINE void NAME(dirac_residual_dense_dt_dx_dy_dz_psi_a)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const REAL *prepared = (const REAL *)args[0];
-    (void)strides;
-    _Alignas(64) REAL r6[1 * SPAN];
-    _Alignas(64) REAL r7[8 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
-        NAME(load_span)(r6, args[6], first, 1);
-        ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
-            REAL x6[1];
-            REAL x7[8];
-            NAME(load_scalar)(x6, (char *)(r6 + i));
-            NAME(dirac_residual_apply_dt_dx_dy_dz_psi_a)(prepared, x6[0], x7);
-            NAME(store_8)((char *)(r7 + i), SPAN * w, x7);
-        }
-        NAME(store_span)(args[7], first, r7, 8);
-    }
-}
-LOOPS(dirac_residual_dense_dt_dx_dy_dz_psi_a)
 
 static void NAME(dirac_residual_start_dt_dx_dy_dz_psi_a)(char **args, const intptr_t *strides, void *prepared)
 {
@@ -8091,28 +7745,6 @@ static INLINE void NAME(dirac_residual_block_dt_dx_dy_dz_psi_mass)(intptr_t n, c
 }
 LOOPS(dirac_residual_block_dt_dx_dy_dz_psi_mass)
 
-static INLINE void NAME(dirac_residual_dense_dt_dx_dy_dz_psi_mass)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const REAL *prepared = (const REAL *)args[0];
-    (void)strides;
-    _Alignas(64) REAL r5[4 * SPAN];
-    _Alignas(64) REAL r7[8 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
-        NAME(load_span)(r5, args[5], first, 4);
-        ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
-            REAL x5[4];
-            REAL x7[8];
-            NAME(load_4)(x5, (char *)(r5 + i), SPAN * w);
-            NAME(dirac_residual_apply_dt_dx_dy_dz_psi_mass)(prepared, x5, x7);
-            NAME(store_8)((char *)(r7 + i), SPAN * w, x7);
-        }
-        NAME(store_span)(args[7], first, r7, 8);
-    }
-}
-LOOPS(dirac_residual_dense_dt_dx_dy_dz_psi_mass)
-
 static void NAME(dirac_residual_start_dt_dx_dy_dz_psi_mass)(char **args, const intptr_t *strides, void *prepared)
 {
     const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2], c3a = strides[3], c4a = strides[4];
@@ -8148,28 +7780,6 @@ static INLINE void NAME(dirac_residual_block_dt_dx_dy_dz_a_mass)(intptr_t n, cha
     }
 }
 LOOPS(dirac_residual_block_dt_dx_dy_dz_a_mass)
-
-static INLINE void NAME(dirac_residual_dense_dt_dx_dy_dz_a_mass)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const REAL *prepared = (const REAL *)args[0];
-    (void)strides;
-    _Alignas(64) REAL r4[8 * SPAN];
-    _Alignas(64) REAL r7[8 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
-        NAME(load_span)(r4, args[4], first, 8);
-        ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
-            REAL x4[8];
-            REAL x7[8];
-            NAME(load_8)(x4, (char *)(r4 + i), SPAN * w);
-            NAME(dirac_residual_apply_dt_dx_dy_dz_a_mass)(prepared, x4, x7);
-            NAME(store_8)((char *)(r7 + i), SPAN * w, x7);
-        }
-        NAME(store_span)(args[7], first, r7, 8);
-    }
-}
-LOOPS(dirac_residual_dense_dt_dx_dy_dz_a_mass)
 
 static void NAME(dirac_residual_start_dt_dx_dy_dz_a_mass)(char **args, const intptr_t *strides, void *prepared)
 {
@@ -8230,16 +7840,15 @@ void NAME(dirac_residual_loop)(char **args, const intptr_t *dimensions, const in
     static const struct part parts[] = {{8, 1, 0, {8}}, {8, 1, 1, {8}}, {8, 1, 2, {8}}, {8, 1, 3, {8}}, {8, 1, 4,
         {8}}, {4, 1, 5, {4}}, {1, 0, 6, {0}}, {8, 1, 6, {8}}};
     static const struct form forms[] = {{119, 2, NAME(dirac_residual_start_dt_dx_dy_psi_a_mass),
-        WIDTHS(dirac_residual_block_dt_dx_dy_psi_a_mass), WIDTHS(dirac_residual_dense_dt_dx_dy_psi_a_mass)}, {123,
-        2, NAME(dirac_residual_start_dt_dx_dz_psi_a_mass), WIDTHS(dirac_residual_block_dt_dx_dz_psi_a_mass),
-        WIDTHS(dirac_residual_dense_dt_dx_dz_psi_a_mass)}, {125, 2, NAME(dirac_residual_start_dt_dy_dz_psi_a_mass),
-        WIDTHS(dirac_residual_block_dt_dy_dz_psi_a_mass), WIDTHS(dirac_residual_dense_dt_dy_dz_psi_a_mass)}, {126,
-        2, NAME(dirac_residual_start_dx_dy_dz_psi_a_mass), WIDTHS(dirac_residual_block_dx_dy_dz_psi_a_mass),
-        WIDTHS(dirac_residual_dense_dx_dy_dz_psi_a_mass)}, {63, 2, NAME(dirac_residual_start_dt_dx_dy_dz_psi_a),
-        WIDTHS(dirac_residual_block_dt_dx_dy_dz_psi_a), WIDTHS(dirac_residual_dense_dt_dx_dy_dz_psi_a)}, {95, 2,
-        NAME(dirac_residual_start_dt_dx_dy_dz_psi_mass), WIDTHS(dirac_residual_block_dt_dx_dy_dz_psi_mass),
-        WIDTHS(dirac_residual_dense_dt_dx_dy_dz_psi_mass)}, {111, 2, NAME(dirac_residual_start_dt_dx_dy_dz_a_mass),
-        WIDTHS(dirac_residual_block_dt_dx_dy_dz_a_mass), WIDTHS(dirac_residual_dense_dt_dx_dy_dz_a_mass)}};
+        WIDTHS(dirac_residual_block_dt_dx_dy_psi_a_mass), {NULL}}, {123, 2,
+        NAME(dirac_residual_start_dt_dx_dz_psi_a_mass), WIDTHS(dirac_residual_block_dt_dx_dz_psi_a_mass), {NULL}},
+        {125, 2, NAME(dirac_residual_start_dt_dy_dz_psi_a_mass), WIDTHS(dirac_residual_block_dt_dy_dz_psi_a_mass),
+        {NULL}}, {126, 2, NAME(dirac_residual_start_dx_dy_dz_psi_a_mass),
+        WIDTHS(dirac_residual_block_dx_dy_dz_psi_a_mass), {NULL}}, {63, 2,
+        NAME(dirac_residual_start_dt_dx_dy_dz_psi_a), WIDTHS(dirac_residual_block_dt_dx_dy_dz_psi_a), {NULL}}, {95,
+        2, NAME(dirac_residual_start_dt_dx_dy_dz_psi_mass), WIDTHS(dirac_residual_block_dt_dx_dy_dz_psi_mass),
+        {NULL}}, {111, 2, NAME(dirac_residual_start_dt_dx_dy_dz_a_mass),
+        WIDTHS(dirac_residual_block_dt_dx_dy_dz_a_mass), {NULL}}};
     static const struct kernel kernel = {WIDTHS(dirac_residual_block), {NULL}, (any_function *)NAME(dirac_residual),
         NAME(call_aaaaaanr), 7, 8, 7, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);

@@ -2,7 +2,7 @@
 // command: gac generate --all sta
 // spec: 65db12e5bb2360c0
 // contraction: -ffp-contract=off (every operation is rounded once)
-// body: aaf3164504e357d0098ccbdefa13c048e152c33bdf967abd282ac5d7d9913422
+// body: e71444ff322b38fd1cb3f5140909f520246d46de7a37aed1fa72c8c4fbd3ae39
 
 #ifndef REAL
 #include "sta.h"
@@ -99,7 +99,7 @@ struct kernel {
     const struct form *forms;
 };
 
-enum { PARTS = 9, CORES = 9, NUMBERS = 48, SPACE = 4096, PREPARED = 18 };
+enum { PARTS = 9, CORES = 9, NUMBERS = 48, SPACE = 4096, PREPARED = 18, SIZES = 16 };
 
 #define SQRT(x) FUNCTION(sqrt)(x)
 #define SIN(x) NAME(sin_of)(x, far)
@@ -768,50 +768,161 @@ WIDE static void NAME(store_rows)(char *a, intptr_t s, intptr_t c, REAL *x, intp
     }
 }
 
-// The rows of SPAN elements of `size` components, in C order from element `first` on; and back.
-static INLINE void NAME(load_span)(REAL *x, char *a, intptr_t first, intptr_t size)
+// Rows, SPAN numbers long, of `n` elements of `size` components, in C order from element `first` on; and back.
+static INLINE void NAME(load_span)(REAL *x, char *a, intptr_t first, intptr_t size, intptr_t n)
 {
     const intptr_t w = sizeof(REAL);
     const REAL *from = (const REAL *)(a + first * size * w);
     if (size == 1) {
-        memcpy(x, from, SPAN * w);
+        memcpy(x, from, n * w);
     } else if (size == 2) {
-        for (intptr_t i = 0; i < SPAN; ++i) {
+        for (intptr_t i = 0; i < n; ++i) {
             x[i] = from[2 * i];
             x[SPAN + i] = from[2 * i + 1];
         }
     } else if (size == 3) {
-        for (intptr_t i = 0; i < SPAN; ++i) {
+        for (intptr_t i = 0; i < n; ++i) {
             x[i] = from[3 * i];
             x[SPAN + i] = from[3 * i + 1];
             x[2 * SPAN + i] = from[3 * i + 2];
         }
     } else {
-        NAME(turn_tiles)(0, (char *)x, SPAN * w, (char *)from, size * w, size, SPAN);
+        NAME(turn_tiles)(0, (char *)x, SPAN * w, (char *)from, size * w, size, n);
     }
 }
 
-static INLINE void NAME(store_span)(char *a, intptr_t first, REAL *x, intptr_t size)
+static INLINE void NAME(store_span)(char *a, intptr_t first, REAL *x, intptr_t size, intptr_t n)
 {
     const intptr_t w = sizeof(REAL);
     REAL *to = (REAL *)(a + first * size * w);
     if (size == 1) {
-        memcpy(to, x, SPAN * w);
+        memcpy(to, x, n * w);
     } else if (size == 2) {
-        for (intptr_t i = 0; i < SPAN; ++i) {
+        for (intptr_t i = 0; i < n; ++i) {
             to[2 * i] = x[i];
             to[2 * i + 1] = x[SPAN + i];
         }
     } else if (size == 3) {
-        for (intptr_t i = 0; i < SPAN; ++i) {
+        for (intptr_t i = 0; i < n; ++i) {
             to[3 * i] = x[i];
             to[3 * i + 1] = x[SPAN + i];
             to[3 * i + 2] = x[2 * SPAN + i];
         }
     } else {
-        NAME(turn_tiles)(1, (char *)x, SPAN * w, (char *)to, size * w, size, SPAN);
+        NAME(turn_tiles)(1, (char *)x, SPAN * w, (char *)to, size * w, size, n);
     }
 }
+
+// The same as loops, one for each size that is known: between rows and elements in C order.
+static INLINE void NAME(load_span_1)(intptr_t n, char **args, const intptr_t *strides)
+{
+    (void)strides;
+    NAME(load_span)((REAL *)args[0], args[1], 0, 1, n);
+}
+LOOPS(load_span_1)
+
+static INLINE void NAME(store_span_1)(intptr_t n, char **args, const intptr_t *strides)
+{
+    (void)strides;
+    NAME(store_span)(args[1], 0, (REAL *)args[0], 1, n);
+}
+LOOPS(store_span_1)
+
+static INLINE void NAME(load_span_2)(intptr_t n, char **args, const intptr_t *strides)
+{
+    (void)strides;
+    NAME(load_span)((REAL *)args[0], args[1], 0, 2, n);
+}
+LOOPS(load_span_2)
+
+static INLINE void NAME(store_span_2)(intptr_t n, char **args, const intptr_t *strides)
+{
+    (void)strides;
+    NAME(store_span)(args[1], 0, (REAL *)args[0], 2, n);
+}
+LOOPS(store_span_2)
+
+static INLINE void NAME(load_span_3)(intptr_t n, char **args, const intptr_t *strides)
+{
+    (void)strides;
+    NAME(load_span)((REAL *)args[0], args[1], 0, 3, n);
+}
+LOOPS(load_span_3)
+
+static INLINE void NAME(store_span_3)(intptr_t n, char **args, const intptr_t *strides)
+{
+    (void)strides;
+    NAME(store_span)(args[1], 0, (REAL *)args[0], 3, n);
+}
+LOOPS(store_span_3)
+
+static INLINE void NAME(load_span_4)(intptr_t n, char **args, const intptr_t *strides)
+{
+    (void)strides;
+    NAME(load_span)((REAL *)args[0], args[1], 0, 4, n);
+}
+LOOPS(load_span_4)
+
+static INLINE void NAME(store_span_4)(intptr_t n, char **args, const intptr_t *strides)
+{
+    (void)strides;
+    NAME(store_span)(args[1], 0, (REAL *)args[0], 4, n);
+}
+LOOPS(store_span_4)
+
+static INLINE void NAME(load_span_6)(intptr_t n, char **args, const intptr_t *strides)
+{
+    (void)strides;
+    NAME(load_span)((REAL *)args[0], args[1], 0, 6, n);
+}
+LOOPS(load_span_6)
+
+static INLINE void NAME(store_span_6)(intptr_t n, char **args, const intptr_t *strides)
+{
+    (void)strides;
+    NAME(store_span)(args[1], 0, (REAL *)args[0], 6, n);
+}
+LOOPS(store_span_6)
+
+static INLINE void NAME(load_span_8)(intptr_t n, char **args, const intptr_t *strides)
+{
+    (void)strides;
+    NAME(load_span)((REAL *)args[0], args[1], 0, 8, n);
+}
+LOOPS(load_span_8)
+
+static INLINE void NAME(store_span_8)(intptr_t n, char **args, const intptr_t *strides)
+{
+    (void)strides;
+    NAME(store_span)(args[1], 0, (REAL *)args[0], 8, n);
+}
+LOOPS(store_span_8)
+
+static INLINE void NAME(load_span_16)(intptr_t n, char **args, const intptr_t *strides)
+{
+    (void)strides;
+    NAME(load_span)((REAL *)args[0], args[1], 0, 16, n);
+}
+LOOPS(load_span_16)
+
+static INLINE void NAME(store_span_16)(intptr_t n, char **args, const intptr_t *strides)
+{
+    (void)strides;
+    NAME(store_span)(args[1], 0, (REAL *)args[0], 16, n);
+}
+LOOPS(store_span_16)
+
+static const struct {
+    loop_function *load[2], *store[2];
+} NAME(spans)[SIZES + 1] = {
+    [1] = {WIDTHS(load_span_1), WIDTHS(store_span_1)},
+    [2] = {WIDTHS(load_span_2), WIDTHS(store_span_2)},
+    [3] = {WIDTHS(load_span_3), WIDTHS(store_span_3)},
+    [4] = {WIDTHS(load_span_4), WIDTHS(store_span_4)},
+    [6] = {WIDTHS(load_span_6), WIDTHS(store_span_6)},
+    [8] = {WIDTHS(load_span_8), WIDTHS(store_span_8)},
+    [16] = {WIDTHS(load_span_16), WIDTHS(store_span_16)},
+};
 
 // All rows of a part, from the batch or back to it; axes that lie as one are moved as one.
 static void NAME(move_part)(int back, REAL *x, intptr_t row, const struct part *part, char *a, intptr_t s,
@@ -883,15 +994,23 @@ static void NAME(batch)(const struct kernel *kernel, char **args, intptr_t n, co
     char *starts[PARTS];
     intptr_t cores[CORES], row_cores[CORES], total = 0, bytes = 0;
     unsigned still = 0, hoisted = 0;
+    int in_place = 1, ordered = 1, known = 1;
     if (width < 0 || n == 1) {
         NAME(each)(kernel, args, n, steps);
         return;
     }
-    loop_function *in_rows = kernel->block[width], *in_order = kernel->dense[width];
+    loop_function *in_rows = kernel->block[width], *in_order = kernel->dense[width], *loads[PARTS], *stores[PARTS];
     for (int p = 0; p < n_parts; ++p) {
-        total += kernel->parts[p].size;
+        const struct part *part = &kernel->parts[p];
+        const int same = p < n_inputs && steps[p] == 0;
+        intptr_t step = w;
+        for (int q = part->rank; q-- > 0; step *= part->shape[q])
+            ordered = ordered && (same || strides[part->first + q] == step);
+        ordered = ordered && (same || steps[p] == step);
+        known = known && part->size <= SIZES && NAME(spans)[part->size].load[width];
+        total += part->size;
         bytes += steps[p] < 0 ? -steps[p] : steps[p];
-        still |= (unsigned)(p < n_inputs && steps[p] == 0) << p;
+        still |= (unsigned)same << p;
     }
     for (int f = 0; f < kernel->n_forms && !hoisted; ++f) {
         const struct form *form = &kernel->forms[f];
@@ -900,40 +1019,52 @@ static void NAME(batch)(const struct kernel *kernel, char **args, intptr_t n, co
             hoisted = form->same, in_rows = form->block[width], in_order = form->dense[width];
         }
     }
-    int in_place = 1, dense = in_order != NULL;
-    // Long rows spare calls; beyond the last cache, short ones keep reading and writing going side by side.
-    intptr_t row = n < (1 << 24) / (bytes + 1) ? 512 / w : LANES;
+    const int dense = ordered && still == hoisted && in_order;
+    const int spans = ordered && !dense && known && total * SPAN <= SPACE;
+    // Long rows spare calls; beyond the last cache, short turns keep reading and writing going side by side.
+    const int near = n < (1 << 24) / (bytes + 1);
+    intptr_t row = spans ? SPAN : near ? 512 / w : LANES;
     while (row > LANES && row * total > SPACE)
         row /= 2;
     total = 0;
     for (int p = 0; p < n_parts; ++p) {
         const struct part *part = &kernel->parts[p];
-        const intptr_t *c = strides + part->first;
-        intptr_t step = w, row_step = row * w;
+        intptr_t row_step = row * w;
         starts[p] = hoisted >> p & 1 ? (char *)prepared : args[p];
         rows[p] = space + row * total;
         total += part->size;
-        kinds[p] = hoisted >> p & 1 ? HOISTED : p < n_inputs && steps[p] == 0 ? SAME : steps[p] == w ? UNIT : ANY;
+        kinds[p] = hoisted >> p & 1 ? HOISTED : still >> p & 1 ? SAME : steps[p] == w ? UNIT : ANY;
         for (int q = 0; kernel->repeats && p >= n_inputs && q < n_inputs; ++q)
             kinds[p] = args[p] == args[q] ? ANY : kinds[p];
         in_place = in_place && (kinds[p] == UNIT || kinds[p] == HOISTED);
-        for (int q = part->rank; q-- > 0; step *= part->shape[q], row_step *= part->shape[q]) {
-            cores[part->first + q] = c[q];
-            row_cores[part->first + q] = row_step;
-            dense = dense && (kinds[p] == HOISTED || c[q] == step);
+        for (int q = part->first + part->rank; q-- > part->first; row_step *= part->shape[q - part->first]) {
+            cores[q] = kinds[p] == SAME || kinds[p] == ANY ? row_step : strides[q];
+            row_cores[q] = row_step;
         }
-        dense = dense && (kinds[p] == HOISTED || steps[p] == step);
-    }
-    for (int p = 0; p < n_inputs && !dense; ++p) {
-        const struct part *part = &kernel->parts[p];
-        if (kinds[p] == SAME) {
-            starts[p] = (char *)rows[p];
+        if (dense || kinds[p] == HOISTED || kinds[p] == UNIT)
+            continue;
+        starts[p] = (char *)rows[p];
+        loads[p] = spans ? NAME(spans)[part->size].load[width] : NULL;
+        stores[p] = spans ? NAME(spans)[part->size].store[width] : NULL;
+        if (kinds[p] == SAME)
             NAME(move_part)(0, rows[p], row, part, args[p], 0, strides + part->first, n < row ? PADDED(n) : row);
-            for (int q = part->first; q < part->first + part->rank; ++q)
-                cores[q] = row_cores[q];
-        }
     }
-    for (intptr_t i = 0, m; i < n; i += m) {
+    const intptr_t turn = near ? SPAN : LANES;
+    intptr_t i = 0;
+    // In C order, by functions that know the sizes.
+    for (; spans && !in_place && n - i >= turn; i += turn) {
+        for (int p = 0; p < n_parts; ++p) {
+            if (kinds[p] == UNIT)
+                starts[p] = args[p] + i * w;
+            else if (kinds[p] == ANY && p < n_inputs)
+                loads[p](turn, (char *[]){starts[p], args[p] + i * steps[p]}, NULL);
+        }
+        in_rows(turn, starts, cores);
+        for (int p = n_inputs; p < n_parts; ++p)
+            if (kinds[p] == ANY)
+                stores[p](turn, (char *[]){starts[p], args[p] + i * steps[p]}, NULL);
+    }
+    for (intptr_t m; i < n; i += m) {
         const int last = n - i < LANES;
         if (dense && n - i >= SPAN) {
             m = n & -SPAN;
@@ -948,7 +1079,7 @@ static void NAME(batch)(const struct kernel *kernel, char **args, intptr_t n, co
             if (kinds[p] < UNIT || (kinds[p] == UNIT && !last))
                 continue;
             starts[p] = (char *)rows[p];
-            for (int q = part->first; q < part->first + part->rank; ++q)
+            for (int q = part->first; last && q < part->first + part->rank; ++q)
                 cores[q] = row_cores[q];
             if (p < n_inputs)
                 NAME(move_part)(0, rows[p], row, part, args[p] + i * steps[p], steps[p], strides + part->first, m);
@@ -2300,36 +2431,11 @@ static INLINE void NAME(even_product_block)(intptr_t n, char **args, const intpt
 }
 LOOPS(even_product_block)
 
-static INLINE void NAME(even_product_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    _Alignas(64) REAL r0[8 * SPAN];
-    _Alignas(64) REAL r1[8 * SPAN];
-    _Alignas(64) REAL r2[8 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
-        NAME(load_span)(r0, args[0], first, 8);
-        NAME(load_span)(r1, args[1], first, 8);
-        ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
-            REAL x0[8];
-            REAL x1[8];
-            REAL x2[8];
-            NAME(load_8)(x0, (char *)(r0 + i), SPAN * w);
-            NAME(load_8)(x1, (char *)(r1 + i), SPAN * w);
-            NAME(even_product)(x0, x1, x2);
-            NAME(store_8)((char *)(r2 + i), SPAN * w, x2);
-        }
-        NAME(store_span)(args[2], first, r2, 8);
-    }
-}
-LOOPS(even_product_dense)
-
 void NAME(even_product_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{8, 1, 0, {8}}, {8, 1, 1, {8}}, {8, 1, 2, {8}}};
-    static const struct kernel kernel = {WIDTHS(even_product_block), WIDTHS(even_product_dense), (any_function
-        *)NAME(even_product), NAME(call_aar), 2, 3, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(even_product_block), {NULL}, (any_function *)NAME(even_product),
+        NAME(call_aar), 2, 3, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -2654,32 +2760,11 @@ static INLINE void NAME(even_reverse_block)(intptr_t n, char **args, const intpt
 }
 LOOPS(even_reverse_block)
 
-static INLINE void NAME(even_reverse_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    _Alignas(64) REAL r0[8 * SPAN];
-    _Alignas(64) REAL r1[8 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
-        NAME(load_span)(r0, args[0], first, 8);
-        ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
-            REAL x0[8];
-            REAL x1[8];
-            NAME(load_8)(x0, (char *)(r0 + i), SPAN * w);
-            NAME(even_reverse)(x0, x1);
-            NAME(store_8)((char *)(r1 + i), SPAN * w, x1);
-        }
-        NAME(store_span)(args[1], first, r1, 8);
-    }
-}
-LOOPS(even_reverse_dense)
-
 void NAME(even_reverse_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{8, 1, 0, {8}}, {8, 1, 1, {8}}};
-    static const struct kernel kernel = {WIDTHS(even_reverse_block), WIDTHS(even_reverse_dense), (any_function
-        *)NAME(even_reverse), NAME(call_ar), 1, 2, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(even_reverse_block), {NULL}, (any_function *)NAME(even_reverse),
+        NAME(call_ar), 1, 2, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -2748,36 +2833,11 @@ static INLINE void NAME(vector_product_block)(intptr_t n, char **args, const int
 }
 LOOPS(vector_product_block)
 
-static INLINE void NAME(vector_product_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    _Alignas(64) REAL r0[4 * SPAN];
-    _Alignas(64) REAL r1[4 * SPAN];
-    _Alignas(64) REAL r2[8 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
-        NAME(load_span)(r0, args[0], first, 4);
-        NAME(load_span)(r1, args[1], first, 4);
-        ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
-            REAL x0[4];
-            REAL x1[4];
-            REAL x2[8];
-            NAME(load_4)(x0, (char *)(r0 + i), SPAN * w);
-            NAME(load_4)(x1, (char *)(r1 + i), SPAN * w);
-            NAME(vector_product)(x0, x1, x2);
-            NAME(store_8)((char *)(r2 + i), SPAN * w, x2);
-        }
-        NAME(store_span)(args[2], first, r2, 8);
-    }
-}
-LOOPS(vector_product_dense)
-
 void NAME(vector_product_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {4, 1, 1, {4}}, {8, 1, 2, {8}}};
-    static const struct kernel kernel = {WIDTHS(vector_product_block), WIDTHS(vector_product_dense), (any_function
-        *)NAME(vector_product), NAME(call_aar), 2, 3, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(vector_product_block), {NULL}, (any_function *)NAME(vector_product),
+        NAME(call_aar), 2, 3, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -2839,7 +2899,7 @@ static INLINE void NAME(dot_product_dense)(intptr_t n, char **args, const intptr
             NAME(dot_product)(x0, x1, x2);
             NAME(store_scalar)((char *)(r2 + i), x2);
         }
-        NAME(store_span)(args[2], first, r2, 1);
+        NAME(store_span)(args[2], first, r2, 1, SPAN);
     }
 }
 LOOPS(dot_product_dense)
@@ -2908,36 +2968,11 @@ static INLINE void NAME(wedge_vectors_block)(intptr_t n, char **args, const intp
 }
 LOOPS(wedge_vectors_block)
 
-static INLINE void NAME(wedge_vectors_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    _Alignas(64) REAL r0[4 * SPAN];
-    _Alignas(64) REAL r1[4 * SPAN];
-    _Alignas(64) REAL r2[6 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
-        NAME(load_span)(r0, args[0], first, 4);
-        NAME(load_span)(r1, args[1], first, 4);
-        ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
-            REAL x0[4];
-            REAL x1[4];
-            REAL x2[6];
-            NAME(load_4)(x0, (char *)(r0 + i), SPAN * w);
-            NAME(load_4)(x1, (char *)(r1 + i), SPAN * w);
-            NAME(wedge_vectors)(x0, x1, x2);
-            NAME(store_6)((char *)(r2 + i), SPAN * w, x2);
-        }
-        NAME(store_span)(args[2], first, r2, 6);
-    }
-}
-LOOPS(wedge_vectors_dense)
-
 void NAME(wedge_vectors_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {4, 1, 1, {4}}, {6, 1, 2, {6}}};
-    static const struct kernel kernel = {WIDTHS(wedge_vectors_block), WIDTHS(wedge_vectors_dense), (any_function
-        *)NAME(wedge_vectors), NAME(call_aar), 2, 3, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(wedge_vectors_block), {NULL}, (any_function *)NAME(wedge_vectors),
+        NAME(call_aar), 2, 3, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -2989,7 +3024,7 @@ static INLINE void NAME(interval_dense)(intptr_t n, char **args, const intptr_t 
             NAME(interval)(x0, x1);
             NAME(store_scalar)((char *)(r1 + i), x1);
         }
-        NAME(store_span)(args[1], first, r1, 1);
+        NAME(store_span)(args[1], first, r1, 1, SPAN);
     }
 }
 LOOPS(interval_dense)
@@ -3052,8 +3087,8 @@ static INLINE void NAME(spacetime_split_dense)(intptr_t n, char **args, const in
             NAME(store_scalar)((char *)(r1 + i), x1);
             NAME(store_3)((char *)(r2 + i), SPAN * w, x2);
         }
-        NAME(store_span)(args[1], first, r1, 1);
-        NAME(store_span)(args[2], first, r2, 3);
+        NAME(store_span)(args[1], first, r1, 1, SPAN);
+        NAME(store_span)(args[2], first, r2, 3, SPAN);
     }
 }
 LOOPS(spacetime_split_dense)
@@ -3120,7 +3155,7 @@ static INLINE void NAME(proper_velocity_dense)(intptr_t n, char **args, const in
             NAME(proper_velocity)(x0, x1);
             NAME(store_4)((char *)(r1 + i), SPAN * w, x1);
         }
-        NAME(store_span)(args[1], first, r1, 4);
+        NAME(store_span)(args[1], first, r1, 4, SPAN);
     }
 }
 LOOPS(proper_velocity_dense)
@@ -3273,36 +3308,11 @@ static INLINE void NAME(rotor_product_block)(intptr_t n, char **args, const intp
 }
 LOOPS(rotor_product_block)
 
-static INLINE void NAME(rotor_product_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    _Alignas(64) REAL r0[8 * SPAN];
-    _Alignas(64) REAL r1[8 * SPAN];
-    _Alignas(64) REAL r2[8 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
-        NAME(load_span)(r0, args[0], first, 8);
-        NAME(load_span)(r1, args[1], first, 8);
-        ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
-            REAL x0[8];
-            REAL x1[8];
-            REAL x2[8];
-            NAME(load_8)(x0, (char *)(r0 + i), SPAN * w);
-            NAME(load_8)(x1, (char *)(r1 + i), SPAN * w);
-            NAME(rotor_product)(x0, x1, x2);
-            NAME(store_8)((char *)(r2 + i), SPAN * w, x2);
-        }
-        NAME(store_span)(args[2], first, r2, 8);
-    }
-}
-LOOPS(rotor_product_dense)
-
 void NAME(rotor_product_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{8, 1, 0, {8}}, {8, 1, 1, {8}}, {8, 1, 2, {8}}};
-    static const struct kernel kernel = {WIDTHS(rotor_product_block), WIDTHS(rotor_product_dense), (any_function
-        *)NAME(rotor_product), NAME(call_aar), 2, 3, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(rotor_product_block), {NULL}, (any_function *)NAME(rotor_product),
+        NAME(call_aar), 2, 3, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -3349,32 +3359,11 @@ static INLINE void NAME(rotor_inverse_block)(intptr_t n, char **args, const intp
 }
 LOOPS(rotor_inverse_block)
 
-static INLINE void NAME(rotor_inverse_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    _Alignas(64) REAL r0[8 * SPAN];
-    _Alignas(64) REAL r1[8 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
-        NAME(load_span)(r0, args[0], first, 8);
-        ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
-            REAL x0[8];
-            REAL x1[8];
-            NAME(load_8)(x0, (char *)(r0 + i), SPAN * w);
-            NAME(rotor_inverse)(x0, x1);
-            NAME(store_8)((char *)(r1 + i), SPAN * w, x1);
-        }
-        NAME(store_span)(args[1], first, r1, 8);
-    }
-}
-LOOPS(rotor_inverse_dense)
-
 void NAME(rotor_inverse_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{8, 1, 0, {8}}, {8, 1, 1, {8}}};
-    static const struct kernel kernel = {WIDTHS(rotor_inverse_block), WIDTHS(rotor_inverse_dense), (any_function
-        *)NAME(rotor_inverse), NAME(call_ar), 1, 2, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(rotor_inverse_block), {NULL}, (any_function *)NAME(rotor_inverse),
+        NAME(call_ar), 1, 2, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -3482,31 +3471,10 @@ static INLINE void NAME(normalize_rotor_block)(intptr_t n, char **args, const in
 }
 LOOPS(normalize_rotor_block)
 
-static INLINE void NAME(normalize_rotor_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    _Alignas(64) REAL r0[8 * SPAN];
-    _Alignas(64) REAL r1[8 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
-        NAME(load_span)(r0, args[0], first, 8);
-        ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
-            REAL x0[8];
-            REAL x1[8];
-            NAME(load_8)(x0, (char *)(r0 + i), SPAN * w);
-            NAME(normalize_rotor)(x0, x1);
-            NAME(store_8)((char *)(r1 + i), SPAN * w, x1);
-        }
-        NAME(store_span)(args[1], first, r1, 8);
-    }
-}
-LOOPS(normalize_rotor_dense)
-
 void NAME(normalize_rotor_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{8, 1, 0, {8}}, {8, 1, 1, {8}}};
-    static const struct kernel kernel = {WIDTHS(normalize_rotor_block), WIDTHS(normalize_rotor_dense), (any_function
+    static const struct kernel kernel = {WIDTHS(normalize_rotor_block), {NULL}, (any_function
         *)NAME(normalize_rotor), NAME(call_ar), 1, 2, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -3814,7 +3782,7 @@ static INLINE void NAME(transform_vector_dense_r)(intptr_t n, char **args, const
             NAME(transform_vector_apply_r)(prepared, x1, x2);
             NAME(store_4)((char *)(r2 + i), SPAN * w, x2);
         }
-        NAME(store_span)(args[2], first, r2, 4);
+        NAME(store_span)(args[2], first, r2, 4, SPAN);
     }
 }
 LOOPS(transform_vector_dense_r)
@@ -3847,38 +3815,13 @@ static INLINE void NAME(transform_vector_block)(intptr_t n, char **args, const i
 }
 LOOPS(transform_vector_block)
 
-static INLINE void NAME(transform_vector_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    _Alignas(64) REAL r0[8 * SPAN];
-    _Alignas(64) REAL r1[4 * SPAN];
-    _Alignas(64) REAL r2[4 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
-        NAME(load_span)(r0, args[0], first, 8);
-        NAME(load_span)(r1, args[1], first, 4);
-        ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
-            REAL x0[8];
-            REAL x1[4];
-            REAL x2[4];
-            NAME(load_8)(x0, (char *)(r0 + i), SPAN * w);
-            NAME(load_4)(x1, (char *)(r1 + i), SPAN * w);
-            NAME(transform_vector)(x0, x1, x2);
-            NAME(store_4)((char *)(r2 + i), SPAN * w, x2);
-        }
-        NAME(store_span)(args[2], first, r2, 4);
-    }
-}
-LOOPS(transform_vector_dense)
-
 void NAME(transform_vector_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{8, 1, 0, {8}}, {4, 1, 1, {4}}, {4, 1, 2, {4}}};
     static const struct form forms[] = {{1, 2, NAME(transform_vector_start_r), WIDTHS(transform_vector_block_r),
         WIDTHS(transform_vector_dense_r)}};
-    static const struct kernel kernel = {WIDTHS(transform_vector_block), WIDTHS(transform_vector_dense),
-        (any_function *)NAME(transform_vector), NAME(call_aar), 2, 3, 1, 0, parts, forms};
+    static const struct kernel kernel = {WIDTHS(transform_vector_block), {NULL}, (any_function
+        *)NAME(transform_vector), NAME(call_aar), 2, 3, 1, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -4261,28 +4204,6 @@ static INLINE void NAME(transform_bivector_block_r)(intptr_t n, char **args, con
 }
 LOOPS(transform_bivector_block_r)
 
-static INLINE void NAME(transform_bivector_dense_r)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const REAL *prepared = (const REAL *)args[0];
-    (void)strides;
-    _Alignas(64) REAL r1[6 * SPAN];
-    _Alignas(64) REAL r2[6 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
-        NAME(load_span)(r1, args[1], first, 6);
-        ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
-            REAL x1[6];
-            REAL x2[6];
-            NAME(load_6)(x1, (char *)(r1 + i), SPAN * w);
-            NAME(transform_bivector_apply_r)(prepared, x1, x2);
-            NAME(store_6)((char *)(r2 + i), SPAN * w, x2);
-        }
-        NAME(store_span)(args[2], first, r2, 6);
-    }
-}
-LOOPS(transform_bivector_dense_r)
-
 static void NAME(transform_bivector_start_r)(char **args, const intptr_t *strides, void *prepared)
 {
     const intptr_t c0a = strides[0];
@@ -4315,7 +4236,7 @@ void NAME(transform_bivector_loop)(char **args, const intptr_t *dimensions, cons
 {
     static const struct part parts[] = {{8, 1, 0, {8}}, {6, 1, 1, {6}}, {6, 1, 2, {6}}};
     static const struct form forms[] = {{1, 2, NAME(transform_bivector_start_r), WIDTHS(transform_bivector_block_r),
-        WIDTHS(transform_bivector_dense_r)}};
+        {NULL}}};
     static const struct kernel kernel = {WIDTHS(transform_bivector_block), {NULL}, (any_function
         *)NAME(transform_bivector), NAME(call_aar), 2, 3, 1, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
@@ -4429,7 +4350,7 @@ static INLINE void NAME(boost_from_rapidity_dense_rapidity)(intptr_t n, char **a
             NAME(boost_from_rapidity_apply_rapidity)(prepared, x0, x2);
             NAME(store_8)((char *)(r2 + i), SPAN * w, x2);
         }
-        NAME(store_span)(args[2], first, r2, 8);
+        NAME(store_span)(args[2], first, r2, 8, SPAN);
     }
 }
 LOOPS(boost_from_rapidity_dense_rapidity)
@@ -4538,7 +4459,7 @@ static INLINE void NAME(boost_from_velocity_dense)(intptr_t n, char **args, cons
             NAME(boost_from_velocity)(x0, x1);
             NAME(store_8)((char *)(r1 + i), SPAN * w, x1);
         }
-        NAME(store_span)(args[1], first, r1, 8);
+        NAME(store_span)(args[1], first, r1, 8, SPAN);
     }
 }
 LOOPS(boost_from_velocity_dense)
@@ -4625,37 +4546,11 @@ static INLINE void NAME(boost_between_velocities_block)(intptr_t n, char **args,
 }
 LOOPS(boost_between_velocities_block)
 
-static INLINE void NAME(boost_between_velocities_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    _Alignas(64) REAL r0[4 * SPAN];
-    _Alignas(64) REAL r1[4 * SPAN];
-    _Alignas(64) REAL r2[8 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
-        NAME(load_span)(r0, args[0], first, 4);
-        NAME(load_span)(r1, args[1], first, 4);
-        ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
-            REAL x0[4];
-            REAL x1[4];
-            REAL x2[8];
-            NAME(load_4)(x0, (char *)(r0 + i), SPAN * w);
-            NAME(load_4)(x1, (char *)(r1 + i), SPAN * w);
-            NAME(boost_between_velocities)(x0, x1, x2);
-            NAME(store_8)((char *)(r2 + i), SPAN * w, x2);
-        }
-        NAME(store_span)(args[2], first, r2, 8);
-    }
-}
-LOOPS(boost_between_velocities_dense)
-
 void NAME(boost_between_velocities_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {4, 1, 1, {4}}, {8, 1, 2, {8}}};
-    static const struct kernel kernel = {WIDTHS(boost_between_velocities_block),
-        WIDTHS(boost_between_velocities_dense), (any_function *)NAME(boost_between_velocities), NAME(call_aar), 2,
-        3, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(boost_between_velocities_block), {NULL}, (any_function
+        *)NAME(boost_between_velocities), NAME(call_aar), 2, 3, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -4805,7 +4700,7 @@ static INLINE void NAME(rotor_from_axis_angle_dense_angle)(intptr_t n, char **ar
             NAME(rotor_from_axis_angle_apply_angle)(prepared, x0, x2);
             NAME(store_8)((char *)(r2 + i), SPAN * w, x2);
         }
-        NAME(store_span)(args[2], first, r2, 8);
+        NAME(store_span)(args[2], first, r2, 8, SPAN);
     }
 }
 LOOPS(rotor_from_axis_angle_dense_angle)
@@ -5353,32 +5248,11 @@ static INLINE void NAME(rotor_square_root_block)(intptr_t n, char **args, const 
 }
 LOOPS(rotor_square_root_block)
 
-static INLINE void NAME(rotor_square_root_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    _Alignas(64) REAL r0[8 * SPAN];
-    _Alignas(64) REAL r1[8 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
-        NAME(load_span)(r0, args[0], first, 8);
-        ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
-            REAL x0[8];
-            REAL x1[8];
-            NAME(load_8)(x0, (char *)(r0 + i), SPAN * w);
-            NAME(rotor_square_root)(x0, x1);
-            NAME(store_8)((char *)(r1 + i), SPAN * w, x1);
-        }
-        NAME(store_span)(args[1], first, r1, 8);
-    }
-}
-LOOPS(rotor_square_root_dense)
-
 void NAME(rotor_square_root_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{8, 1, 0, {8}}, {8, 1, 1, {8}}};
-    static const struct kernel kernel = {WIDTHS(rotor_square_root_block), WIDTHS(rotor_square_root_dense),
-        (any_function *)NAME(rotor_square_root), NAME(call_ar), 1, 2, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(rotor_square_root_block), {NULL}, (any_function
+        *)NAME(rotor_square_root), NAME(call_ar), 1, 2, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -6355,31 +6229,10 @@ static INLINE void NAME(rotor_to_matrix_block)(intptr_t n, char **args, const in
 }
 LOOPS(rotor_to_matrix_block)
 
-static INLINE void NAME(rotor_to_matrix_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    _Alignas(64) REAL r0[8 * SPAN];
-    _Alignas(64) REAL r1[16 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
-        NAME(load_span)(r0, args[0], first, 8);
-        ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
-            REAL x0[8];
-            REAL x1[16];
-            NAME(load_8)(x0, (char *)(r0 + i), SPAN * w);
-            NAME(rotor_to_matrix)(x0, x1);
-            NAME(store_4x4)((char *)(r1 + i), 4 * SPAN * w, SPAN * w, x1);
-        }
-        NAME(store_span)(args[1], first, r1, 16);
-    }
-}
-LOOPS(rotor_to_matrix_dense)
-
 void NAME(rotor_to_matrix_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{8, 1, 0, {8}}, {16, 2, 1, {4, 4}}};
-    static const struct kernel kernel = {WIDTHS(rotor_to_matrix_block), WIDTHS(rotor_to_matrix_dense), (any_function
+    static const struct kernel kernel = {WIDTHS(rotor_to_matrix_block), {NULL}, (any_function
         *)NAME(rotor_to_matrix), NAME(call_ar), 1, 2, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -6422,37 +6275,11 @@ static INLINE void NAME(field_from_electric_magnetic_block)(intptr_t n, char **a
 }
 LOOPS(field_from_electric_magnetic_block)
 
-static INLINE void NAME(field_from_electric_magnetic_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    _Alignas(64) REAL r0[3 * SPAN];
-    _Alignas(64) REAL r1[3 * SPAN];
-    _Alignas(64) REAL r2[6 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
-        NAME(load_span)(r0, args[0], first, 3);
-        NAME(load_span)(r1, args[1], first, 3);
-        ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
-            REAL x0[3];
-            REAL x1[3];
-            REAL x2[6];
-            NAME(load_3)(x0, (char *)(r0 + i), SPAN * w);
-            NAME(load_3)(x1, (char *)(r1 + i), SPAN * w);
-            NAME(field_from_electric_magnetic)(x0, x1, x2);
-            NAME(store_6)((char *)(r2 + i), SPAN * w, x2);
-        }
-        NAME(store_span)(args[2], first, r2, 6);
-    }
-}
-LOOPS(field_from_electric_magnetic_dense)
-
 void NAME(field_from_electric_magnetic_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {3, 1, 1, {3}}, {6, 1, 2, {6}}};
-    static const struct kernel kernel = {WIDTHS(field_from_electric_magnetic_block),
-        WIDTHS(field_from_electric_magnetic_dense), (any_function *)NAME(field_from_electric_magnetic),
-        NAME(call_aar), 2, 3, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(field_from_electric_magnetic_block), {NULL}, (any_function
+        *)NAME(field_from_electric_magnetic), NAME(call_aar), 2, 3, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -6494,37 +6321,11 @@ static INLINE void NAME(field_to_electric_magnetic_block)(intptr_t n, char **arg
 }
 LOOPS(field_to_electric_magnetic_block)
 
-static INLINE void NAME(field_to_electric_magnetic_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    _Alignas(64) REAL r0[6 * SPAN];
-    _Alignas(64) REAL r1[3 * SPAN];
-    _Alignas(64) REAL r2[3 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
-        NAME(load_span)(r0, args[0], first, 6);
-        ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
-            REAL x0[6];
-            REAL x1[3];
-            REAL x2[3];
-            NAME(load_6)(x0, (char *)(r0 + i), SPAN * w);
-            NAME(field_to_electric_magnetic)(x0, x1, x2);
-            NAME(store_3)((char *)(r1 + i), SPAN * w, x1);
-            NAME(store_3)((char *)(r2 + i), SPAN * w, x2);
-        }
-        NAME(store_span)(args[1], first, r1, 3);
-        NAME(store_span)(args[2], first, r2, 3);
-    }
-}
-LOOPS(field_to_electric_magnetic_dense)
-
 void NAME(field_to_electric_magnetic_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{6, 1, 0, {6}}, {3, 1, 1, {3}}, {3, 1, 2, {3}}};
-    static const struct kernel kernel = {WIDTHS(field_to_electric_magnetic_block),
-        WIDTHS(field_to_electric_magnetic_dense), (any_function *)NAME(field_to_electric_magnetic), NAME(call_arr),
-        1, 3, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(field_to_electric_magnetic_block), {NULL}, (any_function
+        *)NAME(field_to_electric_magnetic), NAME(call_arr), 1, 3, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -6576,36 +6377,11 @@ static INLINE void NAME(field_invariants_block)(intptr_t n, char **args, const i
 }
 LOOPS(field_invariants_block)
 
-static INLINE void NAME(field_invariants_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    _Alignas(64) REAL r0[6 * SPAN];
-    _Alignas(64) REAL r1[1 * SPAN];
-    _Alignas(64) REAL r2[1 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
-        NAME(load_span)(r0, args[0], first, 6);
-        ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
-            REAL x0[6];
-            REAL x1[1];
-            REAL x2[1];
-            NAME(load_6)(x0, (char *)(r0 + i), SPAN * w);
-            NAME(field_invariants)(x0, x1, x2);
-            NAME(store_scalar)((char *)(r1 + i), x1);
-            NAME(store_scalar)((char *)(r2 + i), x2);
-        }
-        NAME(store_span)(args[1], first, r1, 1);
-        NAME(store_span)(args[2], first, r2, 1);
-    }
-}
-LOOPS(field_invariants_dense)
-
 void NAME(field_invariants_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{6, 1, 0, {6}}, {1, 0, 1, {0}}, {1, 0, 1, {0}}};
-    static const struct kernel kernel = {WIDTHS(field_invariants_block), WIDTHS(field_invariants_dense),
-        (any_function *)NAME(field_invariants), NAME(call_arr), 1, 3, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(field_invariants_block), {NULL}, (any_function
+        *)NAME(field_invariants), NAME(call_arr), 1, 3, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -6667,36 +6443,11 @@ static INLINE void NAME(lorentz_force_block)(intptr_t n, char **args, const intp
 }
 LOOPS(lorentz_force_block)
 
-static INLINE void NAME(lorentz_force_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    _Alignas(64) REAL r0[6 * SPAN];
-    _Alignas(64) REAL r1[4 * SPAN];
-    _Alignas(64) REAL r2[4 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
-        NAME(load_span)(r0, args[0], first, 6);
-        NAME(load_span)(r1, args[1], first, 4);
-        ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
-            REAL x0[6];
-            REAL x1[4];
-            REAL x2[4];
-            NAME(load_6)(x0, (char *)(r0 + i), SPAN * w);
-            NAME(load_4)(x1, (char *)(r1 + i), SPAN * w);
-            NAME(lorentz_force)(x0, x1, x2);
-            NAME(store_4)((char *)(r2 + i), SPAN * w, x2);
-        }
-        NAME(store_span)(args[2], first, r2, 4);
-    }
-}
-LOOPS(lorentz_force_dense)
-
 void NAME(lorentz_force_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{6, 1, 0, {6}}, {4, 1, 1, {4}}, {4, 1, 2, {4}}};
-    static const struct kernel kernel = {WIDTHS(lorentz_force_block), WIDTHS(lorentz_force_dense), (any_function
-        *)NAME(lorentz_force), NAME(call_aar), 2, 3, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(lorentz_force_block), {NULL}, (any_function *)NAME(lorentz_force),
+        NAME(call_aar), 2, 3, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -6922,7 +6673,7 @@ static INLINE void NAME(field_stress_energy_dense_f)(intptr_t n, char **args, co
             NAME(field_stress_energy_apply_f)(prepared, x1, x2);
             NAME(store_4)((char *)(r2 + i), SPAN * w, x2);
         }
-        NAME(store_span)(args[2], first, r2, 4);
+        NAME(store_span)(args[2], first, r2, 4, SPAN);
     }
 }
 LOOPS(field_stress_energy_dense_f)
@@ -6955,38 +6706,13 @@ static INLINE void NAME(field_stress_energy_block)(intptr_t n, char **args, cons
 }
 LOOPS(field_stress_energy_block)
 
-static INLINE void NAME(field_stress_energy_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    _Alignas(64) REAL r0[6 * SPAN];
-    _Alignas(64) REAL r1[4 * SPAN];
-    _Alignas(64) REAL r2[4 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
-        NAME(load_span)(r0, args[0], first, 6);
-        NAME(load_span)(r1, args[1], first, 4);
-        ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
-            REAL x0[6];
-            REAL x1[4];
-            REAL x2[4];
-            NAME(load_6)(x0, (char *)(r0 + i), SPAN * w);
-            NAME(load_4)(x1, (char *)(r1 + i), SPAN * w);
-            NAME(field_stress_energy)(x0, x1, x2);
-            NAME(store_4)((char *)(r2 + i), SPAN * w, x2);
-        }
-        NAME(store_span)(args[2], first, r2, 4);
-    }
-}
-LOOPS(field_stress_energy_dense)
-
 void NAME(field_stress_energy_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{6, 1, 0, {6}}, {4, 1, 1, {4}}, {4, 1, 2, {4}}};
     static const struct form forms[] = {{1, 2, NAME(field_stress_energy_start_f),
         WIDTHS(field_stress_energy_block_f), WIDTHS(field_stress_energy_dense_f)}};
-    static const struct kernel kernel = {WIDTHS(field_stress_energy_block), WIDTHS(field_stress_energy_dense),
-        (any_function *)NAME(field_stress_energy), NAME(call_aar), 2, 3, 1, 0, parts, forms};
+    static const struct kernel kernel = {WIDTHS(field_stress_energy_block), {NULL}, (any_function
+        *)NAME(field_stress_energy), NAME(call_aar), 2, 3, 1, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -7062,32 +6788,11 @@ static INLINE void NAME(dirac_current_block)(intptr_t n, char **args, const intp
 }
 LOOPS(dirac_current_block)
 
-static INLINE void NAME(dirac_current_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    _Alignas(64) REAL r0[8 * SPAN];
-    _Alignas(64) REAL r1[4 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
-        NAME(load_span)(r0, args[0], first, 8);
-        ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
-            REAL x0[8];
-            REAL x1[4];
-            NAME(load_8)(x0, (char *)(r0 + i), SPAN * w);
-            NAME(dirac_current)(x0, x1);
-            NAME(store_4)((char *)(r1 + i), SPAN * w, x1);
-        }
-        NAME(store_span)(args[1], first, r1, 4);
-    }
-}
-LOOPS(dirac_current_dense)
-
 void NAME(dirac_current_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{8, 1, 0, {8}}, {4, 1, 1, {4}}};
-    static const struct kernel kernel = {WIDTHS(dirac_current_block), WIDTHS(dirac_current_dense), (any_function
-        *)NAME(dirac_current), NAME(call_ar), 1, 2, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(dirac_current_block), {NULL}, (any_function *)NAME(dirac_current),
+        NAME(call_ar), 1, 2, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -7163,32 +6868,11 @@ static INLINE void NAME(dirac_spin_block)(intptr_t n, char **args, const intptr_
 }
 LOOPS(dirac_spin_block)
 
-static INLINE void NAME(dirac_spin_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    _Alignas(64) REAL r0[8 * SPAN];
-    _Alignas(64) REAL r1[4 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
-        NAME(load_span)(r0, args[0], first, 8);
-        ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
-            REAL x0[8];
-            REAL x1[4];
-            NAME(load_8)(x0, (char *)(r0 + i), SPAN * w);
-            NAME(dirac_spin)(x0, x1);
-            NAME(store_4)((char *)(r1 + i), SPAN * w, x1);
-        }
-        NAME(store_span)(args[1], first, r1, 4);
-    }
-}
-LOOPS(dirac_spin_dense)
-
 void NAME(dirac_spin_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{8, 1, 0, {8}}, {4, 1, 1, {4}}};
-    static const struct kernel kernel = {WIDTHS(dirac_spin_block), WIDTHS(dirac_spin_dense), (any_function
-        *)NAME(dirac_spin), NAME(call_ar), 1, 2, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(dirac_spin_block), {NULL}, (any_function *)NAME(dirac_spin),
+        NAME(call_ar), 1, 2, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -8252,29 +7936,6 @@ static INLINE void NAME(unpack_spacetime_block_p0_p1_p2_p3_m0_m1_m2)(intptr_t n,
 }
 LOOPS(unpack_spacetime_block_p0_p1_p2_p3_m0_m1_m2)
 
-static INLINE void NAME(unpack_spacetime_dense_p0_p1_p2_p3_m0_m1_m2)(intptr_t n, char **args, const intptr_t
-    *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const REAL *prepared = (const REAL *)args[0];
-    (void)strides;
-    _Alignas(64) REAL r7[2 * SPAN];
-    _Alignas(64) REAL r8[16 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
-        NAME(load_span)(r7, args[7], first, 2);
-        ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
-            REAL x7[2];
-            REAL x8[16];
-            NAME(load_2)(x7, (char *)(r7 + i), SPAN * w);
-            NAME(unpack_spacetime_apply_p0_p1_p2_p3_m0_m1_m2)(prepared, x7, x8);
-            NAME(store_16)((char *)(r8 + i), SPAN * w, x8);
-        }
-        NAME(store_span)(args[8], first, r8, 16);
-    }
-}
-LOOPS(unpack_spacetime_dense_p0_p1_p2_p3_m0_m1_m2)
-
 static void NAME(unpack_spacetime_start_p0_p1_p2_p3_m0_m1_m2)(char **args, const intptr_t *strides, void *prepared)
 {
     const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2], c3a = strides[3], c4a = strides[4], c5a =
@@ -8314,29 +7975,6 @@ static INLINE void NAME(unpack_spacetime_block_p0_p1_p2_p3_m0_m1_m3)(intptr_t n,
     }
 }
 LOOPS(unpack_spacetime_block_p0_p1_p2_p3_m0_m1_m3)
-
-static INLINE void NAME(unpack_spacetime_dense_p0_p1_p2_p3_m0_m1_m3)(intptr_t n, char **args, const intptr_t
-    *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const REAL *prepared = (const REAL *)args[0];
-    (void)strides;
-    _Alignas(64) REAL r6[2 * SPAN];
-    _Alignas(64) REAL r8[16 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
-        NAME(load_span)(r6, args[6], first, 2);
-        ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
-            REAL x6[2];
-            REAL x8[16];
-            NAME(load_2)(x6, (char *)(r6 + i), SPAN * w);
-            NAME(unpack_spacetime_apply_p0_p1_p2_p3_m0_m1_m3)(prepared, x6, x8);
-            NAME(store_16)((char *)(r8 + i), SPAN * w, x8);
-        }
-        NAME(store_span)(args[8], first, r8, 16);
-    }
-}
-LOOPS(unpack_spacetime_dense_p0_p1_p2_p3_m0_m1_m3)
 
 static void NAME(unpack_spacetime_start_p0_p1_p2_p3_m0_m1_m3)(char **args, const intptr_t *strides, void *prepared)
 {
@@ -8378,29 +8016,6 @@ static INLINE void NAME(unpack_spacetime_block_p0_p1_p2_p3_m0_m2_m3)(intptr_t n,
 }
 LOOPS(unpack_spacetime_block_p0_p1_p2_p3_m0_m2_m3)
 
-static INLINE void NAME(unpack_spacetime_dense_p0_p1_p2_p3_m0_m2_m3)(intptr_t n, char **args, const intptr_t
-    *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const REAL *prepared = (const REAL *)args[0];
-    (void)strides;
-    _Alignas(64) REAL r5[2 * SPAN];
-    _Alignas(64) REAL r8[16 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
-        NAME(load_span)(r5, args[5], first, 2);
-        ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
-            REAL x5[2];
-            REAL x8[16];
-            NAME(load_2)(x5, (char *)(r5 + i), SPAN * w);
-            NAME(unpack_spacetime_apply_p0_p1_p2_p3_m0_m2_m3)(prepared, x5, x8);
-            NAME(store_16)((char *)(r8 + i), SPAN * w, x8);
-        }
-        NAME(store_span)(args[8], first, r8, 16);
-    }
-}
-LOOPS(unpack_spacetime_dense_p0_p1_p2_p3_m0_m2_m3)
-
 static void NAME(unpack_spacetime_start_p0_p1_p2_p3_m0_m2_m3)(char **args, const intptr_t *strides, void *prepared)
 {
     const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2], c3a = strides[3], c4a = strides[4], c6a =
@@ -8440,29 +8055,6 @@ static INLINE void NAME(unpack_spacetime_block_p0_p1_p2_p3_m1_m2_m3)(intptr_t n,
     }
 }
 LOOPS(unpack_spacetime_block_p0_p1_p2_p3_m1_m2_m3)
-
-static INLINE void NAME(unpack_spacetime_dense_p0_p1_p2_p3_m1_m2_m3)(intptr_t n, char **args, const intptr_t
-    *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const REAL *prepared = (const REAL *)args[0];
-    (void)strides;
-    _Alignas(64) REAL r4[2 * SPAN];
-    _Alignas(64) REAL r8[16 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
-        NAME(load_span)(r4, args[4], first, 2);
-        ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
-            REAL x4[2];
-            REAL x8[16];
-            NAME(load_2)(x4, (char *)(r4 + i), SPAN * w);
-            NAME(unpack_spacetime_apply_p0_p1_p2_p3_m1_m2_m3)(prepared, x4, x8);
-            NAME(store_16)((char *)(r8 + i), SPAN * w, x8);
-        }
-        NAME(store_span)(args[8], first, r8, 16);
-    }
-}
-LOOPS(unpack_spacetime_dense_p0_p1_p2_p3_m1_m2_m3)
 
 static void NAME(unpack_spacetime_start_p0_p1_p2_p3_m1_m2_m3)(char **args, const intptr_t *strides, void *prepared)
 {
@@ -8504,29 +8096,6 @@ static INLINE void NAME(unpack_spacetime_block_p0_p1_p2_m0_m1_m2_m3)(intptr_t n,
 }
 LOOPS(unpack_spacetime_block_p0_p1_p2_m0_m1_m2_m3)
 
-static INLINE void NAME(unpack_spacetime_dense_p0_p1_p2_m0_m1_m2_m3)(intptr_t n, char **args, const intptr_t
-    *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const REAL *prepared = (const REAL *)args[0];
-    (void)strides;
-    _Alignas(64) REAL r3[2 * SPAN];
-    _Alignas(64) REAL r8[16 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
-        NAME(load_span)(r3, args[3], first, 2);
-        ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
-            REAL x3[2];
-            REAL x8[16];
-            NAME(load_2)(x3, (char *)(r3 + i), SPAN * w);
-            NAME(unpack_spacetime_apply_p0_p1_p2_m0_m1_m2_m3)(prepared, x3, x8);
-            NAME(store_16)((char *)(r8 + i), SPAN * w, x8);
-        }
-        NAME(store_span)(args[8], first, r8, 16);
-    }
-}
-LOOPS(unpack_spacetime_dense_p0_p1_p2_m0_m1_m2_m3)
-
 static void NAME(unpack_spacetime_start_p0_p1_p2_m0_m1_m2_m3)(char **args, const intptr_t *strides, void *prepared)
 {
     const intptr_t c0a = strides[0], c1a = strides[1], c2a = strides[2], c4a = strides[4], c5a = strides[5], c6a =
@@ -8566,29 +8135,6 @@ static INLINE void NAME(unpack_spacetime_block_p0_p1_p3_m0_m1_m2_m3)(intptr_t n,
     }
 }
 LOOPS(unpack_spacetime_block_p0_p1_p3_m0_m1_m2_m3)
-
-static INLINE void NAME(unpack_spacetime_dense_p0_p1_p3_m0_m1_m2_m3)(intptr_t n, char **args, const intptr_t
-    *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const REAL *prepared = (const REAL *)args[0];
-    (void)strides;
-    _Alignas(64) REAL r2[2 * SPAN];
-    _Alignas(64) REAL r8[16 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
-        NAME(load_span)(r2, args[2], first, 2);
-        ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
-            REAL x2[2];
-            REAL x8[16];
-            NAME(load_2)(x2, (char *)(r2 + i), SPAN * w);
-            NAME(unpack_spacetime_apply_p0_p1_p3_m0_m1_m2_m3)(prepared, x2, x8);
-            NAME(store_16)((char *)(r8 + i), SPAN * w, x8);
-        }
-        NAME(store_span)(args[8], first, r8, 16);
-    }
-}
-LOOPS(unpack_spacetime_dense_p0_p1_p3_m0_m1_m2_m3)
 
 static void NAME(unpack_spacetime_start_p0_p1_p3_m0_m1_m2_m3)(char **args, const intptr_t *strides, void *prepared)
 {
@@ -8630,29 +8176,6 @@ static INLINE void NAME(unpack_spacetime_block_p0_p2_p3_m0_m1_m2_m3)(intptr_t n,
 }
 LOOPS(unpack_spacetime_block_p0_p2_p3_m0_m1_m2_m3)
 
-static INLINE void NAME(unpack_spacetime_dense_p0_p2_p3_m0_m1_m2_m3)(intptr_t n, char **args, const intptr_t
-    *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const REAL *prepared = (const REAL *)args[0];
-    (void)strides;
-    _Alignas(64) REAL r1[2 * SPAN];
-    _Alignas(64) REAL r8[16 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
-        NAME(load_span)(r1, args[1], first, 2);
-        ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
-            REAL x1[2];
-            REAL x8[16];
-            NAME(load_2)(x1, (char *)(r1 + i), SPAN * w);
-            NAME(unpack_spacetime_apply_p0_p2_p3_m0_m1_m2_m3)(prepared, x1, x8);
-            NAME(store_16)((char *)(r8 + i), SPAN * w, x8);
-        }
-        NAME(store_span)(args[8], first, r8, 16);
-    }
-}
-LOOPS(unpack_spacetime_dense_p0_p2_p3_m0_m1_m2_m3)
-
 static void NAME(unpack_spacetime_start_p0_p2_p3_m0_m1_m2_m3)(char **args, const intptr_t *strides, void *prepared)
 {
     const intptr_t c0a = strides[0], c2a = strides[2], c3a = strides[3], c4a = strides[4], c5a = strides[5], c6a =
@@ -8692,29 +8215,6 @@ static INLINE void NAME(unpack_spacetime_block_p1_p2_p3_m0_m1_m2_m3)(intptr_t n,
     }
 }
 LOOPS(unpack_spacetime_block_p1_p2_p3_m0_m1_m2_m3)
-
-static INLINE void NAME(unpack_spacetime_dense_p1_p2_p3_m0_m1_m2_m3)(intptr_t n, char **args, const intptr_t
-    *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    const REAL *prepared = (const REAL *)args[1];
-    (void)strides;
-    _Alignas(64) REAL r0[2 * SPAN];
-    _Alignas(64) REAL r8[16 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
-        NAME(load_span)(r0, args[0], first, 2);
-        ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
-            REAL x0[2];
-            REAL x8[16];
-            NAME(load_2)(x0, (char *)(r0 + i), SPAN * w);
-            NAME(unpack_spacetime_apply_p1_p2_p3_m0_m1_m2_m3)(prepared, x0, x8);
-            NAME(store_16)((char *)(r8 + i), SPAN * w, x8);
-        }
-        NAME(store_span)(args[8], first, r8, 16);
-    }
-}
-LOOPS(unpack_spacetime_dense_p1_p2_p3_m0_m1_m2_m3)
 
 static void NAME(unpack_spacetime_start_p1_p2_p3_m0_m1_m2_m3)(char **args, const intptr_t *strides, void *prepared)
 {
@@ -8781,21 +8281,18 @@ void NAME(unpack_spacetime_loop)(char **args, const intptr_t *dimensions, const 
     static const struct part parts[] = {{2, 1, 0, {2}}, {2, 1, 1, {2}}, {2, 1, 2, {2}}, {2, 1, 3, {2}}, {2, 1, 4,
         {2}}, {2, 1, 5, {2}}, {2, 1, 6, {2}}, {2, 1, 7, {2}}, {16, 1, 8, {16}}};
     static const struct form forms[] = {{127, 2, NAME(unpack_spacetime_start_p0_p1_p2_p3_m0_m1_m2),
-        WIDTHS(unpack_spacetime_block_p0_p1_p2_p3_m0_m1_m2), WIDTHS(unpack_spacetime_dense_p0_p1_p2_p3_m0_m1_m2)},
-        {191, 2, NAME(unpack_spacetime_start_p0_p1_p2_p3_m0_m1_m3),
-        WIDTHS(unpack_spacetime_block_p0_p1_p2_p3_m0_m1_m3), WIDTHS(unpack_spacetime_dense_p0_p1_p2_p3_m0_m1_m3)},
-        {223, 2, NAME(unpack_spacetime_start_p0_p1_p2_p3_m0_m2_m3),
-        WIDTHS(unpack_spacetime_block_p0_p1_p2_p3_m0_m2_m3), WIDTHS(unpack_spacetime_dense_p0_p1_p2_p3_m0_m2_m3)},
-        {239, 2, NAME(unpack_spacetime_start_p0_p1_p2_p3_m1_m2_m3),
-        WIDTHS(unpack_spacetime_block_p0_p1_p2_p3_m1_m2_m3), WIDTHS(unpack_spacetime_dense_p0_p1_p2_p3_m1_m2_m3)},
-        {247, 2, NAME(unpack_spacetime_start_p0_p1_p2_m0_m1_m2_m3),
-        WIDTHS(unpack_spacetime_block_p0_p1_p2_m0_m1_m2_m3), WIDTHS(unpack_spacetime_dense_p0_p1_p2_m0_m1_m2_m3)},
-        {251, 2, NAME(unpack_spacetime_start_p0_p1_p3_m0_m1_m2_m3),
-        WIDTHS(unpack_spacetime_block_p0_p1_p3_m0_m1_m2_m3), WIDTHS(unpack_spacetime_dense_p0_p1_p3_m0_m1_m2_m3)},
-        {253, 2, NAME(unpack_spacetime_start_p0_p2_p3_m0_m1_m2_m3),
-        WIDTHS(unpack_spacetime_block_p0_p2_p3_m0_m1_m2_m3), WIDTHS(unpack_spacetime_dense_p0_p2_p3_m0_m1_m2_m3)},
-        {254, 2, NAME(unpack_spacetime_start_p1_p2_p3_m0_m1_m2_m3),
-        WIDTHS(unpack_spacetime_block_p1_p2_p3_m0_m1_m2_m3), WIDTHS(unpack_spacetime_dense_p1_p2_p3_m0_m1_m2_m3)}};
+        WIDTHS(unpack_spacetime_block_p0_p1_p2_p3_m0_m1_m2), {NULL}}, {191, 2,
+        NAME(unpack_spacetime_start_p0_p1_p2_p3_m0_m1_m3), WIDTHS(unpack_spacetime_block_p0_p1_p2_p3_m0_m1_m3),
+        {NULL}}, {223, 2, NAME(unpack_spacetime_start_p0_p1_p2_p3_m0_m2_m3),
+        WIDTHS(unpack_spacetime_block_p0_p1_p2_p3_m0_m2_m3), {NULL}}, {239, 2,
+        NAME(unpack_spacetime_start_p0_p1_p2_p3_m1_m2_m3), WIDTHS(unpack_spacetime_block_p0_p1_p2_p3_m1_m2_m3),
+        {NULL}}, {247, 2, NAME(unpack_spacetime_start_p0_p1_p2_m0_m1_m2_m3),
+        WIDTHS(unpack_spacetime_block_p0_p1_p2_m0_m1_m2_m3), {NULL}}, {251, 2,
+        NAME(unpack_spacetime_start_p0_p1_p3_m0_m1_m2_m3), WIDTHS(unpack_spacetime_block_p0_p1_p3_m0_m1_m2_m3),
+        {NULL}}, {253, 2, NAME(unpack_spacetime_start_p0_p2_p3_m0_m1_m2_m3),
+        WIDTHS(unpack_spacetime_block_p0_p2_p3_m0_m1_m2_m3), {NULL}}, {254, 2,
+        NAME(unpack_spacetime_start_p1_p2_p3_m0_m1_m2_m3), WIDTHS(unpack_spacetime_block_p1_p2_p3_m0_m1_m2_m3),
+        {NULL}}};
     static const struct kernel kernel = {WIDTHS(unpack_spacetime_block), {NULL}, (any_function
         *)NAME(unpack_spacetime), NAME(call_aaaaaaaar), 8, 9, 8, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);

@@ -2,7 +2,7 @@
 // command: gac generate --all ur5
 // spec: cffb52f1f47f416f
 // contraction: -ffp-contract=off (every operation is rounded once)
-// body: c1d22df548cea02a2c6e9bd8226088440306f312aeb650b9eb1891116ece79ac
+// body: e7d342f66f809daf0cc99c30af480c51dc8cff3fc234852a3981f73b615dd58b
 
 #ifndef REAL
 #include "ur5.h"
@@ -99,7 +99,7 @@ struct kernel {
     const struct form *forms;
 };
 
-enum { PARTS = 4, CORES = 4, NUMBERS = 42, SPACE = 4096, PREPARED = 1 };
+enum { PARTS = 4, CORES = 4, NUMBERS = 42, SPACE = 4096, PREPARED = 1, SIZES = 8 };
 
 #define SIN(x) NAME(sin_of)(x, far)
 #define COS(x) NAME(cos_of)(x, far)
@@ -649,50 +649,101 @@ WIDE static void NAME(store_rows)(char *a, intptr_t s, intptr_t c, REAL *x, intp
     }
 }
 
-// The rows of SPAN elements of `size` components, in C order from element `first` on; and back.
-static INLINE void NAME(load_span)(REAL *x, char *a, intptr_t first, intptr_t size)
+// Rows, SPAN numbers long, of `n` elements of `size` components, in C order from element `first` on; and back.
+static INLINE void NAME(load_span)(REAL *x, char *a, intptr_t first, intptr_t size, intptr_t n)
 {
     const intptr_t w = sizeof(REAL);
     const REAL *from = (const REAL *)(a + first * size * w);
     if (size == 1) {
-        memcpy(x, from, SPAN * w);
+        memcpy(x, from, n * w);
     } else if (size == 2) {
-        for (intptr_t i = 0; i < SPAN; ++i) {
+        for (intptr_t i = 0; i < n; ++i) {
             x[i] = from[2 * i];
             x[SPAN + i] = from[2 * i + 1];
         }
     } else if (size == 3) {
-        for (intptr_t i = 0; i < SPAN; ++i) {
+        for (intptr_t i = 0; i < n; ++i) {
             x[i] = from[3 * i];
             x[SPAN + i] = from[3 * i + 1];
             x[2 * SPAN + i] = from[3 * i + 2];
         }
     } else {
-        NAME(turn_tiles)(0, (char *)x, SPAN * w, (char *)from, size * w, size, SPAN);
+        NAME(turn_tiles)(0, (char *)x, SPAN * w, (char *)from, size * w, size, n);
     }
 }
 
-static INLINE void NAME(store_span)(char *a, intptr_t first, REAL *x, intptr_t size)
+static INLINE void NAME(store_span)(char *a, intptr_t first, REAL *x, intptr_t size, intptr_t n)
 {
     const intptr_t w = sizeof(REAL);
     REAL *to = (REAL *)(a + first * size * w);
     if (size == 1) {
-        memcpy(to, x, SPAN * w);
+        memcpy(to, x, n * w);
     } else if (size == 2) {
-        for (intptr_t i = 0; i < SPAN; ++i) {
+        for (intptr_t i = 0; i < n; ++i) {
             to[2 * i] = x[i];
             to[2 * i + 1] = x[SPAN + i];
         }
     } else if (size == 3) {
-        for (intptr_t i = 0; i < SPAN; ++i) {
+        for (intptr_t i = 0; i < n; ++i) {
             to[3 * i] = x[i];
             to[3 * i + 1] = x[SPAN + i];
             to[3 * i + 2] = x[2 * SPAN + i];
         }
     } else {
-        NAME(turn_tiles)(1, (char *)x, SPAN * w, (char *)to, size * w, size, SPAN);
+        NAME(turn_tiles)(1, (char *)x, SPAN * w, (char *)to, size * w, size, n);
     }
 }
+
+// The same as loops, one for each size that is known: between rows and elements in C order.
+static INLINE void NAME(load_span_1)(intptr_t n, char **args, const intptr_t *strides)
+{
+    (void)strides;
+    NAME(load_span)((REAL *)args[0], args[1], 0, 1, n);
+}
+LOOPS(load_span_1)
+
+static INLINE void NAME(store_span_1)(intptr_t n, char **args, const intptr_t *strides)
+{
+    (void)strides;
+    NAME(store_span)(args[1], 0, (REAL *)args[0], 1, n);
+}
+LOOPS(store_span_1)
+
+static INLINE void NAME(load_span_6)(intptr_t n, char **args, const intptr_t *strides)
+{
+    (void)strides;
+    NAME(load_span)((REAL *)args[0], args[1], 0, 6, n);
+}
+LOOPS(load_span_6)
+
+static INLINE void NAME(store_span_6)(intptr_t n, char **args, const intptr_t *strides)
+{
+    (void)strides;
+    NAME(store_span)(args[1], 0, (REAL *)args[0], 6, n);
+}
+LOOPS(store_span_6)
+
+static INLINE void NAME(load_span_8)(intptr_t n, char **args, const intptr_t *strides)
+{
+    (void)strides;
+    NAME(load_span)((REAL *)args[0], args[1], 0, 8, n);
+}
+LOOPS(load_span_8)
+
+static INLINE void NAME(store_span_8)(intptr_t n, char **args, const intptr_t *strides)
+{
+    (void)strides;
+    NAME(store_span)(args[1], 0, (REAL *)args[0], 8, n);
+}
+LOOPS(store_span_8)
+
+static const struct {
+    loop_function *load[2], *store[2];
+} NAME(spans)[SIZES + 1] = {
+    [1] = {WIDTHS(load_span_1), WIDTHS(store_span_1)},
+    [6] = {WIDTHS(load_span_6), WIDTHS(store_span_6)},
+    [8] = {WIDTHS(load_span_8), WIDTHS(store_span_8)},
+};
 
 // All rows of a part, from the batch or back to it; axes that lie as one are moved as one.
 static void NAME(move_part)(int back, REAL *x, intptr_t row, const struct part *part, char *a, intptr_t s,
@@ -764,15 +815,23 @@ static void NAME(batch)(const struct kernel *kernel, char **args, intptr_t n, co
     char *starts[PARTS];
     intptr_t cores[CORES], row_cores[CORES], total = 0, bytes = 0;
     unsigned still = 0, hoisted = 0;
+    int in_place = 1, ordered = 1, known = 1;
     if (width < 0 || n == 1) {
         NAME(each)(kernel, args, n, steps);
         return;
     }
-    loop_function *in_rows = kernel->block[width], *in_order = kernel->dense[width];
+    loop_function *in_rows = kernel->block[width], *in_order = kernel->dense[width], *loads[PARTS], *stores[PARTS];
     for (int p = 0; p < n_parts; ++p) {
-        total += kernel->parts[p].size;
+        const struct part *part = &kernel->parts[p];
+        const int same = p < n_inputs && steps[p] == 0;
+        intptr_t step = w;
+        for (int q = part->rank; q-- > 0; step *= part->shape[q])
+            ordered = ordered && (same || strides[part->first + q] == step);
+        ordered = ordered && (same || steps[p] == step);
+        known = known && part->size <= SIZES && NAME(spans)[part->size].load[width];
+        total += part->size;
         bytes += steps[p] < 0 ? -steps[p] : steps[p];
-        still |= (unsigned)(p < n_inputs && steps[p] == 0) << p;
+        still |= (unsigned)same << p;
     }
     for (int f = 0; f < kernel->n_forms && !hoisted; ++f) {
         const struct form *form = &kernel->forms[f];
@@ -781,40 +840,52 @@ static void NAME(batch)(const struct kernel *kernel, char **args, intptr_t n, co
             hoisted = form->same, in_rows = form->block[width], in_order = form->dense[width];
         }
     }
-    int in_place = 1, dense = in_order != NULL;
-    // Long rows spare calls; beyond the last cache, short ones keep reading and writing going side by side.
-    intptr_t row = n < (1 << 24) / (bytes + 1) ? 512 / w : LANES;
+    const int dense = ordered && still == hoisted && in_order;
+    const int spans = ordered && !dense && known && total * SPAN <= SPACE;
+    // Long rows spare calls; beyond the last cache, short turns keep reading and writing going side by side.
+    const int near = n < (1 << 24) / (bytes + 1);
+    intptr_t row = spans ? SPAN : near ? 512 / w : LANES;
     while (row > LANES && row * total > SPACE)
         row /= 2;
     total = 0;
     for (int p = 0; p < n_parts; ++p) {
         const struct part *part = &kernel->parts[p];
-        const intptr_t *c = strides + part->first;
-        intptr_t step = w, row_step = row * w;
+        intptr_t row_step = row * w;
         starts[p] = hoisted >> p & 1 ? (char *)prepared : args[p];
         rows[p] = space + row * total;
         total += part->size;
-        kinds[p] = hoisted >> p & 1 ? HOISTED : p < n_inputs && steps[p] == 0 ? SAME : steps[p] == w ? UNIT : ANY;
+        kinds[p] = hoisted >> p & 1 ? HOISTED : still >> p & 1 ? SAME : steps[p] == w ? UNIT : ANY;
         for (int q = 0; kernel->repeats && p >= n_inputs && q < n_inputs; ++q)
             kinds[p] = args[p] == args[q] ? ANY : kinds[p];
         in_place = in_place && (kinds[p] == UNIT || kinds[p] == HOISTED);
-        for (int q = part->rank; q-- > 0; step *= part->shape[q], row_step *= part->shape[q]) {
-            cores[part->first + q] = c[q];
-            row_cores[part->first + q] = row_step;
-            dense = dense && (kinds[p] == HOISTED || c[q] == step);
+        for (int q = part->first + part->rank; q-- > part->first; row_step *= part->shape[q - part->first]) {
+            cores[q] = kinds[p] == SAME || kinds[p] == ANY ? row_step : strides[q];
+            row_cores[q] = row_step;
         }
-        dense = dense && (kinds[p] == HOISTED || steps[p] == step);
-    }
-    for (int p = 0; p < n_inputs && !dense; ++p) {
-        const struct part *part = &kernel->parts[p];
-        if (kinds[p] == SAME) {
-            starts[p] = (char *)rows[p];
+        if (dense || kinds[p] == HOISTED || kinds[p] == UNIT)
+            continue;
+        starts[p] = (char *)rows[p];
+        loads[p] = spans ? NAME(spans)[part->size].load[width] : NULL;
+        stores[p] = spans ? NAME(spans)[part->size].store[width] : NULL;
+        if (kinds[p] == SAME)
             NAME(move_part)(0, rows[p], row, part, args[p], 0, strides + part->first, n < row ? PADDED(n) : row);
-            for (int q = part->first; q < part->first + part->rank; ++q)
-                cores[q] = row_cores[q];
-        }
     }
-    for (intptr_t i = 0, m; i < n; i += m) {
+    const intptr_t turn = near ? SPAN : LANES;
+    intptr_t i = 0;
+    // In C order, by functions that know the sizes.
+    for (; spans && !in_place && n - i >= turn; i += turn) {
+        for (int p = 0; p < n_parts; ++p) {
+            if (kinds[p] == UNIT)
+                starts[p] = args[p] + i * w;
+            else if (kinds[p] == ANY && p < n_inputs)
+                loads[p](turn, (char *[]){starts[p], args[p] + i * steps[p]}, NULL);
+        }
+        in_rows(turn, starts, cores);
+        for (int p = n_inputs; p < n_parts; ++p)
+            if (kinds[p] == ANY)
+                stores[p](turn, (char *[]){starts[p], args[p] + i * steps[p]}, NULL);
+    }
+    for (intptr_t m; i < n; i += m) {
         const int last = n - i < LANES;
         if (dense && n - i >= SPAN) {
             m = n & -SPAN;
@@ -829,7 +900,7 @@ static void NAME(batch)(const struct kernel *kernel, char **args, intptr_t n, co
             if (kinds[p] < UNIT || (kinds[p] == UNIT && !last))
                 continue;
             starts[p] = (char *)rows[p];
-            for (int q = part->first; q < part->first + part->rank; ++q)
+            for (int q = part->first; last && q < part->first + part->rank; ++q)
                 cores[q] = row_cores[q];
             if (p < n_inputs)
                 NAME(move_part)(0, rows[p], row, part, args[p] + i * steps[p], steps[p], strides + part->first, m);

@@ -2,7 +2,7 @@
 // command: gac generate --all vga2
 // spec: 17f6e9c743231913
 // contraction: -ffp-contract=off (every operation is rounded once)
-// body: eb1a729d8802e0fdfda58b11167afebdac95af3f4fed86f570c1dc05925275e0
+// body: 3649634b10373f671bb6c9cab163ce936dc8c5a23b2a55715f796726a2bce7c7
 
 #ifndef REAL
 #include "vga2.h"
@@ -99,7 +99,7 @@ struct kernel {
     const struct form *forms;
 };
 
-enum { PARTS = 4, CORES = 3, NUMBERS = 12, SPACE = 4096, PREPARED = 3 };
+enum { PARTS = 4, CORES = 3, NUMBERS = 12, SPACE = 4096, PREPARED = 3, SIZES = 4 };
 
 #define SQRT(x) FUNCTION(sqrt)(x)
 #define SIN(x) NAME(sin_of)(x, far)
@@ -670,50 +670,101 @@ WIDE static void NAME(store_rows)(char *a, intptr_t s, intptr_t c, REAL *x, intp
     }
 }
 
-// The rows of SPAN elements of `size` components, in C order from element `first` on; and back.
-static INLINE void NAME(load_span)(REAL *x, char *a, intptr_t first, intptr_t size)
+// Rows, SPAN numbers long, of `n` elements of `size` components, in C order from element `first` on; and back.
+static INLINE void NAME(load_span)(REAL *x, char *a, intptr_t first, intptr_t size, intptr_t n)
 {
     const intptr_t w = sizeof(REAL);
     const REAL *from = (const REAL *)(a + first * size * w);
     if (size == 1) {
-        memcpy(x, from, SPAN * w);
+        memcpy(x, from, n * w);
     } else if (size == 2) {
-        for (intptr_t i = 0; i < SPAN; ++i) {
+        for (intptr_t i = 0; i < n; ++i) {
             x[i] = from[2 * i];
             x[SPAN + i] = from[2 * i + 1];
         }
     } else if (size == 3) {
-        for (intptr_t i = 0; i < SPAN; ++i) {
+        for (intptr_t i = 0; i < n; ++i) {
             x[i] = from[3 * i];
             x[SPAN + i] = from[3 * i + 1];
             x[2 * SPAN + i] = from[3 * i + 2];
         }
     } else {
-        NAME(turn_tiles)(0, (char *)x, SPAN * w, (char *)from, size * w, size, SPAN);
+        NAME(turn_tiles)(0, (char *)x, SPAN * w, (char *)from, size * w, size, n);
     }
 }
 
-static INLINE void NAME(store_span)(char *a, intptr_t first, REAL *x, intptr_t size)
+static INLINE void NAME(store_span)(char *a, intptr_t first, REAL *x, intptr_t size, intptr_t n)
 {
     const intptr_t w = sizeof(REAL);
     REAL *to = (REAL *)(a + first * size * w);
     if (size == 1) {
-        memcpy(to, x, SPAN * w);
+        memcpy(to, x, n * w);
     } else if (size == 2) {
-        for (intptr_t i = 0; i < SPAN; ++i) {
+        for (intptr_t i = 0; i < n; ++i) {
             to[2 * i] = x[i];
             to[2 * i + 1] = x[SPAN + i];
         }
     } else if (size == 3) {
-        for (intptr_t i = 0; i < SPAN; ++i) {
+        for (intptr_t i = 0; i < n; ++i) {
             to[3 * i] = x[i];
             to[3 * i + 1] = x[SPAN + i];
             to[3 * i + 2] = x[2 * SPAN + i];
         }
     } else {
-        NAME(turn_tiles)(1, (char *)x, SPAN * w, (char *)to, size * w, size, SPAN);
+        NAME(turn_tiles)(1, (char *)x, SPAN * w, (char *)to, size * w, size, n);
     }
 }
+
+// The same as loops, one for each size that is known: between rows and elements in C order.
+static INLINE void NAME(load_span_1)(intptr_t n, char **args, const intptr_t *strides)
+{
+    (void)strides;
+    NAME(load_span)((REAL *)args[0], args[1], 0, 1, n);
+}
+LOOPS(load_span_1)
+
+static INLINE void NAME(store_span_1)(intptr_t n, char **args, const intptr_t *strides)
+{
+    (void)strides;
+    NAME(store_span)(args[1], 0, (REAL *)args[0], 1, n);
+}
+LOOPS(store_span_1)
+
+static INLINE void NAME(load_span_2)(intptr_t n, char **args, const intptr_t *strides)
+{
+    (void)strides;
+    NAME(load_span)((REAL *)args[0], args[1], 0, 2, n);
+}
+LOOPS(load_span_2)
+
+static INLINE void NAME(store_span_2)(intptr_t n, char **args, const intptr_t *strides)
+{
+    (void)strides;
+    NAME(store_span)(args[1], 0, (REAL *)args[0], 2, n);
+}
+LOOPS(store_span_2)
+
+static INLINE void NAME(load_span_4)(intptr_t n, char **args, const intptr_t *strides)
+{
+    (void)strides;
+    NAME(load_span)((REAL *)args[0], args[1], 0, 4, n);
+}
+LOOPS(load_span_4)
+
+static INLINE void NAME(store_span_4)(intptr_t n, char **args, const intptr_t *strides)
+{
+    (void)strides;
+    NAME(store_span)(args[1], 0, (REAL *)args[0], 4, n);
+}
+LOOPS(store_span_4)
+
+static const struct {
+    loop_function *load[2], *store[2];
+} NAME(spans)[SIZES + 1] = {
+    [1] = {WIDTHS(load_span_1), WIDTHS(store_span_1)},
+    [2] = {WIDTHS(load_span_2), WIDTHS(store_span_2)},
+    [4] = {WIDTHS(load_span_4), WIDTHS(store_span_4)},
+};
 
 // All rows of a part, from the batch or back to it; axes that lie as one are moved as one.
 static void NAME(move_part)(int back, REAL *x, intptr_t row, const struct part *part, char *a, intptr_t s,
@@ -785,15 +836,23 @@ static void NAME(batch)(const struct kernel *kernel, char **args, intptr_t n, co
     char *starts[PARTS];
     intptr_t cores[CORES], row_cores[CORES], total = 0, bytes = 0;
     unsigned still = 0, hoisted = 0;
+    int in_place = 1, ordered = 1, known = 1;
     if (width < 0 || n == 1) {
         NAME(each)(kernel, args, n, steps);
         return;
     }
-    loop_function *in_rows = kernel->block[width], *in_order = kernel->dense[width];
+    loop_function *in_rows = kernel->block[width], *in_order = kernel->dense[width], *loads[PARTS], *stores[PARTS];
     for (int p = 0; p < n_parts; ++p) {
-        total += kernel->parts[p].size;
+        const struct part *part = &kernel->parts[p];
+        const int same = p < n_inputs && steps[p] == 0;
+        intptr_t step = w;
+        for (int q = part->rank; q-- > 0; step *= part->shape[q])
+            ordered = ordered && (same || strides[part->first + q] == step);
+        ordered = ordered && (same || steps[p] == step);
+        known = known && part->size <= SIZES && NAME(spans)[part->size].load[width];
+        total += part->size;
         bytes += steps[p] < 0 ? -steps[p] : steps[p];
-        still |= (unsigned)(p < n_inputs && steps[p] == 0) << p;
+        still |= (unsigned)same << p;
     }
     for (int f = 0; f < kernel->n_forms && !hoisted; ++f) {
         const struct form *form = &kernel->forms[f];
@@ -802,40 +861,52 @@ static void NAME(batch)(const struct kernel *kernel, char **args, intptr_t n, co
             hoisted = form->same, in_rows = form->block[width], in_order = form->dense[width];
         }
     }
-    int in_place = 1, dense = in_order != NULL;
-    // Long rows spare calls; beyond the last cache, short ones keep reading and writing going side by side.
-    intptr_t row = n < (1 << 24) / (bytes + 1) ? 512 / w : LANES;
+    const int dense = ordered && still == hoisted && in_order;
+    const int spans = ordered && !dense && known && total * SPAN <= SPACE;
+    // Long rows spare calls; beyond the last cache, short turns keep reading and writing going side by side.
+    const int near = n < (1 << 24) / (bytes + 1);
+    intptr_t row = spans ? SPAN : near ? 512 / w : LANES;
     while (row > LANES && row * total > SPACE)
         row /= 2;
     total = 0;
     for (int p = 0; p < n_parts; ++p) {
         const struct part *part = &kernel->parts[p];
-        const intptr_t *c = strides + part->first;
-        intptr_t step = w, row_step = row * w;
+        intptr_t row_step = row * w;
         starts[p] = hoisted >> p & 1 ? (char *)prepared : args[p];
         rows[p] = space + row * total;
         total += part->size;
-        kinds[p] = hoisted >> p & 1 ? HOISTED : p < n_inputs && steps[p] == 0 ? SAME : steps[p] == w ? UNIT : ANY;
+        kinds[p] = hoisted >> p & 1 ? HOISTED : still >> p & 1 ? SAME : steps[p] == w ? UNIT : ANY;
         for (int q = 0; kernel->repeats && p >= n_inputs && q < n_inputs; ++q)
             kinds[p] = args[p] == args[q] ? ANY : kinds[p];
         in_place = in_place && (kinds[p] == UNIT || kinds[p] == HOISTED);
-        for (int q = part->rank; q-- > 0; step *= part->shape[q], row_step *= part->shape[q]) {
-            cores[part->first + q] = c[q];
-            row_cores[part->first + q] = row_step;
-            dense = dense && (kinds[p] == HOISTED || c[q] == step);
+        for (int q = part->first + part->rank; q-- > part->first; row_step *= part->shape[q - part->first]) {
+            cores[q] = kinds[p] == SAME || kinds[p] == ANY ? row_step : strides[q];
+            row_cores[q] = row_step;
         }
-        dense = dense && (kinds[p] == HOISTED || steps[p] == step);
-    }
-    for (int p = 0; p < n_inputs && !dense; ++p) {
-        const struct part *part = &kernel->parts[p];
-        if (kinds[p] == SAME) {
-            starts[p] = (char *)rows[p];
+        if (dense || kinds[p] == HOISTED || kinds[p] == UNIT)
+            continue;
+        starts[p] = (char *)rows[p];
+        loads[p] = spans ? NAME(spans)[part->size].load[width] : NULL;
+        stores[p] = spans ? NAME(spans)[part->size].store[width] : NULL;
+        if (kinds[p] == SAME)
             NAME(move_part)(0, rows[p], row, part, args[p], 0, strides + part->first, n < row ? PADDED(n) : row);
-            for (int q = part->first; q < part->first + part->rank; ++q)
-                cores[q] = row_cores[q];
-        }
     }
-    for (intptr_t i = 0, m; i < n; i += m) {
+    const intptr_t turn = near ? SPAN : LANES;
+    intptr_t i = 0;
+    // In C order, by functions that know the sizes.
+    for (; spans && !in_place && n - i >= turn; i += turn) {
+        for (int p = 0; p < n_parts; ++p) {
+            if (kinds[p] == UNIT)
+                starts[p] = args[p] + i * w;
+            else if (kinds[p] == ANY && p < n_inputs)
+                loads[p](turn, (char *[]){starts[p], args[p] + i * steps[p]}, NULL);
+        }
+        in_rows(turn, starts, cores);
+        for (int p = n_inputs; p < n_parts; ++p)
+            if (kinds[p] == ANY)
+                stores[p](turn, (char *[]){starts[p], args[p] + i * steps[p]}, NULL);
+    }
+    for (intptr_t m; i < n; i += m) {
         const int last = n - i < LANES;
         if (dense && n - i >= SPAN) {
             m = n & -SPAN;
@@ -850,7 +921,7 @@ static void NAME(batch)(const struct kernel *kernel, char **args, intptr_t n, co
             if (kinds[p] < UNIT || (kinds[p] == UNIT && !last))
                 continue;
             starts[p] = (char *)rows[p];
-            for (int q = part->first; q < part->first + part->rank; ++q)
+            for (int q = part->first; last && q < part->first + part->rank; ++q)
                 cores[q] = row_cores[q];
             if (p < n_inputs)
                 NAME(move_part)(0, rows[p], row, part, args[p] + i * steps[p], steps[p], strides + part->first, m);
@@ -948,7 +1019,7 @@ static INLINE void NAME(geometric_product_dense)(intptr_t n, char **args, const 
             NAME(geometric_product)(x0, x1, x2);
             NAME(store_4)((char *)(r2 + i), SPAN * w, x2);
         }
-        NAME(store_span)(args[2], first, r2, 4);
+        NAME(store_span)(args[2], first, r2, 4, SPAN);
     }
 }
 LOOPS(geometric_product_dense)
@@ -1029,7 +1100,7 @@ static INLINE void NAME(outer_product_dense)(intptr_t n, char **args, const intp
             NAME(outer_product)(x0, x1, x2);
             NAME(store_4)((char *)(r2 + i), SPAN * w, x2);
         }
-        NAME(store_span)(args[2], first, r2, 4);
+        NAME(store_span)(args[2], first, r2, 4, SPAN);
     }
 }
 LOOPS(outer_product_dense)
@@ -1110,7 +1181,7 @@ static INLINE void NAME(regressive_product_dense)(intptr_t n, char **args, const
             NAME(regressive_product)(x0, x1, x2);
             NAME(store_4)((char *)(r2 + i), SPAN * w, x2);
         }
-        NAME(store_span)(args[2], first, r2, 4);
+        NAME(store_span)(args[2], first, r2, 4, SPAN);
     }
 }
 LOOPS(regressive_product_dense)
@@ -1201,7 +1272,7 @@ static INLINE void NAME(inner_product_dense)(intptr_t n, char **args, const intp
             NAME(inner_product)(x0, x1, x2);
             NAME(store_4)((char *)(r2 + i), SPAN * w, x2);
         }
-        NAME(store_span)(args[2], first, r2, 4);
+        NAME(store_span)(args[2], first, r2, 4, SPAN);
     }
 }
 LOOPS(inner_product_dense)
@@ -1259,7 +1330,7 @@ static INLINE void NAME(reverse_dense)(intptr_t n, char **args, const intptr_t *
             NAME(reverse)(x0, x1);
             NAME(store_4)((char *)(r1 + i), SPAN * w, x1);
         }
-        NAME(store_span)(args[1], first, r1, 4);
+        NAME(store_span)(args[1], first, r1, 4, SPAN);
     }
 }
 LOOPS(reverse_dense)
@@ -1317,7 +1388,7 @@ static INLINE void NAME(dual_dense)(intptr_t n, char **args, const intptr_t *str
             NAME(dual)(x0, x1);
             NAME(store_4)((char *)(r1 + i), SPAN * w, x1);
         }
-        NAME(store_span)(args[1], first, r1, 4);
+        NAME(store_span)(args[1], first, r1, 4, SPAN);
     }
 }
 LOOPS(dual_dense)
@@ -1379,7 +1450,7 @@ static INLINE void NAME(norm_dense)(intptr_t n, char **args, const intptr_t *str
             NAME(norm)(x0, x1);
             NAME(store_scalar)((char *)(r1 + i), x1);
         }
-        NAME(store_span)(args[1], first, r1, 1);
+        NAME(store_span)(args[1], first, r1, 1, SPAN);
     }
 }
 LOOPS(norm_dense)
@@ -1451,7 +1522,7 @@ static INLINE void NAME(inverse_dense)(intptr_t n, char **args, const intptr_t *
             NAME(inverse)(x0, x1);
             NAME(store_4)((char *)(r1 + i), SPAN * w, x1);
         }
-        NAME(store_span)(args[1], first, r1, 4);
+        NAME(store_span)(args[1], first, r1, 4, SPAN);
     }
 }
 LOOPS(inverse_dense)
@@ -1518,7 +1589,7 @@ static INLINE void NAME(vector_product_dense)(intptr_t n, char **args, const int
             NAME(vector_product)(x0, x1, x2);
             NAME(store_2)((char *)(r2 + i), SPAN * w, x2);
         }
-        NAME(store_span)(args[2], first, r2, 2);
+        NAME(store_span)(args[2], first, r2, 2, SPAN);
     }
 }
 LOOPS(vector_product_dense)
@@ -1581,7 +1652,7 @@ static INLINE void NAME(dot_product_dense)(intptr_t n, char **args, const intptr
             NAME(dot_product)(x0, x1, x2);
             NAME(store_scalar)((char *)(r2 + i), x2);
         }
-        NAME(store_span)(args[2], first, r2, 1);
+        NAME(store_span)(args[2], first, r2, 1, SPAN);
     }
 }
 LOOPS(dot_product_dense)
@@ -1644,7 +1715,7 @@ static INLINE void NAME(signed_area_dense)(intptr_t n, char **args, const intptr
             NAME(signed_area)(x0, x1, x2);
             NAME(store_scalar)((char *)(r2 + i), x2);
         }
-        NAME(store_span)(args[2], first, r2, 1);
+        NAME(store_span)(args[2], first, r2, 1, SPAN);
     }
 }
 LOOPS(signed_area_dense)
@@ -1698,7 +1769,7 @@ static INLINE void NAME(quarter_turn_dense)(intptr_t n, char **args, const intpt
             NAME(quarter_turn)(x0, x1);
             NAME(store_2)((char *)(r1 + i), SPAN * w, x1);
         }
-        NAME(store_span)(args[1], first, r1, 2);
+        NAME(store_span)(args[1], first, r1, 2, SPAN);
     }
 }
 LOOPS(quarter_turn_dense)
@@ -1758,7 +1829,7 @@ static INLINE void NAME(normalize_vector_dense)(intptr_t n, char **args, const i
             NAME(normalize_vector)(x0, x1);
             NAME(store_2)((char *)(r1 + i), SPAN * w, x1);
         }
-        NAME(store_span)(args[1], first, r1, 2);
+        NAME(store_span)(args[1], first, r1, 2, SPAN);
     }
 }
 LOOPS(normalize_vector_dense)
@@ -1901,7 +1972,7 @@ static INLINE void NAME(project_vector_on_vector_dense_n)(intptr_t n, char **arg
             NAME(project_vector_on_vector_apply_n)(prepared, x0, x2);
             NAME(store_2)((char *)(r2 + i), SPAN * w, x2);
         }
-        NAME(store_span)(args[2], first, r2, 2);
+        NAME(store_span)(args[2], first, r2, 2, SPAN);
     }
 }
 LOOPS(project_vector_on_vector_dense_n)
@@ -1952,7 +2023,7 @@ static INLINE void NAME(project_vector_on_vector_dense)(intptr_t n, char **args,
             NAME(project_vector_on_vector)(x0, x1, x2);
             NAME(store_2)((char *)(r2 + i), SPAN * w, x2);
         }
-        NAME(store_span)(args[2], first, r2, 2);
+        NAME(store_span)(args[2], first, r2, 2, SPAN);
     }
 }
 LOOPS(project_vector_on_vector_dense)
@@ -2062,7 +2133,7 @@ static INLINE void NAME(reflect_vector_dense_n)(intptr_t n, char **args, const i
             NAME(reflect_vector_apply_n)(prepared, x0, x2);
             NAME(store_2)((char *)(r2 + i), SPAN * w, x2);
         }
-        NAME(store_span)(args[2], first, r2, 2);
+        NAME(store_span)(args[2], first, r2, 2, SPAN);
     }
 }
 LOOPS(reflect_vector_dense_n)
@@ -2113,7 +2184,7 @@ static INLINE void NAME(reflect_vector_dense)(intptr_t n, char **args, const int
             NAME(reflect_vector)(x0, x1, x2);
             NAME(store_2)((char *)(r2 + i), SPAN * w, x2);
         }
-        NAME(store_span)(args[2], first, r2, 2);
+        NAME(store_span)(args[2], first, r2, 2, SPAN);
     }
 }
 LOOPS(reflect_vector_dense)
@@ -2182,7 +2253,7 @@ static INLINE void NAME(rotor_product_dense)(intptr_t n, char **args, const intp
             NAME(rotor_product)(x0, x1, x2);
             NAME(store_2)((char *)(r2 + i), SPAN * w, x2);
         }
-        NAME(store_span)(args[2], first, r2, 2);
+        NAME(store_span)(args[2], first, r2, 2, SPAN);
     }
 }
 LOOPS(rotor_product_dense)
@@ -2249,7 +2320,7 @@ static INLINE void NAME(even_product_dense)(intptr_t n, char **args, const intpt
             NAME(even_product)(x0, x1, x2);
             NAME(store_2)((char *)(r2 + i), SPAN * w, x2);
         }
-        NAME(store_span)(args[2], first, r2, 2);
+        NAME(store_span)(args[2], first, r2, 2, SPAN);
     }
 }
 LOOPS(even_product_dense)
@@ -2303,7 +2374,7 @@ static INLINE void NAME(rotor_inverse_dense)(intptr_t n, char **args, const intp
             NAME(rotor_inverse)(x0, x1);
             NAME(store_2)((char *)(r1 + i), SPAN * w, x1);
         }
-        NAME(store_span)(args[1], first, r1, 2);
+        NAME(store_span)(args[1], first, r1, 2, SPAN);
     }
 }
 LOOPS(rotor_inverse_dense)
@@ -2363,7 +2434,7 @@ static INLINE void NAME(normalize_rotor_dense)(intptr_t n, char **args, const in
             NAME(normalize_rotor)(x0, x1);
             NAME(store_2)((char *)(r1 + i), SPAN * w, x1);
         }
-        NAME(store_span)(args[1], first, r1, 2);
+        NAME(store_span)(args[1], first, r1, 2, SPAN);
     }
 }
 LOOPS(normalize_rotor_dense)
@@ -2435,7 +2506,7 @@ static INLINE void NAME(rotate_vector_dense)(intptr_t n, char **args, const intp
             NAME(rotate_vector)(x0, x1, x2);
             NAME(store_2)((char *)(r2 + i), SPAN * w, x2);
         }
-        NAME(store_span)(args[2], first, r2, 2);
+        NAME(store_span)(args[2], first, r2, 2, SPAN);
     }
 }
 LOOPS(rotate_vector_dense)
@@ -2507,7 +2578,7 @@ static INLINE void NAME(rotate_vector_back_dense)(intptr_t n, char **args, const
             NAME(rotate_vector_back)(x0, x1, x2);
             NAME(store_2)((char *)(r2 + i), SPAN * w, x2);
         }
-        NAME(store_span)(args[2], first, r2, 2);
+        NAME(store_span)(args[2], first, r2, 2, SPAN);
     }
 }
 LOOPS(rotate_vector_back_dense)
@@ -2747,7 +2818,7 @@ static INLINE void NAME(rotor_square_root_dense)(intptr_t n, char **args, const 
             NAME(rotor_square_root)(x0, x1);
             NAME(store_2)((char *)(r1 + i), SPAN * w, x1);
         }
-        NAME(store_span)(args[1], first, r1, 2);
+        NAME(store_span)(args[1], first, r1, 2, SPAN);
     }
 }
 LOOPS(rotor_square_root_dense)
@@ -3204,7 +3275,7 @@ static INLINE void NAME(even_square_root_dense)(intptr_t n, char **args, const i
             NAME(even_square_root)(x0, x1);
             NAME(store_2)((char *)(r1 + i), SPAN * w, x1);
         }
-        NAME(store_span)(args[1], first, r1, 2);
+        NAME(store_span)(args[1], first, r1, 2, SPAN);
     }
 }
 LOOPS(even_square_root_dense)
@@ -3292,7 +3363,7 @@ static INLINE void NAME(rotor_between_vectors_dense)(intptr_t n, char **args, co
             NAME(rotor_between_vectors)(x0, x1, x2);
             NAME(store_2)((char *)(r2 + i), SPAN * w, x2);
         }
-        NAME(store_span)(args[2], first, r2, 2);
+        NAME(store_span)(args[2], first, r2, 2, SPAN);
     }
 }
 LOOPS(rotor_between_vectors_dense)
@@ -3352,7 +3423,7 @@ static INLINE void NAME(rotor_to_matrix_dense)(intptr_t n, char **args, const in
             NAME(rotor_to_matrix)(x0, x1);
             NAME(store_2x2)((char *)(r1 + i), 2 * SPAN * w, SPAN * w, x1);
         }
-        NAME(store_span)(args[1], first, r1, 4);
+        NAME(store_span)(args[1], first, r1, 4, SPAN);
     }
 }
 LOOPS(rotor_to_matrix_dense)
@@ -3432,7 +3503,7 @@ static INLINE void NAME(rotor_from_matrix_dense)(intptr_t n, char **args, const 
             NAME(rotor_from_matrix)(x0, x1);
             NAME(store_2)((char *)(r1 + i), SPAN * w, x1);
         }
-        NAME(store_span)(args[1], first, r1, 2);
+        NAME(store_span)(args[1], first, r1, 2, SPAN);
     }
 }
 LOOPS(rotor_from_matrix_dense)
@@ -3495,8 +3566,8 @@ static INLINE void NAME(pack_field_dense)(intptr_t n, char **args, const intptr_
             NAME(store_2)((char *)(r1 + i), SPAN * w, x1);
             NAME(store_2)((char *)(r2 + i), SPAN * w, x2);
         }
-        NAME(store_span)(args[1], first, r1, 2);
-        NAME(store_span)(args[2], first, r2, 2);
+        NAME(store_span)(args[1], first, r1, 2, SPAN);
+        NAME(store_span)(args[2], first, r2, 2, SPAN);
     }
 }
 LOOPS(pack_field_dense)
@@ -3559,7 +3630,7 @@ static INLINE void NAME(unpack_field_dense)(intptr_t n, char **args, const intpt
             NAME(unpack_field)(x0, x1, x2);
             NAME(store_4)((char *)(r2 + i), SPAN * w, x2);
         }
-        NAME(store_span)(args[2], first, r2, 4);
+        NAME(store_span)(args[2], first, r2, 4, SPAN);
     }
 }
 LOOPS(unpack_field_dense)

@@ -2,7 +2,7 @@
 // command: gac generate --all vga3
 // spec: 38c08b0ae8f8994f
 // contraction: -ffp-contract=off (every operation is rounded once)
-// body: 02d470b932306d4d572cd477d404f8b645e45610ca55d80810ed1514d85ba356
+// body: 7e48944f80725b71989eb26c6d68684c2c72ab453bc609be10b688f4d7664f72
 
 #ifndef REAL
 #include "vga3.h"
@@ -99,7 +99,7 @@ struct kernel {
     const struct form *forms;
 };
 
-enum { PARTS = 5, CORES = 5, NUMBERS = 24, SPACE = 4096, PREPARED = 9 };
+enum { PARTS = 5, CORES = 5, NUMBERS = 24, SPACE = 4096, PREPARED = 9, SIZES = 9 };
 
 #define SQRT(x) FUNCTION(sqrt)(x)
 #define SIN(x) NAME(sin_of)(x, far)
@@ -717,50 +717,146 @@ WIDE static void NAME(store_rows)(char *a, intptr_t s, intptr_t c, REAL *x, intp
     }
 }
 
-// The rows of SPAN elements of `size` components, in C order from element `first` on; and back.
-static INLINE void NAME(load_span)(REAL *x, char *a, intptr_t first, intptr_t size)
+// Rows, SPAN numbers long, of `n` elements of `size` components, in C order from element `first` on; and back.
+static INLINE void NAME(load_span)(REAL *x, char *a, intptr_t first, intptr_t size, intptr_t n)
 {
     const intptr_t w = sizeof(REAL);
     const REAL *from = (const REAL *)(a + first * size * w);
     if (size == 1) {
-        memcpy(x, from, SPAN * w);
+        memcpy(x, from, n * w);
     } else if (size == 2) {
-        for (intptr_t i = 0; i < SPAN; ++i) {
+        for (intptr_t i = 0; i < n; ++i) {
             x[i] = from[2 * i];
             x[SPAN + i] = from[2 * i + 1];
         }
     } else if (size == 3) {
-        for (intptr_t i = 0; i < SPAN; ++i) {
+        for (intptr_t i = 0; i < n; ++i) {
             x[i] = from[3 * i];
             x[SPAN + i] = from[3 * i + 1];
             x[2 * SPAN + i] = from[3 * i + 2];
         }
     } else {
-        NAME(turn_tiles)(0, (char *)x, SPAN * w, (char *)from, size * w, size, SPAN);
+        NAME(turn_tiles)(0, (char *)x, SPAN * w, (char *)from, size * w, size, n);
     }
 }
 
-static INLINE void NAME(store_span)(char *a, intptr_t first, REAL *x, intptr_t size)
+static INLINE void NAME(store_span)(char *a, intptr_t first, REAL *x, intptr_t size, intptr_t n)
 {
     const intptr_t w = sizeof(REAL);
     REAL *to = (REAL *)(a + first * size * w);
     if (size == 1) {
-        memcpy(to, x, SPAN * w);
+        memcpy(to, x, n * w);
     } else if (size == 2) {
-        for (intptr_t i = 0; i < SPAN; ++i) {
+        for (intptr_t i = 0; i < n; ++i) {
             to[2 * i] = x[i];
             to[2 * i + 1] = x[SPAN + i];
         }
     } else if (size == 3) {
-        for (intptr_t i = 0; i < SPAN; ++i) {
+        for (intptr_t i = 0; i < n; ++i) {
             to[3 * i] = x[i];
             to[3 * i + 1] = x[SPAN + i];
             to[3 * i + 2] = x[2 * SPAN + i];
         }
     } else {
-        NAME(turn_tiles)(1, (char *)x, SPAN * w, (char *)to, size * w, size, SPAN);
+        NAME(turn_tiles)(1, (char *)x, SPAN * w, (char *)to, size * w, size, n);
     }
 }
+
+// The same as loops, one for each size that is known: between rows and elements in C order.
+static INLINE void NAME(load_span_1)(intptr_t n, char **args, const intptr_t *strides)
+{
+    (void)strides;
+    NAME(load_span)((REAL *)args[0], args[1], 0, 1, n);
+}
+LOOPS(load_span_1)
+
+static INLINE void NAME(store_span_1)(intptr_t n, char **args, const intptr_t *strides)
+{
+    (void)strides;
+    NAME(store_span)(args[1], 0, (REAL *)args[0], 1, n);
+}
+LOOPS(store_span_1)
+
+static INLINE void NAME(load_span_2)(intptr_t n, char **args, const intptr_t *strides)
+{
+    (void)strides;
+    NAME(load_span)((REAL *)args[0], args[1], 0, 2, n);
+}
+LOOPS(load_span_2)
+
+static INLINE void NAME(store_span_2)(intptr_t n, char **args, const intptr_t *strides)
+{
+    (void)strides;
+    NAME(store_span)(args[1], 0, (REAL *)args[0], 2, n);
+}
+LOOPS(store_span_2)
+
+static INLINE void NAME(load_span_3)(intptr_t n, char **args, const intptr_t *strides)
+{
+    (void)strides;
+    NAME(load_span)((REAL *)args[0], args[1], 0, 3, n);
+}
+LOOPS(load_span_3)
+
+static INLINE void NAME(store_span_3)(intptr_t n, char **args, const intptr_t *strides)
+{
+    (void)strides;
+    NAME(store_span)(args[1], 0, (REAL *)args[0], 3, n);
+}
+LOOPS(store_span_3)
+
+static INLINE void NAME(load_span_4)(intptr_t n, char **args, const intptr_t *strides)
+{
+    (void)strides;
+    NAME(load_span)((REAL *)args[0], args[1], 0, 4, n);
+}
+LOOPS(load_span_4)
+
+static INLINE void NAME(store_span_4)(intptr_t n, char **args, const intptr_t *strides)
+{
+    (void)strides;
+    NAME(store_span)(args[1], 0, (REAL *)args[0], 4, n);
+}
+LOOPS(store_span_4)
+
+static INLINE void NAME(load_span_8)(intptr_t n, char **args, const intptr_t *strides)
+{
+    (void)strides;
+    NAME(load_span)((REAL *)args[0], args[1], 0, 8, n);
+}
+LOOPS(load_span_8)
+
+static INLINE void NAME(store_span_8)(intptr_t n, char **args, const intptr_t *strides)
+{
+    (void)strides;
+    NAME(store_span)(args[1], 0, (REAL *)args[0], 8, n);
+}
+LOOPS(store_span_8)
+
+static INLINE void NAME(load_span_9)(intptr_t n, char **args, const intptr_t *strides)
+{
+    (void)strides;
+    NAME(load_span)((REAL *)args[0], args[1], 0, 9, n);
+}
+LOOPS(load_span_9)
+
+static INLINE void NAME(store_span_9)(intptr_t n, char **args, const intptr_t *strides)
+{
+    (void)strides;
+    NAME(store_span)(args[1], 0, (REAL *)args[0], 9, n);
+}
+LOOPS(store_span_9)
+
+static const struct {
+    loop_function *load[2], *store[2];
+} NAME(spans)[SIZES + 1] = {
+    [1] = {WIDTHS(load_span_1), WIDTHS(store_span_1)},
+    [2] = {WIDTHS(load_span_2), WIDTHS(store_span_2)},
+    [3] = {WIDTHS(load_span_3), WIDTHS(store_span_3)},
+    [4] = {WIDTHS(load_span_4), WIDTHS(store_span_4)},
+    [8] = {WIDTHS(load_span_8), WIDTHS(store_span_8)},
+    [9] = {WIDTHS(load_span_9), WIDTHS(store_span_9)},
+};
 
 // All rows of a part, from the batch or back to it; axes that lie as one are moved as one.
 static void NAME(move_part)(int back, REAL *x, intptr_t row, const struct part *part, char *a, intptr_t s,
@@ -832,15 +928,23 @@ static void NAME(batch)(const struct kernel *kernel, char **args, intptr_t n, co
     char *starts[PARTS];
     intptr_t cores[CORES], row_cores[CORES], total = 0, bytes = 0;
     unsigned still = 0, hoisted = 0;
+    int in_place = 1, ordered = 1, known = 1;
     if (width < 0 || n == 1) {
         NAME(each)(kernel, args, n, steps);
         return;
     }
-    loop_function *in_rows = kernel->block[width], *in_order = kernel->dense[width];
+    loop_function *in_rows = kernel->block[width], *in_order = kernel->dense[width], *loads[PARTS], *stores[PARTS];
     for (int p = 0; p < n_parts; ++p) {
-        total += kernel->parts[p].size;
+        const struct part *part = &kernel->parts[p];
+        const int same = p < n_inputs && steps[p] == 0;
+        intptr_t step = w;
+        for (int q = part->rank; q-- > 0; step *= part->shape[q])
+            ordered = ordered && (same || strides[part->first + q] == step);
+        ordered = ordered && (same || steps[p] == step);
+        known = known && part->size <= SIZES && NAME(spans)[part->size].load[width];
+        total += part->size;
         bytes += steps[p] < 0 ? -steps[p] : steps[p];
-        still |= (unsigned)(p < n_inputs && steps[p] == 0) << p;
+        still |= (unsigned)same << p;
     }
     for (int f = 0; f < kernel->n_forms && !hoisted; ++f) {
         const struct form *form = &kernel->forms[f];
@@ -849,40 +953,52 @@ static void NAME(batch)(const struct kernel *kernel, char **args, intptr_t n, co
             hoisted = form->same, in_rows = form->block[width], in_order = form->dense[width];
         }
     }
-    int in_place = 1, dense = in_order != NULL;
-    // Long rows spare calls; beyond the last cache, short ones keep reading and writing going side by side.
-    intptr_t row = n < (1 << 24) / (bytes + 1) ? 512 / w : LANES;
+    const int dense = ordered && still == hoisted && in_order;
+    const int spans = ordered && !dense && known && total * SPAN <= SPACE;
+    // Long rows spare calls; beyond the last cache, short turns keep reading and writing going side by side.
+    const int near = n < (1 << 24) / (bytes + 1);
+    intptr_t row = spans ? SPAN : near ? 512 / w : LANES;
     while (row > LANES && row * total > SPACE)
         row /= 2;
     total = 0;
     for (int p = 0; p < n_parts; ++p) {
         const struct part *part = &kernel->parts[p];
-        const intptr_t *c = strides + part->first;
-        intptr_t step = w, row_step = row * w;
+        intptr_t row_step = row * w;
         starts[p] = hoisted >> p & 1 ? (char *)prepared : args[p];
         rows[p] = space + row * total;
         total += part->size;
-        kinds[p] = hoisted >> p & 1 ? HOISTED : p < n_inputs && steps[p] == 0 ? SAME : steps[p] == w ? UNIT : ANY;
+        kinds[p] = hoisted >> p & 1 ? HOISTED : still >> p & 1 ? SAME : steps[p] == w ? UNIT : ANY;
         for (int q = 0; kernel->repeats && p >= n_inputs && q < n_inputs; ++q)
             kinds[p] = args[p] == args[q] ? ANY : kinds[p];
         in_place = in_place && (kinds[p] == UNIT || kinds[p] == HOISTED);
-        for (int q = part->rank; q-- > 0; step *= part->shape[q], row_step *= part->shape[q]) {
-            cores[part->first + q] = c[q];
-            row_cores[part->first + q] = row_step;
-            dense = dense && (kinds[p] == HOISTED || c[q] == step);
+        for (int q = part->first + part->rank; q-- > part->first; row_step *= part->shape[q - part->first]) {
+            cores[q] = kinds[p] == SAME || kinds[p] == ANY ? row_step : strides[q];
+            row_cores[q] = row_step;
         }
-        dense = dense && (kinds[p] == HOISTED || steps[p] == step);
-    }
-    for (int p = 0; p < n_inputs && !dense; ++p) {
-        const struct part *part = &kernel->parts[p];
-        if (kinds[p] == SAME) {
-            starts[p] = (char *)rows[p];
+        if (dense || kinds[p] == HOISTED || kinds[p] == UNIT)
+            continue;
+        starts[p] = (char *)rows[p];
+        loads[p] = spans ? NAME(spans)[part->size].load[width] : NULL;
+        stores[p] = spans ? NAME(spans)[part->size].store[width] : NULL;
+        if (kinds[p] == SAME)
             NAME(move_part)(0, rows[p], row, part, args[p], 0, strides + part->first, n < row ? PADDED(n) : row);
-            for (int q = part->first; q < part->first + part->rank; ++q)
-                cores[q] = row_cores[q];
-        }
     }
-    for (intptr_t i = 0, m; i < n; i += m) {
+    const intptr_t turn = near ? SPAN : LANES;
+    intptr_t i = 0;
+    // In C order, by functions that know the sizes.
+    for (; spans && !in_place && n - i >= turn; i += turn) {
+        for (int p = 0; p < n_parts; ++p) {
+            if (kinds[p] == UNIT)
+                starts[p] = args[p] + i * w;
+            else if (kinds[p] == ANY && p < n_inputs)
+                loads[p](turn, (char *[]){starts[p], args[p] + i * steps[p]}, NULL);
+        }
+        in_rows(turn, starts, cores);
+        for (int p = n_inputs; p < n_parts; ++p)
+            if (kinds[p] == ANY)
+                stores[p](turn, (char *[]){starts[p], args[p] + i * steps[p]}, NULL);
+    }
+    for (intptr_t m; i < n; i += m) {
         const int last = n - i < LANES;
         if (dense && n - i >= SPAN) {
             m = n & -SPAN;
@@ -897,7 +1013,7 @@ static void NAME(batch)(const struct kernel *kernel, char **args, intptr_t n, co
             if (kinds[p] < UNIT || (kinds[p] == UNIT && !last))
                 continue;
             starts[p] = (char *)rows[p];
-            for (int q = part->first; q < part->first + part->rank; ++q)
+            for (int q = part->first; last && q < part->first + part->rank; ++q)
                 cores[q] = row_cores[q];
             if (p < n_inputs)
                 NAME(move_part)(0, rows[p], row, part, args[p] + i * steps[p], steps[p], strides + part->first, m);
@@ -1051,36 +1167,11 @@ static INLINE void NAME(geometric_product_block)(intptr_t n, char **args, const 
 }
 LOOPS(geometric_product_block)
 
-static INLINE void NAME(geometric_product_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    _Alignas(64) REAL r0[8 * SPAN];
-    _Alignas(64) REAL r1[8 * SPAN];
-    _Alignas(64) REAL r2[8 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
-        NAME(load_span)(r0, args[0], first, 8);
-        NAME(load_span)(r1, args[1], first, 8);
-        ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
-            REAL x0[8];
-            REAL x1[8];
-            REAL x2[8];
-            NAME(load_8)(x0, (char *)(r0 + i), SPAN * w);
-            NAME(load_8)(x1, (char *)(r1 + i), SPAN * w);
-            NAME(geometric_product)(x0, x1, x2);
-            NAME(store_8)((char *)(r2 + i), SPAN * w, x2);
-        }
-        NAME(store_span)(args[2], first, r2, 8);
-    }
-}
-LOOPS(geometric_product_dense)
-
 void NAME(geometric_product_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{8, 1, 0, {8}}, {8, 1, 1, {8}}, {8, 1, 2, {8}}};
-    static const struct kernel kernel = {WIDTHS(geometric_product_block), WIDTHS(geometric_product_dense),
-        (any_function *)NAME(geometric_product), NAME(call_aar), 2, 3, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(geometric_product_block), {NULL}, (any_function
+        *)NAME(geometric_product), NAME(call_aar), 2, 3, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -1178,36 +1269,11 @@ static INLINE void NAME(outer_product_block)(intptr_t n, char **args, const intp
 }
 LOOPS(outer_product_block)
 
-static INLINE void NAME(outer_product_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    _Alignas(64) REAL r0[8 * SPAN];
-    _Alignas(64) REAL r1[8 * SPAN];
-    _Alignas(64) REAL r2[8 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
-        NAME(load_span)(r0, args[0], first, 8);
-        NAME(load_span)(r1, args[1], first, 8);
-        ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
-            REAL x0[8];
-            REAL x1[8];
-            REAL x2[8];
-            NAME(load_8)(x0, (char *)(r0 + i), SPAN * w);
-            NAME(load_8)(x1, (char *)(r1 + i), SPAN * w);
-            NAME(outer_product)(x0, x1, x2);
-            NAME(store_8)((char *)(r2 + i), SPAN * w, x2);
-        }
-        NAME(store_span)(args[2], first, r2, 8);
-    }
-}
-LOOPS(outer_product_dense)
-
 void NAME(outer_product_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{8, 1, 0, {8}}, {8, 1, 1, {8}}, {8, 1, 2, {8}}};
-    static const struct kernel kernel = {WIDTHS(outer_product_block), WIDTHS(outer_product_dense), (any_function
-        *)NAME(outer_product), NAME(call_aar), 2, 3, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(outer_product_block), {NULL}, (any_function *)NAME(outer_product),
+        NAME(call_aar), 2, 3, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -1305,36 +1371,11 @@ static INLINE void NAME(regressive_product_block)(intptr_t n, char **args, const
 }
 LOOPS(regressive_product_block)
 
-static INLINE void NAME(regressive_product_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    _Alignas(64) REAL r0[8 * SPAN];
-    _Alignas(64) REAL r1[8 * SPAN];
-    _Alignas(64) REAL r2[8 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
-        NAME(load_span)(r0, args[0], first, 8);
-        NAME(load_span)(r1, args[1], first, 8);
-        ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
-            REAL x0[8];
-            REAL x1[8];
-            REAL x2[8];
-            NAME(load_8)(x0, (char *)(r0 + i), SPAN * w);
-            NAME(load_8)(x1, (char *)(r1 + i), SPAN * w);
-            NAME(regressive_product)(x0, x1, x2);
-            NAME(store_8)((char *)(r2 + i), SPAN * w, x2);
-        }
-        NAME(store_span)(args[2], first, r2, 8);
-    }
-}
-LOOPS(regressive_product_dense)
-
 void NAME(regressive_product_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{8, 1, 0, {8}}, {8, 1, 1, {8}}, {8, 1, 2, {8}}};
-    static const struct kernel kernel = {WIDTHS(regressive_product_block), WIDTHS(regressive_product_dense),
-        (any_function *)NAME(regressive_product), NAME(call_aar), 2, 3, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(regressive_product_block), {NULL}, (any_function
+        *)NAME(regressive_product), NAME(call_aar), 2, 3, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -1470,36 +1511,11 @@ static INLINE void NAME(inner_product_block)(intptr_t n, char **args, const intp
 }
 LOOPS(inner_product_block)
 
-static INLINE void NAME(inner_product_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    _Alignas(64) REAL r0[8 * SPAN];
-    _Alignas(64) REAL r1[8 * SPAN];
-    _Alignas(64) REAL r2[8 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
-        NAME(load_span)(r0, args[0], first, 8);
-        NAME(load_span)(r1, args[1], first, 8);
-        ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
-            REAL x0[8];
-            REAL x1[8];
-            REAL x2[8];
-            NAME(load_8)(x0, (char *)(r0 + i), SPAN * w);
-            NAME(load_8)(x1, (char *)(r1 + i), SPAN * w);
-            NAME(inner_product)(x0, x1, x2);
-            NAME(store_8)((char *)(r2 + i), SPAN * w, x2);
-        }
-        NAME(store_span)(args[2], first, r2, 8);
-    }
-}
-LOOPS(inner_product_dense)
-
 void NAME(inner_product_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{8, 1, 0, {8}}, {8, 1, 1, {8}}, {8, 1, 2, {8}}};
-    static const struct kernel kernel = {WIDTHS(inner_product_block), WIDTHS(inner_product_dense), (any_function
-        *)NAME(inner_product), NAME(call_aar), 2, 3, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(inner_product_block), {NULL}, (any_function *)NAME(inner_product),
+        NAME(call_aar), 2, 3, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -1544,32 +1560,11 @@ static INLINE void NAME(reverse_block)(intptr_t n, char **args, const intptr_t *
 }
 LOOPS(reverse_block)
 
-static INLINE void NAME(reverse_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    _Alignas(64) REAL r0[8 * SPAN];
-    _Alignas(64) REAL r1[8 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
-        NAME(load_span)(r0, args[0], first, 8);
-        ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
-            REAL x0[8];
-            REAL x1[8];
-            NAME(load_8)(x0, (char *)(r0 + i), SPAN * w);
-            NAME(reverse)(x0, x1);
-            NAME(store_8)((char *)(r1 + i), SPAN * w, x1);
-        }
-        NAME(store_span)(args[1], first, r1, 8);
-    }
-}
-LOOPS(reverse_dense)
-
 void NAME(reverse_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{8, 1, 0, {8}}, {8, 1, 1, {8}}};
-    static const struct kernel kernel = {WIDTHS(reverse_block), WIDTHS(reverse_dense), (any_function
-        *)NAME(reverse), NAME(call_ar), 1, 2, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(reverse_block), {NULL}, (any_function *)NAME(reverse),
+        NAME(call_ar), 1, 2, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -1614,32 +1609,11 @@ static INLINE void NAME(grade_involution_block)(intptr_t n, char **args, const i
 }
 LOOPS(grade_involution_block)
 
-static INLINE void NAME(grade_involution_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    _Alignas(64) REAL r0[8 * SPAN];
-    _Alignas(64) REAL r1[8 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
-        NAME(load_span)(r0, args[0], first, 8);
-        ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
-            REAL x0[8];
-            REAL x1[8];
-            NAME(load_8)(x0, (char *)(r0 + i), SPAN * w);
-            NAME(grade_involution)(x0, x1);
-            NAME(store_8)((char *)(r1 + i), SPAN * w, x1);
-        }
-        NAME(store_span)(args[1], first, r1, 8);
-    }
-}
-LOOPS(grade_involution_dense)
-
 void NAME(grade_involution_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{8, 1, 0, {8}}, {8, 1, 1, {8}}};
-    static const struct kernel kernel = {WIDTHS(grade_involution_block), WIDTHS(grade_involution_dense),
-        (any_function *)NAME(grade_involution), NAME(call_ar), 1, 2, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(grade_involution_block), {NULL}, (any_function
+        *)NAME(grade_involution), NAME(call_ar), 1, 2, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -1686,32 +1660,11 @@ static INLINE void NAME(clifford_conjugate_block)(intptr_t n, char **args, const
 }
 LOOPS(clifford_conjugate_block)
 
-static INLINE void NAME(clifford_conjugate_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    _Alignas(64) REAL r0[8 * SPAN];
-    _Alignas(64) REAL r1[8 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
-        NAME(load_span)(r0, args[0], first, 8);
-        ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
-            REAL x0[8];
-            REAL x1[8];
-            NAME(load_8)(x0, (char *)(r0 + i), SPAN * w);
-            NAME(clifford_conjugate)(x0, x1);
-            NAME(store_8)((char *)(r1 + i), SPAN * w, x1);
-        }
-        NAME(store_span)(args[1], first, r1, 8);
-    }
-}
-LOOPS(clifford_conjugate_dense)
-
 void NAME(clifford_conjugate_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{8, 1, 0, {8}}, {8, 1, 1, {8}}};
-    static const struct kernel kernel = {WIDTHS(clifford_conjugate_block), WIDTHS(clifford_conjugate_dense),
-        (any_function *)NAME(clifford_conjugate), NAME(call_ar), 1, 2, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(clifford_conjugate_block), {NULL}, (any_function
+        *)NAME(clifford_conjugate), NAME(call_ar), 1, 2, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -1754,32 +1707,11 @@ static INLINE void NAME(dual_block)(intptr_t n, char **args, const intptr_t *str
 }
 LOOPS(dual_block)
 
-static INLINE void NAME(dual_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    _Alignas(64) REAL r0[8 * SPAN];
-    _Alignas(64) REAL r1[8 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
-        NAME(load_span)(r0, args[0], first, 8);
-        ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
-            REAL x0[8];
-            REAL x1[8];
-            NAME(load_8)(x0, (char *)(r0 + i), SPAN * w);
-            NAME(dual)(x0, x1);
-            NAME(store_8)((char *)(r1 + i), SPAN * w, x1);
-        }
-        NAME(store_span)(args[1], first, r1, 8);
-    }
-}
-LOOPS(dual_dense)
-
 void NAME(dual_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{8, 1, 0, {8}}, {8, 1, 1, {8}}};
-    static const struct kernel kernel = {WIDTHS(dual_block), WIDTHS(dual_dense), (any_function *)NAME(dual),
-        NAME(call_ar), 1, 2, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(dual_block), {NULL}, (any_function *)NAME(dual), NAME(call_ar), 1,
+        2, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -1829,32 +1761,11 @@ static INLINE void NAME(norm_block)(intptr_t n, char **args, const intptr_t *str
 }
 LOOPS(norm_block)
 
-static INLINE void NAME(norm_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    _Alignas(64) REAL r0[8 * SPAN];
-    _Alignas(64) REAL r1[1 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
-        NAME(load_span)(r0, args[0], first, 8);
-        ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
-            REAL x0[8];
-            REAL x1[1];
-            NAME(load_8)(x0, (char *)(r0 + i), SPAN * w);
-            NAME(norm)(x0, x1);
-            NAME(store_scalar)((char *)(r1 + i), x1);
-        }
-        NAME(store_span)(args[1], first, r1, 1);
-    }
-}
-LOOPS(norm_dense)
-
 void NAME(norm_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{8, 1, 0, {8}}, {1, 0, 1, {0}}};
-    static const struct kernel kernel = {WIDTHS(norm_block), WIDTHS(norm_dense), (any_function *)NAME(norm),
-        NAME(call_ar), 1, 2, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(norm_block), {NULL}, (any_function *)NAME(norm), NAME(call_ar), 1,
+        2, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -1951,32 +1862,11 @@ static INLINE void NAME(inverse_block)(intptr_t n, char **args, const intptr_t *
 }
 LOOPS(inverse_block)
 
-static INLINE void NAME(inverse_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    _Alignas(64) REAL r0[8 * SPAN];
-    _Alignas(64) REAL r1[8 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
-        NAME(load_span)(r0, args[0], first, 8);
-        ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
-            REAL x0[8];
-            REAL x1[8];
-            NAME(load_8)(x0, (char *)(r0 + i), SPAN * w);
-            NAME(inverse)(x0, x1);
-            NAME(store_8)((char *)(r1 + i), SPAN * w, x1);
-        }
-        NAME(store_span)(args[1], first, r1, 8);
-    }
-}
-LOOPS(inverse_dense)
-
 void NAME(inverse_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{8, 1, 0, {8}}, {8, 1, 1, {8}}};
-    static const struct kernel kernel = {WIDTHS(inverse_block), WIDTHS(inverse_dense), (any_function
-        *)NAME(inverse), NAME(call_ar), 1, 2, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(inverse_block), {NULL}, (any_function *)NAME(inverse),
+        NAME(call_ar), 1, 2, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -2046,7 +1936,7 @@ static INLINE void NAME(vector_product_dense)(intptr_t n, char **args, const int
             NAME(vector_product)(x0, x1, x2);
             NAME(store_4)((char *)(r2 + i), SPAN * w, x2);
         }
-        NAME(store_span)(args[2], first, r2, 4);
+        NAME(store_span)(args[2], first, r2, 4, SPAN);
     }
 }
 LOOPS(vector_product_dense)
@@ -2113,7 +2003,7 @@ static INLINE void NAME(dot_product_dense)(intptr_t n, char **args, const intptr
             NAME(dot_product)(x0, x1, x2);
             NAME(store_scalar)((char *)(r2 + i), x2);
         }
-        NAME(store_span)(args[2], first, r2, 1);
+        NAME(store_span)(args[2], first, r2, 1, SPAN);
     }
 }
 LOOPS(dot_product_dense)
@@ -2186,7 +2076,7 @@ static INLINE void NAME(wedge_vectors_dense)(intptr_t n, char **args, const intp
             NAME(wedge_vectors)(x0, x1, x2);
             NAME(store_3)((char *)(r2 + i), SPAN * w, x2);
         }
-        NAME(store_span)(args[2], first, r2, 3);
+        NAME(store_span)(args[2], first, r2, 3, SPAN);
     }
 }
 LOOPS(wedge_vectors_dense)
@@ -2259,7 +2149,7 @@ static INLINE void NAME(cross_product_dense)(intptr_t n, char **args, const intp
             NAME(cross_product)(x0, x1, x2);
             NAME(store_3)((char *)(r2 + i), SPAN * w, x2);
         }
-        NAME(store_span)(args[2], first, r2, 3);
+        NAME(store_span)(args[2], first, r2, 3, SPAN);
     }
 }
 LOOPS(cross_product_dense)
@@ -2344,7 +2234,7 @@ static INLINE void NAME(triple_product_dense)(intptr_t n, char **args, const int
             NAME(triple_product)(x0, x1, x2, x3);
             NAME(store_scalar)((char *)(r3 + i), x3);
         }
-        NAME(store_span)(args[3], first, r3, 1);
+        NAME(store_span)(args[3], first, r3, 1, SPAN);
     }
 }
 LOOPS(triple_product_dense)
@@ -2400,7 +2290,7 @@ static INLINE void NAME(dual_vector_dense)(intptr_t n, char **args, const intptr
             NAME(dual_vector)(x0, x1);
             NAME(store_3)((char *)(r1 + i), SPAN * w, x1);
         }
-        NAME(store_span)(args[1], first, r1, 3);
+        NAME(store_span)(args[1], first, r1, 3, SPAN);
     }
 }
 LOOPS(dual_vector_dense)
@@ -2456,7 +2346,7 @@ static INLINE void NAME(dual_bivector_dense)(intptr_t n, char **args, const intp
             NAME(dual_bivector)(x0, x1);
             NAME(store_3)((char *)(r1 + i), SPAN * w, x1);
         }
-        NAME(store_span)(args[1], first, r1, 3);
+        NAME(store_span)(args[1], first, r1, 3, SPAN);
     }
 }
 LOOPS(dual_bivector_dense)
@@ -2515,7 +2405,7 @@ static INLINE void NAME(vector_norm_dense)(intptr_t n, char **args, const intptr
             NAME(vector_norm)(x0, x1);
             NAME(store_scalar)((char *)(r1 + i), x1);
         }
-        NAME(store_span)(args[1], first, r1, 1);
+        NAME(store_span)(args[1], first, r1, 1, SPAN);
     }
 }
 LOOPS(vector_norm_dense)
@@ -2574,7 +2464,7 @@ static INLINE void NAME(bivector_norm_dense)(intptr_t n, char **args, const intp
             NAME(bivector_norm)(x0, x1);
             NAME(store_scalar)((char *)(r1 + i), x1);
         }
-        NAME(store_span)(args[1], first, r1, 1);
+        NAME(store_span)(args[1], first, r1, 1, SPAN);
     }
 }
 LOOPS(bivector_norm_dense)
@@ -2639,7 +2529,7 @@ static INLINE void NAME(normalize_vector_dense)(intptr_t n, char **args, const i
             NAME(normalize_vector)(x0, x1);
             NAME(store_3)((char *)(r1 + i), SPAN * w, x1);
         }
-        NAME(store_span)(args[1], first, r1, 3);
+        NAME(store_span)(args[1], first, r1, 3, SPAN);
     }
 }
 LOOPS(normalize_vector_dense)
@@ -2831,7 +2721,7 @@ static INLINE void NAME(project_vector_on_vector_dense_n)(intptr_t n, char **arg
             NAME(project_vector_on_vector_apply_n)(prepared, x0, x2);
             NAME(store_3)((char *)(r2 + i), SPAN * w, x2);
         }
-        NAME(store_span)(args[2], first, r2, 3);
+        NAME(store_span)(args[2], first, r2, 3, SPAN);
     }
 }
 LOOPS(project_vector_on_vector_dense_n)
@@ -2882,7 +2772,7 @@ static INLINE void NAME(project_vector_on_vector_dense)(intptr_t n, char **args,
             NAME(project_vector_on_vector)(x0, x1, x2);
             NAME(store_3)((char *)(r2 + i), SPAN * w, x2);
         }
-        NAME(store_span)(args[2], first, r2, 3);
+        NAME(store_span)(args[2], first, r2, 3, SPAN);
     }
 }
 LOOPS(project_vector_on_vector_dense)
@@ -3023,7 +2913,7 @@ static INLINE void NAME(project_vector_on_plane_dense_b)(intptr_t n, char **args
             NAME(project_vector_on_plane_apply_b)(prepared, x0, x2);
             NAME(store_3)((char *)(r2 + i), SPAN * w, x2);
         }
-        NAME(store_span)(args[2], first, r2, 3);
+        NAME(store_span)(args[2], first, r2, 3, SPAN);
     }
 }
 LOOPS(project_vector_on_plane_dense_b)
@@ -3074,7 +2964,7 @@ static INLINE void NAME(project_vector_on_plane_dense)(intptr_t n, char **args, 
             NAME(project_vector_on_plane)(x0, x1, x2);
             NAME(store_3)((char *)(r2 + i), SPAN * w, x2);
         }
-        NAME(store_span)(args[2], first, r2, 3);
+        NAME(store_span)(args[2], first, r2, 3, SPAN);
     }
 }
 LOOPS(project_vector_on_plane_dense)
@@ -3216,7 +3106,7 @@ static INLINE void NAME(reflect_vector_dense_n)(intptr_t n, char **args, const i
             NAME(reflect_vector_apply_n)(prepared, x0, x2);
             NAME(store_3)((char *)(r2 + i), SPAN * w, x2);
         }
-        NAME(store_span)(args[2], first, r2, 3);
+        NAME(store_span)(args[2], first, r2, 3, SPAN);
     }
 }
 LOOPS(reflect_vector_dense_n)
@@ -3267,7 +3157,7 @@ static INLINE void NAME(reflect_vector_dense)(intptr_t n, char **args, const int
             NAME(reflect_vector)(x0, x1, x2);
             NAME(store_3)((char *)(r2 + i), SPAN * w, x2);
         }
-        NAME(store_span)(args[2], first, r2, 3);
+        NAME(store_span)(args[2], first, r2, 3, SPAN);
     }
 }
 LOOPS(reflect_vector_dense)
@@ -3342,7 +3232,7 @@ static INLINE void NAME(bivector_commutator_dense)(intptr_t n, char **args, cons
             NAME(bivector_commutator)(x0, x1, x2);
             NAME(store_3)((char *)(r2 + i), SPAN * w, x2);
         }
-        NAME(store_span)(args[2], first, r2, 3);
+        NAME(store_span)(args[2], first, r2, 3, SPAN);
     }
 }
 LOOPS(bivector_commutator_dense)
@@ -3437,7 +3327,7 @@ static INLINE void NAME(rotor_product_dense)(intptr_t n, char **args, const intp
             NAME(rotor_product)(x0, x1, x2);
             NAME(store_4)((char *)(r2 + i), SPAN * w, x2);
         }
-        NAME(store_span)(args[2], first, r2, 4);
+        NAME(store_span)(args[2], first, r2, 4, SPAN);
     }
 }
 LOOPS(rotor_product_dense)
@@ -3532,7 +3422,7 @@ static INLINE void NAME(even_product_dense)(intptr_t n, char **args, const intpt
             NAME(even_product)(x0, x1, x2);
             NAME(store_4)((char *)(r2 + i), SPAN * w, x2);
         }
-        NAME(store_span)(args[2], first, r2, 4);
+        NAME(store_span)(args[2], first, r2, 4, SPAN);
     }
 }
 LOOPS(even_product_dense)
@@ -3592,7 +3482,7 @@ static INLINE void NAME(rotor_inverse_dense)(intptr_t n, char **args, const intp
             NAME(rotor_inverse)(x0, x1);
             NAME(store_4)((char *)(r1 + i), SPAN * w, x1);
         }
-        NAME(store_span)(args[1], first, r1, 4);
+        NAME(store_span)(args[1], first, r1, 4, SPAN);
     }
 }
 LOOPS(rotor_inverse_dense)
@@ -3662,7 +3552,7 @@ static INLINE void NAME(normalize_rotor_dense)(intptr_t n, char **args, const in
             NAME(normalize_rotor)(x0, x1);
             NAME(store_4)((char *)(r1 + i), SPAN * w, x1);
         }
-        NAME(store_span)(args[1], first, r1, 4);
+        NAME(store_span)(args[1], first, r1, 4, SPAN);
     }
 }
 LOOPS(normalize_rotor_dense)
@@ -3833,7 +3723,7 @@ static INLINE void NAME(rotate_vector_dense_r)(intptr_t n, char **args, const in
             NAME(rotate_vector_apply_r)(prepared, x1, x2);
             NAME(store_3)((char *)(r2 + i), SPAN * w, x2);
         }
-        NAME(store_span)(args[2], first, r2, 3);
+        NAME(store_span)(args[2], first, r2, 3, SPAN);
     }
 }
 LOOPS(rotate_vector_dense_r)
@@ -3884,7 +3774,7 @@ static INLINE void NAME(rotate_vector_dense)(intptr_t n, char **args, const intp
             NAME(rotate_vector)(x0, x1, x2);
             NAME(store_3)((char *)(r2 + i), SPAN * w, x2);
         }
-        NAME(store_span)(args[2], first, r2, 3);
+        NAME(store_span)(args[2], first, r2, 3, SPAN);
     }
 }
 LOOPS(rotate_vector_dense)
@@ -4057,7 +3947,7 @@ static INLINE void NAME(rotate_vector_back_dense_r)(intptr_t n, char **args, con
             NAME(rotate_vector_back_apply_r)(prepared, x1, x2);
             NAME(store_3)((char *)(r2 + i), SPAN * w, x2);
         }
-        NAME(store_span)(args[2], first, r2, 3);
+        NAME(store_span)(args[2], first, r2, 3, SPAN);
     }
 }
 LOOPS(rotate_vector_back_dense_r)
@@ -4108,7 +3998,7 @@ static INLINE void NAME(rotate_vector_back_dense)(intptr_t n, char **args, const
             NAME(rotate_vector_back)(x0, x1, x2);
             NAME(store_3)((char *)(r2 + i), SPAN * w, x2);
         }
-        NAME(store_span)(args[2], first, r2, 3);
+        NAME(store_span)(args[2], first, r2, 3, SPAN);
     }
 }
 LOOPS(rotate_vector_back_dense)
@@ -4281,7 +4171,7 @@ static INLINE void NAME(rotate_bivector_dense_r)(intptr_t n, char **args, const 
             NAME(rotate_bivector_apply_r)(prepared, x1, x2);
             NAME(store_3)((char *)(r2 + i), SPAN * w, x2);
         }
-        NAME(store_span)(args[2], first, r2, 3);
+        NAME(store_span)(args[2], first, r2, 3, SPAN);
     }
 }
 LOOPS(rotate_bivector_dense_r)
@@ -4332,7 +4222,7 @@ static INLINE void NAME(rotate_bivector_dense)(intptr_t n, char **args, const in
             NAME(rotate_bivector)(x0, x1, x2);
             NAME(store_3)((char *)(r2 + i), SPAN * w, x2);
         }
-        NAME(store_span)(args[2], first, r2, 3);
+        NAME(store_span)(args[2], first, r2, 3, SPAN);
     }
 }
 LOOPS(rotate_bivector_dense)
@@ -4484,7 +4374,7 @@ static INLINE void NAME(rotor_from_axis_angle_dense_angle)(intptr_t n, char **ar
             NAME(rotor_from_axis_angle_apply_angle)(prepared, x0, x2);
             NAME(store_4)((char *)(r2 + i), SPAN * w, x2);
         }
-        NAME(store_span)(args[2], first, r2, 4);
+        NAME(store_span)(args[2], first, r2, 4, SPAN);
     }
 }
 LOOPS(rotor_from_axis_angle_dense_angle)
@@ -4880,7 +4770,7 @@ static INLINE void NAME(rotor_square_root_dense)(intptr_t n, char **args, const 
             NAME(rotor_square_root)(x0, x1);
             NAME(store_4)((char *)(r1 + i), SPAN * w, x1);
         }
-        NAME(store_span)(args[1], first, r1, 4);
+        NAME(store_span)(args[1], first, r1, 4, SPAN);
     }
 }
 LOOPS(rotor_square_root_dense)
@@ -5967,7 +5857,7 @@ static INLINE void NAME(rotor_from_quaternion_dense)(intptr_t n, char **args, co
             NAME(rotor_from_quaternion)(x0, x1);
             NAME(store_4)((char *)(r1 + i), SPAN * w, x1);
         }
-        NAME(store_span)(args[1], first, r1, 4);
+        NAME(store_span)(args[1], first, r1, 4, SPAN);
     }
 }
 LOOPS(rotor_from_quaternion_dense)
@@ -6026,7 +5916,7 @@ static INLINE void NAME(rotor_to_quaternion_dense)(intptr_t n, char **args, cons
             NAME(rotor_to_quaternion)(x0, x1);
             NAME(store_4)((char *)(r1 + i), SPAN * w, x1);
         }
-        NAME(store_span)(args[1], first, r1, 4);
+        NAME(store_span)(args[1], first, r1, 4, SPAN);
     }
 }
 LOOPS(rotor_to_quaternion_dense)
@@ -6101,31 +5991,10 @@ static INLINE void NAME(rotor_to_matrix_block)(intptr_t n, char **args, const in
 }
 LOOPS(rotor_to_matrix_block)
 
-static INLINE void NAME(rotor_to_matrix_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    _Alignas(64) REAL r0[4 * SPAN];
-    _Alignas(64) REAL r1[9 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
-        NAME(load_span)(r0, args[0], first, 4);
-        ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
-            REAL x0[4];
-            REAL x1[9];
-            NAME(load_4)(x0, (char *)(r0 + i), SPAN * w);
-            NAME(rotor_to_matrix)(x0, x1);
-            NAME(store_3x3)((char *)(r1 + i), 3 * SPAN * w, SPAN * w, x1);
-        }
-        NAME(store_span)(args[1], first, r1, 9);
-    }
-}
-LOOPS(rotor_to_matrix_dense)
-
 void NAME(rotor_to_matrix_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {9, 2, 1, {3, 3}}};
-    static const struct kernel kernel = {WIDTHS(rotor_to_matrix_block), WIDTHS(rotor_to_matrix_dense), (any_function
+    static const struct kernel kernel = {WIDTHS(rotor_to_matrix_block), {NULL}, (any_function
         *)NAME(rotor_to_matrix), NAME(call_ar), 1, 2, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
@@ -6212,32 +6081,11 @@ static INLINE void NAME(rotor_from_matrix_block)(intptr_t n, char **args, const 
 }
 LOOPS(rotor_from_matrix_block)
 
-static INLINE void NAME(rotor_from_matrix_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    _Alignas(64) REAL r0[9 * SPAN];
-    _Alignas(64) REAL r1[4 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
-        NAME(load_span)(r0, args[0], first, 9);
-        ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
-            REAL x0[9];
-            REAL x1[4];
-            NAME(load_3x3)(x0, (char *)(r0 + i), 3 * SPAN * w, SPAN * w);
-            NAME(rotor_from_matrix)(x0, x1);
-            NAME(store_4)((char *)(r1 + i), SPAN * w, x1);
-        }
-        NAME(store_span)(args[1], first, r1, 4);
-    }
-}
-LOOPS(rotor_from_matrix_dense)
-
 void NAME(rotor_from_matrix_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{9, 2, 0, {3, 3}}, {4, 1, 2, {4}}};
-    static const struct kernel kernel = {WIDTHS(rotor_from_matrix_block), WIDTHS(rotor_from_matrix_dense),
-        (any_function *)NAME(rotor_from_matrix), NAME(call_ar), 1, 2, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(rotor_from_matrix_block), {NULL}, (any_function
+        *)NAME(rotor_from_matrix), NAME(call_ar), 1, 2, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -6288,45 +6136,12 @@ static INLINE void NAME(pack_field_block)(intptr_t n, char **args, const intptr_
 }
 LOOPS(pack_field_block)
 
-static INLINE void NAME(pack_field_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    _Alignas(64) REAL r0[8 * SPAN];
-    _Alignas(64) REAL r1[2 * SPAN];
-    _Alignas(64) REAL r2[2 * SPAN];
-    _Alignas(64) REAL r3[2 * SPAN];
-    _Alignas(64) REAL r4[2 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
-        NAME(load_span)(r0, args[0], first, 8);
-        ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
-            REAL x0[8];
-            REAL x1[2];
-            REAL x2[2];
-            REAL x3[2];
-            REAL x4[2];
-            NAME(load_8)(x0, (char *)(r0 + i), SPAN * w);
-            NAME(pack_field)(x0, x1, x2, x3, x4);
-            NAME(store_2)((char *)(r1 + i), SPAN * w, x1);
-            NAME(store_2)((char *)(r2 + i), SPAN * w, x2);
-            NAME(store_2)((char *)(r3 + i), SPAN * w, x3);
-            NAME(store_2)((char *)(r4 + i), SPAN * w, x4);
-        }
-        NAME(store_span)(args[1], first, r1, 2);
-        NAME(store_span)(args[2], first, r2, 2);
-        NAME(store_span)(args[3], first, r3, 2);
-        NAME(store_span)(args[4], first, r4, 2);
-    }
-}
-LOOPS(pack_field_dense)
-
 void NAME(pack_field_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{8, 1, 0, {8}}, {2, 1, 1, {2}}, {2, 1, 2, {2}}, {2, 1, 3, {2}}, {2, 1, 4,
         {2}}};
-    static const struct kernel kernel = {WIDTHS(pack_field_block), WIDTHS(pack_field_dense), (any_function
-        *)NAME(pack_field), NAME(call_arrrr), 1, 5, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(pack_field_block), {NULL}, (any_function *)NAME(pack_field),
+        NAME(call_arrrr), 1, 5, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -6377,45 +6192,12 @@ static INLINE void NAME(unpack_field_block)(intptr_t n, char **args, const intpt
 }
 LOOPS(unpack_field_block)
 
-static INLINE void NAME(unpack_field_dense)(intptr_t n, char **args, const intptr_t *strides)
-{
-    const intptr_t w = sizeof(REAL);
-    (void)strides;
-    _Alignas(64) REAL r0[2 * SPAN];
-    _Alignas(64) REAL r1[2 * SPAN];
-    _Alignas(64) REAL r2[2 * SPAN];
-    _Alignas(64) REAL r3[2 * SPAN];
-    _Alignas(64) REAL r4[8 * SPAN];
-    for (intptr_t first = 0; first < n; first += SPAN) {
-        NAME(load_span)(r0, args[0], first, 2);
-        NAME(load_span)(r1, args[1], first, 2);
-        NAME(load_span)(r2, args[2], first, 2);
-        NAME(load_span)(r3, args[3], first, 2);
-        ANY_ORDER
-        for (intptr_t i = 0; i < SPAN; ++i) {
-            REAL x0[2];
-            REAL x1[2];
-            REAL x2[2];
-            REAL x3[2];
-            REAL x4[8];
-            NAME(load_2)(x0, (char *)(r0 + i), SPAN * w);
-            NAME(load_2)(x1, (char *)(r1 + i), SPAN * w);
-            NAME(load_2)(x2, (char *)(r2 + i), SPAN * w);
-            NAME(load_2)(x3, (char *)(r3 + i), SPAN * w);
-            NAME(unpack_field)(x0, x1, x2, x3, x4);
-            NAME(store_8)((char *)(r4 + i), SPAN * w, x4);
-        }
-        NAME(store_span)(args[4], first, r4, 8);
-    }
-}
-LOOPS(unpack_field_dense)
-
 void NAME(unpack_field_loop)(char **args, const intptr_t *dimensions, const intptr_t *steps)
 {
     static const struct part parts[] = {{2, 1, 0, {2}}, {2, 1, 1, {2}}, {2, 1, 2, {2}}, {2, 1, 3, {2}}, {8, 1, 4,
         {8}}};
-    static const struct kernel kernel = {WIDTHS(unpack_field_block), WIDTHS(unpack_field_dense), (any_function
-        *)NAME(unpack_field), NAME(call_aaaar), 4, 5, 0, 0, parts, NULL};
+    static const struct kernel kernel = {WIDTHS(unpack_field_block), {NULL}, (any_function *)NAME(unpack_field),
+        NAME(call_aaaar), 4, 5, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 #endif
