@@ -14,9 +14,7 @@ from numpy.typing import ArrayLike, NDArray
 from generated import quaternion
 
 from ..arguments import Reals, real_array
-
-Complexes = NDArray[Any]
-"""An array of complex64 or complex128."""
+from .planes import NORMS, Complexes, Directions, through_planes
 
 Axis = str | Sequence[float]
 """A square root of -1: i, j, k, or the coordinates of a unit vector."""
@@ -33,9 +31,6 @@ class Side(Enum):
     LEFT = "left"
     RIGHT = "right"
 
-
-NORMS = {None: "forward", "backward": "forward", "forward": "backward", "ortho": "ortho"}
-"""scipy's norms, with the one that gives a transform with the sign of the exponent turned round the same scale."""
 
 _NAMES = {"i": (1.0, 0.0, 0.0), "j": (0.0, 1.0, 0.0), "k": (0.0, 0.0, 1.0)}
 _ONE = (1.0, 0.0, 0.0, 0.0)
@@ -55,14 +50,14 @@ class _Plan:
     symplectic : bool
         Whether a quaternion is taken as ``A + B j`` with complex A, B, which are there without arithmetic; else it is
         ``(A (1 + k) + B (1 - k)) / 2``.
-    signs : ((bool, bool), (bool, bool))
-        For A and for B, along x and along y: whether the exponent keeps the sign of the transform.
+    directions : (directions, directions)
+        Of A and of B.
     """
 
     left: NDArray[np.float64] | None
     right: NDArray[np.float64] | None
     symplectic: bool
-    signs: tuple[tuple[bool, bool], tuple[bool, bool]]
+    directions: tuple[Directions, Directions]
 
 
 def qft(
@@ -112,8 +107,7 @@ def qft(
         array = real_array(array, "image", (-1, -1), "real images M N, or quaternions M N 4")
         _check_size(array.shape, "image")
         return _checked(_of_real(array, _exponents(where, mu, nu), array.shape[-1], norm, workers), "image")
-    _check_size(array.shape[:-1], "image")
-    return _checked(_of_quaternions(array, _plan(where, mu, nu), False, norm, workers), "image")
+    return _of_quaternions(array, "image", _plan(where, mu, nu), False, norm, workers)
 
 
 def iqft(
@@ -143,8 +137,7 @@ def iqft(
         As in `qft`.
     """
     array = real_array(spectrum, "spectrum", (-1, -1, 4), "quaternions M N 4")
-    _check_size(array.shape[:-1], "spectrum")
-    return _checked(_of_quaternions(array, _plan(*_options(side, axes, norm)), True, norm, workers), "spectrum")
+    return _of_quaternions(array, "spectrum", _plan(*_options(side, axes, norm)), True, norm, workers)
 
 
 def rqft(
@@ -225,21 +218,30 @@ def irqft(
     return _mirrored(images, -1) if opposite else images
 
 
-def _of_quaternions(array: Reals, plan: _Plan, inverse: bool, norm: str | None, workers: int | None) -> Reals:
-    field = _multiplied(array, plan.left, plan.right)
-    if plan.symplectic:
-        pairs = _as_complex(np.array(field, order="C"))
-        for k, signs in enumerate(plan.signs):
-            pairs[..., k] = _transform(pairs[..., k], signs, inverse, norm, workers)
-        result = pairs.view(field.dtype)
-    else:
-        parts = quaternion.pack_two_sided(field)
-        plus, minus = (
-            _transform(_as_complex(part)[..., 0], signs, inverse, norm, workers)
-            for part, signs in zip(parts, plan.signs, strict=True)
-        )
-        result = quaternion.unpack_two_sided(_as_real(plus), _as_real(minus))
-    return _multiplied(result, _conjugate(plan.left), _conjugate(plan.right))
+def _of_quaternions(
+    array: Reals, name: str, plan: _Plan, inverse: bool, norm: str | None, workers: int | None
+) -> Reals:
+    _check_size(array.shape[:-1], name)
+    turned = None if plan.left is None and plan.right is None else _pair(plan.left, plan.right, array.dtype)
+    back = None if turned is None else _pair(_conjugate(plan.left), _conjugate(plan.right), array.dtype)
+
+    def pack(q: Reals, out: tuple[Reals, ...]) -> None:
+        if turned is not None:
+            q = quaternion.product_of_three(turned[0], q, turned[1])
+        if plan.symplectic:
+            out[0][...], out[1][...] = q[:, :2], q[:, 2:]
+        else:
+            quaternion.pack_two_sided(q, out=out)
+
+    def unpack(first: Reals, second: Reals, out: Reals) -> None:
+        if plan.symplectic:
+            out[:, :2], out[:, 2:] = first, second
+        else:
+            quaternion.unpack_two_sided(first, second, out=out)
+        if back is not None:
+            quaternion.product_of_three(back[0], out, back[1], out=out)
+
+    return through_planes(array, name, pack, unpack, plan.directions, inverse, norm, workers)
 
 
 def _of_real(
@@ -266,36 +268,13 @@ def _of_real(
     return result
 
 
-def _multiplied(field: Reals, left: NDArray[np.float64] | None, right: NDArray[np.float64] | None) -> Reals:
-    """The field with every quaternion multiplied from both sides."""
-    if left is None and right is None:
-        return field
-    p, r = (np.array(_ONE if one is None else one, field.dtype) for one in (left, right))
-    result: Reals = quaternion.product_of_three(p, field, r)
-    return result
+def _pair(left: NDArray[np.float64] | None, right: NDArray[np.float64] | None, dtype: Any) -> tuple[Reals, Reals]:
+    p, r = (np.array(_ONE if one is None else one, dtype) for one in (left, right))
+    return p, r
 
 
 def _conjugate(q: NDArray[np.float64] | None) -> NDArray[np.float64] | None:
     return None if q is None else quaternion.conjugate(q)
-
-
-def _transform(
-    part: Complexes, signs: tuple[bool, bool], inverse: bool, norm: str | None, workers: int | None
-) -> Complexes:
-    """The complex transform over the last two axes, each with its own sign of the exponent."""
-    forward = (signs[0] is not inverse, signs[1] is not inverse)
-    if forward[0] is forward[1]:
-        both = scipy.fft.fft2 if forward[0] else scipy.fft.ifft2
-        return np.asarray(both(part, norm=_norm(norm, forward[0], inverse), overwrite_x=True, workers=workers))
-    for axis, keeps in zip((-2, -1), forward, strict=True):
-        one = scipy.fft.fft if keeps else scipy.fft.ifft
-        part = one(part, axis=axis, norm=_norm(norm, keeps, inverse), overwrite_x=True, workers=workers)
-    return part
-
-
-def _norm(norm: str | None, forward: bool, inverse: bool) -> str | None:
-    """The norm for scipy's forward or inverse function, so that its scale is that of the transform as a whole."""
-    return norm if forward is not inverse else NORMS[norm]
 
 
 def _options(
@@ -321,11 +300,13 @@ def _exponents(
 
 
 def _plan(where: Side, mu: NDArray[np.float64], nu: NDArray[np.float64]) -> _Plan:
-    same, turned = (True, True), (True, False)
+    same: Directions = ((0, 1), ())
+    turned: Directions = ((0,), (1,))
+    opposite: Directions = ((), (0, 1))
     if where is not Side.TWO:
         turn = _turn(mu if where is Side.LEFT else nu, None)
         # B j exp(-i s) = B exp(i s) j
-        return _Plan(turn, _conjugate(turn), True, (same, same if where is Side.LEFT else (False, False)))
+        return _Plan(turn, _conjugate(turn), True, (same, same if where is Side.LEFT else opposite))
     cosine = float(mu @ nu)
     if abs(cosine) < _UNIT:
         turn = _turn(mu, nu)
