@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
-from itertools import product as every
+from operator import index
 from typing import Any
 
 import numpy as np
@@ -28,10 +28,10 @@ NORMS = {None: "forward", "backward": "forward", "forward": "backward", "ortho":
 
 _LINE = 64
 """Bytes of a line of a cache."""
-_BLOCK = 2**18
-"""Bytes of all planes that a kernel writes at once, so that they are in a cache when they are moved."""
-_SMALL = 1024
-"""Numbers in the last two axes from which on the axes before them get room between their neighbours."""
+_BLOCK = 2**20
+"""Bytes of complex numbers that stay in a cache between a kernel and the planes."""
+_LONG = 4096
+"""Elements in a slab from which on kernels go to the planes and back themselves."""
 
 
 def through_planes(
@@ -74,12 +74,13 @@ def through_planes(
     ValueError
         For an unknown norm, an empty axis of space, and where a number, or the transform, is not finite.
     """
-    if norm not in NORMS:
-        raise ValueError(f"norm: {norm!r}; expected None, 'backward', 'ortho' or 'forward'")
+    check_norm(norm)
     axes = sum(map(len, planes[0]))
-    if 0 in field.shape[-1 - axes : -1]:
+    space, size = field.shape[-1 - axes : -1], field.shape[-1]
+    if 0 in space:
         raise ValueError(f"{name}: shape {field.shape}; expected no empty axis")
-    numbers = empty_planes(len(planes), field.shape[:-1], axes, np.result_type(field.dtype, np.complex64))
+    slabs = int(np.prod(field.shape[:-axes])), int(np.prod(space[1:]))
+    numbers = _empty_planes(len(planes), *slabs, np.result_type(field.dtype, np.complex64))
     total = len(planes) * axes + 2
     done = 0
 
@@ -89,77 +90,94 @@ def through_planes(
         if progress is not None:
             progress(done, total)
 
-    def packed(values: Reals, some: Complexes, dense: Complexes) -> None:
-        pack(values.reshape(-1, values.shape[-1]), out=_pairs(dense))
-        some[...] = dense
+    def packed(place: slice) -> None:
+        some, values = numbers[:, place], elements[place]
+        dense = _dense(some)
+        pack(_as_one(values, dense), out=_pairs(dense))
+        if dense is not some:
+            some[...] = dense
 
-    def unpacked(values: Reals, some: Complexes, dense: Complexes) -> None:
-        dense[...] = some
-        unpack(*_pairs(dense), out=values.reshape(-1, values.shape[-1]))
+    def unpacked(place: slice) -> None:
+        some, values = numbers[:, place], elements[place]
+        dense = _dense(some)
+        if dense is not some:
+            dense[...] = some
+        unpack(*_pairs(dense), out=_as_one(values, dense))
 
-    _in_blocks(field, numbers, packed, workers)
+    places = list(slices(slabs[0], max(_BLOCK // (len(planes) * slabs[1] * numbers.itemsize), 1)))
+    elements = field.reshape(*slabs, size)
+    in_threads(packed, places, workers)
     told(1)
-    start = 0
-    while start < len(planes):
-        end = start + 1
-        while end < len(planes) and planes[end] == planes[start] and progress is None:
-            end += 1
-        _transform(numbers[start:end], axes, planes[start], inverse, norm, workers, told)
-        start = end
-    result = empty_like(field)
-    _in_blocks(result, numbers, unpacked, workers)
+    stack = numbers.reshape(len(planes), -1, *space, copy=False)
+    for k, plane in enumerate(planes):
+        _transform(stack[k], axes, plane, inverse, norm, workers, told)
+    result = _empty_like(field.reshape(-1, *space, size))
+    elements = result.reshape(*slabs, size, copy=False)
+    in_threads(unpacked, places, workers)
     told(1)
-    first: Any = (..., *(0,) * axes, slice(None))
+    first: Any = (slice(None), *(0,) * axes, slice(None))
     if not np.isfinite(result[first]).all():
         # Every number is a term of the first of the result.
         raise ValueError(f"{name}: a number, or the sum of all, is not finite; expected finite numbers")
-    return result
+    return result.reshape(field.shape)
 
 
-def empty_planes(count: int, shape: tuple[int, ...], axes: int, dtype: np.dtype[Any]) -> Complexes:
-    """Planes, (count, *shape), whose last `axes` axes will be transformed.
+def _empty_planes(count: int, slabs: int, size: int, dtype: np.dtype[Any]) -> Complexes:
+    """Planes of so many slabs, (count, slabs, size), an odd number of lines of the cache apart.
 
-    Neighbours along an axis are an odd number of lines of the cache apart, with room between rows: at powers of two
-    they would fall into the same few places of the cache, and a transform takes half as long again.
+    At a large power of two all numbers along the first axis would fall into the same few places of the cache, and the
+    transform takes half as long again.
     """
-    rows = list(shape)
     each = _LINE // dtype.itemsize
-    rows[-1] = (-(-shape[-1] // each) | 1) * each
-    if axes > 2 and shape[-1] * shape[-2] >= _SMALL:
-        for axis in range(1 - axes, -1):
-            rows[axis] |= 1
-    inside: Any = (..., *(slice(n) for n in shape))
-    planes: Complexes = np.empty((count, *rows), dtype)[inside]
-    return planes
+    return np.empty((count, slabs, (-(-size // each) | 1) * each), dtype)[..., :size]
 
 
-def empty_like(field: Reals) -> Reals:
-    """A field of this shape: coefficients are first in memory where they are in this one, else last."""
-    first = np.moveaxis(field, -1, 0)
-    if first.flags.c_contiguous and not field.flags.c_contiguous:
-        return np.moveaxis(np.empty(first.shape, field.dtype), 0, -1)
+def _empty_like(field: Reals) -> Reals:
+    """A dense stack of fields of this shape: coefficients last, or before space where they are in this one."""
+    for place in (0, 1):
+        first = np.moveaxis(field, -1, place)
+        if first.flags.c_contiguous and not field.flags.c_contiguous:
+            return np.moveaxis(np.empty(first.shape, field.dtype), place, -1)
     return np.empty(field.shape, field.dtype)
 
 
+def check_norm(norm: str | None) -> None:
+    """Refuse what scipy does not know."""
+    if norm not in NORMS:
+        raise ValueError(f"norm: {norm!r}; expected None, 'backward', 'ortho' or 'forward'")
+
+
 def n_threads(workers: int | None) -> int:
-    """How many threads `workers` are, counted as by `scipy.fft`."""
-    if not workers:
-        return 1
-    return workers if workers > 0 else max((os.cpu_count() or 1) + 1 + workers, 1)
+    """How many threads `workers` are, counted as by `scipy.fft`: negative numbers from the number of processors."""
+    if workers is None:
+        return int(scipy.fft.get_workers())
+    processors = os.cpu_count() or 1
+    number = index(workers)
+    if number == 0 or number < -processors:
+        raise ValueError(f"workers: {number}; expected 1 or more, or -1 to {-processors}")
+    return number if number > 0 else number + processors + 1
 
 
-def in_threads(run: Callable[[int, int], object], pieces: int, workers: int | None) -> None:
-    """``run(k, n)`` in n threads, at most one for each of so many pieces; thread k does every n-th of them."""
-    several = min(n_threads(workers), pieces)
-    if several < 2:
-        run(0, 1)
-        return
-    with ThreadPoolExecutor(several) as pool:
-        list(pool.map(run, range(several), [several] * several))
+def in_threads(work: Callable[[Any], None], places: Sequence[Any], workers: int | None) -> None:
+    """Do all of some work, shared among threads."""
+    threads = min(n_threads(workers), len(places))
+    if threads < 2:
+        for place in places:
+            work(place)
+    else:
+        with ThreadPoolExecutor(threads) as pool:
+            list(pool.map(work, places))
+
+
+def slices(length: int, size: int) -> Iterator[slice]:
+    """Parts of nearly the same size, of about `size`."""
+    parts = -(-length // size)
+    for k in range(parts):
+        yield slice(k * length // parts, (k + 1) * length // parts)
 
 
 def _transform(
-    numbers: Complexes,
+    plane: Complexes,
     axes: int,
     directions: Directions,
     inverse: bool,
@@ -167,50 +185,28 @@ def _transform(
     workers: int | None,
     told: Callable[[int], None],
 ) -> None:
-    """In place, as all memory of `empty_planes` is complex."""
+    """One plane, in place."""
     for along, forward in ((directions[0], not inverse), (directions[1], inverse)):
         function = scipy.fft.fftn if forward else scipy.fft.ifftn
         scale = norm if forward is not inverse else NORMS[norm]
-        for chosen in [(axis,) for axis in along] if len(numbers) == 1 else [along] if along else []:
-            places = tuple(axis - axes for axis in chosen)
-            result = function(numbers, axes=places, norm=scale, overwrite_x=True, workers=workers)
-            if not np.may_share_memory(result, numbers):
-                numbers[...] = result
-            told(len(numbers) * len(chosen))
+        for axis in along:
+            found = function(plane, axes=(axis - axes,), norm=scale, overwrite_x=True, workers=workers)
+            if not np.may_share_memory(found, plane):
+                plane[...] = found
+            told(1)
 
 
-def _pairs(dense: Complexes) -> tuple[Reals, ...]:
-    """Each plane as pairs of numbers, (n, 2), real part first, in the same memory."""
-    return tuple(dense.reshape(len(dense), -1, 1).view(dense.real.dtype))
+def _dense(numbers: Complexes) -> Complexes:
+    """Itself where kernels may go over its slabs, else other memory, without gaps."""
+    return numbers if numbers.shape[-1] >= _LONG else np.empty(numbers.shape, numbers.dtype)
 
 
-def _in_blocks(field: Reals, planes: Complexes, work: Callable[..., None], workers: int | None) -> None:
-    """For every block of rows: the elements, their numbers in the planes, and dense memory for these."""
-    if field.ndim < 3:
-        field, planes = field[None], planes[:, None]
-    field, planes = _joined(field, planes)
-    count, (lines, columns) = len(planes), field.shape[-3:-1]
-    rows = max(min(_BLOCK // max(count * columns * planes.itemsize, 1), lines), 1)
-    places: list[Any] = [
-        (*lead, slice(start, start + rows))
-        for lead in every(*map(range, field.shape[:-3]))
-        for start in range(0, lines, rows)
-    ]
-
-    def run(first: int, step: int) -> None:
-        dense = np.empty(count * rows * columns, planes.dtype)
-        for place in places[first::step]:
-            numbers = planes[(slice(None), *place)]
-            work(field[place], numbers, dense[: numbers.size].reshape(numbers.shape))
-
-    in_threads(run, len(places), workers)
+def _as_one(elements: Reals, numbers: Complexes) -> Reals:
+    """All slabs of elements as one, where those of numbers are."""
+    return elements.reshape(-1, elements.shape[-1]) if numbers.flags.c_contiguous else elements
 
 
-def _joined(field: Reals, planes: Complexes) -> tuple[Reals, Complexes]:
-    """All axes before the columns as one, where no memory is between them."""
-    rows = int(np.prod(field.shape[:-2]))
-    try:
-        one = np.reshape(field, (rows, *field.shape[-2:]), copy=False)
-        return one, np.reshape(planes, (len(planes), rows, planes.shape[-1]), copy=False)
-    except ValueError:
-        return field, planes
+def _pairs(numbers: Complexes) -> tuple[Reals, ...]:
+    """Each plane as pairs of numbers, real part first, in the same memory; all slabs as one where that is possible."""
+    parts = numbers.reshape(len(numbers), -1) if numbers.flags.c_contiguous else numbers
+    return tuple(parts[..., None].view(numbers.real.dtype))

@@ -14,7 +14,7 @@ from numpy.typing import ArrayLike, NDArray
 from generated import quaternion
 
 from ..arguments import Reals, real_array
-from .planes import NORMS, Complexes, Directions, through_planes
+from .planes import Complexes, Directions, check_norm, in_threads, slices, through_planes
 
 Axis = str | Sequence[float]
 """A square root of -1: i, j, k, or the coordinates of a unit vector."""
@@ -34,6 +34,8 @@ class Side(Enum):
 
 _NAMES = {"i": (1.0, 0.0, 0.0), "j": (0.0, 1.0, 0.0), "k": (0.0, 0.0, 1.0)}
 _ONE = (1.0, 0.0, 0.0, 0.0)
+_BLOCK = 2**18
+"""Bytes of image that become quaternions at a time, in the cache."""
 _UNIT = 1e-9
 """How far from unit length, or from orthogonal, axes that are given by coordinates may be."""
 
@@ -229,13 +231,15 @@ def _of_quaternions(
         if turned is not None:
             q = quaternion.product_of_three(turned[0], q, turned[1])
         if plan.symplectic:
-            out[0][...], out[1][...] = q[:, :2], q[:, 2:]
+            for part, pair in zip(out, (q[..., :2], q[..., 2:]), strict=True):
+                _copy(part, pair)
         else:
             quaternion.pack_two_sided(q, out=out)
 
     def unpack(first: Reals, second: Reals, out: Reals) -> None:
         if plan.symplectic:
-            out[:, :2], out[:, 2:] = first, second
+            for part, pair in zip((out[..., :2], out[..., 2:]), (first, second), strict=True):
+                _copy(part, pair)
         else:
             quaternion.unpack_two_sided(first, second, out=out)
         if back is not None:
@@ -252,20 +256,29 @@ def _of_real(
     workers: int | None,
 ) -> Reals:
     """The two-sided transform of a real image, for the first `wanted` frequencies v: all, or the first half."""
-    complex_type = np.result_type(image.dtype, np.complex64)
-    spectrum = _as_real(np.asarray(scipy.fft.rfft2(image, norm=norm, workers=workers), complex_type))
+    rows, columns = image.shape[-2:]
+    half = columns // 2 + 1
     mu, nu = (axis.astype(image.dtype) for axis in exponents)
-    result = np.empty((*image.shape[:-1], wanted, 4), image.dtype)
-    half = spectrum.shape[-2]
-    # The columns of the other half, which are those of -v, in turned order.
-    others = slice(1, wanted - half + 1)
-    for rows, mirrored in ((slice(0, 1), slice(0, 1)), (slice(1, None), slice(None, 0, -1))):
-        here, there = spectrum[..., rows, :, :], spectrum[..., mirrored, :, :]
-        quaternion.unpack_real(here, there, mu, nu, out=result[..., rows, :half, :])
+    spectra = scipy.fft.rfft2(image.reshape(-1, rows, columns), norm=norm, workers=workers)
+    spectra = np.asarray(spectra, np.result_type(image.dtype, np.complex64))
+    result = np.empty((len(spectra), rows, wanted, 4), image.dtype)
+
+    def unpacked(place: tuple[int, slice]) -> None:
+        k, inside = place
+        here = spectra[k, inside]
+        there = spectra[k, -np.arange(inside.start, inside.stop) % rows]
+        pair = _as_real(here), _as_real(there)
+        result[k, inside, :half] = quaternion.unpack_real(*pair, mu, nu)
         if wanted > half:
-            turned = result[..., rows, : half - 1 : -1, :]
-            quaternion.unpack_real(here[..., others, :], there[..., others, :], mu, -nu, out=turned)
-    return result
+            # The columns of the other half, which are those of -v, in turned order.
+            others = quaternion.unpack_real(*pair, mu, -nu)
+            result[k, inside, half:] = others[:, columns - half : 0 : -1]
+
+    places = [
+        (k, part) for k in range(len(spectra)) for part in slices(rows, max(_BLOCK // (columns * image.itemsize), 1))
+    ]
+    in_threads(unpacked, places, workers)
+    return result.reshape(*image.shape[:-1], wanted, 4)
 
 
 def _pair(left: NDArray[np.float64] | None, right: NDArray[np.float64] | None, dtype: Any) -> tuple[Reals, Reals]:
@@ -284,8 +297,7 @@ def _options(
         where = Side(side)
     except ValueError:
         raise ValueError(f"side: {side!r}; expected {', '.join(repr(one.value) for one in Side)}") from None
-    if norm not in NORMS:
-        raise ValueError(f"norm: {norm!r}; expected None, 'backward', 'ortho' or 'forward'")
+    check_norm(norm)
     if isinstance(axes, str) or not isinstance(axes, Sequence) or len(axes) != 2:
         raise ValueError(f"axes: {axes!r}; expected a pair such as ('i', 'j')")
     mu, nu = (_axis(axis) for axis in axes)
@@ -344,6 +356,13 @@ def _turn(mu: NDArray[np.float64], nu: NDArray[np.float64] | None) -> NDArray[np
 def _mirrored(image: Reals, axis: int) -> Reals:
     """The image at -y, indices being periodic."""
     return np.roll(np.flip(image, axis), 1, axis=axis)
+
+
+def _copy(to: Reals, pairs: Reals) -> None:
+    """Pairs of numbers, as complex numbers where each pair is in one place: twice as fast."""
+    if to.strides[-1] == pairs.strides[-1] == to.itemsize:
+        to, pairs = _as_complex(to), _as_complex(pairs)
+    to[...] = pairs
 
 
 def _as_complex(parts: Reals) -> Complexes:
