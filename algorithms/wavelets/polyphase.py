@@ -1,0 +1,240 @@
+"""Pairs of filters along one axis, split into their even and odd taps, in loops that numba compiles."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import lru_cache
+from typing import Any
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+from ..arguments import Reals
+
+Places = NDArray[np.intp]
+
+MODES = (
+    "symmetric",
+    "reflect",
+    "zero",
+    "constant",
+    "periodic",
+    "smooth",
+    "antisymmetric",
+    "antireflect",
+    "periodization",
+)
+"""How a signal goes on beyond its ends, in PyWavelets' words."""
+
+
+@dataclass(frozen=True)
+class Lines:
+    """Where the numbers that filters see are found in a signal of n numbers x.
+
+    Attributes
+    ----------
+    places : array of int
+        For each number in turn; n + k stands for the k-th border number.
+    border : array, (borders, 4)
+        p, s, u and v of each border number, ``s x[p] + u x[0] + v x[n - 1]``.
+    """
+
+    places: Places
+    border: NDArray[np.float64]
+
+
+def split(
+    array: Reals, axis: int, step: int, taps: Reals, lines: Lines, to: tuple[Places, Places]
+) -> tuple[Reals, Reals]:
+    """Two filters along an axis: ``sum_j taps[t, j] y[step i + j]`` for the numbers y that `lines` finds.
+
+    Parameters
+    ----------
+    array : array
+    axis, step : int
+        step is 1 or 2.
+    taps : array, (2, K)
+        K is even.
+    lines : Lines
+    to : (array of int, array of int)
+        Where the results i are put, for either filter.
+
+    Returns
+    -------
+    (array, array)
+    """
+    stack = _stack(array, axis)
+    shape = list(array.shape)
+    shape[axis] = len(to[0])
+    low, high = (np.empty((len(stack), len(to[0]), stack.shape[2]), array.dtype) for _ in range(2))
+    border = lines.border.astype(array.dtype)
+    _split(stack, step, np.ascontiguousarray(taps, array.dtype), lines.places, border, to[0], to[1], low, high)
+    return low.reshape(shape), high.reshape(shape)
+
+
+def merge(
+    bands: tuple[Reals, Reals], axis: int, taps: Reals, places: tuple[Places, Places], first: int, to: Places
+) -> Reals:
+    """The sum of two signals with zeros put between their numbers, each filtered.
+
+    Parameters
+    ----------
+    bands : (array, array)
+        Of one shape.
+    axis : int
+    taps : array, (2, K)
+        K is even.
+    places : (array of int, array of int)
+        Where the numbers of either band are found, ``places[K/2 - 1]`` that which the first two results end with.
+    first : int
+        1 where the first of all results is left out, else 0.
+    to : array of int
+        Where the others are put.
+
+    Returns
+    -------
+    array
+    """
+    stacks = [_stack(np.asarray(band, bands[0].dtype), axis) for band in bands]
+    shape = list(bands[0].shape)
+    shape[axis] = len(to)
+    result = np.empty((len(stacks[0]), len(to), stacks[0].shape[2]), bands[0].dtype)
+    _merge(*stacks, np.ascontiguousarray(taps, result.dtype), *places, first, to, result)
+    return result.reshape(shape)
+
+
+@lru_cache(256)
+def beyond(mode: str, size: int, start: int, count: int) -> Lines:
+    """`count` numbers of a signal of `size`, from place `start` on, which go on beyond both ends in some mode."""
+    places = np.arange(start, start + count)
+    outside = np.flatnonzero((places < 0) | (places >= size))
+    border = np.array([_border(mode, size, int(q)) for q in places[outside]], float).reshape(-1, 4)
+    places[outside] = size + np.arange(len(outside))
+    return Lines(places, border)
+
+
+def _border(mode: str, n: int, q: int) -> tuple[int, float, float, float]:
+    """p, s, u and v of the number at q, see `Lines`."""
+    if mode == "zero":
+        return 0, 0.0, 0.0, 0.0
+    if mode == "constant" or n == 1:
+        sign = (-1.0) ** q if mode == "antisymmetric" else 1.0
+        return min(max(q, 0), n - 1), sign, 0.0, 0.0
+    if mode == "periodic":
+        return q % n, 1.0, 0.0, 0.0
+    if mode == "periodization":
+        return min(q % (n + n % 2), n - 1), 1.0, 0.0, 0.0
+    if mode == "reflect":
+        r = q % (2 * n - 2)
+        return min(r, 2 * n - 2 - r), 1.0, 0.0, 0.0
+    if mode in ("symmetric", "antisymmetric"):
+        r = q % (2 * n)
+        return min(r, 2 * n - 1 - r), 1.0 if mode == "symmetric" or r < n else -1.0, 0.0, 0.0
+    if mode == "smooth":
+        return (1, float(q), 1.0 - q, 0.0) if q < 0 else (n - 2, n - 1.0 - q, 0.0, q + 2.0 - n)
+    m = q // (n - 1)
+    if m % 2 == 0:
+        return q - m * (n - 1), 1.0, -float(m), float(m)
+    return (m + 1) * (n - 1) - q, -1.0, 1.0 - m, m + 1.0
+
+
+def _stack(array: Reals, axis: int) -> Reals:
+    """Three axes: those before, this one, and those after."""
+    axis %= array.ndim
+    shape = (int(np.prod(array.shape[:axis])), array.shape[axis], int(np.prod(array.shape[axis + 1 :])))
+    return np.ascontiguousarray(array).reshape(shape)
+
+
+@njit(nogil=True, inline="always")
+def _begin(one: Any, other: Any, a: Any, b: Any, w: Any, x: Any, y: Any, z: Any) -> None:
+    for n in range(one.size):
+        one[n] = w * a[n] + x * b[n]
+        other[n] = y * a[n] + z * b[n]
+
+
+@njit(nogil=True, inline="always")
+def _add(one: Any, other: Any, a: Any, b: Any, w: Any, x: Any, y: Any, z: Any) -> None:
+    for n in range(one.size):
+        one[n] += w * a[n] + x * b[n]
+        other[n] += y * a[n] + z * b[n]
+
+
+@njit(nogil=True, error_model="numpy", fastmath={"contract"})
+def _split(
+    x: Any, step: Any, taps: Any, places: Any, border: Any, low_to: Any, high_to: Any, low: Any, high: Any
+) -> None:
+    size, inner, count, half = x.shape[1], x.shape[2], low_to.size, taps.shape[1] // 2
+    pads = np.empty((border.shape[0], inner), x.dtype)
+    length = count + half
+    even, odd = np.empty(length, x.dtype), np.empty(length, x.dtype)
+    one, other = np.empty(count, x.dtype), np.empty(count, x.dtype)
+    for o in range(x.shape[0]):
+        for k in range(border.shape[0]):
+            p, s, u, v = int(border[k, 0]), border[k, 1], border[k, 2], border[k, 3]
+            for n in range(inner):
+                pads[k, n] = s * x[o, p, n] + u * x[o, 0, n] + v * x[o, size - 1, n]
+        if inner == 1:
+            for j in range(half):
+                if j == 0 or step == 1:
+                    for n in range(count + (half - 1 if step == 2 else 0)):
+                        p, q = places[step * n + 2 * j], places[step * n + 2 * j + 1]
+                        even[n] = x[o, p, 0] if p < size else pads[p - size, 0]
+                        odd[n] = x[o, q, 0] if q < size else pads[q - size, 0]
+                start = j if step == 2 else 0
+                a, b = even[start : start + count], odd[start : start + count]
+                if j == 0:
+                    _begin(one, other, a, b, taps[0, 0], taps[0, 1], taps[1, 0], taps[1, 1])
+                else:
+                    _add(one, other, a, b, taps[0, 2 * j], taps[0, 2 * j + 1], taps[1, 2 * j], taps[1, 2 * j + 1])
+            for n in range(count):
+                low[o, low_to[n], 0] = one[n]
+                high[o, high_to[n], 0] = other[n]
+        else:
+            for i in range(count):
+                left, right = low[o, low_to[i]], high[o, high_to[i]]
+                for j in range(half):
+                    p, q = places[step * i + 2 * j], places[step * i + 2 * j + 1]
+                    a = x[o, p] if p < size else pads[p - size]
+                    b = x[o, q] if q < size else pads[q - size]
+                    if j == 0:
+                        _begin(left, right, a, b, taps[0, 0], taps[0, 1], taps[1, 0], taps[1, 1])
+                    else:
+                        _add(left, right, a, b, taps[0, 2 * j], taps[0, 2 * j + 1], taps[1, 2 * j], taps[1, 2 * j + 1])
+
+
+@njit(nogil=True, error_model="numpy", fastmath={"contract"})
+def _merge(low: Any, high: Any, taps: Any, low_at: Any, high_at: Any, first: Any, to: Any, result: Any) -> None:
+    inner, half = low.shape[2], taps.shape[1] // 2
+    count = (to.size + first + 1) // 2
+    length = count + half - 1
+    a_line, b_line = np.empty(length, low.dtype), np.empty(length, low.dtype)
+    wide = max(count, inner)
+    one, other = np.empty(wide, low.dtype), np.empty(wide, low.dtype)
+    for o in range(low.shape[0]):
+        if inner == 1:
+            for n in range(length):
+                a_line[n], b_line[n] = low[o, low_at[n], 0], high[o, high_at[n], 0]
+            even, odd = one[:count], other[:count]
+            for j in range(half):
+                start = half - 1 - j
+                a, b = a_line[start : start + count], b_line[start : start + count]
+                if j == 0:
+                    _begin(even, odd, a, b, taps[0, 0], taps[1, 0], taps[0, 1], taps[1, 1])
+                else:
+                    _add(even, odd, a, b, taps[0, 2 * j], taps[1, 2 * j], taps[0, 2 * j + 1], taps[1, 2 * j + 1])
+            for n in range(to.size):
+                place = n + first
+                result[o, to[n], 0] = odd[place // 2] if place % 2 else even[place // 2]
+        else:
+            for i in range(count):
+                before, after = 2 * i - first, 2 * i + 1 - first
+                even = result[o, to[before]] if before >= 0 else one[:inner]
+                odd = result[o, to[after]] if after < to.size else other[:inner]
+                for j in range(half):
+                    place = i + half - 1 - j
+                    a, b = low[o, low_at[place]], high[o, high_at[place]]
+                    if j == 0:
+                        _begin(even, odd, a, b, taps[0, 0], taps[1, 0], taps[0, 1], taps[1, 1])
+                    else:
+                        _add(even, odd, a, b, taps[0, 2 * j], taps[1, 2 * j], taps[0, 2 * j + 1], taps[1, 2 * j + 1])
