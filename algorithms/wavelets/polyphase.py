@@ -100,7 +100,8 @@ def merge(
     shape = list(bands[0].shape)
     shape[axis] = len(to)
     result = np.empty((len(stacks[0]), len(to), stacks[0].shape[2]), bands[0].dtype)
-    _merge(*stacks, np.ascontiguousarray(taps, result.dtype), *places, first, to, result)
+    pairs = np.ascontiguousarray(taps.reshape(2, -1, 2).transpose(2, 1, 0).reshape(2, -1), result.dtype)
+    _merge(*stacks, pairs, *places, first, to, result)
     return result.reshape(shape)
 
 
@@ -146,18 +147,30 @@ def _stack(array: Reals, axis: int) -> Reals:
     return np.ascontiguousarray(array).reshape(shape)
 
 
-@njit(nogil=True, inline="always")
-def _begin(one: Any, other: Any, a: Any, b: Any, w: Any, x: Any, y: Any, z: Any) -> None:
+@njit(nogil=True, error_model="numpy", fastmath={"contract"})
+def _begin(one: Any, other: Any, a: Any, b: Any, w: Any, j: Any) -> None:
+    p, q, r, s = w[0, j], w[0, j + 1], w[1, j], w[1, j + 1]
     for n in range(one.size):
-        one[n] = w * a[n] + x * b[n]
-        other[n] = y * a[n] + z * b[n]
+        one[n] = p * a[n] + q * b[n]
+        other[n] = r * a[n] + s * b[n]
 
 
-@njit(nogil=True, inline="always")
-def _add(one: Any, other: Any, a: Any, b: Any, w: Any, x: Any, y: Any, z: Any) -> None:
+@njit(nogil=True, error_model="numpy", fastmath={"contract"})
+def _add(one: Any, other: Any, a: Any, b: Any, w: Any, j: Any) -> None:
+    p, q, r, s = w[0, j], w[0, j + 1], w[1, j], w[1, j + 1]
     for n in range(one.size):
-        one[n] += w * a[n] + x * b[n]
-        other[n] += y * a[n] + z * b[n]
+        one[n] += p * a[n] + q * b[n]
+        other[n] += r * a[n] + s * b[n]
+
+
+@njit(nogil=True, error_model="numpy", fastmath={"contract"})
+def _add_four(one: Any, other: Any, a: Any, b: Any, c: Any, d: Any, w: Any, j: Any) -> None:
+    """Four terms at once, as what is added to goes through memory."""
+    p, q, r, s = w[0, j], w[0, j + 1], w[0, j + 2], w[0, j + 3]
+    t, u, v, x = w[1, j], w[1, j + 1], w[1, j + 2], w[1, j + 3]
+    for n in range(one.size):
+        one[n] += p * a[n] + q * b[n] + r * c[n] + s * d[n]
+        other[n] += t * a[n] + u * b[n] + v * c[n] + x * d[n]
 
 
 @njit(nogil=True, error_model="numpy", fastmath={"contract"})
@@ -165,9 +178,9 @@ def _split(
     x: Any, step: Any, taps: Any, places: Any, border: Any, low_to: Any, high_to: Any, low: Any, high: Any
 ) -> None:
     size, inner, count, half = x.shape[1], x.shape[2], low_to.size, taps.shape[1] // 2
+    # The numbers that a line of results sees: along the axis, or whole lines of numbers after it.
+    lines = np.empty((step if inner == 1 else 0, count + 2 * half), x.dtype)
     pads = np.empty((border.shape[0], inner), x.dtype)
-    length = count + half
-    even, odd = np.empty(length, x.dtype), np.empty(length, x.dtype)
     one, other = np.empty(count, x.dtype), np.empty(count, x.dtype)
     for o in range(x.shape[0]):
         for k in range(border.shape[0]):
@@ -175,66 +188,87 @@ def _split(
             for n in range(inner):
                 pads[k, n] = s * x[o, p, n] + u * x[o, 0, n] + v * x[o, size - 1, n]
         if inner == 1:
-            for j in range(half):
-                if j == 0 or step == 1:
-                    for n in range(count + (half - 1 if step == 2 else 0)):
-                        p, q = places[step * n + 2 * j], places[step * n + 2 * j + 1]
-                        even[n] = x[o, p, 0] if p < size else pads[p - size, 0]
-                        odd[n] = x[o, q, 0] if q < size else pads[q - size, 0]
-                start = j if step == 2 else 0
-                a, b = even[start : start + count], odd[start : start + count]
-                if j == 0:
-                    _begin(one, other, a, b, taps[0, 0], taps[0, 1], taps[1, 0], taps[1, 1])
+            for r in range(step):
+                for n in range((places.size - r + step - 1) // step):
+                    p = places[step * n + r]
+                    lines[r, n] = x[o, p, 0] if p < size else pads[p - size, 0]
+            even, odd = lines[0], lines[step - 1, 2 - step :]
+            each = 3 - step
+            _begin(one, other, even[:count], odd[:count], taps, 0)
+            j = 1
+            while j < half:
+                k = each * j
+                a, b = even[k : k + count], odd[k : k + count]
+                if j + 1 < half:
+                    k += each
+                    _add_four(one, other, a, b, even[k : k + count], odd[k : k + count], taps, 2 * j)
                 else:
-                    _add(one, other, a, b, taps[0, 2 * j], taps[0, 2 * j + 1], taps[1, 2 * j], taps[1, 2 * j + 1])
+                    _add(one, other, a, b, taps, 2 * j)
+                j += 2
             for n in range(count):
                 low[o, low_to[n], 0] = one[n]
                 high[o, high_to[n], 0] = other[n]
-        else:
-            for i in range(count):
-                left, right = low[o, low_to[i]], high[o, high_to[i]]
-                for j in range(half):
-                    p, q = places[step * i + 2 * j], places[step * i + 2 * j + 1]
-                    a = x[o, p] if p < size else pads[p - size]
-                    b = x[o, q] if q < size else pads[q - size]
-                    if j == 0:
-                        _begin(left, right, a, b, taps[0, 0], taps[0, 1], taps[1, 0], taps[1, 1])
-                    else:
-                        _add(left, right, a, b, taps[0, 2 * j], taps[0, 2 * j + 1], taps[1, 2 * j], taps[1, 2 * j + 1])
+            continue
+        for i in range(count):
+            left, right, at = low[o, low_to[i]], high[o, high_to[i]], places[step * i : step * i + 2 * half]
+            _begin(left, right, _line(x[o], pads, at[0]), _line(x[o], pads, at[1]), taps, 0)
+            j = 1
+            while j < half:
+                a, b = _line(x[o], pads, at[2 * j]), _line(x[o], pads, at[2 * j + 1])
+                if j + 1 < half:
+                    c, d = _line(x[o], pads, at[2 * j + 2]), _line(x[o], pads, at[2 * j + 3])
+                    _add_four(left, right, a, b, c, d, taps, 2 * j)
+                else:
+                    _add(left, right, a, b, taps, 2 * j)
+                j += 2
+
+
+@njit(nogil=True)
+def _line(x: Any, pads: Any, place: Any) -> Any:
+    return x[place] if place < len(x) else pads[place - len(x)]
 
 
 @njit(nogil=True, error_model="numpy", fastmath={"contract"})
 def _merge(low: Any, high: Any, taps: Any, low_at: Any, high_at: Any, first: Any, to: Any, result: Any) -> None:
+    """`taps` has pairs, of the low and of the high filter, for even results and for odd ones."""
     inner, half = low.shape[2], taps.shape[1] // 2
     count = (to.size + first + 1) // 2
-    length = count + half - 1
-    a_line, b_line = np.empty(length, low.dtype), np.empty(length, low.dtype)
+    a_line, b_line = np.empty(count + half - 1, low.dtype), np.empty(count + half - 1, low.dtype)
     wide = max(count, inner)
     one, other = np.empty(wide, low.dtype), np.empty(wide, low.dtype)
     for o in range(low.shape[0]):
         if inner == 1:
-            for n in range(length):
+            for n in range(len(a_line)):
                 a_line[n], b_line[n] = low[o, low_at[n], 0], high[o, high_at[n], 0]
             even, odd = one[:count], other[:count]
-            for j in range(half):
-                start = half - 1 - j
-                a, b = a_line[start : start + count], b_line[start : start + count]
-                if j == 0:
-                    _begin(even, odd, a, b, taps[0, 0], taps[1, 0], taps[0, 1], taps[1, 1])
+            k = half - 1
+            _begin(even, odd, a_line[k : k + count], b_line[k : k + count], taps, 0)
+            j = 1
+            while j < half:
+                k = half - 1 - j
+                a, b = a_line[k : k + count], b_line[k : k + count]
+                if j + 1 < half:
+                    c, d = a_line[k - 1 : k - 1 + count], b_line[k - 1 : k - 1 + count]
+                    _add_four(even, odd, a, b, c, d, taps, 2 * j)
                 else:
-                    _add(even, odd, a, b, taps[0, 2 * j], taps[1, 2 * j], taps[0, 2 * j + 1], taps[1, 2 * j + 1])
+                    _add(even, odd, a, b, taps, 2 * j)
+                j += 2
             for n in range(to.size):
                 place = n + first
                 result[o, to[n], 0] = odd[place // 2] if place % 2 else even[place // 2]
-        else:
-            for i in range(count):
-                before, after = 2 * i - first, 2 * i + 1 - first
-                even = result[o, to[before]] if before >= 0 else one[:inner]
-                odd = result[o, to[after]] if after < to.size else other[:inner]
-                for j in range(half):
-                    place = i + half - 1 - j
-                    a, b = low[o, low_at[place]], high[o, high_at[place]]
-                    if j == 0:
-                        _begin(even, odd, a, b, taps[0, 0], taps[1, 0], taps[0, 1], taps[1, 1])
-                    else:
-                        _add(even, odd, a, b, taps[0, 2 * j], taps[1, 2 * j], taps[0, 2 * j + 1], taps[1, 2 * j + 1])
+            continue
+        for i in range(count):
+            before, after = 2 * i - first, 2 * i + 1 - first
+            even = result[o, to[before]] if before >= 0 else one[:inner]
+            odd = result[o, to[after]] if after < to.size else other[:inner]
+            k = i + half - 1
+            _begin(even, odd, low[o, low_at[k]], high[o, high_at[k]], taps, 0)
+            j = 1
+            while j < half:
+                k = i + half - 1 - j
+                a, b = low[o, low_at[k]], high[o, high_at[k]]
+                if j + 1 < half:
+                    _add_four(even, odd, a, b, low[o, low_at[k - 1]], high[o, high_at[k - 1]], taps, 2 * j)
+                else:
+                    _add(even, odd, a, b, taps, 2 * j)
+                j += 2

@@ -8,13 +8,14 @@ from typing import Any
 import numpy as np
 import scipy.sparse
 import scipy.sparse.linalg
+from numba import njit
 from numpy.typing import ArrayLike, NDArray
 
 from generated import quaternion
 
 from ..arguments import Reals, real_array
 from .discrete import check_finite, checked_levels
-from .dual_tree import joined, quads, split
+from .dual_tree import joined, split
 from .phase import quaternion_phase
 
 _FIRST, _LATER = "near_sym_b", "qshift_b"
@@ -121,15 +122,30 @@ class QuaternionPyramid:
 
 def _quaternions(samples: Reals) -> Reals:
     """The four trees as parts of a quaternion: i goes with x, the first axis, and j with y."""
-    a, b, c, d = quads(samples)
-    return np.stack([a, c, b, d], -1)
+    shape = samples.shape
+    q = np.empty((*shape[:-2], shape[-2] // 2, shape[-1] // 2, 4), samples.dtype)
+    _group(np.ascontiguousarray(samples).reshape(-1, *shape[-2:]), q.reshape(-1, *q.shape[-3:]), False)
+    return q
 
 
 def _interleaved(q: Reals) -> Reals:
     samples = np.empty((*q.shape[:-3], 2 * q.shape[-3], 2 * q.shape[-2]), q.dtype)
-    for part, k in zip(quads(samples), (0, 2, 1, 3), strict=True):
-        part[...] = q[..., k]
+    _group(samples.reshape(-1, *samples.shape[-2:]), np.ascontiguousarray(q).reshape(-1, *q.shape[-3:]), True)
     return samples
+
+
+@njit(nogil=True)
+def _group(samples: Any, q: Any, back: Any) -> None:
+    """Squares of four samples, a b over c d, to quaternions (a, c, b, d), or back."""
+    for o in range(q.shape[0]):
+        for i in range(q.shape[1]):
+            for j in range(q.shape[2]):
+                for k in range(4):
+                    row, column = 2 * i + k % 2, 2 * j + k // 2
+                    if back:
+                        samples[o, row, column] = q[o, i, j, k]
+                    else:
+                        q[o, i, j, k] = samples[o, row, column]
 
 
 def _embedded(image: Reals) -> Reals:
