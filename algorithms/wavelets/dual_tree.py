@@ -106,15 +106,18 @@ def dual_tree(
 def split(array: Reals, levels: int, first: str, later: str) -> tuple[Reals, list[dict[str, Reals]]]:
     """What is left, and the details H, V and D of each level, where samples of the trees alternate along both axes."""
     _check_filters(first, later)
-    padding = [(0, 0)] * (array.ndim - 2) + [(0, -n % 2**levels) for n in array.shape[-2:]]
-    array = np.pad(array, padding, "edge")
+    missing = [-n % 2**levels for n in array.shape[-2:]]
+    if any(missing):
+        array = np.pad(array, [(0, 0)] * (array.ndim - 2) + [(0, n) for n in missing], "edge")
     bands = []
     for level in range(levels):
-        low, high = _both(array, level, first, later, -2)
-        halves = {"a": _both(low, level, first, later, -1), "d": _both(high, level, first, later, -1)}
+        # One large piece of memory: the system gives that in large pages.
+        work = list(np.empty((6, *array.shape), array.dtype)) if level == 0 else None
+        low, high = _both(array, level, first, later, -2, work)
+        halves = {"a": _both(low, level, first, later, -1, work), "d": _both(high, level, first, later, -1, work)}
         array = halves["a"][0]
         bands.append({name: halves[word[0]]["ad".index(word[1])] for name, word in BANDS.items()})
-    return array, bands
+    return array.copy() if levels == 1 else array, bands
 
 
 def joined(approx: Reals, bands: list[dict[str, Reals]], first: str, later: str, size: tuple[int, int]) -> Reals:
@@ -128,14 +131,15 @@ def joined(approx: Reals, bands: list[dict[str, Reals]], first: str, later: str,
     return np.ascontiguousarray(array[..., : size[0], : size[1]])
 
 
-def _both(array: Reals, level: int, first: str, later: str, axis: int) -> tuple[Reals, Reals]:
+def _both(array: Reals, level: int, first: str, later: str, axis: int, work: list[Reals] | None) -> tuple[Reals, Reals]:
     """One level along one axis. The first level keeps all samples: its two trees take the even and the odd ones."""
     size = array.shape[axis]
     if level == 0:
+        out = None if work is None else (work.pop(), work.pop())
         taps = _level_one_taps(first)
         places = np.arange(size)
         lines = beyond("symmetric", size, 1 - taps.shape[1] // 2, size + taps.shape[1])
-        return polyphase.split(array, axis, 1, taps, lines, (places, places))
+        return polyphase.split(array, axis, 1, taps, lines, (places, places), out)
     filters = _later(later)
     length = len(filters.low)
     # Periodic, of the samples of the one tree forward and then those of the other one backward.

@@ -45,7 +45,13 @@ class Lines:
 
 
 def split(
-    array: Reals, axis: int, step: int, taps: Reals, lines: Lines, to: tuple[Places, Places]
+    array: Reals,
+    axis: int,
+    step: int,
+    taps: Reals,
+    lines: Lines,
+    to: tuple[Places, Places],
+    out: tuple[Reals, Reals] | None = None,
 ) -> tuple[Reals, Reals]:
     """Two filters along an axis: ``sum_j taps[t, j] y[step i + j]`` for the numbers y that `lines` finds.
 
@@ -59,6 +65,8 @@ def split(
     lines : Lines
     to : (array of int, array of int)
         Where the results i are put, for either filter.
+    out : (array, array), optional
+        Dense arrays for the results.
 
     Returns
     -------
@@ -67,10 +75,11 @@ def split(
     stack = _stack(array, axis)
     shape = list(array.shape)
     shape[axis] = len(to[0])
-    low, high = (np.empty((len(stack), len(to[0]), stack.shape[2]), array.dtype) for _ in range(2))
+    low, high = (np.empty(shape, array.dtype) for _ in range(2)) if out is None else out
+    stacks = (band.reshape(len(stack), len(to[0]), stack.shape[2], copy=False) for band in (low, high))
     border = lines.border.astype(array.dtype)
-    _split(stack, step, np.ascontiguousarray(taps, array.dtype), lines.places, border, to[0], to[1], low, high)
-    return low.reshape(shape), high.reshape(shape)
+    _split(stack, step, np.ascontiguousarray(taps, array.dtype), lines.places, border, *to, *stacks)
+    return low, high
 
 
 def merge(

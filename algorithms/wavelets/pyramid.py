@@ -74,7 +74,10 @@ class QuaternionPyramid:
         if kind == "dual-tree":
             approx, bands = split(array, count, _FIRST, _LATER)
             self.approx = _quaternions(approx) if count else _embedded(approx)
-            self.detail = tuple({name: _quaternions(level[name]) for name in _NAMES} for level in bands)
+            # One large piece of memory: the system gives that in large pages.
+            sizes = [level[name].size for level in bands for name in _NAMES]
+            pieces = iter(np.split(np.empty(sum(sizes), array.dtype), np.cumsum(sizes, dtype=int)[:-1]))
+            self.detail = tuple({name: _quaternions(level[name], next(pieces)) for name in _NAMES} for level in bands)
         else:
             padding = [(0, 0)] * (array.ndim - 2) + [(0, -n % 2**count) for n in array.shape[-2:]]
             planes, details = _gabor(np.pad(array, padding, "edge"), count)
@@ -120,10 +123,11 @@ class QuaternionPyramid:
         return np.ascontiguousarray(image, self.approx.dtype)
 
 
-def _quaternions(samples: Reals) -> Reals:
+def _quaternions(samples: Reals, memory: Reals | None = None) -> Reals:
     """The four trees as parts of a quaternion: i goes with x, the first axis, and j with y."""
     shape = samples.shape
-    q = np.empty((*shape[:-2], shape[-2] // 2, shape[-1] // 2, 4), samples.dtype)
+    memory = np.empty(samples.size, samples.dtype) if memory is None else memory
+    q = memory.reshape(*shape[:-2], shape[-2] // 2, shape[-1] // 2, 4)
     _group(np.ascontiguousarray(samples).reshape(-1, *shape[-2:]), q.reshape(-1, *q.shape[-3:]), False)
     return q
 
