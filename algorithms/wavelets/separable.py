@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import lru_cache
 from typing import Any
 
 import numpy as np
@@ -30,12 +31,11 @@ def filter_bank(image: Reals, taps: NDArray[np.float64], axis: int) -> Reals:
     """
     result = np.empty((len(taps), *image.shape), image.dtype)
     reach = taps.shape[1] // 2
-    weights = np.ascontiguousarray(taps[:, ::-1], image.dtype)
-    if axis == 0:
-        places = np.pad(np.arange(len(image)), reach, "symmetric")
-        _along_columns(np.ascontiguousarray(image), weights, places, result)
-    else:
-        _along_rows(np.pad(image, [(0, 0), (reach, reach)], "symmetric"), weights, result)
+    # Zeros make the number of taps a multiple of four; the places that they see are any.
+    weights = np.pad(taps[:, ::-1], [(0, 0), (0, -taps.shape[1] % 4)]).astype(image.dtype)
+    places = np.pad(np.arange(image.shape[axis]), reach, "symmetric")
+    places = np.pad(places, (0, -taps.shape[1] % 4), "edge")
+    (_along_columns if axis == 0 else _along_rows)(np.ascontiguousarray(image), weights, places, result)
     return result
 
 
@@ -65,8 +65,12 @@ def sampled(spline: Reals, uv: Reals) -> Reals:
     return result
 
 
+@lru_cache
 def _network(size: int) -> NDArray[np.intp]:
-    """Pairs to compare and exchange: Batcher's merge exchange (Knuth, *The Art of Computer Programming* 3, 5.2.2 M)."""
+    """Pairs to compare and exchange so that the middle one of an odd number of places has the median.
+
+    Batcher's merge exchange (Knuth, *The Art of Computer Programming* 3, 5.2.2 M), less what the middle does not see.
+    """
     pairs = []
     top = 1 << (size - 1).bit_length() - 1
     p = top
@@ -78,34 +82,50 @@ def _network(size: int) -> NDArray[np.intp]:
                 break
             d, q, r = q - p, q >> 1, p
         p >>= 1
-    return np.array(pairs)
+    seen, kept = {size // 2}, []
+    for pair in pairs[::-1]:
+        if not seen.isdisjoint(pair):
+            seen.update(pair)
+            kept.append(pair)
+    return np.array(kept[::-1])
 
 
-@njit
+@njit(nogil=True, fastmath={"contract"})
+def _four(out: Any, a: Any, b: Any, c: Any, d: Any, w: Any, fresh: Any) -> None:
+    """Four terms at once, as what is added to goes through memory."""
+    p, q, r, s = w[0], w[1], w[2], w[3]
+    if fresh:
+        for x in range(out.size):
+            out[x] = p * a[x] + q * b[x] + r * c[x] + s * d[x]
+    else:
+        for x in range(out.size):
+            out[x] += p * a[x] + q * b[x] + r * c[x] + s * d[x]
+
+
+@njit(nogil=True)
 def _along_columns(image: Any, weights: Any, places: Any, result: Any) -> None:
     for row in range(image.shape[0]):
         for t in range(weights.shape[0]):
-            out = result[t, row]
-            out[:] = 0
-            for k in range(weights.shape[1]):
-                line, weight = image[places[row + k]], weights[t, k]
-                for x in range(out.size):
-                    out[x] += weight * line[x]
+            for k in range(0, weights.shape[1], 4):
+                at = places[row + k : row + k + 4]
+                lines = image[at[0]], image[at[1]], image[at[2]], image[at[3]]
+                _four(result[t, row], lines[0], lines[1], lines[2], lines[3], weights[t, k : k + 4], k == 0)
 
 
-@njit
-def _along_rows(padded: Any, weights: Any, result: Any) -> None:
-    for row in range(padded.shape[0]):
+@njit(nogil=True)
+def _along_rows(image: Any, weights: Any, places: Any, result: Any) -> None:
+    size = image.shape[1]
+    line = np.empty(places.size, image.dtype)
+    for row in range(image.shape[0]):
+        for n in range(places.size):
+            line[n] = image[row, places[n]]
         for t in range(weights.shape[0]):
-            out = result[t, row]
-            out[:] = 0
-            for k in range(weights.shape[1]):
-                line, weight = padded[row, k : k + out.size], weights[t, k]
-                for x in range(out.size):
-                    out[x] += weight * line[x]
+            for k in range(0, weights.shape[1], 4):
+                a, b, c, d = line[k : k + size], line[k + 1 :], line[k + 2 :], line[k + 3 :]
+                _four(result[t, row], a, b, c, d, weights[t, k : k + 4], k == 0)
 
 
-@njit
+@njit(nogil=True)
 def _medians(padded: Any, pairs: Any, result: Any) -> None:
     rows, columns = result.shape
     block = np.empty((25, _BLOCK), padded.dtype)
@@ -139,7 +159,7 @@ def _weights(t: Any) -> Any:
     return s * s * s / 6, (4 - 3 * t * t * (2 - t)) / 6, (4 - 3 * s * s * (2 - s)) / 6, t * t * t / 6
 
 
-@njit
+@njit(nogil=True)
 def _sampled(spline: Any, uv: Any, result: Any) -> None:
     rows, columns = result.shape
     for row in range(rows):
