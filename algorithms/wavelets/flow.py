@@ -139,7 +139,8 @@ def _step(bands: Reals, floors: Reals, moved: Reals) -> tuple[Reals, Reals]:
         )
         total[:, first:last] += equation[:, first:last]
     sums = total.reshape(6, rows, columns)[:, :, 1:-1]
-    smooth = [filter_bank(filter_bank(part, _NEIGHBOURHOOD, 0)[0], _NEIGHBOURHOOD, 1)[0] for part in sums]
+    along = np.concatenate([filter_bank(part, _NEIGHBOURHOOD, 0)[0] for part in sums])
+    smooth = filter_bank(along, _NEIGHBOURHOOD, 1)[0].reshape(6, rows, -1)
     # Waves of size 1 give sums of about 1, so that the second part counts only where there is nothing.
     ridge = 1e-4 * (smooth[0].mean() + smooth[2].mean()) + 1e-12
     u, v, confidence = quaternion.solve_motion(*smooth, np.asarray(ridge, bands.dtype))

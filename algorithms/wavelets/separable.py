@@ -30,11 +30,10 @@ def filter_bank(image: Reals, taps: NDArray[np.float64], axis: int) -> Reals:
     array, (T, M, N)
     """
     result = np.empty((len(taps), *image.shape), image.dtype)
-    reach = taps.shape[1] // 2
-    # Zeros make the number of taps a multiple of four; the places that they see are any.
-    weights = np.pad(taps[:, ::-1], [(0, 0), (0, -taps.shape[1] % 4)]).astype(image.dtype)
-    places = np.pad(np.arange(image.shape[axis]), reach, "symmetric")
-    places = np.pad(places, (0, -taps.shape[1] % 4), "edge")
+    # Zeros make the number of taps a multiple of four.
+    weights = np.zeros((len(taps), -(-taps.shape[1] // 4) * 4), image.dtype)
+    weights[:, : taps.shape[1]] = taps[:, ::-1]
+    places = _mirrored(image.shape[axis], taps.shape[1] // 2, weights.shape[1])
     (_along_columns if axis == 0 else _along_rows)(np.ascontiguousarray(image), weights, places, result)
     return result
 
@@ -63,6 +62,13 @@ def sampled(spline: Reals, uv: Reals) -> Reals:
     result = np.empty_like(spline)
     _sampled(spline, uv, result)
     return result
+
+
+@lru_cache
+def _mirrored(size: int, reach: int, taps: int) -> NDArray[np.intp]:
+    """The places that filters see, from `reach` before the first one on."""
+    r = np.arange(-reach, size - reach + taps - 1) % (2 * size)
+    return np.minimum(r, 2 * size - 1 - r)
 
 
 @lru_cache
@@ -102,14 +108,40 @@ def _four(out: Any, a: Any, b: Any, c: Any, d: Any, w: Any, fresh: Any) -> None:
             out[x] += p * a[x] + q * b[x] + r * c[x] + s * d[x]
 
 
+@njit(nogil=True, fastmath={"contract"})
+def _four_twice(out: Any, other: Any, a: Any, b: Any, c: Any, d: Any, w: Any, v: Any, fresh: Any) -> None:
+    """As `_four`, for two filters."""
+    p, q, r, s = w[0], w[1], w[2], w[3]
+    e, f, g, h = v[0], v[1], v[2], v[3]
+    if fresh:
+        for x in range(out.size):
+            out[x] = p * a[x] + q * b[x] + r * c[x] + s * d[x]
+            other[x] = e * a[x] + f * b[x] + g * c[x] + h * d[x]
+    else:
+        for x in range(out.size):
+            out[x] += p * a[x] + q * b[x] + r * c[x] + s * d[x]
+            other[x] += e * a[x] + f * b[x] + g * c[x] + h * d[x]
+
+
+@njit(nogil=True)
+def _filters(result: Any, row: Any, a: Any, b: Any, c: Any, d: Any, weights: Any, k: Any) -> None:
+    """What four lines add to a row of all results."""
+    t = 0
+    while t < weights.shape[0]:
+        w, v = weights[t, k : k + 4], weights[min(t + 1, weights.shape[0] - 1), k : k + 4]
+        if t + 1 < weights.shape[0]:
+            _four_twice(result[t, row], result[t + 1, row], a, b, c, d, w, v, k == 0)
+        else:
+            _four(result[t, row], a, b, c, d, w, k == 0)
+        t += 2
+
+
 @njit(nogil=True)
 def _along_columns(image: Any, weights: Any, places: Any, result: Any) -> None:
     for row in range(image.shape[0]):
-        for t in range(weights.shape[0]):
-            for k in range(0, weights.shape[1], 4):
-                at = places[row + k : row + k + 4]
-                lines = image[at[0]], image[at[1]], image[at[2]], image[at[3]]
-                _four(result[t, row], lines[0], lines[1], lines[2], lines[3], weights[t, k : k + 4], k == 0)
+        for k in range(0, weights.shape[1], 4):
+            at = places[row + k : row + k + 4]
+            _filters(result, row, image[at[0]], image[at[1]], image[at[2]], image[at[3]], weights, k)
 
 
 @njit(nogil=True)
@@ -119,10 +151,8 @@ def _along_rows(image: Any, weights: Any, places: Any, result: Any) -> None:
     for row in range(image.shape[0]):
         for n in range(places.size):
             line[n] = image[row, places[n]]
-        for t in range(weights.shape[0]):
-            for k in range(0, weights.shape[1], 4):
-                a, b, c, d = line[k : k + size], line[k + 1 :], line[k + 2 :], line[k + 3 :]
-                _four(result[t, row], a, b, c, d, weights[t, k : k + 4], k == 0)
+        for k in range(0, weights.shape[1], 4):
+            _filters(result, row, line[k : k + size], line[k + 1 :], line[k + 2 :], line[k + 3 :], weights, k)
 
 
 @njit(nogil=True)
