@@ -6,7 +6,13 @@ import importlib
 import os
 import sys
 
-COMMANDS = {"counts": ".counts", "growth": ".growth", "subspaces": ".subspaces", "chain": ".chain"}
+COMMANDS = {
+    "counts": ".counts",
+    "growth": ".growth",
+    "subspaces": ".subspaces",
+    "chain": ".chain",
+    "signals": ".signals",
+}
 """What may stand after ``benchmarks``, and the module that does it; without one of them, times are measured."""
 
 

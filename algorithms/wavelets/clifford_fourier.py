@@ -48,7 +48,7 @@ def clifford_fft(
 
     Notes
     -----
-    Two complex transforms in G(2), four in G(3), in one call (Ebling and Scheuermann, *IEEE Trans. Visualization and
+    Two complex transforms in G(2), four in G(3) (Ebling and Scheuermann, *IEEE Trans. Visualization and
     Computer Graphics* 11:469, 2005). A convolution in G(3) has the product of the spectra as its spectrum. In G(2), e12
     anticommutes with vectors; for ``h = h_even + h_odd``, ``f * h`` has the right-sided spectrum
     ``F(w) H_even(w) + F(-w) H_odd(w)``, and not the product.
