@@ -6,6 +6,7 @@ import os
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from operator import index
+from threading import Lock
 from typing import Any
 
 import numpy as np
@@ -62,7 +63,7 @@ def through_planes(
     norm, workers
         As in `scipy.fft`. Workers share the passes of kernels too.
     progress : function of (done, total), optional
-        Called after each step: the two passes, and each plane along each axis.
+        Called after each step: each part of the two passes, and each plane between them.
 
     Returns
     -------
@@ -81,21 +82,26 @@ def through_planes(
         raise ValueError(f"{name}: shape {field.shape}; expected no empty axis")
     slabs = int(np.prod(field.shape[:-axes])), int(np.prod(space[1:]))
     numbers = _empty_planes(len(planes), *slabs, np.result_type(field.dtype, np.complex64))
-    total = len(planes) * axes + 2
-    done = 0
+    places = list(slices(slabs[0], max(_BLOCK // (len(planes) * slabs[1] * numbers.itemsize), 1)))
+    total, done, lock = 2 * len(places) + len(planes), 0, Lock()
 
-    def told(steps: int) -> None:
+    def told() -> None:
         nonlocal done
-        done += steps
         if progress is not None:
-            progress(done, total)
+            with lock:
+                done += 1
+                progress(done, total)
 
     def packed(place: slice) -> None:
         some, values = numbers[:, place], elements[place]
         dense = _dense(some)
         pack(_as_one(values, dense), out=_pairs(dense))
+        # Along all axes but the first, while these slabs are in the cache.
+        inside = dense.reshape(len(planes), -1, *space[1:], copy=False)
+        _transform(inside, planes, range(1, axes), inverse, norm, 1)
         if dense is not some:
             some[...] = dense
+        told()
 
     def unpacked(place: slice) -> None:
         some, values = numbers[:, place], elements[place]
@@ -103,18 +109,17 @@ def through_planes(
         if dense is not some:
             dense[...] = some
         unpack(*_pairs(dense), out=_as_one(values, dense))
+        told()
 
-    places = list(slices(slabs[0], max(_BLOCK // (len(planes) * slabs[1] * numbers.itemsize), 1)))
     elements = field.reshape(*slabs, size)
     in_threads(packed, places, workers)
-    told(1)
-    stack = numbers.reshape(len(planes), -1, *space, copy=False)
-    for k, plane in enumerate(planes):
-        _transform(stack[k], axes, plane, inverse, norm, workers, told)
+    stack = numbers.reshape(len(planes), -1, space[0], slabs[1], copy=False)
+    for k in range(len(planes)):
+        _transform(stack[k : k + 1], planes[k : k + 1], range(1), inverse, norm, workers)
+        told()
     result = _empty_like(field.reshape(-1, *space, size))
     elements = result.reshape(*slabs, size, copy=False)
     in_threads(unpacked, places, workers)
-    told(1)
     first: Any = (slice(None), *(0,) * axes, slice(None))
     if not np.isfinite(result[first]).all():
         # Every number is a term of the first of the result.
@@ -177,23 +182,29 @@ def slices(length: int, size: int) -> Iterator[slice]:
 
 
 def _transform(
-    plane: Complexes,
-    axes: int,
-    directions: Directions,
+    numbers: Complexes,
+    planes: Sequence[Directions],
+    chosen: range,
     inverse: bool,
     norm: str | None,
     workers: int | None,
-    told: Callable[[int], None],
 ) -> None:
-    """One plane, in place."""
-    for along, forward in ((directions[0], not inverse), (directions[1], inverse)):
-        function = scipy.fft.fftn if forward else scipy.fft.ifftn
-        scale = norm if forward is not inverse else NORMS[norm]
-        for axis in along:
-            found = function(plane, axes=(axis - axes,), norm=scale, overwrite_x=True, workers=workers)
-            if not np.may_share_memory(found, plane):
-                plane[...] = found
-            told(1)
+    """Along the chosen axes of space, which the third axis of `numbers` begins with, in place."""
+    kept = [tuple(tuple(axis for axis in along if axis in chosen) for along in plane) for plane in planes]
+    start = 0
+    for end in range(1, len(kept) + 1):
+        if end < len(kept) and kept[end] == kept[start]:
+            continue
+        some = numbers[start:end]
+        for along, forward in zip(kept[start], (not inverse, inverse), strict=True):
+            if along:
+                function = scipy.fft.fftn if forward else scipy.fft.ifftn
+                scale = norm if forward is not inverse else NORMS[norm]
+                places = tuple(axis - chosen.start + 2 for axis in along)
+                found = function(some, axes=places, norm=scale, overwrite_x=True, workers=workers)
+                if not np.may_share_memory(found, some):
+                    some[...] = found
+        start = end
 
 
 def _dense(numbers: Complexes) -> Complexes:
