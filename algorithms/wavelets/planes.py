@@ -29,7 +29,7 @@ NORMS = {None: "forward", "backward": "forward", "forward": "backward", "ortho":
 
 _LINE = 64
 """Bytes of a line of a cache."""
-_BLOCK = 2**20
+_BLOCK = 2**21
 """Bytes of complex numbers that stay in a cache between a kernel and the planes."""
 _LONG = 4096
 """Elements in a slab from which on kernels go to the planes and back themselves."""
