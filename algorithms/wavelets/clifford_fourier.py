@@ -2,24 +2,25 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from typing import Any
-
-import numpy as np
-import scipy.fft
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from generated import sta, vga2, vga3
 
 from ..arguments import Reals, real_array
-from .quaternion_fourier import NORMS
+from .planes import Directions, Progress, through_planes
 
 _SIDES = ("right", "left")
 _PLANE, _SPACE, _SPACETIME = (-1, -1, 4), (-1, -1, -1, 8), (-1, -1, -1, -1, 16)
 _MEANING = {4: "fields M N 4 of G(2)", 8: "fields L M N 8 of G(3)"}
 
 
-def clifford_fft(field: ArrayLike, side: str = "right", norm: str | None = None, workers: int | None = None) -> Reals:
+def clifford_fft(
+    field: ArrayLike,
+    side: str = "right",
+    norm: str | None = None,
+    workers: int | None = None,
+    progress: Progress | None = None,
+) -> Reals:
     """The Clifford-Fourier transform of fields of multivectors in the plane or in space.
 
     Parameters
@@ -32,10 +33,13 @@ def clifford_fft(field: ArrayLike, side: str = "right", norm: str | None = None,
         everything and both are the same.
     norm, workers
         As in `scipy.fft`.
+    progress : function of (done, total), optional
+        Told after each of some steps how many of how many are done, for long volumes.
 
     Returns
     -------
     array, of the shape of `field`
+        Coefficients are first in memory where they are in `field`; neither order is copied.
 
     Raises
     ------
@@ -44,22 +48,28 @@ def clifford_fft(field: ArrayLike, side: str = "right", norm: str | None = None,
 
     Notes
     -----
-    Two complex transforms in G(2), four in G(3), in one call (Ebling and Scheuermann, *IEEE Trans. Visualization and
+    Two complex transforms in G(2), four in G(3) (Ebling and Scheuermann, *IEEE Trans. Visualization and
     Computer Graphics* 11:469, 2005). A convolution in G(3) has the product of the spectra as its spectrum. In G(2), e12
     anticommutes with vectors; for ``h = h_even + h_odd``, ``f * h`` has the right-sided spectrum
     ``F(w) H_even(w) + F(-w) H_odd(w)``, and not the product.
     """
-    return _clifford(field, "field", side, False, norm, workers)
+    return _clifford(field, "field", side, False, norm, workers, progress)
 
 
 def iclifford_fft(
-    spectrum: ArrayLike, side: str = "right", norm: str | None = None, workers: int | None = None
+    spectrum: ArrayLike,
+    side: str = "right",
+    norm: str | None = None,
+    workers: int | None = None,
+    progress: Progress | None = None,
 ) -> Reals:
     """The inverse of `clifford_fft` with the same options, which has the same arguments and errors."""
-    return _clifford(spectrum, "spectrum", side, True, norm, workers)
+    return _clifford(spectrum, "spectrum", side, True, norm, workers, progress)
 
 
-def spacetime_fft(field: ArrayLike, norm: str | None = None, workers: int | None = None) -> Reals:
+def spacetime_fft(
+    field: ArrayLike, norm: str | None = None, workers: int | None = None, progress: Progress | None = None
+) -> Reals:
     """The space-time Fourier transform ``exp(-e4 w t) f exp(-e123 u x)`` of fields in G(3,1).
 
     Parameters
@@ -67,8 +77,8 @@ def spacetime_fft(field: ArrayLike, norm: str | None = None, workers: int | None
     field : array_like, (..., T, L, M, N, 16)
         Elements of G(3,1) with time first, of coefficients 1 e1 e2 e3 e4 e12 e13 e23 e14 e24 e34 e123 e124 e134 e234
         e1234. The time e4 and the volume e123 have square -1 and anticommute. float32 gives float32.
-    norm, workers
-        As in `scipy.fft`.
+    norm, workers, progress
+        As in `clifford_fft`.
 
     Returns
     -------
@@ -84,15 +94,25 @@ def spacetime_fft(field: ArrayLike, norm: str | None = None, workers: int | None
     ``(f + e4 f e123)/2`` and ``(f - e4 f e123)/2`` are transformed as fields of four complex numbers each, with
     opposite directions of time (Hitzer, *Adv. Appl. Clifford Algebras* 17:497, 2007).
     """
-    return _spacetime(field, "field", False, norm, workers)
+    return _spacetime(field, "field", False, norm, workers, progress)
 
 
-def ispacetime_fft(spectrum: ArrayLike, norm: str | None = None, workers: int | None = None) -> Reals:
+def ispacetime_fft(
+    spectrum: ArrayLike, norm: str | None = None, workers: int | None = None, progress: Progress | None = None
+) -> Reals:
     """The inverse of `spacetime_fft`, which has the same arguments and errors."""
-    return _spacetime(spectrum, "spectrum", True, norm, workers)
+    return _spacetime(spectrum, "spectrum", True, norm, workers, progress)
 
 
-def _clifford(value: ArrayLike, name: str, side: str, inverse: bool, norm: str | None, workers: int | None) -> Reals:
+def _clifford(
+    value: ArrayLike,
+    name: str,
+    side: str,
+    inverse: bool,
+    norm: str | None,
+    workers: int | None,
+    progress: Progress | None,
+) -> Reals:
     if side not in _SIDES:
         raise ValueError(f"side: {side!r}; expected 'right' or 'left'")
     array = real_array(value, name)
@@ -101,71 +121,20 @@ def _clifford(value: ArrayLike, name: str, side: str, inverse: bool, norm: str |
         raise ValueError(f"{name}: shape {array.shape}; expected {_MEANING[4]} or {_MEANING[8]}")
     array = real_array(array, name, _PLANE if size == 4 else _SPACE, _MEANING[size])
     if size == 8:
-        return _through_planes(
-            array, name, vga3.pack_field, vga3.unpack_field, [((0, 1, 2), ())] * 4, inverse, norm, workers
+        return through_planes(
+            array, name, vga3.pack_field, vga3.unpack_field, [((0, 1, 2), ())] * 4, inverse, norm, workers, progress
         )
     # From the left, vectors e1 z see the exponential turned round.
-    forward: tuple[tuple[int, ...], tuple[int, ...]] = ((0, 1), ())
-    odd = forward if side == "right" else ((), (0, 1))
-    return _through_planes(array, name, vga2.pack_field, vga2.unpack_field, [forward, odd], inverse, norm, workers)
+    forward: Directions = ((0, 1), ())
+    odd: Directions = forward if side == "right" else ((), (0, 1))
+    planes = [forward, odd]
+    return through_planes(array, name, vga2.pack_field, vga2.unpack_field, planes, inverse, norm, workers, progress)
 
 
-def _spacetime(value: ArrayLike, name: str, inverse: bool, norm: str | None, workers: int | None) -> Reals:
-    array = real_array(value, name, _SPACETIME, "fields T L M N 16 of G(3,1)")
-    planes: list[Any] = [((1, 2, 3), (0,))] * 4 + [((0, 1, 2, 3), ())] * 4
-    return _through_planes(array, name, sta.pack_spacetime, sta.unpack_spacetime, planes, inverse, norm, workers)
-
-
-def _through_planes(
-    array: Reals,
-    name: str,
-    pack: Callable[..., Any],
-    unpack: Callable[..., Any],
-    planes: list[tuple[tuple[int, ...], tuple[int, ...]]],
-    inverse: bool,
-    norm: str | None,
-    workers: int | None,
+def _spacetime(
+    value: ArrayLike, name: str, inverse: bool, norm: str | None, workers: int | None, progress: Progress | None
 ) -> Reals:
-    """Between the two kernels, one call for neighbouring planes with the same signs of the exponents.
-
-    `planes` has, for every complex number, the axes of space along which its transform goes forward, and backward.
-    """
-    if norm not in NORMS:
-        raise ValueError(f"norm: {norm!r}; expected None, 'backward', 'ortho' or 'forward'")
-    axes = len(planes[0][0]) + len(planes[0][1])
-    shape = array.shape[:-1]
-    if 0 in shape[len(shape) - axes :]:
-        raise ValueError(f"{name}: shape {array.shape}; expected no empty axis")
-    parts = np.empty((len(planes), *shape, 2), array.dtype)
-    pack(array, out=tuple(parts))
-    numbers = parts.view(np.result_type(array.dtype, np.complex64))[..., 0]
-    start = 0
-    while start < len(planes):
-        end = start
-        while end < len(planes) and planes[end] == planes[start]:
-            end += 1
-        transformed = _transformed(numbers[start:end], axes, planes[start], inverse, norm, workers)
-        if not np.may_share_memory(transformed, numbers):
-            numbers[start:end] = transformed
-        start = end
-    result: Reals = unpack(*parts)
-    if not np.isfinite(result.reshape(*shape[: len(shape) - axes], -1, array.shape[-1])[..., 0, :]).all():
-        raise ValueError(f"{name}: a number, or the sum of all, is not finite; expected finite numbers")
-    return result
-
-
-def _transformed(
-    numbers: NDArray[Any],
-    axes: int,
-    directions: tuple[tuple[int, ...], tuple[int, ...]],
-    inverse: bool,
-    norm: str | None,
-    workers: int | None,
-) -> NDArray[Any]:
-    for along, forward in ((directions[0], not inverse), (directions[1], inverse)):
-        if along:
-            function = scipy.fft.fftn if forward else scipy.fft.ifftn
-            scale = norm if forward is not inverse else NORMS[norm]
-            chosen = tuple(axis - axes for axis in along)
-            numbers = function(numbers, axes=chosen, norm=scale, overwrite_x=True, workers=workers)
-    return numbers
+    array = real_array(value, name, _SPACETIME, "fields T L M N 16 of G(3,1)")
+    planes: list[Directions] = [((1, 2, 3), (0,))] * 4 + [((0, 1, 2, 3), ())] * 4
+    kernels = sta.pack_spacetime, sta.unpack_spacetime
+    return through_planes(array, name, *kernels, planes, inverse, norm, workers, progress)

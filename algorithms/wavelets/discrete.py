@@ -7,24 +7,11 @@ from functools import lru_cache
 from itertools import product
 
 import numpy as np
-import scipy.signal
 from numpy.typing import ArrayLike, NDArray
 
 from ..arguments import Reals, real_array
 from .filters import ANALYSIS, ORTHOGONAL, SYNTHESIS
-
-MODES = {
-    "symmetric": "symmetric",
-    "reflect": "reflect",
-    "zero": "constant",
-    "constant": "edge",
-    "periodic": "wrap",
-    "smooth": "smooth",
-    "antisymmetric": "antisymmetric",
-    "antireflect": "antireflect",
-    "periodization": "wrap",
-}
-"""How a signal goes on beyond its ends, in PyWavelets' words, with scipy's word for it."""
+from .polyphase import MODES, beyond, merge, split
 
 _NAMES = {"da": "H", "ad": "V", "dd": "D"}
 """Names of the details of images: of horizontal, vertical and diagonal structures."""
@@ -170,33 +157,26 @@ def discrete_wavelet(
 
 def analysis(array: Reals, filters: Filters, mode: str, axis: int) -> tuple[Reals, Reals]:
     """One level along one axis: the smoothed and the differenced half."""
-    length = len(filters.low)
-    count, first = (array.shape[axis] + length - 1) // 2, 1
+    length, size = len(filters.low), array.shape[axis]
+    count, start = (size + length - 1) // 2, 2 - length
     if mode == "periodization":
-        size = array.shape[axis] + array.shape[axis] % 2
-        places = np.arange(1 - length // 2, size - 1 + length // 2) % size
-        array = array.take(np.minimum(places, array.shape[axis] - 1), axis)
-        count, first = size // 2, length // 2
-    # Odd places of the convolution are wanted: a zero in front makes them even.
-    low, high = (
-        scipy.signal.upfirdn(np.append(0, taps).astype(array.dtype), array, 1, 2, axis, MODES[mode])
-        for taps in (filters.low, filters.high)
-    )
-    return _part(low, axis, first, count), _part(high, axis, first, count)
+        count, start = (size + 1) // 2, 1 - length // 2
+    everywhere = np.arange(count)
+    taps = np.stack([filters.low[::-1], filters.high[::-1]])
+    lines = beyond(mode, size, start, 2 * count - 2 + length)
+    return split(array, axis, 2, taps, lines, (everywhere, everywhere))
 
 
 def synthesis(smooth: Reals, rough: Reals, filters: Filters, mode: str, axis: int, size: int) -> Reals:
     """The signal of `size` numbers along an axis whose `analysis` is given."""
-    length = len(filters.low)
-    first = length - 2
-    result: Reals = np.zeros(0)
-    for k, (band, taps) in enumerate(((smooth, filters.low_back), (rough, filters.high_back))):
-        if mode == "periodization":
-            reach, count = length // 4 + 1, band.shape[axis]
-            band, first = band.take(np.arange(-reach, count + reach) % count, axis), 2 * reach + length // 2 - 1
-        part = _part(scipy.signal.upfirdn(taps.astype(band.dtype), band, 2, 1, axis), axis, first, size)
-        result = result + part if k else part
-    return result
+    half, count = len(filters.low) // 2, smooth.shape[axis]
+    # With all results numbered from 0, those before the first wanted one end with earlier numbers of the bands.
+    first = half - 1 if mode == "periodization" else 2 * half - 2
+    places = np.arange(first // 2 - half + 1, (first + size - 1) // 2 + 1)
+    if mode == "periodization":
+        places %= count
+    taps = np.stack([filters.low_back, filters.high_back])
+    return merge((smooth, rough), axis, taps, (places, places), first % 2, np.arange(size))
 
 
 def check_finite(array: Reals, name: str) -> None:
@@ -241,7 +221,3 @@ def _name(word: str) -> str:
 
 def _letters(key: str, axes: int) -> str:
     return "d" if axes == 1 else next((word for word, name in _NAMES.items() if name == key), key)
-
-
-def _part(array: Reals, axis: int, start: int, count: int) -> Reals:
-    return array[(slice(None),) * (axis % array.ndim) + (slice(start, start + count),)]

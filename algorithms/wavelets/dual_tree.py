@@ -10,8 +10,10 @@ import scipy.ndimage
 from numpy.typing import ArrayLike, NDArray
 
 from ..arguments import Reals, real_array
-from .discrete import Filters, analysis, check_finite, checked_levels, orthogonal_filters, synthesis
+from . import polyphase
+from .discrete import Filters, check_finite, checked_levels, orthogonal_filters
 from .filters import LEVEL_ONE_ANALYSIS, LEVEL_ONE_SYNTHESIS, QSHIFT
+from .polyphase import Lines, beyond
 
 Complexes = NDArray[np.complexfloating]
 
@@ -104,15 +106,18 @@ def dual_tree(
 def split(array: Reals, levels: int, first: str, later: str) -> tuple[Reals, list[dict[str, Reals]]]:
     """What is left, and the details H, V and D of each level, where samples of the trees alternate along both axes."""
     _check_filters(first, later)
-    padding = [(0, 0)] * (array.ndim - 2) + [(0, -n % 2**levels) for n in array.shape[-2:]]
-    array = np.pad(array, padding, "edge")
+    missing = [-n % 2**levels for n in array.shape[-2:]]
+    if any(missing):
+        array = np.pad(array, [(0, 0)] * (array.ndim - 2) + [(0, n) for n in missing], "edge")
     bands = []
     for level in range(levels):
-        low, high = _both(array, level, first, later, -2)
-        halves = {"a": _both(low, level, first, later, -1), "d": _both(high, level, first, later, -1)}
+        # One large piece of memory: the system gives that in large pages.
+        work = list(np.empty((6, *array.shape), array.dtype)) if level == 0 else None
+        low, high = _both(array, level, first, later, -2, work)
+        halves = {"a": _both(low, level, first, later, -1, work), "d": _both(high, level, first, later, -1, work)}
         array = halves["a"][0]
         bands.append({name: halves[word[0]]["ad".index(word[1])] for name, word in BANDS.items()})
-    return array, bands
+    return array.copy() if levels == 1 else array, bands
 
 
 def joined(approx: Reals, bands: list[dict[str, Reals]], first: str, later: str, size: tuple[int, int]) -> Reals:
@@ -126,24 +131,34 @@ def joined(approx: Reals, bands: list[dict[str, Reals]], first: str, later: str,
     return np.ascontiguousarray(array[..., : size[0], : size[1]])
 
 
-def _both(array: Reals, level: int, first: str, later: str, axis: int) -> tuple[Reals, Reals]:
+def _both(array: Reals, level: int, first: str, later: str, axis: int, work: list[Reals] | None) -> tuple[Reals, Reals]:
     """One level along one axis. The first level keeps all samples: its two trees take the even and the odd ones."""
-    if level == 0:
-        low, high = _level_one(first)[:2]
-        return _filtered(array, low, axis), _filtered(array, high, axis)
     size = array.shape[axis]
-    forth = array.take(_there_and_back(size, 0), axis)
-    low, high = analysis(forth, _later(later), "periodization", axis)
-    return low.take(_inverse(size // 2, 0), axis), high.take(_inverse(size // 2, 1), axis)
+    if level == 0:
+        out = None if work is None else (work.pop(), work.pop())
+        taps = _level_one_taps(first)
+        places = np.arange(size)
+        lines = beyond("symmetric", size, 1 - taps.shape[1] // 2, size + taps.shape[1])
+        return polyphase.split(array, axis, 1, taps, lines, (places, places), out)
+    filters = _later(later)
+    length = len(filters.low)
+    # Periodic, of the samples of the one tree forward and then those of the other one backward.
+    places = _there_and_back(size, 0)[np.arange(1 - length // 2, size - 1 + length // 2) % size]
+    to = _there_and_back(size // 2, 0), _there_and_back(size // 2, 1)
+    taps = np.stack([filters.low[::-1], filters.high[::-1]])
+    return polyphase.split(array, axis, 2, taps, Lines(places, np.empty((0, 4))), to)
 
 
 def _back(low: Reals, high: Reals, level: int, first: str, later: str, axis: int) -> Reals:
     if level == 0:
         low_back, high_back = _level_one(first)[2:]
         return _filtered(low, low_back, axis) + _filtered(high, high_back, axis)
-    half = low.shape[axis]
-    parts = low.take(_there_and_back(half, 0), axis), high.take(_there_and_back(half, 1), axis)
-    return synthesis(*parts, _later(later), "periodization", axis, 2 * half).take(_inverse(2 * half, 0), axis)
+    half, filters = low.shape[axis], _later(later)
+    start = len(filters.low) // 2 - 1
+    around = np.arange(start // 2 - start, (start + 2 * half - 1) // 2 + 1) % half
+    places = _there_and_back(half, 0)[around], _there_and_back(half, 1)[around]
+    taps = np.stack([filters.low_back, filters.high_back])
+    return polyphase.merge((low, high), axis, taps, places, start % 2, _there_and_back(2 * half, 0))
 
 
 def _filtered(array: Reals, taps: NDArray[np.float64], axis: int) -> Reals:
@@ -160,6 +175,14 @@ def _level_one(name: str) -> tuple[NDArray[np.float64], ...]:
 
 
 @lru_cache
+def _level_one_taps(name: str) -> NDArray[np.float64]:
+    """Both filters of analysis, of one even length: zeros before the shorter one, and one after both."""
+    filters = _level_one(name)[:2]
+    reach = max(map(len, filters)) // 2
+    return np.stack([np.pad(taps, (reach - len(taps) // 2, reach - len(taps) // 2 + 1)) for taps in filters])
+
+
+@lru_cache
 def _later(name: str) -> Filters:
     return orthogonal_filters(np.array(QSHIFT[name])[::-1])
 
@@ -169,11 +192,6 @@ def _there_and_back(size: int, start: int) -> NDArray[np.intp]:
     """The samples of one tree forward, then those of the other one backward."""
     forward = np.arange(start, size, 2)
     return np.concatenate([forward, np.arange(1 - start, size, 2)[::-1]])
-
-
-@lru_cache
-def _inverse(size: int, start: int) -> NDArray[np.intp]:
-    return np.argsort(_there_and_back(size, start))
 
 
 def _check_filters(first: str, later: str) -> None:

@@ -98,17 +98,22 @@ def optical_flow(first: ArrayLike, second: ArrayLike, levels: int | None = None)
     for a, b in pyramid[::-1]:
         if uv.shape[1:] != a.shape:
             uv = 2 * _enlarged(uv, a.shape)
-        bands, floors = _bands(a)
+        bands = _bands(a)
+        sizes = (bands[:, :, ::3, ::3] ** 2).sum(1)
+        floors = (_FLOOR * np.sqrt(np.median(sizes, (1, 2)))).astype(bands.dtype)
         spline = scipy.ndimage.spline_filter(b, 3, np.float32)
         for _ in range(_WARPS - (a.shape == images[0].shape)):
             moved = sampled(spline, uv) if uv.any() else b
-            change, confidence = _step(bands, floors, _bands(moved)[0])
+            change, confidence = _step(bands, floors, _bands(moved))
             uv = np.stack([median_5(part) for part in uv + change])
     return Flow(np.ascontiguousarray(np.moveaxis(uv, 0, -1), dtype), confidence.astype(dtype))
 
 
 def _step(bands: Reals, floors: Reals, moved: Reals) -> tuple[Reals, Reals]:
-    """The motion that is left, by all bands, and how sure it is. Bands are as of `_bands`."""
+    """The motion that is left, by all bands, and how sure it is.
+
+    Bands are as of `_bands`; those of smaller amplitude than their floor do not count.
+    """
     rows, columns = bands.shape[2] - 2, bands.shape[3]
     # As one line of numbers, where neighbours are so many places apart. Borders at the sides are computed, and cut off.
     lines, other = (np.swapaxes(each.reshape(len(each), 2, -1), 1, 2) for each in (bands, moved))
@@ -134,15 +139,16 @@ def _step(bands: Reals, floors: Reals, moved: Reals) -> tuple[Reals, Reals]:
         )
         total[:, first:last] += equation[:, first:last]
     sums = total.reshape(6, rows, columns)[:, :, 1:-1]
-    smooth = [filter_bank(filter_bank(part, _NEIGHBOURHOOD, 0)[0], _NEIGHBOURHOOD, 1)[0] for part in sums]
+    along = np.concatenate([filter_bank(part, _NEIGHBOURHOOD, 0)[0] for part in sums])
+    smooth = filter_bank(along, _NEIGHBOURHOOD, 1)[0].reshape(6, rows, -1)
     # Waves of size 1 give sums of about 1, so that the second part counts only where there is nothing.
     ridge = 1e-4 * (smooth[0].mean() + smooth[2].mean()) + 1e-12
     u, v, confidence = quaternion.solve_motion(*smooth, np.asarray(ridge, bands.dtype))
     return np.stack([u, v]), confidence
 
 
-def _bands(image: Reals) -> tuple[Reals, Reals]:
-    """The complex bands of an image, (K, 2, M, N), and the amplitudes below which each does not count.
+def _bands(image: Reals) -> Reals:
+    """The complex bands of an image, (K, 2, M, N).
 
     They have a border of one pixel. For each frequency: the two planes of the quaternionic filter, of diagonal waves,
     and waves along rows and columns.
@@ -156,13 +162,13 @@ def _bands(image: Reals) -> tuple[Reals, Reals]:
         len(waves), 2, *padded.shape
     )
     for k, wave in enumerate(waves):
-        even, odd = (filter_bank(part, np.array([smooth, *wave]), 1) for part in along[2 * k : 2 * k + 2])
-        result[4 * k + 2] = even[0], odd[0]
-        q = np.moveaxis(np.stack([even[1], odd[1], even[2], odd[2]]), 0, -1)
+        # Of the even part along columns and of the odd one, at once.
+        both = np.concatenate(along[2 * k : 2 * k + 2])
+        parts = filter_bank(both, np.array([smooth, *wave]), 1).reshape(3, 2, *padded.shape)
+        result[4 * k + 2] = parts[0]
+        q = np.moveaxis(parts[1:].reshape(4, *padded.shape), 0, -1)
         quaternion.pack_two_sided(q, out=tuple(np.moveaxis(result[4 * k + n], 0, -1) for n in range(2)))
-    sizes = (result[:, :, ::3, ::3] ** 2).sum(1)
-    floors = _FLOOR * np.sqrt(np.median(sizes, (1, 2)))
-    return result, floors.astype(image.dtype)
+    return result
 
 
 def _normalized(images: list[Reals]) -> tuple[Reals, ...]:
@@ -182,5 +188,13 @@ def _halved(image: Reals) -> Reals:
 
 
 def _enlarged(uv: Reals, shape: tuple[int, ...]) -> Reals:
-    places = np.meshgrid(*(np.arange(n) / 2 for n in shape), indexing="ij")
-    return np.stack([scipy.ndimage.map_coordinates(part, places, order=1, mode="nearest") for part in uv])
+    """Twice as many rows and columns, one less where they are odd, with the means of neighbours between them."""
+    for axis, size in ((1, shape[0]), (2, shape[1])):
+        lines = np.moveaxis(uv, axis, 0)
+        result = np.empty((*uv.shape[:axis], size, *uv.shape[axis + 1 :]), uv.dtype)
+        to = np.moveaxis(result, axis, 0)
+        to[::2] = lines
+        to[1 : 2 * len(lines) - 1 : 2] = (lines[:-1] + lines[1:]) / 2
+        to[2 * len(lines) - 1 :] = lines[-1]
+        uv = result
+    return uv

@@ -15,6 +15,7 @@ from generated import quaternion
 
 from ..arguments import Reals, real_array
 from .discrete import check_finite
+from .planes import NORMS
 
 Product = Callable[..., Any]
 """A generated kernel of two multivectors that is linear in both, such as ``sta.geometric_product``."""
@@ -22,8 +23,6 @@ Product = Callable[..., Any]
 Factors = Sequence[tuple[ArrayLike, Sequence[int]]]
 """Roots of -1, each with the axes whose phases it has."""
 
-_NORMS = {None: "forward", "backward": "forward", "forward": "backward", "ortho": "ortho"}
-"""scipy's norms, each with the one by which the opposite transform has the same scale."""
 _LARGEST = 6
 _SIDES = ("right", "left")
 
@@ -336,7 +335,7 @@ def _transformed(
 ) -> NDArray[Any]:
     """scipy's transform, forward or not, with the scale of the transform of which it is a part."""
     function = scipy.fft.fftn if forward else scipy.fft.ifftn
-    scale = norm if forward is not inverse else _NORMS[norm]
+    scale = norm if forward is not inverse else NORMS[norm]
     result: NDArray[Any] = function(number, axes=axes, norm=scale, overwrite_x=True, workers=workers)
     return result
 
@@ -353,7 +352,7 @@ def _field(value: ArrayLike, name: str) -> tuple[Reals, int]:
 
 
 def _check_norm(norm: str | None) -> None:
-    if norm not in _NORMS:
+    if norm not in NORMS:
         raise ValueError(f"norm: {norm!r}; expected None, 'backward', 'ortho' or 'forward'")
 
 

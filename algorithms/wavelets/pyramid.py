@@ -8,13 +8,14 @@ from typing import Any
 import numpy as np
 import scipy.sparse
 import scipy.sparse.linalg
+from numba import njit
 from numpy.typing import ArrayLike, NDArray
 
 from generated import quaternion
 
 from ..arguments import Reals, real_array
 from .discrete import check_finite, checked_levels
-from .dual_tree import joined, quads, split
+from .dual_tree import joined, split
 from .phase import quaternion_phase
 
 _FIRST, _LATER = "near_sym_b", "qshift_b"
@@ -73,7 +74,10 @@ class QuaternionPyramid:
         if kind == "dual-tree":
             approx, bands = split(array, count, _FIRST, _LATER)
             self.approx = _quaternions(approx) if count else _embedded(approx)
-            self.detail = tuple({name: _quaternions(level[name]) for name in _NAMES} for level in bands)
+            # One large piece of memory: the system gives that in large pages.
+            sizes = [level[name].size for level in bands for name in _NAMES]
+            pieces = iter(np.split(np.empty(sum(sizes), array.dtype), np.cumsum(sizes, dtype=int)[:-1]))
+            self.detail = tuple({name: _quaternions(level[name], next(pieces)) for name in _NAMES} for level in bands)
         else:
             padding = [(0, 0)] * (array.ndim - 2) + [(0, -n % 2**count) for n in array.shape[-2:]]
             planes, details = _gabor(np.pad(array, padding, "edge"), count)
@@ -119,17 +123,33 @@ class QuaternionPyramid:
         return np.ascontiguousarray(image, self.approx.dtype)
 
 
-def _quaternions(samples: Reals) -> Reals:
+def _quaternions(samples: Reals, memory: Reals | None = None) -> Reals:
     """The four trees as parts of a quaternion: i goes with x, the first axis, and j with y."""
-    a, b, c, d = quads(samples)
-    return np.stack([a, c, b, d], -1)
+    shape = samples.shape
+    memory = np.empty(samples.size, samples.dtype) if memory is None else memory
+    q = memory.reshape(*shape[:-2], shape[-2] // 2, shape[-1] // 2, 4)
+    _group(np.ascontiguousarray(samples).reshape(-1, *shape[-2:]), q.reshape(-1, *q.shape[-3:]), False)
+    return q
 
 
 def _interleaved(q: Reals) -> Reals:
     samples = np.empty((*q.shape[:-3], 2 * q.shape[-3], 2 * q.shape[-2]), q.dtype)
-    for part, k in zip(quads(samples), (0, 2, 1, 3), strict=True):
-        part[...] = q[..., k]
+    _group(samples.reshape(-1, *samples.shape[-2:]), np.ascontiguousarray(q).reshape(-1, *q.shape[-3:]), True)
     return samples
+
+
+@njit(nogil=True)
+def _group(samples: Any, q: Any, back: Any) -> None:
+    """Squares of four samples, a b over c d, to quaternions (a, c, b, d), or back."""
+    for o in range(q.shape[0]):
+        for i in range(q.shape[1]):
+            for j in range(q.shape[2]):
+                for k in range(4):
+                    row, column = 2 * i + k % 2, 2 * j + k // 2
+                    if back:
+                        samples[o, row, column] = q[o, i, j, k]
+                    else:
+                        q[o, i, j, k] = samples[o, row, column]
 
 
 def _embedded(image: Reals) -> Reals:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import lru_cache
 from typing import Any
 
 import numpy as np
@@ -29,13 +30,11 @@ def filter_bank(image: Reals, taps: NDArray[np.float64], axis: int) -> Reals:
     array, (T, M, N)
     """
     result = np.empty((len(taps), *image.shape), image.dtype)
-    reach = taps.shape[1] // 2
-    weights = np.ascontiguousarray(taps[:, ::-1], image.dtype)
-    if axis == 0:
-        places = np.pad(np.arange(len(image)), reach, "symmetric")
-        _along_columns(np.ascontiguousarray(image), weights, places, result)
-    else:
-        _along_rows(np.pad(image, [(0, 0), (reach, reach)], "symmetric"), weights, result)
+    # Zeros make the number of taps a multiple of four.
+    weights = np.zeros((len(taps), -(-taps.shape[1] // 4) * 4), image.dtype)
+    weights[:, : taps.shape[1]] = taps[:, ::-1]
+    places = _mirrored(image.shape[axis], taps.shape[1] // 2, weights.shape[1])
+    (_along_columns if axis == 0 else _along_rows)(np.ascontiguousarray(image), weights, places, result)
     return result
 
 
@@ -65,8 +64,19 @@ def sampled(spline: Reals, uv: Reals) -> Reals:
     return result
 
 
+@lru_cache
+def _mirrored(size: int, reach: int, taps: int) -> NDArray[np.intp]:
+    """The places that filters see, from `reach` before the first one on."""
+    r = np.arange(-reach, size - reach + taps - 1) % (2 * size)
+    return np.minimum(r, 2 * size - 1 - r)
+
+
+@lru_cache
 def _network(size: int) -> NDArray[np.intp]:
-    """Pairs to compare and exchange: Batcher's merge exchange (Knuth, *The Art of Computer Programming* 3, 5.2.2 M)."""
+    """Pairs to compare and exchange so that the middle one of an odd number of places has the median.
+
+    Batcher's merge exchange (Knuth, *The Art of Computer Programming* 3, 5.2.2 M), less what the middle does not see.
+    """
     pairs = []
     top = 1 << (size - 1).bit_length() - 1
     p = top
@@ -78,34 +88,74 @@ def _network(size: int) -> NDArray[np.intp]:
                 break
             d, q, r = q - p, q >> 1, p
         p >>= 1
-    return np.array(pairs)
+    seen, kept = {size // 2}, []
+    for pair in pairs[::-1]:
+        if not seen.isdisjoint(pair):
+            seen.update(pair)
+            kept.append(pair)
+    return np.array(kept[::-1])
 
 
-@njit
+@njit(nogil=True, fastmath={"contract"})
+def _four(out: Any, a: Any, b: Any, c: Any, d: Any, w: Any, fresh: Any) -> None:
+    """Four terms at once, as what is added to goes through memory."""
+    p, q, r, s = w[0], w[1], w[2], w[3]
+    if fresh:
+        for x in range(out.size):
+            out[x] = p * a[x] + q * b[x] + r * c[x] + s * d[x]
+    else:
+        for x in range(out.size):
+            out[x] += p * a[x] + q * b[x] + r * c[x] + s * d[x]
+
+
+@njit(nogil=True, fastmath={"contract"})
+def _four_twice(out: Any, other: Any, a: Any, b: Any, c: Any, d: Any, w: Any, v: Any, fresh: Any) -> None:
+    """As `_four`, for two filters."""
+    p, q, r, s = w[0], w[1], w[2], w[3]
+    e, f, g, h = v[0], v[1], v[2], v[3]
+    if fresh:
+        for x in range(out.size):
+            out[x] = p * a[x] + q * b[x] + r * c[x] + s * d[x]
+            other[x] = e * a[x] + f * b[x] + g * c[x] + h * d[x]
+    else:
+        for x in range(out.size):
+            out[x] += p * a[x] + q * b[x] + r * c[x] + s * d[x]
+            other[x] += e * a[x] + f * b[x] + g * c[x] + h * d[x]
+
+
+@njit(nogil=True)
+def _filters(result: Any, row: Any, a: Any, b: Any, c: Any, d: Any, weights: Any, k: Any) -> None:
+    """What four lines add to a row of all results."""
+    t = 0
+    while t < weights.shape[0]:
+        w, v = weights[t, k : k + 4], weights[min(t + 1, weights.shape[0] - 1), k : k + 4]
+        if t + 1 < weights.shape[0]:
+            _four_twice(result[t, row], result[t + 1, row], a, b, c, d, w, v, k == 0)
+        else:
+            _four(result[t, row], a, b, c, d, w, k == 0)
+        t += 2
+
+
+@njit(nogil=True)
 def _along_columns(image: Any, weights: Any, places: Any, result: Any) -> None:
     for row in range(image.shape[0]):
-        for t in range(weights.shape[0]):
-            out = result[t, row]
-            out[:] = 0
-            for k in range(weights.shape[1]):
-                line, weight = image[places[row + k]], weights[t, k]
-                for x in range(out.size):
-                    out[x] += weight * line[x]
+        for k in range(0, weights.shape[1], 4):
+            at = places[row + k : row + k + 4]
+            _filters(result, row, image[at[0]], image[at[1]], image[at[2]], image[at[3]], weights, k)
 
 
-@njit
-def _along_rows(padded: Any, weights: Any, result: Any) -> None:
-    for row in range(padded.shape[0]):
-        for t in range(weights.shape[0]):
-            out = result[t, row]
-            out[:] = 0
-            for k in range(weights.shape[1]):
-                line, weight = padded[row, k : k + out.size], weights[t, k]
-                for x in range(out.size):
-                    out[x] += weight * line[x]
+@njit(nogil=True)
+def _along_rows(image: Any, weights: Any, places: Any, result: Any) -> None:
+    size = image.shape[1]
+    line = np.empty(places.size, image.dtype)
+    for row in range(image.shape[0]):
+        for n in range(places.size):
+            line[n] = image[row, places[n]]
+        for k in range(0, weights.shape[1], 4):
+            _filters(result, row, line[k : k + size], line[k + 1 :], line[k + 2 :], line[k + 3 :], weights, k)
 
 
-@njit
+@njit(nogil=True)
 def _medians(padded: Any, pairs: Any, result: Any) -> None:
     rows, columns = result.shape
     block = np.empty((25, _BLOCK), padded.dtype)
@@ -139,7 +189,7 @@ def _weights(t: Any) -> Any:
     return s * s * s / 6, (4 - 3 * t * t * (2 - t)) / 6, (4 - 3 * s * s * (2 - s)) / 6, t * t * t / 6
 
 
-@njit
+@njit(nogil=True)
 def _sampled(spline: Any, uv: Any, result: Any) -> None:
     rows, columns = result.shape
     for row in range(rows):

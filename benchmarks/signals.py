@@ -1,0 +1,204 @@
+"""Transforms of signals beside the complex transforms that they are made of, and beside named peers."""
+
+from __future__ import annotations
+
+import argparse
+import importlib
+import importlib.util
+import sys
+import time
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import scipy.fft
+import scipy.ndimage
+from rich.console import Console
+from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
+
+from algorithms.wavelets import (
+    QuaternionPyramid,
+    clifford_fft,
+    discrete_wavelet,
+    dual_tree,
+    optical_flow,
+    qft,
+    rqft,
+)
+
+from .counts import write
+from .machine import version
+
+PAGE = Path("docs/signals.md")
+REPEATS = 11
+
+Call = Callable[[], object]
+
+
+@dataclass(frozen=True, slots=True)
+class Row:
+    """One transform beside what it is compared with.
+
+    Attributes
+    ----------
+    title : str
+    peer : str
+        What it is compared with, or "" where the time itself is the figure.
+    own, other : float
+        The least seconds of a call; `other` is 0 without a peer.
+    most : float
+        The goal: for the ratio, or for the seconds where there is no peer.
+    """
+
+    title: str
+    peer: str
+    own: float
+    other: float
+    most: float
+
+    @property
+    def figure(self) -> float:
+        """The ratio, or the seconds."""
+        return self.own / self.other if self.peer else self.own
+
+
+def cases(size: int) -> list[tuple[str, str, Call, Call | None, float]]:
+    """Title, peer, own call, the peer's call and the goal, for images and volumes of some size (512: of the goals)."""
+    rng = np.random.default_rng(0)
+    field = rng.normal(size=(2 * size, 2 * size, 4))
+    single, first = field.astype(np.float32), np.moveaxis(np.moveaxis(field, -1, 0).copy(), 0, -1)
+    image = field[..., 0].copy()
+    plane = field[..., 0] + 1j * field[..., 1]
+    thin = plane.astype(np.complex64)
+    side = size // 8
+    volume = rng.normal(size=(side, side, side, 8))
+    cube = volume[..., 0] + 1j * volume[..., 1]
+    small = rng.normal(size=(size, size))
+    smooth = scipy.ndimage.gaussian_filter(rng.normal(size=(size + 18, size + 18)), 1.2)
+    a, b = smooth[4 : size + 4, 4 : size + 4], smooth[2 : size + 2, 5 : size + 5]
+
+    def fft2(times: int, array: Any) -> Call:
+        return lambda: [scipy.fft.fft2(array) for _ in range(times)]
+
+    two, thin_two = "two complex FFTs", "two complex64 FFTs"
+    found: list[tuple[str, str, Call, Call | None, float]] = [
+        (f"`qft`, {2 * size}² quaternions", two, lambda: qft(field), fft2(2, plane), 1.1),
+        ("the same, coefficients first", two, lambda: qft(first), fft2(2, plane), 1.1),
+        ("the same, float32", thin_two, lambda: qft(single), fft2(2, thin), 1.1),
+        ("the same, from the left", two, lambda: qft(field, side="left"), fft2(2, plane), 1.1),
+        ("the same, axes j and k", two, lambda: qft(field, axes=("j", "k")), fft2(2, plane), 1.1),
+        (f"`qft`, {2 * size}² real numbers", two, lambda: qft(image), fft2(2, plane), 0.6),
+        (f"`rqft`, {2 * size}² real numbers", two, lambda: rqft(image), fft2(2, plane), 0.6),
+        (
+            f"`clifford_fft`, {side}³ of G(3)",
+            "four complex FFTs",
+            lambda: clifford_fft(volume),
+            lambda: [scipy.fft.fftn(cube) for _ in range(4)],
+            1.2,
+        ),
+    ]
+    if importlib.util.find_spec("cv2"):
+        cv2: Any = importlib.import_module("cv2")
+        if hasattr(cv2, "ximgproc"):
+            found.append(
+                ("`qft` beside OpenCV", "`qdft`", lambda: qft(field), lambda: cv2.ximgproc.qdft(field, 0, True), 1 / 3)
+            )
+    if importlib.util.find_spec("pywt"):
+        pywt: Any = importlib.import_module("pywt")
+        for name in ("haar", "db4", "sym8", "bior4.4"):
+            coefficients, pyramid = pywt.wavedec2(small, name), discrete_wavelet(small, name)
+            forth: Any = (lambda name=name: discrete_wavelet(small, name), lambda name=name: pywt.wavedec2(small, name))
+            back: Any = (pyramid.inverse, lambda c=coefficients, name=name: pywt.waverec2(c, name))
+            found += [
+                (f"`discrete_wavelet`, {size}², {name}", "PyWavelets", *forth, 1.2),
+                ("its inverse", "PyWavelets", *back, 1.2),
+            ]
+    levels = 4
+    quaternions = QuaternionPyramid(small, levels)
+    found += [
+        (f"`QuaternionPyramid`, {size}², {levels} levels", "", lambda: QuaternionPyramid(small, levels), None, 0.012),
+        ("its inverse", "", quaternions.inverse, None, 0.033),
+        (f"`dual_tree`, {size}², {levels} levels", "", lambda: dual_tree(small, levels), None, 0.033),
+        (f"`optical_flow`, {size}²", "", lambda: optical_flow(a, b), None, 0.15),
+    ]
+    return found
+
+
+def least(calls: Mapping[str, Call], repeats: int) -> dict[str, float]:
+    """The least seconds of each of some calls, taken in turns: other work on the machine strikes all alike."""
+    times = {}
+    for name, call in calls.items():
+        call()
+        times[name] = float("inf")
+    for _ in range(repeats):
+        for name, call in calls.items():
+            start = time.perf_counter()
+            call()
+            times[name] = min(times[name], time.perf_counter() - start)
+    return times
+
+
+def page(rows: Sequence[Row]) -> str:
+    """The page in Markdown."""
+    missed = [f"{row.title} ({_figure(row)})" for row in rows if row.figure > row.most]
+    lines = [
+        "# Transforms of signals",
+        "",
+        f"Written by `python -m benchmarks signals`; numpy {version('numpy')}, scipy {version('scipy')}, numba",
+        f"{version('numba')}. Milliseconds of a call, float64 and one thread, the least of several taken in turns with",
+        "those of what it is compared with, and the ratio. Goals are upper bounds of the ratio, or of the time where",
+        "there is none.",
+        "",
+        "| | ms | beside | ms | ratio | goal |",
+        "|---|---:|---|---:|---:|---:|",
+    ]
+    for row in rows:
+        other = (row.peer, f"{row.other * 1e3:.2f}", f"**{row.figure:.2f}**", f"{row.most:.2f}")
+        cells = other if row.peer else ("", "", "", f"{row.most * 1e3:.0f} ms")
+        lines.append(f"| {row.title} | {row.own * 1e3:.2f} | {' | '.join(cells)} |")
+    lines += ["", f"Missed: {'; '.join(missed)}." if missed else "No goal is missed."]
+    return "\n".join(lines) + "\n"
+
+
+def _figure(row: Row) -> str:
+    return f"{row.figure:.2f}" if row.peer else f"{row.figure * 1e3:.1f} ms"
+
+
+def main(arguments: list[str] | None = None) -> int:
+    """Measure, and write the page.
+
+    Parameters
+    ----------
+    arguments : list of str, optional
+        Of the command line; left out, those of the process.
+    """
+    options = _parser().parse_args(arguments)
+    out: Path = options.out
+    rows = []
+    console = Console(stderr=True)
+    columns = (TextColumn("{task.description:<44}"), BarColumn(), MofNCompleteColumn(), TimeElapsedColumn())
+    with Progress(*columns, console=console, disable=not console.is_terminal) as bar:
+        wanted = cases(64 if options.quick else 512)
+        task = bar.add_task("signals", total=len(wanted))
+        for title, peer, own, other, most in wanted:
+            bar.update(task, description=title)
+            calls = {"own": own} if other is None else {"own": own, "other": other}
+            times = least(calls, 1 if options.quick else REPEATS)
+            rows.append(Row(title, peer, times["own"], times.get("other", 0.0), most))
+            bar.advance(task)
+    try:
+        write(out, page(rows))
+    except OSError as error:
+        print(f"signals: {out}: {error.strerror}; expected a file to write to; choose one with --out", file=sys.stderr)
+        return 1
+    print(f"{out}: {len(rows)} transforms")
+    return 0
+
+
+def _parser() -> argparse.ArgumentParser:
+    parser = argparse.ArgumentParser(prog="python -m benchmarks signals", description=__doc__)
+    parser.add_argument("--quick", action="store_true", help="see that everything works; figures not for quoting")
+    parser.add_argument("--out", type=Path, default=PAGE, metavar="FILE", help="the page to write [%(default)s]")
+    return parser
