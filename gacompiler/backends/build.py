@@ -23,8 +23,8 @@ FLAGS = ("-std=c17", "-fPIC", "-ffp-contract=off", "-fno-math-errno")
 """No flag depends on the machine: the loops carry code for wide vectors and choose when they are loaded."""
 
 GCC_FLAGS = ("-O1", "-fexpensive-optimizations", "-ftree-loop-vectorize", "-fvect-cost-model=dynamic", "-fpeel-loops")
-"""What vectorised straight-line code profits from: as fast as with -O3, and compiled in two thirds of the time. With the
-second, gcc clears the upper halves of registers after a loop: without, what runs next took twice as long where it was
+"""What vectorised straight-line code profits from: as fast as with -O3, and compiled in two thirds of the time. By the
+second, gcc clears the upper halves of registers after a loop: without, what ran next took twice as long where it was
 compiled for SSE, as scipy's transforms are."""
 
 OTHER_FLAGS = ("-O3",)
