@@ -12,7 +12,7 @@ from algorithms.wavelets import discrete_wavelet, dual_tree, wavelet_filters
 from algorithms.wavelets.discrete import MODES, analysis
 from algorithms.wavelets.filters import ANALYSIS, LEVEL_ONE_ANALYSIS, LEVEL_ONE_SYNTHESIS, ORTHOGONAL, QSHIFT
 
-KNOWN = Path(__file__).parent / "known" / "dtcwt.npz"
+KNOWN = Path(__file__).parent / "golden" / "dtcwt.npz"
 """Coefficients of a random image of 16 x 24 pixels, of the dtcwt package run in its own environment."""
 
 FEW = ("haar", "db2", "db7", "sym5", "coif2", "bior1.3", "bior3.5", "bior6.8")

@@ -11,7 +11,7 @@ from test_wavelets import exponential, product
 
 from algorithms.wavelets import QuaternionPyramid, dual_tree, gabor_bank, qft, quaternion_phase
 
-KNOWN = Path(__file__).parent / "known" / "dtcwt.npz"
+KNOWN = Path(__file__).parent / "golden" / "dtcwt.npz"
 
 
 def normal(*shape: int, seed: int = 0) -> np.ndarray:

@@ -12,7 +12,7 @@ from test_wavelets_fields import exponential as turn
 
 from algorithms.wavelets import clifford_fft, iclifford_fft, iqft, qft, spacetime_fft
 
-KNOWN = Path(__file__).parent / "known" / "opencv_qdft.npz"
+KNOWN = Path(__file__).parent / "golden" / "opencv_qdft.npz"
 UNITS = np.eye(4)
 
 

@@ -1,7 +1,7 @@
 """Makes ``dtcwt.npz``: coefficients of the dtcwt package 0.14, in an environment of its own, as it needs numpy below 2.
 
 python -m venv peer && peer/bin/pip install "numpy<2" dtcwt==0.14.0
-peer/bin/python tests/known/make_dtcwt.py
+peer/bin/python tests/golden/make_dtcwt.py
 """
 
 from __future__ import annotations

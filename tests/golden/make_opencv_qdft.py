@@ -1,7 +1,7 @@
 """Makes ``opencv_qdft.npz``: OpenCV's quaternion Fourier transform, of its extra modules, in an environment of its own.
 
 python -m venv peer && peer/bin/pip install opencv-contrib-python-headless==4.10.0.84
-peer/bin/python tests/known/make_opencv_qdft.py
+peer/bin/python tests/golden/make_opencv_qdft.py
 """
 
 from __future__ import annotations
