@@ -317,7 +317,8 @@ class Dynamics(Differential):
             if torque is not None:
                 for time, place, speed, force in zip(times, x, v, forces, strict=True):
                     force.reshape(*shape, -1)[...] = torque(time, place.reshape(*shape, -1), speed.reshape(*shape, -1))
-            return self.forward_dynamics(x, v, forces)
+            with np.errstate(over="ignore", invalid="ignore"):  # what diverges is told of in words
+                return self.forward_dynamics(x, v, forces)
 
         accelerations = np.repeat(rates(np.zeros(1), position[None], speed[None]), len(_TIMES), axis=0)
         for k in range(n_steps):
