@@ -44,10 +44,9 @@ lint: .venv/.installed ## Check style and formatting
 types: .venv/.installed ## Check types
 	$(BIN)/mypy
 
-bench: build ## Measure generation and kernels beside peers; write docs/benchmarks.md, numba.md and subspaces.md
+bench: build ## Measure generation, kernels and algorithms beside peers; write the pages of figures in docs
 	$(BIN)/python -m benchmarks
-	$(BIN)/python -m benchmarks chain
-	$(BIN)/python -m benchmarks subspaces
+	@for page in chain subspaces toolkit robots signals vision; do $(BIN)/python -m benchmarks $$page || exit; done
 
 counts: .venv/.installed ## Count operations of known expressions beside kingdon; write docs/operation-counts.md
 	$(BIN)/python -m benchmarks counts

@@ -246,6 +246,8 @@ def test_operands_mix() -> None:
         (lambda a: exp(3), "a multivector"),
         (lambda a: reduce(x), "a multivector"),
         (lambda a: a * VGA3_OBJECTS.vector(1, 2, 3), "to_kernel"),
+        (lambda a: VGA3_OBJECTS.vector(1, 2, 3) * a, "to_kernel"),
+        (lambda a: gacompiler.exp(a ^ symbols("b", layout=VGA3.VECTOR)), "gacompiler.symbolic"),
         (lambda a: a.subs("e1", 2), "a symbol"),
     ],
 )

@@ -13,6 +13,7 @@ from ..algebra.layout import SCALARS
 from ..algebra.multivector import Multivector
 from ..algebra.operations import OPERATIONS
 from ..algebra.versors import SMALL_DIMENSION, conjugate_factors
+from ..errors import AlgebraError
 from .expression import ASSEMBLE, Expression, lift, node
 
 
@@ -228,13 +229,25 @@ def equal(a: Any, b: Any) -> Any:
 def select(condition: Any, a: Any, b: Any) -> Any:
     """`a` where the scalar `condition` is not zero, else `b`; blade by blade when they are multivectors."""
     if not any(isinstance(x, Expression) for x in (condition, a, b)):
-        return a if condition else b
+        return a if _is_true(condition) else b
     x, y = lift(a), lift(b)
     if x.is_scalar and y.is_scalar:
         return node("select", condition, x, y)
     algebra = x.algebra if x.algebra != SCALARS else y.algebra
     names = [algebra.spelling(blade)[1] for blade in sorted(x.blades | y.blades)]
     return assemble(algebra, {name: node("select", condition, _part(x, name), _part(y, name)) for name in names})
+
+
+def _is_true(condition: Any) -> bool:
+    try:
+        return bool(condition)
+    except TypeError as error:
+        raise AlgebraError(
+            "select()",
+            f"whether {condition} is not known",
+            "numbers, or parameters of a kernel",
+            "functions of formulas, such as exp, are in gacompiler.symbolic",
+        ) from error
 
 
 def _part(x: Expression, name: str) -> Expression:

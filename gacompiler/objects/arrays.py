@@ -604,7 +604,15 @@ def _lifted(where: str, operand: Any) -> tuple[Layout, np.ndarray[Any, Any]]:
 def from_exact(element: Multivector) -> MultivectorArray:
     """A multivector of the algebra layer, with its coefficients as doubles."""
     layout = layout_of(element.algebra, element.terms or {0})
-    values = np.array([float(element.terms.get(slot.blade, 0)) * slot.sign for slot in layout.stored])
+    try:
+        values = np.array([float(element.terms.get(slot.blade, 0)) * slot.sign for slot in layout.stored])
+    except TypeError as error:
+        raise AlgebraError(
+            "operand of an object",
+            f"formulas as coefficients: {element}",
+            "numbers",
+            "substitute numbers, or make a kernel of the formula with gacompiler.symbolic.to_kernel() and call that",
+        ) from error
     return wrap(layout, values)  # type: ignore[no-any-return]
 
 
