@@ -56,6 +56,7 @@ def tables(text: str) -> dict[str, list[list[str]]]:
     return found
 
 
+@pytest.mark.peers
 def test_a_quick_run_writes_the_page(tmp_path: Path) -> None:
     out = tmp_path / "page.md"
     done = run("--quick", "--sizes", "1", "8", "--out", str(out))

@@ -13,6 +13,7 @@ ROOT = Path(__file__).parent.parent
 sys.path.append(str(ROOT))
 
 
+@pytest.mark.peers
 def test_a_quick_run_writes_the_page(tmp_path: Path) -> None:
     pytest.importorskip("numba")
     if not any((ROOT / "generated" / "_build").glob("pga3-*")):

@@ -432,11 +432,15 @@ def test_relations_are_meaning() -> None:
 
 
 @alone
-def test_values_do_not_leak(module: ModuleType) -> None:
+def test_values_do_not_leak(ways: dict[str, ModuleType]) -> None:
+    """Of the extension, which counts references itself."""
+    if "extension" not in ways:
+        pytest.skip("not built")
+    module = ways["extension"]
     v = random_values(module)
     motor, point, line = v["Motor"], v["Point"], v["Line"]
     held = [motor, point, line, module.Motor, module.Point, module.Line, module._operate, None]
-    turns = 10_000 if module._extension is not None else 1_000
+    turns = 10_000
 
     def calls() -> None:
         hash((motor * motor)(point & point))
@@ -496,7 +500,7 @@ def test_random_operations_never_crash(ways: dict[str, ModuleType]) -> None:
 
 
 def test_values_outlive_their_module(ways: dict[str, ModuleType]) -> None:
-    for turn in range(3):
+    for turn in range(2):
         for way, module in ways.items():
             again = load(Path(str(module.__file__)), f"again_{way}_{turn}")
             motor = random_values(again)["Motor"]
