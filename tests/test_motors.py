@@ -40,7 +40,7 @@ from algorithms.motors import (
     sclerp,
     slerp,
 )
-from generated import pga3
+from generated import cga3, pga3
 
 
 @pytest.fixture
@@ -294,18 +294,29 @@ def test_data_that_do_not_determine_the_motion_say_so(rng: np.random.Generator) 
         motor_from_points(np.eye(3), np.eye(3), [-1, 1, 1])
 
 
-@pytest.mark.parametrize("kinds", ["points", "lines", "planes", "points lines", "points planes", "lines planes", "all"])
+@pytest.mark.parametrize(
+    "kinds",
+    [
+        *("points", "lines", "planes", "spheres", "circles"),
+        *("points lines", "points planes", "lines planes", "points spheres", "planes circles", "all"),
+    ],
+)
 def test_motors_from_objects_of_all_kinds(rng: np.random.Generator, kinds: str) -> None:
     """Exact objects, moved by matrices: points by them, lines by two points, planes by their normal and a point."""
-    chosen = ["points", "lines", "planes"] if kinds == "all" else kinds.split()
+    chosen = ["points", "lines", "planes", "spheres", "circles"] if kinds == "all" else kinds.split()
     n, count = 200, 4
     matrices = poses(rng, n)
     p, q, d = rng.normal(size=(3, n, count, 3))
     moved, there = (apply(matrices[:, None], x) for x in (p, q))
+    radii = rng.uniform(0.1, 4, size=(n, count))
     pairs = {
         "points": (p, moved),
         "lines": (line_of(p, q - p), line_of(moved, there - moved)),
         "planes": (plane_of(d, p), plane_of(turn(matrices[:, None], d), moved)),
+        "spheres": tuple(cga3.sphere_from_centre_radius_squared(x, radii) for x in (p, moved)),
+        "circles": tuple(
+            cga3.circle_from_centre(x, normal, radii) for x, normal in ((q, d), (there, turn(matrices[:, None], d)))
+        ),
     }
     found = motor_from_objects(**{name: pairs[name] for name in chosen})
     assert found.determined.all()
@@ -325,6 +336,8 @@ def test_motors_from_noisy_points_and_objects_that_are_too_few(rng: np.random.Ge
     assert not motor_from_objects(planes=(plane, plane)).determined.any(), "two planes slide along their line"
     with pytest.raises(ValueError, match="none; expected at least one object"):
         motor_from_objects()
+    one = cga3.circle_from_centre(a[:, :1], b[:, :1], np.ones((50, 1)))
+    assert not motor_from_objects(circles=(one, one)).determined.any(), "it may turn about its axis"
     with pytest.raises(ValueError, match="lines: 1 and 2 of them"):
         motor_from_objects(lines=(np.ones((1, 6)), np.ones((2, 6))))
 

@@ -15,6 +15,7 @@ DFM = "Dorst, Fontijne and Mann, *Geometric Algebra for Computer Science*, 2007,
 ROELFS = "Roelfs and De Keninck, *Graded Symmetry Groups*, 2023"
 
 GEOMETRY, SUBSPACES = "test_geometry.py::test_", "test_subspaces.py::test_"
+ROUNDS = "test_geometry_rounds.py::test_"
 VERSORS, BIVECTORS = "test_subspaces_versors.py::test_", "test_subspaces_bivectors.py::test_"
 
 ENTRIES = (
@@ -59,6 +60,12 @@ ENTRIES = (
     """),
     *rows("geometry", DORST, GEOMETRY + "fits_of_noisy_points_are_least_squares", """
         circle, sphere nearest to points: fit_circle fit_sphere
+    """),
+    *rows("geometry", VECTORS, ROUNDS + "with_noise_no_fit_is_better", """
+        cylinder, cone nearest to points: fit_cylinder fit_cone
+    """),
+    *rows("geometry", VECTORS, ROUNDS + "rays_through_a_convex_hull", """
+        first hit of a ray on a mesh: hit_mesh
     """),
     *rows("geometry", BOOK, GEOMETRY + "cycloidal_curves", """
         epicycloids, hypocycloids, trochoids, ellipses: cycloidal_curve

@@ -335,7 +335,7 @@ ENTRIES = (
         motor of points, with status: motor_from_points
     """),
     *rows("motors", "Wahba 1965; Davenport 1968", ALGORITHMS + "motors_from_objects_of_all_kinds", """
-        motion of points, lines and planes, mixed: motor_from_objects
+        motion of points, lines, planes, spheres and circles, mixed: motor_from_objects
     """),
     *rows("motors", DORAN, ALGORITHMS + "rotors_from_oblique_frames", """
         rotor of frames: rotor_from_frames

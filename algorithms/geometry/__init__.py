@@ -2,7 +2,9 @@
 
 from .circles import NearestOnCircles, nearest_on_circles
 from .fits import Fit, fit_circle, fit_line, fit_plane, fit_sphere
+from .meshes import MeshHit, hit_mesh
 from .pairs import KINDS, Meet, angle, distance, meet, project
+from .round_fits import ConeFit, CylinderFit, fit_cone, fit_cylinder
 from .surfaces import (
     cone,
     cone_over,
@@ -19,8 +21,11 @@ from .versors import similarity_between, versor_between
 
 __all__ = [
     "KINDS",
+    "ConeFit",
+    "CylinderFit",
     "Fit",
     "Meet",
+    "MeshHit",
     "NearestOnCircles",
     "angle",
     "cone",
@@ -32,10 +37,13 @@ __all__ = [
     "distance",
     "ellipsoid",
     "fit_circle",
+    "fit_cone",
+    "fit_cylinder",
     "fit_line",
     "fit_plane",
     "fit_sphere",
     "helicoid",
+    "hit_mesh",
     "hyperboloid",
     "meet",
     "nearest_on_circles",

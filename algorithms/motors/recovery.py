@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
-from generated import pga3
+from generated import cga3, pga3
 
 from ..arguments import Reals, real_array
 
@@ -141,8 +141,10 @@ def motor_from_objects(
     points: tuple[ArrayLike, ArrayLike] | None = None,
     lines: tuple[ArrayLike, ArrayLike] | None = None,
     planes: tuple[ArrayLike, ArrayLike] | None = None,
+    spheres: tuple[ArrayLike, ArrayLike] | None = None,
+    circles: tuple[ArrayLike, ArrayLike] | None = None,
 ) -> MotorFit:
-    """The rigid motion that takes points, directed lines and oriented planes to given ones, mixed as they come.
+    """The rigid motion that takes points, directed lines, oriented planes, spheres and circles to given ones, mixed.
 
     The rotation is that of `rotor_from_vectors` for the directions, the normals and the points less their centroid; the
     translation has the least sum of squares of what remains: distances of points, moments of lines, offsets of planes.
@@ -156,6 +158,10 @@ def motor_from_objects(
         Lines of `generated.pga3` and what they should become; they are normalised, so that all count the same.
     planes : pair of array_like, (..., n, 4), optional
         Planes of `generated.pga3`, likewise.
+    spheres : pair of array_like, (..., n, 5), optional
+        Spheres of `generated.cga3`: each counts as its centre. Radii, which no motion changes, are not compared.
+    circles : pair of array_like, (..., n, 10), optional
+        Oriented circles of `generated.cga3`: each counts as its centre and as the line through it, along its normal.
 
     Returns
     -------
@@ -167,10 +173,12 @@ def motor_from_objects(
     TypeError, ValueError
         Where an argument has another shape or type, or there is no object at all.
     """
-    given = {"points": (points, 3), "lines": (lines, 6), "planes": (planes, 4)}
-    known = {name: _both(pair, name, size) for name, (pair, size) in given.items() if pair is not None}
+    sizes = {"points": 3, "lines": 6, "planes": 4, "spheres": 5, "circles": 10}
+    given = dict(zip(sizes, (points, lines, planes, spheres, circles), strict=True))
+    known = {name: _both(pair, name, sizes[name]) for name, pair in given.items() if pair is not None}
     if not sum(one.shape[-2] for one, _ in known.values()):
-        raise ValueError("points, lines, planes: none; expected at least one object")
+        raise ValueError("points, lines, planes, spheres, circles: none; expected at least one object")
+    _take_rounds(known)
     leading = np.broadcast_shapes(*(each.shape[:-2] for pair in known.values() for each in pair))
     for name, (one, two) in known.items():
         known[name] = _spread_over(leading, one), _spread_over(leading, two)
@@ -188,6 +196,31 @@ def motor_from_objects(
     return MotorFit(motor, np.sqrt(np.sum(off * off, -1) / count), fit.determined & full)
 
 
+def _take_rounds(known: dict[str, tuple[Reals, Reals]]) -> None:
+    """Spheres and circles as the points and lines that they count as."""
+    further: list[tuple[str, tuple[Reals, Reals]]] = []
+    if "spheres" in known:
+        one, two = known.pop("spheres")
+        further.append(("points", (cga3.sphere_centre(one), cga3.sphere_centre(two))))
+    if "circles" in known:
+        pair = known.pop("circles")
+        places = tuple(cga3.circle_centre(each) for each in pair)
+        lines = (
+            pga3.join_point_direction(place, cga3.circle_normal(each)) for place, each in zip(places, pair, strict=True)
+        )
+        one, two = (pga3.normalize_line(line) for line in lines)
+        further += [("points", (places[0], places[1])), ("lines", (one, two))]
+    for name, (one, two) in further:
+        if name not in known:
+            known[name] = one, two
+            continue
+        leading = np.broadcast_shapes(*(each.shape[:-2] for each in (one, *known[name])))
+        known[name] = (
+            np.concatenate([_spread_over(leading, known[name][0]), _spread_over(leading, one)], -2),
+            np.concatenate([_spread_over(leading, known[name][1]), _spread_over(leading, two)], -2),
+        )
+
+
 def _spread_over(leading: tuple[int, ...], rows: Reals) -> Reals:
     return np.broadcast_to(rows, leading + rows.shape[-2:])
 
@@ -196,7 +229,7 @@ def _both(pair: tuple[ArrayLike, ArrayLike], name: str, size: int) -> tuple[Real
     one, two = (real_array(each, name, (-1, size), f"{name} as rows") for each in pair)
     if one.shape[-2] != two.shape[-2]:
         raise ValueError(f"{name}: {one.shape[-2]} and {two.shape[-2]} of them; expected as many of both")
-    if name == "points":
+    if name in ("points", "spheres", "circles"):
         return one, two
     unit = pga3.normalize_line if name == "lines" else pga3.normalize_plane
     return unit(one), unit(two)

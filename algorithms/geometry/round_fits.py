@@ -1,0 +1,222 @@
+"""Cylinders and cones near many points: the best of many directions to begin with, then the least squared distances."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from generated import cga3
+
+from ..arguments import Reals, real_array
+from .fits import _circle_after, _descend, _frame
+
+DIRECTIONS = 400
+"""How many directions of an axis are tried, evenly over half of a sphere."""
+_STARTS = 6
+"""From how many of them steps are taken."""
+_DEGENERATE = 1e-9
+"""Points leave an axis open where a slope is less than this part of the largest."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class CylinderFit:
+    """What `fit_cylinder` finds."""
+
+    axis: Reals
+    """(..., 6) A line of `generated.cga3`; not numbers where there is none, and so is the rest."""
+    radius: Reals
+    """(...)"""
+    residual: Reals
+    """(...) The root of the mean of squared distances."""
+    determined: Reals
+    """(...) bool. False where other cylinders are as good, or none is: all points in a plane."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class ConeFit:
+    """What `fit_cone` finds."""
+
+    apex: Reals
+    """(..., 3)"""
+    axis: Reals
+    """(..., 6) A line of `generated.cga3` through the apex, directed to where most of the points are."""
+    angle: Reals
+    """(...) Between axis and cone, in radians, from 0 to a right angle."""
+    residual: Reals
+    """(...) The root of the mean of squared distances to the cone, or to its other half."""
+    determined: Reals
+    """(...) bool, as of `CylinderFit`."""
+
+
+def fit_cylinder(points: ArrayLike) -> CylinderFit:
+    """The circular cylinder with the least sum of squared distances.
+
+    Parameters
+    ----------
+    points : array_like, (..., n, 3)
+        At least six.
+
+    Returns
+    -------
+    CylinderFit
+
+    Raises
+    ------
+    TypeError, ValueError
+        Where the points have another shape or type, are too few, or are not finite.
+
+    Notes
+    -----
+    For each of 400 directions the circle that is nearest to the points seen along it follows from linear equations.
+    From the six best of them Gauss-Newton steps are taken; the least sum wins.
+    """
+    state, residual, determined = _best(points, 6, 3, _cylinder_start, _off_cylinder, 5)
+    line = cga3.line_from_point_direction(state[..., :3], state[..., 3:6])
+    return CylinderFit(line, np.abs(state[..., 6]), residual, determined)
+
+
+def fit_cone(points: ArrayLike) -> ConeFit:
+    """The circular cone with the least sum of squared distances.
+
+    Parameters
+    ----------
+    points : array_like, (..., n, 3)
+        At least seven, on one half of the cone or on both.
+
+    Returns
+    -------
+    ConeFit
+
+    Raises
+    ------
+    TypeError, ValueError
+        As in `fit_cylinder`.
+
+    Notes
+    -----
+    As `fit_cylinder`: in a given direction of the axis, a cone is linear in five numbers. A cylinder is a cone whose
+    apex is at infinity, so it is not determined as a cone.
+    """
+    state, residual, determined = _best(points, 7, 5, _cone_start, _off_cone, 6)
+    places = np.asarray(points, float)
+    side = np.sign(np.median(((places - state[..., None, :3]) * state[..., None, 3:6]).sum(-1), -1))
+    direction = np.where(side < 0, -1, 1)[..., None] * state[..., 3:6]
+    line = cga3.line_from_point_direction(state[..., :3], direction)
+    return ConeFit(state[..., :3], line, state[..., 6], residual, determined)
+
+
+Start = Callable[[Reals, Reals, Reals], Reals]
+
+
+def _best(
+    points: ArrayLike,
+    least: int,
+    unknowns: int,
+    start: Start,
+    off: Callable[[Reals, Reals], tuple[Reals, Reals]],
+    dof: int,
+) -> tuple[Reals, Reals, Reals]:
+    """The state with the least residual, for each set of points: a place and a direction of the axis, and a number."""
+    places = real_array(points, "points", (-1, 3), "points as rows").astype(np.float64, copy=False)
+    if places.shape[-2] < least:
+        raise ValueError(f"points: {places.shape[-2]} of them; expected {least} or more")
+    if not np.isfinite(places).all():
+        raise ValueError("points: a number is not finite; expected finite points")
+    leading = places.shape[:-2]
+    states, residuals, known = np.empty((*leading, 7)), np.empty(leading), np.zeros(leading, bool)
+    with np.errstate(all="ignore"):
+        for k in np.ndindex(leading):
+            states[k], residuals[k], known[k] = _one(places[k], unknowns, start, off, dof)
+    wrong = np.where(known, 0, np.nan)
+    return states + wrong[..., None], residuals + wrong, known
+
+
+def _one(
+    places: Reals, unknowns: int, start: Start, off: Callable[[Reals, Reals], tuple[Reals, Reals]], dof: int
+) -> tuple[Reals, float, bool]:
+    middle = places.mean(0)
+    size = np.sqrt(((places - middle) ** 2).sum(-1).mean())
+    spread = np.linalg.svd(places - middle, compute_uv=False)
+    if not spread[2] > _DEGENERATE * spread[0]:
+        return np.zeros(7), 0.0, False
+    scaled = (places - middle) / size
+    frames = _frame(_directions())
+    x, y, h = np.moveaxis(scaled @ np.swapaxes(frames, -1, -2), -1, 0)
+    columns = np.stack([2 * x, 2 * y, np.ones_like(x), h, h * h][:unknowns], -1)
+    rows = np.concatenate([columns, (x * x + y * y)[..., None]], -1)
+    triangle = np.asarray(np.linalg.qr(rows, mode="r"))
+    chosen = np.argsort(np.abs(triangle[:, -1, -1]))[:_STARTS]
+    solved = np.linalg.pinv(triangle[chosen, :-1, :-1]) @ triangle[chosen, :-1, -1:]
+    state = start(solved[..., 0], frames[chosen], h[chosen])
+    sets = np.broadcast_to(scaled, (len(state), *scaled.shape))
+    usable = np.isfinite(state).all(-1)
+    if not usable.any():
+        return np.zeros(7), 0.0, False
+    found, residual = _descend(sets[usable], state[usable], off, _circle_after)
+    k = int(np.argmin(np.where(np.isfinite(residual), residual, np.inf)))
+    slopes = off(scaled, found[k])[1]
+    values = np.linalg.svd(slopes, compute_uv=False)
+    determined = bool(np.isfinite(values).all() and values[dof - 1] > _DEGENERATE * values[0])
+    best = found[k]
+    number = size * best[6] if off is _off_cylinder else best[6]
+    return np.concatenate([middle + size * best[:3], best[3:6], [number]]), float(size * residual[k]), determined
+
+
+def _directions() -> Reals:
+    """Unit vectors over half of a sphere, by the golden section."""
+    k = np.arange(DIRECTIONS)
+    height = (k + 0.5) / DIRECTIONS
+    turn = np.pi * (3 - np.sqrt(5)) * k
+    across = np.sqrt(1 - height * height)
+    return np.stack([across * np.cos(turn), across * np.sin(turn), height], -1)
+
+
+def _cylinder_start(solved: Reals, frames: Reals, h: Reals) -> Reals:
+    """From ``x^2 + y^2 = 2 u x + 2 v y + c``: the axis at (u, v), and the radius."""
+    u, v, c = np.moveaxis(solved, -1, 0)
+    place = u[..., None] * frames[..., 0, :] + v[..., None] * frames[..., 1, :]
+    return np.concatenate([place, frames[..., 2, :], np.sqrt(np.abs(c + u * u + v * v))[..., None]], -1)
+
+
+def _cone_start(solved: Reals, frames: Reals, h: Reals) -> Reals:
+    """From ``x^2 + y^2 = 2 u x + 2 v y + c + b h + a h^2``: the apex at height ``-b / 2a``, its slope the root of a."""
+    u, v, _, b, a = np.moveaxis(solved, -1, 0)
+    top = -b / (2 * a)
+    place = u[..., None] * frames[..., 0, :] + v[..., None] * frames[..., 1, :] + top[..., None] * frames[..., 2, :]
+    return np.concatenate([place, frames[..., 2, :], np.arctan(np.sqrt(np.abs(a)))[..., None]], -1)
+
+
+def _seen(points: Reals, state: Reals) -> tuple[Reals, Reals, Reals, Reals, Reals]:
+    """Coordinates across the axis and along it, from its place, and the distance with its direction."""
+    frame = _frame(state[..., 3:6])
+    x, y, h = np.moveaxis((points - state[..., None, :3]) @ np.swapaxes(frame, -1, -2), -1, 0)
+    length = np.hypot(x, y)
+    over = np.where(length > 0, length, 1)
+    return x, y, h, x / over, y / over
+
+
+def _off_cylinder(points: Reals, state: Reals) -> tuple[Reals, Reals]:
+    """Distances, and their slopes by the place, the tilt and the radius; moving along the axis changes nothing."""
+    x, y, h, c, s = _seen(points, state)
+    o = np.zeros_like(x)
+    return np.hypot(x, y) - state[..., None, 6], np.stack([-c, -s, o, -h * c, -h * s, o - 1], -1)
+
+
+def _off_cone(points: Reals, state: Reals) -> tuple[Reals, Reals]:
+    """Distances, and their slopes by the apex, the tilt and the angle."""
+    x, y, h, c, s = _seen(points, state)
+    length, side = np.hypot(x, y), np.where(h < 0, -1.0, 1.0)
+    cosine, sine = np.cos(state[..., None, 6]), np.sin(state[..., None, 6])
+    o = np.zeros_like(x)
+    slopes = [
+        -c * cosine,
+        -s * cosine,
+        side * sine + o,
+        -h * c * cosine - side * x * sine,
+        -h * s * cosine - side * y * sine,
+        -length * sine - side * h * cosine,
+    ]
+    return length * cosine - side * h * sine, np.stack(slopes, -1)
