@@ -10,6 +10,7 @@ from .arrays import MultivectorArray
 from .conformal import CGA2, CGA3
 from .draw import draw
 from .euclidean import QUATERNIONS, STA, VGA2, VGA3
+from .exchange import from_clifford, from_kingdon, load, save, to_clifford, to_kingdon
 from .operators import build
 from .projective import PGA2, PGA3
 from .spaces import Space
@@ -17,5 +18,5 @@ from .view import view
 
 __all__ = [
     "CGA2", "CGA3", "PGA2", "PGA3", "QUATERNIONS", "STA", "VGA2", "VGA3", "MultivectorArray", "Space", "build",
-    "draw", "view",
+    "draw", "from_clifford", "from_kingdon", "load", "save", "to_clifford", "to_kingdon", "view",
 ]  # fmt: skip

@@ -1,0 +1,280 @@
+"""Objects in files, and as those of other libraries: clifford and kingdon."""
+
+from __future__ import annotations
+
+import json
+import os
+import zipfile
+from collections.abc import Callable, Mapping, Sequence
+from fractions import Fraction
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from ..algebra.algebra import Algebra
+from ..algebra.multivector import Multivector
+from ..errors import AlgebraError, LayoutError
+from .arrays import MultivectorArray, wrap
+from .operators import layout_of
+from .pickling import packed, unpacked
+
+Matrix = np.ndarray[Any, Any]
+
+
+# Files.
+
+
+def save(path: str | os.PathLike[str], **objects: Any) -> None:
+    """Write multivectors, and numbers, under names.
+
+    Parameters
+    ----------
+    path : path
+        Ends in ``.json``, text that other programs can read, or in ``.npz``, numpy's own, for large batches.
+    **objects : multivectors of any shape, numbers or arrays of real numbers
+
+    Raises
+    ------
+    LayoutError, ValueError
+        For another ending or another kind of object. No file is left half-written.
+    """
+    target = Path(path)
+    scratch = target.with_name(f".{target.name}.{os.getpid()}")
+    described, arrays = {}, {}
+    for name, value in objects.items():
+        if isinstance(value, MultivectorArray):
+            algebra, layout = packed(value.layout)
+            described[name] = {"algebra": algebra, "layout": layout, "blades": list(value.layout.blades)}
+            arrays[name] = np.asarray(value.values)
+        else:
+            arrays[name] = np.asarray(value)
+            described[name] = {}
+            several = isinstance(value, (list, tuple)) and any(isinstance(each, MultivectorArray) for each in value)
+            if arrays[name].dtype.kind not in "fiub" or several:
+                kind = type(value).__name__
+                raise LayoutError(f"save: {name}", f"an object of type {kind}", "a multivector or real numbers")
+    try:
+        if _ending(target) == ".json":
+            whole = {
+                name: {**about, "type": str(array.dtype), "shape": array.shape, "values": array.tolist()}
+                for (name, about), array in zip(described.items(), arrays.values(), strict=True)
+            }
+            scratch.write_text(json.dumps(whole, indent=1) + "\n", encoding="utf-8")
+        else:
+            named: dict[str, Any] = {f"values.{name}": array for name, array in arrays.items()}
+            with scratch.open("wb") as file:
+                np.savez(file, about=json.dumps(described), **named)
+        os.replace(scratch, target)
+    finally:
+        scratch.unlink(missing_ok=True)
+
+
+def load(path: str | os.PathLike[str]) -> dict[str, Any]:
+    """What `save` wrote: objects by their names, in the layouts that they had.
+
+    Raises
+    ------
+    LayoutError, ValueError
+        Where the file is not one of `save`. Nothing in it is run.
+    """
+    source = Path(path)
+    try:
+        if _ending(source) == ".json":
+            whole = json.loads(source.read_text(encoding="utf-8"))
+            described = {
+                name: (about, np.asarray(about["values"], about["type"]).reshape(about["shape"]))
+                for name, about in whole.items()
+            }
+        else:
+            with np.load(source, allow_pickle=False) as file:
+                about = json.loads(str(file["about"]))
+                described = {name: (each, file[f"values.{name}"]) for name, each in about.items()}
+        return {name: _restored(about, values) for name, (about, values) in described.items()}
+    except (KeyError, TypeError, AttributeError, json.JSONDecodeError, zipfile.BadZipFile) as error:
+        raise ValueError(f"{source}: not a file of objects ({error}); expected one that save() wrote") from error
+
+
+def _restored(about: Mapping[str, Any], values: Matrix) -> Any:
+    if "layout" in about:
+        return unpacked(about["algebra"], about["layout"], values)
+    return values.item() if values.ndim == 0 else values
+
+
+def _ending(path: Path) -> str:
+    if path.suffix not in (".json", ".npz"):
+        raise ValueError(f"{path}: ends in {path.suffix or 'nothing'!r}; expected .json or .npz")
+    return path.suffix
+
+
+# Other libraries.
+
+
+def to_clifford(x: MultivectorArray, layout: Any) -> Any:
+    """The same in a layout of clifford: a `clifford.MultiVector`, or an array of them of the shape of `x`.
+
+    Parameters
+    ----------
+    x : MultivectorArray
+    layout : clifford.Layout
+        Of the same signature. Vectors go to vectors of the same square in their order; a null pair, such as
+        ``e0, einf`` of conformal space, goes to ``(e- - e+) / 2, e- + e+``, as clifford's own ``eo, einf``.
+
+    Returns
+    -------
+    clifford.MultiVector or array of them
+
+    Raises
+    ------
+    AlgebraError
+        For another signature, or an algebra whose basis is neither orthogonal nor of null pairs.
+    """
+    values = _dense(x) @ _matrix(x.algebra, _signature(layout.sig), True)[:, _places(layout)]
+    found = np.empty(x.shape, object)
+    for place in np.ndindex(x.shape):
+        found[place] = layout.MultiVector(value=values[place])
+    return found[()]
+
+
+def from_clifford(algebra: Algebra, found: Any) -> Any:
+    """A multivector of clifford, or an array of them, in an algebra of the same signature.
+
+    Parameters
+    ----------
+    algebra : Algebra or Space
+        Such as ``CGA3`` of the objects.
+    found : clifford.MultiVector or array of them
+
+    Returns
+    -------
+    MultivectorArray
+        It stores the blades that occur; `as_layout` makes it a sphere, say.
+    """
+    owner = getattr(algebra, "algebra", algebra)
+    one = hasattr(found, "layout")
+    shape = () if one else np.shape(found)
+    listed = [found] if one else list(np.ravel(found))
+    if not listed:
+        raise AlgebraError("from_clifford", "an empty array", "at least one multivector")
+    layout = listed[0].layout
+    values = np.stack([np.asarray(each.value, float) for each in listed])
+    dense = values @ _matrix(owner, _signature(layout.sig), False)[_places(layout)]
+    return _stored(owner, dense.reshape(*shape, -1))
+
+
+def to_kingdon(x: MultivectorArray, algebra: Any) -> Any:
+    """The same in an algebra of kingdon, whose coefficients are numbers or arrays of the shape of `x`.
+
+    Parameters
+    ----------
+    x : MultivectorArray
+    algebra : kingdon.Algebra
+        Of the same signature; vectors go to vectors as in `to_clifford`.
+
+    Returns
+    -------
+    kingdon.MultiVector
+        Of the blades that occur.
+    """
+    values = _dense(x) @ _matrix(x.algebra, _signature(algebra.signature), True)
+    keys = [k for k in range(values.shape[-1]) if values[..., k].any()] or [0]
+    return algebra.multivector(keys=tuple(keys), values=[values[..., k][()] for k in keys])
+
+
+def from_kingdon(algebra: Algebra, found: Any) -> Any:
+    """A multivector of kingdon in an algebra of the same signature; as `from_clifford`."""
+    owner = getattr(algebra, "algebra", algebra)
+    parts = np.broadcast_arrays(*(np.asarray(value, float) for value in found.values()))
+    values = np.zeros((*parts[0].shape, 1 << owner.dimension))
+    for key, part in zip(found.keys(), parts, strict=True):
+        values[..., key] = part
+    return _stored(owner, values @ _matrix(owner, _signature(found.algebra.signature), False))
+
+
+def _signature(squares: Sequence[Any]) -> tuple[int, ...]:
+    return tuple(map(int, squares))
+
+
+def _places(layout: Any) -> list[int]:
+    """The bitmaps of clifford's blades, in its order."""
+    names = [blade[0] for blade in layout.bladeTupList if len(blade) == 1]
+    return [sum(1 << names.index(name) for name in blade) for blade in layout.bladeTupList]
+
+
+def _dense(x: MultivectorArray) -> Matrix:
+    """All coefficients, each in the place of its bitmap."""
+    full = x.algebra.full
+    values = np.asarray(x.as_layout(full).values)
+    dense = np.zeros((*x.shape, 1 << x.algebra.dimension), values.dtype)
+    for k, slot in enumerate(full.stored):
+        dense[..., slot.blade] = values[..., k] * slot.sign
+    return dense
+
+
+def _stored(algebra: Algebra, dense: Matrix) -> Any:
+    layout = layout_of(algebra, [k for k in range(dense.shape[-1]) if dense[..., k].any()] or [0])
+    return wrap(layout, np.stack([dense[..., slot.blade] * slot.sign for slot in layout.stored], -1))
+
+
+@cache
+def _matrix(algebra: Algebra, signature: tuple[int, ...], there: bool) -> Matrix:
+    """What takes a row of coefficients to those over orthogonal vectors of these squares, or back."""
+    target = Algebra("orthogonal", [f"v{k}_" for k in range(len(signature))], list(signature))
+    forth, back = _images(algebra, target)
+    own, images = (algebra, forth) if there else (target, back)
+    other = target if there else algebra
+    rows = np.zeros((1 << own.dimension, 1 << other.dimension))
+    for blade in own.blades():
+        image = Multivector(other, {0: Fraction(1)})
+        for k in range(own.dimension):
+            if blade >> k & 1:
+                image = image ^ images[k]
+        for place, value in image.terms.items():
+            rows[blade, place] = float(value)
+    return rows
+
+
+def _images(algebra: Algebra, target: Algebra) -> tuple[list[Multivector], list[Multivector]]:
+    """Where the vectors of an algebra go, and where those of the orthogonal one come from."""
+    free: dict[int, list[int]] = {1: [], -1: [], 0: []}
+    for k in range(target.dimension):
+        free[int(target.gram[k][k])].append(k)
+    forth: dict[int, Multivector] = {}
+    back: dict[int, Multivector] = {}
+    gram, size = algebra.gram, algebra.dimension
+    partners = {k: [j for j in range(size) if j != k and gram[k][j]] for k in range(size)}
+    own, other = _vectors(algebra), _vectors(target)
+    for k in range(size):
+        if not partners[k]:
+            square = gram[k][k]
+            place = _taken(free, square, algebra, target)
+            forth[k], back[place] = other(place), own(k)
+    for k in range(size):
+        if k in forth:
+            continue
+        (j, *more), product = partners[k], gram[k][partners[k][0]]
+        if more or len(partners[j]) > 1 or gram[k][k] or gram[j][j]:
+            raise AlgebraError(str(algebra), "a basis that is oblique", "orthogonal vectors and null pairs")
+        plus, minus = _taken(free, 1, algebra, target), _taken(free, -1, algebra, target)
+        forth[k], forth[j] = (other(minus) - other(plus)) * Fraction(-product, 2), other(minus) + other(plus)
+        half, part = own(j) * Fraction(1, 2), own(k) * (1 / Fraction(-product))
+        back[minus], back[plus] = half + part, half - part
+    if len(back) != target.dimension:
+        raise _unlike(algebra, target)
+    return [forth[k] for k in range(size)], [back[k] for k in range(target.dimension)]
+
+
+def _vectors(algebra: Algebra) -> Callable[[int], Multivector]:
+    return lambda k: Multivector(algebra, {1 << k: Fraction(1)})
+
+
+def _taken(free: dict[int, list[int]], square: Any, algebra: Algebra, target: Algebra) -> int:
+    if not free.get(square):
+        raise _unlike(algebra, target)
+    return free[square].pop(0)
+
+
+def _unlike(algebra: Algebra, target: Algebra) -> AlgebraError:
+    squares = " ".join(str(target.gram[k][k]) for k in range(target.dimension))
+    return AlgebraError(str(algebra), f"vectors of squares {squares} in the other library", "the same signature")
