@@ -262,4 +262,4 @@ def test_the_benchmark_writes_its_page(tmp_path: Path, monkeypatch: pytest.Monke
 
     assert toolkit.main(["--quick", "--out", str(tmp_path / "page.md")]) == 0
     rows = [line for line in (tmp_path / "page.md").read_text().splitlines() if line.startswith("| ")]
-    assert len(rows) == 2 + len(toolkit.cases())
+    assert len(rows) == 2 + len(toolkit.cases()) + 2 + len(toolkit.OPERATIONS), "two tables with their heads"
