@@ -12,15 +12,13 @@ from typing import Any
 
 import numba
 import numpy as np
-from rich.console import Console
-from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
 
 import gacompiler
 import generated
 from gacompiler.algebra.catalog import PGA3
 from gacompiler.runtime import load_module
 
-from .counts import write
+from . import pages
 from .kernels import ORDERS, TYPES
 from .machine import version
 from .timing import FULL, QUICK, Effort
@@ -239,9 +237,7 @@ def main(arguments: list[str] | None = None) -> int:
     if not list(Path(str(generated.__file__)).parent.glob("_build/pga3-*")):
         print("chain: no built C; expected the libraries of generated/; build them with `gac build`", file=sys.stderr)
         return 1
-    console = Console(stderr=True)
-    columns = (TextColumn("{task.description:<44}"), BarColumn(), MofNCompleteColumn(), TimeElapsedColumn())
-    with Progress(*columns, console=console, disable=not console.is_terminal) as bar:
+    with pages.progress() as bar:
         ways = chains()
         task = bar.add_task("numba", total=len(chosen) + len(ways))
         kernels, chained = [], []
@@ -254,19 +250,13 @@ def main(arguments: list[str] | None = None) -> int:
             bar.update(task, description=title)
             chained.append(measure_chain(title, chain, fused, sizes, effort))
             bar.advance(task)
-    try:
-        write(out, page(kernels, chained, sizes))
-    except OSError as error:
-        print(f"chain: {out}: {error.strerror}; expected a file to write to; choose one with --out", file=sys.stderr)
-        return 1
-    print(f"{out}: {len(kernels)} kernels, {len(chained)} ways to write a chain")
-    return 0
+    return pages.publish(
+        "chain", out, page(kernels, chained, sizes), f"{len(kernels)} kernels, {len(chained)} ways to write a chain"
+    )
 
 
 def _parser() -> argparse.ArgumentParser:
-    parser = argparse.ArgumentParser(prog="python -m benchmarks chain", description=__doc__)
-    parser.add_argument("--quick", action="store_true", help="see that everything works; figures not for quoting")
-    parser.add_argument("--out", type=Path, default=PAGE, metavar="FILE", help="the page to write [%(default)s]")
+    parser = pages.options("chain", __doc__, PAGE)
     parser.add_argument(
         "--sizes", type=int, nargs="+", default=SIZES, metavar="N", help="numbers of elements [1000 100000 1000000]"
     )

@@ -3,19 +3,14 @@
 from __future__ import annotations
 
 import argparse
-import sys
 from pathlib import Path
-
-from rich.console import Console
-from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
 
 from gacompiler.generate import load_spec
 
-from . import by_hand, features, generation, kernels
+from . import by_hand, features, generation, kernels, pages
 from .affinity import processors, use_one_processor
 from .building import building
 from .cases import CASES, OPTIONAL
-from .counts import write
 from .libraries import LIBRARIES, installed
 from .machine import machine
 from .report import Run, page
@@ -38,19 +33,14 @@ def main(arguments: list[str] | None = None) -> int:
         out.parent.mkdir(parents=True, exist_ok=True)
         out.open("a").close()
     except OSError as error:
-        print(
-            f"benchmarks: {out}: {error.strerror}; expected a file to write to; choose one with --out", file=sys.stderr
-        )
-        return 1
+        return pages.refused("benchmarks", out, error)
     available = processors()
     if not options.quick:
         use_one_processor()
     effort = QUICK if options.quick else FULL
     sizes = tuple(sorted(set(options.sizes or (kernels.QUICK_SIZES if options.quick else kernels.SIZES))))
     paths = generation.specs(options.quick)
-    console = Console(stderr=True)
-    columns = (TextColumn("{task.description:<44}"), BarColumn(), MofNCompleteColumn(), TimeElapsedColumn())
-    with Progress(*columns, console=console, disable=not console.is_terminal) as bar:
+    with pages.progress() as bar:
         total = sum(len(load_spec(path).kernels) for path in paths)
         compiling = bar.add_task("generate", total=total)
         running = bar.add_task("run", total=len(CASES))
@@ -93,7 +83,7 @@ def main(arguments: list[str] | None = None) -> int:
         effort.repeats,
         figure.name if figure else None,
     )
-    write(out, page(run))
+    pages.write(out, page(run))
     print(f"{out}: {len(found.kernels)} kernels generated, {len(times)} measured" + (f"; {figure}" if figure else ""))
     return 0
 

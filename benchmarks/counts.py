@@ -4,21 +4,17 @@ from __future__ import annotations
 
 import argparse
 import math
-import os
 import re
-import sys
 import time
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from rich.console import Console
-from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
-
 from gacompiler.ir.cost import WEIGHTS, Cost
 from gacompiler.passes.pipeline import compile_kernel
 from gacompiler.passes.record import Compilation
 
+from . import pages
 from .kingdon_counts import Unsupported, count
 from .known import Known, known
 from .libraries import installed
@@ -232,37 +228,14 @@ def main(arguments: list[str] | None = None) -> int:
         Of the command line; left out, those of the process.
     """
     options = _parser().parse_args(arguments)
-    console = Console(stderr=True)
-    columns = (TextColumn("{task.description:<44}"), BarColumn(), MofNCompleteColumn(), TimeElapsedColumn())
-    with Progress(*columns, console=console, disable=not console.is_terminal) as bar:
+    with pages.progress() as bar:
         counting = bar.add_task("count", total=len(known()))
         rows = measure_all(options.limit, lambda name: bar.update(counting, advance=1, description=f"count {name}"))
-    try:
-        write(options.out, page(rows, options.limit))
-    except OSError as error:
-        print(
-            f"counts: {options.out}: {error.strerror}; expected a file to write to; choose one with --out",
-            file=sys.stderr,
-        )
-        return 1
-    print(f"{options.out}: {len(rows)} expressions counted")
-    return 0
-
-
-def write(path: Path, text: str) -> None:
-    """Put `text` into a file that is whole at every moment."""
-    path.parent.mkdir(parents=True, exist_ok=True)
-    unfinished = path.with_name(f".{path.name}.{os.getpid()}")
-    try:
-        unfinished.write_text(text)
-        unfinished.replace(path)
-    finally:
-        unfinished.unlink(missing_ok=True)
+    return pages.publish("counts", options.out, page(rows, options.limit), f"{len(rows)} expressions counted")
 
 
 def _parser() -> argparse.ArgumentParser:
-    parser = argparse.ArgumentParser(prog="python -m benchmarks counts", description=__doc__)
-    parser.add_argument("--out", type=Path, default=PAGE, metavar="FILE", help="the page to write [%(default)s]")
+    parser = pages.options("counts", __doc__, PAGE, quick=False)
     parser.add_argument(
         "--limit", type=float, default=LIMIT, metavar="SECONDS", help="stop kingdon after this long [%(default)s]"
     )

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import argparse
-import sys
 import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
@@ -12,8 +11,6 @@ from typing import Any
 
 from matplotlib import rc_context
 from matplotlib.figure import Figure
-from rich.console import Console
-from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
 
 from gacompiler import commutator, kernel, sandwich
 from gacompiler.algebra.algebra import Algebra
@@ -22,7 +19,7 @@ from gacompiler.algebra.layout import Layout
 from gacompiler.frontend.kernel import Kernel
 from gacompiler.passes.pipeline import compile_kernel
 
-from .counts import write
+from . import pages
 from .kingdon_counts import count
 from .libraries import installed
 from .machine import version
@@ -229,27 +226,23 @@ def main(arguments: list[str] | None = None) -> int:
     """
     options = _parser().parse_args(arguments)
     out: Path = options.out
-    console = Console(stderr=True)
-    columns = (TextColumn("{task.description:<44}"), BarColumn(), MofNCompleteColumn(), TimeElapsedColumn())
-    with Progress(*columns, console=console, disable=not console.is_terminal) as bar:
+    with pages.progress() as bar:
         task = bar.add_task("grow", total=len(EXPRESSIONS) * len(METRICS))
         curves = measure_all(
             options.limit, options.largest, lambda name: bar.update(task, advance=1, description=f"grow {name}")
         )
     picture = out.with_suffix(".svg")
     try:
-        write(out, page(curves, options.limit, picture.name))
+        pages.write(out, page(curves, options.limit, picture.name))
         draw(picture, curves)
     except OSError as error:
-        print(f"growth: {out}: {error.strerror}; expected a file to write to; choose one with --out", file=sys.stderr)
-        return 1
+        return pages.refused("growth", out, error)
     print(f"{out}: {len(curves)} curves; {picture}")
     return 0
 
 
 def _parser() -> argparse.ArgumentParser:
-    parser = argparse.ArgumentParser(prog="python -m benchmarks growth", description=__doc__)
-    parser.add_argument("--out", type=Path, default=PAGE, metavar="FILE", help="the page to write [%(default)s]")
+    parser = pages.options("growth", __doc__, PAGE, quick=False)
     parser.add_argument(
         "--limit", type=float, default=LIMIT, metavar="SECONDS", help="stop a compilation after this long [%(default)s]"
     )

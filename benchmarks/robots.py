@@ -2,21 +2,21 @@
 
 from __future__ import annotations
 
-import argparse
 import sysconfig
 from collections.abc import Callable
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
-from time import perf_counter
 from typing import Any
 
 import numpy as np
 
-from . import markdown
-from .counts import write
+from . import markdown, pages
 from .libraries import installed
+from .timing import least
 
+_SPAN = 1e-3
+"""Seconds of a turn of calls."""
 _ROBOTS = {"ur5": ("ur_description/urdf/ur5_robot.urdf", ()), "panda": ("panda_description/urdf/panda.urdf", (7, 8))}
 """Files of example-robot-data, and joints of theirs that are held: fingers."""
 _BATCH = 10_000
@@ -53,13 +53,9 @@ def main(arguments: list[str] | None = None) -> int:
     arguments : list of str, optional
         Of the command line.
     """
-    parser = argparse.ArgumentParser(prog="python -m benchmarks robots", description=__doc__)
-    parser.add_argument("--out", type=Path, default=Path("docs/robot-speed.md"), help="the page [%(default)s]")
-    parser.add_argument("--quick", action="store_true", help="see that everything works; figures not for quoting")
-    options = parser.parse_args(arguments)
-    write(options.out, page(options.quick))
-    print(f"{options.out}: {len(_ROBOTS)} robots, {len(_ARMS)} ways of inverse kinematics")
-    return 0
+    options = pages.options("robots", __doc__, Path("docs/robot-speed.md")).parse_args(arguments)
+    what = f"{len(_ROBOTS)} robots, {len(_ARMS)} ways of inverse kinematics"
+    return pages.publish("robots", options.out, page(options.quick), what)
 
 
 def page(quick: bool = False) -> str:
@@ -105,7 +101,7 @@ def _methods(name: str, rounds: int, batch: int) -> str:
     spent: dict[tuple[str, str], float] = {}
     for method in _SINGLE:
         here = {kind: call for (what, kind), call in calls.items() if what == method}
-        spent |= {(method, kind): seconds for kind, seconds in _least(here, rounds).items()}
+        spent |= {(method, kind): seconds for kind, seconds in least(here, rounds, _SPAN).items()}
     kinds = ("own", "any", "own, batch", "any, batch", "Pinocchio")
     lines = []
     for method in _SINGLE:
@@ -116,23 +112,6 @@ def _methods(name: str, rounds: int, batch: int) -> str:
             figures.append(markdown.MISSING if seconds is None else f"{1e6 * seconds / count:.3f}")
         lines.append((f"`{method}`", *figures))
     return markdown.table(("", *kinds), lines)
-
-
-def _least(calls: dict[str, Callable[[], object]], rounds: int) -> dict[str, float]:
-    """The least seconds of each call, taken in turns: other work on the machine strikes all alike."""
-    numbers, spent = {}, dict.fromkeys(calls, np.inf)
-    for name, call in calls.items():
-        call()
-        start = perf_counter()
-        call()
-        numbers[name] = max(1, round(1e-3 / max(perf_counter() - start, 1e-7)))
-    for _ in range(rounds):
-        for name, call in calls.items():
-            start = perf_counter()
-            for _ in range(numbers[name]):
-                call()
-            spent[name] = min(spent[name], (perf_counter() - start) / numbers[name])
-    return spent
 
 
 def _bound(function: Callable[..., Any], *values: Any) -> Callable[[], object]:
@@ -189,7 +168,7 @@ def _inverse(rounds: int, batch: int) -> str:
         away = np.abs((found.q - q[:, None] + np.pi) % (2 * np.pi) - np.pi).max(-1)
         recall = np.mean(np.where(found.valid, away, np.inf).min(-1) < 1e-5)
         call = _bound(partial(arm.inverse, **options), motors)
-        spent = _least({name: call}, max(rounds // 4, 1))
+        spent = least({name: call}, max(rounds // 4, 1), _SPAN)
         lines.append(
             (name, arm.name, str(found.valid.sum(-1).max()), f"{recall:.4f}", f"{1e6 * spent[name] / count:.2f}")
         )

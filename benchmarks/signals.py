@@ -2,12 +2,9 @@
 
 from __future__ import annotations
 
-import argparse
 import importlib
 import importlib.util
-import sys
-import time
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -15,8 +12,6 @@ from typing import Any
 import numpy as np
 import scipy.fft
 import scipy.ndimage
-from rich.console import Console
-from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
 
 from algorithms.wavelets import (
     QuaternionPyramid,
@@ -28,8 +23,9 @@ from algorithms.wavelets import (
     rqft,
 )
 
-from .counts import write
+from . import pages
 from .machine import version
+from .timing import least
 
 PAGE = Path("docs/signals.md")
 REPEATS = 11
@@ -126,20 +122,6 @@ def cases(size: int) -> list[tuple[str, str, Call, Call | None, float]]:
     return found
 
 
-def least(calls: Mapping[str, Call], repeats: int) -> dict[str, float]:
-    """The least seconds of each of some calls, taken in turns: other work on the machine strikes all alike."""
-    times = {}
-    for name, call in calls.items():
-        call()
-        times[name] = float("inf")
-    for _ in range(repeats):
-        for name, call in calls.items():
-            start = time.perf_counter()
-            call()
-            times[name] = min(times[name], time.perf_counter() - start)
-    return times
-
-
 def page(rows: Sequence[Row]) -> str:
     """The page in Markdown."""
     missed = [f"{row.title} ({_figure(row)})" for row in rows if row.figure > row.most]
@@ -174,12 +156,10 @@ def main(arguments: list[str] | None = None) -> int:
     arguments : list of str, optional
         Of the command line; left out, those of the process.
     """
-    options = _parser().parse_args(arguments)
+    options = pages.options("signals", __doc__, PAGE).parse_args(arguments)
     out: Path = options.out
     rows = []
-    console = Console(stderr=True)
-    columns = (TextColumn("{task.description:<44}"), BarColumn(), MofNCompleteColumn(), TimeElapsedColumn())
-    with Progress(*columns, console=console, disable=not console.is_terminal) as bar:
+    with pages.progress() as bar:
         wanted = cases(64 if options.quick else 512)
         task = bar.add_task("signals", total=len(wanted))
         for title, peer, own, other, most in wanted:
@@ -188,17 +168,4 @@ def main(arguments: list[str] | None = None) -> int:
             times = least(calls, 1 if options.quick else REPEATS)
             rows.append(Row(title, peer, times["own"], times.get("other", 0.0), most))
             bar.advance(task)
-    try:
-        write(out, page(rows))
-    except OSError as error:
-        print(f"signals: {out}: {error.strerror}; expected a file to write to; choose one with --out", file=sys.stderr)
-        return 1
-    print(f"{out}: {len(rows)} transforms")
-    return 0
-
-
-def _parser() -> argparse.ArgumentParser:
-    parser = argparse.ArgumentParser(prog="python -m benchmarks signals", description=__doc__)
-    parser.add_argument("--quick", action="store_true", help="see that everything works; figures not for quoting")
-    parser.add_argument("--out", type=Path, default=PAGE, metavar="FILE", help="the page to write [%(default)s]")
-    return parser
+    return pages.publish("signals", out, page(rows), f"{len(rows)} transforms")

@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import argparse
 import sys
-import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import reduce
@@ -24,9 +22,10 @@ from algorithms.subspaces import (
     split_bivectors,
 )
 
-from .counts import write
+from . import pages
 from .libraries import installed
 from .machine import version
+from .timing import least
 
 PAGE = Path("docs/subspaces.md")
 SIZES = ((3, 1, 1), (4, 1, 2), (5, 2, 2), (6, 2, 3), (7, 3, 3), (8, 3, 4), (9, 4, 4), (10, 4, 5), (12, 5, 5))
@@ -49,15 +48,7 @@ class Row:
 
 def interleaved(calls: dict[str, Callable[[], object]], elements: int, rounds: int) -> dict[str, float]:
     """Nanoseconds for one element: the least of rounds in which the calls take turns, after one that does not count."""
-    least = {}
-    for turn in range(rounds + 1):
-        for name, call in calls.items():
-            start = time.perf_counter()
-            call()
-            spent = time.perf_counter() - start
-            if turn:
-                least[name] = min(least.get(name, spent), spent)
-    return {name: 1e9 * spent / elements for name, spent in least.items()}
+    return {name: 1e9 * spent / elements for name, spent in least(calls, rounds).items()}
 
 
 def measure(n: int, a: int, b: int, elements: int, rounds: int) -> Row:
@@ -180,27 +171,12 @@ def main(arguments: list[str] | None = None) -> int:
     arguments : list of str, optional
         Of the command line; left out, those of the process.
     """
-    options = _parser().parse_args(arguments)
+    options = pages.options("subspaces", __doc__, PAGE).parse_args(arguments)
     out: Path = options.out
     elements, rounds = (50, 1) if options.quick else (2000, ROUNDS)
     rows = [measure(*size, elements, rounds) for size in (QUICK_SIZES if options.quick else SIZES)]
     text = page(rows, measure_others(1 if options.quick else 3), elements, rounds)
-    try:
-        write(out, text)
-    except OSError as error:
-        print(
-            f"subspaces: {out}: {error.strerror}; expected a file to write to; choose one with --out", file=sys.stderr
-        )
-        return 1
-    print(f"{out}: {len(rows)} sizes")
-    return 0
-
-
-def _parser() -> argparse.ArgumentParser:
-    parser = argparse.ArgumentParser(prog="python -m benchmarks subspaces", description=__doc__)
-    parser.add_argument("--quick", action="store_true", help="see that everything works; figures not for quoting")
-    parser.add_argument("--out", type=Path, default=PAGE, metavar="FILE", help="the page to write [%(default)s]")
-    return parser
+    return pages.publish("subspaces", out, text, f"{len(rows)} sizes")
 
 
 if __name__ == "__main__":

@@ -34,6 +34,22 @@ _TURNS = 3
 """Parts of a measurement where calls take turns."""
 
 
+def least(calls: Mapping[str, Callable[[], object]], rounds: int, span: float = 0.0) -> dict[str, float]:
+    """The least seconds of each call, of rounds in which they take turns: other work on the machine strikes all alike.
+
+    A turn lasts about `span`: calls that are shorter are made in a row. What comes first does not count.
+    """
+    counts, spent = {}, {}
+    for name, call in calls.items():
+        call()
+        counts[name] = max(1, round(span / max(_timed(call, 1), 1e-7))) if span else 1
+        spent[name] = float("inf")
+    for _ in range(rounds):
+        for name, call in calls.items():
+            spent[name] = min(spent[name], _timed(call, counts[name]))
+    return spent
+
+
 def seconds(call: Callable[[], object], effort: Effort) -> float:
     """Seconds of one warm call: the median of repeats after a call that does not count."""
     call()

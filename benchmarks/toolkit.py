@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import argparse
 import sys
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
@@ -14,7 +13,7 @@ import numpy as np
 from algorithms.geometry import nearest_on_circles, similarity_between
 from generated import cga3
 
-from .counts import write
+from . import pages
 from .libraries import installed
 from .machine import version
 from .subspaces import interleaved
@@ -277,7 +276,7 @@ def main(arguments: list[str] | None = None) -> int:
     arguments : list of str, optional
         Of the command line; left out, those of the process.
     """
-    options = _parser().parse_args(arguments)
+    options = pages.options("toolkit", __doc__, PAGE).parse_args(arguments)
     out: Path = options.out
     if not installed("clifford"):
         print("toolkit: clifford is not installed; pip install clifford", file=sys.stderr)
@@ -285,20 +284,7 @@ def main(arguments: list[str] | None = None) -> int:
     elements, rounds = (QUICK_ELEMENTS, 1) if options.quick else (ELEMENTS, ROUNDS)
     operators = measure_operators(rounds, QUICK_ELEMENTS if options.quick else ELEMENTS)
     text = page(measure(elements, rounds), operators, elements, rounds)
-    try:
-        write(out, text)
-    except OSError as error:
-        print(f"toolkit: {out}: {error.strerror}; expected a file to write to; choose one with --out", file=sys.stderr)
-        return 1
-    print(f"{out}: {len(cases())} operations")
-    return 0
-
-
-def _parser() -> argparse.ArgumentParser:
-    parser = argparse.ArgumentParser(prog="python -m benchmarks toolkit", description=__doc__)
-    parser.add_argument("--quick", action="store_true", help="see that everything works; figures not for quoting")
-    parser.add_argument("--out", type=Path, default=PAGE, metavar="FILE", help="the page to write [%(default)s]")
-    return parser
+    return pages.publish("toolkit", out, text, f"{len(cases())} operations")
 
 
 if __name__ == "__main__":

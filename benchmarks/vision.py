@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import argparse
 import sys
-import time
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
@@ -35,9 +33,10 @@ from algorithms.vision import (
 )
 from generated import pga3
 
-from .counts import write
+from . import pages
 from .libraries import installed
 from .machine import version
+from .timing import least
 
 PAGE = Path("docs/vision-speed.md")
 ROUNDS = 15
@@ -61,21 +60,7 @@ def interleaved(task: Task, rounds: int) -> dict[str, float]:
 
     A turn lasts some milliseconds, of calls in a row where they are short.
     """
-    least: dict[str, float] = {}
-    numbers: dict[str, int] = {}
-    for name, call in task.calls.items():
-        call()
-        start = time.perf_counter()
-        call()
-        numbers[name] = max(1, round(TURN / max(time.perf_counter() - start, 1e-7)))
-    for _ in range(rounds):
-        for name, call in task.calls.items():
-            start = time.perf_counter()
-            for _ in range(numbers[name]):
-                call()
-            spent = (time.perf_counter() - start) / numbers[name]
-            least[name] = min(least.get(name, spent), spent)
-    return {name: 1e6 * spent / task.elements for name, spent in least.items()}
+    return {name: 1e6 * spent / task.elements for name, spent in least(task.calls, rounds, TURN).items()}
 
 
 def tasks(quick: bool) -> list[Task]:
@@ -278,20 +263,11 @@ def main(arguments: list[str] | None = None) -> int:
     arguments : list of str, optional
         Of the command line; left out, those of the process.
     """
-    parser = argparse.ArgumentParser(prog="python -m benchmarks vision", description=__doc__)
-    parser.add_argument("--quick", action="store_true", help="see that everything works; figures not for quoting")
-    parser.add_argument("--out", type=Path, default=PAGE, metavar="FILE", help="the page to write [%(default)s]")
-    options = parser.parse_args(arguments)
+    options = pages.options("vision", __doc__, PAGE).parse_args(arguments)
     out: Path = options.out
     rounds = 1 if options.quick else ROUNDS
     found = [(task, interleaved(task, rounds)) for task in tasks(options.quick)]
-    try:
-        write(out, page(found, rounds))
-    except OSError as error:
-        print(f"vision: {out}: {error.strerror}; expected a file to write to; choose one with --out", file=sys.stderr)
-        return 1
-    print(f"{out}: {len(found)} tasks")
-    return 0
+    return pages.publish("vision", out, page(found, rounds), f"{len(found)} tasks")
 
 
 if __name__ == "__main__":
