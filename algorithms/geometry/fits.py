@@ -109,7 +109,7 @@ def fit_sphere(points: ArrayLike) -> Fit:
     dual = _duals(scaled)[..., 0]
     radius = np.sqrt(np.abs(cga3.dual_sphere_radius_squared(dual)))
     state = np.concatenate([cga3.extract_point(dual), radius[..., None]], -1)
-    state, off = _descend(scaled, state, _off_sphere, lambda state, step: state + step)
+    state, off = descend(scaled, state, _off_sphere, lambda state, step: state + step)
     wrong = np.where(determined, 0, np.nan)
     sphere = cga3.sphere_from_centre_radius_squared(
         middle + size[..., None] * state[..., :3], (size * state[..., 3]) ** 2
@@ -141,7 +141,7 @@ def fit_circle(points: ArrayLike) -> Fit:
     circle = cga3.circle_from_dual_spheres(duals[..., 0], duals[..., 1])
     radius = np.sqrt(np.abs(cga3.circle_radius_squared(circle)))
     state = np.concatenate([cga3.circle_centre(circle), cga3.circle_normal(circle), radius[..., None]], -1)
-    state, off = _descend(scaled, state, _off_circle, _circle_after)
+    state, off = descend(scaled, state, _off_circle, axis_after)
     wrong = np.where(determined, 0, np.nan)
     centre = middle + size[..., None] * state[..., :3]
     circle = cga3.circle_from_centre(centre, state[..., 3:6], (size * state[..., 6]) ** 2)
@@ -180,7 +180,7 @@ def _duals(points: Reals) -> Reals:
 Residuals = Callable[[Reals, Reals], tuple[Reals, Reals]]
 
 
-def _descend(
+def descend(
     points: Reals, state: Reals, residuals: Residuals, after: Callable[[Reals, Reals], Reals]
 ) -> tuple[Reals, Reals]:
     """Gauss-Newton steps, shorter where the sum of squares grows, and the root of the mean square at the end."""
@@ -207,26 +207,40 @@ def _off_sphere(points: Reals, state: Reals) -> tuple[Reals, Reals]:
     return length - state[..., None, 3], slopes
 
 
-def _frame(normal: Reals) -> Reals:
+def axis_frame(normal: Reals) -> Reals:
     """Two unit vectors across a unit normal, and it, as rows."""
     u = np.cross(normal, np.eye(3)[np.argmin(np.abs(normal), -1)])
     u /= np.linalg.norm(u, axis=-1, keepdims=True)
     return np.stack([u, np.cross(normal, u), normal], -2)
 
 
-def _off_circle(points: Reals, state: Reals) -> tuple[Reals, Reals]:
-    """Heights over the plane and distances to the cylinder, by the centre, the tilt of the normal and the radius."""
-    frame = _frame(state[..., 3:6])
+def seen_along(points: Reals, state: Reals) -> tuple[Reals, Reals, Reals, Reals, Reals]:
+    """Coordinates across an axis and along it, from its place, and the direction across it; 0, 0 on the axis."""
+    frame = axis_frame(state[..., 3:6])
     x, y, h = np.moveaxis((points - state[..., None, :3]) @ np.swapaxes(frame, -1, -2), -1, 0)
     length = np.hypot(x, y)
-    c, s, o = x / length, y / length, np.zeros_like(x)
-    heights = np.stack([o, o, o - 1, x, y, o], -1)
-    gaps = np.stack([-c, -s, o, -h * c, -h * s, o - 1], -1)
-    return np.concatenate([h, length - state[..., None, 6]], -1), np.concatenate([heights, gaps], -2)
+    over = np.where(length > 0, length, 1)
+    return x, y, h, x / over, y / over
 
 
-def _circle_after(state: Reals, step: Reals) -> Reals:
-    frame = _frame(state[..., 3:6])
+def off_cylinder(points: Reals, state: Reals) -> tuple[Reals, Reals]:
+    """Distances, and their slopes by the place, the tilt and the radius; moving along the axis changes nothing."""
+    x, y, h, c, s = seen_along(points, state)
+    o = np.zeros_like(x)
+    return np.hypot(x, y) - state[..., None, 6], np.stack([-c, -s, o, -h * c, -h * s, o - 1], -1)
+
+
+def _off_circle(points: Reals, state: Reals) -> tuple[Reals, Reals]:
+    """Heights over the plane and distances to the cylinder, by the centre, the tilt of the normal and the radius."""
+    x, y, h, _, _ = seen_along(points, state)
+    o = np.zeros_like(x)
+    off, slopes = off_cylinder(points, state)
+    return np.concatenate([h, off], -1), np.concatenate([np.stack([o, o, o - 1, x, y, o], -1), slopes], -2)
+
+
+def axis_after(state: Reals, step: Reals) -> Reals:
+    """The state after a step: place moved in the frame, axis tilted by two numbers, what is left added."""
+    frame = axis_frame(state[..., 3:6])
     centre = state[..., :3] + np.einsum("...i,...ij->...j", step[..., :3], frame)
     normal = state[..., 3:6] + np.einsum("...i,...ij->...j", step[..., 3:5], frame[..., :2, :])
     normal /= np.linalg.norm(normal, axis=-1, keepdims=True)

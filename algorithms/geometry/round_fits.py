@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike
 from generated import cga3
 
 from ..arguments import Reals, real_array
-from .fits import _circle_after, _descend, _frame
+from .fits import axis_after, axis_frame, descend, off_cylinder, seen_along
 
 DIRECTIONS = 400
 """How many directions of an axis are tried, evenly over half of a sphere."""
@@ -73,7 +73,7 @@ def fit_cylinder(points: ArrayLike) -> CylinderFit:
     For each of 400 directions the circle that is nearest to the points seen along it follows from linear equations.
     From the six best of them Gauss-Newton steps are taken; the least sum wins.
     """
-    state, residual, determined = _best(points, 6, 3, _cylinder_start, _off_cylinder, 5)
+    state, residual, determined = _best(points, 6, 3, _cylinder_start, off_cylinder, 5)
     line = cga3.line_from_point_direction(state[..., :3], state[..., 3:6])
     return CylinderFit(line, np.abs(state[..., 6]), residual, determined)
 
@@ -143,7 +143,7 @@ def _one(
     if not spread[2] > _DEGENERATE * spread[0]:
         return np.zeros(7), 0.0, False
     scaled = (places - middle) / size
-    frames = _frame(_directions())
+    frames = axis_frame(_directions())
     x, y, h = np.moveaxis(scaled @ np.swapaxes(frames, -1, -2), -1, 0)
     columns = np.stack([2 * x, 2 * y, np.ones_like(x), h, h * h][:unknowns], -1)
     rows = np.concatenate([columns, (x * x + y * y)[..., None]], -1)
@@ -155,13 +155,13 @@ def _one(
     usable = np.isfinite(state).all(-1)
     if not usable.any():
         return np.zeros(7), 0.0, False
-    found, residual = _descend(sets[usable], state[usable], off, _circle_after)
+    found, residual = descend(sets[usable], state[usable], off, axis_after)
     k = int(np.argmin(np.where(np.isfinite(residual), residual, np.inf)))
     slopes = off(scaled, found[k])[1]
     values = np.linalg.svd(slopes, compute_uv=False)
     determined = bool(np.isfinite(values).all() and values[dof - 1] > _DEGENERATE * values[0])
     best = found[k]
-    number = size * best[6] if off is _off_cylinder else best[6]
+    number = size * best[6] if off is off_cylinder else best[6]
     return np.concatenate([middle + size * best[:3], best[3:6], [number]]), float(size * residual[k]), determined
 
 
@@ -189,25 +189,9 @@ def _cone_start(solved: Reals, frames: Reals, h: Reals) -> Reals:
     return np.concatenate([place, frames[..., 2, :], np.arctan(np.sqrt(np.abs(a)))[..., None]], -1)
 
 
-def _seen(points: Reals, state: Reals) -> tuple[Reals, Reals, Reals, Reals, Reals]:
-    """Coordinates across the axis and along it, from its place, and the distance with its direction."""
-    frame = _frame(state[..., 3:6])
-    x, y, h = np.moveaxis((points - state[..., None, :3]) @ np.swapaxes(frame, -1, -2), -1, 0)
-    length = np.hypot(x, y)
-    over = np.where(length > 0, length, 1)
-    return x, y, h, x / over, y / over
-
-
-def _off_cylinder(points: Reals, state: Reals) -> tuple[Reals, Reals]:
-    """Distances, and their slopes by the place, the tilt and the radius; moving along the axis changes nothing."""
-    x, y, h, c, s = _seen(points, state)
-    o = np.zeros_like(x)
-    return np.hypot(x, y) - state[..., None, 6], np.stack([-c, -s, o, -h * c, -h * s, o - 1], -1)
-
-
 def _off_cone(points: Reals, state: Reals) -> tuple[Reals, Reals]:
     """Distances, and their slopes by the apex, the tilt and the angle."""
-    x, y, h, c, s = _seen(points, state)
+    x, y, h, c, s = seen_along(points, state)
     length, side = np.hypot(x, y), np.where(h < 0, -1.0, 1.0)
     cosine, sine = np.cos(state[..., None, 6]), np.sin(state[..., None, 6])
     o = np.zeros_like(x)

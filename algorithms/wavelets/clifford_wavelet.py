@@ -36,21 +36,32 @@ class CliffordWavelet:
     @property
     def covered(self) -> NDArray[np.bool_]:
         """The frequencies, (L, M, N), that some filter sees."""
-        weight = (self.filters**2).sum((0, 1))
-        return np.asarray(weight > _COVERED * weight.max())
+        return covered_by(self.filters)
 
     def inverse(self) -> Reals:
         """The part of the field at the covered frequencies, (L, M, N, 8).
 
         Of all fields, its coefficients are nearest to those that are here.
         """
-        weight = (self.filters**2).sum((0, 1))
-        spectrum = np.zeros(self.coefficients.shape[2:], self.coefficients.dtype)
-        for scale, bands in zip(self.coefficients, self.filters, strict=True):
-            for band, gain in zip(scale, bands, strict=True):
-                spectrum += clifford_fft(band) * gain[..., None].astype(band.dtype)
-        spectrum *= np.where(self.covered, 1 / np.where(self.covered, weight, 1), 0)[..., None]
-        return iclifford_fft(spectrum)
+        return nearest_field(self.coefficients, self.filters, clifford_fft, iclifford_fft)
+
+
+def covered_by(filters: NDArray[np.float64]) -> NDArray[np.bool_]:
+    """The frequencies that some of the filters, along the first two axes, see."""
+    weight = (filters**2).sum((0, 1))
+    return np.asarray(weight > _COVERED * weight.max())
+
+
+def nearest_field(
+    coefficients: Reals, filters: NDArray[np.float64], forth: Callable[[Reals], Reals], back: Callable[[Reals], Reals]
+) -> Reals:
+    """The field of covered frequencies whose coefficients are nearest to these, by a transform and its inverse."""
+    weight, covered = (filters**2).sum((0, 1)), covered_by(filters)
+    spectrum = np.zeros(coefficients.shape[2:], coefficients.dtype)
+    for place in np.ndindex(filters.shape[:2]):
+        spectrum += forth(coefficients[place]) * filters[place][..., None].astype(spectrum.dtype)
+    spectrum *= np.where(covered, 1 / np.where(covered, weight, 1), 0)[..., None]
+    return back(spectrum)
 
 
 def clifford_wavelet(

@@ -9,11 +9,9 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ..arguments import Reals, finite_number, real_array
+from .clifford_wavelet import covered_by, nearest_field
 from .discrete import check_finite
 from .geometric_fourier import ipseudoscalar_fft, pseudoscalar_fft
-
-_COVERED = 1e-6
-"""Frequencies count where the sum of squared filters is larger than this part of its largest value."""
 
 
 @dataclass(frozen=True)
@@ -34,22 +32,14 @@ class CliffordWaveletND:
     @property
     def covered(self) -> NDArray[np.bool_]:
         """The frequencies, (N1, ..., Nn), that some filter sees."""
-        weight = (self.filters**2).sum((0, 1))
-        return np.asarray(weight > _COVERED * weight.max())
+        return covered_by(self.filters)
 
     def inverse(self) -> Reals:
         """The part of the field at the covered frequencies, (N1, ..., Nn, 2**n), to 1e-10 of the largest number.
 
         Of all fields, its coefficients are nearest to those that are here.
         """
-        weight = (self.filters**2).sum((0, 1))
-        spectrum = np.zeros(self.coefficients.shape[2:], self.coefficients.dtype)
-        for place in np.ndindex(self.filters.shape[:2]):
-            gain = self.filters[place][..., None].astype(spectrum.dtype)
-            spectrum += pseudoscalar_fft(self.coefficients[place]) * gain
-        share = np.where(self.covered, 1 / np.where(self.covered, weight, 1), 0)
-        spectrum *= share[..., None].astype(spectrum.dtype)
-        return ipseudoscalar_fft(spectrum)
+        return nearest_field(self.coefficients, self.filters, pseudoscalar_fft, ipseudoscalar_fft)
 
 
 def clifford_wavelet_nd(
