@@ -2,7 +2,7 @@
 // command: gac generate --all arms
 // spec: 4bf55c390980eda1
 // contraction: -ffp-contract=off (every operation is rounded once)
-// body: 75a0be90698761583179372bfb942062903dd4736ae065b9eaebcf3b80c111a9
+// body: 094a7b753c0b9981864d631fea9a702157483fdc7c709b109dba6f2a1ca55e41
 
 #ifndef REAL
 #include "arms.h"
@@ -76,6 +76,49 @@ struct part {
     int size, rank, first, shape[2];
 };
 
+// Where a number of an element lies, its components being counted in C order.
+static intptr_t offset_of(const struct part *part, intptr_t k, const intptr_t *strides)
+{
+    intptr_t offset = 0;
+    for (int axis = part->rank; axis-- > 1; k /= part->shape[axis])
+        offset += k % part->shape[axis] * strides[axis];
+    return part->rank ? offset + k * strides[0] : 0;
+}
+
+// What no cache holds goes to memory past them: whole lines, of which nothing is fetched first.
+enum { LINE = 64 };
+#ifdef ON
+#define PASSES(bytes) ((bytes) > 1 << 25)
+ON("v3") static void stream(char *to, const char *from, intptr_t bytes)
+{
+    typedef double half __attribute__((vector_size(LINE / 2), aligned(4), may_alias));
+    const intptr_t start = -(intptr_t)to & (LINE - 1);
+    intptr_t i = 0;
+    for (; i < start && i < bytes; i += 4)
+        memcpy(to + i, from + i, 4);
+    for (; i + LINE <= bytes; i += LINE) {
+        __builtin_ia32_movntpd256((double *)(to + i), *(const half *)(from + i));
+        __builtin_ia32_movntpd256((double *)(to + i + LINE / 2), *(const half *)(from + i + LINE / 2));
+    }
+    for (; i < bytes; i += 4)
+        memcpy(to + i, from + i, 4);
+}
+#define STREAM_END() __builtin_ia32_sfence()
+#else
+#define PASSES(bytes) 0
+#define stream memcpy
+#define STREAM_END()
+#endif
+
+// How many elements lie before one that starts a line; 0 if none of the first does.
+static intptr_t before_line(const char *first, intptr_t step)
+{
+    for (intptr_t i = 0; i < LANES; ++i)
+        if (((intptr_t)first + i * step) % LINE == 0)
+            return i;
+    return 0;
+}
+
 typedef void loop_function(intptr_t n, char **args, const intptr_t *strides);
 typedef void any_function(void);
 
@@ -94,7 +137,7 @@ struct kernel {
     loop_function *block[2], *dense[2];
     any_function *function;
     void (*call)(any_function *function, void **parts);
-    int n_inputs, n_parts, n_forms, repeats;
+    int n_inputs, n_parts, n_forms, repeats, busy;
     const struct part *parts;
     const struct form *forms;
 };
@@ -999,15 +1042,19 @@ static void NAME(move_part)(int back, REAL *x, intptr_t row, const struct part *
 static void NAME(move_element)(int back, REAL *x, const struct part *part, char *a, const intptr_t *c)
 {
     for (intptr_t k = 0; k < part->size; ++k) {
-        intptr_t offset = 0, rest = k;
-        for (int axis = part->rank; axis-- > 1; rest /= part->shape[axis])
-            offset += rest % part->shape[axis] * c[axis];
-        offset += part->rank ? rest * c[0] : 0;
+        REAL *number = (REAL *)(a + offset_of(part, k, c));
         if (back)
-            *(REAL *)(a + offset) = x[k];
+            *number = x[k];
         else
-            x[k] = *(const REAL *)(a + offset);
+            x[k] = *number;
     }
+}
+
+// All rows of a part to a batch in which they are contiguous, past the caches.
+static void NAME(stream_part)(REAL *x, intptr_t row, const struct part *part, char *a, const intptr_t *c, intptr_t n)
+{
+    for (intptr_t k = 0; k < part->size; ++k)
+        stream(a + offset_of(part, k, c), (const char *)(x + k * row), n * sizeof(REAL));
 }
 
 // Runs a kernel on one element after the other.
@@ -1034,11 +1081,11 @@ static void NAME(batch)(const struct kernel *kernel, char **args, intptr_t n, co
 {
     const intptr_t w = sizeof(REAL), *strides = steps + kernel->n_parts;
     const int n_parts = kernel->n_parts, n_inputs = kernel->n_inputs, width = CHOSEN;
-    enum { SAME, HOISTED, UNIT, ANY } kinds[PARTS];
+    enum { SAME, HOISTED, UNIT, ANY, PAST } kinds[PARTS];
     _Alignas(64) REAL space[SPACE], prepared[PREPARED];
     REAL *rows[PARTS];
     char *starts[PARTS];
-    intptr_t cores[CORES], row_cores[CORES], total = 0, bytes = 0;
+    intptr_t cores[CORES], row_cores[CORES], total = 0, numbers = 0, bytes = 0;
     unsigned still = 0, hoisted = 0;
     int in_place = 1, ordered = 1, known = 1;
     if (width < 0 || n == 1) {
@@ -1055,6 +1102,7 @@ static void NAME(batch)(const struct kernel *kernel, char **args, intptr_t n, co
         ordered = ordered && (same || steps[p] == step);
         known = known && part->size <= SIZES && NAME(spans)[part->size].load[width];
         total += part->size;
+        numbers += same ? 0 : part->size;
         bytes += steps[p] < 0 ? -steps[p] : steps[p];
         still |= (unsigned)same << p;
     }
@@ -1067,9 +1115,11 @@ static void NAME(batch)(const struct kernel *kernel, char **args, intptr_t n, co
     }
     const int dense = ordered && still == hoisted && in_order;
     const int spans = ordered && !dense && known && total * SPAN <= SPACE;
+    // Results that no cache holds go past the caches, where that is what takes the time.
+    const int past = PASSES(n * numbers * w) && !kernel->busy && !ordered && steps[n_inputs] == w;
     // Long rows spare calls; beyond the last cache, short turns keep reading and writing going side by side.
     const int near = n < (1 << 24) / (bytes + 1);
-    intptr_t row = spans ? SPAN : near ? 512 / w : LANES;
+    intptr_t row = spans ? SPAN : near || past ? 512 / w : LANES;
     while (row > LANES && row * total > SPACE)
         row /= 2;
     total = 0;
@@ -1082,9 +1132,10 @@ static void NAME(batch)(const struct kernel *kernel, char **args, intptr_t n, co
         kinds[p] = hoisted >> p & 1 ? HOISTED : still >> p & 1 ? SAME : steps[p] == w ? UNIT : ANY;
         for (int q = 0; kernel->repeats && p >= n_inputs && q < n_inputs; ++q)
             kinds[p] = args[p] == args[q] ? ANY : kinds[p];
+        kinds[p] = past && p >= n_inputs && steps[p] == w ? PAST : kinds[p];
         in_place = in_place && (kinds[p] == UNIT || kinds[p] == HOISTED);
         for (int q = part->first + part->rank; q-- > part->first; row_step *= part->shape[q - part->first]) {
-            cores[q] = kinds[p] == SAME || kinds[p] == ANY ? row_step : strides[q];
+            cores[q] = kinds[p] == HOISTED || kinds[p] == UNIT ? strides[q] : row_step;
             row_cores[q] = row_step;
         }
         if (dense || kinds[p] == HOISTED || kinds[p] == UNIT)
@@ -1096,7 +1147,9 @@ static void NAME(batch)(const struct kernel *kernel, char **args, intptr_t n, co
             NAME(move_part)(0, rows[p], row, part, args[p], 0, strides + part->first, n < row ? PADDED(n) : row);
     }
     const intptr_t turn = near ? SPAN : LANES;
-    intptr_t i = 0;
+    intptr_t i = past && !hoisted ? before_line(args[n_inputs], steps[n_inputs]) : 0;
+    if (i)
+        NAME(each)(kernel, args, i, steps);
     // In C order, by functions that know the sizes.
     for (; spans && !in_place && n - i >= turn; i += turn) {
         for (int p = 0; p < n_parts; ++p) {
@@ -1134,11 +1187,17 @@ static void NAME(batch)(const struct kernel *kernel, char **args, intptr_t n, co
                     rows[p][k * row + j] = rows[p][k * row + m - 1];
         }
         in_rows(m, starts, cores);
-        for (int p = n_inputs; p < n_parts; ++p)
-            if (starts[p] == (char *)rows[p])
-                NAME(move_part)(1, rows[p], row, &kernel->parts[p], args[p] + i * steps[p], steps[p],
-                    strides + kernel->parts[p].first, m);
+        for (int p = n_inputs; p < n_parts; ++p) {
+            const struct part *part = &kernel->parts[p];
+            char *to = args[p] + i * steps[p];
+            if (kinds[p] == PAST)
+                NAME(stream_part)(rows[p], row, part, to, strides + part->first, m);
+            else if (starts[p] == (char *)rows[p])
+                NAME(move_part)(1, rows[p], row, part, to, steps[p], strides + part->first, m);
+        }
     }
+    if (past)
+        STREAM_END();
 }
 
 INLINE void NAME(turns_of_sum)(REAL a, REAL b, REAL c, REAL *out_0, REAL *out_1)
@@ -1202,7 +1261,7 @@ void NAME(turns_of_sum_loop)(char **args, const intptr_t *dimensions, const intp
     static const struct part parts[] = {{1, 0, 0, {0}}, {1, 0, 0, {0}}, {1, 0, 0, {0}}, {2, 1, 0, {2}}, {1, 0, 1,
         {0}}};
     static const struct kernel kernel = {WIDTHS(turns_of_sum_block), {NULL}, (any_function *)NAME(turns_of_sum),
-        NAME(call_nnnrr), 3, 5, 0, 0, parts, NULL};
+        NAME(call_nnnrr), 3, 5, 0, 0, 1, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -1417,7 +1476,7 @@ void NAME(slides_of_quadratic_loop)(char **args, const intptr_t *dimensions, con
     static const struct form forms[] = {{3, 2, NAME(slides_of_quadratic_start_a_b),
         WIDTHS(slides_of_quadratic_block_a_b), WIDTHS(slides_of_quadratic_dense_a_b)}};
     static const struct kernel kernel = {WIDTHS(slides_of_quadratic_block), {NULL}, (any_function
-        *)NAME(slides_of_quadratic), NAME(call_nnnrr), 3, 5, 1, 0, parts, forms};
+        *)NAME(slides_of_quadratic), NAME(call_nnnrr), 3, 5, 1, 0, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -2292,7 +2351,7 @@ void NAME(turns_of_ellipse_loop)(char **args, const intptr_t *dimensions, const 
 {
     static const struct part parts[] = {{4, 2, 0, {2, 2}}, {2, 1, 2, {2}}, {4, 1, 3, {4}}, {4, 1, 4, {4}}};
     static const struct kernel kernel = {WIDTHS(turns_of_ellipse_block), {NULL}, (any_function
-        *)NAME(turns_of_ellipse), NAME(call_aarr), 2, 4, 0, 0, parts, NULL};
+        *)NAME(turns_of_ellipse), NAME(call_aarr), 2, 4, 0, 0, 1, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -2612,7 +2671,7 @@ void NAME(turn_between_points_loop)(char **args, const intptr_t *dimensions, con
         WIDTHS(turn_between_points_block_line_a), {NULL}}, {5, 2, NAME(turn_between_points_start_line_b),
         WIDTHS(turn_between_points_block_line_b), {NULL}}};
     static const struct kernel kernel = {WIDTHS(turn_between_points_block), {NULL}, (any_function
-        *)NAME(turn_between_points), NAME(call_aaar), 3, 4, 2, 0, parts, forms};
+        *)NAME(turn_between_points), NAME(call_aaar), 3, 4, 2, 0, 1, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -2686,7 +2745,7 @@ void NAME(turn_between_lines_loop)(char **args, const intptr_t *dimensions, cons
 {
     static const struct part parts[] = {{6, 1, 0, {6}}, {6, 1, 1, {6}}, {6, 1, 2, {6}}, {1, 0, 3, {0}}};
     static const struct kernel kernel = {WIDTHS(turn_between_lines_block), {NULL}, (any_function
-        *)NAME(turn_between_lines), NAME(call_aaar), 3, 4, 0, 0, parts, NULL};
+        *)NAME(turn_between_lines), NAME(call_aaar), 3, 4, 0, 0, 1, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -2969,7 +3028,7 @@ void NAME(turns_to_plane_loop)(char **args, const intptr_t *dimensions, const in
     static const struct form forms[] = {{3, 2, NAME(turns_to_plane_start_line_p),
         WIDTHS(turns_to_plane_block_line_p), {NULL}}};
     static const struct kernel kernel = {WIDTHS(turns_to_plane_block), {NULL}, (any_function *)NAME(turns_to_plane),
-        NAME(call_aaarr), 3, 5, 1, 0, parts, forms};
+        NAME(call_aaarr), 3, 5, 1, 0, 1, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -3444,7 +3503,7 @@ void NAME(turns_to_sphere_loop)(char **args, const intptr_t *dimensions, const i
         WIDTHS(turns_to_sphere_block_line_p_centre), {NULL}}, {11, 2, NAME(turns_to_sphere_start_line_p_distance),
         WIDTHS(turns_to_sphere_block_line_p_distance), {NULL}}};
     static const struct kernel kernel = {WIDTHS(turns_to_sphere_block), {NULL}, (any_function
-        *)NAME(turns_to_sphere), NAME(call_aaanrr), 4, 6, 2, 0, parts, forms};
+        *)NAME(turns_to_sphere), NAME(call_aaanrr), 4, 6, 2, 0, 1, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -4174,7 +4233,7 @@ void NAME(circle_profile_loop)(char **args, const intptr_t *dimensions, const in
         WIDTHS(circle_profile_block_axis_line_p), {NULL}}, {7, 4, NAME(circle_profile_start_axis_base_line),
         WIDTHS(circle_profile_block_axis_base_line), {NULL}}};
     static const struct kernel kernel = {WIDTHS(circle_profile_block), {NULL}, (any_function *)NAME(circle_profile),
-        NAME(call_aaaar), 4, 5, 3, 0, parts, forms};
+        NAME(call_aaaar), 4, 5, 3, 0, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -4674,7 +4733,7 @@ void NAME(segment_profile_loop)(char **args, const intptr_t *dimensions, const i
         WIDTHS(segment_profile_block_axis_base_line), {NULL}}, {13, 2, NAME(segment_profile_start_axis_line_p),
         WIDTHS(segment_profile_block_axis_line_p), {NULL}}};
     static const struct kernel kernel = {WIDTHS(segment_profile_block), {NULL}, (any_function
-        *)NAME(segment_profile), NAME(call_aaaar), 4, 5, 4, 0, parts, forms};
+        *)NAME(segment_profile), NAME(call_aaaar), 4, 5, 4, 0, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -5309,7 +5368,7 @@ void NAME(circle_shadow_loop)(char **args, const intptr_t *dimensions, const int
         WIDTHS(circle_shadow_block_second_line_p), {NULL}}, {7, 3, NAME(circle_shadow_start_first_second_line),
         WIDTHS(circle_shadow_block_first_second_line), {NULL}}};
     static const struct kernel kernel = {WIDTHS(circle_shadow_block), {NULL}, (any_function *)NAME(circle_shadow),
-        NAME(call_aaaar), 4, 5, 3, 0, parts, forms};
+        NAME(call_aaaar), 4, 5, 3, 0, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -5764,7 +5823,7 @@ void NAME(segment_shadow_loop)(char **args, const intptr_t *dimensions, const in
         WIDTHS(segment_shadow_block_first_line_p), {NULL}}, {14, 2, NAME(segment_shadow_start_second_line_p),
         WIDTHS(segment_shadow_block_second_line_p), {NULL}}};
     static const struct kernel kernel = {WIDTHS(segment_shadow_block), {NULL}, (any_function *)NAME(segment_shadow),
-        NAME(call_aaaar), 4, 5, 4, 0, parts, forms};
+        NAME(call_aaaar), 4, 5, 4, 0, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -6003,7 +6062,7 @@ void NAME(turns_about_two_axes_loop)(char **args, const intptr_t *dimensions, co
     static const struct part parts[] = {{6, 1, 0, {6}}, {6, 1, 1, {6}}, {6, 1, 2, {6}}, {6, 1, 3, {6}}, {2, 1, 4,
         {2}}, {2, 1, 5, {2}}, {1, 0, 6, {0}}};
     static const struct kernel kernel = {WIDTHS(turns_about_two_axes_block), {NULL}, (any_function
-        *)NAME(turns_about_two_axes), NAME(call_aaaarrr), 4, 7, 0, 0, parts, NULL};
+        *)NAME(turns_about_two_axes), NAME(call_aaaarrr), 4, 7, 0, 0, 1, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -6619,7 +6678,7 @@ void NAME(wrist_turns_loop)(char **args, const intptr_t *dimensions, const intpt
     static const struct part parts[] = {{6, 1, 0, {6}}, {6, 1, 1, {6}}, {6, 1, 2, {6}}, {8, 1, 3, {8}}, {6, 2, 4,
         {2, 3}}, {1, 0, 6, {0}}};
     static const struct kernel kernel = {WIDTHS(wrist_turns_block), {NULL}, (any_function *)NAME(wrist_turns),
-        NAME(call_aaaarr), 4, 6, 0, 0, parts, NULL};
+        NAME(call_aaaarr), 4, 6, 0, 0, 1, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -7034,7 +7093,7 @@ void NAME(planar_turns_loop)(char **args, const intptr_t *dimensions, const intp
     static const struct part parts[] = {{6, 1, 0, {6}}, {6, 1, 1, {6}}, {6, 1, 2, {6}}, {8, 1, 3, {8}}, {6, 2, 4,
         {2, 3}}, {1, 0, 6, {0}}};
     static const struct kernel kernel = {WIDTHS(planar_turns_block), {NULL}, (any_function *)NAME(planar_turns),
-        NAME(call_aaaarr), 4, 6, 0, 0, parts, NULL};
+        NAME(call_aaaarr), 4, 6, 0, 0, 1, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -7221,7 +7280,7 @@ void NAME(elbow_frame_loop)(char **args, const intptr_t *dimensions, const intpt
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {3, 1, 1, {3}}, {6, 1, 2, {6}}, {8, 1, 3, {8}}};
     static const struct kernel kernel = {WIDTHS(elbow_frame_block), {NULL}, (any_function *)NAME(elbow_frame),
-        NAME(call_aaar), 3, 4, 0, 0, parts, NULL};
+        NAME(call_aaar), 3, 4, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -8513,7 +8572,7 @@ void NAME(motion_of_three_turns_loop)(char **args, const intptr_t *dimensions, c
         {14, 2, NAME(motion_of_three_turns_start_second_third_q),
         WIDTHS(motion_of_three_turns_block_second_third_q), {NULL}}};
     static const struct kernel kernel = {WIDTHS(motion_of_three_turns_block), {NULL}, (any_function
-        *)NAME(motion_of_three_turns), NAME(call_aaaar), 4, 5, 3, 1, parts, forms};
+        *)NAME(motion_of_three_turns), NAME(call_aaaar), 4, 5, 3, 1, 1, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -9183,7 +9242,7 @@ void NAME(distance_to_goal_loop)(char **args, const intptr_t *dimensions, const 
         WIDTHS(distance_to_goal_block_m_n_goal), {NULL}}, {11, 2, NAME(distance_to_goal_start_m_n_size),
         WIDTHS(distance_to_goal_block_m_n_size), {NULL}}};
     static const struct kernel kernel = {WIDTHS(distance_to_goal_block), {NULL}, (any_function
-        *)NAME(distance_to_goal), NAME(call_aaanr), 4, 5, 2, 0, parts, forms};
+        *)NAME(distance_to_goal), NAME(call_aaanr), 4, 5, 2, 0, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -9363,7 +9422,7 @@ void NAME(point_and_tangent_loop)(char **args, const intptr_t *dimensions, const
     static const struct form forms[] = {{1, 2, NAME(point_and_tangent_start_p), WIDTHS(point_and_tangent_block_p),
         {NULL}}};
     static const struct kernel kernel = {WIDTHS(point_and_tangent_block), {NULL}, (any_function
-        *)NAME(point_and_tangent), NAME(call_aar), 2, 3, 1, 0, parts, forms};
+        *)NAME(point_and_tangent), NAME(call_aar), 2, 3, 1, 0, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -9474,7 +9533,7 @@ void NAME(constraint_of_points_loop)(char **args, const intptr_t *dimensions, co
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {3, 1, 1, {3}}, {64, 2, 2, {8, 8}}};
     static const struct kernel kernel = {WIDTHS(constraint_of_points_block), {NULL}, (any_function
-        *)NAME(constraint_of_points), NAME(call_aar), 2, 3, 0, 0, parts, NULL};
+        *)NAME(constraint_of_points), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -9603,7 +9662,7 @@ void NAME(constraint_of_lines_loop)(char **args, const intptr_t *dimensions, con
 {
     static const struct part parts[] = {{6, 1, 0, {6}}, {6, 1, 1, {6}}, {64, 2, 2, {8, 8}}};
     static const struct kernel kernel = {WIDTHS(constraint_of_lines_block), {NULL}, (any_function
-        *)NAME(constraint_of_lines), NAME(call_aar), 2, 3, 0, 0, parts, NULL};
+        *)NAME(constraint_of_lines), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -9721,7 +9780,7 @@ void NAME(constraint_of_planes_loop)(char **args, const intptr_t *dimensions, co
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {4, 1, 1, {4}}, {64, 2, 2, {8, 8}}};
     static const struct kernel kernel = {WIDTHS(constraint_of_planes_block), {NULL}, (any_function
-        *)NAME(constraint_of_planes), NAME(call_aar), 2, 3, 0, 0, parts, NULL};
+        *)NAME(constraint_of_planes), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 #endif

@@ -2,7 +2,7 @@
 // command: gac generate --all cga2
 // spec: a74b5b16fc92a439
 // contraction: -ffp-contract=off (every operation is rounded once)
-// body: d7d5a484e3c1a14b1fd59c7a35fca611a308d1e666eb7fb6a3e86f5db9fad985
+// body: 57f1530804db7a8c145f7a5e090507270f7277e6c667ca14c5eb025ce0480b3e
 
 #ifndef REAL
 #include "cga2.h"
@@ -76,6 +76,49 @@ struct part {
     int size, rank, first, shape[1];
 };
 
+// Where a number of an element lies, its components being counted in C order.
+static intptr_t offset_of(const struct part *part, intptr_t k, const intptr_t *strides)
+{
+    intptr_t offset = 0;
+    for (int axis = part->rank; axis-- > 1; k /= part->shape[axis])
+        offset += k % part->shape[axis] * strides[axis];
+    return part->rank ? offset + k * strides[0] : 0;
+}
+
+// What no cache holds goes to memory past them: whole lines, of which nothing is fetched first.
+enum { LINE = 64 };
+#ifdef ON
+#define PASSES(bytes) ((bytes) > 1 << 25)
+ON("v3") static void stream(char *to, const char *from, intptr_t bytes)
+{
+    typedef double half __attribute__((vector_size(LINE / 2), aligned(4), may_alias));
+    const intptr_t start = -(intptr_t)to & (LINE - 1);
+    intptr_t i = 0;
+    for (; i < start && i < bytes; i += 4)
+        memcpy(to + i, from + i, 4);
+    for (; i + LINE <= bytes; i += LINE) {
+        __builtin_ia32_movntpd256((double *)(to + i), *(const half *)(from + i));
+        __builtin_ia32_movntpd256((double *)(to + i + LINE / 2), *(const half *)(from + i + LINE / 2));
+    }
+    for (; i < bytes; i += 4)
+        memcpy(to + i, from + i, 4);
+}
+#define STREAM_END() __builtin_ia32_sfence()
+#else
+#define PASSES(bytes) 0
+#define stream memcpy
+#define STREAM_END()
+#endif
+
+// How many elements lie before one that starts a line; 0 if none of the first does.
+static intptr_t before_line(const char *first, intptr_t step)
+{
+    for (intptr_t i = 0; i < LANES; ++i)
+        if (((intptr_t)first + i * step) % LINE == 0)
+            return i;
+    return 0;
+}
+
 typedef void loop_function(intptr_t n, char **args, const intptr_t *strides);
 typedef void any_function(void);
 
@@ -94,7 +137,7 @@ struct kernel {
     loop_function *block[2], *dense[2];
     any_function *function;
     void (*call)(any_function *function, void **parts);
-    int n_inputs, n_parts, n_forms, repeats;
+    int n_inputs, n_parts, n_forms, repeats, busy;
     const struct part *parts;
     const struct form *forms;
 };
@@ -945,15 +988,19 @@ static void NAME(move_part)(int back, REAL *x, intptr_t row, const struct part *
 static void NAME(move_element)(int back, REAL *x, const struct part *part, char *a, const intptr_t *c)
 {
     for (intptr_t k = 0; k < part->size; ++k) {
-        intptr_t offset = 0, rest = k;
-        for (int axis = part->rank; axis-- > 1; rest /= part->shape[axis])
-            offset += rest % part->shape[axis] * c[axis];
-        offset += part->rank ? rest * c[0] : 0;
+        REAL *number = (REAL *)(a + offset_of(part, k, c));
         if (back)
-            *(REAL *)(a + offset) = x[k];
+            *number = x[k];
         else
-            x[k] = *(const REAL *)(a + offset);
+            x[k] = *number;
     }
+}
+
+// All rows of a part to a batch in which they are contiguous, past the caches.
+static void NAME(stream_part)(REAL *x, intptr_t row, const struct part *part, char *a, const intptr_t *c, intptr_t n)
+{
+    for (intptr_t k = 0; k < part->size; ++k)
+        stream(a + offset_of(part, k, c), (const char *)(x + k * row), n * sizeof(REAL));
 }
 
 // Runs a kernel on one element after the other.
@@ -980,11 +1027,11 @@ static void NAME(batch)(const struct kernel *kernel, char **args, intptr_t n, co
 {
     const intptr_t w = sizeof(REAL), *strides = steps + kernel->n_parts;
     const int n_parts = kernel->n_parts, n_inputs = kernel->n_inputs, width = CHOSEN;
-    enum { SAME, HOISTED, UNIT, ANY } kinds[PARTS];
+    enum { SAME, HOISTED, UNIT, ANY, PAST } kinds[PARTS];
     _Alignas(64) REAL space[SPACE], prepared[PREPARED];
     REAL *rows[PARTS];
     char *starts[PARTS];
-    intptr_t cores[CORES], row_cores[CORES], total = 0, bytes = 0;
+    intptr_t cores[CORES], row_cores[CORES], total = 0, numbers = 0, bytes = 0;
     unsigned still = 0, hoisted = 0;
     int in_place = 1, ordered = 1, known = 1;
     if (width < 0 || n == 1) {
@@ -1001,6 +1048,7 @@ static void NAME(batch)(const struct kernel *kernel, char **args, intptr_t n, co
         ordered = ordered && (same || steps[p] == step);
         known = known && part->size <= SIZES && NAME(spans)[part->size].load[width];
         total += part->size;
+        numbers += same ? 0 : part->size;
         bytes += steps[p] < 0 ? -steps[p] : steps[p];
         still |= (unsigned)same << p;
     }
@@ -1013,9 +1061,11 @@ static void NAME(batch)(const struct kernel *kernel, char **args, intptr_t n, co
     }
     const int dense = ordered && still == hoisted && in_order;
     const int spans = ordered && !dense && known && total * SPAN <= SPACE;
+    // Results that no cache holds go past the caches, where that is what takes the time.
+    const int past = PASSES(n * numbers * w) && !kernel->busy && !ordered && steps[n_inputs] == w;
     // Long rows spare calls; beyond the last cache, short turns keep reading and writing going side by side.
     const int near = n < (1 << 24) / (bytes + 1);
-    intptr_t row = spans ? SPAN : near ? 512 / w : LANES;
+    intptr_t row = spans ? SPAN : near || past ? 512 / w : LANES;
     while (row > LANES && row * total > SPACE)
         row /= 2;
     total = 0;
@@ -1028,9 +1078,10 @@ static void NAME(batch)(const struct kernel *kernel, char **args, intptr_t n, co
         kinds[p] = hoisted >> p & 1 ? HOISTED : still >> p & 1 ? SAME : steps[p] == w ? UNIT : ANY;
         for (int q = 0; kernel->repeats && p >= n_inputs && q < n_inputs; ++q)
             kinds[p] = args[p] == args[q] ? ANY : kinds[p];
+        kinds[p] = past && p >= n_inputs && steps[p] == w ? PAST : kinds[p];
         in_place = in_place && (kinds[p] == UNIT || kinds[p] == HOISTED);
         for (int q = part->first + part->rank; q-- > part->first; row_step *= part->shape[q - part->first]) {
-            cores[q] = kinds[p] == SAME || kinds[p] == ANY ? row_step : strides[q];
+            cores[q] = kinds[p] == HOISTED || kinds[p] == UNIT ? strides[q] : row_step;
             row_cores[q] = row_step;
         }
         if (dense || kinds[p] == HOISTED || kinds[p] == UNIT)
@@ -1042,7 +1093,9 @@ static void NAME(batch)(const struct kernel *kernel, char **args, intptr_t n, co
             NAME(move_part)(0, rows[p], row, part, args[p], 0, strides + part->first, n < row ? PADDED(n) : row);
     }
     const intptr_t turn = near ? SPAN : LANES;
-    intptr_t i = 0;
+    intptr_t i = past && !hoisted ? before_line(args[n_inputs], steps[n_inputs]) : 0;
+    if (i)
+        NAME(each)(kernel, args, i, steps);
     // In C order, by functions that know the sizes.
     for (; spans && !in_place && n - i >= turn; i += turn) {
         for (int p = 0; p < n_parts; ++p) {
@@ -1080,11 +1133,17 @@ static void NAME(batch)(const struct kernel *kernel, char **args, intptr_t n, co
                     rows[p][k * row + j] = rows[p][k * row + m - 1];
         }
         in_rows(m, starts, cores);
-        for (int p = n_inputs; p < n_parts; ++p)
-            if (starts[p] == (char *)rows[p])
-                NAME(move_part)(1, rows[p], row, &kernel->parts[p], args[p] + i * steps[p], steps[p],
-                    strides + kernel->parts[p].first, m);
+        for (int p = n_inputs; p < n_parts; ++p) {
+            const struct part *part = &kernel->parts[p];
+            char *to = args[p] + i * steps[p];
+            if (kinds[p] == PAST)
+                NAME(stream_part)(rows[p], row, part, to, strides + part->first, m);
+            else if (starts[p] == (char *)rows[p])
+                NAME(move_part)(1, rows[p], row, part, to, steps[p], strides + part->first, m);
+        }
     }
+    if (past)
+        STREAM_END();
 }
 
 INLINE void NAME(geometric_product)(const REAL *a, const REAL *b, REAL *out)
@@ -1383,7 +1442,7 @@ void NAME(geometric_product_loop)(char **args, const intptr_t *dimensions, const
 {
     static const struct part parts[] = {{16, 1, 0, {16}}, {16, 1, 1, {16}}, {16, 1, 2, {16}}};
     static const struct kernel kernel = {WIDTHS(geometric_product_block), {NULL}, (any_function
-        *)NAME(geometric_product), NAME(call_aar), 2, 3, 0, 0, parts, NULL};
+        *)NAME(geometric_product), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -1609,7 +1668,7 @@ void NAME(outer_product_loop)(char **args, const intptr_t *dimensions, const int
 {
     static const struct part parts[] = {{16, 1, 0, {16}}, {16, 1, 1, {16}}, {16, 1, 2, {16}}};
     static const struct kernel kernel = {WIDTHS(outer_product_block), {NULL}, (any_function *)NAME(outer_product),
-        NAME(call_aar), 2, 3, 0, 0, parts, NULL};
+        NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -1835,7 +1894,7 @@ void NAME(regressive_product_loop)(char **args, const intptr_t *dimensions, cons
 {
     static const struct part parts[] = {{16, 1, 0, {16}}, {16, 1, 1, {16}}, {16, 1, 2, {16}}};
     static const struct kernel kernel = {WIDTHS(regressive_product_block), {NULL}, (any_function
-        *)NAME(regressive_product), NAME(call_aar), 2, 3, 0, 0, parts, NULL};
+        *)NAME(regressive_product), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -2175,7 +2234,7 @@ void NAME(inner_product_loop)(char **args, const intptr_t *dimensions, const int
 {
     static const struct part parts[] = {{16, 1, 0, {16}}, {16, 1, 1, {16}}, {16, 1, 2, {16}}};
     static const struct kernel kernel = {WIDTHS(inner_product_block), {NULL}, (any_function *)NAME(inner_product),
-        NAME(call_aar), 2, 3, 0, 0, parts, NULL};
+        NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -2313,7 +2372,7 @@ void NAME(even_product_loop)(char **args, const intptr_t *dimensions, const intp
 {
     static const struct part parts[] = {{8, 1, 0, {8}}, {8, 1, 1, {8}}, {8, 1, 2, {8}}};
     static const struct kernel kernel = {WIDTHS(even_product_block), {NULL}, (any_function *)NAME(even_product),
-        NAME(call_aar), 2, 3, 0, 0, parts, NULL};
+        NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -2384,7 +2443,7 @@ void NAME(reverse_loop)(char **args, const intptr_t *dimensions, const intptr_t 
 {
     static const struct part parts[] = {{16, 1, 0, {16}}, {16, 1, 1, {16}}};
     static const struct kernel kernel = {WIDTHS(reverse_block), {NULL}, (any_function *)NAME(reverse),
-        NAME(call_ar), 1, 2, 0, 0, parts, NULL};
+        NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -2435,7 +2494,7 @@ void NAME(even_reverse_loop)(char **args, const intptr_t *dimensions, const intp
 {
     static const struct part parts[] = {{8, 1, 0, {8}}, {8, 1, 1, {8}}};
     static const struct kernel kernel = {WIDTHS(even_reverse_block), {NULL}, (any_function *)NAME(even_reverse),
-        NAME(call_ar), 1, 2, 0, 0, parts, NULL};
+        NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -2504,7 +2563,7 @@ void NAME(grade_involution_loop)(char **args, const intptr_t *dimensions, const 
 {
     static const struct part parts[] = {{16, 1, 0, {16}}, {16, 1, 1, {16}}};
     static const struct kernel kernel = {WIDTHS(grade_involution_block), {NULL}, (any_function
-        *)NAME(grade_involution), NAME(call_ar), 1, 2, 0, 0, parts, NULL};
+        *)NAME(grade_involution), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -2571,7 +2630,7 @@ void NAME(dual_loop)(char **args, const intptr_t *dimensions, const intptr_t *st
 {
     static const struct part parts[] = {{16, 1, 0, {16}}, {16, 1, 1, {16}}};
     static const struct kernel kernel = {WIDTHS(dual_block), {NULL}, (any_function *)NAME(dual), NAME(call_ar), 1,
-        2, 0, 0, parts, NULL};
+        2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -2638,7 +2697,7 @@ void NAME(undual_loop)(char **args, const intptr_t *dimensions, const intptr_t *
 {
     static const struct part parts[] = {{16, 1, 0, {16}}, {16, 1, 1, {16}}};
     static const struct kernel kernel = {WIDTHS(undual_block), {NULL}, (any_function *)NAME(undual), NAME(call_ar),
-        1, 2, 0, 0, parts, NULL};
+        1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -2707,7 +2766,7 @@ void NAME(polarity_loop)(char **args, const intptr_t *dimensions, const intptr_t
 {
     static const struct part parts[] = {{16, 1, 0, {16}}, {16, 1, 1, {16}}};
     static const struct kernel kernel = {WIDTHS(polarity_block), {NULL}, (any_function *)NAME(polarity),
-        NAME(call_ar), 1, 2, 0, 0, parts, NULL};
+        NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -2766,7 +2825,7 @@ void NAME(embed_point_loop)(char **args, const intptr_t *dimensions, const intpt
 {
     static const struct part parts[] = {{2, 1, 0, {2}}, {4, 1, 1, {4}}};
     static const struct kernel kernel = {WIDTHS(embed_point_block), WIDTHS(embed_point_dense), (any_function
-        *)NAME(embed_point), NAME(call_ar), 1, 2, 0, 0, parts, NULL};
+        *)NAME(embed_point), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -2823,7 +2882,7 @@ void NAME(extract_point_loop)(char **args, const intptr_t *dimensions, const int
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {2, 1, 1, {2}}};
     static const struct kernel kernel = {WIDTHS(extract_point_block), WIDTHS(extract_point_dense), (any_function
-        *)NAME(extract_point), NAME(call_ar), 1, 2, 0, 0, parts, NULL};
+        *)NAME(extract_point), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -2884,7 +2943,7 @@ void NAME(normalize_vector_loop)(char **args, const intptr_t *dimensions, const 
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {4, 1, 1, {4}}};
     static const struct kernel kernel = {WIDTHS(normalize_vector_block), WIDTHS(normalize_vector_dense),
-        (any_function *)NAME(normalize_vector), NAME(call_ar), 1, 2, 0, 0, parts, NULL};
+        (any_function *)NAME(normalize_vector), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -2950,7 +3009,7 @@ void NAME(distance_squared_points_loop)(char **args, const intptr_t *dimensions,
     static const struct part parts[] = {{2, 1, 0, {2}}, {2, 1, 1, {2}}, {1, 0, 2, {0}}};
     static const struct kernel kernel = {WIDTHS(distance_squared_points_block),
         WIDTHS(distance_squared_points_dense), (any_function *)NAME(distance_squared_points), NAME(call_aar), 2, 3,
-        0, 0, parts, NULL};
+        0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -3016,7 +3075,7 @@ void NAME(distance_points_loop)(char **args, const intptr_t *dimensions, const i
 {
     static const struct part parts[] = {{2, 1, 0, {2}}, {2, 1, 1, {2}}, {1, 0, 2, {0}}};
     static const struct kernel kernel = {WIDTHS(distance_points_block), WIDTHS(distance_points_dense), (any_function
-        *)NAME(distance_points), NAME(call_aar), 2, 3, 0, 0, parts, NULL};
+        *)NAME(distance_points), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -3088,7 +3147,7 @@ void NAME(inner_product_of_vectors_loop)(char **args, const intptr_t *dimensions
     static const struct part parts[] = {{4, 1, 0, {4}}, {4, 1, 1, {4}}, {1, 0, 2, {0}}};
     static const struct kernel kernel = {WIDTHS(inner_product_of_vectors_block),
         WIDTHS(inner_product_of_vectors_dense), (any_function *)NAME(inner_product_of_vectors), NAME(call_aar), 2,
-        3, 0, 0, parts, NULL};
+        3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -3142,7 +3201,7 @@ void NAME(flat_point_from_point_loop)(char **args, const intptr_t *dimensions, c
 {
     static const struct part parts[] = {{2, 1, 0, {2}}, {3, 1, 1, {3}}};
     static const struct kernel kernel = {WIDTHS(flat_point_from_point_block), WIDTHS(flat_point_from_point_dense),
-        (any_function *)NAME(flat_point_from_point), NAME(call_ar), 1, 2, 0, 0, parts, NULL};
+        (any_function *)NAME(flat_point_from_point), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -3199,7 +3258,7 @@ void NAME(point_from_flat_point_loop)(char **args, const intptr_t *dimensions, c
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {2, 1, 1, {2}}};
     static const struct kernel kernel = {WIDTHS(point_from_flat_point_block), WIDTHS(point_from_flat_point_dense),
-        (any_function *)NAME(point_from_flat_point), NAME(call_ar), 1, 2, 0, 0, parts, NULL};
+        (any_function *)NAME(point_from_flat_point), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -3266,7 +3325,7 @@ void NAME(line_from_points_loop)(char **args, const intptr_t *dimensions, const 
 {
     static const struct part parts[] = {{2, 1, 0, {2}}, {2, 1, 1, {2}}, {3, 1, 2, {3}}};
     static const struct kernel kernel = {WIDTHS(line_from_points_block), WIDTHS(line_from_points_dense),
-        (any_function *)NAME(line_from_points), NAME(call_aar), 2, 3, 0, 0, parts, NULL};
+        (any_function *)NAME(line_from_points), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -3334,7 +3393,7 @@ void NAME(line_from_point_direction_loop)(char **args, const intptr_t *dimension
     static const struct part parts[] = {{2, 1, 0, {2}}, {2, 1, 1, {2}}, {3, 1, 2, {3}}};
     static const struct kernel kernel = {WIDTHS(line_from_point_direction_block),
         WIDTHS(line_from_point_direction_dense), (any_function *)NAME(line_from_point_direction), NAME(call_aar), 2,
-        3, 0, 0, parts, NULL};
+        3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -3396,7 +3455,7 @@ void NAME(line_from_normal_loop)(char **args, const intptr_t *dimensions, const 
 {
     static const struct part parts[] = {{2, 1, 0, {2}}, {1, 0, 1, {0}}, {3, 1, 1, {3}}};
     static const struct kernel kernel = {WIDTHS(line_from_normal_block), WIDTHS(line_from_normal_dense),
-        (any_function *)NAME(line_from_normal), NAME(call_anr), 2, 3, 0, 0, parts, NULL};
+        (any_function *)NAME(line_from_normal), NAME(call_anr), 2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -3468,7 +3527,7 @@ void NAME(bisector_line_loop)(char **args, const intptr_t *dimensions, const int
 {
     static const struct part parts[] = {{2, 1, 0, {2}}, {2, 1, 1, {2}}, {3, 1, 2, {3}}};
     static const struct kernel kernel = {WIDTHS(bisector_line_block), WIDTHS(bisector_line_dense), (any_function
-        *)NAME(bisector_line), NAME(call_aar), 2, 3, 0, 0, parts, NULL};
+        *)NAME(bisector_line), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -3528,7 +3587,7 @@ void NAME(dual_line_from_normal_loop)(char **args, const intptr_t *dimensions, c
 {
     static const struct part parts[] = {{2, 1, 0, {2}}, {1, 0, 1, {0}}, {3, 1, 1, {3}}};
     static const struct kernel kernel = {WIDTHS(dual_line_from_normal_block), WIDTHS(dual_line_from_normal_dense),
-        (any_function *)NAME(dual_line_from_normal), NAME(call_anr), 2, 3, 0, 0, parts, NULL};
+        (any_function *)NAME(dual_line_from_normal), NAME(call_anr), 2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -3585,7 +3644,7 @@ void NAME(line_polarity_loop)(char **args, const intptr_t *dimensions, const int
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {3, 1, 1, {3}}};
     static const struct kernel kernel = {WIDTHS(line_polarity_block), WIDTHS(line_polarity_dense), (any_function
-        *)NAME(line_polarity), NAME(call_ar), 1, 2, 0, 0, parts, NULL};
+        *)NAME(line_polarity), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -3642,7 +3701,7 @@ void NAME(line_from_dual_loop)(char **args, const intptr_t *dimensions, const in
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {3, 1, 1, {3}}};
     static const struct kernel kernel = {WIDTHS(line_from_dual_block), WIDTHS(line_from_dual_dense), (any_function
-        *)NAME(line_from_dual), NAME(call_ar), 1, 2, 0, 0, parts, NULL};
+        *)NAME(line_from_dual), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -3698,7 +3757,7 @@ void NAME(circle_from_line_loop)(char **args, const intptr_t *dimensions, const 
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {4, 1, 1, {4}}};
     static const struct kernel kernel = {WIDTHS(circle_from_line_block), WIDTHS(circle_from_line_dense),
-        (any_function *)NAME(circle_from_line), NAME(call_ar), 1, 2, 0, 0, parts, NULL};
+        (any_function *)NAME(circle_from_line), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -3903,7 +3962,7 @@ void NAME(point_pair_from_points_loop)(char **args, const intptr_t *dimensions, 
         WIDTHS(point_pair_from_points_block_a), {NULL}}, {2, 2, NAME(point_pair_from_points_start_b),
         WIDTHS(point_pair_from_points_block_b), {NULL}}};
     static const struct kernel kernel = {WIDTHS(point_pair_from_points_block), {NULL}, (any_function
-        *)NAME(point_pair_from_points), NAME(call_aar), 2, 3, 2, 0, parts, forms};
+        *)NAME(point_pair_from_points), NAME(call_aar), 2, 3, 2, 0, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -4129,7 +4188,7 @@ void NAME(point_pair_from_centre_loop)(char **args, const intptr_t *dimensions, 
         WIDTHS(point_pair_from_centre_block_0_1), {NULL}}, {5, 2, NAME(point_pair_from_centre_start_0_2),
         WIDTHS(point_pair_from_centre_block_0_2), {NULL}}};
     static const struct kernel kernel = {WIDTHS(point_pair_from_centre_block), {NULL}, (any_function
-        *)NAME(point_pair_from_centre), NAME(call_aanr), 3, 4, 2, 0, parts, forms};
+        *)NAME(point_pair_from_centre), NAME(call_aanr), 3, 4, 2, 0, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -4627,7 +4686,7 @@ void NAME(circle_from_points_loop)(char **args, const intptr_t *dimensions, cons
         WIDTHS(circle_from_points_dense_a_c)}, {6, 3, NAME(circle_from_points_start_b_c),
         WIDTHS(circle_from_points_block_b_c), WIDTHS(circle_from_points_dense_b_c)}};
     static const struct kernel kernel = {WIDTHS(circle_from_points_block), WIDTHS(circle_from_points_dense),
-        (any_function *)NAME(circle_from_points), NAME(call_aaar), 3, 4, 3, 0, parts, forms};
+        (any_function *)NAME(circle_from_points), NAME(call_aaar), 3, 4, 3, 0, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -4695,7 +4754,7 @@ void NAME(circle_from_centre_loop)(char **args, const intptr_t *dimensions, cons
 {
     static const struct part parts[] = {{2, 1, 0, {2}}, {1, 0, 1, {0}}, {4, 1, 1, {4}}};
     static const struct kernel kernel = {WIDTHS(circle_from_centre_block), WIDTHS(circle_from_centre_dense),
-        (any_function *)NAME(circle_from_centre), NAME(call_anr), 2, 3, 0, 0, parts, NULL};
+        (any_function *)NAME(circle_from_centre), NAME(call_anr), 2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -4763,7 +4822,7 @@ void NAME(circle_from_centre_radius_squared_loop)(char **args, const intptr_t *d
     static const struct part parts[] = {{2, 1, 0, {2}}, {1, 0, 1, {0}}, {4, 1, 1, {4}}};
     static const struct kernel kernel = {WIDTHS(circle_from_centre_radius_squared_block),
         WIDTHS(circle_from_centre_radius_squared_dense), (any_function *)NAME(circle_from_centre_radius_squared),
-        NAME(call_anr), 2, 3, 0, 0, parts, NULL};
+        NAME(call_anr), 2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -4822,7 +4881,7 @@ void NAME(circle_polarity_loop)(char **args, const intptr_t *dimensions, const i
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {4, 1, 1, {4}}};
     static const struct kernel kernel = {WIDTHS(circle_polarity_block), WIDTHS(circle_polarity_dense), (any_function
-        *)NAME(circle_polarity), NAME(call_ar), 1, 2, 0, 0, parts, NULL};
+        *)NAME(circle_polarity), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -4881,7 +4940,7 @@ void NAME(circle_from_dual_loop)(char **args, const intptr_t *dimensions, const 
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {4, 1, 1, {4}}};
     static const struct kernel kernel = {WIDTHS(circle_from_dual_block), WIDTHS(circle_from_dual_dense),
-        (any_function *)NAME(circle_from_dual), NAME(call_ar), 1, 2, 0, 0, parts, NULL};
+        (any_function *)NAME(circle_from_dual), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -4936,7 +4995,7 @@ void NAME(line_direction_loop)(char **args, const intptr_t *dimensions, const in
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {2, 1, 1, {2}}};
     static const struct kernel kernel = {WIDTHS(line_direction_block), WIDTHS(line_direction_dense), (any_function
-        *)NAME(line_direction), NAME(call_ar), 1, 2, 0, 0, parts, NULL};
+        *)NAME(line_direction), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -5008,7 +5067,7 @@ void NAME(line_to_normal_loop)(char **args, const intptr_t *dimensions, const in
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {2, 1, 1, {2}}, {1, 0, 2, {0}}};
     static const struct kernel kernel = {WIDTHS(line_to_normal_block), WIDTHS(line_to_normal_dense), (any_function
-        *)NAME(line_to_normal), NAME(call_arr), 1, 3, 0, 0, parts, NULL};
+        *)NAME(line_to_normal), NAME(call_arr), 1, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -5073,7 +5132,7 @@ void NAME(line_support_loop)(char **args, const intptr_t *dimensions, const intp
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {2, 1, 1, {2}}};
     static const struct kernel kernel = {WIDTHS(line_support_block), WIDTHS(line_support_dense), (any_function
-        *)NAME(line_support), NAME(call_ar), 1, 2, 0, 0, parts, NULL};
+        *)NAME(line_support), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -5131,7 +5190,7 @@ void NAME(circle_centre_loop)(char **args, const intptr_t *dimensions, const int
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {2, 1, 1, {2}}};
     static const struct kernel kernel = {WIDTHS(circle_centre_block), WIDTHS(circle_centre_dense), (any_function
-        *)NAME(circle_centre), NAME(call_ar), 1, 2, 0, 0, parts, NULL};
+        *)NAME(circle_centre), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -5195,7 +5254,7 @@ void NAME(circle_radius_squared_loop)(char **args, const intptr_t *dimensions, c
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {1, 0, 1, {0}}};
     static const struct kernel kernel = {WIDTHS(circle_radius_squared_block), WIDTHS(circle_radius_squared_dense),
-        (any_function *)NAME(circle_radius_squared), NAME(call_ar), 1, 2, 0, 0, parts, NULL};
+        (any_function *)NAME(circle_radius_squared), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -5246,7 +5305,7 @@ void NAME(circle_weight_loop)(char **args, const intptr_t *dimensions, const int
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {1, 0, 1, {0}}};
     static const struct kernel kernel = {WIDTHS(circle_weight_block), WIDTHS(circle_weight_dense), (any_function
-        *)NAME(circle_weight), NAME(call_ar), 1, 2, 0, 0, parts, NULL};
+        *)NAME(circle_weight), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -5323,7 +5382,7 @@ void NAME(circle_kind_loop)(char **args, const intptr_t *dimensions, const intpt
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {1, 0, 1, {0}}};
     static const struct kernel kernel = {WIDTHS(circle_kind_block), WIDTHS(circle_kind_dense), (any_function
-        *)NAME(circle_kind), NAME(call_ar), 1, 2, 0, 0, parts, NULL};
+        *)NAME(circle_kind), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -5373,7 +5432,7 @@ void NAME(point_pair_centre_loop)(char **args, const intptr_t *dimensions, const
 {
     static const struct part parts[] = {{6, 1, 0, {6}}, {2, 1, 1, {2}}};
     static const struct kernel kernel = {WIDTHS(point_pair_centre_block), {NULL}, (any_function
-        *)NAME(point_pair_centre), NAME(call_ar), 1, 2, 0, 0, parts, NULL};
+        *)NAME(point_pair_centre), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -5421,7 +5480,7 @@ void NAME(point_pair_radius_squared_loop)(char **args, const intptr_t *dimension
 {
     static const struct part parts[] = {{6, 1, 0, {6}}, {1, 0, 1, {0}}};
     static const struct kernel kernel = {WIDTHS(point_pair_radius_squared_block), {NULL}, (any_function
-        *)NAME(point_pair_radius_squared), NAME(call_ar), 1, 2, 0, 0, parts, NULL};
+        *)NAME(point_pair_radius_squared), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -5498,7 +5557,7 @@ void NAME(point_pair_points_loop)(char **args, const intptr_t *dimensions, const
 {
     static const struct part parts[] = {{6, 1, 0, {6}}, {2, 1, 1, {2}}, {2, 1, 2, {2}}};
     static const struct kernel kernel = {WIDTHS(point_pair_points_block), {NULL}, (any_function
-        *)NAME(point_pair_points), NAME(call_arr), 1, 3, 0, 0, parts, NULL};
+        *)NAME(point_pair_points), NAME(call_arr), 1, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -5540,7 +5599,7 @@ void NAME(point_pair_direction_loop)(char **args, const intptr_t *dimensions, co
 {
     static const struct part parts[] = {{6, 1, 0, {6}}, {2, 1, 1, {2}}};
     static const struct kernel kernel = {WIDTHS(point_pair_direction_block), {NULL}, (any_function
-        *)NAME(point_pair_direction), NAME(call_ar), 1, 2, 0, 0, parts, NULL};
+        *)NAME(point_pair_direction), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -5576,7 +5635,7 @@ void NAME(point_pair_weight_loop)(char **args, const intptr_t *dimensions, const
 {
     static const struct part parts[] = {{6, 1, 0, {6}}, {1, 0, 1, {0}}};
     static const struct kernel kernel = {WIDTHS(point_pair_weight_block), {NULL}, (any_function
-        *)NAME(point_pair_weight), NAME(call_ar), 1, 2, 0, 0, parts, NULL};
+        *)NAME(point_pair_weight), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -5611,7 +5670,7 @@ void NAME(point_pair_line_loop)(char **args, const intptr_t *dimensions, const i
 {
     static const struct part parts[] = {{6, 1, 0, {6}}, {3, 1, 1, {3}}};
     static const struct kernel kernel = {WIDTHS(point_pair_line_block), {NULL}, (any_function
-        *)NAME(point_pair_line), NAME(call_ar), 1, 2, 0, 0, parts, NULL};
+        *)NAME(point_pair_line), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -5674,7 +5733,7 @@ void NAME(point_pair_kind_loop)(char **args, const intptr_t *dimensions, const i
 {
     static const struct part parts[] = {{6, 1, 0, {6}}, {1, 0, 1, {0}}};
     static const struct kernel kernel = {WIDTHS(point_pair_kind_block), {NULL}, (any_function
-        *)NAME(point_pair_kind), NAME(call_ar), 1, 2, 0, 0, parts, NULL};
+        *)NAME(point_pair_kind), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -5829,7 +5888,7 @@ void NAME(signed_distance_point_line_loop)(char **args, const intptr_t *dimensio
         WIDTHS(signed_distance_point_line_block_line), WIDTHS(signed_distance_point_line_dense_line)}};
     static const struct kernel kernel = {WIDTHS(signed_distance_point_line_block),
         WIDTHS(signed_distance_point_line_dense), (any_function *)NAME(signed_distance_point_line), NAME(call_aar),
-        2, 3, 1, 0, parts, forms};
+        2, 3, 1, 0, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -6004,7 +6063,7 @@ void NAME(signed_distance_point_circle_loop)(char **args, const intptr_t *dimens
         WIDTHS(signed_distance_point_circle_block_circle), WIDTHS(signed_distance_point_circle_dense_circle)}};
     static const struct kernel kernel = {WIDTHS(signed_distance_point_circle_block),
         WIDTHS(signed_distance_point_circle_dense), (any_function *)NAME(signed_distance_point_circle),
-        NAME(call_aar), 2, 3, 1, 0, parts, forms};
+        NAME(call_aar), 2, 3, 1, 0, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -6156,7 +6215,7 @@ void NAME(power_of_point_loop)(char **args, const intptr_t *dimensions, const in
     static const struct form forms[] = {{2, 2, NAME(power_of_point_start_s), WIDTHS(power_of_point_block_s),
         WIDTHS(power_of_point_dense_s)}};
     static const struct kernel kernel = {WIDTHS(power_of_point_block), WIDTHS(power_of_point_dense), (any_function
-        *)NAME(power_of_point), NAME(call_aar), 2, 3, 1, 0, parts, forms};
+        *)NAME(power_of_point), NAME(call_aar), 2, 3, 1, 0, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -6447,7 +6506,7 @@ void NAME(signed_distance_lines_loop)(char **args, const intptr_t *dimensions, c
         NAME(signed_distance_lines_start_b), WIDTHS(signed_distance_lines_block_b),
         WIDTHS(signed_distance_lines_dense_b)}};
     static const struct kernel kernel = {WIDTHS(signed_distance_lines_block), WIDTHS(signed_distance_lines_dense),
-        (any_function *)NAME(signed_distance_lines), NAME(call_aar), 2, 3, 2, 0, parts, forms};
+        (any_function *)NAME(signed_distance_lines), NAME(call_aar), 2, 3, 2, 0, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -6739,7 +6798,7 @@ void NAME(distance_line_circle_loop)(char **args, const intptr_t *dimensions, co
         NAME(distance_line_circle_start_line), WIDTHS(distance_line_circle_block_line),
         WIDTHS(distance_line_circle_dense_line)}};
     static const struct kernel kernel = {WIDTHS(distance_line_circle_block), WIDTHS(distance_line_circle_dense),
-        (any_function *)NAME(distance_line_circle), NAME(call_aar), 2, 3, 2, 0, parts, forms};
+        (any_function *)NAME(distance_line_circle), NAME(call_aar), 2, 3, 2, 0, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -7046,7 +7105,7 @@ void NAME(distance_circles_loop)(char **args, const intptr_t *dimensions, const 
         WIDTHS(distance_circles_dense_a)}, {2, 2, NAME(distance_circles_start_b), WIDTHS(distance_circles_block_b),
         WIDTHS(distance_circles_dense_b)}};
     static const struct kernel kernel = {WIDTHS(distance_circles_block), {NULL}, (any_function
-        *)NAME(distance_circles), NAME(call_aar), 2, 3, 2, 0, parts, forms};
+        *)NAME(distance_circles), NAME(call_aar), 2, 3, 2, 0, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -7090,7 +7149,7 @@ void NAME(angle_between_lines_loop)(char **args, const intptr_t *dimensions, con
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {3, 1, 1, {3}}, {1, 0, 2, {0}}};
     static const struct kernel kernel = {WIDTHS(angle_between_lines_block), {NULL}, (any_function
-        *)NAME(angle_between_lines), NAME(call_aar), 2, 3, 0, 0, parts, NULL};
+        *)NAME(angle_between_lines), NAME(call_aar), 2, 3, 0, 0, 1, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -7176,7 +7235,7 @@ void NAME(inversive_distance_loop)(char **args, const intptr_t *dimensions, cons
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {4, 1, 1, {4}}, {1, 0, 2, {0}}};
     static const struct kernel kernel = {WIDTHS(inversive_distance_block), WIDTHS(inversive_distance_dense),
-        (any_function *)NAME(inversive_distance), NAME(call_aar), 2, 3, 0, 0, parts, NULL};
+        (any_function *)NAME(inversive_distance), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -7232,7 +7291,7 @@ void NAME(inner_product_of_point_pairs_loop)(char **args, const intptr_t *dimens
 {
     static const struct part parts[] = {{6, 1, 0, {6}}, {6, 1, 1, {6}}, {1, 0, 2, {0}}};
     static const struct kernel kernel = {WIDTHS(inner_product_of_point_pairs_block), {NULL}, (any_function
-        *)NAME(inner_product_of_point_pairs), NAME(call_aar), 2, 3, 0, 0, parts, NULL};
+        *)NAME(inner_product_of_point_pairs), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -7296,7 +7355,7 @@ void NAME(angle_between_dual_circles_loop)(char **args, const intptr_t *dimensio
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {4, 1, 1, {4}}, {1, 0, 2, {0}}};
     static const struct kernel kernel = {WIDTHS(angle_between_dual_circles_block), {NULL}, (any_function
-        *)NAME(angle_between_dual_circles), NAME(call_aar), 2, 3, 0, 0, parts, NULL};
+        *)NAME(angle_between_dual_circles), NAME(call_aar), 2, 3, 0, 0, 1, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -7460,7 +7519,7 @@ void NAME(project_point_on_line_loop)(char **args, const intptr_t *dimensions, c
     static const struct form forms[] = {{2, 2, NAME(project_point_on_line_start_line),
         WIDTHS(project_point_on_line_block_line), WIDTHS(project_point_on_line_dense_line)}};
     static const struct kernel kernel = {WIDTHS(project_point_on_line_block), WIDTHS(project_point_on_line_dense),
-        (any_function *)NAME(project_point_on_line), NAME(call_aar), 2, 3, 1, 0, parts, forms};
+        (any_function *)NAME(project_point_on_line), NAME(call_aar), 2, 3, 1, 0, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -7645,7 +7704,7 @@ void NAME(project_point_on_circle_loop)(char **args, const intptr_t *dimensions,
         WIDTHS(project_point_on_circle_block_circle), WIDTHS(project_point_on_circle_dense_circle)}};
     static const struct kernel kernel = {WIDTHS(project_point_on_circle_block),
         WIDTHS(project_point_on_circle_dense), (any_function *)NAME(project_point_on_circle), NAME(call_aar), 2, 3,
-        1, 0, parts, forms};
+        1, 0, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -7816,7 +7875,7 @@ void NAME(reflect_point_loop)(char **args, const intptr_t *dimensions, const int
     static const struct form forms[] = {{2, 2, NAME(reflect_point_start_line), WIDTHS(reflect_point_block_line),
         WIDTHS(reflect_point_dense_line)}};
     static const struct kernel kernel = {WIDTHS(reflect_point_block), WIDTHS(reflect_point_dense), (any_function
-        *)NAME(reflect_point), NAME(call_aar), 2, 3, 1, 0, parts, forms};
+        *)NAME(reflect_point), NAME(call_aar), 2, 3, 1, 0, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -7891,7 +7950,7 @@ void NAME(meet_lines_loop)(char **args, const intptr_t *dimensions, const intptr
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {3, 1, 1, {3}}, {2, 1, 2, {2}}};
     static const struct kernel kernel = {WIDTHS(meet_lines_block), WIDTHS(meet_lines_dense), (any_function
-        *)NAME(meet_lines), NAME(call_aar), 2, 3, 0, 0, parts, NULL};
+        *)NAME(meet_lines), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -7951,7 +8010,7 @@ void NAME(meet_line_circle_loop)(char **args, const intptr_t *dimensions, const 
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {4, 1, 1, {4}}, {6, 1, 2, {6}}};
     static const struct kernel kernel = {WIDTHS(meet_line_circle_block), {NULL}, (any_function
-        *)NAME(meet_line_circle), NAME(call_aar), 2, 3, 0, 0, parts, NULL};
+        *)NAME(meet_line_circle), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -8015,7 +8074,7 @@ void NAME(meet_circles_loop)(char **args, const intptr_t *dimensions, const intp
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {4, 1, 1, {4}}, {6, 1, 2, {6}}};
     static const struct kernel kernel = {WIDTHS(meet_circles_block), {NULL}, (any_function *)NAME(meet_circles),
-        NAME(call_aar), 2, 3, 0, 0, parts, NULL};
+        NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -8158,7 +8217,7 @@ void NAME(meet_dual_circles_kind_loop)(char **args, const intptr_t *dimensions, 
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {4, 1, 1, {4}}, {1, 0, 2, {0}}};
     static const struct kernel kernel = {WIDTHS(meet_dual_circles_kind_block), {NULL}, (any_function
-        *)NAME(meet_dual_circles_kind), NAME(call_aar), 2, 3, 0, 0, parts, NULL};
+        *)NAME(meet_dual_circles_kind), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -8597,7 +8656,7 @@ void NAME(hit_ray_circle_loop)(char **args, const intptr_t *dimensions, const in
         WIDTHS(hit_ray_circle_dense_p_circle)}, {4, 2, NAME(hit_ray_circle_start_circle),
         WIDTHS(hit_ray_circle_block_circle), WIDTHS(hit_ray_circle_dense_circle)}};
     static const struct kernel kernel = {WIDTHS(hit_ray_circle_block), {NULL}, (any_function *)NAME(hit_ray_circle),
-        NAME(call_aaar), 3, 4, 3, 0, parts, forms};
+        NAME(call_aaar), 3, 4, 3, 0, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -8648,7 +8707,7 @@ void NAME(rotor_from_angle_loop)(char **args, const intptr_t *dimensions, const 
 {
     static const struct part parts[] = {{1, 0, 0, {0}}, {2, 1, 0, {2}}};
     static const struct kernel kernel = {WIDTHS(rotor_from_angle_block), {NULL}, (any_function
-        *)NAME(rotor_from_angle), NAME(call_nr), 1, 2, 0, 1, parts, NULL};
+        *)NAME(rotor_from_angle), NAME(call_nr), 1, 2, 0, 1, 1, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -8683,7 +8742,7 @@ void NAME(rotor_to_angle_loop)(char **args, const intptr_t *dimensions, const in
 {
     static const struct part parts[] = {{2, 1, 0, {2}}, {1, 0, 1, {0}}};
     static const struct kernel kernel = {WIDTHS(rotor_to_angle_block), {NULL}, (any_function *)NAME(rotor_to_angle),
-        NAME(call_ar), 1, 2, 0, 0, parts, NULL};
+        NAME(call_ar), 1, 2, 0, 0, 1, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -8822,7 +8881,7 @@ void NAME(motor_from_point_loop)(char **args, const intptr_t *dimensions, const 
     static const struct form forms[] = {{2, 2, NAME(motor_from_point_start_angle),
         WIDTHS(motor_from_point_block_angle), WIDTHS(motor_from_point_dense_angle)}};
     static const struct kernel kernel = {WIDTHS(motor_from_point_block), {NULL}, (any_function
-        *)NAME(motor_from_point), NAME(call_anr), 2, 3, 1, 1, parts, forms};
+        *)NAME(motor_from_point), NAME(call_anr), 2, 3, 1, 1, 1, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -8879,7 +8938,7 @@ void NAME(translator_from_vector_loop)(char **args, const intptr_t *dimensions, 
 {
     static const struct part parts[] = {{2, 1, 0, {2}}, {2, 1, 1, {2}}};
     static const struct kernel kernel = {WIDTHS(translator_from_vector_block), WIDTHS(translator_from_vector_dense),
-        (any_function *)NAME(translator_from_vector), NAME(call_ar), 1, 2, 0, 0, parts, NULL};
+        (any_function *)NAME(translator_from_vector), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -8936,7 +8995,7 @@ void NAME(dilator_from_scale_loop)(char **args, const intptr_t *dimensions, cons
 {
     static const struct part parts[] = {{1, 0, 0, {0}}, {2, 1, 0, {2}}};
     static const struct kernel kernel = {WIDTHS(dilator_from_scale_block), WIDTHS(dilator_from_scale_dense),
-        (any_function *)NAME(dilator_from_scale), NAME(call_nr), 1, 2, 0, 0, parts, NULL};
+        (any_function *)NAME(dilator_from_scale), NAME(call_nr), 1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -8990,7 +9049,7 @@ void NAME(dilator_to_scale_loop)(char **args, const intptr_t *dimensions, const 
 {
     static const struct part parts[] = {{2, 1, 0, {2}}, {1, 0, 1, {0}}};
     static const struct kernel kernel = {WIDTHS(dilator_to_scale_block), WIDTHS(dilator_to_scale_dense),
-        (any_function *)NAME(dilator_to_scale), NAME(call_ar), 1, 2, 0, 0, parts, NULL};
+        (any_function *)NAME(dilator_to_scale), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -9044,7 +9103,7 @@ void NAME(transversor_from_vector_loop)(char **args, const intptr_t *dimensions,
     static const struct part parts[] = {{2, 1, 0, {2}}, {2, 1, 1, {2}}};
     static const struct kernel kernel = {WIDTHS(transversor_from_vector_block),
         WIDTHS(transversor_from_vector_dense), (any_function *)NAME(transversor_from_vector), NAME(call_ar), 1, 2,
-        0, 0, parts, NULL};
+        0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -9117,7 +9176,7 @@ void NAME(motor_from_rotor_translation_loop)(char **args, const intptr_t *dimens
     static const struct part parts[] = {{2, 1, 0, {2}}, {2, 1, 1, {2}}, {4, 1, 2, {4}}};
     static const struct kernel kernel = {WIDTHS(motor_from_rotor_translation_block),
         WIDTHS(motor_from_rotor_translation_dense), (any_function *)NAME(motor_from_rotor_translation),
-        NAME(call_aar), 2, 3, 0, 0, parts, NULL};
+        NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -9288,7 +9347,7 @@ void NAME(versor_exponential_loop)(char **args, const intptr_t *dimensions, cons
 {
     static const struct part parts[] = {{6, 1, 0, {6}}, {8, 1, 1, {8}}};
     static const struct kernel kernel = {WIDTHS(versor_exponential_block), {NULL}, (any_function
-        *)NAME(versor_exponential), NAME(call_ar), 1, 2, 0, 1, parts, NULL};
+        *)NAME(versor_exponential), NAME(call_ar), 1, 2, 0, 1, 1, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -9472,7 +9531,7 @@ void NAME(versor_logarithm_loop)(char **args, const intptr_t *dimensions, const 
 {
     static const struct part parts[] = {{8, 1, 0, {8}}, {6, 1, 1, {6}}};
     static const struct kernel kernel = {WIDTHS(versor_logarithm_block), {NULL}, (any_function
-        *)NAME(versor_logarithm), NAME(call_ar), 1, 2, 0, 0, parts, NULL};
+        *)NAME(versor_logarithm), NAME(call_ar), 1, 2, 0, 0, 1, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -9572,7 +9631,7 @@ void NAME(normalize_versor_loop)(char **args, const intptr_t *dimensions, const 
 {
     static const struct part parts[] = {{8, 1, 0, {8}}, {8, 1, 1, {8}}};
     static const struct kernel kernel = {WIDTHS(normalize_versor_block), {NULL}, (any_function
-        *)NAME(normalize_versor), NAME(call_ar), 1, 2, 0, 0, parts, NULL};
+        *)NAME(normalize_versor), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -9613,7 +9672,7 @@ void NAME(versor_from_motor_loop)(char **args, const intptr_t *dimensions, const
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {8, 1, 1, {8}}};
     static const struct kernel kernel = {WIDTHS(versor_from_motor_block), {NULL}, (any_function
-        *)NAME(versor_from_motor), NAME(call_ar), 1, 2, 0, 0, parts, NULL};
+        *)NAME(versor_from_motor), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -9652,7 +9711,7 @@ void NAME(versor_from_dilator_loop)(char **args, const intptr_t *dimensions, con
 {
     static const struct part parts[] = {{2, 1, 0, {2}}, {8, 1, 1, {8}}};
     static const struct kernel kernel = {WIDTHS(versor_from_dilator_block), {NULL}, (any_function
-        *)NAME(versor_from_dilator), NAME(call_ar), 1, 2, 0, 0, parts, NULL};
+        *)NAME(versor_from_dilator), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -9691,7 +9750,7 @@ void NAME(versor_from_transversor_loop)(char **args, const intptr_t *dimensions,
 {
     static const struct part parts[] = {{2, 1, 0, {2}}, {8, 1, 1, {8}}};
     static const struct kernel kernel = {WIDTHS(versor_from_transversor_block), {NULL}, (any_function
-        *)NAME(versor_from_transversor), NAME(call_ar), 1, 2, 0, 0, parts, NULL};
+        *)NAME(versor_from_transversor), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -9759,7 +9818,7 @@ void NAME(translator_between_points_loop)(char **args, const intptr_t *dimension
     static const struct part parts[] = {{2, 1, 0, {2}}, {2, 1, 1, {2}}, {2, 1, 2, {2}}};
     static const struct kernel kernel = {WIDTHS(translator_between_points_block),
         WIDTHS(translator_between_points_dense), (any_function *)NAME(translator_between_points), NAME(call_aar), 2,
-        3, 0, 0, parts, NULL};
+        3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -9857,7 +9916,7 @@ void NAME(versor_decomposition_loop)(char **args, const intptr_t *dimensions, co
     static const struct part parts[] = {{8, 1, 0, {8}}, {1, 0, 1, {0}}, {2, 1, 1, {2}}, {2, 1, 2, {2}}, {2, 1, 3,
         {2}}};
     static const struct kernel kernel = {WIDTHS(versor_decomposition_block), {NULL}, (any_function
-        *)NAME(versor_decomposition), NAME(call_arrrr), 1, 5, 0, 0, parts, NULL};
+        *)NAME(versor_decomposition), NAME(call_arrrr), 1, 5, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -9934,7 +9993,7 @@ void NAME(move_point_loop)(char **args, const intptr_t *dimensions, const intptr
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {2, 1, 1, {2}}, {2, 1, 2, {2}}};
     static const struct kernel kernel = {WIDTHS(move_point_block), WIDTHS(move_point_dense), (any_function
-        *)NAME(move_point), NAME(call_aar), 2, 3, 0, 0, parts, NULL};
+        *)NAME(move_point), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -10112,7 +10171,7 @@ void NAME(move_line_loop)(char **args, const intptr_t *dimensions, const intptr_
     static const struct form forms[] = {{1, 3, NAME(move_line_start_m), WIDTHS(move_line_block_m),
         WIDTHS(move_line_dense_m)}};
     static const struct kernel kernel = {WIDTHS(move_line_block), WIDTHS(move_line_dense), (any_function
-        *)NAME(move_line), NAME(call_aar), 2, 3, 1, 0, parts, forms};
+        *)NAME(move_line), NAME(call_aar), 2, 3, 1, 0, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -10324,7 +10383,7 @@ void NAME(move_circle_loop)(char **args, const intptr_t *dimensions, const intpt
     static const struct form forms[] = {{1, 3, NAME(move_circle_start_m), WIDTHS(move_circle_block_m),
         WIDTHS(move_circle_dense_m)}};
     static const struct kernel kernel = {WIDTHS(move_circle_block), WIDTHS(move_circle_dense), (any_function
-        *)NAME(move_circle), NAME(call_aar), 2, 3, 1, 0, parts, forms};
+        *)NAME(move_circle), NAME(call_aar), 2, 3, 1, 0, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -10659,7 +10718,7 @@ void NAME(transform_vector_loop)(char **args, const intptr_t *dimensions, const 
     static const struct form forms[] = {{1, 2, NAME(transform_vector_start_v), WIDTHS(transform_vector_block_v),
         WIDTHS(transform_vector_dense_v)}};
     static const struct kernel kernel = {WIDTHS(transform_vector_block), {NULL}, (any_function
-        *)NAME(transform_vector), NAME(call_aar), 2, 3, 1, 0, parts, forms};
+        *)NAME(transform_vector), NAME(call_aar), 2, 3, 1, 0, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -10768,7 +10827,7 @@ void NAME(transform_point_loop)(char **args, const intptr_t *dimensions, const i
 {
     static const struct part parts[] = {{8, 1, 0, {8}}, {2, 1, 1, {2}}, {2, 1, 2, {2}}};
     static const struct kernel kernel = {WIDTHS(transform_point_block), {NULL}, (any_function
-        *)NAME(transform_point), NAME(call_aar), 2, 3, 0, 0, parts, NULL};
+        *)NAME(transform_point), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -11162,7 +11221,7 @@ void NAME(transform_point_pair_loop)(char **args, const intptr_t *dimensions, co
     static const struct form forms[] = {{1, 2, NAME(transform_point_pair_start_v),
         WIDTHS(transform_point_pair_block_v), {NULL}}};
     static const struct kernel kernel = {WIDTHS(transform_point_pair_block), {NULL}, (any_function
-        *)NAME(transform_point_pair), NAME(call_aar), 2, 3, 1, 0, parts, forms};
+        *)NAME(transform_point_pair), NAME(call_aar), 2, 3, 1, 0, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -11497,7 +11556,7 @@ void NAME(transform_circle_loop)(char **args, const intptr_t *dimensions, const 
     static const struct form forms[] = {{1, 2, NAME(transform_circle_start_v), WIDTHS(transform_circle_block_v),
         WIDTHS(transform_circle_dense_v)}};
     static const struct kernel kernel = {WIDTHS(transform_circle_block), {NULL}, (any_function
-        *)NAME(transform_circle), NAME(call_aar), 2, 3, 1, 0, parts, forms};
+        *)NAME(transform_circle), NAME(call_aar), 2, 3, 1, 0, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -11689,7 +11748,7 @@ void NAME(invert_vector_loop)(char **args, const intptr_t *dimensions, const int
     static const struct form forms[] = {{2, 2, NAME(invert_vector_start_s), WIDTHS(invert_vector_block_s),
         WIDTHS(invert_vector_dense_s)}};
     static const struct kernel kernel = {WIDTHS(invert_vector_block), WIDTHS(invert_vector_dense), (any_function
-        *)NAME(invert_vector), NAME(call_aar), 2, 3, 1, 0, parts, forms};
+        *)NAME(invert_vector), NAME(call_aar), 2, 3, 1, 0, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -11915,7 +11974,7 @@ void NAME(invert_point_pair_loop)(char **args, const intptr_t *dimensions, const
     static const struct form forms[] = {{2, 2, NAME(invert_point_pair_start_s), WIDTHS(invert_point_pair_block_s),
         {NULL}}};
     static const struct kernel kernel = {WIDTHS(invert_point_pair_block), {NULL}, (any_function
-        *)NAME(invert_point_pair), NAME(call_aar), 2, 3, 1, 0, parts, forms};
+        *)NAME(invert_point_pair), NAME(call_aar), 2, 3, 1, 0, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -12111,7 +12170,7 @@ void NAME(invert_circle_loop)(char **args, const intptr_t *dimensions, const int
     static const struct form forms[] = {{2, 2, NAME(invert_circle_start_s), WIDTHS(invert_circle_block_s),
         WIDTHS(invert_circle_dense_s)}};
     static const struct kernel kernel = {WIDTHS(invert_circle_block), WIDTHS(invert_circle_dense), (any_function
-        *)NAME(invert_circle), NAME(call_aar), 2, 3, 1, 0, parts, forms};
+        *)NAME(invert_circle), NAME(call_aar), 2, 3, 1, 0, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -12207,7 +12266,7 @@ void NAME(invert_point_loop)(char **args, const intptr_t *dimensions, const intp
 {
     static const struct part parts[] = {{2, 1, 0, {2}}, {4, 1, 1, {4}}, {2, 1, 2, {2}}};
     static const struct kernel kernel = {WIDTHS(invert_point_block), WIDTHS(invert_point_dense), (any_function
-        *)NAME(invert_point), NAME(call_aar), 2, 3, 0, 0, parts, NULL};
+        *)NAME(invert_point), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -12491,7 +12550,7 @@ void NAME(motor_between_lines_loop)(char **args, const intptr_t *dimensions, con
     static const struct form forms[] = {{1, 2, NAME(motor_between_lines_start_a),
         WIDTHS(motor_between_lines_block_a), {NULL}}};
     static const struct kernel kernel = {WIDTHS(motor_between_lines_block), {NULL}, (any_function
-        *)NAME(motor_between_lines), NAME(call_aar), 2, 3, 1, 0, parts, forms};
+        *)NAME(motor_between_lines), NAME(call_aar), 2, 3, 1, 0, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -13013,7 +13072,7 @@ void NAME(versor_between_circles_loop)(char **args, const intptr_t *dimensions, 
     static const struct form forms[] = {{1, 2, NAME(versor_between_circles_start_a),
         WIDTHS(versor_between_circles_block_a), {NULL}}};
     static const struct kernel kernel = {WIDTHS(versor_between_circles_block), {NULL}, (any_function
-        *)NAME(versor_between_circles), NAME(call_aar), 2, 3, 1, 0, parts, forms};
+        *)NAME(versor_between_circles), NAME(call_aar), 2, 3, 1, 0, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -13603,7 +13662,7 @@ void NAME(versor_between_point_pairs_loop)(char **args, const intptr_t *dimensio
     static const struct form forms[] = {{1, 2, NAME(versor_between_point_pairs_start_a),
         WIDTHS(versor_between_point_pairs_block_a), {NULL}}};
     static const struct kernel kernel = {WIDTHS(versor_between_point_pairs_block), {NULL}, (any_function
-        *)NAME(versor_between_point_pairs), NAME(call_aar), 2, 3, 1, 0, parts, forms};
+        *)NAME(versor_between_point_pairs), NAME(call_aar), 2, 3, 1, 0, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -14368,7 +14427,7 @@ void NAME(similarity_between_rounds_loop)(char **args, const intptr_t *dimension
         NAME(similarity_between_rounds_start_a_b_n_scale), WIDTHS(similarity_between_rounds_block_a_b_n_scale),
         {NULL}}};
     static const struct kernel kernel = {WIDTHS(similarity_between_rounds_block), {NULL}, (any_function
-        *)NAME(similarity_between_rounds), NAME(call_aaaanr), 5, 6, 4, 0, parts, forms};
+        *)NAME(similarity_between_rounds), NAME(call_aaaanr), 5, 6, 4, 0, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 #endif

@@ -2,7 +2,7 @@
 // command: gac generate --all cga3
 // spec: d19093e28632a342
 // contraction: -ffp-contract=off (every operation is rounded once)
-// body: 26def769a69379719e8dde5c6d5d877e94930b36aeb22c659dae713807c5a1d3
+// body: 15d3d1c45b5c22d24460b925ff767d35b4c7362cc7c0263050e914b3469d91c5
 
 #ifndef REAL
 #include "cga3.h"
@@ -76,6 +76,49 @@ struct part {
     int size, rank, first, shape[2];
 };
 
+// Where a number of an element lies, its components being counted in C order.
+static intptr_t offset_of(const struct part *part, intptr_t k, const intptr_t *strides)
+{
+    intptr_t offset = 0;
+    for (int axis = part->rank; axis-- > 1; k /= part->shape[axis])
+        offset += k % part->shape[axis] * strides[axis];
+    return part->rank ? offset + k * strides[0] : 0;
+}
+
+// What no cache holds goes to memory past them: whole lines, of which nothing is fetched first.
+enum { LINE = 64 };
+#ifdef ON
+#define PASSES(bytes) ((bytes) > 1 << 25)
+ON("v3") static void stream(char *to, const char *from, intptr_t bytes)
+{
+    typedef double half __attribute__((vector_size(LINE / 2), aligned(4), may_alias));
+    const intptr_t start = -(intptr_t)to & (LINE - 1);
+    intptr_t i = 0;
+    for (; i < start && i < bytes; i += 4)
+        memcpy(to + i, from + i, 4);
+    for (; i + LINE <= bytes; i += LINE) {
+        __builtin_ia32_movntpd256((double *)(to + i), *(const half *)(from + i));
+        __builtin_ia32_movntpd256((double *)(to + i + LINE / 2), *(const half *)(from + i + LINE / 2));
+    }
+    for (; i < bytes; i += 4)
+        memcpy(to + i, from + i, 4);
+}
+#define STREAM_END() __builtin_ia32_sfence()
+#else
+#define PASSES(bytes) 0
+#define stream memcpy
+#define STREAM_END()
+#endif
+
+// How many elements lie before one that starts a line; 0 if none of the first does.
+static intptr_t before_line(const char *first, intptr_t step)
+{
+    for (intptr_t i = 0; i < LANES; ++i)
+        if (((intptr_t)first + i * step) % LINE == 0)
+            return i;
+    return 0;
+}
+
 typedef void loop_function(intptr_t n, char **args, const intptr_t *strides);
 typedef void any_function(void);
 
@@ -94,7 +137,7 @@ struct kernel {
     loop_function *block[2], *dense[2];
     any_function *function;
     void (*call)(any_function *function, void **parts);
-    int n_inputs, n_parts, n_forms, repeats;
+    int n_inputs, n_parts, n_forms, repeats, busy;
     const struct part *parts;
     const struct form *forms;
 };
@@ -1167,15 +1210,19 @@ static void NAME(move_part)(int back, REAL *x, intptr_t row, const struct part *
 static void NAME(move_element)(int back, REAL *x, const struct part *part, char *a, const intptr_t *c)
 {
     for (intptr_t k = 0; k < part->size; ++k) {
-        intptr_t offset = 0, rest = k;
-        for (int axis = part->rank; axis-- > 1; rest /= part->shape[axis])
-            offset += rest % part->shape[axis] * c[axis];
-        offset += part->rank ? rest * c[0] : 0;
+        REAL *number = (REAL *)(a + offset_of(part, k, c));
         if (back)
-            *(REAL *)(a + offset) = x[k];
+            *number = x[k];
         else
-            x[k] = *(const REAL *)(a + offset);
+            x[k] = *number;
     }
+}
+
+// All rows of a part to a batch in which they are contiguous, past the caches.
+static void NAME(stream_part)(REAL *x, intptr_t row, const struct part *part, char *a, const intptr_t *c, intptr_t n)
+{
+    for (intptr_t k = 0; k < part->size; ++k)
+        stream(a + offset_of(part, k, c), (const char *)(x + k * row), n * sizeof(REAL));
 }
 
 // Runs a kernel on one element after the other.
@@ -1202,11 +1249,11 @@ static void NAME(batch)(const struct kernel *kernel, char **args, intptr_t n, co
 {
     const intptr_t w = sizeof(REAL), *strides = steps + kernel->n_parts;
     const int n_parts = kernel->n_parts, n_inputs = kernel->n_inputs, width = CHOSEN;
-    enum { SAME, HOISTED, UNIT, ANY } kinds[PARTS];
+    enum { SAME, HOISTED, UNIT, ANY, PAST } kinds[PARTS];
     _Alignas(64) REAL space[SPACE], prepared[PREPARED];
     REAL *rows[PARTS];
     char *starts[PARTS];
-    intptr_t cores[CORES], row_cores[CORES], total = 0, bytes = 0;
+    intptr_t cores[CORES], row_cores[CORES], total = 0, numbers = 0, bytes = 0;
     unsigned still = 0, hoisted = 0;
     int in_place = 1, ordered = 1, known = 1;
     if (width < 0 || n == 1) {
@@ -1223,6 +1270,7 @@ static void NAME(batch)(const struct kernel *kernel, char **args, intptr_t n, co
         ordered = ordered && (same || steps[p] == step);
         known = known && part->size <= SIZES && NAME(spans)[part->size].load[width];
         total += part->size;
+        numbers += same ? 0 : part->size;
         bytes += steps[p] < 0 ? -steps[p] : steps[p];
         still |= (unsigned)same << p;
     }
@@ -1235,9 +1283,11 @@ static void NAME(batch)(const struct kernel *kernel, char **args, intptr_t n, co
     }
     const int dense = ordered && still == hoisted && in_order;
     const int spans = ordered && !dense && known && total * SPAN <= SPACE;
+    // Results that no cache holds go past the caches, where that is what takes the time.
+    const int past = PASSES(n * numbers * w) && !kernel->busy && !ordered && steps[n_inputs] == w;
     // Long rows spare calls; beyond the last cache, short turns keep reading and writing going side by side.
     const int near = n < (1 << 24) / (bytes + 1);
-    intptr_t row = spans ? SPAN : near ? 512 / w : LANES;
+    intptr_t row = spans ? SPAN : near || past ? 512 / w : LANES;
     while (row > LANES && row * total > SPACE)
         row /= 2;
     total = 0;
@@ -1250,9 +1300,10 @@ static void NAME(batch)(const struct kernel *kernel, char **args, intptr_t n, co
         kinds[p] = hoisted >> p & 1 ? HOISTED : still >> p & 1 ? SAME : steps[p] == w ? UNIT : ANY;
         for (int q = 0; kernel->repeats && p >= n_inputs && q < n_inputs; ++q)
             kinds[p] = args[p] == args[q] ? ANY : kinds[p];
+        kinds[p] = past && p >= n_inputs && steps[p] == w ? PAST : kinds[p];
         in_place = in_place && (kinds[p] == UNIT || kinds[p] == HOISTED);
         for (int q = part->first + part->rank; q-- > part->first; row_step *= part->shape[q - part->first]) {
-            cores[q] = kinds[p] == SAME || kinds[p] == ANY ? row_step : strides[q];
+            cores[q] = kinds[p] == HOISTED || kinds[p] == UNIT ? strides[q] : row_step;
             row_cores[q] = row_step;
         }
         if (dense || kinds[p] == HOISTED || kinds[p] == UNIT)
@@ -1264,7 +1315,9 @@ static void NAME(batch)(const struct kernel *kernel, char **args, intptr_t n, co
             NAME(move_part)(0, rows[p], row, part, args[p], 0, strides + part->first, n < row ? PADDED(n) : row);
     }
     const intptr_t turn = near ? SPAN : LANES;
-    intptr_t i = 0;
+    intptr_t i = past && !hoisted ? before_line(args[n_inputs], steps[n_inputs]) : 0;
+    if (i)
+        NAME(each)(kernel, args, i, steps);
     // In C order, by functions that know the sizes.
     for (; spans && !in_place && n - i >= turn; i += turn) {
         for (int p = 0; p < n_parts; ++p) {
@@ -1302,11 +1355,17 @@ static void NAME(batch)(const struct kernel *kernel, char **args, intptr_t n, co
                     rows[p][k * row + j] = rows[p][k * row + m - 1];
         }
         in_rows(m, starts, cores);
-        for (int p = n_inputs; p < n_parts; ++p)
-            if (starts[p] == (char *)rows[p])
-                NAME(move_part)(1, rows[p], row, &kernel->parts[p], args[p] + i * steps[p], steps[p],
-                    strides + kernel->parts[p].first, m);
+        for (int p = n_inputs; p < n_parts; ++p) {
+            const struct part *part = &kernel->parts[p];
+            char *to = args[p] + i * steps[p];
+            if (kinds[p] == PAST)
+                NAME(stream_part)(rows[p], row, part, to, strides + part->first, m);
+            else if (starts[p] == (char *)rows[p])
+                NAME(move_part)(1, rows[p], row, part, to, steps[p], strides + part->first, m);
+        }
     }
+    if (past)
+        STREAM_END();
 }
 
 INLINE void NAME(geometric_product)(const REAL *a, const REAL *b, REAL *out)
@@ -2064,7 +2123,7 @@ void NAME(geometric_product_loop)(char **args, const intptr_t *dimensions, const
 {
     static const struct part parts[] = {{32, 1, 0, {32}}, {32, 1, 1, {32}}, {32, 1, 2, {32}}};
     static const struct kernel kernel = {WIDTHS(geometric_product_block), {NULL}, (any_function
-        *)NAME(geometric_product), NAME(call_aar), 2, 3, 0, 0, parts, NULL};
+        *)NAME(geometric_product), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -2646,7 +2705,7 @@ void NAME(outer_product_loop)(char **args, const intptr_t *dimensions, const int
 {
     static const struct part parts[] = {{32, 1, 0, {32}}, {32, 1, 1, {32}}, {32, 1, 2, {32}}};
     static const struct kernel kernel = {WIDTHS(outer_product_block), {NULL}, (any_function *)NAME(outer_product),
-        NAME(call_aar), 2, 3, 0, 0, parts, NULL};
+        NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -3228,7 +3287,7 @@ void NAME(regressive_product_loop)(char **args, const intptr_t *dimensions, cons
 {
     static const struct part parts[] = {{32, 1, 0, {32}}, {32, 1, 1, {32}}, {32, 1, 2, {32}}};
     static const struct kernel kernel = {WIDTHS(regressive_product_block), {NULL}, (any_function
-        *)NAME(regressive_product), NAME(call_aar), 2, 3, 0, 0, parts, NULL};
+        *)NAME(regressive_product), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -4200,7 +4259,7 @@ void NAME(inner_product_loop)(char **args, const intptr_t *dimensions, const int
 {
     static const struct part parts[] = {{32, 1, 0, {32}}, {32, 1, 1, {32}}, {32, 1, 2, {32}}};
     static const struct kernel kernel = {WIDTHS(inner_product_block), {NULL}, (any_function *)NAME(inner_product),
-        NAME(call_aar), 2, 3, 0, 0, parts, NULL};
+        NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -4576,7 +4635,7 @@ void NAME(even_product_loop)(char **args, const intptr_t *dimensions, const intp
 {
     static const struct part parts[] = {{16, 1, 0, {16}}, {16, 1, 1, {16}}, {16, 1, 2, {16}}};
     static const struct kernel kernel = {WIDTHS(even_product_block), {NULL}, (any_function *)NAME(even_product),
-        NAME(call_aar), 2, 3, 0, 0, parts, NULL};
+        NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -4689,7 +4748,7 @@ void NAME(reverse_loop)(char **args, const intptr_t *dimensions, const intptr_t 
 {
     static const struct part parts[] = {{32, 1, 0, {32}}, {32, 1, 1, {32}}};
     static const struct kernel kernel = {WIDTHS(reverse_block), {NULL}, (any_function *)NAME(reverse),
-        NAME(call_ar), 1, 2, 0, 0, parts, NULL};
+        NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -4760,7 +4819,7 @@ void NAME(even_reverse_loop)(char **args, const intptr_t *dimensions, const intp
 {
     static const struct part parts[] = {{16, 1, 0, {16}}, {16, 1, 1, {16}}};
     static const struct kernel kernel = {WIDTHS(even_reverse_block), {NULL}, (any_function *)NAME(even_reverse),
-        NAME(call_ar), 1, 2, 0, 0, parts, NULL};
+        NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -4869,7 +4928,7 @@ void NAME(grade_involution_loop)(char **args, const intptr_t *dimensions, const 
 {
     static const struct part parts[] = {{32, 1, 0, {32}}, {32, 1, 1, {32}}};
     static const struct kernel kernel = {WIDTHS(grade_involution_block), {NULL}, (any_function
-        *)NAME(grade_involution), NAME(call_ar), 1, 2, 0, 0, parts, NULL};
+        *)NAME(grade_involution), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -4980,7 +5039,7 @@ void NAME(dual_loop)(char **args, const intptr_t *dimensions, const intptr_t *st
 {
     static const struct part parts[] = {{32, 1, 0, {32}}, {32, 1, 1, {32}}};
     static const struct kernel kernel = {WIDTHS(dual_block), {NULL}, (any_function *)NAME(dual), NAME(call_ar), 1,
-        2, 0, 0, parts, NULL};
+        2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -5091,7 +5150,7 @@ void NAME(undual_loop)(char **args, const intptr_t *dimensions, const intptr_t *
 {
     static const struct part parts[] = {{32, 1, 0, {32}}, {32, 1, 1, {32}}};
     static const struct kernel kernel = {WIDTHS(undual_block), {NULL}, (any_function *)NAME(undual), NAME(call_ar),
-        1, 2, 0, 0, parts, NULL};
+        1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -5200,7 +5259,7 @@ void NAME(polarity_loop)(char **args, const intptr_t *dimensions, const intptr_t
 {
     static const struct part parts[] = {{32, 1, 0, {32}}, {32, 1, 1, {32}}};
     static const struct kernel kernel = {WIDTHS(polarity_block), {NULL}, (any_function *)NAME(polarity),
-        NAME(call_ar), 1, 2, 0, 0, parts, NULL};
+        NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -5243,7 +5302,7 @@ void NAME(embed_point_loop)(char **args, const intptr_t *dimensions, const intpt
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {5, 1, 1, {5}}};
     static const struct kernel kernel = {WIDTHS(embed_point_block), {NULL}, (any_function *)NAME(embed_point),
-        NAME(call_ar), 1, 2, 0, 0, parts, NULL};
+        NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -5283,7 +5342,7 @@ void NAME(extract_point_loop)(char **args, const intptr_t *dimensions, const int
 {
     static const struct part parts[] = {{5, 1, 0, {5}}, {3, 1, 1, {3}}};
     static const struct kernel kernel = {WIDTHS(extract_point_block), {NULL}, (any_function *)NAME(extract_point),
-        NAME(call_ar), 1, 2, 0, 0, parts, NULL};
+        NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -5327,7 +5386,7 @@ void NAME(normalize_vector_loop)(char **args, const intptr_t *dimensions, const 
 {
     static const struct part parts[] = {{5, 1, 0, {5}}, {5, 1, 1, {5}}};
     static const struct kernel kernel = {WIDTHS(normalize_vector_block), {NULL}, (any_function
-        *)NAME(normalize_vector), NAME(call_ar), 1, 2, 0, 0, parts, NULL};
+        *)NAME(normalize_vector), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -5400,7 +5459,7 @@ void NAME(inner_product_of_points_loop)(char **args, const intptr_t *dimensions,
     static const struct part parts[] = {{3, 1, 0, {3}}, {3, 1, 1, {3}}, {1, 0, 2, {0}}};
     static const struct kernel kernel = {WIDTHS(inner_product_of_points_block),
         WIDTHS(inner_product_of_points_dense), (any_function *)NAME(inner_product_of_points), NAME(call_aar), 2, 3,
-        0, 0, parts, NULL};
+        0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -5471,7 +5530,7 @@ void NAME(distance_squared_points_loop)(char **args, const intptr_t *dimensions,
     static const struct part parts[] = {{3, 1, 0, {3}}, {3, 1, 1, {3}}, {1, 0, 2, {0}}};
     static const struct kernel kernel = {WIDTHS(distance_squared_points_block),
         WIDTHS(distance_squared_points_dense), (any_function *)NAME(distance_squared_points), NAME(call_aar), 2, 3,
-        0, 0, parts, NULL};
+        0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -5542,7 +5601,7 @@ void NAME(distance_points_loop)(char **args, const intptr_t *dimensions, const i
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {3, 1, 1, {3}}, {1, 0, 2, {0}}};
     static const struct kernel kernel = {WIDTHS(distance_points_block), WIDTHS(distance_points_dense), (any_function
-        *)NAME(distance_points), NAME(call_aar), 2, 3, 0, 0, parts, NULL};
+        *)NAME(distance_points), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -5594,7 +5653,7 @@ void NAME(inner_product_of_vectors_loop)(char **args, const intptr_t *dimensions
 {
     static const struct part parts[] = {{5, 1, 0, {5}}, {5, 1, 1, {5}}, {1, 0, 2, {0}}};
     static const struct kernel kernel = {WIDTHS(inner_product_of_vectors_block), {NULL}, (any_function
-        *)NAME(inner_product_of_vectors), NAME(call_aar), 2, 3, 0, 0, parts, NULL};
+        *)NAME(inner_product_of_vectors), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -5803,7 +5862,7 @@ void NAME(power_of_point_loop)(char **args, const intptr_t *dimensions, const in
         WIDTHS(power_of_point_dense_s)}, {1, 2, NAME(power_of_point_start_p), WIDTHS(power_of_point_block_p),
         {NULL}}};
     static const struct kernel kernel = {WIDTHS(power_of_point_block), {NULL}, (any_function *)NAME(power_of_point),
-        NAME(call_aar), 2, 3, 2, 0, parts, forms};
+        NAME(call_aar), 2, 3, 2, 0, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -5970,7 +6029,7 @@ void NAME(signed_distance_point_plane_loop)(char **args, const intptr_t *dimensi
         WIDTHS(signed_distance_point_plane_block_plane), WIDTHS(signed_distance_point_plane_dense_plane)}};
     static const struct kernel kernel = {WIDTHS(signed_distance_point_plane_block),
         WIDTHS(signed_distance_point_plane_dense), (any_function *)NAME(signed_distance_point_plane),
-        NAME(call_aar), 2, 3, 1, 0, parts, forms};
+        NAME(call_aar), 2, 3, 1, 0, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -6038,7 +6097,7 @@ void NAME(distance_point_line_loop)(char **args, const intptr_t *dimensions, con
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {6, 1, 1, {6}}, {1, 0, 2, {0}}};
     static const struct kernel kernel = {WIDTHS(distance_point_line_block), {NULL}, (any_function
-        *)NAME(distance_point_line), NAME(call_aar), 2, 3, 0, 0, parts, NULL};
+        *)NAME(distance_point_line), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -6120,7 +6179,7 @@ void NAME(point_pair_from_points_loop)(char **args, const intptr_t *dimensions, 
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {3, 1, 1, {3}}, {10, 1, 2, {10}}};
     static const struct kernel kernel = {WIDTHS(point_pair_from_points_block), {NULL}, (any_function
-        *)NAME(point_pair_from_points), NAME(call_aar), 2, 3, 0, 0, parts, NULL};
+        *)NAME(point_pair_from_points), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -6692,7 +6751,7 @@ void NAME(circle_from_points_loop)(char **args, const intptr_t *dimensions, cons
         WIDTHS(circle_from_points_block_b_c), {NULL}}, {3, 3, NAME(circle_from_points_start_a_b),
         WIDTHS(circle_from_points_block_a_b), {NULL}}};
     static const struct kernel kernel = {WIDTHS(circle_from_points_block), {NULL}, (any_function
-        *)NAME(circle_from_points), NAME(call_aaar), 3, 4, 3, 0, parts, forms};
+        *)NAME(circle_from_points), NAME(call_aaar), 3, 4, 3, 0, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -7678,7 +7737,7 @@ void NAME(sphere_from_points_loop)(char **args, const intptr_t *dimensions, cons
         WIDTHS(sphere_from_points_block_a_c_d), {NULL}}, {14, 3, NAME(sphere_from_points_start_b_c_d),
         WIDTHS(sphere_from_points_block_b_c_d), {NULL}}};
     static const struct kernel kernel = {WIDTHS(sphere_from_points_block), {NULL}, (any_function
-        *)NAME(sphere_from_points), NAME(call_aaaar), 4, 5, 4, 0, parts, forms};
+        *)NAME(sphere_from_points), NAME(call_aaaar), 4, 5, 4, 0, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -7734,7 +7793,7 @@ void NAME(line_from_points_loop)(char **args, const intptr_t *dimensions, const 
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {3, 1, 1, {3}}, {6, 1, 2, {6}}};
     static const struct kernel kernel = {WIDTHS(line_from_points_block), {NULL}, (any_function
-        *)NAME(line_from_points), NAME(call_aar), 2, 3, 0, 0, parts, NULL};
+        *)NAME(line_from_points), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -7790,7 +7849,7 @@ void NAME(line_from_point_direction_loop)(char **args, const intptr_t *dimension
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {3, 1, 1, {3}}, {6, 1, 2, {6}}};
     static const struct kernel kernel = {WIDTHS(line_from_point_direction_block), {NULL}, (any_function
-        *)NAME(line_from_point_direction), NAME(call_aar), 2, 3, 0, 0, parts, NULL};
+        *)NAME(line_from_point_direction), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -7884,7 +7943,7 @@ void NAME(plane_from_points_loop)(char **args, const intptr_t *dimensions, const
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {3, 1, 1, {3}}, {3, 1, 2, {3}}, {4, 1, 3, {4}}};
     static const struct kernel kernel = {WIDTHS(plane_from_points_block), WIDTHS(plane_from_points_dense),
-        (any_function *)NAME(plane_from_points), NAME(call_aaar), 3, 4, 0, 0, parts, NULL};
+        (any_function *)NAME(plane_from_points), NAME(call_aaar), 3, 4, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -7932,7 +7991,7 @@ void NAME(dual_sphere_from_centre_loop)(char **args, const intptr_t *dimensions,
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {1, 0, 1, {0}}, {5, 1, 1, {5}}};
     static const struct kernel kernel = {WIDTHS(dual_sphere_from_centre_block), {NULL}, (any_function
-        *)NAME(dual_sphere_from_centre), NAME(call_anr), 2, 3, 0, 0, parts, NULL};
+        *)NAME(dual_sphere_from_centre), NAME(call_anr), 2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -7986,7 +8045,7 @@ void NAME(dual_sphere_through_point_loop)(char **args, const intptr_t *dimension
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {3, 1, 1, {3}}, {5, 1, 2, {5}}};
     static const struct kernel kernel = {WIDTHS(dual_sphere_through_point_block), {NULL}, (any_function
-        *)NAME(dual_sphere_through_point), NAME(call_aar), 2, 3, 0, 0, parts, NULL};
+        *)NAME(dual_sphere_through_point), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -8036,7 +8095,7 @@ void NAME(sphere_from_centre_loop)(char **args, const intptr_t *dimensions, cons
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {1, 0, 1, {0}}, {5, 1, 1, {5}}};
     static const struct kernel kernel = {WIDTHS(sphere_from_centre_block), {NULL}, (any_function
-        *)NAME(sphere_from_centre), NAME(call_anr), 2, 3, 0, 0, parts, NULL};
+        *)NAME(sphere_from_centre), NAME(call_anr), 2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -8098,7 +8157,7 @@ void NAME(dual_plane_from_normal_loop)(char **args, const intptr_t *dimensions, 
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {1, 0, 1, {0}}, {4, 1, 1, {4}}};
     static const struct kernel kernel = {WIDTHS(dual_plane_from_normal_block), WIDTHS(dual_plane_from_normal_dense),
-        (any_function *)NAME(dual_plane_from_normal), NAME(call_anr), 2, 3, 0, 0, parts, NULL};
+        (any_function *)NAME(dual_plane_from_normal), NAME(call_anr), 2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -8178,7 +8237,7 @@ void NAME(bisector_plane_loop)(char **args, const intptr_t *dimensions, const in
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {3, 1, 1, {3}}, {4, 1, 2, {4}}};
     static const struct kernel kernel = {WIDTHS(bisector_plane_block), WIDTHS(bisector_plane_dense), (any_function
-        *)NAME(bisector_plane), NAME(call_aar), 2, 3, 0, 0, parts, NULL};
+        *)NAME(bisector_plane), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -8220,7 +8279,7 @@ void NAME(sphere_polarity_loop)(char **args, const intptr_t *dimensions, const i
 {
     static const struct part parts[] = {{5, 1, 0, {5}}, {5, 1, 1, {5}}};
     static const struct kernel kernel = {WIDTHS(sphere_polarity_block), {NULL}, (any_function
-        *)NAME(sphere_polarity), NAME(call_ar), 1, 2, 0, 0, parts, NULL};
+        *)NAME(sphere_polarity), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -8280,7 +8339,7 @@ void NAME(plane_polarity_loop)(char **args, const intptr_t *dimensions, const in
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {4, 1, 1, {4}}};
     static const struct kernel kernel = {WIDTHS(plane_polarity_block), WIDTHS(plane_polarity_dense), (any_function
-        *)NAME(plane_polarity), NAME(call_ar), 1, 2, 0, 0, parts, NULL};
+        *)NAME(plane_polarity), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -8322,7 +8381,7 @@ void NAME(sphere_centre_loop)(char **args, const intptr_t *dimensions, const int
 {
     static const struct part parts[] = {{5, 1, 0, {5}}, {3, 1, 1, {3}}};
     static const struct kernel kernel = {WIDTHS(sphere_centre_block), {NULL}, (any_function *)NAME(sphere_centre),
-        NAME(call_ar), 1, 2, 0, 0, parts, NULL};
+        NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -8369,7 +8428,7 @@ void NAME(sphere_radius_squared_loop)(char **args, const intptr_t *dimensions, c
 {
     static const struct part parts[] = {{5, 1, 0, {5}}, {1, 0, 1, {0}}};
     static const struct kernel kernel = {WIDTHS(sphere_radius_squared_block), {NULL}, (any_function
-        *)NAME(sphere_radius_squared), NAME(call_ar), 1, 2, 0, 0, parts, NULL};
+        *)NAME(sphere_radius_squared), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -8435,7 +8494,7 @@ void NAME(circle_centre_loop)(char **args, const intptr_t *dimensions, const int
 {
     static const struct part parts[] = {{10, 1, 0, {10}}, {3, 1, 1, {3}}};
     static const struct kernel kernel = {WIDTHS(circle_centre_block), {NULL}, (any_function *)NAME(circle_centre),
-        NAME(call_ar), 1, 2, 0, 0, parts, NULL};
+        NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -8496,7 +8555,7 @@ void NAME(circle_radius_squared_loop)(char **args, const intptr_t *dimensions, c
 {
     static const struct part parts[] = {{10, 1, 0, {10}}, {1, 0, 1, {0}}};
     static const struct kernel kernel = {WIDTHS(circle_radius_squared_block), {NULL}, (any_function
-        *)NAME(circle_radius_squared), NAME(call_ar), 1, 2, 0, 0, parts, NULL};
+        *)NAME(circle_radius_squared), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -8533,7 +8592,7 @@ void NAME(circle_plane_loop)(char **args, const intptr_t *dimensions, const intp
 {
     static const struct part parts[] = {{10, 1, 0, {10}}, {4, 1, 1, {4}}};
     static const struct kernel kernel = {WIDTHS(circle_plane_block), {NULL}, (any_function *)NAME(circle_plane),
-        NAME(call_ar), 1, 2, 0, 0, parts, NULL};
+        NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -8576,7 +8635,7 @@ void NAME(circle_axis_loop)(char **args, const intptr_t *dimensions, const intpt
 {
     static const struct part parts[] = {{10, 1, 0, {10}}, {6, 1, 1, {6}}};
     static const struct kernel kernel = {WIDTHS(circle_axis_block), {NULL}, (any_function *)NAME(circle_axis),
-        NAME(call_ar), 1, 2, 0, 0, parts, NULL};
+        NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -8643,7 +8702,7 @@ void NAME(point_pair_centre_loop)(char **args, const intptr_t *dimensions, const
 {
     static const struct part parts[] = {{10, 1, 0, {10}}, {3, 1, 1, {3}}};
     static const struct kernel kernel = {WIDTHS(point_pair_centre_block), {NULL}, (any_function
-        *)NAME(point_pair_centre), NAME(call_ar), 1, 2, 0, 0, parts, NULL};
+        *)NAME(point_pair_centre), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -8703,7 +8762,7 @@ void NAME(point_pair_radius_squared_loop)(char **args, const intptr_t *dimension
 {
     static const struct part parts[] = {{10, 1, 0, {10}}, {1, 0, 1, {0}}};
     static const struct kernel kernel = {WIDTHS(point_pair_radius_squared_block), {NULL}, (any_function
-        *)NAME(point_pair_radius_squared), NAME(call_ar), 1, 2, 0, 0, parts, NULL};
+        *)NAME(point_pair_radius_squared), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -8804,7 +8863,7 @@ void NAME(point_pair_points_loop)(char **args, const intptr_t *dimensions, const
 {
     static const struct part parts[] = {{10, 1, 0, {10}}, {3, 1, 1, {3}}, {3, 1, 2, {3}}};
     static const struct kernel kernel = {WIDTHS(point_pair_points_block), {NULL}, (any_function
-        *)NAME(point_pair_points), NAME(call_arr), 1, 3, 0, 0, parts, NULL};
+        *)NAME(point_pair_points), NAME(call_arr), 1, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -8886,7 +8945,7 @@ void NAME(meet_spheres_loop)(char **args, const intptr_t *dimensions, const intp
 {
     static const struct part parts[] = {{5, 1, 0, {5}}, {5, 1, 1, {5}}, {10, 1, 2, {10}}};
     static const struct kernel kernel = {WIDTHS(meet_spheres_block), {NULL}, (any_function *)NAME(meet_spheres),
-        NAME(call_aar), 2, 3, 0, 0, parts, NULL};
+        NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -8963,7 +9022,7 @@ void NAME(meet_sphere_plane_loop)(char **args, const intptr_t *dimensions, const
 {
     static const struct part parts[] = {{5, 1, 0, {5}}, {4, 1, 1, {4}}, {10, 1, 2, {10}}};
     static const struct kernel kernel = {WIDTHS(meet_sphere_plane_block), {NULL}, (any_function
-        *)NAME(meet_sphere_plane), NAME(call_aar), 2, 3, 0, 0, parts, NULL};
+        *)NAME(meet_sphere_plane), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -9592,7 +9651,7 @@ void NAME(meet_three_spheres_loop)(char **args, const intptr_t *dimensions, cons
         WIDTHS(meet_three_spheres_block_a_c), {NULL}}, {6, 2, NAME(meet_three_spheres_start_b_c),
         WIDTHS(meet_three_spheres_block_b_c), {NULL}}};
     static const struct kernel kernel = {WIDTHS(meet_three_spheres_block), {NULL}, (any_function
-        *)NAME(meet_three_spheres), NAME(call_aaar), 3, 4, 3, 0, parts, forms};
+        *)NAME(meet_three_spheres), NAME(call_aaar), 3, 4, 3, 0, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -9679,7 +9738,7 @@ void NAME(meet_line_sphere_loop)(char **args, const intptr_t *dimensions, const 
 {
     static const struct part parts[] = {{6, 1, 0, {6}}, {5, 1, 1, {5}}, {10, 1, 2, {10}}};
     static const struct kernel kernel = {WIDTHS(meet_line_sphere_block), {NULL}, (any_function
-        *)NAME(meet_line_sphere), NAME(call_aar), 2, 3, 0, 0, parts, NULL};
+        *)NAME(meet_line_sphere), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -9775,7 +9834,7 @@ void NAME(meet_circle_plane_loop)(char **args, const intptr_t *dimensions, const
 {
     static const struct part parts[] = {{10, 1, 0, {10}}, {4, 1, 1, {4}}, {10, 1, 2, {10}}};
     static const struct kernel kernel = {WIDTHS(meet_circle_plane_block), {NULL}, (any_function
-        *)NAME(meet_circle_plane), NAME(call_aar), 2, 3, 0, 0, parts, NULL};
+        *)NAME(meet_circle_plane), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -9888,7 +9947,7 @@ void NAME(meet_circle_sphere_loop)(char **args, const intptr_t *dimensions, cons
 {
     static const struct part parts[] = {{10, 1, 0, {10}}, {5, 1, 1, {5}}, {10, 1, 2, {10}}};
     static const struct kernel kernel = {WIDTHS(meet_circle_sphere_block), {NULL}, (any_function
-        *)NAME(meet_circle_sphere), NAME(call_aar), 2, 3, 0, 0, parts, NULL};
+        *)NAME(meet_circle_sphere), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -9952,7 +10011,7 @@ void NAME(meet_planes_loop)(char **args, const intptr_t *dimensions, const intpt
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {4, 1, 1, {4}}, {6, 1, 2, {6}}};
     static const struct kernel kernel = {WIDTHS(meet_planes_block), {NULL}, (any_function *)NAME(meet_planes),
-        NAME(call_aar), 2, 3, 0, 0, parts, NULL};
+        NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -10021,7 +10080,7 @@ void NAME(meet_line_plane_loop)(char **args, const intptr_t *dimensions, const i
 {
     static const struct part parts[] = {{6, 1, 0, {6}}, {4, 1, 1, {4}}, {3, 1, 2, {3}}};
     static const struct kernel kernel = {WIDTHS(meet_line_plane_block), {NULL}, (any_function
-        *)NAME(meet_line_plane), NAME(call_aar), 2, 3, 0, 0, parts, NULL};
+        *)NAME(meet_line_plane), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -10077,7 +10136,7 @@ void NAME(flat_point_from_point_loop)(char **args, const intptr_t *dimensions, c
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {4, 1, 1, {4}}};
     static const struct kernel kernel = {WIDTHS(flat_point_from_point_block), WIDTHS(flat_point_from_point_dense),
-        (any_function *)NAME(flat_point_from_point), NAME(call_ar), 1, 2, 0, 0, parts, NULL};
+        (any_function *)NAME(flat_point_from_point), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -10137,7 +10196,7 @@ void NAME(point_from_flat_point_loop)(char **args, const intptr_t *dimensions, c
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {3, 1, 1, {3}}};
     static const struct kernel kernel = {WIDTHS(point_from_flat_point_block), WIDTHS(point_from_flat_point_dense),
-        (any_function *)NAME(point_from_flat_point), NAME(call_ar), 1, 2, 0, 0, parts, NULL};
+        (any_function *)NAME(point_from_flat_point), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -10185,7 +10244,7 @@ void NAME(line_from_direction_moment_loop)(char **args, const intptr_t *dimensio
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {3, 1, 1, {3}}, {6, 1, 2, {6}}};
     static const struct kernel kernel = {WIDTHS(line_from_direction_moment_block), {NULL}, (any_function
-        *)NAME(line_from_direction_moment), NAME(call_aar), 2, 3, 0, 0, parts, NULL};
+        *)NAME(line_from_direction_moment), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -10233,7 +10292,7 @@ void NAME(line_to_direction_moment_loop)(char **args, const intptr_t *dimensions
 {
     static const struct part parts[] = {{6, 1, 0, {6}}, {3, 1, 1, {3}}, {3, 1, 2, {3}}};
     static const struct kernel kernel = {WIDTHS(line_to_direction_moment_block), {NULL}, (any_function
-        *)NAME(line_to_direction_moment), NAME(call_arr), 1, 3, 0, 0, parts, NULL};
+        *)NAME(line_to_direction_moment), NAME(call_arr), 1, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -10296,7 +10355,7 @@ void NAME(plane_from_normal_loop)(char **args, const intptr_t *dimensions, const
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {1, 0, 1, {0}}, {4, 1, 1, {4}}};
     static const struct kernel kernel = {WIDTHS(plane_from_normal_block), WIDTHS(plane_from_normal_dense),
-        (any_function *)NAME(plane_from_normal), NAME(call_anr), 2, 3, 0, 0, parts, NULL};
+        (any_function *)NAME(plane_from_normal), NAME(call_anr), 2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -10372,7 +10431,7 @@ void NAME(plane_to_normal_loop)(char **args, const intptr_t *dimensions, const i
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {3, 1, 1, {3}}, {1, 0, 2, {0}}};
     static const struct kernel kernel = {WIDTHS(plane_to_normal_block), WIDTHS(plane_to_normal_dense), (any_function
-        *)NAME(plane_to_normal), NAME(call_arr), 1, 3, 0, 0, parts, NULL};
+        *)NAME(plane_to_normal), NAME(call_arr), 1, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -10444,7 +10503,7 @@ void NAME(plane_from_point_normal_loop)(char **args, const intptr_t *dimensions,
     static const struct part parts[] = {{3, 1, 0, {3}}, {3, 1, 1, {3}}, {4, 1, 2, {4}}};
     static const struct kernel kernel = {WIDTHS(plane_from_point_normal_block),
         WIDTHS(plane_from_point_normal_dense), (any_function *)NAME(plane_from_point_normal), NAME(call_aar), 2, 3,
-        0, 0, parts, NULL};
+        0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -10506,7 +10565,7 @@ void NAME(join_point_line_loop)(char **args, const intptr_t *dimensions, const i
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {6, 1, 1, {6}}, {4, 1, 2, {4}}};
     static const struct kernel kernel = {WIDTHS(join_point_line_block), {NULL}, (any_function
-        *)NAME(join_point_line), NAME(call_aar), 2, 3, 0, 0, parts, NULL};
+        *)NAME(join_point_line), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -10550,7 +10609,7 @@ void NAME(line_polarity_loop)(char **args, const intptr_t *dimensions, const int
 {
     static const struct part parts[] = {{6, 1, 0, {6}}, {6, 1, 1, {6}}};
     static const struct kernel kernel = {WIDTHS(line_polarity_block), {NULL}, (any_function *)NAME(line_polarity),
-        NAME(call_ar), 1, 2, 0, 0, parts, NULL};
+        NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -10594,7 +10653,7 @@ void NAME(line_from_dual_loop)(char **args, const intptr_t *dimensions, const in
 {
     static const struct part parts[] = {{6, 1, 0, {6}}, {6, 1, 1, {6}}};
     static const struct kernel kernel = {WIDTHS(line_from_dual_block), {NULL}, (any_function *)NAME(line_from_dual),
-        NAME(call_ar), 1, 2, 0, 0, parts, NULL};
+        NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -10654,7 +10713,7 @@ void NAME(plane_from_dual_loop)(char **args, const intptr_t *dimensions, const i
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {4, 1, 1, {4}}};
     static const struct kernel kernel = {WIDTHS(plane_from_dual_block), WIDTHS(plane_from_dual_dense), (any_function
-        *)NAME(plane_from_dual), NAME(call_ar), 1, 2, 0, 0, parts, NULL};
+        *)NAME(plane_from_dual), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -10699,7 +10758,7 @@ void NAME(circle_from_line_loop)(char **args, const intptr_t *dimensions, const 
 {
     static const struct part parts[] = {{6, 1, 0, {6}}, {10, 1, 1, {10}}};
     static const struct kernel kernel = {WIDTHS(circle_from_line_block), {NULL}, (any_function
-        *)NAME(circle_from_line), NAME(call_ar), 1, 2, 0, 0, parts, NULL};
+        *)NAME(circle_from_line), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -10737,7 +10796,7 @@ void NAME(sphere_from_plane_loop)(char **args, const intptr_t *dimensions, const
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {5, 1, 1, {5}}};
     static const struct kernel kernel = {WIDTHS(sphere_from_plane_block), {NULL}, (any_function
-        *)NAME(sphere_from_plane), NAME(call_ar), 1, 2, 0, 0, parts, NULL};
+        *)NAME(sphere_from_plane), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -10779,7 +10838,7 @@ void NAME(sphere_from_dual_loop)(char **args, const intptr_t *dimensions, const 
 {
     static const struct part parts[] = {{5, 1, 0, {5}}, {5, 1, 1, {5}}};
     static const struct kernel kernel = {WIDTHS(sphere_from_dual_block), {NULL}, (any_function
-        *)NAME(sphere_from_dual), NAME(call_ar), 1, 2, 0, 0, parts, NULL};
+        *)NAME(sphere_from_dual), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -10833,7 +10892,7 @@ void NAME(circle_from_dual_loop)(char **args, const intptr_t *dimensions, const 
 {
     static const struct part parts[] = {{10, 1, 0, {10}}, {10, 1, 1, {10}}};
     static const struct kernel kernel = {WIDTHS(circle_from_dual_block), {NULL}, (any_function
-        *)NAME(circle_from_dual), NAME(call_ar), 1, 2, 0, 0, parts, NULL};
+        *)NAME(circle_from_dual), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -10887,7 +10946,7 @@ void NAME(point_pair_from_dual_loop)(char **args, const intptr_t *dimensions, co
 {
     static const struct part parts[] = {{10, 1, 0, {10}}, {10, 1, 1, {10}}};
     static const struct kernel kernel = {WIDTHS(point_pair_from_dual_block), {NULL}, (any_function
-        *)NAME(point_pair_from_dual), NAME(call_ar), 1, 2, 0, 0, parts, NULL};
+        *)NAME(point_pair_from_dual), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -10941,7 +11000,7 @@ void NAME(circle_polarity_loop)(char **args, const intptr_t *dimensions, const i
 {
     static const struct part parts[] = {{10, 1, 0, {10}}, {10, 1, 1, {10}}};
     static const struct kernel kernel = {WIDTHS(circle_polarity_block), {NULL}, (any_function
-        *)NAME(circle_polarity), NAME(call_ar), 1, 2, 0, 0, parts, NULL};
+        *)NAME(circle_polarity), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -10995,7 +11054,7 @@ void NAME(point_pair_polarity_loop)(char **args, const intptr_t *dimensions, con
 {
     static const struct part parts[] = {{10, 1, 0, {10}}, {10, 1, 1, {10}}};
     static const struct kernel kernel = {WIDTHS(point_pair_polarity_block), {NULL}, (any_function
-        *)NAME(point_pair_polarity), NAME(call_ar), 1, 2, 0, 0, parts, NULL};
+        *)NAME(point_pair_polarity), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -11301,7 +11360,7 @@ void NAME(point_pair_from_centre_loop)(char **args, const intptr_t *dimensions, 
         WIDTHS(point_pair_from_centre_block_0_1), {NULL}}, {5, 2, NAME(point_pair_from_centre_start_0_2),
         WIDTHS(point_pair_from_centre_block_0_2), {NULL}}};
     static const struct kernel kernel = {WIDTHS(point_pair_from_centre_block), {NULL}, (any_function
-        *)NAME(point_pair_from_centre), NAME(call_aanr), 3, 4, 2, 0, parts, forms};
+        *)NAME(point_pair_from_centre), NAME(call_aanr), 3, 4, 2, 0, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -11596,7 +11655,7 @@ void NAME(circle_from_centre_loop)(char **args, const intptr_t *dimensions, cons
         WIDTHS(circle_from_centre_block_0_1), {NULL}}, {5, 2, NAME(circle_from_centre_start_0_2),
         WIDTHS(circle_from_centre_block_0_2), {NULL}}};
     static const struct kernel kernel = {WIDTHS(circle_from_centre_block), {NULL}, (any_function
-        *)NAME(circle_from_centre), NAME(call_aanr), 3, 4, 2, 0, parts, forms};
+        *)NAME(circle_from_centre), NAME(call_aanr), 3, 4, 2, 0, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -11645,7 +11704,7 @@ void NAME(sphere_from_centre_radius_squared_loop)(char **args, const intptr_t *d
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {1, 0, 1, {0}}, {5, 1, 1, {5}}};
     static const struct kernel kernel = {WIDTHS(sphere_from_centre_radius_squared_block), {NULL}, (any_function
-        *)NAME(sphere_from_centre_radius_squared), NAME(call_anr), 2, 3, 0, 0, parts, NULL};
+        *)NAME(sphere_from_centre_radius_squared), NAME(call_anr), 2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -11727,7 +11786,7 @@ void NAME(circle_from_dual_spheres_loop)(char **args, const intptr_t *dimensions
 {
     static const struct part parts[] = {{5, 1, 0, {5}}, {5, 1, 1, {5}}, {10, 1, 2, {10}}};
     static const struct kernel kernel = {WIDTHS(circle_from_dual_spheres_block), {NULL}, (any_function
-        *)NAME(circle_from_dual_spheres), NAME(call_aar), 2, 3, 0, 0, parts, NULL};
+        *)NAME(circle_from_dual_spheres), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -11784,7 +11843,7 @@ void NAME(tangent_plane_of_sphere_loop)(char **args, const intptr_t *dimensions,
 {
     static const struct part parts[] = {{5, 1, 0, {5}}, {3, 1, 1, {3}}, {4, 1, 2, {4}}};
     static const struct kernel kernel = {WIDTHS(tangent_plane_of_sphere_block), {NULL}, (any_function
-        *)NAME(tangent_plane_of_sphere), NAME(call_aar), 2, 3, 0, 0, parts, NULL};
+        *)NAME(tangent_plane_of_sphere), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -11850,7 +11909,7 @@ void NAME(plane_support_loop)(char **args, const intptr_t *dimensions, const int
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {3, 1, 1, {3}}};
     static const struct kernel kernel = {WIDTHS(plane_support_block), WIDTHS(plane_support_dense), (any_function
-        *)NAME(plane_support), NAME(call_ar), 1, 2, 0, 0, parts, NULL};
+        *)NAME(plane_support), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -11908,7 +11967,7 @@ void NAME(line_support_loop)(char **args, const intptr_t *dimensions, const intp
 {
     static const struct part parts[] = {{6, 1, 0, {6}}, {3, 1, 1, {3}}};
     static const struct kernel kernel = {WIDTHS(line_support_block), {NULL}, (any_function *)NAME(line_support),
-        NAME(call_ar), 1, 2, 0, 0, parts, NULL};
+        NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -11954,7 +12013,7 @@ void NAME(circle_normal_loop)(char **args, const intptr_t *dimensions, const int
 {
     static const struct part parts[] = {{10, 1, 0, {10}}, {3, 1, 1, {3}}};
     static const struct kernel kernel = {WIDTHS(circle_normal_block), {NULL}, (any_function *)NAME(circle_normal),
-        NAME(call_ar), 1, 2, 0, 0, parts, NULL};
+        NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -11993,7 +12052,7 @@ void NAME(circle_weight_loop)(char **args, const intptr_t *dimensions, const int
 {
     static const struct part parts[] = {{10, 1, 0, {10}}, {1, 0, 1, {0}}};
     static const struct kernel kernel = {WIDTHS(circle_weight_block), {NULL}, (any_function *)NAME(circle_weight),
-        NAME(call_ar), 1, 2, 0, 0, parts, NULL};
+        NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -12088,7 +12147,7 @@ void NAME(circle_surround_sphere_loop)(char **args, const intptr_t *dimensions, 
 {
     static const struct part parts[] = {{10, 1, 0, {10}}, {5, 1, 1, {5}}};
     static const struct kernel kernel = {WIDTHS(circle_surround_sphere_block), {NULL}, (any_function
-        *)NAME(circle_surround_sphere), NAME(call_ar), 1, 2, 0, 0, parts, NULL};
+        *)NAME(circle_surround_sphere), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -12136,7 +12195,7 @@ void NAME(point_pair_direction_loop)(char **args, const intptr_t *dimensions, co
 {
     static const struct part parts[] = {{10, 1, 0, {10}}, {3, 1, 1, {3}}};
     static const struct kernel kernel = {WIDTHS(point_pair_direction_block), {NULL}, (any_function
-        *)NAME(point_pair_direction), NAME(call_ar), 1, 2, 0, 0, parts, NULL};
+        *)NAME(point_pair_direction), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -12175,7 +12234,7 @@ void NAME(point_pair_weight_loop)(char **args, const intptr_t *dimensions, const
 {
     static const struct part parts[] = {{10, 1, 0, {10}}, {1, 0, 1, {0}}};
     static const struct kernel kernel = {WIDTHS(point_pair_weight_block), {NULL}, (any_function
-        *)NAME(point_pair_weight), NAME(call_ar), 1, 2, 0, 0, parts, NULL};
+        *)NAME(point_pair_weight), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -12216,7 +12275,7 @@ void NAME(point_pair_line_loop)(char **args, const intptr_t *dimensions, const i
 {
     static const struct part parts[] = {{10, 1, 0, {10}}, {6, 1, 1, {6}}};
     static const struct kernel kernel = {WIDTHS(point_pair_line_block), {NULL}, (any_function
-        *)NAME(point_pair_line), NAME(call_ar), 1, 2, 0, 0, parts, NULL};
+        *)NAME(point_pair_line), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -12311,7 +12370,7 @@ void NAME(point_pair_surround_sphere_loop)(char **args, const intptr_t *dimensio
 {
     static const struct part parts[] = {{10, 1, 0, {10}}, {5, 1, 1, {5}}};
     static const struct kernel kernel = {WIDTHS(point_pair_surround_sphere_block), {NULL}, (any_function
-        *)NAME(point_pair_surround_sphere), NAME(call_ar), 1, 2, 0, 0, parts, NULL};
+        *)NAME(point_pair_surround_sphere), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -12342,7 +12401,7 @@ void NAME(sphere_weight_loop)(char **args, const intptr_t *dimensions, const int
 {
     static const struct part parts[] = {{5, 1, 0, {5}}, {1, 0, 1, {0}}};
     static const struct kernel kernel = {WIDTHS(sphere_weight_block), {NULL}, (any_function *)NAME(sphere_weight),
-        NAME(call_ar), 1, 2, 0, 0, parts, NULL};
+        NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -12387,7 +12446,7 @@ void NAME(dual_sphere_radius_squared_loop)(char **args, const intptr_t *dimensio
 {
     static const struct part parts[] = {{5, 1, 0, {5}}, {1, 0, 1, {0}}};
     static const struct kernel kernel = {WIDTHS(dual_sphere_radius_squared_block), {NULL}, (any_function
-        *)NAME(dual_sphere_radius_squared), NAME(call_ar), 1, 2, 0, 0, parts, NULL};
+        *)NAME(dual_sphere_radius_squared), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -12464,7 +12523,7 @@ void NAME(point_pair_kind_loop)(char **args, const intptr_t *dimensions, const i
 {
     static const struct part parts[] = {{10, 1, 0, {10}}, {1, 0, 1, {0}}};
     static const struct kernel kernel = {WIDTHS(point_pair_kind_block), {NULL}, (any_function
-        *)NAME(point_pair_kind), NAME(call_ar), 1, 2, 0, 0, parts, NULL};
+        *)NAME(point_pair_kind), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -12541,7 +12600,7 @@ void NAME(circle_kind_loop)(char **args, const intptr_t *dimensions, const intpt
 {
     static const struct part parts[] = {{10, 1, 0, {10}}, {1, 0, 1, {0}}};
     static const struct kernel kernel = {WIDTHS(circle_kind_block), {NULL}, (any_function *)NAME(circle_kind),
-        NAME(call_ar), 1, 2, 0, 0, parts, NULL};
+        NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -12602,7 +12661,7 @@ void NAME(sphere_kind_loop)(char **args, const intptr_t *dimensions, const intpt
 {
     static const struct part parts[] = {{5, 1, 0, {5}}, {1, 0, 1, {0}}};
     static const struct kernel kernel = {WIDTHS(sphere_kind_block), {NULL}, (any_function *)NAME(sphere_kind),
-        NAME(call_ar), 1, 2, 0, 0, parts, NULL};
+        NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -12771,7 +12830,7 @@ void NAME(signed_distance_point_sphere_loop)(char **args, const intptr_t *dimens
     static const struct form forms[] = {{2, 2, NAME(signed_distance_point_sphere_start_sphere),
         WIDTHS(signed_distance_point_sphere_block_sphere), WIDTHS(signed_distance_point_sphere_dense_sphere)}};
     static const struct kernel kernel = {WIDTHS(signed_distance_point_sphere_block), {NULL}, (any_function
-        *)NAME(signed_distance_point_sphere), NAME(call_aar), 2, 3, 1, 0, parts, forms};
+        *)NAME(signed_distance_point_sphere), NAME(call_aar), 2, 3, 1, 0, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -13050,7 +13109,7 @@ void NAME(distance_point_circle_loop)(char **args, const intptr_t *dimensions, c
     static const struct form forms[] = {{2, 2, NAME(distance_point_circle_start_circle),
         WIDTHS(distance_point_circle_block_circle), WIDTHS(distance_point_circle_dense_circle)}};
     static const struct kernel kernel = {WIDTHS(distance_point_circle_block), {NULL}, (any_function
-        *)NAME(distance_point_circle), NAME(call_aar), 2, 3, 1, 0, parts, forms};
+        *)NAME(distance_point_circle), NAME(call_aar), 2, 3, 1, 0, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -13157,7 +13216,7 @@ void NAME(distance_lines_loop)(char **args, const intptr_t *dimensions, const in
 {
     static const struct part parts[] = {{6, 1, 0, {6}}, {6, 1, 1, {6}}, {1, 0, 2, {0}}};
     static const struct kernel kernel = {WIDTHS(distance_lines_block), {NULL}, (any_function *)NAME(distance_lines),
-        NAME(call_aar), 2, 3, 0, 0, parts, NULL};
+        NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -13478,7 +13537,7 @@ void NAME(signed_distance_line_plane_loop)(char **args, const intptr_t *dimensio
         WIDTHS(signed_distance_line_plane_block_line), WIDTHS(signed_distance_line_plane_dense_line)}, {2, 2,
         NAME(signed_distance_line_plane_start_plane), WIDTHS(signed_distance_line_plane_block_plane), {NULL}}};
     static const struct kernel kernel = {WIDTHS(signed_distance_line_plane_block), {NULL}, (any_function
-        *)NAME(signed_distance_line_plane), NAME(call_aar), 2, 3, 2, 0, parts, forms};
+        *)NAME(signed_distance_line_plane), NAME(call_aar), 2, 3, 2, 0, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -13810,7 +13869,7 @@ void NAME(signed_distance_planes_loop)(char **args, const intptr_t *dimensions, 
         NAME(signed_distance_planes_start_b), WIDTHS(signed_distance_planes_block_b),
         WIDTHS(signed_distance_planes_dense_b)}};
     static const struct kernel kernel = {WIDTHS(signed_distance_planes_block), {NULL}, (any_function
-        *)NAME(signed_distance_planes), NAME(call_aar), 2, 3, 2, 0, parts, forms};
+        *)NAME(signed_distance_planes), NAME(call_aar), 2, 3, 2, 0, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -13996,7 +14055,7 @@ void NAME(distance_line_sphere_loop)(char **args, const intptr_t *dimensions, co
     static const struct form forms[] = {{2, 2, NAME(distance_line_sphere_start_sphere),
         WIDTHS(distance_line_sphere_block_sphere), {NULL}}};
     static const struct kernel kernel = {WIDTHS(distance_line_sphere_block), {NULL}, (any_function
-        *)NAME(distance_line_sphere), NAME(call_aar), 2, 3, 1, 0, parts, forms};
+        *)NAME(distance_line_sphere), NAME(call_aar), 2, 3, 1, 0, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -14299,7 +14358,7 @@ void NAME(distance_plane_circle_loop)(char **args, const intptr_t *dimensions, c
     static const struct form forms[] = {{2, 2, NAME(distance_plane_circle_start_circle),
         WIDTHS(distance_plane_circle_block_circle), WIDTHS(distance_plane_circle_dense_circle)}};
     static const struct kernel kernel = {WIDTHS(distance_plane_circle_block), {NULL}, (any_function
-        *)NAME(distance_plane_circle), NAME(call_aar), 2, 3, 1, 0, parts, forms};
+        *)NAME(distance_plane_circle), NAME(call_aar), 2, 3, 1, 0, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -14583,7 +14642,7 @@ void NAME(distance_plane_sphere_loop)(char **args, const intptr_t *dimensions, c
         WIDTHS(distance_plane_sphere_block_sphere), WIDTHS(distance_plane_sphere_dense_sphere)}, {1, 2,
         NAME(distance_plane_sphere_start_plane), WIDTHS(distance_plane_sphere_block_plane), {NULL}}};
     static const struct kernel kernel = {WIDTHS(distance_plane_sphere_block), {NULL}, (any_function
-        *)NAME(distance_plane_sphere), NAME(call_aar), 2, 3, 2, 0, parts, forms};
+        *)NAME(distance_plane_sphere), NAME(call_aar), 2, 3, 2, 0, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -15053,7 +15112,7 @@ void NAME(distance_circle_sphere_loop)(char **args, const intptr_t *dimensions, 
         WIDTHS(distance_circle_sphere_block_circle), {NULL}}, {2, 2, NAME(distance_circle_sphere_start_sphere),
         WIDTHS(distance_circle_sphere_block_sphere), {NULL}}};
     static const struct kernel kernel = {WIDTHS(distance_circle_sphere_block), {NULL}, (any_function
-        *)NAME(distance_circle_sphere), NAME(call_aar), 2, 3, 2, 0, parts, forms};
+        *)NAME(distance_circle_sphere), NAME(call_aar), 2, 3, 2, 0, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -15354,7 +15413,7 @@ void NAME(distance_spheres_loop)(char **args, const intptr_t *dimensions, const 
     static const struct form forms[] = {{1, 2, NAME(distance_spheres_start_a), WIDTHS(distance_spheres_block_a),
         {NULL}}, {2, 2, NAME(distance_spheres_start_b), WIDTHS(distance_spheres_block_b), {NULL}}};
     static const struct kernel kernel = {WIDTHS(distance_spheres_block), {NULL}, (any_function
-        *)NAME(distance_spheres), NAME(call_aar), 2, 3, 2, 0, parts, forms};
+        *)NAME(distance_spheres), NAME(call_aar), 2, 3, 2, 0, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -15414,7 +15473,7 @@ void NAME(angle_between_directions_loop)(char **args, const intptr_t *dimensions
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {3, 1, 1, {3}}, {1, 0, 2, {0}}};
     static const struct kernel kernel = {WIDTHS(angle_between_directions_block), {NULL}, (any_function
-        *)NAME(angle_between_directions), NAME(call_aar), 2, 3, 0, 0, parts, NULL};
+        *)NAME(angle_between_directions), NAME(call_aar), 2, 3, 0, 0, 1, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -15474,7 +15533,7 @@ void NAME(angle_between_lines_loop)(char **args, const intptr_t *dimensions, con
 {
     static const struct part parts[] = {{6, 1, 0, {6}}, {6, 1, 1, {6}}, {1, 0, 2, {0}}};
     static const struct kernel kernel = {WIDTHS(angle_between_lines_block), {NULL}, (any_function
-        *)NAME(angle_between_lines), NAME(call_aar), 2, 3, 0, 0, parts, NULL};
+        *)NAME(angle_between_lines), NAME(call_aar), 2, 3, 0, 0, 1, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -15534,7 +15593,7 @@ void NAME(angle_between_planes_loop)(char **args, const intptr_t *dimensions, co
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {4, 1, 1, {4}}, {1, 0, 2, {0}}};
     static const struct kernel kernel = {WIDTHS(angle_between_planes_block), {NULL}, (any_function
-        *)NAME(angle_between_planes), NAME(call_aar), 2, 3, 0, 0, parts, NULL};
+        *)NAME(angle_between_planes), NAME(call_aar), 2, 3, 0, 0, 1, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -15594,7 +15653,7 @@ void NAME(signed_angle_line_plane_loop)(char **args, const intptr_t *dimensions,
 {
     static const struct part parts[] = {{6, 1, 0, {6}}, {4, 1, 1, {4}}, {1, 0, 2, {0}}};
     static const struct kernel kernel = {WIDTHS(signed_angle_line_plane_block), {NULL}, (any_function
-        *)NAME(signed_angle_line_plane), NAME(call_aar), 2, 3, 0, 0, parts, NULL};
+        *)NAME(signed_angle_line_plane), NAME(call_aar), 2, 3, 0, 0, 1, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -15654,7 +15713,7 @@ void NAME(angle_between_circles_loop)(char **args, const intptr_t *dimensions, c
 {
     static const struct part parts[] = {{10, 1, 0, {10}}, {10, 1, 1, {10}}, {1, 0, 2, {0}}};
     static const struct kernel kernel = {WIDTHS(angle_between_circles_block), {NULL}, (any_function
-        *)NAME(angle_between_circles), NAME(call_aar), 2, 3, 0, 0, parts, NULL};
+        *)NAME(angle_between_circles), NAME(call_aar), 2, 3, 0, 0, 1, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -15725,7 +15784,7 @@ void NAME(inversive_distance_loop)(char **args, const intptr_t *dimensions, cons
 {
     static const struct part parts[] = {{5, 1, 0, {5}}, {5, 1, 1, {5}}, {1, 0, 2, {0}}};
     static const struct kernel kernel = {WIDTHS(inversive_distance_block), {NULL}, (any_function
-        *)NAME(inversive_distance), NAME(call_aar), 2, 3, 0, 0, parts, NULL};
+        *)NAME(inversive_distance), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -15797,7 +15856,7 @@ void NAME(angle_between_dual_spheres_loop)(char **args, const intptr_t *dimensio
 {
     static const struct part parts[] = {{5, 1, 0, {5}}, {5, 1, 1, {5}}, {1, 0, 2, {0}}};
     static const struct kernel kernel = {WIDTHS(angle_between_dual_spheres_block), {NULL}, (any_function
-        *)NAME(angle_between_dual_spheres), NAME(call_aar), 2, 3, 0, 0, parts, NULL};
+        *)NAME(angle_between_dual_spheres), NAME(call_aar), 2, 3, 0, 0, 1, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -15869,7 +15928,7 @@ void NAME(inner_product_of_circles_loop)(char **args, const intptr_t *dimensions
 {
     static const struct part parts[] = {{10, 1, 0, {10}}, {10, 1, 1, {10}}, {1, 0, 2, {0}}};
     static const struct kernel kernel = {WIDTHS(inner_product_of_circles_block), {NULL}, (any_function
-        *)NAME(inner_product_of_circles), NAME(call_aar), 2, 3, 0, 0, parts, NULL};
+        *)NAME(inner_product_of_circles), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -15941,7 +16000,7 @@ void NAME(inner_product_of_point_pairs_loop)(char **args, const intptr_t *dimens
 {
     static const struct part parts[] = {{10, 1, 0, {10}}, {10, 1, 1, {10}}, {1, 0, 2, {0}}};
     static const struct kernel kernel = {WIDTHS(inner_product_of_point_pairs_block), {NULL}, (any_function
-        *)NAME(inner_product_of_point_pairs), NAME(call_aar), 2, 3, 0, 0, parts, NULL};
+        *)NAME(inner_product_of_point_pairs), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -16079,7 +16138,7 @@ void NAME(conformal_sine_circle_sphere_loop)(char **args, const intptr_t *dimens
 {
     static const struct part parts[] = {{10, 1, 0, {10}}, {5, 1, 1, {5}}, {1, 0, 2, {0}}};
     static const struct kernel kernel = {WIDTHS(conformal_sine_circle_sphere_block), {NULL}, (any_function
-        *)NAME(conformal_sine_circle_sphere), NAME(call_aar), 2, 3, 0, 0, parts, NULL};
+        *)NAME(conformal_sine_circle_sphere), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -16595,7 +16654,7 @@ void NAME(closest_points_of_lines_loop)(char **args, const intptr_t *dimensions,
         WIDTHS(closest_points_of_lines_block_a), {NULL}}, {2, 2, NAME(closest_points_of_lines_start_b),
         WIDTHS(closest_points_of_lines_block_b), {NULL}}};
     static const struct kernel kernel = {WIDTHS(closest_points_of_lines_block), {NULL}, (any_function
-        *)NAME(closest_points_of_lines), NAME(call_aarr), 2, 4, 2, 0, parts, forms};
+        *)NAME(closest_points_of_lines), NAME(call_aarr), 2, 4, 2, 0, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -17154,7 +17213,7 @@ void NAME(closest_points_line_circle_loop)(char **args, const intptr_t *dimensio
 {
     static const struct part parts[] = {{6, 1, 0, {6}}, {10, 1, 1, {10}}, {3, 1, 2, {3}}, {3, 1, 3, {3}}};
     static const struct kernel kernel = {WIDTHS(closest_points_line_circle_block), {NULL}, (any_function
-        *)NAME(closest_points_line_circle), NAME(call_aarr), 2, 4, 0, 0, parts, NULL};
+        *)NAME(closest_points_line_circle), NAME(call_aarr), 2, 4, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -17340,7 +17399,7 @@ void NAME(project_point_on_plane_loop)(char **args, const intptr_t *dimensions, 
     static const struct form forms[] = {{2, 2, NAME(project_point_on_plane_start_plane),
         WIDTHS(project_point_on_plane_block_plane), WIDTHS(project_point_on_plane_dense_plane)}};
     static const struct kernel kernel = {WIDTHS(project_point_on_plane_block), WIDTHS(project_point_on_plane_dense),
-        (any_function *)NAME(project_point_on_plane), NAME(call_aar), 2, 3, 1, 0, parts, forms};
+        (any_function *)NAME(project_point_on_plane), NAME(call_aar), 2, 3, 1, 0, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -17546,7 +17605,7 @@ void NAME(project_point_on_line_loop)(char **args, const intptr_t *dimensions, c
     static const struct form forms[] = {{2, 2, NAME(project_point_on_line_start_line),
         WIDTHS(project_point_on_line_block_line), WIDTHS(project_point_on_line_dense_line)}};
     static const struct kernel kernel = {WIDTHS(project_point_on_line_block), {NULL}, (any_function
-        *)NAME(project_point_on_line), NAME(call_aar), 2, 3, 1, 0, parts, forms};
+        *)NAME(project_point_on_line), NAME(call_aar), 2, 3, 1, 0, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -17731,7 +17790,7 @@ void NAME(project_point_on_sphere_loop)(char **args, const intptr_t *dimensions,
     static const struct form forms[] = {{2, 2, NAME(project_point_on_sphere_start_sphere),
         WIDTHS(project_point_on_sphere_block_sphere), WIDTHS(project_point_on_sphere_dense_sphere)}};
     static const struct kernel kernel = {WIDTHS(project_point_on_sphere_block), {NULL}, (any_function
-        *)NAME(project_point_on_sphere), NAME(call_aar), 2, 3, 1, 0, parts, forms};
+        *)NAME(project_point_on_sphere), NAME(call_aar), 2, 3, 1, 0, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -18018,7 +18077,7 @@ void NAME(project_point_on_circle_loop)(char **args, const intptr_t *dimensions,
     static const struct form forms[] = {{2, 2, NAME(project_point_on_circle_start_circle),
         WIDTHS(project_point_on_circle_block_circle), WIDTHS(project_point_on_circle_dense_circle)}};
     static const struct kernel kernel = {WIDTHS(project_point_on_circle_block), {NULL}, (any_function
-        *)NAME(project_point_on_circle), NAME(call_aar), 2, 3, 1, 0, parts, forms};
+        *)NAME(project_point_on_circle), NAME(call_aar), 2, 3, 1, 0, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -18328,7 +18387,7 @@ void NAME(project_circle_on_sphere_loop)(char **args, const intptr_t *dimensions
     static const struct form forms[] = {{2, 2, NAME(project_circle_on_sphere_start_s),
         WIDTHS(project_circle_on_sphere_block_s), {NULL}}};
     static const struct kernel kernel = {WIDTHS(project_circle_on_sphere_block), {NULL}, (any_function
-        *)NAME(project_circle_on_sphere), NAME(call_aar), 2, 3, 1, 0, parts, forms};
+        *)NAME(project_circle_on_sphere), NAME(call_aar), 2, 3, 1, 0, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -18495,7 +18554,7 @@ void NAME(invert_vector_loop)(char **args, const intptr_t *dimensions, const int
     static const struct part parts[] = {{5, 1, 0, {5}}, {5, 1, 1, {5}}, {5, 1, 2, {5}}};
     static const struct form forms[] = {{2, 2, NAME(invert_vector_start_s), WIDTHS(invert_vector_block_s), {NULL}}};
     static const struct kernel kernel = {WIDTHS(invert_vector_block), {NULL}, (any_function *)NAME(invert_vector),
-        NAME(call_aar), 2, 3, 1, 0, parts, forms};
+        NAME(call_aar), 2, 3, 1, 0, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -18811,7 +18870,7 @@ void NAME(invert_point_pair_loop)(char **args, const intptr_t *dimensions, const
     static const struct form forms[] = {{2, 2, NAME(invert_point_pair_start_s), WIDTHS(invert_point_pair_block_s),
         {NULL}}};
     static const struct kernel kernel = {WIDTHS(invert_point_pair_block), {NULL}, (any_function
-        *)NAME(invert_point_pair), NAME(call_aar), 2, 3, 1, 0, parts, forms};
+        *)NAME(invert_point_pair), NAME(call_aar), 2, 3, 1, 0, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -19134,7 +19193,7 @@ void NAME(invert_circle_loop)(char **args, const intptr_t *dimensions, const int
     static const struct part parts[] = {{10, 1, 0, {10}}, {5, 1, 1, {5}}, {10, 1, 2, {10}}};
     static const struct form forms[] = {{2, 2, NAME(invert_circle_start_s), WIDTHS(invert_circle_block_s), {NULL}}};
     static const struct kernel kernel = {WIDTHS(invert_circle_block), {NULL}, (any_function *)NAME(invert_circle),
-        NAME(call_aar), 2, 3, 1, 0, parts, forms};
+        NAME(call_aar), 2, 3, 1, 0, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -19305,7 +19364,7 @@ void NAME(invert_sphere_loop)(char **args, const intptr_t *dimensions, const int
     static const struct part parts[] = {{5, 1, 0, {5}}, {5, 1, 1, {5}}, {5, 1, 2, {5}}};
     static const struct form forms[] = {{2, 2, NAME(invert_sphere_start_s), WIDTHS(invert_sphere_block_s), {NULL}}};
     static const struct kernel kernel = {WIDTHS(invert_sphere_block), {NULL}, (any_function *)NAME(invert_sphere),
-        NAME(call_aar), 2, 3, 1, 0, parts, forms};
+        NAME(call_aar), 2, 3, 1, 0, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -19525,7 +19584,7 @@ void NAME(meet_three_planes_loop)(char **args, const intptr_t *dimensions, const
     static const struct form forms[] = {{3, 2, NAME(meet_three_planes_start_p_q),
         WIDTHS(meet_three_planes_block_p_q), WIDTHS(meet_three_planes_dense_p_q)}};
     static const struct kernel kernel = {WIDTHS(meet_three_planes_block), {NULL}, (any_function
-        *)NAME(meet_three_planes), NAME(call_aaar), 3, 4, 1, 0, parts, forms};
+        *)NAME(meet_three_planes), NAME(call_aaar), 3, 4, 1, 0, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -19807,7 +19866,7 @@ void NAME(meet_line_circle_loop)(char **args, const intptr_t *dimensions, const 
     static const struct form forms[] = {{2, 2, NAME(meet_line_circle_start_circle),
         WIDTHS(meet_line_circle_block_circle), {NULL}}};
     static const struct kernel kernel = {WIDTHS(meet_line_circle_block), {NULL}, (any_function
-        *)NAME(meet_line_circle), NAME(call_aar), 2, 3, 1, 0, parts, forms};
+        *)NAME(meet_line_circle), NAME(call_aar), 2, 3, 1, 0, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -20232,7 +20291,7 @@ void NAME(meet_circles_loop)(char **args, const intptr_t *dimensions, const intp
     static const struct part parts[] = {{10, 1, 0, {10}}, {10, 1, 1, {10}}, {10, 1, 2, {10}}};
     static const struct form forms[] = {{2, 2, NAME(meet_circles_start_b), WIDTHS(meet_circles_block_b), {NULL}}};
     static const struct kernel kernel = {WIDTHS(meet_circles_block), {NULL}, (any_function *)NAME(meet_circles),
-        NAME(call_aar), 2, 3, 1, 0, parts, forms};
+        NAME(call_aar), 2, 3, 1, 0, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -20403,7 +20462,7 @@ void NAME(meet_dual_spheres_kind_loop)(char **args, const intptr_t *dimensions, 
 {
     static const struct part parts[] = {{5, 1, 0, {5}}, {5, 1, 1, {5}}, {1, 0, 2, {0}}};
     static const struct kernel kernel = {WIDTHS(meet_dual_spheres_kind_block), {NULL}, (any_function
-        *)NAME(meet_dual_spheres_kind), NAME(call_aar), 2, 3, 0, 0, parts, NULL};
+        *)NAME(meet_dual_spheres_kind), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -20605,7 +20664,7 @@ void NAME(meet_circle_dual_sphere_kind_loop)(char **args, const intptr_t *dimens
 {
     static const struct part parts[] = {{10, 1, 0, {10}}, {5, 1, 1, {5}}, {1, 0, 2, {0}}};
     static const struct kernel kernel = {WIDTHS(meet_circle_dual_sphere_kind_block), {NULL}, (any_function
-        *)NAME(meet_circle_dual_sphere_kind), NAME(call_aar), 2, 3, 0, 0, parts, NULL};
+        *)NAME(meet_circle_dual_sphere_kind), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -20952,7 +21011,7 @@ void NAME(meet_circles_kind_loop)(char **args, const intptr_t *dimensions, const
 {
     static const struct part parts[] = {{10, 1, 0, {10}}, {10, 1, 1, {10}}, {1, 0, 2, {0}}};
     static const struct kernel kernel = {WIDTHS(meet_circles_kind_block), {NULL}, (any_function
-        *)NAME(meet_circles_kind), NAME(call_aar), 2, 3, 0, 0, parts, NULL};
+        *)NAME(meet_circles_kind), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -21462,7 +21521,7 @@ void NAME(point_on_circle_loop)(char **args, const intptr_t *dimensions, const i
         WIDTHS(point_on_circle_block_circle), {NULL}}, {2, 2, NAME(point_on_circle_start_angle),
         WIDTHS(point_on_circle_block_angle), {NULL}}};
     static const struct kernel kernel = {WIDTHS(point_on_circle_block), {NULL}, (any_function
-        *)NAME(point_on_circle), NAME(call_anr), 2, 3, 2, 1, parts, forms};
+        *)NAME(point_on_circle), NAME(call_anr), 2, 3, 2, 1, 1, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -22400,7 +22459,7 @@ void NAME(circle_relative_to_circle_loop)(char **args, const intptr_t *dimension
         WIDTHS(circle_relative_to_circle_block_a), {NULL}}, {2, 2, NAME(circle_relative_to_circle_start_b),
         WIDTHS(circle_relative_to_circle_block_b), {NULL}}};
     static const struct kernel kernel = {WIDTHS(circle_relative_to_circle_block), {NULL}, (any_function
-        *)NAME(circle_relative_to_circle), NAME(call_aarr), 2, 4, 2, 0, parts, forms};
+        *)NAME(circle_relative_to_circle), NAME(call_aarr), 2, 4, 2, 0, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -22907,7 +22966,7 @@ void NAME(hit_ray_sphere_loop)(char **args, const intptr_t *dimensions, const in
         WIDTHS(hit_ray_sphere_dense_p_sphere)}, {4, 2, NAME(hit_ray_sphere_start_sphere),
         WIDTHS(hit_ray_sphere_block_sphere), WIDTHS(hit_ray_sphere_dense_sphere)}};
     static const struct kernel kernel = {WIDTHS(hit_ray_sphere_block), {NULL}, (any_function *)NAME(hit_ray_sphere),
-        NAME(call_aaar), 3, 4, 3, 0, parts, forms};
+        NAME(call_aaar), 3, 4, 3, 0, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -23051,7 +23110,7 @@ void NAME(motor_product_loop)(char **args, const intptr_t *dimensions, const int
 {
     static const struct part parts[] = {{8, 1, 0, {8}}, {8, 1, 1, {8}}, {8, 1, 2, {8}}};
     static const struct kernel kernel = {WIDTHS(motor_product_block), {NULL}, (any_function *)NAME(motor_product),
-        NAME(call_aar), 2, 3, 0, 0, parts, NULL};
+        NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -23102,7 +23161,7 @@ void NAME(motor_inverse_loop)(char **args, const intptr_t *dimensions, const int
 {
     static const struct part parts[] = {{8, 1, 0, {8}}, {8, 1, 1, {8}}};
     static const struct kernel kernel = {WIDTHS(motor_inverse_block), {NULL}, (any_function *)NAME(motor_inverse),
-        NAME(call_ar), 1, 2, 0, 0, parts, NULL};
+        NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -23333,7 +23392,7 @@ void NAME(rotor_from_axis_angle_loop)(char **args, const intptr_t *dimensions, c
         WIDTHS(rotor_from_axis_angle_block_angle), WIDTHS(rotor_from_axis_angle_dense_angle)}, {1, 2,
         NAME(rotor_from_axis_angle_start_axis), WIDTHS(rotor_from_axis_angle_block_axis), {NULL}}};
     static const struct kernel kernel = {WIDTHS(rotor_from_axis_angle_block), {NULL}, (any_function
-        *)NAME(rotor_from_axis_angle), NAME(call_anr), 2, 3, 2, 1, parts, forms};
+        *)NAME(rotor_from_axis_angle), NAME(call_anr), 2, 3, 2, 1, 1, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -23394,7 +23453,7 @@ void NAME(translator_from_vector_loop)(char **args, const intptr_t *dimensions, 
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {3, 1, 1, {3}}};
     static const struct kernel kernel = {WIDTHS(translator_from_vector_block), WIDTHS(translator_from_vector_dense),
-        (any_function *)NAME(translator_from_vector), NAME(call_ar), 1, 2, 0, 0, parts, NULL};
+        (any_function *)NAME(translator_from_vector), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -23451,7 +23510,7 @@ void NAME(dilator_from_scale_loop)(char **args, const intptr_t *dimensions, cons
 {
     static const struct part parts[] = {{1, 0, 0, {0}}, {2, 1, 0, {2}}};
     static const struct kernel kernel = {WIDTHS(dilator_from_scale_block), WIDTHS(dilator_from_scale_dense),
-        (any_function *)NAME(dilator_from_scale), NAME(call_nr), 1, 2, 0, 0, parts, NULL};
+        (any_function *)NAME(dilator_from_scale), NAME(call_nr), 1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -23546,7 +23605,7 @@ void NAME(motor_from_rotor_translation_loop)(char **args, const intptr_t *dimens
     static const struct part parts[] = {{4, 1, 0, {4}}, {3, 1, 1, {3}}, {8, 1, 2, {8}}};
     static const struct kernel kernel = {WIDTHS(motor_from_rotor_translation_block),
         WIDTHS(motor_from_rotor_translation_dense), (any_function *)NAME(motor_from_rotor_translation),
-        NAME(call_aar), 2, 3, 0, 0, parts, NULL};
+        NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -23702,7 +23761,7 @@ void NAME(motor_from_line_loop)(char **args, const intptr_t *dimensions, const i
     static const struct form forms[] = {{2, 2, NAME(motor_from_line_start_angle),
         WIDTHS(motor_from_line_block_angle), {NULL}}};
     static const struct kernel kernel = {WIDTHS(motor_from_line_block), {NULL}, (any_function
-        *)NAME(motor_from_line), NAME(call_anr), 2, 3, 1, 1, parts, forms};
+        *)NAME(motor_from_line), NAME(call_anr), 2, 3, 1, 1, 1, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -23799,7 +23858,7 @@ void NAME(motor_exponential_loop)(char **args, const intptr_t *dimensions, const
 {
     static const struct part parts[] = {{6, 1, 0, {6}}, {8, 1, 1, {8}}};
     static const struct kernel kernel = {WIDTHS(motor_exponential_block), {NULL}, (any_function
-        *)NAME(motor_exponential), NAME(call_ar), 1, 2, 0, 1, parts, NULL};
+        *)NAME(motor_exponential), NAME(call_ar), 1, 2, 0, 1, 1, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -23872,7 +23931,7 @@ void NAME(motor_logarithm_loop)(char **args, const intptr_t *dimensions, const i
 {
     static const struct part parts[] = {{8, 1, 0, {8}}, {6, 1, 1, {6}}};
     static const struct kernel kernel = {WIDTHS(motor_logarithm_block), {NULL}, (any_function
-        *)NAME(motor_logarithm), NAME(call_ar), 1, 2, 0, 0, parts, NULL};
+        *)NAME(motor_logarithm), NAME(call_ar), 1, 2, 0, 0, 1, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -23952,7 +24011,7 @@ void NAME(motor_square_root_loop)(char **args, const intptr_t *dimensions, const
 {
     static const struct part parts[] = {{8, 1, 0, {8}}, {8, 1, 1, {8}}};
     static const struct kernel kernel = {WIDTHS(motor_square_root_block), {NULL}, (any_function
-        *)NAME(motor_square_root), NAME(call_ar), 1, 2, 0, 0, parts, NULL};
+        *)NAME(motor_square_root), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -24240,7 +24299,7 @@ void NAME(motor_power_loop)(char **args, const intptr_t *dimensions, const intpt
     static const struct part parts[] = {{8, 1, 0, {8}}, {1, 0, 1, {0}}, {8, 1, 1, {8}}};
     static const struct form forms[] = {{1, 2, NAME(motor_power_start_m), WIDTHS(motor_power_block_m), {NULL}}};
     static const struct kernel kernel = {WIDTHS(motor_power_block), {NULL}, (any_function *)NAME(motor_power),
-        NAME(call_anr), 2, 3, 1, 1, parts, forms};
+        NAME(call_anr), 2, 3, 1, 1, 1, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -24920,7 +24979,7 @@ void NAME(interpolate_motors_loop)(char **args, const intptr_t *dimensions, cons
     static const struct form forms[] = {{3, 2, NAME(interpolate_motors_start_a_b),
         WIDTHS(interpolate_motors_block_a_b), {NULL}}};
     static const struct kernel kernel = {WIDTHS(interpolate_motors_block), {NULL}, (any_function
-        *)NAME(interpolate_motors), NAME(call_aanr), 3, 4, 1, 1, parts, forms};
+        *)NAME(interpolate_motors), NAME(call_aanr), 3, 4, 1, 1, 1, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -25287,7 +25346,7 @@ void NAME(versor_exponential_loop)(char **args, const intptr_t *dimensions, cons
 {
     static const struct part parts[] = {{10, 1, 0, {10}}, {16, 1, 1, {16}}};
     static const struct kernel kernel = {WIDTHS(versor_exponential_block), {NULL}, (any_function
-        *)NAME(versor_exponential), NAME(call_ar), 1, 2, 0, 1, parts, NULL};
+        *)NAME(versor_exponential), NAME(call_ar), 1, 2, 0, 1, 1, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -25668,7 +25727,7 @@ void NAME(versor_logarithm_loop)(char **args, const intptr_t *dimensions, const 
 {
     static const struct part parts[] = {{16, 1, 0, {16}}, {10, 1, 1, {10}}};
     static const struct kernel kernel = {WIDTHS(versor_logarithm_block), {NULL}, (any_function
-        *)NAME(versor_logarithm), NAME(call_ar), 1, 2, 0, 0, parts, NULL};
+        *)NAME(versor_logarithm), NAME(call_ar), 1, 2, 0, 0, 1, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -25954,7 +26013,7 @@ void NAME(versor_square_root_loop)(char **args, const intptr_t *dimensions, cons
 {
     static const struct part parts[] = {{16, 1, 0, {16}}, {16, 1, 1, {16}}};
     static const struct kernel kernel = {WIDTHS(versor_square_root_block), {NULL}, (any_function
-        *)NAME(versor_square_root), NAME(call_ar), 1, 2, 0, 0, parts, NULL};
+        *)NAME(versor_square_root), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -26058,7 +26117,7 @@ void NAME(motor_to_matrix_loop)(char **args, const intptr_t *dimensions, const i
 {
     static const struct part parts[] = {{8, 1, 0, {8}}, {16, 2, 1, {4, 4}}};
     static const struct kernel kernel = {WIDTHS(motor_to_matrix_block), {NULL}, (any_function
-        *)NAME(motor_to_matrix), NAME(call_ar), 1, 2, 0, 0, parts, NULL};
+        *)NAME(motor_to_matrix), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -26332,7 +26391,7 @@ void NAME(move_point_loop)(char **args, const intptr_t *dimensions, const intptr
     static const struct form forms[] = {{1, 3, NAME(move_point_start_m), WIDTHS(move_point_block_m),
         WIDTHS(move_point_dense_m)}};
     static const struct kernel kernel = {WIDTHS(move_point_block), WIDTHS(move_point_dense), (any_function
-        *)NAME(move_point), NAME(call_aar), 2, 3, 1, 0, parts, forms};
+        *)NAME(move_point), NAME(call_aar), 2, 3, 1, 0, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -26556,7 +26615,7 @@ void NAME(rotate_point_loop)(char **args, const intptr_t *dimensions, const intp
     static const struct form forms[] = {{1, 2, NAME(rotate_point_start_r), WIDTHS(rotate_point_block_r),
         WIDTHS(rotate_point_dense_r)}};
     static const struct kernel kernel = {WIDTHS(rotate_point_block), WIDTHS(rotate_point_dense), (any_function
-        *)NAME(rotate_point), NAME(call_aar), 2, 3, 1, 0, parts, forms};
+        *)NAME(rotate_point), NAME(call_aar), 2, 3, 1, 0, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -26626,7 +26685,7 @@ void NAME(translate_point_loop)(char **args, const intptr_t *dimensions, const i
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {3, 1, 1, {3}}, {3, 1, 2, {3}}};
     static const struct kernel kernel = {WIDTHS(translate_point_block), WIDTHS(translate_point_dense), (any_function
-        *)NAME(translate_point), NAME(call_aar), 2, 3, 0, 0, parts, NULL};
+        *)NAME(translate_point), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -26695,7 +26754,7 @@ void NAME(dilate_point_loop)(char **args, const intptr_t *dimensions, const intp
 {
     static const struct part parts[] = {{2, 1, 0, {2}}, {3, 1, 1, {3}}, {3, 1, 2, {3}}};
     static const struct kernel kernel = {WIDTHS(dilate_point_block), WIDTHS(dilate_point_dense), (any_function
-        *)NAME(dilate_point), NAME(call_aar), 2, 3, 0, 0, parts, NULL};
+        *)NAME(dilate_point), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -26992,7 +27051,7 @@ void NAME(move_vector_loop)(char **args, const intptr_t *dimensions, const intpt
     static const struct part parts[] = {{8, 1, 0, {8}}, {5, 1, 1, {5}}, {5, 1, 2, {5}}};
     static const struct form forms[] = {{1, 2, NAME(move_vector_start_m), WIDTHS(move_vector_block_m), {NULL}}};
     static const struct kernel kernel = {WIDTHS(move_vector_block), {NULL}, (any_function *)NAME(move_vector),
-        NAME(call_aar), 2, 3, 1, 0, parts, forms};
+        NAME(call_aar), 2, 3, 1, 0, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -27605,7 +27664,7 @@ void NAME(move_point_pair_loop)(char **args, const intptr_t *dimensions, const i
     static const struct form forms[] = {{1, 2, NAME(move_point_pair_start_m), WIDTHS(move_point_pair_block_m),
         {NULL}}};
     static const struct kernel kernel = {WIDTHS(move_point_pair_block), {NULL}, (any_function
-        *)NAME(move_point_pair), NAME(call_aar), 2, 3, 1, 0, parts, forms};
+        *)NAME(move_point_pair), NAME(call_aar), 2, 3, 1, 0, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -27955,7 +28014,7 @@ void NAME(move_line_loop)(char **args, const intptr_t *dimensions, const intptr_
     static const struct part parts[] = {{8, 1, 0, {8}}, {6, 1, 1, {6}}, {6, 1, 2, {6}}};
     static const struct form forms[] = {{1, 2, NAME(move_line_start_m), WIDTHS(move_line_block_m), {NULL}}};
     static const struct kernel kernel = {WIDTHS(move_line_block), {NULL}, (any_function *)NAME(move_line),
-        NAME(call_aar), 2, 3, 1, 0, parts, forms};
+        NAME(call_aar), 2, 3, 1, 0, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -28567,7 +28626,7 @@ void NAME(move_circle_loop)(char **args, const intptr_t *dimensions, const intpt
     static const struct part parts[] = {{8, 1, 0, {8}}, {10, 1, 1, {10}}, {10, 1, 2, {10}}};
     static const struct form forms[] = {{1, 2, NAME(move_circle_start_m), WIDTHS(move_circle_block_m), {NULL}}};
     static const struct kernel kernel = {WIDTHS(move_circle_block), {NULL}, (any_function *)NAME(move_circle),
-        NAME(call_aar), 2, 3, 1, 0, parts, forms};
+        NAME(call_aar), 2, 3, 1, 0, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -28831,7 +28890,7 @@ void NAME(move_plane_loop)(char **args, const intptr_t *dimensions, const intptr
     static const struct form forms[] = {{1, 3, NAME(move_plane_start_m), WIDTHS(move_plane_block_m),
         WIDTHS(move_plane_dense_m)}};
     static const struct kernel kernel = {WIDTHS(move_plane_block), {NULL}, (any_function *)NAME(move_plane),
-        NAME(call_aar), 2, 3, 1, 0, parts, forms};
+        NAME(call_aar), 2, 3, 1, 0, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -29128,7 +29187,7 @@ void NAME(move_sphere_loop)(char **args, const intptr_t *dimensions, const intpt
     static const struct part parts[] = {{8, 1, 0, {8}}, {5, 1, 1, {5}}, {5, 1, 2, {5}}};
     static const struct form forms[] = {{1, 2, NAME(move_sphere_start_m), WIDTHS(move_sphere_block_m), {NULL}}};
     static const struct kernel kernel = {WIDTHS(move_sphere_block), {NULL}, (any_function *)NAME(move_sphere),
-        NAME(call_aar), 2, 3, 1, 0, parts, forms};
+        NAME(call_aar), 2, 3, 1, 0, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -29772,7 +29831,7 @@ void NAME(transform_vector_loop)(char **args, const intptr_t *dimensions, const 
     static const struct form forms[] = {{1, 2, NAME(transform_vector_start_v), WIDTHS(transform_vector_block_v),
         {NULL}}};
     static const struct kernel kernel = {WIDTHS(transform_vector_block), {NULL}, (any_function
-        *)NAME(transform_vector), NAME(call_aar), 2, 3, 1, 0, parts, forms};
+        *)NAME(transform_vector), NAME(call_aar), 2, 3, 1, 0, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -29988,7 +30047,7 @@ void NAME(reflect_point_loop)(char **args, const intptr_t *dimensions, const int
     static const struct form forms[] = {{2, 2, NAME(reflect_point_start_plane), WIDTHS(reflect_point_block_plane),
         WIDTHS(reflect_point_dense_plane)}};
     static const struct kernel kernel = {WIDTHS(reflect_point_block), WIDTHS(reflect_point_dense), (any_function
-        *)NAME(reflect_point), NAME(call_aar), 2, 3, 1, 0, parts, forms};
+        *)NAME(reflect_point), NAME(call_aar), 2, 3, 1, 0, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -30076,7 +30135,7 @@ void NAME(invert_point_loop)(char **args, const intptr_t *dimensions, const intp
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {5, 1, 1, {5}}, {3, 1, 2, {3}}};
     static const struct kernel kernel = {WIDTHS(invert_point_block), {NULL}, (any_function *)NAME(invert_point),
-        NAME(call_aar), 2, 3, 0, 0, parts, NULL};
+        NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -30132,7 +30191,7 @@ void NAME(transversor_from_vector_loop)(char **args, const intptr_t *dimensions,
     static const struct part parts[] = {{3, 1, 0, {3}}, {3, 1, 1, {3}}};
     static const struct kernel kernel = {WIDTHS(transversor_from_vector_block),
         WIDTHS(transversor_from_vector_dense), (any_function *)NAME(transversor_from_vector), NAME(call_ar), 1, 2,
-        0, 0, parts, NULL};
+        0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -30186,7 +30245,7 @@ void NAME(dilator_to_scale_loop)(char **args, const intptr_t *dimensions, const 
 {
     static const struct part parts[] = {{2, 1, 0, {2}}, {1, 0, 1, {0}}};
     static const struct kernel kernel = {WIDTHS(dilator_to_scale_block), WIDTHS(dilator_to_scale_dense),
-        (any_function *)NAME(dilator_to_scale), NAME(call_ar), 1, 2, 0, 0, parts, NULL};
+        (any_function *)NAME(dilator_to_scale), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -30283,7 +30342,7 @@ void NAME(motor_to_rotor_translation_loop)(char **args, const intptr_t *dimensio
     static const struct part parts[] = {{8, 1, 0, {8}}, {4, 1, 1, {4}}, {3, 1, 2, {3}}};
     static const struct kernel kernel = {WIDTHS(motor_to_rotor_translation_block),
         WIDTHS(motor_to_rotor_translation_dense), (any_function *)NAME(motor_to_rotor_translation), NAME(call_arr),
-        1, 3, 0, 0, parts, NULL};
+        1, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -30614,7 +30673,7 @@ void NAME(normalize_versor_loop)(char **args, const intptr_t *dimensions, const 
 {
     static const struct part parts[] = {{16, 1, 0, {16}}, {16, 1, 1, {16}}};
     static const struct kernel kernel = {WIDTHS(normalize_versor_block), {NULL}, (any_function
-        *)NAME(normalize_versor), NAME(call_ar), 1, 2, 0, 0, parts, NULL};
+        *)NAME(normalize_versor), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -30667,7 +30726,7 @@ void NAME(versor_from_motor_loop)(char **args, const intptr_t *dimensions, const
 {
     static const struct part parts[] = {{8, 1, 0, {8}}, {16, 1, 1, {16}}};
     static const struct kernel kernel = {WIDTHS(versor_from_motor_block), {NULL}, (any_function
-        *)NAME(versor_from_motor), NAME(call_ar), 1, 2, 0, 0, parts, NULL};
+        *)NAME(versor_from_motor), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -30714,7 +30773,7 @@ void NAME(versor_from_dilator_loop)(char **args, const intptr_t *dimensions, con
 {
     static const struct part parts[] = {{2, 1, 0, {2}}, {16, 1, 1, {16}}};
     static const struct kernel kernel = {WIDTHS(versor_from_dilator_block), {NULL}, (any_function
-        *)NAME(versor_from_dilator), NAME(call_ar), 1, 2, 0, 0, parts, NULL};
+        *)NAME(versor_from_dilator), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -30762,7 +30821,7 @@ void NAME(versor_from_transversor_loop)(char **args, const intptr_t *dimensions,
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {16, 1, 1, {16}}};
     static const struct kernel kernel = {WIDTHS(versor_from_transversor_block), {NULL}, (any_function
-        *)NAME(versor_from_transversor), NAME(call_ar), 1, 2, 0, 0, parts, NULL};
+        *)NAME(versor_from_transversor), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -30836,7 +30895,7 @@ void NAME(translator_between_points_loop)(char **args, const intptr_t *dimension
     static const struct part parts[] = {{3, 1, 0, {3}}, {3, 1, 1, {3}}, {3, 1, 2, {3}}};
     static const struct kernel kernel = {WIDTHS(translator_between_points_block),
         WIDTHS(translator_between_points_dense), (any_function *)NAME(translator_between_points), NAME(call_aar), 2,
-        3, 0, 0, parts, NULL};
+        3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -31009,7 +31068,7 @@ void NAME(versor_decomposition_loop)(char **args, const intptr_t *dimensions, co
     static const struct part parts[] = {{16, 1, 0, {16}}, {1, 0, 1, {0}}, {4, 1, 1, {4}}, {3, 1, 2, {3}}, {3, 1, 3,
         {3}}};
     static const struct kernel kernel = {WIDTHS(versor_decomposition_block), {NULL}, (any_function
-        *)NAME(versor_decomposition), NAME(call_arrrr), 1, 5, 0, 0, parts, NULL};
+        *)NAME(versor_decomposition), NAME(call_arrrr), 1, 5, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -31709,7 +31768,7 @@ void NAME(motor_between_lines_loop)(char **args, const intptr_t *dimensions, con
     static const struct form forms[] = {{1, 2, NAME(motor_between_lines_start_a),
         WIDTHS(motor_between_lines_block_a), {NULL}}};
     static const struct kernel kernel = {WIDTHS(motor_between_lines_block), {NULL}, (any_function
-        *)NAME(motor_between_lines), NAME(call_aar), 2, 3, 1, 0, parts, forms};
+        *)NAME(motor_between_lines), NAME(call_aar), 2, 3, 1, 0, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -32279,7 +32338,7 @@ void NAME(motor_between_planes_loop)(char **args, const intptr_t *dimensions, co
     static const struct form forms[] = {{1, 2, NAME(motor_between_planes_start_a),
         WIDTHS(motor_between_planes_block_a), {NULL}}};
     static const struct kernel kernel = {WIDTHS(motor_between_planes_block), {NULL}, (any_function
-        *)NAME(motor_between_planes), NAME(call_aar), 2, 3, 1, 0, parts, forms};
+        *)NAME(motor_between_planes), NAME(call_aar), 2, 3, 1, 0, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -33105,7 +33164,7 @@ void NAME(versor_between_spheres_loop)(char **args, const intptr_t *dimensions, 
     static const struct form forms[] = {{1, 2, NAME(versor_between_spheres_start_a),
         WIDTHS(versor_between_spheres_block_a), {NULL}}};
     static const struct kernel kernel = {WIDTHS(versor_between_spheres_block), {NULL}, (any_function
-        *)NAME(versor_between_spheres), NAME(call_aar), 2, 3, 1, 0, parts, forms};
+        *)NAME(versor_between_spheres), NAME(call_aar), 2, 3, 1, 0, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -33895,7 +33954,7 @@ void NAME(versor_between_circles_loop)(char **args, const intptr_t *dimensions, 
 {
     static const struct part parts[] = {{10, 1, 0, {10}}, {10, 1, 1, {10}}, {16, 1, 2, {16}}};
     static const struct kernel kernel = {WIDTHS(versor_between_circles_block), {NULL}, (any_function
-        *)NAME(versor_between_circles), NAME(call_aar), 2, 3, 0, 0, parts, NULL};
+        *)NAME(versor_between_circles), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -35429,7 +35488,7 @@ void NAME(similarity_between_rounds_loop)(char **args, const intptr_t *dimension
         NAME(similarity_between_rounds_start_a_b_n_scale), WIDTHS(similarity_between_rounds_block_a_b_n_scale),
         {NULL}}};
     static const struct kernel kernel = {WIDTHS(similarity_between_rounds_block), {NULL}, (any_function
-        *)NAME(similarity_between_rounds), NAME(call_aaaanr), 5, 6, 4, 0, parts, forms};
+        *)NAME(similarity_between_rounds), NAME(call_aaaanr), 5, 6, 4, 0, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -35667,7 +35726,7 @@ void NAME(transform_point_loop)(char **args, const intptr_t *dimensions, const i
 {
     static const struct part parts[] = {{16, 1, 0, {16}}, {3, 1, 1, {3}}, {3, 1, 2, {3}}};
     static const struct kernel kernel = {WIDTHS(transform_point_block), {NULL}, (any_function
-        *)NAME(transform_point), NAME(call_aar), 2, 3, 0, 0, parts, NULL};
+        *)NAME(transform_point), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -36120,7 +36179,7 @@ void NAME(transform_point_pair_loop)(char **args, const intptr_t *dimensions, co
 {
     static const struct part parts[] = {{16, 1, 0, {16}}, {10, 1, 1, {10}}, {10, 1, 2, {10}}};
     static const struct kernel kernel = {WIDTHS(transform_point_pair_block), {NULL}, (any_function
-        *)NAME(transform_point_pair), NAME(call_aar), 2, 3, 0, 0, parts, NULL};
+        *)NAME(transform_point_pair), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -36565,7 +36624,7 @@ void NAME(transform_circle_loop)(char **args, const intptr_t *dimensions, const 
 {
     static const struct part parts[] = {{16, 1, 0, {16}}, {10, 1, 1, {10}}, {10, 1, 2, {10}}};
     static const struct kernel kernel = {WIDTHS(transform_circle_block), {NULL}, (any_function
-        *)NAME(transform_circle), NAME(call_aar), 2, 3, 0, 0, parts, NULL};
+        *)NAME(transform_circle), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -37210,7 +37269,7 @@ void NAME(transform_sphere_loop)(char **args, const intptr_t *dimensions, const 
     static const struct form forms[] = {{1, 2, NAME(transform_sphere_start_v), WIDTHS(transform_sphere_block_v),
         {NULL}}};
     static const struct kernel kernel = {WIDTHS(transform_sphere_block), {NULL}, (any_function
-        *)NAME(transform_sphere), NAME(call_aar), 2, 3, 1, 0, parts, forms};
+        *)NAME(transform_sphere), NAME(call_aar), 2, 3, 1, 0, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 #endif

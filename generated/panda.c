@@ -2,7 +2,7 @@
 // command: gac generate --all panda
 // spec: 89d7a5d9335b195c
 // contraction: -ffp-contract=off (every operation is rounded once)
-// body: e455ab251710e237841b752941ecff57f8b9ccddc7877dd5b32fa4444a67ca39
+// body: a3460c716f7b15deaa8c7cbeca356cc9730e45a10e46c9d0fab86bf84dfcd6f9
 
 #ifndef REAL
 #include "panda.h"
@@ -76,6 +76,49 @@ struct part {
     int size, rank, first, shape[2];
 };
 
+// Where a number of an element lies, its components being counted in C order.
+static intptr_t offset_of(const struct part *part, intptr_t k, const intptr_t *strides)
+{
+    intptr_t offset = 0;
+    for (int axis = part->rank; axis-- > 1; k /= part->shape[axis])
+        offset += k % part->shape[axis] * strides[axis];
+    return part->rank ? offset + k * strides[0] : 0;
+}
+
+// What no cache holds goes to memory past them: whole lines, of which nothing is fetched first.
+enum { LINE = 64 };
+#ifdef ON
+#define PASSES(bytes) ((bytes) > 1 << 25)
+ON("v3") static void stream(char *to, const char *from, intptr_t bytes)
+{
+    typedef double half __attribute__((vector_size(LINE / 2), aligned(4), may_alias));
+    const intptr_t start = -(intptr_t)to & (LINE - 1);
+    intptr_t i = 0;
+    for (; i < start && i < bytes; i += 4)
+        memcpy(to + i, from + i, 4);
+    for (; i + LINE <= bytes; i += LINE) {
+        __builtin_ia32_movntpd256((double *)(to + i), *(const half *)(from + i));
+        __builtin_ia32_movntpd256((double *)(to + i + LINE / 2), *(const half *)(from + i + LINE / 2));
+    }
+    for (; i < bytes; i += 4)
+        memcpy(to + i, from + i, 4);
+}
+#define STREAM_END() __builtin_ia32_sfence()
+#else
+#define PASSES(bytes) 0
+#define stream memcpy
+#define STREAM_END()
+#endif
+
+// How many elements lie before one that starts a line; 0 if none of the first does.
+static intptr_t before_line(const char *first, intptr_t step)
+{
+    for (intptr_t i = 0; i < LANES; ++i)
+        if (((intptr_t)first + i * step) % LINE == 0)
+            return i;
+    return 0;
+}
+
 typedef void loop_function(intptr_t n, char **args, const intptr_t *strides);
 typedef void any_function(void);
 
@@ -94,7 +137,7 @@ struct kernel {
     loop_function *block[2], *dense[2];
     any_function *function;
     void (*call)(any_function *function, void **parts);
-    int n_inputs, n_parts, n_forms, repeats;
+    int n_inputs, n_parts, n_forms, repeats, busy;
     const struct part *parts;
     const struct form *forms;
 };
@@ -835,15 +878,19 @@ static void NAME(move_part)(int back, REAL *x, intptr_t row, const struct part *
 static void NAME(move_element)(int back, REAL *x, const struct part *part, char *a, const intptr_t *c)
 {
     for (intptr_t k = 0; k < part->size; ++k) {
-        intptr_t offset = 0, rest = k;
-        for (int axis = part->rank; axis-- > 1; rest /= part->shape[axis])
-            offset += rest % part->shape[axis] * c[axis];
-        offset += part->rank ? rest * c[0] : 0;
+        REAL *number = (REAL *)(a + offset_of(part, k, c));
         if (back)
-            *(REAL *)(a + offset) = x[k];
+            *number = x[k];
         else
-            x[k] = *(const REAL *)(a + offset);
+            x[k] = *number;
     }
+}
+
+// All rows of a part to a batch in which they are contiguous, past the caches.
+static void NAME(stream_part)(REAL *x, intptr_t row, const struct part *part, char *a, const intptr_t *c, intptr_t n)
+{
+    for (intptr_t k = 0; k < part->size; ++k)
+        stream(a + offset_of(part, k, c), (const char *)(x + k * row), n * sizeof(REAL));
 }
 
 // Runs a kernel on one element after the other.
@@ -870,11 +917,11 @@ static void NAME(batch)(const struct kernel *kernel, char **args, intptr_t n, co
 {
     const intptr_t w = sizeof(REAL), *strides = steps + kernel->n_parts;
     const int n_parts = kernel->n_parts, n_inputs = kernel->n_inputs, width = CHOSEN;
-    enum { SAME, HOISTED, UNIT, ANY } kinds[PARTS];
+    enum { SAME, HOISTED, UNIT, ANY, PAST } kinds[PARTS];
     _Alignas(64) REAL space[SPACE], prepared[PREPARED];
     REAL *rows[PARTS];
     char *starts[PARTS];
-    intptr_t cores[CORES], row_cores[CORES], total = 0, bytes = 0;
+    intptr_t cores[CORES], row_cores[CORES], total = 0, numbers = 0, bytes = 0;
     unsigned still = 0, hoisted = 0;
     int in_place = 1, ordered = 1, known = 1;
     if (width < 0 || n == 1) {
@@ -891,6 +938,7 @@ static void NAME(batch)(const struct kernel *kernel, char **args, intptr_t n, co
         ordered = ordered && (same || steps[p] == step);
         known = known && part->size <= SIZES && NAME(spans)[part->size].load[width];
         total += part->size;
+        numbers += same ? 0 : part->size;
         bytes += steps[p] < 0 ? -steps[p] : steps[p];
         still |= (unsigned)same << p;
     }
@@ -903,9 +951,11 @@ static void NAME(batch)(const struct kernel *kernel, char **args, intptr_t n, co
     }
     const int dense = ordered && still == hoisted && in_order;
     const int spans = ordered && !dense && known && total * SPAN <= SPACE;
+    // Results that no cache holds go past the caches, where that is what takes the time.
+    const int past = PASSES(n * numbers * w) && !kernel->busy && !ordered && steps[n_inputs] == w;
     // Long rows spare calls; beyond the last cache, short turns keep reading and writing going side by side.
     const int near = n < (1 << 24) / (bytes + 1);
-    intptr_t row = spans ? SPAN : near ? 512 / w : LANES;
+    intptr_t row = spans ? SPAN : near || past ? 512 / w : LANES;
     while (row > LANES && row * total > SPACE)
         row /= 2;
     total = 0;
@@ -918,9 +968,10 @@ static void NAME(batch)(const struct kernel *kernel, char **args, intptr_t n, co
         kinds[p] = hoisted >> p & 1 ? HOISTED : still >> p & 1 ? SAME : steps[p] == w ? UNIT : ANY;
         for (int q = 0; kernel->repeats && p >= n_inputs && q < n_inputs; ++q)
             kinds[p] = args[p] == args[q] ? ANY : kinds[p];
+        kinds[p] = past && p >= n_inputs && steps[p] == w ? PAST : kinds[p];
         in_place = in_place && (kinds[p] == UNIT || kinds[p] == HOISTED);
         for (int q = part->first + part->rank; q-- > part->first; row_step *= part->shape[q - part->first]) {
-            cores[q] = kinds[p] == SAME || kinds[p] == ANY ? row_step : strides[q];
+            cores[q] = kinds[p] == HOISTED || kinds[p] == UNIT ? strides[q] : row_step;
             row_cores[q] = row_step;
         }
         if (dense || kinds[p] == HOISTED || kinds[p] == UNIT)
@@ -932,7 +983,9 @@ static void NAME(batch)(const struct kernel *kernel, char **args, intptr_t n, co
             NAME(move_part)(0, rows[p], row, part, args[p], 0, strides + part->first, n < row ? PADDED(n) : row);
     }
     const intptr_t turn = near ? SPAN : LANES;
-    intptr_t i = 0;
+    intptr_t i = past && !hoisted ? before_line(args[n_inputs], steps[n_inputs]) : 0;
+    if (i)
+        NAME(each)(kernel, args, i, steps);
     // In C order, by functions that know the sizes.
     for (; spans && !in_place && n - i >= turn; i += turn) {
         for (int p = 0; p < n_parts; ++p) {
@@ -970,11 +1023,17 @@ static void NAME(batch)(const struct kernel *kernel, char **args, intptr_t n, co
                     rows[p][k * row + j] = rows[p][k * row + m - 1];
         }
         in_rows(m, starts, cores);
-        for (int p = n_inputs; p < n_parts; ++p)
-            if (starts[p] == (char *)rows[p])
-                NAME(move_part)(1, rows[p], row, &kernel->parts[p], args[p] + i * steps[p], steps[p],
-                    strides + kernel->parts[p].first, m);
+        for (int p = n_inputs; p < n_parts; ++p) {
+            const struct part *part = &kernel->parts[p];
+            char *to = args[p] + i * steps[p];
+            if (kinds[p] == PAST)
+                NAME(stream_part)(rows[p], row, part, to, strides + part->first, m);
+            else if (starts[p] == (char *)rows[p])
+                NAME(move_part)(1, rows[p], row, part, to, steps[p], strides + part->first, m);
+        }
     }
+    if (past)
+        STREAM_END();
 }
 
 static INLINE void NAME(forward_within)(const REAL *q, REAL *out, WORD *far)
@@ -1221,7 +1280,7 @@ void NAME(forward_loop)(char **args, const intptr_t *dimensions, const intptr_t 
 {
     static const struct part parts[] = {{7, 1, 0, {7}}, {8, 1, 1, {8}}};
     static const struct kernel kernel = {WIDTHS(forward_block), {NULL}, (any_function *)NAME(forward),
-        NAME(call_ar), 1, 2, 0, 1, parts, NULL};
+        NAME(call_ar), 1, 2, 0, 1, 1, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -1507,7 +1566,7 @@ void NAME(jacobian_loop)(char **args, const intptr_t *dimensions, const intptr_t
 {
     static const struct part parts[] = {{7, 1, 0, {7}}, {42, 2, 1, {6, 7}}};
     static const struct kernel kernel = {WIDTHS(jacobian_block), {NULL}, (any_function *)NAME(jacobian),
-        NAME(call_ar), 1, 2, 0, 1, parts, NULL};
+        NAME(call_ar), 1, 2, 0, 1, 1, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -2349,7 +2408,7 @@ void NAME(inverse_dynamics_loop)(char **args, const intptr_t *dimensions, const 
 {
     static const struct part parts[] = {{7, 1, 0, {7}}, {7, 1, 1, {7}}, {7, 1, 2, {7}}, {7, 1, 3, {7}}};
     static const struct kernel kernel = {WIDTHS(inverse_dynamics_block), {NULL}, (any_function
-        *)NAME(inverse_dynamics), NAME(call_aaar), 3, 4, 0, 1, parts, NULL};
+        *)NAME(inverse_dynamics), NAME(call_aaar), 3, 4, 0, 1, 1, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -2853,7 +2912,7 @@ void NAME(mass_matrix_loop)(char **args, const intptr_t *dimensions, const intpt
 {
     static const struct part parts[] = {{7, 1, 0, {7}}, {49, 2, 1, {7, 7}}};
     static const struct kernel kernel = {WIDTHS(mass_matrix_block), {NULL}, (any_function *)NAME(mass_matrix),
-        NAME(call_ar), 1, 2, 0, 1, parts, NULL};
+        NAME(call_ar), 1, 2, 0, 1, 1, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 #endif

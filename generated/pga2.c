@@ -2,7 +2,7 @@
 // command: gac generate --all pga2
 // spec: 6f50564ea0875a9f
 // contraction: -ffp-contract=off (every operation is rounded once)
-// body: 0ab427a3a2cbdfe52c688168a482b2b9b2452fc279c49936c2468a2a237e6257
+// body: 90c1a6a44008812945a9b58fe055592638f5ef0932399b9dd6fdd0e3e378a00a
 
 #ifndef REAL
 #include "pga2.h"
@@ -76,6 +76,49 @@ struct part {
     int size, rank, first, shape[2];
 };
 
+// Where a number of an element lies, its components being counted in C order.
+static intptr_t offset_of(const struct part *part, intptr_t k, const intptr_t *strides)
+{
+    intptr_t offset = 0;
+    for (int axis = part->rank; axis-- > 1; k /= part->shape[axis])
+        offset += k % part->shape[axis] * strides[axis];
+    return part->rank ? offset + k * strides[0] : 0;
+}
+
+// What no cache holds goes to memory past them: whole lines, of which nothing is fetched first.
+enum { LINE = 64 };
+#ifdef ON
+#define PASSES(bytes) ((bytes) > 1 << 25)
+ON("v3") static void stream(char *to, const char *from, intptr_t bytes)
+{
+    typedef double half __attribute__((vector_size(LINE / 2), aligned(4), may_alias));
+    const intptr_t start = -(intptr_t)to & (LINE - 1);
+    intptr_t i = 0;
+    for (; i < start && i < bytes; i += 4)
+        memcpy(to + i, from + i, 4);
+    for (; i + LINE <= bytes; i += LINE) {
+        __builtin_ia32_movntpd256((double *)(to + i), *(const half *)(from + i));
+        __builtin_ia32_movntpd256((double *)(to + i + LINE / 2), *(const half *)(from + i + LINE / 2));
+    }
+    for (; i < bytes; i += 4)
+        memcpy(to + i, from + i, 4);
+}
+#define STREAM_END() __builtin_ia32_sfence()
+#else
+#define PASSES(bytes) 0
+#define stream memcpy
+#define STREAM_END()
+#endif
+
+// How many elements lie before one that starts a line; 0 if none of the first does.
+static intptr_t before_line(const char *first, intptr_t step)
+{
+    for (intptr_t i = 0; i < LANES; ++i)
+        if (((intptr_t)first + i * step) % LINE == 0)
+            return i;
+    return 0;
+}
+
 typedef void loop_function(intptr_t n, char **args, const intptr_t *strides);
 typedef void any_function(void);
 
@@ -94,7 +137,7 @@ struct kernel {
     loop_function *block[2], *dense[2];
     any_function *function;
     void (*call)(any_function *function, void **parts);
-    int n_inputs, n_parts, n_forms, repeats;
+    int n_inputs, n_parts, n_forms, repeats, busy;
     const struct part *parts;
     const struct form *forms;
 };
@@ -914,15 +957,19 @@ static void NAME(move_part)(int back, REAL *x, intptr_t row, const struct part *
 static void NAME(move_element)(int back, REAL *x, const struct part *part, char *a, const intptr_t *c)
 {
     for (intptr_t k = 0; k < part->size; ++k) {
-        intptr_t offset = 0, rest = k;
-        for (int axis = part->rank; axis-- > 1; rest /= part->shape[axis])
-            offset += rest % part->shape[axis] * c[axis];
-        offset += part->rank ? rest * c[0] : 0;
+        REAL *number = (REAL *)(a + offset_of(part, k, c));
         if (back)
-            *(REAL *)(a + offset) = x[k];
+            *number = x[k];
         else
-            x[k] = *(const REAL *)(a + offset);
+            x[k] = *number;
     }
+}
+
+// All rows of a part to a batch in which they are contiguous, past the caches.
+static void NAME(stream_part)(REAL *x, intptr_t row, const struct part *part, char *a, const intptr_t *c, intptr_t n)
+{
+    for (intptr_t k = 0; k < part->size; ++k)
+        stream(a + offset_of(part, k, c), (const char *)(x + k * row), n * sizeof(REAL));
 }
 
 // Runs a kernel on one element after the other.
@@ -949,11 +996,11 @@ static void NAME(batch)(const struct kernel *kernel, char **args, intptr_t n, co
 {
     const intptr_t w = sizeof(REAL), *strides = steps + kernel->n_parts;
     const int n_parts = kernel->n_parts, n_inputs = kernel->n_inputs, width = CHOSEN;
-    enum { SAME, HOISTED, UNIT, ANY } kinds[PARTS];
+    enum { SAME, HOISTED, UNIT, ANY, PAST } kinds[PARTS];
     _Alignas(64) REAL space[SPACE], prepared[PREPARED];
     REAL *rows[PARTS];
     char *starts[PARTS];
-    intptr_t cores[CORES], row_cores[CORES], total = 0, bytes = 0;
+    intptr_t cores[CORES], row_cores[CORES], total = 0, numbers = 0, bytes = 0;
     unsigned still = 0, hoisted = 0;
     int in_place = 1, ordered = 1, known = 1;
     if (width < 0 || n == 1) {
@@ -970,6 +1017,7 @@ static void NAME(batch)(const struct kernel *kernel, char **args, intptr_t n, co
         ordered = ordered && (same || steps[p] == step);
         known = known && part->size <= SIZES && NAME(spans)[part->size].load[width];
         total += part->size;
+        numbers += same ? 0 : part->size;
         bytes += steps[p] < 0 ? -steps[p] : steps[p];
         still |= (unsigned)same << p;
     }
@@ -982,9 +1030,11 @@ static void NAME(batch)(const struct kernel *kernel, char **args, intptr_t n, co
     }
     const int dense = ordered && still == hoisted && in_order;
     const int spans = ordered && !dense && known && total * SPAN <= SPACE;
+    // Results that no cache holds go past the caches, where that is what takes the time.
+    const int past = PASSES(n * numbers * w) && !kernel->busy && !ordered && steps[n_inputs] == w;
     // Long rows spare calls; beyond the last cache, short turns keep reading and writing going side by side.
     const int near = n < (1 << 24) / (bytes + 1);
-    intptr_t row = spans ? SPAN : near ? 512 / w : LANES;
+    intptr_t row = spans ? SPAN : near || past ? 512 / w : LANES;
     while (row > LANES && row * total > SPACE)
         row /= 2;
     total = 0;
@@ -997,9 +1047,10 @@ static void NAME(batch)(const struct kernel *kernel, char **args, intptr_t n, co
         kinds[p] = hoisted >> p & 1 ? HOISTED : still >> p & 1 ? SAME : steps[p] == w ? UNIT : ANY;
         for (int q = 0; kernel->repeats && p >= n_inputs && q < n_inputs; ++q)
             kinds[p] = args[p] == args[q] ? ANY : kinds[p];
+        kinds[p] = past && p >= n_inputs && steps[p] == w ? PAST : kinds[p];
         in_place = in_place && (kinds[p] == UNIT || kinds[p] == HOISTED);
         for (int q = part->first + part->rank; q-- > part->first; row_step *= part->shape[q - part->first]) {
-            cores[q] = kinds[p] == SAME || kinds[p] == ANY ? row_step : strides[q];
+            cores[q] = kinds[p] == HOISTED || kinds[p] == UNIT ? strides[q] : row_step;
             row_cores[q] = row_step;
         }
         if (dense || kinds[p] == HOISTED || kinds[p] == UNIT)
@@ -1011,7 +1062,9 @@ static void NAME(batch)(const struct kernel *kernel, char **args, intptr_t n, co
             NAME(move_part)(0, rows[p], row, part, args[p], 0, strides + part->first, n < row ? PADDED(n) : row);
     }
     const intptr_t turn = near ? SPAN : LANES;
-    intptr_t i = 0;
+    intptr_t i = past && !hoisted ? before_line(args[n_inputs], steps[n_inputs]) : 0;
+    if (i)
+        NAME(each)(kernel, args, i, steps);
     // In C order, by functions that know the sizes.
     for (; spans && !in_place && n - i >= turn; i += turn) {
         for (int p = 0; p < n_parts; ++p) {
@@ -1049,11 +1102,17 @@ static void NAME(batch)(const struct kernel *kernel, char **args, intptr_t n, co
                     rows[p][k * row + j] = rows[p][k * row + m - 1];
         }
         in_rows(m, starts, cores);
-        for (int p = n_inputs; p < n_parts; ++p)
-            if (starts[p] == (char *)rows[p])
-                NAME(move_part)(1, rows[p], row, &kernel->parts[p], args[p] + i * steps[p], steps[p],
-                    strides + kernel->parts[p].first, m);
+        for (int p = n_inputs; p < n_parts; ++p) {
+            const struct part *part = &kernel->parts[p];
+            char *to = args[p] + i * steps[p];
+            if (kinds[p] == PAST)
+                NAME(stream_part)(rows[p], row, part, to, strides + part->first, m);
+            else if (starts[p] == (char *)rows[p])
+                NAME(move_part)(1, rows[p], row, part, to, steps[p], strides + part->first, m);
+        }
     }
+    if (past)
+        STREAM_END();
 }
 
 INLINE void NAME(geometric_product)(const REAL *a, const REAL *b, REAL *out)
@@ -1181,7 +1240,7 @@ void NAME(geometric_product_loop)(char **args, const intptr_t *dimensions, const
 {
     static const struct part parts[] = {{8, 1, 0, {8}}, {8, 1, 1, {8}}, {8, 1, 2, {8}}};
     static const struct kernel kernel = {WIDTHS(geometric_product_block), {NULL}, (any_function
-        *)NAME(geometric_product), NAME(call_aar), 2, 3, 0, 0, parts, NULL};
+        *)NAME(geometric_product), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -1283,7 +1342,7 @@ void NAME(outer_product_loop)(char **args, const intptr_t *dimensions, const int
 {
     static const struct part parts[] = {{8, 1, 0, {8}}, {8, 1, 1, {8}}, {8, 1, 2, {8}}};
     static const struct kernel kernel = {WIDTHS(outer_product_block), {NULL}, (any_function *)NAME(outer_product),
-        NAME(call_aar), 2, 3, 0, 0, parts, NULL};
+        NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -1385,7 +1444,7 @@ void NAME(regressive_product_loop)(char **args, const intptr_t *dimensions, cons
 {
     static const struct part parts[] = {{8, 1, 0, {8}}, {8, 1, 1, {8}}, {8, 1, 2, {8}}};
     static const struct kernel kernel = {WIDTHS(regressive_product_block), {NULL}, (any_function
-        *)NAME(regressive_product), NAME(call_aar), 2, 3, 0, 0, parts, NULL};
+        *)NAME(regressive_product), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -1497,7 +1556,7 @@ void NAME(inner_product_loop)(char **args, const intptr_t *dimensions, const int
 {
     static const struct part parts[] = {{8, 1, 0, {8}}, {8, 1, 1, {8}}, {8, 1, 2, {8}}};
     static const struct kernel kernel = {WIDTHS(inner_product_block), {NULL}, (any_function *)NAME(inner_product),
-        NAME(call_aar), 2, 3, 0, 0, parts, NULL};
+        NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -1546,7 +1605,7 @@ void NAME(reverse_loop)(char **args, const intptr_t *dimensions, const intptr_t 
 {
     static const struct part parts[] = {{8, 1, 0, {8}}, {8, 1, 1, {8}}};
     static const struct kernel kernel = {WIDTHS(reverse_block), {NULL}, (any_function *)NAME(reverse),
-        NAME(call_ar), 1, 2, 0, 0, parts, NULL};
+        NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -1595,7 +1654,7 @@ void NAME(grade_involution_loop)(char **args, const intptr_t *dimensions, const 
 {
     static const struct part parts[] = {{8, 1, 0, {8}}, {8, 1, 1, {8}}};
     static const struct kernel kernel = {WIDTHS(grade_involution_block), {NULL}, (any_function
-        *)NAME(grade_involution), NAME(call_ar), 1, 2, 0, 0, parts, NULL};
+        *)NAME(grade_involution), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -1640,7 +1699,7 @@ void NAME(dual_loop)(char **args, const intptr_t *dimensions, const intptr_t *st
 {
     static const struct part parts[] = {{8, 1, 0, {8}}, {8, 1, 1, {8}}};
     static const struct kernel kernel = {WIDTHS(dual_block), {NULL}, (any_function *)NAME(dual), NAME(call_ar), 1,
-        2, 0, 0, parts, NULL};
+        2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -1685,7 +1744,7 @@ void NAME(undual_loop)(char **args, const intptr_t *dimensions, const intptr_t *
 {
     static const struct part parts[] = {{8, 1, 0, {8}}, {8, 1, 1, {8}}};
     static const struct kernel kernel = {WIDTHS(undual_block), {NULL}, (any_function *)NAME(undual), NAME(call_ar),
-        1, 2, 0, 0, parts, NULL};
+        1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -1727,7 +1786,7 @@ void NAME(norm_loop)(char **args, const intptr_t *dimensions, const intptr_t *st
 {
     static const struct part parts[] = {{8, 1, 0, {8}}, {1, 0, 1, {0}}};
     static const struct kernel kernel = {WIDTHS(norm_block), {NULL}, (any_function *)NAME(norm), NAME(call_ar), 1,
-        2, 0, 0, parts, NULL};
+        2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -1784,7 +1843,7 @@ void NAME(point_from_bivector_loop)(char **args, const intptr_t *dimensions, con
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {2, 1, 1, {2}}};
     static const struct kernel kernel = {WIDTHS(point_from_bivector_block), WIDTHS(point_from_bivector_dense),
-        (any_function *)NAME(point_from_bivector), NAME(call_ar), 1, 2, 0, 0, parts, NULL};
+        (any_function *)NAME(point_from_bivector), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -1847,7 +1906,7 @@ void NAME(normalize_line_loop)(char **args, const intptr_t *dimensions, const in
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {3, 1, 1, {3}}};
     static const struct kernel kernel = {WIDTHS(normalize_line_block), WIDTHS(normalize_line_dense), (any_function
-        *)NAME(normalize_line), NAME(call_ar), 1, 2, 0, 0, parts, NULL};
+        *)NAME(normalize_line), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -1914,7 +1973,7 @@ void NAME(join_points_loop)(char **args, const intptr_t *dimensions, const intpt
 {
     static const struct part parts[] = {{2, 1, 0, {2}}, {2, 1, 1, {2}}, {3, 1, 2, {3}}};
     static const struct kernel kernel = {WIDTHS(join_points_block), WIDTHS(join_points_dense), (any_function
-        *)NAME(join_points), NAME(call_aar), 2, 3, 0, 0, parts, NULL};
+        *)NAME(join_points), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -1980,7 +2039,7 @@ void NAME(join_point_direction_loop)(char **args, const intptr_t *dimensions, co
 {
     static const struct part parts[] = {{2, 1, 0, {2}}, {2, 1, 1, {2}}, {3, 1, 2, {3}}};
     static const struct kernel kernel = {WIDTHS(join_point_direction_block), WIDTHS(join_point_direction_dense),
-        (any_function *)NAME(join_point_direction), NAME(call_aar), 2, 3, 0, 0, parts, NULL};
+        (any_function *)NAME(join_point_direction), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -2053,7 +2112,7 @@ void NAME(meet_lines_loop)(char **args, const intptr_t *dimensions, const intptr
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {3, 1, 1, {3}}, {3, 1, 2, {3}}};
     static const struct kernel kernel = {WIDTHS(meet_lines_block), WIDTHS(meet_lines_dense), (any_function
-        *)NAME(meet_lines), NAME(call_aar), 2, 3, 0, 0, parts, NULL};
+        *)NAME(meet_lines), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -2120,7 +2179,7 @@ void NAME(line_orthogonal_to_line_loop)(char **args, const intptr_t *dimensions,
     static const struct part parts[] = {{2, 1, 0, {2}}, {3, 1, 1, {3}}, {3, 1, 2, {3}}};
     static const struct kernel kernel = {WIDTHS(line_orthogonal_to_line_block),
         WIDTHS(line_orthogonal_to_line_dense), (any_function *)NAME(line_orthogonal_to_line), NAME(call_aar), 2, 3,
-        0, 0, parts, NULL};
+        0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -2186,7 +2245,7 @@ void NAME(distance_squared_points_loop)(char **args, const intptr_t *dimensions,
     static const struct part parts[] = {{2, 1, 0, {2}}, {2, 1, 1, {2}}, {1, 0, 2, {0}}};
     static const struct kernel kernel = {WIDTHS(distance_squared_points_block),
         WIDTHS(distance_squared_points_dense), (any_function *)NAME(distance_squared_points), NAME(call_aar), 2, 3,
-        0, 0, parts, NULL};
+        0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -2252,7 +2311,7 @@ void NAME(distance_points_loop)(char **args, const intptr_t *dimensions, const i
 {
     static const struct part parts[] = {{2, 1, 0, {2}}, {2, 1, 1, {2}}, {1, 0, 2, {0}}};
     static const struct kernel kernel = {WIDTHS(distance_points_block), WIDTHS(distance_points_dense), (any_function
-        *)NAME(distance_points), NAME(call_aar), 2, 3, 0, 0, parts, NULL};
+        *)NAME(distance_points), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -2318,7 +2377,7 @@ void NAME(signed_distance_point_line_loop)(char **args, const intptr_t *dimensio
     static const struct part parts[] = {{2, 1, 0, {2}}, {3, 1, 1, {3}}, {1, 0, 2, {0}}};
     static const struct kernel kernel = {WIDTHS(signed_distance_point_line_block),
         WIDTHS(signed_distance_point_line_dense), (any_function *)NAME(signed_distance_point_line), NAME(call_aar),
-        2, 3, 0, 0, parts, NULL};
+        2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -2393,7 +2452,7 @@ void NAME(signed_area_loop)(char **args, const intptr_t *dimensions, const intpt
 {
     static const struct part parts[] = {{2, 1, 0, {2}}, {2, 1, 1, {2}}, {2, 1, 2, {2}}, {1, 0, 3, {0}}};
     static const struct kernel kernel = {WIDTHS(signed_area_block), WIDTHS(signed_area_dense), (any_function
-        *)NAME(signed_area), NAME(call_aaar), 3, 4, 0, 0, parts, NULL};
+        *)NAME(signed_area), NAME(call_aaar), 3, 4, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -2437,7 +2496,7 @@ void NAME(angle_between_lines_loop)(char **args, const intptr_t *dimensions, con
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {3, 1, 1, {3}}, {1, 0, 2, {0}}};
     static const struct kernel kernel = {WIDTHS(angle_between_lines_block), {NULL}, (any_function
-        *)NAME(angle_between_lines), NAME(call_aar), 2, 3, 0, 0, parts, NULL};
+        *)NAME(angle_between_lines), NAME(call_aar), 2, 3, 0, 0, 1, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -2608,7 +2667,7 @@ void NAME(project_point_on_line_loop)(char **args, const intptr_t *dimensions, c
     static const struct form forms[] = {{2, 2, NAME(project_point_on_line_start_line),
         WIDTHS(project_point_on_line_block_line), WIDTHS(project_point_on_line_dense_line)}};
     static const struct kernel kernel = {WIDTHS(project_point_on_line_block), WIDTHS(project_point_on_line_dense),
-        (any_function *)NAME(project_point_on_line), NAME(call_aar), 2, 3, 1, 0, parts, forms};
+        (any_function *)NAME(project_point_on_line), NAME(call_aar), 2, 3, 1, 0, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -2681,7 +2740,7 @@ void NAME(project_point_on_unit_line_loop)(char **args, const intptr_t *dimensio
     static const struct part parts[] = {{2, 1, 0, {2}}, {3, 1, 1, {3}}, {2, 1, 2, {2}}};
     static const struct kernel kernel = {WIDTHS(project_point_on_unit_line_block),
         WIDTHS(project_point_on_unit_line_dense), (any_function *)NAME(project_point_on_unit_line), NAME(call_aar),
-        2, 3, 0, 0, parts, NULL};
+        2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -2752,7 +2811,7 @@ void NAME(reflect_point_loop)(char **args, const intptr_t *dimensions, const int
 {
     static const struct part parts[] = {{2, 1, 0, {2}}, {3, 1, 1, {3}}, {2, 1, 2, {2}}};
     static const struct kernel kernel = {WIDTHS(reflect_point_block), WIDTHS(reflect_point_dense), (any_function
-        *)NAME(reflect_point), NAME(call_aar), 2, 3, 0, 0, parts, NULL};
+        *)NAME(reflect_point), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -2813,7 +2872,7 @@ void NAME(line_from_normal_loop)(char **args, const intptr_t *dimensions, const 
 {
     static const struct part parts[] = {{2, 1, 0, {2}}, {1, 0, 1, {0}}, {3, 1, 1, {3}}};
     static const struct kernel kernel = {WIDTHS(line_from_normal_block), WIDTHS(line_from_normal_dense),
-        (any_function *)NAME(line_from_normal), NAME(call_anr), 2, 3, 0, 0, parts, NULL};
+        (any_function *)NAME(line_from_normal), NAME(call_anr), 2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -2879,7 +2938,7 @@ void NAME(line_from_point_normal_loop)(char **args, const intptr_t *dimensions, 
 {
     static const struct part parts[] = {{2, 1, 0, {2}}, {2, 1, 1, {2}}, {3, 1, 2, {3}}};
     static const struct kernel kernel = {WIDTHS(line_from_point_normal_block), WIDTHS(line_from_point_normal_dense),
-        (any_function *)NAME(line_from_point_normal), NAME(call_aar), 2, 3, 0, 0, parts, NULL};
+        (any_function *)NAME(line_from_point_normal), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -2950,7 +3009,7 @@ void NAME(line_to_normal_loop)(char **args, const intptr_t *dimensions, const in
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {2, 1, 1, {2}}, {1, 0, 2, {0}}};
     static const struct kernel kernel = {WIDTHS(line_to_normal_block), WIDTHS(line_to_normal_dense), (any_function
-        *)NAME(line_to_normal), NAME(call_arr), 1, 3, 0, 0, parts, NULL};
+        *)NAME(line_to_normal), NAME(call_arr), 1, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -3004,7 +3063,7 @@ void NAME(line_direction_loop)(char **args, const intptr_t *dimensions, const in
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {2, 1, 1, {2}}};
     static const struct kernel kernel = {WIDTHS(line_direction_block), WIDTHS(line_direction_dense), (any_function
-        *)NAME(line_direction), NAME(call_ar), 1, 2, 0, 0, parts, NULL};
+        *)NAME(line_direction), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -3066,7 +3125,7 @@ void NAME(line_support_loop)(char **args, const intptr_t *dimensions, const intp
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {2, 1, 1, {2}}};
     static const struct kernel kernel = {WIDTHS(line_support_block), WIDTHS(line_support_dense), (any_function
-        *)NAME(line_support), NAME(call_ar), 1, 2, 0, 0, parts, NULL};
+        *)NAME(line_support), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -3133,7 +3192,7 @@ void NAME(point_on_line_loop)(char **args, const intptr_t *dimensions, const int
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {1, 0, 1, {0}}, {2, 1, 1, {2}}};
     static const struct kernel kernel = {WIDTHS(point_on_line_block), WIDTHS(point_on_line_dense), (any_function
-        *)NAME(point_on_line), NAME(call_anr), 2, 3, 0, 0, parts, NULL};
+        *)NAME(point_on_line), NAME(call_anr), 2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -3196,7 +3255,7 @@ void NAME(position_along_line_loop)(char **args, const intptr_t *dimensions, con
 {
     static const struct part parts[] = {{2, 1, 0, {2}}, {3, 1, 1, {3}}, {1, 0, 2, {0}}};
     static const struct kernel kernel = {WIDTHS(position_along_line_block), WIDTHS(position_along_line_dense),
-        (any_function *)NAME(position_along_line), NAME(call_aar), 2, 3, 0, 0, parts, NULL};
+        (any_function *)NAME(position_along_line), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -3267,7 +3326,7 @@ void NAME(bisector_line_loop)(char **args, const intptr_t *dimensions, const int
 {
     static const struct part parts[] = {{2, 1, 0, {2}}, {2, 1, 1, {2}}, {3, 1, 2, {3}}};
     static const struct kernel kernel = {WIDTHS(bisector_line_block), WIDTHS(bisector_line_dense), (any_function
-        *)NAME(bisector_line), NAME(call_aar), 2, 3, 0, 0, parts, NULL};
+        *)NAME(bisector_line), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -3347,7 +3406,7 @@ void NAME(bisectors_of_lines_loop)(char **args, const intptr_t *dimensions, cons
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {3, 1, 1, {3}}, {3, 1, 2, {3}}, {3, 1, 3, {3}}};
     static const struct kernel kernel = {WIDTHS(bisectors_of_lines_block), WIDTHS(bisectors_of_lines_dense),
-        (any_function *)NAME(bisectors_of_lines), NAME(call_aarr), 2, 4, 0, 0, parts, NULL};
+        (any_function *)NAME(bisectors_of_lines), NAME(call_aarr), 2, 4, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -3412,7 +3471,7 @@ void NAME(midpoint_loop)(char **args, const intptr_t *dimensions, const intptr_t
 {
     static const struct part parts[] = {{2, 1, 0, {2}}, {2, 1, 1, {2}}, {2, 1, 2, {2}}};
     static const struct kernel kernel = {WIDTHS(midpoint_block), WIDTHS(midpoint_dense), (any_function
-        *)NAME(midpoint), NAME(call_aar), 2, 3, 0, 0, parts, NULL};
+        *)NAME(midpoint), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -3487,7 +3546,7 @@ void NAME(signed_distance_lines_loop)(char **args, const intptr_t *dimensions, c
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {3, 1, 1, {3}}, {1, 0, 2, {0}}};
     static const struct kernel kernel = {WIDTHS(signed_distance_lines_block), WIDTHS(signed_distance_lines_dense),
-        (any_function *)NAME(signed_distance_lines), NAME(call_aar), 2, 3, 0, 0, parts, NULL};
+        (any_function *)NAME(signed_distance_lines), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -3712,7 +3771,7 @@ void NAME(relation_of_lines_loop)(char **args, const intptr_t *dimensions, const
         WIDTHS(relation_of_lines_block_a_b_distance), {NULL}}, {11, 2, NAME(relation_of_lines_start_a_b_sine),
         WIDTHS(relation_of_lines_block_a_b_sine), {NULL}}};
     static const struct kernel kernel = {WIDTHS(relation_of_lines_block), WIDTHS(relation_of_lines_dense),
-        (any_function *)NAME(relation_of_lines), NAME(call_aannr), 4, 5, 2, 0, parts, forms};
+        (any_function *)NAME(relation_of_lines), NAME(call_aannr), 4, 5, 2, 0, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -4211,7 +4270,7 @@ void NAME(relation_of_three_lines_loop)(char **args, const intptr_t *dimensions,
         {27, 2, NAME(relation_of_three_lines_start_a_b_distance_sine),
         WIDTHS(relation_of_three_lines_block_a_b_distance_sine), {NULL}}};
     static const struct kernel kernel = {WIDTHS(relation_of_three_lines_block), {NULL}, (any_function
-        *)NAME(relation_of_three_lines), NAME(call_aaannr), 5, 6, 3, 0, parts, forms};
+        *)NAME(relation_of_three_lines), NAME(call_aaannr), 5, 6, 3, 0, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -4277,7 +4336,7 @@ void NAME(project_line_on_point_loop)(char **args, const intptr_t *dimensions, c
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {2, 1, 1, {2}}, {3, 1, 2, {3}}};
     static const struct kernel kernel = {WIDTHS(project_line_on_point_block), WIDTHS(project_line_on_point_dense),
-        (any_function *)NAME(project_line_on_point), NAME(call_aar), 2, 3, 0, 0, parts, NULL};
+        (any_function *)NAME(project_line_on_point), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -4345,7 +4404,7 @@ void NAME(reject_point_from_line_loop)(char **args, const intptr_t *dimensions, 
 {
     static const struct part parts[] = {{2, 1, 0, {2}}, {3, 1, 1, {3}}, {2, 1, 2, {2}}};
     static const struct kernel kernel = {WIDTHS(reject_point_from_line_block), WIDTHS(reject_point_from_line_dense),
-        (any_function *)NAME(reject_point_from_line), NAME(call_aar), 2, 3, 0, 0, parts, NULL};
+        (any_function *)NAME(reject_point_from_line), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -4419,7 +4478,7 @@ void NAME(reflect_line_loop)(char **args, const intptr_t *dimensions, const intp
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {3, 1, 1, {3}}, {3, 1, 2, {3}}};
     static const struct kernel kernel = {WIDTHS(reflect_line_block), WIDTHS(reflect_line_dense), (any_function
-        *)NAME(reflect_line), NAME(call_aar), 2, 3, 0, 0, parts, NULL};
+        *)NAME(reflect_line), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -4484,7 +4543,7 @@ void NAME(reflect_point_in_point_loop)(char **args, const intptr_t *dimensions, 
 {
     static const struct part parts[] = {{2, 1, 0, {2}}, {2, 1, 1, {2}}, {2, 1, 2, {2}}};
     static const struct kernel kernel = {WIDTHS(reflect_point_in_point_block), WIDTHS(reflect_point_in_point_dense),
-        (any_function *)NAME(reflect_point_in_point), NAME(call_aar), 2, 3, 0, 0, parts, NULL};
+        (any_function *)NAME(reflect_point_in_point), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -4554,7 +4613,7 @@ void NAME(reflect_line_in_point_loop)(char **args, const intptr_t *dimensions, c
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {2, 1, 1, {2}}, {3, 1, 2, {3}}};
     static const struct kernel kernel = {WIDTHS(reflect_line_in_point_block), WIDTHS(reflect_line_in_point_dense),
-        (any_function *)NAME(reflect_line_in_point), NAME(call_aar), 2, 3, 0, 0, parts, NULL};
+        (any_function *)NAME(reflect_line_in_point), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -4650,7 +4709,7 @@ void NAME(collinearity_residual_loop)(char **args, const intptr_t *dimensions, c
 {
     static const struct part parts[] = {{2, 1, 0, {2}}, {2, 1, 1, {2}}, {2, 1, 2, {2}}, {1, 0, 3, {0}}};
     static const struct kernel kernel = {WIDTHS(collinearity_residual_block), WIDTHS(collinearity_residual_dense),
-        (any_function *)NAME(collinearity_residual), NAME(call_aaar), 3, 4, 0, 0, parts, NULL};
+        (any_function *)NAME(collinearity_residual), NAME(call_aaar), 3, 4, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -4850,7 +4909,7 @@ void NAME(motor_from_flag_loop)(char **args, const intptr_t *dimensions, const i
     static const struct form forms[] = {{2, 2, NAME(motor_from_flag_start_line), WIDTHS(motor_from_flag_block_line),
         WIDTHS(motor_from_flag_dense_line)}};
     static const struct kernel kernel = {WIDTHS(motor_from_flag_block), WIDTHS(motor_from_flag_dense), (any_function
-        *)NAME(motor_from_flag), NAME(call_aar), 2, 3, 1, 0, parts, forms};
+        *)NAME(motor_from_flag), NAME(call_aar), 2, 3, 1, 0, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -4927,7 +4986,7 @@ void NAME(flag_from_motor_loop)(char **args, const intptr_t *dimensions, const i
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {2, 1, 1, {2}}, {3, 1, 2, {3}}};
     static const struct kernel kernel = {WIDTHS(flag_from_motor_block), WIDTHS(flag_from_motor_dense), (any_function
-        *)NAME(flag_from_motor), NAME(call_arr), 1, 3, 0, 0, parts, NULL};
+        *)NAME(flag_from_motor), NAME(call_arr), 1, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -5239,7 +5298,7 @@ void NAME(hit_ray_line_loop)(char **args, const intptr_t *dimensions, const intp
         WIDTHS(hit_ray_line_dense_d_line)}, {5, 2, NAME(hit_ray_line_start_p_line),
         WIDTHS(hit_ray_line_block_p_line), WIDTHS(hit_ray_line_dense_p_line)}};
     static const struct kernel kernel = {WIDTHS(hit_ray_line_block), WIDTHS(hit_ray_line_dense), (any_function
-        *)NAME(hit_ray_line), NAME(call_aaarr), 3, 5, 2, 0, parts, forms};
+        *)NAME(hit_ray_line), NAME(call_aaarr), 3, 5, 2, 0, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -5675,7 +5734,7 @@ void NAME(hit_ray_segment_loop)(char **args, const intptr_t *dimensions, const i
         WIDTHS(hit_ray_segment_dense_p_a_b)}, {11, 2, NAME(hit_ray_segment_start_p_d_b),
         WIDTHS(hit_ray_segment_block_p_d_b), WIDTHS(hit_ray_segment_dense_p_d_b)}};
     static const struct kernel kernel = {WIDTHS(hit_ray_segment_block), WIDTHS(hit_ray_segment_dense), (any_function
-        *)NAME(hit_ray_segment), NAME(call_aaaarr), 4, 6, 3, 0, parts, forms};
+        *)NAME(hit_ray_segment), NAME(call_aaaarr), 4, 6, 3, 0, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -5762,7 +5821,7 @@ void NAME(motor_product_loop)(char **args, const intptr_t *dimensions, const int
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {4, 1, 1, {4}}, {4, 1, 2, {4}}};
     static const struct kernel kernel = {WIDTHS(motor_product_block), WIDTHS(motor_product_dense), (any_function
-        *)NAME(motor_product), NAME(call_aar), 2, 3, 0, 0, parts, NULL};
+        *)NAME(motor_product), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -5849,7 +5908,7 @@ void NAME(even_product_loop)(char **args, const intptr_t *dimensions, const intp
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {4, 1, 1, {4}}, {4, 1, 2, {4}}};
     static const struct kernel kernel = {WIDTHS(even_product_block), WIDTHS(even_product_dense), (any_function
-        *)NAME(even_product), NAME(call_aar), 2, 3, 0, 0, parts, NULL};
+        *)NAME(even_product), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -5909,7 +5968,7 @@ void NAME(motor_inverse_loop)(char **args, const intptr_t *dimensions, const int
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {4, 1, 1, {4}}};
     static const struct kernel kernel = {WIDTHS(motor_inverse_block), WIDTHS(motor_inverse_dense), (any_function
-        *)NAME(motor_inverse), NAME(call_ar), 1, 2, 0, 0, parts, NULL};
+        *)NAME(motor_inverse), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -5975,7 +6034,7 @@ void NAME(normalize_motor_loop)(char **args, const intptr_t *dimensions, const i
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {4, 1, 1, {4}}};
     static const struct kernel kernel = {WIDTHS(normalize_motor_block), WIDTHS(normalize_motor_dense), (any_function
-        *)NAME(normalize_motor), NAME(call_ar), 1, 2, 0, 0, parts, NULL};
+        *)NAME(normalize_motor), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -6052,7 +6111,7 @@ void NAME(move_point_loop)(char **args, const intptr_t *dimensions, const intptr
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {2, 1, 1, {2}}, {2, 1, 2, {2}}};
     static const struct kernel kernel = {WIDTHS(move_point_block), WIDTHS(move_point_dense), (any_function
-        *)NAME(move_point), NAME(call_aar), 2, 3, 0, 0, parts, NULL};
+        *)NAME(move_point), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -6124,7 +6183,7 @@ void NAME(move_direction_loop)(char **args, const intptr_t *dimensions, const in
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {2, 1, 1, {2}}, {2, 1, 2, {2}}};
     static const struct kernel kernel = {WIDTHS(move_direction_block), WIDTHS(move_direction_dense), (any_function
-        *)NAME(move_direction), NAME(call_aar), 2, 3, 0, 0, parts, NULL};
+        *)NAME(move_direction), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -6302,7 +6361,7 @@ void NAME(move_line_loop)(char **args, const intptr_t *dimensions, const intptr_
     static const struct form forms[] = {{1, 3, NAME(move_line_start_m), WIDTHS(move_line_block_m),
         WIDTHS(move_line_dense_m)}};
     static const struct kernel kernel = {WIDTHS(move_line_block), WIDTHS(move_line_dense), (any_function
-        *)NAME(move_line), NAME(call_aar), 2, 3, 1, 0, parts, forms};
+        *)NAME(move_line), NAME(call_aar), 2, 3, 1, 0, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -6379,7 +6438,7 @@ void NAME(move_point_back_loop)(char **args, const intptr_t *dimensions, const i
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {2, 1, 1, {2}}, {2, 1, 2, {2}}};
     static const struct kernel kernel = {WIDTHS(move_point_back_block), WIDTHS(move_point_back_dense), (any_function
-        *)NAME(move_point_back), NAME(call_aar), 2, 3, 0, 0, parts, NULL};
+        *)NAME(move_point_back), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -6430,7 +6489,7 @@ void NAME(rotor_from_angle_loop)(char **args, const intptr_t *dimensions, const 
 {
     static const struct part parts[] = {{1, 0, 0, {0}}, {2, 1, 0, {2}}};
     static const struct kernel kernel = {WIDTHS(rotor_from_angle_block), {NULL}, (any_function
-        *)NAME(rotor_from_angle), NAME(call_nr), 1, 2, 0, 1, parts, NULL};
+        *)NAME(rotor_from_angle), NAME(call_nr), 1, 2, 0, 1, 1, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -6486,7 +6545,7 @@ void NAME(translator_from_vector_loop)(char **args, const intptr_t *dimensions, 
 {
     static const struct part parts[] = {{2, 1, 0, {2}}, {2, 1, 1, {2}}};
     static const struct kernel kernel = {WIDTHS(translator_from_vector_block), WIDTHS(translator_from_vector_dense),
-        (any_function *)NAME(translator_from_vector), NAME(call_ar), 1, 2, 0, 0, parts, NULL};
+        (any_function *)NAME(translator_from_vector), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -6627,7 +6686,7 @@ void NAME(motor_from_point_loop)(char **args, const intptr_t *dimensions, const 
     static const struct form forms[] = {{2, 2, NAME(motor_from_point_start_angle),
         WIDTHS(motor_from_point_block_angle), WIDTHS(motor_from_point_dense_angle)}};
     static const struct kernel kernel = {WIDTHS(motor_from_point_block), {NULL}, (any_function
-        *)NAME(motor_from_point), NAME(call_anr), 2, 3, 1, 1, parts, forms};
+        *)NAME(motor_from_point), NAME(call_anr), 2, 3, 1, 1, 1, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -6778,7 +6837,7 @@ void NAME(motor_from_angle_translation_loop)(char **args, const intptr_t *dimens
     static const struct form forms[] = {{1, 2, NAME(motor_from_angle_translation_start_angle),
         WIDTHS(motor_from_angle_translation_block_angle), WIDTHS(motor_from_angle_translation_dense_angle)}};
     static const struct kernel kernel = {WIDTHS(motor_from_angle_translation_block), {NULL}, (any_function
-        *)NAME(motor_from_angle_translation), NAME(call_nar), 2, 3, 1, 1, parts, forms};
+        *)NAME(motor_from_angle_translation), NAME(call_nar), 2, 3, 1, 1, 1, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -6831,7 +6890,7 @@ void NAME(motor_to_angle_translation_loop)(char **args, const intptr_t *dimensio
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {1, 0, 1, {0}}, {2, 1, 1, {2}}};
     static const struct kernel kernel = {WIDTHS(motor_to_angle_translation_block), {NULL}, (any_function
-        *)NAME(motor_to_angle_translation), NAME(call_arr), 1, 3, 0, 0, parts, NULL};
+        *)NAME(motor_to_angle_translation), NAME(call_arr), 1, 3, 0, 0, 1, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -6885,7 +6944,7 @@ void NAME(motor_to_matrix_loop)(char **args, const intptr_t *dimensions, const i
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {9, 2, 1, {3, 3}}};
     static const struct kernel kernel = {WIDTHS(motor_to_matrix_block), {NULL}, (any_function
-        *)NAME(motor_to_matrix), NAME(call_ar), 1, 2, 0, 0, parts, NULL};
+        *)NAME(motor_to_matrix), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -6958,7 +7017,7 @@ void NAME(motor_from_matrix_loop)(char **args, const intptr_t *dimensions, const
 {
     static const struct part parts[] = {{9, 2, 0, {3, 3}}, {4, 1, 2, {4}}};
     static const struct kernel kernel = {WIDTHS(motor_from_matrix_block), {NULL}, (any_function
-        *)NAME(motor_from_matrix), NAME(call_ar), 1, 2, 0, 0, parts, NULL};
+        *)NAME(motor_from_matrix), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -7020,7 +7079,7 @@ void NAME(motor_exponential_loop)(char **args, const intptr_t *dimensions, const
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {4, 1, 1, {4}}};
     static const struct kernel kernel = {WIDTHS(motor_exponential_block), {NULL}, (any_function
-        *)NAME(motor_exponential), NAME(call_ar), 1, 2, 0, 1, parts, NULL};
+        *)NAME(motor_exponential), NAME(call_ar), 1, 2, 0, 1, 1, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -7069,7 +7128,7 @@ void NAME(motor_logarithm_loop)(char **args, const intptr_t *dimensions, const i
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {3, 1, 1, {3}}};
     static const struct kernel kernel = {WIDTHS(motor_logarithm_block), {NULL}, (any_function
-        *)NAME(motor_logarithm), NAME(call_ar), 1, 2, 0, 0, parts, NULL};
+        *)NAME(motor_logarithm), NAME(call_ar), 1, 2, 0, 0, 1, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -7139,7 +7198,7 @@ void NAME(motor_square_root_loop)(char **args, const intptr_t *dimensions, const
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {4, 1, 1, {4}}};
     static const struct kernel kernel = {WIDTHS(motor_square_root_block), WIDTHS(motor_square_root_dense),
-        (any_function *)NAME(motor_square_root), NAME(call_ar), 1, 2, 0, 0, parts, NULL};
+        (any_function *)NAME(motor_square_root), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -7307,7 +7366,7 @@ void NAME(motor_power_loop)(char **args, const intptr_t *dimensions, const intpt
     static const struct part parts[] = {{4, 1, 0, {4}}, {1, 0, 1, {0}}, {4, 1, 1, {4}}};
     static const struct form forms[] = {{1, 2, NAME(motor_power_start_m), WIDTHS(motor_power_block_m), {NULL}}};
     static const struct kernel kernel = {WIDTHS(motor_power_block), {NULL}, (any_function *)NAME(motor_power),
-        NAME(call_anr), 2, 3, 1, 1, parts, forms};
+        NAME(call_anr), 2, 3, 1, 1, 1, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -7579,7 +7638,7 @@ void NAME(interpolate_motors_loop)(char **args, const intptr_t *dimensions, cons
     static const struct form forms[] = {{3, 2, NAME(interpolate_motors_start_a_b),
         WIDTHS(interpolate_motors_block_a_b), {NULL}}};
     static const struct kernel kernel = {WIDTHS(interpolate_motors_block), {NULL}, (any_function
-        *)NAME(interpolate_motors), NAME(call_aanr), 3, 4, 1, 1, parts, forms};
+        *)NAME(interpolate_motors), NAME(call_aanr), 3, 4, 1, 1, 1, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -7645,7 +7704,7 @@ void NAME(twist_on_point_loop)(char **args, const intptr_t *dimensions, const in
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {2, 1, 1, {2}}, {2, 1, 2, {2}}};
     static const struct kernel kernel = {WIDTHS(twist_on_point_block), WIDTHS(twist_on_point_dense), (any_function
-        *)NAME(twist_on_point), NAME(call_aar), 2, 3, 0, 0, parts, NULL};
+        *)NAME(twist_on_point), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -7711,7 +7770,7 @@ void NAME(translator_between_points_loop)(char **args, const intptr_t *dimension
     static const struct part parts[] = {{2, 1, 0, {2}}, {2, 1, 1, {2}}, {2, 1, 2, {2}}};
     static const struct kernel kernel = {WIDTHS(translator_between_points_block),
         WIDTHS(translator_between_points_dense), (any_function *)NAME(translator_between_points), NAME(call_aar), 2,
-        3, 0, 0, parts, NULL};
+        3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -7812,7 +7871,7 @@ void NAME(motor_between_lines_loop)(char **args, const intptr_t *dimensions, con
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {3, 1, 1, {3}}, {4, 1, 2, {4}}};
     static const struct kernel kernel = {WIDTHS(motor_between_lines_block), {NULL}, (any_function
-        *)NAME(motor_between_lines), NAME(call_aar), 2, 3, 0, 0, parts, NULL};
+        *)NAME(motor_between_lines), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -7900,7 +7959,7 @@ void NAME(motor_between_frames_loop)(char **args, const intptr_t *dimensions, co
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {4, 1, 1, {4}}, {4, 1, 2, {4}}};
     static const struct kernel kernel = {WIDTHS(motor_between_frames_block), WIDTHS(motor_between_frames_dense),
-        (any_function *)NAME(motor_between_frames), NAME(call_aar), 2, 3, 0, 0, parts, NULL};
+        (any_function *)NAME(motor_between_frames), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -7988,7 +8047,7 @@ void NAME(motor_relative_loop)(char **args, const intptr_t *dimensions, const in
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {4, 1, 1, {4}}, {4, 1, 2, {4}}};
     static const struct kernel kernel = {WIDTHS(motor_relative_block), WIDTHS(motor_relative_dense), (any_function
-        *)NAME(motor_relative), NAME(call_aar), 2, 3, 0, 0, parts, NULL};
+        *)NAME(motor_relative), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -8089,7 +8148,7 @@ void NAME(blend_motors_loop)(char **args, const intptr_t *dimensions, const intp
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {4, 1, 1, {4}}, {1, 0, 2, {0}}, {4, 1, 2, {4}}};
     static const struct kernel kernel = {WIDTHS(blend_motors_block), WIDTHS(blend_motors_dense), (any_function
-        *)NAME(blend_motors), NAME(call_aanr), 3, 4, 0, 0, parts, NULL};
+        *)NAME(blend_motors), NAME(call_aanr), 3, 4, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -8152,7 +8211,7 @@ void NAME(motor_to_point_loop)(char **args, const intptr_t *dimensions, const in
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {3, 1, 1, {3}}, {1, 0, 2, {0}}};
     static const struct kernel kernel = {WIDTHS(motor_to_point_block), {NULL}, (any_function *)NAME(motor_to_point),
-        NAME(call_arr), 1, 3, 0, 0, parts, NULL};
+        NAME(call_arr), 1, 3, 0, 0, 1, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -8221,7 +8280,7 @@ void NAME(motor_from_twist_loop)(char **args, const intptr_t *dimensions, const 
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {4, 1, 1, {4}}};
     static const struct kernel kernel = {WIDTHS(motor_from_twist_block), {NULL}, (any_function
-        *)NAME(motor_from_twist), NAME(call_ar), 1, 2, 0, 1, parts, NULL};
+        *)NAME(motor_from_twist), NAME(call_ar), 1, 2, 0, 1, 1, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -8274,7 +8333,7 @@ void NAME(motor_to_twist_loop)(char **args, const intptr_t *dimensions, const in
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {3, 1, 1, {3}}};
     static const struct kernel kernel = {WIDTHS(motor_to_twist_block), {NULL}, (any_function *)NAME(motor_to_twist),
-        NAME(call_ar), 1, 2, 0, 0, parts, NULL};
+        NAME(call_ar), 1, 2, 0, 0, 1, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -8335,7 +8394,7 @@ void NAME(twist_from_velocities_loop)(char **args, const intptr_t *dimensions, c
 {
     static const struct part parts[] = {{1, 0, 0, {0}}, {2, 1, 0, {2}}, {3, 1, 1, {3}}};
     static const struct kernel kernel = {WIDTHS(twist_from_velocities_block), WIDTHS(twist_from_velocities_dense),
-        (any_function *)NAME(twist_from_velocities), NAME(call_nar), 2, 3, 0, 0, parts, NULL};
+        (any_function *)NAME(twist_from_velocities), NAME(call_nar), 2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -8398,7 +8457,7 @@ void NAME(twist_to_velocities_loop)(char **args, const intptr_t *dimensions, con
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {1, 0, 1, {0}}, {2, 1, 1, {2}}};
     static const struct kernel kernel = {WIDTHS(twist_to_velocities_block), WIDTHS(twist_to_velocities_dense),
-        (any_function *)NAME(twist_to_velocities), NAME(call_arr), 1, 3, 0, 0, parts, NULL};
+        (any_function *)NAME(twist_to_velocities), NAME(call_arr), 1, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -8481,7 +8540,7 @@ void NAME(motor_derivative_loop)(char **args, const intptr_t *dimensions, const 
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {3, 1, 1, {3}}, {4, 1, 2, {4}}};
     static const struct kernel kernel = {WIDTHS(motor_derivative_block), WIDTHS(motor_derivative_dense),
-        (any_function *)NAME(motor_derivative), NAME(call_aar), 2, 3, 0, 0, parts, NULL};
+        (any_function *)NAME(motor_derivative), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -8568,7 +8627,7 @@ void NAME(twist_from_motor_derivative_loop)(char **args, const intptr_t *dimensi
     static const struct part parts[] = {{4, 1, 0, {4}}, {4, 1, 1, {4}}, {3, 1, 2, {3}}};
     static const struct kernel kernel = {WIDTHS(twist_from_motor_derivative_block),
         WIDTHS(twist_from_motor_derivative_dense), (any_function *)NAME(twist_from_motor_derivative),
-        NAME(call_aar), 2, 3, 0, 0, parts, NULL};
+        NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -8622,7 +8681,7 @@ void NAME(motor_to_adjoint_loop)(char **args, const intptr_t *dimensions, const 
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {9, 2, 1, {3, 3}}};
     static const struct kernel kernel = {WIDTHS(motor_to_adjoint_block), {NULL}, (any_function
-        *)NAME(motor_to_adjoint), NAME(call_ar), 1, 2, 0, 0, parts, NULL};
+        *)NAME(motor_to_adjoint), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -8690,7 +8749,7 @@ void NAME(even_inverse_loop)(char **args, const intptr_t *dimensions, const intp
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {4, 1, 1, {4}}};
     static const struct kernel kernel = {WIDTHS(even_inverse_block), WIDTHS(even_inverse_dense), (any_function
-        *)NAME(even_inverse), NAME(call_ar), 1, 2, 0, 0, parts, NULL};
+        *)NAME(even_inverse), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -8764,7 +8823,7 @@ void NAME(rotor_from_complex_loop)(char **args, const intptr_t *dimensions, cons
 {
     static const struct part parts[] = {{2, 1, 0, {2}}, {2, 1, 1, {2}}};
     static const struct kernel kernel = {WIDTHS(rotor_from_complex_block), WIDTHS(rotor_from_complex_dense),
-        (any_function *)NAME(rotor_from_complex), NAME(call_ar), 1, 2, 0, 0, parts, NULL};
+        (any_function *)NAME(rotor_from_complex), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -8822,7 +8881,7 @@ void NAME(rotor_to_complex_loop)(char **args, const intptr_t *dimensions, const 
 {
     static const struct part parts[] = {{2, 1, 0, {2}}, {2, 1, 1, {2}}};
     static const struct kernel kernel = {WIDTHS(rotor_to_complex_block), WIDTHS(rotor_to_complex_dense),
-        (any_function *)NAME(rotor_to_complex), NAME(call_ar), 1, 2, 0, 0, parts, NULL};
+        (any_function *)NAME(rotor_to_complex), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -8891,7 +8950,7 @@ void NAME(twist_on_line_loop)(char **args, const intptr_t *dimensions, const int
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {3, 1, 1, {3}}, {3, 1, 2, {3}}};
     static const struct kernel kernel = {WIDTHS(twist_on_line_block), WIDTHS(twist_on_line_dense), (any_function
-        *)NAME(twist_on_line), NAME(call_aar), 2, 3, 0, 0, parts, NULL};
+        *)NAME(twist_on_line), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 #endif

@@ -2,7 +2,7 @@
 // command: gac generate --all pga3
 // spec: 5ff9daa919aa8689
 // contraction: -ffp-contract=off (every operation is rounded once)
-// body: c3b5d4573875bd993414510df76b08047491ee8b2f85ef86d8ae2b4d30c7c456
+// body: 503e47aa3251731a1df7ed6f251c1c41ab194d8fb2776f23d4d1a07184534e0e
 
 #ifndef REAL
 #include "pga3.h"
@@ -76,6 +76,49 @@ struct part {
     int size, rank, first, shape[2];
 };
 
+// Where a number of an element lies, its components being counted in C order.
+static intptr_t offset_of(const struct part *part, intptr_t k, const intptr_t *strides)
+{
+    intptr_t offset = 0;
+    for (int axis = part->rank; axis-- > 1; k /= part->shape[axis])
+        offset += k % part->shape[axis] * strides[axis];
+    return part->rank ? offset + k * strides[0] : 0;
+}
+
+// What no cache holds goes to memory past them: whole lines, of which nothing is fetched first.
+enum { LINE = 64 };
+#ifdef ON
+#define PASSES(bytes) ((bytes) > 1 << 25)
+ON("v3") static void stream(char *to, const char *from, intptr_t bytes)
+{
+    typedef double half __attribute__((vector_size(LINE / 2), aligned(4), may_alias));
+    const intptr_t start = -(intptr_t)to & (LINE - 1);
+    intptr_t i = 0;
+    for (; i < start && i < bytes; i += 4)
+        memcpy(to + i, from + i, 4);
+    for (; i + LINE <= bytes; i += LINE) {
+        __builtin_ia32_movntpd256((double *)(to + i), *(const half *)(from + i));
+        __builtin_ia32_movntpd256((double *)(to + i + LINE / 2), *(const half *)(from + i + LINE / 2));
+    }
+    for (; i < bytes; i += 4)
+        memcpy(to + i, from + i, 4);
+}
+#define STREAM_END() __builtin_ia32_sfence()
+#else
+#define PASSES(bytes) 0
+#define stream memcpy
+#define STREAM_END()
+#endif
+
+// How many elements lie before one that starts a line; 0 if none of the first does.
+static intptr_t before_line(const char *first, intptr_t step)
+{
+    for (intptr_t i = 0; i < LANES; ++i)
+        if (((intptr_t)first + i * step) % LINE == 0)
+            return i;
+    return 0;
+}
+
 typedef void loop_function(intptr_t n, char **args, const intptr_t *strides);
 typedef void any_function(void);
 
@@ -94,7 +137,7 @@ struct kernel {
     loop_function *block[2], *dense[2];
     any_function *function;
     void (*call)(any_function *function, void **parts);
-    int n_inputs, n_parts, n_forms, repeats;
+    int n_inputs, n_parts, n_forms, repeats, busy;
     const struct part *parts;
     const struct form *forms;
 };
@@ -1270,15 +1313,19 @@ static void NAME(move_part)(int back, REAL *x, intptr_t row, const struct part *
 static void NAME(move_element)(int back, REAL *x, const struct part *part, char *a, const intptr_t *c)
 {
     for (intptr_t k = 0; k < part->size; ++k) {
-        intptr_t offset = 0, rest = k;
-        for (int axis = part->rank; axis-- > 1; rest /= part->shape[axis])
-            offset += rest % part->shape[axis] * c[axis];
-        offset += part->rank ? rest * c[0] : 0;
+        REAL *number = (REAL *)(a + offset_of(part, k, c));
         if (back)
-            *(REAL *)(a + offset) = x[k];
+            *number = x[k];
         else
-            x[k] = *(const REAL *)(a + offset);
+            x[k] = *number;
     }
+}
+
+// All rows of a part to a batch in which they are contiguous, past the caches.
+static void NAME(stream_part)(REAL *x, intptr_t row, const struct part *part, char *a, const intptr_t *c, intptr_t n)
+{
+    for (intptr_t k = 0; k < part->size; ++k)
+        stream(a + offset_of(part, k, c), (const char *)(x + k * row), n * sizeof(REAL));
 }
 
 // Runs a kernel on one element after the other.
@@ -1305,11 +1352,11 @@ static void NAME(batch)(const struct kernel *kernel, char **args, intptr_t n, co
 {
     const intptr_t w = sizeof(REAL), *strides = steps + kernel->n_parts;
     const int n_parts = kernel->n_parts, n_inputs = kernel->n_inputs, width = CHOSEN;
-    enum { SAME, HOISTED, UNIT, ANY } kinds[PARTS];
+    enum { SAME, HOISTED, UNIT, ANY, PAST } kinds[PARTS];
     _Alignas(64) REAL space[SPACE], prepared[PREPARED];
     REAL *rows[PARTS];
     char *starts[PARTS];
-    intptr_t cores[CORES], row_cores[CORES], total = 0, bytes = 0;
+    intptr_t cores[CORES], row_cores[CORES], total = 0, numbers = 0, bytes = 0;
     unsigned still = 0, hoisted = 0;
     int in_place = 1, ordered = 1, known = 1;
     if (width < 0 || n == 1) {
@@ -1326,6 +1373,7 @@ static void NAME(batch)(const struct kernel *kernel, char **args, intptr_t n, co
         ordered = ordered && (same || steps[p] == step);
         known = known && part->size <= SIZES && NAME(spans)[part->size].load[width];
         total += part->size;
+        numbers += same ? 0 : part->size;
         bytes += steps[p] < 0 ? -steps[p] : steps[p];
         still |= (unsigned)same << p;
     }
@@ -1338,9 +1386,11 @@ static void NAME(batch)(const struct kernel *kernel, char **args, intptr_t n, co
     }
     const int dense = ordered && still == hoisted && in_order;
     const int spans = ordered && !dense && known && total * SPAN <= SPACE;
+    // Results that no cache holds go past the caches, where that is what takes the time.
+    const int past = PASSES(n * numbers * w) && !kernel->busy && !ordered && steps[n_inputs] == w;
     // Long rows spare calls; beyond the last cache, short turns keep reading and writing going side by side.
     const int near = n < (1 << 24) / (bytes + 1);
-    intptr_t row = spans ? SPAN : near ? 512 / w : LANES;
+    intptr_t row = spans ? SPAN : near || past ? 512 / w : LANES;
     while (row > LANES && row * total > SPACE)
         row /= 2;
     total = 0;
@@ -1353,9 +1403,10 @@ static void NAME(batch)(const struct kernel *kernel, char **args, intptr_t n, co
         kinds[p] = hoisted >> p & 1 ? HOISTED : still >> p & 1 ? SAME : steps[p] == w ? UNIT : ANY;
         for (int q = 0; kernel->repeats && p >= n_inputs && q < n_inputs; ++q)
             kinds[p] = args[p] == args[q] ? ANY : kinds[p];
+        kinds[p] = past && p >= n_inputs && steps[p] == w ? PAST : kinds[p];
         in_place = in_place && (kinds[p] == UNIT || kinds[p] == HOISTED);
         for (int q = part->first + part->rank; q-- > part->first; row_step *= part->shape[q - part->first]) {
-            cores[q] = kinds[p] == SAME || kinds[p] == ANY ? row_step : strides[q];
+            cores[q] = kinds[p] == HOISTED || kinds[p] == UNIT ? strides[q] : row_step;
             row_cores[q] = row_step;
         }
         if (dense || kinds[p] == HOISTED || kinds[p] == UNIT)
@@ -1367,7 +1418,9 @@ static void NAME(batch)(const struct kernel *kernel, char **args, intptr_t n, co
             NAME(move_part)(0, rows[p], row, part, args[p], 0, strides + part->first, n < row ? PADDED(n) : row);
     }
     const intptr_t turn = near ? SPAN : LANES;
-    intptr_t i = 0;
+    intptr_t i = past && !hoisted ? before_line(args[n_inputs], steps[n_inputs]) : 0;
+    if (i)
+        NAME(each)(kernel, args, i, steps);
     // In C order, by functions that know the sizes.
     for (; spans && !in_place && n - i >= turn; i += turn) {
         for (int p = 0; p < n_parts; ++p) {
@@ -1405,11 +1458,17 @@ static void NAME(batch)(const struct kernel *kernel, char **args, intptr_t n, co
                     rows[p][k * row + j] = rows[p][k * row + m - 1];
         }
         in_rows(m, starts, cores);
-        for (int p = n_inputs; p < n_parts; ++p)
-            if (starts[p] == (char *)rows[p])
-                NAME(move_part)(1, rows[p], row, &kernel->parts[p], args[p] + i * steps[p], steps[p],
-                    strides + kernel->parts[p].first, m);
+        for (int p = n_inputs; p < n_parts; ++p) {
+            const struct part *part = &kernel->parts[p];
+            char *to = args[p] + i * steps[p];
+            if (kinds[p] == PAST)
+                NAME(stream_part)(rows[p], row, part, to, strides + part->first, m);
+            else if (starts[p] == (char *)rows[p])
+                NAME(move_part)(1, rows[p], row, part, to, steps[p], strides + part->first, m);
+        }
     }
+    if (past)
+        STREAM_END();
 }
 
 INLINE void NAME(geometric_product)(const REAL *a, const REAL *b, REAL *out)
@@ -1736,7 +1795,7 @@ void NAME(geometric_product_loop)(char **args, const intptr_t *dimensions, const
 {
     static const struct part parts[] = {{16, 1, 0, {16}}, {16, 1, 1, {16}}, {16, 1, 2, {16}}};
     static const struct kernel kernel = {WIDTHS(geometric_product_block), {NULL}, (any_function
-        *)NAME(geometric_product), NAME(call_aar), 2, 3, 0, 0, parts, NULL};
+        *)NAME(geometric_product), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -1962,7 +2021,7 @@ void NAME(outer_product_loop)(char **args, const intptr_t *dimensions, const int
 {
     static const struct part parts[] = {{16, 1, 0, {16}}, {16, 1, 1, {16}}, {16, 1, 2, {16}}};
     static const struct kernel kernel = {WIDTHS(outer_product_block), {NULL}, (any_function *)NAME(outer_product),
-        NAME(call_aar), 2, 3, 0, 0, parts, NULL};
+        NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -2188,7 +2247,7 @@ void NAME(regressive_product_loop)(char **args, const intptr_t *dimensions, cons
 {
     static const struct part parts[] = {{16, 1, 0, {16}}, {16, 1, 1, {16}}, {16, 1, 2, {16}}};
     static const struct kernel kernel = {WIDTHS(regressive_product_block), {NULL}, (any_function
-        *)NAME(regressive_product), NAME(call_aar), 2, 3, 0, 0, parts, NULL};
+        *)NAME(regressive_product), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -2454,7 +2513,7 @@ void NAME(inner_product_loop)(char **args, const intptr_t *dimensions, const int
 {
     static const struct part parts[] = {{16, 1, 0, {16}}, {16, 1, 1, {16}}, {16, 1, 2, {16}}};
     static const struct kernel kernel = {WIDTHS(inner_product_block), {NULL}, (any_function *)NAME(inner_product),
-        NAME(call_aar), 2, 3, 0, 0, parts, NULL};
+        NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -2695,7 +2754,7 @@ void NAME(commutator_loop)(char **args, const intptr_t *dimensions, const intptr
 {
     static const struct part parts[] = {{16, 1, 0, {16}}, {16, 1, 1, {16}}, {14, 1, 2, {14}}};
     static const struct kernel kernel = {WIDTHS(commutator_block), {NULL}, (any_function *)NAME(commutator),
-        NAME(call_aar), 2, 3, 0, 0, parts, NULL};
+        NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -2766,7 +2825,7 @@ void NAME(reverse_loop)(char **args, const intptr_t *dimensions, const intptr_t 
 {
     static const struct part parts[] = {{16, 1, 0, {16}}, {16, 1, 1, {16}}};
     static const struct kernel kernel = {WIDTHS(reverse_block), {NULL}, (any_function *)NAME(reverse),
-        NAME(call_ar), 1, 2, 0, 0, parts, NULL};
+        NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -2835,7 +2894,7 @@ void NAME(grade_involution_loop)(char **args, const intptr_t *dimensions, const 
 {
     static const struct part parts[] = {{16, 1, 0, {16}}, {16, 1, 1, {16}}};
     static const struct kernel kernel = {WIDTHS(grade_involution_block), {NULL}, (any_function
-        *)NAME(grade_involution), NAME(call_ar), 1, 2, 0, 0, parts, NULL};
+        *)NAME(grade_involution), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -2906,7 +2965,7 @@ void NAME(clifford_conjugate_loop)(char **args, const intptr_t *dimensions, cons
 {
     static const struct part parts[] = {{16, 1, 0, {16}}, {16, 1, 1, {16}}};
     static const struct kernel kernel = {WIDTHS(clifford_conjugate_block), {NULL}, (any_function
-        *)NAME(clifford_conjugate), NAME(call_ar), 1, 2, 0, 0, parts, NULL};
+        *)NAME(clifford_conjugate), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -2973,7 +3032,7 @@ void NAME(dual_loop)(char **args, const intptr_t *dimensions, const intptr_t *st
 {
     static const struct part parts[] = {{16, 1, 0, {16}}, {16, 1, 1, {16}}};
     static const struct kernel kernel = {WIDTHS(dual_block), {NULL}, (any_function *)NAME(dual), NAME(call_ar), 1,
-        2, 0, 0, parts, NULL};
+        2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -3040,7 +3099,7 @@ void NAME(undual_loop)(char **args, const intptr_t *dimensions, const intptr_t *
 {
     static const struct part parts[] = {{16, 1, 0, {16}}, {16, 1, 1, {16}}};
     static const struct kernel kernel = {WIDTHS(undual_block), {NULL}, (any_function *)NAME(undual), NAME(call_ar),
-        1, 2, 0, 0, parts, NULL};
+        1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -3094,7 +3153,7 @@ void NAME(norm_loop)(char **args, const intptr_t *dimensions, const intptr_t *st
 {
     static const struct part parts[] = {{16, 1, 0, {16}}, {1, 0, 1, {0}}};
     static const struct kernel kernel = {WIDTHS(norm_block), {NULL}, (any_function *)NAME(norm), NAME(call_ar), 1,
-        2, 0, 0, parts, NULL};
+        2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -3148,7 +3207,7 @@ void NAME(ideal_norm_loop)(char **args, const intptr_t *dimensions, const intptr
 {
     static const struct part parts[] = {{16, 1, 0, {16}}, {1, 0, 1, {0}}};
     static const struct kernel kernel = {WIDTHS(ideal_norm_block), {NULL}, (any_function *)NAME(ideal_norm),
-        NAME(call_ar), 1, 2, 0, 0, parts, NULL};
+        NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -3208,7 +3267,7 @@ void NAME(point_from_trivector_loop)(char **args, const intptr_t *dimensions, co
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {3, 1, 1, {3}}};
     static const struct kernel kernel = {WIDTHS(point_from_trivector_block), WIDTHS(point_from_trivector_dense),
-        (any_function *)NAME(point_from_trivector), NAME(call_ar), 1, 2, 0, 0, parts, NULL};
+        (any_function *)NAME(point_from_trivector), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -3262,7 +3321,7 @@ void NAME(normalize_line_loop)(char **args, const intptr_t *dimensions, const in
 {
     static const struct part parts[] = {{6, 1, 0, {6}}, {6, 1, 1, {6}}};
     static const struct kernel kernel = {WIDTHS(normalize_line_block), {NULL}, (any_function *)NAME(normalize_line),
-        NAME(call_ar), 1, 2, 0, 0, parts, NULL};
+        NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -3330,7 +3389,7 @@ void NAME(normalize_plane_loop)(char **args, const intptr_t *dimensions, const i
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {4, 1, 1, {4}}};
     static const struct kernel kernel = {WIDTHS(normalize_plane_block), WIDTHS(normalize_plane_dense), (any_function
-        *)NAME(normalize_plane), NAME(call_ar), 1, 2, 0, 0, parts, NULL};
+        *)NAME(normalize_plane), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -3386,7 +3445,7 @@ void NAME(join_points_loop)(char **args, const intptr_t *dimensions, const intpt
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {3, 1, 1, {3}}, {6, 1, 2, {6}}};
     static const struct kernel kernel = {WIDTHS(join_points_block), {NULL}, (any_function *)NAME(join_points),
-        NAME(call_aar), 2, 3, 0, 0, parts, NULL};
+        NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -3440,7 +3499,7 @@ void NAME(join_point_direction_loop)(char **args, const intptr_t *dimensions, co
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {3, 1, 1, {3}}, {6, 1, 2, {6}}};
     static const struct kernel kernel = {WIDTHS(join_point_direction_block), {NULL}, (any_function
-        *)NAME(join_point_direction), NAME(call_aar), 2, 3, 0, 0, parts, NULL};
+        *)NAME(join_point_direction), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -3503,7 +3562,7 @@ void NAME(join_point_line_loop)(char **args, const intptr_t *dimensions, const i
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {6, 1, 1, {6}}, {4, 1, 2, {4}}};
     static const struct kernel kernel = {WIDTHS(join_point_line_block), {NULL}, (any_function
-        *)NAME(join_point_line), NAME(call_aar), 2, 3, 0, 0, parts, NULL};
+        *)NAME(join_point_line), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -3598,7 +3657,7 @@ void NAME(join_three_points_loop)(char **args, const intptr_t *dimensions, const
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {3, 1, 1, {3}}, {3, 1, 2, {3}}, {4, 1, 3, {4}}};
     static const struct kernel kernel = {WIDTHS(join_three_points_block), WIDTHS(join_three_points_dense),
-        (any_function *)NAME(join_three_points), NAME(call_aaar), 3, 4, 0, 0, parts, NULL};
+        (any_function *)NAME(join_three_points), NAME(call_aaar), 3, 4, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -4169,7 +4228,7 @@ void NAME(join_four_points_loop)(char **args, const intptr_t *dimensions, const 
         NAME(join_four_points_start_b_c_d), WIDTHS(join_four_points_block_b_c_d),
         WIDTHS(join_four_points_dense_b_c_d)}};
     static const struct kernel kernel = {WIDTHS(join_four_points_block), WIDTHS(join_four_points_dense),
-        (any_function *)NAME(join_four_points), NAME(call_aaaar), 4, 5, 4, 0, parts, forms};
+        (any_function *)NAME(join_four_points), NAME(call_aaaar), 4, 5, 4, 0, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -4233,7 +4292,7 @@ void NAME(meet_planes_loop)(char **args, const intptr_t *dimensions, const intpt
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {4, 1, 1, {4}}, {6, 1, 2, {6}}};
     static const struct kernel kernel = {WIDTHS(meet_planes_block), {NULL}, (any_function *)NAME(meet_planes),
-        NAME(call_aar), 2, 3, 0, 0, parts, NULL};
+        NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -4299,7 +4358,7 @@ void NAME(meet_line_plane_loop)(char **args, const intptr_t *dimensions, const i
 {
     static const struct part parts[] = {{6, 1, 0, {6}}, {4, 1, 1, {4}}, {4, 1, 2, {4}}};
     static const struct kernel kernel = {WIDTHS(meet_line_plane_block), {NULL}, (any_function
-        *)NAME(meet_line_plane), NAME(call_aar), 2, 3, 0, 0, parts, NULL};
+        *)NAME(meet_line_plane), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -4794,7 +4853,7 @@ void NAME(meet_three_planes_loop)(char **args, const intptr_t *dimensions, const
         WIDTHS(meet_three_planes_dense_p_r)}, {6, 2, NAME(meet_three_planes_start_q_r),
         WIDTHS(meet_three_planes_block_q_r), WIDTHS(meet_three_planes_dense_q_r)}};
     static const struct kernel kernel = {WIDTHS(meet_three_planes_block), WIDTHS(meet_three_planes_dense),
-        (any_function *)NAME(meet_three_planes), NAME(call_aaar), 3, 4, 3, 0, parts, forms};
+        (any_function *)NAME(meet_three_planes), NAME(call_aaar), 3, 4, 3, 0, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -4848,7 +4907,7 @@ void NAME(line_orthogonal_to_plane_loop)(char **args, const intptr_t *dimensions
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {4, 1, 1, {4}}, {6, 1, 2, {6}}};
     static const struct kernel kernel = {WIDTHS(line_orthogonal_to_plane_block), {NULL}, (any_function
-        *)NAME(line_orthogonal_to_plane), NAME(call_aar), 2, 3, 0, 0, parts, NULL};
+        *)NAME(line_orthogonal_to_plane), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -4896,7 +4955,7 @@ void NAME(plane_orthogonal_to_line_loop)(char **args, const intptr_t *dimensions
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {6, 1, 1, {6}}, {4, 1, 2, {4}}};
     static const struct kernel kernel = {WIDTHS(plane_orthogonal_to_line_block), {NULL}, (any_function
-        *)NAME(plane_orthogonal_to_line), NAME(call_aar), 2, 3, 0, 0, parts, NULL};
+        *)NAME(plane_orthogonal_to_line), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -4967,7 +5026,7 @@ void NAME(plane_through_point_loop)(char **args, const intptr_t *dimensions, con
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {4, 1, 1, {4}}, {4, 1, 2, {4}}};
     static const struct kernel kernel = {WIDTHS(plane_through_point_block), WIDTHS(plane_through_point_dense),
-        (any_function *)NAME(plane_through_point), NAME(call_aar), 2, 3, 0, 0, parts, NULL};
+        (any_function *)NAME(plane_through_point), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -5038,7 +5097,7 @@ void NAME(distance_squared_points_loop)(char **args, const intptr_t *dimensions,
     static const struct part parts[] = {{3, 1, 0, {3}}, {3, 1, 1, {3}}, {1, 0, 2, {0}}};
     static const struct kernel kernel = {WIDTHS(distance_squared_points_block),
         WIDTHS(distance_squared_points_dense), (any_function *)NAME(distance_squared_points), NAME(call_aar), 2, 3,
-        0, 0, parts, NULL};
+        0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -5109,7 +5168,7 @@ void NAME(distance_points_loop)(char **args, const intptr_t *dimensions, const i
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {3, 1, 1, {3}}, {1, 0, 2, {0}}};
     static const struct kernel kernel = {WIDTHS(distance_points_block), WIDTHS(distance_points_dense), (any_function
-        *)NAME(distance_points), NAME(call_aar), 2, 3, 0, 0, parts, NULL};
+        *)NAME(distance_points), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -5179,7 +5238,7 @@ void NAME(signed_distance_point_plane_loop)(char **args, const intptr_t *dimensi
     static const struct part parts[] = {{3, 1, 0, {3}}, {4, 1, 1, {4}}, {1, 0, 2, {0}}};
     static const struct kernel kernel = {WIDTHS(signed_distance_point_plane_block),
         WIDTHS(signed_distance_point_plane_dense), (any_function *)NAME(signed_distance_point_plane),
-        NAME(call_aar), 2, 3, 0, 0, parts, NULL};
+        NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -5239,7 +5298,7 @@ void NAME(distance_point_line_loop)(char **args, const intptr_t *dimensions, con
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {6, 1, 1, {6}}, {1, 0, 2, {0}}};
     static const struct kernel kernel = {WIDTHS(distance_point_line_block), {NULL}, (any_function
-        *)NAME(distance_point_line), NAME(call_aar), 2, 3, 0, 0, parts, NULL};
+        *)NAME(distance_point_line), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -5295,7 +5354,7 @@ void NAME(mutual_moment_loop)(char **args, const intptr_t *dimensions, const int
 {
     static const struct part parts[] = {{6, 1, 0, {6}}, {6, 1, 1, {6}}, {1, 0, 2, {0}}};
     static const struct kernel kernel = {WIDTHS(mutual_moment_block), {NULL}, (any_function *)NAME(mutual_moment),
-        NAME(call_aar), 2, 3, 0, 0, parts, NULL};
+        NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -5355,7 +5414,7 @@ void NAME(angle_between_planes_loop)(char **args, const intptr_t *dimensions, co
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {4, 1, 1, {4}}, {1, 0, 2, {0}}};
     static const struct kernel kernel = {WIDTHS(angle_between_planes_block), {NULL}, (any_function
-        *)NAME(angle_between_planes), NAME(call_aar), 2, 3, 0, 0, parts, NULL};
+        *)NAME(angle_between_planes), NAME(call_aar), 2, 3, 0, 0, 1, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -5415,7 +5474,7 @@ void NAME(angle_between_lines_loop)(char **args, const intptr_t *dimensions, con
 {
     static const struct part parts[] = {{6, 1, 0, {6}}, {6, 1, 1, {6}}, {1, 0, 2, {0}}};
     static const struct kernel kernel = {WIDTHS(angle_between_lines_block), {NULL}, (any_function
-        *)NAME(angle_between_lines), NAME(call_aar), 2, 3, 0, 0, parts, NULL};
+        *)NAME(angle_between_lines), NAME(call_aar), 2, 3, 0, 0, 1, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -5621,7 +5680,7 @@ void NAME(project_point_on_plane_loop)(char **args, const intptr_t *dimensions, 
     static const struct form forms[] = {{2, 4, NAME(project_point_on_plane_start_plane),
         WIDTHS(project_point_on_plane_block_plane), WIDTHS(project_point_on_plane_dense_plane)}};
     static const struct kernel kernel = {WIDTHS(project_point_on_plane_block), WIDTHS(project_point_on_plane_dense),
-        (any_function *)NAME(project_point_on_plane), NAME(call_aar), 2, 3, 1, 0, parts, forms};
+        (any_function *)NAME(project_point_on_plane), NAME(call_aar), 2, 3, 1, 0, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -5699,7 +5758,7 @@ void NAME(project_point_on_unit_plane_loop)(char **args, const intptr_t *dimensi
     static const struct part parts[] = {{3, 1, 0, {3}}, {4, 1, 1, {4}}, {3, 1, 2, {3}}};
     static const struct kernel kernel = {WIDTHS(project_point_on_unit_plane_block),
         WIDTHS(project_point_on_unit_plane_dense), (any_function *)NAME(project_point_on_unit_plane),
-        NAME(call_aar), 2, 3, 0, 0, parts, NULL};
+        NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -5890,7 +5949,7 @@ void NAME(project_point_on_line_loop)(char **args, const intptr_t *dimensions, c
     static const struct form forms[] = {{2, 2, NAME(project_point_on_line_start_line),
         WIDTHS(project_point_on_line_block_line), WIDTHS(project_point_on_line_dense_line)}};
     static const struct kernel kernel = {WIDTHS(project_point_on_line_block), {NULL}, (any_function
-        *)NAME(project_point_on_line), NAME(call_aar), 2, 3, 1, 0, parts, forms};
+        *)NAME(project_point_on_line), NAME(call_aar), 2, 3, 1, 0, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -6055,7 +6114,7 @@ void NAME(project_point_on_unit_line_loop)(char **args, const intptr_t *dimensio
     static const struct form forms[] = {{2, 2, NAME(project_point_on_unit_line_start_line),
         WIDTHS(project_point_on_unit_line_block_line), WIDTHS(project_point_on_unit_line_dense_line)}};
     static const struct kernel kernel = {WIDTHS(project_point_on_unit_line_block), {NULL}, (any_function
-        *)NAME(project_point_on_unit_line), NAME(call_aar), 2, 3, 1, 0, parts, forms};
+        *)NAME(project_point_on_unit_line), NAME(call_aar), 2, 3, 1, 0, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -6135,7 +6194,7 @@ void NAME(project_line_on_unit_plane_loop)(char **args, const intptr_t *dimensio
 {
     static const struct part parts[] = {{6, 1, 0, {6}}, {4, 1, 1, {4}}, {6, 1, 2, {6}}};
     static const struct kernel kernel = {WIDTHS(project_line_on_unit_plane_block), {NULL}, (any_function
-        *)NAME(project_line_on_unit_plane), NAME(call_aar), 2, 3, 0, 0, parts, NULL};
+        *)NAME(project_line_on_unit_plane), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -6213,7 +6272,7 @@ void NAME(reflect_point_loop)(char **args, const intptr_t *dimensions, const int
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {4, 1, 1, {4}}, {3, 1, 2, {3}}};
     static const struct kernel kernel = {WIDTHS(reflect_point_block), WIDTHS(reflect_point_dense), (any_function
-        *)NAME(reflect_point), NAME(call_aar), 2, 3, 0, 0, parts, NULL};
+        *)NAME(reflect_point), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -6258,7 +6317,7 @@ void NAME(line_from_direction_moment_loop)(char **args, const intptr_t *dimensio
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {3, 1, 1, {3}}, {6, 1, 2, {6}}};
     static const struct kernel kernel = {WIDTHS(line_from_direction_moment_block), {NULL}, (any_function
-        *)NAME(line_from_direction_moment), NAME(call_aar), 2, 3, 0, 0, parts, NULL};
+        *)NAME(line_from_direction_moment), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -6303,7 +6362,7 @@ void NAME(line_to_direction_moment_loop)(char **args, const intptr_t *dimensions
 {
     static const struct part parts[] = {{6, 1, 0, {6}}, {3, 1, 1, {3}}, {3, 1, 2, {3}}};
     static const struct kernel kernel = {WIDTHS(line_to_direction_moment_block), {NULL}, (any_function
-        *)NAME(line_to_direction_moment), NAME(call_arr), 1, 3, 0, 0, parts, NULL};
+        *)NAME(line_to_direction_moment), NAME(call_arr), 1, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -6344,7 +6403,7 @@ void NAME(plucker_residual_loop)(char **args, const intptr_t *dimensions, const 
 {
     static const struct part parts[] = {{6, 1, 0, {6}}, {1, 0, 1, {0}}};
     static const struct kernel kernel = {WIDTHS(plucker_residual_block), {NULL}, (any_function
-        *)NAME(plucker_residual), NAME(call_ar), 1, 2, 0, 0, parts, NULL};
+        *)NAME(plucker_residual), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -6401,7 +6460,7 @@ void NAME(line_support_loop)(char **args, const intptr_t *dimensions, const intp
 {
     static const struct part parts[] = {{6, 1, 0, {6}}, {3, 1, 1, {3}}};
     static const struct kernel kernel = {WIDTHS(line_support_block), {NULL}, (any_function *)NAME(line_support),
-        NAME(call_ar), 1, 2, 0, 0, parts, NULL};
+        NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -6457,7 +6516,7 @@ void NAME(point_on_line_loop)(char **args, const intptr_t *dimensions, const int
 {
     static const struct part parts[] = {{6, 1, 0, {6}}, {1, 0, 1, {0}}, {3, 1, 1, {3}}};
     static const struct kernel kernel = {WIDTHS(point_on_line_block), {NULL}, (any_function *)NAME(point_on_line),
-        NAME(call_anr), 2, 3, 0, 0, parts, NULL};
+        NAME(call_anr), 2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -6501,7 +6560,7 @@ void NAME(position_along_line_loop)(char **args, const intptr_t *dimensions, con
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {6, 1, 1, {6}}, {1, 0, 2, {0}}};
     static const struct kernel kernel = {WIDTHS(position_along_line_block), {NULL}, (any_function
-        *)NAME(position_along_line), NAME(call_aar), 2, 3, 0, 0, parts, NULL};
+        *)NAME(position_along_line), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -6564,7 +6623,7 @@ void NAME(plane_from_normal_loop)(char **args, const intptr_t *dimensions, const
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {1, 0, 1, {0}}, {4, 1, 1, {4}}};
     static const struct kernel kernel = {WIDTHS(plane_from_normal_block), WIDTHS(plane_from_normal_dense),
-        (any_function *)NAME(plane_from_normal), NAME(call_anr), 2, 3, 0, 0, parts, NULL};
+        (any_function *)NAME(plane_from_normal), NAME(call_anr), 2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -6636,7 +6695,7 @@ void NAME(plane_from_point_normal_loop)(char **args, const intptr_t *dimensions,
     static const struct part parts[] = {{3, 1, 0, {3}}, {3, 1, 1, {3}}, {4, 1, 2, {4}}};
     static const struct kernel kernel = {WIDTHS(plane_from_point_normal_block),
         WIDTHS(plane_from_point_normal_dense), (any_function *)NAME(plane_from_point_normal), NAME(call_aar), 2, 3,
-        0, 0, parts, NULL};
+        0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -6725,7 +6784,7 @@ void NAME(join_point_directions_loop)(char **args, const intptr_t *dimensions, c
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {3, 1, 1, {3}}, {3, 1, 2, {3}}, {4, 1, 3, {4}}};
     static const struct kernel kernel = {WIDTHS(join_point_directions_block), WIDTHS(join_point_directions_dense),
-        (any_function *)NAME(join_point_directions), NAME(call_aaar), 3, 4, 0, 0, parts, NULL};
+        (any_function *)NAME(join_point_directions), NAME(call_aaar), 3, 4, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -6801,7 +6860,7 @@ void NAME(plane_to_normal_loop)(char **args, const intptr_t *dimensions, const i
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {3, 1, 1, {3}}, {1, 0, 2, {0}}};
     static const struct kernel kernel = {WIDTHS(plane_to_normal_block), WIDTHS(plane_to_normal_dense), (any_function
-        *)NAME(plane_to_normal), NAME(call_arr), 1, 3, 0, 0, parts, NULL};
+        *)NAME(plane_to_normal), NAME(call_arr), 1, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -6869,7 +6928,7 @@ void NAME(plane_support_loop)(char **args, const intptr_t *dimensions, const int
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {3, 1, 1, {3}}};
     static const struct kernel kernel = {WIDTHS(plane_support_block), WIDTHS(plane_support_dense), (any_function
-        *)NAME(plane_support), NAME(call_ar), 1, 2, 0, 0, parts, NULL};
+        *)NAME(plane_support), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -6947,7 +7006,7 @@ void NAME(bisector_plane_loop)(char **args, const intptr_t *dimensions, const in
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {3, 1, 1, {3}}, {4, 1, 2, {4}}};
     static const struct kernel kernel = {WIDTHS(bisector_plane_block), WIDTHS(bisector_plane_dense), (any_function
-        *)NAME(bisector_plane), NAME(call_aar), 2, 3, 0, 0, parts, NULL};
+        *)NAME(bisector_plane), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -7033,7 +7092,7 @@ void NAME(bisectors_of_planes_loop)(char **args, const intptr_t *dimensions, con
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {4, 1, 1, {4}}, {4, 1, 2, {4}}, {4, 1, 3, {4}}};
     static const struct kernel kernel = {WIDTHS(bisectors_of_planes_block), WIDTHS(bisectors_of_planes_dense),
-        (any_function *)NAME(bisectors_of_planes), NAME(call_aarr), 2, 4, 0, 0, parts, NULL};
+        (any_function *)NAME(bisectors_of_planes), NAME(call_aarr), 2, 4, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -7103,7 +7162,7 @@ void NAME(midpoint_loop)(char **args, const intptr_t *dimensions, const intptr_t
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {3, 1, 1, {3}}, {3, 1, 2, {3}}};
     static const struct kernel kernel = {WIDTHS(midpoint_block), WIDTHS(midpoint_dense), (any_function
-        *)NAME(midpoint), NAME(call_aar), 2, 3, 0, 0, parts, NULL};
+        *)NAME(midpoint), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -7311,7 +7370,7 @@ void NAME(closest_points_of_lines_loop)(char **args, const intptr_t *dimensions,
 {
     static const struct part parts[] = {{6, 1, 0, {6}}, {6, 1, 1, {6}}, {3, 1, 2, {3}}, {3, 1, 3, {3}}};
     static const struct kernel kernel = {WIDTHS(closest_points_of_lines_block), {NULL}, (any_function
-        *)NAME(closest_points_of_lines), NAME(call_aarr), 2, 4, 0, 0, parts, NULL};
+        *)NAME(closest_points_of_lines), NAME(call_aarr), 2, 4, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -7506,7 +7565,7 @@ void NAME(common_perpendicular_loop)(char **args, const intptr_t *dimensions, co
 {
     static const struct part parts[] = {{6, 1, 0, {6}}, {6, 1, 1, {6}}, {6, 1, 2, {6}}};
     static const struct kernel kernel = {WIDTHS(common_perpendicular_block), {NULL}, (any_function
-        *)NAME(common_perpendicular), NAME(call_aar), 2, 3, 0, 0, parts, NULL};
+        *)NAME(common_perpendicular), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -7609,7 +7668,7 @@ void NAME(signed_distance_lines_loop)(char **args, const intptr_t *dimensions, c
 {
     static const struct part parts[] = {{6, 1, 0, {6}}, {6, 1, 1, {6}}, {1, 0, 2, {0}}};
     static const struct kernel kernel = {WIDTHS(signed_distance_lines_block), {NULL}, (any_function
-        *)NAME(signed_distance_lines), NAME(call_aar), 2, 3, 0, 0, parts, NULL};
+        *)NAME(signed_distance_lines), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -7713,7 +7772,7 @@ void NAME(distance_lines_loop)(char **args, const intptr_t *dimensions, const in
 {
     static const struct part parts[] = {{6, 1, 0, {6}}, {6, 1, 1, {6}}, {1, 0, 2, {0}}};
     static const struct kernel kernel = {WIDTHS(distance_lines_block), {NULL}, (any_function *)NAME(distance_lines),
-        NAME(call_aar), 2, 3, 0, 0, parts, NULL};
+        NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -7882,7 +7941,7 @@ void NAME(signed_distance_line_plane_loop)(char **args, const intptr_t *dimensio
     static const struct form forms[] = {{1, 2, NAME(signed_distance_line_plane_start_line),
         WIDTHS(signed_distance_line_plane_block_line), WIDTHS(signed_distance_line_plane_dense_line)}};
     static const struct kernel kernel = {WIDTHS(signed_distance_line_plane_block), {NULL}, (any_function
-        *)NAME(signed_distance_line_plane), NAME(call_aar), 2, 3, 1, 0, parts, forms};
+        *)NAME(signed_distance_line_plane), NAME(call_aar), 2, 3, 1, 0, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -8170,7 +8229,7 @@ void NAME(signed_distance_planes_loop)(char **args, const intptr_t *dimensions, 
         NAME(signed_distance_planes_start_q), WIDTHS(signed_distance_planes_block_q),
         WIDTHS(signed_distance_planes_dense_q)}};
     static const struct kernel kernel = {WIDTHS(signed_distance_planes_block), WIDTHS(signed_distance_planes_dense),
-        (any_function *)NAME(signed_distance_planes), NAME(call_aar), 2, 3, 2, 0, parts, forms};
+        (any_function *)NAME(signed_distance_planes), NAME(call_aar), 2, 3, 2, 0, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -8230,7 +8289,7 @@ void NAME(signed_angle_line_plane_loop)(char **args, const intptr_t *dimensions,
 {
     static const struct part parts[] = {{6, 1, 0, {6}}, {4, 1, 1, {4}}, {1, 0, 2, {0}}};
     static const struct kernel kernel = {WIDTHS(signed_angle_line_plane_block), {NULL}, (any_function
-        *)NAME(signed_angle_line_plane), NAME(call_aar), 2, 3, 0, 0, parts, NULL};
+        *)NAME(signed_angle_line_plane), NAME(call_aar), 2, 3, 0, 0, 1, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -8420,7 +8479,7 @@ void NAME(signed_angle_between_lines_loop)(char **args, const intptr_t *dimensio
     static const struct form forms[] = {{3, 2, NAME(signed_angle_between_lines_start_a_b),
         WIDTHS(signed_angle_between_lines_block_a_b), WIDTHS(signed_angle_between_lines_dense_a_b)}};
     static const struct kernel kernel = {WIDTHS(signed_angle_between_lines_block), {NULL}, (any_function
-        *)NAME(signed_angle_between_lines), NAME(call_aaar), 3, 4, 1, 0, parts, forms};
+        *)NAME(signed_angle_between_lines), NAME(call_aaar), 3, 4, 1, 0, 1, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -8602,7 +8661,7 @@ void NAME(signed_angle_between_planes_loop)(char **args, const intptr_t *dimensi
     static const struct form forms[] = {{3, 2, NAME(signed_angle_between_planes_start_p_q),
         WIDTHS(signed_angle_between_planes_block_p_q), WIDTHS(signed_angle_between_planes_dense_p_q)}};
     static const struct kernel kernel = {WIDTHS(signed_angle_between_planes_block), {NULL}, (any_function
-        *)NAME(signed_angle_between_planes), NAME(call_aaar), 3, 4, 1, 0, parts, forms};
+        *)NAME(signed_angle_between_planes), NAME(call_aaar), 3, 4, 1, 0, 1, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -8724,7 +8783,7 @@ void NAME(join_lines_loop)(char **args, const intptr_t *dimensions, const intptr
 {
     static const struct part parts[] = {{6, 1, 0, {6}}, {6, 1, 1, {6}}, {4, 1, 2, {4}}};
     static const struct kernel kernel = {WIDTHS(join_lines_block), {NULL}, (any_function *)NAME(join_lines),
-        NAME(call_aar), 2, 3, 0, 0, parts, NULL};
+        NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -8857,7 +8916,7 @@ void NAME(meet_lines_loop)(char **args, const intptr_t *dimensions, const intptr
 {
     static const struct part parts[] = {{6, 1, 0, {6}}, {6, 1, 1, {6}}, {4, 1, 2, {4}}};
     static const struct kernel kernel = {WIDTHS(meet_lines_block), {NULL}, (any_function *)NAME(meet_lines),
-        NAME(call_aar), 2, 3, 0, 0, parts, NULL};
+        NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -9228,7 +9287,7 @@ void NAME(relation_of_lines_loop)(char **args, const intptr_t *dimensions, const
         WIDTHS(relation_of_lines_block_a_b_distance), {NULL}}, {11, 2, NAME(relation_of_lines_start_a_b_sine),
         WIDTHS(relation_of_lines_block_a_b_sine), {NULL}}};
     static const struct kernel kernel = {WIDTHS(relation_of_lines_block), {NULL}, (any_function
-        *)NAME(relation_of_lines), NAME(call_aannr), 4, 5, 2, 0, parts, forms};
+        *)NAME(relation_of_lines), NAME(call_aannr), 4, 5, 2, 0, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -9592,7 +9651,7 @@ void NAME(relation_of_line_plane_loop)(char **args, const intptr_t *dimensions, 
         WIDTHS(relation_of_line_plane_block_line_distance_sine),
         WIDTHS(relation_of_line_plane_dense_line_distance_sine)}};
     static const struct kernel kernel = {WIDTHS(relation_of_line_plane_block), {NULL}, (any_function
-        *)NAME(relation_of_line_plane), NAME(call_aannr), 4, 5, 3, 0, parts, forms};
+        *)NAME(relation_of_line_plane), NAME(call_aannr), 4, 5, 3, 0, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -10085,7 +10144,7 @@ void NAME(relation_of_planes_loop)(char **args, const intptr_t *dimensions, cons
         NAME(relation_of_planes_start_q_distance_sine), WIDTHS(relation_of_planes_block_q_distance_sine),
         WIDTHS(relation_of_planes_dense_q_distance_sine)}};
     static const struct kernel kernel = {WIDTHS(relation_of_planes_block), WIDTHS(relation_of_planes_dense),
-        (any_function *)NAME(relation_of_planes), NAME(call_aannr), 4, 5, 4, 0, parts, forms};
+        (any_function *)NAME(relation_of_planes), NAME(call_aannr), 4, 5, 4, 0, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -10799,7 +10858,7 @@ void NAME(relation_of_three_planes_loop)(char **args, const intptr_t *dimensions
         NAME(relation_of_three_planes_start_p_q_r_sine), WIDTHS(relation_of_three_planes_block_p_q_r_sine),
         {NULL}}};
     static const struct kernel kernel = {WIDTHS(relation_of_three_planes_block), {NULL}, (any_function
-        *)NAME(relation_of_three_planes), NAME(call_aaannr), 5, 6, 2, 0, parts, forms};
+        *)NAME(relation_of_three_planes), NAME(call_aaannr), 5, 6, 2, 0, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -10874,7 +10933,7 @@ void NAME(reject_point_from_plane_loop)(char **args, const intptr_t *dimensions,
     static const struct part parts[] = {{3, 1, 0, {3}}, {4, 1, 1, {4}}, {3, 1, 2, {3}}};
     static const struct kernel kernel = {WIDTHS(reject_point_from_plane_block),
         WIDTHS(reject_point_from_plane_dense), (any_function *)NAME(reject_point_from_plane), NAME(call_aar), 2, 3,
-        0, 0, parts, NULL};
+        0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -11045,7 +11104,7 @@ void NAME(reject_point_from_line_loop)(char **args, const intptr_t *dimensions, 
     static const struct form forms[] = {{2, 2, NAME(reject_point_from_line_start_line),
         WIDTHS(reject_point_from_line_block_line), WIDTHS(reject_point_from_line_dense_line)}};
     static const struct kernel kernel = {WIDTHS(reject_point_from_line_block), {NULL}, (any_function
-        *)NAME(reject_point_from_line), NAME(call_aar), 2, 3, 1, 0, parts, forms};
+        *)NAME(reject_point_from_line), NAME(call_aar), 2, 3, 1, 0, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -11127,7 +11186,7 @@ void NAME(reject_line_from_plane_loop)(char **args, const intptr_t *dimensions, 
 {
     static const struct part parts[] = {{6, 1, 0, {6}}, {4, 1, 1, {4}}, {6, 1, 2, {6}}};
     static const struct kernel kernel = {WIDTHS(reject_line_from_plane_block), {NULL}, (any_function
-        *)NAME(reject_line_from_plane), NAME(call_aar), 2, 3, 0, 0, parts, NULL};
+        *)NAME(reject_line_from_plane), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -11181,7 +11240,7 @@ void NAME(project_line_on_point_loop)(char **args, const intptr_t *dimensions, c
 {
     static const struct part parts[] = {{6, 1, 0, {6}}, {3, 1, 1, {3}}, {6, 1, 2, {6}}};
     static const struct kernel kernel = {WIDTHS(project_line_on_point_block), {NULL}, (any_function
-        *)NAME(project_line_on_point), NAME(call_aar), 2, 3, 0, 0, parts, NULL};
+        *)NAME(project_line_on_point), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -11249,7 +11308,7 @@ void NAME(project_plane_on_line_loop)(char **args, const intptr_t *dimensions, c
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {6, 1, 1, {6}}, {4, 1, 2, {4}}};
     static const struct kernel kernel = {WIDTHS(project_plane_on_line_block), {NULL}, (any_function
-        *)NAME(project_plane_on_line), NAME(call_aar), 2, 3, 0, 0, parts, NULL};
+        *)NAME(project_plane_on_line), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -11319,7 +11378,7 @@ void NAME(reject_plane_from_line_loop)(char **args, const intptr_t *dimensions, 
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {6, 1, 1, {6}}, {4, 1, 2, {4}}};
     static const struct kernel kernel = {WIDTHS(reject_plane_from_line_block), {NULL}, (any_function
-        *)NAME(reject_plane_from_line), NAME(call_aar), 2, 3, 0, 0, parts, NULL};
+        *)NAME(reject_plane_from_line), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -11407,7 +11466,7 @@ void NAME(reflect_line_loop)(char **args, const intptr_t *dimensions, const intp
 {
     static const struct part parts[] = {{6, 1, 0, {6}}, {4, 1, 1, {4}}, {6, 1, 2, {6}}};
     static const struct kernel kernel = {WIDTHS(reflect_line_block), {NULL}, (any_function *)NAME(reflect_line),
-        NAME(call_aar), 2, 3, 0, 0, parts, NULL};
+        NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -11488,7 +11547,7 @@ void NAME(reflect_plane_loop)(char **args, const intptr_t *dimensions, const int
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {4, 1, 1, {4}}, {4, 1, 2, {4}}};
     static const struct kernel kernel = {WIDTHS(reflect_plane_block), WIDTHS(reflect_plane_dense), (any_function
-        *)NAME(reflect_plane), NAME(call_aar), 2, 3, 0, 0, parts, NULL};
+        *)NAME(reflect_plane), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -11687,7 +11746,7 @@ void NAME(reflect_point_in_line_loop)(char **args, const intptr_t *dimensions, c
     static const struct form forms[] = {{2, 4, NAME(reflect_point_in_line_start_line),
         WIDTHS(reflect_point_in_line_block_line), WIDTHS(reflect_point_in_line_dense_line)}};
     static const struct kernel kernel = {WIDTHS(reflect_point_in_line_block), {NULL}, (any_function
-        *)NAME(reflect_point_in_line), NAME(call_aar), 2, 3, 1, 0, parts, forms};
+        *)NAME(reflect_point_in_line), NAME(call_aar), 2, 3, 1, 0, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -11790,7 +11849,7 @@ void NAME(reflect_line_in_line_loop)(char **args, const intptr_t *dimensions, co
 {
     static const struct part parts[] = {{6, 1, 0, {6}}, {6, 1, 1, {6}}, {6, 1, 2, {6}}};
     static const struct kernel kernel = {WIDTHS(reflect_line_in_line_block), {NULL}, (any_function
-        *)NAME(reflect_line_in_line), NAME(call_aar), 2, 3, 0, 0, parts, NULL};
+        *)NAME(reflect_line_in_line), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -11999,7 +12058,7 @@ void NAME(reflect_plane_in_line_loop)(char **args, const intptr_t *dimensions, c
     static const struct form forms[] = {{2, 4, NAME(reflect_plane_in_line_start_line),
         WIDTHS(reflect_plane_in_line_block_line), WIDTHS(reflect_plane_in_line_dense_line)}};
     static const struct kernel kernel = {WIDTHS(reflect_plane_in_line_block), {NULL}, (any_function
-        *)NAME(reflect_plane_in_line), NAME(call_aar), 2, 3, 1, 0, parts, forms};
+        *)NAME(reflect_plane_in_line), NAME(call_aar), 2, 3, 1, 0, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -12069,7 +12128,7 @@ void NAME(reflect_point_in_point_loop)(char **args, const intptr_t *dimensions, 
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {3, 1, 1, {3}}, {3, 1, 2, {3}}};
     static const struct kernel kernel = {WIDTHS(reflect_point_in_point_block), WIDTHS(reflect_point_in_point_dense),
-        (any_function *)NAME(reflect_point_in_point), NAME(call_aar), 2, 3, 0, 0, parts, NULL};
+        (any_function *)NAME(reflect_point_in_point), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -12134,7 +12193,7 @@ void NAME(reflect_line_in_point_loop)(char **args, const intptr_t *dimensions, c
 {
     static const struct part parts[] = {{6, 1, 0, {6}}, {3, 1, 1, {3}}, {6, 1, 2, {6}}};
     static const struct kernel kernel = {WIDTHS(reflect_line_in_point_block), {NULL}, (any_function
-        *)NAME(reflect_line_in_point), NAME(call_aar), 2, 3, 0, 0, parts, NULL};
+        *)NAME(reflect_line_in_point), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -12210,7 +12269,7 @@ void NAME(reflect_plane_in_point_loop)(char **args, const intptr_t *dimensions, 
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {3, 1, 1, {3}}, {4, 1, 2, {4}}};
     static const struct kernel kernel = {WIDTHS(reflect_plane_in_point_block), WIDTHS(reflect_plane_in_point_dense),
-        (any_function *)NAME(reflect_plane_in_point), NAME(call_aar), 2, 3, 0, 0, parts, NULL};
+        (any_function *)NAME(reflect_plane_in_point), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -12464,7 +12523,7 @@ void NAME(collinearity_residual_loop)(char **args, const intptr_t *dimensions, c
     static const struct form forms[] = {{3, 2, NAME(collinearity_residual_start_a_b),
         WIDTHS(collinearity_residual_block_a_b), WIDTHS(collinearity_residual_dense_a_b)}};
     static const struct kernel kernel = {WIDTHS(collinearity_residual_block), {NULL}, (any_function
-        *)NAME(collinearity_residual), NAME(call_aaar), 3, 4, 1, 0, parts, forms};
+        *)NAME(collinearity_residual), NAME(call_aaar), 3, 4, 1, 0, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -13457,7 +13516,7 @@ void NAME(coplanarity_residual_loop)(char **args, const intptr_t *dimensions, co
         WIDTHS(coplanarity_residual_block_a_c_d), {NULL}}, {14, 2, NAME(coplanarity_residual_start_b_c_d),
         WIDTHS(coplanarity_residual_block_b_c_d), {NULL}}};
     static const struct kernel kernel = {WIDTHS(coplanarity_residual_block), {NULL}, (any_function
-        *)NAME(coplanarity_residual), NAME(call_aaaar), 4, 5, 4, 0, parts, forms};
+        *)NAME(coplanarity_residual), NAME(call_aaaar), 4, 5, 4, 0, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -13678,7 +13737,7 @@ void NAME(flag_residuals_loop)(char **args, const intptr_t *dimensions, const in
     static const struct form forms[] = {{3, 2, NAME(flag_residuals_start_p_line),
         WIDTHS(flag_residuals_block_p_line), WIDTHS(flag_residuals_dense_p_line)}};
     static const struct kernel kernel = {WIDTHS(flag_residuals_block), {NULL}, (any_function *)NAME(flag_residuals),
-        NAME(call_aaarrr), 3, 6, 1, 0, parts, forms};
+        NAME(call_aaarrr), 3, 6, 1, 0, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -13955,7 +14014,7 @@ void NAME(flag_from_points_loop)(char **args, const intptr_t *dimensions, const 
     static const struct form forms[] = {{3, 2, NAME(flag_from_points_start_a_b), WIDTHS(flag_from_points_block_a_b),
         {NULL}}};
     static const struct kernel kernel = {WIDTHS(flag_from_points_block), {NULL}, (any_function
-        *)NAME(flag_from_points), NAME(call_aaarrr), 3, 6, 1, 0, parts, forms};
+        *)NAME(flag_from_points), NAME(call_aaarrr), 3, 6, 1, 0, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -14063,7 +14122,7 @@ void NAME(flag_from_motor_loop)(char **args, const intptr_t *dimensions, const i
 {
     static const struct part parts[] = {{8, 1, 0, {8}}, {3, 1, 1, {3}}, {6, 1, 2, {6}}, {4, 1, 3, {4}}};
     static const struct kernel kernel = {WIDTHS(flag_from_motor_block), {NULL}, (any_function
-        *)NAME(flag_from_motor), NAME(call_arrr), 1, 4, 0, 0, parts, NULL};
+        *)NAME(flag_from_motor), NAME(call_arrr), 1, 4, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -14437,7 +14496,7 @@ void NAME(motor_from_flag_loop)(char **args, const intptr_t *dimensions, const i
     static const struct form forms[] = {{6, 2, NAME(motor_from_flag_start_line_plane),
         WIDTHS(motor_from_flag_block_line_plane), WIDTHS(motor_from_flag_dense_line_plane)}};
     static const struct kernel kernel = {WIDTHS(motor_from_flag_block), {NULL}, (any_function
-        *)NAME(motor_from_flag), NAME(call_aaar), 3, 4, 1, 0, parts, forms};
+        *)NAME(motor_from_flag), NAME(call_aaar), 3, 4, 1, 0, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -14866,7 +14925,7 @@ void NAME(motor_from_points_loop)(char **args, const intptr_t *dimensions, const
     static const struct form forms[] = {{3, 2, NAME(motor_from_points_start_a_b),
         WIDTHS(motor_from_points_block_a_b), {NULL}}};
     static const struct kernel kernel = {WIDTHS(motor_from_points_block), {NULL}, (any_function
-        *)NAME(motor_from_points), NAME(call_aaar), 3, 4, 1, 0, parts, forms};
+        *)NAME(motor_from_points), NAME(call_aaar), 3, 4, 1, 0, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -15196,7 +15255,7 @@ void NAME(hit_ray_plane_loop)(char **args, const intptr_t *dimensions, const int
         NAME(hit_ray_plane_start_d_plane), WIDTHS(hit_ray_plane_block_d_plane),
         WIDTHS(hit_ray_plane_dense_d_plane)}};
     static const struct kernel kernel = {WIDTHS(hit_ray_plane_block), WIDTHS(hit_ray_plane_dense), (any_function
-        *)NAME(hit_ray_plane), NAME(call_aaarr), 3, 5, 2, 0, parts, forms};
+        *)NAME(hit_ray_plane), NAME(call_aaarr), 3, 5, 2, 0, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -16496,7 +16555,7 @@ void NAME(hit_ray_triangle_loop)(char **args, const intptr_t *dimensions, const 
         NAME(hit_ray_triangle_start_p_d_a_c), WIDTHS(hit_ray_triangle_block_p_d_a_c), {NULL}}, {27, 2,
         NAME(hit_ray_triangle_start_p_d_b_c), WIDTHS(hit_ray_triangle_block_p_d_b_c), {NULL}}};
     static const struct kernel kernel = {WIDTHS(hit_ray_triangle_block), {NULL}, (any_function
-        *)NAME(hit_ray_triangle), NAME(call_aaaaarr), 5, 7, 5, 0, parts, forms};
+        *)NAME(hit_ray_triangle), NAME(call_aaaaarr), 5, 7, 5, 0, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -16642,7 +16701,7 @@ void NAME(motor_product_loop)(char **args, const intptr_t *dimensions, const int
 {
     static const struct part parts[] = {{8, 1, 0, {8}}, {8, 1, 1, {8}}, {8, 1, 2, {8}}};
     static const struct kernel kernel = {WIDTHS(motor_product_block), {NULL}, (any_function *)NAME(motor_product),
-        NAME(call_aar), 2, 3, 0, 0, parts, NULL};
+        NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -16788,7 +16847,7 @@ void NAME(even_product_loop)(char **args, const intptr_t *dimensions, const intp
 {
     static const struct part parts[] = {{8, 1, 0, {8}}, {8, 1, 1, {8}}, {8, 1, 2, {8}}};
     static const struct kernel kernel = {WIDTHS(even_product_block), {NULL}, (any_function *)NAME(even_product),
-        NAME(call_aar), 2, 3, 0, 0, parts, NULL};
+        NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -16839,7 +16898,7 @@ void NAME(motor_inverse_loop)(char **args, const intptr_t *dimensions, const int
 {
     static const struct part parts[] = {{8, 1, 0, {8}}, {8, 1, 1, {8}}};
     static const struct kernel kernel = {WIDTHS(motor_inverse_block), {NULL}, (any_function *)NAME(motor_inverse),
-        NAME(call_ar), 1, 2, 0, 0, parts, NULL};
+        NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -16923,7 +16982,7 @@ void NAME(even_inverse_loop)(char **args, const intptr_t *dimensions, const intp
 {
     static const struct part parts[] = {{8, 1, 0, {8}}, {8, 1, 1, {8}}};
     static const struct kernel kernel = {WIDTHS(even_inverse_block), {NULL}, (any_function *)NAME(even_inverse),
-        NAME(call_ar), 1, 2, 0, 0, parts, NULL};
+        NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -17003,7 +17062,7 @@ void NAME(normalize_motor_loop)(char **args, const intptr_t *dimensions, const i
 {
     static const struct part parts[] = {{8, 1, 0, {8}}, {8, 1, 1, {8}}};
     static const struct kernel kernel = {WIDTHS(normalize_motor_block), {NULL}, (any_function
-        *)NAME(normalize_motor), NAME(call_ar), 1, 2, 0, 0, parts, NULL};
+        *)NAME(normalize_motor), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -17277,7 +17336,7 @@ void NAME(move_point_loop)(char **args, const intptr_t *dimensions, const intptr
     static const struct form forms[] = {{1, 3, NAME(move_point_start_m), WIDTHS(move_point_block_m),
         WIDTHS(move_point_dense_m)}};
     static const struct kernel kernel = {WIDTHS(move_point_block), WIDTHS(move_point_dense), (any_function
-        *)NAME(move_point), NAME(call_aar), 2, 3, 1, 0, parts, forms};
+        *)NAME(move_point), NAME(call_aar), 2, 3, 1, 0, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -17501,7 +17560,7 @@ void NAME(move_direction_loop)(char **args, const intptr_t *dimensions, const in
     static const struct form forms[] = {{1, 2, NAME(move_direction_start_m), WIDTHS(move_direction_block_m),
         WIDTHS(move_direction_dense_m)}};
     static const struct kernel kernel = {WIDTHS(move_direction_block), WIDTHS(move_direction_dense), (any_function
-        *)NAME(move_direction), NAME(call_aar), 2, 3, 1, 0, parts, forms};
+        *)NAME(move_direction), NAME(call_aar), 2, 3, 1, 0, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -17851,7 +17910,7 @@ void NAME(move_line_loop)(char **args, const intptr_t *dimensions, const intptr_
     static const struct part parts[] = {{8, 1, 0, {8}}, {6, 1, 1, {6}}, {6, 1, 2, {6}}};
     static const struct form forms[] = {{1, 2, NAME(move_line_start_m), WIDTHS(move_line_block_m), {NULL}}};
     static const struct kernel kernel = {WIDTHS(move_line_block), {NULL}, (any_function *)NAME(move_line),
-        NAME(call_aar), 2, 3, 1, 0, parts, forms};
+        NAME(call_aar), 2, 3, 1, 0, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -18115,7 +18174,7 @@ void NAME(move_plane_loop)(char **args, const intptr_t *dimensions, const intptr
     static const struct form forms[] = {{1, 3, NAME(move_plane_start_m), WIDTHS(move_plane_block_m),
         WIDTHS(move_plane_dense_m)}};
     static const struct kernel kernel = {WIDTHS(move_plane_block), {NULL}, (any_function *)NAME(move_plane),
-        NAME(call_aar), 2, 3, 1, 0, parts, forms};
+        NAME(call_aar), 2, 3, 1, 0, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -18473,7 +18532,7 @@ void NAME(move_motor_loop)(char **args, const intptr_t *dimensions, const intptr
     static const struct part parts[] = {{8, 1, 0, {8}}, {8, 1, 1, {8}}, {8, 1, 2, {8}}};
     static const struct form forms[] = {{1, 2, NAME(move_motor_start_m), WIDTHS(move_motor_block_m), {NULL}}};
     static const struct kernel kernel = {WIDTHS(move_motor_block), {NULL}, (any_function *)NAME(move_motor),
-        NAME(call_aar), 2, 3, 1, 0, parts, forms};
+        NAME(call_aar), 2, 3, 1, 0, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -18747,7 +18806,7 @@ void NAME(move_point_back_loop)(char **args, const intptr_t *dimensions, const i
     static const struct form forms[] = {{1, 3, NAME(move_point_back_start_m), WIDTHS(move_point_back_block_m),
         WIDTHS(move_point_back_dense_m)}};
     static const struct kernel kernel = {WIDTHS(move_point_back_block), WIDTHS(move_point_back_dense), (any_function
-        *)NAME(move_point_back), NAME(call_aar), 2, 3, 1, 0, parts, forms};
+        *)NAME(move_point_back), NAME(call_aar), 2, 3, 1, 0, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -18978,7 +19037,7 @@ void NAME(rotor_from_axis_angle_loop)(char **args, const intptr_t *dimensions, c
         WIDTHS(rotor_from_axis_angle_block_angle), WIDTHS(rotor_from_axis_angle_dense_angle)}, {1, 2,
         NAME(rotor_from_axis_angle_start_axis), WIDTHS(rotor_from_axis_angle_block_axis), {NULL}}};
     static const struct kernel kernel = {WIDTHS(rotor_from_axis_angle_block), {NULL}, (any_function
-        *)NAME(rotor_from_axis_angle), NAME(call_anr), 2, 3, 2, 1, parts, forms};
+        *)NAME(rotor_from_axis_angle), NAME(call_anr), 2, 3, 2, 1, 1, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -19050,7 +19109,7 @@ void NAME(rotor_from_rotation_vector_loop)(char **args, const intptr_t *dimensio
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {4, 1, 1, {4}}};
     static const struct kernel kernel = {WIDTHS(rotor_from_rotation_vector_block), {NULL}, (any_function
-        *)NAME(rotor_from_rotation_vector), NAME(call_ar), 1, 2, 0, 1, parts, NULL};
+        *)NAME(rotor_from_rotation_vector), NAME(call_ar), 1, 2, 0, 1, 1, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -19111,7 +19170,7 @@ void NAME(translator_from_vector_loop)(char **args, const intptr_t *dimensions, 
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {3, 1, 1, {3}}};
     static const struct kernel kernel = {WIDTHS(translator_from_vector_block), WIDTHS(translator_from_vector_dense),
-        (any_function *)NAME(translator_from_vector), NAME(call_ar), 1, 2, 0, 0, parts, NULL};
+        (any_function *)NAME(translator_from_vector), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -19259,7 +19318,7 @@ void NAME(motor_from_line_loop)(char **args, const intptr_t *dimensions, const i
     static const struct form forms[] = {{2, 2, NAME(motor_from_line_start_angle),
         WIDTHS(motor_from_line_block_angle), {NULL}}};
     static const struct kernel kernel = {WIDTHS(motor_from_line_block), {NULL}, (any_function
-        *)NAME(motor_from_line), NAME(call_anr), 2, 3, 1, 1, parts, forms};
+        *)NAME(motor_from_line), NAME(call_anr), 2, 3, 1, 1, 1, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -19640,7 +19699,7 @@ void NAME(motor_from_screw_loop)(char **args, const intptr_t *dimensions, const 
         WIDTHS(motor_from_screw_block_angle_distance), {NULL}}, {2, 2, NAME(motor_from_screw_start_angle),
         WIDTHS(motor_from_screw_block_angle), {NULL}}};
     static const struct kernel kernel = {WIDTHS(motor_from_screw_block), {NULL}, (any_function
-        *)NAME(motor_from_screw), NAME(call_annr), 3, 4, 3, 1, parts, forms};
+        *)NAME(motor_from_screw), NAME(call_annr), 3, 4, 3, 1, 1, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -19736,7 +19795,7 @@ void NAME(motor_from_rotor_translation_loop)(char **args, const intptr_t *dimens
     static const struct part parts[] = {{4, 1, 0, {4}}, {3, 1, 1, {3}}, {8, 1, 2, {8}}};
     static const struct kernel kernel = {WIDTHS(motor_from_rotor_translation_block),
         WIDTHS(motor_from_rotor_translation_dense), (any_function *)NAME(motor_from_rotor_translation),
-        NAME(call_aar), 2, 3, 0, 0, parts, NULL};
+        NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -19834,7 +19893,7 @@ void NAME(motor_to_rotor_translation_loop)(char **args, const intptr_t *dimensio
     static const struct part parts[] = {{8, 1, 0, {8}}, {4, 1, 1, {4}}, {3, 1, 2, {3}}};
     static const struct kernel kernel = {WIDTHS(motor_to_rotor_translation_block),
         WIDTHS(motor_to_rotor_translation_dense), (any_function *)NAME(motor_to_rotor_translation), NAME(call_arr),
-        1, 3, 0, 0, parts, NULL};
+        1, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -19893,7 +19952,7 @@ void NAME(rotor_from_quaternion_loop)(char **args, const intptr_t *dimensions, c
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {4, 1, 1, {4}}};
     static const struct kernel kernel = {WIDTHS(rotor_from_quaternion_block), WIDTHS(rotor_from_quaternion_dense),
-        (any_function *)NAME(rotor_from_quaternion), NAME(call_ar), 1, 2, 0, 0, parts, NULL};
+        (any_function *)NAME(rotor_from_quaternion), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -19952,7 +20011,7 @@ void NAME(rotor_to_quaternion_loop)(char **args, const intptr_t *dimensions, con
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {4, 1, 1, {4}}};
     static const struct kernel kernel = {WIDTHS(rotor_to_quaternion_block), WIDTHS(rotor_to_quaternion_dense),
-        (any_function *)NAME(rotor_to_quaternion), NAME(call_ar), 1, 2, 0, 0, parts, NULL};
+        (any_function *)NAME(rotor_to_quaternion), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -20003,7 +20062,7 @@ void NAME(motor_from_dual_quaternion_loop)(char **args, const intptr_t *dimensio
 {
     static const struct part parts[] = {{8, 1, 0, {8}}, {8, 1, 1, {8}}};
     static const struct kernel kernel = {WIDTHS(motor_from_dual_quaternion_block), {NULL}, (any_function
-        *)NAME(motor_from_dual_quaternion), NAME(call_ar), 1, 2, 0, 0, parts, NULL};
+        *)NAME(motor_from_dual_quaternion), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -20054,7 +20113,7 @@ void NAME(motor_to_dual_quaternion_loop)(char **args, const intptr_t *dimensions
 {
     static const struct part parts[] = {{8, 1, 0, {8}}, {8, 1, 1, {8}}};
     static const struct kernel kernel = {WIDTHS(motor_to_dual_quaternion_block), {NULL}, (any_function
-        *)NAME(motor_to_dual_quaternion), NAME(call_ar), 1, 2, 0, 0, parts, NULL};
+        *)NAME(motor_to_dual_quaternion), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -20158,7 +20217,7 @@ void NAME(motor_to_matrix_loop)(char **args, const intptr_t *dimensions, const i
 {
     static const struct part parts[] = {{8, 1, 0, {8}}, {16, 2, 1, {4, 4}}};
     static const struct kernel kernel = {WIDTHS(motor_to_matrix_block), {NULL}, (any_function
-        *)NAME(motor_to_matrix), NAME(call_ar), 1, 2, 0, 0, parts, NULL};
+        *)NAME(motor_to_matrix), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -20228,7 +20287,7 @@ void NAME(rotor_to_matrix_loop)(char **args, const intptr_t *dimensions, const i
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {9, 2, 1, {3, 3}}};
     static const struct kernel kernel = {WIDTHS(rotor_to_matrix_block), {NULL}, (any_function
-        *)NAME(rotor_to_matrix), NAME(call_ar), 1, 2, 0, 0, parts, NULL};
+        *)NAME(rotor_to_matrix), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -20348,7 +20407,7 @@ void NAME(motor_from_matrix_loop)(char **args, const intptr_t *dimensions, const
 {
     static const struct part parts[] = {{16, 2, 0, {4, 4}}, {8, 1, 2, {8}}};
     static const struct kernel kernel = {WIDTHS(motor_from_matrix_block), {NULL}, (any_function
-        *)NAME(motor_from_matrix), NAME(call_ar), 1, 2, 0, 0, parts, NULL};
+        *)NAME(motor_from_matrix), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -20438,7 +20497,7 @@ void NAME(rotor_from_matrix_loop)(char **args, const intptr_t *dimensions, const
 {
     static const struct part parts[] = {{9, 2, 0, {3, 3}}, {4, 1, 2, {4}}};
     static const struct kernel kernel = {WIDTHS(rotor_from_matrix_block), {NULL}, (any_function
-        *)NAME(rotor_from_matrix), NAME(call_ar), 1, 2, 0, 0, parts, NULL};
+        *)NAME(rotor_from_matrix), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -20952,7 +21011,7 @@ void NAME(motor_from_denavit_hartenberg_loop)(char **args, const intptr_t *dimen
         {NULL}}, {14, 2, NAME(motor_from_denavit_hartenberg_start_d_a_alpha),
         WIDTHS(motor_from_denavit_hartenberg_block_d_a_alpha), {NULL}}};
     static const struct kernel kernel = {WIDTHS(motor_from_denavit_hartenberg_block), {NULL}, (any_function
-        *)NAME(motor_from_denavit_hartenberg), NAME(call_nnnnr), 4, 5, 4, 1, parts, forms};
+        *)NAME(motor_from_denavit_hartenberg), NAME(call_nnnnr), 4, 5, 4, 1, 1, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -21471,7 +21530,7 @@ void NAME(motor_from_modified_denavit_hartenberg_loop)(char **args, const intptr
         NAME(motor_from_modified_denavit_hartenberg_start_d_a_alpha),
         WIDTHS(motor_from_modified_denavit_hartenberg_block_d_a_alpha), {NULL}}};
     static const struct kernel kernel = {WIDTHS(motor_from_modified_denavit_hartenberg_block), {NULL}, (any_function
-        *)NAME(motor_from_modified_denavit_hartenberg), NAME(call_nnnnr), 4, 5, 4, 1, parts, forms};
+        *)NAME(motor_from_modified_denavit_hartenberg), NAME(call_nnnnr), 4, 5, 4, 1, 1, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -21569,7 +21628,7 @@ void NAME(motor_exponential_loop)(char **args, const intptr_t *dimensions, const
 {
     static const struct part parts[] = {{6, 1, 0, {6}}, {8, 1, 1, {8}}};
     static const struct kernel kernel = {WIDTHS(motor_exponential_block), {NULL}, (any_function
-        *)NAME(motor_exponential), NAME(call_ar), 1, 2, 0, 1, parts, NULL};
+        *)NAME(motor_exponential), NAME(call_ar), 1, 2, 0, 1, 1, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -21642,7 +21701,7 @@ void NAME(motor_logarithm_loop)(char **args, const intptr_t *dimensions, const i
 {
     static const struct part parts[] = {{8, 1, 0, {8}}, {6, 1, 1, {6}}};
     static const struct kernel kernel = {WIDTHS(motor_logarithm_block), {NULL}, (any_function
-        *)NAME(motor_logarithm), NAME(call_ar), 1, 2, 0, 0, parts, NULL};
+        *)NAME(motor_logarithm), NAME(call_ar), 1, 2, 0, 0, 1, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -21724,7 +21783,7 @@ void NAME(motor_square_root_loop)(char **args, const intptr_t *dimensions, const
 {
     static const struct part parts[] = {{8, 1, 0, {8}}, {8, 1, 1, {8}}};
     static const struct kernel kernel = {WIDTHS(motor_square_root_block), {NULL}, (any_function
-        *)NAME(motor_square_root), NAME(call_ar), 1, 2, 0, 0, parts, NULL};
+        *)NAME(motor_square_root), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -22014,7 +22073,7 @@ void NAME(motor_power_loop)(char **args, const intptr_t *dimensions, const intpt
     static const struct part parts[] = {{8, 1, 0, {8}}, {1, 0, 1, {0}}, {8, 1, 1, {8}}};
     static const struct form forms[] = {{1, 2, NAME(motor_power_start_m), WIDTHS(motor_power_block_m), {NULL}}};
     static const struct kernel kernel = {WIDTHS(motor_power_block), {NULL}, (any_function *)NAME(motor_power),
-        NAME(call_anr), 2, 3, 1, 1, parts, forms};
+        NAME(call_anr), 2, 3, 1, 1, 1, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -22694,7 +22753,7 @@ void NAME(interpolate_motors_loop)(char **args, const intptr_t *dimensions, cons
     static const struct form forms[] = {{3, 2, NAME(interpolate_motors_start_a_b),
         WIDTHS(interpolate_motors_block_a_b), {NULL}}};
     static const struct kernel kernel = {WIDTHS(interpolate_motors_block), {NULL}, (any_function
-        *)NAME(interpolate_motors), NAME(call_aanr), 3, 4, 1, 1, parts, forms};
+        *)NAME(interpolate_motors), NAME(call_aanr), 3, 4, 1, 1, 1, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -23010,7 +23069,7 @@ void NAME(motor_between_lines_loop)(char **args, const intptr_t *dimensions, con
 {
     static const struct part parts[] = {{6, 1, 0, {6}}, {6, 1, 1, {6}}, {8, 1, 2, {8}}};
     static const struct kernel kernel = {WIDTHS(motor_between_lines_block), {NULL}, (any_function
-        *)NAME(motor_between_lines), NAME(call_aar), 2, 3, 0, 0, parts, NULL};
+        *)NAME(motor_between_lines), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -23217,7 +23276,7 @@ void NAME(motor_between_planes_loop)(char **args, const intptr_t *dimensions, co
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {4, 1, 1, {4}}, {8, 1, 2, {8}}};
     static const struct kernel kernel = {WIDTHS(motor_between_planes_block), {NULL}, (any_function
-        *)NAME(motor_between_planes), NAME(call_aar), 2, 3, 0, 0, parts, NULL};
+        *)NAME(motor_between_planes), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -23353,7 +23412,7 @@ void NAME(motor_to_adjoint_loop)(char **args, const intptr_t *dimensions, const 
 {
     static const struct part parts[] = {{8, 1, 0, {8}}, {36, 2, 1, {6, 6}}};
     static const struct kernel kernel = {WIDTHS(motor_to_adjoint_block), {NULL}, (any_function
-        *)NAME(motor_to_adjoint), NAME(call_ar), 1, 2, 0, 0, parts, NULL};
+        *)NAME(motor_to_adjoint), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -23489,7 +23548,7 @@ void NAME(motor_equation_loop)(char **args, const intptr_t *dimensions, const in
 {
     static const struct part parts[] = {{8, 1, 0, {8}}, {8, 1, 1, {8}}, {64, 2, 2, {8, 8}}};
     static const struct kernel kernel = {WIDTHS(motor_equation_block), {NULL}, (any_function *)NAME(motor_equation),
-        NAME(call_aar), 2, 3, 0, 0, parts, NULL};
+        NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -23594,7 +23653,7 @@ void NAME(bivector_to_screw_loop)(char **args, const intptr_t *dimensions, const
 {
     static const struct part parts[] = {{6, 1, 0, {6}}, {6, 1, 1, {6}}, {1, 0, 2, {0}}, {1, 0, 2, {0}}};
     static const struct kernel kernel = {WIDTHS(bivector_to_screw_block), {NULL}, (any_function
-        *)NAME(bivector_to_screw), NAME(call_arrr), 1, 4, 0, 0, parts, NULL};
+        *)NAME(bivector_to_screw), NAME(call_arrr), 1, 4, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -23654,7 +23713,7 @@ void NAME(bivector_from_screw_loop)(char **args, const intptr_t *dimensions, con
 {
     static const struct part parts[] = {{6, 1, 0, {6}}, {1, 0, 1, {0}}, {1, 0, 1, {0}}, {6, 1, 1, {6}}};
     static const struct kernel kernel = {WIDTHS(bivector_from_screw_block), {NULL}, (any_function
-        *)NAME(bivector_from_screw), NAME(call_annr), 3, 4, 0, 0, parts, NULL};
+        *)NAME(bivector_from_screw), NAME(call_annr), 3, 4, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -23800,7 +23859,7 @@ void NAME(motor_to_screw_loop)(char **args, const intptr_t *dimensions, const in
 {
     static const struct part parts[] = {{8, 1, 0, {8}}, {6, 1, 1, {6}}, {1, 0, 2, {0}}, {1, 0, 2, {0}}};
     static const struct kernel kernel = {WIDTHS(motor_to_screw_block), {NULL}, (any_function *)NAME(motor_to_screw),
-        NAME(call_arrr), 1, 4, 0, 0, parts, NULL};
+        NAME(call_arrr), 1, 4, 0, 0, 1, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -24182,7 +24241,7 @@ void NAME(motor_from_screw_pitch_loop)(char **args, const intptr_t *dimensions, 
         NAME(motor_from_screw_pitch_start_angle_pitch), WIDTHS(motor_from_screw_pitch_block_angle_pitch), {NULL}},
         {2, 2, NAME(motor_from_screw_pitch_start_angle), WIDTHS(motor_from_screw_pitch_block_angle), {NULL}}};
     static const struct kernel kernel = {WIDTHS(motor_from_screw_pitch_block), {NULL}, (any_function
-        *)NAME(motor_from_screw_pitch), NAME(call_annr), 3, 4, 3, 1, parts, forms};
+        *)NAME(motor_from_screw_pitch), NAME(call_annr), 3, 4, 3, 1, 1, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -24288,7 +24347,7 @@ void NAME(motor_from_twist_loop)(char **args, const intptr_t *dimensions, const 
 {
     static const struct part parts[] = {{6, 1, 0, {6}}, {8, 1, 1, {8}}};
     static const struct kernel kernel = {WIDTHS(motor_from_twist_block), {NULL}, (any_function
-        *)NAME(motor_from_twist), NAME(call_ar), 1, 2, 0, 1, parts, NULL};
+        *)NAME(motor_from_twist), NAME(call_ar), 1, 2, 0, 1, 1, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -24371,7 +24430,7 @@ void NAME(motor_to_twist_loop)(char **args, const intptr_t *dimensions, const in
 {
     static const struct part parts[] = {{8, 1, 0, {8}}, {6, 1, 1, {6}}};
     static const struct kernel kernel = {WIDTHS(motor_to_twist_block), {NULL}, (any_function *)NAME(motor_to_twist),
-        NAME(call_ar), 1, 2, 0, 0, parts, NULL};
+        NAME(call_ar), 1, 2, 0, 0, 1, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -24416,7 +24475,7 @@ void NAME(twist_from_velocities_loop)(char **args, const intptr_t *dimensions, c
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {3, 1, 1, {3}}, {6, 1, 2, {6}}};
     static const struct kernel kernel = {WIDTHS(twist_from_velocities_block), {NULL}, (any_function
-        *)NAME(twist_from_velocities), NAME(call_aar), 2, 3, 0, 0, parts, NULL};
+        *)NAME(twist_from_velocities), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -24461,7 +24520,7 @@ void NAME(twist_to_velocities_loop)(char **args, const intptr_t *dimensions, con
 {
     static const struct part parts[] = {{6, 1, 0, {6}}, {3, 1, 1, {3}}, {3, 1, 2, {3}}};
     static const struct kernel kernel = {WIDTHS(twist_to_velocities_block), {NULL}, (any_function
-        *)NAME(twist_to_velocities), NAME(call_arr), 1, 3, 0, 0, parts, NULL};
+        *)NAME(twist_to_velocities), NAME(call_arr), 1, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -24587,7 +24646,7 @@ void NAME(motor_derivative_loop)(char **args, const intptr_t *dimensions, const 
 {
     static const struct part parts[] = {{8, 1, 0, {8}}, {6, 1, 1, {6}}, {8, 1, 2, {8}}};
     static const struct kernel kernel = {WIDTHS(motor_derivative_block), {NULL}, (any_function
-        *)NAME(motor_derivative), NAME(call_aar), 2, 3, 0, 0, parts, NULL};
+        *)NAME(motor_derivative), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -24713,7 +24772,7 @@ void NAME(twist_from_motor_derivative_loop)(char **args, const intptr_t *dimensi
 {
     static const struct part parts[] = {{8, 1, 0, {8}}, {8, 1, 1, {8}}, {6, 1, 2, {6}}};
     static const struct kernel kernel = {WIDTHS(twist_from_motor_derivative_block), {NULL}, (any_function
-        *)NAME(twist_from_motor_derivative), NAME(call_aar), 2, 3, 0, 0, parts, NULL};
+        *)NAME(twist_from_motor_derivative), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -25157,7 +25216,7 @@ void NAME(acceleration_of_point_loop)(char **args, const intptr_t *dimensions, c
         WIDTHS(acceleration_of_point_block_v_a), WIDTHS(acceleration_of_point_dense_v_a)}, {6, 2,
         NAME(acceleration_of_point_start_a_p), WIDTHS(acceleration_of_point_block_a_p), {NULL}}};
     static const struct kernel kernel = {WIDTHS(acceleration_of_point_block), {NULL}, (any_function
-        *)NAME(acceleration_of_point), NAME(call_aaar), 3, 4, 3, 0, parts, forms};
+        *)NAME(acceleration_of_point), NAME(call_aaar), 3, 4, 3, 0, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -25211,7 +25270,7 @@ void NAME(rotor_to_rotation_vector_loop)(char **args, const intptr_t *dimensions
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {3, 1, 1, {3}}};
     static const struct kernel kernel = {WIDTHS(rotor_to_rotation_vector_block), {NULL}, (any_function
-        *)NAME(rotor_to_rotation_vector), NAME(call_ar), 1, 2, 0, 0, parts, NULL};
+        *)NAME(rotor_to_rotation_vector), NAME(call_ar), 1, 2, 0, 0, 1, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -25273,7 +25332,7 @@ void NAME(rotor_to_axis_angle_loop)(char **args, const intptr_t *dimensions, con
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {3, 1, 1, {3}}, {1, 0, 2, {0}}};
     static const struct kernel kernel = {WIDTHS(rotor_to_axis_angle_block), {NULL}, (any_function
-        *)NAME(rotor_to_axis_angle), NAME(call_arr), 1, 3, 0, 0, parts, NULL};
+        *)NAME(rotor_to_axis_angle), NAME(call_arr), 1, 3, 0, 0, 1, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -25521,7 +25580,7 @@ void NAME(motor_from_rotation_vector_translation_loop)(char **args, const intptr
         WIDTHS(motor_from_rotation_vector_translation_block_v),
         WIDTHS(motor_from_rotation_vector_translation_dense_v)}};
     static const struct kernel kernel = {WIDTHS(motor_from_rotation_vector_translation_block), {NULL}, (any_function
-        *)NAME(motor_from_rotation_vector_translation), NAME(call_aar), 2, 3, 1, 1, parts, forms};
+        *)NAME(motor_from_rotation_vector_translation), NAME(call_aar), 2, 3, 1, 1, 1, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -25618,7 +25677,7 @@ void NAME(motor_to_rotation_vector_translation_loop)(char **args, const intptr_t
 {
     static const struct part parts[] = {{8, 1, 0, {8}}, {3, 1, 1, {3}}, {3, 1, 2, {3}}};
     static const struct kernel kernel = {WIDTHS(motor_to_rotation_vector_translation_block), {NULL}, (any_function
-        *)NAME(motor_to_rotation_vector_translation), NAME(call_arr), 1, 3, 0, 0, parts, NULL};
+        *)NAME(motor_to_rotation_vector_translation), NAME(call_arr), 1, 3, 0, 0, 1, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -25716,7 +25775,7 @@ void NAME(motor_from_quaternion_translation_loop)(char **args, const intptr_t *d
     static const struct part parts[] = {{4, 1, 0, {4}}, {3, 1, 1, {3}}, {8, 1, 2, {8}}};
     static const struct kernel kernel = {WIDTHS(motor_from_quaternion_translation_block),
         WIDTHS(motor_from_quaternion_translation_dense), (any_function *)NAME(motor_from_quaternion_translation),
-        NAME(call_aar), 2, 3, 0, 0, parts, NULL};
+        NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -25816,7 +25875,7 @@ void NAME(motor_to_quaternion_translation_loop)(char **args, const intptr_t *dim
     static const struct part parts[] = {{8, 1, 0, {8}}, {4, 1, 1, {4}}, {3, 1, 2, {3}}};
     static const struct kernel kernel = {WIDTHS(motor_to_quaternion_translation_block),
         WIDTHS(motor_to_quaternion_translation_dense), (any_function *)NAME(motor_to_quaternion_translation),
-        NAME(call_arr), 1, 3, 0, 0, parts, NULL};
+        NAME(call_arr), 1, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -25876,7 +25935,7 @@ void NAME(rotor_from_quaternion_scalar_last_loop)(char **args, const intptr_t *d
     static const struct part parts[] = {{4, 1, 0, {4}}, {4, 1, 1, {4}}};
     static const struct kernel kernel = {WIDTHS(rotor_from_quaternion_scalar_last_block),
         WIDTHS(rotor_from_quaternion_scalar_last_dense), (any_function *)NAME(rotor_from_quaternion_scalar_last),
-        NAME(call_ar), 1, 2, 0, 0, parts, NULL};
+        NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -25936,7 +25995,7 @@ void NAME(rotor_to_quaternion_scalar_last_loop)(char **args, const intptr_t *dim
     static const struct part parts[] = {{4, 1, 0, {4}}, {4, 1, 1, {4}}};
     static const struct kernel kernel = {WIDTHS(rotor_to_quaternion_scalar_last_block),
         WIDTHS(rotor_to_quaternion_scalar_last_dense), (any_function *)NAME(rotor_to_quaternion_scalar_last),
-        NAME(call_ar), 1, 2, 0, 0, parts, NULL};
+        NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -25989,7 +26048,7 @@ void NAME(motor_from_dual_quaternion_scalar_last_loop)(char **args, const intptr
 {
     static const struct part parts[] = {{8, 1, 0, {8}}, {8, 1, 1, {8}}};
     static const struct kernel kernel = {WIDTHS(motor_from_dual_quaternion_scalar_last_block), {NULL}, (any_function
-        *)NAME(motor_from_dual_quaternion_scalar_last), NAME(call_ar), 1, 2, 0, 0, parts, NULL};
+        *)NAME(motor_from_dual_quaternion_scalar_last), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -26041,7 +26100,7 @@ void NAME(motor_to_dual_quaternion_scalar_last_loop)(char **args, const intptr_t
 {
     static const struct part parts[] = {{8, 1, 0, {8}}, {8, 1, 1, {8}}};
     static const struct kernel kernel = {WIDTHS(motor_to_dual_quaternion_scalar_last_block), {NULL}, (any_function
-        *)NAME(motor_to_dual_quaternion_scalar_last), NAME(call_ar), 1, 2, 0, 0, parts, NULL};
+        *)NAME(motor_to_dual_quaternion_scalar_last), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -26205,7 +26264,7 @@ void NAME(motor_from_adjoint_loop)(char **args, const intptr_t *dimensions, cons
 {
     static const struct part parts[] = {{36, 2, 0, {6, 6}}, {8, 1, 2, {8}}};
     static const struct kernel kernel = {WIDTHS(motor_from_adjoint_block), {NULL}, (any_function
-        *)NAME(motor_from_adjoint), NAME(call_ar), 1, 2, 0, 0, parts, NULL};
+        *)NAME(motor_from_adjoint), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -26276,7 +26335,7 @@ void NAME(translator_between_points_loop)(char **args, const intptr_t *dimension
     static const struct part parts[] = {{3, 1, 0, {3}}, {3, 1, 1, {3}}, {3, 1, 2, {3}}};
     static const struct kernel kernel = {WIDTHS(translator_between_points_block),
         WIDTHS(translator_between_points_dense), (any_function *)NAME(translator_between_points), NAME(call_aar), 2,
-        3, 0, 0, parts, NULL};
+        3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -26421,7 +26480,7 @@ void NAME(motor_between_frames_loop)(char **args, const intptr_t *dimensions, co
 {
     static const struct part parts[] = {{8, 1, 0, {8}}, {8, 1, 1, {8}}, {8, 1, 2, {8}}};
     static const struct kernel kernel = {WIDTHS(motor_between_frames_block), {NULL}, (any_function
-        *)NAME(motor_between_frames), NAME(call_aar), 2, 3, 0, 0, parts, NULL};
+        *)NAME(motor_between_frames), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -26567,7 +26626,7 @@ void NAME(motor_relative_loop)(char **args, const intptr_t *dimensions, const in
 {
     static const struct part parts[] = {{8, 1, 0, {8}}, {8, 1, 1, {8}}, {8, 1, 2, {8}}};
     static const struct kernel kernel = {WIDTHS(motor_relative_block), {NULL}, (any_function *)NAME(motor_relative),
-        NAME(call_aar), 2, 3, 0, 0, parts, NULL};
+        NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -26698,7 +26757,7 @@ void NAME(blend_motors_loop)(char **args, const intptr_t *dimensions, const intp
 {
     static const struct part parts[] = {{8, 1, 0, {8}}, {8, 1, 1, {8}}, {1, 0, 2, {0}}, {8, 1, 2, {8}}};
     static const struct kernel kernel = {WIDTHS(blend_motors_block), {NULL}, (any_function *)NAME(blend_motors),
-        NAME(call_aanr), 3, 4, 0, 0, parts, NULL};
+        NAME(call_aanr), 3, 4, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -26963,7 +27022,7 @@ void NAME(rotation_form_loop)(char **args, const intptr_t *dimensions, const int
     static const struct form forms[] = {{1, 2, NAME(rotation_form_start_a), WIDTHS(rotation_form_block_a), {NULL}},
         {2, 2, NAME(rotation_form_start_b), WIDTHS(rotation_form_block_b), {NULL}}};
     static const struct kernel kernel = {WIDTHS(rotation_form_block), {NULL}, (any_function *)NAME(rotation_form),
-        NAME(call_aar), 2, 3, 2, 0, parts, forms};
+        NAME(call_aar), 2, 3, 2, 0, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -27706,7 +27765,7 @@ void NAME(rotor_from_euler_angles_loop)(char **args, const intptr_t *dimensions,
         WIDTHS(rotor_from_euler_angles_dense_a_c_angles)}, {14, 2, NAME(rotor_from_euler_angles_start_b_c_angles),
         WIDTHS(rotor_from_euler_angles_block_b_c_angles), WIDTHS(rotor_from_euler_angles_dense_b_c_angles)}};
     static const struct kernel kernel = {WIDTHS(rotor_from_euler_angles_block), {NULL}, (any_function
-        *)NAME(rotor_from_euler_angles), NAME(call_aaaar), 4, 5, 3, 1, parts, forms};
+        *)NAME(rotor_from_euler_angles), NAME(call_aaaar), 4, 5, 3, 1, 1, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -27814,7 +27873,7 @@ void NAME(rotor_to_proper_euler_angles_loop)(char **args, const intptr_t *dimens
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {3, 1, 1, {3}}, {3, 1, 2, {3}}, {3, 1, 3, {3}}};
     static const struct kernel kernel = {WIDTHS(rotor_to_proper_euler_angles_block), {NULL}, (any_function
-        *)NAME(rotor_to_proper_euler_angles), NAME(call_aaar), 3, 4, 0, 0, parts, NULL};
+        *)NAME(rotor_to_proper_euler_angles), NAME(call_aaar), 3, 4, 0, 0, 1, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -27932,7 +27991,7 @@ void NAME(rotor_to_tait_bryan_angles_loop)(char **args, const intptr_t *dimensio
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {3, 1, 1, {3}}, {3, 1, 2, {3}}, {3, 1, 3, {3}}};
     static const struct kernel kernel = {WIDTHS(rotor_to_tait_bryan_angles_block), {NULL}, (any_function
-        *)NAME(rotor_to_tait_bryan_angles), NAME(call_aaar), 3, 4, 0, 0, parts, NULL};
+        *)NAME(rotor_to_tait_bryan_angles), NAME(call_aaar), 3, 4, 0, 0, 1, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -27978,7 +28037,7 @@ void NAME(line_to_vector_algebra_loop)(char **args, const intptr_t *dimensions, 
 {
     static const struct part parts[] = {{6, 1, 0, {6}}, {3, 1, 1, {3}}, {3, 1, 2, {3}}};
     static const struct kernel kernel = {WIDTHS(line_to_vector_algebra_block), {NULL}, (any_function
-        *)NAME(line_to_vector_algebra), NAME(call_arr), 1, 3, 0, 0, parts, NULL};
+        *)NAME(line_to_vector_algebra), NAME(call_arr), 1, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -28024,7 +28083,7 @@ void NAME(line_from_vector_algebra_loop)(char **args, const intptr_t *dimensions
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {3, 1, 1, {3}}, {6, 1, 2, {6}}};
     static const struct kernel kernel = {WIDTHS(line_from_vector_algebra_block), {NULL}, (any_function
-        *)NAME(line_from_vector_algebra), NAME(call_aar), 2, 3, 0, 0, parts, NULL};
+        *)NAME(line_from_vector_algebra), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -28091,7 +28150,7 @@ void NAME(plane_to_vector_algebra_loop)(char **args, const intptr_t *dimensions,
     static const struct part parts[] = {{4, 1, 0, {4}}, {3, 1, 1, {3}}, {1, 1, 2, {1}}};
     static const struct kernel kernel = {WIDTHS(plane_to_vector_algebra_block),
         WIDTHS(plane_to_vector_algebra_dense), (any_function *)NAME(plane_to_vector_algebra), NAME(call_arr), 1, 3,
-        0, 0, parts, NULL};
+        0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -28157,7 +28216,7 @@ void NAME(plane_from_vector_algebra_loop)(char **args, const intptr_t *dimension
     static const struct part parts[] = {{3, 1, 0, {3}}, {1, 1, 1, {1}}, {4, 1, 2, {4}}};
     static const struct kernel kernel = {WIDTHS(plane_from_vector_algebra_block),
         WIDTHS(plane_from_vector_algebra_dense), (any_function *)NAME(plane_from_vector_algebra), NAME(call_aar), 2,
-        3, 0, 0, parts, NULL};
+        3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -28213,7 +28272,7 @@ void NAME(point_to_projective_loop)(char **args, const intptr_t *dimensions, con
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {4, 1, 1, {4}}};
     static const struct kernel kernel = {WIDTHS(point_to_projective_block), WIDTHS(point_to_projective_dense),
-        (any_function *)NAME(point_to_projective), NAME(call_ar), 1, 2, 0, 0, parts, NULL};
+        (any_function *)NAME(point_to_projective), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -28270,7 +28329,7 @@ void NAME(direction_to_projective_loop)(char **args, const intptr_t *dimensions,
     static const struct part parts[] = {{3, 1, 0, {3}}, {4, 1, 1, {4}}};
     static const struct kernel kernel = {WIDTHS(direction_to_projective_block),
         WIDTHS(direction_to_projective_dense), (any_function *)NAME(direction_to_projective), NAME(call_ar), 1, 2,
-        0, 0, parts, NULL};
+        0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -28328,7 +28387,7 @@ void NAME(trivector_from_projective_loop)(char **args, const intptr_t *dimension
     static const struct part parts[] = {{4, 1, 0, {4}}, {4, 1, 1, {4}}};
     static const struct kernel kernel = {WIDTHS(trivector_from_projective_block),
         WIDTHS(trivector_from_projective_dense), (any_function *)NAME(trivector_from_projective), NAME(call_ar), 1,
-        2, 0, 0, parts, NULL};
+        2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -28372,7 +28431,7 @@ void NAME(line_to_projective_loop)(char **args, const intptr_t *dimensions, cons
 {
     static const struct part parts[] = {{6, 1, 0, {6}}, {6, 1, 1, {6}}};
     static const struct kernel kernel = {WIDTHS(line_to_projective_block), {NULL}, (any_function
-        *)NAME(line_to_projective), NAME(call_ar), 1, 2, 0, 0, parts, NULL};
+        *)NAME(line_to_projective), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -28416,7 +28475,7 @@ void NAME(line_from_projective_loop)(char **args, const intptr_t *dimensions, co
 {
     static const struct part parts[] = {{6, 1, 0, {6}}, {6, 1, 1, {6}}};
     static const struct kernel kernel = {WIDTHS(line_from_projective_block), {NULL}, (any_function
-        *)NAME(line_from_projective), NAME(call_ar), 1, 2, 0, 0, parts, NULL};
+        *)NAME(line_from_projective), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -28473,7 +28532,7 @@ void NAME(plane_to_projective_loop)(char **args, const intptr_t *dimensions, con
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {4, 1, 1, {4}}};
     static const struct kernel kernel = {WIDTHS(plane_to_projective_block), WIDTHS(plane_to_projective_dense),
-        (any_function *)NAME(plane_to_projective), NAME(call_ar), 1, 2, 0, 0, parts, NULL};
+        (any_function *)NAME(plane_to_projective), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -28530,7 +28589,7 @@ void NAME(plane_from_projective_loop)(char **args, const intptr_t *dimensions, c
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {4, 1, 1, {4}}};
     static const struct kernel kernel = {WIDTHS(plane_from_projective_block), WIDTHS(plane_from_projective_dense),
-        (any_function *)NAME(plane_from_projective), NAME(call_ar), 1, 2, 0, 0, parts, NULL};
+        (any_function *)NAME(plane_from_projective), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -28588,7 +28647,7 @@ void NAME(point_to_motor_algebra_loop)(char **args, const intptr_t *dimensions, 
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {3, 1, 1, {3}}};
     static const struct kernel kernel = {WIDTHS(point_to_motor_algebra_block), WIDTHS(point_to_motor_algebra_dense),
-        (any_function *)NAME(point_to_motor_algebra), NAME(call_ar), 1, 2, 0, 0, parts, NULL};
+        (any_function *)NAME(point_to_motor_algebra), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -28647,7 +28706,7 @@ void NAME(point_from_motor_algebra_loop)(char **args, const intptr_t *dimensions
     static const struct part parts[] = {{3, 1, 0, {3}}, {3, 1, 1, {3}}};
     static const struct kernel kernel = {WIDTHS(point_from_motor_algebra_block),
         WIDTHS(point_from_motor_algebra_dense), (any_function *)NAME(point_from_motor_algebra), NAME(call_ar), 1, 2,
-        0, 0, parts, NULL};
+        0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -28695,7 +28754,7 @@ void NAME(line_to_motor_algebra_loop)(char **args, const intptr_t *dimensions, c
 {
     static const struct part parts[] = {{6, 1, 0, {6}}, {3, 1, 1, {3}}, {3, 1, 2, {3}}};
     static const struct kernel kernel = {WIDTHS(line_to_motor_algebra_block), {NULL}, (any_function
-        *)NAME(line_to_motor_algebra), NAME(call_arr), 1, 3, 0, 0, parts, NULL};
+        *)NAME(line_to_motor_algebra), NAME(call_arr), 1, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -28743,7 +28802,7 @@ void NAME(line_from_motor_algebra_loop)(char **args, const intptr_t *dimensions,
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {3, 1, 1, {3}}, {6, 1, 2, {6}}};
     static const struct kernel kernel = {WIDTHS(line_from_motor_algebra_block), {NULL}, (any_function
-        *)NAME(line_from_motor_algebra), NAME(call_aar), 2, 3, 0, 0, parts, NULL};
+        *)NAME(line_from_motor_algebra), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -28801,7 +28860,7 @@ void NAME(plane_to_motor_algebra_loop)(char **args, const intptr_t *dimensions, 
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {4, 1, 1, {4}}};
     static const struct kernel kernel = {WIDTHS(plane_to_motor_algebra_block), WIDTHS(plane_to_motor_algebra_dense),
-        (any_function *)NAME(plane_to_motor_algebra), NAME(call_ar), 1, 2, 0, 0, parts, NULL};
+        (any_function *)NAME(plane_to_motor_algebra), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -28860,7 +28919,7 @@ void NAME(plane_from_motor_algebra_loop)(char **args, const intptr_t *dimensions
     static const struct part parts[] = {{4, 1, 0, {4}}, {4, 1, 1, {4}}};
     static const struct kernel kernel = {WIDTHS(plane_from_motor_algebra_block),
         WIDTHS(plane_from_motor_algebra_dense), (any_function *)NAME(plane_from_motor_algebra), NAME(call_ar), 1, 2,
-        0, 0, parts, NULL};
+        0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -29135,7 +29194,7 @@ void NAME(move_point_of_motor_algebra_loop)(char **args, const intptr_t *dimensi
         WIDTHS(move_point_of_motor_algebra_block_m), WIDTHS(move_point_of_motor_algebra_dense_m)}};
     static const struct kernel kernel = {WIDTHS(move_point_of_motor_algebra_block),
         WIDTHS(move_point_of_motor_algebra_dense), (any_function *)NAME(move_point_of_motor_algebra),
-        NAME(call_aar), 2, 3, 1, 0, parts, forms};
+        NAME(call_aar), 2, 3, 1, 0, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -29399,7 +29458,7 @@ void NAME(move_plane_of_motor_algebra_loop)(char **args, const intptr_t *dimensi
     static const struct form forms[] = {{1, 3, NAME(move_plane_of_motor_algebra_start_m),
         WIDTHS(move_plane_of_motor_algebra_block_m), WIDTHS(move_plane_of_motor_algebra_dense_m)}};
     static const struct kernel kernel = {WIDTHS(move_plane_of_motor_algebra_block), {NULL}, (any_function
-        *)NAME(move_plane_of_motor_algebra), NAME(call_aar), 2, 3, 1, 0, parts, forms};
+        *)NAME(move_plane_of_motor_algebra), NAME(call_aar), 2, 3, 1, 0, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -29481,7 +29540,7 @@ void NAME(line_commutator_loop)(char **args, const intptr_t *dimensions, const i
 {
     static const struct part parts[] = {{6, 1, 0, {6}}, {6, 1, 1, {6}}, {6, 1, 2, {6}}};
     static const struct kernel kernel = {WIDTHS(line_commutator_block), {NULL}, (any_function
-        *)NAME(line_commutator), NAME(call_aar), 2, 3, 0, 0, parts, NULL};
+        *)NAME(line_commutator), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -29538,7 +29597,7 @@ void NAME(twist_on_point_loop)(char **args, const intptr_t *dimensions, const in
 {
     static const struct part parts[] = {{6, 1, 0, {6}}, {3, 1, 1, {3}}, {3, 1, 2, {3}}};
     static const struct kernel kernel = {WIDTHS(twist_on_point_block), {NULL}, (any_function *)NAME(twist_on_point),
-        NAME(call_aar), 2, 3, 0, 0, parts, NULL};
+        NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -29620,7 +29679,7 @@ void NAME(twist_on_line_loop)(char **args, const intptr_t *dimensions, const int
 {
     static const struct part parts[] = {{6, 1, 0, {6}}, {6, 1, 1, {6}}, {6, 1, 2, {6}}};
     static const struct kernel kernel = {WIDTHS(twist_on_line_block), {NULL}, (any_function *)NAME(twist_on_line),
-        NAME(call_aar), 2, 3, 0, 0, parts, NULL};
+        NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -29681,7 +29740,7 @@ void NAME(twist_on_plane_loop)(char **args, const intptr_t *dimensions, const in
 {
     static const struct part parts[] = {{6, 1, 0, {6}}, {4, 1, 1, {4}}, {4, 1, 2, {4}}};
     static const struct kernel kernel = {WIDTHS(twist_on_plane_block), {NULL}, (any_function *)NAME(twist_on_plane),
-        NAME(call_aar), 2, 3, 0, 0, parts, NULL};
+        NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -29737,7 +29796,7 @@ void NAME(power_loop)(char **args, const intptr_t *dimensions, const intptr_t *s
 {
     static const struct part parts[] = {{6, 1, 0, {6}}, {6, 1, 1, {6}}, {1, 0, 2, {0}}};
     static const struct kernel kernel = {WIDTHS(power_block), {NULL}, (any_function *)NAME(power), NAME(call_aar),
-        2, 3, 0, 0, parts, NULL};
+        2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -29961,7 +30020,7 @@ void NAME(inertia_of_moved_body_loop)(char **args, const intptr_t *dimensions, c
 {
     static const struct part parts[] = {{8, 1, 0, {8}}, {10, 1, 1, {10}}, {10, 1, 2, {10}}};
     static const struct kernel kernel = {WIDTHS(inertia_of_moved_body_block), {NULL}, (any_function
-        *)NAME(inertia_of_moved_body), NAME(call_aar), 2, 3, 0, 0, parts, NULL};
+        *)NAME(inertia_of_moved_body), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -30058,7 +30117,7 @@ void NAME(momentum_loop)(char **args, const intptr_t *dimensions, const intptr_t
 {
     static const struct part parts[] = {{10, 1, 0, {10}}, {6, 1, 1, {6}}, {6, 1, 2, {6}}};
     static const struct kernel kernel = {WIDTHS(momentum_block), {NULL}, (any_function *)NAME(momentum),
-        NAME(call_aar), 2, 3, 0, 0, parts, NULL};
+        NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -30840,7 +30899,7 @@ void NAME(inertial_wrench_loop)(char **args, const intptr_t *dimensions, const i
         WIDTHS(inertial_wrench_block_v_a), {NULL}}, {2, 2, NAME(inertial_wrench_start_v),
         WIDTHS(inertial_wrench_block_v), {NULL}}};
     static const struct kernel kernel = {WIDTHS(inertial_wrench_block), {NULL}, (any_function
-        *)NAME(inertial_wrench), NAME(call_aaar), 3, 4, 3, 0, parts, forms};
+        *)NAME(inertial_wrench), NAME(call_aaar), 3, 4, 3, 0, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -30905,7 +30964,7 @@ void NAME(twist_after_joint_loop)(char **args, const intptr_t *dimensions, const
 {
     static const struct part parts[] = {{6, 1, 0, {6}}, {6, 1, 1, {6}}, {1, 0, 2, {0}}, {6, 1, 2, {6}}};
     static const struct kernel kernel = {WIDTHS(twist_after_joint_block), {NULL}, (any_function
-        *)NAME(twist_after_joint), NAME(call_aanr), 3, 4, 0, 0, parts, NULL};
+        *)NAME(twist_after_joint), NAME(call_aanr), 3, 4, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -31604,7 +31663,7 @@ void NAME(twist_rate_after_joint_loop)(char **args, const intptr_t *dimensions, 
         NAME(twist_rate_after_joint_start_a_axis_speed_acceleration),
         WIDTHS(twist_rate_after_joint_block_a_axis_speed_acceleration), {NULL}}};
     static const struct kernel kernel = {WIDTHS(twist_rate_after_joint_block), {NULL}, (any_function
-        *)NAME(twist_rate_after_joint), NAME(call_aaannr), 5, 6, 4, 0, parts, forms};
+        *)NAME(twist_rate_after_joint), NAME(call_aaannr), 5, 6, 4, 0, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 #endif

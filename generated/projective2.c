@@ -2,7 +2,7 @@
 // command: gac generate --all projective2
 // spec: 0159c77a8494f6e7
 // contraction: -ffp-contract=off (every operation is rounded once)
-// body: 03248dcdb91fe20c9182a795792eb8dbdace683e5dee9acecbbc92b0ce06cdef
+// body: 1e510460674a3a7a490704bed114c2702b7fe9dc950220724a9dcd68d81ecb18
 
 #ifndef REAL
 #include "projective2.h"
@@ -76,6 +76,49 @@ struct part {
     int size, rank, first, shape[2];
 };
 
+// Where a number of an element lies, its components being counted in C order.
+static intptr_t offset_of(const struct part *part, intptr_t k, const intptr_t *strides)
+{
+    intptr_t offset = 0;
+    for (int axis = part->rank; axis-- > 1; k /= part->shape[axis])
+        offset += k % part->shape[axis] * strides[axis];
+    return part->rank ? offset + k * strides[0] : 0;
+}
+
+// What no cache holds goes to memory past them: whole lines, of which nothing is fetched first.
+enum { LINE = 64 };
+#ifdef ON
+#define PASSES(bytes) ((bytes) > 1 << 25)
+ON("v3") static void stream(char *to, const char *from, intptr_t bytes)
+{
+    typedef double half __attribute__((vector_size(LINE / 2), aligned(4), may_alias));
+    const intptr_t start = -(intptr_t)to & (LINE - 1);
+    intptr_t i = 0;
+    for (; i < start && i < bytes; i += 4)
+        memcpy(to + i, from + i, 4);
+    for (; i + LINE <= bytes; i += LINE) {
+        __builtin_ia32_movntpd256((double *)(to + i), *(const half *)(from + i));
+        __builtin_ia32_movntpd256((double *)(to + i + LINE / 2), *(const half *)(from + i + LINE / 2));
+    }
+    for (; i < bytes; i += 4)
+        memcpy(to + i, from + i, 4);
+}
+#define STREAM_END() __builtin_ia32_sfence()
+#else
+#define PASSES(bytes) 0
+#define stream memcpy
+#define STREAM_END()
+#endif
+
+// How many elements lie before one that starts a line; 0 if none of the first does.
+static intptr_t before_line(const char *first, intptr_t step)
+{
+    for (intptr_t i = 0; i < LANES; ++i)
+        if (((intptr_t)first + i * step) % LINE == 0)
+            return i;
+    return 0;
+}
+
 typedef void loop_function(intptr_t n, char **args, const intptr_t *strides);
 typedef void any_function(void);
 
@@ -94,7 +137,7 @@ struct kernel {
     loop_function *block[2], *dense[2];
     any_function *function;
     void (*call)(any_function *function, void **parts);
-    int n_inputs, n_parts, n_forms, repeats;
+    int n_inputs, n_parts, n_forms, repeats, busy;
     const struct part *parts;
     const struct form *forms;
 };
@@ -712,15 +755,19 @@ static void NAME(move_part)(int back, REAL *x, intptr_t row, const struct part *
 static void NAME(move_element)(int back, REAL *x, const struct part *part, char *a, const intptr_t *c)
 {
     for (intptr_t k = 0; k < part->size; ++k) {
-        intptr_t offset = 0, rest = k;
-        for (int axis = part->rank; axis-- > 1; rest /= part->shape[axis])
-            offset += rest % part->shape[axis] * c[axis];
-        offset += part->rank ? rest * c[0] : 0;
+        REAL *number = (REAL *)(a + offset_of(part, k, c));
         if (back)
-            *(REAL *)(a + offset) = x[k];
+            *number = x[k];
         else
-            x[k] = *(const REAL *)(a + offset);
+            x[k] = *number;
     }
+}
+
+// All rows of a part to a batch in which they are contiguous, past the caches.
+static void NAME(stream_part)(REAL *x, intptr_t row, const struct part *part, char *a, const intptr_t *c, intptr_t n)
+{
+    for (intptr_t k = 0; k < part->size; ++k)
+        stream(a + offset_of(part, k, c), (const char *)(x + k * row), n * sizeof(REAL));
 }
 
 // Runs a kernel on one element after the other.
@@ -747,11 +794,11 @@ static void NAME(batch)(const struct kernel *kernel, char **args, intptr_t n, co
 {
     const intptr_t w = sizeof(REAL), *strides = steps + kernel->n_parts;
     const int n_parts = kernel->n_parts, n_inputs = kernel->n_inputs, width = CHOSEN;
-    enum { SAME, HOISTED, UNIT, ANY } kinds[PARTS];
+    enum { SAME, HOISTED, UNIT, ANY, PAST } kinds[PARTS];
     _Alignas(64) REAL space[SPACE], prepared[PREPARED];
     REAL *rows[PARTS];
     char *starts[PARTS];
-    intptr_t cores[CORES], row_cores[CORES], total = 0, bytes = 0;
+    intptr_t cores[CORES], row_cores[CORES], total = 0, numbers = 0, bytes = 0;
     unsigned still = 0, hoisted = 0;
     int in_place = 1, ordered = 1, known = 1;
     if (width < 0 || n == 1) {
@@ -768,6 +815,7 @@ static void NAME(batch)(const struct kernel *kernel, char **args, intptr_t n, co
         ordered = ordered && (same || steps[p] == step);
         known = known && part->size <= SIZES && NAME(spans)[part->size].load[width];
         total += part->size;
+        numbers += same ? 0 : part->size;
         bytes += steps[p] < 0 ? -steps[p] : steps[p];
         still |= (unsigned)same << p;
     }
@@ -780,9 +828,11 @@ static void NAME(batch)(const struct kernel *kernel, char **args, intptr_t n, co
     }
     const int dense = ordered && still == hoisted && in_order;
     const int spans = ordered && !dense && known && total * SPAN <= SPACE;
+    // Results that no cache holds go past the caches, where that is what takes the time.
+    const int past = PASSES(n * numbers * w) && !kernel->busy && !ordered && steps[n_inputs] == w;
     // Long rows spare calls; beyond the last cache, short turns keep reading and writing going side by side.
     const int near = n < (1 << 24) / (bytes + 1);
-    intptr_t row = spans ? SPAN : near ? 512 / w : LANES;
+    intptr_t row = spans ? SPAN : near || past ? 512 / w : LANES;
     while (row > LANES && row * total > SPACE)
         row /= 2;
     total = 0;
@@ -795,9 +845,10 @@ static void NAME(batch)(const struct kernel *kernel, char **args, intptr_t n, co
         kinds[p] = hoisted >> p & 1 ? HOISTED : still >> p & 1 ? SAME : steps[p] == w ? UNIT : ANY;
         for (int q = 0; kernel->repeats && p >= n_inputs && q < n_inputs; ++q)
             kinds[p] = args[p] == args[q] ? ANY : kinds[p];
+        kinds[p] = past && p >= n_inputs && steps[p] == w ? PAST : kinds[p];
         in_place = in_place && (kinds[p] == UNIT || kinds[p] == HOISTED);
         for (int q = part->first + part->rank; q-- > part->first; row_step *= part->shape[q - part->first]) {
-            cores[q] = kinds[p] == SAME || kinds[p] == ANY ? row_step : strides[q];
+            cores[q] = kinds[p] == HOISTED || kinds[p] == UNIT ? strides[q] : row_step;
             row_cores[q] = row_step;
         }
         if (dense || kinds[p] == HOISTED || kinds[p] == UNIT)
@@ -809,7 +860,9 @@ static void NAME(batch)(const struct kernel *kernel, char **args, intptr_t n, co
             NAME(move_part)(0, rows[p], row, part, args[p], 0, strides + part->first, n < row ? PADDED(n) : row);
     }
     const intptr_t turn = near ? SPAN : LANES;
-    intptr_t i = 0;
+    intptr_t i = past && !hoisted ? before_line(args[n_inputs], steps[n_inputs]) : 0;
+    if (i)
+        NAME(each)(kernel, args, i, steps);
     // In C order, by functions that know the sizes.
     for (; spans && !in_place && n - i >= turn; i += turn) {
         for (int p = 0; p < n_parts; ++p) {
@@ -847,11 +900,17 @@ static void NAME(batch)(const struct kernel *kernel, char **args, intptr_t n, co
                     rows[p][k * row + j] = rows[p][k * row + m - 1];
         }
         in_rows(m, starts, cores);
-        for (int p = n_inputs; p < n_parts; ++p)
-            if (starts[p] == (char *)rows[p])
-                NAME(move_part)(1, rows[p], row, &kernel->parts[p], args[p] + i * steps[p], steps[p],
-                    strides + kernel->parts[p].first, m);
+        for (int p = n_inputs; p < n_parts; ++p) {
+            const struct part *part = &kernel->parts[p];
+            char *to = args[p] + i * steps[p];
+            if (kinds[p] == PAST)
+                NAME(stream_part)(rows[p], row, part, to, strides + part->first, m);
+            else if (starts[p] == (char *)rows[p])
+                NAME(move_part)(1, rows[p], row, part, to, steps[p], strides + part->first, m);
+        }
     }
+    if (past)
+        STREAM_END();
 }
 
 INLINE void NAME(bracket)(const REAL *a, const REAL *b, const REAL *c, REAL *out)
@@ -935,7 +994,7 @@ void NAME(bracket_loop)(char **args, const intptr_t *dimensions, const intptr_t 
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {3, 1, 1, {3}}, {3, 1, 2, {3}}, {1, 0, 3, {0}}};
     static const struct kernel kernel = {WIDTHS(bracket_block), WIDTHS(bracket_dense), (any_function
-        *)NAME(bracket), NAME(call_aaar), 3, 4, 0, 0, parts, NULL};
+        *)NAME(bracket), NAME(call_aaar), 3, 4, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -1008,7 +1067,7 @@ void NAME(join_points_loop)(char **args, const intptr_t *dimensions, const intpt
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {3, 1, 1, {3}}, {3, 1, 2, {3}}};
     static const struct kernel kernel = {WIDTHS(join_points_block), WIDTHS(join_points_dense), (any_function
-        *)NAME(join_points), NAME(call_aar), 2, 3, 0, 0, parts, NULL};
+        *)NAME(join_points), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -1068,7 +1127,7 @@ void NAME(transform_point_loop)(char **args, const intptr_t *dimensions, const i
 {
     static const struct part parts[] = {{9, 2, 0, {3, 3}}, {2, 1, 2, {2}}, {2, 1, 3, {2}}};
     static const struct kernel kernel = {WIDTHS(transform_point_block), {NULL}, (any_function
-        *)NAME(transform_point), NAME(call_aar), 2, 3, 0, 0, parts, NULL};
+        *)NAME(transform_point), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -1142,7 +1201,7 @@ void NAME(line_homography_loop)(char **args, const intptr_t *dimensions, const i
 {
     static const struct part parts[] = {{9, 2, 0, {3, 3}}, {9, 2, 2, {3, 3}}};
     static const struct kernel kernel = {WIDTHS(line_homography_block), {NULL}, (any_function
-        *)NAME(line_homography), NAME(call_ar), 1, 2, 0, 0, parts, NULL};
+        *)NAME(line_homography), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -1205,7 +1264,7 @@ void NAME(homography_equations_loop)(char **args, const intptr_t *dimensions, co
 {
     static const struct part parts[] = {{2, 1, 0, {2}}, {2, 1, 1, {2}}, {18, 2, 2, {2, 9}}};
     static const struct kernel kernel = {WIDTHS(homography_equations_block), {NULL}, (any_function
-        *)NAME(homography_equations), NAME(call_aar), 2, 3, 0, 0, parts, NULL};
+        *)NAME(homography_equations), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -1258,7 +1317,7 @@ void NAME(cross_ratio_on_line_loop)(char **args, const intptr_t *dimensions, con
 {
     static const struct part parts[] = {{8, 2, 0, {4, 2}}, {1, 0, 2, {0}}};
     static const struct kernel kernel = {WIDTHS(cross_ratio_on_line_block), {NULL}, (any_function
-        *)NAME(cross_ratio_on_line), NAME(call_ar), 1, 2, 0, 0, parts, NULL};
+        *)NAME(cross_ratio_on_line), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -1344,7 +1403,7 @@ void NAME(cross_ratio_of_lines_loop)(char **args, const intptr_t *dimensions, co
 {
     static const struct part parts[] = {{15, 2, 0, {5, 3}}, {1, 0, 2, {0}}};
     static const struct kernel kernel = {WIDTHS(cross_ratio_of_lines_block), {NULL}, (any_function
-        *)NAME(cross_ratio_of_lines), NAME(call_ar), 1, 2, 0, 0, parts, NULL};
+        *)NAME(cross_ratio_of_lines), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -1494,7 +1553,7 @@ void NAME(conic_from_points_loop)(char **args, const intptr_t *dimensions, const
 {
     static const struct part parts[] = {{15, 2, 0, {5, 3}}, {6, 1, 2, {6}}};
     static const struct kernel kernel = {WIDTHS(conic_from_points_block), {NULL}, (any_function
-        *)NAME(conic_from_points), NAME(call_ar), 1, 2, 0, 0, parts, NULL};
+        *)NAME(conic_from_points), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -1637,7 +1696,7 @@ void NAME(pascal_bracket_loop)(char **args, const intptr_t *dimensions, const in
 {
     static const struct part parts[] = {{18, 2, 0, {6, 3}}, {1, 0, 2, {0}}};
     static const struct kernel kernel = {WIDTHS(pascal_bracket_block), {NULL}, (any_function *)NAME(pascal_bracket),
-        NAME(call_ar), 1, 2, 0, 0, parts, NULL};
+        NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -1717,7 +1776,7 @@ void NAME(circular_point_equations_loop)(char **args, const intptr_t *dimensions
 {
     static const struct part parts[] = {{9, 2, 0, {3, 3}}, {12, 2, 2, {2, 6}}};
     static const struct kernel kernel = {WIDTHS(circular_point_equations_block), {NULL}, (any_function
-        *)NAME(circular_point_equations), NAME(call_ar), 1, 2, 0, 0, parts, NULL};
+        *)NAME(circular_point_equations), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 #endif

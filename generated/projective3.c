@@ -2,7 +2,7 @@
 // command: gac generate --all projective3
 // spec: b8100e20257c1954
 // contraction: -ffp-contract=off (every operation is rounded once)
-// body: ac94ff4bf7cfdf1560ea1024bd0ae2491a48f146e7c0d1156537be69c15bf031
+// body: 82b5f3c81eb503e2079c2d46f8af62d84015ceaf0fb98b34ab1d7cd1e3754653
 
 #ifndef REAL
 #include "projective3.h"
@@ -76,6 +76,49 @@ struct part {
     int size, rank, first, shape[4];
 };
 
+// Where a number of an element lies, its components being counted in C order.
+static intptr_t offset_of(const struct part *part, intptr_t k, const intptr_t *strides)
+{
+    intptr_t offset = 0;
+    for (int axis = part->rank; axis-- > 1; k /= part->shape[axis])
+        offset += k % part->shape[axis] * strides[axis];
+    return part->rank ? offset + k * strides[0] : 0;
+}
+
+// What no cache holds goes to memory past them: whole lines, of which nothing is fetched first.
+enum { LINE = 64 };
+#ifdef ON
+#define PASSES(bytes) ((bytes) > 1 << 25)
+ON("v3") static void stream(char *to, const char *from, intptr_t bytes)
+{
+    typedef double half __attribute__((vector_size(LINE / 2), aligned(4), may_alias));
+    const intptr_t start = -(intptr_t)to & (LINE - 1);
+    intptr_t i = 0;
+    for (; i < start && i < bytes; i += 4)
+        memcpy(to + i, from + i, 4);
+    for (; i + LINE <= bytes; i += LINE) {
+        __builtin_ia32_movntpd256((double *)(to + i), *(const half *)(from + i));
+        __builtin_ia32_movntpd256((double *)(to + i + LINE / 2), *(const half *)(from + i + LINE / 2));
+    }
+    for (; i < bytes; i += 4)
+        memcpy(to + i, from + i, 4);
+}
+#define STREAM_END() __builtin_ia32_sfence()
+#else
+#define PASSES(bytes) 0
+#define stream memcpy
+#define STREAM_END()
+#endif
+
+// How many elements lie before one that starts a line; 0 if none of the first does.
+static intptr_t before_line(const char *first, intptr_t step)
+{
+    for (intptr_t i = 0; i < LANES; ++i)
+        if (((intptr_t)first + i * step) % LINE == 0)
+            return i;
+    return 0;
+}
+
 typedef void loop_function(intptr_t n, char **args, const intptr_t *strides);
 typedef void any_function(void);
 
@@ -94,7 +137,7 @@ struct kernel {
     loop_function *block[2], *dense[2];
     any_function *function;
     void (*call)(any_function *function, void **parts);
-    int n_inputs, n_parts, n_forms, repeats;
+    int n_inputs, n_parts, n_forms, repeats, busy;
     const struct part *parts;
     const struct form *forms;
 };
@@ -1034,15 +1077,19 @@ static void NAME(move_part)(int back, REAL *x, intptr_t row, const struct part *
 static void NAME(move_element)(int back, REAL *x, const struct part *part, char *a, const intptr_t *c)
 {
     for (intptr_t k = 0; k < part->size; ++k) {
-        intptr_t offset = 0, rest = k;
-        for (int axis = part->rank; axis-- > 1; rest /= part->shape[axis])
-            offset += rest % part->shape[axis] * c[axis];
-        offset += part->rank ? rest * c[0] : 0;
+        REAL *number = (REAL *)(a + offset_of(part, k, c));
         if (back)
-            *(REAL *)(a + offset) = x[k];
+            *number = x[k];
         else
-            x[k] = *(const REAL *)(a + offset);
+            x[k] = *number;
     }
+}
+
+// All rows of a part to a batch in which they are contiguous, past the caches.
+static void NAME(stream_part)(REAL *x, intptr_t row, const struct part *part, char *a, const intptr_t *c, intptr_t n)
+{
+    for (intptr_t k = 0; k < part->size; ++k)
+        stream(a + offset_of(part, k, c), (const char *)(x + k * row), n * sizeof(REAL));
 }
 
 // Runs a kernel on one element after the other.
@@ -1069,11 +1116,11 @@ static void NAME(batch)(const struct kernel *kernel, char **args, intptr_t n, co
 {
     const intptr_t w = sizeof(REAL), *strides = steps + kernel->n_parts;
     const int n_parts = kernel->n_parts, n_inputs = kernel->n_inputs, width = CHOSEN;
-    enum { SAME, HOISTED, UNIT, ANY } kinds[PARTS];
+    enum { SAME, HOISTED, UNIT, ANY, PAST } kinds[PARTS];
     _Alignas(64) REAL space[SPACE], prepared[PREPARED];
     REAL *rows[PARTS];
     char *starts[PARTS];
-    intptr_t cores[CORES], row_cores[CORES], total = 0, bytes = 0;
+    intptr_t cores[CORES], row_cores[CORES], total = 0, numbers = 0, bytes = 0;
     unsigned still = 0, hoisted = 0;
     int in_place = 1, ordered = 1, known = 1;
     if (width < 0 || n == 1) {
@@ -1090,6 +1137,7 @@ static void NAME(batch)(const struct kernel *kernel, char **args, intptr_t n, co
         ordered = ordered && (same || steps[p] == step);
         known = known && part->size <= SIZES && NAME(spans)[part->size].load[width];
         total += part->size;
+        numbers += same ? 0 : part->size;
         bytes += steps[p] < 0 ? -steps[p] : steps[p];
         still |= (unsigned)same << p;
     }
@@ -1102,9 +1150,11 @@ static void NAME(batch)(const struct kernel *kernel, char **args, intptr_t n, co
     }
     const int dense = ordered && still == hoisted && in_order;
     const int spans = ordered && !dense && known && total * SPAN <= SPACE;
+    // Results that no cache holds go past the caches, where that is what takes the time.
+    const int past = PASSES(n * numbers * w) && !kernel->busy && !ordered && steps[n_inputs] == w;
     // Long rows spare calls; beyond the last cache, short turns keep reading and writing going side by side.
     const int near = n < (1 << 24) / (bytes + 1);
-    intptr_t row = spans ? SPAN : near ? 512 / w : LANES;
+    intptr_t row = spans ? SPAN : near || past ? 512 / w : LANES;
     while (row > LANES && row * total > SPACE)
         row /= 2;
     total = 0;
@@ -1117,9 +1167,10 @@ static void NAME(batch)(const struct kernel *kernel, char **args, intptr_t n, co
         kinds[p] = hoisted >> p & 1 ? HOISTED : still >> p & 1 ? SAME : steps[p] == w ? UNIT : ANY;
         for (int q = 0; kernel->repeats && p >= n_inputs && q < n_inputs; ++q)
             kinds[p] = args[p] == args[q] ? ANY : kinds[p];
+        kinds[p] = past && p >= n_inputs && steps[p] == w ? PAST : kinds[p];
         in_place = in_place && (kinds[p] == UNIT || kinds[p] == HOISTED);
         for (int q = part->first + part->rank; q-- > part->first; row_step *= part->shape[q - part->first]) {
-            cores[q] = kinds[p] == SAME || kinds[p] == ANY ? row_step : strides[q];
+            cores[q] = kinds[p] == HOISTED || kinds[p] == UNIT ? strides[q] : row_step;
             row_cores[q] = row_step;
         }
         if (dense || kinds[p] == HOISTED || kinds[p] == UNIT)
@@ -1131,7 +1182,9 @@ static void NAME(batch)(const struct kernel *kernel, char **args, intptr_t n, co
             NAME(move_part)(0, rows[p], row, part, args[p], 0, strides + part->first, n < row ? PADDED(n) : row);
     }
     const intptr_t turn = near ? SPAN : LANES;
-    intptr_t i = 0;
+    intptr_t i = past && !hoisted ? before_line(args[n_inputs], steps[n_inputs]) : 0;
+    if (i)
+        NAME(each)(kernel, args, i, steps);
     // In C order, by functions that know the sizes.
     for (; spans && !in_place && n - i >= turn; i += turn) {
         for (int p = 0; p < n_parts; ++p) {
@@ -1169,11 +1222,17 @@ static void NAME(batch)(const struct kernel *kernel, char **args, intptr_t n, co
                     rows[p][k * row + j] = rows[p][k * row + m - 1];
         }
         in_rows(m, starts, cores);
-        for (int p = n_inputs; p < n_parts; ++p)
-            if (starts[p] == (char *)rows[p])
-                NAME(move_part)(1, rows[p], row, &kernel->parts[p], args[p] + i * steps[p], steps[p],
-                    strides + kernel->parts[p].first, m);
+        for (int p = n_inputs; p < n_parts; ++p) {
+            const struct part *part = &kernel->parts[p];
+            char *to = args[p] + i * steps[p];
+            if (kinds[p] == PAST)
+                NAME(stream_part)(rows[p], row, part, to, strides + part->first, m);
+            else if (starts[p] == (char *)rows[p])
+                NAME(move_part)(1, rows[p], row, part, to, steps[p], strides + part->first, m);
+        }
     }
+    if (past)
+        STREAM_END();
 }
 
 INLINE void NAME(bracket)(const REAL *a, const REAL *b, const REAL *c, const REAL *d, REAL *out)
@@ -1794,7 +1853,7 @@ void NAME(bracket_loop)(char **args, const intptr_t *dimensions, const intptr_t 
         WIDTHS(bracket_dense_a_c_d)}, {14, 2, NAME(bracket_start_b_c_d), WIDTHS(bracket_block_b_c_d),
         WIDTHS(bracket_dense_b_c_d)}};
     static const struct kernel kernel = {WIDTHS(bracket_block), {NULL}, (any_function *)NAME(bracket),
-        NAME(call_aaaar), 4, 5, 4, 0, parts, forms};
+        NAME(call_aaaar), 4, 5, 4, 0, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -1858,7 +1917,7 @@ void NAME(join_points_loop)(char **args, const intptr_t *dimensions, const intpt
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {4, 1, 1, {4}}, {6, 1, 2, {6}}};
     static const struct kernel kernel = {WIDTHS(join_points_block), {NULL}, (any_function *)NAME(join_points),
-        NAME(call_aar), 2, 3, 0, 0, parts, NULL};
+        NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -2353,7 +2412,7 @@ void NAME(join_three_points_loop)(char **args, const intptr_t *dimensions, const
         WIDTHS(join_three_points_dense_a_c)}, {6, 2, NAME(join_three_points_start_b_c),
         WIDTHS(join_three_points_block_b_c), WIDTHS(join_three_points_dense_b_c)}};
     static const struct kernel kernel = {WIDTHS(join_three_points_block), WIDTHS(join_three_points_dense),
-        (any_function *)NAME(join_three_points), NAME(call_aaar), 3, 4, 3, 0, parts, forms};
+        (any_function *)NAME(join_three_points), NAME(call_aaar), 3, 4, 3, 0, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -2423,7 +2482,7 @@ void NAME(project_point_loop)(char **args, const intptr_t *dimensions, const int
 {
     static const struct part parts[] = {{12, 2, 0, {3, 4}}, {3, 1, 2, {3}}, {2, 1, 3, {2}}};
     static const struct kernel kernel = {WIDTHS(project_point_block), {NULL}, (any_function *)NAME(project_point),
-        NAME(call_aar), 2, 3, 0, 0, parts, NULL};
+        NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -2495,7 +2554,7 @@ void NAME(project_homogeneous_point_loop)(char **args, const intptr_t *dimension
 {
     static const struct part parts[] = {{12, 2, 0, {3, 4}}, {4, 1, 2, {4}}, {3, 1, 3, {3}}};
     static const struct kernel kernel = {WIDTHS(project_homogeneous_point_block), {NULL}, (any_function
-        *)NAME(project_homogeneous_point), NAME(call_aar), 2, 3, 0, 0, parts, NULL};
+        *)NAME(project_homogeneous_point), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -2580,7 +2639,7 @@ void NAME(camera_centre_loop)(char **args, const intptr_t *dimensions, const int
 {
     static const struct part parts[] = {{12, 2, 0, {3, 4}}, {4, 1, 2, {4}}};
     static const struct kernel kernel = {WIDTHS(camera_centre_block), {NULL}, (any_function *)NAME(camera_centre),
-        NAME(call_ar), 1, 2, 0, 0, parts, NULL};
+        NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -2836,7 +2895,7 @@ void NAME(back_project_pixel_loop)(char **args, const intptr_t *dimensions, cons
     static const struct form forms[] = {{1, 6, NAME(back_project_pixel_start_camera),
         WIDTHS(back_project_pixel_block_camera), {NULL}}};
     static const struct kernel kernel = {WIDTHS(back_project_pixel_block), {NULL}, (any_function
-        *)NAME(back_project_pixel), NAME(call_aar), 2, 3, 1, 0, parts, forms};
+        *)NAME(back_project_pixel), NAME(call_aar), 2, 3, 1, 0, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -3737,7 +3796,7 @@ void NAME(fundamental_matrix_from_cameras_loop)(char **args, const intptr_t *dim
         NAME(fundamental_matrix_from_cameras_start_second), WIDTHS(fundamental_matrix_from_cameras_block_second),
         {NULL}}};
     static const struct kernel kernel = {WIDTHS(fundamental_matrix_from_cameras_block), {NULL}, (any_function
-        *)NAME(fundamental_matrix_from_cameras), NAME(call_aar), 2, 3, 2, 0, parts, forms};
+        *)NAME(fundamental_matrix_from_cameras), NAME(call_aar), 2, 3, 2, 0, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -3985,7 +4044,7 @@ void NAME(epipole_from_cameras_loop)(char **args, const intptr_t *dimensions, co
     static const struct form forms[] = {{1, 2, NAME(epipole_from_cameras_start_first),
         WIDTHS(epipole_from_cameras_block_first), {NULL}}};
     static const struct kernel kernel = {WIDTHS(epipole_from_cameras_block), {NULL}, (any_function
-        *)NAME(epipole_from_cameras), NAME(call_aar), 2, 3, 1, 0, parts, forms};
+        *)NAME(epipole_from_cameras), NAME(call_aar), 2, 3, 1, 0, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -4043,7 +4102,7 @@ void NAME(epipolar_line_loop)(char **args, const intptr_t *dimensions, const int
 {
     static const struct part parts[] = {{9, 2, 0, {3, 3}}, {2, 1, 2, {2}}, {3, 1, 3, {3}}};
     static const struct kernel kernel = {WIDTHS(epipolar_line_block), {NULL}, (any_function *)NAME(epipolar_line),
-        NAME(call_aar), 2, 3, 0, 0, parts, NULL};
+        NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -4246,7 +4305,7 @@ void NAME(distance_to_epipolar_line_loop)(char **args, const intptr_t *dimension
         WIDTHS(distance_to_epipolar_line_block_fundamental_pixel),
         WIDTHS(distance_to_epipolar_line_dense_fundamental_pixel)}};
     static const struct kernel kernel = {WIDTHS(distance_to_epipolar_line_block), {NULL}, (any_function
-        *)NAME(distance_to_epipolar_line), NAME(call_aaar), 3, 4, 1, 0, parts, forms};
+        *)NAME(distance_to_epipolar_line), NAME(call_aaar), 3, 4, 1, 0, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -4592,7 +4651,7 @@ void NAME(sampson_distance_loop)(char **args, const intptr_t *dimensions, const 
         NAME(sampson_distance_start_fundamental_partner), WIDTHS(sampson_distance_block_fundamental_partner),
         WIDTHS(sampson_distance_dense_fundamental_partner)}};
     static const struct kernel kernel = {WIDTHS(sampson_distance_block), {NULL}, (any_function
-        *)NAME(sampson_distance), NAME(call_aaar), 3, 4, 2, 0, parts, forms};
+        *)NAME(sampson_distance), NAME(call_aaar), 3, 4, 2, 0, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -5280,7 +5339,7 @@ void NAME(triangulate_loop)(char **args, const intptr_t *dimensions, const intpt
         WIDTHS(triangulate_block_first_second_pixel), {NULL}}, {13, 2, NAME(triangulate_start_first_pixel_partner),
         WIDTHS(triangulate_block_first_pixel_partner), {NULL}}};
     static const struct kernel kernel = {WIDTHS(triangulate_block), {NULL}, (any_function *)NAME(triangulate),
-        NAME(call_aaaar), 4, 5, 2, 0, parts, forms};
+        NAME(call_aaaar), 4, 5, 2, 0, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -6280,7 +6339,7 @@ void NAME(camera_from_image_basis_loop)(char **args, const intptr_t *dimensions,
         NAME(camera_from_image_basis_start_first_second_third),
         WIDTHS(camera_from_image_basis_block_first_second_third), {NULL}}};
     static const struct kernel kernel = {WIDTHS(camera_from_image_basis_block), {NULL}, (any_function
-        *)NAME(camera_from_image_basis), NAME(call_aaaar), 4, 5, 4, 0, parts, forms};
+        *)NAME(camera_from_image_basis), NAME(call_aaaar), 4, 5, 4, 0, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -6393,7 +6452,7 @@ void NAME(line_projection_loop)(char **args, const intptr_t *dimensions, const i
 {
     static const struct part parts[] = {{12, 2, 0, {3, 4}}, {18, 2, 2, {3, 6}}};
     static const struct kernel kernel = {WIDTHS(line_projection_block), {NULL}, (any_function
-        *)NAME(line_projection), NAME(call_ar), 1, 2, 0, 0, parts, NULL};
+        *)NAME(line_projection), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -6689,7 +6748,7 @@ void NAME(project_line_loop)(char **args, const intptr_t *dimensions, const intp
     static const struct form forms[] = {{1, 2, NAME(project_line_start_camera), WIDTHS(project_line_block_camera),
         {NULL}}};
     static const struct kernel kernel = {WIDTHS(project_line_block), {NULL}, (any_function *)NAME(project_line),
-        NAME(call_aar), 2, 3, 1, 0, parts, forms};
+        NAME(call_aar), 2, 3, 1, 0, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -6756,7 +6815,7 @@ void NAME(meet_line_plane_loop)(char **args, const intptr_t *dimensions, const i
 {
     static const struct part parts[] = {{6, 1, 0, {6}}, {4, 1, 1, {4}}, {4, 1, 2, {4}}};
     static const struct kernel kernel = {WIDTHS(meet_line_plane_block), {NULL}, (any_function
-        *)NAME(meet_line_plane), NAME(call_aar), 2, 3, 0, 0, parts, NULL};
+        *)NAME(meet_line_plane), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -6812,7 +6871,7 @@ void NAME(meet_lines_loop)(char **args, const intptr_t *dimensions, const intptr
 {
     static const struct part parts[] = {{6, 1, 0, {6}}, {6, 1, 1, {6}}, {1, 0, 2, {0}}};
     static const struct kernel kernel = {WIDTHS(meet_lines_block), {NULL}, (any_function *)NAME(meet_lines),
-        NAME(call_aar), 2, 3, 0, 0, parts, NULL};
+        NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -7335,7 +7394,7 @@ void NAME(trifocal_tensor_from_cameras_loop)(char **args, const intptr_t *dimens
     static const struct part parts[] = {{12, 2, 0, {3, 4}}, {12, 2, 2, {3, 4}}, {12, 2, 4, {3, 4}}, {27, 3, 6, {3,
         3, 3}}};
     static const struct kernel kernel = {WIDTHS(trifocal_tensor_from_cameras_block), {NULL}, (any_function
-        *)NAME(trifocal_tensor_from_cameras), NAME(call_aaar), 3, 4, 0, 0, parts, NULL};
+        *)NAME(trifocal_tensor_from_cameras), NAME(call_aaar), 3, 4, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -8721,7 +8780,7 @@ void NAME(quadrifocal_tensor_from_cameras_loop)(char **args, const intptr_t *dim
     static const struct part parts[] = {{12, 2, 0, {3, 4}}, {12, 2, 2, {3, 4}}, {12, 2, 4, {3, 4}}, {12, 2, 6, {3,
         4}}, {81, 4, 8, {3, 3, 3, 3}}};
     static const struct kernel kernel = {WIDTHS(quadrifocal_tensor_from_cameras_block), {NULL}, (any_function
-        *)NAME(quadrifocal_tensor_from_cameras), NAME(call_aaaar), 4, 5, 0, 0, parts, NULL};
+        *)NAME(quadrifocal_tensor_from_cameras), NAME(call_aaaar), 4, 5, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -9181,7 +9240,7 @@ void NAME(transfer_point_loop)(char **args, const intptr_t *dimensions, const in
         NAME(transfer_point_start_tensor_pixel), WIDTHS(transfer_point_block_tensor_pixel),
         WIDTHS(transfer_point_dense_tensor_pixel)}};
     static const struct kernel kernel = {WIDTHS(transfer_point_block), {NULL}, (any_function *)NAME(transfer_point),
-        NAME(call_aaar), 3, 4, 2, 0, parts, forms};
+        NAME(call_aaar), 3, 4, 2, 0, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -9659,7 +9718,7 @@ void NAME(transfer_line_loop)(char **args, const intptr_t *dimensions, const int
         NAME(transfer_line_start_tensor_third), WIDTHS(transfer_line_block_tensor_third),
         WIDTHS(transfer_line_dense_tensor_third)}};
     static const struct kernel kernel = {WIDTHS(transfer_line_block), {NULL}, (any_function *)NAME(transfer_line),
-        NAME(call_aaar), 3, 4, 2, 0, parts, forms};
+        NAME(call_aaar), 3, 4, 2, 0, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -11025,7 +11084,7 @@ void NAME(transfer_lines_loop)(char **args, const intptr_t *dimensions, const in
         WIDTHS(transfer_lines_dense_tensor_first_third)}, {13, 2, NAME(transfer_lines_start_tensor_second_third),
         WIDTHS(transfer_lines_block_tensor_second_third), WIDTHS(transfer_lines_dense_tensor_second_third)}};
     static const struct kernel kernel = {WIDTHS(transfer_lines_block), {NULL}, (any_function *)NAME(transfer_lines),
-        NAME(call_aaaar), 4, 5, 3, 0, parts, forms};
+        NAME(call_aaaar), 4, 5, 3, 0, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -11074,7 +11133,7 @@ void NAME(epipolar_equation_loop)(char **args, const intptr_t *dimensions, const
 {
     static const struct part parts[] = {{2, 1, 0, {2}}, {2, 1, 1, {2}}, {9, 1, 2, {9}}};
     static const struct kernel kernel = {WIDTHS(epipolar_equation_block), {NULL}, (any_function
-        *)NAME(epipolar_equation), NAME(call_aar), 2, 3, 0, 0, parts, NULL};
+        *)NAME(epipolar_equation), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -11377,7 +11436,7 @@ void NAME(sampson_distance_gradient_loop)(char **args, const intptr_t *dimension
     static const struct form forms[] = {{3, 2, NAME(sampson_distance_gradient_start_fundamental_pixel),
         WIDTHS(sampson_distance_gradient_block_fundamental_pixel), {NULL}}};
     static const struct kernel kernel = {WIDTHS(sampson_distance_gradient_block), {NULL}, (any_function
-        *)NAME(sampson_distance_gradient), NAME(call_aaar), 3, 4, 1, 0, parts, forms};
+        *)NAME(sampson_distance_gradient), NAME(call_aaar), 3, 4, 1, 0, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -11984,7 +12043,7 @@ void NAME(depth_ratio_loop)(char **args, const intptr_t *dimensions, const intpt
         NAME(depth_ratio_start_fundamental_pixel_partner), WIDTHS(depth_ratio_block_fundamental_pixel_partner),
         WIDTHS(depth_ratio_dense_fundamental_pixel_partner)}};
     static const struct kernel kernel = {WIDTHS(depth_ratio_block), {NULL}, (any_function *)NAME(depth_ratio),
-        NAME(call_aaaar), 4, 5, 4, 0, parts, forms};
+        NAME(call_aaaar), 4, 5, 4, 0, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -12042,7 +12101,7 @@ void NAME(image_derivative_loop)(char **args, const intptr_t *dimensions, const 
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {12, 2, 1, {2, 6}}};
     static const struct kernel kernel = {WIDTHS(image_derivative_block), {NULL}, (any_function
-        *)NAME(image_derivative), NAME(call_ar), 1, 2, 0, 0, parts, NULL};
+        *)NAME(image_derivative), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -12413,7 +12472,7 @@ void NAME(invariants_of_points_loop)(char **args, const intptr_t *dimensions, co
 {
     static const struct part parts[] = {{24, 2, 0, {6, 4}}, {3, 1, 2, {3}}};
     static const struct kernel kernel = {WIDTHS(invariants_of_points_block), {NULL}, (any_function
-        *)NAME(invariants_of_points), NAME(call_ar), 1, 2, 0, 0, parts, NULL};
+        *)NAME(invariants_of_points), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -12556,7 +12615,7 @@ void NAME(cross_ratio_of_planes_loop)(char **args, const intptr_t *dimensions, c
 {
     static const struct part parts[] = {{24, 2, 0, {6, 4}}, {1, 0, 2, {0}}};
     static const struct kernel kernel = {WIDTHS(cross_ratio_of_planes_block), {NULL}, (any_function
-        *)NAME(cross_ratio_of_planes), NAME(call_ar), 1, 2, 0, 0, parts, NULL};
+        *)NAME(cross_ratio_of_planes), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -13204,7 +13263,7 @@ void NAME(invariants_of_two_views_loop)(char **args, const intptr_t *dimensions,
 {
     static const struct part parts[] = {{9, 2, 0, {3, 3}}, {12, 2, 2, {6, 2}}, {12, 2, 4, {6, 2}}, {3, 1, 6, {3}}};
     static const struct kernel kernel = {WIDTHS(invariants_of_two_views_block), {NULL}, (any_function
-        *)NAME(invariants_of_two_views), NAME(call_aaar), 3, 4, 0, 0, parts, NULL};
+        *)NAME(invariants_of_two_views), NAME(call_aaar), 3, 4, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -14930,7 +14989,7 @@ void NAME(invariants_of_three_views_loop)(char **args, const intptr_t *dimension
     static const struct part parts[] = {{27, 3, 0, {3, 3, 3}}, {3, 1, 3, {3}}, {3, 1, 4, {3}}, {12, 2, 5, {6, 2}},
         {12, 2, 7, {6, 2}}, {12, 2, 9, {6, 2}}, {3, 1, 11, {3}}};
     static const struct kernel kernel = {WIDTHS(invariants_of_three_views_block), {NULL}, (any_function
-        *)NAME(invariants_of_three_views), NAME(call_aaaaaar), 6, 7, 0, 0, parts, NULL};
+        *)NAME(invariants_of_three_views), NAME(call_aaaaaar), 6, 7, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 #endif

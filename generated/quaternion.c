@@ -2,7 +2,7 @@
 // command: gac generate --all quaternion
 // spec: c8c8210775ee4569
 // contraction: -ffp-contract=off (every operation is rounded once)
-// body: dc6afa92a15d785552dd9728be9020d88210b50986b03086bcb733dc916d5a66
+// body: 89527b8d61e503239cee8d44e4655a3794a43db1373abad466bcd86a76163756
 
 #ifndef REAL
 #include "quaternion.h"
@@ -76,6 +76,49 @@ struct part {
     int size, rank, first, shape[2];
 };
 
+// Where a number of an element lies, its components being counted in C order.
+static intptr_t offset_of(const struct part *part, intptr_t k, const intptr_t *strides)
+{
+    intptr_t offset = 0;
+    for (int axis = part->rank; axis-- > 1; k /= part->shape[axis])
+        offset += k % part->shape[axis] * strides[axis];
+    return part->rank ? offset + k * strides[0] : 0;
+}
+
+// What no cache holds goes to memory past them: whole lines, of which nothing is fetched first.
+enum { LINE = 64 };
+#ifdef ON
+#define PASSES(bytes) ((bytes) > 1 << 25)
+ON("v3") static void stream(char *to, const char *from, intptr_t bytes)
+{
+    typedef double half __attribute__((vector_size(LINE / 2), aligned(4), may_alias));
+    const intptr_t start = -(intptr_t)to & (LINE - 1);
+    intptr_t i = 0;
+    for (; i < start && i < bytes; i += 4)
+        memcpy(to + i, from + i, 4);
+    for (; i + LINE <= bytes; i += LINE) {
+        __builtin_ia32_movntpd256((double *)(to + i), *(const half *)(from + i));
+        __builtin_ia32_movntpd256((double *)(to + i + LINE / 2), *(const half *)(from + i + LINE / 2));
+    }
+    for (; i < bytes; i += 4)
+        memcpy(to + i, from + i, 4);
+}
+#define STREAM_END() __builtin_ia32_sfence()
+#else
+#define PASSES(bytes) 0
+#define stream memcpy
+#define STREAM_END()
+#endif
+
+// How many elements lie before one that starts a line; 0 if none of the first does.
+static intptr_t before_line(const char *first, intptr_t step)
+{
+    for (intptr_t i = 0; i < LANES; ++i)
+        if (((intptr_t)first + i * step) % LINE == 0)
+            return i;
+    return 0;
+}
+
 typedef void loop_function(intptr_t n, char **args, const intptr_t *strides);
 typedef void any_function(void);
 
@@ -94,7 +137,7 @@ struct kernel {
     loop_function *block[2], *dense[2];
     any_function *function;
     void (*call)(any_function *function, void **parts);
-    int n_inputs, n_parts, n_forms, repeats;
+    int n_inputs, n_parts, n_forms, repeats, busy;
     const struct part *parts;
     const struct form *forms;
 };
@@ -899,15 +942,19 @@ static void NAME(move_part)(int back, REAL *x, intptr_t row, const struct part *
 static void NAME(move_element)(int back, REAL *x, const struct part *part, char *a, const intptr_t *c)
 {
     for (intptr_t k = 0; k < part->size; ++k) {
-        intptr_t offset = 0, rest = k;
-        for (int axis = part->rank; axis-- > 1; rest /= part->shape[axis])
-            offset += rest % part->shape[axis] * c[axis];
-        offset += part->rank ? rest * c[0] : 0;
+        REAL *number = (REAL *)(a + offset_of(part, k, c));
         if (back)
-            *(REAL *)(a + offset) = x[k];
+            *number = x[k];
         else
-            x[k] = *(const REAL *)(a + offset);
+            x[k] = *number;
     }
+}
+
+// All rows of a part to a batch in which they are contiguous, past the caches.
+static void NAME(stream_part)(REAL *x, intptr_t row, const struct part *part, char *a, const intptr_t *c, intptr_t n)
+{
+    for (intptr_t k = 0; k < part->size; ++k)
+        stream(a + offset_of(part, k, c), (const char *)(x + k * row), n * sizeof(REAL));
 }
 
 // Runs a kernel on one element after the other.
@@ -934,11 +981,11 @@ static void NAME(batch)(const struct kernel *kernel, char **args, intptr_t n, co
 {
     const intptr_t w = sizeof(REAL), *strides = steps + kernel->n_parts;
     const int n_parts = kernel->n_parts, n_inputs = kernel->n_inputs, width = CHOSEN;
-    enum { SAME, HOISTED, UNIT, ANY } kinds[PARTS];
+    enum { SAME, HOISTED, UNIT, ANY, PAST } kinds[PARTS];
     _Alignas(64) REAL space[SPACE], prepared[PREPARED];
     REAL *rows[PARTS];
     char *starts[PARTS];
-    intptr_t cores[CORES], row_cores[CORES], total = 0, bytes = 0;
+    intptr_t cores[CORES], row_cores[CORES], total = 0, numbers = 0, bytes = 0;
     unsigned still = 0, hoisted = 0;
     int in_place = 1, ordered = 1, known = 1;
     if (width < 0 || n == 1) {
@@ -955,6 +1002,7 @@ static void NAME(batch)(const struct kernel *kernel, char **args, intptr_t n, co
         ordered = ordered && (same || steps[p] == step);
         known = known && part->size <= SIZES && NAME(spans)[part->size].load[width];
         total += part->size;
+        numbers += same ? 0 : part->size;
         bytes += steps[p] < 0 ? -steps[p] : steps[p];
         still |= (unsigned)same << p;
     }
@@ -967,9 +1015,11 @@ static void NAME(batch)(const struct kernel *kernel, char **args, intptr_t n, co
     }
     const int dense = ordered && still == hoisted && in_order;
     const int spans = ordered && !dense && known && total * SPAN <= SPACE;
+    // Results that no cache holds go past the caches, where that is what takes the time.
+    const int past = PASSES(n * numbers * w) && !kernel->busy && !ordered && steps[n_inputs] == w;
     // Long rows spare calls; beyond the last cache, short turns keep reading and writing going side by side.
     const int near = n < (1 << 24) / (bytes + 1);
-    intptr_t row = spans ? SPAN : near ? 512 / w : LANES;
+    intptr_t row = spans ? SPAN : near || past ? 512 / w : LANES;
     while (row > LANES && row * total > SPACE)
         row /= 2;
     total = 0;
@@ -982,9 +1032,10 @@ static void NAME(batch)(const struct kernel *kernel, char **args, intptr_t n, co
         kinds[p] = hoisted >> p & 1 ? HOISTED : still >> p & 1 ? SAME : steps[p] == w ? UNIT : ANY;
         for (int q = 0; kernel->repeats && p >= n_inputs && q < n_inputs; ++q)
             kinds[p] = args[p] == args[q] ? ANY : kinds[p];
+        kinds[p] = past && p >= n_inputs && steps[p] == w ? PAST : kinds[p];
         in_place = in_place && (kinds[p] == UNIT || kinds[p] == HOISTED);
         for (int q = part->first + part->rank; q-- > part->first; row_step *= part->shape[q - part->first]) {
-            cores[q] = kinds[p] == SAME || kinds[p] == ANY ? row_step : strides[q];
+            cores[q] = kinds[p] == HOISTED || kinds[p] == UNIT ? strides[q] : row_step;
             row_cores[q] = row_step;
         }
         if (dense || kinds[p] == HOISTED || kinds[p] == UNIT)
@@ -996,7 +1047,9 @@ static void NAME(batch)(const struct kernel *kernel, char **args, intptr_t n, co
             NAME(move_part)(0, rows[p], row, part, args[p], 0, strides + part->first, n < row ? PADDED(n) : row);
     }
     const intptr_t turn = near ? SPAN : LANES;
-    intptr_t i = 0;
+    intptr_t i = past && !hoisted ? before_line(args[n_inputs], steps[n_inputs]) : 0;
+    if (i)
+        NAME(each)(kernel, args, i, steps);
     // In C order, by functions that know the sizes.
     for (; spans && !in_place && n - i >= turn; i += turn) {
         for (int p = 0; p < n_parts; ++p) {
@@ -1034,11 +1087,17 @@ static void NAME(batch)(const struct kernel *kernel, char **args, intptr_t n, co
                     rows[p][k * row + j] = rows[p][k * row + m - 1];
         }
         in_rows(m, starts, cores);
-        for (int p = n_inputs; p < n_parts; ++p)
-            if (starts[p] == (char *)rows[p])
-                NAME(move_part)(1, rows[p], row, &kernel->parts[p], args[p] + i * steps[p], steps[p],
-                    strides + kernel->parts[p].first, m);
+        for (int p = n_inputs; p < n_parts; ++p) {
+            const struct part *part = &kernel->parts[p];
+            char *to = args[p] + i * steps[p];
+            if (kinds[p] == PAST)
+                NAME(stream_part)(rows[p], row, part, to, strides + part->first, m);
+            else if (starts[p] == (char *)rows[p])
+                NAME(move_part)(1, rows[p], row, part, to, steps[p], strides + part->first, m);
+        }
     }
+    if (past)
+        STREAM_END();
 }
 
 INLINE void NAME(product)(const REAL *p, const REAL *q, REAL *out)
@@ -1132,7 +1191,7 @@ void NAME(product_loop)(char **args, const intptr_t *dimensions, const intptr_t 
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {4, 1, 1, {4}}, {4, 1, 2, {4}}};
     static const struct kernel kernel = {WIDTHS(product_block), WIDTHS(product_dense), (any_function
-        *)NAME(product), NAME(call_aar), 2, 3, 0, 0, parts, NULL};
+        *)NAME(product), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -1700,7 +1759,7 @@ void NAME(product_of_three_loop)(char **args, const intptr_t *dimensions, const 
         WIDTHS(product_of_three_block_p_r), WIDTHS(product_of_three_dense_p_r)}, {6, 2,
         NAME(product_of_three_start_q_r), WIDTHS(product_of_three_block_q_r), WIDTHS(product_of_three_dense_q_r)}};
     static const struct kernel kernel = {WIDTHS(product_of_three_block), {NULL}, (any_function
-        *)NAME(product_of_three), NAME(call_aaar), 3, 4, 3, 0, parts, forms};
+        *)NAME(product_of_three), NAME(call_aaar), 3, 4, 3, 0, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -1760,7 +1819,7 @@ void NAME(conjugate_loop)(char **args, const intptr_t *dimensions, const intptr_
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {4, 1, 1, {4}}};
     static const struct kernel kernel = {WIDTHS(conjugate_block), WIDTHS(conjugate_dense), (any_function
-        *)NAME(conjugate), NAME(call_ar), 1, 2, 0, 0, parts, NULL};
+        *)NAME(conjugate), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -1822,7 +1881,7 @@ void NAME(norm_loop)(char **args, const intptr_t *dimensions, const intptr_t *st
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {1, 0, 1, {0}}};
     static const struct kernel kernel = {WIDTHS(norm_block), WIDTHS(norm_dense), (any_function *)NAME(norm),
-        NAME(call_ar), 1, 2, 0, 0, parts, NULL};
+        NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -1894,7 +1953,7 @@ void NAME(inverse_loop)(char **args, const intptr_t *dimensions, const intptr_t 
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {4, 1, 1, {4}}};
     static const struct kernel kernel = {WIDTHS(inverse_block), WIDTHS(inverse_dense), (any_function
-        *)NAME(inverse), NAME(call_ar), 1, 2, 0, 0, parts, NULL};
+        *)NAME(inverse), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -1964,7 +2023,7 @@ void NAME(normalize_loop)(char **args, const intptr_t *dimensions, const intptr_
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {4, 1, 1, {4}}};
     static const struct kernel kernel = {WIDTHS(normalize_block), WIDTHS(normalize_dense), (any_function
-        *)NAME(normalize), NAME(call_ar), 1, 2, 0, 0, parts, NULL};
+        *)NAME(normalize), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -2188,7 +2247,7 @@ void NAME(rotate_vector_loop)(char **args, const intptr_t *dimensions, const int
     static const struct form forms[] = {{1, 2, NAME(rotate_vector_start_q), WIDTHS(rotate_vector_block_q),
         WIDTHS(rotate_vector_dense_q)}};
     static const struct kernel kernel = {WIDTHS(rotate_vector_block), WIDTHS(rotate_vector_dense), (any_function
-        *)NAME(rotate_vector), NAME(call_aar), 2, 3, 1, 0, parts, forms};
+        *)NAME(rotate_vector), NAME(call_aar), 2, 3, 1, 0, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -2412,7 +2471,7 @@ void NAME(rotate_vector_back_loop)(char **args, const intptr_t *dimensions, cons
     static const struct form forms[] = {{1, 2, NAME(rotate_vector_back_start_q), WIDTHS(rotate_vector_back_block_q),
         WIDTHS(rotate_vector_back_dense_q)}};
     static const struct kernel kernel = {WIDTHS(rotate_vector_back_block), WIDTHS(rotate_vector_back_dense),
-        (any_function *)NAME(rotate_vector_back), NAME(call_aar), 2, 3, 1, 0, parts, forms};
+        (any_function *)NAME(rotate_vector_back), NAME(call_aar), 2, 3, 1, 0, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -2480,7 +2539,7 @@ void NAME(to_matrix_loop)(char **args, const intptr_t *dimensions, const intptr_
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {9, 2, 1, {3, 3}}};
     static const struct kernel kernel = {WIDTHS(to_matrix_block), {NULL}, (any_function *)NAME(to_matrix),
-        NAME(call_ar), 1, 2, 0, 0, parts, NULL};
+        NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -2568,7 +2627,7 @@ void NAME(from_matrix_loop)(char **args, const intptr_t *dimensions, const intpt
 {
     static const struct part parts[] = {{9, 2, 0, {3, 3}}, {4, 1, 2, {4}}};
     static const struct kernel kernel = {WIDTHS(from_matrix_block), {NULL}, (any_function *)NAME(from_matrix),
-        NAME(call_ar), 1, 2, 0, 0, parts, NULL};
+        NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -2793,7 +2852,7 @@ void NAME(from_axis_angle_loop)(char **args, const intptr_t *dimensions, const i
         WIDTHS(from_axis_angle_block_angle), WIDTHS(from_axis_angle_dense_angle)}, {1, 2,
         NAME(from_axis_angle_start_axis), WIDTHS(from_axis_angle_block_axis), {NULL}}};
     static const struct kernel kernel = {WIDTHS(from_axis_angle_block), {NULL}, (any_function
-        *)NAME(from_axis_angle), NAME(call_anr), 2, 3, 2, 1, parts, forms};
+        *)NAME(from_axis_angle), NAME(call_anr), 2, 3, 2, 1, 1, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -2863,7 +2922,7 @@ void NAME(from_rotation_vector_loop)(char **args, const intptr_t *dimensions, co
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {4, 1, 1, {4}}};
     static const struct kernel kernel = {WIDTHS(from_rotation_vector_block), {NULL}, (any_function
-        *)NAME(from_rotation_vector), NAME(call_ar), 1, 2, 0, 1, parts, NULL};
+        *)NAME(from_rotation_vector), NAME(call_ar), 1, 2, 0, 1, 1, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -2915,7 +2974,7 @@ void NAME(to_rotation_vector_loop)(char **args, const intptr_t *dimensions, cons
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {3, 1, 1, {3}}};
     static const struct kernel kernel = {WIDTHS(to_rotation_vector_block), {NULL}, (any_function
-        *)NAME(to_rotation_vector), NAME(call_ar), 1, 2, 0, 0, parts, NULL};
+        *)NAME(to_rotation_vector), NAME(call_ar), 1, 2, 0, 0, 1, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -3255,7 +3314,7 @@ void NAME(from_roll_pitch_yaw_loop)(char **args, const intptr_t *dimensions, con
         WIDTHS(from_roll_pitch_yaw_block_roll_pitch), {NULL}}, {5, 2, NAME(from_roll_pitch_yaw_start_roll_yaw),
         WIDTHS(from_roll_pitch_yaw_block_roll_yaw), {NULL}}};
     static const struct kernel kernel = {WIDTHS(from_roll_pitch_yaw_block), {NULL}, (any_function
-        *)NAME(from_roll_pitch_yaw), NAME(call_nnnr), 3, 4, 3, 1, parts, forms};
+        *)NAME(from_roll_pitch_yaw), NAME(call_nnnr), 3, 4, 3, 1, 1, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -3430,7 +3489,7 @@ void NAME(between_vectors_loop)(char **args, const intptr_t *dimensions, const i
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {3, 1, 1, {3}}, {4, 1, 2, {4}}};
     static const struct kernel kernel = {WIDTHS(between_vectors_block), {NULL}, (any_function
-        *)NAME(between_vectors), NAME(call_aar), 2, 3, 0, 0, parts, NULL};
+        *)NAME(between_vectors), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -3508,7 +3567,7 @@ void NAME(angle_between_loop)(char **args, const intptr_t *dimensions, const int
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {4, 1, 1, {4}}, {1, 0, 2, {0}}};
     static const struct kernel kernel = {WIDTHS(angle_between_block), {NULL}, (any_function *)NAME(angle_between),
-        NAME(call_aar), 2, 3, 0, 0, parts, NULL};
+        NAME(call_aar), 2, 3, 0, 0, 1, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -3580,7 +3639,7 @@ void NAME(exponential_loop)(char **args, const intptr_t *dimensions, const intpt
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {4, 1, 1, {4}}};
     static const struct kernel kernel = {WIDTHS(exponential_block), {NULL}, (any_function *)NAME(exponential),
-        NAME(call_ar), 1, 2, 0, 1, parts, NULL};
+        NAME(call_ar), 1, 2, 0, 1, 1, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -3640,7 +3699,7 @@ void NAME(logarithm_loop)(char **args, const intptr_t *dimensions, const intptr_
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {4, 1, 1, {4}}};
     static const struct kernel kernel = {WIDTHS(logarithm_block), {NULL}, (any_function *)NAME(logarithm),
-        NAME(call_ar), 1, 2, 0, 0, parts, NULL};
+        NAME(call_ar), 1, 2, 0, 0, 1, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -3730,7 +3789,7 @@ void NAME(square_root_loop)(char **args, const intptr_t *dimensions, const intpt
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {4, 1, 1, {4}}};
     static const struct kernel kernel = {WIDTHS(square_root_block), WIDTHS(square_root_dense), (any_function
-        *)NAME(square_root), NAME(call_ar), 1, 2, 0, 0, parts, NULL};
+        *)NAME(square_root), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -3946,7 +4005,7 @@ void NAME(power_loop)(char **args, const intptr_t *dimensions, const intptr_t *s
     static const struct part parts[] = {{4, 1, 0, {4}}, {1, 0, 1, {0}}, {4, 1, 1, {4}}};
     static const struct form forms[] = {{1, 2, NAME(power_start_q), WIDTHS(power_block_q), {NULL}}};
     static const struct kernel kernel = {WIDTHS(power_block), {NULL}, (any_function *)NAME(power), NAME(call_anr),
-        2, 3, 1, 1, parts, forms};
+        2, 3, 1, 1, 1, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -4267,7 +4326,7 @@ void NAME(slerp_loop)(char **args, const intptr_t *dimensions, const intptr_t *s
     static const struct part parts[] = {{4, 1, 0, {4}}, {4, 1, 1, {4}}, {1, 0, 2, {0}}, {4, 1, 2, {4}}};
     static const struct form forms[] = {{3, 2, NAME(slerp_start_p_q), WIDTHS(slerp_block_p_q), {NULL}}};
     static const struct kernel kernel = {WIDTHS(slerp_block), {NULL}, (any_function *)NAME(slerp), NAME(call_aanr),
-        3, 4, 1, 1, parts, forms};
+        3, 4, 1, 1, 1, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -4335,7 +4394,7 @@ void NAME(pack_two_sided_loop)(char **args, const intptr_t *dimensions, const in
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {2, 1, 1, {2}}, {2, 1, 2, {2}}};
     static const struct kernel kernel = {WIDTHS(pack_two_sided_block), WIDTHS(pack_two_sided_dense), (any_function
-        *)NAME(pack_two_sided), NAME(call_arr), 1, 3, 0, 0, parts, NULL};
+        *)NAME(pack_two_sided), NAME(call_arr), 1, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -4404,7 +4463,7 @@ void NAME(unpack_two_sided_loop)(char **args, const intptr_t *dimensions, const 
 {
     static const struct part parts[] = {{2, 1, 0, {2}}, {2, 1, 1, {2}}, {4, 1, 2, {4}}};
     static const struct kernel kernel = {WIDTHS(unpack_two_sided_block), WIDTHS(unpack_two_sided_dense),
-        (any_function *)NAME(unpack_two_sided), NAME(call_aar), 2, 3, 0, 0, parts, NULL};
+        (any_function *)NAME(unpack_two_sided), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -5098,7 +5157,7 @@ void NAME(unpack_real_loop)(char **args, const intptr_t *dimensions, const intpt
         WIDTHS(unpack_real_dense_w_mirrored_mu)}, {11, 2, NAME(unpack_real_start_w_mirrored_nu),
         WIDTHS(unpack_real_block_w_mirrored_nu), WIDTHS(unpack_real_dense_w_mirrored_nu)}};
     static const struct kernel kernel = {WIDTHS(unpack_real_block), WIDTHS(unpack_real_dense), (any_function
-        *)NAME(unpack_real), NAME(call_aaaar), 4, 5, 4, 0, parts, forms};
+        *)NAME(unpack_real), NAME(call_aaaar), 4, 5, 4, 0, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -5322,7 +5381,7 @@ void NAME(pack_real_loop)(char **args, const intptr_t *dimensions, const intptr_
     static const struct form forms[] = {{6, 2, NAME(pack_real_start_mu_nu), WIDTHS(pack_real_block_mu_nu),
         WIDTHS(pack_real_dense_mu_nu)}};
     static const struct kernel kernel = {WIDTHS(pack_real_block), WIDTHS(pack_real_dense), (any_function
-        *)NAME(pack_real), NAME(call_aaar), 3, 4, 1, 0, parts, forms};
+        *)NAME(pack_real), NAME(call_aaar), 3, 4, 1, 0, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -5462,7 +5521,7 @@ void NAME(to_phases_loop)(char **args, const intptr_t *dimensions, const intptr_
     static const struct part parts[] = {{4, 1, 0, {4}}, {1, 0, 1, {0}}, {1, 0, 1, {0}}, {1, 0, 1, {0}}, {1, 0, 1,
         {0}}, {1, 0, 1, {0}}};
     static const struct kernel kernel = {WIDTHS(to_phases_block), {NULL}, (any_function *)NAME(to_phases),
-        NAME(call_arrrrr), 1, 6, 0, 1, parts, NULL};
+        NAME(call_arrrrr), 1, 6, 0, 1, 1, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -5913,7 +5972,7 @@ void NAME(from_phases_loop)(char **args, const intptr_t *dimensions, const intpt
         NAME(from_phases_start_size_phi_theta), WIDTHS(from_phases_block_size_phi_theta), {NULL}}, {13, 2,
         NAME(from_phases_start_size_theta_psi), WIDTHS(from_phases_block_size_theta_psi), {NULL}}};
     static const struct kernel kernel = {WIDTHS(from_phases_block), {NULL}, (any_function *)NAME(from_phases),
-        NAME(call_nnnnr), 4, 5, 4, 1, parts, forms};
+        NAME(call_nnnnr), 4, 5, 4, 1, 1, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -6948,7 +7007,7 @@ void NAME(phase_equation_loop)(char **args, const intptr_t *dimensions, const in
         NAME(phase_equation_start_moved_west_east_north_south_floor),
         WIDTHS(phase_equation_block_moved_west_east_north_south_floor), {NULL}}};
     static const struct kernel kernel = {WIDTHS(phase_equation_block), {NULL}, (any_function *)NAME(phase_equation),
-        NAME(call_aaaaaanr), 7, 8, 7, 0, parts, forms};
+        NAME(call_aaaaaanr), 7, 8, 7, 0, 1, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -7455,7 +7514,7 @@ void NAME(solve_motion_loop)(char **args, const intptr_t *dimensions, const intp
         WIDTHS(solve_motion_block_xx_xy_yy_y_square_ridge), {NULL}}, {63, 2,
         NAME(solve_motion_start_xx_xy_yy_x_y_square), WIDTHS(solve_motion_block_xx_xy_yy_x_y_square), {NULL}}};
     static const struct kernel kernel = {WIDTHS(solve_motion_block), {NULL}, (any_function *)NAME(solve_motion),
-        NAME(call_nnnnnnnrrr), 7, 10, 4, 0, parts, forms};
+        NAME(call_nnnnnnnrrr), 7, 10, 4, 0, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 #endif

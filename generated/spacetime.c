@@ -2,7 +2,7 @@
 // command: gac generate --all spacetime
 // spec: 1b4f06fa4d30b0e9
 // contraction: -ffp-contract=off (every operation is rounded once)
-// body: 6e44362d42bc5e935a8a05ff393ea3c5ca8d18877265589261a6fe744004e81c
+// body: 19cbf14d42c63d96cd3f0668cf6d3868652cc174ab556099d76cbf22c31b6ba6
 
 #ifndef REAL
 #include "spacetime.h"
@@ -76,6 +76,49 @@ struct part {
     int size, rank, first, shape[3];
 };
 
+// Where a number of an element lies, its components being counted in C order.
+static intptr_t offset_of(const struct part *part, intptr_t k, const intptr_t *strides)
+{
+    intptr_t offset = 0;
+    for (int axis = part->rank; axis-- > 1; k /= part->shape[axis])
+        offset += k % part->shape[axis] * strides[axis];
+    return part->rank ? offset + k * strides[0] : 0;
+}
+
+// What no cache holds goes to memory past them: whole lines, of which nothing is fetched first.
+enum { LINE = 64 };
+#ifdef ON
+#define PASSES(bytes) ((bytes) > 1 << 25)
+ON("v3") static void stream(char *to, const char *from, intptr_t bytes)
+{
+    typedef double half __attribute__((vector_size(LINE / 2), aligned(4), may_alias));
+    const intptr_t start = -(intptr_t)to & (LINE - 1);
+    intptr_t i = 0;
+    for (; i < start && i < bytes; i += 4)
+        memcpy(to + i, from + i, 4);
+    for (; i + LINE <= bytes; i += LINE) {
+        __builtin_ia32_movntpd256((double *)(to + i), *(const half *)(from + i));
+        __builtin_ia32_movntpd256((double *)(to + i + LINE / 2), *(const half *)(from + i + LINE / 2));
+    }
+    for (; i < bytes; i += 4)
+        memcpy(to + i, from + i, 4);
+}
+#define STREAM_END() __builtin_ia32_sfence()
+#else
+#define PASSES(bytes) 0
+#define stream memcpy
+#define STREAM_END()
+#endif
+
+// How many elements lie before one that starts a line; 0 if none of the first does.
+static intptr_t before_line(const char *first, intptr_t step)
+{
+    for (intptr_t i = 0; i < LANES; ++i)
+        if (((intptr_t)first + i * step) % LINE == 0)
+            return i;
+    return 0;
+}
+
 typedef void loop_function(intptr_t n, char **args, const intptr_t *strides);
 typedef void any_function(void);
 
@@ -94,7 +137,7 @@ struct kernel {
     loop_function *block[2], *dense[2];
     any_function *function;
     void (*call)(any_function *function, void **parts);
-    int n_inputs, n_parts, n_forms, repeats;
+    int n_inputs, n_parts, n_forms, repeats, busy;
     const struct part *parts;
     const struct form *forms;
 };
@@ -1050,15 +1093,19 @@ static void NAME(move_part)(int back, REAL *x, intptr_t row, const struct part *
 static void NAME(move_element)(int back, REAL *x, const struct part *part, char *a, const intptr_t *c)
 {
     for (intptr_t k = 0; k < part->size; ++k) {
-        intptr_t offset = 0, rest = k;
-        for (int axis = part->rank; axis-- > 1; rest /= part->shape[axis])
-            offset += rest % part->shape[axis] * c[axis];
-        offset += part->rank ? rest * c[0] : 0;
+        REAL *number = (REAL *)(a + offset_of(part, k, c));
         if (back)
-            *(REAL *)(a + offset) = x[k];
+            *number = x[k];
         else
-            x[k] = *(const REAL *)(a + offset);
+            x[k] = *number;
     }
+}
+
+// All rows of a part to a batch in which they are contiguous, past the caches.
+static void NAME(stream_part)(REAL *x, intptr_t row, const struct part *part, char *a, const intptr_t *c, intptr_t n)
+{
+    for (intptr_t k = 0; k < part->size; ++k)
+        stream(a + offset_of(part, k, c), (const char *)(x + k * row), n * sizeof(REAL));
 }
 
 // Runs a kernel on one element after the other.
@@ -1085,11 +1132,11 @@ static void NAME(batch)(const struct kernel *kernel, char **args, intptr_t n, co
 {
     const intptr_t w = sizeof(REAL), *strides = steps + kernel->n_parts;
     const int n_parts = kernel->n_parts, n_inputs = kernel->n_inputs, width = CHOSEN;
-    enum { SAME, HOISTED, UNIT, ANY } kinds[PARTS];
+    enum { SAME, HOISTED, UNIT, ANY, PAST } kinds[PARTS];
     _Alignas(64) REAL space[SPACE], prepared[PREPARED];
     REAL *rows[PARTS];
     char *starts[PARTS];
-    intptr_t cores[CORES], row_cores[CORES], total = 0, bytes = 0;
+    intptr_t cores[CORES], row_cores[CORES], total = 0, numbers = 0, bytes = 0;
     unsigned still = 0, hoisted = 0;
     int in_place = 1, ordered = 1, known = 1;
     if (width < 0 || n == 1) {
@@ -1106,6 +1153,7 @@ static void NAME(batch)(const struct kernel *kernel, char **args, intptr_t n, co
         ordered = ordered && (same || steps[p] == step);
         known = known && part->size <= SIZES && NAME(spans)[part->size].load[width];
         total += part->size;
+        numbers += same ? 0 : part->size;
         bytes += steps[p] < 0 ? -steps[p] : steps[p];
         still |= (unsigned)same << p;
     }
@@ -1118,9 +1166,11 @@ static void NAME(batch)(const struct kernel *kernel, char **args, intptr_t n, co
     }
     const int dense = ordered && still == hoisted && in_order;
     const int spans = ordered && !dense && known && total * SPAN <= SPACE;
+    // Results that no cache holds go past the caches, where that is what takes the time.
+    const int past = PASSES(n * numbers * w) && !kernel->busy && !ordered && steps[n_inputs] == w;
     // Long rows spare calls; beyond the last cache, short turns keep reading and writing going side by side.
     const int near = n < (1 << 24) / (bytes + 1);
-    intptr_t row = spans ? SPAN : near ? 512 / w : LANES;
+    intptr_t row = spans ? SPAN : near || past ? 512 / w : LANES;
     while (row > LANES && row * total > SPACE)
         row /= 2;
     total = 0;
@@ -1133,9 +1183,10 @@ static void NAME(batch)(const struct kernel *kernel, char **args, intptr_t n, co
         kinds[p] = hoisted >> p & 1 ? HOISTED : still >> p & 1 ? SAME : steps[p] == w ? UNIT : ANY;
         for (int q = 0; kernel->repeats && p >= n_inputs && q < n_inputs; ++q)
             kinds[p] = args[p] == args[q] ? ANY : kinds[p];
+        kinds[p] = past && p >= n_inputs && steps[p] == w ? PAST : kinds[p];
         in_place = in_place && (kinds[p] == UNIT || kinds[p] == HOISTED);
         for (int q = part->first + part->rank; q-- > part->first; row_step *= part->shape[q - part->first]) {
-            cores[q] = kinds[p] == SAME || kinds[p] == ANY ? row_step : strides[q];
+            cores[q] = kinds[p] == HOISTED || kinds[p] == UNIT ? strides[q] : row_step;
             row_cores[q] = row_step;
         }
         if (dense || kinds[p] == HOISTED || kinds[p] == UNIT)
@@ -1147,7 +1198,9 @@ static void NAME(batch)(const struct kernel *kernel, char **args, intptr_t n, co
             NAME(move_part)(0, rows[p], row, part, args[p], 0, strides + part->first, n < row ? PADDED(n) : row);
     }
     const intptr_t turn = near ? SPAN : LANES;
-    intptr_t i = 0;
+    intptr_t i = past && !hoisted ? before_line(args[n_inputs], steps[n_inputs]) : 0;
+    if (i)
+        NAME(each)(kernel, args, i, steps);
     // In C order, by functions that know the sizes.
     for (; spans && !in_place && n - i >= turn; i += turn) {
         for (int p = 0; p < n_parts; ++p) {
@@ -1185,11 +1238,17 @@ static void NAME(batch)(const struct kernel *kernel, char **args, intptr_t n, co
                     rows[p][k * row + j] = rows[p][k * row + m - 1];
         }
         in_rows(m, starts, cores);
-        for (int p = n_inputs; p < n_parts; ++p)
-            if (starts[p] == (char *)rows[p])
-                NAME(move_part)(1, rows[p], row, &kernel->parts[p], args[p] + i * steps[p], steps[p],
-                    strides + kernel->parts[p].first, m);
+        for (int p = n_inputs; p < n_parts; ++p) {
+            const struct part *part = &kernel->parts[p];
+            char *to = args[p] + i * steps[p];
+            if (kinds[p] == PAST)
+                NAME(stream_part)(rows[p], row, part, to, strides + part->first, m);
+            else if (starts[p] == (char *)rows[p])
+                NAME(move_part)(1, rows[p], row, part, to, steps[p], strides + part->first, m);
+        }
     }
+    if (past)
+        STREAM_END();
 }
 
 INLINE void NAME(electric_step)(const REAL *e, const REAL *b, const REAL *bx, const REAL *by, const REAL *bz, const
@@ -1988,7 +2047,7 @@ void NAME(electric_step_loop)(char **args, const intptr_t *dimensions, const int
         NAME(electric_step_start_e_bx_by_bz_ratio), WIDTHS(electric_step_block_e_bx_by_bz_ratio),
         WIDTHS(electric_step_dense_e_bx_by_bz_ratio)}};
     static const struct kernel kernel = {WIDTHS(electric_step_block), WIDTHS(electric_step_dense), (any_function
-        *)NAME(electric_step), NAME(call_aaaaaar), 6, 7, 6, 0, parts, forms};
+        *)NAME(electric_step), NAME(call_aaaaaar), 6, 7, 6, 0, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -2788,7 +2847,7 @@ void NAME(magnetic_step_loop)(char **args, const intptr_t *dimensions, const int
         NAME(magnetic_step_start_b_ex_ey_ez_ratio), WIDTHS(magnetic_step_block_b_ex_ey_ez_ratio),
         WIDTHS(magnetic_step_dense_b_ex_ey_ez_ratio)}};
     static const struct kernel kernel = {WIDTHS(magnetic_step_block), WIDTHS(magnetic_step_dense), (any_function
-        *)NAME(magnetic_step), NAME(call_aaaaaar), 6, 7, 6, 0, parts, forms};
+        *)NAME(magnetic_step), NAME(call_aaaaaar), 6, 7, 6, 0, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -3194,7 +3253,7 @@ void NAME(electromagnetic_wave_loop)(char **args, const intptr_t *dimensions, co
         WIDTHS(electromagnetic_wave_block_k_a_x), {NULL}}, {13, 2, NAME(electromagnetic_wave_start_k_b_x),
         WIDTHS(electromagnetic_wave_block_k_b_x), {NULL}}};
     static const struct kernel kernel = {WIDTHS(electromagnetic_wave_block), {NULL}, (any_function
-        *)NAME(electromagnetic_wave), NAME(call_aaaar), 4, 5, 2, 1, parts, forms};
+        *)NAME(electromagnetic_wave), NAME(call_aaaar), 4, 5, 2, 1, 1, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -3724,7 +3783,7 @@ void NAME(field_derivative_loop)(char **args, const intptr_t *dimensions, const 
         WIDTHS(field_derivative_block_ft_fy_fz), {NULL}}, {14, 2, NAME(field_derivative_start_fx_fy_fz),
         WIDTHS(field_derivative_block_fx_fy_fz), {NULL}}};
     static const struct kernel kernel = {WIDTHS(field_derivative_block), {NULL}, (any_function
-        *)NAME(field_derivative), NAME(call_aaaarr), 4, 6, 4, 0, parts, forms};
+        *)NAME(field_derivative), NAME(call_aaaarr), 4, 6, 4, 0, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -3790,7 +3849,7 @@ void NAME(field_from_potential_loop)(char **args, const intptr_t *dimensions, co
     static const struct part parts[] = {{4, 1, 0, {4}}, {4, 1, 1, {4}}, {4, 1, 2, {4}}, {4, 1, 3, {4}}, {6, 1, 4,
         {6}}};
     static const struct kernel kernel = {WIDTHS(field_from_potential_block), {NULL}, (any_function
-        *)NAME(field_from_potential), NAME(call_aaaar), 4, 5, 0, 0, parts, NULL};
+        *)NAME(field_from_potential), NAME(call_aaaar), 4, 5, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -3853,7 +3912,7 @@ void NAME(pauli_from_column_loop)(char **args, const intptr_t *dimensions, const
 {
     static const struct part parts[] = {{2, 1, 0, {2}}, {2, 1, 1, {2}}, {4, 1, 2, {4}}};
     static const struct kernel kernel = {WIDTHS(pauli_from_column_block), WIDTHS(pauli_from_column_dense),
-        (any_function *)NAME(pauli_from_column), NAME(call_aar), 2, 3, 0, 0, parts, NULL};
+        (any_function *)NAME(pauli_from_column), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -3917,7 +3976,7 @@ void NAME(pauli_to_column_loop)(char **args, const intptr_t *dimensions, const i
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {2, 1, 1, {2}}, {2, 1, 2, {2}}};
     static const struct kernel kernel = {WIDTHS(pauli_to_column_block), WIDTHS(pauli_to_column_dense), (any_function
-        *)NAME(pauli_to_column), NAME(call_arr), 1, 3, 0, 0, parts, NULL};
+        *)NAME(pauli_to_column), NAME(call_arr), 1, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -3970,7 +4029,7 @@ void NAME(pauli_to_matrix_loop)(char **args, const intptr_t *dimensions, const i
 {
     static const struct part parts[] = {{8, 1, 0, {8}}, {8, 3, 1, {2, 2, 2}}};
     static const struct kernel kernel = {WIDTHS(pauli_to_matrix_block), {NULL}, (any_function
-        *)NAME(pauli_to_matrix), NAME(call_ar), 1, 2, 0, 0, parts, NULL};
+        *)NAME(pauli_to_matrix), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -4031,7 +4090,7 @@ void NAME(pauli_from_matrix_loop)(char **args, const intptr_t *dimensions, const
 {
     static const struct part parts[] = {{8, 3, 0, {2, 2, 2}}, {8, 1, 3, {8}}};
     static const struct kernel kernel = {WIDTHS(pauli_from_matrix_block), {NULL}, (any_function
-        *)NAME(pauli_from_matrix), NAME(call_ar), 1, 2, 0, 0, parts, NULL};
+        *)NAME(pauli_from_matrix), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -4092,7 +4151,7 @@ void NAME(pauli_density_loop)(char **args, const intptr_t *dimensions, const int
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {1, 0, 1, {0}}};
     static const struct kernel kernel = {WIDTHS(pauli_density_block), WIDTHS(pauli_density_dense), (any_function
-        *)NAME(pauli_density), NAME(call_ar), 1, 2, 0, 0, parts, NULL};
+        *)NAME(pauli_density), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -4163,7 +4222,7 @@ void NAME(pauli_spin_loop)(char **args, const intptr_t *dimensions, const intptr
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {3, 1, 1, {3}}};
     static const struct kernel kernel = {WIDTHS(pauli_spin_block), WIDTHS(pauli_spin_dense), (any_function
-        *)NAME(pauli_spin), NAME(call_ar), 1, 2, 0, 0, parts, NULL};
+        *)NAME(pauli_spin), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -4457,7 +4516,7 @@ void NAME(precession_step_loop)(char **args, const intptr_t *dimensions, const i
     static const struct form forms[] = {{6, 2, NAME(precession_step_start_first_second),
         WIDTHS(precession_step_block_first_second), WIDTHS(precession_step_dense_first_second)}};
     static const struct kernel kernel = {WIDTHS(precession_step_block), {NULL}, (any_function
-        *)NAME(precession_step), NAME(call_aaar), 3, 4, 1, 1, parts, forms};
+        *)NAME(precession_step), NAME(call_aaar), 3, 4, 1, 1, 1, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -4515,7 +4574,7 @@ void NAME(dirac_from_column_loop)(char **args, const intptr_t *dimensions, const
     static const struct part parts[] = {{2, 1, 0, {2}}, {2, 1, 1, {2}}, {2, 1, 2, {2}}, {2, 1, 3, {2}}, {8, 1, 4,
         {8}}};
     static const struct kernel kernel = {WIDTHS(dirac_from_column_block), {NULL}, (any_function
-        *)NAME(dirac_from_column), NAME(call_aaaar), 4, 5, 0, 0, parts, NULL};
+        *)NAME(dirac_from_column), NAME(call_aaaar), 4, 5, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -4573,7 +4632,7 @@ void NAME(dirac_to_column_loop)(char **args, const intptr_t *dimensions, const i
     static const struct part parts[] = {{8, 1, 0, {8}}, {2, 1, 1, {2}}, {2, 1, 2, {2}}, {2, 1, 3, {2}}, {2, 1, 4,
         {2}}};
     static const struct kernel kernel = {WIDTHS(dirac_to_column_block), {NULL}, (any_function
-        *)NAME(dirac_to_column), NAME(call_arrrr), 1, 5, 0, 0, parts, NULL};
+        *)NAME(dirac_to_column), NAME(call_arrrr), 1, 5, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -4675,7 +4734,7 @@ void NAME(dirac_to_matrix_loop)(char **args, const intptr_t *dimensions, const i
 {
     static const struct part parts[] = {{16, 1, 0, {16}}, {32, 3, 1, {4, 4, 2}}};
     static const struct kernel kernel = {WIDTHS(dirac_to_matrix_block), {NULL}, (any_function
-        *)NAME(dirac_to_matrix), NAME(call_ar), 1, 2, 0, 0, parts, NULL};
+        *)NAME(dirac_to_matrix), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -4811,7 +4870,7 @@ void NAME(dirac_from_matrix_loop)(char **args, const intptr_t *dimensions, const
 {
     static const struct part parts[] = {{32, 3, 0, {4, 4, 2}}, {16, 1, 3, {16}}};
     static const struct kernel kernel = {WIDTHS(dirac_from_matrix_block), {NULL}, (any_function
-        *)NAME(dirac_from_matrix), NAME(call_ar), 1, 2, 0, 0, parts, NULL};
+        *)NAME(dirac_from_matrix), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -5391,7 +5450,7 @@ void NAME(dirac_wave_loop)(char **args, const intptr_t *dimensions, const intptr
         {1, 2, NAME(dirac_wave_start_p), WIDTHS(dirac_wave_block_p), {NULL}}, {3, 2, NAME(dirac_wave_start_p_spin),
         WIDTHS(dirac_wave_block_p_spin), {NULL}}};
     static const struct kernel kernel = {WIDTHS(dirac_wave_block), {NULL}, (any_function *)NAME(dirac_wave),
-        NAME(call_aaar), 3, 4, 3, 1, parts, forms};
+        NAME(call_aaar), 3, 4, 3, 1, 1, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -5975,7 +6034,7 @@ void NAME(dirac_antiparticle_wave_loop)(char **args, const intptr_t *dimensions,
         WIDTHS(dirac_antiparticle_wave_block_p), {NULL}}, {3, 2, NAME(dirac_antiparticle_wave_start_p_spin),
         WIDTHS(dirac_antiparticle_wave_block_p_spin), {NULL}}};
     static const struct kernel kernel = {WIDTHS(dirac_antiparticle_wave_block), {NULL}, (any_function
-        *)NAME(dirac_antiparticle_wave), NAME(call_aaar), 3, 4, 3, 1, parts, forms};
+        *)NAME(dirac_antiparticle_wave), NAME(call_aaar), 3, 4, 3, 1, 1, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -6040,7 +6099,7 @@ void NAME(dirac_density_loop)(char **args, const intptr_t *dimensions, const int
 {
     static const struct part parts[] = {{8, 1, 0, {8}}, {1, 0, 1, {0}}, {1, 0, 1, {0}}};
     static const struct kernel kernel = {WIDTHS(dirac_density_block), {NULL}, (any_function *)NAME(dirac_density),
-        NAME(call_arr), 1, 3, 0, 0, parts, NULL};
+        NAME(call_arr), 1, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -6138,7 +6197,7 @@ void NAME(dirac_spin_bivector_loop)(char **args, const intptr_t *dimensions, con
 {
     static const struct part parts[] = {{8, 1, 0, {8}}, {6, 1, 1, {6}}};
     static const struct kernel kernel = {WIDTHS(dirac_spin_bivector_block), {NULL}, (any_function
-        *)NAME(dirac_spin_bivector), NAME(call_ar), 1, 2, 0, 0, parts, NULL};
+        *)NAME(dirac_spin_bivector), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -7850,7 +7909,7 @@ void NAME(dirac_residual_loop)(char **args, const intptr_t *dimensions, const in
         {NULL}}, {111, 2, NAME(dirac_residual_start_dt_dx_dy_dz_a_mass),
         WIDTHS(dirac_residual_block_dt_dx_dy_dz_a_mass), {NULL}}};
     static const struct kernel kernel = {WIDTHS(dirac_residual_block), {NULL}, (any_function *)NAME(dirac_residual),
-        NAME(call_aaaaaanr), 7, 8, 7, 0, parts, forms};
+        NAME(call_aaaaaanr), 7, 8, 7, 0, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 #endif

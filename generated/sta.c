@@ -2,7 +2,7 @@
 // command: gac generate --all sta
 // spec: 65db12e5bb2360c0
 // contraction: -ffp-contract=off (every operation is rounded once)
-// body: e71444ff322b38fd1cb3f5140909f520246d46de7a37aed1fa72c8c4fbd3ae39
+// body: 5766b79ac5c255f96dae974e3487a125185c9775522be4802e3ed2ef4adbdcef
 
 #ifndef REAL
 #include "sta.h"
@@ -76,6 +76,49 @@ struct part {
     int size, rank, first, shape[2];
 };
 
+// Where a number of an element lies, its components being counted in C order.
+static intptr_t offset_of(const struct part *part, intptr_t k, const intptr_t *strides)
+{
+    intptr_t offset = 0;
+    for (int axis = part->rank; axis-- > 1; k /= part->shape[axis])
+        offset += k % part->shape[axis] * strides[axis];
+    return part->rank ? offset + k * strides[0] : 0;
+}
+
+// What no cache holds goes to memory past them: whole lines, of which nothing is fetched first.
+enum { LINE = 64 };
+#ifdef ON
+#define PASSES(bytes) ((bytes) > 1 << 25)
+ON("v3") static void stream(char *to, const char *from, intptr_t bytes)
+{
+    typedef double half __attribute__((vector_size(LINE / 2), aligned(4), may_alias));
+    const intptr_t start = -(intptr_t)to & (LINE - 1);
+    intptr_t i = 0;
+    for (; i < start && i < bytes; i += 4)
+        memcpy(to + i, from + i, 4);
+    for (; i + LINE <= bytes; i += LINE) {
+        __builtin_ia32_movntpd256((double *)(to + i), *(const half *)(from + i));
+        __builtin_ia32_movntpd256((double *)(to + i + LINE / 2), *(const half *)(from + i + LINE / 2));
+    }
+    for (; i < bytes; i += 4)
+        memcpy(to + i, from + i, 4);
+}
+#define STREAM_END() __builtin_ia32_sfence()
+#else
+#define PASSES(bytes) 0
+#define stream memcpy
+#define STREAM_END()
+#endif
+
+// How many elements lie before one that starts a line; 0 if none of the first does.
+static intptr_t before_line(const char *first, intptr_t step)
+{
+    for (intptr_t i = 0; i < LANES; ++i)
+        if (((intptr_t)first + i * step) % LINE == 0)
+            return i;
+    return 0;
+}
+
 typedef void loop_function(intptr_t n, char **args, const intptr_t *strides);
 typedef void any_function(void);
 
@@ -94,7 +137,7 @@ struct kernel {
     loop_function *block[2], *dense[2];
     any_function *function;
     void (*call)(any_function *function, void **parts);
-    int n_inputs, n_parts, n_forms, repeats;
+    int n_inputs, n_parts, n_forms, repeats, busy;
     const struct part *parts;
     const struct form *forms;
 };
@@ -953,15 +996,19 @@ static void NAME(move_part)(int back, REAL *x, intptr_t row, const struct part *
 static void NAME(move_element)(int back, REAL *x, const struct part *part, char *a, const intptr_t *c)
 {
     for (intptr_t k = 0; k < part->size; ++k) {
-        intptr_t offset = 0, rest = k;
-        for (int axis = part->rank; axis-- > 1; rest /= part->shape[axis])
-            offset += rest % part->shape[axis] * c[axis];
-        offset += part->rank ? rest * c[0] : 0;
+        REAL *number = (REAL *)(a + offset_of(part, k, c));
         if (back)
-            *(REAL *)(a + offset) = x[k];
+            *number = x[k];
         else
-            x[k] = *(const REAL *)(a + offset);
+            x[k] = *number;
     }
+}
+
+// All rows of a part to a batch in which they are contiguous, past the caches.
+static void NAME(stream_part)(REAL *x, intptr_t row, const struct part *part, char *a, const intptr_t *c, intptr_t n)
+{
+    for (intptr_t k = 0; k < part->size; ++k)
+        stream(a + offset_of(part, k, c), (const char *)(x + k * row), n * sizeof(REAL));
 }
 
 // Runs a kernel on one element after the other.
@@ -988,11 +1035,11 @@ static void NAME(batch)(const struct kernel *kernel, char **args, intptr_t n, co
 {
     const intptr_t w = sizeof(REAL), *strides = steps + kernel->n_parts;
     const int n_parts = kernel->n_parts, n_inputs = kernel->n_inputs, width = CHOSEN;
-    enum { SAME, HOISTED, UNIT, ANY } kinds[PARTS];
+    enum { SAME, HOISTED, UNIT, ANY, PAST } kinds[PARTS];
     _Alignas(64) REAL space[SPACE], prepared[PREPARED];
     REAL *rows[PARTS];
     char *starts[PARTS];
-    intptr_t cores[CORES], row_cores[CORES], total = 0, bytes = 0;
+    intptr_t cores[CORES], row_cores[CORES], total = 0, numbers = 0, bytes = 0;
     unsigned still = 0, hoisted = 0;
     int in_place = 1, ordered = 1, known = 1;
     if (width < 0 || n == 1) {
@@ -1009,6 +1056,7 @@ static void NAME(batch)(const struct kernel *kernel, char **args, intptr_t n, co
         ordered = ordered && (same || steps[p] == step);
         known = known && part->size <= SIZES && NAME(spans)[part->size].load[width];
         total += part->size;
+        numbers += same ? 0 : part->size;
         bytes += steps[p] < 0 ? -steps[p] : steps[p];
         still |= (unsigned)same << p;
     }
@@ -1021,9 +1069,11 @@ static void NAME(batch)(const struct kernel *kernel, char **args, intptr_t n, co
     }
     const int dense = ordered && still == hoisted && in_order;
     const int spans = ordered && !dense && known && total * SPAN <= SPACE;
+    // Results that no cache holds go past the caches, where that is what takes the time.
+    const int past = PASSES(n * numbers * w) && !kernel->busy && !ordered && steps[n_inputs] == w;
     // Long rows spare calls; beyond the last cache, short turns keep reading and writing going side by side.
     const int near = n < (1 << 24) / (bytes + 1);
-    intptr_t row = spans ? SPAN : near ? 512 / w : LANES;
+    intptr_t row = spans ? SPAN : near || past ? 512 / w : LANES;
     while (row > LANES && row * total > SPACE)
         row /= 2;
     total = 0;
@@ -1036,9 +1086,10 @@ static void NAME(batch)(const struct kernel *kernel, char **args, intptr_t n, co
         kinds[p] = hoisted >> p & 1 ? HOISTED : still >> p & 1 ? SAME : steps[p] == w ? UNIT : ANY;
         for (int q = 0; kernel->repeats && p >= n_inputs && q < n_inputs; ++q)
             kinds[p] = args[p] == args[q] ? ANY : kinds[p];
+        kinds[p] = past && p >= n_inputs && steps[p] == w ? PAST : kinds[p];
         in_place = in_place && (kinds[p] == UNIT || kinds[p] == HOISTED);
         for (int q = part->first + part->rank; q-- > part->first; row_step *= part->shape[q - part->first]) {
-            cores[q] = kinds[p] == SAME || kinds[p] == ANY ? row_step : strides[q];
+            cores[q] = kinds[p] == HOISTED || kinds[p] == UNIT ? strides[q] : row_step;
             row_cores[q] = row_step;
         }
         if (dense || kinds[p] == HOISTED || kinds[p] == UNIT)
@@ -1050,7 +1101,9 @@ static void NAME(batch)(const struct kernel *kernel, char **args, intptr_t n, co
             NAME(move_part)(0, rows[p], row, part, args[p], 0, strides + part->first, n < row ? PADDED(n) : row);
     }
     const intptr_t turn = near ? SPAN : LANES;
-    intptr_t i = 0;
+    intptr_t i = past && !hoisted ? before_line(args[n_inputs], steps[n_inputs]) : 0;
+    if (i)
+        NAME(each)(kernel, args, i, steps);
     // In C order, by functions that know the sizes.
     for (; spans && !in_place && n - i >= turn; i += turn) {
         for (int p = 0; p < n_parts; ++p) {
@@ -1088,11 +1141,17 @@ static void NAME(batch)(const struct kernel *kernel, char **args, intptr_t n, co
                     rows[p][k * row + j] = rows[p][k * row + m - 1];
         }
         in_rows(m, starts, cores);
-        for (int p = n_inputs; p < n_parts; ++p)
-            if (starts[p] == (char *)rows[p])
-                NAME(move_part)(1, rows[p], row, &kernel->parts[p], args[p] + i * steps[p], steps[p],
-                    strides + kernel->parts[p].first, m);
+        for (int p = n_inputs; p < n_parts; ++p) {
+            const struct part *part = &kernel->parts[p];
+            char *to = args[p] + i * steps[p];
+            if (kinds[p] == PAST)
+                NAME(stream_part)(rows[p], row, part, to, strides + part->first, m);
+            else if (starts[p] == (char *)rows[p])
+                NAME(move_part)(1, rows[p], row, part, to, steps[p], strides + part->first, m);
+        }
     }
+    if (past)
+        STREAM_END();
 }
 
 INLINE void NAME(geometric_product)(const REAL *a, const REAL *b, REAL *out)
@@ -1478,7 +1537,7 @@ void NAME(geometric_product_loop)(char **args, const intptr_t *dimensions, const
 {
     static const struct part parts[] = {{16, 1, 0, {16}}, {16, 1, 1, {16}}, {16, 1, 2, {16}}};
     static const struct kernel kernel = {WIDTHS(geometric_product_block), {NULL}, (any_function
-        *)NAME(geometric_product), NAME(call_aar), 2, 3, 0, 0, parts, NULL};
+        *)NAME(geometric_product), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -1704,7 +1763,7 @@ void NAME(outer_product_loop)(char **args, const intptr_t *dimensions, const int
 {
     static const struct part parts[] = {{16, 1, 0, {16}}, {16, 1, 1, {16}}, {16, 1, 2, {16}}};
     static const struct kernel kernel = {WIDTHS(outer_product_block), {NULL}, (any_function *)NAME(outer_product),
-        NAME(call_aar), 2, 3, 0, 0, parts, NULL};
+        NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -1930,7 +1989,7 @@ void NAME(regressive_product_loop)(char **args, const intptr_t *dimensions, cons
 {
     static const struct part parts[] = {{16, 1, 0, {16}}, {16, 1, 1, {16}}, {16, 1, 2, {16}}};
     static const struct kernel kernel = {WIDTHS(regressive_product_block), {NULL}, (any_function
-        *)NAME(regressive_product), NAME(call_aar), 2, 3, 0, 0, parts, NULL};
+        *)NAME(regressive_product), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -2287,7 +2346,7 @@ void NAME(inner_product_loop)(char **args, const intptr_t *dimensions, const int
 {
     static const struct part parts[] = {{16, 1, 0, {16}}, {16, 1, 1, {16}}, {16, 1, 2, {16}}};
     static const struct kernel kernel = {WIDTHS(inner_product_block), {NULL}, (any_function *)NAME(inner_product),
-        NAME(call_aar), 2, 3, 0, 0, parts, NULL};
+        NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -2435,7 +2494,7 @@ void NAME(even_product_loop)(char **args, const intptr_t *dimensions, const intp
 {
     static const struct part parts[] = {{8, 1, 0, {8}}, {8, 1, 1, {8}}, {8, 1, 2, {8}}};
     static const struct kernel kernel = {WIDTHS(even_product_block), {NULL}, (any_function *)NAME(even_product),
-        NAME(call_aar), 2, 3, 0, 0, parts, NULL};
+        NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -2506,7 +2565,7 @@ void NAME(reverse_loop)(char **args, const intptr_t *dimensions, const intptr_t 
 {
     static const struct part parts[] = {{16, 1, 0, {16}}, {16, 1, 1, {16}}};
     static const struct kernel kernel = {WIDTHS(reverse_block), {NULL}, (any_function *)NAME(reverse),
-        NAME(call_ar), 1, 2, 0, 0, parts, NULL};
+        NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -2575,7 +2634,7 @@ void NAME(grade_involution_loop)(char **args, const intptr_t *dimensions, const 
 {
     static const struct part parts[] = {{16, 1, 0, {16}}, {16, 1, 1, {16}}};
     static const struct kernel kernel = {WIDTHS(grade_involution_block), {NULL}, (any_function
-        *)NAME(grade_involution), NAME(call_ar), 1, 2, 0, 0, parts, NULL};
+        *)NAME(grade_involution), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -2644,7 +2703,7 @@ void NAME(dual_loop)(char **args, const intptr_t *dimensions, const intptr_t *st
 {
     static const struct part parts[] = {{16, 1, 0, {16}}, {16, 1, 1, {16}}};
     static const struct kernel kernel = {WIDTHS(dual_block), {NULL}, (any_function *)NAME(dual), NAME(call_ar), 1,
-        2, 0, 0, parts, NULL};
+        2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -2713,7 +2772,7 @@ void NAME(polarity_loop)(char **args, const intptr_t *dimensions, const intptr_t
 {
     static const struct part parts[] = {{16, 1, 0, {16}}, {16, 1, 1, {16}}};
     static const struct kernel kernel = {WIDTHS(polarity_block), {NULL}, (any_function *)NAME(polarity),
-        NAME(call_ar), 1, 2, 0, 0, parts, NULL};
+        NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -2764,7 +2823,7 @@ void NAME(even_reverse_loop)(char **args, const intptr_t *dimensions, const intp
 {
     static const struct part parts[] = {{8, 1, 0, {8}}, {8, 1, 1, {8}}};
     static const struct kernel kernel = {WIDTHS(even_reverse_block), {NULL}, (any_function *)NAME(even_reverse),
-        NAME(call_ar), 1, 2, 0, 0, parts, NULL};
+        NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -2837,7 +2896,7 @@ void NAME(vector_product_loop)(char **args, const intptr_t *dimensions, const in
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {4, 1, 1, {4}}, {8, 1, 2, {8}}};
     static const struct kernel kernel = {WIDTHS(vector_product_block), {NULL}, (any_function *)NAME(vector_product),
-        NAME(call_aar), 2, 3, 0, 0, parts, NULL};
+        NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -2908,7 +2967,7 @@ void NAME(dot_product_loop)(char **args, const intptr_t *dimensions, const intpt
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {4, 1, 1, {4}}, {1, 0, 2, {0}}};
     static const struct kernel kernel = {WIDTHS(dot_product_block), WIDTHS(dot_product_dense), (any_function
-        *)NAME(dot_product), NAME(call_aar), 2, 3, 0, 0, parts, NULL};
+        *)NAME(dot_product), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -2972,7 +3031,7 @@ void NAME(wedge_vectors_loop)(char **args, const intptr_t *dimensions, const int
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {4, 1, 1, {4}}, {6, 1, 2, {6}}};
     static const struct kernel kernel = {WIDTHS(wedge_vectors_block), {NULL}, (any_function *)NAME(wedge_vectors),
-        NAME(call_aar), 2, 3, 0, 0, parts, NULL};
+        NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -3033,7 +3092,7 @@ void NAME(interval_loop)(char **args, const intptr_t *dimensions, const intptr_t
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {1, 0, 1, {0}}};
     static const struct kernel kernel = {WIDTHS(interval_block), WIDTHS(interval_dense), (any_function
-        *)NAME(interval), NAME(call_ar), 1, 2, 0, 0, parts, NULL};
+        *)NAME(interval), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -3097,7 +3156,7 @@ void NAME(spacetime_split_loop)(char **args, const intptr_t *dimensions, const i
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {1, 0, 1, {0}}, {3, 1, 1, {3}}};
     static const struct kernel kernel = {WIDTHS(spacetime_split_block), WIDTHS(spacetime_split_dense), (any_function
-        *)NAME(spacetime_split), NAME(call_arr), 1, 3, 0, 0, parts, NULL};
+        *)NAME(spacetime_split), NAME(call_arr), 1, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -3164,7 +3223,7 @@ void NAME(proper_velocity_loop)(char **args, const intptr_t *dimensions, const i
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {4, 1, 1, {4}}};
     static const struct kernel kernel = {WIDTHS(proper_velocity_block), WIDTHS(proper_velocity_dense), (any_function
-        *)NAME(proper_velocity), NAME(call_ar), 1, 2, 0, 0, parts, NULL};
+        *)NAME(proper_velocity), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -3312,7 +3371,7 @@ void NAME(rotor_product_loop)(char **args, const intptr_t *dimensions, const int
 {
     static const struct part parts[] = {{8, 1, 0, {8}}, {8, 1, 1, {8}}, {8, 1, 2, {8}}};
     static const struct kernel kernel = {WIDTHS(rotor_product_block), {NULL}, (any_function *)NAME(rotor_product),
-        NAME(call_aar), 2, 3, 0, 0, parts, NULL};
+        NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -3363,7 +3422,7 @@ void NAME(rotor_inverse_loop)(char **args, const intptr_t *dimensions, const int
 {
     static const struct part parts[] = {{8, 1, 0, {8}}, {8, 1, 1, {8}}};
     static const struct kernel kernel = {WIDTHS(rotor_inverse_block), {NULL}, (any_function *)NAME(rotor_inverse),
-        NAME(call_ar), 1, 2, 0, 0, parts, NULL};
+        NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -3475,7 +3534,7 @@ void NAME(normalize_rotor_loop)(char **args, const intptr_t *dimensions, const i
 {
     static const struct part parts[] = {{8, 1, 0, {8}}, {8, 1, 1, {8}}};
     static const struct kernel kernel = {WIDTHS(normalize_rotor_block), {NULL}, (any_function
-        *)NAME(normalize_rotor), NAME(call_ar), 1, 2, 0, 0, parts, NULL};
+        *)NAME(normalize_rotor), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -3821,7 +3880,7 @@ void NAME(transform_vector_loop)(char **args, const intptr_t *dimensions, const 
     static const struct form forms[] = {{1, 2, NAME(transform_vector_start_r), WIDTHS(transform_vector_block_r),
         WIDTHS(transform_vector_dense_r)}};
     static const struct kernel kernel = {WIDTHS(transform_vector_block), {NULL}, (any_function
-        *)NAME(transform_vector), NAME(call_aar), 2, 3, 1, 0, parts, forms};
+        *)NAME(transform_vector), NAME(call_aar), 2, 3, 1, 0, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -4238,7 +4297,7 @@ void NAME(transform_bivector_loop)(char **args, const intptr_t *dimensions, cons
     static const struct form forms[] = {{1, 2, NAME(transform_bivector_start_r), WIDTHS(transform_bivector_block_r),
         {NULL}}};
     static const struct kernel kernel = {WIDTHS(transform_bivector_block), {NULL}, (any_function
-        *)NAME(transform_bivector), NAME(call_aar), 2, 3, 1, 0, parts, forms};
+        *)NAME(transform_bivector), NAME(call_aar), 2, 3, 1, 0, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -4389,7 +4448,7 @@ void NAME(boost_from_rapidity_loop)(char **args, const intptr_t *dimensions, con
     static const struct form forms[] = {{2, 2, NAME(boost_from_rapidity_start_rapidity),
         WIDTHS(boost_from_rapidity_block_rapidity), WIDTHS(boost_from_rapidity_dense_rapidity)}};
     static const struct kernel kernel = {WIDTHS(boost_from_rapidity_block), {NULL}, (any_function
-        *)NAME(boost_from_rapidity), NAME(call_anr), 2, 3, 1, 0, parts, forms};
+        *)NAME(boost_from_rapidity), NAME(call_anr), 2, 3, 1, 0, 1, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -4468,7 +4527,7 @@ void NAME(boost_from_velocity_loop)(char **args, const intptr_t *dimensions, con
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {8, 1, 1, {8}}};
     static const struct kernel kernel = {WIDTHS(boost_from_velocity_block), WIDTHS(boost_from_velocity_dense),
-        (any_function *)NAME(boost_from_velocity), NAME(call_ar), 1, 2, 0, 0, parts, NULL};
+        (any_function *)NAME(boost_from_velocity), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -4550,7 +4609,7 @@ void NAME(boost_between_velocities_loop)(char **args, const intptr_t *dimensions
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {4, 1, 1, {4}}, {8, 1, 2, {8}}};
     static const struct kernel kernel = {WIDTHS(boost_between_velocities_block), {NULL}, (any_function
-        *)NAME(boost_between_velocities), NAME(call_aar), 2, 3, 0, 0, parts, NULL};
+        *)NAME(boost_between_velocities), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -4790,7 +4849,7 @@ void NAME(rotor_from_axis_angle_loop)(char **args, const intptr_t *dimensions, c
         WIDTHS(rotor_from_axis_angle_block_angle), WIDTHS(rotor_from_axis_angle_dense_angle)}, {1, 2,
         NAME(rotor_from_axis_angle_start_axis), WIDTHS(rotor_from_axis_angle_block_axis), {NULL}}};
     static const struct kernel kernel = {WIDTHS(rotor_from_axis_angle_block), {NULL}, (any_function
-        *)NAME(rotor_from_axis_angle), NAME(call_anr), 2, 3, 2, 1, parts, forms};
+        *)NAME(rotor_from_axis_angle), NAME(call_anr), 2, 3, 2, 1, 1, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -4964,7 +5023,7 @@ void NAME(rotor_exponential_loop)(char **args, const intptr_t *dimensions, const
 {
     static const struct part parts[] = {{6, 1, 0, {6}}, {8, 1, 1, {8}}};
     static const struct kernel kernel = {WIDTHS(rotor_exponential_block), {NULL}, (any_function
-        *)NAME(rotor_exponential), NAME(call_ar), 1, 2, 0, 1, parts, NULL};
+        *)NAME(rotor_exponential), NAME(call_ar), 1, 2, 0, 1, 1, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -5148,7 +5207,7 @@ void NAME(rotor_logarithm_loop)(char **args, const intptr_t *dimensions, const i
 {
     static const struct part parts[] = {{8, 1, 0, {8}}, {6, 1, 1, {6}}};
     static const struct kernel kernel = {WIDTHS(rotor_logarithm_block), {NULL}, (any_function
-        *)NAME(rotor_logarithm), NAME(call_ar), 1, 2, 0, 0, parts, NULL};
+        *)NAME(rotor_logarithm), NAME(call_ar), 1, 2, 0, 0, 1, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -5252,7 +5311,7 @@ void NAME(rotor_square_root_loop)(char **args, const intptr_t *dimensions, const
 {
     static const struct part parts[] = {{8, 1, 0, {8}}, {8, 1, 1, {8}}};
     static const struct kernel kernel = {WIDTHS(rotor_square_root_block), {NULL}, (any_function
-        *)NAME(rotor_square_root), NAME(call_ar), 1, 2, 0, 0, parts, NULL};
+        *)NAME(rotor_square_root), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -5581,7 +5640,7 @@ void NAME(rotor_power_loop)(char **args, const intptr_t *dimensions, const intpt
 {
     static const struct part parts[] = {{8, 1, 0, {8}}, {1, 0, 1, {0}}, {8, 1, 1, {8}}};
     static const struct kernel kernel = {WIDTHS(rotor_power_block), {NULL}, (any_function *)NAME(rotor_power),
-        NAME(call_anr), 2, 3, 0, 1, parts, NULL};
+        NAME(call_anr), 2, 3, 0, 1, 1, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -6106,7 +6165,7 @@ void NAME(interpolate_rotors_loop)(char **args, const intptr_t *dimensions, cons
 {
     static const struct part parts[] = {{8, 1, 0, {8}}, {8, 1, 1, {8}}, {1, 0, 2, {0}}, {8, 1, 2, {8}}};
     static const struct kernel kernel = {WIDTHS(interpolate_rotors_block), {NULL}, (any_function
-        *)NAME(interpolate_rotors), NAME(call_aanr), 3, 4, 0, 1, parts, NULL};
+        *)NAME(interpolate_rotors), NAME(call_aanr), 3, 4, 0, 1, 1, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -6233,7 +6292,7 @@ void NAME(rotor_to_matrix_loop)(char **args, const intptr_t *dimensions, const i
 {
     static const struct part parts[] = {{8, 1, 0, {8}}, {16, 2, 1, {4, 4}}};
     static const struct kernel kernel = {WIDTHS(rotor_to_matrix_block), {NULL}, (any_function
-        *)NAME(rotor_to_matrix), NAME(call_ar), 1, 2, 0, 0, parts, NULL};
+        *)NAME(rotor_to_matrix), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -6279,7 +6338,7 @@ void NAME(field_from_electric_magnetic_loop)(char **args, const intptr_t *dimens
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {3, 1, 1, {3}}, {6, 1, 2, {6}}};
     static const struct kernel kernel = {WIDTHS(field_from_electric_magnetic_block), {NULL}, (any_function
-        *)NAME(field_from_electric_magnetic), NAME(call_aar), 2, 3, 0, 0, parts, NULL};
+        *)NAME(field_from_electric_magnetic), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -6325,7 +6384,7 @@ void NAME(field_to_electric_magnetic_loop)(char **args, const intptr_t *dimensio
 {
     static const struct part parts[] = {{6, 1, 0, {6}}, {3, 1, 1, {3}}, {3, 1, 2, {3}}};
     static const struct kernel kernel = {WIDTHS(field_to_electric_magnetic_block), {NULL}, (any_function
-        *)NAME(field_to_electric_magnetic), NAME(call_arr), 1, 3, 0, 0, parts, NULL};
+        *)NAME(field_to_electric_magnetic), NAME(call_arr), 1, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -6381,7 +6440,7 @@ void NAME(field_invariants_loop)(char **args, const intptr_t *dimensions, const 
 {
     static const struct part parts[] = {{6, 1, 0, {6}}, {1, 0, 1, {0}}, {1, 0, 1, {0}}};
     static const struct kernel kernel = {WIDTHS(field_invariants_block), {NULL}, (any_function
-        *)NAME(field_invariants), NAME(call_arr), 1, 3, 0, 0, parts, NULL};
+        *)NAME(field_invariants), NAME(call_arr), 1, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -6447,7 +6506,7 @@ void NAME(lorentz_force_loop)(char **args, const intptr_t *dimensions, const int
 {
     static const struct part parts[] = {{6, 1, 0, {6}}, {4, 1, 1, {4}}, {4, 1, 2, {4}}};
     static const struct kernel kernel = {WIDTHS(lorentz_force_block), {NULL}, (any_function *)NAME(lorentz_force),
-        NAME(call_aar), 2, 3, 0, 0, parts, NULL};
+        NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -6712,7 +6771,7 @@ void NAME(field_stress_energy_loop)(char **args, const intptr_t *dimensions, con
     static const struct form forms[] = {{1, 2, NAME(field_stress_energy_start_f),
         WIDTHS(field_stress_energy_block_f), WIDTHS(field_stress_energy_dense_f)}};
     static const struct kernel kernel = {WIDTHS(field_stress_energy_block), {NULL}, (any_function
-        *)NAME(field_stress_energy), NAME(call_aar), 2, 3, 1, 0, parts, forms};
+        *)NAME(field_stress_energy), NAME(call_aar), 2, 3, 1, 0, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -6792,7 +6851,7 @@ void NAME(dirac_current_loop)(char **args, const intptr_t *dimensions, const int
 {
     static const struct part parts[] = {{8, 1, 0, {8}}, {4, 1, 1, {4}}};
     static const struct kernel kernel = {WIDTHS(dirac_current_block), {NULL}, (any_function *)NAME(dirac_current),
-        NAME(call_ar), 1, 2, 0, 0, parts, NULL};
+        NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -6872,7 +6931,7 @@ void NAME(dirac_spin_loop)(char **args, const intptr_t *dimensions, const intptr
 {
     static const struct part parts[] = {{8, 1, 0, {8}}, {4, 1, 1, {4}}};
     static const struct kernel kernel = {WIDTHS(dirac_spin_block), {NULL}, (any_function *)NAME(dirac_spin),
-        NAME(call_ar), 1, 2, 0, 0, parts, NULL};
+        NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -6974,7 +7033,7 @@ void NAME(pack_spacetime_loop)(char **args, const intptr_t *dimensions, const in
     static const struct part parts[] = {{16, 1, 0, {16}}, {2, 1, 1, {2}}, {2, 1, 2, {2}}, {2, 1, 3, {2}}, {2, 1, 4,
         {2}}, {2, 1, 5, {2}}, {2, 1, 6, {2}}, {2, 1, 7, {2}}, {2, 1, 8, {2}}};
     static const struct kernel kernel = {WIDTHS(pack_spacetime_block), {NULL}, (any_function *)NAME(pack_spacetime),
-        NAME(call_arrrrrrrr), 1, 9, 0, 0, parts, NULL};
+        NAME(call_arrrrrrrr), 1, 9, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -8294,7 +8353,7 @@ void NAME(unpack_spacetime_loop)(char **args, const intptr_t *dimensions, const 
         NAME(unpack_spacetime_start_p1_p2_p3_m0_m1_m2_m3), WIDTHS(unpack_spacetime_block_p1_p2_p3_m0_m1_m2_m3),
         {NULL}}};
     static const struct kernel kernel = {WIDTHS(unpack_spacetime_block), {NULL}, (any_function
-        *)NAME(unpack_spacetime), NAME(call_aaaaaaaar), 8, 9, 8, 0, parts, forms};
+        *)NAME(unpack_spacetime), NAME(call_aaaaaaaar), 8, 9, 8, 0, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 #endif

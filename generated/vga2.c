@@ -2,7 +2,7 @@
 // command: gac generate --all vga2
 // spec: 17f6e9c743231913
 // contraction: -ffp-contract=off (every operation is rounded once)
-// body: 3649634b10373f671bb6c9cab163ce936dc8c5a23b2a55715f796726a2bce7c7
+// body: df2a224354ffe63d310e9391858c31c5b43a7176076299d1333fc94318e078fa
 
 #ifndef REAL
 #include "vga2.h"
@@ -76,6 +76,49 @@ struct part {
     int size, rank, first, shape[2];
 };
 
+// Where a number of an element lies, its components being counted in C order.
+static intptr_t offset_of(const struct part *part, intptr_t k, const intptr_t *strides)
+{
+    intptr_t offset = 0;
+    for (int axis = part->rank; axis-- > 1; k /= part->shape[axis])
+        offset += k % part->shape[axis] * strides[axis];
+    return part->rank ? offset + k * strides[0] : 0;
+}
+
+// What no cache holds goes to memory past them: whole lines, of which nothing is fetched first.
+enum { LINE = 64 };
+#ifdef ON
+#define PASSES(bytes) ((bytes) > 1 << 25)
+ON("v3") static void stream(char *to, const char *from, intptr_t bytes)
+{
+    typedef double half __attribute__((vector_size(LINE / 2), aligned(4), may_alias));
+    const intptr_t start = -(intptr_t)to & (LINE - 1);
+    intptr_t i = 0;
+    for (; i < start && i < bytes; i += 4)
+        memcpy(to + i, from + i, 4);
+    for (; i + LINE <= bytes; i += LINE) {
+        __builtin_ia32_movntpd256((double *)(to + i), *(const half *)(from + i));
+        __builtin_ia32_movntpd256((double *)(to + i + LINE / 2), *(const half *)(from + i + LINE / 2));
+    }
+    for (; i < bytes; i += 4)
+        memcpy(to + i, from + i, 4);
+}
+#define STREAM_END() __builtin_ia32_sfence()
+#else
+#define PASSES(bytes) 0
+#define stream memcpy
+#define STREAM_END()
+#endif
+
+// How many elements lie before one that starts a line; 0 if none of the first does.
+static intptr_t before_line(const char *first, intptr_t step)
+{
+    for (intptr_t i = 0; i < LANES; ++i)
+        if (((intptr_t)first + i * step) % LINE == 0)
+            return i;
+    return 0;
+}
+
 typedef void loop_function(intptr_t n, char **args, const intptr_t *strides);
 typedef void any_function(void);
 
@@ -94,7 +137,7 @@ struct kernel {
     loop_function *block[2], *dense[2];
     any_function *function;
     void (*call)(any_function *function, void **parts);
-    int n_inputs, n_parts, n_forms, repeats;
+    int n_inputs, n_parts, n_forms, repeats, busy;
     const struct part *parts;
     const struct form *forms;
 };
@@ -795,15 +838,19 @@ static void NAME(move_part)(int back, REAL *x, intptr_t row, const struct part *
 static void NAME(move_element)(int back, REAL *x, const struct part *part, char *a, const intptr_t *c)
 {
     for (intptr_t k = 0; k < part->size; ++k) {
-        intptr_t offset = 0, rest = k;
-        for (int axis = part->rank; axis-- > 1; rest /= part->shape[axis])
-            offset += rest % part->shape[axis] * c[axis];
-        offset += part->rank ? rest * c[0] : 0;
+        REAL *number = (REAL *)(a + offset_of(part, k, c));
         if (back)
-            *(REAL *)(a + offset) = x[k];
+            *number = x[k];
         else
-            x[k] = *(const REAL *)(a + offset);
+            x[k] = *number;
     }
+}
+
+// All rows of a part to a batch in which they are contiguous, past the caches.
+static void NAME(stream_part)(REAL *x, intptr_t row, const struct part *part, char *a, const intptr_t *c, intptr_t n)
+{
+    for (intptr_t k = 0; k < part->size; ++k)
+        stream(a + offset_of(part, k, c), (const char *)(x + k * row), n * sizeof(REAL));
 }
 
 // Runs a kernel on one element after the other.
@@ -830,11 +877,11 @@ static void NAME(batch)(const struct kernel *kernel, char **args, intptr_t n, co
 {
     const intptr_t w = sizeof(REAL), *strides = steps + kernel->n_parts;
     const int n_parts = kernel->n_parts, n_inputs = kernel->n_inputs, width = CHOSEN;
-    enum { SAME, HOISTED, UNIT, ANY } kinds[PARTS];
+    enum { SAME, HOISTED, UNIT, ANY, PAST } kinds[PARTS];
     _Alignas(64) REAL space[SPACE], prepared[PREPARED];
     REAL *rows[PARTS];
     char *starts[PARTS];
-    intptr_t cores[CORES], row_cores[CORES], total = 0, bytes = 0;
+    intptr_t cores[CORES], row_cores[CORES], total = 0, numbers = 0, bytes = 0;
     unsigned still = 0, hoisted = 0;
     int in_place = 1, ordered = 1, known = 1;
     if (width < 0 || n == 1) {
@@ -851,6 +898,7 @@ static void NAME(batch)(const struct kernel *kernel, char **args, intptr_t n, co
         ordered = ordered && (same || steps[p] == step);
         known = known && part->size <= SIZES && NAME(spans)[part->size].load[width];
         total += part->size;
+        numbers += same ? 0 : part->size;
         bytes += steps[p] < 0 ? -steps[p] : steps[p];
         still |= (unsigned)same << p;
     }
@@ -863,9 +911,11 @@ static void NAME(batch)(const struct kernel *kernel, char **args, intptr_t n, co
     }
     const int dense = ordered && still == hoisted && in_order;
     const int spans = ordered && !dense && known && total * SPAN <= SPACE;
+    // Results that no cache holds go past the caches, where that is what takes the time.
+    const int past = PASSES(n * numbers * w) && !kernel->busy && !ordered && steps[n_inputs] == w;
     // Long rows spare calls; beyond the last cache, short turns keep reading and writing going side by side.
     const int near = n < (1 << 24) / (bytes + 1);
-    intptr_t row = spans ? SPAN : near ? 512 / w : LANES;
+    intptr_t row = spans ? SPAN : near || past ? 512 / w : LANES;
     while (row > LANES && row * total > SPACE)
         row /= 2;
     total = 0;
@@ -878,9 +928,10 @@ static void NAME(batch)(const struct kernel *kernel, char **args, intptr_t n, co
         kinds[p] = hoisted >> p & 1 ? HOISTED : still >> p & 1 ? SAME : steps[p] == w ? UNIT : ANY;
         for (int q = 0; kernel->repeats && p >= n_inputs && q < n_inputs; ++q)
             kinds[p] = args[p] == args[q] ? ANY : kinds[p];
+        kinds[p] = past && p >= n_inputs && steps[p] == w ? PAST : kinds[p];
         in_place = in_place && (kinds[p] == UNIT || kinds[p] == HOISTED);
         for (int q = part->first + part->rank; q-- > part->first; row_step *= part->shape[q - part->first]) {
-            cores[q] = kinds[p] == SAME || kinds[p] == ANY ? row_step : strides[q];
+            cores[q] = kinds[p] == HOISTED || kinds[p] == UNIT ? strides[q] : row_step;
             row_cores[q] = row_step;
         }
         if (dense || kinds[p] == HOISTED || kinds[p] == UNIT)
@@ -892,7 +943,9 @@ static void NAME(batch)(const struct kernel *kernel, char **args, intptr_t n, co
             NAME(move_part)(0, rows[p], row, part, args[p], 0, strides + part->first, n < row ? PADDED(n) : row);
     }
     const intptr_t turn = near ? SPAN : LANES;
-    intptr_t i = 0;
+    intptr_t i = past && !hoisted ? before_line(args[n_inputs], steps[n_inputs]) : 0;
+    if (i)
+        NAME(each)(kernel, args, i, steps);
     // In C order, by functions that know the sizes.
     for (; spans && !in_place && n - i >= turn; i += turn) {
         for (int p = 0; p < n_parts; ++p) {
@@ -930,11 +983,17 @@ static void NAME(batch)(const struct kernel *kernel, char **args, intptr_t n, co
                     rows[p][k * row + j] = rows[p][k * row + m - 1];
         }
         in_rows(m, starts, cores);
-        for (int p = n_inputs; p < n_parts; ++p)
-            if (starts[p] == (char *)rows[p])
-                NAME(move_part)(1, rows[p], row, &kernel->parts[p], args[p] + i * steps[p], steps[p],
-                    strides + kernel->parts[p].first, m);
+        for (int p = n_inputs; p < n_parts; ++p) {
+            const struct part *part = &kernel->parts[p];
+            char *to = args[p] + i * steps[p];
+            if (kinds[p] == PAST)
+                NAME(stream_part)(rows[p], row, part, to, strides + part->first, m);
+            else if (starts[p] == (char *)rows[p])
+                NAME(move_part)(1, rows[p], row, part, to, steps[p], strides + part->first, m);
+        }
     }
+    if (past)
+        STREAM_END();
 }
 
 INLINE void NAME(geometric_product)(const REAL *a, const REAL *b, REAL *out)
@@ -1028,7 +1087,7 @@ void NAME(geometric_product_loop)(char **args, const intptr_t *dimensions, const
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {4, 1, 1, {4}}, {4, 1, 2, {4}}};
     static const struct kernel kernel = {WIDTHS(geometric_product_block), WIDTHS(geometric_product_dense),
-        (any_function *)NAME(geometric_product), NAME(call_aar), 2, 3, 0, 0, parts, NULL};
+        (any_function *)NAME(geometric_product), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -1109,7 +1168,7 @@ void NAME(outer_product_loop)(char **args, const intptr_t *dimensions, const int
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {4, 1, 1, {4}}, {4, 1, 2, {4}}};
     static const struct kernel kernel = {WIDTHS(outer_product_block), WIDTHS(outer_product_dense), (any_function
-        *)NAME(outer_product), NAME(call_aar), 2, 3, 0, 0, parts, NULL};
+        *)NAME(outer_product), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -1190,7 +1249,7 @@ void NAME(regressive_product_loop)(char **args, const intptr_t *dimensions, cons
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {4, 1, 1, {4}}, {4, 1, 2, {4}}};
     static const struct kernel kernel = {WIDTHS(regressive_product_block), WIDTHS(regressive_product_dense),
-        (any_function *)NAME(regressive_product), NAME(call_aar), 2, 3, 0, 0, parts, NULL};
+        (any_function *)NAME(regressive_product), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -1281,7 +1340,7 @@ void NAME(inner_product_loop)(char **args, const intptr_t *dimensions, const int
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {4, 1, 1, {4}}, {4, 1, 2, {4}}};
     static const struct kernel kernel = {WIDTHS(inner_product_block), WIDTHS(inner_product_dense), (any_function
-        *)NAME(inner_product), NAME(call_aar), 2, 3, 0, 0, parts, NULL};
+        *)NAME(inner_product), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -1339,7 +1398,7 @@ void NAME(reverse_loop)(char **args, const intptr_t *dimensions, const intptr_t 
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {4, 1, 1, {4}}};
     static const struct kernel kernel = {WIDTHS(reverse_block), WIDTHS(reverse_dense), (any_function
-        *)NAME(reverse), NAME(call_ar), 1, 2, 0, 0, parts, NULL};
+        *)NAME(reverse), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -1397,7 +1456,7 @@ void NAME(dual_loop)(char **args, const intptr_t *dimensions, const intptr_t *st
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {4, 1, 1, {4}}};
     static const struct kernel kernel = {WIDTHS(dual_block), WIDTHS(dual_dense), (any_function *)NAME(dual),
-        NAME(call_ar), 1, 2, 0, 0, parts, NULL};
+        NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -1459,7 +1518,7 @@ void NAME(norm_loop)(char **args, const intptr_t *dimensions, const intptr_t *st
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {1, 0, 1, {0}}};
     static const struct kernel kernel = {WIDTHS(norm_block), WIDTHS(norm_dense), (any_function *)NAME(norm),
-        NAME(call_ar), 1, 2, 0, 0, parts, NULL};
+        NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -1531,7 +1590,7 @@ void NAME(inverse_loop)(char **args, const intptr_t *dimensions, const intptr_t 
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {4, 1, 1, {4}}};
     static const struct kernel kernel = {WIDTHS(inverse_block), WIDTHS(inverse_dense), (any_function
-        *)NAME(inverse), NAME(call_ar), 1, 2, 0, 0, parts, NULL};
+        *)NAME(inverse), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -1598,7 +1657,7 @@ void NAME(vector_product_loop)(char **args, const intptr_t *dimensions, const in
 {
     static const struct part parts[] = {{2, 1, 0, {2}}, {2, 1, 1, {2}}, {2, 1, 2, {2}}};
     static const struct kernel kernel = {WIDTHS(vector_product_block), WIDTHS(vector_product_dense), (any_function
-        *)NAME(vector_product), NAME(call_aar), 2, 3, 0, 0, parts, NULL};
+        *)NAME(vector_product), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -1661,7 +1720,7 @@ void NAME(dot_product_loop)(char **args, const intptr_t *dimensions, const intpt
 {
     static const struct part parts[] = {{2, 1, 0, {2}}, {2, 1, 1, {2}}, {1, 0, 2, {0}}};
     static const struct kernel kernel = {WIDTHS(dot_product_block), WIDTHS(dot_product_dense), (any_function
-        *)NAME(dot_product), NAME(call_aar), 2, 3, 0, 0, parts, NULL};
+        *)NAME(dot_product), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -1724,7 +1783,7 @@ void NAME(signed_area_loop)(char **args, const intptr_t *dimensions, const intpt
 {
     static const struct part parts[] = {{2, 1, 0, {2}}, {2, 1, 1, {2}}, {1, 0, 2, {0}}};
     static const struct kernel kernel = {WIDTHS(signed_area_block), WIDTHS(signed_area_dense), (any_function
-        *)NAME(signed_area), NAME(call_aar), 2, 3, 0, 0, parts, NULL};
+        *)NAME(signed_area), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -1778,7 +1837,7 @@ void NAME(quarter_turn_loop)(char **args, const intptr_t *dimensions, const intp
 {
     static const struct part parts[] = {{2, 1, 0, {2}}, {2, 1, 1, {2}}};
     static const struct kernel kernel = {WIDTHS(quarter_turn_block), WIDTHS(quarter_turn_dense), (any_function
-        *)NAME(quarter_turn), NAME(call_ar), 1, 2, 0, 0, parts, NULL};
+        *)NAME(quarter_turn), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -1838,7 +1897,7 @@ void NAME(normalize_vector_loop)(char **args, const intptr_t *dimensions, const 
 {
     static const struct part parts[] = {{2, 1, 0, {2}}, {2, 1, 1, {2}}};
     static const struct kernel kernel = {WIDTHS(normalize_vector_block), WIDTHS(normalize_vector_dense),
-        (any_function *)NAME(normalize_vector), NAME(call_ar), 1, 2, 0, 0, parts, NULL};
+        (any_function *)NAME(normalize_vector), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -1882,7 +1941,7 @@ void NAME(angle_between_vectors_loop)(char **args, const intptr_t *dimensions, c
 {
     static const struct part parts[] = {{2, 1, 0, {2}}, {2, 1, 1, {2}}, {1, 0, 2, {0}}};
     static const struct kernel kernel = {WIDTHS(angle_between_vectors_block), {NULL}, (any_function
-        *)NAME(angle_between_vectors), NAME(call_aar), 2, 3, 0, 0, parts, NULL};
+        *)NAME(angle_between_vectors), NAME(call_aar), 2, 3, 0, 0, 1, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -2035,7 +2094,7 @@ void NAME(project_vector_on_vector_loop)(char **args, const intptr_t *dimensions
         WIDTHS(project_vector_on_vector_block_n), WIDTHS(project_vector_on_vector_dense_n)}};
     static const struct kernel kernel = {WIDTHS(project_vector_on_vector_block),
         WIDTHS(project_vector_on_vector_dense), (any_function *)NAME(project_vector_on_vector), NAME(call_aar), 2,
-        3, 1, 0, parts, forms};
+        3, 1, 0, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -2195,7 +2254,7 @@ void NAME(reflect_vector_loop)(char **args, const intptr_t *dimensions, const in
     static const struct form forms[] = {{2, 2, NAME(reflect_vector_start_n), WIDTHS(reflect_vector_block_n),
         WIDTHS(reflect_vector_dense_n)}};
     static const struct kernel kernel = {WIDTHS(reflect_vector_block), WIDTHS(reflect_vector_dense), (any_function
-        *)NAME(reflect_vector), NAME(call_aar), 2, 3, 1, 0, parts, forms};
+        *)NAME(reflect_vector), NAME(call_aar), 2, 3, 1, 0, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -2262,7 +2321,7 @@ void NAME(rotor_product_loop)(char **args, const intptr_t *dimensions, const int
 {
     static const struct part parts[] = {{2, 1, 0, {2}}, {2, 1, 1, {2}}, {2, 1, 2, {2}}};
     static const struct kernel kernel = {WIDTHS(rotor_product_block), WIDTHS(rotor_product_dense), (any_function
-        *)NAME(rotor_product), NAME(call_aar), 2, 3, 0, 0, parts, NULL};
+        *)NAME(rotor_product), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -2329,7 +2388,7 @@ void NAME(even_product_loop)(char **args, const intptr_t *dimensions, const intp
 {
     static const struct part parts[] = {{2, 1, 0, {2}}, {2, 1, 1, {2}}, {2, 1, 2, {2}}};
     static const struct kernel kernel = {WIDTHS(even_product_block), WIDTHS(even_product_dense), (any_function
-        *)NAME(even_product), NAME(call_aar), 2, 3, 0, 0, parts, NULL};
+        *)NAME(even_product), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -2383,7 +2442,7 @@ void NAME(rotor_inverse_loop)(char **args, const intptr_t *dimensions, const int
 {
     static const struct part parts[] = {{2, 1, 0, {2}}, {2, 1, 1, {2}}};
     static const struct kernel kernel = {WIDTHS(rotor_inverse_block), WIDTHS(rotor_inverse_dense), (any_function
-        *)NAME(rotor_inverse), NAME(call_ar), 1, 2, 0, 0, parts, NULL};
+        *)NAME(rotor_inverse), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -2443,7 +2502,7 @@ void NAME(normalize_rotor_loop)(char **args, const intptr_t *dimensions, const i
 {
     static const struct part parts[] = {{2, 1, 0, {2}}, {2, 1, 1, {2}}};
     static const struct kernel kernel = {WIDTHS(normalize_rotor_block), WIDTHS(normalize_rotor_dense), (any_function
-        *)NAME(normalize_rotor), NAME(call_ar), 1, 2, 0, 0, parts, NULL};
+        *)NAME(normalize_rotor), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -2515,7 +2574,7 @@ void NAME(rotate_vector_loop)(char **args, const intptr_t *dimensions, const int
 {
     static const struct part parts[] = {{2, 1, 0, {2}}, {2, 1, 1, {2}}, {2, 1, 2, {2}}};
     static const struct kernel kernel = {WIDTHS(rotate_vector_block), WIDTHS(rotate_vector_dense), (any_function
-        *)NAME(rotate_vector), NAME(call_aar), 2, 3, 0, 0, parts, NULL};
+        *)NAME(rotate_vector), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -2587,7 +2646,7 @@ void NAME(rotate_vector_back_loop)(char **args, const intptr_t *dimensions, cons
 {
     static const struct part parts[] = {{2, 1, 0, {2}}, {2, 1, 1, {2}}, {2, 1, 2, {2}}};
     static const struct kernel kernel = {WIDTHS(rotate_vector_back_block), WIDTHS(rotate_vector_back_dense),
-        (any_function *)NAME(rotate_vector_back), NAME(call_aar), 2, 3, 0, 0, parts, NULL};
+        (any_function *)NAME(rotate_vector_back), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -2638,7 +2697,7 @@ void NAME(rotor_from_angle_loop)(char **args, const intptr_t *dimensions, const 
 {
     static const struct part parts[] = {{1, 0, 0, {0}}, {2, 1, 0, {2}}};
     static const struct kernel kernel = {WIDTHS(rotor_from_angle_block), {NULL}, (any_function
-        *)NAME(rotor_from_angle), NAME(call_nr), 1, 2, 0, 1, parts, NULL};
+        *)NAME(rotor_from_angle), NAME(call_nr), 1, 2, 0, 1, 1, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -2676,7 +2735,7 @@ void NAME(rotor_to_angle_loop)(char **args, const intptr_t *dimensions, const in
 {
     static const struct part parts[] = {{2, 1, 0, {2}}, {1, 0, 1, {0}}};
     static const struct kernel kernel = {WIDTHS(rotor_to_angle_block), {NULL}, (any_function *)NAME(rotor_to_angle),
-        NAME(call_ar), 1, 2, 0, 0, parts, NULL};
+        NAME(call_ar), 1, 2, 0, 0, 1, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -2726,7 +2785,7 @@ void NAME(rotor_exponential_loop)(char **args, const intptr_t *dimensions, const
 {
     static const struct part parts[] = {{1, 1, 0, {1}}, {2, 1, 1, {2}}};
     static const struct kernel kernel = {WIDTHS(rotor_exponential_block), {NULL}, (any_function
-        *)NAME(rotor_exponential), NAME(call_ar), 1, 2, 0, 1, parts, NULL};
+        *)NAME(rotor_exponential), NAME(call_ar), 1, 2, 0, 1, 1, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -2763,7 +2822,7 @@ void NAME(rotor_logarithm_loop)(char **args, const intptr_t *dimensions, const i
 {
     static const struct part parts[] = {{2, 1, 0, {2}}, {1, 1, 1, {1}}};
     static const struct kernel kernel = {WIDTHS(rotor_logarithm_block), {NULL}, (any_function
-        *)NAME(rotor_logarithm), NAME(call_ar), 1, 2, 0, 0, parts, NULL};
+        *)NAME(rotor_logarithm), NAME(call_ar), 1, 2, 0, 0, 1, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -2827,7 +2886,7 @@ void NAME(rotor_square_root_loop)(char **args, const intptr_t *dimensions, const
 {
     static const struct part parts[] = {{2, 1, 0, {2}}, {2, 1, 1, {2}}};
     static const struct kernel kernel = {WIDTHS(rotor_square_root_block), WIDTHS(rotor_square_root_dense),
-        (any_function *)NAME(rotor_square_root), NAME(call_ar), 1, 2, 0, 0, parts, NULL};
+        (any_function *)NAME(rotor_square_root), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -2949,7 +3008,7 @@ void NAME(rotor_power_loop)(char **args, const intptr_t *dimensions, const intpt
     static const struct part parts[] = {{2, 1, 0, {2}}, {1, 0, 1, {0}}, {2, 1, 1, {2}}};
     static const struct form forms[] = {{1, 2, NAME(rotor_power_start_r), WIDTHS(rotor_power_block_r), {NULL}}};
     static const struct kernel kernel = {WIDTHS(rotor_power_block), {NULL}, (any_function *)NAME(rotor_power),
-        NAME(call_anr), 2, 3, 1, 1, parts, forms};
+        NAME(call_anr), 2, 3, 1, 1, 1, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -3111,7 +3170,7 @@ void NAME(interpolate_rotors_loop)(char **args, const intptr_t *dimensions, cons
     static const struct form forms[] = {{3, 2, NAME(interpolate_rotors_start_a_b),
         WIDTHS(interpolate_rotors_block_a_b), {NULL}}};
     static const struct kernel kernel = {WIDTHS(interpolate_rotors_block), {NULL}, (any_function
-        *)NAME(interpolate_rotors), NAME(call_aanr), 3, 4, 1, 1, parts, forms};
+        *)NAME(interpolate_rotors), NAME(call_aanr), 3, 4, 1, 1, 1, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -3165,7 +3224,7 @@ void NAME(even_exponential_loop)(char **args, const intptr_t *dimensions, const 
 {
     static const struct part parts[] = {{2, 1, 0, {2}}, {2, 1, 1, {2}}};
     static const struct kernel kernel = {WIDTHS(even_exponential_block), {NULL}, (any_function
-        *)NAME(even_exponential), NAME(call_ar), 1, 2, 0, 1, parts, NULL};
+        *)NAME(even_exponential), NAME(call_ar), 1, 2, 0, 1, 1, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -3204,7 +3263,7 @@ void NAME(even_logarithm_loop)(char **args, const intptr_t *dimensions, const in
 {
     static const struct part parts[] = {{2, 1, 0, {2}}, {2, 1, 1, {2}}};
     static const struct kernel kernel = {WIDTHS(even_logarithm_block), {NULL}, (any_function *)NAME(even_logarithm),
-        NAME(call_ar), 1, 2, 0, 0, parts, NULL};
+        NAME(call_ar), 1, 2, 0, 0, 1, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -3284,7 +3343,7 @@ void NAME(even_square_root_loop)(char **args, const intptr_t *dimensions, const 
 {
     static const struct part parts[] = {{2, 1, 0, {2}}, {2, 1, 1, {2}}};
     static const struct kernel kernel = {WIDTHS(even_square_root_block), WIDTHS(even_square_root_dense),
-        (any_function *)NAME(even_square_root), NAME(call_ar), 1, 2, 0, 0, parts, NULL};
+        (any_function *)NAME(even_square_root), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -3372,7 +3431,7 @@ void NAME(rotor_between_vectors_loop)(char **args, const intptr_t *dimensions, c
 {
     static const struct part parts[] = {{2, 1, 0, {2}}, {2, 1, 1, {2}}, {2, 1, 2, {2}}};
     static const struct kernel kernel = {WIDTHS(rotor_between_vectors_block), WIDTHS(rotor_between_vectors_dense),
-        (any_function *)NAME(rotor_between_vectors), NAME(call_aar), 2, 3, 0, 0, parts, NULL};
+        (any_function *)NAME(rotor_between_vectors), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -3432,7 +3491,7 @@ void NAME(rotor_to_matrix_loop)(char **args, const intptr_t *dimensions, const i
 {
     static const struct part parts[] = {{2, 1, 0, {2}}, {4, 2, 1, {2, 2}}};
     static const struct kernel kernel = {WIDTHS(rotor_to_matrix_block), WIDTHS(rotor_to_matrix_dense), (any_function
-        *)NAME(rotor_to_matrix), NAME(call_ar), 1, 2, 0, 0, parts, NULL};
+        *)NAME(rotor_to_matrix), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -3512,7 +3571,7 @@ void NAME(rotor_from_matrix_loop)(char **args, const intptr_t *dimensions, const
 {
     static const struct part parts[] = {{4, 2, 0, {2, 2}}, {2, 1, 2, {2}}};
     static const struct kernel kernel = {WIDTHS(rotor_from_matrix_block), WIDTHS(rotor_from_matrix_dense),
-        (any_function *)NAME(rotor_from_matrix), NAME(call_ar), 1, 2, 0, 0, parts, NULL};
+        (any_function *)NAME(rotor_from_matrix), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -3576,7 +3635,7 @@ void NAME(pack_field_loop)(char **args, const intptr_t *dimensions, const intptr
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {2, 1, 1, {2}}, {2, 1, 2, {2}}};
     static const struct kernel kernel = {WIDTHS(pack_field_block), WIDTHS(pack_field_dense), (any_function
-        *)NAME(pack_field), NAME(call_arr), 1, 3, 0, 0, parts, NULL};
+        *)NAME(pack_field), NAME(call_arr), 1, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -3639,7 +3698,7 @@ void NAME(unpack_field_loop)(char **args, const intptr_t *dimensions, const intp
 {
     static const struct part parts[] = {{2, 1, 0, {2}}, {2, 1, 1, {2}}, {4, 1, 2, {4}}};
     static const struct kernel kernel = {WIDTHS(unpack_field_block), WIDTHS(unpack_field_dense), (any_function
-        *)NAME(unpack_field), NAME(call_aar), 2, 3, 0, 0, parts, NULL};
+        *)NAME(unpack_field), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 #endif

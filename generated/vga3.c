@@ -2,7 +2,7 @@
 // command: gac generate --all vga3
 // spec: 38c08b0ae8f8994f
 // contraction: -ffp-contract=off (every operation is rounded once)
-// body: 7e48944f80725b71989eb26c6d68684c2c72ab453bc609be10b688f4d7664f72
+// body: 67cba16970936a75b2fd6478233a8d4042ff69e5dc322063c3dfd697336cb5f8
 
 #ifndef REAL
 #include "vga3.h"
@@ -76,6 +76,49 @@ struct part {
     int size, rank, first, shape[2];
 };
 
+// Where a number of an element lies, its components being counted in C order.
+static intptr_t offset_of(const struct part *part, intptr_t k, const intptr_t *strides)
+{
+    intptr_t offset = 0;
+    for (int axis = part->rank; axis-- > 1; k /= part->shape[axis])
+        offset += k % part->shape[axis] * strides[axis];
+    return part->rank ? offset + k * strides[0] : 0;
+}
+
+// What no cache holds goes to memory past them: whole lines, of which nothing is fetched first.
+enum { LINE = 64 };
+#ifdef ON
+#define PASSES(bytes) ((bytes) > 1 << 25)
+ON("v3") static void stream(char *to, const char *from, intptr_t bytes)
+{
+    typedef double half __attribute__((vector_size(LINE / 2), aligned(4), may_alias));
+    const intptr_t start = -(intptr_t)to & (LINE - 1);
+    intptr_t i = 0;
+    for (; i < start && i < bytes; i += 4)
+        memcpy(to + i, from + i, 4);
+    for (; i + LINE <= bytes; i += LINE) {
+        __builtin_ia32_movntpd256((double *)(to + i), *(const half *)(from + i));
+        __builtin_ia32_movntpd256((double *)(to + i + LINE / 2), *(const half *)(from + i + LINE / 2));
+    }
+    for (; i < bytes; i += 4)
+        memcpy(to + i, from + i, 4);
+}
+#define STREAM_END() __builtin_ia32_sfence()
+#else
+#define PASSES(bytes) 0
+#define stream memcpy
+#define STREAM_END()
+#endif
+
+// How many elements lie before one that starts a line; 0 if none of the first does.
+static intptr_t before_line(const char *first, intptr_t step)
+{
+    for (intptr_t i = 0; i < LANES; ++i)
+        if (((intptr_t)first + i * step) % LINE == 0)
+            return i;
+    return 0;
+}
+
 typedef void loop_function(intptr_t n, char **args, const intptr_t *strides);
 typedef void any_function(void);
 
@@ -94,7 +137,7 @@ struct kernel {
     loop_function *block[2], *dense[2];
     any_function *function;
     void (*call)(any_function *function, void **parts);
-    int n_inputs, n_parts, n_forms, repeats;
+    int n_inputs, n_parts, n_forms, repeats, busy;
     const struct part *parts;
     const struct form *forms;
 };
@@ -887,15 +930,19 @@ static void NAME(move_part)(int back, REAL *x, intptr_t row, const struct part *
 static void NAME(move_element)(int back, REAL *x, const struct part *part, char *a, const intptr_t *c)
 {
     for (intptr_t k = 0; k < part->size; ++k) {
-        intptr_t offset = 0, rest = k;
-        for (int axis = part->rank; axis-- > 1; rest /= part->shape[axis])
-            offset += rest % part->shape[axis] * c[axis];
-        offset += part->rank ? rest * c[0] : 0;
+        REAL *number = (REAL *)(a + offset_of(part, k, c));
         if (back)
-            *(REAL *)(a + offset) = x[k];
+            *number = x[k];
         else
-            x[k] = *(const REAL *)(a + offset);
+            x[k] = *number;
     }
+}
+
+// All rows of a part to a batch in which they are contiguous, past the caches.
+static void NAME(stream_part)(REAL *x, intptr_t row, const struct part *part, char *a, const intptr_t *c, intptr_t n)
+{
+    for (intptr_t k = 0; k < part->size; ++k)
+        stream(a + offset_of(part, k, c), (const char *)(x + k * row), n * sizeof(REAL));
 }
 
 // Runs a kernel on one element after the other.
@@ -922,11 +969,11 @@ static void NAME(batch)(const struct kernel *kernel, char **args, intptr_t n, co
 {
     const intptr_t w = sizeof(REAL), *strides = steps + kernel->n_parts;
     const int n_parts = kernel->n_parts, n_inputs = kernel->n_inputs, width = CHOSEN;
-    enum { SAME, HOISTED, UNIT, ANY } kinds[PARTS];
+    enum { SAME, HOISTED, UNIT, ANY, PAST } kinds[PARTS];
     _Alignas(64) REAL space[SPACE], prepared[PREPARED];
     REAL *rows[PARTS];
     char *starts[PARTS];
-    intptr_t cores[CORES], row_cores[CORES], total = 0, bytes = 0;
+    intptr_t cores[CORES], row_cores[CORES], total = 0, numbers = 0, bytes = 0;
     unsigned still = 0, hoisted = 0;
     int in_place = 1, ordered = 1, known = 1;
     if (width < 0 || n == 1) {
@@ -943,6 +990,7 @@ static void NAME(batch)(const struct kernel *kernel, char **args, intptr_t n, co
         ordered = ordered && (same || steps[p] == step);
         known = known && part->size <= SIZES && NAME(spans)[part->size].load[width];
         total += part->size;
+        numbers += same ? 0 : part->size;
         bytes += steps[p] < 0 ? -steps[p] : steps[p];
         still |= (unsigned)same << p;
     }
@@ -955,9 +1003,11 @@ static void NAME(batch)(const struct kernel *kernel, char **args, intptr_t n, co
     }
     const int dense = ordered && still == hoisted && in_order;
     const int spans = ordered && !dense && known && total * SPAN <= SPACE;
+    // Results that no cache holds go past the caches, where that is what takes the time.
+    const int past = PASSES(n * numbers * w) && !kernel->busy && !ordered && steps[n_inputs] == w;
     // Long rows spare calls; beyond the last cache, short turns keep reading and writing going side by side.
     const int near = n < (1 << 24) / (bytes + 1);
-    intptr_t row = spans ? SPAN : near ? 512 / w : LANES;
+    intptr_t row = spans ? SPAN : near || past ? 512 / w : LANES;
     while (row > LANES && row * total > SPACE)
         row /= 2;
     total = 0;
@@ -970,9 +1020,10 @@ static void NAME(batch)(const struct kernel *kernel, char **args, intptr_t n, co
         kinds[p] = hoisted >> p & 1 ? HOISTED : still >> p & 1 ? SAME : steps[p] == w ? UNIT : ANY;
         for (int q = 0; kernel->repeats && p >= n_inputs && q < n_inputs; ++q)
             kinds[p] = args[p] == args[q] ? ANY : kinds[p];
+        kinds[p] = past && p >= n_inputs && steps[p] == w ? PAST : kinds[p];
         in_place = in_place && (kinds[p] == UNIT || kinds[p] == HOISTED);
         for (int q = part->first + part->rank; q-- > part->first; row_step *= part->shape[q - part->first]) {
-            cores[q] = kinds[p] == SAME || kinds[p] == ANY ? row_step : strides[q];
+            cores[q] = kinds[p] == HOISTED || kinds[p] == UNIT ? strides[q] : row_step;
             row_cores[q] = row_step;
         }
         if (dense || kinds[p] == HOISTED || kinds[p] == UNIT)
@@ -984,7 +1035,9 @@ static void NAME(batch)(const struct kernel *kernel, char **args, intptr_t n, co
             NAME(move_part)(0, rows[p], row, part, args[p], 0, strides + part->first, n < row ? PADDED(n) : row);
     }
     const intptr_t turn = near ? SPAN : LANES;
-    intptr_t i = 0;
+    intptr_t i = past && !hoisted ? before_line(args[n_inputs], steps[n_inputs]) : 0;
+    if (i)
+        NAME(each)(kernel, args, i, steps);
     // In C order, by functions that know the sizes.
     for (; spans && !in_place && n - i >= turn; i += turn) {
         for (int p = 0; p < n_parts; ++p) {
@@ -1022,11 +1075,17 @@ static void NAME(batch)(const struct kernel *kernel, char **args, intptr_t n, co
                     rows[p][k * row + j] = rows[p][k * row + m - 1];
         }
         in_rows(m, starts, cores);
-        for (int p = n_inputs; p < n_parts; ++p)
-            if (starts[p] == (char *)rows[p])
-                NAME(move_part)(1, rows[p], row, &kernel->parts[p], args[p] + i * steps[p], steps[p],
-                    strides + kernel->parts[p].first, m);
+        for (int p = n_inputs; p < n_parts; ++p) {
+            const struct part *part = &kernel->parts[p];
+            char *to = args[p] + i * steps[p];
+            if (kinds[p] == PAST)
+                NAME(stream_part)(rows[p], row, part, to, strides + part->first, m);
+            else if (starts[p] == (char *)rows[p])
+                NAME(move_part)(1, rows[p], row, part, to, steps[p], strides + part->first, m);
+        }
     }
+    if (past)
+        STREAM_END();
 }
 
 INLINE void NAME(geometric_product)(const REAL *a, const REAL *b, REAL *out)
@@ -1171,7 +1230,7 @@ void NAME(geometric_product_loop)(char **args, const intptr_t *dimensions, const
 {
     static const struct part parts[] = {{8, 1, 0, {8}}, {8, 1, 1, {8}}, {8, 1, 2, {8}}};
     static const struct kernel kernel = {WIDTHS(geometric_product_block), {NULL}, (any_function
-        *)NAME(geometric_product), NAME(call_aar), 2, 3, 0, 0, parts, NULL};
+        *)NAME(geometric_product), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -1273,7 +1332,7 @@ void NAME(outer_product_loop)(char **args, const intptr_t *dimensions, const int
 {
     static const struct part parts[] = {{8, 1, 0, {8}}, {8, 1, 1, {8}}, {8, 1, 2, {8}}};
     static const struct kernel kernel = {WIDTHS(outer_product_block), {NULL}, (any_function *)NAME(outer_product),
-        NAME(call_aar), 2, 3, 0, 0, parts, NULL};
+        NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -1375,7 +1434,7 @@ void NAME(regressive_product_loop)(char **args, const intptr_t *dimensions, cons
 {
     static const struct part parts[] = {{8, 1, 0, {8}}, {8, 1, 1, {8}}, {8, 1, 2, {8}}};
     static const struct kernel kernel = {WIDTHS(regressive_product_block), {NULL}, (any_function
-        *)NAME(regressive_product), NAME(call_aar), 2, 3, 0, 0, parts, NULL};
+        *)NAME(regressive_product), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -1515,7 +1574,7 @@ void NAME(inner_product_loop)(char **args, const intptr_t *dimensions, const int
 {
     static const struct part parts[] = {{8, 1, 0, {8}}, {8, 1, 1, {8}}, {8, 1, 2, {8}}};
     static const struct kernel kernel = {WIDTHS(inner_product_block), {NULL}, (any_function *)NAME(inner_product),
-        NAME(call_aar), 2, 3, 0, 0, parts, NULL};
+        NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -1564,7 +1623,7 @@ void NAME(reverse_loop)(char **args, const intptr_t *dimensions, const intptr_t 
 {
     static const struct part parts[] = {{8, 1, 0, {8}}, {8, 1, 1, {8}}};
     static const struct kernel kernel = {WIDTHS(reverse_block), {NULL}, (any_function *)NAME(reverse),
-        NAME(call_ar), 1, 2, 0, 0, parts, NULL};
+        NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -1613,7 +1672,7 @@ void NAME(grade_involution_loop)(char **args, const intptr_t *dimensions, const 
 {
     static const struct part parts[] = {{8, 1, 0, {8}}, {8, 1, 1, {8}}};
     static const struct kernel kernel = {WIDTHS(grade_involution_block), {NULL}, (any_function
-        *)NAME(grade_involution), NAME(call_ar), 1, 2, 0, 0, parts, NULL};
+        *)NAME(grade_involution), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -1664,7 +1723,7 @@ void NAME(clifford_conjugate_loop)(char **args, const intptr_t *dimensions, cons
 {
     static const struct part parts[] = {{8, 1, 0, {8}}, {8, 1, 1, {8}}};
     static const struct kernel kernel = {WIDTHS(clifford_conjugate_block), {NULL}, (any_function
-        *)NAME(clifford_conjugate), NAME(call_ar), 1, 2, 0, 0, parts, NULL};
+        *)NAME(clifford_conjugate), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -1711,7 +1770,7 @@ void NAME(dual_loop)(char **args, const intptr_t *dimensions, const intptr_t *st
 {
     static const struct part parts[] = {{8, 1, 0, {8}}, {8, 1, 1, {8}}};
     static const struct kernel kernel = {WIDTHS(dual_block), {NULL}, (any_function *)NAME(dual), NAME(call_ar), 1,
-        2, 0, 0, parts, NULL};
+        2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -1765,7 +1824,7 @@ void NAME(norm_loop)(char **args, const intptr_t *dimensions, const intptr_t *st
 {
     static const struct part parts[] = {{8, 1, 0, {8}}, {1, 0, 1, {0}}};
     static const struct kernel kernel = {WIDTHS(norm_block), {NULL}, (any_function *)NAME(norm), NAME(call_ar), 1,
-        2, 0, 0, parts, NULL};
+        2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -1866,7 +1925,7 @@ void NAME(inverse_loop)(char **args, const intptr_t *dimensions, const intptr_t 
 {
     static const struct part parts[] = {{8, 1, 0, {8}}, {8, 1, 1, {8}}};
     static const struct kernel kernel = {WIDTHS(inverse_block), {NULL}, (any_function *)NAME(inverse),
-        NAME(call_ar), 1, 2, 0, 0, parts, NULL};
+        NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -1945,7 +2004,7 @@ void NAME(vector_product_loop)(char **args, const intptr_t *dimensions, const in
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {3, 1, 1, {3}}, {4, 1, 2, {4}}};
     static const struct kernel kernel = {WIDTHS(vector_product_block), WIDTHS(vector_product_dense), (any_function
-        *)NAME(vector_product), NAME(call_aar), 2, 3, 0, 0, parts, NULL};
+        *)NAME(vector_product), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -2012,7 +2071,7 @@ void NAME(dot_product_loop)(char **args, const intptr_t *dimensions, const intpt
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {3, 1, 1, {3}}, {1, 0, 2, {0}}};
     static const struct kernel kernel = {WIDTHS(dot_product_block), WIDTHS(dot_product_dense), (any_function
-        *)NAME(dot_product), NAME(call_aar), 2, 3, 0, 0, parts, NULL};
+        *)NAME(dot_product), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -2085,7 +2144,7 @@ void NAME(wedge_vectors_loop)(char **args, const intptr_t *dimensions, const int
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {3, 1, 1, {3}}, {3, 1, 2, {3}}};
     static const struct kernel kernel = {WIDTHS(wedge_vectors_block), WIDTHS(wedge_vectors_dense), (any_function
-        *)NAME(wedge_vectors), NAME(call_aar), 2, 3, 0, 0, parts, NULL};
+        *)NAME(wedge_vectors), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -2158,7 +2217,7 @@ void NAME(cross_product_loop)(char **args, const intptr_t *dimensions, const int
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {3, 1, 1, {3}}, {3, 1, 2, {3}}};
     static const struct kernel kernel = {WIDTHS(cross_product_block), WIDTHS(cross_product_dense), (any_function
-        *)NAME(cross_product), NAME(call_aar), 2, 3, 0, 0, parts, NULL};
+        *)NAME(cross_product), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -2243,7 +2302,7 @@ void NAME(triple_product_loop)(char **args, const intptr_t *dimensions, const in
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {3, 1, 1, {3}}, {3, 1, 2, {3}}, {1, 0, 3, {0}}};
     static const struct kernel kernel = {WIDTHS(triple_product_block), WIDTHS(triple_product_dense), (any_function
-        *)NAME(triple_product), NAME(call_aaar), 3, 4, 0, 0, parts, NULL};
+        *)NAME(triple_product), NAME(call_aaar), 3, 4, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -2299,7 +2358,7 @@ void NAME(dual_vector_loop)(char **args, const intptr_t *dimensions, const intpt
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {3, 1, 1, {3}}};
     static const struct kernel kernel = {WIDTHS(dual_vector_block), WIDTHS(dual_vector_dense), (any_function
-        *)NAME(dual_vector), NAME(call_ar), 1, 2, 0, 0, parts, NULL};
+        *)NAME(dual_vector), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -2355,7 +2414,7 @@ void NAME(dual_bivector_loop)(char **args, const intptr_t *dimensions, const int
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {3, 1, 1, {3}}};
     static const struct kernel kernel = {WIDTHS(dual_bivector_block), WIDTHS(dual_bivector_dense), (any_function
-        *)NAME(dual_bivector), NAME(call_ar), 1, 2, 0, 0, parts, NULL};
+        *)NAME(dual_bivector), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -2414,7 +2473,7 @@ void NAME(vector_norm_loop)(char **args, const intptr_t *dimensions, const intpt
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {1, 0, 1, {0}}};
     static const struct kernel kernel = {WIDTHS(vector_norm_block), WIDTHS(vector_norm_dense), (any_function
-        *)NAME(vector_norm), NAME(call_ar), 1, 2, 0, 0, parts, NULL};
+        *)NAME(vector_norm), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -2473,7 +2532,7 @@ void NAME(bivector_norm_loop)(char **args, const intptr_t *dimensions, const int
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {1, 0, 1, {0}}};
     static const struct kernel kernel = {WIDTHS(bivector_norm_block), WIDTHS(bivector_norm_dense), (any_function
-        *)NAME(bivector_norm), NAME(call_ar), 1, 2, 0, 0, parts, NULL};
+        *)NAME(bivector_norm), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -2538,7 +2597,7 @@ void NAME(normalize_vector_loop)(char **args, const intptr_t *dimensions, const 
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {3, 1, 1, {3}}};
     static const struct kernel kernel = {WIDTHS(normalize_vector_block), WIDTHS(normalize_vector_dense),
-        (any_function *)NAME(normalize_vector), NAME(call_ar), 1, 2, 0, 0, parts, NULL};
+        (any_function *)NAME(normalize_vector), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -2598,7 +2657,7 @@ void NAME(angle_between_vectors_loop)(char **args, const intptr_t *dimensions, c
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {3, 1, 1, {3}}, {1, 0, 2, {0}}};
     static const struct kernel kernel = {WIDTHS(angle_between_vectors_block), {NULL}, (any_function
-        *)NAME(angle_between_vectors), NAME(call_aar), 2, 3, 0, 0, parts, NULL};
+        *)NAME(angle_between_vectors), NAME(call_aar), 2, 3, 0, 0, 1, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -2784,7 +2843,7 @@ void NAME(project_vector_on_vector_loop)(char **args, const intptr_t *dimensions
         WIDTHS(project_vector_on_vector_block_n), WIDTHS(project_vector_on_vector_dense_n)}};
     static const struct kernel kernel = {WIDTHS(project_vector_on_vector_block),
         WIDTHS(project_vector_on_vector_dense), (any_function *)NAME(project_vector_on_vector), NAME(call_aar), 2,
-        3, 1, 0, parts, forms};
+        3, 1, 0, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -2976,7 +3035,7 @@ void NAME(project_vector_on_plane_loop)(char **args, const intptr_t *dimensions,
         WIDTHS(project_vector_on_plane_block_b), WIDTHS(project_vector_on_plane_dense_b)}};
     static const struct kernel kernel = {WIDTHS(project_vector_on_plane_block),
         WIDTHS(project_vector_on_plane_dense), (any_function *)NAME(project_vector_on_plane), NAME(call_aar), 2, 3,
-        1, 0, parts, forms};
+        1, 0, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -3168,7 +3227,7 @@ void NAME(reflect_vector_loop)(char **args, const intptr_t *dimensions, const in
     static const struct form forms[] = {{2, 3, NAME(reflect_vector_start_n), WIDTHS(reflect_vector_block_n),
         WIDTHS(reflect_vector_dense_n)}};
     static const struct kernel kernel = {WIDTHS(reflect_vector_block), WIDTHS(reflect_vector_dense), (any_function
-        *)NAME(reflect_vector), NAME(call_aar), 2, 3, 1, 0, parts, forms};
+        *)NAME(reflect_vector), NAME(call_aar), 2, 3, 1, 0, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -3241,7 +3300,7 @@ void NAME(bivector_commutator_loop)(char **args, const intptr_t *dimensions, con
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {3, 1, 1, {3}}, {3, 1, 2, {3}}};
     static const struct kernel kernel = {WIDTHS(bivector_commutator_block), WIDTHS(bivector_commutator_dense),
-        (any_function *)NAME(bivector_commutator), NAME(call_aar), 2, 3, 0, 0, parts, NULL};
+        (any_function *)NAME(bivector_commutator), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -3336,7 +3395,7 @@ void NAME(rotor_product_loop)(char **args, const intptr_t *dimensions, const int
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {4, 1, 1, {4}}, {4, 1, 2, {4}}};
     static const struct kernel kernel = {WIDTHS(rotor_product_block), WIDTHS(rotor_product_dense), (any_function
-        *)NAME(rotor_product), NAME(call_aar), 2, 3, 0, 0, parts, NULL};
+        *)NAME(rotor_product), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -3431,7 +3490,7 @@ void NAME(even_product_loop)(char **args, const intptr_t *dimensions, const intp
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {4, 1, 1, {4}}, {4, 1, 2, {4}}};
     static const struct kernel kernel = {WIDTHS(even_product_block), WIDTHS(even_product_dense), (any_function
-        *)NAME(even_product), NAME(call_aar), 2, 3, 0, 0, parts, NULL};
+        *)NAME(even_product), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -3491,7 +3550,7 @@ void NAME(rotor_inverse_loop)(char **args, const intptr_t *dimensions, const int
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {4, 1, 1, {4}}};
     static const struct kernel kernel = {WIDTHS(rotor_inverse_block), WIDTHS(rotor_inverse_dense), (any_function
-        *)NAME(rotor_inverse), NAME(call_ar), 1, 2, 0, 0, parts, NULL};
+        *)NAME(rotor_inverse), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -3561,7 +3620,7 @@ void NAME(normalize_rotor_loop)(char **args, const intptr_t *dimensions, const i
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {4, 1, 1, {4}}};
     static const struct kernel kernel = {WIDTHS(normalize_rotor_block), WIDTHS(normalize_rotor_dense), (any_function
-        *)NAME(normalize_rotor), NAME(call_ar), 1, 2, 0, 0, parts, NULL};
+        *)NAME(normalize_rotor), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -3785,7 +3844,7 @@ void NAME(rotate_vector_loop)(char **args, const intptr_t *dimensions, const int
     static const struct form forms[] = {{1, 2, NAME(rotate_vector_start_r), WIDTHS(rotate_vector_block_r),
         WIDTHS(rotate_vector_dense_r)}};
     static const struct kernel kernel = {WIDTHS(rotate_vector_block), WIDTHS(rotate_vector_dense), (any_function
-        *)NAME(rotate_vector), NAME(call_aar), 2, 3, 1, 0, parts, forms};
+        *)NAME(rotate_vector), NAME(call_aar), 2, 3, 1, 0, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -4009,7 +4068,7 @@ void NAME(rotate_vector_back_loop)(char **args, const intptr_t *dimensions, cons
     static const struct form forms[] = {{1, 2, NAME(rotate_vector_back_start_r), WIDTHS(rotate_vector_back_block_r),
         WIDTHS(rotate_vector_back_dense_r)}};
     static const struct kernel kernel = {WIDTHS(rotate_vector_back_block), WIDTHS(rotate_vector_back_dense),
-        (any_function *)NAME(rotate_vector_back), NAME(call_aar), 2, 3, 1, 0, parts, forms};
+        (any_function *)NAME(rotate_vector_back), NAME(call_aar), 2, 3, 1, 0, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -4233,7 +4292,7 @@ void NAME(rotate_bivector_loop)(char **args, const intptr_t *dimensions, const i
     static const struct form forms[] = {{1, 2, NAME(rotate_bivector_start_r), WIDTHS(rotate_bivector_block_r),
         WIDTHS(rotate_bivector_dense_r)}};
     static const struct kernel kernel = {WIDTHS(rotate_bivector_block), WIDTHS(rotate_bivector_dense), (any_function
-        *)NAME(rotate_bivector), NAME(call_aar), 2, 3, 1, 0, parts, forms};
+        *)NAME(rotate_bivector), NAME(call_aar), 2, 3, 1, 0, 0, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -4464,7 +4523,7 @@ void NAME(rotor_from_axis_angle_loop)(char **args, const intptr_t *dimensions, c
         WIDTHS(rotor_from_axis_angle_block_angle), WIDTHS(rotor_from_axis_angle_dense_angle)}, {1, 2,
         NAME(rotor_from_axis_angle_start_axis), WIDTHS(rotor_from_axis_angle_block_axis), {NULL}}};
     static const struct kernel kernel = {WIDTHS(rotor_from_axis_angle_block), {NULL}, (any_function
-        *)NAME(rotor_from_axis_angle), NAME(call_anr), 2, 3, 2, 1, parts, forms};
+        *)NAME(rotor_from_axis_angle), NAME(call_anr), 2, 3, 2, 1, 1, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -4536,7 +4595,7 @@ void NAME(rotor_from_rotation_vector_loop)(char **args, const intptr_t *dimensio
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {4, 1, 1, {4}}};
     static const struct kernel kernel = {WIDTHS(rotor_from_rotation_vector_block), {NULL}, (any_function
-        *)NAME(rotor_from_rotation_vector), NAME(call_ar), 1, 2, 0, 1, parts, NULL};
+        *)NAME(rotor_from_rotation_vector), NAME(call_ar), 1, 2, 0, 1, 1, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -4590,7 +4649,7 @@ void NAME(rotor_to_rotation_vector_loop)(char **args, const intptr_t *dimensions
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {3, 1, 1, {3}}};
     static const struct kernel kernel = {WIDTHS(rotor_to_rotation_vector_block), {NULL}, (any_function
-        *)NAME(rotor_to_rotation_vector), NAME(call_ar), 1, 2, 0, 0, parts, NULL};
+        *)NAME(rotor_to_rotation_vector), NAME(call_ar), 1, 2, 0, 0, 1, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -4658,7 +4717,7 @@ void NAME(rotor_exponential_loop)(char **args, const intptr_t *dimensions, const
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {4, 1, 1, {4}}};
     static const struct kernel kernel = {WIDTHS(rotor_exponential_block), {NULL}, (any_function
-        *)NAME(rotor_exponential), NAME(call_ar), 1, 2, 0, 1, parts, NULL};
+        *)NAME(rotor_exponential), NAME(call_ar), 1, 2, 0, 1, 1, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -4709,7 +4768,7 @@ void NAME(rotor_logarithm_loop)(char **args, const intptr_t *dimensions, const i
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {3, 1, 1, {3}}};
     static const struct kernel kernel = {WIDTHS(rotor_logarithm_block), {NULL}, (any_function
-        *)NAME(rotor_logarithm), NAME(call_ar), 1, 2, 0, 0, parts, NULL};
+        *)NAME(rotor_logarithm), NAME(call_ar), 1, 2, 0, 0, 1, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -4779,7 +4838,7 @@ void NAME(rotor_square_root_loop)(char **args, const intptr_t *dimensions, const
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {4, 1, 1, {4}}};
     static const struct kernel kernel = {WIDTHS(rotor_square_root_block), WIDTHS(rotor_square_root_dense),
-        (any_function *)NAME(rotor_square_root), NAME(call_ar), 1, 2, 0, 0, parts, NULL};
+        (any_function *)NAME(rotor_square_root), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -4965,7 +5024,7 @@ void NAME(rotor_power_loop)(char **args, const intptr_t *dimensions, const intpt
     static const struct part parts[] = {{4, 1, 0, {4}}, {1, 0, 1, {0}}, {4, 1, 1, {4}}};
     static const struct form forms[] = {{1, 2, NAME(rotor_power_start_r), WIDTHS(rotor_power_block_r), {NULL}}};
     static const struct kernel kernel = {WIDTHS(rotor_power_block), {NULL}, (any_function *)NAME(rotor_power),
-        NAME(call_anr), 2, 3, 1, 1, parts, forms};
+        NAME(call_anr), 2, 3, 1, 1, 1, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -5287,7 +5346,7 @@ void NAME(interpolate_rotors_loop)(char **args, const intptr_t *dimensions, cons
     static const struct form forms[] = {{3, 2, NAME(interpolate_rotors_start_a_b),
         WIDTHS(interpolate_rotors_block_a_b), {NULL}}};
     static const struct kernel kernel = {WIDTHS(interpolate_rotors_block), {NULL}, (any_function
-        *)NAME(interpolate_rotors), NAME(call_aanr), 3, 4, 1, 1, parts, forms};
+        *)NAME(interpolate_rotors), NAME(call_aanr), 3, 4, 1, 1, 1, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -5460,7 +5519,7 @@ void NAME(rotor_between_vectors_loop)(char **args, const intptr_t *dimensions, c
 {
     static const struct part parts[] = {{3, 1, 0, {3}}, {3, 1, 1, {3}}, {4, 1, 2, {4}}};
     static const struct kernel kernel = {WIDTHS(rotor_between_vectors_block), {NULL}, (any_function
-        *)NAME(rotor_between_vectors), NAME(call_aar), 2, 3, 0, 0, parts, NULL};
+        *)NAME(rotor_between_vectors), NAME(call_aar), 2, 3, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -5807,7 +5866,7 @@ void NAME(rotor_from_roll_pitch_yaw_loop)(char **args, const intptr_t *dimension
         {NULL}}, {5, 2, NAME(rotor_from_roll_pitch_yaw_start_roll_yaw),
         WIDTHS(rotor_from_roll_pitch_yaw_block_roll_yaw), {NULL}}};
     static const struct kernel kernel = {WIDTHS(rotor_from_roll_pitch_yaw_block), {NULL}, (any_function
-        *)NAME(rotor_from_roll_pitch_yaw), NAME(call_nnnr), 3, 4, 3, 1, parts, forms};
+        *)NAME(rotor_from_roll_pitch_yaw), NAME(call_nnnr), 3, 4, 3, 1, 1, parts, forms};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -5866,7 +5925,7 @@ void NAME(rotor_from_quaternion_loop)(char **args, const intptr_t *dimensions, c
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {4, 1, 1, {4}}};
     static const struct kernel kernel = {WIDTHS(rotor_from_quaternion_block), WIDTHS(rotor_from_quaternion_dense),
-        (any_function *)NAME(rotor_from_quaternion), NAME(call_ar), 1, 2, 0, 0, parts, NULL};
+        (any_function *)NAME(rotor_from_quaternion), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -5925,7 +5984,7 @@ void NAME(rotor_to_quaternion_loop)(char **args, const intptr_t *dimensions, con
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {4, 1, 1, {4}}};
     static const struct kernel kernel = {WIDTHS(rotor_to_quaternion_block), WIDTHS(rotor_to_quaternion_dense),
-        (any_function *)NAME(rotor_to_quaternion), NAME(call_ar), 1, 2, 0, 0, parts, NULL};
+        (any_function *)NAME(rotor_to_quaternion), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -5995,7 +6054,7 @@ void NAME(rotor_to_matrix_loop)(char **args, const intptr_t *dimensions, const i
 {
     static const struct part parts[] = {{4, 1, 0, {4}}, {9, 2, 1, {3, 3}}};
     static const struct kernel kernel = {WIDTHS(rotor_to_matrix_block), {NULL}, (any_function
-        *)NAME(rotor_to_matrix), NAME(call_ar), 1, 2, 0, 0, parts, NULL};
+        *)NAME(rotor_to_matrix), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -6085,7 +6144,7 @@ void NAME(rotor_from_matrix_loop)(char **args, const intptr_t *dimensions, const
 {
     static const struct part parts[] = {{9, 2, 0, {3, 3}}, {4, 1, 2, {4}}};
     static const struct kernel kernel = {WIDTHS(rotor_from_matrix_block), {NULL}, (any_function
-        *)NAME(rotor_from_matrix), NAME(call_ar), 1, 2, 0, 0, parts, NULL};
+        *)NAME(rotor_from_matrix), NAME(call_ar), 1, 2, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -6141,7 +6200,7 @@ void NAME(pack_field_loop)(char **args, const intptr_t *dimensions, const intptr
     static const struct part parts[] = {{8, 1, 0, {8}}, {2, 1, 1, {2}}, {2, 1, 2, {2}}, {2, 1, 3, {2}}, {2, 1, 4,
         {2}}};
     static const struct kernel kernel = {WIDTHS(pack_field_block), {NULL}, (any_function *)NAME(pack_field),
-        NAME(call_arrrr), 1, 5, 0, 0, parts, NULL};
+        NAME(call_arrrr), 1, 5, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 
@@ -6197,7 +6256,7 @@ void NAME(unpack_field_loop)(char **args, const intptr_t *dimensions, const intp
     static const struct part parts[] = {{2, 1, 0, {2}}, {2, 1, 1, {2}}, {2, 1, 2, {2}}, {2, 1, 3, {2}}, {8, 1, 4,
         {8}}};
     static const struct kernel kernel = {WIDTHS(unpack_field_block), {NULL}, (any_function *)NAME(unpack_field),
-        NAME(call_aaaar), 4, 5, 0, 0, parts, NULL};
+        NAME(call_aaaar), 4, 5, 0, 0, 0, parts, NULL};
     NAME(batch)(&kernel, args, dimensions[0], steps);
 }
 #endif

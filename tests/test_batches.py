@@ -95,3 +95,41 @@ def _features() -> str:
 
 def _version(compiler: tuple[str, ...]) -> str:
     return subprocess.run([*compiler, "--version"], capture_output=True, text=True).stdout
+
+
+BEYOND = 1 << 25
+"""Bytes of a batch in structure-of-arrays order beyond which results are written past the caches."""
+
+
+@pytest.mark.parametrize("dtype", [np.float64, np.float32])
+@pytest.mark.parametrize("shift", [0, 1, 5], ids=lambda k: f"{k} numbers off a line")
+def test_results_that_no_cache_holds(dtype: Any, shift: int) -> None:
+    from generated import pga3, vga3
+
+    n = BEYOND // (10 * np.dtype(dtype).itemsize) + 1237
+    rng = np.random.default_rng(shift)
+    rotor, vector = (_rows(rng.random((n, size), dtype), shift) for size in (4, 3))
+    found = vga3.rotate_vector(rotor, vector, out=_rows(np.full((n, 3), np.nan, dtype), shift))
+    few = [slice(0, 2000), slice(n // 2, n // 2 + 2000), slice(n - 2000, n)]
+    for part in few:
+        np.testing.assert_array_equal(found[part], vga3.rotate_vector(rotor[part].copy(), vector[part].copy()))
+    # In threads, onto an argument, and by a form for one argument that stays the same.
+    again = vga3.rotate_vector(rotor, vector, num_threads=2)
+    np.testing.assert_array_equal(again, found)
+    one = vga3.rotate_vector(rotor[0], _rows(np.tile(vector, (3, 1)), shift))
+    for part in few:
+        np.testing.assert_array_equal(one[part], vga3.rotate_vector(rotor[0], vector[part].copy()))
+    vga3.rotate_vector(rotor, vector, out=vector)
+    np.testing.assert_array_equal(vector, found)
+    # One number for each element.
+    length = pga3.distance_points(_rows(found, shift), _rows(again, shift))
+    assert not length.any()
+
+
+def _rows(array: np.ndarray, shift: int) -> np.ndarray:
+    """A copy whose components are contiguous, and start `shift` numbers after a line of a cache."""
+    room = np.empty(array.size + 64 + shift, array.dtype)
+    first = -(room.ctypes.data // array.itemsize) % (64 // array.itemsize) + shift
+    rows = room[first : first + array.size].reshape(array.shape[::-1]).T
+    rows[...] = array
+    return rows

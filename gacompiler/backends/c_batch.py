@@ -77,7 +77,7 @@ def loop_text(program: Program, forms: Sequence[Uniform]) -> list[str]:
     body = [f"    static const struct part parts[] = {{{', '.join(described)}}};"]
     body += [f"    static const struct form forms[] = {{{', '.join(tables)}}};"] if tables else []
     repeats = has_turns(program) or any(has_turns(form.apply) for form in forms)
-    counts = [len(program.arguments), len(described), len(tables), int(repeats)]
+    counts = [len(program.arguments), len(described), len(tables), int(repeats), int(is_long(program))]
     plain = [f"(any_function *)NAME({program.name})", f"NAME({_caller(program)})"]
     kernel = [block, dense, *plain, *map(str, counts), "parts", "forms" if tables else "NULL"]
     return [
