@@ -5,6 +5,7 @@ from __future__ import annotations
 import random
 import statistics
 import time
+import timeit
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 
@@ -34,14 +35,18 @@ _TURNS = 3
 """Parts of a measurement where calls take turns."""
 
 
-def least(calls: Mapping[str, Callable[[], object]], rounds: int, span: float = 0.0) -> dict[str, float]:
+Call = Callable[[], object] | timeit.Timer
+"""What is timed: a function, or a statement, which costs no call around it."""
+
+
+def least(calls: Mapping[str, Call], rounds: int, span: float = 0.0) -> dict[str, float]:
     """The least seconds of each call, of rounds in which they take turns: other work on the machine strikes all alike.
 
     A turn lasts about `span`: calls that are shorter are made in a row. What comes first does not count.
     """
     counts, spent = {}, {}
     for name, call in calls.items():
-        call()
+        _timed(call, 1)
         counts[name] = max(1, round(span / max(_timed(call, 1), 1e-7))) if span else 1
         spent[name] = float("inf")
     for _ in range(rounds):
@@ -59,14 +64,14 @@ def seconds(call: Callable[[], object], effort: Effort) -> float:
     return statistics.median(_timed(call, number) for _ in range(repeats))
 
 
-def in_turn(calls: Mapping[str, Callable[[], object]], effort: Effort) -> dict[str, float]:
+def in_turn(calls: Mapping[str, Call], effort: Effort) -> dict[str, float]:
     """Seconds of warm calls by name: as `seconds`, but they take short turns, each time in another order.
 
     What is compared meets the same busy moments then; it is for calls that do not take long.
     """
     numbers = {}
     for name, call in calls.items():
-        call()
+        _timed(call, 1)
         numbers[name] = max(1, round(effort.span / _TURNS / max(_timed(call, 1), 1e-9)))
     spent: dict[str, list[float]] = {name: [] for name in calls}
     shuffled = random.Random(0)
@@ -76,7 +81,9 @@ def in_turn(calls: Mapping[str, Callable[[], object]], effort: Effort) -> dict[s
     return {name: statistics.median(times) for name, times in spent.items()}
 
 
-def _timed(call: Callable[[], object], number: int) -> float:
+def _timed(call: Call, number: int) -> float:
+    if isinstance(call, timeit.Timer):
+        return call.timeit(number) / number
     calls = range(number)
     start = time.perf_counter()
     for _ in calls:

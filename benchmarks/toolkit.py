@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import sys
+import timeit
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -17,12 +18,15 @@ from . import pages
 from .libraries import installed
 from .machine import version
 from .subspaces import interleaved
+from .timing import least
 
 PAGE = Path("docs/toolkit-speed.md")
 ELEMENTS, QUICK_ELEMENTS = 1000, 20
 ROUNDS = 7
 THEIRS = 10
 """Objects that clifford is given, one after the other."""
+_SPAN = 2e-4
+"""Seconds that a turn of an operator lasts."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -183,15 +187,15 @@ class OperatorRow:
 
 
 OPERATIONS = (
-    ("product of motors, `m * n`", "m", "m", lambda a, b: a * b),
-    ("sum of points, `p + q`", "p", "p", lambda a, b: a + b),
-    ("join of points, `p & q`", "p", "p", lambda a, b: a & b),
-    ("inner product of motor and point", "m", "p", lambda a, b: a | b),
-    ("by a number, `m * 2.5`", "m", "number", lambda a, b: a * b),
+    ("product of motors, `m * n`", "m", "m", "a * b"),
+    ("sum of points, `p + q`", "p", "p", "a + b"),
+    ("join of points, `p & q`", "p", "p", "a & b"),
+    ("inner product of motor and point", "m", "p", "a | b"),
+    ("by a number, `m * 2.5`", "m", "number", "a * b"),
 )
 
 
-def measure_operators(rounds: int, repeats: int) -> list[OperatorRow]:
+def measure_operators(rounds: int) -> list[OperatorRow]:
     """Operators of `gacompiler.objects` on motors and points of PGA3, and of the peers that are installed."""
     from gacompiler.objects import PGA3
 
@@ -211,14 +215,13 @@ def measure_operators(rounds: int, repeats: int) -> list[OperatorRow]:
         ours = {f"e{k}": algebra.blades[f"e{k}"] for k in range(4)}
         known["kingdon"] = {name: _of_vectors(ours, *each) for name, each in blades.items()}
     rows = []
-    for what, first, second, run in OPERATIONS:
+    for what, first, second, statement in OPERATIONS:
         calls = {}
         for library, objects_ in known.items():
-            a, b = objects_[first], {**objects_, "number": 2.5}[second]
-            for _ in range(3):
-                run(a, b)
-            calls[library] = lambda run=run, a=a, b=b: [run(a, b) for _ in range(repeats)]
-        rows.append(OperatorRow(what, interleaved(calls, repeats, rounds)))
+            names = {"a": objects_[first], "b": {**objects_, "number": 2.5}[second]}
+            calls[library] = timeit.Timer(statement, globals=names)
+        times = least(calls, rounds, _SPAN)
+        rows.append(OperatorRow(what, {library: 1e9 * spent for library, spent in times.items()}))
     return rows
 
 
@@ -251,14 +254,10 @@ def page(rows: Sequence[Row], operators: Sequence[OperatorRow], elements: int, r
     for row in rows:
         ratios = [f"{spent:,.0f} ({row.clifford / spent:,.0f})" for spent in (row.batched, row.alone)]
         lines.append(f"| {row.what} | {' | '.join(ratios)} | {row.clifford:,.0f} |")
-    least = min(rows, key=lambda row: row.clifford / row.batched)
-    lines += ["", f"Least in arrays: {least.what}, {least.clifford / least.batched:,.0f} times."]
+    slowest = min(rows, key=lambda row: row.clifford / row.batched)
+    lines += ["", f"Least in arrays: {slowest.what}, {slowest.clifford / slowest.batched:,.0f} times."]
     names = list(operators[0].times)
-    lines += [
-        "",
-        "Operators of single objects (`gacompiler.objects`, PGA3), the call of a function around them included;",
-    ]
-    lines += ["brackets: times the first column.", ""]
+    lines += ["", "Operators of single objects (`gacompiler.objects`, PGA3); brackets: times the first column.", ""]
     lines += ["| what | " + " | ".join(names) + " |", "| --- |" + " ---: |" * len(names)]
     for operator in operators:
         here = operator.times["here"]
@@ -282,7 +281,7 @@ def main(arguments: list[str] | None = None) -> int:
         print("toolkit: clifford is not installed; pip install clifford", file=sys.stderr)
         return 1
     elements, rounds = (QUICK_ELEMENTS, 1) if options.quick else (ELEMENTS, ROUNDS)
-    operators = measure_operators(rounds, QUICK_ELEMENTS if options.quick else ELEMENTS)
+    operators = measure_operators(rounds)
     text = page(measure(elements, rounds), operators, elements, rounds)
     return pages.publish("toolkit", out, text, f"{len(cases())} operations")
 
