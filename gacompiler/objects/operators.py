@@ -90,6 +90,10 @@ _LIBRARY = _FUNCTIONS | {
 FEW = 1000
 """Elements up to which an operation with such functions does not wait for the C compiler."""
 
+MANY_OPERATIONS = 1000
+"""Operations above which an expression is computed as it is written: looking at other ways takes as long again, and what
+is called so often that they would pay is made as generated modules are."""
+
 
 class Operator:
     """An operation on elements of given layouts.
@@ -339,6 +343,8 @@ def _finished(record: Compilation, variants: dict[str, tuple[Any, ...]]) -> Comp
         scalars = pick(evaluate(expressions, inputs, lift=graph.lift), slots, graph)
         program: Program = schedule(record.kernel.name, arguments, (("out", shape, scalars),))
         candidates.append(Candidate((name,), program, cost(program)))
+        if candidates[0].cost.total > MANY_OPERATIONS:
+            break
     by_cost = sorted(candidates, key=lambda candidate: candidate.cost.total)
     record = replace(record, candidates=tuple(candidates), best=candidates[0])
     if by_cost[0] is not candidates[0]:
