@@ -234,6 +234,8 @@ def wedge_vectors(blade: Blade, vectors: Floats, scale: Floats) -> Blade:
 
 def flat(array: Floats, shape: tuple[int, ...], axes: int) -> Floats:
     """One leading axis instead of `shape`, contiguous."""
+    if array.shape[: array.ndim - axes] == shape and len(shape) == 1:
+        return np.ascontiguousarray(array)
     last = array.shape[array.ndim - axes :]
     return np.ascontiguousarray(np.broadcast_to(array, shape + last).reshape(int(np.prod(shape)), *last))
 
