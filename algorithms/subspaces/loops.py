@@ -32,6 +32,31 @@ def outer_product(a: Any, b: Any, left: Any, right: Any, sign: Any, out: Any) ->
             out[e, row] = total
 
 
+@njit(**_COMPILED)
+def clear_outer_product(a: Any, b: Any, table: Any, least: float, out: Any, clear: Any) -> bool:
+    """`outer_product`, and where it is larger than `least` of the product of the norms; False where it often is not."""
+    left, right, sign = table
+    doubtful = 0
+    for e in range(len(out)):
+        whole, first, second = 0.0, 0.0, 0.0
+        for row in range(left.shape[0]):
+            total = 0.0
+            for way in range(left.shape[1]):
+                total += sign[row, way] * a[e, left[row, way]] * b[e, right[row, way]]
+            out[e, row] = total
+            whole += total * total
+        for p in range(a.shape[1]):
+            first += a[e, p] * a[e, p]
+        for p in range(b.shape[1]):
+            second += b[e, p] * b[e, p]
+        clear[e] = whole > least * least * first * second
+        if not clear[e]:
+            doubtful += 1
+            if 8 * doubtful > e + 8:
+                return False
+    return True
+
+
 @njit(**_INLINED)
 def find_pivot(coefficients: Any, e: int) -> int:
     """The place of the largest coefficient, the first of several; -1 where all are zero, or below 10^-308."""
