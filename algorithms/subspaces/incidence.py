@@ -167,7 +167,8 @@ def _apart(a: Blade, b: Blade, tolerance: float) -> Blade | None:
     table = tables.outer_table(a.n, a.grade, b.grade)
     one, two = (flat(x.coefficients, shape, 1) for x in (a, b))
     out, clear = np.empty((len(one), len(table.left))), np.empty(len(one), bool)
-    if not len(out) or not loops.clear_outer_product(one, two, (table.left, table.right, table.sign), _CLEAR, out, clear):
+    terms = (table.left, table.right, table.sign)
+    if not len(out) or not loops.clear_outer_product(one, two, terms, _CLEAR, out, clear):
         return None
     for name, x in (("a", a), ("b", b)):
         _rows(x, name, BLADE_TOLERANCE, orthonormal=False)
