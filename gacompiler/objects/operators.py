@@ -91,8 +91,8 @@ FEW = 1000
 """Elements up to which an operation with such functions does not wait for the C compiler."""
 
 MANY_OPERATIONS = 1000
-"""Operations above which an expression is computed as it is written: looking at other ways takes as long again, and what
-is called so often that they would pay is made as generated modules are."""
+"""Operations above which an expression is computed as it is written: other ways take as long again to look at, and pay
+only where it is called so often that it is made as generated modules are."""
 
 
 class Operator:
