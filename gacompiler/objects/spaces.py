@@ -151,6 +151,30 @@ class Space:
         return wrap(layout, stacked(what, tuple(names.split()), coordinates))
 
 
+class Rigid(Space):
+    """An algebra with points, rotors and translators: what its spaces have in common."""
+
+    def random_motor(self, shape: int | tuple[int, ...] = (), spread: float = 1.0, generator: Any = None) -> Any:
+        """Random motors: all rotations are as likely, either sign of a motor is, and translations are normal.
+
+        Parameters
+        ----------
+        shape : int or tuple of int
+        spread : float
+            The standard deviation of each coordinate of the translation, which comes after the rotation.
+        generator : optional
+            A `numpy.random.Generator`, or a seed of one.
+        """
+        random, d = np.random.default_rng(generator), self.algebra.POINT.size
+        leading = (shape,) if isinstance(shape, int) else tuple(shape)
+        if d == 2:
+            rotor = self.rotor(random.uniform(-2 * np.pi, 2 * np.pi, leading))
+        else:
+            q = random.normal(size=(*leading, 4))
+            rotor = self.rotor(q[..., 1:], 2 * np.arctan2(np.linalg.norm(q[..., 1:], axis=-1), q[..., 0]))
+        return self.translator(spread * random.normal(size=(*leading, d))) * rotor
+
+
 def define(name: str, parameters: str, text: str, *, unit: bool = False) -> Definition:
     """A constructor as one line of the kernel language; with `unit` the result is a unit versor by its definition."""
     return _defined(name, tuple(parameters.split()), " ".join(text.split()), unit)
