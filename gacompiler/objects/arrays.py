@@ -174,7 +174,8 @@ class MultivectorArray:
         if not self.shape:
             raise TypeError(f'one {self.layout} has no axes; ask for a coefficient, x["{self.layout.blades[0]}"]')
         indices = index if isinstance(index, tuple) else (index,)
-        return wrap(self.layout, self.values[(*indices, slice(None)) if Ellipsis in indices else (*indices, ...)])
+        last = slice(None) if any(each is Ellipsis for each in indices) else Ellipsis
+        return wrap(self.layout, self.values[(*indices, last)])
 
     def _coefficient(self, name: str) -> Any:
         sign, blade = self.algebra.blade(name)
