@@ -150,6 +150,10 @@ def test_imaginary_circles_and_lines_have_no_nearest_points() -> None:
         found = nearest_on_circles(real, other)
         assert np.isnan(found.distance) and np.isnan(found.on_a).all() and not found.everywhere
     assert nearest_on_circles(np.zeros((0, 10)), real).distance.shape == (0,)
+    spots = cga3.circle_from_centre([3.0, 0, 4], [[1.0, 0, 0], [0, 2, 0]], 0.0)
+    same = nearest_on_circles(spots, spots[::-1])  # two points, coincident
+    close(same.distance, np.zeros(2), 1e-15)
+    close(same.on_a, np.tile([3.0, 0, 4], (2, 1)), 1e-14)
 
 
 def objects(kind: str, n: int, rng: np.random.Generator) -> tuple[np.ndarray, np.ndarray, Any]:

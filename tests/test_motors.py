@@ -125,6 +125,8 @@ def test_means_check_their_arguments() -> None:
         mean_motor(motors[None])
     with pytest.raises(ValueError, match="max_iterations"):
         mean_motor(motors, max_iterations=0)
+    with pytest.raises(ValueError, match=r"motors: nan at \(1, 0\); expected finite"):
+        mean_motor(motors * [[1], [np.nan], [1]])
 
 
 # Interpolation
@@ -338,6 +340,9 @@ def test_motors_from_noisy_points_and_objects_that_are_too_few(rng: np.random.Ge
         motor_from_objects()
     one = cga3.circle_from_centre(a[:, :1], b[:, :1], np.ones((50, 1)))
     assert not motor_from_objects(circles=(one, one)).determined.any(), "it may turn about its axis"
+    for call in (rotor_from_vectors, motor_from_points, lambda *ends: motor_from_objects(points=ends)):
+        with pytest.raises(ValueError, match=r"nan at .*expected finite"):
+            call(a[0], b[0] * [1, np.nan, 1])
     with pytest.raises(ValueError, match="lines: 1 and 2 of them"):
         motor_from_objects(lines=(np.ones((1, 6)), np.ones((2, 6))))
 

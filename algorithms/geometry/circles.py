@@ -63,8 +63,8 @@ def nearest_on_circles(a: ArrayLike, b: ArrayLike) -> NearestOnCircles:
     one, two = np.broadcast_arrays(one, two)
     radius, curve = cga3.circle_relative_to_circle(one, two)
     size = np.abs(curve).sum((-2, -1)) + radius
-    usable = np.isfinite(size) & (size > 0)
-    scale = np.where(usable, size, 1)[..., None, None]
+    usable = np.isfinite(size)
+    scale = np.where(usable & (size > 0), size, 1)[..., None, None]
     scaled = np.where(usable[..., None, None], curve / scale, np.eye(3))
     unit_radius = np.where(usable, radius / scale[..., 0, 0], 1)[..., None]
     angle, spread = _nearest_angle(scaled, unit_radius)

@@ -9,7 +9,7 @@ from numpy.typing import ArrayLike
 
 from generated import cga3, pga3
 
-from ..arguments import Reals, real_array
+from ..arguments import Reals, finite, real_array
 
 _DEGENERATE = 1e-10
 """A rotation is not determined where two eigenvalues are nearer than this, of the largest possible difference."""
@@ -95,7 +95,8 @@ def rotor_from_frames(frame: ArrayLike, image: ArrayLike) -> Reals:
         Where an argument has another shape or type.
     """
     rows, turned = (
-        real_array(value, name, (3, 3), "three vectors as rows") for value, name in ((frame, "frame"), (image, "image"))
+        finite(real_array(value, name, (3, 3), "three vectors as rows"), name)
+        for value, name in ((frame, "frame"), (image, "image"))
     )
     sizes = np.linalg.norm(rows, axis=-1)
     volume = np.linalg.det(rows)
@@ -226,7 +227,7 @@ def _spread_over(leading: tuple[int, ...], rows: Reals) -> Reals:
 
 
 def _both(pair: tuple[ArrayLike, ArrayLike], name: str, size: int) -> tuple[Reals, Reals]:
-    one, two = (real_array(each, name, (-1, size), f"{name} as rows") for each in pair)
+    one, two = (finite(real_array(each, name, (-1, size), f"{name} as rows"), name) for each in pair)
     if one.shape[-2] != two.shape[-2]:
         raise ValueError(f"{name}: {one.shape[-2]} and {two.shape[-2]} of them; expected as many of both")
     if name in ("points", "spheres", "circles"):
@@ -260,7 +261,9 @@ def _translation_equations(name: str, turn: Reals, one: Reals, two: Reals) -> tu
 
 def _pairs(a: ArrayLike, b: ArrayLike, weights: ArrayLike | None) -> tuple[Reals, Reals, Reals]:
     """Both sets, and weights of sum 1."""
-    one, two = (real_array(value, name, (-1, 3), "vectors as rows") for value, name in ((a, "a"), (b, "b")))
+    one, two = (
+        finite(real_array(value, name, (-1, 3), "vectors as rows"), name) for value, name in ((a, "a"), (b, "b"))
+    )
     count = one.shape[-2]
     if not count or two.shape[-2] != count:
         raise ValueError(f"a, b: {count} and {two.shape[-2]} vectors; expected as many of both, at least one")

@@ -9,7 +9,7 @@ from typing import Any, TypeGuard
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ..arguments import real_array
+from ..arguments import finite, real_array
 from . import loops, tables
 
 Floats = NDArray[np.float64]
@@ -267,10 +267,7 @@ def _is_int(value: object) -> TypeGuard[int]:
 
 
 def _finite(array: NDArray[Any], name: str) -> Floats:
-    if not np.isfinite(array).all():
-        at = tuple(int(i) for i in np.argwhere(~np.isfinite(array))[0])
-        raise ValueError(f"{name}: {array[at]} at {at}; expected finite numbers")
-    return array.astype(np.float64, copy=False)
+    return finite(array, name).astype(np.float64, copy=False)
 
 
 def _made(vectors: Floats, scale: Floats) -> FactoredBlade:
