@@ -115,7 +115,7 @@ def _squared(what: str, radius: Any, radius_squared: Any) -> Any:
         return numbers(f"{what}: radius_squared", radius_squared)
     r = numbers(f"{what}: radius", radius)
     if np.any(np.real(r) < 0):
-        raise LayoutError(what, f"a radius of {np.min(r):.6g}", "0 or more; imaginary rounds have radius_squared= below 0")
+        raise LayoutError(what, f"a radius of {np.min(r):.6g}", "0 or more, or radius_squared= of an imaginary one")
     return r * r
 
 

@@ -211,7 +211,7 @@ def stacked(what: str, names: tuple[str, ...], coordinates: tuple[Any, ...]) -> 
     if len(coordinates) == 1 and (n > 1 or np.ndim(coordinates[0])):
         array = numbers(what, coordinates[0])
         if array.ndim and array.shape[-1] == n:
-            return array
+            return array.copy()  # what is given may be changed later, multivectors may not
         raise LayoutError(what, f"an array of shape {array.shape}", f"(..., {n}) with last axis {' '.join(names)}")
     if len(coordinates) != n:
         raise LayoutError(what, f"{len(coordinates)} coordinates", f"{n}: {' '.join(names)}")
