@@ -39,6 +39,20 @@ class MotorFit:
     """(...) bool. False where another motion is as good: points all on a line, or the same."""
 
 
+@dataclass(frozen=True, slots=True, eq=False)
+class SimilarityFit:
+    """The best similarity, and how well the data determine it."""
+
+    versor: Reals
+    """(..., 16) For ``transform_...`` of `generated.cga3`: a dilation, then a rotation, then a translation."""
+    scale: Reals
+    """(...) The factor of the dilation."""
+    residual: Reals
+    """(...) The root of the weighted mean of squared distances."""
+    determined: Reals
+    """(...) bool. False where another similarity is as good: points all on a line, or the same."""
+
+
 def rotor_from_vectors(a: ArrayLike, b: ArrayLike, weights: ArrayLike | None = None) -> RotorFit:
     """The rotation with the least weighted sum of squared distances of the turned `a` to `b` (Wahba's problem).
 
@@ -135,6 +149,42 @@ def motor_from_points(a: ArrayLike, b: ArrayLike, weights: ArrayLike | None = No
     motor = pga3.motor_from_rotor_translation(fit.rotor, end - turned)
     off = two - pga3.move_point(motor[..., None, :], one)
     return MotorFit(motor, np.sqrt(_mean_square(off, share)), fit.determined)
+
+
+def similarity_from_points(a: ArrayLike, b: ArrayLike, weights: ArrayLike | None = None) -> SimilarityFit:
+    """The similarity with the least weighted sum of squared distances of the images of the points `a` to `b`.
+
+    The rotation is that of `motor_from_points`, which no scale changes; scale and translation follow from it (Umeyama,
+    *IEEE Transactions on Pattern Analysis and Machine Intelligence* 13:376-380, 1991). It is never a reflection.
+
+    Parameters
+    ----------
+    a, b, weights : array_like
+        As in `motor_from_points`.
+
+    Returns
+    -------
+    SimilarityFit
+        The versor is not a number where the scale is 0: where all points of `a` or of `b` are the same.
+
+    Raises
+    ------
+    TypeError, ValueError
+        As `rotor_from_vectors` does.
+    """
+    one, two, share = _pairs(a, b, weights)
+    start, end = (np.einsum("...n,...ni->...i", share, points) for points in (one, two))
+    inner, outer = one - start[..., None, :], two - end[..., None, :]
+    fit = rotor_from_vectors(inner, outer, share)
+    turned = pga3.move_direction(_motor(fit.rotor)[..., None, :], inner)
+    size = _mean_square(inner, share)
+    scale = np.einsum("...n,...ni,...ni->...", share, turned, outer) / np.where(size > 0, size, 1)
+    off = outer - scale[..., None, None] * turned
+    turned_start = pga3.move_direction(_motor(fit.rotor), start)
+    motor = cga3.motor_from_rotor_translation(fit.rotor, end - scale[..., None] * turned_start)
+    dilator = cga3.dilator_from_scale(np.where(scale > 0, scale, np.nan))
+    versor = cga3.even_product(cga3.versor_from_motor(motor), cga3.versor_from_dilator(dilator))
+    return SimilarityFit(np.asarray(versor), scale, np.sqrt(_mean_square(off, share)), fit.determined)
 
 
 def motor_from_objects(
