@@ -97,6 +97,7 @@ REFUSED: dict[str, tuple[type[GacError], str]] = {
     "(1+*j) e1": (AlgebraError, "a complex number"),
     "PGA2.POINT(e12)": (AlgebraError, "a multivector of PGA2; expected one of PGA3"),
     "PGA3.NONE(e12)": (AlgebraError, "no layout NONE"),
+    "PGA3.dimension(e12)": (AlgebraError, "PGA3.dimension; expected a layout of PGA3"),
     "PGA3.POINT(e123": (AlgebraError, r"expected '\)'"),
     "PGA3.POINT of shape (3,):\n[e123]": (AlgebraError, "1 multivectors; expected 3"),
     "PGA3.POINT(e123 + e1)": (LayoutError, "e1 = 1; expected only"),

@@ -21,15 +21,21 @@ REORTHOGONALIZE = 0.5
 """Below this length a projected unit vector is projected again ("twice is enough", Kahan in Parlett 1980, §6.9)."""
 
 
+@njit(**_INLINED)
+def outer_one(a: Any, b: Any, e: int, left: Any, right: Any, sign: Any, out: Any) -> None:
+    """``out = a ^ b`` for one element, by an `OuterTable`."""
+    for row in range(left.shape[0]):
+        total = 0.0
+        for way in range(left.shape[1]):
+            total += sign[row, way] * a[e, left[row, way]] * b[e, right[row, way]]
+        out[e, row] = total
+
+
 @njit(**_COMPILED)
 def outer_product(a: Any, b: Any, left: Any, right: Any, sign: Any, out: Any) -> None:
-    """``out = a ^ b`` for each element, by an `OuterTable`."""
+    """`outer_one` for each element."""
     for e in range(len(out)):
-        for row in range(left.shape[0]):
-            total = 0.0
-            for way in range(left.shape[1]):
-                total += sign[row, way] * a[e, left[row, way]] * b[e, right[row, way]]
-            out[e, row] = total
+        outer_one(a, b, e, left, right, sign, out)
 
 
 @njit(**_COMPILED)
@@ -38,13 +44,10 @@ def clear_outer_product(a: Any, b: Any, table: Any, least: float, out: Any, clea
     left, right, sign = table
     doubtful = 0
     for e in range(len(out)):
+        outer_one(a, b, e, left, right, sign, out)
         whole, first, second = 0.0, 0.0, 0.0
-        for row in range(left.shape[0]):
-            total = 0.0
-            for way in range(left.shape[1]):
-                total += sign[row, way] * a[e, left[row, way]] * b[e, right[row, way]]
-            out[e, row] = total
-            whole += total * total
+        for p in range(out.shape[1]):
+            whole += out[e, p] * out[e, p]
         for p in range(a.shape[1]):
             first += a[e, p] * a[e, p]
         for p in range(b.shape[1]):

@@ -100,7 +100,9 @@ class _Reader:
             raise AlgebraError("parse", f"a multivector of {algebra}", f"one of {self.algebra.name}")
         if name.startswith("("):
             return layout_of(self.algebra, {self.algebra.blade(blade)[1] for blade in name[1:-1].split()})
-        found: Layout = getattr(self.algebra, name)
+        found = getattr(self.algebra, name)
+        if not isinstance(found, Layout):
+            raise AlgebraError("parse", f"{algebra}.{name}", f"a layout of {algebra}, such as {algebra}.full")
         return found
 
     def array(self) -> list[Sum]:
