@@ -478,3 +478,18 @@ def test_a_negative_radius_is_refused() -> None:
     for call in (lambda r: CGA3.sphere([0, 0, 0], r), lambda r: CGA2.circle([0, 0], [1, r])):
         with pytest.raises(LayoutError, match=r"a radius of -2; expected 0 or more.*radius_squared"):
             call(-2)
+
+
+def test_points_that_a_versor_does_not_keep_are_found_by_one_of_them() -> None:
+    """A motor keeps the weight of a point, a dilation does not; nothing has to be proved to know that."""
+    versor = CGA3.rotor([0, 0, 1], 0.3, centre=[1, 2, 3]) * CGA3.dilator(2)
+    motor = CGA3.motor([0, 0, 1], 0.3, 1, 2, 3)
+    point = CGA3.point(1, 2, 3)
+    for x, kept in ((versor, False), (motor, True), (CGA3.dilator(2), False), (CGA3.rotor([0, 0, 1], 0.3), True)):
+        kernel = operators._kernel(BINARY["sandwich"], (x.layout, point.layout))
+        assert operators._is_refuted(kernel, CGA3.POINT) is not kept
+        assert ((x >> point).layout == CGA3.POINT) is kept
+    assert np.allclose(
+        CGA3.coordinates(versor >> point),
+        CGA3.coordinates(CGA3.rotor([0, 0, 1], 0.3, [1, 2, 3]) >> CGA3.point(2, 4, 6)),
+    )
