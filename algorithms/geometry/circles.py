@@ -78,10 +78,11 @@ def nearest_on_circles(a: ArrayLike, b: ArrayLike) -> NearestOnCircles:
 
 def _nearest_angle(curve: Reals, radius: Reals) -> tuple[Reals, Reals]:
     """The angle of least distance on the first circle, and how much half the square of the distance varies."""
-    shape = curve.shape[:-2]
-    flat = np.ascontiguousarray(curve.reshape(-1, 3, 3))
-    angle, spread = np.empty(len(flat)), np.empty(len(flat))
-    nearest_angles(flat, radius.reshape(-1), _stationary(curve, radius).reshape(-1, 8), SAMPLES, angle, spread)
+    shape, roots = curve.shape[:-2], _stationary(curve, radius)
+    parts = curve.reshape(-1, 3, 3), radius.reshape(-1), roots.reshape(-1, 8)
+    flat = [np.ascontiguousarray(each, np.float64) for each in parts]  # of one type, so that one compilation serves all
+    angle, spread = np.empty(len(flat[0])), np.empty(len(flat[0]))
+    nearest_angles(*flat, SAMPLES, angle, spread)
     return angle.reshape(shape), spread.reshape(shape)
 
 
