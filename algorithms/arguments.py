@@ -51,6 +51,20 @@ def real_array(value: ArrayLike, name: str, shape: tuple[int, ...] = (), meaning
     return array.astype(_FLOAT32 if array.dtype.kind == "f" and array.dtype.itemsize == 4 else _FLOAT64, copy=False)
 
 
+def finite(array: Reals, name: str) -> Reals:
+    """`array` itself.
+
+    Raises
+    ------
+    ValueError
+        Where it has infinities or is not a number, with the first place.
+    """
+    if not np.isfinite(array).all():
+        at = tuple(int(i) for i in np.argwhere(~np.isfinite(array))[0])
+        raise ValueError(f"{name}: {array[at]} at {at}; expected finite numbers")
+    return array
+
+
 def finite_number(value: object, name: str) -> float:
     """`value` as a float.
 

@@ -133,7 +133,7 @@ def page(rows: Sequence[Row], others: dict[str, float], elements: int, rounds: i
         "brackets, outer products: of two blades that make up the one to factorise, of the two blades to join.",
         "*Reduced factors* are the fast form, *checked* with the proof that the element is a blade, *orthonormal* also",
         "with that, *averaged* for noisy blades. Joins check both blades; *shared* ones have a meet; *factored* ones",
-        "need no check.",
+        "need no check. `python -m benchmarks subspaces` writes this page.",
         "",
     ]
     factors, joins = (
@@ -150,7 +150,15 @@ def page(rows: Sequence[Row], others: dict[str, float], elements: int, rounds: i
             cells = [f"{row.times[name]:,.0f} ({row.times[name] / outer:.1f})" for name in names]
             lines.append(f"| {row.n} | {grades[0]}, {grades[1]} | {outer:,.0f} | " + " | ".join(cells) + " |")
         lines.append("")
-    lines.pop()
+    most = {
+        what: max((row.times[name] / row.times[base], row.n) for row in rows for name in names)
+        for what, names, base in (
+            ("factors", ("reduced factors", "checked", "orthonormal"), "halves"),
+            ("join", ("join", "join, shared"), "outer product"),
+        )
+    }
+    said = [f"{what}, {ratio:.1f} of {n} vectors" for what, (ratio, n) in most.items()]
+    lines.append(f"Most outer products: {'; '.join(said)}; averaged factors apart.")
     peers = [row for row in rows if "clifford join" in row.times]
     if peers:
         lines += ["", f"clifford {version('clifford')}, one element at a time:", ""]

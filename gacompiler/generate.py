@@ -195,7 +195,7 @@ def render_targets(module: ModuleSource, targets: Iterable[str]) -> dict[str, st
     return files
 
 
-def write(files: Mapping[str, str], folder: Path) -> list[Path]:
+def write(files: Mapping[str, str | bytes], folder: Path) -> list[Path]:
     """Write files whole or not at all: all are first written beside their places, then renamed.
 
     Returns the paths whose content changed.
@@ -209,13 +209,13 @@ def write(files: Mapping[str, str], folder: Path) -> list[Path]:
     try:
         folder.mkdir(parents=True, exist_ok=True)
         for name, text in files.items():
-            path = folder / name
-            if path.is_file() and path.read_text() == text:
+            path, content = folder / name, text.encode() if isinstance(text, str) else text
+            if path.is_file() and path.read_bytes() == content:
                 continue
             handle, scratch = tempfile.mkstemp(dir=folder, prefix=f".{name}.")
             temporary[path] = Path(scratch)
-            with os.fdopen(handle, "w") as stream:
-                stream.write(text)
+            with os.fdopen(handle, "wb") as stream:
+                stream.write(content)
             os.chmod(scratch, 0o644)
         for path, scratch_path in temporary.items():
             os.replace(scratch_path, path)

@@ -12,7 +12,8 @@ import pytest
 
 from gacompiler.algebra.algebra import Algebra
 from gacompiler.errors import GacError
-from gacompiler.objects import CGA3, PGA3, Space, load, save
+from gacompiler.objects import CGA3, PGA2, PGA3, Space, from_ganja, load, save, save_ganja, to_ganja
+from gacompiler.objects.ganja import GENERATED_PGA3, ganja_basis
 
 OBLIQUE = Algebra("OBLIQUE", "a b", [[Fraction(2), Fraction(1, 3)], [Fraction(1, 3), Fraction(-1)]])
 
@@ -71,3 +72,84 @@ def test_nothing_is_half_written(tmp_path: Path) -> None:
     with pytest.raises(ValueError, match="ends in"):
         save(tmp_path / "a.txt", p=PGA3.point(1, 2, 3))
     assert path.read_bytes() == before and len(list(tmp_path.iterdir())) == 1
+
+
+def ganja_product(first: str, second: str) -> tuple[int, str]:
+    """Of blades by the numbers in their names, where vector 0 squares to 0 and 5 to -1: sorted by swaps."""
+    numbers, sign = list((first + second).replace("e", "")), 1
+    k = 0
+    while k < len(numbers) - 1:
+        a, b = numbers[k : k + 2]
+        if a == b:
+            sign *= {"0": 0, "5": -1}.get(a, 1)
+            numbers[k : k + 2] = []
+            k = max(k - 1, 0)
+        elif a > b:
+            numbers[k : k + 2], sign, k = [b, a], -sign, max(k - 1, 0)
+        else:
+            k += 1
+    return sign, "e" + "".join(numbers) if numbers else "1"
+
+
+@pytest.mark.parametrize(
+    ("space", "basis"),
+    [
+        (PGA3, "1 e0 e1 e2 e3 e01 e02 e03 e12 e13 e23 e012 e013 e023 e123 e0123"),
+        (
+            CGA3,
+            "1 e1 e2 e3 e4 e5 e12 e13 e14 e15 e23 e24 e25 e34 e35 e45 e123 e124 e125 e134 e135 e145 e234 e235 e245 "
+            "e345 e1234 e1235 e1245 e1345 e2345 e12345",
+        ),
+    ],
+)
+def test_products_are_those_of_ganja(space: Space, basis: str) -> None:
+    names = basis.split()
+    assert ganja_basis(space) == tuple(names)
+    table = np.zeros((len(names),) * 3)
+    for i, first in enumerate(names):
+        for j, second in enumerate(names):
+            sign, name = ganja_product(first.removeprefix("1"), second.removeprefix("1"))
+            table[i, j, names.index(name)] = sign
+    x, y = (space.of(space.full, np.random.default_rng(k).normal(size=(3, len(names)))) for k in (0, 1))
+    wanted = np.einsum("...i,...j,ijk", to_ganja(x), to_ganja(y), table)
+    np.testing.assert_allclose(to_ganja(x * y), wanted, atol=1e-13)
+    assert np.all(from_ganja(space, to_ganja(x)).isclose(x))
+
+
+def test_points_of_ganja() -> None:
+    """A point of the scene that comes with ganja.js, and of the modules that it generates."""
+    assert to_ganja(CGA3.point(-1, 0, 1)).tolist() == [0, -1, 0, 1, 0.5, 1.5] + [0] * 26
+    point = PGA3.point([[1, 2, 3], [4, 5, 6]])
+    there = to_ganja(point, GENERATED_PGA3)
+    assert there[:, 11:].tolist() == [[3, 2, 1, 1, 0], [6, 5, 4, 1, 0]] and not there[:, :11].any()
+    assert np.all(from_ganja(PGA3, there, GENERATED_PGA3).isclose(point))
+    assert to_ganja(PGA2.point(1, 2)).tolist() == [0, 0, 0, 0, 2, -1, 1, 0]
+
+
+def test_scenes_of_ganja(tmp_path: Path) -> None:
+    file = tmp_path / "new" / "scene.json"
+    points, sphere = CGA3.point(np.eye(3)), CGA3.sphere([0, 0, 0], 1)
+    save_ganja(file, points, sphere, sphere.polarity(), labels=["p", "", "s"], colours=["red", "#00ff01", "blue"])
+    colour, *rest = json.loads(file.read_text())
+    assert colour == 0xFF0000 and rest[:3] == to_ganja(points).tolist()
+    assert rest[3:6] == ["p", 0x00FF01, to_ganja(sphere).tolist()] and rest[6] == 0x0000FF and rest[8] == "s"
+    assert np.linalg.matrix_rank(np.array([rest[5], rest[7]])) == 1
+    save_ganja(file, PGA3.plane(0, 0, 1, -1))
+    assert [type(each) for each in json.loads(file.read_text())] == [int, list]
+
+
+def test_what_ganja_does_not_have_is_refused(tmp_path: Path) -> None:
+    p = PGA3.point(1, 2, 3)
+    for call, words in (
+        (lambda: to_ganja(p, "1 e0 e1"), "3 different blades; expected all 16"),
+        (lambda: to_ganja(Space(OBLIQUE).a), "squares 2 -1; expected squares 0, 1, -1"),
+        (lambda: from_ganja(PGA3, np.ones(8)), r"shape \(8,\); expected .* 16"),
+        (lambda: save_ganja(tmp_path / "a.json"), "no object"),
+        (lambda: save_ganja(tmp_path / "a.json", p, labels=["a", "b"]), "2 labels; expected 1"),
+        (lambda: save_ganja(tmp_path / "a.json", p, colours=["reddish"]), "the colour 'reddish'"),
+        (lambda: save_ganja(tmp_path / "a.json", p, CGA3.point(1, 2, 3)), "PGA3 and CGA3; expected one algebra"),
+        (lambda: save_ganja(tmp_path / "a.json", PGA3.motor([0, 0, 1], 0.5)), "a point, line, plane or round"),
+    ):
+        with pytest.raises(GacError, match=words):
+            call()
+    assert not list(tmp_path.iterdir())

@@ -150,6 +150,10 @@ def test_imaginary_circles_and_lines_have_no_nearest_points() -> None:
         found = nearest_on_circles(real, other)
         assert np.isnan(found.distance) and np.isnan(found.on_a).all() and not found.everywhere
     assert nearest_on_circles(np.zeros((0, 10)), real).distance.shape == (0,)
+    spots = cga3.circle_from_centre([3.0, 0, 4], [[1.0, 0, 0], [0, 2, 0]], 0.0)
+    same = nearest_on_circles(spots, spots[::-1])  # two points, coincident
+    close(same.distance, np.zeros(2), 1e-15)
+    close(same.on_a, np.tile([3.0, 0, 4], (2, 1)), 1e-14)
 
 
 def objects(kind: str, n: int, rng: np.random.Generator) -> tuple[np.ndarray, np.ndarray, Any]:
@@ -497,6 +501,8 @@ def test_fits_of_too_little() -> None:
     mixed = fit_circle(np.stack([line, flat]))
     assert list(mixed.determined) == [False, True] and np.isfinite(mixed.object[1]).all()
     for fit, least in ((fit_line, 2), (fit_plane, 3), (fit_circle, 3), (fit_sphere, 4)):
+        with pytest.raises(ValueError, match=r"points: nan at \(2, 1\); expected finite"):
+            fit([[0, 0, 0], [1, 0, 0], [0, np.nan, 0], [0, 0, 1]])
         with pytest.raises(ValueError, match=f"expected {least} or more"):
             fit(np.zeros((least - 1, 3)))
 

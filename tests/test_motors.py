@@ -38,6 +38,7 @@ from algorithms.motors import (
     rotor_from_vectors,
     rotor_to_euler,
     sclerp,
+    similarity_from_points,
     slerp,
 )
 from generated import cga3, pga3
@@ -125,6 +126,8 @@ def test_means_check_their_arguments() -> None:
         mean_motor(motors[None])
     with pytest.raises(ValueError, match="max_iterations"):
         mean_motor(motors, max_iterations=0)
+    with pytest.raises(ValueError, match=r"motors: nan at \(1, 0\); expected finite"):
+        mean_motor(motors * [[1], [np.nan], [1]])
 
 
 # Interpolation
@@ -294,6 +297,29 @@ def test_data_that_do_not_determine_the_motion_say_so(rng: np.random.Generator) 
         motor_from_points(np.eye(3), np.eye(3), [-1, 1, 1])
 
 
+@pytest.mark.parametrize("noise", [0.0, 0.1, 3.0])
+def test_similarities_are_those_of_umeyama(rng: np.random.Generator, noise: float) -> None:
+    """By singular values, with the sign that makes a rotation; with much noise the best would mirror."""
+    n, count = 1000, 6
+    matrices, scales = poses(rng, n), np.exp(rng.normal(size=n))
+    a, weights = rng.normal(size=(n, count, 3)), rng.uniform(0.1, 1, (n, count))
+    b = scales[:, None, None] * apply(matrices[:, None], a) + noise * rng.normal(size=a.shape)
+    fit = similarity_from_points(a, b, weights)
+    share = (weights / weights.sum(-1, keepdims=True))[..., None]
+    start, end = ((share * x).sum(1, keepdims=True) for x in (a, b))
+    left, sizes, right = np.linalg.svd(np.swapaxes(share * (b - end), -1, -2) @ (a - start))
+    sizes[:, 2] *= np.sign(np.linalg.det(left) * np.linalg.det(right))
+    left[..., 2] *= np.sign(np.linalg.det(left) * np.linalg.det(right))[:, None]
+    scale = sizes.sum(-1) / (share * (a - start) ** 2).sum((-1, -2))
+    wanted = scale[:, None, None] * (a - start) @ np.swapaxes(left @ right, -1, -2) + end
+    assert fit.determined.all()
+    close(fit.scale, scale, 1e-12 * scale.max())
+    close(cga3.transform_point(fit.versor[:, None], a), wanted, 1e-9)
+    close(fit.residual, np.sqrt((share * (b - wanted) ** 2).sum((-1, -2))), 1e-11)
+    same = similarity_from_points(np.ones((3, 3)), a[0, :3])
+    assert not same.determined and np.isnan(same.versor).all()
+
+
 @pytest.mark.parametrize(
     "kinds",
     [
@@ -338,6 +364,9 @@ def test_motors_from_noisy_points_and_objects_that_are_too_few(rng: np.random.Ge
         motor_from_objects()
     one = cga3.circle_from_centre(a[:, :1], b[:, :1], np.ones((50, 1)))
     assert not motor_from_objects(circles=(one, one)).determined.any(), "it may turn about its axis"
+    for call in (rotor_from_vectors, motor_from_points, lambda *ends: motor_from_objects(points=ends)):
+        with pytest.raises(ValueError, match=r"nan at .*expected finite"):
+            call(a[0], b[0] * [1, np.nan, 1])
     with pytest.raises(ValueError, match="lines: 1 and 2 of them"):
         motor_from_objects(lines=(np.ones((1, 6)), np.ones((2, 6))))
 

@@ -20,7 +20,7 @@ from gacompiler import Algebra
 from gacompiler.algebra import catalog
 from gacompiler.algebra.operations import OPERATIONS
 from gacompiler.errors import AlgebraError, LayoutError
-from gacompiler.objects import CGA3, PGA2, PGA3, STA, VGA2, VGA3, MultivectorArray, Space, operators
+from gacompiler.objects import CGA2, CGA3, PGA2, PGA3, STA, VGA2, VGA3, MultivectorArray, Space, operators
 from gacompiler.objects import arrays as arrays_module
 from gacompiler.objects.definitions import BINARY, UNARY
 
@@ -430,3 +430,66 @@ def test_blocks_of_the_page_run(capsys: pytest.CaptureFixture[str]) -> None:
     assert len(blocks) >= 5
     exec(compile("\n".join(blocks), "docs/objects.md", "exec"), {"__name__": "objects"})
     assert "e123" in capsys.readouterr().out
+
+
+def test_objects_keep_their_numbers_when_the_array_changes() -> None:
+    given = np.ones((2, 3))
+    points, one = PGA3.point(given), PGA3.point(given[0])
+    parts = VGA3.multivector({"e1": given[:, 0]})
+    given[:] = 7
+    assert np.all(points.values == 1) and np.all(one.values == 1) and np.all(parts.values == 1)
+    with pytest.raises(ValueError, match="read-only"):
+        points.values[0] = 7
+
+
+def test_masks_and_lists_choose_elements() -> None:
+    points = PGA3.point(np.arange(15.0).reshape(5, 3))
+    mask = np.array([True, False, True, False, False])
+    assert np.array_equal(points[mask].values, points.values[[0, 2]])
+    assert np.array_equal(points[[0, 2]].values, points.values[[0, 2]])
+    grid = points[:4].reshape(2, 2)
+    assert np.array_equal(grid[..., 1].values, grid.values[:, 1]) and grid[mask[:2]].shape == (1, 2)
+    assert np.array_equal(grid[np.eye(2, dtype=bool)].values, grid.values[[0, 1], [0, 1]])
+
+
+def test_what_a_layout_implies_is_checked() -> None:
+    point = CGA3.vector(1, 2, 3, 1, 7).as_layout(CGA3.POINT)
+    assert point == CGA3.point(1, 2, 3)
+    with pytest.raises(LayoutError, match=r"einf = 100; expected 7 in a CGA3\.POINT"):
+        CGA3.vector([[1, 2, 3, 1, 7], [1, 2, 3, 1, 100]]).as_layout(CGA3.POINT)
+
+
+def test_coefficients_of_one_blade_are_arrays_too() -> None:
+    assert PGA3.multivector({"e12": [1, 2]}).shape == (2,) and PGA3.multivector({"1": [1, 2]}).tolist() == [1, 2]
+    assert PGA3.multivector({"1": 2}) == 2.0 and isinstance(PGA3.of(PGA3.full, np.eye(16)[0]).norm(), float)
+    with pytest.raises(LayoutError, match="shapes that broadcast"):
+        PGA3.multivector({"e1": [1, 2], "e2": [1, 2, 3]})
+
+
+def test_numbers_are_printed_as_the_format_says() -> None:
+    point = PGA3.point(1 / 3, -2, 0)
+    assert f"{point}" == "0.333333 e032 - 2 e013 + e123"
+    assert f"{point:.2f}" == "0.33 e032 - 2.00 e013 + 1.00 e123" and f"{point:.3e}".startswith("3.333e-01 e032 - 2.0")
+    assert f"{PGA3.point([[1 / 3, 0, 0]]):.1g}" == "[0.3 e032 + e123]"
+    assert str(VGA3.multivector({"e1": 1j, "e2": -1})) == "(0+1j) e1 + (-1+0j) e2"
+
+
+def test_a_negative_radius_is_refused() -> None:
+    for call in (lambda r: CGA3.sphere([0, 0, 0], r), lambda r: CGA2.circle([0, 0], [1, r])):
+        with pytest.raises(LayoutError, match=r"a radius of -2; expected 0 or more.*radius_squared"):
+            call(-2)
+
+
+def test_points_that_a_versor_does_not_keep_are_found_by_one_of_them() -> None:
+    """A motor keeps the weight of a point, a dilation does not; nothing has to be proved to know that."""
+    versor = CGA3.rotor([0, 0, 1], 0.3, centre=[1, 2, 3]) * CGA3.dilator(2)
+    motor = CGA3.motor([0, 0, 1], 0.3, 1, 2, 3)
+    point = CGA3.point(1, 2, 3)
+    for x, kept in ((versor, False), (motor, True), (CGA3.dilator(2), False), (CGA3.rotor([0, 0, 1], 0.3), True)):
+        kernel = operators._kernel(BINARY["sandwich"], (x.layout, point.layout))
+        assert operators._is_refuted(kernel, CGA3.POINT) is not kept
+        assert ((x >> point).layout == CGA3.POINT) is kept
+    assert np.allclose(
+        CGA3.coordinates(versor >> point),
+        CGA3.coordinates(CGA3.rotor([0, 0, 1], 0.3, [1, 2, 3]) >> CGA3.point(2, 4, 6)),
+    )

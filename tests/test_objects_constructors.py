@@ -170,3 +170,19 @@ def test_boosts() -> None:
 def test_errors_say_what_is_wrong(wrong: Any, error: type[Exception], message: str) -> None:
     with pytest.raises(error, match=message):
         wrong()
+
+
+@pytest.mark.parametrize("space", [PGA2, PGA3, CGA2, CGA3])
+def test_random_motors(space: Any) -> None:
+    """Uniform rotations: the mean of a matrix is 0, and of its trace's square 1 (Schur); normal translations."""
+    d, n = space.algebra.POINT.size, 4000
+    m = space.random_motor(n, 2.0, 0)
+    assert m.layout == space.algebra.MOTOR and m.shape == (n,) and space.random_motor((2, 3)).shape == (2, 3)
+    assert space.random_motor().shape == () and abs(np.mean(m.scalar > 0) - 0.5) < 0.03
+    origin = space.coordinates(m >> space.point(np.zeros(d)))
+    frame = space.coordinates(m[:, None] >> space.point(np.eye(d))) - origin[:, None]
+    assert close(frame @ np.swapaxes(frame, -1, -2), np.eye(d)) and close(np.linalg.det(frame), 1)
+    assert np.abs(frame.mean(0)).max() < 0.04
+    assert abs(np.mean(np.trace(frame, axis1=1, axis2=2) ** 2) - (1 if d == 3 else 2)) < 0.1
+    assert np.abs(origin.mean(0)).max() < 0.15 and np.abs(origin.std(0) - 2).max() < 0.1
+    assert np.array_equal(space.random_motor(n, 2.0, 0).values, m.values)

@@ -143,6 +143,8 @@ def test_what_is_no_blade_is_found_by_any_coefficient(n: int, k: int) -> None:
 
 
 def test_outer_products() -> None:
+    none = outer_product(Blade(np.empty((0, 3)), 3, 1), Blade(np.empty((0, 3)), 3, 2))
+    assert none.coefficients.shape == (0, 1)
     for n, a, b in ((4, 1, 1), (5, 2, 2), (6, 2, 3), (7, 0, 4), (10, 4, 5)):
         rows = RANDOM.normal(size=(5, a + b, n))
         one, two = FactoredBlade.of_vectors(rows[:, :a]), FactoredBlade.of_vectors(rows[:, a:])
@@ -192,6 +194,23 @@ def test_angles_decide_dimensions(tolerance: float) -> None:
         c = FactoredBlade(turn @ two, 10.0 ** RANDOM.integers(-8, 9, 20))
         found = join_and_meet(a, c, tolerance)
         assert (found.meet_grade == (np.array(sines) < 1).sum()).all()
+
+
+@pytest.mark.parametrize(("n", "a", "b"), [(3, 1, 1), (5, 2, 3), (6, 3, 2), (7, 1, 6), (8, 3, 3)])
+def test_joins_of_blades_apart_are_outer_products(n: int, a: int, b: int) -> None:
+    """By minors of integers; a few blades nearly share a direction, and where one does the grades differ."""
+    rows = RANDOM.integers(-9, 10, (400, a + b, n)).astype(float)
+    rows = rows[np.linalg.cond(rows) < 1e3]
+    rows[::37, a] = rows[::37, 0] + rows[::37, a] * 2.0**-12
+    one, two = (Blade(minors(part), n, part.shape[1]) for part in (rows[:, :a], rows[:, a:]))
+    found, truth = join(one, two).coefficients, minors(rows)
+    assert (np.abs(found - truth).max(-1) <= 1e-10 * np.abs(truth).max(-1)).all()
+    shared = rows.copy()
+    shared[[3, 100], a] = shared[[3, 100], 0]
+    with pytest.raises(ValueError, match=f"grades {a + b - 1}, {a + b} among"):
+        join(one, Blade(minors(shared[:, a:]), n, b))
+    with pytest.raises(ValueError, match=r"b: element \(5,\) is zero"):
+        join(one, Blade(two.coefficients * (np.arange(len(rows)) != 5)[:, None], n, b))
 
 
 def test_join_and_meet_of_exact_blades() -> None:

@@ -285,6 +285,75 @@ def test_motors(rng: np.random.Generator) -> None:
     close(cga2.move_circle(m, circle), -1.5 * cga2.circle_from_centre(centre, r), 1e-10)
 
 
+def test_parts_and_powers_of_motors(rng: np.random.Generator) -> None:
+    """Against complex numbers ``turn z + t``; whole turns, half turns, pure translations and 1e-12 from them."""
+    ends = [0, 1e-12, -1e-12, 2 * np.pi - 1e-12, np.pi - 1e-12, 1e-7, 6.0, -6.0]
+    angle = np.r_[rng.uniform(-2 * np.pi, 2 * np.pi, N - len(ends)), ends]
+    x, t, u = vectors(rng, 3)
+    turn = np.exp(1j * angle)
+    m = cga2.motor_from_rotor_translation(cga2.rotor_from_angle(angle), t)
+    rotor, translation = cga2.motor_to_rotor_translation(m)
+    close(rotor, np.stack([np.cos(angle / 2), -np.sin(angle / 2)], -1), 1e-14)
+    close(translation, t, 1e-13)
+    moved = turn * as_complex(x) + as_complex(t)
+    column = np.concatenate([x, np.ones((N, 1))], -1)[..., None]
+    close(as_complex((cga2.motor_to_matrix(m) @ column)[..., 0]), moved, 1e-13)
+    close(cga2.motor_product(cga2.motor_inverse(m), m), np.eye(4)[0], 1e-14)
+    logarithm = cga2.motor_logarithm(m)
+    back = cga2.motor_exponential(logarithm)
+    close(np.minimum(np.abs(back - m).max(-1), np.abs(back + m).max(-1)) / (1 + length(t)), 0, 1e-14)
+    close(np.abs(logarithm[:, 0]), np.abs(np.angle(turn)) / 2, 1e-13)
+    root = cga2.motor_square_root(m)
+    twice = cga2.motor_product(root, root)
+    close(as_complex(cga2.move_point(twice, x)), moved, 1e-9)
+    part = rng.uniform(-2, 2, N)
+    clear = np.abs(np.abs(angle) - np.pi) > 1e-6  # half turns have two senses
+    power = cga2.motor_power(m, part)
+    near = np.angle(turn)
+    close(as_complex(power[:, :2])[clear], (np.exp(-0.5j * part * near))[clear], 1e-12)
+    close(
+        cga2.motor_product(power, cga2.motor_power(m, 1 - part))[clear],
+        (np.sign(np.cos(angle / 2))[:, None] * m)[clear],
+        1e-9,
+    )
+    other = cga2.motor_from_rotor_translation(cga2.rotor_from_angle(angle + 0.5), u)
+    middle = cga2.interpolate_motors(m, -other, 0.25)
+    close(as_complex(middle[:, :2]) ** 2, np.exp(-1j * (angle + 0.125)), 1e-12)
+    for at, end in ((0.0, m), (1.0, other)):
+        reached = cga2.interpolate_motors(m, other, at)
+        close(cga2.move_point(reached, x), cga2.move_point(end, x), 1e-9)
+    v, _ = random_versors(rng)
+    half = cga2.versor_square_root(v)
+    good = v[:, 0] > 0.1
+    close(cga2.even_product(half, half)[good], v[good], 1e-8)
+
+
+def test_parts_of_rounds_and_simple_motions(rng: np.random.Generator) -> None:
+    a, b, n = vectors(rng, 3)
+    close(cga2.inner_product_of_points(a, b), -dot(a - b, a - b) / 2)
+    close(cga2.line_from_point_normal(a, n), cga2.line_from_normal(n, dot(n, a)))
+    c, r, circle = circles(rng)
+    dual = cga2.dual_circle_from_centre(c, r)
+    close(dual, np.c_[c, np.ones(N), (dot(c, c) - r**2) / 2])
+    close(cga2.dual_circle_through_point(c, c + r[:, None] * unit(n)), dual)
+    close(cga2.dual_circle_radius_squared(-3 * dual), r**2)
+    close(cga2.dual_circle_radius_squared(dual + 10 * np.eye(4)[3]), r**2 - 20)
+    touching = c + r[:, None] * unit(n)
+    same_line = cga2.tangent_line_of_circle(circle, touching)
+    close(np.abs(cga2.signed_distance_point_line(touching, same_line)), 0, 1e-8)
+    close(np.abs(cga2.signed_distance_point_line(c, same_line)), r, 1e-8)
+    around = cga2.point_pair_surround_circle(-2 * cga2.point_pair_from_points(a, b))
+    close(around, cga2.dual_circle_from_centre((a + b) / 2, length(a - b) / 2), 1e-8)
+    angle, scale = rng.uniform(-6, 6, N), np.exp(rng.normal(size=N))
+    close(as_complex(cga2.rotate_point(cga2.rotor_from_angle(angle), a)), np.exp(1j * angle) * as_complex(a), 1e-12)
+    close(cga2.translate_point(cga2.translator_from_vector(b), a), a + b, 1e-12)
+    close(cga2.dilate_point(cga2.dilator_from_scale(scale), a), scale[:, None] * a, 1e-11)
+    m = cga2.motor_from_rotor_translation(cga2.rotor_from_angle(angle), n)
+    x, y = cga2.move_point(m, a), cga2.move_point(m, b)
+    close(cga2.move_vector(m, cga2.embed_point(a)), cga2.embed_point(x), 1e-11)
+    close(cga2.move_point_pair(m, cga2.point_pair_from_points(a, b)), cga2.point_pair_from_points(x, y), 1e-9)
+
+
 def test_inversions(rng: np.random.Generator) -> None:
     a, b, c = vectors(rng, 3)
     k, r, circle = circles(rng)

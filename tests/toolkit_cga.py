@@ -260,6 +260,24 @@ ENTRIES = (
         motion of point, line, circle: move_point move_line move_circle
         circle of centre and radius: circle_from_centre
     """),
+    *rows("cga2", COMPLEX, PLANE + "parts_and_powers_of_motors", """
+        rotor and translation of a motor: motor_to_rotor_translation
+        motor to 3 x 3 matrix: motor_to_matrix
+        product and inverse of motors: motor_product motor_inverse
+        exponential and logarithm of a motor: motor_exponential motor_logarithm
+        root, power, interpolation of motors: motor_square_root motor_power interpolate_motors
+        square root of a versor: versor_square_root
+    """),
+    *rows("cga2", VECTORS, PLANE + "parts_of_rounds_and_simple_motions", """
+        inner product of points: inner_product_of_points
+        line of point and normal: line_from_point_normal
+        dual circle of centre and radius, of centre and point: dual_circle_from_centre dual_circle_through_point
+        squared radius of a dual circle: dual_circle_radius_squared
+        tangent line: tangent_line_of_circle
+        surrounding dual circle of a point pair: point_pair_surround_circle
+        point turned, translated, scaled: rotate_point translate_point dilate_point
+        motion of vector, point pair: move_vector move_point_pair
+    """),
     *rows("cga2", DFM, PLANE + "inversions", """
         inversion in a circle, reflection in a line: invert_point invert_vector invert_point_pair invert_circle
     """),

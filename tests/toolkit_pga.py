@@ -334,6 +334,9 @@ ENTRIES = (
         rotor of vectors, with status: rotor_from_vectors
         motor of points, with status: motor_from_points
     """),
+    *rows("motors", "Umeyama 1991", ALGORITHMS + "similarities_are_those_of_umeyama", """
+        similarity of points, with status: similarity_from_points
+    """),
     *rows("motors", "Wahba 1965; Davenport 1968", ALGORITHMS + "motors_from_objects_of_all_kinds", """
         motion of points, lines, planes, spheres and circles, mixed: motor_from_objects
     """),

@@ -10,15 +10,13 @@ from numpy.typing import ArrayLike
 from generated import cga3
 
 from ..arguments import Reals, real_array
+from .circle_loops import nearest_angles
 
 SAMPLES = 24
 """Angles at which the distance is looked at, besides the roots of the polynomial."""
-STARTS = 6
-"""The best of these angles and roots are refined."""
-STEPS = 40
-"""The most steps of a refinement; quadratic convergence needs some five, circles that touch in one curve more."""
-_ROUNDING = 1e-16
-"""Of values that are at most 1."""
+_ANGLES = np.linspace(0, 2 * np.pi, 16, endpoint=False)
+_ROUND = np.stack([np.ones(16), np.cos(_ANGLES), np.sin(_ANGLES)])
+_ROUND_SLOPE = np.stack([np.zeros(16), -np.sin(_ANGLES), np.cos(_ANGLES)])
 _SAME = 1e-9
 """Distances are the same everywhere where they differ by less than this part of the sizes."""
 
@@ -65,8 +63,8 @@ def nearest_on_circles(a: ArrayLike, b: ArrayLike) -> NearestOnCircles:
     one, two = np.broadcast_arrays(one, two)
     radius, curve = cga3.circle_relative_to_circle(one, two)
     size = np.abs(curve).sum((-2, -1)) + radius
-    usable = np.isfinite(size) & (size > 0)
-    scale = np.where(usable, size, 1)[..., None, None]
+    usable = np.isfinite(size)
+    scale = np.where(usable & (size > 0), size, 1)[..., None, None]
     scaled = np.where(usable[..., None, None], curve / scale, np.eye(3))
     unit_radius = np.where(usable, radius / scale[..., 0, 0], 1)[..., None]
     angle, spread = _nearest_angle(scaled, unit_radius)
@@ -80,45 +78,12 @@ def nearest_on_circles(a: ArrayLike, b: ArrayLike) -> NearestOnCircles:
 
 def _nearest_angle(curve: Reals, radius: Reals) -> tuple[Reals, Reals]:
     """The angle of least distance on the first circle, and how much half the square of the distance varies."""
-    even = np.linspace(0, 2 * np.pi, SAMPLES, endpoint=False)
-    angles = np.concatenate([_stationary(curve, radius), np.broadcast_to(even, (*curve.shape[:-2], SAMPLES))], -1)
-    values = _half_square(curve, radius, angles)[0]
-    spread = values[..., 8:].max(-1) - values[..., 8:].min(-1)
-    best = np.argsort(values, -1)[..., :STARTS]
-    angle = np.take_along_axis(angles, best, -1)
-    value, slope, bend = _half_square(curve, radius, angle)
-    limit = np.full_like(angle, np.pi / SAMPLES)
-    for _ in range(STEPS):
-        size = np.abs(bend)
-        step = np.clip(-slope / np.where(size > 0, size, 1), -limit, limit)
-        there = _half_square(curve, radius, angle + step)
-        lower = there[0] < value - _ROUNDING
-        better = lower | ((there[0] <= value + _ROUNDING) & (np.abs(there[1]) < np.abs(slope)))
-        moved = lower | (better & (np.abs(step) > _ROUNDING))
-        angle = np.where(better, angle + step, angle)
-        value, slope, bend = (np.where(better, new, old) for new, old in zip(there, (value, slope, bend), strict=True))
-        limit = np.where(better, limit, limit / 8)
-        if not moved.any():
-            break
-    least = np.argmin(value, -1)[..., None]
-    return np.take_along_axis(angle, least, -1)[..., 0], spread
-
-
-def _half_square(curve: Reals, radius: Reals, angle: Reals) -> tuple[Reals, Reals, Reals]:
-    """Half the squared distance to the second circle of points at angles, and its first and second derivative.
-
-    It is ``(h**2 + (l - r)**2) / 2`` by the height h and the distance l from the axis.
-    """
-    cosine, sine, one = np.cos(angle), np.sin(angle), np.ones_like(angle)
-    x, y, h = np.moveaxis(curve @ np.stack([one, cosine, sine], -2), -2, 0)
-    dx, dy, dh = np.moveaxis(curve[..., 1:] @ np.stack([-sine, cosine], -2), -2, 0)
-    ddx, ddy, ddh = np.moveaxis(curve[..., 1:] @ np.stack([-cosine, -sine], -2), -2, 0)
-    length = np.hypot(x, y)
-    safe = np.where(length > 0, length, 1)
-    dl = (x * dx + y * dy) / safe
-    ddl = (dx * dx + dy * dy + x * ddx + y * ddy - dl * dl) / safe
-    gap = length - radius
-    return (h * h + gap * gap) / 2, h * dh + gap * dl, dh * dh + h * ddh + dl * dl + gap * ddl
+    shape, roots = curve.shape[:-2], _stationary(curve, radius)
+    parts = curve.reshape(-1, 3, 3), radius.reshape(-1), roots.reshape(-1, 8)
+    flat = [np.ascontiguousarray(each, np.float64) for each in parts]  # of one type, so that one compilation serves all
+    angle, spread = np.empty(len(flat[0])), np.empty(len(flat[0]))
+    nearest_angles(*flat, SAMPLES, angle, spread)
+    return angle.reshape(shape), spread.reshape(shape)
 
 
 def _stationary(curve: Reals, radius: Reals) -> Reals:
@@ -127,10 +92,8 @@ def _stationary(curve: Reals, radius: Reals) -> Reals:
     With ``p . p' = s`` and ``x x' + y y' = w`` the slope ``s - r w / l`` vanishes only where ``l**2 s**2 - r**2 w**2``
     does: a polynomial of degree 8 in ``exp(i angle)``, whose coefficients are the Fourier transform of its values.
     """
-    angle = np.linspace(0, 2 * np.pi, 16, endpoint=False)
-    cosine, sine = np.cos(angle), np.sin(angle)
-    x, y, h = np.moveaxis(curve @ np.stack([np.ones_like(angle), cosine, sine]), -2, 0)
-    dx, dy, dh = np.moveaxis(curve[..., 1:] @ np.stack([-sine, cosine]), -2, 0)
+    x, y, h = np.moveaxis(curve @ _ROUND, -2, 0)
+    dx, dy, dh = np.moveaxis(curve @ _ROUND_SLOPE, -2, 0)
     w = x * dx + y * dy
     values = (x * x + y * y) * (w + h * dh) ** 2 - (radius * w) ** 2
     coefficients = np.fft.fft(values, axis=-1)[..., [4, 3, 2, 1, 0, -1, -2, -3, -4]]

@@ -15,7 +15,7 @@ from numpy.typing import ArrayLike
 
 from generated import cga3
 
-from ..arguments import Reals, real_array
+from ..arguments import Reals, finite, real_array
 
 STEPS = 30
 """The most Gauss-Newton steps."""
@@ -53,7 +53,7 @@ def fit_plane(points: ArrayLike) -> Fit:
     Raises
     ------
     TypeError, ValueError
-        Where the points have another shape or type, or are too few.
+        Where the points have another shape or type, are not finite, or are too few.
     """
     places, centre, values, axes = _spread(points, 3)
     plane = cga3.plane_from_point_normal(centre, axes[..., 0])
@@ -148,11 +148,17 @@ def fit_circle(points: ArrayLike) -> Fit:
     return Fit(circle + wrong[..., None], size * off + wrong, determined)
 
 
-def _spread(points: ArrayLike, least: int) -> tuple[Reals, Reals, Reals, Reals]:
-    """The points, their centroid, the mean squares along three orthogonal directions, rising, and these as columns."""
-    places = real_array(points, "points", (-1, 3), "points as rows").astype(np.float64, copy=False)
+def enough_points(points: ArrayLike, least: int) -> Reals:
+    """Points as rows, finite, in double precision; an error where there are fewer than `least`."""
+    places = finite(real_array(points, "points", (-1, 3), "points as rows"), "points")
     if places.shape[-2] < least:
         raise ValueError(f"points: {places.shape[-2]} of them; expected {least} or more")
+    return places.astype(np.float64, copy=False)
+
+
+def _spread(points: ArrayLike, least: int) -> tuple[Reals, Reals, Reals, Reals]:
+    """The points, their centroid, the mean squares along three orthogonal directions, rising, and these as columns."""
+    places = enough_points(points, least)
     centre = places.mean(-2)
     rows: Reals = np.asarray(np.linalg.qr(places - centre[..., None, :], mode="r"))
     _, roots, axes = np.linalg.svd(np.concatenate([rows, np.zeros_like(rows)], -2)[..., :4, :], full_matrices=False)

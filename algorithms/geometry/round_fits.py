@@ -10,8 +10,8 @@ from numpy.typing import ArrayLike
 
 from generated import cga3
 
-from ..arguments import Reals, real_array
-from .fits import axis_after, axis_frame, descend, off_cylinder, seen_along
+from ..arguments import Reals
+from .fits import axis_after, axis_frame, descend, enough_points, off_cylinder, seen_along
 
 DIRECTIONS = 400
 """How many directions of an axis are tried, evenly over half of a sphere."""
@@ -120,11 +120,7 @@ def _best(
     dof: int,
 ) -> tuple[Reals, Reals, Reals]:
     """The state with the least residual, for each set of points: a place and a direction of the axis, and a number."""
-    places = real_array(points, "points", (-1, 3), "points as rows").astype(np.float64, copy=False)
-    if places.shape[-2] < least:
-        raise ValueError(f"points: {places.shape[-2]} of them; expected {least} or more")
-    if not np.isfinite(places).all():
-        raise ValueError("points: a number is not finite; expected finite points")
+    places = enough_points(points, least)
     leading = places.shape[:-2]
     states, residuals, known = np.empty((*leading, 7)), np.empty(leading), np.zeros(leading, bool)
     with np.errstate(all="ignore"):

@@ -12,10 +12,12 @@ from .interpolation import bezier, nlerp, sclerp, slerp
 from .recovery import (
     MotorFit,
     RotorFit,
+    SimilarityFit,
     motor_from_objects,
     motor_from_points,
     rotor_from_frames,
     rotor_from_vectors,
+    similarity_from_points,
 )
 from .splines import MotorSpline
 
@@ -25,6 +27,7 @@ __all__ = [
     "MotorMean",
     "MotorSpline",
     "RotorFit",
+    "SimilarityFit",
     "average_motors",
     "bezier",
     "matrix_from_euler",
@@ -38,5 +41,6 @@ __all__ = [
     "rotor_from_vectors",
     "rotor_to_euler",
     "sclerp",
+    "similarity_from_points",
     "slerp",
 ]

@@ -9,7 +9,7 @@ from numpy.typing import ArrayLike
 
 from generated import pga3
 
-from ..arguments import Reals, real_array
+from ..arguments import Reals, finite, real_array
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -47,7 +47,8 @@ def average_motors(motors: ArrayLike, weights: ArrayLike | None = None) -> Reals
     Raises
     ------
     TypeError, ValueError
-        Where an argument has another shape or type, there is no motor, or a weight is negative or all are 0.
+        Where an argument has another shape or type, there is no motor or one that is not finite, or a weight is
+        negative or all are 0.
     """
     given, share = _weighted(motors, weights)
     rotors = given[..., :4]
@@ -106,7 +107,7 @@ def mean_motor(motors: ArrayLike, weights: ArrayLike | None = None, max_iteratio
 
 def _weighted(motors: ArrayLike, weights: ArrayLike | None) -> tuple[Reals, Reals]:
     """Motors and weights of sum 1."""
-    given = real_array(motors, "motors", (-1, 8), "unit motors")
+    given = finite(real_array(motors, "motors", (-1, 8), "unit motors"), "motors")
     count = given.shape[-2]
     if not count:
         raise ValueError("motors: none; expected at least one")

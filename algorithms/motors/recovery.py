@@ -9,7 +9,7 @@ from numpy.typing import ArrayLike
 
 from generated import cga3, pga3
 
-from ..arguments import Reals, real_array
+from ..arguments import Reals, finite, real_array
 
 _DEGENERATE = 1e-10
 """A rotation is not determined where two eigenvalues are nearer than this, of the largest possible difference."""
@@ -37,6 +37,20 @@ class MotorFit:
     """(...) The root of the weighted mean of squared distances."""
     determined: Reals
     """(...) bool. False where another motion is as good: points all on a line, or the same."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class SimilarityFit:
+    """The best similarity, and how well the data determine it."""
+
+    versor: Reals
+    """(..., 16) For ``transform_...`` of `generated.cga3`: a dilation, then a rotation, then a translation."""
+    scale: Reals
+    """(...) The factor of the dilation."""
+    residual: Reals
+    """(...) The root of the weighted mean of squared distances."""
+    determined: Reals
+    """(...) bool. False where another similarity is as good: points all on a line, or the same."""
 
 
 def rotor_from_vectors(a: ArrayLike, b: ArrayLike, weights: ArrayLike | None = None) -> RotorFit:
@@ -95,7 +109,8 @@ def rotor_from_frames(frame: ArrayLike, image: ArrayLike) -> Reals:
         Where an argument has another shape or type.
     """
     rows, turned = (
-        real_array(value, name, (3, 3), "three vectors as rows") for value, name in ((frame, "frame"), (image, "image"))
+        finite(real_array(value, name, (3, 3), "three vectors as rows"), name)
+        for value, name in ((frame, "frame"), (image, "image"))
     )
     sizes = np.linalg.norm(rows, axis=-1)
     volume = np.linalg.det(rows)
@@ -134,6 +149,42 @@ def motor_from_points(a: ArrayLike, b: ArrayLike, weights: ArrayLike | None = No
     motor = pga3.motor_from_rotor_translation(fit.rotor, end - turned)
     off = two - pga3.move_point(motor[..., None, :], one)
     return MotorFit(motor, np.sqrt(_mean_square(off, share)), fit.determined)
+
+
+def similarity_from_points(a: ArrayLike, b: ArrayLike, weights: ArrayLike | None = None) -> SimilarityFit:
+    """The similarity with the least weighted sum of squared distances of the images of the points `a` to `b`.
+
+    The rotation is that of `motor_from_points`, which no scale changes; scale and translation follow from it (Umeyama,
+    *IEEE Transactions on Pattern Analysis and Machine Intelligence* 13:376-380, 1991). It is never a reflection.
+
+    Parameters
+    ----------
+    a, b, weights : array_like
+        As in `motor_from_points`.
+
+    Returns
+    -------
+    SimilarityFit
+        The versor is not a number where the scale is 0: where all points of `a` or of `b` are the same.
+
+    Raises
+    ------
+    TypeError, ValueError
+        As `rotor_from_vectors` does.
+    """
+    one, two, share = _pairs(a, b, weights)
+    start, end = (np.einsum("...n,...ni->...i", share, points) for points in (one, two))
+    inner, outer = one - start[..., None, :], two - end[..., None, :]
+    fit = rotor_from_vectors(inner, outer, share)
+    turned = pga3.move_direction(_motor(fit.rotor)[..., None, :], inner)
+    size = _mean_square(inner, share)
+    scale = np.einsum("...n,...ni,...ni->...", share, turned, outer) / np.where(size > 0, size, 1)
+    off = outer - scale[..., None, None] * turned
+    turned_start = pga3.move_direction(_motor(fit.rotor), start)
+    motor = cga3.motor_from_rotor_translation(fit.rotor, end - scale[..., None] * turned_start)
+    dilator = cga3.dilator_from_scale(np.where(scale > 0, scale, np.nan))
+    versor = cga3.even_product(cga3.versor_from_motor(motor), cga3.versor_from_dilator(dilator))
+    return SimilarityFit(np.asarray(versor), scale, np.sqrt(_mean_square(off, share)), fit.determined)
 
 
 def motor_from_objects(
@@ -226,7 +277,7 @@ def _spread_over(leading: tuple[int, ...], rows: Reals) -> Reals:
 
 
 def _both(pair: tuple[ArrayLike, ArrayLike], name: str, size: int) -> tuple[Reals, Reals]:
-    one, two = (real_array(each, name, (-1, size), f"{name} as rows") for each in pair)
+    one, two = (finite(real_array(each, name, (-1, size), f"{name} as rows"), name) for each in pair)
     if one.shape[-2] != two.shape[-2]:
         raise ValueError(f"{name}: {one.shape[-2]} and {two.shape[-2]} of them; expected as many of both")
     if name in ("points", "spheres", "circles"):
@@ -260,7 +311,9 @@ def _translation_equations(name: str, turn: Reals, one: Reals, two: Reals) -> tu
 
 def _pairs(a: ArrayLike, b: ArrayLike, weights: ArrayLike | None) -> tuple[Reals, Reals, Reals]:
     """Both sets, and weights of sum 1."""
-    one, two = (real_array(value, name, (-1, 3), "vectors as rows") for value, name in ((a, "a"), (b, "b")))
+    one, two = (
+        finite(real_array(value, name, (-1, 3), "vectors as rows"), name) for value, name in ((a, "a"), (b, "b"))
+    )
     count = one.shape[-2]
     if not count or two.shape[-2] != count:
         raise ValueError(f"a, b: {count} and {two.shape[-2]} vectors; expected as many of both, at least one")

@@ -9,7 +9,7 @@ from typing import Any, TypeGuard
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ..arguments import real_array
+from ..arguments import finite, real_array
 from . import loops, tables
 
 Floats = NDArray[np.float64]
@@ -214,7 +214,7 @@ def outer_product(a: Blade | FactoredBlade, b: Blade | FactoredBlade) -> Blade |
         one, two = (flat(x.coefficients, shape, 1) for x in (a, b))
         out = np.empty((len(one), len(table.left)))
         loops.outer_product(one, two, table.left, table.right, table.sign, out)
-        return Blade(out.reshape(*shape, -1), a.n, a.grade + b.grade)
+        return Blade(out.reshape(*shape, out.shape[-1]), a.n, a.grade + b.grade)
     assert isinstance(a, FactoredBlade) and isinstance(b, FactoredBlade)
     parts = [np.broadcast_to(x.vectors, shape + x.vectors.shape[-2:]) for x in (a, b)]
     found = FactoredBlade.of_vectors(np.concatenate(parts, -2))
@@ -229,11 +229,13 @@ def wedge_vectors(blade: Blade, vectors: Floats, scale: Floats) -> Blade:
     first, rows = flat(blade.coefficients, shape, 1), flat(vectors, shape, 2)
     out = np.empty((len(rows), comb(blade.n, blade.grade + k)))
     loops.expand_batch(first, blade.grade, rows, k, flat(scale, shape, 0), _wedge_arrays(blade.n), out)
-    return Blade(out.reshape(*shape, -1), blade.n, blade.grade + k)
+    return Blade(out.reshape(*shape, out.shape[-1]), blade.n, blade.grade + k)
 
 
 def flat(array: Floats, shape: tuple[int, ...], axes: int) -> Floats:
     """One leading axis instead of `shape`, contiguous."""
+    if array.shape[: array.ndim - axes] == shape and len(shape) == 1:
+        return np.ascontiguousarray(array)
     last = array.shape[array.ndim - axes :]
     return np.ascontiguousarray(np.broadcast_to(array, shape + last).reshape(int(np.prod(shape)), *last))
 
@@ -265,10 +267,7 @@ def _is_int(value: object) -> TypeGuard[int]:
 
 
 def _finite(array: NDArray[Any], name: str) -> Floats:
-    if not np.isfinite(array).all():
-        at = tuple(int(i) for i in np.argwhere(~np.isfinite(array))[0])
-        raise ValueError(f"{name}: {array[at]} at {at}; expected finite numbers")
-    return array.astype(np.float64, copy=False)
+    return finite(array, name).astype(np.float64, copy=False)
 
 
 def _made(vectors: Floats, scale: Floats) -> FactoredBlade:
@@ -299,8 +298,11 @@ def factors_and_defects(
     coefficients: Floats, n: int, grade: int, orthonormal: bool, checked: bool
 ) -> tuple[Floats, Floats, Floats]:
     """Vectors, scale (0 for zero), and how far elements ``(N, C(n, grade))`` are from blades, of their norm."""
-    table = tables.factor_table(n, grade)
     vectors = np.empty((len(coefficients), grade, n))
+    if grade == n:
+        vectors[:] = np.eye(n)
+        return vectors, coefficients[:, 0].copy(), np.zeros(len(coefficients))
+    table = tables.factor_table(n, grade)
     scale, error = np.empty(len(coefficients)), np.zeros(len(coefficients))
     checked = checked and 1 < grade < n - 1  # all others are blades
     short = checked and tables.blade_table_terms(n, grade) <= tables.MOST_TERMS

@@ -8,7 +8,7 @@ from typing import Any, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-from . import loops
+from . import loops, tables
 from .blade import (
     BLADE_TOLERANCE,
     Blade,
@@ -24,6 +24,9 @@ from .blade import (
 
 ANGLE = 1e-9
 """A direction of one blade is in the other where the sine of the angle between them is at most this."""
+
+_CLEAR = 1e-3
+"""Where the sines of all principal angles multiply to more than this, the outer product is the join to 12 digits."""
 
 AnyBlade = TypeVar("AnyBlade", Blade, FactoredBlade)
 
@@ -146,8 +149,37 @@ def join_and_meet(
 
 
 def join(a: AnyBlade, b: AnyBlade, tolerance: float = ANGLE) -> AnyBlade:
-    """The joins of blades, when all have the same grade: see `join_and_meet`."""
+    """The joins of blades, when all have the same grade: see `join_and_meet`.
+
+    Where no blade shares a direction with the other, nor nearly so, these are the outer products.
+    """
+    check_pair(a, b)
+    if isinstance(a, Blade) and isinstance(b, Blade) and a.grade + b.grade <= a.n and 0 < tolerance < _CLEAR:
+        found = _apart(a, b, tolerance)
+        if found is not None:
+            return found
     return join_and_meet(a, b, tolerance).join()  # type: ignore[return-value]
+
+
+def _apart(a: Blade, b: Blade, tolerance: float) -> Blade | None:
+    """The joins of blades that share nothing: outer products, whose norms are products of sines; None for others."""
+    shape, grade = np.broadcast_shapes(a.shape, b.shape), a.grade + b.grade
+    table = tables.outer_table(a.n, a.grade, b.grade)
+    one, two = (flat(x.coefficients, shape, 1) for x in (a, b))
+    out, clear = np.empty((len(one), len(table.left))), np.empty(len(one), bool)
+    terms = (table.left, table.right, table.sign)
+    if not len(out) or not loops.clear_outer_product(one, two, terms, _CLEAR, out, clear):
+        return None
+    for name, x in (("a", a), ("b", b)):
+        _rows(x, name, BLADE_TOLERANCE, orthonormal=False)
+    if not clear.all():
+        rest = join_and_meet(Blade(one[~clear], a.n, a.grade), Blade(two[~clear], a.n, b.grade), tolerance)
+        if np.any(rest.join_grade != grade):
+            return None
+        found = rest.join()
+        assert isinstance(found, Blade)
+        out[~clear] = found.coefficients
+    return Blade(out.reshape(*shape, -1), a.n, grade)
 
 
 def meet(a: AnyBlade, b: AnyBlade, tolerance: float = ANGLE) -> AnyBlade:
@@ -155,10 +187,12 @@ def meet(a: AnyBlade, b: AnyBlade, tolerance: float = ANGLE) -> AnyBlade:
     return join_and_meet(a, b, tolerance).meet()  # type: ignore[return-value]
 
 
-def _rows(x: Blade | FactoredBlade, name: str, tolerance: float | None) -> tuple[Floats, Floats]:
+def _rows(
+    x: Blade | FactoredBlade, name: str, tolerance: float | None, orthonormal: bool = True
+) -> tuple[Floats, Floats]:
     if isinstance(x, Blade):
         try:
-            return _factors(x, tolerance, orthonormal=True)
+            return _factors(x, tolerance, orthonormal)
         except ValueError as error:
             raise ValueError(str(error).replace("blade", name, 1)) from None
     refuse(np.atleast_1d(x.scale == 0).ravel(), x.shape, "zero; expected a blade other than zero", name)

@@ -13,24 +13,54 @@ from numba import njit
 
 _COMPILED = {"cache": True, "error_model": "numpy", "fastmath": {"reassoc", "contract", "nsz"}}
 """Sums may be reordered; infinities and NaNs keep their meaning."""
+_INLINED = {**_COMPILED, "inline": "always"}
+"""For what is called for every element: an array is passed as seven numbers, which cost as much as a short loop."""
 ROUNDING = 1e-12
 """What is left of a vector of a subspace, of its length, when all of it is projected out."""
 REORTHOGONALIZE = 0.5
 """Below this length a projected unit vector is projected again ("twice is enough", Kahan in Parlett 1980, §6.9)."""
 
 
+@njit(**_INLINED)
+def outer_one(a: Any, b: Any, e: int, left: Any, right: Any, sign: Any, out: Any) -> None:
+    """``out = a ^ b`` for one element, by an `OuterTable`."""
+    for row in range(left.shape[0]):
+        total = 0.0
+        for way in range(left.shape[1]):
+            total += sign[row, way] * a[e, left[row, way]] * b[e, right[row, way]]
+        out[e, row] = total
+
+
 @njit(**_COMPILED)
 def outer_product(a: Any, b: Any, left: Any, right: Any, sign: Any, out: Any) -> None:
-    """``out = a ^ b`` for each element, by an `OuterTable`."""
+    """`outer_one` for each element."""
     for e in range(len(out)):
-        for row in range(left.shape[0]):
-            total = 0.0
-            for way in range(left.shape[1]):
-                total += sign[row, way] * a[e, left[row, way]] * b[e, right[row, way]]
-            out[e, row] = total
+        outer_one(a, b, e, left, right, sign, out)
 
 
 @njit(**_COMPILED)
+def clear_outer_product(a: Any, b: Any, table: Any, least: float, out: Any, clear: Any) -> bool:
+    """`outer_product`, and where it is larger than `least` of the product of the norms; False where it often is not."""
+    left, right, sign = table
+    doubtful = 0
+    for e in range(len(out)):
+        outer_one(a, b, e, left, right, sign, out)
+        whole, first, second = 0.0, 0.0, 0.0
+        for p in range(out.shape[1]):
+            whole += out[e, p] * out[e, p]
+        for p in range(a.shape[1]):
+            first += a[e, p] * a[e, p]
+        for p in range(b.shape[1]):
+            second += b[e, p] * b[e, p]
+        clear[e] = whole > least * least * first * second
+        if not clear[e]:
+            doubtful += 1
+            if 8 * doubtful > e + 8:
+                return False
+    return True
+
+
+@njit(**_INLINED)
 def find_pivot(coefficients: Any, e: int) -> int:
     """The place of the largest coefficient, the first of several; -1 where all are zero, or below 10^-308."""
     best, pivot = 0.0, 0
@@ -41,7 +71,7 @@ def find_pivot(coefficients: Any, e: int) -> int:
     return -1 if best < 2.3e-308 else pivot
 
 
-@njit(**_COMPILED)
+@njit(**_INLINED)
 def gather_factors(coefficients: Any, e: int, pivot: int, place: Any, sign: Any, factors: Any) -> None:
     """Rows whose outer product, times the coefficient at the pivot, is the blade."""
     reciprocal = 1.0 / coefficients[e, pivot]
@@ -50,7 +80,7 @@ def gather_factors(coefficients: Any, e: int, pivot: int, place: Any, sign: Any,
             factors[e, i, j] = sign[pivot, i, j] * (coefficients[e, place[pivot, i, j]] * reciprocal)
 
 
-@njit(**_COMPILED)
+@njit(**_INLINED)
 def blade_defect(coefficients: Any, e: int, pivot: int, table: Any) -> float:
     """How far the relations of a `BladeTable` are from holding, of the norm of the coefficients."""
     pivots, target, first, left, right, sign = table
@@ -68,7 +98,7 @@ def blade_defect(coefficients: Any, e: int, pivot: int, table: Any) -> float:
     return np.sqrt(difference / squares)  # type: ignore[no-any-return]
 
 
-@njit(**_COMPILED)
+@njit(**_INLINED)
 def orthonormalize(rows: Any, e: int, k: int) -> float:
     """Make rows orthonormal in place; the number returned, times their outer product, is the former one."""
     n = rows.shape[2]
@@ -99,7 +129,7 @@ def orthonormalize(rows: Any, e: int, k: int) -> float:
     return determinant
 
 
-@njit(**_COMPILED)
+@njit(**_INLINED)
 def wedge_rows(
     start_with: Any, f: int, grade: int, rows: Any, e: int, first: int, k: int,
     rest: Any, vector: Any, start: Any, size: Any, buffers: Any,
@@ -153,7 +183,7 @@ def expand_batch(start_with: Any, grade: int, rows: Any, k: int, scale: Any, tab
             out[e, p] = scale[e] * buffers[found, p]
 
 
-@njit(**_COMPILED)
+@njit(**_INLINED)
 def _project_out(rows: Any, f: int, i: int, basis: Any, e: int, k: int) -> None:
     n = rows.shape[2]
     for h in range(k):
@@ -224,7 +254,7 @@ def _length(rows: Any, e: int, i: int) -> float:
     return np.sqrt(total)  # type: ignore[no-any-return]
 
 
-@njit(**_COMPILED)
+@njit(**_INLINED)
 def join_one(
     e: int, one: Any, two: Any, a: int, b: int, tolerance: float, work: Any, mixed: Any, r: Any, added: Any, met: Any
 ) -> tuple[int, float]:

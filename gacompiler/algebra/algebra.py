@@ -139,6 +139,13 @@ class Algebra:
         """Whether some vector is orthogonal to all, so that the pseudoscalar has no inverse."""
         return is_zero((self.pseudoscalar * self.pseudoscalar).scalar)
 
+    @cached_property
+    def null_pairs(self) -> tuple[tuple[int, int], ...]:
+        """The numbers of basis vectors that are null and orthogonal to all but one other such: e0 and einf."""
+        partners = [[j for j, value in enumerate(row) if value] for row in self.gram]
+        pairs = combinations(range(self.dimension), 2)
+        return tuple((i, j) for i, j in pairs if partners[i] == [j] and partners[j] == [i])
+
     def layout(
         self,
         name: str,

@@ -11,6 +11,7 @@ from .conformal import CGA2, CGA3
 from .draw import draw
 from .euclidean import QUATERNIONS, STA, VGA2, VGA3
 from .exchange import from_clifford, from_kingdon, load, save, to_clifford, to_kingdon
+from .ganja import from_ganja, save_ganja, to_ganja
 from .operators import build
 from .projective import PGA2, PGA3
 from .spaces import Space
@@ -18,5 +19,6 @@ from .view import view
 
 __all__ = [
     "CGA2", "CGA3", "PGA2", "PGA3", "QUATERNIONS", "STA", "VGA2", "VGA3", "MultivectorArray", "Space", "build",
-    "draw", "from_clifford", "from_kingdon", "load", "save", "to_clifford", "to_kingdon", "view",
+    "draw", "from_clifford", "from_ganja", "from_kingdon", "load", "save", "save_ganja", "to_clifford", "to_ganja",
+    "to_kingdon", "view",
 ]  # fmt: skip

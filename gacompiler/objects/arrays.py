@@ -174,7 +174,8 @@ class MultivectorArray:
         if not self.shape:
             raise TypeError(f'one {self.layout} has no axes; ask for a coefficient, x["{self.layout.blades[0]}"]')
         indices = index if isinstance(index, tuple) else (index,)
-        return wrap(self.layout, self.values[(*indices, slice(None)) if Ellipsis in indices else (*indices, ...)])
+        last = slice(None) if any(each is Ellipsis for each in indices) else Ellipsis
+        return wrap(self.layout, self.values[(*indices, last)])
 
     def _coefficient(self, name: str) -> Any:
         sign, blade = self.algebra.blade(name)
@@ -321,7 +322,13 @@ class MultivectorArray:
                     where, f"{slot.name} = {np.ravel(self[slot.name])[0]:.6g}", f"{slot.name} = {value}",
                     "divide by the weight first",
                 )  # fmt: skip
-        values = np.stack(np.broadcast_arrays(*(np.asarray(self[name]) for name in layout.blades)), -1)
+        stored = {name: np.asarray(self[name]) for name in layout.blades}
+        for slot, function in layout.implied:
+            own, implied = np.asarray(self[slot.name]), np.asarray(function(stored))
+            far = np.abs(own - implied) > tolerance * size
+            if np.any(far):
+                raise LayoutError(where, f"{slot.name} = {own[far][0]:.6g}", f"{implied[far][0]:.6g} in a {layout}")
+        values = np.stack(np.broadcast_arrays(*stored.values()), -1)
         if layout.has_relations:
             check_relations(where, layout, values, tolerance)
         return wrap(layout, values)
@@ -357,6 +364,9 @@ class MultivectorArray:
 
     def __str__(self) -> str:
         return text_of(self)
+
+    def __format__(self, form: str) -> str:
+        return text_of(self, form) if form else text_of(self)
 
     def __repr__(self) -> str:
         return repr_of(self)

@@ -15,7 +15,7 @@ from ..algebra.catalog import CGA3 as _CGA3
 from ..errors import AlgebraError, LayoutError
 from .arrays import MultivectorArray
 from .checks import require_blade
-from .spaces import Space, define, numbers
+from .spaces import Rigid, define, numbers
 
 _EINF = '{A}.multivector({"einf": 1})'
 _NORMAL = "(normal / ga.norm(normal))"
@@ -46,7 +46,7 @@ _SQUARED = define(
 )  # fmt: skip
 
 
-class Conformal(Space):
+class Conformal(Rigid):
     """What the plane and space have in common: points, points pairs, versors, and the parts of rounds."""
 
     _names: tuple[str, ...]
@@ -114,6 +114,8 @@ def _squared(what: str, radius: Any, radius_squared: Any) -> Any:
     if radius is None:
         return numbers(f"{what}: radius_squared", radius_squared)
     r = numbers(f"{what}: radius", radius)
+    if np.any(np.real(r) < 0):
+        raise LayoutError(what, f"a radius of {np.min(r):.6g}", "0 or more, or radius_squared= of an imaginary one")
     return r * r
 
 

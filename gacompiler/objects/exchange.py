@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import io
 import json
 import os
 import zipfile
@@ -16,9 +17,11 @@ import numpy as np
 from ..algebra.algebra import Algebra
 from ..algebra.multivector import Multivector
 from ..errors import AlgebraError, LayoutError
+from ..generate import write
 from .arrays import MultivectorArray, wrap
 from .operators import layout_of
 from .pickling import packed, unpacked
+from .spaces import Space
 
 Matrix = np.ndarray[Any, Any]
 
@@ -37,11 +40,10 @@ def save(path: str | os.PathLike[str], **objects: Any) -> None:
 
     Raises
     ------
-    LayoutError, ValueError
-        For another ending or another kind of object. No file is left half-written.
+    LayoutError, ValueError, BackendError
+        For another ending or another kind of object, and where the file cannot be written. None is left half-written.
     """
     target = Path(path)
-    scratch = target.with_name(f".{target.name}.{os.getpid()}")
     described, arrays = {}, {}
     for name, value in objects.items():
         if isinstance(value, MultivectorArray):
@@ -55,20 +57,18 @@ def save(path: str | os.PathLike[str], **objects: Any) -> None:
             if arrays[name].dtype.kind not in "fiub" or several:
                 kind = type(value).__name__
                 raise LayoutError(f"save: {name}", f"an object of type {kind}", "a multivector or real numbers")
-    try:
-        if _ending(target) == ".json":
-            whole = {
-                name: {**about, "type": str(array.dtype), "shape": array.shape, "values": array.tolist()}
-                for (name, about), array in zip(described.items(), arrays.values(), strict=True)
-            }
-            scratch.write_text(json.dumps(whole, indent=1) + "\n", encoding="utf-8")
-        else:
-            named: dict[str, Any] = {f"values.{name}": array for name, array in arrays.items()}
-            with scratch.open("wb") as file:
-                np.savez(file, about=json.dumps(described), **named)
-        os.replace(scratch, target)
-    finally:
-        scratch.unlink(missing_ok=True)
+    if _ending(target) == ".json":
+        whole = {
+            name: {**about, "type": str(array.dtype), "shape": array.shape, "values": array.tolist()}
+            for (name, about), array in zip(described.items(), arrays.values(), strict=True)
+        }
+        content = (json.dumps(whole, indent=1) + "\n").encode()
+    else:
+        named: dict[str, Any] = {f"values.{name}": array for name, array in arrays.items()}
+        stream = io.BytesIO()
+        np.savez(stream, about=json.dumps(described), **named)
+        content = stream.getvalue()
+    write({target.name: content}, target.parent)
 
 
 def load(path: str | os.PathLike[str]) -> dict[str, Any]:
@@ -137,7 +137,7 @@ def to_clifford(x: MultivectorArray, layout: Any) -> Any:
     return found[()]
 
 
-def from_clifford(algebra: Algebra, found: Any) -> Any:
+def from_clifford(algebra: Algebra | Space, found: Any) -> Any:
     """A multivector of clifford, or an array of them, in an algebra of the same signature.
 
     Parameters
@@ -151,7 +151,7 @@ def from_clifford(algebra: Algebra, found: Any) -> Any:
     MultivectorArray
         It stores the blades that occur; `as_layout` makes it a sphere, say.
     """
-    owner = getattr(algebra, "algebra", algebra)
+    owner = _owner(algebra)
     one = hasattr(found, "layout")
     shape = () if one else np.shape(found)
     listed = [found] if one else list(np.ravel(found))
@@ -182,14 +182,18 @@ def to_kingdon(x: MultivectorArray, algebra: Any) -> Any:
     return algebra.multivector(keys=tuple(keys), values=[values[..., k][()] for k in keys])
 
 
-def from_kingdon(algebra: Algebra, found: Any) -> Any:
+def from_kingdon(algebra: Algebra | Space, found: Any) -> Any:
     """A multivector of kingdon in an algebra of the same signature; as `from_clifford`."""
-    owner = getattr(algebra, "algebra", algebra)
+    owner = _owner(algebra)
     parts = np.broadcast_arrays(*(np.asarray(value, float) for value in found.values()))
     values = np.zeros((*parts[0].shape, 1 << owner.dimension))
     for key, part in zip(found.keys(), parts, strict=True):
         values[..., key] = part
     return _stored(owner, values @ _matrix(owner, _signature(found.algebra.signature), False))
+
+
+def _owner(algebra: Algebra | Space) -> Algebra:
+    return algebra.algebra if isinstance(algebra, Space) else algebra
 
 
 def _signature(squares: Sequence[Any]) -> tuple[int, ...]:
@@ -242,20 +246,17 @@ def _images(algebra: Algebra, target: Algebra) -> tuple[list[Multivector], list[
         free[int(target.gram[k][k])].append(k)
     forth: dict[int, Multivector] = {}
     back: dict[int, Multivector] = {}
-    gram, size = algebra.gram, algebra.dimension
-    partners = {k: [j for j in range(size) if j != k and gram[k][j]] for k in range(size)}
+    gram, size, pairs = algebra.gram, algebra.dimension, algebra.null_pairs
     own, other = _vectors(algebra), _vectors(target)
     for k in range(size):
-        if not partners[k]:
-            square = gram[k][k]
-            place = _taken(free, square, algebra, target)
-            forth[k], back[place] = other(place), own(k)
-    for k in range(size):
-        if k in forth:
+        if any(k in pair for pair in pairs):
             continue
-        (j, *more), product = partners[k], gram[k][partners[k][0]]
-        if more or len(partners[j]) > 1 or gram[k][k] or gram[j][j]:
+        if any(gram[k][j] for j in range(size) if j != k):
             raise AlgebraError(str(algebra), "a basis that is oblique", "orthogonal vectors and null pairs")
+        place = _taken(free, gram[k][k], algebra, target)
+        forth[k], back[place] = other(place), own(k)
+    for k, j in pairs:
+        product = gram[k][j]
         plus, minus = _taken(free, 1, algebra, target), _taken(free, -1, algebra, target)
         forth[k], forth[j] = (other(minus) - other(plus)) * Fraction(-product, 2), other(minus) + other(plus)
         half, part = own(j) * Fraction(1, 2), own(k) * (1 / Fraction(-product))

@@ -16,6 +16,7 @@ from collections.abc import Callable, Iterable, Sequence
 from dataclasses import replace
 from functools import cache
 from math import inf, nan
+from random import Random
 from typing import Any
 
 import numpy as np
@@ -36,6 +37,7 @@ from ..passes.lower import Slot, pick
 from ..passes.prove import prove_program
 from ..passes.record import Compilation
 from ..passes.rewrite import rewrite
+from ..passes.samples import samples
 from ..passes.schedule import schedule
 from ..passes.search import Candidate
 from .definitions import Definition
@@ -89,6 +91,17 @@ _LIBRARY = _FUNCTIONS | {
 """The same, to the bit as in C; slow on arrays."""
 FEW = 1000
 """Elements up to which an operation with such functions does not wait for the C compiler."""
+
+MANY_OPERATIONS = 1000
+"""Operations above which an expression is computed as it is written: other ways take as long again to look at, and pay
+only where it is called so often that it is made as generated modules are."""
+
+
+WORTH_A_PROOF = 0.75
+"""Another way to write an expression is proved where it has at most this part of the operations: that takes as long as
+all else."""
+_CLEARLY = 1e-6
+"""A difference, of the largest coefficient, that is no rounding."""
 
 
 class Operator:
@@ -241,9 +254,10 @@ def build() -> None:
 def compiled(definition: Definition, layouts: tuple[Layout, ...]) -> Compilation:
     """The quick stages of the compiler on an operation, with the layout of the result chosen as people mean it."""
     kernel = _kernel(definition, layouts)
-    if definition.keeps is not None and layouts[definition.keeps].implied:
+    kept = None if definition.keeps is None else layouts[definition.keeps]
+    if kept is not None and kept.implied and not _is_refuted(kernel, kept):
         try:
-            return _finished(*_decided(replace(kernel, returns=layouts[definition.keeps])))
+            return _finished(*_decided(replace(kernel, returns=kept)))
         except KernelError:
             pass
     record, variants = _decided(kernel)
@@ -258,6 +272,18 @@ def compiled(definition: Definition, layouts: tuple[Layout, ...]) -> Compilation
         kernel = replace(kernel, returns=wanted)
         record = replace(record, kernel=kernel, decision=decision, trace=trace(kernel))
     return _finished(record, variants)
+
+
+def _is_refuted(kernel: Kernel, layout: Layout) -> bool:
+    """Whether a result at one point is not of a layout: to find that out by failing to prove it takes long."""
+    for _, (value,) in samples(kernel, trace(kernel).expressions, Random(7), 1):
+        found = {blade: float(x) for blade, x in value.terms.items()}
+        stored = {slot.name: slot.sign * found.get(slot.blade, 0.0) for slot in layout.stored}
+        wanted = {slot.blade: slot.sign * float(x) for slot, x in layout.fixed}
+        wanted |= {slot.blade: slot.sign * float(function(stored)) for slot, function in layout.implied}
+        size = max(map(abs, (*found.values(), *wanted.values())), default=0.0)
+        return any(abs(found.get(blade, 0.0) - x) > _CLEARLY * size for blade, x in wanted.items())
+    return False
 
 
 def chosen_layout(layout: Layout, unit: bool) -> Layout:
@@ -339,9 +365,11 @@ def _finished(record: Compilation, variants: dict[str, tuple[Any, ...]]) -> Comp
         scalars = pick(evaluate(expressions, inputs, lift=graph.lift), slots, graph)
         program: Program = schedule(record.kernel.name, arguments, (("out", shape, scalars),))
         candidates.append(Candidate((name,), program, cost(program)))
+        if candidates[0].cost.total > MANY_OPERATIONS:
+            break
     by_cost = sorted(candidates, key=lambda candidate: candidate.cost.total)
     record = replace(record, candidates=tuple(candidates), best=candidates[0])
-    if by_cost[0] is not candidates[0]:
+    if by_cost[0].cost.total < WORTH_A_PROOF * candidates[0].cost.total:
         gate = Gate(record.kernel, candidates[0].program)
         best = next((each for each in by_cost if gate.accepts(each.program)), candidates[0])
         record = replace(record, gate=gate, best=best)

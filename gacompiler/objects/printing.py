@@ -14,14 +14,14 @@ if TYPE_CHECKING:
 SHOWN = 6
 """Elements of an array that are printed; of longer ones the first and the last half of these."""
 
-_DIGITS = 6
+_SIX_DIGITS = ".6g"
 
 
-def text_of(x: MultivectorArray) -> str:
-    """One multivector as a sum of blades, an array as a list of such."""
+def text_of(x: MultivectorArray, form: str = _SIX_DIGITS) -> str:
+    """One multivector as a sum of blades, an array as a list of such; numbers as `form` says."""
     if not x.shape:
-        return _sum(terms_of(x), "{} {}")
-    return "[" + ",\n ".join("..." if each is None else str(each) for each in _some(x)) + "]"
+        return _sum(terms_of(x), "{} {}", form)
+    return "[" + ",\n ".join("..." if each is None else text_of(each, form) for each in _some(x)) + "]"
 
 
 def repr_of(x: MultivectorArray) -> str:
@@ -58,11 +58,12 @@ def _some(x: MultivectorArray) -> Iterator[Any]:
     yield from flat[-SHOWN // 2 :]
 
 
-def _sum(terms: list[tuple[str, Any]], pattern: str) -> str:
+def _sum(terms: list[tuple[str, Any]], pattern: str, form: str = _SIX_DIGITS) -> str:
     text = ""
     for name, value in terms:
         negative = not np.iscomplexobj(value) and value < 0
-        number = f"{-value if negative else value:.{_DIGITS}g}"
+        number = format(-value if negative else value, form)
+        number = f"({number})" if np.iscomplexobj(value) else number
         term = number if name == "1" else name if number == "1" else pattern.format(number, name)
         text += (" - " if negative else " + ") + term if text else ("-" if negative else "") + term
     return text or "0"

@@ -15,10 +15,10 @@ from ..errors import LayoutError
 from .arrays import MultivectorArray
 from .checks import require_blade
 from .definitions import normalize_of
-from .spaces import Space, define
+from .spaces import Rigid, define
 
 
-class PlaneProjective(Space):
+class PlaneProjective(Rigid):
     """The plane, G(2, 0, 1): lines are vectors, points are bivectors."""
 
     def point(self, *coordinates: Any) -> Any:
@@ -51,7 +51,7 @@ class PlaneProjective(Space):
         return _coordinates(points, ("e20", "e01"), "e12")
 
 
-class Projective(Space):
+class Projective(Rigid):
     """Space, G(3, 0, 1): planes are vectors, lines bivectors, points trivectors."""
 
     def point(self, *coordinates: Any) -> Any:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from functools import cache
 from typing import Any
@@ -76,7 +76,7 @@ class Space:
         values = stacked(str(layout), layout.blades, coefficients)
         if layout.has_relations:
             check_relations(str(layout), layout, values)
-        return wrap(layout, values)
+        return wrap(layout, values[..., 0] if layout.is_scalar else values)
 
     def multivector(self, coefficients: Mapping[str, Any]) -> Any:
         """Multivectors from numbers or arrays by the names of blades, ``{"1": 2, "e12": [0, 1]}``; arrays broadcast."""
@@ -87,7 +87,40 @@ class Space:
         parts: dict[int, Any] = {}
         for name, (sign, blade) in blades.items():
             parts[blade] = parts.get(blade, 0) + sign * numbers(f"coefficient of {name}", coefficients[name])
-        return self.of(layout, *(parts[slot.blade] * slot.sign for slot in layout.stored))
+        values = _broadcast("multivector", [np.asarray(parts[slot.blade] * slot.sign) for slot in layout.stored])
+        return wrap(layout, values[..., 0] if layout.is_scalar else values)
+
+    def parse(self, text: str, layout: Layout | None = None) -> Any:
+        """Multivectors from text: a sum of blades in any spelling, or what was printed.
+
+        Parameters
+        ----------
+        text : str
+            ``1 + 2*e12 - 0.5e01``, ``[e1, 2 e2]``, or any form that `str`, `repr` and `format` give. The exponent of a
+            number has a sign, ``2e+12``: ``2e12`` is twice a blade.
+        layout : Layout, optional
+            What is meant. Left out, the one that `repr` has named, else one of the blades in the text.
+
+        Returns
+        -------
+        MultivectorArray
+            A number where the text has no blade. `str` and `repr` print six digits, ``f"{x:.17g}"`` all; unit
+            elements of fewer digits are normalised.
+
+        Raises
+        ------
+        AlgebraError, LayoutError
+            Where the text is none of these, or is not what the layout says, to 1e-5.
+
+        Examples
+        --------
+        >>> from gacompiler.objects import PGA3
+        >>> print(PGA3.parse("1 + 2*e21 - 0.5e01"))
+        1 - 2 e12 - 0.5 e01
+        """
+        from .parsing import parse
+
+        return parse(self.algebra, text, layout)
 
     def vector(self, *coordinates: Any) -> Any:
         """Vectors from a coordinate for each basis vector, or one array with the coordinates along its last axis."""
@@ -116,6 +149,30 @@ class Space:
             return coordinates[0]
         layout = layout_of(self.algebra, {self.algebra.blade(name)[1] for name in names.split()})
         return wrap(layout, stacked(what, tuple(names.split()), coordinates))
+
+
+class Rigid(Space):
+    """An algebra with points, rotors and translators: what its spaces have in common."""
+
+    def random_motor(self, shape: int | tuple[int, ...] = (), spread: float = 1.0, generator: Any = None) -> Any:
+        """Random motors: all rotations are as likely, either sign of a motor is, and translations are normal.
+
+        Parameters
+        ----------
+        shape : int or tuple of int
+        spread : float
+            The standard deviation of each coordinate of the translation, which comes after the rotation.
+        generator : optional
+            A `numpy.random.Generator`, or a seed of one.
+        """
+        random, d = np.random.default_rng(generator), self.algebra.POINT.size
+        leading = (shape,) if isinstance(shape, int) else tuple(shape)
+        if d == 2:
+            rotor = self.rotor(random.uniform(-2 * np.pi, 2 * np.pi, leading))
+        else:
+            q = random.normal(size=(*leading, 4))
+            rotor = self.rotor(q[..., 1:], 2 * np.arctan2(np.linalg.norm(q[..., 1:], axis=-1), q[..., 0]))
+        return self.translator(spread * random.normal(size=(*leading, d))) * rotor
 
 
 def define(name: str, parameters: str, text: str, *, unit: bool = False) -> Definition:
@@ -154,11 +211,14 @@ def stacked(what: str, names: tuple[str, ...], coordinates: tuple[Any, ...]) -> 
     if len(coordinates) == 1 and (n > 1 or np.ndim(coordinates[0])):
         array = numbers(what, coordinates[0])
         if array.ndim and array.shape[-1] == n:
-            return array
+            return array.copy()  # what is given may be changed later, multivectors may not
         raise LayoutError(what, f"an array of shape {array.shape}", f"(..., {n}) with last axis {' '.join(names)}")
     if len(coordinates) != n:
         raise LayoutError(what, f"{len(coordinates)} coordinates", f"{n}: {' '.join(names)}")
-    arrays = [numbers(f"{what}: {name}", x) for name, x in zip(names, coordinates, strict=True)]
+    return _broadcast(what, [numbers(f"{what}: {name}", x) for name, x in zip(names, coordinates, strict=True)])
+
+
+def _broadcast(what: str, arrays: Sequence[np.ndarray[Any, Any]]) -> np.ndarray[Any, Any]:
     try:
         return np.stack(np.broadcast_arrays(*arrays), -1)
     except ValueError:

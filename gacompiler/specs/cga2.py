@@ -24,6 +24,7 @@ POINT_PAIR, LINE, CIRCLE = CGA2.POINT_PAIR, CGA2.LINE, CGA2.CIRCLE
 ROTOR, TRANSLATOR, MOTOR = CGA2.ROTOR, CGA2.TRANSLATOR, CGA2.MOTOR
 DILATOR, TRANSVERSOR, EVEN, UNIT_EVEN, FULL = CGA2.DILATOR, CGA2.TRANSVERSOR, CGA2.even, CGA2.UNIT_EVEN, CGA2.full
 COORDINATES = array(SCALAR, 2)
+GENERATOR = CGA2.layout("GENERATOR", "e12 e1inf e2inf")
 
 E1, E2, E0, EINF = CGA2.basis()
 PSEUDOSCALAR = CGA2.pseudoscalar
@@ -268,6 +269,12 @@ def normalize_vector(x):
 
 
 @kernel(a=POINT, b=POINT)
+def inner_product_of_points(a, b):
+    """The inner product of two points: minus half their squared distance."""
+    return ga.scalar_product(a, b)
+
+
+@kernel(a=POINT, b=POINT)
 def distance_squared_points(a, b):
     """The squared distance of two points."""
     return -2 * ga.scalar_product(a, b)
@@ -319,6 +326,12 @@ def line_from_normal(normal, distance):
     return _line(-_left(_vector(normal)), -distance)
 
 
+@kernel(p=POINT, normal=COORDINATES, returns=LINE)
+def line_from_point_normal(p, normal):
+    """The line through `p` orthogonal to a vector, which is to its left."""
+    return _line(-_left(_vector(normal)), -_dot(p, _vector(normal)))
+
+
 @kernel(a=POINT, b=POINT, returns=DUAL_LINE)
 def bisector_line(a, b):
     """The dual line of all points as far from `a` as from `b`: the difference ``b - a``, its normal towards `b`."""
@@ -367,6 +380,18 @@ def circle_from_points(a, b, c):
     return a ^ b ^ c
 
 
+@kernel(centre=POINT, radius=SCALAR, returns=VECTOR)
+def dual_circle_from_centre(centre, radius):
+    """The dual circle ``centre - radius**2/2 einf``."""
+    return centre - radius * radius / 2 * EINF
+
+
+@kernel(centre=POINT, p=POINT, returns=VECTOR)
+def dual_circle_through_point(centre, p):
+    """The dual circle with a centre and a point on it."""
+    return centre + ga.scalar_product(centre, p) * EINF
+
+
 @kernel(centre=POINT, radius=SCALAR, returns=CIRCLE)
 def circle_from_centre(centre, radius):
     """The circle whose polarity is the dual circle ``centre - radius**2/2 einf``."""
@@ -389,6 +414,12 @@ def circle_polarity(circle):
 def circle_from_dual(dual):
     """The circle whose polarity is given."""
     return dual * PSEUDOSCALAR
+
+
+@kernel(circle=CIRCLE, p=POINT, returns=LINE)
+def tangent_line_of_circle(circle, p):
+    """The line that touches a circle in a point of it."""
+    return ga.left_contraction(p, circle) ^ EINF
 
 
 # What objects are made of.
@@ -424,6 +455,12 @@ def circle_centre(circle):
 def circle_radius_squared(circle):
     """The squared radius of a circle, negative for an imaginary one. A line has none: division by 0."""
     return _radius_squared(circle)
+
+
+@kernel(s=VECTOR)
+def dual_circle_radius_squared(s):
+    """The squared radius of a dual circle of any weight but 0, negative for an imaginary one."""
+    return _dot(s, s) / _weight(s) ** 2
 
 
 @kernel(circle=CIRCLE)
@@ -473,6 +510,12 @@ def point_pair_weight(pair):
 def point_pair_line(pair):
     """The line through a point pair: ``pair ^ einf``."""
     return pair ^ EINF
+
+
+@kernel(pair=POINT_PAIR, returns=VECTOR)
+def point_pair_surround_circle(pair):
+    """The dual circle of weight 1 of which a point pair is a diameter."""
+    return _centre(pair) - _radius_squared(pair) / 2 * EINF
 
 
 @kernel(pair=POINT_PAIR)
@@ -710,6 +753,68 @@ def motor_from_rotor_translation(r, t):
     return (1 - _vector(t) * EINF / 2) * r
 
 
+@kernel(m=MOTOR, returns=(ROTOR, COORDINATES))
+def motor_to_rotor_translation(m):
+    """The rotor and the vector of the translation after it."""
+    return m["1"] + m["e12"] * E1 * E2, _tuple(m * E0 * ~m)
+
+
+@kernel(m=MOTOR, returns=array(SCALAR, 3, 3))
+def motor_to_matrix(m):
+    """The homogeneous 3 x 3 matrix of a unit motor, which acts on columns (x, y, 1)."""
+    columns = [m * axis * ~m for axis in (E1, E2, E0)]
+    return (*(tuple(column[name] for column in columns) for name in AXES), (0, 0, 1))
+
+
+@kernel(a=MOTOR, b=MOTOR, returns=MOTOR)
+def motor_product(a, b):
+    """The motor that does `b` first and then `a`."""
+    return a * b
+
+
+@kernel(m=MOTOR, returns=MOTOR)
+def motor_inverse(m):
+    """The inverse of a unit motor, which is its reverse."""
+    return ~m
+
+
+@kernel(b=GENERATOR, returns=MOTOR)
+def motor_exponential(b):
+    """``exp(b)`` of the bivector of a rigid motion: a rotation about any point, or a translation. Smooth everywhere."""
+    return ga.exp(b)
+
+
+@kernel(m=MOTOR, returns=GENERATOR)
+def motor_logarithm(m):
+    """The bivector of least angle whose exponential is `m` or `-m`, the same motion.
+
+    Pure translations are no exception. At half turns, where the scalar part is 0, the two signs are equally near
+    and the result jumps.
+    """
+    return ga.log(m)
+
+
+@kernel(m=MOTOR, returns=MOTOR)
+def motor_square_root(m):
+    """The motor that, done twice, is the motion of `m`, by the smaller angle; a half turn's sign decides its sense."""
+    return ga.sqrt(m)
+
+
+@kernel(m=MOTOR, t=SCALAR, returns=MOTOR)
+def motor_power(m, t):
+    """The part `t` of the motion of `m`, by the smaller angle: ``exp(t log(m))``, of ``-m`` where that is nearer to 1.
+
+    Any real `t`: 0 gives no motion, 1 the motion itself, -1 its inverse. At half turns the sense jumps.
+    """
+    return ga.power(m, t)
+
+
+@kernel(a=MOTOR, b=MOTOR, t=SCALAR, returns=MOTOR)
+def interpolate_motors(a, b, t):
+    """The motion that starts as `a` at ``t = 0`` and is `b` (or `-b`) at ``t = 1``, at constant twist."""
+    return a * ga.power(~a * b, t)
+
+
 @kernel(b=POINT_PAIR, returns=UNIT_EVEN)
 def versor_exponential(b):
     """``exp(b)`` of any bivector: motions, dilations, transversions and all other conformal maps near the identity.
@@ -728,6 +833,12 @@ def versor_logarithm(v):
     jumps.
     """
     return ga.log(v)
+
+
+@kernel(v=UNIT_EVEN, returns=UNIT_EVEN)
+def versor_square_root(v):
+    """The unit versor half way to `v` or `-v`: ``exp(log(v) / 2)`` without angles, where that is defined."""
+    return ga.sqrt(v)
 
 
 @kernel(x=EVEN, returns=EVEN)
@@ -782,6 +893,36 @@ def versor_decomposition(x):
 def move_point(m, p):
     """The point `p` moved by the unit motor `m`: ``m p ~m``."""
     return m * p * ~m
+
+
+@kernel(r=ROTOR, p=POINT, returns=POINT)
+def rotate_point(r, p):
+    """The point `p` turned by the unit rotor `r`: ``r p ~r``."""
+    return r * p * ~r
+
+
+@kernel(t=TRANSLATOR, p=POINT, returns=POINT)
+def translate_point(t, p):
+    """The point `p` moved by the translator `t`: ``t p ~t``."""
+    return t * p * ~t
+
+
+@kernel(d=DILATOR, p=POINT, returns=POINT)
+def dilate_point(d, p):
+    """The point `p` scaled about the origin by the dilator `d`: ``d p ~d``, normalised."""
+    return _normalized(d * p * ~d)
+
+
+@kernel(m=MOTOR, x=VECTOR)
+def move_vector(m, x):
+    """A vector, such as a dual circle or dual line, moved by the unit motor `m`: ``m x ~m``."""
+    return m * x * ~m
+
+
+@kernel(m=MOTOR, x=POINT_PAIR)
+def move_point_pair(m, x):
+    """A point pair moved by the unit motor `m`: ``m x ~m``."""
+    return m * x * ~m
 
 
 @kernel(m=MOTOR, x=LINE)

@@ -144,7 +144,8 @@ def _generated(algebra: Algebra, blades: frozenset[int]) -> frozenset[int]:
 def _levels(algebra: Algebra, factors: tuple[frozenset[int], ...], space: frozenset[int]) -> tuple[Level, ...]:
     found: list[Level] = []
     tag = 0  # a vector anticommutes with earlier pairs; times their bivectors it commutes
-    for u, v in _null_pairs(algebra):
+    for i, j in algebra.null_pairs:
+        u, v = 1 << i, 1 << j
         first, second, both = u | tag, v | tag, u | v
         if not {first, second, both} <= space:
             continue
@@ -179,14 +180,6 @@ def _next_level(
     inside = frozenset(z for z in space if _commute(algebra, z, a) and _commute(algebra, z, b))
     level = _level(algebra, space, inside, ({0: 1}, {a: 1}, {b: 1}, algebra.blade_product(a, b)), INVOLUTIONS)
     return None if level is None else (level, inside)
-
-
-def _null_pairs(algebra: Algebra) -> Iterator[tuple[int, int]]:
-    """Pairs of null vectors that see each other and nothing else."""
-    for i, row in enumerate(algebra.gram):
-        partners = [j for j, value in enumerate(row) if value]
-        if len(partners) == 1 and partners[0] > i and [k for k, x in enumerate(algebra.gram[partners[0]]) if x] == [i]:
-            yield 1 << i, 1 << partners[0]
 
 
 def _of_square(algebra: Algebra, space: frozenset[int], square: int) -> list[int]:
