@@ -10,12 +10,9 @@ from numpy.typing import ArrayLike
 from generated import pga3
 
 from ..arguments import Reals, real_array
-from . import single
 from .chains import blocks, joint_twists, motions, tool_points
 from .denavit_hartenberg import Joint
 from .model import Model
-
-_empty = np.empty
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -41,14 +38,15 @@ class Differential(Model):
             Where `q` is not an array of n real numbers in its last axis.
         """
         own = self._own
-        try:
-            if own is not None:
+        if own is not None:
+            try:
                 return own.jacobian(q)  # type: ignore[no-any-return]
-            out = _empty((6, len(self.kinds)))
-            if single.jacobian(self._table, q, out):
-                return out
-        except (TypeError, ValueError):
-            single.wanted("jacobian", (q,))
+            except (TypeError, ValueError):
+                pass
+        else:
+            one = self._passes.jacobian(self._table, q)
+            if one is not None:
+                return one  # type: ignore[no-any-return]
         q, flat = self._variables(q, "q")
         n = len(self.kinds)
         if self.module is not None:
@@ -75,9 +73,9 @@ class Differential(Model):
         TypeError, ValueError
             As in `jacobian`.
         """
-        one = self._one("jacobian_rate", (6, len(self.kinds)), q, qd)
+        one = self._passes.jacobian_rate(self._table, q, qd)
         if one is not None:
-            return one
+            return one  # type: ignore[no-any-return]
         shape, (flat, speeds) = self._together((q, "q"), (qd, "qd"))
         found = np.zeros((len(flat), 6, len(self.kinds)), flat.dtype)
         for block in blocks(len(flat)):

@@ -90,16 +90,18 @@ class Model:
     coupling: Floats = field(default_factory=_empty)
     links: Mapping[str, tuple[int, Floats]] = field(default_factory=dict)
     module: Any = None
+    _passes: single.Passes = field(init=False, repr=False)
+    """What one configuration takes; they read a table, and give None for all else."""
     _table: Floats | None = field(default=None, init=False, repr=False)
-    """What `single` reads; none where joints follow others."""
+    """What passes read; none where joints follow others."""
+    _heavy: Floats | None = field(default=None, init=False, repr=False)
+    """The same for those that need masses; none where something is not known of them."""
     _weightless: Floats | None = field(default=None, init=False, repr=False)
-    """The same without gravity; none where something is not known of masses."""
+    """The same without gravity."""
     _own: Any = field(default=None, init=False, repr=False)
     """The module where each joint has its own variable: its kernels can be called with what callers give."""
     _own_dynamics: Any = field(default=None, init=False, repr=False)
     """The same where its masses are known."""
-    _heavy: bool = field(default=False, init=False, repr=False)
-    """Whether all masses are known."""
     _still: Floats = field(default_factory=_empty, init=False, repr=False)
 
     def __post_init__(self) -> None:
@@ -147,8 +149,9 @@ class Model:
             kept.flags.writeable = False
             fill(name, kept)
         heavy = bool(self.bodies.size) and not self.without_inertia
-        fill("_heavy", heavy)
+        fill("_passes", single.passes(count))
         fill("_table", single.table_of(self))
+        fill("_heavy", self._table if heavy else None)
         fill("_weightless", single.table_of(self, gravity=False) if heavy else None)
         if not self.coupling.size:
             fill("_own", self.module)
@@ -177,16 +180,6 @@ class Model:
                 e12, e13, e23 = self.axes[j, :3]
                 found[j] = 0, 0, 0, e23, -e13, e12
         return found
-
-    def _one(self, name: str, shape: tuple[int, ...] | int, *rows: ArrayLike, weightless: bool = False) -> Reals | None:
-        """A pass over one configuration; None where the arguments are something else, or it is not compiled yet."""
-        out = np.empty(shape)
-        try:
-            if getattr(single, name)(self._weightless if weightless else self._table, *rows, out):
-                return out
-        except (TypeError, ValueError):
-            single.wanted(name, rows)
-        return None
 
     def _plain(self, *rows: Any) -> bool:
         """Whether these are all one configuration in double precision."""

@@ -14,7 +14,7 @@ from numpy.typing import ArrayLike
 from generated import pga3
 
 from ..arguments import Reals, real_array
-from . import single, urdf
+from . import urdf
 from .bodies import Body, moved
 from .chains import blocks, motions
 from .denavit_hartenberg import Convention, Joint, Table, convention_of, rows_of
@@ -24,7 +24,6 @@ from .inverse import inverse as _inverse
 from .named import FOLDED, TABLES
 from .slopes import Slopes
 
-_empty = np.empty
 _LINE_Z = np.array([1.0, 0.0, 0.0, 0.0, 0.0, 0.0])
 """The axis z as a unit line of PGA3, e12."""
 
@@ -230,14 +229,15 @@ class Robot(Slopes):
             Where `q` is not an array of n real numbers in its last axis.
         """
         own = self._own
-        try:
-            if own is not None:
+        if own is not None:
+            try:
                 return own.forward(q)  # type: ignore[no-any-return]
-            out = _empty(8)
-            if single.forward(self._table, q, out):
-                return out
-        except (TypeError, ValueError):
-            single.wanted("forward", (q,))
+            except (TypeError, ValueError):
+                pass
+        else:
+            one = self._passes.forward(self._table, q)
+            if one is not None:
+                return one  # type: ignore[no-any-return]
         q, flat = self._variables(q, "q")
         if self.module is not None:
             return self.module.forward(self._positions(q))  # type: ignore[no-any-return]
@@ -265,9 +265,9 @@ class Robot(Slopes):
         TypeError, ValueError
             As in `forward`.
         """
-        one = self._one("forward_all", self.home.shape, q)
+        one = self._passes.forward_all(self._table, q)
         if one is not None:
-            return one
+            return one  # type: ignore[no-any-return]
         q, flat = self._variables(q, "q")
         motors = np.empty((len(flat), len(self.kinds), 8), q.dtype)
         home = self.home.astype(q.dtype)
