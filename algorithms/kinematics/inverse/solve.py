@@ -88,17 +88,11 @@ def inverse(
         found = _checked(chain, goals, lambda motors, block: arm.solve(motors, turns[block]), arm.name)
     else:
         found = _with_locked(chain, goals, values, way)
-    status = np.full(count, Status.OUT_OF_REACH if found.method != "search" else Status.NOT_FOUND, np.int8)
-    status[found.valid.any(-1)] = Status.FOUND
-    status[(found.valid & (np.abs(found.gap) <= COINCIDE)).any(-1)] = Status.SINGULAR
-    status[~finite] = Status.NOT_FINITE
-    valid = found.valid & finite[:, None]
-    q = found.q
-    q[~valid] = np.nan
-    within = valid & _within(robot, q)
-    nearest = np.where(finite[:, None], found.nearest, np.nan)
-    inside = within.any(-1)
-    nearest[inside] = q[inside, within[inside].argmax(-1)]
+    status, within = np.empty(count, np.int8), np.empty(found.valid.shape, bool)
+    for start in range(0, count, _BLOCK):
+        block = slice(start, start + _BLOCK)
+        _judge(robot, found, finite, block, status[block], within[block])
+    q, valid, nearest = found.q, found.valid, found.nearest
     return Solutions(
         q.reshape(*shape, *q.shape[1:]),
         valid.reshape(*shape, valid.shape[-1]),
@@ -107,6 +101,26 @@ def inverse(
         found.method,
         within.reshape(*shape, within.shape[-1]),
     )
+
+
+def _judge(
+    robot: Robot, found: _Found, finite: NDArray[np.bool_], block: slice, status: Reals, within: NDArray[np.bool_]
+) -> None:
+    """The status of a block of poses, and which branches are within the limits; what is not valid becomes NaN."""
+    q, valid, nearest = found.q[block], found.valid[block], found.nearest[block]
+    status[:] = Status.OUT_OF_REACH if found.method != "search" else Status.NOT_FOUND
+    status[valid.any(-1)] = Status.FOUND
+    status[(valid & (np.abs(found.gap[block]) <= COINCIDE)).any(-1)] = Status.SINGULAR
+    lost = ~finite[block]
+    if lost.any():
+        status[lost], valid[lost], nearest[lost] = Status.NOT_FINITE, False, np.nan
+    q[~valid] = np.nan
+    within[:] = valid & _within(robot, q)
+    chosen = within.argmax(-1)
+    inside = np.flatnonzero(within.any(-1) & (chosen > 0))
+    nearest[inside] = q[inside, chosen[inside]]
+    first = np.flatnonzero(within[:, 0])
+    nearest[first] = q[first, 0]
 
 
 def _within(robot: Robot, q: Reals) -> NDArray[np.bool_]:
