@@ -88,23 +88,28 @@ def inverse(
         found = _checked(chain, goals, lambda motors, block: arm.solve(motors, turns[block]), arm.name)
     else:
         found = _with_locked(chain, goals, values, way)
-    status, within = np.empty(count, np.int8), np.empty(found.valid.shape, bool)
+    branches, n = found.q.shape[1:]
+    status, within = np.empty(count, np.int8), np.empty((count, branches), bool)
     for start in range(0, count, _BLOCK):
         block = slice(start, start + _BLOCK)
         _judge(robot, found, finite, block, status[block], within[block])
-    q, valid, nearest = found.q, found.valid, found.nearest
     return Solutions(
-        q.reshape(*shape, *q.shape[1:]),
-        valid.reshape(*shape, valid.shape[-1]),
+        found.q.reshape(*shape, branches, n),
+        found.valid.reshape(*shape, branches),
         status.reshape(shape),
-        nearest.reshape(*shape, nearest.shape[-1]),
+        found.nearest.reshape(*shape, n),
         found.method,
-        within.reshape(*shape, within.shape[-1]),
+        within.reshape(*shape, branches),
     )
 
 
 def _judge(
-    robot: Robot, found: _Found, finite: NDArray[np.bool_], block: slice, status: Reals, within: NDArray[np.bool_]
+    robot: Robot,
+    found: _Found,
+    finite: NDArray[np.bool_],
+    block: slice,
+    status: NDArray[np.int8],
+    within: NDArray[np.bool_],
 ) -> None:
     """The status of a block of poses, and which branches are within the limits; what is not valid becomes NaN."""
     q, valid, nearest = found.q[block], found.valid[block], found.nearest[block]
