@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import copy
+import pickle
 from collections.abc import Callable
 from dataclasses import replace
 
@@ -130,6 +132,33 @@ def test_screws_that_are_none() -> None:
         Robot.from_screws(np.empty((0, 6)), one)
     with pytest.raises(NotFiniteError):
         replace(Robot.named("iiwa"), tool=np.full(8, np.nan))
+
+
+def test_manipulability_of_what_is_not_finite() -> None:
+    arm = Robot.named("ur5")
+    q = np.linspace(-1, 1, 18).reshape(3, 6)
+    expected = arm.manipulability(q)
+    q[1, 2] = np.nan
+    found = arm.manipulability(q)
+    assert np.isnan(found[1]) and np.array_equal(found[::2], expected[::2])
+    assert np.isnan(arm.manipulability(q[1]))
+
+
+def test_robots_are_pickled_and_copied() -> None:
+    for name in ("ur5", "stanford"):
+        arm = Robot.named(name)
+        for other in (pickle.loads(pickle.dumps(arm)), copy.deepcopy(arm)):
+            q = np.linspace(-1, 1, 6)
+            assert np.array_equal(other.forward(q), arm.forward(q)) and other.module is arm.module
+            assert np.array_equal(other.limits, arm.limits)
+
+
+def test_limits_the_wrong_way_and_names_of_no_robot() -> None:
+    with pytest.raises(DescriptionError, match="limits of joint 1"):
+        replace(Robot.named("ur5"), limits=np.array([[-1.0, 1, 1, 1], [1, -1, 1, 1], *[[0, 0, 1, 1]] * 4]))
+    with pytest.raises(TypeError, match="expected a name"):
+        Robot.named(5)  # type: ignore[arg-type]
+    assert Robot.named("KUKA iiwa").name == "iiwa" and Robot.named("UR-5").name == "ur5"
 
 
 def test_models_cannot_be_changed() -> None:

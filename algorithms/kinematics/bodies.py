@@ -12,6 +12,9 @@ from generated import pga3
 
 from .errors import DescriptionError, NotFiniteError
 
+DIAGONAL = (0, 3, 5)
+"""Which of the six numbers of a tensor are xx, yy, zz."""
+
 
 @dataclass(frozen=True, slots=True)
 class Body:
@@ -32,7 +35,7 @@ class Body:
     Raises
     ------
     DescriptionError, NotFiniteError
-        For a negative mass or armature, a wrong number of coordinates, what is not finite.
+        For a negative mass, moment of inertia or armature, a wrong number of coordinates, what is not finite.
     """
 
     mass: float = 0.0
@@ -48,6 +51,8 @@ class Body:
             raise NotFiniteError(f"body: {self}; expected finite numbers")
         if self.mass < 0 or self.armature < 0:
             raise DescriptionError(f"body: mass {self.mass}, armature {self.armature}; expected no negative number")
+        if min(self.tensor[k] for k in DIAGONAL) < 0:
+            raise DescriptionError(f"body: tensor {self.tensor}; expected no negative xx, yy, zz")
 
     @property
     def row(self) -> NDArray[np.float64]:

@@ -122,7 +122,8 @@ class Differential(Model):
     def manipulability(self, q: ArrayLike) -> Reals:
         """Yoshikawa's measure (...): ``sqrt(det(J Jᵀ))``, 0 where the end effector cannot move in some direction.
 
-        Units of length matter: rows of angular and linear velocity are multiplied with each other.
+        Units of length matter: rows of angular and linear velocity are multiplied with each other. NaN where `q` has
+        a NaN.
 
         Parameters
         ----------
@@ -134,9 +135,12 @@ class Differential(Model):
             As in `jacobian`.
         """
         jacobian = self.jacobian(q)
-        if self.n_joints < 6:
-            return np.zeros(jacobian.shape[:-2], jacobian.dtype)
-        return np.prod(np.linalg.svd(jacobian, compute_uv=False), axis=-1)  # type: ignore[no-any-return]
+        finite = np.asarray(np.isfinite(jacobian).all((-2, -1)))
+        measure = np.zeros(finite.shape, jacobian.dtype)
+        if self.n_joints >= 6:
+            measure[...] = np.prod(np.linalg.svd(np.where(finite[..., None, None], jacobian, 0), compute_uv=False), -1)
+        measure[~finite] = np.nan
+        return measure[()]
 
     def twists_of_joints(self, q: ArrayLike) -> Reals:
         """The twist of every joint at unit speed, as lines in the base frame: the spatial Jacobian.

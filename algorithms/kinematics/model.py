@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, fields
+from importlib import import_module
 from types import MappingProxyType
 from typing import Any
 
@@ -137,6 +138,11 @@ class Model:
                 raise UnknownJointTypeError(f"{self.name}: kind {kind!r}; expected Joint.REVOLUTE or Joint.PRISMATIC")
         if not np.isfinite(self.bodies).all() or np.isnan(self.limits).any() or not np.isfinite(self.coupling).all():
             raise NotFiniteError(f"{self.name}: bodies, limits or coupling with a NaN; expected numbers")
+        for joint, (low, high) in enumerate(self.limits[:, :2]):
+            if low > high:
+                raise DescriptionError(
+                    f"{self.name}: limits of joint {joint}: {low} to {high}; expected the lower first"
+                )
         if self.bodies.size and self.bodies.shape != (count, 10):
             raise JointCountError(f"{self.name}: bodies of shape {self.bodies.shape}; expected ({count}, 10)")
         if any(not -1 <= parent < j for j, parent in enumerate(self.parents)) or len(self.parents) != count:
@@ -156,6 +162,11 @@ class Model:
         if not self.coupling.size:
             fill("_own", self.module)
             fill("_own_dynamics", self.module if heavy and hasattr(self.module, "inverse_dynamics") else None)
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        kept = {entry.name: getattr(self, entry.name) for entry in fields(self) if entry.init}
+        module = None if self.module is None else self.module.__name__
+        return _unpickled, (type(self), {**kept, "links": dict(self.links), "module": module})
 
     @property
     def n_joints(self) -> int:
@@ -240,3 +251,8 @@ class Model:
     @property
     def _tool_point(self) -> Floats:
         return pga3.motor_to_matrix(self.tool)[:3, 3]  # type: ignore[no-any-return]
+
+
+def _unpickled(cls: type[Model], kept: dict[str, Any]) -> Model:
+    module = kept["module"]
+    return cls(**{**kept, "module": None if module is None else import_module(module)})

@@ -6,6 +6,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from importlib import import_module
 from pathlib import Path
+from types import NoneType
 from typing import Any
 
 import numpy as np
@@ -21,7 +22,7 @@ from .denavit_hartenberg import Convention, Joint, Table, convention_of, rows_of
 from .errors import DescriptionError, JointCountError
 from .inverse import Solutions
 from .inverse import inverse as _inverse
-from .named import FOLDED, TABLES
+from .named import FOLDED, OTHER_NAMES, TABLES
 from .slopes import Slopes
 
 _LINE_Z = np.array([1.0, 0.0, 0.0, 0.0, 0.0, 0.0])
@@ -38,13 +39,19 @@ class Robot(Slopes):
     def named(cls, name: str) -> Robot:
         """A robot known by name: puma560, stanford, ur5, panda or iiwa.
 
+        Capitals, spaces and hyphens make no difference, and KUKA iiwa and Franka Panda are known so, too.
+
         Raises
         ------
-        ValueError
-            For another name.
+        TypeError, ValueError
+            For what is no name, or another name.
         """
+        if not isinstance(name, str):
+            raise TypeError(f"robot {name!r}: {type(name).__name__}; expected a name, as one of {', '.join(TABLES)}")
+        given, name = name, "".join(filter(str.isalnum, name.lower()))
+        name = OTHER_NAMES.get(name, name)
         if name not in TABLES:
-            raise ValueError(f"robot {name!r}: not known; expected one of {', '.join(TABLES)}, or use Robot.from_dh")
+            raise ValueError(f"robot {given!r}: not known; expected one of {', '.join(TABLES)}, or use Robot.from_dh")
         robot = cls.from_table(TABLES[name])
         return robot.with_module(import_module(f"generated.{name}")) if name in FOLDED else robot
 
@@ -358,6 +365,8 @@ class Robot(Slopes):
         TypeError, ValueError
             Where an argument has another shape or type, a joint is not there, or `elbow` is given for another arm.
         """
+        if not isinstance(locked, (Mapping, NoneType)):
+            raise TypeError(f"{self.name}: locked: {type(locked).__name__}; expected a mapping, as {{6: 0.5}}")
         arm, variables = self._arm()
         if arm is self:
             return _inverse(self, poses, locked=locked, elbow=elbow, way=way)

@@ -32,6 +32,8 @@ _EXACT = 1e-13
 """Branches farther off than this, up to `_ROUGH`, are polished."""
 _ROUGH = 1e-3
 _STEPS = 60
+_MOTION = 1e-3
+"""Matrices are of motions where no entry of the rotation is farther from one, and from that of the motor."""
 _AT_LIMIT = 1e-9
 """Rounding by which variables may be beyond their limits."""
 
@@ -152,7 +154,12 @@ def _motors(robot: Robot, poses: ArrayLike) -> Reals:
     """Unit motors of poses, in double precision."""
     array = real_array(poses, f"{robot.name}: poses", ())
     if array.shape[-2:] == (4, 4):
-        return pga3.motor_from_matrix(array.astype(float))  # type: ignore[no-any-return]
+        matrices = array.astype(float)
+        found = pga3.motor_from_matrix(matrices)
+        away = pga3.motor_to_matrix(found) - matrices
+        away[..., :3, 3] = 0.0
+        found[np.abs(away).max((-2, -1)) > _MOTION] = np.nan
+        return found  # type: ignore[no-any-return]
     motors = real_array(array, f"{robot.name}: poses", (8,), "motors, or matrices (..., 4, 4)")
     return pga3.normalize_motor(motors.astype(float))  # type: ignore[no-any-return]
 
