@@ -12,8 +12,8 @@ from generated import pga3
 
 from .errors import DescriptionError, NotFiniteError
 
-DIAGONAL = (0, 3, 5)
-"""Which of the six numbers of a tensor are xx, yy, zz."""
+_LEAST = -1e-12
+"""Moments of inertia are not below this, kg m²: some files have rounding instead of 0."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -51,13 +51,18 @@ class Body:
             raise NotFiniteError(f"body: {self}; expected finite numbers")
         if self.mass < 0 or self.armature < 0:
             raise DescriptionError(f"body: mass {self.mass}, armature {self.armature}; expected no negative number")
-        if min(self.tensor[k] for k in DIAGONAL) < 0:
+        if not is_tensor(self.tensor):
             raise DescriptionError(f"body: tensor {self.tensor}; expected no negative xx, yy, zz")
 
     @property
     def row(self) -> NDArray[np.float64]:
         """Mass, centre and tensor as ten numbers."""
         return np.array([self.mass, *self.centre, *self.tensor], float)
+
+
+def is_tensor(tensor: Sequence[float]) -> bool:
+    """Whether no moment of inertia xx, yy, zz of a tensor xx, xy, xz, yy, yz, zz is negative."""
+    return min(tensor[0], tensor[3], tensor[5]) >= _LEAST
 
 
 def about_centre(inertia: NDArray[np.float64]) -> NDArray[np.float64]:

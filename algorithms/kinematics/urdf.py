@@ -16,7 +16,7 @@ import numpy as np
 
 from generated import pga3
 
-from .bodies import DIAGONAL, moved
+from .bodies import is_tensor, moved
 from .denavit_hartenberg import Joint
 from .errors import CyclicTreeError, DescriptionError, JointCountError, NotFiniteError, UnknownJointTypeError
 from .model import Floats
@@ -163,7 +163,7 @@ def _body(element: ElementTree.Element | None, where: str) -> Floats | None:
         return None
     mass = _number(element.find("mass"), "value", None, where)
     tensor = [_number(element.find("inertia"), key, None, where) for key in ("ixx", "ixy", "ixz", "iyy", "iyz", "izz")]
-    if mass < 0 or min(tensor[k] for k in DIAGONAL) < 0:
+    if mass < 0 or not is_tensor(tensor):
         raise DescriptionError(f"{where}: mass {mass}, inertia {tensor}; expected no negative mass, ixx, iyy, izz")
     return moved(_motor(element.find("origin"), where), [np.array([mass, 0, 0, 0, *tensor])])
 
