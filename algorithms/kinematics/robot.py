@@ -335,11 +335,12 @@ class Robot(Slopes):
 
         In closed form where the last or the first three axes meet (at most 8 branches, 16 where the other three are
         skew), where the second, third and fourth, or third to fifth, are parallel and the two beyond meet (8), and for
-        planar arms and SCARA (2). All branches of other arms of six joints, up to 16, are roots of a polynomial, found
-        as eigenvalues (`inverse.elimination`). What is left is searched by damped Gauss-Newton on motors from 24
-        starts, and up to 8 different configurations are kept; so are arms with more joints than a pose has freedoms
-        unless `locked` or `elbow` says which configuration is meant. Branches beyond joint limits are given, and
-        flagged. Joints that do not move the end effector stay at 0.
+        planar arms and SCARA (2), and where three joints slide (2). All branches of other arms of six joints, up to 16,
+        are roots of a polynomial, found as eigenvalues (`inverse.elimination`), or, where two joints slide, of a
+        function of one angle, found on a grid (`inverse.slides`). What is left is searched by damped Gauss-Newton on
+        motors from 24 starts, and up to 8 different configurations are kept; so are arms with more joints than a pose
+        has freedoms unless `locked` or `elbow` says which configuration is meant. Branches beyond joint limits are
+        given, and flagged. Joints that do not move the end effector stay at 0.
 
         Parameters
         ----------

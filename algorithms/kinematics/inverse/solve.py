@@ -19,6 +19,7 @@ from .elimination import Elimination
 from .meets import GEOMETRIES, Meets
 from .redundant import elbow_circle
 from .search import descend, polish, search
+from .slides import ThreeSlides, TwoSlides
 from .solutions import Solutions, Status
 
 if TYPE_CHECKING:
@@ -176,7 +177,7 @@ def _per_pose(value: ArrayLike, name: str, shape: tuple[int, ...]) -> Reals:
 def _with_locked(chain: Chain, goals: Reals, values: Mapping[int, Reals], geometry: str) -> _Found:
     """The branches where some joints have given values, (N,) each."""
     if not values:
-        form = closed_form(chain) or Elimination.of(chain)
+        form = closed_form(chain) or ThreeSlides.of(chain) or TwoSlides.of(chain) or Elimination.of(chain)
         if geometry != "motors":
             form = Meets.of(form, geometry)
             if form is None:
