@@ -86,6 +86,20 @@ def test_what_is_no_row_of_doubles_takes_the_other_way() -> None:
         robot.mass_matrix(q + 0j)
 
 
+def test_a_compiled_pass_takes_one_configuration_in_doubles_and_nothing_else() -> None:
+    robot = tree()
+    q = np.random.default_rng(3).uniform(-1, 1, 6)
+    for _ in range(passes.PATIENCE + 2):
+        robot.mass_matrix(q)
+    run, table = robot._passes.mass_matrix, robot._heavy
+    found = run(table, q)
+    assert found.shape == (6, 6) and found.flags.owndata and np.array_equal(found, robot.mass_matrix(q))
+    for other in (q[:5], q.astype(np.float32), np.stack([q, q]), np.repeat(q, 2)[::2], list(q), None, "q"):
+        assert run(table, other) is None
+    assert run(None, q) is None
+    assert isinstance(robot.potential_energy(q), float) and isinstance(robot.kinetic_energy(q, q), float)
+
+
 def test_a_robot_keeps_its_numbers_and_leaves_those_of_others_alone() -> None:
     arm = Robot.named("puma560")
     axes, home, bodies = arm.axes.copy(), arm.home.copy(), arm.bodies.copy()
