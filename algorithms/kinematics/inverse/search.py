@@ -9,7 +9,7 @@ from generated import pga3
 from ...arguments import Reals
 from .chain import Chain, direction
 
-_STARTS, _STEPS = 24, 60
+_STEPS = 60
 _BRANCHES = 8
 """How many configurations a search keeps."""
 _SLIGHT = 1e-12
@@ -108,10 +108,10 @@ def polish(chain: Chain, q: Reals, goals: Reals) -> Reals:
     return q
 
 
-def search(chain: Chain, goals: Reals, starts: Reals | None = None) -> Reals:
-    """Configurations found from several starts, the nearest to the goal first: (N, branches, n)."""
-    if starts is None:
-        starts = np.random.default_rng(7).uniform(-np.pi, np.pi, (_STARTS, len(chain)))
+def search(chain: Chain, goals: Reals, starts: Reals | int = 24) -> Reals:
+    """Configurations found from several starts, or so many, the nearest to the goal first: (N, branches, n)."""
+    if isinstance(starts, int):
+        starts = np.random.default_rng(7).uniform(-np.pi, np.pi, (starts, len(chain)))
         starts[:, list(np.flatnonzero(chain.slides))] *= chain.size / np.pi
     many = len(starts)
     q, error = descend(chain, np.tile(starts, (len(goals), 1)), np.repeat(goals, many, axis=0), _STEPS, 1e-13)

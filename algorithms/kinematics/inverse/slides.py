@@ -21,6 +21,8 @@ from .chain import COINCIDE, TOLERANCE, Chain, direction, parallel
 _GRID = 48
 """Values of the free angle where roots are looked for; from one to the next, directions turn by 7.5 degrees."""
 _HALVINGS = 14
+_BLOCK = 256
+"""Goals whose grids are worked on at once: what is known of them stays in the second cache."""
 _ORIGIN, _ONE = np.zeros(3), np.eye(8)[0]
 
 
@@ -79,12 +81,19 @@ class TwoSlides:
 
     def solve(self, goals: Reals) -> tuple[Reals, Reals]:
         """As in `Closed`. What one end misses, because roots are close, the other mostly has."""
-        parts = []
+        parts, nearest = [(np.zeros(0, int), np.zeros((0, 6)))], np.empty((len(goals), 6))
         for backwards, scan in self.scans:
-            which, q = scan.candidates(pga3.motor_inverse(goals) if backwards else goals)
-            parts.append((which, q[:, ::-1] if backwards else q))
+            ends = pga3.motor_inverse(goals) if backwards else goals
+            for start in range(0, len(goals), _BLOCK):
+                block = slice(start, start + _BLOCK)
+                which, q, near = scan.candidates(ends[block])
+                parts.append((which + start, q[:, ::-1] if backwards else q))
+                nearest[block] = near[:, ::-1] if backwards else near
         which, q = (np.concatenate(part) for part in zip(*parts, strict=True))
-        return gathered(self.chain, which, q, goals)
+        found, gap = gathered(self.chain, which, q, goals)
+        lost = np.isnan(found[..., 0]).all(-1)
+        found[lost, 0] = nearest[lost]
+        return found, gap
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -105,10 +114,13 @@ class Scan:
         (a, b), _ = _to_go(chain, slides, np.random.default_rng(0).uniform(-np.pi, np.pi, (8, 6)), _ONE)
         return cls(chain, turns, slides) if np.abs(np.cross(a, b)).max() > TOLERANCE else None
 
-    def candidates(self, goals: Reals) -> tuple[Reals, Reals]:
-        """Which goals, (K,), and configurations that reach them or nearly do, (K, 6)."""
+    def candidates(self, goals: Reals) -> tuple[Reals, Reals, Reals]:
+        """Which goals, (K,), configurations that reach them or nearly do, (K, 6), and the nearest of each goal, (N, 6).
+
+        The nearest are those of the grid.
+        """
         angles = np.arange(_GRID) * (2 * np.pi / _GRID)
-        _, left, gap = self._at(np.broadcast_to(angles, (len(goals), _GRID)), goals[:, None])
+        grid, left, gap = self._at(np.broadcast_to(angles, (len(goals), _GRID)), goals[:, None])
         there = (gap >= 0)[..., None] & np.isfinite(left)
         after, there_after = np.roll(left, -1, axis=1), np.roll(there, -1, axis=1)
         crossing = there & there_after & (left * after <= 0)
@@ -124,7 +136,9 @@ class Scan:
         more, j, side = np.nonzero(there & near & ~crossing & ~np.roll(crossing, 1, axis=1) | edge)
         which, branch = np.concatenate([which, more]), np.concatenate([branch, side])
         q, _, _ = self._at(np.concatenate([(low + high) / 2, angles[j]]), goals[which])
-        return which, q[np.arange(len(which)), branch]
+        best = np.where(there, np.abs(left), np.inf).reshape(len(goals), -1).argmin(-1)
+        nearest = grid.reshape(len(goals), -1, 6)[np.arange(len(goals)), best]
+        return which, q[np.arange(len(which)), branch], nearest
 
     def _at(self, angle: Reals, goals: Reals) -> tuple[Reals, Reals, Reals]:
         """Configurations (..., 2, 6) at values of the first turn, what is left across both slides, discriminants."""

@@ -32,7 +32,8 @@ _RIGHT = 2e-11
 _EXACT = 1e-13
 """Branches farther off than this, up to `_ROUGH`, are polished."""
 _ROUGH = 1e-3
-_STEPS = 60
+_STEPS, _FEW = 60, 8
+"""Of descents to the nearest pose that can be reached; and from how many starts, where nothing is known."""
 _MOTION = 1e-3
 """Matrices are of motions where no entry of the rotation is farther from one, and from that of the motor."""
 _AT_LIMIT = 1e-9
@@ -124,11 +125,8 @@ def _judge(
         status[lost], valid[lost], nearest[lost] = Status.NOT_FINITE, False, np.nan
     q[~valid] = np.nan
     within[:] = valid & _within(robot, q)
-    chosen = within.argmax(-1)
-    inside = np.flatnonzero(within.any(-1) & (chosen > 0))
-    nearest[inside] = q[inside, chosen[inside]]
-    first = np.flatnonzero(within[:, 0])
-    nearest[first] = q[first, 0]
+    inside = np.flatnonzero(within.any(-1))
+    nearest[inside] = q[inside, within[inside].argmax(-1)]
 
 
 def _within(robot: Robot, q: Reals) -> NDArray[np.bool_]:
@@ -254,7 +252,10 @@ def _checked(chain: Chain, goals: Reals, way: Way, method: str) -> _Found:
         _polished(chain, goals, found, *(np.concatenate(part) for part in zip(*rough, strict=True)))
     missed = np.flatnonzero(~found.valid.any(-1))
     if len(missed):
-        begin = np.where(np.isfinite(found.nearest[missed]), found.nearest[missed], 0.0)
+        begin = found.nearest[missed]
+        nowhere = ~np.isfinite(begin).all(-1)
+        if nowhere.any():
+            begin[nowhere] = search(chain, goals[missed[nowhere]], _FEW)[:, 0]
         reached, _ = descend(chain, begin, goals[missed], _STEPS, 1e-13 * chain.size)
         # Where a joint could turn freely, another angle than the one that was taken may reach.
         free = (np.abs(found.gap[missed]) <= COINCIDE).any(-1) & (chain.distance(reached, goals[missed]) > _RIGHT)
