@@ -14,6 +14,8 @@ _BRANCHES = 8
 """How many configurations a search keeps."""
 _SLIGHT = 1e-12
 """Damping, as part of the arm's size squared, that only keeps equations from being singular."""
+_SINGULAR = 1e-11
+"""Singular values up to this, as parts of the arm's size, are 0."""
 _REACHED = 1e-9
 _SAME = 1e-5
 """Configurations are the same where their largest difference is less."""
@@ -103,8 +105,10 @@ def polish(chain: Chain, q: Reals, goals: Reals) -> Reals:
     """A few undamped steps, (N, n) and (N, 8): for what a closed form found to half the digits."""
     for _ in range(3):
         left, rates = remainder(chain, q, goals)
-        square = rates.swapaxes(-1, -2) @ rates + _SLIGHT * chain.size**2 * np.eye(len(chain))
-        q = q + np.linalg.solve(square, rates.swapaxes(-1, -2) @ left[..., None])[..., 0]
+        # not by normal equations, which have half the digits next to a singularity
+        across, sizes, along = np.linalg.svd(rates, full_matrices=False)
+        inverse = np.where(sizes > _SINGULAR * chain.size, 1 / np.maximum(sizes, _SINGULAR * chain.size), 0.0)
+        q = q + np.einsum("kij,ki->kj", along, inverse * np.einsum("kij,ki->kj", across, left))
     return q
 
 

@@ -31,7 +31,8 @@ _RIGHT = 2e-11
 """A branch is valid where each coefficient of its motor, lengths as parts of the arm's size, is nearer than this."""
 _EXACT = 1e-13
 """Branches farther off than this, up to `_ROUGH`, are polished."""
-_ROUGH = 1e-3
+_ROUGH, _NO_ROOT = 1e-3, -1e-6
+"""But for those whose discriminant says that there is no solution, whatever its rounding."""
 _STEPS, _FEW = 60, 8
 """Of descents to the nearest pose that can be reached; and from how many starts, where nothing is known."""
 _MOTION = 1e-3
@@ -236,7 +237,7 @@ def _checked(chain: Chain, goals: Reals, way: Way, method: str) -> _Found:
         # The arc tangent of -0 is -pi.
         q[q == -np.pi] = np.pi
         valid = off <= _RIGHT
-        near = (off > _EXACT) & (off < _ROUGH)
+        near = (off > _EXACT) & (off < _ROUGH) & (gap > _NO_ROOT)
         if near.any():
             rows, branches = np.nonzero(near)
             rough.append((rows + start, branches, q[near], off[near]))
