@@ -42,7 +42,10 @@ _ARMS = {
     "three parallel axes": ("ur5", {}),
     "elbow circle": ("iiwa", {"elbow": 0.5}),
     "elimination": ("general", {}),
+    "three slides": ("general", {"slides": (0, 2, 5)}),
+    "grid of one angle, two slides": ("general", {"slides": (1, 4)}),
 }
+"""By way: the arm, a name or numbers at random, which of its joints slide, and what the call is given."""
 
 
 def main(arguments: list[str] | None = None) -> int:
@@ -154,13 +157,18 @@ def _inverse(rounds: int, batch: int) -> str:
 
     rng = np.random.default_rng(1)
     numbers = rng.uniform((-0.5, -0.5, -np.pi), (0.5, 0.5, np.pi), (6, 3))
-    general = Robot.from_dh([dict(zip(("d", "a", "alpha"), map(float, row), strict=True)) for row in numbers])
     lines = []
     for name, (robot, given) in _ARMS.items():
-        arm = general if robot == "general" else Robot.named(robot)
+        options: dict[str, Any] = dict(given)
+        slides = options.pop("slides", ())
+        kinds = ["prismatic" if joint in slides else "revolute" for joint in range(6)]
+        rows = [
+            {**dict(zip(("d", "a", "alpha"), map(float, row), strict=True)), "kind": kind}
+            for row, kind in zip(numbers, kinds, strict=True)
+        ]
+        arm = Robot.from_dh(rows) if robot == "general" else Robot.named(robot)
         count = max(batch // 10, 10) if robot == "general" else batch
         q = rng.uniform(-np.pi, np.pi, (count, arm.n_joints))
-        options: dict[str, Any] = dict(given)
         if "elbow" in options:
             options["elbow"] = elbow_angle(arm, q)
         motors = arm.forward(q)

@@ -45,11 +45,11 @@ SIXTEEN: Rows = [
 """The arm of Manseur and Doty (*Int. J. Robotics Research* 8(5):75, 1989), which has sixteen configurations."""
 
 
-def random_arm(seed: int, slide: int = -1) -> Rows:
+def random_arm(seed: int, *slides: int) -> Rows:
     rng = np.random.default_rng(seed)
     numbers = rng.uniform((-0.5, -0.5, -pi, -1), (0.5, 0.5, pi, 1), (6, 4))
     rows: Rows = [dict(zip(("d", "a", "alpha", "theta"), map(float, row), strict=True)) for row in numbers]
-    if slide >= 0:
+    for slide in slides:
         rows[slide]["kind"] = "prismatic"
     return rows
 
@@ -105,6 +105,36 @@ def test_all_branches(name: str) -> None:
     assert (found.valid.sum(-1) % 2 == 0).all() and found.valid.sum(-1).max() <= 16
     if name == "sixteen":
         assert found.valid.sum(-1).max() == 16
+
+
+@pytest.mark.parametrize("slides", [(0, 1, 2), (1, 3, 5), (0, 4), (1, 4), (2, 3)], ids=str)
+def test_arms_of_which_several_joints_slide(slides: tuple[int, ...]) -> None:
+    rows = random_arm(sum(2**joint for joint in slides), *slides)
+    turns = np.array([joint not in slides for joint in range(6)])
+    q = np.random.default_rng(4).uniform(-pi, pi, (200, 6))
+    q[:, ~turns] /= pi
+    poses = pose_by_matrices(rows, q)
+    found = Robot.from_dh(rows).inverse(poses)
+    assert found.method == ("three slides" if len(slides) == 3 else "search")
+    reached = pose_by_matrices(rows, np.where(found.valid[..., None], found.q, 0.0))
+    assert np.abs(reached - poses[:, None])[found.valid].max() < 1e-10
+    away = found.q - q[:, None]
+    away[..., turns] = (away[..., turns] + pi) % (2 * pi) - pi
+    recalled = np.where(found.valid, np.abs(away).max(-1), np.inf).min(-1) < 1e-5
+    assert recalled.all() and (found.valid.sum(-1) % 2 == 0).mean() >= 0.99
+    if len(slides) == 3:
+        assert found.valid.all() and found.valid.shape == (200, 2)
+
+
+def test_slides_in_one_plane_and_turns_about_one_direction_are_searched() -> None:
+    for kinds, alphas in (("ppprrr", (0, 0, 0, 1, 1, 1)), ("pprrrr", (0, 1, 0, 0, 0, 0))):
+        words = {"p": "prismatic", "r": "revolute"}
+        rows: Rows = [{"a": 0.3, "alpha": a, "kind": words[k]} for k, a in zip(kinds, alphas, strict=True)]
+        arm = Robot.from_dh(rows)
+        poses = arm.pose(np.random.default_rng(0).uniform(-1, 1, (5, 6)))
+        found = arm.inverse(poses)
+        assert found.method != "three slides" and found.valid.any(-1).all()
+        assert np.abs(arm.pose(found.nearest) - poses).max() < 1e-9
 
 
 @pytest.mark.parametrize("name", ["random 0", "jaco"])

@@ -363,11 +363,25 @@ def test_poses_that_are_not_finite_have_a_status() -> None:
     assert np.isnan(found.q[1:]).all() and np.isnan(found.nearest[1:]).all()
     panda = Robot.from_dh(PANDA, "modified")
     assert panda.inverse(panda.forward(np.ones(7)), locked={6: np.nan}).status == Status.NOT_FINITE
+    reachable = arm.pose(np.ones(6))
+    for change in (np.diag([1.0, 1, -1, 1]), np.diag([2.0, 2, 2, 1]), np.full((4, 4), np.nan)):
+        assert arm.inverse(reachable @ change).status == Status.NOT_FINITE
+    assert arm.inverse(reachable.astype(np.float32)).status == Status.FOUND
+
+
+def test_configurations_next_to_singular_ones_are_among_the_branches() -> None:
+    """Of 1e5 at random a few are so close to a singularity that normal equations would have too few digits."""
+    arm, q = Robot.named("panda"), np.random.default_rng(12).uniform(-np.pi, np.pi, (100_000, 7))
+    found = arm.inverse(arm.forward(q), locked={6: q[:, 6]})
+    away = np.abs((found.q - q[:, None] + np.pi) % (2 * np.pi) - np.pi).max(-1)
+    assert np.where(found.valid, away, np.inf).min(-1).max() < 1e-6
 
 
 def test_wrong_arguments_are_named() -> None:
     arm = Robot.named("puma560")
     pose = np.eye(4)
+    with pytest.raises(TypeError, match="locked: list; expected a mapping"):
+        arm.inverse(pose, locked=[5])  # type: ignore[arg-type]
     with pytest.raises(ValueError, match="puma560: poses"):
         arm.inverse(np.ones(7))
     with pytest.raises(TypeError, match="puma560: poses"):

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import copy
+import pickle
 from collections.abc import Callable
 from dataclasses import replace
 
@@ -132,6 +134,33 @@ def test_screws_that_are_none() -> None:
         replace(Robot.named("iiwa"), tool=np.full(8, np.nan))
 
 
+def test_manipulability_of_what_is_not_finite() -> None:
+    arm = Robot.named("ur5")
+    q = np.linspace(-1, 1, 18).reshape(3, 6)
+    expected = arm.manipulability(q)
+    q[1, 2] = np.nan
+    found = arm.manipulability(q)
+    assert np.isnan(found[1]) and np.array_equal(found[::2], expected[::2])
+    assert np.isnan(arm.manipulability(q[1]))
+
+
+def test_robots_are_pickled_and_copied() -> None:
+    for name in ("ur5", "stanford"):
+        arm = Robot.named(name)
+        for other in (pickle.loads(pickle.dumps(arm)), copy.deepcopy(arm)):
+            q = np.linspace(-1, 1, 6)
+            assert np.array_equal(other.forward(q), arm.forward(q)) and other.module is arm.module
+            assert np.array_equal(other.limits, arm.limits)
+
+
+def test_limits_the_wrong_way_and_names_of_no_robot() -> None:
+    with pytest.raises(DescriptionError, match="limits of joint 1"):
+        replace(Robot.named("ur5"), limits=np.array([[-1.0, 1, 1, 1], [1, -1, 1, 1], *[[0, 0, 1, 1]] * 4]))
+    with pytest.raises(TypeError, match="expected a name"):
+        Robot.named(5)  # type: ignore[arg-type]
+    assert Robot.named("KUKA iiwa").name == "iiwa" and Robot.named("UR-5").name == "ur5"
+
+
 def test_models_cannot_be_changed() -> None:
     arm = Robot.named("ur5")
     for array in (arm.axes, arm.home, arm.tool, arm.bodies, arm.limits):
@@ -144,11 +173,15 @@ def test_models_cannot_be_changed() -> None:
 def test_blocks_batches_and_single_configurations_agree() -> None:
     arm = replace(Robot.named("panda"), module=None)
     q, qd, _ = states(arm, 2100)
-    for one in (0, 1023, 1024, 2099):
-        assert np.array_equal(arm.jacobian(q)[one], arm.jacobian(q[one]))
-        assert np.array_equal(arm.jacobian_rate(q, qd)[one], arm.jacobian_rate(q[one], qd[one]))
-        assert np.array_equal(arm.forward_all(q)[one], arm.forward_all(q[one]))
-        assert np.array_equal(arm.twists_of_joints(q)[one], arm.twists_of_joints(q[one]))
+    pairs = (
+        (arm.jacobian(q), lambda k: arm.jacobian(q[k])),
+        (arm.jacobian_rate(q, qd), lambda k: arm.jacobian_rate(q[k], qd[k])),
+        (arm.forward_all(q), lambda k: arm.forward_all(q[k])),
+        (arm.twists_of_joints(q), lambda k: arm.twists_of_joints(q[k])),
+    )
+    for batch, one in pairs:
+        for k in (0, 1023, 1024, 2099):  # to rounding, where passes over one configuration are compiled
+            assert np.abs(batch[k] - one(k)).max() < 1e-14
     single = arm.jacobian(q.astype(np.float32))
     assert single.dtype == np.float32 and np.abs(single - arm.jacobian(q)).max() < 1e-4
     assert arm.jacobian(np.empty((0, 3, 7))).shape == (0, 3, 6, 7)

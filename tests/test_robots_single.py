@@ -14,7 +14,7 @@ from algorithms.kinematics import (
     NotFiniteError,
     Robot,
     UnknownJointTypeError,
-    single,
+    passes,
 )
 
 METHODS = (
@@ -61,7 +61,7 @@ def test_every_method_gives_what_a_batch_gives(robot: Robot) -> None:
     for name, count in METHODS:
         method = getattr(robot, name)
         batch: Any = method(*rows[:count])
-        one = [method(*rows[:count, 0]) for _ in range(single.PATIENCE + 3)]
+        one = [method(*rows[:count, 0]) for _ in range(passes.PATIENCE + 3)]
         for found in (one[0], one[-1]):  # before and after it is compiled
             pairs = zip(found, batch, strict=True) if isinstance(batch, tuple) else [(found, batch)]
             for mine, expected in pairs:
@@ -72,7 +72,7 @@ def test_every_method_gives_what_a_batch_gives(robot: Robot) -> None:
 def test_what_is_no_row_of_doubles_takes_the_other_way() -> None:
     robot = tree()
     q = np.random.default_rng(2).uniform(-1, 1, 6)
-    for _ in range(single.PATIENCE + 2):
+    for _ in range(passes.PATIENCE + 2):
         expected = robot.mass_matrix(q)
     still = q.copy()
     still.flags.writeable = False
@@ -84,6 +84,20 @@ def test_what_is_no_row_of_doubles_takes_the_other_way() -> None:
             robot.mass_matrix(wrong)
     with pytest.raises(TypeError, match="robot: q: dtype"):
         robot.mass_matrix(q + 0j)
+
+
+def test_a_compiled_pass_takes_one_configuration_in_doubles_and_nothing_else() -> None:
+    robot = tree()
+    q = np.random.default_rng(3).uniform(-1, 1, 6)
+    for _ in range(passes.PATIENCE + 2):
+        robot.mass_matrix(q)
+    run, table = robot._passes.mass_matrix, robot._heavy
+    found = run(table, q)
+    assert found.shape == (6, 6) and found.flags.owndata and np.array_equal(found, robot.mass_matrix(q))
+    for other in (q[:5], q.astype(np.float32), np.stack([q, q]), np.repeat(q, 2)[::2], list(q), None, "q"):
+        assert run(table, other) is None
+    assert run(None, q) is None
+    assert isinstance(robot.potential_energy(q), float) and isinstance(robot.kinetic_energy(q, q), float)
 
 
 def test_a_robot_keeps_its_numbers_and_leaves_those_of_others_alone() -> None:

@@ -208,6 +208,18 @@ BAD = {
         NotFiniteError, "link 'a': value='inf'"),
     "negative mass": ([link("a", INERTIAL.replace("1.5", "-1")), link("b"), joint("x", "revolute", "a", "b")],
                       DescriptionError, "mass -1.0"),
+    "no mass": ([link("a", INERTIAL.replace('value="1.5"', "")), link("b"), joint("x", "revolute", "a", "b")],
+                DescriptionError, "link 'a': no value; expected a number"),
+    "half a tensor": ([link("a", INERTIAL.replace('izz="0.2"', "")), link("b"), joint("x", "revolute", "a", "b")],
+                      DescriptionError, "no izz"),
+    "negative inertia": ([link("a", INERTIAL.replace("0.4", "-0.4")), link("b"), joint("x", "revolute", "a", "b")],
+                         DescriptionError, "expected no negative mass, ixx, iyy, izz"),
+    "limits the wrong way": (
+        [*map(link, "ab"), joint("x", "revolute", "a", "b", '<limit lower="1" upper="-1"/>')],
+        DescriptionError, "joint 'x': limits 1.0 to -1.0"),
+    "nan as a limit": (
+        [*map(link, "ab"), joint("x", "revolute", "a", "b", '<limit lower="nan" upper="1"/>')],
+        NotFiniteError, "lower='nan'"),
     "mimic of nothing": (
         [*map(link, "ab"), joint("x", "revolute", "a", "b", '<mimic joint="z"/>')], DescriptionError, "mimics 'z'"),
     "mimic of itself": (
@@ -226,6 +238,20 @@ def test_files_that_describe_no_robot(
     with pytest.raises(error, match=message) as caught:
         Robot.from_urdf(written(tmp_path, parts))
     assert "robot.urdf" in str(caught.value) and isinstance(caught.value, ValueError)
+
+
+def test_limits_may_be_infinite_and_one_joint_locked_by_its_name(tmp_path: Path) -> None:
+    limit = '<limit lower="-inf" upper="inf" velocity="inf" effort="3"/>'
+    parts = [*map(link, "abc"), joint("xx", "revolute", "a", "b", limit), joint("yy", "revolute", "b", "c")]
+    assert Robot.from_urdf(written(tmp_path, parts)).limits[0].tolist() == [-np.inf, np.inf, np.inf, 3.0]
+    assert Robot.from_urdf(written(tmp_path, parts), locked="xx").joint_names == ("yy",)
+
+
+def test_a_chain_may_be_longer_than_functions_nest(tmp_path: Path) -> None:
+    n = 1200
+    parts = [link(f"l{k}", "") for k in range(n + 1)]
+    parts += [joint(f"j{k}", "fixed" if k % 100 else "revolute", f"l{k}", f"l{k + 1}") for k in range(n)]
+    assert Robot.from_urdf(written(tmp_path, parts)).n_joints == 12
 
 
 def test_other_things_that_are_wrong(tmp_path: Path) -> None:

@@ -12,6 +12,9 @@ from generated import pga3
 
 from .errors import DescriptionError, NotFiniteError
 
+_LEAST = -1e-12
+"""Moments of inertia are not below this, kg m²: some files have rounding instead of 0."""
+
 
 @dataclass(frozen=True, slots=True)
 class Body:
@@ -32,7 +35,7 @@ class Body:
     Raises
     ------
     DescriptionError, NotFiniteError
-        For a negative mass or armature, a wrong number of coordinates, what is not finite.
+        For a negative mass, moment of inertia or armature, a wrong number of coordinates, what is not finite.
     """
 
     mass: float = 0.0
@@ -48,11 +51,18 @@ class Body:
             raise NotFiniteError(f"body: {self}; expected finite numbers")
         if self.mass < 0 or self.armature < 0:
             raise DescriptionError(f"body: mass {self.mass}, armature {self.armature}; expected no negative number")
+        if not is_tensor(self.tensor):
+            raise DescriptionError(f"body: tensor {self.tensor}; expected no negative xx, yy, zz")
 
     @property
     def row(self) -> NDArray[np.float64]:
         """Mass, centre and tensor as ten numbers."""
         return np.array([self.mass, *self.centre, *self.tensor], float)
+
+
+def is_tensor(tensor: Sequence[float]) -> bool:
+    """Whether no moment of inertia xx, yy, zz of a tensor xx, xy, xz, yy, yz, zz is negative."""
+    return min(tensor[0], tensor[3], tensor[5]) >= _LEAST
 
 
 def about_centre(inertia: NDArray[np.float64]) -> NDArray[np.float64]:

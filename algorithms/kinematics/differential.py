@@ -10,12 +10,9 @@ from numpy.typing import ArrayLike
 from generated import pga3
 
 from ..arguments import Reals, real_array
-from . import single
 from .chains import blocks, joint_twists, motions, tool_points
 from .denavit_hartenberg import Joint
 from .model import Model
-
-_empty = np.empty
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -41,14 +38,15 @@ class Differential(Model):
             Where `q` is not an array of n real numbers in its last axis.
         """
         own = self._own
-        try:
-            if own is not None:
+        if own is not None:
+            try:
                 return own.jacobian(q)  # type: ignore[no-any-return]
-            out = _empty((6, len(self.kinds)))
-            if single.jacobian(self._table, q, out):
-                return out
-        except (TypeError, ValueError):
-            single.wanted("jacobian", (q,))
+            except (TypeError, ValueError):
+                pass
+        else:
+            one = self._passes.jacobian(self._table, q)
+            if one is not None:
+                return one  # type: ignore[no-any-return]
         q, flat = self._variables(q, "q")
         n = len(self.kinds)
         if self.module is not None:
@@ -75,9 +73,9 @@ class Differential(Model):
         TypeError, ValueError
             As in `jacobian`.
         """
-        one = self._one("jacobian_rate", (6, len(self.kinds)), q, qd)
+        one = self._passes.jacobian_rate(self._table, q, qd)
         if one is not None:
-            return one
+            return one  # type: ignore[no-any-return]
         shape, (flat, speeds) = self._together((q, "q"), (qd, "qd"))
         found = np.zeros((len(flat), 6, len(self.kinds)), flat.dtype)
         for block in blocks(len(flat)):
@@ -124,7 +122,8 @@ class Differential(Model):
     def manipulability(self, q: ArrayLike) -> Reals:
         """Yoshikawa's measure (...): ``sqrt(det(J Jᵀ))``, 0 where the end effector cannot move in some direction.
 
-        Units of length matter: rows of angular and linear velocity are multiplied with each other.
+        Units of length matter: rows of angular and linear velocity are multiplied with each other. NaN where `q` has
+        a NaN.
 
         Parameters
         ----------
@@ -136,9 +135,12 @@ class Differential(Model):
             As in `jacobian`.
         """
         jacobian = self.jacobian(q)
-        if self.n_joints < 6:
-            return np.zeros(jacobian.shape[:-2], jacobian.dtype)
-        return np.prod(np.linalg.svd(jacobian, compute_uv=False), axis=-1)  # type: ignore[no-any-return]
+        finite = np.asarray(np.isfinite(jacobian).all((-2, -1)))
+        measure = np.zeros(finite.shape, jacobian.dtype)
+        if self.n_joints >= 6:
+            measure[...] = np.prod(np.linalg.svd(np.where(finite[..., None, None], jacobian, 0), compute_uv=False), -1)
+        measure[~finite] = np.nan
+        return measure[()]
 
     def twists_of_joints(self, q: ArrayLike) -> Reals:
         """The twist of every joint at unit speed, as lines in the base frame: the spatial Jacobian.

@@ -18,11 +18,8 @@ from numpy.typing import ArrayLike
 from generated import pga3
 
 from ..arguments import Reals
-from . import single
 from .chains import blocks, joint_twists, motions, room
 from .differential import Differential
-
-_empty = np.empty
 
 Torque = Callable[[float, Reals, Reals], ArrayLike]
 """Forces of the joints from time, joint variables (..., n) and speeds (..., n)."""
@@ -77,15 +74,16 @@ class Dynamics(Differential):
         TypeError, ValueError
             Where an argument is not an array of n real numbers in its last axis.
         """
-        own, table = self._own_dynamics, self._table
-        try:
-            if own is not None:
+        own = self._own_dynamics
+        if own is not None:
+            try:
                 return own.inverse_dynamics(q, qd, qdd)  # type: ignore[no-any-return]
-            out = _empty(len(self.kinds))
-            if self._heavy and single.inverse_dynamics(table, q, qd, qdd, out):
-                return out
-        except (TypeError, ValueError):
-            single.wanted("inverse_dynamics", (q, qd, qdd))
+            except (TypeError, ValueError):
+                pass
+        else:
+            one = self._passes.inverse_dynamics(self._heavy, q, qd, qdd)
+            if one is not None:
+                return one  # type: ignore[no-any-return]
         self._need_inertia()
         shape, flat = self._together((q, "q"), (qd, "qd"), (qdd, "qdd"))
         return self._forces(flat[0], flat[1], flat[2]).reshape(*shape, self.n_joints)
@@ -103,6 +101,10 @@ class Dynamics(Differential):
             As in `inverse_dynamics`.
         """
         still = self._still
+        if self._own_dynamics is None:
+            one = self._passes.gravity(self._heavy, q)
+            if one is not None:
+                return one  # type: ignore[no-any-return]
         if type(q) is not np.ndarray or q.dtype is not still.dtype:
             still = np.zeros(self.n_joints, self._variables(q, "q")[0].dtype)
         return self.inverse_dynamics(q, still, still)
@@ -119,16 +121,9 @@ class Dynamics(Differential):
         MissingInertiaError, TypeError, ValueError
             As in `inverse_dynamics`.
         """
-        one, own, still = None, self._own_dynamics, self._still
-        if own is not None and type(q) is np.ndarray is type(qd) and q.dtype is qd.dtype is still.dtype:
-            try:
-                return own.inverse_dynamics(q, qd, still) - own.inverse_dynamics(q, still, still)  # type: ignore[no-any-return]
-            except ValueError:
-                pass
-        elif self._heavy:
-            one = self._one("inverse_dynamics", len(self.kinds), q, qd, self._still, weightless=True)
+        one = self._passes.inverse_dynamics(self._weightless, q, qd, self._still)
         if one is not None:
-            return one
+            return one  # type: ignore[no-any-return]
         self._need_inertia()
         shape, (flat, speeds) = self._together((q, "q"), (qd, "qd"))
         still = np.zeros_like(flat)
@@ -154,9 +149,9 @@ class Dynamics(Differential):
         MissingInertiaError, TypeError, ValueError
             As in `inverse_dynamics`.
         """
-        one = self._one("coriolis_matrix", (len(self.kinds),) * 2, q, qd) if self._heavy else None
+        one = self._passes.coriolis_matrix(self._heavy, q, qd)
         if one is not None:
-            return one
+            return one  # type: ignore[no-any-return]
         self._need_inertia()
         shape, (flat, speeds) = self._together((q, "q"), (qd, "qd"))
         n, steps = self.n_joints, np.eye(self.n_joints, dtype=flat.dtype)
@@ -180,17 +175,19 @@ class Dynamics(Differential):
         MissingInertiaError, TypeError, ValueError
             As in `inverse_dynamics`.
         """
-        own, count = self._own_dynamics, len(self.kinds)
-        try:
-            if own is not None:
+        own = self._own_dynamics
+        if own is not None:
+            try:
                 return own.mass_matrix(q)  # type: ignore[no-any-return]
-            out = _empty((count, count))
-            if self._heavy and single.mass_matrix(self._table, q, out):
-                return out
-        except (TypeError, ValueError):
-            single.wanted("mass_matrix", (q,))
+            except (TypeError, ValueError):
+                pass
+        else:
+            one = self._passes.mass_matrix(self._heavy, q)
+            if one is not None:
+                return one  # type: ignore[no-any-return]
         self._need_inertia()
         q, flat = self._variables(q, "q")
+        count = len(self.kinds)
         if self.module is not None:
             found = self._folded("mass_matrix", self._positions(q))
         else:
@@ -216,17 +213,17 @@ class Dynamics(Differential):
         MissingInertiaError, TypeError, ValueError
             As in `inverse_dynamics`.
         """
-        own, out = self._own_dynamics, _empty(len(self.kinds))
-        try:
-            if own is None:
-                if self._heavy and single.forward_dynamics(self._table, q, qd, tau, out):
-                    return out
-            elif np.ndim(q) == 1 and single.solved(
-                own.mass_matrix(q), own.inverse_dynamics(q, qd, self._still), tau, out
-            ):
-                return out
-        except (TypeError, ValueError):
-            single.wanted("solved" if own is not None else "forward_dynamics", (q, qd, tau))
+        own, one = self._own_dynamics, None
+        if own is None:
+            one = self._passes.forward_dynamics(self._heavy, q, qd, tau)
+        elif type(q) is np.ndarray and q.ndim == 1:
+            try:
+                matrix, bias = own.mass_matrix(q), own.inverse_dynamics(q, qd, self._still)
+                one = self._passes.solved(self._heavy, matrix, bias, tau)
+            except (TypeError, ValueError):
+                pass
+        if one is not None:
+            return one  # type: ignore[no-any-return]
         self._need_inertia()
         shape, (flat, speeds, forces) = self._together((q, "q"), (qd, "qd"), (tau, "tau"))
         found = forces - self._forces(flat, speeds, np.zeros_like(flat))
@@ -246,9 +243,9 @@ class Dynamics(Differential):
         MissingInertiaError, TypeError, ValueError
             As in `inverse_dynamics`.
         """
-        one = self._one("energies", 2, q, qd) if self._heavy else None
+        one = self._passes.kinetic_energy(self._heavy, q, qd)
         if one is not None:
-            return one[0]  # type: ignore[no-any-return]
+            return one  # type: ignore[no-any-return]
         shape, (flat, speeds) = self._together((q, "q"), (qd, "qd"))
         energy: Reals = np.einsum("bi,bij,bj->b", speeds, self.mass_matrix(flat), speeds) / 2
         return energy.reshape(shape)
@@ -265,9 +262,9 @@ class Dynamics(Differential):
         MissingInertiaError, TypeError, ValueError
             As in `inverse_dynamics`.
         """
-        one = self._one("energies", 2, q, self._still) if self._heavy else None
+        one = self._passes.potential_energy(self._heavy, q)
         if one is not None:
-            return one[1]  # type: ignore[no-any-return]
+            return one  # type: ignore[no-any-return]
         self._need_inertia()
         q, flat = self._variables(q, "q")
         found = np.zeros(len(flat), q.dtype)

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, fields
+from importlib import import_module
 from types import MappingProxyType
 from typing import Any
 
@@ -90,16 +91,18 @@ class Model:
     coupling: Floats = field(default_factory=_empty)
     links: Mapping[str, tuple[int, Floats]] = field(default_factory=dict)
     module: Any = None
+    _passes: single.Passes = field(init=False, repr=False)
+    """What one configuration takes; they read a table, and give None for all else."""
     _table: Floats | None = field(default=None, init=False, repr=False)
-    """What `single` reads; none where joints follow others."""
+    """What passes read; none where joints follow others."""
+    _heavy: Floats | None = field(default=None, init=False, repr=False)
+    """The same for those that need masses; none where something is not known of them."""
     _weightless: Floats | None = field(default=None, init=False, repr=False)
-    """The same without gravity; none where something is not known of masses."""
+    """The same without gravity."""
     _own: Any = field(default=None, init=False, repr=False)
     """The module where each joint has its own variable: its kernels can be called with what callers give."""
     _own_dynamics: Any = field(default=None, init=False, repr=False)
     """The same where its masses are known."""
-    _heavy: bool = field(default=False, init=False, repr=False)
-    """Whether all masses are known."""
     _still: Floats = field(default_factory=_empty, init=False, repr=False)
 
     def __post_init__(self) -> None:
@@ -135,6 +138,11 @@ class Model:
                 raise UnknownJointTypeError(f"{self.name}: kind {kind!r}; expected Joint.REVOLUTE or Joint.PRISMATIC")
         if not np.isfinite(self.bodies).all() or np.isnan(self.limits).any() or not np.isfinite(self.coupling).all():
             raise NotFiniteError(f"{self.name}: bodies, limits or coupling with a NaN; expected numbers")
+        for joint, (low, high) in enumerate(self.limits[:, :2]):
+            if low > high:
+                raise DescriptionError(
+                    f"{self.name}: limits of joint {joint}: {low} to {high}; expected the lower first"
+                )
         if self.bodies.size and self.bodies.shape != (count, 10):
             raise JointCountError(f"{self.name}: bodies of shape {self.bodies.shape}; expected ({count}, 10)")
         if any(not -1 <= parent < j for j, parent in enumerate(self.parents)) or len(self.parents) != count:
@@ -147,12 +155,18 @@ class Model:
             kept.flags.writeable = False
             fill(name, kept)
         heavy = bool(self.bodies.size) and not self.without_inertia
-        fill("_heavy", heavy)
+        fill("_passes", single.passes(count))
         fill("_table", single.table_of(self))
+        fill("_heavy", self._table if heavy else None)
         fill("_weightless", single.table_of(self, gravity=False) if heavy else None)
         if not self.coupling.size:
             fill("_own", self.module)
             fill("_own_dynamics", self.module if heavy and hasattr(self.module, "inverse_dynamics") else None)
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        kept = {entry.name: getattr(self, entry.name) for entry in fields(self) if entry.init}
+        module = None if self.module is None else self.module.__name__
+        return _unpickled, (type(self), {**kept, "links": dict(self.links), "module": module})
 
     @property
     def n_joints(self) -> int:
@@ -177,16 +191,6 @@ class Model:
                 e12, e13, e23 = self.axes[j, :3]
                 found[j] = 0, 0, 0, e23, -e13, e12
         return found
-
-    def _one(self, name: str, shape: tuple[int, ...] | int, *rows: ArrayLike, weightless: bool = False) -> Reals | None:
-        """A pass over one configuration; None where the arguments are something else, or it is not compiled yet."""
-        out = np.empty(shape)
-        try:
-            if getattr(single, name)(self._weightless if weightless else self._table, *rows, out):
-                return out
-        except (TypeError, ValueError):
-            single.wanted(name, rows)
-        return None
 
     def _plain(self, *rows: Any) -> bool:
         """Whether these are all one configuration in double precision."""
@@ -247,3 +251,8 @@ class Model:
     @property
     def _tool_point(self) -> Floats:
         return pga3.motor_to_matrix(self.tool)[:3, 3]  # type: ignore[no-any-return]
+
+
+def _unpickled(cls: type[Model], kept: dict[str, Any]) -> Model:
+    module = kept["module"]
+    return cls(**{**kept, "module": None if module is None else import_module(module)})

@@ -144,5 +144,8 @@ IIWA = Table(
 
 TABLES: Mapping[str, Table] = MappingProxyType({t.name: t for t in (PUMA560, STANFORD, UR5, PANDA, IIWA)})
 
+OTHER_NAMES: Mapping[str, str] = MappingProxyType({"kukaiiwa": "iiwa", "frankapanda": "panda"})
+"""What some are called as well; letters and digits alone, small."""
+
 FOLDED: frozenset[str] = frozenset({"ur5", "panda"})
 """Robots whose own kernels are checked in."""

@@ -6,6 +6,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from importlib import import_module
 from pathlib import Path
+from types import NoneType
 from typing import Any
 
 import numpy as np
@@ -14,17 +15,16 @@ from numpy.typing import ArrayLike
 from generated import pga3
 
 from ..arguments import Reals, real_array
-from . import single, urdf
+from . import urdf
 from .bodies import Body, moved
 from .chains import blocks, motions
 from .denavit_hartenberg import Convention, Joint, Table, convention_of, rows_of
 from .errors import DescriptionError, JointCountError
 from .inverse import Solutions
 from .inverse import inverse as _inverse
-from .named import FOLDED, TABLES
+from .named import FOLDED, OTHER_NAMES, TABLES
 from .slopes import Slopes
 
-_empty = np.empty
 _LINE_Z = np.array([1.0, 0.0, 0.0, 0.0, 0.0, 0.0])
 """The axis z as a unit line of PGA3, e12."""
 
@@ -39,13 +39,19 @@ class Robot(Slopes):
     def named(cls, name: str) -> Robot:
         """A robot known by name: puma560, stanford, ur5, panda or iiwa.
 
+        Capitals, spaces and hyphens make no difference, and KUKA iiwa and Franka Panda are known so, too.
+
         Raises
         ------
-        ValueError
-            For another name.
+        TypeError, ValueError
+            For what is no name, or another name.
         """
+        if not isinstance(name, str):
+            raise TypeError(f"robot {name!r}: {type(name).__name__}; expected a name, as one of {', '.join(TABLES)}")
+        given, name = name, "".join(filter(str.isalnum, name.lower()))
+        name = OTHER_NAMES.get(name, name)
         if name not in TABLES:
-            raise ValueError(f"robot {name!r}: not known; expected one of {', '.join(TABLES)}, or use Robot.from_dh")
+            raise ValueError(f"robot {given!r}: not known; expected one of {', '.join(TABLES)}, or use Robot.from_dh")
         robot = cls.from_table(TABLES[name])
         return robot.with_module(import_module(f"generated.{name}")) if name in FOLDED else robot
 
@@ -230,14 +236,15 @@ class Robot(Slopes):
             Where `q` is not an array of n real numbers in its last axis.
         """
         own = self._own
-        try:
-            if own is not None:
+        if own is not None:
+            try:
                 return own.forward(q)  # type: ignore[no-any-return]
-            out = _empty(8)
-            if single.forward(self._table, q, out):
-                return out
-        except (TypeError, ValueError):
-            single.wanted("forward", (q,))
+            except (TypeError, ValueError):
+                pass
+        else:
+            one = self._passes.forward(self._table, q)
+            if one is not None:
+                return one  # type: ignore[no-any-return]
         q, flat = self._variables(q, "q")
         if self.module is not None:
             return self.module.forward(self._positions(q))  # type: ignore[no-any-return]
@@ -265,9 +272,9 @@ class Robot(Slopes):
         TypeError, ValueError
             As in `forward`.
         """
-        one = self._one("forward_all", self.home.shape, q)
+        one = self._passes.forward_all(self._table, q)
         if one is not None:
-            return one
+            return one  # type: ignore[no-any-return]
         q, flat = self._variables(q, "q")
         motors = np.empty((len(flat), len(self.kinds), 8), q.dtype)
         home = self.home.astype(q.dtype)
@@ -328,11 +335,12 @@ class Robot(Slopes):
 
         In closed form where the last or the first three axes meet (at most 8 branches, 16 where the other three are
         skew), where the second, third and fourth, or third to fifth, are parallel and the two beyond meet (8), and for
-        planar arms and SCARA (2). All branches of other arms of six joints, up to 16, are roots of a polynomial, found
-        as eigenvalues (`inverse.elimination`). What is left is searched by damped Gauss-Newton on motors from 24
-        starts, and up to 8 different configurations are kept; so are arms with more joints than a pose has freedoms
-        unless `locked` or `elbow` says which configuration is meant. Branches beyond joint limits are given, and
-        flagged. Joints that do not move the end effector stay at 0.
+        planar arms and SCARA (2), and where three joints slide (2). All branches of other arms of six joints, up to 16,
+        are roots of a polynomial, found as eigenvalues (`inverse.elimination`), or, where two joints slide, of a
+        function of one angle, found on a grid (`inverse.slides`). What is left is searched by damped Gauss-Newton on
+        motors from 24 starts, and up to 8 different configurations are kept; so are arms with more joints than a pose
+        has freedoms unless `locked` or `elbow` says which configuration is meant. Branches beyond joint limits are
+        given, and flagged. Joints that do not move the end effector stay at 0.
 
         Parameters
         ----------
@@ -358,6 +366,8 @@ class Robot(Slopes):
         TypeError, ValueError
             Where an argument has another shape or type, a joint is not there, or `elbow` is given for another arm.
         """
+        if not isinstance(locked, (Mapping, NoneType)):
+            raise TypeError(f"{self.name}: locked: {type(locked).__name__}; expected a mapping, as {{6: 0.5}}")
         arm, variables = self._arm()
         if arm is self:
             return _inverse(self, poses, locked=locked, elbow=elbow, way=way)

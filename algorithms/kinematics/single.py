@@ -2,17 +2,15 @@
 
 Batches go joint by joint (`chains`), a kernel a step; for a single configuration the calls would cost far more than
 what they do. Passes are those of `chains`, `differential`, `dynamics` and `slopes`, and are compiled when they have
-been called a few times; results then differ by rounding. A robot is one table of numbers for them; work is one row a
-joint. They share their parts, so they are in one file.
+been called a few times (`passes`); results then differ by rounding. A robot is one table of numbers for them; work is
+one row a joint. They share their parts, so they are in one file.
 """
 
 from __future__ import annotations
 
-from collections import Counter
-from collections.abc import Callable
-from pathlib import Path
+from dataclasses import dataclass, fields
+from functools import cache
 from typing import TYPE_CHECKING, Any
-from zlib import crc32
 
 import numpy as np
 from numba import njit
@@ -20,15 +18,14 @@ from numba import njit
 from generated import pga3
 
 from .denavit_hartenberg import Joint
+from .passes import COLUMNS, COUNT, Pass, a_pass, as_array, n_joints
 
 if TYPE_CHECKING:
     from .model import Floats, Model
 
-PATIENCE = 32
-"""Calls that a pass waits for before it is compiled, which takes seconds, or half of one where numba has kept it."""
-
 _product, _turn, _slide = pga3.motor_product.jit, pga3.motor_from_line.jit, pga3.motor_from_screw.jit
-_move_line, _move_point = pga3.move_line.jit, pga3.move_point.jit
+_move_line, _move_point, _join = pga3.move_line.jit, pga3.move_point.jit, pga3.join_point_direction.jit
+_move_plane = pga3.move_plane.jit
 _on_point, _on_line, _commutator = pga3.twist_on_point.jit, pga3.twist_on_line.jit, pga3.line_commutator.jit
 _twist_after, _rate_after = pga3.twist_after_joint.jit, pga3.twist_rate_after_joint.jit
 _inertia, _wrench, _momentum, _power = (
@@ -41,8 +38,8 @@ _inertia, _wrench, _momentum, _power = (
 # Columns of the table. Its last row is the robot's: the joint of the end effector, its motor, its place, free fall.
 _SLIDES, _PARENT, _ON_PATH, _ARMATURE = 0, 1, 2, 3
 _AXIS, _TWIST, _BODY, _HOME = slice(4, 10), slice(10, 16), slice(16, 26), slice(26, 34)
+_BODY_MASS, _CENTRE, _INERTIA = 16, slice(17, 20), slice(34, 44)
 _TIP, _TOOL, _PLACE, _FALL = 0, slice(1, 9), slice(9, 12), slice(12, 15)
-_COLUMNS = 34
 
 # Columns of the work: the motion, the axis it has come to, twist, its rate, wrench, inertia.
 _MOTION, _NOW, _MOVES, _RATE, _FORCE, _MASS = (
@@ -53,12 +50,10 @@ _MOTION, _NOW, _MOVES, _RATE, _FORCE, _MASS = (
     slice(26, 32),
     slice(32, 42),
 )
-_WORK = 42
+_PLACES, _SPEEDS, _WORK = 14, 20, 42
+"""How many of them there are with motions and axes, with twists, and in all."""
 
-_REAL = {1: "f8[::1]", 2: "f8[:, ::1]", 3: "f8[:, :, ::1]"}
-_waiting: dict[str, tuple[Any, str]] = {}
-"""Passes that are not compiled: by name, with their signature."""
-_calls: Counter[str] = Counter()
+_STAYS = np.eye(8)[0]
 
 
 def table_of(model: Model, gravity: bool = True) -> Floats | None:
@@ -66,7 +61,8 @@ def table_of(model: Model, gravity: bool = True) -> Floats | None:
     if model.coupling.size:
         return None
     count = len(model.kinds)
-    table = np.zeros((count + 1, _COLUMNS))
+    table = np.zeros((count + 1, COLUMNS))
+    table[0, COUNT] = count
     rows = table[:-1]
     rows[:, _SLIDES] = [kind is Joint.PRISMATIC for kind in model.kinds]
     rows[:, _PARENT] = model.parents
@@ -75,65 +71,44 @@ def table_of(model: Model, gravity: bool = True) -> Floats | None:
     rows[:, _AXIS], rows[:, _TWIST], rows[:, _HOME] = model.axes, model.twists, model.home
     if model.bodies.size:
         rows[:, _BODY] = model.bodies
+        rows[:, _INERTIA] = pga3.inertia_of_moved_body(_STAYS, model.bodies)
     table[-1, _TIP], table[-1, _TOOL], table[-1, _PLACE] = model.tip, model.tool, model._tool_point
     table[-1, _FALL] = model.free_fall if gravity else 0.0
     return table
 
 
-def wanted(name: str, arrays: tuple[Any, ...]) -> None:
-    """Count a call that a pass did not take because it is not compiled, and compile it when there were enough."""
-    if name not in _waiting or not all(type(a) is np.ndarray and a.ndim == 1 and a.dtype == float for a in arrays):
-        return
-    _calls[name] += 1
-    if _calls[name] > PATIENCE:
-        function, signature = _waiting.pop(name)
-        # numba keeps what it compiled by this name, and knows nothing of the kernels' text
-        function.__qualname__ = f"{name}_{crc32(Path(pga3.__file__).read_bytes()):08x}"
-        try:
-            run = njit(function, cache=True, error_model="numpy")
-        except RuntimeError:  # no folder to keep it in
-            run = njit(function, error_model="numpy")
-        run.compile(signature)
-        run.disable_compile()
-        globals()[name] = run
-
-
-def _pass(*axes: int) -> Callable[[Callable[..., bool]], Any]:
-    """A pass over a table and arrays of so many axes, the last its result; it says whether their lengths are right.
-
-    Until it is compiled it refuses its arguments, as it will refuse those of other types then.
-    """
-
-    def made(function: Callable[..., bool]) -> Any:
-        signature = f"b1({', '.join(_REAL[k] for k in (2, *axes))})"
-        _waiting[function.__name__] = function, signature
-        return _refuse
-
-    return made
-
-
-def _refuse(*_: Any) -> bool:
-    raise TypeError("not compiled")
-
-
 _inner = njit(error_model="numpy")
 
 
-@_pass(1, 1)
-def forward(table: Any, q: Any, out: Any) -> bool:
+@a_pass(lambda n: ((n,), (8,)))
+def forward(table: Any, q: Any, out: Any) -> None:
     """The motor of the end effector, (8,)."""
-    n = table.shape[0] - 1
-    if q.shape[0] != n:
-        return False
-    m = (1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+    n = n_joints(table)
+    table, out = as_array(table, (n + 1, COLUMNS)), as_array(out, (8,))
+    q = as_array(q, (n,))
+    m, at_base = (1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0), True
     for j in range(n):
         row = table[j]
         if row[_ON_PATH] == 0:
             continue
         motion = _turn(row[_AXIS], q[j]) if row[_SLIDES] == 0 else _slide(row[_AXIS], 0.0, q[j])
-        m = _product(m, motion)
+        m = motion if at_base else _product(m, motion)
+        at_base = False
     _product(m, table[n, _TOOL], out)
-    return True
+
+
+@_inner
+def _places(table: Any, q: Any, work: Any) -> None:
+    """Motions of all joints, (N, 8)."""
+    for j in range(q.shape[0]):
+        row = table[j]
+        parent = int(row[_PARENT])
+        m = _turn(row[_AXIS], q[j]) if row[_SLIDES] == 0 else _slide(row[_AXIS], 0.0, q[j])
+        if parent < 0:
+            for k in range(8):
+                work[j, k] = m[k]
+        else:
+            _product(work[parent], m, work[j])
 
 
 @_inner
@@ -153,17 +128,16 @@ def _motions(table: Any, q: Any, work: Any) -> None:
             _move_line(before[_MOTION], row[_TWIST], own[_NOW])
 
 
-@_pass(1, 2)
-def forward_all(table: Any, q: Any, out: Any) -> bool:
+@a_pass(lambda n: ((n,), (n, 8)))
+def forward_all(table: Any, q: Any, out: Any) -> None:
     """The motors of all frames, (N, 8)."""
-    n = table.shape[0] - 1
-    if q.shape[0] != n:
-        return False
-    work = np.empty((n, _WORK))
-    _motions(table, q, work)
+    n = n_joints(table)
+    table, out = as_array(table, (n + 1, COLUMNS)), as_array(out, (n, 8))
+    q = as_array(q, (n,))
+    work = np.empty((n, 8))
+    _places(table, q, work)
     for j in range(n):
-        _product(work[j, _MOTION], table[j, _HOME], out[j])
-    return True
+        _product(work[j], table[j, _HOME], out[j])
 
 
 @_inner
@@ -173,13 +147,13 @@ def _column(twist: Any, linear: Any, j: int, out: Any) -> None:
         out[3 + k, j] = linear[k]
 
 
-@_pass(1, 2)
-def jacobian(table: Any, q: Any, out: Any) -> bool:
+@a_pass(lambda n: ((n,), (6, n)))
+def jacobian(table: Any, q: Any, out: Any) -> None:
     """Angular over linear velocities, (6, N)."""
-    n = table.shape[0] - 1
-    if q.shape[0] != n:
-        return False
-    work = np.empty((n, _WORK))
+    n = n_joints(table)
+    table, out = as_array(table, (n + 1, COLUMNS)), as_array(out, (6, n))
+    q = as_array(q, (n,))
+    work = np.empty((n, _PLACES))
     _motions(table, q, work)
     point = _move_point(work[int(table[n, _TIP]), _MOTION], table[n, _PLACE])
     for j in range(n):
@@ -188,16 +162,15 @@ def jacobian(table: Any, q: Any, out: Any) -> bool:
         else:
             axis = work[j, _NOW]
             _column(axis, _on_point(axis, point), j, out)
-    return True
 
 
-@_pass(1, 1, 2)
-def jacobian_rate(table: Any, q: Any, qd: Any, out: Any) -> bool:
+@a_pass(lambda n: ((n,), (n,), (6, n)))
+def jacobian_rate(table: Any, q: Any, qd: Any, out: Any) -> None:
     """The rate of `jacobian`, (6, N)."""
-    n = table.shape[0] - 1
-    if q.shape[0] != n or qd.shape[0] != n:
-        return False
-    work = np.empty((n, _WORK))
+    n = n_joints(table)
+    table, out = as_array(table, (n + 1, COLUMNS)), as_array(out, (6, n))
+    q, qd = as_array(q, (n,)), as_array(qd, (n,))
+    work = np.empty((n, _SPEEDS))
     _motions(table, q, work)
     tip = int(table[n, _TIP])
     point = _move_point(work[tip, _MOTION], table[n, _PLACE])
@@ -221,7 +194,6 @@ def jacobian_rate(table: Any, q: Any, qd: Any, out: Any) -> bool:
                 linear[2] + moving[2] - still[2],
             )
         _column(rate, linear, j, out)
-    return True
 
 
 @_inner
@@ -265,14 +237,13 @@ def _forces(table: Any, q: Any, qd: Any, qdd: Any, work: Any, out: Any) -> None:
         out[j] = _power(work[j, _NOW], work[j, _FORCE]) + table[j, _ARMATURE] * qdd[j]
 
 
-@_pass(1, 1, 1, 1)
-def inverse_dynamics(table: Any, q: Any, qd: Any, qdd: Any, out: Any) -> bool:
+@a_pass(lambda n: ((n,), (n,), (n,), (n,)))
+def inverse_dynamics(table: Any, q: Any, qd: Any, qdd: Any, out: Any) -> None:
     """Forces of the joints, (N,)."""
-    n = table.shape[0] - 1
-    if q.shape[0] != n or qd.shape[0] != n or qdd.shape[0] != n:
-        return False
+    n = n_joints(table)
+    table, out = as_array(table, (n + 1, COLUMNS)), as_array(out, (n,))
+    q, qd, qdd = as_array(q, (n,)), as_array(qd, (n,)), as_array(qdd, (n,))
     _forces(table, q, qd, qdd, np.empty((n, _WORK)), out)
-    return True
 
 
 @_inner
@@ -297,16 +268,15 @@ def _composite(table: Any, q: Any, work: Any, out: Any) -> None:
                 work[parent, k] += own[k]
 
 
-@_pass(1, 2)
-def mass_matrix(table: Any, q: Any, out: Any) -> bool:
+@a_pass(lambda n: ((n,), (n, n)))
+def mass_matrix(table: Any, q: Any, out: Any) -> None:
     """The mass matrix, (N, N)."""
-    n = table.shape[0] - 1
-    if q.shape[0] != n:
-        return False
+    n = n_joints(table)
+    table, out = as_array(table, (n + 1, COLUMNS)), as_array(out, (n, n))
+    q = as_array(q, (n,))
     work = np.empty((n, _WORK))
     _motions(table, q, work)
     _composite(table, q, work, out)
-    return True
 
 
 @_inner
@@ -333,46 +303,43 @@ def solve_positive(matrix: Any, right: Any) -> None:
             right[i] -= matrix[k, i] * right[k]
 
 
-@_pass(1, 1, 1, 1)
-def forward_dynamics(table: Any, q: Any, qd: Any, tau: Any, out: Any) -> bool:
+@a_pass(lambda n: ((n,), (n,), (n,), (n,)))
+def forward_dynamics(table: Any, q: Any, qd: Any, tau: Any, out: Any) -> None:
     """Accelerations of the joints, (N,)."""
-    n = table.shape[0] - 1
-    if q.shape[0] != n or qd.shape[0] != n or tau.shape[0] != n:
-        return False
+    n = n_joints(table)
+    table, out = as_array(table, (n + 1, COLUMNS)), as_array(out, (n,))
+    q, qd, tau = as_array(q, (n,)), as_array(qd, (n,)), as_array(tau, (n,))
     work, matrix = np.empty((n, _WORK)), np.empty((n, n))
     _forces(table, q, qd, np.zeros(n), work, out)
     for j in range(n):
         out[j] = tau[j] - out[j]
     _composite(table, q, work, matrix)
     solve_positive(matrix, out)
-    return True
 
 
-@_pass(1, 1, 1)
-def solved(matrix: Any, bias: Any, tau: Any, out: Any) -> bool:
+@a_pass(lambda n: ((n, n), (n,), (n,), (n,)))
+def solved(table: Any, matrix: Any, bias: Any, tau: Any, out: Any) -> None:
     """``matrix⁻¹ (tau - bias)``, (N,); the matrix is overwritten."""
-    n = matrix.shape[0]
-    if tau.shape[0] != n:
-        return False
+    n = n_joints(table)
+    matrix, out = as_array(matrix, (n, n)), as_array(out, (n,))
+    bias, tau = as_array(bias, (n,)), as_array(tau, (n,))
     for j in range(n):
         out[j] = tau[j] - bias[j]
     solve_positive(matrix, out)
-    return True
 
 
-@_pass(1, 1, 2)
-def coriolis_matrix(table: Any, q: Any, qd: Any, out: Any) -> bool:
+@a_pass(lambda n: ((n,), (n,), (n, n)))
+def coriolis_matrix(table: Any, q: Any, qd: Any, out: Any) -> None:
     """Half the derivative of the Coriolis forces by the speeds, (N, N)."""
-    n = table.shape[0] - 1
-    if q.shape[0] != n or qd.shape[0] != n:
-        return False
+    n = n_joints(table)
+    table, out = as_array(table, (n + 1, COLUMNS)), as_array(out, (n, n))
+    q, qd = as_array(q, (n,)), as_array(qd, (n,))
     work = np.empty((n, _WORK))
     _motions(table, q, work)
     for j in range(n):
         _twists(table, qd, work, j)
         _inertia(work[j, _MOTION], table[j, _BODY], work[j, _MASS])
     _by_speeds(table, qd, 0.5, work, out)
-    return True
 
 
 @_inner
@@ -417,12 +384,12 @@ def _by_speeds(table: Any, qd: Any, factor: float, work: Any, out: Any) -> None:
             carrier = int(table[carrier, _PARENT])
 
 
-@_pass(1, 1, 1, 3)
-def slopes(table: Any, q: Any, qd: Any, qdd: Any, out: Any) -> bool:
+@a_pass(lambda n: ((n,), (n,), (n,), (2, n, n)))
+def slopes(table: Any, q: Any, qd: Any, qdd: Any, out: Any) -> None:
     """Derivatives of the forces by the variables, as `Slopes._fill_slopes`, and by the speeds, (2, N, N)."""
-    n = table.shape[0] - 1
-    if q.shape[0] != n or qd.shape[0] != n or qdd.shape[0] != n:
-        return False
+    n = n_joints(table)
+    table, out = as_array(table, (n + 1, COLUMNS)), as_array(out, (2, n, n))
+    q, qd, qdd = as_array(q, (n,)), as_array(qd, (n,)), as_array(qdd, (n,))
     work = np.empty((n, _WORK))
     _moving(table, q, qd, qdd, work)
     _by_speeds(table, qd, 1.0, work, out[1])
@@ -473,25 +440,96 @@ def slopes(table: Any, q: Any, qd: Any, qdd: Any, out: Any) -> bool:
         while carrier >= 0:
             out[0, carrier, j] = _power(work[carrier, _NOW], change[j])
             carrier = int(table[carrier, _PARENT])
-    return True
 
 
-@_pass(1, 1, 1)
-def energies(table: Any, q: Any, qd: Any, out: Any) -> bool:
-    """Kinetic and potential energy, (2,)."""
-    n = table.shape[0] - 1
-    if q.shape[0] != n or qd.shape[0] != n:
-        return False
+@_inner
+def _back(row: Any, q: float) -> Any:
+    """The inverse of a joint's own motion: what is carried stays as it is at home, and what carries it moves."""
+    return _turn(row[_AXIS], -q) if row[_SLIDES] == 0 else _slide(row[_AXIS], 0.0, -q)
+
+
+@a_pass(lambda n: ((n,), (n,), ()))
+def kinetic_energy(table: Any, q: Any, qd: Any, out: Any) -> None:
+    """The energy of motion, from twists as bodies see them that stay at home."""
+    n = n_joints(table)
+    table, out = as_array(table, (n + 1, COLUMNS)), as_array(out, (1,))
+    q, qd = as_array(q, (n,)), as_array(qd, (n,))
+    twists = np.empty((n, 6))
+    energy = 0.0
+    for j in range(n):
+        row, own = table[j], twists[j]
+        parent = int(row[_PARENT])
+        if parent < 0:
+            for k in range(6):
+                own[k] = qd[j] * row[10 + k]
+        else:
+            _twist_after(_move_line(_back(row, q[j]), twists[parent]), row[_TWIST], qd[j], own)
+        energy += _power(own, _momentum(row[_INERTIA], own)) + row[_ARMATURE] * qd[j] * qd[j]
+    out[0] = energy / 2
+
+
+@a_pass(lambda n: ((n,), ()))
+def potential_energy(table: Any, q: Any, out: Any) -> None:
+    """The energy of height: of distances from the plane of the base as bodies see it that stay at home."""
+    n = n_joints(table)
+    table, out = as_array(table, (n + 1, COLUMNS)), as_array(out, (1,))
+    q = as_array(q, (n,))
+    planes = np.empty((n, 4))
+    energy, fall = 0.0, table[n, _FALL]
+    ground = (-fall[0], -fall[1], -fall[2], 0.0)
+    for j in range(n):
+        row, own = table[j], planes[j]
+        parent, back = int(row[_PARENT]), _back(row, q[j])
+        if parent < 0:
+            _move_plane(back, ground, own)
+        else:
+            _move_plane(back, planes[parent], own)
+        # mass times centre is in the inertia about the origin
+        energy += own[3] * row[_BODY_MASS] + own[0] * row[35] + own[1] * row[36] + own[2] * row[37]
+    out[0] = energy
+
+
+@a_pass(lambda n: ((n,), (n,)))
+def gravity(table: Any, q: Any, out: Any) -> None:
+    """Forces of the joints that hold the robot still, (N,): each body is held at its centre against its weight."""
+    n = n_joints(table)
+    table, out = as_array(table, (n + 1, COLUMNS)), as_array(out, (n,))
+    q = as_array(q, (n,))
     work = np.empty((n, _WORK))
     _motions(table, q, work)
-    kinetic, potential, fall = 0.0, 0.0, table[n, _FALL]
+    fall = table[n, _FALL]
     for j in range(n):
-        own, body = work[j], table[j, _BODY]
-        _twists(table, qd, work, j)
-        _inertia(own[_MOTION], body, own[_MASS])
-        kinetic += _power(own[_MOVES], _momentum(own[_MASS], own[_MOVES])) / 2
-        kinetic += table[j, _ARMATURE] * qd[j] * qd[j] / 2
-        # the inertia about the origin holds mass times centre
-        potential -= own[33] * fall[0] + own[34] * fall[1] + own[35] * fall[2]
-    out[0], out[1] = kinetic, potential
-    return True
+        own, mass = work[j], table[j, _BODY_MASS]
+        force = (-mass * fall[0], -mass * fall[1], -mass * fall[2])
+        _join(_move_point(own[_MOTION], table[j, _CENTRE]), force, own[_FORCE])
+    for j in range(n - 1, -1, -1):
+        out[j] = _power(work[j, _NOW], work[j, _FORCE])
+        parent = int(table[j, _PARENT])
+        if parent >= 0:
+            for k in range(26, 32):
+                work[parent, k] += work[j, k]
+
+
+@dataclass(frozen=True, slots=True)
+class Passes:
+    """The passes for robots of so many joints."""
+
+    forward: Pass
+    forward_all: Pass
+    jacobian: Pass
+    jacobian_rate: Pass
+    inverse_dynamics: Pass
+    gravity: Pass
+    mass_matrix: Pass
+    coriolis_matrix: Pass
+    forward_dynamics: Pass
+    solved: Pass
+    slopes: Pass
+    kinetic_energy: Pass
+    potential_energy: Pass
+
+
+@cache
+def passes(count: int) -> Passes:
+    """The same for all robots of so many joints."""
+    return Passes(*(Pass(globals()[field.name], count) for field in fields(Passes)))

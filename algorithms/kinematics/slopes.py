@@ -41,8 +41,7 @@ class Slopes(Dynamics):
         MissingInertiaError, TypeError, ValueError
             As in `inverse_dynamics`.
         """
-        count = len(self.kinds)
-        one = self._one("slopes", (2, count, count), q, qd, qdd) if self._heavy else None
+        one = self._passes.slopes(self._heavy, q, qd, qdd)
         if one is not None:
             return one[0], one[1]
         self._need_inertia()

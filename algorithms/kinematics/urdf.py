@@ -16,7 +16,7 @@ import numpy as np
 
 from generated import pga3
 
-from .bodies import moved
+from .bodies import is_tensor, moved
 from .denavit_hartenberg import Joint
 from .errors import CyclicTreeError, DescriptionError, JointCountError, NotFiniteError, UnknownJointTypeError
 from .model import Floats
@@ -77,7 +77,7 @@ def read(path: str | Path, tip: str | None, locked: Iterable[str], base: str) ->
         raise ValueError(f"base: {base!r}; expected 'fixed' or 'floating'")
     links = _links(root, where)
     joints = _joints(root, links, where)
-    held = set(locked)
+    held = {locked} if isinstance(locked, str) else set(locked)
     unknown = held - {joint.name for joint in joints}
     if unknown:
         raise DescriptionError(f"{where}: no joint {sorted(unknown)[0]!r} to lock; its joints are {_names(joints)}")
@@ -113,21 +113,27 @@ def _names(joints: Sequence[Connection]) -> str:
     return ", ".join(joint.name for joint in joints)
 
 
-def _numbers(element: ElementTree.Element | None, key: str, default: str, count: int, where: str) -> Floats:
+def _numbers(
+    element: ElementTree.Element | None, key: str, default: str | None, count: int, where: str, infinite: bool = False
+) -> Floats:
     text = default if element is None else element.get(key, default)
+    if text is None:
+        raise DescriptionError(f"{where}: no {key}; expected a number")
     try:
         values = np.array([float(part) for part in text.split()])
     except ValueError:
         raise NotFiniteError(f"{where}: {key}={text!r}; expected {count} numbers") from None
     if len(values) != count:
         raise DescriptionError(f"{where}: {key}={text!r}; expected {count} numbers")
-    if not np.isfinite(values).all():
+    if np.isnan(values).any() or not (infinite or np.isfinite(values).all()):
         raise NotFiniteError(f"{where}: {key}={text!r}; expected finite numbers")
     return values
 
 
-def _number(element: ElementTree.Element | None, key: str, default: str, where: str) -> float:
-    return float(_numbers(element, key, default, 1, where)[0])
+def _number(
+    element: ElementTree.Element | None, key: str, default: str | None, where: str, infinite: bool = False
+) -> float:
+    return float(_numbers(element, key, default, 1, where, infinite)[0])
 
 
 def _motor(element: ElementTree.Element | None, where: str) -> Floats:
@@ -155,10 +161,10 @@ def _body(element: ElementTree.Element | None, where: str) -> Floats | None:
     """An <inertial>; None where it, its mass or its tensor is missing."""
     if element is None or element.find("mass") is None or element.find("inertia") is None:
         return None
-    mass = _number(element.find("mass"), "value", "nan", where)
-    tensor = [_number(element.find("inertia"), key, "nan", where) for key in ("ixx", "ixy", "ixz", "iyy", "iyz", "izz")]
-    if mass < 0:
-        raise DescriptionError(f"{where}: mass {mass}; expected no negative number")
+    mass = _number(element.find("mass"), "value", None, where)
+    tensor = [_number(element.find("inertia"), key, None, where) for key in ("ixx", "ixy", "ixz", "iyy", "iyz", "izz")]
+    if mass < 0 or not is_tensor(tensor):
+        raise DescriptionError(f"{where}: mass {mass}, inertia {tensor}; expected no negative mass, ixx, iyy, izz")
     return moved(_motor(element.find("origin"), where), [np.array([mass, 0, 0, 0, *tensor])])
 
 
@@ -212,13 +218,13 @@ def _joints(root: ElementTree.Element, links: dict[str, Link], where: str) -> li
 
 def _limits(element: ElementTree.Element | None, type_: str, where: str) -> tuple[float, float, float, float]:
     free = element is None or type_ in ("continuous", "floating", "planar")
-    low = -np.inf if free else _number(element, "lower", "0", where)
-    high = np.inf if free else _number(element, "upper", "0", where)
+    low = -np.inf if free else _number(element, "lower", "0", where, infinite=True)
+    high = np.inf if free else _number(element, "upper", "0", where, infinite=True)
+    if low > high:
+        raise DescriptionError(f"{where}: limits {low} to {high}; expected the lower first")
     if element is None:
         return low, high, np.inf, np.inf
-    speed, effort = (
-        _number(element, key, "0", where) if element.get(key) is not None else np.inf for key in ("velocity", "effort")
-    )
+    speed, effort = (_number(element, key, "inf", where, infinite=True) for key in ("velocity", "effort"))
     return low, high, speed, effort
 
 
@@ -227,17 +233,25 @@ def _root_link(links: dict[str, Link], joints: Sequence[Connection], where: str)
     roots = [name for name in links if name not in children]
     if not roots:
         raise CyclicTreeError(f"{where}: every link is carried by another; expected one that is the base")
-    reached, todo = set(), list(roots)
+    reached, todo, carried = set(), list(roots), _carried(joints)
     while todo:
         name = todo.pop()
         reached.add(name)
-        todo += [joint.child for joint in joints if joint.parent == name]
+        todo += [joint.child for joint in carried.get(name, ())]
     ring = [name for name in links if name not in reached]
     if ring:
         raise CyclicTreeError(f"{where}: links {', '.join(ring)} carry each other; expected a tree")
     if len(roots) > 1:
         raise DescriptionError(f"{where}: no joint carries any of {', '.join(roots)}; expected one base")
     return roots[0]
+
+
+def _carried(joints: Sequence[Connection]) -> dict[str, list[Connection]]:
+    """The joints on each link, in the order of the file."""
+    found: dict[str, list[Connection]] = {}
+    for joint in joints:
+        found.setdefault(joint.parent, []).append(joint)
+    return found
 
 
 def _walk(start: str, links: dict[str, Link], joints: Sequence[Connection], held: set[str], base: str) -> _Found:
@@ -264,30 +278,31 @@ def _walk(start: str, links: dict[str, Link], joints: Sequence[Connection], held
             parent = add(kind, f"{name}.{end}", frame, axis, parent, None)
         return parent
 
-    def visit(link: str, frame: Floats, carrier: int, depth: int) -> None:
+    def place(link: str, frame: Floats, carrier: int, depth: int) -> None:
         found.links[link], found.depths[link] = (carrier, frame), depth
         body = links[link].body
         if carrier >= 0 and body is not None:
             found.bodies[carrier].append(moved(frame, [body]))
-        for joint in joints:
-            if joint.parent != link:
-                continue
-            there = pga3.motor_product(frame, joint.origin)
-            match "fixed" if joint.name in held else joint.type:
-                case "fixed":
-                    carried = carrier
-                case "floating":
-                    carried = several(joint.name, there, _FREE, carrier)
-                case "planar":
-                    carried = several(joint.name, there, _in_plane(joint.axis), carrier)
-                case type_:
-                    kind = Joint.PRISMATIC if type_ == "prismatic" else Joint.REVOLUTE
-                    carried = add(kind, joint.name, there, joint.axis, carrier, joint)
-            if carried != carrier and links[joint.child].body is None:
-                found.without_inertia.append(joint.child)
-            visit(joint.child, there, carried, depth + 1)
+        todo.extend((joint, frame, carrier, depth + 1) for joint in reversed(carried.get(link, ())))
 
-    visit(start, identity, several("base", identity, _FREE, -1) if base == "floating" else -1, 0)
+    carried, todo = _carried(joints), list[tuple[Connection, Floats, int, int]]()
+    place(start, identity, several("base", identity, _FREE, -1) if base == "floating" else -1, 0)
+    while todo:
+        joint, frame, carrier, depth = todo.pop()
+        there = pga3.motor_product(frame, joint.origin)
+        match "fixed" if joint.name in held else joint.type:
+            case "fixed":
+                own = carrier
+            case "floating":
+                own = several(joint.name, there, _FREE, carrier)
+            case "planar":
+                own = several(joint.name, there, _in_plane(joint.axis), carrier)
+            case type_:
+                kind = Joint.PRISMATIC if type_ == "prismatic" else Joint.REVOLUTE
+                own = add(kind, joint.name, there, joint.axis, carrier, joint)
+        if own != carrier and links[joint.child].body is None:
+            found.without_inertia.append(joint.child)
+        place(joint.child, there, own, depth)
     return found
 
 

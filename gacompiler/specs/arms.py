@@ -118,6 +118,24 @@ def turns_of_sum(a, b, c):
     return (_angle(first), _angle(second)), discriminant
 
 
+@kernel(known=PROFILE, wanted=PROFILE, returns=(array(SCALAR, 4, 2), array(SCALAR, 4)))
+def turns_of_two_sums(known, wanted):
+    """The angles (p, q) of two equations ``a cos(p) + b sin(p) + c = d cos(q) + e sin(q) + f``, the first without q.
+
+    Rows of `known` are (a, b, c), of `wanted` (d, e, f). Returns four branches, of each p both of q in turn, and of
+    each the smaller discriminant.
+    """
+    (a, b, c), (x, y, z) = known
+    *first, gap = _angles(a, b, wanted[0][2] - c)
+    branches, gaps = [], []
+    for solution in first:
+        cosine, sine = _unit(*solution)
+        *second, gap_second = _angles(wanted[1][0], wanted[1][1], x * cosine + y * sine + z - wanted[1][2])
+        branches += [(_angle(solution), _angle(turn)) for turn in second]
+        gaps += [ga.minimum(gap, gap_second)] * 2
+    return tuple(branches), tuple(gaps)
+
+
 @kernel(a=SCALAR, b=SCALAR, c=SCALAR, returns=(PAIR, SCALAR))
 def slides_of_quadratic(a, b, c):
     """Both slides t with ``a t**2 + b t + c = 0``, ascending, and the discriminant ``1 - 4 a c / b**2``, scaled.
@@ -169,6 +187,13 @@ def turns_of_ellipse(p, s):
 def turn_between_points(line, a, b):
     """The angle about a normalised line from the half plane of the point `a` to that of `b`; 0 for points on it."""
     return _angle(_plane_turn(line, a & line, b & line))
+
+
+@kernel(line=UNIT_LINE, p=POINT, q=SCALAR, returns=POINT)
+def turned_point(line, p, q):
+    """The point `p` turned about a normalised line by an angle."""
+    centre, radius, tangent = _circle(line, p)
+    return centre + ga.cos(q) * radius + ga.sin(q) * tangent
 
 
 @kernel(line=UNIT_LINE, a=LINE, b=LINE, returns=SCALAR)

@@ -19,18 +19,11 @@ import numpy as np
 from generated import arms, pga3
 
 from ...arguments import Reals
+from .candidates import SAME, apart, gathered
 from .chain import Chain, direction
-from .search import descend, remainder
 
 _NOT_REAL = 1e-2
 """Imaginary parts up to this, with roots as directions, may be rounding of a double root: Newton's method tells."""
-_NEAR, _CLOSE, _STEPS = 0.3, 1e-10, 40
-"""Candidates nearer than the first to the goal are improved until they are nearer than the second, or left out."""
-_SAME = 1e-5
-"""Configurations are the same where their largest difference is less."""
-_SINGULAR = 1e-7
-"""Determinants of the joints' unit twists up to this: branches coincide there."""
-_BRANCHES = 16
 _TRIALS = 96
 """Random configurations by which one of four ways is chosen: they differ for arms that nearly have a structure."""
 
@@ -94,22 +87,7 @@ class Elimination:
         which, q = self._candidates(some * scale)
         q = np.where(self.chain.slides, q * self.whole.size, q)
         q = q[:, ::-1] if self.backwards else q
-        off = self.whole.distance(q, goals[which])
-        rough = np.flatnonzero((off > _CLOSE) & (off < _NEAR))
-        q[rough], _ = descend(self.whole, q[rough], goals[which[rough]], _STEPS, 1e-13 * self.whole.size)
-        off[rough] = self.whole.distance(q[rough], goals[which[rough]])
-        keep = off < 10 * _CLOSE
-        which, q, off = which[keep], self.whole.wrapped(q[keep]), off[keep]
-        order = np.lexsort((off, which))
-        which, q = which[order], q[order]
-        place = _places(which, q, len(goals), np.array(self.whole.slides))
-        which, q, place = which[place >= 0], q[place >= 0], place[place >= 0]
-        found, gap = np.full((len(goals), _BRANCHES, 6), np.nan), np.ones((len(goals), _BRANCHES))
-        found[which, place] = q
-        _, rates = remainder(self.whole, q, goals[which])
-        flat = np.abs(np.linalg.det(rates / np.linalg.norm(rates, axis=-2, keepdims=True))) <= _SINGULAR
-        gap[which[flat], place[flat]] = 0.0
-        return found, gap
+        return gathered(self.whole, which, q, goals)
 
     def _candidates(self, goals: Reals) -> tuple[Reals, Reals]:
         """Which goals, (K,), and configurations that may reach them, (K, 6)."""
@@ -158,7 +136,7 @@ def _prepared(axes: bytes, slides: tuple[bool, ...]) -> Elimination | None:
                 continue
             way = Elimination.made(whole, backwards, factors)
             found, _ = way.solve(goals)
-            lost = ~(_apart(found, q[:, None], np.array(slides)) < _SAME).any(-1)
+            lost = ~(apart(found, q[:, None], np.array(slides)) < SAME).any(-1)
             # Roots that are not real come in pairs.
             wrong = int((lost | (np.isfinite(found[..., 0]).sum(-1) % 2 == 1)).sum())
             if wrong < fewest:
@@ -166,13 +144,6 @@ def _prepared(axes: bytes, slides: tuple[bool, ...]) -> Elimination | None:
             if not wrong:
                 return best
     return best
-
-
-def _apart(a: Reals, b: Reals, slides: Reals) -> Reals:
-    """The largest difference of two configurations."""
-    away = a - b
-    away[..., ~slides] = (away[..., ~slides] + np.pi) % (2 * np.pi) - np.pi
-    return np.asarray(np.abs(away).max(-1))
 
 
 def _sampled(chain: Chain, joint: int) -> Reals:
@@ -240,21 +211,3 @@ def _backward(triangle: Reals, right: Reals) -> Reals:
         found[:, j] /= np.where(np.abs(pivot) > 1e-14, pivot, np.inf)
         found[:, :j] -= triangle[:, :j, j] * found[:, j, None]
     return found
-
-
-def _places(which: Reals, q: Reals, goals: int, slides: Reals) -> Reals:
-    """The branch of each configuration, (K,), -1 for those that are there already; those of a goal are in a row."""
-    place = np.full(len(which), -1)
-    count = np.zeros(goals, int)
-    start = np.searchsorted(which, np.arange(goals))
-    rank = np.arange(len(which)) - start[which] if len(which) else np.zeros(0, int)
-    kept = np.full((goals, _BRANCHES, q.shape[-1]), np.nan)
-    for k in range(int(rank.max(initial=-1)) + 1):
-        now = np.flatnonzero(rank == k)
-        goal = which[now]
-        new = ~(_apart(kept[goal], q[now, None], slides) < _SAME).any(-1) & (count[goal] < _BRANCHES)
-        now, goal = now[new], goal[new]
-        place[now] = count[goal]
-        kept[goal, count[goal]] = q[now]
-        count[goal] += 1
-    return place

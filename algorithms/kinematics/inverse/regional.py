@@ -94,21 +94,23 @@ class Regional:
         else:
             ahead = self.order is _Order.FIRST_THEN_THIRD
             known, wanted = (first[:, None], self.third) if ahead else (self.third, first[:, None])
-            slide_known, slide_wanted = (chain.slides[0], chain.slides[2])[:: 1 if ahead else -1]
-            a, gap_a = _solved(slide_known, known[..., 0, :], wanted[..., 0, 2])
-            a, gap_a = a.reshape(-1, 2), gap_a.reshape(-1, 1)
-            b, gap_b = _solved(slide_wanted, wanted[..., 1, :], _value(slide_known, known[..., 1, :], a))
-            a, gap = np.repeat(a, 2, axis=-1), np.repeat(np.minimum(gap_a, gap_b), 2, axis=-1)
-            b = b.reshape(-1, 4)
+            slides = (chain.slides[0], chain.slides[2])[:: 1 if ahead else -1]
+            if any(slides):
+                a, b, gap = _in_turn(slides, known, wanted)
+            else:
+                both, gap = arms.turns_of_two_sums(first if ahead else self.third, self.third if ahead else first)
+                a, b = both[..., 0], both[..., 1]
             one, three = (a, b) if ahead else (b, a)
-        x = pga3.move_point(chain.motion(2, three), self.point)
-        y = pga3.move_point_back(chain.motion(0, one), goals[:, None])
-        axis = chain.axes[1]
+        return np.stack([one, self._second(one, three, goals), three], -1), gap
+
+    def _second(self, one: Reals, three: Reals, goals: Reals) -> Reals:
+        """The variable of the second joint, from those of the others."""
+        chain, axis = self.chain, self.chain.axes[1]
+        x = _moved(chain.slides[2], chain.axes[2], self.point, three)
+        y = _moved(chain.slides[0], -chain.axes[0], goals[:, None], one)
         if chain.slides[1]:
-            two = pga3.position_along_line(y, axis) - pga3.position_along_line(x, axis)
-        else:
-            two = arms.turn_between_points(axis, x, y)
-        return np.stack([one, two, three], -1), gap
+            return np.asarray(pga3.position_along_line(y, axis) - pga3.position_along_line(x, axis))
+        return arms.turn_between_points(axis, x, y)  # type: ignore[no-any-return]
 
 
 def _apart(angles: Reals, imaginary: Reals) -> Reals:
@@ -144,6 +146,21 @@ def _equations(chain: Chain, frame: tuple[Reals, Reals], joint: int, axis: Reals
         return shadow(*frame, axis, points)  # type: ignore[no-any-return]
     profile = arms.segment_profile if slides else arms.circle_profile
     return profile(chain.axes[1], frame[0], axis, points)  # type: ignore[no-any-return]
+
+
+def _moved(slides: bool, axis: Reals, points: Reals, q: Reals) -> Reals:
+    """Points moved by a joint."""
+    if slides:
+        return pga3.move_point(pga3.motor_from_screw(axis, 0.0, q), points)  # type: ignore[no-any-return]
+    return arms.turned_point(axis, points, q)  # type: ignore[no-any-return]
+
+
+def _in_turn(slides: tuple[bool, ...], known: Reals, wanted: Reals) -> tuple[Reals, Reals, Reals]:
+    """As `arms.turns_of_two_sums`, where a side may slide."""
+    a, gap_a = _solved(slides[0], known[..., 0, :], wanted[..., 0, 2])
+    a, gap_a = a.reshape(-1, 2), gap_a.reshape(-1, 1)
+    b, gap_b = _solved(slides[1], wanted[..., 1, :], _value(slides[0], known[..., 1, :], a))
+    return np.repeat(a, 2, axis=-1), b.reshape(-1, 4), np.repeat(np.minimum(gap_a, gap_b), 2, axis=-1)
 
 
 def _solved(slides: bool, row: Reals, value: Reals) -> tuple[Reals, Reals]:

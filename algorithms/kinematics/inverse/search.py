@@ -9,11 +9,13 @@ from generated import pga3
 from ...arguments import Reals
 from .chain import Chain, direction
 
-_STARTS, _STEPS = 24, 60
+_STEPS = 60
 _BRANCHES = 8
 """How many configurations a search keeps."""
 _SLIGHT = 1e-12
 """Damping, as part of the arm's size squared, that only keeps equations from being singular."""
+_SINGULAR = 1e-11
+"""Singular values up to this, as parts of the arm's size, are 0."""
 _REACHED = 1e-9
 _SAME = 1e-5
 """Configurations are the same where their largest difference is less."""
@@ -103,15 +105,17 @@ def polish(chain: Chain, q: Reals, goals: Reals) -> Reals:
     """A few undamped steps, (N, n) and (N, 8): for what a closed form found to half the digits."""
     for _ in range(3):
         left, rates = remainder(chain, q, goals)
-        square = rates.swapaxes(-1, -2) @ rates + _SLIGHT * chain.size**2 * np.eye(len(chain))
-        q = q + np.linalg.solve(square, rates.swapaxes(-1, -2) @ left[..., None])[..., 0]
+        # not by normal equations, which have half the digits next to a singularity
+        across, sizes, along = np.linalg.svd(rates, full_matrices=False)
+        inverse = np.where(sizes > _SINGULAR * chain.size, 1 / np.maximum(sizes, _SINGULAR * chain.size), 0.0)
+        q = q + np.einsum("kij,ki->kj", along, inverse * np.einsum("kij,ki->kj", across, left))
     return q
 
 
-def search(chain: Chain, goals: Reals, starts: Reals | None = None) -> Reals:
-    """Configurations found from several starts, the nearest to the goal first: (N, branches, n)."""
-    if starts is None:
-        starts = np.random.default_rng(7).uniform(-np.pi, np.pi, (_STARTS, len(chain)))
+def search(chain: Chain, goals: Reals, starts: Reals | int = 24) -> Reals:
+    """Configurations found from several starts, or so many, the nearest to the goal first: (N, branches, n)."""
+    if isinstance(starts, int):
+        starts = np.random.default_rng(7).uniform(-np.pi, np.pi, (starts, len(chain)))
         starts[:, list(np.flatnonzero(chain.slides))] *= chain.size / np.pi
     many = len(starts)
     q, error = descend(chain, np.tile(starts, (len(goals), 1)), np.repeat(goals, many, axis=0), _STEPS, 1e-13)

@@ -44,7 +44,7 @@ class Solutions:
         as damped least squares gets, in lengths and in angles times the arm's size. NaN where the pose is not finite.
     method : str
         How the arm was solved: "spherical wrist", "spherical shoulder", "three parallel axes", "parallel axes",
-        "elbow circle", "elimination" or "search".
+        "three slides", "elbow circle", "elimination" or "search".
     within_limits : array of bool, (..., branches)
         Whether the branch is valid and every joint can be there, if need be by whole turns more or less than `q` says.
     """

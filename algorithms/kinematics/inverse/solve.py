@@ -19,6 +19,7 @@ from .elimination import Elimination
 from .meets import GEOMETRIES, Meets
 from .redundant import elbow_circle
 from .search import descend, polish, search
+from .slides import ThreeSlides, TwoSlides
 from .solutions import Solutions, Status
 
 if TYPE_CHECKING:
@@ -30,8 +31,12 @@ _RIGHT = 2e-11
 """A branch is valid where each coefficient of its motor, lengths as parts of the arm's size, is nearer than this."""
 _EXACT = 1e-13
 """Branches farther off than this, up to `_ROUGH`, are polished."""
-_ROUGH = 1e-3
-_STEPS = 60
+_ROUGH, _NO_ROOT = 1e-3, -1e-6
+"""But for those whose discriminant says that there is no solution, whatever its rounding."""
+_STEPS, _FEW = 60, 8
+"""Of descents to the nearest pose that can be reached; and from how many starts, where nothing is known."""
+_MOTION = 1e-3
+"""Matrices are of motions where no entry of the rotation is farther from one, and from that of the motor."""
 _AT_LIMIT = 1e-9
 """Rounding by which variables may be beyond their limits."""
 
@@ -88,25 +93,41 @@ def inverse(
         found = _checked(chain, goals, lambda motors, block: arm.solve(motors, turns[block]), arm.name)
     else:
         found = _with_locked(chain, goals, values, way)
-    status = np.full(count, Status.OUT_OF_REACH if found.method != "search" else Status.NOT_FOUND, np.int8)
-    status[found.valid.any(-1)] = Status.FOUND
-    status[(found.valid & (np.abs(found.gap) <= COINCIDE)).any(-1)] = Status.SINGULAR
-    status[~finite] = Status.NOT_FINITE
-    valid = found.valid & finite[:, None]
-    q = found.q
-    q[~valid] = np.nan
-    within = valid & _within(robot, q)
-    nearest = np.where(finite[:, None], found.nearest, np.nan)
-    inside = within.any(-1)
-    nearest[inside] = q[inside, within[inside].argmax(-1)]
+    branches, n = found.q.shape[1:]
+    status, within = np.empty(count, np.int8), np.empty((count, branches), bool)
+    for start in range(0, count, _BLOCK):
+        block = slice(start, start + _BLOCK)
+        _judge(robot, found, finite, block, status[block], within[block])
     return Solutions(
-        q.reshape(*shape, *q.shape[1:]),
-        valid.reshape(*shape, valid.shape[-1]),
+        found.q.reshape(*shape, branches, n),
+        found.valid.reshape(*shape, branches),
         status.reshape(shape),
-        nearest.reshape(*shape, nearest.shape[-1]),
+        found.nearest.reshape(*shape, n),
         found.method,
-        within.reshape(*shape, within.shape[-1]),
+        within.reshape(*shape, branches),
     )
+
+
+def _judge(
+    robot: Robot,
+    found: _Found,
+    finite: NDArray[np.bool_],
+    block: slice,
+    status: NDArray[np.int8],
+    within: NDArray[np.bool_],
+) -> None:
+    """The status of a block of poses, and which branches are within the limits; what is not valid becomes NaN."""
+    q, valid, nearest = found.q[block], found.valid[block], found.nearest[block]
+    status[:] = Status.OUT_OF_REACH if found.method != "search" else Status.NOT_FOUND
+    status[valid.any(-1)] = Status.FOUND
+    status[(valid & (np.abs(found.gap[block]) <= COINCIDE)).any(-1)] = Status.SINGULAR
+    lost = ~finite[block]
+    if lost.any():
+        status[lost], valid[lost], nearest[lost] = Status.NOT_FINITE, False, np.nan
+    q[~valid] = np.nan
+    within[:] = valid & _within(robot, q)
+    inside = np.flatnonzero(within.any(-1))
+    nearest[inside] = q[inside, within[inside].argmax(-1)]
 
 
 def _within(robot: Robot, q: Reals) -> NDArray[np.bool_]:
@@ -133,7 +154,12 @@ def _motors(robot: Robot, poses: ArrayLike) -> Reals:
     """Unit motors of poses, in double precision."""
     array = real_array(poses, f"{robot.name}: poses", ())
     if array.shape[-2:] == (4, 4):
-        return pga3.motor_from_matrix(array.astype(float))  # type: ignore[no-any-return]
+        matrices = array.astype(float)
+        found = pga3.motor_from_matrix(matrices)
+        away = pga3.motor_to_matrix(found) - matrices
+        away[..., :3, 3] = 0.0
+        found[np.abs(away).max((-2, -1)) > _MOTION] = np.nan
+        return found  # type: ignore[no-any-return]
     motors = real_array(array, f"{robot.name}: poses", (8,), "motors, or matrices (..., 4, 4)")
     return pga3.normalize_motor(motors.astype(float))  # type: ignore[no-any-return]
 
@@ -150,7 +176,7 @@ def _per_pose(value: ArrayLike, name: str, shape: tuple[int, ...]) -> Reals:
 def _with_locked(chain: Chain, goals: Reals, values: Mapping[int, Reals], geometry: str) -> _Found:
     """The branches where some joints have given values, (N,) each."""
     if not values:
-        form = closed_form(chain) or Elimination.of(chain)
+        form = closed_form(chain) or ThreeSlides.of(chain) or TwoSlides.of(chain) or Elimination.of(chain)
         if geometry != "motors":
             form = Meets.of(form, geometry)
             if form is None:
@@ -211,7 +237,7 @@ def _checked(chain: Chain, goals: Reals, way: Way, method: str) -> _Found:
         # The arc tangent of -0 is -pi.
         q[q == -np.pi] = np.pi
         valid = off <= _RIGHT
-        near = (off > _EXACT) & (off < _ROUGH)
+        near = (off > _EXACT) & (off < _ROUGH) & (gap > _NO_ROOT)
         if near.any():
             rows, branches = np.nonzero(near)
             rough.append((rows + start, branches, q[near], off[near]))
@@ -227,7 +253,10 @@ def _checked(chain: Chain, goals: Reals, way: Way, method: str) -> _Found:
         _polished(chain, goals, found, *(np.concatenate(part) for part in zip(*rough, strict=True)))
     missed = np.flatnonzero(~found.valid.any(-1))
     if len(missed):
-        begin = np.where(np.isfinite(found.nearest[missed]), found.nearest[missed], 0.0)
+        begin = found.nearest[missed]
+        nowhere = ~np.isfinite(begin).all(-1)
+        if nowhere.any():
+            begin[nowhere] = search(chain, goals[missed[nowhere]], _FEW)[:, 0]
         reached, _ = descend(chain, begin, goals[missed], _STEPS, 1e-13 * chain.size)
         # Where a joint could turn freely, another angle than the one that was taken may reach.
         free = (np.abs(found.gap[missed]) <= COINCIDE).any(-1) & (chain.distance(reached, goals[missed]) > _RIGHT)

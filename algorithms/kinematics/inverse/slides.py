@@ -1,0 +1,186 @@
+"""Arms of six joints of which two or three slide.
+
+Slides do not turn anything: the other joints make the rotation, and slides are what is linear in the rest. Three turns
+have two ways to a rotation, and three slides follow. Of four turns one is free; what two slides cannot reach is a
+function of it, whose roots are looked for on a grid.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from itertools import pairwise
+
+import numpy as np
+
+from generated import arms, pga3
+
+from ...arguments import Reals
+from .candidates import gathered
+from .chain import COINCIDE, TOLERANCE, Chain, direction, parallel
+
+_GRID = 48
+"""Values of the free angle where roots are looked for; from one to the next, directions turn by 7.5 degrees."""
+_HALVINGS = 14
+_BLOCK = 256
+"""Goals whose grids are worked on at once: what is known of them stays in the second cache."""
+_ORIGIN, _ONE = np.zeros(3), np.eye(8)[0]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class ThreeSlides:
+    """Three joints turn, neighbours of them not parallel, and three slide."""
+
+    chain: Chain
+    turns: tuple[int, ...]
+    slides: tuple[int, ...]
+
+    name = "three slides"
+
+    @classmethod
+    def of(cls, chain: Chain) -> ThreeSlides | None:
+        """The chain prepared, or None where it is of another kind."""
+        turns, slides = _parts(chain)
+        if len(slides) != 3 or len(turns) != 3 or not _skew(chain, turns):
+            return None
+        found = cls(chain, turns, slides)
+        # slides that are always in one plane reach no point
+        q = np.random.default_rng(0).uniform(-np.pi, np.pi, (8, 6))
+        _, volume = found.solve(chain.motion_of_all(q))
+        return found if np.any(volume > TOLERANCE) else None
+
+    def solve(self, goals: Reals) -> tuple[Reals, Reals]:
+        """As in `Closed`."""
+        q = np.zeros((len(goals), 2, 6))
+        q[..., self.turns], gap = arms.wrist_turns(*_directions(self.chain, self.turns), _rotation(goals))
+        ways, rest = _to_go(self.chain, self.slides, q, goals[:, None])
+        a, b, c = ways
+        across = np.stack([np.cross(b, c), np.cross(c, a), np.cross(a, b)], -2)
+        volume = np.sum(a * across[..., 0, :], axis=-1)
+        flat = np.abs(volume) <= COINCIDE
+        found = np.einsum("...ij,...j->...i", across, rest) / np.where(flat, 1.0, volume)[..., None]
+        q[..., self.slides] = np.where(flat[..., None], 0.0, found)
+        return q, np.where(flat, 0.0, gap[:, None])
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class TwoSlides:
+    """Four joints turn, of three in a row no neighbours are parallel, and two slide; from either end or both."""
+
+    chain: Chain
+    scans: tuple[tuple[bool, Scan], ...]
+    """With whether each is of the chain backwards."""
+
+    name = "search"
+
+    @classmethod
+    def of(cls, chain: Chain) -> TwoSlides | None:
+        """The chain prepared, or None where it is of another kind."""
+        found = ((False, Scan.of(chain)), (True, Scan.of(chain.backwards)))
+        scans = tuple((backwards, scan) for backwards, scan in found if scan is not None)
+        return cls(chain, scans) if scans else None
+
+    def solve(self, goals: Reals) -> tuple[Reals, Reals]:
+        """As in `Closed`. What one end misses, because roots are close, the other mostly has."""
+        parts, nearest = [(np.zeros(0, int), np.zeros((0, 6)))], np.empty((len(goals), 6))
+        for backwards, scan in self.scans:
+            ends = pga3.motor_inverse(goals) if backwards else goals
+            for start in range(0, len(goals), _BLOCK):
+                block = slice(start, start + _BLOCK)
+                which, q, near = scan.candidates(ends[block])
+                parts.append((which + start, q[:, ::-1] if backwards else q))
+                nearest[block] = near[:, ::-1] if backwards else near
+        which, q = (np.concatenate(part) for part in zip(*parts, strict=True))
+        found, gap = gathered(self.chain, which, q, goals)
+        lost = np.isnan(found[..., 0]).all(-1)
+        found[lost, 0] = nearest[lost]
+        return found, gap
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Scan:
+    """The first turn takes values of a grid; two ways of the other three make the rotation."""
+
+    chain: Chain
+    turns: tuple[int, ...]
+    slides: tuple[int, ...]
+
+    @classmethod
+    def of(cls, chain: Chain) -> Scan | None:
+        """The chain prepared, or None where it is of another kind."""
+        turns, slides = _parts(chain)
+        if len(slides) != 2 or len(turns) != 4 or not _skew(chain, turns[1:]):
+            return None
+        # slides that are always parallel are one
+        (a, b), _ = _to_go(chain, slides, np.random.default_rng(0).uniform(-np.pi, np.pi, (8, 6)), _ONE)
+        return cls(chain, turns, slides) if np.abs(np.cross(a, b)).max() > TOLERANCE else None
+
+    def candidates(self, goals: Reals) -> tuple[Reals, Reals, Reals]:
+        """Which goals, (K,), configurations that reach them or nearly do, (K, 6), and the nearest of each goal, (N, 6).
+
+        The nearest are those of the grid.
+        """
+        angles = np.arange(_GRID) * (2 * np.pi / _GRID)
+        grid, left, gap = self._at(np.broadcast_to(angles, (len(goals), _GRID)), goals[:, None])
+        there = (gap >= 0)[..., None] & np.isfinite(left)
+        after, there_after = np.roll(left, -1, axis=1), np.roll(there, -1, axis=1)
+        crossing = there & there_after & (left * after <= 0)
+        which, k, branch = np.nonzero(crossing)
+        low, high, value = angles[k], angles[k] + 2 * np.pi / _GRID, left[which, k, branch]
+        for _ in range(_HALVINGS):
+            middle = (low + high) / 2
+            same = self._at(middle, goals[which])[1][np.arange(len(which)), branch] * value > 0
+            low, high = np.where(same, middle, low), np.where(same, high, middle)
+        # where both ways begin and end, and where what is left comes near to 0 and leaves again
+        near = (np.abs(left) <= np.abs(after)) & (np.abs(left) <= np.roll(np.abs(left), 1, axis=1))
+        edge = there & ~(there_after & np.roll(there, 1, axis=1))
+        more, j, side = np.nonzero(there & near & ~crossing & ~np.roll(crossing, 1, axis=1) | edge)
+        which, branch = np.concatenate([which, more]), np.concatenate([branch, side])
+        q, _, _ = self._at(np.concatenate([(low + high) / 2, angles[j]]), goals[which])
+        best = np.where(there, np.abs(left), np.inf).reshape(len(goals), -1).argmin(-1)
+        nearest = grid.reshape(len(goals), -1, 6)[np.arange(len(goals)), best]
+        return which, q[np.arange(len(which)), branch], nearest
+
+    def _at(self, angle: Reals, goals: Reals) -> tuple[Reals, Reals, Reals]:
+        """Configurations (..., 2, 6) at values of the first turn, what is left across both slides, discriminants."""
+        q = np.zeros((*angle.shape, 2, 6))
+        first, *others = _directions(self.chain, self.turns)
+        turned = pga3.motor_relative(pga3.motor_from_line(first, angle), _rotation(goals))
+        q[..., self.turns[0]] = angle[..., None]
+        q[..., self.turns[1:]], gap = arms.wrist_turns(*others, turned)
+        (a, b), rest = _to_go(self.chain, self.slides, q, goals[..., None, :])
+        across = np.cross(a, b)
+        left = np.sum(across * rest, axis=-1)
+        # of two equations for both slides, those along the plane
+        aa, ab, bb = np.sum(a * a, -1), np.sum(a * b, -1), np.sum(b * b, -1)
+        ar, br = np.sum(a * rest, -1), np.sum(b * rest, -1)
+        area = np.maximum(aa * bb - ab * ab, COINCIDE)
+        q[..., self.slides[0]], q[..., self.slides[1]] = (bb * ar - ab * br) / area, (aa * br - ab * ar) / area
+        return q, left, gap
+
+
+def _parts(chain: Chain) -> tuple[tuple[int, ...], tuple[int, ...]]:
+    joints = range(len(chain))
+    return tuple(j for j in joints if not chain.slides[j]), tuple(j for j in joints if chain.slides[j])
+
+
+def _skew(chain: Chain, turns: tuple[int, ...]) -> bool:
+    """Whether no two neighbours of some axes are parallel."""
+    return not any(parallel(chain.axes[i], chain.axes[j]) for i, j in pairwise(turns))
+
+
+def _directions(chain: Chain, turns: tuple[int, ...]) -> list[Reals]:
+    """Axes moved to the origin."""
+    return [pga3.line_from_direction_moment(direction(chain.axes[j]), _ORIGIN) for j in turns]
+
+
+def _rotation(goals: Reals) -> Reals:
+    """Motors without their translation."""
+    rotor, _ = pga3.motor_to_rotor_translation(goals)
+    return pga3.motor_from_rotor_translation(rotor, _ORIGIN)  # type: ignore[no-any-return]
+
+
+def _to_go(chain: Chain, slides: tuple[int, ...], q: Reals, goals: Reals) -> tuple[list[Reals], Reals]:
+    """The directions of slides where turns have put them, and how far the origin is from where it shall be."""
+    motions = chain.motions(q)
+    ways = [direction(pga3.move_line(motions[k], chain.axes[k])) for k in slides]
+    return ways, pga3.move_point(goals, _ORIGIN) - pga3.move_point(motions[-1], _ORIGIN)
