@@ -14,7 +14,7 @@ from gacompiler.algebra.catalog import VGA3
 QUATERNION = VGA3.layout("QUATERNION", "1 e32 e13 e21")
 UNIT_QUATERNION = VGA3.layout("UNIT_QUATERNION", "1 e32 e13 e21", unit=True)
 VECTOR = VGA3.VECTOR
-COMPLEX, MATRIX = array(SCALAR, 2), array(SCALAR, 3, 3)
+COMPLEX, FOUR_BANDS, MATRIX = array(SCALAR, 2), array(SCALAR, 4, 2), array(SCALAR, 3, 3)
 
 AXES = VGA3.basis()
 UNIT_I = VGA3.multivector({"e32": 1})
@@ -274,34 +274,38 @@ def from_phases(size, phi, theta, psi):
     return size * turn_i * turn_k * _quaternion(ga.cos(theta), 0, ga.sin(theta), 0)
 
 
-@kernel(
-    z=COMPLEX,
-    moved=COMPLEX,
-    west=COMPLEX,
-    east=COMPLEX,
-    north=COMPLEX,
-    south=COMPLEX,
-    floor=SCALAR,
-    returns=array(SCALAR, 6),
-)
-def phase_equation(z, moved, west, east, north, south, floor):
-    """What one complex band says of the motion (u, v) between two images: a line, as weighted normal equations.
+def _change_of_phase(a, b):
+    return ga.atan2(a[0] * b[1] - a[1] * b[0], a[0] * b[0] + a[1] * b[1])
 
-    `z` is the band of the first image, with its four neighbours, `moved` that of the second. Phases obey
-    ``k . (u, v) = -arg(moved / z)`` with the local frequency k, half the change of phase between opposite neighbours.
-    Results are xx, xy, yy of the matrix, the right-hand sides x, y and the squared change of phase, weighted by
-    ``|z moved|``; 0 where one of the two is smaller than `floor` or the change exceeds 2.
+
+@kernel(west=COMPLEX, east=COMPLEX, north=COMPLEX, south=COMPLEX, returns=array(SCALAR, 2))
+def phase_slopes(west, east, north, south):
+    """The slopes of the phase of a complex band along x and y, in radians per pixel, by a pixel's four neighbours.
+
+    Half the change of phase between opposite ones.
     """
+    return _change_of_phase(west, east) / 2, _change_of_phase(north, south) / 2
 
-    def change(a, b):
-        return ga.atan2(a[0] * b[1] - a[1] * b[0], a[0] * b[0] + a[1] * b[1])
 
-    kx, ky, angle = change(west, east) / 2, change(north, south) / 2, change(z, moved)
-    first, second = z[0] * z[0] + z[1] * z[1], moved[0] * moved[0] + moved[1] * moved[1]
-    small = ga.minimum(first, second) < floor * floor
-    weight = ga.select(small, 0, ga.select(ga.absolute(angle) <= 2, ga.sqrt(first * second), 0))
-    x, y = weight * kx, weight * ky
-    return x * kx, x * ky, y * ky, -x * angle, -y * angle, weight * angle * angle
+@kernel(z=FOUR_BANDS, slopes=FOUR_BANDS, moved=FOUR_BANDS, floor=array(SCALAR, 4), returns=array(SCALAR, 6))
+def phase_equations(z, slopes, moved, floor):
+    """What four complex bands say of the motion (u, v) between two images: each a line, as weighted normal equations.
+
+    `z` are the bands of the first image, `slopes` those of their phases, k, and `moved` the bands of the second image.
+    Phases obey ``k . (u, v) = -arg(moved / z)``. Results are sums of xx, xy, yy of the matrix, of the right-hand sides
+    x, y and of the squared change of phase, weighted by ``|z moved|``; of 0 where one of the two is smaller than
+    `floor` or the change exceeds 2.
+    """
+    sums = (0,) * 6
+    for one, slope, other, least in zip(z, slopes, moved, floor, strict=True):
+        angle = _change_of_phase(one, other)
+        first, second = one[0] * one[0] + one[1] * one[1], other[0] * other[0] + other[1] * other[1]
+        small = ga.minimum(first, second) < least * least
+        weight = ga.select(small, 0, ga.select(ga.absolute(angle) <= 2, ga.sqrt(first * second), 0))
+        x, y = weight * slope[0], weight * slope[1]
+        terms = x * slope[0], x * slope[1], y * slope[1], -x * angle, -y * angle, weight * angle * angle
+        sums = tuple(a + b for a, b in zip(sums, terms, strict=True))
+    return sums
 
 
 @kernel(
@@ -315,7 +319,7 @@ def phase_equation(z, moved, west, east, north, south, floor):
     returns=(SCALAR, SCALAR, SCALAR),
 )
 def solve_motion(xx, xy, yy, x, y, square, ridge):
-    """The motion u, v of normal equations as in `phase_equation`, and how well it is known, from 0 to 1.
+    """The motion u, v of normal equations as in `phase_equations`, and how well it is known, from 0 to 1.
 
     `ridge`, positive, is added to the diagonal, so that the motion is 0 where there are no equations. With the smaller
     eigenvalue e of the matrix and the sum r of squares that are left, the third result is ``e / (e + r + ridge)``.
