@@ -24,8 +24,7 @@ _SIGMA = 2.2
 _TAPS = half_taps(
     np.array([[gabor_taps(0.0, _SIGMA, False)[0], *gabor_taps(one, _SIGMA, True)] for one in _FREQUENCIES]), np.float32
 )
-_BANDS = 4 * len(_FREQUENCIES)
-"""Complex ones: for each frequency, two of diagonal waves and two of waves along columns and rows."""
+_COUNT = len(_FREQUENCIES)
 _NEIGHBOURHOOD = half_taps(gabor_taps(0.0, 2.5, False)[0], np.float32)
 """A Gaussian over which equations are averaged."""
 _HALVING = half_taps(gabor_taps(0.0, 1.0, False)[0], np.float32)
@@ -34,7 +33,7 @@ _WARPS = 3
 _FLOOR = 0.1
 """Bands count where they are larger than this part of their median."""
 _SMALLEST = 8
-_ROWS = 16
+_PIXELS = 2**14
 """Whose numbers stay in a cache from one filter or kernel to the next."""
 
 
@@ -136,24 +135,27 @@ class _Level:
 
     def __init__(self, image: Reals, workers: int | None) -> None:
         rows, columns = image.shape
-        self._workers, self._places = workers, list(slices(rows, _ROWS))
-        self._bands, self._slopes = (np.empty((_BANDS, 2, rows, columns), image.dtype) for _ in range(2))
+        self._workers, self._places = workers, list(slices(rows, max(_PIXELS // columns, 1)))
+        self._most = max(place.stop - place.start for place in self._places)
+        self._bands, self._slopes = (np.empty((_COUNT, 8, rows, columns), image.dtype) for _ in range(2))
         wide = columns + 2
 
         def filtered(place: slice, memory: Reals) -> None:
             bands, rest = _bands(image, 1, slice(place.start, place.stop + 2), memory)
-            self._bands[:, :, place] = bands[:, :, 1:-1, 1:-1]
+            self._bands[:, :, place] = bands[..., 1:-1, 1:-1]
             # As one line of numbers, where neighbours are so many places apart; those at the sides are cut off.
             size = bands[0, 0].size - 2 * wide
-            slopes = rest[: 2 * size].reshape(2, size)
-            for band, result in zip(_pairs(bands), self._slopes, strict=True):
+            slopes = rest[: 8 * size].reshape(8, size)
+            for band, result in zip(_lines(bands), self._slopes, strict=True):
                 west, east, north, south = (band[wide + k : wide + k + size - 2] for k in (0, 2, 1 - wide, 1 + wide))
-                quaternion.phase_slopes(west, east, north, south, out=slopes.T[1:-1])
-                result[:, place] = slopes.reshape(2, -1, wide)[..., 1:-1]
+                quaternion.phase_slopes(west, east, north, south, out=slopes.T.reshape(size, 4, 2, copy=False)[1:-1])
+                result[:, place] = slopes.reshape(8, -1, wide)[..., 1:-1]
 
-        self._each(filtered, 5 * _BANDS * (_ROWS + 2) * wide)
-        sizes = (self._bands[:, :, ::3, ::3] ** 2).sum(1)
-        self._floors = (_FLOOR * np.sqrt(np.median(sizes, (1, 2)))).astype(image.dtype).reshape(-1, 4)
+        self._each(filtered, (_COUNT + 1) * 8 * (self._most + 2) * wide)
+        some = np.moveaxis(self._bands[:, :, ::3, ::3], 1, -1)
+        parts = (*quaternion.pack_two_sided(some[..., :4]), some[..., 4:6], some[..., 6:])
+        squares = np.stack([np.median((part**2).sum(-1), (1, 2)) for part in parts], -1)
+        self._floors = (_FLOOR * np.sqrt(squares)).astype(image.dtype)
 
     def moved(self, spline: Reals, uv: Reals) -> Reals:
         """The second image, of which the coefficients are given, where the motion says that the first one's are."""
@@ -167,34 +169,33 @@ class _Level:
 
         def compared(place: slice, memory: Reals) -> None:
             bands, rest = _bands(moved, 0, place, memory)
-            equations = rest[: 12 * moved[place].size].reshape(2, 6, -1)
-            known = (_fours(array[:, :, place]) for array in (self._bands, self._slopes))
-            for k, (four, slopes, there, floors) in enumerate(zip(*known, _fours(bands), self._floors, strict=True)):
-                quaternion.phase_equations(four, slopes, there, floors, out=equations[min(k, 1)].T)
+            total, more = sums[:, place].reshape(6, -1, copy=False), rest[: 6 * moved[place].size].reshape(6, -1)
+            known = (_lines(array[:, :, place]) for array in (self._bands, self._slopes))
+            for k, (first, slopes, second, floors) in enumerate(zip(*known, _lines(bands), self._floors, strict=True)):
+                slopes = slopes.reshape(-1, 4, 2, copy=False)
+                quaternion.phase_equations(first, slopes, second, floors, out=(more if k else total).T)
                 if k:
-                    equations[0] += equations[1]
-            sums[:, place] = equations[0].reshape(6, -1, moved.shape[1])
+                    total += more
 
-        self._each(compared, (3 * _BANDS + 12) * _ROWS * moved.shape[1])
+        self._each(compared, (8 * _COUNT + 6) * self._most * moved.shape[1])
         # Waves of size 1 give sums of about 1, so that the second part counts only where there is nothing.
         ridge = np.asarray(1e-4 * (sums[0].mean() + sums[2].mean()) + 1e-12, moved.dtype)
-        found, confidence = np.empty_like(uv), np.empty_like(uv[0])
+        found = np.empty((3, *moved.shape), moved.dtype)
 
         def solved(place: slice, memory: Reals) -> None:
             smooth = memory[: 6 * moved[place].size].reshape(6, *moved[place].shape)
             smooth_rows(sums, _NEIGHBOURHOOD, place, smooth)
-            quaternion.solve_motion(*smooth, ridge, out=(found[0, place], found[1, place], confidence[place]))
+            quaternion.solve_motion(_lines(smooth), ridge, out=_lines(found[:, place]))
 
-        self._each(solved, 6 * _ROWS * moved.shape[1])
-        found += uv
-        result = np.empty_like(uv)
+        self._each(solved, 6 * self._most * moved.shape[1])
+        padded, result = np.pad(found[:2] + uv, [(0, 0), (2, 2), (2, 2)], "edge"), np.empty_like(uv)
 
         def settled(place: slice) -> None:
-            for part, out in zip(found, result, strict=True):
+            for part, out in zip(padded, result, strict=True):
                 median_rows(part, place, out[place])
 
         in_threads(settled, self._places, self._workers)
-        return result, confidence
+        return result, found[2]
 
     def _each(self, work: Callable[[slice, Reals], None], size: int) -> None:
         """Do some work on all rows, each thread with memory of its own for so many numbers."""
@@ -211,30 +212,21 @@ class _Level:
 
 
 def _bands(image: Reals, border: int, place: slice, memory: Reals) -> tuple[Reals, Reals]:
-    """Some rows of the complex bands of an image, (K, 2, rows, columns), which go on beyond it by a border.
+    """Some rows of the bands of an image, (K, 8, rows, columns), which go on beyond it by a border.
 
-    For each frequency: the two planes of the quaternionic filter, of diagonal waves, and waves along columns and rows.
-    They are put into `memory`, the rest of which is returned.
+    For each frequency a quaternion, of diagonal waves, and waves along columns and rows. They are put into `memory`,
+    the rest of which is returned.
     """
-    shape = (len(_FREQUENCIES), 4, place.stop - place.start, image.shape[1] + 2 * border)
+    shape = (_COUNT, 8, place.stop - place.start, image.shape[1] + 2 * border)
     size = int(np.prod(shape))
-    bands = memory[: 2 * size].reshape(_BANDS, 2, *shape[2:])
-    quaternions = memory[2 * size : 3 * size].reshape(shape)
-    gabor_rows(image, _TAPS, border, place, quaternions, bands)
-    pairs = _pairs(bands)
-    for k, q in enumerate(quaternions):
-        quaternion.pack_two_sided(q.reshape(4, -1).T, out=(pairs[4 * k], pairs[4 * k + 1]))
-    return bands, memory[2 * size :]
+    bands = memory[:size].reshape(shape)
+    gabor_rows(image, _TAPS, border, place, bands)
+    return bands, memory[size:]
 
 
-def _pairs(bands: Reals) -> Reals:
-    """Complex bands (K, 2, rows, columns) as numbers in one line, (K, n, 2), in the same memory."""
-    return np.swapaxes(bands.reshape(*bands.shape[:2], -1, copy=False), 1, 2)
-
-
-def _fours(bands: Reals) -> Reals:
-    """As `_pairs`, the four bands of each frequency together, (K / 4, n, 4, 2)."""
-    return np.moveaxis(bands.reshape(-1, 4, 2, bands[0, 0].size, copy=False), -1, 1)
+def _lines(images: Reals) -> Reals:
+    """Images (..., K, rows, columns) as one line of K numbers each, (..., n, K), in the same memory."""
+    return np.swapaxes(images.reshape(*images.shape[:-2], -1, copy=False), -1, -2)
 
 
 def _normalized(images: list[Reals]) -> tuple[Reals, ...]:

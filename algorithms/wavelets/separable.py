@@ -6,12 +6,13 @@ All work on some rows of the result, so that what lies between stays in a cache 
 from __future__ import annotations
 
 from functools import lru_cache
-from itertools import product
 from typing import Any
 
 import numpy as np
 from numba import njit
 from numpy.typing import NDArray
+
+from generated import quaternion
 
 from ..arguments import Reals
 
@@ -23,8 +24,6 @@ _REACH = 2 * _GROUP
 _WIDE = 160
 _TILE = _WIDE - 2 * _REACH
 """Columns that are filtered together, and results that they give."""
-_BLOCK = 64
-"""Pixels whose medians are computed side by side."""
 
 
 def half_taps(taps: NDArray[np.float64], dtype: Any) -> Reals:
@@ -47,7 +46,7 @@ def half_taps(taps: NDArray[np.float64], dtype: Any) -> Reals:
     return result
 
 
-def gabor_rows(image: Reals, taps: Reals, border: int, place: slice, quaternions: Reals, bands: Reals) -> None:
+def gabor_rows(image: Reals, taps: Reals, border: int, place: slice, out: Reals) -> None:
     """Some rows of an image, mirrored at its edges, filtered by quaternionic Gabor filters and along one axis.
 
     Parameters
@@ -60,12 +59,10 @@ def gabor_rows(image: Reals, taps: Reals, border: int, place: slice, quaternions
         How far the result goes beyond the image.
     place : slice
         Rows of the result, of M + 2 border.
-    quaternions : array, (F, 4, rows, N + 2 border)
-        Filled with w, x, y and z.
-    bands : array, (4 F, 2, rows, N + 2 border)
-        The last two of four are filled with real and imaginary parts of waves along columns, and of waves along rows.
+    out : array, (F, 8, rows, N + 2 border)
+        Filled with quaternions w, x, y, z, and real and imaginary parts of waves along columns, and along rows.
     """
-    _gabor(image, taps, *_around(image, border, place), quaternions, bands)
+    _gabor(image, taps, *_around(image, border, place), out)
 
 
 def smooth_rows(images: Reals, taps: Reals, place: slice, out: Reals) -> None:
@@ -83,16 +80,23 @@ def smooth_rows(images: Reals, taps: Reals, place: slice, out: Reals) -> None:
     _smooth(images, taps, *_around(images, 0, place), out)
 
 
-def median_rows(image: Reals, place: slice, out: Reals) -> None:
-    """Some rows of the medians of 5 x 5 pixels; beyond the edges, the nearest pixel is repeated.
+def median_rows(padded: Reals, place: slice, out: Reals) -> None:
+    """Some rows of the medians of 5 x 5 pixels.
 
     Parameters
     ----------
-    image : array, (M, N)
+    padded : array, (M + 4, N + 4)
+        Dense, with two pixels more on all sides.
     place : slice
     out : array, (rows, N)
     """
-    _medians(image, place.start, *_networks(), out)
+    wide, size = padded.shape[1], padded.itemsize
+    # As one line of numbers, where neighbours are so many places apart; those at the right are cut off.
+    medians = np.empty((place.stop - place.start, wide), padded.dtype)
+    line, inside = padded.ravel()[place.start * wide :], medians.ravel()[:-4]
+    pixels = np.lib.stride_tricks.as_strided(line, (inside.size, 5, 5), (size, wide * size, size), writeable=False)
+    quaternion.median_of_25(pixels, out=inside)
+    out[...] = medians[:, :-4]
 
 
 def sampled_rows(spline: Reals, uv: Reals, place: slice, out: Reals) -> None:
@@ -120,53 +124,6 @@ def _mirrored(size: int, reach: int) -> NDArray[np.intp]:
     """Places, from `reach` before the first one to as many after the last."""
     r = np.arange(-reach, size + reach) % (2 * size)
     return np.minimum(r, 2 * size - 1 - r)
-
-
-def _merge_exchange(size: int) -> list[tuple[int, int]]:
-    """Pairs to compare and exchange so that numbers are sorted.
-
-    Batcher's merge exchange (Knuth, *The Art of Computer Programming* 3, 5.2.2 M).
-    """
-    pairs = []
-    top = 1 << (size - 1).bit_length() - 1
-    p = top
-    while p > 0:
-        q, r, d = top, 0, p
-        while True:
-            pairs += [(i, i + d) for i in range(size - d) if i & p == r]
-            if q == p:
-                break
-            d, q, r = q - p, q >> 1, p
-        p >>= 1
-    return pairs
-
-
-@lru_cache
-def _networks() -> tuple[NDArray[np.intp], NDArray[np.intp]]:
-    """Pairs to compare and exchange: in a column of five, and then among 5 x 5 places, row after row.
-
-    With columns sorted, rows are sorted; then most places have more than 12 numbers that are not larger, or not
-    smaller, and the middle one of the others is the median. Pairs that never change anything, and those that the median
-    does not see, are left out: by all cases of zeros and ones (Knuth, 5.3.4 Z).
-    """
-    columns = _merge_exchange(5)
-    pairs = [(5 * row + i, 5 * row + j) for row in range(5) for i, j in columns]
-    left = [5 * i + j for i, j in product(range(5), repeat=2) if max((i + 1) * (j + 1), (5 - i) * (5 - j)) <= 13]
-    pairs += [(left[i], left[j]) for i, j in _merge_exchange(len(left))]
-    # How many zeros the columns begin with, in any order of the columns.
-    zeros = np.array(list(product(range(6), repeat=5)))
-    values = (np.arange(5)[:, None] >= zeros[:, None, :]).reshape(len(zeros), 25)
-    changing = []
-    for i, j in pairs:
-        if (values[:, i] > values[:, j]).any():
-            changing.append((i, j))
-            values[:, i], values[:, j] = values[:, i] & values[:, j], values[:, i] | values[:, j]
-    seen, kept = {left[len(left) // 2]}, []
-    for pair in changing[::-1]:
-        if not seen.isdisjoint(pair):
-            seen.update(pair)
-            kept.append(pair)
-    return np.array(columns), np.array(kept[::-1])
 
 
 def _filters(step: int) -> tuple[Any, Any]:
@@ -234,8 +191,8 @@ def _seen(image: Any, rows: Any, columns: Any, start: Any, seen: Any) -> None:
 
 
 @njit(nogil=True)
-def _gabor(image: Any, taps: Any, rows: Any, columns: Any, quaternions: Any, bands: Any) -> None:
-    wide = quaternions.shape[3]
+def _gabor(image: Any, taps: Any, rows: Any, columns: Any, out: Any) -> None:
+    wide = out.shape[3]
     seen = np.zeros(rows.size * _WIDE, image.dtype)
     # Along columns: the Gaussian, and the even and the odd part, for each frequency, with room behind.
     lines = np.zeros((3 * len(taps) + 1) * _WIDE, image.dtype)
@@ -252,10 +209,10 @@ def _gabor(image: Any, taps: Any, rows: Any, columns: Any, quaternions: Any, ban
                     _three_columns(lines[(3 * f + k) * _WIDE :], taps[f], found)
                     low, even, odd = found[:size], found[_WIDE : _WIDE + size], found[2 * _WIDE : 2 * _WIDE + size]
                     if k == 0:
-                        bands[4 * f + 3, 0, n, start:end], bands[4 * f + 3, 1, n, start:end] = even, odd
+                        out[f, 6, n, start:end], out[f, 7, n, start:end] = even, odd
                     else:
-                        bands[4 * f + 2, k - 1, n, start:end] = low
-                        quaternions[f, k - 1, n, start:end], quaternions[f, k + 1, n, start:end] = even, odd
+                        out[f, 3 + k, n, start:end] = low
+                        out[f, k - 1, n, start:end], out[f, k + 1, n, start:end] = even, odd
 
 
 @njit(nogil=True)
@@ -271,35 +228,6 @@ def _smooth(images: Any, taps: Any, rows: Any, columns: Any, result: Any) -> Non
                 _one_row(seen[n * _WIDE :], taps, line)
                 _one_column(line, taps, found)
                 result[m, n, start:end] = found[: end - start]
-
-
-@njit(nogil=True, fastmath={"contract"})
-def _exchange(low: Any, high: Any) -> None:
-    for x in range(low.size):
-        a, b = low[x], high[x]
-        low[x] = a if a < b else b
-        high[x] = b if a < b else a
-
-
-@njit(nogil=True)
-def _medians(image: Any, start: Any, columns: Any, pairs: Any, result: Any) -> None:
-    rows, size = image.shape
-    # Five lines, sorted from line to line, with a margin of two pixels on the left, and of a block on the right.
-    lines = np.empty((5, size + 4 + _BLOCK), image.dtype)
-    block = np.empty((25, _BLOCK), image.dtype)
-    for n in range(len(result)):
-        for k in range(5):
-            row = image[min(max(start + n + k - 2, 0), rows - 1)]
-            lines[k, :2], lines[k, 2 : size + 2], lines[k, size + 2 :] = row[0], row, row[size - 1]
-        for m in range(len(columns)):
-            _exchange(lines[columns[m, 0]], lines[columns[m, 1]])
-        for x in range(0, size, _BLOCK):
-            for k in range(25):
-                block[k] = lines[k // 5, x + k % 5 : x + k % 5 + _BLOCK]
-            for m in range(len(pairs)):
-                _exchange(block[pairs[m, 0]], block[pairs[m, 1]])
-            end = min(size, x + _BLOCK)
-            result[n, x:end] = block[12, : end - x]
 
 
 @njit(inline="always")
