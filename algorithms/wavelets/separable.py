@@ -182,12 +182,25 @@ _three_columns, _one_column = _filters(1)
 
 
 @njit(nogil=True)
+def _copy(numbers: Any, count: Any, out: Any) -> None:
+    for x in range(count):
+        out[x] = numbers[x]
+
+
+@njit(nogil=True)
 def _seen(image: Any, rows: Any, columns: Any, start: Any, seen: Any) -> None:
     """What the filters of one tile see, in lines of `_WIDE` numbers."""
+    count = min(_WIDE, columns.size - start)
+    first = columns[start]
+    # Away from the edges, or else about them.
+    plain = first > 0 and columns[start + count - 1] - first == count - 1
     for m in range(rows.size):
-        line = image[rows[m]]
-        for x in range(min(_WIDE, columns.size - start)):
-            seen[m * _WIDE + x] = line[columns[start + x]]
+        line, to = image[rows[m]], seen[m * _WIDE :]
+        if plain:
+            _copy(line[first:], count, to)
+        else:
+            for x in range(count):
+                to[x] = line[columns[start + x]]
 
 
 @njit(nogil=True)
@@ -198,8 +211,7 @@ def _gabor(image: Any, taps: Any, rows: Any, columns: Any, out: Any) -> None:
     lines = np.zeros((3 * len(taps) + 1) * _WIDE, image.dtype)
     found = np.zeros(3 * _WIDE, image.dtype)
     for start in range(0, wide, _TILE):
-        end = min(start + _TILE, wide)
-        size = end - start
+        size = min(_TILE, wide - start)
         _seen(image, rows, columns, start, seen)
         for n in range(rows.size - 2 * _REACH):
             for f in range(len(taps)):
@@ -207,12 +219,11 @@ def _gabor(image: Any, taps: Any, rows: Any, columns: Any, out: Any) -> None:
             for f in range(len(taps)):
                 for k in range(3):
                     _three_columns(lines[(3 * f + k) * _WIDE :], taps[f], found)
-                    low, even, odd = found[:size], found[_WIDE : _WIDE + size], found[2 * _WIDE : 2 * _WIDE + size]
-                    if k == 0:
-                        out[f, 6, n, start:end], out[f, 7, n, start:end] = even, odd
-                    else:
-                        out[f, 3 + k, n, start:end] = low
-                        out[f, k - 1, n, start:end], out[f, k + 1, n, start:end] = even, odd
+                    if k > 0:
+                        _copy(found, size, out[f, 3 + k, n, start:])
+                    even, odd = (k - 1, k + 1) if k > 0 else (6, 7)
+                    _copy(found[_WIDE:], size, out[f, even, n, start:])
+                    _copy(found[2 * _WIDE :], size, out[f, odd, n, start:])
 
 
 @njit(nogil=True)
@@ -222,12 +233,11 @@ def _smooth(images: Any, taps: Any, rows: Any, columns: Any, result: Any) -> Non
     line, found = np.zeros(2 * _WIDE, images.dtype), np.zeros(_WIDE, images.dtype)
     for m in range(len(images)):
         for start in range(0, wide, _TILE):
-            end = min(start + _TILE, wide)
             _seen(images[m], rows, columns, start, seen)
             for n in range(rows.size - 2 * _REACH):
                 _one_row(seen[n * _WIDE :], taps, line)
                 _one_column(line, taps, found)
-                result[m, n, start:end] = found[: end - start]
+                _copy(found, min(_TILE, wide - start), result[m, n, start:])
 
 
 @njit(inline="always")
@@ -241,8 +251,9 @@ def _inside(place: int, size: int) -> int:
 @njit(inline="always")
 def _weights(t: Any) -> Any:
     """The cubic B-spline at t + 1, t, t - 1 and t - 2, for t from 0 to 1."""
-    s = 1 - t
-    return s * s * s / 6, (4 - 3 * t * t * (2 - t)) / 6, (4 - 3 * s * s * (2 - s)) / 6, t * t * t / 6
+    s, sixth = 1 - t, 1 / 6
+    before, after = s * s * s * sixth, t * t * t * sixth
+    return before, 2 / 3 - t * t * (1 - t / 2), 2 / 3 - s * s * (1 - s / 2), after
 
 
 @njit(nogil=True, fastmath={"contract"})

@@ -293,9 +293,7 @@ def phase_slopes(west, east, north, south):
     `pack_two_sided`, and two complex numbers, real parts first.
     """
     west, east, north, south = (_planes(bands) for bands in (west, east, north, south))
-    return tuple(
-        (_change_of_phase(west[k], east[k]) / 2, _change_of_phase(north[k], south[k]) / 2) for k in range(4)
-    )
+    return tuple((_change_of_phase(west[k], east[k]) / 2, _change_of_phase(north[k], south[k]) / 2) for k in range(4))
 
 
 @kernel(first=BANDS, slopes=SLOPES, second=BANDS, floor=array(SCALAR, 4), returns=EQUATIONS)
@@ -366,7 +364,9 @@ def _median_network():
     pairs = [(5 * row + i, 5 * row + j) for row in range(5) for i, j in sort]
     pairs += [(rest[i], rest[j]) for i, j in _merge_exchange(len(rest))]
     bits = [
-        sum(1 << case for case in range(6**5) if case // 6**column % 6 <= row) for row in range(5) for column in range(5)
+        sum(1 << case for case in range(6**5) if case // 6**column % 6 <= row)
+        for row in range(5)
+        for column in range(5)
     ]
     found = [(5 * i + column, 5 * j + column) for column in range(5) for i, j in sort]
     for i, j in pairs:
