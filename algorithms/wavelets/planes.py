@@ -181,6 +181,14 @@ def slices(length: int, size: int) -> Iterator[slice]:
         yield slice(k * length // parts, (k + 1) * length // parts)
 
 
+def blocks(images: int, columns: int, rows: int, most: int) -> list[tuple[slice, slice]]:
+    """Columns of images that together have about `most` numbers: of several images, or parts of one."""
+    wide = max(most // rows, 1)
+    return [
+        (some, place) for some in slices(images, max(wide // columns, 1)) for place in slices(columns, wide)
+    ]
+
+
 def _transform(
     numbers: Complexes,
     planes: Sequence[Directions],
