@@ -12,7 +12,7 @@ from generated import vga3
 
 from ..arguments import Reals, finite_number, real_array
 from .discrete import check_finite
-from .planes import blocks, in_threads, slices
+from .sharing import blocks, in_threads, slices
 
 Complexes = NDArray[Any]
 """An array of complex64 or complex128."""

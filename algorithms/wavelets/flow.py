@@ -15,8 +15,8 @@ from generated import quaternion
 from ..arguments import Reals, real_array
 from .discrete import check_finite
 from .phase import gabor_taps
-from .planes import Progress, in_threads, n_threads, slices
 from .separable import gabor_rows, half_taps, median_rows, sampled_rows, smooth_rows
+from .sharing import Progress, in_threads, n_threads, slices, steps
 
 _FREQUENCIES = (0.7, 1.2)
 """Radians per pixel, at every level of the pyramid."""
@@ -114,7 +114,7 @@ def optical_flow(
     pyramid = [_normalized(images)]
     while len(pyramid) < count:
         pyramid.append(tuple(_halved(image) for image in pyramid[-1]))
-    total, done = _WARPS * count - 1, 0
+    told = steps(progress, _WARPS * count - 1)
     uv = np.zeros((2, *pyramid[-1][0].shape), np.float32)
     confidence = uv[0]
     for a, b in pyramid[::-1]:
@@ -124,9 +124,7 @@ def optical_flow(
         spline = scipy.ndimage.spline_filter(b, 3, np.float32)
         for _ in range(_WARPS - (a.shape == images[0].shape)):
             uv, confidence = level.step(level.moved(spline, uv) if uv.any() else b, uv)
-            done += 1
-            if progress is not None:
-                progress(done, total)
+            told()
     return Flow(np.ascontiguousarray(np.moveaxis(uv, 0, -1), dtype), confidence.astype(dtype))
 
 

@@ -2,11 +2,7 @@
 
 from __future__ import annotations
 
-import os
-from collections.abc import Callable, Iterator, Sequence
-from concurrent.futures import ThreadPoolExecutor
-from operator import index
-from threading import Lock
+from collections.abc import Callable, Sequence
 from typing import Any
 
 import numpy as np
@@ -14,12 +10,10 @@ import scipy.fft
 from numpy.typing import NDArray
 
 from ..arguments import Reals
+from .sharing import Progress, in_threads, slices, steps
 
 Complexes = NDArray[Any]
 """An array of complex64 or complex128."""
-
-Progress = Callable[[int, int], object]
-"""Told how many of how many steps are done."""
 
 Directions = tuple[tuple[int, ...], tuple[int, ...]]
 """The axes of space along which a plane is transformed forward, and backward."""
@@ -83,14 +77,7 @@ def through_planes(
     slabs = int(np.prod(field.shape[:-axes])), int(np.prod(space[1:]))
     numbers = _empty_planes(len(planes), *slabs, np.result_type(field.dtype, np.complex64))
     places = list(slices(slabs[0], max(_BLOCK // (len(planes) * slabs[1] * numbers.itemsize), 1)))
-    total, done, lock = 2 * len(places) + len(planes), 0, Lock()
-
-    def told() -> None:
-        nonlocal done
-        if progress is not None:
-            with lock:
-                done += 1
-                progress(done, total)
+    told = steps(progress, 2 * len(places) + len(planes))
 
     def packed(place: slice) -> None:
         some, values = numbers[:, place], elements[place]
@@ -150,43 +137,6 @@ def check_norm(norm: str | None) -> None:
     """Refuse what scipy does not know."""
     if norm not in NORMS:
         raise ValueError(f"norm: {norm!r}; expected None, 'backward', 'ortho' or 'forward'")
-
-
-def n_threads(workers: int | None) -> int:
-    """How many threads `workers` are, counted as by `scipy.fft`: negative numbers from the number of processors."""
-    if workers is None:
-        return int(scipy.fft.get_workers())
-    processors = os.cpu_count() or 1
-    number = index(workers)
-    if number == 0 or number < -processors:
-        raise ValueError(f"workers: {number}; expected 1 or more, or -1 to {-processors}")
-    return number if number > 0 else number + processors + 1
-
-
-def in_threads(work: Callable[[Any], None], places: Sequence[Any], workers: int | None) -> None:
-    """Do all of some work, shared among threads."""
-    threads = min(n_threads(workers), len(places))
-    if threads < 2:
-        for place in places:
-            work(place)
-    else:
-        with ThreadPoolExecutor(threads) as pool:
-            list(pool.map(work, places))
-
-
-def slices(length: int, size: int) -> Iterator[slice]:
-    """Parts of nearly the same size, of about `size`."""
-    parts = -(-length // size)
-    for k in range(parts):
-        yield slice(k * length // parts, (k + 1) * length // parts)
-
-
-def blocks(images: int, columns: int, rows: int, most: int) -> list[tuple[slice, slice]]:
-    """Columns of images that together have about `most` numbers: of several images, or parts of one."""
-    wide = max(most // rows, 1)
-    return [
-        (some, place) for some in slices(images, max(wide // columns, 1)) for place in slices(columns, wide)
-    ]
 
 
 def _transform(

@@ -14,7 +14,8 @@ from numpy.typing import ArrayLike, NDArray
 from generated import quaternion
 
 from ..arguments import Reals, real_array
-from .planes import Complexes, Directions, check_norm, in_threads, slices, through_planes
+from .planes import Complexes, Directions, check_norm, through_planes
+from .sharing import in_threads, slices
 
 Axis = str | Sequence[float]
 """A square root of -1: i, j, k, or the coordinates of a unit vector."""
