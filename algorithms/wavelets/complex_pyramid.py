@@ -91,11 +91,11 @@ def complex_pyramid(image: ArrayLike, levels: int = 4, progress: Progress | None
 
 
 def _planes(q: Reals) -> Complexes:
-    parts = quaternion.pack_two_sided(q.astype(float, copy=False))
-    return np.stack([np.ascontiguousarray(part).view(complex)[..., 0] for part in parts], -1)
+    numbers = np.result_type(q.dtype, np.complex64)
+    return np.stack([np.ascontiguousarray(part).view(numbers)[..., 0] for part in quaternion.pack_two_sided(q)], -1)
 
 
 def _quaternions(planes: Complexes) -> Reals:
-    parts = (np.ascontiguousarray(planes[..., k]).astype(complex)[..., None].view(float) for k in range(2))
+    parts = (np.ascontiguousarray(planes[..., k])[..., None].view(planes.real.dtype) for k in range(2))
     result: Reals = quaternion.unpack_two_sided(*parts)
     return result

@@ -96,8 +96,10 @@ class QuaternionPyramid:
             padding = [(0, 0)] * (array.ndim - 2) + [(0, -n % 2**count) for n in array.shape[-2:]]
             n_threads(workers)
             planes, details = _gabor(np.pad(array, padding, "edge"), count, steps(progress, count))
-            self.approx = _unpacked(planes)
-            self.detail = tuple({name: _unpacked(level[name]) for name in _NAMES} for level in details)
+            self.approx = _unpacked(planes).astype(array.dtype, copy=False)
+            self.detail = tuple(
+                {name: _unpacked(level[name]).astype(array.dtype, copy=False) for name in _NAMES} for level in details
+            )
 
     def amplitude(self) -> tuple[dict[str, Reals], ...]:
         """The norms of the details: for each level and band, (..., m, n)."""
