@@ -226,7 +226,7 @@ def _add_four(one: Any, other: Any, a: Any, b: Any, c: Any, d: Any, w: Any, j: A
         other[n] += t * a[n] + u * b[n] + v * c[n] + x * d[n]
 
 
-@njit(nogil=True, error_model="numpy", fastmath={"contract"})
+@njit(cache=True, nogil=True, error_model="numpy", fastmath={"contract"})
 def _split(
     x: Any, step: Any, taps: Any, places: Any, border: Any, low_to: Any, high_to: Any, low: Any, high: Any
 ) -> None:
@@ -281,7 +281,7 @@ def _line(x: Any, pads: Any, place: Any) -> Any:
     return x[place] if place < len(x) else pads[place - len(x)]
 
 
-@njit(nogil=True, error_model="numpy", fastmath={"contract"})
+@njit(cache=True, nogil=True, error_model="numpy", fastmath={"contract"})
 def _merge(low: Any, high: Any, taps: Any, low_at: Any, high_at: Any, first: Any, to: Any, result: Any) -> None:
     """`taps` has pairs, of the low and of the high filter, for even results and for odd ones."""
     inner, half = low.shape[2], taps.shape[1] // 2

@@ -158,7 +158,7 @@ def _interleaved(q: Reals) -> Reals:
     return samples
 
 
-@njit(nogil=True)
+@njit(cache=True, nogil=True)
 def _group(samples: Any, q: Any, back: Any) -> None:
     """Squares of four samples, a b over c d, to quaternions (a, c, b, d), or back."""
     for o in range(q.shape[0]):

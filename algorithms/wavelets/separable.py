@@ -203,7 +203,7 @@ def _seen(image: Any, rows: Any, columns: Any, start: Any, seen: Any) -> None:
                 to[x] = line[columns[start + x]]
 
 
-@njit(nogil=True)
+@njit(cache=True, nogil=True)
 def _gabor(image: Any, taps: Any, rows: Any, columns: Any, out: Any) -> None:
     wide = out.shape[3]
     seen = np.zeros(rows.size * _WIDE, image.dtype)
@@ -226,7 +226,7 @@ def _gabor(image: Any, taps: Any, rows: Any, columns: Any, out: Any) -> None:
                     _copy(found[2 * _WIDE :], size, out[f, odd, n, start:])
 
 
-@njit(nogil=True)
+@njit(cache=True, nogil=True)
 def _smooth(images: Any, taps: Any, rows: Any, columns: Any, result: Any) -> None:
     wide = result.shape[2]
     seen = np.zeros(rows.size * _WIDE, images.dtype)
@@ -256,7 +256,7 @@ def _weights(t: Any) -> Any:
     return before, 2 / 3 - t * t * (1 - t / 2), 2 / 3 - s * s * (1 - s / 2), after
 
 
-@njit(nogil=True, fastmath={"contract"})
+@njit(cache=True, nogil=True, fastmath={"contract"})
 def _sampled(spline: Any, uv: Any, start: Any, result: Any) -> None:
     rows, columns = spline.shape
     for n in range(len(result)):
