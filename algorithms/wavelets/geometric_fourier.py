@@ -16,6 +16,7 @@ from generated import quaternion
 from ..arguments import Reals, real_array
 from .discrete import check_finite
 from .planes import NORMS
+from .sharing import Progress, steps
 
 Product = Callable[..., Any]
 """A generated kernel of two multivectors that is linear in both, such as ``sta.geometric_product``."""
@@ -34,6 +35,7 @@ def geometric_fft(
     right: Factors = (),
     norm: str | None = None,
     workers: int | None = None,
+    progress: Progress | None = None,
 ) -> Reals:
     """The Fourier transform ``product of exp(-a phase) f product of exp(-b phase)`` with any roots of -1.
 
@@ -48,6 +50,8 @@ def geometric_fft(
         not be a blade, with the axes of the field whose phases ``2 pi u x / N`` it has. Each axis may occur once.
     norm, workers
         As in `scipy.fft`.
+    progress : function of (done, total), optional
+        Called after each of the transforms that it takes.
 
     Returns
     -------
@@ -65,7 +69,7 @@ def geometric_fft(
     the coefficients are transformed as real signals, which costs as much as half as many complex ones, and then
     ``Re + root Im`` is taken.
     """
-    return _geometric(field, "field", product, left, right, False, norm, workers)
+    return _geometric(field, "field", product, left, right, False, norm, workers, progress)
 
 
 def igeometric_fft(
@@ -75,13 +79,18 @@ def igeometric_fft(
     right: Factors = (),
     norm: str | None = None,
     workers: int | None = None,
+    progress: Progress | None = None,
 ) -> Reals:
     """The inverse of `geometric_fft` with the same options, which has the same arguments and errors."""
-    return _geometric(spectrum, "spectrum", product, left, right, True, norm, workers)
+    return _geometric(spectrum, "spectrum", product, left, right, True, norm, workers, progress)
 
 
 def pseudoscalar_fft(
-    field: ArrayLike, side: str = "right", norm: str | None = None, workers: int | None = None
+    field: ArrayLike,
+    side: str = "right",
+    norm: str | None = None,
+    workers: int | None = None,
+    progress: Progress | None = None,
 ) -> Reals:
     """The Clifford-Fourier transform ``f exp(-I phase)`` of fields in n = 2, 3 or 6 dimensions, with values in G(n).
 
@@ -94,6 +103,8 @@ def pseudoscalar_fft(
         "right", or "left": ``exp(-I phase) f``, which is the same in odd dimensions.
     norm, workers
         As in `scipy.fft`.
+    progress : function of (done, total), optional
+        Called after each of the transforms that it takes.
 
     Returns
     -------
@@ -109,17 +120,23 @@ def pseudoscalar_fft(
     ``2**(n-1)`` complex transforms (Hitzer and Mawardi, *Adv. Appl. Clifford Algebras* 18:715, 2008). For n of 2 and 3
     it is `clifford_fft`.
     """
-    return _pseudoscalar(field, "field", side, False, norm, workers)
+    return _pseudoscalar(field, "field", side, False, norm, workers, progress)
 
 
 def ipseudoscalar_fft(
-    spectrum: ArrayLike, side: str = "right", norm: str | None = None, workers: int | None = None
+    spectrum: ArrayLike,
+    side: str = "right",
+    norm: str | None = None,
+    workers: int | None = None,
+    progress: Progress | None = None,
 ) -> Reals:
     """The inverse of `pseudoscalar_fft` with the same options, which has the same arguments and errors."""
-    return _pseudoscalar(spectrum, "spectrum", side, True, norm, workers)
+    return _pseudoscalar(spectrum, "spectrum", side, True, norm, workers, progress)
 
 
-def product_fft(field: ArrayLike, norm: str | None = None, workers: int | None = None) -> Reals:
+def product_fft(
+    field: ArrayLike, norm: str | None = None, workers: int | None = None, progress: Progress | None = None
+) -> Reals:
     """The Fourier transform ``f exp(-e1 phase1) ... exp(-en phasen)`` of fields in n dimensions, with values in G(0,n).
 
     Parameters
@@ -128,6 +145,8 @@ def product_fft(field: ArrayLike, norm: str | None = None, workers: int | None =
         In at most 6 dimensions, coefficients ordered as in `pseudoscalar_fft`. All vectors have square -1.
     norm, workers
         As in `scipy.fft`.
+    progress : function of (done, total), optional
+        Called after each of the transforms that it takes.
 
     Returns
     -------
@@ -143,12 +162,14 @@ def product_fft(field: ArrayLike, norm: str | None = None, workers: int | None =
     Buelow and Sommer, *IEEE Trans. Signal Processing* 49:2844, 2001. As many complex transforms as in
     `pseudoscalar_fft`, axis after axis. `real_product_fft` is for real fields.
     """
-    return _product(field, "field", False, norm, workers)
+    return _product(field, "field", False, norm, workers, progress)
 
 
-def iproduct_fft(spectrum: ArrayLike, norm: str | None = None, workers: int | None = None) -> Reals:
+def iproduct_fft(
+    spectrum: ArrayLike, norm: str | None = None, workers: int | None = None, progress: Progress | None = None
+) -> Reals:
     """The inverse of `product_fft` with the same options, which has the same arguments and errors."""
-    return _product(spectrum, "spectrum", True, norm, workers)
+    return _product(spectrum, "spectrum", True, norm, workers, progress)
 
 
 def real_product_fft(
@@ -197,7 +218,9 @@ def real_product_fft(
     return np.ascontiguousarray(np.moveaxis(parts[list(_blades(n))], 0, -1))
 
 
-def volume_time_fft(field: ArrayLike, norm: str | None = None, workers: int | None = None) -> Reals:
+def volume_time_fft(
+    field: ArrayLike, norm: str | None = None, workers: int | None = None, progress: Progress | None = None
+) -> Reals:
     """The volume-time Fourier transform ``exp(-e4 w t) f exp(-e123 u x)`` of fields of times and volumes in G(3,1).
 
     Parameters
@@ -206,6 +229,8 @@ def volume_time_fft(field: ArrayLike, norm: str | None = None, workers: int | No
         Coefficients 1 e4 e123 e1234, with time first: the part of G(3,1) that the two roots of -1 make.
     norm, workers
         As in `scipy.fft`.
+    progress : function of (done, total), optional
+        Called after each of the transforms that it takes.
 
     Returns
     -------
@@ -221,12 +246,14 @@ def volume_time_fft(field: ArrayLike, norm: str | None = None, workers: int | No
     e4, e123 and -e1234 multiply as the quaternions i, j and k, so that it takes two complex transforms; `spacetime_fft`
     takes eight (Hitzer, *Adv. Appl. Clifford Algebras* 17:497, 2007).
     """
-    return _volume_time(field, "field", False, norm, workers)
+    return _volume_time(field, "field", False, norm, workers, progress)
 
 
-def ivolume_time_fft(spectrum: ArrayLike, norm: str | None = None, workers: int | None = None) -> Reals:
+def ivolume_time_fft(
+    spectrum: ArrayLike, norm: str | None = None, workers: int | None = None, progress: Progress | None = None
+) -> Reals:
     """The inverse of `volume_time_fft`, which has the same arguments and errors."""
-    return _volume_time(spectrum, "spectrum", True, norm, workers)
+    return _volume_time(spectrum, "spectrum", True, norm, workers, progress)
 
 
 def _geometric(
@@ -238,6 +265,7 @@ def _geometric(
     inverse: bool,
     norm: str | None,
     workers: int | None,
+    progress: Progress | None,
 ) -> Reals:
     array = real_array(value, name, (-1, -1), "fields with coefficients last")
     check_finite(array, name)
@@ -248,11 +276,11 @@ def _geometric(
         return product(b, a)
 
     # The ones next to the value act first, and are undone last.
-    steps = [("left", factor, from_left) for factor in reversed(list(left))]
-    steps += [("right", factor, product) for factor in right]
+    factors = [("left", factor, from_left) for factor in reversed(list(left))]
+    factors += [("right", factor, product) for factor in right]
     seen: list[int] = []
     checked = []
-    for side, (root, axes), multiply in steps:
+    for side, (root, axes), multiply in factors:
         number = real_array(root, side, (size,), f"a root of -1 with {size} coefficients").astype(array.dtype)
         basis = np.eye(size, dtype=array.dtype)
         check_finite(number, side)
@@ -264,16 +292,24 @@ def _geometric(
         seen += chosen
         checked.append((number, tuple(chosen), multiply))
     function = scipy.fft.ifftn if inverse else scipy.fft.fftn
+    told = steps(progress, len(checked))
     for number, along, multiply in checked[::-1] if inverse else checked:
         if along:
             spectrum = function(array, axes=along, norm=norm, workers=workers)
             # The imaginary part has the sines with the sign of the exponent.
             array = spectrum.real + multiply(spectrum.imag, number)
+        told()
     return array
 
 
 def _pseudoscalar(
-    value: ArrayLike, name: str, side: str, inverse: bool, norm: str | None, workers: int | None
+    value: ArrayLike,
+    name: str,
+    side: str,
+    inverse: bool,
+    norm: str | None,
+    workers: int | None,
+    progress: Progress | None,
 ) -> Reals:
     if side not in _SIDES:
         raise ValueError(f"side: {side!r}; expected 'right' or 'left'")
@@ -284,7 +320,7 @@ def _pseudoscalar(
     last = (1 << n) - 1
     places = {blade: k for k, blade in enumerate(_blades(n))}
     result = np.empty_like(array, order="C")
-    axes = tuple(range(-n, 0))
+    axes, told = tuple(range(-n, 0)), steps(progress, 1 << (n - 1))
     for blade in _blades(n):
         if blade & 1:
             continue
@@ -294,14 +330,17 @@ def _pseudoscalar(
         number = array[..., one] + np.asarray(sign * 1j, np.result_type(array.dtype, np.complex64)) * array[..., other]
         number = _transformed(number, axes, turned is inverse, inverse, norm, workers)
         result[..., one], result[..., other] = number.real, sign * number.imag
+        told()
     return result
 
 
-def _product(value: ArrayLike, name: str, inverse: bool, norm: str | None, workers: int | None) -> Reals:
+def _product(
+    value: ArrayLike, name: str, inverse: bool, norm: str | None, workers: int | None, progress: Progress | None
+) -> Reals:
     array, n = _field(value, name)
     _check_norm(norm)
     places = {blade: k for k, blade in enumerate(_blades(n))}
-    result = np.array(array, order="C")
+    result, told = np.array(array, order="C"), steps(progress, n << (n - 1))
     for k in range(n)[::-1] if inverse else range(n):
         for blade in _blades(n):
             if blade & 1 << k:
@@ -311,20 +350,24 @@ def _product(value: ArrayLike, name: str, inverse: bool, norm: str | None, worke
             number += result[..., one]
             number = _transformed(number, (k - n,), not inverse, inverse, norm, workers)
             result[..., one], result[..., other] = number.real, sign * number.imag
+            told()
     return result
 
 
-def _volume_time(value: ArrayLike, name: str, inverse: bool, norm: str | None, workers: int | None) -> Reals:
+def _volume_time(
+    value: ArrayLike, name: str, inverse: bool, norm: str | None, workers: int | None, progress: Progress | None
+) -> Reals:
     array = real_array(value, name, (-1, -1, -1, -1, 4), "fields T L M N 4 of times and volumes")
     check_finite(array, name)
     _check_norm(norm)
     quaternions = array * np.array([1, 1, 1, -1], array.dtype)
-    parts = []
+    parts, told = [], steps(progress, 2)
     for part, keeps in zip(quaternion.pack_two_sided(quaternions), (False, True), strict=True):
         number = np.ascontiguousarray(part).view(np.result_type(array.dtype, np.complex64))[..., 0]
         number = _transformed(number, (-4,), not inverse, inverse, norm, workers)
         number = _transformed(number, (-3, -2, -1), keeps is not inverse, inverse, norm, workers)
         parts.append(np.ascontiguousarray(number)[..., None].view(array.dtype))
+        told()
     result: Reals = quaternion.unpack_two_sided(*parts)
     result[..., 3] *= -1
     return result
