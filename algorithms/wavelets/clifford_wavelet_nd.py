@@ -12,7 +12,7 @@ from ..arguments import Reals, real_array
 from .checks import positive_number
 from .clifford_wavelet import covered_by, nearest_field
 from .discrete import check_finite
-from .geometric_fourier import ipseudoscalar_fft, pseudoscalar_fft
+from .pseudoscalar_fourier import ipseudoscalar_fft, pseudoscalar_fft
 from .sharing import Progress, steps
 
 
