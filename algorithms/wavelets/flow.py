@@ -203,8 +203,10 @@ class _Level:
 
         def with_memory(place: slice) -> None:
             memory = free.get()
-            work(place, memory)
-            free.put(memory)
+            try:
+                work(place, memory)
+            finally:
+                free.put(memory)
 
         in_threads(with_memory, self._places, self._workers)
 
