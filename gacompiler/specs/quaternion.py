@@ -2,7 +2,8 @@
 
 ``i i = j j = k k = i j k = -1``. The unit quaternion ``cos(angle/2) + sin(angle/2) (x i + y j + z k)`` turns vectors by
 the right-hand rule about the unit vector (x, y, z) and acts by ``q v ~q``; ``p q`` does ``q`` first; ``q`` and ``-q``
-are the same rotation. Angles are in radians. Kernels that need a unit quaternion say so; the others take any.
+are the same rotation. Angles are in radians. Kernels that need a unit quaternion say so; the others take any. Those of
+Fourier transforms, local phases and optical flow are in this one file too: a module has one spec.
 """
 
 from fractions import Fraction
@@ -198,6 +199,17 @@ def slerp(p, q, t):
     return p * ga.power(~p * q, t)
 
 
+def _packed(q):
+    w, x, y, z = (q[name] for name in QUATERNION.blades)
+    return (w + z, x - y), (w - z, x + y)
+
+
+def _unpacked(z_plus, z_minus):
+    w, x = (z_plus[0] + z_minus[0]) / 2, (z_minus[1] + z_plus[1]) / 2
+    y, z = (z_minus[1] - z_plus[1]) / 2, (z_plus[0] - z_minus[0]) / 2
+    return _quaternion(w, x, y, z)
+
+
 @kernel(q=QUATERNION, returns=(COMPLEX, COMPLEX))
 def pack_two_sided(q):
     """The two complex numbers that stand for a quaternion in the two-sided Fourier transform, real parts first.
@@ -206,16 +218,25 @@ def pack_two_sided(q):
     ``z_minus = (w - z) + i (x + y)``. Then ``exp(-i s) q exp(-j t)`` multiplies ``z_plus`` by ``exp(-i (s - t))`` and
     ``z_minus`` by ``exp(-i (s + t))``, so that one complex transform of each gives that of the quaternion.
     """
-    w, x, y, z = (q[name] for name in QUATERNION.blades)
-    return (w + z, x - y), (w - z, x + y)
+    return _packed(q)
 
 
 @kernel(z_plus=COMPLEX, z_minus=COMPLEX, returns=QUATERNION)
 def unpack_two_sided(z_plus, z_minus):
     """The quaternion of two complex numbers, real parts first: the inverse of `pack_two_sided`."""
-    w, x = (z_plus[0] + z_minus[0]) / 2, (z_minus[1] + z_plus[1]) / 2
-    y, z = (z_minus[1] - z_plus[1]) / 2, (z_plus[0] - z_minus[0]) / 2
-    return _quaternion(w, x, y, z)
+    return _unpacked(z_plus, z_minus)
+
+
+@kernel(p=QUATERNION, q=QUATERNION, r=QUATERNION, returns=(COMPLEX, COMPLEX))
+def pack_turned(p, q, r):
+    """The two complex numbers of ``p q r``, as of `pack_two_sided`."""
+    return _packed(p * q * r)
+
+
+@kernel(z_plus=COMPLEX, z_minus=COMPLEX, p=QUATERNION, r=QUATERNION, returns=QUATERNION)
+def unpack_turned(z_plus, z_minus, p, r):
+    """The product ``p q r`` with the quaternion q of two complex numbers, as of `unpack_two_sided`."""
+    return p * _unpacked(z_plus, z_minus) * r
 
 
 @kernel(w=COMPLEX, mirrored=COMPLEX, mu=VECTOR, nu=VECTOR, returns=QUATERNION)
