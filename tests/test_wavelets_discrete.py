@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from algorithms.wavelets import discrete_wavelet, dual_tree, wavelet_filters
+from algorithms.wavelets import QuaternionPyramid, discrete_wavelet, dual_tree, wavelet_filters
 from algorithms.wavelets.discrete import MODES, analysis
 from algorithms.wavelets.filters import ANALYSIS, LEVEL_ONE_ANALYSIS, LEVEL_ONE_SYNTHESIS, ORTHOGONAL, QSHIFT
 
@@ -247,3 +247,38 @@ def test_bands_are_nearly_analytic(later: str) -> None:
 def test_bad_input(call: Any, error: type[Exception], message: str) -> None:
     with pytest.raises(error, match=message):
         call(signal(40, 50))
+
+
+@pytest.mark.parametrize("mode", ["symmetric", "periodization", "antireflect"])
+@pytest.mark.parametrize(
+    ("shape", "axes"), [((301, 130), None), ((20000,), None), ((31, 40, 27), (0, 1, 2)), ((3, 90, 91), (1,))]
+)
+def test_workers_change_nothing(shape: tuple[int, ...], axes: tuple[int, ...] | None, mode: str) -> None:
+    """Of arrays that threads share: in parts of rows, of columns and of both."""
+    signal = np.random.default_rng(0).normal(size=shape)
+    told: list[tuple[int, int]] = []
+    alone = discrete_wavelet(signal, "db3", 2, mode, axes)
+    for workers in (2, 3, 7):
+        shared = discrete_wavelet(signal, "db3", 2, mode, axes, workers, lambda *done: told.append(done))
+        assert np.array_equal(shared.approx, alone.approx)
+        for one, other in zip(shared.detail, alone.detail, strict=True):
+            assert all(np.array_equal(one[name], other[name]) for name in other)
+        assert np.array_equal(alone.inverse(workers, lambda *done: told.append(done)), alone.inverse())
+    assert told == 6 * [(1, 2), (2, 2)]
+    with pytest.raises(ValueError, match="workers: 0; expected"):
+        alone.inverse(workers=0)
+
+
+@pytest.mark.parametrize("size", [(300, 257), (2, 160, 170)])
+def test_workers_change_nothing_in_trees(size: tuple[int, ...]) -> None:
+    image = np.random.default_rng(0).normal(size=size)
+    told: list[tuple[int, int]] = []
+    alone, shared = dual_tree(image, 3), dual_tree(image, 3, workers=3, progress=lambda *done: told.append(done))
+    assert np.array_equal(alone.approx, shared.approx)
+    assert all(np.array_equal(*pair) for pair in zip(alone.detail, shared.detail, strict=True))
+    assert np.array_equal(alone.inverse(), shared.inverse(3, lambda *done: told.append(done)))
+    assert told == 2 * [(1, 3), (2, 3), (3, 3)]
+    quaternions = QuaternionPyramid(image, 3), QuaternionPyramid(image, 3, workers=3)
+    for one, other in zip(*(pyramid.detail for pyramid in quaternions), strict=True):
+        assert all(np.array_equal(one[name], other[name]) for name in "HVD")
+    assert np.array_equal(quaternions[0].inverse(), quaternions[1].inverse(workers=3))

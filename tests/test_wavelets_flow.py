@@ -10,7 +10,8 @@ import scipy.ndimage
 from flow_truth import mean_error, pair
 
 from algorithms.wavelets import optical_flow
-from algorithms.wavelets.separable import filter_bank, median_5
+from algorithms.wavelets.separable import gabor_rows, half_taps, median_rows, sampled_rows, smooth_rows
+from generated import quaternion
 
 data = pytest.importorskip("skimage.data")
 
@@ -73,15 +74,71 @@ def test_same_image() -> None:
     assert np.abs(optical_flow(image, image).uv).max() < 1e-3
 
 
-@pytest.mark.parametrize("size", [(37, 71), (8, 8), (1, 5), (130, 64)])
-def test_medians_and_filters_are_those_of_scipy(size: tuple[int, int]) -> None:
-    image = np.random.default_rng(0).normal(size=size)
-    assert np.array_equal(median_5(image), scipy.ndimage.median_filter(image, 5, mode="nearest"))
-    taps = np.random.default_rng(1).normal(size=(2, 9))
-    for axis in (0, 1):
-        found = filter_bank(image, taps, axis)
-        for k in range(2):
-            assert np.abs(found[k] - scipy.ndimage.convolve1d(image, taps[k], axis, mode="reflect")).max() < 1e-13
+SIZES = [(37, 71), (8, 8), (1, 5), (130, 164), (9, 300)]
+
+
+@pytest.mark.parametrize("size", SIZES)
+def test_filters_and_medians_are_those_of_scipy(size: tuple[int, int]) -> None:
+    """In parts of seven rows."""
+    rng = np.random.default_rng(0)
+    images = rng.normal(size=(2, *size)).astype(np.float32)
+    even, low = ((taps + taps[:, ::-1]) / 2 for taps in rng.normal(size=(2, 2, 19)))
+    odd = rng.normal(size=(2, 19))
+    odd = (odd - odd[:, ::-1]) / 2
+    shapes = (2, *size), size, (2, 8, size[0] + 2, size[1] + 2)
+    smooth, medians, bands = (np.empty(shape, np.float32) for shape in shapes)
+    taps = half_taps(np.stack([low, even, odd], 1), np.float32)
+    for start in range(0, size[0] + 2, 7):
+        place, wide = slice(start, min(start + 7, size[0])), slice(start, min(start + 7, size[0] + 2))
+        gabor_rows(images[0], taps, 1, wide, bands[:, :, wide])
+        if start < size[0]:
+            smooth_rows(images, taps[0, 0], place, smooth[:, place])
+            median_rows(np.pad(images[1], 2, "edge"), place, medians[place])
+    assert np.array_equal(medians, scipy.ndimage.median_filter(images[1], 5, mode="nearest"))
+
+    def filtered(image: np.ndarray, across: np.ndarray, along: np.ndarray) -> np.ndarray:
+        part = scipy.ndimage.convolve1d(image.astype(float), across, 0, mode="reflect")
+        return scipy.ndimage.convolve1d(part, along, 1, mode="reflect")
+
+    for image, found in zip(images, smooth, strict=True):
+        assert np.abs(found - filtered(image, low[0], low[0])).max() < 2e-4
+    padded = np.pad(images[0], 20, "symmetric")
+    for f in range(2):
+        pairs = [(even, even), (odd, even), (even, odd), (odd, odd), (even, low), (odd, low), (low, even), (low, odd)]
+        for (across, along), found in zip(pairs, bands[f], strict=True):
+            assert np.abs(found - filtered(padded, across[f], along[f])[19:-19, 19:-19]).max() < 2e-4
+
+
+def test_medians_of_equal_numbers() -> None:
+    few = np.random.default_rng(0).integers(0, 3, (4000, 5, 5)).astype(np.float32)
+    assert np.array_equal(quaternion.median_of_25(few), np.median(few.reshape(-1, 25), 1))
+
+
+def test_filters_of_too_many_taps_are_refused() -> None:
+    with pytest.raises(ValueError, match="taps: 23 of them; expected at most 21"):
+        half_taps(np.ones(23), float)
+
+
+def test_samples_are_those_of_scipy() -> None:
+    rng = np.random.default_rng(0)
+    image, uv = (rng.normal(size=size).astype(np.float32) for size in ((31, 40), (2, 31, 40)))
+    result = np.empty_like(image)
+    for start in range(0, 31, 7):
+        place = slice(start, min(start + 7, 31))
+        sampled_rows(scipy.ndimage.spline_filter(image, 3, np.float32), uv, place, result[place])
+    y, x = np.indices(image.shape) + uv[::-1].astype(float)
+    expected = scipy.ndimage.map_coordinates(image, [y.clip(0, 30), x.clip(0, 39)], order=3, mode="mirror")
+    assert np.abs(result - expected).max() < 1e-5
+
+
+def test_workers_change_nothing_and_steps_are_told() -> None:
+    first, second, _ = pair(texture("gravel"), "rotation")
+    told: list[tuple[int, int]] = []
+    alone = optical_flow(first, second)
+    shared = optical_flow(first, second, workers=3, progress=lambda done, total: told.append((done, total)))
+    assert np.array_equal(alone.uv, shared.uv)
+    assert np.array_equal(alone.confidence, shared.confidence)
+    assert told == [(k, 14) for k in range(1, 15)]
 
 
 @pytest.mark.parametrize(
@@ -93,6 +150,7 @@ def test_medians_and_filters_are_those_of_scipy(size: tuple[int, int]) -> None:
         (lambda x: optical_flow(x[:5], x[:5]), "first: shape .*at least 8 x 8"),
         (lambda x: optical_flow(x, x, 9), "levels: 9; expected 1 to 3 for images of 40 x 50 pixels"),
         (lambda x: optical_flow(x, x, 0), "levels: 0"),
+        (lambda x: optical_flow(x, x, workers=0), "workers: 0; expected 1 or more"),
     ],
 )
 def test_bad_input(call: Any, message: str) -> None:

@@ -16,56 +16,65 @@ IDENTITY = np.eye(16)[0]
 NO_TURN = np.array([1.0, 0, 0, 0])
 E12 = [(np.eye(4)[3], (0, 1))]
 
-Call = Callable[[Any], Any]
+Call = Callable[..., Any]
 
 CALLS: dict[str, tuple[Call, tuple[int, ...]]] = {
     "analytic_signal": (w.analytic_signal, (9,)),
-    "clifford_convolve": (lambda f: w.clifford_convolve(f, np.ones((3, 3, 4)), vga2.geometric_product), (9, 7, 4)),
-    "clifford_correlate": (lambda f: w.clifford_correlate(f, np.ones((3, 3, 4)), vga2.geometric_product), (9, 7, 4)),
+    "clifford_convolve": (
+        lambda f, **o: w.clifford_convolve(f, np.ones((3, 3, 4)), vga2.geometric_product, **o),
+        (9, 7, 4),
+    ),
+    "clifford_correlate": (
+        lambda f, **o: w.clifford_correlate(f, np.ones((3, 3, 4)), vga2.geometric_product, **o),
+        (9, 7, 4),
+    ),
     "clifford_fft": (w.clifford_fft, (9, 7, 4)),
-    "clifford_wavelet": (lambda f: w.clifford_wavelet(f, [1.0], NO_TURN).coefficients, (5, 7, 3, 8)),
-    "clifford_wavelet_nd": (lambda f: w.clifford_wavelet_nd(f, [1.0], np.eye(2)).coefficients, (9, 7, 4)),
-    "complex_gabor_bank": (lambda f: w.complex_gabor_bank(f, [(0.1, 0.2)]), (19, 17)),
-    "complex_pyramid": (lambda f: w.complex_pyramid(f, 2).detail[1], (19, 17)),
-    "conformal_wavelet": (lambda f: w.conformal_wavelet(f, np.ones((6, 3)), IDENTITY), (6, 8)),
-    "continuous_wavelet": (lambda f: w.continuous_wavelet(f, [2.0, 3.0]).coefficients, (33,)),
-    "denoise": (lambda f: w.denoise(f, 0.5), (19, 17)),
-    "discrete_wavelet": (lambda f: w.discrete_wavelet(f, "db2", 1).approx, (19, 17)),
-    "disparity": (lambda f: w.disparity(f, f, 4).disparity, (19, 27)),
+    "clifford_wavelet": (lambda f, **o: w.clifford_wavelet(f, [1.0], NO_TURN, **o).coefficients, (5, 7, 3, 8)),
+    "clifford_wavelet_nd": (lambda f, **o: w.clifford_wavelet_nd(f, [1.0], np.eye(2), **o).coefficients, (9, 7, 4)),
+    "complex_gabor_bank": (lambda f, **o: w.complex_gabor_bank(f, [(0.1, 0.2)], **o), (19, 17)),
+    "complex_pyramid": (lambda f, **o: w.complex_pyramid(f, 2, **o).detail[1], (19, 17)),
+    "conformal_wavelet": (lambda f, **o: w.conformal_wavelet(f, np.ones((6, 3)), IDENTITY, **o), (6, 8)),
+    "continuous_wavelet": (lambda f, **o: w.continuous_wavelet(f, [2.0, 3.0], **o).coefficients, (33,)),
+    "denoise": (lambda f, **o: w.denoise(f, 0.5, **o), (19, 17)),
+    "discrete_wavelet": (lambda f, **o: w.discrete_wavelet(f, "db2", 1, **o).approx, (19, 17)),
+    "disparity": (lambda f, **o: w.disparity(f, f, 4, **o).disparity, (19, 27)),
     "divergence_and_curl": (w.divergence_and_curl, (9, 7, 2)),
-    "dual_tree": (lambda f: w.dual_tree(f, 2).detail[1], (19, 17)),
+    "dual_tree": (lambda f, **o: w.dual_tree(f, 2, **o).detail[1], (19, 17)),
     "estimated_noise": (w.estimated_noise, (19, 17)),
-    "gabor_bank": (lambda f: w.gabor_bank(f, [(0.1, 0.2)]), (19, 17)),
-    "geometric_fft": (lambda f: w.geometric_fft(f, vga2.geometric_product, right=E12), (9, 7, 4)),
+    "gabor_bank": (lambda f, **o: w.gabor_bank(f, [(0.1, 0.2)], **o), (19, 17)),
+    "geometric_fft": (lambda f, **o: w.geometric_fft(f, vga2.geometric_product, right=E12, **o), (9, 7, 4)),
     "iclifford_fft": (w.iclifford_fft, (9, 7, 4)),
-    "igeometric_fft": (lambda f: w.igeometric_fft(f, vga2.geometric_product, right=E12), (9, 7, 4)),
+    "igeometric_fft": (lambda f, **o: w.igeometric_fft(f, vga2.geometric_product, right=E12, **o), (9, 7, 4)),
     "iproduct_fft": (w.iproduct_fft, (9, 7, 4)),
     "ipseudoscalar_fft": (w.ipseudoscalar_fft, (9, 7, 4)),
     "iqft": (w.iqft, (9, 7, 4)),
     "irqft": (w.irqft, (9, 4, 4)),
     "ispacetime_fft": (w.ispacetime_fft, (3, 2, 5, 3, 16)),
     "ivolume_time_fft": (w.ivolume_time_fft, (3, 2, 5, 3, 4)),
-    "local_phase": (lambda f: w.local_phase(f, (0.1, -0.2)).frequency, (19, 17)),
-    "match_template": (lambda f: w.match_template(f, np.ones((3, 3, 2)), "values")[0].rotor, (9, 7, 2)),
-    "monogenic_signal": (lambda f: w.monogenic_signal(f).vector, (9, 7)),
-    "optical_flow": (lambda f: w.optical_flow(f, f, 1).uv, (19, 17)),
-    "partial_analytic_signal": (lambda f: w.partial_analytic_signal(f, 0.3), (9, 7)),
+    "local_phase": (lambda f, **o: w.local_phase(f, (0.1, -0.2), **o).frequency, (19, 17)),
+    "match_template": (lambda f, **o: w.match_template(f, np.ones((3, 3, 2)), "values", **o)[0].rotor, (9, 7, 2)),
+    "monogenic_signal": (lambda f, **o: w.monogenic_signal(f, **o).vector, (9, 7)),
+    "optical_flow": (lambda f, **o: w.optical_flow(f, f, 1, **o).uv, (19, 17)),
+    "partial_analytic_signal": (lambda f, **o: w.partial_analytic_signal(f, 0.3, **o), (9, 7)),
     "product_fft": (w.product_fft, (9, 7, 4)),
     "pseudoscalar_fft": (w.pseudoscalar_fft, (9, 7, 4)),
     "qft": (w.qft, (9, 7)),
-    "quaternion_local_phase": (lambda f: w.quaternion_local_phase(f, (0.1, 0.2)).frequency, (19, 17)),
+    "quaternion_local_phase": (lambda f, **o: w.quaternion_local_phase(f, (0.1, 0.2), **o).frequency, (19, 17)),
     "quaternionic_analytic_signal": (w.quaternionic_analytic_signal, (9, 7)),
     "real_product_fft": (w.real_product_fft, (9, 7)),
     "rqft": (w.rqft, (9, 7)),
-    "similarity_distance": (lambda f: w.similarity_distance(f, f[::-1], [(1.0, 0.5)]), (19, 17)),
+    "similarity_distance": (lambda f, **o: w.similarity_distance(f, f[::-1], [(1.0, 0.5)], **o), (19, 17)),
     "single_orthant_signal": (w.single_orthant_signal, (9, 7)),
     "spacetime_fft": (w.spacetime_fft, (3, 2, 5, 3, 16)),
-    "sphere_wavelet": (lambda f: w.sphere_wavelet(f, np.eye(3)[[0, 1, 2, 0]], IDENTITY), (4,)),
-    "texture_features": (lambda f: w.texture_features(f, 2), (19, 17)),
+    "sphere_wavelet": (lambda f, **o: w.sphere_wavelet(f, np.eye(3)[[0, 1, 2, 0]], IDENTITY, **o), (4,)),
+    "texture_features": (lambda f, **o: w.texture_features(f, 2, **o), (19, 17)),
     "total_analytic_signal": (w.total_analytic_signal, (9, 7)),
     "volume_time_fft": (w.volume_time_fft, (3, 2, 5, 3, 4)),
-    "QuaternionPyramid": (lambda f: w.QuaternionPyramid(f, 2).detail[1]["D"], (19, 17)),
-    "QuaternionPyramid of Gabor's filters": (lambda f: w.QuaternionPyramid(f, 2, "gabor").detail[1]["D"], (19, 17)),
+    "QuaternionPyramid": (lambda f, **o: w.QuaternionPyramid(f, 2, **o).detail[1]["D"], (19, 17)),
+    "QuaternionPyramid of Gabor's filters": (
+        lambda f, **o: w.QuaternionPyramid(f, 2, "gabor", **o).detail[1]["D"],
+        (19, 17),
+    ),
 }
 """Each function with one array for its data, and the shape of one that is right; sizes are odd."""
 
@@ -78,6 +87,24 @@ OTHERS = {
     "wavelet_filters": "takes a name",
 }
 
+ALONE = {
+    "complex_pyramid": "sparse matrices of scipy",
+    "estimated_noise": "one level",
+    "local_phase": "one filter",
+    "quaternion_local_phase": "one filter",
+}
+"""Functions of arrays that take one thread."""
+
+DOUBLE = {
+    "clifford_convolve",
+    "clifford_correlate",
+    "conformal_wavelet",
+    "estimated_noise",
+    "match_template",
+    "sphere_wavelet",
+}
+"""Functions whose other arguments are float64, or which give a number of Python."""
+
 LEVELS: dict[str, Call] = {
     "complex_pyramid": lambda levels: w.complex_pyramid(np.ones((19, 17)), levels),
     "denoise": lambda levels: w.denoise(np.ones((19, 17)), 1.0, levels),
@@ -88,6 +115,10 @@ LEVELS: dict[str, Call] = {
     "QuaternionPyramid": lambda levels: w.QuaternionPyramid(np.ones((19, 17)), levels),
     "QuaternionPyramid of Gabor's filters": lambda levels: w.QuaternionPyramid(np.ones((19, 17)), levels, "gabor"),
 }
+
+
+def options(name: str) -> set[str]:
+    return set(inspect.signature(getattr(w, name.split()[0])).parameters)
 
 
 def whole(shape: tuple[int, ...]) -> np.ndarray:
@@ -149,6 +180,47 @@ def test_too_many_levels_are_refused(name: str) -> None:
     for levels in (12, -1, 1.5, True):
         with pytest.raises(ValueError, match=f"levels: {levels}; expected"):
             LEVELS[name](levels)
+
+
+@pytest.mark.parametrize("name", [name for name in CALLS if "workers" in options(name)])
+def test_workers_change_nothing(name: str) -> None:
+    call, shape = CALLS[name]
+    array = np.random.default_rng(1).normal(size=shape)
+    expected = call(array)
+    for workers in (1, 2, 5, -1):
+        assert np.array_equal(call(array, workers=workers), expected)
+    with pytest.raises(ValueError, match="workers"):
+        call(array, workers=0)
+
+
+@pytest.mark.parametrize("name", [name for name in CALLS if "progress" in options(name)])
+def test_progress_ends_when_all_is_done(name: str) -> None:
+    call, shape = CALLS[name]
+    array = np.random.default_rng(1).normal(size=shape)
+    told: list[tuple[int, int]] = []
+    found = call(array, progress=lambda done, total: told.append((done, total)))
+    assert np.array_equal(found, call(array))
+    assert told == [(k + 1, len(told)) for k in range(len(told))]
+    assert told
+
+
+def test_all_functions_of_arrays_take_workers() -> None:
+    assert {name for name in CALLS if "workers" not in options(name)} == set(ALONE)
+
+
+@pytest.mark.parametrize("name", CALLS)
+def test_arrays_that_cannot_be_written_and_single_precision(name: str) -> None:
+    """The result of float32 is float32, near that of float64."""
+    call, shape = CALLS[name]
+    array = np.random.default_rng(2).normal(size=shape).astype(np.float32)
+    array.flags.writeable = False
+    kept = array.copy()
+    single, double = np.asarray(call(array)), np.asarray(call(array.astype(float)))
+    assert np.array_equal(array, kept)
+    if name not in DOUBLE:
+        assert single.dtype in (np.float32, np.complex64)
+    assert double.dtype in (np.float64, np.complex128)
+    assert np.abs(single - double).max() < 1e-3 * (1 + np.abs(double).max())
 
 
 def test_versors_and_names() -> None:

@@ -138,7 +138,7 @@ def test_confidence_of_quaternionic_phases() -> None:
     ("call", "message"),
     [
         (lambda f: complex_gabor_bank(f, [(0.6, 0.0)]), "frequencies: 0.6; expected cycles per pixel from -0.5"),
-        (lambda f: complex_gabor_bank(f, [(0.1, 0.0)], 0.0), "sigma: 0.0; expected a positive number"),
+        (lambda f: complex_gabor_bank(f, [(0.1, 0.0)], 0.0), "sigma: 0.0; expected positive numbers"),
         (lambda f: complex_gabor_bank(f, [(0.1, 0.0)], aspect=-1.0), "aspect: -1.0"),
         (lambda f: complex_gabor_bank(f, [(0.1, 0.0)], (1.0, 2.0)), "sigma: 2 for 1 frequencies"),
         (lambda f: local_phase(f * np.nan, (0.1, 0.1)), "image: a number is not finite"),

@@ -20,17 +20,7 @@ from .denoise import denoise, estimated_noise
 from .discrete import WaveletPyramid, discrete_wavelet, wavelet_filters
 from .dual_tree import DualTree, dual_tree
 from .flow import Flow, optical_flow
-from .geometric_fourier import (
-    geometric_fft,
-    igeometric_fft,
-    iproduct_fft,
-    ipseudoscalar_fft,
-    ivolume_time_fft,
-    product_fft,
-    pseudoscalar_fft,
-    real_product_fft,
-    volume_time_fft,
-)
+from .geometric_fourier import geometric_fft, igeometric_fft
 from .local_phase import (
     LocalPhase,
     QuaternionLocalPhase,
@@ -39,6 +29,15 @@ from .local_phase import (
     quaternion_local_phase,
 )
 from .phase import Phase, gabor_bank, quaternion_phase
+from .pseudoscalar_fourier import (
+    iproduct_fft,
+    ipseudoscalar_fft,
+    ivolume_time_fft,
+    product_fft,
+    pseudoscalar_fft,
+    real_product_fft,
+    volume_time_fft,
+)
 from .pyramid import QuaternionPyramid
 from .quaternion_fourier import Side, iqft, irqft, qft, rqft
 from .similarity import Disparity, disparity, similarity_distance

@@ -12,9 +12,13 @@ from generated import vga3
 
 from ..arguments import Reals, finite_number, real_array
 from .discrete import check_finite
+from .sharing import blocks, in_threads, slices
 
 Complexes = NDArray[Any]
 """An array of complex64 or complex128."""
+
+_BLOCK = 2**19
+"""Bytes of complex numbers that stay in a cache there and back."""
 
 
 class Monogenic(NamedTuple):
@@ -166,21 +170,35 @@ def quaternionic_analytic_signal(image: ArrayLike, workers: int | None = None) -
 
     Notes
     -----
-    Along rows one real transform there and back; along columns a complex one, of the image and what that gave.
+    Along columns one real transform there and back; along rows a complex one, of the image and what that gave.
     """
     array = _image(image)
-    rows, columns = array.shape[-2:]
-    numbers = np.empty(array.shape, np.result_type(array.dtype, np.complex64))
-    along = scipy.fft.rfft(array, workers=workers)
-    along *= (-1j * _sign(columns)[: columns // 2 + 1]).astype(numbers.dtype)
-    numbers.real, numbers.imag = array, scipy.fft.irfft(along, columns, overwrite_x=True, workers=workers)
-    result = np.empty((*array.shape, 4), array.dtype)
-    result[..., 0], result[..., 2] = array, numbers.imag
-    across = scipy.fft.fft(numbers, axis=-2, overwrite_x=True, workers=workers)
-    across *= (-1j * _sign(rows)).astype(numbers.dtype)[:, None]
-    across = scipy.fft.ifft(across, axis=-2, overwrite_x=True, workers=workers)
-    result[..., 1], result[..., 3] = across.real, across.imag
-    return result
+    images = array.reshape(-1, *array.shape[-2:])
+    rows, columns = images.shape[1:]
+    result = np.empty((*images.shape, 4), array.dtype)
+    # w and x, and y and z.
+    numbers = result.view(np.result_type(array.dtype, np.complex64))
+    down = (-1j * _sign(rows)[: rows // 2 + 1]).astype(numbers.dtype)[:, None]
+    across = (-1j * _sign(columns)).astype(numbers.dtype)
+
+    def along_columns(part: tuple[slice, slice]) -> None:
+        some, place = part
+        values = images[some, :, place]
+        spectrum = scipy.fft.rfft(values, axis=1, workers=1)
+        spectrum *= down
+        result[some, :, place, 0] = values
+        result[some, :, place, 1] = scipy.fft.irfft(spectrum, rows, axis=1, overwrite_x=True, workers=1)
+
+    def along_rows(place: slice) -> None:
+        both = numbers.reshape(-1, columns, 2, copy=False)[place]
+        spectrum = scipy.fft.fft(both[..., 0], workers=1)
+        spectrum *= across
+        both[..., 1] = scipy.fft.ifft(spectrum, overwrite_x=True, workers=1)
+
+    least = _BLOCK // numbers.itemsize
+    in_threads(along_columns, blocks(len(images), columns, rows, least), workers)
+    in_threads(along_rows, list(slices(len(images) * rows, max(least // columns, 1))), workers)
+    return result.reshape(*array.shape, 4)
 
 
 def monogenic_signal(image: ArrayLike, workers: int | None = None) -> Monogenic:

@@ -7,7 +7,8 @@ from numpy.typing import ArrayLike
 from generated import sta, vga2, vga3
 
 from ..arguments import Reals, real_array
-from .planes import Directions, Progress, through_planes
+from .planes import Directions, through_planes
+from .sharing import Progress
 
 _SIDES = ("right", "left")
 _PLANE, _SPACE, _SPACETIME = (-1, -1, 4), (-1, -1, -1, 8), (-1, -1, -1, -1, 16)

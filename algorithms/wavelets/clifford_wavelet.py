@@ -10,9 +10,11 @@ from numpy.typing import ArrayLike, NDArray
 
 from generated import vga3
 
-from ..arguments import Reals, finite_number, real_array
+from ..arguments import Reals, real_array
+from .checks import positive_number
 from .clifford_fourier import clifford_fft, iclifford_fft
 from .discrete import check_finite
+from .sharing import Progress, steps
 
 _COVERED = 1e-6
 """Frequencies count where the sum of squared filters is larger than this part of its largest value."""
@@ -38,12 +40,12 @@ class CliffordWavelet:
         """The frequencies, (L, M, N), that some filter sees."""
         return covered_by(self.filters)
 
-    def inverse(self) -> Reals:
+    def inverse(self, workers: int | None = None) -> Reals:
         """The part of the field at the covered frequencies, (L, M, N, 8).
 
-        Of all fields, its coefficients are nearest to those that are here.
+        Of all fields, its coefficients are nearest to those that are here. Workers are as in `scipy.fft`.
         """
-        return nearest_field(self.coefficients, self.filters, clifford_fft, iclifford_fft)
+        return nearest_field(self.coefficients, self.filters, clifford_fft, iclifford_fft, workers)
 
 
 def covered_by(filters: NDArray[np.float64]) -> NDArray[np.bool_]:
@@ -53,15 +55,19 @@ def covered_by(filters: NDArray[np.float64]) -> NDArray[np.bool_]:
 
 
 def nearest_field(
-    coefficients: Reals, filters: NDArray[np.float64], forth: Callable[[Reals], Reals], back: Callable[[Reals], Reals]
+    coefficients: Reals,
+    filters: NDArray[np.float64],
+    forth: Callable[..., Reals],
+    back: Callable[..., Reals],
+    workers: int | None,
 ) -> Reals:
     """The field of covered frequencies whose coefficients are nearest to these, by a transform and its inverse."""
     weight, covered = (filters**2).sum((0, 1)), covered_by(filters)
     spectrum = np.zeros(coefficients.shape[2:], coefficients.dtype)
     for place in np.ndindex(filters.shape[:2]):
-        spectrum += forth(coefficients[place]) * filters[place][..., None].astype(spectrum.dtype)
+        spectrum += forth(coefficients[place], workers=workers) * filters[place][..., None].astype(spectrum.dtype)
     spectrum *= np.where(covered, 1 / np.where(covered, weight, 1), 0)[..., None]
-    return back(spectrum)
+    return back(spectrum, workers=workers)
 
 
 def clifford_wavelet(
@@ -70,7 +76,8 @@ def clifford_wavelet(
     rotors: ArrayLike,
     frequency: float = 1.5,
     sigma: tuple[float, float, float] = (2.0, 2.0, 2.0),
-    progress: Callable[[int, int], None] | None = None,
+    progress: Progress | None = None,
+    workers: int | None = None,
 ) -> CliffordWavelet:
     """The wavelet transform of a periodic field in space by turned and scaled Gabor wavelets.
 
@@ -88,6 +95,8 @@ def clifford_wavelet(
         Standard deviations in pixels of its Gaussian along e1, e2 and e3.
     progress : function of (done, all), optional
         Called after each of the A R wavelets.
+    workers : int, optional
+        As in `scipy.fft`.
 
     Returns
     -------
@@ -114,22 +123,22 @@ def clifford_wavelet(
     check_finite(turns, "rotors")
     if np.abs(np.linalg.norm(turns, axis=-1) - 1).max() > 1e-6:
         raise ValueError("rotors: not of norm 1; expected unit rotors, such as of vga3.rotor_from_axis_angle")
-    sizes = [_positive(a, "scales") for a in scales]
-    centre = np.array([_positive(frequency, "frequency"), 0, 0])
-    widths = np.array([_positive(s, "sigma") for s in sigma])
+    sizes = [positive_number(a, "scales") for a in scales]
+    centre = np.array([positive_number(frequency, "frequency"), 0, 0])
+    widths = np.array([positive_number(s, "sigma") for s in sigma])
     if not sizes or widths.shape != (3,):
         raise ValueError(f"scales, sigma: {len(sizes)} and {len(widths)}; expected at least one scale and three sigmas")
     grid = [2 * np.pi * np.fft.fftfreq(n) for n in array.shape[:3]]
     w = np.stack(np.meshgrid(*grid, indexing="ij"), -1)
-    spectrum = clifford_fft(array)
+    spectrum, told = clifford_fft(array, workers=workers), steps(progress, len(sizes) * len(turns))
     filters = np.empty((len(sizes), len(turns), *array.shape[:3]))
     coefficients = np.empty((*filters.shape, 8), array.dtype)
     for k, a in enumerate(sizes):
         for n, turn in enumerate(turns):
             filters[k, n] = a**1.5 * _gabor(a * vga3.rotate_vector_back(turn, w), centre, widths)
-            coefficients[k, n] = iclifford_fft(spectrum * filters[k, n][..., None].astype(array.dtype))
-            if progress is not None:
-                progress(k * len(turns) + n + 1, len(sizes) * len(turns))
+            product = spectrum * filters[k, n][..., None].astype(array.dtype)
+            coefficients[k, n] = iclifford_fft(product, workers=workers)
+            told()
     return CliffordWavelet(coefficients, filters)
 
 
@@ -138,10 +147,3 @@ def _gabor(w: Reals, centre: Reals, widths: Reals) -> Reals:
     about, around = (((widths * (w - c)) ** 2).sum(-1) / 2 for c in (centre, 0 * centre))
     constant = ((widths * centre) ** 2).sum() / 2
     return np.asarray(np.exp(-about) - np.exp(-around - constant))
-
-
-def _positive(value: float, name: str) -> float:
-    number = finite_number(value, name)
-    if number <= 0:
-        raise ValueError(f"{name}: {number}; expected positive numbers")
-    return number

@@ -2,16 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ..arguments import Reals, finite_number, real_array
+from ..arguments import Reals, real_array
+from .checks import positive_number
 from .clifford_wavelet import covered_by, nearest_field
 from .discrete import check_finite
-from .geometric_fourier import ipseudoscalar_fft, pseudoscalar_fft
+from .pseudoscalar_fourier import ipseudoscalar_fft, pseudoscalar_fft
+from .sharing import Progress, steps
 
 
 @dataclass(frozen=True)
@@ -34,12 +36,12 @@ class CliffordWaveletND:
         """The frequencies, (N1, ..., Nn), that some filter sees."""
         return covered_by(self.filters)
 
-    def inverse(self) -> Reals:
+    def inverse(self, workers: int | None = None) -> Reals:
         """The part of the field at the covered frequencies, (N1, ..., Nn, 2**n), to 1e-10 of the largest number.
 
-        Of all fields, its coefficients are nearest to those that are here.
+        Of all fields, its coefficients are nearest to those that are here. Workers are as in `scipy.fft`.
         """
-        return nearest_field(self.coefficients, self.filters, pseudoscalar_fft, ipseudoscalar_fft)
+        return nearest_field(self.coefficients, self.filters, pseudoscalar_fft, ipseudoscalar_fft, workers)
 
 
 def clifford_wavelet_nd(
@@ -48,7 +50,7 @@ def clifford_wavelet_nd(
     turns: ArrayLike,
     frequency: float = 1.5,
     sigma: Sequence[float] | float = 2.0,
-    progress: Callable[[int, int], None] | None = None,
+    progress: Progress | None = None,
     workers: int | None = None,
 ) -> CliffordWaveletND:
     """The wavelet transform of a periodic field by turned and scaled Gabor wavelets, in 2, 3 or 6 dimensions.
@@ -97,18 +99,19 @@ def clifford_wavelet_nd(
     check_finite(matrices, "turns")
     if np.abs(matrices @ np.swapaxes(matrices, 1, 2) - np.eye(n)).max() > 1e-6:
         raise ValueError("turns: not orthogonal; expected matrices of rotations")
-    sizes = [_positive(a, "scales") for a in scales]
+    sizes = [positive_number(a, "scales") for a in scales]
     given = [sigma] * n if isinstance(sigma, (int, float, np.integer, np.floating)) else list(sigma)
-    widths = np.array([_positive(s, "sigma") for s in given])
+    widths = np.array([positive_number(s, "sigma") for s in given])
     if not sizes or len(widths) != n:
         raise ValueError(f"scales, sigma: {len(sizes)} and {len(widths)}; expected at least one scale and {n} sigmas")
     centre = np.zeros(n)
-    centre[0] = _positive(frequency, "frequency")
+    centre[0] = positive_number(frequency, "frequency")
     w = np.stack(np.meshgrid(*(2 * np.pi * np.fft.fftfreq(m) for m in array.shape[:-1]), indexing="ij"), -1)
     spectrum = pseudoscalar_fft(array, workers=workers)
     filters = np.empty((len(sizes), len(matrices), *array.shape[:-1]))
     coefficients = np.empty((*filters.shape, 2**n), array.dtype)
-    for done, (k, m) in enumerate(np.ndindex(filters.shape[:2])):
+    told = steps(progress, len(sizes) * len(matrices))
+    for k, m in np.ndindex(filters.shape[:2]):
         # The turned-back frequency.
         there = sizes[k] * w @ matrices[m]
         about, around = (((widths * (there - c)) ** 2).sum(-1) / 2 for c in (centre, 0 * centre))
@@ -116,13 +119,5 @@ def clifford_wavelet_nd(
         filters[k, m] = sizes[k] ** (n / 2) * (np.exp(-about) - np.exp(-around - constant))
         product = spectrum * filters[k, m][..., None].astype(array.dtype)
         coefficients[k, m] = ipseudoscalar_fft(product, workers=workers)
-        if progress is not None:
-            progress(done + 1, len(sizes) * len(matrices))
+        told()
     return CliffordWaveletND(coefficients, filters)
-
-
-def _positive(value: object, name: str) -> float:
-    number = finite_number(value, name)
-    if number <= 0:
-        raise ValueError(f"{name}: {number}; expected positive numbers")
-    return number

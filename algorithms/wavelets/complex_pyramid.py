@@ -12,6 +12,7 @@ from generated import quaternion
 
 from ..arguments import Reals
 from .pyramid import QuaternionPyramid
+from .sharing import Progress
 
 Complexes = NDArray[Any]
 
@@ -50,7 +51,7 @@ class ComplexPyramid:
         return start.inverse()
 
 
-def complex_pyramid(image: ArrayLike, levels: int = 4) -> ComplexPyramid:
+def complex_pyramid(image: ArrayLike, levels: int = 4, progress: Progress | None = None) -> ComplexPyramid:
     """The complex discrete wavelet transform of images with filters of four taps.
 
     Parameters
@@ -60,6 +61,8 @@ def complex_pyramid(image: ArrayLike, levels: int = 4) -> ComplexPyramid:
         the image goes on periodically.
     levels : int
         At most as many as ``2**levels`` is no more than the smaller size.
+    progress : function of (done, total), optional
+        Called after each level.
 
     Returns
     -------
@@ -76,7 +79,7 @@ def complex_pyramid(image: ArrayLike, levels: int = 4) -> ComplexPyramid:
     levels, "gabor")``: with the filter r along x and c along y, one band is that of r and c, the other of r and the
     conjugate of c.
     """
-    pyramid = QuaternionPyramid(image, levels, "gabor")
+    pyramid = QuaternionPyramid(image, levels, "gabor", progress=progress)
     detail = []
     for level in pyramid.detail:
         bands = {name: _planes(band) for name, band in level.items()}
@@ -88,11 +91,11 @@ def complex_pyramid(image: ArrayLike, levels: int = 4) -> ComplexPyramid:
 
 
 def _planes(q: Reals) -> Complexes:
-    parts = quaternion.pack_two_sided(q.astype(float, copy=False))
-    return np.stack([np.ascontiguousarray(part).view(complex)[..., 0] for part in parts], -1)
+    numbers = np.result_type(q.dtype, np.complex64)
+    return np.stack([np.ascontiguousarray(part).view(numbers)[..., 0] for part in quaternion.pack_two_sided(q)], -1)
 
 
 def _quaternions(planes: Complexes) -> Reals:
-    parts = (np.ascontiguousarray(planes[..., k]).astype(complex)[..., None].view(float) for k in range(2))
+    parts = (np.ascontiguousarray(planes[..., k])[..., None].view(planes.real.dtype) for k in range(2))
     result: Reals = quaternion.unpack_two_sided(*parts)
     return result

@@ -7,8 +7,10 @@ from numpy.typing import ArrayLike
 
 from generated import cga3, vga3
 
-from ..arguments import Reals, finite_number, real_array
+from ..arguments import Reals, real_array
+from .checks import samples
 from .discrete import check_finite
+from .sharing import Progress, in_threads, steps
 
 
 def similarity_versor(shift: ArrayLike, rotor: ArrayLike, scale: ArrayLike) -> Reals:
@@ -56,6 +58,8 @@ def conformal_wavelet(
     frequency: float = 1.5,
     sigma: float = 2.0,
     weights: ArrayLike = 1.0,
+    workers: int | None = None,
+    progress: Progress | None = None,
 ) -> Reals:
     """The wavelet transform of a sampled field in space by Gabor wavelets that conformal versors move.
 
@@ -72,6 +76,10 @@ def conformal_wavelet(
         Of the wavelet that the versor 1 stands for: radians per unit of length along e1, and the standard deviation.
     weights : array_like, (P,) or a number
         The volume for which each point stands.
+    workers : int, optional
+        How many threads share the versors, counted as in `scipy.fft`; the result is the same.
+    progress : function of (done, total), optional
+        Called after each versor.
 
     Returns
     -------
@@ -90,29 +98,23 @@ def conformal_wavelet(
     of the moved point, the coefficient of e0; so a moved wavelet has the norm of the first one, and moving field and
     wavelet alike changes nothing: ``W[V f](V U) = W[f](U)``.
     """
-    values = real_array(field, "field", (-1, 8), "elements of G(3)")
-    places = real_array(points, "points", (-1, 3), "points")
-    moves = real_array(versors, "versors", (16,), "even elements of G(4,1)").reshape(-1, 16)
-    volumes = real_array(weights, "weights")
-    if values.ndim != 2 or places.shape != (len(values), 3):
-        raise ValueError(f"points: shape {places.shape}; expected ({len(values)}, 3), one for each value of the field")
-    if volumes.shape not in ((), (len(values),)):
-        raise ValueError(f"weights: shape {volumes.shape}; expected one number, or one for each point")
-    for name, array in (("field", values), ("points", places), ("versors", moves), ("weights", volumes)):
-        check_finite(array, name)
-    width, wave = finite_number(sigma, "sigma"), finite_number(frequency, "frequency")
-    if width <= 0 or wave <= 0:
-        raise ValueError(f"frequency, sigma: {wave}, {width}; expected positive numbers")
-    embedded = cga3.embed_point(places)
-    result = np.empty((len(moves), 8), np.result_type(values, places, moves))
-    for k, back in enumerate(cga3.even_reverse(moves)):
-        moved = cga3.transform_vector(back, embedded)
+    field_of = ("field", field, (-1, 8), "elements of G(3)")
+    known = samples(field_of, ("points", points, "points"), versors, frequency, sigma, weights)
+    embedded, backward = cga3.embed_point(known.places), cga3.even_reverse(known.moves)
+    result = np.empty((len(backward), 8), np.result_type(known.values, known.places, known.moves))
+    told = steps(progress, len(backward))
+
+    def compare(k: int) -> None:
+        moved = cga3.transform_vector(backward[k], embedded)
         weight = moved[:, 3]
         if not np.abs(weight).min() > 0:
             raise ValueError(f"versors: number {k} takes a point of the field to infinity; expected finite points")
-        share = volumes * np.abs(weight) ** -1.5
-        mother = _reversed_gabor(moved[:, :3] / weight[:, None], wave, width) * share[:, None]
-        result[k] = vga3.geometric_product(values, mother).sum(0)
+        share = known.weights * np.abs(weight) ** -1.5
+        mother = _reversed_gabor(moved[:, :3] / weight[:, None], known.frequency, known.sigma) * share[:, None]
+        result[k] = vga3.geometric_product(known.values, mother).sum(0)
+        told()
+
+    in_threads(compare, range(len(backward)), workers)
     return result
 
 

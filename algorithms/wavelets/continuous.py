@@ -71,17 +71,17 @@ class ContinuousWavelet:
         weight = self._weight()
         return np.asarray(weight > _COVERED * weight.max())
 
-    def inverse(self) -> Reals:
+    def inverse(self, workers: int | None = None) -> Reals:
         """The part of the signal at the covered frequencies, (..., N); 1e-10 of the largest number.
 
-        Of all signals, its coefficients are nearest to those that are here.
+        Of all signals, its coefficients are nearest to those that are here. Workers are as in `scipy.fft`.
         """
-        spectrum = (scipy.fft.fft(self.padded, axis=-1) * self.filters).sum(-2)
+        spectrum = (scipy.fft.fft(self.padded, axis=-1, workers=workers) * self.filters).sum(-2)
         opposite = np.roll(spectrum[..., ::-1], 1, -1)
         weight = self._weight()
         share = np.where(self.covered, 1 / np.where(self.covered, weight, 1), 0)
         # The filters of analytic wavelets see one sign of frequencies; a real signal has the other too.
-        result = scipy.fft.ifft((spectrum + opposite.conj()) * share).real
+        result = scipy.fft.ifft((spectrum + opposite.conj()) * share, workers=workers).real
         return np.asarray(result[..., : self.size], self.padded.real.dtype)
 
     def _weight(self) -> NDArray[np.float64]:

@@ -11,6 +11,7 @@ import scipy.fft
 from numpy.typing import ArrayLike, NDArray
 
 from ..arguments import Reals, real_array
+from .sharing import n_threads
 
 Product = Callable[..., Any]
 """A generated kernel of two multivectors that is linear in both, such as ``pga3.geometric_product``."""
@@ -96,6 +97,7 @@ def _combined(
     workers: int | None,
     correlation: bool,
 ) -> Reals:
+    n_threads(workers)
     for name, value, known in (("mode", mode, _MODES), ("side", side, ("right", "left")), ("method", method, _METHODS)):
         if value not in known:
             raise ValueError(f"{name}: {value!r}; expected {', '.join(map(repr, known))}")

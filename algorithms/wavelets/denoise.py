@@ -9,6 +9,7 @@ from numpy.typing import ArrayLike
 from ..arguments import Reals, finite_number, real_array
 from .discrete import check_finite, checked_levels
 from .pyramid import QuaternionPyramid
+from .sharing import n_threads
 
 _RULES = ("local", "bayes")
 _WINDOW = 7
@@ -36,7 +37,13 @@ def estimated_noise(image: ArrayLike) -> float:
     return float(2 * np.median(np.abs(band)) / _MEDIAN)
 
 
-def denoise(image: ArrayLike, sigma: float | None = None, levels: int | None = None, rule: str = "local") -> Reals:
+def denoise(
+    image: ArrayLike,
+    sigma: float | None = None,
+    levels: int | None = None,
+    rule: str = "local",
+    workers: int | None = None,
+) -> Reals:
     """An image without white noise.
 
     Parameters
@@ -50,6 +57,8 @@ def denoise(image: ArrayLike, sigma: float | None = None, levels: int | None = N
     rule : str
         "local": the energy of the signal is that of 7 x 7 neighbours, and a quaternion is taken together with the one
         of the same place a level above. "bayes": one threshold for each band, of BayesShrink, for the magnitudes.
+    workers : int, optional
+        How many threads share the work, counted as in `scipy.fft`; the result is the same.
 
     Returns
     -------
@@ -72,6 +81,7 @@ def denoise(image: ArrayLike, sigma: float | None = None, levels: int | None = N
     BayesShrink and the better of two wavelets.
     """
     array = _image(image)
+    n_threads(workers)
     if rule not in _RULES:
         raise ValueError(f"rule: {rule!r}; expected 'local' or 'bayes'")
     noise = estimated_noise(array) if sigma is None else finite_number(sigma, "sigma")
@@ -82,7 +92,7 @@ def denoise(image: ArrayLike, sigma: float | None = None, levels: int | None = N
     checked_levels(count, most, f"as images of {array.shape[0]} x {array.shape[1]} pixels have")
     if noise == 0:
         return array.copy()
-    pyramid = QuaternionPyramid(array, count)
+    pyramid = QuaternionPyramid(array, count, workers=workers)
     sizes = pyramid.amplitude()
     # Four trees of half the deviation each.
     variance = noise**2
@@ -103,7 +113,7 @@ def denoise(image: ArrayLike, sigma: float | None = None, levels: int | None = N
                 threshold = variance / 4 * np.sqrt(numbers * (numbers + 1)) / np.maximum(np.sqrt(signal), tiny)
             gain = np.maximum(together - threshold, 0) / np.maximum(together, tiny)
             band *= gain[..., None].astype(band.dtype)
-    return pyramid.inverse()
+    return pyramid.inverse(workers)
 
 
 def _image(image: ArrayLike) -> Reals:

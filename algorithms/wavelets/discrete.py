@@ -12,6 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 from ..arguments import Reals, real_array
 from .filters import ANALYSIS, ORTHOGONAL, SYNTHESIS
 from .polyphase import MODES, beyond, merge, split
+from .sharing import Progress, n_threads, steps
 
 _NAMES = {"da": "H", "ad": "V", "dd": "D"}
 """Names of the details of images: of horizontal, vertical and diagonal structures."""
@@ -81,9 +82,10 @@ class WaveletPyramid:
     axes: tuple[int, ...]
     shapes: tuple[tuple[int, ...], ...]
 
-    def inverse(self) -> Reals:
-        """The signals again, to rounding where nothing was changed."""
-        filters = wavelet_filters(self.wavelet)
+    def inverse(self, workers: int | None = None, progress: Progress | None = None) -> Reals:
+        """The signals again, to rounding where nothing was changed; arguments are as in `discrete_wavelet`."""
+        filters, told = wavelet_filters(self.wavelet), steps(progress, len(self.detail))
+        n_threads(workers)
         array = self.approx
         for detail, shape in zip(self.detail[::-1], self.shapes[::-1], strict=True):
             bands = {
@@ -92,10 +94,13 @@ class WaveletPyramid:
             }
             for k in range(len(self.axes) - 1, -1, -1):
                 bands = {
-                    word: synthesis(bands[word + "a"], bands[word + "d"], filters, self.mode, self.axes[k], shape[k])
+                    word: synthesis(
+                        bands[word + "a"], bands[word + "d"], filters, self.mode, self.axes[k], shape[k], workers
+                    )
                     for word in map("".join, product("ad", repeat=k))
                 }
             array = bands[""]
+            told()
         return array
 
 
@@ -105,6 +110,8 @@ def discrete_wavelet(
     levels: int | None = None,
     mode: str = "symmetric",
     axes: tuple[int, ...] | None = None,
+    workers: int | None = None,
+    progress: Progress | None = None,
 ) -> WaveletPyramid:
     """The discrete wavelet transform along one, two, three or more axes.
 
@@ -122,6 +129,10 @@ def discrete_wavelet(
         "periodization", which is periodic with as many coefficients as numbers.
     axes : tuple of int, optional
         By default the last two, or the only one.
+    workers : int, optional
+        How many threads share the work, counted as in `scipy.fft`; the result is the same.
+    progress : function of (done, total), optional
+        Called after each level.
 
     Returns
     -------
@@ -143,19 +154,21 @@ def discrete_wavelet(
     chosen = _axes(axes, array.ndim)
     check_finite(array, "signal")
     count = _levels(levels, [array.shape[axis] for axis in chosen], len(filters.low))
-    detail, shapes = [], []
+    detail, shapes, told = [], [], steps(progress, count)
+    n_threads(workers)
     for _ in range(count):
         shapes.append(tuple(array.shape[axis] for axis in chosen))
         bands = {"": array}
         for axis in chosen:
-            split = {word: analysis(band, filters, mode, axis) for word, band in bands.items()}
+            split = {word: analysis(band, filters, mode, axis, workers) for word, band in bands.items()}
             bands = {word + letter: split[word][k] for word in bands for k, letter in enumerate("ad")}
         array = bands.pop("a" * len(chosen))
         detail.append({_name(word): band for word, band in bands.items()})
+        told()
     return WaveletPyramid(array, tuple(detail), wavelet, mode, chosen, tuple(shapes))
 
 
-def analysis(array: Reals, filters: Filters, mode: str, axis: int) -> tuple[Reals, Reals]:
+def analysis(array: Reals, filters: Filters, mode: str, axis: int, workers: int | None = None) -> tuple[Reals, Reals]:
     """One level along one axis: the smoothed and the differenced half."""
     length, size = len(filters.low), array.shape[axis]
     count, start = (size + length - 1) // 2, 2 - length
@@ -164,10 +177,12 @@ def analysis(array: Reals, filters: Filters, mode: str, axis: int) -> tuple[Real
     everywhere = np.arange(count)
     taps = np.stack([filters.low[::-1], filters.high[::-1]])
     lines = beyond(mode, size, start, 2 * count - 2 + length)
-    return split(array, axis, 2, taps, lines, (everywhere, everywhere))
+    return split(array, axis, 2, taps, lines, (everywhere, everywhere), workers=workers)
 
 
-def synthesis(smooth: Reals, rough: Reals, filters: Filters, mode: str, axis: int, size: int) -> Reals:
+def synthesis(
+    smooth: Reals, rough: Reals, filters: Filters, mode: str, axis: int, size: int, workers: int | None = None
+) -> Reals:
     """The signal of `size` numbers along an axis whose `analysis` is given."""
     half, count = len(filters.low) // 2, smooth.shape[axis]
     # With all results numbered from 0, those before the first wanted one end with earlier numbers of the bands.
@@ -176,7 +191,7 @@ def synthesis(smooth: Reals, rough: Reals, filters: Filters, mode: str, axis: in
     if mode == "periodization":
         places %= count
     taps = np.stack([filters.low_back, filters.high_back])
-    return merge((smooth, rough), axis, taps, (places, places), first % 2, np.arange(size))
+    return merge((smooth, rough), axis, taps, (places, places), first % 2, np.arange(size), workers)
 
 
 def check_finite(array: Reals, name: str) -> None:

@@ -14,6 +14,7 @@ from . import polyphase
 from .discrete import Filters, check_finite, checked_levels, orthogonal_filters
 from .filters import LEVEL_ONE_ANALYSIS, LEVEL_ONE_SYNTHESIS, QSHIFT
 from .polyphase import Lines, beyond
+from .sharing import Progress, in_threads, n_threads, steps
 
 Complexes = NDArray[np.complexfloating]
 
@@ -49,14 +50,19 @@ class DualTree:
     later: str
     size: tuple[int, int]
 
-    def inverse(self) -> Reals:
-        """The images again, to rounding where nothing was changed."""
+    def inverse(self, workers: int | None = None, progress: Progress | None = None) -> Reals:
+        """The images again, to rounding where nothing was changed; arguments are as in `dual_tree`."""
         bands = [{name: _samples(level[..., pair]) for name, pair in _PAIRS.items()} for level in self.detail]
-        return joined(self.approx, bands, self.first, self.later, self.size)
+        return joined(self.approx, bands, self.first, self.later, self.size, workers, progress)
 
 
 def dual_tree(
-    image: ArrayLike, levels: int | None = None, first: str = "near_sym_a", later: str = "qshift_a"
+    image: ArrayLike,
+    levels: int | None = None,
+    first: str = "near_sym_a",
+    later: str = "qshift_a",
+    workers: int | None = None,
+    progress: Progress | None = None,
 ) -> DualTree:
     """The dual-tree complex wavelet transform: nearly shift invariant, six directions, four times as many numbers.
 
@@ -71,6 +77,10 @@ def dual_tree(
         Filters of the first level: "near_sym_a" or "near_sym_b".
     later : str
         Filters of the other levels: "qshift_06", "qshift_a" to "qshift_d", the longer the better they tell directions.
+    workers : int, optional
+        How many threads share the work, counted as in `scipy.fft`; the result is the same.
+    progress : function of (done, total), optional
+        Called after each level.
 
     Returns
     -------
@@ -93,7 +103,7 @@ def dual_tree(
     size = array.shape[-2:]
     most = int(np.log2(min(size)))
     count = checked_levels(levels, most, f"as images of {size[0]} x {size[1]} pixels have")
-    approx, bands = split(array, count, first, later)
+    approx, bands = split(array, count, first, later, workers, progress)
     detail = []
     for level in bands:
         numbers = np.empty((*level["H"].shape[:-2], *(n // 2 for n in level["H"].shape[-2:]), 6), _complex(array))
@@ -103,9 +113,18 @@ def dual_tree(
     return DualTree(approx, tuple(detail), first, later, (size[0], size[1]))
 
 
-def split(array: Reals, levels: int, first: str, later: str) -> tuple[Reals, list[dict[str, Reals]]]:
+def split(
+    array: Reals,
+    levels: int,
+    first: str,
+    later: str,
+    workers: int | None = None,
+    progress: Progress | None = None,
+) -> tuple[Reals, list[dict[str, Reals]]]:
     """What is left, and the details H, V and D of each level, where samples of the trees alternate along both axes."""
     _check_filters(first, later)
+    n_threads(workers)
+    told = steps(progress, levels)
     missing = [-n % 2**levels for n in array.shape[-2:]]
     if any(missing):
         array = np.pad(array, [(0, 0)] * (array.ndim - 2) + [(0, n) for n in missing], "edge")
@@ -113,25 +132,39 @@ def split(array: Reals, levels: int, first: str, later: str) -> tuple[Reals, lis
     for level in range(levels):
         # One large piece of memory: the system gives that in large pages.
         work = list(np.empty((6, *array.shape), array.dtype)) if level == 0 else None
-        low, high = _both(array, level, first, later, -2, work)
-        halves = {"a": _both(low, level, first, later, -1, work), "d": _both(high, level, first, later, -1, work)}
+        low, high = _both(array, level, first, later, -2, work, workers)
+        parts = {"a": low, "d": high}
+        halves = {name: _both(part, level, first, later, -1, work, workers) for name, part in parts.items()}
         array = halves["a"][0]
         bands.append({name: halves[word[0]]["ad".index(word[1])] for name, word in BANDS.items()})
+        told()
     return array.copy() if levels == 1 else array, bands
 
 
-def joined(approx: Reals, bands: list[dict[str, Reals]], first: str, later: str, size: tuple[int, int]) -> Reals:
+def joined(
+    approx: Reals,
+    bands: list[dict[str, Reals]],
+    first: str,
+    later: str,
+    size: tuple[int, int],
+    workers: int | None = None,
+    progress: Progress | None = None,
+) -> Reals:
     """The images whose `split` is given."""
-    array = approx
+    n_threads(workers)
+    array, told = approx, steps(progress, len(bands))
     for level in range(len(bands) - 1, -1, -1):
         band = bands[level]
-        low = _back(array, band["V"], level, first, later, -1)
-        high = _back(band["H"], band["D"], level, first, later, -1)
-        array = _back(low, high, level, first, later, -2)
+        low = _back(array, band["V"], level, first, later, -1, workers)
+        high = _back(band["H"], band["D"], level, first, later, -1, workers)
+        array = _back(low, high, level, first, later, -2, workers)
+        told()
     return np.ascontiguousarray(array[..., : size[0], : size[1]])
 
 
-def _both(array: Reals, level: int, first: str, later: str, axis: int, work: list[Reals] | None) -> tuple[Reals, Reals]:
+def _both(
+    array: Reals, level: int, first: str, later: str, axis: int, work: list[Reals] | None, workers: int | None
+) -> tuple[Reals, Reals]:
     """One level along one axis. The first level keeps all samples: its two trees take the even and the odd ones."""
     size = array.shape[axis]
     if level == 0:
@@ -139,31 +172,28 @@ def _both(array: Reals, level: int, first: str, later: str, axis: int, work: lis
         taps = _level_one_taps(first)
         places = np.arange(size)
         lines = beyond("symmetric", size, 1 - taps.shape[1] // 2, size + taps.shape[1])
-        return polyphase.split(array, axis, 1, taps, lines, (places, places), out)
+        return polyphase.split(array, axis, 1, taps, lines, (places, places), out, workers)
     filters = _later(later)
     length = len(filters.low)
     # Periodic, of the samples of the one tree forward and then those of the other one backward.
     places = _there_and_back(size, 0)[np.arange(1 - length // 2, size - 1 + length // 2) % size]
     to = _there_and_back(size // 2, 0), _there_and_back(size // 2, 1)
     taps = np.stack([filters.low[::-1], filters.high[::-1]])
-    return polyphase.split(array, axis, 2, taps, Lines(places, np.empty((0, 4))), to)
+    return polyphase.split(array, axis, 2, taps, Lines(places, np.empty((0, 4))), to, workers=workers)
 
 
-def _back(low: Reals, high: Reals, level: int, first: str, later: str, axis: int) -> Reals:
+def _back(low: Reals, high: Reals, level: int, first: str, later: str, axis: int, workers: int | None) -> Reals:
     if level == 0:
-        low_back, high_back = _level_one(first)[2:]
-        return _filtered(low, low_back, axis) + _filtered(high, high_back, axis)
+        parts = [np.empty_like(low), np.empty_like(high)]
+        work = list(zip((low, high), _level_one(first)[2:], parts, strict=True))
+        in_threads(lambda each: scipy.ndimage.convolve1d(each[0], each[1], axis, each[2], "reflect"), work, workers)
+        return parts[0] + parts[1]
     half, filters = low.shape[axis], _later(later)
     start = len(filters.low) // 2 - 1
     around = np.arange(start // 2 - start, (start + 2 * half - 1) // 2 + 1) % half
     places = _there_and_back(half, 0)[around], _there_and_back(half, 1)[around]
     taps = np.stack([filters.low_back, filters.high_back])
-    return polyphase.merge((low, high), axis, taps, places, start % 2, _there_and_back(2 * half, 0))
-
-
-def _filtered(array: Reals, taps: NDArray[np.float64], axis: int) -> Reals:
-    result: Reals = scipy.ndimage.convolve1d(array, taps, axis, mode="reflect")
-    return result
+    return polyphase.merge((low, high), axis, taps, places, start % 2, _there_and_back(2 * half, 0), workers)
 
 
 @lru_cache

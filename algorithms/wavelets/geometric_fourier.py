@@ -1,30 +1,24 @@
-"""Fourier transforms of fields of any dimension: any roots of -1, the pseudoscalar, or one vector for each axis."""
+"""The Fourier transform of fields with any roots of -1 on either side, in any algebra."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from functools import lru_cache
-from itertools import product as every
 from typing import Any
 
 import numpy as np
 import scipy.fft
-from numpy.typing import ArrayLike, NDArray
-
-from generated import quaternion
+from numpy.typing import ArrayLike
 
 from ..arguments import Reals, real_array
 from .discrete import check_finite
-from .planes import NORMS
+from .planes import check_norm
+from .sharing import Progress, steps
 
 Product = Callable[..., Any]
 """A generated kernel of two multivectors that is linear in both, such as ``sta.geometric_product``."""
 
 Factors = Sequence[tuple[ArrayLike, Sequence[int]]]
 """Roots of -1, each with the axes whose phases it has."""
-
-_LARGEST = 6
-_SIDES = ("right", "left")
 
 
 def geometric_fft(
@@ -34,6 +28,7 @@ def geometric_fft(
     right: Factors = (),
     norm: str | None = None,
     workers: int | None = None,
+    progress: Progress | None = None,
 ) -> Reals:
     """The Fourier transform ``product of exp(-a phase) f product of exp(-b phase)`` with any roots of -1.
 
@@ -48,6 +43,8 @@ def geometric_fft(
         not be a blade, with the axes of the field whose phases ``2 pi u x / N`` it has. Each axis may occur once.
     norm, workers
         As in `scipy.fft`.
+    progress : function of (done, total), optional
+        Called after each of the transforms that it takes.
 
     Returns
     -------
@@ -65,7 +62,7 @@ def geometric_fft(
     the coefficients are transformed as real signals, which costs as much as half as many complex ones, and then
     ``Re + root Im`` is taken.
     """
-    return _geometric(field, "field", product, left, right, False, norm, workers)
+    return _geometric(field, "field", product, left, right, False, norm, workers, progress)
 
 
 def igeometric_fft(
@@ -75,158 +72,10 @@ def igeometric_fft(
     right: Factors = (),
     norm: str | None = None,
     workers: int | None = None,
+    progress: Progress | None = None,
 ) -> Reals:
     """The inverse of `geometric_fft` with the same options, which has the same arguments and errors."""
-    return _geometric(spectrum, "spectrum", product, left, right, True, norm, workers)
-
-
-def pseudoscalar_fft(
-    field: ArrayLike, side: str = "right", norm: str | None = None, workers: int | None = None
-) -> Reals:
-    """The Clifford-Fourier transform ``f exp(-I phase)`` of fields in n = 2, 3 or 6 dimensions, with values in G(n).
-
-    Parameters
-    ----------
-    field : array_like, (..., N1, ..., Nn, 2**n)
-        Coefficients by grade and, within a grade, by the last vector, then the one before: 1 e1 e2 e3 e12 e13 e23 e123.
-        The pseudoscalar I has square -1 where n is 2 or 3 modulo 4.
-    side : str
-        "right", or "left": ``exp(-I phase) f``, which is the same in odd dimensions.
-    norm, workers
-        As in `scipy.fft`.
-
-    Returns
-    -------
-    array, of the shape of `field`
-
-    Raises
-    ------
-    TypeError, ValueError
-        Where `field` is no such array of finite numbers, and for unknown options.
-
-    Notes
-    -----
-    ``2**(n-1)`` complex transforms (Hitzer and Mawardi, *Adv. Appl. Clifford Algebras* 18:715, 2008). For n of 2 and 3
-    it is `clifford_fft`.
-    """
-    return _pseudoscalar(field, "field", side, False, norm, workers)
-
-
-def ipseudoscalar_fft(
-    spectrum: ArrayLike, side: str = "right", norm: str | None = None, workers: int | None = None
-) -> Reals:
-    """The inverse of `pseudoscalar_fft` with the same options, which has the same arguments and errors."""
-    return _pseudoscalar(spectrum, "spectrum", side, True, norm, workers)
-
-
-def product_fft(field: ArrayLike, norm: str | None = None, workers: int | None = None) -> Reals:
-    """The Fourier transform ``f exp(-e1 phase1) ... exp(-en phasen)`` of fields in n dimensions, with values in G(0,n).
-
-    Parameters
-    ----------
-    field : array_like, (..., N1, ..., Nn, 2**n)
-        In at most 6 dimensions, coefficients ordered as in `pseudoscalar_fft`. All vectors have square -1.
-    norm, workers
-        As in `scipy.fft`.
-
-    Returns
-    -------
-    array, of the shape of `field`
-
-    Raises
-    ------
-    TypeError, ValueError
-        As in `pseudoscalar_fft`.
-
-    Notes
-    -----
-    Buelow and Sommer, *IEEE Trans. Signal Processing* 49:2844, 2001. As many complex transforms as in
-    `pseudoscalar_fft`, axis after axis. `real_product_fft` is for real fields.
-    """
-    return _product(field, "field", False, norm, workers)
-
-
-def iproduct_fft(spectrum: ArrayLike, norm: str | None = None, workers: int | None = None) -> Reals:
-    """The inverse of `product_fft` with the same options, which has the same arguments and errors."""
-    return _product(spectrum, "spectrum", True, norm, workers)
-
-
-def real_product_fft(
-    signal: ArrayLike, dimension: int | None = None, norm: str | None = None, workers: int | None = None
-) -> Reals:
-    """What `product_fft` gives for real signals, by one real transform.
-
-    Parameters
-    ----------
-    signal : array_like, (..., N1, ..., Nn)
-    dimension : int, optional
-        n, the number of last axes, up to 6; by default all.
-    norm, workers
-        As in `scipy.fft`.
-
-    Returns
-    -------
-    array, (..., N1, ..., Nn, 2**n)
-        For every blade the sums with sines along its vectors and cosines along the others; negative where their number
-        is odd. In two dimensions that is `qft`, with e1, e2 and e12 for i, j and k.
-
-    Raises
-    ------
-    TypeError, ValueError
-        Where `signal` is not an array of finite real numbers with so many axes, and for unknown options.
-    """
-    array = real_array(signal, "signal", (-1,))
-    check_finite(array, "signal")
-    _check_norm(norm)
-    n = array.ndim if dimension is None else dimension
-    if isinstance(n, bool) or not isinstance(n, (int, np.integer)) or not 1 <= n <= min(array.ndim, _LARGEST):
-        raise ValueError(f"dimension: {n!r}; expected 1 to {min(array.ndim, _LARGEST)} for shape {array.shape}")
-    # Sums with cosines, and with minus the sines, along one axis after the other, of half of the frequencies.
-    parts = array[None]
-    for k in range(n):
-        spectrum = scipy.fft.rfft(parts, axis=k - n, norm=norm, workers=workers)
-        parts = np.concatenate([spectrum.real, spectrum.imag])
-    for k in range(n):
-        size, half = array.shape[k - n], parts.shape[k - n]
-        there: tuple[Any, ...] = (Ellipsis, slice(size - half, 0, -1), *(slice(None),) * (n - 1 - k))
-        mirrored = parts[there].copy()
-        for blade in range(1 << n):
-            if blade & 1 << k:
-                mirrored[blade] *= -1
-        parts = np.concatenate([parts, mirrored], k - n)
-    return np.ascontiguousarray(np.moveaxis(parts[list(_blades(n))], 0, -1))
-
-
-def volume_time_fft(field: ArrayLike, norm: str | None = None, workers: int | None = None) -> Reals:
-    """The volume-time Fourier transform ``exp(-e4 w t) f exp(-e123 u x)`` of fields of times and volumes in G(3,1).
-
-    Parameters
-    ----------
-    field : array_like, (..., T, L, M, N, 4)
-        Coefficients 1 e4 e123 e1234, with time first: the part of G(3,1) that the two roots of -1 make.
-    norm, workers
-        As in `scipy.fft`.
-
-    Returns
-    -------
-    array, (..., T, L, M, N, 4)
-
-    Raises
-    ------
-    TypeError, ValueError
-        Where `field` is no such array of finite numbers, and for an unknown norm.
-
-    Notes
-    -----
-    e4, e123 and -e1234 multiply as the quaternions i, j and k, so that it takes two complex transforms; `spacetime_fft`
-    takes eight (Hitzer, *Adv. Appl. Clifford Algebras* 17:497, 2007).
-    """
-    return _volume_time(field, "field", False, norm, workers)
-
-
-def ivolume_time_fft(spectrum: ArrayLike, norm: str | None = None, workers: int | None = None) -> Reals:
-    """The inverse of `volume_time_fft`, which has the same arguments and errors."""
-    return _volume_time(spectrum, "spectrum", True, norm, workers)
+    return _geometric(spectrum, "spectrum", product, left, right, True, norm, workers, progress)
 
 
 def _geometric(
@@ -238,21 +87,22 @@ def _geometric(
     inverse: bool,
     norm: str | None,
     workers: int | None,
+    progress: Progress | None,
 ) -> Reals:
     array = real_array(value, name, (-1, -1), "fields with coefficients last")
     check_finite(array, name)
-    _check_norm(norm)
+    check_norm(norm)
     size, space = array.shape[-1], array.ndim - 1
 
     def from_left(a: Any, b: Any) -> Any:
         return product(b, a)
 
     # The ones next to the value act first, and are undone last.
-    steps = [("left", factor, from_left) for factor in reversed(list(left))]
-    steps += [("right", factor, product) for factor in right]
+    factors = [("left", factor, from_left) for factor in reversed(list(left))]
+    factors += [("right", factor, product) for factor in right]
     seen: list[int] = []
     checked = []
-    for side, (root, axes), multiply in steps:
+    for side, (root, axes), multiply in factors:
         number = real_array(root, side, (size,), f"a root of -1 with {size} coefficients").astype(array.dtype)
         basis = np.eye(size, dtype=array.dtype)
         check_finite(number, side)
@@ -264,105 +114,11 @@ def _geometric(
         seen += chosen
         checked.append((number, tuple(chosen), multiply))
     function = scipy.fft.ifftn if inverse else scipy.fft.fftn
+    told = steps(progress, len(checked))
     for number, along, multiply in checked[::-1] if inverse else checked:
         if along:
             spectrum = function(array, axes=along, norm=norm, workers=workers)
             # The imaginary part has the sines with the sign of the exponent.
             array = spectrum.real + multiply(spectrum.imag, number)
+        told()
     return array
-
-
-def _pseudoscalar(
-    value: ArrayLike, name: str, side: str, inverse: bool, norm: str | None, workers: int | None
-) -> Reals:
-    if side not in _SIDES:
-        raise ValueError(f"side: {side!r}; expected 'right' or 'left'")
-    array, n = _field(value, name)
-    _check_norm(norm)
-    if n % 4 not in (2, 3):
-        raise ValueError(f"{name}: {n} dimensions, where the pseudoscalar has square 1; expected 2, 3 or 6")
-    last = (1 << n) - 1
-    places = {blade: k for k, blade in enumerate(_blades(n))}
-    result = np.empty_like(array, order="C")
-    axes = tuple(range(-n, 0))
-    for blade in _blades(n):
-        if blade & 1:
-            continue
-        one, other, sign = places[blade], places[blade ^ last], _sign(blade, last, False)
-        # In even dimensions, I exchanges with even elements only.
-        turned = side == "left" and n % 2 == 0 and blade.bit_count() % 2 == 1
-        number = array[..., one] + np.asarray(sign * 1j, np.result_type(array.dtype, np.complex64)) * array[..., other]
-        number = _transformed(number, axes, turned is inverse, inverse, norm, workers)
-        result[..., one], result[..., other] = number.real, sign * number.imag
-    return result
-
-
-def _product(value: ArrayLike, name: str, inverse: bool, norm: str | None, workers: int | None) -> Reals:
-    array, n = _field(value, name)
-    _check_norm(norm)
-    places = {blade: k for k, blade in enumerate(_blades(n))}
-    result = np.array(array, order="C")
-    for k in range(n)[::-1] if inverse else range(n):
-        for blade in _blades(n):
-            if blade & 1 << k:
-                continue
-            one, other, sign = places[blade], places[blade | 1 << k], _sign(blade, 1 << k, True)
-            number = np.asarray(sign * 1j, np.result_type(array.dtype, np.complex64)) * result[..., other]
-            number += result[..., one]
-            number = _transformed(number, (k - n,), not inverse, inverse, norm, workers)
-            result[..., one], result[..., other] = number.real, sign * number.imag
-    return result
-
-
-def _volume_time(value: ArrayLike, name: str, inverse: bool, norm: str | None, workers: int | None) -> Reals:
-    array = real_array(value, name, (-1, -1, -1, -1, 4), "fields T L M N 4 of times and volumes")
-    check_finite(array, name)
-    _check_norm(norm)
-    quaternions = array * np.array([1, 1, 1, -1], array.dtype)
-    parts = []
-    for part, keeps in zip(quaternion.pack_two_sided(quaternions), (False, True), strict=True):
-        number = np.ascontiguousarray(part).view(np.result_type(array.dtype, np.complex64))[..., 0]
-        number = _transformed(number, (-4,), not inverse, inverse, norm, workers)
-        number = _transformed(number, (-3, -2, -1), keeps is not inverse, inverse, norm, workers)
-        parts.append(np.ascontiguousarray(number)[..., None].view(array.dtype))
-    result: Reals = quaternion.unpack_two_sided(*parts)
-    result[..., 3] *= -1
-    return result
-
-
-def _transformed(
-    number: NDArray[Any], axes: tuple[int, ...], forward: bool, inverse: bool, norm: str | None, workers: int | None
-) -> NDArray[Any]:
-    """scipy's transform, forward or not, with the scale of the transform of which it is a part."""
-    function = scipy.fft.fftn if forward else scipy.fft.ifftn
-    scale = norm if forward is not inverse else NORMS[norm]
-    result: NDArray[Any] = function(number, axes=axes, norm=scale, overwrite_x=True, workers=workers)
-    return result
-
-
-def _field(value: ArrayLike, name: str) -> tuple[Reals, int]:
-    array = real_array(value, name, (-1, -1), "fields N1 ... Nn 2**n")
-    n = max(array.shape[-1].bit_length() - 1, 0)
-    if array.shape[-1] != 1 << n or not 1 <= n <= _LARGEST or array.ndim < n + 1:
-        raise ValueError(
-            f"{name}: shape {array.shape}; expected n axes of space, 1 to {_LARGEST}, and 2**n coefficients"
-        )
-    check_finite(array, name)
-    return array, n
-
-
-def _check_norm(norm: str | None) -> None:
-    if norm not in NORMS:
-        raise ValueError(f"norm: {norm!r}; expected None, 'backward', 'ortho' or 'forward'")
-
-
-@lru_cache
-def _blades(n: int) -> tuple[int, ...]:
-    """The blades as sets of bits, in the order of the coefficients."""
-    return tuple(sorted(range(1 << n), key=lambda blade: (blade.bit_count(), blade)))
-
-
-def _sign(a: int, b: int, negative: bool) -> int:
-    """The sign of the product of two blades, whose vectors have square 1, or -1."""
-    exchanges = sum(1 for i, j in every(range(_LARGEST), repeat=2) if i > j and a >> i & 1 and b >> j & 1)
-    return -1 if (exchanges + (negative and (a & b).bit_count())) % 2 else 1

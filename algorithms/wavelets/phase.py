@@ -12,7 +12,9 @@ from numpy.typing import ArrayLike, NDArray
 from generated import quaternion
 
 from ..arguments import Reals, finite_number, real_array
+from .checks import positive_number
 from .discrete import check_finite
+from .sharing import in_threads
 
 _REACH = 4.0
 """Gabor filters end at so many standard deviations, where the Gaussian is 3e-4."""
@@ -69,6 +71,7 @@ def gabor_bank(
     frequencies: Sequence[tuple[float, float]],
     sigma: float | Sequence[float] = 4.0,
     balanced: bool = False,
+    workers: int | None = None,
 ) -> Reals:
     """Images filtered by quaternionic Gabor functions ``g(x, y) exp(i 2 pi u x) exp(j 2 pi v y)``.
 
@@ -82,6 +85,8 @@ def gabor_bank(
         Standard deviations of the Gaussians g, of sum 1, in pixels; one for all or one for each frequency.
     balanced : bool
         Whether the cosines lose a part of the Gaussian, so that their sum is 0 and brightness does not count.
+    workers : int, optional
+        How many threads share the work, counted as in `scipy.fft`; the result is the same.
 
     Returns
     -------
@@ -97,16 +102,20 @@ def gabor_bank(
     array = real_array(image, "image", (-1, -1), "images M N")
     check_finite(array, "image")
     pairs = [(_frequency(u), _frequency(v)) for u, v in frequencies]
-    widths = [_width(sigma)] * len(pairs) if np.ndim(sigma) == 0 else [_width(each) for each in np.atleast_1d(sigma)]
+    given = [sigma] * len(pairs) if np.ndim(sigma) == 0 else list(np.atleast_1d(sigma))
+    widths = [positive_number(each, "sigma") for each in given]
     if len(widths) != len(pairs):
         raise ValueError(f"sigma: {len(widths)} for {len(pairs)} frequencies; expected one, or one for each")
     result = np.empty((*array.shape[:-2], len(pairs), *array.shape[-2:], 4), array.dtype)
-    for k, ((u, v), width) in enumerate(zip(pairs, widths, strict=True)):
-        rows, columns = (gabor_taps(2 * np.pi * frequency, width, balanced) for frequency in (u, v))
-        for m, row in enumerate(rows):
-            along = filtered(array, row, -2)
-            for n, column in enumerate(columns):
-                result[..., k, :, :, m + 2 * n] = filtered(along, column, -1)
+
+    def part(place: tuple[int, int]) -> None:
+        k, m = place
+        rows, columns = (gabor_taps(2 * np.pi * frequency, widths[k], balanced) for frequency in pairs[k])
+        along = filtered(array, rows[m], -2)
+        for n, column in enumerate(columns):
+            result[..., k, :, :, m + 2 * n] = filtered(along, column, -1)
+
+    in_threads(part, [(k, m) for k in range(len(pairs)) for m in range(2)], workers)
     return result
 
 
@@ -132,11 +141,4 @@ def _frequency(value: float) -> float:
     number = finite_number(value, "frequencies")
     if not 0 <= number <= 0.5:
         raise ValueError(f"frequencies: {number}; expected cycles per pixel from 0 to 0.5")
-    return number
-
-
-def _width(value: object) -> float:
-    number = finite_number(value, "sigma")
-    if number <= 0:
-        raise ValueError(f"sigma: {number}; expected a positive number of pixels")
     return number

@@ -2,11 +2,7 @@
 
 from __future__ import annotations
 
-import os
-from collections.abc import Callable, Iterator, Sequence
-from concurrent.futures import ThreadPoolExecutor
-from operator import index
-from threading import Lock
+from collections.abc import Callable, Sequence
 from typing import Any
 
 import numpy as np
@@ -14,12 +10,10 @@ import scipy.fft
 from numpy.typing import NDArray
 
 from ..arguments import Reals
+from .sharing import Progress, in_threads, n_threads, slices, steps
 
 Complexes = NDArray[Any]
 """An array of complex64 or complex128."""
-
-Progress = Callable[[int, int], object]
-"""Told how many of how many steps are done."""
 
 Directions = tuple[tuple[int, ...], tuple[int, ...]]
 """The axes of space along which a plane is transformed forward, and backward."""
@@ -31,6 +25,10 @@ _LINE = 64
 """Bytes of a line of a cache."""
 _BLOCK = 2**21
 """Bytes of complex numbers that stay in a cache between a kernel and the planes."""
+_KEPT = 2**26
+"""Bytes that are kept for the next transform: new memory from the system costs a tenth of the time."""
+_memory: list[NDArray[np.uint8]] = []
+"""One piece at most."""
 _LONG = 4096
 """Elements in a slab from which on kernels go to the planes and back themselves."""
 
@@ -81,16 +79,11 @@ def through_planes(
     if 0 in space:
         raise ValueError(f"{name}: shape {field.shape}; expected no empty axis")
     slabs = int(np.prod(field.shape[:-axes])), int(np.prod(space[1:]))
-    numbers = _empty_planes(len(planes), *slabs, np.result_type(field.dtype, np.complex64))
-    places = list(slices(slabs[0], max(_BLOCK // (len(planes) * slabs[1] * numbers.itemsize), 1)))
-    total, done, lock = 2 * len(places) + len(planes), 0, Lock()
-
-    def told() -> None:
-        nonlocal done
-        if progress is not None:
-            with lock:
-                done += 1
-                progress(done, total)
+    memory, numbers = _empty_planes(len(planes), *slabs, np.result_type(field.dtype, np.complex64))
+    # Where nothing is copied through the cache and no threads wait for parts, fewer calls are faster.
+    block = _BLOCK if slabs[1] < _LONG or n_threads(workers) > 1 else 4 * _BLOCK
+    places = list(slices(slabs[0], max(block // (len(planes) * slabs[1] * numbers.itemsize), 1)))
+    told = steps(progress, 2 * len(places) + len(planes))
 
     def packed(place: slice) -> None:
         some, values = numbers[:, place], elements[place]
@@ -120,6 +113,7 @@ def through_planes(
     result = _empty_like(field.reshape(-1, *space, size))
     elements = result.reshape(*slabs, size, copy=False)
     in_threads(unpacked, places, workers)
+    _keep(memory)
     first: Any = (slice(None), *(0,) * axes, slice(None))
     if not np.isfinite(result[first]).all():
         # Every number is a term of the first of the result.
@@ -127,14 +121,29 @@ def through_planes(
     return result.reshape(field.shape)
 
 
-def _empty_planes(count: int, slabs: int, size: int, dtype: np.dtype[Any]) -> Complexes:
+def _empty_planes(count: int, slabs: int, size: int, dtype: np.dtype[Any]) -> tuple[NDArray[np.uint8], Complexes]:
     """Planes of so many slabs, (count, slabs, size), an odd number of lines of the cache apart.
+
+    Also the memory that they are in, for `_keep`.
 
     At a large power of two all numbers along the first axis would fall into the same few places of the cache, and the
     transform takes half as long again.
     """
     each = _LINE // dtype.itemsize
-    return np.empty((count, slabs, (-(-size // each) | 1) * each), dtype)[..., :size]
+    shape = count, slabs, (-(-size // each) | 1) * each
+    needed = int(np.prod(shape)) * dtype.itemsize
+    try:
+        memory = _memory.pop()
+    except IndexError:
+        memory = np.empty(0, np.uint8)
+    if memory.size < needed:
+        memory = np.empty(needed, np.uint8)
+    return memory, memory[:needed].view(dtype).reshape(shape)[..., :size]
+
+
+def _keep(memory: NDArray[np.uint8]) -> None:
+    if memory.size <= _KEPT and not _memory:
+        _memory.append(memory)
 
 
 def _empty_like(field: Reals) -> Reals:
@@ -150,35 +159,6 @@ def check_norm(norm: str | None) -> None:
     """Refuse what scipy does not know."""
     if norm not in NORMS:
         raise ValueError(f"norm: {norm!r}; expected None, 'backward', 'ortho' or 'forward'")
-
-
-def n_threads(workers: int | None) -> int:
-    """How many threads `workers` are, counted as by `scipy.fft`: negative numbers from the number of processors."""
-    if workers is None:
-        return int(scipy.fft.get_workers())
-    processors = os.cpu_count() or 1
-    number = index(workers)
-    if number == 0 or number < -processors:
-        raise ValueError(f"workers: {number}; expected 1 or more, or -1 to {-processors}")
-    return number if number > 0 else number + processors + 1
-
-
-def in_threads(work: Callable[[Any], None], places: Sequence[Any], workers: int | None) -> None:
-    """Do all of some work, shared among threads."""
-    threads = min(n_threads(workers), len(places))
-    if threads < 2:
-        for place in places:
-            work(place)
-    else:
-        with ThreadPoolExecutor(threads) as pool:
-            list(pool.map(work, places))
-
-
-def slices(length: int, size: int) -> Iterator[slice]:
-    """Parts of nearly the same size, of about `size`."""
-    parts = -(-length // size)
-    for k in range(parts):
-        yield slice(k * length // parts, (k + 1) * length // parts)
 
 
 def _transform(

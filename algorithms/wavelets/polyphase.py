@@ -11,6 +11,7 @@ from numba import njit
 from numpy.typing import NDArray
 
 from ..arguments import Reals
+from .sharing import in_threads, n_threads, shares
 
 Places = NDArray[np.intp]
 
@@ -26,6 +27,10 @@ MODES = (
     "periodization",
 )
 """How a signal goes on beyond its ends, in PyWavelets' words."""
+
+
+_LEAST = 2**14
+"""Numbers from which on threads share the work."""
 
 
 @dataclass(frozen=True)
@@ -52,6 +57,7 @@ def split(
     lines: Lines,
     to: tuple[Places, Places],
     out: tuple[Reals, Reals] | None = None,
+    workers: int | None = None,
 ) -> tuple[Reals, Reals]:
     """Two filters along an axis: ``sum_j taps[t, j] y[step i + j]`` for the numbers y that `lines` finds.
 
@@ -67,6 +73,8 @@ def split(
         Where the results i are put, for either filter.
     out : (array, array), optional
         Dense arrays for the results.
+    workers : int, optional
+        How many threads share the results, see `n_threads`.
 
     Returns
     -------
@@ -76,14 +84,28 @@ def split(
     shape = list(array.shape)
     shape[axis] = len(to[0])
     low, high = (np.empty(shape, array.dtype) for _ in range(2)) if out is None else out
-    stacks = (band.reshape(len(stack), len(to[0]), stack.shape[2], copy=False) for band in (low, high))
+    stacks = [band.reshape(len(stack), len(to[0]), stack.shape[2], copy=False) for band in (low, high)]
     border = lines.border.astype(array.dtype)
-    _split(stack, step, np.ascontiguousarray(taps, array.dtype), lines.places, border, *to, *stacks)
+    weights, more = np.ascontiguousarray(taps, array.dtype), taps.shape[1] - step
+
+    def work(part: tuple[slice, slice]) -> None:
+        some, place = part
+        seen = lines.places[step * place.start : step * place.stop + more]
+        results = (band[some] for band in stacks)
+        _split(stack[some], step, weights, seen, border, to[0][place], to[1][place], *results)
+
+    in_threads(work, _parts(stack, len(to[0]), workers), workers)
     return low, high
 
 
 def merge(
-    bands: tuple[Reals, Reals], axis: int, taps: Reals, places: tuple[Places, Places], first: int, to: Places
+    bands: tuple[Reals, Reals],
+    axis: int,
+    taps: Reals,
+    places: tuple[Places, Places],
+    first: int,
+    to: Places,
+    workers: int | None = None,
 ) -> Reals:
     """The sum of two signals with zeros put between their numbers, each filtered.
 
@@ -100,6 +122,8 @@ def merge(
         1 where the first of all results is left out, else 0.
     to : array of int
         Where the others are put.
+    workers : int, optional
+        As in `split`.
 
     Returns
     -------
@@ -110,8 +134,28 @@ def merge(
     shape[axis] = len(to)
     result = np.empty((len(stacks[0]), len(to), stacks[0].shape[2]), bands[0].dtype)
     pairs = np.ascontiguousarray(taps.reshape(2, -1, 2).transpose(2, 1, 0).reshape(2, -1), result.dtype)
-    _merge(*stacks, pairs, *places, first, to, result)
+    half = taps.shape[1] // 2
+
+    def work(part: tuple[slice, slice]) -> None:
+        some, place = part
+        # Two results to each number; the first of all may be left out.
+        begin, end = max(2 * place.start - first, 0), 2 * place.stop - first
+        seen = (at[place.start : place.stop + half - 1] for at in places)
+        low, high = (stack[some] for stack in stacks)
+        _merge(low, high, pairs, *seen, 0 if place.start else first, to[begin:end], result[some])
+
+    in_threads(work, _parts(result, (len(to) + first + 1) // 2, workers), workers)
     return result.reshape(shape)
+
+
+def _parts(stack: Reals, count: int, workers: int | None) -> list[tuple[slice, slice]]:
+    """What threads share: parts of the first axis, or else of `count` results along the middle one."""
+    whole = slice(0, len(stack)), slice(0, count)
+    if n_threads(workers) < 2 or stack.size < _LEAST:
+        return [whole]
+    if len(stack) > 1 or stack.shape[2] == 1:
+        return [(some, whole[1]) for some in shares(len(stack), workers)]
+    return [(whole[0], place) for place in shares(count, workers)]
 
 
 @lru_cache(256)
@@ -182,7 +226,7 @@ def _add_four(one: Any, other: Any, a: Any, b: Any, c: Any, d: Any, w: Any, j: A
         other[n] += t * a[n] + u * b[n] + v * c[n] + x * d[n]
 
 
-@njit(nogil=True, error_model="numpy", fastmath={"contract"})
+@njit(cache=True, nogil=True, error_model="numpy", fastmath={"contract"})
 def _split(
     x: Any, step: Any, taps: Any, places: Any, border: Any, low_to: Any, high_to: Any, low: Any, high: Any
 ) -> None:
@@ -237,7 +281,7 @@ def _line(x: Any, pads: Any, place: Any) -> Any:
     return x[place] if place < len(x) else pads[place - len(x)]
 
 
-@njit(nogil=True, error_model="numpy", fastmath={"contract"})
+@njit(cache=True, nogil=True, error_model="numpy", fastmath={"contract"})
 def _merge(low: Any, high: Any, taps: Any, low_at: Any, high_at: Any, first: Any, to: Any, result: Any) -> None:
     """`taps` has pairs, of the low and of the high filter, for even results and for odd ones."""
     inner, half = low.shape[2], taps.shape[1] // 2

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from functools import lru_cache
 from typing import Any
 
@@ -17,6 +18,7 @@ from ..arguments import Reals, real_array
 from .discrete import check_finite, checked_levels
 from .dual_tree import joined, split
 from .phase import quaternion_phase
+from .sharing import Progress, n_threads, steps
 
 _FIRST, _LATER = "near_sym_b", "qshift_b"
 _KINDS = ("dual-tree", "gabor")
@@ -44,6 +46,11 @@ class QuaternionPyramid:
         *IEEE Trans. Image Processing* 17:1069, 2008). "gabor": complex filters of four taps, near Gabor's, act along x
         with i from the left and along y with j from the right (Bayro-Corrochano, *J. Math. Imaging and Vision* 24:79,
         2006); the image goes on periodically.
+    workers : int, optional
+        How many threads share the work, counted as in `scipy.fft`; the result is the same.
+        Gabor's filters take one.
+    progress : function of (done, total), optional
+        Called after each level.
 
     Attributes
     ----------
@@ -62,7 +69,14 @@ class QuaternionPyramid:
         Where `image` is not an array of finite real numbers with two axes, for an unknown kind and too many levels.
     """
 
-    def __init__(self, image: ArrayLike, levels: int = 4, kind: str = "dual-tree") -> None:
+    def __init__(
+        self,
+        image: ArrayLike,
+        levels: int = 4,
+        kind: str = "dual-tree",
+        workers: int | None = None,
+        progress: Progress | None = None,
+    ) -> None:
         if kind not in _KINDS:
             raise ValueError(f"kind: {kind!r}; expected 'dual-tree' or 'gabor'")
         array = real_array(image, "image", (-1, -1), "images M N")
@@ -72,7 +86,7 @@ class QuaternionPyramid:
         count = checked_levels(levels, most, f"as images of {rows} x {columns} pixels have")
         self.kind, self.size = kind, (rows, columns)
         if kind == "dual-tree":
-            approx, bands = split(array, count, _FIRST, _LATER)
+            approx, bands = split(array, count, _FIRST, _LATER, workers, progress)
             self.approx = _quaternions(approx) if count else _embedded(approx)
             # One large piece of memory: the system gives that in large pages.
             sizes = [level[name].size for level in bands for name in _NAMES]
@@ -80,9 +94,12 @@ class QuaternionPyramid:
             self.detail = tuple({name: _quaternions(level[name], next(pieces)) for name in _NAMES} for level in bands)
         else:
             padding = [(0, 0)] * (array.ndim - 2) + [(0, -n % 2**count) for n in array.shape[-2:]]
-            planes, details = _gabor(np.pad(array, padding, "edge"), count)
-            self.approx = _unpacked(planes)
-            self.detail = tuple({name: _unpacked(level[name]) for name in _NAMES} for level in details)
+            n_threads(workers)
+            planes, details = _gabor(np.pad(array, padding, "edge"), count, steps(progress, count))
+            self.approx = _unpacked(planes).astype(array.dtype, copy=False)
+            self.detail = tuple(
+                {name: _unpacked(level[name]).astype(array.dtype, copy=False) for name in _NAMES} for level in details
+            )
 
     def amplitude(self) -> tuple[dict[str, Reals], ...]:
         """The norms of the details: for each level and band, (..., m, n)."""
@@ -94,8 +111,10 @@ class QuaternionPyramid:
             {name: np.stack(quaternion_phase(band)[1:4], -1) for name, band in level.items()} for level in self.detail
         )
 
-    def inverse(self) -> Reals:
+    def inverse(self, workers: int | None = None, progress: Progress | None = None) -> Reals:
         """The images again, (..., M, N).
+
+        Workers and progress are those of the pyramid; of Gabor's filters, no step is known before the last.
 
         Of the dual tree, to rounding. Of Gabor's filters, the least-squares solution, found by conjugate gradients to
         1e-10; it is the image where nothing was changed.
@@ -104,14 +123,14 @@ class QuaternionPyramid:
             if not self.detail:
                 return np.ascontiguousarray(self.approx[..., 0])
             bands = [{name: _interleaved(band) for name, band in level.items()} for level in self.detail]
-            return joined(_interleaved(self.approx), bands, _FIRST, _LATER, self.size)
+            return joined(_interleaved(self.approx), bands, _FIRST, _LATER, self.size, workers, progress)
         planes = _packed(self.approx)
         details = [{name: _packed(band) for name, band in level.items()} for level in self.detail]
         shape = (*planes[0].shape[:-2], *(n * 2 ** len(details) for n in planes[0].shape[-2:]))
         levels = len(details)
 
         def normal(flat: NDArray[Any]) -> NDArray[Any]:
-            return _adjoint(*_gabor(flat.reshape(shape), levels)).ravel()
+            return _adjoint(*_gabor(flat.reshape(shape), levels, steps(None, 0))).ravel()
 
         size = int(np.prod(shape))
         operator = scipy.sparse.linalg.LinearOperator((size, size), normal, dtype=np.float64)
@@ -119,6 +138,7 @@ class QuaternionPyramid:
         solution, left = scipy.sparse.linalg.cg(operator, target, rtol=1e-12, maxiter=1000)
         if left:
             raise ArithmeticError("the least-squares solution was not found in 1000 steps of conjugate gradients")
+        steps(progress, 1)()
         image = solution.reshape(shape)[..., : self.size[0], : self.size[1]]
         return np.ascontiguousarray(image, self.approx.dtype)
 
@@ -138,7 +158,7 @@ def _interleaved(q: Reals) -> Reals:
     return samples
 
 
-@njit(nogil=True)
+@njit(cache=True, nogil=True)
 def _group(samples: Any, q: Any, back: Any) -> None:
     """Squares of four samples, a b over c d, to quaternions (a, c, b, d), or back."""
     for o in range(q.shape[0]):
@@ -160,12 +180,13 @@ Planes = tuple[NDArray[Any], NDArray[Any]]
 """The two complex images of a quaternion image, as of `quaternion.pack_two_sided`: there, j acts as -i and as i."""
 
 
-def _gabor(image: Reals, levels: int) -> tuple[Planes, list[dict[str, Planes]]]:
+def _gabor(image: Reals, levels: int, told: Callable[[], None]) -> tuple[Planes, list[dict[str, Planes]]]:
     planes: Planes = (image, image)
     details = []
     for _ in range(levels):
         details.append({name: _filtered(planes, words) for name, words in _NAMES.items()})
         planes = _filtered(planes, ("low", "low"))
+        told()
     return planes, details
 
 

@@ -14,7 +14,8 @@ from numpy.typing import ArrayLike, NDArray
 from generated import quaternion
 
 from ..arguments import Reals, real_array
-from .planes import Complexes, Directions, check_norm, in_threads, slices, through_planes
+from .planes import Complexes, Directions, check_norm, through_planes
+from .sharing import in_threads, slices
 
 Axis = str | Sequence[float]
 """A square root of -1: i, j, k, or the coordinates of a unit vector."""
@@ -228,20 +229,26 @@ def _of_quaternions(
     back = None if turned is None else _pair(_conjugate(plan.left), _conjugate(plan.right), array.dtype)
 
     def pack(q: Reals, out: tuple[Reals, ...]) -> None:
+        if not plan.symplectic:
+            if turned is None:
+                quaternion.pack_two_sided(q, out=out)
+            else:
+                quaternion.pack_turned(turned[0], q, turned[1], out=out)
+            return
         if turned is not None:
             q = quaternion.product_of_three(turned[0], q, turned[1])
-        if plan.symplectic:
-            for part, pair in zip(out, (q[..., :2], q[..., 2:]), strict=True):
-                _copy(part, pair)
-        else:
-            quaternion.pack_two_sided(q, out=out)
+        for part, pair in zip(out, (q[..., :2], q[..., 2:]), strict=True):
+            _copy(part, pair)
 
     def unpack(first: Reals, second: Reals, out: Reals) -> None:
-        if plan.symplectic:
-            for part, pair in zip((out[..., :2], out[..., 2:]), (first, second), strict=True):
-                _copy(part, pair)
-        else:
-            quaternion.unpack_two_sided(first, second, out=out)
+        if not plan.symplectic:
+            if back is None:
+                quaternion.unpack_two_sided(first, second, out=out)
+            else:
+                quaternion.unpack_turned(first, second, *back, out=out)
+            return
+        for part, pair in zip((out[..., :2], out[..., 2:]), (first, second), strict=True):
+            _copy(part, pair)
         if back is not None:
             quaternion.product_of_three(back[0], out, back[1], out=out)
 

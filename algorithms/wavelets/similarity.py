@@ -14,6 +14,7 @@ from generated import quaternion
 from ..arguments import Reals, real_array
 from .discrete import check_finite
 from .phase import gabor_bank
+from .sharing import Progress, in_threads, steps
 
 _FREQUENCIES = ((0.0, 0.11), (0.0, 0.19), (0.11, 0.11), (0.19, 0.19), (0.11, 0.0), (0.19, 0.0))
 """Cycles per pixel along rows and columns."""
@@ -38,7 +39,13 @@ class Disparity(NamedTuple):
     confidence: Reals
 
 
-def similarity_distance(first: ArrayLike, second: ArrayLike, shifts: ArrayLike) -> Reals:
+def similarity_distance(
+    first: ArrayLike,
+    second: ArrayLike,
+    shifts: ArrayLike,
+    workers: int | None = None,
+    progress: Progress | None = None,
+) -> Reals:
     """The similarity distance between the quaternionic bands of two images, for given shifts.
 
     Parameters
@@ -48,6 +55,10 @@ def similarity_distance(first: ArrayLike, second: ArrayLike, shifts: ArrayLike) 
     shifts : array_like, (S, 2)
         (u, v) in pixels, not larger than the images: what is at row y and column x of the first image is compared with
         what is at ``(y + v, x + u)`` in the second one. Beyond the edges, the last pixels' bands are repeated.
+    workers : int, optional
+        How many threads share the shifts, counted as in `scipy.fft`; the result is the same.
+    progress : function of (done, total), optional
+        Called after each shift.
 
     Returns
     -------
@@ -75,10 +86,17 @@ def similarity_distance(first: ArrayLike, second: ArrayLike, shifts: ArrayLike) 
         raise ValueError(
             f"shifts: up to {np.abs(moves).max()}; expected less than the size of {rows} x {columns} pixels"
         )
-    return _distances(images, moves, dtype)
+    return _distances(images, moves, dtype, workers, progress)
 
 
-def disparity(left: ArrayLike, right: ArrayLike, largest: int, smallest: int = 0) -> Disparity:
+def disparity(
+    left: ArrayLike,
+    right: ArrayLike,
+    largest: int,
+    smallest: int = 0,
+    workers: int | None = None,
+    progress: Progress | None = None,
+) -> Disparity:
     """The disparities of a rectified stereo pair: at each pixel the shift along the row of least similarity distance.
 
     Parameters
@@ -87,6 +105,8 @@ def disparity(left: ArrayLike, right: ArrayLike, largest: int, smallest: int = 0
         Real images of one size. float32 stays; integers become float64.
     largest, smallest : int
         Disparities that are tried, from `smallest` to `largest`; at least three, and less than N.
+    workers, progress
+        As in `similarity_distance`: each disparity is a shift.
 
     Returns
     -------
@@ -114,7 +134,8 @@ def disparity(left: ArrayLike, right: ArrayLike, largest: int, smallest: int = 0
             f"smallest, largest: {smallest}, {largest}; expected at least three disparities, of less than {columns}"
         )
     tried = np.arange(smallest, largest + 1)
-    distances = _distances(images, np.stack([-tried, 0 * tried], 1).astype(float), np.dtype(np.float32))
+    moves = np.stack([-tried, 0 * tried], 1).astype(float)
+    distances = _distances(images, moves, np.dtype(np.float32), workers, progress)
     best = distances.argmin(0)
     inner = np.clip(best, 1, len(tried) - 2)
     before, here, after = (np.take_along_axis(distances, inner[None] + k, 0)[0] for k in (-1, 0, 1))
@@ -134,8 +155,14 @@ def disparity(left: ArrayLike, right: ArrayLike, largest: int, smallest: int = 0
     return Disparity(result.astype(dtype), confidence.astype(dtype))
 
 
-def _distances(images: list[Reals], moves: NDArray[np.float64], dtype: np.dtype[np.floating]) -> Reals:
-    planes = [_planes(image.astype(dtype, copy=False)) for image in images]
+def _distances(
+    images: list[Reals],
+    moves: NDArray[np.float64],
+    dtype: np.dtype[np.floating],
+    workers: int | None,
+    progress: Progress | None,
+) -> Reals:
+    planes = [_planes(image.astype(dtype, copy=False), workers) for image in images]
     energies = [scipy.ndimage.gaussian_filter((plane**2).sum((0, 1)), _WINDOW, mode="nearest") for plane in planes]
     whole = np.floor(moves).astype(int)
     rest = moves - whole
@@ -146,7 +173,10 @@ def _distances(images: list[Reals], moves: NDArray[np.float64], dtype: np.dtype[
     rows, columns = images[0].shape
     floor = np.finfo(dtype).eps * (energies[0].max() + energies[1].max()) + np.finfo(dtype).tiny
     result = np.empty((len(moves), rows, columns), dtype)
-    for k, (u, v) in enumerate(whole):
+    told = steps(progress, len(moves))
+
+    def compare(k: int) -> None:
+        u, v = whole[k]
         common, size = np.zeros((rows, columns), dtype), np.zeros((rows, columns), dtype)
         for i, j in every(range(-1, 3), repeat=2):
             share = _cubic(rest[k, 0] - i) * _cubic(rest[k, 1] - j)
@@ -159,6 +189,9 @@ def _distances(images: list[Reals], moves: NDArray[np.float64], dtype: np.dtype[
         both = energies[0] + size
         # Where both bands are empty, they are the same.
         result[k] = np.where(both > floor, 1 - 2 * common / np.maximum(both, floor), 0)
+        told()
+
+    in_threads(compare, range(len(moves)), workers)
     return np.asarray(np.clip(result, 0, 2))
 
 
@@ -179,9 +212,9 @@ def _common(a: Reals, b: Reals, local: tuple[Reals, Reals] | None, rest: NDArray
     return np.asarray((np.cos(angle) * along + np.sin(angle) * turned).sum(0))
 
 
-def _planes(image: Reals) -> Reals:
+def _planes(image: Reals, workers: int | None) -> Reals:
     """Real and imaginary parts of the two planes of all bands, (2 K, 2, M, N)."""
-    q = gabor_bank(image, _FREQUENCIES, _SIGMA, True)
+    q = gabor_bank(image, _FREQUENCIES, _SIGMA, True, workers)
     parts = quaternion.pack_two_sided(q)
     return np.ascontiguousarray(np.moveaxis(np.concatenate(parts), -1, 1))
 

@@ -7,8 +7,10 @@ from numpy.typing import ArrayLike, NDArray
 
 from generated import cga3
 
-from ..arguments import Reals, finite_number, real_array
+from ..arguments import Reals, real_array
+from .checks import samples
 from .discrete import check_finite
+from .sharing import Progress, in_threads, steps
 
 _BIVECTORS = cga3.versor_exponential.layouts["b"].blades
 
@@ -56,6 +58,8 @@ def sphere_wavelet(
     frequency: float = 12.0,
     sigma: float = 0.25,
     weights: ArrayLike = 1.0,
+    workers: int | None = None,
+    progress: Progress | None = None,
 ) -> NDArray[np.complexfloating]:
     """The wavelet transform of an image on the sphere by Gabor wavelets that versors scale and turn.
 
@@ -72,6 +76,10 @@ def sphere_wavelet(
         in the plane that the sphere is projected to from the opposite point.
     weights : array_like, (P,) or a number
         The area for which each direction stands; all areas together are 4 pi.
+    workers : int, optional
+        How many threads share the versors, counted as in `scipy.fft`; the result is the same.
+    progress : function of (done, total), optional
+        Called after each versor.
 
     Returns
     -------
@@ -87,25 +95,23 @@ def sphere_wavelet(
     ``W(U) = sum f(x) ~psi(~U x U) weight``, times the root of the change of area by ``~U``, so that moved wavelets have
     the norm of the first one (Antoine and Vandergheynst, *Appl. Comput. Harmon. Anal.* 7:262, 1999).
     """
-    values = real_array(image, "image", (-1,), "numbers")
-    places = real_array(directions, "directions", (-1, 3), "unit vectors")
-    moves = real_array(versors, "versors", (16,), "even elements of G(4,1)").reshape(-1, 16)
-    areas = real_array(weights, "weights")
-    if values.ndim != 1 or places.shape != (len(values), 3):
-        raise ValueError(f"directions: shape {places.shape}; expected ({values.size}, 3), one for each number")
-    if areas.shape not in ((), (len(values),)):
-        raise ValueError(f"weights: shape {areas.shape}; expected one number, or one for each direction")
-    for name, array in (("image", values), ("directions", places), ("versors", moves), ("weights", areas)):
-        check_finite(array, name)
-    if np.abs(np.linalg.norm(places, axis=-1) - 1).max() > 1e-6:
+    known = samples(
+        ("image", image, (-1,), "numbers"),
+        ("directions", directions, "unit vectors"),
+        versors,
+        frequency,
+        sigma,
+        weights,
+    )
+    if np.abs(np.linalg.norm(known.places, axis=-1) - 1).max() > 1e-6:
         raise ValueError("directions: not of length 1; expected unit vectors")
-    width, wave = finite_number(sigma, "sigma"), finite_number(frequency, "frequency")
-    if width <= 0 or wave <= 0:
-        raise ValueError(f"frequency, sigma: {wave}, {width}; expected positive numbers")
-    embedded = cga3.embed_point(places)
-    result = np.empty(len(moves), np.result_type(values, moves, np.complex64))
-    for k, back in enumerate(cga3.even_reverse(moves)):
-        moved = cga3.transform_vector(back, embedded)
+    wave, width = known.frequency, known.sigma
+    embedded, backward = cga3.embed_point(known.places), cga3.even_reverse(known.moves)
+    result = np.empty(len(backward), np.result_type(known.values, known.moves, np.complex64))
+    told = steps(progress, len(backward))
+
+    def compare(k: int) -> None:
+        moved = cga3.transform_vector(backward[k], embedded)
         x = moved[:, :3] / moved[:, 3:4]
         # From the point opposite to e3, which is far away: the Gaussian is 0 there.
         height = np.maximum(1 + x[:, 2], np.finfo(x.dtype).tiny ** 0.25)
@@ -113,5 +119,8 @@ def sphere_wavelet(
         gauss = np.exp(-((y / width) ** 2).sum(-1) / 2) / (2 * np.pi * width**2)
         mother = gauss * (np.exp(-1j * wave * y[:, 0]) - np.exp(-((wave * width) ** 2) / 2))
         # 2 / height is the root of the area in the plane for one on the sphere.
-        result[k] = (values * areas * mother * (2 / height) / np.abs(moved[:, 3])).sum()
+        result[k] = (known.values * known.weights * mother * (2 / height) / np.abs(moved[:, 3])).sum()
+        told()
+
+    in_threads(compare, range(len(backward)), workers)
     return result

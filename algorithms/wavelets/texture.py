@@ -10,7 +10,7 @@ from .discrete import check_finite
 from .pyramid import QuaternionPyramid
 
 
-def texture_features(image: ArrayLike, levels: int = 4) -> Reals:
+def texture_features(image: ArrayLike, levels: int = 4, workers: int | None = None) -> Reals:
     """What a texture is like at each scale and direction, in a few numbers.
 
     Parameters
@@ -19,6 +19,8 @@ def texture_features(image: ArrayLike, levels: int = 4) -> Reals:
         Real images of at least 2 x 2. Brightness does not count.
     levels : int
         Of the pyramid, at least 1.
+    workers : int, optional
+        How many threads share the work, counted as in `scipy.fft`; the result is the same.
 
     Returns
     -------
@@ -49,7 +51,7 @@ def texture_features(image: ArrayLike, levels: int = 4) -> Reals:
     if (np.ptp(array, (-2, -1)) == 0).any():
         raise ValueError("image: the same everywhere; expected a texture")
     centred = array - array.mean((-2, -1), keepdims=True)
-    pyramid = QuaternionPyramid(centred, levels)
+    pyramid = QuaternionPyramid(centred, levels, workers=workers)
     # Bands in which there is nothing have features all the same.
     floor = 1e-6 * np.sqrt((centred**2).mean((-2, -1)))
     features = []

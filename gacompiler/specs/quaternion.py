@@ -2,7 +2,8 @@
 
 ``i i = j j = k k = i j k = -1``. The unit quaternion ``cos(angle/2) + sin(angle/2) (x i + y j + z k)`` turns vectors by
 the right-hand rule about the unit vector (x, y, z) and acts by ``q v ~q``; ``p q`` does ``q`` first; ``q`` and ``-q``
-are the same rotation. Angles are in radians. Kernels that need a unit quaternion say so; the others take any.
+are the same rotation. Angles are in radians. Kernels that need a unit quaternion say so; the others take any. Those of
+Fourier transforms, local phases and optical flow are in this one file too: a module has one spec.
 """
 
 from fractions import Fraction
@@ -15,6 +16,7 @@ QUATERNION = VGA3.layout("QUATERNION", "1 e32 e13 e21")
 UNIT_QUATERNION = VGA3.layout("UNIT_QUATERNION", "1 e32 e13 e21", unit=True)
 VECTOR = VGA3.VECTOR
 COMPLEX, MATRIX = array(SCALAR, 2), array(SCALAR, 3, 3)
+BANDS, SLOPES, EQUATIONS = array(SCALAR, 8), array(SCALAR, 4, 2), array(SCALAR, 6)
 
 AXES = VGA3.basis()
 UNIT_I = VGA3.multivector({"e32": 1})
@@ -197,6 +199,17 @@ def slerp(p, q, t):
     return p * ga.power(~p * q, t)
 
 
+def _packed(q):
+    w, x, y, z = (q[name] for name in QUATERNION.blades)
+    return (w + z, x - y), (w - z, x + y)
+
+
+def _unpacked(z_plus, z_minus):
+    w, x = (z_plus[0] + z_minus[0]) / 2, (z_minus[1] + z_plus[1]) / 2
+    y, z = (z_minus[1] - z_plus[1]) / 2, (z_plus[0] - z_minus[0]) / 2
+    return _quaternion(w, x, y, z)
+
+
 @kernel(q=QUATERNION, returns=(COMPLEX, COMPLEX))
 def pack_two_sided(q):
     """The two complex numbers that stand for a quaternion in the two-sided Fourier transform, real parts first.
@@ -205,16 +218,25 @@ def pack_two_sided(q):
     ``z_minus = (w - z) + i (x + y)``. Then ``exp(-i s) q exp(-j t)`` multiplies ``z_plus`` by ``exp(-i (s - t))`` and
     ``z_minus`` by ``exp(-i (s + t))``, so that one complex transform of each gives that of the quaternion.
     """
-    w, x, y, z = (q[name] for name in QUATERNION.blades)
-    return (w + z, x - y), (w - z, x + y)
+    return _packed(q)
 
 
 @kernel(z_plus=COMPLEX, z_minus=COMPLEX, returns=QUATERNION)
 def unpack_two_sided(z_plus, z_minus):
     """The quaternion of two complex numbers, real parts first: the inverse of `pack_two_sided`."""
-    w, x = (z_plus[0] + z_minus[0]) / 2, (z_minus[1] + z_plus[1]) / 2
-    y, z = (z_minus[1] - z_plus[1]) / 2, (z_plus[0] - z_minus[0]) / 2
-    return _quaternion(w, x, y, z)
+    return _unpacked(z_plus, z_minus)
+
+
+@kernel(p=QUATERNION, q=QUATERNION, r=QUATERNION, returns=(COMPLEX, COMPLEX))
+def pack_turned(p, q, r):
+    """The two complex numbers of ``p q r``, as of `pack_two_sided`."""
+    return _packed(p * q * r)
+
+
+@kernel(z_plus=COMPLEX, z_minus=COMPLEX, p=QUATERNION, r=QUATERNION, returns=QUATERNION)
+def unpack_turned(z_plus, z_minus, p, r):
+    """The product ``p q r`` with the quaternion q of two complex numbers, as of `unpack_two_sided`."""
+    return p * _unpacked(z_plus, z_minus) * r
 
 
 @kernel(w=COMPLEX, mirrored=COMPLEX, mu=VECTOR, nu=VECTOR, returns=QUATERNION)
@@ -274,52 +296,56 @@ def from_phases(size, phi, theta, psi):
     return size * turn_i * turn_k * _quaternion(ga.cos(theta), 0, ga.sin(theta), 0)
 
 
-@kernel(
-    z=COMPLEX,
-    moved=COMPLEX,
-    west=COMPLEX,
-    east=COMPLEX,
-    north=COMPLEX,
-    south=COMPLEX,
-    floor=SCALAR,
-    returns=array(SCALAR, 6),
-)
-def phase_equation(z, moved, west, east, north, south, floor):
-    """What one complex band says of the motion (u, v) between two images: a line, as weighted normal equations.
+def _change_of_phase(a, b):
+    return ga.atan2(a[0] * b[1] - a[1] * b[0], a[0] * b[0] + a[1] * b[1])
 
-    `z` is the band of the first image, with its four neighbours, `moved` that of the second. Phases obey
-    ``k . (u, v) = -arg(moved / z)`` with the local frequency k, half the change of phase between opposite neighbours.
-    Results are xx, xy, yy of the matrix, the right-hand sides x, y and the squared change of phase, weighted by
-    ``|z moved|``; 0 where one of the two is smaller than `floor` or the change exceeds 2.
+
+def _planes(bands):
+    """The complex bands of a quaternionic one and of two waves."""
+    w, x, y, z, *waves = bands
+    return (w + z, x - y), (w - z, x + y), tuple(waves[:2]), tuple(waves[2:])
+
+
+@kernel(west=BANDS, east=BANDS, north=BANDS, south=BANDS, returns=SLOPES)
+def phase_slopes(west, east, north, south):
+    """The slopes of the phases of four complex bands along x and y, by a pixel's neighbours, in radians per pixel.
+
+    Half the change of phase between opposite neighbours. Bands are a quaternion, which stands for two as in
+    `pack_two_sided`, and two complex numbers, real parts first.
     """
-
-    def change(a, b):
-        return ga.atan2(a[0] * b[1] - a[1] * b[0], a[0] * b[0] + a[1] * b[1])
-
-    kx, ky, angle = change(west, east) / 2, change(north, south) / 2, change(z, moved)
-    first, second = z[0] * z[0] + z[1] * z[1], moved[0] * moved[0] + moved[1] * moved[1]
-    small = ga.minimum(first, second) < floor * floor
-    weight = ga.select(small, 0, ga.select(ga.absolute(angle) <= 2, ga.sqrt(first * second), 0))
-    x, y = weight * kx, weight * ky
-    return x * kx, x * ky, y * ky, -x * angle, -y * angle, weight * angle * angle
+    west, east, north, south = (_planes(bands) for bands in (west, east, north, south))
+    return tuple((_change_of_phase(west[k], east[k]) / 2, _change_of_phase(north[k], south[k]) / 2) for k in range(4))
 
 
-@kernel(
-    xx=SCALAR,
-    xy=SCALAR,
-    yy=SCALAR,
-    x=SCALAR,
-    y=SCALAR,
-    square=SCALAR,
-    ridge=SCALAR,
-    returns=(SCALAR, SCALAR, SCALAR),
-)
-def solve_motion(xx, xy, yy, x, y, square, ridge):
-    """The motion u, v of normal equations as in `phase_equation`, and how well it is known, from 0 to 1.
+@kernel(first=BANDS, slopes=SLOPES, second=BANDS, floor=array(SCALAR, 4), returns=EQUATIONS)
+def phase_equations(first, slopes, second, floor):
+    """What four complex bands say of the motion (u, v) between two images: each a line, as weighted normal equations.
+
+    Bands z of the first image and z' of the second one, and the slopes k of the first ones' phases, are as in
+    `phase_slopes`; ``k . (u, v) = -arg(z' / z)``. Results are sums of xx, xy, yy of the matrix, of the right-hand sides
+    x, y and of the squared change of phase, weighted by ``|z z'|``; of 0 where one of the two is smaller than `floor`
+    or the change exceeds 2.
+    """
+    sums = (0,) * 6
+    for a, b, slope, least in zip(_planes(first), _planes(second), slopes, floor, strict=True):
+        angle = _change_of_phase(a, b)
+        size, other = a[0] * a[0] + a[1] * a[1], b[0] * b[0] + b[1] * b[1]
+        small = ga.minimum(size, other) < least * least
+        weight = ga.select(small, 0, ga.select(ga.absolute(angle) <= 2, ga.sqrt(size * other), 0))
+        x, y = weight * slope[0], weight * slope[1]
+        terms = x * slope[0], x * slope[1], y * slope[1], -x * angle, -y * angle, weight * angle * angle
+        sums = tuple(before + term for before, term in zip(sums, terms, strict=True))
+    return sums
+
+
+@kernel(sums=EQUATIONS, ridge=SCALAR, returns=array(SCALAR, 3))
+def solve_motion(sums, ridge):
+    """The motion u, v of normal equations as in `phase_equations`, and how well it is known, from 0 to 1.
 
     `ridge`, positive, is added to the diagonal, so that the motion is 0 where there are no equations. With the smaller
     eigenvalue e of the matrix and the sum r of squares that are left, the third result is ``e / (e + r + ridge)``.
     """
+    xx, xy, yy, x, y, square = sums
     half, across = (xx - yy) / 2, xy
     least = (xx + yy) / 2 - ga.sqrt(half * half + across * across)
     a, c = xx + ridge, yy + ridge
@@ -327,3 +353,55 @@ def solve_motion(xx, xy, yy, x, y, square, ridge):
     u, v = (c * x - xy * y) / determinant, (a * y - xy * x) / determinant
     least, left = ga.maximum(least, 0), ga.maximum(square - u * x - v * y, 0)
     return u, v, least / (least + left + ridge)
+
+
+def _merge_exchange(size):
+    """Pairs of places to compare and exchange so that numbers are sorted.
+
+    Batcher's merge exchange (Knuth, *The Art of Computer Programming* 3, 5.2.2 M).
+    """
+    pairs = []
+    top = p = 1 << (size - 1).bit_length() - 1
+    while p > 0:
+        q, r, d = top, 0, p
+        while True:
+            pairs += [(i, i + d) for i in range(size - d) if i & p == r]
+            if q == p:
+                break
+            d, q, r = q - p, q >> 1, p
+        p >>= 1
+    return pairs
+
+
+def _median_network():
+    """Pairs of 5 x 5 places, row after row, after whose exchanges the median is in the middle one.
+
+    Columns are sorted, then rows; then most numbers have more than 12 others that are not larger, or not smaller, and
+    the median is that of the rest. Pairs that never change anything are left out: by all cases of zeros and ones with
+    sorted columns (Knuth, 5.3.4 Z), one bit each.
+    """
+    sort = _merge_exchange(5)
+    rest = [5 * i + j for i in range(5) for j in range(5) if max((i + 1) * (j + 1), (5 - i) * (5 - j)) <= 13]
+    pairs = [(5 * row + i, 5 * row + j) for row in range(5) for i, j in sort]
+    pairs += [(rest[i], rest[j]) for i, j in _merge_exchange(len(rest))]
+    bits = [
+        sum(1 << case for case in range(6**5) if case // 6**column % 6 <= row)
+        for row in range(5)
+        for column in range(5)
+    ]
+    found = [(5 * i + column, 5 * j + column) for column in range(5) for i, j in sort]
+    for i, j in pairs:
+        if bits[i] & ~bits[j]:
+            found.append((i, j))
+            bits[i], bits[j] = bits[i] & bits[j], bits[i] | bits[j]
+    return found
+
+
+@kernel(pixels=array(SCALAR, 5, 5))
+def median_of_25(pixels):
+    """The median of 5 x 5 numbers, which make a field of motions smooth without moving its jumps."""
+    values = [number for row in pixels for number in row]
+    for i, j in _median_network():
+        a, b = values[i], values[j]
+        values[i], values[j] = ga.select(a < b, a, b), ga.select(a < b, b, a)
+    return values[12]
