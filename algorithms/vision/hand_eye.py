@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 from enum import IntEnum
+from math import isqrt
 from typing import Any, Literal
 
 import numpy as np
@@ -78,6 +79,9 @@ _PARALLEL = 1e-7
 _ABOVE_NOISE = 3.0
 """or below this many times the seventh."""
 _STEPS = 6
+_LIKELY_STEPS = 6
+_CLOSED = 1e-6
+"""Motions are those of all pairs of poses where they differ by no more than this, of the largest coefficient."""
 _BLOCK = 64
 """So many problems are solved at once: their equations stay in the cache."""
 _DONE = 1e-4
@@ -119,8 +123,12 @@ def hand_eye(a: ArrayLike, b: ArrayLike, refine: bool = True) -> HandEye:
     one, two, leading, dtype = _two(a, b, "motions")
     if one.shape[1] < 2 or not len(one):
         return _nothing(one, two, leading, dtype)
-    parts = [_solved(one[k : k + _BLOCK], two[k : k + _BLOCK], refine) for k in range(0, len(one), _BLOCK)]
-    found = parts[0] if len(parts) == 1 else [np.concatenate(each) for each in zip(*parts, strict=True)]
+    poses = _poses_of_pairs(one, two) if refine else None
+    found = _by_blocks(one.copy(), two.copy(), False) if poses else _by_blocks(one, two, refine)
+    if poses:
+        motor, status, values, _ = found
+        motor, _, _ = _refined(*poses, motor, status, "either")
+        found = motor, status, values, _remains(one, two, motor)
     return HandEye(*(_shaped(each, leading, dtype) for each in found))
 
 
@@ -162,21 +170,9 @@ def hand_eye_from_poses(a: ArrayLike, b: ArrayLike, refine: bool = True, noise: 
         return HandEyeOfPoses(none.motor, none.status, none.singular_values, none.residual, none.motor.copy())
     i, j = np.triu_indices(n_poses, 1)
     hands, eyes = (pga3.motor_product(pga3.motor_inverse(x[:, i]), x[:, j]) for x in (one, two))
-    start = hand_eye(hands, eyes, refine)
-    clear, unit, finite = np.empty(one.shape[:2], np.bool_), np.empty(len(one)), np.empty(len(one), np.bool_)
-    loops.in_own_lengths(one, two, _HALF_TURN, clear, unit, finite)
-    x = np.where(finite[:, None], start.motor, np.eye(8)[0])
-    x[:, 4:] /= unit[:, None]
-    each = pga3.motor_product(pga3.motor_product(one, x[:, None]), pga3.motor_inverse(two))
-    same = np.where(np.einsum("pni,pi->pn", each[..., :4], each[:, 0, :4]) < 0, -1.0, 1.0)[..., None]
-    z, two = pga3.normalize_motor((same * each).mean(-2)), same * two
-    moving = (start.status == HandEyeStatus.OK) & refine
-    (x, z), residual = _of_poses(one, two, x, z, moving, noise)
-    residual[:, 1] *= unit
-    for motor in (x, z):
-        loops.back_in_lengths(motor, unit, finite)
-    found = x, start.status, start.singular_values, residual, z
-    return HandEyeOfPoses(*(_shaped(each, leading, dtype) for each in found))
+    motor, status, values, _ = _by_blocks(hands, eyes, False)
+    motor, world, residual = _refined(one, two, motor, status if refine else None, noise)
+    return HandEyeOfPoses(*(_shaped(each, leading, dtype) for each in (motor, status, values, residual, world)))
 
 
 def calibrate_endoscope(
@@ -217,6 +213,57 @@ def calibrate_endoscope(
     return hand_eye_from_poses(motors, np.reshape(poses, (len(found), 8)), noise="hand")
 
 
+def _poses_of_pairs(one: Reals, two: Reals) -> tuple[Reals, Reals] | None:
+    """Poses (p, k, 8) whose motions, all pairs in the order of `numpy.triu_indices`, these are; None where not."""
+    count = (1 + isqrt(1 + 8 * one.shape[1])) // 2
+    if count < 3 or count * (count - 1) != 2 * one.shape[1]:
+        return None
+    i, j = np.triu_indices(count, 1)
+    poses = []
+    for motions in (one, two):
+        still = np.broadcast_to(np.eye(8)[0], (len(motions), 1, 8))
+        poses.append(np.concatenate([still, motions[:, : count - 1]], 1))
+        between = pga3.motor_product(pga3.motor_inverse(poses[-1][:, i]), poses[-1][:, j])
+        same = np.where(np.einsum("pnk,pnk->pn", between[..., :4], motions[..., :4]) < 0, -1.0, 1.0)[..., None]
+        if not (np.abs(same * between - motions) <= _CLOSED * (1 + np.abs(motions).max())).all():
+            return None
+    return poses[0], poses[1]
+
+
+def _refined(
+    one: Reals, two: Reals, motor: Reals, status: Reals | None, noise: Noise
+) -> tuple[Reals, Reals, Reals]:
+    """X and Z of poses (p, n, 8), and what they leave, from a first X; refined where its status is OK."""
+    clear, unit, finite = np.empty(one.shape[:2], np.bool_), np.empty(len(one)), np.empty(len(one), np.bool_)
+    loops.in_own_lengths(one, two, _HALF_TURN, clear, unit, finite)
+    x = np.where(finite[:, None], motor, np.eye(8)[0])
+    x[:, 4:] /= unit[:, None]
+    each = pga3.motor_product(pga3.motor_product(one, x[:, None]), pga3.motor_inverse(two))
+    same = np.where(np.einsum("pni,pi->pn", each[..., :4], each[:, 0, :4]) < 0, -1.0, 1.0)[..., None]
+    z, two = pga3.normalize_motor((same * each).mean(-2)), same * two
+    moving = np.zeros(len(one), np.bool_) if status is None else status == HandEyeStatus.OK
+    (x, z), residual = _of_poses(one, two, x, z, moving, noise)
+    residual[:, 1] *= unit
+    residual[~finite] = np.nan
+    for found in (x, z):
+        loops.back_in_lengths(found, unit, finite)
+    return x, z, residual
+
+
+def _remains(one: Reals, two: Reals, motor: Reals) -> Reals:
+    """Root mean squares (p, 2) of both parts of what remains of ``~(X B) A X``."""
+    rest = np.stack(
+        [kernels.misfit(a, b, x) for a, b, x in zip(one, two, motor, strict=True)]
+    )
+    return 2 * np.sqrt(np.mean(np.sum(rest.reshape(*rest.shape[:2], 2, 3) ** 2, -1), 1))
+
+
+def _by_blocks(one: Reals, two: Reals, refine: bool) -> list[Reals]:
+    """As `_solved`."""
+    parts = [_solved(one[k : k + _BLOCK], two[k : k + _BLOCK], refine) for k in range(0, len(one), _BLOCK)]
+    return list(parts[0]) if len(parts) == 1 else [np.concatenate(each) for each in zip(*parts, strict=True)]
+
+
 def _solved(one: Reals, two: Reals, refine: bool) -> tuple[Reals, Reals, Reals, Reals]:
     """Motors, status, singular values and residuals of problems (p, n, 8), which are overwritten."""
     clear, unit, finite = np.empty(one.shape[:2], np.bool_), np.empty(len(one)), np.empty(len(one), np.bool_)
@@ -246,28 +293,29 @@ def _solved(one: Reals, two: Reals, refine: bool) -> tuple[Reals, Reals, Reals, 
 
 
 def _of_poses(one: Reals, two: Reals, x: Reals, z: Reals, moving: Reals, noise: Noise) -> tuple[list[Reals], Reals]:
-    """X and Z near a start, and what they leave; the noise is taken to be that of the frame where it is least.
+    """X and Z near a start, and what they leave.
 
-    A translation that is left is that of an origin, which is where noise does not depend on how far off other things
-    are: of what is looked at for a camera that measures its place, of the hand for its encoders, or of the camera.
+    Noise turns a hand about its origin, and a camera about that of what it looks at, which is where encoders and
+    images measure; how much it does is found with them (restricted maximum likelihood).
     """
-    of_hand = np.broadcast_to(pga3.motor_inverse(x)[:, None], two.shape).copy()
-    of_camera = np.broadcast_to(np.eye(8)[0], two.shape).copy()
-    frames = {"camera": pga3.motor_inverse(two), "hand": of_hand, "either": of_camera}
-    if noise != "either":
-        frames = {noise: frames[noise]}
-    found = [
-        _descended(
-            lambda motors, frame=frame: _called(kernels.misfit_of_poses_equations, one, two, *motors, frame),  # type: ignore[misc]
-            [x, z],
-            moving.copy(),
-            3,
+    count = len(one)
+    camera = np.broadcast_to(np.eye(8)[0], two.shape).copy()
+    seen = pga3.move_point(pga3.motor_inverse(two), np.zeros(3))
+    variances = np.tile([float(noise != "camera"), float(noise != "hand"), 1.0], (count, 1))
+    step, squares = np.empty((count, 12)), np.empty((count, 2))
+    for turn in range(_LIKELY_STEPS + 1):
+        turns, shifts = _called(kernels.misfit_of_poses_equations, one, two, x, z, camera)
+        hand = pga3.move_point(pga3.motor_inverse(x), np.zeros(3))
+        done = loops.likely_steps(turns, shifts, hand, seen, moving, turn == 0, variances, step, squares)
+        if turn == _LIKELY_STEPS:
+            break
+        x, z = (
+            _called(pga3.motor_product, motor, _called(pga3.motor_exponential, step[:, 6 * k : 6 * k + 6]))
+            for k, motor in enumerate((x, z))
         )
-        for frame in frames.values()
-    ]
-    best = np.argmin([residual.prod(-1) for _, residual in found], axis=0)
-    motors = [np.choose(best[:, None], [motors[k] for motors, _ in found]) for k in (0, 1)]
-    return motors, np.choose(best[:, None], [residual for _, residual in found])
+        if done:
+            break
+    return [x, z], 2 * np.sqrt(squares / one.shape[1])
 
 
 def _two(a: ArrayLike, b: ArrayLike, what: str) -> tuple[Reals, Reals, tuple[int, ...], np.dtype[Any]]:

@@ -42,27 +42,27 @@ def in_own_lengths(a: Any, b: Any, half_turn: float, clear: Any, unit: Any, fini
                 by = 1.0 if k < 4 else 1.0 / unit[p]
                 a[p, i, k] *= by
                 b[p, i, k] *= sign * by
-            clear[p, i] = abs(a[p, i, 0]) >= half_turn
+        # Noise may turn signs next to half turns: those are left to the other motions where these are enough.
+        far = 0
+        for i in range(n):
+            far += abs(a[p, i, 0]) >= 5 * half_turn
+        least = 5 * half_turn if far >= max(3, n // 2) else half_turn
+        for i in range(n):
+            clear[p, i] = abs(a[p, i, 0]) >= least
 
 
 @njit(cache=True, error_model="numpy")
 def null_space(equations: Any, used: Any, first: Any, second: Any, values: Any) -> None:
     """The last two of the singular vectors of equations (p, n, 8, 8), (p, 8) each, and all singular values, descending.
 
-    From sums of products over all motions that are used.
+    From sums of products over all motions that are used; the equations of others are overwritten by zeros.
     """
-    total = np.empty((8, 8))
     for p in range(equations.shape[0]):
-        total[:] = 0.0
         for i in range(equations.shape[1]):
-            if used[p, i]:
-                for row in range(8):
-                    for k in range(8):
-                        value = equations[p, i, row, k]
-                        if value != 0.0:  # A quarter of them are.
-                            for m in range(k + 1):
-                                total[k, m] += value * equations[p, i, row, m]
-        squares, vectors = np.linalg.eigh(total)
+            if not used[p, i]:
+                equations[p, i] = 0.0
+        rows = equations[p].reshape(-1, 8)
+        squares, vectors = np.linalg.eigh(np.dot(rows.T, rows))
         for k in range(8):
             values[p, k] = np.sqrt(max(squares[7 - k], 0.0))
             first[p, k], second[p, k] = vectors[k, 0], vectors[k, 1]
@@ -85,17 +85,9 @@ def newton_steps(
         if not (first or moving[p]):
             continue
         for part in range(2):
-            rows = turns if part == 0 else shifts
-            total = table[part]
-            total[:] = 0.0
-            for i in range(rows.shape[1]):
-                for row in range(3):
-                    for k in range(size + 1):
-                        value = rows[p, i, row, k]
-                        if value != 0.0:  # Rotations do not depend on translations.
-                            for m in range(k + 1):
-                                total[k, m] += value * rows[p, i, row, m]
-            squares[p, part] = total[size, size]
+            rows = (turns if part == 0 else shifts)[p].reshape(-1, size + 1)
+            np.dot(rows.T, rows, table[part])
+            squares[p, part] = table[part, size, size]
         if not moving[p]:
             continue
         weight = 1.0
@@ -151,3 +143,143 @@ def back_in_lengths(motor: Any, unit: Any, finite: Any) -> None:
             motor[p, k] *= sign * (1.0 if k < 4 else unit[p])
         if not finite[p]:
             motor[p] = np.nan
+
+
+@njit(cache=True, error_model="numpy")
+def likely_steps(
+    turns: Any, shifts: Any, hand: Any, seen: Any, moving: Any, first: bool, variances: Any, step: Any, squares: Any
+) -> bool:
+    """The steps (p, 12) of Gauss and Newton to the poses that are most likely, and new variances; if all are done.
+
+    From rows (p, n, 3, 13) as in `newton_steps`, of translations of the camera's origin. Noise turns the hand about
+    its origin, which is at `hand` (p, 3), and the camera about what it looks at, at `seen` (p, n, 3), both in the
+    frame of the camera; translations have noise of their own. `variances` (p, 3) are of these. Each is multiplied by
+    its part of the sum of squares over what is expected of that, with as many unknowns (restricted maximum likelihood);
+    what is 0 stays 0. Where `first`, only ratios of variances are taken.
+    """
+    n = turns.shape[1]
+    all_done = True
+    rows = np.empty((n, 6, 13))
+    whitened = rows.reshape(6 * n, 13)
+    to_white, centre, arm, direction = np.empty((n, 3, 3)), np.empty(3), np.empty((n, 3)), np.empty(3)
+    moment, rest, row = np.zeros((3, 3)), np.empty(6), np.empty(3)
+    causes = np.zeros((3, 3, 6))
+    table = np.empty((13, 13))
+    for p in range(turns.shape[0]):
+        step[p] = 0.0
+        if not (first or moving[p]):
+            continue
+        squares[p] = 0.0
+        for i in range(n):
+            for k in range(3):
+                squares[p, 0] += turns[p, i, k, 12] ** 2
+                squares[p, 1] += shifts[p, i, k, 12] ** 2
+        if not moving[p]:
+            continue
+        of_hand, of_camera, of_shift = variances[p]
+        if first:
+            by = (squares[p, 0] / (3 * n) + 1e-32) / (of_hand + of_camera)
+            of_hand, of_camera = by * of_hand, by * of_camera
+        turn = of_hand + of_camera
+        total = 0.0
+        for i in range(n):
+            # Seen from the weighed mean of both origins, rotations and translations have nothing in common.
+            for k in range(3):
+                arm[i, k] = seen[p, i, k] - hand[p, k]
+                centre[k] = hand[p, k] + of_camera / turn * arm[i, k]
+            _moment(centre, moment)
+            for k in range(3):
+                for m in range(13):
+                    rows[i, k, m] = turns[p, i, k, m] / np.sqrt(turn)
+                    value = shifts[p, i, k, m]
+                    for j in range(3):
+                        value += moment[k, j] * turns[p, i, j, m]
+                    rows[i, 3 + k, m] = value
+                total += rows[i, 3 + k, 12] ** 2
+        if first:
+            of_shift = total / (3 * n) + 1e-32
+        least = 1e-6 * (turn + of_shift)
+        of_shift = max(of_shift, least)
+        for i in range(n):
+            length = np.sqrt(arm[i, 0] ** 2 + arm[i, 1] ** 2 + arm[i, 2] ** 2)
+            along = 1 / np.sqrt(of_shift)
+            across = 1 / np.sqrt(of_shift + of_hand * of_camera / turn * length**2)
+            for k in range(3):
+                direction[k] = arm[i, k] / max(length, 1e-30)
+            for k in range(3):
+                for j in range(3):
+                    to_white[i, k, j] = (along - across) * direction[k] * direction[j] + (across if k == j else 0.0)
+            for m in range(13):
+                for k in range(3):
+                    row[k] = 0.0
+                    for j in range(3):
+                        row[k] += to_white[i, k, j] * rows[i, 3 + j, m]
+                for k in range(3):
+                    rows[i, 3 + k, m] = row[k]
+        np.dot(whitened.T, whitened, table)
+        normal = table[:12, :12].copy()
+        for k in range(12):
+            normal[k, k] *= 1 + _DAMPING
+            normal[k, k] += 1e-300
+        inverse = np.linalg.inv(normal)
+        less = 0.0
+        for k in range(12):
+            for m in range(12):
+                step[p, k] -= inverse[k, m] * table[m, 12]
+            less -= step[p, k] * table[k, 12]
+        spread = np.dot(np.ascontiguousarray(whitened[:, :12]), inverse)
+        found, expected = np.zeros(3), np.zeros(3)
+        for i in range(n):
+            for k in range(6):
+                rest[k] = rows[i, k, 12]
+                for m in range(12):
+                    rest[k] += rows[i, k, m] * step[p, m]
+            # What a rotation of the hand, of the camera, and a translation make of the six numbers.
+            for cause in range(2):
+                by = of_camera / turn if cause == 0 else -of_hand / turn
+                for k in range(3):
+                    direction[k] = by * arm[i, k]
+                _moment(direction, moment)
+                for k in range(3):
+                    for j in range(3):
+                        causes[cause, j, k] = 1 / np.sqrt(turn) if k == j else 0.0
+                        value = 0.0
+                        for m in range(3):
+                            value += to_white[i, k, m] * moment[m, j]
+                        causes[cause, j, 3 + k] = value
+                        causes[2, j, 3 + k] = to_white[i, k, j]
+            for cause in range(3):
+                for j in range(3):
+                    value, size = 0.0, 0.0
+                    for k in range(6):
+                        value += causes[cause, j, k] * rest[k]
+                        size += causes[cause, j, k] ** 2
+                    found[cause] += value**2
+                    for m in range(12):
+                        left, right = 0.0, 0.0
+                        for k in range(6):
+                            left += causes[cause, j, k] * spread[6 * i + k, m]
+                            right += causes[cause, j, k] * rows[i, k, m]
+                        size -= left * right
+                    expected[cause] += size
+        variances[p, 0] = of_hand * found[0] / expected[0]
+        variances[p, 1] = of_camera * found[1] / expected[1]
+        variances[p, 2] = of_shift * found[2] / expected[2]
+        least = 1e-6 * (variances[p, 0] + variances[p, 1] + variances[p, 2]) + 1e-32
+        variances[p, 2] = max(variances[p, 2], least)
+        if variances[p, 0] + variances[p, 1] < least:
+            by = least / (of_hand + of_camera)
+            variances[p, 0], variances[p, 1] = by * of_hand, by * of_camera
+        change = abs(np.log(variances[p, 2] / of_shift))
+        change = max(change, abs(np.log((variances[p, 0] + variances[p, 1]) / turn)))
+        moving[p] = not (less <= 1e-3 and change < 0.1 and not first)
+        all_done = all_done and not moving[p]
+    return all_done
+
+
+@njit(cache=True, error_model="numpy")
+def _moment(point: Any, moment: Any) -> None:
+    """The matrix that takes a rotation about the origin, e12 e13 e23, to the translation e01 e02 e03 at a point."""
+    moment[0, 0], moment[0, 1] = -point[1], -point[2]
+    moment[1, 0], moment[1, 2] = point[0], -point[2]
+    moment[2, 1], moment[2, 2] = point[0], point[1]
