@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 from enum import IntEnum
-from math import isqrt
+from math import isqrt, prod
 from typing import Any, Literal
 
 import numpy as np
@@ -98,6 +98,9 @@ def hand_eye(a: ArrayLike, b: ArrayLike, refine: bool = True) -> HandEye:
     Newton on the manifold of motors then minimise what remains of ``~(X B) A X``, rotations and translations weighed by
     their own noise.
 
+    Motions of all pairs of poses, in the order of `numpy.triu_indices`, are told by that they close; X is then refined
+    as in `hand_eye_from_poses`.
+
     Parameters
     ----------
     a, b : array_like, (..., n, 8)
@@ -126,17 +129,18 @@ def hand_eye(a: ArrayLike, b: ArrayLike, refine: bool = True) -> HandEye:
     poses = _poses_of_pairs(one, two) if refine else None
     found = _by_blocks(one.copy(), two.copy(), False) if poses else _by_blocks(one, two, refine)
     if poses:
-        motor, status, values, _ = found
-        motor, _, _ = _refined(*poses, motor, status, "either")
-        found = motor, status, values, _remains(one, two, motor)
+        found[0], _, _ = _refined(*poses, found[0], found[1], None)
+        found[3] = _remains(one, two, found[0])
     return HandEye(*(_shaped(each, leading, dtype) for each in found))
 
 
 def hand_eye_from_poses(a: ArrayLike, b: ArrayLike, refine: bool = True, noise: Noise = "either") -> HandEyeOfPoses:
     """The motors X and Z with ``A X = Z B`` for all poses: where a camera is on a hand, and where what it looks at is.
 
-    X is that of `hand_eye` for all pairs of poses, and Z the mean of ``A X ~B``; steps of Gauss and Newton for both
-    then minimise what remains of ``~(Z B) A X``.
+    X is the linear one of `hand_eye` for all pairs of poses, and Z the mean of ``A X ~B``; steps of Gauss and Newton
+    for both then minimise what remains of ``~(Z B) A X``, weighed by the variances of three kinds of noise: of the
+    rotation of the hand, of that of the camera, and of translations. These are found with it, by restricted maximum
+    likelihood.
 
     Parameters
     ----------
@@ -148,8 +152,8 @@ def hand_eye_from_poses(a: ArrayLike, b: ArrayLike, refine: bool = True, noise: 
     refine : bool
         Whether to go on from the linear solution.
     noise : {"either", "hand", "camera"}
-        Whose poses are the less exact: a distance that remains is that of the origin of the hand, or of what the camera
-        looks at. "either" takes the one of these, or of the camera's own, that leaves least.
+        Whose poses turn by noise: the hand about its origin, the camera about what it looks at, or either by as much
+        as makes what is measured most likely.
 
     Returns
     -------
@@ -231,7 +235,7 @@ def _poses_of_pairs(one: Reals, two: Reals) -> tuple[Reals, Reals] | None:
 
 
 def _refined(
-    one: Reals, two: Reals, motor: Reals, status: Reals | None, noise: Noise
+    one: Reals, two: Reals, motor: Reals, status: Reals | None, noise: Noise | None
 ) -> tuple[Reals, Reals, Reals]:
     """X and Z of poses (p, n, 8), and what they leave, from a first X; refined where its status is OK."""
     clear, unit, finite = np.empty(one.shape[:2], np.bool_), np.empty(len(one)), np.empty(len(one), np.bool_)
@@ -252,9 +256,7 @@ def _refined(
 
 def _remains(one: Reals, two: Reals, motor: Reals) -> Reals:
     """Root mean squares (p, 2) of both parts of what remains of ``~(X B) A X``."""
-    rest = np.stack(
-        [kernels.misfit(a, b, x) for a, b, x in zip(one, two, motor, strict=True)]
-    )
+    rest = kernels.misfit(one, two, motor[:, None])
     return 2 * np.sqrt(np.mean(np.sum(rest.reshape(*rest.shape[:2], 2, 3) ** 2, -1), 1))
 
 
@@ -266,56 +268,64 @@ def _by_blocks(one: Reals, two: Reals, refine: bool) -> list[Reals]:
 
 def _solved(one: Reals, two: Reals, refine: bool) -> tuple[Reals, Reals, Reals, Reals]:
     """Motors, status, singular values and residuals of problems (p, n, 8), which are overwritten."""
-    clear, unit, finite = np.empty(one.shape[:2], np.bool_), np.empty(len(one)), np.empty(len(one), np.bool_)
-    loops.in_own_lengths(one, two, _HALF_TURN, clear, unit, finite)
-    motor, values = _null_motor(one, two, clear)
-    all_clear = bool(clear.all())
+    count = len(one)
+    clear, unit, finite = np.empty(one.shape[:2], np.bool_), np.empty(count), np.empty(count, np.bool_)
+    all_clear, all_finite = loops.in_own_lengths(one, two, _HALF_TURN, clear, unit, finite)
+    (first, second, values), parallel = np.empty((3, count, 8)), np.empty(count, np.bool_)
+    equations = _called(pga3.motor_equation, one, two)
+    any_parallel = loops.null_space(equations, clear, (_PARALLEL, _ABOVE_NOISE), first, second, values, parallel)
+    motor = _called(kernels.null_motor, first, second)
     if not all_clear:
         # Where scalar and pseudoscalar part vanish the sign is that of the X of the others.
         left, right = _called(pga3.motor_product, one, motor), _called(pga3.motor_product, motor, two)
         opposite = ~clear & (np.einsum("pni,pni->pn", left[..., :4], right[..., :4]) < 0)
         two = np.where(opposite[..., None], -two, two)
-
-    parallel = (values[:, 5] <= _PARALLEL * values[:, 0]) | (values[:, 5] <= _ABOVE_NOISE * values[:, 6])
-    moving = ~parallel if refine else np.zeros_like(parallel)
-    (motor,), residual = _descended(lambda x: _called(kernels.misfit_equations, one, two, *x), [motor], moving, 2)
-    status = np.zeros(len(one), np.int_)
-    if parallel.any():
-        status = _why(parallel, one, residual)
+    motor, residual = _descended(one, two, motor, ~parallel if refine else np.zeros(count, np.bool_))
+    status = _why(parallel, one, residual) if any_parallel else np.zeros(count, np.int_)
     if not all_clear:
         status[clear.sum(-1) < 2] = HandEyeStatus.AMBIGUOUS_SIGNS
     residual[:, 1] *= unit
     loops.back_in_lengths(motor, unit, finite)
-    if not finite.all():
+    if not all_finite:
         status[~finite] = HandEyeStatus.NOT_FINITE
         residual[~finite] = np.nan
     return motor, status, values, residual
 
 
-def _of_poses(one: Reals, two: Reals, x: Reals, z: Reals, moving: Reals, noise: Noise) -> tuple[list[Reals], Reals]:
-    """X and Z near a start, and what they leave.
+def _of_poses(
+    one: Reals, two: Reals, x: Reals, z: Reals, moving: Reals, noise: Noise | None
+) -> tuple[tuple[Reals, Reals], Reals]:
+    """X and Z near a start, and what they leave at the origin of the camera.
 
     Noise turns a hand about its origin, and a camera about that of what it looks at, which is where encoders and
-    images measure; how much it does is found with them (restricted maximum likelihood).
+    images measure; how much it does is found with them. Without `noise` it is that of either, and the place looked at
+    is unknown.
     """
     count = len(one)
     camera = np.broadcast_to(np.eye(8)[0], two.shape).copy()
-    seen = pga3.move_point(pga3.motor_inverse(two), np.zeros(3))
+    to_camera, place = pga3.motor_inverse(two), np.zeros((count, 3))
+    seen = pga3.move_point(to_camera, np.zeros(3))
     variances = np.tile([float(noise != "camera"), float(noise != "hand"), 1.0], (count, 1))
     step, squares = np.empty((count, 12)), np.empty((count, 2))
     for turn in range(_LIKELY_STEPS + 1):
         turns, shifts = _called(kernels.misfit_of_poses_equations, one, two, x, z, camera)
         hand = pga3.move_point(pga3.motor_inverse(x), np.zeros(3))
+        if noise is None:
+            # Motions of the camera do not say where what it looks at is: where what remains moves least.
+            loops.still_points(kernels.misfit_of_poses(one, two, x[:, None], z[:, None], to_camera), place)
+            seen = pga3.move_point(to_camera, place[:, None])
         done = loops.likely_steps(turns, shifts, hand, seen, moving, turn == 0, variances, step, squares)
         if turn == _LIKELY_STEPS:
             break
-        x, z = (
-            _called(pga3.motor_product, motor, _called(pga3.motor_exponential, step[:, 6 * k : 6 * k + 6]))
-            for k, motor in enumerate((x, z))
-        )
+        x, z = _moved(x, step[:, :6]), _moved(z, step[:, 6:])
         if done:
             break
-    return [x, z], 2 * np.sqrt(squares / one.shape[1])
+    return (x, z), 2 * np.sqrt(squares / one.shape[1])
+
+
+def _moved(motor: Reals, step: Reals) -> Reals:
+    """Motors (p, 8) moved by exponentials of steps (p, 6)."""
+    return np.asarray(_called(pga3.motor_product, motor, _called(pga3.motor_exponential, step)))
 
 
 def _two(a: ArrayLike, b: ArrayLike, what: str) -> tuple[Reals, Reals, tuple[int, ...], np.dtype[Any]]:
@@ -327,13 +337,17 @@ def _two(a: ArrayLike, b: ArrayLike, what: str) -> tuple[Reals, Reals, tuple[int
     if one.shape != two.shape:
         one, two = np.broadcast_arrays(one, two)
     shape = one.shape
-    flat = int(np.prod(shape[:-2], dtype=int)) if len(shape) > 2 else 1, *shape[-2:]
     one, two = np.array(one, np.float64, order="C"), np.array(two, np.float64, order="C")
+    if len(shape) == 2:
+        return one[None], two[None], (), dtype
+    flat = prod(shape[:-2]), *shape[-2:]
     return one.reshape(flat), two.reshape(flat), shape[:-2], dtype
 
 
 def _shaped(array: Reals, leading: tuple[int, ...], dtype: np.dtype[Any]) -> Reals:
     kind = dtype if array.dtype.kind == "f" else array.dtype
+    if not leading and array.ndim > 1 and kind == array.dtype:
+        return array[0]
     return array.reshape((*leading, *array.shape[1:])).astype(kind, copy=False)
 
 
@@ -350,8 +364,8 @@ def _called(kernel: Callable[..., Any], *arrays: Reals) -> Any:
     One problem has no axis of its own: calls on arrays with one axis cost least.
     """
     if len(arrays[0]) == 1:
-        found = kernel(*(each[0] for each in arrays))
-        return tuple(part[None] for part in found) if isinstance(found, tuple) else found[None]
+        found = kernel(*[each[0] for each in arrays])
+        return tuple([part[None] for part in found]) if isinstance(found, tuple) else found[None]
     shapes = [each.shape for each in arrays if each.ndim == 3]
     if not shapes:
         return kernel(*arrays)
@@ -363,33 +377,20 @@ def _called(kernel: Callable[..., Any], *arrays: Reals) -> Any:
     return folded if isinstance(found, tuple) else folded[0]
 
 
-def _null_motor(a: Reals, b: Reals, used: Reals) -> tuple[Reals, Reals]:
-    """The motor nearest to solving all equations, and the singular values of these."""
-    first, second, values = np.empty((3, len(a), 8))
-    loops.null_space(_called(pga3.motor_equation, a, b), used, first, second, values)
-    return _called(kernels.null_motor, first, second), values
-
-
-def _descended(
-    equations: Callable[[list[Reals]], tuple[Reals, Reals]], motors: list[Reals], moving: Reals, least: int
-) -> tuple[list[Reals], Reals]:
+def _descended(one: Reals, two: Reals, motor: Reals, moving: Reals) -> tuple[Reals, Reals]:
     """Motors with the least squares of misfits, and twice the root mean squares of both parts of these."""
-    size = 6 * len(motors)
-    table, step, squares = np.empty((2, size + 1, size + 1)), np.empty((len(moving), size)), np.empty((len(moving), 2))
-    for count in range(_STEPS + 1):
-        turns, shifts = equations(motors)
-        n = turns.shape[1]
-        limits = _DONE, _ROUNDING * n
-        done = loops.newton_steps(turns, shifts, moving, count == 0, n > least, limits, table, step, squares)
-        if count == _STEPS:
+    count, n = one.shape[:2]
+    table, step, squares = np.empty((2, 7, 7)), np.empty((count, 6)), np.empty((count, 2))
+    limits = _DONE, _ROUNDING * n
+    for turn in range(_STEPS + 1):
+        turns, shifts = _called(kernels.misfit_equations, one, two, motor)
+        done = loops.newton_steps(turns, shifts, moving, turn == 0, n > 2, limits, table, step, squares)
+        if turn == _STEPS:
             break
-        motors = [
-            _called(pga3.motor_product, motor, _called(pga3.motor_exponential, step[:, 6 * k : 6 * k + 6]))
-            for k, motor in enumerate(motors)
-        ]
+        motor = _moved(motor, step)
         if done:
             break
-    return motors, 2 * np.sqrt(squares / n)
+    return motor, 2 * np.sqrt(squares / n)
 
 
 def _why(parallel: Reals, a: Reals, residual: Reals) -> Reals:

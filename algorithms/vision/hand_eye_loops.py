@@ -14,13 +14,14 @@ _DAMPING = 1e-14
 
 
 @njit(cache=True, error_model="numpy")
-def in_own_lengths(a: Any, b: Any, half_turn: float, clear: Any, unit: Any, finite: Any) -> None:
-    """Motors, in place, in the unit of length in which coefficients with e0 have size 1, and b with the sign of a.
+def in_own_lengths(a: Any, b: Any, half_turn: float, clear: Any, unit: Any, finite: Any) -> tuple[bool, bool]:
+    """Whether all motions are clear, and all finite. Motors, in place, in the unit of length in which coefficients with e0 have size 1, and b with the sign of a.
 
     ``A X = X B`` leaves the scalar and the pseudoscalar part alone; `clear` says which motions have these. A problem
     with a number that is not finite becomes that of no motion.
     """
     n = a.shape[1]
+    all_clear, all_finite = True, True
     for p in range(a.shape[0]):
         square, everything = 0.0, 0.0
         for i in range(n):
@@ -29,6 +30,7 @@ def in_own_lengths(a: Any, b: Any, half_turn: float, clear: Any, unit: Any, fini
                 if k >= 4:
                     square += a[p, i, k] * a[p, i, k] + b[p, i, k] * b[p, i, k]
         finite[p] = everything == 0.0
+        all_finite = all_finite and finite[p]
         if not finite[p]:
             a[p] = 0.0
             b[p] = 0.0
@@ -49,14 +51,19 @@ def in_own_lengths(a: Any, b: Any, half_turn: float, clear: Any, unit: Any, fini
         least = 5 * half_turn if far >= max(3, n // 2) else half_turn
         for i in range(n):
             clear[p, i] = abs(a[p, i, 0]) >= least
+            all_clear = all_clear and clear[p, i]
+    return all_clear, all_finite
 
 
 @njit(cache=True, error_model="numpy")
-def null_space(equations: Any, used: Any, first: Any, second: Any, values: Any) -> None:
+def null_space(equations: Any, used: Any, bounds: Any, first: Any, second: Any, values: Any, parallel: Any) -> bool:
     """The last two of the singular vectors of equations (p, n, 8, 8), (p, 8) each, and all singular values, descending.
 
-    From sums of products over all motions that are used; the equations of others are overwritten by zeros.
+    From sums of products over all motions that are used; the equations of others are overwritten by zeros. Axes are
+    parallel where the sixth value is no more than the first bound times the first, or the second times the seventh.
+    Returns whether any are.
     """
+    any_parallel = False
     for p in range(equations.shape[0]):
         for i in range(equations.shape[1]):
             if not used[p, i]:
@@ -66,6 +73,9 @@ def null_space(equations: Any, used: Any, first: Any, second: Any, values: Any) 
         for k in range(8):
             values[p, k] = np.sqrt(max(squares[7 - k], 0.0))
             first[p, k], second[p, k] = vectors[k, 0], vectors[k, 1]
+        parallel[p] = values[p, 5] <= max(bounds[0] * values[p, 0], bounds[1] * values[p, 6])
+        any_parallel = any_parallel or parallel[p]
+    return any_parallel
 
 
 @njit(cache=True, error_model="numpy")
@@ -111,6 +121,31 @@ def newton_steps(
         moving[p] = not (less <= limits[0] * cost or cost <= limits[1])
         all_done = all_done and not moving[p]
     return all_done
+
+
+@njit(cache=True, error_model="numpy")
+def still_points(rest: Any, points: Any) -> None:
+    """The point (p, 3) that motions (p, n, 6) of a frame, as small bivectors, move least in all.
+
+    Near the origin where motions say little: as much as if each had a translation for a point as far as the unit.
+    """
+    moment, normal, slope = np.zeros((3, 3)), np.empty((3, 3)), np.empty(3)
+    for p in range(rest.shape[0]):
+        normal[:], slope[:] = 0.0, 0.0
+        size = 0.0
+        for i in range(rest.shape[1]):
+            # The moment is as linear in the rotation as in the point.
+            moment[0, 1], moment[0, 2], moment[1, 2] = -rest[p, i, 0], -rest[p, i, 1], -rest[p, i, 2]
+            moment[1, 0], moment[2, 0], moment[2, 1] = rest[p, i, 0], rest[p, i, 1], rest[p, i, 2]
+            for k in range(3):
+                size += rest[p, i, 3 + k] ** 2
+                for m in range(3):
+                    slope[m] -= moment[k, m] * rest[p, i, 3 + k]
+                    for j in range(3):
+                        normal[m, j] += moment[k, m] * moment[k, j]
+        for k in range(3):
+            normal[k, k] += 2 * size / (3 * rest.shape[1]) + 1e-30
+        points[p] = np.linalg.solve(normal, slope)
 
 
 @njit(cache=True, error_model="numpy")
