@@ -257,7 +257,7 @@ def _refined(
 def _remains(one: Reals, two: Reals, motor: Reals) -> Reals:
     """Root mean squares (p, 2) of both parts of what remains of ``~(X B) A X``."""
     rest = kernels.misfit(one, two, motor[:, None])
-    return 2 * np.sqrt(np.mean(np.sum(rest.reshape(*rest.shape[:2], 2, 3) ** 2, -1), 1))
+    return np.asarray(2 * np.sqrt(np.mean(np.sum(rest.reshape(*rest.shape[:2], 2, 3) ** 2, -1), 1)))
 
 
 def _by_blocks(one: Reals, two: Reals, refine: bool) -> list[Reals]:
@@ -347,7 +347,7 @@ def _two(a: ArrayLike, b: ArrayLike, what: str) -> tuple[Reals, Reals, tuple[int
 def _shaped(array: Reals, leading: tuple[int, ...], dtype: np.dtype[Any]) -> Reals:
     kind = dtype if array.dtype.kind == "f" else array.dtype
     if not leading and array.ndim > 1 and kind == array.dtype:
-        return array[0]
+        return np.asarray(array[0])
     return array.reshape((*leading, *array.shape[1:])).astype(kind, copy=False)
 
 

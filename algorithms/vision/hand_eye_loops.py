@@ -15,8 +15,9 @@ _DAMPING = 1e-14
 
 @njit(cache=True, error_model="numpy")
 def in_own_lengths(a: Any, b: Any, half_turn: float, clear: Any, unit: Any, finite: Any) -> tuple[bool, bool]:
-    """Whether all motions are clear, and all finite. Motors, in place, in the unit of length in which coefficients with e0 have size 1, and b with the sign of a.
+    """Motors, in place, in the unit of length in which coefficients with e0 have size 1, and b with the sign of a.
 
+    Returns whether all motions are clear, and all problems finite.
     ``A X = X B`` leaves the scalar and the pseudoscalar part alone; `clear` says which motions have these. A problem
     with a number that is not finite becomes that of no motion.
     """
