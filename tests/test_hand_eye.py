@@ -139,7 +139,7 @@ def test_two_clean_motions_recover_the_place_to_the_last_digits() -> None:
     one, two = motions(rng, x[apart], a[apart])
     found = hand_eye(one, two)
     error = np.abs(pga3.motor_to_matrix(found.motor) - x[apart]).max((-1, -2))
-    assert len(error) > 500 and np.quantile(error, 0.99) < 1e-14 and error.max() < 5e-14
+    assert len(error) > 500 and error.max() < 1e-14
 
 
 def test_the_conformal_form_has_the_same_coefficients() -> None:
