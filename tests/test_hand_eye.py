@@ -88,6 +88,69 @@ def test_parallel_axes_and_pure_translations_are_told() -> None:
     assert hand_eye(still, still).status == HandEyeStatus.SMALL_ANGLES
 
 
+@pytest.mark.parametrize("n_motions", [2, 3, 6, 40])
+def test_noise_does_not_hide_parallel_axes(n_motions: int) -> None:
+    """Of the hand too, and of translations far more than of rotations: never OK, and OK where axes differ."""
+    rng = np.random.default_rng(21)
+    x, a = poses(rng, 300), poses(rng, 300, n_motions)
+    for parallel in (True, False):
+        if parallel:
+            turns = rng.uniform(0.2, 2, (300 * n_motions, 1)) * np.array([0, 0.6, 0.8])
+            a[..., :3, :3] = Rotation.from_rotvec(turns).as_matrix().reshape(300, n_motions, 3, 3)
+        one, two = motions(rng, x, a)
+        for each in (one, two):
+            noise = rng.normal(size=(*each.shape[:-1], 6)) * [1e-3, 1e-3, 1e-3, 1e-2, 1e-2, 1e-2]
+            each[:] = pga3.motor_product(each, pga3.motor_exponential(noise))
+        status = hand_eye(one, two).status
+        assert (status != HandEyeStatus.OK).all() if parallel else (status == HandEyeStatus.OK).mean() > 0.97
+        a = poses(rng, 300, n_motions)
+
+
+def test_motions_of_all_pairs_of_poses_are_told() -> None:
+    """Noise of few poses is in many motions: weighed as what it is, it does far less."""
+    rng = np.random.default_rng(22)
+    x, hands = poses(rng, 200), poses(rng, 200, 8)
+    eyes = poses(rng, 200, 8, angle=4e-3, length=5e-4) @ poses(rng, 200, 1) @ hands @ x[:, None]
+    i, j = np.triu_indices(8, 1)
+    signs = rng.choice([-1.0, 1.0], (2, 200, 28, 1))
+    pairs = [
+        sign * pga3.motor_from_matrix(np.linalg.inv(each[:, i]) @ each[:, j])
+        for sign, each in zip(signs, (hands, eyes), strict=True)
+    ]
+    found = hand_eye(*pairs)
+    assert not found.status.any()
+    mixed = [each[:, ::-1] for each in pairs]  # in another order they are motions like others
+
+    def error(motors: Array) -> float:
+        return float(np.sqrt(np.mean((pga3.motor_to_matrix(motors) - x)[:, :3, 3] ** 2)))
+
+    of_poses = hand_eye_from_poses(pga3.motor_from_matrix(hands), pga3.motor_from_matrix(eyes), noise="camera")
+    assert error(found.motor) < 0.9 * error(hand_eye(*mixed).motor)
+    assert error(of_poses.motor) < 1.1 * error(found.motor)
+    rest = pga3.motor_product(pga3.motor_inverse(pga3.motor_product(found.motor[:, None], pairs[1])), pairs[0])
+    rest = pga3.motor_to_matrix(pga3.motor_product(rest, found.motor[:, None]))
+    turned = np.linalg.norm(rest[..., :3, :3] - np.eye(3), axis=(-1, -2)) / np.sqrt(2)
+    np.testing.assert_allclose(found.rotation_residual, np.sqrt(np.mean(turned**2, -1)), rtol=1e-3)
+
+
+@pytest.mark.parametrize("whose", ["hand", "camera"])
+def test_whose_noise_it_is_need_not_be_said(whose: Any) -> None:
+    rng = np.random.default_rng(23)
+    x, z, hands = poses(rng, 200), poses(rng, 200), poses(rng, 200, 10)
+    eyes = np.linalg.inv(z)[:, None] @ hands @ x[:, None]
+    noise = poses(rng, 200, 10, angle=4e-3, length=1e-3)
+    if whose == "hand":
+        hands = hands @ noise
+    else:
+        eyes = noise @ eyes
+    errors = []
+    for told in (whose, "either", "camera" if whose == "hand" else "hand"):
+        found = hand_eye_from_poses(pga3.motor_from_matrix(hands), pga3.motor_from_matrix(eyes), noise=told)
+        assert not found.status.any()
+        errors.append(np.sqrt(np.mean((pga3.motor_to_matrix(found.motor) - x)[:, :3, 3] ** 2)))
+    assert errors[1] < 1.1 * errors[0] and 1.5 * errors[1] < errors[2]
+
+
 def test_degenerate_input_has_a_status_of_its_own() -> None:
     rng = np.random.default_rng(4)
     x, a = poses(rng, 3), poses(rng, 3, 5)

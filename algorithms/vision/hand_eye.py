@@ -76,8 +76,10 @@ _HALF_TURN = 0.02
 """A motion is a half turn, for its sign, where the cosine of half its angle is below this."""
 _PARALLEL = 1e-7
 """Axes are parallel where the sixth singular value is below this part of the first,"""
+_OPEN = 0.2
+"""or noise leaves a rotation of the camera open by more radians than this."""
 _ABOVE_NOISE = 3.0
-"""or below this many times the seventh."""
+"""Angles are small that are below so many times what remains of rotations."""
 _STEPS = 6
 _LIKELY_STEPS = 6
 _CLOSED = 1e-6
@@ -239,7 +241,7 @@ def _refined(
 ) -> tuple[Reals, Reals, Reals]:
     """X and Z of poses (p, n, 8), and what they leave, from a first X; refined where its status is OK."""
     clear, unit, finite = np.empty(one.shape[:2], np.bool_), np.empty(len(one)), np.empty(len(one), np.bool_)
-    loops.in_own_lengths(one, two, _HALF_TURN, clear, unit, finite)
+    loops.in_own_lengths(one, two, _HALF_TURN, clear, unit, finite, np.empty(len(one)))
     x = np.where(finite[:, None], motor, np.eye(8)[0])
     x[:, 4:] /= unit[:, None]
     each = pga3.motor_product(pga3.motor_product(one, x[:, None]), pga3.motor_inverse(two))
@@ -270,18 +272,17 @@ def _solved(one: Reals, two: Reals, refine: bool) -> tuple[Reals, Reals, Reals, 
     """Motors, status, singular values and residuals of problems (p, n, 8), which are overwritten."""
     count = len(one)
     clear, unit, finite = np.empty(one.shape[:2], np.bool_), np.empty(count), np.empty(count, np.bool_)
-    all_clear, all_finite = loops.in_own_lengths(one, two, _HALF_TURN, clear, unit, finite)
-    (first, second, values), parallel = np.empty((3, count, 8)), np.empty(count, np.bool_)
-    equations = _called(pga3.motor_equation, one, two)
-    any_parallel = loops.null_space(equations, clear, (_PARALLEL, _ABOVE_NOISE), first, second, values, parallel)
+    (first, second, values), parallel, spread = np.empty((3, count, 8)), np.empty(count, np.bool_), np.empty(count)
+    all_clear, all_finite = loops.in_own_lengths(one, two, _HALF_TURN, clear, unit, finite, spread)
+    loops.null_space(_called(pga3.motor_equation, one, two), clear, _PARALLEL, first, second, values, parallel)
     motor = _called(kernels.null_motor, first, second)
     if not all_clear:
         # Where scalar and pseudoscalar part vanish the sign is that of the X of the others.
         left, right = _called(pga3.motor_product, one, motor), _called(pga3.motor_product, motor, two)
         opposite = ~clear & (np.einsum("pni,pni->pn", left[..., :4], right[..., :4]) < 0)
         two = np.where(opposite[..., None], -two, two)
-    motor, residual = _descended(one, two, motor, ~parallel if refine else np.zeros(count, np.bool_))
-    status = _why(parallel, one, residual) if any_parallel else np.zeros(count, np.int_)
+    motor, residual = _descended(one, two, motor, refine, spread, parallel)
+    status = _why(parallel, one, residual) if parallel.any() else np.zeros(count, np.int_)
     if not all_clear:
         status[clear.sum(-1) < 2] = HandEyeStatus.AMBIGUOUS_SIGNS
     residual[:, 1] *= unit
@@ -377,14 +378,20 @@ def _called(kernel: Callable[..., Any], *arrays: Reals) -> Any:
     return folded if isinstance(found, tuple) else folded[0]
 
 
-def _descended(one: Reals, two: Reals, motor: Reals, moving: Reals) -> tuple[Reals, Reals]:
-    """Motors with the least squares of misfits, and twice the root mean squares of both parts of these."""
+def _descended(
+    one: Reals, two: Reals, motor: Reals, refine: bool, spread: Reals, parallel: Reals
+) -> tuple[Reals, Reals]:
+    """Motors with the least squares of misfits, and twice the root mean squares of both parts of these.
+
+    Also says which axes are parallel but for noise; those motors stay.
+    """
     count, n = one.shape[:2]
     table, step, squares = np.empty((2, 7, 7)), np.empty((count, 6)), np.empty((count, 2))
-    limits = _DONE, _ROUNDING * n
+    moving = np.full(count, refine)
+    limits = _DONE, _ROUNDING * n, _OPEN
     for turn in range(_STEPS + 1):
         turns, shifts = _called(kernels.misfit_equations, one, two, motor)
-        done = loops.newton_steps(turns, shifts, moving, turn == 0, n > 2, limits, table, step, squares)
+        done = loops.newton_steps(turns, shifts, moving, turn == 0, limits, spread, parallel, table, step, squares)
         if turn == _STEPS:
             break
         motor = _moved(motor, step)

@@ -14,15 +14,19 @@ _DAMPING = 1e-14
 
 
 @njit(cache=True, error_model="numpy")
-def in_own_lengths(a: Any, b: Any, half_turn: float, clear: Any, unit: Any, finite: Any) -> tuple[bool, bool]:
+def in_own_lengths(
+    a: Any, b: Any, half_turn: float, clear: Any, unit: Any, finite: Any, spread: Any
+) -> tuple[bool, bool]:
     """Motors, in place, in the unit of length in which coefficients with e0 have size 1, and b with the sign of a.
 
-    Returns whether all motions are clear, and all problems finite.
     ``A X = X B`` leaves the scalar and the pseudoscalar part alone; `clear` says which motions have these. A problem
-    with a number that is not finite becomes that of no motion.
+    with a number that is not finite becomes that of no motion. `spread` (p,) is the sum of squares of what sines of
+    half the angles, along their axes, leave across the direction that they have in common. Returns whether all motions
+    are clear, and all problems finite.
     """
     n = a.shape[1]
     all_clear, all_finite = True, True
+    moments = np.empty((3, 3))
     for p in range(a.shape[0]):
         square, everything = 0.0, 0.0
         for i in range(n):
@@ -53,18 +57,23 @@ def in_own_lengths(a: Any, b: Any, half_turn: float, clear: Any, unit: Any, fini
         for i in range(n):
             clear[p, i] = abs(a[p, i, 0]) >= least
             all_clear = all_clear and clear[p, i]
+        for j in range(3):
+            for k in range(3):
+                moments[j, k] = 0.0
+                for i in range(n):
+                    moments[j, k] += a[p, i, 1 + j] * a[p, i, 1 + k]
+        along = np.linalg.eigvalsh(moments)
+        spread[p] = max(along[0] + along[1], 0.0)
     return all_clear, all_finite
 
 
 @njit(cache=True, error_model="numpy")
-def null_space(equations: Any, used: Any, bounds: Any, first: Any, second: Any, values: Any, parallel: Any) -> bool:
+def null_space(equations: Any, used: Any, bound: float, first: Any, second: Any, values: Any, parallel: Any) -> None:
     """The last two of the singular vectors of equations (p, n, 8, 8), (p, 8) each, and all singular values, descending.
 
     From sums of products over all motions that are used; the equations of others are overwritten by zeros. Axes are
-    parallel where the sixth value is no more than the first bound times the first, or the second times the seventh.
-    Returns whether any are.
+    parallel where the sixth value is no more than the bound times the first.
     """
-    any_parallel = False
     for p in range(equations.shape[0]):
         for i in range(equations.shape[1]):
             if not used[p, i]:
@@ -74,22 +83,33 @@ def null_space(equations: Any, used: Any, bounds: Any, first: Any, second: Any, 
         for k in range(8):
             values[p, k] = np.sqrt(max(squares[7 - k], 0.0))
             first[p, k], second[p, k] = vectors[k, 0], vectors[k, 1]
-        parallel[p] = values[p, 5] <= max(bounds[0] * values[p, 0], bounds[1] * values[p, 6])
-        any_parallel = any_parallel or parallel[p]
-    return any_parallel
+        parallel[p] = values[p, 5] <= bound * values[p, 0]
 
 
 @njit(cache=True, error_model="numpy")
 def newton_steps(
-    turns: Any, shifts: Any, moving: Any, first: bool, weigh: bool, limits: Any, table: Any, step: Any, squares: Any
+    turns: Any,
+    shifts: Any,
+    moving: Any,
+    first: bool,
+    limits: Any,
+    spread: Any,
+    parallel: Any,
+    table: Any,
+    step: Any,
+    squares: Any,
 ) -> bool:
     """The step (p, k) of Gauss and Newton of each problem, the sums of squares (p, 2) of both parts; if all are done.
 
     From rows (p, n, 3, k + 1) of derivatives with the misfit behind them. `table` (2, k + 1, k + 1) is room. Parts are
-    weighed by their own sums of squares, within bounds. Problems not `moving` have step 0; those that are done stop.
-    Done is where less than the first limit of the sum would go, or it is below the second.
+    weighed by their own sums of squares, within bounds, where there are more than two motions. Problems not `moving`
+    have step 0; those that are done stop. Done is where less than the first limit of the sum would go, or it is below
+    the second. `first`, axes are found to be parallel, which stops them too, where the misfit leaves a rotation about
+    them open by more than the third limit: that in radians is the misfit over the root of the spread; or where the
+    spread is less than three times that of noise.
     """
     size = turns.shape[3] - 1
+    weigh = turns.shape[1] > 2
     all_done = True
     for p in range(turns.shape[0]):
         step[p] = 0.0
@@ -99,6 +119,11 @@ def newton_steps(
             rows = (turns if part == 0 else shifts)[p].reshape(-1, size + 1)
             np.dot(rows.T, rows, table[part])
             squares[p, part] = table[part, size, size]
+        if first:
+            freedom = 3 * turns.shape[1] - 3
+            least = max(1 / limits[2] ** 2, 6.0 * turns.shape[1])
+            parallel[p] = parallel[p] or squares[p, 0] * least > freedom * spread[p]
+            moving[p] = moving[p] and not parallel[p]
         if not moving[p]:
             continue
         weight = 1.0

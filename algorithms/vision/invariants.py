@@ -206,8 +206,8 @@ def invariants_3d_deviation(
     fundamental, tensor : array_like
         As in `invariants_3d`; taken as exact.
     noise : float
-        Standard deviation of each coordinate of a pixel. With that of their rounding, 1e-16 of their size, the result is
-        the error that no method could avoid.
+        Standard deviation of each coordinate of a pixel. With that of their rounding, 1e-16 of their size, the result
+        is the error that no method could avoid.
 
     Returns
     -------
