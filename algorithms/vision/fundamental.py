@@ -132,9 +132,10 @@ def degenerate(matrix: Reals, first: Reals, second: Reals, known: float | None =
     allowed = np.maximum(told, _ROUNDING * size)
     (thin, long), (other_thin, other_long) = extents(first), extents(second)
     # Both ways: where one image shows all much larger, distances there are larger too.
+    forward, _ = linear_homography(first, second)
     planes = []
-    for a, b in ((first, second), (second, first)):
-        moved = _transfer_distance(linear_homography(a, b)[0][..., None, :, :], a, b)
+    for model, a, b in ((forward, first, second), (_inverse(forward), second, first)):
+        moved = _transfer_distance(model[..., None, :, :], a, b)
         planes.append(np.sqrt((moved**2).sum(-1) / (2 * n - 8)) if n > 4 else np.zeros(moved.shape[:-1]))
     line = np.minimum(thin, other_thin) / np.sqrt(n) <= allowed
     flat = (thin <= _FLAT * long) | (other_thin <= _FLAT * other_long)
@@ -207,6 +208,11 @@ _TURNS = np.array(
 
 def _rotation(vector: Reals) -> Reals:
     return np.asarray(pga3.rotor_to_matrix(pga3.rotor_from_rotation_vector(vector)))
+
+
+def _inverse(matrix: Reals) -> Reals:
+    """Inverse homographies by cofactors, which are there for those without inverse too."""
+    return np.asarray(np.swapaxes(projective2.line_homography(matrix), -1, -2))
 
 
 def _transfer_distance(matrix: Reals, first: Reals, second: Reals) -> Reals:

@@ -8,7 +8,7 @@ from numpy.typing import ArrayLike
 from generated import projective2
 
 from ..arguments import Reals, real_array
-from .normalization import normalized, null_vectors, null_vectors_and_values, three_on_a_line
+from .normalization import normalized, null_vectors, null_vectors_and_values, three_on_a_line, undone
 from .robust import Problem, RobustEstimate, consensus
 from .status import VisionStatus, check_points, refuse
 
@@ -52,7 +52,7 @@ def linear_homography(first: Reals, second: Reals) -> tuple[Reals, Reals]:
     rows = projective2.homography_equations(one, two)
     rows = rows.reshape(*rows.shape[:-3], -1, 9)
     null, values = null_vectors_and_values(rows, 1)
-    matrix = np.linalg.inv(other) @ null[..., 0, :].reshape(*rows.shape[:-2], 3, 3) @ scale
+    matrix = undone(other) @ null[..., 0, :].reshape(*rows.shape[:-2], 3, 3) @ scale
     return matrix / np.linalg.norm(matrix, axis=(-1, -2), keepdims=True), values[..., 7] / values[..., 0]
 
 
@@ -62,7 +62,7 @@ def homographies_of_four(first: Reals, second: Reals) -> Reals:
     two, other = normalized(second)
     rows = projective2.homography_equations(one, two)
     null = null_vectors(rows.reshape(*rows.shape[:-3], 8, 9), 1)
-    matrix = np.linalg.inv(other) @ null.reshape(*rows.shape[:-3], 3, 3) @ scale
+    matrix = undone(other) @ null.reshape(*rows.shape[:-3], 3, 3) @ scale
     return np.asarray(matrix / np.linalg.norm(matrix, axis=(-1, -2), keepdims=True))
 
 
