@@ -166,6 +166,14 @@ def test_degenerate_input_has_a_status_of_its_own() -> None:
         hand_eye(one, two[:, :4])
     with pytest.raises(ValueError, match=r"a: shape \(3, 5, 7\); expected"):
         hand_eye(one[..., :7], two)
+    two[2, 1] *= 2
+    with pytest.raises(ValueError, match=r"b\[2, 1\]: not a unit motor"):
+        hand_eye(one, two)
+    one[2, 4, 7] += 1
+    with pytest.raises(ValueError, match=r"a\[2, 4\]: not a unit motor"):
+        hand_eye_from_poses(one, one)
+    still = np.tile(np.eye(8)[0], (4, 1)) + 1e-17
+    assert hand_eye(still, still).status == HandEyeStatus.SMALL_ANGLES
 
 
 def test_noise_shrinks_with_the_number_of_motions_and_shows_in_the_residuals() -> None:

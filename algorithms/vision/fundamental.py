@@ -76,7 +76,10 @@ def refined(matrix: Reals, first: Reals, second: Reals) -> Reals:
     ``F = U diag(1, s, 0) V'`` with rotations U and V, and steps in their six angles and s (Bartoli and Sturm 2004).
     Both images are scaled alike, so that distances keep their meaning.
     """
-    size = np.sqrt(np.mean([np.var(first), np.var(second)])) or 1.0
+    spread = np.var(first), np.var(second)
+    if not min(spread) > 0 or not np.isfinite(matrix).all():
+        return matrix  # All pixels are the same: any F fits.
+    size = np.sqrt(np.mean(spread))
     one, left = normalized(first, np.asarray(1 / size))
     two, right = normalized(second, np.asarray(1 / size))
     u, s, v = np.linalg.svd(np.linalg.inv(right).T @ matrix @ np.linalg.inv(left))

@@ -117,7 +117,7 @@ def hand_eye(a: ArrayLike, b: ArrayLike, refine: bool = True) -> HandEye:
     Raises
     ------
     TypeError, ValueError
-        Where an argument has another shape or type, or the numbers of motions differ.
+        Where an argument has another shape or type, is not of unit motors, or the numbers of motions differ.
 
     Notes
     -----
@@ -163,7 +163,8 @@ def hand_eye_from_poses(a: ArrayLike, b: ArrayLike, refine: bool = True, noise: 
     Raises
     ------
     TypeError, ValueError
-        Where an argument has another shape or type, the numbers of poses differ, or `noise` is another word.
+        Where an argument has another shape or type, is not of unit motors, the numbers of poses differ, or `noise` is
+        another word.
     """
     if noise not in ("either", "hand", "camera"):
         raise ValueError(f"noise: {noise!r}; expected 'either', 'hand' or 'camera'")
@@ -208,9 +209,8 @@ def _refined(
     same = np.where(np.einsum("pni,pi->pn", each[..., :4], each[:, 0, :4]) < 0, -1.0, 1.0)[..., None]
     z, two = pga3.normalize_motor((same * each).mean(-2)), same * two
     moving = np.zeros(len(one), np.bool_) if status is None else status == HandEyeStatus.OK
-    (x, z), residual = _of_poses(one, two, x, z, moving, noise)
-    residual[:, 1] *= unit
-    residual[~finite] = np.nan
+    (x, z), squares = _of_poses(one, two, x, z, moving, noise)
+    residual = np.asarray(loops.root_mean_squares(squares, one.shape[1], unit, finite))
     for found in (x, z):
         loops.back_in_lengths(found, unit, finite)
     return x, z, residual
@@ -241,22 +241,21 @@ def _solved(one: Reals, two: Reals, refine: bool) -> tuple[Reals, Reals, Reals, 
         left, right = _called(pga3.motor_product, one, motor), _called(pga3.motor_product, motor, two)
         opposite = ~clear & (np.einsum("pni,pni->pn", left[..., :4], right[..., :4]) < 0)
         two = np.where(opposite[..., None], -two, two)
-    motor, residual = _descended(one, two, motor, refine, spread, parallel)
+    motor, squares = _descended(one, two, motor, refine, spread, parallel)
+    residual = loops.root_mean_squares(squares, one.shape[1], unit, finite)
     status = _why(parallel, one, residual) if parallel.any() else np.zeros(count, np.int_)
     if not all_clear:
         status[clear.sum(-1) < 2] = HandEyeStatus.AMBIGUOUS_SIGNS
-    residual[:, 1] *= unit
     loops.back_in_lengths(motor, unit, finite)
     if not all_finite:
         status[~finite] = HandEyeStatus.NOT_FINITE
-        residual[~finite] = np.nan
     return motor, status, values, residual
 
 
 def _of_poses(
     one: Reals, two: Reals, x: Reals, z: Reals, moving: Reals, noise: Noise | None
 ) -> tuple[tuple[Reals, Reals], Reals]:
-    """X and Z near a start, and what they leave at the origin of the camera.
+    """X and Z near a start, and the sums of squares of what they leave at the origin of the camera.
 
     Noise turns a hand about its origin, and a camera about that of what it looks at, which is where encoders and
     images measure; how much it does is found with them. Without `noise` it is that of either, and the place looked at
@@ -281,12 +280,14 @@ def _of_poses(
         x, z = _moved(x, step[:, :6]), _moved(z, step[:, 6:])
         if done:
             break
-    return (x, z), 2 * np.sqrt(squares / one.shape[1])
+    return (x, z), squares
 
 
 def _moved(motor: Reals, step: Reals) -> Reals:
     """Motors (p, 8) moved by exponentials of steps (p, 6)."""
-    return np.asarray(_called(pga3.motor_product, motor, _called(pga3.motor_exponential, step)))
+    if len(motor) == 1:
+        return np.asarray(pga3.motor_product(motor[0], pga3.motor_exponential(step[0]))[None])
+    return np.asarray(pga3.motor_product(motor, pga3.motor_exponential(step)))
 
 
 def _two(a: ArrayLike, b: ArrayLike, what: str) -> tuple[Reals, Reals, tuple[int, ...], np.dtype[Any]]:
@@ -299,10 +300,14 @@ def _two(a: ArrayLike, b: ArrayLike, what: str) -> tuple[Reals, Reals, tuple[int
         one, two = np.broadcast_arrays(one, two)
     shape = one.shape
     one, two = np.array(one, np.float64, order="C"), np.array(two, np.float64, order="C")
-    if len(shape) == 2:
-        return one[None], two[None], (), dtype
     flat = prod(shape[:-2]), *shape[-2:]
-    return one.reshape(flat), two.reshape(flat), shape[:-2], dtype
+    one, two = one.reshape(flat), two.reshape(flat)
+    for each, name in ((one, "a"), (two, "b")):
+        bad = loops.not_unit(each.reshape(-1, 8))
+        if bad >= 0:
+            place = ", ".join(map(str, np.unravel_index(bad, shape[:-1])))
+            raise ValueError(f"{name}[{place}]: not a unit motor; expected m ~m = 1; use pga3.normalize_motor({name})")
+    return one, two, shape[:-2], dtype
 
 
 def _shaped(array: Reals, leading: tuple[int, ...], dtype: np.dtype[Any]) -> Reals:
@@ -326,7 +331,7 @@ def _called(kernel: Callable[..., Any], *arrays: Reals) -> Any:
     """
     if len(arrays[0]) == 1:
         found = kernel(*[each[0] for each in arrays])
-        return tuple([part[None] for part in found]) if isinstance(found, tuple) else found[None]
+        return [part[None] for part in found] if type(found) is tuple else found[None]
     shapes = [each.shape for each in arrays if each.ndim == 3]
     if not shapes:
         return kernel(*arrays)
@@ -341,7 +346,7 @@ def _called(kernel: Callable[..., Any], *arrays: Reals) -> Any:
 def _descended(
     one: Reals, two: Reals, motor: Reals, refine: bool, spread: Reals, parallel: Reals
 ) -> tuple[Reals, Reals]:
-    """Motors with the least squares of misfits, and twice the root mean squares of both parts of these.
+    """Motors with the least squares of misfits, and the sums of squares of both parts of these.
 
     Also says which axes are parallel but for noise; those motors stay.
     """
@@ -357,7 +362,7 @@ def _descended(
         motor = _moved(motor, step)
         if done:
             break
-    return motor, 2 * np.sqrt(squares / n)
+    return motor, squares
 
 
 def _why(parallel: Reals, a: Reals, residual: Reals) -> Reals:

@@ -14,6 +14,30 @@ _DAMPING = 1e-14
 
 
 @njit(cache=True, error_model="numpy")
+def not_unit(motors: Any) -> int:
+    """The place of the first of motors (m, 8) that is finite and not of norm 1, or -1.
+
+    Translations are judged by the largest of all: those of rotations may be rounding.
+    """
+    largest = 0.0
+    for i in range(motors.shape[0]):
+        for k in range(4, 8):
+            if abs(motors[i, k]) < np.inf:
+                largest = max(largest, abs(motors[i, k]))
+    for i in range(motors.shape[0]):
+        a = motors[i]
+        square, far = 0.0, 0.0
+        for k in range(4):
+            square += a[k] * a[k]
+            far += a[4 + k] * a[4 + k]
+        pseudoscalar = a[0] * a[7] - a[1] * a[6] + a[2] * a[5] - a[3] * a[4]
+        off = abs(square - 1) > 1e-3 or abs(pseudoscalar) > 1e-3 * largest + 1e-6
+        if off and far < np.inf and square < np.inf:
+            return i
+    return -1
+
+
+@njit(cache=True, error_model="numpy")
 def in_own_lengths(
     a: Any, b: Any, half_turn: float, clear: Any, unit: Any, finite: Any, spread: Any
 ) -> tuple[bool, bool]:
@@ -62,9 +86,21 @@ def in_own_lengths(
                 moments[j, k] = 0.0
                 for i in range(n):
                     moments[j, k] += a[p, i, 1 + j] * a[p, i, 1 + k]
-        along = np.linalg.eigvalsh(moments)
-        spread[p] = max(along[0] + along[1], 0.0)
+        spread[p] = moments[0, 0] + moments[1, 1] + moments[2, 2] - _largest(moments)
     return all_clear, all_finite
+
+
+@njit(cache=True, error_model="numpy")
+def _largest(table: Any) -> Any:
+    """The largest eigenvalue of a symmetric 3 x 3 matrix, by the cosines of its cubic."""
+    mean = (table[0, 0] + table[1, 1] + table[2, 2]) / 3
+    a, b, c = table[0, 0] - mean, table[1, 1] - mean, table[2, 2] - mean
+    d, e, f = table[0, 1], table[0, 2], table[1, 2]
+    size = np.sqrt((a * a + b * b + c * c + 2 * (d * d + e * e + f * f)) / 6)
+    if size == 0.0:
+        return mean
+    half = (a * (b * c - f * f) - d * (d * c - e * f) + e * (d * f - b * e)) / (2 * size**3)
+    return mean + 2 * size * np.cos(np.arccos(min(max(half, -1.0), 1.0)) / 3)
 
 
 @njit(cache=True, error_model="numpy")
@@ -344,3 +380,14 @@ def _moment(point: Any, moment: Any) -> None:
     moment[0, 0], moment[0, 1] = -point[1], -point[2]
     moment[1, 0], moment[1, 2] = point[0], -point[2]
     moment[2, 1], moment[2, 2] = point[0], point[1]
+
+
+@njit(cache=True, error_model="numpy")
+def root_mean_squares(squares: Any, count: int, unit: Any, finite: Any) -> Any:
+    """Of rotations and translations (p, 2), in the caller's unit of length, from sums over half of them; or NaN."""
+    found = np.empty_like(squares)
+    for p in range(len(squares)):
+        for k in range(2):
+            found[p, k] = 2 * np.sqrt(squares[p, k] / count) if finite[p] else np.nan
+        found[p, 1] *= unit[p]
+    return found

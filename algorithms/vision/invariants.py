@@ -176,8 +176,8 @@ def invariants_3d(
         if fundamental is None:
             raise ValueError("fundamental: left out; expected the matrix of the two views")
         matrix = real_array(fundamental, "fundamental", (3, 3), "a fundamental matrix")
-        if not np.isfinite(matrix).all():
-            raise ValueError("fundamental: a number is not finite; expected a matrix of rank 2")
+        if not np.isfinite(matrix).all() or not matrix.any((-1, -2)).all():
+            raise ValueError("fundamental: a number is not finite, or all are 0; expected a matrix of rank 2")
         pair = normalized_pair(matrix, *views)
         if method == "joins":
             return _quotients(projective3.invariants_of_two_views, *pair)
