@@ -18,6 +18,10 @@ _FLAT = 1e-7
 """Points are on a line where their extent across is below this part of that along it."""
 _PLANAR = 2.0
 """A homography, or a line, that fits points within this many times their noise by F leaves F open."""
+_OPEN = 1e-7
+"""Equations have more than one solution where the eighth of their singular values is below this part of the first,"""
+_NOISE = 1.5
+"""or below this many times the ninth."""
 _CONFIDENCE = 0.99
 """Of planes being seen as such, if all F were as free as that of points in space."""
 _SURELY = 0.999
@@ -76,10 +80,7 @@ def refined(matrix: Reals, first: Reals, second: Reals) -> Reals:
     ``F = U diag(1, s, 0) V'`` with rotations U and V, and steps in their six angles and s (Bartoli and Sturm 2004).
     Both images are scaled alike, so that distances keep their meaning.
     """
-    spread = np.var(first), np.var(second)
-    if not min(spread) > 0 or not np.isfinite(matrix).all():
-        return matrix  # All pixels are the same: any F fits.
-    size = np.sqrt(np.mean(spread))
+    size = np.sqrt(np.mean([np.var(first), np.var(second)])) or 1.0
     one, left = normalized(first, np.asarray(1 / size))
     two, right = normalized(second, np.asarray(1 / size))
     u, s, v = np.linalg.svd(np.linalg.inv(right).T @ matrix @ np.linalg.inv(left))
@@ -93,6 +94,8 @@ def refined(matrix: Reals, first: Reals, second: Reals) -> Reals:
     cost = residual @ residual
     for _ in range(_STEPS):
         gradient = projective3.sampson_distance_gradient(current, one, two).reshape(-1, 9)
+        if not np.isfinite(gradient).all():
+            return matrix  # A pixel on both epipoles, as where all are the same.
         middle = np.diag([1.0, ratio, 0.0])
         columns = [u @ g @ middle @ v.T for g in _TURNS] + [-u @ middle @ g @ v.T for g in _TURNS]
         columns.append(np.outer(u[:, 1], v[:, 1]))
@@ -142,7 +145,22 @@ def degenerate(matrix: Reals, first: Reals, second: Reals, known: float | None =
         planes.append(np.sqrt((moved**2).sum(-1) / (2 * n - 8)) if n > 4 else np.zeros(moved.shape[:-1]))
     line = np.minimum(thin, other_thin) / np.sqrt(n) <= allowed
     flat = (thin <= _FLAT * long) | (other_thin <= _FLAT * other_long)
-    return np.asarray(flat | line | (np.minimum(*planes) <= allowed))
+    return np.asarray(flat | line | (np.minimum(*planes) <= allowed) | _several(first, second))
+
+
+def _several(first: Reals, second: Reals) -> Reals:
+    """Whether linear equations of point sets (..., n, 2) have more than one solution: for repeated points, for example.
+
+    Told from rounding, and from noise where there are more than eight points.
+    """
+    rows = projective3.epipolar_equation(normalized(first)[0], normalized(second)[0])
+    if rows.shape[-2] < 8:
+        return np.zeros(rows.shape[:-2], np.bool_)
+    turned = np.swapaxes(rows, -1, -2)
+    squares = np.linalg.eigvalsh(rows @ turned if rows.shape[-2] == 8 else turned @ rows)
+    values = np.sqrt(np.maximum(squares, 0))
+    least, noise = values[..., -8], values[..., 0] if rows.shape[-2] > 8 else 0.0
+    return np.asarray((least <= _OPEN * values[..., -1]) | (least <= _NOISE * noise))
 
 
 def robust_fundamental_matrix(

@@ -13,7 +13,7 @@ from ..arguments import Reals, real_array
 from .normalization import flatness, homogeneous, normalized, null_vectors, undone
 from .planes import linear_homography
 from .robust import Problem, consensus
-from .status import VisionStatus, check_points
+from .status import VisionStatus, check_points, distinct
 
 _FLAT = 1e-3
 """Points whose extent across a plane is below this part of that along it are taken as points of the plane."""
@@ -86,7 +86,7 @@ def localize(
     if extent[0] == 0 or extent[1] <= _OPEN * extent[0]:
         return Localization(nothing, VisionStatus.DEGENERATE, np.nan, nobody)
     planar = bool(flatness(places) <= _FLAT)
-    if not planar and len(places) < 6:
+    if distinct(places, least := 4 if planar else 6) < least:
         return Localization(nothing, VisionStatus.TOO_FEW, np.nan, nobody)
     seen = np.asarray(projective2.transform_point(np.linalg.inv(k), image))
 
