@@ -133,6 +133,22 @@ def test_motions_of_all_pairs_of_poses_are_told() -> None:
     np.testing.assert_allclose(found.rotation_residual, np.sqrt(np.mean(turned**2, -1)), rtol=1e-3)
 
 
+def test_noise_of_either_end_of_motions_does_the_same() -> None:
+    """Of what the camera looks at from where it comes, or from where it goes to: inverse motions swap them."""
+    rng = np.random.default_rng(24)
+    x, a = poses(rng, 300), poses(rng, 300, 12)
+    b = np.linalg.inv(x)[:, None] @ a @ x[:, None]
+    noise = poses(rng, 300, 12, angle=4e-3, length=1e-3)
+
+    def error(one: Array, two: Array) -> float:
+        found = hand_eye(pga3.motor_from_matrix(one), pga3.motor_from_matrix(two))
+        return float(np.sqrt(np.mean((pga3.motor_to_matrix(found.motor) - x)[:, :3, 3] ** 2)))
+
+    after = b @ noise
+    assert error(np.linalg.inv(a), np.linalg.inv(after)) == pytest.approx(error(a, after), rel=1e-3)
+    assert error(a, noise @ b) < 1.3 * error(a, after)
+
+
 @pytest.mark.parametrize("whose", ["hand", "camera"])
 def test_whose_noise_it_is_need_not_be_said(whose: Any) -> None:
     rng = np.random.default_rng(23)

@@ -49,7 +49,7 @@ class HandEye:
     leaves; the sixth says how far from parallel the axes are. Values below 1e-8 of the first are rounding."""
     residual: Reals
     """(..., 2) Root mean squares over all motions of what remains of ``~(X B) A X``: of its rotation, as
-    ``2 sin(angle / 2)``, and of its translation, in the unit of length."""
+    ``2 sin(angle / 2)``, and of its translation, in the unit of length, at that end of the motions where it is less."""
 
     @property
     def rotation_residual(self) -> Reals:
@@ -95,8 +95,8 @@ def hand_eye(a: ArrayLike, b: ArrayLike, refine: bool = True) -> HandEye:
     Each pair gives eight linear equations for the coefficients of X. Without noise their null space is spanned by X and
     X I (Bayro-Corrochano, Daniilidis and Sommer, *JMIV* 13:79, 2000), so that any null vector, put back onto the Study
     quadric, is X. Lengths are measured in those of the motions: the result does not depend on units. Steps of Gauss and
-    Newton on the manifold of motors then minimise what remains of ``~(X B) A X``, rotations and translations weighed by
-    their own noise.
+    Newton on the manifold of motors then minimise what remains of ``~(X B) A X``, or of the inverse motions where that
+    is less, rotations and translations weighed by their own noise.
 
     Motions of all pairs of poses, in the order of `numpy.triu_indices`, are told by that they close; X is then refined
     as in `hand_eye_from_poses`.
@@ -241,6 +241,8 @@ def _solved(one: Reals, two: Reals, refine: bool) -> tuple[Reals, Reals, Reals, 
         left, right = _called(pga3.motor_product, one, motor), _called(pga3.motor_product, motor, two)
         opposite = ~clear & (np.einsum("pni,pni->pn", left[..., :4], right[..., :4]) < 0)
         two = np.where(opposite[..., None], -two, two)
+    if refine:
+        one, two = _from_better_end(one, two, motor)
     motor, squares = _descended(one, two, motor, refine, spread, parallel)
     residual = loops.root_mean_squares(squares, one.shape[1], unit, finite)
     status = _why(parallel, one, residual) if parallel.any() else np.zeros(count, np.int_)
@@ -341,6 +343,16 @@ def _called(kernel: Callable[..., Any], *arrays: Reals) -> Any:
     parts = found if isinstance(found, tuple) else (found,)
     folded = tuple(part.reshape(-1, count, *part.shape[1:]) for part in parts)
     return folded if isinstance(found, tuple) else folded[0]
+
+
+def _from_better_end(one: Reals, two: Reals, motor: Reals) -> tuple[Reals, Reals]:
+    """Motions, or their inverses where these leave less of translations: noise is of the end where it is least."""
+    rest = _called(kernels.misfit, one, two, motor)
+    back = np.empty(len(one), np.bool_)
+    if not loops.less_before(rest, _called(pga3.move_line, two, rest), back):
+        return one, two
+    turned = [np.where(back[:, None, None], pga3.motor_inverse(each), each) for each in (one, two)]
+    return turned[0], turned[1]
 
 
 def _descended(

@@ -123,6 +123,21 @@ def null_space(equations: Any, used: Any, bound: float, first: Any, second: Any,
 
 
 @njit(cache=True, error_model="numpy")
+def less_before(after: Any, before: Any, less: Any) -> bool:
+    """Whether bivectors (p, n, 6) of small motions translate less before than after; if any do."""
+    any_less = False
+    for p in range(len(less)):
+        here, there = 0.0, 0.0
+        for i in range(after.shape[1]):
+            for k in range(3, 6):
+                here += after[p, i, k] ** 2
+                there += before[p, i, k] ** 2
+        less[p] = there < here
+        any_less = any_less or less[p]
+    return any_less
+
+
+@njit(cache=True, error_model="numpy")
 def newton_steps(
     turns: Any,
     shifts: Any,
