@@ -16,6 +16,7 @@ from generated import pga3
 
 from ..arguments import Reals, real_array
 from . import hand_eye_loops as loops
+from . import hand_eye_noise as noises
 
 Noise = Literal["either", "hand", "camera"]
 
@@ -274,9 +275,9 @@ def _of_poses(
         hand = pga3.move_point(pga3.motor_inverse(x), np.zeros(3))
         if noise is None:
             # Motions of the camera do not say where what it looks at is: where what remains moves least.
-            loops.still_points(kernels.misfit_of_poses(one, two, x[:, None], z[:, None], to_camera), place)
+            noises.still_points(kernels.misfit_of_poses(one, two, x[:, None], z[:, None], to_camera), place)
             seen = pga3.move_point(to_camera, place[:, None])
-        done = loops.likely_steps(turns, shifts, hand, seen, moving, turn == 0, variances, step, squares)
+        done = noises.likely_steps(turns, shifts, hand, seen, moving, turn == 0, variances, step, squares)
         if turn == _LIKELY_STEPS:
             break
         x, z = _moved(x, step[:, :6]), _moved(z, step[:, 6:])
