@@ -207,6 +207,21 @@ def test_noise_shrinks_with_the_number_of_motions_and_shows_in_the_residuals() -
     assert errors[1] < errors[0] / 2 and errors[0] < 2e-3
 
 
+@pytest.mark.parametrize("length", [1e-8, 1e8])
+def test_units_of_length_do_not_matter(length: float) -> None:
+    rng = np.random.default_rng(25)
+    x, z, hands = poses(rng, 300), poses(rng, 300), poses(rng, 300, 3)
+    eyes = np.linalg.inv(z)[:, None] @ hands @ x[:, None] @ poses(rng, 300, 3, angle=0.1, length=0.1)
+    found = []
+    for size in (1.0, length):
+        for each in (hands, eyes):
+            each[..., :3, 3] *= size
+        found.append(hand_eye_from_poses(pga3.motor_from_matrix(hands), pga3.motor_from_matrix(eyes)))
+    assert (found[0].status == found[1].status).all() and (found[0].status == HandEyeStatus.OK).mean() > 0.5
+    np.testing.assert_allclose(found[0].motor[:, :4], found[1].motor[:, :4], atol=1e-7)
+    np.testing.assert_allclose(found[0].motor[:, 4:], found[1].motor[:, 4:] / length, atol=1e-6)
+
+
 def test_single_precision_stays_single() -> None:
     rng = np.random.default_rng(6)
     x = poses(rng)

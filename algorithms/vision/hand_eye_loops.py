@@ -68,7 +68,8 @@ def in_own_lengths(
             square = 0.0
         unit[p] = np.sqrt(square / (4 * n)) if square > 0 else 1.0
         for i in range(n):
-            sign = 1.0 if a[p, i, 0] * b[p, i, 0] + a[p, i, 7] * b[p, i, 7] >= 0 else -1.0
+            same = a[p, i, 0] * b[p, i, 0] + a[p, i, 7] * b[p, i, 7] / unit[p] ** 2
+            sign = 1.0 if same >= 0 else -1.0
             for k in range(8):
                 by = 1.0 if k < 4 else 1.0 / unit[p]
                 a[p, i, k] *= by

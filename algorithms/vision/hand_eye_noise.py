@@ -155,9 +155,9 @@ def likely_steps(
                             right += causes[cause, j, k] * rows[i, k, m]
                         size -= left * right
                     expected[cause] += size
-        variances[p, 0] = of_hand * found[0] / expected[0]
-        variances[p, 1] = of_camera * found[1] / expected[1]
-        variances[p, 2] = of_shift * found[2] / expected[2]
+        for k, variance in enumerate((of_hand, of_camera, of_shift)):
+            # What is left free of unknowns is rounding for a few poses that others do not check.
+            variances[p, k] = variance * found[k] / expected[k] if expected[k] > 1e-9 else variance
         least = 1e-6 * (variances[p, 0] + variances[p, 1] + variances[p, 2]) + 1e-32
         variances[p, 2] = max(variances[p, 2], least)
         if variances[p, 0] + variances[p, 1] < least:
