@@ -45,6 +45,11 @@ EYE = OmnidirectionalCamera.from_intrinsics(300.0, (320, 240), 1.0)
 RAYS = EYE.directions(RNG.uniform(200, 400, (10, 2)))
 MAP = LandmarkMap.learn([RAYS[None]])
 SIX = [x[:6] for x in PIXELS]
+OUT = POINTS * np.where(np.arange(30)[:, None] == 7, [1, 1, 1], [1, 1, 0])  # all but one on a plane
+NEARLY_FLAT = [camera.project(OUT) for camera in CAMERAS]
+FEW = {n: np.arange(30) % n for n in (3, 6)}  # the same few again and again
+SAME = [np.tile(x[:1], (30, 1)) for x in PIXELS]
+NOISE = 0.3 * np.random.default_rng(32).normal(size=(4, 30, 2))
 
 
 class Result(Enum):
@@ -88,6 +93,19 @@ TABLE: list[tuple[str, Callable[[], Any], Result]] = [
     ("robust_fundamental_matrix", lambda: vision.robust_fundamental_matrix(FAR[0], PIXELS[1]), R.NOT_FINITE),
     ("robust_fundamental_matrix", lambda: vision.robust_fundamental_matrix(PIXELS[0], PIXELS[1][1:]), R.REFUSED),
     # Homographies
+    ("fundamental_matrix", lambda: vision.fundamental_matrix(*NEARLY_FLAT[:2]), R.DEGENERATE),
+    ("fundamental_matrix", lambda: vision.fundamental_matrix(*(NEARLY_FLAT[:2] + NOISE[:2])), R.DEGENERATE),
+    ("fundamental_matrix", lambda: vision.fundamental_matrix(PIXELS[0][FEW[6]], PIXELS[1][FEW[6]]), R.DEGENERATE),
+    ("fundamental_matrix", lambda: vision.fundamental_matrix(*SAME[:2]), R.DEGENERATE),
+    ("robust_fundamental_matrix", lambda: vision.robust_fundamental_matrix(*NEARLY_FLAT[:2]), R.DEGENERATE),
+    ("fundamental_matrices", lambda: vision.fundamental_matrices(*NEARLY_FLAT[:2]), R.DEGENERATE),
+    ("homography", lambda: vision.homography(*(LINE[:2] + NOISE[:2])), R.DEGENERATE),
+    ("homography", lambda: vision.homography(FLAT[0][FEW[3]] + NOISE[0], FLAT[1][FEW[3]] + NOISE[1]), R.DEGENERATE),
+    ("localize", lambda: vision.localize(POINTS[FEW[3]], PIXELS[0][FEW[3]], K), R.TOO_FEW),
+    ("localize", lambda: vision.localize(POINTS[FEW[3]], PIXELS[0][FEW[3]] + NOISE[0], K), R.TOO_FEW),
+    ("camera_centre", lambda: vision.camera_centre(POINTS[FEW[3]], PIXELS[0][FEW[3]] + NOISE[0]), R.TOO_FEW),
+    ("factorize", lambda: vision.factorize(SAME), R.DEGENERATE),
+    ("hand_eye", lambda: vision.hand_eye(2 * MOTORS, OTHERS), R.REFUSED),
     ("homography", lambda: vision.homography(PIXELS[0][:3], PIXELS[1][:3]), R.TOO_FEW),
     ("homography", lambda: vision.homography(*LINE[:2]), R.DEGENERATE),
     ("homography", lambda: vision.homography(PIXELS[0], SPOILED[1]), R.NOT_FINITE),
@@ -205,6 +223,9 @@ TABLE: list[tuple[str, Callable[[], Any], Result]] = [
     ("p2_invariants", lambda: vision.p2_invariants(np.zeros((4, 2))), R.REFUSED),
     ("p2_invariants", lambda: vision.p2_invariants(np.outer(np.arange(5.0), [1, 2])), R.NAN),
     ("p2_invariants", lambda: vision.p2_invariants(np.full((5, 2), np.nan)), R.NAN),
+    ("invariants_3d_deviation", lambda: vision.invariants_3d_deviation(*SIX[:2]), R.REFUSED),
+    ("invariants_3d_deviation", lambda: vision.invariants_3d_deviation(*SIX[:2], fundamental=F * np.nan), R.REFUSED),
+    ("invariants_3d_deviation", lambda: vision.invariants_3d_deviation(SIX[0], SIX[1] * np.nan, fundamental=F), R.NAN),
     ("invariants_3d", lambda: vision.invariants_3d(np.zeros((5, 3))), R.REFUSED),
     ("invariants_3d", lambda: vision.invariants_3d(POINTS[:6] * [1, 1, 0]), R.NAN),
     ("invariants_3d", lambda: vision.invariants_3d(STRAIGHT[:6]), R.NAN),

@@ -5,10 +5,11 @@ from .calibrate import PlaneCalibration, calibrate_by_pascal, calibrate_from_pla
 from .calibrations import MOTORCYCLE
 from .camera import Camera
 from .completion import camera_centre, complete_points, projective_depths
+from .endoscope import calibrate_endoscope
 from .factorization import Factorization, factorize
 from .fundamental import robust_fundamental_matrix
-from .hand_eye import HandEye, HandEyeOfPoses, HandEyeStatus, calibrate_endoscope, hand_eye, hand_eye_from_poses
-from .invariants import cross_ratio, invariants_3d, p2_invariants, permutation_invariant
+from .hand_eye import HandEye, HandEyeOfPoses, HandEyeStatus, hand_eye, hand_eye_from_poses
+from .invariants import cross_ratio, invariants_3d, invariants_3d_deviation, p2_invariants, permutation_invariant
 from .landmarks import LandmarkMap, Recognition
 from .localization import Localization, localize
 from .omnidirectional import OmnidirectionalCamera, conic_value
@@ -68,6 +69,7 @@ __all__ = [
     "homographies",
     "homography",
     "invariants_3d",
+    "invariants_3d_deviation",
     "localizations",
     "localize",
     "p2_invariants",

@@ -16,6 +16,8 @@ from .normalization import flatness, similarity
 from .planes import linear_homography
 from .status import VisionStatus, check_points
 
+_RANK = 1e-9
+"""Points of a view on a line, but for noise, leave an eighth singular value below this part of the first."""
 _OPEN = 1e-6
 """Equations whose last but one singular value is below this part of the first leave more than one conic."""
 _FLAT = 1e-6
@@ -163,8 +165,9 @@ def _homographies(
         return np.empty((0, 3, 3)), places, pixels, worst
     if any(min(flatness(a), flatness(b)) <= _FLAT for a, b in pairs):
         return np.empty((0, 3, 3)), places, pixels, VisionStatus.DEGENERATE
-    matrices = np.stack([linear_homography(a, b)[0] for a, b in pairs])
-    return matrices, places, pixels, VisionStatus.OK
+    matrices, gaps = zip(*(linear_homography(a, b) for a, b in pairs), strict=True)
+    status = VisionStatus.OK if min(gaps) > _RANK else VisionStatus.DEGENERATE
+    return np.stack(matrices), places, pixels, status
 
 
 def _third(matrices: Reals, own: Reals) -> Reals:

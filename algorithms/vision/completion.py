@@ -15,7 +15,7 @@ from .fundamental import degenerate
 from .invariants import invariants_3d, normalized_pair, places_of_two_views
 from .localization import linear_camera_and_gap
 from .normalization import flatness, homogeneous, normalized
-from .status import VisionStatus, check_points, refuse
+from .status import VisionStatus, check_points, distinct, refuse
 from .two_views import epipoles
 
 _FLAT = 1e-6
@@ -140,6 +140,8 @@ def camera_centre(points: ArrayLike, pixels: ArrayLike) -> Reals:
     places, image = real_array(points, "points", (3,), "x y z"), real_array(pixels, "pixels", (2,), "x y")
     where, expected = "camera_centre", "six finite points and more, not on a plane"
     refuse(check_points({"points": places, "pixels": image}, 6, "points"), where, expected)
+    if distinct(places, 6) < 6:
+        refuse(VisionStatus.TOO_FEW, where, expected)
     if flatness(places) <= _FLAT or flatness(image) <= _FLAT:
         refuse(VisionStatus.DEGENERATE, where, expected)
     matrix, gap = linear_camera_and_gap(places, image)

@@ -18,6 +18,10 @@ _FLAT = 1e-7
 """Points are on a line where their extent across is below this part of that along it."""
 _PLANAR = 2.0
 """A homography, or a line, that fits points within this many times their noise by F leaves F open."""
+_OPEN = 1e-7
+"""Equations have more than one solution where the eighth of their singular values is below this part of the first,"""
+_NOISE = 1.5
+"""or below this many times the ninth."""
 _CONFIDENCE = 0.99
 """Of planes being seen as such, if all F were as free as that of points in space."""
 _SURELY = 0.999
@@ -90,6 +94,8 @@ def refined(matrix: Reals, first: Reals, second: Reals) -> Reals:
     cost = residual @ residual
     for _ in range(_STEPS):
         gradient = projective3.sampson_distance_gradient(current, one, two).reshape(-1, 9)
+        if not np.isfinite(gradient).all():
+            return matrix  # A pixel on both epipoles, as where all are the same.
         middle = np.diag([1.0, ratio, 0.0])
         columns = [u @ g @ middle @ v.T for g in _TURNS] + [-u @ middle @ g @ v.T for g in _TURNS]
         columns.append(np.outer(u[:, 1], v[:, 1]))
@@ -132,13 +138,29 @@ def degenerate(matrix: Reals, first: Reals, second: Reals, known: float | None =
     allowed = np.maximum(told, _ROUNDING * size)
     (thin, long), (other_thin, other_long) = extents(first), extents(second)
     # Both ways: where one image shows all much larger, distances there are larger too.
+    forward, _ = linear_homography(first, second)
     planes = []
-    for a, b in ((first, second), (second, first)):
-        moved = _transfer_distance(linear_homography(a, b)[0][..., None, :, :], a, b)
+    for model, a, b in ((forward, first, second), (_inverse(forward), second, first)):
+        moved = _transfer_distance(model[..., None, :, :], a, b)
         planes.append(np.sqrt((moved**2).sum(-1) / (2 * n - 8)) if n > 4 else np.zeros(moved.shape[:-1]))
     line = np.minimum(thin, other_thin) / np.sqrt(n) <= allowed
     flat = (thin <= _FLAT * long) | (other_thin <= _FLAT * other_long)
-    return np.asarray(flat | line | (np.minimum(*planes) <= allowed))
+    return np.asarray(flat | line | (np.minimum(*planes) <= allowed) | _several(first, second))
+
+
+def _several(first: Reals, second: Reals) -> Reals:
+    """Whether linear equations of point sets (..., n, 2) have more than one solution: for repeated points, for example.
+
+    Told from rounding, and from noise where there are more than eight points.
+    """
+    rows = projective3.epipolar_equation(normalized(first)[0], normalized(second)[0])
+    if rows.shape[-2] < 8:
+        return np.zeros(rows.shape[:-2], np.bool_)
+    turned = np.swapaxes(rows, -1, -2)
+    squares = np.linalg.eigvalsh(rows @ turned if rows.shape[-2] == 8 else turned @ rows)
+    values = np.sqrt(np.maximum(squares, 0))
+    least, noise = values[..., -8], values[..., 0] if rows.shape[-2] > 8 else 0.0
+    return np.asarray((least <= _OPEN * values[..., -1]) | (least <= _NOISE * noise))
 
 
 def robust_fundamental_matrix(
@@ -207,6 +229,11 @@ _TURNS = np.array(
 
 def _rotation(vector: Reals) -> Reals:
     return np.asarray(pga3.rotor_to_matrix(pga3.rotor_from_rotation_vector(vector)))
+
+
+def _inverse(matrix: Reals) -> Reals:
+    """Inverse homographies by cofactors, which are there for those without inverse too."""
+    return np.asarray(np.swapaxes(projective2.line_homography(matrix), -1, -2))
 
 
 def _transfer_distance(matrix: Reals, first: Reals, second: Reals) -> Reals:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 from enum import IntEnum
+from math import isqrt, prod
 from typing import Any, Literal
 
 import numpy as np
@@ -15,8 +16,7 @@ from generated import pga3
 
 from ..arguments import Reals, real_array
 from . import hand_eye_loops as loops
-from .localization import localize
-from .status import VisionStatus
+from . import hand_eye_noise as noises
 
 Noise = Literal["either", "hand", "camera"]
 
@@ -50,7 +50,7 @@ class HandEye:
     leaves; the sixth says how far from parallel the axes are. Values below 1e-8 of the first are rounding."""
     residual: Reals
     """(..., 2) Root mean squares over all motions of what remains of ``~(X B) A X``: of its rotation, as
-    ``2 sin(angle / 2)``, and of its translation, in the unit of length."""
+    ``2 sin(angle / 2)``, and of its translation, in the unit of length, at that end of the motions where it is less."""
 
     @property
     def rotation_residual(self) -> Reals:
@@ -75,9 +75,14 @@ _HALF_TURN = 0.02
 """A motion is a half turn, for its sign, where the cosine of half its angle is below this."""
 _PARALLEL = 1e-7
 """Axes are parallel where the sixth singular value is below this part of the first,"""
+_OPEN = 0.2
+"""or noise leaves a rotation of the camera open by more radians than this."""
 _ABOVE_NOISE = 3.0
-"""or below this many times the seventh."""
+"""Angles are small that are below so many times what remains of rotations."""
 _STEPS = 6
+_LIKELY_STEPS = 6
+_CLOSED = 1e-6
+"""Motions are those of all pairs of poses where they differ by no more than this, of the largest coefficient."""
 _BLOCK = 64
 """So many problems are solved at once: their equations stay in the cache."""
 _DONE = 1e-4
@@ -91,8 +96,11 @@ def hand_eye(a: ArrayLike, b: ArrayLike, refine: bool = True) -> HandEye:
     Each pair gives eight linear equations for the coefficients of X. Without noise their null space is spanned by X and
     X I (Bayro-Corrochano, Daniilidis and Sommer, *JMIV* 13:79, 2000), so that any null vector, put back onto the Study
     quadric, is X. Lengths are measured in those of the motions: the result does not depend on units. Steps of Gauss and
-    Newton on the manifold of motors then minimise what remains of ``~(X B) A X``, rotations and translations weighed by
-    their own noise.
+    Newton on the manifold of motors then minimise what remains of ``~(X B) A X``, or of the inverse motions where that
+    is less, rotations and translations weighed by their own noise.
+
+    Motions of all pairs of poses, in the order of `numpy.triu_indices`, are told by that they close; X is then refined
+    as in `hand_eye_from_poses`.
 
     Parameters
     ----------
@@ -110,7 +118,7 @@ def hand_eye(a: ArrayLike, b: ArrayLike, refine: bool = True) -> HandEye:
     Raises
     ------
     TypeError, ValueError
-        Where an argument has another shape or type, or the numbers of motions differ.
+        Where an argument has another shape or type, is not of unit motors, or the numbers of motions differ.
 
     Notes
     -----
@@ -119,16 +127,21 @@ def hand_eye(a: ArrayLike, b: ArrayLike, refine: bool = True) -> HandEye:
     one, two, leading, dtype = _two(a, b, "motions")
     if one.shape[1] < 2 or not len(one):
         return _nothing(one, two, leading, dtype)
-    parts = [_solved(one[k : k + _BLOCK], two[k : k + _BLOCK], refine) for k in range(0, len(one), _BLOCK)]
-    found = parts[0] if len(parts) == 1 else [np.concatenate(each) for each in zip(*parts, strict=True)]
+    poses = _poses_of_pairs(one, two) if refine else None
+    found = _by_blocks(one.copy(), two.copy(), False) if poses else _by_blocks(one, two, refine)
+    if poses:
+        found[0], _, _ = _refined(*poses, found[0], found[1], None)
+        found[3] = _remains(one, two, found[0])
     return HandEye(*(_shaped(each, leading, dtype) for each in found))
 
 
 def hand_eye_from_poses(a: ArrayLike, b: ArrayLike, refine: bool = True, noise: Noise = "either") -> HandEyeOfPoses:
     """The motors X and Z with ``A X = Z B`` for all poses: where a camera is on a hand, and where what it looks at is.
 
-    X is that of `hand_eye` for all pairs of poses, and Z the mean of ``A X ~B``; steps of Gauss and Newton for both
-    then minimise what remains of ``~(Z B) A X``.
+    X is the linear one of `hand_eye` for all pairs of poses, and Z the mean of ``A X ~B``; steps of Gauss and Newton
+    for both then minimise what remains of ``~(Z B) A X``, weighed by the variances of three kinds of noise: of the
+    rotation of the hand, of that of the camera, and of translations. These are found with it, by restricted maximum
+    likelihood.
 
     Parameters
     ----------
@@ -140,8 +153,8 @@ def hand_eye_from_poses(a: ArrayLike, b: ArrayLike, refine: bool = True, noise: 
     refine : bool
         Whether to go on from the linear solution.
     noise : {"either", "hand", "camera"}
-        Whose poses are the less exact: a distance that remains is that of the origin of the hand, or of what the camera
-        looks at. "either" takes the one of these, or of the camera's own, that leaves least.
+        Whose poses turn by noise: the hand about its origin, the camera about what it looks at, or either by as much
+        as makes what is measured most likely.
 
     Returns
     -------
@@ -151,7 +164,8 @@ def hand_eye_from_poses(a: ArrayLike, b: ArrayLike, refine: bool = True, noise: 
     Raises
     ------
     TypeError, ValueError
-        Where an argument has another shape or type, the numbers of poses differ, or `noise` is another word.
+        Where an argument has another shape or type, is not of unit motors, the numbers of poses differ, or `noise` is
+        another word.
     """
     if noise not in ("either", "hand", "camera"):
         raise ValueError(f"noise: {noise!r}; expected 'either', 'hand' or 'camera'")
@@ -162,112 +176,121 @@ def hand_eye_from_poses(a: ArrayLike, b: ArrayLike, refine: bool = True, noise: 
         return HandEyeOfPoses(none.motor, none.status, none.singular_values, none.residual, none.motor.copy())
     i, j = np.triu_indices(n_poses, 1)
     hands, eyes = (pga3.motor_product(pga3.motor_inverse(x[:, i]), x[:, j]) for x in (one, two))
-    start = hand_eye(hands, eyes, refine)
+    motor, status, values, _ = _by_blocks(hands, eyes, False)
+    motor, world, residual = _refined(one, two, motor, status if refine else None, noise)
+    return HandEyeOfPoses(*(_shaped(each, leading, dtype) for each in (motor, status, values, residual, world)))
+
+
+def _poses_of_pairs(one: Reals, two: Reals) -> tuple[Reals, Reals] | None:
+    """Poses (p, k, 8) whose motions, all pairs in the order of `numpy.triu_indices`, these are; None where not."""
+    count = (1 + isqrt(1 + 8 * one.shape[1])) // 2
+    if count < 3 or count * (count - 1) != 2 * one.shape[1]:
+        return None
+    i, j = np.triu_indices(count, 1)
+    poses = []
+    for motions in (one, two):
+        still = np.broadcast_to(np.eye(8)[0], (len(motions), 1, 8))
+        poses.append(np.concatenate([still, motions[:, : count - 1]], 1))
+        between = pga3.motor_product(pga3.motor_inverse(poses[-1][:, i]), poses[-1][:, j])
+        same = np.where(np.einsum("pnk,pnk->pn", between[..., :4], motions[..., :4]) < 0, -1.0, 1.0)[..., None]
+        if not (np.abs(same * between - motions) <= _CLOSED * (1 + np.abs(motions).max())).all():
+            return None
+    return poses[0], poses[1]
+
+
+def _refined(
+    one: Reals, two: Reals, motor: Reals, status: Reals | None, noise: Noise | None
+) -> tuple[Reals, Reals, Reals]:
+    """X and Z of poses (p, n, 8), and what they leave, from a first X; refined where its status is OK."""
     clear, unit, finite = np.empty(one.shape[:2], np.bool_), np.empty(len(one)), np.empty(len(one), np.bool_)
-    loops.in_own_lengths(one, two, _HALF_TURN, clear, unit, finite)
-    x = np.where(finite[:, None], start.motor, np.eye(8)[0])
+    loops.in_own_lengths(one, two, _HALF_TURN, clear, unit, finite, np.empty(len(one)))
+    x = np.where(finite[:, None], motor, np.eye(8)[0])
     x[:, 4:] /= unit[:, None]
     each = pga3.motor_product(pga3.motor_product(one, x[:, None]), pga3.motor_inverse(two))
     same = np.where(np.einsum("pni,pi->pn", each[..., :4], each[:, 0, :4]) < 0, -1.0, 1.0)[..., None]
     z, two = pga3.normalize_motor((same * each).mean(-2)), same * two
-    moving = (start.status == HandEyeStatus.OK) & refine
-    (x, z), residual = _of_poses(one, two, x, z, moving, noise)
-    residual[:, 1] *= unit
-    for motor in (x, z):
-        loops.back_in_lengths(motor, unit, finite)
-    found = x, start.status, start.singular_values, residual, z
-    return HandEyeOfPoses(*(_shaped(each, leading, dtype) for each in found))
+    moving = np.zeros(len(one), np.bool_) if status is None else status == HandEyeStatus.OK
+    (x, z), squares = _of_poses(one, two, x, z, moving, noise)
+    residual = np.asarray(loops.root_mean_squares(squares, one.shape[1], unit, finite))
+    for found in (x, z):
+        loops.back_in_lengths(found, unit, finite)
+    return x, z, residual
 
 
-def calibrate_endoscope(
-    bodies: ArrayLike, points: ArrayLike, views: ArrayLike, intrinsics: ArrayLike
-) -> HandEyeOfPoses:
-    """Where the camera of an endoscope is in the frame of the body on it that a tracker sees.
+def _remains(one: Reals, two: Reals, motor: Reals) -> Reals:
+    """Root mean squares (p, 2) of both parts of what remains of ``~(X B) A X``."""
+    rest = kernels.misfit(one, two, motor[:, None])
+    return np.asarray(2 * np.sqrt(np.mean(np.sum(rest.reshape(*rest.shape[:2], 2, 3) ** 2, -1), 1)))
 
-    Images of a pattern give the poses of the camera (`localize`); `hand_eye_from_poses` does the rest.
 
-    Parameters
-    ----------
-    bodies : array_like, (n, 8)
-        Unit motors from the frame of the body to that of the tracker, one for each image.
-    points : array_like, (m, 3)
-        Of the pattern, in its own frame and the tracker's unit of length.
-    views : array_like, (n, m, 2)
-        Their pixels, of a lens without distortion.
-    intrinsics : array_like, (3, 3)
-        As in `Camera`.
-
-    Returns
-    -------
-    HandEyeOfPoses
-        X from the camera to the body, and Z from the pattern to the tracker. NOT_FINITE where an image leaves the pose
-        of the camera open.
-
-    Raises
-    ------
-    TypeError, ValueError
-        Where arguments have other shapes or types.
-    """
-    images = real_array(views, "views", (-1, -1, 2), "images, points, x y")
-    motors = real_array(bodies, "bodies", (-1, 8), "motors")
-    if images.ndim != 3 or motors.ndim != 2 or len(images) != len(motors):
-        raise ValueError(f"views: shape {images.shape}; expected ({len(motors)}, m, 2), one image for each body")
-    found = [localize(points, image, intrinsics) for image in images]
-    poses = [each.pose if each.status == VisionStatus.OK else np.full(8, np.nan) for each in found]
-    return hand_eye_from_poses(motors, np.reshape(poses, (len(found), 8)), noise="hand")
+def _by_blocks(one: Reals, two: Reals, refine: bool) -> list[Reals]:
+    """As `_solved`."""
+    parts = [_solved(one[k : k + _BLOCK], two[k : k + _BLOCK], refine) for k in range(0, len(one), _BLOCK)]
+    return list(parts[0]) if len(parts) == 1 else [np.concatenate(each) for each in zip(*parts, strict=True)]
 
 
 def _solved(one: Reals, two: Reals, refine: bool) -> tuple[Reals, Reals, Reals, Reals]:
     """Motors, status, singular values and residuals of problems (p, n, 8), which are overwritten."""
-    clear, unit, finite = np.empty(one.shape[:2], np.bool_), np.empty(len(one)), np.empty(len(one), np.bool_)
-    loops.in_own_lengths(one, two, _HALF_TURN, clear, unit, finite)
-    motor, values = _null_motor(one, two, clear)
-    all_clear = bool(clear.all())
+    count = len(one)
+    clear, unit, finite = np.empty(one.shape[:2], np.bool_), np.empty(count), np.empty(count, np.bool_)
+    (first, second, values), parallel, spread = np.empty((3, count, 8)), np.empty(count, np.bool_), np.empty(count)
+    all_clear, all_finite = loops.in_own_lengths(one, two, _HALF_TURN, clear, unit, finite, spread)
+    loops.null_space(_called(pga3.motor_equation, one, two), clear, _PARALLEL, first, second, values, parallel)
+    motor = _called(kernels.null_motor, first, second)
     if not all_clear:
         # Where scalar and pseudoscalar part vanish the sign is that of the X of the others.
         left, right = _called(pga3.motor_product, one, motor), _called(pga3.motor_product, motor, two)
         opposite = ~clear & (np.einsum("pni,pni->pn", left[..., :4], right[..., :4]) < 0)
         two = np.where(opposite[..., None], -two, two)
-
-    parallel = (values[:, 5] <= _PARALLEL * values[:, 0]) | (values[:, 5] <= _ABOVE_NOISE * values[:, 6])
-    moving = ~parallel if refine else np.zeros_like(parallel)
-    (motor,), residual = _descended(lambda x: _called(kernels.misfit_equations, one, two, *x), [motor], moving, 2)
-    status = np.zeros(len(one), np.int_)
-    if parallel.any():
-        status = _why(parallel, one, residual)
+    if refine:
+        one, two = _from_better_end(one, two, motor)
+    motor, squares = _descended(one, two, motor, refine, spread, parallel)
+    residual = loops.root_mean_squares(squares, one.shape[1], unit, finite)
+    status = _why(parallel, one, residual) if parallel.any() else np.zeros(count, np.int_)
     if not all_clear:
         status[clear.sum(-1) < 2] = HandEyeStatus.AMBIGUOUS_SIGNS
-    residual[:, 1] *= unit
     loops.back_in_lengths(motor, unit, finite)
-    if not finite.all():
+    if not all_finite:
         status[~finite] = HandEyeStatus.NOT_FINITE
-        residual[~finite] = np.nan
     return motor, status, values, residual
 
 
-def _of_poses(one: Reals, two: Reals, x: Reals, z: Reals, moving: Reals, noise: Noise) -> tuple[list[Reals], Reals]:
-    """X and Z near a start, and what they leave; the noise is taken to be that of the frame where it is least.
+def _of_poses(
+    one: Reals, two: Reals, x: Reals, z: Reals, moving: Reals, noise: Noise | None
+) -> tuple[tuple[Reals, Reals], Reals]:
+    """X and Z near a start, and the sums of squares of what they leave at the origin of the camera.
 
-    A translation that is left is that of an origin, which is where noise does not depend on how far off other things
-    are: of what is looked at for a camera that measures its place, of the hand for its encoders, or of the camera.
+    Noise turns a hand about its origin, and a camera about that of what it looks at, which is where encoders and
+    images measure; how much it does is found with them. Without `noise` it is that of either, and the place looked at
+    is unknown.
     """
-    of_hand = np.broadcast_to(pga3.motor_inverse(x)[:, None], two.shape).copy()
-    of_camera = np.broadcast_to(np.eye(8)[0], two.shape).copy()
-    frames = {"camera": pga3.motor_inverse(two), "hand": of_hand, "either": of_camera}
-    if noise != "either":
-        frames = {noise: frames[noise]}
-    found = [
-        _descended(
-            lambda motors, frame=frame: _called(kernels.misfit_of_poses_equations, one, two, *motors, frame),  # type: ignore[misc]
-            [x, z],
-            moving.copy(),
-            3,
-        )
-        for frame in frames.values()
-    ]
-    best = np.argmin([residual.prod(-1) for _, residual in found], axis=0)
-    motors = [np.choose(best[:, None], [motors[k] for motors, _ in found]) for k in (0, 1)]
-    return motors, np.choose(best[:, None], [residual for _, residual in found])
+    count = len(one)
+    camera = np.broadcast_to(np.eye(8)[0], two.shape).copy()
+    to_camera, place = pga3.motor_inverse(two), np.zeros((count, 3))
+    seen = pga3.move_point(to_camera, np.zeros(3))
+    variances = np.tile([float(noise != "camera"), float(noise != "hand"), 1.0], (count, 1))
+    step, squares = np.empty((count, 12)), np.empty((count, 2))
+    for turn in range(_LIKELY_STEPS + 1):
+        turns, shifts = _called(kernels.misfit_of_poses_equations, one, two, x, z, camera)
+        hand = pga3.move_point(pga3.motor_inverse(x), np.zeros(3))
+        if noise is None:
+            # Motions of the camera do not say where what it looks at is: where what remains moves least.
+            noises.still_points(kernels.misfit_of_poses(one, two, x[:, None], z[:, None], to_camera), place)
+            seen = pga3.move_point(to_camera, place[:, None])
+        done = noises.likely_steps(turns, shifts, hand, seen, moving, turn == 0, variances, step, squares)
+        if turn == _LIKELY_STEPS:
+            break
+        x, z = _moved(x, step[:, :6]), _moved(z, step[:, 6:])
+        if done:
+            break
+    return (x, z), squares
+
+
+def _moved(motor: Reals, step: Reals) -> Reals:
+    """Motors (p, 8) moved by exponentials of steps (p, 6)."""
+    if len(motor) == 1:
+        return np.asarray(pga3.motor_product(motor[0], pga3.motor_exponential(step[0]))[None])
+    return np.asarray(pga3.motor_product(motor, pga3.motor_exponential(step)))
 
 
 def _two(a: ArrayLike, b: ArrayLike, what: str) -> tuple[Reals, Reals, tuple[int, ...], np.dtype[Any]]:
@@ -279,13 +302,21 @@ def _two(a: ArrayLike, b: ArrayLike, what: str) -> tuple[Reals, Reals, tuple[int
     if one.shape != two.shape:
         one, two = np.broadcast_arrays(one, two)
     shape = one.shape
-    flat = int(np.prod(shape[:-2], dtype=int)) if len(shape) > 2 else 1, *shape[-2:]
     one, two = np.array(one, np.float64, order="C"), np.array(two, np.float64, order="C")
-    return one.reshape(flat), two.reshape(flat), shape[:-2], dtype
+    flat = prod(shape[:-2]), *shape[-2:]
+    one, two = one.reshape(flat), two.reshape(flat)
+    for each, name in ((one, "a"), (two, "b")):
+        bad = loops.not_unit(each.reshape(-1, 8))
+        if bad >= 0:
+            place = ", ".join(map(str, np.unravel_index(bad, shape[:-1])))
+            raise ValueError(f"{name}[{place}]: not a unit motor; expected m ~m = 1; use pga3.normalize_motor({name})")
+    return one, two, shape[:-2], dtype
 
 
 def _shaped(array: Reals, leading: tuple[int, ...], dtype: np.dtype[Any]) -> Reals:
     kind = dtype if array.dtype.kind == "f" else array.dtype
+    if not leading and array.ndim > 1 and kind == array.dtype:
+        return np.asarray(array[0])
     return array.reshape((*leading, *array.shape[1:])).astype(kind, copy=False)
 
 
@@ -302,8 +333,8 @@ def _called(kernel: Callable[..., Any], *arrays: Reals) -> Any:
     One problem has no axis of its own: calls on arrays with one axis cost least.
     """
     if len(arrays[0]) == 1:
-        found = kernel(*(each[0] for each in arrays))
-        return tuple(part[None] for part in found) if isinstance(found, tuple) else found[None]
+        found = kernel(*[each[0] for each in arrays])
+        return [part[None] for part in found] if type(found) is tuple else found[None]
     shapes = [each.shape for each in arrays if each.ndim == 3]
     if not shapes:
         return kernel(*arrays)
@@ -315,33 +346,36 @@ def _called(kernel: Callable[..., Any], *arrays: Reals) -> Any:
     return folded if isinstance(found, tuple) else folded[0]
 
 
-def _null_motor(a: Reals, b: Reals, used: Reals) -> tuple[Reals, Reals]:
-    """The motor nearest to solving all equations, and the singular values of these."""
-    first, second, values = np.empty((3, len(a), 8))
-    loops.null_space(_called(pga3.motor_equation, a, b), used, first, second, values)
-    return _called(kernels.null_motor, first, second), values
+def _from_better_end(one: Reals, two: Reals, motor: Reals) -> tuple[Reals, Reals]:
+    """Motions, or their inverses where these leave less of translations: noise is of the end where it is least."""
+    rest = _called(kernels.misfit, one, two, motor)
+    back = np.empty(len(one), np.bool_)
+    if not loops.less_before(rest, _called(pga3.move_line, two, rest), back):
+        return one, two
+    turned = [np.where(back[:, None, None], pga3.motor_inverse(each), each) for each in (one, two)]
+    return turned[0], turned[1]
 
 
 def _descended(
-    equations: Callable[[list[Reals]], tuple[Reals, Reals]], motors: list[Reals], moving: Reals, least: int
-) -> tuple[list[Reals], Reals]:
-    """Motors with the least squares of misfits, and twice the root mean squares of both parts of these."""
-    size = 6 * len(motors)
-    table, step, squares = np.empty((2, size + 1, size + 1)), np.empty((len(moving), size)), np.empty((len(moving), 2))
-    for count in range(_STEPS + 1):
-        turns, shifts = equations(motors)
-        n = turns.shape[1]
-        limits = _DONE, _ROUNDING * n
-        done = loops.newton_steps(turns, shifts, moving, count == 0, n > least, limits, table, step, squares)
-        if count == _STEPS:
+    one: Reals, two: Reals, motor: Reals, refine: bool, spread: Reals, parallel: Reals
+) -> tuple[Reals, Reals]:
+    """Motors with the least squares of misfits, and the sums of squares of both parts of these.
+
+    Also says which axes are parallel but for noise; those motors stay.
+    """
+    count, n = one.shape[:2]
+    table, step, squares = np.empty((2, 7, 7)), np.empty((count, 6)), np.empty((count, 2))
+    moving = np.full(count, refine)
+    limits = _DONE, _ROUNDING * n, _OPEN
+    for turn in range(_STEPS + 1):
+        turns, shifts = _called(kernels.misfit_equations, one, two, motor)
+        done = loops.newton_steps(turns, shifts, moving, turn == 0, limits, spread, parallel, table, step, squares)
+        if turn == _STEPS:
             break
-        motors = [
-            _called(pga3.motor_product, motor, _called(pga3.motor_exponential, step[:, 6 * k : 6 * k + 6]))
-            for k, motor in enumerate(motors)
-        ]
+        motor = _moved(motor, step)
         if done:
             break
-    return motors, 2 * np.sqrt(squares / n)
+    return motor, squares
 
 
 def _why(parallel: Reals, a: Reals, residual: Reals) -> Reals:

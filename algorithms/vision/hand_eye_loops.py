@@ -14,13 +14,43 @@ _DAMPING = 1e-14
 
 
 @njit(cache=True, error_model="numpy")
-def in_own_lengths(a: Any, b: Any, half_turn: float, clear: Any, unit: Any, finite: Any) -> None:
+def not_unit(motors: Any) -> int:
+    """The place of the first of motors (m, 8) that is finite and not of norm 1, or -1.
+
+    Translations are judged by the largest of all: those of rotations may be rounding.
+    """
+    largest = 0.0
+    for i in range(motors.shape[0]):
+        for k in range(4, 8):
+            if abs(motors[i, k]) < np.inf:
+                largest = max(largest, abs(motors[i, k]))
+    for i in range(motors.shape[0]):
+        a = motors[i]
+        square, far = 0.0, 0.0
+        for k in range(4):
+            square += a[k] * a[k]
+            far += a[4 + k] * a[4 + k]
+        pseudoscalar = a[0] * a[7] - a[1] * a[6] + a[2] * a[5] - a[3] * a[4]
+        off = abs(square - 1) > 1e-3 or abs(pseudoscalar) > 1e-3 * largest + 1e-6
+        if off and far < np.inf and square < np.inf:
+            return i
+    return -1
+
+
+@njit(cache=True, error_model="numpy")
+def in_own_lengths(
+    a: Any, b: Any, half_turn: float, clear: Any, unit: Any, finite: Any, spread: Any
+) -> tuple[bool, bool]:
     """Motors, in place, in the unit of length in which coefficients with e0 have size 1, and b with the sign of a.
 
     ``A X = X B`` leaves the scalar and the pseudoscalar part alone; `clear` says which motions have these. A problem
-    with a number that is not finite becomes that of no motion.
+    with a number that is not finite becomes that of no motion. `spread` (p,) is the sum of squares of what sines of
+    half the angles, along their axes, leave across the direction that they have in common. Returns whether all motions
+    are clear, and all problems finite.
     """
     n = a.shape[1]
+    all_clear, all_finite = True, True
+    moments = np.empty((3, 3))
     for p in range(a.shape[0]):
         square, everything = 0.0, 0.0
         for i in range(n):
@@ -29,6 +59,7 @@ def in_own_lengths(a: Any, b: Any, half_turn: float, clear: Any, unit: Any, fini
                 if k >= 4:
                     square += a[p, i, k] * a[p, i, k] + b[p, i, k] * b[p, i, k]
         finite[p] = everything == 0.0
+        all_finite = all_finite and finite[p]
         if not finite[p]:
             a[p] = 0.0
             b[p] = 0.0
@@ -37,65 +68,114 @@ def in_own_lengths(a: Any, b: Any, half_turn: float, clear: Any, unit: Any, fini
             square = 0.0
         unit[p] = np.sqrt(square / (4 * n)) if square > 0 else 1.0
         for i in range(n):
-            sign = 1.0 if a[p, i, 0] * b[p, i, 0] + a[p, i, 7] * b[p, i, 7] >= 0 else -1.0
+            same = a[p, i, 0] * b[p, i, 0] + a[p, i, 7] * b[p, i, 7] / unit[p] ** 2
+            sign = 1.0 if same >= 0 else -1.0
             for k in range(8):
                 by = 1.0 if k < 4 else 1.0 / unit[p]
                 a[p, i, k] *= by
                 b[p, i, k] *= sign * by
-            clear[p, i] = abs(a[p, i, 0]) >= half_turn
+        # Noise may turn signs next to half turns: those are left to the other motions where these are enough.
+        far = 0
+        for i in range(n):
+            far += abs(a[p, i, 0]) >= 5 * half_turn
+        least = 5 * half_turn if far >= max(3, n // 2) else half_turn
+        for i in range(n):
+            clear[p, i] = abs(a[p, i, 0]) >= least
+            all_clear = all_clear and clear[p, i]
+        for j in range(3):
+            for k in range(3):
+                moments[j, k] = 0.0
+                for i in range(n):
+                    moments[j, k] += a[p, i, 1 + j] * a[p, i, 1 + k]
+        spread[p] = moments[0, 0] + moments[1, 1] + moments[2, 2] - _largest(moments)
+    return all_clear, all_finite
 
 
 @njit(cache=True, error_model="numpy")
-def null_space(equations: Any, used: Any, first: Any, second: Any, values: Any) -> None:
+def _largest(table: Any) -> Any:
+    """The largest eigenvalue of a symmetric 3 x 3 matrix, by the cosines of its cubic."""
+    mean = (table[0, 0] + table[1, 1] + table[2, 2]) / 3
+    a, b, c = table[0, 0] - mean, table[1, 1] - mean, table[2, 2] - mean
+    d, e, f = table[0, 1], table[0, 2], table[1, 2]
+    size = np.sqrt((a * a + b * b + c * c + 2 * (d * d + e * e + f * f)) / 6)
+    if size == 0.0:
+        return mean
+    half = (a * (b * c - f * f) - d * (d * c - e * f) + e * (d * f - b * e)) / (2 * size**3)
+    return mean + 2 * size * np.cos(np.arccos(min(max(half, -1.0), 1.0)) / 3)
+
+
+@njit(cache=True, error_model="numpy")
+def null_space(equations: Any, used: Any, bound: float, first: Any, second: Any, values: Any, parallel: Any) -> None:
     """The last two of the singular vectors of equations (p, n, 8, 8), (p, 8) each, and all singular values, descending.
 
-    From sums of products over all motions that are used.
+    From sums of products over all motions that are used; the equations of others are overwritten by zeros. Axes are
+    parallel where the sixth value is no more than the bound times the first.
     """
-    total = np.empty((8, 8))
     for p in range(equations.shape[0]):
-        total[:] = 0.0
         for i in range(equations.shape[1]):
-            if used[p, i]:
-                for row in range(8):
-                    for k in range(8):
-                        value = equations[p, i, row, k]
-                        if value != 0.0:  # A quarter of them are.
-                            for m in range(k + 1):
-                                total[k, m] += value * equations[p, i, row, m]
-        squares, vectors = np.linalg.eigh(total)
+            if not used[p, i]:
+                equations[p, i] = 0.0
+        rows = equations[p].reshape(-1, 8)
+        squares, vectors = np.linalg.eigh(np.dot(rows.T, rows))
         for k in range(8):
             values[p, k] = np.sqrt(max(squares[7 - k], 0.0))
             first[p, k], second[p, k] = vectors[k, 0], vectors[k, 1]
+        parallel[p] = values[p, 5] <= bound * values[p, 0]
+
+
+@njit(cache=True, error_model="numpy")
+def less_before(after: Any, before: Any, less: Any) -> bool:
+    """Whether bivectors (p, n, 6) of small motions translate less before than after; if any do."""
+    any_less = False
+    for p in range(len(less)):
+        here, there = 0.0, 0.0
+        for i in range(after.shape[1]):
+            for k in range(3, 6):
+                here += after[p, i, k] ** 2
+                there += before[p, i, k] ** 2
+        less[p] = there < here
+        any_less = any_less or less[p]
+    return any_less
 
 
 @njit(cache=True, error_model="numpy")
 def newton_steps(
-    turns: Any, shifts: Any, moving: Any, first: bool, weigh: bool, limits: Any, table: Any, step: Any, squares: Any
+    turns: Any,
+    shifts: Any,
+    moving: Any,
+    first: bool,
+    limits: Any,
+    spread: Any,
+    parallel: Any,
+    table: Any,
+    step: Any,
+    squares: Any,
 ) -> bool:
     """The step (p, k) of Gauss and Newton of each problem, the sums of squares (p, 2) of both parts; if all are done.
 
     From rows (p, n, 3, k + 1) of derivatives with the misfit behind them. `table` (2, k + 1, k + 1) is room. Parts are
-    weighed by their own sums of squares, within bounds. Problems not `moving` have step 0; those that are done stop.
-    Done is where less than the first limit of the sum would go, or it is below the second.
+    weighed by their own sums of squares, within bounds, where there are more than two motions. Problems not `moving`
+    have step 0; those that are done stop. Done is where less than the first limit of the sum would go, or it is below
+    the second. `first`, axes are found to be parallel, which stops them too, where the misfit leaves a rotation about
+    them open by more than the third limit: that in radians is the misfit over the root of the spread; or where the
+    spread is less than three times that of noise.
     """
     size = turns.shape[3] - 1
+    weigh = turns.shape[1] > 2
     all_done = True
     for p in range(turns.shape[0]):
         step[p] = 0.0
         if not (first or moving[p]):
             continue
         for part in range(2):
-            rows = turns if part == 0 else shifts
-            total = table[part]
-            total[:] = 0.0
-            for i in range(rows.shape[1]):
-                for row in range(3):
-                    for k in range(size + 1):
-                        value = rows[p, i, row, k]
-                        if value != 0.0:  # Rotations do not depend on translations.
-                            for m in range(k + 1):
-                                total[k, m] += value * rows[p, i, row, m]
-            squares[p, part] = total[size, size]
+            rows = (turns if part == 0 else shifts)[p].reshape(-1, size + 1)
+            np.dot(rows.T, rows, table[part])
+            squares[p, part] = table[part, size, size]
+        if first:
+            freedom = 3 * turns.shape[1] - 3
+            least = max(1 / limits[2] ** 2, 6.0 * turns.shape[1])
+            parallel[p] = parallel[p] or squares[p, 0] * least > freedom * spread[p]
+            moving[p] = moving[p] and not parallel[p]
         if not moving[p]:
             continue
         weight = 1.0
@@ -151,3 +231,14 @@ def back_in_lengths(motor: Any, unit: Any, finite: Any) -> None:
             motor[p, k] *= sign * (1.0 if k < 4 else unit[p])
         if not finite[p]:
             motor[p] = np.nan
+
+
+@njit(cache=True, error_model="numpy")
+def root_mean_squares(squares: Any, count: int, unit: Any, finite: Any) -> Any:
+    """Of rotations and translations (p, 2), in the caller's unit of length, from sums over half of them; or NaN."""
+    found = np.empty_like(squares)
+    for p in range(len(squares)):
+        for k in range(2):
+            found[p, k] = 2 * np.sqrt(squares[p, k] / count) if finite[p] else np.nan
+        found[p, 1] *= unit[p]
+    return found

@@ -13,7 +13,8 @@ from generated import projective2
 
 from ..arguments import Reals, finite_number, real_array
 from .invariants import each_pencil
-from .normalization import flatness, homogeneous, normalized
+from .landmark_loops import unlikeness
+from .normalization import flatness, homogeneous, normalized, undone
 from .planes import linear_homography
 from .status import DegenerateError, VisionStatus
 
@@ -24,6 +25,8 @@ _LEAST = 8
 _LIMIT, _FAR = 2.5, 2.0
 """Landmarks fit up to so many times the noise; single points up to the root of so many times that."""
 _FLAT = 1e-3
+_ALIKE, _DAMPING = 1e-12, 1e-12
+"""What rounding adds to variances of invariants, and to sums of squares of equations."""
 _TRIED = 10
 """So many of the best maps are fitted again to all points that they bring together."""
 
@@ -128,12 +131,11 @@ class LandmarkMap:
         if not len(values):
             return Recognition(-1, VisionStatus.DEGENERATE, np.nan, nobody)
         # Likelihoods of all pairs of sets: differences by their noise, and the size of that noise.
-        variance = size**2 * (deviations[:, None] ** 2 + self.deviations**2) + 1e-12
-        unlike = ((values[:, None] - self.invariants) ** 2 / variance + np.log(variance)).sum(-1).ravel()
+        unlike = unlikeness(values, deviations, self.invariants, self.deviations, size**2, _ALIKE).ravel()
         near = np.argpartition(unlike, min(_TRUSTED, unlike.size) - 1)[:_TRUSTED]
         of_query, of_map = np.divmod(near, len(self.sets))
         who, places = self.sets[of_map, 0], self.sets[of_map, 1:]
-        maps, _ = linear_homography(self.points[who[:, None], places], seen[orders[of_query]])
+        maps = _proposed(self.points[who[:, None], places], seen[orders[of_query]])
         limit = _LIMIT * size
         costs, _ = self._judged(who, maps, seen, limit)
         best = np.argsort(costs)[:_TRIED]
@@ -157,16 +159,30 @@ class LandmarkMap:
     def _fitted(self, landmark: int, matrix: Reals, seen: Reals, limit: float) -> tuple[float, int, Reals, float]:
         """A map fitted again, twice, to all points that it brings together, and what remains."""
         matches, distance, cost = np.full(len(seen), -1), np.inf, np.inf
-        for _ in range(3):
+        for turn in range(3):
             costs, squares = self._judged(np.array([landmark]), matrix[None], seen, limit)
             nearest = squares[0].argmin(0)
             close = (squares[0].min(0) <= _FAR * limit**2) & (squares[0].argmin(1)[nearest] == np.arange(len(seen)))
             if close.sum() < 5:
                 break
-            matches, cost = np.where(close, nearest, -1), float(costs[0])
+            before, matches, cost = matches, np.where(close, nearest, -1), float(costs[0])
             distance = float(np.sqrt(squares[0].min(0)[close].mean()))
-            matrix = linear_homography(self.points[landmark, nearest[close]][None], seen[close][None])[0][0]
+            if turn and np.array_equal(matches, before):
+                break  # The map is fitted to these.
+            matrix, _ = linear_homography(self.points[landmark, nearest[close]], seen[close])
         return cost, landmark, matches, distance
+
+
+def _proposed(first: Reals, second: Reals) -> Reals:
+    """Homographies of sets of five points, for those that take no point of the middle of the first to infinity."""
+    one, scale = normalized(first)
+    two, other = normalized(second)
+    rows = projective2.homography_equations(one, two).reshape(len(first), -1, 9)
+    normal = np.swapaxes(rows, -1, -2) @ rows
+    normal[:, range(8), range(8)] += _DAMPING
+    found = np.linalg.solve(normal[:, :8, :8], -normal[:, :8, 8:])[..., 0]
+    matrix = np.insert(found, 8, 1.0, axis=-1).reshape(-1, 3, 3)
+    return np.asarray(undone(other) @ matrix @ scale)
 
 
 def _flat(directions: Reals) -> Reals | None:

@@ -10,10 +10,10 @@ from numpy.typing import ArrayLike
 from generated import pga3, projective2, projective3
 
 from ..arguments import Reals, real_array
-from .normalization import flatness, homogeneous, normalized, null_vectors
+from .normalization import flatness, homogeneous, normalized, null_vectors, undone
 from .planes import linear_homography
 from .robust import Problem, consensus
-from .status import VisionStatus, check_points
+from .status import VisionStatus, check_points, distinct
 
 _FLAT = 1e-3
 """Points whose extent across a plane is below this part of that along it are taken as points of the plane."""
@@ -86,7 +86,7 @@ def localize(
     if extent[0] == 0 or extent[1] <= _OPEN * extent[0]:
         return Localization(nothing, VisionStatus.DEGENERATE, np.nan, nobody)
     planar = bool(flatness(places) <= _FLAT)
-    if not planar and len(places) < 6:
+    if distinct(places, least := 4 if planar else 6) < least:
         return Localization(nothing, VisionStatus.TOO_FEW, np.nan, nobody)
     seen = np.asarray(projective2.transform_point(np.linalg.inv(k), image))
 
@@ -154,7 +154,7 @@ def linear_camera_and_gap(places: Reals, pixels: Reals) -> tuple[Reals, float]:
 
 
 def _camera_of(vector: Reals, maps: tuple[Reals, Reals]) -> Reals:
-    matrix = np.linalg.inv(maps[1]) @ vector.reshape(*vector.shape[:-1], 3, 4) @ maps[0]
+    matrix = undone(maps[1]) @ vector.reshape(*vector.shape[:-1], 3, 4) @ maps[0]
     return np.asarray(matrix / np.linalg.norm(matrix, axis=(-1, -2), keepdims=True))
 
 
@@ -197,17 +197,19 @@ def _refined(start: Reals, places: Reals, image: Reals, k: Reals) -> tuple[Reals
     if not np.isfinite(cost):
         return matrix, np.nan, True
     size = np.array([1.0, 1, 1, *([max(float(np.abs(in_camera).max()), 1e-300)] * 3)])
-    normal = np.eye(6)
+    normal, small = np.eye(6), 1e-26 * float((image**2).sum())
     for _ in range(_STEPS):
         jacobian = (k[:2, :2] @ projective3.image_derivative(in_camera)).reshape(-1, 6) * size
         normal, right = jacobian.T @ jacobian, jacobian.T @ residual
-        step = -np.linalg.solve(normal + damping * np.diag(np.diag(normal) + 1e-300), right) * size
+        damped = normal.copy()
+        damped.flat[::7] += damping * (damped.flat[::7] + 1e-300)
+        step = -np.linalg.solve(damped, right) * size
         moved = _moved(step, matrix)
         new, there = _residual(moved, places, image, k)
         change = cost - float(new @ new)
         if change > 0:
             matrix, residual, in_camera, cost, damping = moved, new, there, cost - change, max(damping / 10, 1e-12)
-            if change <= 1e-14 * cost or cost <= 1e-26 * float((image**2).sum()):
+            if change <= 1e-10 * cost or cost <= small:
                 break
         else:
             damping *= 10
@@ -218,7 +220,7 @@ def _refined(start: Reals, places: Reals, image: Reals, k: Reals) -> tuple[Reals
 
 
 def _residual(matrix: Reals, places: Reals, image: Reals, k: Reals) -> tuple[Reals, Reals]:
-    in_camera = homogeneous(places) @ matrix.T
+    in_camera = places @ matrix[:, :3].T + matrix[:, 3]
     with np.errstate(divide="ignore", invalid="ignore"):
         off = np.asarray(projective3.project_point(k @ matrix, places) - image)
     return off.ravel(), in_camera
@@ -226,8 +228,10 @@ def _residual(matrix: Reals, places: Reals, image: Reals, k: Reals) -> tuple[Rea
 
 def _moved(step: Reals, matrix: Reals) -> Reals:
     """A small motion after the motion of a matrix."""
-    motion = pga3.motor_to_matrix(pga3.motor_from_rotation_vector_translation(step[:3], step[3:]))[:3]
-    return np.column_stack([motion[:, :3] @ matrix[:, :3], motion[:, :3] @ matrix[:, 3] + motion[:, 3]])
+    motion = pga3.motor_to_matrix(pga3.motor_from_rotation_vector_translation(step[:3], step[3:]))
+    moved = motion[:3, :3] @ matrix
+    moved[:, 3] += motion[:3, 3]
+    return np.asarray(moved)
 
 
 def _motor(matrix: Reals) -> Reals:

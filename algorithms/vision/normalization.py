@@ -12,15 +12,15 @@ def similarity(points: Reals, scale: Reals | None = None) -> Reals:
 
     `scale` (...) is taken in place of their own, where given.
     """
-    dimension = points.shape[-1]
-    mean = points.mean(-2)
+    n, dimension = points.shape[-2:]
+    mean = points.sum(-2) / n
     if scale is None:
-        spread = np.sqrt(np.mean(np.sum((points - mean[..., None, :]) ** 2, -1), -1) / dimension)
+        centred = points - mean[..., None, :]
+        spread = np.sqrt(np.einsum("...nd,...nd->...", centred, centred) / (n * dimension))
         scale = 1 / np.where(spread > 0, spread, 1)
     matrix = np.zeros((*points.shape[:-2], dimension + 1, dimension + 1), points.dtype)
-    for k in range(dimension):
-        matrix[..., k, k] = scale
-        matrix[..., k, -1] = -scale * mean[..., k]
+    matrix[..., range(dimension), range(dimension)] = scale[..., None]
+    matrix[..., :-1, -1] = -scale[..., None] * mean
     matrix[..., -1, -1] = 1
     return matrix
 
@@ -30,6 +30,14 @@ def normalized(points: Reals, scale: Reals | None = None) -> tuple[Reals, Reals]
     matrix = similarity(points, scale)
     factor, shift = matrix[..., :1, :1], matrix[..., None, :-1, -1]
     return points * factor + shift, matrix
+
+
+def undone(matrix: Reals) -> Reals:
+    """The inverses of similarities."""
+    inverse = matrix.copy()
+    inverse[..., :-1, :-1] = matrix[..., :-1, :-1] / matrix[..., :1, :1] ** 2
+    inverse[..., :-1, -1] = -matrix[..., :-1, -1] / matrix[..., :1, 0]
+    return inverse
 
 
 def extents(points: Reals) -> tuple[Reals, Reals]:

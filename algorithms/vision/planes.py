@@ -8,12 +8,14 @@ from numpy.typing import ArrayLike
 from generated import projective2
 
 from ..arguments import Reals, real_array
-from .normalization import normalized, null_vectors, null_vectors_and_values, three_on_a_line
+from .normalization import normalized, null_vectors, null_vectors_and_values, three_on_a_line, undone
 from .robust import Problem, RobustEstimate, consensus
 from .status import VisionStatus, check_points, refuse
 
 _RANK = 1e-9
-"""A singular value below this part of the first is rounding."""
+"""A singular value below this part of the first is rounding,"""
+_NOISE = 1.5
+"""and one below this many times the last is noise."""
 
 
 def homography(first: ArrayLike, second: ArrayLike) -> Reals:
@@ -46,14 +48,20 @@ def homography(first: ArrayLike, second: ArrayLike) -> Reals:
 
 
 def linear_homography(first: Reals, second: Reals) -> tuple[Reals, Reals]:
-    """Homographies of point sets (..., n, 2), and the eighth singular value of the equations by the first."""
+    """Homographies of point sets (..., n, 2), and the eighth singular value of the equations by the first.
+
+    That is 0 where it is what noise leaves, as for points with noise that are on a line, or few that are repeated.
+    """
     one, scale = normalized(first)
     two, other = normalized(second)
     rows = projective2.homography_equations(one, two)
     rows = rows.reshape(*rows.shape[:-3], -1, 9)
     null, values = null_vectors_and_values(rows, 1)
-    matrix = np.linalg.inv(other) @ null[..., 0, :].reshape(*rows.shape[:-2], 3, 3) @ scale
-    return matrix / np.linalg.norm(matrix, axis=(-1, -2), keepdims=True), values[..., 7] / values[..., 0]
+    matrix = undone(other) @ null[..., 0, :].reshape(*rows.shape[:-2], 3, 3) @ scale
+    gap = values[..., 7] / values[..., 0]
+    if values.shape[-1] > 8:
+        gap = np.where(values[..., 7] <= _NOISE * values[..., 8], 0.0, gap)
+    return matrix / np.linalg.norm(matrix, axis=(-1, -2), keepdims=True), gap
 
 
 def homographies_of_four(first: Reals, second: Reals) -> Reals:
@@ -62,7 +70,7 @@ def homographies_of_four(first: Reals, second: Reals) -> Reals:
     two, other = normalized(second)
     rows = projective2.homography_equations(one, two)
     null = null_vectors(rows.reshape(*rows.shape[:-3], 8, 9), 1)
-    matrix = np.linalg.inv(other) @ null.reshape(*rows.shape[:-3], 3, 3) @ scale
+    matrix = undone(other) @ null.reshape(*rows.shape[:-3], 3, 3) @ scale
     return np.asarray(matrix / np.linalg.norm(matrix, axis=(-1, -2), keepdims=True))
 
 

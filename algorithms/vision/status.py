@@ -48,6 +48,16 @@ def check_points(arrays: dict[str, Reals], least: int, what: str) -> VisionStatu
     return VisionStatus.OK if all(np.isfinite(array).all() for array in arrays.values()) else VisionStatus.NOT_FINITE
 
 
+def distinct(places: Reals, least: int) -> int:
+    """How many points differ; none beyond the least that are enough are counted."""
+    found: set[bytes] = set()
+    for place in places:
+        found.add(place.tobytes())
+        if len(found) == least:
+            break
+    return len(found)
+
+
 def refuse(status: VisionStatus, where: str, expected: str) -> None:
     """Raise `DegenerateError` unless the status is OK."""
     if status != VisionStatus.OK:

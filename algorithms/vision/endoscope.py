@@ -1,0 +1,49 @@
+"""Calibration of a camera under a tracker: hand and eye where a tracked body is the hand."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from ..arguments import real_array
+from .hand_eye import HandEyeOfPoses, hand_eye_from_poses
+from .localization import localize
+from .status import VisionStatus
+
+
+def calibrate_endoscope(
+    bodies: ArrayLike, points: ArrayLike, views: ArrayLike, intrinsics: ArrayLike
+) -> HandEyeOfPoses:
+    """Where the camera of an endoscope is in the frame of the body on it that a tracker sees.
+
+    Images of a pattern give the poses of the camera (`localize`); `hand_eye_from_poses` does the rest.
+
+    Parameters
+    ----------
+    bodies : array_like, (n, 8)
+        Unit motors from the frame of the body to that of the tracker, one for each image.
+    points : array_like, (m, 3)
+        Of the pattern, in its own frame and the tracker's unit of length.
+    views : array_like, (n, m, 2)
+        Their pixels, of a lens without distortion.
+    intrinsics : array_like, (3, 3)
+        As in `Camera`.
+
+    Returns
+    -------
+    HandEyeOfPoses
+        X from the camera to the body, and Z from the pattern to the tracker. NOT_FINITE where an image leaves the pose
+        of the camera open.
+
+    Raises
+    ------
+    TypeError, ValueError
+        Where arguments have other shapes or types.
+    """
+    images = real_array(views, "views", (-1, -1, 2), "images, points, x y")
+    motors = real_array(bodies, "bodies", (-1, 8), "motors")
+    if images.ndim != 3 or motors.ndim != 2 or len(images) != len(motors):
+        raise ValueError(f"views: shape {images.shape}; expected ({len(motors)}, m, 2), one image for each body")
+    found = [localize(points, image, intrinsics) for image in images]
+    poses = [each.pose if each.status == VisionStatus.OK else np.full(8, np.nan) for each in found]
+    return hand_eye_from_poses(motors, np.reshape(poses, (len(found), 8)), noise="hand")
