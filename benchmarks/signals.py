@@ -66,32 +66,32 @@ def cases(size: int) -> list[tuple[str, str, Call, Call | None, float]]:
     field = rng.normal(size=(2 * size, 2 * size, 4))
     single, first = field.astype(np.float32), np.moveaxis(np.moveaxis(field, -1, 0).copy(), 0, -1)
     image = field[..., 0].copy()
-    plane = field[..., 0] + 1j * field[..., 1]
-    thin = plane.astype(np.complex64)
+    planes = [field[..., k] + 1j * field[..., k + 1] for k in (0, 2)]
+    thin = [plane.astype(np.complex64) for plane in planes]
     side = size // 8
     volume = rng.normal(size=(side, side, side, 8))
-    cube = volume[..., 0] + 1j * volume[..., 1]
+    cubes = [volume[..., k] + 1j * volume[..., 7 - k] for k in range(4)]
     small = rng.normal(size=(size, size))
     smooth = scipy.ndimage.gaussian_filter(rng.normal(size=(size + 18, size + 18)), 1.2)
     a, b = smooth[4 : size + 4, 4 : size + 4], smooth[2 : size + 2, 5 : size + 5]
 
-    def fft2(times: int, array: Any) -> Call:
-        return lambda: [scipy.fft.fft2(array) for _ in range(times)]
+    def fft2(arrays: list[Any]) -> Call:
+        return lambda: [scipy.fft.fft2(array) for array in arrays]
 
     two, thin_two = "two complex FFTs", "two complex64 FFTs"
     found: list[tuple[str, str, Call, Call | None, float]] = [
-        (f"`qft`, {2 * size}² quaternions", two, lambda: qft(field), fft2(2, plane), 1.1),
-        ("the same, coefficients first", two, lambda: qft(first), fft2(2, plane), 1.1),
-        ("the same, float32", thin_two, lambda: qft(single), fft2(2, thin), 1.1),
-        ("the same, from the left", two, lambda: qft(field, side="left"), fft2(2, plane), 1.1),
-        ("the same, axes j and k", two, lambda: qft(field, axes=("j", "k")), fft2(2, plane), 1.1),
-        (f"`qft`, {2 * size}² real numbers", two, lambda: qft(image), fft2(2, plane), 0.6),
-        (f"`rqft`, {2 * size}² real numbers", two, lambda: rqft(image), fft2(2, plane), 0.6),
+        (f"`qft`, {2 * size}² quaternions", two, lambda: qft(field), fft2(planes), 1.1),
+        ("the same, coefficients first", two, lambda: qft(first), fft2(planes), 1.1),
+        ("the same, float32", thin_two, lambda: qft(single), fft2(thin), 1.1),
+        ("the same, from the left", two, lambda: qft(field, side="left"), fft2(planes), 1.1),
+        ("the same, axes j and k", two, lambda: qft(field, axes=("j", "k")), fft2(planes), 1.1),
+        (f"`qft`, {2 * size}² real numbers", two, lambda: qft(image), fft2(planes), 0.6),
+        (f"`rqft`, {2 * size}² real numbers", two, lambda: rqft(image), fft2(planes), 0.6),
         (
             f"`clifford_fft`, {side}³ of G(3)",
             "four complex FFTs",
             lambda: clifford_fft(volume),
-            lambda: [scipy.fft.fftn(cube) for _ in range(4)],
+            lambda: [scipy.fft.fftn(cube) for cube in cubes],
             1.2,
         ),
     ]
