@@ -106,7 +106,9 @@ BEYOND = 1 << 25
 def test_results_that_no_cache_holds(dtype: Any, shift: int) -> None:
     from generated import pga3, vga3
 
-    n = BEYOND // (10 * np.dtype(dtype).itemsize) + 1237
+    # As much in each of two threads, and where an element has seven numbers.
+    n = BEYOND // (5 * np.dtype(dtype).itemsize) + 1237
+    assert n // 2 * 10 * np.dtype(dtype).itemsize > BEYOND
     rng = np.random.default_rng(shift)
     rotor, vector = (_rows(rng.random((n, size), dtype), shift) for size in (4, 3))
     found = vga3.rotate_vector(rotor, vector, out=_rows(np.full((n, 3), np.nan, dtype), shift))
@@ -122,6 +124,7 @@ def test_results_that_no_cache_holds(dtype: Any, shift: int) -> None:
     vga3.rotate_vector(rotor, vector, out=vector)
     np.testing.assert_array_equal(vector, found)
     # One number for each element.
+    assert n * 7 * np.dtype(dtype).itemsize > BEYOND
     length = pga3.distance_points(_rows(found, shift), _rows(again, shift))
     assert not length.any()
 

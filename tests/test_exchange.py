@@ -134,6 +134,13 @@ def test_scenes_of_ganja(tmp_path: Path) -> None:
     assert colour == 0xFF0000 and rest[:3] == to_ganja(points).tolist()
     assert rest[3:6] == ["p", 0x00FF01, to_ganja(sphere).tolist()] and rest[6] == 0x0000FF and rest[8] == "s"
     assert np.linalg.matrix_rank(np.array([rest[5], rest[7]])) == 1
+    # Each element by itself: a point, and small and light spheres, as vectors.
+    light = 1e-5 * CGA3.sphere([4, 0, 0], 1e-3).polarity()
+    vectors = [x.as_layout(CGA3.VECTOR).values for x in (points[0], light)]
+    mixed = CGA3.of(CGA3.VECTOR, vectors)
+    save_ganja(file, mixed)
+    first, second = json.loads(file.read_text())[1:3]
+    assert first == to_ganja(points[0]).tolist() and second == to_ganja(light.polarity()).tolist()
     save_ganja(file, PGA3.plane(0, 0, 1, -1))
     assert [type(each) for each in json.loads(file.read_text())] == [int, list]
 

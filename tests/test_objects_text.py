@@ -117,6 +117,12 @@ def test_other_arguments_are_refused() -> None:
         PGA3.parse(5)  # type: ignore[arg-type]
     with pytest.raises(AlgebraError, match="expected one of PGA3"):
         PGA3.parse("e123", PGA2.POINT)
+    with pytest.raises(AlgebraError, match="a multivector of CGA3; expected one of PGA3"):
+        PGA3.parse("CGA3.POINT(e123)", PGA3.POINT)
+    # Beside a large coefficient a weight and a blade are what they are.
+    for text in ("1000000 e032 + 3 e123", "1000000 e032 + 5 e1 + e123", "1000000 e032"):
+        with pytest.raises(LayoutError):
+            PGA3.parse(text, PGA3.POINT)
     shortened = PGA3.point(np.zeros((9, 3)))
     with pytest.raises(AlgebraError, match=r"save\(\) and load\(\)"):
         PGA3.parse(repr(shortened))

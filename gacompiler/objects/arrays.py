@@ -580,6 +580,11 @@ def wrap(layout: Layout, values: Any) -> Any:
     return _Array(layout, values)
 
 
+def of_rows(layout: Layout, rows: Any) -> Any:
+    """As `wrap`, of the stored coefficients in the last axis, where numbers have one too."""
+    return wrap(layout, rows[..., 0] if layout.is_scalar else rows)
+
+
 def _number(values: Any) -> Any:
     return values.item() if values.ndim == 0 else values
 

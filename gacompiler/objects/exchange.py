@@ -18,7 +18,7 @@ from ..algebra.algebra import Algebra
 from ..algebra.multivector import Multivector
 from ..errors import AlgebraError, LayoutError
 from ..generate import write
-from .arrays import MultivectorArray, wrap
+from .arrays import MultivectorArray, of_rows
 from .operators import layout_of
 from .pickling import packed, unpacked
 from .spaces import Space
@@ -130,7 +130,7 @@ def to_clifford(x: MultivectorArray, layout: Any) -> Any:
     AlgebraError
         For another signature, or an algebra whose basis is neither orthogonal nor of null pairs.
     """
-    values = _dense(x) @ _matrix(x.algebra, _signature(layout.sig), True)[:, _places(layout)]
+    values = dense_of(x) @ change_of_basis(x.algebra, _signature(layout.sig), True)[:, _places(layout)]
     found = np.empty(x.shape, object)
     for place in np.ndindex(x.shape):
         found[place] = layout.MultiVector(value=values[place])
@@ -151,7 +151,7 @@ def from_clifford(algebra: Algebra | Space, found: Any) -> Any:
     MultivectorArray
         It stores the blades that occur; `as_layout` makes it a sphere, say.
     """
-    owner = _owner(algebra)
+    owner = algebra_of(algebra)
     one = hasattr(found, "layout")
     shape = () if one else np.shape(found)
     listed = [found] if one else list(np.ravel(found))
@@ -159,8 +159,8 @@ def from_clifford(algebra: Algebra | Space, found: Any) -> Any:
         raise AlgebraError("from_clifford", "an empty array", "at least one multivector")
     layout = listed[0].layout
     values = np.stack([np.asarray(each.value, float) for each in listed])
-    dense = values @ _matrix(owner, _signature(layout.sig), False)[_places(layout)]
-    return _stored(owner, dense.reshape(*shape, -1))
+    dense = values @ change_of_basis(owner, _signature(layout.sig), False)[_places(layout)]
+    return of_dense(owner, dense.reshape(*shape, -1))
 
 
 def to_kingdon(x: MultivectorArray, algebra: Any) -> Any:
@@ -177,22 +177,23 @@ def to_kingdon(x: MultivectorArray, algebra: Any) -> Any:
     kingdon.MultiVector
         Of the blades that occur.
     """
-    values = _dense(x) @ _matrix(x.algebra, _signature(algebra.signature), True)
+    values = dense_of(x) @ change_of_basis(x.algebra, _signature(algebra.signature), True)
     keys = [k for k in range(values.shape[-1]) if values[..., k].any()] or [0]
     return algebra.multivector(keys=tuple(keys), values=[values[..., k][()] for k in keys])
 
 
 def from_kingdon(algebra: Algebra | Space, found: Any) -> Any:
     """A multivector of kingdon in an algebra of the same signature; as `from_clifford`."""
-    owner = _owner(algebra)
+    owner = algebra_of(algebra)
     parts = np.broadcast_arrays(*(np.asarray(value, float) for value in found.values()))
     values = np.zeros((*parts[0].shape, 1 << owner.dimension))
     for key, part in zip(found.keys(), parts, strict=True):
         values[..., key] = part
-    return _stored(owner, values @ _matrix(owner, _signature(found.algebra.signature), False))
+    return of_dense(owner, values @ change_of_basis(owner, _signature(found.algebra.signature), False))
 
 
-def _owner(algebra: Algebra | Space) -> Algebra:
+def algebra_of(algebra: Algebra | Space) -> Algebra:
+    """The algebra of a space, or itself."""
     return algebra.algebra if isinstance(algebra, Space) else algebra
 
 
@@ -206,7 +207,7 @@ def _places(layout: Any) -> list[int]:
     return [sum(1 << names.index(name) for name in blade) for blade in layout.bladeTupList]
 
 
-def _dense(x: MultivectorArray) -> Matrix:
+def dense_of(x: MultivectorArray) -> Matrix:
     """All coefficients, each in the place of its bitmap."""
     full = x.algebra.full
     values = np.asarray(x.as_layout(full).values)
@@ -216,13 +217,14 @@ def _dense(x: MultivectorArray) -> Matrix:
     return dense
 
 
-def _stored(algebra: Algebra, dense: Matrix) -> Any:
+def of_dense(algebra: Algebra, dense: Matrix) -> Any:
+    """Multivectors from all coefficients, as `dense_of` gives them; with the blades that are not 0 everywhere."""
     layout = layout_of(algebra, [k for k in range(dense.shape[-1]) if dense[..., k].any()] or [0])
-    return wrap(layout, np.stack([dense[..., slot.blade] * slot.sign for slot in layout.stored], -1))
+    return of_rows(layout, np.stack([dense[..., slot.blade] * slot.sign for slot in layout.stored], -1))
 
 
 @cache
-def _matrix(algebra: Algebra, signature: tuple[int, ...], there: bool) -> Matrix:
+def change_of_basis(algebra: Algebra, signature: tuple[int, ...], there: bool) -> Matrix:
     """What takes a row of coefficients to those over orthogonal vectors of these squares, or back."""
     target = Algebra("orthogonal", [f"v{k}_" for k in range(len(signature))], list(signature))
     forth, back = _images(algebra, target)

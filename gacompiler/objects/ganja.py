@@ -25,12 +25,15 @@ from ..algebra.algebra import Algebra
 from ..errors import AlgebraError, LayoutError
 from ..generate import write
 from .arrays import MultivectorArray
-from .exchange import Matrix, _dense, _matrix, _owner, _stored
+from .exchange import Matrix, algebra_of, change_of_basis, dense_of, of_dense
 from .scene import COLOURS, shapes_of
 from .spaces import Space
 
 GENERATED_PGA3 = "1 e0 e1 e2 e3 e01 e02 e03 e12 e31 e23 e021 e013 e032 e123 e0123"
 """The order of the modules for PGA3 that ganja.js generates in C++, Python and other languages."""
+
+_NULL = 1e-9
+"""Vectors are points where their square is at most this part of its terms."""
 
 
 def ganja_basis(algebra: Algebra | Space) -> tuple[str, ...]:
@@ -40,7 +43,7 @@ def ganja_basis(algebra: Algebra | Space) -> tuple[str, ...]:
     ----------
     algebra : Algebra or Space
     """
-    target = _target(_owner(algebra))
+    target = _target(algebra_of(algebra))
     chosen = (each for k in range(target.dimension + 1) for each in combinations(range(target.dimension), k))
     return tuple(target.spelling(sum(1 << i for i in each))[1] for each in chosen)
 
@@ -64,7 +67,9 @@ def to_ganja(x: MultivectorArray, basis: str | Sequence[str] | None = None) -> M
         Where the basis vectors are neither orthogonal with squares 0, 1, -1 nor null pairs, or `basis` is no basis.
     """
     places, signs = _order(x.algebra, basis)
-    return np.asarray((_dense(x) @ _matrix(x.algebra, _signature(x.algebra), True))[..., places] * signs + 0.0)
+    return np.asarray(
+        (dense_of(x) @ change_of_basis(x.algebra, _signature(x.algebra), True))[..., places] * signs + 0.0
+    )
 
 
 def from_ganja(algebra: Algebra | Space, coefficients: Any, basis: str | Sequence[str] | None = None) -> Any:
@@ -75,14 +80,14 @@ def from_ganja(algebra: Algebra | Space, coefficients: Any, basis: str | Sequenc
     AlgebraError, LayoutError
         As `to_ganja`, and where coefficients are not as many as the algebra has.
     """
-    owner = _owner(algebra)
+    owner = algebra_of(algebra)
     given = np.asarray(coefficients, float)
     if given.ndim == 0 or given.shape[-1] != 1 << owner.dimension:
         raise LayoutError("from_ganja", f"coefficients of shape {given.shape}", f"(..., {1 << owner.dimension})")
     places, signs = _order(owner, basis)
     dense = np.empty_like(given)
     dense[..., places] = given * signs
-    return _stored(owner, dense @ _matrix(owner, _signature(owner), False))
+    return of_dense(owner, dense @ change_of_basis(owner, _signature(owner), False))
 
 
 def save_ganja(
@@ -122,7 +127,7 @@ def save_ganja(
         if own != first:
             raise AlgebraError("save_ganja", f"objects of {first.name} and {own.name}", "one algebra")
         scene.append(_colour(colours[k] if colours else COLOURS[k % len(COLOURS)]))
-        elements = to_ganja(_direct(x)).reshape(-1, 1 << own.dimension).tolist()
+        elements = _elements(x).reshape(-1, 1 << own.dimension).tolist()
         scene += elements
         if labels and labels[k] and elements:
             scene.append(labels[k])
@@ -130,10 +135,17 @@ def save_ganja(
     write({target.name: json.dumps(scene) + "\n"}, target.parent)
 
 
-def _direct(x: MultivectorArray) -> Any:
-    """What a conformal vector that is no point is the dual of."""
-    is_vector = x.algebra.null_pairs and {blade.bit_count() for blade in x.layout.support} == {1}
-    return x.polarity() if is_vector and np.any(np.abs(np.asarray(x.norm_squared())) > 1e-9) else x
+def _elements(x: MultivectorArray) -> Matrix:
+    """What ganja is given of every element: vectors of conformal algebras as points, or what they are dual to."""
+    bits = [slot.blade for slot in x.layout.stored]
+    if not x.algebra.null_pairs or any(bit.bit_count() != 1 for bit in bits):
+        return to_ganja(x)
+    axes = [bit.bit_length() - 1 for bit in bits]
+    gram = np.abs(np.array([[float(x.algebra.gram[i][j]) for j in axes] for i in axes]))
+    sizes = np.abs(np.asarray(x.values))
+    terms = np.einsum("...i,ij,...j", sizes, gram, sizes)
+    is_point = np.abs(np.asarray(x.norm_squared())) <= _NULL * terms
+    return np.where(is_point[..., None], to_ganja(x), to_ganja(x.polarity()))
 
 
 def _colour(name: str) -> int:

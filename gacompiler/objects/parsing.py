@@ -11,7 +11,7 @@ import numpy as np
 from ..algebra.algebra import Algebra
 from ..algebra.layout import Layout
 from ..errors import AlgebraError, LayoutError
-from .arrays import MultivectorArray, wrap
+from .arrays import MultivectorArray, of_rows
 from .operators import layout_of
 
 PRINTED = 1e-5
@@ -36,8 +36,9 @@ def parse(algebra: Algebra, text: str, layout: Layout | None = None) -> Any:
         raise AlgebraError("parse", f"the layout {layout}", f"one of {algebra.name}")
     reader = _Reader(algebra, text)
     head = reader.take(_HEAD)
-    if head and layout is None:
-        layout = reader.layout_called(head[1], head[2])
+    if head:
+        named = reader.layout_called(head[1], head[2])
+        layout = named if layout is None else layout
     is_array = reader.next() == "["
     sums = reader.array() if is_array else [reader.sum()]
     if head and head[3] is None:
@@ -51,7 +52,7 @@ def parse(algebra: Algebra, text: str, layout: Layout | None = None) -> Any:
     own = layout_of(algebra, blades or {0})
     values = np.array([[each.get(slot.blade, 0.0) * slot.sign for slot in own.stored] for each in sums])
     values = values.reshape(*shape, own.size)
-    found = wrap(own, values[..., 0] if own.is_scalar else values)
+    found = of_rows(own, values)
     return found if layout is None or own.is_scalar else _in_layout(found, layout)
 
 
@@ -59,6 +60,14 @@ def _in_layout(found: MultivectorArray, layout: Layout) -> Any:
     try:
         return found.as_layout(layout, what="parse")
     except LayoutError:
+        # Printing rounds coefficients, and so what follows from several of them; it makes no blade and no weight.
+        fixed = {slot.blade: float(value) * slot.sign for slot, value in layout.fixed}
+        known = {slot.blade for slot in layout.stored} | {slot.blade for slot, _ in layout.implied}
+        values = np.asarray(found.values)
+        for k, slot in enumerate(found.layout.stored):
+            wanted = fixed.get(slot.blade, 0.0) * slot.sign
+            if slot.blade not in known and np.any(np.abs(values[..., k] - wanted) > PRINTED * abs(wanted)):
+                raise
         near = found.as_layout(layout, what="parse", tolerance=PRINTED)
         return near.normalize() if layout.unit else near
 

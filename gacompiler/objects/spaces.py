@@ -12,7 +12,7 @@ import numpy as np
 from ..algebra.algebra import Algebra
 from ..algebra.layout import Layout
 from ..errors import AlgebraError, LayoutError
-from .arrays import MultivectorArray, apply, wrap
+from .arrays import MultivectorArray, apply, of_rows, wrap
 from .checks import check_relations
 from .definitions import Definition
 from .operators import layout_of
@@ -76,7 +76,7 @@ class Space:
         values = stacked(str(layout), layout.blades, coefficients)
         if layout.has_relations:
             check_relations(str(layout), layout, values)
-        return wrap(layout, values[..., 0] if layout.is_scalar else values)
+        return of_rows(layout, values)
 
     def multivector(self, coefficients: Mapping[str, Any]) -> Any:
         """Multivectors from numbers or arrays by the names of blades, ``{"1": 2, "e12": [0, 1]}``; arrays broadcast."""
@@ -88,7 +88,7 @@ class Space:
         for name, (sign, blade) in blades.items():
             parts[blade] = parts.get(blade, 0) + sign * numbers(f"coefficient of {name}", coefficients[name])
         values = _broadcast("multivector", [np.asarray(parts[slot.blade] * slot.sign) for slot in layout.stored])
-        return wrap(layout, values[..., 0] if layout.is_scalar else values)
+        return of_rows(layout, values)
 
     def parse(self, text: str, layout: Layout | None = None) -> Any:
         """Multivectors from text: a sum of blades in any spelling, or what was printed.
@@ -164,9 +164,14 @@ class Rigid(Space):
             The standard deviation of each coordinate of the translation, which comes after the rotation.
         generator : optional
             A `numpy.random.Generator`, or a seed of one.
+
+        Returns
+        -------
+        MultivectorArray
+            Unit motors of this shape.
         """
         random, d = np.random.default_rng(generator), self.algebra.POINT.size
-        leading = (shape,) if isinstance(shape, int) else tuple(shape)
+        leading = np.broadcast_shapes(shape)
         if d == 2:
             rotor = self.rotor(random.uniform(-2 * np.pi, 2 * np.pi, leading))
         else:
