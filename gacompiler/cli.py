@@ -6,6 +6,7 @@ import compileall
 import json
 import os
 import sys
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
@@ -22,9 +23,11 @@ from .generate import (
     TARGETS,
     Spec,
     compare,
+    compile_kernels,
     compile_spec,
     generated_folder,
     load_spec,
+    module_source,
     own_specs,
     render,
     render_targets,
@@ -160,16 +163,20 @@ def build(folder: Path | None, force: bool) -> None:
         click.echo(f"{_near(source)}: {library.name}, {library.stat().st_size / 1e6:.2f} MB")
 
 
-@main.command(epilog=_examples("gac check", "gac check pga3"))
+@main.command(epilog=_examples("gac check", "gac check pga3", "gac check --prove"))
 @click.argument("names", nargs=-1)
-def check(names: tuple[str, ...]) -> None:
+@click.option("--prove", is_flag=True, help="Also prove the files, as `gac verify` does.")
+def check(names: tuple[str, ...], prove: bool) -> None:
     """Compare generated/ with what the specs give now; print the differences and exit 1 if there are any."""
     folder = generated_folder()
     found = _own(names)
     files: dict[str, str] = {}
+    verdicts: list[tuple[str, Verdict]] = []
     with _progress(sum(len(spec.kernels) for spec in found)) as advance:
         for spec in found:
-            files |= render(compile_spec(spec, advance))
+            records = compile_kernels(spec, advance)
+            files |= render(module_source(spec, records))
+            verdicts += _verdicts(spec, records, folder) if prove else []
     diffs = compare(files, folder)
     known = {f"{path.stem}.{ending}" for path in own_specs() for ending in ("py", "c", "h")} | {"__init__.py"}
     orphans = sorted(
@@ -181,6 +188,9 @@ def check(names: tuple[str, ...]) -> None:
         stale = f"{len(diffs)} files differ" + (f", no spec makes {' '.join(orphans)}" if orphans else "")
         raise StaleError(str(folder), stale, remedy="run `make generated`, or delete what no spec makes")
     click.echo(f"{_near(folder)}: {len(files)} files are what the specs give")
+    if prove:
+        _end_with(verdicts)
+        click.echo(f"{len(verdicts)} kernels are proved")
 
 
 @main.command(
@@ -264,13 +274,7 @@ def verify(specs: tuple[str, ...], output: Path | None, own: bool, as_json: bool
     rows: list[tuple[str, Verdict]] = []
     for spec in found:
         folder = output or (generated_folder() if _is_own(spec) else Path("out"))
-        records = _compiled(spec)
-        module = (
-            load_module(folder / f"{spec.name}.py", f"_gac_verify_{spec.name}")
-            if (folder / f"{spec.name}.py").is_file()
-            else None
-        )
-        rows += [(spec.name, verdict) for verdict in verify_module(folder, spec.name, records, module)]
+        rows += _verdicts(spec, _compiled(spec), folder)
     if as_json:
         click.echo(json.dumps([{"module": m, **_verdict(v)} for m, v in rows], indent=2))
     else:
@@ -281,6 +285,18 @@ def verify(specs: tuple[str, ...], output: Path | None, own: bool, as_json: bool
                 for m, v in rows
             ],
         )
+    _end_with(rows)
+
+
+def _verdicts(spec: Spec, records: Sequence[Compilation], folder: Path) -> list[tuple[str, Verdict]]:
+    """What is known of the files of a spec on disk, and of what runs, by module."""
+    path = folder / f"{spec.name}.py"
+    module = load_module(path, f"_gac_verify_{spec.name}") if path.is_file() else None
+    return [(spec.name, verdict) for verdict in verify_module(folder, spec.name, records, module)]
+
+
+def _end_with(rows: Sequence[tuple[str, Verdict]]) -> None:
+    """Exit with status 1 if any kernel is not proved."""
     failed = [f"{m}.{v.kernel}" for m, v in rows if not v.is_proved]
     if failed:
         click.echo(f"{len(failed)} of {len(rows)} kernels are not proved: {' '.join(failed)}", err=True)
@@ -485,11 +501,7 @@ def _kernel(target: str, algebra: str | None = None) -> Kernel:
 
 def _compiled(spec: Spec) -> list[Compilation]:
     with _progress(len(spec.kernels)) as advance:
-        records = []
-        for kernel in spec.kernels:
-            advance(kernel.name)
-            records.append(compile_kernel(kernel))
-        return records
+        return compile_kernels(spec, advance)
 
 
 class _progress:

@@ -9,7 +9,7 @@ import importlib.util
 import os
 import sys
 import tempfile
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from types import ModuleType
@@ -168,13 +168,23 @@ def kernel_source(record: Compilation) -> KernelSource:
     )
 
 
-def compile_spec(spec: Spec, progress: Progress = lambda name: None) -> ModuleSource:
+def compile_kernels(spec: Spec, progress: Progress = lambda name: None) -> list[Compilation]:
     """Compile every kernel of a spec; `progress` is told each one's name before its turn."""
-    sources = []
+    records = []
     for kernel in spec.kernels:
         progress(f"{spec.name}.{kernel.name}")
-        sources.append(kernel_source(compile_kernel(kernel)))
-    return ModuleSource(spec.name, spec.summary, spec.command, spec.digest, tuple(sources))
+        records.append(compile_kernel(kernel))
+    return records
+
+
+def module_source(spec: Spec, records: Sequence[Compilation]) -> ModuleSource:
+    """What is printed of a spec, from its compiled kernels."""
+    return ModuleSource(spec.name, spec.summary, spec.command, spec.digest, tuple(map(kernel_source, records)))
+
+
+def compile_spec(spec: Spec, progress: Progress = lambda name: None) -> ModuleSource:
+    """Both at once."""
+    return module_source(spec, compile_kernels(spec, progress))
 
 
 def render(module: ModuleSource) -> dict[str, str]:

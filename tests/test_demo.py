@@ -19,7 +19,7 @@ def run(*arguments: str, **environment: str) -> subprocess.CompletedProcess[str]
     )
 
 
-@pytest.mark.parametrize("backend", ["", "numba"])
+@pytest.mark.parametrize("backend", ["", pytest.param("numba", marks=pytest.mark.peers)])
 def test_demo(tmp_path: Path, backend: str) -> None:
     """Runs on real input with whatever is built, and without a C library; writes its pictures and the key figures."""
     image = pytest.importorskip("PIL.Image")
