@@ -138,6 +138,22 @@ def test_passes_without_a_c_compiler() -> None:
                 method(wrong)
 
 
+def test_a_pass_without_a_file_is_compiled_and_one_that_cannot_be_bound_is_told() -> None:
+    names: dict[str, Any] = {}
+    exec("def twice(table, q, out):\n    out[0] = 2 * q[0]", {"__name__": "nowhere"}, names)
+    source = passes.Source(names["twice"], lambda n: ((n,), ()))
+    run, table = passes.Pass(source, 1), np.zeros((2, passes.COLUMNS))
+    found = [run(table, np.array([1.5])) for _ in range(passes.PATIENCE + 2)]
+    assert found[0] is None and found[-1] == 3.0
+    if pga3._extension is None:
+        return
+    long = passes.Source(names["twice"], lambda n: ((1,) * 9, ()))
+    run = passes.Pass(long, 1)
+    with pytest.raises(RuntimeError, match="too many axes"):
+        for _ in range(passes.PATIENCE + 1):
+            run(table, np.ones((1,) * 9))
+
+
 def test_a_robot_keeps_its_numbers_and_leaves_those_of_others_alone() -> None:
     arm = Robot.named("puma560")
     axes, home, bodies = arm.axes.copy(), arm.home.copy(), arm.bodies.copy()
