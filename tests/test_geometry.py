@@ -33,6 +33,7 @@ from algorithms.geometry import (
     sphere_cone_curve,
     versor_between,
 )
+from algorithms.geometry.circle_loops import nearest_angles
 from algorithms.geometry.pairs import ANGLES, DISTANCES, MEETS, PROJECTIONS
 from generated import cga2, cga3, pga3
 
@@ -154,6 +155,19 @@ def test_imaginary_circles_and_lines_have_no_nearest_points() -> None:
     same = nearest_on_circles(spots, spots[::-1])  # two points, coincident
     close(same.distance, np.zeros(2), 1e-15)
     close(same.on_a, np.tile([3.0, 0, 4], (2, 1)), 1e-14)
+
+
+def test_angles_that_are_no_numbers_hide_no_others() -> None:
+    """Half axes along x and y of a circle about (3, 0, 0): nearest to the unit circle at half a turn, 1 from it."""
+    curve = np.tile(np.array([[3.0, 1, 0], [0, 0, 1], [0, 0, 0]]), (4, 1, 1))
+    curve[2] = np.nan
+    roots = np.array([[0.1] * 8, [np.nan] * 7 + [0.3], [0.2] * 8, [np.nan] * 8])
+    angles, spread = np.full((2, 4), 123.0)
+    nearest_angles(curve, np.ones(4), roots, 24, angles, spread)
+    good = [0, 1, 3]
+    close(np.cos(angles[good]), -np.ones(3), 1e-14)
+    close(spread[good], np.full(3, 4.0), 1e-14)  # half the squares of 3 and 1
+    assert angles[2] == 0.2 and np.isnan(spread[2]), "nothing to compare"
 
 
 def objects(kind: str, n: int, rng: np.random.Generator) -> tuple[np.ndarray, np.ndarray, Any]:

@@ -316,8 +316,24 @@ def test_similarities_are_those_of_umeyama(rng: np.random.Generator, noise: floa
     close(fit.scale, scale, 1e-12 * scale.max())
     close(cga3.transform_point(fit.versor[:, None], a), wanted, 1e-9)
     close(fit.residual, np.sqrt((share * (b - wanted) ** 2).sum((-1, -2))), 1e-11)
-    same = similarity_from_points(np.ones((3, 3)), a[0, :3])
-    assert not same.determined and np.isnan(same.versor).all()
+
+
+@pytest.mark.parametrize("dtype", [np.float64, np.float32])
+@pytest.mark.parametrize("count", [1, 3, 5, 7, 9999])
+def test_no_similarity_of_points_that_are_all_the_same(count: int, dtype: type, rng: np.random.Generator) -> None:
+    """Nor where their mean is rounded, as that of five times 0.1 is."""
+    other = rng.normal(size=(count, 3)).astype(dtype)
+    weights = rng.uniform(0.1, 1, count).astype(dtype)
+    for point in ((0.1, 0.3, 1.7), (1e6 + 0.1, -0.7, 1 / 3), (0, 0, 0)):
+        same = np.tile(np.array(point, dtype), (count, 1))
+        for a, b in ((same, other), (other, same), (same, same)):
+            for share in (None, weights):
+                fit = similarity_from_points(a, b, share)
+                assert not fit.determined and fit.scale == 0 and np.isnan(fit.versor).all()
+    # what is far less than their distance from the origin, and yet no rounding, has one
+    near = np.array([0.1, 0.3, 1.7]) + 1e-11 * np.array([(0, 0, 0), (1, 0, 0), (0, 2, 0), (0, 0, 3), (1, 1, 1)])
+    fit = similarity_from_points(near, 3 * near)
+    assert fit.determined and abs(fit.scale - 3) < 1e-3
 
 
 @pytest.mark.parametrize(

@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from alone import alone
 
 from algorithms.kinematics import (
     Body,
@@ -16,6 +17,7 @@ from algorithms.kinematics import (
     UnknownJointTypeError,
     passes,
 )
+from generated import pga3
 
 METHODS = (
     ("forward", 1),
@@ -98,6 +100,58 @@ def test_a_compiled_pass_takes_one_configuration_in_doubles_and_nothing_else() -
         assert run(table, other) is None
     assert run(None, q) is None
     assert isinstance(robot.potential_energy(q), float) and isinstance(robot.kinetic_energy(q, q), float)
+
+
+@pytest.fixture
+def under_numba(monkeypatch: pytest.MonkeyPatch) -> None:
+    """What a Python that is started now runs the generated modules by, as they are run without a C compiler."""
+    monkeypatch.setenv("GAC_BACKEND", "numba")
+
+
+@pytest.mark.usefixtures("under_numba")
+@alone
+def test_passes_without_a_c_compiler() -> None:
+    assert pga3.backend == "numba"
+    robot = Robot.from_dh(
+        [{"a": 0.3}, {"d": 0.2, "alpha": 1.0}], bodies=[Body(1.0, (0.1, 0.2, 0.3), (1, 0, 0, 1, 0, 1))] * 2
+    )
+    q = np.array([[0.3, -0.8], [1.1, 0.4]])
+    still = q[0].copy()
+    still.flags.writeable = False
+    strided = np.repeat(q[0], 2)[::2]
+    for name in ("forward", "mass_matrix", "potential_energy"):
+        method, run = getattr(robot, name), getattr(robot._passes, name)
+        table = robot._table if name == "forward" else robot._heavy
+        batch = method(q)
+        assert run(table, q[0]) is None, "not compiled yet"
+        one = [method(q[0]) for _ in range(passes.PATIENCE + 2)]
+        found = run(table, q[0])
+        assert type(found) is (np.float64 if name == "potential_energy" else np.ndarray), "compiled"
+        for each in (one[0], one[-1], found, method(still), method(strided)):
+            assert np.shape(each) == batch.shape[1:]
+            assert np.abs(each - batch[0]).max() <= 1e-14 * np.abs(batch[0]).max()
+        for other in (still, strided, np.ones(3), q, None):
+            assert run(table, other) is None
+        assert run(None, q[0]) is None
+        for wrong in (np.ones(3), np.ones(1)):
+            with pytest.raises(ValueError, match="robot: q: shape"):
+                method(wrong)
+
+
+def test_a_pass_without_a_file_is_compiled_and_one_that_cannot_be_bound_is_told() -> None:
+    names: dict[str, Any] = {}
+    exec("def twice(table, q, out):\n    out[0] = 2 * q[0]", {"__name__": "nowhere"}, names)
+    source = passes.Source(names["twice"], lambda n: ((n,), ()))
+    run, table = passes.Pass(source, 1), np.zeros((2, passes.COLUMNS))
+    found = [run(table, np.array([1.5])) for _ in range(passes.PATIENCE + 2)]
+    assert found[0] is None and found[-1] == 3.0
+    if pga3._extension is None:
+        return
+    long = passes.Source(names["twice"], lambda n: ((1,) * 9, ()))
+    run = passes.Pass(long, 1)
+    with pytest.raises(RuntimeError, match="too many axes"):
+        for _ in range(passes.PATIENCE + 1):
+            run(table, np.ones((1,) * 9))
 
 
 def test_a_robot_keeps_its_numbers_and_leaves_those_of_others_alone() -> None:

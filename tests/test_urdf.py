@@ -220,6 +220,12 @@ BAD = {
     "nan as a limit": (
         [*map(link, "ab"), joint("x", "revolute", "a", "b", '<limit lower="nan" upper="1"/>')],
         NotFiniteError, "lower='nan'"),
+    "negative speed": (
+        [*map(link, "ab"), joint("x", "continuous", "a", "b", '<limit velocity="-2" effort="1"/>')],
+        DescriptionError, "joint 'x': velocity -2.0; expected a limit that is not negative"),
+    "effort of minus infinity": (
+        [*map(link, "ab"), joint("x", "prismatic", "a", "b", '<limit upper="1" effort="-inf"/>')],
+        DescriptionError, "joint 'x': effort -inf"),
     "mimic of nothing": (
         [*map(link, "ab"), joint("x", "revolute", "a", "b", '<mimic joint="z"/>')], DescriptionError, "mimics 'z'"),
     "mimic of itself": (
@@ -238,6 +244,12 @@ def test_files_that_describe_no_robot(
     with pytest.raises(error, match=message) as caught:
         Robot.from_urdf(written(tmp_path, parts))
     assert "robot.urdf" in str(caught.value) and isinstance(caught.value, ValueError)
+
+
+def test_limits_that_are_left_of_a_joint_that_is_fixed_now_mean_nothing(tmp_path: Path) -> None:
+    left = '<limit lower="1" upper="-1" velocity="-1" effort="nan"/>'
+    parts = [*map(link, "abc"), joint("x", "fixed", "a", "b", left), joint("y", "revolute", "b", "c")]
+    assert Robot.from_urdf(written(tmp_path, parts)).n_joints == 1
 
 
 def test_limits_may_be_infinite_and_one_joint_locked_by_its_name(tmp_path: Path) -> None:

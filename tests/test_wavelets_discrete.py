@@ -282,3 +282,6 @@ def test_workers_change_nothing_in_trees(size: tuple[int, ...]) -> None:
     for one, other in zip(*(pyramid.detail for pyramid in quaternions), strict=True):
         assert all(np.array_equal(one[name], other[name]) for name in "HVD")
     assert np.array_equal(quaternions[0].inverse(), quaternions[1].inverse(workers=3))
+    for each in (*quaternions, QuaternionPyramid(image, 1, "gabor")):
+        with pytest.raises(ValueError, match="workers: 0; expected"):
+            each.inverse(workers=0)

@@ -171,6 +171,14 @@ def test_other_transforms_are_cases_of_it() -> None:
     assert np.abs(found[2] - geometric_fft(euclidean[2], pga3.geometric_product, right=[(e12, (0,))])).max() < 1e-13
 
 
+def test_factors_without_axes_are_no_steps() -> None:
+    f, root, told = field(3, 4, 4), np.eye(4)[3], list[tuple[int, int]]()
+    left, right = [(root, ()), (root, (0,))], [(root, ())]
+    found = geometric_fft(f, vga2.geometric_product, left, right, progress=lambda *step: told.append(step))
+    assert np.array_equal(found, geometric_fft(f, vga2.geometric_product, left[1:]))
+    assert told == [(1, 1)]
+
+
 @pytest.mark.parametrize("size", [(3, 2, 4, 3), (4, 1, 3, 2)])
 def test_volume_time_is_a_part_of_space_time(size: tuple[int, ...]) -> None:
     f = field(*size, 4)

@@ -81,10 +81,12 @@ def nearest_angles(curve: Any, radius: Any, roots: Any, samples: int, angle: Any
         for i in range(k + samples):
             angles[i] = roots[e, i] if i < k else 2 * np.pi * (i - k) / samples
             values[i] = half_square(curve, e, radius[e], angles[i])[0]
+            if math.isnan(values[i]):  # argmin would find it first
+                values[i] = np.inf
             if i >= k:
                 least, most = min(least, values[i]), max(most, values[i])
         spread[e] = most - least
-        best = np.inf
+        angle[e], best = angles[0], np.inf
         for _ in range(STARTS):
             at = np.argmin(values)
             found, value = refined(curve, e, radius[e], angles[at], np.pi / samples)

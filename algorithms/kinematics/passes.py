@@ -91,9 +91,10 @@ class Source:
         mark = crc32(b"".join(Path(text).read_bytes() for text in texts))
         function.__qualname__ = f"{function.__name__}_{mark:08x}"
         try:
-            return self._under_numba(cache=True)
+            njit(function, cache=True)  # compiles nothing yet
         except RuntimeError:  # no folder to keep it in
             return self._under_numba(cache=False)
+        return self._under_numba(cache=True)
 
     def _under_numba(self, cache: bool) -> Any:
         options = {"cache": cache, "error_model": "numpy"}
@@ -127,8 +128,11 @@ class Pass(pga3._Call):  # type: ignore[misc]
             return None
         if pga3._extension is not None:
             # batches are not for it: of no more than 0 elements
+            bound = self._bind(self._given, (self._result,), run.address, (run.address, run.address), 0, 0)
+            if not bound:
+                shapes = ", ".join(map(str, (*self._given, self._result)))
+                raise RuntimeError(f"pass over arrays {shapes}: too many, or too many axes; expected what _bind takes")
             self._bound = True
-            self._bind(self._given, (self._result,), run.address, (run.address, run.address), 0, 0)
             return self(table, *arrays)
         out = np.empty(self._result or 1)
         try:

@@ -217,14 +217,17 @@ def _joints(root: ElementTree.Element, links: dict[str, Link], where: str) -> li
 
 
 def _limits(element: ElementTree.Element | None, type_: str, where: str) -> tuple[float, float, float, float]:
-    free = element is None or type_ in ("continuous", "floating", "planar")
+    if element is None or type_ == "fixed":  # what is left of another type means nothing
+        return -np.inf, np.inf, np.inf, np.inf
+    free = type_ in ("continuous", "floating", "planar")
     low = -np.inf if free else _number(element, "lower", "0", where, infinite=True)
     high = np.inf if free else _number(element, "upper", "0", where, infinite=True)
     if low > high:
         raise DescriptionError(f"{where}: limits {low} to {high}; expected the lower first")
-    if element is None:
-        return low, high, np.inf, np.inf
     speed, effort = (_number(element, key, "inf", where, infinite=True) for key in ("velocity", "effort"))
+    for key, most in (("velocity", speed), ("effort", effort)):
+        if most < 0:
+            raise DescriptionError(f"{where}: {key} {most}; expected a limit that is not negative")
     return low, high, speed, effort
 
 

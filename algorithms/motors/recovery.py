@@ -74,7 +74,8 @@ def rotor_from_vectors(a: ArrayLike, b: ArrayLike, weights: ArrayLike | None = N
     Raises
     ------
     TypeError, ValueError
-        Where an argument has another shape or type, there is no vector, or a weight is negative or all are 0.
+        Where an argument has another shape or type, or a number that is not finite, there is no vector, or a weight is
+        negative or all are 0.
     """
     one, two, share = _pairs(a, b, weights)
     forms = np.einsum("...n,...nij->...ij", share, pga3.rotation_form(one, two))
@@ -106,7 +107,7 @@ def rotor_from_frames(frame: ArrayLike, image: ArrayLike) -> Reals:
     Raises
     ------
     TypeError, ValueError
-        Where an argument has another shape or type.
+        Where an argument has another shape or type, or a number that is not finite.
     """
     rows, turned = (
         finite(real_array(value, name, (3, 3), "three vectors as rows"), name)
@@ -165,7 +166,7 @@ def similarity_from_points(a: ArrayLike, b: ArrayLike, weights: ArrayLike | None
     Returns
     -------
     SimilarityFit
-        The versor is not a number where the scale is 0: where all points of `a` or of `b` are the same.
+        The versor is not a number where the scale is 0: where all points of `a` or of `b` are the same, to rounding.
 
     Raises
     ------
@@ -173,8 +174,7 @@ def similarity_from_points(a: ArrayLike, b: ArrayLike, weights: ArrayLike | None
         As `rotor_from_vectors` does.
     """
     one, two, share = _pairs(a, b, weights)
-    start, end = (np.einsum("...n,...ni->...i", share, points) for points in (one, two))
-    inner, outer = one - start[..., None, :], two - end[..., None, :]
+    (start, inner), (end, outer) = _about_centroid(one, share), _about_centroid(two, share)
     fit = rotor_from_vectors(inner, outer, share)
     turned = pga3.move_direction(_motor(fit.rotor)[..., None, :], inner)
     size = _mean_square(inner, share)
@@ -222,7 +222,7 @@ def motor_from_objects(
     Raises
     ------
     TypeError, ValueError
-        Where an argument has another shape or type, or there is no object at all.
+        Where an argument has another shape or type, or a number that is not finite, or there is no object at all.
     """
     sizes = {"points": 3, "lines": 6, "planes": 4, "spheres": 5, "circles": 10}
     given = dict(zip(sizes, (points, lines, planes, spheres, circles), strict=True))
@@ -322,6 +322,16 @@ def _pairs(a: ArrayLike, b: ArrayLike, weights: ArrayLike | None) -> tuple[Reals
     if np.any(share < 0) or np.any(total <= 0) or not np.all(np.isfinite(total)):
         raise ValueError("weights: expected finite numbers, none negative, with a positive sum")
     return one, two, share / total
+
+
+def _about_centroid(points: Reals, share: Reals) -> tuple[Reals, Reals]:
+    """The centroid, (..., 3), and the points less it: 0 where all are the same to rounding."""
+    centroid = np.einsum("...n,...ni->...i", share, points)
+    left = points - centroid[..., None, :]
+    more = np.einsum("...n,...ni->...i", share, left)  # the sum over many points rounds, too
+    left -= more[..., None, :]
+    least = (8 * np.finfo(points.dtype).eps) ** 2 * _mean_square(points, share)
+    return centroid + more, np.where((_mean_square(left, share) <= least)[..., None, None], 0, left)
 
 
 def _motor(rotor: Reals) -> Reals:

@@ -43,7 +43,16 @@ class CliffordWavelet:
     def inverse(self, workers: int | None = None) -> Reals:
         """The part of the field at the covered frequencies, (L, M, N, 8).
 
-        Of all fields, its coefficients are nearest to those that are here. Workers are as in `scipy.fft`.
+        Of all fields, its coefficients are nearest to those that are here.
+
+        Parameters
+        ----------
+        workers : int, optional
+            As in `scipy.fft`.
+
+        Returns
+        -------
+        array, (L, M, N, 8)
         """
         return nearest_field(self.coefficients, self.filters, clifford_fft, iclifford_fft, workers)
 

@@ -39,7 +39,16 @@ class CliffordWaveletND:
     def inverse(self, workers: int | None = None) -> Reals:
         """The part of the field at the covered frequencies, (N1, ..., Nn, 2**n), to 1e-10 of the largest number.
 
-        Of all fields, its coefficients are nearest to those that are here. Workers are as in `scipy.fft`.
+        Of all fields, its coefficients are nearest to those that are here.
+
+        Parameters
+        ----------
+        workers : int, optional
+            As in `scipy.fft`.
+
+        Returns
+        -------
+        array, (N1, ..., Nn, 2**n)
         """
         return nearest_field(self.coefficients, self.filters, pseudoscalar_fft, ipseudoscalar_fft, workers)
 

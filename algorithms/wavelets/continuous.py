@@ -74,7 +74,16 @@ class ContinuousWavelet:
     def inverse(self, workers: int | None = None) -> Reals:
         """The part of the signal at the covered frequencies, (..., N); 1e-10 of the largest number.
 
-        Of all signals, its coefficients are nearest to those that are here. Workers are as in `scipy.fft`.
+        Of all signals, its coefficients are nearest to those that are here.
+
+        Parameters
+        ----------
+        workers : int, optional
+            As in `scipy.fft`.
+
+        Returns
+        -------
+        array, (..., N)
         """
         spectrum = (scipy.fft.fft(self.padded, axis=-1, workers=workers) * self.filters).sum(-2)
         opposite = np.roll(spectrum[..., ::-1], 1, -1)

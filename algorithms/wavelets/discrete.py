@@ -83,7 +83,19 @@ class WaveletPyramid:
     shapes: tuple[tuple[int, ...], ...]
 
     def inverse(self, workers: int | None = None, progress: Progress | None = None) -> Reals:
-        """The signals again, to rounding where nothing was changed; arguments are as in `discrete_wavelet`."""
+        """The signals again, to rounding where nothing was changed.
+
+        Parameters
+        ----------
+        workers : int, optional
+            How many threads share the work, counted as in `scipy.fft`; the result is the same.
+        progress : function of (done, total), optional
+            Called after each level.
+
+        Returns
+        -------
+        array, of the shape of the signals
+        """
         filters, told = wavelet_filters(self.wavelet), steps(progress, len(self.detail))
         n_threads(workers)
         array = self.approx

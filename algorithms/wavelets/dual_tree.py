@@ -51,7 +51,19 @@ class DualTree:
     size: tuple[int, int]
 
     def inverse(self, workers: int | None = None, progress: Progress | None = None) -> Reals:
-        """The images again, to rounding where nothing was changed; arguments are as in `dual_tree`."""
+        """The images again, to rounding where nothing was changed.
+
+        Parameters
+        ----------
+        workers : int, optional
+            How many threads share the work, counted as in `scipy.fft`; the result is the same.
+        progress : function of (done, total), optional
+            Called after each level.
+
+        Returns
+        -------
+        array, (..., M, N)
+        """
         bands = [{name: _samples(level[..., pair]) for name, pair in _PAIRS.items()} for level in self.detail]
         return joined(self.approx, bands, self.first, self.later, self.size, workers, progress)
 

@@ -112,13 +112,13 @@ def _geometric(
         if any(not 0 <= axis < space for axis in chosen) or len(set(chosen + seen)) < len(chosen + seen):
             raise ValueError(f"{side}: axes {tuple(axes)}; expected each axis of space, 0 to {space - 1}, at most once")
         seen += chosen
-        checked.append((number, tuple(chosen), multiply))
+        if chosen:
+            checked.append((number, tuple(chosen), multiply))
     function = scipy.fft.ifftn if inverse else scipy.fft.fftn
     told = steps(progress, len(checked))
     for number, along, multiply in checked[::-1] if inverse else checked:
-        if along:
-            spectrum = function(array, axes=along, norm=norm, workers=workers)
-            # The imaginary part has the sines with the sign of the exponent.
-            array = spectrum.real + multiply(spectrum.imag, number)
+        spectrum = function(array, axes=along, norm=norm, workers=workers)
+        # The imaginary part has the sines with the sign of the exponent.
+        array = spectrum.real + multiply(spectrum.imag, number)
         told()
     return array

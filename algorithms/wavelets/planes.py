@@ -142,8 +142,8 @@ def _empty_planes(count: int, slabs: int, size: int, dtype: np.dtype[Any]) -> tu
 
 
 def _keep(memory: NDArray[np.uint8]) -> None:
-    if memory.size <= _KEPT and not _memory:
-        _memory.append(memory)
+    if memory.size <= _KEPT:
+        _memory[:] = [memory]  # in one step, whatever other threads keep
 
 
 def _empty_like(field: Reals) -> Reals:

@@ -114,16 +114,32 @@ class QuaternionPyramid:
     def inverse(self, workers: int | None = None, progress: Progress | None = None) -> Reals:
         """The images again, (..., M, N).
 
-        Workers and progress are those of the pyramid; of Gabor's filters, no step is known before the last.
-
         Of the dual tree, to rounding. Of Gabor's filters, the least-squares solution, found by conjugate gradients to
         1e-10; it is the image where nothing was changed.
+
+        Parameters
+        ----------
+        workers : int, optional
+            How many threads share the work, counted as in `scipy.fft`; the result is the same. Gabor's filters take
+            one.
+        progress : function of (done, total), optional
+            Called after each level; of Gabor's filters, when all is done.
+
+        Returns
+        -------
+        array, (..., M, N)
+
+        Raises
+        ------
+        ArithmeticError
+            Where conjugate gradients do not come to an end in 1000 steps.
         """
         if self.kind == "dual-tree":
             if not self.detail:
                 return np.ascontiguousarray(self.approx[..., 0])
             bands = [{name: _interleaved(band) for name, band in level.items()} for level in self.detail]
             return joined(_interleaved(self.approx), bands, _FIRST, _LATER, self.size, workers, progress)
+        n_threads(workers)
         planes = _packed(self.approx)
         details = [{name: _packed(band) for name, band in level.items()} for level in self.detail]
         shape = (*planes[0].shape[:-2], *(n * 2 ** len(details) for n in planes[0].shape[-2:]))

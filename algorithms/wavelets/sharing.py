@@ -12,7 +12,7 @@ from typing import TypeVar
 import scipy.fft
 
 Progress = Callable[[int, int], object]
-"""Told how many of how many steps are done."""
+"""Told how many of how many steps are done; where threads share the work, by any of them, one at a time."""
 
 Part = TypeVar("Part")
 

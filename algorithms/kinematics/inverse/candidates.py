@@ -5,13 +5,11 @@ from __future__ import annotations
 import numpy as np
 
 from ...arguments import Reals
-from .chain import Chain
+from .chain import SAME, Chain, apart
 from .search import descend, remainder
 
 _NEAR, _CLOSE, _STEPS = 0.3, 1e-10, 40
 """Candidates nearer than the first to the goal are improved until they are nearer than the second, or left out."""
-SAME = 1e-5
-"""Configurations are the same where their largest difference is less."""
 _SINGULAR = 1e-7
 """Determinants of the joints' unit twists up to this: branches coincide there."""
 _BRANCHES = 16
@@ -58,13 +56,6 @@ def _once(chain: Chain, which: Reals, q: Reals, goals: int) -> tuple[Reals, Real
     which, q = which[order], q[order]
     place = _places(which, q, goals, np.array(chain.slides))
     return which[place >= 0], q[place >= 0], place[place >= 0]
-
-
-def apart(a: Reals, b: Reals, slides: Reals) -> Reals:
-    """The largest difference of two configurations."""
-    away = a - b
-    away[..., ~slides] = (away[..., ~slides] + np.pi) % (2 * np.pi) - np.pi
-    return np.asarray(np.abs(away).max(-1))
 
 
 def _places(which: Reals, q: Reals, goals: int, slides: Reals) -> Reals:

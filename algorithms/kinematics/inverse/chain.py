@@ -17,6 +17,9 @@ TOLERANCE = 1e-9
 
 COINCIDE = 1e-12
 """Discriminants up to this are branches that coincide to 1e-6 radians."""
+
+SAME = 1e-5
+"""Configurations are the same where their largest difference is less."""
 _ONE = np.eye(8)[0]
 
 
@@ -115,6 +118,13 @@ class Chain:
         if joint < len(self) - 1:
             axes[joint + 1 :] = pga3.move_line(motion, axes[joint + 1 :])
         return Chain(axes[keep], slides), pga3.motor_between_frames(motion, goals)
+
+
+def apart(a: Reals, b: Reals, slides: Reals) -> Reals:
+    """The largest difference of two configurations."""
+    away = a - b
+    away[..., ~slides] = (away[..., ~slides] + np.pi) % (2 * np.pi) - np.pi
+    return np.asarray(np.abs(away).max(-1))
 
 
 def direction(line: Reals) -> Reals:

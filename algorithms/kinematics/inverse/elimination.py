@@ -19,8 +19,8 @@ import numpy as np
 from generated import arms, pga3
 
 from ...arguments import Reals
-from .candidates import SAME, apart, gathered
-from .chain import Chain, direction
+from .candidates import gathered
+from .chain import SAME, Chain, apart, direction
 
 _NOT_REAL = 1e-2
 """Imaginary parts up to this, with roots as directions, may be rounding of a double root: Newton's method tells."""

@@ -7,7 +7,7 @@ import numpy as np
 from generated import pga3
 
 from ...arguments import Reals
-from .chain import Chain, direction
+from .chain import SAME, Chain, apart, direction
 
 _STEPS = 60
 _BRANCHES = 8
@@ -17,8 +17,6 @@ _SLIGHT = 1e-12
 _SINGULAR = 1e-11
 """Singular values up to this, as parts of the arm's size, are 0."""
 _REACHED = 1e-9
-_SAME = 1e-5
-"""Configurations are the same where their largest difference is less."""
 
 
 def remainder(chain: Chain, q: Reals, goals: Reals) -> tuple[Reals, Reals]:
@@ -122,10 +120,7 @@ def search(chain: Chain, goals: Reals, starts: Reals | int = 24) -> Reals:
     q, error = chain.wrapped(q).reshape(-1, many, len(chain)), error.reshape(-1, many)
     order = np.argsort(error, axis=-1)
     q, error = np.take_along_axis(q, order[..., None], 1), np.take_along_axis(error, order, 1)
-    turns = ~np.array(chain.slides)
-    away = q[:, :, None] - q[:, None]
-    away[..., turns] = (away[..., turns] + np.pi) % (2 * np.pi) - np.pi
-    same = np.tril(np.abs(away).max(-1) < _SAME, -1).any(-1)
+    same = np.tril(apart(q[:, :, None], q[:, None], np.array(chain.slides)) < SAME, -1).any(-1)
     order = np.argsort(same, axis=-1, kind="stable")[:, :_BRANCHES]
     repeated = np.take_along_axis(same, order, 1)
     q = np.take_along_axis(q, order[..., None], 1)

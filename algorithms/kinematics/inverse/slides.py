@@ -43,10 +43,10 @@ class ThreeSlides:
         if len(slides) != 3 or len(turns) != 3 or not _skew(chain, turns):
             return None
         found = cls(chain, turns, slides)
-        # slides that are always in one plane reach no point
+        # the discriminant is 0 where slides are in one plane, which reach no point, and negative where no turns do
         q = np.random.default_rng(0).uniform(-np.pi, np.pi, (8, 6))
-        _, volume = found.solve(chain.motion_of_all(q))
-        return found if np.any(volume > TOLERANCE) else None
+        _, gap = found.solve(chain.motion_of_all(q))
+        return found if np.any(gap > TOLERANCE) else None
 
     def solve(self, goals: Reals) -> tuple[Reals, Reals]:
         """As in `Closed`."""
