@@ -8,7 +8,7 @@ from math import pi, radians
 import numpy as np
 import pytest
 
-from algorithms.kinematics import Robot, Status
+from algorithms.kinematics import DescriptionError, JointCountError, Robot, Status
 
 PLANAR = [{"a": 0.5}, {"a": 0.4}, {"a": 0.2}]
 
@@ -74,3 +74,21 @@ def test_a_robot_whose_tool_is_on_a_branch() -> None:
     assert found.within_limits.any() and np.abs(found.nearest - q).max() < 1e-9
     beyond = part.inverse(part.forward([0.4, -0.9, 0.0]))
     assert beyond.valid.any() and not beyond.within_limits.any()
+
+
+@pytest.mark.parametrize(
+    ("row", "words"),
+    [
+        ([1, -1, np.inf, np.inf], "1.0 to -1.0; expected the lower first"),
+        ([-1, 1, -2, np.inf], "speed -2.0, effort inf; expected no negative number"),
+        ([-1, 1, 2, -np.inf], "speed 2.0, effort -inf; expected no negative number"),
+    ],
+)
+def test_limits_that_no_joint_can_have(row: list[float], words: str) -> None:
+    arm = Robot.named("ur5")
+    limits = arm.limits.copy()
+    limits[2] = row
+    with pytest.raises(DescriptionError, match=f"limits of joint 2: {words}"):
+        replace(arm, limits=limits)
+    with pytest.raises(JointCountError, match=r"limits of shape \(6, 2\); expected \(6, 4\)"):
+        replace(arm, limits=limits[:, :2])

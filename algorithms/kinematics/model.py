@@ -123,9 +123,11 @@ class Model:
             fill("tool", self.home[self.tip].copy())
         if not self.armature.size:
             fill("armature", np.zeros(count))
+        n = self.coupling.shape[1] - 1 if self.coupling.size else count
         if not self.limits.size:
-            n = self.coupling.shape[1] - 1 if self.coupling.size else count
             fill("limits", np.tile([-np.inf, np.inf, np.inf, np.inf], (n, 1)))
+        if self.limits.shape != (n, 4):
+            raise JointCountError(f"{self.name}: limits of shape {self.limits.shape}; expected ({n}, 4)")
         fill("links", MappingProxyType(dict(self.links)))
         for name, shape in (("axes", (count, 6)), ("home", (count, 8)), ("tool", (8,)), ("armature", (count,))):
             found = getattr(self, name)
@@ -138,10 +140,14 @@ class Model:
                 raise UnknownJointTypeError(f"{self.name}: kind {kind!r}; expected Joint.REVOLUTE or Joint.PRISMATIC")
         if not np.isfinite(self.bodies).all() or np.isnan(self.limits).any() or not np.isfinite(self.coupling).all():
             raise NotFiniteError(f"{self.name}: bodies, limits or coupling with a NaN; expected numbers")
-        for joint, (low, high) in enumerate(self.limits[:, :2]):
+        for joint, (low, high, speed, effort) in enumerate(self.limits):
             if low > high:
                 raise DescriptionError(
                     f"{self.name}: limits of joint {joint}: {low} to {high}; expected the lower first"
+                )
+            if speed < 0 or effort < 0:
+                raise DescriptionError(
+                    f"{self.name}: limits of joint {joint}: speed {speed}, effort {effort}; expected no negative number"
                 )
         if self.bodies.size and self.bodies.shape != (count, 10):
             raise JointCountError(f"{self.name}: bodies of shape {self.bodies.shape}; expected ({count}, 10)")
