@@ -394,6 +394,7 @@ def test_motions_in_other_units_of_length_give_the_same(closed: bool, length: fl
 def test_motors_that_are_not_unit_are_told_beside_far_larger_ones() -> None:
     rng = np.random.default_rng(28)
     one, two = motions(rng, poses(rng, 2), poses(rng, 2, 4))
+    one[0, :, 4:] *= 1e6
     two[0, :, 4:] *= 1e6
     one[1, 3, 7] += 0.5
     with pytest.raises(ValueError, match=r"a\[1, 3\]: not a unit motor"):
