@@ -9,6 +9,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from algorithms.vision import Camera, HandEyeStatus, calibrate_endoscope, hand_eye, hand_eye_from_poses
+from algorithms.vision import hand_eye_noise as noises
 from generated import cga3, pga3
 
 Array = np.ndarray[Any, Any]
@@ -341,3 +342,129 @@ def test_an_endoscope_under_a_tracker() -> None:
     assert calibrate_endoscope(motors, grid, views, camera.intrinsics).status == HandEyeStatus.NOT_FINITE
     with pytest.raises(ValueError, match="views: shape"):
         calibrate_endoscope(motors[1:], grid, views, camera.intrinsics)
+
+
+def test_a_batch_gives_what_each_problem_gives_alone() -> None:
+    """Three motions that close, three that do not, one not finite, and ten thousand times as long ones that close."""
+    rng = np.random.default_rng(26)
+    x, hands = poses(rng, 6), poses(rng, 6, 3)
+    eyes = hands @ x[:, None] @ poses(rng, 6, 3, angle=1e-2, length=1e-2)
+    i, j = np.triu_indices(3, 1)
+    one, two = (pga3.motor_from_matrix(np.linalg.inv(each[:, i]) @ each[:, j]) for each in (hands, eyes))
+    two[[1, 4]] = pga3.motor_product(two[[1, 4]], pga3.motor_exponential(1e-3 * rng.normal(size=(2, 3, 6))))
+    two[2, 1, 5] = np.nan
+    for each in (one, two):
+        each[3, :, 4:] *= 1e4
+    found = hand_eye(one, two)
+    assert (found.status == HandEyeStatus.NOT_FINITE).tolist() == [False, False, True, False, False, False]
+    for k in range(6):
+        alone = hand_eye(one[k], two[k])
+        assert alone.status == found.status[k]
+        np.testing.assert_allclose(found.motor[k], alone.motor, rtol=1e-9, atol=1e-12)
+        np.testing.assert_allclose(found.residual[k], alone.residual, rtol=1e-8)
+    # All three measured motions count where they do not close.
+    moved = two.copy()
+    moved[1, 2] = pga3.motor_product(two[1, 2], pga3.motor_exponential(1e-3 * rng.normal(size=6)))
+    assert np.abs(hand_eye(one, moved).motor[1] - found.motor[1]).max() > 1e-5
+
+
+@pytest.mark.parametrize("length", [1e-8, 1e8])
+@pytest.mark.parametrize("closed", [True, False])
+def test_motions_in_other_units_of_length_give_the_same(closed: bool, length: float) -> None:
+    rng = np.random.default_rng(27)
+    x, hands = poses(rng, 100), poses(rng, 100, 3)
+    eyes = hands @ x[:, None] @ poses(rng, 100, 3, angle=1e-2, length=1e-2)
+    i, j = np.triu_indices(3, 1)
+    one, two = (pga3.motor_from_matrix(np.linalg.inv(each[:, i]) @ each[:, j]) for each in (hands, eyes))
+    if not closed:
+        # Of translations alone: 1e-4 of them, far below 1e-6 in the larger unit.
+        two = pga3.motor_product(two, pga3.motor_exponential(1e-4 * rng.normal(size=(100, 3, 6)) * [0, 0, 0, 1, 1, 1]))
+    unit = np.repeat([1.0, length], 4)
+    here, there = hand_eye(one, two), hand_eye(one * unit, two * unit)
+    assert (here.status == there.status).all()
+    np.testing.assert_allclose(there.motor / unit, here.motor, atol=1e-6)
+    np.testing.assert_allclose(there.residual / [1, length], here.residual, rtol=1e-4)
+    wrong = one.copy()
+    wrong[7, 1, 7] += 0.5
+    for size in (1.0, length):
+        with pytest.raises(ValueError, match=r"a\[7, 1\]: not a unit motor"):
+            hand_eye(wrong * np.repeat([1.0, size], 4), two * np.repeat([1.0, size], 4))
+
+
+def test_motors_that_are_not_unit_are_told_beside_far_larger_ones() -> None:
+    rng = np.random.default_rng(28)
+    one, two = motions(rng, poses(rng, 2), poses(rng, 2, 4))
+    one[0, :, 4:] *= 1e6
+    two[0, :, 4:] *= 1e6
+    one[1, 3, 7] += 0.5
+    with pytest.raises(ValueError, match=r"a\[1, 3\]: not a unit motor"):
+        hand_eye(one, two)
+
+
+def test_residuals_are_those_of_the_better_end_however_they_are_found() -> None:
+    """Of motions that close, of others and without refinement: by matrices."""
+    rng = np.random.default_rng(29)
+    x, hands = poses(rng, 20), poses(rng, 20, 4)
+    eyes = hands @ x[:, None] @ poses(rng, 20, 4, angle=0.05, length=1e-3)
+    i, j = np.triu_indices(4, 1)
+    a, b = (np.linalg.inv(each[:, i]) @ each[:, j] for each in (hands, eyes))
+    a, b = np.concatenate([a, np.linalg.inv(a)]), np.concatenate([b, np.linalg.inv(b)])
+    one, two = pga3.motor_from_matrix(a), pga3.motor_from_matrix(b)
+    for order, refine in ((slice(None), True), (slice(None, None, -1), True), (slice(None), False)):
+        found = hand_eye(one[:, order], two[:, order], refine)
+        place = pga3.motor_to_matrix(found.motor)[:, None]
+        ends = []
+        for left, right in ((a, b), (np.linalg.inv(a), np.linalg.inv(b))):
+            rest = np.linalg.inv(place @ right) @ left @ place
+            ends.append(np.sqrt(np.mean(np.sum(rest[..., :3, 3] ** 2, -1), -1)))
+            turned = np.sqrt(np.mean(np.sum((rest[..., :3, :3] - np.eye(3)) ** 2, (-1, -2)) / 2, -1))
+            np.testing.assert_allclose(found.rotation_residual, turned, rtol=0.01)
+        assert (np.abs(ends[0] / ends[1] - 1) > 0.05).any()
+        np.testing.assert_allclose(found.translation_residual, np.minimum(*ends), rtol=0.02)
+
+
+def test_a_step_that_leaves_more_is_taken_back(monkeypatch: pytest.MonkeyPatch) -> None:
+    rng = np.random.default_rng(30)
+    x, hands = poses(rng, 4), poses(rng, 4, 6)
+    eyes = hands @ x[:, None] @ poses(rng, 4, 6, angle=1e-2, length=1e-2)
+    one, two = pga3.motor_from_matrix(hands), pga3.motor_from_matrix(eyes)
+    right, start = hand_eye_from_poses(one, two), hand_eye_from_poses(one, two, refine=False)
+    steps = noises.likely_steps
+
+    def wrong_for_one(*arrays: Any) -> bool:
+        done = steps(*arrays)
+        arrays[-2][1] *= -20
+        return done
+
+    monkeypatch.setattr(noises, "likely_steps", wrong_for_one)
+    found = hand_eye_from_poses(one, two)
+    np.testing.assert_allclose(found.motor[1], start.motor[1], atol=1e-14)
+    np.testing.assert_allclose(found.residual[1], start.residual[1], rtol=1e-9)
+    np.testing.assert_allclose(found.motor[[0, 2, 3]], right.motor[[0, 2, 3]], atol=1e-14)
+    assert np.abs(start.motor[1] - right.motor[1]).max() > 1e-6
+
+
+def test_sums_that_are_singular_or_not_finite_end_no_batch() -> None:
+    rng = np.random.default_rng(31)
+    turns, shifts = rng.normal(size=(2, 4, 5, 3, 13))
+    hand, seen = rng.normal(size=(4, 3)), rng.normal(size=(4, 5, 3))
+
+    def steps(rows: Any) -> tuple[Array, Array]:
+        count = len(turns[rows])
+        moving, step = np.ones(count, np.bool_), np.empty((count, 12))
+        room = np.ones((count, 3)), np.empty((count, 3)), np.empty(count), step, np.empty((count, 2))
+        noises.likely_steps(turns[rows], shifts[rows], hand[rows], seen[rows], moving, True, *room)
+        return step, moving
+
+    alone = steps(slice(0, 1))[0][0]
+    turns[1, 2, 1, 4] = np.nan
+    turns[2], shifts[2] = 0.0, 0.0
+    shifts[3, ..., :12] = np.inf
+    step, moving = steps(slice(None))
+    np.testing.assert_array_equal(step[0], alone)
+    assert alone.any() and not step[1:].any() and moving[0] and not moving[[1, 3]].any()
+    points = np.empty((3, 3))
+    rest = rng.normal(size=(3, 4, 6))
+    rest[1], rest[2, 0, 0] = 0.0, np.nan
+    noises.still_points(rest, points)
+    assert np.isfinite(points[0]).all() and not points[1].any() and np.isnan(points[2]).any()

@@ -22,8 +22,10 @@ from algorithms.vision import (
     LandmarkMap,
     OmnidirectionalCamera,
     VisionStatus,
+    fundamental,
 )
-from generated import pga3
+from algorithms.vision.status import distinct
+from generated import pga3, projective3
 
 Array = np.ndarray[Any, Any]
 RNG = np.random.default_rng(31)
@@ -94,7 +96,7 @@ TABLE: list[tuple[str, Callable[[], Any], Result]] = [
     ("robust_fundamental_matrix", lambda: vision.robust_fundamental_matrix(PIXELS[0], PIXELS[1][1:]), R.REFUSED),
     # Homographies
     ("fundamental_matrix", lambda: vision.fundamental_matrix(*NEARLY_FLAT[:2]), R.DEGENERATE),
-    ("fundamental_matrix", lambda: vision.fundamental_matrix(*(NEARLY_FLAT[:2] + NOISE[:2])), R.DEGENERATE),
+    ("fundamental_matrix", lambda: vision.fundamental_matrix(*(NEARLY_FLAT[:2] + NOISE[:2]), noise=0.3), R.DEGENERATE),
     ("fundamental_matrix", lambda: vision.fundamental_matrix(PIXELS[0][FEW[6]], PIXELS[1][FEW[6]]), R.DEGENERATE),
     ("fundamental_matrix", lambda: vision.fundamental_matrix(*SAME[:2]), R.DEGENERATE),
     ("robust_fundamental_matrix", lambda: vision.robust_fundamental_matrix(*NEARLY_FLAT[:2]), R.DEGENERATE),
@@ -310,3 +312,58 @@ def test_nothing_wrong_comes_in_silence(name: str, call: Callable[[], Any], expe
 
 
 MODELS = ("motor", "models", "model", "pose", "intrinsics", "pixels", "landmark")
+
+
+def test_minus_zero_is_no_other_place() -> None:
+    signs = np.array([[0.0, 0], [-0.0, 0], [0, -0.0], [-0.0, -0.0]])
+    assert distinct(signs, 4) == 1 and distinct(np.vstack([signs, [[0, 1]]]), 4) == 2
+    places = np.array([[0.0, 0, 1], [1, 0, 0], [0, 1, 0], [1, 1, 1], [2, 1, 3]])
+    places = np.vstack([places, places[:1] * [-1, 1, 1]])
+    assert vision.localize(places, CAMERAS[0].project(places), K).status == VisionStatus.TOO_FEW
+
+
+def test_steps_that_meet_a_pixel_on_both_epipoles_are_kept(monkeypatch: pytest.MonkeyPatch) -> None:
+    start = fundamental.eight_points(PIXELS[0] + 3 * NOISE[0], PIXELS[1] + 3 * NOISE[1])
+    gradient, calls = projective3.sampson_distance_gradient, []
+
+    def third_fails(*arrays: Array) -> Array:
+        calls.append(len(arrays))
+        return gradient(*arrays) * (np.nan if len(calls) == 3 else 1)
+
+    monkeypatch.setattr(projective3, "sampson_distance_gradient", third_fails)
+    found = fundamental.refined(start, *PIXELS[:2])
+    before, after = (np.sum(vision.sampson_distance(each, *PIXELS[:2]) ** 2) for each in (start, found))
+    assert len(calls) == 3 and after < 0.5 * before
+
+
+def test_a_homography_without_inverse_hides_no_plane(monkeypatch: pytest.MonkeyPatch) -> None:
+    flat = [x[:7] for x in FLAT[:2]]
+    monkeypatch.setattr(fundamental, "_inverse", lambda matrix: matrix * np.nan)
+    assert fundamental.degenerate(F, *flat) and not fundamental.degenerate(F, PIXELS[0][:7], PIXELS[1][:7])
+
+
+def seen_twice(rng: np.random.Generator, points: Array, base: float) -> Array:
+    """Pixels (2, ..., n, 2) with noise of one pixel, of cameras so far apart and six units from the points."""
+    views = []
+    for k in (-0.5, 0.5):
+        turn = pga3.rotor_to_matrix(pga3.rotor_from_rotation_vector([0.02, -k * base / 6, 0.05 * k]))
+        seen = (points - [k * base, 0.1 * k * base, -6]) @ np.transpose(turn)
+        views.append(700 * seen[..., :2] / seen[..., 2:] + [320, 240])
+    return np.array(views) + rng.normal(size=(2, *views[0].shape))
+
+
+@pytest.mark.parametrize("n_points", [9, 10, 15, 20])
+def test_noise_alone_makes_no_scene_one_of_repeated_points(n_points: int) -> None:
+    """At one pixel, also from places a twentieth of the distance apart. All but one on a plane: with known noise."""
+    rng = np.random.default_rng(n_points)
+    points = rng.uniform(-1, 1, (1000, n_points, 3)) * [2, 1.5, 1.5]
+    for base in (0.3, 1.5):
+        assert fundamental._several(*seen_twice(rng, points, base)).mean() < 0.01
+    far = seen_twice(rng, points, 1.5)
+    assert fundamental._several(*far, 1.0).mean() < (0.1 if n_points == 9 else 0.02)
+    few = np.arange(n_points) % 6
+    repeated = far[..., few, :] + rng.normal(size=far.shape)
+    assert fundamental._several(*repeated, np.sqrt(2)).mean() > 0.9
+    points[:, 1:, 2] = 0.3 * points[:, 1:, 0]
+    assert fundamental._several(*seen_twice(rng, points, 1.5), 1.0).mean() > 0.6
+    assert fundamental._several(*(far[..., few, :])).all()  # without noise of their own

@@ -79,6 +79,28 @@ def test_what_noise_does_to_invariants_is_told() -> None:
         invariants_3d_deviation(*views[:2], fundamental=matrix, noise=np.nan)
 
 
+def test_what_noise_does_is_told_of_each_set_alone() -> None:
+    """Whatever the size of the others, and of the other views."""
+    rng = np.random.default_rng(10)
+    cameras, _, _, pixels = scene(rng, 3, 24)
+    views = [v.reshape(4, 6, 2) for v in pixels]
+    matrix = fundamental_matrix(*cameras[:2])
+    alone = [invariants_3d_deviation(views[0][k], views[1][k], fundamental=matrix) for k in range(3)]
+    views[0][3] *= 1e6
+    views[1][2, 1] = np.nan
+    found = invariants_3d_deviation(*views[:2], fundamental=matrix)
+    np.testing.assert_allclose(found[:2], alone[:2], rtol=1e-9)
+    assert np.isnan(found[2]).all() and np.isfinite(found[3]).all()
+    # The second image in a unit that makes it 1e7 times as large.
+    large = np.diag([1, 1, 1e7]) @ matrix
+    other = [invariants_3d_deviation(views[0][k], 1e7 * views[1][k], fundamental=large) for k in range(2)]
+    first_alone = invariants_3d_deviation(views[0][:2], 1e7 * views[1][:2], fundamental=large)
+    np.testing.assert_allclose(other, first_alone, rtol=1e-9)
+    assert (first_alone < alone[:2]).all() and (first_alone > 0.2 * np.array(alone[:2])).any()
+    with pytest.raises(ValueError, match="noise: -1"):
+        invariants_3d_deviation(*views[:2], fundamental=matrix, noise=-1)
+
+
 def test_three_views_are_no_worse_than_two_under_noise() -> None:
     """The table of the page: medians for 0.1, 0.2, 0.5 and 1 pixels."""
     for noise, of_two, of_three in (

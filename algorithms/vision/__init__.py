@@ -8,7 +8,8 @@ from .completion import camera_centre, complete_points, projective_depths
 from .endoscope import calibrate_endoscope
 from .factorization import Factorization, factorize
 from .fundamental import robust_fundamental_matrix
-from .hand_eye import HandEye, HandEyeOfPoses, HandEyeStatus, hand_eye, hand_eye_from_poses
+from .hand_eye import hand_eye, hand_eye_from_poses
+from .hand_eye_results import HandEye, HandEyeOfPoses, HandEyeStatus
 from .invariants import cross_ratio, invariants_3d, invariants_3d_deviation, p2_invariants, permutation_invariant
 from .landmarks import LandmarkMap, Recognition
 from .localization import Localization, localize

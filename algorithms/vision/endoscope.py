@@ -6,7 +6,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ..arguments import real_array
-from .hand_eye import HandEyeOfPoses, hand_eye_from_poses
+from .hand_eye import hand_eye_from_poses
+from .hand_eye_results import HandEyeOfPoses
 from .localization import localize
 from .status import VisionStatus
 

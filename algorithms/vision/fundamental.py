@@ -20,12 +20,14 @@ _PLANAR = 2.0
 """A homography, or a line, that fits points within this many times their noise by F leaves F open."""
 _OPEN = 1e-7
 """Equations have more than one solution where the eighth of their singular values is below this part of the first,"""
-_NOISE = 1.5
-"""or below this many times the ninth."""
+_NOISE = 1.1
+"""or, where noise is unknown, below this many times the ninth: scenes seen from close places have ratios of 1.5."""
 _CONFIDENCE = 0.99
 """Of planes being seen as such, if all F were as free as that of points in space."""
 _SURELY = 0.999
 """Of planes being seen as such where the noise of pixels is known."""
+_LIKELY = 0.99
+"""Of other points that leave F open: more would refuse more scenes seen from places close to each other."""
 _ROUNDING = 1e-10
 """Distances below this part of the image are rounding."""
 _STEPS = 30
@@ -95,7 +97,7 @@ def refined(matrix: Reals, first: Reals, second: Reals) -> Reals:
     for _ in range(_STEPS):
         gradient = projective3.sampson_distance_gradient(current, one, two).reshape(-1, 9)
         if not np.isfinite(gradient).all():
-            return matrix  # A pixel on both epipoles, as where all are the same.
+            break  # A pixel on both epipoles, as where all are the same.
         middle = np.diag([1.0, ratio, 0.0])
         columns = [u @ g @ middle @ v.T for g in _TURNS] + [-u @ middle @ g @ v.T for g in _TURNS]
         columns.append(np.outer(u[:, 1], v[:, 1]))
@@ -145,22 +147,29 @@ def degenerate(matrix: Reals, first: Reals, second: Reals, known: float | None =
         planes.append(np.sqrt((moved**2).sum(-1) / (2 * n - 8)) if n > 4 else np.zeros(moved.shape[:-1]))
     line = np.minimum(thin, other_thin) / np.sqrt(n) <= allowed
     flat = (thin <= _FLAT * long) | (other_thin <= _FLAT * other_long)
-    return np.asarray(flat | line | (np.minimum(*planes) <= allowed) | _several(first, second))
+    return np.asarray(flat | line | (np.fmin(*planes) <= allowed) | _several(first, second, known))
 
 
-def _several(first: Reals, second: Reals) -> Reals:
+def _several(first: Reals, second: Reals, known: float | None = None) -> Reals:
     """Whether linear equations of point sets (..., n, 2) have more than one solution: for repeated points, for example.
 
-    Told from rounding, and from noise where there are more than eight points.
+    Told from rounding, and from noise: with that of pixels known from what the best two solutions leave, else, for more
+    than eight points, only where one leaves as much as the other.
     """
-    rows = projective3.epipolar_equation(normalized(first)[0], normalized(second)[0])
-    if rows.shape[-2] < 8:
+    n = first.shape[-2]
+    (one, left), (two, right) = normalized(first), normalized(second)
+    rows = projective3.epipolar_equation(one, two)
+    if n < 8:
         return np.zeros(rows.shape[:-2], np.bool_)
     turned = np.swapaxes(rows, -1, -2)
-    squares = np.linalg.eigvalsh(rows @ turned if rows.shape[-2] == 8 else turned @ rows)
-    values = np.sqrt(np.maximum(squares, 0))
-    least, noise = values[..., -8], values[..., 0] if rows.shape[-2] > 8 else 0.0
-    return np.asarray((least <= _OPEN * values[..., -1]) | (least <= _NOISE * noise))
+    values = np.sqrt(np.maximum(np.linalg.eigvalsh(rows @ turned if n == 8 else turned @ rows), 0))
+    several = values[..., -8] <= _OPEN * values[..., -1]
+    if known is None:
+        return np.asarray(several | (n > 8) & (values[..., -8] <= _NOISE * values[..., 0]))
+    null = null_vectors(rows, 2)
+    both = np.swapaxes(right, -1, -2)[..., None, :, :] @ null.reshape(*null.shape[:-1], 3, 3) @ left[..., None, :, :]
+    off = projective3.sampson_distance(both[..., None, :, :], first[..., None, :, :], second[..., None, :, :])
+    return np.asarray(several | ((off**2).sum((-1, -2)) <= known**2 * chdtri(2 * (n - 7), 1 - _LIKELY)))
 
 
 def robust_fundamental_matrix(

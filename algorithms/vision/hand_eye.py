@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
-from enum import IntEnum
+from functools import lru_cache
 from math import isqrt, prod
 from typing import Any, Literal
 
@@ -17,59 +16,9 @@ from generated import pga3
 from ..arguments import Reals, real_array
 from . import hand_eye_loops as loops
 from . import hand_eye_noise as noises
+from .hand_eye_results import HandEye, HandEyeOfPoses, HandEyeStatus
 
 Noise = Literal["either", "hand", "camera"]
-
-
-class HandEyeStatus(IntEnum):
-    """Whether motions determine the place of the camera."""
-
-    OK = 0
-    TOO_FEW = 1
-    """Fewer than two motions, or three poses."""
-    PARALLEL_AXES = 2
-    """The axes of all motions are parallel: the camera may be moved along them."""
-    AMBIGUOUS_SIGNS = 3
-    """Fewer than two motions that are not half turns: ``A X = X B`` and ``A X = -X B`` cannot be told apart."""
-    NOT_FINITE = 4
-    """A coefficient is infinite or not a number."""
-    SMALL_ANGLES = 5
-    """No motion turns by more than its noise: translations leave the place of the camera open."""
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class HandEye:
-    """The place of a camera on a hand, and how well motions determine it."""
-
-    motor: Reals
-    """(..., 8) X, with scalar part not negative; NaN where the status is TOO_FEW or NOT_FINITE."""
-    status: Reals
-    """(...) int, a `HandEyeStatus` each. The motor is one of the solutions where axes are parallel."""
-    singular_values: Reals
-    """(..., 8) Of the linear equations of motions that are not half turns, descending. The last two are what noise
-    leaves; the sixth says how far from parallel the axes are. Values below 1e-8 of the first are rounding."""
-    residual: Reals
-    """(..., 2) Root mean squares over all motions of what remains of ``~(X B) A X``: of its rotation, as
-    ``2 sin(angle / 2)``, and of its translation, in the unit of length, at that end of the motions where it is less."""
-
-    @property
-    def rotation_residual(self) -> Reals:
-        """(...) The first of `residual`, in radians where it is small."""
-        return np.asarray(self.residual[..., 0])
-
-    @property
-    def translation_residual(self) -> Reals:
-        """(...) The second of `residual`."""
-        return np.asarray(self.residual[..., 1])
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class HandEyeOfPoses(HandEye):
-    """The place of a camera on a hand, and that of what it looks at."""
-
-    world: Reals
-    """(..., 8) Z, the motor from the frame of what is looked at to the base; NaN as `motor`."""
-
 
 _HALF_TURN = 0.02
 """A motion is a half turn, for its sign, where the cosine of half its angle is below this."""
@@ -80,14 +29,16 @@ _OPEN = 0.2
 _ABOVE_NOISE = 3.0
 """Angles are small that are below so many times what remains of rotations."""
 _STEPS = 6
-_LIKELY_STEPS = 6
+"""So many steps of Gauss and Newton are taken at most, of motions and of poses."""
 _CLOSED = 1e-6
-"""Motions are those of all pairs of poses where they differ by no more than this, of the largest coefficient."""
+"""Motions are those of all pairs of poses where they differ by no more than this; translations, of the largest."""
 _BLOCK = 64
 """So many problems are solved at once: their equations stay in the cache."""
 _DONE = 1e-4
 """Steps end with one that lessens the sum of squares by less than this part: those behind it are far less."""
 _ROUNDING = 1e-30
+_MEANT, _MEANT_SINGLE = 1e-12, 1e-5
+"""Translations below this, in double and in single precision, may be rounding of others: they need not be of motors."""
 
 
 def hand_eye(a: ArrayLike, b: ArrayLike, refine: bool = True) -> HandEye:
@@ -127,11 +78,16 @@ def hand_eye(a: ArrayLike, b: ArrayLike, refine: bool = True) -> HandEye:
     one, two, leading, dtype = _two(a, b, "motions")
     if one.shape[1] < 2 or not len(one):
         return _nothing(one, two, leading, dtype)
-    poses = _poses_of_pairs(one, two) if refine else None
-    found = _by_blocks(one.copy(), two.copy(), False) if poses else _by_blocks(one, two, refine)
-    if poses:
-        found[0], _, _ = _refined(*poses, found[0], found[1], None)
-        found[3] = _remains(one, two, found[0])
+    closed = _closed(one, two) if refine else None
+    if closed is None:
+        found = _by_blocks(one, two, refine)
+    elif closed.all():
+        found = _of_pairs(one, two)
+    else:
+        some, others = _of_pairs(one[closed], two[closed]), _by_blocks(one[~closed], two[~closed], True)
+        found = [np.empty((len(one), *each.shape[1:]), each.dtype) for each in some]
+        for whole, left, right in zip(found, some, others, strict=True):
+            whole[closed], whole[~closed] = left, right
     return HandEye(*(_shaped(each, leading, dtype) for each in found))
 
 
@@ -181,21 +137,42 @@ def hand_eye_from_poses(a: ArrayLike, b: ArrayLike, refine: bool = True, noise: 
     return HandEyeOfPoses(*(_shaped(each, leading, dtype) for each in (motor, status, values, residual, world)))
 
 
-def _poses_of_pairs(one: Reals, two: Reals) -> tuple[Reals, Reals] | None:
-    """Poses (p, k, 8) whose motions, all pairs in the order of `numpy.triu_indices`, these are; None where not."""
-    count = (1 + isqrt(1 + 8 * one.shape[1])) // 2
-    if count < 3 or count * (count - 1) != 2 * one.shape[1]:
+@lru_cache(64)
+def _pairs_behind_the_first(count: int) -> tuple[Reals, Reals] | None:
+    """All pairs of poses but the first, from 0, where so many motions may be those of all pairs; else None."""
+    n_poses = (1 + isqrt(1 + 8 * count)) // 2
+    if n_poses < 3 or n_poses * (n_poses - 1) != 2 * count:
         return None
-    i, j = np.triu_indices(count, 1)
-    poses = []
+    i, j = np.triu_indices(n_poses - 1, 1)
+    return i, j
+
+
+def _closed(one: Reals, two: Reals) -> Reals | None:
+    """Which problems (p,) have motions of all pairs of poses, in the order of `numpy.triu_indices`; None where none."""
+    pairs = _pairs_behind_the_first(one.shape[1])
+    if pairs is None:
+        return None
+    i, j = pairs
+    closed = np.ones(len(one), np.bool_)
     for motions in (one, two):
-        still = np.broadcast_to(np.eye(8)[0], (len(motions), 1, 8))
-        poses.append(np.concatenate([still, motions[:, : count - 1]], 1))
-        between = pga3.motor_product(pga3.motor_inverse(poses[-1][:, i]), poses[-1][:, j])
-        same = np.where(np.einsum("pnk,pnk->pn", between[..., :4], motions[..., :4]) < 0, -1.0, 1.0)[..., None]
-        if not (np.abs(same * between - motions) <= _CLOSED * (1 + np.abs(motions).max())).all():
+        # Poses but the first are the first motions.
+        between = _called(pga3.motor_product, _called(pga3.motor_inverse, motions[:, i]), motions[:, j])
+        if not loops.same_motions(between, motions, _CLOSED, closed):
             return None
-    return poses[0], poses[1]
+    return closed
+
+
+def _poses(motions: Reals) -> Reals:
+    """Poses (p, k, 8) of motions (p, n, 8) between all pairs: the first does not move."""
+    still = np.broadcast_to(np.eye(8)[0], (len(motions), 1, 8))
+    return np.concatenate([still, motions[:, : isqrt(2 * motions.shape[1])]], 1)
+
+
+def _of_pairs(one: Reals, two: Reals) -> list[Reals]:
+    """As `_solved`, of motions between all pairs of poses."""
+    motor, status, values, _ = _by_blocks(one.copy(), two.copy(), False)
+    motor, _, _ = _refined(_poses(one), _poses(two), motor, status, None)
+    return [motor, status, values, _remains(one, two, motor)]
 
 
 def _refined(
@@ -218,8 +195,12 @@ def _refined(
 
 
 def _remains(one: Reals, two: Reals, motor: Reals) -> Reals:
-    """Root mean squares (p, 2) of both parts of what remains of ``~(X B) A X``."""
+    """The residual (p, 2) of `HandEye`."""
     rest = kernels.misfit(one, two, motor[:, None])
+    before = pga3.move_line(two, rest)
+    back = np.empty(len(one), np.bool_)
+    if loops.less_before(rest, before, back):
+        rest = np.where(back[:, None, None], before, rest)
     return np.asarray(2 * np.sqrt(np.mean(np.sum(rest.reshape(*rest.shape[:2], 2, 3) ** 2, -1), 1)))
 
 
@@ -242,8 +223,7 @@ def _solved(one: Reals, two: Reals, refine: bool) -> tuple[Reals, Reals, Reals, 
         left, right = _called(pga3.motor_product, one, motor), _called(pga3.motor_product, motor, two)
         opposite = ~clear & (np.einsum("pni,pni->pn", left[..., :4], right[..., :4]) < 0)
         two = np.where(opposite[..., None], -two, two)
-    if refine:
-        one, two = _from_better_end(one, two, motor)
+    one, two = _from_better_end(one, two, motor)
     motor, squares = _descended(one, two, motor, refine, spread, parallel)
     residual = loops.root_mean_squares(squares, one.shape[1], unit, finite)
     status = _why(parallel, one, residual) if parallel.any() else np.zeros(count, np.int_)
@@ -269,16 +249,22 @@ def _of_poses(
     to_camera, place = pga3.motor_inverse(two), np.zeros((count, 3))
     seen = pga3.move_point(to_camera, np.zeros(3))
     variances = np.tile([float(noise != "camera"), float(noise != "hand"), 1.0], (count, 1))
+    used, cost, worse = np.empty((count, 3)), np.empty(count), np.empty(count, np.bool_)
     step, squares = np.empty((count, 12)), np.empty((count, 2))
-    for turn in range(_LIKELY_STEPS + 1):
+    before = x, z
+    frame = place, seen
+    for turn in range(_STEPS + 1):
         turns, shifts = _called(kernels.misfit_of_poses_equations, one, two, x, z, camera)
         hand = pga3.move_point(pga3.motor_inverse(x), np.zeros(3))
         if noise is None:
             # Motions of the camera do not say where what it looks at is: where what remains moves least.
             noises.still_points(kernels.misfit_of_poses(one, two, x[:, None], z[:, None], to_camera), place)
             seen = pga3.move_point(to_camera, place[:, None])
-        done = noises.likely_steps(turns, shifts, hand, seen, moving, turn == 0, variances, step, squares)
-        if turn == _LIKELY_STEPS:
+        if turn and noises.grown(turns, shifts, *frame, used, cost, moving, worse):
+            x, z = (np.where(worse[:, None], old, new) for old, new in zip(before, (x, z), strict=True))
+        before, frame = (x, z), (hand, seen)
+        done = noises.likely_steps(turns, shifts, hand, seen, moving, turn == 0, variances, used, cost, step, squares)
+        if turn == _STEPS:
             break
         x, z = _moved(x, step[:, :6]), _moved(z, step[:, 6:])
         if done:
@@ -299,17 +285,18 @@ def _two(a: ArrayLike, b: ArrayLike, what: str) -> tuple[Reals, Reals, tuple[int
     if one.shape[-2] != two.shape[-2]:
         raise ValueError(f"b: {two.shape[-2]} {what}; expected {one.shape[-2]}, as many as a has")
     dtype = one.dtype if one.dtype == two.dtype else np.dtype(np.float64)
+    rounding = _MEANT if one.dtype == two.dtype == np.float64 else _MEANT_SINGLE
     if one.shape != two.shape:
         one, two = np.broadcast_arrays(one, two)
     shape = one.shape
     one, two = np.array(one, np.float64, order="C"), np.array(two, np.float64, order="C")
     flat = prod(shape[:-2]), *shape[-2:]
     one, two = one.reshape(flat), two.reshape(flat)
-    for each, name in ((one, "a"), (two, "b")):
-        bad = loops.not_unit(each.reshape(-1, 8))
-        if bad >= 0:
-            place = ", ".join(map(str, np.unravel_index(bad, shape[:-1])))
-            raise ValueError(f"{name}[{place}]: not a unit motor; expected m ~m = 1; use pga3.normalize_motor({name})")
+    bad = loops.not_unit(one, two, rounding)
+    if bad >= 0:
+        name, bad = ("a", bad) if bad < prod(shape[:-1]) else ("b", bad - prod(shape[:-1]))
+        place = ", ".join(map(str, np.unravel_index(bad, shape[:-1])))
+        raise ValueError(f"{name}[{place}]: not a unit motor; expected m ~m = 1; use pga3.normalize_motor({name})")
     return one, two, shape[:-2], dtype
 
 

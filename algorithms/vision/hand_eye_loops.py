@@ -14,27 +14,62 @@ _DAMPING = 1e-14
 
 
 @njit(cache=True, error_model="numpy")
-def not_unit(motors: Any) -> int:
-    """The place of the first of motors (m, 8) that is finite and not of norm 1, or -1.
+def not_unit(one: Any, two: Any, rounding: float) -> int:
+    """The place, among all of `one` and then of `two` (p, n, 8), of the first motor finite and not of norm 1, or -1.
 
-    Translations are judged by the largest of all: those of rotations may be rounding.
+    Translations are judged by the largest of the problem in both: what is below `rounding` may be that of others.
     """
-    largest = 0.0
-    for i in range(motors.shape[0]):
-        for k in range(4, 8):
-            if abs(motors[i, k]) < np.inf:
-                largest = max(largest, abs(motors[i, k]))
-    for i in range(motors.shape[0]):
-        a = motors[i]
-        square, far = 0.0, 0.0
-        for k in range(4):
-            square += a[k] * a[k]
-            far += a[4 + k] * a[4 + k]
-        pseudoscalar = a[0] * a[7] - a[1] * a[6] + a[2] * a[5] - a[3] * a[4]
-        off = abs(square - 1) > 1e-3 or abs(pseudoscalar) > 1e-3 * largest + 1e-6
-        if off and far < np.inf and square < np.inf:
-            return i
+    n: int = one.shape[1]
+    for side in range(2):
+        for p in range(one.shape[0]):
+            largest = 0.0
+            for i in range(n):
+                for k in range(4, 8):
+                    for size in (abs(one[p, i, k]), abs(two[p, i, k])):
+                        if size < np.inf:
+                            largest = max(largest, size)
+            for i in range(n):
+                a = one[p, i] if side == 0 else two[p, i]
+                square, far = 0.0, 0.0
+                for k in range(4):
+                    square += a[k] * a[k]
+                    far += a[4 + k] * a[4 + k]
+                pseudoscalar = a[0] * a[7] - a[1] * a[6] + a[2] * a[5] - a[3] * a[4]
+                off = abs(square - 1) > 1e-3 or abs(pseudoscalar) > 1e-3 * largest + rounding
+                if off and far < np.inf and square < np.inf:
+                    found: int = (side * one.shape[0] + p) * n + i
+                    return found
     return -1
+
+
+@njit(cache=True, error_model="numpy")
+def same_motions(last: Any, motions: Any, bound: float, same: Any) -> bool:
+    """Whether the last of motions (p, n, 8) are those (p, m, 8), up to sign; `same` (p,) stays where so; if any does.
+
+    Rotations to within the bound, translations to within that part of the largest of the problem.
+    """
+    before = motions.shape[1] - last.shape[1]
+    any_same = False
+    for p in range(motions.shape[0]):
+        far, turned, shifted = 0.0, 0.0, 0.0
+        for i in range(motions.shape[1]):
+            for k in range(4, 8):
+                far = max(far, abs(motions[p, i, k]))
+        for i in range(last.shape[1]):
+            product = 0.0
+            for k in range(4):
+                product += last[p, i, k] * motions[p, before + i, k]
+            sign = -1.0 if product < 0 else 1.0
+            for k in range(8):
+                off = abs(sign * last[p, i, k] - motions[p, before + i, k])
+                # A number that is not finite is off too.
+                if k < 4 and not off <= turned:
+                    turned = off if off < np.inf else np.inf
+                if k >= 4 and not off <= shifted:
+                    shifted = off if off < np.inf else np.inf
+        same[p] = same[p] and turned <= bound and shifted <= bound * far and far < np.inf
+        any_same = any_same or same[p]
+    return any_same
 
 
 @njit(cache=True, error_model="numpy")
@@ -192,7 +227,10 @@ def newton_steps(
         cost = normal[size, size]
         for k in range(size):
             normal[k, k] += _DAMPING * trace + 1e-300
-        _solve(normal, size, step[p])
+        factor(normal, size)
+        for k in range(size):
+            step[p, k] = -normal[size, k]
+        substitute(normal, size, step[p])
         less = 0.0
         for k in range(size):
             less -= step[p, k] * normal[size, k]
@@ -202,24 +240,28 @@ def newton_steps(
 
 
 @njit(cache=True, error_model="numpy")
-def _solve(normal: Any, size: int, step: Any) -> None:
-    """``step = - matrix^-1 slope`` by L D L', in place below the diagonal; the slope is the row behind the matrix."""
+def factor(matrix: Any, size: int) -> None:
+    """L D L' of a symmetric matrix, in place below the diagonal and on it; not finite where it is singular."""
     for j in range(size):
         for k in range(j):
-            normal[j, j] -= normal[j, k] * normal[j, k] * normal[k, k]
+            matrix[j, j] -= matrix[j, k] * matrix[j, k] * matrix[k, k]
         for i in range(j + 1, size):
             for k in range(j):
-                normal[i, j] -= normal[i, k] * normal[j, k] * normal[k, k]
-            normal[i, j] /= normal[j, j]
+                matrix[i, j] -= matrix[i, k] * matrix[j, k] * matrix[k, k]
+            matrix[i, j] /= matrix[j, j]
+
+
+@njit(cache=True, error_model="numpy")
+def substitute(factors: Any, size: int, right: Any) -> None:
+    """``matrix^-1 right``, in place, from what `factor` leaves."""
     for i in range(size):
-        step[i] = -normal[size, i]
         for k in range(i):
-            step[i] -= normal[i, k] * step[k]
+            right[i] -= factors[i, k] * right[k]
     for i in range(size):
-        step[i] /= normal[i, i]
+        right[i] /= factors[i, i]
     for i in range(size - 1, -1, -1):
         for k in range(i + 1, size):
-            step[i] -= normal[k, i] * step[k]
+            right[i] -= factors[k, i] * right[k]
 
 
 @njit(cache=True, error_model="numpy")

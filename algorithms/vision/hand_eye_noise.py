@@ -10,6 +10,8 @@ from typing import Any
 import numpy as np
 from numba import njit
 
+from .hand_eye_loops import factor, substitute
+
 _DAMPING = 1e-14
 
 
@@ -35,12 +37,24 @@ def still_points(rest: Any, points: Any) -> None:
                         normal[m, j] += moment[k, m] * moment[k, j]
         for k in range(3):
             normal[k, k] += 2 * size / (3 * rest.shape[1]) + 1e-30
-        points[p] = np.linalg.solve(normal, slope)
+        factor(normal, 3)
+        points[p] = slope
+        substitute(normal, 3, points[p])
 
 
 @njit(cache=True, error_model="numpy")
 def likely_steps(
-    turns: Any, shifts: Any, hand: Any, seen: Any, moving: Any, first: bool, variances: Any, step: Any, squares: Any
+    turns: Any,
+    shifts: Any,
+    hand: Any,
+    seen: Any,
+    moving: Any,
+    first: bool,
+    variances: Any,
+    used: Any,
+    cost: Any,
+    step: Any,
+    squares: Any,
 ) -> bool:
     """The steps (p, 12) of Gauss and Newton to the poses that are most likely, and new variances; if all are done.
 
@@ -48,7 +62,8 @@ def likely_steps(
     its origin, which is at `hand` (p, 3), and the camera about what it looks at, at `seen` (p, n, 3), both in the
     frame of the camera; translations have noise of their own. `variances` (p, 3) are of these. Each is multiplied by
     its part of the sum of squares over what is expected of that, with as many unknowns (restricted maximum likelihood);
-    what is 0 stays 0. Where `first`, only ratios of variances are taken.
+    what is 0 stays 0. Where `first`, only ratios of variances are taken. `used` (p, 3) become the variances that the
+    step is of, and `cost` (p,) the weighed sum of squares, for `grown`. A problem whose sums are not finite has step 0.
     """
     n = turns.shape[1]
     all_done = True
@@ -57,7 +72,7 @@ def likely_steps(
     to_white, centre, arm, direction = np.empty((n, 3, 3)), np.empty(3), np.empty((n, 3)), np.empty(3)
     moment, rest, row = np.zeros((3, 3)), np.empty(6), np.empty(3)
     causes = np.zeros((3, 3, 6))
-    table = np.empty((13, 13))
+    table, normal, inverse = np.empty((13, 13)), np.empty((12, 12)), np.empty((12, 12))
     for p in range(turns.shape[0]):
         step[p] = 0.0
         if not (first or moving[p]):
@@ -110,16 +125,28 @@ def likely_steps(
                 for k in range(3):
                     rows[i, 3 + k, m] = row[k]
         np.dot(whitened.T, whitened, table)
-        normal = table[:12, :12].copy()
+        trace = 0.0
         for k in range(12):
-            normal[k, k] *= 1 + _DAMPING
-            normal[k, k] += 1e-300
-        inverse = np.linalg.inv(normal)
-        less = 0.0
+            trace += table[k, k]
         for k in range(12):
+            for m in range(12):
+                normal[k, m] = table[k, m]
+                inverse[k, m] = 1.0 if k == m else 0.0
+            normal[k, k] += _DAMPING * trace + 1e-300
+        factor(normal, 12)
+        less, everything = 0.0, 0.0
+        for k in range(12):
+            substitute(normal, 12, inverse[k])
             for m in range(12):
                 step[p, k] -= inverse[k, m] * table[m, 12]
             less -= step[p, k] * table[k, 12]
+            everything += step[p, k] - step[p, k]
+        if everything != 0.0:
+            step[p] = 0.0
+            moving[p] = False
+            continue
+        cost[p] = table[12, 12]
+        used[p, 0], used[p, 1], used[p, 2] = of_hand, of_camera, of_shift
         spread = np.dot(np.ascontiguousarray(whitened[:, :12]), inverse)
         found, expected = np.zeros(3), np.zeros(3)
         for i in range(n):
@@ -168,6 +195,42 @@ def likely_steps(
         moving[p] = not (less <= 1e-3 and change < 0.1 and not first)
         all_done = all_done and not moving[p]
     return all_done
+
+
+@njit(cache=True, error_model="numpy")
+def grown(turns: Any, shifts: Any, hand: Any, seen: Any, used: Any, cost: Any, moving: Any, worse: Any) -> bool:
+    """Whether a step of `likely_steps` made the sum of squares, weighed as there, more: `worse` (p,); if any did.
+
+    From rows after the step, and what else that had. Problems that are worse stop.
+    """
+    moment, centre, arm, shift = np.zeros((3, 3)), np.empty(3), np.empty(3), np.empty(3)
+    any_worse = False
+    for p in range(turns.shape[0]):
+        worse[p] = False
+        if not moving[p]:
+            continue
+        of_hand, of_camera, of_shift = used[p]
+        turn = of_hand + of_camera
+        total = 0.0
+        for i in range(turns.shape[1]):
+            square, along, length = 0.0, 0.0, 0.0
+            for k in range(3):
+                arm[k] = seen[p, i, k] - hand[p, k]
+                centre[k] = hand[p, k] + of_camera / turn * arm[k]
+                total += turns[p, i, k, 12] ** 2 / turn
+            _moment(centre, moment)
+            for k in range(3):
+                shift[k] = shifts[p, i, k, 12]
+                for j in range(3):
+                    shift[k] += moment[k, j] * turns[p, i, j, 12]
+                square += shift[k] ** 2
+                along += shift[k] * arm[k]
+                length += arm[k] ** 2
+            along = along**2 / max(length, 1e-60)
+            total += along / of_shift + (square - along) / (of_shift + of_hand * of_camera / turn * length)
+        if not total <= cost[p]:
+            worse[p], moving[p], any_worse = True, False, True
+    return any_worse
 
 
 @njit(cache=True, error_model="numpy")

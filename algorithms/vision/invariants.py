@@ -217,26 +217,32 @@ def invariants_3d_deviation(
     Raises
     ------
     TypeError, ValueError
-        As `invariants_3d`, and where `noise` is not finite.
+        As `invariants_3d`, and where `noise` is negative or not finite.
     """
     size = finite_number(noise, "noise")
+    if size < 0:
+        raise ValueError(f"noise: {noise}; expected 0 pixels or more")
     arrays = [np.asarray(real_array(each, f"views[{k}]", (6, 2), "six pixels"), float) for k, each in enumerate(views)]
     if len(arrays) not in (2, 3):
         raise ValueError(f"invariants_3d_deviation: {len(arrays)} arrays; expected pixels of 2 or 3 views")
-    finite = [each[np.isfinite(each)] for each in arrays]
-    step = 1e-6 * max([float(np.std(each)) for each in finite if each.size], default=0.0) or 1e-6
     total: Reals = np.zeros(3)
+    with np.errstate(invalid="ignore"):
+        steps = [1e-6 * np.std(each, axis=(-1, -2), keepdims=True) for each in arrays]
     for k, point, axis in np.ndindex(len(arrays), 6, 2):
         moved = np.zeros((6, 2))
-        moved[point, axis] = step
+        moved[point, axis] = 1
         more, less = (
             invariants_3d(
-                *arrays[:k], arrays[k] + sign * moved, *arrays[k + 1 :], fundamental=fundamental, tensor=tensor
+                *arrays[:k],
+                arrays[k] + sign * steps[k] * moved,
+                *arrays[k + 1 :],
+                fundamental=fundamental,
+                tensor=tensor,
             )
             for sign in (1, -1)
         )
-        with np.errstate(invalid="ignore"):
-            total = total + ((more - less) / (2 * step)) ** 2
+        with np.errstate(divide="ignore", invalid="ignore"):
+            total = total + ((more - less) / (2 * steps[k][..., 0])) ** 2
     return np.asarray(size * np.sqrt(total))
 
 

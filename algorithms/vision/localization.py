@@ -86,7 +86,8 @@ def localize(
     if extent[0] == 0 or extent[1] <= _OPEN * extent[0]:
         return Localization(nothing, VisionStatus.DEGENERATE, np.nan, nobody)
     planar = bool(flatness(places) <= _FLAT)
-    if distinct(places, least := 4 if planar else 6) < least:
+    size = 4 if planar else 6
+    if distinct(places, size) < size:
         return Localization(nothing, VisionStatus.TOO_FEW, np.nan, nobody)
     seen = np.asarray(projective2.transform_point(np.linalg.inv(k), image))
 
@@ -109,7 +110,6 @@ def localize(
     def improve(model: Reals, inliers: Reals) -> Reals | None:
         return _refined(model, places[inliers], image[inliers], k)[0] if inliers.sum() >= size else None
 
-    size = 4 if planar else 6
     found = consensus(Problem(len(places), size, solve, distances, improve), threshold, seed, confidence, max_samples)
     if found.status != VisionStatus.OK:
         return Localization(nothing, found.status, np.nan, nobody)
