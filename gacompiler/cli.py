@@ -27,10 +27,10 @@ from .generate import (
     compile_spec,
     generated_folder,
     load_spec,
-    module_source,
     own_specs,
     render,
     render_targets,
+    source_of,
     write,
 )
 from .inspect import SHOWN, STAGES, described, latex, stage_text
@@ -175,7 +175,7 @@ def check(names: tuple[str, ...], prove: bool) -> None:
     with _progress(sum(len(spec.kernels) for spec in found)) as advance:
         for spec in found:
             records = compile_kernels(spec, advance)
-            files |= render(module_source(spec, records))
+            files |= render(source_of(spec, records))
             verdicts += _verdicts(spec, records, folder) if prove else []
     diffs = compare(files, folder)
     known = {f"{path.stem}.{ending}" for path in own_specs() for ending in ("py", "c", "h")} | {"__init__.py"}

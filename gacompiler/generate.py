@@ -177,14 +177,14 @@ def compile_kernels(spec: Spec, progress: Progress = lambda name: None) -> list[
     return records
 
 
-def module_source(spec: Spec, records: Sequence[Compilation]) -> ModuleSource:
+def source_of(spec: Spec, records: Sequence[Compilation]) -> ModuleSource:
     """What is printed of a spec, from its compiled kernels."""
     return ModuleSource(spec.name, spec.summary, spec.command, spec.digest, tuple(map(kernel_source, records)))
 
 
 def compile_spec(spec: Spec, progress: Progress = lambda name: None) -> ModuleSource:
     """Both at once."""
-    return module_source(spec, compile_kernels(spec, progress))
+    return source_of(spec, compile_kernels(spec, progress))
 
 
 def render(module: ModuleSource) -> dict[str, str]:

@@ -12,9 +12,9 @@ from gacompiler.generate import (
     compile_kernels,
     generated_folder,
     load_spec,
-    module_source,
     own_specs,
     render,
+    source_of,
 )
 from gacompiler.prove import verify_module
 from gacompiler.runtime import load_module
@@ -27,7 +27,7 @@ FEW = ("vga2", "vga3", "quaternion", "projective2", "omnidirectional", "hand_eye
 def test_a_module_is_what_its_spec_gives_and_is_proved(path: Path) -> None:
     spec = load_spec(path, f"gac generate --all {path.stem}")
     records = compile_kernels(spec)
-    diffs = compare(render(module_source(spec, records)), generated_folder())
+    diffs = compare(render(source_of(spec, records)), generated_folder())
     assert not diffs, "".join(diffs)[:2000] + "\nrun `make generated` and commit the result"
     loaded = load_module(generated_folder() / f"{path.stem}.py", f"_proved_{path.stem}")
     verdicts = verify_module(generated_folder(), path.stem, records, loaded)
