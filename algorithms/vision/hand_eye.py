@@ -220,11 +220,11 @@ def _solved(one: Reals, two: Reals, refine: bool) -> tuple[Reals, Reals, Reals, 
     motor = _called(kernels.null_motor, first, second)
     if not all_clear:
         # Where scalar and pseudoscalar part vanish the sign is that of the X of the others.
-        left, right = _called(pga3.motor_product, one, motor), _called(pga3.motor_product, motor, two)
-        opposite = ~clear & (np.einsum("pni,pni->pn", left[..., :4], right[..., :4]) < 0)
-        two = np.where(opposite[..., None], -two, two)
+        loops.choose_signs(one, two, motor, clear)
     one, two = _from_better_end(one, two, motor)
-    motor, squares = _descended(one, two, motor, refine, spread, parallel)
+    squares = np.empty((count, 2))
+    limits = _DONE, _ROUNDING * one.shape[1], _OPEN
+    loops.descend(one, two, motor, _STEPS if refine else 0, limits, spread, parallel, squares)
     residual = loops.root_mean_squares(squares, one.shape[1], unit, finite)
     status = _why(parallel, one, residual) if parallel.any() else np.zeros(count, np.int_)
     if not all_clear:
@@ -341,28 +341,6 @@ def _from_better_end(one: Reals, two: Reals, motor: Reals) -> tuple[Reals, Reals
         return one, two
     turned = [np.where(back[:, None, None], pga3.motor_inverse(each), each) for each in (one, two)]
     return turned[0], turned[1]
-
-
-def _descended(
-    one: Reals, two: Reals, motor: Reals, refine: bool, spread: Reals, parallel: Reals
-) -> tuple[Reals, Reals]:
-    """Motors with the least squares of misfits, and the sums of squares of both parts of these.
-
-    Also says which axes are parallel but for noise; those motors stay.
-    """
-    count, n = one.shape[:2]
-    table, step, squares = np.empty((2, 7, 7)), np.empty((count, 6)), np.empty((count, 2))
-    moving = np.full(count, refine)
-    limits = _DONE, _ROUNDING * n, _OPEN
-    for turn in range(_STEPS + 1):
-        turns, shifts = _called(kernels.misfit_equations, one, two, motor)
-        done = loops.newton_steps(turns, shifts, moving, turn == 0, limits, spread, parallel, table, step, squares)
-        if turn == _STEPS:
-            break
-        motor = _moved(motor, step)
-        if done:
-            break
-    return motor, squares
 
 
 def _why(parallel: Reals, a: Reals, residual: Reals) -> Reals:

@@ -10,6 +10,14 @@ from typing import Any
 import numpy as np
 from numba import njit
 
+from generated import hand_eye as kernels
+from generated import pga3
+
+_misfit_equations, _exponential, _product = (
+    kernels.misfit_equations.jit,
+    pga3.motor_exponential.jit,
+    pga3.motor_product.jit,
+)
 _DAMPING = 1e-14
 
 
@@ -146,16 +154,31 @@ def null_space(equations: Any, used: Any, bound: float, first: Any, second: Any,
     From sums of products over all motions that are used; the equations of others are overwritten by zeros. Axes are
     parallel where the sixth value is no more than the bound times the first.
     """
+    table = np.empty((8, 8))
     for p in range(equations.shape[0]):
         for i in range(equations.shape[1]):
             if not used[p, i]:
                 equations[p, i] = 0.0
         rows = equations[p].reshape(-1, 8)
-        squares, vectors = np.linalg.eigh(np.dot(rows.T, rows))
+        np.dot(rows.T, rows, table)
+        squares, vectors = np.linalg.eigh(table)
         for k in range(8):
             values[p, k] = np.sqrt(max(squares[7 - k], 0.0))
             first[p, k], second[p, k] = vectors[k, 0], vectors[k, 1]
         parallel[p] = values[p, 5] <= bound * values[p, 0]
+
+
+@njit(cache=True, error_model="numpy")
+def choose_signs(one: Any, two: Any, motor: Any, clear: Any) -> None:
+    """Motions `two` that are not clear with the sign, in place, that a motor has for all of a problem."""
+    left, right = np.empty(8), np.empty(8)
+    for p in range(len(one)):
+        for i in range(one.shape[1]):
+            if not clear[p, i]:
+                _product(one[p, i], motor[p], left)
+                _product(motor[p], two[p, i], right)
+                if np.sum(left[:4] * right[:4]) < 0:
+                    two[p, i] = -two[p, i]
 
 
 @njit(cache=True, error_model="numpy")
@@ -174,69 +197,84 @@ def less_before(after: Any, before: Any, less: Any) -> bool:
 
 
 @njit(cache=True, error_model="numpy")
-def newton_steps(
+def descend(one: Any, two: Any, motor: Any, most: int, limits: Any, spread: Any, parallel: Any, squares: Any) -> None:
+    """Motors (p, 8) after steps of Gauss and Newton, in place, and sums of squares (p, 2) of both parts that are left.
+
+    Of motions (p, n, 8). At most so many steps; the limits are those of `_newton_step`.
+    """
+    n = one.shape[1]
+    turns, shifts, table = np.empty((n, 3, 7)), np.empty((n, 3, 7)), np.empty((2, 7, 7))
+    step, turn, moved = np.empty(6), np.empty(8), np.empty(8)
+    for p in range(len(one)):
+        moving = True
+        for k in range(most + 1):
+            for i in range(n):
+                _misfit_equations(one[p, i], two[p, i], motor[p], turns[i], shifts[i])
+            moving = _newton_step(
+                turns, shifts, k == 0, most > 0, limits, spread[p], parallel[p:], table, step, squares[p]
+            )
+            if parallel[p] or k == most:
+                break
+            _exponential(step, turn)
+            _product(motor[p], turn, moved)
+            motor[p] = moved
+            if not moving:
+                break
+
+
+@njit(cache=True, error_model="numpy")
+def _newton_step(
     turns: Any,
     shifts: Any,
-    moving: Any,
     first: bool,
+    moving: bool,
     limits: Any,
-    spread: Any,
+    spread: float,
     parallel: Any,
     table: Any,
     step: Any,
     squares: Any,
 ) -> bool:
-    """The step (p, k) of Gauss and Newton of each problem, the sums of squares (p, 2) of both parts; if all are done.
+    """The step (6,) of Gauss and Newton, and the sums of squares (2,) of both parts; whether more steps are to come.
 
-    From rows (p, n, 3, k + 1) of derivatives with the misfit behind them. `table` (2, k + 1, k + 1) is room. Parts are
-    weighed by their own sums of squares, within bounds, where there are more than two motions. Problems not `moving`
-    have step 0; those that are done stop. Done is where less than the first limit of the sum would go, or it is below
-    the second. `first`, axes are found to be parallel, which stops them too, where the misfit leaves a rotation about
-    them open by more than the third limit: that in radians is the misfit over the root of the spread; or where the
-    spread is less than three times that of noise.
+    From rows (n, 3, 7) of derivatives with the misfit behind them. `table` (2, 7, 7) is room. Parts are weighed by
+    their own sums of squares, within bounds, where there are more than two motions. It is the last step where less than
+    the first limit of the sum would go, or it is below the second. `first`, axes are found to be parallel, and then
+    there is no step, where the misfit leaves a rotation about them open by more than the third limit: that in radians
+    is the misfit over the root of the spread; or where the spread is less than three times that of noise.
     """
-    size = turns.shape[3] - 1
-    weigh = turns.shape[1] > 2
-    all_done = True
-    for p in range(turns.shape[0]):
-        step[p] = 0.0
-        if not (first or moving[p]):
-            continue
-        for part in range(2):
-            rows = (turns if part == 0 else shifts)[p].reshape(-1, size + 1)
-            np.dot(rows.T, rows, table[part])
-            squares[p, part] = table[part, size, size]
-        if first:
-            freedom = 3 * turns.shape[1] - 3
-            least = max(1 / limits[2] ** 2, 6.0 * turns.shape[1])
-            parallel[p] = parallel[p] or squares[p, 0] * least > freedom * spread[p]
-            moving[p] = moving[p] and not parallel[p]
-        if not moving[p]:
-            continue
-        weight = 1.0
-        if weigh:
-            floor = 1e-4 * (squares[p, 0] + squares[p, 1]) + 1e-300
-            weight = max(squares[p, 0], floor) / max(squares[p, 1], floor)
-        normal = table[0]
-        trace = 0.0
-        for k in range(size + 1):
-            for m in range(k + 1):
-                normal[k, m] += weight * table[1][k, m]
-            if k < size:
-                trace += normal[k, k]
-        cost = normal[size, size]
-        for k in range(size):
-            normal[k, k] += _DAMPING * trace + 1e-300
-        factor(normal, size)
-        for k in range(size):
-            step[p, k] = -normal[size, k]
-        substitute(normal, size, step[p])
-        less = 0.0
-        for k in range(size):
-            less -= step[p, k] * normal[size, k]
-        moving[p] = not (less <= limits[0] * cost or cost <= limits[1])
-        all_done = all_done and not moving[p]
-    return all_done
+    n, size = len(turns), turns.shape[2] - 1
+    for part in range(2):
+        rows = (turns if part == 0 else shifts).reshape(-1, size + 1)
+        np.dot(rows.T, rows, table[part])
+        squares[part] = table[part, size, size]
+    if first:
+        least = max(1 / limits[2] ** 2, 6.0 * n)
+        parallel[0] = parallel[0] or squares[0] * least > (3 * n - 3) * spread
+    if parallel[0] or not moving:
+        return False
+    weight = 1.0
+    if n > 2:
+        floor = 1e-4 * (squares[0] + squares[1]) + 1e-300
+        weight = max(squares[0], floor) / max(squares[1], floor)
+    normal = table[0]
+    trace = 0.0
+    for k in range(size + 1):
+        for m in range(k + 1):
+            normal[k, m] += weight * table[1, k, m]
+        if k < size:
+            trace += normal[k, k]
+    cost = normal[size, size]
+    for k in range(size):
+        normal[k, k] += _DAMPING * trace + 1e-300
+    factor(normal, size)
+    for k in range(size):
+        step[k] = -normal[size, k]
+    substitute(normal, size, step)
+    less = 0.0
+    for k in range(size):
+        less -= step[k] * normal[size, k]
+    return not (less <= limits[0] * cost or cost <= limits[1])
 
 
 @njit(cache=True, error_model="numpy")
