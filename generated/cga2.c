@@ -2,7 +2,7 @@
 // command: gac generate --all cga2
 // spec: f14887bc6fa2bdb2
 // contraction: -ffp-contract=off (every operation is rounded once)
-// body: 7a05c3784f4abcaea9a0cc6f6b07eb00e307e97e236c03c009f829d26693ade5
+// body: 673beee1c6c852f233492c64159532b4ee0a5b11edae646fbe5810d06e3fc19f
 
 #ifndef REAL
 #include "cga2.h"
@@ -1089,8 +1089,14 @@ static void NAME(batch)(const struct kernel *kernel, char **args, intptr_t n, co
     }
     const int dense = ordered && still == hoisted && in_order;
     const int spans = ordered && !dense && known && total * SPAN <= SPACE;
-    // Results that no cache holds go past the caches, where that is what takes the time.
-    const int past = PASSES(n * numbers * w) && !kernel->busy && !ordered && steps[n_inputs] == w;
+    // Results that no cache holds go past the caches, where that is what takes the time and all rows start lines alike.
+    int past = PASSES(n * numbers * w) && !kernel->busy && !ordered;
+    for (int p = n_inputs; past && p < n_parts; ++p) {
+        const struct part *part = &kernel->parts[p];
+        past = steps[p] == w && (args[p] - args[n_inputs]) % LINE == 0;
+        for (int q = part->first; past && q < part->first + part->rank; ++q)
+            past = strides[q] % LINE == 0;
+    }
     // Long rows spare calls; beyond the last cache, short turns keep reading and writing going side by side.
     const int near = n < (1 << 24) / (bytes + 1);
     intptr_t row = spans ? SPAN : near || past ? 512 / w : LANES;
@@ -1121,9 +1127,8 @@ static void NAME(batch)(const struct kernel *kernel, char **args, intptr_t n, co
             NAME(move_part)(0, rows[p], row, part, args[p], 0, strides + part->first, n < row ? PADDED(n) : row);
     }
     const intptr_t turn = near ? SPAN : LANES;
-    intptr_t i = past && !hoisted ? before_line(args[n_inputs], steps[n_inputs]) : 0;
-    if (i)
-        NAME(each)(kernel, args, i, steps);
+    const intptr_t head = past ? before_line(args[n_inputs], w) : 0;
+    intptr_t i = 0;
     // In C order, by functions that know the sizes.
     for (; spans && !in_place && n - i >= turn; i += turn) {
         for (int p = 0; p < n_parts; ++p) {
@@ -1138,25 +1143,26 @@ static void NAME(batch)(const struct kernel *kernel, char **args, intptr_t n, co
                 stores[p](turn, (char *[]){starts[p], args[p] + i * steps[p]}, NULL);
     }
     for (intptr_t m; i < n; i += m) {
-        const int last = n - i < LANES;
         if (dense && n - i >= SPAN) {
             m = n & -SPAN;
             in_order(m, starts, cores);
             continue;
         }
-        m = last ? n - i : in_place || n - i < row ? (n - i) & -LANES : row;
+        m = i < head ? head - i : n - i < LANES ? n - i : in_place || n - i < row ? (n - i) & -LANES : row;
+        const int few = m < LANES;
         for (int p = 0; p < n_parts; ++p) {
             const struct part *part = &kernel->parts[p];
-            if (kinds[p] == UNIT && !last)
-                starts[p] = args[p] + i * w;
-            if (kinds[p] < UNIT || (kinds[p] == UNIT && !last))
+            const int lies = kinds[p] == UNIT && !few;
+            if (kinds[p] < UNIT)
                 continue;
-            starts[p] = (char *)rows[p];
-            for (int q = part->first; last && q < part->first + part->rank; ++q)
-                cores[q] = row_cores[q];
+            starts[p] = lies ? args[p] + i * w : (char *)rows[p];
+            for (int q = part->first; q < part->first + part->rank; ++q)
+                cores[q] = lies ? strides[q] : row_cores[q];
+            if (lies)
+                continue;
             if (p < n_inputs)
                 NAME(move_part)(0, rows[p], row, part, args[p] + i * steps[p], steps[p], strides + part->first, m);
-            for (intptr_t k = 0; last && p < n_inputs && k < part->size; ++k)
+            for (intptr_t k = 0; few && p < n_inputs && k < part->size; ++k)
                 for (intptr_t j = m; j < LANES; ++j)
                     rows[p][k * row + j] = rows[p][k * row + m - 1];
         }

@@ -103,11 +103,12 @@ BEYOND = 1 << 25
 
 @pytest.mark.parametrize("dtype", [np.float64, np.float32])
 @pytest.mark.parametrize("shift", [0, 1, 5], ids=lambda k: f"{k} numbers off a line")
-def test_results_that_no_cache_holds(dtype: Any, shift: int) -> None:
+@pytest.mark.parametrize("odd", [0, 5], ids=["rows alike", "rows not alike"])
+def test_results_that_no_cache_holds(dtype: Any, shift: int, odd: int) -> None:
     from generated import pga3, vga3
 
     # As much in each of two threads, and where an element has seven numbers.
-    n = BEYOND // (5 * np.dtype(dtype).itemsize) + 1237
+    n = BEYOND // (5 * np.dtype(dtype).itemsize) // 16 * 16 + 1600 + odd
     assert n // 2 * 10 * np.dtype(dtype).itemsize > BEYOND
     rng = np.random.default_rng(shift)
     rotor, vector = (_rows(rng.random((n, size), dtype), shift) for size in (4, 3))
