@@ -224,9 +224,9 @@ def _solved(one: Reals, two: Reals, refine: bool) -> tuple[Reals, Reals, Reals, 
     one, two = _from_better_end(one, two, motor)
     squares = np.empty((count, 2))
     limits = _DONE, _ROUNDING * one.shape[1], _OPEN
-    loops.descend(one, two, motor, _STEPS if refine else 0, limits, spread, parallel, squares)
+    any_parallel = loops.descend(one, two, motor, _STEPS if refine else 0, limits, spread, parallel, squares)
     residual = loops.root_mean_squares(squares, one.shape[1], unit, finite)
-    status = _why(parallel, one, residual) if parallel.any() else np.zeros(count, np.int_)
+    status = _why(parallel, one, residual) if any_parallel else np.zeros(count, np.int_)
     if not all_clear:
         status[clear.sum(-1) < 2] = HandEyeStatus.AMBIGUOUS_SIGNS
     loops.back_in_lengths(motor, unit, finite)

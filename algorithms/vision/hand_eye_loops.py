@@ -197,12 +197,13 @@ def less_before(after: Any, before: Any, less: Any) -> bool:
 
 
 @njit(cache=True, error_model="numpy")
-def descend(one: Any, two: Any, motor: Any, most: int, limits: Any, spread: Any, parallel: Any, squares: Any) -> None:
+def descend(one: Any, two: Any, motor: Any, most: int, limits: Any, spread: Any, parallel: Any, squares: Any) -> bool:
     """Motors (p, 8) after steps of Gauss and Newton, in place, and sums of squares (p, 2) of both parts that are left.
 
-    Of motions (p, n, 8). At most so many steps; the limits are those of `_newton_step`.
+    Of motions (p, n, 8). At most so many steps; the limits are those of `_newton_step`. Returns whether any axes are
+    parallel.
     """
-    n = one.shape[1]
+    n, any_parallel = one.shape[1], False
     turns, shifts, table = np.empty((n, 3, 7)), np.empty((n, 3, 7)), np.empty((2, 7, 7))
     step, turn, moved = np.empty(6), np.empty(8), np.empty(8)
     for p in range(len(one)):
@@ -220,6 +221,8 @@ def descend(one: Any, two: Any, motor: Any, most: int, limits: Any, spread: Any,
             motor[p] = moved
             if not moving:
                 break
+        any_parallel = any_parallel or parallel[p]
+    return any_parallel
 
 
 @njit(cache=True, error_model="numpy")
